@@ -1,9 +1,9 @@
-"""The errors that a user can cause, each one line long: what was wrong and what to do."""
+"""The two errors a user may see: each is one line that says what was wrong and what to do."""
 
 
 class TerrainError(Exception):
-    """The work failed; the command line exits with status 1."""
+    """The work could not be done (exit status 1)."""
 
 
 class UsageError(TerrainError):
-    """The command was used wrongly; the command line exits with status 2."""
+    """The request itself makes no sense (exit status 2)."""
