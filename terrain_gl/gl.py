@@ -1,0 +1,144 @@
+"""The few OpenGL calls that moderngl does not wrap: depth range, limits, capture of tessellated patches."""
+
+from __future__ import annotations
+
+import ctypes
+from collections.abc import Callable, Iterator, Sequence
+from contextlib import contextmanager
+from ctypes import POINTER, byref, c_int, c_int64, c_uint, c_void_p
+from typing import Any
+
+import moderngl
+
+from .exceptions import TerrainError
+
+_PATCHES = 0x000E
+_TRIANGLES = 0x0004
+_LOWER_LEFT, _ZERO_TO_ONE = 0x8CA1, 0x935F
+_QUERY_RESULT = 0x8866
+_PRIMITIVES_GENERATED, _PRIMITIVES_WRITTEN = 0x8C87, 0x8C88
+_RASTERIZER_DISCARD = 0x8C89
+_FEEDBACK_BUFFER = 0x8C8E
+_INDIRECT_BUFFER = 0x8F3F
+COMMAND_STRIDE = 20  # bytes between indirect commands, as moderngl's own render_indirect has it
+
+_LIMITS = {
+    "texture_size": 0x0D33,
+    "texture_layers": 0x88FF,
+    "storage_block_bytes": 0x90DE,
+    "storage_blocks": 0x90DD,
+    "compute_storage_blocks": 0x90DB,
+    "uniform_block_bytes": 0x8A30,
+    "tess_level": 0x8E7E,
+    "patch_vertices": 0x8E7D,
+    "samples": 0x8D57,
+    "renderbuffer_size": 0x84E8,
+}
+
+
+def function(ctx: moderngl.Context, name: str, result: Any, *arguments: Any) -> Callable[..., Any]:
+    """OpenGL function `name` of the context, as a ctypes function; `TerrainError` if the driver has none."""
+    address = ctx.mglo._context.load_opengl_function(name)  # the loader that the context was made with
+    if not address:
+        raise TerrainError(f"{ctx.info['GL_RENDERER']} has no {name}; a driver with OpenGL 4.3 is needed")
+    return ctypes.CFUNCTYPE(result, *arguments)(address)
+
+
+def clip_control_zero_to_one(ctx: moderngl.Context) -> bool:
+    """Make clip-space depth run from 0 to 1, as reversed depth wants; False where the driver cannot."""
+    if ctx.version_code < 450 and "GL_ARB_clip_control" not in ctx.extensions:
+        return False
+    function(ctx, "glClipControl", None, c_uint, c_uint)(_LOWER_LEFT, _ZERO_TO_ONE)
+    return True
+
+
+def limits(ctx: moderngl.Context) -> dict[str, int]:
+    """Sizes that the driver guarantees, in texels, bytes or counts; also `viewport_size` (the smaller side)."""
+    get = function(ctx, "glGetInteger64v", None, c_uint, POINTER(c_int64))
+    pair = (c_int64 * 2)()
+
+    def value(name: int) -> int:
+        get(name, pair)
+        return pair[0]
+
+    found = {key: value(name) for key, name in _LIMITS.items()}
+    get(0x0D3A, pair)
+    return found | {"viewport_size": min(pair)}
+
+
+def capture_patches(
+    ctx: moderngl.Context,
+    program: moderngl.Program,
+    vao: moderngl.VertexArray,
+    out: moderngl.Buffer,
+    draws: Sequence[tuple[int, int]] | moderngl.Buffer,
+    count: int | None = None,
+    offset: int = 0,
+) -> int:
+    """Record the triangles that tessellation makes of patches into `out`, by transform feedback.
+
+    Uniforms, textures and `ctx.patch_vertices` are set before, as for a draw. The program's `varyings` say what is
+    written, three vertices a triangle.
+
+    Parameters
+    ----------
+    draws
+        Either pairs (first vertex, vertex count), one draw each, or a buffer of indirect commands
+        (vertex count, instances, first vertex, first instance, unused), 20 bytes each.
+    count, offset
+        How many commands of the buffer, and the byte where they begin; by default all from there on.
+
+    Returns
+    -------
+    int
+        Triangles written.
+
+    Raises
+    ------
+    TerrainError
+        If `out` was too small for all of them.
+    """
+    function(ctx, "glUseProgram", None, c_uint)(program.glo)
+    function(ctx, "glBindVertexArray", None, c_uint)(vao.glo)
+    function(ctx, "glBindBufferBase", None, c_uint, c_uint, c_uint)(_FEEDBACK_BUFFER, 0, out.glo)
+    ctx.enable_direct(_RASTERIZER_DISCARD)
+    try:
+        with _counter(ctx, _PRIMITIVES_GENERATED) as made, _counter(ctx, _PRIMITIVES_WRITTEN) as written:
+            function(ctx, "glBeginTransformFeedback", None, c_uint)(_TRIANGLES)
+            _draw_patches(ctx, draws, count, offset)
+            function(ctx, "glEndTransformFeedback", None)()
+    finally:
+        ctx.disable_direct(_RASTERIZER_DISCARD)
+        function(ctx, "glBindBufferBase", None, c_uint, c_uint, c_uint)(_FEEDBACK_BUFFER, 0, 0)
+    if written.value < made.value:
+        raise TerrainError(f"capture buffer too small: holds {written.value} of {made.value} triangles")
+    return written.value
+
+
+def _draw_patches(
+    ctx: moderngl.Context, draws: Sequence[tuple[int, int]] | moderngl.Buffer, count: int | None, offset: int
+) -> None:
+    # raw draws: moderngl's own call glUseProgram, which is an error while feedback is active
+    if isinstance(draws, moderngl.Buffer):
+        count = (draws.size - offset) // COMMAND_STRIDE if count is None else count
+        function(ctx, "glBindBuffer", None, c_uint, c_uint)(_INDIRECT_BUFFER, draws.glo)
+        draw = function(ctx, "glMultiDrawArraysIndirect", None, c_uint, c_void_p, c_int, c_int)
+        draw(_PATCHES, offset, count, COMMAND_STRIDE)
+        return
+    draw = function(ctx, "glDrawArrays", None, c_uint, c_int, c_int)
+    for first, vertices in draws:
+        draw(_PATCHES, first, vertices)
+
+
+@contextmanager
+def _counter(ctx: moderngl.Context, target: int) -> Iterator[c_uint]:
+    """Count what `target` names inside the block; the value is there after it."""
+    query, result = c_uint(), c_uint()
+    function(ctx, "glGenQueries", None, c_int, POINTER(c_uint))(1, byref(query))
+    function(ctx, "glBeginQuery", None, c_uint, c_uint)(target, query)
+    try:
+        yield result
+    finally:
+        function(ctx, "glEndQuery", None, c_uint)(target)
+        function(ctx, "glGetQueryObjectuiv", None, c_uint, c_uint, POINTER(c_uint))(query, _QUERY_RESULT, byref(result))
+        function(ctx, "glDeleteQueries", None, c_int, POINTER(c_uint))(1, byref(query))

@@ -1,0 +1,53 @@
+"""Fixtures shared by all tests: one OpenGL context for the session, real elevation data, strict floating point."""
+
+import os
+from pathlib import Path
+
+import numpy as np
+import pytest
+from hypothesis import HealthCheck, settings
+
+from terrain_gl.context import create_context
+from terrain_gl.exceptions import TerrainError
+
+np.seterr(all="raise")
+settings.register_profile(
+    "terrain", deadline=None, derandomize=True, suppress_health_check=[HealthCheck.function_scoped_fixture]
+)
+settings.load_profile("terrain")
+
+
+def pytest_addoption(parser):
+    parser.addoption("--regenerate", action="store_true", help="write reference pictures anew instead of comparing")
+
+
+@pytest.fixture
+def regenerate(request):
+    return request.config.getoption("--regenerate")
+
+
+@pytest.fixture(scope="session")
+def session_context():
+    """EGL, or OSMesa where there is no EGL."""
+    try:
+        return create_context("egl")
+    except TerrainError:
+        return create_context("osmesa")
+
+
+@pytest.fixture
+def ctx(session_context):
+    """Give the session's context, current and free of OpenGL errors before and after the test."""
+    with session_context as context:
+        assert context.error == "GL_NO_ERROR"
+        yield context
+        assert context.error == "GL_NO_ERROR"
+
+
+@pytest.fixture(scope="session")
+def dem():
+    """Folder of real elevation maps, named by TERRAIN_GL_DEM."""
+    folder = os.environ.get("TERRAIN_GL_DEM")
+    if not folder:
+        pytest.skip("TERRAIN_GL_DEM does not name a folder of elevation maps")
+    return Path(folder)

@@ -1,0 +1,123 @@
+"""Contexts from every back end, the reasons when there is none, and the same bytes from EGL and OSMesa."""
+
+import os
+import subprocess
+import sys
+
+import numpy as np
+import pytest
+
+from terrain_gl.context import backend_name, create_context, probe_backends
+from terrain_gl.exceptions import TerrainError, UsageError
+
+FILL = """
+#version 430 core
+layout(local_size_x = 64) in;
+layout(std430, binding = 0) buffer Words { float word[]; };
+void main() { word[gl_GlobalInvocationID.x] = sin(float(gl_GlobalInvocationID.x)) / 3.0; }
+"""
+VERTEX = """
+#version 430 core
+out vec2 v_at;
+void main() { v_at = vec2(gl_VertexID & 1, gl_VertexID >> 1) * 3.7 - 1.3; gl_Position = vec4(v_at, 0, 1); }
+"""
+FRAGMENT = """
+#version 430 core
+in vec2 v_at;
+out vec4 out_color;
+void main() { out_color = vec4(fract(sin(v_at * 9.1)), length(v_at), 1); }
+"""
+
+
+@pytest.fixture
+def osmesa():
+    try:
+        ctx = create_context("osmesa")
+    except TerrainError as error:
+        pytest.skip(str(error))
+    yield ctx
+    ctx.release()
+
+
+def work(ctx):
+    """Bytes of a compute pass and of a picture, and the error state after them."""
+    with ctx:
+        words = ctx.buffer(reserve=4 * 4096)
+        words.bind_to_storage_buffer(0)
+        ctx.compute_shader(FILL).run(64)
+        target = ctx.framebuffer([ctx.texture((200, 150), 4)])
+        target.use()
+        target.clear()
+        ctx.vertex_array(ctx.program(VERTEX, FRAGMENT), []).render(ctx.TRIANGLES, vertices=3)
+        return words.read(), target.read(components=4), ctx.error
+
+
+def test_auto_gives_version_43_and_says_which_backend(ctx):
+    with create_context() as auto:
+        assert auto.version_code >= 430
+        assert backend_name(auto) in ("egl", "osmesa", "glfw")
+        assert auto.error == "GL_NO_ERROR"
+
+
+def test_egl_and_osmesa_give_the_same_bytes(ctx, osmesa):
+    if backend_name(ctx) != "egl":
+        pytest.skip("no EGL here")
+    ours, theirs = work(ctx), work(osmesa)
+    assert ours == theirs
+    assert ours[2] == "GL_NO_ERROR"
+    assert np.frombuffer(ours[1], "u1").std() > 10  # not an empty picture
+
+
+def test_contexts_interleave(ctx, osmesa):
+    first = work(ctx)
+    assert work(osmesa)[2] == "GL_NO_ERROR"
+    assert work(ctx) == first
+
+
+def test_probe_tells_of_each_backend():
+    records = probe_backends()
+    assert [record.name for record in records] == ["egl", "osmesa", "glfw"]
+    for record in records:
+        assert record.version if record.works else record.reason
+        assert "\n" not in record.reason
+
+
+def test_unknown_backend_is_wrong_use():
+    with pytest.raises(UsageError, match=r"'metal'.*expected one of auto, egl, osmesa, glfw"):
+        create_context("metal")
+
+
+def run(code, **environment):
+    environment = os.environ | environment
+    environment.pop("DISPLAY", None)
+    environment.pop("WAYLAND_DISPLAY", None)
+    done = subprocess.run([sys.executable, "-c", code], env=environment, capture_output=True, text=True, check=True)
+    return done.stdout
+
+
+TELL = """
+from terrain_gl.context import create_context
+try:
+    create_context({backend!r})
+except Exception as error:
+    print(type(error).__name__, error)
+"""
+
+
+def test_too_old_version_is_named_with_the_one_needed():
+    told = run(TELL.format(backend="auto"), MESA_GL_VERSION_OVERRIDE="3.3")
+    if not told:
+        pytest.skip("this driver is not Mesa: its version cannot be overridden")
+    assert told.startswith("TerrainError no OpenGL context: egl: found OpenGL 3.3 (")
+    assert "needed 4.3" in told and told.count("\n") == 1
+
+
+def test_no_display_is_said_for_glfw():
+    told = run(TELL.format(backend="glfw"))
+    assert told.startswith("TerrainError") and "no display" in told and "apt install" in told
+
+
+def test_missing_library_is_named_with_its_package():
+    hide = "import ctypes\ndef refuse(name, *_, **__): raise OSError(name + ': cannot open')\nctypes.CDLL = refuse\n"
+    told = run("import moderngl, glfw\n" + hide + TELL.format(backend="osmesa"))
+    assert "libOSMesa.so.8: cannot open" in told and "apt install libosmesa6" in told

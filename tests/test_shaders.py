@@ -1,0 +1,88 @@
+"""The GLSL loader, as text; and every shader of the package compiles."""
+
+from pathlib import Path
+
+import pytest
+
+from terrain_gl import shaders
+
+
+@pytest.fixture
+def glsl(tmp_path, monkeypatch):
+    """Give a function that writes one shader file into an otherwise empty GLSL folder."""
+    monkeypatch.setattr(shaders, "root", lambda: tmp_path)
+
+    def write(path, text):
+        (tmp_path / path).parent.mkdir(parents=True, exist_ok=True)
+        (tmp_path / path).write_text(text, encoding="utf-8")
+
+    return write
+
+
+def test_version_comes_first_then_defines(glsl):
+    glsl("a.comp", "void main() {}\n")
+    text = shaders.source("a.comp", {"SIZE": 8, "EXACT": True})
+    assert text.split("\n")[:4] == ["#version 430 core", "#define SIZE 8", "#define EXACT 1", "void main() {}"]
+
+
+def test_includes_nest_and_enter_once(glsl):
+    glsl("a.comp", '#include "x/b.glsl"\n#include "x/c.glsl"\nA\n')
+    glsl("x/b.glsl", '#include "x/c.glsl"\nB\n')
+    glsl("x/c.glsl", '#include "x/b.glsl"\nC\n')
+    assert shaders.source("a.comp").split() == ["#version", "430", "core", "C", "B", "A"]
+
+
+def test_comments_are_blanked_and_their_includes_not_followed(glsl):
+    glsl("a.comp", '// Σ as #include "x.glsl"\n/* two\n#include "y.glsl"\n*/ int a; // S(x, y)\n')
+    text = shaders.source("a.comp")
+    assert text.isascii() and "include" not in text
+    assert text.split("\n")[4].strip() == "int a;"
+
+
+def test_missing_file_is_named_with_the_line_that_wants_it(glsl):
+    glsl("a.comp", 'int a;\n#include "none.glsl"\n')
+    with pytest.raises(shaders.ShaderError, match=r"^a\.comp:2: there is no shader file glsl/none\.glsl$"):
+        shaders.source("a.comp")
+
+
+def test_compute_error_names_the_included_file_and_line(ctx, glsl):
+    glsl("a.comp", '#include "b.glsl"\nlayout(local_size_x = 1) in;\nvoid main() { f(); }\n')
+    glsl("b.glsl", "// one\nvoid f() {\n    nonsense();\n}\n")
+    with pytest.raises(shaders.ShaderError, match=r"^b\.glsl:3: .*nonsense"):
+        shaders.compute(ctx, "a.comp", {"N": 1})
+
+
+def test_program_error_names_the_stage_at_fault(ctx, glsl):
+    glsl("a.vert", "void main() { gl_Position = vec4(0); }\n")
+    glsl("a.frag", "out vec4 out_color;\n\nvoid main() { out_color = missing; }\n")
+    with pytest.raises(shaders.ShaderError, match=r"^a\.frag:3: .*missing"):
+        shaders.program(ctx, vertex="a.vert", fragment="a.frag")
+
+
+def test_link_error_names_the_files(ctx, glsl):
+    glsl("a.vert", "void main() { gl_Position = vec4(0); }\n")
+    glsl("a.frag", "in vec4 v_color;\nout vec4 out_color;\nvoid main() { out_color = v_color; }\n")
+    with pytest.raises(shaders.ShaderError, match=r"^a\.vert \+ a\.frag: error: .*v_color"):
+        shaders.program(ctx, vertex="a.vert", fragment="a.frag")
+
+
+@pytest.mark.parametrize(
+    "log",
+    [
+        "compute_shader\n==\n0:3(5): error: bad",  # Mesa
+        "compute_shader\n==\n0(3) : error: bad",  # NVIDIA
+        "compute_shader\n==\nERROR: 0:3: error: bad",  # AMD, Intel
+    ],
+)
+def test_logs_of_all_drivers_are_understood(log):
+    lines = [shaders.Line("", "(loader)", 1), shaders.Line("", "a.comp", 1), shaders.Line("", "a.comp", 2)]
+    assert shaders._explain(log, {"compute_shader": lines}) == "a.comp:2: error: bad"
+
+
+ROOT = Path(str(shaders.root()))
+COMPUTE = sorted(path.relative_to(ROOT).as_posix() for path in ROOT.rglob("*.comp"))
+
+
+@pytest.mark.parametrize("path", COMPUTE)
+def test_compute_shader_compiles_with_its_own_defaults(ctx, path):
+    shaders.compute(ctx, path).release()
