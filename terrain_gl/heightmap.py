@@ -1,0 +1,246 @@
+"""Stage 1, the heightmap: metres above datum on a regular grid of posts, with holes where no height is known.
+
+h[row, col], row 0 is the north edge. World: x = col·s_x east, y = (rows − 1 − row)·s_y north, z up, metres.
+"""
+
+from __future__ import annotations
+
+import math
+import os
+from typing import Any
+
+import numpy as np
+from numpy.typing import ArrayLike
+
+from terrain_gl.exceptions import TerrainError, UsageError
+from terrain_gl.rasters import SRTM_VOID, Raster, Spacing, open_raster
+
+MAX_POSTS = 16384 * 16384
+MAX_HEIGHT_M = 1e7  # beyond it float32 has steps above a metre, and a value is most likely an unnamed no-data mark
+
+
+class Heightmap:
+    """Heights in metres at the posts of a regular grid.
+
+    Parameters
+    ----------
+    heights : array_like, shape (rows, cols)
+        Metres, any real type; NaN and ±Inf are voids. A C-contiguous float32 array without ±Inf is not copied.
+    spacing_m : float or (east, north)
+        Metres between neighbouring posts.
+    name : str
+        What messages call the map.
+
+    Attributes
+    ----------
+    heights : numpy.ndarray, float32, shape (rows, cols)
+        Metres, NaN where void, C-contiguous.
+    spacing_m : (float, float)
+        Metres between posts, east and north.
+    voids : int
+        Number of void posts.
+    range_m : (float, float)
+        Lowest and highest height.
+
+    Raises
+    ------
+    TerrainError
+        Not a 2-D array of real numbers of at least 2 × 2 posts, all void, or heights out of all measure.
+    UsageError
+        A spacing that is not positive.
+    """
+
+    def __init__(self, heights: ArrayLike, spacing_m: float | Spacing = 1.0, name: str = "array"):
+        self.name = name
+        self.spacing_m = _spacing(spacing_m)
+        self.heights = _as_float32(np.asarray(heights), name)
+        void = ~np.isfinite(self.heights)
+        self.voids = int(np.count_nonzero(void))
+        self._mark_voids(void)
+        self.range_m = self._range()
+
+    @classmethod
+    def open(
+        cls,
+        path: str | os.PathLike[str],
+        spacing_m: float | Spacing | None = None,
+        z_scale: float = 1.0,
+        z_offset_m: float = 0.0,
+        nodata: float | None = None,
+        encoding: str = "plain",
+    ) -> Heightmap:
+        """Read a map from a file: PNG, TIFF, EXR, HDR, NPY, SRTM HGT and, with rasterio, whatever GDAL opens.
+
+        A post's height is value · z_scale + z_offset_m, computed in float64 and stored in float32.
+
+        Parameters
+        ----------
+        path : str or path
+        spacing_m : float or (east, north), optional
+            Metres between posts; without it, what the file's tags or the name of a .hgt tile say, else 1.
+        z_scale, z_offset_m : float
+            Metres per unit of value, and the height of value 0.
+        nodata : float, optional
+            A value that marks voids, beside the one that the file names. NaN, ±Inf and full transparency always
+            do; −32768 does in .hgt, and in other signed 16-bit files that name no value of their own.
+        encoding : {"plain", "terrarium", "mapbox"}
+            How pixels hold heights: as one channel, or packed in the three of an 8-bit colour image.
+
+        Raises
+        ------
+        TerrainError
+            The file cannot be read, or does not hold a heightmap of at least 2 × 2 posts.
+        UsageError
+            An option is out of its range.
+        """
+        _check_options(z_scale, z_offset_m, encoding)
+        raster = open_raster(path)
+        rows, cols, _ = raster.shape
+        _check_size(rows, cols, raster.name)
+        marks = _void_marks(raster, nodata)
+        heights = np.empty((rows, cols), np.float32)
+        for where, pixels in raster.blocks:
+            values = ENCODINGS[encoding](pixels, raster)
+            heights[where] = _metres(values, marks, z_scale, z_offset_m)
+            if raster.has_alpha:
+                heights[where][pixels[..., -1] == 0] = np.nan
+        return cls(heights, _first_known(spacing_m, raster.spacing_m, 1.0), raster.name)
+
+    @property
+    def rows(self) -> int:
+        """Posts north to south."""
+        return self.heights.shape[0]
+
+    @property
+    def cols(self) -> int:
+        """Posts west to east."""
+        return self.heights.shape[1]
+
+    @property
+    def extent_m(self) -> Spacing:
+        """Metres from the first post to the last, east and north."""
+        return (self.cols - 1) * self.spacing_m[0], (self.rows - 1) * self.spacing_m[1]
+
+    def __repr__(self) -> str:
+        low, high = self.range_m
+        return f"<Heightmap {self.name}: {self.cols} x {self.rows} posts, {low:g} to {high:g} m, {self.voids} voids>"
+
+    def _mark_voids(self, void: np.ndarray) -> None:
+        if self.voids == self.heights.size:
+            raise TerrainError(f"{self.name}: every post is void (no-data, NaN or Inf): check the no-data value")
+        if np.isinf(self.heights[void]).any():
+            self.heights = np.where(void, np.float32(np.nan), self.heights)
+
+    def _range(self) -> Spacing:
+        low, high = float(np.fmin.reduce(self.heights, None)), float(np.fmax.reduce(self.heights, None))
+        if max(-low, high) > MAX_HEIGHT_M:
+            raise TerrainError(
+                f"{self.name}: heights run from {low:.9g} to {high:.9g} m, beyond ±{MAX_HEIGHT_M:g}: "
+                "name the no-data value (--nodata) or scale them (--z-scale)"
+            )
+        return low, high
+
+
+# --- Checks -----------------------------------------------------------------------------------------------------------
+
+
+def _check_options(z_scale: float, z_offset_m: float, encoding: str) -> None:
+    if not math.isfinite(z_scale) or z_scale == 0:
+        raise UsageError(f"z-scale must be a finite number other than 0, got {z_scale}")
+    if not math.isfinite(z_offset_m):
+        raise UsageError(f"z-offset must be a finite number of metres, got {z_offset_m}")
+    if encoding not in ENCODINGS:
+        raise UsageError(f"encoding must be one of {', '.join(ENCODINGS)}, got {encoding!r}")
+
+
+def _check_size(rows: int, cols: int, name: str) -> None:
+    if rows < 2 or cols < 2:
+        raise TerrainError(f"{name}: has {cols} x {rows} posts: a heightmap needs at least 2 x 2")
+    if rows * cols > MAX_POSTS:
+        raise TerrainError(
+            f"{name}: has {cols} x {rows} posts, more than the {MAX_POSTS} (16384 x 16384) held in memory: "
+            "crop it or reduce it, for example with gdal_translate -outsize"
+        )
+
+
+def _as_float32(heights: np.ndarray, name: str) -> np.ndarray:
+    if heights.ndim != 2 or heights.dtype.kind not in "iufb":
+        raise TerrainError(f"{name}: expected real heights of shape (rows, cols), got {heights.dtype} {heights.shape}")
+    rows, cols = heights.shape
+    _check_size(rows, cols, name)
+    with np.errstate(over="ignore", invalid="ignore"):
+        return np.ascontiguousarray(heights, np.float32)
+
+
+def _spacing(spacing_m: float | Spacing) -> Spacing:
+    try:
+        east, north = (float(s) for s in np.broadcast_to(np.asarray(spacing_m, np.float64), 2))
+    except (TypeError, ValueError):
+        east = north = math.nan
+    if not (0 < east < math.inf and 0 < north < math.inf):
+        raise UsageError(f"spacing must be one or two positive numbers of metres (east, north), got {spacing_m}")
+    return east, north
+
+
+def _first_known(*choices: Any) -> Any:
+    return next(choice for choice in choices if choice is not None)
+
+
+# --- From pixels to metres --------------------------------------------------------------------------------------------
+
+
+def _void_marks(raster: Raster, nodata: float | None) -> list[float]:
+    """The stored values that mean "no data", as the pixels' own type rounds them."""
+    own = raster.nodata
+    if own is None and raster.dtype.newbyteorder("=") == np.int16:
+        own = SRTM_VOID
+    marks = [float(mark) for mark in (own, nodata) if mark is not None]
+    with np.errstate(over="ignore"):
+        return [float(raster.dtype.type(mark)) if raster.dtype.kind == "f" else mark for mark in marks]
+
+
+def _metres(values: np.ndarray, marks: list[float], z_scale: float, z_offset_m: float) -> np.ndarray:
+    """Scale in float64, so that centimetres survive at 8848 m, and round to float32 once."""
+    with np.errstate(over="ignore", invalid="ignore"):
+        heights = (values * z_scale + z_offset_m).astype(np.float32)
+    void = ~np.isfinite(heights)
+    for mark in marks:
+        void |= values == mark
+    heights[void] = np.nan
+    return heights
+
+
+def _plain(pixels: np.ndarray, raster: Raster) -> np.ndarray:
+    """One channel of values; or the colours of a float image, where HDR has no grey, if they are all equal."""
+    grey = pixels[..., 0].astype(np.float64)
+    others = pixels[..., 1 : raster.colours]
+    same = raster.dtype.kind == "f" and np.array_equal(*np.broadcast_arrays(others, pixels[..., :1]), equal_nan=True)
+    if raster.colours > 1 and not same:
+        raise TerrainError(
+            f"{raster.name}: has {raster.colours} colour channels: if they pack heights, give --encoding terrarium "
+            "or mapbox, else convert it to one grey channel"
+        )
+    return grey
+
+
+def _packed(pixels: np.ndarray, raster: Raster) -> np.ndarray:
+    """Red, green, blue as one 24-bit integer."""
+    if raster.colours != 3 or raster.dtype != np.uint8:
+        raise TerrainError(
+            f"{raster.name}: has {raster.colours} channels of {raster.dtype}: the encodings terrarium and mapbox are "
+            "8-bit RGB, drop --encoding"
+        )
+    return pixels[..., :3].astype(np.float64) @ [65536.0, 256.0, 1.0]
+
+
+def _terrarium(pixels: np.ndarray, raster: Raster) -> np.ndarray:
+    """Metres = 256 R + G + B/256 − 32768 (Mapzen terrain tiles)."""
+    return _packed(pixels, raster) / 256 - 32768
+
+
+def _mapbox(pixels: np.ndarray, raster: Raster) -> np.ndarray:
+    """Metres = (65536 R + 256 G + B) / 10 − 10000 (Mapbox Terrain-RGB)."""
+    return _packed(pixels, raster) / 10 - 10000
+
+
+ENCODINGS = {"plain": _plain, "terrarium": _terrarium, "mapbox": _mapbox}
