@@ -66,6 +66,13 @@ def limits(ctx: moderngl.Context) -> dict[str, int]:
     return found | {"viewport_size": min(pair)}
 
 
+def storage_block_bytes(ctx: moderngl.Context) -> int:
+    """Bytes of a storage buffer that shaders reach."""
+    # Mesa's software renderer reports 128 MiB but reaches all that 32-bit byte offsets do
+    software = "llvmpipe" in ctx.info["GL_RENDERER"]
+    return 2**32 - 1 if software else limits(ctx)["storage_block_bytes"]
+
+
 def capture_patches(
     ctx: moderngl.Context,
     program: moderngl.Program,

@@ -1,0 +1,52 @@
+"""Time summed-area tables of a 4096² map beside numpy's two cumulative sums and the memory's own floor.
+
+Run: python benchmarks/sat.py [SIZE]. All numbers are the best of five in this one run; compare ratios, not milliseconds.
+"""
+
+import sys
+import time
+
+import numpy as np
+
+from terrain_gl.context import create_context
+from terrain_gl.sat import SummedAreaTables, Table
+
+
+def best_ms(work, finish=lambda: None, repeats=5):
+    """Shortest time of `work` in milliseconds."""
+    times = []
+    for _ in range(repeats):
+        start = time.perf_counter()
+        work()
+        finish()
+        times.append(time.perf_counter() - start)
+    return min(times) * 1e3
+
+
+def measure(ctx, size, bits):
+    """Milliseconds of the table, of numpy, and of copying as many bytes as the kernels move."""
+    values = np.random.default_rng(0).integers(0, 65536, (size, size), dtype=f"u{bits // 8}")
+    buffer, tables = ctx.buffer(values.tobytes()), SummedAreaTables(ctx, bits)
+    table = best_ms(lambda: tables.build(buffer, Table(size, size)), ctx.finish)
+    numpy = best_ms(lambda: values.cumsum(1, values.dtype).cumsum(0, values.dtype))
+    copied = ctx.buffer(reserve=buffer.size)
+    copy = best_ms(lambda: ctx.copy_buffer(copied, buffer), ctx.finish)
+    floor = copy / 2 * 6  # a copy is one read and one write; rows and columns take two reads and one write each
+    for each in (buffer, copied, tables):
+        each.release()
+    return table, numpy, floor
+
+
+def main():
+    """Print one line per word size."""
+    size = int(sys.argv[1]) if len(sys.argv) > 1 else 4096
+    ctx = create_context()
+    print(f"{size} x {size} on {ctx.info['GL_RENDERER']}")
+    print(f"{'bits':>4} {'table ms':>10} {'numpy ms':>10} {'floor ms':>10} {'table/numpy':>12} {'table/floor':>12}")
+    for bits in (32, 64):
+        table, numpy, floor = measure(ctx, size, bits)
+        print(f"{bits:4} {table:10.1f} {numpy:10.1f} {floor:10.1f} {table / numpy:12.2f} {table / floor:12.2f}")
+
+
+if __name__ == "__main__":
+    main()

@@ -1,0 +1,35 @@
+// sat/box.glsl — sum and mean over any box, in four fetches.
+//   S(x, y)   = sum of f(i, j) for i < x, j < y          (Crow 1984)
+//   box(a, b) = S(b.x,b.y) − S(a.x,b.y) − S(b.x,a.y) + S(a.x,a.y)        for a ≤ b, b outside the box
+//
+//        a.x     b.x
+//   a.y   A───────B        A word stores S one to the right and one below of its texel, so S(0, y) = S(x, 0) = 0
+//         │  box  │        need no storage, and the table is as large as the map.
+//   b.y   C───────D        box = (D − C) − (B − A)
+//
+// GLSL passes no buffers to functions: the includer declares the buffer and asks for a function over it, as in
+//     layout(std430, binding = 0) readonly buffer Squares { uvec2 square[]; };
+//     BOX_SUM(square_sum, uvec2, square, sub64)         gives  uvec2 square_sum(Table t, int layer, ivec2 a, ivec2 b)
+// Provides Table, BOX_SUM(), box_mean().   Python twin: reference.box_sum
+
+#include "sat/word.glsl"
+
+struct Table {
+    uint first;  // word of the buffer where the table begins
+    ivec2 size;  // columns, rows
+};
+
+uint sat_index(Table t, int layer, int x, int y) {
+    return t.first + (uint(layer) * uint(t.size.y) + uint(y - 1)) * uint(t.size.x) + uint(x - 1);
+}
+
+#define SAT(WORD, array, t, layer, x, y) ((x) == 0 || (y) == 0 ? WORD(0) : array[sat_index(t, layer, x, y)])
+
+#define BOX_SUM(name, WORD, array, sub)                                                          \
+    WORD name(Table t, int layer, ivec2 a, ivec2 b) {                                            \
+        WORD A = SAT(WORD, array, t, layer, a.x, a.y), B = SAT(WORD, array, t, layer, b.x, a.y); \
+        WORD C = SAT(WORD, array, t, layer, a.x, b.y), D = SAT(WORD, array, t, layer, b.x, b.y); \
+        return sub(sub(D, C), sub(B, A));                                                        \
+    }
+
+float box_mean(float sum, ivec2 a, ivec2 b) { return sum / (float(b.x - a.x) * float(b.y - a.y)); }

@@ -1,0 +1,15 @@
+// sat/edit.glsl — a rectangle of the map gets new values: what difference and spread share.
+//   New values differ from old ones by d inside the rectangle and by nothing outside, and sums are linear:
+//     S_new(x, y) = S_old(x, y) + D(x, y),   D = the table of d, constant right of and below the rectangle.
+//   All is exact modulo 2^bits, so the outcome is the rebuilt table bit for bit.
+
+#include "sat/box.glsl"
+
+layout(local_size_x = 64) in;
+layout(std430, binding = 0) buffer Words { WORD word[]; };
+layout(std430, binding = 1) buffer Edits { WORD edit[]; };
+
+uniform uint u_first;       // word of the buffer where the table begins
+uniform ivec2 u_size;       // of the table
+uniform ivec2 u_edit_at;    // corner of the rectangle
+uniform ivec2 u_edit_size;  // of the rectangle

@@ -1,0 +1,34 @@
+// sat/lines.glsl — the map as parallel lines of words, cut into strips: what reduce, scan and propagate share.
+//   Summing along rows, a line is a row and its words are 1 apart; along columns, a line is a column and its words are
+//   a row apart. One thread owns one strip of one line:
+//
+//            strip 0       strip 1       strip 2
+//   line 0 │ • • • • → │ • • • • → │ • • • →          neighbouring threads take neighbouring lines; along columns
+//   line 1 │ • • • • → │ • • • • → │ • • • →          their loads are side by side, along rows each has cache lines
+//   line 2 │ • • • • → │ • • • • → │ • • • →          of its own and uses them up
+//
+// Provides word[], strip_sum[], word_index(), strip_index(), strips().
+
+#include "sat/word.glsl"
+
+#ifndef STRIP
+#define STRIP 64
+#endif
+
+layout(local_size_x = 64) in;
+layout(std430, binding = 0) buffer Words { WORD word[]; };
+layout(std430, binding = 1) buffer StripSums { WORD strip_sum[]; };
+
+uniform uint u_first;      // word of the buffer where the table begins
+uniform uint u_lines;      // lines in a layer
+uniform uint u_length;     // words in a line
+uniform uint u_line_step;  // words from a line to the next
+uniform uint u_word_step;  // words from a word to the next of its line
+
+uint strips() { return (u_length + STRIP - 1u) / STRIP; }
+
+uint word_index(uint line, uint i, uint layer) {
+    return u_first + layer * u_lines * u_length + line * u_line_step + i * u_word_step;
+}
+
+uint strip_index(uint line, uint strip, uint layer) { return (layer * strips() + strip) * u_lines + line; }

@@ -1,0 +1,17 @@
+// sat/propagate.comp — phase 3 of a prefix sum: each strip runs on from what stands before it.
+//   0 │ 3 1 4 1 │  9 │ 5 9 2 6 │  31 │ 5 3 5 8 │   →   │ 3 4 8 9 │ 14 23 25 31 │ 36 39 44 52 │
+
+#include "sat/lines.glsl"
+
+void main() {
+    uint line = gl_GlobalInvocationID.x, strip = gl_GlobalInvocationID.y, layer = gl_GlobalInvocationID.z;
+    if (line >= u_lines) return;
+
+    WORD sum = strip_sum[strip_index(line, strip, layer)];
+    uint end = min((strip + 1u) * STRIP, u_length);
+    uint at = word_index(line, strip * STRIP, layer);
+    for (uint i = strip * STRIP; i < end; i++, at += u_word_step) {
+        sum = ADD(sum, word[at]);
+        word[at] = sum;
+    }
+}

@@ -1,0 +1,15 @@
+// sat/reduce.comp — phase 1 of a prefix sum: each strip is added up to one number.
+//   │ 3 1 4 1 │ 5 9 2 6 │ 5 3 5 8 │   →   9, 22, 21
+
+#include "sat/lines.glsl"
+
+void main() {
+    uint line = gl_GlobalInvocationID.x, strip = gl_GlobalInvocationID.y, layer = gl_GlobalInvocationID.z;
+    if (line >= u_lines) return;
+
+    WORD sum = WORD(0);
+    uint end = min((strip + 1u) * STRIP, u_length);
+    uint at = word_index(line, strip * STRIP, layer);
+    for (uint i = strip * STRIP; i < end; i++, at += u_word_step) sum = ADD(sum, word[at]);
+    strip_sum[strip_index(line, strip, layer)] = sum;
+}

@@ -1,0 +1,43 @@
+// sat/word.glsl — words that wrap: the unsigned integers that a table is made of.
+//   32 bits: uint.   64 bits: uvec2, low half first.   16 bits: two independent sums side by side in one uint.
+//   All wrap modulo 2^bits, and differences of wrapped sums are exact while the true difference is below 2^bits.
+// Provides addN(), subN(), word_float(); for kernels that set BITS also WORD, ADD(), SUB().
+
+uint add32(uint a, uint b) { return a + b; }
+uint sub32(uint a, uint b) { return a - b; }
+
+uvec2 add64(uvec2 a, uvec2 b) {
+    uint carry;
+    uint low = uaddCarry(a.x, b.x, carry);
+    return uvec2(low, a.y + b.y + carry);
+}
+
+uvec2 sub64(uvec2 a, uvec2 b) {
+    uint borrow;
+    uint low = usubBorrow(a.x, b.x, borrow);
+    return uvec2(low, a.y - b.y - borrow);
+}
+
+// The low half as it is; the high half alone, so that nothing carries from one into the other.
+uint add16(uint a, uint b) { return ((a + b) & 0xffffu) | ((a & 0xffff0000u) + (b & 0xffff0000u)); }
+uint sub16(uint a, uint b) { return ((a - b) & 0xffffu) | ((a & 0xffff0000u) - (b & 0xffff0000u)); }
+
+float word_float(uint a) { return float(a); }
+float word_float(uvec2 a) { return float(a.y) * 4294967296.0 + float(a.x); }
+
+#ifndef BITS
+#define BITS 32
+#endif
+#if BITS == 64
+#define WORD uvec2
+#define ADD add64
+#define SUB sub64
+#elif BITS == 32
+#define WORD uint
+#define ADD add32
+#define SUB sub32
+#else
+#define WORD uint
+#define ADD add16
+#define SUB sub16
+#endif

@@ -1,0 +1,143 @@
+"""Summed-area tables, exact at any size, built in place by prefix sums in compute shaders (Crow 1984).
+
+A table is a rectangle of unsigned words in a storage buffer, row after row, layer after layer. Building turns values f
+into sums, wrapped modulo 2^bits:
+
+    word[y, x] = S(x + 1, y + 1),   S(x, y) = sum of f(i, j) for i < x, j < y
+
+Differences of wrapped sums are exact: any box whose own sum is below 2^bits comes out right, however large the map.
+Lookups in shaders: `glsl/sat/box.glsl`. Specification: `reference.sat`, `reference.box_sum`.
+"""
+
+from __future__ import annotations
+
+from typing import Any, NamedTuple
+
+import moderngl
+import numpy as np
+
+from . import gl, shaders
+from .exceptions import TerrainError
+
+STRIP = 64  # words that one thread adds up
+GROUP = 64  # threads of a work group, as in glsl/sat
+_WORD_DTYPES = {16: "<u2", 32: "<u4", 64: "<u8"}
+
+
+class Table(NamedTuple):
+    """Where a table lies in its buffer: `width` × `height` words, `layers` times, from word `first` on."""
+
+    width: int
+    height: int
+    layers: int = 1
+    first: int = 0
+
+    @property
+    def words(self) -> int:
+        """Words in all layers."""
+        return self.width * self.height * self.layers
+
+
+class SummedAreaTables:
+    """The kernels that build, edit and query tables of one word size.
+
+    Parameters
+    ----------
+    bits
+        32, 64 (a uvec2, low half first), or 16: two independent 16-bit sums side by side in a 32-bit word.
+    """
+
+    def __init__(self, ctx: moderngl.Context, bits: int = 32) -> None:
+        if bits not in _WORD_DTYPES:
+            raise ValueError(f"bits: expected 16, 32 or 64, got {bits}")
+        self.ctx, self.bits = ctx, bits
+        self.word_bytes = max(bits, 32) // 8
+        names = ("reduce", "scan", "propagate", "difference", "spread", "query")
+        defines = {"BITS": bits, "STRIP": STRIP}
+        self._kernels = {name: shaders.compute(ctx, f"sat/{name}.comp", defines) for name in names}
+
+    def build(self, buffer: moderngl.Buffer, table: Table) -> None:
+        """Turn the values in `buffer` into their table, in place: prefix sums along rows, then along columns."""
+        self._check(buffer, table)
+        buffer.bind_to_storage_buffer(0)
+        width, height, layers, first = table
+        self._sum_lines(first, layers, lines=height, length=width, line_step=width, word_step=1)
+        self._sum_lines(first, layers, lines=width, length=height, line_step=1, word_step=width)
+
+    def edit(self, buffer: moderngl.Buffer, table: Table, values: moderngl.Buffer, at: Table, x: int, y: int) -> None:
+        """Give a rectangle new values; the table becomes what a rebuild would make it, bit for bit.
+
+        Parameters
+        ----------
+        values
+            New values of the rectangle, all layers; overwritten.
+        at
+            Size of the rectangle, as a table of its own with `first` 0.
+        x, y
+            Column and row of the rectangle's corner.
+        """
+        self._check(buffer, table)
+        if x < 0 or y < 0 or x + at.width > table.width or y + at.height > table.height or at.layers != table.layers:
+            raise ValueError(f"edit: {at} at ({x}, {y}) does not lie in {table}")
+        place = {"size": table[:2], "edit_at": (x, y), "edit_size": at[:2], "first": table.first}
+        buffer.bind_to_storage_buffer(0)
+        values.bind_to_storage_buffer(1)
+        self._run("difference", at.width, at.height, at.layers, **place)
+        self.build(values, at)
+        buffer.bind_to_storage_buffer(0)
+        values.bind_to_storage_buffer(1)
+        self._run("spread", table.width - x, table.height - y, table.layers, **place)
+
+    def box_sums(self, buffer: moderngl.Buffer, table: Table, boxes: np.ndarray, layer: int = 0) -> np.ndarray:
+        """Sums of boxes (n, 4), each x0, y0, x1, y1 with the end outside; (n,) words, (n, 2) for 16 bits."""
+        corners = np.ascontiguousarray(boxes, "<i4")
+        questions = self.ctx.buffer(corners.tobytes())
+        answers = self.ctx.buffer(reserve=len(corners) * self.word_bytes)
+        for binding, each in enumerate((buffer, questions, answers)):
+            each.bind_to_storage_buffer(binding)
+        self._run("query", len(corners), first=table.first, size=table[:2], layer=layer)
+        sums = self._words(answers.read()).reshape(len(corners), -1)
+        questions.release()
+        answers.release()
+        return sums if self.bits == 16 else sums[:, 0]
+
+    def read(self, buffer: moderngl.Buffer, table: Table) -> np.ndarray:
+        """Words of a table, (layers, height, width), and a last axis of 2 for 16 bits."""
+        data = buffer.read(table.words * self.word_bytes, offset=table.first * self.word_bytes)
+        shape = (table.layers, table.height, table.width)
+        return self._words(data).reshape(shape + (2,) if self.bits == 16 else shape)
+
+    def release(self) -> None:
+        """Give the kernels back to the driver."""
+        for kernel in self._kernels.values():
+            kernel.release()
+
+    def _words(self, data: bytes) -> np.ndarray:
+        return np.frombuffer(data, _WORD_DTYPES[self.bits])
+
+    def _sum_lines(self, first: int, layers: int, **lines: int) -> None:
+        """Reduce, scan, propagate along parallel lines of words."""
+        strips = -(-lines["length"] // STRIP)
+        sums = self.ctx.buffer(reserve=lines["lines"] * strips * layers * self.word_bytes)
+        sums.bind_to_storage_buffer(1)
+        for phase, rows in (("reduce", strips), ("scan", 1), ("propagate", strips)):
+            self._run(phase, lines["lines"], rows, layers, first=first, **lines)
+        sums.release()
+
+    def _run(self, name: str, threads: int, rows: int = 1, layers: int = 1, **uniforms: Any) -> None:
+        kernel = self._kernels[name]
+        for key, value in uniforms.items():
+            if f"u_{key}" in kernel:  # a phase may have no use for one
+                kernel[f"u_{key}"] = value
+        kernel.run(-(-threads // GROUP), rows, layers)
+        self.ctx.memory_barrier(moderngl.SHADER_STORAGE_BARRIER_BIT | moderngl.BUFFER_UPDATE_BARRIER_BIT)
+
+    def _check(self, buffer: moderngl.Buffer, table: Table) -> None:
+        if min(table[:3]) < 1 or (table.first + table.words) * self.word_bytes > buffer.size:
+            raise ValueError(f"{table} of {self.bits}-bit words does not fit a buffer of {buffer.size} bytes")
+        most = gl.storage_block_bytes(self.ctx)
+        if buffer.size > most:
+            raise TerrainError(
+                f"a table of {buffer.size >> 20} MiB is more than this driver's storage blocks hold ({most >> 20} MiB);"
+                " use a smaller map"
+            )

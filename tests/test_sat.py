@@ -1,0 +1,160 @@
+"""Summed-area tables against Python integers: every box of small maps, random ones of large maps, past any overflow."""
+
+import numpy as np
+import pytest
+from hypothesis import given
+from hypothesis import strategies as st
+
+from terrain_gl import reference
+from terrain_gl.exceptions import TerrainError
+from terrain_gl.sat import STRIP, SummedAreaTables, Table
+
+BITS = (16, 32, 64)
+SMALL = [(1, 1), (1, 6), (6, 1), (12, 19), (49, 2)]  # rows, cols
+LARGE = [(100, 300), (1000, 37), (4097, 33), (STRIP, STRIP + 1), (2 * STRIP, 2 * STRIP - 1)]
+
+
+@pytest.fixture(scope="module")
+def tables(session_context):
+    with session_context:
+        yield {bits: SummedAreaTables(session_context, bits) for bits in BITS}
+
+
+def random_words(shape, bits, seed=0):
+    """Words of all sizes; 16-bit ones in pairs."""
+    rng = np.random.default_rng(seed)
+    return rng.integers(0, 2**bits, shape + ((2,) if bits == 16 else ()), dtype=f"u{bits // 8}")
+
+
+def built(ctx, tables, values):
+    """Table of values (layers, rows, cols), its buffer and its kernels."""
+    bits = 8 * values.itemsize
+    table = Table(values.shape[2], values.shape[1], values.shape[0])
+    buffer = ctx.buffer(values.tobytes())
+    tables[bits].build(buffer, table)
+    return tables[bits], buffer, table
+
+
+def all_boxes(rows, cols):
+    x0, y0, x1, y1 = np.mgrid[: cols + 1, : rows + 1, : cols + 1, : rows + 1].reshape(4, -1)
+    return np.stack([x0, y0, x1, y1], 1)[(x0 <= x1) & (y0 <= y1)]
+
+
+def random_boxes(rows, cols, count=300):
+    rng = np.random.default_rng(1)
+    x, y = np.sort(rng.integers(0, cols + 1, (count, 2))), np.sort(rng.integers(0, rows + 1, (count, 2)))
+    return np.stack([x[:, 0], y[:, 0], x[:, 1], y[:, 1]], 1)
+
+
+def plain_sums(values, boxes, bits):
+    """Box sums of values (rows, cols) by Python integers, modulo 2^bits."""
+    rows = values.tolist()
+    return [sum(sum(row[x0:x1]) for row in rows[y0:y1]) % 2**bits for x0, y0, x1, y1 in boxes.tolist()]
+
+
+@pytest.mark.parametrize("bits", BITS)
+@pytest.mark.parametrize("shape", SMALL + LARGE, ids=str)
+def test_boxes_equal_python_integers(ctx, tables, shape, bits):
+    values = random_words((1, *shape), bits)
+    boxes = all_boxes(*shape) if shape in SMALL else random_boxes(*shape)
+    kernels, buffer, table = built(ctx, tables, values)
+    got = kernels.box_sums(buffer, table, boxes)
+    if bits == 16:
+        assert got[:, 0].tolist() == plain_sums(values[0, ..., 0], boxes, 16)
+        assert got[:, 1].tolist() == plain_sums(values[0, ..., 1], boxes, 16)
+    else:
+        assert got.tolist() == plain_sums(values[0], boxes, bits)
+
+
+@pytest.mark.parametrize("bits", BITS)
+@pytest.mark.parametrize("shape", SMALL + LARGE, ids=str)
+def test_words_equal_the_reference(ctx, tables, shape, bits):
+    values = random_words((3, *shape), bits, seed=2)
+    kernels, buffer, table = built(ctx, tables, values)
+    words = kernels.read(buffer, table)
+    assert (words == [reference.sat(layer) for layer in values]).all()
+
+
+@given(st.integers(1, 140), st.integers(1, 140), st.integers(1, 3), st.sampled_from([32, 64]), st.integers(0, 99))
+def test_any_size_equals_the_reference(ctx, tables, rows, cols, layers, bits, seed):
+    values = random_words((layers, rows, cols), bits, seed)
+    kernels, buffer, table = built(ctx, tables, values)
+    assert (kernels.read(buffer, table) == [reference.sat(layer) for layer in values]).all()
+    buffer.release()
+
+
+def test_reference_boxes_equal_python_integers():
+    values = random_words((12, 19), 32)
+    boxes = all_boxes(12, 19)
+    table = reference.sat(values)
+    assert [reference.box_sum(table, (a, b), (c, d)) for a, b, c, d in boxes.tolist()] == plain_sums(values, boxes, 32)
+
+
+def test_16_bit_values_in_32_bit_words_stay_exact_after_many_wraps(ctx, tables):
+    values = np.full((1, 1500, 1300), 65535, "u4")  # sums to 29 times 2^32
+    kernels, buffer, table = built(ctx, tables, values)
+    corners = random_boxes(1500 - 256, 1300 - 256)[:, :2]
+    boxes = np.concatenate([corners, corners + 256], 1)  # 65,536 texels, the most that is exact
+    assert set(kernels.box_sums(buffer, table, boxes).tolist()) == {65535 * 65536}
+
+
+def test_halves_of_a_16_bit_word_do_not_disturb_each_other(ctx, tables):
+    values = np.stack([np.full((1, 90, 90), 65535), np.ones((1, 90, 90))], -1).astype("u2")
+    kernels, buffer, table = built(ctx, tables, values)
+    assert kernels.box_sums(buffer, table, np.array([[3, 5, 80, 85]])).tolist() == [[-77 * 80 % 65536, 77 * 80]]
+
+
+def test_layer_is_chosen_by_number(ctx, tables):
+    values = random_words((5, 20, 30), 32)
+    kernels, buffer, table = built(ctx, tables, values)
+    boxes = random_boxes(20, 30, 40)
+    for layer in range(5):
+        assert kernels.box_sums(buffer, table, boxes, layer).tolist() == plain_sums(values[layer], boxes, 32)
+
+
+def test_table_inside_a_larger_buffer_leaves_the_rest_alone(ctx, tables):
+    words = random_words((1000,), 64)
+    buffer = ctx.buffer(words.tobytes())
+    table = Table(20, 30, first=150)
+    tables[64].build(buffer, table)
+    assert (tables[64].read(buffer, table)[0] == reference.sat(words[150:750].reshape(30, 20))).all()
+    around = np.frombuffer(buffer.read(), "u8")
+    assert (around[:150] == words[:150]).all() and (around[750:] == words[750:]).all()
+
+
+@pytest.mark.parametrize("bits", BITS)
+@pytest.mark.parametrize("x, y, cols, rows", [(0, 0, 150, 90), (149, 89, 1, 1), (0, 0, 1, 1), (60, 20, 70, 65)])
+def test_edit_equals_a_rebuild(ctx, tables, x, y, cols, rows, bits):
+    before, new = random_words((2, 90, 150), bits, 3), random_words((2, rows, cols), bits, 4)
+    kernels, buffer, table = built(ctx, tables, before)
+    kernels.edit(buffer, table, ctx.buffer(new.tobytes()), Table(cols, rows, 2), x, y)
+    after = before.copy()
+    after[:, y : y + rows, x : x + cols] = new
+    rebuilt = built(ctx, tables, after)[1]
+    assert buffer.read() == rebuilt.read()
+
+
+def test_same_values_give_the_same_bytes(ctx, tables):
+    values = random_words((1, 700, 900), 64)
+    assert len({built(ctx, tables, values)[1].read() for _ in range(3)}) == 1
+
+
+def test_table_that_does_not_fit_is_refused(ctx, tables):
+    buffer = ctx.buffer(reserve=400)
+    for table in (Table(10, 11), Table(0, 5), Table(10, 10, first=1), Table(5, 5, 5)):
+        with pytest.raises(ValueError, match="does not fit a buffer of 400 bytes"):
+            tables[32].build(buffer, table)
+    with pytest.raises(ValueError, match="does not lie in"):
+        tables[32].edit(buffer, Table(10, 10), ctx.buffer(reserve=4), Table(1, 1), 10, 0)
+
+
+def test_driver_with_small_storage_blocks_is_named(ctx, tables, monkeypatch):
+    monkeypatch.setattr("terrain_gl.gl.storage_block_bytes", lambda _: 1 << 20)
+    buffer = ctx.buffer(reserve=2 << 20)
+    with pytest.raises(TerrainError, match=r"2 MiB is more than this driver's storage blocks hold \(1 MiB\)"):
+        tables[32].build(buffer, Table(700, 700))
+
+
+def test_word_size_is_checked(ctx):
+    with pytest.raises(ValueError, match="expected 16, 32 or 64, got 8"):
+        SummedAreaTables(ctx, 8)
