@@ -1,6 +1,6 @@
 """Time summed-area tables of a 4096² map beside numpy's two cumulative sums and the memory's own floor.
 
-Run: python benchmarks/sat.py [SIZE]. All numbers are the best of five in this one run; compare ratios, not milliseconds.
+Run: python benchmarks/sat.py [SIZE]. Each number is the best of five in one run: compare ratios, not milliseconds.
 """
 
 import sys
