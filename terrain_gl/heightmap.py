@@ -214,7 +214,8 @@ def _plain(pixels: np.ndarray, raster: Raster) -> np.ndarray:
     """One channel of values; or the colours of a float image, where HDR has no grey, if they are all equal."""
     grey = pixels[..., 0].astype(np.float64)
     others = pixels[..., 1 : raster.colours]
-    same = raster.dtype.kind == "f" and np.array_equal(*np.broadcast_arrays(others, pixels[..., :1]), equal_nan=True)
+    first = np.broadcast_to(pixels[..., :1], others.shape)
+    same = raster.dtype.kind == "f" and np.array_equal(others, first, equal_nan=True)
     if raster.colours > 1 and not same:
         raise TerrainError(
             f"{raster.name}: has {raster.colours} colour channels: if they pack heights, give --encoding terrarium "

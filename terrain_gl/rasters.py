@@ -24,6 +24,7 @@ import OpenImageIO as oiio
 from terrain_gl.exceptions import TerrainError
 
 BLOCK_POSTS = 1 << 20
+MAX_CHANNELS = 4
 INSTALL_GEO = "pip install 'terrain-gl[geo]'"
 SRTM_VOID = -32768.0
 
@@ -124,8 +125,8 @@ def _open_oiio(path: str, name: str) -> Raster:
     if image is None:
         raise _damaged(name, _reason(oiio))
     spec = image.spec()
-    if spec.deep or spec.depth > 1:
-        raise TerrainError(f"{name}: is a deep or volume image: a heightmap has one height per post, flatten it")
+    if spec.deep or spec.depth > 1 or spec.nchannels > MAX_CHANNELS:
+        raise TerrainError(f"{name}: is a deep, volume or many-channel image: keep one channel of heights")
     shape = (spec.height, spec.width, spec.nchannels)
     has_alpha = spec.nchannels > 1 and spec.alpha_channel == spec.nchannels - 1
     dtype = np.dtype({"uint": "uint32", "int": "int32", "half": "float16"}.get(str(spec.format), str(spec.format)))
@@ -264,13 +265,13 @@ def _open_gdal(path: str, name: str) -> Raster:
         with warnings.catch_warnings():
             warnings.simplefilter("ignore", rasterio.errors.NotGeoreferencedWarning)
             data = rasterio.open(_utf8(path, name))
+            _check_bands(data, name)
             spacing_m = _gdal_spacing(data, name)
     except rasterio.errors.RasterioError as error:
         reason = "not a format that GDAL knows" if "not recognized" in str(error) else _one_line(error)
         raise TerrainError(
             f"{name}: is not a readable heightmap ({reason}): give PNG, TIFF, EXR, HDR, NPY, HGT"
         ) from None
-    _check_bands(data, name)
     shape = (data.height, data.width, data.count)
     has_alpha = data.count > 1 and data.colorinterp[-1] == rasterio.enums.ColorInterp.alpha
     return Raster(name, shape, np.dtype(data.dtypes[0]), _gdal_blocks(data, name), has_alpha, data.nodata, spacing_m)
@@ -281,6 +282,8 @@ def _check_bands(data: Any, name: str) -> None:
 
     if data.count == 0:
         raise TerrainError(f"{name}: holds several layers and no raster of its own: extract one with gdal_translate")
+    if data.count > MAX_CHANNELS:
+        raise TerrainError(f"{name}: has {data.count} bands, not one of heights: extract it with gdal_translate -b")
     if data.dtypes[0].startswith("complex"):
         raise TerrainError(f"{name}: holds complex numbers: convert it to one real height per post")
     if data.colorinterp[0] == rasterio.enums.ColorInterp.palette:
