@@ -59,10 +59,9 @@ class SummedAreaTables:
     def build(self, buffer: moderngl.Buffer, table: Table) -> None:
         """Turn the values in `buffer` into their table, in place: prefix sums along rows, then along columns."""
         self._check(buffer, table)
-        buffer.bind_to_storage_buffer(0)
-        width, height, layers, first = table
-        self._sum_lines(first, layers, lines=height, length=width, line_step=width, word_step=1)
-        self._sum_lines(first, layers, lines=width, length=height, line_step=1, word_step=width)
+        width, height = table[:2]
+        self._sum_lines(buffer, table, lines=height, length=width, line_step=width, word_step=1)
+        self._sum_lines(buffer, table, lines=width, length=height, line_step=1, word_step=width)
 
     def edit(self, buffer: moderngl.Buffer, table: Table, values: moderngl.Buffer, at: Table, x: int, y: int) -> None:
         """Give a rectangle new values; the table becomes what a rebuild would make it, bit for bit.
@@ -79,23 +78,19 @@ class SummedAreaTables:
         self._check(buffer, table)
         if x < 0 or y < 0 or x + at.width > table.width or y + at.height > table.height or at.layers != table.layers:
             raise ValueError(f"edit: {at} at ({x}, {y}) does not lie in {table}")
+        blocks = {"Words": buffer, "Edits": values}
         place = {"size": table[:2], "edit_at": (x, y), "edit_size": at[:2], "first": table.first}
-        buffer.bind_to_storage_buffer(0)
-        values.bind_to_storage_buffer(1)
-        self._run("difference", at.width, at.height, at.layers, **place)
+        self._run("difference", blocks, (at.width, at.height, at.layers), **place)
         self.build(values, at)
-        buffer.bind_to_storage_buffer(0)
-        values.bind_to_storage_buffer(1)
-        self._run("spread", table.width - x, table.height - y, table.layers, **place)
+        self._run("spread", blocks, (table.width - x, table.height - y, table.layers), **place)
 
     def box_sums(self, buffer: moderngl.Buffer, table: Table, boxes: np.ndarray, layer: int = 0) -> np.ndarray:
         """Sums of boxes (n, 4), each x0, y0, x1, y1 with the end outside; (n,) words, (n, 2) for 16 bits."""
         corners = np.ascontiguousarray(boxes, "<i4")
         questions = self.ctx.buffer(corners.tobytes())
         answers = self.ctx.buffer(reserve=len(corners) * self.word_bytes)
-        for binding, each in enumerate((buffer, questions, answers)):
-            each.bind_to_storage_buffer(binding)
-        self._run("query", len(corners), first=table.first, size=table[:2], layer=layer)
+        blocks = {"Words": buffer, "Boxes": questions, "Sums": answers}
+        self._run("query", blocks, (len(corners), 1, 1), first=table.first, size=table[:2], layer=layer)
         sums = self._words(answers.read()).reshape(len(corners), -1)
         questions.release()
         answers.release()
@@ -115,21 +110,27 @@ class SummedAreaTables:
     def _words(self, data: bytes) -> np.ndarray:
         return np.frombuffer(data, _WORD_DTYPES[self.bits])
 
-    def _sum_lines(self, first: int, layers: int, **lines: int) -> None:
+    def _sum_lines(self, buffer: moderngl.Buffer, table: Table, **lines: int) -> None:
         """Reduce, scan, propagate along parallel lines of words."""
         strips = -(-lines["length"] // STRIP)
-        sums = self.ctx.buffer(reserve=lines["lines"] * strips * layers * self.word_bytes)
-        sums.bind_to_storage_buffer(1)
+        sums = self.ctx.buffer(reserve=lines["lines"] * strips * table.layers * self.word_bytes)
+        blocks = {"Words": buffer, "StripSums": sums}
         for phase, rows in (("reduce", strips), ("scan", 1), ("propagate", strips)):
-            self._run(phase, lines["lines"], rows, layers, first=first, **lines)
+            self._run(phase, blocks, (lines["lines"], rows, table.layers), first=table.first, **lines)
         sums.release()
 
-    def _run(self, name: str, threads: int, rows: int = 1, layers: int = 1, **uniforms: Any) -> None:
-        kernel = self._kernels[name]
+    def _run(
+        self, name: str, blocks: dict[str, moderngl.Buffer], threads: tuple[int, int, int], **uniforms: Any
+    ) -> None:
+        """Run one kernel over so many threads; blocks and uniforms that it has no use for are left out."""
+        kernel: Any = self._kernels[name]
+        for block, buffer in blocks.items():
+            if block in kernel:
+                buffer.bind_to_storage_buffer(kernel[block].binding)
         for key, value in uniforms.items():
-            if f"u_{key}" in kernel:  # a phase may have no use for one
+            if f"u_{key}" in kernel:
                 kernel[f"u_{key}"] = value
-        kernel.run(-(-threads // GROUP), rows, layers)
+        kernel.run(-(-threads[0] // GROUP), *threads[1:])
         self.ctx.memory_barrier(moderngl.SHADER_STORAGE_BARRIER_BIT | moderngl.BUFFER_UPDATE_BARRIER_BIT)
 
     def _check(self, buffer: moderngl.Buffer, table: Table) -> None:
