@@ -5,7 +5,6 @@ Each way that fails says why in one line: what is missing, what to install, whic
 
 from __future__ import annotations
 
-import ctypes
 import platform
 import warnings
 from collections.abc import Callable
@@ -14,6 +13,7 @@ from typing import Any, NamedTuple
 import moderngl
 
 from .exceptions import TerrainError, UsageError
+from .loaders import OSMesaLoader, WindowLoader
 
 REQUIRED = 430  # compute shaders and storage buffers
 _WANTED = (450, REQUIRED)
@@ -74,7 +74,7 @@ def backend_name(ctx: moderngl.Context) -> str:
 
 def from_glfw_window(window: Any, require: int = REQUIRED) -> moderngl.Context:
     """Context of a GLFW window, which becomes current; the window stays the caller's."""
-    return _finish(_with_loader(_GLFW(window), require), "glfw")
+    return _finish(_with_loader(WindowLoader(window), require), "glfw")
 
 
 def _probe(name: str) -> Probe:
@@ -96,7 +96,7 @@ def _newest(name: str) -> moderngl.Context:
             return _finish(_BACKENDS[name](version), name)
         except Exception as error:  # ValueError, OSError, or glcontext's bare Exception
             reason = str(error)
-    raise TerrainError(f"{name}: {_too_old(name) or reason}{_advice(name)}")
+    raise TerrainError(f"{name}: {_too_old(name) or reason + _install(name)}")
 
 
 def _with_loader(loader: Any, version: int) -> moderngl.Context:
@@ -117,13 +117,13 @@ def _too_old(name: str) -> str:
         return ""
     found = f"found OpenGL {ctx.version_code // 100}.{ctx.version_code // 10 % 10} ({ctx.info['GL_RENDERER']})"
     ctx.release()
-    return f"{found}, needed 4.3 for compute shaders"
+    mac = platform.system() == "Darwin"
+    advice = "macOS has no more, use Linux or Windows" if mac else "update the graphics driver"
+    return f"{found}, needed 4.3 for compute shaders; {advice}"
 
 
-def _advice(name: str) -> str:
-    if platform.system() == "Darwin":
-        return "; macOS stops at OpenGL 4.1, this program runs on Linux and Windows"
-    return f"; on Debian or Ubuntu: apt install {_PACKAGES[name]}"
+def _install(name: str) -> str:
+    return f"; on Debian or Ubuntu: apt install {_PACKAGES[name]}" if platform.system() == "Linux" else ""
 
 
 def _egl(version: int) -> moderngl.Context:
@@ -133,7 +133,7 @@ def _egl(version: int) -> moderngl.Context:
 
 
 def _osmesa(version: int) -> moderngl.Context:
-    return _with_loader(_OSMesa(version), version)
+    return _with_loader(OSMesaLoader(version), version)
 
 
 def _glfw(version: int) -> moderngl.Context:
@@ -145,17 +145,9 @@ def _glfw(version: int) -> moderngl.Context:
         warnings.simplefilter("ignore")
         if not glfw.init():
             raise TerrainError(f"no display ({_glfw_error(glfw)}); set DISPLAY or run under xvfb-run")
-        hints = {
-            glfw.VISIBLE: glfw.FALSE,
-            glfw.CONTEXT_VERSION_MAJOR: version // 100,
-            glfw.CONTEXT_VERSION_MINOR: version // 10 % 10,
-            glfw.OPENGL_PROFILE: glfw.OPENGL_CORE_PROFILE,
-            glfw.OPENGL_FORWARD_COMPAT: glfw.TRUE,
-        }
-        glfw.default_window_hints()
-        for hint, value in hints.items():
-            glfw.window_hint(hint, value)
-        window = glfw.create_window(16, 16, "terrain-gl", None, None)
+        # EGL first: GLX kills the process if an EGL context is current, as one from here may be
+        ways = (glfw.EGL_CONTEXT_API, glfw.NATIVE_CONTEXT_API)
+        window = next(filter(None, (_hidden_window(glfw, version, way) for way in ways)), None)
         if not window:
             raise TerrainError(f"no window ({_glfw_error(glfw)})")
     ctx = from_glfw_window(window, version)
@@ -163,75 +155,24 @@ def _glfw(version: int) -> moderngl.Context:
     return ctx
 
 
+def _hidden_window(glfw: Any, version: int, creation: int) -> Any:
+    hints = {
+        glfw.VISIBLE: glfw.FALSE,
+        glfw.CONTEXT_CREATION_API: creation,
+        glfw.CONTEXT_VERSION_MAJOR: version // 100,
+        glfw.CONTEXT_VERSION_MINOR: version // 10 % 10,
+        glfw.OPENGL_PROFILE: glfw.OPENGL_CORE_PROFILE,
+        glfw.OPENGL_FORWARD_COMPAT: glfw.TRUE,
+    }
+    glfw.default_window_hints()
+    for hint, value in hints.items():
+        glfw.window_hint(hint, value)
+    return glfw.create_window(16, 16, "terrain-gl", None, None)
+
+
 def _glfw_error(glfw: Any) -> str:
     text = glfw.get_error()[1]
     return text.decode() if text else "unknown"
-
-
-class _GLFW:
-    """GLFW window as the loader object that moderngl asks for."""
-
-    def __init__(self, window: Any) -> None:
-        self.window, self.owns_window = window, False
-        self.__enter__()
-
-    def load_opengl_function(self, name: str) -> int:
-        import glfw
-
-        return ctypes.cast(glfw.get_proc_address(name), ctypes.c_void_p).value or 0
-
-    def __enter__(self) -> None:
-        import glfw
-
-        glfw.make_context_current(self.window)
-
-    def __exit__(self, *_: object) -> None:
-        pass
-
-    def release(self) -> None:
-        import glfw
-
-        if self.owns_window:
-            glfw.destroy_window(self.window)
-
-
-class _OSMesa:
-    """OSMesa context as the loader object that moderngl asks for."""
-
-    def __init__(self, version: int) -> None:
-        self.library = ctypes.CDLL("libOSMesa.so.8")
-        self.context = self._function("OSMesaCreateContextAttribs", ctypes.c_void_p, ctypes.c_void_p, ctypes.c_void_p)(
-            _osmesa_attributes(version), None
-        )
-        if not self.context:
-            raise TerrainError(f"OSMesaCreateContextAttribs gave no {version / 100} context")
-        self.pixels = ctypes.create_string_buffer(4 * 16 * 16)  # must live as long as the context
-        self._current = self._function(
-            "OSMesaMakeCurrent", ctypes.c_ubyte, ctypes.c_void_p, ctypes.c_void_p, *[ctypes.c_int] * 3
-        )
-        self._address = self._function("OSMesaGetProcAddress", ctypes.c_void_p, ctypes.c_char_p)
-        self.__enter__()
-
-    def _function(self, name: str, result: Any, *arguments: Any) -> Callable[..., Any]:
-        return ctypes.CFUNCTYPE(result, *arguments)((name, self.library))
-
-    def load_opengl_function(self, name: str) -> int:
-        return self._address(name.encode()) or 0
-
-    def __enter__(self) -> None:
-        self._current(self.context, self.pixels, 0x1401, 16, 16)  # GL_UNSIGNED_BYTE
-
-    def __exit__(self, *_: object) -> None:
-        pass
-
-    def release(self) -> None:
-        self._function("OSMesaDestroyContext", None, ctypes.c_void_p)(self.context)
-
-
-def _osmesa_attributes(version: int) -> Any:
-    # format RGBA, depth 24, stencil 8, core profile, version major.minor, end
-    pairs = [0x22, 0x1908, 0x30, 24, 0x31, 8, 0x33, 0x34, 0x36, version // 100, 0x37, version // 10 % 10, 0]
-    return (ctypes.c_int * len(pairs))(*pairs)
 
 
 _BACKENDS: dict[str, Callable[[int], moderngl.Context]] = {"egl": _egl, "osmesa": _osmesa, "glfw": _glfw}

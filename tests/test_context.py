@@ -68,6 +68,18 @@ def test_egl_and_osmesa_give_the_same_bytes(ctx, osmesa):
     assert np.frombuffer(ours[1], "u1").std() > 10  # not an empty picture
 
 
+def test_hidden_window_gives_the_same_bytes(ctx):
+    try:
+        window = create_context("glfw")
+    except TerrainError as error:
+        pytest.skip(str(error))
+    assert backend_name(window) == "glfw"
+    if window.info["GL_RENDERER"] != ctx.info["GL_RENDERER"]:
+        pytest.skip("the display is driven by another renderer")
+    assert work(window) == work(ctx)
+    window.release()
+
+
 def test_contexts_interleave(ctx, osmesa):
     first = work(ctx)
     assert work(osmesa)[2] == "GL_NO_ERROR"
