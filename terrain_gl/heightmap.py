@@ -5,6 +5,7 @@ h[row, col], row 0 is the north edge. World: x = col·s_x east, y = (rows − 1 
 
 from __future__ import annotations
 
+import contextlib
 import math
 import os
 from typing import Any
@@ -99,11 +100,12 @@ class Heightmap:
         _check_size(rows, cols, raster.name)
         marks = _void_marks(raster, nodata)
         heights = np.empty((rows, cols), np.float32)
-        for where, pixels in raster.blocks:
-            values = ENCODINGS[encoding](pixels, raster)
-            heights[where] = _metres(values, marks, z_scale, z_offset_m)
-            if raster.has_alpha:
-                heights[where][pixels[..., -1] == 0] = np.nan
+        with contextlib.closing(raster.blocks) as blocks:
+            for where, pixels in blocks:
+                values = ENCODINGS[encoding](pixels, raster)
+                heights[where] = _metres(values, marks, z_scale, z_offset_m)
+                if raster.has_alpha:
+                    heights[where][pixels[..., -1] == 0] = np.nan
         return cls(heights, _first_known(spacing_m, raster.spacing_m, 1.0), raster.name)
 
     @property
@@ -168,7 +170,7 @@ def _as_float32(heights: np.ndarray, name: str) -> np.ndarray:
         raise TerrainError(f"{name}: expected real heights of shape (rows, cols), got {heights.dtype} {heights.shape}")
     rows, cols = heights.shape
     _check_size(rows, cols, name)
-    with np.errstate(over="ignore", invalid="ignore"):
+    with np.errstate(all="ignore"):
         return np.ascontiguousarray(heights, np.float32)
 
 
@@ -201,7 +203,7 @@ def _void_marks(raster: Raster, nodata: float | None) -> list[float]:
 
 def _metres(values: np.ndarray, marks: list[float], z_scale: float, z_offset_m: float) -> np.ndarray:
     """Scale in float64, so that centimetres survive at 8848 m, and round to float32 once."""
-    with np.errstate(over="ignore", invalid="ignore"):
+    with np.errstate(all="ignore"):
         heights = (values * z_scale + z_offset_m).astype(np.float32)
     void = ~np.isfinite(heights)
     for mark in marks:

@@ -14,7 +14,7 @@ import re
 import stat
 import tokenize
 import warnings
-from collections.abc import Callable, Iterator
+from collections.abc import Callable, Generator, Iterator
 from dataclasses import dataclass
 from typing import Any
 
@@ -29,7 +29,8 @@ INSTALL_GEO = "pip install 'terrain-gl[geo]'"
 SRTM_VOID = -32768.0
 
 Spacing = tuple[float, float]
-Block = tuple[Any, np.ndarray]  # where in the map (an index into rows and columns), pixels (rows, cols, channels)
+# Where in the map (an index into rows and columns), and pixels (rows, cols, channels).
+Blocks = Generator[tuple[Any, np.ndarray], None, None]
 
 
 @dataclass
@@ -44,7 +45,7 @@ class Raster:
         rows, cols, channels.
     dtype : numpy.dtype
         Of the stored pixels.
-    blocks : iterator of (index, pixels)
+    blocks : generator of (index, pixels)
         `index` selects rows and columns of the map, `pixels` is (rows, cols, channels). Each comes once.
     has_alpha : bool
         The last channel is opacity.
@@ -57,7 +58,7 @@ class Raster:
     name: str
     shape: tuple[int, int, int]
     dtype: np.dtype
-    blocks: Iterator[Block]
+    blocks: Blocks
     has_alpha: bool = False
     nodata: float | None = None
     spacing_m: Spacing | None = None
@@ -127,13 +128,18 @@ def _open_oiio(path: str, name: str) -> Raster:
     spec = image.spec()
     if spec.deep or spec.depth > 1 or spec.nchannels > MAX_CHANNELS:
         raise TerrainError(f"{name}: is a deep, volume or many-channel image: keep one channel of heights")
+    bits = spec.get_int_attribute("oiio:BitsPerSample", 0)
+    if spec.tile_width and bits > 16 and bits != 32:  # seen in OpenImageIO 3.0 to 3.2: memory left as it was, no error
+        raise TerrainError(
+            f"{name}: is a tiled TIFF of {bits}-bit values, which only GDAL reads rightly: {INSTALL_GEO}"
+        )
     shape = (spec.height, spec.width, spec.nchannels)
     has_alpha = spec.nchannels > 1 and spec.alpha_channel == spec.nchannels - 1
     dtype = np.dtype({"uint": "uint32", "int": "int32", "half": "float16"}.get(str(spec.format), str(spec.format)))
     return Raster(name, shape, dtype, _oiio_blocks(image, name), has_alpha)
 
 
-def _oiio_blocks(image: Any, name: str) -> Iterator[Block]:
+def _oiio_blocks(image: Any, name: str) -> Blocks:
     spec = image.spec()
     step = spec.tile_height or _rows_at_once(spec.width)
     for row in range(0, spec.height, step):
@@ -206,7 +212,7 @@ def _open_npy(path: str, name: str) -> Raster:
     )
 
 
-def _npy_blocks(path: str, dtype: np.dtype, shape: tuple[int, int, int], offset: int, c_order: bool) -> Iterator[Block]:
+def _npy_blocks(path: str, dtype: np.dtype, shape: tuple[int, int, int], offset: int, c_order: bool) -> Blocks:
     """Read by pieces, not through the memory map, whose pages would all stay resident."""
     rows, cols, channels = shape if c_order else (shape[1], shape[0], shape[2])
     step = _rows_at_once(cols)
@@ -290,7 +296,7 @@ def _check_bands(data: Any, name: str) -> None:
         raise TerrainError(f"{name}: holds palette indices, not heights: convert it to one grey channel")
 
 
-def _gdal_blocks(data: Any, name: str) -> Iterator[Block]:
+def _gdal_blocks(data: Any, name: str) -> Blocks:
     import rasterio
 
     step = _rows_at_once(data.width, unit=data.block_shapes[0][0])
