@@ -14,7 +14,7 @@ import numpy as np
 from numpy.typing import ArrayLike
 
 from terrain_gl.exceptions import TerrainError, UsageError
-from terrain_gl.rasters import SRTM_VOID, Raster, Spacing, open_raster
+from terrain_gl.readers import SRTM_VOID, Raster, Spacing, open_raster
 
 MAX_POSTS = 16384 * 16384
 MAX_HEIGHT_M = 1e7  # beyond it float32 has steps above a metre, and a value is most likely an unnamed no-data mark

@@ -1,0 +1,66 @@
+""".npy arrays and SRTM .hgt tiles through numpy."""
+
+from __future__ import annotations
+
+import math
+import os
+import re
+import tokenize
+
+import numpy as np
+
+from terrain_gl.exceptions import TerrainError
+from terrain_gl.readers.geodesy import metres_per_degree
+from terrain_gl.readers.raster import Blocks, Raster, Spacing, one_line, rows_at_once
+
+SRTM_VOID = -32768.0
+
+
+def open_npy(path: str, name: str) -> Raster:
+    """Open a 2-D array, or a 3-D one of colours, in C or Fortran order."""
+    try:
+        array = np.load(path, mmap_mode="r", allow_pickle=False)
+    except (ValueError, TypeError, OSError, EOFError, OverflowError, SyntaxError, tokenize.TokenError) as error:
+        raise TerrainError(f"{name}: is not a whole .npy array ({one_line(error)}): save it again") from None
+    if array.ndim not in (2, 3) or array.dtype.kind not in "iuf":
+        kind = f"{array.ndim}-dimensional {array.dtype}"
+        raise TerrainError(f"{name}: holds a {kind} array: expected numbers of shape (rows, cols)")
+    shape = (*array.shape, 1)[:3]
+    if not array.flags.c_contiguous and array.ndim == 3:
+        raise TerrainError(f"{name}: is in Fortran order: save numpy.ascontiguousarray(array)")
+    return Raster(
+        name, shape, array.dtype, _npy_blocks(path, array.dtype, shape, array.offset, array.flags.c_contiguous)
+    )
+
+
+def _npy_blocks(path: str, dtype: np.dtype, shape: tuple[int, int, int], offset: int, c_order: bool) -> Blocks:
+    """Read by pieces, not through the memory map, whose pages would all stay resident."""
+    rows, cols, channels = shape if c_order else (shape[1], shape[0], shape[2])
+    step = rows_at_once(cols)
+    with open(path, "rb") as file:
+        file.seek(offset)
+        for row in range(0, rows, step):
+            piece = slice(row, min(row + step, rows))
+            pixels = np.fromfile(file, dtype, (piece.stop - row) * cols * channels)
+            pixels = pixels.reshape(piece.stop - row, cols, channels)
+            yield (piece, pixels) if c_order else (np.s_[:, piece], pixels.swapaxes(0, 1))
+
+
+def open_hgt(path: str, name: str) -> Raster:
+    """SRTM tile: n × n big-endian int16, one degree a side, named after its south-west corner."""
+    size = os.path.getsize(path)
+    side = math.isqrt(size // 2)
+    if size != 2 * side * side:
+        raise TerrainError(f"{name}: {size} bytes are not a square of 2-byte posts: the .hgt tile is cut short")
+    shape = (side, side, 1)
+    blocks = _npy_blocks(path, np.dtype(">i2"), shape, 0, True)
+    return Raster(name, shape, np.dtype(">i2"), blocks, nodata=SRTM_VOID, spacing_m=_hgt_spacing(path, side))
+
+
+def _hgt_spacing(path: str, side: int) -> Spacing | None:
+    corner = re.match(r"([NS])(\d\d)[EW]\d\d\d", os.path.basename(path).upper())
+    if corner is None or side < 2:
+        return None
+    latitude = int(corner[2]) * (1 if corner[1] == "N" else -1) + 0.5
+    east, north = metres_per_degree(latitude)
+    return east / (side - 1), north / (side - 1)

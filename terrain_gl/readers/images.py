@@ -1,0 +1,75 @@
+"""PNG, EXR, HDR and TIFF through OpenImageIO."""
+
+from __future__ import annotations
+
+import contextlib
+import os
+from collections.abc import Iterator
+from typing import Any
+
+import numpy as np
+import OpenImageIO as oiio
+
+from terrain_gl.exceptions import TerrainError
+from terrain_gl.readers.raster import INSTALL_GEO, MAX_CHANNELS, Blocks, Raster, damaged, rows_at_once, utf8
+
+
+def open_oiio(path: str, name: str) -> Raster:
+    """Open an image of one height per pixel, or of packed colours."""
+    config = oiio.ImageSpec()
+    config.attribute("oiio:UnassociatedAlpha", 1)  # else heights come back multiplied by their opacity
+    with _quiet_stderr():
+        image = oiio.ImageInput.open(utf8(path, name), config)
+    if image is None:
+        raise damaged(name, _reason(oiio))
+    spec = image.spec()
+    if spec.deep or spec.depth > 1 or spec.nchannels > MAX_CHANNELS:
+        raise TerrainError(f"{name}: is a deep, volume or many-channel image: keep one channel of heights")
+    bits = spec.get_int_attribute("oiio:BitsPerSample", 0)
+    if spec.tile_width and bits > 16 and bits != 32:  # seen in OpenImageIO 3.0 to 3.2: memory left as it was, no error
+        raise TerrainError(
+            f"{name}: is a tiled TIFF of {bits}-bit values, which only GDAL reads rightly: {INSTALL_GEO}"
+        )
+    shape = (spec.height, spec.width, spec.nchannels)
+    has_alpha = spec.nchannels > 1 and spec.alpha_channel == spec.nchannels - 1
+    dtype = np.dtype({"uint": "uint32", "int": "int32", "half": "float16"}.get(str(spec.format), str(spec.format)))
+    return Raster(name, shape, dtype, _oiio_blocks(image, name), has_alpha)
+
+
+def _oiio_blocks(image: Any, name: str) -> Blocks:
+    spec = image.spec()
+    step = spec.tile_height or rows_at_once(spec.width)
+    for row in range(0, spec.height, step):
+        rows = slice(row, min(row + step, spec.height))
+        top, bottom = spec.y + rows.start, spec.y + rows.stop
+        with _quiet_stderr():
+            if spec.tile_width:
+                columns = (spec.x, spec.x + spec.width)
+                pixels = image.read_tiles(0, 0, *columns, top, bottom, 0, 1, 0, spec.nchannels, spec.format)
+            else:
+                pixels = image.read_scanlines(0, 0, top, bottom, 0, 0, spec.nchannels, spec.format)
+        if pixels is None:
+            raise damaged(name, _reason(image))
+        yield rows, pixels.reshape(rows.stop - rows.start, spec.width, spec.nchannels)
+
+
+def _reason(source: Any) -> str:
+    """OpenImageIO's last error in one line; after some damaged files its text is not even UTF-8."""
+    try:
+        text = source.geterror()
+    except UnicodeDecodeError:
+        text = ""
+    return " ".join(text.split())[:120] or "its data do not decode"
+
+
+@contextlib.contextmanager
+def _quiet_stderr() -> Iterator[None]:
+    """Silence libpng, which writes lines of its own to file descriptor 2; our one line says the same."""
+    saved, null = os.dup(2), os.open(os.devnull, os.O_WRONLY)
+    try:
+        os.dup2(null, 2)
+        yield
+    finally:
+        os.dup2(saved, 2)
+        os.close(saved)
+        os.close(null)

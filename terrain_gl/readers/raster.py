@@ -1,0 +1,93 @@
+"""A raster file, opened: what every reader gives, and what the readers share."""
+
+from __future__ import annotations
+
+import os
+from collections.abc import Generator
+from dataclasses import dataclass
+from typing import Any
+
+import numpy as np
+
+from terrain_gl.exceptions import TerrainError
+
+BLOCK_POSTS = 1 << 20
+MAX_CHANNELS = 4
+INSTALL_GEO = "pip install 'terrain-gl[geo]'"
+
+Spacing = tuple[float, float]
+# Where in the map (an index into rows and columns), and pixels (rows, cols, channels).
+Blocks = Generator[tuple[Any, np.ndarray], None, None]
+
+
+@dataclass
+class Raster:
+    """A raster file, opened; its pixels come block by block.
+
+    Attributes
+    ----------
+    name : str
+        The file as messages call it.
+    shape : tuple of int
+        rows, cols, channels.
+    dtype : numpy.dtype
+        Of the stored pixels.
+    blocks : generator of (index, pixels)
+        `index` selects rows and columns of the map, `pixels` is (rows, cols, channels). Each comes once.
+    has_alpha : bool
+        The last channel is opacity.
+    nodata : float or None
+        The stored value that marks a void, if the file names one.
+    spacing_m : (east, north) or None
+        Metres between posts, if the file tells.
+    """
+
+    name: str
+    shape: tuple[int, int, int]
+    dtype: np.dtype
+    blocks: Blocks
+    has_alpha: bool = False
+    nodata: float | None = None
+    spacing_m: Spacing | None = None
+
+    @property
+    def colours(self) -> int:
+        """Channels without opacity."""
+        return self.shape[2] - self.has_alpha
+
+
+def rows_at_once(cols: int, unit: int = 1) -> int:
+    """Rows of one block: about BLOCK_POSTS posts, whole units (tiles, strips) unless one is larger than that."""
+    rows = max(1, BLOCK_POSTS // max(cols, 1))
+    return rows if unit > 4 * rows else -(-rows // unit) * unit
+
+
+def damaged(name: str, reason: str) -> TerrainError:
+    """Word the error of a file whose data do not decode."""
+    advice = "download or export it again"
+    if name.lower().endswith((".tif", ".tiff")) and not has_rasterio():
+        advice += f", or, if it is whole, let GDAL read it: {INSTALL_GEO}"
+    return TerrainError(f"{name}: is damaged or cut short ({reason}): {advice}")
+
+
+def one_line(error: Exception) -> str:
+    """Fold a library's message into one short line."""
+    return " ".join(str(error).split())[:120]
+
+
+def utf8(path: str, name: str) -> str:
+    """Return the absolute path for a library that takes only UTF-8 names."""
+    try:
+        path.encode("utf-8")
+    except UnicodeEncodeError:
+        raise TerrainError(f"{name}: its name is not valid UTF-8: rename the file") from None
+    return os.path.abspath(path)
+
+
+def has_rasterio() -> bool:
+    """Tell whether the [geo] extra is installed."""
+    try:
+        import rasterio  # noqa: F401
+    except ImportError:
+        return False
+    return True
