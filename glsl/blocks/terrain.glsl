@@ -1,0 +1,39 @@
+// blocks/terrain.glsl — what every stage knows of the map: its posts, its quadtree, its heights.
+//   A node of level j covers 2^j × 2^j texels from post (col, row) · 2^j on; past the last post its corners clamp to it.
+//   Level 0 is the map's own cells, level u_top_level the one node over all of it.
+// Python twin: layout.TERRAIN; heights are metres above Heightmap's base, voids filled from their rim.
+
+#define MAX_LEVELS 15
+
+struct Level {
+    ivec2 size;         // nodes, columns and rows
+    int first_node;     // of nodes[], levels ≥ 1
+    int first_word;     // of split[], levels ≥ 1: one bit a node, 32 nodes of a row in a word
+    ivec2 tiles;        // tiles of 32 × 32 nodes, columns and rows
+    int first_tile;     // of all levels' tiles
+    int first_count;    // word of the class counters' table, levels ≥ 1
+};
+
+layout(std140, binding = 0) uniform Terrain {
+    ivec2 u_last_post;     // column and row
+    vec2 u_spacing_m;      // east, north
+    int u_top_level;
+    float u_low_m;         // nothing of the map lies below,
+    float u_span_m;        // nor higher than this above that
+    int u_has_voids;
+    Level u_level[MAX_LEVELS];
+};
+
+layout(binding = 0) uniform sampler2D u_heights;
+layout(binding = 1) uniform usampler2D u_voids;
+
+float height_m(ivec2 post) { return texelFetch(u_heights, post, 0).x; }
+
+bool is_void(ivec2 post) { return u_has_voids != 0 && texelFetch(u_voids, post, 0).x != 0u; }
+
+// A full-resolution cell with a void corner is a hole.
+bool is_hole(ivec2 cell) {
+    if (u_has_voids == 0) return false;
+    ivec2 next = min(cell + 1, u_last_post);
+    return is_void(cell) || is_void(next) || is_void(ivec2(next.x, cell.y)) || is_void(ivec2(cell.x, next.y));
+}

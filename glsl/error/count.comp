@@ -1,0 +1,43 @@
+// error/count.comp — the values under the summed-area tables of a level: how many tiles are above each class,
+// and the squared error of each tile. One thread fills one tile of COUNT_TILE × COUNT_TILE nodes.
+
+#include "error/nodes.glsl"
+#include "error/classes.glsl"
+
+layout(local_size_x = 64) in;
+layout(std430, binding = 0) readonly buffer Nodes { PackedNode node[]; };
+layout(std430, binding = 1) writeonly buffer Counters { uint counter[]; };
+layout(std430, binding = 2) writeonly buffer Squares { uvec2 square[]; };
+
+uniform int u_which_level;
+uniform int u_first_counter;  // where the tables of counters and squares begin in their buffers
+uniform int u_first_square;
+uniform ivec2 u_first;  // first tile, and how many
+uniform ivec2 u_count;
+
+// All of a node's squared errors as a quad, from their mean.
+uvec2 node_squares(float rms_m, ivec2 at) {
+    ivec2 low = at << u_which_level, high = min(low + (1 << u_which_level), u_last_post);
+    vec2 posts = vec2(high - low + ivec2(equal(high, u_last_post)));
+    return square_up(rms_m / u_span_m * (rms_m / u_span_m) * posts.x * posts.y);
+}
+
+void main() {
+    int i = int(gl_GlobalInvocationID.x);
+    if (i >= u_count.x * u_count.y) return;
+    ivec2 tile = ivec2(i % u_count.x, i / u_count.x);
+    ivec2 low = (u_first + tile) * COUNT_TILE, high = min(low + COUNT_TILE, u_level[u_which_level].size);
+    float worst_m = 0.0;
+    uvec2 squares = uvec2(0u);
+    for (int y = low.y; y < high.y; y++)
+        for (int x = low.x; x < high.x; x++) {
+            PackedNode n = node[node_index(u_which_level, ivec2(x, y))];
+            worst_m = max(worst_m, unpack_pair(n.max_m).x);
+            squares = add64(squares, node_squares(unpack_pair(n.rms_m).x, ivec2(x, y)));
+        }
+    for (int word = 0; word < CLASSES / 2; word++) {
+        bvec2 above = greaterThan(vec2(worst_m), vec2(class_limit_m(2 * word), class_limit_m(2 * word + 1)));
+        counter[u_first_counter + word * u_count.x * u_count.y + i] = uint(above.x) | uint(above.y) << 16;
+    }
+    square[u_first_square + i] = squares;
+}

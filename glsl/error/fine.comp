@@ -1,0 +1,15 @@
+// error/fine.comp — the error table's fine levels: one thread looks at all posts of its node.
+
+#include "error/worst.glsl"
+
+layout(local_size_x = 8, local_size_y = 8) in;
+
+void main() {
+    if (any(greaterThanEqual(ivec2(gl_GlobalInvocationID.xy), u_count))) return;
+    ivec2 at = u_first + ivec2(gl_GlobalInvocationID.xy);
+    Node n = node_at(u_which_level, at);
+    Worst w = worst_of_nothing();
+    for (int y = n.low.y; y <= n.high.y; y++)
+        for (int x = n.low.x; x <= n.high.x; x++) gather_post(w, n, ivec2(x, y));
+    settle_node(at, n, w);
+}

@@ -1,0 +1,51 @@
+// error/nodes.glsl — the error table: of each node, the worst post and the root mean square, as quad and as fan.
+//   max_m: largest error of a post of the closed node.   rms_m: root of the mean squared error of its own posts, those
+//   of its north and west edges but not of the south and east ones (which are the neighbours'), so that any mosaic of
+//   nodes counts every post once. Heights of the node lie in [low_m, high_m].
+//   Fan errors are nested: never below those of the node's children. So a node that a neighbour forces to split
+//   has children that pass where it passed.
+// Errors are halves in units of span · 2^-14, rounded up: all of (0, span] stays a normal number.
+// Squared errors are 64-bit fixed point, rounded up: span² is 2^35, so 2^28 posts of the largest error do not overflow.
+// Provides PackedNode, pack_pair(), unpack_pair(), pack_range(), unpack_range(), square_up(), node_index().
+// Python twin: layout.NODE
+
+#include "blocks/terrain.glsl"
+#include "sat/word.glsl"
+
+struct PackedNode {
+    uint max_m, rms_m;  // halves: quad low, fan high
+    uint range;         // 16-bit steps of span above low: lowest low half, highest high half
+};
+
+float error_unit_m() { return u_span_m * exp2(-14.0); }
+
+uint half_up(float x) {
+    if (x <= 0.0) return 0u;
+    uint h = packHalf2x16(vec2(max(x, exp2(-14.0)), 0.0)) & 0xffffu;
+    return unpackHalf2x16(h).x < x ? h + 1u : h;
+}
+
+uint pack_pair(vec2 e_m) {
+    vec2 e = e_m / error_unit_m() * (1.0 + exp2(-22.0));
+    return half_up(e.x) | half_up(e.y) << 16;
+}
+
+vec2 unpack_pair(uint pair) { return unpackHalf2x16(pair) * error_unit_m(); }
+
+uint pack_range(vec2 low_high_m) {
+    vec2 steps = (low_high_m - u_low_m) / u_span_m * 65535.0;
+    uvec2 outward = uvec2(clamp(vec2(floor(steps.x - 0.01), ceil(steps.y + 0.01)), 0.0, 65535.0));
+    return outward.x | outward.y << 16;
+}
+
+vec2 unpack_range(uint range) {
+    return vec2(range & 0xffffu, range >> 16) / 65535.0 * u_span_m + u_low_m;
+}
+
+// `share` is a squared error, or a sum of some, in units of span².
+uvec2 square_up(float share) {
+    float s = share * 8.0 * (1.0 + exp2(-18.0)), high = floor(s);
+    return share == 0.0 ? uvec2(0u) : add64(uvec2(uint((s - high) * 4294967296.0), uint(high)), uvec2(1u, 0u));
+}
+
+int node_index(int level, ivec2 at) { return u_level[level].first_node + at.y * u_level[level].size.x + at.x; }

@@ -1,0 +1,16 @@
+// error/settle.comp — the error table's coarse levels: from what was gathered to the table, and clear for the next.
+
+#include "error/coarse.glsl"
+
+layout(local_size_x = 64) in;
+
+void main() {
+    int i = int(gl_GlobalInvocationID.x);
+    if (i >= u_count.x * u_count.y) return;
+    ivec2 at = u_first + ivec2(i % u_count.x, i / u_count.x);
+    Gathered g = gathered[i];
+    Worst w = Worst(uintBitsToFloat(uvec2(g.max_q, g.max_f)), uvec2(g.squares[0], g.squares[1]),
+                    uvec2(g.squares[2], g.squares[3]), g.voids);
+    settle_node(at, node_at(u_which_level, at), w);
+    gathered[i] = Gathered(0u, 0u, uint[4](0u, 0u, 0u, 0u), 0u);
+}

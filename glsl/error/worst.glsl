@@ -1,0 +1,79 @@
+// error/worst.glsl — gather the errors of a node's posts, then settle them into the error table.
+//   Squares are summed as integers: the sum does not depend on the order.
+// Provides Worst, worst_of_nothing(), gather_post(), settle_node().
+
+#include "error/nodes.glsl"
+#include "error/drawing.glsl"
+
+layout(std430, binding = 0) buffer Nodes { PackedNode node[]; };
+
+uniform int u_which_level;
+uniform ivec2 u_first;  // first node to compute, and how many
+uniform ivec2 u_count;
+
+struct Worst {
+    vec2 max_m;       // quad, fan
+    uvec2 squares_q;  // quad, 64 bits
+    uvec2 squares_f;  // fan
+    uint voids;
+};
+
+Worst worst_of_nothing() { return Worst(vec2(0.0), uvec2(0u), uvec2(0u), 0u); }
+
+// Posts on the south and east edges are the neighbours' own, except on the map's rim.
+bool is_own(Node n, ivec2 post) {
+    return all(lessThan(post, n.high + ivec2(equal(n.high, u_last_post))));
+}
+
+void gather_post(inout Worst w, Node n, ivec2 post) {
+    if (is_void(post)) {
+        w.voids = 1u;
+        return;
+    }
+    float h = height_m(post) - n.base_m;
+    vec2 e = vec2(quad_error_m(n, post, h), fan_error_m(n, post, h));
+    // corners are drawn where they stand: no rounding to allow for
+    bool corner = (post.x == n.low.x || post.x == n.high.x) && (post.y == n.low.y || post.y == n.high.y);
+    if (corner) return;
+    e = e * (1.0 + exp2(-20.0)) + rounding_m(n);
+    w.max_m = max(w.max_m, e);
+    if (!is_own(n, post)) return;
+    vec2 share = e / u_span_m * (e / u_span_m);
+    w.squares_q = add64(w.squares_q, square_up(share.x));
+    w.squares_f = add64(w.squares_f, square_up(share.y));
+}
+
+float rms_up_m(uvec2 squares, ivec2 posts) {
+    float mean = word_float(squares) / (float(posts.x) * float(posts.y)) * exp2(-35.0);
+    return sqrt(mean) * u_span_m * (1.0 + exp2(-18.0));
+}
+
+vec2 range_of_posts(Node n) {
+    vec2 range = vec2(n.h[0][0]);
+    for (int y = 0; y < 3; y++)
+        for (int x = 0; x < 3; x++) range = vec2(min(range.x, n.h[y][x]), max(range.y, n.h[y][x]));
+    return range + n.base_m;
+}
+
+void settle_node(ivec2 at, Node n, Worst w) {
+    ivec2 own = n.high - n.low + ivec2(equal(n.high, u_last_post));
+    vec2 rms_m = vec2(rms_up_m(w.squares_q, own), rms_up_m(w.squares_f, own));
+    // with voids the posts are fewer than the texels: the mean is not known, but never above the maximum
+    rms_m = w.voids != 0u ? w.max_m : min(rms_m, w.max_m);
+    PackedNode settled = PackedNode(pack_pair(w.max_m), pack_pair(rms_m), 0u);
+    if (u_which_level == 1) settled.range = pack_range(range_of_posts(n));
+    else {
+        settled.range = 0xffffu;
+        ivec2 last = min(2 * at + 1, u_level[u_which_level - 1].size - 1);
+        for (int y = 2 * at.y; y <= last.y; y++)
+            for (int x = 2 * at.x; x <= last.x; x++) {
+                PackedNode child = node[node_index(u_which_level - 1, ivec2(x, y))];
+                // halves of positive numbers compare as integers do
+                settled.max_m = (settled.max_m & 0xffffu) | max(settled.max_m >> 16, child.max_m >> 16) << 16;
+                settled.rms_m = (settled.rms_m & 0xffffu) | max(settled.rms_m >> 16, child.rms_m >> 16) << 16;
+                settled.range = min(settled.range & 0xffffu, child.range & 0xffffu) |
+                                max(settled.range >> 16, child.range >> 16) << 16;
+            }
+    }
+    node[node_index(u_which_level, at)] = settled;
+}

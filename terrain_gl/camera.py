@@ -1,0 +1,122 @@
+"""The camera: where the eye is, where it looks, and how metres become pixels."""
+
+from __future__ import annotations
+
+import math
+from dataclasses import dataclass
+from typing import TYPE_CHECKING
+
+import numpy as np
+import pyrr
+
+from .exceptions import UsageError
+
+if TYPE_CHECKING:
+    from .heightmap import Heightmap
+
+Vector = tuple[float, float, float]
+UP = (0.0, 0.0, 1.0)
+NORTH = (0.0, 1.0, 0.0)
+
+
+@dataclass(frozen=True)
+class Camera:
+    """A pinhole camera in world metres (x east, y north, z up).
+
+    Parameters
+    ----------
+    eye, target
+        Where the camera stands and the point in the middle of its picture.
+    fov_deg
+        Vertical field of view in degrees.
+    up
+        The direction that points up in the picture; by default z, and north when the camera looks straight down or up.
+
+    Raises
+    ------
+    UsageError
+        If eye and target coincide, `up` is parallel to the view, or a number is not finite.
+    """
+
+    eye: Vector
+    target: Vector
+    fov_deg: float = 50.0
+    up: Vector | None = None
+
+    def __post_init__(self) -> None:
+        for name in ("eye", "target", "up"):
+            value = getattr(self, name)
+            if value is not None:
+                object.__setattr__(self, name, _vector(name, value))
+        if not 0.1 <= self.fov_deg <= 170:
+            raise UsageError(f"field of view must lie between 0.1 and 170 degrees, got {self.fov_deg:g}")
+        if self.eye == self.target:
+            raise UsageError(f"eye and target are the same point {_text(self.eye)}: move one of them")
+        if self.up is not None and _parallel(self.up, self.forward):
+            raise UsageError(f"up {_text(self.up)} is parallel to the view: give another direction")
+
+    @classmethod
+    def default(cls, terrain: Heightmap, fov_deg: float = 45.0) -> Camera:
+        """Look over the whole map from above its southern edge, a little from the west."""
+        east, north = terrain.extent_m
+        low, high = terrain.range_m
+        reach = max(north, 0.5 * east)
+        middle = 0.5 * (low + high)
+        eye = (0.5 * east - 0.25 * reach, -0.35 * reach, high + 0.32 * reach)
+        return cls(eye, (0.5 * east, 0.42 * north, middle), fov_deg)
+
+    @property
+    def forward(self) -> np.ndarray:
+        """(3,) unit vector of the view."""
+        towards = np.subtract(self.target, self.eye)
+        return towards / np.linalg.norm(towards)
+
+    @property
+    def axes(self) -> np.ndarray:
+        """(3, 3) float64: the world directions right, up and forward of the picture, one a row."""
+        up = self.up or (NORTH if _parallel(UP, self.forward) else UP)
+        look = pyrr.matrix44.create_look_at(np.zeros(3), self.forward, np.asarray(up), dtype="f8")
+        return look[:3, :3].T * [[1.0], [1.0], [-1.0]]
+
+    def focal_px(self, height: int) -> float:
+        """Pixels per unit of x/z in a picture `height` pixels high: K of method section 4."""
+        return 0.5 * height / math.tan(0.5 * math.radians(self.fov_deg))
+
+    def half_extent(self, size: tuple[int, int]) -> tuple[float, float]:
+        """Largest |x/z| and |y/z| in a picture of size (width, height)."""
+        tan_y = math.tan(0.5 * math.radians(self.fov_deg))
+        return tan_y * size[0] / size[1], tan_y
+
+
+def clip_from_eye(camera: Camera, size: tuple[int, int], near_m: float) -> np.ndarray:
+    """(4, 4) float64 for column vectors of world metres relative to the eye; depth is near/z: 1 near, 0 infinitely far.
+
+    Reversed depth in floating point keeps its relative precision over any distance (Reed 2015, "Depth precision
+    visualized").
+    """
+    right, up, forward = camera.axes
+    tan_x, tan_y = camera.half_extent(size)
+    matrix = np.zeros((4, 4))
+    matrix[0, :3] = right / tan_x
+    matrix[1, :3] = up / tan_y
+    matrix[2, 3] = near_m
+    matrix[3, :3] = forward
+    return matrix
+
+
+def _vector(name: str, value: Vector) -> Vector:
+    try:
+        x, y, z = (float(v) for v in value)
+    except (TypeError, ValueError):
+        raise UsageError(f"{name}: expected three numbers X,Y,Z in metres, got {value!r}") from None
+    if not all(map(math.isfinite, (x, y, z))):
+        raise UsageError(f"{name}: expected finite metres, got {_text((x, y, z))}")
+    return x, y, z
+
+
+def _text(vector: Vector) -> str:
+    return ",".join(f"{v:g}" for v in vector)
+
+
+def _parallel(a: Vector, b: np.ndarray) -> bool:
+    return bool(np.linalg.norm(np.cross(a, b)) <= 1e-6 * np.linalg.norm(a) * np.linalg.norm(b))

@@ -1,0 +1,150 @@
+"""Error tables: how far the surface drawn at any level strays from the full-resolution truth, whatever the view.
+
+For each node of the quadtree the worst post and the root mean square, drawn as two triangles or as a fan
+(glsl/error/drawing.glsl); over them, summed-area tables of class counters and of squared errors, from which the bound
+of any rectangle of nodes costs four fetches (glsl/error/bound.glsl). Specification: `reference.node_errors`.
+"""
+
+from __future__ import annotations
+
+from typing import Any
+
+import moderngl
+import numpy as np
+
+from . import layout, shaders
+from .layout import Level
+from .sat import SummedAreaTables, Table
+from .terrain import Terrain
+
+FINE_LEVELS = 3  # levels whose nodes one thread looks at alone
+BLOCK = 64  # posts a side that one work group of glsl/error/gather.comp looks at
+GATHERED_BYTES = 28  # glsl/error/coarse.glsl
+_BARRIER = moderngl.SHADER_STORAGE_BARRIER_BIT
+
+Rect = tuple[int, int, int, int]
+
+
+class ErrorTables:
+    """The tables of one terrain, in GPU buffers.
+
+    Attributes
+    ----------
+    nodes
+        Records `layout.NODE` of all levels from 1 on.
+    counters, squares
+        Summed-area tables of the class counters (16 bits, two classes a word) and of squared errors (64 bits),
+        a table a level, over tiles of `layout.COUNT_TILE` nodes a side.
+    """
+
+    def __init__(self, terrain: Terrain) -> None:
+        ctx = self.ctx = terrain.ctx
+        self.terrain = terrain
+        names = ("fine", "gather", "settle", "count")
+        defines = {"CLASSES": layout.CLASSES, "COUNT_TILE": layout.COUNT_TILE}
+        self._kernels: dict[str, Any] = {name: shaders.compute(ctx, f"error/{name}.comp", defines) for name in names}
+        self._sat16, self._sat64 = SummedAreaTables(ctx, 16), SummedAreaTables(ctx, 64)
+        last = terrain.levels[-1]
+        tiles = last.first_count // (layout.CLASSES // 2) + 1
+        self.nodes = ctx.buffer(reserve=(last.first_node + last.nodes) * layout.NODE.itemsize)
+        self.counters = ctx.buffer(reserve=tiles * layout.CLASSES // 2 * 4)
+        self.squares = ctx.buffer(reserve=tiles * 8)
+        self.build()
+
+    @property
+    def bytes(self) -> int:
+        """GPU memory of all tables."""
+        return self.nodes.size + self.counters.size + self.squares.size
+
+    def build(self) -> None:
+        """Compute everything from the terrain's heights."""
+        self.update((0, 0, self.terrain.heightmap.cols - 1, self.terrain.heightmap.rows - 1))
+
+    def update(self, posts: Rect) -> None:
+        """Recompute what the posts of columns x0 to x1 and rows y0 to y1, (x0, y0, x1, y1), bear on."""
+        self.terrain.bind()
+        self.nodes.bind_to_storage_buffer(0)
+        self._update_nodes(posts)
+        for j in range(1, len(self.terrain.levels)):
+            self._update_tables(j, posts)
+
+    def read_nodes(self, level: int) -> np.ndarray:
+        """Records `layout.NODE` of one level, (rows, cols); halves are in units of span · 2^-14."""
+        sizes = self.terrain.levels[level]
+        itemsize = layout.NODE.itemsize
+        data = self.nodes.read(sizes.nodes * itemsize, offset=sizes.first_node * itemsize)
+        return np.frombuffer(data, layout.NODE).reshape(sizes.size[::-1])
+
+    def release(self) -> None:
+        """Give the GPU's memory back."""
+        for resource in (self.nodes, self.counters, self.squares, self._sat16, self._sat64, *self._kernels.values()):
+            resource.release()
+
+    def _update_nodes(self, posts: Rect) -> None:
+        levels = range(1, len(self.terrain.levels))
+        rects = {j: _touched(self.terrain.levels[j], posts, j) for j in levels}
+        most = max((w * h for j, (_, _, w, h) in rects.items() if j > FINE_LEVELS), default=1)
+        gathering = self.ctx.buffer(bytes(most * GATHERED_BYTES))
+        gathering.bind_to_storage_buffer(1)
+        for j, (x, y, width, height) in rects.items():
+            place = {"u_which_level": j, "u_first": (x, y), "u_count": (width, height)}
+            if j <= FINE_LEVELS:
+                self._run("fine", (-(-width // 8), -(-height // 8)), place)
+            else:
+                blocks = max(1, (1 << j) // BLOCK)
+                self._run("gather", (width * blocks, height * blocks), place)
+                self._run("settle", (-(-width * height // 64), 1), place)
+        gathering.release()
+
+    def _update_tables(self, j: int, posts: Rect) -> None:
+        """Count a level's tiles anew where they changed, and sum."""
+        level = self.terrain.levels[j]
+        tiles = level.counts
+        x, y, width, height = _touched(level, posts, j)
+        x0, y0 = x // layout.COUNT_TILE, y // layout.COUNT_TILE
+        at = (-(-(x + width) // layout.COUNT_TILE) - x0, -(-(y + height) // layout.COUNT_TILE) - y0)
+        counts = Table(*tiles, layers=layout.CLASSES // 2, first=level.first_count)
+        sums = Table(*tiles, first=level.first_count // (layout.CLASSES // 2))
+        if at == tiles:
+            self._count(j, (x0, y0), at, self.counters, self.squares, counts.first, sums.first)
+            self._sat16.build(self.counters, counts)
+            self._sat64.build(self.squares, sums)
+            return
+        new_counts, new_sums = Table(*at, layers=layout.CLASSES // 2), Table(*at)
+        counters, squares = self.ctx.buffer(reserve=4 * new_counts.words), self.ctx.buffer(reserve=8 * new_sums.words)
+        self._count(j, (x0, y0), at, counters, squares, 0, 0)
+        self._sat16.edit(self.counters, counts, counters, new_counts, x0, y0)
+        self._sat64.edit(self.squares, sums, squares, new_sums, x0, y0)
+        counters.release()
+        squares.release()
+
+    def _count(
+        self,
+        j: int,
+        first: tuple[int, int],
+        count: tuple[int, int],
+        counters: moderngl.Buffer,
+        squares: moderngl.Buffer,
+        first_counter: int,
+        first_square: int,
+    ) -> None:
+        self.nodes.bind_to_storage_buffer(0)
+        counters.bind_to_storage_buffer(1)
+        squares.bind_to_storage_buffer(2)
+        place = {"u_which_level": j, "u_first": first, "u_count": count}
+        place |= {"u_first_counter": first_counter, "u_first_square": first_square}
+        self._run("count", (-(-count[0] * count[1] // 64), 1), place)
+
+    def _run(self, name: str, groups: tuple[int, int], uniforms: dict[str, Any]) -> None:
+        kernel = self._kernels[name]
+        for key, value in uniforms.items():
+            kernel[key] = value
+        kernel.run(*groups)
+        self.ctx.memory_barrier(_BARRIER)
+
+
+def _touched(level: Level, posts: Rect, j: int) -> tuple[int, int, int, int]:
+    """Nodes of level j whose closed area holds a post of the rectangle: first column, first row, columns, rows."""
+    x0, y0 = max(0, posts[0] - 1) >> j, max(0, posts[1] - 1) >> j
+    x1, y1 = min(posts[2] >> j, level.size[0] - 1), min(posts[3] >> j, level.size[1] - 1)
+    return x0, y0, x1 - x0 + 1, y1 - y0 + 1
