@@ -184,11 +184,11 @@ class Recipe:
 RECIPES = {
     "alpine": Recipe(
         alpine, 30, 0.06, 0,
-        dict(eye=[29500, 9500, 1900], target=[13000, 20000, 1200], fov=45, sun=[285, 15]),
+        dict(eye=[19500, 9000, 1500], target=[23300, 21000, 1350], fov=42, sun=[262, 16]),
     ),
     "canyon": Recipe(
         canyon, 15, 0.02, 800,
-        dict(eye=[770, -770, 2600], target=[3840, 3840, 1200], fov=50, sun=[265, 28]),
+        dict(eye=[4350, 650, 1700], target=[3750, 4700, 1080], fov=48, sun=[245, 20]),
     ),
 }  # fmt: skip
 
@@ -200,9 +200,10 @@ def write_png(path, height, z_scale, z_offset_m):
         raise SystemExit(f"{path}: heights {height.min():.0f} to {height.max():.0f} m do not fit 16 bits")
     spec = oiio.ImageSpec(value.shape[1], value.shape[0], 1, "uint16")
     spec["png:compressionLevel"], spec["png:filter"] = 9, 0xF8
-    image = oiio.ImageOutput.create(str(path))
-    if not (image.open(str(path), spec) and image.write_image(value.astype(np.uint16)[..., None]) and image.close()):
-        raise SystemExit(f"{path}: {image.geterror()}")
+    buffer = oiio.ImageBuf(spec)
+    buffer.set_pixels(oiio.ROI(), value.astype(np.uint16)[..., None])
+    if not buffer.write(str(path)):
+        raise SystemExit(f"{path}: {buffer.geterror()}")
 
 
 def describe(recipes):
