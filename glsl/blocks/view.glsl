@@ -1,0 +1,29 @@
+// blocks/view.glsl — what every stage knows of the camera. Positions are metres east, north, up from the eye: near it
+// floats are fine, however far the eye is from the map's corner.
+// Python twin: layout.VIEW
+
+#include "blocks/terrain.glsl"
+
+layout(std140, binding = 1) uniform View {
+    mat4 u_clip_from_eye;
+    vec4 u_right, u_up, u_forward;  // unit vectors of the picture, xyz
+    ivec2 u_eye_post;               // a post near the eye, and the eye from there
+    vec2 u_eye_offset_m;
+    vec2 u_half_extent;             // largest |x/z|, |y/z| in the picture
+    float u_eye_z_m;
+    float u_focal_px;               // pixels per unit of x/z
+    float u_near_m;
+    float u_tolerance_px;           // 0: every cell at full resolution
+    int u_metric;                   // METRIC_MAX or METRIC_RMS
+    int u_cull;                     // leave out what the picture does not show
+};
+
+#define METRIC_MAX 0
+#define METRIC_RMS 1
+
+vec2 post_from_eye_m(ivec2 post) {
+    ivec2 d = post - u_eye_post;
+    return vec2(d.x, -d.y) * u_spacing_m - u_eye_offset_m;
+}
+
+vec3 from_eye_m(ivec2 post, float h_m) { return vec3(post_from_eye_m(post), h_m - u_eye_z_m); }

@@ -1,0 +1,31 @@
+// lod/draws.comp — indirect draw commands for the patches of each size, so many in each that tessellation makes at most
+// 65,535 vertices of them: Mesa's software renderer counts them in 16 bits.
+
+#include "blocks/terrain.glsl"
+#include "lod/tiles.glsl"
+
+layout(local_size_x = 64) in;
+
+struct DrawArrays {
+    uint count, instances, first, base_instance, unused;  // moderngl strides 20 bytes
+};
+layout(std430, binding = 5) writeonly buffer Draws { DrawArrays draws[]; };
+
+uint most_in_draw(int size) {
+    uint side = (1u << size) + 1u;
+    return 65535u / (side * side);
+}
+
+void main() {
+    uint draw = gl_GlobalInvocationID.x, first = 0u;
+    for (int size = 0; size < SIZES; size++) {
+        uint most = most_in_draw(size), needed = (s_count[size] + most - 1u) / most;
+        if (draw < needed) {
+            uint begin = draw * most;
+            draws[gl_GlobalInvocationID.x] = DrawArrays(min(most, s_count[size] - begin), 1u, first + begin, 0u, 0u);
+            return;
+        }
+        draw -= needed;
+        first += s_count[size];
+    }
+}

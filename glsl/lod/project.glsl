@@ -1,0 +1,85 @@
+// lod/project.glsl — from metres of vertical error to pixels, bounded over a box.
+//   A point at camera coordinates (x, y, z), z its depth, that is moved vertically by δ, along v = (v_x, v_y, v_z) in the
+//   camera's axes, moves on the screen by
+//       K |δ| |(v_x − x/z · v_z, v_y − y/z · v_z)| / z',      z' = z + δ v_z,     K the focal length in pixels.
+//   Over a box: the middle factor is convex in (x/z, y/z), so its maximum is at a corner of the rectangle that holds the
+//   box's picture; z' is at least the nearest corner's depth less |δ v_z|. Only points in the picture count, so the
+//   rectangle ends at the picture's edges and depth at the near plane.
+// Provides Box, Projection, project(), error_px().   Python twin: reference.screen_error_px
+
+#include "blocks/view.glsl"
+
+#define INFINITE_PX 1e30
+// float arithmetic on coordinates as large as the box is far away, and the bound's own roundings
+#define COORDINATE_SLACK 1e-6
+#define BOUND_SLACK 1.0005
+
+struct Box {
+    vec3 low, high;  // metres east, north, up from the eye
+};
+
+struct Projection {
+    bool outside;     // nothing of it is in the picture
+    bool inside;      // all of it is
+    float nearest_m;  // least depth of a point in the picture
+    float stretch;    // largest middle factor
+};
+
+Box box_of(ivec2 low_post, ivec2 high_post, vec2 range_m) {
+    vec2 a = post_from_eye_m(low_post), b = post_from_eye_m(high_post);
+    return Box(vec3(a.x, b.y, range_m.x - u_eye_z_m), vec3(b.x, a.y, range_m.y - u_eye_z_m));
+}
+
+vec3 to_camera(vec3 p) { return vec3(dot(u_right.xyz, p), dot(u_up.xyz, p), dot(u_forward.xyz, p)); }
+
+// `margin` ≥ 1 widens the frustum: what is outside a wide one is outside a narrow one, roundings or not.
+Projection project(Box box, float margin) {
+    bvec4 all_beyond = bvec4(true), any_beyond = bvec4(false);  // the picture's right, left, top, bottom
+    bool all_near = true, any_near = false;
+    vec2 low = vec2(1e30), high = vec2(-1e30);
+    float nearest = 1e30;
+    for (int i = 0; i < 8; i++) {
+        vec3 p = mix(box.low, box.high, vec3(i & 1, i >> 1 & 1, i >> 2));
+        vec3 q = to_camera(p);
+        float slack = COORDINATE_SLACK * margin * (abs(p.x) + abs(p.y) + abs(p.z));
+        vec2 edge = u_half_extent * q.z;
+        vec4 beyond = vec4(q.xy, -q.xy) - edge.xyxy;
+        for (int side = 0; side < 4; side++) {
+            all_beyond[side] = all_beyond[side] && beyond[side] > slack * (1.0 + u_half_extent[side & 1]);
+            any_beyond[side] = any_beyond[side] || beyond[side] > -slack * (1.0 + u_half_extent[side & 1]);
+        }
+        all_near = all_near && q.z < u_near_m - slack;
+        any_near = any_near || q.z < u_near_m + slack;
+        nearest = min(nearest, q.z - slack);
+        low = min(low, q.xy / q.z);
+        high = max(high, q.xy / q.z);
+    }
+    vec2 extent = u_half_extent * 1.0001;
+    if (any_near) {
+        low = -extent;
+        high = extent;
+    }
+    low = clamp(low, -extent, extent);
+    high = clamp(high, -extent, extent);
+    vec3 v = vec3(u_right.z, u_up.z, u_forward.z);
+    vec2 a = abs(v.xy - low * v.z), b = abs(v.xy - high * v.z);
+    Projection projection;
+    projection.outside = all_near || any(all_beyond);
+    projection.inside = !any_near && !any(any_beyond);
+    projection.nearest_m = max(nearest, 0.999 * u_near_m);
+    projection.stretch = length(max(a, b));
+    return projection;
+}
+
+// Pixels for an error of size_m, among errors of which none is above max_m.
+float error_px(Projection p, float size_m, float max_m) {
+    if (size_m == 0.0) return 0.0;
+    float depth = p.nearest_m - max_m * abs(u_forward.z);
+    return depth <= 0.0 ? INFINITE_PX : u_focal_px * size_m * p.stretch / depth * BOUND_SLACK;
+}
+
+// The active metric's pixels for a piece with these errors. A mean over a piece that is partly in the picture says
+// nothing of the part that is: there the maximum stands in for it.
+float metric_px(Projection p, float max_m, float rms_m) {
+    return error_px(p, u_metric == METRIC_RMS && p.inside ? rms_m : max_m, max_m);
+}

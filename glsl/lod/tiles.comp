@@ -1,0 +1,23 @@
+// lod/tiles.comp — list the tiles that hold nodes of the view's tree; one thread looks at one tile.
+// The list's order may vary from run to run: nothing depends on it.
+
+#include "lod/tree.glsl"
+#include "lod/tiles.glsl"
+
+layout(local_size_x = 64) in;
+
+void main() {
+    int tile = int(gl_GlobalInvocationID.x);
+    if (tile >= tiles_in_all()) return;
+    int level = 0;
+    while (level < u_top_level && tile >= u_level[level + 1].first_tile) level++;
+    int i = tile - u_level[level].first_tile;
+    ivec2 at = ivec2(i % u_level[level].tiles.x, i / u_level[level].tiles.x);
+    for (int size = 0; size < SIZES; size++) offset[offset_index(size, tile)] = 0u;
+
+    // a tile of level j covers just one node of level j + 5: if that is not split, none of the tile's nodes exist
+    if (level + 5 <= u_top_level && !is_split(level + 5, at)) return;
+    uint place = atomicAdd(active_groups.w, 1u);
+    active_tile[place] = uint(tile);
+    atomicMax(active_groups.y, place / uint(MANY) + 1u);
+}

@@ -1,0 +1,198 @@
+"""Level of detail: a pure function of (tables, camera) to patches, in compute shaders.
+
+    refine    split the nodes in the picture that are too coarse, from the root down     (a dispatch a level)
+    balance   split more, so that neighbours are within one level                        (a dispatch a level)
+    tiles     list the tiles of 32 × 32 nodes that hold any
+    patches   count the patches of each tile; then, when their places are known, write them
+    offsets   prefix sums between the two
+    draws     indirect draw commands
+
+Around the eye the levels come out as the rings of a clipmap, as wide as the terrain's roughness lets them be.
+Specification: `reference.restricted_quadtree`.
+"""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+from typing import Any
+
+import moderngl
+import numpy as np
+
+from . import gl, layout, shaders
+from .camera import Camera, clip_from_eye
+from .error import ErrorTables
+
+METRICS = ("max", "rms")
+INFINITE_PX = 1e30
+_BARRIER = moderngl.SHADER_STORAGE_BARRIER_BIT | moderngl.COMMAND_BARRIER_BIT | moderngl.BUFFER_UPDATE_BARRIER_BIT
+_BINDINGS = {"nodes": 0, "split": 1, "active": 2, "offsets": 3, "summary": 4}
+
+
+@dataclass(frozen=True)
+class Selection:
+    """What a view is drawn with.
+
+    Attributes
+    ----------
+    counts
+        Patches of 1, 2, 4, ... 32 segments a side; fans count with those of 2.
+    triangles
+        Triangles that the patches make, those of no area left out.
+    splits
+        Nodes of the quadtree that were split.
+    certified_px
+        The largest error that any patch may have on the screen, in the metric asked for.
+    draws
+        Indirect commands in `Levels.draws`.
+    """
+
+    counts: tuple[int, ...]
+    triangles: int
+    splits: int
+    certified_px: float
+    draws: int
+
+    @property
+    def patches(self) -> int:
+        """Patches of all sizes."""
+        return sum(self.counts)
+
+
+class View:
+    """The `View` block of glsl/blocks/view.glsl, in a buffer."""
+
+    def __init__(self, ctx: moderngl.Context) -> None:
+        self.block = ctx.buffer(reserve=layout.VIEW.itemsize)
+
+    def write(self, tables: ErrorTables, camera: Camera, size: tuple[int, int], near_m: float, **settings: Any) -> None:
+        """Describe a camera; `settings` are the block's tolerance_px, metric and cull."""
+        terrain = tables.terrain
+        spacing = np.asarray(terrain.heightmap.spacing_m)
+        row_zero_north = (terrain.heightmap.rows - 1) * spacing[1]
+        eye_post = np.round([camera.eye[0], row_zero_north - camera.eye[1]] / spacing)
+        eye_post = np.clip(eye_post, -(2**30), 2**30)
+        block = np.zeros((), layout.VIEW)
+        block["clip_from_eye"] = clip_from_eye(camera, size, near_m).T.ravel()
+        for name, axis in zip(("right", "up", "forward"), camera.axes, strict=True):
+            block[name][:3] = axis
+        block["eye_post"] = eye_post
+        block["eye_offset_m"] = camera.eye[:2] - eye_post * spacing * [1, -1] - [0, row_zero_north]
+        block["half_extent"] = camera.half_extent(size)
+        block["eye_z_m"] = camera.eye[2] - terrain.base_m
+        block["focal_px"], block["near_m"] = camera.focal_px(size[1]), near_m
+        for name, value in settings.items():
+            block[name] = value
+        self.block.write(block.tobytes())
+
+    def bind(self) -> None:
+        """Make the view visible to every shader."""
+        self.block.bind_to_uniform_block(1)
+
+
+class Levels:
+    """The passes, and the buffers that they fill: `patches` (records `layout.PATCH`) and `draws`."""
+
+    def __init__(self, tables: ErrorTables) -> None:
+        ctx = self.ctx = tables.ctx
+        self.tables, self.terrain = tables, tables.terrain
+        defines = {"CLASSES": layout.CLASSES, "COUNT_TILE": layout.COUNT_TILE}
+        names = ("refine", "balance", "tiles", "offsets", "draws")
+        self._kernels: dict[str, Any] = {name: shaders.compute(ctx, f"lod/{name}.comp") for name in names}
+        for name, emit in (("count", 0), ("emit", 1)):
+            self._kernels[name] = shaders.compute(ctx, "lod/patches.comp", defines | {"EMIT": emit})
+        last = self.terrain.levels[-1]
+        self._tiles = last.first_tile + 1
+        self.view = View(ctx)
+        self._split = ctx.buffer(reserve=4 * (last.first_word + last.words))
+        self._active = ctx.buffer(reserve=16 + 4 * self._tiles)
+        self._offsets = ctx.buffer(reserve=4 * layout.SIZES * self._tiles)
+        self._summary = ctx.buffer(reserve=64)
+        self._nothing = ctx.buffer(np.array([1024, 0, 1, 0] + [0] * 12, "u4").tobytes())
+        self.patches = ctx.buffer(reserve=layout.PATCH.itemsize * 65536)
+        self.draws = ctx.buffer(reserve=gl.COMMAND_STRIDE * 64)
+
+    @property
+    def bytes(self) -> int:
+        """GPU memory of the tree, the lists and the patches."""
+        buffers = (self._split, self._active, self._offsets, self._summary, self.patches, self.draws)
+        return sum(buffer.size for buffer in buffers)
+
+    def select(
+        self,
+        camera: Camera,
+        size: tuple[int, int],
+        near_m: float,
+        tolerance_px: float,
+        metric: str = "max",
+        cull: bool = True,
+    ) -> Selection:
+        """Choose the patches for a picture of `size` (width, height) such that no post is drawn further than
+        `tolerance_px` from where it belongs, or the root mean square of all posts is not.
+
+        A tolerance of 0 draws every cell in the picture at full resolution.
+        """
+        settings = {"tolerance_px": tolerance_px, "metric": METRICS.index(metric), "cull": cull}
+        self.view.write(self.tables, camera, size, near_m, **settings)
+        self._bind()
+        self._grow_tree()
+        self.ctx.copy_buffer(self._active, self._nothing, 16)
+        self.ctx.copy_buffer(self._summary, self._nothing, 48, read_offset=16)
+        self._run("tiles", -(-self._tiles // 64))
+        self._run_on_tiles("count")
+        self._run("offsets", 1)
+        selection = self._read_summary()
+        self._make_room(selection)
+        self.patches.bind_to_storage_buffer(5)
+        self._run_on_tiles("emit")
+        self.draws.bind_to_storage_buffer(5)
+        self._run("draws", max(1, -(-selection.draws // 64)))
+        return selection
+
+    def release(self) -> None:
+        """Give the GPU's memory back."""
+        buffers = (self._split, self._active, self._offsets, self._summary, self._nothing, self.patches, self.draws)
+        for resource in (*buffers, self.view.block, *self._kernels.values()):
+            resource.release()
+
+    def _bind(self) -> None:
+        self.terrain.bind()
+        self.view.bind()
+        self.tables.nodes.bind_to_storage_buffer(0)
+        for i, buffer in enumerate((self._split, self._active, self._offsets, self._summary), 1):
+            buffer.bind_to_storage_buffer(i)
+        self.tables.counters.bind_to_storage_buffer(6)
+        self.tables.squares.bind_to_storage_buffer(7)
+
+    def _grow_tree(self) -> None:
+        top = self.terrain.top_level
+        for name, levels in (("refine", range(top, 0, -1)), ("balance", range(1, top))):
+            for j in levels:
+                self._kernels[name]["u_which_level"] = j
+                columns, rows = self.terrain.levels[j].size
+                self._run(name, -(-columns // (32 * 64)), rows)
+
+    def _read_summary(self) -> Selection:
+        summary = np.frombuffer(self._summary.read(layout.SUMMARY.itemsize), layout.SUMMARY)[0]
+        counts = tuple(int(n) for n in summary["count"][: layout.SIZES])
+        draws = sum(-(-n // (65535 // (2**s + 1) ** 2)) for s, n in enumerate(counts))
+        triangles, splits = int(summary["triangles"]), int(summary["splits"])
+        return Selection(counts, triangles, splits, float(summary["worst_px"]), draws)
+
+    def _make_room(self, selection: Selection) -> None:
+        self.patches = self._at_least(self.patches, selection.patches * layout.PATCH.itemsize)
+        self.draws = self._at_least(self.draws, selection.draws * gl.COMMAND_STRIDE)
+
+    def _at_least(self, buffer: moderngl.Buffer, needed: int) -> moderngl.Buffer:
+        if needed <= buffer.size:
+            return buffer
+        buffer.release()
+        return self.ctx.buffer(reserve=needed + needed // 2)
+
+    def _run(self, name: str, *groups: int) -> None:
+        self._kernels[name].run(*groups)
+        self.ctx.memory_barrier(_BARRIER)
+
+    def _run_on_tiles(self, name: str) -> None:
+        self._kernels[name].run_indirect(self._active)
+        self.ctx.memory_barrier(_BARRIER)
