@@ -61,14 +61,14 @@ void classify(ivec2 in_tile) {
         return;
     }
     PackedNode n = node_of(level, at);
-    float px = quad_px(p, n);
+    float px = p.outside ? 0.0 : quad_px(p, n);
     if (finer_neighbours(at) == 0u && px <= u_tolerance_px) atomicOr(s_squares[0][in_tile.y], bit);
     else {
         atomicOr(s_fans[in_tile.y], bit);
         atomicAdd(s_tile_triangles, fan_triangles(at, fan_edges(at)));
-        px = fan_px(p, n);
+        px = p.outside ? 0.0 : fan_px(p, n);
     }
-    atomicMax(s_tile_worst, floatBitsToUint(p.outside ? 0.0 : px));
+    atomicMax(s_tile_worst, floatBitsToUint(px));
 }
 
 // Two by two quads are their own four records; larger squares ask the summed-area tables.
@@ -87,7 +87,8 @@ bool certified(int size, ivec2 at) {
     if (any(greaterThan(high, u_last_post))) return false;
     if (level == 0) return true;
     vec2 range_m = unpack_range(node_of(level + size, at >> size).range), errors_m = square_errors_m(size, at);
-    return metric_px(project(box_of(low, high, range_m), 1.0), errors_m.x, errors_m.y) <= u_tolerance_px;
+    Projection p = project(box_of(low, high, range_m), 1.0);
+    return p.outside || metric_px(p, errors_m.x, errors_m.y) <= u_tolerance_px;
 }
 
 // Row `row` of squares of size s from those of size s - 1: only every 2^s-th row and bit can begin one.
@@ -106,13 +107,12 @@ uint join_squares(int s, int row) {
 void form_squares(int row) {
     for (int s = 1; s < SIZES; s++) {
         barrier();
-        if (row < TILE) s_squares[s][row] = join_squares(s, row);
-    }
-    for (int s = SIZES - 1; s > 0; s--) {
+        uint joined = row < TILE ? join_squares(s, row) : 0u;
         barrier();
+        if (row < TILE) s_squares[s][row] = joined;
+        if (joined == 0u) continue;
         int half_side = 1 << (s - 1);
-        if (row >= TILE || s_squares[s][row] == 0u) continue;
-        uint parts = s_squares[s][row] | s_squares[s][row] << half_side;
+        uint parts = joined | joined << half_side;
         s_squares[s - 1][row] &= ~parts;
         s_squares[s - 1][row + half_side] &= ~parts;
     }

@@ -7,10 +7,10 @@ layout(local_size_x = 64) in;
 
 uniform int u_which_level;
 
-// The wider margin: what is culled here is culled again when its children are turned into patches.
+// The wider margin: what is outside here is outside again when its children are turned into patches.
 bool must_split(ivec2 at) {
     Projection p = project_node(u_which_level, at, 2.0);
-    if (u_cull != 0 && p.outside) return false;
+    if (p.outside) return false;
     return u_tolerance_px == 0.0 || fan_px(p, node_of(u_which_level, at)) > u_tolerance_px;
 }
 
