@@ -55,7 +55,7 @@ class PatchDraw:
         """Record the triangles that tessellation makes, three vertices each."""
         if not selection.draws:
             return b""
-        before = self.ctx.fbo
+        before = self.ctx.fbo or self.ctx.detect_framebuffer(0)
         nowhere = self.ctx.simple_framebuffer((1, 1))  # drivers want a complete one even if nothing is drawn into it
         nowhere.use()
         self._bind()
