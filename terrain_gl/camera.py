@@ -120,3 +120,33 @@ def _text(vector: Vector) -> str:
 
 def _parallel(a: Vector, b: np.ndarray) -> bool:
     return bool(np.linalg.norm(np.cross(a, b)) <= 1e-6 * np.linalg.norm(a) * np.linalg.norm(b))
+
+
+def screen_shift_px(
+    camera: Camera, size: tuple[int, int], points: np.ndarray, rise_m: np.ndarray, near_m: float
+) -> tuple[np.ndarray, np.ndarray]:
+    """How far points move on the screen when they are moved up, in float64: the exact formula of method section 4.
+
+    Parameters
+    ----------
+    points
+        (n, 3) world metres.
+    rise_m
+        (n,) metres, upward.
+
+    Returns
+    -------
+    px
+        (n,) pixels; infinite where a point moves behind the eye.
+    seen
+        (n,) bool, whether the point stands in the picture.
+    """
+    x, y, z = camera.axes @ (points - np.asarray(camera.eye)).T
+    tan_x, tan_y = camera.half_extent(size)
+    seen = (z >= near_m) & (np.abs(x) <= tan_x * z) & (np.abs(y) <= tan_y * z)
+    z = np.where(seen, z, 1.0)
+    right, up, forward = camera.axes[:, 2]
+    moved = z + rise_m * forward
+    shift = np.hypot(right - x / z * forward, up - y / z * forward) * np.abs(rise_m)
+    px = np.where(moved > 0, camera.focal_px(size[1]) * shift / np.where(moved > 0, moved, 1.0), np.inf)
+    return px, seen

@@ -15,14 +15,12 @@ import numpy as np
 from . import layout, shaders
 from .layout import Level
 from .sat import SummedAreaTables, Table
-from .terrain import Terrain
+from .terrain import Rect, Terrain
 
 FINE_LEVELS = 3  # levels whose nodes one thread looks at alone
 BLOCK = 64  # posts a side that one work group of glsl/error/gather.comp looks at
 GATHERED_BYTES = 28  # glsl/error/coarse.glsl
 _BARRIER = moderngl.SHADER_STORAGE_BARRIER_BIT
-
-Rect = tuple[int, int, int, int]
 
 
 class ErrorTables:

@@ -11,6 +11,8 @@ from . import gl, layout
 from .exceptions import TerrainError
 from .heightmap import Heightmap
 
+Rect = tuple[int, int, int, int]
+
 
 class Terrain:
     """A heightmap's textures and its `Terrain` block (glsl/blocks/terrain.glsl).
@@ -34,10 +36,8 @@ class Terrain:
                 f"{heightmap.name}: {size[0]}x{size[1]} posts, but this GPU's textures end at {most}: use a smaller map"
             )
         self.levels = layout.quadtree(*size)
-        self.heights = ctx.texture(size, 1, dtype="f4")
-        self.heights.filter = (moderngl.NEAREST, moderngl.NEAREST)
-        self.voids = ctx.texture(size if heightmap.voids else (1, 1), 1, dtype="u1")
-        self.voids.filter = (moderngl.NEAREST, moderngl.NEAREST)
+        self.heights = self._texture(size, "f4")
+        self.voids = self._texture(size if heightmap.voids else (1, 1), "u1")
         self.block = ctx.buffer(reserve=layout.TERRAIN.itemsize)
         self.upload()
 
@@ -47,14 +47,36 @@ class Terrain:
         return len(self.levels) - 1
 
     def upload(self) -> None:
-        """Send the heightmap as it is now."""
-        self.filled = fill_voids(self.heightmap.heights) if self.heightmap.voids else self.heightmap.heights
+        """Send the whole heightmap as it is now."""
+        has_voids = self.heightmap.voids > 0
+        self.filled = fill_voids(self.heightmap.heights)
         self.base_m, low_m, self.span_m = measure_span(*self.heightmap.range_m)
-        relative = self.filled - np.float32(self.base_m) if self.base_m else self.filled
-        self.heights.write(np.ascontiguousarray(relative))
-        if self.heightmap.voids:
-            self.voids.write(np.isnan(self.heightmap.heights).astype("u1"), alignment=1)
+        self._write((0, 0, self.heightmap.cols - 1, self.heightmap.rows - 1), has_voids)
         self.block.write(self._describe(low_m).tobytes())
+
+    def edit(self, heightmap: Heightmap) -> Rect | None:
+        """Take the same map with some posts changed; returns the rectangle (x0, y0, x1, y1) that differs, if any.
+
+        Posts differ also where a changed rim fills a void anew. Everything that follows from the map's span is new
+        when the span or the presence of voids changes: the rectangle is the whole map then.
+        """
+        before, had_voids, old_span = self.filled, self.heightmap.voids > 0, measure_span(*self.heightmap.range_m)
+        old_void = np.isnan(self.heightmap.heights)
+        self.heightmap = heightmap
+        has_voids = heightmap.voids > 0
+        if measure_span(*heightmap.range_m) != old_span or has_voids != had_voids:
+            self.voids.release()
+            self.voids = self._texture(self.heights.size if has_voids else (1, 1), "u1")
+            self.upload()
+            return 0, 0, heightmap.cols - 1, heightmap.rows - 1
+        self.filled = fill_voids(heightmap.heights)
+        changed = (before != self.filled) | (old_void != np.isnan(heightmap.heights))
+        rows, cols = np.flatnonzero(changed.any(1)), np.flatnonzero(changed.any(0))
+        if not len(rows):
+            return None
+        rect = int(cols[0]), int(rows[0]), int(cols[-1]), int(rows[-1])
+        self._write(rect, has_voids)
+        return rect
 
     def bind(self) -> None:
         """Make the map visible to every shader, at the places that glsl/blocks/terrain.glsl names."""
@@ -66,6 +88,21 @@ class Terrain:
         """Give the GPU's memory back."""
         for resource in (self.heights, self.voids, self.block):
             resource.release()
+
+    def _texture(self, size: tuple[int, int], dtype: str) -> moderngl.Texture:
+        texture = self.ctx.texture(size, 1, dtype=dtype)
+        texture.filter = (moderngl.NEAREST, moderngl.NEAREST)
+        return texture
+
+    def _write(self, rect: Rect, has_voids: bool) -> None:
+        x0, y0, x1, y1 = rect
+        part = np.s_[y0 : y1 + 1, x0 : x1 + 1]
+        viewport = (x0, y0, x1 - x0 + 1, y1 - y0 + 1)
+        heights = self.filled[part] - np.float32(self.base_m) if self.base_m else self.filled[part]
+        self.heights.write(np.ascontiguousarray(heights), viewport=viewport)
+        if has_voids:
+            voids = np.isnan(self.heightmap.heights[part]).astype("u1")
+            self.voids.write(voids, viewport=viewport, alignment=1)
 
     def _describe(self, low_m: float) -> np.ndarray:
         block = np.zeros((), layout.TERRAIN)

@@ -1,0 +1,139 @@
+"""The achieved error of a view: its very mesh, drawn from straight above, compared with the truth post by post.
+
+What the GPU drew at each post is subtracted from the post's height there and then (glsl/mesh/error.frag); here every
+post in the picture is projected in float64.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Iterator
+from dataclasses import dataclass
+
+import moderngl
+import numpy as np
+
+from .camera import Camera, screen_shift_px
+from .heightmap import Heightmap
+from .lod import Levels, Selection
+from .mesh import PatchDraw
+
+TILE = 2048  # posts a side that are measured at a time
+Region = tuple[int, int, int, int]
+_FLIPS = ((0, 0), (1, 1), (1, 0), (0, 1))
+
+
+@dataclass(frozen=True)
+class Achieved:
+    """Screen error over all posts in a picture, voids aside.
+
+    Attributes
+    ----------
+    max_px, rms_px
+        Pixels between where a post is drawn and where it belongs.
+    posts
+        Posts measured.
+    uncovered
+        Posts in the picture that no triangle covers: 0 for a mesh without holes.
+    """
+
+    max_px: float
+    rms_px: float
+    posts: int
+    uncovered: int
+
+
+class Measurement:
+    """Draws the meshes of `levels` from above; `errors_m` gives metres, `achieved` pixels."""
+
+    def __init__(self, levels: Levels) -> None:
+        self.levels, self.ctx = levels, levels.ctx
+        stages = {"tess_evaluation": "mesh/above.tese", "geometry": "mesh/triangle.geom", "fragment": "mesh/error.frag"}
+        self._draw = PatchDraw(levels, **stages)
+        heightmap = levels.terrain.heightmap
+        size = min(TILE, heightmap.cols), min(TILE, heightmap.rows)
+        self._errors = self.ctx.texture(size, 1, dtype="f4")
+        self._nowhere = self.ctx.framebuffer(self.ctx.renderbuffer(size, 1))
+        self._nothing = np.full((size[1], size[0]), np.nan, "f4").tobytes()
+
+    def errors_m(self, selection: Selection, region: Region) -> np.ndarray:
+        """Drawn minus true height in metres at the posts of columns x to x + w, rows y to y + h (x, y, w, h).
+
+        Returns (h, w) float32; NaN where nothing is drawn.
+        """
+        for flip in _FLIPS:
+            first = flip == _FLIPS[0]
+            errors = self._pass(selection, region, flip, clear=first)
+            # a post on the map's rim is inside a triangle by one direction of the rasteriser's edge rule only
+            if not self._on_rim(region) or not np.isnan(errors).any():
+                break
+        return errors
+
+    def achieved(self, selection: Selection, camera: Camera, size: tuple[int, int], near_m: float) -> Achieved:
+        """Project every post in the picture and compare."""
+        largest = total = 0.0
+        posts = uncovered = 0
+        heightmap = self.levels.terrain.heightmap
+        for region in _regions(heightmap.cols, heightmap.rows):
+            points = _points(heightmap, region)
+            _, seen = screen_shift_px(camera, size, points, np.zeros(len(points)), near_m)
+            seen &= np.isfinite(points[:, 2])
+            if not seen.any():
+                continue
+            errors = self.errors_m(selection, region).ravel()[seen].astype(np.float64)
+            drawn = np.isfinite(errors)
+            px, _ = screen_shift_px(camera, size, points[seen][drawn], errors[drawn], near_m)
+            uncovered += int(np.count_nonzero(~drawn))
+            posts += len(px)
+            largest = max(largest, float(px.max(initial=0.0)))
+            total += float(np.square(px).sum())
+        return Achieved(largest, float(np.sqrt(total / posts)) if posts else 0.0, posts, uncovered)
+
+    def release(self) -> None:
+        """Give the GPU's memory back."""
+        for resource in (self._draw, self._errors, self._nowhere):
+            resource.release()
+
+    def _pass(self, selection: Selection, region: Region, flip: tuple[int, int], clear: bool) -> np.ndarray:
+        x, y, width, height = region
+        if clear:
+            self._errors.write(self._nothing)
+        self._nowhere.use()
+        self._nowhere.viewport = (0, 0, width, height)
+        self._nowhere.scissor = (0, 0, width, height)
+        self._errors.bind_to_image(0, read=False, write=True)
+        program = self._draw.program
+        program["u_tile"], program["u_tile_size"], program["u_flip"] = (x, y), (width, height), flip
+        self.ctx.disable(moderngl.CULL_FACE | moderngl.DEPTH_TEST | moderngl.BLEND)
+        self._draw.draw(selection)
+        self.ctx.memory_barrier(moderngl.SHADER_IMAGE_ACCESS_BARRIER_BIT | moderngl.TEXTURE_UPDATE_BARRIER_BIT)
+        whole = np.frombuffer(self._errors.read(), "f4").reshape(self._errors.height, self._errors.width)
+        return whole[:height, :width]
+
+    def _on_rim(self, region: Region) -> bool:
+        x, y, width, height = region
+        heightmap = self.levels.terrain.heightmap
+        return x == 0 or y == 0 or x + width == heightmap.cols or y + height == heightmap.rows
+
+
+def _regions(cols: int, rows: int) -> Iterator[Region]:
+    """The map's four rims, one post thick, and what lies between them in tiles."""
+    for x, width in _spans(cols):
+        for y, height in _spans(rows):
+            yield x, y, width, height
+
+
+def _spans(n: int) -> Iterator[tuple[int, int]]:
+    yield 0, 1
+    for first in range(1, n - 1, TILE):
+        yield first, min(TILE, n - 1 - first)
+    yield n - 1, 1
+
+
+def _points(heightmap: Heightmap, region: Region) -> np.ndarray:
+    """World positions (w·h, 3) of a region's posts, row after row."""
+    x, y, width, height = region
+    east = (x + np.arange(width)) * heightmap.spacing_m[0]
+    north = (heightmap.rows - 1 - y - np.arange(height)) * heightmap.spacing_m[1]
+    z = heightmap.heights[y : y + height, x : x + width]
+    grid = np.broadcast_arrays(east[None, :], north[:, None], z.astype(np.float64))
+    return np.stack([axis.ravel() for axis in grid], -1)

@@ -1,0 +1,329 @@
+"""The renderer: a heightmap and a camera in, a picture out, with the error promised and, on request, achieved."""
+
+from __future__ import annotations
+
+import time
+from collections.abc import Iterator
+from contextlib import contextmanager
+from dataclasses import dataclass, field
+from types import TracebackType
+from typing import Any
+
+import moderngl
+import numpy as np
+
+from .camera import Camera
+from .context import backend_name, create_context
+from .error import ErrorTables
+from .exceptions import TerrainError, UsageError
+from .gl import limits
+from .heightmap import Heightmap
+from .holes import bilinear, count_holes
+from .lod import METRICS, Levels, Selection
+from .measure import Measurement
+from .mesh import captured_triangles
+from .shade import STYLES, Picture
+from .terrain import Terrain
+
+METHODS = ("sat", "full")
+SUN = (300.0, 35.0)
+NEAR = 0.1  # near plane, in spacings
+
+
+@dataclass
+class Frame:
+    """A picture and what is known of it.
+
+    Attributes
+    ----------
+    image
+        (height, width, 4) uint8 sRGB, first row on top.
+    stats
+        Triangles, patches, promised error, times in milliseconds, GPU bytes: see docs/stats.md.
+    """
+
+    image: np.ndarray
+    stats: dict[str, Any]
+
+
+@dataclass
+class _Shot:
+    """What was drawn last: what `measure` and its kin speak of."""
+
+    camera: Camera
+    selection: Selection
+    near_m: float
+    stats: dict[str, Any] = field(default_factory=dict)
+
+
+class Renderer:
+    """Draws a heightmap at a certified error.
+
+    Parameters
+    ----------
+    heightmap
+        The map.
+    size
+        Width and height of the picture in pixels.
+    backend
+        "egl", "osmesa", "glfw", or "auto" for the first that works without a display.
+    ctx
+        A moderngl context to use instead of making one.
+
+    Raises
+    ------
+    TerrainError
+        No OpenGL 4.3 to be had, or too little GPU memory for the map.
+    UsageError
+        A size of no pixels or beyond what the GPU can draw.
+    """
+
+    def __init__(
+        self,
+        heightmap: Heightmap,
+        size: tuple[int, int] = (1280, 720),
+        backend: str = "auto",
+        ctx: moderngl.Context | None = None,
+    ) -> None:
+        self._owns_ctx = ctx is None
+        self.ctx = ctx or create_context(backend)
+        self.ms: dict[str, float] = {}
+        self._shot: _Shot | None = None
+        self._measurement: Measurement | None = None
+        self._check_size(size)
+        with _memory_errors(self.ctx, heightmap):
+            self.terrain = Terrain(self.ctx, heightmap)
+            with self._timed("error"):
+                self.tables = ErrorTables(self.terrain)
+            self.levels = Levels(self.tables)
+            with self._timed("sat"):
+                self.picture = Picture(self.levels, size)
+
+    @property
+    def heightmap(self) -> Heightmap:
+        """The map as it is now, edits included."""
+        return self.terrain.heightmap
+
+    @property
+    def size(self) -> tuple[int, int]:
+        """Width and height of the picture in pixels."""
+        return self.picture.size
+
+    def resize(self, size: tuple[int, int]) -> None:
+        """Change the picture's size."""
+        self._check_size(size)
+        self.picture.resize(size)
+
+    def render(
+        self,
+        camera: Camera,
+        max_error_px: float = 1.0,
+        *,
+        metric: str = "max",
+        method: str = "sat",
+        style: str = "shaded",
+        sun: tuple[float, float] = SUN,
+        near_m: float | None = None,
+    ) -> Frame:
+        """Draw a picture whose geometric error is nowhere above `max_error_px`.
+
+        Parameters
+        ----------
+        camera
+            Where the eye is.
+        max_error_px
+            The largest distance on the screen between where a post of the map is drawn and where it belongs
+            (metric "max"), or the root mean square of all those distances ("rms").
+        method
+            "sat", or "full" for every post in the picture.
+        style
+            One of `terrain_gl.shade.STYLES`.
+        sun
+            Azimuth, clockwise from north, and elevation, in degrees.
+        near_m
+            Distance of the near plane; by default a tenth of the smaller spacing.
+
+        Raises
+        ------
+        UsageError
+            An argument outside its range.
+        """
+        started = time.perf_counter()
+        self.draw(camera, max_error_px, metric=metric, method=method, style=style, sun=sun, near_m=near_m)
+        image = self.picture.read()
+        assert self._shot
+        self.ms["frame"] = 1e3 * (time.perf_counter() - started)
+        self._shot.stats["ms"] = dict(self.ms)
+        return Frame(image, self._shot.stats)
+
+    def draw(
+        self,
+        camera: Camera,
+        max_error_px: float = 1.0,
+        *,
+        metric: str = "max",
+        method: str = "sat",
+        style: str = "shaded",
+        sun: tuple[float, float] = SUN,
+        near_m: float | None = None,
+        cull: bool = True,
+    ) -> dict[str, Any]:
+        """Draw like `render`, but leave the picture on the GPU (`picture`); returns the stats."""
+        _check(max_error_px, near_m, metric=(metric, METRICS), method=(method, METHODS), style=(style, STYLES))
+        near_m = near_m or NEAR * min(self.heightmap.spacing_m)
+        tolerance = 0.0 if method == "full" else max_error_px
+        with self._timed("lod"):
+            selection = self.levels.select(camera, self.size, near_m, tolerance, metric, cull)
+        with self._timed("draw"):
+            self.picture.draw(selection, camera, style, sun)
+        self._shot = _Shot(camera, selection, near_m)
+        self._shot.stats = self._stats(method, metric, max_error_px)
+        return self._shot.stats
+
+    def measure(self) -> dict[str, Any]:
+        """The last frame's stats with its achieved error: that very mesh against every post in the picture.
+
+        Adds `max_error_px`, `rms_error_px`, `posts_measured` and `holes`, the pixels and posts where the sky shows
+        through.
+        """
+        shot = self._last()
+        self._measurement = self._measurement or Measurement(self.levels)
+        achieved = self._measurement.achieved(shot.selection, shot.camera, self.size, shot.near_m)
+        certified = shot.stats["certified_max_error_px"]
+        through = count_holes(self.picture.coverage(), self.heightmap, shot.camera, self.size, certified)
+        shot.stats["max_error_px"], shot.stats["rms_error_px"] = achieved.max_px, achieved.rms_px
+        shot.stats["posts_measured"], shot.stats["holes"] = achieved.posts, achieved.uncovered + through
+        return shot.stats
+
+    def triangles(self) -> np.ndarray:
+        """The last frame's triangles as the GPU draws them: (n, 3, 2) columns and rows, counter-clockwise from above."""
+        return captured_triangles(self.levels, self._last().selection)
+
+    def edit(self, rows: slice, cols: slice, heights: Any) -> None:
+        """Give a rectangle of posts new heights, NaN for voids; all tables follow, as if built anew.
+
+        Parameters
+        ----------
+        rows, cols
+            Which posts, as slices.
+        heights
+            Metres, of a shape that fits.
+        """
+        new = self.heightmap.heights.copy()
+        try:
+            new[rows, cols] = heights
+        except (ValueError, IndexError) as error:
+            raise UsageError(f"edit: {error}") from None
+        rect = self.terrain.edit(Heightmap(new, self.heightmap.spacing_m, self.heightmap.name))
+        self._shot = None
+        if rect:
+            self.tables.update(rect)
+            self.picture.update(rect)
+
+    def height_at(self, x: float, y: float) -> float:
+        """The truth at a place in world metres, between posts bilinear; NaN over a void and outside the map."""
+        east, north = self.heightmap.spacing_m
+        row = self.heightmap.rows - 1 - y / north
+        return float(bilinear(self.heightmap.heights, np.array([x / east]), np.array([row]))[0])
+
+    def drawn_height_at(self, x: float, y: float) -> float:
+        """Height of the last frame's surface at a place in world metres; NaN where it draws nothing."""
+        east, north = self.heightmap.spacing_m
+        point = np.array([x / east, self.heightmap.rows - 1 - y / north])
+        corners = self.triangles().astype(np.float64)
+        a, b, c = corners[:, 0] - point, corners[:, 1] - point, corners[:, 2] - point
+        weights = np.stack([_cross(b, c), _cross(c, a), _cross(a, b)], -1)
+        inside = np.flatnonzero((weights <= 0).all(1))
+        if not len(inside) or np.isnan(self.height_at(x, y)):
+            return float("nan")
+        posts, weight = corners[inside[0]].astype(int), weights[inside[0]] / weights[inside[0]].sum()
+        return float(weight @ self.terrain.filled[posts[:, 1], posts[:, 0]].astype(np.float64))
+
+    def release(self) -> None:
+        """Give the GPU's memory back."""
+        for part in (self._measurement, self.picture, self.levels, self.tables, self.terrain):
+            if part:
+                part.release()
+        if self._owns_ctx:
+            self.ctx.release()
+
+    def __enter__(self) -> Renderer:
+        self.ctx.__enter__()
+        return self
+
+    def __exit__(
+        self, kind: type[BaseException] | None, error: BaseException | None, trace: TracebackType | None
+    ) -> None:
+        self.release()
+        if not self._owns_ctx:
+            self.ctx.__exit__(kind, error, trace)
+
+    def _last(self) -> _Shot:
+        if self._shot is None:
+            raise TerrainError("nothing drawn since the map changed: render a frame first")
+        return self._shot
+
+    def _stats(self, method: str, metric: str, requested_px: float) -> dict[str, Any]:
+        assert self._shot
+        selection = self._shot.selection
+        return {
+            "method": method,
+            "metric": metric,
+            "triangles": selection.triangles,
+            "patches": selection.patches,
+            "splits": selection.splits,
+            "certified_max_error_px": selection.certified_px,
+            "requested_max_error_px": requested_px,
+            "width": self.size[0],
+            "height": self.size[1],
+            "gl_renderer": self.ctx.info["GL_RENDERER"],
+            "backend": backend_name(self.ctx),
+            "ms": dict(self.ms),
+            "gpu_bytes": self.gpu_bytes(),
+        }
+
+    def gpu_bytes(self) -> dict[str, int]:
+        """GPU memory by what it holds: the heights, the summed-area tables, the error table, shading, and all."""
+        heights = self.heightmap.rows * self.heightmap.cols * (5 if self.heightmap.voids else 4)
+        sat = self.tables.counters.size + self.tables.squares.size
+        parts = {"heights": heights, "sat": sat, "error": self.tables.nodes.size, "shade": self.picture.bytes}
+        return parts | {"total": sum(parts.values()) + self.levels.bytes}
+
+    def _check_size(self, size: tuple[int, int]) -> None:
+        most = min(limits(self.ctx)[name] for name in ("viewport_size", "renderbuffer_size", "texture_size"))
+        if min(size) < 1 or max(size) > most:
+            raise UsageError(f"picture size must be from 1x1 to {most}x{most} on this GPU, got {size[0]}x{size[1]}")
+
+    @contextmanager
+    def _timed(self, stage: str) -> Iterator[None]:
+        started = time.perf_counter()
+        yield
+        self.ctx.finish()
+        self.ms[stage] = 1e3 * (time.perf_counter() - started)
+
+
+def _check(max_error_px: float, near_m: float | None, **choices: tuple[str, tuple[str, ...]]) -> None:
+    if not 0 < max_error_px < 1e6:
+        raise UsageError(f"max error must be a positive number of pixels, got {max_error_px:g}")
+    if near_m is not None and not 0 < near_m < 1e9:
+        raise UsageError(f"near plane must stand a positive number of metres away, got {near_m:g}")
+    for name, (value, known) in choices.items():
+        if value not in known:
+            raise UsageError(f"{name}: expected one of {', '.join(known)}, got {value!r}")
+
+
+@contextmanager
+def _memory_errors(ctx: moderngl.Context, heightmap: Heightmap) -> Iterator[None]:
+    """Say what a map needs when the GPU has too little memory for it."""
+    needed = heightmap.rows * heightmap.cols * 14 >> 20
+    message = f"{heightmap.name}: needs about {needed} MiB of GPU memory, more than is free: use a smaller map"
+    try:
+        yield
+    except (moderngl.Error, MemoryError) as error:
+        raise TerrainError(f"{message} ({error})") from None
+    if ctx.error == "GL_OUT_OF_MEMORY":
+        raise TerrainError(message)
+
+
+def _cross(a: np.ndarray, b: np.ndarray) -> np.ndarray:
+    return a[:, 0] * b[:, 1] - a[:, 1] * b[:, 0]
