@@ -1,0 +1,15 @@
+// shade/depth.frag — style "depth": white at the eye, half as bright where the view depth is a quarter of the map's
+// diagonal, black infinitely far away.
+
+#include "shade/samples.glsl"
+
+out vec4 out_colour;
+
+vec3 ground_colour(Ground g) {
+    float half_m = 0.25 * length(vec2(u_last_post) * u_spacing_m);
+    return vec3(half_m / (half_m + max(dot(g.from_eye_m, u_forward.xyz), 0.0)));
+}
+
+vec3 sky_colour(vec3 direction) { return vec3(0.0); }
+
+void main() { out_colour = vec4(pixel_colour(), 1.0); }

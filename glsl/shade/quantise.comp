@@ -1,0 +1,15 @@
+// shade/quantise.comp — heights as 16-bit steps of the map's span, ready to be summed.
+
+#include "shade/steps.glsl"
+
+layout(local_size_x = 64) in;
+layout(std430, binding = 0) writeonly buffer Words { uint word[]; };
+
+uniform ivec2 u_first;  // first post, and how many columns and rows
+uniform ivec2 u_count;
+
+void main() {
+    ivec2 at = ivec2(gl_GlobalInvocationID.xy);
+    if (at.x >= u_count.x) return;
+    word[at.y * u_count.x + at.x] = uint(clamp(round(steps_from_m(height_m(u_first + at))), 0.0, 65535.0));
+}

@@ -1,0 +1,108 @@
+// shade/relief.glsl — mean height and mean slope of the ground under a footprint: a box on the map, at any place and of
+// any size, in posts.
+//   Larger than a few posts: from the summed-area table of heights. S between texels is bilinear, because a texel is
+//   constant: so the mean is continuous in the box, and moving the eye makes nothing flicker.
+//
+//          a       b       c        mean height   sum(a..c) / area
+//       a  ┌───────┬───────┐        slope         (mean of the eastern half − mean of the western) / distance of
+//          │  NW   │  NE   │                      their centres: the exact mean of the slope, weighted by a tent
+//       b  ├───────┼───────┤                      across and a box along
+//          │  SW   │  SE   │
+//       c  └───────┴───────┘        Each side has two texels, 6 × 6 words in all.
+//
+//   Smaller: cubic B-splines over the float heights, smooth to the second derivative; between the two, a blend.
+// Provides Relief, relief_of(), relief_of_sums(), mean_height_m().   Python twin: reference.relief
+
+#include "shade/steps.glsl"
+
+layout(std430, binding = 0) readonly buffer HeightSums { uint height_sum[]; };
+
+#define LARGEST_BOX_POSTS 250.0  // 65,536 texels are exact; this leaves room for the rims
+
+struct Relief {
+    float height_m;
+    vec2 slope;  // metres up per metre east, north
+};
+
+uint sum_at(int x, int y) {
+    if (x == 0 || y == 0) return 0u;
+    return height_sum[(y - 1) * (u_last_post.x + 1) + x - 1];
+}
+
+// Sums of a row of words, each from the western side on, blended to the three sides a, b, c.
+vec3 sums_of_row(int x[6], vec3 part, int y, inout uint first[6], bool is_first) {
+    float sums[6];
+    uint west = sum_at(x[0], y);
+    for (int i = 0; i < 6; i++) {
+        uint sum = sum_at(x[i], y) - west;  // unsigned, wraps: exact however large the map
+        if (is_first) first[i] = sum;
+        sums[i] = float(sum - first[i]);
+    }
+    return mix(vec3(sums[0], sums[2], sums[4]), vec3(sums[1], sums[3], sums[5]), part);
+}
+
+Relief relief_of_sums(vec2 post, vec2 extent) {
+    vec2 end = vec2(u_last_post + 1), half_extent = 0.5 * min(extent, LARGEST_BOX_POSTS);
+    vec2 a = clamp(post + 0.5 - half_extent, vec2(0.0), end), c = clamp(post + 0.5 + half_extent, vec2(0.0), end);
+    vec3 xs = vec3(a.x, 0.5 * (a.x + c.x), c.x), ys = vec3(a.y, 0.5 * (a.y + c.y), c.y);
+    int x[6], y[6];
+    for (int i = 0; i < 6; i++) {
+        x[i] = min(int(xs[i / 2]) + i % 2, u_last_post.x + 1);
+        y[i] = min(int(ys[i / 2]) + i % 2, u_last_post.y + 1);
+    }
+    uint first[6];
+    vec3 rows[3];
+    for (int j = 0; j < 3; j++) {
+        vec3 above = sums_of_row(x, fract(xs), y[2 * j], first, j == 0);
+        vec3 below = sums_of_row(x, fract(xs), y[2 * j + 1], first, false);
+        rows[j] = mix(above, below, fract(ys[j]));
+    }
+    vec3 all_rows = rows[2] - rows[0], north_rows = rows[1] - rows[0];
+    float total = all_rows.z - all_rows.x, west = all_rows.y - all_rows.x, north = north_rows.z - north_rows.x;
+    vec2 size = c - a;
+    float area = size.x * size.y;
+    vec2 rise = vec2(total - 2.0 * west, 2.0 * north - total) / (0.5 * area) / (0.5 * size);
+    return Relief(m_from_steps(total / area), rise * step_m() / u_spacing_m);
+}
+
+vec4 spline(float t) {  // cubic B-spline
+    vec4 w = vec4(1.0 - t, t, 1.0 - t, t);
+    return vec4(w.x * w.x * w.x, 4.0 - 3.0 * t * t * (2.0 - t), 4.0 - 3.0 * w.x * w.x * (1.0 + t), t * t * t) / 6.0;
+}
+
+vec4 spline_slope(float t) {
+    return vec4(-(1.0 - t) * (1.0 - t), t * (3.0 * t - 4.0), 1.0 + t * (2.0 - 3.0 * t), t * t) * 0.5;
+}
+
+Relief relief_of_spline(vec2 post) {
+    ivec2 at = ivec2(floor(post));
+    vec2 t = post - vec2(at);
+    vec4 wx = spline(t.x), dx = spline_slope(t.x), wy = spline(t.y), dy = spline_slope(t.y);
+    vec3 sum = vec3(0.0);
+    for (int j = 0; j < 4; j++) {
+        vec4 h;
+        for (int i = 0; i < 4; i++) h[i] = height_m(clamp(at + ivec2(i, j) - 1, ivec2(0), u_last_post));
+        sum += vec3(dot(wx, h) * wy[j], dot(dx, h) * wy[j], -dot(wx, h) * dy[j]);
+    }
+    return Relief(sum.x, sum.yz / u_spacing_m);
+}
+
+Relief relief_of(vec2 post, vec2 extent) {
+    float blend = smoothstep(1.5, 3.0, max(extent.x, extent.y));
+    Relief near = Relief(0.0, vec2(0.0)), far = near;
+    if (blend < 1.0) near = relief_of_spline(post);
+    if (blend > 0.0) far = relief_of_sums(post, max(extent, 2.0));
+    return Relief(mix(near.height_m, far.height_m, blend), mix(near.slope, far.slope, blend));
+}
+
+uint sum_of_box(ivec2 a, ivec2 b) {
+    return (sum_at(b.x, b.y) - sum_at(a.x, b.y)) - (sum_at(b.x, a.y) - sum_at(a.x, a.y));
+}
+
+// Mean over a large box on whole posts: where a post more or less is not seen.
+float mean_height_m(vec2 post, float extent) {
+    float half_extent = 0.5 * min(extent, LARGEST_BOX_POSTS);
+    ivec2 end = u_last_post + 1;
+    ivec2 a = clamp(ivec2(post + 0.5 - half_extent), ivec2(0), end - 1), b = clamp(ivec2(post + 0.5 + half_extent), a + 1, end);
+    return m_from_steps(float(sum_of_box(a, b)) / (float(b.x - a.x) * float(b.y - a.y)));
+}

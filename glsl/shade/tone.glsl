@@ -1,0 +1,18 @@
+// shade/tone.glsl — from light to the screen: exposure, a shoulder for the brightest, the sRGB curve (IEC 61966-2-1).
+// Provides tone_mapped(), srgb_encoded().   Python twin: reference.srgb_encoded
+
+#define WHITE 4.0  // luminance that becomes white
+
+// Reinhard et al. 2002, "Photographic tone reproduction for digital images", equation 4, on luminance.
+vec3 tone_mapped(vec3 light) {
+    float luminance = dot(light, vec3(0.2126, 0.7152, 0.0722));
+    float shown = luminance * (1.0 + luminance / (WHITE * WHITE)) / (1.0 + luminance);
+    vec3 by_luminance = light * (shown / max(luminance, 1e-6));
+    vec3 by_channel = light * (1.0 + light / (WHITE * WHITE)) / (1.0 + light);
+    return clamp(mix(by_luminance, by_channel, 0.5), 0.0, 1.0);
+}
+
+vec3 srgb_encoded(vec3 linear) {
+    vec3 c = clamp(linear, 0.0, 1.0);
+    return mix(12.92 * c, 1.055 * pow(c, vec3(1.0 / 2.4)) - 0.055, greaterThan(c, vec3(0.0031308)));
+}

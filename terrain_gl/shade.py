@@ -1,0 +1,230 @@
+"""Shading: from the surface that the mesh draws to a picture.
+
+Two passes. The first draws the patches and notes at each sample which place of the map it sees (glsl/shade/surface.frag).
+The second shades each pixel from the map itself, averaged over the pixel's footprint by a summed-area table of heights
+(glsl/shade/relief.glsl): what it shows does not depend on the mesh.
+"""
+
+from __future__ import annotations
+
+import ctypes
+import math
+from typing import Any
+
+import moderngl
+import numpy as np
+
+from . import gl, shaders
+from .camera import Camera
+from .lod import Levels, Selection
+from .mesh import PatchDraw
+from .sat import SummedAreaTables, Table
+from .terrain import Terrain
+
+STYLES = ("shaded", "wireframe", "lod", "error", "normals", "depth")
+HAZE_DIAGONALS = 1.6  # distance at which haze lets 1/e through, in diagonals of the map
+_TEXTURE_2D, _TEXTURE_2D_MULTISAMPLE = 0x0DE1, 0x9100
+_DEPTH_COMPONENT, _DEPTH_COMPONENT32F, _FLOAT = 0x1902, 0x8CAC, 0x1406
+_FETCH = moderngl.TEXTURE_FETCH_BARRIER_BIT | moderngl.SHADER_STORAGE_BARRIER_BIT
+Size = tuple[int, int]
+Rect = tuple[int, int, int, int]
+
+
+class HeightSums:
+    """Summed-area table of a terrain's heights in 16-bit steps, four bytes a post: mean height and slope of any box."""
+
+    def __init__(self, terrain: Terrain) -> None:
+        self.ctx, self.terrain = terrain.ctx, terrain
+        self.table = Table(terrain.heightmap.cols, terrain.heightmap.rows)
+        self._sat = SummedAreaTables(self.ctx, 32)
+        self._quantise: Any = shaders.compute(self.ctx, "shade/quantise.comp")
+        self.buffer = self.ctx.buffer(reserve=4 * self.table.words)
+        self.build()
+
+    @property
+    def bytes(self) -> int:
+        """GPU memory of the table."""
+        return self.buffer.size
+
+    def build(self) -> None:
+        """Sum all heights."""
+        self._write(self.buffer, (0, 0), self.table)
+        self._sat.build(self.buffer, self.table)
+
+    def update(self, posts: Rect) -> None:
+        """Follow an edit of the posts of columns x0 to x1 and rows y0 to y1, (x0, y0, x1, y1)."""
+        x, y = posts[:2]
+        at = Table(posts[2] - x + 1, posts[3] - y + 1)
+        if at == self.table:
+            self.build()
+            return
+        values = self.ctx.buffer(reserve=4 * at.words)
+        self._write(values, (x, y), at)
+        self._sat.edit(self.buffer, self.table, values, at, x, y)
+        values.release()
+
+    def release(self) -> None:
+        """Give the GPU's memory back."""
+        for resource in (self.buffer, self._sat, self._quantise):
+            resource.release()
+
+    def _write(self, buffer: moderngl.Buffer, first: tuple[int, int], at: Table) -> None:
+        self.terrain.bind()
+        buffer.bind_to_storage_buffer(0)
+        self._quantise["u_first"], self._quantise["u_count"] = first, at[:2]
+        self._quantise.run(-(-at.width // 64), at.height)
+        self.ctx.memory_barrier(moderngl.SHADER_STORAGE_BARRIER_BIT)
+
+
+class Picture:
+    """Draws selected patches into a picture.
+
+    Parameters
+    ----------
+    levels
+        Whose patches are drawn.
+    size
+        Width and height in pixels.
+    samples
+        Samples a pixel; the driver may take fewer.
+    """
+
+    def __init__(self, levels: Levels, size: Size, samples: int = 4) -> None:
+        self.ctx, self.levels = levels.ctx, levels
+        self.samples = max(1, min(samples, self.ctx.max_samples))
+        self.sums = HeightSums(levels.terrain)
+        self._surface = PatchDraw(levels, tess_evaluation="mesh/patch.tese", fragment="shade/surface.frag")
+        self._screens: dict[str, tuple[Any, moderngl.VertexArray]] = {}
+        self._targets: list[Any] = []
+        self.resize(size)
+
+    @property
+    def bytes(self) -> int:
+        """GPU memory that shading needs for the map; the picture's own pixels do not count."""
+        return self.sums.bytes
+
+    def resize(self, size: Size) -> None:
+        """Change the picture's size; what was drawn is lost."""
+        self._release_targets()
+        self.size = size
+        samples = self.samples if self.samples > 1 else 0
+        self._posts = self.ctx.texture(size, 2, samples=samples, dtype="f4")
+        self._depth = _depth_texture(self.ctx, size, samples)
+        self._picture = self.ctx.texture(size, 4)
+        self._seen = self.ctx.framebuffer([self._posts], self._depth)
+        self._screen = self.ctx.framebuffer([self._picture])
+        self._targets = [self._seen, self._screen, self._posts, self._depth, self._picture]
+
+    def update(self, posts: Rect) -> None:
+        """Follow an edit of the posts of columns x0 to x1 and rows y0 to y1, (x0, y0, x1, y1)."""
+        self.sums.update(posts)
+
+    def draw(
+        self, selection: Selection, camera: Camera, style: str = "shaded", sun: tuple[float, float] = (300.0, 35.0)
+    ) -> None:
+        """Draw what `Levels.select` chose last.
+
+        Parameters
+        ----------
+        style
+            One of `STYLES`.
+        sun
+            Azimuth, clockwise from north, and elevation, in degrees.
+        """
+        self._draw_surface(selection)
+        east, north = self.levels.terrain.heightmap.extent_m
+        haze_m = HAZE_DIAGONALS * math.hypot(east, north)
+        self._fill(self._screen, f"shade/{style}.frag", size_px=self.size, sun=towards_sun(*sun), haze_m=haze_m)
+
+    def read(self) -> np.ndarray:
+        """(height, width, 4) uint8 sRGB, first row on top."""
+        return _from_top(self._picture.read(alignment=1), "u1", self.size, 4)
+
+    def coverage(self) -> np.ndarray:
+        """(height, width) bool, first row on top: the surface covers all of the pixel's samples."""
+        texture = self.ctx.texture(self.size, 1, dtype="u1")
+        target = self.ctx.framebuffer([texture])
+        self._fill(target, "shade/coverage.frag")
+        samples = _from_top(texture.read(alignment=1), "u1", self.size, 1)[..., 0]
+        target.release()
+        texture.release()
+        return samples == self.samples
+
+    def show(self, framebuffer: moderngl.Framebuffer) -> None:
+        """Copy the finished picture to a window's framebuffer, stretched to its viewport."""
+        program, vao = self._screen_program("shade/show.frag")
+        framebuffer.use()
+        self.ctx.disable(moderngl.DEPTH_TEST)
+        program["u_window"] = framebuffer.viewport
+        self._picture.use(2)
+        vao.render(vertices=3)
+
+    def release(self) -> None:
+        """Give the GPU's memory back."""
+        self._release_targets()
+        self._surface.release()
+        self.sums.release()
+        for program, vao in self._screens.values():
+            vao.release()
+            program.release()
+
+    def _draw_surface(self, selection: Selection) -> None:
+        gl.clip_control_zero_to_one(self.ctx)  # without it distant depths are coarser, and in order all the same
+        self._seen.use()
+        self._seen.clear(-1.0, -1.0, depth=0.0)
+        self.ctx.enable_only(moderngl.DEPTH_TEST)
+        self.ctx.depth_func = ">="
+        self._surface.draw(selection)
+
+    def _fill(self, target: moderngl.Framebuffer, fragment: str, **uniforms: Any) -> None:
+        """Run a fragment shader over every pixel of the target."""
+        program, vao = self._screen_program(fragment)
+        for name, value in uniforms.items():
+            if f"u_{name}" in program:
+                program[f"u_{name}"] = value
+        self.levels.terrain.bind()
+        self.levels.view.bind()
+        self.sums.buffer.bind_to_storage_buffer(0)
+        self._posts.use(2)
+        target.use()
+        self.ctx.disable(moderngl.DEPTH_TEST)
+        vao.render(vertices=3)
+
+    def _screen_program(self, fragment: str) -> tuple[Any, moderngl.VertexArray]:
+        if fragment not in self._screens:
+            defines = {"SAMPLES": self.samples}
+            program = shaders.program(self.ctx, vertex="shade/screen.vert", fragment=fragment, defines=defines)
+            self._screens[fragment] = program, self.ctx.vertex_array(program, [])
+        return self._screens[fragment]
+
+    def _release_targets(self) -> None:
+        for target in self._targets:
+            target.release()
+        self._targets = []
+
+
+def towards_sun(azimuth_deg: float, elevation_deg: float) -> tuple[float, float, float]:
+    """Unit vector east, north, up; azimuth clockwise from north."""
+    azimuth, elevation = math.radians(azimuth_deg), math.radians(elevation_deg)
+    flat = math.cos(elevation)
+    return flat * math.sin(azimuth), flat * math.cos(azimuth), math.sin(elevation)
+
+
+def _depth_texture(ctx: moderngl.Context, size: Size, samples: int) -> moderngl.Texture:
+    """A depth texture of 32-bit floats, which moderngl alone does not make."""
+    texture = ctx.depth_texture(size, samples=samples)
+    i, u = ctypes.c_int, ctypes.c_uint
+    target = _TEXTURE_2D_MULTISAMPLE if samples else _TEXTURE_2D
+    gl.function(ctx, "glBindTexture", None, u, u)(target, texture.glo)
+    if samples:
+        define = gl.function(ctx, "glTexImage2DMultisample", None, u, i, u, i, i, ctypes.c_ubyte)
+        define(target, samples, _DEPTH_COMPONENT32F, *size, 1)
+    else:
+        define = gl.function(ctx, "glTexImage2D", None, u, i, i, i, i, i, u, u, ctypes.c_void_p)
+        define(target, 0, _DEPTH_COMPONENT32F, *size, 0, _DEPTH_COMPONENT, _FLOAT, None)
+    return texture
+
+
+def _from_top(data: bytes, dtype: str, size: Size, components: int) -> np.ndarray:
+    """Pixels as read from OpenGL, whose first row is the lowest, to (height, width, components)."""
+    return np.frombuffer(data, dtype).reshape(size[1], size[0], components)[::-1].copy()
