@@ -17,8 +17,8 @@ from .layout import Level
 from .sat import SummedAreaTables, Table
 from .terrain import Rect, Terrain
 
-FINE_LEVELS = 3  # levels whose nodes one thread looks at alone
-BLOCK = 64  # posts a side that one work group of glsl/error/gather.comp looks at
+FINE_LEVELS = 5  # levels whose nodes one thread looks at alone
+BLOCK = 32  # posts a side that one thread looks at in coarser nodes
 GATHERED_BYTES = 28  # glsl/error/coarse.glsl
 _BARRIER = moderngl.SHADER_STORAGE_BARRIER_BIT
 
@@ -39,7 +39,7 @@ class ErrorTables:
         ctx = self.ctx = terrain.ctx
         self.terrain = terrain
         names = ("fine", "gather", "settle", "count")
-        defines = {"CLASSES": layout.CLASSES, "COUNT_TILE": layout.COUNT_TILE}
+        defines = {"CLASSES": layout.CLASSES, "COUNT_TILE": layout.COUNT_TILE, "BLOCK": BLOCK}
         self._kernels: dict[str, Any] = {name: shaders.compute(ctx, f"error/{name}.comp", defines) for name in names}
         self._sat16, self._sat64 = SummedAreaTables(ctx, 16), SummedAreaTables(ctx, 64)
         last = terrain.levels[-1]
@@ -89,8 +89,8 @@ class ErrorTables:
             if j <= FINE_LEVELS:
                 self._run("fine", (-(-width // 8), -(-height // 8)), place)
             else:
-                blocks = max(1, (1 << j) // BLOCK)
-                self._run("gather", (width * blocks, height * blocks), place)
+                blocks = (1 << j) // BLOCK
+                self._run("gather", (-(-width * blocks // 8), -(-height * blocks // 8)), place)
                 self._run("settle", (-(-width * height // 64), 1), place)
         gathering.release()
 

@@ -9,8 +9,9 @@ void main() {
     if (i >= u_count.x * u_count.y) return;
     ivec2 at = u_first + ivec2(i % u_count.x, i / u_count.x);
     Gathered g = gathered[i];
-    Worst w = Worst(uintBitsToFloat(uvec2(g.max_q, g.max_f)), uvec2(g.squares[0], g.squares[1]),
-                    uvec2(g.squares[2], g.squares[3]), g.voids);
+    vec2 share = vec2(word_float(uvec2(g.squares[0], g.squares[1])), word_float(uvec2(g.squares[2], g.squares[3])));
+    vec2 squares = share * exp2(-35.0) * u_span_m * u_span_m;
+    Worst w = Worst(uintBitsToFloat(uvec2(g.max_q, g.max_f)), squares, g.voids);
     settle_node(at, node_at(u_which_level, at), w);
     gathered[i] = Gathered(0u, 0u, uint[4](0u, 0u, 0u, 0u), 0u);
 }

@@ -1,5 +1,5 @@
 // error/worst.glsl — gather the errors of a node's posts, then settle them into the error table.
-//   Squares are summed as integers: the sum does not depend on the order.
+//   Squares are summed in an order that the node's place alone decides, so that an edit gives the bits of a rebuild.
 // Provides Worst, worst_of_nothing(), gather_post(), settle_node().
 
 #include "error/nodes.glsl"
@@ -12,13 +12,12 @@ uniform ivec2 u_first;  // first node to compute, and how many
 uniform ivec2 u_count;
 
 struct Worst {
-    vec2 max_m;       // quad, fan
-    uvec2 squares_q;  // quad, 64 bits
-    uvec2 squares_f;  // fan
+    vec2 max_m;    // quad, fan
+    vec2 squares;  // quad, fan
     uint voids;
 };
 
-Worst worst_of_nothing() { return Worst(vec2(0.0), uvec2(0u), uvec2(0u), 0u); }
+Worst worst_of_nothing() { return Worst(vec2(0.0), vec2(0.0), 0u); }
 
 // Posts on the south and east edges are the neighbours' own, except on the map's rim.
 bool is_own(Node n, ivec2 post) {
@@ -31,21 +30,9 @@ void gather_post(inout Worst w, Node n, ivec2 post) {
         return;
     }
     float h = height_m(post) - n.base_m;
-    vec2 e = vec2(quad_error_m(n, post, h), fan_error_m(n, post, h));
-    // corners are drawn where they stand: no rounding to allow for
-    bool corner = (post.x == n.low.x || post.x == n.high.x) && (post.y == n.low.y || post.y == n.high.y);
-    if (corner) return;
-    e = e * (1.0 + exp2(-20.0)) + rounding_m(n);
+    vec2 e = vec2(quad_error_m(n, post, h), fan_error_m(n, post, h)) * (1.0 + exp2(-20.0)) + n.rounding_m;
     w.max_m = max(w.max_m, e);
-    if (!is_own(n, post)) return;
-    vec2 share = e / u_span_m * (e / u_span_m);
-    w.squares_q = add64(w.squares_q, square_up(share.x));
-    w.squares_f = add64(w.squares_f, square_up(share.y));
-}
-
-float rms_up_m(uvec2 squares, ivec2 posts) {
-    float mean = word_float(squares) / (float(posts.x) * float(posts.y)) * exp2(-35.0);
-    return sqrt(mean) * u_span_m * (1.0 + exp2(-18.0));
+    if (is_own(n, post)) w.squares += e * e;
 }
 
 vec2 range_of_posts(Node n) {
@@ -57,7 +44,7 @@ vec2 range_of_posts(Node n) {
 
 void settle_node(ivec2 at, Node n, Worst w) {
     ivec2 own = n.high - n.low + ivec2(equal(n.high, u_last_post));
-    vec2 rms_m = vec2(rms_up_m(w.squares_q, own), rms_up_m(w.squares_f, own));
+    vec2 rms_m = sqrt(w.squares / (float(own.x) * float(own.y))) * (1.0 + exp2(-18.0));
     // with voids the posts are fewer than the texels: the mean is not known, but never above the maximum
     rms_m = w.voids != 0u ? w.max_m : min(rms_m, w.max_m);
     PackedNode settled = PackedNode(pack_pair(w.max_m), pack_pair(rms_m), 0u);

@@ -9,7 +9,8 @@
 //     1 1 1 1 │ F F     →      │ T = 4 │ T=2 ...                & the row below    two on two
 //     1 1 1 1 │ 1 1            └───────┘
 //
-// Run twice: to count (EMIT 0), and to write each patch at its place (EMIT 1). A group of 32 × 8 threads is a tile.
+// Run twice: to count (EMIT 0), and to write each patch at its place (EMIT 1). A group of 32 threads is a tile, a thread
+// one of its rows.
 
 #include "lod/tree.glsl"
 #include "lod/tiles.glsl"
@@ -19,56 +20,71 @@
 #define EMIT 0
 #endif
 
-layout(local_size_x = 32, local_size_y = 8) in;
+layout(local_size_x = TILE) in;
 layout(std430, binding = 5) writeonly buffer Patches { uvec2 patches[]; };
 
-shared uint s_squares[SIZES][TILE];  // bit: north-west node of a square of quads
+shared uint s_squares[SIZES][TILE];  // a bit for each north-west node of a square of quads
 shared uint s_fans[TILE];
 shared uint s_tile_triangles, s_tile_splits, s_tile_worst;
 
 int level;
 ivec2 first;  // the tile's north-west node
+int row;      // this thread's, in the tile
 
-// Bits of the edges at which the neighbour is finer: west, north, east, south, as gl_TessLevelOuter has them.
-uint finer_neighbours(ivec2 at) {
-    return uint(is_split(level, at - ivec2(1, 0))) | uint(is_split(level, at - ivec2(0, 1))) << 1 |
-           uint(is_split(level, at + ivec2(1, 0))) << 2 | uint(is_split(level, at + ivec2(0, 1))) << 3;
+// Which of the row's nodes have finer neighbours to the west, north, east and south: gl_TessLevelOuter's order.
+uvec4 finer_neighbours() {
+    int word = first.x / TILE, y = first.y + row;
+    uint own = split_word(level, word, y);
+    return uvec4(own << 1 | split_word(level, word - 1, y) >> 31, split_word(level, word, y - 1),
+                 own >> 1 | split_word(level, word + 1, y) << 31, split_word(level, word, y + 1));
 }
 
-// Past the map's last post a fan has no halves of edges and no wedge.
-uint fan_triangles(ivec2 at, uint edges) {
-    bvec2 clamped = greaterThanEqual((2 * at + 1) << (level - 1), u_last_post);
-    return 4u + bitCount(edges) - uint(clamped.x) - uint(clamped.y);
+// A fan's edges that are split. Where its centre lies on the map's rim, edges end at their middle and stay whole.
+uint split_edges(uvec4 finer, int column) {
+    uvec4 bits = finer >> column & 1u;
+    bvec2 on_rim = greaterThanEqual((2 * (first + ivec2(column, row)) + 1) << (level - 1), u_last_post);
+    if (on_rim.x) bits.yw = uvec2(0u);
+    if (on_rim.y) bits.xz = uvec2(0u);
+    return bits.x | bits.y << 1 | bits.z << 2 | bits.w << 3;
 }
 
-uint fan_edges(ivec2 at) {
-    bvec2 clamped = greaterThanEqual((2 * at + 1) << (level - 1), u_last_post);
-    return finer_neighbours(at) & ~(clamped.x ? 10u : 0u) & ~(clamped.y ? 5u : 0u);
+// On the rim, the wedges beyond it have no area.
+uint fan_triangles(uint edges, int column) {
+    bvec2 on_rim = greaterThanEqual((2 * (first + ivec2(column, row)) + 1) << (level - 1), u_last_post);
+    return 4u + uint(bitCount(edges)) - uint(on_rim.x) - uint(on_rim.y);
 }
 
-void classify(ivec2 in_tile) {
-    ivec2 at = first + in_tile;
-    if (!exists(level, at)) return;
-    if (is_split(level, at)) {
-        atomicAdd(s_tile_splits, 1u);
-        return;
+void classify_row() {
+    int word = first.x / TILE, y = first.y + row;
+    if (y >= u_level[level].size.y) return;
+    uint split_here = split_word(level, word, y), squares = 0u, fans = 0u, triangles = 0u;
+    uvec4 finer = finer_neighbours();
+    uint crowded = finer.x | finer.y | finer.z | finer.w;
+    float worst_px = 0.0;
+    for (uint left = existing_word(level, word, y) & ~split_here; left != 0u; left &= left - 1u) {
+        int column = findLSB(left);
+        ivec2 at = first + ivec2(column, row);
+        Projection p = project_node(level, at, 1.0);
+        if (u_cull != 0 && p.outside) continue;
+        if (level == 0) {
+            squares |= 1u << column;
+            continue;
+        }
+        PackedNode n = node_of(level, at);
+        float px = p.outside ? 0.0 : quad_px(p, n);
+        if ((crowded >> column & 1u) == 0u && px <= u_tolerance_px) squares |= 1u << column;
+        else {
+            fans |= 1u << column;
+            triangles += fan_triangles(split_edges(finer, column), column);
+            px = p.outside ? 0.0 : fan_px(p, n);
+        }
+        worst_px = max(worst_px, px);
     }
-    Projection p = project_node(level, at, 1.0);
-    if (u_cull != 0 && p.outside) return;
-    uint bit = 1u << in_tile.x;
-    if (level == 0) {
-        atomicOr(s_squares[0][in_tile.y], bit);
-        return;
-    }
-    PackedNode n = node_of(level, at);
-    float px = p.outside ? 0.0 : quad_px(p, n);
-    if (finer_neighbours(at) == 0u && px <= u_tolerance_px) atomicOr(s_squares[0][in_tile.y], bit);
-    else {
-        atomicOr(s_fans[in_tile.y], bit);
-        atomicAdd(s_tile_triangles, fan_triangles(at, fan_edges(at)));
-        px = p.outside ? 0.0 : fan_px(p, n);
-    }
-    atomicMax(s_tile_worst, floatBitsToUint(px));
+    s_squares[0][row] = squares;
+    s_fans[row] = fans;
+    atomicAdd(s_tile_triangles, triangles);
+    atomicAdd(s_tile_splits, uint(bitCount(split_here)));
+    atomicMax(s_tile_worst, floatBitsToUint(worst_px));
 }
 
 // Two by two quads are their own four records; larger squares ask the summed-area tables.
@@ -91,8 +107,8 @@ bool certified(int size, ivec2 at) {
     return p.outside || metric_px(p, errors_m.x, errors_m.y) <= u_tolerance_px;
 }
 
-// Row `row` of squares of size s from those of size s - 1: only every 2^s-th row and bit can begin one.
-uint join_squares(int s, int row) {
+// This row's squares of size s, from those of size s - 1: only every 2^s-th row and bit can begin one.
+uint join_squares(int s) {
     int half_side = 1 << (s - 1);
     if ((row & (2 * half_side - 1)) != 0 || level + s > u_top_level) return 0u;
     uint north = s_squares[s - 1][row], south = s_squares[s - 1][row + half_side];
@@ -104,35 +120,29 @@ uint join_squares(int s, int row) {
     return joined;
 }
 
-void form_squares(int row) {
+void form_squares() {
     for (int s = 1; s < SIZES; s++) {
+        uint joined = join_squares(s);
         barrier();
-        uint joined = row < TILE ? join_squares(s, row) : 0u;
+        s_squares[s][row] = joined;
+        if (joined != 0u) {
+            int half_side = 1 << (s - 1);
+            uint parts = joined | joined << half_side;
+            s_squares[s - 1][row] &= ~parts;
+            s_squares[s - 1][row + half_side] &= ~parts;
+        }
         barrier();
-        if (row < TILE) s_squares[s][row] = joined;
-        if (joined == 0u) continue;
-        int half_side = 1 << (s - 1);
-        uint parts = joined | joined << half_side;
-        s_squares[s - 1][row] &= ~parts;
-        s_squares[s - 1][row + half_side] &= ~parts;
     }
-    barrier();
 }
 
 // Fans have two segments a side: they are drawn with the squares of that size.
 uint patch_bits(int s, int row) { return s_squares[s][row] | (s == 1 ? s_fans[row] : 0u); }
 
-uint patches_before(int s, int row) {
-    uint n = 0u;
-    for (int r = 0; r < row; r++) n += bitCount(patch_bits(s, r));
-    return n;
-}
-
 void count_patches(int tile, int s) {
     uint squares = 0u, fans = 0u;
-    for (int row = 0; row < TILE; row++) {
-        squares += bitCount(s_squares[s][row]);
-        if (s == 1) fans += bitCount(s_fans[row]);
+    for (int r = 0; r < TILE; r++) {
+        squares += uint(bitCount(s_squares[s][r]));
+        if (s == 1) fans += uint(bitCount(s_fans[r]));
     }
     offset[offset_index(s, tile)] = squares + fans;
     atomicAdd(s_count[s], squares + fans);
@@ -145,13 +155,16 @@ void add_to_summary() {
     atomicMax(s_worst_px, s_tile_worst);
 }
 
-void write_patches(int tile, int s, int row) {
-    uint place = offset[offset_index(s, tile)] + patches_before(s, row);
+void write_row(int tile, int s) {
+    if (patch_bits(s, row) == 0u) return;
+    uint place = offset[offset_index(s, tile)];
+    for (int r = 0; r < row; r++) place += uint(bitCount(patch_bits(s, r)));
+    uvec4 finer = finer_neighbours();
     for (uint left = patch_bits(s, row); left != 0u; left &= left - 1u) {
-        ivec2 at = first + ivec2(findLSB(left), row);
-        ivec2 corner = at << level;
-        bool fan = s == 1 && (s_fans[row] & left & -left) != 0u;
-        uint step_log2 = uint(fan ? level - 1 : level), edges = fan ? fan_edges(at) : 15u;
+        int column = findLSB(left);
+        ivec2 corner = (first + ivec2(column, row)) << level;
+        bool fan = s == 1 && (s_fans[row] >> column & 1u) != 0u;
+        uint step_log2 = uint(fan ? level - 1 : level), edges = fan ? split_edges(finer, column) : 15u;
         patches[place++] = uvec2(uint(corner.x) | uint(corner.y) << 16,
                                  step_log2 | uint(s) << 4 | edges << 8 | uint(fan) << 12);
     }
@@ -160,23 +173,24 @@ void write_patches(int tile, int s, int row) {
 void main() {
     uint group = gl_WorkGroupID.y * uint(MANY) + gl_WorkGroupID.x;
     if (group >= active_groups.w) return;
-    int tile = int(active_tile[group]), thread = int(gl_LocalInvocationIndex);
+    int tile = int(active_tile[group]);
     level = 0;
     while (level < u_top_level && tile >= u_level[level + 1].first_tile) level++;
     int i = tile - u_level[level].first_tile;
     first = TILE * ivec2(i % u_level[level].tiles.x, i / u_level[level].tiles.x);
+    row = int(gl_LocalInvocationIndex);
 
-    if (thread < TILE) s_squares[0][thread] = s_fans[thread] = 0u;
-    if (thread == 0) s_tile_triangles = s_tile_splits = s_tile_worst = 0u;
+    s_squares[0][row] = s_fans[row] = 0u;
+    if (row == 0) s_tile_triangles = s_tile_splits = s_tile_worst = 0u;
     barrier();
-    for (int row = int(gl_LocalInvocationID.y); row < TILE; row += 8) classify(ivec2(gl_LocalInvocationID.x, row));
-    form_squares(thread);
+    classify_row();
+    barrier();
+    form_squares();
 #if EMIT
-    if (thread < TILE)
-        for (int s = 0; s < SIZES; s++) write_patches(tile, s, thread);
+    for (int s = 0; s < SIZES; s++) write_row(tile, s);
 #else
-    if (thread < SIZES) count_patches(tile, thread);
+    if (row < SIZES) count_patches(tile, row);
     barrier();
-    if (thread == 0) add_to_summary();
+    if (row == 0) add_to_summary();
 #endif
 }

@@ -14,21 +14,11 @@ bool must_split(ivec2 at) {
     return u_tolerance_px == 0.0 || fan_px(p, node_of(u_which_level, at)) > u_tolerance_px;
 }
 
-// Bits of the existing nodes among the 32 from column 32 · word on.
-uint existing(int word, int row) {
-    if (u_which_level == u_top_level) return 1u;
-    uint parents = split[word_index(u_which_level + 1, word >> 1, row >> 1)] >> (16 * (word & 1)) & 0xffffu;
-    uint both = 0u;
-    for (; parents != 0u; parents &= parents - 1u) both |= 3u << 2 * findLSB(parents);
-    int columns = u_level[u_which_level].size.x - 32 * word;
-    return columns < 32 ? both & (1u << columns) - 1u : both;
-}
-
 void main() {
     int row = int(gl_GlobalInvocationID.y), word = int(gl_GlobalInvocationID.x);
     if (word >= words_in_row(u_which_level)) return;
     uint bits = 0u;
-    for (uint left = existing(word, row); left != 0u; left &= left - 1u) {
+    for (uint left = existing_word(u_which_level, word, row); left != 0u; left &= left - 1u) {
         int bit = findLSB(left);
         if (must_split(ivec2(32 * word + bit, row))) bits |= 1u << bit;
     }

@@ -1,6 +1,6 @@
 // lod/tree.glsl — the quadtree of one view: a bit for each node that is split. Nodes exist whose parent is split; they
 // are leaves if they are not split themselves. Cells, level 0, never split.
-// Provides split[], is_split(), exists(), project_node(), node_of().
+// Provides split[], is_split(), split_word(), existing_word(), node_of(), project_node(), fan_px(), quad_px().
 
 #include "error/nodes.glsl"
 #include "lod/project.glsl"
@@ -21,7 +21,21 @@ bool is_split(int level, ivec2 at) {
     return (split[word_index(level, at.x >> 5, at.y)] >> (at.x & 31) & 1u) != 0u;
 }
 
-bool exists(int level, ivec2 at) { return in_level(level, at) && (level == u_top_level || is_split(level + 1, at >> 1)); }
+// The 32 nodes of a row from column 32 · word on: which of them are split.
+uint split_word(int level, int word, int row) {
+    bool there = level > 0 && row >= 0 && row < u_level[level].size.y && word >= 0 && word < words_in_row(level);
+    return there ? split[word_index(level, word, row)] : 0u;
+}
+
+// Which of them exist.
+uint existing_word(int level, int word, int row) {
+    if (level == u_top_level) return 1u;
+    uint parents = split[word_index(level + 1, word >> 1, row >> 1)] >> (16 * (word & 1)) & 0xffffu;
+    uint both = 0u;
+    for (; parents != 0u; parents &= parents - 1u) both |= 3u << 2 * findLSB(parents);
+    int columns = u_level[level].size.x - 32 * word;
+    return columns < 32 ? both & (1u << columns) - 1u : both;
+}
 
 PackedNode node_of(int level, ivec2 at) { return node[node_index(level, at)]; }
 
