@@ -52,6 +52,11 @@ def clip_control_zero_to_one(ctx: moderngl.Context) -> bool:
     return True
 
 
+def use_default_framebuffer(ctx: moderngl.Context) -> None:
+    """Bind framebuffer 0: moderngl binds its last one again after making another, an error once that is released."""
+    ctx.detect_framebuffer(0).use()
+
+
 def limits(ctx: moderngl.Context) -> dict[str, int]:
     """Sizes that the driver guarantees, in texels, bytes or counts; also `viewport_size` (the smaller side)."""
     get = function(ctx, "glGetInteger64v", None, c_uint, POINTER(c_int64))

@@ -55,7 +55,6 @@ class PatchDraw:
         """Record the triangles that tessellation makes, three vertices each."""
         if not selection.draws:
             return b""
-        before = self.ctx.fbo or self.ctx.detect_framebuffer(0)
         nowhere = self.ctx.simple_framebuffer((1, 1))  # drivers want a complete one even if nothing is drawn into it
         nowhere.use()
         self._bind()
@@ -64,7 +63,7 @@ class PatchDraw:
         triangles = gl.capture_patches(self.ctx, self.program, self.vao, out, self.levels.draws, count=selection.draws)
         data = out.read(triangles * 3 * vertex_bytes)
         out.release()
-        before.use()
+        gl.use_default_framebuffer(self.ctx)
         nowhere.release()
         return data
 

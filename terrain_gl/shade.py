@@ -9,20 +9,21 @@ from __future__ import annotations
 
 import ctypes
 import math
-from typing import Any
+from typing import Any, NamedTuple
 
 import moderngl
 import numpy as np
 
 from . import gl, shaders
 from .camera import Camera
+from .heightmap import Heightmap
 from .lod import Levels, Selection
 from .mesh import PatchDraw
 from .sat import SummedAreaTables, Table
 from .terrain import Terrain
 
 STYLES = ("shaded", "wireframe", "lod", "error", "normals", "depth")
-HAZE_DIAGONALS = 1.6  # distance at which haze lets 1/e through, in diagonals of the map
+HAZE = 1.6  # distance at which haze lets 1/e through, in diagonals of the map
 _TEXTURE_2D, _TEXTURE_2D_MULTISAMPLE = 0x0DE1, 0x9100
 _DEPTH_COMPONENT, _DEPTH_COMPONENT32F, _FLOAT = 0x1902, 0x8CAC, 0x1406
 _FETCH = moderngl.TEXTURE_FETCH_BARRIER_BIT | moderngl.SHADER_STORAGE_BARRIER_BIT
@@ -76,6 +77,23 @@ class HeightSums:
         self.ctx.memory_barrier(moderngl.SHADER_STORAGE_BARRIER_BIT)
 
 
+class Character(NamedTuple):
+    """What kind of land a map shows: glsl/shade/character.glsl decides its colours from this."""
+
+    hypsometric: float
+    rms_slope: float
+
+    @classmethod
+    def of(cls, heightmap: Heightmap) -> Character:
+        """Measure at most 512 × 512 posts, evenly spread."""
+        step = max(1, min(heightmap.rows, heightmap.cols) // 512)
+        low, high = heightmap.range_m
+        heights = heightmap.heights[::step, ::step].astype(np.float64)
+        slopes = [np.diff(heights, axis=i) / (step * heightmap.spacing_m[1 - i]) for i in (0, 1) if heights.shape[i] > 1]
+        mean_square = sum(float(np.nanmean(s * s)) if np.isfinite(s).any() else 0.0 for s in slopes)
+        return cls((float(np.nanmean(heights)) - low) / max(high - low, 1e-30), math.sqrt(mean_square))
+
+
 class Picture:
     """Draws selected patches into a picture.
 
@@ -93,6 +111,7 @@ class Picture:
         self.ctx, self.levels = levels.ctx, levels
         self.samples = max(1, min(samples, self.ctx.max_samples))
         self.sums = HeightSums(levels.terrain)
+        self._character = Character.of(levels.terrain.heightmap)
         self._surface = PatchDraw(levels, tess_evaluation="mesh/patch.tese", fragment="shade/surface.frag")
         self._screens: dict[str, tuple[Any, moderngl.VertexArray]] = {}
         self._targets: list[Any] = []
@@ -118,6 +137,7 @@ class Picture:
     def update(self, posts: Rect) -> None:
         """Follow an edit of the posts of columns x0 to x1 and rows y0 to y1, (x0, y0, x1, y1)."""
         self.sums.update(posts)
+        self._character = Character.of(self.levels.terrain.heightmap)
 
     def draw(
         self, selection: Selection, camera: Camera, style: str = "shaded", sun: tuple[float, float] = (300.0, 35.0)
@@ -132,9 +152,8 @@ class Picture:
             Azimuth, clockwise from north, and elevation, in degrees.
         """
         self._draw_surface(selection)
-        east, north = self.levels.terrain.heightmap.extent_m
-        haze_m = HAZE_DIAGONALS * math.hypot(east, north)
-        self._fill(self._screen, f"shade/{style}.frag", size_px=self.size, sun=towards_sun(*sun), haze_m=haze_m)
+        light = {"sun": towards_sun(*sun), "haze_m": self._haze_m(camera)}
+        self._fill(self._screen, f"shade/{style}.frag", size_px=self.size, **light, **self._character._asdict())
 
     def read(self) -> np.ndarray:
         """(height, width, 4) uint8 sRGB, first row on top."""
@@ -167,6 +186,11 @@ class Picture:
         for program, vao in self._screens.values():
             vao.release()
             program.release()
+
+    def _haze_m(self, camera: Camera) -> float:
+        """Air as clear as it takes to see the whole map from where the eye is."""
+        middle = np.array([*self.levels.terrain.heightmap.extent_m, sum(self.levels.terrain.heightmap.range_m)]) / 2
+        return HAZE * max(2 * math.hypot(*middle[:2]), math.dist(camera.eye, middle))
 
     def _draw_surface(self, selection: Selection) -> None:
         gl.clip_control_zero_to_one(self.ctx)  # without it distant depths are coarser, and in order all the same

@@ -3,6 +3,7 @@
 // Provides albedo_of().
 
 #include "shade/footprint.glsl"
+#include "shade/character.glsl"
 
 float hashed(ivec2 at) {
     uint n = uint(at.x) * 0x9e3779b1u ^ uint(at.y) * 0x85ebca77u;
@@ -13,32 +14,56 @@ float hashed(ivec2 at) {
 
 // Value noise of mean 0 that fades where the footprint grows past its grain.
 float noise(vec2 post, float grain, vec2 extent) {
+    float seen = exp(-pow(max(extent.x, extent.y) / grain, 2.0));
+    if (seen < 0.01) return 0.0;
     vec2 p = post / grain, t = fract(p);
     ivec2 at = ivec2(floor(p));
     t = t * t * (3.0 - 2.0 * t);
     float north = mix(hashed(at), hashed(at + ivec2(1, 0)), t.x);
     float south = mix(hashed(at + ivec2(0, 1)), hashed(at + ivec2(1, 1)), t.x);
-    return (mix(north, south, t.y) - 0.5) * exp(-pow(max(extent.x, extent.y) / grain, 2.0));
+    return (mix(north, south, t.y) - 0.5) * seen;
 }
 
 float patchiness(vec2 post, vec2 extent) {
-    return noise(post, 37.0, extent) + 0.5 * noise(post, 11.0, extent) + 0.3 * noise(post, 3.1, extent) +
-           0.2 * noise(post, 0.7, extent);
+    return noise(post, 37.0, extent) + 0.6 * noise(post, 11.3, extent) + 0.4 * noise(post, 3.7, extent) +
+           0.3 * noise(post, 1.1, extent) + 0.2 * noise(post, 0.31, extent);
 }
 
-vec3 albedo_of(Ground g) {
-    float height = (g.fine.height_m - u_low_m) / u_span_m;
-    float steep = length(g.fine.slope), patch_ = patchiness(g.post, g.extent);
-    float hollow = (g.broad.height_m - g.fine.height_m) / (0.1 * BROAD_POSTS * max(u_spacing_m.x, u_spacing_m.y));
+// Layers of rock that crop out at the same heights everywhere; too thin ones for the footprint fade.
+float strata(float height, float footprint) {
+    float sum = 0.0;
+    for (float layers = 9.0; layers < 80.0; layers *= 2.7) sum += noise(vec2(height * layers, layers), 1.0, vec2(footprint * layers));
+    return sum;
+}
 
-    vec3 valley = vec3(0.085, 0.105, 0.045), meadow = vec3(0.135, 0.130, 0.065), heath = vec3(0.165, 0.140, 0.095);
-    vec3 rock = vec3(0.205, 0.190, 0.175), scree = vec3(0.27, 0.25, 0.225), snow = vec3(0.86, 0.89, 0.93);
+vec3 green_albedo(float zone, float steep, float patch_, float hollow) {
+    vec3 valley = vec3(0.060, 0.085, 0.028), meadow = vec3(0.105, 0.115, 0.040), heath = vec3(0.150, 0.125, 0.070);
+    vec3 scree = vec3(0.225, 0.205, 0.180), rock = vec3(0.160, 0.147, 0.135);
+    vec3 colour = mix(valley, meadow, smoothstep(0.05, 0.25, zone));
+    colour = mix(colour, heath, smoothstep(0.22, 0.42, zone));
+    colour = mix(colour, scree, smoothstep(0.40, 0.60, zone));
+    float bare = smoothstep(0.55, 1.15, steep * (1.0 + 0.5 * patch_) + 0.5 * zone - 0.35 * hollow);
+    return mix(colour, rock * (1.0 + 0.5 * patch_), bare);
+}
 
-    float zone = height + 0.10 * patch_ - 0.06 * clamp(hollow, -1.0, 1.0);
-    vec3 colour = mix(valley, meadow, smoothstep(0.08, 0.32, zone));
-    colour = mix(colour, heath, smoothstep(0.30, 0.52, zone));
-    colour = mix(colour, scree, smoothstep(0.48, 0.68, zone));
-    colour = mix(colour, rock * (1.0 + 0.35 * patch_), smoothstep(0.42, 0.85, steep * (1.0 + 0.4 * patch_)));
-    float snowy = smoothstep(0.62, 0.78, zone + 0.05 * hollow) * (1.0 - smoothstep(0.75, 1.25, steep));
-    return mix(colour * (1.0 + 0.25 * patch_), snow, snowy);
+vec3 arid_albedo(float height, float zone, float steep, float patch_, float layer) {
+    vec3 floor_ = vec3(0.200, 0.160, 0.105), upland = vec3(0.235, 0.185, 0.120);
+    vec3 red = vec3(0.270, 0.135, 0.075), cream = vec3(0.400, 0.290, 0.190);
+    vec3 flat_ = mix(floor_, upland, smoothstep(0.1, 0.7, zone)) * (1.0 + 0.35 * patch_);
+    vec3 cliff = mix(red, cream, clamp(0.35 + 1.1 * layer + 0.15 * patch_, 0.0, 1.0));
+    vec3 colour = mix(flat_, cliff, smoothstep(0.30, 0.80, steep));
+    return mix(vec3(dot(colour, vec3(0.35, 0.45, 0.20))), colour, saturation());
+}
+
+// hollow: how far the ground lies below its surroundings, 1 for a slope of 45 degrees all around.
+vec3 albedo_of(Ground g, float hollow) {
+    float height = (g.fine.height_m - u_low_m) / u_span_m, steep = length(g.fine.slope);
+    float patch_ = patchiness(g.post, g.extent);
+    float zone = height + 0.10 * patch_ - 0.05 * clamp(hollow, -1.0, 1.0);
+    float footprint = steep * max(g.extent.x * u_spacing_m.x, g.extent.y * u_spacing_m.y) / u_span_m;
+    vec3 green = green_albedo(zone, steep, patch_, hollow);
+    vec3 arid = arid_albedo(height, zone, steep, patch_, strata(height + 0.01 * patch_, footprint));
+    vec3 colour = mix(arid, green, greenness()) * (1.0 + 0.2 * patch_);
+    float snowy = smoothstep(0.60, 0.74, zone + 0.06 * clamp(hollow, -1.0, 1.0)) * (1.0 - smoothstep(0.85, 1.35, steep + 0.3 * patch_));
+    return mix(colour, vec3(0.80, 0.84, 0.90), snowy * snowiness());
 }

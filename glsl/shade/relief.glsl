@@ -99,10 +99,18 @@ uint sum_of_box(ivec2 a, ivec2 b) {
     return (sum_at(b.x, b.y) - sum_at(a.x, b.y)) - (sum_at(b.x, a.y) - sum_at(a.x, a.y));
 }
 
-// Mean over a large box on whole posts: where a post more or less is not seen.
-float mean_height_m(vec2 post, float extent) {
-    float half_extent = 0.5 * min(extent, LARGEST_BOX_POSTS);
-    ivec2 end = u_last_post + 1;
-    ivec2 a = clamp(ivec2(post + 0.5 - half_extent), ivec2(0), end - 1), b = clamp(ivec2(post + 0.5 + half_extent), a + 1, end);
+float box_mean_m(ivec2 a, ivec2 b) {
     return m_from_steps(float(sum_of_box(a, b)) / (float(b.x - a.x) * float(b.y - a.y)));
+}
+
+// Mean over a box of whole posts, as many a side as `extent` rounds to; the place between posts is blended.
+float mean_height_m(vec2 post, float extent) {
+    vec2 at = floor(post), t = post - at;
+    ivec2 end = u_last_post + 1, before = ivec2(0.5 * min(extent, LARGEST_BOX_POSTS));
+    vec4 means;
+    for (int i = 0; i < 4; i++) {
+        ivec2 middle = min(ivec2(at) + ivec2(i & 1, i >> 1), u_last_post);
+        means[i] = box_mean_m(max(middle - before, 0), min(middle + before + 1, end));
+    }
+    return mix(mix(means.x, means.y, t.x), mix(means.z, means.w, t.x), t.y);
 }

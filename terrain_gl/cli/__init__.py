@@ -1,1 +1,87 @@
-"""The command line."""
+"""The command line, `terrain-gl`: each subcommand is a module of a few lines over the Python API.
+
+Exit status: 0 done, 1 the work failed, 2 wrong use; what went wrong is one line on standard error.
+"""
+
+from __future__ import annotations
+
+import argparse
+import os
+import re
+import sys
+from collections.abc import Sequence
+from typing import NoReturn
+
+from .. import __version__
+from ..exceptions import TerrainError, UsageError
+from . import bench, info, measure, mesh, shot, view
+
+COMMANDS = (info, shot, view, measure, mesh, bench)
+
+
+def main(argv: Sequence[str] | None = None) -> int:
+    """Run one command; returns the exit status."""
+    try:
+        args = parser().parse_args(join_negative(sys.argv[1:] if argv is None else argv))
+        status = args.run(args)
+        sys.stdout.flush()
+        return status
+    except SystemExit as done:  # argparse, after --help and on wrong use
+        return int(done.code or 0)
+    except KeyboardInterrupt:
+        return 130
+    except BrokenPipeError:
+        return _reader_gone()
+    except (TerrainError, OSError, MemoryError) as error:
+        return _complain(error)
+
+
+def parser() -> argparse.ArgumentParser:
+    """The parser of the whole command line."""
+    top = Parser(
+        prog="terrain-gl",
+        description="Heightmaps drawn with OpenGL tessellation at a certified screen-space error.",
+        epilog="example: terrain-gl shot alpine -o alpine.png    (each command has its own --help)",
+    )
+    top.add_argument("--version", action="version", version=f"terrain-gl {__version__}")
+    commands = top.add_subparsers(metavar="COMMAND", required=True)
+    for module in COMMANDS:
+        module.add(commands)
+    return top
+
+
+class Parser(argparse.ArgumentParser):
+    """An argument parser that complains in one line and takes no abbreviations, which a new option could break."""
+
+    def __init__(self, **settings: object) -> None:
+        raw = argparse.RawDescriptionHelpFormatter
+        super().__init__(**({"allow_abbrev": False, "formatter_class": raw} | settings))  # type: ignore[arg-type]
+
+    def error(self, message: str) -> NoReturn:
+        """Leave with status 2."""
+        self.exit(2, f"{self.prog}: {message} (see {self.prog} --help)\n")
+
+
+def join_negative(argv: Sequence[str]) -> list[str]:
+    """Join `--eye -5,0,2` into `--eye=-5,0,2`: argparse alone takes -5,0,2 for an option."""
+    joined: list[str] = []
+    for word in argv:
+        option = joined[-1] if joined else ""
+        takes_it = re.fullmatch(r"--[a-z-]+", option) and "--" not in joined
+        if takes_it and re.match(r"-(\.?\d|inf|nan)", word, re.IGNORECASE):
+            joined[-1] = f"{option}={word}"
+        else:
+            joined.append(word)
+    return joined
+
+
+def _complain(error: Exception) -> int:
+    reason = str(error) or ("not enough memory" if isinstance(error, MemoryError) else type(error).__name__)
+    print(f"terrain-gl: {reason}".replace("\n", " "), file=sys.stderr)
+    return 2 if isinstance(error, UsageError) else 1
+
+
+def _reader_gone() -> int:
+    # as the Python manual has it: without this the interpreter complains again when it closes the pipe
+    os.dup2(os.open(os.devnull, os.O_WRONLY), sys.stdout.fileno())
+    return 1
