@@ -1,0 +1,78 @@
+"""`terrain-gl bench`: times, triangles and memory, stage by stage."""
+
+from __future__ import annotations
+
+import argparse
+import time
+from typing import Any
+
+from ..bench import bench
+from ..maps import bundled
+from . import options, report
+
+_STAGES = ("open", "first_picture", "upload", "sat", "numpy", "error", "lod", "draw", "shade", "frame", "python")
+
+
+def add(commands: Any) -> None:
+    """Add the command."""
+    command = options.add_command(
+        commands,
+        "bench",
+        run,
+        help="times, triangles and memory, per stage",
+        description="Time every stage on some maps, or on the bundled ones: medians in milliseconds, next to numpy's\n"
+        "two cumulative sums of as many numbers as the map has posts (numpy), and to the drawing of every post\n"
+        "in the same view (dense). Compare ratios of one run, not milliseconds of two.",
+        example="bench dem.tif --spacing 30 --json bench.json",
+    )
+    command.add_argument("maps", metavar="MAP", nargs="*", help="heightmap files or bundled names")
+    command.add_argument("--frames", type=options.count, metavar="N", default=7, help="repeats (default: 7)")
+    options.add_map_options(command)
+    options.add_drawing(command)
+
+
+def run(args: argparse.Namespace) -> int:
+    """Time, tell."""
+    results = []
+    names = args.maps or list(bundled())
+    with report.progress_bar("timing") as progress:
+        for i, name in enumerate(names):
+            if progress:
+                progress(i / len(names))
+            results.append(bench_map(args, name))
+    with report.json_output(args.json, results):
+        report.say(args.json, text(results))
+    return 0
+
+
+def bench_map(args: argparse.Namespace, name: str) -> dict[str, Any]:
+    """All numbers of one map."""
+    started = time.perf_counter()
+    scene = options.open_scene(args, name)
+    opened = time.perf_counter()
+    with options.make_renderer(args, scene) as renderer:
+        view = options.view_of(args, scene)
+        renderer.render(**view)
+        pictured = time.perf_counter()
+        result = bench(renderer, args.frames, **view)
+    result["ms"] |= {"open": 1e3 * (opened - started), "first_picture": 1e3 * (pictured - started)}
+    return {"map": scene.heightmap.name, "posts": scene.heightmap.heights.size} | result
+
+
+def text(results: list[dict[str, Any]]) -> str:
+    """Numbers for people: a column a map."""
+    rows = [["", *(report.shown(result["map"]).rpartition("/")[2] for result in results)]]
+    rows += [["posts", *(f"{result['posts']:,}" for result in results)]]
+    rows += [[f"{stage} ms", *(_ms(result["ms"], stage) for result in results)] for stage in _STAGES]
+    rows += [["dense frame ms", *(_ms(result["dense"]["ms"], "frame") for result in results)]]
+    rows += [["triangles", *(f"{result['triangles']:,}" for result in results)]]
+    rows += [["dense triangles", *(f"{result['dense']['triangles']:,}" for result in results)]]
+    rows += [[name.replace("_", " "), *(f"{r['ratio'][name]:.3g}" for r in results)] for name in results[0]["ratio"]]
+    rows += [["certified px", *(f"{result['certified_max_error_px']:.3g}" for result in results)]]
+    parts = results[0]["gpu_bytes"]
+    rows += [[f"{part} memory", *(report.mebibytes(r["gpu_bytes"][part]) for r in results)] for part in parts]
+    return f"{results[0]['gl_renderer']} ({results[0]['backend']})\n{report.table(rows)}"
+
+
+def _ms(times: dict[str, float], stage: str) -> str:
+    return f"{times[stage]:.2f}" if stage in times else "-"

@@ -1,0 +1,93 @@
+"""`terrain-gl info`: what OpenGL this machine gives, and what a map is. Needs no OpenGL to tell."""
+
+from __future__ import annotations
+
+import argparse
+import os
+from typing import Any
+
+from .. import __version__, gl
+from ..context import Probe, create_context, probe_backends
+from ..exceptions import TerrainError
+from ..heightmap import Heightmap
+from ..maps import bundled
+from . import options, report
+
+_LIMITS = ("texture_size", "viewport_size", "tess_level", "samples", "storage_block_bytes")
+
+
+def add(commands: Any) -> None:
+    """Add the command."""
+    command = options.add_command(
+        commands,
+        "info",
+        run,
+        help="what OpenGL this machine gives, and what a map is",
+        description="Tell which OpenGL back ends work, what to install for the others, and what a map is.\n"
+        "Status 0 when all could be told, also if no back end works; 1 if the map cannot be read.",
+        example="info dem.tif --spacing 30",
+    )
+    options.add_map(command, optional=True)
+    options.add_json(command)
+
+
+def run(args: argparse.Namespace) -> int:
+    """Tell."""
+    options.check_writable(args.json)
+    about_map = describe(options.open_map(args)[0]) if args.map else None
+    probes = probe_backends()
+    found = {"version": __version__, "backends": [probe._asdict() for probe in probes], "limits": limits()}
+    found |= {"map": about_map} if about_map else {"maps": list(bundled())}
+    with report.json_output(args.json, found):
+        report.say(args.json, text(probes, found))
+    return 0
+
+
+def describe(heightmap: Heightmap) -> dict[str, Any]:
+    """What a map is: posts, spacing, range, voids, bytes of its heights."""
+    return {
+        "name": heightmap.name,
+        "cols": heightmap.cols,
+        "rows": heightmap.rows,
+        "spacing_m": list(heightmap.spacing_m),
+        "extent_m": list(heightmap.extent_m),
+        "range_m": list(heightmap.range_m),
+        "voids": heightmap.voids,
+        "bytes": heightmap.heights.nbytes,
+    }
+
+
+def limits() -> dict[str, int]:
+    """Sizes that the driver in use allows; empty without any."""
+    try:
+        ctx = create_context()
+    except TerrainError:
+        return {}
+    with ctx:
+        found = gl.limits(ctx)
+    ctx.release()
+    return {name: found[name] for name in _LIMITS}
+
+
+def text(probes: list[Probe], found: dict[str, Any]) -> str:
+    """The same for people."""
+    lines = {"terrain-gl": found["version"]}
+    lines |= {probe.name: f"works: OpenGL {probe.version}, {probe.renderer}" for probe in probes if probe.works}
+    lines |= {probe.name: f"no: {probe.reason.removeprefix(probe.name + ': ')}" for probe in probes if not probe.works}
+    if found["limits"]:
+        lines["limits"] = ", ".join(f"{name.replace('_', ' ')} {n}" for name, n in found["limits"].items())
+    lines |= _map_lines(found["map"]) if "map" in found else {"maps": ", ".join(found["maps"])}
+    return report.facts(lines)
+
+
+def _map_lines(about: dict[str, Any]) -> dict[str, str]:
+    (east, north), (width, depth), (low, high) = about["spacing_m"], about["extent_m"], about["range_m"]
+    return {
+        "map": os.path.basename(about["name"]),
+        "posts": f"{about['cols']} x {about['rows']} (east x north)",
+        "spacing": f"{east:g} m east, {north:g} m north",
+        "extent": f"{width / 1e3:g} km x {depth / 1e3:g} km",
+        "heights": f"{low:g} to {high:g} m",
+        "voids": f"{about['voids']}",
+        "memory": f"{report.mebibytes(about['bytes'])} of heights",
+    }

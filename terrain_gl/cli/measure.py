@@ -1,0 +1,49 @@
+"""`terrain-gl measure`: the achieved error of a view, beside the promised one."""
+
+from __future__ import annotations
+
+import argparse
+from typing import Any
+
+from . import options, report
+
+
+def add(commands: Any) -> None:
+    """Add the command."""
+    command = options.add_command(
+        commands,
+        "measure",
+        run,
+        help="the achieved error of a view",
+        description="Draw a view, and compare the mesh drawn with every post of the map that is in the picture.",
+        example="measure dem.tif --spacing 30 --max-error 0.5 --json -",
+    )
+    options.add_map(command)
+    options.add_drawing(command)
+
+
+def run(args: argparse.Namespace) -> int:
+    """Draw, measure, tell."""
+    scene = options.open_scene(args)
+    with options.make_renderer(args, scene) as renderer:
+        renderer.draw(**options.view_of(args, scene))
+        stats = {"map": scene.heightmap.name} | renderer.measure()
+    with report.json_output(args.json, stats):
+        report.say(args.json, text(stats))
+    return 0
+
+
+def text(stats: dict[str, Any]) -> str:
+    """A measurement for people."""
+    asked, promised = stats["requested_max_error_px"], stats["certified_max_error_px"]
+    lines = {
+        "map": stats["map"],
+        "picture": f"{stats['width']} x {stats['height']}, {stats['gl_renderer']} ({stats['backend']})",
+        "mesh": f"{stats['triangles']:,} triangles in {stats['patches']:,} patches, {stats['splits']:,} splits",
+        "asked": f"{stats['metric']} error {asked:g} px, method {stats['method']}",
+        "promised": f"{promised:.4g} px",
+        "achieved": f"max {stats['max_error_px']:.4g} px, rms {stats['rms_error_px']:.4g} px",
+        "over": f"{stats['posts_measured']:,} posts in the picture",
+        "holes": f"{stats['holes']}",
+    }
+    return report.facts(lines)

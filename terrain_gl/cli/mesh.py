@@ -1,0 +1,46 @@
+"""`terrain-gl mesh`: the very triangles that the GPU draws, as a file."""
+
+from __future__ import annotations
+
+import argparse
+from typing import Any
+
+from ..exceptions import TerrainError
+from ..export import make_mesh, mesh_format, write_mesh
+from . import options, report
+
+
+def add(commands: Any) -> None:
+    """Add the command."""
+    command = options.add_command(
+        commands,
+        "mesh",
+        run,
+        help="the triangles of a view as a .ply, .glb or .obj file",
+        description="Write the triangles that the GPU draws for a view, in world metres: x east, y north, z up\n"
+        "(.glb: y up, as glTF wants it). Voids are filled from their rim.",
+        example="mesh dem.tif --spacing 30 -o dem.ply --max-error 2 --weld",
+    )
+    options.add_map(command)
+    options.add_output(command, "mesh, .ply, .glb or .obj")
+    command.add_argument("--weld", action="store_true", help="triangles share the vertices that stand on one post")
+    command.add_argument("--cull", action="store_true", help="leave out patches outside the picture, as drawing does")
+    options.add_drawing(command)
+
+
+def run(args: argparse.Namespace) -> int:
+    """Draw, capture, write, tell."""
+    mesh_format(args.output)
+    scene = options.open_scene(args)
+    with options.make_renderer(args, scene) as renderer:
+        stats = renderer.draw(**options.view_of(args, scene), cull=args.cull)
+        triangles = renderer.triangles()
+        heights = renderer.terrain.filled
+    if not len(triangles):
+        raise TerrainError(f"{scene.heightmap.name}: no triangles in this view: turn the camera or drop --cull")
+    mesh = make_mesh(triangles, heights, scene.heightmap.spacing_m, args.weld)
+    about = {"map": scene.heightmap.name} | stats | {"vertices": len(mesh.posts)}
+    with report.json_output(args.json, about), report.progress_bar("writing") as progress:
+        write_mesh(args.output, mesh, progress)
+    report.say(args.json, f"{report.shown(args.output)}: {len(mesh.faces):,} triangles, {len(mesh.posts):,} vertices")
+    return 0

@@ -1,0 +1,225 @@
+"""Options that the commands share, and what they stand for: a map, a camera, a level of detail, a picture."""
+
+from __future__ import annotations
+
+import argparse
+import math
+import os
+import re
+from collections.abc import Callable
+from dataclasses import dataclass, replace
+from typing import Any
+
+from ..camera import Camera
+from ..exceptions import TerrainError, UsageError
+from ..heightmap import ENCODINGS, Heightmap
+from ..lod import METRICS
+from ..maps import BundledMap, bundled, find_bundled
+from ..renderer import METHODS, SUN, Renderer
+from ..shade import STYLES
+
+FARTHEST_M = 1e9  # largest number of metres that is taken for meant
+
+
+@dataclass(frozen=True)
+class Scene:
+    """What the options speak of: a map, where it is seen from, and the sun."""
+
+    heightmap: Heightmap
+    camera: Camera
+    sun: tuple[float, float]
+
+
+def add_command(commands: Any, name: str, run: Callable[[argparse.Namespace], int], **texts: str) -> Any:
+    """Add a subcommand; `texts` are its help, description and example."""
+    example = f"example: terrain-gl {texts['example']}"
+    command = commands.add_parser(name, help=texts["help"], description=texts["description"], epilog=example)
+    command.set_defaults(run=run)
+    return command
+
+
+def add_map(command: Any, optional: bool = False) -> None:
+    """MAP and how its values are read."""
+    names = ", ".join(bundled())
+    command.add_argument("map", metavar="MAP", nargs="?" if optional else None, help=f"heightmap file, or {names}")
+    add_map_options(command)
+
+
+def add_map_options(command: Any) -> None:
+    """How the values of a map are read."""
+    group = command.add_argument_group("map")
+    group.add_argument("--spacing", type=spacing, metavar="M", help="metres between posts, or EAST,NORTH")
+    group.add_argument("--z-scale", type=number, metavar="F", help="metres per unit of value")
+    group.add_argument("--z-offset", type=number, metavar="M", help="height of value 0 in metres")
+    group.add_argument("--nodata", type=float, metavar="V", help="value that marks a void")
+    group.add_argument("--encoding", choices=tuple(ENCODINGS), default="plain", help="how pixels hold heights")
+
+
+def add_view(command: Any) -> None:
+    """Where the picture is seen from, how fine it is drawn, and how it looks."""
+    group = command.add_argument_group("camera")
+    group.add_argument("--eye", type=point, metavar="X,Y,Z", help="where the camera stands: metres east, north, up")
+    group.add_argument("--target", type=point, metavar="X,Y,Z", help="the point in the middle of the picture")
+    group.add_argument("--fov", type=number, metavar="DEG", help="vertical field of view")
+    group.add_argument("--size", type=size, metavar="WxH", default=(1280, 720), help="pixels (default: 1280x720)")
+    group = command.add_argument_group("detail")
+    group.add_argument("--method", choices=METHODS, default="sat", help="sat, or full: every post")
+    group.add_argument("--max-error", type=positive, metavar="PX", default=1.0, help="screen error (default: 1)")
+    group.add_argument("--metric", choices=METRICS, default="max", help="largest error, or root mean square")
+    group = command.add_argument_group("picture")
+    group.add_argument("--style", choices=STYLES, default="shaded", help="what is drawn")
+    group.add_argument("--sun", type=sun, metavar="AZ,EL", help="degrees clockwise from north, and above the horizon")
+
+
+def add_drawing(command: Any) -> None:
+    """Everything that commands without a window share."""
+    add_view(command)
+    command.add_argument("--near", type=positive, metavar="M", help="near plane (default: 0.1 spacings)")
+    command.add_argument(
+        "--backend",
+        metavar="NAME",
+        default="auto",
+        help="OpenGL from egl, osmesa, glfw, or auto (default)",
+    )
+    add_json(command)
+
+
+def add_json(command: Any) -> None:
+    """The numbers as JSON."""
+    command.add_argument("--json", metavar="FILE", help="the numbers as JSON; - for standard output, alone")
+
+
+def open_scene(args: argparse.Namespace, name: str | None = None) -> Scene:
+    """Open the map, by file or bundled name, and see it as the options say.
+
+    Without options a bundled map has its own scales, view and sun; another map is seen by `Camera.default`.
+    """
+    check_writable(getattr(args, "output", None), getattr(args, "json", None))
+    heightmap, known = open_map(args, name)
+    start = known.camera if known else Camera.default(heightmap)
+    given = {"eye": args.eye, "target": args.target, "fov_deg": args.fov}
+    camera = replace(start, **{key: value for key, value in given.items() if value is not None})
+    return Scene(heightmap, camera, args.sun or (known.sun if known else SUN))
+
+
+def open_map(args: argparse.Namespace, name: str | None = None) -> tuple[Heightmap, BundledMap | None]:
+    """The map, and the bundled one that it is, unless options give it another shape."""
+    name = name or args.map
+    known = find_bundled(name)
+    scales: dict[str, Any] = {"spacing_m": args.spacing, "z_scale": args.z_scale, "z_offset_m": args.z_offset}
+    given = {key: value for key, value in scales.items() if value is not None}
+    own = {key: getattr(known, key) for key in scales} if known else {}
+    path = known.path if known else name
+    heightmap = Heightmap.open(path, nodata=args.nodata, encoding=args.encoding, **own | given)
+    if known:
+        heightmap.name = known.name
+    return heightmap, None if given else known
+
+
+def make_renderer(args: argparse.Namespace, scene: Scene) -> Renderer:
+    """A renderer for the scene."""
+    return Renderer(scene.heightmap, args.size, args.backend)
+
+
+def view_of(args: argparse.Namespace, scene: Scene) -> dict[str, Any]:
+    """What `Renderer.render` and `Renderer.draw` take, by name."""
+    choices = {"metric": args.metric, "method": args.method, "style": args.style, "sun": scene.sun}
+    return {"camera": scene.camera, "max_error_px": args.max_error, "near_m": args.near} | choices
+
+
+def add_output(command: Any, what: str) -> None:
+    """The file that the command writes."""
+    command.add_argument("-o", "--output", metavar="OUT", required=True, help=what)
+
+
+def check_writable(*paths: str | None) -> None:
+    """Refuse outputs that cannot be written before any work is done for them.
+
+    Raises
+    ------
+    TerrainError
+        No such folder, no permission, or the name of a folder.
+    UsageError
+        One name for two outputs.
+    """
+    files = [path for path in paths if path is not None and path != "-"]
+    for path in files:
+        folder = os.path.dirname(path) or "."
+        if not os.path.isdir(folder):
+            raise TerrainError(f"{path}: there is no folder {folder}: make it first")
+        if os.path.isdir(path) or not os.path.basename(path):
+            raise TerrainError(f"{path}: is a folder: name a file in it")
+        if not os.access(folder, os.W_OK | os.X_OK):
+            raise TerrainError(f"{path}: no permission to write in {folder}: choose another folder")
+    if len({os.path.realpath(path) for path in files}) < len(files):
+        raise UsageError(f"{files[0]}: is named for two outputs: name two files")
+
+
+# --- Types of options: text to value, or one line on what was expected ------------------------------------------------
+
+
+def number(text: str) -> float:
+    """A finite number."""
+    return _numbers(text, "a number", 1)[0]
+
+
+def positive(text: str) -> float:
+    """A number above 0."""
+    value = _numbers(text, "a positive number", 1)[0]
+    if value <= 0:
+        raise _expected("a positive number", text)
+    return value
+
+
+def count(text: str) -> int:
+    """A whole number above 0."""
+    if not re.fullmatch(r"\d{1,9}", text) or int(text) < 1:
+        raise _expected("a whole number above 0", text)
+    return int(text)
+
+
+def spacing(text: str) -> tuple[float, float]:
+    """Metres M, or EAST,NORTH."""
+    what = "metres M or EAST,NORTH above 0"
+    values = _numbers(text, what, 1, 2)
+    if min(values) <= 0:
+        raise _expected(what, text)
+    return values[0], values[-1]
+
+
+def point(text: str) -> tuple[float, float, float]:
+    """X,Y,Z in metres."""
+    x, y, z = _numbers(text, "metres X,Y,Z", 3)
+    return x, y, z
+
+
+def sun(text: str) -> tuple[float, float]:
+    """AZIMUTH,ELEVATION in degrees."""
+    what = "degrees AZIMUTH,ELEVATION, the elevation from -90 to 90"
+    azimuth, elevation = _numbers(text, what, 2)
+    if abs(elevation) > 90:
+        raise _expected(what, text)
+    return azimuth, elevation
+
+
+def size(text: str) -> tuple[int, int]:
+    """WxH in pixels."""
+    found = re.fullmatch(r"(\d{1,9})x(\d{1,9})", text)
+    width, height = map(int, found.groups()) if found else (0, 0)
+    if min(width, height) < 1:
+        raise _expected("pixels WxH of at least 1x1", text)
+    return width, height
+
+
+def _numbers(text: str, what: str, *counts: int) -> list[float]:
+    try:
+        values = [float(part) for part in text.split(",")]
+    except ValueError:
+        raise _expected(what, text) from None
+    if len(values) not in counts or not all(map(math.isfinite, values)) or max(map(abs, values)) > FARTHEST_M:
+        raise _expected(what, text)
+    return values
+
+
+def _expected(what: str, text: str) -> argparse.ArgumentTypeError:
+    return argparse.ArgumentTypeError(f"expected {what}, got {text!r}")

@@ -1,0 +1,92 @@
+"""What commands say: tables for people, JSON for programs, a progress bar for those who wait."""
+
+from __future__ import annotations
+
+import json
+import math
+import os
+import sys
+import time
+from collections.abc import Iterator, Mapping, Sequence
+from contextlib import contextmanager
+from typing import Any
+
+from ..image import replacing
+
+
+@contextmanager
+def json_output(path: str | None, value: Any) -> Iterator[None]:
+    """Write `value` to `path` as JSON, to appear when the block has ended well; - prints it then, None does nothing."""
+    text = json.dumps(_finite(value), indent=2, allow_nan=False) + "\n"
+    if path is None or path == "-":
+        yield
+        sys.stdout.write(text if path else "")
+        return
+    with replacing(path) as part:
+        with open(part, "w", encoding="utf-8") as file:
+            file.write(text)
+        yield
+
+
+def say(json_path: str | None, text: str) -> None:
+    """Print for people, unless standard output is for JSON alone."""
+    if json_path != "-":
+        print(text)
+
+
+def table(rows: Sequence[Sequence[str]]) -> str:
+    """Rows of cells in columns: the first to the left, the others to the right."""
+    widths = [max(len(cell) for cell in column) for column in zip(*rows, strict=True)]
+
+    def line(row: Sequence[str]) -> str:
+        first, *others = zip(row, widths, strict=True)
+        return "  ".join([first[0].ljust(first[1]), *(cell.rjust(width) for cell, width in others)]).rstrip()
+
+    return "\n".join(map(line, rows))
+
+
+def facts(values: Mapping[str, str]) -> str:
+    """Names and values, two columns."""
+    width = max(map(len, values))
+    return "\n".join(f"{name.ljust(width)}  {value}" for name, value in values.items())
+
+
+def mebibytes(n: int) -> str:
+    """A number of bytes for people."""
+    return f"{n / 2**20:,.1f} MiB" if n >= 2**20 else f"{n / 2**10:,.1f} KiB"
+
+
+def shown(path: str) -> str:
+    """A path that any terminal can print."""
+    return os.fsencode(path).decode("utf-8", "replace")
+
+
+@contextmanager
+def progress_bar(label: str) -> Iterator[Any]:
+    """Give a function of the part done, 0 to 1, that draws a bar on standard error if that is a terminal."""
+    if not sys.stderr.isatty():
+        yield None
+        return
+    drawn = [0.0]
+
+    def show(part: float) -> None:
+        now = time.monotonic()
+        if now - drawn[0] > 0.1:
+            drawn[0] = now
+            sys.stderr.write(f"\r{label} [{'#' * int(30 * part):<30}] {part:4.0%}")
+            sys.stderr.flush()
+
+    try:
+        yield show
+    finally:
+        sys.stderr.write("\r\x1b[K")
+        sys.stderr.flush()
+
+
+def _finite(value: Any) -> Any:
+    """The same with null for what JSON has no number for."""
+    if isinstance(value, dict):
+        return {key: _finite(each) for key, each in value.items()}
+    if isinstance(value, (list, tuple)):
+        return [_finite(each) for each in value]
+    return None if isinstance(value, float) and not math.isfinite(value) else value
