@@ -1,0 +1,163 @@
+"""Synthetic maps that are hard in one way each, cameras to look at any map from, and a scene that draws them."""
+
+from dataclasses import dataclass
+
+import numpy as np
+
+from terrain_gl.camera import Camera
+from terrain_gl.error import ErrorTables
+from terrain_gl.heightmap import Heightmap
+from terrain_gl.lod import Levels
+from terrain_gl.measure import Measurement
+from terrain_gl.mesh import captured_triangles
+from terrain_gl.terrain import Terrain
+
+SIZE = (640, 360)
+
+
+def rough(rows, cols, seed=0, relief=100.0):
+    """A fractal surface: noise at every power of two."""
+    rng = np.random.default_rng(seed)
+    h = np.zeros((rows, cols))
+    step = 1
+    while step < 2 * max(rows, cols):
+        noise = rng.normal(size=(rows // step + 2, cols // step + 2))
+        h += step * _smooth(noise, step)[:rows, :cols]
+        step *= 2
+    return (h * relief / np.ptp(h)).astype("f4")
+
+
+def _smooth(noise, step):
+    """Bilinear interpolation of noise to `step` times its size."""
+    for axis in (0, 1):
+        t = np.arange(noise.shape[axis] * step - step) / step
+        i = t.astype(int)
+        t = np.expand_dims(t - i, 1 - axis)
+        noise = noise.take(i, axis) * (1 - t) + noise.take(i + 1, axis) * t
+    return noise
+
+
+def spike(n=129):
+    h = np.zeros((n, n))
+    h[n // 3, n // 2 + 2] = 60
+    return h
+
+
+def checkerboard(n=97):
+    return np.indices((n, n)).sum(0) % 2 * 5.0
+
+
+def cliff(n=131):
+    """A step that runs off every lattice, neither straight along an axis nor along a diagonal."""
+    y, x = np.indices((n, n))
+    return np.where(3 * x + 7 * y > 5.3 * n, 80.0, 0.0) + 0.01 * x
+
+
+def plane(n=129):
+    y, x = np.indices((n, n))
+    return 0.37 * x - 0.21 * y
+
+
+def holes(n=150):
+    """Voids of many kinds: a large hole, single posts, a strip to the rim, a corner, a checkered patch."""
+    h = rough(n, n + 11, 5)
+    rng = np.random.default_rng(6)
+    h[40:75, 50:90] = np.nan
+    h[rng.integers(0, n, 40), rng.integers(0, n, 40)] = np.nan
+    h[100:103, 60:] = np.nan
+    h[:9, :9] = np.nan
+    patch = h[110:140, 10:40]
+    patch[np.indices(patch.shape).sum(0) % 2 == 0] = np.nan
+    return h
+
+
+MAPS = {
+    "spike": lambda: Heightmap(spike(), 10.0),
+    "checkerboard": lambda: Heightmap(checkerboard(), 10.0),
+    "cliff": lambda: Heightmap(cliff(), 10.0),
+    "plane": lambda: Heightmap(plane(), 5.0),
+    "constant": lambda: Heightmap(np.full((65, 65), 123.4), 7.0),
+    "odd": lambda: Heightmap(rough(118, 203, 1), (20.0, 27.0)),
+    "two": lambda: Heightmap([[0, 5], [3, -4]], 2.0),
+    "long": lambda: Heightmap(rough(3, 1000, 2, 60.0), 10.0),
+    "holes": lambda: Heightmap(holes(), 15.0),
+    "offset": lambda: Heightmap(8848 + rough(97, 140, 3, 0.05).astype("f8"), 1.0),
+    "tiny": lambda: Heightmap(rough(100, 90, 4, 0.02), 0.001),
+    "huge": lambda: Heightmap(rough(120, 80, 7, 9e6) - 4e6, 3000.0),
+}
+
+
+def cameras(heightmap, size=SIZE):
+    """Eight views of a map, by name."""
+    east, north = heightmap.extent_m
+    step = max(heightmap.spacing_m)
+    low, high = heightmap.range_m
+    reach, relief = max(east, north), max(high - low, step)
+    row, col = _solid_post(heightmap, heightmap.rows // 2, heightmap.cols // 3)
+    x, y, z = _world(heightmap, row, col)
+    pit = _world(heightmap, *np.unravel_index(np.nanargmin(heightmap.heights), heightmap.heights.shape))
+    return {
+        "default": Camera.default(heightmap),
+        "grazing": Camera((x, y, z + 0.3 * step), (x + reach, y + 0.2 * reach, z + 0.3 * step)),
+        "down": Camera((x, y, high + relief), (x, y, low)),
+        "wide": Camera((x, y, z + relief), (x + reach, y - 0.4 * reach, z), 100.0),
+        "pit": Camera((pit[0], pit[1], pit[2] + 0.5 * step), (0.5 * east, 0.5 * north, pit[2] + 2 * step), 60.0),
+        "outside": Camera((-0.4 * reach, -0.3 * reach, high + 0.1 * reach), (0.5 * east, 0.5 * north, low)),
+        "far": Camera((-40 * reach, -90 * reach, 50 * reach), (0.5 * east, 0.5 * north, low), 1.0),
+        "corner": Camera(
+            (0, 0, _world(heightmap, *_solid_post(heightmap, heightmap.rows - 1, 0))[2] + step), (east, north, low)
+        ),
+    }
+
+
+def _solid_post(heightmap, row, col):
+    """The post nearest to (row, col) that is not void."""
+    rows, cols = np.nonzero(~np.isnan(heightmap.heights))
+    i = np.argmin(np.hypot(rows - row, cols - col))
+    return rows[i], cols[i]
+
+
+def _world(heightmap, row, col):
+    east, north = heightmap.spacing_m
+    return col * east, (heightmap.rows - 1 - row) * north, float(heightmap.heights[row, col])
+
+
+@dataclass
+class Scene:
+    """A map on the GPU with its tables, its levels and what measures them."""
+
+    heightmap: Heightmap
+    terrain: Terrain
+    tables: ErrorTables
+    levels: Levels
+    size: tuple[int, int] = SIZE
+    _measurement: Measurement | None = None
+
+    @classmethod
+    def of(cls, ctx, heightmap, size=SIZE):
+        terrain = Terrain(ctx, heightmap)
+        tables = ErrorTables(terrain)
+        return cls(heightmap, terrain, tables, Levels(tables), size)
+
+    @property
+    def near_m(self):
+        return 0.1 * min(self.heightmap.spacing_m)
+
+    def select(self, camera, tolerance_px=1.0, metric="max", cull=True):
+        return self.levels.select(camera, self.size, self.near_m, tolerance_px, metric, cull)
+
+    def triangles(self, selection):
+        return captured_triangles(self.levels, selection)
+
+    @property
+    def measurement(self):
+        self._measurement = self._measurement or Measurement(self.levels)
+        return self._measurement
+
+    def achieved(self, selection, camera):
+        return self.measurement.achieved(selection, camera, self.size, self.near_m)
+
+    def release(self):
+        for part in (self._measurement, self.levels, self.tables, self.terrain):
+            if part:
+                part.release()

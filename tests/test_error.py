@@ -1,0 +1,316 @@
+"""Error tables against the reference: never below the truth, close above it, and the same after edits as when new."""
+
+import numpy as np
+import pytest
+from hypothesis import given, settings
+from hypothesis import strategies as st
+from maps import MAPS, Scene, checkerboard, cliff, holes, rough
+
+from terrain_gl import layout, reference, shaders
+from terrain_gl.error import ErrorTables
+from terrain_gl.heightmap import Heightmap
+from terrain_gl.terrain import Terrain
+
+SHAPES = [(2, 2), (2, 7), (7, 2), (12, 19), (100, 300), (49, 2), (3, 1000), (65, 65)]
+HALF = 1 + 2.0**-10 + 2.0**-18  # a half's last place, rounded up, and the rounding of the bound's own arithmetic
+ROUNDING = 2.0**-20  # what float32 may lose in a node's relief, in spans
+SQUARE_STEP = 2.0**-17  # root of the fixed-point step of squared errors, 2^-35 span², and some
+
+
+def built(ctx, heightmap):
+    terrain = Terrain(ctx, heightmap)
+    return terrain, ErrorTables(terrain)
+
+
+def table_m(tables, level):
+    """Maxima and root mean squares of a level in metres, (rows, cols, quad or fan)."""
+    nodes = tables.read_nodes(level)
+    unit = tables.terrain.span_m * 2.0**-14
+    return nodes["max_m"].astype("f8") * unit, nodes["rms_m"].astype("f8") * unit
+
+
+def parents(values, shape):
+    """Maximum of each node's children."""
+    padded = np.zeros((2 * shape[0], 2 * shape[1]))
+    padded[: values.shape[0], : values.shape[1]] = values
+    return padded.reshape(shape[0], 2, shape[1], 2).max((1, 3))
+
+
+def with_voids(heights, share=0.03, seed=0):
+    rng = np.random.default_rng(seed)
+    heights = heights.copy()
+    heights[rng.random(heights.shape) < share] = np.nan
+    return heights
+
+
+def expected(terrain):
+    """Reference errors of every level from 1 on, fans nested; and whether a node has voids."""
+    void = np.isnan(terrain.heightmap.heights)
+    fan_max = fan_rms = np.zeros((0, 0))
+    for level in range(1, len(terrain.levels)):
+        errors = reference.drawing_errors(terrain.filled, level, void)
+        shape = errors.quad_max.shape
+        fan_max = np.maximum(errors.fan_max, parents(fan_max, shape))
+        y, x = (reference.nodes_along(n, level).post for n in void.shape)
+        some_void = void[y[:, :, None, None], x[None, None]].any((1, 3))
+        fan_rms = np.maximum(np.where(some_void, errors.fan_max, np.sqrt(errors.fan_square)), parents(fan_rms, shape))
+        quad_rms = np.where(some_void, errors.quad_max, np.sqrt(errors.quad_square))
+        yield level, np.stack([errors.quad_max, fan_max], -1), np.stack([quad_rms, fan_rms], -1)
+
+
+def check_tables(terrain, tables):
+    span = terrain.span_m
+    for level, max_m, rms_m in expected(terrain):
+        table_max, table_rms = table_m(tables, level)
+        assert (table_max >= max_m).all(), level
+        assert (table_rms >= np.minimum(rms_m, max_m)).all(), level
+        assert (table_max <= max_m * HALF + ROUNDING * span).all(), level
+        assert (table_rms <= rms_m * HALF + SQUARE_STEP * span).all(), level
+
+
+@pytest.mark.parametrize("voids", [False, True], ids=["solid", "voids"])
+@pytest.mark.parametrize("shape", SHAPES, ids=str)
+def test_nodes_are_the_reference_rounded_up(ctx, shape, voids):
+    heights = rough(*shape, seed=3)
+    if voids:
+        heights = with_voids(heights, 0.15 if min(shape) < 4 else 0.03)
+    check_tables(*built(ctx, Heightmap(heights, 10.0)))
+
+
+@pytest.mark.parametrize("name", MAPS)
+def test_nodes_of_hard_maps_are_the_reference_rounded_up(ctx, name):
+    check_tables(*built(ctx, MAPS[name]()))
+
+
+@settings(max_examples=25)
+@given(st.integers(2, 90), st.integers(2, 90), st.floats(-6, 6), st.floats(-4, 4), st.booleans(), st.integers(0, 999))
+def test_nodes_of_any_map_are_the_reference_rounded_up(ctx, rows, cols, log_relief, offset, voids, seed):
+    relief = min(10.0**log_relief, 4e6)
+    heights = rough(rows, cols, seed, relief).astype("f8") + offset * relief
+    if voids:
+        heights = with_voids(heights, 0.1, seed)
+        heights[0, 0] = 0.0
+    terrain, tables = built(ctx, Heightmap(heights))
+    check_tables(terrain, tables)
+    tables.release()
+    terrain.release()
+
+
+def test_reference_quad_and_fan_by_hand():
+    h = np.zeros((3, 3))
+    h[1, 1], h[0, 1] = 8.0, 2.0
+    errors = reference.drawing_errors(h, 1)
+    assert errors.quad_max.item() == 8.0  # the centre, drawn at 0
+    assert errors.fan_max.item() == 2.0  # the centre is drawn; the middle of the north edge is not, if that is whole
+    assert errors.quad_square.item() == (64 + 4) / 9
+    assert errors.fan_square.item() == 4 / 9
+
+
+def test_reference_worse_diagonal():
+    h = np.zeros((3, 3))
+    h[0, 0] = h[2, 2] = 4.0  # the diagonals cross at 4 and at 0: the truth, 0, is 4 from one of them
+    assert reference.drawing_errors(h, 1).quad_max.item() == 4.0
+
+
+@pytest.mark.parametrize("name", ["odd", "holes", "offset", "long"])
+def test_ranges_hold_all_heights_drawn(ctx, name):
+    terrain, tables = built(ctx, MAPS[name]())
+    heights = terrain.filled.astype("f8") - terrain.base_m
+    low_m = terrain.heightmap.range_m[0] - terrain.base_m
+    step = terrain.span_m / 65535
+    block = np.frombuffer(terrain.block.read(), layout.TERRAIN)[0]
+    for level in range(1, len(terrain.levels)):
+        y, x = (reference.nodes_along(n, level).post for n in heights.shape)
+        posts = heights[y[:, :, None, None], x[None, None]]
+        found = tables.read_nodes(level)["range"] * step + float(block["low_m"])
+        assert (found[..., 0] <= posts.min((1, 3)) + 1e-9 * abs(low_m)).all()
+        assert (found[..., 1] >= posts.max((1, 3)) - 1e-9 * abs(low_m)).all()
+        assert (found[..., 0] >= posts.min((1, 3)) - 1.1 * step).all()
+        assert (found[..., 1] <= posts.max((1, 3)) + 1.1 * step).all()
+
+
+ASK_BOUNDS = """
+layout(local_size_x = 64) in;
+layout(std430, binding = 0) readonly buffer Squares_ { ivec4 asked[]; };  // level, column, row, nodes a side
+layout(std430, binding = 1) writeonly buffer Answers { vec2 answer[]; };
+void main() {
+    uint i = gl_GlobalInvocationID.x;
+    if (i >= uint(asked.length())) return;
+    ivec4 a = asked[i];
+    answer[i] = vec2(bound_max_m(a.x, a.yz, a.w), bound_rms_m(a.x, a.yz, a.w));
+}
+"""
+
+
+def all_squares(terrain):
+    """Aligned squares of 4 nodes a side or more that end on the map, as shaders ask for them."""
+    for level in range(1, len(terrain.levels)):
+        for size in (4, 8, 16, 32):
+            cols = (terrain.heightmap.cols - 1) // (size << level)
+            rows = (terrain.heightmap.rows - 1) // (size << level)
+            yield from ([level, size * x, size * y, size] for y in range(rows) for x in range(cols))
+
+
+def ask_bounds(ctx, tables, squares):
+    """Metres (n, 2), max and rms, by glsl/error/bound.glsl."""
+    defines = {"CLASSES": layout.CLASSES, "COUNT_TILE": layout.COUNT_TILE}
+    shader = ctx.compute_shader(shaders.source("error/bound.glsl", defines) + ASK_BOUNDS)
+    asked, answers = ctx.buffer(squares.astype("i4").tobytes()), ctx.buffer(reserve=8 * len(squares))
+    tables.terrain.bind()
+    for i, buffer in ((0, asked), (1, answers), (6, tables.counters), (7, tables.squares)):
+        buffer.bind_to_storage_buffer(i)
+    shader.run(-(-len(squares) // 64))
+    return np.frombuffer(answers.read(), "f4").reshape(-1, 2).astype("f8")
+
+
+def square_truth(errors, void, level, x, y, nodes):
+    """Largest error, and root mean square over the square's own posts that are not void."""
+    worst = errors[level].quad_max[y : y + nodes, x : x + nodes].max()
+    own = [reference.nodes_along(n, level).own.sum(1) for n in void.shape]
+    solid = np.add.reduceat(
+        np.add.reduceat(~void * 1.0, np.arange(len(own[0])) << level, 0), np.arange(len(own[1])) << level, 1
+    )
+    return worst, solid
+
+
+@pytest.mark.parametrize(
+    "heights", [rough(130, 203, 1), cliff(), checkerboard(), holes(), with_voids(rough(140, 150), 0.6)]
+)
+def test_bound_of_a_square_holds_and_is_within_a_class(ctx, heights):
+    terrain, tables = built(ctx, Heightmap(heights, 10.0))
+    void = np.isnan(terrain.heightmap.heights)
+    squares = np.array(list(all_squares(terrain)))
+    bounds = ask_bounds(ctx, tables, squares)
+    errors = {j: reference.drawing_errors(terrain.filled, j, void) for j in range(1, len(terrain.levels))}
+    solid = {j: own_posts(~void, j) for j in errors}
+    lowest = terrain.span_m * 2.0 ** (-layout.CLASSES / 2)
+    for (level, x, y, nodes), (max_m, rms_m) in zip(squares.tolist(), bounds, strict=True):
+        part = np.s_[y : y + nodes, x : x + nodes]
+        worst = errors[level].quad_max[part].max()
+        weights = solid[level][part]
+        mean_square = (errors[level].quad_square[part] * weights).sum() / max(weights.sum(), 1)
+        assert worst <= max_m <= max(worst * HALF * 2**0.5 * 1.000001 + ROUNDING * terrain.span_m, lowest)
+        assert np.sqrt(mean_square) <= rms_m
+        if not void.any():  # own posts are counted over the square's texels: its rim on the map's counts besides
+            texels = (nodes << level) ** 2
+            assert rms_m <= np.sqrt(mean_square * weights.sum() / texels) * HALF**2 + 2 * SQUARE_STEP * terrain.span_m
+
+
+def own_posts(solid, level):
+    """How many solid posts each node of a level owns."""
+    own = solid.astype("i8")
+    for axis in (0, 1):
+        starts = reference.nodes_along(solid.shape[axis], level).low
+        own = np.add.reduceat(own, starts, axis)
+    return own
+
+
+def all_bytes(tables):
+    return tables.nodes.read(), tables.counters.read(), tables.squares.read()
+
+
+def edited(heights, rect, seed, kind):
+    rng = np.random.default_rng(seed)
+    after = heights.copy()
+    part = after[rect]
+    if kind == "heights":
+        part += rng.normal(size=part.shape)
+    elif kind == "voids":
+        part[rng.random(part.shape) < 0.3] = np.nan
+    elif kind == "fill":
+        part[np.isnan(part)] = 10.0
+    elif kind == "span":
+        part += 1e4
+    return after
+
+
+EDITS = [
+    np.s_[0:1, 0:1],
+    np.s_[-1:, -1:],
+    np.s_[40:41, 64:65],
+    np.s_[10:60, 20:30],
+    np.s_[:, 100:101],
+    np.s_[-5:, :],
+    np.s_[30:80, -40:],
+    np.s_[:, :],
+]
+
+
+@pytest.mark.parametrize("kind", ["heights", "voids", "fill", "span", "nothing"])
+@pytest.mark.parametrize("rect", EDITS, ids=str)
+def test_edit_equals_a_rebuild(ctx, rect, kind):
+    before = holes(150)
+    after = edited(before, rect, 1, kind)
+    terrain, tables = built(ctx, Heightmap(before, 10.0))
+    changed = terrain.edit(Heightmap(after, 10.0))
+    if changed:
+        tables.update(changed)
+    fresh = built(ctx, Heightmap(after, 10.0))
+    assert all_bytes(tables) == all_bytes(fresh[1])
+    assert terrain.heights.read() == fresh[0].heights.read()
+    assert terrain.voids.read(alignment=1) == fresh[0].voids.read(alignment=1)
+    assert terrain.block.read() == fresh[0].block.read()
+
+
+@settings(max_examples=15)
+@given(st.data())
+def test_edits_one_after_another_equal_a_rebuild(ctx, data):
+    rows, cols = data.draw(st.integers(2, 140)), data.draw(st.integers(2, 140))
+    heights = rough(rows, cols, data.draw(st.integers(0, 99)))
+    terrain, tables = built(ctx, Heightmap(heights))
+    for _ in range(3):
+        y, x = data.draw(st.integers(0, rows - 1)), data.draw(st.integers(0, cols - 1))
+        rect = np.s_[y : y + data.draw(st.integers(1, rows)), x : x + data.draw(st.integers(1, cols))]
+        heights = edited(
+            heights, rect, data.draw(st.integers(0, 99)), data.draw(st.sampled_from(["heights", "voids", "fill"]))
+        )
+        heights[rows // 2, cols // 2] = 3.0
+        changed = terrain.edit(Heightmap(heights))
+        if changed:
+            tables.update(changed)
+    fresh = built(ctx, Heightmap(heights))
+    assert all_bytes(tables) == all_bytes(fresh[1])
+    for part in (tables, terrain, *fresh[::-1]):
+        part.release()
+
+
+def test_edit_touches_only_what_it_bears_on(ctx, monkeypatch):
+    terrain, tables = built(ctx, Heightmap(rough(200, 200)))
+    asked = []
+    run = tables._run
+    monkeypatch.setattr(
+        tables, "_run", lambda name, groups, uniforms: (asked.append((name, uniforms)), run(name, groups, uniforms))
+    )
+    heights = terrain.heightmap.heights.copy()
+    heights[70, 81] += 1.0
+    tables.update(terrain.edit(Heightmap(heights)))
+    nodes = {u["u_which_level"]: u["u_count"] for name, u in asked if name in ("fine", "gather")}
+    assert set(nodes) == set(range(1, len(terrain.levels)))
+    assert max(w * h for w, h in nodes.values()) <= 4
+
+
+@pytest.mark.parametrize("shape", [(1025, 1025), (1000, 1500), (513, 700)], ids=str)
+def test_tables_take_at_most_12_bytes_a_post(ctx, shape):
+    terrain, tables = built(ctx, Heightmap(rough(*shape)))
+    assert tables.bytes <= 12 * shape[0] * shape[1]
+    assert tables.bytes == tables.nodes.size + tables.counters.size + tables.squares.size
+
+
+def test_same_map_gives_the_same_bytes(ctx):
+    assert len({all_bytes(built(ctx, Heightmap(holes()))[1]) for _ in range(3)}) == 1
+
+
+def test_work_groups_stay_below_the_limit_on_the_largest_map(ctx, monkeypatch):
+    """The largest map allowed is too large for a test: ask what would be dispatched for it."""
+    scene = Scene.of(ctx, Heightmap(rough(5, 5)))
+    most = 65535  # GL_MAX_COMPUTE_WORK_GROUP_COUNT, guaranteed
+    scene.terrain.levels = layout.quadtree(16384, 16384)
+    groups = []
+    monkeypatch.setattr(scene.tables, "_run", lambda name, count, uniforms: groups.append((name, *count)))
+    for name in ("build", "edit"):
+        monkeypatch.setattr(scene.tables._sat16, name, lambda *_: None)
+        monkeypatch.setattr(scene.tables._sat64, name, lambda *_: None)
+    monkeypatch.setattr(scene.terrain.heightmap, "heights", np.broadcast_to(np.float32(0), (16384, 16384)))
+    scene.tables.build()
+    assert {name for name, *_ in groups} == {"fine", "gather", "settle", "count"}
+    assert max(max(count) for _, *count in groups) <= most
