@@ -131,7 +131,7 @@ class ErrorTables:
         squares.bind_to_storage_buffer(2)
         place = {"u_which_level": j, "u_first": first, "u_count": count}
         place |= {"u_first_counter": first_counter, "u_first_square": first_square}
-        self._run("count", (-(-count[0] * count[1] // 64), 1), place)
+        self._run("count", (-(-count[0] // 8), -(-count[1] // 8)), place)
 
     def _run(self, name: str, groups: tuple[int, int], uniforms: dict[str, Any]) -> None:
         kernel = self._kernels[name]

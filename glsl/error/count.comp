@@ -4,7 +4,7 @@
 #include "error/nodes.glsl"
 #include "error/classes.glsl"
 
-layout(local_size_x = 64) in;
+layout(local_size_x = 8, local_size_y = 8) in;
 layout(std430, binding = 0) readonly buffer Nodes { PackedNode node[]; };
 layout(std430, binding = 1) writeonly buffer Counters { uint counter[]; };
 layout(std430, binding = 2) writeonly buffer Squares { uvec2 square[]; };
@@ -23,9 +23,9 @@ uvec2 node_squares(float rms_m, ivec2 at) {
 }
 
 void main() {
-    int i = int(gl_GlobalInvocationID.x);
-    if (i >= u_count.x * u_count.y) return;
-    ivec2 tile = ivec2(i % u_count.x, i / u_count.x);
+    ivec2 tile = ivec2(gl_GlobalInvocationID.xy);
+    if (any(greaterThanEqual(tile, u_count))) return;
+    int i = tile.y * u_count.x + tile.x;
     ivec2 low = (u_first + tile) * COUNT_TILE, high = min(low + COUNT_TILE, u_level[u_which_level].size);
     float worst_m = 0.0;
     uvec2 squares = uvec2(0u);
