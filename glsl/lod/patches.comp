@@ -89,7 +89,10 @@ void classify_row() {
 
 // Two by two quads are their own four records; larger squares ask the summed-area tables.
 vec2 square_errors_m(int size, ivec2 at) {
-    if (size > 1) return vec2(bound_max_m(level, at, 1 << size), bound_rms_m(level, at, 1 << size));
+    if (size > 1) {
+        float max_m = bound_max_m(level, at, 1 << size);
+        return vec2(max_m, mean_is_known(node_of(level + size, at >> size)) ? bound_rms_m(level, at, 1 << size) : max_m);
+    }
     vec2 worst = vec2(0.0);
     for (int i = 0; i < 4; i++) {
         PackedNode n = node_of(level, at + ivec2(i & 1, i >> 1));

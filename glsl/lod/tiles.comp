@@ -6,6 +6,15 @@
 
 layout(local_size_x = 64) in;
 
+// A tile of level j covers just one node of level j + 5: unless that is split, none of the tile's nodes exist.
+bool has_nodes(int level, ivec2 tile) {
+    if (level + 5 <= u_top_level && !is_split(level + 5, tile)) return false;
+    int end = min(TILE * (tile.y + 1), u_level[level].size.y);
+    for (int row = TILE * tile.y; row < end; row += 2)  // siblings exist together
+        if (existing_word(level, tile.x, row) != 0u) return true;
+    return false;
+}
+
 void main() {
     int tile = int(gl_GlobalInvocationID.x);
     if (tile >= tiles_in_all()) return;
@@ -15,8 +24,7 @@ void main() {
     ivec2 at = ivec2(i % u_level[level].tiles.x, i / u_level[level].tiles.x);
     for (int size = 0; size < SIZES; size++) offset[offset_index(size, tile)] = 0u;
 
-    // a tile of level j covers just one node of level j + 5: if that is not split, none of the tile's nodes exist
-    if (level + 5 <= u_top_level && !is_split(level + 5, at)) return;
+    if (!has_nodes(level, at)) return;
     uint place = atomicAdd(active_groups.w, 1u);
     active_tile[place] = uint(tile);
     atomicMax(active_groups.y, place / uint(MANY) + 1u);
