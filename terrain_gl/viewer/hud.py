@@ -1,0 +1,96 @@
+"""The words on the window: figures, keys, messages. Panels of text from plain values; drawing is overlay.py's."""
+
+from __future__ import annotations
+
+import math
+from dataclasses import dataclass, field
+from typing import Any
+
+from .overlay import ACCENT, BRIGHT, SOFT, Panel, Text
+from .settings import KEYS, Settings
+
+_LABEL, _VALUE = 11, 19  # columns
+
+
+@dataclass
+class Figures:
+    """What the window knows of its last frame.
+
+    Attributes
+    ----------
+    posts
+        Columns and rows of the map.
+    fps
+        Frames a second while in motion; None at rest.
+    stats
+        Of `Renderer.draw`.
+    measured_px
+        Achieved error by metric; None until known.
+    height_m
+        Eye above ground; NaN where there is none.
+    shrunk
+        Window pixels across one pixel of the picture.
+    """
+
+    name: str
+    posts: tuple[int, int]
+    fps: float | None = None
+    stats: dict[str, Any] = field(default_factory=dict)
+    measured_px: dict[str, float] | None = None
+    height_m: float = math.nan
+    speed_m_s: float = 0.0
+    shrunk: int = 1
+
+
+def figures_panel(figures: Figures, settings: Settings) -> Panel:
+    """Panel at the top left: what the frame cost and what is known of its error."""
+    stats = figures.stats
+    ms = sum(stats["ms"].get(stage, 0.0) for stage in ("lod", "draw"))
+    pace = "at rest" if figures.fps is None else f"{figures.fps:.0f} fps"
+    size = f"{stats['width']} × {stats['height']}" + (f"  1:{figures.shrunk}" if figures.shrunk > 1 else "")
+    measured = figures.measured_px
+    rows = [
+        ("frame", f"{pace}  {ms:.3g} ms" if ms < 999 else f"{pace}  {ms / 1000:.1f} s"),
+        ("picture", size),
+        ("triangles", f"{stats['triangles']:,}"),
+        ("patches", f"{stats['patches']:,}"),
+        None,
+        ("tolerance", "none" if settings.method == "full" else f"{settings.max_error_px:.3g} px {settings.metric}"),
+        ("promised", f"≤ {math.ceil(1000 * stats['certified_max_error_px']) / 1000:.3f} px"),
+        ("measured", f"{measured[settings.metric]:.3f} px" if measured else "…"),
+        None,
+        ("method", "every post" if settings.method == "full" else settings.method),
+        ("style", settings.style),
+        ("height", f"{metres(figures.height_m)} above ground" if figures.height_m == figures.height_m else "–"),
+        ("speed", f"{metres(figures.speed_m_s)}/s"),
+    ]
+    posts = f"  {figures.posts[0]} × {figures.posts[1]} posts"
+    title = [Text(_shorten(figures.name, _LABEL + _VALUE - len(posts)), ACCENT), Text(posts, SOFT)]
+    return Panel([title, [], *(_row(*row) if row else [] for row in rows)])
+
+
+def keys_panel() -> Panel:
+    """Panel in the middle: all keys."""
+    across = max(len(keys) for keys, _ in KEYS) + 2
+    lines = [[Text(keys.ljust(across), ACCENT), Text(meaning)] for keys, meaning in KEYS]
+    return Panel(lines, (0.5, 0.5))
+
+
+def message_panel(text: str) -> Panel:
+    """Panel at the foot: one sentence."""
+    return Panel([[Text(text)]], (0.5, 1.0))
+
+
+def metres(value: float) -> str:
+    """Three digits or so: 0.85 m, 12.4 m, 870 m, 5.2 km."""
+    if abs(value) >= 10000:
+        return f"{value / 1000:,.1f} km"
+    return f"{value:,.0f} m" if abs(value) >= 100 else f"{value:.3g} m"
+
+
+def _row(label: str, value: str) -> list[Text]:
+    return [Text(label.ljust(_LABEL), SOFT), Text(value.ljust(_VALUE), BRIGHT)]
+
+
+def _shorten(text: str, most: int) -> str:
+    return text if len(text) <= most else text[: most - 1] + "…"
