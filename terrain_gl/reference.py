@@ -38,7 +38,7 @@ class Nodes(NamedTuple):
     low: np.ndarray  # (nodes,)
     mid: np.ndarray  # (nodes,)
     high: np.ndarray  # (nodes,)
-    post: np.ndarray  # (nodes, 2^level + 1), the last one again where the map ends before the node
+    post: np.ndarray  # (nodes, up to 2^level + 1), the last one again where the map ends before the node
     own: np.ndarray  # whether the post is this node's: not its last, unless that is the map's, and not again
 
 
@@ -56,7 +56,7 @@ def nodes_along(n: int, level: int) -> Nodes:
     side, last = 1 << level, n - 1
     low = np.arange(0, last, side)
     high = np.minimum(low + side, last)
-    post = low[:, None] + np.arange(side + 1)
+    post = low[:, None] + np.arange(min(side, last) + 1)
     own = (post < high[:, None]) | (post == last)
     return Nodes(low, np.minimum(low + side // 2, last), high, np.minimum(post, last), own)
 

@@ -13,6 +13,7 @@ from terrain_gl.terrain import Terrain
 
 SHAPES = [(2, 2), (2, 7), (7, 2), (12, 19), (100, 300), (49, 2), (3, 1000), (65, 65)]
 HALF = 1 + 2.0**-10 + 2.0**-18  # a half's last place, rounded up, and the rounding of the bound's own arithmetic
+MEAN_HALF = HALF + 2.0**-13  # sums of squares in float32
 ROUNDING = 2.0**-20  # what float32 may lose in a node's relief, in spans
 SQUARE_STEP = 2.0**-17  # root of the fixed-point step of squared errors, 2^-35 span², and some
 
@@ -65,7 +66,7 @@ def check_tables(terrain, tables):
         assert (table_max >= max_m).all(), level
         assert (table_rms >= np.minimum(rms_m, max_m)).all(), level
         assert (table_max <= max_m * HALF + ROUNDING * span).all(), level
-        assert (table_rms <= rms_m * HALF + SQUARE_STEP * span).all(), level
+        assert (table_rms <= rms_m * MEAN_HALF + SQUARE_STEP * span).all(), level
 
 
 @pytest.mark.parametrize("voids", [False, True], ids=["solid", "voids"])
@@ -94,6 +95,15 @@ def test_nodes_of_any_map_are_the_reference_rounded_up(ctx, rows, cols, log_reli
     check_tables(terrain, tables)
     tables.release()
     terrain.release()
+
+
+def test_small_errors_beside_a_large_one_are_not_lost(ctx):
+    """In float32 1000 squares just below half the last place of their sum vanish: the mean must allow for that."""
+    heights = np.zeros((33, 32 * 200 + 1))
+    heights[1:-1] = 0.98 * 2.0**-12.5
+    heights[:, ::32] = 0.0
+    heights[0, 1::32] = 1 + 1e-5 * np.arange(200)
+    check_tables(*built(ctx, Heightmap(heights)))
 
 
 def test_reference_quad_and_fan_by_hand():
@@ -163,16 +173,6 @@ def ask_bounds(ctx, tables, squares):
     return np.frombuffer(answers.read(), "f4").reshape(-1, 2).astype("f8")
 
 
-def square_truth(errors, void, level, x, y, nodes):
-    """Largest error, and root mean square over the square's own posts that are not void."""
-    worst = errors[level].quad_max[y : y + nodes, x : x + nodes].max()
-    own = [reference.nodes_along(n, level).own.sum(1) for n in void.shape]
-    solid = np.add.reduceat(
-        np.add.reduceat(~void * 1.0, np.arange(len(own[0])) << level, 0), np.arange(len(own[1])) << level, 1
-    )
-    return worst, solid
-
-
 @pytest.mark.parametrize(
     "heights", [rough(130, 203, 1), cliff(), checkerboard(), holes(), with_voids(rough(140, 150), 0.6)]
 )
@@ -190,10 +190,16 @@ def test_bound_of_a_square_holds_and_is_within_a_class(ctx, heights):
         weights = solid[level][part]
         mean_square = (errors[level].quad_square[part] * weights).sum() / max(weights.sum(), 1)
         assert worst <= max_m <= max(worst * HALF * 2**0.5 * 1.000001 + ROUNDING * terrain.span_m, lowest)
-        assert np.sqrt(mean_square) <= rms_m
-        if not void.any():  # own posts are counted over the square's texels: its rim on the map's counts besides
-            texels = (nodes << level) ** 2
-            assert rms_m <= np.sqrt(mean_square * weights.sum() / texels) * HALF**2 + 2 * SQUARE_STEP * terrain.span_m
+        side = nodes << level
+        if void[y << level : (y << level) + side + 1, x << level : (x << level) + side + 1].any():
+            whole = tables.read_nodes(level + nodes.bit_length() - 1)[y // nodes, x // nodes]
+            assert whole["rms_m"][0] == whole["max_m"][0]  # how shaders know that the mean is not known
+        else:  # the mean is taken over the square's texels: posts on the map's rim count besides
+            texels = side**2
+            assert np.sqrt(mean_square) <= rms_m
+            assert (
+                rms_m <= np.sqrt(mean_square * weights.sum() / texels) * MEAN_HALF**2 + 2 * SQUARE_STEP * terrain.span_m
+            )
 
 
 def own_posts(solid, level):

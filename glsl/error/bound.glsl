@@ -35,6 +35,7 @@ float bound_max_m(int level, ivec2 at, int nodes) {
     return sure < 0 ? u_span_m : class_limit_m(sure);
 }
 
+// Of a square without voids: where posts are fewer than texels, their mean is above the texels'.
 float bound_rms_m(int level, ivec2 at, int nodes) {
     Table table = Table(uint(u_level[level].first_count / (CLASSES / 2)), count_tiles(level));
     float sum = word_float(square_sum(table, 0, at / COUNT_TILE, (at + nodes) / COUNT_TILE));

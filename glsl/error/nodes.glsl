@@ -2,11 +2,13 @@
 //   max_m: largest error of a post of the closed node.   rms_m: root of the mean squared error of its own posts, those
 //   of its north and west edges but not of the south and east ones (which are the neighbours'), so that any mosaic of
 //   nodes counts every post once. Heights of the node lie in [low_m, high_m].
+//   Where a node has voids its mean is not known: rms_m is max_m there.
 //   Fan errors are nested: never below those of the node's children. So a node that a neighbour forces to split
 //   has children that pass where it passed.
 // Errors are halves in units of span · 2^-14, rounded up: all of (0, span] stays a normal number.
 // Squared errors are 64-bit fixed point, rounded up: span² is 2^35, so 2^28 posts of the largest error do not overflow.
-// Provides PackedNode, pack_pair(), unpack_pair(), pack_range(), unpack_range(), square_up(), node_index().
+// Provides PackedNode, pack_pair(), unpack_pair(), pack_range(), unpack_range(), square_up(), node_index(),
+// mean_is_known().
 // Python twin: layout.NODE
 
 #include "blocks/terrain.glsl"
@@ -49,3 +51,5 @@ uvec2 square_up(float share) {
 }
 
 int node_index(int level, ivec2 at) { return u_level[level].first_node + at.y * u_level[level].size.x + at.x; }
+
+bool mean_is_known(PackedNode n) { return (n.max_m & 0xffffu) != (n.rms_m & 0xffffu); }

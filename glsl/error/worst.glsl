@@ -44,7 +44,8 @@ vec2 range_of_posts(Node n) {
 
 void settle_node(ivec2 at, Node n, Worst w) {
     ivec2 own = n.high - n.low + ivec2(equal(n.high, u_last_post));
-    vec2 rms_m = sqrt(w.squares / (float(own.x) * float(own.y))) * (1.0 + exp2(-18.0));
+    // a thread adds up to 33 × 33 squares in floats: each addition may swallow 2^-24 of the sum
+    vec2 rms_m = sqrt(w.squares / (float(own.x) * float(own.y))) * (1.0 + exp2(-14.0));
     // with voids the posts are fewer than the texels: the mean is not known, but never above the maximum
     rms_m = w.voids != 0u ? w.max_m : min(rms_m, w.max_m);
     PackedNode settled = PackedNode(pack_pair(w.max_m), pack_pair(rms_m), 0u);
