@@ -58,7 +58,7 @@ def _meets_ground(
 
 
 def _ray_meets_ground(heightmap: Heightmap, eye: np.ndarray, ray: np.ndarray) -> bool:
-    """March a ray in half-post steps over the map; through a void cell it goes on below ground."""
+    """March a ray in half-post steps over the map until it crosses the surface; through a void it goes on below."""
     to_posts = np.array([1.0, -1.0]) / heightmap.spacing_m
     start = np.array([0.0, heightmap.rows - 1.0]) + eye[:2] * to_posts
     step = ray[:2] * to_posts
@@ -68,8 +68,8 @@ def _ray_meets_ground(heightmap: Heightmap, eye: np.ndarray, ray: np.ndarray) ->
     pace = 0.5 / max(np.hypot(*step), 1e-12)
     t = np.arange(first, min(last, first + 1e6 * pace), pace)
     heights = bilinear(heightmap.heights, start[0] + t * step[0], start[1] + t * step[1])
-    z = eye[2] + t * ray[2]
-    return bool(np.any(z < heights))  # NaN, a void, compares false
+    above = np.sign(eye[2] + t * ray[2] - heights)  # NaN over a void, which compares false
+    return bool(np.any(above[1:] * above[:-1] < 0))
 
 
 def _clip(start: np.ndarray, step: np.ndarray, last_post: tuple[int, int]) -> tuple[float, float]:
