@@ -15,7 +15,7 @@ import moderngl
 import numpy as np
 
 from . import gl, shaders
-from .camera import Camera
+from .camera import Camera, Vector
 from .heightmap import Heightmap
 from .lod import Levels, Selection
 from .mesh import PatchDraw
@@ -23,6 +23,7 @@ from .sat import SummedAreaTables, Table
 from .terrain import Terrain
 
 STYLES = ("shaded", "wireframe", "lod", "error", "normals", "depth")
+_OF_MESH = ("wireframe", "lod", "error")  # styles that show the mesh itself
 HAZE = 1.6  # distance at which haze lets 1/e through, in diagonals of the map
 _TEXTURE_2D, _TEXTURE_2D_MULTISAMPLE = 0x0DE1, 0x9100
 _DEPTH_COMPONENT, _DEPTH_COMPONENT32F, _FLOAT = 0x1902, 0x8CAC, 0x1406
@@ -77,6 +78,64 @@ class HeightSums:
         self.ctx.memory_barrier(moderngl.SHADER_STORAGE_BARRIER_BIT)
 
 
+class SunMap:
+    """How much of the sun each post sees, a byte a post and its mipmaps: glsl/shade/sun_sweep.comp."""
+
+    def __init__(self, terrain: Terrain) -> None:
+        self.ctx, self.terrain = terrain.ctx, terrain
+        self._sweep: Any = shaders.compute(self.ctx, "shade/sun_sweep.comp")
+        self.texture = self.ctx.texture((terrain.heightmap.cols, terrain.heightmap.rows), 1)
+        self.texture.filter = (moderngl.LINEAR_MIPMAP_LINEAR, moderngl.LINEAR)
+        self.texture.repeat_x = self.texture.repeat_y = False
+        self._sun: Vector | None = None
+
+    @property
+    def bytes(self) -> int:
+        """GPU memory of the map and its mipmaps."""
+        return self.texture.width * self.texture.height * 4 // 3
+
+    def forget(self) -> None:
+        """The heights have changed."""
+        self._sun = None
+
+    def follow(self, sun: Vector) -> None:
+        """Make the map for a direction towards the sun, unless it is there already."""
+        if sun == self._sun:
+            return
+        self._sun = sun
+        lines, threads = self._aim(sun)
+        shadow = self.ctx.buffer(reserve=8 * threads)
+        self.terrain.bind()
+        shadow.bind_to_storage_buffer(1)
+        self.texture.bind_to_image(0, read=False, write=True)
+        for line in range(lines):
+            self._sweep["u_line"] = line
+            self._sweep.run(-(-threads // 64))
+            self.ctx.memory_barrier(moderngl.SHADER_STORAGE_BARRIER_BIT)
+        self.ctx.memory_barrier(_FETCH)
+        shadow.release()
+        self.texture.build_mipmaps()
+
+    def release(self) -> None:
+        """Give the GPU's memory back."""
+        self.texture.release()
+        self._sweep.release()
+
+    def _aim(self, sun: Vector) -> tuple[int, int]:
+        """Set the sweep's direction: lines are crossed at most one post askew; returns lines and posts in one."""
+        east_m, north_m = self.terrain.heightmap.spacing_m
+        along, down = sun[0] / east_m, -sun[1] / north_m  # posts towards the sun
+        by_column = abs(along) >= abs(down)
+        major, minor = (along, down) if by_column else (down, along)
+        metres = 1 / max(abs(major), 1e-9)  # along the ground from line to line; endless if the sun is overhead
+        self._sweep["u_by_column"], self._sweep["u_backward"] = by_column, major > 0
+        self._sweep["u_shift"] = minor / max(abs(major), 1e-9)
+        self._sweep["u_fall_m"] = min(metres * sun[2], 1e30)
+        self._sweep["u_soft_m"] = max(0.5 * metres * abs(sun[2]), 0.05 * min(east_m, north_m))
+        size = self.texture.size
+        return size if by_column else size[::-1]
+
+
 class Character(NamedTuple):
     """What kind of land a map shows: glsl/shade/character.glsl decides its colours from this."""
 
@@ -111,8 +170,10 @@ class Picture:
         self.ctx, self.levels = levels.ctx, levels
         self.samples = max(1, min(samples, self.ctx.max_samples))
         self.sums = HeightSums(levels.terrain)
+        self.sun_map = SunMap(levels.terrain)
         self._character = Character.of(levels.terrain.heightmap)
         self._surface = PatchDraw(levels, tess_evaluation="mesh/patch.tese", fragment="shade/surface.frag")
+        self._detail: PatchDraw | None = None
         self._screens: dict[str, tuple[Any, moderngl.VertexArray]] = {}
         self._targets: list[Any] = []
         self.resize(size)
@@ -120,7 +181,7 @@ class Picture:
     @property
     def bytes(self) -> int:
         """GPU memory that shading needs for the map; the picture's own pixels do not count."""
-        return self.sums.bytes
+        return self.sums.bytes + self.sun_map.bytes
 
     def resize(self, size: Size) -> None:
         """Change the picture's size; what was drawn is lost."""
@@ -132,11 +193,13 @@ class Picture:
         self._picture = self.ctx.texture(size, 4)
         self._seen = self.ctx.framebuffer([self._posts], self._depth)
         self._screen = self.ctx.framebuffer([self._picture])
+        self._drawn: moderngl.Texture | None = None
         self._targets = [self._seen, self._screen, self._posts, self._depth, self._picture]
 
     def update(self, posts: Rect) -> None:
         """Follow an edit of the posts of columns x0 to x1 and rows y0 to y1, (x0, y0, x1, y1)."""
         self.sums.update(posts)
+        self.sun_map.forget()
         self._character = Character.of(self.levels.terrain.heightmap)
 
     def draw(
@@ -151,9 +214,16 @@ class Picture:
         sun
             Azimuth, clockwise from north, and elevation, in degrees.
         """
-        self._draw_surface(selection)
-        light = {"sun": towards_sun(*sun), "haze_m": self._haze_m(camera)}
-        self._fill(self._screen, f"shade/{style}.frag", size_px=self.size, **light, **self._character._asdict())
+        towards = towards_sun(*sun)
+        if style == "shaded":
+            self.sun_map.follow(towards)
+        if style in _OF_MESH:
+            self._draw_detail(selection)
+        else:
+            self._draw_patches(self._surface, self._seen, selection)
+        light = {"sun": towards, "haze_m": self._haze_m(camera)}
+        extra = self._drawn if style in _OF_MESH else self.sun_map.texture
+        self._fill(self._screen, f"shade/{style}.frag", extra, **light, **self._character._asdict())
 
     def read(self) -> np.ndarray:
         """(height, width, 4) uint8 sRGB, first row on top."""
@@ -182,7 +252,10 @@ class Picture:
         """Give the GPU's memory back."""
         self._release_targets()
         self._surface.release()
+        if self._detail:
+            self._detail.release()
         self.sums.release()
+        self.sun_map.release()
         for program, vao in self._screens.values():
             vao.release()
             program.release()
@@ -192,24 +265,40 @@ class Picture:
         middle = np.array([*self.levels.terrain.heightmap.extent_m, sum(self.levels.terrain.heightmap.range_m)]) / 2
         return HAZE * max(2 * math.hypot(*middle[:2]), math.dist(camera.eye, middle))
 
-    def _draw_surface(self, selection: Selection) -> None:
+    def _draw_detail(self, selection: Selection) -> None:
+        """Draw the surface with what styles of the mesh want to know; takes more memory, and time."""
+        if self._drawn is None:
+            self._drawn = self.ctx.texture(self.size, 4, samples=self._posts.samples, dtype="f2")
+            self._seen_detail = self.ctx.framebuffer([self._posts, self._drawn], self._depth)
+            self._targets += [self._drawn, self._seen_detail]
+        if self._detail is None:
+            stages = {"tess_evaluation": "mesh/patch.tese", "geometry": "shade/detail.geom"}
+            self._detail = PatchDraw(self.levels, **stages, fragment="shade/detail.frag")
+        self._detail.program["u_size_px"] = self.size
+        self._draw_patches(self._detail, self._seen_detail, selection)
+
+    def _draw_patches(self, patches: PatchDraw, target: moderngl.Framebuffer, selection: Selection) -> None:
         gl.clip_control_zero_to_one(self.ctx)  # without it distant depths are coarser, and in order all the same
-        self._seen.use()
-        self._seen.clear(-1.0, -1.0, depth=0.0)
+        target.use()
+        target.clear(-1.0, -1.0, depth=0.0)  # no place on the map: the sky
         self.ctx.enable_only(moderngl.DEPTH_TEST)
         self.ctx.depth_func = ">="
-        self._surface.draw(selection)
+        patches.draw(selection)
 
-    def _fill(self, target: moderngl.Framebuffer, fragment: str, **uniforms: Any) -> None:
+    def _fill(
+        self, target: moderngl.Framebuffer, fragment: str, extra: moderngl.Texture | None = None, **uniforms: Any
+    ) -> None:
         """Run a fragment shader over every pixel of the target."""
         program, vao = self._screen_program(fragment)
-        for name, value in uniforms.items():
+        for name, value in ({"size_px": self.size} | uniforms).items():
             if f"u_{name}" in program:
                 program[f"u_{name}"] = value
         self.levels.terrain.bind()
         self.levels.view.bind()
         self.sums.buffer.bind_to_storage_buffer(0)
         self._posts.use(2)
+        if extra:
+            extra.use(3)
         target.use()
         self.ctx.disable(moderngl.DEPTH_TEST)
         vao.render(vertices=3)
@@ -227,7 +316,7 @@ class Picture:
         self._targets = []
 
 
-def towards_sun(azimuth_deg: float, elevation_deg: float) -> tuple[float, float, float]:
+def towards_sun(azimuth_deg: float, elevation_deg: float) -> Vector:
     """Unit vector east, north, up; azimuth clockwise from north."""
     azimuth, elevation = math.radians(azimuth_deg), math.radians(elevation_deg)
     flat = math.cos(elevation)

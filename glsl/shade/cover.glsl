@@ -37,12 +37,13 @@ float strata(float height, float footprint) {
 }
 
 vec3 green_albedo(float zone, float steep, float patch_, float hollow) {
-    vec3 valley = vec3(0.060, 0.085, 0.028), meadow = vec3(0.105, 0.115, 0.040), heath = vec3(0.150, 0.125, 0.070);
-    vec3 scree = vec3(0.225, 0.205, 0.180), rock = vec3(0.160, 0.147, 0.135);
-    vec3 colour = mix(valley, meadow, smoothstep(0.05, 0.25, zone));
-    colour = mix(colour, heath, smoothstep(0.22, 0.42, zone));
-    colour = mix(colour, scree, smoothstep(0.40, 0.60, zone));
-    float bare = smoothstep(0.55, 1.15, steep * (1.0 + 0.5 * patch_) + 0.5 * zone - 0.35 * hollow);
+    vec3 valley = vec3(0.075, 0.095, 0.032), forest = vec3(0.030, 0.047, 0.020), meadow = vec3(0.105, 0.112, 0.042);
+    vec3 heath = vec3(0.150, 0.125, 0.075), scree = vec3(0.215, 0.198, 0.178), rock = vec3(0.150, 0.139, 0.129);
+    float wooded = smoothstep(0.02, 0.10, zone) * (1.0 - smoothstep(0.26, 0.36, zone)) * smoothstep(0.12, 0.40, steep + 0.5 * patch_);
+    vec3 colour = mix(mix(valley, meadow, smoothstep(0.03, 0.20, zone)), forest, 0.85 * wooded);
+    colour = mix(colour, heath, smoothstep(0.30, 0.44, zone));
+    colour = mix(colour, scree, smoothstep(0.42, 0.60, zone));
+    float bare = smoothstep(1.00, 1.55, steep * (1.0 + 0.5 * patch_) + 1.6 * zone - 0.3 * hollow);
     return mix(colour, rock * (1.0 + 0.5 * patch_), bare);
 }
 

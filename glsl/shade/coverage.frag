@@ -4,7 +4,7 @@
 
 out uint out_samples;
 
-vec3 ground_colour(Ground g) { return vec3(0.0); }
+vec3 ground_colour(Ground g, int sample_) { return vec3(0.0); }
 
 vec3 sky_colour(vec3 direction) { return vec3(0.0); }
 

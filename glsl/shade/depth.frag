@@ -5,7 +5,7 @@
 
 out vec4 out_colour;
 
-vec3 ground_colour(Ground g) {
+vec3 ground_colour(Ground g, int sample_) {
     float half_m = 0.25 * length(vec2(u_last_post) * u_spacing_m);
     return vec3(half_m / (half_m + max(dot(g.from_eye_m, u_forward.xyz), 0.0)));
 }

@@ -4,7 +4,7 @@
 
 out vec4 out_colour;
 
-vec3 ground_colour(Ground g) { return 0.5 + 0.5 * normal_of(g.fine.slope); }
+vec3 ground_colour(Ground g, int sample_) { return 0.5 + 0.5 * normal_of(g.fine.slope); }
 
 vec3 sky_colour(vec3 direction) { return vec3(0.0); }
 

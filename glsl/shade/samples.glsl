@@ -20,7 +20,7 @@ vec2 post_of_sample(int i) { return texelFetch(u_posts, ivec2(gl_FragCoord.xy), 
 
 bool is_sky(vec2 post) { return post.x < 0.0; }
 
-vec3 ground_colour(Ground g);
+vec3 ground_colour(Ground g, int sample_);
 vec3 sky_colour(vec3 direction);
 
 vec3 pixel_colour() {
@@ -38,7 +38,7 @@ vec3 pixel_colour() {
         }
         same &= left;
         left &= ~same;
-        sum += float(bitCount(same)) * (is_sky(post) ? sky_colour(view_ray()) : ground_colour(g));
+        sum += float(bitCount(same)) * (is_sky(post) ? sky_colour(view_ray()) : ground_colour(g, i));
     }
     return sum / float(SAMPLES);
 }

@@ -2,13 +2,19 @@
 
 #include "shade/samples.glsl"
 #include "shade/cover.glsl"
-#include "shade/shadow.glsl"
 #include "shade/sky.glsl"
 #include "shade/tone.glsl"
 
-#define EXPOSURE 0.62
+#define EXPOSURE 0.66
+
+layout(binding = 3) uniform sampler2D u_sun_visibility;
 
 out vec4 out_colour;
+
+float sun_visibility(Ground g) {
+    float level = log2(max(sqrt(g.extent.x * g.extent.y), 1.0));
+    return textureLod(u_sun_visibility, (g.post + 0.5) / vec2(u_last_post + 1), level).x;
+}
 
 // How far the ground lies below the mean of a box around it, 1 for slopes of 45 degrees all around.
 float hollow_of(Ground g, float posts) {
@@ -19,14 +25,13 @@ float hollow_of(Ground g, float posts) {
 vec3 ground_light(Ground g) {
     float close = hollow_of(g, 12.0), wide = hollow_of(g, 90.0);
     vec3 normal = normal_of(g.fine.slope);
-    float towards_sun = max(dot(normal, u_sun), 0.0);
-    float sun = towards_sun > 0.0 ? towards_sun * sun_visibility(g, u_sun) : 0.0;
+    float sun = max(dot(normal, u_sun), 0.0) * sun_visibility(g);
     float openness = exp(-0.8 * max(close, 0.0) - 1.2 * max(wide, 0.0));
     vec3 bounce = 0.12 * sun_light() * max(u_sun.z, 0.15) * (1.2 - normal.z) * vec3(0.26, 0.22, 0.16);
     return albedo_of(g, close) * (sun_light() * sun + (skylight_on(normal) + bounce) * openness);
 }
 
-vec3 ground_colour(Ground g) { return tone_mapped(EXPOSURE * hazed(ground_light(g), -g.towards_eye, g.distance_m)); }
+vec3 ground_colour(Ground g, int sample_) { return tone_mapped(EXPOSURE * hazed(ground_light(g), -g.towards_eye, g.distance_m)); }
 
 vec3 sky_colour(vec3 direction) { return tone_mapped(EXPOSURE * sky_light(direction)); }
 

@@ -13,10 +13,10 @@ vec3 sun_light() {
 
 float day() { return smoothstep(-0.15, 0.35, u_sun.z); }
 
-vec3 zenith_light() { return mix(vec3(0.010, 0.018, 0.045), vec3(0.17, 0.40, 1.05), day()); }
+vec3 zenith_light() { return mix(vec3(0.010, 0.018, 0.045), vec3(0.10, 0.30, 0.95), day()); }
 
 vec3 horizon_light() {
-    vec3 noon = vec3(1.05, 1.45, 1.95), dusk = vec3(1.25, 0.95, 0.72);
+    vec3 noon = vec3(0.90, 1.35, 1.90), dusk = vec3(1.30, 1.02, 0.80);
     return mix(mix(vec3(0.03, 0.035, 0.06), dusk, smoothstep(-0.15, 0.08, u_sun.z)), noon, smoothstep(0.05, 0.5, u_sun.z));
 }
 

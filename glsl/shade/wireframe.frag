@@ -1,0 +1,15 @@
+// shade/wireframe.frag — style "wireframe": the triangles that are drawn, on a plain shade.
+
+#include "shade/drawn.glsl"
+
+out vec4 out_colour;
+
+vec3 ground_colour(Ground g, int sample_) {
+    Drawn d = drawn_at(sample_);
+    vec3 paper = vec3(0.93, 0.92, 0.89) * (0.35 + 0.70 * clay(g));
+    return mix(paper, vec3(0.05, 0.12, 0.25), 0.85 * d.edge);
+}
+
+vec3 sky_colour(vec3 direction) { return vec3(0.97); }
+
+void main() { out_colour = vec4(pixel_colour(), 1.0); }
