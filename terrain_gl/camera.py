@@ -57,13 +57,18 @@ class Camera:
 
     @classmethod
     def default(cls, terrain: Heightmap, fov_deg: float = 45.0) -> Camera:
-        """Look over the whole map from above its southern edge, a little from the west."""
-        east, north = terrain.extent_m
-        low, high = terrain.range_m
-        reach = max(north, 0.5 * east)
-        middle = 0.5 * (low + high)
-        eye = (0.5 * east - 0.25 * reach, -0.35 * reach, high + 0.32 * reach)
-        return cls(eye, (0.5 * east, 0.42 * north, middle), fov_deg)
+        """Look down on the map from the south, or on a long one from the west: most of it, and all its relief."""
+        (east, north), (low, high) = terrain.extent_m, terrain.range_m
+        yaw, pitch = math.radians(105.0 if north > 1.5 * east else 15.0), math.radians(24.0)
+        forward = (math.sin(yaw) * math.cos(pitch), math.cos(yaw) * math.cos(pitch), -math.sin(pitch))
+        view = cls((0.0, 0.0, 0.0), forward, fov_deg)
+        corners = (np.indices((2, 2, 2)).reshape(3, 8) - 0.5) * [[0.8 * east], [0.8 * north], [high - low]]
+        x, y, z = view.axes @ corners
+        tan_x, tan_y = view.half_extent((16, 9))
+        away = float(np.max([np.abs(x) / tan_x - z, np.abs(y) / tan_y - z]))
+        middle = (0.5 * east, 0.5 * north, 0.5 * (low + high))
+        eye = (middle[0] - away * forward[0], middle[1] - away * forward[1], middle[2] - away * forward[2])
+        return cls(eye, middle, fov_deg)
 
     @property
     def forward(self) -> np.ndarray:
