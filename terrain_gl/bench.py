@@ -84,7 +84,7 @@ def _ms(work: Callable[[], Any], finish: Callable[[], Any]) -> float:
 
 
 def _python_ms(work: Callable[[], Any]) -> float:
-    """CPU time in Python and numpy during `work`: all but what is inside OpenGL calls, and but the profiler's own."""
+    """Time in Python and numpy during `work`: all but what is inside OpenGL calls, and but the profiler's own."""
     calls = _profile(work)
     own = sum(own for (_, _, name), (_, _, own, _, _) in calls.items() if "'mgl." not in name)
     return 1e3 * (own - sum(n for _, n, *_ in calls.values()) * _profiler_s())
@@ -92,7 +92,7 @@ def _python_ms(work: Callable[[], Any]) -> float:
 
 def _profile(work: Callable[[], Any]) -> dict[Any, Any]:
     """Calls of each function, as pstats has them: (file, line, name) to (calls, all calls, own s, total s, callers)."""
-    profile = cProfile.Profile(time.thread_time)
+    profile = cProfile.Profile()
     profile.runcall(work)
     return pstats.Stats(profile).stats  # type: ignore[attr-defined]
 
@@ -108,8 +108,8 @@ def _profiler_s(calls: int = 20000) -> float:
         for _ in range(calls):
             nothing()
 
-    started = time.thread_time()
+    started = time.perf_counter()
     many()
-    plain = time.thread_time() - started
+    plain = time.perf_counter() - started
     profiled = sum(own for _, _, own, _, _ in _profile(many).values())
     return max(0.0, profiled - plain) / calls

@@ -76,9 +76,14 @@ def join_negative(argv: Sequence[str]) -> list[str]:
 
 
 def _complain(error: Exception) -> int:
-    reason = str(error) or ("not enough memory" if isinstance(error, MemoryError) else type(error).__name__)
-    print(f"terrain-gl: {reason}".replace("\n", " "), file=sys.stderr)
+    print(f"terrain-gl: {_reason(error)}".replace("\n", " "), file=sys.stderr)
     return 2 if isinstance(error, UsageError) else 1
+
+
+def _reason(error: Exception) -> str:
+    if isinstance(error, OSError):
+        return f"{error.filename or 'standard output'}: {error.strerror or error}"
+    return str(error) or "not enough memory"
 
 
 def _reader_gone() -> int:

@@ -138,7 +138,7 @@ def check_writable(*paths: str | None) -> None:
     Raises
     ------
     TerrainError
-        No such folder, no permission, or the name of a folder.
+        No such folder, no permission, or something there that is not a file.
     UsageError
         One name for two outputs.
     """
@@ -147,8 +147,8 @@ def check_writable(*paths: str | None) -> None:
         folder = os.path.dirname(path) or "."
         if not os.path.isdir(folder):
             raise TerrainError(f"{path}: there is no folder {folder}: make it first")
-        if os.path.isdir(path) or not os.path.basename(path):
-            raise TerrainError(f"{path}: is a folder: name a file in it")
+        if os.path.exists(path) and not os.path.isfile(path):
+            raise TerrainError(f"{path}: is a folder or a device: name a file")
         if not os.access(folder, os.W_OK | os.X_OK):
             raise TerrainError(f"{path}: no permission to write in {folder}: choose another folder")
     if len({os.path.realpath(path) for path in files}) < len(files):
