@@ -8,8 +8,8 @@ out vec4 out_colour;
 vec3 ground_colour(Ground g, int sample_) {
     Drawn d = drawn_at(sample_);
     vec3 tint = viridis(float(d.step_log2) / max(float(u_top_level) - 2.0, 1.0));
-    tint = mix(tint, vec3(1.0), d.fan ? 0.45 : 0.10);
-    return tint * (0.45 + 0.6 * clay(g)) * (1.0 - 0.65 * d.border);
+    tint = mix(tint, vec3(1.0), d.fan ? 0.55 : 0.18);
+    return tint * (0.40 + 0.75 * clay(g)) * (1.0 - 0.65 * d.border);
 }
 
 vec3 sky_colour(vec3 direction) { return vec3(0.93); }

@@ -1,0 +1,155 @@
+"""Image files: pictures out, pictures in, and how two differ.
+
+An output appears under its name when it is whole, or not at all.
+"""
+
+from __future__ import annotations
+
+import contextlib
+import os
+import secrets
+from collections.abc import Iterator
+from contextlib import contextmanager
+from pathlib import Path
+
+import numpy as np
+import OpenImageIO as oiio
+
+from .exceptions import TerrainError
+
+FORMATS = {".png": "uint8", ".jpg": "uint8", ".jpeg": "uint8", ".tif": "uint8", ".tiff": "uint8", ".exr": "float"}
+_OPAQUE = (".jpg", ".jpeg")  # formats without alpha
+
+
+@contextmanager
+def replacing(path: str | os.PathLike[str]) -> Iterator[Path]:
+    """Give a file name beside `path` to write to; it takes the place of `path` when the block ends without an error.
+
+    Raises
+    ------
+    TerrainError
+        The folder is missing, is not one, or cannot be written to, or the disk is full.
+    """
+    path = Path(path)
+    if path.is_dir():
+        raise TerrainError(f"{path} is a folder: name a file in it")
+    if not path.parent.is_dir():
+        raise TerrainError(f"{path}: there is no folder {path.parent}: make it first")
+    beside = path.with_name(f".{path.stem}-{secrets.token_hex(4)}{path.suffix}")
+    try:
+        yield beside
+        os.replace(beside, path)
+    except OSError as error:
+        raise TerrainError(f"{path}: cannot write: {error.strerror or error}") from None
+    finally:
+        with contextlib.suppress(OSError):
+            beside.unlink()
+
+
+def write_image(path: str | os.PathLike[str], pixels: np.ndarray) -> None:
+    """Write a picture in the format that the file's name ends in.
+
+    Parameters
+    ----------
+    path
+        One of `FORMATS`; EXR holds linear light as 32-bit floats, the others 8-bit sRGB as it is.
+    pixels
+        (height, width, 1, 3 or 4) or (height, width); uint8 sRGB, or floats of linear light from 0 to 1.
+
+    Raises
+    ------
+    TerrainError
+        An unknown ending, or the file cannot be written.
+    """
+    suffix = Path(path).suffix.lower()
+    if suffix not in FORMATS:
+        raise TerrainError(f"{path}: cannot write {suffix or 'a file without an ending'}: use {', '.join(FORMATS)}")
+    stored = _stored(np.asarray(pixels), suffix)
+    with replacing(path) as beside:
+        _write(beside, path, stored, FORMATS[suffix])
+
+
+def write_png(path: str | os.PathLike[str], pixels: np.ndarray) -> None:
+    """Write a picture as PNG; see `write_image`."""
+    if Path(path).suffix.lower() != ".png":
+        raise TerrainError(f"{path}: pictures are written as PNG: let the name end in .png")
+    write_image(path, pixels)
+
+
+def read_image(path: str | os.PathLike[str]) -> np.ndarray:
+    """(height, width, channels) pixels as the file has them; `TerrainError` if it is not a whole picture."""
+    file = oiio.ImageInput.open(os.fspath(path)) if Path(path).is_file() else None
+    pixels = file.read_image(oiio.UNKNOWN) if file else None
+    if pixels is None:
+        reason = file.geterror() if file else oiio.geterror()
+        raise TerrainError(f"{path}: not a readable picture: {_one_line(reason) or 'no such file'}")
+    file.close()
+    return pixels.reshape(*pixels.shape[:2], -1)
+
+
+def difference(one: np.ndarray, other: np.ndarray) -> np.ndarray:
+    """Where two pictures of one shape differ: (height, width, 3) uint8, the worst channel's distance made 8 times larger.
+
+    Raises
+    ------
+    ValueError
+        The shapes differ.
+    """
+    if one.shape != other.shape:
+        raise ValueError(f"expected pictures of one shape, got {one.shape} and {other.shape}")
+    distance = np.abs(one.astype(np.int16) - other.astype(np.int16)).max(-1, keepdims=True)
+    return np.minimum(8 * distance, 255).astype(np.uint8).repeat(3, -1)
+
+
+def linear_from_srgb(encoded: np.ndarray) -> np.ndarray:
+    """Linear light, 0 to 1, of 8-bit sRGB (IEC 61966-2-1)."""
+    c = encoded.astype(np.float64) / 255
+    return np.where(c <= 0.04045, c / 12.92, ((c + 0.055) / 1.055) ** 2.4)
+
+
+def srgb_from_linear(light: np.ndarray) -> np.ndarray:
+    """8-bit sRGB of linear light, 0 to 1."""
+    c = np.clip(light, 0, 1)
+    return np.round(255 * np.where(c <= 0.0031308, 12.92 * c, 1.055 * c ** (1 / 2.4) - 0.055)).astype(np.uint8)
+
+
+def _stored(pixels: np.ndarray, suffix: str) -> np.ndarray:
+    """Pixels as the format wants them; alpha stays linear."""
+    if pixels.ndim == 2:
+        pixels = pixels[..., None]  # OpenImageIO writes garbage from two axes
+    if pixels.ndim != 3 or pixels.shape[2] not in (1, 3, 4) or 0 in pixels.shape:
+        raise ValueError(f"expected (height, width, 1, 3 or 4) pixels, got {pixels.shape}")
+    if suffix in _OPAQUE:
+        pixels = pixels[..., :3]
+    colour, alpha = pixels[..., :3], pixels[..., 3:]
+    if FORMATS[suffix] == "float" and pixels.dtype == np.uint8:
+        colour, alpha = linear_from_srgb(colour), alpha / 255
+    elif FORMATS[suffix] == "uint8" and pixels.dtype != np.uint8:
+        colour, alpha = srgb_from_linear(colour), np.round(255 * np.clip(alpha, 0, 1))
+    return np.ascontiguousarray(np.concatenate([colour, alpha], -1).astype("f4" if suffix == ".exr" else "u1"))
+
+
+def _write(to: Path, name: str | os.PathLike[str], pixels: np.ndarray, kind: str) -> None:
+    height, width, channels = pixels.shape
+    _make_sure_of_space(to, pixels.nbytes)
+    spec = oiio.ImageSpec(width, height, channels, kind)
+    if kind == "uint8":
+        spec.attribute("oiio:ColorSpace", "sRGB")
+        spec.attribute("CompressionQuality", 95)
+    file = oiio.ImageOutput.create(os.fspath(to))
+    opened = bool(file) and file.open(os.fspath(to), spec)
+    written = opened and file.write_image(pixels)
+    closed = bool(file) and file.close()
+    if not (written and closed):
+        reason = file.geterror() if file else oiio.geterror()
+        raise TerrainError(f"{name}: cannot write: {_one_line(reason) or 'unknown reason'}")
+
+
+def _make_sure_of_space(to: Path, pixel_bytes: int) -> None:
+    """Write as much as the picture can take: on a full disk libpng says nothing, and libjpeg ends the process."""
+    with open(to, "wb") as probe:
+        probe.write(bytes(pixel_bytes + pixel_bytes // 8 + 65536))
+
+
+def _one_line(text: str) -> str:
+    return " ".join(text.split())
