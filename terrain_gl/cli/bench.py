@@ -40,8 +40,8 @@ def run(args: argparse.Namespace) -> int:
             if progress:
                 progress(i / len(names))
             results.append(bench_map(args, name))
-    with report.json_output(args.json, results):
-        report.say(args.json, text(results))
+    report.write_json(args.json, results)
+    report.say(args.json, text(results))
     return 0
 
 

@@ -38,8 +38,8 @@ def run(args: argparse.Namespace) -> int:
     probes = probe_backends()
     found = {"version": __version__, "backends": [probe._asdict() for probe in probes], "limits": limits()}
     found |= {"map": about_map} if about_map else {"maps": list(bundled())}
-    with report.json_output(args.json, found):
-        report.say(args.json, text(probes, found))
+    report.write_json(args.json, found)
+    report.say(args.json, text(probes, found))
     return 0
 
 

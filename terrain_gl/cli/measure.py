@@ -28,8 +28,8 @@ def run(args: argparse.Namespace) -> int:
     with options.make_renderer(args, scene) as renderer:
         renderer.draw(**options.view_of(args, scene))
         stats = {"map": scene.heightmap.name} | renderer.measure()
-    with report.json_output(args.json, stats):
-        report.say(args.json, text(stats))
+    report.write_json(args.json, stats)
+    report.say(args.json, text(stats))
     return 0
 
 

@@ -28,6 +28,12 @@ def json_output(path: str | None, value: Any) -> Iterator[None]:
         yield
 
 
+def write_json(path: str | None, value: Any) -> None:
+    """Write `value` to `path` as JSON; - prints it, None does nothing."""
+    with json_output(path, value):
+        pass
+
+
 def say(json_path: str | None, text: str) -> None:
     """Print for people, unless standard output is for JSON alone."""
     if json_path != "-":

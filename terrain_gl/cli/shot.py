@@ -3,10 +3,11 @@
 from __future__ import annotations
 
 import argparse
+import os
 from typing import Any
 
 from ..exceptions import UsageError
-from ..image import write_png
+from ..image import FORMATS, write_image
 from . import options, report
 
 
@@ -17,23 +18,23 @@ def add(commands: Any) -> None:
         "shot",
         run,
         help="one picture, no window",
-        description="Draw one picture of a map into a PNG file.",
+        description="Draw one picture of a map into a file.",
         example="shot canyon -o canyon.png --size 1920x1080 --max-error 0.5 --sun 245,20",
     )
     options.add_map(command)
-    options.add_output(command, "picture, .png")
+    options.add_output(command, "picture: .png, or .jpg, .tif, .exr")
     options.add_drawing(command)
 
 
 def run(args: argparse.Namespace) -> int:
     """Draw, write, tell."""
-    if not args.output.lower().endswith(".png"):
-        raise UsageError(f"{report.shown(args.output)}: pictures are written as .png: name one")
+    if os.path.splitext(args.output)[1].lower() not in FORMATS:
+        raise UsageError(f"{report.shown(args.output)}: a picture's name must end in one of {', '.join(FORMATS)}")
     scene = options.open_scene(args)
     with options.make_renderer(args, scene) as renderer:
         frame = renderer.render(**options.view_of(args, scene))
     with report.json_output(args.json, {"map": scene.heightmap.name} | frame.stats):
-        write_png(args.output, frame.image)
+        write_image(args.output, frame.image)
     report.say(args.json, f"{report.shown(args.output)}: {summary(frame.stats)}")
     return 0
 
