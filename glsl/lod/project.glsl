@@ -67,7 +67,8 @@ Projection project(Box box, float margin) {
     projection.outside = all_near || any(all_beyond);
     projection.inside = !any_near && !any(any_beyond);
     projection.nearest_m = max(nearest, 0.999 * u_near_m);
-    projection.stretch = length(max(a, b));
+    // where the view is along the vertical both parts of the difference cancel, but not their roundings
+    projection.stretch = length(max(a, b)) + COORDINATE_SLACK * (1.0 + dot(extent, extent));
     return projection;
 }
 
