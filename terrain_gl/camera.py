@@ -17,6 +17,7 @@ if TYPE_CHECKING:
 Vector = tuple[float, float, float]
 UP = (0.0, 0.0, 1.0)
 NORTH = (0.0, 1.0, 0.0)
+NEAREST_M, FARTHEST_M = 1e-9, 1e12  # eye to target, and either from the map's corner: squares stay normal numbers
 
 
 @dataclass(frozen=True)
@@ -50,7 +51,7 @@ class Camera:
                 object.__setattr__(self, name, _vector(name, value))
         if not 0.1 <= self.fov_deg <= 170:
             raise UsageError(f"field of view must lie between 0.1 and 170 degrees, got {self.fov_deg:g}")
-        if self.eye == self.target:
+        if math.dist(self.eye, self.target) < NEAREST_M:
             raise UsageError(f"eye and target are the same point {_text(self.eye)}: move one of them")
         if self.up is not None and _parallel(self.up, self.forward):
             raise UsageError(f"up {_text(self.up)} is parallel to the view: give another direction")
@@ -114,8 +115,8 @@ def _vector(name: str, value: Vector) -> Vector:
         x, y, z = (float(v) for v in value)
     except (TypeError, ValueError):
         raise UsageError(f"{name}: expected three numbers X,Y,Z in metres, got {value!r}") from None
-    if not all(map(math.isfinite, (x, y, z))):
-        raise UsageError(f"{name}: expected finite metres, got {_text((x, y, z))}")
+    if not all(abs(v) <= FARTHEST_M for v in (x, y, z)):
+        raise UsageError(f"{name}: expected metres up to {FARTHEST_M:g}, got {_text((x, y, z))}")
     return x, y, z
 
 
