@@ -78,17 +78,22 @@ def write_png(path: str | os.PathLike[str], pixels: np.ndarray) -> None:
 
 def read_image(path: str | os.PathLike[str]) -> np.ndarray:
     """(height, width, channels) pixels as the file has them; `TerrainError` if it is not a whole picture."""
-    file = oiio.ImageInput.open(os.fspath(path)) if Path(path).is_file() else None
-    pixels = file.read_image(oiio.UNKNOWN) if file else None
-    if pixels is None:
-        reason = file.geterror() if file else oiio.geterror()
-        raise TerrainError(f"{path}: not a readable picture: {_one_line(reason) or 'no such file'}")
+    if not Path(path).is_file():
+        raise TerrainError(f"{path}: no such file")
+    as_it_is = oiio.ImageSpec()
+    as_it_is.attribute("oiio:UnassociatedAlpha", 1)
+    file = oiio.ImageInput.open(os.fspath(path), as_it_is)
+    if file is None:
+        raise TerrainError(f"{path}: not a readable picture: {_one_line(oiio.geterror())}")
+    pixels = file.read_image(oiio.UNKNOWN)
     file.close()
+    if pixels is None:
+        raise TerrainError(f"{path}: not a whole picture: {_one_line(file.geterror()) or 'damaged'}")
     return pixels.reshape(*pixels.shape[:2], -1)
 
 
 def difference(one: np.ndarray, other: np.ndarray) -> np.ndarray:
-    """Where two pictures of one shape differ: (height, width, 3) uint8, the worst channel's distance made 8 times larger.
+    """Where two pictures of one shape differ: (height, width, 3) uint8, 8 times the distance in the worst channel.
 
     Raises
     ------
@@ -136,13 +141,13 @@ def _write(to: Path, name: str | os.PathLike[str], pixels: np.ndarray, kind: str
     if kind == "uint8":
         spec.attribute("oiio:ColorSpace", "sRGB")
         spec.attribute("CompressionQuality", 95)
+    spec.attribute("oiio:UnassociatedAlpha", 1)
     file = oiio.ImageOutput.create(os.fspath(to))
-    opened = bool(file) and file.open(os.fspath(to), spec)
-    written = opened and file.write_image(pixels)
-    closed = bool(file) and file.close()
-    if not (written and closed):
-        reason = file.geterror() if file else oiio.geterror()
-        raise TerrainError(f"{name}: cannot write: {_one_line(reason) or 'unknown reason'}")
+    if file is None:
+        raise TerrainError(f"{name}: cannot write: {_one_line(oiio.geterror())}")
+    written = file.open(os.fspath(to), spec) and file.write_image(pixels)
+    if not (file.close() and written):
+        raise TerrainError(f"{name}: cannot write: {_one_line(file.geterror()) or 'unknown reason'}")
 
 
 def _make_sure_of_space(to: Path, pixel_bytes: int) -> None:

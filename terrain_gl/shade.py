@@ -1,8 +1,8 @@
 """Shading: from the surface that the mesh draws to a picture.
 
-Two passes. The first draws the patches and notes at each sample which place of the map it sees (glsl/shade/surface.frag).
-The second shades each pixel from the map itself, averaged over the pixel's footprint by a summed-area table of heights
-(glsl/shade/relief.glsl): what it shows does not depend on the mesh.
+Two passes. The first draws the patches and notes at each sample which place of the map it sees
+(glsl/shade/surface.frag). The second shades each pixel from the map itself, averaged over the pixel's footprint by a
+summed-area table of heights (glsl/shade/relief.glsl): what it shows does not depend on the mesh.
 """
 
 from __future__ import annotations
@@ -24,7 +24,7 @@ from .terrain import Terrain
 
 STYLES = ("shaded", "wireframe", "lod", "error", "normals", "depth")
 _OF_MESH = ("wireframe", "lod", "error")  # styles that show the mesh itself
-HAZE = 1.6  # distance at which haze lets 1/e through, in diagonals of the map
+HAZE = 2.0  # distance at which haze lets 1/e through, in diagonals of the map
 _TEXTURE_2D, _TEXTURE_2D_MULTISAMPLE = 0x0DE1, 0x9100
 _DEPTH_COMPONENT, _DEPTH_COMPONENT32F, _FLOAT = 0x1902, 0x8CAC, 0x1406
 _FETCH = moderngl.TEXTURE_FETCH_BARRIER_BIT | moderngl.SHADER_STORAGE_BARRIER_BIT
@@ -148,8 +148,8 @@ class Character(NamedTuple):
         step = max(1, min(heightmap.rows, heightmap.cols) // 512)
         low, high = heightmap.range_m
         heights = heightmap.heights[::step, ::step].astype(np.float64)
-        slopes = [np.diff(heights, axis=i) / (step * heightmap.spacing_m[1 - i]) for i in (0, 1) if heights.shape[i] > 1]
-        mean_square = sum(float(np.nanmean(s * s)) if np.isfinite(s).any() else 0.0 for s in slopes)
+        slopes = [np.diff(heights, axis=i) / (step * heightmap.spacing_m[1 - i]) for i in (0, 1)]
+        mean_square = sum(float(np.nanmean(s * s)) for s in slopes if np.isfinite(s).any())
         return cls((float(np.nanmean(heights)) - low) / max(high - low, 1e-30), math.sqrt(mean_square))
 
 

@@ -10,4 +10,4 @@ float greenness() { return 1.0 - smoothstep(0.27, 0.42, u_hypsometric); }
 
 float snowiness() { return greenness() * smoothstep(0.15, 0.30, u_rms_slope); }
 
-float saturation() { return mix(0.35, 1.0, smoothstep(0.12, 0.6, u_rms_slope)); }
+float saturation() { return mix(0.55, 1.0, smoothstep(0.15, 0.5, u_rms_slope)); }

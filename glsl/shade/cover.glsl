@@ -1,6 +1,6 @@
 // shade/cover.glsl — what the ground is made of, from the map alone: how high it lies in the map's range, how steep it
 // is, whether it is hollow or stands out. Colours are diffuse albedos.
-// Provides albedo_of().
+// Provides albedo_of(), wetness().
 
 #include "shade/footprint.glsl"
 #include "shade/character.glsl"
@@ -25,7 +25,7 @@ float noise(vec2 post, float grain, vec2 extent) {
 }
 
 float patchiness(vec2 post, vec2 extent) {
-    return noise(post, 37.0, extent) + 0.6 * noise(post, 11.3, extent) + 0.4 * noise(post, 3.7, extent) +
+    return 0.5 * noise(post, 41.0, extent) + 0.5 * noise(post, 11.3, extent) + 0.4 * noise(post, 3.7, extent) +
            0.3 * noise(post, 1.1, extent) + 0.2 * noise(post, 0.31, extent);
 }
 
@@ -47,10 +47,10 @@ vec3 green_albedo(float zone, float steep, float patch_, float hollow) {
     return mix(colour, rock * (1.0 + 0.5 * patch_), bare);
 }
 
-vec3 arid_albedo(float height, float zone, float steep, float patch_, float layer) {
+vec3 arid_albedo(float zone, float steep, float patch_, float layer) {
     vec3 floor_ = vec3(0.200, 0.160, 0.105), upland = vec3(0.235, 0.185, 0.120);
     vec3 red = vec3(0.270, 0.135, 0.075), cream = vec3(0.400, 0.290, 0.190);
-    vec3 flat_ = mix(floor_, upland, smoothstep(0.1, 0.7, zone)) * (1.0 + 0.35 * patch_);
+    vec3 flat_ = mix(floor_, upland, smoothstep(0.1, 0.7, zone)) * (1.0 + 0.2 * patch_);
     vec3 cliff = mix(red, cream, clamp(0.35 + 1.1 * layer + 0.15 * patch_, 0.0, 1.0));
     vec3 colour = mix(flat_, cliff, smoothstep(0.30, 0.80, steep));
     return mix(vec3(dot(colour, vec3(0.35, 0.45, 0.20))), colour, saturation());
@@ -61,10 +61,21 @@ vec3 albedo_of(Ground g, float hollow) {
     float height = (g.fine.height_m - u_low_m) / u_span_m, steep = length(g.fine.slope);
     float patch_ = patchiness(g.post, g.extent);
     float zone = height + 0.10 * patch_ - 0.05 * clamp(hollow, -1.0, 1.0);
-    float footprint = steep * max(g.extent.x * u_spacing_m.x, g.extent.y * u_spacing_m.y) / u_span_m;
-    vec3 green = green_albedo(zone, steep, patch_, hollow);
-    vec3 arid = arid_albedo(height, zone, steep, patch_, strata(height + 0.01 * patch_, footprint));
-    vec3 colour = mix(arid, green, greenness()) * (1.0 + 0.2 * patch_);
+    float thickness = steep * max(g.extent.x * u_spacing_m.x, g.extent.y * u_spacing_m.y) / u_span_m;
+    vec3 colour = vec3(0.0);
+    if (greenness() > 0.0) colour += greenness() * green_albedo(zone, steep, patch_, hollow);
+    if (greenness() < 1.0) {
+        float layer = strata(height + 0.01 * patch_, thickness);
+        colour += (1.0 - greenness()) * arid_albedo(zone, steep, patch_, layer);
+    }
+    colour *= 1.0 + 0.2 * patch_;
     float snowy = smoothstep(0.60, 0.74, zone + 0.06 * clamp(hollow, -1.0, 1.0)) * (1.0 - smoothstep(0.85, 1.35, steep + 0.3 * patch_));
     return mix(colour, vec3(0.80, 0.84, 0.90), snowy * snowiness());
+}
+
+// Standing water lies dead level, far and wide; a map that is level everywhere is none.
+float wetness(Ground g) {
+    if (u_rms_slope < 0.001) return 0.0;
+    float around = length(rough_slope(g.post, max(vec2(12.0), g.extent)));
+    return 1.0 - smoothstep(0.0008, 0.0025, around + 0.5 * length(g.fine.slope));
 }

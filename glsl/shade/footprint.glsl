@@ -45,7 +45,7 @@ Ground ground_at(vec2 post) {
     vec3 place_m = place_from_eye_m(post, height_m(ivec2(post)));
     float pixel_m = max(dot(place_m, u_forward.xyz), u_near_m) / u_focal_px;
     vec2 around = max(vec2(4.0), 3.0 * pixel_m / u_spacing_m);
-    vec3 ray = normalize(place_m), normal = normal_of(relief_of_sums(post, around).slope);
+    vec3 ray = normalize(place_m), normal = normal_of(rough_slope(post, around));
     vec2 u = slide_to_ground(u_right.xyz * pixel_m, ray, normal), v = slide_to_ground(u_up.xyz * pixel_m, ray, normal);
     g.extent = clamp(sqrt(u * u + v * v), vec2(1e-4), vec2(LARGEST_BOX_POSTS));
     g.fine = relief_of(post, 1.3 * g.extent);

@@ -1,5 +1,5 @@
-// shade/lod.frag — style "lod": how far apart the mesh's vertices are, violet at every post, through green to yellow
-// where one cell spans half the map. Fans are paler; borders of patches are dark.
+// shade/lod.frag — style "lod": how far apart the mesh's vertices are: violet at every post, through green, to yellow
+// where one cell spans a sixteenth of the map or more. Fans are paler; borders of patches are dark.
 
 #include "shade/drawn.glsl"
 
@@ -7,8 +7,8 @@ out vec4 out_colour;
 
 vec3 ground_colour(Ground g, int sample_) {
     Drawn d = drawn_at(sample_);
-    vec3 tint = viridis(float(d.step_log2) / max(float(u_top_level) - 2.0, 1.0));
-    tint = mix(tint, vec3(1.0), d.fan ? 0.55 : 0.18);
+    vec3 tint = viridis(float(d.step_log2) / max(float(u_top_level) - 4.0, 1.0));
+    tint = mix(tint, vec3(1.0), d.fan ? 0.45 : 0.18);
     return tint * (0.40 + 0.75 * clay(g)) * (1.0 - 0.65 * d.border);
 }
 

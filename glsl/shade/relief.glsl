@@ -11,7 +11,7 @@
 //       c  └───────┴───────┘        Each side has two texels, 6 × 6 words in all.
 //
 //   Smaller: cubic B-splines over the float heights, smooth to the second derivative; between the two, a blend.
-// Provides Relief, relief_of(), relief_of_sums(), mean_height_m().   Python twin: reference.relief
+// Provides Relief, relief_of(), rough_slope(), mean_height_m().   Python twin: reference.relief
 
 #include "shade/steps.glsl"
 
@@ -95,20 +95,28 @@ Relief relief_of(vec2 post, vec2 extent) {
     return Relief(mix(near.height_m, far.height_m, blend), mix(near.slope, far.slope, blend));
 }
 
-uint sum_of_box(ivec2 a, ivec2 b) {
-    return (sum_at(b.x, b.y) - sum_at(a.x, b.y)) - (sum_at(b.x, a.y) - sum_at(a.x, a.y));
-}
-
 float box_mean_m(ivec2 a, ivec2 b) {
-    return m_from_steps(float(sum_of_box(a, b)) / (float(b.x - a.x) * float(b.y - a.y)));
+    uint sum = (sum_at(b.x, b.y) - sum_at(a.x, b.y)) - (sum_at(b.x, a.y) - sum_at(a.x, a.y));
+    return m_from_steps(float(sum) / (float(b.x - a.x) * float(b.y - a.y)));
 }
 
-// Mean over a box of whole posts, as many a side as `extent` rounds to; the place between posts is blended.
-float mean_height_m(vec2 post, float extent) {
-    vec2 at = floor(post), t = post - at;
-    ivec2 end = u_last_post + 1, before = ivec2(0.5 * min(extent, LARGEST_BOX_POSTS));
+// The same on whole posts, in nine fetches: for what need not be smooth.
+vec2 rough_slope(vec2 post, vec2 extent) {
+    ivec2 half_extent = ivec2(max(round(0.5 * min(extent, LARGEST_BOX_POSTS)), 1.0)), m = ivec2(post + 0.5), end = u_last_post + 1;
+    ivec2 a = max(m - half_extent, 0), c = min(m + half_extent, end);
+    m = clamp(m, a + 1, c - 1);
+    vec2 west_north = vec2(box_mean_m(a, ivec2(m.x, c.y)), box_mean_m(a, ivec2(c.x, m.y)));
+    vec2 east_south = vec2(box_mean_m(ivec2(m.x, a.y), c), box_mean_m(ivec2(a.x, m.y), c));
+    return (east_south - west_north) * vec2(2.0, -2.0) / (vec2(c - a) * u_spacing_m);
+}
+
+// Mean over a box of whole posts, as many a side as `side` rounds to; between posts it is blended where that is seen.
+float mean_height_m(vec2 post, float side, bool blended) {
+    vec2 at = blended ? floor(post) : round(post), t = post - at;
+    ivec2 end = u_last_post + 1, before = ivec2(0.5 * min(side, LARGEST_BOX_POSTS));
     vec4 means;
     for (int i = 0; i < 4; i++) {
+        if (i > 0 && !blended) return means.x;
         ivec2 middle = min(ivec2(at) + ivec2(i & 1, i >> 1), u_last_post);
         means[i] = box_mean_m(max(middle - before, 0), min(middle + before + 1, end));
     }

@@ -1,6 +1,8 @@
 // shade/sky.glsl — a clear sky in closed form, and the light that comes from it.
 // Provides sky_light(), sun_light(), skylight_on(), hazed().
 
+#define HAZE_THICKNESS 0.1  // of u_haze_m
+
 uniform vec3 u_sun;         // towards it, unit
 uniform float u_haze_m;     // distance at which haze lets 1/e through
 
@@ -33,7 +35,8 @@ vec3 air_light(vec3 direction) {
 
 vec3 sky_light(vec3 direction) {
     float disc = smoothstep(0.99993, 0.99997, dot(direction, u_sun));
-    return air_light(direction) + 12.0 * disc * sun_light() * step(0.0, direction.z);
+    vec3 deep = vec3(1.0 - 0.5 * smoothstep(0.0, 0.8, -direction.z));  // below the horizon, beside the map
+    return deep * air_light(direction) + 12.0 * disc * sun_light() * step(0.0, direction.z);
 }
 
 // Light of the sky on ground of this normal, as of a white dome: much from the zenith, some from the horizon.
@@ -41,7 +44,9 @@ vec3 skylight_on(vec3 normal) {
     return mix(horizon_light(), zenith_light(), 0.5 + 0.25 * normal.z) * (0.5 + 0.5 * normal.z);
 }
 
+// Haze lies low: a ray that rises or falls steeply is soon out of it.
 vec3 hazed(vec3 light, vec3 direction, float distance_m) {
-    vec3 through = exp(-vec3(0.70, 0.95, 1.35) * distance_m / u_haze_m);
+    float within_m = distance_m / (1.0 + abs(direction.z) * distance_m / (HAZE_THICKNESS * u_haze_m));
+    vec3 through = exp(-vec3(0.70, 0.95, 1.35) * within_m / u_haze_m);
     return mix(air_light(vec3(direction.xy, max(direction.z, 0.02))), light, through);
 }

@@ -1,7 +1,7 @@
 // shade/tone.glsl — from light to the screen: exposure, a shoulder for the brightest, the sRGB curve (IEC 61966-2-1).
 // Provides tone_mapped(), srgb_encoded().   Python twin: reference.srgb_encoded
 
-#define WHITE 4.0  // luminance that becomes white
+#define WHITE 2.2  // luminance that becomes white
 
 // Reinhard et al. 2002, "Photographic tone reproduction for digital images", equation 4, on luminance.
 vec3 tone_mapped(vec3 light) {
@@ -9,7 +9,7 @@ vec3 tone_mapped(vec3 light) {
     float shown = luminance * (1.0 + luminance / (WHITE * WHITE)) / (1.0 + luminance);
     vec3 by_luminance = light * (shown / max(luminance, 1e-6));
     vec3 by_channel = light * (1.0 + light / (WHITE * WHITE)) / (1.0 + light);
-    return clamp(mix(by_luminance, by_channel, 0.5), 0.0, 1.0);
+    return clamp(mix(by_luminance, by_channel, 0.35), 0.0, 1.0);
 }
 
 vec3 srgb_encoded(vec3 linear) {
