@@ -12,6 +12,7 @@ from dataclasses import dataclass
 import moderngl
 import numpy as np
 
+from . import gl
 from .camera import Camera, screen_shift_px
 from .heightmap import Heightmap
 from .lod import Levels, Selection
@@ -90,6 +91,7 @@ class Measurement:
 
     def release(self) -> None:
         """Give the GPU's memory back."""
+        gl.use_default_framebuffer(self.ctx)  # the one in use must not be one that is gone
         for resource in (self._draw, self._errors, self._nowhere):
             resource.release()
 
