@@ -15,7 +15,7 @@ MOST = 4096  # glyphs and panels at a time
 LEADING = 21  # units from line to line
 PADDING = 12  # units between a panel's edge and its text
 BRIGHT, SOFT, ACCENT = (255, 255, 255, 240), (255, 255, 255, 150), (255, 205, 120, 255)
-_PANEL = (10, 14, 20, 150)
+_PANEL = (10, 14, 20, 175)
 Color = tuple[int, int, int, int]
 
 

@@ -1,0 +1,39 @@
+"""Lesson 5, the mesh: patches become triangles in the tessellation shaders.
+
+A patch is one vertex. The control shader says how often each edge is divided, the evaluation shader puts every new
+vertex on a post of the map. Whole numbers round alike on both sides of an edge, so neighbours meet without cracks, even
+where a fine patch meets a coarse one.
+
+The picture is the wireframe of the first view at 4 pixels of tolerance: large triangles on smooth land, small ones on
+ridges.
+
+Run: python 05_mesh.py [PICTURE.png [MAP]]
+"""
+
+import sys
+
+import numpy as np
+
+from terrain_gl import Heightmap, Renderer
+from terrain_gl.image import write_png
+from terrain_gl.maps import bundled
+
+picture = sys.argv[1] if len(sys.argv) > 1 else "05_mesh.png"
+name = sys.argv[2] if len(sys.argv) > 2 else "alpine"
+known = bundled()[name]
+terrain = Heightmap.open(known.path, known.spacing_m, known.z_scale, known.z_offset_m)
+
+with Renderer(terrain, size=(1280, 720)) as renderer:
+    frame = renderer.render(known.camera, max_error_px=4.0, style="wireframe")
+
+    # The very triangles of that frame, captured from the GPU: (n, 3, 2) columns and rows of posts.
+    triangles = renderer.triangles()
+
+a, b, c = (triangles[:, i].astype(int) for i in range(3))
+doubled = np.abs((b[:, 0] - a[:, 0]) * (c[:, 1] - a[:, 1]) - (b[:, 1] - a[:, 1]) * (c[:, 0] - a[:, 0]))
+print(f"{len(triangles)} triangles in the picture; the whole map has {2 * (terrain.rows - 1) * (terrain.cols - 1)}")
+for size in np.unique(doubled):
+    print(f"  {np.count_nonzero(doubled == size):6} of {size / 2:7.1f} cells")
+
+write_png(picture, frame.image)
+print("wrote", picture)

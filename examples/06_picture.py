@@ -1,0 +1,36 @@
+"""Lesson 6, the picture: the whole line at once, and the proof.
+
+    heightmap -> sat -> error -> lod -> mesh -> shade -> image
+
+The renderer promises that no post of the map is drawn further than one pixel from where it belongs. Then it measures:
+that very mesh, drawn from straight above, against every post in the picture.
+
+Run: python 06_picture.py [PICTURE.png [MAP]]
+"""
+
+import sys
+
+from terrain_gl import Heightmap, Renderer
+from terrain_gl.image import write_png
+from terrain_gl.maps import bundled
+
+picture = sys.argv[1] if len(sys.argv) > 1 else "06_picture.png"
+name = sys.argv[2] if len(sys.argv) > 2 else "alpine"
+known = bundled()[name]
+terrain = Heightmap.open(known.path, known.spacing_m, known.z_scale, known.z_offset_m)
+
+with Renderer(terrain, size=(1280, 720)) as renderer:
+    frame = renderer.render(known.camera, max_error_px=1.0, sun=known.sun)
+    stats = renderer.measure()
+
+print(f"drawn by {stats['gl_renderer']}")
+print(f"{stats['triangles']} triangles in {stats['patches']} patches")
+print("asked for  at most {requested_max_error_px:.3f} px".format(**stats))
+print("promised   at most {certified_max_error_px:.3f} px".format(**stats))
+print("measured           {max_error_px:.3f} px, {rms_error_px:.3f} px rms, {posts_measured} posts".format(**stats))
+print("holes              {holes}".format(**stats))
+for stage, ms in stats["ms"].items():
+    print(f"{stage:6} {ms:8.1f} ms")
+
+write_png(picture, frame.image)
+print("wrote", picture)
