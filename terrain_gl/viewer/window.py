@@ -3,21 +3,18 @@
 from __future__ import annotations
 
 import math
-import warnings
 from typing import Any
 
 from ..camera import Camera
 from ..context import from_glfw_window
-from ..exceptions import TerrainError
 from ..heightmap import Heightmap
 from ..renderer import SUN, Renderer
 from .flight import Flight
 from .hud import message_panel
+from .opening import library, open_window
 from .overlay import Overlay
 from .settings import Settings
 
-_INSTEAD = "to draw a picture without a window: terrain-gl shot MAP -o picture.png"
-_VERSIONS = ((4, 5), (4, 3))
 _MOVES = "wasdqe"
 _NAMED = ("tab", "home", "escape", "f1")
 
@@ -65,9 +62,9 @@ class Window:
     """A window with an OpenGL context, empty until `fly`."""
 
     def __init__(self, size: tuple[int, int], name: str) -> None:
-        self._glfw = _glfw()
+        self._glfw = library()
         self.name = name
-        self._handle = _open(self._glfw, size, f"{name} – terrain-gl")
+        self._handle = open_window(self._glfw, size, f"{name} – terrain-gl")
         self.ctx = from_glfw_window(self._handle)
         self._glfw.swap_interval(1)
         self._overlay = Overlay(self.ctx, self._scale)
@@ -212,58 +209,7 @@ class Window:
         return (self._cursor[0] - 0.5 * width) * half, (0.5 * height - self._cursor[1]) * half
 
 
-# --- Opening ----------------------------------------------------------------------------------------------------------
-
-
-def _glfw() -> Any:
-    """The library, initialised."""
-    try:
-        import glfw
-    except ImportError as error:
-        raise TerrainError(f"no window: {error}; pip install glfw; {_INSTEAD}") from None
-    with warnings.catch_warnings():  # the glfw module warns of what is raised here
-        warnings.simplefilter("ignore")
-        if not glfw.init():
-            raise TerrainError(f"no window: there is no display ({_reason(glfw)}); {_INSTEAD}")
-    return glfw
-
-
-def _open(glfw: Any, size: tuple[int, int], title: str) -> Any:
-    """Open a window with the newest OpenGL to be had."""
-    with warnings.catch_warnings():
-        warnings.simplefilter("ignore")
-        for version in _VERSIONS:
-            # EGL first: GLX kills the process if an EGL context is current
-            for creation in (glfw.EGL_CONTEXT_API, glfw.NATIVE_CONTEXT_API):
-                _hint(glfw, version, creation)
-                if handle := glfw.create_window(*size, title, None, None):
-                    return handle
-        reason = _reason(glfw)
-        glfw.terminate()
-    raise TerrainError(
-        f"no window: this display gives no OpenGL 4.3 ({reason}): update the graphics driver; {_INSTEAD}"
-    )
-
-
-def _hint(glfw: Any, version: tuple[int, int], creation: int) -> None:
-    hints = {
-        glfw.CONTEXT_CREATION_API: creation,
-        glfw.CONTEXT_VERSION_MAJOR: version[0],
-        glfw.CONTEXT_VERSION_MINOR: version[1],
-        glfw.OPENGL_PROFILE: glfw.OPENGL_CORE_PROFILE,
-        glfw.OPENGL_FORWARD_COMPAT: glfw.TRUE,
-        glfw.SCALE_TO_MONITOR: glfw.TRUE,
-        glfw.DEPTH_BITS: 0,
-        glfw.STENCIL_BITS: 0,
-    }
-    glfw.default_window_hints()
-    for hint, value in hints.items():
-        glfw.window_hint(hint, value)
-
-
-def _reason(glfw: Any) -> str:
-    text = glfw.get_error()[1]
-    return text.decode() if text else "unknown reason"
+# --- Keys ---------------------------------------------------------------------------------------------------------------
 
 
 def _place(glfw: Any, key: int) -> str:

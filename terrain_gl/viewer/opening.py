@@ -1,0 +1,62 @@
+"""Opening a GLFW window with the newest OpenGL to be had, or saying in one line why there is none."""
+
+from __future__ import annotations
+
+import warnings
+from typing import Any
+
+from ..exceptions import TerrainError
+
+_INSTEAD = "to draw a picture without a window: terrain-gl shot MAP -o picture.png"
+_VERSIONS = ((4, 5), (4, 3))
+
+
+def library() -> Any:
+    """GLFW, initialised; `TerrainError` where there is no display."""
+    try:
+        import glfw
+    except ImportError as error:
+        raise TerrainError(f"no window: {error}; pip install glfw; {_INSTEAD}") from None
+    with warnings.catch_warnings():  # the glfw module warns of what is raised here
+        warnings.simplefilter("ignore")
+        if not glfw.init():
+            raise TerrainError(f"no window: there is no display ({_reason(glfw)}); {_INSTEAD}")
+    return glfw
+
+
+def open_window(glfw: Any, size: tuple[int, int], title: str) -> Any:
+    """Open a window; `TerrainError` where there is no OpenGL 4.3."""
+    with warnings.catch_warnings():
+        warnings.simplefilter("ignore")
+        for version in _VERSIONS:
+            # EGL first: GLX kills the process if an EGL context is current
+            for creation in (glfw.EGL_CONTEXT_API, glfw.NATIVE_CONTEXT_API):
+                _hint(glfw, version, creation)
+                if handle := glfw.create_window(*size, title, None, None):
+                    return handle
+        reason = _reason(glfw)
+        glfw.terminate()
+    raise TerrainError(
+        f"no window: this display gives no OpenGL 4.3 ({reason}): update the graphics driver; {_INSTEAD}"
+    )
+
+
+def _hint(glfw: Any, version: tuple[int, int], creation: int) -> None:
+    hints = {
+        glfw.CONTEXT_CREATION_API: creation,
+        glfw.CONTEXT_VERSION_MAJOR: version[0],
+        glfw.CONTEXT_VERSION_MINOR: version[1],
+        glfw.OPENGL_PROFILE: glfw.OPENGL_CORE_PROFILE,
+        glfw.OPENGL_FORWARD_COMPAT: glfw.TRUE,
+        glfw.SCALE_TO_MONITOR: glfw.TRUE,
+        glfw.DEPTH_BITS: 0,
+        glfw.STENCIL_BITS: 0,
+    }
+    glfw.default_window_hints()
+    for hint, value in hints.items():
+        glfw.window_hint(hint, value)
+
+
+def _reason(glfw: Any) -> str:
+    text = glfw.get_error()[1]
+    return text.decode() if text else "unknown reason"
