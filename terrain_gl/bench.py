@@ -17,11 +17,13 @@ from .renderer import Renderer
 ENOUGH_S = 4.0  # seconds spent on one number, after which no more repeats are made
 
 
-def bench(renderer: Renderer, frames: int = 7, **view: Any) -> dict[str, Any]:
+def bench(renderer: Renderer, frames: int = 7, dense: bool = True, **view: Any) -> dict[str, Any]:
     """Time everything; each number is the median of up to `frames` repeats in one run.
 
     Parameters
     ----------
+    dense
+        Also draw every post; takes long on large maps.
     view
         What `Renderer.render` takes.
 
@@ -33,17 +35,20 @@ def bench(renderer: Renderer, frames: int = 7, **view: Any) -> dict[str, Any]:
     stages = _stages(renderer, frames)
     stats, frame_ms = _frames(renderer, frames, view)
     python_ms = median(_repeat(lambda: _python_ms(lambda: renderer.draw(**view)), frames))
-    dense, dense_ms = _frames(renderer, frames, view | {"method": "full"})
     ms = frame_ms | stages | {"python": python_ms}
-    return stats | {
-        "ms": ms,
-        "dense": {"triangles": dense["triangles"], "patches": dense["patches"], "ms": dense_ms},
-        "ratio": {
-            "sat_to_numpy": ms["sat"] / ms["numpy"],
-            "dense_to_frame": dense_ms["frame"] / ms["frame"],
-            "dense_to_triangles": dense["triangles"] / max(1, stats["triangles"]),
-        },
+    result = stats | {"ms": ms, "ratio": {"sat_to_numpy": ms["sat"] / ms["numpy"]}}
+    return result | _dense(renderer, frames, view, result) if dense else result
+
+
+def _dense(renderer: Renderer, frames: int, view: dict[str, Any], result: dict[str, Any]) -> dict[str, Any]:
+    """The drawing of every post in the same view, and how much more it takes."""
+    stats, ms = _frames(renderer, frames, view | {"method": "full"})
+    more = {
+        "dense_to_frame": ms["frame"] / result["ms"]["frame"],
+        "dense_to_triangles": stats["triangles"] / max(1, result["triangles"]),
     }
+    dense = {"triangles": stats["triangles"], "patches": stats["patches"], "ms": ms}
+    return {"dense": dense, "ratio": result["ratio"] | more}
 
 
 def _stages(renderer: Renderer, repeats: int) -> dict[str, float]:
