@@ -235,6 +235,7 @@ class Picture:
         target = self.ctx.framebuffer([texture])
         self._fill(target, "shade/coverage.frag")
         samples = _from_top(texture.read(alignment=1), "u1", self.size, 1)[..., 0]
+        self._screen.use()
         target.release()
         texture.release()
         return samples == self.samples
@@ -311,6 +312,7 @@ class Picture:
         return self._screens[fragment]
 
     def _release_targets(self) -> None:
+        gl.use_default_framebuffer(self.ctx)  # the one in use must not be one that is gone
         for target in self._targets:
             target.release()
         self._targets = []

@@ -7,7 +7,7 @@
 //       a  ┌───────┬───────┐        slope         (mean of the eastern half − mean of the western) / distance of
 //          │  NW   │  NE   │                      their centres: the exact mean of the slope, weighted by a tent
 //       b  ├───────┼───────┤                      across and a box along
-//          │  SW   │  SE   │
+//          │  SW   │  SE   │        Exact for planes, at any place.
 //       c  └───────┴───────┘        Each side has two texels, 6 × 6 words in all.
 //
 //   Smaller: cubic B-splines over the float heights, smooth to the second derivative; between the two, a blend.
@@ -41,6 +41,27 @@ vec3 sums_of_row(int x[6], vec3 part, int y, inout uint first[6], bool is_first)
     return mix(vec3(sums[0], sums[2], sums[4]), vec3(sums[1], sums[3], sums[5]), part);
 }
 
+// Texels make a staircase of a ramp, and a box that cuts steps in parts sees it a little too flat or too steep. The same
+// box on a ramp of slope 1 tells by how much: columns and rows, east minus west and south minus north.
+vec3 stairs_until(vec3 x, float origin) {
+    vec3 n = floor(x) - origin;
+    return 0.5 * n * (n - 1.0) + n * fract(x);
+}
+
+float stairs_rise(vec3 x) {
+    vec3 sums = stairs_until(x, floor(x.x));
+    return 2.0 * (sums.z - 2.0 * sums.y + sums.x) / (x.z - x.x);
+}
+
+float stairs_mean(vec3 x) {
+    vec3 sums = stairs_until(x, floor(x.x));
+    return floor(x.x) + (sums.z - sums.x) / (x.z - x.x);
+}
+
+vec2 ramp_rise(vec3 xs, vec3 ys) { return vec2(stairs_rise(xs), stairs_rise(ys)); }
+
+vec2 ramp_mean(vec3 xs, vec3 ys) { return vec2(stairs_mean(xs), stairs_mean(ys)); }
+
 Relief relief_of_sums(vec2 post, vec2 extent) {
     vec2 end = vec2(u_last_post + 1), half_extent = 0.5 * min(extent, LARGEST_BOX_POSTS);
     vec2 a = clamp(post + 0.5 - half_extent, vec2(0.0), end), c = clamp(post + 0.5 + half_extent, vec2(0.0), end);
@@ -61,8 +82,9 @@ Relief relief_of_sums(vec2 post, vec2 extent) {
     float total = all_rows.z - all_rows.x, west = all_rows.y - all_rows.x, north = north_rows.z - north_rows.x;
     vec2 size = c - a;
     float area = size.x * size.y;
-    vec2 rise = vec2(total - 2.0 * west, 2.0 * north - total) / (0.5 * area) / (0.5 * size);
-    return Relief(m_from_steps(total / area), rise * step_m() / u_spacing_m);
+    vec2 rise = vec2(total - 2.0 * west, total - 2.0 * north) / (0.5 * area) / ramp_rise(xs, ys);
+    vec2 aside = post - ramp_mean(xs, ys);
+    return Relief(m_from_steps(total / area + dot(rise, aside)), rise * step_m() / vec2(u_spacing_m.x, -u_spacing_m.y));
 }
 
 vec4 spline(float t) {  // cubic B-spline

@@ -1,0 +1,392 @@
+"""Shading: means and slopes of footprints, the sun, orientation, holes, and what must not depend on the mesh."""
+
+import moderngl
+import numpy as np
+import pytest
+
+from terrain_gl import reference, shaders
+from terrain_gl.camera import Camera
+from terrain_gl.context import create_context
+from terrain_gl.error import ErrorTables
+from terrain_gl.exceptions import TerrainError
+from terrain_gl.gl import use_default_framebuffer
+from terrain_gl.heightmap import Heightmap
+from terrain_gl.lod import Levels
+from terrain_gl.shade import STYLES, Character, HeightSums, Picture, SunMap, towards_sun
+from terrain_gl.terrain import Terrain
+
+SIZES = [(2, 2), (3, 5), (37, 64), (130, 71)]
+
+
+def hills(rows, cols, seed=1, relief=200.0):
+    rng = np.random.default_rng(seed)
+    y, x = np.mgrid[:rows, :cols]
+    waves = sum(np.sin(x * a + y * b + c) for a, b, c in rng.uniform(-0.4, 0.4, (6, 3)))
+    return (relief * (waves + 0.1 * rng.random((rows, cols)))).astype("f4")
+
+
+def queries(rows, cols, n, most=40.0, seed=2):
+    rng = np.random.default_rng(seed)
+    posts = rng.uniform(0, 1, (n, 2)) * [cols - 1, rows - 1]
+    posts[: n // 4] = np.round(posts[: n // 4])
+    return np.concatenate([posts, rng.uniform(2, most, (n, 2))], 1).astype("f4")
+
+
+ASK = """
+layout(local_size_x = 64) in;
+layout(std430, binding = 1) readonly buffer Questions { vec4 question[]; };
+layout(std430, binding = 2) writeonly buffer Answers { vec4 answer[]; };
+void main() {
+    uint i = gl_GlobalInvocationID.x;
+    if (i >= uint(question.length())) return;
+    Relief r = CALL;
+    answer[i] = vec4(r.height_m, r.slope, 0.0);
+}
+"""
+
+
+def ask(ctx, heightmap, call, questions):
+    """Answers (n, 3), height and slope, of a function in relief.glsl."""
+    terrain = Terrain(ctx, heightmap)
+    sums = HeightSums(terrain)
+    kernel = ctx.compute_shader(shaders.source("shade/relief.glsl") + ASK.replace("CALL", call))
+    q, a = ctx.buffer(questions.tobytes()), ctx.buffer(reserve=16 * len(questions))
+    terrain.bind()
+    for i, buffer in enumerate((sums.buffer, q, a)):
+        buffer.bind_to_storage_buffer(i)
+    kernel.run(-(-len(questions) // 64))
+    answers = np.frombuffer(a.read(), "f4").reshape(-1, 4)[:, :3].astype(float)
+    answers[:, 0] += terrain.base_m
+    for resource in (sums, terrain, kernel, q, a):
+        resource.release()
+    return answers
+
+
+class Scene:
+    """A map ready to be drawn."""
+
+    def __init__(self, ctx, heightmap, size=(160, 90), samples=4):
+        self.parts = [terrain := Terrain(ctx, heightmap), tables := ErrorTables(terrain), levels := Levels(tables)]
+        self.levels, self.size = levels, size
+        self.picture = Picture(levels, size, samples)
+        self.near_m = 0.1 * min(heightmap.spacing_m)
+
+    def draw(self, camera, tolerance_px=1.0, style="shaded", sun=(300, 35)):
+        selection = self.levels.select(camera, self.size, self.near_m, tolerance_px)
+        self.picture.draw(selection, camera, style, sun)
+        return self.picture.read()
+
+    def release(self):
+        for part in [self.picture, *self.parts[::-1]]:
+            part.release()
+
+
+@pytest.fixture
+def scene(ctx):
+    made = []
+
+    def make(heightmap, **settings):
+        made.append(Scene(ctx, heightmap, **settings))
+        return made[-1]
+
+    yield make
+    for each in made:
+        each.release()
+
+
+def from_above(heightmap, height=1.6, fov_deg=60):
+    east, north = heightmap.extent_m
+    middle = (east / 2, north / 2)
+    return Camera((*middle, heightmap.range_m[1] + height * north), (*middle, heightmap.range_m[0]), fov_deg)
+
+
+@pytest.mark.parametrize("size", SIZES)
+def test_means_and_slopes_of_boxes(ctx, size):
+    heightmap = Heightmap(hills(*size), spacing_m=(30.0, 20.0))
+    questions = queries(*size, 200)
+    answers = ask(ctx, heightmap, "relief_of_sums(question[i].xy, question[i].zw)", questions)
+    step_m = 2 * float(np.ptp(heightmap.heights)) / 65535
+    for (x, y, w, h), answer in zip(questions.astype(float), answers, strict=True):
+        height, slope = reference.relief(heightmap.heights, (x, y), (w, h), heightmap.spacing_m)
+        assert answer[0] == pytest.approx(height, abs=step_m)
+        # halves are half a step off each at most; they lie no closer than half a post
+        assert np.all(np.abs(answer[1:] - slope) <= 2 * step_m / np.array(heightmap.spacing_m) + 1e-5)
+
+
+def test_boxes_stay_exact_far_into_a_large_map(ctx):
+    heights = np.full((1500, 1501), 1000.0, "f4")
+    heights[:, 1400:] += np.arange(101, dtype="f4")
+    heights[0, 0] = 0.0
+    heightmap = Heightmap(heights, spacing_m=1.0)
+    questions = np.array([[1450, 1450, 20, 20], [1450.3, 1449.7, 90, 90], [700, 1400, 250, 250]], "f4")
+    answers = ask(ctx, heightmap, "relief_of_sums(question[i].xy, question[i].zw)", questions)
+    assert answers[:, 0] == pytest.approx([1050, 1050.3, 1000], abs=0.02)
+    assert answers[:, 1] == pytest.approx([1, 1, 0], abs=0.003)
+    assert answers[:, 2] == pytest.approx(0, abs=1e-3)
+
+
+@pytest.mark.parametrize("size", SIZES)
+def test_splines(ctx, size):
+    heightmap = Heightmap(hills(*size), spacing_m=(30.0, 20.0))
+    questions = queries(*size, 200)
+    answers = ask(ctx, heightmap, "relief_of_spline(question[i].xy)", questions)
+    expected = [reference.spline_relief(heightmap.heights, q[:2], heightmap.spacing_m) for q in questions.astype(float)]
+    assert answers[:, 0] == pytest.approx([e[0] for e in expected], abs=1e-2)
+    assert answers[:, 1:] == pytest.approx(np.array([e[1] for e in expected]), abs=1e-3)
+
+
+def test_splines_and_boxes_agree_on_a_plane(ctx):
+    y, x = np.mgrid[:40, :50]
+    heightmap = Heightmap((3 * x - 2 * y + 500).astype("f4"), spacing_m=10.0)
+    questions = np.array([[20, 20, e, 0.7 * e] for e in np.linspace(0.1, 20, 50)], "f4")
+    answers = ask(ctx, heightmap, "relief_of(question[i].xy, question[i].zw)", questions)
+    assert answers[:, 0] == pytest.approx(520, abs=0.02)
+    assert answers[:, 1] == pytest.approx(0.3, abs=1e-3)
+    assert answers[:, 2] == pytest.approx(0.2, abs=1e-3)
+
+
+def test_an_edit_equals_a_rebuild(ctx):
+    heights = hills(70, 90)
+    heights[0, :2] = -5000, 5000  # the span stays
+    terrain = Terrain(ctx, Heightmap(heights))
+    sums = HeightSums(terrain)
+    edited = heights.copy()
+    edited[20:33, 40:57] += 77
+    sums.update(terrain.edit(Heightmap(edited)))
+    fresh_terrain = Terrain(ctx, Heightmap(edited))
+    fresh = HeightSums(fresh_terrain)
+    assert sums.buffer.read() == fresh.buffer.read()
+    for resource in (sums, fresh, terrain, fresh_terrain):
+        resource.release()
+
+
+def test_bytes_per_post(scene):
+    picture = scene(Heightmap(hills(100, 100))).picture
+    assert picture.sums.bytes == 4 * 100 * 100
+    assert picture.bytes <= 5.4 * 100 * 100
+
+
+@pytest.mark.parametrize("azimuth", [0, 20, 45, 100, 170, 225, 262, 359])
+def test_sun_sweep(ctx, azimuth):
+    heightmap = Heightmap(hills(61, 83), spacing_m=(30.0, 20.0))
+    terrain = Terrain(ctx, heightmap)
+    sun_map = SunMap(terrain)
+    sun = towards_sun(azimuth, 25)
+    sun_map.follow(sun)
+    seen = np.frombuffer(sun_map.texture.read(alignment=1), "u1").reshape(61, 83) / 255
+    clear = heightmap.heights - reference.shadow_heights(heightmap.heights, sun, heightmap.spacing_m)
+    soft = 30.0
+    assert np.all(seen[clear > soft] == 1)
+    assert np.all(seen[clear < -soft] == 0)
+    assert (seen == 0).any() and (seen == 1).any()
+    sun_map.release()
+    terrain.release()
+
+
+def test_a_wall_throws_its_shadow_away_from_the_sun(ctx):
+    heights = np.zeros((21, 41), "f4")
+    heights[:, 20] = 100.0
+    terrain = Terrain(ctx, Heightmap(heights, spacing_m=50.0))
+    sun_map = SunMap(terrain)
+    sun_map.follow(towards_sun(270, 45))  # in the west: the shadow lies two posts to the east
+    seen = np.frombuffer(sun_map.texture.read(alignment=1), "u1").reshape(21, 41)
+    assert np.all(seen[:, :21] == 255) and np.all(seen[:, 23:] == 255) and np.all(seen[:, 21] == 0)
+    sun_map.release()
+    terrain.release()
+
+
+def ridge(by_column):
+    """A ridge whose two flanks rise at 1 in 2 to the middle: along rows or columns."""
+    y, x = np.mgrid[:65, :65]
+    return Heightmap((10.0 * (32 - np.abs((x if by_column else y) - 32))).astype("f4"), spacing_m=20.0)
+
+
+@pytest.mark.parametrize("azimuth", [0, 90, 180, 270])
+def test_the_flank_towards_the_sun_is_brighter(scene, azimuth):
+    heightmap = ridge(by_column=azimuth in (90, 270))
+    s = scene(heightmap, size=(64, 64))
+    picture = s.draw(from_above(heightmap, 0.9), sun=(azimuth, 40))[..., :3].astype(float).mean(-1)
+    north, south, west, east = (
+        picture[20:28].mean(),
+        picture[36:44].mean(),
+        picture[:, 20:28].mean(),
+        picture[:, 36:44].mean(),
+    )
+    lit, dark = {0: (north, south), 90: (east, west), 180: (south, north), 270: (west, east)}[azimuth]
+    assert lit > dark + 20
+
+
+def test_straight_down_north_is_up_and_east_is_right(scene):
+    heights = np.zeros((64, 64), "f4")
+    heights[:8, 56:] = 30.0  # the north-eastern corner
+    heightmap = Heightmap(heights, spacing_m=10.0)
+    camera = Camera((315, 315, 1000), (315, 315, 0), 40)
+    s = scene(heightmap, size=(64, 64))
+    depth = s.draw(camera, style="depth")[..., 0].astype(int)
+    covered = s.picture.coverage()
+    rows, cols = np.nonzero((depth >= depth[32, 32] + 2) & covered)
+    assert len(rows) > 10 and rows.max() < 20 and cols.min() > 44
+
+
+def test_normals_are_world_normals(scene):
+    y, x = np.mgrid[:33, :33]
+    heightmap = Heightmap(
+        (5.0 * x - 10.0 * (32 - y)).astype("f4"), spacing_m=10.0
+    )  # up 0.5 to the east, down 1 to the north
+    s = scene(heightmap, size=(33, 33))
+    picture = s.draw(from_above(heightmap, 1.0), style="normals")
+    normal = np.array([-0.5, 1.0, 1.0]) / 1.5
+    assert picture[16, 16, :3] == pytest.approx(255 * (0.5 + 0.5 * normal), abs=1.5)
+
+
+@pytest.mark.parametrize("tolerance_px", [0.25, 4.0, 40.0])
+def test_void_cells_are_holes_exactly(scene, tolerance_px):
+    heights = np.zeros((32, 32), "f4")
+    heights[0, 0] = 1.0
+    heights[10, 12] = heights[31, 31] = heights[20:23, 5:9] = np.nan
+    heightmap = Heightmap(heights, spacing_m=10.0)
+    s = scene(heightmap, size=(310, 310), samples=1)  # ten pixels a cell
+    eye = (155.0, 155.0, 1000.0)
+    fov = 2 * np.degrees(np.arctan(155 / 1000))
+    s.draw(Camera(eye, (155.0, 155.0, 0.0), fov), tolerance_px)
+    void = np.isnan(heights)
+    hole = void[:-1, :-1] | void[1:, :-1] | void[:-1, 1:] | void[1:, 1:]
+    assert np.array_equal(s.picture.coverage(), ~hole.repeat(10, 0).repeat(10, 1))
+
+
+def test_shading_does_not_depend_on_the_mesh(scene):
+    """Where two meshes show the same place of the map in a pixel, they show the same colour."""
+    heightmap = Heightmap(hills(257, 257, relief=60.0), spacing_m=30.0)
+    s = scene(heightmap, size=(320, 180), samples=1)
+    seen = []
+    for tolerance_px in (0.25, 1.0):
+        picture = s.draw(Camera.default(heightmap), tolerance_px)[..., :3].astype(int)
+        places = np.frombuffer(s.picture._posts.read(), "f4").reshape(180, 320, 2)[::-1]
+        seen.append((picture, places))
+    (fine, place), (coarse, other) = seen
+    same = (place[..., 0] >= 0) & (np.abs(place - other).max(-1) < 0.01)
+    assert same.sum() > 300
+    assert np.abs(fine - coarse)[same].max() <= 3
+
+
+def test_a_finer_mesh_changes_little(scene):
+    heightmap = Heightmap(hills(257, 257, relief=60.0), spacing_m=30.0)
+    s = scene(heightmap, size=(320, 180))
+    truth, drawn = (s.draw(Camera.default(heightmap), t)[..., :3].astype(int) for t in (1e-3, 0.25))
+    difference = np.abs(truth - drawn).max(-1)
+    assert np.median(difference) <= 1 and (difference > 12).mean() <= 0.02
+
+
+@pytest.mark.parametrize("style", STYLES)
+@pytest.mark.parametrize("size", [(1, 1), (2, 3), (57, 31)])
+def test_any_size_any_style(ctx, scene, style, size):
+    heightmap = Heightmap(hills(64, 65), spacing_m=30.0)
+    s = scene(heightmap, size=size)
+    picture = s.draw(Camera.default(heightmap), style=style)
+    assert picture.shape == (size[1], size[0], 4) and picture.dtype == np.uint8 and np.all(picture[..., 3] == 255)
+    assert np.array_equal(s.draw(Camera.default(heightmap), style=style), picture)
+    assert ctx.error == "GL_NO_ERROR"
+
+
+def test_resizing(scene):
+    heightmap = Heightmap(hills(64, 65), spacing_m=30.0)
+    s = scene(heightmap, size=(80, 45))
+    before = s.draw(Camera.default(heightmap))
+    for s.size in ((33, 20), (80, 45)):
+        s.picture.resize(s.size)
+        after = s.draw(Camera.default(heightmap))
+        s.draw(Camera.default(heightmap), style="lod")
+    assert np.array_equal(before, after)
+
+
+@pytest.mark.parametrize(
+    "heights",
+    [
+        np.zeros((5, 7), "f4"),
+        np.full((3, 3), 8848.0, "f4"),
+        np.array([[0, 1], [2, np.nan]], "f4"),
+        hills(9, 300) * 1e-6,
+    ],
+    ids=["flat", "high", "2x2", "tiny"],
+)
+@pytest.mark.parametrize("sun", [(0, 90), (123, 0), (200, -30)])
+def test_odd_maps_and_suns(ctx, scene, heights, sun):
+    heightmap = Heightmap(heights, spacing_m=1.0)
+    s = scene(heightmap, size=(40, 30))
+    for style in STYLES:
+        s.draw(Camera.default(heightmap), style=style, sun=sun)
+    assert ctx.error == "GL_NO_ERROR"
+
+
+def test_no_pixel_is_nan(ctx, scene):
+    """Colours are written to floats, where NaN would show."""
+    heights = hills(64, 64)
+    heights[10:12, 10:12] = np.nan
+    heightmap = Heightmap(heights, spacing_m=30.0)
+    s = scene(heightmap)
+    texture = ctx.texture(s.size, 4, dtype="f4")
+    s.picture._screen.release()
+    s.picture._screen = ctx.framebuffer([texture])
+    for camera in (Camera.default(heightmap), from_above(heightmap)):
+        s.draw(camera)
+        pixels = np.frombuffer(texture.read(), "f4")
+        assert np.all(np.isfinite(pixels)) and pixels.min() >= -0.01 and pixels.max() <= 1.01
+    s.picture._screen.release()
+    texture.release()
+
+
+def test_error_style_stays_below_the_tolerance(scene):
+    heightmap = Heightmap(hills(129, 129), spacing_m=30.0)
+    s = scene(heightmap, size=(320, 180))
+    picture = s.draw(Camera.default(heightmap), 2.0, style="error")
+    beyond = (picture[..., 0] < 5) & (picture[..., 1] > 220) & (picture[..., 2] > 250)
+    assert not beyond.any()
+
+
+def test_egl_and_osmesa_give_the_same_bytes():
+    heightmap = Heightmap(hills(129, 100), spacing_m=30.0)
+    pictures = []
+    for backend in ("egl", "osmesa"):
+        try:
+            context = create_context(backend)
+        except TerrainError as error:
+            pytest.skip(str(error))
+        with context:
+            s = Scene(context, heightmap)
+            pictures.append([s.draw(Camera.default(heightmap), style=style) for style in STYLES])
+            s.release()
+        context.release()
+    assert all(np.array_equal(a, b) for a, b in zip(*pictures, strict=True))
+
+
+def test_show_copies_the_picture(ctx, scene):
+    heightmap = Heightmap(hills(64, 65), spacing_m=30.0)
+    s = scene(heightmap, size=(80, 46))
+    picture = s.draw(Camera.default(heightmap))
+    for size in ((80, 46), (40, 23)):
+        target = ctx.simple_framebuffer(size)
+        s.picture.show(target)
+        shown = np.frombuffer(target.read(components=4, alignment=1), "u1").reshape(size[1], size[0], 4)[::-1]
+        assert np.abs(shown[..., :3].mean((0, 1)) - picture[..., :3].mean((0, 1))).max() < 2
+        if size == (80, 46):
+            assert np.array_equal(shown, picture)
+        use_default_framebuffer(ctx)
+        target.release()
+
+
+def test_character():
+    assert Character.of(Heightmap(np.zeros((4, 4), "f4"))) == (0.0, 0.0)
+    y, x = np.mgrid[:50, :50]
+    plane = Character.of(Heightmap((3 * x + 4 * y).astype("f4"), spacing_m=10.0))
+    assert plane.hypsometric == pytest.approx(0.5) and plane.rms_slope == pytest.approx(0.5)
+    void = Character.of(Heightmap(np.where(x % 2 == 0, np.nan, 1.0 * y).astype("f4")))
+    assert np.all(np.isfinite(void))
+
+
+def test_memory_is_given_back(ctx):
+    heightmap = Heightmap(hills(64, 65), spacing_m=30.0)
+    s = Scene(ctx, heightmap)
+    s.draw(Camera.default(heightmap), style="lod")
+    s.release()
+    with pytest.raises((moderngl.Error, AttributeError)):
+        s.picture.read()
