@@ -23,22 +23,27 @@ bool is_sky(vec2 post) { return post.x < 0.0; }
 vec3 ground_colour(Ground g, int sample_);
 vec3 sky_colour(vec3 direction);
 
-vec3 pixel_colour() {
-    vec3 sum = vec3(0.0);
-    int left = (1 << SAMPLES) - 1;
+// Which samples, as bits, see the ground within a footprint of this place.
+int samples_near(Ground g) {
+    int near = 0;
     for (int i = 0; i < SAMPLES; i++) {
-        if ((left >> i & 1) == 0) continue;
         vec2 post = post_of_sample(i);
-        Ground g = ground_at(post);
-        int same = 0;
-        for (int j = i; j < SAMPLES; j++) {
-            vec2 other = post_of_sample(j);
-            bool joins = is_sky(post) ? is_sky(other) : !is_sky(other) && all(lessThanEqual(abs(other - post), 2.0 * g.extent));
-            if (joins) same |= 1 << j;
-        }
-        same &= left;
-        left &= ~same;
-        sum += float(bitCount(same)) * (is_sky(post) ? sky_colour(view_ray()) : ground_colour(g, i));
+        if (!is_sky(post) && all(lessThanEqual(abs(post - g.post), 2.0 * g.extent))) near |= 1 << i;
+    }
+    return near;
+}
+
+vec3 pixel_colour() {
+    int left = 0;
+    for (int i = 0; i < SAMPLES; i++) left |= is_sky(post_of_sample(i)) ? 0 : 1 << i;
+    int sky = SAMPLES - bitCount(left);
+    vec3 sum = sky > 0 ? float(sky) * sky_colour(view_ray()) : vec3(0.0);
+    while (left != 0) {
+        int sample_ = findLSB(left);
+        Ground g = ground_at(post_of_sample(sample_));
+        int alike = left & (samples_near(g) | 1 << sample_);
+        left &= ~alike;
+        sum += float(bitCount(alike)) * ground_colour(g, sample_);
     }
     return sum / float(SAMPLES);
 }
