@@ -58,12 +58,13 @@ class Camera:
 
     @classmethod
     def default(cls, terrain: Heightmap, fov_deg: float = 45.0) -> Camera:
-        """Look down on the map from the south, or on a long one from the west: most of it, and all its relief."""
+        """Look over the map's middle half from the south, or over a long map from the west; a narrow one whole."""
         (east, north), (low, high) = terrain.extent_m, terrain.range_m
-        yaw, pitch = math.radians(105.0 if north > 1.5 * east else 15.0), math.radians(24.0)
+        yaw, pitch = math.radians(105.0 if north > 1.5 * east else 15.0), math.radians(17.0)
         forward = (math.sin(yaw) * math.cos(pitch), math.cos(yaw) * math.cos(pitch), -math.sin(pitch))
         view = cls((0.0, 0.0, 0.0), forward, fov_deg)
-        corners = (np.indices((2, 2, 2)).reshape(3, 8) - 0.5) * [[0.8 * east], [0.8 * north], [high - low]]
+        share = 0.45 if max(east, north) < 3 * min(east, north) else 0.9
+        corners = (np.indices((2, 2, 2)).reshape(3, 8) - 0.5) * [[share * east], [share * north], [high - low]]
         x, y, z = view.axes @ corners
         tan_x, tan_y = view.half_extent((16, 9))
         away = float(np.max([np.abs(x) / tan_x - z, np.abs(y) / tan_y - z]))

@@ -102,9 +102,8 @@ def quadtree(cols: int, rows: int) -> list[Level]:
             count += levels[j].counts[0] * levels[j].counts[1] * CLASSES // 2
     return levels
 
+
 SIZES = 6  # patches have 2^0 to 2^5 segments a side
 
 # glsl/lod/tiles.glsl
-SUMMARY = np.dtype(
-    [("count", "u4", 8), ("triangles", "u4"), ("splits", "u4"), ("worst_px", "f4")]
-)
+SUMMARY = np.dtype([("count", "u4", 8), ("triangles", "u4"), ("splits", "u4"), ("worst_px", "f4")])

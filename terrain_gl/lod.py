@@ -127,9 +127,10 @@ class Levels:
         metric: str = "max",
         cull: bool = True,
     ) -> Selection:
-        """Choose the patches for a picture of `size` (width, height) such that no post is drawn further than
-        `tolerance_px` from where it belongs, or the root mean square of all posts is not.
+        """Choose the patches for a picture of `size` (width, height).
 
+        No post is then drawn further than `tolerance_px` from where it belongs; or, with the metric "rms", the root mean
+        square of all posts' distances is within it. Patches outside the picture are left out, unless `cull` is False.
         A tolerance of 0 draws every cell in the picture at full resolution.
         """
         settings = {"tolerance_px": tolerance_px, "metric": METRICS.index(metric), "cull": cull}

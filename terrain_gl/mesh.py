@@ -14,7 +14,7 @@ import numpy as np
 from . import gl, shaders
 from .lod import Levels, Selection
 
-PATCH_STAGES = {"vertex": "mesh/patch.vert", "tess_control": "mesh/patch.tesc"}
+PATCH_STAGES: dict[str, Any] = {"vertex": "mesh/patch.vert", "tess_control": "mesh/patch.tesc"}
 _VERTEX = np.dtype([("col", "f4"), ("row", "f4"), ("height_m", "f4")])
 
 
