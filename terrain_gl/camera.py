@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import math
 from dataclasses import dataclass
+from functools import cached_property
 from typing import TYPE_CHECKING
 
 import numpy as np
@@ -72,13 +73,13 @@ class Camera:
         eye = (middle[0] - away * forward[0], middle[1] - away * forward[1], middle[2] - away * forward[2])
         return cls(eye, middle, fov_deg)
 
-    @property
+    @cached_property
     def forward(self) -> np.ndarray:
         """(3,) unit vector of the view."""
         towards = np.subtract(self.target, self.eye)
         return towards / np.linalg.norm(towards)
 
-    @property
+    @cached_property
     def axes(self) -> np.ndarray:
         """(3, 3) float64: the world directions right, up and forward of the picture, one a row."""
         up = self.up or (NORTH if _parallel(UP, self.forward) else UP)

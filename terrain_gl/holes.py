@@ -7,16 +7,23 @@ import numpy as np
 from .camera import Camera
 from .heightmap import Heightmap
 
+_IN_PIXEL = sorted(((i / 8, j / 8) for i in range(-4, 5) for j in range(-4, 5)), key=lambda at: np.hypot(*at))
 _PAIRS = (((0, 1), (0, -1)), ((1, 0), (-1, 0)), ((1, 1), (-1, -1)), ((1, -1), (-1, 1)))
 
 
 def count_holes(
-    covered: np.ndarray, heightmap: Heightmap, camera: Camera, size: tuple[int, int], tolerance_px: float
+    covered: np.ndarray,
+    heightmap: Heightmap,
+    camera: Camera,
+    size: tuple[int, int],
+    near_m: float,
+    tolerance_px: float,
 ) -> int:
     """Pixels that no triangle covers although the truth does, by more than the tolerance.
 
-    A crack is thin: its pixels have covered ones on two opposite sides. Such a pixel is a hole unless the sky, or a void,
-    is within `tolerance_px` + 1 of it in the true picture, by marching its rays through the full-resolution heights.
+    A crack is thin: its pixels have covered ones on two opposite sides. Such a pixel is a hole if all rays through
+    it, among them those of its samples, meet the ground however the surface is moved up and down by `tolerance_px` and
+    one more: they are followed through the full-resolution heights.
 
     Parameters
     ----------
@@ -24,13 +31,8 @@ def count_holes(
         (height, width) bool, first row on top.
     """
     rows, cols = np.nonzero(_candidates(covered))
-    for rays in (3, 17):  # a few tell for most pixels; voids far away are small
-        offsets = np.linspace(-tolerance_px - 1.0, tolerance_px + 1.0, rays)
-        hits = np.ones(len(rows), bool)
-        for dx in offsets:
-            for dy in offsets:
-                at = np.flatnonzero(hits)
-                hits[at] = _meets_ground(heightmap, camera, size, cols[at] + 0.5 + dx, rows[at] + 0.5 + dy)
+    for dx, dy in _IN_PIXEL:
+        hits = _meets_ground(heightmap, camera, size, near_m, tolerance_px + 1.0, cols + 0.5 + dx, rows + 0.5 + dy)
         rows, cols = rows[hits], cols[hits]
     return len(rows)
 
@@ -49,45 +51,60 @@ def _candidates(covered: np.ndarray) -> np.ndarray:
 
 
 def _meets_ground(
-    heightmap: Heightmap, camera: Camera, size: tuple[int, int], x_px: np.ndarray, y_px: np.ndarray
+    heightmap: Heightmap,
+    camera: Camera,
+    size: tuple[int, int],
+    near_m: float,
+    slack_px: float,
+    x_px: np.ndarray,
+    y_px: np.ndarray,
 ) -> np.ndarray:
-    """Whether the rays through points of the picture (x right, y down, pixels) meet solid ground, (n,) bool."""
+    """Whether rays through points of the picture (x right, y down, pixels) meet solid ground for sure, (n,) bool."""
     focal = camera.focal_px(size[1])
     picture = np.stack([(x_px - 0.5 * size[0]) / focal, (0.5 * size[1] - y_px) / focal, np.ones(len(x_px))], -1)
-    rays = picture @ camera.axes
-    return np.array([_ray_meets_ground(heightmap, np.asarray(camera.eye), ray) for ray in rays], bool)
+    right, up, forward = camera.axes[:, 2]
+    stretch = np.hypot(right - picture[:, 0] * forward, up - picture[:, 1] * forward)
+    slack = slack_px / (focal * np.maximum(stretch, 1e-9))  # metres up or down, per metre of depth
+    eye, rays = np.asarray(camera.eye), picture @ camera.axes
+    return np.array([_ray_meets_ground(heightmap, eye, *ray, near_m) for ray in zip(rays, slack, strict=True)], bool)
 
 
-def _ray_meets_ground(heightmap: Heightmap, eye: np.ndarray, ray: np.ndarray) -> bool:
-    """March a ray in half-post steps over the map until it crosses the surface; through a void it goes on below."""
+def _ray_meets_ground(heightmap: Heightmap, eye: np.ndarray, ray: np.ndarray, slack: float, near_m: float) -> bool:
+    """Follow a ray from cell to cell.
+
+    It meets the ground if it is above it by more than the slack, then below, or the other way round, and no void lies
+    between. On the cells' edges the height is known whatever their diagonals.
+    """
     to_posts = np.array([1.0, -1.0]) / heightmap.spacing_m
     start = np.array([0.0, heightmap.rows - 1.0]) + eye[:2] * to_posts
     step = ray[:2] * to_posts
-    first, last = _clip(start, step, (heightmap.cols - 1, heightmap.rows - 1))
-    if first >= last:
-        return False
-    pace = 0.5 / max(np.hypot(*step), 1e-12)
-    t = np.arange(first, min(last, first + 1e6 * pace), pace)
-
-    def crossings(t: np.ndarray) -> np.ndarray:
-        heights = bilinear(heightmap.heights, start[0] + t * step[0], start[1] + t * step[1])
-        above = np.sign(eye[2] + t * ray[2] - heights)  # NaN over a void, which compares false
-        return t[:-1][above[1:] * above[:-1] < 0]
-
-    # looked at closely, a crossing may turn out to lie in the corner of a void
-    return any(len(crossings(np.linspace(at, at + pace, 65))) for at in crossings(t))
+    depth, x, y = _edges_crossed(start, step, heightmap, near_m)
+    above_m = eye[2] + depth * ray[2] - bilinear(heightmap.heights, x, y)
+    low, high = heightmap.range_m
+    side = np.sign(above_m) * (np.abs(above_m) > np.minimum(slack * depth, high - low))
+    middle = (depth[1:] + depth[:-1]) / 2
+    void = np.isnan(bilinear(heightmap.heights, start[0] + middle * step[0], start[1] + middle * step[1]))
+    voids_before = np.concatenate([[0], np.cumsum(void)])
+    sure = np.flatnonzero(np.abs(side) == 1)
+    change = side[sure[1:]] != side[sure[:-1]]
+    return bool(np.any(change & (voids_before[sure[1:]] == voids_before[sure[:-1]])))
 
 
-def _clip(start: np.ndarray, step: np.ndarray, last_post: tuple[int, int]) -> tuple[float, float]:
-    first, last = 0.0, np.inf
-    for s, d, end in zip(start, step, last_post, strict=True):
-        if abs(d) < 1e-12:
-            if not 0 <= s <= end:
-                return 1.0, 0.0
-            continue
-        a, b = sorted((-s / d, (end - s) / d))
-        first, last = max(first, a), min(last, b)
-    return first, last
+def _edges_crossed(
+    start: np.ndarray, step: np.ndarray, heightmap: Heightmap, near_m: float
+) -> tuple[np.ndarray, np.ndarray, np.ndarray]:
+    """Where a ray crosses the lines between posts, on the map and beyond the near plane: depths, columns, rows."""
+    last_post = np.array([heightmap.cols - 1, heightmap.rows - 1])
+    crossed = []
+    for axis in np.flatnonzero(np.abs(step) > 1e-12):
+        lines = np.arange(last_post[axis] + 1.0)
+        depth = (lines - start[axis]) / step[axis]
+        at = start + depth[:, None] * step
+        at[:, axis] = lines
+        crossed.append(np.c_[depth, at])
+    points = np.concatenate(crossed or [np.zeros((0, 3))])
+    on_map = ((points[:, 1:] >= 0) & (points[:, 1:] <= last_post)).all(1) & (points[:, 0] > near_m)
+    return tuple(points[on_map][np.argsort(points[on_map, 0])].T)
 
 
 def bilinear(heights: np.ndarray, x: np.ndarray, y: np.ndarray) -> np.ndarray:

@@ -91,13 +91,17 @@ class Renderer:
         self._shot: _Shot | None = None
         self._measurement: Measurement | None = None
         self._check_size(size)
-        with _memory_errors(self.ctx, heightmap):
+        posts, pixels = heightmap.rows * heightmap.cols, size[0] * size[1]
+        with _memory_errors(self.ctx, f"{heightmap.name}: its {posts} posts need", 16 * posts, "use a smaller map"):
             self.terrain = Terrain(self.ctx, heightmap)
             with self._timed("error"):
                 self.tables = ErrorTables(self.terrain)
             self.levels = Levels(self.tables)
-            with self._timed("sat"):
-                self.picture = Picture(self.levels, size)
+        with (
+            _memory_errors(self.ctx, f"a picture of {size[0]}x{size[1]} needs", 64 * pixels, "use a smaller --size"),
+            self._timed("sat"),
+        ):
+            self.picture = Picture(self.levels, size)
 
     @property
     def heightmap(self) -> Heightmap:
@@ -189,14 +193,14 @@ class Renderer:
         shot = self._last()
         self._measurement = self._measurement or Measurement(self.levels)
         achieved = self._measurement.achieved(shot.selection, shot.camera, self.size, shot.near_m)
-        certified = shot.stats["certified_max_error_px"]
-        through = count_holes(self.picture.coverage(), self.heightmap, shot.camera, self.size, certified)
+        moved_px = max(shot.stats["certified_max_error_px"], achieved.max_px)  # the metric may be another
+        through = count_holes(self.picture.coverage(), self.heightmap, shot.camera, self.size, shot.near_m, moved_px)
         shot.stats["max_error_px"], shot.stats["rms_error_px"] = achieved.max_px, achieved.rms_px
         shot.stats["posts_measured"], shot.stats["holes"] = achieved.posts, achieved.uncovered + through
         return shot.stats
 
     def triangles(self) -> np.ndarray:
-        """The last frame's triangles as the GPU draws them: (n, 3, 2) columns and rows, counter-clockwise from above."""
+        """Triangles of the last frame as drawn: (n, 3, 2) columns and rows of posts, counter-clockwise from above."""
         return captured_triangles(self.levels, self._last().selection)
 
     def edit(self, rows: slice, cols: slice, heights: Any) -> None:
@@ -248,15 +252,14 @@ class Renderer:
             self.ctx.release()
 
     def __enter__(self) -> Renderer:
-        self.ctx.__enter__()
+        if self._owns_ctx:
+            self.ctx.__enter__()
         return self
 
     def __exit__(
         self, kind: type[BaseException] | None, error: BaseException | None, trace: TracebackType | None
     ) -> None:
         self.release()
-        if not self._owns_ctx:
-            self.ctx.__exit__(kind, error, trace)
 
     def _last(self) -> _Shot:
         if self._shot is None:
@@ -313,10 +316,9 @@ def _check(max_error_px: float, near_m: float | None, **choices: tuple[str, tupl
 
 
 @contextmanager
-def _memory_errors(ctx: moderngl.Context, heightmap: Heightmap) -> Iterator[None]:
-    """Say what a map needs when the GPU has too little memory for it."""
-    needed = heightmap.rows * heightmap.cols * 14 >> 20
-    message = f"{heightmap.name}: needs about {needed} MiB of GPU memory, more than is free: use a smaller map"
+def _memory_errors(ctx: moderngl.Context, what: str, needed: int, advice: str) -> Iterator[None]:
+    """Say what needs how many bytes, and what to do, when the GPU has too little memory for it."""
+    message = f"{what} about {max(1, needed >> 20)} MiB of GPU memory, more than is free: {advice}"
     try:
         yield
     except (moderngl.Error, MemoryError) as error:
