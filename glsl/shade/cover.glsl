@@ -76,6 +76,6 @@ vec3 albedo_of(Ground g, float hollow) {
 // Standing water lies dead level, far and wide; a map that is level everywhere is none.
 float wetness(Ground g) {
     if (u_rms_slope < 0.001) return 0.0;
-    float around = length(rough_slope(g.post, max(vec2(12.0), g.extent)));
-    return 1.0 - smoothstep(0.0008, 0.0025, around + 0.5 * length(g.fine.slope));
+    float around = length(rough_slope(g.post, max(vec2(16.0), g.extent)));
+    return 1.0 - smoothstep(0.0004, 0.0015, around + 0.5 * length(g.fine.slope));
 }

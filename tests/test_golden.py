@@ -1,0 +1,62 @@
+"""Pictures of the bundled maps, against those in tests/golden/.
+
+Only Mesa's software renderer is compared: its bytes are the same everywhere. `pytest --regenerate` writes them anew.
+"""
+
+import json
+from importlib.resources import as_file, files
+from pathlib import Path
+
+import numpy as np
+import pytest
+
+from terrain_gl.camera import Camera
+from terrain_gl.heightmap import Heightmap
+from terrain_gl.image import difference, read_image, write_png
+from terrain_gl.renderer import Renderer
+from terrain_gl.shade import STYLES
+
+GOLDEN = Path(__file__).parent / "golden"
+SIZE = (160, 90)
+OUTLIERS = 0.001  # share of pixels that may differ by more than 1/255: another LLVM rounds otherwise
+MAPS = json.loads(files("terrain_gl.heightmaps").joinpath("maps.json").read_text())
+PICTURES = [("alpine", style) for style in STYLES] + [("canyon", "shaded"), ("canyon", "lod")]
+
+
+@pytest.fixture(scope="module")
+def renderers(session_context):
+    """Return a function from a map's name to its renderer, made once."""
+    made = {}
+
+    def renderer(name):
+        if name not in made:
+            entry = MAPS[name]
+            with as_file(files("terrain_gl.heightmaps").joinpath(entry["file"])) as path:
+                heightmap = Heightmap.open(path, entry["spacing_m"], entry["z_scale"], entry["z_offset_m"])
+            made[name] = Renderer(heightmap, SIZE, ctx=session_context)
+        return made[name]
+
+    with session_context:
+        yield renderer
+        for each in made.values():
+            each.release()
+
+
+@pytest.mark.parametrize("name, style", PICTURES)
+def test_golden(ctx, renderers, regenerate, tmp_path, name, style):
+    if "llvmpipe" not in ctx.info["GL_RENDERER"]:
+        pytest.skip(f"golden pictures are llvmpipe's, this is {ctx.info['GL_RENDERER']}")
+    view, path = MAPS[name]["view"], GOLDEN / f"{name}_{style}.png"
+    camera = Camera(view["eye"], view["target"], view["fov"])
+    tolerance_px = 1.0 if style == "shaded" else 2.0
+    pixels = renderers(name).render(camera, tolerance_px, style=style, sun=view["sun"]).image[..., :3]
+    if regenerate:
+        write_png(path, pixels)
+        return
+    golden = read_image(path)
+    assert golden.shape == pixels.shape
+    differs = np.abs(pixels.astype(int) - golden).max(-1) > 1
+    if differs.mean() > OUTLIERS:
+        write_png(tmp_path / "drawn.png", pixels)
+        write_png(tmp_path / "difference.png", difference(pixels, golden))
+        pytest.fail(f"{differs.mean():.2%} of the pixels differ from {path.name}; see {tmp_path}/difference.png")
