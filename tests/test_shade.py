@@ -10,9 +10,10 @@ from terrain_gl.context import create_context
 from terrain_gl.error import ErrorTables
 from terrain_gl.exceptions import TerrainError
 from terrain_gl.gl import use_default_framebuffer
+from terrain_gl.ground import Character, HeightSums, SunMap, towards_sun
 from terrain_gl.heightmap import Heightmap
 from terrain_gl.lod import Levels
-from terrain_gl.shade import STYLES, Character, HeightSums, Picture, SunMap, towards_sun
+from terrain_gl.shade import STYLES, Picture
 from terrain_gl.terrain import Terrain
 
 SIZES = [(2, 2), (3, 5), (37, 64), (130, 71)]
