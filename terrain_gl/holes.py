@@ -7,7 +7,8 @@ import numpy as np
 from .camera import Camera
 from .heightmap import Heightmap
 
-_IN_PIXEL = sorted(((i / 8, j / 8) for i in range(-4, 5) for j in range(-4, 5)), key=lambda at: np.hypot(*at))
+# within a pixel of its middle, at eighths: where samples are, and what sees the same fragment
+_AROUND = sorted(((i / 8, j / 8) for i in range(-8, 9) for j in range(-8, 9)), key=lambda at: np.hypot(*at))
 _PAIRS = (((0, 1), (0, -1)), ((1, 0), (-1, 0)), ((1, 1), (-1, -1)), ((1, -1), (-1, 1)))
 
 
@@ -21,9 +22,9 @@ def count_holes(
 ) -> int:
     """Pixels that no triangle covers although the truth does, by more than the tolerance.
 
-    A crack is thin: its pixels have covered ones on two opposite sides. Such a pixel is a hole if all rays through
-    it, among them those of its samples, meet the ground however the surface is moved up and down by `tolerance_px` and
-    one more: they are followed through the full-resolution heights.
+    A crack is thin: its pixels have covered ones on two opposite sides. Such a pixel is a hole if all rays around it
+    meet the ground however the surface is moved up and down by `tolerance_px` and one more: they are followed through
+    the full-resolution heights.
 
     Parameters
     ----------
@@ -31,7 +32,7 @@ def count_holes(
         (height, width) bool, first row on top.
     """
     rows, cols = np.nonzero(_candidates(covered))
-    for dx, dy in _IN_PIXEL:
+    for dx, dy in _AROUND:
         hits = _meets_ground(heightmap, camera, size, near_m, tolerance_px + 1.0, cols + 0.5 + dx, rows + 0.5 + dy)
         rows, cols = rows[hits], cols[hits]
     return len(rows)
