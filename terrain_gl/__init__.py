@@ -1,10 +1,10 @@
 """Heightmaps drawn with OpenGL tessellation at a certified screen-space error.
 
-    import terrain_gl as tg
-    terrain = tg.Heightmap.open("dem.tif", spacing_m=30)
-    with tg.Renderer(terrain) as r:
-        frame = r.render(tg.Camera.default(terrain), max_error_px=1.0)
-        frame.image, frame.stats, r.measure()
+import terrain_gl as tg
+terrain = tg.Heightmap.open("dem.tif", spacing_m=30)
+with tg.Renderer(terrain) as r:
+    frame = r.render(tg.Camera.default(terrain), max_error_px=1.0)
+    frame.image, frame.stats, r.measure()
 """
 
 from .camera import Camera

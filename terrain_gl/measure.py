@@ -6,6 +6,7 @@ post in the picture is projected in float64.
 
 from __future__ import annotations
 
+from collections import deque
 from collections.abc import Iterator
 from dataclasses import dataclass
 
@@ -71,23 +72,28 @@ class Measurement:
 
     def achieved(self, selection: Selection, camera: Camera, size: tuple[int, int], near_m: float) -> Achieved:
         """Project every post in the picture and compare."""
+        return deque(self.steps(selection, camera, size, near_m), maxlen=1).pop()
+
+    def steps(
+        self, selection: Selection, camera: Camera, size: tuple[int, int], near_m: float, tile: int = TILE
+    ) -> Iterator[Achieved]:
+        """Go over the map in regions of at most `tile` posts a side; after each, what holds of the posts so far."""
         largest = total = 0.0
         posts = uncovered = 0
         heightmap = self.levels.terrain.heightmap
-        for region in _regions(heightmap.cols, heightmap.rows):
+        for region in _regions(heightmap.cols, heightmap.rows, min(tile, TILE)):
             points = _points(heightmap, region)
             _, seen = screen_shift_px(camera, size, points, np.zeros(len(points)), near_m)
             seen &= np.isfinite(points[:, 2])
-            if not seen.any():
-                continue
-            errors = self.errors_m(selection, region).ravel()[seen].astype(np.float64)
-            drawn = np.isfinite(errors)
-            px, _ = screen_shift_px(camera, size, points[seen][drawn], errors[drawn], near_m)
-            uncovered += int(np.count_nonzero(~drawn))
-            posts += len(px)
-            largest = max(largest, float(px.max(initial=0.0)))
-            total += float(np.square(px).sum())
-        return Achieved(largest, float(np.sqrt(total / posts)) if posts else 0.0, posts, uncovered)
+            if seen.any():
+                errors = self.errors_m(selection, region).ravel()[seen].astype(np.float64)
+                drawn = np.isfinite(errors)
+                px, _ = screen_shift_px(camera, size, points[seen][drawn], errors[drawn], near_m)
+                uncovered += int(np.count_nonzero(~drawn))
+                posts += len(px)
+                largest = max(largest, float(px.max(initial=0.0)))
+                total += float(np.square(px).sum())
+            yield Achieved(largest, float(np.sqrt(total / posts)) if posts else 0.0, posts, uncovered)
 
     def release(self) -> None:
         """Give the GPU's memory back."""
@@ -117,17 +123,17 @@ class Measurement:
         return x == 0 or y == 0 or x + width == heightmap.cols or y + height == heightmap.rows
 
 
-def _regions(cols: int, rows: int) -> Iterator[Region]:
+def _regions(cols: int, rows: int, tile: int) -> Iterator[Region]:
     """The map's four rims, one post thick, and what lies between them in tiles."""
-    for x, width in _spans(cols):
-        for y, height in _spans(rows):
+    for x, width in _spans(cols, tile):
+        for y, height in _spans(rows, tile):
             yield x, y, width, height
 
 
-def _spans(n: int) -> Iterator[tuple[int, int]]:
+def _spans(n: int, tile: int) -> Iterator[tuple[int, int]]:
     yield 0, 1
-    for first in range(1, n - 1, TILE):
-        yield first, min(TILE, n - 1 - first)
+    for first in range(1, n - 1, tile):
+        yield first, min(tile, n - 1 - first)
     yield n - 1, 1
 
 

@@ -5,9 +5,12 @@ The sections follow the stages: sat → error → lod → mesh → shade.
 
 from __future__ import annotations
 
-from typing import NamedTuple
+from typing import TYPE_CHECKING, NamedTuple
 
 import numpy as np
+
+if TYPE_CHECKING:
+    from .camera import Camera
 
 # --- sat ---------------------------------------------------------------------------------------------------------
 
@@ -133,6 +136,153 @@ def _per_node(y: Nodes, x: Nodes) -> tuple[np.ndarray, np.ndarray]:
 
 def _corner(h: np.ndarray, rows: np.ndarray, cols: np.ndarray) -> np.ndarray:
     return h[rows[:, None, None, None], cols[None, None, :, None]]
+
+
+# --- lod ---------------------------------------------------------------------------------------------------------
+
+
+class Quadtree(NamedTuple):
+    """A quadtree over a map for one view."""
+
+    splits: list[np.ndarray]  # of each level (rows, cols) bool, none at level 0
+    seen: list[np.ndarray]  # nodes that are in the picture
+    triangles: int  # two for each leaf in the picture, and one more for each of its edges where the neighbour is finer
+
+
+def ideal_quadtrees(
+    heights: np.ndarray,
+    spacing_m: tuple[float, float],
+    camera: Camera,
+    size: tuple[int, int],
+    near_m: float,
+    tolerance_px: float,
+    void: np.ndarray | None = None,
+) -> tuple[Quadtree, Quadtree]:
+    """The coarsest restricted quadtree that holds a view's tolerance, and the same without the restriction.
+
+    A node is drawn as two triangles through its corners if every post of it in the picture is then within the
+    tolerance, by its true error, for either diagonal; else it is split. Restricted (Von Herzen, Barr 1987): neighbours
+    are within one level, so that a triangle more on each edge with a finer neighbour closes all cracks.
+    """
+    sizes = [tuple(-(-(n - 1) >> j) for n in heights.shape) for j in range(15)]
+    top = max(1, sizes.index((1, 1)))
+    picture = _posts_in_picture(heights, spacing_m, camera, size, near_m)
+    picture = picture._replace(seen=picture.seen & ~void) if void is not None else picture
+    seen = _nodes_in_picture(heights, spacing_m, camera, size, near_m, top)
+    coarse = [np.zeros(sizes[0], bool)]
+    coarse += [(_worst_px(heights, picture, j) > tolerance_px) & seen[j] for j in range(1, top + 1)]
+    plain = [np.zeros(shape, bool) for shape in sizes[: top + 1]]
+    _split(plain, coarse)
+    restricted = [level.copy() for level in plain]
+    while _balance(restricted):
+        _split(restricted, coarse)
+    return _count(restricted, seen), _count(plain, seen, extra=0)
+
+
+class Picture(NamedTuple):
+    """What a view does to an error of one metre at each post, (rows, cols)."""
+
+    px_m: np.ndarray  # pixels times metres of depth, for each metre
+    depth_m: np.ndarray
+    forward: float  # depth for each metre up
+    seen: np.ndarray
+
+
+def _posts_in_picture(
+    heights: np.ndarray, spacing_m: tuple[float, float], camera: Camera, size: tuple[int, int], near_m: float
+) -> Picture:
+    x, y, z = _camera_coordinates(heights, spacing_m, camera, np.indices(heights.shape))
+    tan_x, tan_y = camera.half_extent(size)
+    seen = (z >= near_m) & (np.abs(x) <= tan_x * z) & (np.abs(y) <= tan_y * z)
+    right, up, forward = camera.axes[:, 2]
+    z = np.where(seen, z, 1.0)
+    stretch = np.hypot(right - x / z * forward, up - y / z * forward)
+    return Picture(camera.focal_px(size[1]) * stretch, z, forward, seen)
+
+
+def _camera_coordinates(
+    heights: np.ndarray, spacing_m: tuple[float, float], camera: Camera, posts: tuple[np.ndarray, np.ndarray]
+) -> np.ndarray:
+    rows, cols = posts
+    world = np.stack([cols * spacing_m[0], (len(heights) - 1 - rows) * spacing_m[1], heights[rows, cols]])
+    return np.tensordot(camera.axes, world - np.reshape(camera.eye, (3,) + (1,) * rows.ndim), 1)
+
+
+def _worst_px(heights: np.ndarray, picture: Picture, level: int) -> np.ndarray:
+    """Largest true error on the screen of each node as two triangles, over its posts in the picture."""
+    where = _per_node(nodes_along(heights.shape[0], level), nodes_along(heights.shape[1], level))
+    px_m, depth_m, seen = (array[where] for array in (picture.px_m, picture.depth_m, picture.seen))
+    worst = np.zeros(1)
+    for error in quad_errors(heights, level):
+        moved = depth_m + error * picture.forward
+        px = np.where(moved > 0, px_m * np.abs(error) / np.where(moved > 0, moved, 1.0), np.inf)
+        worst = np.maximum(worst, np.where(seen, px, 0.0).max((1, 3)))
+    return worst
+
+
+def _nodes_in_picture(
+    heights: np.ndarray, spacing_m: tuple[float, float], camera: Camera, size: tuple[int, int], near_m: float, top: int
+) -> list[np.ndarray]:
+    """Of each level, nodes whose box is not wholly beyond one side of the frustum."""
+    tan_x, tan_y = camera.half_extent(size)
+    seen = []
+    for level in range(top + 1):
+        y, x = nodes_along(heights.shape[0], level), nodes_along(heights.shape[1], level)
+        posts = heights[_per_node(y, x)]
+        beyond = np.ones((5, len(y.low), len(x.low)), bool)
+        for z in (posts.min((1, 3)), posts.max((1, 3))):
+            for rows in (y.low, y.high):
+                for cols in (x.low, x.high):
+                    grid = np.meshgrid(rows, cols, indexing="ij")
+                    right, up, depth = _camera_coordinates(heights, spacing_m, camera, grid)
+                    lift = z - heights[grid[0], grid[1]]
+                    right, up, depth = (
+                        a + lift * v for a, v in zip((right, up, depth), camera.axes[:, 2], strict=True)
+                    )
+                    a, b = tan_x * depth, tan_y * depth
+                    beyond &= np.stack([right > a, -right > a, up > b, -up > b, depth < near_m])
+        seen.append(~beyond.any(0))
+    return seen
+
+
+def _split(splits: list[np.ndarray], coarse: list[np.ndarray]) -> None:
+    """From the root down, split the nodes that exist and are too coarse."""
+    exists = np.ones((1, 1), bool)
+    for level in range(len(splits) - 1, 0, -1):
+        splits[level] |= exists & coarse[level]
+        rows, cols = splits[level - 1].shape
+        exists = splits[level].repeat(2, 0).repeat(2, 1)[:rows, :cols]
+
+
+def _balance(splits: list[np.ndarray]) -> bool:
+    """Where a node is split, split the parents of its neighbours; whether any was."""
+    before = sum(int(level.sum()) for level in splits)
+    for level in range(1, len(splits) - 1):
+        around = splits[level] | np.logical_or.reduce(_neighbours(splits[level]))
+        rows, cols = splits[level + 1].shape
+        padded = np.zeros((2 * rows, 2 * cols), bool)
+        padded[: around.shape[0], : around.shape[1]] = around
+        splits[level + 1] |= padded.reshape(rows, 2, cols, 2).any((1, 3))
+    return sum(int(level.sum()) for level in splits) > before
+
+
+def _neighbours(nodes: np.ndarray) -> list[np.ndarray]:
+    """Each node's neighbours to the west, north, east and south; False beyond the map."""
+    padded = np.pad(nodes, 1)
+    return [padded[1:-1, :-2], padded[:-2, 1:-1], padded[1:-1, 2:], padded[2:, 1:-1]]
+
+
+def _count(splits: list[np.ndarray], seen: list[np.ndarray], extra: int = 1) -> Quadtree:
+    triangles, exists = 0, np.ones((1, 1), bool)
+    for level in range(len(splits) - 1, -1, -1):
+        leaves = exists & ~splits[level] & seen[level]
+        triangles += 2 * int(leaves.sum()) + extra * sum(
+            int((leaves & finer).sum()) for finer in _neighbours(splits[level])
+        )
+        if level:
+            rows, cols = splits[level - 1].shape
+            exists = splits[level].repeat(2, 0).repeat(2, 1)[:rows, :cols]
+    return Quadtree(splits, seen, triangles)
 
 
 # --- shade -------------------------------------------------------------------------------------------------------

@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import time
+from collections import deque
 from collections.abc import Iterator
 from contextlib import contextmanager
 from dataclasses import dataclass, field
@@ -20,7 +21,7 @@ from .gl import limits
 from .heightmap import Heightmap
 from .holes import bilinear, count_holes
 from .lod import METRICS, Levels, Selection
-from .measure import Measurement
+from .measure import TILE, Achieved, Measurement
 from .mesh import captured_triangles
 from .shade import STYLES, Picture
 from .terrain import Terrain
@@ -179,7 +180,9 @@ class Renderer:
         with self._timed("lod"):
             selection = self.levels.select(camera, self.size, near_m, tolerance, metric, cull)
         with self._timed("draw"):
-            self.picture.draw(selection, camera, style, sun)
+            self.picture.see(selection, style)
+        with self._timed("shade"):
+            self.picture.shade(camera, style, sun)
         self._shot = _Shot(camera, selection, near_m)
         self._shot.stats = self._stats(method, metric, max_error_px)
         return self._shot.stats
@@ -191,13 +194,21 @@ class Renderer:
         through.
         """
         shot = self._last()
-        self._measurement = self._measurement or Measurement(self.levels)
-        achieved = self._measurement.achieved(shot.selection, shot.camera, self.size, shot.near_m)
+        achieved = deque(self.measuring(), maxlen=1).pop()
         moved_px = max(shot.stats["certified_max_error_px"], achieved.max_px)  # the metric may be another
         through = count_holes(self.picture.coverage(), self.heightmap, shot.camera, self.size, shot.near_m, moved_px)
         shot.stats["max_error_px"], shot.stats["rms_error_px"] = achieved.max_px, achieved.rms_px
         shot.stats["posts_measured"], shot.stats["holes"] = achieved.posts, achieved.uncovered + through
         return shot.stats
+
+    def measuring(self, tile: int = TILE) -> Iterator[Achieved]:
+        """Measure the last frame in portions of at most `tile` posts a side, for who must not wait for the whole.
+
+        After each portion: what was achieved so far. To be gone through before anything else is drawn.
+        """
+        shot = self._last()
+        self._measurement = self._measurement or Measurement(self.levels)
+        return self._measurement.steps(shot.selection, shot.camera, self.size, shot.near_m, tile)
 
     def triangles(self) -> np.ndarray:
         """Triangles of the last frame as drawn: (n, 3, 2) columns and rows of posts, counter-clockwise from above."""

@@ -90,13 +90,21 @@ class Picture:
         sun
             Azimuth, clockwise from north, and elevation, in degrees.
         """
-        towards = towards_sun(*sun)
-        if style == "shaded":
-            self.sun_map.follow(towards)
+        self.see(selection, style)
+        self.shade(camera, style, sun)
+
+    def see(self, selection: Selection, style: str = "shaded") -> None:
+        """First pass, over the mesh: find the post that each sample sees."""
         if style in _OF_MESH:
             self._draw_detail(selection)
         else:
             self._draw_patches(self._surface, self._seen, selection)
+
+    def shade(self, camera: Camera, style: str = "shaded", sun: tuple[float, float] = (300.0, 35.0)) -> None:
+        """Second pass, over the pixels: colour what the first one saw."""
+        towards = towards_sun(*sun)
+        if style == "shaded":
+            self.sun_map.follow(towards)
         light = {"sun": towards, "haze_m": self._haze_m(camera)}
         extra = self._drawn if style in _OF_MESH else self.sun_map.texture
         self._fill(self._screen, f"shade/{style}.frag", extra, **light, **self._character._asdict())

@@ -279,7 +279,6 @@ def flight(ctx):
         flight = Flight(renderer, overlay, target, Camera.default(heightmap), Settings())
         yield flight
         ctx.detect_framebuffer(0).use()  # moderngl binds again what was in use, even when it is gone
-        flight.release()
         overlay.release()
         target.release()
 

@@ -2,7 +2,6 @@
 
 font, overlay, hud      words over the picture
 controller, settings    what keys and mouse mean
-measuring               the achieved error in small portions
 flight                  frames: draw what changed, at a pace
 window                  GLFW: events in, frames out
 """

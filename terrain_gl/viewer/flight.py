@@ -14,18 +14,18 @@ import moderngl
 from ..camera import Camera
 from ..exceptions import TerrainError
 from ..image import write_png
-from ..measure import Measurement
+from ..measure import Achieved
 from ..renderer import Renderer
 from . import hud
 from .controller import Controller
-from .hud import Figures
-from .measuring import achieved_px
+from .hud import Figures, drawing_ms
 from .overlay import Overlay, Panel
 from .settings import Settings
 
 REST_S = 0.25  # without motion until a full frame is drawn
 MESSAGE_S = 4.0
 SMOOTH_MS, COARSE_MS = 50.0, 200.0  # full frames slower than these are drawn at half, at a quarter size in motion
+PORTION = 512  # posts a side that are measured between two looks at the window's events
 _LONGEST_S = 0.25  # motion of one frame, even after a longer one
 
 
@@ -47,8 +47,8 @@ class Flight:
         self.controller = Controller(renderer.heightmap, camera)
         self.figures = Figures(renderer.heightmap.name, (renderer.heightmap.cols, renderer.heightmap.rows))
         self.size = renderer.size
-        self._measurement = Measurement(renderer.levels)
-        self._measuring: Iterator[dict[str, float] | None] | None = None
+        self._measuring: Iterator[Achieved] | None = None
+        self._achieved: Achieved | None = None
         self._changed, self._stale = True, True
         self._touched_s = self._drawn_s = self._said_s = float("-inf")
         self._moved_s: float | None = None
@@ -126,10 +126,6 @@ class Flight:
             panels.append(hud.message_panel(self._message))
         return panels
 
-    def release(self) -> None:
-        """Give the measurement's memory back."""
-        self._measurement.release()
-
     def _move(self, now_s: float) -> None:
         if not self.controller.moving:
             self._moved_s = None
@@ -145,7 +141,7 @@ class Flight:
             self.renderer.resize(size)
         stats = self.renderer.draw(self.controller.camera, **self.settings.drawing)
         if shrink == 1:
-            self._full_ms = stats["ms"]["lod"] + stats["ms"]["draw"]
+            self._full_ms = drawing_ms(stats)
         self._note(stats, shrink, now_s, in_motion)
         if self._shoot:
             self._save(now_s)
@@ -160,7 +156,7 @@ class Flight:
         self.figures.speed_m_s = self.controller.speed_m_s
         self.figures.fps = self._pace(now_s - self._drawn_s) if in_motion else None
         self._drawn_s = now_s
-        self._measuring = None if in_motion else achieved_px(self.renderer, self._measurement)
+        self._measuring = None if in_motion else self.renderer.measuring(PORTION)
         self._changed, self._stale = False, True
 
     def _pace(self, seconds: float) -> float | None:
@@ -173,10 +169,13 @@ class Flight:
         if self.figures.fps is not None:
             self.figures.fps, self._stale = None, True
         if self._measuring is None and self.figures.measured_px is None:
-            self._measuring = achieved_px(self.renderer, self._measurement)
+            self._measuring = self.renderer.measuring(PORTION)
         if self._measuring is not None:
-            self.figures.measured_px = next(self._measuring)
-            if self.figures.measured_px is not None:
+            portion = next(self._measuring, None)
+            if portion is not None:
+                self._achieved = portion
+            elif self._achieved is not None:
+                self.figures.measured_px = {"max": self._achieved.max_px, "rms": self._achieved.rms_px}
                 self._measuring, self._stale = None, True
 
     def _forget_message(self, now_s: float) -> None:

@@ -42,10 +42,15 @@ class Figures:
     shrunk: int = 1
 
 
+def drawing_ms(stats: dict[str, Any]) -> float:
+    """Milliseconds that a frame took on the GPU."""
+    return sum(stats["ms"].get(stage, 0.0) for stage in ("lod", "draw", "shade"))
+
+
 def figures_panel(figures: Figures, settings: Settings) -> Panel:
     """Panel at the top left: what the frame cost and what is known of its error."""
     stats = figures.stats
-    ms = sum(stats["ms"].get(stage, 0.0) for stage in ("lod", "draw"))
+    ms = drawing_ms(stats)
     pace = "at rest" if figures.fps is None else f"{figures.fps:.0f} fps"
     size = f"{stats['width']} × {stats['height']}" + (f"  1:{figures.shrunk}" if figures.shrunk > 1 else "")
     measured = figures.measured_px

@@ -82,7 +82,6 @@ class Window:
             self._flight.say("H shows the keys", self._now)
             while not self._glfw.window_should_close(self._handle):
                 self._turn()
-            self._flight.release()
 
     def close(self) -> None:
         """Close the window and give everything back."""
