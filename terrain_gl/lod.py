@@ -130,8 +130,8 @@ class Levels:
         """Choose the patches for a picture of `size` (width, height).
 
         No post is then drawn further than `tolerance_px` from where it belongs; or, with the metric "rms", the root
-        mean square of all posts' distances is within it. Patches outside the picture are left out, unless `cull` is False.
-        A tolerance of 0 draws every cell in the picture at full resolution.
+        mean square of all posts' distances is within it. Patches outside the picture are left out, unless `cull` is
+        False. A tolerance of 0 draws every cell in the picture at full resolution.
         """
         settings = {"tolerance_px": tolerance_px, "metric": METRICS.index(metric), "cull": cull}
         self.view.write(self.tables, camera, size, near_m, **settings)

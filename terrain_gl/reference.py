@@ -5,6 +5,7 @@ The sections follow the stages: sat → error → lod → mesh → shade.
 
 from __future__ import annotations
 
+import itertools
 from typing import TYPE_CHECKING, NamedTuple
 
 import numpy as np
@@ -191,7 +192,8 @@ class Picture(NamedTuple):
 def _posts_in_picture(
     heights: np.ndarray, spacing_m: tuple[float, float], camera: Camera, size: tuple[int, int], near_m: float
 ) -> Picture:
-    x, y, z = _camera_coordinates(heights, spacing_m, camera, np.indices(heights.shape))
+    rows, cols = np.indices(heights.shape)
+    x, y, z = _to_camera(camera, cols * spacing_m[0], (len(heights) - 1 - rows) * spacing_m[1], heights)
     tan_x, tan_y = camera.half_extent(size)
     seen = (z >= near_m) & (np.abs(x) <= tan_x * z) & (np.abs(y) <= tan_y * z)
     right, up, forward = camera.axes[:, 2]
@@ -200,19 +202,17 @@ def _posts_in_picture(
     return Picture(camera.focal_px(size[1]) * stretch, z, forward, seen)
 
 
-def _camera_coordinates(
-    heights: np.ndarray, spacing_m: tuple[float, float], camera: Camera, posts: tuple[np.ndarray, np.ndarray]
-) -> np.ndarray:
-    rows, cols = posts
-    world = np.stack([cols * spacing_m[0], (len(heights) - 1 - rows) * spacing_m[1], heights[rows, cols]])
-    return np.tensordot(camera.axes, world - np.reshape(camera.eye, (3,) + (1,) * rows.ndim), 1)
+def _to_camera(camera: Camera, east: np.ndarray, north: np.ndarray, up: np.ndarray) -> np.ndarray:
+    """World metres to the camera's axes: right, up, depth."""
+    x, y, z = camera.eye
+    return np.tensordot(camera.axes, np.stack([east - x, north - y, up - z]), 1)
 
 
 def _worst_px(heights: np.ndarray, picture: Picture, level: int) -> np.ndarray:
     """Largest true error on the screen of each node as two triangles, over its posts in the picture."""
     where = _per_node(nodes_along(heights.shape[0], level), nodes_along(heights.shape[1], level))
     px_m, depth_m, seen = (array[where] for array in (picture.px_m, picture.depth_m, picture.seen))
-    worst = np.zeros(1)
+    worst = np.zeros((1, 1))
     for error in quad_errors(heights, level):
         moved = depth_m + error * picture.forward
         px = np.where(moved > 0, px_m * np.abs(error) / np.where(moved > 0, moved, 1.0), np.inf)
@@ -229,19 +229,14 @@ def _nodes_in_picture(
     for level in range(top + 1):
         y, x = nodes_along(heights.shape[0], level), nodes_along(heights.shape[1], level)
         posts = heights[_per_node(y, x)]
+        ends = itertools.product((x.low, x.high), (y.low, y.high), (posts.min((1, 3)), posts.max((1, 3))))
         beyond = np.ones((5, len(y.low), len(x.low)), bool)
-        for z in (posts.min((1, 3)), posts.max((1, 3))):
-            for rows in (y.low, y.high):
-                for cols in (x.low, x.high):
-                    grid = np.meshgrid(rows, cols, indexing="ij")
-                    right, up, depth = _camera_coordinates(heights, spacing_m, camera, grid)
-                    lift = z - heights[grid[0], grid[1]]
-                    right, up, depth = (
-                        a + lift * v for a, v in zip((right, up, depth), camera.axes[:, 2], strict=True)
-                    )
-                    a, b = tan_x * depth, tan_y * depth
-                    beyond &= np.stack([right > a, -right > a, up > b, -up > b, depth < near_m])
-        seen.append(~beyond.any(0))
+        for cols, rows, z in ends:
+            east, north = np.meshgrid(cols * spacing_m[0], (len(heights) - 1 - rows) * spacing_m[1])
+            right, up, depth = _to_camera(camera, east, north, z)
+            a, b = tan_x * depth, tan_y * depth
+            beyond &= np.stack([right > a, -right > a, up > b, -up > b, depth < near_m])
+        seen.append(~np.logical_or.reduce(beyond))
     return seen
 
 
