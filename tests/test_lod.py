@@ -1,0 +1,419 @@
+"""Levels: the projection bounds, the choice is a pure function and a restricted quadtree, draws stay small, economy."""
+
+from types import SimpleNamespace
+
+import numpy as np
+import pytest
+from hypothesis import given, settings
+from hypothesis import strategies as st
+from maps import MAPS, Scene, cameras, plane
+
+from terrain_gl import layout, reference, shaders
+from terrain_gl.camera import Camera, screen_shift_px
+from terrain_gl.context import create_context
+from terrain_gl.exceptions import TerrainError
+from terrain_gl.heightmap import Heightmap
+from terrain_gl.lod import INFINITE_PX, View
+
+ASK = np.dtype([("posts", "4i4"), ("range_m", "2f4"), ("error_m", "f4"), ("unused", "f4")])
+ASK_PROJECTION = """
+layout(local_size_x = 64) in;
+struct Ask { ivec4 posts; vec2 range_m; float error_m, unused; };
+layout(std430, binding = 0) readonly buffer Asked { Ask asked[]; };
+layout(std430, binding = 1) writeonly buffer Answers { vec4 answer[]; };
+void main() {
+    uint i = gl_GlobalInvocationID.x;
+    if (i >= uint(asked.length())) return;
+    Ask a = asked[i];
+    Projection p = project(box_of(a.posts.xy, a.posts.zw, a.range_m), 1.0);
+    answer[i] = vec4(error_px(p, a.error_m, a.error_m), p.outside, p.inside, 0.0);
+}
+"""
+SIZES = [(640, 360), (360, 640), (1280, 720), (4096, 16)]
+
+
+@pytest.fixture(scope="module")
+def projection(session_context):
+    """Bounds by glsl/lod/project.glsl: (pixels, outside, inside) of boxes of posts on any grid, from any camera."""
+    with session_context as ctx:
+        shader = ctx.compute_shader(shaders.source("lod/project.glsl") + ASK_PROJECTION)
+        view, block = View(ctx), ctx.buffer(reserve=layout.TERRAIN.itemsize)
+
+    def ask(asked, grid, camera, size, near_m):
+        terrain = np.zeros((), layout.TERRAIN)
+        terrain["last_post"], terrain["spacing_m"] = grid.rows - 1, grid.spacing_m
+        block.write(terrain.tobytes())
+        tables = SimpleNamespace(terrain=SimpleNamespace(heightmap=grid, base_m=0.0))
+        view.write(tables, camera, size, near_m)
+        questions, answers = ctx.buffer(asked.tobytes()), ctx.buffer(reserve=16 * len(asked))
+        block.bind_to_uniform_block(0)
+        view.bind()
+        questions.bind_to_storage_buffer(0)
+        answers.bind_to_storage_buffer(1)
+        shader.run(-(-len(asked) // 64))
+        found = np.frombuffer(answers.read(), "f4").reshape(-1, 4).astype("f8")
+        questions.release()
+        answers.release()
+        return found[:, 0], found[:, 1] > 0, found[:, 2] > 0
+
+    return ask
+
+
+def random_view(rng):
+    """A grid of any spacing and relief, and a camera in it, above, beside, far away, or straight over it."""
+    spacing = 10 ** rng.uniform(-3, 3, 2) if rng.random() < 0.5 else np.full(2, 10 ** rng.uniform(-3, 3))
+    cells = 2 ** int(rng.integers(1, 15))
+    extent = cells * spacing.min()
+    relief = extent * 10 ** rng.uniform(-4, 1)
+    low = relief * 10 * rng.uniform(-1, 1) * rng.integers(0, 2)
+    over = rng.uniform(0, cells, 2) * spacing
+    eye = [
+        lambda: np.r_[over, low + rng.uniform(-0.2, 1.5) * relief],
+        lambda: np.r_[over, low + rng.uniform(1, 100) * extent],
+        lambda: rng.normal(size=3) * 1e6,
+        lambda: np.r_[rng.uniform(-3, 4, 2) * cells * spacing, low + rng.normal() * relief],
+        lambda: np.r_[np.round(over / spacing) * spacing, low + 10 ** rng.uniform(-2, 3) * spacing.min()],
+        lambda: np.r_[over, low + 10 ** rng.uniform(0, 7) * spacing.min()],
+    ][rng.integers(0, 6)]()
+    target = [
+        lambda: np.r_[rng.uniform(0, cells, 2) * spacing, low + rng.uniform(0, 1) * relief],
+        lambda: eye - [0, 0, max(extent, 1)],
+        lambda: eye + np.r_[rng.normal(size=2) * 0.01, -1] * max(extent, 1),
+        lambda: eye + rng.normal(size=3) * extent,
+    ][rng.integers(0, 4)]()
+    fov = float(rng.choice([0.1, 1, 20, 50, 100, 120, 150, 170]))
+    up = None if rng.random() < 0.5 else tuple(rng.normal(size=3))
+    grid = SimpleNamespace(spacing_m=tuple(spacing), rows=cells + 1, relief=relief, low=low)
+    near_m = 0.1 * spacing.min() * 10 ** rng.uniform(-1, 1)
+    return grid, Camera(tuple(eye), tuple(target), fov, up), SIZES[rng.integers(0, len(SIZES))], near_m
+
+
+def random_boxes(rng, grid, camera, count=256):
+    """Nodes of all levels, half of them around the eye; flat ones and tall ones; errors within their relief."""
+    cells = grid.rows - 1
+    asked = np.zeros(count, ASK)
+    side = 1 << rng.integers(0, int(np.log2(cells)) + 1, count)
+    eye = np.array([camera.eye[0] / grid.spacing_m[0], cells - camera.eye[1] / grid.spacing_m[1]])
+    near = np.clip(eye + rng.normal(size=(count, 2)) * side[:, None], 0, cells - 1)
+    low = np.where(rng.random((count, 1)) < 0.5, rng.integers(0, cells, (count, 2)), near).astype(int) // side[:, None]
+    asked["posts"][:, :2] = low * side[:, None]
+    asked["posts"][:, 2:] = np.minimum(asked["posts"][:, :2] + side[:, None], cells)
+    heights = np.sort(rng.uniform(0, 1, (count, 2)), 1)
+    heights[rng.random(count) < 0.5, 1] = 0
+    heights[:, 1] = np.maximum(heights[:, 1], heights[:, 0] + 1e-3 * rng.random(count))
+    asked["range_m"] = grid.low + grid.relief * heights
+    asked["error_m"] = 10 ** rng.uniform(-6, 0, count) * np.ptp(asked["range_m"], axis=1)
+    return asked
+
+
+def random_posts(rng, grid, asked, each=40):
+    """World points (boxes, each, 3) on posts of the boxes, many of them at corners."""
+    at = rng.random((len(asked), each, 3))
+    at = np.where(rng.random(at.shape) < 0.6, np.round(at), at)
+    low, high = asked["posts"][:, None, :2], asked["posts"][:, None, 2:]
+    posts = np.round(low + (high - low) * at[..., :2])
+    bottom, top = asked["range_m"].astype("f8")[:, None].swapaxes(0, 2).swapaxes(1, 2)
+    east, north = grid.spacing_m
+    return np.stack(
+        [posts[..., 0] * east, (grid.rows - 1 - posts[..., 1]) * north, bottom + (top - bottom) * at[..., 2]], -1
+    )
+
+
+@settings(max_examples=400)
+@given(st.integers(0, 10**6))
+def test_projection_bounds_every_point_of_a_box(ctx, projection, seed):
+    rng = np.random.default_rng(seed)
+    grid, camera, size, near_m = random_view(rng)
+    asked = random_boxes(rng, grid, camera)
+    bound_px, outside, inside = projection(asked, grid, camera, size, near_m)
+    points = random_posts(rng, grid, asked)
+    rise = asked["error_m"].astype("f8")[:, None] * rng.choice([-1, 1], points.shape[:2])
+    px, seen = screen_shift_px(camera, size, points.reshape(-1, 3), rise.ravel(), near_m)
+    px, seen = px.reshape(rise.shape), seen.reshape(rise.shape)
+    worst = np.where(seen, px, 0.0).max(1)
+    assert not (outside & seen.any(1)).any()
+    assert not (inside & ~seen.all(1)).any()
+    finite = np.isfinite(worst)
+    assert (bound_px[~finite] >= np.float32(INFINITE_PX)).all()
+    assert (worst[finite] <= bound_px[finite]).all()
+
+
+@given(st.integers(0, 10**6))
+def test_projection_of_a_small_box_is_tight(ctx, projection, seed):
+    """Far from the eye and near its middle a node of one cell and little relief is bounded within two per cent."""
+    rng = np.random.default_rng(seed)
+    grid = SimpleNamespace(spacing_m=(10.0, 10.0), rows=257)
+    eye = rng.uniform(-2000, 5000, 2)
+    camera = Camera((*eye, 5000.0), (1280.0, 1280.0, 0.0), 40.0)
+    asked = np.zeros(1, ASK)
+    asked["posts"] = [128, 128, 129, 129]
+    asked["error_m"] = 1e-3
+    (bound,), _, (inside,) = projection(asked, grid, camera, (1280, 720), 1.0)
+    (px,), _ = screen_shift_px(camera, (1280, 720), np.array([[1285.0, 1275.0, 0.0]]), np.array([1e-3]), 1.0)
+    assert inside
+    stretch = np.hypot(*(eye - 1280)) / np.hypot(np.hypot(*(eye - 1280)), 5000)  # small ones are bounded less closely
+    assert px <= bound <= px * (1.02 + 0.02 / stretch)
+
+
+def patches_of(scene, selection):
+    """The view's patches, decoded: corner column and row, posts a step, segments, split edges, fan."""
+    data = np.frombuffer(scene.levels.patches.read(selection.patches * layout.PATCH.itemsize), layout.PATCH)
+    shape = data["shape"]
+    return SimpleNamespace(
+        col=data["corner"][:, 0].astype(int),
+        row=data["corner"][:, 1].astype(int),
+        step=1 << (shape & 15).astype(int),
+        segments=1 << (shape >> 4 & 7).astype(int),
+        edges=(shape >> 8 & 15).astype(int),
+        fan=(shape >> 12 & 1).astype(bool),
+    )
+
+
+def draws_of(scene, selection):
+    return np.frombuffer(scene.levels.draws.read(selection.draws * 20), "u4").reshape(-1, 5).astype(int)
+
+
+def leaf_levels(scene, selection):
+    """Level of the leaf that covers each cell of the map; -1 where there is none, -2 where there are two."""
+    p = patches_of(scene, selection)
+    cells = np.full((scene.heightmap.rows - 1, scene.heightmap.cols - 1), -1)
+    for col, row, step, segments, fan in zip(p.col, p.row, p.step, p.segments, p.fan, strict=True):
+        part = cells[row : row + step * segments, col : col + step * segments]
+        part[...] = np.where(part == -1, int(step).bit_length() - 1 + fan, -2)
+    return cells
+
+
+def leaves(scene, selection):
+    """The leaves that are drawn, squares of them taken apart: column, row, level, split edges of fans."""
+    p = patches_of(scene, selection)
+    found = set()
+    for col, row, step, segments, fan, edges in zip(p.col, p.row, p.step, p.segments, p.fan, p.edges, strict=True):
+        if fan:
+            found.add((col, row, 2 * step, edges))
+        else:
+            at = range(0, step * segments, step)
+            found |= {(col + x, row + y, step, None) for x in at for y in at}
+    return found
+
+
+def everything(scene, selection):
+    """All bytes that a view's mesh is made of."""
+    patches = scene.levels.patches.read(selection.patches * layout.PATCH.itemsize)
+    return patches, draws_of(scene, selection).tobytes(), scene.triangles(selection).tobytes(), selection
+
+
+@pytest.fixture(scope="module", params=["odd", "holes", "long"])
+def scene(request, session_context):
+    with session_context as ctx:
+        scene = Scene.of(ctx, MAPS[request.param]())
+    yield scene
+    with session_context:
+        scene.release()
+
+
+VIEWS = list(cameras(MAPS["odd"]()))
+
+
+@pytest.mark.parametrize("view", VIEWS)
+def test_same_view_gives_the_same_bytes_whatever_was_drawn_before(ctx, scene, view):
+    camera = cameras(scene.heightmap)[view]
+    first = everything(scene, scene.select(camera, 0.7))
+    assert everything(scene, scene.select(camera, 0.7)) == first
+    for other in cameras(scene.heightmap).values():
+        scene.select(other, 3.0, "rms")
+        scene.select(other, 0.0, cull=False)
+    assert everything(scene, scene.select(camera, 0.7)) == first
+
+
+def test_egl_and_osmesa_give_the_same_bytes(ctx):
+    try:
+        other = create_context("osmesa")
+    except TerrainError as error:
+        pytest.skip(str(error))
+    heightmap = MAPS["odd"]()
+    views = cameras(heightmap).values()
+
+    def draw(context):
+        scene = Scene.of(context, heightmap)
+        tables = [buffer.read() for buffer in (scene.tables.nodes, scene.tables.counters, scene.tables.squares)]
+        meshes = [
+            everything(scene, scene.select(camera, t, m)) for camera in views for t, m in ((0.5, "max"), (2, "rms"))
+        ]
+        scene.release()
+        return tables, meshes
+
+    with other:
+        from_osmesa = draw(other)
+    with ctx:
+        assert draw(ctx) == from_osmesa
+    other.release()
+
+
+@pytest.mark.parametrize("view", VIEWS)
+@pytest.mark.parametrize("tolerance, metric", [(0.0, "max"), (0.5, "max"), (4.0, "max"), (1.0, "rms")])
+def test_leaves_cover_the_map_once_and_neighbours_are_within_one_level(ctx, scene, view, tolerance, metric):
+    selection = scene.select(cameras(scene.heightmap)[view], tolerance, metric, cull=False)
+    levels = leaf_levels(scene, selection)
+    assert levels.min() >= 0
+    assert np.abs(np.diff(levels, axis=0)).max(initial=0) <= 1
+    assert np.abs(np.diff(levels, axis=1)).max(initial=0) <= 1
+
+
+@pytest.mark.parametrize("view", VIEWS)
+def test_split_edges_are_those_with_finer_neighbours(ctx, scene, view):
+    selection = scene.select(cameras(scene.heightmap)[view], 0.5, cull=False)
+    levels = np.pad(leaf_levels(scene, selection), 1, constant_values=99)
+    p = patches_of(scene, selection)
+    last = np.array([scene.heightmap.cols, scene.heightmap.rows]) - 1
+    for i in np.flatnonzero(p.fan):
+        side = 2 * p.step[i]
+        own = levels[p.row[i] + 1, p.col[i] + 1]
+        x, y = p.col[i], p.row[i]
+        x1, y1 = np.minimum([x + side, y + side], last)
+        around = [
+            levels[y + 1 : y1 + 1, x],
+            levels[y, x + 1 : x1 + 1],
+            levels[y + 1 : y1 + 1, x1 + 1],
+            levels[y1 + 1, x + 1 : x1 + 1],
+        ]
+        # an edge that the map cuts at its middle or before has no middle post of its own
+        short = [y + p.step[i] >= last[1], x + p.step[i] >= last[0]] * 2
+        expected = sum(1 << k for k in range(4) if around[k].min() < own and not short[k])
+        assert p.edges[i] == expected
+
+
+@pytest.mark.parametrize("view", VIEWS)
+@pytest.mark.parametrize("cull", [True, False])
+def test_draws_are_small_and_counts_are_what_tessellation_makes(ctx, scene, view, cull):
+    for tolerance in (0.0, 0.5, 2.0):
+        selection = scene.select(cameras(scene.heightmap)[view], tolerance, cull=cull)
+        draws = draws_of(scene, selection)
+        segments = patches_of(scene, selection).segments
+        assert (draws[:, 0] > 0).all() and (draws[:, 1] == 1).all() and (draws[:, 3] == 0).all()
+        assert (draws[:, 2] == np.cumsum(draws[:, 0]) - draws[:, 0]).all() and draws[:, 0].sum() == selection.patches
+        for count, first in draws[:, [0, 2]]:
+            assert ((segments[first : first + count] + 1) ** 2).sum() <= 65535
+        assert len(scene.triangles(selection)) == selection.triangles
+        assert [int((segments == 1 << s).sum()) for s in range(layout.SIZES)] == list(selection.counts)
+
+
+@pytest.mark.parametrize("view", VIEWS)
+@pytest.mark.parametrize("metric", ["max", "rms"])
+def test_culling_takes_only_what_is_not_seen(ctx, scene, view, metric):
+    camera = cameras(scene.heightmap)[view]
+    culled = scene.select(camera, 1.0, metric)
+    kept, some = leaf_levels(scene, culled), leaves(scene, culled)
+    whole = scene.select(camera, 1.0, metric, cull=False)
+    assert some <= leaves(scene, whole)
+    heightmap = scene.heightmap
+    rows, cols = np.indices(heightmap.heights.shape).reshape(2, -1)
+    east, north = heightmap.spacing_m
+    world = np.stack([cols * east, (heightmap.rows - 1 - rows) * north, scene.terrain.filled.ravel()], -1).astype("f8")
+    _, seen = screen_shift_px(camera, scene.size, world, np.zeros(len(world)), scene.near_m)
+    padded = np.pad(kept, 1, mode="edge") >= 0
+    drawn = padded[:-1, :-1] & padded[1:, :-1] & padded[:-1, 1:] & padded[1:, 1:]  # all cells around the post
+    assert drawn.ravel()[seen].all()
+
+
+@pytest.mark.parametrize("metric", ["max", "rms"])
+def test_smaller_tolerance_splits_no_less(ctx, scene, metric):
+    for camera in cameras(scene.heightmap).values():
+        splits = [scene.select(camera, tolerance, metric).splits for tolerance in (8, 4, 2, 1, 0.5, 0.1, 0.01)]
+        assert splits == sorted(splits)
+
+
+def test_zero_tolerance_draws_every_cell_in_the_picture(ctx, scene):
+    for camera in cameras(scene.heightmap).values():
+        selection = scene.select(camera, 0.0)
+        levels = leaf_levels(scene, selection)
+        seen = reference.ideal_quadtrees(
+            scene.terrain.filled.astype("f8"), scene.heightmap.spacing_m, camera, scene.size, scene.near_m, np.inf
+        )[0].seen[0]
+        assert (levels[seen] == 0).all()
+        assert selection.certified_px == 0.0
+
+
+def test_nothing_is_drawn_of_a_map_behind_the_eye(ctx, scene):
+    east, north = scene.heightmap.extent_m
+    away = Camera((-east, -north, 1e4), (-9 * east, -9 * north, 2e4))
+    selection = scene.select(away, 1.0)
+    assert selection.patches == selection.triangles == selection.draws == 0
+    assert selection.certified_px == 0.0
+    assert scene.triangles(selection).shape == (0, 3, 2)
+    achieved = scene.achieved(selection, away)
+    assert (achieved.posts, achieved.max_px, achieved.uncovered) == (0, 0.0, 0)
+
+
+@settings(max_examples=40)
+@given(st.integers(0, 10**6), st.sampled_from(["max", "rms"]))
+def test_certified_is_never_above_the_tolerance(ctx, scene, seed, metric):
+    rng = np.random.default_rng(seed)
+    east, north = scene.heightmap.extent_m
+    low, high = scene.heightmap.range_m
+    for _ in range(4):
+        eye = rng.uniform([-east, -north, low], [2 * east, 2 * north, high + east])
+        camera = Camera(tuple(eye), tuple(rng.uniform([0, 0, low], [east, north, high])), float(rng.uniform(5, 120)))
+        tolerance = float(np.float32(10 ** rng.uniform(-2, 2)))
+        assert scene.select(camera, tolerance, metric).certified_px <= tolerance
+
+
+def test_tilted_plane_takes_few_triangles(ctx):
+    heightmap = Heightmap(plane(1025), 5.0)
+    scene = Scene.of(ctx, heightmap, (1280, 720))
+    for view, camera in cameras(heightmap, scene.size).items():
+        assert scene.select(camera, 1.0).triangles < 500, view
+    scene.release()
+
+
+REAL = [
+    ("deathvalley_basinrange_4097_u16_off100.png", {"spacing_m": (73, 93), "z_offset_m": -100.0}),
+    ("moon_gld100_lon100-116_lat28-44_4096.png", {"spacing_m": (96, 118), "z_offset_m": -10000.0}),
+    ("narok_srtm_z12_4608_f32.tif", {"spacing_m": 19.1}),
+    ("greenriver.tif", {"spacing_m": 1}),
+    ("mt_rainier_90m.tif", {"spacing_m": (64, 93)}),
+    ("ps_height_1k.png", {"spacing_m": 160, "z_scale": 0.1}),
+    ("N37W123.hgt", {"spacing_m": (73, 93)}),
+]
+
+
+@pytest.mark.parametrize("name, options", REAL, ids=[name for name, _ in REAL])
+def test_real_maps_take_little_more_than_the_ideal_quadtree(ctx, dem, name, options):
+    whole = Heightmap.open(dem / name, **options)
+    row, col = max(0, (whole.rows - 1025) // 2), max(0, (whole.cols - 1025) // 2)
+    heightmap = Heightmap(whole.heights[row : row + 1025, col : col + 1025], whole.spacing_m, name)
+    scene = Scene.of(ctx, heightmap, (1280, 720))
+    void = np.isnan(heightmap.heights)
+    for view in ("default", "grazing"):
+        camera = cameras(heightmap, scene.size)[view]
+        triangles = scene.select(camera, 1.0).triangles
+        ideal, plain = reference.ideal_quadtrees(
+            scene.terrain.filled.astype("f8"), heightmap.spacing_m, camera, scene.size, scene.near_m, 1.0, void
+        )
+        print(
+            f"{name} {view}: {triangles} triangles, {triangles / ideal.triangles:.2f} x ideal restricted quadtree, ",
+            end="",
+        )
+        print(f"{triangles / plain.triangles:.2f} x unrestricted")
+        assert triangles <= 1.6 * ideal.triangles
+    scene.release()
+
+
+def test_reference_quadtree_of_a_flat_map_is_one_leaf():
+    ideal, plain = reference.ideal_quadtrees(
+        np.zeros((17, 17)), (1.0, 1.0), Camera((8, 8, 30), (8, 8, 0)), (64, 64), 0.1, 1
+    )
+    assert ideal.triangles == plain.triangles == 2
+
+
+def test_reference_quadtree_around_a_spike():
+    """A spike on a post that is odd in both directions: one node of each level holds it, one is split."""
+    heights = np.zeros((65, 65))
+    heights[29, 29] = 10.0
+    camera = Camera((32, 32, 400), (32, 32, 0), 20.0)
+    ideal, plain = reference.ideal_quadtrees(heights, (1.0, 1.0), camera, (640, 640), 0.1, 0.01)
+    assert [int(level.sum()) for level in plain.splits] == [0, 1, 1, 1, 1, 1, 1]
+    assert plain.triangles == 2 * (4 + 3 * 5)
+    for fine, coarse in zip(ideal.splits[1:], ideal.splits[2:], strict=False):
+        around = fine | np.logical_or.reduce(reference._neighbours(fine))
+        assert coarse.repeat(2, 0).repeat(2, 1)[around].all()
+    assert ideal.triangles > plain.triangles
