@@ -1,0 +1,48 @@
+"""Triangles drawn for a certified error, next to the ideal restricted quadtree for the same map, view and tolerance.
+
+The ideal knows the true error of every post from every eye; it is computed in numpy (reference.ideal_quadtrees), in
+time and memory that grow with the whole map: maps are cropped to their middle 1025 × 1025 posts.
+
+Run: python benchmarks/economy.py [MAP ...]    (bundled names or files; spacing as their tags say)
+"""
+
+import sys
+
+import numpy as np
+
+from terrain_gl import Camera, Heightmap, Renderer, reference
+from terrain_gl.maps import bundled
+from terrain_gl.renderer import NEAR
+
+SIZE = (1280, 720)
+POSTS = 1025
+
+
+def open_map(name: str) -> Heightmap:
+    """A bundled map by its name, or a file; its middle if it is large."""
+    known = bundled().get(name)
+    scale = (known.path, known.spacing_m, known.z_scale, known.z_offset_m) if known else (name,)
+    whole = Heightmap.open(*scale)
+    row, col = max(0, whole.rows - POSTS) // 2, max(0, whole.cols - POSTS) // 2
+    return Heightmap(whole.heights[row : row + POSTS, col : col + POSTS], whole.spacing_m, name)
+
+
+def compare(heightmap: Heightmap, max_error_px: float) -> tuple[int, int, int]:
+    """Triangles drawn, of the ideal restricted quadtree, and of the ideal quadtree without restriction."""
+    camera = Camera.default(heightmap)
+    with Renderer(heightmap, SIZE) as renderer:
+        drawn = renderer.draw(camera, max_error_px)["triangles"]
+        filled = renderer.terrain.filled.astype(np.float64)
+    near_m = NEAR * min(heightmap.spacing_m)
+    void = np.isnan(heightmap.heights) if heightmap.voids else None
+    restricted, plain = reference.ideal_quadtrees(filled, heightmap.spacing_m, camera, SIZE, near_m, max_error_px, void)
+    return drawn, restricted.triangles, plain.triangles
+
+
+print(f"{'map':24}{'px':>6}{'drawn':>10}{'restricted':>12}{'ratio':>7}{'plain':>10}{'ratio':>7}")
+for name in sys.argv[1:] or list(bundled()):
+    heightmap = open_map(name)
+    for max_error_px in (0.5, 1.0, 2.0, 4.0):
+        drawn, restricted, plain = compare(heightmap, max_error_px)
+        ratios = f"{restricted:12,}{drawn / restricted:7.2f}{plain:10,}{drawn / plain:7.2f}"
+        print(f"{name[-24:]:24}{max_error_px:6.1f}{drawn:10,}{ratios}", flush=True)
