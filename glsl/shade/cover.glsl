@@ -73,9 +73,9 @@ vec3 albedo_of(Ground g, float hollow) {
     return mix(colour, vec3(0.80, 0.84, 0.90), snowy * snowiness());
 }
 
-// Standing water lies dead level, far and wide; a map that is level everywhere is none.
+// Standing water lies dead level, far and wide, in green land; a map that is level everywhere is none.
 float wetness(Ground g) {
     if (u_rms_slope < 0.001) return 0.0;
     float around = length(rough_slope(g.post, max(vec2(16.0), g.extent)));
-    return 1.0 - smoothstep(0.0004, 0.0015, around + 0.5 * length(g.fine.slope));
+    return greenness() * (1.0 - smoothstep(0.0004, 0.0015, around + 0.5 * length(g.fine.slope)));
 }
