@@ -1,0 +1,159 @@
+"""Meshes as the GPU draws them, captured: vertices on posts, watertight, no flipped or overlapping triangles."""
+
+import numpy as np
+import pytest
+from hypothesis import given, settings
+from hypothesis import strategies as st
+from maps import MAPS, Scene, cameras, rough
+
+from terrain_gl.camera import Camera
+from terrain_gl.exceptions import TerrainError
+from terrain_gl.heightmap import Heightmap
+from terrain_gl.mesh import captured_triangles
+
+SIZES = [
+    (2, 2),
+    (2, 3),
+    (3, 2),
+    (3, 3),
+    (2, 300),
+    (300, 2),
+    (5, 9),
+    (64, 64),
+    (65, 65),
+    (66, 67),
+    (127, 255),
+    (100, 301),
+]
+
+
+def doubled_areas(triangles):
+    """Positive where a triangle is counter-clockwise seen from above; rows run south."""
+    a, b, c = (triangles[:, i].astype("i8") for i in range(3))
+    return -((b[:, 0] - a[:, 0]) * (c[:, 1] - a[:, 1]) - (b[:, 1] - a[:, 1]) * (c[:, 0] - a[:, 0]))
+
+
+def directed_edges(triangles):
+    posts = triangles[..., 1].astype("i8") << 20 | triangles[..., 0]
+    return np.concatenate([np.stack([posts[:, i], posts[:, (i + 1) % 3]], 1) for i in range(3)])
+
+
+def lone_edges(triangles):
+    """Edges of one triangle only, (n, 2, 2) columns and rows; asserts that no edge has more than two, one each way."""
+    edges = directed_edges(triangles)
+    assert len(np.unique(edges, axis=0)) == len(edges), "two triangles on one side of an edge"
+    whole, count = np.unique(np.sort(edges, 1), axis=0, return_counts=True)
+    lone = whole[count == 1]
+    return np.stack([lone & 0xFFFFF, lone >> 20], -1)
+
+
+def check_watertight(triangles, heightmap):
+    """Every inner edge of two triangles, all outer ones along the map's rim, all of the map covered once."""
+    last = np.array([heightmap.cols - 1, heightmap.rows - 1])
+    assert triangles.min() >= 0 and (triangles <= last).all()
+    areas = doubled_areas(triangles)
+    assert (areas > 0).all()
+    assert areas.sum() == 2 * last.prod()
+    rim = lone_edges(triangles)
+    along = ((rim == 0) | (rim == last)).all(1)  # both ends on the same side
+    assert along.any(1).all()
+
+
+@pytest.mark.parametrize("shape", SIZES, ids=str)
+def test_every_size_is_watertight(ctx, shape):
+    heightmap = Heightmap(rough(*shape, seed=4), 10.0)
+    scene = Scene.of(ctx, heightmap)
+    for camera in cameras(heightmap).values():
+        for tolerance in (0.0, 0.3, 1.0, 5.0):
+            selection = scene.select(camera, tolerance, cull=False)
+            check_watertight(scene.triangles(selection), heightmap)
+    scene.release()
+
+
+@pytest.mark.parametrize("name", MAPS)
+def test_hard_maps_are_watertight(ctx, name):
+    heightmap = MAPS[name]()
+    scene = Scene.of(ctx, heightmap)
+    for camera in cameras(heightmap).values():
+        for tolerance, metric in ((0.5, "max"), (2.0, "max"), (1.0, "rms")):
+            selection = scene.select(camera, tolerance, metric, cull=False)
+            check_watertight(scene.triangles(selection), heightmap)
+    scene.release()
+
+
+@settings(max_examples=60)
+@given(st.integers(2, 80), st.integers(2, 80), st.integers(0, 10**6))
+def test_any_map_is_watertight_from_anywhere(ctx, rows, cols, seed):
+    rng = np.random.default_rng(seed)
+    heights = rough(rows, cols, seed, 10 ** rng.uniform(-2, 3))
+    if rng.random() < 0.3:
+        heights[rng.random(heights.shape) < 0.1] = np.nan
+        heights[0, 0] = 0
+    heightmap = Heightmap(heights, tuple(rng.uniform(0.5, 30, 2)))
+    scene = Scene.of(ctx, heightmap)
+    east, north = heightmap.extent_m
+    low, high = heightmap.range_m
+    for _ in range(3):
+        eye = rng.uniform([-east, -north, low], [2 * east, 2 * north, high + east])
+        camera = Camera(tuple(eye), tuple(rng.uniform([0, 0, low], [east, north, high])), float(rng.uniform(5, 140)))
+        selection = scene.select(
+            camera, float(10 ** rng.uniform(-2, 1)), ("max", "rms")[rng.integers(0, 2)], cull=False
+        )
+        check_watertight(scene.triangles(selection), heightmap)
+    scene.release()
+
+
+def test_culled_mesh_has_no_gap_where_it_is_seen(ctx):
+    """Lone edges of a culled mesh are on the map's rim or out of the picture."""
+    heightmap = MAPS["odd"]()
+    scene = Scene.of(ctx, heightmap)
+    last = np.array([heightmap.cols - 1, heightmap.rows - 1])
+    for camera in cameras(heightmap).values():
+        lone = lone_edges(scene.triangles(scene.select(camera, 1.0)))
+        inner = lone[~((lone == 0) | (lone == last)).all(1).any(1)]
+        for t in np.linspace(0, 1, 9):
+            assert not in_picture(scene, camera, inner[:, 0] * (1 - t) + inner[:, 1] * t, inner, t).any()
+    scene.release()
+
+
+def in_picture(scene, camera, places, edges, t):
+    """Whether points on drawn edges stand in the picture; (n, 2) columns and rows."""
+    heights = scene.terrain.filled[edges[..., 1], edges[..., 0]].astype("f8")
+    up = heights[:, 0] * (1 - t) + heights[:, 1] * t
+    east, north = scene.heightmap.spacing_m
+    world = np.stack([places[:, 0] * east, (scene.heightmap.rows - 1 - places[:, 1]) * north, up], -1)
+    x, y, z = camera.axes @ (world - np.asarray(camera.eye)).T
+    tan_x, tan_y = camera.half_extent(scene.size)
+    return (z >= scene.near_m) & (np.abs(x) <= tan_x * z) & (np.abs(y) <= tan_y * z)
+
+
+def test_many_large_patches_are_not_garbled(ctx):
+    """Mesa draws garbage beyond 65,535 vertices a draw: a map of patches of 32 × 32, every triangle checked."""
+    heightmap = Heightmap(rough(513, 513, 9), 10.0)
+    scene = Scene.of(ctx, heightmap)
+    selection = scene.select(cameras(heightmap)["far"], 0.0, cull=False)
+    assert selection.counts[5] > 65535 // 33**2
+    check_watertight(scene.triangles(selection), heightmap)
+    scene.release()
+
+
+def test_heights_are_those_of_the_posts(ctx, monkeypatch):
+    heightmap = MAPS["offset"]()
+    scene = Scene.of(ctx, heightmap)
+    selection = scene.select(cameras(heightmap)["default"], 1.0)
+    scene.triangles(selection)  # compares them, to the bit
+    scene.terrain.filled = scene.terrain.filled + np.float32(0.01)
+    with pytest.raises(TerrainError, match="beside their posts"):
+        captured_triangles(scene.levels, selection)
+    scene.release()
+
+
+def test_capture_leaves_no_trace_in_the_next_one(ctx):
+    heightmap = MAPS["odd"]()
+    scene = Scene.of(ctx, heightmap)
+    camera = cameras(heightmap)["default"]
+    few = scene.triangles(scene.select(camera, 5.0))
+    many = scene.triangles(scene.select(camera, 0.1))
+    assert len(many) > 4 * len(few)
+    assert scene.triangles(scene.select(camera, 5.0)).tobytes() == few.tobytes()
+    scene.release()
