@@ -7,7 +7,22 @@ in vec2 v_post;
 flat in uvec2 v_patch_shape;
 layout(location = 0) out vec2 out_post;
 
+// From the middle of a pixel to its samples, where all GPUs have them.
+const vec2 SAMPLE_AT[4] = vec2[4](vec2(-0.125, -0.375), vec2(0.375, -0.125), vec2(-0.375, 0.125), vec2(0.125, 0.375));
+
+// The place at a sample that the triangle covers: at a ridge, the pixel's middle may be far off, over a void.
+vec2 covered_place() {
+    vec3 at = vec3(v_post, 1.0) * gl_FragCoord.w;  // linear on the screen
+    vec3 right = dFdx(at), up = dFdy(at);
+    int covered = gl_SampleMaskIn[0] & 15;
+    if (gl_NumSamples != 4 || covered == 15 || covered == 0) return v_post;
+    vec2 offset = SAMPLE_AT[findLSB(covered)];
+    vec3 moved = at + right * offset.x + up * offset.y;
+    return moved.xy / moved.z;
+}
+
 void main() {
-    out_post = place_in_patch(v_post, lattice_of(v_patch_shape));
-    if (is_in_hole(out_post)) discard;
+    Lattice l = lattice_of(v_patch_shape);
+    out_post = place_in_patch(v_post, l);
+    if (u_has_voids != 0 && is_in_hole(place_in_patch(covered_place(), l))) discard;
 }
