@@ -90,7 +90,7 @@ def quad_errors(heights: np.ndarray, level: int) -> tuple[np.ndarray, np.ndarray
     y, x = nodes_along(h.shape[0], level), nodes_along(h.shape[1], level)
     t = ((x.post - x.low[:, None]) / (x.high - x.low)[:, None])[None, None]
     s = ((y.post - y.low[:, None]) / (y.high - y.low)[:, None])[:, :, None, None]
-    nw, ne, sw, se = (_corner(h, rows, cols) for rows in (y.low, y.high) for cols in (x.low, x.high))
+    nw, ne, sw, se = (_at_nodes(h, rows, cols) for rows in (y.low, y.high) for cols in (x.low, x.high))
     falling = np.where(t >= s, nw + (ne - nw) * t + (se - ne) * s, nw + (sw - nw) * s + (se - sw) * t)
     rising = np.where(s + t <= 1, nw + (ne - nw) * t + (sw - nw) * s, se + (sw - se) * (1 - t) + (ne - se) * (1 - s))
     truth = h[_per_node(y, x)]
@@ -115,12 +115,12 @@ def _wedges(h: np.ndarray, y: Nodes, x: Nodes) -> tuple[list[np.ndarray], np.nda
     """Heights in the fans' wedges north and south of the centre, edge whole and in halves, and the centre's weight."""
     north, weight = _from_middle(y)
     north, weight = north[:, :, None, None], weight[:, :, None, None]
-    a, m, b = (np.where(north, _corner(h, y.low, c), _corner(h, y.high, c)) for c in (x.low, x.mid, x.high))
+    a, m, b = (np.where(north, _at_nodes(h, y.low, c), _at_nodes(h, y.high, c)) for c in (x.low, x.mid, x.high))
     before, after = (x.mid - x.low)[:, None], (x.high - x.mid)[:, None]
     at = (x.post - x.mid[:, None]) / np.where(weight < 1, 1 - weight, 1)  # where the ray from the centre meets the edge
     whole = a + (b - a) * (at + before) / (before + after)
     halves = m + np.where(at <= 0, (m - a) * at / before, (b - m) * at / np.maximum(after, 1))
-    return [weight * _corner(h, y.mid, x.mid) + (1 - weight) * edge for edge in (whole, halves)], weight
+    return [weight * _at_nodes(h, y.mid, x.mid) + (1 - weight) * edge for edge in (whole, halves)], weight
 
 
 def _from_middle(axis: Nodes) -> tuple[np.ndarray, np.ndarray]:
@@ -135,7 +135,7 @@ def _per_node(y: Nodes, x: Nodes) -> tuple[np.ndarray, np.ndarray]:
     return y.post[:, :, None, None], x.post[None, None]
 
 
-def _corner(h: np.ndarray, rows: np.ndarray, cols: np.ndarray) -> np.ndarray:
+def _at_nodes(h: np.ndarray, rows: np.ndarray, cols: np.ndarray) -> np.ndarray:
     return h[rows[:, None, None, None], cols[None, None, :, None]]
 
 
