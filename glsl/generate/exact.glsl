@@ -1,0 +1,57 @@
+// generate/exact.glsl — arithmetic whose every bit is the same on every driver.
+//   GLSL 4.30 (section 4.5.1) has floats add, subtract, multiply, compare and floor as IEEE 754 says, while division,
+//   square roots and functions like dot() and mix() may differ in their last bits. So here are only the former, and
+//   `precise` keeps a product and a sum from becoming one operation. Every function returns a precise variable.
+// Provides blend(), dot2(), smooth_step(), inverse_sqrt(), soft_abs(), hash(), signed_unit().
+
+float blend(float a, float b, float t) {
+    precise float y = a + t * (b - a);
+    return y;
+}
+
+float dot2(vec2 a, vec2 b) {
+    precise float y = a.x * b.x + a.y * b.y;
+    return y;
+}
+
+// 0 below `low`, 1 from low + 1 / steepness on, smooth between.
+float smooth_step(float low, float steepness, float x) {
+    precise float t = min(max((x - low) * steepness, 0.0), 1.0);
+    precise float y = t * t * (3.0 - 2.0 * t);
+    return y;
+}
+
+// 1 / sqrt(x) by Newton's method, from a guess that halves the exponent (Lomont 2003).
+float inverse_sqrt(float x) {
+    precise float y = uintBitsToFloat(0x5f375a86u - (floatBitsToUint(x) >> 1));
+    precise float half_x = 0.5 * x;
+    for (int i = 0; i < 3; i++) y = y * (1.5 - half_x * y * y);
+    return y;
+}
+
+// |x|, round where it is below `softness`.
+float soft_abs(float x, float softness) {
+    precise float square = x * x;
+    precise float bounded = square + softness * softness;
+    precise float y = square * inverse_sqrt(bounded);
+    return y;
+}
+
+// Three numbers of 32 bits that look like chance, out of three (pcg3d of Jarzynski and Olano 2020, listing 2).
+uvec3 hash(uvec3 v) {
+    v = v * 1664525u + 1013904223u;
+    v.x += v.y * v.z;
+    v.y += v.z * v.x;
+    v.z += v.x * v.y;
+    v ^= v >> 16u;
+    v.x += v.y * v.z;
+    v.y += v.z * v.x;
+    v.z += v.x * v.y;
+    return v;
+}
+
+// -1 to 1, of the 24 highest bits.
+float signed_unit(uint bits) {
+    precise float y = float(bits >> 8) * (1.0 / 8388608.0) - 1.0;
+    return y;
+}

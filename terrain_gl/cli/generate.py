@@ -1,0 +1,94 @@
+"""`terrain-gl generate`: a heightmap made from a seed."""
+
+from __future__ import annotations
+
+import argparse
+import re
+import time
+from dataclasses import asdict
+from typing import Any
+
+from ..context import backend_name, create_context
+from ..generate import FORMATS, RECIPES, Land, format_of, open_options, shot_command, write_land
+from . import options, report
+
+
+def add(commands: Any) -> None:
+    """Add the command."""
+    command = options.add_command(
+        commands,
+        "generate",
+        run,
+        help="a heightmap of gradient noise: hills, canyons, ranges",
+        description="Make a heightmap. One seed gives the same bytes on every driver, and a larger map goes on where\n"
+        "a smaller one ends: its north-west corner is the same land.",
+        example="generate land.png --size 1025 --seed 7 --cliffs 0.7",
+    )
+    command.add_argument("output", metavar="OUT", help=f"heightmap, {', '.join(FORMATS)}")
+    command.add_argument("--size", type=size, metavar="N or WxH", default=(1025, 1025), help="posts (default: 1025)")
+    command.add_argument("--seed", type=whole, metavar="S", default=0, help="another land for each (default: 0)")
+    command.add_argument(
+        "--cliffs", type=options.number, metavar="C", default=0.5, help="0 rolling hills, 1 canyons (default: 0.5)"
+    )
+    command.add_argument(
+        "--octaves", type=whole, metavar="K", help="scales of detail (default: what the spacing shows)"
+    )
+    command.add_argument(
+        "--relief", type=options.number, metavar="M", default=1000.0, help="metres from plain to summit (default: 1000)"
+    )
+    command.add_argument(
+        "--spacing", type=options.number, metavar="M", default=10.0, help="metres between posts (default: 10)"
+    )
+    command.add_argument("--recipe", choices=RECIPES, default=RECIPES[0], help="tablelands, or ranges of ridges")
+    command.add_argument(
+        "--backend", metavar="NAME", default="auto", help="OpenGL from egl, osmesa, glfw, or auto (default)"
+    )
+    options.add_json(command)
+
+
+def run(args: argparse.Namespace) -> int:
+    """Make, write, tell."""
+    cols, rows = args.size
+    land = Land(cols, rows, args.seed, args.cliffs, args.octaves, args.relief, args.spacing, args.recipe)
+    suffix = format_of(args.output)
+    options.check_writable(args.output, args.json)
+    about = make(land, args.output, args.backend) | {"open_with": open_options(land, suffix)}
+    report.write_json(args.json, about)
+    report.say(args.json, f"{report.shown(args.output)}: {summary(about)}")
+    report.say(args.json, report.shown(shot_command(land, args.output)))
+    return 0
+
+
+def make(land: Land, path: str, backend: str) -> dict[str, Any]:
+    """Make the land, in a context of its own; what was made."""
+    ctx = create_context(backend)
+    with ctx, report.progress_bar("generating") as progress:
+        started = time.perf_counter()
+        range_m = write_land(ctx, land, path, progress)
+        ms = 1e3 * (time.perf_counter() - started)
+        driver = {"gl_renderer": ctx.info["GL_RENDERER"], "backend": backend_name(ctx)}
+    ctx.release()
+    made = asdict(land) | {"octaves": land.octaves_made, "range_m": list(range_m)}
+    return {"map": path} | made | driver | {"ms": {"generate": ms}}
+
+
+def summary(about: dict[str, Any]) -> str:
+    """What was made, in a line."""
+    low, high = about["range_m"]
+    made = f"{about['cols']} x {about['rows']} posts, {low:g} to {high:g} m, {about['octaves']} octaves"
+    return f"{made}, {about['ms']['generate'] / 1e3:.1f} s"
+
+
+def whole(text: str) -> int:
+    """A whole number."""
+    if not re.fullmatch(r"-?\d{1,18}", text):
+        raise argparse.ArgumentTypeError(f"expected a whole number, got {text!r}")
+    return int(text)
+
+
+def size(text: str) -> tuple[int, int]:
+    """N, or WxH."""
+    found = re.fullmatch(r"(\d{1,9})(?:x(\d{1,9}))?", text)
+    if not found:
+        raise argparse.ArgumentTypeError(f"expected posts N or WxH, got {text!r}")
+    return int(found[1]), int(found[2] or found[1])

@@ -1,0 +1,255 @@
+"""Heightmaps out of nothing: seeded land of any size, from rolling hills to canyons, made by a compute shader.
+
+Gradient noise in octaves, moved about by more of it, gives the great forms; stripes that follow the slopes cut gullies;
+a staircase over elevation makes benches and cliffs. A post's height depends on its place alone, counted from the
+north-west corner: neither the size of the map nor the bands that it is made in change it. And the shader only adds,
+multiplies and compares (glsl/generate/exact.glsl), so that one seed gives the same bytes on every driver that
+rounds as GLSL demands; heights are rounded to a step besides.
+
+Specification: `reference.land`.
+"""
+
+from __future__ import annotations
+
+import math
+import os
+import shlex
+from collections.abc import Callable, Iterator
+from dataclasses import dataclass
+from pathlib import Path
+from typing import Any
+
+import moderngl
+import numpy as np
+import OpenImageIO as oiio
+
+from . import shaders
+from .exceptions import TerrainError, UsageError
+from .heightmap import Heightmap
+from .image import replacing
+
+MAX_SIDE = 16384
+MAX_OCTAVES = 16
+MAX_SEED = 2**24 - 1  # more would meet the noise's layers in the hash
+RECIPES = ("canyon", "alpine")  # numbered as in glsl/generate/land.glsl
+FORMATS = {".png": "uint16", ".tif": "float", ".tiff": "float", ".exr": "float"}
+RELIEFS_PER_UNIT = 8  # the longest waves, in reliefs
+FINER = 64  # steps of a float file in one of a PNG
+GROUP = 64  # threads of a work group, as in glsl/generate
+BAND_POSTS = 2**20  # made at once: 4 MiB of GPU memory, and a moment even in software
+
+Progress = Callable[[float], None]
+
+
+@dataclass(frozen=True)
+class Land:
+    """What to make.
+
+    Attributes
+    ----------
+    cols, rows
+        Posts, 2 to 16384.
+    seed
+        0 to 16777215; each is another land.
+    cliffs
+        0, rolling hills, to 1, tablelands cut by canyons.
+    octaves
+        Scales of detail, 1 to 16: the longest is 8 reliefs, each further one half as long. By default those that the
+        spacing can show.
+    relief_m
+        Metres from the lowest plain to the highest summit there can be; land that is twice as high is twice as wide,
+        so that slopes stay what they are.
+    spacing_m
+        Metres between posts, at most the relief.
+    recipe
+        "canyon", or "alpine": ranges of ridges, whatever the cliffs.
+
+    Raises
+    ------
+    UsageError
+        A value out of its range.
+    """
+
+    cols: int
+    rows: int
+    seed: int = 0
+    cliffs: float = 0.5
+    octaves: int | None = None
+    relief_m: float = 1000.0
+    spacing_m: float = 10.0
+    recipe: str = RECIPES[0]
+
+    def __post_init__(self) -> None:
+        _check("size", {self.cols, self.rows} <= set(range(2, MAX_SIDE + 1)), f"2 to {MAX_SIDE} posts a side")
+        _check("seed", 0 <= self.seed <= MAX_SEED, f"a whole number from 0 to {MAX_SEED}")
+        _check("cliffs", 0 <= self.cliffs <= 1, "a number from 0 to 1")
+        _check("octaves", self.octaves is None or 1 <= self.octaves <= MAX_OCTAVES, f"1 to {MAX_OCTAVES}")
+        _check("relief", 1e-3 <= self.relief_m <= 1e6, "0.001 to 1000000 metres")
+        _check("spacing", self.relief_m * 1e-6 <= self.spacing_m <= self.relief_m, "a millionth of the relief to all")
+        _check("recipe", self.recipe in RECIPES, " or ".join(RECIPES))
+
+    @property
+    def octaves_made(self) -> int:
+        """Octaves asked for, or those whose gullies are six posts wide or more."""
+        shown = math.floor(math.log2(RELIEFS_PER_UNIT * self.relief_m / (2 * self.spacing_m)))
+        return self.octaves or min(max(shown, 1), MAX_OCTAVES)
+
+    @property
+    def z_scale(self) -> float:
+        """Metres per unit of a 16-bit file: the least 1, 2 or 5 times a power of ten that reaches the relief."""
+        least = self.relief_m / 65535
+        exponent = math.floor(math.log10(least))
+        steps = (float(f"{digit}e{exponent}") for digit in (1, 2, 5, 10))
+        return next(step for step in steps if step >= least)
+
+    @property
+    def words(self) -> str:
+        """The command line that makes this land."""
+        detail = f"--octaves {self.octaves_made} --relief {self.relief_m:.12g} --spacing {self.spacing_m:.12g}"
+        return (
+            f"--size {self.cols}x{self.rows} --seed {self.seed} --cliffs {self.cliffs:.12g} {detail} "
+            f"--recipe {self.recipe}"
+        )
+
+
+def generate(ctx: moderngl.Context, land: Land, progress: Progress | None = None) -> Heightmap:
+    """Make the land in memory; heights as a float file would have them."""
+    bands = bands_of(ctx, land, progress)
+    return Heightmap(np.concatenate([stored(band, land, ".tif") for band in bands]), land.spacing_m, land.words)
+
+
+def write_land(
+    ctx: moderngl.Context, land: Land, path: str | os.PathLike[str], progress: Progress | None = None
+) -> tuple[float, float]:
+    """Write the land to a file, band by band, so that memory stays small; returns the lowest and highest metres.
+
+    Parameters
+    ----------
+    path
+        `.png`: 16 bits, of `land.z_scale` metres each; `.tif`, `.tiff`, `.exr`: metres. How to open it stands in
+        the file's description.
+    progress
+        Called with the part done, 0 to 1.
+
+    Raises
+    ------
+    UsageError
+        An unknown ending.
+    TerrainError
+        The file cannot be written.
+    """
+    suffix = format_of(path)
+    with replacing(path) as beside:
+        _make_sure_of_space(beside, land, suffix)
+        with _Writer(beside, path, land, suffix) as writer:
+            for band in bands_of(ctx, land, progress):
+                writer.write(stored(band, land, suffix))
+    return writer.low * writer.unit, writer.high * writer.unit
+
+
+def format_of(path: str | os.PathLike[str]) -> str:
+    """Ending of the file's name, in small letters; `UsageError` if it is none of `FORMATS`."""
+    suffix = Path(path).suffix.lower()
+    if suffix not in FORMATS:
+        raise UsageError(f"{path}: a heightmap's name must end in one of {', '.join(FORMATS)}")
+    return suffix
+
+
+def open_options(land: Land, suffix: str) -> str:
+    """Options under which the other commands read the file as it was meant."""
+    scale = land.z_scale if FORMATS[suffix] == "uint16" else 1
+    return f"--spacing {land.spacing_m:.12g} --z-scale {scale:g} --z-offset 0"
+
+
+def shot_command(land: Land, path: str) -> str:
+    """The command that draws a picture of the file."""
+    picture = os.path.splitext(path)[0] + "-shot.png"
+    return f"terrain-gl shot {shlex.quote(path)} {open_options(land, format_of(path))} -o {shlex.quote(picture)}"
+
+
+def bands_of(
+    ctx: moderngl.Context, land: Land, progress: Progress | None = None, posts: int = BAND_POSTS
+) -> Iterator[np.ndarray]:
+    """Heights as parts of the relief, float32 (rows, cols) from 0 to 1, in bands from north to south."""
+    kernel: Any = shaders.compute(ctx, "generate/heights.comp")
+    rows = max(1, posts // land.cols)
+    buffer = ctx.buffer(reserve=4 * land.cols * min(rows, land.rows))
+    try:
+        for first in range(0, land.rows, rows):
+            size = land.cols, min(rows, land.rows - first)
+            _set(kernel, land, size, first)
+            buffer.bind_to_storage_buffer(kernel["Heights"].binding)
+            kernel.run(-(-size[0] // GROUP), size[1])
+            ctx.memory_barrier(moderngl.BUFFER_UPDATE_BARRIER_BIT)
+            yield np.frombuffer(buffer.read(4 * size[0] * size[1]), "<f4").reshape(size[::-1])
+            if progress:
+                progress((first + size[1]) / land.rows)
+    finally:
+        buffer.release()
+        kernel.release()
+
+
+def stored(band: np.ndarray, land: Land, suffix: str) -> np.ndarray:
+    """Parts of the relief as the file has them: whole steps in 16 bits, or float32 metres of steps 64 times finer."""
+    steps = band.astype(np.float64) * (land.relief_m / land.z_scale)
+    if FORMATS[suffix] == "uint16":
+        return np.rint(steps).astype(np.uint16)
+    return (np.rint(steps * FINER) * (land.z_scale / FINER)).astype(np.float32)
+
+
+def _set(kernel: Any, land: Land, size: tuple[int, int], first_row: int) -> None:
+    kernel["u_size"], kernel["u_first_row"] = size, first_row
+    kernel["u_step"] = step_of(land)
+    kernel["u_seed"], kernel["u_cliffs"], kernel["u_octaves"] = land.seed, land.cliffs, land.octaves_made
+    kernel["u_recipe"] = RECIPES.index(land.recipe)
+
+
+def step_of(land: Land) -> float:
+    """From post to post, in the units of the noise."""
+    return land.spacing_m / (RELIEFS_PER_UNIT * land.relief_m)
+
+
+class _Writer:
+    """A heightmap file, written row by row."""
+
+    def __init__(self, beside: Path, path: str | os.PathLike[str], land: Land, suffix: str) -> None:
+        self.path, self.row = path, 0
+        self.unit = land.z_scale if FORMATS[suffix] == "uint16" else 1.0
+        self.low, self.high = math.inf, -math.inf
+        spec = oiio.ImageSpec(land.cols, land.rows, 1, FORMATS[suffix])
+        spec.attribute("ImageDescription", f"terrain-gl generate {land.words}, read with {open_options(land, suffix)}")
+        spec.attribute("compression", "zip")
+        self.file: Any = oiio.ImageOutput.create(os.fspath(beside))
+        self._ensure(self.file is not None and self.file.open(os.fspath(beside), spec))
+
+    def __enter__(self) -> _Writer:
+        return self
+
+    def write(self, rows: np.ndarray) -> None:
+        """Add rows below those that there are."""
+        self.low, self.high = min(self.low, float(rows.min())), max(self.high, float(rows.max()))
+        end = self.row + len(rows)
+        self._ensure(self.file.write_scanlines(self.row, end, 0, rows[..., None]))
+        self.row = end
+
+    def __exit__(self, error: Any, *_: object) -> None:
+        closed = self.file.close()
+        if error is None:
+            self._ensure(closed)
+
+    def _ensure(self, done: bool) -> None:
+        if not done:
+            reason = " ".join((self.file.geterror() if self.file else oiio.geterror()).split())
+            raise TerrainError(f"{self.path}: cannot write: {reason or 'unknown reason'}")
+
+
+def _make_sure_of_space(beside: Path, land: Land, suffix: str) -> None:
+    """Take the room that the file can need: on a full disk libpng says nothing."""
+    most = land.cols * land.rows * np.dtype(FORMATS[suffix].replace("float", "f4")).itemsize
+    with open(beside, "wb") as probe:
+        os.posix_fallocate(probe.fileno(), 0, most + most // 8 + 65536)
+
+
+def _check(name: str, valid: bool, expected: str) -> None:
+    if not valid:
+        raise UsageError(f"{name} must be {expected}")
