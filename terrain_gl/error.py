@@ -2,7 +2,7 @@
 
 For each node of the quadtree the worst post and the root mean square, drawn as two triangles or as a fan
 (glsl/error/drawing.glsl); over them, summed-area tables of class counters and of squared errors, from which the bound
-of any rectangle of nodes costs four fetches (glsl/error/bound.glsl). Specification: `reference.node_errors`.
+of any rectangle of nodes costs four fetches (glsl/error/bound.glsl). Specification: `reference.drawing_errors`.
 """
 
 from __future__ import annotations
@@ -12,7 +12,7 @@ from typing import Any
 import moderngl
 import numpy as np
 
-from . import layout, shaders
+from . import gl, layout, shaders
 from .layout import Level
 from .sat import SummedAreaTables, Table
 from .terrain import Rect, Terrain
@@ -44,9 +44,9 @@ class ErrorTables:
         self._sat16, self._sat64 = SummedAreaTables(ctx, 16), SummedAreaTables(ctx, 64)
         last = terrain.levels[-1]
         tiles = last.first_count // (layout.CLASSES // 2) + 1
-        self.nodes = ctx.buffer(reserve=(last.first_node + last.nodes) * layout.NODE.itemsize)
-        self.counters = ctx.buffer(reserve=tiles * layout.CLASSES // 2 * 4)
-        self.squares = ctx.buffer(reserve=tiles * 8)
+        self.nodes = gl.reserve(ctx, (last.first_node + last.nodes) * layout.NODE.itemsize, "an error table")
+        self.counters = gl.reserve(ctx, tiles * layout.CLASSES // 2 * 4, "a table of counters")
+        self.squares = gl.reserve(ctx, tiles * 8, "a table of squared errors")
         self.build()
 
     @property

@@ -71,6 +71,17 @@ def limits(ctx: moderngl.Context) -> dict[str, int]:
     return found | {"viewport_size": min(pair)}
 
 
+def reserve(ctx: moderngl.Context, size: int, what: str) -> moderngl.Buffer:
+    """Make a storage buffer of `size` bytes; `TerrainError` if it is more than this driver's shaders reach."""
+    most = storage_block_bytes(ctx)
+    if size > most:
+        raise TerrainError(
+            f"{what} of {size >> 20} MiB is more than this driver's storage blocks hold ({most >> 20} MiB);"
+            " use a smaller map"
+        )
+    return ctx.buffer(reserve=size)
+
+
 def storage_block_bytes(ctx: moderngl.Context) -> int:
     """Bytes of a storage buffer that shaders reach."""
     # Mesa's software renderer reports 128 MiB, a default that it does not enforce: tables of 2 GiB came out exact

@@ -8,13 +8,13 @@ from typing import Any, NamedTuple
 import moderngl
 import numpy as np
 
-from . import shaders
+from . import gl, shaders
 from .camera import Vector
 from .heightmap import Heightmap
 from .sat import SummedAreaTables, Table
 from .terrain import Rect, Terrain
 
-_FETCH = moderngl.TEXTURE_FETCH_BARRIER_BIT | moderngl.SHADER_STORAGE_BARRIER_BIT
+_FETCH = moderngl.TEXTURE_FETCH_BARRIER_BIT | moderngl.TEXTURE_UPDATE_BARRIER_BIT | moderngl.SHADER_STORAGE_BARRIER_BIT
 
 
 class HeightSums:
@@ -25,7 +25,7 @@ class HeightSums:
         self.table = Table(terrain.heightmap.cols, terrain.heightmap.rows)
         self._sat = SummedAreaTables(self.ctx, 32)
         self._quantise: Any = shaders.compute(self.ctx, "shade/quantise.comp")
-        self.buffer = self.ctx.buffer(reserve=4 * self.table.words)
+        self.buffer = gl.reserve(self.ctx, 4 * self.table.words, "a table of heights")
         self.build()
 
     @property
@@ -70,6 +70,7 @@ class SunMap:
         self.ctx, self.terrain = terrain.ctx, terrain
         self._sweep: Any = shaders.compute(self.ctx, "shade/sun_sweep.comp")
         self.texture = self.ctx.texture((terrain.heightmap.cols, terrain.heightmap.rows), 1)
+        self.texture.build_mipmaps()  # a texture without them is incomplete: shaders could not write to it
         self.texture.filter = (moderngl.LINEAR_MIPMAP_LINEAR, moderngl.LINEAR)
         self.texture.repeat_x = self.texture.repeat_y = False
         self._sun: Vector | None = None

@@ -17,6 +17,7 @@ from terrain_gl.exceptions import TerrainError, UsageError
 from terrain_gl.readers import SRTM_VOID, Raster, Spacing, open_raster
 
 MAX_POSTS = 16384 * 16384
+MAX_SIDE = 16385  # so many posts does a quadtree of 15 levels reach over
 MAX_HEIGHT_M = 1e7  # beyond it float32 has steps above a metre, and a value is most likely an unnamed no-data mark
 
 
@@ -158,7 +159,7 @@ def _check_options(z_scale: float, z_offset_m: float, encoding: str) -> None:
 def _check_size(rows: int, cols: int, name: str) -> None:
     if rows < 2 or cols < 2:
         raise TerrainError(f"{name}: has {cols} x {rows} posts: a heightmap needs at least 2 x 2")
-    if rows * cols > MAX_POSTS:
+    if rows * cols > MAX_POSTS or max(rows, cols) > MAX_SIDE:
         raise TerrainError(
             f"{name}: has {cols} x {rows} posts, more than the {MAX_POSTS} (16384 x 16384) held in memory: "
             "crop it or reduce it, for example with gdal_translate -outsize"

@@ -8,7 +8,7 @@
     draws     indirect draw commands
 
 Around the eye the levels come out as the rings of a clipmap, as wide as the terrain's roughness lets them be.
-Specification: `reference.restricted_quadtree`.
+What it is measured against: `reference.ideal_quadtrees`.
 """
 
 from __future__ import annotations
@@ -25,8 +25,13 @@ from .error import ErrorTables
 
 METRICS = ("max", "rms")
 INFINITE_PX = 1e30
-_BARRIER = moderngl.SHADER_STORAGE_BARRIER_BIT | moderngl.COMMAND_BARRIER_BIT | moderngl.BUFFER_UPDATE_BARRIER_BIT
-_BINDINGS = {"nodes": 0, "split": 1, "active": 2, "offsets": 3, "summary": 4}
+# what the passes write is read as storage, as commands, as vertices, and back by Python
+_BARRIER = (
+    moderngl.SHADER_STORAGE_BARRIER_BIT
+    | moderngl.COMMAND_BARRIER_BIT
+    | moderngl.VERTEX_ATTRIB_ARRAY_BARRIER_BIT
+    | moderngl.BUFFER_UPDATE_BARRIER_BIT
+)
 
 
 @dataclass(frozen=True)
@@ -79,8 +84,9 @@ class View:
         block["eye_post"] = eye_post
         block["eye_offset_m"] = camera.eye[:2] - eye_post * spacing * [1, -1] - [0, row_zero_north]
         block["half_extent"] = camera.half_extent(size)
-        block["eye_z_m"] = camera.eye[2] - terrain.base_m
-        block["focal_px"], block["near_m"] = camera.focal_px(size[1]), near_m
+        block["eye_z_m"] = eye_z_m = camera.eye[2] - terrain.base_m
+        block["eye_z_rest_m"] = eye_z_m - float(block["eye_z_m"])
+        block["focal_px"] = camera.focal_px(size[1])
         for name, value in settings.items():
             block[name] = value
         self.block.write(block.tobytes())
@@ -97,10 +103,8 @@ class Levels:
         ctx = self.ctx = tables.ctx
         self.tables, self.terrain = tables, tables.terrain
         defines = {"CLASSES": layout.CLASSES, "COUNT_TILE": layout.COUNT_TILE}
-        names = ("refine", "balance", "tiles", "offsets", "draws")
-        self._kernels: dict[str, Any] = {name: shaders.compute(ctx, f"lod/{name}.comp") for name in names}
-        for name, emit in (("count", 0), ("emit", 1)):
-            self._kernels[name] = shaders.compute(ctx, "lod/patches.comp", defines | {"EMIT": emit})
+        names = ("refine", "balance", "tiles", "patches", "offsets", "draws")
+        self._kernels: dict[str, Any] = {name: shaders.compute(ctx, f"lod/{name}.comp", defines) for name in names}
         last = self.terrain.levels[-1]
         self._tiles = last.first_tile + 1
         self.view = View(ctx)
@@ -140,12 +144,12 @@ class Levels:
         self.ctx.copy_buffer(self._active, self._nothing, 16)
         self.ctx.copy_buffer(self._summary, self._nothing, 48, read_offset=16)
         self._run("tiles", -(-self._tiles // 64))
-        self._run_on_tiles("count")
+        self._run_on_tiles("patches", emit=False)
         self._run("offsets", 1)
         selection = self._read_summary()
         self._make_room(selection)
         self.patches.bind_to_storage_buffer(5)
-        self._run_on_tiles("emit")
+        self._run_on_tiles("patches", emit=True)
         self.draws.bind_to_storage_buffer(5)
         self._run("draws", max(1, -(-selection.draws // 64)))
         return selection
@@ -194,6 +198,7 @@ class Levels:
         self._kernels[name].run(*groups)
         self.ctx.memory_barrier(_BARRIER)
 
-    def _run_on_tiles(self, name: str) -> None:
+    def _run_on_tiles(self, name: str, emit: bool) -> None:
+        self._kernels[name]["u_emit"] = emit
         self._kernels[name].run_indirect(self._active)
         self.ctx.memory_barrier(_BARRIER)

@@ -4,11 +4,12 @@ from __future__ import annotations
 
 import time
 from collections import deque
-from collections.abc import Iterator
+from collections.abc import Callable, Iterator
 from contextlib import contextmanager
 from dataclasses import dataclass, field
+from functools import wraps
 from types import TracebackType
-from typing import Any
+from typing import Any, TypeVar, cast
 
 import moderngl
 import numpy as np
@@ -27,8 +28,22 @@ from .shade import STYLES, Picture
 from .terrain import Terrain
 
 METHODS = ("sat", "full")
+Part = TypeVar("Part")
+Method = TypeVar("Method", bound=Callable[..., Any])
 SUN = (300.0, 35.0)
 NEAR = 0.1  # near plane, in spacings
+
+
+def _in_own_context(method: Method) -> Method:
+    """Make the renderer's own context current first, whatever other renderers did meanwhile."""
+
+    @wraps(method)
+    def entered(self: Renderer, *args: Any, **settings: Any) -> Any:
+        if self._owns_ctx:
+            self.ctx.__enter__()
+        return method(self, *args, **settings)
+
+    return cast(Method, entered)
 
 
 @dataclass
@@ -91,18 +106,31 @@ class Renderer:
         self.ms: dict[str, float] = {}
         self._shot: _Shot | None = None
         self._measurement: Measurement | None = None
+        self._parts: list[Any] = []
+        try:
+            self._build(heightmap, size)
+        except BaseException:
+            self.release()
+            raise
+
+    def _build(self, heightmap: Heightmap, size: tuple[int, int]) -> None:
         self._check_size(size)
         posts, pixels = heightmap.rows * heightmap.cols, size[0] * size[1]
         with _memory_errors(self.ctx, f"{heightmap.name}: its {posts} posts need", 16 * posts, "use a smaller map"):
-            self.terrain = Terrain(self.ctx, heightmap)
+            self.terrain = self._keep(Terrain(self.ctx, heightmap))
             with self._timed("error"):
-                self.tables = ErrorTables(self.terrain)
-            self.levels = Levels(self.tables)
+                self.tables = self._keep(ErrorTables(self.terrain))
+            self.levels = self._keep(Levels(self.tables))
         with (
             _memory_errors(self.ctx, f"a picture of {size[0]}x{size[1]} needs", 64 * pixels, "use a smaller --size"),
             self._timed("sat"),
         ):
-            self.picture = Picture(self.levels, size)
+            self.picture = self._keep(Picture(self.levels, size))
+
+    def _keep(self, part: Part) -> Part:
+        """Note what is to be released with the renderer."""
+        self._parts.append(part)
+        return part
 
     @property
     def heightmap(self) -> Heightmap:
@@ -114,11 +142,14 @@ class Renderer:
         """Width and height of the picture in pixels."""
         return self.picture.size
 
+    @_in_own_context
     def resize(self, size: tuple[int, int]) -> None:
-        """Change the picture's size."""
+        """Change the picture's size; the last frame is gone with it."""
         self._check_size(size)
+        self._shot = None
         self.picture.resize(size)
 
+    @_in_own_context
     def render(
         self,
         camera: Camera,
@@ -161,6 +192,7 @@ class Renderer:
         self._shot.stats["ms"] = dict(self.ms)
         return Frame(image, self._shot.stats)
 
+    @_in_own_context
     def draw(
         self,
         camera: Camera,
@@ -187,6 +219,7 @@ class Renderer:
         self._shot.stats = self._stats(method, metric, max_error_px)
         return self._shot.stats
 
+    @_in_own_context
     def measure(self) -> dict[str, Any]:
         """The last frame's stats with its achieved error: that very mesh against every post in the picture.
 
@@ -207,13 +240,15 @@ class Renderer:
         After each portion: what was achieved so far. To be gone through before anything else is drawn.
         """
         shot = self._last()
-        self._measurement = self._measurement or Measurement(self.levels)
+        self._measurement = self._measurement or self._keep(Measurement(self.levels))
         return self._measurement.steps(shot.selection, shot.camera, self.size, shot.near_m, tile)
 
+    @_in_own_context
     def triangles(self) -> np.ndarray:
         """Triangles of the last frame as drawn: (n, 3, 2) columns and rows of posts, counter-clockwise from above."""
         return captured_triangles(self.levels, self._last().selection)
 
+    @_in_own_context
     def edit(self, rows: slice, cols: slice, heights: Any) -> None:
         """Give a rectangle of posts new heights, NaN for voids; all tables follow, as if built anew.
 
@@ -254,17 +289,15 @@ class Renderer:
         posts, weight = corners[inside[0]].astype(int), weights[inside[0]] / weights[inside[0]].sum()
         return float(weight @ self.terrain.filled[posts[:, 1], posts[:, 0]].astype(np.float64))
 
+    @_in_own_context
     def release(self) -> None:
         """Give the GPU's memory back."""
-        for part in (self._measurement, self.picture, self.levels, self.tables, self.terrain):
-            if part:
-                part.release()
+        while self._parts:
+            self._parts.pop().release()
         if self._owns_ctx:
             self.ctx.release()
 
     def __enter__(self) -> Renderer:
-        if self._owns_ctx:
-            self.ctx.__enter__()
         return self
 
     def __exit__(
@@ -274,7 +307,7 @@ class Renderer:
 
     def _last(self) -> _Shot:
         if self._shot is None:
-            raise TerrainError("nothing drawn since the map changed: render a frame first")
+            raise TerrainError("nothing drawn since the map or the picture's size changed: render a frame first")
         return self._shot
 
     def _stats(self, method: str, metric: str, requested_px: float) -> dict[str, Any]:

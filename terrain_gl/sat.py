@@ -16,8 +16,7 @@ from typing import Any, NamedTuple
 import moderngl
 import numpy as np
 
-from . import gl, shaders
-from .exceptions import TerrainError
+from . import shaders
 
 STRIP = 64  # words that one thread adds up
 GROUP = 64  # threads of a work group, as in glsl/sat
@@ -136,9 +135,3 @@ class SummedAreaTables:
     def _check(self, buffer: moderngl.Buffer, table: Table) -> None:
         if min(table[:3]) < 1 or (table.first + table.words) * self.word_bytes > buffer.size:
             raise ValueError(f"{table} of {self.bits}-bit words does not fit a buffer of {buffer.size} bytes")
-        most = gl.storage_block_bytes(self.ctx)
-        if buffer.size > most:
-            raise TerrainError(
-                f"a table of {buffer.size >> 20} MiB is more than this driver's storage blocks hold ({most >> 20} MiB);"
-                " use a smaller map"
-            )

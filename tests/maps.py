@@ -86,6 +86,19 @@ MAPS = {
     "huge": lambda: Heightmap(rough(120, 80, 7, 9e6) - 4e6, 3000.0),
 }
 
+# real maps, in the folder that TERRAIN_GL_DEM names, and how to open them
+REAL = {
+    "N37W123.hgt": {"spacing_m": (73, 93)},
+    "greenriver.tif": {"spacing_m": 1},
+    "mt_rainier_90m.tif": {"spacing_m": (64, 93)},
+    "ps_height_1k.png": {"spacing_m": 160, "z_scale": 0.1},
+    "deathvalley_basinrange_4097_u16_off100.png": {"spacing_m": (73, 93), "z_offset_m": -100.0},
+    "moon_gld100_lon100-116_lat28-44_4096.png": {"spacing_m": (96, 118), "z_offset_m": -10000.0},
+    "narok_srtm_z12_4608_f32.tif": {"spacing_m": 19.1},
+}
+SMALL_REAL = list(REAL)[:4]  # of about 1000 posts a side
+LARGE_REAL = list(REAL)[4:]
+
 
 def cameras(heightmap, size=SIZE):
     """Eight views of a map, by name."""

@@ -4,7 +4,7 @@ import numpy as np
 import pytest
 from hypothesis import given, settings
 from hypothesis import strategies as st
-from maps import MAPS, SIZE, Scene, cameras, plane, rough
+from maps import LARGE_REAL, MAPS, REAL, SIZE, SMALL_REAL, Scene, cameras, plane, rough
 
 import terrain_gl as tg
 from terrain_gl.camera import Camera
@@ -129,22 +129,9 @@ def test_promise_holds_on_a_large_plane(ctx):
     scene.release()
 
 
-SMALL_REAL = [
-    ("greenriver.tif", {"spacing_m": 1}),
-    ("mt_rainier_90m.tif", {"spacing_m": (64, 93)}),
-    ("ps_height_1k.png", {"spacing_m": 160, "z_scale": 0.1}),
-    ("N37W123.hgt", {"spacing_m": (73, 93)}),
-]
-LARGE_REAL = [
-    ("deathvalley_basinrange_4097_u16_off100.png", {"spacing_m": (73, 93), "z_offset_m": -100.0}),
-    ("moon_gld100_lon100-116_lat28-44_4096.png", {"spacing_m": (96, 118), "z_offset_m": -10000.0}),
-    ("narok_srtm_z12_4608_f32.tif", {"spacing_m": 19.1}),
-]
-
-
-@pytest.mark.parametrize("name, options", SMALL_REAL, ids=[name for name, _ in SMALL_REAL])
-def test_promise_holds_on_real_maps(ctx, dem, name, options):
-    renderer = tg.Renderer(Heightmap.open(dem / name, **options), (1280, 720), ctx=ctx)
+@pytest.mark.parametrize("name", SMALL_REAL)
+def test_promise_holds_on_real_maps(ctx, dem, name):
+    renderer = tg.Renderer(Heightmap.open(dem / name, **REAL[name]), (1280, 720), ctx=ctx)
     views = cameras(renderer.heightmap, renderer.size)
     for view, metric in (("default", "max"), ("grazing", "max"), ("pit", "rms")):
         renderer.draw(views[view], 1.0, metric=metric)
@@ -155,9 +142,9 @@ def test_promise_holds_on_real_maps(ctx, dem, name, options):
 
 
 @pytest.mark.slow
-@pytest.mark.parametrize("name, options", LARGE_REAL, ids=[name for name, _ in LARGE_REAL])
-def test_promise_holds_on_large_real_maps(ctx, dem, name, options):
-    scene = Scene.of(ctx, Heightmap.open(dem / name, **options), (1280, 720))
+@pytest.mark.parametrize("name", LARGE_REAL)
+def test_promise_holds_on_large_real_maps(ctx, dem, name):
+    scene = Scene.of(ctx, Heightmap.open(dem / name, **REAL[name]), (1280, 720))
     achieved = check_promise(scene, cameras(scene.heightmap, scene.size)["grazing"], 1.0, "max")
     assert achieved.posts > 10**5
     scene.release()

@@ -5,7 +5,7 @@ import pytest
 from hypothesis import given
 from hypothesis import strategies as st
 
-from terrain_gl import reference
+from terrain_gl import gl, reference
 from terrain_gl.exceptions import TerrainError
 from terrain_gl.sat import STRIP, SummedAreaTables, Table
 
@@ -148,11 +148,10 @@ def test_table_that_does_not_fit_is_refused(ctx, tables):
         tables[32].edit(buffer, Table(10, 10), ctx.buffer(reserve=4), Table(1, 1), 10, 0)
 
 
-def test_driver_with_small_storage_blocks_is_named(ctx, tables, monkeypatch):
+def test_driver_with_small_storage_blocks_is_named(ctx, monkeypatch):
     monkeypatch.setattr("terrain_gl.gl.storage_block_bytes", lambda _: 1 << 20)
-    buffer = ctx.buffer(reserve=2 << 20)
-    with pytest.raises(TerrainError, match=r"2 MiB is more than this driver's storage blocks hold \(1 MiB\)"):
-        tables[32].build(buffer, Table(700, 700))
+    with pytest.raises(TerrainError, match=r"a table of 2 MiB is more .* storage blocks hold \(1 MiB\)"):
+        gl.reserve(ctx, 2 << 20, "a table")
 
 
 def test_word_size_is_checked(ctx):

@@ -10,9 +10,9 @@ layout(std140, binding = 1) uniform View {
     ivec2 u_eye_post;               // a post near the eye, and the eye from there
     vec2 u_eye_offset_m;
     vec2 u_half_extent;             // largest |x/z|, |y/z| in the picture
-    float u_eye_z_m;
+    float u_eye_z_m;                // the eye's height, and what of it a float does not hold
+    float u_eye_z_rest_m;
     float u_focal_px;               // pixels per unit of x/z
-    float u_near_m;
     float u_tolerance_px;           // 0: every cell at full resolution
     int u_metric;                   // METRIC_MAX or METRIC_RMS
     int u_cull;                     // leave out what the picture does not show
@@ -26,4 +26,9 @@ vec2 post_from_eye_m(ivec2 post) {
     return vec2(d.x, -d.y) * u_spacing_m - u_eye_offset_m;
 }
 
-vec3 from_eye_m(ivec2 post, float h_m) { return vec3(post_from_eye_m(post), h_m - u_eye_z_m); }
+// Reversed depth: near plane over depth.
+float near_m() { return u_clip_from_eye[3].z; }
+
+float up_from_eye_m(float h_m) { return (h_m - u_eye_z_m) - u_eye_z_rest_m; }
+
+vec3 from_eye_m(ivec2 post, float h_m) { return vec3(post_from_eye_m(post), up_from_eye_m(h_m)); }

@@ -2,7 +2,7 @@
 //   Maximum: "no tile in this rectangle is above class c" is one box count equal to zero (integral histogram, Porikli
 //   2005, "Integral histogram: a fast way to extract histograms in Cartesian spaces"); the best c by bisection.
 //   Root mean square: the box sum of squared errors over the posts.
-// Provides bound_max_m(), bound_rms_m().   Python twin: reference.patch_bound
+// Provides bound_max_m(), bound_rms_m().
 
 #include "error/nodes.glsl"
 #include "error/classes.glsl"
@@ -32,7 +32,7 @@ float bound_max_m(int level, ivec2 at, int nodes) {
         if (none_above(c, level, low, high)) sure = c;
         else beyond = c;
     }
-    return sure < 0 ? u_span_m : class_limit_m(sure);
+    return sure < 0 ? u_span_m : class_limit_m(sure) * (1.0 + exp2(-18.0));  // exp2() may round anew
 }
 
 // Of a square without voids: where posts are fewer than texels, their mean is above the texels'.

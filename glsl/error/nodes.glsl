@@ -36,7 +36,7 @@ vec2 unpack_pair(uint pair) { return unpackHalf2x16(pair) * error_unit_m(); }
 
 uint pack_range(vec2 low_high_m) {
     vec2 steps = (low_high_m - u_low_m) / u_span_m * 65535.0;
-    uvec2 outward = uvec2(clamp(vec2(floor(steps.x - 0.01), ceil(steps.y + 0.01)), 0.0, 65535.0));
+    uvec2 outward = uvec2(clamp(vec2(floor(steps.x - 0.1), ceil(steps.y + 0.1)), 0.0, 65535.0));
     return outward.x | outward.y << 16;
 }
 

@@ -9,19 +9,17 @@
 //     1 1 1 1 │ F F     →      │ T = 4 │ T=2 ...                & the row below    two on two
 //     1 1 1 1 │ 1 1            └───────┘
 //
-// Run twice: to count (EMIT 0), and to write each patch at its place (EMIT 1). A group of 32 threads is a tile, a thread
+// Run twice, by one program so that both decide alike: to count, and with u_emit to write each patch at its place. A group of 32 threads is a tile, a thread
 // one of its rows.
 
 #include "lod/tree.glsl"
 #include "lod/tiles.glsl"
 #include "error/bound.glsl"
 
-#ifndef EMIT
-#define EMIT 0
-#endif
-
 layout(local_size_x = TILE) in;
 layout(std430, binding = 5) writeonly buffer Patches { uvec2 patches[]; };
+
+uniform bool u_emit;
 
 shared uint s_squares[SIZES][TILE];  // a bit for each north-west node of a square of quads
 shared uint s_fans[TILE];
@@ -189,11 +187,11 @@ void main() {
     classify_row();
     barrier();
     form_squares();
-#if EMIT
-    for (int s = 0; s < SIZES; s++) write_row(tile, s);
-#else
+    if (u_emit) {
+        for (int s = 0; s < SIZES; s++) write_row(tile, s);
+        return;
+    }
     if (row < SIZES) count_patches(tile, row);
     barrier();
     if (row == 0) add_to_summary();
-#endif
 }

@@ -5,7 +5,7 @@
 //   Over a box: the middle factor is convex in (x/z, y/z), so its maximum is at a corner of the rectangle that holds the
 //   box's picture; z' is at least the nearest corner's depth less |δ v_z|. Only points in the picture count, so the
 //   rectangle ends at the picture's edges and depth at the near plane.
-// Provides Box, Projection, project(), error_px().   Python twin: reference.screen_error_px
+// Provides Box, Projection, project(), error_px().   Python twin: camera.screen_shift_px, of a point
 
 #include "blocks/view.glsl"
 
@@ -27,7 +27,7 @@ struct Projection {
 
 Box box_of(ivec2 low_post, ivec2 high_post, vec2 range_m) {
     vec2 a = post_from_eye_m(low_post), b = post_from_eye_m(high_post);
-    return Box(vec3(a.x, b.y, range_m.x - u_eye_z_m), vec3(b.x, a.y, range_m.y - u_eye_z_m));
+    return Box(vec3(a.x, b.y, up_from_eye_m(range_m.x)), vec3(b.x, a.y, up_from_eye_m(range_m.y)));
 }
 
 vec3 to_camera(vec3 p) { return vec3(dot(u_right.xyz, p), dot(u_up.xyz, p), dot(u_forward.xyz, p)); }
@@ -37,7 +37,7 @@ Projection project(Box box, float margin) {
     bvec4 all_beyond = bvec4(true), any_beyond = bvec4(false);  // the picture's right, left, top, bottom
     bool all_near = true, any_near = false;
     vec2 low = vec2(1e30), high = vec2(-1e30);
-    float nearest = 1e30;
+    float nearest = 1e30, near = near_m();
     for (int i = 0; i < 8; i++) {
         vec3 p = mix(box.low, box.high, vec3(i & 1, i >> 1 & 1, i >> 2));
         vec3 q = to_camera(p);
@@ -48,8 +48,8 @@ Projection project(Box box, float margin) {
             all_beyond[side] = all_beyond[side] && beyond[side] > slack * (1.0 + u_half_extent[side & 1]);
             any_beyond[side] = any_beyond[side] || beyond[side] > -slack * (1.0 + u_half_extent[side & 1]);
         }
-        all_near = all_near && q.z < u_near_m - slack;
-        any_near = any_near || q.z < u_near_m + slack;
+        all_near = all_near && q.z < near - slack;
+        any_near = any_near || q.z < near + slack;
         nearest = min(nearest, q.z - slack);
         low = min(low, q.xy / q.z);
         high = max(high, q.xy / q.z);
@@ -66,7 +66,7 @@ Projection project(Box box, float margin) {
     Projection projection;
     projection.outside = all_near || any(all_beyond);
     projection.inside = !any_near && !any(any_beyond);
-    projection.nearest_m = max(nearest, 0.999 * u_near_m);
+    projection.nearest_m = max(nearest, 0.999 * near);
     // where the view is along the vertical both parts of the difference cancel, but not their roundings
     projection.stretch = length(max(a, b)) + COORDINATE_SLACK * (1.0 + dot(extent, extent));
     return projection;

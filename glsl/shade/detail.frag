@@ -50,6 +50,6 @@ void main() {
     out_post = place_in_patch(g_post, l);
     if (is_in_hole(out_post)) discard;
     bool inside = min(min(g_edge_px.x, g_edge_px.y), g_edge_px.z) >= 0.0;  // else the neighbour's fragment knows
-    float px = inside ? min(error_px(g_from_eye_m, error_m(out_post, g_from_eye_m.z + u_eye_z_m)), 6e4) : 0.0;
+    float px = inside ? min(error_px(g_from_eye_m, error_m(out_post, g_from_eye_m.z + u_eye_z_m + u_eye_z_rest_m)), 6e4) : 0.0;
     out_drawn = vec4(float(l.step_log2 + 1) * (l.fan ? -1.0 : 1.0), edge_line(), border_line(g_post, l, post_per_px), px);
 }

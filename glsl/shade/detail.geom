@@ -21,7 +21,7 @@ uniform ivec2 u_size_px;
 vec2 pixel_of(vec4 clip) { return 0.5 * vec2(u_size_px) * clip.xy / clip.w; }
 
 vec3 heights_px() {
-    if (min(min(gl_in[0].gl_Position.w, gl_in[1].gl_Position.w), gl_in[2].gl_Position.w) < u_near_m) return vec3(1e4);
+    if (min(min(gl_in[0].gl_Position.w, gl_in[1].gl_Position.w), gl_in[2].gl_Position.w) < near_m()) return vec3(1e4);
     vec2 a = pixel_of(gl_in[0].gl_Position), b = pixel_of(gl_in[1].gl_Position), c = pixel_of(gl_in[2].gl_Position);
     float doubled_area = abs((b.x - a.x) * (c.y - a.y) - (b.y - a.y) * (c.x - a.x));
     return doubled_area / max(vec3(distance(b, c), distance(c, a), distance(a, b)), 1e-6);

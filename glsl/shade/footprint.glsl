@@ -29,7 +29,7 @@ vec3 normal_of(vec2 slope) { return normalize(vec3(-slope, 1.0)); }
 
 vec3 place_from_eye_m(vec2 post, float h_m) {
     vec2 d = post - vec2(u_eye_post);
-    return vec3(vec2(d.x, -d.y) * u_spacing_m - u_eye_offset_m, h_m - u_eye_z_m);
+    return vec3(vec2(d.x, -d.y) * u_spacing_m - u_eye_offset_m, up_from_eye_m(h_m));
 }
 
 // A side of the pixel, slid along the ray onto the plane: posts on the map.
@@ -43,7 +43,7 @@ Ground ground_at(vec2 post) {
     Ground g;
     g.post = post;
     vec3 place_m = place_from_eye_m(post, height_m(ivec2(post)));
-    float pixel_m = max(dot(place_m, u_forward.xyz), u_near_m) / u_focal_px;
+    float pixel_m = max(dot(place_m, u_forward.xyz), near_m()) / u_focal_px;
     vec2 around = max(vec2(4.0), 3.0 * pixel_m / u_spacing_m);
     vec3 ray = normalize(place_m), normal = normal_of(rough_slope(post, around));
     vec2 u = slide_to_ground(u_right.xyz * pixel_m, ray, normal), v = slide_to_ground(u_up.xyz * pixel_m, ray, normal);

@@ -9,7 +9,7 @@
 //      ██████████        ·  .  shadow(p)
 //      ████████████████  p
 //
-//   Two reads a post whatever the shadows' length (Giles 1990 sweeps horizons so). Python twin: reference.sun_visibility
+//   Two reads a post whatever the shadows' length (Giles 1990 sweeps horizons so). Python twin: reference.shadow_heights
 
 #include "blocks/terrain.glsl"
 

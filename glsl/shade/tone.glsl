@@ -1,5 +1,5 @@
 // shade/tone.glsl — from light to the screen: exposure, a shoulder for the brightest, the sRGB curve (IEC 61966-2-1).
-// Provides tone_mapped(), srgb_encoded().   Python twin: reference.srgb_encoded
+// Provides tone_mapped(), srgb_encoded().   Python twin: image.srgb_from_linear
 
 #define WHITE 2.2  // luminance that becomes white
 
