@@ -1,0 +1,111 @@
+"""The renderer: what it promises between frames, edits, sizes and contexts."""
+
+import numpy as np
+import pytest
+
+import terrain_gl as tg
+from terrain_gl.exceptions import TerrainError, UsageError
+
+SIZE = (64, 48)
+
+
+@pytest.fixture
+def heightmap():
+    rng = np.random.default_rng(3)
+    return tg.Heightmap(np.cumsum(rng.normal(size=(65, 97)), 1), (20.0, 30.0), "ridges")
+
+
+def test_drawn_height_is_the_truth_at_full_resolution(heightmap):
+    with tg.Renderer(heightmap, SIZE) as r:
+        r.draw(tg.Camera((960, 960, 5000), (960, 960, 0)), method="full")
+        for row, col in ((10, 20), (33, 5), (60, 90)):
+            x, y = col * 20.0, (64 - row) * 30.0
+            assert r.height_at(x, y) == pytest.approx(heightmap.heights[row, col])
+            assert r.drawn_height_at(x, y) == pytest.approx(heightmap.heights[row, col], abs=1e-6)
+        middle = r.height_at(20.0 * 10.5, 30.0 * 10)
+        assert middle == pytest.approx(heightmap.heights[54, 10:12].mean(), rel=1e-6)
+
+
+def test_drawn_height_is_near_the_truth_and_nan_outside(heightmap):
+    with tg.Renderer(heightmap, SIZE) as r:
+        r.render(tg.Camera.default(heightmap), max_error_px=4.0)
+        errors = r.measure()
+        assert errors["max_error_px"] <= errors["certified_max_error_px"] <= 4.0
+        assert abs(r.drawn_height_at(700.0, 900.0) - r.height_at(700.0, 900.0)) < np.ptp(heightmap.heights)
+        assert np.isnan(r.height_at(-1.0, 10.0))
+        assert np.isnan(r.drawn_height_at(-1.0, 10.0))
+
+
+def test_height_over_a_void_is_nan():
+    heights = np.zeros((9, 9))
+    heights[4, 4] = np.nan
+    with tg.Renderer(tg.Heightmap(heights, 10.0), SIZE) as r:
+        r.render(tg.Camera.default(r.heightmap))
+        assert np.isnan(r.height_at(42.0, 38.0)) and np.isnan(r.drawn_height_at(42.0, 38.0))
+        assert r.height_at(10.0, 10.0) == 0.0
+
+
+def test_edit_gives_the_tables_and_the_picture_of_a_rebuild(heightmap):
+    new = np.full((12, 9), np.nan)
+    new[3:, 2:] = 40.0
+    heights = heightmap.heights.copy()
+    heights[20:32, 50:59] = new
+    camera = tg.Camera.default(heightmap)
+    with tg.Renderer(heightmap, SIZE) as edited, tg.Renderer(tg.Heightmap(heights, (20.0, 30.0)), SIZE) as built:
+        edited.render(camera)
+        edited.edit(slice(20, 32), slice(50, 59), new)
+        after = [getattr(edited.tables, name).read() for name in ("nodes", "counters", "squares")]
+        image = built.render(camera).image
+        assert after == [getattr(built.tables, name).read() for name in ("nodes", "counters", "squares")]
+        assert (edited.render(camera).image == image).all()
+        assert edited.measure()["holes"] == 0
+
+
+def test_edit_leaves_the_callers_heights_alone(heightmap):
+    before = heightmap.heights.copy()
+    with tg.Renderer(heightmap, SIZE) as r:
+        r.edit(slice(0, 5), slice(0, 5), 100.0)
+        assert r.height_at(0.0, 64 * 30.0) == 100.0
+    assert (heightmap.heights == before).all()
+
+
+def test_edit_of_another_shape_is_refused(heightmap):
+    with tg.Renderer(heightmap, SIZE) as r, pytest.raises(UsageError, match="edit"):
+        r.edit(slice(0, 5), slice(0, 5), np.zeros((3, 3)))
+
+
+def test_measure_speaks_of_the_frame_at_hand_only(heightmap):
+    camera = tg.Camera.default(heightmap)
+    with tg.Renderer(heightmap, SIZE) as r:
+        with pytest.raises(TerrainError, match="render a frame first"):
+            r.measure()
+        r.render(camera)
+        r.resize((200, 100))
+        with pytest.raises(TerrainError, match="render a frame first"):
+            r.measure()
+        assert r.render(camera).image.shape == (100, 200, 4)
+        assert r.measure()["width"] == 200
+
+
+def test_two_renderers_take_turns(heightmap):
+    camera = tg.Camera.default(heightmap)
+    other = tg.Heightmap(-heightmap.heights, (20.0, 30.0))
+    with tg.Renderer(heightmap, SIZE) as a, tg.Renderer(other, SIZE) as b:
+        first, second = a.render(camera).image, b.render(camera).image
+        assert (a.render(camera).image == first).all()
+        assert (b.render(camera).image == second).all()
+        assert a.measure()["holes"] == b.measure()["holes"] == 0
+        assert (first != second).any()
+
+
+def test_failed_renderer_leaves_the_context_usable(ctx, heightmap):
+    with pytest.raises(UsageError, match="picture size"):
+        tg.Renderer(heightmap, (0, 10), ctx=ctx)
+    r = tg.Renderer(heightmap, SIZE, ctx=ctx)
+    assert r.render(tg.Camera.default(heightmap)).image.std() > 0
+    r.release()
+
+
+def test_sides_beyond_the_quadtree_are_refused():
+    with pytest.raises(TerrainError, match="16386 x 2 posts"):
+        tg.Heightmap(np.zeros((2, 16386), "f4"))
