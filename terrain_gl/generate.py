@@ -219,6 +219,8 @@ class _Writer:
         spec = oiio.ImageSpec(land.cols, land.rows, 1, FORMATS[suffix])
         spec.attribute("ImageDescription", f"terrain-gl generate {land.words}, read with {open_options(land, suffix)}")
         spec.attribute("compression", "zip")
+        if FORMATS[suffix] == "float":
+            spec.attribute("DateTime", "1970:01:01 00:00:00")  # today's would be written, and no two files be the same
         self.file: Any = oiio.ImageOutput.create(os.fspath(beside))
         self._ensure(self.file is not None and self.file.open(os.fspath(beside), spec))
 
