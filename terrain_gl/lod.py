@@ -24,7 +24,6 @@ from .camera import Camera, clip_from_eye
 from .error import ErrorTables
 
 METRICS = ("max", "rms")
-INFINITE_PX = 1e30
 # what the passes write is read as storage, as commands, as vertices, and back by Python
 _BARRIER = (
     moderngl.SHADER_STORAGE_BARRIER_BIT

@@ -12,6 +12,7 @@ import moderngl
 import numpy as np
 
 from . import gl, shaders
+from .exceptions import TerrainError
 from .lod import Levels, Selection
 
 PATCH_STAGES: dict[str, Any] = {"vertex": "mesh/patch.vert", "tess_control": "mesh/patch.tesc"}
@@ -96,7 +97,7 @@ def captured_triangles(levels: Levels, selection: Selection) -> np.ndarray:
     posts = np.stack([vertices["col"], vertices["row"]], -1).astype(np.int32)
     heights = levels.terrain.filled[posts[..., 1], posts[..., 0]] - np.float32(levels.terrain.base_m)
     if not np.array_equal(heights, vertices["height_m"]):
-        raise gl.TerrainError("the GPU drew vertices beside their posts: this driver's tessellation is not exact")
+        raise TerrainError("the GPU drew vertices beside their posts: this driver's tessellation is not exact")
     a, b, c = (posts[:, i].astype(np.int64) for i in range(3))
     area = (b[:, 0] - a[:, 0]) * (c[:, 1] - a[:, 1]) - (b[:, 1] - a[:, 1]) * (c[:, 0] - a[:, 0])
     return posts[area != 0]

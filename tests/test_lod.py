@@ -13,7 +13,7 @@ from terrain_gl.camera import Camera, screen_shift_px
 from terrain_gl.context import create_context
 from terrain_gl.exceptions import TerrainError
 from terrain_gl.heightmap import Heightmap
-from terrain_gl.lod import INFINITE_PX, View
+from terrain_gl.lod import View
 
 ASK = np.dtype([("posts", "4i4"), ("range_m", "2f4"), ("error_m", "f4"), ("unused", "f4")])
 ASK_PROJECTION = """
@@ -29,6 +29,7 @@ void main() {
     answer[i] = vec4(error_px(p, a.error_m, a.error_m), p.outside, p.inside, 0.0);
 }
 """
+INFINITE_PX = 1e30  # glsl/lod/project.glsl
 SIZES = [(640, 360), (360, 640), (1280, 720), (4096, 16)]
 
 

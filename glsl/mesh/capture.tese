@@ -6,10 +6,8 @@ layout(quads, equal_spacing, cw) in;
 
 patch in uvec2 v_shape;
 out vec3 v_vertex;  // column, row, metres above base
-flat out uvec2 v_patch_shape;
 
 void main() {
     ivec2 post = post_at(lattice_of(v_shape), gl_TessCoord.xy);
     v_vertex = vec3(post, height_m(post));
-    v_patch_shape = v_shape;
 }

@@ -1,4 +1,4 @@
-// sat/box.glsl — sum and mean over any box, in four fetches.
+// sat/box.glsl — the sum over any box, in four fetches.
 //   S(x, y)   = sum of f(i, j) for i < x, j < y          (Crow 1984)
 //   box(a, b) = S(b.x,b.y) − S(a.x,b.y) − S(b.x,a.y) + S(a.x,a.y)        for a ≤ b, b outside the box
 //
@@ -10,7 +10,7 @@
 // GLSL passes no buffers to functions: the includer declares the buffer and asks for a function over it, as in
 //     layout(std430, binding = 0) readonly buffer Squares { uvec2 square[]; };
 //     BOX_SUM(square_sum, uvec2, square, sub64)         gives  uvec2 square_sum(Table t, int layer, ivec2 a, ivec2 b)
-// Provides Table, BOX_SUM(), box_mean().   Python twin: reference.box_sum
+// Provides Table, BOX_SUM().   Python twin: reference.box_sum
 
 #include "sat/word.glsl"
 
@@ -31,5 +31,3 @@ uint sat_index(Table t, int layer, int x, int y) {
         WORD C = SAT(WORD, array, t, layer, a.x, b.y), D = SAT(WORD, array, t, layer, b.x, b.y); \
         return sub(sub(D, C), sub(B, A));                                                        \
     }
-
-float box_mean(float sum, ivec2 a, ivec2 b) { return sum / (float(b.x - a.x) * float(b.y - a.y)); }
