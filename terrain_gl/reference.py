@@ -387,7 +387,7 @@ def land(p: np.ndarray, recipe: LandRecipe) -> np.ndarray:
     for k in range(3, recipe.octaves):
         frequency, wavelength = 5.0 * 2 ** (k - 3), p.dtype.type(0.2) * p.dtype.type(0.5 ** (k - 3))
         square = dot2(slope, slope)
-        inverse = inverse_sqrt(square + 0.0001)
+        inverse = inverse_sqrt(square + 0.1)
         steep = np.minimum(square * inverse, 4)
         across = np.stack([-slope[1], slope[0]]) * inverse
         at = p * frequency
@@ -413,7 +413,7 @@ def _forms(p: np.ndarray, recipe: LandRecipe, cliffs: np.ndarray) -> np.ndarray:
     up = smooth_step(-0.85, 1, noise(0.43 * q, recipe.seed, 7) + 0.3 * noise(0.93 * q, recipe.seed, 8))
     if recipe.alpine:
         valleys = _above_valleys(q, np.full((1, 1), 0.2, p.dtype), recipe)
-        return 0.07 + 0.08 * valleys + 0.1 * up + (0.05 + 0.28 * up) * _ridges(q, recipe)
+        return 0.05 + 0.08 * valleys + 0.1 * up + (0.05 + 0.3 * up) * _ridges(1.6 * q, recipe)
     t = _above_valleys(q, blend(0.25, 0.12, cliffs), recipe)
     hills = 0.06 + 0.24 * up + (0.36 + 0.24 * up) * t
     eaten = (0.45 + 2.2 * t) * _branches(q, recipe) - 0.2 * (1 - up)
@@ -442,7 +442,8 @@ def _branches(q: np.ndarray, recipe: LandRecipe) -> np.ndarray:
     nearest = np.ones_like(q[0])
     for i, amplitude in enumerate(_AMPLITUDES[: min(3, recipe.octaves)]):
         start = q.dtype.type(0.07) * q.dtype.type(i)
-        nearest = np.minimum(nearest, start + amplitude * np.abs(noise(q, recipe.seed, 10 + i)))
+        here = soft_abs(noise(q, recipe.seed, 10 + i), np.full((1, 1), 0.06, q.dtype))
+        nearest = soft_min(nearest, start + amplitude * here)
         q = finer(q)
     return nearest
 
@@ -450,7 +451,7 @@ def _branches(q: np.ndarray, recipe: LandRecipe) -> np.ndarray:
 def _ridges(q: np.ndarray, recipe: LandRecipe) -> np.ndarray:
     total, held = np.zeros_like(q[0]), np.ones_like(q[0])
     for i, amplitude in enumerate(_AMPLITUDES[: recipe.octaves]):
-        crest = 1 - soft_abs(noise(q, recipe.seed, 20 + i), np.full((1, 1), 0.05, q.dtype))
+        crest = 1 - soft_abs(noise(q, recipe.seed, 20 + i), np.full((1, 1), 0.1, q.dtype))
         rise = held * crest * crest
         total = total + amplitude * rise
         held = np.minimum(1, 1.5 * rise)
@@ -561,6 +562,12 @@ def soft_abs(x: np.ndarray, softness: np.ndarray) -> np.ndarray:
     """|x|, round where it is below `softness`."""
     square = x * x
     return square * inverse_sqrt(square + softness * softness)
+
+
+def soft_min(a: np.ndarray, b: np.ndarray) -> np.ndarray:
+    """The lesser of two, round where they are within 0.1 of each other."""
+    near = np.maximum(0.1 - np.abs(a - b), 0)
+    return np.minimum(a, b) - 2.5 * near * near
 
 
 def inverse_sqrt(x: np.ndarray) -> np.ndarray:

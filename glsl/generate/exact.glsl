@@ -2,7 +2,7 @@
 //   GLSL 4.30 (section 4.5.1) has floats add, subtract, multiply, compare and floor as IEEE 754 says, while division,
 //   square roots and functions like dot() and mix() may differ in their last bits. So here are only the former, and
 //   `precise` keeps a product and a sum from becoming one operation. Every function returns a precise variable.
-// Provides blend(), dot2(), smooth_step(), inverse_sqrt(), soft_abs(), hash(), signed_unit().
+// Provides blend(), dot2(), smooth_step(), inverse_sqrt(), soft_abs(), soft_min(), hash(), signed_unit().
 
 float blend(float a, float b, float t) {
     precise float y = a + t * (b - a);
@@ -34,6 +34,13 @@ float soft_abs(float x, float softness) {
     precise float square = x * x;
     precise float bounded = square + softness * softness;
     precise float y = square * inverse_sqrt(bounded);
+    return y;
+}
+
+// The lesser of two, round where they are within 0.1 of each other.
+float soft_min(float a, float b) {
+    precise float near = max(0.1 - abs(a - b), 0.0);
+    precise float y = min(a, b) - 2.5 * near * near;
     return y;
 }
 

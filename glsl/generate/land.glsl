@@ -49,8 +49,8 @@ float above_valleys(vec2 q, float softness) {
 float branches(vec2 q) {
     precise float nearest = 1.0;
     for (int i = 0; i < min(3, u_octaves); i++) {
-        precise float here = 0.07 * float(i) + AMPLITUDE[i] * abs(noise(q, 10u + uint(i)));
-        nearest = min(nearest, here);
+        precise float here = 0.07 * float(i) + AMPLITUDE[i] * soft_abs(noise(q, 10u + uint(i)), 0.06);
+        nearest = soft_min(nearest, here);
         q = finer(q);
     }
     return nearest;
@@ -60,7 +60,7 @@ float branches(vec2 q) {
 float ridges(vec2 q) {
     precise float sum = 0.0, held = 1.0;
     for (int i = 0; i < min(4, u_octaves); i++) {
-        precise float crest = 1.0 - soft_abs(noise(q, 20u + uint(i)), 0.05);
+        precise float crest = 1.0 - soft_abs(noise(q, 20u + uint(i)), 0.1);
         precise float rise = held * crest * crest;
         sum = sum + AMPLITUDE[i] * rise;
         held = min(1.0, 1.5 * rise);
@@ -85,7 +85,8 @@ float canyon(vec2 p) {
 float alpine(vec2 p) {
     vec2 q = warp(p);
     float up = upland(q);
-    precise float y = 0.07 + 0.08 * above_valleys(q, 0.2) + 0.1 * up + (0.05 + 0.28 * up) * ridges(q);
+    precise vec2 close = 1.6 * q;
+    precise float y = 0.05 + 0.08 * above_valleys(q, 0.2) + 0.1 * up + (0.05 + 0.3 * up) * ridges(close);
     return y;
 }
 
@@ -106,7 +107,7 @@ float land(vec2 p) {
     float hillside = smooth_step(0.0, 1.0, dot2(slope, slope));
     precise float carving = blend(0.07, 0.13, min(1.0, 1.5 * u_cliffs)) * smooth_step(0.0, 5.0, h);
     for (int k = 3; k < u_octaves; k++) {
-        precise float square = dot2(slope, slope), inverse = inverse_sqrt(square + 0.0001);
+        precise float square = dot2(slope, slope), inverse = inverse_sqrt(square + 0.1);
         precise float steep = min(square * inverse, 4.0);
         precise vec2 across = vec2(-slope.y, slope.x) * inverse, at = p * frequency, rough_at = 1.7 * at;
         vec2 gully = stripes(at, across, 40u + uint(k));
