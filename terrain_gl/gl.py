@@ -20,6 +20,8 @@ _PRIMITIVES_GENERATED, _PRIMITIVES_WRITTEN = 0x8C87, 0x8C88
 _RASTERIZER_DISCARD = 0x8C89
 _FEEDBACK_BUFFER = 0x8C8E
 _INDIRECT_BUFFER = 0x8F3F
+_FRAMEBUFFER, _FRAMEBUFFER_BINDING = 0x8D40, 0x8CA6
+_DEFAULT_WIDTH, _DEFAULT_HEIGHT = 0x9310, 0x9311
 COMMAND_STRIDE = 20  # bytes between indirect commands, as moderngl's own render_indirect has it
 
 _LIMITS = {
@@ -126,7 +128,7 @@ def capture_patches(
     function(ctx, "glBindBufferBase", None, c_uint, c_uint, c_uint)(_FEEDBACK_BUFFER, 0, out.glo)
     ctx.enable_direct(_RASTERIZER_DISCARD)
     try:
-        with _counter(ctx, _PRIMITIVES_GENERATED) as made, _counter(ctx, _PRIMITIVES_WRITTEN) as written:
+        with _nowhere(ctx), _counter(ctx, _PRIMITIVES_GENERATED) as made, _counter(ctx, _PRIMITIVES_WRITTEN) as written:
             function(ctx, "glBeginTransformFeedback", None, c_uint)(_TRIANGLES)
             _draw_patches(ctx, draws, count, offset)
             function(ctx, "glEndTransformFeedback", None)()
@@ -151,6 +153,23 @@ def _draw_patches(
     draw = function(ctx, "glDrawArrays", None, c_uint, c_int, c_int)
     for first, vertices in draws:
         draw(_PATCHES, first, vertices)
+
+
+@contextmanager
+def _nowhere(ctx: moderngl.Context) -> Iterator[None]:
+    """Have a framebuffer without attachments: drivers want a complete one even where nothing is drawn into it."""
+    bind = function(ctx, "glBindFramebuffer", None, c_uint, c_uint)
+    before, nowhere = c_int(), c_uint()
+    function(ctx, "glGetIntegerv", None, c_uint, POINTER(c_int))(_FRAMEBUFFER_BINDING, byref(before))
+    function(ctx, "glGenFramebuffers", None, c_int, POINTER(c_uint))(1, byref(nowhere))
+    bind(_FRAMEBUFFER, nowhere)
+    for side in _DEFAULT_WIDTH, _DEFAULT_HEIGHT:
+        function(ctx, "glFramebufferParameteri", None, c_uint, c_uint, c_int)(_FRAMEBUFFER, side, 1)
+    try:
+        yield
+    finally:
+        bind(_FRAMEBUFFER, before.value)
+        function(ctx, "glDeleteFramebuffers", None, c_int, POINTER(c_uint))(1, byref(nowhere))
 
 
 @contextmanager

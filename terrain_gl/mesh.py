@@ -56,16 +56,12 @@ class PatchDraw:
         """Record the triangles that tessellation makes, three vertices each."""
         if not selection.draws:
             return b""
-        nowhere = self.ctx.simple_framebuffer((1, 1))  # drivers want a complete one even if nothing is drawn into it
-        nowhere.use()
         self._bind()
         most = sum(n * max(8, 2 * 4**s) for s, n in enumerate(selection.counts))
         out = self.ctx.buffer(reserve=max(1, most) * 3 * vertex_bytes)
         triangles = gl.capture_patches(self.ctx, self.program, self.vao, out, self.levels.draws, count=selection.draws)
         data = out.read(triangles * 3 * vertex_bytes)
         out.release()
-        gl.use_default_framebuffer(self.ctx)
-        nowhere.release()
         return data
 
     def release(self) -> None:

@@ -77,6 +77,8 @@ def test_buffer_too_small_is_told(ctx, patches):
 
 
 def test_drawing_goes_on_after_a_capture(ctx, patches):
+    target = ctx.simple_framebuffer((4, 4))
+    target.use()
     program, vao = patches
     gl.capture_patches(ctx, program, vao, ctx.buffer(reserve=TRIANGLES * 24), [(0, 4 * PATCHES)])
     with ctx.query(primitives=True) as query:
