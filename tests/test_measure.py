@@ -150,6 +150,29 @@ def test_promise_holds_on_large_real_maps(ctx, dem, name):
     scene.release()
 
 
+@pytest.mark.parametrize("kind", ["heights", "voids", "span"])
+def test_promise_holds_after_an_edit(ctx, kind):
+    """And the mesh is that of a renderer that never knew another map."""
+    before = MAPS["holes"]()
+    renderer = tg.Renderer(before, SIZE, ctx=ctx)
+    camera = cameras(before)["default"]
+    renderer.draw(camera, 1.0)
+    rng = np.random.default_rng(1)
+    new = rng.normal(size=(20, 30)) * 20 + (3000 if kind == "span" else 0)
+    if kind == "voids":
+        new[rng.random(new.shape) < 0.2] = np.nan
+    renderer.edit(np.s_[80:100], np.s_[60:90], new)
+    renderer.draw(camera, 1.0)
+    stats, triangles = renderer.measure(), renderer.triangles()
+    assert stats["max_error_px"] <= stats["certified_max_error_px"] <= 1.0
+    assert stats["holes"] == 0
+    fresh = tg.Renderer(renderer.heightmap, SIZE, ctx=ctx)
+    fresh.draw(camera, 1.0)
+    assert fresh.triangles().tobytes() == triangles.tobytes()
+    for part in (renderer, fresh):
+        part.release()
+
+
 def test_missing_patches_are_noticed(ctx):
     """Measure the same view with a draw command less: posts are uncovered."""
     scene = Scene.of(ctx, MAPS["odd"]())

@@ -9,7 +9,7 @@ from maps import MAPS, Scene, cameras, rough
 from terrain_gl.camera import Camera
 from terrain_gl.exceptions import TerrainError
 from terrain_gl.heightmap import Heightmap
-from terrain_gl.mesh import captured_triangles
+from terrain_gl.mesh import PatchDraw, captured_triangles
 
 SIZES = [
     (2, 2),
@@ -155,4 +155,31 @@ def test_capture_leaves_no_trace_in_the_next_one(ctx):
     many = scene.triangles(scene.select(camera, 0.1))
     assert len(many) > 4 * len(few)
     assert scene.triangles(scene.select(camera, 5.0)).tobytes() == few.tobytes()
+    scene.release()
+
+
+PLACE = np.dtype([("clip", "4f4"), ("post", "2f4")])
+
+
+@pytest.mark.parametrize("name", ["odd", "offset", "tiny", "huge", "long"])
+def test_vertices_stand_in_the_picture_where_they_belong(ctx, name):
+    """What the picture draws, against float64, to a hundredth of a pixel; near the eye and far away."""
+    scene = Scene.of(ctx, MAPS[name]())
+    draw = PatchDraw(scene.levels, tess_evaluation="mesh/patch.tese", varyings=("gl_Position", "v_post"))
+    scale = np.asarray(scene.size) / 2
+    for view, camera in cameras(scene.heightmap).items():
+        selection = scene.select(camera, 0.5)
+        vertices = np.frombuffer(draw.capture(selection, PLACE.itemsize), PLACE)
+        col, row = vertices["post"].astype(int).T
+        east, north = scene.heightmap.spacing_m
+        world = np.stack([col * east, (scene.heightmap.rows - 1 - row) * north, scene.terrain.filled[row, col]], -1)
+        x, y, z = camera.axes @ (world - np.asarray(camera.eye)).T
+        front = z > scene.near_m
+        x, y, z, clip = x[front], y[front], z[front], vertices["clip"][front].astype("f8")
+        expected = np.stack([x, y], -1) / z[:, None] * camera.focal_px(scene.size[1])
+        drawn = clip[:, :2] / clip[:, 3:] * scale
+        seen = (np.abs(expected) <= scale).all(1)
+        assert np.abs(drawn - expected)[seen].max(initial=0) < 0.01, view
+        assert np.allclose(clip[:, 2] / clip[:, 3], scene.near_m / z, rtol=1e-3), view
+    draw.release()
     scene.release()
