@@ -95,6 +95,12 @@ class View:
         self.block.bind_to_uniform_block(1)
 
 
+def _float_below(value: float) -> np.float32:
+    """The largest float32 that is not above a value."""
+    nearest = np.float32(value)
+    return nearest if nearest <= value else np.nextafter(nearest, np.float32(0))
+
+
 class Levels:
     """The passes, and the buffers that they fill: `patches` (records `layout.PATCH`) and `draws`."""
 
@@ -136,7 +142,7 @@ class Levels:
         mean square of all posts' distances is within it. Patches outside the picture are left out, unless `cull` is
         False. A tolerance of 0 draws every cell in the picture at full resolution.
         """
-        settings = {"tolerance_px": tolerance_px, "metric": METRICS.index(metric), "cull": cull}
+        settings = {"tolerance_px": _float_below(tolerance_px), "metric": METRICS.index(metric), "cull": cull}
         self.view.write(self.tables, camera, size, near_m, **settings)
         self._bind()
         self._grow_tree()

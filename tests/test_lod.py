@@ -358,6 +358,15 @@ def test_certified_is_never_above_the_tolerance(ctx, scene, seed, metric):
         assert scene.select(camera, tolerance, metric).certified_px <= tolerance
 
 
+def test_tolerance_that_float32_would_round_up_is_kept(ctx, scene):
+    camera = cameras(scene.heightmap)["default"]
+    for tolerance in (0.3, 1.0, 3.0):
+        certified = scene.select(camera, tolerance).certified_px
+        just_below = certified * (1 - 1e-12)
+        assert np.float32(just_below) == certified
+        assert scene.select(camera, just_below).certified_px <= just_below
+
+
 def test_tilted_plane_takes_few_triangles(ctx):
     heightmap = Heightmap(plane(1025), 5.0)
     scene = Scene.of(ctx, heightmap, (1280, 720))
