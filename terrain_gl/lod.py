@@ -98,7 +98,7 @@ class View:
 def _float_below(value: float) -> np.float32:
     """The largest float32 that is not above a value."""
     nearest = np.float32(value)
-    return nearest if nearest <= value else np.nextafter(nearest, np.float32(0))
+    return nearest if float(nearest) <= value else np.nextafter(nearest, np.float32(0))
 
 
 class Levels:
