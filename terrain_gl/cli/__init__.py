@@ -31,8 +31,11 @@ def main(argv: Sequence[str] | None = None) -> int:
     except KeyboardInterrupt:
         return 130
     except BrokenPipeError:
-        return _reader_gone()
+        _drop_output()
+        return 1
     except (TerrainError, OSError, MemoryError) as error:
+        if isinstance(error, OSError) and error.filename is None:
+            _drop_output()
         return _complain(error)
 
 
@@ -86,7 +89,6 @@ def _reason(error: Exception) -> str:
     return str(error) or "not enough memory"
 
 
-def _reader_gone() -> int:
-    # as the Python manual has it: without this the interpreter complains again when it closes the pipe
+def _drop_output() -> None:
+    # as the Python manual has it: without this the interpreter fails again when it flushes what is left
     os.dup2(os.open(os.devnull, os.O_WRONLY), sys.stdout.fileno())
-    return 1
