@@ -183,3 +183,33 @@ def test_vertices_stand_in_the_picture_where_they_belong(ctx, name):
         assert np.allclose(clip[:, 2] / clip[:, 3], scene.near_m / z, rtol=1e-3), view
     draw.release()
     scene.release()
+
+
+CORNER = np.dtype([("col", "f4"), ("row", "f4"), ("corner", "u4"), ("shape", "u4")])
+
+
+@pytest.mark.parametrize("name", ["odd", "holes", "cliff"])
+def test_triangles_of_a_patch_are_those_that_the_error_tables_speak_of(ctx, name):
+    """Halves of the lattice's cells, by either diagonal; in fans, wedges around the centre."""
+    scene = Scene.of(ctx, MAPS[name]())
+    draw = PatchDraw(scene.levels, tess_evaluation="mesh/patch.tese", varyings=("v_post", "v_patch_shape"))
+    sizes_seen = set()
+    for camera in cameras(scene.heightmap).values():
+        for tolerance in (0.0, 0.5, 2.0):
+            data = draw.capture(scene.select(camera, tolerance), CORNER.itemsize)
+            vertices = np.frombuffer(data, CORNER).reshape(-1, 3)
+            corner, shape = vertices["corner"][:, 0].astype(int), vertices["shape"][:, 0].astype(int)
+            step = 1 << (shape & 15)
+            origin = np.stack([corner & 0xFFFF, corner >> 16], -1)
+            places = np.stack([vertices["col"], vertices["row"]], -1).astype(int) - origin[:, None]
+            fan = (shape >> 12 & 1).astype(bool)
+            side = step[~fan, None, None]
+            low, ends = (places[~fan] // side).min(1), ((places[~fan] + side - 1) // side).max(1)
+            assert (ends - low == 1).all()
+            last = np.array([scene.heightmap.cols, scene.heightmap.rows]) - 1
+            centre = np.minimum(origin[fan] + step[fan, None], last) - origin[fan]
+            assert (places[fan] == centre[:, None]).all(2).any(1).all()
+            sizes_seen |= set((shape[~fan] >> 4 & 7).tolist())
+    assert sizes_seen >= {0, 1, 2, 3}
+    draw.release()
+    scene.release()
