@@ -120,7 +120,7 @@ def random_posts(rng, grid, asked, each=40):
     )
 
 
-@settings(max_examples=400)
+@settings(max_examples=250)
 @given(st.integers(0, 10**6))
 def test_projection_bounds_every_point_of_a_box(ctx, projection, seed):
     rng = np.random.default_rng(seed)
@@ -212,7 +212,7 @@ def scene(request, session_context):
         scene.release()
 
 
-VIEWS = list(cameras(MAPS["odd"]()))
+VIEWS = ("default", "grazing", "down", "pit", "corner")  # of maps.cameras
 
 
 @pytest.mark.parametrize("view", VIEWS)
@@ -345,7 +345,7 @@ def test_nothing_is_drawn_of_a_map_behind_the_eye(ctx, scene):
     assert (achieved.posts, achieved.max_px, achieved.uncovered) == (0, 0.0, 0)
 
 
-@settings(max_examples=40)
+@settings(max_examples=25)
 @given(st.integers(0, 10**6), st.sampled_from(["max", "rms"]))
 def test_certified_is_never_above_the_tolerance(ctx, scene, seed, metric):
     rng = np.random.default_rng(seed)
@@ -381,19 +381,15 @@ def test_real_maps_take_little_more_than_the_ideal_quadtree(ctx, dem, name):
     row, col = max(0, (whole.rows - 1025) // 2), max(0, (whole.cols - 1025) // 2)
     heightmap = Heightmap(whole.heights[row : row + 1025, col : col + 1025], whole.spacing_m, name)
     scene = Scene.of(ctx, heightmap, (1280, 720))
-    void = np.isnan(heightmap.heights)
-    for view in ("default", "grazing"):
-        camera = cameras(heightmap, scene.size)[view]
-        triangles = scene.select(camera, 1.0).triangles
-        ideal, plain = reference.ideal_quadtrees(
-            scene.terrain.filled.astype("f8"), heightmap.spacing_m, camera, scene.size, scene.near_m, 1.0, void
-        )
-        print(
-            f"{name} {view}: {triangles} triangles, {triangles / ideal.triangles:.2f} x ideal restricted quadtree, ",
-            end="",
-        )
-        print(f"{triangles / plain.triangles:.2f} x unrestricted")
-        assert triangles <= 1.6 * ideal.triangles
+    camera = cameras(heightmap, scene.size)["default"]
+    triangles = scene.select(camera, 1.0).triangles
+    filled = scene.terrain.filled.astype("f8")
+    ideal, plain = reference.ideal_quadtrees(
+        filled, heightmap.spacing_m, camera, scene.size, scene.near_m, 1.0, np.isnan(heightmap.heights)
+    )
+    ratios = triangles / ideal.triangles, triangles / plain.triangles
+    print(f"{name}: {triangles} triangles, {ratios[0]:.2f} x ideal restricted quadtree, {ratios[1]:.2f} x unrestricted")
+    assert triangles <= 1.6 * ideal.triangles
     scene.release()
 
 

@@ -63,7 +63,7 @@ def test_every_size_is_watertight(ctx, shape):
     heightmap = Heightmap(rough(*shape, seed=4), 10.0)
     scene = Scene.of(ctx, heightmap)
     for camera in cameras(heightmap).values():
-        for tolerance in (0.0, 0.3, 1.0, 5.0):
+        for tolerance in (0.0, 0.5, 3.0):
             selection = scene.select(camera, tolerance, cull=False)
             check_watertight(scene.triangles(selection), heightmap)
     scene.release()
@@ -80,7 +80,7 @@ def test_hard_maps_are_watertight(ctx, name):
     scene.release()
 
 
-@settings(max_examples=60)
+@settings(max_examples=40)
 @given(st.integers(2, 80), st.integers(2, 80), st.integers(0, 10**6))
 def test_any_map_is_watertight_from_anywhere(ctx, rows, cols, seed):
     rng = np.random.default_rng(seed)
