@@ -17,6 +17,7 @@ from terrain_gl.exceptions import TerrainError, UsageError
 from terrain_gl.readers import SRTM_VOID, Raster, Spacing, open_raster
 
 MAX_POSTS = 16384 * 16384
+MIN_SPACING_M, MAX_SPACING_M = 1e-6, 1e6
 MAX_SIDE = 16385  # so many posts does a quadtree of 15 levels reach over
 MAX_HEIGHT_M = 1e7  # beyond it float32 has steps above a metre, and a value is most likely an unnamed no-data mark
 
@@ -180,8 +181,11 @@ def _spacing(spacing_m: float | Spacing) -> Spacing:
         east, north = (float(s) for s in np.broadcast_to(np.asarray(spacing_m, np.float64), 2))
     except (TypeError, ValueError):
         east = north = math.nan
-    if not (0 < east < math.inf and 0 < north < math.inf):
-        raise UsageError(f"spacing must be one or two positive numbers of metres (east, north), got {spacing_m}")
+    if not (min(east, north) >= MIN_SPACING_M and max(east, north) <= MAX_SPACING_M):
+        raise UsageError(
+            f"spacing must be one or two numbers of metres (east, north) from {MIN_SPACING_M:g} to {MAX_SPACING_M:g}, "
+            f"got {spacing_m}"
+        )
     return east, north
 
 

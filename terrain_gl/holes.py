@@ -109,12 +109,15 @@ def _edges_crossed(
 
 
 def bilinear(heights: np.ndarray, x: np.ndarray, y: np.ndarray) -> np.ndarray:
-    """Heights at fractional columns x and rows y, in float64; NaN in cells with a void corner and outside the map."""
+    """Heights at fractional columns x and rows y, in float64; NaN beside void posts and outside the map."""
     rows, cols = heights.shape
     outside = ~((x >= 0) & (x <= cols - 1) & (y >= 0) & (y <= rows - 1))
     col = np.clip(np.floor(np.where(outside, 0, x)), 0, cols - 2).astype(int)
     row = np.clip(np.floor(np.where(outside, 0, y)), 0, rows - 2).astype(int)
     u, v = x - col, y - row
-    top = heights[row, col] * (1 - u) + heights[row, col + 1] * u
-    bottom = heights[row + 1, col] * (1 - u) + heights[row + 1, col + 1] * u
-    return np.where(outside, np.nan, top * (1 - v) + bottom * v)
+
+    def share(east: int, south: int) -> np.ndarray:
+        weight = (u if east else 1 - u) * (v if south else 1 - v)
+        return np.where(weight == 0, 0.0, weight * heights[row + south, col + east])  # on a post, its neighbours' voids
+
+    return np.where(outside, np.nan, share(0, 0) + share(1, 0) + share(0, 1) + share(1, 1))

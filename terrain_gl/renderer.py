@@ -351,9 +351,9 @@ class Renderer:
 
 def _check(max_error_px: float, near_m: float | None, **choices: tuple[str, tuple[str, ...]]) -> None:
     if not 0 < max_error_px < 1e6:
-        raise UsageError(f"max error must be a positive number of pixels, got {max_error_px:g}")
+        raise UsageError(f"max error must be more than 0 and less than 1,000,000 pixels, got {max_error_px:g}")
     if near_m is not None and not 0 < near_m < 1e9:
-        raise UsageError(f"near plane must stand a positive number of metres away, got {near_m:g}")
+        raise UsageError(f"near plane must stand more than 0 and less than 1e9 metres away, got {near_m:g}")
     for name, (value, known) in choices.items():
         if value not in known:
             raise UsageError(f"{name}: expected one of {', '.join(known)}, got {value!r}")

@@ -159,7 +159,6 @@ class Picture:
         if self._detail is None:
             stages = {"tess_evaluation": "mesh/patch.tese", "geometry": "shade/detail.geom"}
             self._detail = PatchDraw(self.levels, **stages, fragment="shade/detail.frag")
-        self._detail.program["u_size_px"] = self.size
         self._draw_patches(self._detail, self._seen_detail, selection)
 
     def _draw_patches(self, patches: PatchDraw, target: moderngl.Framebuffer, selection: Selection) -> None:

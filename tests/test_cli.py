@@ -479,3 +479,9 @@ def test_full_standard_output(dem):
         done = subprocess.run(command, stdout=full, stderr=subprocess.PIPE, text=True, timeout=60)
     assert done.returncode == 1
     assert done.stderr.splitlines()[0] == "terrain-gl: standard output: No space left on device"
+
+
+def test_the_map_is_no_output(run, dem):
+    before = Path(dem).read_bytes()
+    refused(run("measure", dem, "--json", dem), 2, "is the map itself")
+    assert Path(dem).read_bytes() == before

@@ -109,3 +109,15 @@ def test_failed_renderer_leaves_the_context_usable(ctx, heightmap):
 def test_sides_beyond_the_quadtree_are_refused():
     with pytest.raises(TerrainError, match="16386 x 2 posts"):
         tg.Heightmap(np.zeros((2, 16386), "f4"))
+
+
+def test_height_on_a_post_beside_a_void():
+    heights = np.arange(25.0).reshape(5, 5)
+    heights[3, 3] = np.nan
+    with tg.Renderer(tg.Heightmap(heights, 10.0), SIZE) as r:
+        assert [r.height_at(10.0 * col, 10.0 * (4 - row)) for row, col in ((2, 2), (2, 4), (4, 4))] == [
+            12.0,
+            14.0,
+            24.0,
+        ]
+        assert np.isnan(r.height_at(30.0, 10.0))

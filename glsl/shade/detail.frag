@@ -7,16 +7,17 @@
 in vec2 g_post;
 in vec3 g_from_eye_m;
 flat in uvec2 g_patch_shape;
-noperspective in vec3 g_edge_px;
-flat in float g_height_px;
+in vec3 g_weights;
 
 layout(location = 0) out vec2 out_post;
 layout(location = 1) out vec4 out_drawn;  // level, negative for fans; triangle's edge and patch's border 0 to 1; error px
 
-// Lines are a pixel wide, and faint where there is no room for them.
+// Lines are a pixel wide, and faint where the triangle has no room for them.
 float edge_line() {
-    float d = min(min(g_edge_px.x, g_edge_px.y), g_edge_px.z);
-    return (1.0 - smoothstep(0.4, 1.1, d)) * clamp(g_height_px / 6.0, 0.08, 1.0);
+    vec3 per_px = max(sqrt(dFdx(g_weights) * dFdx(g_weights) + dFdy(g_weights) * dFdy(g_weights)), 1e-9);
+    vec3 edge_px = g_weights / per_px;
+    float height_px = 1.0 / max(max(per_px.x, per_px.y), per_px.z);
+    return (1.0 - smoothstep(0.4, 1.1, min(min(edge_px.x, edge_px.y), edge_px.z))) * clamp(height_px / 6.0, 0.08, 1.0);
 }
 
 float border_line(vec2 post, Lattice l, vec2 post_per_px) {
@@ -49,7 +50,7 @@ void main() {
     vec2 post_per_px = fwidth(g_post);
     out_post = place_in_patch(g_post, l);
     if (is_in_hole(out_post)) discard;
-    bool inside = min(min(g_edge_px.x, g_edge_px.y), g_edge_px.z) >= 0.0;  // else the neighbour's fragment knows
+    bool inside = min(min(g_weights.x, g_weights.y), g_weights.z) >= 0.0;  // else the neighbour's fragment knows
     float px = inside ? min(error_px(g_from_eye_m, error_m(out_post, g_from_eye_m.z + u_eye_z_m + u_eye_z_rest_m)), 6e4) : 0.0;
     out_drawn = vec4(float(l.step_log2 + 1) * (l.fan ? -1.0 : 1.0), edge_line(), border_line(g_post, l, post_per_px), px);
 }

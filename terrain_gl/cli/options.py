@@ -94,7 +94,11 @@ def open_scene(args: argparse.Namespace, name: str | None = None) -> Scene:
 
     Without options a bundled map has its own scales, view and sun; another map is seen by `Camera.default`.
     """
-    check_writable(getattr(args, "output", None), getattr(args, "json", None))
+    outputs = getattr(args, "output", None), getattr(args, "json", None)
+    check_writable(*outputs)
+    source = name or getattr(args, "map", None)
+    if source and os.path.realpath(source) in {os.path.realpath(path) for path in outputs if path}:
+        raise UsageError(f"{source}: is the map itself: name another file for the output")
     heightmap, known = open_map(args, name)
     start = known.camera if known else Camera.default(heightmap)
     given = {"eye": args.eye, "target": args.target, "fov_deg": args.fov}
