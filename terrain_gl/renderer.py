@@ -103,6 +103,8 @@ class Renderer:
     ) -> None:
         self._owns_ctx = ctx is None
         self.ctx = ctx or create_context(backend)
+        # asked once: the context looks up dozens of limits to say its name
+        self._gl = {"gl_renderer": self.ctx.info["GL_RENDERER"], "backend": backend_name(self.ctx)}
         self.ms: dict[str, float] = {}
         self._shot: _Shot | None = None
         self._measurement: Measurement | None = None
@@ -323,8 +325,7 @@ class Renderer:
             "requested_max_error_px": requested_px,
             "width": self.size[0],
             "height": self.size[1],
-            "gl_renderer": self.ctx.info["GL_RENDERER"],
-            "backend": backend_name(self.ctx),
+            **self._gl,
             "ms": dict(self.ms),
             "gpu_bytes": self.gpu_bytes(),
         }
