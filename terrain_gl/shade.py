@@ -147,8 +147,8 @@ class Picture:
 
     def _haze_m(self, camera: Camera) -> float:
         """Air as clear as it takes to see the whole map from where the eye is."""
-        middle = np.array([*self.levels.terrain.heightmap.extent_m, sum(self.levels.terrain.heightmap.range_m)]) / 2
-        return HAZE * max(2 * math.hypot(*middle[:2]), math.dist(camera.eye, middle))
+        (east, north), (low, high) = self.levels.terrain.heightmap.extent_m, self.levels.terrain.heightmap.range_m
+        return HAZE * max(math.hypot(east, north), math.dist(camera.eye, (east / 2, north / 2, (low + high) / 2)))
 
     def _draw_detail(self, selection: Selection) -> None:
         """Draw the surface with what styles of the mesh want to know; takes more memory, and time."""
