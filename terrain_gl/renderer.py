@@ -24,13 +24,12 @@ from .holes import bilinear, count_holes
 from .lod import METRICS, Levels, Selection
 from .measure import TILE, Achieved, Measurement
 from .mesh import captured_triangles
-from .shade import STYLES, Picture
+from .shade import STYLES, SUN, Picture
 from .terrain import Terrain
 
 METHODS = ("sat", "full")
 Part = TypeVar("Part")
 Method = TypeVar("Method", bound=Callable[..., Any])
-SUN = (300.0, 35.0)
 NEAR = 0.1  # near plane, in spacings
 
 

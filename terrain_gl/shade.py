@@ -21,6 +21,7 @@ from .lod import Levels, Selection
 from .mesh import PatchDraw
 from .terrain import Rect
 
+SUN = (300.0, 35.0)  # azimuth, clockwise from north, and elevation, in degrees
 STYLES = ("shaded", "wireframe", "lod", "error", "normals", "depth")
 _OF_MESH = ("wireframe", "lod", "error")  # styles that show the mesh itself
 HAZE = 2.0  # distance at which haze lets 1/e through, in diagonals of the map
@@ -78,9 +79,7 @@ class Picture:
         self.sun_map.forget()
         self._character = Character.of(self.levels.terrain.heightmap)
 
-    def draw(
-        self, selection: Selection, camera: Camera, style: str = "shaded", sun: tuple[float, float] = (300.0, 35.0)
-    ) -> None:
+    def draw(self, selection: Selection, camera: Camera, style: str = "shaded", sun: tuple[float, float] = SUN) -> None:
         """Draw what `Levels.select` chose last.
 
         Parameters
@@ -100,7 +99,7 @@ class Picture:
         else:
             self._draw_patches(self._surface, self._seen, selection)
 
-    def shade(self, camera: Camera, style: str = "shaded", sun: tuple[float, float] = (300.0, 35.0)) -> None:
+    def shade(self, camera: Camera, style: str = "shaded", sun: tuple[float, float] = SUN) -> None:
         """Second pass, over the pixels: colour what the first one saw."""
         towards = towards_sun(*sun)
         if style == "shaded":

@@ -37,19 +37,24 @@ uvec4 finer_neighbours() {
                  own >> 1 | split_word(level, word + 1, y) << 31, split_word(level, word, y + 1));
 }
 
+// Whether a fan's centre lies on the map's last column, and on its last row.
+bvec2 on_rim(int column) {
+    return greaterThanEqual((2 * (first + ivec2(column, row)) + 1) << (level - 1), u_last_post);
+}
+
 // A fan's edges that are split. Where its centre lies on the map's rim, edges end at their middle and stay whole.
 uint split_edges(uvec4 finer, int column) {
     uvec4 bits = finer >> column & 1u;
-    bvec2 on_rim = greaterThanEqual((2 * (first + ivec2(column, row)) + 1) << (level - 1), u_last_post);
-    if (on_rim.x) bits.yw = uvec2(0u);
-    if (on_rim.y) bits.xz = uvec2(0u);
+    bvec2 rim = on_rim(column);
+    if (rim.x) bits.yw = uvec2(0u);
+    if (rim.y) bits.xz = uvec2(0u);
     return bits.x | bits.y << 1 | bits.z << 2 | bits.w << 3;
 }
 
 // On the rim, the wedges beyond it have no area.
 uint fan_triangles(uint edges, int column) {
-    bvec2 on_rim = greaterThanEqual((2 * (first + ivec2(column, row)) + 1) << (level - 1), u_last_post);
-    return 4u + uint(bitCount(edges)) - uint(on_rim.x) - uint(on_rim.y);
+    bvec2 rim = on_rim(column);
+    return 4u + uint(bitCount(edges)) - uint(rim.x) - uint(rim.y);
 }
 
 void classify_row() {
@@ -175,10 +180,9 @@ void main() {
     uint group = gl_WorkGroupID.y * uint(MANY) + gl_WorkGroupID.x;
     if (group >= active_groups.w) return;
     int tile = int(active_tile[group]);
-    level = 0;
-    while (level < u_top_level && tile >= u_level[level + 1].first_tile) level++;
-    int i = tile - u_level[level].first_tile;
-    first = TILE * ivec2(i % u_level[level].tiles.x, i / u_level[level].tiles.x);
+    ivec3 at = tile_at(tile);
+    level = at.z;
+    first = TILE * at.xy;
     row = int(gl_LocalInvocationIndex);
 
     s_squares[0][row] = s_fans[row] = 0u;

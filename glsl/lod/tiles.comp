@@ -18,13 +18,10 @@ bool has_nodes(int level, ivec2 tile) {
 void main() {
     int tile = int(gl_GlobalInvocationID.x);
     if (tile >= tiles_in_all()) return;
-    int level = 0;
-    while (level < u_top_level && tile >= u_level[level + 1].first_tile) level++;
-    int i = tile - u_level[level].first_tile;
-    ivec2 at = ivec2(i % u_level[level].tiles.x, i / u_level[level].tiles.x);
+    ivec3 at = tile_at(tile);
     for (int size = 0; size < SIZES; size++) offset[offset_index(size, tile)] = 0u;
 
-    if (!has_nodes(level, at)) return;
+    if (!has_nodes(at.z, at.xy)) return;
     uint place = atomicAdd(active_groups.w, 1u);
     active_tile[place] = uint(tile);
     atomicMax(active_groups.y, place / uint(MANY) + 1u);

@@ -20,4 +20,12 @@ int tiles_in_all() {
     return top.first_tile + top.tiles.x * top.tiles.y;
 }
 
+// Column and row of a tile, and its level.
+ivec3 tile_at(int tile) {
+    int level = 0;
+    while (level < u_top_level && tile >= u_level[level + 1].first_tile) level++;
+    int i = tile - u_level[level].first_tile;
+    return ivec3(i % u_level[level].tiles.x, i / u_level[level].tiles.x, level);
+}
+
 int offset_index(int size, int tile) { return size * tiles_in_all() + tile; }

@@ -15,8 +15,8 @@ from ..exceptions import TerrainError, UsageError
 from ..heightmap import ENCODINGS, Heightmap
 from ..lod import METRICS
 from ..maps import BundledMap, bundled, find_bundled
-from ..renderer import METHODS, SUN, Renderer
-from ..shade import STYLES
+from ..renderer import METHODS, Renderer
+from ..shade import STYLES, SUN
 
 FARTHEST_M = 1e9  # largest number of metres that is taken for meant
 

@@ -7,7 +7,7 @@ from typing import Any
 
 from ..lod import METRICS
 from ..renderer import METHODS
-from ..shade import STYLES
+from ..shade import STYLES, SUN
 
 STEP = 2**0.5  # of the tolerance
 TOLERANCES_PX = (2.0**-5, 2.0**8)
@@ -42,7 +42,7 @@ class Settings:
     metric: str = "max"
     method: str = "sat"
     style: str = "shaded"
-    sun: tuple[float, float] = (300.0, 35.0)
+    sun: tuple[float, float] = SUN
     figures: bool = True
     keys: bool = False
 

@@ -8,7 +8,8 @@ from typing import Any
 from ..camera import Camera
 from ..context import from_glfw_window
 from ..heightmap import Heightmap
-from ..renderer import SUN, Renderer
+from ..renderer import Renderer
+from ..shade import SUN
 from .flight import Flight
 from .hud import message_panel
 from .opening import library, open_window
