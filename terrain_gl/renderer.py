@@ -16,18 +16,18 @@ import numpy as np
 
 from .camera import Camera
 from .context import backend_name, create_context
+from .drawing import Drawing
 from .error import ErrorTables
 from .exceptions import TerrainError, UsageError
 from .gl import limits
 from .heightmap import Heightmap
 from .holes import bilinear, count_holes
-from .lod import METRICS, Levels, Selection
+from .lod import Levels, Selection
 from .measure import TILE, Achieved, Measurement
 from .mesh import captured_triangles
-from .shade import STYLES, SUN, Picture
+from .shade import Picture
 from .terrain import Terrain
 
-METHODS = ("sat", "full")
 Part = TypeVar("Part")
 Method = TypeVar("Method", bound=Callable[..., Any])
 NEAR = 0.1  # near plane, in spacings
@@ -151,17 +151,7 @@ class Renderer:
         self.picture.resize(size)
 
     @_in_own_context
-    def render(
-        self,
-        camera: Camera,
-        max_error_px: float = 1.0,
-        *,
-        metric: str = "max",
-        method: str = "sat",
-        style: str = "shaded",
-        sun: tuple[float, float] = SUN,
-        near_m: float | None = None,
-    ) -> Frame:
+    def render(self, camera: Camera, max_error_px: float = 1.0, **options: Any) -> Frame:
         """Draw a picture whose geometric error is nowhere above `max_error_px`.
 
         Parameters
@@ -171,14 +161,8 @@ class Renderer:
         max_error_px
             The largest distance on the screen between where a post of the map is drawn and where it belongs
             (metric "max"), or the root mean square of all those distances ("rms").
-        method
-            "sat", or "full" for every post in the picture.
-        style
-            One of `terrain_gl.shade.STYLES`.
-        sun
-            Azimuth, clockwise from north, and elevation, in degrees.
-        near_m
-            Distance of the near plane; by default a tenth of the smaller spacing.
+        options
+            The other fields of `Drawing`, by name: metric, method, style, sun, near_m, cull.
 
         Raises
         ------
@@ -186,7 +170,7 @@ class Renderer:
             An argument outside its range.
         """
         started = time.perf_counter()
-        self.draw(camera, max_error_px, metric=metric, method=method, style=style, sun=sun, near_m=near_m)
+        self.draw(camera, max_error_px, **options)
         image = self.picture.read()
         assert self._shot
         self.ms["frame"] = 1e3 * (time.perf_counter() - started)
@@ -194,30 +178,20 @@ class Renderer:
         return Frame(image, self._shot.stats)
 
     @_in_own_context
-    def draw(
-        self,
-        camera: Camera,
-        max_error_px: float = 1.0,
-        *,
-        metric: str = "max",
-        method: str = "sat",
-        style: str = "shaded",
-        sun: tuple[float, float] = SUN,
-        near_m: float | None = None,
-        cull: bool = True,
-    ) -> dict[str, Any]:
+    def draw(self, camera: Camera, max_error_px: float = 1.0, **options: Any) -> dict[str, Any]:
         """Draw like `render`, but leave the picture on the GPU (`picture`); returns the stats."""
-        _check(max_error_px, near_m, metric=(metric, METRICS), method=(method, METHODS), style=(style, STYLES))
-        near_m = near_m or NEAR * min(self.heightmap.spacing_m)
-        tolerance = 0.0 if method == "full" else max_error_px
+        drawing = Drawing(max_error_px, **options)
+        near_m = drawing.near_m or NEAR * min(self.heightmap.spacing_m)
         with self._timed("lod"):
-            selection = self.levels.select(camera, self.size, near_m, tolerance, metric, cull)
+            selection = self.levels.select(
+                camera, self.size, near_m, drawing.tolerance_px, drawing.metric, drawing.cull
+            )
         with self._timed("draw"):
-            self.picture.see(selection, style)
+            self.picture.see(selection, drawing.style)
         with self._timed("shade"):
-            self.picture.shade(camera, style, sun)
+            self.picture.shade(camera, drawing.style, drawing.sun)
         self._shot = _Shot(camera, selection, near_m)
-        self._shot.stats = self._stats(method, metric, max_error_px)
+        self._shot.stats = self._stats(drawing)
         return self._shot.stats
 
     @_in_own_context
@@ -311,17 +285,17 @@ class Renderer:
             raise TerrainError("nothing drawn since the map or the picture's size changed: render a frame first")
         return self._shot
 
-    def _stats(self, method: str, metric: str, requested_px: float) -> dict[str, Any]:
+    def _stats(self, drawing: Drawing) -> dict[str, Any]:
         assert self._shot
         selection = self._shot.selection
         return {
-            "method": method,
-            "metric": metric,
+            "method": drawing.method,
+            "metric": drawing.metric,
             "triangles": selection.triangles,
             "patches": selection.patches,
             "splits": selection.splits,
             "certified_max_error_px": selection.certified_px,
-            "requested_max_error_px": requested_px,
+            "requested_max_error_px": drawing.max_error_px,
             "width": self.size[0],
             "height": self.size[1],
             **self._gl,
@@ -347,16 +321,6 @@ class Renderer:
         yield
         self.ctx.finish()
         self.ms[stage] = 1e3 * (time.perf_counter() - started)
-
-
-def _check(max_error_px: float, near_m: float | None, **choices: tuple[str, tuple[str, ...]]) -> None:
-    if not 0 < max_error_px < 1e6:
-        raise UsageError(f"max error must be more than 0 and less than 1,000,000 pixels, got {max_error_px:g}")
-    if near_m is not None and not 0 < near_m < 1e9:
-        raise UsageError(f"near plane must stand more than 0 and less than 1e9 metres away, got {near_m:g}")
-    for name, (value, known) in choices.items():
-        if value not in known:
-            raise UsageError(f"{name}: expected one of {', '.join(known)}, got {value!r}")
 
 
 @contextmanager

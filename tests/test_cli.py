@@ -159,10 +159,10 @@ def test_view_hands_its_options_on(dem, run, monkeypatch):
     calls = []
     monkeypatch.setattr("terrain_gl.viewer.run", lambda *args, **named: calls.append((args, named)) or 7)
     assert run("view", dem, *SIZE, "--eye", "-9,0,50", "--max-error", 3, "--style", "lod")[0] == 7
-    (heightmap, camera), named = calls[0]
-    assert heightmap.cols == 97 and camera.eye == (-9, 0, 50)
+    (heightmap,), named = calls[0]
+    assert heightmap.cols == 97 and named["camera"].eye == (-9, 0, 50)
     assert named["size"] == (96, 64) and named["max_error_px"] == 3 and named["style"] == "lod"
-    assert run("view")[0] == 7 and calls[1][0][1] == bundled()["alpine"].camera
+    assert run("view")[0] == 7 and calls[1][1]["camera"] == bundled()["alpine"].camera
 
 
 # --- Commands ---------------------------------------------------------------------------------------------------------

@@ -7,6 +7,7 @@ import shutil
 import subprocess
 import sys
 import time
+from dataclasses import replace
 
 import numpy as np
 import pytest
@@ -192,20 +193,20 @@ def test_keys_change_the_drawing():
     settings = Settings()
     for number, style in enumerate(STYLES, 1):
         settings.press(str(number))
-        assert settings.style == style
+        assert settings.drawing.style == style
     settings.press("tab")
-    assert settings.style == STYLES[0]
+    assert settings.drawing.style == STYLES[0]
     settings.press("+")
-    assert settings.max_error_px == pytest.approx(STEP)
+    assert settings.drawing.max_error_px == pytest.approx(STEP)
     settings.press("-")
-    assert settings.max_error_px == pytest.approx(1)
+    assert settings.drawing.max_error_px == pytest.approx(1)
     for _ in range(100):
         settings.press("-")
-    assert settings.max_error_px > 0
+    assert settings.drawing.max_error_px > 0
     settings.press("m")
     settings.press("f")
-    assert (settings.metric, settings.method) == ("rms", "full")
-    before = Settings(**vars(settings))
+    assert (settings.drawing.metric, settings.drawing.method) == ("rms", "full")
+    before = replace(settings)
     settings.press("x")
     assert settings == before
 

@@ -33,7 +33,7 @@ def run(args: argparse.Namespace) -> int:
     mesh_format(args.output)
     scene = options.open_scene(args)
     with options.make_renderer(args, scene) as renderer:
-        stats = renderer.draw(**options.view_of(args, scene), cull=args.cull)
+        stats = renderer.draw(**options.view_of(args, scene))
         triangles = renderer.triangles()
         heights = renderer.terrain.filled
     if not len(triangles):

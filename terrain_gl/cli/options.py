@@ -7,15 +7,16 @@ import math
 import os
 import re
 from collections.abc import Callable
-from dataclasses import dataclass, replace
+from dataclasses import dataclass, fields, replace
 from typing import Any
 
 from ..camera import Camera
+from ..drawing import METHODS, Drawing
 from ..exceptions import TerrainError, UsageError
 from ..heightmap import ENCODINGS, Heightmap
 from ..lod import METRICS
 from ..maps import BundledMap, bundled, find_bundled
-from ..renderer import METHODS, Renderer
+from ..renderer import Renderer
 from ..shade import STYLES, SUN
 
 FARTHEST_M = 1e9  # largest number of metres that is taken for meant
@@ -64,7 +65,8 @@ def add_view(command: Any) -> None:
     group.add_argument("--size", type=size, metavar="WxH", default=(1280, 720), help="pixels (default: 1280x720)")
     group = command.add_argument_group("detail")
     group.add_argument("--method", choices=METHODS, default="sat", help="sat, or full: every post")
-    group.add_argument("--max-error", type=positive, metavar="PX", default=1.0, help="screen error (default: 1)")
+    error = {"type": positive, "metavar": "PX", "default": 1.0, "dest": "max_error_px"}
+    group.add_argument("--max-error", **error, help="screen error (default: 1)")
     group.add_argument("--metric", choices=METRICS, default="max", help="largest error, or root mean square")
     group = command.add_argument_group("picture")
     group.add_argument("--style", choices=STYLES, default="shaded", help="what is drawn")
@@ -74,7 +76,7 @@ def add_view(command: Any) -> None:
 def add_drawing(command: Any) -> None:
     """Everything that commands without a window share."""
     add_view(command)
-    command.add_argument("--near", type=positive, metavar="M", help="near plane (default: 0.1 spacings)")
+    command.add_argument("--near", type=positive, metavar="M", dest="near_m", help="near plane (default: 0.1 spacings)")
     command.add_argument(
         "--backend",
         metavar="NAME",
@@ -126,9 +128,9 @@ def make_renderer(args: argparse.Namespace, scene: Scene) -> Renderer:
 
 
 def view_of(args: argparse.Namespace, scene: Scene) -> dict[str, Any]:
-    """What `Renderer.render` and `Renderer.draw` take, by name."""
-    choices = {"metric": args.metric, "method": args.method, "style": args.style, "sun": scene.sun}
-    return {"camera": scene.camera, "max_error_px": args.max_error, "near_m": args.near} | choices
+    """What `Renderer.render` and `Renderer.draw` take, by name: options are stored under the names of `Drawing`."""
+    given = {option.name: getattr(args, option.name) for option in fields(Drawing) if hasattr(args, option.name)}
+    return given | {"camera": scene.camera, "sun": scene.sun}
 
 
 def add_output(command: Any, what: str) -> None:

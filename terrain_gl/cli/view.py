@@ -29,14 +29,5 @@ def run(args: argparse.Namespace) -> int:
     scene = options.open_scene(args, args.map or next(iter(bundled())))
     from .. import viewer  # here, for it needs a window system
 
-    return viewer.run(
-        scene.heightmap,
-        scene.camera,
-        max_error_px=args.max_error,
-        metric=args.metric,
-        method=args.method,
-        style=args.style,
-        sun=scene.sun,
-        size=args.size,
-        name=scene.heightmap.name,
-    )
+    view = options.view_of(args, scene)
+    return viewer.run(scene.heightmap, **view, size=args.size, name=scene.heightmap.name)

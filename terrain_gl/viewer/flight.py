@@ -139,7 +139,7 @@ class Flight:
         size = max(1, self.size[0] // shrink), max(1, self.size[1] // shrink)
         if size != self.renderer.size:
             self.renderer.resize(size)
-        stats = self.renderer.draw(self.controller.camera, **self.settings.drawing)
+        stats = self.renderer.draw(self.controller.camera, **vars(self.settings.drawing))
         if shrink == 1:
             self._full_ms = drawing_ms(stats)
         self._note(stats, shrink, now_s, in_motion)

@@ -49,7 +49,7 @@ def drawing_ms(stats: dict[str, Any]) -> float:
 
 def figures_panel(figures: Figures, settings: Settings) -> Panel:
     """Panel at the top left: what the frame cost and what is known of its error."""
-    stats = figures.stats
+    stats, drawing = figures.stats, settings.drawing
     ms = drawing_ms(stats)
     pace = "at rest" if figures.fps is None else f"{figures.fps:.0f} fps"
     size = f"{stats['width']} × {stats['height']}" + (f"  1:{figures.shrunk}" if figures.shrunk > 1 else "")
@@ -60,12 +60,12 @@ def figures_panel(figures: Figures, settings: Settings) -> Panel:
         ("triangles", f"{stats['triangles']:,}"),
         ("patches", f"{stats['patches']:,}"),
         None,
-        ("tolerance", "none" if settings.method == "full" else f"{settings.max_error_px:.4g} px {settings.metric}"),
+        ("tolerance", "none" if drawing.method == "full" else f"{drawing.max_error_px:.4g} px {drawing.metric}"),
         ("promised", f"≤ {stats['certified_max_error_px']:.4g} px"),
-        ("measured", f"{measured[settings.metric]:.3f} px" if measured else "…"),
+        ("measured", f"{measured[drawing.metric]:.3f} px" if measured else "…"),
         None,
-        ("method", "every post" if settings.method == "full" else settings.method),
-        ("style", settings.style),
+        ("method", "every post" if drawing.method == "full" else drawing.method),
+        ("style", drawing.style),
         ("height", f"{metres(figures.height_m)} above ground" if figures.height_m == figures.height_m else "–"),
         ("speed", f"{metres(figures.speed_m_s)}/s"),
     ]

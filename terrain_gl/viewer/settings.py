@@ -2,12 +2,12 @@
 
 from __future__ import annotations
 
-from dataclasses import dataclass
+from dataclasses import dataclass, field, replace
 from typing import Any
 
+from ..drawing import METHODS, Drawing
 from ..lod import METRICS
-from ..renderer import METHODS
-from ..shade import STYLES, SUN
+from ..shade import STYLES
 
 STEP = 2**0.5  # of the tolerance
 TOLERANCES_PX = (2.0**-5, 2.0**8)
@@ -36,33 +36,24 @@ KEYS = (
 
 @dataclass
 class Settings:
-    """How a frame is drawn (fields as `Renderer.render` takes them), and which panels stand over it."""
+    """How a frame is drawn, and which panels stand over it."""
 
-    max_error_px: float = 1.0
-    metric: str = "max"
-    method: str = "sat"
-    style: str = "shaded"
-    sun: tuple[float, float] = SUN
+    drawing: Drawing = field(default_factory=Drawing)
     figures: bool = True
     keys: bool = False
-
-    @property
-    def drawing(self) -> dict[str, Any]:
-        """Arguments of `Renderer.draw`."""
-        return {key: getattr(self, key) for key in ("max_error_px", "metric", "method", "style", "sun")}
 
     def press(self, key: str) -> None:
         """Do what a key says, if it says anything."""
         if key in "123456" and len(key) == 1:
-            self.style = STYLES[int(key) - 1]
+            self._draw(style=STYLES[int(key) - 1])
         elif key == "tab":
-            self.style = _next(STYLES, self.style)
+            self._draw(style=_next(STYLES, self.drawing.style))
         elif key in ("+", "=", "-"):
             self._change_tolerance(STEP if key != "-" else 1 / STEP)
         elif key == "m":
-            self.metric = _next(METRICS, self.metric)
+            self._draw(metric=_next(METRICS, self.drawing.metric))
         elif key == "f":
-            self.method = _next(METHODS, self.method)
+            self._draw(method=_next(METHODS, self.drawing.method))
         elif key == "i":
             self.figures = not self.figures
         elif key in ("h", "f1"):
@@ -70,7 +61,10 @@ class Settings:
 
     def _change_tolerance(self, factor: float) -> None:
         least, most = TOLERANCES_PX
-        self.max_error_px = min(max(self.max_error_px * factor, least), most)
+        self._draw(max_error_px=min(max(self.drawing.max_error_px * factor, least), most))
+
+    def _draw(self, **options: Any) -> None:
+        self.drawing = replace(self.drawing, **options)
 
 
 def _next(choices: tuple[str, ...], now: str) -> str:

@@ -7,9 +7,9 @@ from typing import Any
 
 from ..camera import Camera
 from ..context import from_glfw_window
+from ..drawing import Drawing
 from ..heightmap import Heightmap
 from ..renderer import Renderer
-from ..shade import SUN
 from .flight import Flight
 from .hud import message_panel
 from .opening import library, open_window
@@ -24,13 +24,9 @@ def run(
     heightmap: Heightmap,
     camera: Camera | None = None,
     *,
-    max_error_px: float = 1.0,
-    metric: str = "max",
-    method: str = "sat",
-    style: str = "shaded",
-    sun: tuple[float, float] = SUN,
     size: tuple[int, int] = (1280, 720),
     name: str = "",
+    **options: Any,
 ) -> int:
     """Open a window on a map and return 0 when it is closed.
 
@@ -38,19 +34,19 @@ def run(
     ----------
     camera
         First view; by default `Camera.default`.
-    max_error_px, metric, method, style, sun
-        How it is drawn at first, as `Renderer.render` takes them.
     size
         Width and height of the window in screen coordinates.
     name
         What the window's title says; by default the map's name.
+    options
+        How it is drawn at first: fields of `Drawing`, by name.
 
     Raises
     ------
     TerrainError
         No display, no OpenGL 4.3, or too little GPU memory.
     """
-    settings = Settings(max_error_px, metric, method, style, sun)
+    settings = Settings(Drawing(**options))
     window = Window(size, name or heightmap.name)
     try:
         window.fly(heightmap, camera or Camera.default(heightmap), settings)

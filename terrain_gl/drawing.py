@@ -1,0 +1,63 @@
+"""How a frame is to be drawn, in one record: what `Renderer.render`, the commands and the window all speak of."""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+
+from .exceptions import UsageError
+from .lod import METRICS
+from .shade import STYLES, SUN
+
+METHODS = ("sat", "full")
+CHOICES = {"metric": METRICS, "method": METHODS, "style": STYLES}
+
+
+@dataclass(frozen=True)
+class Drawing:
+    """Options of one frame; the keywords of `Renderer.render` and `Renderer.draw`.
+
+    Attributes
+    ----------
+    max_error_px
+        The largest distance on the screen between where a post of the map is drawn and where it belongs
+        (metric "max"), or the root mean square of all those distances ("rms").
+    metric
+        "max" or "rms": what the tolerance bounds.
+    method
+        "sat", or "full" for every post in the picture.
+    style
+        One of `terrain_gl.shade.STYLES`.
+    sun
+        Azimuth, clockwise from north, and elevation, in degrees.
+    near_m
+        Distance of the near plane; by default a tenth of the smaller spacing.
+    cull
+        Leave out patches that the picture does not show.
+
+    Raises
+    ------
+    UsageError
+        A value outside its range.
+    """
+
+    max_error_px: float = 1.0
+    metric: str = "max"
+    method: str = "sat"
+    style: str = "shaded"
+    sun: tuple[float, float] = SUN
+    near_m: float | None = None
+    cull: bool = True
+
+    def __post_init__(self) -> None:
+        if not 0 < self.max_error_px < 1e6:
+            raise UsageError(f"max error must be more than 0 and less than 1,000,000 pixels, got {self.max_error_px:g}")
+        if self.near_m is not None and not 0 < self.near_m < 1e9:
+            raise UsageError(f"near plane must stand more than 0 and less than 1e9 metres away, got {self.near_m:g}")
+        for name, known in CHOICES.items():
+            if (value := getattr(self, name)) not in known:
+                raise UsageError(f"{name}: expected one of {', '.join(known)}, got {value!r}")
+
+    @property
+    def tolerance_px(self) -> float:
+        """What the mesh is held to; 0 for every post."""
+        return 0.0 if self.method == "full" else self.max_error_px
