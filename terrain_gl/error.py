@@ -7,6 +7,7 @@ of any rectangle of nodes costs four fetches (glsl/error/bound.glsl). Specificat
 
 from __future__ import annotations
 
+from collections.abc import Iterator
 from typing import Any
 
 import moderngl
@@ -19,6 +20,7 @@ from .terrain import Rect, Terrain
 
 FINE_LEVELS = 5  # levels whose nodes one thread looks at alone
 BLOCK = 32  # posts a side that one thread looks at in coarser nodes
+PORTION = 2**18  # posts that are looked at between two breaths of `ErrorTables.building`
 GATHERED_BYTES = 28  # glsl/error/coarse.glsl
 _BARRIER = moderngl.SHADER_STORAGE_BARRIER_BIT
 
@@ -35,7 +37,7 @@ class ErrorTables:
         a table a level, over tiles of `layout.COUNT_TILE` nodes a side.
     """
 
-    def __init__(self, terrain: Terrain) -> None:
+    def __init__(self, terrain: Terrain, build: bool = True) -> None:
         ctx = self.ctx = terrain.ctx
         self.terrain = terrain
         names = ("fine", "gather", "settle", "count")
@@ -47,7 +49,8 @@ class ErrorTables:
         self.nodes = gl.reserve(ctx, (last.first_node + last.nodes) * layout.NODE.itemsize, "an error table")
         self.counters = gl.reserve(ctx, tiles * layout.CLASSES // 2 * 4, "a table of counters")
         self.squares = gl.reserve(ctx, tiles * 8, "a table of squared errors")
-        self.build()
+        if build:
+            self.build()
 
     @property
     def bytes(self) -> int:
@@ -56,13 +59,25 @@ class ErrorTables:
 
     def build(self) -> None:
         """Compute everything from the terrain's heights."""
-        self.update((0, 0, self.terrain.heightmap.cols - 1, self.terrain.heightmap.rows - 1))
+        self.update(self._all_posts)
+
+    def building(self) -> Iterator[float]:
+        """Do what `build` does in portions, for who must not wait for the whole; after each: the part done, 0 to 1."""
+        last = len(self.terrain.levels) - 1
+        for j in range(1, last + 1):
+            columns, rows = self.terrain.levels[j].size
+            height = max(1, (PORTION >> 2 * j) // columns)
+            for y in range(0, rows, height):
+                self._update_nodes(j, (0, y, columns, min(height, rows - y)))
+                yield 0.9 * (j - 1 + y / rows) / last
+        for j in range(1, last + 1):
+            self._update_tables(j, self._all_posts)
+            yield 0.9 + 0.1 * j / last
 
     def update(self, posts: Rect) -> None:
         """Recompute what the posts of columns x0 to x1 and rows y0 to y1, (x0, y0, x1, y1), bear on."""
-        self.terrain.bind()
-        self.nodes.bind_to_storage_buffer(0)
-        self._update_nodes(posts)
+        for j in range(1, len(self.terrain.levels)):
+            self._update_nodes(j, _touched(self.terrain.levels[j], posts, j))
         for j in range(1, len(self.terrain.levels)):
             self._update_tables(j, posts)
 
@@ -78,24 +93,29 @@ class ErrorTables:
         for resource in (self.nodes, self.counters, self.squares, self._sat16, self._sat64, *self._kernels.values()):
             resource.release()
 
-    def _update_nodes(self, posts: Rect) -> None:
-        levels = range(1, len(self.terrain.levels))
-        rects = {j: _touched(self.terrain.levels[j], posts, j) for j in levels}
-        most = max((w * h for j, (_, _, w, h) in rects.items() if j > FINE_LEVELS), default=1)
-        gathering = self.ctx.buffer(bytes(most * GATHERED_BYTES))
+    @property
+    def _all_posts(self) -> Rect:
+        return 0, 0, self.terrain.heightmap.cols - 1, self.terrain.heightmap.rows - 1
+
+    def _update_nodes(self, j: int, nodes: tuple[int, int, int, int]) -> None:
+        """Recompute the nodes of level j from column x and row y on, (x, y, columns, rows)."""
+        x, y, width, height = nodes
+        place = {"u_which_level": j, "u_first": (x, y), "u_count": (width, height)}
+        self.terrain.bind()
+        self.nodes.bind_to_storage_buffer(0)
+        if j <= FINE_LEVELS:
+            self._run("fine", (-(-width // 8), -(-height // 8)), place)
+            return
+        gathering = self.ctx.buffer(bytes(width * height * GATHERED_BYTES))
         gathering.bind_to_storage_buffer(1)
-        for j, (x, y, width, height) in rects.items():
-            place = {"u_which_level": j, "u_first": (x, y), "u_count": (width, height)}
-            if j <= FINE_LEVELS:
-                self._run("fine", (-(-width // 8), -(-height // 8)), place)
-            else:
-                blocks = (1 << j) // BLOCK
-                self._run("gather", (-(-width * blocks // 8), -(-height * blocks // 8)), place)
-                self._run("settle", (-(-width * height // 64), 1), place)
+        blocks = (1 << j) // BLOCK
+        self._run("gather", (-(-width * blocks // 8), -(-height * blocks // 8)), place)
+        self._run("settle", (-(-width * height // 64), 1), place)
         gathering.release()
 
     def _update_tables(self, j: int, posts: Rect) -> None:
         """Count a level's tiles anew where they changed, and sum."""
+        self.terrain.bind()
         level = self.terrain.levels[j]
         tiles = level.counts
         x, y, width, height = _touched(level, posts, j)

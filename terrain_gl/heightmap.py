@@ -8,6 +8,7 @@ from __future__ import annotations
 import contextlib
 import math
 import os
+from collections.abc import Callable
 from typing import Any
 
 import numpy as np
@@ -71,6 +72,7 @@ class Heightmap:
         z_offset_m: float = 0.0,
         nodata: float | None = None,
         encoding: str = "plain",
+        progress: Callable[[float], None] | None = None,
     ) -> Heightmap:
         """Read a map from a file: PNG, TIFF, EXR, HDR, NPY, SRTM HGT and, with rasterio, whatever GDAL opens.
 
@@ -88,6 +90,8 @@ class Heightmap:
             do; −32768 does in .hgt, and in other signed 16-bit files that name no value of their own.
         encoding : {"plain", "terrarium", "mapbox"}
             How pixels hold heights: as one channel, or packed in the three of an 8-bit colour image.
+        progress : function, optional
+            Told the part done, 0 to 1, now and then; an exception that it raises ends the reading.
 
         Raises
         ------
@@ -102,12 +106,16 @@ class Heightmap:
         _check_size(rows, cols, raster.name)
         marks = _void_marks(raster, nodata)
         heights = np.empty((rows, cols), np.float32)
+        done = 0
         with contextlib.closing(raster.blocks) as blocks:
             for where, pixels in blocks:
                 values = ENCODINGS[encoding](pixels, raster)
                 heights[where] = _metres(values, marks, z_scale, z_offset_m)
                 if raster.has_alpha:
                     heights[where][pixels[..., -1] == 0] = np.nan
+                done += values.size
+                if progress:
+                    progress(done / heights.size)
         return cls(heights, _first_known(spacing_m, raster.spacing_m, 1.0), raster.name)
 
     @property

@@ -12,6 +12,9 @@ from typing import Any
 
 from .camera import Camera, Vector
 from .exceptions import TerrainError
+from .heightmap import Heightmap
+
+SCALES = ("spacing_m", "z_scale", "z_offset_m")
 
 
 @dataclass(frozen=True)
@@ -66,6 +69,23 @@ def find_bundled(name_or_path: str) -> BundledMap | None:
     if name_or_path not in maps and name_or_path and not set(name_or_path) & set("./\\"):
         raise TerrainError(f"{name_or_path}: neither a file nor a bundled map ({', '.join(maps)})")
     return maps.get(name_or_path)
+
+
+def open_map(name_or_path: str, **options: Any) -> tuple[Heightmap, BundledMap | None]:
+    """Open a bundled map or a file, and tell which bundled map it is, unless options give it another shape.
+
+    Parameters
+    ----------
+    options
+        As `Heightmap.open` takes them; those that are None are as if not given.
+    """
+    known = find_bundled(name_or_path)
+    given = {key: value for key, value in options.items() if value is not None}
+    own = {key: getattr(known, key) for key in SCALES} if known else {}
+    heightmap = Heightmap.open(known.path if known else name_or_path, **own | given)
+    if known:
+        heightmap.name = known.name
+    return heightmap, None if given.keys() & set(SCALES) else known
 
 
 def _bundled(name: str, path: str, entry: dict[str, Any]) -> BundledMap:

@@ -84,6 +84,8 @@ class Renderer:
         "egl", "osmesa", "glfw", or "auto" for the first that works without a display.
     ctx
         A moderngl context to use instead of making one.
+    build
+        Make all tables at once; else `building` is to be gone through before anything is drawn.
 
     Raises
     ------
@@ -99,6 +101,7 @@ class Renderer:
         size: tuple[int, int] = (1280, 720),
         backend: str = "auto",
         ctx: moderngl.Context | None = None,
+        build: bool = True,
     ) -> None:
         self._owns_ctx = ctx is None
         self.ctx = ctx or create_context(backend)
@@ -108,25 +111,38 @@ class Renderer:
         self._shot: _Shot | None = None
         self._measurement: Measurement | None = None
         self._parts: list[Any] = []
+        self.building = self._build(heightmap, size)
+        if build:
+            deque(self.building, maxlen=0)
+
+    building: Iterator[float]
+    """Makes the tables in portions, for who must not wait for the whole; after each: the part done, 0 to 1."""
+
+    def _build(self, heightmap: Heightmap, size: tuple[int, int]) -> Iterator[float]:
+        posts, pixels = heightmap.rows * heightmap.cols, size[0] * size[1]
         try:
-            self._build(heightmap, size)
-        except BaseException:
+            self._check_size(size)
+            with _memory_errors(self.ctx, f"{heightmap.name}: its {posts} posts need", 16 * posts, "use a smaller map"):
+                self.terrain = self._keep(Terrain(self.ctx, heightmap))
+                yield 0.05
+                with self._timed("error"):
+                    self.tables = self._keep(ErrorTables(self.terrain, build=False))
+                    for part in self.tables.building():
+                        self.ctx.finish()  # who waits for portions wants them to be done
+                        yield 0.05 + 0.75 * part
+                self.levels = self._keep(Levels(self.tables))
+                yield 0.85
+            with (
+                _memory_errors(
+                    self.ctx, f"a picture of {size[0]}x{size[1]} needs", 64 * pixels, "use a smaller --size"
+                ),
+                self._timed("sat"),
+            ):
+                self.picture = self._keep(Picture(self.levels, size))
+            yield 1.0
+        except BaseException:  # a portion failed, or nobody waits any more
             self.release()
             raise
-
-    def _build(self, heightmap: Heightmap, size: tuple[int, int]) -> None:
-        self._check_size(size)
-        posts, pixels = heightmap.rows * heightmap.cols, size[0] * size[1]
-        with _memory_errors(self.ctx, f"{heightmap.name}: its {posts} posts need", 16 * posts, "use a smaller map"):
-            self.terrain = self._keep(Terrain(self.ctx, heightmap))
-            with self._timed("error"):
-                self.tables = self._keep(ErrorTables(self.terrain))
-            self.levels = self._keep(Levels(self.tables))
-        with (
-            _memory_errors(self.ctx, f"a picture of {size[0]}x{size[1]} needs", 64 * pixels, "use a smaller --size"),
-            self._timed("sat"),
-        ):
-            self.picture = self._keep(Picture(self.levels, size))
 
     def _keep(self, part: Part) -> Part:
         """Note what is to be released with the renderer."""

@@ -2,6 +2,7 @@
 
 import numpy as np
 import pytest
+from maps import rough
 
 import terrain_gl as tg
 from terrain_gl.exceptions import TerrainError, UsageError
@@ -121,3 +122,25 @@ def test_height_on_a_post_beside_a_void():
             24.0,
         ]
         assert np.isnan(r.height_at(30.0, 10.0))
+
+
+def test_tables_built_in_portions_equal_tables_built_at_once(ctx):
+    heightmap = tg.Heightmap(rough(700, 900), 10.0)
+    with tg.Renderer(heightmap, SIZE, ctx=ctx) as at_once, tg.Renderer(heightmap, SIZE, ctx=ctx, build=False) as later:
+        parts = []
+        for part in later.building:
+            parts.append(part)
+            at_once.draw(tg.Camera.default(heightmap))  # what others draw meanwhile does not matter
+        assert parts == sorted(parts) and parts[-1] == 1 and len(parts) > 20
+        for table in ("nodes", "counters", "squares"):
+            assert getattr(later.tables, table).read() == getattr(at_once.tables, table).read()
+        camera = tg.Camera.default(heightmap)
+        assert np.array_equal(later.render(camera).image, at_once.render(camera).image)
+
+
+def test_building_given_up_leaves_nothing(ctx):
+    renderer = tg.Renderer(tg.Heightmap(rough(300, 300)), SIZE, ctx=ctx, build=False)
+    for _ in range(5):
+        next(renderer.building)
+    renderer.building.close()
+    assert renderer._parts == []

@@ -10,12 +10,13 @@ from collections.abc import Callable
 from dataclasses import dataclass, fields, replace
 from typing import Any
 
+from .. import maps
 from ..camera import Camera
 from ..drawing import METHODS, Drawing
 from ..exceptions import TerrainError, UsageError
 from ..heightmap import ENCODINGS, Heightmap
 from ..lod import METRICS
-from ..maps import BundledMap, bundled, find_bundled
+from ..maps import BundledMap, bundled
 from ..renderer import Renderer
 from ..shade import STYLES, SUN
 
@@ -110,16 +111,13 @@ def open_scene(args: argparse.Namespace, name: str | None = None) -> Scene:
 
 def open_map(args: argparse.Namespace, name: str | None = None) -> tuple[Heightmap, BundledMap | None]:
     """The map, and the bundled one that it is, unless options give it another shape."""
-    name = name or args.map
-    known = find_bundled(name)
-    scales: dict[str, Any] = {"spacing_m": args.spacing, "z_scale": args.z_scale, "z_offset_m": args.z_offset}
-    given = {key: value for key, value in scales.items() if value is not None}
-    own = {key: getattr(known, key) for key in scales} if known else {}
-    path = known.path if known else name
-    heightmap = Heightmap.open(path, nodata=args.nodata, encoding=args.encoding, **own | given)
-    if known:
-        heightmap.name = known.name
-    return heightmap, None if given else known
+    return maps.open_map(name or args.map, **map_options(args))
+
+
+def map_options(args: argparse.Namespace) -> dict[str, Any]:
+    """What `Heightmap.open` takes, by name; None where nothing was said."""
+    scales = {"spacing_m": args.spacing, "z_scale": args.z_scale, "z_offset_m": args.z_offset}
+    return scales | {"nodata": args.nodata, "encoding": args.encoding}
 
 
 def make_renderer(args: argparse.Namespace, scene: Scene) -> Renderer:
