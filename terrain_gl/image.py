@@ -112,10 +112,31 @@ def linear_from_srgb(encoded: np.ndarray) -> np.ndarray:
     return np.where(c <= 0.04045, c / 12.92, ((c + 0.055) / 1.055) ** 2.4)
 
 
+_LINEAR = linear_from_srgb(np.arange(256)).astype(np.float32)
+
+
 def srgb_from_linear(light: np.ndarray) -> np.ndarray:
     """8-bit sRGB of linear light, 0 to 1."""
     c = np.clip(light, 0, 1)
     return np.round(255 * np.where(c <= 0.0031308, 12.92 * c, 1.055 * c ** (1 / 2.4) - 0.055)).astype(np.uint8)
+
+
+def reduced(pixels: np.ndarray, n: int) -> np.ndarray:
+    """A picture of 8-bit sRGB with n × n pixels become one: the mean of their light; of alpha, the mean.
+
+    Raises
+    ------
+    ValueError
+        A side is not a multiple of n.
+    """
+    height, width, channels = pixels.shape
+    if height % n or width % n:
+        raise ValueError(f"expected sides that are multiples of {n}, got {width}x{height}")
+    if n == 1:
+        return pixels
+    light = np.concatenate([_LINEAR[pixels[..., :3]], pixels[..., 3:] / np.float32(255)], -1)
+    mean = light.reshape(height // n, n, width // n, n, channels).mean((1, 3))
+    return np.concatenate([srgb_from_linear(mean[..., :3]), np.round(255 * mean[..., 3:]).astype(np.uint8)], -1)
 
 
 def _stored(pixels: np.ndarray, suffix: str) -> np.ndarray:

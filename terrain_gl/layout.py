@@ -47,6 +47,8 @@ VIEW = np.dtype(
         ("eye_post", "2i4"),
         ("eye_offset_m", "2f4"),
         ("half_extent", "2f4"),
+        ("size_px", "2i4"),
+        ("first_px", "2i4"),
         ("eye_z_m", "f4"),
         ("eye_z_rest_m", "f4"),
         ("focal_px", "f4"),

@@ -22,6 +22,7 @@ import numpy as np
 from . import gl, layout, shaders
 from .camera import Camera, clip_from_eye
 from .error import ErrorTables
+from .pieces import Piece
 
 METRICS = ("max", "rms")
 # what the passes write is read as storage, as commands, as vertices, and back by Python
@@ -68,6 +69,8 @@ class View:
 
     def __init__(self, ctx: moderngl.Context) -> None:
         self.block = ctx.buffer(reserve=layout.VIEW.itemsize)
+        self._written = np.zeros((), layout.VIEW)
+        self._clip_from_eye = np.eye(4)
 
     def write(self, tables: ErrorTables, camera: Camera, size: tuple[int, int], near_m: float, **settings: Any) -> None:
         """Describe a camera; `settings` are the block's tolerance_px, metric and cull."""
@@ -77,7 +80,6 @@ class View:
         eye_post = np.round([camera.eye[0], row_zero_north - camera.eye[1]] / spacing)
         eye_post = np.clip(eye_post, -(2**30), 2**30)
         block = np.zeros((), layout.VIEW)
-        block["clip_from_eye"] = clip_from_eye(camera, size, near_m).T.ravel()
         for name, axis in zip(("right", "up", "forward"), camera.axes, strict=True):
             block[name][:3] = axis
         block["eye_post"] = eye_post
@@ -88,6 +90,15 @@ class View:
         block["focal_px"] = camera.focal_px(size[1])
         for name, value in settings.items():
             block[name] = value
+        self._written, self._clip_from_eye = block, clip_from_eye(camera, size, near_m)
+        self.crop(Piece.whole(size))
+
+    def crop(self, piece: Piece) -> None:
+        """Draw and shade a piece of the picture from here on, with the mesh of the whole."""
+        block = self._written.copy()
+        block["clip_from_eye"] = (piece.clip_from_picture @ self._clip_from_eye).T.ravel()
+        block["size_px"] = np.multiply(piece.picture, piece.fine)
+        block["first_px"] = np.multiply(piece.corner, piece.fine)
         self.block.write(block.tobytes())
 
     def bind(self) -> None:

@@ -22,9 +22,11 @@ from .exceptions import TerrainError, UsageError
 from .gl import limits
 from .heightmap import Heightmap
 from .holes import bilinear, count_holes
+from .image import reduced
 from .lod import Levels, Selection
 from .measure import TILE, Achieved, Measurement
 from .mesh import captured_triangles
+from .pieces import Piece, cut
 from .shade import Picture
 from .terrain import Terrain
 
@@ -111,6 +113,7 @@ class Renderer:
         self._shot: _Shot | None = None
         self._measurement: Measurement | None = None
         self._parts: list[Any] = []
+        self._size = size
         self.building = self._build(heightmap, size)
         if build:
             deque(self.building, maxlen=0)
@@ -157,13 +160,14 @@ class Renderer:
     @property
     def size(self) -> tuple[int, int]:
         """Width and height of the picture in pixels."""
-        return self.picture.size
+        return self._size
 
     @_in_own_context
     def resize(self, size: tuple[int, int]) -> None:
         """Change the picture's size; the last frame is gone with it."""
         self._check_size(size)
         self._shot = None
+        self._size = size
         self.picture.resize(size)
 
     @_in_own_context
@@ -197,18 +201,97 @@ class Renderer:
     def draw(self, camera: Camera, max_error_px: float = 1.0, **options: Any) -> dict[str, Any]:
         """Draw like `render`, but leave the picture on the GPU (`picture`); returns the stats."""
         drawing = Drawing(max_error_px, **options)
-        near_m = drawing.near_m or NEAR * min(self.heightmap.spacing_m)
-        with self._timed("lod"):
-            selection = self.levels.select(
-                camera, self.size, near_m, drawing.tolerance_px, drawing.metric, drawing.cull
-            )
-        with self._timed("draw"):
-            self.picture.see(selection, drawing.style)
-        with self._timed("shade"):
-            self.picture.shade(camera, drawing.style, drawing.sun)
-        self._shot = _Shot(camera, selection, near_m)
-        self._shot.stats = self._stats(drawing)
+        self._shot = self._select(camera, self.size, drawing)
+        self._shade(Piece.whole(self.size), self._shot, drawing)
+        self._shot.stats = self._stats(drawing, self._shot.selection, self.size)
         return self._shot.stats
+
+    def render_large(
+        self,
+        camera: Camera,
+        size: tuple[int, int],
+        max_error_px: float = 1.0,
+        *,
+        fine: int = 1,
+        progress: Callable[[float], None] | None = None,
+        **options: Any,
+    ) -> Frame:
+        """Draw a picture of any size, in pieces: also beyond what the GPU can draw in one.
+
+        The mesh is chosen once, for the whole picture. There is nothing to `measure` afterwards.
+
+        Parameters
+        ----------
+        size
+            Width and height of the picture in pixels.
+        fine
+            Draw each pixel as fine × fine, and average their light.
+        progress
+            Called with the part that is done, 0 to 1.
+        options
+            As for `render`.
+        """
+        parts = self.pieces(camera, size, max_error_px, fine=fine, **options)
+        whole = Frame(np.empty((size[1], size[0], 4), np.uint8), {})
+        for piece, part in parts:
+            whole.image[piece.rows, piece.cols] = part.image
+            whole.stats = part.stats
+            if progress:
+                progress((piece.rows.start * size[0] + piece.cols.stop * piece.size[1]) / (size[0] * size[1]))
+        return whole
+
+    def pieces(
+        self, camera: Camera, size: tuple[int, int], max_error_px: float = 1.0, *, fine: int = 1, **options: Any
+    ) -> Iterator[tuple[Piece, Frame]]:
+        """Draw a picture of any size piece by piece, the top row first; arguments as for `render_large`.
+
+        Returns
+        -------
+        Iterator
+            Of each piece, which says by `rows` and `cols` where it belongs, and its frame: its own pixels, and the
+            stats of the whole picture, with the times of all pieces so far. To be gone through before anything else
+            is drawn.
+
+        Raises
+        ------
+        UsageError
+            An argument outside its range.
+        """
+        drawing, parts = Drawing(max_error_px, **options), cut(size, fine)
+        return self._draw_pieces(parts, self._select(camera, size, drawing), drawing)
+
+    def _draw_pieces(self, parts: list[Piece], shot: _Shot, drawing: Drawing) -> Iterator[tuple[Piece, Frame]]:
+        stats = self._stats(drawing, shot.selection, parts[0].picture)
+        spent = dict.fromkeys(("draw", "shade", "frame"), 0.0)
+        for piece in parts:
+            started = time.perf_counter()
+            pixels = self._render_piece(piece, shot, drawing)
+            self.ms["frame"] = 1e3 * (time.perf_counter() - started)
+            spent = {stage: ms + self.ms[stage] for stage, ms in spent.items()}
+            yield piece, Frame(pixels, stats | {"ms": self.ms | spent})
+
+    @_in_own_context
+    def _select(self, camera: Camera, size: tuple[int, int], drawing: Drawing) -> _Shot:
+        """Choose the mesh of a picture."""
+        near_m = drawing.near_m or NEAR * min(self.heightmap.spacing_m)
+        self._shot = None
+        with self._timed("lod"):
+            selection = self.levels.select(camera, size, near_m, drawing.tolerance_px, drawing.metric, drawing.cull)
+        return _Shot(camera, selection, near_m)
+
+    @_in_own_context
+    def _render_piece(self, piece: Piece, shot: _Shot, drawing: Drawing) -> np.ndarray:
+        self._shade(piece, shot, drawing)
+        return reduced(self.picture.read(), piece.fine)
+
+    def _shade(self, piece: Piece, shot: _Shot, drawing: Drawing) -> None:
+        if self.picture.size != piece.drawn_size:
+            self.picture.resize(piece.drawn_size)
+        self.levels.view.crop(piece)
+        with self._timed("draw"):
+            self.picture.see(shot.selection, drawing.style)
+        with self._timed("shade"):
+            self.picture.shade(shot.camera, drawing.style, drawing.sun)
 
     @_in_own_context
     def measure(self) -> dict[str, Any]:
@@ -301,9 +384,7 @@ class Renderer:
             raise TerrainError("nothing drawn since the map or the picture's size changed: render a frame first")
         return self._shot
 
-    def _stats(self, drawing: Drawing) -> dict[str, Any]:
-        assert self._shot
-        selection = self._shot.selection
+    def _stats(self, drawing: Drawing, selection: Selection, size: tuple[int, int]) -> dict[str, Any]:
         return {
             "method": drawing.method,
             "metric": drawing.metric,
@@ -312,8 +393,8 @@ class Renderer:
             "splits": selection.splits,
             "certified_max_error_px": selection.certified_px,
             "requested_max_error_px": drawing.max_error_px,
-            "width": self.size[0],
-            "height": self.size[1],
+            "width": size[0],
+            "height": size[1],
             **self._gl,
             "ms": dict(self.ms),
             "gpu_bytes": self.gpu_bytes(),

@@ -173,7 +173,7 @@ class Picture:
     ) -> None:
         """Run a fragment shader over every pixel of the target."""
         program, vao = self._screen_program(fragment)
-        for name, value in ({"size_px": self.size} | uniforms).items():
+        for name, value in uniforms.items():
             if f"u_{name}" in program:
                 program[f"u_{name}"] = value
         self.levels.terrain.bind()

@@ -10,6 +10,8 @@ layout(std140, binding = 1) uniform View {
     ivec2 u_eye_post;               // a post near the eye, and the eye from there
     vec2 u_eye_offset_m;
     vec2 u_half_extent;             // largest |x/z|, |y/z| in the picture
+    ivec2 u_size_px;                // of the whole picture, as it is drawn: a piece of it may be at hand, and
+    ivec2 u_first_px;               // begins there, from the lower left; drawn finer it has more than u_focal_px counts
     float u_eye_z_m;                // the eye's height, and what of it a float does not hold
     float u_eye_z_rest_m;
     float u_focal_px;               // pixels per unit of x/z
@@ -20,6 +22,9 @@ layout(std140, binding = 1) uniform View {
 
 #define METRIC_MAX 0
 #define METRIC_RMS 1
+
+// Where in the whole picture a fragment of the piece at hand is, in drawn pixels.
+vec2 picture_px(vec4 frag_coord) { return frag_coord.xy + vec2(u_first_px); }
 
 vec2 post_from_eye_m(ivec2 post) {
     ivec2 d = post - u_eye_post;

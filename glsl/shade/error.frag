@@ -18,7 +18,7 @@ vec3 ground_colour(Ground g, int sample_) {
 vec3 sky_colour(vec3 direction) { return vec3(0.60); }
 
 vec3 with_bar(vec3 colour) {
-    vec2 size = vec2(u_size_px) * vec2(0.2, 0.02), at = (gl_FragCoord.xy - 0.03 * float(u_size_px.y)) / size;
+    vec2 size = vec2(u_size_px) * vec2(0.2, 0.02), at = (picture_px(gl_FragCoord) - 0.03 * float(u_size_px.y)) / size;
     if (all(greaterThan(at, vec2(0.0))) && all(lessThan(at, vec2(1.0)))) return inferno(0.08 + 0.92 * at.x);
     vec2 rim = abs(at - 0.5) * size - 0.5 * size;
     return max(rim.x, rim.y) < 1.0 ? vec3(1.0) : colour;

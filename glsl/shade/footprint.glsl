@@ -1,13 +1,11 @@
 // shade/footprint.glsl — what part of the map a pixel sees.
-//   A pixel at view depth z is z/K wide; slid along the view ray onto the ground's own plane, it is a parallelogram of
+//   A pixel at view depth z is z/K wide, K counting pixels as they are drawn; slid along the view ray onto the ground's own plane, it is a parallelogram of
 //   sides u, v on the map, and the box around its ellipse has half sides √(u² + v²)/2, column and row. The plane is that
 //   of a wider neighbourhood: the footprint depends on the map and the camera, never on the mesh.
 // Provides Ground, ground_at(), view_ray().
 
 #include "blocks/view.glsl"
 #include "shade/relief.glsl"
-
-uniform ivec2 u_size_px;
 
 struct Ground {
     vec2 post;
@@ -21,7 +19,7 @@ struct Ground {
 #define GRAZING 0.1  // cosine beyond which footprints grow no longer
 
 vec3 view_ray() {
-    vec2 at = (gl_FragCoord.xy / vec2(u_size_px) * 2.0 - 1.0) * u_half_extent;
+    vec2 at = (picture_px(gl_FragCoord) / vec2(u_size_px) * 2.0 - 1.0) * u_half_extent;
     return normalize(u_forward.xyz + at.x * u_right.xyz + at.y * u_up.xyz);
 }
 
@@ -43,7 +41,7 @@ Ground ground_at(vec2 post) {
     Ground g;
     g.post = post;
     vec3 place_m = place_from_eye_m(post, height_m(ivec2(post)));
-    float pixel_m = max(dot(place_m, u_forward.xyz), near_m()) / u_focal_px;
+    float pixel_m = max(dot(place_m, u_forward.xyz), near_m()) * 2.0 * u_half_extent.y / float(u_size_px.y);
     vec2 around = max(vec2(4.0), 3.0 * pixel_m / u_spacing_m);
     vec3 ray = normalize(place_m), normal = normal_of(rough_slope(post, around));
     vec2 u = slide_to_ground(u_right.xyz * pixel_m, ray, normal), v = slide_to_ground(u_up.xyz * pixel_m, ray, normal);

@@ -52,6 +52,6 @@ vec3 ground_colour(Ground g, int sample_) { return tone_mapped(EXPOSURE * hazed(
 vec3 sky_colour(vec3 direction) { return tone_mapped(EXPOSURE * sky_light(direction)); }
 
 // Half a step of 8 bits, up or down, keeps the sky from showing bands.
-float dither() { return (hashed(ivec2(gl_FragCoord.xy)) - 0.5) / 255.0; }
+float dither() { return (hashed(ivec2(picture_px(gl_FragCoord))) - 0.5) / 255.0; }
 
 void main() { out_colour = vec4(srgb_encoded(pixel_colour()) + dither(), 1.0); }
