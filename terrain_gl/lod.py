@@ -24,7 +24,8 @@ from .camera import Camera, clip_from_eye
 from .error import ErrorTables
 from .pieces import Piece
 
-METRICS = ("max", "rms")
+METRICS = ("max", "rms")  # what a tolerance in pixels bounds; one in metres has `METRES` beside them
+METRES = "metres"
 # what the passes write is read as storage, as commands, as vertices, and back by Python
 _BARRIER = (
     moderngl.SHADER_STORAGE_BARRIER_BIT
@@ -152,8 +153,11 @@ class Levels:
         No post is then drawn further than `tolerance_px` from where it belongs; or, with the metric "rms", the root
         mean square of all posts' distances is within it. Patches outside the picture are left out, unless `cull` is
         False. A tolerance of 0 draws every cell in the picture at full resolution.
+
+        With the metric `METRES` the tolerance, and what is certified, are metres of height at every post of the map:
+        the camera does not matter then.
         """
-        settings = {"tolerance_px": _float_below(tolerance_px), "metric": METRICS.index(metric), "cull": cull}
+        settings = {"tolerance_px": _float_below(tolerance_px), "metric": (*METRICS, METRES).index(metric), "cull": cull}
         self.view.write(self.tables, camera, size, near_m, **settings)
         self._bind()
         self._grow_tree()

@@ -16,12 +16,13 @@ layout(std140, binding = 1) uniform View {
     float u_eye_z_rest_m;
     float u_focal_px;               // pixels per unit of x/z
     float u_tolerance_px;           // 0: every cell at full resolution
-    int u_metric;                   // METRIC_MAX or METRIC_RMS
+    int u_metric;                   // one of these
     int u_cull;                     // leave out what the picture does not show
 };
 
 #define METRIC_MAX 0
 #define METRIC_RMS 1
+#define METRIC_METRES 2  // of height, over the whole map, from no eye
 
 // Where in the whole picture a fragment of the piece at hand is, in drawn pixels.
 vec2 picture_px(vec4 frag_coord) { return frag_coord.xy + vec2(u_first_px); }

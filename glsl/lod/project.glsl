@@ -34,6 +34,7 @@ vec3 to_camera(vec3 p) { return vec3(dot(u_right.xyz, p), dot(u_up.xyz, p), dot(
 
 // `margin` ≥ 1 widens the frustum: what is outside a wide one is outside a narrow one, roundings or not.
 Projection project(Box box, float margin) {
+    if (u_metric == METRIC_METRES) return Projection(false, true, 0.0, 0.0);  // in no picture, so nothing is outside
     bvec4 all_beyond = bvec4(true), any_beyond = bvec4(false);  // the picture's right, left, top, bottom
     bool all_near = true, any_near = false;
     vec2 low = vec2(1e30), high = vec2(-1e30);
@@ -82,5 +83,6 @@ float error_px(Projection p, float size_m, float max_m) {
 // The active metric's pixels for a piece with these errors. A mean over a piece that is partly in the picture says
 // nothing of the part that is: there the maximum stands in for it.
 float metric_px(Projection p, float max_m, float rms_m) {
+    if (u_metric == METRIC_METRES) return max_m;
     return error_px(p, u_metric == METRIC_RMS && p.inside ? rms_m : max_m, max_m);
 }
