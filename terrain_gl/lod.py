@@ -48,7 +48,7 @@ class Selection:
     splits
         Nodes of the quadtree that were split.
     certified_px
-        The largest error that any patch may have on the screen, in the metric asked for.
+        The largest error that any patch may have on the screen, in the metric asked for; in metres with `METRES`.
     draws
         Indirect commands in `Levels.draws`.
     """
@@ -153,11 +153,12 @@ class Levels:
         No post is then drawn further than `tolerance_px` from where it belongs; or, with the metric "rms", the root
         mean square of all posts' distances is within it. Patches outside the picture are left out, unless `cull` is
         False. A tolerance of 0 draws every cell in the picture at full resolution.
-
-        With the metric `METRES` the tolerance, and what is certified, are metres of height at every post of the map:
-        the camera does not matter then.
         """
-        settings = {"tolerance_px": _float_below(tolerance_px), "metric": (*METRICS, METRES).index(metric), "cull": cull}
+        settings = {
+            "tolerance_px": _float_below(tolerance_px),
+            "metric": (*METRICS, METRES).index(metric),
+            "cull": cull,
+        }
         self.view.write(self.tables, camera, size, near_m, **settings)
         self._bind()
         self._grow_tree()
@@ -173,6 +174,14 @@ class Levels:
         self.draws.bind_to_storage_buffer(5)
         self._run("draws", max(1, -(-selection.draws // 64)))
         return selection
+
+    def select_everywhere(self, max_error_m: float) -> Selection:
+        """Choose patches over the whole map, nowhere further from a post than so many metres of height.
+
+        There is no eye; what is certified is in metres, too.
+        """
+        anywhere = Camera.default(self.terrain.heightmap)
+        return self.select(anywhere, (1, 1), 1.0, max_error_m, METRES, cull=False)
 
     def release(self) -> None:
         """Give the GPU's memory back."""

@@ -323,6 +323,33 @@ class Renderer:
         return captured_triangles(self.levels, self._last().selection)
 
     @_in_own_context
+    def triangulate(self, max_error_m: float) -> tuple[np.ndarray, dict[str, Any]]:
+        """Triangles over the whole map that are nowhere further than `max_error_m` from a post, in height.
+
+        Wherever they are seen from: there is no camera. Ends what `measure` and its kin could say of the last frame.
+
+        Returns
+        -------
+        triangles
+            (n, 3, 2) columns and rows of posts, counter-clockwise from above.
+        stats
+            `triangles`, `patches`, `splits`, `requested_max_error_m`, `certified_max_error_m`: docs/stats.md.
+
+        Raises
+        ------
+        UsageError
+            A tolerance that is not above 0.
+        """
+        if not 0 < max_error_m < 1e9:
+            raise UsageError(f"max error must be more than 0 and less than 1e9 metres, got {max_error_m:g}")
+        self._shot = None
+        selection = self.levels.select_everywhere(max_error_m)
+        triangles = captured_triangles(self.levels, selection)
+        promise = {"requested_max_error_m": max_error_m, "certified_max_error_m": selection.certified_px}
+        counts = {"triangles": len(triangles), "patches": selection.patches, "splits": selection.splits}
+        return triangles, counts | promise | self._gl
+
+    @_in_own_context
     def edit(self, rows: slice, cols: slice, heights: Any) -> None:
         """Give a rectangle of posts new heights, NaN for voids; all tables follow, as if built anew.
 

@@ -258,6 +258,21 @@ def test_bench_for_people(dem, run):
     assert status == 0 and all(f"\n{stage} ms " in out for stage in ("open", "sat", "numpy", "error", "frame"))
 
 
+def test_mesh_within_metres_needs_no_view(dem, run):
+    status, out, _ = run("mesh", dem, "-o", "m.ply", "--max-error-m", "2.5", "--eye", "9,9,99", "--json", "-")
+    stats = json.loads(out)
+    assert status == 0 and stats["certified_max_error_m"] <= stats["requested_max_error_m"] == 2.5
+    assert f"element face {stats['triangles']}\n".encode() in Path("m.ply").read_bytes()[:500]
+
+
+def test_bench_beside_peers_or_the_names_of_those_missing(dem, run, monkeypatch):
+    for module in ("pydelatin", "pymartini", "pyvista"):
+        monkeypatch.setitem(sys.modules, module, None)
+    status, out, _ = run("bench", dem, *SIZE, "--frames", 1, "--peers")
+    assert status == 0 and "frame: terrain-gl sat" in out
+    assert all(f"\n{name} is left out: " in out for name in ("pydelatin", "pymartini", "pyvista"))
+
+
 # --- Wrong use: status 2 ----------------------------------------------------------------------------------------------
 
 WRONG = [

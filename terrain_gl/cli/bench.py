@@ -6,6 +6,7 @@ import argparse
 import time
 from typing import Any
 
+from .. import peers
 from ..bench import bench
 from ..maps import bundled
 from . import options, report
@@ -27,6 +28,11 @@ def add(commands: Any) -> None:
     )
     command.add_argument("maps", metavar="MAP", nargs="*", help="heightmap files or bundled names")
     command.add_argument("--frames", type=options.count, metavar="N", default=7, help="repeats (default: 7)")
+    command.add_argument(
+        "--peers",
+        action="store_true",
+        help="also meshes within metres by pydelatin and pymartini, and frames by pyvista (pip extra: bench)",
+    )
     options.add_map_options(command)
     options.add_drawing(command)
 
@@ -56,7 +62,9 @@ def bench_map(args: argparse.Namespace, name: str) -> dict[str, Any]:
         pictured = time.perf_counter()
         result = bench(renderer, args.frames, **view)
     result["ms"] |= {"open": 1e3 * (opened - started), "first_picture": 1e3 * (pictured - started)}
-    return {"map": scene.heightmap.name, "posts": scene.heightmap.heights.size} | result
+    about = {"map": scene.heightmap.name, "posts": scene.heightmap.heights.size}
+    beside = {"peers": peers.compare(scene.heightmap, args.size, args.backend)} if args.peers else {}
+    return about | result | beside
 
 
 def text(results: list[dict[str, Any]]) -> str:
@@ -71,7 +79,24 @@ def text(results: list[dict[str, Any]]) -> str:
     rows += [["certified px", *(f"{result['certified_max_error_px']:.3g}" for result in results)]]
     parts = results[0]["gpu_bytes"]
     rows += [[f"{part} memory", *(report.mebibytes(r["gpu_bytes"][part]) for r in results)] for part in parts]
-    return f"{results[0]['gl_renderer']} ({results[0]['backend']})\n{report.table(rows)}"
+    beside = [_peers_text(result) for result in results if "peers" in result]
+    return "\n\n".join([f"{results[0]['gl_renderer']} ({results[0]['backend']})\n{report.table(rows)}", *beside])
+
+
+def _peers_text(result: dict[str, Any]) -> str:
+    """Other programs beside ours: a line a mesh, a line a frame, a line for each that is not there."""
+    found = result["peers"]
+    rows = [["", "asked m", "true m", "triangles", "ours / its", "ms", "its ms / ours"]]
+    for mesh in found["meshes"]:
+        ratios = [f"{mesh[key]:.3g}" if key in mesh else "" for key in ("our_triangles_to_its", "its_ms_to_ours")]
+        errors = [f"{mesh[key]:.3g}" for key in ("requested_max_error_m", "max_error_m")]
+        rows.append([mesh["name"], *errors, f"{mesh['triangles']:,}", ratios[0], f"{mesh['ms']:.2f}", ratios[1]])
+    for frame in found["frames"]:
+        ratio = f"{frame['its_ms_to_ours']:.3g}" if "its_ms_to_ours" in frame else ""
+        rows.append([f"frame: {frame['name']}", "", "", f"{frame['triangles']:,}", "", f"{frame['ms']:.2f}", ratio])
+    name = report.shown(result["map"]).rpartition("/")[2]
+    title = f"{name}, {found['posts']:,} posts of it; ours / its: triangles at the error that its mesh truly has"
+    return "\n".join([title, report.table(rows), *found["absent"]])
 
 
 def _ms(times: dict[str, float], stage: str) -> str:

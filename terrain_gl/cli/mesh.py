@@ -18,13 +18,17 @@ def add(commands: Any) -> None:
         run,
         help="the triangles of a view as a .ply, .glb or .obj file",
         description="Write the triangles that the GPU draws for a view, in world metres: x east, y north, z up\n"
-        "(.glb: y up, as glTF wants it). Voids are filled from their rim.",
+        "(.glb: y up, as glTF wants it). Voids are filled from their rim. With --max-error-m there is no view:\n"
+        "the mesh is within so many metres of every post, wherever it is seen from.",
         example="mesh dem.tif --spacing 30 -o dem.ply --max-error 2 --weld",
     )
     options.add_map(command)
     options.add_output(command, "mesh, .ply, .glb or .obj")
     command.add_argument("--weld", action="store_true", help="triangles share the vertices that stand on one post")
     command.add_argument("--cull", action="store_true", help="leave out patches outside the picture, as drawing does")
+    command.add_argument(
+        "--max-error-m", type=options.positive, metavar="M", help="metres of height, everywhere, instead of pixels"
+    )
     options.add_drawing(command)
 
 
@@ -33,8 +37,11 @@ def run(args: argparse.Namespace) -> int:
     mesh_format(args.output)
     scene = options.open_scene(args)
     with options.make_renderer(args, scene) as renderer:
-        stats = renderer.draw(**options.view_of(args, scene))
-        triangles = renderer.triangles()
+        if args.max_error_m:
+            triangles, stats = renderer.triangulate(args.max_error_m)
+        else:
+            stats = renderer.draw(**options.view_of(args, scene))
+            triangles = renderer.triangles()
         heights = renderer.terrain.filled
     if not len(triangles):
         raise TerrainError(f"{scene.heightmap.name}: no triangles in this view: turn the camera or drop --cull")
