@@ -108,6 +108,12 @@ def _edges_crossed(
     return tuple(points[on_map][np.argsort(points[on_map, 0])].T)
 
 
+def ground_m(heightmap: Heightmap, places: np.ndarray) -> np.ndarray:
+    """Heights at world places (..., 2); NaN over voids and outside the map."""
+    east, north = np.atleast_2d(places).T / np.array(heightmap.spacing_m)[:, None]
+    return bilinear(heightmap.heights, east, heightmap.rows - 1 - north)
+
+
 def bilinear(heights: np.ndarray, x: np.ndarray, y: np.ndarray) -> np.ndarray:
     """Heights at fractional columns x and rows y, in float64; NaN beside void posts and outside the map."""
     rows, cols = heights.shape

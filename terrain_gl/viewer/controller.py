@@ -13,7 +13,7 @@ import numpy as np
 
 from ..camera import Camera
 from ..heightmap import Heightmap
-from ..holes import bilinear
+from ..holes import ground_m
 
 EASE_S = 0.12  # time constant of speeding up and slowing down
 LOOK_DEG = 0.1  # per pixel of mouse
@@ -156,12 +156,6 @@ class Controller:
         if self.above_ground:
             lowest = ground_m(self.heightmap, self.eye[:2])[0] + CLEARANCE * min(self.heightmap.spacing_m)
             self.eye[2] = np.fmax(self.eye[2], lowest)
-
-
-def ground_m(heightmap: Heightmap, places: np.ndarray) -> np.ndarray:
-    """Heights at world places (..., 2); NaN over voids and outside the map."""
-    east, north = np.atleast_2d(places).T / np.array(heightmap.spacing_m)[:, None]
-    return bilinear(heightmap.heights, east, heightmap.rows - 1 - north)
 
 
 def hit_ground(heightmap: Heightmap, eye: np.ndarray, ray: np.ndarray) -> np.ndarray | None:

@@ -1,0 +1,98 @@
+"""A flight for any map: once around, never nearer to the ground than it promises."""
+
+from __future__ import annotations
+
+import math
+
+import numpy as np
+
+from .camera import Camera
+from .heightmap import Heightmap
+from .holes import ground_m
+from .path import CameraPath, Keyframe
+
+KEYFRAMES = 16
+RADIUS = 0.3  # of the loop, in the map's width and height
+NEARBY = 0.06  # radius of the ground that a keyframe keeps above, in the map's smaller side
+LOW, HIGH = 0.02, 0.1  # height above that ground where the loop dips and where it soars, in the same unit
+AHEAD = 0.6 * math.pi  # how much later the loop will be where the eye looks
+CLEARANCE = 0.01  # least height above the surface anywhere
+FOV_DEG = 55.0
+
+
+def tour(heightmap: Heightmap, fov_deg: float = FOV_DEG) -> CameraPath:
+    """Once around a map, looking at where the loop will come to; it dips twice and soars twice.
+
+    The eye keeps at least `clearance_m` above the surface.
+    """
+    loop = CameraPath([_keyframe(heightmap, 2 * math.pi * i / KEYFRAMES, fov_deg) for i in range(KEYFRAMES)], True)
+    lift = clearance_m(heightmap) - float(np.min(above_surface_m(heightmap, loop.eyes)))
+    if lift <= 0:
+        return loop
+    # the curve is affine in its keyframes: lifting them all lifts it as it is
+    return CameraPath([_lifted(keyframe, 1.001 * lift) for keyframe in loop.keyframes], True)
+
+
+def clearance_m(heightmap: Heightmap) -> float:
+    """Metres that a tour keeps from the surface: a share of the map's smaller side, and at least two posts."""
+    return max(CLEARANCE * min(heightmap.extent_m), 2 * max(heightmap.spacing_m))
+
+
+def above_surface_m(heightmap: Heightmap, way: np.ndarray) -> np.ndarray:
+    """Heights above the surface that each piece of a way (n, 3) keeps at least, (n - 1,).
+
+    No surface through the posts stands above the highest post around. Infinite over voids and outside the map.
+    """
+    steps = np.abs(np.diff(way[:, :2], axis=0)) / heightmap.spacing_m
+    fine = max(1, math.ceil(float(steps.max(initial=0.0))))
+    number = np.arange(fine * (len(way) - 1) + 1) / fine  # at most one post from each to the next
+    x, y, z = (np.interp(number, np.arange(len(way)), axis) for axis in way.T)
+    heights = z - _highest_m(heightmap, x, y)
+    return np.minimum.reduceat(np.minimum(heights[1:], heights[:-1]), np.arange(0, len(heights) - 1, fine))
+
+
+def _highest_m(heightmap: Heightmap, x: np.ndarray, y: np.ndarray) -> np.ndarray:
+    """Height of the highest of the 4 × 4 posts around each place (n,): those of its cell and of the cells beside it."""
+    col = np.floor(x / heightmap.spacing_m[0]).astype(np.int64)
+    row = np.floor(heightmap.rows - 1 - y / heightmap.spacing_m[1]).astype(np.int64)
+    highest = np.full(len(x), -np.inf)
+    for down in range(-1, 3):
+        for right in range(-1, 3):
+            r, c = row + down, col + right
+            inside = (r >= 0) & (r < heightmap.rows) & (c >= 0) & (c < heightmap.cols)
+            post = heightmap.heights[np.where(inside, r, 0), np.where(inside, c, 0)]
+            highest = np.fmax(highest, np.where(inside, post, -np.inf))
+    return highest
+
+
+def _keyframe(heightmap: Heightmap, angle: float, fov_deg: float) -> Keyframe:
+    side = min(heightmap.extent_m)
+    x, y = _on_loop(heightmap, angle)
+    ahead_x, ahead_y = _on_loop(heightmap, angle + AHEAD)
+    share = 0.5 - 0.5 * math.cos(2 * angle)
+    z = _nearby_m(heightmap, x, y).max() + side * (LOW + (HIGH - LOW) * share)
+    return Keyframe(
+        Camera((x, y, float(z)), (ahead_x, ahead_y, float(_nearby_m(heightmap, ahead_x, ahead_y).mean())), fov_deg)
+    )
+
+
+def _on_loop(heightmap: Heightmap, angle: float) -> tuple[float, float]:
+    east, north = heightmap.extent_m
+    return (0.5 + RADIUS * math.cos(angle)) * east, (0.5 + RADIUS * math.sin(angle)) * north
+
+
+def _nearby_m(heightmap: Heightmap, x: float, y: float) -> np.ndarray:
+    """Heights of the ground around a place, at points on a sunflower's spiral; the map's mean where all is void."""
+    n = np.arange(400)
+    radius, angle = NEARBY * min(heightmap.extent_m) * np.sqrt(n / len(n)), n * math.pi * (3 - math.sqrt(5))
+    places = np.stack([x + radius * np.cos(angle), y + radius * np.sin(angle)], -1)
+    heights = ground_m(heightmap, places)
+    heights = heights[np.isfinite(heights)]
+    return heights if len(heights) else np.array([0.5 * sum(heightmap.range_m)])
+
+
+def _lifted(keyframe: Keyframe, metres: float) -> Keyframe:
+    """A keyframe higher up that looks the same way."""
+    camera = keyframe.camera
+    (x, y, z), (u, v, w) = camera.eye, camera.target
+    return Keyframe(Camera((x, y, z + metres), (u, v, w + metres), camera.fov_deg))
