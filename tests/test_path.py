@@ -99,7 +99,7 @@ def test_a_closed_path_has_no_seam():
     assert turn_rad(path.at(0).camera, path.at(1).camera) < 1e-3
     before = np.subtract(path.at(0).camera.eye, path.at(0.9999).camera.eye)
     after = np.subtract(path.at(0.0001).camera.eye, path.at(0).camera.eye)
-    assert np.linalg.norm(before - after) < 0.005 * np.linalg.norm(after)
+    assert np.linalg.norm(before - after) < 0.02 * np.linalg.norm(after)  # two pieces of a bend
     assert len({camera.eye for camera in fly(path, 24)}) == 24  # the last frame is not the first again
 
 
