@@ -6,6 +6,7 @@ The sections follow the stages: sat → error → lod → mesh → shade.
 from __future__ import annotations
 
 import itertools
+from collections.abc import Callable, Sequence
 from typing import TYPE_CHECKING, NamedTuple
 
 import numpy as np
@@ -224,20 +225,145 @@ def _nodes_in_picture(
     heights: np.ndarray, spacing_m: tuple[float, float], camera: Camera, size: tuple[int, int], near_m: float, top: int
 ) -> list[np.ndarray]:
     """Of each level, nodes whose box is not wholly beyond one side of the frustum."""
-    tan_x, tan_y = camera.half_extent(size)
-    seen = []
-    for level in range(top + 1):
-        y, x = nodes_along(heights.shape[0], level), nodes_along(heights.shape[1], level)
-        posts = heights[_per_node(y, x)]
-        ends = itertools.product((x.low, x.high), (y.low, y.high), (posts.min((1, 3)), posts.max((1, 3))))
+    north = np.arange(len(heights))[::-1] * spacing_m[1]
+
+    def seen(posts: np.ndarray, north: np.ndarray, level: int) -> np.ndarray:
+        y, x = nodes_along(posts.shape[0], level), nodes_along(posts.shape[1], level)
+        inside = posts[_per_node(y, x)]
+        ends = itertools.product((x.low, x.high), (y.low, y.high), (inside.min((1, 3)), inside.max((1, 3))))
         beyond = np.ones((5, len(y.low), len(x.low)), bool)
         for cols, rows, z in ends:
-            east, north = np.meshgrid(cols * spacing_m[0], (len(heights) - 1 - rows) * spacing_m[1])
-            right, up, depth = _to_camera(camera, east, north, z)
+            east, y_m = np.meshgrid(cols * spacing_m[0], north[rows])
+            right, up, depth = _to_camera(camera, east, y_m, z)
             a, b = tan_x * depth, tan_y * depth
             beyond &= np.stack([right > a, -right > a, up > b, -up > b, depth < near_m])
-        seen.append(~np.logical_or.reduce(beyond))
-    return seen
+        return ~np.logical_or.reduce(beyond)
+
+    tan_x, tan_y = camera.half_extent(size)
+    return [
+        np.concatenate([seen(heights[band], north[band], j) for band in _bands(heights, j)]) for j in range(top + 1)
+    ]
+
+
+def _bands(heights: np.ndarray, level: int, posts: int = 1 << 21) -> list[slice]:
+    """Cut a map into bands of whole node rows of about so many posts; neighbours share a row of posts."""
+    last, side = len(heights) - 1, max(1, posts // heights.shape[1] >> level) << level
+    return [slice(low, min(low + side, last) + 1) for low in range(0, last, side)]
+
+
+class Allocation(NamedTuple):
+    """What the best quadtrees of a view achieve with so many triangles, one number for each budget."""
+
+    triangles: np.ndarray  # at most the budget, unless the coarsest tree has more
+    rms_px: np.ndarray
+
+
+def ideal_allocation(
+    heights: np.ndarray,
+    spacing_m: tuple[float, float],
+    camera: Camera,
+    size: tuple[int, int],
+    near_m: float,
+    triangles: Sequence[int],
+    void: np.ndarray | None = None,
+) -> tuple[Allocation, Allocation]:
+    """Least root mean square screen error of a quadtree with so many triangles: restricted, and without restriction.
+
+    A leaf is two triangles, by the better diagonal; its error is the true one, of every post of it in the picture.
+    The tree that minimises error² + λ · triangles is found from the leaves up: a node is split if its best subtree
+    costs less than itself (Breiman, Friedman, Olshen, Stone 1984; Chou, Lookabaugh, Gray 1989), λ by bisection.
+    Unrestricted this is the optimum on the lower convex hull. Restricted: that tree, balanced as in `ideal_quadtrees`.
+
+    Parameters
+    ----------
+    heights, void
+        (rows, cols) metres with voids filled, and where those are.
+    triangles
+        Budgets.
+    """
+    top = max(1, int(max(heights.shape) - 2).bit_length())
+    picture = _posts_in_picture(heights, spacing_m, camera, size, near_m)
+    picture = picture._replace(seen=picture.seen & ~void) if void is not None else picture
+    seen = _nodes_in_picture(heights, spacing_m, camera, size, near_m, top)
+    squares = [np.zeros(seen[0].shape)] + [_squares_px(heights, picture, j) for j in range(1, top + 1)]
+    posts = max(1, int(picture.seen.sum()))
+
+    def plain(log_lambda: float) -> tuple[int, float]:
+        return _prune(squares, seen, 2.0**log_lambda)[1:]
+
+    def restricted(log_lambda: float) -> tuple[int, float]:
+        pays = _prune(squares, seen, 2.0**log_lambda)[0]
+        tree = [np.zeros(level.shape, bool) for level in pays]
+        _split(tree, pays)
+        while _balance(tree):
+            _split(tree, pays)
+        return _count(tree, seen).triangles, _error_of(tree, squares)
+
+    curves = [_at_budgets(curve, triangles) for curve in (restricted, plain)]
+    return tuple(Allocation(n, np.sqrt(error / posts)) for n, error in curves)  # type: ignore[return-value]
+
+
+def _squares_px(heights: np.ndarray, picture: Picture, level: int) -> np.ndarray:
+    """Sum of squared true screen errors of each node as two triangles, over its own posts in the picture."""
+    found = []
+    for band in _bands(heights, level):
+        y, x = nodes_along(len(heights[band]), level), nodes_along(heights.shape[1], level)
+        own = y.own if band.stop == len(heights) else y.own & (y.post < y.post.max())
+        where = _per_node(y, x)
+        px_m, depth_m, seen = (a[band][where] for a in (picture.px_m, picture.depth_m, picture.seen))
+        counts = seen & own[:, :, None, None] & x.own
+        sums = []
+        for error in quad_errors(heights[band], level):
+            moved = depth_m + error * picture.forward
+            px = np.where(moved > 0, px_m * np.abs(error) / np.where(moved > 0, moved, 1.0), np.inf)
+            sums.append(np.square(np.where(counts, px, 0.0)).sum((1, 3)))
+        found.append(np.minimum(*sums))
+    return np.concatenate(found)
+
+
+def _prune(squares: list[np.ndarray], seen: list[np.ndarray], price: float) -> tuple[list[np.ndarray], int, float]:
+    """Which nodes are dearer than their best subtrees, and triangles and error² of the best tree."""
+    error, count = squares[0], 2 * seen[0].astype(np.int64)
+    pays = [np.zeros(seen[0].shape, bool)]
+    for level in range(1, len(seen)):
+        parts = [_sum_children(values, seen[level].shape) for values in (error, count)]
+        leaf = squares[level], 2 * seen[level].astype(np.int64)
+        pays.append(parts[0] + price * parts[1] < leaf[0] + price * leaf[1])
+        error, count = (np.where(pays[level], *both) for both in zip(parts, leaf, strict=True))
+    return pays, int(count.sum()), float(error.sum())
+
+
+def _sum_children(values: np.ndarray, shape: tuple[int, int]) -> np.ndarray:
+    padded = np.zeros((2 * shape[0], 2 * shape[1]), values.dtype)
+    padded[: values.shape[0], : values.shape[1]] = values
+    return padded.reshape(shape[0], 2, shape[1], 2).sum((1, 3))
+
+
+def _error_of(splits: list[np.ndarray], squares: list[np.ndarray]) -> float:
+    total, exists = 0.0, np.ones((1, 1), bool)
+    for level in range(len(splits) - 1, 0, -1):
+        total += float(squares[level][exists & ~splits[level]].sum())
+        rows, cols = splits[level - 1].shape
+        exists = splits[level].repeat(2, 0).repeat(2, 1)[:rows, :cols]
+    return total
+
+
+def _at_budgets(
+    curve: Callable[[float], tuple[int, float]], triangles: Sequence[int], steps: int = 20
+) -> tuple[np.ndarray, np.ndarray]:
+    """Points of a falling curve log2 λ → (triangles, error²), just within each budget."""
+    known: dict[float, tuple[int, float]] = {at: curve(at) for at in (-60.0, 60.0)}
+    found = []
+    for budget in triangles:
+        for _ in range(steps):
+            low = max(at for at, (n, _) in known.items() if n > budget or at == -60)
+            high = min(at for at, (n, _) in known.items() if n <= budget or at == 60)
+            if high - low < 1e-3 or known[low][0] <= budget:
+                break
+            known[(low + high) / 2] = curve((low + high) / 2)
+        fits = [point for point in known.values() if point[0] <= budget]
+        found.append(min(fits, key=lambda point: point[1]) if fits else known[60.0])
+    return np.array([n for n, _ in found]), np.array([error for _, error in found])
 
 
 def _split(splits: list[np.ndarray], coarse: list[np.ndarray]) -> None:

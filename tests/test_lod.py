@@ -1,5 +1,7 @@
 """Levels: the projection bounds, the choice is a pure function and a restricted quadtree, draws stay small, economy."""
 
+import functools
+import itertools
 from types import SimpleNamespace
 
 import numpy as np
@@ -412,3 +414,75 @@ def test_reference_quadtree_around_a_spike():
         around = fine | np.logical_or.reduce(reference._neighbours(fine))
         assert coarse.repeat(2, 0).repeat(2, 1)[around].all()
     assert ideal.triangles > plain.triangles
+
+
+# --- Reference: the best allocation -----------------------------------------------------------------------------------
+
+
+def trees(level, row, col):
+    """All quadtrees under a node, as lists of their leaves."""
+    yield [(level, row, col)]
+    if level:
+        children = [list(trees(level - 1, 2 * row + y, 2 * col + x)) for y in (0, 1) for x in (0, 1)]
+        yield from (sum(parts, []) for parts in itertools.product(*children))
+
+
+def leaf_square(heights, camera, size, level, row, col):
+    """Squared screen error of a leaf, post by post, for the better diagonal; the last row and column are others'."""
+    rows, cols = heights.shape
+    side, last = 1 << level, np.array(heights.shape) - 1
+    sums = [0.0, 0.0]
+    for diagonal, errors in enumerate(reference.quad_errors(heights, level) if level else ()):
+        for y in range(side + (row * side + side == last[0])):
+            for x in range(side + (col * side + side == last[1])):
+                r, c = row * side + y, col * side + x
+                point = np.array([[c, rows - 1 - r, heights[r, c]]])
+                (px,), (seen,) = screen_shift_px(camera, size, point, np.array([errors[row, y, col, x]]), 0.1)
+                sums[diagonal] += px * px * seen
+    return min(sums)
+
+
+@pytest.mark.parametrize("seed", range(3))
+def test_reference_allocation_is_the_best_of_all_quadtrees(seed):
+    rng = np.random.default_rng(seed)
+    heights = rng.normal(size=(5, 5)) * rng.uniform(0, 2, (5, 5))
+    camera, size = Camera((rng.uniform(0, 4), -3, 5), (2, 2.5, 0), 60.0), (64, 48)
+    square = functools.cache(lambda *leaf: leaf_square(heights, camera, size, *leaf))
+    every = [(2 * len(leaves), sum(square(*leaf) for leaf in leaves)) for leaves in trees(2, 0, 0)]
+    assert len(every) == 17
+    budgets = [2, 8, 14, 20, 26, 32]
+    _, plain = reference.ideal_allocation(heights, (1.0, 1.0), camera, size, 0.1, budgets)
+    seen = reference._posts_in_picture(heights, (1.0, 1.0), camera, size, 0.1).seen.sum()
+    for budget, n, rms_px in zip(budgets, *plain, strict=True):
+        assert n <= budget
+        assert rms_px == pytest.approx(np.sqrt(min(e for m, e in every if m <= n) / seen), rel=1e-9, abs=1e-12)
+    assert plain.rms_px[-1] == 0
+
+
+def test_reference_allocation_restricted_is_never_better_than_plain():
+    heightmap = MAPS["odd"]()
+    heights, void = heightmap.heights.astype("f8"), np.zeros(heightmap.heights.shape, bool)
+    void[5:9, 3:30] = True
+    budgets = [2, 100, 400, 1600, 10**9]
+    for camera in cameras(heightmap).values():
+        restricted, plain = reference.ideal_allocation(
+            heights, heightmap.spacing_m, camera, (320, 180), 0.1, budgets, void
+        )
+        assert (plain.triangles <= budgets).all() and (plain.triangles >= 0).all()
+        assert (np.diff(plain.rms_px) <= 1e-12).all() and (np.diff(restricted.rms_px) <= 1e-12).all()
+        assert (restricted.rms_px >= plain.rms_px * (1 - 1e-9)).all()
+        assert plain.rms_px[-1] == restricted.rms_px[-1] == 0
+
+
+def test_bands_of_a_map_are_its_whole_node_rows(monkeypatch):
+    """Large maps are looked at in bands: the same errors, and every post counted once."""
+    heightmap = MAPS["odd"]()
+    heights, camera = heightmap.heights.astype("f8"), cameras(heightmap)["default"]
+    ask = (heightmap.spacing_m, camera, (320, 180), 0.1)
+    whole = reference.ideal_allocation(heights, *ask, [50, 500])
+    bands = reference._bands
+    monkeypatch.setattr(reference, "_bands", lambda heights, level: bands(heights, level, 1))
+    assert len(reference._bands(heights, 3)) == -(-(len(heights) - 1) // 8)
+    for one, other in zip(whole, reference.ideal_allocation(heights, *ask, [50, 500]), strict=True):
+        assert (one.triangles == other.triangles).all()
+        assert one.rms_px == pytest.approx(other.rms_px, rel=1e-12)
