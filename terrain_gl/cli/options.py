@@ -19,6 +19,7 @@ from ..lod import METRICS
 from ..maps import BundledMap, bundled
 from ..renderer import Renderer
 from ..shade import STYLES, SUN
+from ..views import VIEWS, standard_view
 
 FARTHEST_M = 1e9  # largest number of metres that is taken for meant
 
@@ -60,6 +61,7 @@ def add_map_options(command: Any) -> None:
 def add_view(command: Any) -> None:
     """Where the picture is seen from, how fine it is drawn, and how it looks."""
     group = command.add_argument_group("camera")
+    group.add_argument("--view", choices=tuple(VIEWS), help="a standard view, from which --eye and --target depart")
     group.add_argument("--eye", type=point, metavar="X,Y,Z", help="where the camera stands: metres east, north, up")
     group.add_argument("--target", type=point, metavar="X,Y,Z", help="the point in the middle of the picture")
     group.add_argument("--fov", type=number, metavar="DEG", help="vertical field of view")
@@ -95,7 +97,7 @@ def add_json(command: Any) -> None:
 def open_scene(args: argparse.Namespace, name: str | None = None) -> Scene:
     """Open the map, by file or bundled name, and see it as the options say.
 
-    Without options a bundled map has its own scales, view and sun; another map is seen by `Camera.default`.
+    Without options a bundled map has its own scales, view and sun; another map is seen by `views.standard_view`.
     """
     outputs = getattr(args, "output", None), getattr(args, "json", None)
     check_writable(*outputs)
@@ -103,7 +105,7 @@ def open_scene(args: argparse.Namespace, name: str | None = None) -> Scene:
     if source and os.path.realpath(source) in {os.path.realpath(path) for path in outputs if path}:
         raise UsageError(f"{source}: is the map itself: name another file for the output")
     heightmap, known = open_map(args, name)
-    start = known.camera if known else Camera.default(heightmap)
+    start = known.camera if known and not args.view else standard_view(heightmap, args.view or "default")
     given = {"eye": args.eye, "target": args.target, "fov_deg": args.fov}
     camera = replace(start, **{key: value for key, value in given.items() if value is not None})
     return Scene(heightmap, camera, args.sun or (known.sun if known else SUN))
