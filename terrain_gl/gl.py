@@ -12,8 +12,8 @@ import moderngl
 
 from .exceptions import TerrainError
 
-_PATCHES = 0x000E
 _TRIANGLES = 0x0004
+_UNSIGNED_INT = 0x1405
 _LOWER_LEFT, _ZERO_TO_ONE = 0x8CA1, 0x935F
 _QUERY_RESULT = 0x8866
 _PRIMITIVES_GENERATED, _PRIMITIVES_WRITTEN = 0x8C87, 0x8C88
@@ -91,7 +91,7 @@ def storage_block_bytes(ctx: moderngl.Context) -> int:
     return 2**31 if software else limits(ctx)["storage_block_bytes"]
 
 
-def capture_patches(
+def capture(
     ctx: moderngl.Context,
     program: moderngl.Program,
     vao: moderngl.VertexArray,
@@ -99,8 +99,10 @@ def capture_patches(
     draws: Sequence[tuple[int, int]] | moderngl.Buffer,
     count: int | None = None,
     offset: int = 0,
+    mode: int = moderngl.PATCHES,
+    indexed: bool = False,
 ) -> int:
-    """Record the triangles that tessellation makes of patches into `out`, by transform feedback.
+    """Record the triangles that the GPU makes into `out`, by transform feedback.
 
     Uniforms, textures and `ctx.patch_vertices` are set before, as for a draw. The program's `varyings` say what is
     written, three vertices a triangle.
@@ -109,9 +111,14 @@ def capture_patches(
     ----------
     draws
         Either pairs (first vertex, vertex count), one draw each, or a buffer of indirect commands
-        (vertex count, instances, first vertex, first instance, unused), 20 bytes each.
+        (vertex count, instances, first vertex, first instance, unused), 20 bytes each; or, if `indexed`,
+        (index count, instances, first index, base vertex, first instance).
     count, offset
         How many commands of the buffer, and the byte where they begin; by default all from there on.
+    mode
+        `moderngl.PATCHES` or `moderngl.TRIANGLES`.
+    indexed
+        Whether `vao` has an index buffer.
 
     Returns
     -------
@@ -130,7 +137,11 @@ def capture_patches(
     try:
         with _nowhere(ctx), _counter(ctx, _PRIMITIVES_GENERATED) as made, _counter(ctx, _PRIMITIVES_WRITTEN) as written:
             function(ctx, "glBeginTransformFeedback", None, c_uint)(_TRIANGLES)
-            _draw_patches(ctx, draws, count, offset)
+            if isinstance(draws, moderngl.Buffer):
+                count = (draws.size - offset) // COMMAND_STRIDE if count is None else count
+                _draw_indirect(ctx, draws, count, offset, mode, indexed)
+            else:
+                _draw_arrays(ctx, draws, mode)
             function(ctx, "glEndTransformFeedback", None)()
     finally:
         ctx.disable_direct(_RASTERIZER_DISCARD)
@@ -140,19 +151,25 @@ def capture_patches(
     return written.value
 
 
-def _draw_patches(
-    ctx: moderngl.Context, draws: Sequence[tuple[int, int]] | moderngl.Buffer, count: int | None, offset: int
+# raw draws: moderngl's own call glUseProgram, which is an error while feedback is active
+
+
+def _draw_indirect(
+    ctx: moderngl.Context, draws: moderngl.Buffer, count: int, offset: int, mode: int, indexed: bool
 ) -> None:
-    # raw draws: moderngl's own call glUseProgram, which is an error while feedback is active
-    if isinstance(draws, moderngl.Buffer):
-        count = (draws.size - offset) // COMMAND_STRIDE if count is None else count
-        function(ctx, "glBindBuffer", None, c_uint, c_uint)(_INDIRECT_BUFFER, draws.glo)
-        draw = function(ctx, "glMultiDrawArraysIndirect", None, c_uint, c_void_p, c_int, c_int)
-        draw(_PATCHES, offset, count, COMMAND_STRIDE)
-        return
+    function(ctx, "glBindBuffer", None, c_uint, c_uint)(_INDIRECT_BUFFER, draws.glo)
+    if indexed:
+        elements = function(ctx, "glMultiDrawElementsIndirect", None, c_uint, c_uint, c_void_p, c_int, c_int)
+        elements(mode, _UNSIGNED_INT, offset, count, COMMAND_STRIDE)
+    else:
+        arrays = function(ctx, "glMultiDrawArraysIndirect", None, c_uint, c_void_p, c_int, c_int)
+        arrays(mode, offset, count, COMMAND_STRIDE)
+
+
+def _draw_arrays(ctx: moderngl.Context, draws: Sequence[tuple[int, int]], mode: int) -> None:
     draw = function(ctx, "glDrawArrays", None, c_uint, c_int, c_int)
     for first, vertices in draws:
-        draw(_PATCHES, first, vertices)
+        draw(mode, first, vertices)
 
 
 @contextmanager

@@ -13,7 +13,9 @@ What it is measured against: `reference.ideal_quadtrees`.
 
 from __future__ import annotations
 
+from collections.abc import Mapping
 from dataclasses import dataclass
+from types import MappingProxyType
 from typing import Any
 
 import moderngl
@@ -23,6 +25,8 @@ from . import gl, layout, shaders
 from .camera import Camera, clip_from_eye
 from .error import ErrorTables
 from .pieces import Piece
+from .surface import Surface
+from .terrain import Terrain
 
 METRICS = ("max", "rms")  # what a tolerance in pixels bounds; one in metres has `METRES` beside them
 METRES = "metres"
@@ -41,22 +45,29 @@ class Selection:
 
     Attributes
     ----------
+    surface
+        What was selected from, and draws it.
     counts
-        Patches of 1, 2, 4, ... 32 segments a side; fans count with those of 2.
+        Patches of each size: of 1, 2, 4, ... 32 segments a side, where fans count with those of 2.
     triangles
         Triangles that the patches make, those of no area left out.
+    most_triangles
+        At least as many as the GPU makes of them, those of no area too.
     splits
         Nodes of the quadtree that were split.
     certified_px
-        The largest error that any patch may have on the screen, in the metric asked for; in metres with `METRES`.
+        The largest error that any patch may have on the screen, in the metric asked for, in metres with `METRES`; None
+        if nothing is promised.
     draws
-        Indirect commands in `Levels.draws`.
+        Indirect commands in the surface's `draws`.
     """
 
+    surface: Surface
     counts: tuple[int, ...]
     triangles: int
+    most_triangles: int
     splits: int
-    certified_px: float
+    certified_px: float | None
     draws: int
 
     @property
@@ -73,9 +84,8 @@ class View:
         self._written = np.zeros((), layout.VIEW)
         self._clip_from_eye = np.eye(4)
 
-    def write(self, tables: ErrorTables, camera: Camera, size: tuple[int, int], near_m: float, **settings: Any) -> None:
+    def write(self, terrain: Terrain, camera: Camera, size: tuple[int, int], near_m: float, **settings: Any) -> None:
         """Describe a camera; `settings` are the block's tolerance_px, metric and cull."""
-        terrain = tables.terrain
         spacing = np.asarray(terrain.heightmap.spacing_m)
         row_zero_north = (terrain.heightmap.rows - 1) * spacing[1]
         eye_post = np.round([camera.eye[0], row_zero_north - camera.eye[1]] / spacing)
@@ -115,6 +125,13 @@ def _float_below(value: float) -> np.float32:
 
 class Levels:
     """The passes, and the buffers that they fill: `patches` (records `layout.PATCH`) and `draws`."""
+
+    stages: Mapping[str, str] = MappingProxyType(
+        {"vertex": "mesh/patch.vert", "tess_control": "mesh/patch.tesc", "tess_evaluation": "mesh/patch.tese"}
+    )
+    on_heights = True
+    mode = moderngl.PATCHES
+    indices = None
 
     def __init__(self, tables: ErrorTables) -> None:
         ctx = self.ctx = tables.ctx
@@ -159,7 +176,7 @@ class Levels:
             "metric": (*METRICS, METRES).index(metric),
             "cull": cull,
         }
-        self.view.write(self.tables, camera, size, near_m, **settings)
+        self.view.write(self.terrain, camera, size, near_m, **settings)
         self._bind()
         self._grow_tree()
         self.ctx.copy_buffer(self._active, self._nothing, 16)
@@ -183,6 +200,16 @@ class Levels:
         anywhere = Camera.default(self.terrain.heightmap)
         return self.select(anywhere, (1, 1), 1.0, max_error_m, METRES, cull=False)
 
+    @property
+    def feed(self) -> list[tuple[Any, ...]]:
+        """A patch is one vertex."""
+        return [(self.patches, "2u4", "in_patch")]
+
+    def bind(self) -> None:
+        """Make all that the stages read visible to them."""
+        self.terrain.bind()
+        self.view.bind()
+
     def release(self) -> None:
         """Give the GPU's memory back."""
         buffers = (self._split, self._active, self._offsets, self._summary, self._nothing, self.patches, self.draws)
@@ -190,8 +217,7 @@ class Levels:
             resource.release()
 
     def _bind(self) -> None:
-        self.terrain.bind()
-        self.view.bind()
+        self.bind()
         self.tables.nodes.bind_to_storage_buffer(0)
         for i, buffer in enumerate((self._split, self._active, self._offsets, self._summary), 1):
             buffer.bind_to_storage_buffer(i)
@@ -211,7 +237,8 @@ class Levels:
         counts = tuple(int(n) for n in summary["count"][: layout.SIZES])
         draws = sum(-(-n // (65535 // (2**s + 1) ** 2)) for s, n in enumerate(counts))
         triangles, splits = int(summary["triangles"]), int(summary["splits"])
-        return Selection(counts, triangles, splits, float(summary["worst_px"]), draws)
+        most = sum(n * max(8, 2 * 4**s) for s, n in enumerate(counts))
+        return Selection(self, counts, triangles, most, splits, float(summary["worst_px"]), draws)
 
     def _make_room(self, selection: Selection) -> None:
         self.patches = self._at_least(self.patches, selection.patches * layout.PATCH.itemsize)

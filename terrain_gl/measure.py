@@ -16,8 +16,9 @@ import numpy as np
 from . import gl
 from .camera import Camera, screen_shift_px
 from .heightmap import Heightmap
-from .lod import Levels, Selection
-from .mesh import PatchDraw
+from .lod import Selection
+from .mesh import MeshDraw, MeshDraws
+from .terrain import Terrain
 
 TILE = 2048  # posts a side that are measured at a time
 Region = tuple[int, int, int, int]
@@ -45,13 +46,12 @@ class Achieved:
 
 
 class Measurement:
-    """Draws the meshes of `levels` from above; `errors_m` gives metres, `achieved` pixels."""
+    """Draws meshes of a terrain from above; `errors_m` gives metres, `achieved` pixels."""
 
-    def __init__(self, levels: Levels) -> None:
-        self.levels, self.ctx = levels, levels.ctx
-        stages = {"tess_evaluation": "mesh/above.tese", "geometry": "mesh/triangle.geom", "fragment": "mesh/error.frag"}
-        self._draw = PatchDraw(levels, **stages)
-        heightmap = levels.terrain.heightmap
+    def __init__(self, terrain: Terrain) -> None:
+        self.terrain, self.ctx = terrain, terrain.ctx
+        self._draws = MeshDraws("ABOVE", geometry="mesh/triangle.geom", fragment="mesh/error.frag")
+        heightmap = terrain.heightmap
         size = min(TILE, heightmap.cols), min(TILE, heightmap.rows)
         self._errors = self.ctx.texture(size, 1, dtype="f4")
         self._nowhere = self.ctx.framebuffer(self.ctx.renderbuffer(size, 1))
@@ -62,9 +62,10 @@ class Measurement:
 
         Returns (h, w) float32; NaN where nothing is drawn.
         """
+        draw = self._draws.of(selection.surface)
         for flip in _FLIPS:
             first = flip == _FLIPS[0]
-            errors = self._pass(selection, region, flip, clear=first)
+            errors = self._pass(draw, selection, region, flip, clear=first)
             # a post on the map's rim is inside a triangle by one direction of the rasteriser's edge rule only
             if not self._on_rim(region) or not np.isnan(errors).any():
                 break
@@ -80,7 +81,7 @@ class Measurement:
         """Go over the map in regions of at most `tile` posts a side; after each, what holds of the posts so far."""
         largest = total = 0.0
         posts = uncovered = 0
-        heightmap = self.levels.terrain.heightmap
+        heightmap = self.terrain.heightmap
         for region in _regions(heightmap.cols, heightmap.rows, min(tile, TILE)):
             points = _points(heightmap, region)
             _, seen = screen_shift_px(camera, size, points, np.zeros(len(points)), near_m)
@@ -98,10 +99,12 @@ class Measurement:
     def release(self) -> None:
         """Give the GPU's memory back."""
         gl.use_default_framebuffer(self.ctx)  # the one in use must not be one that is gone
-        for resource in (self._draw, self._errors, self._nowhere):
+        for resource in (self._draws, self._errors, self._nowhere):
             resource.release()
 
-    def _pass(self, selection: Selection, region: Region, flip: tuple[int, int], clear: bool) -> np.ndarray:
+    def _pass(
+        self, draw: MeshDraw, selection: Selection, region: Region, flip: tuple[int, int], clear: bool
+    ) -> np.ndarray:
         x, y, width, height = region
         if clear:
             self._errors.write(self._nothing)
@@ -109,17 +112,17 @@ class Measurement:
         self._nowhere.viewport = (0, 0, width, height)
         self._nowhere.scissor = (0, 0, width, height)
         self._errors.bind_to_image(0, read=False, write=True)
-        program = self._draw.program
+        program = draw.program
         program["u_tile"], program["u_tile_size"], program["u_flip"] = (x, y), (width, height), flip
         self.ctx.disable(moderngl.CULL_FACE | moderngl.DEPTH_TEST | moderngl.BLEND)
-        self._draw.draw(selection)
+        draw.draw(selection)
         self.ctx.memory_barrier(moderngl.SHADER_IMAGE_ACCESS_BARRIER_BIT | moderngl.TEXTURE_UPDATE_BARRIER_BIT)
         whole = np.frombuffer(self._errors.read(), "f4").reshape(self._errors.height, self._errors.width)
         return whole[:height, :width]
 
     def _on_rim(self, region: Region) -> bool:
         x, y, width, height = region
-        heightmap = self.levels.terrain.heightmap
+        heightmap = self.terrain.heightmap
         return x == 0 or y == 0 or x + width == heightmap.cols or y + height == heightmap.rows
 
 

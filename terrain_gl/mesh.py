@@ -1,11 +1,13 @@
-"""The mesh: selected patches through the tessellation stages, into a picture or into a buffer.
+"""The mesh: what a surface selected, through its shaders, into a picture or into a buffer.
 
-A patch is one vertex of two words; the control shader sets its levels, the evaluation shader puts vertices on posts
-(glsl/mesh/lattice.glsl).
+With `lod.Levels` a patch is one vertex of two words; the control shader sets its levels, the evaluation shader puts
+vertices on posts (glsl/mesh/lattice.glsl). Whatever the method, the last line of its shaders is put_vertex()
+(glsl/mesh/vertex.glsl).
 """
 
 from __future__ import annotations
 
+from collections.abc import Sequence
 from typing import Any
 
 import moderngl
@@ -13,53 +15,60 @@ import numpy as np
 
 from . import gl, shaders
 from .exceptions import TerrainError
-from .lod import Levels, Selection
+from .lod import Selection
+from .surface import Surface
 
-PATCH_STAGES: dict[str, Any] = {"vertex": "mesh/patch.vert", "tess_control": "mesh/patch.tesc"}
 _VERTEX = np.dtype([("col", "f4"), ("row", "f4"), ("height_m", "f4")])
 
 
-class PatchDraw:
-    """A program over patches, and the vertex array that feeds it.
+class MeshDraw:
+    """A program over a surface's triangles, and the vertex array that feeds it.
 
     Parameters
     ----------
-    levels
-        Whose patches are drawn.
+    surface
+        Whose triangles are drawn.
+    to
+        Where its vertices go: "PICTURE", "ABOVE" or "CAPTURE", as in glsl/mesh/vertex.glsl.
+    varyings
+        What a capture records of each vertex.
     stages
         The program's further stages, as `shaders.program` takes them.
     """
 
-    def __init__(self, levels: Levels, **stages: Any) -> None:
-        self.ctx, self.levels = levels.ctx, levels
-        self.program: Any = shaders.program(levels.ctx, **PATCH_STAGES, **stages)
+    def __init__(self, surface: Surface, to: str, varyings: Sequence[str] = (), **stages: str) -> None:
+        self.ctx, self.surface = surface.ctx, surface
+        all_stages: dict[str, Any] = {**surface.stages, **stages}
+        self.program: Any = shaders.program(self.ctx, **all_stages, defines={"TO": to}, varyings=varyings)
         self._vao: moderngl.VertexArray | None = None
-        self._patches: moderngl.Buffer | None = None
+        self._fed: list[Any] = []
 
     @property
     def vao(self) -> moderngl.VertexArray:
-        """The vertex array over the patches' present buffer."""
-        if self._vao is None or self._patches is not self.levels.patches:
+        """The vertex array over the surface's present buffers."""
+        fed = [self.surface.indices, *(each[0] for each in self.surface.feed)]
+        if self._vao is None or any(new is not old for new, old in zip(fed, self._fed, strict=True)):
             if self._vao:
                 self._vao.release()
-            self._patches = self.levels.patches
-            self._vao = self.ctx.vertex_array(self.program, [(self._patches, "2u4", "in_patch")])
+            self._vao = self.ctx.vertex_array(self.program, list(self.surface.feed), index_buffer=fed[0])
+            self._fed = fed
         return self._vao
 
     def draw(self, selection: Selection) -> None:
-        """Draw the selected patches into the framebuffer in use."""
+        """Draw what was selected into the framebuffer in use."""
         self._bind()
         if selection.draws:  # the whole map may be out of the picture
-            self.vao.render_indirect(self.levels.draws, moderngl.PATCHES, count=selection.draws)
+            self.vao.render_indirect(self.surface.draws, self.surface.mode, count=selection.draws)
 
     def capture(self, selection: Selection, vertex_bytes: int) -> bytes:
-        """Record the triangles that tessellation makes, three vertices each."""
+        """Record the triangles that the GPU makes, three vertices each."""
         if not selection.draws:
             return b""
         self._bind()
-        most = sum(n * max(8, 2 * 4**s) for s, n in enumerate(selection.counts))
-        out = self.ctx.buffer(reserve=max(1, most) * 3 * vertex_bytes)
-        triangles = gl.capture_patches(self.ctx, self.program, self.vao, out, self.levels.draws, count=selection.draws)
+        out = self.ctx.buffer(reserve=max(1, selection.most_triangles) * 3 * vertex_bytes)
+        surface = self.surface
+        draws, indexed = (surface.draws, selection.draws), surface.indices is not None
+        triangles = gl.capture(self.ctx, self.program, self.vao, out, *draws, mode=surface.mode, indexed=indexed)
         data = out.read(triangles * 3 * vertex_bytes)
         out.release()
         return data
@@ -72,28 +81,52 @@ class PatchDraw:
 
     def _bind(self) -> None:
         self.ctx.patch_vertices = 1
-        self.levels.terrain.bind()
-        self.levels.view.bind()
+        self.surface.bind()
 
 
-def captured_triangles(levels: Levels, selection: Selection) -> np.ndarray:
-    """Triangles as drawn, as posts: (n, 3, 2) int32 columns and rows, counter-clockwise seen from above.
+class MeshDraws:
+    """The `MeshDraw` of every surface that comes along, made when it is first needed; parameters as there."""
 
-    Those of no area, where a fan reaches over the map's edge, are left out.
+    def __init__(self, to: str, **stages: str) -> None:
+        self._to, self._stages = to, stages
+        self._made: dict[Surface, MeshDraw] = {}
+
+    def of(self, surface: Surface) -> MeshDraw:
+        """The one for this surface."""
+        if surface not in self._made:
+            self._made[surface] = MeshDraw(surface, self._to, **self._stages)
+        return self._made[surface]
+
+    def release(self) -> None:
+        """Give the GPU's memory back."""
+        while self._made:
+            self._made.popitem()[1].release()
+
+
+def captured_triangles(selection: Selection) -> tuple[np.ndarray, np.ndarray]:
+    """Triangles as drawn, counter-clockwise seen from above; those of no area are left out.
+
+    Returns
+    -------
+    posts
+        (n, 3, 2) int32 columns and rows of their corners.
+    heights_m
+        (n, 3) float32 metres above the terrain's base.
 
     Raises
     ------
     TerrainError
-        If the GPU drew a vertex at another height than its post's.
+        If the GPU drew a vertex at another height than its post's, with a method that does not do so.
     """
-    draw = PatchDraw(levels, tess_evaluation="mesh/capture.tese", varyings=("v_vertex",))
+    surface = selection.surface
+    draw = MeshDraw(surface, "CAPTURE", varyings=("v_vertex",))
     data = draw.capture(selection, _VERTEX.itemsize)
     draw.release()
     vertices = np.frombuffer(data, _VERTEX).reshape(-1, 3)
     posts = np.stack([vertices["col"], vertices["row"]], -1).astype(np.int32)
-    heights = levels.terrain.filled[posts[..., 1], posts[..., 0]] - np.float32(levels.terrain.base_m)
-    if not np.array_equal(heights, vertices["height_m"]):
+    true_m = surface.terrain.filled[posts[..., 1], posts[..., 0]] - np.float32(surface.terrain.base_m)
+    if surface.on_heights and not np.array_equal(true_m, vertices["height_m"]):
         raise TerrainError("the GPU drew vertices beside their posts: this driver's tessellation is not exact")
     a, b, c = (posts[:, i].astype(np.int64) for i in range(3))
     area = (b[:, 0] - a[:, 0]) * (c[:, 1] - a[:, 1]) - (b[:, 1] - a[:, 1]) * (c[:, 0] - a[:, 0])
-    return posts[area != 0]
+    return posts[area != 0], vertices["height_m"][area != 0]

@@ -118,7 +118,7 @@ def _ours(renderer: Renderer) -> Peer:
         renderer.ctx.finish()
         return selection
 
-    return Peer(remesh, lambda selection: captured_triangles(renderer.levels, selection))
+    return Peer(remesh, lambda selection: captured_triangles(selection)[0])
 
 
 def _delatin(heights: np.ndarray) -> Peer:

@@ -302,7 +302,7 @@ class Renderer:
         """
         shot = self._last()
         achieved = deque(self.measuring(), maxlen=1).pop()
-        moved_px = max(shot.stats["certified_max_error_px"], achieved.max_px)  # the metric may be another
+        moved_px = max(shot.selection.certified_px or 0.0, achieved.max_px)  # the metric may be another
         through = count_holes(self.picture.coverage(), self.heightmap, shot.camera, self.size, shot.near_m, moved_px)
         shot.stats["max_error_px"], shot.stats["rms_error_px"] = achieved.max_px, achieved.rms_px
         shot.stats["posts_measured"], shot.stats["holes"] = achieved.posts, achieved.uncovered + through
@@ -314,13 +314,21 @@ class Renderer:
         After each portion: what was achieved so far. To be gone through before anything else is drawn.
         """
         shot = self._last()
-        self._measurement = self._measurement or self._keep(Measurement(self.levels))
+        self._measurement = self._measurement or self._keep(Measurement(self.terrain))
         return self._measurement.steps(shot.selection, shot.camera, self.size, shot.near_m, tile)
 
     @_in_own_context
     def triangles(self) -> np.ndarray:
         """Triangles of the last frame as drawn: (n, 3, 2) columns and rows of posts, counter-clockwise from above."""
-        return captured_triangles(self.levels, self._last().selection)
+        return captured_triangles(self._last().selection)[0]
+
+    @_in_own_context
+    def drawn_heights(self) -> np.ndarray:
+        """(rows, cols) float32 metres: at posts where the last frame has a vertex its height, elsewhere the truth."""
+        posts, heights_m = captured_triangles(self._last().selection)
+        drawn = self.terrain.filled.copy()
+        drawn[posts[..., 1], posts[..., 0]] = heights_m + np.float32(self.terrain.base_m)
+        return drawn
 
     @_in_own_context
     def triangulate(self, max_error_m: float) -> tuple[np.ndarray, dict[str, Any]]:
@@ -344,7 +352,7 @@ class Renderer:
             raise UsageError(f"max error must be more than 0 and less than 1e9 metres, got {max_error_m:g}")
         self._shot = None
         selection = self.levels.select_everywhere(max_error_m)
-        triangles = captured_triangles(self.levels, selection)
+        triangles, _ = captured_triangles(selection)
         promise = {"requested_max_error_m": max_error_m, "certified_max_error_m": selection.certified_px}
         counts = {"triangles": len(triangles), "patches": selection.patches, "splits": selection.splits}
         return triangles, counts | promise | self._gl
@@ -377,18 +385,20 @@ class Renderer:
         row = self.heightmap.rows - 1 - y / north
         return float(bilinear(self.heightmap.heights, np.array([x / east]), np.array([row]))[0])
 
+    @_in_own_context
     def drawn_height_at(self, x: float, y: float) -> float:
         """Height of the last frame's surface at a place in world metres; NaN where it draws nothing."""
         east, north = self.heightmap.spacing_m
         point = np.array([x / east, self.heightmap.rows - 1 - y / north])
-        corners = self.triangles().astype(np.float64)
+        triangles, heights_m = captured_triangles(self._last().selection)
+        corners = triangles.astype(np.float64)
         a, b, c = corners[:, 0] - point, corners[:, 1] - point, corners[:, 2] - point
         weights = np.stack([_cross(b, c), _cross(c, a), _cross(a, b)], -1)
         inside = np.flatnonzero((weights <= 0).all(1))
         if not len(inside) or np.isnan(self.height_at(x, y)):
             return float("nan")
-        posts, weight = corners[inside[0]].astype(int), weights[inside[0]] / weights[inside[0]].sum()
-        return float(weight @ self.terrain.filled[posts[:, 1], posts[:, 0]].astype(np.float64))
+        weight = weights[inside[0]] / weights[inside[0]].sum()
+        return float(weight @ heights_m[inside[0]].astype(np.float64)) + self.terrain.base_m
 
     @_in_own_context
     def release(self) -> None:

@@ -18,7 +18,7 @@ from . import gl, shaders
 from .camera import Camera
 from .ground import Character, HeightSums, SunMap, towards_sun
 from .lod import Levels, Selection
-from .mesh import PatchDraw
+from .mesh import MeshDraw, MeshDraws
 from .terrain import Rect
 
 SUN = (300.0, 35.0)  # azimuth, clockwise from north, and elevation, in degrees
@@ -31,12 +31,12 @@ Size = tuple[int, int]
 
 
 class Picture:
-    """Draws selected patches into a picture.
+    """Draws what a surface selected into a picture.
 
     Parameters
     ----------
     levels
-        Whose patches are drawn.
+        Whose terrain and view are drawn.
     size
         Width and height in pixels.
     samples
@@ -49,8 +49,9 @@ class Picture:
         self.sums = HeightSums(levels.terrain)
         self.sun_map = SunMap(levels.terrain)
         self._character = Character.of(levels.terrain.heightmap)
-        self._surface = PatchDraw(levels, tess_evaluation="mesh/patch.tese", fragment="shade/surface.frag")
-        self._detail: PatchDraw | None = None
+        self._surface = MeshDraws("PICTURE", fragment="shade/surface.frag")
+        self._surface.of(levels)  # compiled now, not with the first frame
+        self._detail = MeshDraws("PICTURE", geometry="shade/detail.geom", fragment="shade/detail.frag")
         self._screens: dict[str, tuple[Any, moderngl.VertexArray]] = {}
         self._targets: list[Any] = []
         self.resize(size)
@@ -80,7 +81,7 @@ class Picture:
         self._character = Character.of(self.levels.terrain.heightmap)
 
     def draw(self, selection: Selection, camera: Camera, style: str = "shaded", sun: tuple[float, float] = SUN) -> None:
-        """Draw what `Levels.select` chose last.
+        """Draw what a surface selected last.
 
         Parameters
         ----------
@@ -97,7 +98,7 @@ class Picture:
         if style in _OF_MESH:
             self._draw_detail(selection)
         else:
-            self._draw_patches(self._surface, self._seen, selection)
+            self._draw_mesh(self._surface.of(selection.surface), self._seen, selection)
 
     def shade(self, camera: Camera, style: str = "shaded", sun: tuple[float, float] = SUN) -> None:
         """Second pass, over the pixels: colour what the first one saw."""
@@ -136,8 +137,7 @@ class Picture:
         """Give the GPU's memory back."""
         self._release_targets()
         self._surface.release()
-        if self._detail:
-            self._detail.release()
+        self._detail.release()
         self.sums.release()
         self.sun_map.release()
         for program, vao in self._screens.values():
@@ -155,18 +155,15 @@ class Picture:
             self._drawn = self.ctx.texture(self.size, 4, samples=self._posts.samples, dtype="f2")
             self._seen_detail = self.ctx.framebuffer([self._posts, self._drawn], self._depth)
             self._targets += [self._drawn, self._seen_detail]
-        if self._detail is None:
-            stages = {"tess_evaluation": "mesh/patch.tese", "geometry": "shade/detail.geom"}
-            self._detail = PatchDraw(self.levels, **stages, fragment="shade/detail.frag")
-        self._draw_patches(self._detail, self._seen_detail, selection)
+        self._draw_mesh(self._detail.of(selection.surface), self._seen_detail, selection)
 
-    def _draw_patches(self, patches: PatchDraw, target: moderngl.Framebuffer, selection: Selection) -> None:
+    def _draw_mesh(self, mesh: MeshDraw, target: moderngl.Framebuffer, selection: Selection) -> None:
         gl.clip_control_zero_to_one(self.ctx)  # without it distant depths are coarser, and in order all the same
         target.use()
         target.clear(-1.0, -1.0, depth=0.0)  # no place on the map: the sky
         self.ctx.enable_only(moderngl.DEPTH_TEST)
         self.ctx.depth_func = ">="
-        patches.draw(selection)
+        mesh.draw(selection)
 
     def _fill(
         self, target: moderngl.Framebuffer, fragment: str, extra: moderngl.Texture | None = None, **uniforms: Any

@@ -160,11 +160,11 @@ class Scene:
         return self.levels.select(camera, self.size, self.near_m, tolerance_px, metric, cull)
 
     def triangles(self, selection):
-        return captured_triangles(self.levels, selection)
+        return captured_triangles(selection)[0]
 
     @property
     def measurement(self):
-        self._measurement = self._measurement or Measurement(self.levels)
+        self._measurement = self._measurement or Measurement(self.terrain)
         return self._measurement
 
     def achieved(self, selection, camera):

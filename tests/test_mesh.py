@@ -9,7 +9,7 @@ from maps import MAPS, Scene, cameras, rough
 from terrain_gl.camera import Camera
 from terrain_gl.exceptions import TerrainError
 from terrain_gl.heightmap import Heightmap
-from terrain_gl.mesh import PatchDraw, captured_triangles
+from terrain_gl.mesh import MeshDraw, captured_triangles
 
 SIZES = [
     (2, 2),
@@ -143,7 +143,7 @@ def test_heights_are_those_of_the_posts(ctx, monkeypatch):
     scene.triangles(selection)  # compares them, to the bit
     scene.terrain.filled = scene.terrain.filled + np.float32(0.01)
     with pytest.raises(TerrainError, match="beside their posts"):
-        captured_triangles(scene.levels, selection)
+        captured_triangles(selection)
     scene.release()
 
 
@@ -165,7 +165,7 @@ PLACE = np.dtype([("clip", "4f4"), ("post", "2f4")])
 def test_vertices_stand_in_the_picture_where_they_belong(ctx, name):
     """What the picture draws, against float64, to a hundredth of a pixel; near the eye and far away."""
     scene = Scene.of(ctx, MAPS[name]())
-    draw = PatchDraw(scene.levels, tess_evaluation="mesh/patch.tese", varyings=("gl_Position", "v_post"))
+    draw = MeshDraw(scene.levels, "PICTURE", varyings=("gl_Position", "v_post"))
     scale = np.asarray(scene.size) / 2
     for view, camera in cameras(scene.heightmap).items():
         selection = scene.select(camera, 0.5)
@@ -185,31 +185,30 @@ def test_vertices_stand_in_the_picture_where_they_belong(ctx, name):
     scene.release()
 
 
-CORNER = np.dtype([("col", "f4"), ("row", "f4"), ("corner", "u4"), ("shape", "u4")])
+CORNER = np.dtype([("post", "2f4"), ("low", "2u2"), ("high", "2u2"), ("step_log2", "f4"), ("fan", "u4")])
 
 
 @pytest.mark.parametrize("name", ["odd", "holes", "cliff"])
 def test_triangles_of_a_patch_are_those_that_the_error_tables_speak_of(ctx, name):
     """Halves of the lattice's cells, by either diagonal; in fans, wedges around the centre."""
     scene = Scene.of(ctx, MAPS[name]())
-    draw = PatchDraw(scene.levels, tess_evaluation="mesh/patch.tese", varyings=("v_post", "v_patch_shape"))
+    draw = MeshDraw(scene.levels, "PICTURE", varyings=("v_post", "v_of_patch"))
     sizes_seen = set()
     for camera in cameras(scene.heightmap).values():
         for tolerance in (0.0, 0.5, 2.0):
             data = draw.capture(scene.select(camera, tolerance), CORNER.itemsize)
             vertices = np.frombuffer(data, CORNER).reshape(-1, 3)
-            corner, shape = vertices["corner"][:, 0].astype(int), vertices["shape"][:, 0].astype(int)
-            step = 1 << (shape & 15)
-            origin = np.stack([corner & 0xFFFF, corner >> 16], -1)
-            places = np.stack([vertices["col"], vertices["row"]], -1).astype(int) - origin[:, None]
-            fan = (shape >> 12 & 1).astype(bool)
+            step = 1 << vertices["step_log2"][:, 0].astype(int)
+            origin, fan = vertices["low"][:, 0].astype(int), vertices["fan"][:, 0].astype(bool)
+            places = vertices["post"].astype(int) - origin[:, None]
             side = step[~fan, None, None]
             low, ends = (places[~fan] // side).min(1), ((places[~fan] + side - 1) // side).max(1)
             assert (ends - low == 1).all()
             last = np.array([scene.heightmap.cols, scene.heightmap.rows]) - 1
             centre = np.minimum(origin[fan] + step[fan, None], last) - origin[fan]
             assert (places[fan] == centre[:, None]).all(2).any(1).all()
-            sizes_seen |= set((shape[~fan] >> 4 & 7).tolist())
+            segments = (vertices["high"][:, 0].astype(int) - origin)[:, 0] // step
+            sizes_seen |= set(np.log2(segments[~fan]).astype(int).tolist())
     assert sizes_seen >= {0, 1, 2, 3}
     draw.release()
     scene.release()

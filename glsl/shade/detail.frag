@@ -6,7 +6,7 @@
 
 in vec2 g_post;
 in vec3 g_from_eye_m;
-flat in uvec2 g_patch_shape;
+flat in uvec4 g_of_patch;
 in vec3 g_weights;
 
 layout(location = 0) out vec2 out_post;
@@ -20,8 +20,8 @@ float edge_line() {
     return (1.0 - smoothstep(0.4, 1.1, min(min(edge_px.x, edge_px.y), edge_px.z))) * clamp(height_px / 6.0, 0.08, 1.0);
 }
 
-float border_line(vec2 post, Lattice l, vec2 post_per_px) {
-    vec2 side = vec2(l.segments << l.step_log2), inside = post - vec2(l.corner);
+float border_line(vec2 post, Patch p, vec2 post_per_px) {
+    vec2 side = vec2(p.high - p.low), inside = post - vec2(p.low);
     vec2 px = min(inside, side - inside) / max(post_per_px, 1e-9);
     vec2 room = side / max(post_per_px, 1e-9);
     return (1.0 - smoothstep(0.5, 1.2, min(px.x, px.y))) * clamp(min(room.x, room.y) / 8.0, 0.1, 1.0);
@@ -46,11 +46,11 @@ float error_px(vec3 drawn_m, float d) {
 }
 
 void main() {
-    Lattice l = lattice_of(g_patch_shape);
+    Patch p = patch_of(g_of_patch);
     vec2 post_per_px = fwidth(g_post);
-    out_post = place_in_patch(g_post, l);
+    out_post = place_in_patch(g_post, p);
     if (is_in_hole(out_post)) discard;
     bool inside = min(min(g_weights.x, g_weights.y), g_weights.z) >= 0.0;  // else the neighbour's fragment knows
     float px = inside ? min(error_px(g_from_eye_m, error_m(out_post, g_from_eye_m.z + u_eye_z_m + u_eye_z_rest_m)), 6e4) : 0.0;
-    out_drawn = vec4(float(l.step_log2 + 1) * (l.fan ? -1.0 : 1.0), edge_line(), border_line(g_post, l, post_per_px), px);
+    out_drawn = vec4((p.step_log2 + 1.0) * (p.fan ? -1.0 : 1.0), edge_line(), border_line(g_post, p, post_per_px), px);
 }

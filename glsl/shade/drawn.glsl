@@ -9,7 +9,7 @@ layout(binding = 3) uniform POSTS u_drawn;
 uniform vec3 u_sun;
 
 struct Drawn {
-    int step_log2;
+    float step_log2;
     bool fan;
     float edge, border;
     float error_px;
@@ -17,7 +17,7 @@ struct Drawn {
 
 Drawn drawn_at(int sample_) {
     vec4 d = texelFetch(u_drawn, ivec2(gl_FragCoord.xy), sample_);
-    return Drawn(int(round(abs(d.x))) - 1, d.x < 0.0, d.y, d.z, d.w);
+    return Drawn(abs(d.x) - 1.0, d.x < 0.0, d.y, d.z, d.w);
 }
 
 // Brightness of matt white ground under the sun and a white sky.

@@ -7,7 +7,7 @@ out vec4 out_colour;
 
 vec3 ground_colour(Ground g, int sample_) {
     Drawn d = drawn_at(sample_);
-    vec3 tint = viridis(float(d.step_log2) / max(float(u_top_level) - 4.0, 1.0));
+    vec3 tint = viridis(d.step_log2 / max(float(u_top_level) - 4.0, 1.0));
     tint = mix(tint, vec3(1.0), d.fan ? 0.45 : 0.18);
     return tint * (0.40 + 0.75 * clay(g)) * (1.0 - 0.65 * d.border);
 }

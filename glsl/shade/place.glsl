@@ -1,12 +1,13 @@
 // shade/place.glsl — the place on the map that a fragment of a patch sees.
 // Provides place_in_patch(), is_in_hole().
 
-#include "mesh/lattice.glsl"
+#include "blocks/terrain.glsl"
+#include "mesh/patch.glsl"
 
 // A pixel's centre may lie beside the triangle that covers its samples: do not leave the patch, nor the map.
 // (Interpolation at samples or centroids is for just that, but Mesa's software renderer gets it wrong.)
-vec2 place_in_patch(vec2 post, Lattice l) {
-    return clamp(post, vec2(l.corner), vec2(min(l.corner + (l.segments << l.step_log2), u_last_post)));
+vec2 place_in_patch(vec2 post, Patch p) {
+    return clamp(post, vec2(p.low), vec2(min(p.high, u_last_post)));
 }
 
 bool is_in_hole(vec2 post) { return is_hole(min(ivec2(post), u_last_post - 1)); }

@@ -4,7 +4,7 @@
 #include "shade/place.glsl"
 
 in vec2 v_post;
-flat in uvec2 v_patch_shape;
+flat in uvec4 v_of_patch;
 layout(location = 0) out vec2 out_post;
 
 // From the middle of a pixel to its samples, where all GPUs have them.
@@ -22,7 +22,7 @@ vec2 covered_place() {
 }
 
 void main() {
-    Lattice l = lattice_of(v_patch_shape);
-    out_post = place_in_patch(v_post, l);
-    if (u_has_voids != 0 && is_in_hole(place_in_patch(covered_place(), l))) discard;
+    Patch p = patch_of(v_of_patch);
+    out_post = place_in_patch(v_post, p);
+    if (u_has_voids != 0 && is_in_hole(place_in_patch(covered_place(), p))) discard;
 }

@@ -39,10 +39,10 @@ def run(args: argparse.Namespace) -> int:
     with options.make_renderer(args, scene) as renderer:
         if args.max_error_m:
             triangles, stats = renderer.triangulate(args.max_error_m)
+            heights = renderer.terrain.filled
         else:
             stats = renderer.draw(**options.view_of(args, scene))
-            triangles = renderer.triangles()
-        heights = renderer.terrain.filled
+            triangles, heights = renderer.triangles(), renderer.drawn_heights()
     if not len(triangles):
         raise TerrainError(f"{scene.heightmap.name}: no triangles in this view: turn the camera or drop --cull")
     mesh = make_mesh(triangles, heights, scene.heightmap.spacing_m, args.weld)

@@ -1,0 +1,17 @@
+// mesh/patch.glsl — what a fragment is told of the patch, or block, that it is part of.
+// Provides Patch, words_of(), patch_of().
+
+struct Patch {
+    ivec2 low, high;   // posts of its north-west and south-east corners; the latter may lie beyond the map
+    float step_log2;   // log2 of the posts between its vertices
+    bool fan;
+};
+
+uvec4 words_of(Patch p) {
+    return uvec4(uint(p.low.x) | uint(p.low.y) << 16, uint(p.high.x) | uint(p.high.y) << 16, floatBitsToUint(p.step_log2), p.fan);
+}
+
+Patch patch_of(uvec4 words) {
+    return Patch(ivec2(words.x & 0xffffu, words.x >> 16), ivec2(words.y & 0xffffu, words.y >> 16), uintBitsToFloat(words.z),
+                 words.w != 0u);
+}

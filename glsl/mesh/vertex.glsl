@@ -1,0 +1,51 @@
+// mesh/vertex.glsl — where a vertex goes, once a method has found its post and its height. TO names the destination:
+//   PICTURE   its place in the picture, and on the map for whom shades it
+//   ABOVE     seen from straight above, one pixel a post: what mesh/error.frag measures. A post on a triangle's edge
+//             belongs to one side only, by the rasteriser's rule, and on the map's far edges to none; u_flip turns the
+//             picture, so that every edge is a near one in one of four draws.
+//   CAPTURE   a buffer, as the mesh export wants it
+// Provides put_vertex(), the last line of every method's last geometry stage.
+
+#include "mesh/patch.glsl"
+#include "blocks/view.glsl"
+
+#define PICTURE 0
+#define ABOVE 1
+#define CAPTURE 2
+#ifndef TO
+#define TO PICTURE
+#endif
+
+#if TO == PICTURE
+
+out vec2 v_post;         // column and row on the map
+out vec3 v_from_eye_m;   // east, north, up
+flat out uvec4 v_of_patch;
+
+void put_vertex(ivec2 post, float h_m, Patch p) {
+    v_post = vec2(post);
+    v_from_eye_m = from_eye_m(post, h_m);
+    v_of_patch = words_of(p);
+    gl_Position = u_clip_from_eye * vec4(v_from_eye_m, 1.0);
+}
+
+#else
+
+out vec3 v_vertex;  // column, row, metres above base
+
+#if TO == ABOVE
+uniform ivec2 u_tile;       // post of the picture's first pixel
+uniform ivec2 u_tile_size;  // pixels
+uniform ivec2 u_flip;
+#endif
+
+void put_vertex(ivec2 post, float h_m, Patch p) {
+    v_vertex = vec3(post, h_m);
+#if TO == ABOVE
+    vec2 pixel = vec2(post - u_tile) + 0.5;
+    pixel = mix(pixel, vec2(u_tile_size) - pixel, vec2(u_flip));
+    gl_Position = vec4(pixel / vec2(u_tile_size) * 2.0 - 1.0, 0.0, 1.0);
+#endif
+}
+
+#endif
