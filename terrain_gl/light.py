@@ -1,9 +1,9 @@
-"""Light as spherical Gaussians: a sharp lobe for the sun, twelve fixed ones for the sky, one for the land around.
+"""Light as spherical Gaussians: a sharp lobe for the sun, twelve fixed ones for the sky, three for the land around.
 
     SG(ω) = amplitude · e^(sharpness · (ω·axis − 1))                                  (Wang et al. 2009)
 
-The sky's lobes never move: fitting a sky chooses their amplitudes alone, so what the land hides of each lobe depends on
-the map and on nothing else. Shaders: `glsl/light/`. Specification: `reference.sg_integral` and its neighbours.
+The sky's lobes never move: fitting a sky chooses their amplitudes alone, so what the land hides of each lobe depends
+on the map and on nothing else. Shaders: `glsl/light/`. Specification: `reference.sg_integral` and its neighbours.
 
 A lobe's *visible fraction* at a place is of its part above the level horizon, 1 on an open plain:
 
@@ -18,7 +18,16 @@ from dataclasses import dataclass
 import numpy as np
 
 # glsl/light/lights.glsl
-LOBE = np.dtype([("axis", "3f4"), ("sharpness", "f4"), ("amplitude", "3f4"), ("pad", "f4")])
+LOBE = np.dtype(
+    [
+        ("axis", "3f4"),
+        ("sharpness", "f4"),
+        ("amplitude", "3f4"),
+        ("mean_length", "f4"),
+        ("hidden", "3f4"),
+        ("integral", "f4"),
+    ]
+)
 SUN_RADIUS_DEG = 0.2665  # of the sun's disc
 
 
@@ -30,17 +39,48 @@ def _ring(count: int, elevation_deg: float, turn: float = 0.0) -> np.ndarray:
     return np.stack([flat * np.sin(azimuth), flat * np.cos(azimuth), np.sin(elevation)], -1)
 
 
-# Narrow where skies change fast, near the horizon: with these a cosine-weighted fit of clear skies errs by 1 to 4 %.
+# Narrow where skies change fast, near the horizon: on surfaces of any orientation the light of lobes fitted to clear
+# skies is 1 % off in the root mean square, 5 % at worst; that of a uniform sky 0.4 % at worst.
 SKY_AXES = np.concatenate([_ring(8, 12.0), _ring(3, 50.0, 0.5), _ring(1, 90.0)])  # (12, 3), east, north, up
-SKY_SHARPNESS = np.array([8.0] * 8 + [4.0] * 4)  # (12,)
-GROUND_AXIS, GROUND_SHARPNESS = np.array([0.0, 0.0, -1.0]), 1.0
+SKY_SHARPNESS = np.array([12.0] * 8 + [5.0] * 4)  # (12,)
+GROUND_AXES, GROUND_SHARPNESS = _ring(3, -40.0, 0.5), np.full(3, 3.0)  # what is below the horizon
+AXES, SHARPNESS = np.concatenate([SKY_AXES, GROUND_AXES]), np.append(SKY_SHARPNESS, GROUND_SHARPNESS)
 
 
 def lobes(axes: np.ndarray, sharpness: np.ndarray, amplitude: np.ndarray) -> np.ndarray:
-    """Lobes as one record each: unit axes (n, 3), sharpness (n,), amplitude (n, 3) of linear RGB radiance."""
+    """Lobes as one record each: unit axes (n, 3), sharpness k (n,) > 0, amplitude (n, 3) of linear RGB radiance.
+
+    With them go `mean_length`, coth k - 1/k, `integral`, that of an amplitude of 1, and `hidden`, what amplitude the
+    land itself has where it hides the lobe: 0 here.
+    """
     made = np.zeros(len(axes), LOBE)
     made["axis"], made["sharpness"], made["amplitude"] = axes, sharpness, amplitude
+    rest = np.exp(-np.minimum(2 * np.asarray(sharpness, float), 80))
+    made["mean_length"] = (1 + rest) / (1 - rest) - 1 / np.asarray(sharpness, float)
+    made["integral"] = 2 * math.pi * (1 - rest) / sharpness
     return made
+
+
+def non_negative_least_squares(A: np.ndarray, b: np.ndarray) -> np.ndarray:
+    """The x ≥ 0 that makes |A x - b| smallest (Lawson and Hanson 1974, "Solving least squares problems", 23)."""
+    normal, right = A.T @ A, A.T @ b
+    x, free = np.zeros(A.shape[1]), np.zeros(A.shape[1], bool)
+    enough = 1e-10 * max(float(np.abs(right).max()), 1e-300)
+    while True:
+        gain = np.where(free, -np.inf, right - normal @ x)
+        if gain.max() <= enough:
+            return x
+        free[gain.argmax()] = True
+        while True:
+            step = np.zeros_like(x)
+            step[free] = np.linalg.solve(normal[np.ix_(free, free)], right[free])
+            below = free & (step <= 0)
+            if not below.any():
+                break
+            x = x + float((x[below] / (x[below] - step[below])).min()) * (step - x)
+            free &= x > 1e-12 * x.max()
+            x = np.where(free, x, 0.0)
+        x = step
 
 
 def sun_sharpness(radius_deg: float = SUN_RADIUS_DEG) -> float:
@@ -60,7 +100,7 @@ class Lights:
     sky
         (12,) `LOBE`, with the axes and sharpness of `SKY_AXES` and `SKY_SHARPNESS`.
     ground
-        A `LOBE` for the land around, from below; also what is seen where land hides the sky.
+        (3,) `LOBE` for the land around, from below.
     """
 
     sun: np.ndarray

@@ -1,6 +1,6 @@
 """Every stage in plain numpy, a few lines each: the specification, and what the tests compare with.
 
-The sections follow the stages: sat → error → lod → mesh → shade.
+The sections follow the stages: sat → error → lod → mesh → shade, then light and generate.
 """
 
 from __future__ import annotations
@@ -484,6 +484,74 @@ def shadow_heights(heights: np.ndarray, sun: tuple[float, float, float], spacing
         top = np.maximum(shadow[i - 1], h[i - 1])
         shadow[i, inside] = np.interp(crossing[inside], np.arange(len(top)), top) - fall
     return shadow[:: 1 if towards[1] < 0 else -1]
+
+
+# --- light -------------------------------------------------------------------------------------------------------
+
+# A spherical Gaussian SG(w) = a e^(sharpness (w . axis - 1)) is (axis (3,), sharpness, a); directions are unit vectors.
+
+
+def sg_integral(sharpness: float) -> float:
+    """Integral over the sphere of a Gaussian of amplitude 1 (Wang et al. 2009)."""
+    return 4 * np.pi if sharpness == 0 else -2 * np.pi * np.expm1(-2 * sharpness) / sharpness
+
+
+def sg_product(
+    axis: np.ndarray, sharpness: float, other_axis: np.ndarray, other_sharpness: float
+) -> tuple[np.ndarray, float, float]:
+    """Axis, sharpness and amplitude of the product of two Gaussians of amplitude 1."""
+    s = sharpness * np.asarray(axis, float) + other_sharpness * np.asarray(other_axis, float)
+    product = float(np.linalg.norm(s))
+    return s / product, product, float(np.exp(product - sharpness - other_sharpness))
+
+
+def mean_length(sharpness: float) -> float:
+    """Length of the mean vector of a von Mises-Fisher lobe: coth k - 1/k."""
+    k = sharpness
+    return k / 3 - k**3 / 45 if k < 1e-3 else 1 / np.tanh(k) - 1 / k
+
+
+def sharpness_of_length(length: float) -> float:
+    """Inverse of `mean_length`, by bisection; equation C.1 of the paper is within 5 % of it."""
+    low, high = 0.0, 1e9
+    for _ in range(100):
+        middle = 0.5 * (low + high)
+        low, high = (middle, high) if mean_length(middle) < length else (low, middle)
+    return 0.5 * (low + high)
+
+
+def cubic_length(sharpness: float) -> float:
+    """Length that equation C.1, k = (3r - r^3) / (1 - r^2), belongs to: its one root from 0 to 1."""
+    roots = np.roots([1.0, -sharpness, -3.0, sharpness])
+    return float(next(root.real for root in roots if abs(root.imag) < 1e-9 and 0 <= root.real < 1))
+
+
+def merged(r: np.ndarray, weights: np.ndarray | None = None) -> tuple[np.ndarray, float]:
+    """Axis and sharpness of the one lobe that stands for lobes of mean vectors r (n, 3): equation C.3."""
+    mean = np.average(np.asarray(r, float), axis=0, weights=weights)
+    length = float(np.linalg.norm(mean))
+    return mean / length, sharpness_of_length(length)
+
+
+def cosine_mean(c: float, r: float) -> float:
+    """Mean of max(l . n, 0) over normals of mean vector length r with component c towards l: glsl/light/brdf.glsl."""
+    w = 0.5 + 0.5 * np.sqrt(1 - 4 / 3 * r * r) if r < 0.75 else np.sqrt(3 * r * (1 - r))
+    return max(c, 0.0) if abs(c) >= w else (c + w) ** 2 / (4 * w)
+
+
+def reflection_lobe(axis: np.ndarray, sharpness: float, towards_eye: np.ndarray) -> tuple[np.ndarray, float]:
+    """Axis and sharpness of the light that these half-vectors mirror to the eye (Wang et al. 2009, section 4)."""
+    slant = float(np.dot(axis, towards_eye))
+    return 2 * slant * np.asarray(axis) - towards_eye, sharpness / (4 * max(abs(slant), 0.05))
+
+
+def normals_of(heights: np.ndarray, spacing_m: tuple[float, float]) -> np.ndarray:
+    """Unit normals in the middle of each cell, (rows - 1, cols - 1, 3), east, north, up."""
+    h = np.asarray(heights, float)
+    east = (h[:-1, 1:] - h[:-1, :-1] + h[1:, 1:] - h[1:, :-1]) / (2 * spacing_m[0])
+    north = (h[:-1, :-1] - h[1:, :-1] + h[:-1, 1:] - h[1:, 1:]) / (2 * spacing_m[1])
+    n = np.stack([-east, -north, np.ones_like(east)], -1)
+    return n / np.linalg.norm(n, axis=-1, keepdims=True)
 
 
 # --- generate ----------------------------------------------------------------------------------------------------

@@ -1,0 +1,24 @@
+// light/dome.glsl — the sky in any direction: what is drawn behind the land, mirrored by water, and scattered by haze.
+//   Columns go around from south over west, north in the middle; rows go from the nadir, v = −1, to the zenith, v = 1, at
+//   elevations of 90° · v·|v|, so that they crowd at the horizon.
+// Provides sky_light(), sun_disc(), sky_blurred().   Python twin: sky.dome
+
+#include "light/lights.glsl"
+
+layout(binding = 4) uniform sampler2D u_dome;
+
+vec2 dome_place(vec3 direction) {
+    float elevation = asin(clamp(direction.z, -1.0, 1.0)) / (0.5 * PI);
+    float azimuth = atan(direction.x, direction.y) / (2.0 * PI);
+    return vec2(0.5 + azimuth, 0.5 + 0.5 * sign(elevation) * sqrt(abs(elevation)));
+}
+
+vec3 sky_light(vec3 direction) { return textureLod(u_dome, dome_place(direction), 0.0).rgb; }
+
+// The sky, blurred over about a lobe of that sharpness: a level of the dome whose texels are as wide.
+vec3 sky_blurred(vec3 direction, float sharpness) {
+    float texel = 2.0 * PI / float(textureSize(u_dome, 0).x);
+    return textureLod(u_dome, dome_place(direction), log2(max(inversesqrt(sharpness) / texel, 1.0))).rgb;
+}
+
+vec3 sun_disc(vec3 direction) { return direction.z < 0.0 ? vec3(0.0) : sg_value(light_lobe(u_sun), direction); }

@@ -1,0 +1,33 @@
+// light/lights.glsl — all that lights the map: the sun, the sky's lobes, those of the land around.
+//   A lobe comes with what follows from its sharpness κ: the length of its mean vector, coth κ − 1/κ, and the integral of
+//   e^(κ (ω·axis − 1)). Where land hides a lobe of the sky, that land is seen instead: amplitude `hidden`.
+// Provides u_sun, u_sky[], u_around[], light_lobe(), sky_through().   Python twins: light.LOBE, light.LIGHTS
+
+#include "light/sg.glsl"
+
+#define SKY_LOBES 12
+#define AROUND_LOBES 3
+
+struct Light {
+    vec3 axis;
+    float sharpness;
+    vec3 amplitude;
+    float mean_length;
+    vec3 hidden;
+    float integral;
+};
+
+layout(std140, binding = 2) uniform Lights {
+    Light u_sun;
+    Light u_sky[SKY_LOBES];
+    Light u_around[AROUND_LOBES];
+    float u_exposure;
+    float u_haze_m;  // distance at which haze lets 1/e through
+    float u_water_m; // height of standing water above the heights' base
+    float u_pad;
+};
+
+Lobe light_lobe(Light l) { return Lobe(l.axis, l.sharpness, l.amplitude); }
+
+// A lobe of the sky of which a part is to be seen, and land in front of the rest.
+vec3 sky_through(Light l, float visible) { return mix(l.hidden, l.amplitude, visible); }

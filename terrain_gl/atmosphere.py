@@ -1,0 +1,179 @@
+"""A clear sky from first principles: what air and haze scatter of the sunlight that crosses them.
+
+After Hillaire 2020, "A scalable and production ready sky and atmosphere rendering technique": single scattering is
+integrated along each ray; all later ones are one isotropic term, a geometric series. Lengths are kilometres. Works for
+any height of the sun, also below the horizon, where the upper air is still lit.
+"""
+
+from __future__ import annotations
+
+import math
+from functools import cache
+
+import numpy as np
+
+EARTH_KM, TOP_KM = 6360.0, 6460.0
+RAYLEIGH = np.array([5.802e-3, 13.558e-3, 33.1e-3])  # scattering per km at sea level: red, green, blue
+MIE_SCATTERING, MIE_EXTINCTION = 3.0e-3, 3.4e-3
+OZONE = np.array([0.75e-3, 1.25e-3, 0.085e-3])  # absorption per km at its densest, 25 km up; less green: blue dusks
+RAYLEIGH_KM, MIE_KM = 8.0, 1.2  # heights over which they thin to 1/e
+ASYMMETRY = 0.8  # of haze: how much of the light it scatters goes on ahead
+GROUND_ALBEDO = np.array([0.22, 0.20, 0.16])
+EYE_KM = 1.0
+
+
+def sunlight(elevation_deg: float, height_km: float = EYE_KM) -> np.ndarray:
+    """(3,) share of the sun's red, green and blue that crosses the air to an eye at that height."""
+    h, mu = np.array([height_km]), np.array([math.sin(math.radians(elevation_deg))])
+    return _transmittance(h, np.maximum(mu, _horizon(h)))[0]
+
+
+def sky_radiance(directions: np.ndarray, sun: np.ndarray, height_km: float = EYE_KM, steps: int = 40) -> np.ndarray:
+    """Radiance (n, 3) of the clear sky for sunlight of irradiance 1 above the air, the sun's disc left out.
+
+    Parameters
+    ----------
+    directions
+        (n, 3) unit vectors; those that meet the ground end there, and see the light that it sends back.
+    sun
+        (3,) unit vector.
+    """
+    mu = directions[:, 2]
+    reach, grounded = _reach(height_km, mu)
+    s = ((np.arange(steps) + 0.5) / steps) ** 2  # short steps near the eye, where the air is dense
+    widths = np.diff(((np.arange(steps + 1)) / steps) ** 2) * reach[:, None]  # (n, steps)
+    t = s * reach[:, None]
+    radius = np.sqrt((EARTH_KM + height_km) ** 2 + t * t + 2 * (EARTH_KM + height_km) * mu[:, None] * t)
+    mu_sun = np.clip(((EARTH_KM + height_km) * sun[2] + t * (directions @ sun)[:, None]) / radius, -1, 1)
+    h = np.clip(radius - EARTH_KM, 0, TOP_KM - EARTH_KM)
+    source = _source(h, mu_sun, (directions @ sun)[:, None])
+    depth = _extinction(h) * widths[..., None]
+    before = np.cumsum(depth, 1) - depth
+    through = _fall(before) * -np.expm1(-np.minimum(depth, 80)) / np.maximum(_extinction(h), 1e-12)
+    light = (source * through).sum(1)
+    return light + np.where(grounded[:, None], _fall(depth.sum(1)) * _ground_light(float(sun[2])), 0)
+
+
+def _source(h: np.ndarray, mu_sun: np.ndarray, cosine: np.ndarray) -> np.ndarray:
+    """Light scattered per km towards the eye, of sunlight of irradiance 1."""
+    sunlit = _transmittance(h, mu_sun)
+    rayleigh, mie = _densities(h)
+    g = ASYMMETRY
+    forward = (1 - g * g) / (4 * np.pi * np.maximum(1 + g * g - 2 * g * cosine, 1e-6) ** 1.5)
+    once = rayleigh * RAYLEIGH * (3 / (16 * np.pi) * (1 + cosine**2))[..., None]
+    once = once + mie * MIE_SCATTERING * forward[..., None]
+    return sunlit * once + _often(h, mu_sun) * (rayleigh * RAYLEIGH + mie * MIE_SCATTERING)
+
+
+def _ground_light(mu_sun: float) -> np.ndarray:
+    h, mu = np.zeros(1), np.array([mu_sun])
+    return GROUND_ALBEDO / np.pi * (_transmittance(h, mu)[0] * max(mu_sun, 0.0) + np.pi * _often(h, mu)[0])
+
+
+def _densities(h: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
+    """Of air and haze, relative to sea level, with an axis for colour."""
+    return np.exp(-h / RAYLEIGH_KM)[..., None], np.exp(-h / MIE_KM)[..., None]
+
+
+def _extinction(h: np.ndarray) -> np.ndarray:
+    rayleigh, mie = _densities(h)
+    ozone = np.maximum(0, 1 - np.abs(h - 25) / 15)[..., None]
+    return rayleigh * RAYLEIGH + mie * MIE_EXTINCTION + ozone * OZONE
+
+
+def _fall(depth: np.ndarray) -> np.ndarray:
+    return np.exp(-np.minimum(depth, 80))
+
+
+def _horizon(h: np.ndarray) -> np.ndarray:
+    """Sine of the elevation of the horizon as seen from a height."""
+    return -np.sqrt(np.maximum(0, 1 - (EARTH_KM / (EARTH_KM + h)) ** 2))
+
+
+def _reach(height_km: float, mu: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
+    """Length of rays until they meet the ground or leave the air, and whether they meet the ground."""
+    r = EARTH_KM + height_km
+    to_top = -r * mu + np.sqrt(np.maximum(0, (r * mu) ** 2 - r * r + TOP_KM**2))
+    inside = (r * mu) ** 2 - r * r + EARTH_KM**2
+    grounded = (mu < 0) & (inside >= 0)
+    to_ground = -r * mu - np.sqrt(np.maximum(0, inside))
+    return np.where(grounded, to_ground, to_top), grounded
+
+
+# --- Tables over height and the sun's elevation, made once -----------------------------------------------------------
+
+_HEIGHTS = TOP_KM - EARTH_KM
+_SIZE = (32, 128)  # heights, by their square root; sines of elevations, by their signed square root
+_OFTEN_SIZE = (10, 28)
+
+
+def _transmittance(h: np.ndarray, mu: np.ndarray) -> np.ndarray:
+    """Share of light (..., 3) that crosses the air from outside along a ray of that sine of elevation; 0 through Earth.
+
+    The sun's disc sinks behind Earth's rim over its own width.
+    """
+    over = (mu - _horizon(h)) / 0.0047
+    return _lookup(_transmittance_table(), h, mu) * np.clip(0.5 + 0.5 * over, 0, 1)[..., None]
+
+
+def _often(h: np.ndarray, mu_sun: np.ndarray) -> np.ndarray:
+    """Radiance (..., 3), alike in all directions, of light scattered twice and more."""
+    return _lookup(_often_table(), h, mu_sun)
+
+
+def _axes(size: tuple[int, int]) -> tuple[np.ndarray, np.ndarray]:
+    u, v = np.linspace(0, 1, size[0]), np.linspace(-1, 1, size[1])
+    return _HEIGHTS * u * u, v * np.abs(v)
+
+
+def _lookup(table: np.ndarray, h: np.ndarray, mu: np.ndarray) -> np.ndarray:
+    x = np.sqrt(np.clip(h / _HEIGHTS, 0, 1)) * (table.shape[0] - 1)
+    y = (0.5 + 0.5 * np.sign(mu) * np.sqrt(np.abs(mu))) * (table.shape[1] - 1)
+    i = np.minimum(x.astype(int), table.shape[0] - 2)
+    j = np.minimum(y.astype(int), table.shape[1] - 2)
+    s, t = (x - i)[..., None], (y - j)[..., None]
+    low = table[i, j] * (1 - t) + table[i, j + 1] * t
+    return low * (1 - s) + (table[i + 1, j] * (1 - t) + table[i + 1, j + 1] * t) * s
+
+
+@cache
+def _transmittance_table(steps: int = 60) -> np.ndarray:
+    h, mu = np.meshgrid(*_axes(_SIZE), indexing="ij")
+    mu = np.maximum(mu, _horizon(h))  # below it: as if along it, for the disc's upper half
+    r = EARTH_KM + h
+    reach = -r * mu + np.sqrt(np.maximum(0, (r * mu) ** 2 - r * r + TOP_KM**2))
+    depth = np.zeros((*h.shape, 3))
+    for k in range(steps):
+        t = reach * ((k + 0.5) / steps) ** 2
+        height = np.sqrt(r * r + t * t + 2 * r * mu * t) - EARTH_KM
+        depth += _extinction(np.clip(height, 0, _HEIGHTS)) * (reach * (2 * k + 1) / steps**2)[..., None]
+    return _fall(depth)
+
+
+@cache
+def _often_table(directions: int = 40, steps: int = 20) -> np.ndarray:
+    """Hillaire's series: of light L, scattered once, a share f is scattered again, and so on: L / (1 - f)."""
+    heights, mus = _axes(_OFTEN_SIZE)
+    i = np.arange(directions) + 0.5
+    z, turn = 1 - 2 * i / directions, math.pi * (1 + 5**0.5) * i
+    flat = np.sqrt(1 - z * z)
+    rays = np.stack([flat * np.cos(turn), flat * np.sin(turn), z], -1)
+    table = np.zeros((*_OFTEN_SIZE, 3))
+    for row, height in enumerate(np.minimum(heights, _HEIGHTS - 0.1)):
+        reach, grounded = _reach(height, z)
+        t = (np.arange(steps) + 0.5) / steps * reach[:, None]
+        radius = np.sqrt((EARTH_KM + height) ** 2 + t * t + 2 * (EARTH_KM + height) * z[:, None] * t)
+        h = np.clip(radius - EARTH_KM, 0, _HEIGHTS)
+        rayleigh, mie = _densities(h)
+        scattering = rayleigh * RAYLEIGH + mie * MIE_SCATTERING
+        depth = np.cumsum(_extinction(h) * (reach / steps)[:, None, None], 1)
+        share = _fall(depth) * scattering * (reach / steps)[:, None, None]
+        again = share.sum(1).mean(0)
+        for column, mu in enumerate(mus):
+            sun = np.array([math.sqrt(1 - mu * mu), 0, mu])
+            mu_sun = np.clip(((EARTH_KM + height) * mu + t * (rays @ sun)[:, None]) / radius, -1, 1)
+            once = (share * _transmittance(h, mu_sun)).sum(1) / (4 * np.pi)
+            floor = _transmittance(np.zeros(1), np.array([mu]))[0] * max(mu, 0.0) * GROUND_ALBEDO / np.pi
+            once = once + np.where(grounded[:, None], _fall(depth[:, -1]) * floor, 0)
+            table[row, column] = once.mean(0) / (1 - again)
+    return table

@@ -1,0 +1,227 @@
+"""The sky: radiance in every direction, computed or read from a picture, and the lobes that stand for it."""
+
+from __future__ import annotations
+
+import math
+import os
+from dataclasses import dataclass
+from functools import cache, cached_property
+
+import numpy as np
+
+from . import atmosphere
+from .exceptions import TerrainError
+from .image import read_image
+from .light import (
+    AXES,
+    LOBE,
+    SHARPNESS,
+    SKY_AXES,
+    SUN_RADIUS_DEG,
+    Lights,
+    lobes,
+    non_negative_least_squares,
+    sun_sharpness,
+)
+
+SUNLIGHT = 20.0  # irradiance of the sun above the air, in the units of all radiance here
+NIGHT = np.array([0.9, 1.2, 1.8]) * 2e-4  # what remains without any sun: stars and airglow, much brightened
+SHAPE = (192, 128)  # rows and columns of a computed dome
+SHAPE_READ = (512, 1024)  # of one that is read from a picture
+LUMINANCE = np.array([0.2126, 0.7152, 0.0722])
+_SUN_TIMES_MEDIAN = 100.0  # a picture's brightest spot is a sun if it is so many times as bright as most of the sky
+
+
+@dataclass(frozen=True)
+class Sky:
+    """Light from all directions.
+
+    Attributes
+    ----------
+    radiance
+        (rows, cols, 3) linear RGB without the sun's disc. Columns go clockwise around from south over west, so that
+        north is in the middle; rows from the zenith down to the nadir, by the square root of the elevation: see `dome`.
+    sun
+        A `light.LOBE`; of amplitude 0 if there is none.
+    """
+
+    radiance: np.ndarray
+    sun: np.ndarray
+
+    @cached_property
+    def lights(self) -> Lights:
+        """The lobes that stand for this sky: amplitudes by non-negative least squares."""
+        return self._fit[0]
+
+    @cached_property
+    def fit_error(self) -> float:
+        """Largest error of the fitted lobes' irradiance over surfaces of any orientation, relative to the largest."""
+        return self._fit[1]
+
+    @cached_property
+    def _fit(self) -> tuple[Lights, float]:
+        directions, weights = dome(*self.radiance.shape[:2])
+        light = self.radiance.reshape(-1, 3)
+        amplitude, error = fit(directions, weights, light)
+        below = directions[:, 2] < 0
+        ground = np.average(light[below], axis=0, weights=weights[below])
+        fitted = lobes(AXES, SHARPNESS, amplitude)
+        fitted["hidden"] = _white_amplitudes()[:, None] * ground
+        return Lights(self.sun, fitted[: len(SKY_AXES)], fitted[len(SKY_AXES) :]), error
+
+
+def dome(rows: int, cols: int) -> tuple[np.ndarray, np.ndarray]:
+    """Directions (rows · cols, 3) of a dome's pixels, and the solid angle of each; glsl/light/dome.glsl looks them up.
+
+    Rows crowd at the horizon, where skies change fast: row v from -1 at the nadir to 1 has elevation 90° · v·|v|.
+    """
+    edges = np.linspace(1, -1, rows + 1)
+    rims = np.sin(np.pi / 2 * edges * np.abs(edges))
+    middles = 0.5 * (edges[1:] + edges[:-1])
+    elevation = (np.pi / 2 * middles * np.abs(middles))[:, None]
+    azimuth = ((np.arange(cols) + 0.5) / cols * 2 - 1)[None] * np.pi
+    parts = np.cos(elevation) * np.sin(azimuth), np.cos(elevation) * np.cos(azimuth), np.sin(elevation) + 0 * azimuth
+    weights = np.repeat((rims[:-1] - rims[1:]) * 2 * np.pi / cols, cols)
+    return np.stack(parts, -1).reshape(-1, 3), weights
+
+
+def fit(directions: np.ndarray, weights: np.ndarray, light: np.ndarray) -> tuple[np.ndarray, float]:
+    """Amplitudes (15, 3) ≥ 0 of the sky's lobes and the ground's, and the relative error of the worst lit surface.
+
+    What counts is the light on surfaces, cosine-weighted sums over 256 orientations, and a little the radiance.
+
+    Parameters
+    ----------
+    directions, weights, light
+        (n, 3) unit vectors, (n,) solid angles, (n, 3) radiance.
+    """
+    values = np.exp(SHARPNESS * (directions @ AXES.T - 1))  # (n, 15)
+    cosines = np.maximum(spread(256) @ directions.T, 0) * (weights / np.pi)  # (256, n)
+    roots = 0.1 * np.sqrt(weights / (4 * np.pi))[:, None]
+    system = np.concatenate([cosines @ values / 16, values * roots])
+    wanted = np.concatenate([cosines @ light / 16, light * roots])
+    amplitude = np.stack([non_negative_least_squares(system, channel) for channel in wanted.T], -1)
+    lit, fitted = cosines @ light, cosines @ (values @ amplitude)
+    return amplitude, float(np.abs(fitted - lit).max() / max(lit.max(), 1e-30))
+
+
+def spread(count: int) -> np.ndarray:
+    """(count, 3) unit vectors, evenly spread over the sphere by the golden angle."""
+    i = np.arange(count) + 0.5
+    z, turn = 1 - 2 * i / count, math.pi * (1 + 5**0.5) * i
+    flat = np.sqrt(1 - z * z)
+    return np.stack([flat * np.cos(turn), flat * np.sin(turn), z], -1)
+
+
+def uniform_sky(radiance: float = 1.0) -> Sky:
+    """The same light from everywhere, without a sun: the white furnace."""
+    return Sky(np.full((*SHAPE, 3), radiance), np.zeros((), LOBE))
+
+
+def clear_sky(azimuth_deg: float, elevation_deg: float, sun_radius_deg: float = SUN_RADIUS_DEG) -> Sky:
+    """A clear sky and its sun; azimuth clockwise from north. With the sun below the horizon: dusk, then night."""
+    azimuth, elevation = math.radians(azimuth_deg), math.radians(elevation_deg)
+    sun = np.array([0.0, math.cos(elevation), math.sin(elevation)])
+    half = SHAPE[1] // 2  # what is east of the sun's meridian mirrors what is west
+    directions, _ = dome(SHAPE[0], 2 * half)
+    western = directions.reshape(SHAPE[0], 2 * half, 3)[:, half:]
+    one_side = atmosphere.sky_radiance(western.reshape(-1, 3), sun).reshape(SHAPE[0], half, 3)
+    around = np.concatenate([one_side[:, ::-1], one_side], 1)
+    turned = _turn(around, azimuth / (2 * np.pi) * 2 * half)
+    direction = np.array([sun[1] * math.sin(azimuth), sun[1] * math.cos(azimuth), sun[2]])
+    risen = _part_above_horizon(elevation_deg, sun_radius_deg)
+    irradiance = SUNLIGHT * risen * atmosphere.sunlight(max(elevation_deg, 0.0))
+    return Sky(SUNLIGHT * turned + NIGHT, _sun(direction, irradiance, sun_radius_deg))
+
+
+def read_sky(path: str | os.PathLike[str]) -> Sky:
+    """A sky from an equirectangular picture of light, HDR or EXR.
+
+    The middle column looks north, azimuth grows to the right; the first row is the zenith. A spot more than 100 times
+    as bright as the median is taken out and becomes the sun; without one there is none.
+
+    Raises
+    ------
+    TerrainError
+        Not a readable picture, not twice as wide as high, 8-bit colours, or values that are negative or not finite.
+    """
+    pixels = read_image(path)
+    rows, cols = pixels.shape[:2]
+    if cols != 2 * rows or rows < 2:
+        raise TerrainError(
+            f"{path}: a sky must be twice as wide as high, got {cols}x{rows}: use an equirectangular one"
+        )
+    if pixels.dtype.kind != "f":
+        raise TerrainError(f"{path}: holds {pixels.dtype} colours, in which a sky has no sun: use .hdr or .exr")
+    light = pixels[..., :3].astype(np.float64)
+    light = np.repeat(light[..., :1], 3, -1) if light.shape[2] < 3 else light
+    if not np.isfinite(light).all():
+        raise TerrainError(f"{path}: has values that are not finite: mend the picture")
+    if light.min() < 0:
+        raise TerrainError(f"{path}: has negative light, down to {light.min():.3g}: mend the picture")
+    light, sun = _take_sun(light)
+    shape = min(rows, SHAPE_READ[0]), min(cols, SHAPE_READ[1])
+    return Sky(_dome_of_equirectangular(light, shape), sun)
+
+
+def _take_sun(light: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
+    """An equirectangular picture without its sun, and the sun."""
+    rows, cols = light.shape[:2]
+    luminance = light @ LUMINANCE
+    peak = np.unravel_index(luminance.argmax(), luminance.shape)
+    if luminance[peak] <= _SUN_TIMES_MEDIAN * max(float(np.median(luminance)), 1e-30):
+        return light, np.zeros((), LOBE)
+    elevation = (0.5 - (np.arange(rows) + 0.5) / rows)[:, None] * np.pi
+    azimuth = ((np.arange(cols) + 0.5) / cols * 2 - 1)[None] * np.pi
+    parts = np.cos(elevation) * np.sin(azimuth), np.cos(elevation) * np.cos(azimuth), np.sin(elevation) + 0 * azimuth
+    directions = np.stack(parts, -1)
+    near = directions @ directions[peak] > math.cos(math.radians(6))
+    spot = near & (luminance > 0.05 * luminance[peak])
+    around = np.median(light[near & ~spot], axis=0) if (near & ~spot).any() else np.zeros(3)
+    weights = (np.cos(elevation) * (np.pi / rows) * (2 * np.pi / cols) + 0 * azimuth)[spot]
+    extra = np.maximum(light[spot] - around, 0) * weights[:, None]
+    direction = (directions[spot] * (extra @ LUMINANCE)[:, None]).sum(0)
+    # a spot of few pixels says little of the sun's size
+    radius_deg = max(SUN_RADIUS_DEG, math.degrees(math.sqrt(float(weights.sum()) / math.pi)))
+    rest = light.copy()
+    rest[spot] = around
+    return rest, _sun(direction / np.linalg.norm(direction), extra.sum(0), radius_deg)
+
+
+def _dome_of_equirectangular(light: np.ndarray, shape: tuple[int, int]) -> np.ndarray:
+    """Sample a picture's rows at a dome's elevations; columns are means of neighbours where there are more."""
+    rows, cols = light.shape[:2]
+    step = max(1, cols // shape[1])
+    narrow = light[:, : step * (cols // step)].reshape(rows, -1, step, 3).mean(2)
+    v = 1 - 2 * (np.arange(shape[0]) + 0.5) / shape[0]
+    row = np.clip((0.5 - 0.5 * v * np.abs(v)) * rows - 0.5, 0, rows - 1)
+    above = np.minimum(row.astype(int), rows - 2)
+    t = (row - above)[:, None, None]
+    return narrow[above] * (1 - t) + narrow[above + 1] * t
+
+
+def _turn(around: np.ndarray, columns: float) -> np.ndarray:
+    """Turn a dome clockwise by a number of columns, between columns linear."""
+    whole = math.floor(columns)
+    t = columns - whole
+    return np.roll(around, whole, 1) * (1 - t) + np.roll(around, whole + 1, 1) * t
+
+
+def _sun(direction: np.ndarray, irradiance: np.ndarray, radius_deg: float) -> np.ndarray:
+    sharpness = sun_sharpness(radius_deg)
+    amplitude = irradiance * sharpness / (2 * math.pi)
+    return lobes(direction[None], np.array([sharpness]), amplitude[None])[0]
+
+
+def _part_above_horizon(elevation_deg: float, radius_deg: float) -> float:
+    """Share of a disc's area above a straight horizon."""
+    x = min(1.0, max(-1.0, elevation_deg / radius_deg))
+    return 0.5 + (x * math.sqrt(1 - x * x) + math.asin(x)) / math.pi
+
+
+@cache
+def _white_amplitudes() -> np.ndarray:
+    """Amplitudes (15,) of the lobes that stand for the same light from everywhere."""
+    directions = spread(4000)
+    white = np.ones((4000, 3))
+    return fit(directions, np.full(4000, 4 * math.pi / 4000), white)[0][:, 0]
