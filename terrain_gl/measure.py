@@ -16,6 +16,7 @@ import numpy as np
 from . import gl
 from .camera import Camera, screen_shift_px
 from .heightmap import Heightmap
+from .holes import bilinear
 from .lod import Selection
 from .mesh import MeshDraw, MeshDraws
 from .terrain import Terrain
@@ -95,6 +96,29 @@ class Measurement:
                 largest = max(largest, float(px.max(initial=0.0)))
                 total += float(np.square(px).sum())
             yield Achieved(largest, float(np.sqrt(total / posts)) if posts else 0.0, posts, uncovered)
+
+    def at(
+        self, places: np.ndarray, selection: Selection, camera: Camera, size: tuple[int, int], near_m: float
+    ) -> np.ndarray:
+        """Screen error at places on the map, (n, 2) columns and rows: (n,) pixels.
+
+        The error in metres is that of the posts around, bilinear. NaN outside the map, by voids, and where the truth is
+        outside the picture.
+        """
+        heightmap = self.terrain.heightmap
+        errors = np.empty(heightmap.heights.shape, np.float32)
+        for region in _regions(heightmap.cols, heightmap.rows, TILE):
+            x, y, width, height = region
+            errors[y : y + height, x : x + width] = self.errors_m(selection, region)
+        col, row = places.T.astype(np.float64)
+        east, north = heightmap.spacing_m
+        heights_m, errors_m = (bilinear(values, col, row) for values in (heightmap.heights, errors))
+        points = np.stack([col * east, (heightmap.rows - 1 - row) * north, heights_m], -1)
+        known = np.isfinite(heights_m) & np.isfinite(errors_m)
+        px = np.full(len(places), np.nan)
+        shift, seen = screen_shift_px(camera, size, points[known], errors_m[known], near_m)
+        px[known] = np.where(seen, shift, np.nan)
+        return px
 
     def release(self) -> None:
         """Give the GPU's memory back."""

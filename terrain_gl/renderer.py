@@ -287,7 +287,7 @@ class Renderer:
     def _shade(self, piece: Piece, shot: _Shot, drawing: Drawing) -> None:
         if self.picture.size != piece.drawn_size:
             self.picture.resize(piece.drawn_size)
-        self.levels.view.crop(piece)
+        shot.selection.surface.view.crop(piece)
         with self._timed("draw"):
             self.picture.see(shot.selection, drawing.style)
         with self._timed("shade"):
@@ -316,6 +316,18 @@ class Renderer:
         shot = self._last()
         self._measurement = self._measurement or self._keep(Measurement(self.terrain))
         return self._measurement.steps(shot.selection, shot.camera, self.size, shot.near_m, tile)
+
+    @_in_own_context
+    def error_map(self) -> np.ndarray:
+        """(height, width) pixels: the largest screen error of what each pixel of the last frame shows; NaN for the sky.
+
+        The very errors that `measure` speaks of, between posts bilinear, at the places that the pixel's samples see.
+        """
+        shot, places = self._last(), self.picture.places()
+        self._measurement = self._measurement or self._keep(Measurement(self.terrain))
+        px = self._measurement.at(places.reshape(-1, 2), shot.selection, shot.camera, self.size, shot.near_m)
+        px = px.reshape(places.shape[:3])
+        return np.fmax.reduce(px)
 
     @_in_own_context
     def triangles(self) -> np.ndarray:

@@ -115,14 +115,26 @@ class Picture:
 
     def coverage(self) -> np.ndarray:
         """(height, width) bool, first row on top: the surface covers all of the pixel's samples."""
-        texture = self.ctx.texture(self.size, 1, dtype="u1")
+        return self._note("shade/coverage.frag", 1, "u1")[..., 0] == self.samples
+
+    def sky_share(self) -> np.ndarray:
+        """(height, width) float32, first row on top: how much of each pixel is sky, 0 to 1."""
+        return 1 - self._note("shade/coverage.frag", 1, "u1")[..., 0] / np.float32(self.samples)
+
+    def places(self) -> np.ndarray:
+        """(samples, height, width, 2) float32, first row on top: column and row of the map; negative for the sky."""
+        return np.stack([self._note("shade/places.frag", 2, "f4", sample=i) for i in range(self.samples)])
+
+    def _note(self, fragment: str, components: int, dtype: str, **uniforms: Any) -> np.ndarray:
+        """What a fragment shader says of every pixel: (height, width, components), first row on top."""
+        texture = self.ctx.texture(self.size, components, dtype=dtype)
         target = self.ctx.framebuffer([texture])
-        self._fill(target, "shade/coverage.frag")
-        samples = _from_top(texture.read(alignment=1), "u1", self.size, 1)[..., 0]
+        self._fill(target, fragment, **uniforms)
+        noted = _from_top(texture.read(alignment=1), dtype, self.size, components)
         self._screen.use()
         target.release()
         texture.release()
-        return samples == self.samples
+        return noted
 
     def show(self, framebuffer: moderngl.Framebuffer) -> None:
         """Copy the finished picture to a window's framebuffer, stretched to its viewport."""

@@ -144,3 +144,32 @@ def test_building_given_up_leaves_nothing(ctx):
         next(renderer.building)
     renderer.building.close()
     assert renderer._parts == []
+
+
+def test_error_map_shows_the_measured_errors(heightmap):
+    camera = tg.Camera((960, 960, 4000), (960, 961, 0))
+    with tg.Renderer(heightmap, (200, 150)) as r:
+        r.draw(camera, 4.0)
+        achieved = r.measure()
+        errors = r.error_map()
+        assert errors.shape == (150, 200)
+        assert (
+            np.isnan(errors) == (r.picture.sky_share() == 1)
+        ).mean() > 0.99  # a rim's truth may be out of the picture
+        # between posts the error is a mean of theirs, and a little nearer to the eye it looks larger
+        assert 0.8 * achieved["max_error_px"] < np.nanmax(errors) < 1.05 * achieved["max_error_px"]
+        r.draw(camera, method="full")
+        assert np.nanmax(r.error_map()) == 0
+
+
+def test_places_and_sky_of_a_picture(heightmap):
+    camera = tg.Camera((960, 960, 9000), (960, 961, 0))
+    with tg.Renderer(heightmap, (200, 150)) as r:
+        r.draw(camera)
+        places, sky = r.picture.places(), r.picture.sky_share()
+        assert ((places[..., 0] < 0).mean(0) == sky).all()
+        assert 0 < sky.mean() < 1 and ((sky == 0) == r.picture.coverage()).all()
+        middle = places[:, 75, 100].mean(0)
+        half_pixel_m = 0.5 * 9000 / camera.focal_px(150)  # the picture's middle is between four pixels
+        assert middle == pytest.approx([48 + half_pixel_m / 20, 32 + half_pixel_m / 30], abs=0.05)
+        assert (places[:, 75, 110, 0] > middle[0]).all() and (places[:, 65, 100, 1] < middle[1]).all()

@@ -1,0 +1,64 @@
+"""How far a picture is from the truth: numbers for two pictures of one size.
+
+rmse      root mean square of all differences, of pictures whose channels run from 0, black, to 1, as displayed (sRGB)
+flip      the difference that people see when the two alternate (Andersson et al. 2020, "FLIP: a difference evaluator
+          for alternating images"), 0 to 1, mean over the picture, at 67 pixels per degree
+skyline   how far the line between land and sky is off, in pixels, from the sky's share of each pixel
+"""
+
+from __future__ import annotations
+
+from typing import NamedTuple
+
+import numpy as np
+import OpenImageIO as oiio
+
+from .image import linear_from_srgb
+
+
+class Skyline(NamedTuple):
+    """Vertical distance between two skylines: the mean and the largest over the picture's columns, in pixels."""
+
+    mean_px: float
+    max_px: float
+
+
+def rmse(one: np.ndarray, other: np.ndarray) -> float:
+    """Root mean square difference of two pictures, (height, width, 3 or 4) uint8 sRGB; alpha does not count."""
+    _check(one, other)
+    return float(np.sqrt(np.square(difference_of(one, other)).mean()))
+
+
+def difference_of(one: np.ndarray, other: np.ndarray) -> np.ndarray:
+    """(height, width) root mean square difference over the channels of each pixel, 0 to 1."""
+    _check(one, other)
+    difference = one[..., :3].astype(np.float64) - other[..., :3]
+    return np.sqrt(np.square(difference / 255).mean(-1))
+
+
+def flip(truth: np.ndarray, test: np.ndarray) -> float | None:
+    """Mean FLIP error of two pictures, (height, width, 3 or 4) uint8 sRGB; None if this OpenImageIO has no FLIP."""
+    _check(truth, test)
+    if not hasattr(oiio.ImageBufAlgo, "FLIP_diff"):  # since 3.2
+        return None
+    light = [np.ascontiguousarray(linear_from_srgb(picture[..., :3]), np.float32) for picture in (truth, test)]
+    error = oiio.ImageBufAlgo.FLIP_diff(oiio.ImageBuf(light[0]), oiio.ImageBuf(light[1]), hdr=0)
+    return float(error.get_pixels().mean(dtype=np.float64))
+
+
+def skyline(truth: np.ndarray, test: np.ndarray) -> Skyline:
+    """Distance of two skylines.
+
+    Parameters
+    ----------
+    truth, test
+        (height, width) share of each pixel that is sky, 0 to 1.
+    """
+    _check(truth, test)
+    off = np.abs(truth.sum(0, dtype=np.float64) - test.sum(0, dtype=np.float64))
+    return Skyline(float(off.mean()), float(off.max()))
+
+
+def _check(one: np.ndarray, other: np.ndarray) -> None:
+    if one.shape != other.shape:
+        raise ValueError(f"expected pictures of one shape, got {one.shape} and {other.shape}")
