@@ -1,0 +1,142 @@
+"""What the window remembers from one run to the next: one small JSON file in the user's state folder.
+
+$XDG_STATE_HOME/terrain-gl/view.json, by default under ~/.local/state (XDG Base Directory Specification 0.8). A file that
+cannot be read or written is no reason not to fly: it is left alone, and `complaint` says so in one line.
+"""
+
+from __future__ import annotations
+
+import json
+import os
+from dataclasses import asdict, astuple
+from pathlib import Path
+from typing import Any
+
+from ..drawing import Drawing
+from ..exceptions import TerrainError
+from ..image import replacing
+from .controller import Pose
+
+MOST_MAPS = 50
+_LASTING = ("max_error_px", "metric", "method", "style")  # of a drawing: what is a taste, not a view
+
+
+def state_path() -> Path:
+    """Where it stands."""
+    folder = os.environ.get("XDG_STATE_HOME") or os.path.join(os.path.expanduser("~"), ".local", "state")
+    return Path(folder) / "terrain-gl" / "view.json"
+
+
+class Memory:
+    """Window, drawing and the views of each map.
+
+    Parameters
+    ----------
+    path
+        The file; None to remember nothing.
+    """
+
+    def __init__(self, path: Path | None) -> None:
+        self.path, self.complaint = path, ""
+        self._data: dict[str, Any] = {}
+        if path and path.exists():
+            self._read(path)
+
+    @property
+    def window(self) -> tuple[int, int] | None:
+        """Width and height, in screen coordinates."""
+        try:
+            width, height = (int(side) for side in self._data["window"])
+        except (KeyError, TypeError, ValueError, OverflowError):
+            return None
+        return (width, height) if 64 <= min(width, height) <= max(width, height) <= 16384 else None
+
+    @window.setter
+    def window(self, size: tuple[int, int]) -> None:
+        self._data["window"] = list(size)
+
+    @property
+    def drawing(self) -> dict[str, Any]:
+        """Fields of `Drawing` as they were left."""
+        stored = self._part("drawing")
+        given = {key: stored[key] for key in _LASTING if key in stored}
+        try:
+            Drawing(**given)
+        except (TerrainError, TypeError, ValueError):
+            return {}
+        return given
+
+    @drawing.setter
+    def drawing(self, drawing: Drawing) -> None:
+        self._data["drawing"] = {key: value for key, value in asdict(drawing).items() if key in _LASTING}
+
+    @property
+    def panels(self) -> dict[str, Any]:
+        """Which panels were open."""
+        return {key: value for key, value in self._part("panels").items() if isinstance(value, bool)}
+
+    @panels.setter
+    def panels(self, panels: dict[str, bool]) -> None:
+        self._data["panels"] = panels
+
+    def bookmarks(self, key: str) -> dict[int, Pose]:
+        """The bookmarks of a map."""
+        stored = self._map(key).get("bookmarks")
+        poses = {n: _pose(stored.get(str(n))) for n in range(1, 10)} if isinstance(stored, dict) else {}
+        return {n: pose for n, pose in poses.items() if pose}
+
+    def last_pose(self, key: str) -> Pose | None:
+        """Where the eye was when the map was left."""
+        return _pose(self._map(key).get("pose"))
+
+    def note_map(self, key: str, pose: Pose, bookmarks: dict[int, Pose]) -> None:
+        """Remember a map's views; the maps seen longest ago are forgotten."""
+        maps = self._part("maps")
+        maps.pop(key, None)
+        maps[key] = {"pose": _flat(pose), "bookmarks": {str(n): _flat(p) for n, p in bookmarks.items()}}
+        self._data["maps"] = dict(list(maps.items())[-MOST_MAPS:])
+
+    def save(self) -> None:
+        """Write the file."""
+        if self.path is None:
+            return
+        try:
+            self.path.parent.mkdir(parents=True, exist_ok=True)
+            with replacing(self.path) as part:
+                part.write_text(json.dumps(self._data, indent=1) + "\n", "utf-8")
+        except (OSError, TerrainError) as error:
+            self.complaint = f"the window's state was not saved: {error}"
+
+    def _read(self, path: Path) -> None:
+        try:
+            data = json.loads(path.read_text("utf-8"))
+        except (OSError, ValueError, RecursionError) as error:
+            self.complaint = f"{path} is not readable and was ignored: {error}"
+            return
+        if isinstance(data, dict):
+            self._data = data
+        else:
+            self.complaint = f"{path} holds no settings and was ignored"
+
+    def _part(self, name: str) -> dict[str, Any]:
+        part = self._data.get(name)
+        return dict(part) if isinstance(part, dict) else {}
+
+    def _map(self, key: str) -> dict[str, Any]:
+        entry = self._part("maps").get(key)
+        return entry if isinstance(entry, dict) else {}
+
+
+def _flat(pose: Pose) -> list[float]:
+    eye, *angles = astuple(pose)
+    return [*eye, *angles]
+
+
+def _pose(stored: Any) -> Pose | None:
+    try:
+        x, y, z, azimuth, elevation, fov = (float(v) for v in stored)
+        pose = Pose((x, y, z), azimuth, elevation, fov)
+        _ = pose.camera  # checks its numbers
+    except (TypeError, ValueError, OverflowError, TerrainError):
+        return None
+    return pose
