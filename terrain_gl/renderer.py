@@ -4,7 +4,7 @@ from __future__ import annotations
 
 import time
 from collections import deque
-from collections.abc import Callable, Iterator
+from collections.abc import Callable, Generator, Iterator
 from contextlib import contextmanager
 from dataclasses import dataclass, field
 from functools import wraps
@@ -118,10 +118,10 @@ class Renderer:
         if build:
             deque(self.building, maxlen=0)
 
-    building: Iterator[float]
+    building: Generator[float, None, None]
     """Makes the tables in portions, for who must not wait for the whole; after each: the part done, 0 to 1."""
 
-    def _build(self, heightmap: Heightmap, size: tuple[int, int]) -> Iterator[float]:
+    def _build(self, heightmap: Heightmap, size: tuple[int, int]) -> Generator[float, None, None]:
         posts, pixels = heightmap.rows * heightmap.cols, size[0] * size[1]
         try:
             self._check_size(size)

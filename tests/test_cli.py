@@ -157,12 +157,23 @@ def test_a_file_comes_before_a_bundled_name(dem, folder):
 
 def test_view_hands_its_options_on(dem, run, monkeypatch):
     calls = []
-    monkeypatch.setattr("terrain_gl.viewer.run", lambda *args, **named: calls.append((args, named)) or 7)
-    assert run("view", dem, *SIZE, "--eye", "-9,0,50", "--max-error", 3, "--style", "lod")[0] == 7
-    (heightmap,), named = calls[0]
-    assert heightmap.cols == 97 and named["camera"].eye == (-9, 0, 50)
-    assert named["size"] == (96, 64) and named["max_error_px"] == 3 and named["style"] == "lod"
-    assert run("view")[0] == 7 and calls[1][1]["camera"] == bundled()["alpine"].camera
+    monkeypatch.setattr("terrain_gl.viewer.run", lambda *args, **named: calls.append((args, named)) or {"triangles": 7})
+    options = ["--eye", "-9,0,50", "--max-error", 3, "--style", "lod", "--sun", "90,10", "--fresh", "--json", "-"]
+    status, out, _ = run("view", dem, *SIZE, *options)
+    assert status == 0 and json.loads(out) == {"map": str(dem), "triangles": 7}
+    (opener,), named = calls[0]
+    opened = opener(lambda part: None)
+    assert opened.heightmap.cols == 97 and opened.camera.eye == (-9, 0, 50) and opened.sun == (90, 10)
+    assert opened.camera_given
+    assert named == {"size": (96, 64), "name": "dem.npy", "backend": "auto", "fresh": True} | {
+        "max_error_px": 3,
+        "style": "lod",
+    }
+    assert run("view")[0] == 0
+    (opener,), named = calls[1]
+    opened = opener(lambda part: None)
+    assert opened.camera == bundled()["alpine"].camera and opened.key == "alpine" and not opened.camera_given
+    assert named == {"size": None, "name": "alpine", "backend": "auto", "fresh": False}  # the rest as it was last time
 
 
 # --- Commands ---------------------------------------------------------------------------------------------------------

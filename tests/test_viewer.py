@@ -1,28 +1,43 @@
 """The viewer: what keys and mouse do to the camera, the words on the picture, and a real window under Xvfb."""
 
 import contextlib
+import json
 import math
 import os
 import shutil
 import subprocess
 import sys
 import time
-from dataclasses import replace
 
 import numpy as np
 import pytest
 
 from terrain_gl.camera import Camera
+from terrain_gl.drawing import Drawing
+from terrain_gl.exceptions import TerrainError
 from terrain_gl.heightmap import Heightmap
 from terrain_gl.image import read_image
 from terrain_gl.renderer import Renderer
 from terrain_gl.shade import STYLES
 from terrain_gl.viewer import font, hud
-from terrain_gl.viewer.controller import CLEARANCE, FAST, WHEEL, Controller, ground_m, hit_ground
-from terrain_gl.viewer.flight import Flight, free_name
+from terrain_gl.viewer.commands import BY_KEY, GROUPS, shown_lines
+from terrain_gl.viewer.controller import (
+    CLEARANCE,
+    FAST,
+    MOVE_KEYS,
+    TRAVEL_S,
+    WHEEL,
+    Controller,
+    Pose,
+    ground_m,
+    hit_ground,
+)
+from terrain_gl.viewer.flight import REST_S, Flight, free_name
 from terrain_gl.viewer.hud import Figures, metres
+from terrain_gl.viewer.loading import COARSE, Opened, coarse, file_opener
+from terrain_gl.viewer.memory import Memory, state_path
 from terrain_gl.viewer.overlay import Overlay, Panel, Text
-from terrain_gl.viewer.settings import KEYS, STEP, Settings
+from terrain_gl.viewer.settings import STEP, Settings
 
 
 def hills(posts=129, spacing_m=10.0):
@@ -186,38 +201,165 @@ def test_home_comes_back(controller):
     assert controller.camera.eye == controller.start.eye and not controller.moving
 
 
+def test_arrows_turn_the_head(controller):
+    before = controller.pose
+    controller.press("right")
+    assert controller.moving
+    controller.step(0.5)
+    assert controller.azimuth_deg == pytest.approx(before.azimuth_deg + 20) and controller.pose.eye == before.eye
+    controller.press("left")
+    assert not controller.moving
+
+
+def test_bookmarks_are_travelled_to_smoothly(controller):
+    assert not controller.go_to(3)
+    there = Pose((100.0, 700.0, 500.0), 350.0, -30.0, 40.0)
+    controller.bookmarks[3] = there
+    start = controller.pose
+    assert controller.go_to(3) and controller.moving
+    controller.step(TRAVEL_S / 2)
+    half = controller.pose
+    assert np.allclose(half.eye, (np.array(start.eye) + there.eye) / 2)
+    assert half.azimuth_deg == pytest.approx(355.0)  # from 0 to 350 the short way
+    controller.step(TRAVEL_S)
+    assert controller.pose == there and not controller.moving
+    controller.set_bookmark(4)
+    assert controller.bookmarks[4] == there
+
+
+def test_a_key_breaks_off_the_travel(controller):
+    controller.bookmarks[1] = Pose((100.0, 700.0, 500.0), 350.0, -30.0, 40.0)
+    controller.go_to(1)
+    controller.press("d")
+    controller.let_go("d")
+    assert not controller.moving
+
+
+def test_orbiting_by_keys_keeps_the_distance_and_the_middle(controller):
+    controller.change_mode("orbit")
+    pivot = controller._pivot
+    distance = np.linalg.norm(pivot - controller.eye)
+    controller.press("d")
+    for _ in range(30):
+        controller.step(0.1)
+    assert np.linalg.norm(pivot - controller.eye) == pytest.approx(distance)
+    assert np.allclose(np.cross(pivot - controller.eye, controller.axes[2]), 0, atol=1e-6)
+    controller.let_go("d")
+    controller.press("w")
+    controller.step(2.0)
+    assert np.linalg.norm(pivot - controller.eye) < 0.5 * distance
+
+
+def test_a_walker_stays_at_eye_height_and_on_the_map(controller):
+    controller.change_mode("walk")
+    assert controller.pose.eye == controller.start.eye  # there is no ground below
+    controller.eye = np.array([640.0, 640.0, 500.0])
+    controller.change_mode("walk")
+    heights = []
+    controller.press("w")
+    for _ in range(400):
+        controller.step(0.25)
+        heights.append(controller.height_above_ground_m)
+    assert np.allclose(heights, 1.7, atol=1e-4)
+    assert controller.eye[1] > 1000 and controller.eye[1] <= 1280  # came to the map's edge and stopped there
+    assert controller.near_m < 1.7 and Controller(controller.heightmap, controller.start).near_m is None
+
+
+def test_zoom_changes_the_field_of_view_within_limits(controller):
+    controller.zoom(3)
+    assert controller.camera.fov_deg < 50
+    controller.zoom(-1000)
+    controller.zoom(1000)
+    assert controller.camera.fov_deg == 1
+
+
+# --- What is remembered -----------------------------------------------------------------------------------------------
+
+
+def test_memory_comes_back(tmp_path):
+    pose = Pose((1.0, 2.0, 3.0), 4.0, 5.0, 60.0)
+    memory = Memory(tmp_path / "deep" / "view.json")
+    memory.window, memory.drawing, memory.panels = (800, 600), Drawing(2.5, style="lod", sun=(1, 2)), {"figures": False}
+    memory.note_map("hills", pose, {3: pose})
+    memory.save()
+    again = Memory(tmp_path / "deep" / "view.json")
+    assert memory.complaint == again.complaint == ""
+    assert again.window == (800, 600) and again.panels == {"figures": False}
+    assert again.drawing == {"max_error_px": 2.5, "metric": "max", "method": "sat", "style": "lod"}
+    assert again.bookmarks("hills") == {3: pose} and again.last_pose("hills") == pose
+    assert again.bookmarks("other") == {} and again.last_pose("other") is None
+
+
+@pytest.mark.parametrize(
+    "text",
+    ["", "{", "[]", "null", "\0\xff", '{"window": [1, "x"], "drawing": {"style": 5}, "panels": 3, "maps": []}']
+    + ['{"window": [1e999, 0], "drawing": {"max_error_px": "much"}, "maps": {"hills": {"pose": [1, 2]}}}']
+    + ['{"maps": {"hills": {"bookmarks": 7, "pose": [1e99, 0, 0, 0, 0, 0]}}}', '{"drawing": {"max_error_px": -1}}']
+    + ['{"maps": {"hills": {"bookmarks": {"1": [NaN]}}}}'],
+)
+def test_a_damaged_memory_is_ignored(tmp_path, text):
+    path = tmp_path / "view.json"
+    path.write_text(text, "latin-1")
+    memory = Memory(path)
+    assert (memory.window, memory.drawing, memory.panels) == (None, {}, {})
+    assert (memory.bookmarks("hills"), memory.last_pose("hills")) == ({}, None)
+    assert text.startswith('{"') or (len(memory.complaint.splitlines()) == 1 and "ignored" in memory.complaint)
+    memory.window = (640, 480)
+    memory.save()
+    assert Memory(path).window == (640, 480)
+
+
+def test_a_memory_that_cannot_be_written_complains_in_a_line(tmp_path):
+    (tmp_path / "file").write_text("")
+    memory = Memory(tmp_path / "file" / "view.json")
+    memory.save()
+    assert "not saved" in memory.complaint and len(memory.complaint.splitlines()) == 1
+
+
+def test_memory_stands_where_the_desktop_wants_it(monkeypatch, tmp_path):
+    monkeypatch.setenv("XDG_STATE_HOME", str(tmp_path))
+    assert state_path() == tmp_path / "terrain-gl" / "view.json"
+    monkeypatch.delenv("XDG_STATE_HOME")
+    monkeypatch.setenv("HOME", "/home/someone")
+    assert str(state_path()) == "/home/someone/.local/state/terrain-gl/view.json"
+
+
 # --- Settings and words -----------------------------------------------------------------------------------------------
 
 
-def test_keys_change_the_drawing():
+def test_settings_change_the_drawing():
     settings = Settings()
-    for number, style in enumerate(STYLES, 1):
-        settings.press(str(number))
-        assert settings.drawing.style == style
-    settings.press("tab")
-    assert settings.drawing.style == STYLES[0]
-    settings.press("+")
+    assert [settings.cycle("style") for _ in STYLES] == [*STYLES[1:], STYLES[0]]
+    assert settings.cycle("style", -1) == STYLES[-1]
+    settings.loosen(1)
     assert settings.drawing.max_error_px == pytest.approx(STEP)
-    settings.press("-")
+    settings.loosen(-1)
     assert settings.drawing.max_error_px == pytest.approx(1)
-    for _ in range(100):
-        settings.press("-")
+    settings.loosen(-1000)
     assert settings.drawing.max_error_px > 0
-    settings.press("m")
-    settings.press("f")
-    assert (settings.drawing.metric, settings.drawing.method) == ("rms", "full")
-    before = replace(settings)
-    settings.press("x")
-    assert settings == before
+    assert settings.cycle("metric") == "rms" == settings.drawing.metric
+    settings.sides.append(settings.drawing)
+    settings.active = 1
+    settings.draw(metric="max")
+    assert [side.metric for side in settings.sides] == ["rms", "max"]
+    settings.draw_both(sun=(1.0, 2.0))
+    assert [side.sun for side in settings.sides] == [(1.0, 2.0)] * 2
 
 
-def test_every_key_that_does_something_is_told():
-    told = " ".join(keys for keys, _ in KEYS).lower().split()
-    assert set("wasdeqcgmfpih+-") | {"home", "tab", "esc", "f1", "shift", "wheel"} <= set(told)
+def test_every_command_has_a_key_of_its_own_and_a_line_of_help():
+    keys = [key for commands in GROUPS.values() for command in commands for key in command.keys]
+    assert len(keys) == len(set(keys)) and not set(keys) & set(MOVE_KEYS)
+    acting = [command for commands in GROUPS.values() for command in commands if command.act]
+    assert all(command.keys for command in acting)
+    told = " ".join(shown for _, shown, _ in shown_lines()).lower()
+    plain = {key for key in keys if "+" not in key[1:] and key not in "=23456789"}
+    assert [key for key in plain if {"escape": "esc"}.get(key, key) not in told] == []
+    assert all(1 < len(meaning) <= 60 for _, _, meaning in shown_lines())
 
 
 def test_typeface_has_all_words_that_are_shown():
-    shown = "".join(keys + meaning for keys, meaning in KEYS) + "≤ × … · ° –" + "".join(map(chr, range(32, 127)))
+    shown = "≤ × … · ° – ■" + "".join(map(chr, range(32, 127)))
+    shown += "".join(group + keys + meaning for group, keys, meaning in shown_lines())
     assert [c for c in shown if c not in font.INDEX] == []
     assert font.indices("\u4e00") == font.indices("\ufffd")
 
@@ -272,22 +414,30 @@ def test_overlay_is_crisp_and_stays_in_its_panel(ctx):
 
 
 @pytest.fixture
-def flight(ctx):
+def empty(ctx):
+    """A flight that has no map yet."""
+    target = ctx.framebuffer([ctx.texture((320, 200), 4)])
+    overlay = Overlay(ctx)
+    flight = Flight(overlay, target, (320, 200), Settings())
+    yield flight
+    flight.close()
+    ctx.detect_framebuffer(0).use()  # moderngl binds again what was in use, even when it is gone
+    overlay.release()
+    target.release()
+
+
+@pytest.fixture
+def flight(empty):
     heightmap = hills()
-    with Renderer(heightmap, (320, 200), ctx=ctx) as renderer:
-        target = ctx.framebuffer([ctx.texture((320, 200), 4)])
-        overlay = Overlay(ctx)
-        flight = Flight(renderer, overlay, target, Camera.default(heightmap), Settings())
-        yield flight
-        ctx.detect_framebuffer(0).use()  # moderngl binds again what was in use, even when it is gone
-        overlay.release()
-        target.release()
+    empty.show(Renderer(heightmap, (320, 200), ctx=empty.ctx), Opened(heightmap, Camera.default(heightmap)))
+    return empty
 
 
 def settle(flight, now_s=0.0):
-    for _ in range(100):
+    for _ in range(300):
         if not flight.frame(now_s) and not flight.busy:
             return
+        time.sleep(0.001 if flight.loading else 0)  # its thread is to have its turn
         now_s += 1.0
     raise AssertionError("the flight does not come to rest")
 
@@ -295,6 +445,151 @@ def settle(flight, now_s=0.0):
 def seen(flight):
     width, height = flight.size
     return np.frombuffer(flight.target.read(), np.uint8).reshape(height, width, 3)[::-1].astype(int)
+
+
+def test_the_first_picture_comes_quickly_then_the_full_one(flight):
+    assert flight.frame(0.0) and flight.figures.shrunk == 4
+    assert flight.busy or flight.wait_s < REST_S
+    assert flight.frame(1.0) and flight.figures.shrunk == 1
+
+
+def test_a_large_map_is_seen_coarsely_while_its_tables_are_built(empty):
+    n = 4 * COARSE + 200
+    heights = np.add.outer(np.sin(np.arange(n) / 40.0), np.cos(np.arange(n + 7) / 60.0)) * 200
+    heightmap = Heightmap(heights, (10.0, 12.0), "large")
+    few = coarse(heightmap)
+    assert max(few.heights.shape) == COARSE and np.allclose(few.extent_m, heightmap.extent_m)
+    assert few.heights[-1, -1] == heightmap.heights[-1, -1] and coarse(hills()) is None
+    empty.load("large", lambda progress: Opened(heightmap, Camera.default(heightmap), key="large"))
+    pictures = []
+    for _ in range(2000):
+        empty.frame(0.0)
+        pictures.append(empty.has_map and empty.renderer.heightmap)
+        if not empty.loading:
+            break
+        time.sleep(0.001)
+    first = next(picture for picture in pictures if picture)
+    assert first.rows == COARSE and pictures.count(first) > 3
+    assert empty.renderer.heightmap is heightmap and empty.controller.heightmap is heightmap
+    empty.controller.look(50, 0)
+    settle(empty)
+    assert empty.figures.measured_px["max"] <= 1
+
+
+def test_a_file_is_loaded_beside_the_map_that_is_seen(flight, tmp_path):
+    settle(flight)
+    before = flight.renderer
+    np.save(tmp_path / "slope.npy", np.add.outer(np.arange(40.0), np.arange(30.0)))
+    flight.load("slope.npy", file_opener(str(tmp_path / "slope.npy")))
+    flight.frame(0.0)
+    assert flight.renderer is before and "slope.npy" in flight.loading.text
+    assert any("slope.npy" in run.text for panel in flight.panels() for line in panel.lines for run in line)
+    settle(flight)
+    assert flight.renderer.heightmap.cols == 30 and flight.figures.posts == (30, 40)
+
+
+@pytest.mark.parametrize("content", [b"", b"no map", b"\x89PNG\r\n\x1a\n damaged"])
+def test_a_broken_file_is_told_in_a_line_and_the_map_stays(flight, tmp_path, content):
+    settle(flight)
+    before = flight.renderer
+    (tmp_path / "broken.png").write_bytes(content)
+    flight.load("broken.png", file_opener(str(tmp_path / "broken.png")))
+    settle(flight)
+    assert flight.renderer is before and flight.loading is None
+    flight.load("gone.tif", file_opener(str(tmp_path / "gone.tif")))
+    for _ in range(200):
+        flight.frame(10000.0)
+        if not flight.loading:
+            break
+        time.sleep(0.005)
+    assert "gone.tif" in flight._message and "\n" not in flight._message
+
+
+def test_loading_is_cancelled(flight):
+    settle(flight)
+    before, heightmap = flight.renderer, Heightmap(np.zeros((800, 900)), 1.0)
+    told = []
+
+    def slowly(progress):
+        for part in range(10000):
+            told.append(part)
+            progress(part / 10000)
+            time.sleep(0.01)
+
+    flight.load("endless", slowly)
+    thread = flight.loading._thread
+    flight.press("escape")
+    assert not flight.loading and not flight.done
+    thread.join(5)
+    assert not thread.is_alive() and len(told) < 1000
+    flight.load("zeros", lambda progress: Opened(heightmap, Camera.default(heightmap)))
+    while flight.loading._building is None:
+        flight.frame(0.0)
+    flight.press("escape")
+    settle(flight)
+    assert flight.renderer is before
+
+
+def test_a_map_that_was_first_and_fails_ends_the_flight(empty):
+    def failing(progress):
+        raise TerrainError("broken.tif: is broken")
+
+    empty.load("broken.tif", failing)
+    with pytest.raises(TerrainError, match="is broken"):
+        for _ in range(1000):
+            empty.frame(0.0)
+            time.sleep(0.002)
+
+
+def test_a_flight_is_closed_while_a_map_loads(ctx):
+    heightmap = Heightmap(np.zeros((1000, 900)), 1.0)
+    overlay, target = Overlay(ctx), ctx.framebuffer([ctx.texture((32, 20), 4)])
+    for frames in (1, 3, 6):
+        flight = Flight(overlay, target, (32, 20), Settings())
+        flight.load("zeros", lambda progress: Opened(heightmap, Camera.default(heightmap)))
+        time.sleep(0.01)
+        for _ in range(frames):
+            flight.frame(0.0)
+        flight.close()
+    ctx.detect_framebuffer(0).use()
+    overlay.release()
+    target.release()
+
+
+def test_keys_do_what_they_say(flight):
+    settle(flight)
+    for key in BY_KEY:
+        if key not in ("escape", "p"):
+            flight.press(key)
+            assert flight.busy
+            settle(flight)
+    assert set(flight.controller.bookmarks) == set(range(1, 10))
+    flight.press("nonsense")
+    flight.settings.keys = True
+    flight.press("escape")
+    assert not flight.settings.keys and not flight.done
+    flight.press("escape")
+    assert flight.done
+
+
+def test_what_was_seen_is_seen_again(ctx, tmp_path):
+    heightmap = hills()
+    overlay, target = Overlay(ctx), ctx.framebuffer([ctx.texture((32, 20), 4)])
+    opened = Opened(heightmap, Camera.default(heightmap), key="hills")
+    poses = []
+    for _ in range(2):
+        flight = Flight(overlay, target, (32, 20), Settings(), Memory(tmp_path / "view.json"))
+        flight.show(Renderer(heightmap, (32, 20), ctx=ctx), opened)
+        poses.append(flight.controller.pose)
+        flight.controller.look(100, 20)
+        flight.set_bookmark(2)
+        poses.append(flight.controller.pose)
+        flight.close()
+    assert poses[2] == poses[1] != poses[0]
+    assert Memory(tmp_path / "view.json").bookmarks("hills")[2] == poses[3]
+    ctx.detect_framebuffer(0).use()
+    overlay.release()
+    target.release()
 
 
 def test_at_rest_it_measures_and_draws_no_more(flight):
@@ -310,6 +605,8 @@ def test_motion_is_drawn_and_ends_in_a_full_frame(flight):
     settle(flight)
     before = seen(flight)
     flight._full_ms = 1000.0  # as on a slow machine
+    settle(flight, 50.0)
+    flight._full_ms = 1000.0
     for key in ("w", "shift"):
         flight.controller.press(key)
     assert flight.frame(100.0) and flight.figures.shrunk == 4 and flight.renderer.size == (80, 50)
@@ -324,10 +621,10 @@ def test_motion_is_drawn_and_ends_in_a_full_frame(flight):
 def test_words_stand_over_the_picture_and_go(flight):
     settle(flight)
     with_figures = seen(flight)
-    flight.press("i", 100.0)
+    flight.press("i")
     flight.frame(100.0)
     bare = seen(flight)
-    flight.press("h", 100.0)
+    flight.press("h")
     flight.frame(100.0)
     with_keys = seen(flight)
     assert (with_figures != bare).any(-1)[:150, :150].mean() > 0.5
@@ -336,7 +633,7 @@ def test_words_stand_over_the_picture_and_go(flight):
 
 def test_messages_come_and_go(flight):
     settle(flight)
-    flight.say("hello", 100.0)
+    flight.say("hello")
     assert flight.frame(100.0) and len(flight.panels()) == 2
     assert flight.frame(200.0) and len(flight.panels()) == 1
 
@@ -352,7 +649,7 @@ def test_a_minimised_window_draws_nothing_and_comes_back(flight):
 def test_the_picture_is_saved_without_words_beside_earlier_ones(flight, tmp_path, monkeypatch):
     monkeypatch.chdir(tmp_path)
     for _ in range(2):
-        flight.press("p", 0.0)
+        flight.press("p")
         flight.frame(0.0)
     assert sorted(path.name for path in tmp_path.iterdir()) == ["hills-001.png", "hills-002.png"]
     assert (tmp_path / "hills-001.png").read_bytes() == (tmp_path / "hills-002.png").read_bytes()
@@ -363,7 +660,7 @@ def test_the_picture_is_saved_without_words_beside_earlier_ones(flight, tmp_path
 def test_a_picture_that_cannot_be_saved_is_told(flight, tmp_path, monkeypatch):
     monkeypatch.chdir(tmp_path)
     shutil.rmtree(tmp_path)
-    flight.press("p", 0.0)
+    flight.press("p")
     flight.frame(0.0)
     assert flight._message and "saved" not in flight._message
 
@@ -386,7 +683,24 @@ def telling_close(self):
     print(self.ctx.error)
     close(self)
 Window.close = telling_close
-sys.exit(viewer.run(Heightmap(np.load(sys.argv[1]), 10.0, "hills"), size=(640, 480)))
+viewer.run(Heightmap(np.load(sys.argv[1]), 10.0, "hills"), size=(640, 480))
+"""
+
+
+_CLOSE = """
+import sys
+from terrain_gl.viewer import window
+class Hasty(window.Window):
+    def _turn(self):
+        super()._turn()
+        if self._now > float(sys.argv[2]):
+            assert self._flight.loading or self._now > 5, "already loaded"
+            self._glfw.set_window_should_close(self._handle, True)
+    def close(self):
+        print(self.ctx.error)
+        super().close()
+window.Window = Hasty
+window.run(window.file_opener(sys.argv[1]), size=(320, 240), fresh=True)
 """
 
 
@@ -400,7 +714,7 @@ class Screen:
         self.server = subprocess.Popen(["Xvfb", *options], pass_fds=[write], stderr=subprocess.DEVNULL)
         os.close(write)
         with os.fdopen(read) as pipe:
-            self.environment = os.environ | {"DISPLAY": f":{pipe.readline().strip()}"}
+            self.environment = os.environ | {"DISPLAY": f":{pipe.readline().strip()}", "XDG_STATE_HOME": str(folder)}
 
     def pixels(self):
         """(height, width, 3) of the screen, from its XWD file."""
@@ -481,14 +795,14 @@ def test_window(screen, tmp_path):
 
         screen.do("mousemove", 320, 300, "mousedown", 1, "mousemove", 380, 310, "mouseup", 1)
         screen.do("mousemove", 320, 240, "mousedown", 3, "mousemove", 300, 240, "mouseup", 3, "click", 5)
-        screen.do("key", "5", "key", "plus", "key", "m", "key", "Tab", "key", "Tab")
+        screen.do("key", "plus", "key", "m", "key", "Tab", "key", "Tab", "key", "Tab")
         turned = picture(2)
         assert changed(turned, flown) > 0.2
 
         before = screen.pixels()
         screen.do("key", "h")
         screen.wait(lambda: (screen.pixels() != before).any(-1)[120:360, 250:390].mean() > 0.5, "the keys")
-        screen.do("key", "h", "key", "Home", "key", "1", "key", "minus", "key", "m")
+        screen.do("key", "h", "key", "minus", "key", "m", *["key", "shift+Tab"] * 3, "key", "Home")
         assert np.array_equal(picture(3), first)
 
         screen.do("search", "--name", "hills", "windowsize", 500, 300)
@@ -502,11 +816,32 @@ def test_window(screen, tmp_path):
 
 
 def test_view_command(screen, tmp_path):
-    with running(screen, "-m", "terrain_gl", "view", "--size", "320x240", cwd=tmp_path) as process:
+    command = ["-m", "terrain_gl", "view", "--size", "320x240", "--fresh", "--json", "last.json", "--backend", "egl"]
+    with running(screen, *command, cwd=tmp_path) as process:
         screen.wait(lambda: has_figures(screen), "the first picture")
         screen.do("search", "--sync", "--name", "terrain-gl", "windowfocus", "key", "Escape")
         output, errors = process.communicate(timeout=20)
     assert (process.returncode, output, errors) == (0, "", "")
+    last = json.loads((tmp_path / "last.json").read_text())
+    assert last["map"] == "alpine" and last["triangles"] > 100
+
+
+@pytest.mark.parametrize("waited_s", [0.3, 0.7, 1.1])
+def test_closing_during_a_load_exits_cleanly(screen, tmp_path, waited_s):
+    np.save(tmp_path / "large.npy", np.add.outer(np.arange(3000.0) % 17, np.arange(2800.0) % 23).astype("f4"))
+    with running(screen, "-c", _CLOSE, "large.npy", waited_s, cwd=tmp_path) as process:
+        output, errors = process.communicate(timeout=60)
+    assert (process.returncode, output.strip(), errors) == (0, "GL_NO_ERROR", "")
+
+
+@pytest.mark.parametrize(
+    ("arguments", "status", "words"),
+    [(["gone.tif"], 1, "gone.tif"), (["nothing"], 1, "bundled"), (["--backend", "osmesa"], 2, "egl")],
+)
+def test_what_cannot_be_viewed_is_told_in_a_line(screen, tmp_path, arguments, status, words):
+    with running(screen, "-m", "terrain_gl", "view", *arguments, cwd=tmp_path) as process:
+        output, errors = process.communicate(timeout=30)
+    assert (process.returncode, output, len(errors.splitlines())) == (status, "", 1) and words in errors
 
 
 def test_without_a_display():

@@ -94,21 +94,32 @@ def add_json(command: Any) -> None:
     command.add_argument("--json", metavar="FILE", help="the numbers as JSON; - for standard output, alone")
 
 
-def open_scene(args: argparse.Namespace, name: str | None = None) -> Scene:
+def open_scene(
+    args: argparse.Namespace, name: str | None = None, progress: Callable[[float], None] | None = None
+) -> Scene:
     """Open the map, by file or bundled name, and see it as the options say.
 
     Without options a bundled map has its own scales, view and sun; another map is seen by `views.standard_view`.
     """
+    name = name or getattr(args, "map", None)
+    check_outputs(args, name)
+    heightmap, known = maps.open_map(name or args.map, **map_options(args), progress=progress)
+    start = known.camera if known and not args.view else standard_view(heightmap, args.view or "default")
+    return Scene(heightmap, replace(start, **camera_options(args)), args.sun or (known.sun if known else SUN))
+
+
+def check_outputs(args: argparse.Namespace, source: str | None) -> None:
+    """Refuse outputs that cannot be written, and the map itself as one."""
     outputs = getattr(args, "output", None), getattr(args, "json", None)
     check_writable(*outputs)
-    source = name or getattr(args, "map", None)
     if source and os.path.realpath(source) in {os.path.realpath(path) for path in outputs if path}:
         raise UsageError(f"{source}: is the map itself: name another file for the output")
-    heightmap, known = open_map(args, name)
-    start = known.camera if known and not args.view else standard_view(heightmap, args.view or "default")
+
+
+def camera_options(args: argparse.Namespace) -> dict[str, Any]:
+    """What was said of the camera, by the names of `Camera`."""
     given = {"eye": args.eye, "target": args.target, "fov_deg": args.fov}
-    camera = replace(start, **{key: value for key, value in given.items() if value is not None})
-    return Scene(heightmap, camera, args.sun or (known.sun if known else SUN))
+    return {key: value for key, value in given.items() if value is not None}
 
 
 def open_map(args: argparse.Namespace, name: str | None = None) -> tuple[Heightmap, BundledMap | None]:
@@ -129,8 +140,12 @@ def make_renderer(args: argparse.Namespace, scene: Scene) -> Renderer:
 
 def view_of(args: argparse.Namespace, scene: Scene) -> dict[str, Any]:
     """What `Renderer.render` and `Renderer.draw` take, by name: options are stored under the names of `Drawing`."""
-    given = {option.name: getattr(args, option.name) for option in fields(Drawing) if hasattr(args, option.name)}
-    return given | {"camera": scene.camera, "sun": scene.sun}
+    return drawing_options(args) | {"camera": scene.camera, "sun": scene.sun}
+
+
+def drawing_options(args: argparse.Namespace) -> dict[str, Any]:
+    """What was said of the drawing, by the names of `Drawing`."""
+    return {option.name: getattr(args, option.name) for option in fields(Drawing) if hasattr(args, option.name)}
 
 
 def add_output(command: Any, what: str) -> None:

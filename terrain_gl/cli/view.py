@@ -3,10 +3,18 @@
 from __future__ import annotations
 
 import argparse
+import os
+from collections.abc import Callable
+from dataclasses import fields
 from typing import Any
 
-from ..maps import bundled
-from . import options
+from ..drawing import Drawing
+from ..exceptions import UsageError
+from ..maps import bundled, find_bundled
+from . import options, report
+
+BACKENDS = ("auto", "egl", "glfw")
+REMEMBERED = {"size", *(option.name for option in fields(Drawing))}  # from one run to the next, unless given
 
 
 def add(commands: Any) -> None:
@@ -17,17 +25,34 @@ def add(commands: Any) -> None:
         "view",
         run,
         help="fly over a map in a window",
-        description=f"Fly over a map in a window; without MAP, over {first}. The key H shows the others.",
+        description=f"Fly over a map in a window; without MAP, over {first}. The key H shows the others. What is not"
+        " said here is as it was when the window was closed last; --json tells of the last frame.",
         example="view canyon --max-error 2",
     )
     options.add_map(command, optional=True)
-    options.add_view(command)
+    options.add_drawing(command)
+    command.add_argument("--fresh", action="store_true", help="as if there had been no window before")
+    lasting = [action.dest for action in command._actions if action.dest in REMEMBERED]
+    command.set_defaults(**dict.fromkeys(lasting))
 
 
 def run(args: argparse.Namespace) -> int:
     """Open the window."""
-    scene = options.open_scene(args, args.map or next(iter(bundled())))
+    if args.backend not in BACKENDS:
+        raise UsageError(f"--backend {args.backend}: a window is made by one of {', '.join(BACKENDS)}")
+    name = args.map or next(iter(bundled()))
+    options.check_outputs(args, name)
+    known = find_bundled(name)
     from .. import viewer  # here, for it needs a window system
 
-    view = options.view_of(args, scene)
-    return viewer.run(scene.heightmap, **view, size=args.size, name=scene.heightmap.name)
+    def opened(progress: Callable[[float], None]) -> viewer.Opened:
+        scene = options.open_scene(args, name, progress)
+        key = known.name if known else os.path.realpath(name)
+        asked = bool(args.view or options.camera_options(args))
+        return viewer.Opened(scene.heightmap, scene.camera, scene.sun, key, asked)
+
+    given = {key: value for key, value in options.drawing_options(args).items() if value is not None and key != "sun"}
+    title = known.name if known else os.path.basename(name)
+    stats = viewer.run(opened, size=args.size, name=title, backend=args.backend, fresh=args.fresh, **given)
+    report.write_json(args.json, {"map": name} | stats)
+    return 0

@@ -1,8 +1,8 @@
 """Input → camera: what keys and mouse mean, without a window.
 
 The controller holds where the eye is and how fast it moves; events change what is wanted, `step` moves on in time. The
-motion is the exact solution of v' = (wanted − v) / τ, so it is the same at any frame rate. There are three ways to move:
-`fly` anywhere, `orbit` around what was in the middle of the picture, `walk` on the ground at eye height.
+motion is the exact solution of v' = (wanted − v) / τ, so it is the same at any frame rate. There are three ways to
+move: `fly` anywhere, `orbit` around what was in the middle of the picture, `walk` on the ground at eye height.
 """
 
 from __future__ import annotations
@@ -94,6 +94,10 @@ class Controller:
     bookmarks: dict[int, Pose] = field(default_factory=dict)
     held: set[str] = field(default_factory=set)
     mode: str = "fly"
+    eye: np.ndarray = field(init=False)
+    azimuth_deg: float = field(init=False)
+    elevation_deg: float = field(init=False)
+    fov_deg: float = field(init=False)
 
     def __post_init__(self) -> None:
         afoot = max(2.0, max(self.heightmap.spacing_m)) if self.eye_height_m == EYE_HEIGHT_M else self.eye_height_m

@@ -1,32 +1,49 @@
-"""Frames of a flight, in any framebuffer: draws what changed, measures while nothing does.
+"""Frames of a flight, in any framebuffer: draws what changed, measures and loads while nothing does.
 
-Time comes in from outside, so that tests need neither window nor clock.
+What should be seen is a record (`Wanted`); a frame draws it if it is not what was drawn last. Time comes in from
+outside, so that tests need neither window nor clock.
 """
 
 from __future__ import annotations
 
-from collections.abc import Iterator
+from collections.abc import Callable, Iterator
+from dataclasses import dataclass, replace
 from pathlib import Path
 from typing import Any
 
 import moderngl
 
 from ..camera import Camera
+from ..drawing import Drawing
 from ..exceptions import TerrainError
 from ..image import write_png
 from ..measure import Achieved
 from ..renderer import Renderer
 from . import hud
-from .controller import Controller
+from .commands import BY_KEY
+from .controller import MODES, Controller
 from .hud import Figures, drawing_ms
+from .loading import Loading, Opened, Opener, coarse
+from .memory import Memory
 from .overlay import Overlay, Panel
 from .settings import Settings
 
-REST_S = 0.25  # without motion until a full frame is drawn
-MESSAGE_S = 4.0
+REST_S = 0.25  # without a change until a full frame is drawn
+MESSAGE_S = 5.0
 SMOOTH_MS, COARSE_MS = 50.0, 200.0  # full frames slower than these are drawn at half, at a quarter size in motion
 PORTION = 512  # posts a side that are measured between two looks at the window's events
+BUILD_S = 0.03  # spent on tables between two looks at the window's events
 _LONGEST_S = 0.25  # motion of one frame, even after a longer one
+_SKY = (0.16, 0.19, 0.23)
+
+
+@dataclass(frozen=True)
+class Wanted:
+    """Everything that a picture depends on, the map aside."""
+
+    camera: Camera
+    size: tuple[int, int]
+    sides: tuple[Drawing, ...]
 
 
 class Flight:
@@ -34,97 +51,265 @@ class Flight:
 
     Parameters
     ----------
-    renderer, overlay
-        Of the same context.
+    overlay
+        Draws text in the context that everything else is drawn in.
     target
         Framebuffer that is looked at.
+    size
+        Its width and height.
+    memory
+        What is remembered of earlier runs, and for later ones.
     """
 
     def __init__(
-        self, renderer: Renderer, overlay: Overlay, target: moderngl.Framebuffer, camera: Camera, settings: Settings
+        self,
+        overlay: Overlay,
+        target: moderngl.Framebuffer,
+        size: tuple[int, int],
+        settings: Settings,
+        memory: Memory | None = None,
     ) -> None:
-        self.renderer, self.overlay, self.target, self.settings = renderer, overlay, target, settings
-        self.controller = Controller(renderer.heightmap, camera)
-        self.figures = Figures(renderer.heightmap.name, (renderer.heightmap.cols, renderer.heightmap.rows))
-        self.size = renderer.size
+        self.ctx, self.overlay, self.target, self.size = overlay.ctx, overlay, target, size
+        self.settings, self.memory = settings, memory or Memory(None)
+        self.loading: Loading | None = None
+        self.done = False
+        self.on_capture: Callable[[], bool] = lambda: False  # takes the mouse, or gives it back; whether it has it
+        self._renderer: Renderer | None = None
+        self._coarse = False
+        self._asked: Wanted | None = None
+        self._asked_s = float("-inf")
+        self._drawn: Wanted | None = None
         self._measuring: Iterator[Achieved] | None = None
         self._achieved: Achieved | None = None
-        self._changed, self._stale = True, True
-        self._touched_s = self._drawn_s = self._said_s = float("-inf")
+        self._stale = True
+        self._drawn_s = float("-inf")
         self._moved_s: float | None = None
-        self._full_ms = 0.0
-        self._message = ""
+        self._full_ms = float("inf")  # nobody knows yet: the first picture comes quickly
+        self._message, self._until_s = "", 0.0
         self._shoot = False
+
+    # --- The map ------------------------------------------------------------------------------------------------------
+
+    @property
+    def renderer(self) -> Renderer:
+        """What draws the map that is seen."""
+        assert self._renderer
+        return self._renderer
+
+    @property
+    def has_map(self) -> bool:
+        """Whether there is anything to see yet."""
+        return self._renderer is not None
+
+    def load(self, name: str, opener: Opener) -> None:
+        """Begin to load a map; the present one stays until that is done."""
+        self.cancel_loading()
+        self.loading = Loading(name, opener)
+
+    def cancel_loading(self) -> None:
+        """Stop loading, if anything is loading."""
+        if self.loading:
+            self.loading.cancel()
+            self.loading = None
+            self._stale = True
+
+    def show(self, renderer: Renderer, opened: Opened) -> None:
+        """See a map from now on; the renderer of the one before is released, this one will be."""
+        self._note_map()
+        before, was_coarse = self._renderer, self._coarse
+        if before:
+            self._measuring = None
+            before.release()
+        self._renderer, self._coarse = renderer, renderer.heightmap is not opened.heightmap
+        if not (before and was_coarse):
+            self._enter(opened)
+        self._drawn, self._full_ms = None, float("inf")
+
+    def close(self) -> None:
+        """Give everything back, and remember what is to be remembered."""
+        self.cancel_loading()
+        self._note_map()
+        if self._renderer:
+            self._renderer.release()
+        self.memory.drawing = self.settings.sides[0]
+        self.memory.panels = {"figures": self.settings.figures}
+        self.memory.save()
+
+    def _enter(self, opened: Opened) -> None:
+        heightmap = opened.heightmap
+        self.opened = opened
+        self.controller = Controller(heightmap, opened.camera, bookmarks=self.memory.bookmarks(opened.key))
+        if (pose := self.memory.last_pose(opened.key)) and not opened.camera_given:
+            self.controller.pose = pose
+        self.settings.draw_both(sun=opened.sun)
+        self.figures = Figures(heightmap.name, (heightmap.cols, heightmap.rows))
+
+    def _note_map(self) -> None:
+        if self.has_map:
+            self.memory.note_map(self.opened.key, self.controller.pose, self.controller.bookmarks)
+
+    def _load(self) -> None:
+        loading = self.loading
+        if not loading:
+            return
+        loading.step(self.ctx, self._some_size, BUILD_S)
+        self._stale = True
+        if loading.error:
+            self.loading = None
+            if not self.has_map or self._coarse:
+                raise loading.error
+            self.say(str(loading.error) or "not enough memory", 2 * MESSAGE_S)
+        elif loading.renderer and loading.opened:
+            self.show(loading.take(), loading.opened)
+            self.loading = None
+        elif loading.opened and not self.has_map and (few := coarse(loading.opened.heightmap)):
+            self.show(Renderer(few, self._some_size, ctx=self.ctx), loading.opened)
+
+    @property
+    def _some_size(self) -> tuple[int, int]:
+        """The window may be out of sight, or larger than what the GPU draws; the first frame will tell."""
+        return max(1, self.size[0] // 4), max(1, self.size[1] // 4)
+
+    # --- Commands -----------------------------------------------------------------------------------------------------
+
+    def press(self, key: str, again: bool = False) -> None:
+        """A key that is not for the camera's moves; `again` if it is only held."""
+        command = BY_KEY.get(key)
+        if command and command.act and (command.repeats or not again) and (self.has_map or key == "escape"):
+            command.act(self)
+            self._stale = True
+
+    def cycle(self, option: str, step: int = 1) -> None:
+        """Take the next choice of a drawing's option."""
+        self.say(f"{option}: {self.settings.cycle(option, step)}")
+
+    def loosen(self, steps: float) -> None:
+        """Change the tolerance."""
+        self.settings.loosen(steps)
+
+    def toggle(self, panel: str) -> None:
+        """Show a panel, or not."""
+        setattr(self.settings, panel, not getattr(self.settings, panel))
+
+    def home(self) -> None:
+        """Back to the first view."""
+        self.controller.home()
+
+    def next_mode(self) -> None:
+        """Fly, orbit, walk."""
+        mode = MODES[(MODES.index(self.controller.mode) + 1) % len(MODES)]
+        self.controller.change_mode(mode)
+        self.say({"fly": "flying", "orbit": "orbiting what was in the middle", "walk": "walking at eye height"}[mode])
+
+    def toggle_ground(self) -> None:
+        """Stay above ground, or not."""
+        self.controller.above_ground = not self.controller.above_ground
+        self.say("the eye stays above ground" if self.controller.above_ground else "the eye goes anywhere")
+
+    def go_to(self, number: int) -> None:
+        """Travel to a bookmark."""
+        if not self.controller.go_to(number):
+            self.say(f"no bookmark {number} yet: Ctrl {number} sets it")
+
+    def set_bookmark(self, number: int) -> None:
+        """Remember this view."""
+        self.controller.set_bookmark(number)
+        self.say(f"bookmark {number} is here")
+
+    def capture(self) -> None:
+        """Let the mouse look around without a button, or not."""
+        captured = self.on_capture()
+        self.say("the mouse looks around: C or Esc lets it go" if captured else "the mouse is free")
+
+    def shoot(self) -> None:
+        """Save the next full frame."""
+        self._shoot, self._drawn = True, None
+
+    def escape(self) -> None:
+        """Cancel what is being done, else put the help away, else quit."""
+        if self._can_cancel:
+            self.cancel_loading()
+            self.say("cancelled")
+        elif self.settings.keys:
+            self.settings.keys = False
+        else:
+            self.done = True
+
+    @property
+    def _can_cancel(self) -> bool:
+        """Whether there would still be a map to see without the one that is loading."""
+        return self.loading is not None and self.has_map and not self._coarse
+
+    def wheel(self, notches: float, zoom: bool = False) -> None:
+        """Change the speed, or the field of view."""
+        if not self.has_map:
+            return
+        if zoom:
+            self.controller.zoom(notches)
+        else:
+            self.controller.wheel(notches)
+        self._stale = True
+
+    def resize(self, size: tuple[int, int]) -> None:
+        """The target has another size; 0 while it is out of sight."""
+        self.size, self._stale = size, True
+
+    def refresh(self) -> None:
+        """The target must be shown again."""
+        self._stale = True
+
+    def say(self, text: str, seconds: float = MESSAGE_S) -> None:
+        """Show a sentence for a while."""
+        self._message, self._until_s, self._stale = text, -seconds, True  # time begins with the next frame
+
+    # --- Frames -------------------------------------------------------------------------------------------------------
 
     @property
     def busy(self) -> bool:
         """Whether the next frame should come at once; else nothing happens until an event, or `wait_s` have gone."""
-        return self._changed or self._stale or self.controller.moving or self._measuring is not None
+        if not self.has_map or self.loading or self._stale:
+            return True
+        return self.controller.moving or self._wanted() != self._drawn or self._measuring is not None
 
     @property
     def wait_s(self) -> float:
         """Seconds until something may have to be drawn without any event."""
-        return REST_S / 2 if self._message or self.figures.shrunk > 1 or self.figures.fps else 1.0
-
-    # --- Events -------------------------------------------------------------------------------------------------------
-
-    def touch(self, now_s: float) -> None:
-        """The camera was moved by hand."""
-        self._touched_s, self._changed = now_s, True
-
-    def resize(self, size: tuple[int, int]) -> None:
-        """The target has another size; 0 while it is out of sight."""
-        self.size, self._changed = size, True
-
-    def press(self, key: str, now_s: float) -> None:
-        """A key that is not for the controller's moves."""
-        if key == "home":
-            self.controller.home()
-        elif key == "g":
-            self.controller.above_ground = not self.controller.above_ground
-            self.say("the eye stays above ground" if self.controller.above_ground else "the eye goes anywhere", now_s)
-        elif key == "p":
-            self._shoot = True
-        before = self.settings.drawing
-        self.settings.press(key)
-        self._changed |= key in ("home", "p") or self.settings.drawing != before
-        self._stale = True
-
-    def wheel(self, notches: float) -> None:
-        """Change the speed."""
-        self.controller.wheel(notches)
-        self.figures.speed_m_s, self._stale = self.controller.speed_m_s, True
-
-    def say(self, text: str, now_s: float) -> None:
-        """Show a sentence for a while."""
-        self._message, self._said_s, self._stale = text, now_s, True
-
-    # --- Frames -------------------------------------------------------------------------------------------------------
+        if self.loading and not self.loading.opened:
+            return 0.03
+        return REST_S / 2 if self._message or (self.has_map and (self.figures.shrunk > 1 or self.figures.fps)) else 1.0
 
     def frame(self, now_s: float) -> bool:
         """Do what is due; whether the target has a new picture to be shown."""
+        self._load()
         if min(self.size) < 1:
             return False
-        in_motion = self.controller.moving or now_s - self._touched_s < REST_S
-        self._move(now_s)
         self._forget_message(now_s)
-        if self._changed or (not in_motion and self.figures.shrunk > 1):
-            self._draw(now_s, in_motion)
-        elif not in_motion:
-            self._rest()
-        if not self._stale:
-            return False
-        self._show()
-        return True
+        if self.has_map:
+            self._move(now_s)
+            self._draw_or_rest(now_s)
+        if self._stale:
+            self._stale = False
+            self._show()
+            return True
+        return False
 
     def panels(self) -> list[Panel]:
         """What is said over the picture."""
-        panels = [hud.figures_panel(self.figures, self.settings)] if self.settings.figures else []
+        panels = []
+        if self.has_map and self.settings.figures:
+            panels.append(hud.figures_panel(self.figures, self.settings))
         if self.settings.keys:
             panels.append(hud.keys_panel())
+        if self.loading:
+            panels.append(hud.progress_panel(self.loading.text, self.loading.progress, self._can_cancel))
         if self._message:
             panels.append(hud.message_panel(self._message))
         return panels
+
+    def _wanted(self) -> Wanted:
+        near_m = self.controller.near_m
+        sides = [replace(side, near_m=near_m) if near_m else side for side in self.settings.sides]
+        return Wanted(self.controller.camera, self.size, tuple(sides))
 
     def _move(self, now_s: float) -> None:
         if not self.controller.moving:
@@ -132,19 +317,30 @@ class Flight:
             return
         since = 1 / 60 if self._moved_s is None else now_s - self._moved_s
         self.controller.step(min(since, _LONGEST_S))
-        self._moved_s, self._changed = now_s, True
+        self._moved_s = now_s
 
-    def _draw(self, now_s: float, in_motion: bool) -> None:
+    def _draw_or_rest(self, now_s: float) -> None:
+        wanted = self._wanted()
+        if wanted != self._asked:
+            self._asked, self._asked_s = wanted, now_s
+        in_motion = self.controller.moving or now_s - self._asked_s < REST_S or (self._coarse and bool(self.loading))
+        if wanted != self._drawn or (not in_motion and self.figures.shrunk > 1):
+            self._draw(wanted, now_s, in_motion)
+        elif not in_motion:
+            self._rest()
+
+    def _draw(self, wanted: Wanted, now_s: float, in_motion: bool) -> None:
         shrink = self._shrink() if in_motion and not self._shoot else 1
         size = max(1, self.size[0] // shrink), max(1, self.size[1] // shrink)
         if size != self.renderer.size:
             self.renderer.resize(size)
-        stats = self.renderer.draw(self.controller.camera, **vars(self.settings.drawing))
+        stats = self.renderer.draw(wanted.camera, **vars(wanted.sides[0]))
         if shrink == 1:
             self._full_ms = drawing_ms(stats)
         self._note(stats, shrink, now_s, in_motion)
+        self._drawn, self._stale = wanted, True
         if self._shoot:
-            self._save(now_s)
+            self._save()
 
     def _shrink(self) -> int:
         """Window pixels across one of the picture in motion: more where full frames would stutter."""
@@ -152,12 +348,9 @@ class Flight:
 
     def _note(self, stats: dict[str, Any], shrink: int, now_s: float, in_motion: bool) -> None:
         self.figures.stats, self.figures.shrunk, self.figures.measured_px = stats, shrink, None
-        self.figures.height_m = self.controller.height_above_ground_m
-        self.figures.speed_m_s = self.controller.speed_m_s
         self.figures.fps = self._pace(now_s - self._drawn_s) if in_motion else None
         self._drawn_s = now_s
         self._measuring = None if in_motion else self.renderer.measuring(PORTION)
-        self._changed, self._stale = False, True
 
     def _pace(self, seconds: float) -> float | None:
         if not 0 < seconds < 2:
@@ -165,39 +358,45 @@ class Flight:
         return 1 / seconds if not self.figures.fps else 0.9 * self.figures.fps + 0.1 / seconds
 
     def _rest(self) -> None:
-        """Nothing moves: measure on, one portion a frame."""
-        if self.figures.fps is not None:
-            self.figures.fps, self._stale = None, True
-        if self._measuring is None and self.figures.measured_px is None:
-            self._measuring = self.renderer.measuring(PORTION)
-        if self._measuring is not None:
-            portion = next(self._measuring, None)
-            if portion is not None:
-                self._achieved = portion
-            elif self._achieved is not None:
+        """Nothing moves: measure a portion of the last frame."""
+        self._stale |= self.figures.fps is not None
+        self.figures.fps = None
+        if self._measuring is None:
+            return
+        achieved = next(self._measuring, None)
+        if achieved is None:  # the whole map is measured
+            self._measuring, self._stale = None, True
+            if self._achieved:
                 self.figures.measured_px = {"max": self._achieved.max_px, "rms": self._achieved.rms_px}
-                self._measuring, self._stale = None, True
+        self._achieved = achieved
 
     def _forget_message(self, now_s: float) -> None:
-        if self._message and now_s - self._said_s > MESSAGE_S:
+        if self._message and self._until_s < 0:
+            self._until_s = now_s - self._until_s
+        if self._message and now_s > self._until_s:
             self._message, self._stale = "", True
 
     def _show(self) -> None:
+        self.target.use()
         self.target.viewport = (0, 0, *self.size)
-        self.renderer.picture.show(self.target)
+        if self.has_map and self._drawn:
+            self.figures.height_m = self.controller.height_above_ground_m
+            self.figures.speed_m_s = self.controller.speed_m_s
+            self.renderer.picture.show(self.target)
+        else:
+            self.ctx.clear(*_SKY)
         self.overlay.draw(self.target, self.size, self.panels())
-        self._stale = False
 
-    def _save(self, now_s: float) -> None:
+    def _save(self) -> None:
         """Write the picture, without words over it, beside earlier ones in the working directory."""
         self._shoot = False
         path = free_name(self.renderer.heightmap.name)
         try:
             write_png(str(path), self.renderer.picture.read())
         except (TerrainError, OSError) as error:
-            self.say(str(error), now_s)
+            self.say(str(error))
         else:
-            self.say(f"saved {path}", now_s)
+            self.say(f"saved {path}")
 
 
 def free_name(map_name: str) -> Path:

@@ -6,8 +6,9 @@ import math
 from dataclasses import dataclass, field
 from typing import Any
 
+from .commands import shown_lines
 from .overlay import ACCENT, BRIGHT, SOFT, Panel, Text
-from .settings import KEYS, Settings
+from .settings import Settings
 
 _LABEL, _VALUE = 11, 19  # columns
 
@@ -75,10 +76,25 @@ def figures_panel(figures: Figures, settings: Settings) -> Panel:
 
 
 def keys_panel() -> Panel:
-    """Panel in the middle: all keys."""
-    across = max(len(keys) for keys, _ in KEYS) + 2
-    lines = [[Text(keys.ljust(across), ACCENT), Text(meaning)] for keys, meaning in KEYS]
-    return Panel(lines, (0.5, 0.5))
+    """Panel in the middle: all keys, in two columns."""
+    lines: list[tuple[str, str]] = []
+    for group, keys, meaning in shown_lines():
+        if (group.upper(), "") not in lines:
+            lines += [("", "")] * bool(lines) + [(group.upper(), "")]
+        lines.append((keys, meaning))
+    half = (len(lines) + 1) // 2
+    across = max(len(keys) for keys, _ in lines) + 2
+    column = across + max(len(meaning) for _, meaning in lines) + 3
+    rows = zip(lines[:half], [*lines[half:], ("", "")], strict=False)
+    return Panel([_keys_row(left, across, column) + _keys_row(right, across, 0) for left, right in rows], (0.5, 0.5))
+
+
+def progress_panel(text: str, part: float, can_cancel: bool) -> Panel:
+    """Panel at the foot: what is being done, and how far it is."""
+    bar = 30
+    full = round(bar * part)
+    line = [Text("■" * full, ACCENT), Text("■" * (bar - full), (255, 255, 255, 40))]
+    return Panel([[Text(text + ("  (Esc cancels)" if can_cancel else ""))], line], (0.5, 0.92))
 
 
 def message_panel(text: str) -> Panel:
@@ -99,3 +115,8 @@ def _row(label: str, value: str) -> list[Text]:
 
 def _shorten(text: str, most: int) -> str:
     return text if len(text) <= most else text[: most - 1] + "…"
+
+
+def _keys_row(line: tuple[str, str], across: int, width: int) -> list[Text]:
+    keys, meaning = line
+    return [Text(keys.ljust(across), ACCENT if meaning else SOFT), Text(meaning.ljust(max(0, width - across)))]

@@ -30,8 +30,8 @@ class Opened:
 
     Attributes
     ----------
-    camera, sun
-        The view in which it is first seen.
+    camera, sun, camera_given
+        The view in which it is first seen, and whether somebody asked for just that one.
     key
         What the window remembers it by: a bundled map's name, or a file's path.
     """
@@ -40,13 +40,14 @@ class Opened:
     camera: Camera
     sun: tuple[float, float] = SUN
     key: str = ""
+    camera_given: bool = False
 
 
 Progress = Callable[[float], None]
 Opener = Callable[[Progress], Opened]
 
 
-class Cancelled(Exception):
+class CancelledError(Exception):
     """Nobody wants the map any more."""
 
 
@@ -77,7 +78,7 @@ class Loading:
     opened
         The map, once it is read.
     renderer
-        What draws it, once its tables are built; whoever takes it releases it.
+        What draws it, once its tables are built.
     error
         Why there will be none.
     """
@@ -120,8 +121,14 @@ class Loading:
             return
         self.renderer, self._building = self._building, None
 
+    def take(self) -> Renderer:
+        """The renderer; from now on it is the caller's to release."""
+        renderer, self.renderer = self.renderer, None
+        assert renderer
+        return renderer
+
     def cancel(self) -> None:
-        """Stop, and give back what was made; a thread that still reads ends by itself soon."""
+        """Stop, and give back what was made; a thread that still reads ends soon, and the program waits for it."""
         self._cancelled = True
         if self._building:
             self._building.building.close()
@@ -130,23 +137,19 @@ class Loading:
             self.renderer.release()
             self.renderer = None
 
-    def join(self) -> None:
-        """Wait for the thread to end."""
-        self._thread.join()
-
     def _open(self) -> None:
         try:
             self.opened = self._opener(self._tell)
         except (TerrainError, OSError, MemoryError) as error:
             self.error = error
-        except Cancelled:
+        except CancelledError:
             pass
         except Exception as error:  # a thread's traceback would tell nobody what to do
             self.error = TerrainError(f"{self.name}: cannot be read ({type(error).__name__}: {error})")
 
     def _tell(self, part: float) -> None:
         if self._cancelled:
-            raise Cancelled
+            raise CancelledError
         self._read = part
 
 

@@ -1,7 +1,7 @@
 """What the window remembers from one run to the next: one small JSON file in the user's state folder.
 
-$XDG_STATE_HOME/terrain-gl/view.json, by default under ~/.local/state (XDG Base Directory Specification 0.8). A file that
-cannot be read or written is no reason not to fly: it is left alone, and `complaint` says so in one line.
+$XDG_STATE_HOME/terrain-gl/view.json, by default under ~/.local/state (XDG Base Directory Specification 0.8). A
+file that cannot be read or written is no reason not to fly: it is left alone, and `complaint` says so in one line.
 """
 
 from __future__ import annotations

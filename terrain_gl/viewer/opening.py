@@ -24,13 +24,14 @@ def library() -> Any:
     return glfw
 
 
-def open_window(glfw: Any, size: tuple[int, int], title: str) -> Any:
-    """Open a window; `TerrainError` where there is no OpenGL 4.3."""
+def open_window(glfw: Any, size: tuple[int, int], title: str, backend: str = "auto") -> Any:
+    """Open a window; `TerrainError` where there is no OpenGL 4.3. EGL makes its context, or the system's own way."""
+    # EGL first: GLX kills the process if an EGL context is current
+    ways = {"egl": glfw.EGL_CONTEXT_API, "glfw": glfw.NATIVE_CONTEXT_API}
     with warnings.catch_warnings():
         warnings.simplefilter("ignore")
         for version in _VERSIONS:
-            # EGL first: GLX kills the process if an EGL context is current
-            for creation in (glfw.EGL_CONTEXT_API, glfw.NATIVE_CONTEXT_API):
+            for creation in ways.values() if backend == "auto" else (ways[backend],):
                 _hint(glfw, version, creation)
                 if handle := glfw.create_window(*size, title, None, None):
                     return handle

@@ -1,71 +1,59 @@
-"""What is drawn and what is shown beside it, and the keys that change that."""
+"""What is drawn and what is shown beside it."""
 
 from __future__ import annotations
 
 from dataclasses import dataclass, field, replace
 from typing import Any
 
-from ..drawing import METHODS, Drawing
-from ..lod import METRICS
-from ..shade import STYLES
+from ..drawing import CHOICES, Drawing
 
 STEP = 2**0.5  # of the tolerance
 TOLERANCES_PX = (2.0**-5, 2.0**8)
 
-KEYS = (
-    ("W A S D", "fly ahead, left, back, right"),
-    ("E Q", "up, down"),
-    ("Shift", "five times as fast"),
-    ("wheel", "speed"),
-    ("right drag", "look around"),
-    ("C", "look around without a button"),
-    ("left drag", "orbit what is under the cursor"),
-    ("Home", "back to the first view"),
-    ("G", "stay above ground, or not"),
-    ("1 … 6  Tab", "style: " + ", ".join(STYLES[:3]) + ","),
-    ("", ", ".join(STYLES[3:])),
-    ("+ -", "tolerance, in steps of ×√2"),
-    ("M", "metric: max or rms"),
-    ("F", "every post, or as few as will do"),
-    ("P", "save the picture as PNG"),
-    ("I", "show the figures, or not"),
-    ("H  F1", "show the keys, or not"),
-    ("Esc", "quit"),
-)
-
 
 @dataclass
 class Settings:
-    """How a frame is drawn, and which panels stand over it."""
+    """How a frame is drawn, and which panels stand over it.
 
-    drawing: Drawing = field(default_factory=Drawing)
+    Attributes
+    ----------
+    sides
+        How the picture is drawn; two where it is split, left and right.
+    active
+        The side that keys change.
+    divider
+        Where the picture is split, from 0, its left edge, to 1.
+    """
+
+    sides: list[Drawing] = field(default_factory=lambda: [Drawing()])
+    active: int = 0
+    divider: float = 0.5
     figures: bool = True
     keys: bool = False
 
-    def press(self, key: str) -> None:
-        """Do what a key says, if it says anything."""
-        if key in "123456" and len(key) == 1:
-            self._draw(style=STYLES[int(key) - 1])
-        elif key == "tab":
-            self._draw(style=_next(STYLES, self.drawing.style))
-        elif key in ("+", "=", "-"):
-            self._change_tolerance(STEP if key != "-" else 1 / STEP)
-        elif key == "m":
-            self._draw(metric=_next(METRICS, self.drawing.metric))
-        elif key == "f":
-            self._draw(method=_next(METHODS, self.drawing.method))
-        elif key == "i":
-            self.figures = not self.figures
-        elif key in ("h", "f1"):
-            self.keys = not self.keys
+    @property
+    def drawing(self) -> Drawing:
+        """Of the active side."""
+        return self.sides[self.active]
 
-    def _change_tolerance(self, factor: float) -> None:
+    def draw(self, **changes: Any) -> None:
+        """Draw the active side otherwise."""
+        self.sides[self.active] = replace(self.drawing, **changes)
+
+    def draw_both(self, **changes: Any) -> None:
+        """Draw all sides otherwise."""
+        self.sides = [replace(side, **changes) for side in self.sides]
+
+    def cycle(self, option: str, step: int = 1) -> str:
+        """Take the next choice of an option of `Drawing`; returns it."""
+        choices = CHOICES[option]
+        chosen = choices[(choices.index(getattr(self.drawing, option)) + step) % len(choices)]
+        self.draw(**{option: chosen})
+        return chosen
+
+    def loosen(self, steps: float) -> None:
+        """Raise the tolerance by steps of ×√2, or lower it."""
         least, most = TOLERANCES_PX
-        self._draw(max_error_px=min(max(self.drawing.max_error_px * factor, least), most))
-
-    def _draw(self, **options: Any) -> None:
-        self.drawing = replace(self.drawing, **options)
-
-
-def _next(choices: tuple[str, ...], now: str) -> str:
-    return choices[(choices.index(now) + 1) % len(choices)]
+        now_px = self.drawing.max_error_px
+        looser = now_px * STEP**steps if steps > 0 else now_px / STEP**-steps  # back and forth comes out the same
+        self.draw(max_error_px=min(max(looser, least), most))

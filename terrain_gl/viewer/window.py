@@ -3,65 +3,92 @@
 from __future__ import annotations
 
 import math
+import os
 from typing import Any
 
 from ..camera import Camera
 from ..context import from_glfw_window
 from ..drawing import Drawing
 from ..heightmap import Heightmap
-from ..renderer import Renderer
+from .controller import MOVE_KEYS
 from .flight import Flight
-from .hud import message_panel
+from .loading import Loading, Opened, Opener, file_opener
+from .memory import Memory, state_path
 from .opening import library, open_window
 from .overlay import Overlay
 from .settings import Settings
 
-_MOVES = "wasdqe"
-_NAMED = ("tab", "home", "escape", "f1")
+SIZE = (1280, 720)
 
 
 def run(
-    heightmap: Heightmap,
+    source: Heightmap | Opener,
     camera: Camera | None = None,
     *,
-    size: tuple[int, int] = (1280, 720),
+    size: tuple[int, int] | None = None,
     name: str = "",
+    backend: str = "auto",
+    fresh: bool = False,
     **options: Any,
-) -> int:
-    """Open a window on a map and return 0 when it is closed.
+) -> dict[str, Any]:
+    """Open a window on a map; returns the stats of its last frame when it is closed.
 
     Parameters
     ----------
+    source
+        The map, or a function that reads it (`viewer.loading.Opener`): it runs in a thread while the window opens.
     camera
-        First view; by default `Camera.default`.
+        First view; by default where the window was left last time, or the map's own.
     size
-        Width and height of the window in screen coordinates.
+        Width and height of the window in screen coordinates; by default as last time.
     name
         What the window's title says; by default the map's name.
+    backend
+        What makes the window's context: "egl", "glfw" for the system's own way, or "auto" for the first that works.
+    fresh
+        Do as if there had been no window before.
     options
-        How it is drawn at first: fields of `Drawing`, by name.
+        Fields of `Drawing` by name: how it is drawn at first.
 
     Raises
     ------
     TerrainError
-        No display, no OpenGL 4.3, or too little GPU memory.
+        No display, no OpenGL 4.3, too little GPU memory, or the map cannot be read.
+    UsageError
+        An option outside its range.
     """
-    settings = Settings(Drawing(**options))
-    window = Window(size, name or heightmap.name)
+    Drawing(**options)
+    memory = Memory(None if fresh else state_path())
+    settings = Settings([Drawing(**memory.drawing | options)], **memory.panels)
+    opener = _opener(source, camera, options) if isinstance(source, Heightmap) else source
+    name = name or (source.name if isinstance(source, Heightmap) else "terrain")
+    loading = Loading(name, opener)
     try:
-        window.fly(heightmap, camera or Camera.default(heightmap), settings)
+        window = Window(size or memory.window or SIZE, name, backend)
+    except BaseException:
+        loading.cancel()
+        raise
+    try:
+        return window.fly(loading, settings, memory)
     finally:
         window.close()
-    return 0
+
+
+def _opener(heightmap: Heightmap, camera: Camera | None, options: dict[str, Any]) -> Opener:
+    sun = {"sun": options["sun"]} if "sun" in options else {}
+    opened = Opened(
+        heightmap, camera or Camera.default(heightmap), **sun, key=heightmap.name, camera_given=bool(camera)
+    )
+    return lambda progress: opened
 
 
 class Window:
     """A window with an OpenGL context, empty until `fly`."""
 
-    def __init__(self, size: tuple[int, int], name: str) -> None:
+    def __init__(self, size: tuple[int, int], name: str, backend: str = "auto") -> None:
         self._glfw = library()
         self.name = name
-        self._handle = open_window(self._glfw, size, f"{name} – terrain-gl")
+        self._handle = open_window(self._glfw, size, f"{name} – terrain-gl", backend)
         self.ctx = from_glfw_window(self._handle)
         self._glfw.swap_interval(1)
         self._overlay = Overlay(self.ctx, self._scale)
@@ -69,16 +96,20 @@ class Window:
         self._captured = False
         self._drag = ""
 
-    def fly(self, heightmap: Heightmap, camera: Camera, settings: Settings) -> None:
-        """Draw frames until the user closes the window."""
-        self._announce("opening …")
-        # the window may be out of sight, or larger than what the GPU draws; the first frame will tell
-        with Renderer(heightmap, self._pixels_or(1), ctx=self.ctx) as renderer:
-            self._flight = Flight(renderer, self._overlay, self.ctx.screen, camera, settings)
-            self._listen()
-            self._flight.say("H shows the keys", self._now)
-            while not self._glfw.window_should_close(self._handle):
+    def fly(self, loading: Loading, settings: Settings, memory: Memory) -> dict[str, Any]:
+        """Draw frames until the user closes the window; the last one's stats."""
+        flight = self._flight = Flight(self._overlay, self.ctx.screen, self._pixels, settings, memory)
+        flight.loading = loading
+        flight.on_capture = self._capture
+        flight.say(memory.complaint or "H shows the keys; drop a map's file here to see it")
+        self._listen()
+        try:
+            while not (flight.done or self._glfw.window_should_close(self._handle)):
                 self._turn()
+        finally:
+            memory.window = self._glfw.get_window_size(self._handle)
+            flight.close()
+        return flight.figures.stats if flight.has_map else {}
 
     def close(self) -> None:
         """Close the window and give everything back."""
@@ -103,17 +134,9 @@ class Window:
     def _scale(self) -> int:
         return max(1, round(self._glfw.get_window_content_scale(self._handle)[0]))
 
-    def _pixels_or(self, least: int) -> tuple[int, int]:
-        width, height = self._glfw.get_framebuffer_size(self._handle)
-        return max(least, width), max(least, height)
-
-    def _announce(self, text: str) -> None:
-        """Say something before there is a picture."""
-        self.ctx.screen.use()
-        self.ctx.clear(0.16, 0.19, 0.23)
-        self._overlay.draw(self.ctx.screen, self._pixels_or(1), [message_panel(f"{self.name}: {text}")])
-        self._glfw.swap_buffers(self._handle)
-        self._glfw.poll_events()
+    @property
+    def _pixels(self) -> tuple[int, int]:
+        return self._glfw.get_framebuffer_size(self._handle)
 
     # --- Events -------------------------------------------------------------------------------------------------------
 
@@ -122,11 +145,12 @@ class Window:
             "framebuffer_size": lambda _, width, height: self._flight.resize((width, height)),
             "window_refresh": lambda _: self._refresh(),
             "window_content_scale": lambda *_: self._rescale(),
-            "window_focus": lambda _, focused: None if focused else self._flight.controller.let_go_all(),
+            "window_focus": lambda _, focused: None if focused else self._let_go(),
             "key": self._on_key,
             "mouse_button": self._on_button,
             "cursor_pos": self._on_cursor,
             "scroll": self._on_scroll,
+            "drop": self._on_drop,
         }
         for event, listener in listeners.items():
             getattr(self._glfw, f"set_{event}_callback")(self._handle, listener)
@@ -134,69 +158,70 @@ class Window:
 
     def _refresh(self) -> None:
         """While a window is being resized some systems let nothing else run than this."""
-        self._flight.resize(self._pixels_or(0))
+        self._flight.resize(self._pixels)
         if self._flight.frame(self._now):
             self._glfw.swap_buffers(self._handle)
 
     def _rescale(self) -> None:
         self._overlay.scale = self._scale
-        self._flight.resize(self._pixels_or(0))
+        self._flight.resize(self._pixels)
+
+    def _let_go(self) -> None:
+        if self._flight.has_map:
+            self._flight.controller.let_go_all()
 
     def _on_key(self, _: Any, key: int, scancode: int, action: int, mods: int) -> None:
-        glfw, controller = self._glfw, self._flight.controller
+        glfw, flight = self._glfw, self._flight
         place = _place(glfw, key)
+        moves = place in MOVE_KEYS and not mods & (glfw.MOD_CONTROL | glfw.MOD_ALT | glfw.MOD_SUPER)
         if action == glfw.RELEASE:
-            controller.let_go(place)
-        elif place in _MOVES or place == "shift":
-            controller.press(place)
-        elif place == "escape":
-            self._escape()
+            if flight.has_map:
+                flight.controller.let_go(place)
+        elif moves:
+            if flight.has_map and action == glfw.PRESS:
+                flight.controller.press(place)
+        elif place == "escape" and self._captured:
+            flight.press("c")
         else:
-            self._on_command(place if place in _NAMED else _label(glfw, key, scancode) or place, action)
+            flight.press(_combination(glfw, key, scancode, mods), again=action == glfw.REPEAT)
 
-    def _on_command(self, key: str, action: int) -> None:
-        if action == self._glfw.REPEAT and key not in "+=-":
-            return
-        if key == "c":
-            self._capture(not self._captured)
-        else:
-            self._flight.press(key, self._now)
-
-    def _escape(self) -> None:
-        """Give the mouse back, else put the keys' panel away, else quit."""
-        if self._captured:
-            self._capture(False)
-        elif self._flight.settings.keys:
-            self._flight.press("h", self._now)
-        else:
-            self._glfw.set_window_should_close(self._handle, True)
-
-    def _capture(self, captured: bool) -> None:
+    def _capture(self) -> bool:
+        """Take the mouse, or give it back."""
         glfw = self._glfw
-        self._captured = captured
-        glfw.set_input_mode(self._handle, glfw.CURSOR, glfw.CURSOR_DISABLED if captured else glfw.CURSOR_NORMAL)
+        self._captured = not self._captured
+        glfw.set_input_mode(self._handle, glfw.CURSOR, glfw.CURSOR_DISABLED if self._captured else glfw.CURSOR_NORMAL)
         self._cursor = glfw.get_cursor_pos(self._handle)
-        self._flight.say("the mouse looks around: C or Esc lets it go" if captured else "the mouse is free", self._now)
+        return self._captured
 
     def _on_button(self, _: Any, button: int, action: int, mods: int) -> None:
-        glfw = self._glfw
+        glfw, flight = self._glfw, self._flight
+        if not flight.has_map:
+            return
         names = {glfw.MOUSE_BUTTON_LEFT: "orbit", glfw.MOUSE_BUTTON_RIGHT: "look"}
         self._drag = names.get(button, "") if action == glfw.PRESS else ""
+        if self._drag == "orbit" and flight.controller.mode == "walk":
+            self._drag = "look"
         if self._drag == "orbit":
-            self._flight.controller.grab(*self._tangents())
+            flight.controller.grab(*self._tangents())
         else:
-            self._flight.controller.release()
+            flight.controller.release()
 
     def _on_cursor(self, _: Any, x: float, y: float) -> None:
         dx, dy = x - self._cursor[0], y - self._cursor[1]
         self._cursor = x, y
         drag = "look" if self._captured else self._drag
-        if drag:
+        if drag and self._flight.has_map:
             getattr(self._flight.controller, drag)(dx, dy)
-            self._flight.touch(self._now)
 
     def _on_scroll(self, _: Any, dx: float, dy: float) -> None:
-        self._flight.wheel(dy)
+        control = any(
+            self._glfw.get_key(self._handle, key) == self._glfw.PRESS
+            for key in (self._glfw.KEY_LEFT_CONTROL, self._glfw.KEY_RIGHT_CONTROL)
+        )
+        self._flight.wheel(dy, zoom=control)
+
+    def _on_drop(self, _: Any, paths: list[str]) -> None:
+        self._flight.load(os.path.basename(paths[0]), file_opener(paths[0]))
 
     def _tangents(self) -> tuple[float, float]:
         """The cursor as tangents right and up of the picture's middle."""
@@ -217,11 +242,20 @@ def _place(glfw: Any, key: int) -> str:
         glfw.KEY_HOME: "home",
         glfw.KEY_ESCAPE: "escape",
         glfw.KEY_F1: "f1",
+        glfw.KEY_LEFT: "left",
+        glfw.KEY_RIGHT: "right",
+        glfw.KEY_UP: "up",
+        glfw.KEY_DOWN: "down",
+        glfw.KEY_KP_ADD: "+",
+        glfw.KEY_KP_SUBTRACT: "-",
     }
     return named.get(key, chr(key).lower() if 32 < key < 127 else "")
 
 
-def _label(glfw: Any, key: int, scancode: int) -> str:
-    """What is printed on a key, where that is a plain letter."""
+def _combination(glfw: Any, key: int, scancode: int, mods: int) -> str:
+    """What is pressed, as commands name it: by what is printed on the key, where that is a plain character."""
+    place = _place(glfw, key)
     label = glfw.get_key_name(key, scancode) or ""
-    return label if label.isascii() else ""
+    name = label if len(place) == 1 and not place.isdigit() and label.isascii() and label else place
+    held = (("ctrl", glfw.MOD_CONTROL | glfw.MOD_SUPER), ("shift", glfw.MOD_SHIFT))
+    return "+".join([word for word, bit in held if mods & bit] + [name])

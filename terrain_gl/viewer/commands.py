@@ -1,0 +1,89 @@
+"""Every key and what it does, in one table: the window obeys it, and its help pages are made of it."""
+
+from __future__ import annotations
+
+from collections.abc import Callable
+from typing import TYPE_CHECKING, NamedTuple
+
+if TYPE_CHECKING:
+    from .flight import Flight
+
+
+class Command(NamedTuple):
+    """A line of help, and what is done.
+
+    Attributes
+    ----------
+    shown
+        The keys as people read them.
+    help
+        One line.
+    keys
+        Names of keys as the window gives them, "ctrl+shift+z"; empty where the camera listens by itself.
+    act
+        What they do.
+    repeats
+        A key that is held does it again and again.
+    """
+
+    shown: str
+    help: str
+    keys: tuple[str, ...] = ()
+    act: Callable[[Flight], None] | None = None
+    repeats: bool = False
+
+
+def _bookmarks() -> list[Command]:
+    """Nine places; the first tells of all."""
+
+    def goes(n: int) -> Command:
+        return Command("1 … 9", "travel to a bookmark", (str(n),), lambda f: f.go_to(n))
+
+    def sets(n: int) -> Command:
+        keys = f"ctrl+{n}", f"shift+{n}"
+        return Command("Ctrl 1 … 9", "set a bookmark here", keys, lambda f: f.set_bookmark(n))
+
+    return [make(n) for make in (goes, sets) for n in range(1, 10)]
+
+
+GROUPS: dict[str, list[Command]] = {
+    "Move": [
+        Command("W A S D", "fly ahead, left, back, right"),
+        Command("E Q", "up, down"),
+        Command("arrows", "turn the head"),
+        Command("Shift", "five times as fast"),
+        Command("wheel", "speed; with Ctrl, the field of view"),
+        Command("left drag", "orbit what is under the cursor"),
+        Command("right drag", "look around"),
+        Command("C", "look around without a button", ("c",), lambda f: f.capture()),
+        Command("V", "fly, orbit the middle, or walk at eye height", ("v",), lambda f: f.next_mode()),
+        Command("G", "stay above ground, or not", ("g",), lambda f: f.toggle_ground()),
+        Command("Home", "back to the first view", ("home",), lambda f: f.home()),
+        *_bookmarks(),
+    ],
+    "See": [
+        Command("Tab", "next style; Shift Tab: the one before", ("tab",), lambda f: f.cycle("style")),
+        Command("", "", ("shift+tab",), lambda f: f.cycle("style", -1)),
+        Command("+ -", "tolerance, in steps of ×√2", ("+", "=", "shift+=", "shift++"), lambda f: f.loosen(1), True),
+        Command("", "", ("-",), lambda f: f.loosen(-1), True),
+        Command("M", "metric: what the tolerance bounds", ("m",), lambda f: f.cycle("metric")),
+        Command("F", "method: how detail is chosen", ("f",), lambda f: f.cycle("method")),
+    ],
+    "Keep": [
+        Command("P", "save the picture as PNG", ("p",), lambda f: f.shoot()),
+        Command("drop a file", "open a map: drop its file on the window"),
+    ],
+    "Window": [
+        Command("I", "show the figures, or not", ("i",), lambda f: f.toggle("figures")),
+        Command("H  F1", "show this help, or not", ("h", "f1"), lambda f: f.toggle("keys")),
+        Command("Esc", "cancel, put away, or quit", ("escape",), lambda f: f.escape()),
+    ],
+}
+
+BY_KEY = {key: command for commands in GROUPS.values() for command in commands for key in command.keys}
+
+
+def shown_lines() -> list[tuple[str, str, str]]:
+    """Group, keys and help of every line that is to be read, each once."""
+    lines = [(group, c.shown, c.help) for group, commands in GROUPS.items() for c in commands if c.shown]
+    return list(dict.fromkeys(lines))
