@@ -20,6 +20,7 @@ from terrain_gl.readers import SRTM_VOID, Raster, Spacing, open_raster
 MAX_POSTS = 16384 * 16384
 MIN_SPACING_M, MAX_SPACING_M = 1e-6, 1e6
 MAX_SIDE = 16385  # so many posts does a quadtree of 15 levels reach over
+RANGE_BLOCK = 64  # posts a side of the blocks whose lowest and highest heights are known, once a map is edited
 MAX_HEIGHT_M = 1e7  # beyond it float32 has steps above a metre, and a value is most likely an unnamed no-data mark
 
 
@@ -45,6 +46,8 @@ class Heightmap:
         Number of void posts.
     range_m : (float, float)
         Lowest and highest height.
+    reach_m : (float, float)
+        Heights that tables over the map are built to hold; `range_m`, until edits ask for more.
 
     Raises
     ------
@@ -61,7 +64,10 @@ class Heightmap:
         void = ~np.isfinite(self.heights)
         self.voids = int(np.count_nonzero(void))
         self._mark_voids(void)
-        self.range_m = self._range()
+        self.range_m = self._checked(np.fmin.reduce(self.heights, None), np.fmax.reduce(self.heights, None))
+        self.reach_m = self.range_m
+        self._lows: np.ndarray | None = None  # of blocks of RANGE_BLOCK posts a side
+        self._highs: np.ndarray | None = None
 
     @classmethod
     def open(
@@ -118,6 +124,50 @@ class Heightmap:
                     progress(done / heights.size)
         return cls(heights, _first_known(spacing_m, raster.spacing_m, 1.0), raster.name)
 
+    def copy(self) -> Heightmap:
+        """The same map with heights of its own."""
+        own = Heightmap(self.heights.copy(), self.spacing_m, self.name)
+        own.reach_m = self.reach_m
+        return own
+
+    def write(self, x: int, y: int, heights: ArrayLike) -> tuple[slice, slice] | None:
+        """Give posts new heights, in time that grows with their number alone.
+
+        Parameters
+        ----------
+        x, y
+            Column and row of the first post.
+        heights : array_like, shape (rows, cols)
+            Metres, NaN and ±Inf for voids.
+
+        Returns
+        -------
+        (slice, slice), optional
+            Rows and columns that hold all posts that changed; None if none did.
+
+        Raises
+        ------
+        TerrainError
+            Heights out of all measure, or no post would be left that is not void. The map is as it was then.
+        """
+        with np.errstate(all="ignore"):
+            new = np.array(heights, np.float32, ndmin=2)
+        new[~np.isfinite(new)] = np.nan
+        place = np.s_[y : y + new.shape[0], x : x + new.shape[1]]
+        old = self.heights[place]
+        changed = (old != new) & ~(np.isnan(old) & np.isnan(new))
+        if not changed.any():
+            return None
+        self._checked(np.fmin.reduce(new, None), np.fmax.reduce(new, None))
+        voids = self.voids + int(np.isnan(new).sum()) - int(np.isnan(old).sum())
+        if voids == self.heights.size:
+            raise TerrainError(f"{self.name}: every post would be void")
+        old[...] = new
+        self.voids = voids
+        rows, cols = (_span_of(changed.any(axis), first) for axis, first in ((1, y), (0, x)))
+        self._follow_range(rows, cols)
+        return rows, cols
+
     @property
     def rows(self) -> int:
         """Posts north to south."""
@@ -143,14 +193,22 @@ class Heightmap:
         if np.isinf(self.heights[void]).any():
             self.heights = np.where(void, np.float32(np.nan), self.heights)
 
-    def _range(self) -> Spacing:
-        low, high = float(np.fmin.reduce(self.heights, None)), float(np.fmax.reduce(self.heights, None))
+    def _checked(self, low: float, high: float) -> Spacing:
         if max(-low, high) > MAX_HEIGHT_M:
             raise TerrainError(
                 f"{self.name}: heights run from {low:.9g} to {high:.9g} m, beyond ±{MAX_HEIGHT_M:g}: "
                 "name the no-data value (--nodata) or scale them (--z-scale)"
             )
-        return low, high
+        return float(low), float(high)
+
+    def _follow_range(self, rows: slice, cols: slice) -> None:
+        """Look again at the blocks that hold these posts, and at no others."""
+        if self._lows is None or self._highs is None:
+            self._lows, self._highs = (_of_blocks(of, self.heights) for of in (np.fmin, np.fmax))
+        blocks = tuple(slice(s.start // RANGE_BLOCK, -(-s.stop // RANGE_BLOCK)) for s in (rows, cols))
+        part = self.heights[tuple(slice(s.start * RANGE_BLOCK, s.stop * RANGE_BLOCK) for s in blocks)]
+        self._lows[blocks], self._highs[blocks] = _of_blocks(np.fmin, part), _of_blocks(np.fmax, part)
+        self.range_m = float(np.fmin.reduce(self._lows, None)), float(np.fmax.reduce(self._highs, None))
 
 
 # --- Checks -----------------------------------------------------------------------------------------------------------
@@ -195,6 +253,19 @@ def _spacing(spacing_m: float | Spacing) -> Spacing:
             f"got {spacing_m}"
         )
     return east, north
+
+
+def _of_blocks(of: np.ufunc, heights: np.ndarray) -> np.ndarray:
+    """What a ufunc makes of each block of RANGE_BLOCK × RANGE_BLOCK posts."""
+    for axis in (0, 1):
+        heights = of.reduceat(heights, np.arange(0, heights.shape[axis], RANGE_BLOCK), axis)
+    return heights
+
+
+def _span_of(flags: np.ndarray, first: int) -> slice:
+    """From the first to the last flag that is set, counted from `first`."""
+    where = np.flatnonzero(flags)
+    return slice(first + int(where[0]), first + int(where[-1]) + 1)
 
 
 def _first_known(*choices: Any) -> Any:

@@ -373,23 +373,48 @@ class Renderer:
     def edit(self, rows: slice, cols: slice, heights: Any) -> None:
         """Give a rectangle of posts new heights, NaN for voids; all tables follow, as if built anew.
 
+        Time grows with the rectangle, save for the tables' sums, of which all that stand south-east of it move along;
+        everything is built anew when heights leave the span of the map: see `make_room`.
+
         Parameters
         ----------
         rows, cols
             Which posts, as slices.
         heights
             Metres, of a shape that fits.
+
+        Raises
+        ------
+        UsageError
+            Heights of another shape.
+        TerrainError
+            Heights out of all measure, or voids alone; the map is as it was then.
         """
-        new = self.heightmap.heights.copy()
+        y, x = (range(n)[which] for n, which in zip(self.heightmap.heights.shape, (rows, cols), strict=True))
+        if not (y and x):
+            return
+        patch = self.heightmap.heights[min(y) : max(y) + 1, min(x) : max(x) + 1].copy()
         try:
-            new[rows, cols] = heights
-        except (ValueError, IndexError) as error:
+            patch[np.ix_(np.array(y) - min(y), np.array(x) - min(x))] = heights
+        except ValueError as error:
             raise UsageError(f"edit: {error}") from None
-        rect = self.terrain.edit(Heightmap(new, self.heightmap.spacing_m, self.heightmap.name))
+        rect = self.terrain.edit(min(x), min(y), patch)
         self._shot = None
         if rect:
             self.tables.update(rect)
             self.picture.update(rect)
+
+    @_in_own_context
+    def make_room(self, up_m: float, down_m: float = 0.0) -> None:
+        """Get ready for edits that raise the highest post by `up_m` and dig `down_m` below the lowest.
+
+        Without it edits are just as right, but the first one copies the map, and one that leaves the map's span builds
+        all tables anew, with room for more.
+        """
+        if self.terrain.make_room(up_m, down_m):
+            self._shot = None
+            self.tables.build()
+            self.picture.update((0, 0, self.heightmap.cols - 1, self.heightmap.rows - 1))
 
     def height_at(self, x: float, y: float) -> float:
         """The truth at a place in world metres, between posts bilinear; NaN over a void and outside the map."""

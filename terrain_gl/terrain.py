@@ -12,6 +12,7 @@ from .exceptions import TerrainError
 from .heightmap import Heightmap
 
 Rect = tuple[int, int, int, int]
+ROOM = 0.5  # of the relief, for what more edits may raise or dig when one has left the span
 
 
 class Terrain:
@@ -23,12 +24,12 @@ class Terrain:
         What the GPU's heights are counted from: 0, or close below the map where that keeps float32 exact.
     levels
         Sizes of the quadtree's levels.
-    filled
-        (rows, cols) float32 heights with voids filled from their rim.
     """
 
     def __init__(self, ctx: moderngl.Context, heightmap: Heightmap) -> None:
         self.ctx, self.heightmap = ctx, heightmap
+        self._own = False  # whether `heightmap` is this terrain's alone, to be written to
+        self._filling: Filling | None = None
         size = (heightmap.cols, heightmap.rows)
         most = gl.limits(ctx)["texture_size"]
         if max(size) > most:
@@ -46,37 +47,58 @@ class Terrain:
         """Level of the one node over the whole map."""
         return len(self.levels) - 1
 
+    @property
+    def filled(self) -> np.ndarray:
+        """(rows, cols) float32 heights with voids filled from their rim."""
+        return self._filling.filled[0] if self._filling else self.heightmap.heights
+
     def upload(self) -> None:
         """Send the whole heightmap as it is now."""
         has_voids = self.heightmap.voids > 0
-        self.filled = fill_voids(self.heightmap.heights)
-        self.base_m, low_m, self.span_m = measure_span(*self.heightmap.range_m)
-        self._write((0, 0, self.heightmap.cols - 1, self.heightmap.rows - 1), has_voids)
-        self.block.write(self._describe(low_m).tobytes())
+        self._filling = Filling(self.heightmap.heights) if has_voids else None
+        self.base_m, self._low_m, self.span_m = measure_span(*self.heightmap.reach_m)
+        self._write(self._all_posts, has_voids)
+        self.block.write(self._describe().tobytes())
 
-    def edit(self, heightmap: Heightmap) -> Rect | None:
-        """Take the same map with some posts changed; returns the rectangle (x0, y0, x1, y1) that differs, if any.
+    def edit(self, x: int, y: int, heights: np.ndarray) -> Rect | None:
+        """Give the posts from column x and row y on new heights, (rows, cols), NaN for voids.
 
-        Posts differ also where a changed rim fills a void anew. Everything that follows from the map's span is new
-        when the span or the presence of voids changes: the rectangle is the whole map then.
+        Time grows with the posts that change, not with the map; but everything that follows from the map's span is new
+        when heights leave it, and when the first void comes or the last one goes. The span is then given room for more,
+        and does not shrink again: `Heightmap.reach_m`. The first edit makes a copy, for the caller keeps his map.
+
+        Returns
+        -------
+        Rect, optional
+            Columns and rows (x0, y0, x1, y1) that differ, filled voids with them; None if nothing does.
         """
-        before, had_voids, old_span = self.filled, self.heightmap.voids > 0, measure_span(*self.heightmap.range_m)
-        old_void = np.isnan(self.heightmap.heights)
-        self.heightmap = heightmap
-        has_voids = heightmap.voids > 0
-        if measure_span(*heightmap.range_m) != old_span or has_voids != had_voids:
+        self._own_heights()
+        had_voids = self.heightmap.voids > 0
+        changed = self.heightmap.write(x, y, heights)
+        if changed is None:
+            return None
+        rows, cols = changed
+        has_voids = self.heightmap.voids > 0
+        if self._leaves_span() or has_voids != had_voids:
             self.voids.release()
             self.voids = self._texture(self.heights.size if has_voids else (1, 1), "u1")
             self.upload()
-            return 0, 0, heightmap.cols - 1, heightmap.rows - 1
-        self.filled = fill_voids(heightmap.heights)
-        changed = (before != self.filled) | (old_void != np.isnan(heightmap.heights))
-        rows, cols = np.flatnonzero(changed.any(1)), np.flatnonzero(changed.any(0))
-        if not len(rows):
-            return None
-        rect = int(cols[0]), int(rows[0]), int(cols[-1]), int(rows[-1])
+            return self._all_posts
+        rect = cols.start, rows.start, cols.stop - 1, rows.stop - 1
+        if self._filling:
+            rect = self._filling.update(rect)
         self._write(rect, has_voids)
         return rect
+
+    def make_room(self, up_m: float, down_m: float = 0.0) -> bool:
+        """Have the span hold heights so much above the highest and below the lowest; True if all tables are stale."""
+        self._own_heights()
+        (low, high), reach = self.heightmap.range_m, self.heightmap.reach_m
+        self.heightmap.reach_m = min(reach[0], low - down_m), max(reach[1], high + up_m)
+        if measure_span(*self.heightmap.reach_m) == (self.base_m, self._low_m, self.span_m):
+            return False
+        self.upload()
+        return True
 
     def bind(self) -> None:
         """Make the map visible to every shader, at the places that glsl/blocks/terrain.glsl names."""
@@ -88,6 +110,26 @@ class Terrain:
         """Give the GPU's memory back."""
         for resource in (self.heights, self.voids, self.block):
             resource.release()
+
+    @property
+    def _all_posts(self) -> Rect:
+        return 0, 0, self.heightmap.cols - 1, self.heightmap.rows - 1
+
+    def _own_heights(self) -> None:
+        """Have heights that may be written to: the caller keeps his."""
+        if not self._own:
+            self.heightmap, self._own = self.heightmap.copy(), True
+            if self._filling:
+                self._filling.known[0] = self.heightmap.heights
+
+    def _leaves_span(self) -> bool:
+        """Whether the map has left its span; if so, its reach is widened by ROOM of its relief, on the side it left."""
+        low, high = self.heightmap.range_m
+        reach_low, reach_high = self.heightmap.reach_m
+        below, above = low < self._low_m, high > self._low_m + self.span_m
+        room = ROOM * (max(high, reach_high) - min(low, reach_low))
+        self.heightmap.reach_m = low - room if below else reach_low, high + room if above else reach_high
+        return below or above
 
     def _texture(self, size: tuple[int, int], dtype: str) -> moderngl.Texture:
         texture = self.ctx.texture(size, 1, dtype=dtype)
@@ -104,12 +146,12 @@ class Terrain:
             voids = np.isnan(self.heightmap.heights[part]).astype("u1")
             self.voids.write(voids, viewport=viewport, alignment=1)
 
-    def _describe(self, low_m: float) -> np.ndarray:
+    def _describe(self) -> np.ndarray:
         block = np.zeros((), layout.TERRAIN)
         block["last_post"] = self.heightmap.cols - 1, self.heightmap.rows - 1
         block["spacing_m"] = self.heightmap.spacing_m
         block["top_level"] = self.top_level
-        block["low_m"], block["span_m"] = low_m - self.base_m, self.span_m
+        block["low_m"], block["span_m"] = self._low_m - self.base_m, self.span_m
         block["has_voids"] = self.heightmap.voids > 0
         for j, level in enumerate(self.levels):
             block["level"][j] = tuple(level)
@@ -130,13 +172,65 @@ def measure_span(low: float, high: float) -> tuple[float, float, float]:
 
 
 def fill_voids(heights: np.ndarray) -> np.ndarray:
-    """Heights with NaN replaced by averages that grow inward from the rim (pull-push, Gortler et al. 1996)."""
-    void = np.isnan(heights)
-    if not void.any():
-        return heights
-    coarse = fill_voids(_pull(heights))
-    up = coarse.repeat(2, 0).repeat(2, 1)[: heights.shape[0], : heights.shape[1]]
-    return np.where(void, up, heights).astype(np.float32)
+    """Heights with NaN replaced by averages that grow inward from the rim."""
+    return Filling(heights).filled[0] if np.isnan(heights).any() else heights
+
+
+class Filling:
+    """Heights with voids filled, pull-push (Gortler et al. 1996, "The lumigraph"), and ready for edits.
+
+    A pyramid: each level up is half as large, its posts the means of the known ones below; down again, what is void
+    takes the height above.
+
+        known   5 ·     pull    5        filled   5 5
+                · ·      →                →       5 5
+
+    Attributes
+    ----------
+    known, filled
+        Levels from the map, (rows, cols), up to a single post; NaN in `known` where void.
+    """
+
+    def __init__(self, heights: np.ndarray) -> None:
+        self.known = [heights]
+        while self.known[-1].size > 1:
+            self.known.append(_pull(self.known[-1]))
+        self.filled = [self.known[-1]]
+        for known in self.known[-2::-1]:
+            self.filled.insert(0, _push(known, self.filled[0]))
+
+    def update(self, posts: Rect) -> Rect:
+        """Follow new heights of the map in a rectangle (x0, y0, x1, y1); returns the one in which `filled` differs."""
+        rects = [posts]
+        for below, known in zip(self.known, self.known[1:], strict=False):
+            x0, y0, x1, y1 = (i // 2 for i in rects[-1])
+            known[y0 : y1 + 1, x0 : x1 + 1] = _pull(below[2 * y0 : 2 * y1 + 2, 2 * x0 : 2 * x1 + 2])
+            rects.append((x0, y0, x1, y1))
+        changed = rects[-1]
+        for level in range(len(self.known) - 2, -1, -1):
+            changed = self._push_again(level, rects[level], changed)
+        self.filled[-1] = self.known[-1]
+        return changed
+
+    def _push_again(self, level: int, posts: Rect, above: Rect) -> Rect:
+        """Fill one level anew below what changed above; returns the rectangle that differs, `posts` within it."""
+        known, filled = self.known[level], self.filled[level]
+        (rows, cols), (x0, y0, x1, y1) = known.shape, above
+        y, x = slice(2 * y0, min(2 * y1 + 2, rows)), slice(2 * x0, min(2 * x1 + 2, cols))
+        new = _push(known[y, x], self.filled[level + 1][y0 : y1 + 1, x0 : x1 + 1])
+        differs = new != filled[y, x]
+        filled[y, x] = new
+        at_y, at_x = np.flatnonzero(differs.any(1)) + y.start, np.flatnonzero(differs.any(0)) + x.start
+        if not len(at_y):
+            return posts
+        low, high = (min(posts[0], at_x[0]), min(posts[1], at_y[0])), (max(posts[2], at_x[-1]), max(posts[3], at_y[-1]))
+        return int(low[0]), int(low[1]), int(high[0]), int(high[1])
+
+
+def _push(known: np.ndarray, above: np.ndarray) -> np.ndarray:
+    """Fill the voids of a level from the one above."""
+    up = above.repeat(2, 0).repeat(2, 1)[: known.shape[0], : known.shape[1]]
+    return np.where(np.isnan(known), up, known).astype(np.float32, copy=False)
 
 
 def _pull(heights: np.ndarray) -> np.ndarray:

@@ -141,7 +141,7 @@ def test_heights_are_those_of_the_posts(ctx, monkeypatch):
     scene = Scene.of(ctx, heightmap)
     selection = scene.select(cameras(heightmap)["default"], 1.0)
     scene.triangles(selection)  # compares them, to the bit
-    scene.terrain.filled = scene.terrain.filled + np.float32(0.01)
+    scene.terrain.heightmap.heights[:] += np.float32(0.01)
     with pytest.raises(TerrainError, match="beside their posts"):
         captured_triangles(selection)
     scene.release()

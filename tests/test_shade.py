@@ -153,7 +153,7 @@ def test_an_edit_equals_a_rebuild(ctx):
     sums = HeightSums(terrain)
     edited = heights.copy()
     edited[20:33, 40:57] += 77
-    sums.update(terrain.edit(Heightmap(edited)))
+    sums.update(terrain.edit(0, 0, edited))
     fresh_terrain = Terrain(ctx, Heightmap(edited))
     fresh = HeightSums(fresh_terrain)
     assert sums.buffer.read() == fresh.buffer.read()

@@ -74,9 +74,9 @@ def test_edit_finds_what_changed_and_no_more(ctx):
     terrain = Terrain(ctx, Heightmap(heights))
     after = heights.copy()
     after[20:25, 31:40] += 0.5
-    assert terrain.edit(Heightmap(after)) == (31, 20, 39, 24)
+    assert terrain.edit(0, 0, after) == (31, 20, 39, 24)
     assert (uploaded(terrain) == after).all()
-    assert terrain.edit(Heightmap(after)) is None
+    assert terrain.edit(0, 0, after) is None
 
 
 def test_map_beyond_the_texture_limit_is_refused(ctx, monkeypatch):
