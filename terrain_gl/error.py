@@ -18,8 +18,7 @@ from .layout import Level
 from .sat import SummedAreaTables, Table
 from .terrain import Rect, Terrain
 
-FINE_LEVELS = 5  # levels whose nodes one thread looks at alone
-BLOCK = 32  # posts a side that one thread looks at in coarser nodes
+FINE_LEVELS = 5  # levels whose nodes one thread looks at alone; in coarser ones, at blocks as large as the last of them
 PORTION = 2**18  # posts that are looked at between two breaths of `ErrorTables.building`
 GATHERED_BYTES = 28  # glsl/error/coarse.glsl
 _BARRIER = moderngl.SHADER_STORAGE_BARRIER_BIT
@@ -35,13 +34,15 @@ class ErrorTables:
     counters, squares
         Summed-area tables of the class counters (16 bits, two classes a word) and of squared errors (64 bits),
         a table a level, over tiles of `layout.COUNT_TILE` nodes a side.
+    blocks
+        What each block of posts adds to its node of each coarse level (glsl/error/coarse.glsl): for edits.
     """
 
     def __init__(self, terrain: Terrain, build: bool = True) -> None:
         ctx = self.ctx = terrain.ctx
         self.terrain = terrain
-        names = ("fine", "gather", "settle", "count")
-        defines = {"CLASSES": layout.CLASSES, "COUNT_TILE": layout.COUNT_TILE, "BLOCK": BLOCK}
+        names = ("fine", "gather", "join", "settle", "count")
+        defines = {"CLASSES": layout.CLASSES, "COUNT_TILE": layout.COUNT_TILE, "FINE_LEVELS": FINE_LEVELS}
         self._kernels: dict[str, Any] = {name: shaders.compute(ctx, f"error/{name}.comp", defines) for name in names}
         self._sat16, self._sat64 = SummedAreaTables(ctx, 16), SummedAreaTables(ctx, 64)
         last = terrain.levels[-1]
@@ -49,13 +50,16 @@ class ErrorTables:
         self.nodes = gl.reserve(ctx, (last.first_node + last.nodes) * layout.NODE.itemsize, "an error table")
         self.counters = gl.reserve(ctx, tiles * layout.CLASSES // 2 * 4, "a table of counters")
         self.squares = gl.reserve(ctx, tiles * 8, "a table of squared errors")
+        coarse = terrain.levels[FINE_LEVELS + 1 :]
+        blocks = terrain.levels[FINE_LEVELS].nodes * len(coarse) if coarse else 1
+        self.blocks = gl.reserve(ctx, blocks * GATHERED_BYTES, "a table of blocks")
         if build:
             self.build()
 
     @property
     def bytes(self) -> int:
         """GPU memory of all tables."""
-        return self.nodes.size + self.counters.size + self.squares.size
+        return self.nodes.size + self.counters.size + self.squares.size + self.blocks.size
 
     def build(self) -> None:
         """Compute everything from the terrain's heights."""
@@ -68,7 +72,7 @@ class ErrorTables:
             columns, rows = self.terrain.levels[j].size
             height = max(1, (PORTION >> 2 * j) // columns)
             for y in range(0, rows, height):
-                self._update_nodes(j, (0, y, columns, min(height, rows - y)))
+                self._update_nodes(j, (0, y, columns, min(height, rows - y)), self._all_posts)
                 yield 0.9 * (j - 1 + y / rows) / last
         for j in range(1, last + 1):
             self._update_tables(j, self._all_posts)
@@ -77,7 +81,7 @@ class ErrorTables:
     def update(self, posts: Rect) -> None:
         """Recompute what the posts of columns x0 to x1 and rows y0 to y1, (x0, y0, x1, y1), bear on."""
         for j in range(1, len(self.terrain.levels)):
-            self._update_nodes(j, _touched(self.terrain.levels[j], posts, j))
+            self._update_nodes(j, _touched(self.terrain.levels[j], posts, j), posts)
         for j in range(1, len(self.terrain.levels)):
             self._update_tables(j, posts)
 
@@ -90,15 +94,23 @@ class ErrorTables:
 
     def release(self) -> None:
         """Give the GPU's memory back."""
-        for resource in (self.nodes, self.counters, self.squares, self._sat16, self._sat64, *self._kernels.values()):
+        for resource in (
+            self.nodes,
+            self.counters,
+            self.squares,
+            self.blocks,
+            self._sat16,
+            self._sat64,
+            *self._kernels.values(),
+        ):
             resource.release()
 
     @property
     def _all_posts(self) -> Rect:
         return 0, 0, self.terrain.heightmap.cols - 1, self.terrain.heightmap.rows - 1
 
-    def _update_nodes(self, j: int, nodes: tuple[int, int, int, int]) -> None:
-        """Recompute the nodes of level j from column x and row y on, (x, y, columns, rows)."""
+    def _update_nodes(self, j: int, nodes: tuple[int, int, int, int], posts: Rect) -> None:
+        """Recompute nodes of level j, from column x and row y on (x, y, columns, rows), for posts that have changed."""
         x, y, width, height = nodes
         place = {"u_which_level": j, "u_first": (x, y), "u_count": (width, height)}
         self.terrain.bind()
@@ -107,9 +119,11 @@ class ErrorTables:
             self._run("fine", (-(-width // 8), -(-height // 8)), place)
             return
         gathering = self.ctx.buffer(bytes(width * height * GATHERED_BYTES))
-        gathering.bind_to_storage_buffer(1)
-        blocks = (1 << j) // BLOCK
-        self._run("gather", (-(-width * blocks // 8), -(-height * blocks // 8)), place)
+        self.blocks.bind_to_storage_buffer(1)
+        gathering.bind_to_storage_buffer(2)
+        blocks = 1 << j - FINE_LEVELS
+        self._run("gather", (-(-width * blocks // 8), -(-height * blocks // 8)), place | {"u_posts": posts})
+        self._run("join", (-(-width // 8), -(-height * blocks // 8)), place)
         self._run("settle", (-(-width * height // 64), 1), place)
         gathering.release()
 

@@ -213,7 +213,7 @@ def own_posts(solid, level):
 
 
 def all_bytes(tables):
-    return tables.nodes.read(), tables.counters.read(), tables.squares.read()
+    return tables.nodes.read(), tables.counters.read(), tables.squares.read(), tables.blocks.read()
 
 
 def edited(heights, rect, seed, kind):
@@ -307,7 +307,8 @@ def test_edit_touches_only_what_it_bears_on(ctx, monkeypatch):
 def test_tables_take_at_most_12_bytes_a_post(ctx, shape):
     terrain, tables = built(ctx, Heightmap(rough(*shape)))
     assert tables.bytes <= 12 * shape[0] * shape[1]
-    assert tables.bytes == tables.nodes.size + tables.counters.size + tables.squares.size
+    assert tables.bytes == sum(t.size for t in (tables.nodes, tables.counters, tables.squares, tables.blocks))
+    assert tables.blocks.size <= 0.3 * shape[0] * shape[1]
 
 
 def test_same_map_gives_the_same_bytes(ctx):
@@ -326,5 +327,5 @@ def test_work_groups_stay_below_the_limit_on_the_largest_map(ctx, monkeypatch):
         monkeypatch.setattr(scene.tables._sat64, name, lambda *_: None)
     monkeypatch.setattr(scene.terrain.heightmap, "heights", np.broadcast_to(np.float32(0), (16384, 16384)))
     scene.tables.build()
-    assert {name for name, *_ in groups} == {"fine", "gather", "settle", "count"}
+    assert {name for name, *_ in groups} == {"fine", "gather", "join", "settle", "count"}
     assert max(max(count) for _, *count in groups) <= most

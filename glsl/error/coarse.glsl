@@ -1,14 +1,31 @@
-// error/coarse.glsl — where many threads add up the errors of one large node.
+// error/coarse.glsl — large nodes are gathered in two steps: blocks of posts, a thread each, then all blocks of a node.
+//   Blocks are kept for every coarse level: an edit looks anew at those that it touches, and at no others.
+//   A node of 4 × 4 blocks; the last block of a row or column also has the node's far edge,
+//   where the map ends the last that there is:
+//      ┌──┬──┬──┬───┐
+//      ├──┼██┼──┼───┤
+//      └──┴──┴──┴───┘
 //   Maxima of positive floats compare as their bits do; sums are integers: the order does not matter.
-// Provides gathered[], gathered_index().
+// Provides Gathered, block_of[], block_index(), blocks_in_node().
 
 #include "error/worst.glsl"
+
+#ifndef FINE_LEVELS
+#define FINE_LEVELS 5
+#endif
+#define BLOCK (1 << FINE_LEVELS)  // posts a side
 
 struct Gathered {
     uint max_q, max_f;  // float bits
     uint squares[4];    // quad low, high; fan low, high: fixed point (error/nodes.glsl)
     uint voids;
 };
-layout(std430, binding = 1) buffer Gathering { Gathered gathered[]; };
+layout(std430, binding = 1) buffer Blocks { Gathered block_of[]; };
 
-int gathered_index(ivec2 at) { return (at.y - u_first.y) * u_count.x + at.x - u_first.x; }
+// Blocks lie on the map as the nodes of the last fine level do.
+int block_index(ivec2 block) {
+    ivec2 size = u_level[FINE_LEVELS].size;
+    return ((u_which_level - FINE_LEVELS - 1) * size.y + block.y) * size.x + block.x;
+}
+
+int blocks_in_node() { return 1 << (u_which_level - FINE_LEVELS); }  // a side

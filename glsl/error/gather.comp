@@ -1,39 +1,39 @@
 // error/gather.comp — the error table's coarse levels: a thread looks at one block of its node's posts.
-//   A node of 4 × 4 blocks; the last block of a row or column also has the node's far edge:
-//      ┌──┬──┬──┬───┐
-//      ├──┼██┼──┼───┤
-//      └──┴──┴──┴───┘
 
 #include "error/coarse.glsl"
 
-#ifndef BLOCK
-#define BLOCK 32
-#endif
-
 layout(local_size_x = 8, local_size_y = 8) in;
 
-void add_squares(int i, int word, float squares) {
-    uvec2 more = square_up(squares / u_span_m / u_span_m);
-    uint before = atomicAdd(gathered[i].squares[word], more.x);
-    uint carry = before + more.x < before ? 1u : 0u;
-    atomicAdd(gathered[i].squares[word + 1], more.y + carry);
+uniform ivec4 u_posts;  // those that have changed: first column and row, last column and row
+
+bool holds(ivec2 low, ivec2 high) {
+    return all(lessThanEqual(low, u_posts.zw)) && all(greaterThanEqual(high, u_posts.xy));
+}
+
+// The posts that the node is drawn through decide the errors of all others.
+bool moves(Node n) {
+    for (int i = 0; i < 9; i++) {
+        ivec2 post = ivec2(i % 3 == 0 ? n.low.x : i % 3 == 1 ? n.mid.x : n.high.x,
+                           i / 3 == 0 ? n.low.y : i / 3 == 1 ? n.mid.y : n.high.y);
+        if (holds(post, post)) return true;
+    }
+    return false;
 }
 
 void main() {
-    int blocks = (1 << u_which_level) / BLOCK;
-    ivec2 thread = ivec2(gl_GlobalInvocationID.xy), at = u_first + thread / blocks, block = thread % blocks;
-    if (any(greaterThanEqual(thread / blocks, u_count))) return;
+    ivec2 thread = ivec2(gl_GlobalInvocationID.xy), in_node = thread % blocks_in_node();
+    ivec2 at = u_first + thread / blocks_in_node(), block = at * blocks_in_node() + in_node;
+    if (any(greaterThanEqual(thread / blocks_in_node(), u_count))) return;
+    if (any(greaterThanEqual(block, u_level[FINE_LEVELS].size))) return;
     Node n = node_at(u_which_level, at);
-    ivec2 low = n.low + block * BLOCK;
-    ivec2 end = min(low + BLOCK + ivec2(equal(block, ivec2(blocks - 1))), n.high + 1);
+    ivec2 low = block * BLOCK, end = min(low + BLOCK, n.high);
+    end += ivec2(equal(end, n.high));  // the far edge
+    if (!holds(low, end - 1) && !moves(n)) return;
+
     Worst w = worst_of_nothing();
     for (int y = low.y; y < end.y; y++)
         for (int x = low.x; x < end.x; x++) gather_post(w, n, ivec2(x, y));
-
-    int i = gathered_index(at);
-    atomicMax(gathered[i].max_q, floatBitsToUint(w.max_m.x));
-    atomicMax(gathered[i].max_f, floatBitsToUint(w.max_m.y));
-    add_squares(i, 0, w.squares.x);
-    add_squares(i, 2, w.squares.y);
-    atomicOr(gathered[i].voids, w.voids);
+    uvec2 max_m = floatBitsToUint(w.max_m);
+    uvec2 q = square_up(w.squares.x / u_span_m / u_span_m), f = square_up(w.squares.y / u_span_m / u_span_m);
+    block_of[block_index(block)] = Gathered(max_m.x, max_m.y, uint[4](q.x, q.y, f.x, f.y), w.voids);
 }

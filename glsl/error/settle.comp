@@ -1,8 +1,9 @@
-// error/settle.comp — the error table's coarse levels: from what was gathered to the table, and clear for the next.
+// error/settle.comp — the error table's coarse levels: from what was gathered to the table.
 
 #include "error/coarse.glsl"
 
 layout(local_size_x = 64) in;
+layout(std430, binding = 2) readonly buffer Gathering { Gathered gathered[]; };
 
 void main() {
     int i = int(gl_GlobalInvocationID.x);
@@ -13,5 +14,4 @@ void main() {
     vec2 squares = share * exp2(-35.0) * u_span_m * u_span_m;
     Worst w = Worst(uintBitsToFloat(uvec2(g.max_q, g.max_f)), squares, g.voids);
     settle_node(at, node_at(u_which_level, at), w);
-    gathered[i] = Gathered(0u, 0u, uint[4](0u, 0u, 0u, 0u), 0u);
 }

@@ -1,0 +1,38 @@
+// error/join.comp — the error table's coarse levels: a thread joins one row of its node's blocks.
+
+#include "error/coarse.glsl"
+
+layout(local_size_x = 8, local_size_y = 8) in;
+layout(std430, binding = 2) buffer Gathering { Gathered gathered[]; };  // of each node; all zero before
+
+void add_squares(int i, int word, uvec2 more) {
+    uint before = atomicAdd(gathered[i].squares[word], more.x);
+    uint carry = before + more.x < before ? 1u : 0u;
+    atomicAdd(gathered[i].squares[word + 1], more.y + carry);
+}
+
+void main() {
+    int thread = int(gl_GlobalInvocationID.y);
+    ivec2 node_ = ivec2(gl_GlobalInvocationID.x, thread / blocks_in_node());
+    if (any(greaterThanEqual(node_, u_count))) return;
+    ivec2 first = (u_first + node_) * blocks_in_node() + ivec2(0, thread % blocks_in_node());
+    ivec2 end = min(first + blocks_in_node(), u_level[FINE_LEVELS].size);
+    if (first.y >= end.y) return;
+
+    Gathered row = Gathered(0u, 0u, uint[4](0u, 0u, 0u, 0u), 0u);
+    uvec2 q = uvec2(0u), f = uvec2(0u);
+    for (int x = first.x; x < end.x; x++) {
+        Gathered block = block_of[block_index(ivec2(x, first.y))];
+        row.max_q = max(row.max_q, block.max_q);
+        row.max_f = max(row.max_f, block.max_f);
+        row.voids |= block.voids;
+        q = add64(q, uvec2(block.squares[0], block.squares[1]));
+        f = add64(f, uvec2(block.squares[2], block.squares[3]));
+    }
+    int i = node_.y * u_count.x + node_.x;
+    atomicMax(gathered[i].max_q, row.max_q);
+    atomicMax(gathered[i].max_f, row.max_f);
+    add_squares(i, 0, q);
+    add_squares(i, 2, f);
+    atomicOr(gathered[i].voids, row.voids);
+}
