@@ -81,7 +81,8 @@ class SummedAreaTables:
         place = {"size": table[:2], "edit_at": (x, y), "edit_size": at[:2], "first": table.first}
         self._run("difference", blocks, (at.width, at.height, at.layers), **place)
         self.build(values, at)
-        self._run("spread", blocks, (table.width - x, table.height - y, table.layers), **place)
+        strips = -(-(table.height - y) // STRIP)
+        self._run("spread", blocks, (table.width - x, strips, table.layers), **place)
 
     def box_sums(self, buffer: moderngl.Buffer, table: Table, boxes: np.ndarray, layer: int = 0) -> np.ndarray:
         """Sums of boxes (n, 4), each x0, y0, x1, y1 with the end outside; (n,) words, (n, 2) for 16 bits."""

@@ -1,13 +1,25 @@
 // sat/spread.comp — phase 2 of an edit, after the differences were summed to a table of their own: add it to all that
-// stands right of and below the rectangle's corner.
+// stands right of and below the rectangle's corner. A thread owns a strip of a column; where sums have not changed,
+// nothing is read.
 
 #include "sat/edit.glsl"
 
+#ifndef STRIP
+#define STRIP 64
+#endif
+
 void main() {
     ivec3 at = ivec3(gl_GlobalInvocationID);
-    if (at.x >= u_size.x - u_edit_at.x) return;
+    ivec2 rest = u_size - u_edit_at;
+    if (at.x >= rest.x) return;
 
-    ivec2 inside = min(at.xy + 1, u_edit_size);
-    uint i = sat_index(Table(u_first, u_size), at.z, u_edit_at.x + at.x + 1, u_edit_at.y + at.y + 1);
-    word[i] = ADD(word[i], edit[sat_index(Table(0u, u_edit_size), at.z, inside.x, inside.y)]);
+    Table all = Table(u_first, u_size), edited = Table(0u, u_edit_size);
+    int column = min(at.x + 1, u_edit_size.x);
+    int end = min((at.y + 1) * STRIP, rest.y);
+    for (int y = at.y * STRIP; y < end; y++) {
+        WORD change = edit[sat_index(edited, at.z, column, min(y + 1, u_edit_size.y))];
+        if (change == WORD(0)) continue;
+        uint i = sat_index(all, at.z, u_edit_at.x + at.x + 1, u_edit_at.y + y + 1);
+        word[i] = ADD(word[i], change);
+    }
 }
