@@ -1,0 +1,65 @@
+// horizon/fold.comp — horizons become visible shares of the sky's lobes, a texel of posts a thread.
+//   What lobe l sends a post with normal n from the sector around azimuth a, over a horizon of sine s, is n · M(a, s, l),
+//     M = ∫ SG_l(ω) ω dω / ∫ SG_l dω    over the sector's directions above the horizon.
+//   Sums over a are the light that the post gets; without any horizon but its own plane it would get C_l(n):
+//     V_l(texel) = Σ over posts Σ over a n · M / Σ over posts C_l(n)
+//   This is the mean visibility, weighted by the cosine: posts count as much as they would shine.
+// Called once for each batch of azimuths; sums wait as floats where the table of shares will be.
+// Python twins: horizon.sector_moments, horizon.open_shares
+
+#include "horizon/lines.glsl"
+#include "horizon/normal.glsl"
+
+#ifndef LOBES
+#define LOBES 4
+#define SINES 64     // steps of the sine from −1 to 1
+#define COSINES 64   // steps of n · axis from −1 to 1
+#define BATCH 4      // azimuths
+#define TEXEL 2      // posts a side
+#define FULL 4095.0  // share of 1
+#endif
+
+layout(local_size_x = 64) in;
+layout(binding = 2) uniform sampler2DArray u_horizons;
+layout(std430, binding = 0) buffer Shares { uint share[]; };
+layout(std430, binding = 1) readonly buffer Moments { vec4 moment[]; };    // azimuth, sine, lobe
+layout(std430, binding = 2) readonly buffer Open { float open_share[]; };  // lobe, cosine
+
+uniform vec2 u_directions[BATCH];
+uniform vec3 u_axes[LOBES];
+uniform ivec2 u_texels;
+uniform int u_batch;
+uniform bool u_is_last;
+
+float open_to(int lobe, vec3 normal) {
+    float at = clamp(0.5 + 0.5 * dot(normal, u_axes[lobe]), 0.0, 1.0) * float(COSINES);
+    int i = lobe * (COSINES + 1) + min(int(at), COSINES - 1);
+    return mix(open_share[i], open_share[i + 1], at - floor(min(at, float(COSINES - 1))));
+}
+
+void main() {
+    ivec2 texel = ivec2(gl_GlobalInvocationID.xy);
+    if (texel.x >= u_texels.x) return;
+
+    float sum[LOBES], unshadowed[LOBES];
+    for (int l = 0; l < LOBES; l++) sum[l] = unshadowed[l] = 0.0;
+    for (int k = 0; k < TEXEL * TEXEL; k++) {
+        ivec2 post = texel * TEXEL + ivec2(k % TEXEL, k / TEXEL);
+        if (any(greaterThan(post, u_last_post))) continue;
+        vec3 n = normal_at(post);
+        for (int a = 0; a < BATCH; a++) {
+            float at = record_at(u_horizons, a, u_directions[a], post) * float(SINES);
+            int below = min(int(at), SINES - 1), i = ((u_batch * BATCH + a) * (SINES + 1) + below) * LOBES;
+            float t = at - float(below);
+            for (int l = 0; l < LOBES; l++) sum[l] += dot(n, mix(moment[i + l].xyz, moment[i + l + LOBES].xyz, t));
+        }
+        if (u_is_last)
+            for (int l = 0; l < LOBES; l++) unshadowed[l] += open_to(l, n);
+    }
+    for (int l = 0; l < LOBES; l++) {
+        int at = (l * u_texels.y + texel.y) * u_texels.x + texel.x;
+        if (u_batch > 0) sum[l] += uintBitsToFloat(share[at]);
+        float visible = clamp(sum[l] / max(unshadowed[l], 1e-6), 0.0, 1.0);
+        share[at] = u_is_last ? uint(round(FULL * visible)) : floatBitsToUint(sum[l]);
+    }
+}

@@ -1,0 +1,66 @@
+// horizon/lines.glsl — the map as parallel lines that run away from a light, a thread a line.
+//   From step to step a line moves one column away from the light and `slide` posts sideways; where the light stands
+//   nearer to north or south, columns are rows. `towards` is that step the other way round: columns and rows towards the
+//   light, the larger of them ±1.
+//
+//        light       step  0   1   2   3   4     At step i, line b crosses the column at b + slide·i, between two posts:
+//          ↖         ·───·───·───·───·           the ground there lies on the straight line from one to the other.
+//            ·       b \   ·   ·   ·   ·
+//                    ·    \·   ·   ·   ·         One line passes each post within half a post, so that every post has
+//                    ·   ·   \ ·   ·   ·         a record; all lines of a column miss their posts by the same, slack(i):
+//                    ·   ·   ·  \  ·   ·         a column of records is evenly spaced, and bilinear lookups are easy.
+//
+// Provides on_axes(), step_of(), post_at(), slide(), base(), slack(), record_at(), record_near(), sine_of().
+
+#include "blocks/terrain.glsl"
+
+bool by_column(vec2 towards) { return abs(towards.x) >= abs(towards.y); }
+
+// (column, row) as (along the light's axis, across), and back.
+vec2 on_axes(vec2 towards, vec2 post) { return by_column(towards) ? post : post.yx; }
+ivec2 on_axes(vec2 towards, ivec2 post) { return by_column(towards) ? post : post.yx; }
+
+float slide(vec2 towards) { return -on_axes(towards, towards).y; }
+
+bool is_backward(vec2 towards) { return on_axes(towards, towards).x > 0.0; }  // step 0 is the last column or row
+
+int base(vec2 towards, int step_) { return int(floor(slide(towards) * float(step_) + 0.5)); }
+
+float slack(vec2 towards, int step_) { return slide(towards) * float(step_) - float(base(towards, step_)); }
+
+float step_m(vec2 towards) { return length(towards * u_spacing_m); }
+
+ivec2 post_at(vec2 towards, int step_, int place) {
+    int along = is_backward(towards) ? on_axes(towards, u_last_post).x - step_ : step_;
+    return on_axes(towards, ivec2(along, place));
+}
+
+float record_of(sampler2DArray records, int layer, vec2 towards, int step_, int place) {
+    return texelFetch(records, ivec3(post_at(towards, step_, clamp(place, 0, on_axes(towards, u_last_post).y)), layer), 0).x;
+}
+
+// Records of one column, linear between its lines.
+float record_across(sampler2DArray records, int layer, vec2 towards, int step_, float across) {
+    float y = across - slack(towards, step_);
+    int place = int(floor(y));
+    return mix(record_of(records, layer, towards, step_, place), record_of(records, layer, towards, step_, place + 1), y - floor(y));
+}
+
+// The record at a post.
+float record_at(sampler2DArray records, int layer, vec2 towards, ivec2 post) {
+    ivec2 at = on_axes(towards, post);
+    int step_ = is_backward(towards) ? on_axes(towards, u_last_post).x - at.x : at.x;
+    return record_across(records, layer, towards, step_, float(at.y));
+}
+
+// The record at any place, bilinear.
+float record_near(sampler2DArray records, int layer, vec2 towards, vec2 post) {
+    vec2 at = on_axes(towards, post);
+    int last = on_axes(towards, u_last_post).x;
+    float steps = is_backward(towards) ? float(last) - at.x : at.x;
+    int before = clamp(int(floor(steps)), 0, last - 1);
+    float t = clamp(steps - float(before), 0.0, 1.0);
+    return mix(record_across(records, layer, towards, before, at.y), record_across(records, layer, towards, before + 1, at.y), t);
+}
+
+float sine_of(float record) { return 2.0 * record - 1.0; }

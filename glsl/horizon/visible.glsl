@@ -1,0 +1,84 @@
+// horizon/visible.glsl — how much of each light a footprint sees: the lookups of horizon.py's tables.
+//   sky_visible     mean of V_l over the footprint, weighted by the cosine                 (A.5, with horizon/fold.comp)
+//   sun_irradiance  mean of V · ⟨n, sun⟩: what the sun sends the ground, 1 for ground that faces it
+//   sun_visible     V alone, for lobes other than the cosine's: irradiance over what it would be without shadows
+// Footprints are boxes in posts. S between texels is bilinear, as in shade/relief.glsl, and means are continuous. Below a
+// few posts the sun's horizon is looked up instead, bilinear in its angle: the rim of a shadow is as sharp as the sun.
+
+#include "horizon/lines.glsl"
+#include "horizon/disc.glsl"
+
+#ifndef LOBES
+#define LOBES 4
+#define TEXEL 2
+#define FULL 4095.0
+#endif
+#define LARGEST_SUM_POSTS 1000.0  // 2^20 texels of 12 bits are exact
+
+layout(std430, binding = 4) readonly buffer Shares { uint share[]; };
+layout(std430, binding = 5) readonly buffer Sunlit { uint sunlit[]; };
+layout(binding = 4) uniform sampler2DArray u_sun_horizon;
+
+uniform vec2 u_sun_towards;
+
+uint sunlit_at(int layer, int x, int y) { return x == 0 || y == 0 ? 0u : sunlit[(y - 1) * (u_last_post.x + 1) + x - 1]; }
+
+ivec2 share_texels() { return u_last_post / TEXEL + 1; }
+
+uint share_at(int layer, int x, int y) {
+    ivec2 size = share_texels();
+    return x == 0 || y == 0 ? 0u : share[(layer * size.y + y - 1) * size.x + x - 1];
+}
+
+// Mean over the box from a to c, in texels of a table of `end`; each side is between two words.
+#define BOX_MEAN(name, sum_at)                                                                    \
+    float name(int layer, vec2 a, vec2 c, ivec2 end) {                                            \
+        ivec4 x = ivec4(a.x, a.x + 1.0, c.x, c.x + 1.0), y = ivec4(a.y, a.y + 1.0, c.y, c.y + 1.0); \
+        x = min(x, end.x);                                                                        \
+        y = min(y, end.y);                                                                        \
+        vec4 rows;                                                                                \
+        uvec4 first;                                                                              \
+        for (int j = 0; j < 4; j++) {                                                             \
+            uint west = sum_at(layer, x[0], y[j]);                                                \
+            uvec4 sums = uvec4(0u, sum_at(layer, x[1], y[j]) - west, sum_at(layer, x[2], y[j]) - west, sum_at(layer, x[3], y[j]) - west); \
+            if (j == 0) first = sums;                                                             \
+            vec4 s = vec4(sums - first);                                                          \
+            rows[j] = mix(s.z, s.w, fract(c.x)) - s.y * fract(a.x);                               \
+        }                                                                                         \
+        float total = mix(rows.z, rows.w, fract(c.y)) - rows.y * fract(a.y);                      \
+        return total / ((c.x - a.x) * (c.y - a.y)) / FULL;                                        \
+    }
+
+BOX_MEAN(mean_sunlit, sunlit_at)
+BOX_MEAN(mean_share, share_at)
+
+// A footprint's box on the map, no smaller than `least` and inside the map; in posts, a texel's corner being whole.
+vec4 box_of(vec2 post, vec2 extent, float least) {
+    vec2 half_extent = 0.5 * clamp(extent, least, LARGEST_SUM_POSTS), end = vec2(u_last_post + 1);
+    vec2 a = clamp(post + 0.5 - half_extent, vec2(0.0), end - 1.0), c = clamp(post + 0.5 + half_extent, vec2(1.0), end);
+    return vec4(a, c);
+}
+
+float sky_visible(int lobe, vec2 post, vec2 extent) {
+    vec4 box = box_of(post, extent, 1.5 * float(TEXEL)) / float(TEXEL);
+    return mean_share(lobe, box.xy, min(box.zw, vec2(share_texels())), share_texels());
+}
+
+float sun_share(vec2 post) { return disc_share(sine_of(record_near(u_sun_horizon, 0, u_sun_towards, post)), 0.0); }
+
+// cosine: ⟨n, sun⟩ of the footprint where it is small
+float sun_irradiance(vec2 post, vec2 extent, float cosine) {
+    float blend = smoothstep(1.5, 3.0, max(extent.x, extent.y)), near = 0.0, far = 0.0;
+    if (blend < 1.0) near = sun_share(post) * max(cosine, 0.0);
+    if (blend > 0.0) {
+        vec4 box = box_of(post, extent, 1.0);
+        far = mean_sunlit(0, box.xy, box.zw, u_last_post + 1);
+    }
+    return mix(near, far, blend);
+}
+
+// unshadowed: the mean of ⟨n, sun⟩ over the footprint
+float sun_visible(vec2 post, vec2 extent, float unshadowed) {
+    if (max(extent.x, extent.y) < 1.5) return sun_share(post);
+    return min(sun_irradiance(post, extent, unshadowed) / max(unshadowed, 1e-3), 1.0);
+}

@@ -1,0 +1,291 @@
+"""Visibility: how much of the sky's lobes and of the sun the ground sees, in summed-area tables.
+
+Horizons per azimuth (glsl/horizon/sweep.comp) are folded into the visible share of each lobe (glsl/horizon/fold.comp),
+a texel of 2 × 2 posts each; the sun has a horizon and a table of its own at full resolution, and moving it rebuilds
+these alone (glsl/horizon/sunlit.comp). Lookups in shaders: glsl/horizon/visible.glsl. Specification: `reference.horizons`,
+`reference.visible_shares`.
+"""
+
+from __future__ import annotations
+
+import math
+from collections.abc import Callable
+from typing import Any
+
+import moderngl
+import numpy as np
+
+from . import gl, shaders
+from .camera import Vector
+from .sat import SummedAreaTables, Table
+from .terrain import Rect, Terrain
+
+AZIMUTHS = 16
+BATCH = 4  # azimuths that are folded at once
+TEXEL = 2  # posts a side of the sky's texels
+SINES, COSINES = 64, 64  # steps of the tables over the horizon's sine and over n · axis
+FULL = 4095  # a share of 1: sums of 2^20 texels fit a word
+SUN_RADIUS = math.radians(0.2665)
+HULL_BYTES = 2**26  # scratch memory of a sweep, at most
+_HULL_POINT = 8
+_BARRIER = moderngl.SHADER_STORAGE_BARRIER_BIT | moderngl.TEXTURE_FETCH_BARRIER_BIT
+Progress = Callable[[float], None]
+Direction = tuple[float, float]
+
+
+class Sweep:
+    """Horizons of all posts towards one azimuth at a time."""
+
+    def __init__(self, terrain: Terrain) -> None:
+        self.ctx, self.terrain = terrain.ctx, terrain
+        self._kernel: Any = shaders.compute(self.ctx, "horizon/sweep.comp")
+
+    def run(self, towards: Direction, into: moderngl.TextureArray, layer: int = 0) -> None:
+        """Write the sines of the horizons in lattice direction `towards` (see `lattice_direction`) to a layer."""
+        cols, rows = into.size[:2]
+        by_column = abs(towards[0]) >= abs(towards[1])
+        steps, places = (cols, rows) if by_column else (rows, cols)
+        slide = -towards[1] if by_column else -towards[0]
+        drift = math.ceil(abs(slide) * (steps - 1))
+        first, lines = (-drift if slide > 0 else 0), places + drift
+        at_once = min(lines, max(64, HULL_BYTES // (_HULL_POINT * steps)))
+        hulls = gl.reserve(self.ctx, _HULL_POINT * steps * at_once, "hulls of horizons")
+        self.terrain.bind()
+        into.bind_to_image(0, read=False, write=True)
+        hulls.bind_to_storage_buffer(0)
+        self._kernel["u_towards"], self._kernel["u_layer"] = towards, layer
+        for start in range(0, lines, at_once):
+            self._kernel["u_first_line"] = first + start
+            self._kernel["u_lines"] = count = min(at_once, lines - start)
+            self._kernel.run(-(-count // 64))
+            self.ctx.memory_barrier(_BARRIER)  # the next lines use the same memory
+        hulls.release()
+
+    def release(self) -> None:
+        """Give the kernel back to the driver."""
+        self._kernel.release()
+
+
+class SkyVisibility:
+    """Tables of the visible share of each sky lobe; they depend on the map alone.
+
+    Parameters
+    ----------
+    axes, sharpness
+        (K, 3) unit vectors and (K,) of the lobes, exp(sharpness (axis · ω − 1)).
+    """
+
+    def __init__(self, terrain: Terrain, axes: np.ndarray, sharpness: np.ndarray) -> None:
+        self.ctx, self.terrain = terrain.ctx, terrain
+        self.axes, self.sharpness = np.asarray(axes, "f8"), np.asarray(sharpness, "f8")
+        cols, rows = terrain.heightmap.cols, terrain.heightmap.rows
+        self.table = Table(-(-cols // TEXEL), -(-rows // TEXEL), len(self.axes))
+        self.directions = lattice_directions(AZIMUTHS)
+        defines = {"LOBES": len(self.axes), "SINES": SINES, "COSINES": COSINES, "BATCH": BATCH, "TEXEL": TEXEL}
+        self._fold: Any = shaders.compute(self.ctx, "horizon/fold.comp", defines | {"FULL": f"{FULL}.0"})
+        self._sweep, self._sat = Sweep(terrain), SummedAreaTables(self.ctx, 32)
+        self.buffer = gl.reserve(self.ctx, 4 * self.table.words, "tables of the visible sky")
+
+    def build(self, progress: Progress | None = None) -> None:
+        """Sweep, fold and sum; `progress` is told the share that is done."""
+        moments = sector_moments(self.axes, self.sharpness, self.directions, self.terrain.heightmap.spacing_m)
+        tables = [self.ctx.buffer(t.astype("f4").tobytes()) for t in (moments, open_shares(self.sharpness))]
+        horizons = horizon_texture(self.terrain, BATCH)
+        self._fold["u_axes"] = [tuple(axis) for axis in self.axes]
+        self._fold["u_texels"] = self.table[:2]
+        for batch in range(AZIMUTHS // BATCH):
+            directions = self.directions[batch * BATCH : (batch + 1) * BATCH]
+            for layer, towards in enumerate(directions):
+                self._sweep.run(towards, horizons, layer)
+                if progress:
+                    self.ctx.finish()
+                    progress((batch * BATCH + layer + 1) / (AZIMUTHS + 1))
+            self._fold_batch(batch, directions, horizons, tables)
+        self._sat.build(self.buffer, self.table)
+        for resource in (horizons, *tables):
+            resource.release()
+        if progress:
+            progress(1.0)
+
+    def read(self) -> np.ndarray:
+        """(K, rows, cols) visible shares of each texel, 0 to 1, taken out of the sums."""
+        sums = self._sat.read(self.buffer, self.table)
+        sums = np.diff(np.pad(sums, ((0, 0), (1, 0), (1, 0))), axis=1)
+        return np.diff(sums, axis=2) / FULL
+
+    def release(self) -> None:
+        """Give the GPU's memory back."""
+        for resource in (self._fold, self._sweep, self._sat, self.buffer):
+            resource.release()
+
+    def _fold_batch(
+        self, batch: int, directions: list[Direction], horizons: moderngl.TextureArray, tables: list[moderngl.Buffer]
+    ) -> None:
+        self.terrain.bind()
+        horizons.use(2)
+        for binding, buffer in enumerate((self.buffer, *tables)):
+            buffer.bind_to_storage_buffer(binding)
+        self._fold["u_directions"] = directions
+        self._fold["u_batch"], self._fold["u_is_last"] = batch, batch == AZIMUTHS // BATCH - 1
+        self._fold.run(-(-self.table.width // 64), self.table.height)
+        self.ctx.memory_barrier(_BARRIER)
+
+
+class SunVisibility:
+    """The sun's horizon at every post, and the table of the sunlight that posts get."""
+
+    def __init__(self, terrain: Terrain) -> None:
+        self.ctx, self.terrain = terrain.ctx, terrain
+        self.table = Table(terrain.heightmap.cols, terrain.heightmap.rows)
+        self.horizon = horizon_texture(terrain, 1)
+        self.buffer = gl.reserve(self.ctx, 4 * self.table.words, "a table of sunlight")
+        self._sweep, self._sat = Sweep(terrain), SummedAreaTables(self.ctx, 32)
+        self._sunlit: Any = shaders.compute(self.ctx, "horizon/sunlit.comp", {"FULL": f"{FULL}.0"})
+        self.towards: Direction = (1.0, 0.0)
+
+    def build(self, sun: Vector, radius: float = SUN_RADIUS) -> None:
+        """Follow the sun to a direction (unit vector east, north, up); angular radius in radians."""
+        self.towards = lattice_direction(sun, self.terrain.heightmap.spacing_m)
+        self._sweep.run(self.towards, self.horizon)
+        self.terrain.bind()
+        self.horizon.use(2)
+        self.buffer.bind_to_storage_buffer(0)
+        for name, value in sun_uniforms(sun, radius).items():
+            self._sunlit[name] = value
+        self._sunlit["u_towards"], self._sunlit["u_sun"] = self.towards, sun
+        self._sunlit.run(-(-self.table.width // 64), self.table.height)
+        self.ctx.memory_barrier(_BARRIER)
+        self._sat.build(self.buffer, self.table)
+
+    def read(self) -> np.ndarray:
+        """(rows, cols) sunlight that posts get, 1 where the ground faces the whole sun, taken out of the sums."""
+        sums = self._sat.read(self.buffer, self.table)[0]
+        return np.diff(np.diff(np.pad(sums, ((1, 0), (1, 0))), axis=0), axis=1) / FULL
+
+    def release(self) -> None:
+        """Give the GPU's memory back."""
+        for resource in (self.horizon, self.buffer, self._sweep, self._sat, self._sunlit):
+            resource.release()
+
+
+class Visibility:
+    """What shading knows of shadows: tables over the map for the sky's lobes and for the sun, built when first used.
+
+    An edit moves horizons as far as the ground is seen from: after one, the tables that are asked for next are built
+    anew, all of them.
+
+    Parameters
+    ----------
+    lobe_axes, lobe_sharpness
+        (K, 3) unit vectors and (K,) of the sky's lobes, exp(sharpness (axis · ω − 1)).
+    """
+
+    def __init__(self, terrain: Terrain, lobe_axes: np.ndarray, lobe_sharpness: np.ndarray) -> None:
+        self.sky, self.sun = SkyVisibility(terrain, lobe_axes, lobe_sharpness), SunVisibility(terrain)
+        self._sky_built = False
+        self._at: tuple[Vector, float] | None = None
+
+    @property
+    def bytes(self) -> int:
+        """GPU memory of the tables."""
+        return self.sky.buffer.size + self.sun.buffer.size + 2 * self.sun.table.words
+
+    @property
+    def defines(self) -> dict[str, object]:
+        """Macros for shaders that include horizon/visible.glsl."""
+        return {"LOBES": len(self.sky.axes), "TEXEL": TEXEL, "FULL": f"{FULL}.0"}
+
+    def follow(self, sun: Vector, radius: float = SUN_RADIUS, progress: Progress | None = None) -> None:
+        """Make what is not there yet for this sun, a unit vector and the disc's angular radius in radians."""
+        if not self._sky_built:
+            self.sky.build(progress)
+            self._sky_built = True
+        if self._at != (sun, radius):
+            self.sun.build(sun, radius)
+            self._at = sun, radius
+
+    def update(self, posts: Rect) -> None:
+        """Follow an edit of posts, x0, y0, x1, y1: what is needed is built anew when it is next asked for."""
+        self._sky_built, self._at = False, None
+
+    def bind(self, program: Any) -> None:
+        """Make the tables visible to a program that includes horizon/visible.glsl."""
+        assert self._at
+        self.sky.buffer.bind_to_storage_buffer(4)
+        self.sun.buffer.bind_to_storage_buffer(5)
+        self.sun.horizon.use(4)
+        for name, value in {**sun_uniforms(*self._at), "u_sun_towards": self.sun.towards}.items():
+            if name in program:
+                program[name] = value
+
+    def release(self) -> None:
+        """Give the GPU's memory back."""
+        self.sky.release()
+        self.sun.release()
+
+
+def horizon_texture(terrain: Terrain, layers: int) -> moderngl.TextureArray:
+    """Records of horizons, two bytes a post and layer."""
+    heightmap = terrain.heightmap
+    texture = terrain.ctx.texture_array((heightmap.cols, heightmap.rows, layers), 1, dtype="nu2")
+    texture.filter = (moderngl.NEAREST, moderngl.NEAREST)
+    return texture
+
+
+def sun_uniforms(sun: Vector, radius: float) -> dict[str, float]:
+    """What horizon/disc.glsl wants to know."""
+    return {"u_sun_elevation": math.asin(max(-1.0, min(1.0, sun[2]))), "u_sun_radius": max(radius, 1e-4)}
+
+
+def lattice_direction(towards: Vector, spacing_m: tuple[float, float]) -> Direction:
+    """Columns and rows of a step towards a direction of the world, the larger of them ±1; east for straight up."""
+    along, down = towards[0] / spacing_m[0], -towards[1] / spacing_m[1]
+    most = max(abs(along), abs(down))
+    return (along / most, down / most) if most > 1e-9 * abs(towards[2]) else (1.0, 0.0)
+
+
+def lattice_directions(count: int) -> list[Direction]:
+    """`count` steps all around, a multiple of 8, counter-clockwise from the east: lines through as many posts as can be."""
+    fine = count // 8
+    eighth = [(1.0, i / fine) for i in range(fine)]
+    quarter = eighth + [(i / fine, 1.0) for i in range(fine, 0, -1)]
+    half = quarter + [(-y, x) for x, y in quarter]
+    return [(x, -y) for x, y in half] + [(-x, y) for x, y in half]
+
+
+def sector_moments(
+    axes: np.ndarray, sharpness: np.ndarray, directions: list[Direction], spacing_m: tuple[float, float]
+) -> np.ndarray:
+    """What lobes send from each sector of azimuth above each horizon: M of glsl/horizon/fold.comp.
+
+    Returns
+    -------
+    moments
+        (sectors, SINES + 1, K, 4): ∫ SG ω dω over ∫ SG dω, and ∫ SG dω over the same; horizons of sines from -1 to 1.
+    """
+    azimuth = np.array([math.atan2(-y * spacing_m[1], x * spacing_m[0]) for x, y in directions])
+    width = np.diff(np.append(azimuth, azimuth[0])) % (2 * np.pi)  # to the next sector's middle
+    begin, end = azimuth - np.roll(width, 1) / 2, azimuth + width / 2
+    across, up = (np.arange(16) + 0.5) / 16, 8
+    phi = begin[:, None] + (end - begin)[:, None] * across
+    z = -1 + (np.arange(SINES * up) + 0.5) * 2 / (SINES * up)
+    flat = np.sqrt(1 - z * z)[None, :, None]
+    w = np.stack(np.broadcast_arrays(flat * np.cos(phi[:, None]), flat * np.sin(phi[:, None]), z[:, None]), -1)
+    lobe = np.exp(sharpness * (w @ axes.T - 1))  # (sectors, sines, across, K)
+    area = ((end - begin) / 16)[:, None, None] * 2 / (SINES * up)
+    moment = np.concatenate([np.einsum("azpk,azpc->azkc", lobe, w), lobe.sum(2)[..., None]], -1) * area[..., None]
+    moment = moment.reshape(len(directions), SINES, up, -1, 4).sum(2)
+    above = np.cumsum(moment[:, ::-1], 1)[:, ::-1]
+    above = np.concatenate([above, np.zeros_like(above[:, :1])], 1)
+    return above / above[:, 0, :, 3].sum(0)[:, None]
+
+
+def open_shares(sharpness: np.ndarray) -> np.ndarray:
+    """(K, COSINES + 1): ∫ SG ⟨n, ω⟩ dω over ∫ SG dω, for n · axis from -1 to 1; C of glsl/horizon/fold.comp."""
+    x = -1 + (np.arange(256) + 0.5) / 128
+    phi = (np.arange(64) + 0.5) * np.pi / 64
+    cosine = np.linspace(-1, 1, COSINES + 1)[:, None, None]
+    aside = np.sqrt(1 - cosine * cosine) * np.sqrt(1 - x * x)[:, None] * np.cos(phi)
+    seen = np.maximum(cosine * x[:, None] + aside, 0).mean(2)  # mean over the circle at angle acos x from the axis
+    lobe = np.exp(np.multiply.outer(sharpness, x - 1))
+    return np.einsum("kx,cx->kc", lobe, seen) / lobe.sum(1)[:, None]
