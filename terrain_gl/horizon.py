@@ -1,7 +1,7 @@
 """Visibility: how much of the sky's lobes and of the sun the ground sees, in summed-area tables.
 
 Horizons per azimuth (glsl/horizon/sweep.comp) are folded into the visible share of each lobe (glsl/horizon/fold.comp),
-a texel of 2 × 2 posts each; the sun has a horizon and a table of its own at full resolution, and moving it rebuilds
+a texel of 3 × 3 cells each; the sun has a horizon and a table of its own at full resolution, and moving it rebuilds
 these alone (glsl/horizon/sunlit.comp). Lookups in shaders: glsl/horizon/visible.glsl. Specification: `reference.horizons`,
 `reference.visible_shares`.
 """
@@ -22,7 +22,7 @@ from .terrain import Rect, Terrain
 
 AZIMUTHS = 16
 BATCH = 4  # azimuths that are folded at once
-TEXEL = 2  # posts a side of the sky's texels
+TEXEL = 3  # cells a side of the sky's texels
 SINES, COSINES = 64, 64  # steps of the tables over the horizon's sine and over n · axis
 FULL = 4095  # a share of 1: sums of 2^20 texels fit a word
 SUN_RADIUS = math.radians(0.2665)
@@ -79,7 +79,7 @@ class SkyVisibility:
         self.ctx, self.terrain = terrain.ctx, terrain
         self.axes, self.sharpness = np.asarray(axes, "f8"), np.asarray(sharpness, "f8")
         cols, rows = terrain.heightmap.cols, terrain.heightmap.rows
-        self.table = Table(-(-cols // TEXEL), -(-rows // TEXEL), len(self.axes))
+        self.table = Table(-(-(cols - 1) // TEXEL), -(-(rows - 1) // TEXEL), len(self.axes))
         self.directions = lattice_directions(AZIMUTHS)
         defines = {"LOBES": len(self.axes), "SINES": SINES, "COSINES": COSINES, "BATCH": BATCH, "TEXEL": TEXEL}
         self._fold: Any = shaders.compute(self.ctx, "horizon/fold.comp", defines | {"FULL": f"{FULL}.0"})
@@ -132,11 +132,11 @@ class SkyVisibility:
 
 
 class SunVisibility:
-    """The sun's horizon at every post, and the table of the sunlight that posts get."""
+    """The sun's horizon at every post, and the table of the sunlight that cells get."""
 
     def __init__(self, terrain: Terrain) -> None:
         self.ctx, self.terrain = terrain.ctx, terrain
-        self.table = Table(terrain.heightmap.cols, terrain.heightmap.rows)
+        self.table = Table(terrain.heightmap.cols - 1, terrain.heightmap.rows - 1)
         self.horizon = horizon_texture(terrain, 1)
         self.buffer = gl.reserve(self.ctx, 4 * self.table.words, "a table of sunlight")
         self._sweep, self._sat = Sweep(terrain), SummedAreaTables(self.ctx, 32)
@@ -158,7 +158,7 @@ class SunVisibility:
         self._sat.build(self.buffer, self.table)
 
     def read(self) -> np.ndarray:
-        """(rows, cols) sunlight that posts get, 1 where the ground faces the whole sun, taken out of the sums."""
+        """(rows, cols) sunlight that cells get, 1 where the ground faces the whole sun, taken out of the sums."""
         sums = self._sat.read(self.buffer, self.table)[0]
         return np.diff(np.diff(np.pad(sums, ((1, 0), (1, 0))), axis=0), axis=1) / FULL
 
@@ -188,7 +188,7 @@ class Visibility:
     @property
     def bytes(self) -> int:
         """GPU memory of the tables."""
-        return self.sky.buffer.size + self.sun.buffer.size + 2 * self.sun.table.words
+        return self.sky.buffer.size + self.sun.buffer.size + 2 * self.sun.horizon.width * self.sun.horizon.height
 
     @property
     def defines(self) -> dict[str, object]:

@@ -1,21 +1,21 @@
-// horizon/fold.comp — horizons become visible shares of the sky's lobes, a texel of posts a thread.
-//   What lobe l sends a post with normal n from the sector around azimuth a, over a horizon of sine s, is n · M(a, s, l),
+// horizon/fold.comp — horizons become visible shares of the sky's lobes, a texel of cells a thread.
+//   What lobe l sends a cell of normal n from the sector around azimuth a, over a horizon of sine s, is n · M(a, s, l),
 //     M = ∫ SG_l(ω) ω dω / ∫ SG_l dω    over the sector's directions above the horizon.
-//   Sums over a are the light that the post gets; without any horizon but its own plane it would get C_l(n):
-//     V_l(texel) = Σ over posts Σ over a n · M / Σ over posts C_l(n)
-//   This is the mean visibility, weighted by the cosine: posts count as much as they would shine.
+//   Sums over a are the light that the cell gets; without any horizon but its own plane it would get C_l(n):
+//     V_l(texel) = Σ over cells Σ over a n · M / Σ over cells C_l(n)
+//   This is the mean visibility, weighted by the cosine: cells count as much as they would shine.
 // Called once for each batch of azimuths; sums wait as floats where the table of shares will be.
 // Python twins: horizon.sector_moments, horizon.open_shares
 
 #include "horizon/lines.glsl"
-#include "horizon/normal.glsl"
+#include "horizon/cell.glsl"
 
 #ifndef LOBES
 #define LOBES 4
 #define SINES 64     // steps of the sine from −1 to 1
 #define COSINES 64   // steps of n · axis from −1 to 1
 #define BATCH 4      // azimuths
-#define TEXEL 2      // posts a side
+#define TEXEL 3      // cells a side
 #define FULL 4095.0  // share of 1
 #endif
 
@@ -37,6 +37,13 @@ float open_to(int lobe, vec3 normal) {
     return mix(open_share[i], open_share[i + 1], at - floor(min(at, float(COSINES - 1))));
 }
 
+// Where the ground's own plane cuts the sky: n · ω = 0. Beyond it the cosine is zero, not negative.
+float own_horizon(vec3 n, vec2 towards) {
+    vec2 flat_ = normalize(vec2(towards.x, -towards.y) * u_spacing_m);
+    float slope = -dot(n.xy, flat_) / n.z;
+    return 0.5 + 0.5 * slope * inversesqrt(1.0 + slope * slope);
+}
+
 void main() {
     ivec2 texel = ivec2(gl_GlobalInvocationID.xy);
     if (texel.x >= u_texels.x) return;
@@ -44,11 +51,12 @@ void main() {
     float sum[LOBES], unshadowed[LOBES];
     for (int l = 0; l < LOBES; l++) sum[l] = unshadowed[l] = 0.0;
     for (int k = 0; k < TEXEL * TEXEL; k++) {
-        ivec2 post = texel * TEXEL + ivec2(k % TEXEL, k / TEXEL);
-        if (any(greaterThan(post, u_last_post))) continue;
-        vec3 n = normal_at(post);
+        ivec2 cell = texel * TEXEL + ivec2(k % TEXEL, k / TEXEL);
+        if (any(greaterThanEqual(cell, u_last_post))) continue;
+        vec3 n = normal_of_cell(cell);
         for (int a = 0; a < BATCH; a++) {
-            float at = record_at(u_horizons, a, u_directions[a], post) * float(SINES);
+            float record = record_near(u_horizons, a, u_directions[a], vec2(cell) + 0.5);
+            float at = max(record, own_horizon(n, u_directions[a])) * float(SINES);
             int below = min(int(at), SINES - 1), i = ((u_batch * BATCH + a) * (SINES + 1) + below) * LOBES;
             float t = at - float(below);
             for (int l = 0; l < LOBES; l++) sum[l] += dot(n, mix(moment[i + l].xyz, moment[i + l + LOBES].xyz, t));

@@ -10,7 +10,7 @@
 //                    ·   ·   \ ·   ·   ·         a record; all lines of a column miss their posts by the same, slack(i):
 //                    ·   ·   ·  \  ·   ·         a column of records is evenly spaced, and bilinear lookups are easy.
 //
-// Provides on_axes(), step_of(), post_at(), slide(), base(), slack(), record_at(), record_near(), sine_of().
+// Provides on_axes(), step_of(), post_at(), slide(), base(), slack(), record_near(), sine_of().
 
 #include "blocks/terrain.glsl"
 
@@ -44,13 +44,6 @@ float record_across(sampler2DArray records, int layer, vec2 towards, int step_, 
     float y = across - slack(towards, step_);
     int place = int(floor(y));
     return mix(record_of(records, layer, towards, step_, place), record_of(records, layer, towards, step_, place + 1), y - floor(y));
-}
-
-// The record at a post.
-float record_at(sampler2DArray records, int layer, vec2 towards, ivec2 post) {
-    ivec2 at = on_axes(towards, post);
-    int step_ = is_backward(towards) ? on_axes(towards, u_last_post).x - at.x : at.x;
-    return record_across(records, layer, towards, step_, float(at.y));
 }
 
 // The record at any place, bilinear.

@@ -1,9 +1,9 @@
-// horizon/sunlit.comp — the sunlight that each post gets, ready to be summed: share of the disc times cosine.
+// horizon/sunlit.comp — the sunlight that each cell gets, ready to be summed: share of the disc times cosine.
 //   Their product is stored, not each for itself: slopes that turn away from the sun are the ones in shadow, and the mean
 //   of a product is not the product of means. Python twin: reference.sunlit
 
 #include "horizon/lines.glsl"
-#include "horizon/normal.glsl"
+#include "horizon/cell.glsl"
 #include "horizon/disc.glsl"
 
 #ifndef FULL
@@ -18,9 +18,9 @@ uniform vec2 u_towards;
 uniform vec3 u_sun;
 
 void main() {
-    ivec2 post = ivec2(gl_GlobalInvocationID.xy);
-    if (post.x > u_last_post.x) return;
-    float share = disc_share(sine_of(record_at(u_horizons, 0, u_towards, post)), 0.0);
-    float light = share * max(dot(normal_at(post), u_sun), 0.0);
-    sunlit[post.y * (u_last_post.x + 1) + post.x] = uint(round(FULL * light));
+    ivec2 cell = ivec2(gl_GlobalInvocationID.xy);
+    if (cell.x >= u_last_post.x) return;
+    float share = disc_share(sine_of(record_near(u_horizons, 0, u_towards, vec2(cell) + 0.5)), 0.0);
+    float light = share * max(dot(normal_of_cell(cell), u_sun), 0.0);
+    sunlit[cell.y * u_last_post.x + cell.x] = uint(round(FULL * light));
 }

@@ -10,7 +10,7 @@
 
 #ifndef LOBES
 #define LOBES 4
-#define TEXEL 2
+#define TEXEL 3
 #define FULL 4095.0
 #endif
 #define LARGEST_SUM_POSTS 1000.0  // 2^20 texels of 12 bits are exact
@@ -21,9 +21,9 @@ layout(binding = 4) uniform sampler2DArray u_sun_horizon;
 
 uniform vec2 u_sun_towards;
 
-uint sunlit_at(int layer, int x, int y) { return x == 0 || y == 0 ? 0u : sunlit[(y - 1) * (u_last_post.x + 1) + x - 1]; }
+uint sunlit_at(int layer, int x, int y) { return x == 0 || y == 0 ? 0u : sunlit[(y - 1) * u_last_post.x + x - 1]; }
 
-ivec2 share_texels() { return u_last_post / TEXEL + 1; }
+ivec2 share_texels() { return (u_last_post - 1) / TEXEL + 1; }
 
 uint share_at(int layer, int x, int y) {
     ivec2 size = share_texels();
@@ -52,11 +52,10 @@ uint share_at(int layer, int x, int y) {
 BOX_MEAN(mean_sunlit, sunlit_at)
 BOX_MEAN(mean_share, share_at)
 
-// A footprint's box on the map, no smaller than `least` and inside the map; in posts, a texel's corner being whole.
+// A footprint's box on the map, inside it and no smaller than `least`; cell (i, j) lies between posts (i, j) and one on.
 vec4 box_of(vec2 post, vec2 extent, float least) {
-    vec2 half_extent = 0.5 * clamp(extent, least, LARGEST_SUM_POSTS), end = vec2(u_last_post + 1);
-    vec2 a = clamp(post + 0.5 - half_extent, vec2(0.0), end - 1.0), c = clamp(post + 0.5 + half_extent, vec2(1.0), end);
-    return vec4(a, c);
+    vec2 half_extent = 0.5 * clamp(extent, least, LARGEST_SUM_POSTS), end = vec2(u_last_post);
+    return vec4(clamp(post - half_extent, vec2(0.0), end - 1.0), clamp(post + half_extent, vec2(1.0), end));
 }
 
 float sky_visible(int lobe, vec2 post, vec2 extent) {
@@ -72,7 +71,7 @@ float sun_irradiance(vec2 post, vec2 extent, float cosine) {
     if (blend < 1.0) near = sun_share(post) * max(cosine, 0.0);
     if (blend > 0.0) {
         vec4 box = box_of(post, extent, 1.0);
-        far = mean_sunlit(0, box.xy, box.zw, u_last_post + 1);
+        far = mean_sunlit(0, box.xy, box.zw, u_last_post);
     }
     return mix(near, far, blend);
 }
