@@ -2,8 +2,8 @@
 
 Horizons per azimuth (glsl/horizon/sweep.comp) are folded into the visible share of each lobe (glsl/horizon/fold.comp),
 a texel of 3 × 3 cells each; the sun has a horizon and a table of its own at full resolution, and moving it rebuilds
-these alone (glsl/horizon/sunlit.comp). Lookups in shaders: glsl/horizon/visible.glsl. Specification: `reference.horizons`,
-`reference.visible_shares`.
+these alone (glsl/horizon/sunlit.comp). Lookups in shaders: glsl/horizon/visible.glsl. Specification:
+`reference.horizon_sines`, `reference.sunlit`, `reference.skylit`.
 """
 
 from __future__ import annotations
@@ -91,7 +91,7 @@ class SkyVisibility:
         moments = sector_moments(self.axes, self.sharpness, self.directions, self.terrain.heightmap.spacing_m)
         tables = [self.ctx.buffer(t.astype("f4").tobytes()) for t in (moments, open_shares(self.sharpness))]
         horizons = horizon_texture(self.terrain, BATCH)
-        self._fold["u_axes"] = [tuple(axis) for axis in self.axes]
+        self._fold["u_axes"].write(self.axes.astype("f4").tobytes())
         self._fold["u_texels"] = self.table[:2]
         for batch in range(AZIMUTHS // BATCH):
             directions = self.directions[batch * BATCH : (batch + 1) * BATCH]
@@ -245,7 +245,7 @@ def lattice_direction(towards: Vector, spacing_m: tuple[float, float]) -> Direct
 
 
 def lattice_directions(count: int) -> list[Direction]:
-    """`count` steps all around, a multiple of 8, counter-clockwise from the east: lines through as many posts as can be."""
+    """`count` steps all around, a multiple of 8, counter-clockwise from the east, with lines through many posts."""
     fine = count // 8
     eighth = [(1.0, i / fine) for i in range(fine)]
     quarter = eighth + [(i / fine, 1.0) for i in range(fine, 0, -1)]

@@ -1,6 +1,6 @@
 """Every stage in plain numpy, a few lines each: the specification, and what the tests compare with.
 
-The sections follow the stages: sat → error → lod → mesh → shade, then light and generate.
+The sections follow the stages: sat → error → lod → mesh → shade, then light, horizon and generate.
 """
 
 from __future__ import annotations
@@ -552,6 +552,83 @@ def normals_of(heights: np.ndarray, spacing_m: tuple[float, float]) -> np.ndarra
     north = (h[:-1, :-1] - h[1:, :-1] + h[:-1, 1:] - h[1:, 1:]) / (2 * spacing_m[1])
     n = np.stack([-east, -north, np.ones_like(east)], -1)
     return n / np.linalg.norm(n, axis=-1, keepdims=True)
+
+
+# --- horizon -----------------------------------------------------------------------------------------------------
+
+
+def bilinear_heights(heights: np.ndarray, x: np.ndarray, y: np.ndarray) -> np.ndarray:
+    """Heights at columns x and rows y inside the map."""
+    rows, cols = heights.shape
+    i, j = np.clip(x.astype(int), 0, cols - 2), np.clip(y.astype(int), 0, rows - 2)
+    fx, fy = x - i, y - j
+    north = heights[j, i] * (1 - fx) + heights[j, i + 1] * fx
+    south = heights[j + 1, i] * (1 - fx) + heights[j + 1, i + 1] * fx
+    return north * (1 - fy) + south * fy
+
+
+def horizon_sines(
+    heights: np.ndarray, posts: np.ndarray, towards: tuple[float, float], spacing_m: tuple[float, float]
+) -> np.ndarray:
+    """Sine of the horizon's height above level, by marching in quarters of a post; -1 where only sky lies ahead.
+
+    Parameters
+    ----------
+    posts
+        (..., 2) columns and rows from which one looks.
+    towards
+        Columns and rows of a step, the larger of them 1 or -1.
+    """
+    h, x, y = heights.astype(np.float64), posts[..., 0].astype(np.float64), posts[..., 1].astype(np.float64)
+    last_y, last_x = np.array(h.shape) - 1
+    own, slope = bilinear_heights(h, x, y), np.full(x.shape, -np.inf)
+    step_m = float(np.hypot(towards[0] * spacing_m[0], towards[1] * spacing_m[1]))
+    for steps in np.arange(0.25, max(h.shape), 0.25):
+        at_x, at_y = x + steps * towards[0], y + steps * towards[1]
+        inside = (at_x >= 0) & (at_x <= last_x) & (at_y >= 0) & (at_y <= last_y)
+        rise = bilinear_heights(h, np.clip(at_x, 0, last_x), np.clip(at_y, 0, last_y)) - own
+        slope = np.where(inside, np.maximum(slope, rise / (steps * step_m)), slope)
+    seen = np.where(np.isinf(slope), 0.0, slope)
+    return np.where(np.isinf(slope), -1.0, seen / np.hypot(1, seen))
+
+
+def disc_share(elevation: np.ndarray, horizon: np.ndarray, radius: float) -> np.ndarray:
+    """Share of a disc over a straight horizon, all in radians: a segment of a circle."""
+    x = np.clip((np.asarray(elevation) - horizon) / radius, -1, 1)
+    return 0.5 + (x * np.sqrt(1 - x * x) + np.arcsin(x)) / np.pi
+
+
+def middles_of_cells(heights: np.ndarray) -> np.ndarray:
+    """(rows - 1, cols - 1, 2) columns and rows."""
+    y, x = np.indices((heights.shape[0] - 1, heights.shape[1] - 1)) + 0.5
+    return np.stack([x, y], -1)
+
+
+def sunlit(
+    heights: np.ndarray, sun: np.ndarray, radius: float, towards: tuple[float, float], spacing_m: tuple[float, float]
+) -> np.ndarray:
+    """(rows - 1, cols - 1) share of the sun's disc that each cell's middle sees, times the cosine."""
+    horizon = np.arcsin(horizon_sines(heights, middles_of_cells(heights), towards, spacing_m))
+    cosine = np.maximum(normals_of(heights, spacing_m) @ np.asarray(sun), 0)
+    return disc_share(np.arcsin(sun[2]), horizon, radius) * cosine
+
+
+def skylit(
+    heights: np.ndarray, axis: np.ndarray, sharpness: float, spacing_m: tuple[float, float], azimuths: int = 32
+) -> tuple[np.ndarray, np.ndarray]:
+    """What cells get of a lobe, with and without all horizons but their own planes: means of V <n, w> over SG(w)."""
+    n, middles = normals_of(heights, spacing_m), middles_of_cells(heights)
+    z = -1 + (np.arange(100) + 0.5) / 50
+    got, of_all, total = np.zeros(n.shape[:2]), np.zeros(n.shape[:2]), 0.0
+    for azimuth in (np.arange(azimuths) + 0.5) * 2 * np.pi / azimuths:
+        east, north = np.cos(azimuth), np.sin(azimuth)
+        step = np.array([east / spacing_m[0], -north / spacing_m[1]])
+        horizon = horizon_sines(heights, middles, tuple(step / np.abs(step).max()), spacing_m)
+        for w in np.stack([np.sqrt(1 - z * z) * east, np.sqrt(1 - z * z) * north, z], -1):
+            gaussian = np.exp(sharpness * (w @ np.asarray(axis) - 1))
+            cosine = gaussian * np.maximum(n @ w, 0)
+            got, of_all, total = got + cosine * (w[2] > horizon), of_all + cosine, total + gaussian
+    return got / total, of_all / total
 
 
 # --- generate ----------------------------------------------------------------------------------------------------

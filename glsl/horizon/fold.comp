@@ -5,7 +5,7 @@
 //     V_l(texel) = Σ over cells Σ over a n · M / Σ over cells C_l(n)
 //   This is the mean visibility, weighted by the cosine: cells count as much as they would shine.
 // Called once for each batch of azimuths; sums wait as floats where the table of shares will be.
-// Python twins: horizon.sector_moments, horizon.open_shares
+// Python twin: reference.skylit
 
 #include "horizon/lines.glsl"
 #include "horizon/cell.glsl"

@@ -9,7 +9,7 @@
 //            ███████████████▙▟█▙    p
 //
 //   A point enters the hull once and leaves it once: the cost of a post does not depend on how far its horizon is.
-//   Python twin: reference.horizons
+//   Python twin: reference.horizon_sines
 
 #include "horizon/lines.glsl"
 
@@ -28,10 +28,13 @@ uniform int u_layer;       // of the image
 uniform int u_first_line;  // of this run, and how many
 uniform int u_lines;
 
+// Between two posts; beside the rim, the slope within it goes on.
 float line_height_m(int step_, int place) {
     float aside = slack(u_towards, step_);
-    int beside = clamp(place + (aside < 0.0 ? -1 : 1), 0, on_axes(u_towards, u_last_post).y);
-    return mix(height_m(post_at(u_towards, step_, place)), height_m(post_at(u_towards, step_, beside)), abs(aside));
+    int beside = place + (aside < 0.0 ? -1 : 1), last = on_axes(u_towards, u_last_post).y;
+    bool is_outside = beside < 0 || beside > last;
+    if (is_outside) beside = 2 * place - beside;
+    return mix(height_m(post_at(u_towards, step_, place)), height_m(post_at(u_towards, step_, beside)), is_outside ? -abs(aside) : abs(aside));
 }
 
 // Steps between which a line crosses the map, with one to spare on either side.
