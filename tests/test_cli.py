@@ -165,7 +165,7 @@ def test_view_hands_its_options_on(dem, run, monkeypatch):
     opened = opener(lambda part: None)
     assert opened.heightmap.cols == 97 and opened.camera.eye == (-9, 0, 50) and opened.sun == (90, 10)
     assert opened.camera_given
-    assert named == {"size": (96, 64), "name": "dem.npy", "backend": "auto", "fresh": True} | {
+    assert named == {"size": (96, 64), "name": "dem.npy", "backend": "auto", "fresh": True, "gui": True} | {
         "max_error_px": 3,
         "style": "lod",
     }
@@ -173,7 +173,13 @@ def test_view_hands_its_options_on(dem, run, monkeypatch):
     (opener,), named = calls[1]
     opened = opener(lambda part: None)
     assert opened.camera == bundled()["alpine"].camera and opened.key == "alpine" and not opened.camera_given
-    assert named == {"size": None, "name": "alpine", "backend": "auto", "fresh": False}  # the rest as it was last time
+    assert named == {
+        "size": None,
+        "name": "alpine",
+        "backend": "auto",
+        "fresh": False,
+        "gui": True,
+    }  # the rest as it was last time
 
 
 # --- Commands ---------------------------------------------------------------------------------------------------------

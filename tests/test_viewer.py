@@ -13,10 +13,11 @@ import numpy as np
 import pytest
 
 from terrain_gl.camera import Camera
-from terrain_gl.drawing import Drawing
+from terrain_gl.drawing import METHODS, Drawing
 from terrain_gl.exceptions import TerrainError
 from terrain_gl.heightmap import Heightmap
 from terrain_gl.image import read_image
+from terrain_gl.lod import METRICS
 from terrain_gl.renderer import Renderer
 from terrain_gl.shade import STYLES
 from terrain_gl.viewer import font, hud
@@ -33,6 +34,7 @@ from terrain_gl.viewer.controller import (
     hit_ground,
 )
 from terrain_gl.viewer.flight import REST_S, Flight, free_name
+from terrain_gl.viewer.gui import Gui
 from terrain_gl.viewer.hud import Figures, metres
 from terrain_gl.viewer.loading import COARSE, Opened, coarse, file_opener
 from terrain_gl.viewer.memory import Memory, state_path
@@ -434,6 +436,7 @@ def flight(empty):
 
 
 def settle(flight, now_s=0.0):
+    flight.refresh()
     for _ in range(300):
         if not flight.frame(now_s) and not flight.busy:
             return
@@ -502,7 +505,7 @@ def test_a_broken_file_is_told_in_a_line_and_the_map_stays(flight, tmp_path, con
         if not flight.loading:
             break
         time.sleep(0.005)
-    assert "gone.tif" in flight._message and "\n" not in flight._message
+    assert "gone.tif" in flight.message and "\n" not in flight.message
 
 
 def test_loading_is_cancelled(flight):
@@ -654,7 +657,7 @@ def test_the_picture_is_saved_without_words_beside_earlier_ones(flight, tmp_path
     assert sorted(path.name for path in tmp_path.iterdir()) == ["hills-001.png", "hills-002.png"]
     assert (tmp_path / "hills-001.png").read_bytes() == (tmp_path / "hills-002.png").read_bytes()
     assert free_name("x/hills.tif").name == "hills-003.png"
-    assert "hills-002.png" in flight._message
+    assert "hills-002.png" in flight.message
 
 
 def test_a_picture_that_cannot_be_saved_is_told(flight, tmp_path, monkeypatch):
@@ -662,12 +665,127 @@ def test_a_picture_that_cannot_be_saved_is_told(flight, tmp_path, monkeypatch):
     shutil.rmtree(tmp_path)
     flight.press("p")
     flight.frame(0.0)
-    assert flight._message and "saved" not in flight._message
+    assert flight.message and "saved" not in flight.message
 
 
 def changed(picture, before):
     """Share of pixels that differ visibly."""
     return (np.abs(picture - before).max(-1) > 4).mean()
+
+
+# --- Panels, without a window -----------------------------------------------------------------------------------------
+
+
+@pytest.fixture
+def panels(ctx):
+    """A flight with panels, in a picture as large as a window."""
+    pytest.importorskip("imgui_bundle", reason="the extra [gui] is not installed")
+    heightmap, size = hills(), (900, 640)
+    target, overlay, gui = ctx.framebuffer([ctx.texture(size, 4)]), Overlay(ctx), Gui(ctx)
+    flight = Flight(overlay, target, size, Settings(), gui=gui)
+    flight.show(Renderer(heightmap, (320, 200), ctx=ctx), Opened(heightmap, Camera.default(heightmap), key="hills"))
+    settle(flight)
+    yield flight
+    flight.close()
+    ctx.detect_framebuffer(0).use()
+    gui.release()
+    overlay.release()
+    target.release()
+
+
+def drag(flight, start, end, now_s=100.0):
+    """Press the left button at one place, let it go at another; frames in between."""
+    flight.gui.move(*start)
+    flight.frame(now_s)
+    flight.gui.button("left", True)
+    flight.frame(now_s)
+    flight.gui.move(*end)
+    flight.frame(now_s)
+    flight.gui.button("left", False)
+    settle(flight, now_s)
+
+
+def slider(flight, label):
+    """Where a slider's middle is, and its width."""
+    return flight.gui.places[label]
+
+
+def test_panels_stand_at_the_left_and_leave_the_middle_free(panels):
+    with_panel = seen(panels)
+    panels.press("i")
+    settle(panels, 50.0)
+    bare = seen(panels)
+    differ = (with_panel != bare).any(-1)
+    assert differ[20:300, 20:200].mean() > 0.9 and not differ[:, 450:].any()
+    assert panels.gui.covers(100, 100) is False
+
+
+def test_a_slider_is_dragged_and_the_mesh_follows(panels):
+    before = panels.figures.stats["triangles"]
+    left, top, right, bottom = slider(panels, "tolerance")
+    middle = (top + bottom) / 2
+    assert panels.gui.covers(left, middle) and not panels.gui.covers(700, 400)
+    drag(panels, ((left + right) / 2, middle), (left + 0.8 * (right - left), middle))
+    assert panels.settings.drawing.max_error_px > 10
+    assert panels.figures.stats["triangles"] < before
+    assert panels.figures.stats["requested_max_error_px"] == panels.settings.drawing.max_error_px
+
+
+def test_a_box_is_ticked_and_a_choice_made(panels):
+    for label in ("style", "metric", "method"):
+        left, top, right, bottom = slider(panels, label)
+        drag(panels, (left + 20, (top + bottom) / 2), (left + 20, (top + bottom) / 2))
+        height = bottom - top
+        place = left + 20, bottom + 1.6 * height  # the second of the list that came down
+        drag(panels, place, place)
+    drawing = panels.settings.drawing
+    assert (drawing.style, drawing.metric, drawing.method) == (STYLES[1], METRICS[1], METHODS[1])
+
+
+def test_every_control_has_a_line_of_help(panels):
+    for title in panels.gui.opened:
+        panels.gui.opened[title] = True
+    settle(panels, 10.0)
+    assert len(panels.gui.places) > 20
+    silent = [label for label, text in panels.gui.hints.items() if not 10 < len(text) < 160]
+    assert silent == [] and set(panels.gui.hints) == set(panels.gui.places)
+
+
+def test_the_error_is_measured_and_drawn(panels):
+    records = panels.history.records
+    assert records[-1].measured_px is not None and records[-1].measured_px <= records[-1].promised_px
+    panels.loosen(2)
+    settle(panels, 30.0)
+    assert len(records) >= 3 and records[-1].triangles < records[0].triangles * 20
+
+
+def test_exaggeration_raises_the_land_and_the_promise_holds(panels):
+    heights, eye = panels.renderer.heightmap.heights.copy(), panels.controller.pose.eye
+    for factor in (2.5, 1.0):
+        panels.exaggeration = factor
+        panels.exaggerate()
+        settle(panels, 10.0)
+        assert np.array_equal(panels.renderer.heightmap.heights, heights * np.float32(factor))
+        assert panels.controller.pose.eye[2] == pytest.approx(eye[2] * factor)
+        assert panels.figures.measured_px["max"] <= 1
+
+
+def test_panels_are_larger_on_a_fine_screen(panels):
+    before = slider(panels, "tolerance")
+    panels.gui.scale = 1.5
+    settle(panels, 10.0)
+    after = slider(panels, "tolerance")
+    assert (after[3] - after[1]) == pytest.approx(1.5 * (before[3] - before[1]), rel=0.1)
+
+
+def test_the_help_page_has_every_key(panels):
+    panels.press("h")
+    settle(panels, 10.0)
+    assert panels.gui.covers(450, 320)
+    with_help = seen(panels)
+    panels.press("escape")
+    settle(panels, 20.0)
+    assert changed(seen(panels), with_help) > 0.2
 
 
 # --- A real window ----------------------------------------------------------------------------------------------------
@@ -683,7 +801,7 @@ def telling_close(self):
     print(self.ctx.error)
     close(self)
 Window.close = telling_close
-viewer.run(Heightmap(np.load(sys.argv[1]), 10.0, "hills"), size=(640, 480))
+viewer.run(Heightmap(np.load(sys.argv[1]), 10.0, "hills"), size=(640, 480), gui=False)
 """
 
 
@@ -816,7 +934,19 @@ def test_window(screen, tmp_path):
 
 
 def test_view_command(screen, tmp_path):
-    command = ["-m", "terrain_gl", "view", "--size", "320x240", "--fresh", "--json", "last.json", "--backend", "egl"]
+    command = [
+        "-m",
+        "terrain_gl",
+        "view",
+        "--size",
+        "320x240",
+        "--fresh",
+        "--plain",
+        "--json",
+        "last.json",
+        "--backend",
+        "egl",
+    ]
     with running(screen, *command, cwd=tmp_path) as process:
         screen.wait(lambda: has_figures(screen), "the first picture")
         screen.do("search", "--sync", "--name", "terrain-gl", "windowfocus", "key", "Escape")
@@ -824,6 +954,22 @@ def test_view_command(screen, tmp_path):
     assert (process.returncode, output, errors) == (0, "", "")
     last = json.loads((tmp_path / "last.json").read_text())
     assert last["map"] == "alpine" and last["triangles"] > 100
+
+
+def test_panels_in_a_window(screen, tmp_path):
+    pytest.importorskip("imgui_bundle", reason="the extra [gui] is not installed")
+    command = ["-m", "terrain_gl", "view", "canyon", "--size", "640x480", "--fresh", "--json", "last.json"]
+    with running(screen, *command, cwd=tmp_path) as process:
+        screen.wait(lambda: 0 < screen.pixels()[14:40, 10:280].mean() < 60, "the panel's title")
+        screen.do("search", "--sync", "--name", "terrain-gl", "windowfocus")
+        screen.wait(lambda: screen.pixels()[200:470, 350:630].std() > 20, "the picture")
+        screen.do("mousemove", 110, 262, "sleep", 0.3, "mousedown", 1, "sleep", 0.3, "mousemove", 170, 262)
+        screen.do("sleep", 0.5, "mouseup", 1, "sleep", 0.3, "mousemove", 500, 300, "sleep", 0.5)
+        screen.do("key", "Escape")
+        output, errors = process.communicate(timeout=20)
+    assert (process.returncode, output, errors) == (0, "", "")
+    last = json.loads((tmp_path / "last.json").read_text())
+    assert last["requested_max_error_px"] > 3 and last["certified_max_error_px"] <= last["requested_max_error_px"]
 
 
 @pytest.mark.parametrize("waited_s", [0.3, 0.7, 1.1])

@@ -32,6 +32,7 @@ def add(commands: Any) -> None:
     options.add_map(command, optional=True)
     options.add_drawing(command)
     command.add_argument("--fresh", action="store_true", help="as if there had been no window before")
+    command.add_argument("--plain", action="store_true", help="text instead of panels, as without the extra [gui]")
     lasting = [action.dest for action in command._actions if action.dest in REMEMBERED]
     command.set_defaults(**dict.fromkeys(lasting))
 
@@ -53,6 +54,8 @@ def run(args: argparse.Namespace) -> int:
 
     given = {key: value for key, value in options.drawing_options(args).items() if value is not None and key != "sun"}
     title = known.name if known else os.path.basename(name)
-    stats = viewer.run(opened, size=args.size, name=title, backend=args.backend, fresh=args.fresh, **given)
+    stats = viewer.run(
+        opened, size=args.size, name=title, backend=args.backend, fresh=args.fresh, gui=not args.plain, **given
+    )
     report.write_json(args.json, {"map": name} | stats)
     return 0

@@ -12,16 +12,20 @@ from pathlib import Path
 from typing import Any
 
 import moderngl
+import numpy as np
 
-from ..camera import Camera
+from ..camera import Camera, Vector
 from ..drawing import Drawing
 from ..exceptions import TerrainError
+from ..heightmap import Heightmap
 from ..image import write_png
 from ..measure import Achieved
 from ..renderer import Renderer
 from . import hud
+from .charts import History
 from .commands import BY_KEY
 from .controller import MODES, Controller
+from .gui import Gui
 from .hud import Figures, drawing_ms
 from .loading import Loading, Opened, Opener, coarse
 from .memory import Memory
@@ -59,6 +63,8 @@ class Flight:
         Its width and height.
     memory
         What is remembered of earlier runs, and for later ones.
+    gui
+        Panels to see and change everything with; without them there is text alone.
     """
 
     def __init__(
@@ -68,9 +74,15 @@ class Flight:
         size: tuple[int, int],
         settings: Settings,
         memory: Memory | None = None,
+        gui: Gui | None = None,
     ) -> None:
         self.ctx, self.overlay, self.target, self.size = overlay.ctx, overlay, target, size
-        self.settings, self.memory = settings, memory or Memory(None)
+        self.settings, self.memory, self.gui = settings, memory or Memory(None), gui
+        self.history = History()
+        self.hour, self.exaggeration = 12.0, 1.0
+        self._factor = 1.0  # of the heights that are seen to `_plain`; `_next_factor` of those that are on their way
+        self._next_factor: float | None = None
+        self._plain: Heightmap | None = None
         self.loading: Loading | None = None
         self.done = False
         self.on_capture: Callable[[], bool] = lambda: False  # takes the mouse, or gives it back; whether it has it
@@ -82,10 +94,12 @@ class Flight:
         self._measuring: Iterator[Achieved] | None = None
         self._achieved: Achieved | None = None
         self._stale = True
+        self._echoes = 0  # panels take a frame or two to settle
+        self._now_s = 0.0
         self._drawn_s = float("-inf")
         self._moved_s: float | None = None
         self._full_ms = float("inf")  # nobody knows yet: the first picture comes quickly
-        self._message, self._until_s = "", 0.0
+        self.message, self._until_s = "", 0.0
         self._shoot = False
 
     # --- The map ------------------------------------------------------------------------------------------------------
@@ -104,7 +118,24 @@ class Flight:
     def load(self, name: str, opener: Opener) -> None:
         """Begin to load a map; the present one stays until that is done."""
         self.cancel_loading()
-        self.loading = Loading(name, opener)
+        self.loading, self._next_factor = Loading(name, opener), None
+
+    def exaggerate(self) -> None:
+        """Begin to multiply all heights by `exaggeration`."""
+        if not self.has_map or self._coarse:
+            return
+        ratio = self.exaggeration / self._factor
+        now, start = self.renderer.heightmap, self.controller.start
+        plain = self._plain or Heightmap(now.heights / np.float32(self._factor), now.spacing_m, now.name)
+        factor = np.float32(self.exaggeration)
+        camera = replace(start, eye=_raised(start.eye, ratio), target=_raised(start.target, ratio))
+
+        def opener(progress: Callable[[float], None]) -> Opened:
+            scaled = Heightmap(plain.heights * factor, plain.spacing_m, plain.name) if factor != 1 else plain
+            return replace(self.opened, heightmap=scaled, camera=camera, sun=self.settings.drawing.sun)
+
+        self.load(f"{now.name} × {self.exaggeration:.2f}", opener)
+        self._next_factor, self._plain = self.exaggeration, plain
 
     def cancel_loading(self) -> None:
         """Stop loading, if anything is loading."""
@@ -138,11 +169,25 @@ class Flight:
     def _enter(self, opened: Opened) -> None:
         heightmap = opened.heightmap
         self.opened = opened
+        self.figures = Figures(heightmap.name, (heightmap.cols, heightmap.rows))
+        if self._next_factor is not None:
+            self._raise(opened, self._next_factor)
+            return
+        self._plain, self._factor, self.exaggeration = heightmap, 1.0, 1.0
         self.controller = Controller(heightmap, opened.camera, bookmarks=self.memory.bookmarks(opened.key))
         if (pose := self.memory.last_pose(opened.key)) and not opened.camera_given:
             self.controller.pose = pose
         self.settings.draw_both(sun=opened.sun)
-        self.figures = Figures(heightmap.name, (heightmap.cols, heightmap.rows))
+
+    def _raise(self, opened: Opened, factor: float) -> None:
+        """The same land as before, higher or lower: the eye goes with it, the rest stays."""
+        before, pose = self.controller, self.controller.pose
+        self.controller = Controller(
+            opened.heightmap, opened.camera, before.above_ground, before.bookmarks, before.held
+        )
+        self.controller.pose = replace(pose, eye=_raised(pose.eye, factor / self._factor))
+        self.controller.change_mode(before.mode)
+        self._factor, self._next_factor = factor, None
 
     def _note_map(self) -> None:
         if self.has_map:
@@ -227,7 +272,7 @@ class Flight:
 
     def escape(self) -> None:
         """Cancel what is being done, else put the help away, else quit."""
-        if self._can_cancel:
+        if self.can_cancel:
             self.cancel_loading()
             self.say("cancelled")
         elif self.settings.keys:
@@ -236,7 +281,7 @@ class Flight:
             self.done = True
 
     @property
-    def _can_cancel(self) -> bool:
+    def can_cancel(self) -> bool:
         """Whether there would still be a map to see without the one that is loading."""
         return self.loading is not None and self.has_map and not self._coarse
 
@@ -260,14 +305,14 @@ class Flight:
 
     def say(self, text: str, seconds: float = MESSAGE_S) -> None:
         """Show a sentence for a while."""
-        self._message, self._until_s, self._stale = text, -seconds, True  # time begins with the next frame
+        self.message, self._until_s, self._stale = text, -seconds, True  # time begins with the next frame
 
     # --- Frames -------------------------------------------------------------------------------------------------------
 
     @property
     def busy(self) -> bool:
         """Whether the next frame should come at once; else nothing happens until an event, or `wait_s` have gone."""
-        if not self.has_map or self.loading or self._stale:
+        if not self.has_map or self.loading or self._stale or self._echoes:
             return True
         return self.controller.moving or self._wanted() != self._drawn or self._measuring is not None
 
@@ -276,10 +321,14 @@ class Flight:
         """Seconds until something may have to be drawn without any event."""
         if self.loading and not self.loading.opened:
             return 0.03
-        return REST_S / 2 if self._message or (self.has_map and (self.figures.shrunk > 1 or self.figures.fps)) else 1.0
+        lively = self.gui is not None and self.gui.lively(self._now_s)
+        if lively:
+            return 0.05
+        return REST_S / 2 if self.message or (self.has_map and (self.figures.shrunk > 1 or self.figures.fps)) else 1.0
 
     def frame(self, now_s: float) -> bool:
         """Do what is due; whether the target has a new picture to be shown."""
+        self._now_s = now_s
         self._load()
         if min(self.size) < 1:
             return False
@@ -287,11 +336,12 @@ class Flight:
         if self.has_map:
             self._move(now_s)
             self._draw_or_rest(now_s)
-        if self._stale:
-            self._stale = False
-            self._show()
-            return True
-        return False
+        if not (self._stale or self._echoes or (self.gui and self.gui.lively(now_s))):
+            return False
+        self._echoes = 2 * bool(self.gui) if self._stale else max(0, self._echoes - 1)
+        self._stale = False
+        self._show(now_s)
+        return True
 
     def panels(self) -> list[Panel]:
         """What is said over the picture."""
@@ -301,9 +351,9 @@ class Flight:
         if self.settings.keys:
             panels.append(hud.keys_panel())
         if self.loading:
-            panels.append(hud.progress_panel(self.loading.text, self.loading.progress, self._can_cancel))
-        if self._message:
-            panels.append(hud.message_panel(self._message))
+            panels.append(hud.progress_panel(self.loading.text, self.loading.progress, self.can_cancel))
+        if self.message:
+            panels.append(hud.message_panel(self.message))
         return panels
 
     def _wanted(self) -> Wanted:
@@ -350,6 +400,7 @@ class Flight:
         self.figures.stats, self.figures.shrunk, self.figures.measured_px = stats, shrink, None
         self.figures.fps = self._pace(now_s - self._drawn_s) if in_motion else None
         self._drawn_s = now_s
+        self.history.add(stats)
         self._measuring = None if in_motion else self.renderer.measuring(PORTION)
 
     def _pace(self, seconds: float) -> float | None:
@@ -368,15 +419,16 @@ class Flight:
             self._measuring, self._stale = None, True
             if self._achieved:
                 self.figures.measured_px = {"max": self._achieved.max_px, "rms": self._achieved.rms_px}
+                self.history.measured(self.figures.measured_px[self.settings.drawing.metric])
         self._achieved = achieved
 
     def _forget_message(self, now_s: float) -> None:
-        if self._message and self._until_s < 0:
+        if self.message and self._until_s < 0:
             self._until_s = now_s - self._until_s
-        if self._message and now_s > self._until_s:
-            self._message, self._stale = "", True
+        if self.message and now_s > self._until_s:
+            self.message, self._stale = "", True
 
-    def _show(self) -> None:
+    def _show(self, now_s: float) -> None:
         self.target.use()
         self.target.viewport = (0, 0, *self.size)
         if self.has_map and self._drawn:
@@ -385,7 +437,10 @@ class Flight:
             self.renderer.picture.show(self.target)
         else:
             self.ctx.clear(*_SKY)
-        self.overlay.draw(self.target, self.size, self.panels())
+        if self.gui:
+            self.gui.draw(self, self.target, self.size, now_s)
+        else:
+            self.overlay.draw(self.target, self.size, self.panels())
 
     def _save(self) -> None:
         """Write the picture, without words over it, beside earlier ones in the working directory."""
@@ -397,6 +452,10 @@ class Flight:
             self.say(str(error))
         else:
             self.say(f"saved {path}")
+
+
+def _raised(place: Vector, ratio: float) -> Vector:
+    return place[0], place[1], ratio * place[2]
 
 
 def free_name(map_name: str) -> Path:

@@ -12,6 +12,8 @@ from ..drawing import Drawing
 from ..heightmap import Heightmap
 from .controller import MOVE_KEYS
 from .flight import Flight
+from .gui import Gui
+from .gui import library as library_of_gui
 from .loading import Loading, Opened, Opener, file_opener
 from .memory import Memory, state_path
 from .opening import library, open_window
@@ -29,6 +31,7 @@ def run(
     name: str = "",
     backend: str = "auto",
     fresh: bool = False,
+    gui: bool = True,
     **options: Any,
 ) -> dict[str, Any]:
     """Open a window on a map; returns the stats of its last frame when it is closed.
@@ -47,6 +50,8 @@ def run(
         What makes the window's context: "egl", "glfw" for the system's own way, or "auto" for the first that works.
     fresh
         Do as if there had been no window before.
+    gui
+        Show panels to see and change everything with, if the extra `[gui]` is installed; else text alone.
     options
         Fields of `Drawing` by name: how it is drawn at first.
 
@@ -64,7 +69,7 @@ def run(
     name = name or (source.name if isinstance(source, Heightmap) else "terrain")
     loading = Loading(name, opener)
     try:
-        window = Window(size or memory.window or SIZE, name, backend)
+        window = Window(size or memory.window or SIZE, name, backend, gui)
     except BaseException:
         loading.cancel()
         raise
@@ -85,20 +90,21 @@ def _opener(heightmap: Heightmap, camera: Camera | None, options: dict[str, Any]
 class Window:
     """A window with an OpenGL context, empty until `fly`."""
 
-    def __init__(self, size: tuple[int, int], name: str, backend: str = "auto") -> None:
+    def __init__(self, size: tuple[int, int], name: str, backend: str = "auto", gui: bool = True) -> None:
         self._glfw = library()
         self.name = name
         self._handle = open_window(self._glfw, size, f"{name} – terrain-gl", backend)
         self.ctx = from_glfw_window(self._handle)
         self._glfw.swap_interval(1)
-        self._overlay = Overlay(self.ctx, self._scale)
+        self._overlay = Overlay(self.ctx, round(self._scale))
+        self._gui = Gui(self.ctx, self._scale) if gui and library_of_gui() else None
         self._cursor = (0.0, 0.0)
         self._captured = False
         self._drag = ""
 
     def fly(self, loading: Loading, settings: Settings, memory: Memory) -> dict[str, Any]:
         """Draw frames until the user closes the window; the last one's stats."""
-        flight = self._flight = Flight(self._overlay, self.ctx.screen, self._pixels, settings, memory)
+        flight = self._flight = Flight(self._overlay, self.ctx.screen, self._pixels, settings, memory, self._gui)
         flight.loading = loading
         flight.on_capture = self._capture
         flight.say(memory.complaint or "H shows the keys; drop a map's file here to see it")
@@ -113,6 +119,8 @@ class Window:
 
     def close(self) -> None:
         """Close the window and give everything back."""
+        if self._gui:
+            self._gui.release()
         self._overlay.release()
         self.ctx.release()
         self._glfw.destroy_window(self._handle)
@@ -131,8 +139,8 @@ class Window:
         return self._glfw.get_time()
 
     @property
-    def _scale(self) -> int:
-        return max(1, round(self._glfw.get_window_content_scale(self._handle)[0]))
+    def _scale(self) -> float:
+        return max(1.0, self._glfw.get_window_content_scale(self._handle)[0])
 
     @property
     def _pixels(self) -> tuple[int, int]:
@@ -151,6 +159,7 @@ class Window:
             "cursor_pos": self._on_cursor,
             "scroll": self._on_scroll,
             "drop": self._on_drop,
+            "char": lambda _, character: self._gui.write(character) if self._gui else None,
         }
         for event, listener in listeners.items():
             getattr(self._glfw, f"set_{event}_callback")(self._handle, listener)
@@ -163,7 +172,9 @@ class Window:
             self._glfw.swap_buffers(self._handle)
 
     def _rescale(self) -> None:
-        self._overlay.scale = self._scale
+        self._overlay.scale = round(self._scale)
+        if self._gui:
+            self._gui.scale = self._scale
         self._flight.resize(self._pixels)
 
     def _let_go(self) -> None:
@@ -173,6 +184,10 @@ class Window:
     def _on_key(self, _: Any, key: int, scancode: int, action: int, mods: int) -> None:
         glfw, flight = self._glfw, self._flight
         place = _place(glfw, key)
+        if self._gui:
+            self._gui.key(_FIELD_KEYS.get(key, place), action != glfw.RELEASE)
+            if self._gui.writes and action != glfw.RELEASE:
+                return
         moves = place in MOVE_KEYS and not mods & (glfw.MOD_CONTROL | glfw.MOD_ALT | glfw.MOD_SUPER)
         if action == glfw.RELEASE:
             if flight.has_map:
@@ -195,6 +210,10 @@ class Window:
 
     def _on_button(self, _: Any, button: int, action: int, mods: int) -> None:
         glfw, flight = self._glfw, self._flight
+        if self._gui and button in _BUTTONS and not self._captured:
+            self._gui.button(_BUTTONS[button], action == glfw.PRESS)
+            if action == glfw.PRESS and self._gui.covers(*self._cursor_px):
+                return
         if not flight.has_map:
             return
         names = {glfw.MOUSE_BUTTON_LEFT: "orbit", glfw.MOUSE_BUTTON_RIGHT: "look"}
@@ -209,11 +228,16 @@ class Window:
     def _on_cursor(self, _: Any, x: float, y: float) -> None:
         dx, dy = x - self._cursor[0], y - self._cursor[1]
         self._cursor = x, y
+        if self._gui and not self._captured:
+            self._gui.move(*self._cursor_px)
         drag = "look" if self._captured else self._drag
         if drag and self._flight.has_map:
             getattr(self._flight.controller, drag)(dx, dy)
 
     def _on_scroll(self, _: Any, dx: float, dy: float) -> None:
+        if self._gui and not self._captured and self._gui.covers(*self._cursor_px):
+            self._gui.wheel(dx, dy)
+            return
         control = any(
             self._glfw.get_key(self._handle, key) == self._glfw.PRESS
             for key in (self._glfw.KEY_LEFT_CONTROL, self._glfw.KEY_RIGHT_CONTROL)
@@ -223,11 +247,22 @@ class Window:
     def _on_drop(self, _: Any, paths: list[str]) -> None:
         self._flight.load(os.path.basename(paths[0]), file_opener(paths[0]))
 
+    @property
+    def _cursor_px(self) -> tuple[float, float]:
+        """The cursor in pixels of the picture, which may be finer than the screen's own coordinates."""
+        width, height = self._glfw.get_window_size(self._handle)
+        return self._cursor[0] * self._pixels[0] / max(1, width), self._cursor[1] * self._pixels[1] / max(1, height)
+
     def _tangents(self) -> tuple[float, float]:
         """The cursor as tangents right and up of the picture's middle."""
         width, height = self._glfw.get_window_size(self._handle)
         half = math.tan(math.radians(0.5 * self._flight.controller.fov_deg)) / (0.5 * max(1, height))
         return (self._cursor[0] - 0.5 * width) * half, (0.5 * height - self._cursor[1]) * half
+
+
+# GLFW's numbers of buttons, and of keys that only fields of text want
+_BUTTONS = {0: "left", 1: "right", 2: "middle"}
+_FIELD_KEYS = {257: "enter", 335: "enter", 259: "backspace", 261: "delete", 269: "end", 341: "ctrl", 345: "ctrl"}
 
 
 # --- Keys -------------------------------------------------------------------------------------------------------------

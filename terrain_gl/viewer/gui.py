@@ -1,0 +1,355 @@
+"""The panels of the window, with Dear ImGui (the extra `[gui]`); what they show and change is the flight's.
+
+Without the extra there is `hud.py`, text alone.
+"""
+
+from __future__ import annotations
+
+import contextlib
+from collections.abc import Callable, Iterator, Sequence
+from pathlib import Path
+from typing import TYPE_CHECKING, Any
+
+import moderngl
+
+from . import charts, help_page, sections
+from .gui_draw import GuiDraw
+
+if TYPE_CHECKING:
+    from .flight import Flight
+
+PANEL_EM = 22.0  # width of the panel, in heights of the typeface
+FONT_PX = 15.0
+LIVELY_S = 0.8  # after an event, for buttons to come up and hints to appear
+_BUTTONS = {"left": 0, "right": 1, "middle": 2}
+_KEYS = {
+    "tab": "tab",
+    "left": "left_arrow",
+    "right": "right_arrow",
+    "up": "up_arrow",
+    "down": "down_arrow",
+    "home": "home",
+    "end": "end",
+    "backspace": "backspace",
+    "delete": "delete",
+    "enter": "enter",
+    "escape": "escape",
+    "ctrl": "mod_ctrl",
+    "shift": "mod_shift",
+    **{letter: letter for letter in "acvxyz"},
+}
+_COLOURS = {
+    "text": (0.93, 0.94, 0.95, 1.0),
+    "text_disabled": (0.62, 0.66, 0.70, 1.0),
+    "window_bg": (0.04, 0.055, 0.08, 0.80),
+    "popup_bg": (0.05, 0.065, 0.09, 0.96),
+    "border": (1.0, 1.0, 1.0, 0.08),
+    "frame_bg": (1.0, 1.0, 1.0, 0.07),
+    "frame_bg_hovered": (1.0, 1.0, 1.0, 0.13),
+    "frame_bg_active": (1.0, 1.0, 1.0, 0.18),
+    "title_bg": (0.04, 0.055, 0.08, 0.90),
+    "title_bg_active": (0.04, 0.055, 0.08, 0.90),
+    "title_bg_collapsed": (0.04, 0.055, 0.08, 0.80),
+    "check_mark": (1.0, 0.80, 0.47, 1.0),
+    "slider_grab": (1.0, 0.80, 0.47, 0.75),
+    "slider_grab_active": (1.0, 0.80, 0.47, 1.0),
+    "button": (1.0, 1.0, 1.0, 0.08),
+    "button_hovered": (1.0, 0.80, 0.47, 0.30),
+    "button_active": (1.0, 0.80, 0.47, 0.50),
+    "header": (1.0, 1.0, 1.0, 0.06),
+    "header_hovered": (1.0, 0.80, 0.47, 0.20),
+    "header_active": (1.0, 0.80, 0.47, 0.30),
+    "tab": (1.0, 1.0, 1.0, 0.06),
+    "tab_hovered": (1.0, 0.80, 0.47, 0.30),
+    "tab_selected": (1.0, 0.80, 0.47, 0.20),
+    "tab_selected_overline": (1.0, 0.80, 0.47, 0.60),
+    "separator": (1.0, 1.0, 1.0, 0.12),
+    "plot_histogram": (1.0, 0.80, 0.47, 0.80),
+    "scrollbar_bg": (0.0, 0.0, 0.0, 0.0),
+    "scrollbar_grab": (1.0, 1.0, 1.0, 0.15),
+}
+
+
+def library() -> Any:
+    """Dear ImGui's module, or None where the extra is not installed."""
+    try:
+        import glfw  # noqa: F401  imgui_bundle brings a GLFW of its own, which must not take this one's place
+        from imgui_bundle import imgui
+    except ImportError:
+        return None
+    return imgui
+
+
+class Gui:
+    """Panels over a picture.
+
+    Parameters
+    ----------
+    ctx
+        The context that they are drawn in.
+    scale
+        Pixels per unit of length, by which everything grows on fine screens.
+
+    Attributes
+    ----------
+    hints, places
+        Of the controls of the last frame, by label: a line of help; left, top, right and bottom.
+    opened
+        Sections of the panel, and whether they are open.
+    """
+
+    def __init__(self, ctx: moderngl.Context, scale: float = 1.0) -> None:
+        self.imgui = library()
+        assert self.imgui, "pip install 'terrain-gl[gui]'"
+        self._context = self.imgui.create_context()
+        io = self.imgui.get_io()
+        io.set_ini_filename(None)
+        _load_typeface(self.imgui)
+        self._draw = GuiDraw(ctx, self.imgui)
+        self._covered: list[tuple[float, float, float, float]] = []
+        self._drawn_s = 0.0
+        self._lively_until_s = 0.0
+        self._touched = True
+        self._hint = ""
+        self.hints: dict[str, str] = {}
+        self.places: dict[str, tuple[float, float, float, float]] = {}
+        self.opened = {title: opened for title, opened, _ in sections.SECTIONS}
+        self.scale = scale
+
+    @property
+    def scale(self) -> float:
+        """Pixels per unit of length."""
+        return self._scale
+
+    @scale.setter
+    def scale(self, scale: float) -> None:
+        self._scale = scale
+        style = self._style()
+        style.font_size_base = FONT_PX
+        style.font_scale_dpi = scale
+
+    def release(self) -> None:
+        """Give the GPU's memory back."""
+        self._current()
+        self._draw.release()
+        self.imgui.get_platform_io().textures  # noqa: B018  ImGui wants to be asked once more before it goes
+        self.imgui.destroy_context(self._context)
+
+    # --- Events, in pixels of the picture -----------------------------------------------------------------------------
+
+    def move(self, x: float, y: float) -> None:
+        """The cursor is here."""
+        self._io().add_mouse_pos_event(x, y)
+
+    def button(self, name: str, down: bool) -> None:
+        """A mouse button went down or up."""
+        self._io().add_mouse_button_event(_BUTTONS[name], down)
+
+    def wheel(self, dx: float, dy: float) -> None:
+        """The wheel was turned."""
+        self._io().add_mouse_wheel_event(dx, dy)
+
+    def key(self, name: str, down: bool) -> None:
+        """A key went down or up."""
+        if name in _KEYS:
+            self._io().add_key_event(getattr(self.imgui.Key, _KEYS[name]), down)
+
+    def write(self, character: int) -> None:
+        """A character was typed."""
+        self._io().add_input_character(character)
+
+    def covers(self, x: float, y: float) -> bool:
+        """Whether a panel lies there, or has hold of the mouse."""
+        io = self._io()
+        inside = any(x0 <= x <= x1 and y0 <= y <= y1 for x0, y0, x1, y1 in self._covered)
+        return inside or (io.want_capture_mouse and any(io.mouse_down)) or self._popup_is_open()
+
+    @property
+    def writes(self) -> bool:
+        """Whether what is typed goes into a field."""
+        return self._io().want_text_input
+
+    # --- Frames -------------------------------------------------------------------------------------------------------
+
+    def lively(self, now_s: float) -> bool:
+        """Whether the panels may look different soon without any event."""
+        if self._touched:
+            self._touched, self._lively_until_s = False, now_s + LIVELY_S
+        return now_s < self._lively_until_s
+
+    def draw(self, flight: Flight, target: moderngl.Framebuffer, size: tuple[int, int], now_s: float) -> None:
+        """Lay the panels out, let them act on the flight, and draw them over what is in the target."""
+        io = self._io(touch=False)
+        io.display_size = size
+        io.delta_time = min(max(now_s - self._drawn_s, 1e-4), 0.5)
+        self._drawn_s = now_s
+        self.imgui.new_frame()
+        self._covered, self.hints, self.places = [], {}, {}
+        self._build(flight, size)
+        self.imgui.render()
+        self._draw.draw(target, size, self.imgui.get_draw_data())
+
+    def _build(self, flight: Flight, size: tuple[int, int]) -> None:
+        if flight.has_map and flight.settings.figures:
+            self._panel(flight, size)
+        if flight.settings.keys:
+            with self._window("Help", (0.5, 0.5), size, closed=lambda: flight.toggle("keys")):
+                help_page.show(self)
+        if flight.loading:
+            with self._window("##loading", (0.5, 0.93), size):
+                self._progress(flight)
+        if flight.message:
+            with self._window("##message", (0.5, 0.985), size):
+                self.imgui.text(flight.message)
+
+    def _panel(self, flight: Flight, size: tuple[int, int]) -> None:
+        imgui = self.imgui
+        margin = 10 * self.scale
+        width = min(PANEL_EM * imgui.get_font_size(), 0.45 * size[0])
+        imgui.set_next_window_pos((margin, margin))
+        imgui.set_next_window_size_constraints((width, 0), (width, size[1] - 2 * margin))
+        flags = imgui.WindowFlags_
+        name = f"{flight.figures.name}   {flight.figures.posts[0]} × {flight.figures.posts[1]} posts###panel"
+        fixed = flags.no_move | flags.no_resize | flags.always_auto_resize | flags.no_saved_settings | flags.no_nav
+        expanded, _ = imgui.begin(name, None, fixed)
+        self._note_window()
+        if expanded:
+            self._hint = ""
+            imgui.push_item_width(0.56 * width)
+            charts.show(self, flight)
+            for title, _, show in sections.SECTIONS:
+                if self._section(title):
+                    show(self, flight)
+            imgui.pop_item_width()
+            imgui.separator()
+            imgui.push_text_wrap_pos(0.0)
+            imgui.text_disabled(self._hint or "Point at anything to read what it does.  H: all keys.  I: hide this.")
+            imgui.pop_text_wrap_pos()
+        imgui.end()
+
+    def _progress(self, flight: Flight) -> None:
+        assert flight.loading
+        self.imgui.text(flight.loading.text)
+        self.imgui.progress_bar(flight.loading.progress, (20 * self.em, 0.5 * self.em), "")
+        if flight.can_cancel and self.press_button("Cancel", "Keep the map that is seen (Esc)."):
+            flight.press("escape")
+
+    @contextlib.contextmanager
+    def _window(
+        self, name: str, anchor: tuple[float, float], size: tuple[int, int], closed: Callable[[], None] | None = None
+    ) -> Iterator[None]:
+        """A window that sizes itself, at a place of the picture."""
+        imgui, flags = self.imgui, self.imgui.WindowFlags_
+        imgui.set_next_window_pos((anchor[0] * size[0], anchor[1] * size[1]), imgui.Cond_.always, anchor)
+        imgui.set_next_window_size_constraints((0, 0), (0.96 * size[0], 0.92 * size[1]))
+        plain = flags.no_move | flags.no_resize | flags.always_auto_resize | flags.no_collapse | flags.no_nav
+        if closed is None:
+            plain |= flags.no_title_bar
+        _, stays = imgui.begin(name, True if closed else None, plain)
+        self._note_window()
+        yield
+        imgui.end()
+        if closed and not stays:
+            closed()
+
+    def _section(self, title: str) -> bool:
+        self.imgui.set_next_item_open(self.opened[title])
+        self.opened[title] = self.imgui.collapsing_header(title)
+        return self.opened[title]
+
+    def _note_window(self) -> None:
+        x, y = self.imgui.get_window_pos()
+        width, height = self.imgui.get_window_size()
+        self._covered.append((x, y, x + width, y + height))
+
+    def _popup_is_open(self) -> bool:
+        return self.imgui.is_popup_open("", self.imgui.PopupFlags_.any_popup)
+
+    def _current(self) -> None:
+        self.imgui.set_current_context(self._context)
+
+    def _io(self, touch: bool = True) -> Any:
+        self._current()
+        self._touched |= touch
+        return self.imgui.get_io()
+
+    def _style(self) -> Any:
+        """The look, at the present scale."""
+        self._current()
+        style = self.imgui.get_style()
+        fresh = self.imgui.Style()
+        for name, units in (("frame_rounding", 4), ("grab_rounding", 4), ("popup_rounding", 6), ("window_rounding", 8)):
+            setattr(style, name, units * self._scale)
+        for name in ("window_padding", "frame_padding", "item_spacing", "item_inner_spacing", "cell_padding"):
+            x, y = getattr(fresh, name)
+            setattr(style, name, (x * self._scale, y * self._scale))
+        style.indent_spacing, style.scrollbar_size = 12 * self._scale, 10 * self._scale
+        style.grab_min_size = 10 * self._scale
+        style.window_border_size = style.popup_border_size = 1.0
+        for name, colour in _COLOURS.items():
+            style.set_color_(getattr(self.imgui.Col_, name), colour)
+        return style
+
+    # --- Controls: each with a line of help ---------------------------------------------------------------------------
+
+    @property
+    def em(self) -> float:
+        """Height of the typeface in pixels."""
+        return self.imgui.get_font_size()
+
+    def hint(self, label: str, text: str) -> None:
+        """What the control before is for: at the panel's foot at once, and beside it after a moment."""
+        self.hints[label] = text
+        self.places[label] = (*self.imgui.get_item_rect_min(), *self.imgui.get_item_rect_max())
+        if self.imgui.is_item_hovered(self.imgui.HoveredFlags_.allow_when_disabled):
+            self._hint = text
+        self.imgui.set_item_tooltip(text.replace("%", "%%"))
+
+    def choose(self, label: str, value: str, choices: Sequence[str], text: str) -> str | None:
+        """One of several; what was chosen, if anything."""
+        changed, index = self.imgui.combo(label, choices.index(value), list(choices))
+        self.hint(label, text)
+        return choices[index] if changed else None
+
+    def slide(
+        self,
+        label: str,
+        value: float,
+        least: float,
+        most: float,
+        text: str,
+        form: str = "%.2f",
+        logarithmic: bool = False,
+    ) -> float | None:
+        """A number; the new one while it is being changed."""
+        flags = self.imgui.SliderFlags_.logarithmic if logarithmic else self.imgui.SliderFlags_.none
+        flags |= self.imgui.SliderFlags_.always_clamp
+        changed, new = self.imgui.slider_float(label, value, least, most, form, flags)
+        self.hint(label, text + "  (Ctrl click to type a number.)")
+        return new if changed else None
+
+    def tick(self, label: str, value: bool, text: str) -> bool:
+        """On or off; whether it was changed."""
+        changed, _ = self.imgui.checkbox(label, value)
+        self.hint(label, text)
+        return changed
+
+    def press_button(self, label: str, text: str, enabled: bool = True) -> bool:
+        """Whether it was pressed."""
+        self.imgui.begin_disabled(not enabled)
+        pressed = self.imgui.button(label)
+        self.imgui.end_disabled()
+        self.hint(label, text)
+        return pressed
+
+
+def _load_typeface(imgui: Any) -> None:
+    """Roboto, which imgui_bundle brings along; else ImGui's own."""
+    import imgui_bundle
+
+    path = Path(imgui_bundle.__file__).parent / "assets" / "fonts" / "Roboto" / "Roboto-Regular.ttf"
+    fonts = imgui.get_io().fonts
+    if path.exists():
+        fonts.add_font_from_file_ttf(str(path), FONT_PX)
+    else:
+        fonts.add_font_default()

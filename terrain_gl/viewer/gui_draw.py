@@ -1,0 +1,98 @@
+"""Dear ImGui's triangles and textures through moderngl, into any framebuffer: a window's, or one without a window.
+
+ImGui hands out, each frame, lists of triangles and a list of textures that it wants made, changed or destroyed (its
+"renderer has textures" protocol, since 1.92: glyphs are drawn when they are first needed).
+"""
+
+from __future__ import annotations
+
+import ctypes
+from typing import Any
+
+import moderngl
+import numpy as np
+
+from .. import shaders
+
+_FIRST_BYTES = 1 << 18
+
+
+class GuiDraw:
+    """Draws what ImGui made of a frame; `imgui` is its module, with a current context."""
+
+    def __init__(self, ctx: moderngl.Context, imgui: Any) -> None:
+        self.ctx, self.imgui = ctx, imgui
+        self._program: Any = shaders.program(ctx, vertex="view/gui.vert", fragment="view/gui.frag")
+        self._textures: dict[int, moderngl.Texture] = {}
+        self._make_buffers(_FIRST_BYTES, _FIRST_BYTES)
+        imgui.get_io().backend_flags |= imgui.BackendFlags_.renderer_has_textures
+
+    def draw(self, framebuffer: moderngl.Framebuffer, size: tuple[int, int], data: Any) -> None:
+        """Draw a frame's lists over what is in a framebuffer of `size` (width, height)."""
+        for texture in self.imgui.get_platform_io().textures:
+            self._follow(texture)
+        framebuffer.use()
+        framebuffer.viewport = (0, 0, *size)
+        self._program["u_size_px"] = size
+        self.ctx.enable_only(moderngl.BLEND)
+        self.ctx.blend_func = moderngl.SRC_ALPHA, moderngl.ONE_MINUS_SRC_ALPHA
+        for triangles in data.cmd_lists:
+            self._upload(triangles)
+            for command in triangles.cmd_buffer:
+                left, top, right, bottom = (round(side) for side in command.clip_rect)
+                left, top = max(left, 0), max(top, 0)
+                if right > left and bottom > top:
+                    framebuffer.scissor = (left, size[1] - bottom, right - left, bottom - top)
+                    self._textures[command.tex_ref.get_tex_id()].use(0)
+                    self._vao.render(moderngl.TRIANGLES, command.elem_count, first=command.idx_offset)
+        framebuffer.scissor = (0, 0, *size)
+        self.ctx.enable_only(moderngl.NOTHING)
+
+    def release(self) -> None:
+        """Give the GPU's memory back."""
+        for resource in (*self._textures.values(), self._vao, self._vertices, self._indices, self._program):
+            resource.release()
+
+    def _make_buffers(self, vertex_bytes: int, index_bytes: int) -> None:
+        self._vertices = self.ctx.buffer(reserve=vertex_bytes, dynamic=True)
+        self._indices = self.ctx.buffer(reserve=index_bytes, dynamic=True)
+        content = [(self._vertices, "2f4 2f4 4f1", "in_at_px", "in_texel", "in_color")]
+        self._vao = self.ctx.vertex_array(
+            self._program, content, self._indices, index_element_size=self.imgui.INDEX_SIZE
+        )
+
+    def _upload(self, triangles: Any) -> None:
+        vertices = _bytes(triangles.vtx_buffer, self.imgui.VERTEX_SIZE)
+        indices = _bytes(triangles.idx_buffer, self.imgui.INDEX_SIZE)
+        if len(vertices) > self._vertices.size or len(indices) > self._indices.size:
+            for resource in (self._vao, self._vertices, self._indices):
+                resource.release()
+            self._make_buffers(2 * len(vertices) + _FIRST_BYTES, 2 * len(indices) + _FIRST_BYTES)
+        for buffer, data in ((self._vertices, vertices), (self._indices, indices)):
+            buffer.orphan()  # the triangles before may still be on their way
+            buffer.write(data)
+
+    def _follow(self, texture: Any) -> None:
+        """Make, change or destroy a texture, as ImGui wishes."""
+        status = self.imgui.ImTextureStatus
+        if texture.status == status.want_create:
+            made = self.ctx.texture((texture.width, texture.height), 4, _pixels(texture))
+            self._textures[made.glo] = made
+            texture.set_tex_id(made.glo)
+            texture.set_status(status.ok)
+        elif texture.status == status.want_updates:
+            self._textures[texture.get_tex_id()].write(_pixels(texture))
+            texture.set_status(status.ok)
+        elif texture.status == status.want_destroy:
+            self._textures.pop(texture.get_tex_id()).release()
+            texture.set_tex_id(0)
+            texture.set_status(status.destroyed)
+
+
+def _bytes(vector: Any, itemsize: int) -> bytes:
+    """What one of ImGui's own vectors holds."""
+    return ctypes.string_at(vector.data_address(), vector.size() * itemsize)
+
+
+def _pixels(texture: Any) -> bytes:
+    return np.ascontiguousarray(texture.get_pixels_array()).tobytes()

@@ -1,0 +1,112 @@
+"""The panel's sections: controls on the left, and what they change in the flight on the right."""
+
+from __future__ import annotations
+
+import math
+from datetime import datetime
+from typing import TYPE_CHECKING, Any
+
+from ..drawing import CHOICES
+from ..sun import sun_position
+from .controller import MODES
+from .settings import TOLERANCES_PX
+
+if TYPE_CHECKING:
+    from .flight import Flight
+    from .gui import Gui
+
+_LATITUDE_DEG = 46.0  # of the sun's course through the day
+_DAY = datetime(2025, 8, 1)
+METHODS_HELP = "How detail is chosen (F): sat keeps the promise with few triangles; full draws every post."
+METRIC_HELP = "What the tolerance bounds (M): the largest error of any post, or the root mean square of all."
+
+
+def detail(gui: Gui, flight: Flight) -> None:
+    """How fine the mesh is."""
+    settings, drawing = flight.settings, flight.settings.drawing
+    changes: dict[str, Any] = {
+        "max_error_px": gui.slide(
+            "tolerance",
+            drawing.max_error_px,
+            *TOLERANCES_PX,
+            "No post is drawn further than this from its place in the picture (+ and -).",
+            "%.3g px",
+            logarithmic=True,
+        ),
+        "metric": gui.choose("metric", drawing.metric, CHOICES["metric"], METRIC_HELP),
+        "method": gui.choose("method", drawing.method, CHOICES["method"], METHODS_HELP),
+    }
+    _apply(settings, changes)
+
+
+def picture(gui: Gui, flight: Flight) -> None:
+    """How it looks."""
+    settings, drawing = flight.settings, flight.settings.drawing
+    _apply(settings, {"style": gui.choose("style", drawing.style, CHOICES["style"], "What the colours mean (Tab).")})
+    hour = gui.slide("time of day", flight.hour, 4.0, 20.0, "The sun on a summer day in the Alps.", "%.1f h")
+    azimuth, elevation = drawing.sun
+    azimuth = azimuth % 360
+    turned = gui.slide("sun from", azimuth, 0.0, 360.0, "Where the sun stands, clockwise from north.", "%.0f°")
+    raised = gui.slide("sun height", elevation, -10.0, 90.0, "How high it stands over the horizon.", "%.0f°")
+    if hour is not None:
+        flight.hour = hour
+        clock = _DAY.replace(hour=int(hour), minute=int(60 * (hour % 1)))
+        azimuth, elevation = sun_position(clock, _LATITUDE_DEG)
+        settings.draw_both(sun=(azimuth, elevation))
+    elif turned is not None or raised is not None:
+        sun = azimuth if turned is None else turned, elevation if raised is None else raised
+        settings.draw_both(sun=sun)
+    factor = gui.slide(
+        "exaggeration", flight.exaggeration, 0.25, 8.0, "Heights are multiplied by this.", "× %.2f", True
+    )
+    if factor is not None:
+        flight.exaggeration = factor
+    if gui.imgui.is_item_deactivated_after_edit():
+        flight.exaggerate()
+
+
+def camera(gui: Gui, flight: Flight) -> None:
+    """How the eye moves."""
+    controller = flight.controller
+    mode = gui.choose("move", controller.mode, MODES, "Fly anywhere, orbit the middle, walk at eye height (V).")
+    if mode:
+        controller.change_mode(mode)
+    reach = max(controller.heightmap.extent_m)
+    speed = gui.slide("speed", controller.speed_m_s, 1e-5 * reach, reach, "Of W A S D (wheel).", "%.3g m/s", True)
+    if speed is not None:
+        controller.speed_m_s = speed
+    fov = gui.slide("field of view", controller.fov_deg, 1.0, 120.0, "Vertical (Ctrl wheel).", "%.0f°")
+    if fov is not None:
+        controller.fov_deg = fov
+    if gui.tick("stay above ground", controller.above_ground, "Keep the eye from going under the land (G)."):
+        flight.press("g")
+    if gui.press_button("Home", "Back to the first view (Home)."):
+        flight.press("home")
+    for number in range(1, 10):
+        gui.imgui.same_line() if number > 1 else None
+        known = number in controller.bookmarks
+        text = (
+            f"Travel to bookmark {number} (key {number})." if known else f"Set bookmark {number} here (Ctrl {number})."
+        )
+        if gui.press_button(str(number) if known else f"+##{number}", text):
+            flight.press(str(number) if known else f"ctrl+{number}")
+
+
+def keep(gui: Gui, flight: Flight) -> None:
+    """What can be taken away."""
+    if gui.press_button("Save the picture", "As PNG, in the folder where the program was started (P)."):
+        flight.press("p")
+    gui.imgui.text_disabled("Drop a map's file on the window to open it.")
+
+
+SECTIONS = (("Detail", True, detail), ("Picture", True, picture), ("Camera", False, camera), ("Keep", False, keep))
+
+
+def _apply(settings: Any, changes: dict[str, Any]) -> None:
+    given = {key: value for key, value in changes.items() if value is not None}
+    if given:
+        settings.draw(**given)
+
+
+def _finite(value: float) -> float:
+    return value if math.isfinite(value) else 0.0
