@@ -16,23 +16,20 @@ import os
 import shlex
 from collections.abc import Callable, Iterator
 from dataclasses import dataclass
-from pathlib import Path
 from typing import Any
 
 import moderngl
 import numpy as np
-import OpenImageIO as oiio
 
 from . import shaders
-from .exceptions import TerrainError, UsageError
+from .exceptions import UsageError
 from .heightmap import Heightmap
-from .image import replacing
+from .writers import FORMATS, format_of, heightmap_file, least_step
 
 MAX_SIDE = 16384
 MAX_OCTAVES = 16
 MAX_SEED = 2**24 - 1  # more would meet the noise's layers in the hash
 RECIPES = ("canyon", "alpine")  # numbered as in glsl/generate/land.glsl
-FORMATS = {".png": "uint16", ".tif": "float", ".tiff": "float", ".exr": "float"}
 RELIEFS_PER_UNIT = 8  # the longest waves, in reliefs
 FINER = 64  # steps of a float file in one of a PNG
 GROUP = 64  # threads of a work group, as in glsl/generate
@@ -97,10 +94,7 @@ class Land:
     @property
     def z_scale(self) -> float:
         """Metres per unit of a 16-bit file: the least 1, 2 or 5 times a power of ten that reaches the relief."""
-        least = self.relief_m / 65535
-        exponent = math.floor(math.log10(least))
-        steps = (float(f"{digit}e{exponent}") for digit in (1, 2, 5, 10))
-        return next(step for step in steps if step >= least)
+        return least_step(self.relief_m, 65535)
 
     @property
     def words(self) -> str:
@@ -139,20 +133,15 @@ def write_land(
         The file cannot be written.
     """
     suffix = format_of(path)
-    with replacing(path) as beside:
-        _make_sure_of_space(beside, land, suffix)
-        with _Writer(beside, path, land, suffix) as writer:
-            for band in bands_of(ctx, land, progress):
-                writer.write(stored(band, land, suffix))
-    return writer.low * writer.unit, writer.high * writer.unit
-
-
-def format_of(path: str | os.PathLike[str]) -> str:
-    """Ending of the file's name, in small letters; `UsageError` if it is none of `FORMATS`."""
-    suffix = Path(path).suffix.lower()
-    if suffix not in FORMATS:
-        raise UsageError(f"{path}: a heightmap's name must end in one of {', '.join(FORMATS)}")
-    return suffix
+    unit = land.z_scale if FORMATS[suffix] == "uint16" else 1.0
+    low, high = math.inf, -math.inf
+    about = f"terrain-gl generate {land.words}, read with {open_options(land, suffix)}"
+    with heightmap_file(path, land.cols, land.rows, about) as file:
+        for band in bands_of(ctx, land, progress):
+            rows = stored(band, land, suffix)
+            low, high = min(low, float(rows.min())), max(high, float(rows.max()))
+            file.write(rows)
+    return low * unit, high * unit
 
 
 def open_options(land: Land, suffix: str) -> str:
@@ -207,49 +196,6 @@ def _set(kernel: Any, land: Land, size: tuple[int, int], first_row: int) -> None
 def step_of(land: Land) -> float:
     """From post to post, in the units of the noise."""
     return land.spacing_m / (RELIEFS_PER_UNIT * land.relief_m)
-
-
-class _Writer:
-    """A heightmap file, written row by row."""
-
-    def __init__(self, beside: Path, path: str | os.PathLike[str], land: Land, suffix: str) -> None:
-        self.path, self.row = path, 0
-        self.unit = land.z_scale if FORMATS[suffix] == "uint16" else 1.0
-        self.low, self.high = math.inf, -math.inf
-        spec = oiio.ImageSpec(land.cols, land.rows, 1, FORMATS[suffix])
-        spec.attribute("ImageDescription", f"terrain-gl generate {land.words}, read with {open_options(land, suffix)}")
-        spec.attribute("compression", "zip")
-        if FORMATS[suffix] == "float":
-            spec.attribute("DateTime", "1970:01:01 00:00:00")  # today's would be written, and no two files be the same
-        self.file: Any = oiio.ImageOutput.create(os.fspath(beside))
-        self._ensure(self.file is not None and self.file.open(os.fspath(beside), spec))
-
-    def __enter__(self) -> _Writer:
-        return self
-
-    def write(self, rows: np.ndarray) -> None:
-        """Add rows below those that there are."""
-        self.low, self.high = min(self.low, float(rows.min())), max(self.high, float(rows.max()))
-        end = self.row + len(rows)
-        self._ensure(self.file.write_scanlines(self.row, end, 0, rows[..., None]))
-        self.row = end
-
-    def __exit__(self, error: Any, *_: object) -> None:
-        closed = self.file.close()
-        if error is None:
-            self._ensure(closed)
-
-    def _ensure(self, done: bool) -> None:
-        if not done:
-            reason = " ".join((self.file.geterror() if self.file else oiio.geterror()).split())
-            raise TerrainError(f"{self.path}: cannot write: {reason or 'unknown reason'}")
-
-
-def _make_sure_of_space(beside: Path, land: Land, suffix: str) -> None:
-    """Take the room that the file can need: on a full disk libpng says nothing."""
-    most = land.cols * land.rows * np.dtype(FORMATS[suffix].replace("float", "f4")).itemsize
-    with open(beside, "wb") as probe:
-        os.posix_fallocate(probe.fileno(), 0, most + most // 8 + 65536)
 
 
 def _check(name: str, valid: bool, expected: str) -> None:

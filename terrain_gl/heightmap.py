@@ -155,14 +155,15 @@ class Heightmap:
         new[~np.isfinite(new)] = np.nan
         place = np.s_[y : y + new.shape[0], x : x + new.shape[1]]
         old = self.heights[place]
-        changed = (old != new) & ~(np.isnan(old) & np.isnan(new))
+        # bit by bit, for 0 is not -0 where a stroke is undone; but one NaN is as good as another
+        changed = (old.view(np.uint32) != new.view(np.uint32)) & ~(np.isnan(old) & np.isnan(new))
         if not changed.any():
             return None
         self._checked(np.fmin.reduce(new, None), np.fmax.reduce(new, None))
         voids = self.voids + int(np.isnan(new).sum()) - int(np.isnan(old).sum())
         if voids == self.heights.size:
             raise TerrainError(f"{self.name}: every post would be void")
-        old[...] = new
+        old[changed] = new[changed]
         self.voids = voids
         rows, cols = (_span_of(changed.any(axis), first) for axis, first in ((1, y), (0, x)))
         self._follow_range(rows, cols)

@@ -13,9 +13,10 @@ import pytest
 from terrain_gl import cli, generate, reference
 from terrain_gl.context import create_context, probe_backends
 from terrain_gl.exceptions import TerrainError, UsageError
-from terrain_gl.generate import FORMATS, RECIPES, Land, bands_of, open_options, write_land
+from terrain_gl.generate import RECIPES, Land, bands_of, open_options, write_land
 from terrain_gl.heightmap import Heightmap
 from terrain_gl.image import read_image
+from terrain_gl.writers import FORMATS
 
 LANDS = [
     Land(97, 61, seed=7, cliffs=0.7, spacing_m=20),

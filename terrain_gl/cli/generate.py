@@ -9,7 +9,8 @@ from dataclasses import asdict
 from typing import Any
 
 from ..context import backend_name, create_context
-from ..generate import FORMATS, RECIPES, Land, format_of, open_options, shot_command, write_land
+from ..generate import RECIPES, Land, open_options, shot_command, write_land
+from ..writers import FORMATS, format_of
 from . import options, report
 
 

@@ -1,0 +1,286 @@
+"""Brushes: from the heights under a brush to new heights, and strokes that can be undone and done again.
+
+No window and no OpenGL in here: a dab is a pure function of the heights around it, in time that grows with its
+footprint; `Sculptor` gives the outcome to whatever has a `heightmap` and an `edit`, as `Renderer` has.
+
+    sculptor = Sculptor(renderer)
+    sculptor.begin()                                             # the button goes down
+    sculptor.dab(Brush("raise", radius_m=500, strength=20), x, y)  # as often as the pointer moves
+    sculptor.undo()                                              # the whole stroke
+"""
+
+from __future__ import annotations
+
+import math
+from collections.abc import Iterator
+from dataclasses import dataclass, field
+from typing import Any, NamedTuple, Protocol
+
+import numpy as np
+
+from .exceptions import UsageError
+from .heightmap import MAX_HEIGHT_M, Heightmap
+
+TOOLS = ("raise", "lower", "smooth", "flatten", "cliff")
+_SHARES = ("smooth", "flatten")  # tools whose strength is a share, not metres
+MOST_BYTES = 256 << 20  # of strokes to be undone
+
+
+@dataclass(frozen=True)
+class Brush:
+    """A tool and how it is held.
+
+    Attributes
+    ----------
+    tool
+        One of `TOOLS`. "raise" and "lower" move the ground, "smooth" draws it to the mean of its neighbourhood,
+        "flatten" to one level, "cliff" raises the half of the footprint that lies against `azimuth_deg`.
+    radius_m
+        Of the footprint, a circle on the map.
+    strength
+        Metres in the middle for raise, lower and cliff; for smooth and flatten the share of the way, 0 to 1.
+    falloff
+        How much of the radius the strength takes to fade out at the rim, 0 (a hard edge) to 1.
+    level_m
+        What "flatten" levels to; by default the height in the middle.
+    azimuth_deg
+        Where the face of a "cliff" looks, clockwise from north.
+
+    Raises
+    ------
+    UsageError
+        A value outside its range.
+    """
+
+    tool: str = "raise"
+    radius_m: float = 100.0
+    strength: float = 1.0
+    falloff: float = 1.0
+    level_m: float | None = None
+    azimuth_deg: float = 180.0
+
+    def __post_init__(self) -> None:
+        if self.tool not in TOOLS:
+            raise UsageError(f"tool: expected one of {', '.join(TOOLS)}, got {self.tool!r}")
+        if not 0 < self.radius_m < 1e9:
+            raise UsageError(f"radius must be more than 0 and less than 1e9 metres, got {self.radius_m:g}")
+        if not 0 <= self.strength <= (1.0 if self.tool in _SHARES else MAX_HEIGHT_M):
+            most = "1" if self.tool in _SHARES else f"{MAX_HEIGHT_M:g} metres"
+            raise UsageError(f"strength of {self.tool} must be from 0 to {most}, got {self.strength:g}")
+        if not 0 <= self.falloff <= 1:
+            raise UsageError(f"falloff must be from 0 to 1, got {self.falloff:g}")
+
+
+class Patch(NamedTuple):
+    """New heights of a rectangle of posts."""
+
+    rows: slice
+    cols: slice
+    heights: np.ndarray
+
+
+def dab(heightmap: Heightmap, brush: Brush, x_m: float, y_m: float) -> Patch | None:
+    """What a brush makes of the ground at a place in world metres; None if its circle holds no post.
+
+    Voids stay voids. Heights end at what a map can hold.
+    """
+    spacing = np.array(heightmap.spacing_m)
+    at = np.array([x_m, heightmap.extent_m[1] - y_m]) / spacing  # column, row
+    reach = brush.radius_m / spacing
+    first = np.clip(np.ceil(at - reach), 0, None)
+    end = np.clip(np.floor(at + reach) + 1, 0, [heightmap.cols, heightmap.rows])
+    if not (first < end).all():
+        return None
+    cols, rows = (slice(int(a), int(b)) for a, b in zip(first, end, strict=True))
+    east = (np.arange(cols.start, cols.stop) - at[0]) * spacing[0]
+    south = (np.arange(rows.start, rows.stop) - at[1])[:, None] * spacing[1]
+    weight = brush.strength * _fade(np.hypot(east, south) / brush.radius_m, brush.falloff)
+    old = heightmap.heights[rows, cols].astype(np.float64)
+    if brush.tool in ("raise", "lower"):
+        new = old + weight if brush.tool == "raise" else old - weight
+    elif brush.tool == "smooth":
+        new = old + weight * (_means(heightmap, rows, cols, _around(reach)) - old)
+    elif brush.tool == "flatten":
+        new = old + weight * (_level_m(heightmap, brush, at, old) - old)
+    else:
+        azimuth = math.radians(brush.azimuth_deg)
+        new = old + weight * (east * math.sin(azimuth) - south * math.cos(azimuth) < 0)
+    with np.errstate(under="ignore"):
+        return Patch(rows, cols, np.clip(new, -MAX_HEIGHT_M, MAX_HEIGHT_M).astype(np.float32))
+
+
+def places(start: tuple[float, float], end: tuple[float, float], step_m: float) -> Iterator[tuple[float, float]]:
+    """Places from after `start` to `end`, at most a step apart: dabs of a pointer that has moved fast."""
+    count = max(1, math.ceil(math.dist(start, end) / step_m))
+    for i in range(1, count + 1):
+        yield start[0] + (end[0] - start[0]) * i / count, start[1] + (end[1] - start[1]) * i / count
+
+
+def _fade(distance: np.ndarray, falloff: float) -> np.ndarray:
+    """Weight at a share of the radius: 1 in the middle, 0 from the rim on, a smooth step between."""
+    t = np.clip((1.0 - distance) / max(falloff, 1e-9), 0.0, 1.0)
+    return t * t * (3.0 - 2.0 * t)
+
+
+def _level_m(heightmap: Heightmap, brush: Brush, at: np.ndarray, old: np.ndarray) -> float:
+    """Height to flatten to: by default the post's that is nearest to the middle, or the mean where that is void."""
+    if brush.level_m is not None:
+        return brush.level_m
+    col, row = np.clip(np.rint(at), 0, [heightmap.cols - 1, heightmap.rows - 1]).astype(int)
+    level_m = float(heightmap.heights[row, col])
+    known = old[np.isfinite(old)]
+    return level_m if math.isfinite(level_m) or not known.size else float(known.mean())
+
+
+def _around(reach: np.ndarray) -> tuple[int, int]:
+    """Half sides of the box to smooth over, columns and rows: an eighth of the radius."""
+    half = np.maximum(1, np.rint(reach / 8)).astype(int)
+    return int(half[0]), int(half[1])
+
+
+def _means(heightmap: Heightmap, rows: slice, cols: slice, half: tuple[int, int]) -> np.ndarray:
+    """Mean of the known heights in the box around each post, from summed-area tables: whatever its size."""
+    y = np.arange(rows.start - half[1], rows.stop + half[1])
+    x = np.arange(cols.start - half[0], cols.stop + half[0])
+    inside = ((y >= 0) & (y < heightmap.rows))[:, None] & ((x >= 0) & (x < heightmap.cols))
+    part = heightmap.heights[np.ix_(y.clip(0, heightmap.rows - 1), x.clip(0, heightmap.cols - 1))].astype(np.float64)
+    known = inside & np.isfinite(part)
+    base = float(part[known].mean()) if known.any() else 0.0  # small numbers keep their digits in the sums
+    totals = _box_sums(np.where(known, part - base, 0.0), half)
+    counts = _box_sums(known.astype(np.float64), half)
+    return base + totals / np.maximum(counts, 1.0)
+
+
+def _box_sums(values: np.ndarray, half: tuple[int, int]) -> np.ndarray:
+    sums = np.pad(values.cumsum(0).cumsum(1), ((1, 0), (1, 0)))
+    wide, high = 2 * half[0] + 1, 2 * half[1] + 1
+    return sums[high:, wide:] - sums[:-high, wide:] - sums[high:, :-wide] + sums[:-high, :-wide]
+
+
+# --- Strokes ----------------------------------------------------------------------------------------------------------
+
+
+class Editable(Protocol):
+    """What can be sculpted: `Renderer`, for one."""
+
+    @property
+    def heightmap(self) -> Heightmap:
+        """The map as it is now."""
+
+    def edit(self, rows: slice, cols: slice, heights: Any) -> None:
+        """Give a rectangle of posts new heights."""
+
+
+@dataclass
+class _Change:
+    """A rectangle as it was before, and as it is after."""
+
+    rows: slice
+    cols: slice
+    before: np.ndarray
+    after: np.ndarray
+
+    @property
+    def bytes(self) -> int:
+        return self.before.nbytes + self.after.nbytes
+
+
+@dataclass
+class Sculptor:
+    """Dabs on a map, remembered as strokes.
+
+    Attributes
+    ----------
+    surface
+        What is sculpted.
+    most_bytes
+        What may be kept of strokes; the oldest are forgotten first, the last one never.
+    """
+
+    surface: Editable
+    most_bytes: int = MOST_BYTES
+    _done: list[list[_Change]] = field(default_factory=list)
+    _undone: list[list[_Change]] = field(default_factory=list)
+
+    @property
+    def can_undo(self) -> int:
+        """How many strokes can be undone."""
+        return sum(map(bool, self._done))
+
+    @property
+    def can_redo(self) -> int:
+        """How many strokes can be done again."""
+        return len(self._undone)
+
+    @property
+    def bytes(self) -> int:
+        """Memory of all strokes that are remembered."""
+        return sum(change.bytes for stroke in self._done + self._undone for change in stroke)
+
+    def begin(self) -> None:
+        """What follows is a new stroke, undone as a whole."""
+        if not self._done or self._done[-1]:
+            self._done.append([])
+
+    def dab(self, brush: Brush, x_m: float, y_m: float) -> Patch | None:
+        """Use a brush at a place in world metres; returns what was changed, if any."""
+        patch = dab(self.surface.heightmap, brush, x_m, y_m)
+        if patch:
+            self.paint(*patch)
+        return patch
+
+    def paint(self, rows: slice, cols: slice, heights: np.ndarray) -> None:
+        """Give a rectangle of posts new heights, as part of the stroke."""
+        if not self._done:
+            self.begin()
+        before = self.surface.heightmap.heights[rows, cols].copy()
+        self.surface.edit(rows, cols, heights)
+        self._undone.clear()
+        self._remember(_Change(rows, cols, before, self.surface.heightmap.heights[rows, cols].copy()))
+        while self.bytes > self.most_bytes and len(self._done) > 1:
+            self._done.pop(0)
+
+    def undo(self) -> bool:
+        """Take the last stroke back; False if there is none."""
+        return self._move(self._done, self._undone, "before")
+
+    def redo(self) -> bool:
+        """Do the last stroke that was undone again; False if there is none."""
+        return self._move(self._undone, self._done, "after")
+
+    def _move(self, source: list[list[_Change]], target: list[list[_Change]], side: str) -> bool:
+        while source and not source[-1]:
+            source.pop()
+        if not source:
+            return False
+        stroke = source.pop()
+        for change in reversed(stroke):  # of what lies on another the upper is taken off first
+            self.surface.edit(change.rows, change.cols, getattr(change, side))
+        target.append(stroke[::-1])
+        return True
+
+    def _remember(self, change: _Change) -> None:
+        """Add to the stroke; what overlaps becomes one rectangle, if that takes no more room."""
+        stroke = self._done[-1]
+        if stroke and (joined := self._joined(stroke[-1], change)):
+            stroke[-1] = joined
+        else:
+            stroke.append(change)
+
+    def _joined(self, old: _Change, new: _Change) -> _Change | None:
+        rows, cols = _hull(old.rows, new.rows), _hull(old.cols, new.cols)
+        after = self.surface.heightmap.heights[rows, cols]
+        if 2 * after.nbytes > old.bytes + new.bytes:
+            return None
+        before = after.copy()
+        for change in (new, old):  # what was there first counts
+            before[_within(change.rows, rows), _within(change.cols, cols)] = change.before
+        return _Change(rows, cols, before, after.copy())
+
+
+def _hull(a: slice, b: slice) -> slice:
+    return slice(min(a.start, b.start), max(a.stop, b.stop))
+
+
+def _within(part: slice, whole: slice) -> slice:
+    return slice(part.start - whole.start, part.stop - whole.start)
