@@ -1,0 +1,343 @@
+"""Moving pictures: frames in, one at a time; an MP4, GIF, animated WebP or PNG, or a folder of PNGs out.
+
+Frames are encoded in a thread of their own, with a short queue before it, so that who draws them need not wait. A film
+appears under its name when it is whole, or not at all; a folder keeps the pictures that are complete.
+"""
+
+from __future__ import annotations
+
+import contextlib
+import os
+import queue
+import threading
+from collections.abc import Callable, Iterator
+from contextlib import AbstractContextManager, contextmanager
+from fractions import Fraction
+from pathlib import Path
+from types import TracebackType
+from typing import Any, NamedTuple
+
+import numpy as np
+
+from .exceptions import TerrainError, UsageError
+from .image import replacing, write_png
+
+WAITING = 4  # frames in the queue
+MAX_FPS = 1000.0
+GIF_FPS = 50.0  # browsers slow a GIF of more down to ten frames a second
+Write = Callable[[np.ndarray, int], None]
+
+
+class Codec(NamedTuple):
+    """How PyAV writes a film: container and encoder by FFmpeg's names, the pixels it takes, and their options."""
+
+    container: str
+    encoder: str
+    pixels: str
+    encoder_options: dict[str, str] = {}
+    container_options: dict[str, str] = {}
+
+
+_BT709, _LIMITED = 1, 1  # as ITU-T H.273 numbers them
+CODECS = {
+    ".mp4": Codec("mp4", "libx264", "yuv420p", {"crf": "18", "preset": "fast"}, {"movflags": "+faststart"}),
+    ".gif": Codec("gif", "gif", "pal8"),
+    ".webp": Codec("webp", "libwebp_anim", "yuv420p", {"quality": "80", "compression_level": "4"}, {"loop": "0"}),
+    ".png": Codec("apng", "apng", "rgb24", {}, {"plays": "0"}),
+}
+
+
+class Recorder:
+    """Writes frames as they come.
+
+    Parameters
+    ----------
+    path
+        A file whose name ends in one of `CODECS`, which takes the extra [video], or a folder for numbered PNGs:
+        a name without an ending, or with a slash at its end. The folder is made if it is not there.
+    fps
+        Frames a second.
+
+    Raises
+    ------
+    UsageError
+        An unknown ending, or frames a second that are out of range.
+    TerrainError
+        The place cannot be written to, the folder holds frames already, or PyAV is missing.
+
+    Examples
+    --------
+    >>> with Recorder("flight.mp4", fps=30) as recorder:  # doctest: +SKIP
+    ...     for camera in cameras:
+    ...         recorder.append(renderer.render(camera).image)
+    """
+
+    def __init__(self, path: str | os.PathLike[str], fps: float = 30.0) -> None:
+        self.path, self.fps = os.fspath(path), fps
+        if not 0 < fps <= MAX_FPS:
+            raise UsageError(f"frames a second must be more than 0 and at most {MAX_FPS:g}, got {fps:g}")
+        writing = _pictures(Path(path)) if is_folder(path) else _film(Path(path), fps)
+        self.frames = 0
+        self._shape: tuple[int, ...] | None = None
+        self._last = -1
+        self._cancelled = False
+        self._error: BaseException | None = None
+        self._queue: queue.Queue[tuple[np.ndarray, int] | None] = queue.Queue(WAITING)
+        self._thread = threading.Thread(target=self._run, args=(writing,), name="recorder", daemon=True)
+        self._thread.start()
+
+    def append(self, image: np.ndarray, at_s: float | None = None, wait: bool = True) -> bool:
+        """Record a frame.
+
+        Parameters
+        ----------
+        image
+            (height, width, 3 or 4) uint8, first row on top; all frames of one size.
+        at_s
+            Seconds since the start, for films of what happens at its own pace: of several frames within one of the
+            film's the first is taken, and each stands until the next. Without it frames follow each other.
+        wait
+            Whether to wait for the encoder when it is behind; else the frame is dropped.
+
+        Returns
+        -------
+        bool
+            False if the frame was dropped.
+
+        Raises
+        ------
+        TerrainError
+            The frame has another size, or writing has failed; nothing more can be recorded then.
+        """
+        self._raise_error()
+        self._shape = self._shape or image.shape
+        if image.shape != self._shape or image.ndim != 3 or image.dtype != np.uint8:
+            raise TerrainError(
+                f"{self.path}: a frame of {image.shape} {image.dtype} does not follow {self._shape} uint8"
+            )
+        number = self._last + 1 if at_s is None else round(at_s * self.fps)
+        if number <= self._last:
+            return True
+        if not self._put((np.ascontiguousarray(image[..., :3]), number), wait):
+            return False
+        self._last = number
+        return True
+
+    def close(self) -> None:
+        """Finish the file; `TerrainError` if it cannot be written."""
+        if self._thread.is_alive():
+            try:
+                self._put(None, wait=True)
+                self._thread.join()
+            except BaseException:  # whoever has no patience wants no film
+                self.cancel()
+                raise
+        self._raise_error()
+
+    def cancel(self) -> None:
+        """Stop, and leave no file behind; the pictures in a folder stay."""
+        self._cancelled = True
+        with contextlib.suppress(queue.Full):
+            self._queue.put_nowait(None)
+        self._thread.join()
+
+    def __enter__(self) -> Recorder:
+        return self
+
+    def __exit__(
+        self, kind: type[BaseException] | None, error: BaseException | None, trace: TracebackType | None
+    ) -> None:
+        if error is None:
+            self.close()
+        else:
+            self.cancel()
+
+    def _put(self, item: tuple[np.ndarray, int] | None, wait: bool) -> bool:
+        while self._thread.is_alive():
+            try:
+                self._queue.put(item, wait, 0.1)  # in short waits, for the thread may end before it takes the frame
+                return True
+            except queue.Full:
+                if not wait:
+                    return False
+        self._raise_error()
+        raise TerrainError(f"{self.path}: the recording has ended")
+
+    def _raise_error(self) -> None:
+        if self._error is not None:
+            raise self._error
+
+    def _run(self, writing: AbstractContextManager[Write]) -> None:
+        try:
+            with writing as write:
+                while (item := self._queue.get()) is not None and not self._cancelled:
+                    write(*item)
+                    self.frames += 1
+                if self._cancelled:
+                    raise _CancelledError
+                if not self.frames:
+                    raise TerrainError(f"{self.path}: no frames, no film")
+        except _CancelledError:
+            pass
+        except Exception as error:
+            self._error = error
+
+
+class _CancelledError(Exception):
+    """Leaves a film's block without its file."""
+
+
+def is_folder(path: str | os.PathLike[str]) -> bool:
+    """Whether a name speaks of a folder of pictures, not of a film."""
+    name = os.fspath(path)
+    return name.endswith(("/", os.sep)) or os.path.isdir(name) or not os.path.splitext(name)[1]
+
+
+# --- Pictures ---------------------------------------------------------------------------------------------------------
+
+
+def _pictures(folder: Path) -> AbstractContextManager[Write]:
+    if any(folder.glob("frame-*.png")):
+        raise TerrainError(f"{folder}: holds frames already: name another folder, or empty it")
+    if not folder.is_dir():
+        try:
+            folder.mkdir()
+        except OSError as error:
+            raise TerrainError(f"{folder}: cannot make this folder: {error.strerror}") from None
+    if not os.access(folder, os.W_OK | os.X_OK):
+        raise TerrainError(f"{folder}: no permission to write there: choose another folder")
+    return _numbered(folder)
+
+
+@contextmanager
+def _numbered(folder: Path) -> Iterator[Write]:
+    done = 0
+
+    def write(image: np.ndarray, _: int) -> None:
+        nonlocal done
+        done += 1
+        write_png(folder / f"frame-{done:05d}.png", image)
+
+    try:
+        yield write
+    finally:
+        with contextlib.suppress(OSError):  # not empty, as a rule
+            folder.rmdir()
+
+
+# --- Films ------------------------------------------------------------------------------------------------------------
+
+
+def _film(path: Path, fps: float) -> AbstractContextManager[Write]:
+    codec = CODECS.get(path.suffix.lower())
+    if codec is None:
+        raise UsageError(f"{path}: a film's name must end in one of {', '.join(CODECS)}, or name a folder, FRAMES/")
+    if codec.encoder == "gif" and fps > GIF_FPS:
+        raise UsageError(f"{path}: a GIF has at most {GIF_FPS:g} frames a second, got {fps:g}")
+    try:
+        import av
+    except ImportError:
+        raise TerrainError(
+            f"{path}: films need the extra [video]: pip install 'terrain-gl[video]'; a folder, FRAMES/, does not"
+        ) from None
+    if not path.parent.is_dir():
+        raise TerrainError(f"{path}: there is no folder {path.parent}: make it first")
+    if not os.access(path.parent, os.W_OK | os.X_OK):
+        raise TerrainError(f"{path}: no permission to write in {path.parent}: choose another folder")
+    return _encoded(av, path, codec, Fraction(fps).limit_denominator(1001))
+
+
+@contextmanager
+def _encoded(av: Any, path: Path, codec: Codec, rate: Fraction) -> Iterator[Write]:
+    """Write a film beside its name; it takes its place when all is well."""
+    with replacing(path) as part, _reasons(av, path):
+        film = _Film(av, part, codec, rate)
+        try:
+            yield film.write
+            film.finish()
+        finally:
+            film.close()
+
+
+class _Film:
+    """A film that PyAV writes; its first frame tells the size."""
+
+    def __init__(self, av: Any, part: Path, codec: Codec, rate: Fraction) -> None:
+        self._av, self._codec, self._rate = av, codec, rate
+        self._file = av.open(os.fspath(part), "w", format=codec.container, container_options=codec.container_options)
+        self._stream: Any = None
+        self._convert: Callable[[Any], Any] = _h264_pixels if codec.encoder == "libx264" else self._plain_pixels
+
+    def write(self, image: np.ndarray, number: int) -> None:
+        """Encode a frame, by its number in time."""
+        if self._codec.encoder == "libx264":
+            image = _even(image)
+        if self._stream is None:
+            self._open(image.shape[1], image.shape[0])
+        frame = self._av.VideoFrame.from_ndarray(np.ascontiguousarray(image), "rgb24")
+        frame.pts, frame.time_base = number, 1 / self._rate
+        self._file.mux(self._stream.encode(self._convert(frame)))
+
+    def finish(self) -> None:
+        """Encode what the encoder holds back."""
+        if self._stream is not None:
+            self._file.mux(self._stream.encode(None))
+
+    def close(self) -> None:
+        """Close the file."""
+        self._file.close()
+
+    def _open(self, width: int, height: int) -> None:
+        codec = self._codec
+        self._stream = self._file.add_stream(codec.encoder, self._rate, options=dict(codec.encoder_options))
+        self._stream.width, self._stream.height, self._stream.pix_fmt = width, height, codec.pixels
+        context = self._stream.codec_context
+        context.time_base = 1 / self._rate
+        if codec.encoder == "libx264":
+            context.colorspace = context.color_primaries = context.color_trc = _BT709
+            context.color_range = _LIMITED
+        elif codec.encoder == "gif":
+            self._convert = _palette_pixels(self._av, width, height, 1 / self._rate)
+
+    def _plain_pixels(self, frame: Any) -> Any:
+        return frame.reformat(format=self._codec.pixels)
+
+
+def _h264_pixels(frame: Any) -> Any:
+    """As players expect those of films: by the matrix of BT.709, from 16 to 235."""
+    return frame.reformat(format="yuv420p", dst_colorspace="ITU709", dst_color_range="MPEG")
+
+
+def _palette_pixels(av: Any, width: int, height: int, time_base: Fraction) -> Callable[[Any], Any]:
+    """256 colours for each frame, the best for it, by FFmpeg's filters palettegen and paletteuse."""
+    graph = av.filter.Graph()
+    frames = graph.add_buffer(width=width, height=height, format="rgb24", time_base=time_base)
+    twice, palette = graph.add("split"), graph.add("palettegen", "stats_mode=single")
+    dithered, out = graph.add("paletteuse", "new=1:dither=bayer:bayer_scale=4"), graph.add("buffersink")
+    for one, other, port in ((frames, twice, 0), (twice, palette, 0), (palette, dithered, 1), (dithered, out, 0)):
+        one.link_to(other, 0, port)
+    twice.link_to(dithered, 1, 0)
+    graph.configure()
+
+    def convert(frame: Any) -> Any:
+        graph.push(frame)
+        return graph.pull()
+
+    return convert
+
+
+@contextmanager
+def _reasons(av: Any, path: Path) -> Iterator[None]:
+    """Tell FFmpeg's errors in a line."""
+    try:
+        yield
+    except av.FFmpegError as error:
+        raise TerrainError(f"{path}: cannot write: {error.strerror or error}") from None
+
+
+def _even(image: np.ndarray) -> np.ndarray:
+    """H.264 keeps colours for every other pixel: an odd row or column is left out."""
+    height, width = image.shape[0] & ~1, image.shape[1] & ~1
+    if min(height, width) < 2:
+        raise TerrainError(f"an MP4 takes pictures of at least 2x2 pixels, got {image.shape[1]}x{image.shape[0]}")
+    return image[:height, :width]
