@@ -215,8 +215,11 @@ def _numbered(folder: Path) -> Iterator[Write]:
 
     def write(image: np.ndarray, _: int) -> None:
         nonlocal done
+        try:
+            write_png(folder / f"frame-{done + 1:05d}.png", image)
+        except TerrainError as error:
+            raise TerrainError(f"{error}; the {done} pictures before it are complete") from None
         done += 1
-        write_png(folder / f"frame-{done:05d}.png", image)
 
     try:
         yield write

@@ -22,7 +22,7 @@ from terrain_gl.export import FORMATS
 from terrain_gl.image import read_image
 from terrain_gl.maps import bundled, find_bundled
 
-COMMANDS = ("info", "shot", "view", "measure", "mesh", "bench", "generate")
+COMMANDS = ("info", "shot", "view", "measure", "mesh", "bench", "generate", "fly")
 SIZE = ("--size", "96x64")
 FRAME_KEYS = {
     *("method", "metric", "triangles", "patches", "splits", "certified_max_error_px", "requested_max_error_px"),

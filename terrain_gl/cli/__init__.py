@@ -14,9 +14,9 @@ from typing import NoReturn
 
 from .. import __version__
 from ..exceptions import TerrainError, UsageError
-from . import bench, generate, info, measure, mesh, shot, view
+from . import bench, fly, generate, info, measure, mesh, shot, view
 
-COMMANDS = (info, generate, shot, view, measure, mesh, bench)
+COMMANDS = (info, generate, shot, view, measure, mesh, fly, bench)
 
 
 def main(argv: Sequence[str] | None = None) -> int:

@@ -58,12 +58,16 @@ def add_map_options(command: Any) -> None:
     group.add_argument("--encoding", choices=tuple(ENCODINGS), default="plain", help="how pixels hold heights")
 
 
-def add_view(command: Any) -> None:
-    """Where the picture is seen from, how fine it is drawn, and how it looks."""
+def add_view(command: Any, moving: bool = False) -> None:
+    """Where the picture is seen from, unless the camera is `moving`; how fine it is drawn, and how it looks."""
     group = command.add_argument_group("camera")
-    group.add_argument("--view", choices=tuple(VIEWS), help="a standard view, from which --eye and --target depart")
-    group.add_argument("--eye", type=point, metavar="X,Y,Z", help="where the camera stands: metres east, north, up")
-    group.add_argument("--target", type=point, metavar="X,Y,Z", help="the point in the middle of the picture")
+    if moving:
+        command.set_defaults(view=None, eye=None, target=None, up=None)
+    else:
+        group.add_argument("--view", choices=tuple(VIEWS), help="a standard view, from which --eye and --target depart")
+        group.add_argument("--eye", type=point, metavar="X,Y,Z", help="where the camera stands: metres east, north, up")
+        group.add_argument("--target", type=point, metavar="X,Y,Z", help="the point in the middle of the picture")
+        group.add_argument("--up", type=point, metavar="X,Y,Z", help="what is up in the picture (default: 0,0,1)")
     group.add_argument("--fov", type=number, metavar="DEG", help="vertical field of view")
     group.add_argument("--size", type=size, metavar="WxH", default=(1280, 720), help="pixels (default: 1280x720)")
     group = command.add_argument_group("detail")
@@ -76,9 +80,9 @@ def add_view(command: Any) -> None:
     group.add_argument("--sun", type=sun, metavar="AZ,EL", help="degrees clockwise from north, and above the horizon")
 
 
-def add_drawing(command: Any) -> None:
-    """Everything that commands without a window share."""
-    add_view(command)
+def add_drawing(command: Any, moving: bool = False) -> None:
+    """Everything that commands without a window share; a `moving` camera is the command's own matter."""
+    add_view(command, moving)
     command.add_argument("--near", type=positive, metavar="M", dest="near_m", help="near plane (default: 0.1 spacings)")
     command.add_argument(
         "--backend",
@@ -118,7 +122,7 @@ def check_outputs(args: argparse.Namespace, source: str | None) -> None:
 
 def camera_options(args: argparse.Namespace) -> dict[str, Any]:
     """What was said of the camera, by the names of `Camera`."""
-    given = {"eye": args.eye, "target": args.target, "fov_deg": args.fov}
+    given = {"eye": args.eye, "target": args.target, "fov_deg": args.fov, "up": args.up}
     return {key: value for key, value in given.items() if value is not None}
 
 

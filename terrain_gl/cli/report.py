@@ -73,13 +73,15 @@ def progress_bar(label: str) -> Iterator[Any]:
     if not sys.stderr.isatty():
         yield None
         return
-    drawn = [0.0]
+    started = drawn = time.monotonic()
 
     def show(part: float) -> None:
+        nonlocal drawn
         now = time.monotonic()
-        if now - drawn[0] > 0.1:
-            drawn[0] = now
-            sys.stderr.write(f"\r{label} [{'#' * int(30 * part):<30}] {part:4.0%}")
+        if now - drawn > 0.1:
+            drawn = now
+            left = f"{(now - started) * (1 / part - 1):5.0f} s left" if part > 0.01 else ""
+            sys.stderr.write(f"\r{label} [{'#' * int(30 * part):<30}] {part:4.0%} {left}\x1b[K")
             sys.stderr.flush()
 
     try:

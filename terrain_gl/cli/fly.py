@@ -1,0 +1,162 @@
+"""`terrain-gl fly`: a flight over a map, as a film or a folder of pictures."""
+
+from __future__ import annotations
+
+import argparse
+import sys
+from collections.abc import Iterator, Sequence
+from typing import Any
+
+import numpy as np
+
+from ..camera import Vector
+from ..exceptions import UsageError
+from ..heightmap import Heightmap
+from ..holes import ground_m
+from ..path import CameraPath, Pose
+from ..record import CODECS, Recorder, is_folder
+from ..renderer import Renderer
+from ..tour import FOV_DEG, tour
+from . import options, report
+
+SECONDS = 12.0
+FPS = 30.0
+MAX_FRAMES = 1_000_000
+_OF_FLIGHT = (
+    *("method", "metric", "requested_max_error_px", "width", "height"),
+    *("gl_renderer", "backend", "gpu_bytes"),
+)
+_OF_FRAME = ("triangles", "patches", "splits", "certified_max_error_px", "ms")
+_MEASURED = ("max_error_px", "rms_error_px", "posts_measured", "holes")
+
+
+def add(commands: Any) -> None:
+    """Add the command."""
+    command = options.add_command(
+        commands,
+        "fly",
+        run,
+        help="a fly-through as a film, or as a folder of pictures",
+        description="Fly over a map along a path of keyframes; without one, on a tour that keeps clear of the ground.\n"
+        "docs/flight.md says what a path file holds.",
+        example="fly canyon -o canyon.mp4 --size 1280x720 --seconds 20",
+    )
+    options.add_map(command)
+    options.add_output(command, f"film: {', '.join(CODECS)} (extra [video]); or a folder of PNGs, FRAMES/")
+    group = command.add_argument_group("flight")
+    group.add_argument("--path", metavar="FILE", help="keyframes, .json (default: a tour around the map)")
+    group.add_argument("--seconds", type=options.positive, metavar="S", help="how long (default: the path's, or 12)")
+    group.add_argument("--fps", type=options.positive, metavar="N", default=FPS, help="frames a second (default: 30)")
+    group.add_argument("--measure", action="store_true", help="measure the error of every frame, too")
+    options.add_drawing(command, moving=True)
+
+
+def run(args: argparse.Namespace) -> int:
+    """Fly, record, tell."""
+    output = args.output
+    if is_folder(output):
+        args.output = None  # what follows speaks of files
+    with Recorder(output, args.fps) as recorder:
+        try:
+            about = _record(recorder, args)
+        except KeyboardInterrupt:
+            recorder.cancel()
+            _tell_what_is_left(recorder)
+            raise
+    report.say(args.json, _text(report.shown(output), about))
+    return 0
+
+
+def _record(recorder: Recorder, args: argparse.Namespace) -> dict[str, Any]:
+    scene = options.open_scene(args)
+    fov_deg = scene.camera.fov_deg if args.path or args.fov else FOV_DEG
+    path = CameraPath.open(args.path, fov_deg) if args.path else tour(scene.heightmap, fov_deg)
+    seconds = args.seconds or path.seconds or SECONDS
+    count = _count(seconds, args.fps)
+    flight = {"map": scene.heightmap.name, "seconds": seconds, "fps": args.fps, "length_m": path.length_m}
+    with options.make_renderer(args, scene) as renderer:
+        eyes, frames = _fly(renderer, path.poses(count), count, options.view_of(args, scene), recorder, args)
+    about = flight | _places(scene.heightmap, eyes) | {"summary": _summary(frames)}
+    about |= {key: frames[0][key] for key in _OF_FLIGHT}
+    keys = _OF_FRAME + (_MEASURED if args.measure else ())
+    each = [
+        {"frame": i, "eye": eye} | {key: stats[key] for key in keys}
+        for i, (eye, stats) in enumerate(zip(eyes, frames, strict=True))
+    ]
+    with report.json_output(args.json, about | {"frames": each}):
+        recorder.close()
+    return about
+
+
+def _count(seconds: float, fps: float) -> int:
+    count = round(seconds * fps)
+    if not 1 <= count <= MAX_FRAMES:
+        raise UsageError(f"{seconds:g} s of {fps:g} frames a second are {count:,} frames: take 1 to {MAX_FRAMES:,}")
+    return count
+
+
+def _fly(
+    renderer: Renderer,
+    poses: Iterator[Pose],
+    count: int,
+    view: dict[str, Any],
+    recorder: Recorder,
+    args: argparse.Namespace,
+) -> tuple[list[Vector], list[dict[str, Any]]]:
+    """Draw and record each frame; returns their eyes and their stats."""
+    eyes, frames = [], []
+    with report.progress_bar("flying") as progress:
+        for camera, sun in poses:
+            of_path = {"camera": camera} | ({"sun": sun} if sun and not args.sun else {})
+            frame = renderer.render(**view | of_path)
+            recorder.append(frame.image)
+            eyes.append(camera.eye)
+            frames.append(renderer.measure() if args.measure else frame.stats)
+            if progress:
+                progress(len(frames) / count)
+    return eyes, frames
+
+
+def _places(heightmap: Heightmap, way: Sequence[Vector]) -> dict[str, int]:
+    """How many frames see the map from outside, and how many from under its surface."""
+    eyes = np.array(way)
+    inside = np.all((eyes[:, :2] >= 0) & (eyes[:, :2] <= heightmap.extent_m), axis=1)
+    under = np.nan_to_num(ground_m(heightmap, eyes[:, :2]), nan=-np.inf) > eyes[:, 2]
+    return {"frames_outside": int(np.sum(~inside)), "frames_under_ground": int(np.sum(under))}
+
+
+def _summary(frames: Sequence[dict[str, Any]]) -> dict[str, Any]:
+    """Of all frames: middle and most, or the worst; of times the middle and the slowest of a thousand."""
+    summary: dict[str, Any] = {"frames": len(frames)}
+    for key in ("triangles", "patches", "certified_max_error_px", "max_error_px", "rms_error_px"):
+        if key in frames[0]:
+            values = [frame[key] for frame in frames]
+            summary[key] = {"median": float(np.median(values)), "max": max(values)}
+    if "holes" in frames[0]:
+        summary["holes"] = sum(frame["holes"] for frame in frames)
+    times = {stage: [frame["ms"][stage] for frame in frames] for stage in ("lod", "draw", "shade", "frame")}
+    summary["ms"] = {
+        s: {"median": float(np.median(t)), "p999": float(np.percentile(t, 99.9))} for s, t in times.items()
+    }
+    return summary
+
+
+def _text(output: str, about: dict[str, Any]) -> str:
+    """A flight for people."""
+    summary = about["summary"]
+    count, triangles, ms = summary["frames"], summary["triangles"]["median"], summary["ms"]["frame"]
+    error = f"{about['metric']} error at most {summary['certified_max_error_px']['max']:.3g} px"
+    if "max_error_px" in summary:
+        measured = "max_error_px" if about["metric"] == "max" else "rms_error_px"
+        error += f", measured {summary[measured]['max']:.3g} px, {summary['holes']} holes"
+    text = f"{output}: {count:,} frames of {about['width']}x{about['height']}, {triangles:,.0f} triangles, {error}, "
+    text += f"{ms['median']:.0f} ms a frame, {ms['p999']:.0f} ms the slowest"
+    for key, where in (("frames_outside", "outside the map"), ("frames_under_ground", "under ground")):
+        if about[key]:
+            text += f"\nnote: in {about[key]:,} frames the eye is {where}"
+    return text
+
+
+def _tell_what_is_left(recorder: Recorder) -> None:
+    left = f"the first {recorder.frames} pictures are complete" if is_folder(recorder.path) else "nothing is written"
+    print(f"terrain-gl: {report.shown(recorder.path)}: stopped, {left}", file=sys.stderr)

@@ -1,0 +1,197 @@
+"""`terrain-gl fly` as a user meets it: films, pictures, what is told of each frame, every wrong use."""
+
+import json
+import os
+import signal
+import subprocess
+import sys
+import time
+from pathlib import Path
+
+import numpy as np
+import pytest
+
+import terrain_gl as tg
+from terrain_gl import cli
+from terrain_gl.image import read_image
+from terrain_gl.path import CameraPath, Keyframe
+from terrain_gl.tour import tour
+
+SMALL = ("--size", "64x36", "--fps", "5", "--seconds", "1")
+
+
+@pytest.fixture(autouse=True)
+def folder(tmp_path, monkeypatch):
+    monkeypatch.chdir(tmp_path)
+    y, x = np.mgrid[0:65, 0:97]
+    np.save("dem.npy", (40 * np.exp(-((x - 50) ** 2 + (y - 30) ** 2) / 300) + 0.1 * x).astype("f4"))
+    return tmp_path
+
+
+@pytest.fixture
+def run(capsys):
+    def run(*words):
+        status = cli.main([str(word) for word in words])
+        return status, *capsys.readouterr()
+
+    return run
+
+
+@pytest.fixture
+def path():
+    """A file with a path of two views of the map."""
+    views = [tg.Camera((10, 5, 60), (50, 35, 20), 40), tg.Camera((80, 5, 50), (50, 35, 20), 50)]
+    CameraPath([Keyframe(view) for view in views], seconds=1).save("path.json")
+    return "path.json"
+
+
+def refused(result, status, *texts):
+    code, out, err = result
+    assert (code, out) == (status, ""), err
+    assert err.startswith("terrain-gl") and err.count("\n") == 1, err
+    assert all(text in err for text in texts), err
+
+
+def test_a_folder_of_pictures_takes_no_extra(run, path):
+    status, out, err = run("fly", "dem.npy", "--path", path, "-o", "frames", *SMALL, "--json", "flight.json")
+    assert (status, err) == (0, "") and out.startswith("frames: 5 frames of 64x36")
+    assert sorted(os.listdir("frames")) == [f"frame-{i:05d}.png" for i in range(1, 6)]
+    about = json.loads(Path("flight.json").read_text())
+    poses = list(CameraPath.open(path).poses(5))
+    with tg.Renderer(tg.Heightmap.open("dem.npy"), (64, 36)) as renderer:
+        for i, pose in enumerate(poses):
+            frame = renderer.render(pose.camera)
+            assert np.array_equal(read_image(f"frames/frame-{i + 1:05d}.png"), frame.image[..., :3])
+            told = about["frames"][i]
+            assert told["frame"] == i and tuple(told["eye"]) == pose.camera.eye
+            for key in ("triangles", "patches", "splits", "certified_max_error_px"):
+                assert told[key] == frame.stats[key]
+    assert about["summary"]["triangles"]["max"] == max(frame["triangles"] for frame in about["frames"])
+    times = [frame["ms"]["frame"] for frame in about["frames"]]
+    assert about["summary"]["ms"]["frame"]["median"] == pytest.approx(np.median(times))
+    assert np.median(times) <= about["summary"]["ms"]["frame"]["p999"] <= max(times)
+    assert about["frames_outside"] == about["frames_under_ground"] == 0
+
+
+def test_a_film_of_the_tour(run):
+    av = pytest.importorskip("av", reason="the extra [video] is not installed")
+    status, out, err = run("fly", "dem.npy", "-o", "tour.mp4", "--size", "65x37", "--fps", "10", "--seconds", "0.6")
+    assert (status, err) == (0, "") and "6 frames" in out
+    with av.open("tour.mp4") as film:
+        frames = [frame.to_ndarray(format="rgb24") for frame in film.decode(video=0)]
+        assert film.streams.video[0].average_rate == 10
+    heightmap = tg.Heightmap.open("dem.npy")
+    with tg.Renderer(heightmap, (65, 37)) as renderer:
+        for frame, pose in zip(frames, tour(heightmap).poses(6), strict=True):
+            drawn = renderer.render(pose.camera).image[:36, :64, :3]
+            assert np.abs(frame.astype(int) - drawn).mean() < 4
+
+
+def test_measured(run):
+    status, out, _ = run("fly", "dem.npy", "-o", "f/", *SMALL, "--measure", "--max-error", "2", "--json", "-")
+    about = json.loads(out)
+    assert status == 0 and about["summary"]["holes"] == 0 and len(about["frames"]) == 5
+    for frame in about["frames"]:
+        assert 0 < frame["max_error_px"] <= frame["certified_max_error_px"] <= about["requested_max_error_px"] == 2
+        assert frame["posts_measured"] > 0
+    assert about["summary"]["max_error_px"]["max"] == max(frame["max_error_px"] for frame in about["frames"])
+
+
+def test_the_path_gives_time_and_sun_unless_options_do(run):
+    low, high = (tg.Camera((10, 5, z), (50, 35, 20), 40) for z in (60, 70))
+    CameraPath([Keyframe(low, 0, (90, 10)), Keyframe(high, 0.4, (90, 60))]).save("sun.json")
+    assert run("fly", "dem.npy", "--path", "sun.json", "-o", "a", "--size", "64x36", "--fps", "5")[0] == 0
+    first, last = (read_image(f"a/{name}").astype(int) for name in sorted(os.listdir("a")))
+    assert len(os.listdir("a")) == 2
+    assert run("fly", "dem.npy", "--path", "sun.json", "-o", "b", *SMALL, "--sun", "90,60")[0] == 0
+    names = sorted(os.listdir("b"))
+    assert len(names) == 5 and np.array_equal(read_image(f"b/{names[-1]}"), last)
+    assert not np.array_equal(read_image(f"b/{names[0]}"), first)
+
+
+def test_outside_and_under_ground_are_told(run):
+    views = [tg.Camera((-20, 5, 60), (50, 35, 20)), tg.Camera((50, 35, -5), (60, 35, -5))]
+    CameraPath([Keyframe(view) for view in views]).save("path.json")
+    status, out, err = run("fly", "dem.npy", "--path", "path.json", "-o", "f", *SMALL)
+    assert (status, err) == (0, "")
+    assert "note: in 2 frames the eye is outside the map" in out and "the eye is under ground" in out
+
+
+@pytest.mark.parametrize(
+    ("words", "status", "texts"),
+    [
+        (("-o", "a.avi"), 2, ("a.avi", ".mp4, .gif, .webp, .png")),
+        (("-o", "f", "--seconds", "0.01"), 2, ("0 frames",)),
+        (("-o", "f", "--seconds", "1e6", "--fps", "999"), 2, ("frames: take 1 to",)),
+        (("-o", "f", "--fps", "0"), 2, ("--fps",)),
+        (("-o", "f", "--fps", "1e5"), 2, ("frames a second",)),
+        (("-o", "f", "--seconds", "nan"), 2, ("--seconds",)),
+        (("-o", "none/f"), 1, ("none/f: cannot make this folder",)),
+        (("-o", "f", "--path", "none.json"), 1, ("none.json: cannot read",)),
+        (("-o", "f", "--path", "dem.npy"), 1, ("dem.npy: not JSON",)),
+        (("-o", "f", "--path", "broken.json"), 1, ("broken.json: keyframe 2: eye",)),
+        (("-o", "f", "--json", "none/a.json"), 1, ("none",)),
+        (("-o", "f", "--eye", "1,2,3"), 2, ("--eye",)),
+        (("-o", "f", "--size", "0x5"), 2, ("--size",)),
+        ((), 2, ("-o",)),
+    ],
+)
+def test_wrong_use(run, words, status, texts):
+    with open("broken.json", "w") as file:
+        file.write('[{"eye": [1, 2, 3], "target": [0, 0, 0]}, {"eye": [1, 2], "target": [0, 0, 0]}]')
+    refused(run("fly", "dem.npy", *words), status, *texts)
+    assert sorted(os.listdir()) == ["broken.json", "dem.npy"]
+
+
+def test_the_map_is_not_written_over(run):
+    pytest.importorskip("av", reason="the extra [video] is not installed")
+    tg.image.write_png("map.png", np.arange(64, dtype=np.uint8).reshape(8, 8))
+    before = Path("map.png").read_bytes()
+    refused(run("fly", "map.png", "-o", "map.png", *SMALL), 2, "is the map itself")
+    assert Path("map.png").read_bytes() == before
+
+
+def test_a_full_folder_is_not_mixed_with(run, path):
+    assert run("fly", "dem.npy", "--path", path, "-o", "f", *SMALL)[0] == 0
+    refused(run("fly", "dem.npy", "--path", path, "-o", "f", *SMALL), 1, "holds frames already")
+
+
+@pytest.mark.parametrize("output", ["f/", "film.mp4"])
+def test_interrupted(output):
+    """Ctrl-C in the middle: status 130, one line that says what is there, and nothing half-written."""
+    if output != "f/":
+        pytest.importorskip("av", reason="the extra [video] is not installed")
+    command = [
+        sys.executable,
+        "-m",
+        "terrain_gl",
+        "fly",
+        "dem.npy",
+        "-o",
+        output,
+        "--size",
+        "64x36",
+        "--seconds",
+        "999",
+    ]
+    listening = {"preexec_fn": lambda: signal.signal(signal.SIGINT, signal.SIG_DFL)}  # shells make background jobs deaf
+    with subprocess.Popen(command, stdout=subprocess.PIPE, stderr=subprocess.PIPE, text=True, **listening) as process:
+        try:
+            deadline = time.monotonic() + 60
+            while len(os.listdir()) < 2 or (output == "f/" and len(os.listdir("f")) < 3):
+                assert time.monotonic() < deadline and process.poll() is None
+                time.sleep(0.05)
+            time.sleep(0.5)
+            process.send_signal(signal.SIGINT)
+            out, err = process.communicate(timeout=30)
+        finally:
+            process.kill()
+    assert (process.returncode, out) == (130, "") and err.count("\n") == 1, err
+    assert err.startswith(f"terrain-gl: {output}: stopped, ")
+    if output == "film.mp4":
+        assert os.listdir() == ["dem.npy"] and "nothing is written" in err
+    else:
+        names = sorted(os.listdir("f"))
+        assert f"the first {len(names)} pictures are complete" in err
+        assert names == [f"frame-{i + 1:05d}.png" for i in range(len(names))]
+        assert read_image(f"f/{names[-1]}").shape == (36, 64, 3)
