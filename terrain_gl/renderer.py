@@ -29,6 +29,7 @@ from .mesh import captured_triangles
 from .pieces import Piece, cut
 from .shade import Picture
 from .terrain import Terrain
+from .timing import Stopwatch
 
 Part = TypeVar("Part")
 Method = TypeVar("Method", bound=Callable[..., Any])
@@ -112,11 +113,15 @@ class Renderer:
         self.ms: dict[str, float] = {}
         self._shot: _Shot | None = None
         self._measurement: Measurement | None = None
+        self._stopwatch: Stopwatch | None = None
         self._parts: list[Any] = []
         self._size = size
         self.building = self._build(heightmap, size)
         if build:
             deque(self.building, maxlen=0)
+
+    waits = True
+    """Whether each stage is waited for, to be timed. If not, `ms` are the GPU's own times, a frame or more late."""
 
     building: Generator[float, None, None]
     """Makes the tables in portions, for who must not wait for the whole; after each: the part done, 0 to 1."""
@@ -203,6 +208,8 @@ class Renderer:
         drawing = Drawing(max_error_px, **options)
         self._shot = self._select(camera, self.size, drawing)
         self._shade(Piece.whole(self.size), self._shot, drawing)
+        if self._stopwatch:
+            self.ms |= self._stopwatch.frame() or {}
         self._shot.stats = self._stats(drawing, self._shot.selection, self.size)
         return self._shot.stats
 
@@ -398,11 +405,11 @@ class Renderer:
             patch[np.ix_(np.array(y) - min(y), np.array(x) - min(x))] = heights
         except ValueError as error:
             raise UsageError(f"edit: {error}") from None
-        rect = self.terrain.edit(min(x), min(y), patch)
         self._shot = None
-        if rect:
-            self.tables.update(rect)
-            self.picture.update(rect)
+        with self._timed("edit"):
+            if rect := self.terrain.edit(min(x), min(y), patch):
+                self.tables.update(rect)
+                self.picture.update(rect)
 
     @_in_own_context
     def make_room(self, up_m: float, down_m: float = 0.0) -> None:
@@ -493,6 +500,11 @@ class Renderer:
 
     @contextmanager
     def _timed(self, stage: str) -> Iterator[None]:
+        if not self.waits:
+            self._stopwatch = self._stopwatch or self._keep(Stopwatch(self.ctx))
+            with self._stopwatch.stage(stage):
+                yield
+            return
         started = time.perf_counter()
         yield
         self.ctx.finish()

@@ -1,0 +1,118 @@
+"""GPU times without waiting."""
+
+import time
+
+import numpy as np
+import pytest
+from maps import rough
+
+import terrain_gl as tg
+from terrain_gl.timing import Stopwatch
+
+SIZE = (160, 90)
+
+
+@pytest.fixture
+def work(ctx):
+    """A function that keeps the GPU busy, the longer the larger its argument."""
+    shader = """#version 430
+        layout(local_size_x = 64) in;
+        layout(std430, binding = 0) buffer Out { float out_[]; };
+        uniform int u_turns;
+        void main() {
+            float x = float(gl_GlobalInvocationID.x);
+            for (int i = 0; i < u_turns; i++) x = sin(x) + 1.0;
+            out_[gl_GlobalInvocationID.x] = x;
+        }"""
+    kernel, out = ctx.compute_shader(shader), ctx.buffer(reserve=4 * 64 * 64)
+
+    def run(turns):
+        out.bind_to_storage_buffer(0)
+        kernel["u_turns"] = turns
+        kernel.run(64)
+
+    yield run
+    kernel.release()
+    out.release()
+
+
+def test_times_are_those_that_waiting_finds(ctx, work):
+    watch = Stopwatch(ctx)
+    ratios = []
+    for _ in range(5):
+        ctx.finish()
+        started = time.perf_counter()
+        with watch.stage("work"):
+            work(3000)
+        ctx.finish()
+        waited = 1e3 * (time.perf_counter() - started)
+        ratios.append(watch.frame()["work"] / waited)
+    assert 0.5 < np.median(ratios) <= 1.05
+    watch.release()
+
+
+def test_stages_are_told_apart_and_those_of_one_name_added_up(ctx, work):
+    watch = Stopwatch(ctx)
+    for stage, turns in (("short", 100), ("long", 4000), ("short", 100)):
+        with watch.stage(stage):
+            work(turns)
+    ctx.finish()
+    times = watch.frame()
+    assert set(times) == {"short", "long"} and 0 <= times["short"] < times["long"]
+    assert watch.frame() == {}  # a frame without stages
+    watch.release()
+
+
+def test_a_gpu_far_behind_is_not_waited_for(ctx, work, monkeypatch):
+    watch = Stopwatch(ctx, depth=2)
+    monkeypatch.setattr(watch, "_finished", lambda stages: False)
+    for _ in range(5):
+        with watch.stage("work"):
+            work(10)
+        assert watch.frame() is None
+    made = len(watch._spare) + 2 * sum(map(len, watch._frames))
+    for _ in range(50):
+        with watch.stage("work"):
+            work(10)
+        watch.frame()
+    assert len(watch._spare) + 2 * sum(map(len, watch._frames)) == made  # queries are used again
+    monkeypatch.undo()
+    ctx.finish()
+    assert watch.frame()["work"] > 0
+    watch.release()
+
+
+def test_a_renderer_that_does_not_wait_draws_and_knows_the_same(monkeypatch):
+    heightmap = tg.Heightmap(rough(90, 120), 10.0)
+    camera = tg.Camera.default(heightmap)
+    with tg.Renderer(heightmap, SIZE) as renderer:
+        waited = renderer.render(camera)
+        renderer.waits = False
+        finished = []
+        monkeypatch.setattr(renderer, "ctx", Noting(renderer.ctx, finished))
+        for _ in range(8):
+            frame = renderer.render(camera)  # reading the picture waits for the GPU, so that times come in
+        assert not finished
+        assert (frame.image == waited.image).all()
+        assert frame.stats["triangles"] == waited.stats["triangles"]
+        assert all(frame.stats["ms"][stage] > 0 for stage in ("lod", "draw", "shade"))
+        renderer.edit(slice(3, 9), slice(4, 8), 5.0)
+        for _ in range(3):
+            frame = renderer.render(camera)
+        assert frame.stats["ms"]["edit"] > 0
+
+
+class Noting:
+    """A context that notes who waits for it."""
+
+    def __init__(self, ctx, finished):
+        self._ctx, self._finished = ctx, finished
+
+    def finish(self):
+        self._finished.append("finish")
+
+    def __getattr__(self, name):
+        return getattr(self._ctx, name)
+
+    def __enter__(self):
+        return self._ctx.__enter__()
