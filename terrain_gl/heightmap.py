@@ -48,6 +48,8 @@ class Heightmap:
         Lowest and highest height.
     reach_m : (float, float)
         Heights that tables over the map are built to hold; `range_m`, until edits ask for more.
+    opened : dict, optional
+        What `open` was told, by the names of its arguments; None for a map of other origin, or edited since.
 
     Raises
     ------
@@ -59,6 +61,7 @@ class Heightmap:
 
     def __init__(self, heights: ArrayLike, spacing_m: float | Spacing = 1.0, name: str = "array"):
         self.name = name
+        self.opened: dict[str, Any] | None = None
         self.spacing_m = _spacing(spacing_m)
         self.heights = _as_float32(np.asarray(heights), name)
         void = ~np.isfinite(self.heights)
@@ -122,12 +125,15 @@ class Heightmap:
                 done += values.size
                 if progress:
                     progress(done / heights.size)
-        return cls(heights, _first_known(spacing_m, raster.spacing_m, 1.0), raster.name)
+        heightmap = cls(heights, _first_known(spacing_m, raster.spacing_m, 1.0), raster.name)
+        told = {"spacing_m": spacing_m, "z_scale": z_scale, "z_offset_m": z_offset_m, "nodata": nodata}
+        heightmap.opened = {"path": os.fspath(path)} | told | {"encoding": encoding}
+        return heightmap
 
     def copy(self) -> Heightmap:
         """The same map with heights of its own."""
         own = Heightmap(self.heights.copy(), self.spacing_m, self.name)
-        own.reach_m = self.reach_m
+        own.reach_m, own.opened = self.reach_m, self.opened
         return own
 
     def write(self, x: int, y: int, heights: ArrayLike) -> tuple[slice, slice] | None:
@@ -164,6 +170,7 @@ class Heightmap:
         if voids == self.heights.size:
             raise TerrainError(f"{self.name}: every post would be void")
         old[changed] = new[changed]
+        self.opened = None
         self.voids = voids
         rows, cols = (_span_of(changed.any(axis), first) for axis, first in ((1, y), (0, x)))
         self._follow_range(rows, cols)

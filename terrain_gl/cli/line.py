@@ -1,0 +1,86 @@
+"""A view as the command line that draws it again, pixel for pixel."""
+
+from __future__ import annotations
+
+import argparse
+import inspect
+import os
+import shlex
+from typing import Any
+
+from ..camera import Camera
+from ..drawing import Drawing
+from ..exceptions import UsageError
+from ..heightmap import Heightmap
+from ..maps import SCALES, find_bundled
+from ..shade import SUN
+from ..views import standard_view
+from . import options
+
+_CAMERA = ("eye", "target", "fov_deg", "up")
+_NAMES = {"spacing_m": "spacing", "z_offset_m": "z_offset", "fov_deg": "fov"}  # options that go by names of their own
+
+
+def command_line(
+    heightmap: Heightmap, camera: Camera, size: tuple[int, int], drawing: Drawing, output: str = "picture.png"
+) -> str:
+    """Say what `terrain-gl shot` must be told to draw a view again, and nothing that it would do by itself.
+
+    Parameters
+    ----------
+    heightmap
+        As it was opened.
+    size
+        Width and height of the picture in pixels.
+    output
+        The file that the command is to write.
+
+    Returns
+    -------
+    str
+        For a POSIX shell.
+
+    Raises
+    ------
+    UsageError
+        The map is not that of a file, or has been edited since.
+    """
+    if heightmap.opened is None:
+        raise UsageError(f"{heightmap.name} is not as it is in a file: save it, and open that")
+    told = dict(heightmap.opened)
+    known = find_bundled(path := told.pop("path"))
+    if known and all(told[name] in (getattr(known, name), (getattr(known, name),) * 2) for name in SCALES):
+        path, start, sun = known.name, known.camera, known.sun
+        told = {name: value for name, value in told.items() if name not in SCALES}
+    else:
+        path, start, sun = os.path.abspath(path), standard_view(heightmap), SUN
+        usual = inspect.signature(Heightmap.open).parameters
+        told = {name: value for name, value in told.items() if known or value != usual[name].default}
+        if known:  # whose own scales are to be overruled
+            told["spacing_m"] = heightmap.spacing_m
+    told |= {name: value for name, value in vars(camera).items() if name in _CAMERA and value != getattr(start, name)}
+    told |= {name: value for name, value in vars(drawing).items() if value != getattr(Drawing(sun=sun), name)}
+    return shlex.join(["terrain-gl", "shot", path, "-o", output, *_words(told | {"size": size})])
+
+
+def _words(told: dict[str, Any]) -> list[str]:
+    """Options and their values, in the order of the help, where they are not what is meant without."""
+    command = argparse.ArgumentParser()
+    options.add_map_options(command)
+    options.add_drawing(command)
+    values = {_NAMES.get(name, name): value for name, value in told.items()}
+    words = []
+    for option in command._actions:
+        value = values.get(option.dest)
+        if value is not None and value != option.default:
+            words += [option.option_strings[-1], *_text(option.dest, value)]
+    return words
+
+
+def _text(name: str, value: Any) -> list[str]:
+    """A value as the option takes it: with every digit that tells it from its neighbours; none for a switch."""
+    if isinstance(value, bool):
+        return []
+    if isinstance(value, tuple):
+        return [("x" if name == "size" else ",").join(text for each in value for text in _text("", each))]
+    return [repr(float(value)).removesuffix(".0") if isinstance(value, float) else str(value)]

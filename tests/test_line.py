@@ -1,0 +1,146 @@
+"""The command line that a view is told as draws the very same picture."""
+
+import shlex
+import shutil
+
+import numpy as np
+import pytest
+from hypothesis import given, settings
+from hypothesis import strategies as st
+
+from terrain_gl import cli
+from terrain_gl.camera import Camera
+from terrain_gl.cli import options
+from terrain_gl.cli.line import command_line
+from terrain_gl.drawing import Drawing
+from terrain_gl.exceptions import UsageError
+from terrain_gl.heightmap import Heightmap
+from terrain_gl.image import read_image
+from terrain_gl.maps import bundled, open_map
+from terrain_gl.path import CameraPath, Keyframe
+from terrain_gl.renderer import Renderer
+from terrain_gl.views import standard_view
+
+SIZE = (96, 64)
+
+
+@pytest.fixture(autouse=True)
+def folder(tmp_path, monkeypatch):
+    monkeypatch.chdir(tmp_path)
+    y, x = np.mgrid[0:65, 0:97]
+    heights = 40 * np.exp(-((x - 50) ** 2 + (y - 30) ** 2) / 300) + 0.1 * x
+    heights[3:6, 80:90] = -9
+    np.save("a hill's map.npy", heights.astype("f4"))
+    return tmp_path
+
+
+def parsed(line):
+    program, *words = shlex.split(line)
+    assert program == "terrain-gl"
+    return cli.parser().parse_args(cli.join_negative(words))
+
+
+def draws_the_same(heightmap, camera, drawing=None, size=SIZE):
+    """Assert that the line draws what the renderer does; returns the line."""
+    drawing = drawing or Drawing()
+    line = command_line(heightmap, camera, size, drawing)
+    assert cli.main(shlex.split(line)[1:]) == 0
+    with Renderer(heightmap, size) as renderer:
+        assert np.array_equal(read_image("picture.png"), renderer.render(camera, **vars(drawing)).image)
+    return line
+
+
+def test_only_what_is_unusual_is_said():
+    known = bundled()["canyon"]
+    heightmap, _ = open_map("canyon")
+    assert (
+        command_line(heightmap, known.camera, (1280, 720), Drawing(sun=known.sun))
+        == "terrain-gl shot canyon -o picture.png"
+    )
+    line = command_line(
+        heightmap, Camera(known.eye, (1, -2.5, 3e-7), known.fov_deg), SIZE, Drawing(2, sun=known.sun), "a b.png"
+    )
+    assert line == "terrain-gl shot canyon -o 'a b.png' --target 1,-2.5,3e-07 --size 96x64 --max-error 2"
+
+
+def test_bundled_map_in_its_view():
+    known = bundled()["canyon"]
+    draws_the_same(open_map("canyon")[0], known.camera, Drawing(sun=known.sun))
+
+
+def test_bundled_map_in_another_shape():
+    heightmap, _ = open_map("canyon", spacing_m=(10.0, 20.0))
+    line = draws_the_same(heightmap, standard_view(heightmap, "high"))
+    assert "--spacing 10,20" in line
+    bare = Heightmap.open(bundled()["canyon"].path)
+    assert "--spacing 1,1 --z-scale 1 --z-offset 0" in draws_the_same(bare, standard_view(bare))
+
+
+def test_a_copy_of_a_bundled_map(folder):
+    shutil.copy(bundled()["canyon"].path, "other.png")
+    heightmap, known = open_map("other.png")
+    assert "canyon" in draws_the_same(heightmap, known.camera, Drawing(sun=known.sun))
+
+
+@pytest.mark.parametrize(
+    "drawing",
+    [
+        Drawing(),
+        Drawing(0.1 + 0.2, metric="rms"),
+        Drawing(method="full", style="normals", near_m=1 / 3),
+        Drawing(style="wireframe", sun=(-10.5, 60)),
+    ],
+    ids=str,
+)
+def test_a_file_with_everything(drawing):
+    heightmap = Heightmap.open("a hill's map.npy", (2.5, 1 / 3), 1.7, -3, nodata=-9)
+    camera = Camera((-20 / 3, 5, 90), (1e2 / 7, 11.1, 2), 33.3, (0.1, 0.2, 1))
+    line = draws_the_same(heightmap, camera, drawing)
+    args = parsed(line)
+    scene = options.open_scene(args)
+    assert scene.camera == camera and Drawing(**options.drawing_options(args) | {"sun": scene.sun}) == drawing
+    assert np.array_equal(scene.heightmap.heights, heightmap.heights, equal_nan=True)
+
+
+def test_from_another_folder(folder, monkeypatch):
+    heightmap = Heightmap.open("a hill's map.npy")
+    line = command_line(heightmap, standard_view(heightmap), SIZE, Drawing())
+    (folder / "elsewhere").mkdir()
+    monkeypatch.chdir(folder / "elsewhere")
+    assert np.array_equal(options.open_scene(parsed(line)).heightmap.heights, heightmap.heights)
+
+
+def test_a_view_from_a_path():
+    heightmap = Heightmap.open("a hill's map.npy")
+    views = [Keyframe(standard_view(heightmap)), Keyframe(Camera((50, 30, 200), (50, 30, 0)))]
+    draws_the_same(heightmap, CameraPath(views).at(0.7).camera)
+
+
+numbers = st.floats(-1e8, 1e8).filter(lambda v: v == 0 or abs(v) > 1e-100)
+
+
+@settings(max_examples=50)
+@given(st.tuples(numbers, numbers, numbers), st.floats(0.1, 170), st.floats(1e-6, 1e5), st.floats(-90, 90))
+def test_every_digit_counts(eye, fov, max_error, elevation):
+    camera = Camera(eye, tuple(np.add(eye, (3e3, 1e3, -2e3))), fov)
+    heightmap = open_map("canyon")[0]
+    args = parsed(command_line(heightmap, camera, SIZE, Drawing(max_error, sun=(12.3, elevation))))
+    start = bundled()["canyon"].camera
+    said = {"eye": args.eye or start.eye, "target": args.target, "fov_deg": args.fov or start.fov_deg}
+    assert Camera(**said) == camera and args.max_error_px == max_error and args.sun == (12.3, elevation)
+
+
+def test_maps_that_no_file_holds():
+    for heightmap in (Heightmap([[0, 1], [2, 3]]), Heightmap.open("a hill's map.npy").copy()):
+        heightmap.write(0, 0, [[7]])
+        with pytest.raises(UsageError, match="save it"):
+            command_line(heightmap, standard_view(heightmap), SIZE, Drawing())
+
+
+def test_edits_in_the_renderer_are_noticed():
+    heightmap = Heightmap.open("a hill's map.npy")
+    with Renderer(heightmap, SIZE) as renderer:
+        assert command_line(renderer.heightmap, standard_view(heightmap), SIZE, Drawing())
+        renderer.edit(np.s_[2:4], np.s_[5:9], 55.0)
+        with pytest.raises(UsageError, match="save it"):
+            command_line(renderer.heightmap, standard_view(heightmap), SIZE, Drawing())
