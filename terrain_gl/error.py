@@ -2,7 +2,8 @@
 
 For each node of the quadtree the worst post and the root mean square, drawn as two triangles or as a fan
 (glsl/error/drawing.glsl); over them, summed-area tables of class counters and of squared errors, from which the bound
-of any rectangle of nodes costs four fetches (glsl/error/bound.glsl). Specification: `reference.drawing_errors`.
+of any rectangle of nodes costs four fetches (glsl/error/bound.glsl); beside them, what splitting a node gains a triangle
+(glsl/error/gain.glsl). Specification: `reference.drawing_errors`, `reference.split_gains`.
 """
 
 from __future__ import annotations
@@ -31,6 +32,8 @@ class ErrorTables:
     ----------
     nodes
         Records `layout.NODE` of all levels from 1 on.
+    gains
+        Of the same nodes, float32: squared metres that splitting takes away for each triangle it adds.
     counters, squares
         Summed-area tables of the class counters (16 bits, two classes a word) and of squared errors (64 bits),
         a table a level, over tiles of `layout.COUNT_TILE` nodes a side.
@@ -48,6 +51,7 @@ class ErrorTables:
         last = terrain.levels[-1]
         tiles = last.first_count // (layout.CLASSES // 2) + 1
         self.nodes = gl.reserve(ctx, (last.first_node + last.nodes) * layout.NODE.itemsize, "an error table")
+        self.gains = gl.reserve(ctx, (last.first_node + last.nodes) * 4, "a table of gains")
         self.counters = gl.reserve(ctx, tiles * layout.CLASSES // 2 * 4, "a table of counters")
         self.squares = gl.reserve(ctx, tiles * 8, "a table of squared errors")
         coarse = terrain.levels[FINE_LEVELS + 1 :]
@@ -59,7 +63,7 @@ class ErrorTables:
     @property
     def bytes(self) -> int:
         """GPU memory of all tables."""
-        return self.nodes.size + self.counters.size + self.squares.size + self.blocks.size
+        return sum(buffer.size for buffer in self._buffers)
 
     def build(self) -> None:
         """Compute everything from the terrain's heights."""
@@ -92,18 +96,19 @@ class ErrorTables:
         data = self.nodes.read(sizes.nodes * itemsize, offset=sizes.first_node * itemsize)
         return np.frombuffer(data, layout.NODE).reshape(sizes.size[::-1])
 
+    def read_gains(self, level: int) -> np.ndarray:
+        """Gains of one level, (rows, cols) float32."""
+        sizes = self.terrain.levels[level]
+        return np.frombuffer(self.gains.read(4 * sizes.nodes, offset=4 * sizes.first_node), "f4").reshape(sizes.size[::-1])
+
     def release(self) -> None:
         """Give the GPU's memory back."""
-        for resource in (
-            self.nodes,
-            self.counters,
-            self.squares,
-            self.blocks,
-            self._sat16,
-            self._sat64,
-            *self._kernels.values(),
-        ):
+        for resource in (*self._buffers, self._sat16, self._sat64, *self._kernels.values()):
             resource.release()
+
+    @property
+    def _buffers(self) -> tuple[moderngl.Buffer, ...]:
+        return self.nodes, self.gains, self.counters, self.squares, self.blocks
 
     @property
     def _all_posts(self) -> Rect:
@@ -115,6 +120,7 @@ class ErrorTables:
         place = {"u_which_level": j, "u_first": (x, y), "u_count": (width, height)}
         self.terrain.bind()
         self.nodes.bind_to_storage_buffer(0)
+        self.gains.bind_to_storage_buffer(3)
         if j <= FINE_LEVELS:
             self._run("fine", (-(-width // 8), -(-height // 8)), place)
             return

@@ -107,5 +107,19 @@ def quadtree(cols: int, rows: int) -> list[Level]:
 
 SIZES = 6  # patches have 2^0 to 2^5 segments a side
 
-# glsl/lod/tiles.glsl
-SUMMARY = np.dtype([("count", "u4", 8), ("triangles", "u4"), ("splits", "u4"), ("worst_px", "f4")])
+# glsl/lod/summary.glsl
+SUMMARY = np.dtype(
+    [
+        ("count", "u4", 8),
+        ("triangles", "u4"),
+        ("splits", "u4"),
+        ("worst_px", "f4"),
+        ("price", "f4"),
+        ("budget", "u4"),
+        ("rounds", "u4"),
+        ("cheap", "2f4"),
+        ("dear", "2f4"),
+        ("unused", "2u4"),
+        ("groups", "4u4", MAX_LEVELS),
+    ]
+)

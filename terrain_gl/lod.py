@@ -7,8 +7,11 @@
     offsets   prefix sums between the two
     draws     indirect draw commands
 
+With a budget of triangles instead of a tolerance, the first four are run for one price of a triangle after another, until
+`search` has found the one that makes the budget's triangles (glsl/lod/summary.glsl).
+
 Around the eye the levels come out as the rings of a clipmap, as wide as the terrain's roughness lets them be.
-What it is measured against: `reference.ideal_quadtrees`.
+What it is measured against: `reference.ideal_quadtrees`, `reference.ideal_allocation`.
 """
 
 from __future__ import annotations
@@ -30,6 +33,9 @@ from .terrain import Terrain
 
 METRICS = ("max", "rms")  # what a tolerance in pixels bounds; one in metres has `METRES` beside them
 METRES = "metres"
+ROUNDS = 14  # prices tried for a budget, at most: far more than it takes
+_TRIANGLES, _COUNT, _EMIT = range(3)  # passes of glsl/lod/patches.comp
+_RESET_BYTES = 44  # of the summary, what every count begins with
 # what the passes write is read as storage, as commands, as vertices, and back by Python
 _BARRIER = (
     moderngl.SHADER_STORAGE_BARRIER_BIT
@@ -60,6 +66,8 @@ class Selection:
         if nothing is promised.
     draws
         Indirect commands in the surface's `draws`.
+    price
+        With a budget: squared pixels of error that a triangle more would have to take away; 0 where none would.
     """
 
     surface: Surface
@@ -69,6 +77,7 @@ class Selection:
     splits: int
     certified_px: float | None
     draws: int
+    price: float | None = None
 
     @property
     def patches(self) -> int:
@@ -137,7 +146,7 @@ class Levels:
         ctx = self.ctx = tables.ctx
         self.tables, self.terrain = tables, tables.terrain
         defines = {"CLASSES": layout.CLASSES, "COUNT_TILE": layout.COUNT_TILE}
-        names = ("refine", "balance", "tiles", "patches", "offsets", "draws")
+        names = ("refine", "balance", "tiles", "patches", "search", "offsets", "draws")
         self._kernels: dict[str, Any] = {name: shaders.compute(ctx, f"lod/{name}.comp", defines) for name in names}
         last = self.terrain.levels[-1]
         self._tiles = last.first_tile + 1
@@ -145,8 +154,8 @@ class Levels:
         self._split = ctx.buffer(reserve=4 * (last.first_word + last.words))
         self._active = ctx.buffer(reserve=16 + 4 * self._tiles)
         self._offsets = ctx.buffer(reserve=4 * layout.SIZES * self._tiles)
-        self._summary = ctx.buffer(reserve=64)
-        self._nothing = ctx.buffer(np.array([1024, 0, 1, 0] + [0] * 12, "u4").tobytes())
+        self._summary = ctx.buffer(reserve=layout.SUMMARY.itemsize)
+        self._nothing = ctx.buffer(np.array([1024, 0, 1, 0] + [0] * 11, "u4").tobytes())
         self.patches = ctx.buffer(reserve=layout.PATCH.itemsize * 65536)
         self.draws = ctx.buffer(reserve=gl.COMMAND_STRIDE * 64)
 
@@ -161,15 +170,19 @@ class Levels:
         camera: Camera,
         size: tuple[int, int],
         near_m: float,
-        tolerance_px: float,
+        tolerance_px: float = 0.0,
         metric: str = "max",
         cull: bool = True,
+        triangles: int | None = None,
     ) -> Selection:
         """Choose the patches for a picture of `size` (width, height).
 
         No post is then drawn further than `tolerance_px` from where it belongs; or, with the metric "rms", the root
         mean square of all posts' distances is within it. Patches outside the picture are left out, unless `cull` is
         False. A tolerance of 0 draws every cell in the picture at full resolution.
+
+        With a number of `triangles`, at least 2, the tolerance says nothing: the squares of all posts' distances in the
+        picture are then as little in sum as so many triangles can make them.
         """
         settings = {
             "tolerance_px": _float_below(tolerance_px),
@@ -178,16 +191,18 @@ class Levels:
         }
         self.view.write(self.terrain, camera, size, near_m, **settings)
         self._bind()
-        self._grow_tree()
-        self.ctx.copy_buffer(self._active, self._nothing, 16)
-        self.ctx.copy_buffer(self._summary, self._nothing, 48, read_offset=16)
-        self._run("tiles", -(-self._tiles // 64))
-        self._run_on_tiles("patches", emit=False)
+        price_and_budget = np.float32(0 if triangles else -1).tobytes() + np.uint32(triangles or 0).tobytes()
+        self._summary.write(price_and_budget, offset=_RESET_BYTES)
+        if triangles:
+            self._search()
+        else:
+            self._grow_tree(searching=False)
+        self._count(_COUNT)
         self._run("offsets", 1)
         selection = self._read_summary()
         self._make_room(selection)
         self.patches.bind_to_storage_buffer(5)
-        self._run_on_tiles("patches", emit=True)
+        self._run_on_tiles(_EMIT)
         self.draws.bind_to_storage_buffer(5)
         self._run("draws", max(1, -(-selection.draws // 64)))
         return selection
@@ -221,16 +236,32 @@ class Levels:
         self.tables.nodes.bind_to_storage_buffer(0)
         for i, buffer in enumerate((self._split, self._active, self._offsets, self._summary), 1):
             buffer.bind_to_storage_buffer(i)
+        self.tables.gains.bind_to_storage_buffer(5)
         self.tables.counters.bind_to_storage_buffer(6)
         self.tables.squares.bind_to_storage_buffer(7)
 
-    def _grow_tree(self) -> None:
+    def _search(self) -> None:
+        """Grow the tree of one price after another; once its triangles are right, the GPU skips what is left."""
+        for step in range(ROUNDS + 1):
+            self._kernels["search"]["u_start"], self._kernels["search"]["u_last"] = step == 0, step == ROUNDS
+            self._run("search", 1)
+            self._grow_tree(searching=True)
+            if step < ROUNDS:
+                self._count(_TRIANGLES, searching=True)
+
+    def _grow_tree(self, searching: bool) -> None:
         top = self.terrain.top_level
         for name, levels in (("refine", range(top, 0, -1)), ("balance", range(1, top))):
             for j in levels:
                 self._kernels[name]["u_which_level"] = j
                 columns, rows = self.terrain.levels[j].size
-                self._run(name, -(-columns // (32 * 64)), rows)
+                self._run_or_skip(searching, j, name, -(-columns // (32 * 64)), rows)
+
+    def _count(self, what: int, searching: bool = False) -> None:
+        self.ctx.copy_buffer(self._active, self._nothing, 16)
+        self.ctx.copy_buffer(self._summary, self._nothing, _RESET_BYTES, read_offset=16)
+        self._run_or_skip(searching, 0, "tiles", -(-self._tiles // 64))
+        self._run_on_tiles(what)
 
     def _read_summary(self) -> Selection:
         summary = np.frombuffer(self._summary.read(layout.SUMMARY.itemsize), layout.SUMMARY)[0]
@@ -238,7 +269,8 @@ class Levels:
         draws = sum(-(-n // (65535 // (2**s + 1) ** 2)) for s, n in enumerate(counts))
         triangles, splits = int(summary["triangles"]), int(summary["splits"])
         most = sum(n * max(8, 2 * 4**s) for s, n in enumerate(counts))
-        return Selection(self, counts, triangles, most, splits, float(summary["worst_px"]), draws)
+        price = float(summary["price"]) if summary["budget"] else None
+        return Selection(self, counts, triangles, most, splits, float(summary["worst_px"]), draws, price)
 
     def _make_room(self, selection: Selection) -> None:
         self.patches = self._at_least(self.patches, selection.patches * layout.PATCH.itemsize)
@@ -254,7 +286,15 @@ class Levels:
         self._kernels[name].run(*groups)
         self.ctx.memory_barrier(_BARRIER)
 
-    def _run_on_tiles(self, name: str, emit: bool) -> None:
-        self._kernels[name]["u_emit"] = emit
-        self._kernels[name].run_indirect(self._active)
+    def _run_or_skip(self, searching: bool, level: int, name: str, *groups: int) -> None:
+        """Run a pass of the search for as many groups as the search says: none when it is over."""
+        if not searching:
+            return self._run(name, *groups)
+        first = layout.SUMMARY.fields["groups"][1]
+        self._kernels[name].run_indirect(self._summary, first + 16 * level)
+        self.ctx.memory_barrier(_BARRIER)
+
+    def _run_on_tiles(self, what: int) -> None:
+        self._kernels["patches"]["u_pass"] = what
+        self._kernels["patches"].run_indirect(self._active)
         self.ctx.memory_barrier(_BARRIER)

@@ -485,12 +485,8 @@ class Renderer:
         """GPU memory by what it holds: the heights, the summed-area tables, the error table, shading, and all."""
         heights = self.heightmap.rows * self.heightmap.cols * (5 if self.heightmap.voids else 4)
         sat = self.tables.counters.size + self.tables.squares.size
-        parts = {
-            "heights": heights,
-            "sat": sat,
-            "error": self.tables.nodes.size + self.tables.blocks.size,
-            "shade": self.picture.bytes,
-        }
+        error = self.tables.nodes.size + self.tables.gains.size + self.tables.blocks.size
+        parts = {"heights": heights, "sat": sat, "error": error, "shade": self.picture.bytes}
         return parts | {"total": sum(parts.values()) + self.levels.bytes}
 
     def _check_size(self, size: tuple[int, int]) -> None:

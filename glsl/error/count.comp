@@ -17,9 +17,7 @@ uniform ivec2 u_count;
 
 // All of a node's squared errors as a quad, from their mean.
 uvec2 node_squares(float rms_m, ivec2 at) {
-    ivec2 low = at << u_which_level, high = min(low + (1 << u_which_level), u_last_post);
-    vec2 posts = vec2(high - low + ivec2(equal(high, u_last_post)));
-    return square_up(rms_m / u_span_m * (rms_m / u_span_m) * posts.x * posts.y);
+    return square_up(rms_m / u_span_m * (rms_m / u_span_m) * own_posts(u_which_level, at));
 }
 
 void main() {

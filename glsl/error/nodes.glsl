@@ -8,7 +8,7 @@
 // Errors are halves in units of span · 2^-14, rounded up: all of (0, span] stays a normal number.
 // Squared errors are 64-bit fixed point, rounded up: span² is 2^35, so 2^28 posts of the largest error do not overflow.
 // Provides PackedNode, pack_pair(), unpack_pair(), pack_range(), unpack_range(), square_up(), node_index(),
-// mean_is_known().
+// mean_is_known(), own_posts(), squares_m2().
 // Python twin: layout.NODE
 
 #include "blocks/terrain.glsl"
@@ -51,5 +51,17 @@ uvec2 square_up(float share) {
 }
 
 int node_index(int level, ivec2 at) { return u_level[level].first_node + at.y * u_level[level].size.x + at.x; }
+
+float own_posts(int level, ivec2 at) {
+    ivec2 low = at << level, high = min(low + (1 << level), u_last_post);
+    ivec2 posts = high - low + ivec2(equal(high, u_last_post));
+    return float(posts.x) * float(posts.y);
+}
+
+// Sums of squared errors over the node's own posts: quad, fan.
+vec2 squares_m2(PackedNode n, int level, ivec2 at) {
+    vec2 rms_m = unpack_pair(n.rms_m);
+    return rms_m * rms_m * own_posts(level, at);
+}
 
 bool mean_is_known(PackedNode n) { return (n.max_m & 0xffffu) != (n.rms_m & 0xffffu); }

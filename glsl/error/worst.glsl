@@ -1,9 +1,10 @@
-// error/worst.glsl — gather the errors of a node's posts, then settle them into the error table.
+// error/worst.glsl — gather the errors of a node's posts, then settle them into the error table, and its gain beside it.
 //   Squares are summed in an order that the node's place alone decides, so that an edit gives the bits of a rebuild.
 // Provides Worst, worst_of_nothing(), gather_post(), settle_node().
 
 #include "error/nodes.glsl"
 #include "error/drawing.glsl"
+#include "error/gain.glsl"
 
 layout(std430, binding = 0) buffer Nodes { PackedNode node[]; };
 
@@ -42,6 +43,13 @@ vec2 range_of_posts(Node n) {
     return range + n.base_m;
 }
 
+// Halves of positive numbers compare as integers do.
+void nest_child(inout PackedNode n, PackedNode child) {
+    n.max_m = (n.max_m & 0xffffu) | max(n.max_m >> 16, child.max_m >> 16) << 16;
+    n.rms_m = (n.rms_m & 0xffffu) | max(n.rms_m >> 16, child.rms_m >> 16) << 16;
+    n.range = min(n.range & 0xffffu, child.range & 0xffffu) | max(n.range >> 16, child.range >> 16) << 16;
+}
+
 void settle_node(ivec2 at, Node n, Worst w) {
     ivec2 own = n.high - n.low + ivec2(equal(n.high, u_last_post));
     // a thread adds up to 33 × 33 squares in floats: each addition may swallow 2^-24 of the sum
@@ -49,19 +57,23 @@ void settle_node(ivec2 at, Node n, Worst w) {
     // with voids the posts are fewer than the texels: the mean is not known, but never above the maximum
     rms_m = w.voids != 0u ? w.max_m : min(rms_m, w.max_m);
     PackedNode settled = PackedNode(pack_pair(w.max_m), pack_pair(rms_m), 0u);
+    ivec2 last = min(2 * at + 1, u_level[u_which_level - 1].size - 1), parts = last + 1 - 2 * at;
+    float parts_m2 = 0.0, nested_gain = 0.0;
     if (u_which_level == 1) settled.range = pack_range(range_of_posts(n));
     else {
         settled.range = 0xffffu;
-        ivec2 last = min(2 * at + 1, u_level[u_which_level - 1].size - 1);
         for (int y = 2 * at.y; y <= last.y; y++)
             for (int x = 2 * at.x; x <= last.x; x++) {
-                PackedNode child = node[node_index(u_which_level - 1, ivec2(x, y))];
-                // halves of positive numbers compare as integers do
-                settled.max_m = (settled.max_m & 0xffffu) | max(settled.max_m >> 16, child.max_m >> 16) << 16;
-                settled.rms_m = (settled.rms_m & 0xffffu) | max(settled.rms_m >> 16, child.rms_m >> 16) << 16;
-                settled.range = min(settled.range & 0xffffu, child.range & 0xffffu) |
-                                max(settled.range >> 16, child.range >> 16) << 16;
+                int i = node_index(u_which_level - 1, ivec2(x, y));
+                nest_child(settled, node[i]);
+                parts_m2 += squares_m2(node[i], u_which_level - 1, ivec2(x, y)).x;
+                nested_gain = max(nested_gain, gain[i]);
             }
     }
-    node[node_index(u_which_level, at)] = settled;
+    int i = node_index(u_which_level, at);
+    node[i] = settled;
+    // from the table as it is kept, so that a gain is the same whenever it is computed
+    vec2 leaf_m2 = squares_m2(settled, u_which_level, at);
+    float fan_triangles = 4.0 - float(n.mid.x == n.high.x) - float(n.mid.y == n.high.y);
+    gain[i] = max(nested_gain, split_gain(leaf_m2.x, leaf_m2.y, fan_triangles, parts_m2, 2.0 * float(parts.x * parts.y)));
 }

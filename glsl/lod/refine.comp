@@ -1,9 +1,11 @@
-// lod/refine.comp — split every node of a level that is in the picture and too coarse for the tolerance as a fan.
+// lod/refine.comp — split every node of a level that is in the picture and, as a fan, too coarse for the tolerance; or, with
+// a budget, whose parts are worth their triangles.
 // From the root down, a dispatch a level; one thread decides the 32 nodes of one word.
 
-#include "lod/tree.glsl"
+#include "lod/price.glsl"
 
 layout(local_size_x = 64) in;
+layout(std430, binding = 5) readonly buffer Gains { float gain[]; };
 
 uniform int u_which_level;
 
@@ -11,6 +13,7 @@ uniform int u_which_level;
 bool must_split(ivec2 at) {
     Projection p = project_node(u_which_level, at, 2.0);
     if (p.outside) return false;
+    if (has_budget()) return pays(p, gain[node_index(u_which_level, at)]);
     // a little stricter than the promise: another program may round the same bound the other way
     return u_tolerance_px == 0.0 || fan_px(p, node_of(u_which_level, at)) > u_tolerance_px * (1.0 - 1e-5);
 }

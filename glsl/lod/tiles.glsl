@@ -1,19 +1,14 @@
 // lod/tiles.glsl — tiles of 32 × 32 nodes of one level: what one work group turns into patches.
 //   Patches come in six sizes, by the segments T = 2^s of their sides; the size decides how many fit in a draw.
-// Provides the lists that go from lod/tiles.comp through lod/patches.comp to the draw.   Python twin: layout.SUMMARY
+// Provides the lists that go from lod/tiles.comp through lod/patches.comp to the draw.
+
+#include "lod/summary.glsl"
 
 #define TILE 32
-#define SIZES 6
 #define MANY 1024  // work groups in a row: more than 65535 in one dimension are not allowed
 
 layout(std430, binding = 2) buffer Active { uvec4 active_groups; uint active_tile[]; };  // dispatch size, then tiles
 layout(std430, binding = 3) buffer Offsets { uint offset[]; };  // patches of a size in a tile; then those before them
-layout(std430, binding = 4) buffer Summary {
-    uint s_count[8];     // patches of each size
-    uint s_triangles;
-    uint s_splits;
-    uint s_worst_px;     // float bits: the largest bound among the patches
-};
 
 int tiles_in_all() {
     Level top = u_level[u_top_level];

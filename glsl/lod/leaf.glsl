@@ -1,0 +1,39 @@
+// lod/leaf.glsl — how a leaf is drawn: as a quad, two triangles, or as a fan of 4 to 8 triangles around its centre, with
+// each edge split where the neighbour is finer.
+//   With a tolerance: a quad, if its error as a quad is within it and no neighbour is finer.
+//   With a budget: a quad, if no neighbour is finer and a fan is not worth its triangles.
+// Provides finer_neighbours(), split_edges(), fan_triangles(), draws_as_quad().
+
+#include "lod/price.glsl"
+
+// Which nodes of a word have finer neighbours to the west, north, east and south: gl_TessLevelOuter's order.
+uvec4 finer_neighbours(int level, int word, int y) {
+    uint own = split_word(level, word, y);
+    return uvec4(own << 1 | split_word(level, word - 1, y) >> 31, split_word(level, word, y - 1),
+                 own >> 1 | split_word(level, word + 1, y) << 31, split_word(level, word, y + 1));
+}
+
+// Whether a fan's centre lies on the map's last column, and on its last row.
+bvec2 on_rim(int level, ivec2 at) { return greaterThanEqual((2 * at + 1) << (level - 1), u_last_post); }
+
+// A fan's edges that are split. Where its centre lies on the map's rim, edges end at their middle and stay whole.
+uint split_edges(uvec4 finer, int level, ivec2 at) {
+    uvec4 bits = finer >> (at.x & 31) & 1u;
+    bvec2 rim = on_rim(level, at);
+    if (rim.x) bits.yw = uvec2(0u);
+    if (rim.y) bits.xz = uvec2(0u);
+    return bits.x | bits.y << 1 | bits.z << 2 | bits.w << 3;
+}
+
+// On the rim, the wedges beyond it have no area.
+uint fan_triangles(uint edges, int level, ivec2 at) {
+    bvec2 rim = on_rim(level, at);
+    return 4u + uint(bitCount(edges)) - uint(rim.x) - uint(rim.y);
+}
+
+// Of a leaf without finer neighbours.
+bool draws_as_quad(Projection p, PackedNode n, int level, ivec2 at) {
+    if (p.outside) return true;
+    if (has_budget()) return quad_pays(p, n, level, at, float(fan_triangles(0u, level, at)));
+    return quad_px(p, n) <= u_tolerance_px;
+}

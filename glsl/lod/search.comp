@@ -1,0 +1,67 @@
+// lod/search.comp — the next price λ to try, from how many triangles the last one made. One thread; nothing waits for it but
+// the GPU: when λ is found, the dispatches that would try another one find that they have no groups.
+//   Triangles fall with λ about as λ^-0.6, whatever the terrain: on paper with logarithms on both axes, a straight line.
+//   False position between a λ too cheap and one that keeps to the budget, then a point in the middle now and then, so
+//   that neither end can stay for ever.
+//
+//     log N │ ╲ cheap
+//           │  ╲╲                       tried next: where the chord meets
+//    budget ├───╳╲──────                the budget, or just below it
+//           │    ╲ ╲__ dear
+//           └─────────────── log λ
+
+#include "lod/summary.glsl"
+
+layout(local_size_x = 1) in;
+
+uniform bool u_start, u_last;
+
+#define ENOUGH 0.99       // of the budget: look no further
+#define AIM 0.995         // of the budget
+#define SLOPE 1.7         // octaves of λ for one of triangles, to start with
+#define LARGEST_STEP 20.0 // octaves
+#define LEAST_STEP 0.01 
+#define FREE -60.0        // log2 of a λ that is as good as 0: everything that gains anything is drawn
+
+void dispatch(bool on) {
+    for (int j = 0; j <= u_top_level; j++) {
+        ivec2 size = u_level[j].size;
+        s_groups[j] = uvec4(on ? (size.x + 32 * 64 - 1) / (32 * 64) : 0, size.y, 1, 0);
+    }
+    Level top = u_level[u_top_level];
+    s_groups[0] = uvec4(on ? (top.first_tile + top.tiles.x * top.tiles.y + 63) / 64 : 0, 1, 1, 0);
+}
+
+void set_price(float log_price) { s_price = log_price <= FREE ? 0.0 : exp2(min(log_price, 126.0)); }
+
+void start() {
+    s_rounds = 0u;
+    s_cheap = s_dear = vec2(UNKNOWN, 0.0);
+    set_price(clamp(29.0 - SLOPE * log2(float(s_budget)), -20.0, 40.0));
+    dispatch(true);
+}
+
+float next(float aim) {
+    float octaves = SLOPE * exp2(float(s_rounds - 1u));  // farther with every step in one direction
+    if (s_dear.x == UNKNOWN) return s_cheap.x + clamp(octaves * (s_cheap.y - aim), 0.5, LARGEST_STEP);
+    if (s_cheap.x == UNKNOWN) return s_dear.x - clamp(octaves * (aim - s_dear.y), 0.5, LARGEST_STEP);
+    float part = clamp((s_cheap.y - aim) / (s_cheap.y - s_dear.y), 0.03, 0.97);
+    return mix(s_cheap.x, s_dear.x, s_rounds % 3u == 0u ? 0.5 : part);
+}
+
+void main() {
+    if (u_start) {
+        start();
+        return;
+    }
+    if (s_groups[0].x == 0u) return;
+    s_rounds++;
+    vec2 tried = vec2(s_price == 0.0 ? FREE : log2(s_price), log2(max(float(s_triangles), 1.0)));
+    bool fits = s_triangles <= s_budget;
+    if (fits) s_dear = tried;
+    else s_cheap = tried;
+    bool no_better = s_cheap.x != UNKNOWN && s_dear.x != UNKNOWN && s_dear.x - s_cheap.x < LEAST_STEP;
+    if (fits && (float(s_triangles) >= ENOUGH * float(s_budget) || s_price == 0.0 || no_better)) dispatch(false);
+    else if (u_last || no_better) set_price(s_dear.x == UNKNOWN ? 126.0 : s_dear.x);
+    else set_price(next(log2(AIM * float(s_budget))));
+}

@@ -1,0 +1,67 @@
+// lod/squares.glsl — 2 × 2, 4 × 4, ... 32 × 32 quads that fill a square become one patch. With a tolerance only if the
+// summed-area tables, asked for the patch as a whole, hold it within that:
+//
+//     1 1 1 1 │ 1 1         1s: quads                       a square's bits are joined in steps:
+//     1 1 1 1 │ 1 .            ┌───────┐                        row & row >> 1     two side by side
+//     1 1 1 1 │ . .     →      │ T = 4 │ T=2 ...                & the row below    two on two
+//     1 1 1 1 │ 1 1            └───────┘
+//
+// Provides s_squares[], form_squares().
+
+#include "lod/tiles.glsl"
+#include "lod/tree.glsl"
+#include "error/bound.glsl"
+
+shared uint s_squares[SIZES][TILE];  // a bit for each north-west node of a square of quads
+
+// Two by two quads are their own four records; larger squares ask the summed-area tables.
+vec2 square_errors_m(int size, int level, ivec2 at) {
+    if (size > 1) {
+        float max_m = bound_max_m(level, at, 1 << size);
+        return vec2(max_m, mean_is_known(node_of(level + size, at >> size)) ? bound_rms_m(level, at, 1 << size) : max_m);
+    }
+    vec2 worst = vec2(0.0);
+    for (int i = 0; i < 4; i++) {
+        PackedNode n = node_of(level, at + ivec2(i & 1, i >> 1));
+        worst = max(worst, vec2(unpack_pair(n.max_m).x, unpack_pair(n.rms_m).x));
+    }
+    return worst;
+}
+
+bool certified(int size, int level, ivec2 at) {
+    ivec2 low = at << level, high = (at + (1 << size)) << level;
+    if (any(greaterThan(high, u_last_post))) return false;
+    if (level == 0 || has_budget()) return true;
+    vec2 range_m = unpack_range(node_of(level + size, at >> size).range), errors_m = square_errors_m(size, level, at);
+    Projection p = project(box_of(low, high, range_m), 1.0);
+    return p.outside || metric_px(p, errors_m.x, errors_m.y) <= u_tolerance_px;
+}
+
+// A row's squares of size s, from those of size s - 1: only every 2^s-th row and bit can begin one.
+uint join_squares(int s, int level, ivec2 first, int row) {
+    int half_side = 1 << (s - 1);
+    if ((row & (2 * half_side - 1)) != 0 || level + s > u_top_level) return 0u;
+    uint north = s_squares[s - 1][row], south = s_squares[s - 1][row + half_side];
+    uint joined = 0u;
+    for (uint left = north & north >> half_side & south & south >> half_side; left != 0u; left &= left - 1u) {
+        int column = findLSB(left);
+        if ((column & (2 * half_side - 1)) == 0 && certified(s, level, first + ivec2(column, row))) joined |= 1u << column;
+    }
+    return joined;
+}
+
+// By all threads of a group, each its own row of the tile whose north-west node is `first`.
+void form_squares(int level, ivec2 first, int row) {
+    for (int s = 1; s < SIZES; s++) {
+        uint joined = join_squares(s, level, first, row);
+        barrier();
+        s_squares[s][row] = joined;
+        if (joined != 0u) {
+            int half_side = 1 << (s - 1);
+            uint parts = joined | joined << half_side;
+            s_squares[s - 1][row] &= ~parts;
+            s_squares[s - 1][row + half_side] &= ~parts;
+        }
+        barrier();
+    }
+}
