@@ -20,9 +20,12 @@ class Drawing:
     ----------
     max_error_px
         The largest distance on the screen between where a post of the map is drawn and where it belongs
-        (metric "max"), or the root mean square of all those distances ("rms").
+        (metric "max"), or the root mean square of all those distances ("rms"). By default 1, unless a number of
+        triangles is asked for.
+    triangles
+        Instead: at most so many, from 2 on, used where they take most from the sum of the squares of those distances.
     metric
-        "max" or "rms": what the tolerance bounds.
+        "max" or "rms": what the tolerance bounds, and what is certified of the mesh.
     method
         "sat", or "full" for every post in the picture.
     style
@@ -40,7 +43,8 @@ class Drawing:
         A value outside its range.
     """
 
-    max_error_px: float = 1.0
+    max_error_px: float | None = None
+    triangles: int | None = None
     metric: str = "max"
     method: str = "sat"
     style: str = "shaded"
@@ -49,15 +53,29 @@ class Drawing:
     cull: bool = True
 
     def __post_init__(self) -> None:
-        if not 0 < self.max_error_px < 1e6:
-            raise UsageError(f"max error must be more than 0 and less than 1,000,000 pixels, got {self.max_error_px:g}")
+        self._check_detail()
         if self.near_m is not None and not 0 < self.near_m < 1e9:
             raise UsageError(f"near plane must stand more than 0 and less than 1e9 metres away, got {self.near_m:g}")
         for name, known in CHOICES.items():
             if (value := getattr(self, name)) not in known:
                 raise UsageError(f"{name}: expected one of {', '.join(known)}, got {value!r}")
 
+    def _check_detail(self) -> None:
+        if self.triangles is None:
+            if self.max_error_px is None:
+                object.__setattr__(self, "max_error_px", 1.0)
+            elif not 0 < self.max_error_px < 1e6:
+                raise UsageError(
+                    f"max error must be more than 0 and less than 1,000,000 pixels, got {self.max_error_px:g}"
+                )
+        elif self.max_error_px is not None:
+            raise UsageError("max error and triangles: give one of them, the other follows")
+        elif self.method == "full":
+            raise UsageError("triangles: method full draws every post; choose another method or leave triangles out")
+        elif self.triangles != int(self.triangles) or not 2 <= self.triangles < 2**31:
+            raise UsageError(f"triangles must be a whole number from 2 on and less than 2^31, got {self.triangles}")
+
     @property
     def tolerance_px(self) -> float:
         """What the mesh is held to; 0 for every post."""
-        return 0.0 if self.method == "full" else self.max_error_px
+        return 0.0 if self.method == "full" or self.max_error_px is None else self.max_error_px

@@ -2,7 +2,7 @@
 
 For each node of the quadtree the worst post and the root mean square, drawn as two triangles or as a fan
 (glsl/error/drawing.glsl); over them, summed-area tables of class counters and of squared errors, from which the bound
-of any rectangle of nodes costs four fetches (glsl/error/bound.glsl); beside them, what splitting a node gains a triangle
+of any rectangle of nodes costs four fetches (glsl/error/bound.glsl); beside them, what splitting a node gains
 (glsl/error/gain.glsl). Specification: `reference.drawing_errors`, `reference.split_gains`.
 """
 
@@ -99,7 +99,8 @@ class ErrorTables:
     def read_gains(self, level: int) -> np.ndarray:
         """Gains of one level, (rows, cols) float32."""
         sizes = self.terrain.levels[level]
-        return np.frombuffer(self.gains.read(4 * sizes.nodes, offset=4 * sizes.first_node), "f4").reshape(sizes.size[::-1])
+        data = self.gains.read(4 * sizes.nodes, offset=4 * sizes.first_node)
+        return np.frombuffer(data, "f4").reshape(sizes.size[::-1])
 
     def release(self) -> None:
         """Give the GPU's memory back."""

@@ -115,11 +115,10 @@ SUMMARY = np.dtype(
         ("splits", "u4"),
         ("worst_px", "f4"),
         ("price", "f4"),
-        ("budget", "u4"),
-        ("rounds", "u4"),
+        ("groups", "4u4", MAX_LEVELS),
         ("cheap", "2f4"),
         ("dear", "2f4"),
-        ("unused", "2u4"),
-        ("groups", "4u4", MAX_LEVELS),
+        ("budget", "u4"),
+        ("rounds", "u4"),
     ]
 )

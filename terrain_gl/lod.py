@@ -7,8 +7,8 @@
     offsets   prefix sums between the two
     draws     indirect draw commands
 
-With a budget of triangles instead of a tolerance, the first four are run for one price of a triangle after another, until
-`search` has found the one that makes the budget's triangles (glsl/lod/summary.glsl).
+With a budget of triangles instead of a tolerance, the first four are run for one price of a triangle after another,
+until `search` has found the one that makes the budget's triangles (glsl/lod/summary.glsl).
 
 Around the eye the levels come out as the rings of a clipmap, as wide as the terrain's roughness lets them be.
 What it is measured against: `reference.ideal_quadtrees`, `reference.ideal_allocation`.
@@ -16,8 +16,9 @@ What it is measured against: `reference.ideal_quadtrees`, `reference.ideal_alloc
 
 from __future__ import annotations
 
+import math
 from collections.abc import Mapping
-from dataclasses import dataclass
+from dataclasses import dataclass, field
 from types import MappingProxyType
 from typing import Any
 
@@ -35,7 +36,7 @@ METRICS = ("max", "rms")  # what a tolerance in pixels bounds; one in metres has
 METRES = "metres"
 ROUNDS = 14  # prices tried for a budget, at most: far more than it takes
 _TRIANGLES, _COUNT, _EMIT = range(3)  # passes of glsl/lod/patches.comp
-_RESET_BYTES = 44  # of the summary, what every count begins with
+_INFINITE_PX = 9e29  # glsl/lod/project.glsl has a little more
 # what the passes write is read as storage, as commands, as vertices, and back by Python
 _BARRIER = (
     moderngl.SHADER_STORAGE_BARRIER_BIT
@@ -70,7 +71,7 @@ class Selection:
         With a budget: squared pixels of error that a triangle more would have to take away; 0 where none would.
     """
 
-    surface: Surface
+    surface: Surface = field(compare=False)
     counts: tuple[int, ...]
     triangles: int
     most_triangles: int
@@ -132,6 +133,13 @@ def _float_below(value: float) -> np.float32:
     return nearest if float(nearest) <= value else np.nextafter(nearest, np.float32(0))
 
 
+def _offset(name: str) -> int:
+    """Where a field of the summary begins. What stands before the price begins anew with every count."""
+    fields = layout.SUMMARY.fields
+    assert fields
+    return int(fields[name][1])
+
+
 class Levels:
     """The passes, and the buffers that they fill: `patches` (records `layout.PATCH`) and `draws`."""
 
@@ -191,8 +199,8 @@ class Levels:
         }
         self.view.write(self.terrain, camera, size, near_m, **settings)
         self._bind()
-        price_and_budget = np.float32(0 if triangles else -1).tobytes() + np.uint32(triangles or 0).tobytes()
-        self._summary.write(price_and_budget, offset=_RESET_BYTES)
+        self._summary.write(np.float32(0 if triangles else -1).tobytes(), offset=_offset("price"))
+        self._summary.write(np.uint32(triangles or 0).tobytes(), offset=_offset("budget"))
         if triangles:
             self._search()
         else:
@@ -259,7 +267,7 @@ class Levels:
 
     def _count(self, what: int, searching: bool = False) -> None:
         self.ctx.copy_buffer(self._active, self._nothing, 16)
-        self.ctx.copy_buffer(self._summary, self._nothing, _RESET_BYTES, read_offset=16)
+        self.ctx.copy_buffer(self._summary, self._nothing, _offset("price"), read_offset=16)
         self._run_or_skip(searching, 0, "tiles", -(-self._tiles // 64))
         self._run_on_tiles(what)
 
@@ -270,7 +278,9 @@ class Levels:
         triangles, splits = int(summary["triangles"]), int(summary["splits"])
         most = sum(n * max(8, 2 * 4**s) for s, n in enumerate(counts))
         price = float(summary["price"]) if summary["budget"] else None
-        return Selection(self, counts, triangles, most, splits, float(summary["worst_px"]), draws, price)
+        worst_px = float(summary["worst_px"])
+        certified_px = worst_px if worst_px < _INFINITE_PX else math.inf
+        return Selection(self, counts, triangles, most, splits, certified_px, draws, price)
 
     def _make_room(self, selection: Selection) -> None:
         self.patches = self._at_least(self.patches, selection.patches * layout.PATCH.itemsize)
@@ -290,8 +300,7 @@ class Levels:
         """Run a pass of the search for as many groups as the search says: none when it is over."""
         if not searching:
             return self._run(name, *groups)
-        first = layout.SUMMARY.fields["groups"][1]
-        self._kernels[name].run_indirect(self._summary, first + 16 * level)
+        self._kernels[name].run_indirect(self._summary, _offset("groups") + 16 * level)
         self.ctx.memory_barrier(_BARRIER)
 
     def _run_on_tiles(self, what: int) -> None:

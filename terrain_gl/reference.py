@@ -56,6 +56,45 @@ class DrawingErrors(NamedTuple):
     fan_square: np.ndarray
 
 
+def split_gains(heights: np.ndarray, void: np.ndarray | None = None) -> list[np.ndarray]:
+    """What splitting a node takes from the squared error for each triangle that it adds, m²; of each level from 1 on.
+
+    Nested: never below the gains of the node's children; fans' squares are nested, too, as means.
+    """
+    gains: list[np.ndarray] = []
+    parts = nested = fan_mean = np.zeros([n - 1 for n in heights.shape])
+    for level in range(1, max(1, int(max(heights.shape) - 2).bit_length()) + 1):
+        y, x = (nodes_along(n, level) for n in heights.shape)
+        posts = y.own.sum(1)[:, None] * x.own.sum(1)
+        quad, fan = squared_errors(heights, level, void)
+        children = _sum_children(np.ones(parts.shape), quad.shape)
+        fan_mean = np.maximum(fan / posts, _max_children(fan_mean, quad.shape))
+        fan_triangles = 4.0 - (y.mid == y.high)[:, None] - (x.mid == x.high)
+        own = _split_gain(quad, fan_mean * posts, fan_triangles, _sum_children(parts, quad.shape), 2 * children)
+        nested = np.maximum(own, _max_children(nested, quad.shape))
+        gains.append(nested)
+        parts = quad
+    return gains
+
+
+def _split_gain(
+    quad: np.ndarray, fan: np.ndarray, fan_triangles: np.ndarray, parts: np.ndarray, triangles: np.ndarray
+) -> np.ndarray:
+    """Below which price the parts are cheaper than both leaves (glsl/error/gain.glsl)."""
+    for_quad = (quad - parts) / np.maximum(triangles - 2, 1)
+    fan_pays = (quad - fan) / np.maximum(fan_triangles - 2, 1)
+    for_fan = (fan - parts) / np.maximum(triangles - fan_triangles, 1)
+    return np.maximum(np.where((for_quad >= fan_pays) | (triangles <= fan_triangles), for_quad, for_fan), 0)
+
+
+def squared_errors(heights: np.ndarray, level: int, void: np.ndarray | None = None) -> tuple[np.ndarray, np.ndarray]:
+    """Sums of the squared errors in metres of each node's own posts, voids aside: as quads, and as fans."""
+    own = _own(heights, level, void)
+    errors = quad_errors(heights, level), fan_errors(heights, level)
+    quad, fan = (np.square(np.maximum(*map(np.abs, pair)) * own).sum((1, 3)) for pair in errors)
+    return quad, fan
+
+
 def nodes_along(n: int, level: int) -> Nodes:
     """Cut an axis of n posts into nodes of a level."""
     side, last = 1 << level, n - 1
@@ -76,10 +115,16 @@ def drawing_errors(heights: np.ndarray, level: int, void: np.ndarray | None = No
     measured = seen[_per_node(y, x)]
     quad = np.maximum(*map(np.abs, quad_errors(heights, level))) * measured
     fan = np.maximum(*map(np.abs, fan_errors(heights, level))) * measured
-    own = measured & y.own[:, :, None, None] & x.own
-    posts = np.maximum(own.sum((1, 3)), 1)
-    squares = [np.square(e * own).sum((1, 3)) / posts for e in (quad, fan)]
+    posts = np.maximum(_own(heights, level, void).sum((1, 3)), 1)
+    squares = [sums / posts for sums in squared_errors(heights, level, void)]
     return DrawingErrors(quad.max((1, 3)), fan.max((1, 3)), *squares)
+
+
+def _own(heights: np.ndarray, level: int, void: np.ndarray | None) -> np.ndarray:
+    """Which posts are each node's own, voids aside: (node rows, posts, node cols, posts)."""
+    y, x = (nodes_along(n, level) for n in heights.shape)
+    seen = np.ones(heights.shape, bool) if void is None else ~void
+    return seen[_per_node(y, x)] & y.own[:, :, None, None] & x.own
 
 
 def quad_errors(heights: np.ndarray, level: int) -> tuple[np.ndarray, np.ndarray]:
@@ -333,10 +378,16 @@ def _prune(squares: list[np.ndarray], seen: list[np.ndarray], price: float) -> t
     return pays, int(count.sum()), float(error.sum())
 
 
-def _sum_children(values: np.ndarray, shape: tuple[int, int]) -> np.ndarray:
+def _sum_children(values: np.ndarray, shape: tuple[int, ...]) -> np.ndarray:
     padded = np.zeros((2 * shape[0], 2 * shape[1]), values.dtype)
     padded[: values.shape[0], : values.shape[1]] = values
     return padded.reshape(shape[0], 2, shape[1], 2).sum((1, 3))
+
+
+def _max_children(values: np.ndarray, shape: tuple[int, ...]) -> np.ndarray:
+    padded = np.zeros((2 * shape[0], 2 * shape[1]))
+    padded[: values.shape[0], : values.shape[1]] = values
+    return padded.reshape(shape[0], 2, shape[1], 2).max((1, 3))
 
 
 def _error_of(splits: list[np.ndarray], squares: list[np.ndarray]) -> float:

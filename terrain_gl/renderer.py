@@ -176,8 +176,8 @@ class Renderer:
         self.picture.resize(size)
 
     @_in_own_context
-    def render(self, camera: Camera, max_error_px: float = 1.0, **options: Any) -> Frame:
-        """Draw a picture whose geometric error is nowhere above `max_error_px`.
+    def render(self, camera: Camera, max_error_px: float | None = None, **options: Any) -> Frame:
+        """Draw a picture whose geometric error is nowhere above `max_error_px`, or as small as `triangles` can make it.
 
         Parameters
         ----------
@@ -185,9 +185,9 @@ class Renderer:
             Where the eye is.
         max_error_px
             The largest distance on the screen between where a post of the map is drawn and where it belongs
-            (metric "max"), or the root mean square of all those distances ("rms").
+            (metric "max"), or the root mean square of all those distances ("rms"). By default 1.
         options
-            The other fields of `Drawing`, by name: metric, method, style, sun, near_m, cull.
+            The other fields of `Drawing`, by name: triangles, metric, method, style, sun, near_m, cull.
 
         Raises
         ------
@@ -203,7 +203,7 @@ class Renderer:
         return Frame(image, self._shot.stats)
 
     @_in_own_context
-    def draw(self, camera: Camera, max_error_px: float = 1.0, **options: Any) -> dict[str, Any]:
+    def draw(self, camera: Camera, max_error_px: float | None = None, **options: Any) -> dict[str, Any]:
         """Draw like `render`, but leave the picture on the GPU (`picture`); returns the stats."""
         drawing = Drawing(max_error_px, **options)
         self._shot = self._select(camera, self.size, drawing)
@@ -217,7 +217,7 @@ class Renderer:
         self,
         camera: Camera,
         size: tuple[int, int],
-        max_error_px: float = 1.0,
+        max_error_px: float | None = None,
         *,
         fine: int = 1,
         progress: Callable[[float], None] | None = None,
@@ -248,7 +248,7 @@ class Renderer:
         return whole
 
     def pieces(
-        self, camera: Camera, size: tuple[int, int], max_error_px: float = 1.0, *, fine: int = 1, **options: Any
+        self, camera: Camera, size: tuple[int, int], max_error_px: float | None = None, *, fine: int = 1, **options: Any
     ) -> Iterator[tuple[Piece, Frame]]:
         """Draw a picture of any size piece by piece, the top row first; arguments as for `render_large`.
 
@@ -283,7 +283,8 @@ class Renderer:
         near_m = drawing.near_m or NEAR * min(self.heightmap.spacing_m)
         self._shot = None
         with self._timed("lod"):
-            selection = self.levels.select(camera, size, near_m, drawing.tolerance_px, drawing.metric, drawing.cull)
+            asked = drawing.tolerance_px, drawing.metric, drawing.cull, drawing.triangles
+            selection = self.levels.select(camera, size, near_m, *asked)
         return _Shot(camera, selection, near_m)
 
     @_in_own_context
@@ -310,6 +311,7 @@ class Renderer:
         shot = self._last()
         achieved = deque(self.measuring(), maxlen=1).pop()
         moved_px = max(shot.selection.certified_px or 0.0, achieved.max_px)  # the metric may be another
+        moved_px = min(moved_px, float(max(self.size)))  # a budget may promise nothing
         through = count_holes(self.picture.coverage(), self.heightmap, shot.camera, self.size, shot.near_m, moved_px)
         shot.stats["max_error_px"], shot.stats["rms_error_px"] = achieved.max_px, achieved.rms_px
         shot.stats["posts_measured"], shot.stats["holes"] = achieved.posts, achieved.uncovered + through
@@ -474,6 +476,8 @@ class Renderer:
             "splits": selection.splits,
             "certified_max_error_px": selection.certified_px,
             "requested_max_error_px": drawing.max_error_px,
+            "requested_triangles": drawing.triangles,
+            "lambda": selection.price,
             "width": size[0],
             "height": size[1],
             **self._gl,

@@ -94,13 +94,17 @@ def test_summary_round_trip(ctx):
     record, sent = random_record(layout.SUMMARY)
     buffer = ctx.buffer(sent.tobytes() + bytes(64))
     expressions = [f"s_count[{i}]" for i in range(8)] + ["s_triangles", "s_splits", "s_worst_px"]
+    expressions += [
+        "floatBitsToUint(s_price)",
+        *(f"s_groups[{i}][{k}]" for i in range(layout.MAX_LEVELS) for k in range(4)),
+    ]
+    expressions += [f"floatBitsToUint(s_{end}[{i}])" for end in ("cheap", "dear") for i in (0, 1)]
+    expressions += ["s_budget", "s_rounds"]
     assert len(expressions) * 4 == layout.SUMMARY.itemsize
-    source = (
-        shaders.source("blocks/terrain.glsl") + shaders.source("lod/tiles.glsl").split("\n", 1)[1] + writes(expressions)
-    )
+    source = shaders.source("lod/summary.glsl") + writes(expressions)
     got = read_back(ctx, source, len(expressions), lambda _: buffer.bind_to_storage_buffer(4))
     assert (got == sent).all()
-    assert got[-1:].view("f4")[0] == record["worst_px"]
+    assert got[10:12].view("f4").tolist() == [record["worst_px"], record["price"]]
 
 
 def test_patch_round_trip(ctx):

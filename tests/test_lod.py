@@ -46,8 +46,7 @@ def projection(session_context):
         terrain = np.zeros((), layout.TERRAIN)
         terrain["last_post"], terrain["spacing_m"] = grid.rows - 1, grid.spacing_m
         block.write(terrain.tobytes())
-        tables = SimpleNamespace(terrain=SimpleNamespace(heightmap=grid, base_m=0.0))
-        view.write(tables, camera, size, near_m)
+        view.write(SimpleNamespace(heightmap=grid, base_m=0.0), camera, size, near_m)
         questions, answers = ctx.buffer(asked.tobytes()), ctx.buffer(reserve=16 * len(asked))
         block.bind_to_uniform_block(0)
         view.bind()
@@ -238,7 +237,7 @@ def test_egl_and_osmesa_give_the_same_bytes(ctx):
 
     def draw(context):
         scene = Scene.of(context, heightmap)
-        tables = [buffer.read() for buffer in (scene.tables.nodes, scene.tables.counters, scene.tables.squares)]
+        tables = [buffer.read() for buffer in scene.tables._buffers]
         meshes = [
             everything(scene, scene.select(camera, t, m)) for camera in views for t, m in ((0.5, "max"), (2, "rms"))
         ]

@@ -31,7 +31,7 @@ void main() {
         for (int x = low.x; x < high.x; x++) {
             PackedNode n = node[node_index(u_which_level, ivec2(x, y))];
             worst_m = max(worst_m, unpack_pair(n.max_m).x);
-            squares = add64(squares, node_squares(unpack_pair(n.rms_m).x, ivec2(x, y)));
+            squares = add64(squares, node_squares(texels_rms_m(n).x, ivec2(x, y)));
         }
     for (int word = 0; word < CLASSES / 2; word++) {
         bvec2 above = greaterThan(vec2(worst_m), vec2(class_limit_m(2 * word), class_limit_m(2 * word + 1)));

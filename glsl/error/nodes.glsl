@@ -2,20 +2,22 @@
 //   max_m: largest error of a post of the closed node.   rms_m: root of the mean squared error of its own posts, those
 //   of its north and west edges but not of the south and east ones (which are the neighbours'), so that any mosaic of
 //   nodes counts every post once. Heights of the node lie in [low_m, high_m].
-//   Where a node has voids its mean is not known: rms_m is max_m there.
+//   Voids err by nothing: where a node has some, the mean over its posts is more than rms_m, which says so by its sign.
 //   Fan errors are nested: never below those of the node's children. So a node that a neighbour forces to split
 //   has children that pass where it passed.
 // Errors are halves in units of span · 2^-14, rounded up: all of (0, span] stays a normal number.
 // Squared errors are 64-bit fixed point, rounded up: span² is 2^35, so 2^28 posts of the largest error do not overflow.
 // Provides PackedNode, pack_pair(), unpack_pair(), pack_range(), unpack_range(), square_up(), node_index(),
-// mean_is_known(), own_posts(), squares_m2().
+// texels_rms_m(), posts_rms_m(), mean_is_known(), own_posts(), squares_m2().
 // Python twin: layout.NODE
 
 #include "blocks/terrain.glsl"
 #include "sat/word.glsl"
 
+#define HAS_VOIDS 0x8000u
+
 struct PackedNode {
-    uint max_m, rms_m;  // halves: quad low, fan high
+    uint max_m, rms_m;  // halves: quad low, fan high; rms_m may have HAS_VOIDS
     uint range;         // 16-bit steps of span above low: lowest low half, highest high half
 };
 
@@ -52,6 +54,13 @@ uvec2 square_up(float share) {
 
 int node_index(int level, ivec2 at) { return u_level[level].first_node + at.y * u_level[level].size.x + at.x; }
 
+bool mean_is_known(PackedNode n) { return (n.rms_m & HAS_VOIDS) == 0u; }
+
+// Quad, fan: over all texels of the node, and bounds of the means over its posts.
+vec2 texels_rms_m(PackedNode n) { return unpack_pair(n.rms_m & ~HAS_VOIDS); }
+
+vec2 posts_rms_m(PackedNode n) { return mean_is_known(n) ? texels_rms_m(n) : unpack_pair(n.max_m); }
+
 float own_posts(int level, ivec2 at) {
     ivec2 low = at << level, high = min(low + (1 << level), u_last_post);
     ivec2 posts = high - low + ivec2(equal(high, u_last_post));
@@ -60,8 +69,7 @@ float own_posts(int level, ivec2 at) {
 
 // Sums of squared errors over the node's own posts: quad, fan.
 vec2 squares_m2(PackedNode n, int level, ivec2 at) {
-    vec2 rms_m = unpack_pair(n.rms_m);
+    vec2 rms_m = texels_rms_m(n);
     return rms_m * rms_m * own_posts(level, at);
 }
 
-bool mean_is_known(PackedNode n) { return (n.max_m & 0xffffu) != (n.rms_m & 0xffffu); }

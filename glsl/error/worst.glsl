@@ -54,9 +54,8 @@ void settle_node(ivec2 at, Node n, Worst w) {
     ivec2 own = n.high - n.low + ivec2(equal(n.high, u_last_post));
     // a thread adds up to 33 × 33 squares in floats: each addition may swallow 2^-24 of the sum
     vec2 rms_m = sqrt(w.squares / (float(own.x) * float(own.y))) * (1.0 + exp2(-14.0));
-    // with voids the posts are fewer than the texels: the mean is not known, but never above the maximum
-    rms_m = w.voids != 0u ? w.max_m : min(rms_m, w.max_m);
-    PackedNode settled = PackedNode(pack_pair(w.max_m), pack_pair(rms_m), 0u);
+    uint has_voids = w.voids != 0u ? HAS_VOIDS : 0u;
+    PackedNode settled = PackedNode(pack_pair(w.max_m), pack_pair(min(rms_m, w.max_m)) | has_voids, 0u);
     ivec2 last = min(2 * at + 1, u_level[u_which_level - 1].size - 1), parts = last + 1 - 2 * at;
     float parts_m2 = 0.0, nested_gain = 0.0;
     if (u_which_level == 1) settled.range = pack_range(range_of_posts(n));

@@ -23,7 +23,7 @@ vec2 square_errors_m(int size, int level, ivec2 at) {
     vec2 worst = vec2(0.0);
     for (int i = 0; i < 4; i++) {
         PackedNode n = node_of(level, at + ivec2(i & 1, i >> 1));
-        worst = max(worst, vec2(unpack_pair(n.max_m).x, unpack_pair(n.rms_m).x));
+        worst = max(worst, vec2(unpack_pair(n.max_m).x, posts_rms_m(n).x));
     }
     return worst;
 }

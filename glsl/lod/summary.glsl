@@ -14,11 +14,11 @@ layout(std430, binding = 4) buffer Summary {
     uint s_splits;
     uint s_worst_px;     // float bits: the largest bound among the patches
     float s_price;       // λ, squared pixels a triangle; below 0: a tolerance decides instead
-    uint s_budget;       // triangles at most
-    uint s_rounds;       // of the search, so far
+    uvec4 s_groups[MAX_LEVELS];  // dispatch sizes for each level of the tree, of level 0 for the tiles; 0 when λ is found
     vec2 s_cheap;        // log2 of a λ with too many triangles, and log2 of those; x is UNKNOWN at first
     vec2 s_dear;         // the same of one that keeps to the budget
-    uvec4 s_groups[MAX_LEVELS];  // dispatch sizes for each level of the tree, of level 0 for the tiles; 0 when λ is found
+    uint s_budget;       // triangles at most
+    uint s_rounds;       // of the search, so far
 };
 
 #define UNKNOWN 1e9

@@ -47,6 +47,6 @@ Projection project_node(int level, ivec2 at, float margin) {
     return project(box_of(low, high, range_m), margin);
 }
 
-float fan_px(Projection p, PackedNode n) { return metric_px(p, unpack_pair(n.max_m).y, unpack_pair(n.rms_m).y); }
+float fan_px(Projection p, PackedNode n) { return metric_px(p, unpack_pair(n.max_m).y, posts_rms_m(n).y); }
 
-float quad_px(Projection p, PackedNode n) { return metric_px(p, unpack_pair(n.max_m).x, unpack_pair(n.rms_m).x); }
+float quad_px(Projection p, PackedNode n) { return metric_px(p, unpack_pair(n.max_m).x, posts_rms_m(n).x); }

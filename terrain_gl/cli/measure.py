@@ -35,12 +35,12 @@ def run(args: argparse.Namespace) -> int:
 
 def text(stats: dict[str, Any]) -> str:
     """A measurement for people."""
-    asked, promised = stats["requested_max_error_px"], stats["certified_max_error_px"]
+    promised = stats["certified_max_error_px"]
     lines = {
         "map": stats["map"],
         "picture": f"{stats['width']} x {stats['height']}, {stats['gl_renderer']} ({stats['backend']})",
         "mesh": f"{stats['triangles']:,} triangles in {stats['patches']:,} patches, {stats['splits']:,} splits",
-        "asked": f"{stats['metric']} error {asked:g} px, method {stats['method']}",
+        "asked": f"{report.asked(stats)}, method {stats['method']}",
         "promised": f"{promised:.4g} px",
         "achieved": f"max {stats['max_error_px']:.4g} px, rms {stats['rms_error_px']:.4g} px",
         "over": f"{stats['posts_measured']:,} posts in the picture",

@@ -72,8 +72,11 @@ def add_view(command: Any, moving: bool = False) -> None:
     group.add_argument("--size", type=size, metavar="WxH", default=(1280, 720), help="pixels (default: 1280x720)")
     group = command.add_argument_group("detail")
     group.add_argument("--method", choices=METHODS, default="sat", help="sat, or full: every post")
-    error = {"type": positive, "metavar": "PX", "default": 1.0, "dest": "max_error_px"}
-    group.add_argument("--max-error", **error, help="screen error (default: 1)")
+    asked = group.add_mutually_exclusive_group()
+    asked.add_argument(
+        "--max-error", type=positive, metavar="PX", dest="max_error_px", help="screen error (default: 1)"
+    )
+    asked.add_argument("--triangles", type=count, metavar="N", help="at most N, where they take away most error")
     group.add_argument("--metric", choices=METRICS, default="max", help="largest error, or root mean square")
     group = command.add_argument_group("picture")
     group.add_argument("--style", choices=STYLES, default="shaded", help="what is drawn")

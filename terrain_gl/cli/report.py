@@ -57,6 +57,14 @@ def facts(values: Mapping[str, str]) -> str:
     return "\n".join(f"{name.ljust(width)}  {value}" for name, value in values.items())
 
 
+def asked(stats: Mapping[str, Any]) -> str:
+    """What a frame was asked for, and what it means that it has fewer triangles than that."""
+    if not stats["requested_triangles"]:
+        return f"{stats['metric']} error {stats['requested_max_error_px']:g} px"
+    price = f"worth {stats['lambda']:.3g} px² each" if stats["lambda"] else "more than this view has use for"
+    return f"{stats['requested_triangles']:,} triangles, {price}"
+
+
 def mebibytes(n: int) -> str:
     """A number of bytes for people."""
     return f"{n / 2**20:,.1f} MiB" if n >= 2**20 else f"{n / 2**10:,.1f} KiB"

@@ -6,6 +6,7 @@ import math
 from dataclasses import dataclass, field
 from typing import Any
 
+from ..drawing import Drawing
 from .commands import shown_lines
 from .overlay import ACCENT, BRIGHT, SOFT, Panel, Text
 from .settings import Settings
@@ -48,6 +49,12 @@ def drawing_ms(stats: dict[str, Any]) -> float:
     return sum(stats["ms"].get(stage, 0.0) for stage in ("lod", "draw", "shade"))
 
 
+def _asked(drawing: Drawing) -> tuple[str, str]:
+    if drawing.triangles:
+        return "budget", f"{drawing.triangles:,} triangles"
+    return "tolerance", "none" if drawing.method == "full" else f"{drawing.max_error_px:.4g} px {drawing.metric}"
+
+
 def figures_panel(figures: Figures, settings: Settings) -> Panel:
     """Panel at the top left: what the frame cost and what is known of its error."""
     stats, drawing = figures.stats, settings.drawing
@@ -61,7 +68,7 @@ def figures_panel(figures: Figures, settings: Settings) -> Panel:
         ("triangles", f"{stats['triangles']:,}"),
         ("patches", f"{stats['patches']:,}"),
         None,
-        ("tolerance", "none" if drawing.method == "full" else f"{drawing.max_error_px:.4g} px {drawing.metric}"),
+        _asked(drawing),
         ("promised", f"≤ {stats['certified_max_error_px']:.4g} px"),
         ("measured", f"{measured[drawing.metric]:.3f} px" if measured else "…"),
         None,

@@ -46,14 +46,17 @@ class Settings:
 
     def cycle(self, option: str, step: int = 1) -> str:
         """Take the next choice of an option of `Drawing`; returns it."""
-        choices = CHOICES[option]
+        choices = [c for c in CHOICES[option] if c != "full" or not self.drawing.triangles]  # a budget is not full
         chosen = choices[(choices.index(getattr(self.drawing, option)) + step) % len(choices)]
         self.draw(**{option: chosen})
         return chosen
 
     def loosen(self, steps: float) -> None:
-        """Raise the tolerance by steps of ×√2, or lower it."""
+        """Raise the tolerance by steps of ×√2, or lower it; with a budget, the triangles the other way."""
         least, most = TOLERANCES_PX
-        now_px = self.drawing.max_error_px
-        looser = now_px * STEP**steps if steps > 0 else now_px / STEP**-steps  # back and forth comes out the same
-        self.draw(max_error_px=min(max(looser, least), most))
+        if self.drawing.max_error_px:
+            now_px = self.drawing.max_error_px
+            looser = now_px * STEP**steps if steps > 0 else now_px / STEP**-steps  # back and forth comes out the same
+            self.draw(max_error_px=min(max(looser, least), most))
+        elif self.drawing.triangles:
+            self.draw(triangles=min(max(round(self.drawing.triangles / STEP**steps), 2), 2**30))
