@@ -156,8 +156,8 @@ class Scene:
     def near_m(self):
         return 0.1 * min(self.heightmap.spacing_m)
 
-    def select(self, camera, tolerance_px=1.0, metric="max", cull=True):
-        return self.levels.select(camera, self.size, self.near_m, tolerance_px, metric, cull)
+    def select(self, camera, tolerance_px=1.0, metric="max", cull=True, triangles=None):
+        return self.levels.select(camera, self.size, self.near_m, tolerance_px, metric, cull, triangles)
 
     def triangles(self, selection):
         return captured_triangles(selection)[0]

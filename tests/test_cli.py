@@ -26,7 +26,7 @@ COMMANDS = ("info", "shot", "view", "measure", "mesh", "bench", "generate", "fly
 SIZE = ("--size", "96x64")
 FRAME_KEYS = {
     *("method", "metric", "triangles", "patches", "splits", "certified_max_error_px", "requested_max_error_px"),
-    *("width", "height", "gl_renderer", "backend", "ms", "gpu_bytes", "map"),
+    *("width", "height", "gl_renderer", "backend", "ms", "gpu_bytes", "map", "requested_triangles", "lambda"),
 }
 MEASURED_KEYS = FRAME_KEYS | {"max_error_px", "rms_error_px", "posts_measured", "holes"}
 BYTES_KEYS = {"heights", "sat", "error", "shade", "total"}
@@ -217,6 +217,24 @@ def test_shot_repeats_exactly(dem, run, style):
     for name in ("a.png", "b.png"):
         assert run("shot", dem, "-o", name, *SIZE, "--style", style)[0] == 0
     assert Path("a.png").read_bytes() == Path("b.png").read_bytes()
+
+
+def test_measure_keeps_to_a_budget(dem, run):
+    asked = ("measure", dem, *SIZE, "--triangles", 200)
+    status, out, _ = run(*asked, "--json", "-")
+    stats = json.loads(out)
+    assert status == 0 and stats.keys() == MEASURED_KEYS
+    assert 0.97 * 200 <= stats["triangles"] <= 200 == stats["requested_triangles"] and stats["lambda"] > 0
+    assert stats["requested_max_error_px"] is None and stats["holes"] == 0
+    assert stats["max_error_px"] <= stats["certified_max_error_px"]
+    assert "200 triangles, worth" in run(*asked)[1]
+    assert "more than this view has use for" in run("measure", dem, *SIZE, "--triangles", 10**7)[1]
+
+
+@pytest.mark.parametrize("more", [("--max-error", 1), ("--method", "full")], ids=str)
+def test_a_budget_excludes_other_wishes(dem, run, more):
+    status, _, error = run("measure", dem, "--triangles", 200, *more)
+    assert status == 2 and error.count("\n") == 1 and "triangles" in error
 
 
 @pytest.mark.parametrize("metric", ["max", "rms"])

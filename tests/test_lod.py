@@ -8,7 +8,7 @@ import numpy as np
 import pytest
 from hypothesis import given, settings
 from hypothesis import strategies as st
-from maps import MAPS, REAL, Scene, cameras, plane
+from maps import MAPS, REAL, Scene, cameras, plane, rough
 
 from terrain_gl import layout, reference, shaders
 from terrain_gl.camera import Camera, screen_shift_px
@@ -485,3 +485,109 @@ def test_bands_of_a_map_are_its_whole_node_rows(monkeypatch):
     for one, other in zip(whole, reference.ideal_allocation(heights, *ask, [50, 500]), strict=True):
         assert (one.triangles == other.triangles).all()
         assert one.rms_px == pytest.approx(other.rms_px, rel=1e-12)
+
+
+# --- A budget of triangles --------------------------------------------------------------------------------------------
+
+
+def used(scene, camera, triangles, **more):
+    """What a budget is drawn with; it keeps to it, and uses it unless the picture has no use for it."""
+    selection = scene.select(camera, triangles=triangles, **more)
+    assert selection.triangles <= triangles
+    assert selection.triangles >= 0.97 * triangles or selection.price == 0 or triangles < 500, (triangles, selection)
+    return selection
+
+
+@pytest.mark.parametrize("view", VIEWS)
+def test_a_budget_is_kept_and_used(ctx, scene, view):
+    camera = cameras(scene.heightmap)[view]
+    everything = scene.select(camera, 0.0).triangles
+    for triangles in (2, 3, 10, 100, 500, 1000, 2500, 5000, everything - 1, everything, 10**9):
+        if triangles >= 2:
+            selection = used(scene, camera, triangles)
+            assert len(scene.triangles(selection)) == selection.triangles
+    assert scene.achieved(selection, camera).max_px < 1e-3 and selection.price == 0
+
+
+@pytest.mark.parametrize("view", VIEWS)
+def test_more_triangles_less_error(ctx, scene, view):
+    camera = cameras(scene.heightmap)[view]
+    budgets = [300, 600, 1200, 2400, 4800]
+    errors = [scene.achieved(used(scene, camera, n), camera).rms_px for n in budgets]
+    assert all(b <= 1.02 * a for a, b in zip(errors, errors[1:], strict=False)), errors
+    assert errors[-1] < 0.5 * errors[0] or errors[0] == 0
+
+
+@pytest.mark.parametrize("view", VIEWS)
+def test_a_budget_gives_the_same_bytes_whatever_was_drawn_before(ctx, scene, view):
+    camera = cameras(scene.heightmap)[view]
+    first = everything(scene, scene.select(camera, triangles=1500))
+    scene.select(camera, 0.3)
+    for other in cameras(scene.heightmap).values():
+        scene.select(other, triangles=77)
+    assert everything(scene, scene.select(camera, triangles=1500)) == first
+
+
+@pytest.mark.parametrize("view", VIEWS)
+def test_a_budget_is_drawn_by_a_restricted_quadtree(ctx, scene, view):
+    for triangles in (100, 3000):
+        levels = leaf_levels(scene, used(scene, cameras(scene.heightmap)[view], triangles, cull=False))
+        assert levels.min() >= 0
+        assert np.abs(np.diff(levels, axis=0)).max(initial=0) <= 1
+        assert np.abs(np.diff(levels, axis=1)).max(initial=0) <= 1
+
+
+@settings(max_examples=15)
+@given(st.integers(0, 10**6))
+def test_what_a_budget_certifies_holds(ctx, scene, seed):
+    rng = np.random.default_rng(seed)
+    camera = list(cameras(scene.heightmap).values())[rng.integers(0, 8)]
+    for metric in ("max", "rms"):
+        selection = used(scene, camera, int(10 ** rng.uniform(1, 4)), metric=metric)
+        achieved = scene.achieved(selection, camera)
+        got = achieved.max_px if metric == "max" else achieved.rms_px
+        assert got <= selection.certified_px and achieved.uncovered == 0
+
+
+@pytest.mark.parametrize("shape", [(2, 2), (1 + 1, 6), (6, 2), (3, 3), (5, 4), (12, 19)], ids=str)
+def test_budgets_of_tiny_maps(ctx, shape):
+    scene = Scene.of(ctx, Heightmap(rough(*shape, seed=1), 10.0), (64, 48))
+    camera = cameras(scene.heightmap, scene.size)["down"]
+    most = scene.select(camera, 0.0, cull=False).triangles
+    for triangles in range(2, most + 2):
+        selection = scene.select(camera, triangles=triangles, cull=False)
+        assert 2 <= selection.triangles <= triangles
+    assert scene.achieved(scene.select(camera, triangles=2 * most), camera).max_px < 1e-3
+    scene.release()
+
+
+@pytest.mark.parametrize("name", ["flat", "comb"])
+def test_budgets_where_all_gains_are_alike(ctx, name):
+    """A plane has no use for triangles; of a map that repeats itself all nodes of a level have one gain."""
+    rows, cols = np.indices((257, 257))
+    heights = 0.25 * rows + 0.125 * cols if name == "flat" else 4.0 * ((rows % 2) ^ (cols % 2))
+    scene = Scene.of(ctx, Heightmap(heights, 10.0))
+    for view, camera in cameras(scene.heightmap).items():
+        for triangles in (2, 100, 3000, 30000):
+            selection = scene.select(camera, triangles=triangles)
+            assert selection.triangles <= triangles, view
+        if name == "flat":
+            assert scene.achieved(selection, camera).max_px < 1e-2
+    scene.release()
+
+
+@pytest.mark.parametrize("name", ["odd", "holes", "long", "cliff"])
+def test_a_budget_is_spent_almost_as_well_as_can_be(ctx, name):
+    """Within 1.4 times the root mean square error of the best restricted quadtree."""
+    heightmap = MAPS[name]()
+    scene = Scene.of(ctx, heightmap)
+    filled, void = scene.terrain.filled.astype("f8"), np.isnan(heightmap.heights)
+    budgets = [300, 1000, 3000]
+    for view in ("default", "down", "wide"):
+        camera = cameras(heightmap)[view]
+        ask = heightmap.spacing_m, camera, scene.size, scene.near_m, budgets, void
+        best = reference.ideal_allocation(filled, *ask)[0]
+        for budget, rms_px in zip(budgets, best.rms_px, strict=True):
+            got = scene.achieved(used(scene, camera, budget), camera).rms_px
+            assert got <= 1.4 * rms_px + 1e-6, (view, budget, got / rms_px)
+    scene.release()
