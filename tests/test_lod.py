@@ -576,9 +576,9 @@ def test_budgets_where_all_gains_are_alike(ctx, name):
     scene.release()
 
 
-@pytest.mark.parametrize("name", ["odd", "holes", "long", "cliff"])
+@pytest.mark.parametrize("name", ["odd", "holes", "long"])
 def test_a_budget_is_spent_almost_as_well_as_can_be(ctx, name):
-    """Within 1.4 times the root mean square error of the best restricted quadtree."""
+    """Within a quarter of the root mean square error of the best restricted quadtree."""
     heightmap = MAPS[name]()
     scene = Scene.of(ctx, heightmap)
     filled, void = scene.terrain.filled.astype("f8"), np.isnan(heightmap.heights)
@@ -589,5 +589,5 @@ def test_a_budget_is_spent_almost_as_well_as_can_be(ctx, name):
         best = reference.ideal_allocation(filled, *ask)[0]
         for budget, rms_px in zip(budgets, best.rms_px, strict=True):
             got = scene.achieved(used(scene, camera, budget), camera).rms_px
-            assert got <= 1.4 * rms_px + 1e-6, (view, budget, got / rms_px)
+            assert got <= 1.25 * rms_px + 1e-6, (view, budget, got / rms_px)
     scene.release()
