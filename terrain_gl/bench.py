@@ -12,6 +12,7 @@ from typing import Any
 
 import numpy as np
 
+from .brush import Brush, Sculptor
 from .renderer import Renderer
 
 ENOUGH_S = 4.0  # seconds spent on one number, after which no more repeats are made
@@ -38,6 +39,43 @@ def bench(renderer: Renderer, frames: int = 7, dense: bool = True, **view: Any) 
     ms = frame_ms | stages | {"python": python_ms}
     result = stats | {"ms": ms, "ratio": {"sat_to_numpy": ms["sat"] / ms["numpy"]}}
     return result | _dense(renderer, frames, view, result) if dense else result
+
+
+def strokes(renderer: Renderer, count: int = 20, radius_posts: int = 64) -> dict[str, Any]:
+    """Time dabs of a brush at random places, and one in the very middle, which moves nodes of every level.
+
+    They raise and lower within what the map reaches, and are undone in the end.
+
+    Returns
+    -------
+    dict
+        `radius_posts`, `count`, `ms` (median, most, middle, rebuild) and `ratio` of them to the rebuild: docs/stats.md.
+    """
+    heightmap, finish = renderer.heightmap, renderer.ctx.finish
+    (east, north), (low, high) = heightmap.extent_m, heightmap.range_m
+    rng, sculptor = np.random.default_rng(0), Sculptor(renderer)
+    places = rng.random((count, 2)) * (east, north)
+    renderer.make_room(up_m=0.1 * (high - low), down_m=0.1 * (high - low))
+    sculptor.dab(
+        Brush("raise", min(heightmap.spacing_m), 0.01), *places[0]
+    )  # so that nothing is done for the first time
+    times = []
+    for i, place in enumerate([*places, (east / 2, north / 2)]):
+        brush = Brush(("raise", "lower")[i % 2], radius_posts * max(heightmap.spacing_m), 0.02 * (high - low))
+        times.append(_ms(partial(sculptor.dab, brush, *place), finish))
+    rebuild_ms = median(_repeat(lambda: _ms(partial(_rebuild, renderer), finish), 3))
+    while sculptor.undo():
+        pass
+    ms = {"median": median(times[:-1]), "most": max(times[:-1]), "middle": times[-1]}
+    ratio = {name: value / rebuild_ms for name, value in ms.items()}
+    return {"radius_posts": radius_posts, "count": count, "ms": ms | {"rebuild": rebuild_ms}, "ratio": ratio}
+
+
+def _rebuild(renderer: Renderer) -> None:
+    """What an edit does, for the whole map."""
+    renderer.terrain.upload()
+    renderer.tables.build()
+    renderer.picture.update((0, 0, renderer.heightmap.cols - 1, renderer.heightmap.rows - 1))
 
 
 def _dense(renderer: Renderer, frames: int, view: dict[str, Any], result: dict[str, Any]) -> dict[str, Any]:

@@ -300,6 +300,14 @@ def test_mesh_within_metres_needs_no_view(dem, run):
     assert f"element face {stats['triangles']}\n".encode() in Path("m.ply").read_bytes()[:500]
 
 
+def test_bench_of_strokes(dem, run):
+    status, out, _ = run("bench", dem, *SIZE, "--frames", 1, "--strokes", "--json", "-")
+    strokes = json.loads(out)[0]["strokes"]
+    assert status == 0 and set(strokes["ms"]) == {"median", "most", "middle", "rebuild"}
+    assert strokes["ratio"]["most"] == strokes["ms"]["most"] / strokes["ms"]["rebuild"]
+    assert 0 < strokes["ms"]["median"] <= strokes["ms"]["most"]
+
+
 def test_bench_beside_peers_or_the_names_of_those_missing(dem, run, monkeypatch):
     for module in ("pydelatin", "pymartini", "pyvista"):
         monkeypatch.setitem(sys.modules, module, None)

@@ -7,7 +7,7 @@ import time
 from typing import Any
 
 from .. import peers
-from ..bench import bench
+from ..bench import bench, strokes
 from ..maps import bundled
 from . import options, report
 
@@ -33,6 +33,7 @@ def add(commands: Any) -> None:
         action="store_true",
         help="also meshes within metres by pydelatin and pymartini, and frames by pyvista (pip extra: bench)",
     )
+    command.add_argument("--strokes", action="store_true", help="also dabs of a brush of 64 posts' radius")
     options.add_map_options(command)
     options.add_drawing(command)
 
@@ -61,6 +62,8 @@ def bench_map(args: argparse.Namespace, name: str) -> dict[str, Any]:
         renderer.render(**view)
         pictured = time.perf_counter()
         result = bench(renderer, args.frames, **view)
+        if args.strokes:
+            result["strokes"] = strokes(renderer)
     result["ms"] |= {"open": 1e3 * (opened - started), "first_picture": 1e3 * (pictured - started)}
     about = {"map": scene.heightmap.name, "posts": scene.heightmap.heights.size}
     beside = {"peers": peers.compare(scene.heightmap, args.size, args.backend)} if args.peers else {}
@@ -77,6 +80,9 @@ def text(results: list[dict[str, Any]]) -> str:
     rows += [["dense triangles", *(f"{result['dense']['triangles']:,}" for result in results)]]
     rows += [[name.replace("_", " "), *(f"{r['ratio'][name]:.3g}" for r in results)] for name in results[0]["ratio"]]
     rows += [["certified px", *(f"{result['certified_max_error_px']:.3g}" for result in results)]]
+    if "strokes" in results[0]:
+        ms = [result["strokes"]["ms"] for result in results]
+        rows += [[f"stroke {name} ms", *(f"{each[name]:.2f}" for each in ms)] for name in ms[0]]
     parts = results[0]["gpu_bytes"]
     rows += [[f"{part} memory", *(report.mebibytes(r["gpu_bytes"][part]) for r in results)] for part in parts]
     beside = [_peers_text(result) for result in results if "peers" in result]
