@@ -43,7 +43,7 @@ def flip(truth: np.ndarray, test: np.ndarray) -> float | None:
         return None
     light = [np.ascontiguousarray(linear_from_srgb(picture[..., :3]), np.float32) for picture in (truth, test)]
     error = oiio.ImageBufAlgo.FLIP_diff(oiio.ImageBuf(light[0]), oiio.ImageBuf(light[1]), hdr=0)
-    return float(error.get_pixels().mean(dtype=np.float64))
+    return float(np.asarray(error.get_pixels()).mean(dtype=np.float64))
 
 
 def skyline(truth: np.ndarray, test: np.ndarray) -> Skyline:

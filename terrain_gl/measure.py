@@ -84,17 +84,12 @@ class Measurement:
         posts = uncovered = 0
         heightmap = self.terrain.heightmap
         for region in _regions(heightmap.cols, heightmap.rows, min(tile, TILE)):
-            points = _points(heightmap, region)
-            _, seen = screen_shift_px(camera, size, points, np.zeros(len(points)), near_m)
-            seen &= np.isfinite(points[:, 2])
-            if seen.any():
-                errors = self.errors_m(selection, region).ravel()[seen].astype(np.float64)
-                drawn = np.isfinite(errors)
-                px, _ = screen_shift_px(camera, size, points[seen][drawn], errors[drawn], near_m)
-                uncovered += int(np.count_nonzero(~drawn))
-                posts += len(px)
-                largest = max(largest, float(px.max(initial=0.0)))
-                total += float(np.square(px).sum())
+            px, seen = self._errors_px(selection, region, camera, size, near_m)
+            drawn = px[~np.isnan(px)]
+            uncovered += int(np.count_nonzero(seen)) - len(drawn)
+            posts += len(drawn)
+            largest = max(largest, float(drawn.max(initial=0.0)))
+            total += float(np.square(drawn).sum())
             yield Achieved(largest, float(np.sqrt(total / posts)) if posts else 0.0, posts, uncovered)
 
     def at(
@@ -102,23 +97,37 @@ class Measurement:
     ) -> np.ndarray:
         """Screen error at places on the map, (n, 2) columns and rows: (n,) pixels.
 
-        The error in metres is that of the posts around, bilinear. NaN outside the map, by voids, and where the truth is
-        outside the picture.
+        That of the posts around that are in the picture, bilinear; NaN where there are none.
         """
         heightmap = self.terrain.heightmap
-        errors = np.empty(heightmap.heights.shape, np.float32)
+        px = np.empty(heightmap.heights.shape, np.float32)
         for region in _regions(heightmap.cols, heightmap.rows, TILE):
             x, y, width, height = region
-            errors[y : y + height, x : x + width] = self.errors_m(selection, region)
+            errors, _ = self._errors_px(selection, region, camera, size, near_m)
+            px[y : y + height, x : x + width] = errors.reshape(height, width)
         col, row = places.T.astype(np.float64)
-        east, north = heightmap.spacing_m
-        heights_m, errors_m = (bilinear(values, col, row) for values in (heightmap.heights, errors))
-        points = np.stack([col * east, (heightmap.rows - 1 - row) * north, heights_m], -1)
-        known = np.isfinite(heights_m) & np.isfinite(errors_m)
-        px = np.full(len(places), np.nan)
-        shift, seen = screen_shift_px(camera, size, points[known], errors_m[known], near_m)
-        px[known] = np.where(seen, shift, np.nan)
-        return px
+        known = np.isfinite(px)
+        weight = bilinear(known, col, row)  # posts that are not known share theirs among the others
+        at = np.full(len(places), np.nan)
+        near = weight > 0
+        at[near] = bilinear(np.where(known, px, 0), col[near], row[near]) / weight[near]
+        return at
+
+    def _errors_px(
+        self, selection: Selection, region: Region, camera: Camera, size: tuple[int, int], near_m: float
+    ) -> tuple[np.ndarray, np.ndarray]:
+        """Screen error of a region's posts, row after row, NaN where nothing is drawn; and which are in the picture."""
+        points = posts_of(self.terrain.heightmap, region)
+        _, seen = screen_shift_px(camera, size, points, np.zeros(len(points)), near_m)
+        seen &= np.isfinite(points[:, 2])
+        px = np.full(len(points), np.nan)
+        if seen.any():
+            errors = self.errors_m(selection, region).ravel()[seen].astype(np.float64)
+            drawn = np.isfinite(errors)
+            px[np.flatnonzero(seen)[drawn]] = screen_shift_px(camera, size, points[seen][drawn], errors[drawn], near_m)[
+                0
+            ]
+        return px, seen
 
     def release(self) -> None:
         """Give the GPU's memory back."""
@@ -164,7 +173,7 @@ def _spans(n: int, tile: int) -> Iterator[tuple[int, int]]:
     yield n - 1, 1
 
 
-def _points(heightmap: Heightmap, region: Region) -> np.ndarray:
+def posts_of(heightmap: Heightmap, region: Region) -> np.ndarray:
     """World positions (w·h, 3) of a region's posts, row after row."""
     x, y, width, height = region
     east = (x + np.arange(width)) * heightmap.spacing_m[0]

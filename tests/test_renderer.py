@@ -159,8 +159,7 @@ def test_error_map_shows_the_measured_errors(heightmap):
         assert (
             np.isnan(errors) == (r.picture.sky_share() == 1)
         ).mean() > 0.99  # a rim's truth may be out of the picture
-        # between posts the error is a mean of theirs, and a little nearer to the eye it looks larger
-        assert 0.8 * achieved["max_error_px"] < np.nanmax(errors) < 1.05 * achieved["max_error_px"]
+        assert 0.8 * achieved["max_error_px"] < np.nanmax(errors) <= achieved["max_error_px"] * (1 + 1e-6)
         r.draw(camera, method="full")
         assert np.nanmax(r.error_map()) == 0
 

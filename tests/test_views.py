@@ -11,7 +11,7 @@ from terrain_gl.camera import screen_shift_px
 from terrain_gl.cli import main
 from terrain_gl.holes import bilinear
 from terrain_gl.image import read_image
-from terrain_gl.measure import _points
+from terrain_gl.measure import posts_of
 from terrain_gl.views import VIEWS, standard_view
 
 SIZE = (96, 54)
@@ -24,7 +24,7 @@ def height_under(heightmap, point):
 
 
 def posts_seen(heightmap, camera):
-    points = _points(heightmap, (0, 0, heightmap.cols, heightmap.rows))
+    points = posts_of(heightmap, (0, 0, heightmap.cols, heightmap.rows))
     points = points[np.isfinite(points[:, 2])]
     _, seen = screen_shift_px(camera, SIZE, points, np.zeros(len(points)), 0.1 * min(heightmap.spacing_m))
     return seen.mean()

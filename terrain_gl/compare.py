@@ -1,0 +1,243 @@
+"""Every method side by side, after Fig. D.1 of the supplement of Li et al. 2021.
+
+Of the very mesh that each method draws: its triangles, its screen error over every post in the picture
+(`Renderer.measure`), and how far its picture is from the true one (`likeness`). The truth is every post of the map,
+each pixel drawn as 4 × 4 of 4 samples. The methods' pictures are drawn as finely: so geometry alone differs, for
+shading reads the map whatever the mesh is, and the dense mesh would be at a distance of 0.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Callable, Sequence
+from dataclasses import dataclass, replace
+from statistics import median
+from typing import Any
+
+import numpy as np
+
+from . import reference
+from .camera import Camera, screen_shift_px
+from .heightmap import Heightmap
+from .likeness import difference_of, flip, rmse, skyline
+from .measure import posts_of
+from .renderer import NEAR, Renderer
+
+LABELS = {"clipmap": "Geometry clipmaps", "tessellated": "Tessellated clipmap", "sat": "Summed-area tables"}
+FINE = 4  # pixels drawn for one, along a side
+EQUAL = 0.02  # numbers of triangles are equal that differ by no more than this share
+FEWEST = 200  # triangles that it makes sense to ask any method for
+_INSET = 0.24  # of the picture's width and height
+_SKY_IN_INSET = (0.08, 0.55)
+_FRAMES = 3  # that are timed
+_BLOCK = 256  # posts a side
+Progress = Callable[[float], None]
+
+
+@dataclass
+class Entry:
+    """One method's share.
+
+    Attributes
+    ----------
+    stats
+        Of its frame, with what it achieved, and `image_rmse`, `flip`, `skyline_px`, `max_skyline_px`: docs/stats.md.
+    image
+        (height, width, 3) uint8 sRGB.
+    error_px
+        (height, width) screen error of what each pixel shows; NaN for the sky.
+    """
+
+    method: str
+    stats: dict[str, Any]
+    image: np.ndarray
+    error_px: np.ndarray
+
+
+@dataclass
+class Comparison:
+    """What a figure shows.
+
+    Attributes
+    ----------
+    truth
+        (height, width, 3) uint8 sRGB.
+    stats
+        Of the truth.
+    inset
+        Rows and columns of the part that is worth a closer look.
+    """
+
+    truth: np.ndarray
+    stats: dict[str, Any]
+    entries: list[Entry]
+    inset: tuple[slice, slice]
+
+
+def compare(
+    renderer: Renderer,
+    camera: Camera,
+    details: dict[str, dict[str, Any]],
+    fine: int = FINE,
+    progress: Progress | None = None,
+    **options: Any,
+) -> Comparison:
+    """Draw the truth, and each method; measure all.
+
+    Parameters
+    ----------
+    details
+        For each method the options that say how finely it draws, such as {"triangles": 100_000}.
+    fine
+        Pixels drawn for one in the pictures that are compared, along a side.
+    progress
+        Called with the part that is done, 0 to 1.
+    options
+        Further fields of `Drawing`, the same for all.
+    """
+    parts = len(details) + 1
+    truth, sky, stats = _picture(renderer, camera, fine, part(progress, 0, parts), method="full", **options)
+    entries = []
+    for i, (method, detail) in enumerate(details.items()):
+        entry, own_sky = _entry(renderer, camera, fine, part(progress, i + 1, parts), method, **detail, **options)
+        off = skyline(sky, own_sky)
+        entry.stats |= {"image_rmse": rmse(truth, entry.image), "flip": flip(truth, entry.image)}
+        entry.stats |= {"skyline_px": off.mean_px, "max_skyline_px": off.max_px}
+        entries.append(entry)
+    return Comparison(truth, stats, entries, _inset(truth, sky, [entry.image for entry in entries]))
+
+
+def measured(renderer: Renderer, camera: Camera, **drawing: Any) -> dict[str, Any]:
+    """Stats of one frame with what it achieved."""
+    renderer.draw(camera, **drawing)
+    return renderer.measure()
+
+
+def curve(
+    renderer: Renderer,
+    camera: Camera,
+    methods: Sequence[str],
+    budgets: Sequence[int],
+    progress: Progress | None = None,
+    **options: Any,
+) -> dict[str, list[dict[str, Any]]]:
+    """What each method achieves with so many triangles: stats by method, a list as long as the budgets."""
+    achieved: dict[str, list[dict[str, Any]]] = {method: [] for method in methods}
+    for i, triangles in enumerate(budgets):
+        for method in methods:
+            achieved[method].append(measured(renderer, camera, method=method, triangles=triangles, **options))
+        if progress:
+            progress((i + 1) / len(budgets))
+    return achieved
+
+
+def ideal_curve(renderer: Renderer, camera: Camera, budgets: Sequence[int], near_m: float | None = None) -> Any:
+    """The least RMS error of any restricted quadtree with so many triangles: `reference.ideal_allocation`."""
+    heightmap = renderer.heightmap
+    near_m = near_m or NEAR * min(heightmap.spacing_m)
+    rows, cols = _seen_part(heightmap, camera, renderer.size, near_m)
+    moved = np.multiply([-cols.start, rows.stop - heightmap.rows], heightmap.spacing_m)
+    eye, target = ((x + moved[0], y + moved[1], z) for x, y, z in (camera.eye, camera.target))
+    filled = renderer.terrain.filled[rows, cols].astype(np.float64)
+    void = np.isnan(heightmap.heights[rows, cols]) if heightmap.voids else None
+    near = replace(camera, eye=eye, target=target)
+    return reference.ideal_allocation(filled, heightmap.spacing_m, near, renderer.size, near_m, budgets, void)[0]
+
+
+def fewest(
+    renderer: Renderer, camera: Camera, method: str, max_error_px: float, start: int, most: int, **options: Any
+) -> dict[str, Any] | None:
+    """Stats with the fewest triangles, within 2 %, that a method needs to *achieve* a largest error; None if it cannot.
+
+    Parameters
+    ----------
+    start
+        Triangles to begin with: doubled until they are enough.
+    most
+        Triangles beyond which no more are tried: those of every post.
+    """
+
+    def holds(triangles: float) -> dict[str, Any] | None:
+        stats = measured(renderer, camera, method=method, triangles=round(triangles), **options)
+        return dict(stats) if stats["max_error_px"] <= max_error_px else None
+
+    low, high = float(start) / 2, float(start)
+    while (best := holds(high)) is None:
+        if high >= most:
+            return None
+        low, high = high, min(2 * high, float(most))
+    while high > (1 + EQUAL) * low:
+        middle = (low * high) ** 0.5
+        stats = holds(middle)
+        low, high, best = (low, middle, stats) if stats else (middle, high, best)
+    return best
+
+
+def _seen_part(heightmap: Heightmap, camera: Camera, size: tuple[int, int], near_m: float) -> tuple[slice, slice]:
+    """Rows and columns of the blocks of the map that have posts in the picture: what else there is costs time only.
+
+    Blocks are nodes of the whole map's quadtree; larger ones are no leaves of an ideal tree worth drawing.
+    """
+    seen = []
+    for row in range(0, heightmap.rows, _BLOCK):
+        points = posts_of(heightmap, (0, row, heightmap.cols, min(_BLOCK, heightmap.rows - row)))
+        _, in_picture = screen_shift_px(camera, size, points, np.zeros(len(points)), near_m)
+        at = np.flatnonzero(in_picture.reshape(-1, heightmap.cols).any(0))
+        seen += [(row, at[0], at[-1])] if len(at) else []
+    if not seen:
+        return slice(0, heightmap.rows), slice(0, heightmap.cols)
+    first, last = seen[0][0], seen[-1][0] + _BLOCK + 1
+    left = min(west for _, west, _ in seen) // _BLOCK * _BLOCK
+    right = max(east for _, _, east in seen) // _BLOCK * _BLOCK + _BLOCK + 1
+    return slice(first, min(last, heightmap.rows)), slice(int(left), int(min(right, heightmap.cols)))
+
+
+def part(progress: Progress | None, i: int, parts: int) -> Progress | None:
+    """Progress of part i of some, as progress of the whole."""
+    return (lambda done: progress((i + done) / parts)) if progress else None
+
+
+def _entry(
+    renderer: Renderer, camera: Camera, fine: int, progress: Progress | None, method: str, **drawing: Any
+) -> tuple[Entry, np.ndarray]:
+    frames = [renderer.render(camera, method=method, **drawing).stats["ms"] for _ in range(_FRAMES)]
+    stats = dict(renderer.measure())
+    stats["ms"] = {stage: median(ms[stage] for ms in frames) for stage in frames[0]}
+    error_px = renderer.error_map()
+    image, sky, _ = _picture(renderer, camera, fine, progress, method=method, **drawing)
+    return Entry(method, stats, image, error_px), sky
+
+
+def _picture(
+    renderer: Renderer, camera: Camera, fine: int, progress: Progress | None, **drawing: Any
+) -> tuple[np.ndarray, np.ndarray, dict[str, Any]]:
+    """A supersampled picture, (height, width, 3) uint8, the sky's share of its pixels, and its stats."""
+    width, height = renderer.size
+    image, sky = np.empty((height, width, 3), np.uint8), np.empty((height, width), np.float32)
+    stats: dict[str, Any] = {}
+    for piece, frame in renderer.pieces(camera, renderer.size, fine=fine, **drawing):
+        share = renderer.picture.sky_share()
+        image[piece.rows, piece.cols] = frame.image[..., :3]
+        sky[piece.rows, piece.cols] = share.reshape(piece.size[1], fine, piece.size[0], fine).mean((1, 3))
+        stats = frame.stats
+        if progress:
+            progress((piece.rows.start * width + piece.cols.stop * piece.size[1]) / (width * height))
+    return image, sky, stats
+
+
+def _inset(truth: np.ndarray, sky: np.ndarray, images: Sequence[np.ndarray]) -> tuple[slice, slice]:
+    """Where the pictures differ most from the truth, with some of the skyline if there is any."""
+    height, width = (max(1, round(_INSET * side)) for side in sky.shape)
+    squares = sum((np.square(difference_of(truth, image)) for image in images), np.zeros(sky.shape))
+    off = _box_means(squares, height, width)
+    share = _box_means(sky, height, width)
+    fits = (share >= _SKY_IN_INSET[0]) & (share <= _SKY_IN_INSET[1])
+    best = np.argmax(np.where(fits, off, -1.0) if fits.any() else off)
+    row, col = int(best) // off.shape[1], int(best) % off.shape[1]
+    return slice(row, row + height), slice(col, col + width)
+
+
+def _box_means(values: np.ndarray, height: int, width: int) -> np.ndarray:
+    """Mean over every box of the picture, by its first row and column."""
+    sums = np.pad(values.astype(np.float64).cumsum(0).cumsum(1), ((1, 0), (1, 0)))
+    east, west = sums[:, width:], sums[:, :-width]
+    return (east[height:] - east[:-height] - west[height:] + west[:-height]) / (height * width)

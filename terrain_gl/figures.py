@@ -1,0 +1,262 @@
+"""Figures for print: methods side by side, and error against triangles. Drawn with matplotlib, an extra."""
+
+from __future__ import annotations
+
+import os
+from collections.abc import Mapping, Sequence
+from pathlib import Path
+from typing import Any
+
+import numpy as np
+
+from .compare import LABELS, Comparison, Entry
+from .exceptions import TerrainError
+from .image import replacing
+
+FORMATS = (".png", ".jpg", ".pdf", ".svg")
+# Okabe, Ito 2008, "Color universal design": told apart by all kinds of colour vision; and a shape each
+COLOURS = {"clipmap": "#D55E00", "tessellated": "#E69F00", "sat": "#0072B2", "ideal": "#555555"}
+_MARKERS = {"clipmap": "s", "tessellated": "^", "sat": "o"}
+# what tables say of an entry: label, key of its stats, format
+NUMBERS = (
+    ("triangles", "triangles", ",d"),
+    ("RMS screen error, px", "rms_error_px", ".3f"),
+    ("largest screen error, px", "max_error_px", ".2f"),
+    ("RMSE of the picture", "image_rmse", ".4f"),
+    ("FLIP of the picture", "flip", ".4f"),
+    ("skyline off, px", "skyline_px", ".3f"),
+    ("frame, ms", "frame_ms", ".0f"),
+)
+_WIDTH_IN, _DPI = 16.0, 150
+_HEAT = "inferno"  # perceptually uniform, from black, none
+_STYLE = {
+    "font.family": "serif",
+    "font.serif": ["STIXGeneral"],  # comes with matplotlib: the same everywhere
+    "mathtext.fontset": "stix",
+    "font.size": 13,
+    "axes.linewidth": 0.8,
+    "svg.hashsalt": "terrain-gl",
+}
+
+
+def available() -> None:
+    """Raise a `TerrainError` that says what to install where there is no matplotlib."""
+    try:
+        import matplotlib  # noqa: F401
+    except ImportError:
+        raise TerrainError("figures need matplotlib: pip install 'terrain-gl[compare]'") from None
+
+
+def figure(
+    path: str | os.PathLike[str],
+    comparison: Comparison,
+    caption: Sequence[str],
+    curves: Mapping[str, Sequence[Mapping[str, Any]]] | None = None,
+    ideal: Any = None,
+) -> None:
+    """Write the figure: a column each for the truth and every method, with the picture, the inset and the errors.
+
+    Parameters
+    ----------
+    path
+        Ends in one of `FORMATS`.
+    caption
+        Lines under the truth: the map, the view, the command.
+    curves, ideal
+        What `compare.curve` and `compare.ideal_curve` give: drawn below.
+    """
+    available()
+    import matplotlib
+    from matplotlib.figure import Figure
+
+    with matplotlib.rc_context(_STYLE), replacing(path) as beside:
+        layout = _Layout(comparison, with_curves=bool(curves))
+        sheet = Figure(figsize=(_WIDTH_IN, layout.height_in), dpi=_DPI, facecolor="white")
+        _side_by_side(sheet, layout, comparison, caption)
+        if curves:
+            _curves(sheet, layout, curves, ideal)
+            _table(sheet, layout, comparison.entries)
+        sheet.savefig(beside, **_file_options(path))
+
+
+class _Layout:
+    """Where things stand, in inches from the upper left."""
+
+    margin, gap, title, line = 0.25, 0.12, 0.62, 0.24
+
+    def __init__(self, comparison: Comparison, with_curves: bool) -> None:
+        self.columns = len(comparison.entries) + 1
+        rows, cols = comparison.truth.shape[:2]
+        self.width = (_WIDTH_IN - 2 * self.margin - (self.columns - 1) * self.gap) / self.columns
+        self.height = self.width * rows / cols
+        self.tops = [self.margin + self.title + i * (self.height + self.gap) for i in range(3)]
+        self.below = self.tops[2] + self.height + self.margin
+        self.curves_in = 5.2 if with_curves else 0.0
+        self.height_in = self.below + self.curves_in
+
+    def axes(self, sheet: Any, column: int, row: int) -> Any:
+        """Axes of one picture, without ticks."""
+        left = self.margin + column * (self.width + self.gap)
+        axes = self.at(sheet, left, self.tops[row], self.width, self.height)
+        axes.set_xticks([])
+        axes.set_yticks([])
+        return axes
+
+    def at(self, sheet: Any, left: float, top: float, width: float, height: float) -> Any:
+        """Axes in inches."""
+        tall, wide = self.height_in, _WIDTH_IN
+        return sheet.add_axes((left / wide, 1 - (top + height) / tall, width / wide, height / tall))
+
+    def write(self, sheet: Any, left: float, top: float, text: str, **style: Any) -> None:
+        """Text whose upper left corner is there; upper right with `ha="right"`."""
+        sheet.text(left / _WIDTH_IN, 1 - top / self.height_in, text, va="top", **style)
+
+    def rule(self, sheet: Any, left: float, right: float, top: float) -> None:
+        """A thin horizontal line."""
+        from matplotlib.lines import Line2D
+
+        x, y = [left / _WIDTH_IN, right / _WIDTH_IN], [1 - top / self.height_in] * 2
+        sheet.add_artist(Line2D(x, y, color="0.3", linewidth=0.8))
+
+
+def _side_by_side(sheet: Any, layout: _Layout, comparison: Comparison, caption: Sequence[str]) -> None:
+    entries = comparison.entries
+    scale_px = _heat_scale([entry.error_px for entry in entries])
+    _picture(layout.axes(sheet, 0, 0), comparison.truth, comparison.inset)
+    _zoom(layout.axes(sheet, 0, 1), comparison.truth, comparison.inset)
+    _title(sheet, layout, 0, "Ground truth", f"every post: {comparison.stats['triangles']:,} triangles")
+    for i, entry in enumerate(entries, 1):
+        _picture(layout.axes(sheet, i, 0), entry.image, comparison.inset)
+        _zoom(layout.axes(sheet, i, 1), entry.image, comparison.inset)
+        shown = _heat(layout.axes(sheet, i, 2), entry.error_px, scale_px)
+        _title(
+            sheet,
+            layout,
+            i,
+            f"{LABELS.get(entry.method, entry.method)} ({entry.stats['image_rmse']:.4f})",
+            _counts(entry),
+        )
+    _legend(sheet, layout, shown, scale_px, caption)
+
+
+def _title(sheet: Any, layout: _Layout, column: int, title: str, subtitle: str) -> None:
+    left = layout.margin + column * (layout.width + layout.gap)
+    layout.write(sheet, left, layout.margin, title, size=17, weight="bold")
+    layout.write(sheet, left, layout.margin + 0.33, subtitle, size=12, color="0.25")
+
+
+def _counts(entry: Entry) -> str:
+    stats = entry.stats
+    return (
+        f"{stats['triangles']:,} triangles, {stats['rms_error_px']:.3f} px RMS, {stats['max_error_px']:.2f} px at most"
+    )
+
+
+def _picture(axes: Any, pixels: np.ndarray, inset: tuple[slice, slice]) -> None:
+    from matplotlib.patches import Rectangle
+
+    axes.imshow(pixels, interpolation="antialiased", aspect="auto")
+    rows, cols = inset
+    corner, width, height = (cols.start - 0.5, rows.start - 0.5), cols.stop - cols.start, rows.stop - rows.start
+    axes.add_patch(Rectangle(corner, width, height, fill=False, edgecolor="black", linewidth=2.4))
+    axes.add_patch(Rectangle(corner, width, height, fill=False, edgecolor="white", linewidth=1.2))
+
+
+def _zoom(axes: Any, pixels: np.ndarray, inset: tuple[slice, slice]) -> None:
+    axes.imshow(pixels[inset], interpolation="nearest", aspect="auto")
+
+
+def _heat_scale(maps: Sequence[np.ndarray]) -> float:
+    """Pixels of the lightest colour: what one pixel in two hundred of the worst method exceeds, in round numbers."""
+    worst = max(float(np.nanpercentile(px, 99.5)) if np.isfinite(px).any() else 0.0 for px in maps)
+    if worst <= 0:
+        return 1.0
+    unit = 10.0 ** np.floor(np.log10(worst))
+    return float(next(step * unit for step in (1, 2, 3, 4, 5, 6, 8, 10) if step * unit >= worst))
+
+
+def _heat(axes: Any, error_px: np.ndarray, scale_px: float) -> Any:
+    import matplotlib
+    from matplotlib.colors import PowerNorm
+
+    colours = matplotlib.colormaps[_HEAT].with_extremes(bad="0.85")
+    by_root = PowerNorm(0.5, 0, scale_px)  # small errors are seen too
+    return axes.imshow(np.ma.masked_invalid(error_px), cmap=colours, norm=by_root, aspect="auto")
+
+
+def _legend(sheet: Any, layout: _Layout, shown: Any, scale_px: float, caption: Sequence[str]) -> None:
+    """In the first column of the last row: what the colours mean, and what the figure shows."""
+    left, top = layout.margin, layout.tops[2]
+    bar = layout.at(sheet, left, top + 0.36, layout.width - 0.15, 0.17)
+    ticks = [scale_px * share for share in (0, 0.05, 0.2, 0.5, 1)]
+    sheet.colorbar(shown, cax=bar, orientation="horizontal", extend="max", ticks=ticks, format="%.3g")
+    bar.minorticks_off()
+    bar.tick_params(labelsize=11, length=3)
+    layout.write(sheet, left, top + 0.04, "Screen error, pixels", size=13)
+    layout.write(sheet, left, top + 0.95, "\n".join(caption), size=11, linespacing=1.35, color="0.15")
+
+
+def _curves(sheet: Any, layout: _Layout, curves: Mapping[str, Sequence[Mapping[str, Any]]], ideal: Any) -> None:
+    """RMS screen error against triangles, both by powers of ten."""
+    left, top = layout.margin + 0.7, layout.below + 0.15
+    axes = layout.at(sheet, left, top, 2 * layout.width + layout.gap - 0.7, layout.curves_in - 0.95)
+    for method, points in curves.items():
+        line = {"color": COLOURS[method], "marker": _MARKERS[method], "label": LABELS[method]}
+        x, y = ([point[key] for point in points] for key in ("triangles", "rms_error_px"))
+        axes.plot(x, y, markersize=6.5, linewidth=1.8, **line)
+    if ideal is not None:
+        line = {"color": COLOURS["ideal"], "linestyle": (0, (4, 2)), "label": "Ideal restricted quadtree"}
+        axes.plot(ideal.triangles, ideal.rms_px, linewidth=1.4, **line)
+    axes.set(xscale="log", yscale="log", xlabel="triangles", ylabel="RMS screen error, pixels")
+    for axis in (axes.xaxis, axes.yaxis):
+        axis.set_major_formatter(_plain)
+        axis.set_minor_formatter(_plain_at_2_and_5)
+        axis.set_tick_params(which="both", labelsize=11)
+    axes.grid(which="both", color="0.92", linewidth=0.7)
+    axes.grid(which="major", color="0.80", linewidth=0.9)
+    axes.set_axisbelow(True)
+    axes.legend(frameon=False, loc="lower left", handlelength=2.6, labelspacing=0.35)
+    for side in ("top", "right"):
+        axes.spines[side].set_visible(False)
+
+
+def _plain(value: float, _: int) -> str:
+    return f"{value:,.0f}" if value >= 1 else f"{value:g}"
+
+
+def _plain_at_2_and_5(value: float, place: int) -> str:
+    digit = round(value / 10.0 ** np.floor(np.log10(value) + 1e-9))
+    return _plain(value, place) if digit in (2, 5) else ""
+
+
+def _table(sheet: Any, layout: _Layout, entries: Sequence[Entry]) -> None:
+    """The numbers, a column a method, beside the curves."""
+    left, top = layout.margin + 2 * (layout.width + layout.gap) + 0.35, layout.below + 0.3
+    right = _WIDTH_IN - layout.margin
+    columns = [right - (len(entries) - 1 - i) * 1.95 for i in range(len(entries))]
+    for column, entry in zip(columns, entries, strict=True):
+        name = LABELS[entry.method].replace(" ", "\n", 1)
+        layout.write(sheet, column, top, name, size=13, ha="right", weight="bold", color=COLOURS[entry.method])
+    layout.rule(sheet, left, right, top + 0.55)
+    for i, (label, key, style) in enumerate(NUMBERS):
+        y = top + 0.68 + 0.34 * i
+        layout.write(sheet, left, y, label, size=13)
+        values = [number(entry.stats, key) for entry in entries]
+        best = min((value for value in values if value is not None), default=None)
+        for column, value in zip(columns, values, strict=True):
+            weight = "bold" if value == best and key != "triangles" else "normal"
+            shown = "–" if value is None else format(value, style)
+            layout.write(sheet, column, y, shown, size=13, ha="right", weight=weight)
+    layout.rule(sheet, left, right, top + 0.68 + 0.34 * len(NUMBERS))
+
+
+def number(stats: Mapping[str, Any], key: str) -> Any:
+    """A number of `NUMBERS`, None if there is none."""
+    return stats["ms"]["frame"] if key == "frame_ms" else stats.get(key)
+
+
+def _file_options(path: str | os.PathLike[str]) -> dict[str, Any]:
+    suffix = Path(path).suffix.lower()
+    quality = {"pil_kwargs": {"quality": 92, "optimize": True}} if suffix == ".jpg" else {}
+    dates = {".pdf": {"CreationDate": None}, ".svg": {"Date": None}}  # the same input, the same bytes
+    return {"format": suffix[1:], "metadata": dates.get(suffix, {})} | quality
