@@ -11,7 +11,7 @@ from __future__ import annotations
 from collections.abc import Callable, Sequence
 from dataclasses import dataclass, replace
 from statistics import median
-from typing import Any
+from typing import Any, NamedTuple
 
 import numpy as np
 
@@ -24,13 +24,42 @@ from .renderer import NEAR, Renderer
 
 LABELS = {"clipmap": "Geometry clipmaps", "tessellated": "Tessellated clipmap", "sat": "Summed-area tables"}
 FINE = 4  # pixels drawn for one, along a side
+BUDGETS = (1 / 16, 1 / 8, 1 / 4, 1 / 2, 1, 2, 4)  # of the number of triangles asked for: the curves' points
 EQUAL = 0.02  # numbers of triangles are equal that differ by no more than this share
 FEWEST = 200  # triangles that it makes sense to ask any method for
+_NUMBERS = (  # label, key of an entry's stats, format
+    ("triangles", "triangles", ",d"),
+    ("RMS screen error, px", "rms_error_px", ".3f"),
+    ("largest screen error, px", "max_error_px", ".2f"),
+    ("RMSE of the picture", "image_rmse", ".4f"),
+    ("FLIP of the picture", "flip", ".4f"),
+    ("skyline off, px", "skyline_px", ".3f"),
+    ("frame, ms", "frame", ".0f"),
+)
 _INSET = 0.24  # of the picture's width and height
 _SKY_IN_INSET = (0.08, 0.55)
 _FRAMES = 3  # that are timed
 _BLOCK = 256  # posts a side
 Progress = Callable[[float], None]
+
+
+@dataclass
+class Truth:
+    """What the view looks like.
+
+    Attributes
+    ----------
+    image
+        (height, width, 3) uint8 sRGB.
+    sky
+        (height, width) share of each pixel that is sky.
+    stats
+        Of the drawing of every post.
+    """
+
+    image: np.ndarray
+    sky: np.ndarray
+    stats: dict[str, Any]
 
 
 @dataclass
@@ -73,6 +102,108 @@ class Comparison:
     inset: tuple[slice, slice]
 
 
+class Line(NamedTuple):
+    """A line of a table: what it says of each method, and which of them is best."""
+
+    label: str
+    cells: list[str]
+    best: list[bool]
+
+    @classmethod
+    def of(cls, label: str, values: Sequence[Any], style: str, compared: bool = True) -> Line:
+        """From numbers, the least of which is best; None where there is none."""
+        least = min((value for value in values if value is not None), default=None)
+        cells = ["–" if value is None else format(value, style) for value in values]
+        return cls(label, cells, [compared and value is not None and value == least for value in values])
+
+
+@dataclass
+class Study:
+    """All that a comparison of one view gives.
+
+    Attributes
+    ----------
+    curves, ideal
+        What `curve` and `ideal_curve` give, if they were asked for.
+    max_error_px, needed
+        The error asked for, if one was; by method, the stats with the fewest triangles that achieve it, None where
+        nothing does.
+    """
+
+    comparison: Comparison
+    curves: dict[str, list[dict[str, Any]]] | None = None
+    ideal: Any = None
+    max_error_px: float | None = None
+    needed: dict[str, dict[str, Any] | None] | None = None
+
+    def table(self) -> list[Line]:
+        """The numbers, for people."""
+        entries = self.comparison.entries
+        lines = []
+        for label, key, style in _NUMBERS:
+            values = [entry.stats["ms"]["frame"] if key == "frame" else entry.stats[key] for entry in entries]
+            lines.append(Line.of(label, values, style, compared=key != "triangles"))
+        if self.needed:
+            needed = [self.needed[entry.method] for entry in entries]
+            counts = [stats["triangles"] if stats else None for stats in needed]
+            lines.append(Line.of(f"triangles to be within {self.max_error_px:g} px", counts, ",d"))
+        return lines
+
+    def record(self) -> dict[str, Any]:
+        """The numbers, for JSON: docs/stats.md."""
+        found: dict[str, Any] = {"truth": self.comparison.stats}
+        found["methods"] = [entry.stats for entry in self.comparison.entries]
+        if self.curves:
+            found["curves"] = self.curves
+            points = zip(self.ideal.triangles, self.ideal.rms_px, strict=True)
+            found["ideal"] = [{"triangles": int(n), "rms_error_px": float(px)} for n, px in points]
+        return found | ({"max_error_px": self.max_error_px, "needed": self.needed} if self.needed else {})
+
+
+def study(
+    renderer: Renderer,
+    camera: Camera,
+    triangles: int,
+    max_error_px: float | None = None,
+    with_curves: bool = False,
+    fine: int = FINE,
+    progress: Progress | None = None,
+    **options: Any,
+) -> Study:
+    """Compare all methods in one view.
+
+    Parameters
+    ----------
+    triangles
+        For each method; with `max_error_px` as many as it takes to certify that.
+    with_curves
+        Also at other numbers of triangles, `BUDGETS` of this one.
+    fine, progress, options
+        As for `compare`.
+    """
+    certified = {"method": "sat", "max_error_px": max_error_px} | options
+    own = measured(renderer, camera, **certified) if max_error_px else None
+    triangles = max(own["triangles"], FEWEST) if own else triangles
+    details = {method: {"triangles": triangles} for method in LABELS}
+    if own:
+        details["sat"] = {"max_error_px": max_error_px}
+    comparison = compare(renderer, camera, details, fine, part(progress, 0, 2), **options)
+    found = Study(comparison, max_error_px=max_error_px)
+    if with_curves:
+        most = comparison.stats["triangles"]
+        budgets = [max(FEWEST, round(triangles * share)) for share in BUDGETS if triangles * share < most]
+        found.ideal = ideal_curve(renderer, camera, budgets, options.get("near_m"))
+        found.curves = curve(renderer, camera, tuple(LABELS), budgets, part(progress, 1, 2), **options)
+    if own and max_error_px:
+        most = comparison.stats["triangles"]
+        rivals = [method for method in LABELS if method != "sat"]
+        found.needed = {
+            method: fewest(renderer, camera, method, max_error_px, triangles, most, **options) for method in rivals
+        }
+        found.needed["sat"] = own
+    return found
+
+
 def compare(
     renderer: Renderer,
     camera: Camera,
@@ -95,15 +226,40 @@ def compare(
         Further fields of `Drawing`, the same for all.
     """
     parts = len(details) + 1
-    truth, sky, stats = _picture(renderer, camera, fine, part(progress, 0, parts), method="full", **options)
-    entries = []
-    for i, (method, detail) in enumerate(details.items()):
-        entry, own_sky = _entry(renderer, camera, fine, part(progress, i + 1, parts), method, **detail, **options)
-        off = skyline(sky, own_sky)
-        entry.stats |= {"image_rmse": rmse(truth, entry.image), "flip": flip(truth, entry.image)}
-        entry.stats |= {"skyline_px": off.mean_px, "max_skyline_px": off.max_px}
-        entries.append(entry)
-    return Comparison(truth, stats, entries, _inset(truth, sky, [entry.image for entry in entries]))
+    truth = truth_of(renderer, camera, fine, part(progress, 0, parts), **options)
+    entries = [
+        entry_of(renderer, camera, truth, method, fine, part(progress, i, parts), **detail, **options)
+        for i, (method, detail) in enumerate(details.items(), 1)
+    ]
+    return Comparison(truth.image, truth.stats, entries, _inset(truth, [entry.image for entry in entries]))
+
+
+def truth_of(
+    renderer: Renderer, camera: Camera, fine: int = FINE, progress: Progress | None = None, **options: Any
+) -> Truth:
+    """Draw every post, and each pixel as fine × fine."""
+    return Truth(*_picture(renderer, camera, fine, progress, method="full", **options))
+
+
+def entry_of(
+    renderer: Renderer,
+    camera: Camera,
+    truth: Truth,
+    method: str,
+    fine: int = FINE,
+    progress: Progress | None = None,
+    **drawing: Any,
+) -> Entry:
+    """Draw and measure one method; `drawing` are fields of `Drawing`."""
+    times = [renderer.render(camera, method=method, **drawing).stats["ms"] for _ in range(_FRAMES)]
+    stats = dict(renderer.measure())
+    stats["ms"] = {stage: median(ms[stage] for ms in times) for stage in times[0]}
+    error_px = renderer.error_map()
+    image, sky, _ = _picture(renderer, camera, fine, progress, method=method, **drawing)
+    off = skyline(truth.sky, sky)
+    stats |= {"image_rmse": rmse(truth.image, image), "flip": flip(truth.image, image)}
+    stats |= {"skyline_px": off.mean_px, "max_skyline_px": off.max_px}
+    return Entry(method, stats, image, error_px)
 
 
 def measured(renderer: Renderer, camera: Camera, **drawing: Any) -> dict[str, Any]:
@@ -196,17 +352,6 @@ def part(progress: Progress | None, i: int, parts: int) -> Progress | None:
     return (lambda done: progress((i + done) / parts)) if progress else None
 
 
-def _entry(
-    renderer: Renderer, camera: Camera, fine: int, progress: Progress | None, method: str, **drawing: Any
-) -> tuple[Entry, np.ndarray]:
-    frames = [renderer.render(camera, method=method, **drawing).stats["ms"] for _ in range(_FRAMES)]
-    stats = dict(renderer.measure())
-    stats["ms"] = {stage: median(ms[stage] for ms in frames) for stage in frames[0]}
-    error_px = renderer.error_map()
-    image, sky, _ = _picture(renderer, camera, fine, progress, method=method, **drawing)
-    return Entry(method, stats, image, error_px), sky
-
-
 def _picture(
     renderer: Renderer, camera: Camera, fine: int, progress: Progress | None, **drawing: Any
 ) -> tuple[np.ndarray, np.ndarray, dict[str, Any]]:
@@ -224,12 +369,12 @@ def _picture(
     return image, sky, stats
 
 
-def _inset(truth: np.ndarray, sky: np.ndarray, images: Sequence[np.ndarray]) -> tuple[slice, slice]:
+def _inset(truth: Truth, images: Sequence[np.ndarray]) -> tuple[slice, slice]:
     """Where the pictures differ most from the truth, with some of the skyline if there is any."""
-    height, width = (max(1, round(_INSET * side)) for side in sky.shape)
-    squares = sum((np.square(difference_of(truth, image)) for image in images), np.zeros(sky.shape))
+    height, width = (max(1, round(_INSET * side)) for side in truth.sky.shape)
+    squares = sum((np.square(difference_of(truth.image, image)) for image in images), np.zeros(truth.sky.shape))
     off = _box_means(squares, height, width)
-    share = _box_means(sky, height, width)
+    share = _box_means(truth.sky, height, width)
     fits = (share >= _SKY_IN_INSET[0]) & (share <= _SKY_IN_INSET[1])
     best = np.argmax(np.where(fits, off, -1.0) if fits.any() else off)
     row, col = int(best) // off.shape[1], int(best) % off.shape[1]

@@ -9,7 +9,7 @@ from typing import Any
 
 import numpy as np
 
-from .compare import LABELS, Comparison, Entry
+from .compare import LABELS, Comparison, Entry, Study
 from .exceptions import TerrainError
 from .image import replacing
 
@@ -17,19 +17,9 @@ FORMATS = (".png", ".jpg", ".pdf", ".svg")
 # Okabe, Ito 2008, "Color universal design": told apart by all kinds of colour vision; and a shape each
 COLOURS = {"clipmap": "#D55E00", "tessellated": "#E69F00", "sat": "#0072B2", "ideal": "#555555"}
 _MARKERS = {"clipmap": "s", "tessellated": "^", "sat": "o"}
-# what tables say of an entry: label, key of its stats, format
-NUMBERS = (
-    ("triangles", "triangles", ",d"),
-    ("RMS screen error, px", "rms_error_px", ".3f"),
-    ("largest screen error, px", "max_error_px", ".2f"),
-    ("RMSE of the picture", "image_rmse", ".4f"),
-    ("FLIP of the picture", "flip", ".4f"),
-    ("skyline off, px", "skyline_px", ".3f"),
-    ("frame, ms", "frame_ms", ".0f"),
-)
 _WIDTH_IN, _DPI = 16.0, 150
 _HEAT = "inferno"  # perceptually uniform, from black, none
-_STYLE = {
+_STYLE: Any = {
     "font.family": "serif",
     "font.serif": ["STIXGeneral"],  # comes with matplotlib: the same everywhere
     "mathtext.fontset": "stix",
@@ -49,10 +39,8 @@ def available() -> None:
 
 def figure(
     path: str | os.PathLike[str],
-    comparison: Comparison,
+    found: Study,
     caption: Sequence[str],
-    curves: Mapping[str, Sequence[Mapping[str, Any]]] | None = None,
-    ideal: Any = None,
 ) -> None:
     """Write the figure: a column each for the truth and every method, with the picture, the inset and the errors.
 
@@ -62,35 +50,35 @@ def figure(
         Ends in one of `FORMATS`.
     caption
         Lines under the truth: the map, the view, the command.
-    curves, ideal
-        What `compare.curve` and `compare.ideal_curve` give: drawn below.
+    found
+        Curves, where there are any, are drawn below, with a table.
     """
     available()
     import matplotlib
     from matplotlib.figure import Figure
 
     with matplotlib.rc_context(_STYLE), replacing(path) as beside:
-        layout = _Layout(comparison, with_curves=bool(curves))
+        layout = _Layout(found.comparison, bool(found.curves), len(caption))
         sheet = Figure(figsize=(_WIDTH_IN, layout.height_in), dpi=_DPI, facecolor="white")
-        _side_by_side(sheet, layout, comparison, caption)
-        if curves:
-            _curves(sheet, layout, curves, ideal)
-            _table(sheet, layout, comparison.entries)
+        _side_by_side(sheet, layout, found.comparison, caption)
+        if found.curves:
+            _curves(sheet, layout, found.curves, found.ideal)
+            _table(sheet, layout, found)
         sheet.savefig(beside, **_file_options(path))
 
 
 class _Layout:
     """Where things stand, in inches from the upper left."""
 
-    margin, gap, title, line = 0.25, 0.12, 0.62, 0.24
+    margin, gap, title = 0.25, 0.12, 0.62
 
-    def __init__(self, comparison: Comparison, with_curves: bool) -> None:
+    def __init__(self, comparison: Comparison, with_curves: bool, lines: int) -> None:
         self.columns = len(comparison.entries) + 1
         rows, cols = comparison.truth.shape[:2]
         self.width = (_WIDTH_IN - 2 * self.margin - (self.columns - 1) * self.gap) / self.columns
         self.height = self.width * rows / cols
         self.tops = [self.margin + self.title + i * (self.height + self.gap) for i in range(3)]
-        self.below = self.tops[2] + self.height + self.margin
+        self.below = self.tops[2] + max(self.height, 0.95 + 0.21 * lines) + self.margin
         self.curves_in = 5.2 if with_curves else 0.0
         self.height_in = self.below + self.curves_in
 
@@ -205,8 +193,8 @@ def _curves(sheet: Any, layout: _Layout, curves: Mapping[str, Sequence[Mapping[s
         x, y = ([point[key] for point in points] for key in ("triangles", "rms_error_px"))
         axes.plot(x, y, markersize=6.5, linewidth=1.8, **line)
     if ideal is not None:
-        line = {"color": COLOURS["ideal"], "linestyle": (0, (4, 2)), "label": "Ideal restricted quadtree"}
-        axes.plot(ideal.triangles, ideal.rms_px, linewidth=1.4, **line)
+        dashed: Any = {"color": COLOURS["ideal"], "linestyle": (0, (4, 2)), "label": "Ideal restricted quadtree"}
+        axes.plot(ideal.triangles, ideal.rms_px, linewidth=1.4, **dashed)
     axes.set(xscale="log", yscale="log", xlabel="triangles", ylabel="RMS screen error, pixels")
     for axis in (axes.xaxis, axes.yaxis):
         axis.set_major_formatter(_plain)
@@ -229,30 +217,23 @@ def _plain_at_2_and_5(value: float, place: int) -> str:
     return _plain(value, place) if digit in (2, 5) else ""
 
 
-def _table(sheet: Any, layout: _Layout, entries: Sequence[Entry]) -> None:
-    """The numbers, a column a method, beside the curves."""
+def _table(sheet: Any, layout: _Layout, found: Study) -> None:
+    """The numbers, a column a method, beside the curves; the best of a line in bold."""
+    methods = [entry.method for entry in found.comparison.entries]
     left, top = layout.margin + 2 * (layout.width + layout.gap) + 0.35, layout.below + 0.3
     right = _WIDTH_IN - layout.margin
-    columns = [right - (len(entries) - 1 - i) * 1.95 for i in range(len(entries))]
-    for column, entry in zip(columns, entries, strict=True):
-        name = LABELS[entry.method].replace(" ", "\n", 1)
-        layout.write(sheet, column, top, name, size=13, ha="right", weight="bold", color=COLOURS[entry.method])
+    columns = [right - (len(methods) - 1 - i) * 1.95 for i in range(len(methods))]
+    for column, method in zip(columns, methods, strict=True):
+        name = LABELS[method].replace(" ", "\n", 1)
+        layout.write(sheet, column, top, name, size=13, ha="right", weight="bold", color=COLOURS[method])
     layout.rule(sheet, left, right, top + 0.55)
-    for i, (label, key, style) in enumerate(NUMBERS):
+    lines = found.table()
+    for i, line in enumerate(lines):
         y = top + 0.68 + 0.34 * i
-        layout.write(sheet, left, y, label, size=13)
-        values = [number(entry.stats, key) for entry in entries]
-        best = min((value for value in values if value is not None), default=None)
-        for column, value in zip(columns, values, strict=True):
-            weight = "bold" if value == best and key != "triangles" else "normal"
-            shown = "–" if value is None else format(value, style)
-            layout.write(sheet, column, y, shown, size=13, ha="right", weight=weight)
-    layout.rule(sheet, left, right, top + 0.68 + 0.34 * len(NUMBERS))
-
-
-def number(stats: Mapping[str, Any], key: str) -> Any:
-    """A number of `NUMBERS`, None if there is none."""
-    return stats["ms"]["frame"] if key == "frame_ms" else stats.get(key)
+        layout.write(sheet, left, y, line.label, size=13)
+        for column, cell, best in zip(columns, line.cells, line.best, strict=True):
+            layout.write(sheet, column, y, cell, size=13, ha="right", weight="bold" if best else "normal")
+    layout.rule(sheet, left, right, top + 0.68 + 0.34 * len(lines))
 
 
 def _file_options(path: str | os.PathLike[str]) -> dict[str, Any]:

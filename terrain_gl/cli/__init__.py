@@ -8,21 +8,24 @@ from __future__ import annotations
 import argparse
 import os
 import re
+import shlex
 import sys
 from collections.abc import Sequence
 from typing import NoReturn
 
 from .. import __version__
 from ..exceptions import TerrainError, UsageError
-from . import bench, fly, generate, info, measure, mesh, shot, view
+from . import bench, compare, fly, generate, info, measure, mesh, shot, view
 
-COMMANDS = (info, generate, shot, view, measure, mesh, fly, bench)
+COMMANDS = (info, generate, shot, view, measure, mesh, compare, fly, bench)
 
 
 def main(argv: Sequence[str] | None = None) -> int:
     """Run one command; returns the exit status."""
     try:
-        args = parser().parse_args(join_negative(sys.argv[1:] if argv is None else argv))
+        words = join_negative(sys.argv[1:] if argv is None else argv)
+        args = parser().parse_args(words)
+        args.command_line = shlex.join(["terrain-gl", *words])
         status = args.run(args)
         sys.stdout.flush()
         return status

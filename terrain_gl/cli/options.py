@@ -60,6 +60,13 @@ def add_map_options(command: Any) -> None:
 
 def add_view(command: Any, moving: bool = False) -> None:
     """Where the picture is seen from, unless the camera is `moving`; how fine it is drawn, and how it looks."""
+    add_camera(command, moving)
+    add_detail(command)
+    add_look(command)
+
+
+def add_camera(command: Any, moving: bool = False) -> None:
+    """Where the picture is seen from, and its size."""
     group = command.add_argument_group("camera")
     if moving:
         command.set_defaults(view=None, eye=None, target=None, up=None)
@@ -70,6 +77,10 @@ def add_view(command: Any, moving: bool = False) -> None:
         group.add_argument("--up", type=point, metavar="X,Y,Z", help="what is up in the picture (default: 0,0,1)")
     group.add_argument("--fov", type=number, metavar="DEG", help="vertical field of view")
     group.add_argument("--size", type=size, metavar="WxH", default=(1280, 720), help="pixels (default: 1280x720)")
+
+
+def add_detail(command: Any) -> None:
+    """How fine the picture is drawn, and by which method."""
     group = command.add_argument_group("detail")
     group.add_argument("--method", choices=METHODS, default="sat", help="sat, or full: every post")
     asked = group.add_mutually_exclusive_group()
@@ -78,6 +89,10 @@ def add_view(command: Any, moving: bool = False) -> None:
     )
     asked.add_argument("--triangles", type=count, metavar="N", help="at most N, where they take away most error")
     group.add_argument("--metric", choices=METRICS, default="max", help="largest error, or root mean square")
+
+
+def add_look(command: Any) -> None:
+    """How the picture looks."""
     group = command.add_argument_group("picture")
     group.add_argument("--style", choices=STYLES, default="shaded", help="what is drawn")
     group.add_argument("--sun", type=sun, metavar="AZ,EL", help="degrees clockwise from north, and above the horizon")
@@ -86,6 +101,11 @@ def add_view(command: Any, moving: bool = False) -> None:
 def add_drawing(command: Any, moving: bool = False) -> None:
     """Everything that commands without a window share; a `moving` camera is the command's own matter."""
     add_view(command, moving)
+    add_technical(command)
+
+
+def add_technical(command: Any) -> None:
+    """The near plane, the driver, the numbers."""
     command.add_argument("--near", type=positive, metavar="M", dest="near_m", help="near plane (default: 0.1 spacings)")
     command.add_argument(
         "--backend",

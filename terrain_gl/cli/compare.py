@@ -1,0 +1,111 @@
+"""`terrain-gl compare`: every method side by side, as in Fig. D.1 of the supplement of Li et al. 2021."""
+
+from __future__ import annotations
+
+import argparse
+import os
+import textwrap
+from typing import Any
+
+from .. import figures
+from ..compare import FINE, LABELS, Study, study
+from ..exceptions import UsageError
+from . import options, report
+
+TRIANGLES = 100_000
+_CAPTION = 52  # characters in a line
+
+
+def add(commands: Any) -> None:
+    """Add the command."""
+    command = options.add_command(
+        commands,
+        "compare",
+        run,
+        help="the methods side by side, at equal triangles, next to the truth",
+        description="Draw one view by every method with the same number of triangles, next to the truth: every post,\n"
+        "supersampled. With a closer look where they differ most, and the screen error of each place.\n"
+        "With --max-error, as many triangles as it takes to certify that, and how many the others need to\n"
+        "achieve it.",
+        example="compare canyon --view ridge --triangles 50000 --curve -o compare.png",
+    )
+    options.add_map(command)
+    options.add_output(command, f"figure, {', '.join(figures.FORMATS)}")
+    options.add_camera(command)
+    group = command.add_argument_group("detail")
+    asked = group.add_mutually_exclusive_group()
+    asked.add_argument("--triangles", type=options.count, metavar="N", help=f"for each method (default: {TRIANGLES})")
+    asked.add_argument("--max-error", type=options.positive, metavar="PX", help="certified, instead of a number")
+    group.add_argument("--curve", action="store_true", help="also the error at other numbers of triangles, and a table")
+    group.add_argument(
+        "--supersample",
+        type=options.count,
+        metavar="K",
+        default=FINE,
+        help=f"pixels are drawn as K x K (default: {FINE})",
+    )
+    options.add_look(command)
+    options.add_technical(command)
+
+
+def run(args: argparse.Namespace) -> int:
+    """Draw, measure, write, tell."""
+    figures.available()
+    if os.path.splitext(args.output)[1].lower() not in figures.FORMATS:
+        raise UsageError(
+            f"{report.shown(args.output)}: a figure's name must end in one of {', '.join(figures.FORMATS)}"
+        )
+    scene = options.open_scene(args)
+    with options.make_renderer(args, scene) as renderer, report.progress_bar("comparing") as progress:
+        asked = args.triangles or TRIANGLES, args.max_error, args.curve, args.supersample
+        found = study(renderer, scene.camera, *asked, progress, **look(args, scene))
+    with report.json_output(args.json, about(args, scene) | found.record()):
+        figures.figure(args.output, found, caption(args, scene))
+    report.say(args.json, f"{report.shown(args.output)}\n{text(found)}")
+    return 0
+
+
+def look(args: argparse.Namespace, scene: options.Scene) -> dict[str, Any]:
+    """What all methods share, by the names of `Drawing`."""
+    own = ("method", "triangles", "max_error_px", "metric")
+    return {key: value for key, value in options.view_of(args, scene).items() if key not in (*own, "camera")}
+
+
+def about(args: argparse.Namespace, scene: options.Scene) -> dict[str, Any]:
+    """What is compared, for JSON."""
+    camera = scene.camera
+    view = {"eye": list(camera.eye), "target": list(camera.target), "fov_deg": camera.fov_deg}
+    return {"map": scene.heightmap.name, "command": args.command_line, "supersample": args.supersample, "view": view}
+
+
+def caption(args: argparse.Namespace, scene: options.Scene) -> list[str]:
+    """What the figure says of itself: map, view, what the numbers are, the command."""
+    heightmap, camera = scene.heightmap, scene.camera
+    place = [",".join(f"{metres:.0f}" for metres in point) for point in (camera.eye, camera.target)]
+    lines = [
+        f"{os.path.basename(report.shown(heightmap.name))}: {heightmap.cols} × {heightmap.rows} posts",
+        f"eye {place[0]} m, target {place[1]} m",
+        f"{camera.fov_deg:g}°, {args.size[0]} × {args.size[1]} pixels",
+        "in brackets: RMSE of the picture, black 0 to white 1",
+        "",
+    ]
+    return lines + textwrap.wrap(report.shown(args.command_line), _CAPTION, subsequent_indent="   ")
+
+
+def text(found: Study) -> str:
+    """The numbers for people: a column a method."""
+    rows = [["", *(LABELS[entry.method] for entry in found.comparison.entries)]]
+    rows += [[line.label, *line.cells] for line in found.table()]
+    return report.table(rows) + curves_text(found)
+
+
+def curves_text(found: Study) -> str:
+    """RMS error by number of triangles, if it was asked for."""
+    if not found.curves:
+        return ""
+    rows = [["RMS px at triangles", *(LABELS[method] for method in found.curves), "Ideal quadtree"]]
+    for i, ideal_px in enumerate(found.ideal.rms_px):
+        points = [points[i] for points in found.curves.values()]
+        cells = [f"{point['rms_error_px']:.3f} ({point['triangles']:,})" for point in points]
+        rows += [[f"{found.ideal.triangles[i]:,}", *cells, f"{ideal_px:.3f}"]]
+    return "\n\n" + report.table(rows)
