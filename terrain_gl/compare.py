@@ -17,12 +17,14 @@ import numpy as np
 
 from . import reference
 from .camera import Camera, screen_shift_px
+from .drawing import METHODS
 from .heightmap import Heightmap
 from .likeness import difference_of, flip, rmse, skyline
 from .measure import posts_of
 from .renderer import NEAR, Renderer
 
 LABELS = {"clipmap": "Geometry clipmaps", "tessellated": "Tessellated clipmap", "sat": "Summed-area tables"}
+COMPARED = tuple(method for method in LABELS if method in METHODS)
 FINE = 4  # pixels drawn for one, along a side
 BUDGETS = (1 / 16, 1 / 8, 1 / 4, 1 / 2, 1, 2, 4)  # of the number of triangles asked for: the curves' points
 EQUAL = 0.02  # numbers of triangles are equal that differ by no more than this share
@@ -184,7 +186,7 @@ def study(
     certified = {"method": "sat", "max_error_px": max_error_px} | options
     own = measured(renderer, camera, **certified) if max_error_px else None
     triangles = max(own["triangles"], FEWEST) if own else triangles
-    details = {method: {"triangles": triangles} for method in LABELS}
+    details = {method: {"triangles": triangles} for method in COMPARED}
     if own:
         details["sat"] = {"max_error_px": max_error_px}
     comparison = compare(renderer, camera, details, fine, part(progress, 0, 2), **options)
@@ -193,10 +195,10 @@ def study(
         most = comparison.stats["triangles"]
         budgets = [max(FEWEST, round(triangles * share)) for share in BUDGETS if triangles * share < most]
         found.ideal = ideal_curve(renderer, camera, budgets, options.get("near_m"))
-        found.curves = curve(renderer, camera, tuple(LABELS), budgets, part(progress, 1, 2), **options)
+        found.curves = curve(renderer, camera, COMPARED, budgets, part(progress, 1, 2), **options)
     if own and max_error_px:
         most = comparison.stats["triangles"]
-        rivals = [method for method in LABELS if method != "sat"]
+        rivals = [method for method in COMPARED if method != "sat"]
         found.needed = {
             method: fewest(renderer, camera, method, max_error_px, triangles, most, **options) for method in rivals
         }
@@ -316,7 +318,7 @@ def fewest(
         stats = measured(renderer, camera, method=method, triangles=round(triangles), **options)
         return dict(stats) if stats["max_error_px"] <= max_error_px else None
 
-    low, high = float(start) / 2, float(start)
+    low, high = float(FEWEST), float(start)
     while (best := holds(high)) is None:
         if high >= most:
             return None

@@ -238,6 +238,9 @@ def _table(sheet: Any, layout: _Layout, found: Study) -> None:
 
 def _file_options(path: str | os.PathLike[str]) -> dict[str, Any]:
     suffix = Path(path).suffix.lower()
-    quality = {"pil_kwargs": {"quality": 92, "optimize": True}} if suffix == ".jpg" else {}
-    dates = {".pdf": {"CreationDate": None}, ".svg": {"Date": None}}  # the same input, the same bytes
-    return {"format": suffix[1:], "metadata": dates.get(suffix, {})} | quality
+    options: dict[str, dict[str, Any]] = {  # without dates: the same input, the same bytes
+        ".jpg": {"pil_kwargs": {"quality": 92, "optimize": True}},
+        ".pdf": {"metadata": {"CreationDate": None}},
+        ".svg": {"metadata": {"Date": None}},
+    }
+    return {"format": suffix[1:]} | options.get(suffix, {})

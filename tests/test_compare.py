@@ -1,0 +1,212 @@
+"""Comparisons: equal triangles, the truth at distance 0 of itself, curves, what it takes to be within a pixel."""
+
+import json
+import sys
+
+import numpy as np
+import pytest
+from maps import rough
+
+import terrain_gl as tg
+from terrain_gl import compare as comparing
+from terrain_gl import reference
+from terrain_gl.cli import main
+from terrain_gl.compare import COMPARED, EQUAL, Truth, curve, entry_of, fewest, ideal_curve, study, truth_of
+from terrain_gl.image import read_image
+from terrain_gl.views import standard_view
+
+SIZE = (160, 90)
+TRIANGLES = 1500
+
+
+def cliffs(n=128):
+    y, x = np.mgrid[:n, :n]
+    steps = np.floor((rough(n, n, 3, 60.0) + 0.1 * x) / 12.0) * 12.0
+    return tg.Heightmap((steps + rough(n, n, 9, 4.0)).astype("f4"), 10.0, "cliffs")
+
+
+@pytest.fixture(scope="module")
+def heightmap():
+    return cliffs()
+
+
+@pytest.fixture
+def renderer(ctx, heightmap):
+    made = tg.Renderer(heightmap, SIZE, ctx=ctx)
+    yield made
+    made.release()
+
+
+@pytest.fixture
+def camera(heightmap):
+    return standard_view(heightmap, "ridge")
+
+
+def test_the_dense_mesh_is_the_truth(renderer, camera):
+    truth = truth_of(renderer, camera, fine=2)
+    entry = entry_of(renderer, camera, truth, "full", fine=2)
+    assert entry.stats["image_rmse"] == 0 and entry.stats["flip"] in (0.0, None)
+    assert (entry.stats["skyline_px"], entry.stats["max_skyline_px"]) == (0, 0)
+    assert np.nanmax(entry.error_px) == 0
+    assert entry.stats["triangles"] == truth.stats["triangles"]
+    assert 0.05 < truth.sky.mean() < 0.95
+
+
+def test_finer_meshes_are_nearer_to_the_truth(renderer, camera):
+    truth = truth_of(renderer, camera, fine=2)
+    entries = [entry_of(renderer, camera, truth, "sat", 2, triangles=n) for n in (300, 1500, 7500)]
+    for key in ("rms_error_px", "image_rmse", "flip", "skyline_px"):
+        values = [entry.stats[key] for entry in entries]
+        assert values == sorted(values, reverse=True) and values[-1] < 0.7 * values[0], key
+
+
+def test_study_draws_all_methods_with_as_many_triangles(renderer, camera):
+    done = []
+    found = study(renderer, camera, TRIANGLES, with_curves=True, fine=2, progress=done.append)
+    assert [entry.method for entry in found.comparison.entries] == list(COMPARED)
+    for entry in found.comparison.entries:
+        assert abs(entry.stats["triangles"] / TRIANGLES - 1) <= EQUAL, entry.method
+        assert entry.image.shape == (90, 160, 3) and entry.error_px.shape == (90, 160)
+        assert np.nanmax(entry.error_px) <= entry.stats["max_error_px"] * (1 + 1e-6)
+    assert done == sorted(done) and done[-1] == 1.0
+    record = json.loads(json.dumps(found.record()))
+    assert [stats["method"] for stats in record["methods"]] == list(COMPARED)
+    assert len(record["ideal"]) == len(record["curves"]["sat"]) >= 6
+    for label, cells, best in found.table():
+        assert len(cells) == len(best) == len(COMPARED) and label
+
+
+def test_study_of_a_certified_error_says_what_the_others_need(renderer, camera):
+    found = study(renderer, camera, TRIANGLES, max_error_px=2.0, fine=1)
+    own = found.needed["sat"]
+    assert own["max_error_px"] <= own["certified_max_error_px"] <= 2.0
+    assert found.comparison.entries[-1].stats["triangles"] == own["triangles"]
+    for method, stats in found.needed.items():
+        assert stats is None or stats["max_error_px"] <= 2.0, method
+    assert found.table()[-1].label == "triangles to be within 2 px"
+
+
+def test_fewest_finds_the_threshold(renderer, camera, monkeypatch):
+    asked = []
+
+    def measured(renderer, camera, method, triangles):
+        asked.append(triangles)
+        return {"triangles": triangles, "max_error_px": 3000.0 / triangles}
+
+    monkeypatch.setattr(comparing, "measured", measured)
+    assert 3000 <= fewest(renderer, camera, "sat", 1.0, 500, 100_000)["triangles"] <= 3000 * 1.02
+    assert 3000 <= fewest(renderer, camera, "sat", 1.0, 40_000, 100_000)["triangles"] <= 3000 * 1.02
+    assert fewest(renderer, camera, "sat", 1.0, 500, 2_500) is None
+    assert max(asked) <= 80_000
+
+
+def test_curves_fall(renderer, camera):
+    points = curve(renderer, camera, ["sat"], [300, 1500, 7500])["sat"]
+    errors = [point["rms_error_px"] for point in points]
+    assert errors == sorted(errors, reverse=True)
+    assert [point["triangles"] for point in points] == pytest.approx([300, 1500, 7500], rel=0.03)
+
+
+def test_ideal_curve_is_that_of_the_whole_map(ctx):
+    heights = rough(300, 600, 5)
+    heights[200:230, 400:420] = np.nan
+    heightmap = tg.Heightmap(heights, (10.0, 12.0))
+    camera = tg.Camera((4000, 600, 250), (5200, 1300, 0), 40.0)
+    r = tg.Renderer(heightmap, SIZE, ctx=ctx)
+    rows, cols = comparing._seen_part(heightmap, camera, SIZE, 1.0)
+    assert (rows, cols) != (slice(0, 300), slice(0, 600)), "the test is of a part of the map"
+    filled = r.terrain.filled.astype(np.float64)
+    budgets = [500, 4000]
+    whole = reference.ideal_allocation(filled, (10.0, 12.0), camera, SIZE, 1.0, budgets, np.isnan(heights))[0]
+    part = ideal_curve(r, camera, budgets)
+    r.release()
+    assert part.triangles == pytest.approx(whole.triangles, rel=0.01)
+    assert part.rms_px == pytest.approx(whole.rms_px, rel=0.01)
+
+
+def test_inset_is_where_pictures_differ_and_the_sky_begins():
+    truth = np.zeros((100, 200, 3), np.uint8)
+    sky = np.zeros((100, 200))
+    sky[:40] = 1
+    picture = truth.copy()
+    picture[80:90, 20:60] = 200  # more, but far from the skyline
+    picture[42:48, 150:170] = 200
+    rows, cols = comparing._inset(Truth(truth, sky, {}), [picture])
+    assert (rows.stop - rows.start, cols.stop - cols.start) == (24, 48)
+    assert rows.start < 40 and rows.stop >= 48 and cols.start <= 150 and cols.stop >= 170
+    rows, cols = comparing._inset(Truth(truth, np.zeros((100, 200)), {}), [picture])
+    assert rows.start <= 80 and rows.stop >= 90 and cols.start <= 20 and cols.stop >= 60
+
+
+# --- the command ------------------------------------------------------------------------------------------------------
+
+
+@pytest.fixture
+def command(tmp_path, heightmap):
+    np.save(tmp_path / "cliffs.npy", heightmap.heights)
+    size = ["--size", "160x90", "--supersample", "1", "--spacing", "10", "--view", "ridge"]
+    return ["compare", str(tmp_path / "cliffs.npy"), "-o", str(tmp_path / "figure.png"), *size]
+
+
+def test_command_writes_a_figure_a_table_and_numbers(tmp_path, command, capsys):
+    pytest.importorskip("matplotlib", reason="matplotlib, of the extra [compare], is not installed")
+    assert main([*command, "--triangles", "1500", "--curve", "--json", str(tmp_path / "numbers.json")]) == 0
+    out = capsys.readouterr().out
+    assert "RMS screen error, px" in out and "Ideal quadtree" in out
+    numbers = json.loads((tmp_path / "numbers.json").read_text())
+    assert numbers["command"].startswith("terrain-gl compare") and numbers["view"]["fov_deg"] == 45
+    assert {stats["method"] for stats in numbers["methods"]} == set(COMPARED)
+    for stats in numbers["methods"]:
+        assert {"triangles", "max_error_px", "rms_error_px", "image_rmse", "flip", "skyline_px", "ms"} <= set(stats)
+    pixels = read_image(tmp_path / "figure.png")
+    assert pixels.shape[1] == 2400 and pixels[..., :3].std() > 30
+    assert sorted(path.name for path in tmp_path.iterdir()) == ["cliffs.npy", "figure.png", "numbers.json"]
+
+
+@pytest.mark.parametrize("suffix", [".jpg", ".pdf", ".svg"])
+def test_figures_in_other_formats(tmp_path, command, suffix):
+    pytest.importorskip("matplotlib", reason="matplotlib, of the extra [compare], is not installed")
+    path = tmp_path / f"figure{suffix}"
+    command[3] = str(path)
+    assert main([*command, "--max-error", "4"]) == 0
+    head = {".jpg": b"\xff\xd8\xff", ".pdf": b"%PDF", ".svg": b"<?xml"}[suffix]
+    assert path.read_bytes().startswith(head)
+
+
+def test_without_matplotlib_one_line_says_what_to_install(command, monkeypatch, capsys):
+    monkeypatch.setitem(sys.modules, "matplotlib", None)
+    assert main(command) == 1
+    error = capsys.readouterr().err
+    assert error.count("\n") == 1 and "pip install 'terrain-gl[compare]'" in error
+
+
+@pytest.mark.parametrize(
+    "words, status, message",
+    [
+        (["-o", "nowhere/figure.png"], 1, "no folder"),
+        (["-o", "figure.bmp"], 2, "must end in one of .png"),
+        (["--triangles", "0"], 2, "above 0"),
+        (["--triangles", "100", "--max-error", "1"], 2, "not allowed with"),
+        (["--supersample", "0"], 2, "above 0"),
+    ],
+)
+def test_wrong_use_is_one_line_and_leaves_nothing(tmp_path, command, capsys, monkeypatch, words, status, message):
+    monkeypatch.chdir(tmp_path)
+    assert main([*command, *words]) == status
+    error = capsys.readouterr().err
+    assert error.count("\n") == 1 and message in error
+    assert sorted(path.name for path in tmp_path.iterdir()) == ["cliffs.npy"]
+
+
+def test_a_figure_that_fails_leaves_nothing(tmp_path, command, monkeypatch, capsys):
+    pytest.importorskip("matplotlib", reason="matplotlib, of the extra [compare], is not installed")
+    from matplotlib.figure import Figure
+
+    def full_disk(self, path, **options):
+        path.write_bytes(b"half")
+        raise OSError(28, "No space left on device", str(path))
+
+    monkeypatch.setattr(Figure, "savefig", full_disk)
+    assert main([*command, "--json", str(tmp_path / "numbers.json")]) == 1
+    assert "No space left" in capsys.readouterr().err
+    assert sorted(path.name for path in tmp_path.iterdir()) == ["cliffs.npy"]
