@@ -66,6 +66,7 @@ def strokes(renderer: Renderer, count: int = 20, radius_posts: int = 64) -> dict
     rebuild_ms = median(_repeat(lambda: _ms(partial(_rebuild, renderer), finish), 3))
     while sculptor.undo():
         pass
+    sculptor.end()
     ms = {"median": median(times[:-1]), "most": max(times[:-1]), "middle": times[-1]}
     ratio = {name: value / rebuild_ms for name, value in ms.items()}
     return {"radius_posts": radius_posts, "count": count, "ms": ms | {"rebuild": rebuild_ms}, "ratio": ratio}

@@ -6,6 +6,7 @@ footprint; `Sculptor` gives the outcome to whatever has a `heightmap` and an `ed
     sculptor = Sculptor(renderer)
     sculptor.begin()                                             # the button goes down
     sculptor.dab(Brush("raise", radius_m=500, strength=20), x, y)  # as often as the pointer moves
+    sculptor.end()                                               # the button goes up: the light follows
     sculptor.undo()                                              # the whole stroke
 """
 
@@ -167,8 +168,11 @@ class Editable(Protocol):
     def heightmap(self) -> Heightmap:
         """The map as it is now."""
 
-    def edit(self, rows: slice, cols: slice, heights: Any) -> None:
-        """Give a rectangle of posts new heights."""
+    def edit(self, rows: slice, cols: slice, heights: Any, settle: bool = True) -> None:
+        """Give a rectangle of posts new heights; without `settle` the light may lag behind."""
+
+    def settle(self) -> None:
+        """Have the light follow."""
 
 
 @dataclass
@@ -222,6 +226,10 @@ class Sculptor:
         if not self._done or self._done[-1]:
             self._done.append([])
 
+    def end(self) -> None:
+        """The stroke is done: have the light follow. It lags behind while one sculpts, undoes or redoes."""
+        self.surface.settle()
+
     def dab(self, brush: Brush, x_m: float, y_m: float) -> Patch | None:
         """Use a brush at a place in world metres; returns what was changed, if any."""
         patch = dab(self.surface.heightmap, brush, x_m, y_m)
@@ -234,7 +242,7 @@ class Sculptor:
         if not self._done:
             self.begin()
         before = self.surface.heightmap.heights[rows, cols].copy()
-        self.surface.edit(rows, cols, heights)
+        self.surface.edit(rows, cols, heights, settle=False)
         self._undone.clear()
         self._remember(_Change(rows, cols, before, self.surface.heightmap.heights[rows, cols].copy()))
         while self.bytes > self.most_bytes and len(self._done) > 1:
@@ -255,7 +263,7 @@ class Sculptor:
             return False
         stroke = source.pop()
         for change in reversed(stroke):  # of what lies on another the upper is taken off first
-            self.surface.edit(change.rows, change.cols, getattr(change, side))
+            self.surface.edit(change.rows, change.cols, getattr(change, side), settle=False)
         target.append(stroke[::-1])
         return True
 

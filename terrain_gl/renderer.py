@@ -28,7 +28,7 @@ from .measure import TILE, Achieved, Measurement
 from .mesh import captured_triangles
 from .pieces import Piece, cut
 from .shade import Picture
-from .terrain import Terrain
+from .terrain import Rect, Terrain, hull
 from .timing import Stopwatch
 
 Part = TypeVar("Part")
@@ -114,6 +114,7 @@ class Renderer:
         self._shot: _Shot | None = None
         self._measurement: Measurement | None = None
         self._stopwatch: Stopwatch | None = None
+        self._unsettled: Rect | None = None  # what was edited since the light last followed
         self._parts: list[Any] = []
         self._size = size
         self.building = self._build(heightmap, size)
@@ -379,7 +380,7 @@ class Renderer:
         return triangles, counts | promise | self._gl
 
     @_in_own_context
-    def edit(self, rows: slice, cols: slice, heights: Any) -> None:
+    def edit(self, rows: slice, cols: slice, heights: Any, settle: bool = True) -> None:
         """Give a rectangle of posts new heights, NaN for voids; all tables follow, as if built anew.
 
         Time grows with the rectangle, save for the tables' sums, of which all that stand south-east of it move along;
@@ -391,6 +392,8 @@ class Renderer:
             Which posts, as slices.
         heights
             Metres, of a shape that fits.
+        settle
+            Have the light follow, too. It looks far over the map: while one sculpts it can wait for `settle`.
 
         Raises
         ------
@@ -412,6 +415,16 @@ class Renderer:
             if rect := self.terrain.edit(min(x), min(y), patch):
                 self.tables.update(rect)
                 self.picture.update(rect)
+                self._unsettled = hull(self._unsettled or rect, rect)
+        if settle:
+            self.settle()
+
+    @_in_own_context
+    def settle(self) -> None:
+        """Have the light follow all edits that did not wait for it; nothing is done if there were none."""
+        if self._unsettled:
+            self.picture.settle(self._unsettled)
+            self._unsettled = None
 
     @_in_own_context
     def make_room(self, up_m: float, down_m: float = 0.0) -> None:
@@ -423,7 +436,9 @@ class Renderer:
         if self.terrain.make_room(up_m, down_m):
             self._shot = None
             self.tables.build()
-            self.picture.update((0, 0, self.heightmap.cols - 1, self.heightmap.rows - 1))
+            everything = 0, 0, self.heightmap.cols - 1, self.heightmap.rows - 1
+            self.picture.update(everything)
+            self.picture.settle(everything)
 
     def height_at(self, x: float, y: float) -> float:
         """The truth at a place in world metres, between posts bilinear; NaN over a void and outside the map."""

@@ -75,8 +75,11 @@ class Picture:
         self._targets = [self._seen, self._screen, self._posts, self._depth, self._picture]
 
     def update(self, posts: Rect) -> None:
-        """Follow an edit of the posts of columns x0 to x1 and rows y0 to y1, (x0, y0, x1, y1)."""
+        """Follow an edit of the posts of columns x0 to x1 and rows y0 to y1, (x0, y0, x1, y1), all but the light."""
         self.sums.update(posts)
+
+    def settle(self, posts: Rect) -> None:
+        """Have the light follow edits within a rectangle."""
         self.sun_map.forget()
         self._character = Character.of(self.levels.terrain.heightmap)
 

@@ -171,6 +171,11 @@ def measure_span(low: float, high: float) -> tuple[float, float, float]:
     return (bottom if far else 0.0), bottom, span
 
 
+def hull(a: Rect, b: Rect) -> Rect:
+    """The least rectangle that holds two."""
+    return min(a[0], b[0]), min(a[1], b[1]), max(a[2], b[2]), max(a[3], b[3])
+
+
 def fill_voids(heights: np.ndarray) -> np.ndarray:
     """Heights with NaN replaced by averages that grow inward from the rim."""
     return Filling(heights).filled[0] if np.isnan(heights).any() else heights
@@ -223,8 +228,7 @@ class Filling:
         at_y, at_x = np.flatnonzero(differs.any(1)) + y.start, np.flatnonzero(differs.any(0)) + x.start
         if not len(at_y):
             return posts
-        low, high = (min(posts[0], at_x[0]), min(posts[1], at_y[0])), (max(posts[2], at_x[-1]), max(posts[3], at_y[-1]))
-        return int(low[0]), int(low[1]), int(high[0]), int(high[1])
+        return hull(posts, (int(at_x[0]), int(at_y[0]), int(at_x[-1]), int(at_y[-1])))
 
 
 def _push(known: np.ndarray, above: np.ndarray) -> np.ndarray:

@@ -20,8 +20,11 @@ class Plain:
     def __init__(self, heightmap):
         self.heightmap = heightmap.copy()
 
-    def edit(self, rows, cols, heights):
+    def edit(self, rows, cols, heights, settle=True):
         self.heightmap.write(cols.start, rows.start, heights)
+
+    def settle(self):
+        pass
 
 
 def flat(rows=41, cols=61, height=100.0, spacing=(10.0, 20.0)):

@@ -65,6 +65,19 @@ def test_edit_gives_the_tables_and_the_picture_of_a_rebuild(heightmap):
         assert edited.measure()["holes"] == 0
 
 
+def test_light_that_has_lagged_behind_edits_settles_as_if_built_anew(heightmap):
+    camera = tg.Camera.default(heightmap)
+    with tg.Renderer(heightmap, SIZE) as lagging, tg.Renderer(heightmap, SIZE) as prompt:
+        before = lagging.render(camera).image
+        for place in (np.s_[10:20, 10:30], np.s_[30:41, 60:80]):
+            lagging.edit(*place, 15.0, settle=False)
+            prompt.edit(*place, 15.0)
+        assert (lagging.render(camera).image != before).any()
+        assert lagging.render(camera).stats["certified_max_error_px"] <= 1.0
+        lagging.settle()
+        assert (lagging.render(camera).image == prompt.render(camera).image).all()
+
+
 def test_edit_leaves_the_callers_heights_alone(heightmap):
     before = heightmap.heights.copy()
     with tg.Renderer(heightmap, SIZE) as r:
