@@ -6,11 +6,14 @@ An output appears under its name when it is whole, or not at all.
 from __future__ import annotations
 
 import contextlib
+import errno
 import os
 import secrets
-from collections.abc import Iterator
+import shutil
+from collections.abc import Callable, Iterator
 from contextlib import contextmanager
 from pathlib import Path
+from typing import Any
 
 import numpy as np
 import OpenImageIO as oiio
@@ -18,6 +21,7 @@ import OpenImageIO as oiio
 from .exceptions import TerrainError
 
 FORMATS = {".png": "uint8", ".jpg": "uint8", ".jpeg": "uint8", ".tif": "uint8", ".tiff": "uint8", ".exr": "float"}
+Rows = Callable[[np.ndarray], None]
 _OPAQUE = (".jpg", ".jpeg")  # formats without alpha
 
 
@@ -61,12 +65,64 @@ def write_image(path: str | os.PathLike[str], pixels: np.ndarray) -> None:
     TerrainError
         An unknown ending, or the file cannot be written.
     """
+    pixels = np.asarray(pixels)
+    if pixels.ndim == 2:
+        pixels = pixels[..., None]
+    if pixels.ndim != 3 or pixels.shape[2] not in (1, 3, 4) or 0 in pixels.shape:
+        raise ValueError(f"expected (height, width, 1, 3 or 4) pixels, got {pixels.shape}")
+    with writing_image(path, (pixels.shape[1], pixels.shape[0]), pixels.shape[2]) as write:
+        write(pixels)
+
+
+@contextmanager
+def writing_image(path: str | os.PathLike[str], size: tuple[int, int], channels: int = 4) -> Iterator[Rows]:
+    """Write a picture from top to bottom, a few rows at a time: never all of it needs to be in memory.
+
+    Parameters
+    ----------
+    path
+        As for `write_image`.
+    size
+        Width and height in pixels.
+
+    Returns
+    -------
+    Rows
+        Function of the next rows, (n, width, channels). The file appears when the block has ended and all are there.
+
+    Raises
+    ------
+    TerrainError
+        An unknown ending, or the file cannot be written.
+    """
     suffix = Path(path).suffix.lower()
     if suffix not in FORMATS:
         raise TerrainError(f"{path}: cannot write {suffix or 'a file without an ending'}: use {', '.join(FORMATS)}")
-    stored = _stored(np.asarray(pixels), suffix)
+    channels = min(channels, 3) if suffix in _OPAQUE else channels
     with replacing(path) as beside:
-        _write(beside, path, stored, FORMATS[suffix])
+        _make_sure_of_space(beside, size[0] * size[1] * channels * (4 if FORMATS[suffix] == "float" else 1))
+        file = _opened(beside, path, (*size, channels), FORMATS[suffix])
+        done = 0
+
+        def write(rows: np.ndarray) -> None:
+            nonlocal done
+            stored = _stored(rows, suffix)
+            if not file.write_scanlines(done, done + len(stored), 0, stored):
+                raise TerrainError(f"{path}: cannot write: {_one_line(file.geterror()) or 'unknown reason'}")
+            done += len(stored)
+
+        try:
+            yield write
+            if done < size[1]:
+                raise ValueError(f"expected {size[1]} rows, got {done}")
+        except BaseException:
+            if suffix == ".png" and done < size[1]:  # of a picture without data libpng would complain on standard error
+                write(np.zeros((min(size[1] - done, 1 + 2**22 // size[0]), size[0], channels), np.uint8))
+            file.close()
+            raise
+        closed = file.close()
+        if not closed:
+            raise TerrainError(f"{path}: cannot write: {_one_line(file.geterror()) or 'unknown reason'}")
 
 
 def write_png(path: str | os.PathLike[str], pixels: np.ndarray) -> None:
@@ -141,10 +197,6 @@ def reduced(pixels: np.ndarray, n: int) -> np.ndarray:
 
 def _stored(pixels: np.ndarray, suffix: str) -> np.ndarray:
     """Pixels as the format wants them; alpha stays linear."""
-    if pixels.ndim == 2:
-        pixels = pixels[..., None]  # OpenImageIO writes garbage from two axes
-    if pixels.ndim != 3 or pixels.shape[2] not in (1, 3, 4) or 0 in pixels.shape:
-        raise ValueError(f"expected (height, width, 1, 3 or 4) pixels, got {pixels.shape}")
     if suffix in _OPAQUE:
         pixels = pixels[..., :3]
     colour, alpha = pixels[..., :3], pixels[..., 3:]
@@ -155,26 +207,27 @@ def _stored(pixels: np.ndarray, suffix: str) -> np.ndarray:
     return np.ascontiguousarray(np.concatenate([colour, alpha], -1).astype("f4" if suffix == ".exr" else "u1"))
 
 
-def _write(to: Path, name: str | os.PathLike[str], pixels: np.ndarray, kind: str) -> None:
-    height, width, channels = pixels.shape
-    _make_sure_of_space(to, pixels.nbytes)
-    spec = oiio.ImageSpec(width, height, channels, kind)
+def _opened(to: Path, name: str | os.PathLike[str], shape: tuple[int, int, int], kind: str) -> Any:
+    """A file that OpenImageIO writes."""
+    spec = oiio.ImageSpec(*shape, kind)
     if kind == "uint8":
         spec.attribute("oiio:ColorSpace", "sRGB")
         spec.attribute("CompressionQuality", 95)
     spec.attribute("oiio:UnassociatedAlpha", 1)
     file = oiio.ImageOutput.create(os.fspath(to))
-    if file is None:
-        raise TerrainError(f"{name}: cannot write: {_one_line(oiio.geterror())}")
-    written = file.open(os.fspath(to), spec) and file.write_image(pixels)
-    if not (file.close() and written):
-        raise TerrainError(f"{name}: cannot write: {_one_line(file.geterror()) or 'unknown reason'}")
+    if file is None or not file.open(os.fspath(to), spec):
+        raise TerrainError(f"{name}: cannot write: {_one_line((file or oiio).geterror())}")
+    return file
 
 
 def _make_sure_of_space(to: Path, pixel_bytes: int) -> None:
     """Write as much as the picture can take: on a full disk libpng says nothing, and libjpeg ends the process."""
+    left = pixel_bytes + pixel_bytes // 8 + 65536
+    if left > shutil.disk_usage(to.parent).free:
+        raise OSError(errno.ENOSPC, os.strerror(errno.ENOSPC))
     with open(to, "wb") as probe:
-        probe.write(bytes(pixel_bytes + pixel_bytes // 8 + 65536))
+        while left > 0:
+            left -= probe.write(bytes(min(left, 1 << 24)))
 
 
 def _one_line(text: str) -> str:

@@ -15,6 +15,7 @@ from terrain_gl.image import (
     srgb_from_linear,
     write_image,
     write_png,
+    writing_image,
 )
 
 
@@ -146,3 +147,24 @@ def test_difference(pixels):
     assert seen.shape == (37, 53, 3) and np.all(seen[3, 4] == 32) and np.count_nonzero(seen) == 3
     with pytest.raises(ValueError, match="shape"):
         difference(pixels, other[1:])
+
+
+@pytest.mark.parametrize("suffix", FORMATS)
+def test_rows_as_they_come(tmp_path, pixels, suffix):
+    write_image(tmp_path / f"whole{suffix}", pixels)
+    with writing_image(tmp_path / f"rows{suffix}", (53, 37)) as write:
+        for first in (0, 1, 17, 30):
+            write(pixels[first : {0: 1, 1: 17, 17: 30, 30: 37}[first]])
+        assert not (tmp_path / f"rows{suffix}").exists()
+    assert np.array_equal(read_image(tmp_path / f"rows{suffix}"), read_image(tmp_path / f"whole{suffix}"))
+
+
+@pytest.mark.parametrize("suffix", FORMATS)
+def test_a_picture_with_rows_missing_is_none(tmp_path, pixels, suffix, capfd):
+    for error, rows in ((ValueError, 20), (ZeroDivisionError, 20), (ZeroDivisionError, 0)):
+        with pytest.raises(error), writing_image(tmp_path / f"a{suffix}", (53, 37)) as write:
+            if rows:
+                write(pixels[:rows])
+            if error is ZeroDivisionError:
+                raise ZeroDivisionError
+    assert not os.listdir(tmp_path) and capfd.readouterr() == ("", "")

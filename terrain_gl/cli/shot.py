@@ -4,11 +4,18 @@ from __future__ import annotations
 
 import argparse
 import os
+from contextlib import ExitStack
 from typing import Any
 
+import numpy as np
+
 from ..exceptions import UsageError
-from ..image import FORMATS, write_image
+from ..image import FORMATS, Rows, writing_image
+from ..pieces import LARGEST
+from ..renderer import Renderer
 from . import options, report
+
+MOST_PIXELS = 2**32
 
 
 def add(commands: Any) -> None:
@@ -18,7 +25,8 @@ def add(commands: Any) -> None:
         "shot",
         run,
         help="one picture, no window",
-        description="Draw one picture of a map into a file.",
+        description="Draw one picture of a map into a file. It may be larger than what the GPU can draw: it comes in\n"
+        "pieces of one mesh, which are written as they are drawn.",
         example="shot canyon -o canyon.png --size 1920x1080 --max-error 0.5 --sun 245,20",
     )
     options.add_map(command)
@@ -30,13 +38,33 @@ def run(args: argparse.Namespace) -> int:
     """Draw, write, tell."""
     if os.path.splitext(args.output)[1].lower() not in FORMATS:
         raise UsageError(f"{report.shown(args.output)}: a picture's name must end in one of {', '.join(FORMATS)}")
+    if args.size[0] * args.size[1] > MOST_PIXELS:
+        raise UsageError(f"--size: expected at most {MOST_PIXELS:,} pixels, got {args.size[0]:,} x {args.size[1]:,}")
     scene = options.open_scene(args)
-    with options.make_renderer(args, scene) as renderer:
-        frame = renderer.render(**options.view_of(args, scene))
-    with report.json_output(args.json, {"map": scene.heightmap.name} | frame.stats):
-        write_image(args.output, frame.image)
-    report.say(args.json, f"{report.shown(args.output)}: {summary(frame.stats)}")
+    size = min(args.size[0], LARGEST), min(args.size[1], LARGEST)
+    with ExitStack() as picture, Renderer(scene.heightmap, size, args.backend) as renderer:
+        write = picture.enter_context(writing_image(args.output, args.size))
+        stats = {"map": scene.heightmap.name} | _draw(renderer, args, scene, write)
+        with report.json_output(args.json, stats):
+            picture.close()
+    report.say(args.json, f"{report.shown(args.output)}: {summary(stats)}")
     return 0
+
+
+def _draw(renderer: Renderer, args: argparse.Namespace, scene: options.Scene, write: Rows) -> dict[str, Any]:
+    """Draw in pieces of one mesh, and write each row of pieces; returns the stats of the whole picture."""
+    width, height = args.size
+    rows = np.empty((0, width, 4), np.uint8)
+    with report.progress_bar("drawing") as progress:
+        for piece, frame in renderer.pieces(size=args.size, **options.view_of(args, scene)):
+            if piece.corner[0] == 0:
+                rows = np.empty((piece.size[1], width, 4), np.uint8)
+            rows[:, piece.cols] = frame.image
+            if piece.cols.stop == width:
+                write(rows)
+            if progress:
+                progress((piece.rows.start * width + piece.cols.stop * piece.size[1]) / (width * height))
+    return frame.stats
 
 
 def summary(stats: dict[str, Any]) -> str:

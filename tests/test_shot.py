@@ -1,0 +1,104 @@
+"""`terrain-gl shot` of any size: pieces that were written as they came are the picture drawn in one."""
+
+import json
+import os
+import subprocess
+import sys
+
+import numpy as np
+import pytest
+from maps import rough
+
+import terrain_gl as tg
+from terrain_gl import cli, renderer
+from terrain_gl.cli import shot
+from terrain_gl.image import FORMATS, read_image, write_image
+from terrain_gl.pieces import cut
+from terrain_gl.views import standard_view
+
+SIZE = (150, 83)
+OUTLIERS = 0.002  # as in test_pieces.py: edges in the picture that snap to another sample
+
+
+@pytest.fixture(autouse=True)
+def folder(tmp_path, monkeypatch):
+    monkeypatch.chdir(tmp_path)
+    np.save("map.npy", rough(97, 130, 3))
+
+
+@pytest.fixture
+def small_pieces(monkeypatch):
+    monkeypatch.setattr(renderer, "cut", lambda size, fine: cut(size, fine, 64))
+    monkeypatch.setattr(shot, "LARGEST", 64)
+
+
+def shoot(output, size=SIZE, *words):
+    return cli.main(["shot", "map.npy", "-o", output, "--size", f"{size[0]}x{size[1]}", *words])
+
+
+@pytest.mark.parametrize("suffix", FORMATS)
+def test_pieces_that_are_written_as_they_come(small_pieces, suffix):
+    heightmap = tg.Heightmap.open("map.npy")
+    with tg.Renderer(heightmap, (64, 64)) as r:
+        write_image(f"expected{suffix}", r.render_large(standard_view(heightmap), SIZE).image)
+    assert shoot(f"a{suffix}") == 0
+    assert np.array_equal(read_image(f"a{suffix}"), read_image(f"expected{suffix}"))
+    assert sorted(os.listdir()) == [f"a{suffix}", f"expected{suffix}", "map.npy"]
+
+
+def test_pieces_show_no_seams(small_pieces):
+    heightmap = tg.Heightmap.open("map.npy")
+    with tg.Renderer(heightmap, SIZE) as r:
+        whole = r.render(standard_view(heightmap)).image
+    assert shoot("a.png") == 0
+    differs = np.abs(read_image("a.png").astype(int) - whole).max(-1) > 1
+    assert differs.mean() <= OUTLIERS
+
+
+def test_stats_are_of_the_whole(small_pieces, capsys):
+    assert shoot("a.png", SIZE, "--json", "a.json") == 0
+    with open("a.json") as file:
+        stats = json.load(file)
+    heightmap = tg.Heightmap.open("map.npy")
+    with tg.Renderer(heightmap, SIZE) as r:
+        whole = r.render(standard_view(heightmap)).stats
+    same = ("triangles", "patches", "splits", "certified_max_error_px", "width", "height", "method", "metric")
+    assert {key: stats[key] for key in same} == {key: whole[key] for key in same}
+    assert stats.keys() == whole.keys() | {"map"} and stats["ms"]["frame"] >= stats["ms"]["draw"] > 0
+    assert "150x83" in capsys.readouterr().out
+
+
+def test_beyond_what_the_gpu_draws(ctx):
+    """Wider than any viewport."""
+    size = (tg.renderer.limits(ctx)["viewport_size"] + 1000, 3)
+    with pytest.raises(tg.UsageError, match="picture size"):
+        tg.Renderer(tg.Heightmap.open("map.npy"), size, ctx=ctx)
+    assert shoot("a.png", size, "--max-error", "50") == 0
+    assert read_image("a.png").shape == (3, size[0], 4)
+
+
+@pytest.mark.parametrize("size", ["70000x70000", "999999999x999999999"])
+def test_too_many_pixels(capsys, size):
+    assert cli.main(["shot", "map.npy", "-o", "a.png", "--size", size]) == 2
+    assert "pixels" in capsys.readouterr().err and os.listdir() == ["map.npy"]
+
+
+def test_no_room_for_it(monkeypatch, capsys):
+    free = type("Usage", (), {"free": 100})
+    monkeypatch.setattr("shutil.disk_usage", lambda _: free)
+    assert shoot("a.png") == 1
+    assert "No space left" in capsys.readouterr().err and os.listdir() == ["map.npy"]
+
+
+@pytest.mark.slow
+def test_memory_does_not_grow_with_the_picture():
+    """Four times the rows, for not half as much memory as they would take."""
+    peak = "import resource, sys; from terrain_gl import cli; cli.main(sys.argv[1:])"
+    peak += "; print(resource.getrusage(resource.RUSAGE_SELF).ru_maxrss)"
+    used = []
+    for rows in (2048, 8192):
+        words = ["shot", "map.npy", "-o", "a.png", "--size", f"2000x{rows}", "--max-error", "100", "--style", "depth"]
+        done = subprocess.run([sys.executable, "-c", peak, *words], capture_output=True, text=True, timeout=600)
+        assert done.returncode == 0, done.stderr
+        used.append(int(done.stdout.split()[-1]) * 1024)
+    assert used[1] - used[0] < 0.5 * 4 * 2000 * (8192 - 2048)
