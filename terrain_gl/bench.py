@@ -14,6 +14,7 @@ import numpy as np
 
 from .brush import Brush, Sculptor
 from .renderer import Renderer
+from .tour import tour
 
 ENOUGH_S = 4.0  # seconds spent on one number, after which no more repeats are made
 
@@ -70,6 +71,39 @@ def strokes(renderer: Renderer, count: int = 20, radius_posts: int = 64) -> dict
     ms = {"median": median(times[:-1]), "most": max(times[:-1]), "middle": times[-1]}
     ratio = {name: value / rebuild_ms for name, value in ms.items()}
     return {"radius_posts": radius_posts, "count": count, "ms": ms | {"rebuild": rebuild_ms}, "ratio": ratio}
+
+
+def flight(renderer: Renderer, frames: int = 1000, dab_every: int = 10, **view: Any) -> dict[str, Any]:
+    """Time the frames of `tour`, one by one, with a dab of a brush below the eye in every so many of them.
+
+    From the camera to a finished picture on the GPU; one round before counts for nothing. The dabs are undone.
+
+    Returns
+    -------
+    dict
+        `frames`, `dabs`, `ms` (median, p99_9, most) and `p99_9_to_median`: docs/stats.md.
+    """
+    heightmap, sculptor = renderer.heightmap, Sculptor(renderer)
+    relief_m = heightmap.range_m[1] - heightmap.range_m[0]
+    renderer.make_room(0.1 * relief_m, 0.1 * relief_m)
+    poses = list(tour(heightmap).poses(frames))
+    dabs = [Brush(tool, 16 * max(heightmap.spacing_m), 0.005 * relief_m) for tool in ("raise", "lower")]
+
+    def frame(i: int) -> None:
+        camera = poses[i].camera
+        if i % dab_every == 0:
+            sculptor.dab(dabs[i // dab_every % 2], *camera.eye[:2])
+        renderer.draw(**view | {"camera": camera})
+
+    for i in range(0, frames, max(1, frames // 20)):
+        frame(i)
+    times = [_ms(partial(frame, i), renderer.ctx.finish) for i in range(frames)]
+    while sculptor.undo():
+        pass
+    sculptor.end()
+    ms = {"median": median(times), "p99_9": float(np.quantile(times, 0.999)), "most": max(times)}
+    dab_count = -(-frames // dab_every)
+    return {"frames": frames, "dabs": dab_count, "ms": ms, "p99_9_to_median": ms["p99_9"] / ms["median"]}
 
 
 def _rebuild(renderer: Renderer) -> None:

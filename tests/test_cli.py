@@ -308,6 +308,14 @@ def test_bench_of_strokes(dem, run):
     assert 0 < strokes["ms"]["median"] <= strokes["ms"]["most"]
 
 
+def test_bench_of_a_flight(dem, run):
+    status, out, _ = run("bench", dem, *SIZE, "--frames", 1, "--flight", 12, "--json", "-")
+    flown = json.loads(out)[0]["flight"]
+    assert status == 0 and (flown["frames"], flown["dabs"]) == (12, 2)
+    assert 0 < flown["ms"]["median"] <= flown["ms"]["p99_9"] <= flown["ms"]["most"]
+    assert flown["p99_9_to_median"] == flown["ms"]["p99_9"] / flown["ms"]["median"]
+
+
 def test_bench_beside_peers_or_the_names_of_those_missing(dem, run, monkeypatch):
     for module in ("pydelatin", "pymartini", "pyvista"):
         monkeypatch.setitem(sys.modules, module, None)

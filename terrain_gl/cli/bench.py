@@ -7,7 +7,7 @@ import time
 from typing import Any
 
 from .. import peers
-from ..bench import bench, strokes
+from ..bench import bench, flight, strokes
 from ..maps import bundled
 from . import options, report
 
@@ -34,6 +34,9 @@ def add(commands: Any) -> None:
         help="also meshes within metres by pydelatin and pymartini, and frames by pyvista (pip extra: bench)",
     )
     command.add_argument("--strokes", action="store_true", help="also dabs of a brush of 64 posts' radius")
+    command.add_argument(
+        "--flight", type=options.count, metavar="FRAMES", help="also a tour of so many frames, with dabs of a brush"
+    )
     options.add_map_options(command)
     options.add_drawing(command)
 
@@ -64,6 +67,8 @@ def bench_map(args: argparse.Namespace, name: str) -> dict[str, Any]:
         result = bench(renderer, args.frames, **view)
         if args.strokes:
             result["strokes"] = strokes(renderer)
+        if args.flight:
+            result["flight"] = flight(renderer, args.flight, **view)
     result["ms"] |= {"open": 1e3 * (opened - started), "first_picture": 1e3 * (pictured - started)}
     about = {"map": scene.heightmap.name, "posts": scene.heightmap.heights.size}
     beside = {"peers": peers.compare(scene.heightmap, args.size, args.backend)} if args.peers else {}
@@ -83,6 +88,10 @@ def text(results: list[dict[str, Any]]) -> str:
     if "strokes" in results[0]:
         ms = [result["strokes"]["ms"] for result in results]
         rows += [[f"stroke {name} ms", *(f"{each[name]:.2f}" for each in ms)] for name in ms[0]]
+    if "flight" in results[0]:
+        flown = [result["flight"] for result in results]
+        rows += [[f"flight {name} ms", *(f"{each['ms'][name]:.2f}" for each in flown)] for name in flown[0]["ms"]]
+        rows += [["flight p99_9 to median", *(f"{each['p99_9_to_median']:.3g}" for each in flown)]]
     parts = results[0]["gpu_bytes"]
     rows += [[f"{part} memory", *(report.mebibytes(r["gpu_bytes"][part]) for r in results)] for part in parts]
     beside = [_peers_text(result) for result in results if "peers" in result]
