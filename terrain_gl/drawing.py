@@ -6,7 +6,7 @@ from dataclasses import dataclass
 
 from .exceptions import UsageError
 from .lod import METRICS
-from .shade import STYLES, SUN
+from .shade import STYLES, SUN, Look
 
 METHODS = ("sat", "full")
 CHOICES = {"metric": METRICS, "method": METHODS, "style": STYLES}
@@ -32,6 +32,8 @@ class Drawing:
         One of `terrain_gl.shade.STYLES`.
     sun
         Azimuth, clockwise from north, and elevation, in degrees.
+    sky, material, water_m
+        As `terrain_gl.shade.Look` has them: files, and metres.
     near_m
         Distance of the near plane; by default a tenth of the smaller spacing.
     cull
@@ -49,6 +51,9 @@ class Drawing:
     method: str = "sat"
     style: str = "shaded"
     sun: tuple[float, float] = SUN
+    sky: str | None = None
+    material: str | None = None
+    water_m: float | None = None
     near_m: float | None = None
     cull: bool = True
 
@@ -74,6 +79,11 @@ class Drawing:
             raise UsageError("triangles: method full draws every post; choose another method or leave triangles out")
         elif self.triangles != int(self.triangles) or not 2 <= self.triangles < 2**31:
             raise UsageError(f"triangles must be a whole number from 2 on and less than 2^31, got {self.triangles}")
+
+    @property
+    def look(self) -> Look:
+        """The part of it that shading wants to know."""
+        return Look(self.style, self.sun, self.sky, self.material, self.water_m)
 
     @property
     def tolerance_px(self) -> float:

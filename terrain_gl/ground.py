@@ -122,23 +122,6 @@ class SunMap:
         return size if by_column else size[::-1]
 
 
-class Character(NamedTuple):
-    """What kind of land a map shows: glsl/shade/character.glsl decides its colours from this."""
-
-    hypsometric: float
-    rms_slope: float
-
-    @classmethod
-    def of(cls, heightmap: Heightmap) -> Character:
-        """Measure at most 512 × 512 posts, evenly spread."""
-        step = max(1, min(heightmap.rows, heightmap.cols) // 512)
-        low, high = heightmap.range_m
-        heights = heightmap.heights[::step, ::step].astype(np.float64)
-        slopes = [np.diff(heights, axis=i) / (step * heightmap.spacing_m[1 - i]) for i in (0, 1)]
-        mean_square = sum(float(np.nanmean(s * s)) for s in slopes if np.isfinite(s).any())
-        return cls((float(np.nanmean(heights)) - low) / max(high - low, 1e-30), math.sqrt(mean_square))
-
-
 def towards_sun(azimuth_deg: float, elevation_deg: float) -> Vector:
     """Unit vector east, north, up; azimuth clockwise from north."""
     azimuth, elevation = math.radians(azimuth_deg), math.radians(elevation_deg)

@@ -148,6 +148,25 @@ def read_image(path: str | os.PathLike[str]) -> np.ndarray:
     return pixels.reshape(*pixels.shape[:2], -1)
 
 
+def read_albedo(path: str | os.PathLike[str]) -> np.ndarray:
+    """(height, width, 3) linear albedo, 0 to 1, of a picture of the ground: 8 or 16 bits as sRGB, floats as they are.
+
+    Raises
+    ------
+    TerrainError
+        Not a readable picture, or values that are not finite.
+    """
+    pixels = read_image(path)
+    if pixels.dtype.kind == "u":
+        colour = linear_from_srgb(pixels[..., :3].astype(np.float64) * (255 / np.iinfo(pixels.dtype).max))
+    else:
+        colour = pixels[..., :3].astype(np.float64)
+    if not np.isfinite(colour).all():
+        raise TerrainError(f"{path}: has values that are not finite: mend the picture")
+    colour = np.repeat(colour[..., :1], 3, -1) if colour.shape[2] < 3 else colour
+    return np.clip(colour, 0, 1)
+
+
 def difference(one: np.ndarray, other: np.ndarray) -> np.ndarray:
     """Where two pictures of one shape differ: (height, width, 3) uint8, 8 times the distance in the worst channel.
 

@@ -28,6 +28,17 @@ LOBE = np.dtype(
         ("integral", "f4"),
     ]
 )
+LIGHTS = np.dtype(
+    [
+        ("sun", LOBE),
+        ("sky", LOBE, 12),
+        ("around", LOBE, 3),
+        ("exposure", "f4"),
+        ("haze_m", "f4"),
+        ("water_m", "f4"),
+        ("pad", "f4"),
+    ]
+)
 SUN_RADIUS_DEG = 0.2665  # of the sun's disc
 
 

@@ -300,7 +300,7 @@ class Renderer:
         with self._timed("draw"):
             self.picture.see(shot.selection, drawing.style)
         with self._timed("shade"):
-            self.picture.shade(shot.camera, drawing.style, drawing.sun)
+            self.picture.shade(shot.camera, drawing.look)
 
     @_in_own_context
     def measure(self) -> dict[str, Any]:

@@ -9,6 +9,7 @@ from __future__ import annotations
 
 import ctypes
 import math
+from dataclasses import dataclass
 from typing import Any
 
 import moderngl
@@ -16,18 +17,48 @@ import numpy as np
 
 from . import gl, shaders
 from .camera import Camera
-from .ground import Character, HeightSums, SunMap, towards_sun
+from .ground import HeightSums, towards_sun
+from .lighting import Lighting
 from .lod import Levels, Selection
 from .mesh import MeshDraw, MeshDraws
 from .terrain import Rect
 
 SUN = (300.0, 35.0)  # azimuth, clockwise from north, and elevation, in degrees
-STYLES = ("shaded", "wireframe", "lod", "error", "normals", "depth")
+_LIT = ("shaded", "visibility", "ambient", "direct", "lobes")  # styles of light
 _OF_MESH = ("wireframe", "lod", "error")  # styles that show the mesh itself
+STYLES = (*_LIT, "lambert", *_OF_MESH, "normals", "depth")
 HAZE = 2.0  # distance at which haze lets 1/e through, in diagonals of the map
 _TEXTURE_2D, _TEXTURE_2D_MULTISAMPLE = 0x0DE1, 0x9100
 _DEPTH_COMPONENT, _DEPTH_COMPONENT32F, _FLOAT = 0x1902, 0x8CAC, 0x1406
 Size = tuple[int, int]
+
+
+@dataclass(frozen=True)
+class Look:
+    """How a picture looks.
+
+    Attributes
+    ----------
+    style
+        One of `STYLES`.
+    sun
+        Azimuth, clockwise from north, and elevation, in degrees.
+    sky
+        File of a sky, an equirectangular picture of light, instead of the clear sky of that sun; see `sky.read_sky`.
+    material
+        File of a picture of the ground, north up, instead of the cover that heights and slopes suggest.
+    water_m
+        Height of standing water in metres; none by default.
+    """
+
+    style: str = "shaded"
+    sun: tuple[float, float] = SUN
+    sky: str | None = None
+    material: str | None = None
+    water_m: float | None = None
+
+
+PLAIN = Look()
 
 
 class Picture:
@@ -47,8 +78,7 @@ class Picture:
         self.ctx, self.levels = levels.ctx, levels
         self.samples = max(1, min(samples, self.ctx.max_samples))
         self.sums = HeightSums(levels.terrain)
-        self.sun_map = SunMap(levels.terrain)
-        self._character = Character.of(levels.terrain.heightmap)
+        self.lighting = Lighting(levels.terrain, self.sums)
         self._surface = MeshDraws("PICTURE", fragment="shade/surface.frag")
         self._surface.of(levels)  # compiled now, not with the first frame
         self._detail = MeshDraws("PICTURE", geometry="shade/detail.geom", fragment="shade/detail.frag")
@@ -59,7 +89,7 @@ class Picture:
     @property
     def bytes(self) -> int:
         """GPU memory that shading needs for the map; the picture's own pixels do not count."""
-        return self.sums.bytes + self.sun_map.bytes
+        return self.sums.bytes + self.lighting.bytes
 
     def resize(self, size: Size) -> None:
         """Change the picture's size; what was drawn is lost."""
@@ -80,21 +110,12 @@ class Picture:
 
     def settle(self, posts: Rect) -> None:
         """Have the light follow edits within a rectangle."""
-        self.sun_map.forget()
-        self._character = Character.of(self.levels.terrain.heightmap)
+        self.lighting.update(posts)
 
-    def draw(self, selection: Selection, camera: Camera, style: str = "shaded", sun: tuple[float, float] = SUN) -> None:
-        """Draw what a surface selected last.
-
-        Parameters
-        ----------
-        style
-            One of `STYLES`.
-        sun
-            Azimuth, clockwise from north, and elevation, in degrees.
-        """
-        self.see(selection, style)
-        self.shade(camera, style, sun)
+    def draw(self, selection: Selection, camera: Camera, look: Look = PLAIN) -> None:
+        """Draw what a surface selected last."""
+        self.see(selection, look.style)
+        self.shade(camera, look)
 
     def see(self, selection: Selection, style: str = "shaded") -> None:
         """First pass, over the mesh: find the post that each sample sees."""
@@ -103,14 +124,12 @@ class Picture:
         else:
             self._draw_mesh(self._surface.of(selection.surface), self._seen, selection)
 
-    def shade(self, camera: Camera, style: str = "shaded", sun: tuple[float, float] = SUN) -> None:
+    def shade(self, camera: Camera, look: Look = PLAIN) -> None:
         """Second pass, over the pixels: colour what the first one saw."""
-        towards = towards_sun(*sun)
-        if style == "shaded":
-            self.sun_map.follow(towards)
-        light = {"sun": towards, "haze_m": self._haze_m(camera)}
-        extra = self._drawn if style in _OF_MESH else self.sun_map.texture
-        self._fill(self._screen, f"shade/{style}.frag", extra, **light, **self._character._asdict())
+        if look.style in _LIT:
+            self.lighting.follow(look.sun, look.sky, look.material)
+            self.lighting.describe(self._haze_m(camera), look.water_m)
+        self._fill(self._screen, f"shade/{look.style}.frag", sun=towards_sun(*look.sun))
 
     def read(self) -> np.ndarray:
         """(height, width, 4) uint8 sRGB, first row on top."""
@@ -154,7 +173,7 @@ class Picture:
         self._surface.release()
         self._detail.release()
         self.sums.release()
-        self.sun_map.release()
+        self.lighting.release()
         for program, vao in self._screens.values():
             vao.release()
             program.release()
@@ -180,9 +199,7 @@ class Picture:
         self.ctx.depth_func = ">="
         mesh.draw(selection)
 
-    def _fill(
-        self, target: moderngl.Framebuffer, fragment: str, extra: moderngl.Texture | None = None, **uniforms: Any
-    ) -> None:
+    def _fill(self, target: moderngl.Framebuffer, fragment: str, **uniforms: Any) -> None:
         """Run a fragment shader over every pixel of the target."""
         program, vao = self._screen_program(fragment)
         for name, value in uniforms.items():
@@ -192,15 +209,17 @@ class Picture:
         self.levels.view.bind()
         self.sums.buffer.bind_to_storage_buffer(0)
         self._posts.use(2)
-        if extra:
-            extra.use(3)
+        if self._drawn:
+            self._drawn.use(3)
+        if "Lights" in program:
+            self.lighting.bind(program)
         target.use()
         self.ctx.disable(moderngl.DEPTH_TEST)
         vao.render(vertices=3)
 
     def _screen_program(self, fragment: str) -> tuple[Any, moderngl.VertexArray]:
         if fragment not in self._screens:
-            defines = {"SAMPLES": self.samples}
+            defines = {"SAMPLES": self.samples} | self.lighting.defines
             program = shaders.program(self.ctx, vertex="shade/screen.vert", fragment=fragment, defines=defines)
             self._screens[fragment] = program, self.ctx.vertex_array(program, [])
         return self._screens[fragment]

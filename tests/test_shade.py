@@ -10,10 +10,11 @@ from terrain_gl.context import create_context
 from terrain_gl.error import ErrorTables
 from terrain_gl.exceptions import TerrainError
 from terrain_gl.gl import use_default_framebuffer
-from terrain_gl.ground import Character, HeightSums, SunMap, towards_sun
+from terrain_gl.ground import HeightSums, SunMap, towards_sun
+from terrain_gl.lobes import Character
 from terrain_gl.heightmap import Heightmap
 from terrain_gl.lod import Levels
-from terrain_gl.shade import STYLES, Picture
+from terrain_gl.shade import STYLES, Look, Picture
 from terrain_gl.terrain import Terrain
 
 SIZES = [(2, 2), (3, 5), (37, 64), (130, 71)]
@@ -74,7 +75,7 @@ class Scene:
 
     def draw(self, camera, tolerance_px=1.0, style="shaded", sun=(300, 35)):
         selection = self.levels.select(camera, self.size, self.near_m, tolerance_px)
-        self.picture.draw(selection, camera, style, sun)
+        self.picture.draw(selection, camera, Look(style, sun))
         return self.picture.read()
 
     def release(self):

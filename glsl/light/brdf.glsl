@@ -46,7 +46,9 @@ Lobe reflection_lobe(vec3 r, vec3 towards_eye) {
 
 vec3 specular_of(Lobe g, Lobe reflection) { return sg_inner_product(g, reflection); }
 
-// Rough ground has no mirror at low angles (Lagarde 2011, "Adopting a physically based shading model").
+// Rough ground is no mirror at low angles: its facets hide each other (after Lagarde 2011, "Adopting a physically based
+// shading model").
 float schlick(float cosine, float roughness) {
-    return F0 + (max(1.0 - roughness, F0) - F0) * pow(1.0 - clamp(cosine, 0.0, 1.0), 5.0);
+    float grazing = max((1.0 - roughness) * (1.0 - roughness), F0);
+    return F0 + (grazing - F0) * pow(1.0 - clamp(cosine, 0.0, 1.0), 5.0);
 }

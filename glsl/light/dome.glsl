@@ -5,7 +5,7 @@
 
 #include "light/lights.glsl"
 
-layout(binding = 4) uniform sampler2D u_dome;
+layout(binding = 5) uniform sampler2D u_dome;
 
 vec2 dome_place(vec3 direction) {
     float elevation = asin(clamp(direction.z, -1.0, 1.0)) / (0.5 * PI);

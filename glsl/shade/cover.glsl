@@ -1,9 +1,32 @@
 // shade/cover.glsl — what the ground is made of, from the map alone: how high it lies in the map's range, how steep it
-// is, whether it is hollow or stands out. Colours are diffuse albedos.
-// Provides albedo_of(), wetness().
+// is, whether it is hollow or stands out; or, for its colour, from a picture of it. Colours are diffuse albedos.
+// Provides Material, material_of(), WATER.
 
-#include "shade/footprint.glsl"
+#include "shade/relief.glsl"
 #include "shade/character.glsl"
+
+struct Material {
+    vec3 albedo;
+    float roughness;  // 0 a mirror, 1 as dull as can be: its square is Beckmann's alpha
+};
+
+const Material SNOW = Material(vec3(0.84, 0.87, 0.91), 0.55), WATER = Material(vec3(0.006, 0.018, 0.026), 0.12);
+
+uniform bool u_pictured;
+layout(binding = 6) uniform sampler2D u_albedo;  // a picture of the ground, north up, over the whole map
+
+Material mixed(Material a, Material b, float t) {
+    return Material(mix(a.albedo, b.albedo, t), mix(a.roughness, b.roughness, t));
+}
+
+Material added(Material a, Material b, float weight) {
+    return Material(a.albedo + weight * b.albedo, a.roughness + weight * b.roughness);
+}
+
+Material pictured_land(vec2 post, vec2 extent) {
+    vec2 texels = extent * vec2(textureSize(u_albedo, 0)) / vec2(u_last_post + 1);
+    return Material(textureLod(u_albedo, (post + 0.5) / vec2(u_last_post + 1), log2(max(max(texels.x, texels.y), 1.0))).rgb, 0.8);
+}
 
 float hashed(ivec2 at) {
     uint n = uint(at.x) * 0x9e3779b1u ^ uint(at.y) * 0x85ebca77u;
@@ -36,7 +59,7 @@ float strata(float height, float footprint) {
     return sum;
 }
 
-vec3 green_albedo(float zone, float steep, float patch_, float hollow) {
+Material green_land(float zone, float steep, float patch_, float hollow) {
     vec3 valley = vec3(0.075, 0.095, 0.032), forest = vec3(0.030, 0.047, 0.020), meadow = vec3(0.105, 0.112, 0.042);
     vec3 heath = vec3(0.150, 0.125, 0.075), scree = vec3(0.215, 0.198, 0.178), rock = vec3(0.150, 0.139, 0.129);
     float wooded = smoothstep(0.02, 0.10, zone) * (1.0 - smoothstep(0.26, 0.36, zone)) * smoothstep(0.12, 0.40, steep + 0.5 * patch_);
@@ -44,7 +67,7 @@ vec3 green_albedo(float zone, float steep, float patch_, float hollow) {
     colour = mix(colour, heath, smoothstep(0.30, 0.44, zone));
     colour = mix(colour, scree, smoothstep(0.42, 0.60, zone));
     float bare = smoothstep(1.00, 1.55, steep * (1.0 + 0.5 * patch_) + 1.6 * zone - 0.3 * hollow);
-    return mix(colour, rock * (1.0 + 0.5 * patch_), bare);
+    return mixed(Material(colour, 0.9), Material(rock * (1.0 + 0.5 * patch_), 0.7), bare);
 }
 
 vec3 arid_albedo(float zone, float steep, float patch_, float layer) {
@@ -56,26 +79,37 @@ vec3 arid_albedo(float zone, float steep, float patch_, float layer) {
     return mix(vec3(dot(colour, vec3(0.35, 0.45, 0.20))), colour, saturation());
 }
 
-// hollow: how far the ground lies below its surroundings, 1 for a slope of 45 degrees all around.
-vec3 albedo_of(Ground g, float hollow) {
-    float height = (g.fine.height_m - u_low_m) / u_span_m, steep = length(g.fine.slope);
-    float patch_ = patchiness(g.post, g.extent);
-    float zone = height + 0.10 * patch_ - 0.05 * clamp(hollow, -1.0, 1.0);
-    float thickness = steep * max(g.extent.x * u_spacing_m.x, g.extent.y * u_spacing_m.y) / u_span_m;
-    vec3 colour = vec3(0.0);
-    if (greenness() > 0.0) colour += greenness() * green_albedo(zone, steep, patch_, hollow);
-    if (greenness() < 1.0) {
-        float layer = strata(height + 0.01 * patch_, thickness);
-        colour += (1.0 - greenness()) * arid_albedo(zone, steep, patch_, layer);
-    }
-    colour *= 1.0 + 0.2 * patch_;
-    float snowy = smoothstep(0.60, 0.74, zone + 0.06 * clamp(hollow, -1.0, 1.0)) * (1.0 - smoothstep(0.85, 1.35, steep + 0.3 * patch_));
-    return mix(colour, vec3(0.80, 0.84, 0.90), snowy * snowiness());
+// How far the ground lies below the mean of a box around it, 1 for slopes of 45 degrees all around.
+float hollow_of(vec2 post, float height_m, float posts, bool blended) {
+    float reach_m = 0.25 * posts * min(u_spacing_m.x, u_spacing_m.y);
+    return clamp((mean_height_m(post, posts, blended) - height_m) / reach_m, -1.0, 1.0);
 }
 
 // Standing water lies dead level, far and wide, in green land; a map that is level everywhere is none.
-float wetness(Ground g) {
-    if (u_rms_slope < 0.001) return 0.0;
-    float around = length(rough_slope(g.post, max(vec2(16.0), g.extent)));
-    return greenness() * (1.0 - smoothstep(0.0004, 0.0015, around + 0.5 * length(g.fine.slope)));
+float wetness(vec2 post, vec2 extent, Relief fine) {
+    if (u_rms_slope < 0.001 || greenness() == 0.0) return 0.0;
+    float around = length(rough_slope(post, max(vec2(16.0), extent)));
+    return greenness() * (1.0 - smoothstep(0.0004, 0.0015, around + 0.5 * length(fine.slope)));
+}
+
+Material land_of(vec2 post, vec2 extent, Relief fine) {
+    float height = (fine.height_m - u_low_m) / u_span_m, steep = length(fine.slope);
+    float patch_ = patchiness(post, extent), hollow = hollow_of(post, fine.height_m, 12.0, max(extent.x, extent.y) < 1.0);
+    float zone = height + 0.10 * patch_ - 0.05 * hollow;
+    float thickness = steep * max(extent.x * u_spacing_m.x, extent.y * u_spacing_m.y) / u_span_m;
+    Material land = Material(vec3(0.0), 0.0);
+    if (greenness() > 0.0) land = added(land, green_land(zone, steep, patch_, hollow), greenness());
+    if (greenness() < 1.0) {
+        float layer = strata(height + 0.01 * patch_, thickness);
+        land = added(land, Material(arid_albedo(zone, steep, patch_, layer), 0.85), 1.0 - greenness());
+    }
+    land.albedo *= 1.0 + 0.2 * patch_;
+    float snowy = smoothstep(0.60, 0.74, zone + 0.06 * hollow) * (1.0 - smoothstep(0.85, 1.35, steep + 0.3 * patch_));
+    return mixed(land, SNOW, snowy * snowiness());
+}
+
+// What a footprint is covered with; its extent, in posts, decides what fades.
+Material material_of(vec2 post, vec2 extent, Relief fine) {
+    Material land = u_pictured ? pictured_land(post, extent) : land_of(post, extent, fine);
+    return u_pictured ? land : mixed(land, WATER, wetness(post, extent, fine));
 }

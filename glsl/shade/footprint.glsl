@@ -1,7 +1,8 @@
 // shade/footprint.glsl — what part of the map a pixel sees.
-//   A pixel at view depth z is z/K wide, K counting pixels as they are drawn; slid along the view ray onto the ground's own plane, it is a parallelogram of
-//   sides u, v on the map, and the box around its ellipse has half sides √(u² + v²)/2, column and row. The plane is that
-//   of a wider neighbourhood: the footprint depends on the map and the camera, never on the mesh.
+//   A pixel at view depth z is z/K wide, K counting pixels as they are drawn; slid along the view ray onto the ground's
+//   own plane, it is a parallelogram of sides u, v on the map, and the box around its ellipse has half sides √(u² + v²)/2,
+//   column and row. The plane is that of a wider neighbourhood: the footprint depends on the map and the camera, never on
+//   the mesh. One that lies askew is cut into pieces along its length e, of which each is to be a box of less area.
 // Provides Ground, ground_at(), view_ray().
 
 #include "blocks/view.glsl"
@@ -10,13 +11,17 @@
 struct Ground {
     vec2 post;
     vec2 extent;      // sides of the footprint in posts, columns and rows
+    vec2 along;       // its length e, in posts
+    int pieces;       // to be cut into, and the sides of each
+    vec2 piece;
     Relief fine;      // of the footprint
     vec3 from_eye_m;
     vec3 towards_eye;
     float distance_m;
 };
 
-#define GRAZING 0.1  // cosine beyond which footprints grow no longer
+#define GRAZING 0.1    // cosine beyond which footprints grow no longer
+#define MOST_PIECES 4
 
 vec3 view_ray() {
     vec2 at = (picture_px(gl_FragCoord) / vec2(u_size_px) * 2.0 - 1.0) * u_half_extent;
@@ -37,6 +42,19 @@ vec2 slide_to_ground(vec3 side_m, vec3 ray, vec3 normal) {
     return (side_m - ray * (dot(side_m, normal) / slant)).xy / u_spacing_m;
 }
 
+// e: the longer axis of the ellipse of covariance u uᵀ + v vᵀ.
+void cut(inout Ground g, vec2 u, vec2 v) {
+    float a = u.x * u.x + v.x * v.x, d = u.y * u.y + v.y * v.y, b = u.x * u.y + v.x * v.y;
+    float mean = 0.5 * (a + d), apart = sqrt(0.25 * (a - d) * (a - d) + b * b);
+    float wide = sqrt(max(mean - apart, 1e-12)), length_ = min(sqrt(mean + apart), LARGEST_BOX_POSTS);
+    vec2 e = abs(b) > 1e-6 * mean ? normalize(vec2(b, mean + apart - a)) : (a > d ? vec2(1.0, 0.0) : vec2(0.0, 1.0));
+    g.along = e * length_;
+    float askew = min(abs(g.along.x), abs(g.along.y)) / wide;  // boxes' sides that the ellipse leaves empty
+    g.pieces = int(clamp(askew + 0.5, 1.0, float(MOST_PIECES)));
+    vec2 less = g.along * g.along * (1.0 - 1.0 / float(g.pieces * g.pieces));
+    g.piece = clamp(sqrt(max(vec2(a, d) - less, wide * wide)), vec2(1e-4), vec2(LARGEST_BOX_POSTS));
+}
+
 Ground ground_at(vec2 post) {
     Ground g;
     g.post = post;
@@ -46,6 +64,7 @@ Ground ground_at(vec2 post) {
     vec3 ray = normalize(place_m), normal = normal_of(rough_slope(post, around));
     vec2 u = slide_to_ground(u_right.xyz * pixel_m, ray, normal), v = slide_to_ground(u_up.xyz * pixel_m, ray, normal);
     g.extent = clamp(sqrt(u * u + v * v), vec2(1e-4), vec2(LARGEST_BOX_POSTS));
+    cut(g, u, v);
     g.fine = relief_of(post, 1.3 * g.extent);
     g.from_eye_m = place_from_eye_m(post, g.fine.height_m);
     g.distance_m = max(length(g.from_eye_m), 1e-6);

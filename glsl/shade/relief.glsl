@@ -15,6 +15,7 @@
 
 #include "shade/steps.glsl"
 
+
 layout(std430, binding = 0) readonly buffer HeightSums { uint height_sum[]; };
 
 #define LARGEST_BOX_POSTS 250.0  // 65,536 texels are exact; this leaves room for the rims

@@ -1,0 +1,78 @@
+// light/lit.glsl — outgoing radiance of a footprint (A.6): every light's lobe, times what the footprint's merged lobe makes
+// of it, times how much of it is to be seen from there.
+//   Near, a footprint is one place: its own normal and cover. Far, its means come from tables. Between, a blend.
+// Provides Lit, merged_ground(), lit_ground(), direct_light(), outgoing_light().
+
+#include "shade/footprint.glsl"
+#include "light/lobes.glsl"
+#include "light/dome.glsl"
+#include "horizon/visible.glsl"
+
+struct Lit {
+    Merged lobe;
+    float unshadowed;  // mean of ⟨n, sun⟩ over the footprint,
+    float sun;         // and of V · ⟨n, sun⟩
+    vec3 ambient;      // radiance of white ground under the sky, and over the land around it
+    float sky;         // mean of what is to be seen of the sky's lobes, each as wide as it is
+};
+
+Merged blended(Merged a, Merged b, float t) {
+    return Merged(mix(a.normal, b.normal, t), mix(a.r, b.r, t), mix(a.albedo, b.albedo, t));
+}
+
+Merged merged_ground(Ground g) {
+    float far = smoothstep(2.5, 5.0, max(g.extent.x, g.extent.y));
+    Merged near_, far_;
+    if (far < 1.0) near_ = merged_at(normal_of(g.fine.slope), material_of(g.post, g.extent, g.fine));
+    if (far > 0.0) far_ = merged_over(g.post, g.piece, g.along, g.pieces);
+    return far == 0.0 ? near_ : far == 1.0 ? far_ : blended(near_, far_, far);
+}
+
+float cosine_of(Merged m, Light l) {
+    return cosine_mean(l.mean_length * dot(m.normal, l.axis), min(length(m.normal), 1.0) * l.mean_length);
+}
+
+void add_sky(inout Lit l, Ground g) {
+    float all = 0.0;
+    l.ambient = vec3(0.0);
+    l.sky = 0.0;
+    for (int i = 0; i < SKY_LOBES; i++) {
+        Light lobe = u_sky[i];
+        float visible = sky_visible(i, g.post, g.extent), width = lobe.integral * lobe.axis.z;
+        l.ambient += sky_through(lobe, visible) * (lobe.integral / PI * cosine_of(l.lobe, lobe));
+        l.sky += width * visible;
+        all += width;
+    }
+    l.sky /= all;
+    for (int i = 0; i < AROUND_LOBES; i++) l.ambient += u_around[i].amplitude * (u_around[i].integral / PI * cosine_of(l.lobe, u_around[i]));
+}
+
+void add_sun(inout Lit l, Ground g) {
+    l.unshadowed = cosine_of(l.lobe, u_sun);
+    l.sun = sun_irradiance(g.post, g.extent, l.unshadowed);
+}
+
+Lit lit_ground(Ground g) {
+    Lit l;
+    l.lobe = merged_ground(g);
+    add_sun(l, g);
+    add_sky(l, g);
+    return l;
+}
+
+// Radiance of white ground in the sun.
+vec3 direct_light(Lit l) { return u_sun.amplitude * (u_sun.integral / PI * l.sun); }
+
+// Rough mirrors: the sun's lobe as it is, the sky as blurred as the reflection, as far as they are to be seen.
+vec3 specular_light(Ground g, Lit l) {
+    Lobe mirrored = reflection_lobe(l.lobe.r, g.towards_eye);
+    float sun_seen = l.unshadowed > 1e-3 ? min(l.sun / l.unshadowed, 1.0) : 0.0;
+    vec3 up = normalize(vec3(mirrored.axis.xy, max(mirrored.axis.z, 0.02)));
+    return specular_of(light_lobe(u_sun), mirrored) * sun_seen + sky_blurred(up, mirrored.sharpness) * l.sky;
+}
+
+vec3 outgoing_light(Ground g, Lit l) {
+    float sharpness = sharpness_of(length(l.lobe.r)), roughness = sqrt(sqrt(min(2.0 / sharpness, 1.0)));
+    float mirrored = schlick(dot(normalize(l.lobe.r), g.towards_eye), roughness);
+    return mix(l.lobe.albedo * (direct_light(l) + l.ambient), specular_light(g, l), mirrored);
+}

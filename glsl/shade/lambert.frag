@@ -1,0 +1,14 @@
+// shade/lambert.frag — style "lambert": one normal a pixel, one light, no shadows: what other shading is timed against.
+
+#include "shade/samples.glsl"
+#include "shade/tone.glsl"
+
+uniform vec3 u_sun;
+
+out vec4 out_colour;
+
+vec3 ground_colour(Ground g, int sample_) { return vec3(0.10 + 0.60 * max(dot(normal_of(g.fine.slope), u_sun), 0.0)); }
+
+vec3 sky_colour(vec3 direction) { return vec3(0.35, 0.50, 0.75); }
+
+void main() { out_colour = vec4(srgb_encoded(pixel_colour()), 1.0); }

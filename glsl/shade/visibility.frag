@@ -1,0 +1,17 @@
+// shade/visibility.frag — style "visibility": how much of the sky each place sees, as blue, and of the sun, as red and green.
+
+#include "shade/samples.glsl"
+#include "light/lit.glsl"
+#include "shade/tone.glsl"
+
+out vec4 out_colour;
+
+vec3 ground_colour(Ground g, int sample_) {
+    Lit l = lit_ground(g);
+    float sun = l.unshadowed > 0.0 ? sun_visible(g.post, g.extent, l.unshadowed) : 0.0;
+    return vec3(vec2(0.85 * sun), l.sky);
+}
+
+vec3 sky_colour(vec3 direction) { return vec3(0.0); }
+
+void main() { out_colour = vec4(srgb_encoded(pixel_colour()), 1.0); }

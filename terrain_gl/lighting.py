@@ -1,0 +1,139 @@
+"""Light on the GPU: the block of lobes, the dome of the sky, the ground's merged lobes, and what they see of each other."""
+
+from __future__ import annotations
+
+import math
+from collections.abc import Callable
+from functools import lru_cache
+from typing import Any
+
+import moderngl
+import numpy as np
+
+from .horizon import Visibility
+from .image import read_albedo
+from .light import LIGHTS, SKY_AXES, SKY_SHARPNESS, SUN_RADIUS_DEG
+from .lobes import Character, Cover, LobeTables
+from .ground import HeightSums
+from .sky import LUMINANCE, Sky, clear_sky, read_sky
+from .terrain import Rect, Terrain
+
+KEY = 9.0  # how bright a surface in full light is to be shown
+ADAPTATION = 0.85  # of the eye to the light: 1 would make noon and night alike
+FULL_LIGHT = 22.0  # irradiance at which the picture is exposed by KEY alone
+
+
+class Lighting:
+    """Everything that a map is shaded with but its heights and their sums.
+
+    Parameters
+    ----------
+    terrain, sums
+        The map, and the sums of its heights.
+    """
+
+    def __init__(self, terrain: Terrain, sums: HeightSums) -> None:
+        self.ctx, self.terrain, self.sums = terrain.ctx, terrain, sums
+        self.cover = Cover(self.ctx, terrain.heightmap)
+        self.visibility = Visibility(terrain, SKY_AXES, SKY_SHARPNESS)
+        self.block = self.ctx.buffer(reserve=LIGHTS.itemsize)
+        self.lobes: LobeTables | None = None
+        self.dome: moderngl.Texture | None = None
+        self.sky: Sky | None = None
+        self._material: str | None = None
+
+    @property
+    def bytes(self) -> int:
+        """GPU memory that light needs for the map; the sky and a picture of the ground do not grow with it."""
+        return self.visibility.bytes + (self.lobes.bytes if self.lobes else 0)
+
+    @property
+    def defines(self) -> dict[str, object]:
+        """Macros for shaders that include glsl/light/lit.glsl."""
+        return self.visibility.defines | {"LOBE_TABLE": 1}
+
+    def update(self, posts: Rect) -> None:
+        """Follow an edit of posts, (x0, y0, x1, y1), once the heights' sums have."""
+        self.visibility.update(posts)
+        character = Character.of(self.terrain.heightmap)
+        changed, self.cover.character = character != self.cover.character, character
+        if self.lobes and changed:
+            self.lobes.build()
+        elif self.lobes:
+            self.lobes.update(posts)
+
+    def follow(
+        self, sun: tuple[float, float], sky: str | None = None, material: str | None = None
+    ) -> None:
+        """Make whatever is not there yet: for a sun (azimuth, elevation), a sky's file, a picture of the ground."""
+        self._wear(material)
+        lit_by = sky_of(sun, sky)
+        if lit_by is not self.sky:
+            self.sky = lit_by
+            self._hang(lit_by.radiance)
+        axis = tuple(float(v) for v in lit_by.sun["axis"])
+        self.visibility.follow(axis if any(axis) else (0.0, 0.0, 1.0), math.radians(SUN_RADIUS_DEG))
+
+    def describe(self, haze_m: float, water_m: float | None) -> None:
+        """Fill the block of lights."""
+        assert self.sky
+        lights, block = self.sky.lights, np.zeros((), LIGHTS)
+        block["sun"], block["sky"], block["around"] = lights.sun, lights.sky, lights.ground
+        block["exposure"] = exposure(self.sky)
+        block["haze_m"] = haze_m
+        block["water_m"] = -1e30 if water_m is None else water_m - self.terrain.base_m
+        self.block.write(block.tobytes())
+
+    def bind(self, program: Any) -> None:
+        """Make all light visible to a program."""
+        self.block.bind_to_uniform_block(2)
+        self.cover.bind(program)
+        self.visibility.bind(program)
+        if self.lobes:
+            self.lobes.buffer.bind_to_storage_buffer(3)
+        if self.dome:
+            self.dome.use(5)
+
+    def release(self) -> None:
+        """Give the GPU's memory back."""
+        for part in (self.cover, self.visibility, self.block, self.lobes, self.dome):
+            if part:
+                part.release()
+
+    def _wear(self, material: str | None) -> None:
+        if self.lobes and material == self._material:
+            return
+        self.cover.take_picture(None if material is None else read_albedo(material))
+        self._material = material
+        if self.lobes:
+            self.lobes.build()
+        else:
+            self.lobes = LobeTables(self.terrain, self.sums, self.cover)
+
+    def _hang(self, radiance: np.ndarray) -> None:
+        """Make the dome's texture; its first row is the nadir."""
+        if self.dome:
+            self.dome.release()
+        rows, cols = radiance.shape[:2]
+        # half floats end at 65,504
+        texels = np.ones((rows, cols, 4), "f2")
+        texels[..., :3] = np.minimum(radiance[::-1], 6e4)
+        self.dome = self.ctx.texture((cols, rows), 4, texels.tobytes(), dtype="f2")
+        self.dome.build_mipmaps()
+        self.dome.filter = (moderngl.LINEAR_MIPMAP_NEAREST, moderngl.LINEAR)
+        self.dome.repeat_y = False
+
+
+def exposure(sky: Sky) -> float:
+    """What to multiply light with before it is shown: less where there is more of it, as eyes and cameras do."""
+    lights = sky.lights
+    from_sun = float(lights.sun["integral"] * lights.sun["amplitude"] @ LUMINANCE)
+    from_sky = float((lights.sky["integral"] * (lights.sky["amplitude"] @ LUMINANCE)).sum())
+    light = max(from_sun + from_sky, 1e-6)
+    return KEY / FULL_LIGHT * (FULL_LIGHT / light) ** ADAPTATION
+
+
+@lru_cache(maxsize=8)
+def sky_of(sun: tuple[float, float], path: str | None) -> Sky:
+    """The clear sky of a sun's azimuth and elevation in degrees, or the one in a file, which has its own sun."""
+    return clear_sky(*sun) if path is None else read_sky(path)

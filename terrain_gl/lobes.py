@@ -1,0 +1,135 @@
+"""The ground's merged lobes: summed-area tables over normals, half-vectors and albedo, a block of 2 × 2 cells a texel.
+
+Values: glsl/light/record.comp. Lookups in shaders: glsl/light/lobes.glsl. Specification: `reference.lobe_values`.
+"""
+
+from __future__ import annotations
+
+import math
+from typing import Any, NamedTuple
+
+import moderngl
+import numpy as np
+
+from . import gl, shaders
+from .ground import HeightSums
+from .heightmap import Heightmap
+from .sat import SummedAreaTables, Table
+from .terrain import Rect, Terrain
+
+LAYERS = 9
+HOLLOW = 8  # posts around a cell that its cover depends on: glsl/shade/cover.glsl asks 12 around it, and 16 for water
+_GRID = 64  # steps of the map's character to 1, so that small edits leave it, and all cover, alone
+
+
+class Character(NamedTuple):
+    """What kind of land a map shows: glsl/shade/character.glsl decides its cover from this."""
+
+    hypsometric: float
+    rms_slope: float
+
+    @classmethod
+    def of(cls, heightmap: Heightmap) -> Character:
+        """Measure at most 512 × 512 posts, evenly spread; round to steps that most edits do not change."""
+        step = max(1, min(heightmap.rows, heightmap.cols) // 512)
+        low, high = heightmap.range_m
+        heights = heightmap.heights[::step, ::step].astype(np.float64)
+        slopes = [np.diff(heights, axis=i) / (step * heightmap.spacing_m[1 - i]) for i in (0, 1)]
+        mean_square = sum(float(np.nanmean(s * s)) for s in slopes if np.isfinite(s).any())
+        hypsometric = (float(np.nanmean(heights)) - low) / max(high - low, 1e-30)
+        return cls(round(hypsometric * _GRID) / _GRID, _rounded(math.sqrt(mean_square)))
+
+
+def _rounded(slope: float) -> float:
+    """To steps of an eighth of its power of two."""
+    step = 2.0 ** (math.floor(math.log2(max(slope, 1e-9))) - 3)
+    return round(slope / step) * step
+
+
+class Cover:
+    """What the ground is covered with: the map's character, or a picture of the ground."""
+
+    def __init__(self, ctx: moderngl.Context, heightmap: Heightmap) -> None:
+        self.ctx, self.character = ctx, Character.of(heightmap)
+        self.picture: moderngl.Texture | None = None
+        self._none = ctx.texture((1, 1), 3)
+
+    def take_picture(self, albedo: np.ndarray | None) -> None:
+        """Wear a picture (rows, cols, 3) of linear albedo, north up, over the whole map; none for the map's own cover."""
+        if self.picture:
+            self.picture.release()
+        self.picture = None
+        if albedo is not None:
+            rows, cols = albedo.shape[:2]
+            self.picture = self.ctx.texture((cols, rows), 3, np.ascontiguousarray(albedo, "f2").tobytes(), dtype="f2", alignment=1)
+            self.picture.build_mipmaps()
+            self.picture.repeat_x = self.picture.repeat_y = False
+            self.picture.filter = (moderngl.LINEAR_MIPMAP_LINEAR, moderngl.LINEAR)
+
+    def bind(self, program: Any) -> None:
+        """Make the cover known to a program that includes glsl/shade/cover.glsl."""
+        for name, value in (self.character._asdict() | {"pictured": self.picture is not None}).items():
+            if f"u_{name}" in program:
+                program[f"u_{name}"] = value
+        (self.picture or self._none).use(6)
+
+    def release(self) -> None:
+        """Give the GPU's memory back."""
+        self.take_picture(None)
+        self._none.release()
+
+
+class LobeTables:
+    """Nine sums a block: 9 bytes a post."""
+
+    def __init__(self, terrain: Terrain, sums: HeightSums, cover: Cover) -> None:
+        self.ctx, self.terrain, self.sums, self.cover = terrain.ctx, terrain, sums, cover
+        self.table = Table(terrain.heightmap.cols // 2, terrain.heightmap.rows // 2, LAYERS)
+        self._sat = SummedAreaTables(self.ctx, 32)
+        self._record: Any = shaders.compute(self.ctx, "light/record.comp")
+        self.buffer = gl.reserve(self.ctx, 4 * self.table.words, "tables of lobes")
+        self.build()
+
+    @property
+    def bytes(self) -> int:
+        """GPU memory of the tables."""
+        return self.buffer.size
+
+    def build(self) -> None:
+        """Record all blocks and sum them."""
+        self._write(self.buffer, (0, 0), self.table)
+        self._sat.build(self.buffer, self.table)
+
+    def update(self, posts: Rect) -> None:
+        """Follow an edit of the posts of columns x0 to x1 and rows y0 to y1, (x0, y0, x1, y1)."""
+        last = self.table.width - 1, self.table.height - 1
+        x0, y0 = (max(0, (posts[i] - HOLLOW - 1) // 2) for i in (0, 1))
+        x1, y1 = (min(last[i], (posts[i + 2] + HOLLOW) // 2) for i in (0, 1))
+        at = Table(x1 - x0 + 1, y1 - y0 + 1, LAYERS)
+        if at[:2] == self.table[:2]:
+            self.build()
+            return
+        values = self.ctx.buffer(reserve=4 * at.words)
+        self._write(values, (x0, y0), at)
+        self._sat.edit(self.buffer, self.table, values, at, x0, y0)
+        values.release()
+
+    def read(self) -> np.ndarray:
+        """(9, rows, cols) values of the blocks, taken out of the sums."""
+        sums = self._sat.read(self.buffer, self.table).astype(np.int64)
+        values = np.diff(np.diff(np.pad(sums, ((0, 0), (1, 0), (1, 0))), axis=1), axis=2)
+        return values.astype(np.int32) / 32767.0  # what wrapped, wraps back
+
+    def release(self) -> None:
+        """Give the GPU's memory back."""
+        for resource in (self.buffer, self._sat, self._record):
+            resource.release()
+
+    def _write(self, buffer: moderngl.Buffer, first: tuple[int, int], at: Table) -> None:
+        self.terrain.bind()
+        self.sums.buffer.bind_to_storage_buffer(0)
+        buffer.bind_to_storage_buffer(3)
+        self.cover.bind(self._record)
+        self._record["u_first"], self._record["u_count"] = first, at[:2]
+        self._record.run(-(-at.width // 64), at.height)
+        self.ctx.memory_barrier(moderngl.SHADER_STORAGE_BARRIER_BIT)
