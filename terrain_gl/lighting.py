@@ -1,20 +1,19 @@
-"""Light on the GPU: the block of lobes, the dome of the sky, the ground's merged lobes, and what they see of each other."""
+"""Light on the GPU: the block of lobes, the sky's dome, the ground's merged lobes, what they see of each other."""
 
 from __future__ import annotations
 
 import math
-from collections.abc import Callable
 from functools import lru_cache
 from typing import Any
 
 import moderngl
 import numpy as np
 
+from .ground import HeightSums
 from .horizon import Visibility
 from .image import read_albedo
 from .light import LIGHTS, SKY_AXES, SKY_SHARPNESS, SUN_RADIUS_DEG
 from .lobes import Character, Cover, LobeTables
-from .ground import HeightSums
 from .sky import LUMINANCE, Sky, clear_sky, read_sky
 from .terrain import Rect, Terrain
 
@@ -50,7 +49,7 @@ class Lighting:
     @property
     def defines(self) -> dict[str, object]:
         """Macros for shaders that include glsl/light/lit.glsl."""
-        return self.visibility.defines | {"LOBE_TABLE": 1}
+        return self.visibility.defines
 
     def update(self, posts: Rect) -> None:
         """Follow an edit of posts, (x0, y0, x1, y1), once the heights' sums have."""
@@ -62,9 +61,7 @@ class Lighting:
         elif self.lobes:
             self.lobes.update(posts)
 
-    def follow(
-        self, sun: tuple[float, float], sky: str | None = None, material: str | None = None
-    ) -> None:
+    def follow(self, sun: tuple[float, float], sky: str | None = None, material: str | None = None) -> None:
         """Make whatever is not there yet: for a sun (azimuth, elevation), a sky's file, a picture of the ground."""
         self._wear(material)
         lit_by = sky_of(sun, sky)

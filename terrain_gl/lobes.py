@@ -55,13 +55,15 @@ class Cover:
         self._none = ctx.texture((1, 1), 3)
 
     def take_picture(self, albedo: np.ndarray | None) -> None:
-        """Wear a picture (rows, cols, 3) of linear albedo, north up, over the whole map; none for the map's own cover."""
+        """Wear a picture (rows, cols, 3) of linear albedo, north up, over the whole map; None: the map's own cover."""
         if self.picture:
             self.picture.release()
         self.picture = None
         if albedo is not None:
             rows, cols = albedo.shape[:2]
-            self.picture = self.ctx.texture((cols, rows), 3, np.ascontiguousarray(albedo, "f2").tobytes(), dtype="f2", alignment=1)
+            self.picture = self.ctx.texture(
+                (cols, rows), 3, np.ascontiguousarray(albedo, "f2").tobytes(), dtype="f2", alignment=1
+            )
             self.picture.build_mipmaps()
             self.picture.repeat_x = self.picture.repeat_y = False
             self.picture.filter = (moderngl.LINEAR_MIPMAP_LINEAR, moderngl.LINEAR)

@@ -516,27 +516,6 @@ def spline_relief(
     return float(weights(y) @ h @ weights(x)), slope / spacing_m
 
 
-def shadow_heights(heights: np.ndarray, sun: tuple[float, float, float], spacing_m: tuple[float, float]) -> np.ndarray:
-    """Height of the plane of shadow over each post, -inf where nothing stands towards the sun; `sun` is a unit vector.
-
-    Line after line away from the sun: shadow(p) = max(shadow(q), h(q)) - fall, q where the ray from p towards the sun
-    crosses the line before, blended between two posts.
-    """
-    towards = np.array([sun[0] / spacing_m[0], -sun[1] / spacing_m[1]])
-    if abs(towards[0]) >= abs(towards[1]):  # lines are columns: turn the map, so that they are rows
-        turned = shadow_heights(heights.T, (-sun[1], -sun[0], sun[2]), spacing_m[::-1])
-        return turned.T
-    h = heights.astype(np.float64)[:: 1 if towards[1] < 0 else -1]
-    shift, fall = towards[0] / abs(towards[1]), sun[2] / abs(towards[1])
-    shadow = np.full(h.shape, -np.inf)
-    crossing = np.arange(h.shape[1]) + shift
-    inside = np.flatnonzero((crossing >= 0) & (crossing <= h.shape[1] - 1))
-    for i in range(1, len(h)):
-        top = np.maximum(shadow[i - 1], h[i - 1])
-        shadow[i, inside] = np.interp(crossing[inside], np.arange(len(top)), top) - fall
-    return shadow[:: 1 if towards[1] < 0 else -1]
-
-
 # --- light -------------------------------------------------------------------------------------------------------
 
 # A spherical Gaussian SG(w) = a e^(sharpness (w . axis - 1)) is (axis (3,), sharpness, a); directions are unit vectors.

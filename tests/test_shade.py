@@ -10,9 +10,9 @@ from terrain_gl.context import create_context
 from terrain_gl.error import ErrorTables
 from terrain_gl.exceptions import TerrainError
 from terrain_gl.gl import use_default_framebuffer
-from terrain_gl.ground import HeightSums, SunMap, towards_sun
-from terrain_gl.lobes import Character
+from terrain_gl.ground import HeightSums
 from terrain_gl.heightmap import Heightmap
+from terrain_gl.lobes import Character
 from terrain_gl.lod import Levels
 from terrain_gl.shade import STYLES, Look, Picture
 from terrain_gl.terrain import Terrain
@@ -163,38 +163,11 @@ def test_an_edit_equals_a_rebuild(ctx):
 
 
 def test_bytes_per_post(scene):
-    picture = scene(Heightmap(hills(100, 100))).picture
-    assert picture.sums.bytes == 4 * 100 * 100
-    assert picture.bytes <= 5.4 * 100 * 100
-
-
-@pytest.mark.parametrize("azimuth", [0, 20, 45, 100, 170, 225, 262, 359])
-def test_sun_sweep(ctx, azimuth):
-    heightmap = Heightmap(hills(61, 83), spacing_m=(30.0, 20.0))
-    terrain = Terrain(ctx, heightmap)
-    sun_map = SunMap(terrain)
-    sun = towards_sun(azimuth, 25)
-    sun_map.follow(sun)
-    seen = np.frombuffer(sun_map.texture.read(alignment=1), "u1").reshape(61, 83) / 255
-    clear = heightmap.heights - reference.shadow_heights(heightmap.heights, sun, heightmap.spacing_m)
-    soft = 30.0
-    assert np.all(seen[clear > soft] == 1)
-    assert np.all(seen[clear < -soft] == 0)
-    assert (seen == 0).any() and (seen == 1).any()
-    sun_map.release()
-    terrain.release()
-
-
-def test_a_wall_throws_its_shadow_away_from_the_sun(ctx):
-    heights = np.zeros((21, 41), "f4")
-    heights[:, 20] = 100.0
-    terrain = Terrain(ctx, Heightmap(heights, spacing_m=50.0))
-    sun_map = SunMap(terrain)
-    sun_map.follow(towards_sun(270, 45))  # in the west: the shadow lies two posts to the east
-    seen = np.frombuffer(sun_map.texture.read(alignment=1), "u1").reshape(21, 41)
-    assert np.all(seen[:, :21] == 255) and np.all(seen[:, 23:] == 255) and np.all(seen[:, 21] == 0)
-    sun_map.release()
-    terrain.release()
+    heightmap = Heightmap(hills(400, 300))
+    s = scene(heightmap)
+    s.draw(Camera.default(heightmap))
+    assert s.picture.sums.bytes == 4 * 400 * 300
+    assert s.picture.bytes <= 32 * 400 * 300
 
 
 def ridge(by_column):
@@ -266,7 +239,7 @@ def test_shading_does_not_depend_on_the_mesh(scene):
         places = np.frombuffer(s.picture._posts.read(), "f4").reshape(180, 320, 2)[::-1]
         seen.append((picture, places))
     (fine, place), (coarse, other) = seen
-    same = (place[..., 0] >= 0) & (np.abs(place - other).max(-1) < 0.01)
+    same = (place[..., 0] >= 0) & (np.abs(place - other).max(-1) < 0.002)
     assert same.sum() > 300
     assert np.abs(fine - coarse)[same].max() <= 3
 

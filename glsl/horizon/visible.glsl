@@ -21,13 +21,16 @@ layout(binding = 4) uniform sampler2DArray u_sun_horizon;
 
 uniform vec2 u_sun_towards;
 
-uint sunlit_at(int layer, int x, int y) { return x == 0 || y == 0 ? 0u : sunlit[(y - 1) * u_last_post.x + x - 1]; }
+// All bits where a sum is stored, none on the rim, where it is 0: a mask, for branches cost more than words.
+uint inside_of(int x, int y) { return ~uint((x - 1 | y - 1) >> 31); }
+
+uint sunlit_at(int layer, int x, int y) { return sunlit[max(y - 1, 0) * u_last_post.x + max(x - 1, 0)] & inside_of(x, y); }
 
 ivec2 share_texels() { return (u_last_post - 1) / TEXEL + 1; }
 
 uint share_at(int layer, int x, int y) {
     ivec2 size = share_texels();
-    return x == 0 || y == 0 ? 0u : share[(layer * size.y + y - 1) * size.x + x - 1];
+    return share[(layer * size.y + max(y - 1, 0)) * size.x + max(x - 1, 0)] & inside_of(x, y);
 }
 
 // Mean over the box from a to c, in texels of a table of `end`; each side is between two words.

@@ -4,7 +4,7 @@
 // Provides Lit, merged_ground(), lit_ground(), direct_light(), outgoing_light().
 
 #include "shade/footprint.glsl"
-#include "light/lobes.glsl"
+#include "light/merged.glsl"
 #include "light/dome.glsl"
 #include "horizon/visible.glsl"
 
