@@ -257,11 +257,18 @@ def entry_of(
     stats = dict(renderer.measure())
     stats["ms"] = {stage: median(ms[stage] for ms in times) for stage in times[0]}
     error_px = renderer.error_map()
-    image, sky, _ = _picture(renderer, camera, fine, progress, method=method, **drawing)
+    image, likeness = likeness_of(renderer, camera, truth, fine, progress, method=method, **drawing)
+    return Entry(method, stats | likeness, image, error_px)
+
+
+def likeness_of(
+    renderer: Renderer, camera: Camera, truth: Truth, fine: int, progress: Progress | None = None, **drawing: Any
+) -> tuple[np.ndarray, dict[str, Any]]:
+    """A picture, (height, width, 3) uint8, drawn as finely as the truth, and how far it is from it."""
+    image, sky, _ = _picture(renderer, camera, fine, progress, **drawing)
     off = skyline(truth.sky, sky)
-    stats |= {"image_rmse": rmse(truth.image, image), "flip": flip(truth.image, image)}
-    stats |= {"skyline_px": off.mean_px, "max_skyline_px": off.max_px}
-    return Entry(method, stats, image, error_px)
+    shapes = {"skyline_px": off.mean_px, "max_skyline_px": off.max_px}
+    return image, {"image_rmse": rmse(truth.image, image), "flip": flip(truth.image, image)} | shapes
 
 
 def measured(renderer: Renderer, camera: Camera, **drawing: Any) -> dict[str, Any]:
