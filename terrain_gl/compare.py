@@ -189,20 +189,20 @@ def study(
     details = {method: {"triangles": triangles} for method in COMPARED}
     if own:
         details["sat"] = {"max_error_px": max_error_px}
-    comparison = compare(renderer, camera, details, fine, part(progress, 0, 2), **options)
-    found = Study(comparison, max_error_px=max_error_px)
+    parts = 1 + with_curves + bool(own)
+    comparison = compare(renderer, camera, details, fine, part(progress, 0, parts), **options)
+    found, most = Study(comparison, max_error_px=max_error_px), comparison.stats["triangles"]
     if with_curves:
-        most = comparison.stats["triangles"]
         budgets = [max(FEWEST, round(triangles * share)) for share in BUDGETS if triangles * share < most]
         found.ideal = ideal_curve(renderer, camera, budgets, options.get("near_m"))
-        found.curves = curve(renderer, camera, COMPARED, budgets, part(progress, 1, 2), **options)
+        found.curves = curve(renderer, camera, COMPARED, budgets, part(progress, 1, parts), **options)
     if own and max_error_px:
-        most = comparison.stats["triangles"]
-        rivals = [method for method in COMPARED if method != "sat"]
-        found.needed = {
-            method: fewest(renderer, camera, method, max_error_px, triangles, most, **options) for method in rivals
-        }
-        found.needed["sat"] = own
+        found.needed = {"sat": own}
+        for method in COMPARED:
+            if method != "sat":
+                found.needed[method] = fewest(renderer, camera, method, max_error_px, triangles, most, **options)
+    if progress:
+        progress(1.0)
     return found
 
 
