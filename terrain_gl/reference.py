@@ -400,18 +400,22 @@ def _error_of(splits: list[np.ndarray], squares: list[np.ndarray]) -> float:
 
 
 def _at_budgets(
-    curve: Callable[[float], tuple[int, float]], triangles: Sequence[int], steps: int = 20
+    curve: Callable[[float], tuple[int, float]], triangles: Sequence[int], enough: float = 0.998
 ) -> tuple[np.ndarray, np.ndarray]:
     """Points of a falling curve log2 λ → (triangles, error²), just within each budget."""
-    known: dict[float, tuple[int, float]] = {at: curve(at) for at in (-60.0, 60.0)}
+    known = {at: curve(at) for at in (-60.0, 60.0)}
     found = []
     for budget in triangles:
-        for _ in range(steps):
+        for step in range(40):
             low = max(at for at, (n, _) in known.items() if n > budget or at == -60)
             high = min(at for at, (n, _) in known.items() if n <= budget or at == 60)
-            if high - low < 1e-3 or known[low][0] <= budget:
+            if high - low < 1e-3 or known[low][0] <= budget or enough * budget <= known[high][0] <= budget:
                 break
-            known[(low + high) / 2] = curve((low + high) / 2)
+            # the chord of log n over log λ, and halves now and then
+            too_many, few, aim = np.log2([known[low][0], max(1, known[high][0]), (1 + enough) / 2 * budget])
+            part = np.clip((too_many - aim) / (too_many - few), 0.02, 0.98) if step % 3 else 0.5
+            at = float(low + part * (high - low))
+            known[at] = curve(at)
         fits = [point for point in known.values() if point[0] <= budget]
         found.append(min(fits, key=lambda point: point[1]) if fits else known[60.0])
     return np.array([n for n, _ in found]), np.array([error for _, error in found])

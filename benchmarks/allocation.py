@@ -1,0 +1,48 @@
+"""Screen error for a number of triangles, next to the best that any quadtree could do with as many.
+
+The best knows the true error of every post from the eye at hand (reference.ideal_allocation, on the CPU: minutes for
+maps of 4096 posts a side); restricted: neighbours within one level, as a mesh without cracks needs it; plain: without.
+A factor is the root mean square error drawn over that of the best.
+
+Run: python benchmarks/allocation.py MAP [--spacing M ...] [--view NAME] [--budgets N,N,...]
+"""
+
+import argparse
+import sys
+import time
+
+import numpy as np
+
+from terrain_gl import reference
+from terrain_gl.cli import options
+from terrain_gl.renderer import NEAR
+
+parser = argparse.ArgumentParser(description=__doc__, formatter_class=argparse.RawDescriptionHelpFormatter)
+options.add_map(parser)
+options.add_drawing(parser)
+parser.add_argument("--budgets", metavar="N,N,...", default="100000,300000,1000000", help="numbers of triangles")
+args = parser.parse_args()
+budgets = [int(n) for n in args.budgets.split(",")]
+scene = options.open_scene(args)
+heightmap = scene.heightmap
+
+with options.make_renderer(args, scene) as renderer:
+    drawn = []
+    for budget in budgets:
+        renderer.draw(scene.camera, triangles=budget)
+        drawn.append(renderer.measure())
+    filled = renderer.terrain.filled.astype(np.float64)
+
+started = time.perf_counter()
+near_m = args.near_m or NEAR * min(heightmap.spacing_m)
+void = np.isnan(heightmap.heights) if heightmap.voids else None
+best = reference.ideal_allocation(filled, heightmap.spacing_m, scene.camera, args.size, near_m, budgets, void)
+print(f"{heightmap.name}: {time.perf_counter() - started:.0f} s for the best", file=sys.stderr)
+
+columns = ("budget", "drawn", "lambda", "rms px", "max px", "ms", "restricted", "factor", "plain", "factor")
+print("".join(f"{column:>11}" for column in columns))
+for i, (budget, stats) in enumerate(zip(budgets, drawn, strict=True)):
+    rms_px = stats["rms_error_px"]
+    line = f"{budget:11,}{stats['triangles']:11,}{stats['lambda']:11.3g}{rms_px:11.4f}{stats['max_error_px']:11.2f}"
+    beside = (f"{best_px:11.4f}{rms_px / max(best_px, 1e-12):11.2f}" for best_px in (b.rms_px[i] for b in best))
+    print(f"{line}{stats['ms']['lod']:11.0f}", *beside, sep="", flush=True)

@@ -1,0 +1,51 @@
+"""Lesson 7, a budget: so many triangles, where they help most.
+
+A price for a triangle, one for the whole picture, decides everywhere: what takes away more squared pixels of error than
+it costs is drawn. The GPU looks for the price that makes the number of triangles asked for. With four times the
+triangles each buys about a fifteenth of what it did: the dearest errors go first.
+
+The picture shows one view with 1,000, 4,000, 16,000 and 64,000 triangles. A tolerance spreads its triangles
+otherwise: it cuts everywhere down to the same largest error, and what is printed beside each budget is what the same
+number of triangles achieves in that way.
+
+Run: python 07_budget.py [PICTURE.png [MAP]]
+"""
+
+import sys
+
+import numpy as np
+
+from terrain_gl import Renderer
+from terrain_gl.image import write_png
+from terrain_gl.maps import bundled, open_map
+
+BUDGETS = (1000, 4000, 16000, 64000)
+
+picture = sys.argv[1] if len(sys.argv) > 1 else "07_budget.png"
+name = sys.argv[2] if len(sys.argv) > 2 else "alpine"
+heightmap, camera = open_map(name)[0], bundled()[name].camera
+
+
+def tolerance_for(renderer, triangles):
+    """The tolerance in pixels that about as many triangles hold, by bisection."""
+    low, high = 0.01, 1000.0
+    for _ in range(12):
+        middle = (low * high) ** 0.5
+        fits = renderer.draw(camera, middle)["triangles"] <= triangles
+        low, high = (low, middle) if fits else (middle, high)
+    return high
+
+
+print("triangles   price px²   rms px   with a tolerance")
+shots = []
+with Renderer(heightmap, size=(480, 270)) as renderer:
+    for budget in BUDGETS:
+        renderer.draw(camera, tolerance_for(renderer, budget))
+        by_tolerance = renderer.measure()["rms_error_px"]
+        shots.append(renderer.render(camera, triangles=budget, style="wireframe").image)
+        stats = renderer.measure()
+        print("{triangles:9,}{lambda:12.3g}{rms_error_px:9.3f}".format(**stats), f"{by_tolerance:18.3f}")
+
+rows = [np.concatenate(shots[i : i + 2], 1) for i in (0, 2)]
+write_png(picture, np.concatenate(rows)[..., :3])
+print("wrote", picture)
