@@ -10,6 +10,7 @@ import errno
 import os
 import secrets
 import shutil
+import tempfile
 from collections.abc import Callable, Iterator
 from contextlib import contextmanager
 from pathlib import Path
@@ -130,6 +131,13 @@ def write_png(path: str | os.PathLike[str], pixels: np.ndarray) -> None:
     if Path(path).suffix.lower() != ".png":
         raise TerrainError(f"{path}: pictures are written as PNG: let the name end in .png")
     write_image(path, pixels)
+
+
+def png_bytes(pixels: np.ndarray) -> bytes:
+    """A picture as the bytes of a PNG file; see `write_image`."""
+    with tempfile.TemporaryDirectory() as folder:
+        write_image(file := Path(folder) / "picture.png", pixels)
+        return file.read_bytes()
 
 
 def read_image(path: str | os.PathLike[str]) -> np.ndarray:

@@ -22,7 +22,7 @@ from .exceptions import TerrainError, UsageError
 from .gl import limits
 from .heightmap import Heightmap
 from .holes import bilinear, count_holes
-from .image import reduced
+from .image import png_bytes, reduced
 from .lod import Levels, Selection
 from .measure import TILE, Achieved, Measurement
 from .mesh import captured_triangles
@@ -62,6 +62,10 @@ class Frame:
 
     image: np.ndarray
     stats: dict[str, Any]
+
+    def _repr_png_(self) -> bytes:
+        """The picture, where a notebook shows a frame."""
+        return png_bytes(self.image)
 
 
 @dataclass
@@ -468,6 +472,11 @@ class Renderer:
             self._parts.pop().release()
         if self._owns_ctx:
             self.ctx.release()
+
+    @_in_own_context
+    def _repr_png_(self) -> bytes | None:
+        """The last picture, where a notebook shows the renderer."""
+        return png_bytes(self.picture.read()) if self._shot else None
 
     def __enter__(self) -> Renderer:
         return self

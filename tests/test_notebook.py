@@ -1,0 +1,280 @@
+"""The view in a notebook: the browser's events fly it, frames come when something changes, and a still stands by."""
+
+import asyncio
+import base64
+import os
+import sys
+import time
+from pathlib import Path
+
+import numpy as np
+import pytest
+
+import terrain_gl as tg
+from terrain_gl.image import png_bytes, read_image
+from terrain_gl.shade import STYLES
+
+rfb = pytest.importorskip("jupyter_rfb", reason="the extra [notebook] is not installed")
+
+from terrain_gl.notebook import View  # noqa: E402
+
+CAMERA = tg.Camera((640, -200, 400), (640, 640, 100))
+
+
+@pytest.fixture(autouse=True)
+def folder(tmp_path, monkeypatch):
+    monkeypatch.chdir(tmp_path)
+
+
+@pytest.fixture
+def view(folder):
+    t = np.linspace(0, 9, 97)
+    hills = tg.Heightmap(60 * np.sin(t)[:, None] * np.cos(0.7 * t)[None, :] + 100, 13.0, "hills")
+    view = View(hills, CAMERA, size=(160, 90))
+    yield view
+    view.close()
+
+
+class Browser:
+    """The other end of the wire: takes frames, says that it has, and sends events."""
+
+    def __init__(self, view):
+        self.view, self.sent = view, []
+        view.send = lambda content, buffers=None: self.sent.append(content)
+        self.event("resize", width=160, height=90, ratio=1.0)
+        view._has_visible_views = True
+
+    def event(self, kind, **event):
+        event = {"modifiers": [], "x": 80, "y": 45, "timestamp": 0.0} | event
+        self.view._rfb_handle_msg(self.view, {"type": kind} | event, [])
+        assert self.view._output_context.outputs == (), self.view._output_context.outputs
+
+    async def watch(self, seconds):
+        """Look at frames for a while; how many came."""
+        before = self.view._rfb_frame_index
+        end = time.monotonic() + seconds
+        while time.monotonic() < end:
+            now = time.time()
+            if self.view._rfb_frame_index:
+                self.view._frame_feedback = {"index": self.view._rfb_frame_index, "timestamp": now, "localtime": now}
+            await asyncio.sleep(0.01)
+        assert self.view._output_context.outputs == (), self.view._output_context.outputs
+        return self.view._rfb_frame_index - before
+
+    async def rest(self):
+        """Look on until nothing changes."""
+        for _ in range(60):
+            await self.watch(0.5)
+            if not self.view.flight.busy and self.view.flight.figures.shrunk == 1:
+                return
+        raise AssertionError("the view does not come to rest")
+
+    @property
+    def seen(self):
+        return self.view._rfb_last_frame
+
+
+def test_keys_fly(view):
+    async def fly():
+        browser = Browser(view)
+        await browser.rest()
+        first = browser.seen.copy()
+        assert first.shape == (90, 160, 3) and first.std() > 5
+        browser.event("key_down", key="Shift")
+        browser.event("key_down", key="w", modifiers=["Shift"])
+        assert await browser.watch(1.0) > 3
+        browser.event("key_up", key="w")
+        browser.event("key_up", key="Shift")
+        await browser.rest()
+        flown = np.subtract(view.camera.eye, CAMERA.eye)
+        assert flown @ CAMERA.forward > 10
+        assert np.abs(browser.seen.astype(int) - first).mean() > 1
+        assert "image/jpeg" in str(browser.sent) and view.stats["triangles"] > 0
+
+    asyncio.run(fly())
+
+
+def test_nothing_is_sent_at_rest(view):
+    async def wait():
+        browser = Browser(view)
+        await browser.rest()
+        await browser.watch(view.flight.wait_s + 5.5)  # until the greeting is gone
+        await browser.rest()
+        await browser.watch(0.5)  # a frame in full quality follows the last one
+        assert await browser.watch(1.5) == 0
+
+    asyncio.run(wait())
+
+
+def test_mouse(view):
+    browser = Browser(view)
+    browser.event("pointer_down", button=2)
+    browser.event("pointer_move", x=100, y=45)
+    browser.event("pointer_up", button=2)
+    assert view.flight.controller.azimuth_deg == pytest.approx(2.0) and view.camera.eye == CAMERA.eye
+    browser.event("pointer_move", x=0, y=0)
+    assert view.flight.controller.azimuth_deg == pytest.approx(2.0)
+    before = view.flight.controller.speed_m_s
+    browser.event("wheel", dx=0, dy=-200)
+    assert view.flight.controller.speed_m_s == pytest.approx(before * 1.25**2)
+    browser.event("wheel", dx=0, dy=-100, modifiers=["Control"])
+    assert view.camera.fov_deg == pytest.approx(45.0)
+
+
+@pytest.mark.parametrize("ratio", [1.0, 2.0])
+def test_what_is_grabbed_stays_under_the_cursor(view, ratio):
+    browser = Browser(view)
+    browser.event("resize", width=160, height=90, ratio=ratio)
+    assert view.flight.size == (160 * ratio, 90 * ratio)
+    browser.event("pointer_down", button=1, x=100, y=70)
+    pivot = view.flight.controller._pivot
+    browser.event("pointer_move", x=120, y=60)
+    browser.event("pointer_up", button=1)
+    right, up, forward = view.camera.axes @ (pivot - view.camera.eye)
+    focal = view.camera.focal_px(90)
+    assert (80 + focal * right / forward, 45 - focal * up / forward) == pytest.approx((100, 70), abs=1e-6)
+    assert view.camera.eye != CAMERA.eye
+
+
+def test_keys_are_those_of_the_window(view):
+    browser = Browser(view)
+    browser.event("key_down", key="Tab")
+    assert view.flight.settings.drawing.style == STYLES[1]
+    browser.event("key_down", key="+", modifiers=["Shift"])
+    assert view.flight.settings.drawing.max_error_px == pytest.approx(2**0.5)
+    browser.event("key_down", key="!", modifiers=["Shift"])
+    assert 1 in view.flight.controller.bookmarks
+    browser.event("key_down", key="ArrowLeft")
+    view.flight.controller.step(0.1)
+    assert view.flight.controller.azimuth_deg > 180
+    browser.event("hide")
+    assert not view.flight.controller.moving
+    browser.event("key_down", key="Escape")
+    assert not view.flight.done
+    for key in ("Dead", "€", "F5", "Unidentified", "AltGraph"):
+        browser.event("key_down", key=key)
+        browser.event("key_up", key=key)
+    browser.event("something new")
+
+
+def test_size_zero_and_back(view):
+    async def fold():
+        browser = Browser(view)
+        await browser.rest()
+        browser.event("resize", width=0, height=0, ratio=1.0)
+        assert await browser.watch(0.5) == 0
+        browser.event("resize", width=100.4, height=50.2, ratio=1.5)
+        await browser.rest()
+        assert browser.seen.shape == (75, 151, 3)
+
+    asyncio.run(fold())
+
+
+def test_drawn_otherwise(view):
+    shaded = view.picture()
+    view.draw(style="normals", max_error_px=3.0)
+    assert np.abs(view.picture().astype(int) - shaded).mean() > 5
+    assert view.stats["requested_max_error_px"] == 3.0
+    with pytest.raises(tg.UsageError, match="style"):
+        view.draw(style="cubist")
+
+
+def test_the_picture_is_the_renderers(view):
+    with tg.Renderer(view.flight.renderer.heightmap, (160, 90)) as renderer:
+        frame = renderer.render(CAMERA)
+    differs = np.abs(view.picture().astype(int) - frame.image[..., :3]).max(-1) > 1
+    assert differs.mean() < 0.002
+
+
+def test_two_views_and_a_renderer_side_by_side(view):
+    other = View("canyon", size=(100, 60))
+    first, second = view.picture(), other.picture()
+    with tg.Renderer(view.flight.renderer.heightmap, (32, 32)) as renderer:
+        renderer.render(CAMERA)
+        assert np.array_equal(view.picture(), first) and np.array_equal(other.picture(), second)
+    other.close()
+    other.close()
+    assert np.array_equal(view.picture(), first)
+    assert other.get_frame() is None
+
+
+def test_panels():
+    pytest.importorskip("imgui_bundle", reason="the extra [gui] is not installed")
+    view = View("canyon", size=(640, 360), panels=True)
+    browser = Browser(view)
+    browser.event("resize", width=640, height=360, ratio=1.0)
+    with_panels = view.picture().astype(int)
+    azimuth, label = view.flight.controller.azimuth_deg, "tolerance"
+    x0, y0, x1, y1 = view._gui.places[label]
+    browser.event("pointer_move", x=(x0 + x1) / 2, y=(y0 + y1) / 2)
+    view.picture()
+    browser.event("pointer_down", button=1, x=(x0 + x1) / 2, y=(y0 + y1) / 2)
+    view.picture()
+    browser.event("pointer_move", x=x1 - 5, y=(y0 + y1) / 2)
+    view.picture()
+    browser.event("pointer_up", button=1, x=x1 - 5, y=(y0 + y1) / 2)
+    view.picture()
+    assert view.flight.settings.drawing.max_error_px > 1 and view.flight.controller.azimuth_deg == azimuth
+    assert np.abs(with_panels - view.picture()).max() > 50
+    view.close()
+
+
+def test_a_still_picture_stands_beside_the_widget(view):
+    data = view._repr_mimebundle_()
+    data = data[0] if isinstance(data, tuple) else data
+    assert "application/vnd.jupyter.widget-view+json" in data
+    Path("still.png").write_bytes(base64.b64decode(data["image/png"]))
+    assert np.array_equal(read_image("still.png"), view.picture())
+
+
+def test_frames_show_themselves():
+    with tg.Renderer(tg.Heightmap([[0, 1], [2, 3]]), (20, 10)) as renderer:
+        assert renderer._repr_png_() is None
+        frame = renderer.render(tg.Camera((0.5, -2, 3), (0.5, 0.5, 1)))
+        assert frame._repr_png_() == renderer._repr_png_() == png_bytes(frame.image)
+    Path("frame.png").write_bytes(frame._repr_png_())
+    assert np.array_equal(read_image("frame.png"), frame.image)
+
+
+@pytest.mark.parametrize(
+    ("arguments", "error"),
+    [
+        ({"source": "nowhere"}, tg.TerrainError),
+        ({"size": (0, 5)}, tg.UsageError),
+        ({"style": "cubist"}, tg.UsageError),
+        ({"backend": "none"}, tg.UsageError),
+    ],
+)
+def test_bad_arguments(arguments, error):
+    with pytest.raises(error):
+        View(**{"source": "canyon"} | arguments)
+
+
+def test_without_the_extra(monkeypatch):
+    monkeypatch.setitem(sys.modules, "jupyter_rfb", None)
+    monkeypatch.delitem(sys.modules, "terrain_gl.notebook")
+    with pytest.raises(ImportError, match=r"pip install 'terrain-gl\[notebook\]'"):
+        import terrain_gl.notebook  # noqa: F401
+
+
+@pytest.mark.slow
+def test_the_example_runs_without_a_front_end(monkeypatch):
+    """As CI runs it: every cell, no display, and a still picture where the widget would be."""
+    nbformat = pytest.importorskip("nbformat", reason="the extra [test] is not installed")
+    nbclient = pytest.importorskip("nbclient", reason="the extra [test] is not installed")
+    pytest.importorskip("ipykernel", reason="the extra [test] is not installed")
+    for name in ("DISPLAY", "WAYLAND_DISPLAY"):
+        monkeypatch.delenv(name, raising=False)
+    example = Path(__file__).parent.parent / "examples" / "07_notebook.ipynb"
+    notebook = nbformat.read(example, as_version=4)
+    assert not any(cell.get("outputs") for cell in notebook.cells)
+    nbclient.NotebookClient(notebook, timeout=300, resources={"metadata": {"path": os.getcwd()}}).execute()
+    outputs = [output for cell in notebook.cells for output in cell.get("outputs", ())]
+    pictures = [output.data["image/png"] for output in outputs if "image/png" in output.get("data", {})]
+    assert len(pictures) == 3
+    for i, picture in enumerate(pictures):
+        Path(f"{i}.png").write_bytes(base64.b64decode(picture))
+        pixels = read_image(f"{i}.png")
+        assert pixels.shape[:2] == (360, 640) and pixels[..., :3].std() > 10
+    told = "".join(output.text for output in outputs if output.output_type == "stream")
+    assert told.count("asked") == 3 and "Traceback" not in told
