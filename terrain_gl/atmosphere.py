@@ -18,8 +18,10 @@ MIE_SCATTERING, MIE_EXTINCTION = 3.0e-3, 3.4e-3
 OZONE = np.array([0.75e-3, 1.25e-3, 0.085e-3])  # absorption per km at its densest, 25 km up; less green: blue dusks
 RAYLEIGH_KM, MIE_KM = 8.0, 1.2  # heights over which they thin to 1/e
 ASYMMETRY = 0.8  # of haze: how much of the light it scatters goes on ahead
-GROUND_ALBEDO = np.array([0.22, 0.20, 0.16])
+GROUND_ALBEDO = np.array([0.16, 0.165, 0.15])
 EYE_KM = 1.0
+COLOURFULNESS = 0.72  # three wavelengths alone make skies bluer, and dusks redder, than all of them together
+LUMINANCE = np.array([0.2126, 0.7152, 0.0722])
 
 
 def sunlight(elevation_deg: float, height_km: float = EYE_KM) -> np.ndarray:
@@ -51,7 +53,8 @@ def sky_radiance(directions: np.ndarray, sun: np.ndarray, height_km: float = EYE
     before = np.cumsum(depth, 1) - depth
     through = _fall(before) * -np.expm1(-np.minimum(depth, 80)) / np.maximum(_extinction(h), 1e-12)
     light = (source * through).sum(1)
-    return light + np.where(grounded[:, None], _fall(depth.sum(1)) * _ground_light(float(sun[2])), 0)
+    light = light + np.where(grounded[:, None], _fall(depth.sum(1)) * _ground_light(float(sun[2])), 0)
+    return COLOURFULNESS * light + (1 - COLOURFULNESS) * (light @ LUMINANCE)[:, None]
 
 
 def _source(h: np.ndarray, mu_sun: np.ndarray, cosine: np.ndarray) -> np.ndarray:

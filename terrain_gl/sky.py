@@ -10,6 +10,7 @@ from functools import cache, cached_property
 import numpy as np
 
 from . import atmosphere
+from .atmosphere import LUMINANCE
 from .exceptions import TerrainError
 from .image import read_image
 from .light import (
@@ -28,7 +29,6 @@ SUNLIGHT = 20.0  # irradiance of the sun above the air, in the units of all radi
 NIGHT = np.array([0.9, 1.2, 1.8]) * 2e-4  # what remains without any sun: stars and airglow, much brightened
 SHAPE = (192, 128)  # rows and columns of a computed dome
 SHAPE_READ = (512, 1024)  # of one that is read from a picture
-LUMINANCE = np.array([0.2126, 0.7152, 0.0722])
 _SUN_TIMES_MEDIAN = 100.0  # a picture's brightest spot is a sun if it is so many times as bright as most of the sky
 
 

@@ -85,16 +85,17 @@ float hollow_of(vec2 post, float height_m, float posts, bool blended) {
     return clamp((mean_height_m(post, posts, blended) - height_m) / reach_m, -1.0, 1.0);
 }
 
-// Standing water lies dead level, far and wide, in green land; a map that is level everywhere is none.
-float wetness(vec2 post, vec2 extent, Relief fine) {
+// Standing water lies dead level, far and wide, in green land, and in no hollow of it, as the beds of valleys do; a map that
+// is level everywhere is none.
+float wetness(vec2 post, vec2 extent, Relief fine, float hollow) {
     if (u_rms_slope < 0.001 || greenness() == 0.0) return 0.0;
     float around = length(rough_slope(post, max(vec2(16.0), extent)));
-    return greenness() * (1.0 - smoothstep(0.0004, 0.0015, around + 0.5 * length(fine.slope)));
+    return greenness() * (1.0 - smoothstep(0.0004, 0.0015, around + 0.5 * length(fine.slope) + abs(hollow)));
 }
 
-Material land_of(vec2 post, vec2 extent, Relief fine) {
+Material land_of(vec2 post, vec2 extent, Relief fine, float hollow) {
     float height = (fine.height_m - u_low_m) / u_span_m, steep = length(fine.slope);
-    float patch_ = patchiness(post, extent), hollow = hollow_of(post, fine.height_m, 12.0, max(extent.x, extent.y) < 1.0);
+    float patch_ = patchiness(post, extent);
     float zone = height + 0.10 * patch_ - 0.05 * hollow;
     float thickness = steep * max(extent.x * u_spacing_m.x, extent.y * u_spacing_m.y) / u_span_m;
     Material land = Material(vec3(0.0), 0.0);
@@ -104,12 +105,13 @@ Material land_of(vec2 post, vec2 extent, Relief fine) {
         land = added(land, Material(arid_albedo(zone, steep, patch_, layer), 0.85), 1.0 - greenness());
     }
     land.albedo *= 1.0 + 0.2 * patch_;
-    float snowy = smoothstep(0.60, 0.74, zone + 0.06 * hollow) * (1.0 - smoothstep(0.85, 1.35, steep + 0.3 * patch_));
+    float snowy = smoothstep(0.53, 0.68, zone + 0.06 * hollow) * (1.0 - smoothstep(0.85, 1.35, steep + 0.3 * patch_));
     return mixed(land, SNOW, snowy * snowiness());
 }
 
 // What a footprint is covered with; its extent, in posts, decides what fades.
 Material material_of(vec2 post, vec2 extent, Relief fine) {
-    Material land = u_pictured ? pictured_land(post, extent) : land_of(post, extent, fine);
-    return u_pictured ? land : mixed(land, WATER, wetness(post, extent, fine));
+    if (u_pictured) return pictured_land(post, extent);
+    float hollow = hollow_of(post, fine.height_m, 12.0, max(extent.x, extent.y) < 1.0);
+    return mixed(land_of(post, extent, fine, hollow), WATER, wetness(post, extent, fine, hollow));
 }
