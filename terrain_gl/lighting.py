@@ -68,8 +68,8 @@ class Lighting:
         if lit_by is not self.sky:
             self.sky = lit_by
             self._hang(lit_by.radiance)
-        axis = tuple(float(v) for v in lit_by.sun["axis"])
-        self.visibility.follow(axis if any(axis) else (0.0, 0.0, 1.0), math.radians(SUN_RADIUS_DEG))
+        east, north, up = (float(v) for v in lit_by.sun["axis"])
+        self.visibility.follow((east, north, up), math.radians(SUN_RADIUS_DEG))
 
     def describe(self, haze_m: float, water_m: float | None) -> None:
         """Fill the block of lights."""

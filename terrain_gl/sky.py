@@ -15,7 +15,6 @@ from .exceptions import TerrainError
 from .image import read_image
 from .light import (
     AXES,
-    LOBE,
     SHARPNESS,
     SKY_AXES,
     SUN_RADIUS_DEG,
@@ -29,6 +28,7 @@ SUNLIGHT = 20.0  # irradiance of the sun above the air, in the units of all radi
 NIGHT = np.array([0.9, 1.2, 1.8]) * 2e-4  # what remains without any sun: stars and airglow, much brightened
 SHAPE = (192, 128)  # rows and columns of a computed dome
 SHAPE_READ = (512, 1024)  # of one that is read from a picture
+NO_SUN = lobes(np.array([[0.0, 0.0, 1.0]]), np.array([sun_sharpness()]), np.zeros((1, 3)))[0]
 _SUN_TIMES_MEDIAN = 100.0  # a picture's brightest spot is a sun if it is so many times as bright as most of the sky
 
 
@@ -42,7 +42,7 @@ class Sky:
         (rows, cols, 3) linear RGB without the sun's disc. Columns go clockwise around from south over west, so that
         north is in the middle; rows from the zenith down to the nadir, by the square root of the elevation: see `dome`.
     sun
-        A `light.LOBE`; of amplitude 0 if there is none.
+        A `light.LOBE`; `NO_SUN` if there is none.
     """
 
     radiance: np.ndarray
@@ -115,7 +115,7 @@ def spread(count: int) -> np.ndarray:
 
 def uniform_sky(radiance: float = 1.0) -> Sky:
     """The same light from everywhere, without a sun: the white furnace."""
-    return Sky(np.full((*SHAPE, 3), radiance), np.zeros((), LOBE))
+    return Sky(np.full((*SHAPE, 3), radiance), NO_SUN)
 
 
 def clear_sky(azimuth_deg: float, elevation_deg: float, sun_radius_deg: float = SUN_RADIUS_DEG) -> Sky:
@@ -170,7 +170,7 @@ def _take_sun(light: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
     luminance = light @ LUMINANCE
     peak = np.unravel_index(luminance.argmax(), luminance.shape)
     if luminance[peak] <= _SUN_TIMES_MEDIAN * max(float(np.median(luminance)), 1e-30):
-        return light, np.zeros((), LOBE)
+        return light, NO_SUN
     elevation = (0.5 - (np.arange(rows) + 0.5) / rows)[:, None] * np.pi
     azimuth = ((np.arange(cols) + 0.5) / cols * 2 - 1)[None] * np.pi
     parts = np.cos(elevation) * np.sin(azimuth), np.cos(elevation) * np.cos(azimuth), np.sin(elevation) + 0 * azimuth

@@ -8,6 +8,7 @@ import os
 import re
 from collections.abc import Callable
 from dataclasses import dataclass, fields, replace
+from datetime import datetime
 from typing import Any
 
 from .. import maps
@@ -19,6 +20,7 @@ from ..lod import METRICS
 from ..maps import BundledMap, bundled
 from ..renderer import Renderer
 from ..shade import STYLES, SUN
+from ..sun import sun_position
 from ..views import VIEWS, standard_view
 
 FARTHEST_M = 1e9  # largest number of metres that is taken for meant
@@ -95,7 +97,14 @@ def add_look(command: Any) -> None:
     """How the picture looks."""
     group = command.add_argument_group("picture")
     group.add_argument("--style", choices=STYLES, default="shaded", help="what is drawn")
-    group.add_argument("--sun", type=sun, metavar="AZ,EL", help="degrees clockwise from north, and above the horizon")
+    lit = group.add_mutually_exclusive_group()
+    lit.add_argument("--sun", type=sun, metavar="AZ,EL", help="degrees clockwise from north, and above the horizon")
+    lit.add_argument("--time", type=time, metavar="T", help="the sun of a time like 2026-06-21T18:30: local solar time")
+    group.add_argument("--latitude", type=latitude, metavar="DEG", help="where --time is; north is positive")
+    group.add_argument("--longitude", type=number, metavar="DEG", help="for times with a zone, like 18:30-07:00")
+    group.add_argument("--sky", metavar="FILE", help="light from an equirectangular .hdr or .exr, north in the middle")
+    group.add_argument("--material", metavar="FILE", help="colour of the ground from a picture of the map, north up")
+    group.add_argument("--water", type=number, metavar="M", dest="water_m", help="height of standing water")
 
 
 def add_drawing(command: Any, moving: bool = False) -> None:
@@ -130,6 +139,7 @@ def open_scene(
     """
     name = name or getattr(args, "map", None)
     check_outputs(args, name)
+    args.sun = args.sun or clock_sun(args)
     heightmap, known = maps.open_map(name or args.map, **map_options(args), progress=progress)
     start = known.camera if known and not args.view else standard_view(heightmap, args.view or "default")
     return Scene(heightmap, replace(start, **camera_options(args)), args.sun or (known.sun if known else SUN))
@@ -141,6 +151,17 @@ def check_outputs(args: argparse.Namespace, source: str | None) -> None:
     check_writable(*outputs)
     if source and os.path.realpath(source) in {os.path.realpath(path) for path in outputs if path}:
         raise UsageError(f"{source}: is the map itself: name another file for the output")
+
+
+def clock_sun(args: argparse.Namespace) -> tuple[float, float] | None:
+    """The sun of --time, --latitude and --longitude, if they were given."""
+    if (args.time is None) != (args.latitude is None):
+        raise UsageError("--time and --latitude go together: give both, or --sun")
+    if args.time is None:
+        return None
+    if args.time.tzinfo is not None and args.longitude is None:
+        raise UsageError("--time with a zone needs --longitude; without a zone it is local solar time")
+    return sun_position(args.time, args.latitude, args.longitude or 0.0)
 
 
 def camera_options(args: argparse.Namespace) -> dict[str, Any]:
@@ -248,6 +269,22 @@ def sun(text: str) -> tuple[float, float]:
     if abs(elevation) > 90:
         raise _expected(what, text)
     return azimuth, elevation
+
+
+def time(text: str) -> datetime:
+    """A date and a time, ISO 8601."""
+    try:
+        return datetime.fromisoformat(re.sub("[zZ]$", "+00:00", text))
+    except ValueError:
+        raise _expected("a time like 2026-06-21T18:30", text) from None
+
+
+def latitude(text: str) -> float:
+    """Degrees north of the equator."""
+    value = _numbers(text, "degrees from -90 to 90", 1)[0]
+    if abs(value) > 90:
+        raise _expected("degrees from -90 to 90", text)
+    return value
 
 
 def size(text: str) -> tuple[int, int]:
