@@ -348,6 +348,18 @@ def test_settings_change_the_drawing():
     assert [side.sun for side in settings.sides] == [(1.0, 2.0)] * 2
 
 
+def test_settings_with_a_budget_change_that():
+    settings = Settings([Drawing(triangles=1000)])
+    settings.loosen(2)
+    assert (settings.drawing.triangles, settings.drawing.max_error_px) == (500, None)
+    settings.loosen(-2)
+    assert settings.drawing.triangles == 1000
+    for _ in METHODS:
+        assert settings.cycle("method") != "full"  # which draws every post
+    settings.loosen(1000)
+    assert settings.drawing.triangles >= 2
+
+
 def test_every_command_has_a_key_of_its_own_and_a_line_of_help():
     keys = [key for commands in GROUPS.values() for command in commands for key in command.keys]
     assert len(keys) == len(set(keys)) and not set(keys) & set(MOVE_KEYS)

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import math
 from collections import deque
 from collections.abc import Iterator
 from dataclasses import dataclass, field
@@ -39,7 +40,9 @@ class History:
     def add(self, stats: dict[str, Any]) -> None:
         """Note a frame."""
         ms = {stage: stats["ms"].get(stage, 0.0) for stage in STAGES}
-        self.records.append(Record(ms, stats["triangles"], stats["certified_max_error_px"]))
+        promised_px = stats["certified_max_error_px"]
+        drawable = promised_px is not None and math.isfinite(promised_px)  # a budget may promise nothing
+        self.records.append(Record(ms, stats["triangles"], promised_px if drawable else 0.0))
 
     def measured(self, px: float) -> None:
         """Note what the last frame achieved."""

@@ -9,7 +9,7 @@ from typing import TYPE_CHECKING, Any
 from ..drawing import CHOICES
 from ..sun import sun_position
 from .controller import MODES
-from .settings import TOLERANCES_PX
+from .settings import BUDGETS, TOLERANCES_PX
 
 if TYPE_CHECKING:
     from .flight import Flight
@@ -18,23 +18,23 @@ if TYPE_CHECKING:
 _LATITUDE_DEG = 46.0  # of the sun's course through the day
 _DAY = datetime(2025, 8, 1)
 METHODS_HELP = "How detail is chosen (F): sat keeps the promise with few triangles; full draws every post."
+TOLERANCE_HELP = "No post is drawn further than this from its place in the picture (+ and -)."
+BUDGET_HELP = "At most so many, where they take away most error (+ and -)."
 METRIC_HELP = "What the tolerance bounds (M): the largest error of any post, or the root mean square of all."
 
 
 def detail(gui: Gui, flight: Flight) -> None:
     """How fine the mesh is."""
     settings, drawing = flight.settings, flight.settings.drawing
+    if drawing.triangles:
+        budget = gui.slide("triangles", drawing.triangles, *BUDGETS, BUDGET_HELP, "%.0f", logarithmic=True)
+        _apply(settings, {"triangles": budget and round(budget)})
+    elif drawing.max_error_px:
+        tolerance = gui.slide("tolerance", drawing.max_error_px, *TOLERANCES_PX, TOLERANCE_HELP, "%.3g px", True)
+        _apply(settings, {"max_error_px": tolerance})
     changes: dict[str, Any] = {
-        "max_error_px": gui.slide(
-            "tolerance",
-            drawing.max_error_px,
-            *TOLERANCES_PX,
-            "No post is drawn further than this from its place in the picture (+ and -).",
-            "%.3g px",
-            logarithmic=True,
-        ),
         "metric": gui.choose("metric", drawing.metric, CHOICES["metric"], METRIC_HELP),
-        "method": gui.choose("method", drawing.method, CHOICES["method"], METHODS_HELP),
+        "method": gui.choose("method", drawing.method, settings.choices("method"), METHODS_HELP),
     }
     _apply(settings, changes)
 

@@ -9,6 +9,7 @@ from ..drawing import CHOICES, Drawing
 
 STEP = 2**0.5  # of the tolerance
 TOLERANCES_PX = (2.0**-5, 2.0**8)
+BUDGETS = (100, 10_000_000)  # triangles
 
 
 @dataclass
@@ -44,9 +45,13 @@ class Settings:
         """Draw all sides otherwise."""
         self.sides = [replace(side, **changes) for side in self.sides]
 
+    def choices(self, option: str) -> tuple[str, ...]:
+        """What an option of `Drawing` can be now: a budget is not for every post."""
+        return tuple(c for c in CHOICES[option] if c != "full" or not self.drawing.triangles)
+
     def cycle(self, option: str, step: int = 1) -> str:
         """Take the next choice of an option of `Drawing`; returns it."""
-        choices = [c for c in CHOICES[option] if c != "full" or not self.drawing.triangles]  # a budget is not full
+        choices = self.choices(option)
         chosen = choices[(choices.index(getattr(self.drawing, option)) + step) % len(choices)]
         self.draw(**{option: chosen})
         return chosen
@@ -59,4 +64,5 @@ class Settings:
             looser = now_px * STEP**steps if steps > 0 else now_px / STEP**-steps  # back and forth comes out the same
             self.draw(max_error_px=min(max(looser, least), most))
         elif self.drawing.triangles:
-            self.draw(triangles=min(max(round(self.drawing.triangles / STEP**steps), 2), 2**30))
+            least, most = BUDGETS
+            self.draw(triangles=round(min(max(self.drawing.triangles / STEP**steps, least), most)))

@@ -62,9 +62,10 @@ def run(
     UsageError
         An option outside its range.
     """
-    Drawing(**options)
+    budget = Drawing(**options).triangles
     memory = Memory(None if fresh else state_path())
-    settings = Settings([Drawing(**memory.drawing | options)], **memory.panels)
+    remembered = {key: value for key, value in memory.drawing.items() if key != "max_error_px" or not budget}
+    settings = Settings([Drawing(**remembered | options)], **memory.panels)
     opener = _opener(source, camera, options) if isinstance(source, Heightmap) else source
     name = name or (source.name if isinstance(source, Heightmap) else "terrain")
     loading = Loading(name, opener)
