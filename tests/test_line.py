@@ -89,6 +89,7 @@ def test_a_copy_of_a_bundled_map(folder):
         Drawing(0.1 + 0.2, metric="rms"),
         Drawing(method="full", style="normals", near_m=1 / 3),
         Drawing(style="wireframe", sun=(-10.5, 60)),
+        Drawing(triangles=500),
     ],
     ids=str,
 )
@@ -128,6 +129,13 @@ def test_every_digit_counts(eye, fov, max_error, elevation):
     start = bundled()["canyon"].camera
     said = {"eye": args.eye or start.eye, "target": args.target, "fov_deg": args.fov or start.fov_deg}
     assert Camera(**said) == camera and args.max_error_px == max_error and args.sun == (12.3, elevation)
+
+
+def test_what_no_option_says_is_not_passed_over(monkeypatch):
+    heightmap = Heightmap.open("a hill's map.npy")
+    monkeypatch.setattr(options, "add_drawing", lambda command: None)
+    with pytest.raises(UsageError, match="no option for style"):
+        command_line(heightmap, standard_view(heightmap), (1280, 720), Drawing(style="lod"))
 
 
 def test_maps_that_no_file_holds():

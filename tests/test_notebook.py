@@ -265,7 +265,7 @@ def test_the_example_runs_without_a_front_end(monkeypatch):
     pytest.importorskip("ipykernel", reason="the extra [test] is not installed")
     for name in ("DISPLAY", "WAYLAND_DISPLAY"):
         monkeypatch.delenv(name, raising=False)
-    example = Path(__file__).parent.parent / "examples" / "07_notebook.ipynb"
+    example = Path(__file__).parent.parent / "examples" / "notebook.ipynb"
     notebook = nbformat.read(example, as_version=4)
     assert not any(cell.get("outputs") for cell in notebook.cells)
     nbclient.NotebookClient(notebook, timeout=300, resources={"metadata": {"path": os.getcwd()}}).execute()

@@ -18,6 +18,7 @@ from ..views import standard_view
 from . import options
 
 _CAMERA = ("eye", "target", "fov_deg", "up")
+_FILES = ("sky", "material")
 _NAMES = {"spacing_m": "spacing", "z_offset_m": "z_offset", "fov_deg": "fov"}  # options that go by names of their own
 
 
@@ -68,12 +69,14 @@ def _words(told: dict[str, Any]) -> list[str]:
     command = argparse.ArgumentParser()
     options.add_map_options(command)
     options.add_drawing(command)
-    values = {_NAMES.get(name, name): value for name, value in told.items()}
+    values = {_NAMES.get(name, name): value for name, value in told.items() if value is not None and name != "cull"}
     words = []
     for option in command._actions:
-        value = values.get(option.dest)
-        if value is not None and value != option.default:
+        value = values.pop(option.dest, option.default)
+        if value != option.default:
             words += [option.option_strings[-1], *_text(option.dest, value)]
+    if values:
+        raise UsageError(f"shot has no option for {', '.join(values)}")
     return words
 
 
@@ -83,4 +86,6 @@ def _text(name: str, value: Any) -> list[str]:
         return []
     if isinstance(value, tuple):
         return [("x" if name == "size" else ",").join(text for each in value for text in _text("", each))]
+    if name in _FILES and os.path.exists(value):
+        return [os.path.abspath(value)]
     return [repr(float(value)).removesuffix(".0") if isinstance(value, float) else str(value)]
