@@ -64,7 +64,7 @@ class Lighting:
     def follow(self, sun: tuple[float, float], sky: str | None = None, material: str | None = None) -> None:
         """Make whatever is not there yet: for a sun (azimuth, elevation), a sky's file, a picture of the ground."""
         self._wear(material)
-        lit_by = sky_of((float(sun[0]), float(sun[1])), sky)
+        lit_by = sky_of((round(float(sun[0]), 6), round(float(sun[1]), 6)), sky)
         if lit_by is not self.sky:
             self.sky = lit_by
             self._hang(lit_by.radiance)

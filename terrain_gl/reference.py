@@ -665,6 +665,31 @@ def skylit(
     return got / total, of_all / total
 
 
+def lobe_values(heights: np.ndarray, spacing_m: tuple[float, float], albedo: float, roughness: float) -> np.ndarray:
+    """What the tables of merged lobes sum for ground of one material: (9, rows, cols) of blocks of 2 x 2 cells.
+
+    Normals weighted by albedo, half-vectors' mean vectors, albedo three times; see glsl/light/lobes.glsl.
+    """
+    normals = normals_of(heights, spacing_m)
+    rows, cols = (-(-n // 2) for n in normals.shape[:2])
+    padded = np.full((2 * rows, 2 * cols, 3), np.nan)
+    padded[: normals.shape[0], : normals.shape[1]] = normals
+    mean = np.nanmean(padded.reshape(rows, 2, cols, 2, 3), axis=(1, 3)).transpose(2, 0, 1)
+    length = mean_length(2 / roughness**4)
+    return np.concatenate([albedo * mean, length * mean, np.full((3, rows, cols), albedo)])
+
+
+def box_mean(values: np.ndarray, a: np.ndarray, c: np.ndarray) -> float:
+    """Mean of (rows, cols) over the box from a to c, (column, row), texels being constant: any place, any size."""
+
+    def weights(low: float, high: float, count: int) -> np.ndarray:
+        i = np.arange(count)
+        return np.clip(np.minimum(high, i + 1) - np.maximum(low, i), 0, 1)
+
+    across, down = (weights(a[i], c[i], values.shape[1 - i]) for i in (0, 1))
+    return float(down @ values @ across / (down.sum() * across.sum()))
+
+
 # --- generate ----------------------------------------------------------------------------------------------------
 
 # Operation for operation as in glsl/generate: with float32 points every bit is the GPU's. Points p: (2, rows, cols).

@@ -1,0 +1,241 @@
+"""The ground's merged lobes: tables against integration, any footprint, edits; what the whole shade makes of them."""
+
+import numpy as np
+import pytest
+from hypothesis import given, settings
+from hypothesis import strategies as st
+
+from terrain_gl import reference, shaders, sky
+from terrain_gl.camera import Camera
+from terrain_gl.ground import HeightSums
+from terrain_gl.heightmap import Heightmap
+from terrain_gl.image import write_image
+from terrain_gl.lighting import Lighting
+from terrain_gl.lobes import Cover, LobeTables
+from terrain_gl.renderer import Renderer
+from terrain_gl.shade import Look
+from terrain_gl.terrain import Terrain
+
+
+def hills(rows, cols, seed=1, relief=200.0):
+    rng = np.random.default_rng(seed)
+    y, x = np.mgrid[:rows, :cols]
+    waves = sum(np.sin(x * a + y * b + c) for a, b, c in rng.uniform(-0.4, 0.4, (6, 3)))
+    return (relief * (waves + 0.1 * rng.random((rows, cols)))).astype("f4")
+
+
+@pytest.fixture
+def tables(ctx):
+    made = []
+
+    def make(heightmap, albedo=None):
+        terrain = Terrain(ctx, heightmap)
+        sums, cover = HeightSums(terrain), Cover(ctx, heightmap)
+        cover.take_picture(albedo)
+        lobes = LobeTables(terrain, sums, cover)
+        made.extend((lobes, cover, sums, terrain))
+        return lobes
+
+    yield make
+    for each in made:
+        each.release()
+
+
+GREY = np.full((1, 1, 3), 0.5)
+
+
+@pytest.mark.parametrize("size", [(2, 2), (3, 5), (37, 64), (130, 71)])
+def test_recorded_values(tables, size):
+    """Blocks of 2 × 2 cells: what reference.lobe_values says, but for rounding to 2^-15."""
+    heightmap = Heightmap(hills(*size), spacing_m=(30.0, 20.0))
+    values = tables(heightmap, GREY).read()
+    expected = reference.lobe_values(heightmap.heights, heightmap.spacing_m, 0.5, 0.8)
+    assert values.shape == expected.shape
+    assert values == pytest.approx(expected, abs=1.5 / 32767 + 1e-4)  # and the GPU's normalize and half floats
+
+
+ASK = """
+layout(local_size_x = 64) in;
+layout(std430, binding = 1) readonly buffer Questions { vec4 question[]; };
+layout(std430, binding = 2) writeonly buffer Answers { vec4 answer[]; };
+void main() {
+    uint i = gl_GlobalInvocationID.x;
+    if (i >= uint(answer.length())) return;
+    Merged m = merged_over(question[i].xy, question[i].zw, vec2(0.0), 1);
+    answer[i] = vec4(m.normal, m.albedo.x);
+}
+"""
+
+
+def asked(ctx, lobes, questions):
+    kernel = ctx.compute_shader(shaders.source("light/merged.glsl") + ASK)
+    q, a = ctx.buffer(questions.astype("f4").tobytes()), ctx.buffer(reserve=16 * len(questions))
+    lobes.terrain.bind()
+    for binding, buffer in ((3, lobes.buffer), (1, q), (2, a)):
+        buffer.bind_to_storage_buffer(binding)
+    kernel.run(-(-len(questions) // 64))
+    answers = np.frombuffer(a.read(), "f4").reshape(-1, 4).astype(float)
+    for resource in (kernel, q, a):
+        resource.release()
+    return answers
+
+
+@pytest.mark.parametrize("size", [(9, 12), (37, 64), (130, 71)])
+def test_means_over_any_box(ctx, tables, size):
+    heightmap = Heightmap(hills(*size), spacing_m=30.0)
+    lobes = tables(heightmap, GREY)
+    rng = np.random.default_rng(2)
+    posts = rng.uniform(0, 1, (200, 2)) * [size[1] - 1, size[0] - 1]
+    questions = np.concatenate([posts, rng.uniform(2, 60, (200, 2))], 1)
+    values = lobes.read()
+    for question, answer in zip(questions, asked(ctx, lobes, questions), strict=True):
+        half = np.maximum(question[2:], 2) / 4
+        shape = np.array([size[1] // 2, size[0] // 2])
+        a = np.clip(question[:2] / 2 - half, 0, shape - 0.5)
+        c = np.clip(question[:2] / 2 + half, 0.5, shape)
+        mean = [reference.box_mean(layer, a, c) for layer in values]
+        assert answer[3] == pytest.approx(mean[6], abs=2e-4)
+        assert answer[:3] == pytest.approx(np.array(mean[:3]) / mean[6], abs=2e-3)
+
+
+def test_boxes_stay_exact_far_into_a_large_map(ctx, tables):
+    y, x = np.mgrid[:1400, :1500]
+    heightmap = Heightmap((3.0 * x - 4.0 * y).astype("f4"), spacing_m=10.0)
+    lobes = tables(heightmap, GREY)
+    questions = np.array([[1450, 1350, 20, 20], [1450.3, 1349.7, 90, 7], [700, 900, 500, 500]])
+    normal = np.array([-0.3, -0.4, 1.0]) / np.sqrt(1.25)
+    for answer in asked(ctx, lobes, questions):
+        assert answer[:3] == pytest.approx(normal, abs=2e-4)
+
+
+def test_an_edit_equals_a_rebuild(ctx):
+    heights = hills(90, 110)
+    heights[0, :2] = -5000, 5000  # the span stays
+    terrain = Terrain(ctx, Heightmap(heights))
+    sums, cover = HeightSums(terrain), Cover(ctx, terrain.heightmap)
+    lobes = LobeTables(terrain, sums, cover)
+    edited = heights.copy()
+    edited[40:45, 50:57] += 7
+    rect = terrain.edit(50, 40, edited[40:45, 50:57])
+    sums.update(rect)
+    lobes.update(rect)
+    fresh_terrain = Terrain(ctx, Heightmap(edited))
+    fresh_sums = HeightSums(fresh_terrain)
+    fresh = LobeTables(fresh_terrain, fresh_sums, cover)
+    assert lobes.buffer.read() == fresh.buffer.read()
+    for resource in (fresh, fresh_sums, fresh_terrain, lobes, cover, sums, terrain):
+        resource.release()
+
+
+@pytest.mark.parametrize("rough", [0.0, 40.0], ids=["plain", "hills"])
+def test_white_furnace(ctx, monkeypatch, rough):
+    """White land without shadows under the same light from everywhere sends back what it gets, within 1 %."""
+    monkeypatch.setattr("terrain_gl.lighting.sky_of", lambda sun, path: sky.uniform_sky())
+    monkeypatch.setattr("terrain_gl.lighting.exposure", lambda sky: 1.0)
+    source = shaders.source
+
+    def unexposed(path, defines=()):  # the light itself, before tones and curves
+        text = source(path, defines)
+        return text.replace("tone_mapped(2.0 * u_exposure * lit_ground(g).ambient)", "lit_ground(g).ambient")
+
+    heightmap = Heightmap(hills(129, 129, relief=rough), spacing_m=30.0)
+    with Renderer(heightmap, size=(160, 90), ctx=ctx) as renderer:
+        picture = renderer.picture
+        text = unexposed("shade/ambient.frag", {"SAMPLES": picture.samples} | picture.lighting.defines)
+        text = text.replace("vec4(srgb_encoded(pixel_colour()), 1.0)", "vec4(pixel_colour(), 1.0)")
+        program = ctx.program(vertex_shader=source("shade/screen.vert"), fragment_shader=text)
+        picture._screens["shade/ambient.frag"] = program, ctx.vertex_array(program, [])
+        texture = ctx.texture((160, 90), 4, dtype="f4")
+        picture._screen.release()
+        picture._screen = ctx.framebuffer([texture])
+        picture._targets[1] = picture._screen
+        renderer.draw(Camera.default(heightmap), style="ambient")
+        light = np.frombuffer(texture.read(), "f4").reshape(90, 160, 4)[::-1, :, 0]
+        land = picture.coverage()
+        assert land.sum() > 2000
+        assert light[land].min() > 0.99 and light[land].max() < 1.01
+        texture.release()
+
+
+LANDS = {
+    "flat": lambda: np.zeros((17, 19)),
+    "step": lambda: np.repeat([[0.0], [1000.0]], 9, 0) * np.ones((1, 19)),
+    "spike": lambda: np.where(np.arange(17 * 19).reshape(17, 19) == 150, 1e4, 0.0),
+    "noise": lambda: np.random.default_rng(0).random((17, 19)) * 100,
+    "void": lambda: np.where(np.random.default_rng(0).random((17, 19)) < 0.1, np.nan, 3.0),
+}
+
+
+@pytest.mark.parametrize(("land", "spacing"), zip(LANDS, (1.0, 0.01, 30.0, 1000.0, 10.0), strict=True))
+def test_no_pixel_is_ever_nan(ctx, land, spacing):
+    """Whatever the land, the sun, the water; colours are written to floats, where NaN would show."""
+    heightmap = Heightmap(LANDS[land]().astype("f4"), spacing_m=spacing)
+    cameras = Camera.default(heightmap), Camera((0, 0, 5 * spacing + 2e4), (spacing, spacing, 0))
+    with Renderer(heightmap, size=(32, 18), ctx=ctx) as renderer:
+        picture = renderer.picture
+        texture = ctx.texture((32, 18), 4, dtype="f4")
+        picture._screen.release()
+        picture._screen = ctx.framebuffer([texture])
+        picture._targets[1] = picture._screen
+
+        @given(
+            st.tuples(st.floats(-360, 360, width=16), st.one_of(st.floats(-90, 90, width=16), st.just(0.0))),
+            st.sampled_from([None, -1e6, 0.5, 1e6]),
+            st.sampled_from(["shaded", "direct", "lobes"]),
+            st.sampled_from(cameras),
+        )
+        @settings(max_examples=8)
+        def check(sun, water, style, camera):
+            renderer.draw(camera, style=style, sun=sun, water_m=water)
+            pixels = np.frombuffer(texture.read(), "f4")
+            assert np.all(np.isfinite(pixels)) and pixels.min() >= -0.01 and pixels.max() <= 1.01
+
+        check()
+        texture.release()
+
+
+def test_a_picture_of_the_ground_lies_as_the_map_does(tmp_path, ctx):
+    """The north-eastern quarter is red: seen from above, up and to the right."""
+    colours = np.full((64, 64, 3), 128, "u1")
+    colours[:32, 32:] = 250, 20, 20
+    write_image(tmp_path / "ground.png", colours)
+    heightmap = Heightmap(np.zeros((65, 65), "f4"), spacing_m=10.0)
+    camera = Camera((320, 320, 2000), (320, 320, 0), 15)
+    with Renderer(heightmap, size=(64, 64), ctx=ctx) as renderer:
+        picture = renderer.render(camera, material=str(tmp_path / "ground.png"), sun=(90, 60)).image.astype(int)
+    red = picture[..., 0] - picture[..., 1]
+    assert red[8:24, 40:56].min() > 40 > 20 > np.abs(red[40:56]).max()
+
+
+def test_water_covers_what_lies_below_it(ctx):
+    y, x = np.mgrid[:65, :65]
+    heightmap = Heightmap((x - 32.0).astype("f4"), spacing_m=10.0)  # rises to the east through 0
+    camera = Camera((320, 320, 2000), (320, 320, 0), 15)
+    with Renderer(heightmap, size=(64, 64), ctx=ctx) as renderer:
+        dry = renderer.render(camera, sun=(180, 50)).image.astype(int)
+        wet = renderer.render(camera, sun=(180, 50), water_m=0.0).image.astype(int)
+    changed = np.abs(wet - dry).max(-1) > 12
+    assert changed[:, :28].mean() > 0.95 and not changed[:, 36:].any()
+
+
+def test_light_does_not_depend_on_what_was_drawn_before(ctx):
+    heightmap = Heightmap(hills(65, 65, relief=60.0), spacing_m=30.0)
+    camera = Camera.default(heightmap)
+    with Renderer(heightmap, size=(64, 36), ctx=ctx) as renderer:
+        first = renderer.render(camera, sun=(250, 20)).image
+        renderer.render(camera, sun=(90, -5), water_m=3.0)
+        assert np.array_equal(renderer.render(camera, sun=(250, 20)).image, first)
+
+
+def test_memory_of_all_light_is_at_most_32_bytes_a_post(ctx):
+    heightmap = Heightmap(hills(400, 300), spacing_m=30.0)
+    with Renderer(heightmap, size=(16, 9), ctx=ctx) as renderer:
+        renderer.draw(Camera.default(heightmap))
+        lighting = renderer.picture.lighting
+        assert isinstance(lighting, Lighting) and lighting.lobes
+        assert renderer.picture.bytes == renderer.gpu_bytes()["shade"] <= 32 * 400 * 300
+        assert lighting.lobes.bytes == 9 * 400 * 300
+
+
+def test_looks_are_values():
+    assert Look() == Look() and hash(Look(sun=(1.0, 2.0))) == hash(Look(sun=(1.0, 2.0)))
