@@ -904,6 +904,10 @@ def has_figures(screen):
     return ((title[..., 0] > 180) & (title[..., 2] < 150)).sum() > 30
 
 
+def is_orange(pixels):
+    return (pixels[..., 0] > 150) & (pixels[..., 2] < 130)
+
+
 def test_window(screen, tmp_path):
     np.save(tmp_path / "hills.npy", hills().heights)
     with running(screen, "-c", _RUN, "hills.npy", cwd=tmp_path) as process:
@@ -975,8 +979,8 @@ def test_panels_in_a_window(screen, tmp_path):
         screen.wait(lambda: 0 < screen.pixels()[14:40, 10:280].mean() < 60, "the panel's title")
         screen.do("search", "--sync", "--name", "terrain-gl", "windowfocus")
         screen.wait(lambda: screen.pixels()[200:470, 350:630].std() > 20, "the picture")
-        screen.do("mousemove", 110, 262, "sleep", 0.3, "mousedown", 1, "sleep", 0.3, "mousemove", 170, 262)
-        screen.do("sleep", 0.5, "mouseup", 1, "sleep", 0.3, "mousemove", 500, 300, "sleep", 0.5)
+        screen.do("mousemove", 110, 262, "mousedown", 1, "mousemove", 150, 262, "mouseup", 1, "mousemove", 500, 300)
+        screen.wait(lambda: is_orange(screen.pixels()[255:270, 145:160]).any(), "the slider's knob")
         screen.do("key", "Escape")
         output, errors = process.communicate(timeout=20)
     assert (process.returncode, output, errors) == (0, "", "")

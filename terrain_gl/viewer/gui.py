@@ -21,6 +21,7 @@ if TYPE_CHECKING:
 PANEL_EM = 22.0  # width of the panel, in heights of the typeface
 FONT_PX = 15.0
 LIVELY_S = 0.8  # after an event, for buttons to come up and hints to appear
+LIVELY_FRAMES = 8  # as many at least: quick events are taken one a frame
 _BUTTONS = {"left": 0, "right": 1, "middle": 2}
 _KEYS = {
     "tab": "tab",
@@ -110,6 +111,7 @@ class Gui:
         self._drawn_s = 0.0
         self._lively_until_s = 0.0
         self._touched = True
+        self._frames_due = 0
         self._hint = ""
         self.hints: dict[str, str] = {}
         self.places: dict[str, tuple[float, float, float, float]] = {}
@@ -174,8 +176,8 @@ class Gui:
     def lively(self, now_s: float) -> bool:
         """Whether the panels may look different soon without any event."""
         if self._touched:
-            self._touched, self._lively_until_s = False, now_s + LIVELY_S
-        return now_s < self._lively_until_s
+            self._touched, self._lively_until_s, self._frames_due = False, now_s + LIVELY_S, LIVELY_FRAMES
+        return now_s < self._lively_until_s or self._frames_due > 0
 
     def draw(self, flight: Flight, target: moderngl.Framebuffer, size: tuple[int, int], now_s: float) -> None:
         """Lay the panels out, let them act on the flight, and draw them over what is in the target."""
@@ -183,6 +185,7 @@ class Gui:
         io.display_size = size
         io.delta_time = min(max(now_s - self._drawn_s, 1e-4), 0.5)
         self._drawn_s = now_s
+        self._frames_due -= 1
         self.imgui.new_frame()
         self._covered, self.hints, self.places = [], {}, {}
         self._build(flight, size)
