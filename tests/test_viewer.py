@@ -979,7 +979,7 @@ def test_panels_in_a_window(screen, tmp_path):
         screen.wait(lambda: 0 < screen.pixels()[14:40, 10:280].mean() < 60, "the panel's title")
         screen.do("search", "--sync", "--name", "terrain-gl", "windowfocus")
         screen.wait(lambda: screen.pixels()[200:470, 350:630].std() > 20, "the picture")
-        screen.do("mousemove", 110, 262, "mousedown", 1, "mousemove", 150, 262, "mouseup", 1, "mousemove", 500, 300)
+        screen.do("mousemove", 150, 262, "click", 1, "mousemove", 500, 300)
         screen.wait(lambda: is_orange(screen.pixels()[255:270, 145:160]).any(), "the slider's knob")
         screen.do("key", "Escape")
         output, errors = process.communicate(timeout=20)
