@@ -4,6 +4,7 @@ from __future__ import annotations
 
 from dataclasses import dataclass
 
+from .camera import Camera
 from .exceptions import UsageError
 from .lod import METRICS
 from .shade import STYLES, SUN, Look
@@ -38,6 +39,10 @@ class Drawing:
         Distance of the near plane; by default a tenth of the smaller spacing.
     cull
         Leave out patches that the picture does not show.
+    wires
+        Draw the triangles' edges over whatever the style shows.
+    chosen_for
+        Choose the mesh for the picture that this camera would see, though it is looked at from elsewhere.
 
     Raises
     ------
@@ -56,6 +61,8 @@ class Drawing:
     water_m: float | None = None
     near_m: float | None = None
     cull: bool = True
+    wires: bool = False
+    chosen_for: Camera | None = None
 
     def __post_init__(self) -> None:
         self._check_detail()
@@ -83,7 +90,7 @@ class Drawing:
     @property
     def look(self) -> Look:
         """The part of it that shading wants to know."""
-        return Look(self.style, self.sun, self.sky, self.material, self.water_m)
+        return Look(self.style, self.sun, self.sky, self.material, self.water_m, self.wires)
 
     @property
     def tolerance_px(self) -> float:

@@ -102,6 +102,12 @@ class ErrorTables:
         data = self.gains.read(4 * sizes.nodes, offset=4 * sizes.first_node)
         return np.frombuffer(data, "f4").reshape(sizes.size[::-1])
 
+    def bind(self) -> None:
+        """Make the tables visible to shaders that ask for bounds (glsl/lod/promise.glsl)."""
+        self.nodes.bind_to_storage_buffer(0)
+        self.counters.bind_to_storage_buffer(6)
+        self.squares.bind_to_storage_buffer(7)
+
     def release(self) -> None:
         """Give the GPU's memory back."""
         for resource in (*self._buffers, self._sat16, self._sat64, *self._kernels.values()):

@@ -114,6 +114,16 @@ class View:
         self._written, self._clip_from_eye = block, clip_from_eye(camera, size, near_m)
         self.crop(Piece.whole(size))
 
+    @property
+    def focal_px(self) -> float:
+        """Pixels per unit of x/z."""
+        return float(self._written["focal_px"])
+
+    def move(self, terrain: Terrain, camera: Camera, size: tuple[int, int], near_m: float) -> None:
+        """Look at what was chosen for one camera with another."""
+        settings = {name: self._written[name] for name in ("tolerance_px", "metric", "cull")}
+        self.write(terrain, camera, size, near_m, **settings)
+
     def crop(self, piece: Piece) -> None:
         """Draw and shade a piece of the picture from here on, with the mesh of the whole."""
         block = self._written.copy()
@@ -241,12 +251,10 @@ class Levels:
 
     def _bind(self) -> None:
         self.bind()
-        self.tables.nodes.bind_to_storage_buffer(0)
+        self.tables.bind()
         for i, buffer in enumerate((self._split, self._active, self._offsets, self._summary), 1):
             buffer.bind_to_storage_buffer(i)
         self.tables.gains.bind_to_storage_buffer(5)
-        self.tables.counters.bind_to_storage_buffer(6)
-        self.tables.squares.bind_to_storage_buffer(7)
 
     def _search(self) -> None:
         """Grow the tree of one price after another; once its triangles are right, the GPU skips what is left."""

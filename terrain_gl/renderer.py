@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import math
 import time
 from collections import deque
 from collections.abc import Callable, Generator, Iterator
@@ -19,6 +20,7 @@ from .context import backend_name, create_context
 from .drawing import Drawing
 from .error import ErrorTables
 from .exceptions import TerrainError, UsageError
+from .explain import Explainer, Explanation
 from .gl import limits
 from .heightmap import Heightmap
 from .holes import bilinear, count_holes
@@ -75,6 +77,8 @@ class _Shot:
     camera: Camera
     selection: Selection
     near_m: float
+    drawing: Drawing
+    eye: Camera  # what it was looked at with: another camera where `camera` is frozen
     stats: dict[str, Any] = field(default_factory=dict)
 
 
@@ -117,6 +121,7 @@ class Renderer:
         self.ms: dict[str, float] = {}
         self._shot: _Shot | None = None
         self._measurement: Measurement | None = None
+        self._explainer: Explainer | None = None
         self._stopwatch: Stopwatch | None = None
         self._unsettled: Rect | None = None  # what was edited since the light last followed
         self._parts: list[Any] = []
@@ -287,10 +292,13 @@ class Renderer:
         """Choose the mesh of a picture."""
         near_m = drawing.near_m or NEAR * min(self.heightmap.spacing_m)
         self._shot = None
+        promised_to = drawing.chosen_for or camera
         with self._timed("lod"):
             asked = drawing.tolerance_px, drawing.metric, drawing.cull, drawing.triangles
-            selection = self.levels.select(camera, size, near_m, *asked)
-        return _Shot(camera, selection, near_m)
+            selection = self.levels.select(promised_to, size, near_m, *asked)
+        if drawing.chosen_for:
+            selection.surface.view.move(self.terrain, camera, size, near_m)
+        return _Shot(promised_to, selection, near_m, drawing, eye=camera)
 
     @_in_own_context
     def _render_piece(self, piece: Piece, shot: _Shot, drawing: Drawing) -> np.ndarray:
@@ -302,9 +310,9 @@ class Renderer:
             self.picture.resize(piece.drawn_size)
         shot.selection.surface.view.crop(piece)
         with self._timed("draw"):
-            self.picture.see(shot.selection, drawing.style)
+            self.picture.see(shot.selection, drawing.look)
         with self._timed("shade"):
-            self.picture.shade(shot.camera, drawing.look)
+            self.picture.shade(shot.eye, drawing.look)
 
     @_in_own_context
     def measure(self) -> dict[str, Any]:
@@ -342,6 +350,20 @@ class Renderer:
         px = self._measurement.at(places.reshape(-1, 2), shot.selection, shot.camera, self.size, shot.near_m)
         px = px.reshape(places.shape[:3])
         return np.fmax.reduce(px)
+
+    @_in_own_context
+    def explain(self, x: float, y: float) -> Explanation | None:
+        """Why the patch over a place in world metres was drawn as it was; None where there is none to explain."""
+        shot, view = self._last(), self._last().selection.surface.view
+        drawing = shot.drawing
+        east, north = self.heightmap.spacing_m
+        self._explainer = self._explainer or self._keep(Explainer(self.levels))
+        view.move(self.terrain, shot.camera, self.size, shot.near_m)  # it may be looked at from elsewhere
+        post = x / east, self.heightmap.rows - 1 - y / north
+        tolerance_px = drawing.tolerance_px if drawing.triangles is None else math.inf
+        explanation = self._explainer.explain(shot.selection, post, tolerance_px, drawing.metric)
+        view.move(self.terrain, shot.eye, self.size, shot.near_m)
+        return explanation
 
     @_in_own_context
     def triangles(self) -> np.ndarray:

@@ -25,7 +25,7 @@ from .terrain import Rect
 
 SUN = (300.0, 35.0)  # azimuth, clockwise from north, and elevation, in degrees
 _LIT = ("shaded", "visibility", "ambient", "direct", "lobes")  # styles of light
-_OF_MESH = ("wireframe", "lod", "error")  # styles that show the mesh itself
+_OF_MESH = ("wireframe", "lod", "segments", "promise", "error")  # styles that show the mesh itself
 STYLES = (*_LIT, "lambert", *_OF_MESH, "normals", "depth")
 HAZE = 2.0  # distance at which haze lets 1/e through, in diagonals of the map
 _TEXTURE_2D, _TEXTURE_2D_MULTISAMPLE = 0x0DE1, 0x9100
@@ -49,6 +49,8 @@ class Look:
         File of a picture of the ground, north up, instead of the cover that heights and slopes suggest.
     water_m
         Height of standing water in metres; none by default.
+    wires
+        Draw the triangles' edges over whatever the style shows.
     """
 
     style: str = "shaded"
@@ -56,6 +58,7 @@ class Look:
     sky: str | None = None
     material: str | None = None
     water_m: float | None = None
+    wires: bool = False
 
 
 PLAIN = Look()
@@ -82,6 +85,7 @@ class Picture:
         self._surface = MeshDraws("PICTURE", fragment="shade/surface.frag")
         self._surface.of(levels)  # compiled now, not with the first frame
         self._detail = MeshDraws("PICTURE", geometry="shade/detail.geom", fragment="shade/detail.frag")
+        self._promise = MeshDraws("PICTURE", geometry="shade/detail.geom", fragment="shade/detail_promise.frag")
         self._screens: dict[str, tuple[Any, moderngl.VertexArray]] = {}
         self._targets: list[Any] = []
         self.resize(size)
@@ -90,6 +94,11 @@ class Picture:
     def bytes(self) -> int:
         """GPU memory that shading needs for the map; the picture's own pixels do not count."""
         return self.sums.bytes + self.lighting.bytes
+
+    @property
+    def depth(self) -> moderngl.Texture:
+        """Depth of each sample of the last picture: near plane over view depth, 0 for the sky."""
+        return self._depth
 
     def resize(self, size: Size) -> None:
         """Change the picture's size; what was drawn is lost."""
@@ -114,13 +123,13 @@ class Picture:
 
     def draw(self, selection: Selection, camera: Camera, look: Look = PLAIN) -> None:
         """Draw what a surface selected last."""
-        self.see(selection, look.style)
+        self.see(selection, look)
         self.shade(camera, look)
 
-    def see(self, selection: Selection, style: str = "shaded") -> None:
+    def see(self, selection: Selection, look: Look = PLAIN) -> None:
         """First pass, over the mesh: find the post that each sample sees."""
-        if style in _OF_MESH:
-            self._draw_detail(selection)
+        if look.style in _OF_MESH or look.wires:
+            self._draw_detail(selection, self._promise if look.style == "promise" else self._detail)
         else:
             self._draw_mesh(self._surface.of(selection.surface), self._seen, selection)
 
@@ -130,6 +139,11 @@ class Picture:
             self.lighting.follow(look.sun, look.sky, look.material)
             self.lighting.describe(self._haze_m(camera), look.water_m)
         self._fill(self._screen, f"shade/{look.style}.frag", sun=towards_sun(*look.sun))
+        if look.wires and look.style != "wireframe":
+            self.ctx.enable(moderngl.BLEND)
+            self.ctx.blend_func = moderngl.SRC_ALPHA, moderngl.ONE_MINUS_SRC_ALPHA
+            self._fill(self._screen, "shade/wires.frag")
+            self.ctx.disable(moderngl.BLEND)
 
     def read(self) -> np.ndarray:
         """(height, width, 4) uint8 sRGB, first row on top."""
@@ -172,6 +186,7 @@ class Picture:
         self._release_targets()
         self._surface.release()
         self._detail.release()
+        self._promise.release()
         self.sums.release()
         self.lighting.release()
         for program, vao in self._screens.values():
@@ -183,13 +198,14 @@ class Picture:
         (east, north), (low, high) = self.levels.terrain.heightmap.extent_m, self.levels.terrain.heightmap.range_m
         return HAZE * max(math.hypot(east, north), math.dist(camera.eye, (east / 2, north / 2, (low + high) / 2)))
 
-    def _draw_detail(self, selection: Selection) -> None:
+    def _draw_detail(self, selection: Selection, meshes: MeshDraws) -> None:
         """Draw the surface with what styles of the mesh want to know; takes more memory, and time."""
         if self._drawn is None:
             self._drawn = self.ctx.texture(self.size, 4, samples=self._posts.samples, dtype="f2")
             self._seen_detail = self.ctx.framebuffer([self._posts, self._drawn], self._depth)
             self._targets += [self._drawn, self._seen_detail]
-        self._draw_mesh(self._detail.of(selection.surface), self._seen_detail, selection)
+        self.levels.tables.bind()
+        self._draw_mesh(meshes.of(selection.surface), self._seen_detail, selection)
 
     def _draw_mesh(self, mesh: MeshDraw, target: moderngl.Framebuffer, selection: Selection) -> None:
         gl.clip_control_zero_to_one(self.ctx)  # without it distant depths are coarser, and in order all the same

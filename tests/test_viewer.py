@@ -15,12 +15,13 @@ import pytest
 from terrain_gl.camera import Camera
 from terrain_gl.drawing import METHODS, Drawing
 from terrain_gl.exceptions import TerrainError
+from terrain_gl.explain import Choice, Explanation
 from terrain_gl.heightmap import Heightmap
 from terrain_gl.image import read_image
 from terrain_gl.lod import METRICS
 from terrain_gl.renderer import Renderer
 from terrain_gl.shade import STYLES
-from terrain_gl.viewer import font, hud
+from terrain_gl.viewer import font, hud, lesson
 from terrain_gl.viewer.commands import BY_KEY, GROUPS, shown_lines
 from terrain_gl.viewer.controller import (
     CLEARANCE,
@@ -685,6 +686,146 @@ def changed(picture, before):
     return (np.abs(picture - before).max(-1) > 4).mean()
 
 
+# --- Seeing how detail comes about --------------------------------------------------------------------------------
+
+
+def test_a_click_explains_the_patch_and_a_drag_does_not(flight):
+    settle(flight)
+    flight.press_button("left", 160, 150)
+    flight.point(200, 150)
+    flight.let_go_button("left", 200, 150)
+    assert flight.explanation is None and flight.controller.pose != Pose.of(flight.controller.start)
+    flight.home()
+    settle(flight)
+    place = flight.place_under(160, 150)
+    flight.press_button("left", 160, 150)
+    flight.let_go_button("left", 160, 150)
+    told = flight.explanation
+    col, row = place[0] / 10, 128 - place[1] / 10
+    assert all(0 <= at - first <= told.side for at, first in zip((col, row), told.corner, strict=True))
+    assert told.chosen.px <= 1 and lesson.title(told)
+    verdicts = [row[-1] for row in lesson.rows(told)]
+    assert verdicts.count("drawn") == 1 and {"too coarse", "finer than needed"} & set(verdicts)
+    assert all(sentence.endswith(".") for sentence in lesson.reasons(told))
+    settle(flight)
+    flight.press_button("left", 160, 3)  # the sky
+    flight.let_go_button("left", 160, 3)
+    assert flight.explanation is None
+
+
+def test_every_patch_is_put_in_words():
+    drawn = ((1, 8, 9.0, 4.0, 3.0), (0, 4, 5.0, 2.0, 1.5), (2, 4, 4.0, 2.0, 0.9), (8, 1, 0.0, 0.0, 0.0))
+    choices = [Choice(*each) for each in drawn]
+    for chosen in choices:
+        for metric, tolerance, seen in (("max", 1.0, True), ("rms", math.inf, True), ("max", 0.0, False)):
+            told = Explanation((8, 8), 8, 2, chosen, tuple(choices), (1.0, 2.0), 900.0, 0.3, seen, tolerance, metric)
+            assert lesson.title(told) and len(lesson.rows(told)) == 4 and lesson.reasons(told)
+    told = Explanation((8, 8), 8, 2, choices[2], tuple(choices), (1.0, 2.0), 900.0, 0.3, True, 1.0, "max")
+    assert [row[-1] for row in lesson.rows(told)] == ["too coarse", "too coarse", "drawn", "finer than needed"]
+    assert "0.9 px" in lesson.reasons(told)[1]
+
+
+def test_frozen_levels_stay_while_the_eye_goes_on(flight):
+    flight.settings.figures = False
+    settle(flight)
+    flight.settings.draw(style="lod")
+    flight.press("l")
+    settle(flight)
+    before = flight.figures.stats["triangles"]
+    flight.controller.pose = Pose.of(Camera((-400.0, -500.0, 700.0), (550.0, 200.0, 150.0)))
+    settle(flight)
+    assert flight.figures.stats["triangles"] == before and flight.figures.measured_px["max"] <= 1
+    picture = seen(flight)
+    orange = (np.abs(picture - [255, 205, 120]).max(-1) < 12).sum()
+    flight.press("l")
+    settle(flight)
+    assert flight.figures.stats["triangles"] != before
+    assert orange > 50 > (np.abs(seen(flight) - [255, 205, 120]).max(-1) < 12).sum()
+
+
+def test_a_split_picture_shows_two_settings(flight):
+    flight.settings.figures = False
+    settle(flight)
+    plain = seen(flight)
+    flight.press("t")
+    assert [side.method for side in flight.settings.sides] == ["sat", [m for m in METHODS if m != "sat"][0]]
+    flight.settings.active = 1
+    flight.settings.draw(style="normals", method="sat")
+    flight.message = ""
+    settle(flight, 100.0)
+    split = seen(flight)
+    assert np.array_equal(split[:, :158], plain[:, :158]) and changed(split[:, 162:], plain[:, 162:]) > 0.4
+    flight.press_button("left", 161, 100)
+    flight.point(80, 100)
+    flight.let_go_button("left", 80, 100)
+    settle(flight, 200.0)
+    moved = seen(flight)
+    assert flight.settings.divider == 0.25 and flight.explanation is None
+    assert np.array_equal(moved[:, :78], plain[:, :78]) and changed(moved[:, 82:160], plain[:, 82:160]) > 0.4
+    flight.point(20, 50)
+    assert flight.settings.active == 0
+    flight.point(200, 50)
+    assert flight.settings.active == 1
+    flight.press_button("left", 200, 150)
+    flight.let_go_button("left", 200, 150)
+    assert flight.explanation.tolerance_px == 1.0
+    flight.press("t")
+    settle(flight, 300.0)
+    flight.explanation, flight.message = None, ""
+    settle(flight, 310.0)
+    assert np.array_equal(seen(flight), plain)
+
+
+def test_methods_without_a_promise_are_shown_and_told(flight):
+    for method in METHODS:
+        flight.settings.draw(method=method)
+        settle(flight, 50.0)
+        flight.explain(160, 150)
+        promised = flight.figures.stats["certified_max_error_px"]
+        assert (flight.explanation is None) == (promised is None)
+
+
+def test_the_magnifying_glass_shows_pixels_as_squares(flight):
+    flight.settings.figures = False
+    settle(flight)
+    plain = seen(flight)
+    flight.press("z")
+    flight.scale = 0.3
+    flight.point(160, 120)
+    settle(flight)
+    lens = seen(flight)
+    for dx, dy in ((0, 0), (2, 1), (-3, 2)):  # the middle of the square of a pixel near the middle
+        x, y = 160 + round(6 * (dx + 0.5)), 120 - round(6 * (dy + 0.5))
+        assert np.array_equal(lens[y, x], plain[119 - dy, 160 + dx])
+    assert np.array_equal(lens[:60], plain[:60])
+
+
+def test_the_summed_area_table_gives_the_mean_of_a_box(flight):
+    settle(flight)
+    flight.press("u")
+    flight.settings.box = 20
+    for x in (120, 160, 200):
+        flight.point(x, 140)
+        settle(flight)
+        x0, y0, x1, y1 = flight.box.box
+        true_mean = flight.renderer.heightmap.heights[y0:y1, x0:x1].mean()
+        assert flight.box.mean_m == pytest.approx(true_mean, abs=0.002)
+    whole = lesson.box_around(flight.renderer, 64, 64, 129)
+    assert whole.box == (0, 0, 129, 129) and whole.corners[:3] == (0, 0, 0)
+    left, bottom, width, height = flight.sums_frame
+    picture = seen(flight)[200 - bottom - height : 200 - bottom, left : left + width]
+    assert np.abs(picture - [115, 242, 140]).max(-1).min() < 5  # the corners that add
+
+
+def test_wires_are_drawn_over_the_picture(flight):
+    settle(flight)
+    before = seen(flight)
+    flight.press("n")
+    settle(flight)
+    brighter = (seen(flight) - before).min(-1) > 8
+    assert 0.02 < brighter.mean() < 0.6
+
+
 # --- Panels, without a window -----------------------------------------------------------------------------------------
 
 
@@ -744,6 +885,8 @@ def test_a_slider_is_dragged_and_the_mesh_follows(panels):
 
 
 def test_a_box_is_ticked_and_a_choice_made(panels):
+    panels.gui.opened |= {"Picture": True, "Understand": False}
+    settle(panels)
     for label in ("style", "metric", "method"):
         left, top, right, bottom = slider(panels, label)
         drag(panels, (left + 20, (top + bottom) / 2), (left + 20, (top + bottom) / 2))

@@ -9,24 +9,9 @@
 // Provides s_squares[], form_squares().
 
 #include "lod/tiles.glsl"
-#include "lod/tree.glsl"
-#include "error/bound.glsl"
+#include "lod/promise.glsl"
 
 shared uint s_squares[SIZES][TILE];  // a bit for each north-west node of a square of quads
-
-// Two by two quads are their own four records; larger squares ask the summed-area tables.
-vec2 square_errors_m(int size, int level, ivec2 at) {
-    if (size > 1) {
-        float max_m = bound_max_m(level, at, 1 << size);
-        return vec2(max_m, mean_is_known(node_of(level + size, at >> size)) ? bound_rms_m(level, at, 1 << size) : max_m);
-    }
-    vec2 worst = vec2(0.0);
-    for (int i = 0; i < 4; i++) {
-        PackedNode n = node_of(level, at + ivec2(i & 1, i >> 1));
-        worst = max(worst, vec2(unpack_pair(n.max_m).x, posts_rms_m(n).x));
-    }
-    return worst;
-}
 
 bool certified(int size, int level, ivec2 at) {
     ivec2 low = at << level, high = (at + (1 << size)) << level;

@@ -1,31 +1,6 @@
-// shade/detail.frag — the first pass for styles that show the mesh itself: the place, as in shade/surface.frag, and what
-// is drawn there.
+// shade/detail.frag — the first pass for styles that show the mesh itself: how far off it is here, in pixels.
 
-#include "shade/place.glsl"
-#include "blocks/view.glsl"
-
-in vec2 g_post;
-in vec3 g_from_eye_m;
-flat in uvec4 g_of_patch;
-in vec3 g_weights;
-
-layout(location = 0) out vec2 out_post;
-layout(location = 1) out vec4 out_drawn;  // level, negative for fans; triangle's edge and patch's border 0 to 1; error px
-
-// Lines are a pixel wide, and faint where the triangle has no room for them.
-float edge_line() {
-    vec3 per_px = max(sqrt(dFdx(g_weights) * dFdx(g_weights) + dFdy(g_weights) * dFdy(g_weights)), 1e-9);
-    vec3 edge_px = g_weights / per_px;
-    float height_px = 1.0 / max(max(per_px.x, per_px.y), per_px.z);
-    return (1.0 - smoothstep(0.4, 1.1, min(min(edge_px.x, edge_px.y), edge_px.z))) * clamp(height_px / 6.0, 0.08, 1.0);
-}
-
-float border_line(vec2 post, Patch p, vec2 post_per_px) {
-    vec2 side = vec2(p.high - p.low), inside = post - vec2(p.low);
-    vec2 px = min(inside, side - inside) / max(post_per_px, 1e-9);
-    vec2 room = side / max(post_per_px, 1e-9);
-    return (1.0 - smoothstep(0.5, 1.2, min(px.x, px.y))) * clamp(min(room.x, room.y) / 8.0, 0.1, 1.0);
-}
+#include "shade/detail.glsl"
 
 // The truth between posts is either of a cell's two pairs of triangles: the one nearer to what is drawn.
 float error_m(vec2 post, float drawn_m) {
@@ -46,11 +21,7 @@ float error_px(vec3 drawn_m, float d) {
 }
 
 void main() {
-    Patch p = patch_of(g_of_patch);
-    vec2 post_per_px = fwidth(g_post);
-    out_post = place_in_patch(g_post, p);
-    if (is_in_hole(out_post)) discard;
     bool inside = min(min(g_weights.x, g_weights.y), g_weights.z) >= 0.0;  // else the neighbour's fragment knows
-    float px = inside ? min(error_px(g_from_eye_m, error_m(out_post, g_from_eye_m.z + u_eye_z_m + u_eye_z_rest_m)), 6e4) : 0.0;
-    out_drawn = vec4((p.step_log2 + 1.0) * (p.fan ? -1.0 : 1.0), edge_line(), border_line(g_post, p, post_per_px), px);
+    vec2 post = place_in_patch(g_post, patch_of(g_of_patch));
+    put_detail(inside ? error_px(g_from_eye_m, error_m(post, g_from_eye_m.z + u_eye_z_m + u_eye_z_rest_m)) : 0.0);
 }

@@ -11,13 +11,13 @@ uniform vec3 u_sun;
 struct Drawn {
     float step_log2;
     bool fan;
-    float edge, border;
-    float error_px;
+    float edge, segments_log2, border;
+    float px;  // off, or promised
 };
 
 Drawn drawn_at(int sample_) {
     vec4 d = texelFetch(u_drawn, ivec2(gl_FragCoord.xy), sample_);
-    return Drawn(abs(d.x) - 1.0, d.x < 0.0, d.y, d.z, d.w);
+    return Drawn(abs(d.x) - 1.0, d.x < 0.0, d.y, floor(d.z), fract(d.z), d.w);
 }
 
 // Brightness of matt white ground under the sun and a white sky.

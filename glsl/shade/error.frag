@@ -9,7 +9,7 @@ float tolerance_px() { return u_tolerance_px > 0.0 ? u_tolerance_px : 1.0; }
 
 vec3 ground_colour(Ground g, int sample_) {
     float worst_px = 0.0;
-    for (int i = 0; i < SAMPLES; i++) worst_px = max(worst_px, is_sky(post_of_sample(i)) ? 0.0 : drawn_at(i).error_px);
+    for (int i = 0; i < SAMPLES; i++) worst_px = max(worst_px, is_sky(post_of_sample(i)) ? 0.0 : drawn_at(i).px);
     float share = worst_px / tolerance_px();
     if (share > 1.001) return vec3(0.0, 0.9, 1.0);
     return inferno(0.08 + 0.92 * share) * (0.65 + 0.35 * clay(g));

@@ -26,7 +26,7 @@ class Record:
 
     ms: dict[str, float]
     triangles: int
-    promised_px: float
+    promised_px: float | None
     measured_px: float | None = None
     refined: bool = False
 
@@ -65,8 +65,9 @@ def show(gui: Gui, flight: Flight) -> None:
     _title(gui, "Triangles", f"{stats['triangles']:,} in {stats['patches']:,} patches")
     _line(gui, [record.triangles for record in flight.history.records], SOFT)
     gui.hint("triangles", "Triangles of the last frames.")
+    promised = "no" if (px := stats["certified_max_error_px"]) is None else f"{px:.3f}"
     measured = f"{figures.measured_px[metric]:.3f}" if figures.measured_px else "…"
-    _title(gui, "Error", f"measured {measured}, promised {stats['certified_max_error_px']:.3f} px {metric}")
+    _title(gui, "Error", f"measured {measured}, promised {promised} px {metric}")
     _errors(gui, list(flight.history.records))
     gui.hint("error", "Line: pixels promised before drawing. Dots: measured on that very mesh, when nothing moves.")
     above = figures.height_m
@@ -113,14 +114,14 @@ def _line(gui: Gui, values: list[int], colour: tuple[float, ...]) -> None:
 
 def _errors(gui: Gui, records: list[Record]) -> None:
     paper, left, top, width, height = _canvas(gui)
-    most = max((record.promised_px for record in records), default=1.0) or 1.0
+    most = max((record.promised_px or record.measured_px or 0.0 for record in records), default=1.0) or 1.0
     step = width / FRAMES
 
     def place(i: int, px: float) -> tuple[float, float]:
         return left + (i + 0.5) * step, top + height * (1 - 0.9 * min(px / most, 1.1))
 
-    if len(records) > 1:
-        line = [place(i, record.promised_px) for i, record in _late(records)]
+    line = [place(i, record.promised_px) for i, record in _late(records) if record.promised_px is not None]
+    if len(line) > 1:
         paper.add_polyline(_points(gui, line), _colour(gui, SOFT), 1.5 * gui.scale, 0)
     for i, record in _late(records):
         if record.measured_px is not None:

@@ -69,6 +69,14 @@ GROUPS: dict[str, list[Command]] = {
         Command("M", "metric: what the tolerance bounds", ("m",), lambda f: f.cycle("metric")),
         Command("F", "method: how detail is chosen", ("f",), lambda f: f.cycle("method")),
     ],
+    "Understand": [
+        Command("click", "explain the patch under the cursor, in numbers"),
+        Command("N", "the mesh over whatever is seen", ("n",), lambda f: f.toggle_wires()),
+        Command("L", "freeze the levels, and fly around them", ("l",), lambda f: f.toggle_freeze()),
+        Command("T", "split the picture: two methods or settings", ("t",), lambda f: f.toggle_split()),
+        Command("Z", "magnifying glass", ("z",), lambda f: f.toggle_lens()),
+        Command("U", "the summed-area table, and a box read from it", ("u",), lambda f: f.toggle("sums")),
+    ],
     "Keep": [
         Command("P", "save the picture as PNG", ("p",), lambda f: f.shoot()),
         Command("drop a file", "open a map: drop its file on the window"),

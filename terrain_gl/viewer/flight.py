@@ -6,6 +6,7 @@ outside, so that tests need neither window nor clock.
 
 from __future__ import annotations
 
+import math
 from collections.abc import Callable, Iterator
 from dataclasses import dataclass, replace
 from pathlib import Path
@@ -15,18 +16,22 @@ import moderngl
 import numpy as np
 
 from ..camera import Camera, Vector
-from ..drawing import Drawing
+from ..drawing import METHODS, Drawing
 from ..exceptions import TerrainError
+from ..explain import Explanation
 from ..heightmap import Heightmap
 from ..image import write_png
 from ..measure import Achieved
 from ..renderer import Renderer
 from . import hud
+from .canvas import Canvas
 from .charts import History
 from .commands import BY_KEY
-from .controller import MODES, Controller
+from .controller import MODES, Controller, hit_ground
 from .gui import Gui
 from .hud import Figures, drawing_ms
+from .lesson import BoxSum, box_around
+from .lines import Line, Lines, frustum, outline
 from .loading import Loading, Opened, Opener, coarse
 from .memory import Memory
 from .overlay import Overlay, Panel
@@ -39,6 +44,8 @@ PORTION = 512  # posts a side that are measured between two looks at the window'
 BUILD_S = 0.03  # spent on tables between two looks at the window's events
 _LONGEST_S = 0.25  # motion of one frame, even after a longer one
 _SKY = (0.16, 0.19, 0.23)
+_NO_LENS = (0.0, 0.0, 0.0, 1.0)
+_FRUSTUM, _PICKED = (255, 205, 120, 255), (255, 120, 90, 255)
 
 
 @dataclass(frozen=True)
@@ -48,6 +55,7 @@ class Wanted:
     camera: Camera
     size: tuple[int, int]
     sides: tuple[Drawing, ...]
+    divider: float
 
 
 class Flight:
@@ -83,6 +91,16 @@ class Flight:
         self._factor = 1.0  # of the heights that are seen to `_plain`; `_next_factor` of those that are on their way
         self._next_factor: float | None = None
         self._plain: Heightmap | None = None
+        self.scale = 1.0  # pixels per unit of length
+        self.canvas = Canvas(self.ctx)
+        self._lines: Lines | None = None
+        self.frozen: Camera | None = None
+        self.explanation: Explanation | None = None
+        self.box: BoxSum | None = None
+        self.side_stats: list[dict[str, Any]] = []
+        self.cursor: tuple[float, float] | None = None  # pixels from the upper left, over the land
+        self._drag, self._pressed_at = "", (0.0, 0.0)
+        self._pointed: tuple[float, float] | None = None
         self.loading: Loading | None = None
         self.done = False
         self.on_capture: Callable[[], bool] = lambda: False  # takes the mouse, or gives it back; whether it has it
@@ -155,6 +173,7 @@ class Flight:
         if not (before and was_coarse):
             self._enter(opened)
         self._drawn, self._full_ms = None, float("inf")
+        self.explanation = self.box = None
 
     def close(self) -> None:
         """Give everything back, and remember what is to be remembered."""
@@ -162,6 +181,9 @@ class Flight:
         self._note_map()
         if self._renderer:
             self._renderer.release()
+        self.canvas.release()
+        if self._lines:
+            self._lines.release()
         self.memory.drawing = self.settings.sides[0]
         self.memory.panels = {"figures": self.settings.figures}
         self.memory.save()
@@ -236,6 +258,30 @@ class Flight:
         """Show a panel, or not."""
         setattr(self.settings, panel, not getattr(self.settings, panel))
 
+    def toggle_wires(self) -> None:
+        """Draw the mesh over the picture, or not."""
+        self.settings.draw(wires=not self.settings.drawing.wires)
+
+    def toggle_freeze(self) -> None:
+        """Keep the levels that were chosen for the eye where it is now, or choose again."""
+        self.frozen = None if self.frozen else self.controller.camera
+        self.say("levels stay: fly around them; L lets go" if self.frozen else "levels follow the eye again")
+
+    def toggle_split(self) -> None:
+        """Two sides to compare, or one."""
+        settings = self.settings
+        if settings.split:
+            settings.sides, settings.active = [settings.sides[0]], 0
+            self.say("one picture again")
+        else:
+            other = [method for method in METHODS if method != settings.drawing.method][0]
+            settings.sides = [settings.drawing, replace(settings.drawing, method=other, triangles=None)]
+            self.say("two sides: keys and controls change the one under the cursor; drag the line between them")
+
+    def toggle_lens(self) -> None:
+        """A magnifying glass under the cursor, or none."""
+        self.settings.lens = 0.0 if self.settings.lens else 6.0
+
     def home(self) -> None:
         """Back to the first view."""
         self.controller.home()
@@ -277,8 +323,15 @@ class Flight:
             self.say("cancelled")
         elif self.settings.keys:
             self.settings.keys = False
+        elif self.explanation:
+            self.explanation = None
         else:
             self.done = True
+
+    @property
+    def certified_px(self) -> float | None:
+        """What was promised of the last frame."""
+        return self.figures.stats.get("certified_max_error_px")
 
     @property
     def can_cancel(self) -> bool:
@@ -294,6 +347,76 @@ class Flight:
         else:
             self.controller.wheel(notches)
         self._stale = True
+
+    # --- The mouse, in pixels from the upper left ---------------------------------------------------------------------
+
+    def press_button(self, name: str, x: float, y: float) -> None:
+        """A mouse button goes down over the land."""
+        if not self.has_map:
+            return
+        self._pressed_at = self._pointed = x, y
+        controller, settings = self.controller, self.settings
+        if name == "left" and settings.split and abs(x - settings.divider * self.size[0]) < 8 * self.scale:
+            self._drag = "divider"
+        elif name == "left" and controller.mode != "walk":
+            self._drag = "orbit"
+            controller.grab(*self._tangents(x, y))
+        else:
+            self._drag = {"left": "look", "right": "look"}.get(name, "")
+
+    def let_go_button(self, name: str, x: float, y: float) -> None:
+        """It comes up again: where it went down, that was a click."""
+        drag, self._drag = self._drag, ""
+        if not self.has_map:
+            return
+        self.controller.release()
+        if name == "left" and drag in ("orbit", "look") and math.dist((x, y), self._pressed_at) < 4 * self.scale:
+            self.explain(x, y)
+
+    def point(self, x: float, y: float, look: bool = False, over_panels: bool = False) -> None:
+        """The cursor comes to a place; `look`: the head turns with it, whether or not a button is held."""
+        before, self._pointed = self._pointed or (x, y), (x, y)
+        self.cursor = None if over_panels else (x, y)
+        if not self.has_map:
+            return
+        drag = "look" if look else self._drag
+        dx, dy = (x - before[0]) / self.scale, (y - before[1]) / self.scale
+        if drag == "divider":
+            self.settings.divider = min(max(x / max(1, self.size[0]), 0.02), 0.98)
+            self._stale = True
+        elif drag in ("look", "orbit"):
+            getattr(self.controller, drag)(dx, dy)
+        elif self.settings.split and not over_panels:
+            self.settings.active = int(x > self.settings.divider * self.size[0])
+        if self.settings.lens or self.settings.sums:
+            self._stale = True
+
+    def place_under(self, x: float, y: float) -> np.ndarray | None:
+        """World metres of the land at a pixel; None for the sky."""
+        ray = np.array([*self._tangents(x, y), 1.0]) @ self.controller.axes
+        return hit_ground(self.controller.heightmap, self.controller.eye, ray)
+
+    def explain(self, x: float, y: float) -> None:
+        """Explain the patch at a pixel, or put the explanation away where there is none."""
+        self.explanation, self._stale = None, True
+        place = self.place_under(x, y)
+        wanted = self._wanted()
+        side = int(self.settings.split and x > self.settings.divider * self.size[0])
+        if place is None or self._drawn is None:
+            return
+        if self.renderer.size != self.size or side or wanted != self._drawn:
+            self._draw_side(wanted, side, self.size)
+            self._drawn = None
+        self.explanation = self.renderer.explain(float(place[0]), float(place[1]))
+        if self.explanation is None:
+            method = self.settings.sides[side].method
+            self.say(f"no patch of the quadtree there: method {method} makes no promise to explain")
+
+    def _tangents(self, x: float, y: float) -> tuple[float, float]:
+        """A pixel as tangents right and up of the picture's middle."""
+        width, height = self.size
+        half = math.tan(math.radians(0.5 * self.controller.fov_deg)) / (0.5 * max(1, height))
+        return (x - 0.5 * width) * half, (0.5 * height - y) * half
 
     def resize(self, size: tuple[int, int]) -> None:
         """The target has another size; 0 while it is out of sight."""
@@ -358,8 +481,11 @@ class Flight:
 
     def _wanted(self) -> Wanted:
         near_m = self.controller.near_m
-        sides = [replace(side, near_m=near_m) if near_m else side for side in self.settings.sides]
-        return Wanted(self.controller.camera, self.size, tuple(sides))
+        changes: dict[str, Any] = {"near_m": near_m} if near_m else {}
+        if self.frozen:
+            changes |= {"chosen_for": self.frozen, "cull": False}
+        sides = [replace(side, **changes) for side in self.settings.sides]
+        return Wanted(self.controller.camera, self.size, tuple(sides), self.settings.divider)
 
     def _move(self, now_s: float) -> None:
         if not self.controller.moving:
@@ -382,15 +508,22 @@ class Flight:
     def _draw(self, wanted: Wanted, now_s: float, in_motion: bool) -> None:
         shrink = self._shrink() if in_motion and not self._shoot else 1
         size = max(1, self.size[0] // shrink), max(1, self.size[1] // shrink)
-        if size != self.renderer.size:
-            self.renderer.resize(size)
-        stats = self.renderer.draw(wanted.camera, **vars(wanted.sides[0]))
+        self.side_stats = [self._draw_side(wanted, side, size) for side in reversed(range(len(wanted.sides)))][::-1]
+        stats = self.side_stats[0]
         if shrink == 1:
-            self._full_ms = drawing_ms(stats)
+            self._full_ms = sum(map(drawing_ms, self.side_stats))
         self._note(stats, shrink, now_s, in_motion)
         self._drawn, self._stale = wanted, True
         if self._shoot:
             self._save()
+
+    def _draw_side(self, wanted: Wanted, side: int, size: tuple[int, int]) -> dict[str, Any]:
+        """Draw a side, and take it to the canvas."""
+        if size != self.renderer.size:
+            self.renderer.resize(size)
+        stats = self.renderer.draw(wanted.camera, **vars(wanted.sides[side]))
+        self.canvas.compose(self.renderer, self.size, *self.settings.part(side))
+        return stats
 
     def _shrink(self) -> int:
         """Window pixels across one of the picture in motion: more where full frames would stutter."""
@@ -434,13 +567,63 @@ class Flight:
         if self.has_map and self._drawn:
             self.figures.height_m = self.controller.height_above_ground_m
             self.figures.speed_m_s = self.controller.speed_m_s
-            self.renderer.picture.show(self.target)
+            self._show_land()
         else:
             self.ctx.clear(*_SKY)
         if self.gui:
             self.gui.draw(self, self.target, self.size, now_s)
         else:
             self.overlay.draw(self.target, self.size, self.panels())
+
+    def _show_land(self) -> None:
+        lens = (*self._cursor_from_below(), 110 * self.scale, self.settings.lens) if self._sees_lens else _NO_LENS
+        self.canvas.show(self.target, lens, self.settings.divider if self.settings.split else None)
+        self.box = self._box_under_cursor() if self.settings.sums else None
+        if lines := self._lines_on_land():
+            self._lines = self._lines or Lines(self.ctx, self.renderer.picture.samples)
+            self._lines.draw(self.renderer, self.controller.camera, self.target, self.size, lines, 2 * self.scale)
+        if self.box:
+            self.canvas.show_sums(self.renderer, self.target, self.sums_frame, self.box.box)
+
+    @property
+    def _sees_lens(self) -> bool:
+        return bool(self.settings.lens and self.cursor)
+
+    def _cursor_from_below(self) -> tuple[float, float]:
+        assert self.cursor
+        return self.cursor[0], self.size[1] - self.cursor[1]
+
+    @property
+    def sums_frame(self) -> tuple[int, int, int, int]:
+        """Where the summed-area table is shown: left, bottom, width, height from the lower left."""
+        rows, cols = self.renderer.heightmap.heights.shape
+        side = 0.38 * min(self.size)
+        width, height = round(side * min(1, cols / rows)), round(side * min(1, rows / cols))
+        margin = round(10 * self.scale)
+        return self.size[0] - width - margin, self.size[1] - height - margin, max(width, 1), max(height, 1)
+
+    def _box_under_cursor(self) -> BoxSum | None:
+        place = self.place_under(*self.cursor) if self.cursor else None
+        if place is None:
+            return self.box
+        east, north = self.renderer.heightmap.spacing_m
+        col, row = round(place[0] / east), round(self.renderer.heightmap.rows - 1 - place[1] / north)
+        return box_around(self.renderer, int(col), int(row), self.settings.box)
+
+    def _lines_on_land(self) -> list[Line]:
+        """What is drawn over the land: the frozen eye's frustum, the patch that is explained, the table's box."""
+        lines: list[Line] = []
+        heightmap = self.renderer.heightmap
+        if self.frozen:
+            pyramid = frustum(self.frozen, self.size, 0.25 * math.hypot(*heightmap.extent_m))
+            lines += [(edge, _FRUSTUM) for edge in pyramid]
+        if self.explanation:
+            told = self.explanation
+            lines.append((outline(heightmap, told.corner, (told.side, told.side)), _PICKED))
+        if self.box:
+            x0, y0, x1, y1 = self.box.box
+            lines.append((outline(heightmap, (x0, y0), (x1 - x0 - 1, y1 - y0 - 1)), _PICKED))
+        return lines
 
     def _save(self) -> None:
         """Write the picture, without words over it, beside earlier ones in the working directory."""

@@ -12,7 +12,8 @@ from typing import TYPE_CHECKING, Any
 
 import moderngl
 
-from . import charts, help_page, sections
+from ..explain import Explanation
+from . import charts, help_page, lesson, sections
 from .gui_draw import GuiDraw
 
 if TYPE_CHECKING:
@@ -42,7 +43,7 @@ _KEYS = {
 _COLOURS = {
     "text": (0.93, 0.94, 0.95, 1.0),
     "text_disabled": (0.62, 0.66, 0.70, 1.0),
-    "window_bg": (0.04, 0.055, 0.08, 0.80),
+    "window_bg": (0.04, 0.055, 0.08, 0.86),
     "popup_bg": (0.05, 0.065, 0.09, 0.96),
     "border": (1.0, 1.0, 1.0, 0.08),
     "frame_bg": (1.0, 1.0, 1.0, 0.07),
@@ -198,6 +199,7 @@ class Gui:
         if flight.settings.keys:
             with self._window("Help", (0.5, 0.5), size, closed=lambda: flight.toggle("keys")):
                 help_page.show(self)
+        self._explanations(flight, size)
         if flight.loading:
             with self._window("##loading", (0.5, 0.93), size):
                 self._progress(flight)
@@ -230,6 +232,48 @@ class Gui:
             imgui.pop_text_wrap_pos()
         imgui.end()
 
+    def _explanations(self, flight: Flight, size: tuple[int, int]) -> None:
+        """What stands at the right: the sides' figures, the patch that was clicked, the summed-area table's numbers."""
+        if flight.settings.split:
+            for side, stats in enumerate(flight.side_stats[:2]):
+                begin, end = flight.settings.part(side)
+                place = (end - 0.01, 0.02) if side == 0 else (begin + 0.01, 0.02)
+                with self._window(f"##side {side}", place, size, pivot=(1.0 - side, 0.0)):
+                    self.imgui.text(lesson.side_line(flight.settings.sides[side], stats))
+        if flight.settings.sums and flight.has_map:
+            _, bottom, _, height = flight.sums_frame
+            top = (size[1] - bottom + 6 * self.scale) / size[1]
+            with self._window("##sums", (1.0 - 10 * self.scale / size[0], top), size, pivot=(1.0, 0.0)):
+                self.imgui.text("S(x, y): the sum of all heights north and west of (x, y)")
+                for line in flight.box.words() if flight.box else ["Point at the land for a box."]:
+                    self.imgui.text_disabled(line)
+        if flight.explanation:
+            with self._window("##patch", (0.99, 0.92), size, pivot=(1.0, 1.0)):
+                self._patch(flight.explanation)
+
+    def _patch(self, told: Explanation) -> None:
+        """Why a patch is drawn as it is."""
+        imgui = self.imgui
+        accent = imgui.get_style_color_vec4(imgui.Col_.check_mark)
+        imgui.text_colored(accent, lesson.title(told))
+        if imgui.begin_table("choices", len(lesson.HEADINGS), imgui.TableFlags_.sizing_fixed_fit):
+            for heading in lesson.HEADINGS:
+                imgui.table_next_column()
+                imgui.text_disabled(heading)
+            for row in lesson.rows(told):
+                for cell in row:
+                    imgui.table_next_column()
+                    if row[-1] == "drawn":
+                        imgui.text_colored(accent, cell)
+                    else:
+                        imgui.text(cell)
+            imgui.end_table()
+        imgui.push_text_wrap_pos(26 * self.em)
+        for sentence in lesson.reasons(told):
+            imgui.text(sentence)
+        imgui.text_disabled("A click elsewhere explains another patch; Esc puts this away.")
+        imgui.pop_text_wrap_pos()
+
     def _progress(self, flight: Flight) -> None:
         assert flight.loading
         self.imgui.text(flight.loading.text)
@@ -239,11 +283,16 @@ class Gui:
 
     @contextlib.contextmanager
     def _window(
-        self, name: str, anchor: tuple[float, float], size: tuple[int, int], closed: Callable[[], None] | None = None
+        self,
+        name: str,
+        anchor: tuple[float, float],
+        size: tuple[int, int],
+        closed: Callable[[], None] | None = None,
+        pivot: tuple[float, float] | None = None,
     ) -> Iterator[None]:
         """A window that sizes itself, at a place of the picture."""
         imgui, flags = self.imgui, self.imgui.WindowFlags_
-        imgui.set_next_window_pos((anchor[0] * size[0], anchor[1] * size[1]), imgui.Cond_.always, anchor)
+        imgui.set_next_window_pos((anchor[0] * size[0], anchor[1] * size[1]), imgui.Cond_.always, pivot or anchor)
         imgui.set_next_window_size_constraints((0, 0), (0.96 * size[0], 0.92 * size[1]))
         plain = flags.no_move | flags.no_resize | flags.always_auto_resize | flags.no_collapse | flags.no_nav
         if closed is None:

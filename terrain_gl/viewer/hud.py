@@ -69,7 +69,7 @@ def figures_panel(figures: Figures, settings: Settings) -> Panel:
         ("patches", f"{stats['patches']:,}"),
         None,
         _asked(drawing),
-        ("promised", f"≤ {stats['certified_max_error_px']:.4g} px"),
+        ("promised", "nothing" if (px := stats["certified_max_error_px"]) is None else f"≤ {px:.4g} px"),
         ("measured", f"{measured[drawing.metric]:.3f} px" if measured else "…"),
         None,
         ("method", "every post" if drawing.method == "full" else drawing.method),

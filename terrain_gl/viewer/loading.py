@@ -137,6 +137,10 @@ class Loading:
             self.renderer.release()
             self.renderer = None
 
+    def join(self) -> None:
+        """Wait for the thread: while it reads a picture, it keeps libraries from writing to standard error."""
+        self._thread.join()
+
     def _open(self) -> None:
         try:
             self.opened = self._opener(self._tell)

@@ -8,7 +8,7 @@ from __future__ import annotations
 
 import json
 import os
-from dataclasses import asdict, astuple
+from dataclasses import astuple
 from pathlib import Path
 from typing import Any
 
@@ -18,7 +18,7 @@ from ..image import replacing
 from .controller import Pose
 
 MOST_MAPS = 50
-_LASTING = ("max_error_px", "metric", "method", "style")  # of a drawing: what is a taste, not a view
+_LASTING = ("max_error_px", "triangles", "metric", "method", "style")  # of a drawing: what is a taste, not a view
 
 
 def state_path() -> Path:
@@ -68,7 +68,8 @@ class Memory:
 
     @drawing.setter
     def drawing(self, drawing: Drawing) -> None:
-        self._data["drawing"] = {key: value for key, value in asdict(drawing).items() if key in _LASTING}
+        lasting = {key: getattr(drawing, key) for key in _LASTING}
+        self._data["drawing"] = {key: value for key, value in lasting.items() if value is not None}
 
     @property
     def panels(self) -> dict[str, Any]:

@@ -26,17 +26,47 @@ METRIC_HELP = "What the tolerance bounds (M): the largest error of any post, or 
 def detail(gui: Gui, flight: Flight) -> None:
     """How fine the mesh is."""
     settings, drawing = flight.settings, flight.settings.drawing
-    if drawing.triangles:
-        budget = gui.slide("triangles", drawing.triangles, *BUDGETS, BUDGET_HELP, "%.0f", logarithmic=True)
-        _apply(settings, {"triangles": budget and round(budget)})
-    elif drawing.max_error_px:
-        tolerance = gui.slide("tolerance", drawing.max_error_px, *TOLERANCES_PX, TOLERANCE_HELP, "%.3g px", True)
-        _apply(settings, {"max_error_px": tolerance})
+    if settings.split:
+        gui.imgui.text_disabled(f"of the {('left', 'right')[settings.active]} side; the cursor chooses")
+    tolerance_px = drawing.max_error_px or flight.certified_px or 1.0
     changes: dict[str, Any] = {
+        "max_error_px": gui.slide("tolerance", tolerance_px, *TOLERANCES_PX, TOLERANCE_HELP, "%.3g px", True),
+        "triangles": gui.slide(
+            "triangles",
+            drawing.triangles or flight.figures.stats.get("triangles", 1),
+            *BUDGETS,
+            BUDGET_HELP,
+            "at most %.0f" if drawing.triangles else "%.0f",
+            True,
+        ),
         "metric": gui.choose("metric", drawing.metric, CHOICES["metric"], METRIC_HELP),
-        "method": gui.choose("method", drawing.method, settings.choices("method"), METHODS_HELP),
+        "method": gui.choose("method", drawing.method, CHOICES["method"], METHODS_HELP),
     }
+    if changes["triangles"] is not None:
+        changes["triangles"] = round(changes["triangles"])
     _apply(settings, changes)
+
+
+def understand(gui: Gui, flight: Flight) -> None:
+    """How detail comes about."""
+    settings = flight.settings
+    if gui.tick("mesh over the picture", settings.drawing.wires, "The edges of all triangles, over any style (N)."):
+        flight.press("n")
+    if gui.tick("freeze the levels", flight.frozen is not None, "Detail stays as it is for this eye; fly around (L)."):
+        flight.press("l")
+    if gui.tick("split the picture", settings.split, "Two methods or settings side by side (T)."):
+        flight.press("t")
+    if gui.tick("magnifying glass", settings.lens > 0, "Pixels as squares under the cursor (Z)."):
+        flight.press("z")
+    if settings.lens:
+        lens = gui.slide("times larger", settings.lens, 2.0, 16.0, "How strong the glass is.", "× %.0f")
+        settings.lens = settings.lens if lens is None else lens
+    if gui.tick("summed-area table", settings.sums, "What a box sum is read from, at four corners (U)."):
+        flight.press("u")
+    if settings.sums:
+        side = gui.slide("box", settings.box, 2, 256, "Posts a side of the box under the cursor.", "%.0f posts")
+        settings.box = settings.box if side is None else round(side)
+    gui.imgui.text_disabled("Click on the land: why is it drawn so?")
 
 
 def picture(gui: Gui, flight: Flight) -> None:
@@ -99,7 +129,13 @@ def keep(gui: Gui, flight: Flight) -> None:
     gui.imgui.text_disabled("Drop a map's file on the window to open it.")
 
 
-SECTIONS = (("Detail", True, detail), ("Picture", True, picture), ("Camera", False, camera), ("Keep", False, keep))
+SECTIONS = (
+    ("Detail", True, detail),
+    ("Understand", True, understand),
+    ("Picture", False, picture),
+    ("Camera", False, camera),
+    ("Keep", False, keep),
+)
 
 
 def _apply(settings: Any, changes: dict[str, Any]) -> None:

@@ -24,11 +24,18 @@ class Settings:
         The side that keys change.
     divider
         Where the picture is split, from 0, its left edge, to 1.
+    lens
+        How many times larger things are under the magnifying glass; 0 without one.
+    sums, box
+        Whether the summed-area table is shown, and posts along a side of the box that is read from it.
     """
 
     sides: list[Drawing] = field(default_factory=lambda: [Drawing()])
     active: int = 0
     divider: float = 0.5
+    lens: float = 0.0
+    sums: bool = False
+    box: int = 64
     figures: bool = True
     keys: bool = False
 
@@ -38,20 +45,32 @@ class Settings:
         return self.sides[self.active]
 
     def draw(self, **changes: Any) -> None:
-        """Draw the active side otherwise."""
+        """Draw the active side otherwise; a tolerance takes the place of a number of triangles, and the other way."""
+        if "max_error_px" in changes or changes.get("method") == "full":
+            changes = {"max_error_px": self.drawing.max_error_px or 1.0, "triangles": None} | changes
+        elif "triangles" in changes:
+            method = "sat" if self.drawing.method == "full" else self.drawing.method
+            changes = {"max_error_px": None, "method": method} | changes
         self.sides[self.active] = replace(self.drawing, **changes)
 
     def draw_both(self, **changes: Any) -> None:
         """Draw all sides otherwise."""
         self.sides = [replace(side, **changes) for side in self.sides]
 
-    def choices(self, option: str) -> tuple[str, ...]:
-        """What an option of `Drawing` can be now: a budget is not for every post."""
-        return tuple(c for c in CHOICES[option] if c != "full" or not self.drawing.triangles)
+    @property
+    def split(self) -> bool:
+        """Whether there are two sides."""
+        return len(self.sides) > 1
+
+    def part(self, side: int) -> tuple[float, float]:
+        """Where a side begins and ends, 0 to 1."""
+        if not self.split:
+            return 0.0, 1.0
+        return (0.0, self.divider) if side == 0 else (self.divider, 1.0)
 
     def cycle(self, option: str, step: int = 1) -> str:
         """Take the next choice of an option of `Drawing`; returns it."""
-        choices = self.choices(option)
+        choices = CHOICES[option]
         chosen = choices[(choices.index(getattr(self.drawing, option)) + step) % len(choices)]
         self.draw(**{option: chosen})
         return chosen

@@ -2,7 +2,6 @@
 
 from __future__ import annotations
 
-import math
 import os
 from typing import Any
 
@@ -73,6 +72,7 @@ def run(
         window = Window(size or memory.window or SIZE, name, backend, gui)
     except BaseException:
         loading.cancel()
+        loading.join()
         raise
     try:
         return window.fly(loading, settings, memory)
@@ -101,12 +101,11 @@ class Window:
         self._gui = Gui(self.ctx, self._scale) if gui and library_of_gui() else None
         self._cursor = (0.0, 0.0)
         self._captured = False
-        self._drag = ""
 
     def fly(self, loading: Loading, settings: Settings, memory: Memory) -> dict[str, Any]:
         """Draw frames until the user closes the window; the last one's stats."""
         flight = self._flight = Flight(self._overlay, self.ctx.screen, self._pixels, settings, memory, self._gui)
-        flight.loading = loading
+        flight.loading, flight.scale = loading, self._scale
         flight.on_capture = self._capture
         flight.say(memory.complaint or "H shows the keys; drop a map's file here to see it")
         self._listen()
@@ -173,7 +172,7 @@ class Window:
             self._glfw.swap_buffers(self._handle)
 
     def _rescale(self) -> None:
-        self._overlay.scale = round(self._scale)
+        self._overlay.scale, self._flight.scale = round(self._scale), self._scale
         if self._gui:
             self._gui.scale = self._scale
         self._flight.resize(self._pixels)
@@ -215,25 +214,15 @@ class Window:
             self._gui.button(_BUTTONS[button], action == glfw.PRESS)
             if action == glfw.PRESS and self._gui.covers(*self._cursor_px):
                 return
-        if not flight.has_map:
-            return
-        names = {glfw.MOUSE_BUTTON_LEFT: "orbit", glfw.MOUSE_BUTTON_RIGHT: "look"}
-        self._drag = names.get(button, "") if action == glfw.PRESS else ""
-        if self._drag == "orbit" and flight.controller.mode == "walk":
-            self._drag = "look"
-        if self._drag == "orbit":
-            flight.controller.grab(*self._tangents())
-        else:
-            flight.controller.release()
+        change = flight.press_button if action == glfw.PRESS else flight.let_go_button
+        change(_BUTTONS.get(button, ""), *self._cursor_px)
 
     def _on_cursor(self, _: Any, x: float, y: float) -> None:
-        dx, dy = x - self._cursor[0], y - self._cursor[1]
         self._cursor = x, y
         if self._gui and not self._captured:
             self._gui.move(*self._cursor_px)
-        drag = "look" if self._captured else self._drag
-        if drag and self._flight.has_map:
-            getattr(self._flight.controller, drag)(dx, dy)
+        over = bool(self._gui and not self._captured and self._gui.covers(*self._cursor_px))
+        self._flight.point(*self._cursor_px, look=self._captured, over_panels=over)
 
     def _on_scroll(self, _: Any, dx: float, dy: float) -> None:
         if self._gui and not self._captured and self._gui.covers(*self._cursor_px):
@@ -253,12 +242,6 @@ class Window:
         """The cursor in pixels of the picture, which may be finer than the screen's own coordinates."""
         width, height = self._glfw.get_window_size(self._handle)
         return self._cursor[0] * self._pixels[0] / max(1, width), self._cursor[1] * self._pixels[1] / max(1, height)
-
-    def _tangents(self) -> tuple[float, float]:
-        """The cursor as tangents right and up of the picture's middle."""
-        width, height = self._glfw.get_window_size(self._handle)
-        half = math.tan(math.radians(0.5 * self._flight.controller.fov_deg)) / (0.5 * max(1, height))
-        return (self._cursor[0] - 0.5 * width) * half, (0.5 * height - self._cursor[1]) * half
 
 
 # GLFW's numbers of buttons, and of keys that only fields of text want

@@ -1,0 +1,40 @@
+// lod/explain.comp — one square of the map, and how far off it would be on the screen, drawn with 1, 2, 4, ... segments:
+// what the choice of its level weighed. One thread a level.
+
+#include "lod/promise.glsl"
+
+layout(local_size_x = 16) in;
+
+struct Choice {
+    vec4 quads;  // as quads of this level: largest error and root mean square in metres, pixels; 0 if not known
+    vec4 fan;    // as one fan, if the square is a node of this level
+};
+layout(std430, binding = 2) writeonly buffer Choices {
+    vec4 projection;  // least depth in metres, stretch, wholly in the picture, wholly outside
+    vec4 range_m;     // lowest and highest
+    Choice choice[];
+};
+
+uniform ivec2 u_low;      // post of the square's north-west corner
+uniform int u_side_log2;  // posts
+
+void main() {
+    int level = int(gl_LocalInvocationID.x);
+    int node_level = max(u_side_log2, 1);
+    if (level == 0) {
+        Projection p = project_node(u_side_log2, u_low >> u_side_log2, 1.0);
+        projection = vec4(p.nearest_m, p.stretch, p.inside, p.outside);
+        range_m = vec4(unpack_range(node_of(node_level, u_low >> node_level).range), 0.0, 0.0);
+    }
+    if (level > u_side_log2) return;
+    int size = u_side_log2 - level;
+    ivec2 at = u_low >> level;
+    choice[level].quads = vec4(0.0);
+    choice[level].fan = vec4(0.0);
+    if (size == 0 || is_whole(size, level, at)) choice[level].quads = vec4(square_errors_m(size, level, at), quads_px(size, level, at), 1.0);
+    if (size == 0 && level > 0) {
+        PackedNode n = node_of(level, at);
+        Projection p = project_node(level, at, 1.0);
+        choice[level].fan = vec4(unpack_pair(n.max_m).y, posts_rms_m(n).y, p.outside ? 0.0 : fan_px(p, n), 1.0);
+    }
+}

@@ -1,0 +1,41 @@
+// shade/detail.glsl — the first pass for styles that show the mesh itself: the place, as in shade/surface.frag, and what
+// is drawn there.
+// Provides put_detail().
+
+#include "shade/place.glsl"
+#include "blocks/view.glsl"
+
+in vec2 g_post;
+in vec3 g_from_eye_m;
+flat in uvec4 g_of_patch;
+in vec3 g_weights;
+
+layout(location = 0) out vec2 out_post;
+layout(location = 1) out vec4 out_drawn;
+// level, negative for fans; triangle's edge 0 to 1; log2 of the segments a side, and patch's border 0 to 1; pixels
+
+// Lines are a pixel wide, and faint where the triangle has no room for them.
+float edge_line() {
+    vec3 per_px = max(sqrt(dFdx(g_weights) * dFdx(g_weights) + dFdy(g_weights) * dFdy(g_weights)), 1e-9);
+    vec3 edge_px = g_weights / per_px;
+    float height_px = 1.0 / max(max(per_px.x, per_px.y), per_px.z);
+    return (1.0 - smoothstep(0.4, 1.1, min(min(edge_px.x, edge_px.y), edge_px.z))) * clamp(height_px / 6.0, 0.08, 1.0);
+}
+
+float border_line(vec2 post, Patch p, vec2 post_per_px) {
+    vec2 side = vec2(p.high - p.low), inside = post - vec2(p.low);
+    vec2 px = min(inside, side - inside) / max(post_per_px, 1e-9);
+    vec2 room = side / max(post_per_px, 1e-9);
+    return (1.0 - smoothstep(0.5, 1.2, min(px.x, px.y))) * clamp(min(room.x, room.y) / 8.0, 0.1, 1.0);
+}
+
+// Note the place, and what is drawn there; px is what the style wants to know in pixels.
+void put_detail(float px) {
+    Patch p = patch_of(g_of_patch);
+    vec2 post_per_px = fwidth(g_post);
+    out_post = place_in_patch(g_post, p);
+    if (is_in_hole(out_post)) discard;
+    float segments_log2 = round(log2(float(p.high.x - p.low.x)) - p.step_log2);
+    float border = segments_log2 + min(border_line(g_post, p, post_per_px), 0.99);
+    out_drawn = vec4((p.step_log2 + 1.0) * (p.fan ? -1.0 : 1.0), edge_line(), border, min(px, 6e4));
+}

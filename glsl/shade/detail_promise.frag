@@ -1,0 +1,18 @@
+// shade/detail_promise.frag — the first pass for style "promise": the bound that the tables give for the whole patch, in
+// pixels; negative for a patch that is no square of the quadtree, of which they say nothing.
+
+#include "shade/detail.glsl"
+#include "lod/promise.glsl"
+
+float promise_px(Patch p) {
+    int level = int(p.step_log2), side = p.high.x - p.low.x;
+    bool of_tree = p.step_log2 == float(level) && side == p.high.y - p.low.y && (side & (side - 1)) == 0 &&
+                   (p.low & (side - 1)) == ivec2(0) && side >= 1 << level;
+    if (!of_tree) return -1.0;
+    int size = findMSB(side) - level;
+    if (!p.fan) return quads_px(size, level, p.low >> level);
+    Projection projection = project_node(level + 1, p.low >> (level + 1), 1.0);
+    return projection.outside ? 0.0 : fan_px(projection, node_of(level + 1, p.low >> (level + 1)));
+}
+
+void main() { put_detail(promise_px(patch_of(g_of_patch))); }

@@ -1,0 +1,17 @@
+// shade/promise.frag — style "promise": the bound of each patch in pixels, which decided how it is drawn: from black, none,
+// to pale yellow, the tolerance; cyan beyond it. Grey is a patch without a promise.
+
+#include "shade/drawn.glsl"
+
+out vec4 out_colour;
+
+vec3 ground_colour(Ground g, int sample_) {
+    Drawn d = drawn_at(sample_);
+    float share = d.px / (u_tolerance_px > 0.0 ? u_tolerance_px : 1.0);
+    vec3 tint = d.px < 0.0 ? vec3(0.5) : share > 1.001 ? vec3(0.0, 0.9, 1.0) : inferno(0.08 + 0.92 * share);
+    return tint * (0.65 + 0.35 * clay(g)) * (1.0 - 0.5 * d.border);
+}
+
+vec3 sky_colour(vec3 direction) { return vec3(0.60); }
+
+void main() { out_colour = vec4(pixel_colour(), 1.0); }

@@ -1,0 +1,16 @@
+// shade/segments.frag — style "segments": into how many segments T a side the hardware cuts each patch: violet for one
+// quad, through green, to yellow for 32 × 32; fans, of two segments, are paler. Borders of patches are dark.
+
+#include "shade/drawn.glsl"
+
+out vec4 out_colour;
+
+vec3 ground_colour(Ground g, int sample_) {
+    Drawn d = drawn_at(sample_);
+    vec3 tint = mix(viridis(d.segments_log2 / 5.0), vec3(1.0), d.fan ? 0.45 : 0.1);
+    return tint * (0.40 + 0.75 * clay(g)) * (1.0 - 0.65 * d.border);
+}
+
+vec3 sky_colour(vec3 direction) { return vec3(0.93); }
+
+void main() { out_colour = vec4(pixel_colour(), 1.0); }

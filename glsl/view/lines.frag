@@ -1,0 +1,32 @@
+// view/lines.frag — a line's colour: soft at its sides, faint where the land hides it.
+
+in vec4 v_color;
+in float v_across;
+noperspective in float v_depth;
+
+#ifndef SAMPLES
+#define SAMPLES 4
+#endif
+#if SAMPLES > 1
+layout(binding = 2) uniform sampler2DMS u_depth;
+#else
+layout(binding = 2) uniform sampler2D u_depth;
+#endif
+
+uniform vec2 u_window_px;
+uniform float u_width_px;
+uniform float u_hidden;  // how much of a hidden line is seen
+
+out vec4 out_color;
+
+void main() {
+    ivec2 at = ivec2(gl_FragCoord.xy / u_window_px * vec2(textureSize(u_depth
+#if SAMPLES == 1
+                                                                      , 0
+#endif
+                                                                      )));
+    float land = texelFetch(u_depth, at, 0).x;  // reversed: nearer is larger
+    float seen = v_depth >= land * 0.985 ? 1.0 : u_hidden;
+    float sharp = clamp((1.0 - abs(v_across)) * 0.5 * (u_width_px + 1.0), 0.0, 1.0);
+    out_color = vec4(v_color.rgb, v_color.a * sharp * seen);
+}

@@ -1,0 +1,162 @@
+"""Why a patch is drawn as it is: the choices that its level was taken from, in metres and on the screen.
+
+Asked of the same tables by the same shader code that chooses (glsl/lod/explain.comp).
+"""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+from typing import Any
+
+import moderngl
+import numpy as np
+
+from . import layout, shaders
+from .lod import Levels, Selection
+
+_CHOICE = np.dtype([("quads", "4f4"), ("fan", "4f4")])
+_ANSWER = np.dtype([("projection", "4f4"), ("range_m", "4f4"), ("choice", _CHOICE, layout.MAX_LEVELS)])
+
+
+@dataclass(frozen=True)
+class Choice:
+    """One way to draw a square of the map.
+
+    Attributes
+    ----------
+    segments
+        Segments a side; 0 is a fan around the middle.
+    step
+        Posts between vertices.
+    max_m, rms_m
+        How far posts are off at most, and in the root mean square, in metres of height.
+    px
+        What that is on the screen at most, in the metric asked for.
+    """
+
+    segments: int
+    step: int
+    max_m: float
+    rms_m: float
+    px: float
+
+
+@dataclass(frozen=True)
+class Explanation:
+    """A patch, and what else it could have been.
+
+    Attributes
+    ----------
+    corner, side
+        Column and row of its north-west post, and posts along a side.
+    level
+        Of the quadtree, that its quads are nodes of: 2^level posts a side.
+    chosen
+        How it is drawn.
+    choices
+        How it could be drawn, coarsest first; among them `chosen`.
+    range_m
+        Lowest and highest height of a box around it.
+    nearest_m
+        View depth of the nearest corner of that box.
+    px_per_m
+        Pixels that a metre of height makes there, at most.
+    in_picture
+        Whether any of it is: what is not may be as coarse as it likes.
+    tolerance_px, metric
+        What was asked for.
+    """
+
+    corner: tuple[int, int]
+    side: int
+    level: int
+    chosen: Choice
+    choices: tuple[Choice, ...]
+    range_m: tuple[float, float]
+    nearest_m: float
+    px_per_m: float
+    in_picture: bool
+    tolerance_px: float
+    metric: str
+
+
+class Explainer:
+    """Explains patches of what `levels` selected last."""
+
+    def __init__(self, levels: Levels) -> None:
+        self.ctx, self.levels = levels.ctx, levels
+        defines = {"CLASSES": layout.CLASSES, "COUNT_TILE": layout.COUNT_TILE}
+        self._kernel: Any = shaders.compute(self.ctx, "lod/explain.comp", defines)
+        self._answer = self.ctx.buffer(reserve=_ANSWER.itemsize)
+
+    def explain(
+        self, selection: Selection, post: tuple[float, float], tolerance_px: float, metric: str
+    ) -> Explanation | None:
+        """Explain the patch over a place of the map, given as column and row; None if nothing is drawn there.
+
+        The view must still be the one that was selected for.
+        """
+        if not isinstance(selection.surface, Levels):
+            return None
+        record = self._patch_at(selection, post)
+        if record is None:
+            return None
+        corner = int(record["corner"][0]), int(record["corner"][1])
+        step_log2, size_log2 = int(record["shape"]) & 15, int(record["shape"]) >> 4 & 7
+        fan = bool(int(record["shape"]) >> 12 & 1)
+        answer = self._ask(corner, step_log2 + size_log2)
+        choices = _choices(answer, step_log2 + size_log2)
+        segments = 0 if fan else 1 << size_log2
+        chosen = next(choice for choice in choices if choice.segments == segments)
+        nearest_m, stretch = (float(v) for v in answer["projection"][:2])
+        focal_px = self.levels.view.focal_px
+        return Explanation(
+            corner,
+            1 << (step_log2 + size_log2),
+            step_log2 + fan,
+            chosen,
+            choices,
+            (float(answer["range_m"][0]), float(answer["range_m"][1])),
+            nearest_m,
+            focal_px * stretch / nearest_m,
+            not answer["projection"][3],
+            tolerance_px,
+            metric,
+        )
+
+    def release(self) -> None:
+        """Give the GPU's memory back."""
+        self._kernel.release()
+        self._answer.release()
+
+    def _patch_at(self, selection: Selection, post: tuple[float, float]) -> np.void | None:
+        if not selection.patches:
+            return None
+        data = self.levels.patches.read(selection.patches * layout.PATCH.itemsize)
+        patches = np.frombuffer(data, layout.PATCH)
+        side = 1 << ((patches["shape"] & 15) + (patches["shape"] >> 4 & 7)).astype(np.int64)
+        offset = np.asarray(post) - patches["corner"]
+        found = np.flatnonzero(((offset >= 0) & (offset <= side[:, None])).all(1))
+        return patches[found[0]] if len(found) else None
+
+    def _ask(self, corner: tuple[int, int], side_log2: int) -> np.ndarray:
+        self.levels.bind()
+        self.levels.tables.bind()
+        self._answer.bind_to_storage_buffer(2)
+        self._kernel["u_low"], self._kernel["u_side_log2"] = corner, side_log2
+        self._kernel.run(1)
+        self.ctx.memory_barrier(moderngl.SHADER_STORAGE_BARRIER_BIT | moderngl.BUFFER_UPDATE_BARRIER_BIT)
+        return np.frombuffer(self._answer.read(), _ANSWER)[0]
+
+
+def _choices(answer: np.ndarray, side_log2: int) -> tuple[Choice, ...]:
+    """Coarsest first: two triangles, the fan, 2 × 2 quads, 4 × 4, ... every post."""
+    found = []
+    for level in range(side_log2, -1, -1):
+        choice = answer["choice"][level]
+        size = side_log2 - level
+        ways = [(1 << size, 1 << level, choice["quads"])]
+        if size == 0:
+            ways.append((0, 1 << max(level - 1, 0), choice["fan"]))
+        found += [Choice(segments, step, *(float(v) for v in e[:3])) for segments, step, e in ways if e[3]]
+    return tuple(found)

@@ -1,0 +1,89 @@
+"""The canvas that a window's picture is composed on, side by side if it is split, and how it comes to the window."""
+
+from __future__ import annotations
+
+from typing import Any
+
+import moderngl
+
+from .. import shaders
+from ..renderer import Renderer
+
+Size = tuple[int, int]
+Frame = tuple[int, int, int, int]
+
+
+class Canvas:
+    """A picture of the window's size."""
+
+    def __init__(self, ctx: moderngl.Context) -> None:
+        self.ctx = ctx
+        self._programs: dict[str, tuple[Any, moderngl.VertexArray]] = {}
+        self._targets: list[Any] = []
+        self.size: Size = (0, 0)
+
+    def compose(self, renderer: Renderer, size: Size, left: float = 0.0, right: float = 1.0) -> None:
+        """Take the renderer's last picture, stretched to `size`: the part from left to right, 0 to 1."""
+        if size != self.size:
+            self._resize(size)
+        x0, x1 = round(left * size[0]), round(right * size[0])
+        self._framebuffer.viewport = (0, 0, *size)
+        self._framebuffer.scissor = (x0, 0, x1 - x0, size[1])
+        renderer.picture.show(self._framebuffer)
+
+    def show(
+        self,
+        target: moderngl.Framebuffer,
+        lens: tuple[float, float, float, float] = (0.0, 0.0, 0.0, 1.0),
+        divider: float | None = None,
+    ) -> None:
+        """Copy to a window's framebuffer.
+
+        Parameters
+        ----------
+        lens
+            A magnifying glass: its middle from the lower left, its radius in pixels, how many times larger.
+        divider
+            Where two sides meet, 0 to 1.
+        """
+        program, vao = self._program("view/canvas.frag")
+        program["u_lens"], program["u_divider_px"] = lens, -1.0 if divider is None else divider * self.size[0]
+        target.use()
+        target.viewport = (0, 0, *self.size)
+        self.ctx.enable_only(moderngl.NOTHING)
+        self._texture.use(2)
+        vao.render(vertices=3)
+
+    def show_sums(self, renderer: Renderer, target: moderngl.Framebuffer, frame: Frame, box: Frame) -> None:
+        """Draw the summed-area table of heights into a frame (left, bottom, width, height), a box of posts over it."""
+        program, vao = self._program("view/sat.frag")
+        sums = renderer.picture.sums
+        program["u_frame_px"], program["u_box"], program["u_size"] = frame, box, sums.table[:2]
+        sums.buffer.bind_to_storage_buffer(0)
+        target.use()
+        target.viewport = frame
+        self.ctx.enable_only(moderngl.NOTHING)
+        vao.render(vertices=3)
+        target.viewport = (0, 0, *self.size)
+
+    def release(self) -> None:
+        """Give the GPU's memory back."""
+        for resource in self._targets:
+            resource.release()
+        for program, vao in self._programs.values():
+            vao.release()
+            program.release()
+
+    def _resize(self, size: Size) -> None:
+        self.ctx.detect_framebuffer(0).use()  # the one in use must not be one that is gone
+        for resource in self._targets:
+            resource.release()
+        self.size, self._texture = size, self.ctx.texture(size, 4)
+        self._framebuffer = self.ctx.framebuffer([self._texture])
+        self._targets = [self._framebuffer, self._texture]
+
+    def _program(self, fragment: str) -> tuple[Any, moderngl.VertexArray]:
+        if fragment not in self._programs:
+            program = shaders.program(self.ctx, vertex="shade/screen.vert", fragment=fragment)
+            self._programs[fragment] = program, self.ctx.vertex_array(program, [])
+        return self._programs[fragment]

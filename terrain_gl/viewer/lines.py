@@ -1,0 +1,104 @@
+"""Lines over the land: a frustum, a patch's outline, a brush's ring; faint where land is in front of them."""
+
+from __future__ import annotations
+
+from collections.abc import Sequence
+from typing import Any
+
+import moderngl
+import numpy as np
+
+from .. import shaders
+from ..camera import Camera
+from ..heightmap import Heightmap
+from ..renderer import Renderer
+from .controller import ground_m
+
+PIECE = np.dtype([("a_m", "3f4"), ("b_m", "3f4"), ("color", "4u1")])  # glsl/view/lines.vert
+MOST = 8192
+Color = tuple[int, int, int, int]
+Line = tuple[np.ndarray, Color]  # points (n, 3) in world metres
+
+
+class Lines:
+    """Draws polylines over the picture of a renderer."""
+
+    def __init__(self, ctx: moderngl.Context, samples: int) -> None:
+        self.ctx = ctx
+        files = {"vertex": "view/lines.vert", "fragment": "view/lines.frag"}
+        self._program: Any = shaders.program(ctx, **files, defines={"SAMPLES": samples})
+        self._pieces = ctx.buffer(reserve=MOST * PIECE.itemsize, dynamic=True)
+        content = [(self._pieces, "3f4 3f4 4f1 /i", "in_a_m", "in_b_m", "in_color")]
+        self._vao = ctx.vertex_array(self._program, content)
+
+    def draw(
+        self,
+        renderer: Renderer,
+        camera: Camera,
+        target: moderngl.Framebuffer,
+        size: tuple[int, int],
+        lines: Sequence[Line],
+        width_px: float = 2.0,
+        hidden: float = 0.25,
+    ) -> None:
+        """Draw lines as the camera of the renderer's last picture sees them, into a target of `size`."""
+        parts = [_pieces(points, color, camera) for points, color in lines]
+        pieces = np.concatenate(parts or [np.zeros(0, PIECE)])[:MOST]
+        if not len(pieces):
+            return
+        self._pieces.write(pieces.tobytes())
+        self._program["u_window_px"], self._program["u_width_px"], self._program["u_hidden"] = size, width_px, hidden
+        renderer.levels.view.bind()
+        renderer.picture.depth.use(2)
+        target.use()
+        target.viewport = (0, 0, *size)
+        self.ctx.enable_only(moderngl.BLEND)
+        self.ctx.blend_func = moderngl.SRC_ALPHA, moderngl.ONE_MINUS_SRC_ALPHA
+        self._vao.render(moderngl.TRIANGLE_STRIP, vertices=4, instances=len(pieces))
+        self.ctx.enable_only(moderngl.NOTHING)
+
+    def release(self) -> None:
+        """Give the GPU's memory back."""
+        for resource in (self._vao, self._pieces, self._program):
+            resource.release()
+
+
+def _pieces(points: np.ndarray, color: Color, camera: Camera) -> np.ndarray:
+    from_eye = (points - np.asarray(camera.eye)).astype("f4")
+    from_eye = from_eye[np.isfinite(from_eye).all(1)]
+    pieces = np.zeros(max(0, len(from_eye) - 1), PIECE)
+    pieces["a_m"], pieces["b_m"], pieces["color"] = from_eye[:-1], from_eye[1:], color
+    return pieces
+
+
+def frustum(camera: Camera, size: tuple[int, int], far_m: float) -> list[np.ndarray]:
+    """A camera's pyramid as polylines, as far as `far_m`."""
+    tan_x, tan_y = camera.half_extent(size)
+    corners = np.array([[-tan_x, -tan_y, 1], [tan_x, -tan_y, 1], [tan_x, tan_y, 1], [-tan_x, tan_y, 1]]) @ camera.axes
+    eye = np.asarray(camera.eye)
+    base = eye + far_m * corners
+    rims = [eye + share * far_m * corners for share in (0.1, 1.0)]
+    return [np.stack([eye, corner]) for corner in base] + [np.vstack([rim, rim[:1]]) for rim in rims]
+
+
+def ring(heightmap: Heightmap, x_m: float, y_m: float, radius_m: float, points: int = 96) -> np.ndarray:
+    """A circle on the land."""
+    turn = np.linspace(0, 2 * np.pi, points)
+    return on_land(heightmap, np.stack([x_m + radius_m * np.cos(turn), y_m + radius_m * np.sin(turn)], -1))
+
+
+def outline(heightmap: Heightmap, corner: tuple[int, int], size: tuple[int, int], most: int = 64) -> np.ndarray:
+    """The rim of a rectangle of posts, on the land: column and row of its corner, columns and rows."""
+    n = max(2, min(most, max(size) + 1))
+    steps = np.linspace(0, 1, n)
+    zero, one = 0 * steps, 1 + 0 * steps
+    sides = (steps, zero), (one, steps), (1 - steps, one), (zero, 1 - steps)
+    around = np.concatenate([np.stack(side, -1) for side in sides])
+    cols_rows = np.minimum(np.array(corner) + around * size, [heightmap.cols - 1, heightmap.rows - 1])
+    east, north = heightmap.spacing_m
+    return on_land(heightmap, np.stack([cols_rows[:, 0] * east, (heightmap.rows - 1 - cols_rows[:, 1]) * north], -1))
+
+
+def on_land(heightmap: Heightmap, places: np.ndarray) -> np.ndarray:
+    """World places (n, 2) with the land's height; NaN where there is none."""
+    return np.column_stack([places, ground_m(heightmap, places)])

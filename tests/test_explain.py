@@ -1,0 +1,115 @@
+"""The explanation of a patch: the tables' own numbers, and the choice that follows from them."""
+
+import numpy as np
+import pytest
+from maps import MAPS, rough
+
+import terrain_gl as tg
+from terrain_gl.camera import screen_shift_px
+
+SIZE = (320, 200)
+CAMERA = tg.Camera((600.0, -300.0, 260.0), (640.0, 640.0, 0.0))
+
+
+@pytest.fixture
+def renderer(ctx):
+    with tg.Renderer(tg.Heightmap(rough(129, 129, 3), 10.0), SIZE, ctx=ctx) as renderer:
+        yield renderer
+
+
+def places(renderer, count=40):
+    rng = np.random.default_rng(1)
+    return rng.uniform(0, renderer.heightmap.extent_m, (count, 2))
+
+
+def test_what_was_chosen_keeps_the_tolerance_and_is_among_the_choices(renderer):
+    renderer.draw(CAMERA, 2.0, cull=False)
+    kinds = set()
+    for x, y in places(renderer):
+        told = renderer.explain(x, y)
+        col, row = x / 10, 128 - y / 10
+        assert (
+            told.corner[0] <= col <= told.corner[0] + told.side and told.corner[1] <= row <= told.corner[1] + told.side
+        )
+        assert told.chosen in told.choices and told.chosen.px <= told.tolerance_px == 2.0
+        assert told.chosen.segments * told.chosen.step in (0, told.side)
+        kinds.add(told.chosen.segments)
+    assert len(kinds) > 2
+
+
+def test_errors_bound_the_truth_and_shrink_with_more_segments(renderer):
+    renderer.draw(CAMERA, 2.0, cull=False)
+    heights = renderer.heightmap.heights.astype(np.float64)
+    for x, y in places(renderer, 15):
+        told = renderer.explain(x, y)
+        (col, row), side = told.corner, told.side
+        if col + side > 128 or row + side > 128:
+            continue
+        part = heights[row : row + side + 1, col : col + side + 1]
+        for choice in told.choices:
+            if choice.segments:
+                assert true_error(part, choice.step) <= choice.max_m * (1 + 1e-6) and choice.rms_m <= choice.max_m
+        quads = [choice for choice in told.choices if choice.segments]
+        assert quads[-1].max_m == 0 and quads[-1].step == 1
+
+
+def true_error(part, step):
+    """Largest distance of a part's posts from its cells of `step` posts, drawn along the worse diagonal."""
+    n = len(part) - 1
+    y, x = np.indices(part.shape)
+    at_x, at_y = np.minimum(x // step, n // step - 1), np.minimum(y // step, n // step - 1)
+    s, t = x / step - at_x, y / step - at_y
+    corner = part[::step, ::step]
+    a, b = corner[at_y, at_x], corner[at_y, at_x + 1]
+    c, d = corner[at_y + 1, at_x], corner[at_y + 1, at_x + 1]
+    falling = np.where(s >= t, a + (b - a) * s + (d - b) * t, a + (c - a) * t + (d - c) * s)
+    rising = np.where(s + t <= 1, a + (b - a) * s + (c - a) * t, d + (c - d) * (1 - s) + (b - d) * (1 - t))
+    return max(np.abs(falling - part).max(), np.abs(rising - part).max())
+
+
+def test_a_metre_makes_at_most_as_many_pixels_as_told(renderer):
+    renderer.draw(CAMERA, 2.0)
+    for x, y in places(renderer, 15):
+        told = renderer.explain(x, y)
+        if told is None:
+            continue
+        (col, row), side = told.corner, told.side
+        posts = np.indices((side + 1, side + 1)).reshape(2, -1).T + [row, col]
+        posts = posts[(posts <= 128).all(1)]
+        rows, cols = posts.T
+        points = np.column_stack([10.0 * cols, 10.0 * (128 - rows), renderer.heightmap.heights[rows, cols]])
+        px, seen = screen_shift_px(CAMERA, SIZE, points, np.full(len(points), 1e-3), 1.0)
+        assert 1000 * px[seen].max(initial=0.0) <= told.px_per_m * 1.001
+        assert told.range_m[0] <= points[:, 2].min() and points[:, 2].max() <= told.range_m[1]
+
+
+def test_a_frozen_mesh_is_explained_for_the_eye_it_was_chosen_for(renderer):
+    x, y = 640.0, 500.0
+    renderer.draw(CAMERA, 2.0, cull=False)
+    told = renderer.explain(x, y)
+    elsewhere = tg.Camera((-900.0, 200.0, 900.0), (640.0, 640.0, 0.0))
+    stats = renderer.draw(elsewhere, 2.0, cull=False, chosen_for=CAMERA)
+    picture = renderer.picture.read()
+    assert renderer.explain(x, y) == told
+    assert stats["triangles"] == renderer.draw(CAMERA, 2.0, cull=False)["triangles"]
+    renderer.draw(elsewhere, 2.0, cull=False, chosen_for=CAMERA)
+    renderer.explain(x, y)
+    assert np.array_equal(renderer.picture.read(), picture)
+    assert renderer.measure()["max_error_px"] <= 2.0
+
+
+def test_nothing_is_explained_outside_the_map_or_the_picture(renderer):
+    renderer.draw(CAMERA, 2.0)
+    assert renderer.explain(-500.0, 100.0) is None
+    renderer.draw(tg.Camera((600.0, -300.0, 260.0), (600.0, -900.0, 260.0)), 2.0)
+    assert renderer.explain(640.0, 640.0) is None
+
+
+@pytest.mark.parametrize("name", MAPS)
+def test_every_map_is_explained(ctx, name):
+    heightmap = MAPS[name]()
+    with tg.Renderer(heightmap, SIZE, ctx=ctx) as renderer:
+        renderer.draw(tg.Camera.default(heightmap), 1.0, cull=False)
+        for share in (0.0, 0.3, 0.99):
+            told = renderer.explain(*(share * side for side in heightmap.extent_m))
+            assert told.chosen.px <= 1.0
