@@ -9,7 +9,7 @@ these alone (glsl/horizon/sunlit.comp). Lookups in shaders: glsl/horizon/visible
 from __future__ import annotations
 
 import math
-from collections.abc import Callable
+from collections.abc import Callable, Generator
 from typing import Any
 
 import moderngl
@@ -23,6 +23,7 @@ from .terrain import Rect, Terrain
 AZIMUTHS = 16
 BATCH = 4  # azimuths that are folded at once
 TEXEL = 3  # cells a side of the sky's texels
+FOLD_ROWS = 64  # of texels that are folded between two breaths of `SkyVisibility.building`
 SINES, COSINES = 64, 64  # steps of the tables over the horizon's sine and over n · axis
 FULL = 4095  # a share of 1: sums of 2^20 texels fit a word
 SUN_RADIUS = math.radians(0.2665)
@@ -88,24 +89,32 @@ class SkyVisibility:
 
     def build(self, progress: Progress | None = None) -> None:
         """Sweep, fold and sum; `progress` is told the share that is done."""
+        for share in self.building():
+            if progress:
+                self.ctx.finish()
+                progress(share)
+
+    def building(self) -> Generator[float, None, None]:
+        """The same in portions, after each the share that is done; until the last one the tables are as they were."""
+        fresh = gl.reserve(self.ctx, self.buffer.size, "tables of the visible sky")
         moments = sector_moments(self.axes, self.sharpness, self.directions, self.terrain.heightmap.spacing_m)
         tables = [self.ctx.buffer(t.astype("f4").tobytes()) for t in (moments, open_shares(self.sharpness))]
         horizons = horizon_texture(self.terrain, BATCH)
-        self._fold["u_axes"].write(self.axes.astype("f4").tobytes())
-        self._fold["u_texels"] = self.table[:2]
-        for batch in range(AZIMUTHS // BATCH):
-            directions = self.directions[batch * BATCH : (batch + 1) * BATCH]
-            for layer, towards in enumerate(directions):
-                self._sweep.run(towards, horizons, layer)
-                if progress:
-                    self.ctx.finish()
-                    progress((batch * BATCH + layer + 1) / (AZIMUTHS + 1))
-            self._fold_batch(batch, directions, horizons, tables)
-        self._sat.build(self.buffer, self.table)
-        for resource in (horizons, *tables):
-            resource.release()
-        if progress:
-            progress(1.0)
+        try:
+            for batch in range(AZIMUTHS // BATCH):
+                directions = self.directions[batch * BATCH : (batch + 1) * BATCH]
+                for layer, towards in enumerate(directions):
+                    self._sweep.run(towards, horizons, layer)
+                    yield (batch + 0.5 * (layer + 1) / BATCH) * BATCH / AZIMUTHS
+                for row in range(0, self.table.height, FOLD_ROWS):
+                    self._fold_batch(batch, row, directions, horizons, [fresh, *tables])
+                    yield (batch + 0.5 + 0.49 * (row + 1) / self.table.height) * BATCH / AZIMUTHS
+            self._sat.build(fresh, self.table)
+            self.buffer, fresh = fresh, self.buffer
+        finally:
+            for resource in (horizons, fresh, *tables):
+                resource.release()
+        yield 1.0
 
     def read(self) -> np.ndarray:
         """(K, rows, cols) visible shares of each texel, 0 to 1, taken out of the sums."""
@@ -119,15 +128,22 @@ class SkyVisibility:
             resource.release()
 
     def _fold_batch(
-        self, batch: int, directions: list[Direction], horizons: moderngl.TextureArray, tables: list[moderngl.Buffer]
+        self,
+        batch: int,
+        row: int,
+        directions: list[Direction],
+        horizons: moderngl.TextureArray,
+        tables: list[moderngl.Buffer],
     ) -> None:
         self.terrain.bind()
         horizons.use(2)
-        for binding, buffer in enumerate((self.buffer, *tables)):
+        self._fold["u_axes"].write(self.axes.astype("f4").tobytes())
+        self._fold["u_texels"], self._fold["u_first_row"] = self.table[:2], row
+        for binding, buffer in enumerate(tables):
             buffer.bind_to_storage_buffer(binding)
         self._fold["u_directions"] = directions
         self._fold["u_batch"], self._fold["u_is_last"] = batch, batch == AZIMUTHS // BATCH - 1
-        self._fold.run(-(-self.table.width // 64), self.table.height)
+        self._fold.run(-(-self.table.width // 64), min(FOLD_ROWS, self.table.height - row))
         self.ctx.memory_barrier(_BARRIER)
 
 
@@ -182,7 +198,7 @@ class Visibility:
 
     def __init__(self, terrain: Terrain, lobe_axes: np.ndarray, lobe_sharpness: np.ndarray) -> None:
         self.sky, self.sun = SkyVisibility(terrain, lobe_axes, lobe_sharpness), SunVisibility(terrain)
-        self._sky_built = False
+        self._sky_built, self._ever_built, self._sun_is_old = False, False, True
         self._at: tuple[Vector, float] | None = None
 
     @property
@@ -197,16 +213,30 @@ class Visibility:
 
     def follow(self, sun: Vector, radius: float = SUN_RADIUS, progress: Progress | None = None) -> None:
         """Make what is not there yet for this sun, a unit vector and the disc's angular radius in radians."""
-        if not self._sky_built:
-            self.sky.build(progress)
-            self._sky_built = True
-        if self._at != (sun, radius):
+        for share in self.following(sun, radius):
+            if progress:
+                self.sky.ctx.finish()
+                progress(share)
+
+    def following(self, sun: Vector, radius: float = SUN_RADIUS) -> Generator[float, None, None]:
+        """The same in portions, after each the share that is done; nothing where nothing is to be done."""
+        if self._at is None or self._at != (sun, radius) or self._sun_is_old:
             self.sun.build(sun, radius)
-            self._at = sun, radius
+            self._at, self._sun_is_old = (sun, radius), False
+            yield 0.1
+        if not self._sky_built:
+            for share in self.sky.building():
+                yield 0.1 + 0.9 * share
+            self._sky_built = self._ever_built = True
+
+    @property
+    def is_there(self) -> bool:
+        """Whether there are tables at all, if only of an earlier sun or of the land before an edit."""
+        return self._ever_built
 
     def update(self, posts: Rect) -> None:
         """Follow an edit of posts, x0, y0, x1, y1: what is needed is built anew when it is next asked for."""
-        self._sky_built, self._at = False, None
+        self._sky_built, self._sun_is_old = False, True
 
     def bind(self, program: Any) -> None:
         """Make the tables visible to a program that includes horizon/visible.glsl."""

@@ -3,6 +3,8 @@
 from __future__ import annotations
 
 import math
+from collections import deque
+from collections.abc import Generator
 from functools import lru_cache
 from typing import Any
 
@@ -63,13 +65,28 @@ class Lighting:
 
     def follow(self, sun: tuple[float, float], sky: str | None = None, material: str | None = None) -> None:
         """Make whatever is not there yet: for a sun (azimuth, elevation), a sky's file, a picture of the ground."""
-        self._wear(material)
+        deque(self.following(sun, sky, material), maxlen=0)
+
+    def following(
+        self, sun: tuple[float, float], sky: str | None = None, material: str | None = None
+    ) -> Generator[float, None, None]:
+        """The same in portions, after each the share that is done; nothing where nothing is to be done."""
+        if not self.lobes or material != self._material:
+            self._wear(material)
+            yield 0.05
         lit_by = sky_of((round(float(sun[0]), 6), round(float(sun[1]), 6)), sky)
         if lit_by is not self.sky:
-            self.sky = lit_by
             self._hang(lit_by.radiance)
+            self.sky = lit_by
+            yield 0.1
         east, north, up = (float(v) for v in lit_by.sun["axis"])
-        self.visibility.follow((east, north, up), math.radians(SUN_RADIUS_DEG))
+        for share in self.visibility.following((east, north, up), math.radians(SUN_RADIUS_DEG)):
+            yield 0.1 + 0.9 * share
+
+    @property
+    def is_there(self) -> bool:
+        """Whether there is any light to draw with, if only of an earlier sun or of the land before an edit."""
+        return self.sky is not None and self.visibility.is_there
 
     def describe(self, haze_m: float, water_m: float | None) -> None:
         """Fill the block of lights."""

@@ -9,7 +9,8 @@ from __future__ import annotations
 
 import ctypes
 import math
-from dataclasses import dataclass
+from collections.abc import Generator
+from dataclasses import dataclass, replace
 from typing import Any
 
 import moderngl
@@ -90,6 +91,10 @@ class Picture:
         self._targets: list[Any] = []
         self.resize(size)
 
+    waits_for_light = True
+    """Whether light is made before anything is drawn in it. If not, a picture is lit as it was before, or flatly, until
+    somebody has gone through `lighting_up`."""
+
     @property
     def bytes(self) -> int:
         """GPU memory that shading needs for the map; the picture's own pixels do not count."""
@@ -135,8 +140,11 @@ class Picture:
 
     def shade(self, camera: Camera, look: Look = PLAIN) -> None:
         """Second pass, over the pixels: colour what the first one saw."""
-        if look.style in _LIT:
+        if look.style in _LIT and self.waits_for_light:
             self.lighting.follow(look.sun, look.sky, look.material)
+        elif look.style in _LIT and not self.lighting.is_there:
+            look = replace(look, style="lambert")
+        if look.style in _LIT:
             self.lighting.describe(self._haze_m(camera), look.water_m)
         self._fill(self._screen, f"shade/{look.style}.frag", sun=towards_sun(*look.sun))
         if look.wires and look.style != "wireframe":
@@ -148,6 +156,11 @@ class Picture:
     def read(self) -> np.ndarray:
         """(height, width, 4) uint8 sRGB, first row on top."""
         return _from_top(self._picture.read(alignment=1), "u1", self.size, 4)
+
+    def lighting_up(self, look: Look) -> Generator[float, None, None]:
+        """Make the light for a look in portions, after each the share that is done; nothing where it is there."""
+        if look.style in _LIT:
+            yield from self.lighting.following(look.sun, look.sky, look.material)
 
     def coverage(self) -> np.ndarray:
         """(height, width) bool, first row on top: the surface covers all of the pixel's samples."""

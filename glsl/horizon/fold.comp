@@ -28,6 +28,7 @@ layout(std430, binding = 2) readonly buffer Open { float open_share[]; };  // lo
 uniform vec2 u_directions[BATCH];
 uniform vec3 u_axes[LOBES];
 uniform ivec2 u_texels;
+uniform int u_first_row;
 uniform int u_batch;
 uniform bool u_is_last;
 
@@ -45,7 +46,7 @@ float own_horizon(vec3 n, vec2 towards) {
 }
 
 void main() {
-    ivec2 texel = ivec2(gl_GlobalInvocationID.xy);
+    ivec2 texel = ivec2(gl_GlobalInvocationID.xy) + ivec2(0, u_first_row);
     if (texel.x >= u_texels.x) return;
 
     float sum[LOBES], unshadowed[LOBES];

@@ -7,7 +7,8 @@ outside, so that tests need neither window nor clock.
 from __future__ import annotations
 
 import math
-from collections.abc import Callable, Iterator
+import time
+from collections.abc import Callable, Generator, Iterator
 from dataclasses import dataclass, replace
 from pathlib import Path
 from typing import Any
@@ -23,6 +24,7 @@ from ..heightmap import Heightmap
 from ..image import write_png
 from ..measure import Achieved
 from ..renderer import Renderer
+from ..shade import Look
 from . import hud
 from .canvas import Canvas
 from .charts import History
@@ -117,6 +119,8 @@ class Flight:
         self._drawn_s = float("-inf")
         self._moved_s: float | None = None
         self._full_ms = float("inf")  # nobody knows yet: the first picture comes quickly
+        self.light: float | None = None  # the share of it that is made, while it is being made
+        self._lighting_up: tuple[Look, Generator[float, None, None]] | None = None
         self.message, self._until_s = "", 0.0
         self._shoot = False
 
@@ -165,6 +169,7 @@ class Flight:
     def show(self, renderer: Renderer, opened: Opened) -> None:
         """See a map from now on; the renderer of the one before is released, this one will be."""
         self._note_map()
+        self._stop_lighting()
         before, was_coarse = self._renderer, self._coarse
         if before:
             self._measuring = None
@@ -172,12 +177,14 @@ class Flight:
         self._renderer, self._coarse = renderer, renderer.heightmap is not opened.heightmap
         if not (before and was_coarse):
             self._enter(opened)
+        renderer.picture.waits_for_light = False
         self._drawn, self._full_ms = None, float("inf")
         self.explanation = self.box = None
 
     def close(self) -> None:
         """Give everything back, and remember what is to be remembered."""
         self.cancel_loading()
+        self._stop_lighting()
         self._note_map()
         if self._renderer:
             self._renderer.release()
@@ -437,7 +444,7 @@ class Flight:
         """Whether the next frame should come at once; else nothing happens until an event, or `wait_s` have gone."""
         if not self.has_map or self.loading or self._stale or self._echoes:
             return True
-        return self.controller.moving or self._wanted() != self._drawn or self._measuring is not None
+        return self._is_unlit or self.controller.moving or self._wanted() != self._drawn or self._measuring is not None
 
     @property
     def wait_s(self) -> float:
@@ -475,6 +482,8 @@ class Flight:
             panels.append(hud.keys_panel())
         if self.loading:
             panels.append(hud.progress_panel(self.loading.text, self.loading.progress, self.can_cancel))
+        elif self.light is not None:
+            panels.append(hud.progress_panel("light and shadow", self.light, False))
         if self.message:
             panels.append(hud.message_panel(self.message))
         return panels
@@ -499,14 +508,24 @@ class Flight:
         wanted = self._wanted()
         if wanted != self._asked:
             self._asked, self._asked_s = wanted, now_s
-        in_motion = self.controller.moving or now_s - self._asked_s < REST_S or (self._coarse and bool(self.loading))
-        if wanted != self._drawn or (not in_motion and self.figures.shrunk > 1):
-            self._draw(wanted, now_s, in_motion)
-        elif not in_motion:
+        moving = self.controller.moving or now_s - self._asked_s < REST_S or (self._coarse and bool(self.loading))
+        unlit = self._is_unlit
+        if wanted != self._drawn or (not (moving or unlit) and self.figures.shrunk > 1):
+            self._draw(wanted, now_s, moving or unlit)
+        elif not (moving or unlit):
             self._rest()
+        if unlit:
+            self._light_up()
+
+    @property
+    def _is_unlit(self) -> bool:
+        """Whether light is still to be made, or it is not known yet."""
+        look = self.settings.sides[0].look
+        return self.light is not None or self._lighting_up is None or self._lighting_up[0] != look
 
     def _draw(self, wanted: Wanted, now_s: float, in_motion: bool) -> None:
-        shrink = self._shrink() if in_motion and not self._shoot else 1
+        shoot = self._shoot and not self._is_unlit
+        shrink = self._shrink() if in_motion and not shoot else 1
         size = max(1, self.size[0] // shrink), max(1, self.size[1] // shrink)
         self.side_stats = [self._draw_side(wanted, side, size) for side in reversed(range(len(wanted.sides)))][::-1]
         stats = self.side_stats[0]
@@ -514,7 +533,7 @@ class Flight:
             self._full_ms = sum(map(drawing_ms, self.side_stats))
         self._note(stats, shrink, now_s, in_motion)
         self._drawn, self._stale = wanted, True
-        if self._shoot:
+        if shoot:
             self._save()
 
     def _draw_side(self, wanted: Wanted, side: int, size: tuple[int, int]) -> dict[str, Any]:
@@ -540,6 +559,27 @@ class Flight:
         if not 0 < seconds < 2:
             return self.figures.fps
         return 1 / seconds if not self.figures.fps else 0.9 * self.figures.fps + 0.1 / seconds
+
+    def _stop_lighting(self) -> None:
+        """Give back what is half made."""
+        if self._lighting_up:
+            self._lighting_up[1].close()
+        self._lighting_up = self.light = None
+
+    def _light_up(self) -> None:
+        """Make a portion of the light that is still missing."""
+        look = self.settings.sides[0].look
+        if self._lighting_up is None or self._lighting_up[0] != look:
+            self._stop_lighting()
+            self._lighting_up = look, self.renderer.picture.lighting_up(look)
+        end = time.perf_counter() + BUILD_S
+        while (share := next(self._lighting_up[1], None)) is not None:
+            self.ctx.finish()
+            self.light, self._stale = share, True
+            if time.perf_counter() > end:
+                return
+        if self.light is not None:
+            self.light, self._drawn = None, None
 
     def _rest(self) -> None:
         """Nothing moves: measure a portion of the last frame."""

@@ -203,6 +203,10 @@ class Gui:
         if flight.loading:
             with self._window("##loading", (0.5, 0.93), size):
                 self._progress(flight)
+        if flight.light is not None and not flight.loading:
+            with self._window("##light", (0.5, 0.93), size):
+                self.imgui.text("light and shadow")
+                self.imgui.progress_bar(flight.light, (14 * self.em, 0.4 * self.em), "")
         if flight.message:
             with self._window("##message", (0.5, 0.985), size):
                 self.imgui.text(flight.message)

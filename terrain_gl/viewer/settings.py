@@ -70,7 +70,7 @@ class Settings:
 
     def cycle(self, option: str, step: int = 1) -> str:
         """Take the next choice of an option of `Drawing`; returns it."""
-        choices = CHOICES[option]
+        choices = [choice for choice in CHOICES[option] if choice != "full" or not self.drawing.triangles]
         chosen = choices[(choices.index(getattr(self.drawing, option)) + step) % len(choices)]
         self.draw(**{option: chosen})
         return chosen
