@@ -1,5 +1,7 @@
 """Meshes as the GPU draws them, captured: vertices on posts, watertight, no flipped or overlapping triangles."""
 
+import itertools
+
 import numpy as np
 import pytest
 from hypothesis import given, settings
@@ -77,6 +79,8 @@ def test_hard_maps_are_watertight(ctx, name):
         for tolerance, metric in ((0.5, "max"), (2.0, "max"), (1.0, "rms")):
             selection = scene.select(camera, tolerance, metric, cull=False)
             check_watertight(scene.triangles(selection), heightmap)
+        for triangles in (2, 300):
+            check_watertight(scene.triangles(scene.select(camera, triangles=triangles, cull=False)), heightmap)
     scene.release()
 
 
@@ -99,6 +103,8 @@ def test_any_map_is_watertight_from_anywhere(ctx, rows, cols, seed):
             camera, float(10 ** rng.uniform(-2, 1)), ("max", "rms")[rng.integers(0, 2)], cull=False
         )
         check_watertight(scene.triangles(selection), heightmap)
+        budget = int(10 ** rng.uniform(0.4, 4))
+        check_watertight(scene.triangles(scene.select(camera, triangles=budget, cull=False)), heightmap)
     scene.release()
 
 
@@ -107,8 +113,8 @@ def test_culled_mesh_has_no_gap_where_it_is_seen(ctx):
     heightmap = MAPS["odd"]()
     scene = Scene.of(ctx, heightmap)
     last = np.array([heightmap.cols - 1, heightmap.rows - 1])
-    for camera in cameras(heightmap).values():
-        lone = lone_edges(scene.triangles(scene.select(camera, 1.0)))
+    for camera, triangles in itertools.product(cameras(heightmap).values(), (None, 2000)):
+        lone = lone_edges(scene.triangles(scene.select(camera, 1.0, triangles=triangles)))
         inner = lone[~((lone == 0) | (lone == last)).all(1).any(1)]
         for t in np.linspace(0, 1, 9):
             assert not in_picture(scene, camera, inner[:, 0] * (1 - t) + inner[:, 1] * t, inner, t).any()
