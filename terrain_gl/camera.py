@@ -158,3 +158,23 @@ def screen_shift_px(
     shift = np.hypot(right - x / z * forward, up - y / z * forward) * np.abs(rise_m)
     px = np.where(moved > 0, camera.focal_px(size[1]) * shift / np.where(moved > 0, moved, 1.0), np.inf)
     return px, seen
+
+
+def boxes_in_picture(
+    camera: Camera, size: tuple[int, int], near_m: float, low: np.ndarray, high: np.ndarray
+) -> np.ndarray:
+    """Whether boxes may be in the picture: (n,) bool, False for those that lie beyond one of its planes.
+
+    Parameters
+    ----------
+    low, high
+        (n, 3) world metres, least and largest corners.
+    """
+    which = np.indices((2, 2, 2)).reshape(3, 8).T[:, None, :]
+    corners = np.where(which, high, low) - np.asarray(camera.eye)
+    x, y, z = np.moveaxis(corners @ camera.axes.T, -1, 0)
+    tan_x, tan_y = camera.half_extent(size)
+    slack = 1e-6 * np.abs(corners).sum(-1)  # what is drawn is placed in float32
+    sides = [side * v - tan * z for v, tan in ((x, tan_x), (y, tan_y)) for side in (1, -1)]
+    outside = [(side > slack * (1 + tan_x + tan_y)).all(0) for side in sides] + [(z < near_m - slack).all(0)]
+    return ~np.any(outside, 0)

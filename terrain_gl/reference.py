@@ -907,3 +907,23 @@ def inverse_sqrt(x: np.ndarray) -> np.ndarray:
     for _ in range(3):
         y = y * (1.5 - half * y * y)
     return y
+
+
+# --- Clipmaps ---------------------------------------------------------------------------------------------------------
+
+
+def halve(heights: np.ndarray, weights: tuple[float, float, float]) -> np.ndarray:
+    """Every second sample of a symmetric filter, along both axes; the last sample stands on the last post.
+
+    g(i) = w_0 f(2i) + w_1 (f(2i - 1) + f(2i + 1)) + w_2 (f(2i - 2) + f(2i + 2)); near the rim pairs of taps move in.
+    """
+    for axis in (0, 1):
+        lines = np.moveaxis(heights.astype(np.float64), axis, 0)
+        last = len(lines) - 1
+        middle = np.minimum(2 * np.arange(-(-last // 2) + 1), last)
+        reach = [np.minimum(d, np.minimum(middle, last - middle)) for d in (1, 2)]
+        halved = weights[0] * lines[middle]
+        for weight, d in zip(weights[1:], reach, strict=True):
+            halved += weight * (lines[middle - d] + lines[middle + d])
+        heights = np.moveaxis(halved, 0, axis)
+    return heights

@@ -1,0 +1,21 @@
+// clipmap/pyramid.glsl — heights at every level of detail: level 0 is the map, each level above it a filtered half of the one
+// below (clipmap/halve.comp).
+//   Sample i of level j stands on post min(i · 2^j, last), so the last one stands on the map's rim whatever the map's size.
+//   Level 1 fills the texture's left part, all others stand below each other to its right.
+// Provides sample_m(), last_sample(), post_of_sample(), on_rim().   Python twin: pyramid.Pyramid
+
+#include "blocks/terrain.glsl"
+
+layout(binding = 5) uniform sampler2D u_pyramid;
+
+layout(std140, binding = 3) uniform Pyramid {
+    ivec4 u_first_texel[MAX_LEVELS];  // column and row of a level's first sample
+};
+
+ivec2 last_sample(int level) { return u_level[level].size; }
+
+ivec2 post_of_sample(int level, ivec2 i) { return min(i << level, u_last_post); }
+
+float sample_m(int level, ivec2 i) {
+    return level == 0 ? height_m(i) : texelFetch(u_pyramid, u_first_texel[level].xy + i, 0).x;
+}

@@ -1,0 +1,62 @@
+// clipmap/ring.vert — a vertex of a ring: Asirvatham and Hoppe 2005, "Terrain Rendering Using GPU-Based Geometry Clipmaps",
+// GPU Gems 2, chapter 2.
+//   z = (1 − α) z_fine + α z_coarse
+//   α = max(α_x, α_y),   α_x = clamp((|x − eye_x| − (reach − w − 1)) / w, 0, 1)
+// with z_coarse the coarser level's surface at this place. On the ring's border α is 1 at least; there each odd vertex stands
+// on its even neighbour, so that fine and coarse edges are the same, and no T-junction is left:
+//      │ ╱│ ╱│ ╱│ ╱│        │ ╱│ ╱│ ╱│ ╱│
+//      ┼──┼──┼──┼──┼   →    ┼──┼──┼──┼──┼
+//      │ ╱│ ╱│ ╱│ ╱│        │ ╱   ╲│ ╱   ╲      (two of eight triangles are gone)
+//      ┴──┴──┴──┴──┴        ┴──────┴──────
+//      └─ coarse ──┘        └─ coarse ──┘
+
+#include "clipmap/pyramid.glsl"
+#include "mesh/vertex.glsl"
+
+#ifndef BLOCK
+#define BLOCK 16
+#endif
+
+// of a block
+in ivec4 in_cells;   // north-west vertex on its level's lattice; columns and rows of cells, at most BLOCK
+in ivec4 in_border;  // lattice lines where the ring meets the coarser one: west, north, east, south; −1 for none
+in int in_level;
+
+layout(std140, binding = 4) uniform Clipmap {
+    vec2 u_reach;        // cells from the eye to a ring's border, columns and rows
+    vec2 u_transition;   // w, cells
+    int u_coarsest;      // level
+};
+
+// Odd places of a border go to the even one before, which the coarser level has too; so has the rim.
+ivec2 on_coarse_edge(ivec2 at, bvec2 along, ivec2 rim) {
+    bvec2 odd = notEqual(at & 1, ivec2(0));
+    if (along.x && odd.x && at.x != rim.x) at.x--;
+    if (along.y && odd.y && at.y != rim.y) at.y--;
+    return at;
+}
+
+// The coarser surface at this place: between its two vertices nearest to it, along an edge or the diagonal.
+float coarser_m(int level, ivec2 at) {
+    ivec2 rim = last_sample(level), high = at + 1 >> 1, low = at >> 1;
+    low = ivec2(at.x == rim.x ? high.x : low.x, at.y == rim.y ? high.y : low.y);
+    return 0.5 * (sample_m(level + 1, low) + sample_m(level + 1, high));
+}
+
+float alpha(int level, ivec2 post) {
+    if (level == u_coarsest) return 0.0;
+    vec2 from_eye = abs(post_from_eye_m(post)) / (u_spacing_m * float(1 << level));
+    vec2 share = clamp((from_eye - (u_reach - u_transition - 1.0)) / u_transition, 0.0, 1.0);
+    return max(share.x, share.y);
+}
+
+void main() {
+    ivec2 cell = min(ivec2(gl_VertexID % (BLOCK + 1), gl_VertexID / (BLOCK + 1)), in_cells.zw), at = in_cells.xy + cell;
+    bvec2 along = bvec2(at.y == in_border.y || at.y == in_border.w, at.x == in_border.x || at.x == in_border.z);
+    at = on_coarse_edge(at, along, last_sample(in_level));
+    ivec2 post = post_of_sample(in_level, at);
+    float a = alpha(in_level, post), h_m = any(along) ? sample_m(in_level + 1, at + 1 >> 1) : sample_m(in_level, at);
+    if (a > 0.0 && !any(along)) h_m = mix(h_m, coarser_m(in_level, at), a);
+    ivec2 low = post_of_sample(in_level, in_cells.xy & ~1), high = post_of_sample(in_level, in_cells.xy + in_cells.zw);
+    put_vertex(post, h_m, Patch(low, high, float(in_level), false));
+}

@@ -1,0 +1,370 @@
+"""Geometry clipmaps: nested regular grids around the eye, each twice as coarse as the one inside it.
+
+    ┌───────────────┐     Losasso, Hoppe 2004, "Geometry clipmaps: terrain rendering using nested regular grids",
+    │   ┌───────┐   │     SIGGRAPH; Asirvatham, Hoppe 2005, "Terrain rendering using GPU-based geometry clipmaps",
+    │   │ ┌───┐ │   │     GPU Gems 2, chapter 2.
+    │   │ │eye│ │   │
+    │   │ └───┘ │   │     A ring of level j has a vertex every 2^j posts, `ring` of them a side. Heights come from a
+    │   └───────┘   │     filtered pyramid (pyramid.py); towards its border each ring blends into the coarser one
+    └───────────────┘     (glsl/clipmap/ring.vert). Levels much smaller than the eye is high are left out.
+
+What is drawn depends on where the eye is, never on what the land is like: a clipmap promises no error. Rings are cut
+into blocks, and blocks that are not in the picture are left out.
+"""
+
+from __future__ import annotations
+
+import math
+from collections.abc import Callable, Iterator, Mapping
+from functools import partial
+from types import MappingProxyType
+from typing import Any, NamedTuple
+
+import moderngl
+import numpy as np
+
+from . import gl
+from .camera import Camera, boxes_in_picture
+from .heightmap import Heightmap
+from .lod import Selection, View
+from .pyramid import Pyramid
+from .terrain import Terrain
+
+RING = 255  # vertices along a ring's side, unless told otherwise
+SMALLEST_RING = 13
+BLOCK = 16  # cells a side of a block; as in glsl/clipmap/ring.vert
+TRANSITION = 0.1  # part of a ring's side over which it blends into the coarser one, as in GPU Gems 2
+HIGH = 2.5  # a level is left out if its side is less than so many times the eye's height above the ground
+_DRAW = 1024  # blocks in a draw
+_BLOCK = np.dtype([("cells", "4i4"), ("border", "4i4"), ("level", "i4")])
+_CLIPMAP = np.dtype([("reach", "2f4"), ("transition", "2f4"), ("coarsest", "i4"), ("unused", "3i4")])
+
+
+class Ring(NamedTuple):
+    """One level's part of the mesh: rectangles (west, north, east, south) of vertices on the level's lattice.
+
+    Attributes
+    ----------
+    outline
+        Its vertices, the hole's too.
+    hole
+        What the finer ring covers; of no area where there is none.
+    border
+        Its outline where a coarser ring goes on, -1 on the map's rim.
+    """
+
+    level: int
+    outline: np.ndarray
+    hole: np.ndarray
+    border: np.ndarray
+
+
+def rings_of(heightmap: Heightmap, eye: tuple[float, ...], cells: np.ndarray, finest: int) -> list[Ring]:
+    """The rings around an eye, from level `finest` on; `cells` is a ring's size, columns and rows, even.
+
+    The last one is the first that reaches over the whole map.
+    """
+    last = np.array([heightmap.cols - 1, heightmap.rows - 1])
+    at = np.array([0, last[1]]) + np.array([eye[0], -eye[1]]) / heightmap.spacing_m
+    top = max(1, int(max(last) - 1).bit_length())
+    rings, hole = [], np.zeros(4, int)
+    for level in range(min(finest, top), top + 1):
+        rim = -(-last // 2**level)
+        low = 2 * np.round((at / 2**level - cells / 2) / 2).astype(int)
+        high = low + cells
+        if level == top:
+            low, high = np.zeros(2, int), rim
+        outline = np.concatenate([np.clip(low, 0, rim), np.clip(high, 0, rim)])
+        if (outline[:2] < outline[2:]).all():
+            border = np.where(np.concatenate([low > 0, high < rim]), outline, -1)
+            rings.append(Ring(level, outline, hole, border))
+            hole = np.concatenate([outline[:2] // 2, (outline[2:] + 1) // 2])
+        if (low <= 0).all() and (high >= rim).all():
+            break
+    return rings
+
+
+def blocks_of(ring: Ring) -> np.ndarray:
+    """The ring's blocks, (n,) records of north-west vertex and size: it is cut along every `BLOCK`-th lattice line.
+
+        ┌─────────────┐
+        ├───┬─────┬───┤     first around the hole, into four rectangles
+        │   └─────┘   │
+        └─────────────┘
+    """
+    (west, north, east, south), (hole_west, hole_north, hole_east, hole_south) = ring.outline, ring.hole
+    parts = [ring.outline]
+    if hole_west < hole_east:
+        parts = [
+            (west, north, east, hole_north),
+            (west, hole_north, hole_west, hole_south),
+            (hole_east, hole_north, east, hole_south),
+            (west, hole_south, east, south),
+        ]
+    corners = np.concatenate([_cut(*part) for part in parts])
+    blocks = np.zeros(len(corners), _BLOCK)
+    blocks["cells"], blocks["border"], blocks["level"] = corners, ring.border, ring.level
+    return blocks
+
+
+def _cut(west: int, north: int, east: int, south: int) -> np.ndarray:
+    """Blocks (n, 4) of a rectangle: column, row, columns, rows."""
+    (x, width), (y, height) = _spans(west, east), _spans(north, south)
+    columns, rows = len(x), len(y)
+    return np.stack([np.tile(x, rows), y.repeat(columns), np.tile(width, rows), height.repeat(columns)], -1)
+
+
+def _spans(low: int, high: int) -> tuple[np.ndarray, np.ndarray]:
+    if low >= high:
+        return np.zeros(0, int), np.zeros(0, int)
+    cuts = np.concatenate([[low], np.arange((low // BLOCK + 1) * BLOCK, high, BLOCK), [high]])
+    return cuts[:-1], np.diff(cuts)
+
+
+def triangles_of(blocks: np.ndarray, rims: np.ndarray) -> np.ndarray:
+    """Triangles of each block: two a cell, and one less for each odd vertex that leaves its place on the border.
+
+    `rims` are the blocks' levels' last columns and rows: what stands there stays.
+    """
+    x, y, width, height = blocks["cells"].T
+    west, north, east, south = blocks["border"].T
+    moved = [_odd_places(at, size, rim) for at, size, rim in ((x, width, rims[:, 0]), (y, height, rims[:, 1]))]
+    along_x = (north == y).astype(int) + (south == y + height)
+    along_y = (west == x).astype(int) + (east == x + width)
+    return 2 * width * height - along_x * moved[0] - along_y * moved[1]
+
+
+def _odd_places(at: np.ndarray, size: np.ndarray, rim: np.ndarray) -> np.ndarray:
+    """Odd numbers from at + 1 to at + size, the rim not counted."""
+    end = at + size
+    return (end + 1) // 2 - (at + 1) // 2 - ((end == rim) & (end % 2 == 1))
+
+
+class Clipmap:
+    """A clipmap of a terrain; a `surface.Surface`.
+
+    Parameters
+    ----------
+    terrain, view
+        The map, and the camera block to write.
+    pyramid
+        The heights of all levels.
+    """
+
+    stages: Mapping[str, str] = MappingProxyType({"vertex": "clipmap/ring.vert"})
+    on_heights = False
+    mode = moderngl.TRIANGLES
+
+    def __init__(self, terrain: Terrain, view: View, pyramid: Pyramid) -> None:
+        self.ctx, self.terrain, self.view, self.pyramid = terrain.ctx, terrain, view, pyramid
+        self.indices: moderngl.Buffer = self.ctx.buffer(_grid_indices().tobytes())
+        self._block = self.ctx.buffer(reserve=_CLIPMAP.itemsize)
+        self._blocks = self.ctx.buffer(reserve=_BLOCK.itemsize)
+        self.draws = self.ctx.buffer(reserve=gl.COMMAND_STRIDE)
+        self._ranges: list[np.ndarray] = []
+
+    @property
+    def bytes(self) -> int:
+        """GPU memory of the blocks and their grid."""
+        return self.indices.size + self._blocks.size + self.draws.size
+
+    @property
+    def feed(self) -> list[tuple[Any, ...]]:
+        """A block is an instance of one grid."""
+        return [(self._blocks, "4i4 4i4 1i4 /i", "in_cells", "in_border", "in_level")]
+
+    def bind(self) -> None:
+        """Make all that the stages read visible to them."""
+        self.pyramid.bind()
+        self.view.bind()
+        self._block.bind_to_uniform_block(4)
+
+    def forget(self) -> None:
+        """The heights have changed."""
+        self._ranges = []
+
+    def select(
+        self,
+        camera: Camera,
+        size: tuple[int, int],
+        near_m: float,
+        ring: int = RING,
+        finest: int | None = None,
+        cull: bool = True,
+        **settings: Any,
+    ) -> Selection:
+        """Choose the blocks for a picture of `size` (width, height).
+
+        Parameters
+        ----------
+        ring
+            Vertices along a ring's side, odd; more, and wider, rings are nearer to the truth.
+        finest
+            The finest level; by default the first that is at least `HIGH` times as wide as the eye is high.
+        cull
+            Leave out blocks outside the picture.
+        settings
+            What else the `View` block holds.
+        """
+        self.view.write(self.terrain, camera, size, near_m, cull=cull, **settings)
+        finest = self.finest_level(camera, ring) if finest is None else finest
+        rings, blocks = self._blocks_in(camera, size, near_m, ring, finest, cull)
+        self._write(rings, blocks, ring)
+        triangles = int(triangles_of(blocks, self._rims(blocks)).sum())
+        draws = -(-len(blocks) // _DRAW)
+        return Selection(self, (len(blocks),), triangles, 2 * BLOCK**2 * len(blocks), 0, None, draws)
+
+    def finest_level(self, camera: Camera, ring: int) -> int:
+        """The first level that is not left out, for the eye's height above the ground."""
+        height = camera.eye[2] - self._ground_m(camera)
+        return max(0, math.ceil(math.log2(max(HIGH * height, 1e-9) / ((ring - 1) * self._spacing_m()))))
+
+    def fit(
+        self, camera: Camera, size: tuple[int, int], near_m: float, triangles: int, finest: int | None = None
+    ) -> tuple[int, int]:
+        """Ring size and finest level that come nearest to so many triangles in the picture.
+
+        Without `finest`, the level is the one that the eye's height asks for, if it can have so many.
+        """
+        given = finest is not None
+        level = finest or 0
+        for _ in range(3):
+            ring, off = self._fit_ring(partial(self.count, camera, size, near_m, finest=level), triangles)
+            asked = self.finest_level(camera, ring)
+            if given or asked == level:
+                break
+            level = asked
+        if given or off <= 0.01:
+            return ring, level
+        others = [n for n in range(len(self.terrain.levels)) if n != level]
+        tried = [(off, ring, level)]
+        for other in sorted(others, key=lambda n: abs(n - level)):
+            ring, off = self._fit_ring(partial(self.count, camera, size, near_m, finest=other), triangles)
+            tried.append((off, ring, other))
+            if off <= 0.01:
+                break
+        return min(tried)[1:]
+
+    def count(self, camera: Camera, size: tuple[int, int], near_m: float, ring: int, finest: int) -> int:
+        """Triangles in the picture."""
+        _, blocks = self._blocks_in(camera, size, near_m, ring, finest, cull=True)
+        return int(triangles_of(blocks, self._rims(blocks)).sum())
+
+    def release(self) -> None:
+        """Give the GPU's memory back."""
+        for resource in (self.indices, self._block, self._blocks, self.draws):
+            resource.release()
+
+    def _fit_ring(self, count: Callable[..., int], triangles: int) -> tuple[int, float]:
+        """The ring size, odd, whose count is nearest to `triangles`, and how far off that is, as a part of it."""
+        low, high = SMALLEST_RING // 2, 2 ** (len(self.terrain.levels) + 1)
+        while low < high:
+            middle = (low + high) // 2
+            low, high = (low, middle) if count(ring=2 * middle + 1) >= triangles else (middle + 1, high)
+        rings = [2 * n + 1 for n in range(max(SMALLEST_RING // 2, low - 4), low + 5)]
+        off, ring = min((abs(count(ring=ring) / triangles - 1), ring) for ring in rings)
+        return ring, off
+
+    def _blocks_in(
+        self, camera: Camera, size: tuple[int, int], near_m: float, ring: int, finest: int, cull: bool
+    ) -> tuple[list[Ring], np.ndarray]:
+        rings = rings_of(self.terrain.heightmap, camera.eye, self._cells(ring), finest)
+        blocks = np.concatenate([blocks_of(each) for each in rings])
+        if cull:
+            blocks = blocks[boxes_in_picture(camera, size, near_m, *self._boxes(blocks))]
+        return rings, blocks
+
+    def _cells(self, ring: int) -> np.ndarray:
+        """Cells along a ring's sides, even: as far to the north as to the east, in metres."""
+        return 2 * np.round((ring - 1) / 2 * self._spacing_m() / np.array(self.terrain.heightmap.spacing_m)).astype(int)
+
+    def _spacing_m(self) -> float:
+        return math.sqrt(math.prod(self.terrain.heightmap.spacing_m))
+
+    def _ground_m(self, camera: Camera) -> float:
+        """Height of the post nearest to the eye."""
+        heightmap = self.terrain.heightmap
+        col = round(np.clip(camera.eye[0] / heightmap.spacing_m[0], 0, heightmap.cols - 1))
+        row = heightmap.rows - 1 - round(np.clip(camera.eye[1] / heightmap.spacing_m[1], 0, heightmap.rows - 1))
+        return float(self.terrain.filled[row, col])
+
+    def _rims(self, blocks: np.ndarray) -> np.ndarray:
+        """(n, 2) last column and row of each block's level."""
+        return (np.array(self.pyramid.sizes) - 1)[blocks["level"]]
+
+    def _boxes(self, blocks: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
+        """World boxes that hold the blocks: least and largest corners, (n, 3) metres."""
+        heightmap = self.terrain.heightmap
+        first, step = blocks["cells"][:, :2], 2 ** blocks["level"][:, None]
+        last = np.array([heightmap.cols - 1, heightmap.rows - 1])
+        low, high = (first // 2 * 2) * step, np.minimum((first + blocks["cells"][:, 2:]) * step, last)
+        ranges = np.empty((len(blocks), 2))
+        for level in np.unique(blocks["level"]):
+            of_level = blocks["level"] == level
+            col, row = (first[of_level] // BLOCK).T
+            ranges[of_level] = self._tile_ranges()[level][row, col]
+        east, north = heightmap.spacing_m
+        z = ranges + self.terrain.base_m
+        at_low = np.stack([low[:, 0] * east, (last[1] - high[:, 1]) * north, z[:, 0]], -1)
+        return at_low, np.stack([high[:, 0] * east, (last[1] - low[:, 1]) * north, z[:, 1]], -1)
+
+    def _tile_ranges(self) -> list[np.ndarray]:
+        """(rows, cols, 2) of each level: least and largest height over tiles of `BLOCK` cells, and where they blend to."""
+        if not self._ranges:
+            own = [_tile_ranges(heights) for heights in self.pyramid.read()]
+            self._ranges = [_with_coarser(*pair) for pair in zip(own, own[1:], strict=False)] + own[-1:]
+        return self._ranges
+
+    def _write(self, rings: list[Ring], blocks: np.ndarray, ring: int) -> None:
+        """Send blocks, draw commands and the rings' measures to the GPU."""
+        cells = self._cells(ring)
+        described = np.zeros((), _CLIPMAP)
+        described["reach"], described["coarsest"] = cells / 2, rings[-1].level
+        # a ring must not blend yet where the finer one ends, half-way
+        described["transition"] = np.clip(TRANSITION * cells, 0.01, np.maximum(cells / 4 - 1.5, 0.01))
+        self._block.write(described.tobytes())
+        commands = np.array(list(_commands(len(blocks))) or [(0,) * 5], "u4")
+        self._blocks = self._at_least(self._blocks, blocks.nbytes)
+        self.draws = self._at_least(self.draws, commands.nbytes)
+        self._blocks.write(blocks.tobytes())
+        self.draws.write(commands.tobytes())
+
+    def _at_least(self, buffer: moderngl.Buffer, needed: int) -> moderngl.Buffer:
+        if needed <= buffer.size:
+            return buffer
+        buffer.release()
+        return self.ctx.buffer(reserve=needed + needed // 2)
+
+
+def _commands(blocks: int) -> Iterator[tuple[int, ...]]:
+    for first in range(0, blocks, _DRAW):
+        yield 6 * BLOCK**2, min(_DRAW, blocks - first), 0, 0, first
+
+
+def _grid_indices() -> np.ndarray:
+    """Two triangles for each cell of a block, counter-clockwise from above, the diagonal from north-west to south-east."""
+    corner = np.add.outer(np.arange(BLOCK) * (BLOCK + 1), np.arange(BLOCK)).reshape(-1, 1)
+    south, east = BLOCK + 1, 1
+    return (corner + [0, south, south + east, 0, south + east, east]).astype("u4")
+
+
+def _tile_ranges(heights: np.ndarray) -> np.ndarray:
+    """Least and largest of the (BLOCK + 1)² samples around the cells of each tile: (rows, cols, 2)."""
+
+    def over_tiles(better: Any) -> np.ndarray:
+        best = heights
+        for axis in (0, 1):
+            last = best.shape[axis] - 1
+            starts = np.arange(0, last, BLOCK)
+            ends = np.minimum(starts + BLOCK, last)
+            best = better(better.reduceat(best, starts, axis), best.take(ends, axis))
+        return best
+
+    return np.stack([over_tiles(np.minimum), over_tiles(np.maximum)], -1)
+
+
+def _with_coarser(fine: np.ndarray, coarse: np.ndarray) -> np.ndarray:
+    rows, cols = (np.arange(n) // 2 for n in fine.shape[:2])
+    coarser = coarse[np.ix_(rows, cols)]
+    low, high = np.minimum(fine[..., 0], coarser[..., 0]), np.maximum(fine[..., 1], coarser[..., 1])
+    return np.stack([low, high], -1)
