@@ -15,29 +15,63 @@ into blocks, and blocks that are not in the picture are left out.
 from __future__ import annotations
 
 import math
-from collections.abc import Callable, Iterator, Mapping
-from functools import partial
+from collections.abc import Iterator, Mapping
+from dataclasses import dataclass
 from types import MappingProxyType
 from typing import Any, NamedTuple
 
 import moderngl
 import numpy as np
 
-from . import gl
+from . import gl, layout
 from .camera import Camera, boxes_in_picture
+from .exceptions import UsageError
 from .heightmap import Heightmap
 from .lod import Selection, View
 from .pyramid import Pyramid
 from .terrain import Terrain
 
-RING = 255  # vertices along a ring's side, unless told otherwise
 SMALLEST_RING = 13
-BLOCK = 16  # cells a side of a block; as in glsl/clipmap/ring.vert
-TRANSITION = 0.1  # part of a ring's side over which it blends into the coarser one, as in GPU Gems 2
+BLOCK = 8  # cells a side of a block
 HIGH = 2.5  # a level is left out if its side is less than so many times the eye's height above the ground
 _DRAW = 1024  # blocks in a draw
 _BLOCK = np.dtype([("cells", "4i4"), ("border", "4i4"), ("level", "i4")])
 _CLIPMAP = np.dtype([("reach", "2f4"), ("transition", "2f4"), ("coarsest", "i4"), ("unused", "3i4")])
+
+
+@dataclass(frozen=True)
+class Rings:
+    """What a clipmap trades triangles for nearness to the truth by.
+
+    Attributes
+    ----------
+    ring
+        Vertices along a ring's side, odd.
+    finest
+        The finest level; by default the first that is `HIGH` times as wide as the eye is high above the ground.
+    transition
+        Part of a ring's side over which it blends into the coarser one; a tenth in GPU Gems 2.
+
+    Raises
+    ------
+    UsageError
+        A value outside its range.
+    """
+
+    ring: int = 255
+    finest: int | None = None
+    transition: float = 0.1
+
+    def __post_init__(self) -> None:
+        if self.ring % 2 == 0 or not SMALLEST_RING <= self.ring < 2**20:
+            raise UsageError(f"ring must be an odd number from {SMALLEST_RING} on, got {self.ring}")
+        if self.finest is not None and not 0 <= self.finest < layout.MAX_LEVELS:
+            raise UsageError(f"finest level must be from 0 to {layout.MAX_LEVELS - 1}, got {self.finest}")
+        if not 0 <= self.transition <= 0.25:
+            raise UsageError(f"transition must be from 0 to 0.25 of a ring's side, got {self.transition:g}")
+
+
+_DEFAULT = Rings()
 
 
 class Ring(NamedTuple):
@@ -87,10 +121,10 @@ def rings_of(heightmap: Heightmap, eye: tuple[float, ...], cells: np.ndarray, fi
 def blocks_of(ring: Ring) -> np.ndarray:
     """The ring's blocks, (n,) records of north-west vertex and size: it is cut along every `BLOCK`-th lattice line.
 
-        ┌─────────────┐
-        ├───┬─────┬───┤     first around the hole, into four rectangles
-        │   └─────┘   │
-        └─────────────┘
+    ┌─────────────┐
+    ├───┬─────┬───┤     first around the hole, into four rectangles
+    │   └─────┘   │
+    └─────────────┘
     """
     (west, north, east, south), (hole_west, hole_north, hole_east, hole_south) = ring.outline, ring.hole
     parts = [ring.outline]
@@ -152,6 +186,7 @@ class Clipmap:
     """
 
     stages: Mapping[str, str] = MappingProxyType({"vertex": "clipmap/ring.vert"})
+    defines: Mapping[str, object] = MappingProxyType({"BLOCK": BLOCK})
     on_heights = False
     mode = moderngl.TRIANGLES
 
@@ -188,91 +223,86 @@ class Clipmap:
         camera: Camera,
         size: tuple[int, int],
         near_m: float,
-        ring: int = RING,
-        finest: int | None = None,
+        rings: Rings = _DEFAULT,
         cull: bool = True,
         **settings: Any,
     ) -> Selection:
-        """Choose the blocks for a picture of `size` (width, height).
-
-        Parameters
-        ----------
-        ring
-            Vertices along a ring's side, odd; more, and wider, rings are nearer to the truth.
-        finest
-            The finest level; by default the first that is at least `HIGH` times as wide as the eye is high.
-        cull
-            Leave out blocks outside the picture.
-        settings
-            What else the `View` block holds.
-        """
+        """Choose the blocks for a picture of `size` (width, height); `settings` are what else the `View` block holds."""
         self.view.write(self.terrain, camera, size, near_m, cull=cull, **settings)
-        finest = self.finest_level(camera, ring) if finest is None else finest
-        rings, blocks = self._blocks_in(camera, size, near_m, ring, finest, cull)
-        self._write(rings, blocks, ring)
-        triangles = int(triangles_of(blocks, self._rims(blocks)).sum())
-        draws = -(-len(blocks) // _DRAW)
-        return Selection(self, (len(blocks),), triangles, 2 * BLOCK**2 * len(blocks), 0, None, draws)
+        chosen, blocks = self._blocks_in(camera, size, near_m, rings, cull)
+        self._write(blocks, rings, chosen[-1].level)
+        draws, most = -(-len(blocks) // _DRAW), 2 * BLOCK**2 * len(blocks)
+        return Selection(self, (len(blocks),), self._count(blocks), most, 0, None, draws)
 
-    def finest_level(self, camera: Camera, ring: int) -> int:
-        """The first level that is not left out, for the eye's height above the ground."""
-        height = camera.eye[2] - self._ground_m(camera)
-        return max(0, math.ceil(math.log2(max(HIGH * height, 1e-9) / ((ring - 1) * self._spacing_m()))))
+    def fit(self, camera: Camera, size: tuple[int, int], near_m: float, triangles: int) -> Rings:
+        """The rings with about so many triangles in the picture that are finest where that shows most."""
+        return self.candidates(camera, size, near_m, triangles)[0]
 
-    def fit(
-        self, camera: Camera, size: tuple[int, int], near_m: float, triangles: int, finest: int | None = None
-    ) -> tuple[int, int]:
-        """Ring size and finest level that come nearest to so many triangles in the picture.
+    def candidates(self, camera: Camera, size: tuple[int, int], near_m: float, triangles: int) -> list[Rings]:
+        """Rings with about so many triangles in the picture: few levels of wide rings, or more of narrow ones.
 
-        Without `finest`, the level is the one that the eye's height asks for, if it can have so many.
+        The most promising come first: those where vertices are least far apart, in the picture. Those that miss the
+        number by more than 2 per cent are left out, where others do not.
         """
-        given = finest is not None
-        level = finest or 0
-        for _ in range(3):
-            ring, off = self._fit_ring(partial(self.count, camera, size, near_m, finest=level), triangles)
-            asked = self.finest_level(camera, ring)
-            if given or asked == level:
-                break
-            level = asked
-        if given or off <= 0.01:
-            return ring, level
-        others = [n for n in range(len(self.terrain.levels)) if n != level]
-        tried = [(off, ring, level)]
-        for other in sorted(others, key=lambda n: abs(n - level)):
-            ring, off = self._fit_ring(partial(self.count, camera, size, near_m, finest=other), triangles)
-            tried.append((off, ring, other))
-            if off <= 0.01:
-                break
-        return min(tried)[1:]
-
-    def count(self, camera: Camera, size: tuple[int, int], near_m: float, ring: int, finest: int) -> int:
-        """Triangles in the picture."""
-        _, blocks = self._blocks_in(camera, size, near_m, ring, finest, cull=True)
-        return int(triangles_of(blocks, self._rims(blocks)).sum())
+        found = []
+        for finest in range(len(self.terrain.levels)):
+            rings, off = self._fit_ring(camera, size, near_m, triangles, finest)
+            _, blocks = self._blocks_in(camera, size, near_m, rings, cull=True)
+            found.append((max(off, 0.02), self._coarseness(camera, blocks), rings.finest, rings))
+            if off > 0.02 and finest > 0:
+                break  # the whole map at this level has fewer
+        best = min(found)[0]
+        return [each[-1] for each in sorted(found) if each[0] == best]
 
     def release(self) -> None:
         """Give the GPU's memory back."""
         for resource in (self.indices, self._block, self._blocks, self.draws):
             resource.release()
 
-    def _fit_ring(self, count: Callable[..., int], triangles: int) -> tuple[int, float]:
-        """The ring size, odd, whose count is nearest to `triangles`, and how far off that is, as a part of it."""
+    def _fit_ring(
+        self, camera: Camera, size: tuple[int, int], near_m: float, triangles: int, finest: int
+    ) -> tuple[Rings, float]:
+        """Rings from one level on whose count is nearest to `triangles`, and how far off that is, as a part of it."""
+
+        def count(half: int) -> int:
+            return self._count(self._blocks_in(camera, size, near_m, Rings(2 * half + 1, finest), cull=True)[1])
+
         low, high = SMALLEST_RING // 2, 2 ** (len(self.terrain.levels) + 1)
         while low < high:
             middle = (low + high) // 2
-            low, high = (low, middle) if count(ring=2 * middle + 1) >= triangles else (middle + 1, high)
-        rings = [2 * n + 1 for n in range(max(SMALLEST_RING // 2, low - 4), low + 5)]
-        off, ring = min((abs(count(ring=ring) / triangles - 1), ring) for ring in rings)
-        return ring, off
+            low, high = (low, middle) if count(middle) >= triangles else (middle + 1, high)
+        near = range(max(SMALLEST_RING // 2, low - 2), low + 3)
+        off, half = min((abs(count(half) / triangles - 1), half) for half in near)
+        return Rings(2 * half + 1, finest), off
+
+    def _coarseness(self, camera: Camera, blocks: np.ndarray) -> float:
+        """Mean over the land in the blocks of (vertex spacing / distance)².
+
+        On land that is as rough at every scale, the squared screen error goes with it.
+        """
+        low, high = self._boxes(blocks)
+        spacing_m = self._spacing_m() * 2.0 ** blocks["level"]
+        distance_m = np.maximum(np.linalg.norm((low + high) / 2 - camera.eye, axis=1), spacing_m)
+        area = (high - low)[:, :2].prod(1)
+        return float((area * (spacing_m / distance_m) ** 2).sum() / max(area.sum(), 1e-30))
+
+    def _count(self, blocks: np.ndarray) -> int:
+        return int(triangles_of(blocks, (np.array(self.pyramid.sizes) - 1)[blocks["level"]]).sum())
+
+    def _finest(self, camera: Camera, ring: int) -> int:
+        """The first level that is `HIGH` times as wide as the eye is high above the ground."""
+        height = camera.eye[2] - self._ground_m(camera)
+        return max(0, math.ceil(math.log2(max(HIGH * height, 1e-9) / ((ring - 1) * self._spacing_m()))))
 
     def _blocks_in(
-        self, camera: Camera, size: tuple[int, int], near_m: float, ring: int, finest: int, cull: bool
+        self, camera: Camera, size: tuple[int, int], near_m: float, rings: Rings, cull: bool
     ) -> tuple[list[Ring], np.ndarray]:
-        rings = rings_of(self.terrain.heightmap, camera.eye, self._cells(ring), finest)
-        blocks = np.concatenate([blocks_of(each) for each in rings])
+        finest = self._finest(camera, rings.ring) if rings.finest is None else rings.finest
+        chosen = rings_of(self.terrain.heightmap, camera.eye, self._cells(rings.ring), finest)
+        blocks = np.concatenate([blocks_of(each) for each in chosen])
         if cull:
             blocks = blocks[boxes_in_picture(camera, size, near_m, *self._boxes(blocks))]
-        return rings, blocks
+        return chosen, blocks
 
     def _cells(self, ring: int) -> np.ndarray:
         """Cells along a ring's sides, even: as far to the north as to the east, in metres."""
@@ -287,10 +317,6 @@ class Clipmap:
         col = round(np.clip(camera.eye[0] / heightmap.spacing_m[0], 0, heightmap.cols - 1))
         row = heightmap.rows - 1 - round(np.clip(camera.eye[1] / heightmap.spacing_m[1], 0, heightmap.rows - 1))
         return float(self.terrain.filled[row, col])
-
-    def _rims(self, blocks: np.ndarray) -> np.ndarray:
-        """(n, 2) last column and row of each block's level."""
-        return (np.array(self.pyramid.sizes) - 1)[blocks["level"]]
 
     def _boxes(self, blocks: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
         """World boxes that hold the blocks: least and largest corners, (n, 3) metres."""
@@ -315,13 +341,13 @@ class Clipmap:
             self._ranges = [_with_coarser(*pair) for pair in zip(own, own[1:], strict=False)] + own[-1:]
         return self._ranges
 
-    def _write(self, rings: list[Ring], blocks: np.ndarray, ring: int) -> None:
+    def _write(self, blocks: np.ndarray, rings: Rings, coarsest: int) -> None:
         """Send blocks, draw commands and the rings' measures to the GPU."""
-        cells = self._cells(ring)
+        cells = self._cells(rings.ring)
         described = np.zeros((), _CLIPMAP)
-        described["reach"], described["coarsest"] = cells / 2, rings[-1].level
+        described["reach"], described["coarsest"] = cells / 2, coarsest
         # a ring must not blend yet where the finer one ends, half-way
-        described["transition"] = np.clip(TRANSITION * cells, 0.01, np.maximum(cells / 4 - 1.5, 0.01))
+        described["transition"] = np.clip(rings.transition * cells, 0.01, np.maximum(cells / 4 - 1.5, 0.01))
         self._block.write(described.tobytes())
         commands = np.array(list(_commands(len(blocks))) or [(0,) * 5], "u4")
         self._blocks = self._at_least(self._blocks, blocks.nbytes)

@@ -156,6 +156,7 @@ class Levels:
     stages: Mapping[str, str] = MappingProxyType(
         {"vertex": "mesh/patch.vert", "tess_control": "mesh/patch.tesc", "tess_evaluation": "mesh/patch.tese"}
     )
+    defines: Mapping[str, object] = MappingProxyType({})
     on_heights = True
     mode = moderngl.PATCHES
     indices = None

@@ -38,8 +38,8 @@ class MeshDraw:
 
     def __init__(self, surface: Surface, to: str, varyings: Sequence[str] = (), **stages: str) -> None:
         self.ctx, self.surface = surface.ctx, surface
-        all_stages: dict[str, Any] = {**surface.stages, **stages}
-        self.program: Any = shaders.program(self.ctx, **all_stages, defines={"TO": to}, varyings=varyings)
+        made_of: dict[str, Any] = {**surface.stages, **stages, "defines": {"TO": to, **surface.defines}}
+        self.program: Any = shaders.program(self.ctx, **made_of, varyings=varyings)
         self._vao: moderngl.VertexArray | None = None
         self._fed: list[Any] = []
 

@@ -26,6 +26,8 @@ class Surface(Protocol):
     stages
         Shaders by stage, as `shaders.program` takes them; the last one ends in put_vertex() of glsl/mesh/vertex.glsl.
         Vertices stand on posts.
+    defines
+        What those stages want defined.
     on_heights
         Whether vertices have the very heights of their posts.
     mode
@@ -42,6 +44,7 @@ class Surface(Protocol):
     terrain: Terrain
     view: View
     stages: Mapping[str, str]
+    defines: Mapping[str, object]
     on_heights: bool
     mode: int
     draws: moderngl.Buffer

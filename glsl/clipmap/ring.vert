@@ -14,7 +14,7 @@
 #include "mesh/vertex.glsl"
 
 #ifndef BLOCK
-#define BLOCK 16
+#define BLOCK 8
 #endif
 
 // of a block
