@@ -127,7 +127,7 @@ def blocks_of(ring: Ring) -> np.ndarray:
     └─────────────┘
     """
     (west, north, east, south), (hole_west, hole_north, hole_east, hole_south) = ring.outline, ring.hole
-    parts = [ring.outline]
+    parts = [(west, north, east, south)]
     if hole_west < hole_east:
         parts = [
             (west, north, east, hole_north),
@@ -196,7 +196,6 @@ class Clipmap:
         self._block = self.ctx.buffer(reserve=_CLIPMAP.itemsize)
         self._blocks = self.ctx.buffer(reserve=_BLOCK.itemsize)
         self.draws = self.ctx.buffer(reserve=gl.COMMAND_STRIDE)
-        self._ranges: list[np.ndarray] = []
 
     @property
     def bytes(self) -> int:
@@ -214,10 +213,6 @@ class Clipmap:
         self.view.bind()
         self._block.bind_to_uniform_block(4)
 
-    def forget(self) -> None:
-        """The heights have changed."""
-        self._ranges = []
-
     def select(
         self,
         camera: Camera,
@@ -227,7 +222,7 @@ class Clipmap:
         cull: bool = True,
         **settings: Any,
     ) -> Selection:
-        """Choose the blocks for a picture of `size` (width, height); `settings` are what else the `View` block holds."""
+        """Choose the blocks for a picture of `size`; `settings` are what else the `View` block holds."""
         self.view.write(self.terrain, camera, size, near_m, cull=cull, **settings)
         chosen, blocks = self._blocks_in(camera, size, near_m, rings, cull)
         self._write(blocks, rings, chosen[-1].level)
@@ -320,26 +315,10 @@ class Clipmap:
 
     def _boxes(self, blocks: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
         """World boxes that hold the blocks: least and largest corners, (n, 3) metres."""
-        heightmap = self.terrain.heightmap
-        first, step = blocks["cells"][:, :2], 2 ** blocks["level"][:, None]
-        last = np.array([heightmap.cols - 1, heightmap.rows - 1])
-        low, high = (first // 2 * 2) * step, np.minimum((first + blocks["cells"][:, 2:]) * step, last)
-        ranges = np.empty((len(blocks), 2))
-        for level in np.unique(blocks["level"]):
-            of_level = blocks["level"] == level
-            col, row = (first[of_level] // BLOCK).T
-            ranges[of_level] = self._tile_ranges()[level][row, col]
-        east, north = heightmap.spacing_m
-        z = ranges + self.terrain.base_m
-        at_low = np.stack([low[:, 0] * east, (last[1] - high[:, 1]) * north, z[:, 0]], -1)
-        return at_low, np.stack([high[:, 0] * east, (last[1] - low[:, 1]) * north, z[:, 1]], -1)
-
-    def _tile_ranges(self) -> list[np.ndarray]:
-        """(rows, cols, 2) of each level: least and largest height over tiles of `BLOCK` cells, and where they blend to."""
-        if not self._ranges:
-            own = [_tile_ranges(heights) for heights in self.pyramid.read()]
-            self._ranges = [_with_coarser(*pair) for pair in zip(own, own[1:], strict=False)] + own[-1:]
-        return self._ranges
+        first, last, step = blocks["cells"][:, :2], blocks["cells"][:, :2] + blocks["cells"][:, 2:], blocks["level"]
+        ranges = self.pyramid.ranges(first // BLOCK, step + BLOCK.bit_length() - 1)
+        # a vertex on a border may stand one place before its own
+        return self.terrain.boxes((first // 2 * 2) << step[:, None], last << step[:, None], ranges)
 
     def _write(self, blocks: np.ndarray, rings: Rings, coarsest: int) -> None:
         """Send blocks, draw commands and the rings' measures to the GPU."""
@@ -368,29 +347,7 @@ def _commands(blocks: int) -> Iterator[tuple[int, ...]]:
 
 
 def _grid_indices() -> np.ndarray:
-    """Two triangles for each cell of a block, counter-clockwise from above, the diagonal from north-west to south-east."""
+    """Two triangles for each cell of a block, counter-clockwise from above; diagonals run from north-west."""
     corner = np.add.outer(np.arange(BLOCK) * (BLOCK + 1), np.arange(BLOCK)).reshape(-1, 1)
     south, east = BLOCK + 1, 1
     return (corner + [0, south, south + east, 0, south + east, east]).astype("u4")
-
-
-def _tile_ranges(heights: np.ndarray) -> np.ndarray:
-    """Least and largest of the (BLOCK + 1)² samples around the cells of each tile: (rows, cols, 2)."""
-
-    def over_tiles(better: Any) -> np.ndarray:
-        best = heights
-        for axis in (0, 1):
-            last = best.shape[axis] - 1
-            starts = np.arange(0, last, BLOCK)
-            ends = np.minimum(starts + BLOCK, last)
-            best = better(better.reduceat(best, starts, axis), best.take(ends, axis))
-        return best
-
-    return np.stack([over_tiles(np.minimum), over_tiles(np.maximum)], -1)
-
-
-def _with_coarser(fine: np.ndarray, coarse: np.ndarray) -> np.ndarray:
-    rows, cols = (np.arange(n) // 2 for n in fine.shape[:2])
-    coarser = coarse[np.ix_(rows, cols)]
-    low, high = np.minimum(fine[..., 0], coarser[..., 0]), np.maximum(fine[..., 1], coarser[..., 1])
-    return np.stack([low, high], -1)

@@ -1,4 +1,4 @@
-"""The pyramid of heights that clipmaps draw from: each level a filtered half of the one below, down to two posts a side.
+"""The pyramid of heights that clipmaps draw from: each level a filtered half of the one below, to two posts a side.
 
     level 0  the map itself
     level j  sample i stands on post min(i · 2^j, last): ceil((posts − 1) / 2^j) + 1 samples, whatever the map's size
@@ -23,6 +23,7 @@ FILTERS = {
     "spline": (0.75, 0.25, -0.125),  # Cohen, Daubechies, Feauveau 1992: made for lines drawn between the samples
 }
 _BARRIER = moderngl.TEXTURE_FETCH_BARRIER_BIT | moderngl.TEXTURE_UPDATE_BARRIER_BIT
+FIRST_RANGES = 2  # the finest level of which ranges are kept
 _TAPS = 2  # samples on either side that a filter reads
 
 
@@ -48,6 +49,7 @@ class Pyramid:
         self._texture.filter = (moderngl.NEAREST, moderngl.NEAREST)
         self._block = self.ctx.buffer(reserve=16 * layout.MAX_LEVELS)
         self._block.write(np.array([(*first, 0, 0) for first in self._first], "i4").tobytes())
+        self._ranges: list[np.ndarray] = []
         self.build()
 
     @property
@@ -62,6 +64,7 @@ class Pyramid:
 
     def update(self, posts: Rect) -> None:
         """Follow an edit of the posts of columns x0 to x1 and rows y0 to y1, (x0, y0, x1, y1)."""
+        self._ranges = []
         self.bind()
         self._texture.bind_to_image(0, read=False, write=True)
         self._halve["u_weights"] = self.weights
@@ -85,6 +88,25 @@ class Pyramid:
         above = [all_levels[y : y + h, x : x + w] for (x, y), (w, h) in zip(self._first, self.sizes, strict=True)]
         return [self.terrain.filled - np.float32(self.terrain.base_m), *above[1:]]
 
+    def ranges(self, at: np.ndarray, level: np.ndarray) -> np.ndarray:
+        """Least and largest height, at any level of detail, over cells of 2^level posts: (n, 2) metres above the base.
+
+        Parameters
+        ----------
+        at
+            (n, 2) columns and rows of the cells on their level's lattice.
+        level
+            (n,) levels, `FIRST_RANGES` or above.
+        """
+        if not self._ranges:
+            self._ranges = _ranges(self.read())
+        found = np.empty((len(at), 2))
+        for j in np.unique(level):
+            known = min(j, FIRST_RANGES + len(self._ranges) - 1)
+            col, row = at[level == j].T >> j - known
+            found[level == j] = self._ranges[known - FIRST_RANGES][row, col]
+        return found
+
     def release(self) -> None:
         """Give the GPU's memory back."""
         for resource in (self._texture, self._block, self._halve):
@@ -98,3 +120,41 @@ def _places(sizes: list[tuple[int, int]]) -> list[tuple[int, int]]:
         places.append((sizes[1][0], y))
         y += height
     return places
+
+
+def _ranges(levels: list[np.ndarray]) -> list[np.ndarray]:
+    """Of each level from `FIRST_RANGES` on, over its cells: least and largest of its and all finer levels."""
+    levels = levels + levels[-1:] * (FIRST_RANGES + 1 - len(levels))  # the smallest maps have fewer
+    ranges: list[np.ndarray] = []
+    for j, heights in list(enumerate(levels))[FIRST_RANGES:]:
+        first = [_over_cells(levels[i], 2 ** (j - i)) for i in range(j)] if j == FIRST_RANGES else []
+        ranges.append(_joined([_over_cells(heights, 1), *first, *map(_quarter, ranges[-1:])]))
+    return ranges
+
+
+def _over_cells(samples: np.ndarray, side: int) -> np.ndarray:
+    """Least and largest of the samples in and around cells of so many samples a side."""
+
+    def reduced(better: np.ufunc) -> np.ndarray:
+        best = samples
+        for axis in (0, 1):
+            last = best.shape[axis] - 1
+            starts = np.arange(0, last, side)
+            ends = np.minimum(starts + side, last)
+            best = better(better.reduceat(best.take(range(last), axis), starts, axis), best.take(ends, axis))
+        return best
+
+    return np.stack([reduced(np.minimum), reduced(np.maximum)], -1)
+
+
+def _quarter(ranges: np.ndarray) -> np.ndarray:
+    """Ranges of two by two cells."""
+    rows, cols = (np.arange(0, n, 2) for n in ranges.shape[:2])
+    low, high = ranges[..., 0], ranges[..., 1]
+    low = np.minimum.reduceat(np.minimum.reduceat(low, rows, 0), cols, 1)
+    return np.stack([low, np.maximum.reduceat(np.maximum.reduceat(high, rows, 0), cols, 1)], -1)
+
+
+def _joined(ranges: list[np.ndarray]) -> np.ndarray:
+    low, high = (np.stack([each[..., i] for each in ranges]) for i in (0, 1))
+    return np.stack([low.min(0), high.max(0)], -1)

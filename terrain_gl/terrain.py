@@ -106,6 +106,21 @@ class Terrain:
         self.heights.use(0)
         self.voids.use(1)
 
+    def boxes(self, low: np.ndarray, high: np.ndarray, heights_m: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
+        """World boxes over parts of the map: least and largest corners, (n, 3) metres.
+
+        Parameters
+        ----------
+        low, high
+            (n, 2) columns and rows of their north-west and south-east posts; the latter may lie beyond the map.
+        heights_m
+            (n, 2) least and largest height above the base.
+        """
+        last = np.array([self.heightmap.cols - 1, self.heightmap.rows - 1])
+        (east, north), high, z = self.heightmap.spacing_m, np.minimum(high, last), heights_m + self.base_m
+        south_west = [low[:, 0] * east, (last[1] - high[:, 1]) * north, z[:, 0]]
+        return np.stack(south_west, -1), np.stack([high[:, 0] * east, (last[1] - low[:, 1]) * north, z[:, 1]], -1)
+
     def release(self) -> None:
         """Give the GPU's memory back."""
         for resource in (self.heights, self.voids, self.block):

@@ -1,0 +1,51 @@
+// tessellated/levels.comp — how finely each patch is cut: every edge by its length on the screen.
+//   An edge is as long as the sphere around it is wide, whatever side it is seen from:
+//       T = ⌈ K |b − a| / z / edge_px ⌉,   a, b its ends on the ground, z the depth of its middle
+//   (Cantlay 2011, "DirectX 11 Terrain Tessellation", NVIDIA). No segment is shorter than the posts are apart.
+//   Both patches at an edge find the same number. Where the neighbour is finer, each half of the edge is one of its edges.
+
+#include "tessellated/patch.glsl"
+#include "tessellated/measures.glsl"
+
+#define MOST 32  // segments: two halves make the 64 that the hardware has
+
+layout(local_size_x = 64) in;
+layout(std430, binding = 0) readonly buffer Places { ivec4 place[]; };  // column and row on the level's lattice, level, finer neighbours
+layout(std430, binding = 1) writeonly buffer Cuts { uvec4 cut[]; };
+layout(std430, binding = 2) buffer Count { uint triangles; };
+
+uniform int u_patches;
+
+vec3 ground_from_eye_m(ivec2 post) { return from_eye_m(post, height_m(post)); }
+
+int segments(ivec2 a, ivec2 b) {
+    vec3 from = ground_from_eye_m(a), to = ground_from_eye_m(b);
+    float wanted = ceil(distance(from, to) / segment_m(0.5 * (from + to)));
+    return int(clamp(wanted, 1.0, float(min(MOST, b.x - a.x + b.y - a.y))));
+}
+
+// Edge i from a to b, of `half_` posts and what is left of it if it is two.
+void cut_edge(inout Cut c, int i, ivec2 a, ivec2 b, bool is_two, int half_) {
+    ivec2 along = sign(b - a), middle = a + half_ * along;
+    is_two = is_two && b.x - a.x + b.y - a.y > half_;
+    c.first_half[i] = is_two ? segments(a, middle) : 0;
+    c.outer[i] = is_two ? c.first_half[i] + segments(middle, b) : segments(a, b);
+}
+
+void main() {
+    uint i = gl_GlobalInvocationID.x;
+    if (i >= uint(u_patches)) return;
+    ivec4 p = place[i];
+    int side = 1 << p.z;
+    Cut c;
+    c.low = p.xy * side;
+    ivec2 high = min(c.low + side, u_last_post);
+    c.size = high - c.low;
+    ivec2 south_west = ivec2(c.low.x, high.y), north_east = ivec2(high.x, c.low.y);
+    cut_edge(c, 0, c.low, south_west, (p.w & 1) != 0, side / 2);
+    cut_edge(c, 1, c.low, north_east, (p.w & 2) != 0, side / 2);
+    cut_edge(c, 2, north_east, high, (p.w & 4) != 0, side / 2);
+    cut_edge(c, 3, south_west, high, (p.w & 8) != 0, side / 2);
+    cut[i] = words_of(c);
+    atomicAdd(triangles, uint(triangles_in(c)));
+}
