@@ -33,7 +33,7 @@ MOST = 32  # segments of an edge, as in glsl/tessellated/levels.comp
 _VERTICES = (MOST - 1) ** 2 + 4 * 2 * MOST  # at most, of a patch
 _DRAW = 65535 // _VERTICES  # patches in a draw: Mesa's software renderer counts their vertices in 16 bits
 _PLACE = np.dtype([("at", "2i4"), ("level", "i4"), ("finer", "i4")])
-_MEASURES = np.dtype([("edge_px", "f4"), ("filtered", "i4"), ("unused", "2i4")])
+_MEASURES = np.dtype([("edge_px", "f4"), ("unused", "3i4")])
 _BARRIER = (
     moderngl.SHADER_STORAGE_BARRIER_BIT | moderngl.VERTEX_ATTRIB_ARRAY_BARRIER_BIT | moderngl.BUFFER_UPDATE_BARRIER_BIT
 )
@@ -60,8 +60,7 @@ class Edges:
 
     edge_px: float = 8.0
     patch: int = 16
-    ring: int = 32
-    filtered: bool = True
+    ring: int = 64
 
     def __post_init__(self) -> None:
         if not 0 < self.edge_px < 1e9:
@@ -198,7 +197,7 @@ class Tessellated:
 
     def _cut(self, patches: int, edges: Edges) -> int:
         """Find the levels of all edges; returns the number of triangles."""
-        self._measures.write(np.array((edges.edge_px, edges.filtered, (0, 0)), _MEASURES).tobytes())
+        self._measures.write(np.array((edges.edge_px, (0, 0, 0)), _MEASURES).tobytes())
         self._count.write(bytes(4))
         self.bind()
         for i, buffer in enumerate((self._places, self._cuts, self._count)):

@@ -4,8 +4,7 @@
 #include "blocks/view.glsl"
 
 layout(std140, binding = 4) uniform Tessellated {
-    float u_edge_px;   // wanted length of a segment on the screen
-    int u_filtered;    // whether vertices take heights that are filtered as far as segments are long
+    float u_edge_px;  // wanted length of a segment on the screen
 };
 
 // Depth of what is so far away from the eye, in the middle of the picture; less off its axis, but within it.

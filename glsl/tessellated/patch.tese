@@ -1,7 +1,7 @@
 // tessellated/patch.tese — a vertex: the post nearest to where the tessellator wants it, and the height there.
 //   Whole numbers round alike on both sides of an edge, so there are no cracks.
-//   Heights are filtered as far as segments are long, lest ground between vertices be missed: the pyramid's level
-//   λ = log2(segment / spacing), between levels linear. They are a function of the post and the view alone, not of the patch.
+//   Heights are filtered over half a segment, lest ground between vertices be missed: they are of the pyramid's level
+//   λ = log2(segment / 2 spacing), between levels linear: a function of the post and the view, whatever the patch.
 
 #include "clipmap/pyramid.glsl"
 #include "tessellated/patch.glsl"
@@ -43,8 +43,7 @@ float level_m(int level, ivec2 post) {
 
 float filtered_m(ivec2 post) {
     float h_m = height_m(post);
-    if (u_filtered == 0) return h_m;
-    float level = log2(segment_m(from_eye_m(post, h_m)) * inversesqrt(u_spacing_m.x * u_spacing_m.y));
+    float level = log2(0.5 * segment_m(from_eye_m(post, h_m)) * inversesqrt(u_spacing_m.x * u_spacing_m.y));
     level = clamp(level, 0.0, float(u_top_level));
     int below = int(level);
     float finer = below == 0 ? h_m : level_m(below, post);
