@@ -229,10 +229,6 @@ class Clipmap:
         draws, most = -(-len(blocks) // _DRAW), 2 * BLOCK**2 * len(blocks)
         return Selection(self, (len(blocks),), self._count(blocks), most, 0, None, draws)
 
-    def fit(self, camera: Camera, size: tuple[int, int], near_m: float, triangles: int) -> Rings:
-        """The rings with about so many triangles in the picture that are finest where that shows most."""
-        return self.candidates(camera, size, near_m, triangles)[0]
-
     def candidates(self, camera: Camera, size: tuple[int, int], near_m: float, triangles: int) -> list[Rings]:
         """Rings with about so many triangles in the picture: few levels of wide rings, or more of narrow ones.
 

@@ -7,9 +7,10 @@ from dataclasses import dataclass
 from .camera import Camera
 from .exceptions import UsageError
 from .lod import METRICS
+from .rivals import PARAMETERS, Parameters
 from .shade import STYLES, SUN, Look
 
-METHODS = ("sat", "full")
+METHODS = ("sat", "clipmap", "tessellated", "full")
 CHOICES = {"metric": METRICS, "method": METHODS, "style": STYLES}
 
 
@@ -22,13 +23,15 @@ class Drawing:
     max_error_px
         The largest distance on the screen between where a post of the map is drawn and where it belongs
         (metric "max"), or the root mean square of all those distances ("rms"). By default 1, unless a number of
-        triangles is asked for.
+        triangles is asked for. Rivals promise nothing, and heed it not.
     triangles
         Instead: at most so many, from 2 on, used where they take most from the sum of the squares of those distances.
     metric
         "max" or "rms": what the tolerance bounds, and what is certified of the mesh.
     method
-        "sat", or "full" for every post in the picture.
+        "sat"; a rival, "clipmap" or "tessellated"; or "full" for every post in the picture.
+    parameters
+        How finely a rival draws, `clipmap.Rings` or `tessellated.Edges`; by default as `triangles` asks for, or theirs.
     style
         One of `terrain_gl.shade.STYLES`.
     sun
@@ -54,6 +57,7 @@ class Drawing:
     triangles: int | None = None
     metric: str = "max"
     method: str = "sat"
+    parameters: Parameters | None = None
     style: str = "shaded"
     sun: tuple[float, float] = SUN
     sky: str | None = None
@@ -72,6 +76,9 @@ class Drawing:
             if (value := getattr(self, name)) not in known:
                 raise UsageError(f"{name}: expected one of {', '.join(known)}, got {value!r}")
 
+        if self.parameters and not isinstance(self.parameters, PARAMETERS.get(self.method, ())):
+            raise UsageError(f"{type(self.parameters).__name__.lower()}: method {self.method} has no such parameter")
+
     def _check_detail(self) -> None:
         if self.triangles is None:
             if self.max_error_px is None:
@@ -80,6 +87,8 @@ class Drawing:
                 raise UsageError(
                     f"max error must be more than 0 and less than 1,000,000 pixels, got {self.max_error_px:g}"
                 )
+        elif self.parameters:
+            raise UsageError("triangles and a rival's own parameters: give one of them, the other follows")
         elif self.max_error_px is not None:
             raise UsageError("max error and triangles: give one of them, the other follows")
         elif self.method == "full":

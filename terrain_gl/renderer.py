@@ -29,6 +29,7 @@ from .lod import Levels, Selection
 from .measure import TILE, Achieved, Measurement
 from .mesh import captured_triangles
 from .pieces import Piece, cut
+from .rivals import RIVALS, Parameters, Rivals
 from .shade import Picture
 from .terrain import Rect, Terrain, hull
 from .timing import Stopwatch
@@ -149,6 +150,7 @@ class Renderer:
                         self.ctx.finish()  # who waits for portions wants them to be done
                         yield 0.05 + 0.75 * part
                 self.levels = self._keep(Levels(self.tables))
+                self.rivals = self._keep(Rivals(self.terrain, self.levels.view))
                 yield 0.85
             with (
                 _memory_errors(
@@ -294,11 +296,18 @@ class Renderer:
         self._shot = None
         promised_to = drawing.chosen_for or camera
         with self._timed("lod"):
-            asked = drawing.tolerance_px, drawing.metric, drawing.cull, drawing.triangles
-            selection = self.levels.select(promised_to, size, near_m, *asked)
+            selection = self._choose(promised_to, size, near_m, drawing)
         if drawing.chosen_for:
             selection.surface.view.move(self.terrain, camera, size, near_m)
         return _Shot(promised_to, selection, near_m, drawing, eye=camera)
+
+    def _choose(self, camera: Camera, size: tuple[int, int], near_m: float, drawing: Drawing) -> Selection:
+        if drawing.method in RIVALS:
+            how: dict[str, Any] = {"parameters": drawing.parameters, "triangles": drawing.triangles}
+            how |= {"tolerance_px": drawing.tolerance_px, "cull": drawing.cull}
+            return self.rivals.select(drawing.method, camera, size, near_m, **how)
+        asked = drawing.tolerance_px, drawing.metric, drawing.cull, drawing.triangles
+        return self.levels.select(camera, size, near_m, *asked)
 
     @_in_own_context
     def _render_piece(self, piece: Piece, shot: _Shot, drawing: Drawing) -> np.ndarray:
@@ -329,6 +338,31 @@ class Renderer:
         shot.stats["max_error_px"], shot.stats["rms_error_px"] = achieved.max_px, achieved.rms_px
         shot.stats["posts_measured"], shot.stats["holes"] = achieved.posts, achieved.uncovered + through
         return shot.stats
+
+    def best_parameters(self, camera: Camera, method: str, triangles: int, **options: Any) -> Parameters:
+        """The parameters with which a rival has the least RMS error among those of about so many triangles.
+
+        Draws and measures them all: ends what `measure` and its kin could say of the last frame.
+
+        Parameters
+        ----------
+        method
+            "clipmap" or "tessellated".
+        options
+            Other fields of `Drawing`, by name.
+        """
+        near_m = options.get("near_m") or NEAR * min(self.heightmap.spacing_m)
+        tried = self._candidates(camera, method, near_m, triangles)
+        errors = [self._rms_px(camera, method=method, parameters=each, **options) for each in tried]
+        return tried[int(np.argmin(errors))]
+
+    @_in_own_context
+    def _candidates(self, camera: Camera, method: str, near_m: float, triangles: int) -> list[Parameters]:
+        return cast(list[Parameters], self.rivals.of(method).candidates(camera, self.size, near_m, triangles))
+
+    def _rms_px(self, camera: Camera, **options: Any) -> float:
+        self.draw(camera, **options)
+        return deque(self.measuring(), maxlen=1).pop().rms_px
 
     def measuring(self, tile: int = TILE) -> Iterator[Achieved]:
         """Measure the last frame in portions of at most `tile` posts a side, for who must not wait for the whole.
@@ -440,6 +474,7 @@ class Renderer:
         with self._timed("edit"):
             if rect := self.terrain.edit(min(x), min(y), patch):
                 self.tables.update(rect)
+                self.rivals.update(rect)
                 self.picture.update(rect)
                 self._unsettled = hull(self._unsettled or rect, rect)
         if settle:
@@ -463,6 +498,7 @@ class Renderer:
             self._shot = None
             self.tables.build()
             everything = 0, 0, self.heightmap.cols - 1, self.heightmap.rows - 1
+            self.rivals.update(everything)
             self.picture.update(everything)
             self.picture.settle(everything)
 
@@ -537,7 +573,7 @@ class Renderer:
         sat = self.tables.counters.size + self.tables.squares.size
         error = self.tables.nodes.size + self.tables.gains.size + self.tables.blocks.size
         parts = {"heights": heights, "sat": sat, "error": error, "shade": self.picture.bytes}
-        return parts | {"total": sum(parts.values()) + self.levels.bytes}
+        return parts | {"total": sum(parts.values()) + self.levels.bytes + self.rivals.bytes}
 
     def _check_size(self, size: tuple[int, int]) -> None:
         most = min(limits(self.ctx)[name] for name in ("viewport_size", "renderbuffer_size", "texture_size"))

@@ -13,6 +13,7 @@ What is drawn depends on the view and hardly on what the land is like: nothing i
 
 from __future__ import annotations
 
+import math
 from collections.abc import Mapping
 from dataclasses import dataclass, replace
 from types import MappingProxyType
@@ -60,7 +61,7 @@ class Edges:
 
     edge_px: float = 8.0
     patch: int = 16
-    ring: int = 64
+    ring: int = 128
 
     def __post_init__(self) -> None:
         if not 0 < self.edge_px < 1e9:
@@ -72,6 +73,8 @@ class Edges:
 
 
 _DEFAULT = Edges()
+_CANDIDATES = ((16, 128), (8, 128), (16, 64))  # posts a patch, patches a ring
+_TRIES = 30  # halvings of the range of edges
 
 
 def places_of(ring: Ring) -> np.ndarray:
@@ -156,19 +159,25 @@ class Tessellated:
         most = triangles + 4 * MOST * len(places)
         return Selection(self, (len(places),), triangles, most, 0, None, len(commands))
 
-    def fit(
-        self, camera: Camera, size: tuple[int, int], near_m: float, triangles: int, edges: Edges = _DEFAULT
-    ) -> Edges:
+    def candidates(self, camera: Camera, size: tuple[int, int], near_m: float, triangles: int) -> list[Edges]:
+        """Edges with about so many triangles in the picture: many small patches, or fewer large ones.
+
+        The most promising come first: what is cut into more patches fits the land more closely.
+        """
+        return [self._fit(camera, size, near_m, triangles, Edges(patch=n, ring=ring)) for n, ring in _CANDIDATES]
+
+    def _fit(self, camera: Camera, size: tuple[int, int], near_m: float, triangles: int, edges: Edges) -> Edges:
         """Edges of such a length that there are about so many triangles in the picture."""
         patches = len(self._look(camera, size, near_m, edges, cull=True))
-        low, high = 1e-3, 1e6
-        for _ in range(40):
-            middle = replace(edges, edge_px=float(np.sqrt(low * high)))
+        short, long, tried = 1e-3, 1e6, []
+        for _ in range(_TRIES):
+            middle = replace(edges, edge_px=math.sqrt(short * long))
             count = self._cut(patches, middle)
+            tried.append((abs(count - triangles), middle))
             if abs(count - triangles) <= 0.002 * triangles:
                 break
-            low, high = (middle.edge_px, high) if count > triangles else (low, middle.edge_px)
-        return middle
+            short, long = (middle.edge_px, long) if count > triangles else (short, middle.edge_px)
+        return min(tried, key=lambda each: each[0])[1]
 
     def release(self) -> None:
         """Give the GPU's memory back."""

@@ -84,7 +84,7 @@ def text(results: list[dict[str, Any]]) -> str:
     rows += [["triangles", *(f"{result['triangles']:,}" for result in results)]]
     rows += [["dense triangles", *(f"{result['dense']['triangles']:,}" for result in results)]]
     rows += [[name.replace("_", " "), *(f"{r['ratio'][name]:.3g}" for r in results)] for name in results[0]["ratio"]]
-    rows += [["certified px", *(f"{result['certified_max_error_px']:.3g}" for result in results)]]
+    rows += [["certified px", *(_px(result["certified_max_error_px"]) for result in results)]]
     if "strokes" in results[0]:
         ms = [result["strokes"]["ms"] for result in results]
         rows += [[f"stroke {name} ms", *(f"{each[name]:.2f}" for each in ms)] for name in ms[0]]
@@ -96,6 +96,10 @@ def text(results: list[dict[str, Any]]) -> str:
     rows += [[f"{part} memory", *(report.mebibytes(r["gpu_bytes"][part]) for r in results)] for part in parts]
     beside = [_peers_text(result) for result in results if "peers" in result]
     return "\n\n".join([f"{results[0]['gl_renderer']} ({results[0]['backend']})\n{report.table(rows)}", *beside])
+
+
+def _px(value: float | None) -> str:
+    return "–" if value is None else f"{value:.3g}"
 
 
 def _peers_text(result: dict[str, Any]) -> str:

@@ -41,7 +41,7 @@ def text(stats: dict[str, Any]) -> str:
         "picture": f"{stats['width']} x {stats['height']}, {stats['gl_renderer']} ({stats['backend']})",
         "mesh": f"{stats['triangles']:,} triangles in {stats['patches']:,} patches, {stats['splits']:,} splits",
         "asked": f"{report.asked(stats)}, method {stats['method']}",
-        "promised": f"{promised:.4g} px",
+        "promised": "nothing" if promised is None else f"{promised:.4g} px",
         "achieved": f"max {stats['max_error_px']:.4g} px, rms {stats['rms_error_px']:.4g} px",
         "over": f"{stats['posts_measured']:,} posts in the picture",
         "holes": f"{stats['holes']}",

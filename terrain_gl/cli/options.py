@@ -13,6 +13,7 @@ from typing import Any
 
 from .. import maps
 from ..camera import Camera
+from ..clipmap import Rings
 from ..drawing import METHODS, Drawing
 from ..exceptions import TerrainError, UsageError
 from ..heightmap import ENCODINGS, Heightmap
@@ -21,6 +22,7 @@ from ..maps import BundledMap, bundled
 from ..renderer import Renderer
 from ..shade import STYLES, SUN
 from ..sun import sun_position
+from ..tessellated import Edges
 from ..views import VIEWS, standard_view
 
 FARTHEST_M = 1e9  # largest number of metres that is taken for meant
@@ -84,12 +86,18 @@ def add_camera(command: Any, moving: bool = False) -> None:
 def add_detail(command: Any) -> None:
     """How fine the picture is drawn, and by which method."""
     group = command.add_argument_group("detail")
-    group.add_argument("--method", choices=METHODS, default="sat", help="sat, or full: every post")
+    group.add_argument("--method", choices=METHODS, default="sat", help="sat; one of its rivals; or full: every post")
     asked = group.add_mutually_exclusive_group()
     asked.add_argument(
         "--max-error", type=positive, metavar="PX", dest="max_error_px", help="screen error (default: 1)"
     )
     asked.add_argument("--triangles", type=count, metavar="N", help="at most N, where they take away most error")
+    asked.add_argument(
+        "--ring", type=rings, metavar="N", dest="parameters", help="clipmap: vertices a ring's side, odd (default: 255)"
+    )
+    asked.add_argument(
+        "--edge", type=edges, metavar="PX", dest="parameters", help="tessellated: length of edges (default: 8)"
+    )
     group.add_argument("--metric", choices=METRICS, default="max", help="largest error, or root mean square")
 
 
@@ -245,6 +253,19 @@ def count(text: str) -> int:
     if not re.fullmatch(r"\d{1,9}", text) or int(text) < 1:
         raise _expected("a whole number above 0", text)
     return int(text)
+
+
+def rings(text: str) -> Rings:
+    """A clipmap's ring: an odd number."""
+    try:
+        return Rings(count(text))
+    except UsageError as error:
+        raise argparse.ArgumentTypeError(str(error)) from None
+
+
+def edges(text: str) -> Edges:
+    """A tessellated clipmap's edges in pixels."""
+    return Edges(positive(text))
 
 
 def spacing(text: str) -> tuple[float, float]:

@@ -12,6 +12,7 @@ from contextlib import contextmanager
 from typing import Any
 
 from ..image import replacing
+from ..rivals import RIVALS
 
 
 @contextmanager
@@ -59,10 +60,17 @@ def facts(values: Mapping[str, str]) -> str:
 
 def asked(stats: Mapping[str, Any]) -> str:
     """What a frame was asked for, and what it means that it has fewer triangles than that."""
+    if stats["method"] in RIVALS:
+        return f"{stats['requested_triangles']:,} triangles" if stats["requested_triangles"] else "its parameters"
     if not stats["requested_triangles"]:
         return f"{stats['metric']} error {stats['requested_max_error_px']:g} px"
     price = f"worth {stats['lambda']:.3g} px² each" if stats["lambda"] else "more than this view has use for"
     return f"{stats['requested_triangles']:,} triangles, {price}"
+
+
+def promised(stats: Mapping[str, Any], px: float | None) -> str:
+    """What was certified of a frame, or of many: rivals promise nothing."""
+    return "nothing promised" if px is None else f"{stats['metric']} error at most {px:.3g} px"
 
 
 def mebibytes(n: int) -> str:

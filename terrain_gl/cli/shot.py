@@ -70,5 +70,5 @@ def _draw(renderer: Renderer, args: argparse.Namespace, scene: options.Scene, wr
 def summary(stats: dict[str, Any]) -> str:
     """A frame in a line."""
     size = f"{stats['width']}x{stats['height']}"
-    error = f"{stats['metric']} error at most {stats['certified_max_error_px']:.3g} px"
+    error = report.promised(stats, stats["certified_max_error_px"])
     return f"{size}, {stats['triangles']:,} triangles, {error}, {stats['ms']['frame']:.0f} ms"
