@@ -46,7 +46,7 @@ class Rings:
     Attributes
     ----------
     ring
-        Vertices along a ring's side, odd.
+        Vertices along a ring's side; one more or less along some if it is even.
     finest
         The finest level; by default the first that is `HIGH` times as wide as the eye is high above the ground.
     transition
@@ -63,8 +63,8 @@ class Rings:
     transition: float = 0.1
 
     def __post_init__(self) -> None:
-        if self.ring % 2 == 0 or not SMALLEST_RING <= self.ring < 2**20:
-            raise UsageError(f"ring must be an odd number from {SMALLEST_RING} on, got {self.ring}")
+        if not SMALLEST_RING <= self.ring < 2**20:
+            raise UsageError(f"ring must be a number of vertices from {SMALLEST_RING} on, got {self.ring}")
         if self.finest is not None and not 0 <= self.finest < layout.MAX_LEVELS:
             raise UsageError(f"finest level must be from 0 to {layout.MAX_LEVELS - 1}, got {self.finest}")
         if not 0 <= self.transition <= 0.25:
@@ -255,16 +255,16 @@ class Clipmap:
     ) -> tuple[Rings, float]:
         """Rings from one level on whose count is nearest to `triangles`, and how far off that is, as a part of it."""
 
-        def count(half: int) -> int:
-            return self._count(self._blocks_in(camera, size, near_m, Rings(2 * half + 1, finest), cull=True)[1])
+        def count(ring: int) -> int:
+            return self._count(self._blocks_in(camera, size, near_m, Rings(ring, finest), cull=True)[1])
 
-        low, high = SMALLEST_RING // 2, 2 ** (len(self.terrain.levels) + 1)
+        low, high = SMALLEST_RING, 2 ** (len(self.terrain.levels) + 2)
         while low < high:
             middle = (low + high) // 2
             low, high = (low, middle) if count(middle) >= triangles else (middle + 1, high)
-        near = range(max(SMALLEST_RING // 2, low - 2), low + 3)
-        off, half = min((abs(count(half) / triangles - 1), half) for half in near)
-        return Rings(2 * half + 1, finest), off
+        near = range(max(SMALLEST_RING, low - 4), low + 5)  # culling makes counts jump
+        off, ring = min((abs(count(ring) / triangles - 1), ring) for ring in near)
+        return Rings(ring, finest), off
 
     def _coarseness(self, camera: Camera, blocks: np.ndarray) -> float:
         """Mean over the land in the blocks of (vertex spacing / distance)².
@@ -297,7 +297,9 @@ class Clipmap:
 
     def _cells(self, ring: int) -> np.ndarray:
         """Cells along a ring's sides, even: as far to the north as to the east, in metres."""
-        return 2 * np.round((ring - 1) / 2 * self._spacing_m() / np.array(self.terrain.heightmap.spacing_m)).astype(int)
+        half = (ring - 1) / 2 * self._spacing_m() / np.array(self.terrain.heightmap.spacing_m)
+        whole = np.floor(half + [0.5, 0.499]).astype(int)  # of two halves one is rounded up: finer steps of size
+        return 2 * np.maximum(whole, SMALLEST_RING // 2)
 
     def _spacing_m(self) -> float:
         return math.sqrt(math.prod(self.terrain.heightmap.spacing_m))
@@ -322,7 +324,7 @@ class Clipmap:
         described = np.zeros((), _CLIPMAP)
         described["reach"], described["coarsest"] = cells / 2, coarsest
         # a ring must not blend yet where the finer one ends, half-way
-        described["transition"] = np.clip(rings.transition * cells, 0.01, np.maximum(cells / 4 - 1.5, 0.01))
+        described["transition"] = np.clip(rings.transition * cells, 0.01, np.maximum(cells / 4 - 1.6, 0.01))
         self._block.write(described.tobytes())
         commands = np.array(list(_commands(len(blocks))) or [(0,) * 5], "u4")
         self._blocks = self._at_least(self._blocks, blocks.nbytes)

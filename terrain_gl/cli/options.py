@@ -93,7 +93,7 @@ def add_detail(command: Any) -> None:
     )
     asked.add_argument("--triangles", type=count, metavar="N", help="at most N, where they take away most error")
     asked.add_argument(
-        "--ring", type=rings, metavar="N", dest="parameters", help="clipmap: vertices a ring's side, odd (default: 255)"
+        "--ring", type=rings, metavar="N", dest="parameters", help="clipmap: vertices a ring's side (default: 255)"
     )
     asked.add_argument(
         "--edge", type=edges, metavar="PX", dest="parameters", help="tessellated: length of edges (default: 8)"
@@ -256,7 +256,7 @@ def count(text: str) -> int:
 
 
 def rings(text: str) -> Rings:
-    """A clipmap's ring: an odd number."""
+    """A clipmap's ring: a number of vertices."""
     try:
         return Rings(count(text))
     except UsageError as error:
