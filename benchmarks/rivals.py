@@ -16,7 +16,10 @@ import json
 import os
 import sys
 import time
+from dataclasses import asdict
 from pathlib import Path
+
+from terrain_gl.rivals import PARAMETERS
 
 from terrain_gl import Camera, Heightmap, Renderer, compare
 from terrain_gl.context import create_context
@@ -113,13 +116,17 @@ class Case:
             self.renderer = Renderer(heightmap, self.size)
 
     def _measured(self, method, triangles):
-        stats = compare.measured(self.renderer, self.camera, method=method, triangles=triangles)
-        return {key: stats[key] for key in KEPT if key in stats}
+        detail = compare.detail_of(self.renderer, self.camera, method, triangles)
+        stats = compare.measured(self.renderer, self.camera, method=method, **detail)
+        found = {key: stats[key] for key in KEPT if key in stats}
+        return found | ({"parameters": asdict(detail["parameters"])} if "parameters" in detail else {})
 
     def _likeness(self, method, triangles):
         self.truth = self.truth or compare.truth_of(self.renderer, self.camera, FINE)
-        drawing = {"method": method, "triangles": triangles}
-        return compare.likeness_of(self.renderer, self.camera, self.truth, FINE, **drawing)[1]
+        detail = {"triangles": triangles}
+        if method in PARAMETERS:
+            detail = {"parameters": PARAMETERS[method](**self.achieved(method, triangles)["parameters"])}
+        return compare.likeness_of(self.renderer, self.camera, self.truth, FINE, method=method, **detail)[1]
 
     def _ideal(self, budgets):
         found = compare.ideal_curve(self.renderer, self.camera, budgets)

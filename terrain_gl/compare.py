@@ -17,14 +17,14 @@ import numpy as np
 
 from . import reference
 from .camera import Camera, screen_shift_px
-from .drawing import METHODS
 from .heightmap import Heightmap
 from .likeness import difference_of, flip, rmse, skyline
 from .measure import posts_of
 from .renderer import NEAR, Renderer
+from .rivals import RIVALS
 
 LABELS = {"clipmap": "Geometry clipmaps", "tessellated": "Tessellated clipmap", "sat": "Summed-area tables"}
-COMPARED = tuple(method for method in LABELS if method in METHODS)
+COMPARED = tuple(LABELS)
 FINE = 4  # pixels drawn for one, along a side
 BUDGETS = (1 / 16, 1 / 8, 1 / 4, 1 / 2, 1, 2, 4)  # of the number of triangles asked for: the curves' points
 EQUAL = 0.02  # numbers of triangles are equal that differ by no more than this share
@@ -38,6 +38,7 @@ _NUMBERS = (  # label, key of an entry's stats, format
     ("skyline off, px", "skyline_px", ".3f"),
     ("frame, ms", "frame", ".0f"),
 )
+_PLAIN = {"style": "depth"}  # what is quick to shade, where the mesh alone matters
 _INSET = 0.24  # of the picture's width and height
 _SKY_IN_INSET = (0.08, 0.55)
 _FRAMES = 3  # that are timed
@@ -186,7 +187,7 @@ def study(
     certified = {"method": "sat", "max_error_px": max_error_px} | options
     own = measured(renderer, camera, **certified) if max_error_px else None
     triangles = max(own["triangles"], FEWEST) if own else triangles
-    details = {method: {"triangles": triangles} for method in COMPARED}
+    details = {method: detail_of(renderer, camera, method, triangles, **options) for method in COMPARED}
     if own:
         details["sat"] = {"max_error_px": max_error_px}
     parts = 1 + with_curves + bool(own)
@@ -273,8 +274,15 @@ def likeness_of(
 
 def measured(renderer: Renderer, camera: Camera, **drawing: Any) -> dict[str, Any]:
     """Stats of one frame with what it achieved."""
-    renderer.draw(camera, **drawing)
+    renderer.draw(camera, **(drawing | _PLAIN))
     return renderer.measure()
+
+
+def detail_of(renderer: Renderer, camera: Camera, method: str, triangles: int, **options: Any) -> dict[str, Any]:
+    """Options with which a method draws so many triangles: its own best parameters, found by trying."""
+    if method not in RIVALS:
+        return {"triangles": triangles}
+    return {"parameters": renderer.best_parameters(camera, method, triangles, **(options | _PLAIN))}
 
 
 def curve(
@@ -289,7 +297,8 @@ def curve(
     achieved: dict[str, list[dict[str, Any]]] = {method: [] for method in methods}
     for i, triangles in enumerate(budgets):
         for method in methods:
-            achieved[method].append(measured(renderer, camera, method=method, triangles=triangles, **options))
+            detail = detail_of(renderer, camera, method, triangles, **options)
+            achieved[method].append(measured(renderer, camera, method=method, **detail, **options))
         if progress:
             progress((i + 1) / len(budgets))
     return achieved
@@ -322,8 +331,11 @@ def fewest(
     """
 
     def holds(triangles: float) -> dict[str, Any] | None:
-        stats = measured(renderer, camera, method=method, triangles=round(triangles), **options)
-        return dict(stats) if stats["max_error_px"] <= max_error_px else None
+        for detail in renderer.candidates(camera, method, round(triangles), **options):
+            stats = measured(renderer, camera, method=method, **detail, **options)
+            if stats["max_error_px"] <= max_error_px:
+                return dict(stats)
+        return None
 
     low, high = float(FEWEST), float(start)
     while (best := holds(high)) is None:

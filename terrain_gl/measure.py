@@ -124,9 +124,8 @@ class Measurement:
         if seen.any():
             errors = self.errors_m(selection, region).ravel()[seen].astype(np.float64)
             drawn = np.isfinite(errors)
-            px[np.flatnonzero(seen)[drawn]] = screen_shift_px(camera, size, points[seen][drawn], errors[drawn], near_m)[
-                0
-            ]
+            shift, _ = screen_shift_px(camera, size, points[seen][drawn], errors[drawn], near_m)
+            px[np.flatnonzero(seen)[drawn]] = shift
         return px, seen
 
     def release(self) -> None:
