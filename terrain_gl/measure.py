@@ -22,6 +22,7 @@ from .mesh import MeshDraw, MeshDraws
 from .terrain import Terrain
 
 TILE = 2048  # posts a side that are measured at a time
+_BAND = 64  # rows that are looked at together
 Region = tuple[int, int, int, int]
 _FLIPS = ((0, 0), (1, 1), (1, 0), (0, 1))
 
@@ -84,12 +85,12 @@ class Measurement:
         posts = uncovered = 0
         heightmap = self.terrain.heightmap
         for region in _regions(heightmap.cols, heightmap.rows, min(tile, TILE)):
-            px, seen = self._errors_px(selection, region, camera, size, near_m)
-            drawn = px[~np.isnan(px)]
-            uncovered += int(np.count_nonzero(seen)) - len(drawn)
-            posts += len(drawn)
-            largest = max(largest, float(drawn.max(initial=0.0)))
-            total += float(np.square(drawn).sum())
+            for _, px, seen in self._errors_px(selection, region, camera, size, near_m):
+                drawn = px[~np.isnan(px)]
+                uncovered += int(np.count_nonzero(seen)) - len(drawn)
+                posts += len(drawn)
+                largest = max(largest, float(drawn.max(initial=0.0)))
+                total += float(np.square(drawn).sum())
             yield Achieved(largest, float(np.sqrt(total / posts)) if posts else 0.0, posts, uncovered)
 
     def at(
@@ -100,11 +101,10 @@ class Measurement:
         That of the posts around that are in the picture, bilinear; NaN where there are none.
         """
         heightmap = self.terrain.heightmap
-        px = np.empty(heightmap.heights.shape, np.float32)
+        px = np.full(heightmap.heights.shape, np.nan, np.float32)
         for region in _regions(heightmap.cols, heightmap.rows, TILE):
-            x, y, width, height = region
-            errors, _ = self._errors_px(selection, region, camera, size, near_m)
-            px[y : y + height, x : x + width] = errors.reshape(height, width)
+            for (x, y, width, height), errors, _ in self._errors_px(selection, region, camera, size, near_m):
+                px[y : y + height, x : x + width] = errors.reshape(height, width)
         col, row = places.T.astype(np.float64)
         known = np.isfinite(px)
         weight = bilinear(known, col, row)  # posts that are not known share theirs among the others
@@ -115,18 +115,26 @@ class Measurement:
 
     def _errors_px(
         self, selection: Selection, region: Region, camera: Camera, size: tuple[int, int], near_m: float
-    ) -> tuple[np.ndarray, np.ndarray]:
-        """Screen error of a region's posts, row after row, NaN where nothing is drawn; and which are in the picture."""
-        points = posts_of(self.terrain.heightmap, region)
-        _, seen = screen_shift_px(camera, size, points, np.zeros(len(points)), near_m)
-        seen &= np.isfinite(points[:, 2])
-        px = np.full(len(points), np.nan)
-        if seen.any():
-            errors = self.errors_m(selection, region).ravel()[seen].astype(np.float64)
-            drawn = np.isfinite(errors)
-            shift, _ = screen_shift_px(camera, size, points[seen][drawn], errors[drawn], near_m)
-            px[np.flatnonzero(seen)[drawn]] = shift
-        return px, seen
+    ) -> Iterator[tuple[Region, np.ndarray, np.ndarray]]:
+        """Parts of a region that may be in the picture: what the screen error of their posts is, and which are in it.
+
+        Row after row; errors are NaN where nothing is drawn, and outside the picture.
+        """
+        heightmap = self.terrain.heightmap
+        drawn: np.ndarray | None = None
+        for part in _parts_in_picture(heightmap, region, camera, size, near_m):
+            points = posts_of(heightmap, part)
+            _, seen = screen_shift_px(camera, size, points, np.zeros(len(points)), near_m)
+            seen &= np.isfinite(points[:, 2])
+            if not seen.any():
+                continue
+            drawn = self.errors_m(selection, region) if drawn is None else drawn
+            col, row = part[0] - region[0], part[1] - region[1]
+            errors = drawn[row : row + part[3], col : col + part[2]].ravel().astype(np.float64)
+            px = np.full(len(points), np.nan)
+            known = seen & np.isfinite(errors)
+            px[known] = screen_shift_px(camera, size, points[known], errors[known], near_m)[0]
+            yield part, px, seen
 
     def release(self) -> None:
         """Give the GPU's memory back."""
@@ -163,6 +171,35 @@ def _regions(cols: int, rows: int, tile: int) -> Iterator[Region]:
     for x, width in _spans(cols, tile):
         for y, height in _spans(rows, tile):
             yield x, y, width, height
+
+
+def _parts_in_picture(
+    heightmap: Heightmap, region: Region, camera: Camera, size: tuple[int, int], near_m: float
+) -> Iterator[Region]:
+    """Bands of rows, as wide as the picture may reach: outside them no post of the region is in it.
+
+    A side of the picture is a plane n · (p - eye) = d; whatever the heights and the band's rows, it passes no column
+    beyond the one where the most favourable of them lies on it.
+    """
+    x, y, width, height = region
+    right, up, forward = camera.axes
+    tan_x, tan_y = camera.half_extent(size)
+    planes = [(tan_x * forward + right, 0.0), (tan_x * forward - right, 0.0)]
+    planes += [(tan_y * forward + up, 0.0), (tan_y * forward - up, 0.0), (forward, near_m)]
+    (east, north), last = heightmap.spacing_m, heightmap.rows - 1
+    for top in range(y, y + height, _BAND):
+        rows = np.array([top, min(top + _BAND, y + height) - 1])
+        first, end = float(x), float(x + width)
+        for n, d in planes:
+            most = max(n[1] * (last - rows) * north) + max(n[2] * np.array(heightmap.range_m)) - n @ camera.eye - d
+            if n[0] == 0:
+                end = end if most >= 0 else first
+            elif n[0] > 0:
+                first = max(first, np.floor(-most / (n[0] * east)) - 1)
+            else:
+                end = min(end, np.ceil(-most / (n[0] * east)) + 2)
+        if first < end:
+            yield int(first), top, int(end - first), int(rows[1] - rows[0]) + 1
 
 
 def _spans(n: int, tile: int) -> Iterator[tuple[int, int]]:

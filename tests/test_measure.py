@@ -7,9 +7,10 @@ from hypothesis import strategies as st
 from maps import LARGE_REAL, MAPS, REAL, SIZE, SMALL_REAL, Scene, cameras, plane, rough
 
 import terrain_gl as tg
-from terrain_gl.camera import Camera
+from terrain_gl.camera import Camera, screen_shift_px
 from terrain_gl.heightmap import Heightmap
 from terrain_gl.holes import count_holes
+from terrain_gl.measure import _parts_in_picture, posts_of
 
 ASKED_PX = (0.5, 1.0, 2.0, 4.0)
 METRICS = ("max", "rms")
@@ -213,3 +214,17 @@ def test_slit_in_the_picture_is_counted_and_the_sky_is_not(ctx):
     slit[row, col - 15 : col + 15] = False
     assert holes(slit) == 30
     renderer.release()
+
+
+@pytest.mark.parametrize("name", MAPS)
+def test_no_post_in_the_picture_is_outside_the_parts_that_are_measured(name):
+    heightmap = MAPS[name]()
+    points = posts_of(heightmap, (0, 0, heightmap.cols, heightmap.rows))
+    for view, camera in cameras(heightmap).items():
+        _, seen = screen_shift_px(camera, SIZE, points, np.zeros(len(points)), 1.0)
+        outside = (seen & np.isfinite(points[:, 2])).reshape(heightmap.rows, heightmap.cols)
+        parts = list(_parts_in_picture(heightmap, (0, 0, heightmap.cols, heightmap.rows), camera, SIZE, 1.0))
+        for x, y, width, height in parts:
+            assert width > 0 and x >= 0 and x + width <= heightmap.cols
+            outside[y : y + height, x : x + width] = False
+        assert not outside.any(), view
