@@ -331,7 +331,7 @@ def fewest(
     """
 
     def holds(triangles: float) -> dict[str, Any] | None:
-        for detail in renderer.candidates(camera, method, round(triangles), **options):
+        for detail in _details(renderer, camera, method, round(triangles), options.get("near_m")):
             stats = measured(renderer, camera, method=method, **detail, **options)
             if stats["max_error_px"] <= max_error_px:
                 return dict(stats)
@@ -366,6 +366,15 @@ def _seen_part(heightmap: Heightmap, camera: Camera, size: tuple[int, int], near
     left = min(west for _, west, _ in seen) // _BLOCK * _BLOCK
     right = max(east for _, _, east in seen) // _BLOCK * _BLOCK + _BLOCK + 1
     return slice(first, min(last, heightmap.rows)), slice(int(left), int(min(right, heightmap.cols)))
+
+
+def _details(
+    renderer: Renderer, camera: Camera, method: str, triangles: int, near_m: float | None
+) -> list[dict[str, Any]]:
+    """Options, each of which gives a method so many triangles."""
+    if method not in RIVALS:
+        return [{"triangles": triangles}]
+    return [{"parameters": parameters} for parameters in renderer.candidates(camera, method, triangles, near_m)]
 
 
 def part(progress: Progress | None, i: int, parts: int) -> Progress | None:

@@ -351,13 +351,14 @@ class Renderer:
         options
             Other fields of `Drawing`, by name.
         """
-        near_m = options.get("near_m") or NEAR * min(self.heightmap.spacing_m)
-        tried = self._candidates(camera, method, near_m, triangles)
+        tried = self.candidates(camera, method, triangles, options.get("near_m"))
         errors = [self._rms_px(camera, method=method, parameters=each, **options) for each in tried]
         return tried[int(np.argmin(errors))]
 
     @_in_own_context
-    def _candidates(self, camera: Camera, method: str, near_m: float, triangles: int) -> list[Parameters]:
+    def candidates(self, camera: Camera, method: str, triangles: int, near_m: float | None = None) -> list[Parameters]:
+        """Parameters with which a rival draws about so many triangles, the most promising first."""
+        near_m = near_m or NEAR * min(self.heightmap.spacing_m)
         return cast(list[Parameters], self.rivals.of(method).candidates(camera, self.size, near_m, triangles))
 
     def _rms_px(self, camera: Camera, **options: Any) -> float:

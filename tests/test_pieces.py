@@ -76,6 +76,16 @@ def test_a_picture_in_pieces_is_the_picture_in_one(heightmap, small_pieces, styl
     assert parts.stats["triangles"] == whole.stats["triangles"]
 
 
+@pytest.mark.parametrize("method", ["clipmap", "tessellated", "full"])
+def test_other_methods_keep_their_mesh_in_pieces(heightmap, small_pieces, method):
+    camera = tg.Camera.default(heightmap)
+    with tg.Renderer(heightmap, SIZE) as r:
+        whole = r.render(camera, method=method)
+        parts = r.render_large(camera, SIZE, method=method)
+    assert (np.abs(whole.image.astype(int) - parts.image).max(-1) > 1).mean() <= OUTLIERS
+    assert parts.stats["triangles"] == whole.stats["triangles"]
+
+
 def test_a_size_beyond_the_renderers_own(heightmap, small_pieces):
     camera = tg.Camera.default(heightmap)
     done = []
