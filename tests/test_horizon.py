@@ -189,7 +189,7 @@ def test_an_edit_makes_the_tables_that_a_new_map_has(ctx, keep):
     edited, fresh = (keep(Visibility(t, AXES, SHARPNESS)) for t in (terrain, other))
     sun = towards_sun(250, 15)
     edited.follow(sun)
-    edited.update(terrain.edit(Heightmap(after, 20.0)))
+    edited.update(terrain.edit(40, 20, after[20:30, 40:45]))
     edited.follow(sun)
     fresh.follow(sun)
     assert np.array_equal(edited.sky.read(), fresh.sky.read())

@@ -1,0 +1,64 @@
+// prefilter/frame.glsl — the frame in which other ways to prefilter normals are compared with ours: the same footprint,
+// albedo, sky, air and tone. Theirs are the normal, its spread, and the sun's visibility, from mipmaps.
+//   Mipmaps are square: a long footprint takes several looks along its length, as graphics hardware does (McCormack et al.
+//   1999, "Feline: fast elliptical lines for anisotropic texture mapping").
+// The includer gives lit_by_rival(). Provides Mips, mips_over(), sunlit().
+
+#include "shade/samples.glsl"
+#include "light/lit.glsl"
+#include "light/air.glsl"
+#include "shade/tone.glsl"
+
+layout(binding = 7) uniform sampler2D u_normals;
+layout(binding = 8) uniform sampler2D u_slopes;
+layout(binding = 9) uniform sampler2D u_products;
+
+#define MOST_LOOKS 8
+
+struct Mips {
+    vec3 normal;   // mean of unit normals
+    float sun;     // mean of what is to be seen of the sun
+    vec2 slope;    // mean, and the covariance around it: xx, yy, xy
+    vec3 spread;
+};
+
+Mips mips_over(Ground g, float scale) {
+    float long_ = length(g.along), wide = max(g.extent.x * g.extent.y / max(long_, 1e-6), 1e-6);
+    wide = min(wide, long_);
+    int looks = clamp(int(ceil(long_ / wide)), 1, MOST_LOOKS);
+    float level = log2(max(scale * max(wide, long_ / float(looks)), 1.0));
+    vec4 n = vec4(0.0), s = vec4(0.0);
+    float xy = 0.0;
+    for (int i = 0; i < looks; i++) {
+        vec2 at = (g.post + g.along * ((float(i) + 0.5) / float(looks) - 0.5)) / vec2(u_last_post);
+        n += textureLod(u_normals, at, level) / float(looks);
+        s += textureLod(u_slopes, at, level) / float(looks);
+        xy += textureLod(u_products, at, level).x / float(looks);
+    }
+    vec3 spread = vec3(max(s.zw - s.xy * s.xy, 0.0), xy - s.x * s.y);
+    return Mips(n.xyz, n.w, s.xy, spread);
+}
+
+Lit lit_by_rival(Ground g);
+
+// A footprint of one normal: what the sun and the sky's lobes send it.
+Lit lit_as_one(Ground g, vec3 normal, float sharpness, float sun_seen) {
+    Lit l;
+    l.lobe = merged_ground(g);
+    l.lobe.normal = normal;
+    l.lobe.r = mean_length(sharpness) * normal;
+    l.unshadowed = max(dot(normal, u_sun.axis), 0.0);
+    l.sun = sun_seen * l.unshadowed;
+    add_sky(l, g);
+    return l;
+}
+
+// Roughness of the cover alone, as a lobe of half-vectors.
+float cover_sharpness(Ground g) { return sharpness_of_roughness(material_of(g.post, g.extent, g.fine).roughness); }
+
+vec3 ground_colour(Ground g, int sample_) {
+    vec3 light = outgoing_light(g, lit_by_rival(g));
+    return tone_mapped(u_exposure * hazed(light, -g.towards_eye, g.distance_m));
+}
+
+vec3 sky_colour(vec3 direction) { return tone_mapped(u_exposure * (sky_light(direction) + sun_disc(direction))); }

@@ -1,0 +1,54 @@
+// prefilter/leadr.frag — mipmaps of slopes and of their products: a Gaussian of slopes under each footprint.
+//   Dupuy et al. 2013, "Linear efficient antialiased displacement and reflectance mapping". Of all slopes s with mean μ and
+//   covariance Σ, the eye sees each facet by its projected area, (o·n)/n_z = o_z − o_h·s where that is positive (their
+//   equation 6; masking is the same factor for all of them and cancels):
+//     diffuse    Σ w(s) max(n·l, 0) / Σ w(s), by 7 × 7 points of a Gauss-Hermite rule instead of their random ones
+//     specular   as a lobe of the covariance's mean width added to the cover's own roughness
+
+#include "prefilter/frame.glsl"
+
+out vec4 out_colour;
+
+const float AT[7] = float[7](-3.750439718, -2.366759411, -1.154405395, 0.0, 1.154405395, 2.366759411, 3.750439718);
+const float WEIGHT[7] = float[7](5.48268856e-4, 3.07571240e-2, 0.240123179, 0.457142857, 0.240123179, 3.07571240e-2, 5.48268856e-4);
+
+struct Facets {
+    vec3 normal[49];
+    float weight[49];
+};
+
+Facets facets_of(Mips m, vec3 o) {
+    Facets f;
+    float a = sqrt(max(m.spread.x, 1e-12)), b = m.spread.z / a, c = sqrt(max(m.spread.y - b * b, 0.0));  // Cholesky
+    float total = 1e-6;
+    for (int i = 0; i < 49; i++) {
+        vec2 x = vec2(AT[i % 7], AT[i / 7]), s = m.slope + vec2(a * x.x, b * x.x + c * x.y);
+        f.normal[i] = normalize(vec3(-s, 1.0));
+        f.weight[i] = WEIGHT[i % 7] * WEIGHT[i / 7] * max(o.z - dot(o.xy, s), 0.0);
+        total += f.weight[i];
+    }
+    for (int i = 0; i < 49; i++) f.weight[i] /= total;
+    return f;
+}
+
+Lit lit_by_rival(Ground g) {
+    Mips m = mips_over(g, 1.0);
+    Facets f = facets_of(m, g.towards_eye);
+    vec3 normal = vec3(0.0);
+    float sun = 0.0;
+    for (int i = 0; i < 49; i++) {
+        normal += f.weight[i] * f.normal[i];
+        sun += f.weight[i] * max(dot(f.normal[i], u_sun.axis), 0.0);
+    }
+    Lit l;
+    l.lobe = merged_ground(g);
+    l.lobe.normal = normal;
+    float width = 1.0 / cover_sharpness(g) + 0.5 * (m.spread.x + m.spread.y);  // κ is one over the variance of slopes
+    l.lobe.r = mean_length(1.0 / width) * normal_of(m.slope);
+    l.unshadowed = sun;
+    l.sun = m.sun * sun;
+    add_sky(l, g);
+    return l;
+}
+
+void main() { out_colour = vec4(srgb_encoded(pixel_colour()), 1.0); }

@@ -1,0 +1,84 @@
+// truth/light.frag — outgoing radiance by brute force (A.2), of the one place that this pixel sees. Pixels are drawn many
+// to one, and averaged: nothing here is prefiltered, fitted, or looked up in a table.
+//   Sun: a disc of its angular size. Sky: the dome itself, sampled by the cosine. Visibility: rays through the map's own
+//   ground. Material: Lambert's cosine, and the half-vector lobe that B.1 merges, sampled as it is.
+// Where land hides the sky, that land is seen: of the same light that the fitted lobes have there.
+
+#include "shade/samples.glsl"
+#include "light/lobes.glsl"
+#include "light/air.glsl"
+#include "truth/ground.glsl"
+#include "truth/random.glsl"
+
+#ifndef RAYS
+#define RAYS 8  // to the sky for the cosine, and half as many for the mirror
+#endif
+
+uniform int u_run;
+uniform float u_sun_disc;  // its angular radius, radians
+uniform vec3 u_hidden;     // radiance of land in front of the sky
+
+out vec4 out_colour;
+
+vec3 ground_colour(Ground g, int sample_) { return vec3(0.0); }
+vec3 sky_colour(vec3 direction) { return vec3(0.0); }
+
+struct Place {
+    vec2 post;
+    float height_m;
+    vec3 normal, towards_eye;
+    Material material;
+    float distance_m;
+};
+
+Place place_at(vec2 post) {
+    float h = ground_m(post);
+    vec2 slope = slope_of_ground(post);
+    vec3 from_eye = place_from_eye_m(post, h);
+    float distance_m = max(length(from_eye), 1e-6);
+    return Place(post, h, normal_of(slope), -from_eye / distance_m, material_of(post, vec2(0.2), Relief(h, slope)), distance_m);
+}
+
+vec3 radiance_from(Place p, vec3 direction) { return sees(p.post, p.height_m, direction) ? sky_light(direction) : u_hidden; }
+
+vec3 sun_irradiance_at(Place p) {  // of ground that faces it
+    vec3 towards = in_disc(u_sun.axis, u_sun_disc, vec2(random_unit(), random_unit()));
+    bool seen = dot(p.normal, towards) > 0.0 && sees(p.post, p.height_m, towards);
+    return seen ? u_sun.amplitude * u_sun.integral : vec3(0.0);
+}
+
+vec3 sky_radiance(Place p) {  // of white ground
+    vec3 sum = vec3(0.0);
+    vec2 shift = vec2(random_unit(), random_unit());
+    for (int i = 0; i < RAYS; i++) sum += radiance_from(p, cosine_weighted(p.normal, point_of(i, shift)));
+    return sum / float(RAYS);
+}
+
+vec3 mirrored_radiance(Place p, vec3 sun, float k) {
+    vec3 h = normalize(p.towards_eye + u_sun.axis), sum = vec3(0.0);
+    float density = k / (2.0 * PI * (1.0 - exp(-2.0 * k))) * exp(k * (dot(h, p.normal) - 1.0)) / (4.0 * max(dot(h, p.towards_eye), 0.05));
+    vec2 shift = vec2(random_unit(), random_unit());
+    for (int i = 0; i < RAYS / 2; i++) {
+        vec3 half_ = vmf_weighted(p.normal, k, point_of(i, shift)), direction = reflect(-p.towards_eye, half_);
+        sum += dot(direction, p.normal) > 0.0 ? radiance_from(p, direction) : u_hidden;
+    }
+    return sun * density + sum / float(RAYS / 2);
+}
+
+vec3 outgoing_radiance(Place p) {
+    float k = sharpness_of_roughness(p.material.roughness), f = schlick(dot(p.normal, p.towards_eye), p.material.roughness);
+    vec3 sun = sun_irradiance_at(p), matt = sun * max(dot(p.normal, u_sun.axis), 0.0) / PI + sky_radiance(p);
+    return mix(p.material.albedo * matt, mirrored_radiance(p, sun, k), f);
+}
+
+void main() {
+    vec2 post = post_of_sample(0);
+    if (is_sky(post)) {
+        vec3 direction = view_ray();
+        out_colour = vec4(sky_light(direction) + sun_disc(direction), 0.0);
+        return;
+    }
+    seed_random(ivec2(picture_px(gl_FragCoord) * 64.0), u_run);
+    Place p = place_at(post);
+    out_colour = vec4(hazed(outgoing_radiance(p), -p.towards_eye, p.distance_m), 1.0);
+}

@@ -1,0 +1,107 @@
+"""Ground truth for light: outgoing radiance by brute force (A.2), to which shading is compared.
+
+Every pixel is drawn as many, on the full-resolution mesh; each of those is lit at the one place that it sees, by the
+true cosine and material, by the sun's disc and the sky itself, through rays that march the map (glsl/truth/light.frag).
+Slow: for small pictures.
+"""
+
+from __future__ import annotations
+
+import math
+from collections.abc import Callable
+
+import numpy as np
+
+from .camera import Camera
+from .drawing import Drawing
+from .image import srgb_from_linear
+from .light import SUN_RADIUS_DEG
+from .pieces import cut
+from .renderer import Renderer
+from .lighting import exposure
+from .sky import dome
+
+WHITE = 2.2  # glsl/shade/tone.glsl
+
+
+def render_light_truth(
+    renderer: Renderer,
+    camera: Camera,
+    size: tuple[int, int] = (160, 90),
+    fine: int = 8,
+    drawing: Drawing | None = None,
+    progress: Callable[[float], None] | None = None,
+) -> np.ndarray:
+    """Draw the truth of a shaded picture.
+
+    Parameters
+    ----------
+    size
+        Width and height in pixels.
+    fine
+        Places that are lit for each pixel, along a side; each sends 8 rays to the sky, 1 to the sun, 4 to mirrors.
+    drawing
+        Sun, sky and material as there; its method and tolerance do not matter.
+    progress
+        Told the share that is done.
+
+    Returns
+    -------
+    image
+        (height, width, 4) uint8 sRGB, first row on top.
+    """
+    drawing = drawing or Drawing()
+    shot = renderer._select(camera, size, Drawing(method="full", near_m=drawing.near_m))
+    parts = cut(size, fine, largest=256)
+    image = np.empty((size[1], size[0], 4), np.uint8)
+    for i, piece in enumerate(parts):
+        picture = renderer.picture
+        if picture.size != piece.drawn_size:
+            picture.resize(piece.drawn_size)
+        shot.selection.surface.view.crop(piece)
+        picture.see(shot.selection)
+        picture.light(camera, drawing.look)
+        sky = picture.lighting.sky
+        assert sky
+        directions, weights = dome(*sky.radiance.shape[:2])
+        below = directions[:, 2] < 0
+        hidden = np.average(sky.radiance.reshape(-1, 3)[below], axis=0, weights=weights[below])
+        uniforms = {"hidden": tuple(hidden), "sun_disc": math.radians(SUN_RADIUS_DEG), "run": i}
+        light = picture.note("truth/light.frag", 4, "f4", **uniforms)
+        image[piece.rows, piece.cols] = developed(light, fine, exposure(sky))
+        if progress:
+            progress((i + 1) / len(parts))
+    return image
+
+
+def developed(light: np.ndarray, fine: int, gain: float) -> np.ndarray:
+    """Average fine × fine pixels of light, land and sky apart, and show them as the renderer does.
+
+    Parameters
+    ----------
+    light
+        (fine · height, fine · width, 4) radiance; the last is 1 for land, 0 for sky.
+    gain
+        What light is multiplied by, as `lighting.exposure` says.
+
+    Returns
+    -------
+    image
+        (height, width, 4) uint8 sRGB.
+    """
+    blocks = light.reshape(light.shape[0] // fine, fine, light.shape[1] // fine, fine, 4).astype(np.float64)
+    land = blocks[..., 3:]
+    share = land.mean((1, 3))
+    of_land = (blocks[..., :3] * land).sum((1, 3)) / np.maximum(land.sum((1, 3)), 1)
+    of_sky = (tone_mapped(gain * blocks[..., :3]) * (1 - land)).mean((1, 3))
+    shown = srgb_from_linear(share * tone_mapped(gain * of_land) + of_sky)
+    return np.concatenate([shown, np.full_like(shown[..., :1], 255)], -1)
+
+
+def tone_mapped(light: np.ndarray) -> np.ndarray:
+    """The curve of glsl/shade/tone.glsl (Reinhard et al. 2002), (..., 3) to 0 to 1."""
+    luminance = light @ np.array([0.2126, 0.7152, 0.0722])
+    shown = luminance * (1 + luminance / WHITE**2) / (1 + luminance)
+    by_luminance = light * (shown / np.maximum(luminance, 1e-6))[..., None]
+    by_channel = light * (1 + light / WHITE**2) / (1 + light)
+    return np.clip(by_luminance + 0.35 * (by_channel - by_luminance), 0, 1)

@@ -1,0 +1,73 @@
+"""Other ways to prefilter normals, to compare ours with, each in our own frame (glsl/prefilter/frame.glsl).
+
+point     no prefilter: the normal at the footprint's middle
+mip       mipmaps of normals, unit length again after the lookup
+toksvig   the same, and what they lost of their length widens the highlight (Toksvig 2005)
+leadr     mipmaps of slopes and their products: Gaussians of slopes, seen by projected area (Dupuy et al. 2013)
+"""
+
+from __future__ import annotations
+
+from typing import Any
+
+import moderngl
+
+from . import shaders
+from .horizon import SUN_RADIUS, Sweep, horizon_texture, lattice_direction, sun_uniforms
+from .shade import Look, Picture
+
+RIVALS = ("point", "mip", "toksvig", "leadr")
+_FIRST_UNIT = 7
+
+
+class Mipmaps:
+    """Mipmaps of normals, slopes, their products and the sun's visibility, for one sun."""
+
+    def __init__(self, picture: Picture) -> None:
+        self.ctx, self.terrain = picture.ctx, picture.levels.terrain
+        size = self.terrain.heightmap.cols - 1, self.terrain.heightmap.rows - 1
+        self._record: Any = shaders.compute(self.ctx, "prefilter/record.comp")
+        self._sweep, self._horizon = Sweep(self.terrain), horizon_texture(self.terrain, 1)
+        self.textures = [self._texture(size) for _ in range(3)]
+
+    def follow(self, sun: tuple[float, float, float], radius: float = SUN_RADIUS) -> None:
+        """Record all cells for a sun, a unit vector and its angular radius, and average them."""
+        towards = lattice_direction(sun, self.terrain.heightmap.spacing_m)
+        self._sweep.run(towards, self._horizon)
+        self.terrain.bind()
+        self._horizon.use(2)
+        for unit, texture in enumerate(self.textures):
+            texture.bind_to_image(unit, read=False, write=True)
+        for name, value in sun_uniforms(sun, radius).items():
+            self._record[name] = value
+        self._record["u_towards"] = towards
+        self._record.run(-(-self.textures[0].width // 64), self.textures[0].height)
+        self.ctx.memory_barrier(moderngl.TEXTURE_FETCH_BARRIER_BIT | moderngl.TEXTURE_UPDATE_BARRIER_BIT)
+        for texture in self.textures:
+            texture.build_mipmaps()
+
+    def bind(self) -> None:
+        """Make them visible to the shaders of glsl/prefilter."""
+        for unit, texture in enumerate(self.textures, _FIRST_UNIT):
+            texture.use(unit)
+
+    def release(self) -> None:
+        """Give the GPU's memory back."""
+        for resource in (self._record, self._sweep, self._horizon, *self.textures):
+            resource.release()
+
+    def _texture(self, size: tuple[int, int]) -> moderngl.Texture:
+        texture = self.ctx.texture(size, 4, dtype="f4")
+        texture.build_mipmaps()
+        texture.filter = (moderngl.LINEAR_MIPMAP_LINEAR, moderngl.LINEAR)
+        texture.repeat_x = texture.repeat_y = False
+        return texture
+
+
+def shade_as(rival: str, picture: Picture, mipmaps: Mipmaps, camera: Any, look: Look) -> None:
+    """Colour what `Picture.see` saw by one of `RIVALS`."""
+    picture.light(camera, look)
+    sun = tuple(float(v) for v in picture.lighting.sky.sun["axis"])  # type: ignore[union-attr]
+    mipmaps.follow(sun)
+    mipmaps.bind()
+    picture.colour(f"prefilter/{rival}.frag")
