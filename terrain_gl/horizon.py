@@ -25,6 +25,7 @@ BATCH = 4  # azimuths that are folded at once
 TEXEL = 3  # cells a side of the sky's texels
 FOLD_ROWS = 64  # of texels that are folded between two breaths of `SkyVisibility.building`
 SINES, COSINES = 64, 64  # steps of the tables over the horizon's sine and over n · axis
+SUN_LAYERS, SUN_STEPS = 5, 8191  # glsl/horizon/blocks.glsl
 FULL = 4095  # a share of 1: sums of 2^20 texels fit a word
 SUN_RADIUS = math.radians(0.2665)
 HULL_BYTES = 2**26  # scratch memory of a sweep, at most
@@ -152,11 +153,11 @@ class SunVisibility:
 
     def __init__(self, terrain: Terrain) -> None:
         self.ctx, self.terrain = terrain.ctx, terrain
-        self.table = Table(terrain.heightmap.cols - 1, terrain.heightmap.rows - 1)
+        self.table = Table(terrain.heightmap.cols // 2, terrain.heightmap.rows // 2, SUN_LAYERS)
         self.horizon = horizon_texture(terrain, 1)
         self.buffer = gl.reserve(self.ctx, 4 * self.table.words, "a table of sunlight")
         self._sweep, self._sat = Sweep(terrain), SummedAreaTables(self.ctx, 32)
-        self._sunlit: Any = shaders.compute(self.ctx, "horizon/sunlit.comp", {"FULL": f"{FULL}.0"})
+        self._sunlit: Any = shaders.compute(self.ctx, "horizon/sunlit.comp")
         self.towards: Direction = (1.0, 0.0)
 
     def build(self, sun: Vector, radius: float = SUN_RADIUS) -> None:
@@ -174,9 +175,9 @@ class SunVisibility:
         self._sat.build(self.buffer, self.table)
 
     def read(self) -> np.ndarray:
-        """(rows, cols) sunlight that cells get, 1 where the ground faces the whole sun, taken out of the sums."""
-        sums = self._sat.read(self.buffer, self.table)[0]
-        return np.diff(np.diff(np.pad(sums, ((1, 0), (1, 0))), axis=0), axis=1) / FULL
+        """(5, rows, cols) means over blocks of 2 × 2 cells, taken out of the sums: see glsl/horizon/sunlit.comp."""
+        sums = self._sat.read(self.buffer, self.table).view("i4")
+        return np.diff(np.diff(np.pad(sums, ((0, 0), (1, 0), (1, 0))), axis=1), axis=2) / SUN_STEPS
 
     def release(self) -> None:
         """Give the GPU's memory back."""

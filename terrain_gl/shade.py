@@ -146,12 +146,21 @@ class Picture:
             look = replace(look, style="lambert")
         if look.style in _LIT:
             self.lighting.describe(self._haze_m(camera), look.water_m)
-        self._fill(self._screen, f"shade/{look.style}.frag", sun=towards_sun(*look.sun))
+        self.colour(f"shade/{look.style}.frag", sun=towards_sun(*look.sun))
         if look.wires and look.style != "wireframe":
             self.ctx.enable(moderngl.BLEND)
             self.ctx.blend_func = moderngl.SRC_ALPHA, moderngl.ONE_MINUS_SRC_ALPHA
             self._fill(self._screen, "shade/wires.frag")
             self.ctx.disable(moderngl.BLEND)
+
+    def light(self, camera: Camera, look: Look = PLAIN) -> None:
+        """Make what a look is lit with, if it is not there yet."""
+        self.lighting.follow(look.sun, look.sky, look.material)
+        self.lighting.describe(self._haze_m(camera), look.water_m)
+
+    def colour(self, fragment: str, **uniforms: Any) -> None:
+        """Colour every pixel of the picture by a fragment shader."""
+        self._fill(self._screen, fragment, **uniforms)
 
     def read(self) -> np.ndarray:
         """(height, width, 4) uint8 sRGB, first row on top."""
@@ -164,17 +173,17 @@ class Picture:
 
     def coverage(self) -> np.ndarray:
         """(height, width) bool, first row on top: the surface covers all of the pixel's samples."""
-        return self._note("shade/coverage.frag", 1, "u1")[..., 0] == self.samples
+        return self.note("shade/coverage.frag", 1, "u1")[..., 0] == self.samples
 
     def sky_share(self) -> np.ndarray:
         """(height, width) float32, first row on top: how much of each pixel is sky, 0 to 1."""
-        return 1 - self._note("shade/coverage.frag", 1, "u1")[..., 0] / np.float32(self.samples)
+        return 1 - self.note("shade/coverage.frag", 1, "u1")[..., 0] / np.float32(self.samples)
 
     def places(self) -> np.ndarray:
         """(samples, height, width, 2) float32, first row on top: column and row of the map; negative for the sky."""
-        return np.stack([self._note("shade/places.frag", 2, "f4", sample=i) for i in range(self.samples)])
+        return np.stack([self.note("shade/places.frag", 2, "f4", sample=i) for i in range(self.samples)])
 
-    def _note(self, fragment: str, components: int, dtype: str, **uniforms: Any) -> np.ndarray:
+    def note(self, fragment: str, components: int, dtype: str, **uniforms: Any) -> np.ndarray:
         """What a fragment shader says of every pixel: (height, width, components), first row on top."""
         texture = self.ctx.texture(self.size, components, dtype=dtype)
         target = self.ctx.framebuffer([texture])

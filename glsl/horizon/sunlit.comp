@@ -1,26 +1,38 @@
-// horizon/sunlit.comp — the sunlight that each cell gets, ready to be summed: share of the disc times cosine.
-//   Their product is stored, not each for itself: slopes that turn away from the sun are the ones in shadow, and the mean
-//   of a product is not the product of means. Python twin: reference.sunlit
+// horizon/sunlit.comp — the sunlight that the ground gets, ready to be summed: means over blocks of 2 × 2 cells.
+//   Summed are, signed, in words that wrap:
+//     0     E = V ⟨n, sun⟩        share of the disc times cosine
+//     1, 2  E s                   and times the slope, east and north: how E goes with the slope
+//     3, 4  s
+//   Products are stored, for the mean of a product is not the product of means: slopes that turn away from the sun are the
+//   ones in shadow, and an eye sees more of slopes that face it. Python twin: reference.sunlit
 
 #include "horizon/lines.glsl"
 #include "horizon/cell.glsl"
 #include "horizon/disc.glsl"
-
-#ifndef FULL
-#define FULL 4095.0
-#endif
+#include "horizon/blocks.glsl"
 
 layout(local_size_x = 64) in;
 layout(binding = 2) uniform sampler2DArray u_horizons;
-layout(std430, binding = 0) writeonly buffer Sunlit { uint sunlit[]; };
+layout(std430, binding = 0) writeonly buffer Sunlit { int sunlit[]; };
 
 uniform vec2 u_towards;
 uniform vec3 u_sun;
 
 void main() {
-    ivec2 cell = ivec2(gl_GlobalInvocationID.xy);
-    if (cell.x >= u_last_post.x) return;
-    float share = disc_share(sine_of(record_near(u_horizons, 0, u_towards, vec2(cell) + 0.5)), 0.0);
-    float light = share * max(dot(normal_of_cell(cell), u_sun), 0.0);
-    sunlit[cell.y * u_last_post.x + cell.x] = uint(round(FULL * light));
+    ivec2 at = ivec2(gl_GlobalInvocationID.xy), blocks = sun_blocks();
+    if (at.x >= blocks.x) return;
+    float sum[SUN_LAYERS] = float[SUN_LAYERS](0.0, 0.0, 0.0, 0.0, 0.0), cells = 0.0;
+    for (int k = 0; k < 4; k++) {
+        ivec2 cell = 2 * at + ivec2(k & 1, k >> 1);
+        if (any(greaterThanEqual(cell, u_last_post))) continue;
+        vec3 n = normal_of_cell(cell);
+        vec2 slope = clamp(-n.xy / n.z / STEEPEST, -1.0, 1.0);
+        float share = disc_share(sine_of(record_near(u_horizons, 0, u_towards, vec2(cell) + 0.5)), 0.0);
+        float light = share * max(dot(n, u_sun), 0.0);
+        float values[SUN_LAYERS] = float[SUN_LAYERS](light, light * slope.x, light * slope.y, slope.x, slope.y);
+        for (int i = 0; i < SUN_LAYERS; i++) sum[i] += values[i];
+        cells += 1.0;
+    }
+    for (int i = 0; i < SUN_LAYERS; i++)
+        sunlit[(i * blocks.y + at.y) * blocks.x + at.x] = int(round(sum[i] / cells * SUN_STEPS));
 }

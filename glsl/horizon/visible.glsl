@@ -1,12 +1,12 @@
 // horizon/visible.glsl — how much of each light a footprint sees: the lookups of horizon.py's tables.
 //   sky_visible     mean of V_l over the footprint, weighted by the cosine                 (A.5, with horizon/fold.comp)
 //   sun_irradiance  mean of V · ⟨n, sun⟩: what the sun sends the ground, 1 for ground that faces it
-//   sun_visible     V alone, for lobes other than the cosine's: irradiance over what it would be without shadows
-// Footprints are boxes in posts. S between texels is bilinear, as in shade/relief.glsl, and means are continuous. Below a
-// few posts the sun's horizon is looked up instead, bilinear in its angle: the rim of a shadow is as sharp as the sun.
+// Footprints are boxes in posts, or a row of them. S between texels is bilinear, as in shade/relief.glsl, and means are
+// continuous. Below a few posts the sun's horizon is looked up instead, bilinear in its angle: the rim of a shadow is as sharp as the sun.
 
 #include "horizon/lines.glsl"
 #include "horizon/disc.glsl"
+#include "horizon/blocks.glsl"
 
 #ifndef LOBES
 #define LOBES 4
@@ -16,7 +16,7 @@
 #define LARGEST_SUM_POSTS 1000.0  // 2^20 texels of 12 bits are exact
 
 layout(std430, binding = 4) readonly buffer Shares { uint share[]; };
-layout(std430, binding = 5) readonly buffer Sunlit { uint sunlit[]; };
+layout(std430, binding = 5) readonly buffer Sunlit { uint sunlit[]; };  // signed: sunlit.comp
 layout(binding = 4) uniform sampler2DArray u_sun_horizon;
 
 uniform vec2 u_sun_towards;
@@ -24,7 +24,10 @@ uniform vec2 u_sun_towards;
 // All bits where a sum is stored, none on the rim, where it is 0: a mask, for branches cost more than words.
 uint inside_of(int x, int y) { return ~uint((x - 1 | y - 1) >> 31); }
 
-uint sunlit_at(int layer, int x, int y) { return sunlit[max(y - 1, 0) * u_last_post.x + max(x - 1, 0)] & inside_of(x, y); }
+uint sunlit_at(int layer, int x, int y) {
+    ivec2 size = sun_blocks();
+    return sunlit[(layer * size.y + max(y - 1, 0)) * size.x + max(x - 1, 0)] & inside_of(x, y);
+}
 
 ivec2 share_texels() { return (u_last_post - 1) / TEXEL + 1; }
 
@@ -45,11 +48,11 @@ uint share_at(int layer, int x, int y) {
             uint west = sum_at(layer, x[0], y[j]);                                                \
             uvec4 sums = uvec4(0u, sum_at(layer, x[1], y[j]) - west, sum_at(layer, x[2], y[j]) - west, sum_at(layer, x[3], y[j]) - west); \
             if (j == 0) first = sums;                                                             \
-            vec4 s = vec4(sums - first);                                                          \
+            vec4 s = vec4(ivec4(sums - first));                                                     \
             rows[j] = mix(s.z, s.w, fract(c.x)) - s.y * fract(a.x);                               \
         }                                                                                         \
         float total = mix(rows.z, rows.w, fract(c.y)) - rows.y * fract(a.y);                      \
-        return total / ((c.x - a.x) * (c.y - a.y)) / FULL;                                        \
+        return total / ((c.x - a.x) * (c.y - a.y));                                               \
     }
 
 BOX_MEAN(mean_sunlit, sunlit_at)
@@ -63,24 +66,28 @@ vec4 box_of(vec2 post, vec2 extent, float least) {
 
 float sky_visible(int lobe, vec2 post, vec2 extent) {
     vec4 box = box_of(post, extent, 1.5 * float(TEXEL)) / float(TEXEL);
-    return mean_share(lobe, box.xy, min(box.zw, vec2(share_texels())), share_texels());
+    return mean_share(lobe, box.xy, min(box.zw, vec2(share_texels())), share_texels()) / FULL;
 }
 
 float sun_share(vec2 post) { return disc_share(sine_of(record_near(u_sun_horizon, 0, u_sun_towards, post)), 0.0); }
 
-// cosine: ⟨n, sun⟩ of the footprint where it is small
-float sun_irradiance(vec2 post, vec2 extent, float cosine) {
-    float blend = smoothstep(1.5, 3.0, max(extent.x, extent.y)), near = 0.0, far = 0.0;
-    if (blend < 1.0) near = sun_share(post) * max(cosine, 0.0);
-    if (blend > 0.0) {
-        vec4 box = box_of(post, extent, 1.0);
-        far = mean_sunlit(0, box.xy, box.zw, u_last_post);
+// Of facets of slope s the eye sees the weight 1 − lean · (s − s̄): see lean_of(). E is then its mean, less what it goes
+// with the slope: Ē − lean · (mean of E s − Ē s̄).
+float sun_over(vec2 post, vec2 extent, vec2 along, int pieces, vec2 lean) {
+    float mean[SUN_LAYERS] = float[SUN_LAYERS](0.0, 0.0, 0.0, 0.0, 0.0);
+    for (int i = 0; i < pieces; i++) {
+        vec2 middle = post + along * ((float(i) + 0.5) / float(pieces) - 0.5);
+        vec4 box = 0.5 * box_of(middle, extent, 2.0);
+        for (int k = 0; k < SUN_LAYERS; k++) mean[k] += mean_sunlit(k, box.xy, box.zw, sun_blocks()) / (float(pieces) * SUN_STEPS);
     }
-    return mix(near, far, blend);
+    vec2 together = vec2(mean[1], mean[2]) - mean[0] * vec2(mean[3], mean[4]);
+    return clamp(mean[0] - STEEPEST * dot(lean, together), 0.0, 1.0);
 }
 
-// unshadowed: the mean of ⟨n, sun⟩ over the footprint
-float sun_visible(vec2 post, vec2 extent, float unshadowed) {
-    if (max(extent.x, extent.y) < 1.5) return sun_share(post);
-    return min(sun_irradiance(post, extent, unshadowed) / max(unshadowed, 1e-3), 1.0);
+// Mean of V ⟨n, sun⟩ over a footprint in pieces; where `far` is 0, at its middle, ⟨n, sun⟩ being `cosine`.
+float sun_irradiance(vec2 post, vec2 extent, vec2 along, int pieces, float cosine, vec2 lean, float far) {
+    float here = 0.0, over = 0.0;
+    if (far < 1.0) here = sun_share(post) * max(cosine, 0.0);
+    if (far > 0.0) over = sun_over(post, extent, along, pieces, lean);
+    return mix(here, over, far);
 }

@@ -5,6 +5,7 @@
 
 #include "shade/footprint.glsl"
 #include "light/merged.glsl"
+#include "light/lean.glsl"
 #include "light/dome.glsl"
 #include "horizon/visible.glsl"
 
@@ -20,8 +21,10 @@ Merged blended(Merged a, Merged b, float t) {
     return Merged(mix(a.normal, b.normal, t), mix(a.r, b.r, t), mix(a.albedo, b.albedo, t));
 }
 
+float farness(Ground g) { return smoothstep(2.5, 5.0, max(g.extent.x, g.extent.y)); }
+
 Merged merged_ground(Ground g) {
-    float far = smoothstep(2.5, 5.0, max(g.extent.x, g.extent.y));
+    float far = farness(g);
     Merged near_, far_;
     if (far < 1.0) near_ = merged_at(normal_of(g.fine.slope), material_of(g.post, g.extent, g.fine));
     if (far > 0.0) far_ = merged_over(g.post, g.piece, g.along, g.pieces);
@@ -47,15 +50,17 @@ void add_sky(inout Lit l, Ground g) {
     for (int i = 0; i < AROUND_LOBES; i++) l.ambient += u_around[i].amplitude * (u_around[i].integral / PI * cosine_of(l.lobe, u_around[i]));
 }
 
-void add_sun(inout Lit l, Ground g) {
+void add_sun(inout Lit l, Ground g, vec2 lean) {
     l.unshadowed = cosine_of(l.lobe, u_sun);
-    l.sun = sun_irradiance(g.post, g.extent, l.unshadowed);
+    l.sun = sun_irradiance(g.post, g.piece, g.along, g.pieces, l.unshadowed, lean, farness(g));
 }
 
 Lit lit_ground(Ground g) {
     Lit l;
     l.lobe = merged_ground(g);
-    add_sun(l, g);
+    vec2 lean = lean_of(l.lobe.normal, g.towards_eye);
+    lean_over(l.lobe, lean);
+    add_sun(l, g, lean);
     add_sky(l, g);
     return l;
 }

@@ -8,7 +8,7 @@ out vec4 out_colour;
 
 vec3 ground_colour(Ground g, int sample_) {
     Lit l = lit_ground(g);
-    float sun = l.unshadowed > 0.0 ? sun_visible(g.post, g.extent, l.unshadowed) : 0.0;
+    float sun = l.unshadowed > 0.0 ? min(l.sun / l.unshadowed, 1.0) : 0.0;
     return vec3(vec2(0.85 * sun), l.sky);
 }
 

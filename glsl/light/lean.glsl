@@ -1,0 +1,36 @@
+// light/lean.glsl — facets that face the eye fill more of the pixel.
+//   A facet of slope s fills w(s) = max(o·n, 0) / n_z = max(o_z − o_h·s, 0) of the picture for its share of the map, o being
+//   towards the eye (Dupuy et al. 2013, equation 6). Under a Gaussian of slopes, of mean s̄ and variance σ² a side, the
+//   straight line closest to w is, by Stein's lemma, with ς = σ |o_h|, t = (o_z − o_h·s̄) / ς:
+//     w(s) ≈ W (1 − lean · (s − s̄)),    lean = o_h Φ(t) / W,    W = ς (t Φ(t) + φ(t))
+//   Means over what is seen are means over the map, less lean · their covariance with the slope: a linear thing, which
+//   tables hold.   σ² follows from how much the mean normal is shorter than 1.
+// Provides slope_variance(), lean_of(), lean_over().   Python twin: reference.lean
+
+#include "light/lobes.glsl"
+
+float slope_variance(vec3 normal) {
+    float length_2 = clamp(dot(normal, normal), 1e-3, 1.0), steep = dot(normal.xy, normal.xy) / max(normal.z * normal.z, 1e-3);
+    return 0.5 * (1.0 / length_2 - 1.0) * (1.0 + steep);
+}
+
+float normal_share(float t) { return 0.5 + 0.5 * tanh(0.7978845608 * t * (1.0 + 0.044715 * t * t)); }  // Φ
+
+vec2 lean_of(vec3 normal, vec3 o) {
+    vec2 slope = -normal.xy / max(normal.z, 0.03);
+    float spread = sqrt(slope_variance(normal)) * length(o.xy), facing = o.z - dot(o.xy, slope);
+    if (spread < 0.01 * facing) return o.xy / facing;  // all facets are seen
+    float t = clamp(facing / max(spread, 1e-4), -1.0, 6.0), share = normal_share(t);
+    return o.xy * share / max(spread * (t * share + 0.39894228 * exp(-0.5 * t * t)), 1e-4);
+}
+
+// Turn a footprint's lobes to what is seen of them: n changes by −n_z with the slope.
+void lean_over(inout Merged m, vec2 lean) {
+    vec3 turn = vec3(m.normal.z * slope_variance(m.normal) * lean, 0.0);
+    vec3 leaned = m.normal + turn;
+    leaned *= length(m.normal) / max(length(leaned), 1e-6);
+    float stretch = length(m.r) / max(length(m.normal), 1e-6);
+    vec3 r = m.r + stretch * (leaned - m.normal);
+    m.r = r * (length(m.r) / max(length(r), 1e-6));
+    m.normal = leaned;
+}
