@@ -234,7 +234,7 @@ def compare(
         entry_of(renderer, camera, truth, method, fine, part(progress, i, parts), **detail, **options)
         for i, (method, detail) in enumerate(details.items(), 1)
     ]
-    return Comparison(truth.image, truth.stats, entries, _inset(truth, [entry.image for entry in entries]))
+    return Comparison(truth.image, truth.stats, entries, inset_of(truth, [entry.image for entry in entries]))
 
 
 def truth_of(
@@ -399,7 +399,7 @@ def _picture(
     return image, sky, stats
 
 
-def _inset(truth: Truth, images: Sequence[np.ndarray]) -> tuple[slice, slice]:
+def inset_of(truth: Truth, images: Sequence[np.ndarray]) -> tuple[slice, slice]:
     """Where the pictures differ most from the truth, with some of the skyline if there is any."""
     height, width = (max(1, round(_INSET * side)) for side in truth.sky.shape)
     squares = sum((np.square(difference_of(truth.image, image)) for image in images), np.zeros(truth.sky.shape))

@@ -3,15 +3,16 @@
 from __future__ import annotations
 
 import os
-from collections.abc import Mapping, Sequence
+from collections.abc import Callable, Mapping, Sequence
 from pathlib import Path
-from typing import Any
+from typing import Any, NamedTuple
 
 import numpy as np
 
 from .compare import LABELS, Comparison, Entry, Study
 from .exceptions import TerrainError
 from .image import replacing
+from .light_compare import LIGHT_LABELS
 
 FORMATS = (".png", ".jpg", ".pdf", ".svg")
 # Okabe, Ito 2008, "Color universal design": told apart by all kinds of colour vision; and a shape each
@@ -37,10 +38,42 @@ def available() -> None:
         raise TerrainError("figures need matplotlib: pip install 'terrain-gl[compare]'") from None
 
 
+class Words(NamedTuple):
+    """What a figure says of its pictures: labels of methods, lines under the truth's and their titles, and of the heat."""
+
+    labels: Mapping[str, str]
+    truth: Callable[[Comparison], str]
+    entry: Callable[[Entry], str]
+    heat: str
+
+
+def _counts(entry: Entry) -> str:
+    stats = entry.stats
+    return (
+        f"{stats['triangles']:,} triangles, {stats['rms_error_px']:.3f} px RMS, {stats['max_error_px']:.2f} px at most"
+    )
+
+
+def _flip(entry: Entry) -> str:
+    return "FLIP unknown" if entry.stats["flip"] is None else f"FLIP {entry.stats['flip']:.4f}"
+
+
+OF_MESHES = Words(
+    LABELS, lambda found: f"every post: {found.stats['triangles']:,} triangles", _counts, "Screen error, pixels"
+)
+OF_LIGHT = Words(
+    LIGHT_LABELS,
+    lambda found: f"{found.stats['places']} places a pixel, by rays",
+    _flip,
+    "Difference, black 0 to white 1",
+)
+
+
 def figure(
     path: str | os.PathLike[str],
     found: Study,
     caption: Sequence[str],
+    words: Words = OF_MESHES,
 ) -> None:
     """Write the figure: a column each for the truth and every method, with the picture, the inset and the errors.
 
@@ -50,6 +83,8 @@ def figure(
         Ends in one of `FORMATS`.
     caption
         Lines under the truth: the map, the view, the command.
+    words
+        What the pictures are of: `OF_MESHES` or `OF_LIGHT`.
     found
         Curves, where there are any, are drawn below, with a table.
     """
@@ -60,7 +95,7 @@ def figure(
     with matplotlib.rc_context(_STYLE), replacing(path) as beside:
         layout = _Layout(found.comparison, bool(found.curves), len(caption))
         sheet = Figure(figsize=(_WIDTH_IN, layout.height_in), dpi=_DPI, facecolor="white")
-        _side_by_side(sheet, layout, found.comparison, caption)
+        _side_by_side(sheet, layout, found.comparison, caption, words)
         if found.curves:
             _curves(sheet, layout, found.curves, found.ideal)
             _table(sheet, layout, found)
@@ -107,37 +142,25 @@ class _Layout:
         sheet.add_artist(Line2D(x, y, color="0.3", linewidth=0.8))
 
 
-def _side_by_side(sheet: Any, layout: _Layout, comparison: Comparison, caption: Sequence[str]) -> None:
+def _side_by_side(sheet: Any, layout: _Layout, comparison: Comparison, caption: Sequence[str], words: Words) -> None:
     entries = comparison.entries
     scale_px = _heat_scale([entry.error_px for entry in entries])
     _picture(layout.axes(sheet, 0, 0), comparison.truth, comparison.inset)
     _zoom(layout.axes(sheet, 0, 1), comparison.truth, comparison.inset)
-    _title(sheet, layout, 0, "Ground truth", f"every post: {comparison.stats['triangles']:,} triangles")
+    _title(sheet, layout, 0, "Ground truth", words.truth(comparison))
     for i, entry in enumerate(entries, 1):
         _picture(layout.axes(sheet, i, 0), entry.image, comparison.inset)
         _zoom(layout.axes(sheet, i, 1), entry.image, comparison.inset)
         shown = _heat(layout.axes(sheet, i, 2), entry.error_px, scale_px)
-        _title(
-            sheet,
-            layout,
-            i,
-            f"{LABELS.get(entry.method, entry.method)} ({entry.stats['image_rmse']:.4f})",
-            _counts(entry),
-        )
-    _legend(sheet, layout, shown, scale_px, caption)
+        name = words.labels.get(entry.method, entry.method)
+        _title(sheet, layout, i, f"{name} ({entry.stats['image_rmse']:.4f})", words.entry(entry))
+    _legend(sheet, layout, shown, scale_px, [words.heat, *caption])
 
 
 def _title(sheet: Any, layout: _Layout, column: int, title: str, subtitle: str) -> None:
     left = layout.margin + column * (layout.width + layout.gap)
     layout.write(sheet, left, layout.margin, title, size=17, weight="bold")
     layout.write(sheet, left, layout.margin + 0.33, subtitle, size=12, color="0.25")
-
-
-def _counts(entry: Entry) -> str:
-    stats = entry.stats
-    return (
-        f"{stats['triangles']:,} triangles, {stats['rms_error_px']:.3f} px RMS, {stats['max_error_px']:.2f} px at most"
-    )
 
 
 def _picture(axes: Any, pixels: np.ndarray, inset: tuple[slice, slice]) -> None:
@@ -180,8 +203,8 @@ def _legend(sheet: Any, layout: _Layout, shown: Any, scale_px: float, caption: S
     sheet.colorbar(shown, cax=bar, orientation="horizontal", extend="max", ticks=ticks, format="%.3g")
     bar.minorticks_off()
     bar.tick_params(labelsize=11, length=3)
-    layout.write(sheet, left, top + 0.04, "Screen error, pixels", size=13)
-    layout.write(sheet, left, top + 0.95, "\n".join(caption), size=11, linespacing=1.35, color="0.15")
+    layout.write(sheet, left, top + 0.04, caption[0], size=13)
+    layout.write(sheet, left, top + 0.95, "\n".join(caption[1:]), size=11, linespacing=1.35, color="0.15")
 
 
 def _curves(sheet: Any, layout: _Layout, curves: Mapping[str, Sequence[Mapping[str, Any]]], ideal: Any) -> None:

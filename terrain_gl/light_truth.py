@@ -16,11 +16,12 @@ from .camera import Camera
 from .drawing import Drawing
 from .image import srgb_from_linear
 from .light import SUN_RADIUS_DEG
+from .lighting import exposure
 from .pieces import cut
 from .renderer import Renderer
-from .lighting import exposure
 from .sky import dome
 
+FINE = 8  # places that are lit for a pixel, along a side
 WHITE = 2.2  # glsl/shade/tone.glsl
 
 
@@ -28,7 +29,7 @@ def render_light_truth(
     renderer: Renderer,
     camera: Camera,
     size: tuple[int, int] = (160, 90),
-    fine: int = 8,
+    fine: int = FINE,
     drawing: Drawing | None = None,
     progress: Callable[[float], None] | None = None,
 ) -> np.ndarray:

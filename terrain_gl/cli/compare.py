@@ -10,6 +10,8 @@ from typing import Any
 from .. import figures
 from ..compare import FINE, LABELS, Study, study
 from ..exceptions import UsageError
+from ..light_compare import LIGHT_LABELS, compare_light
+from ..light_truth import FINE as FINE_LIGHT
 from . import options, report
 
 TRIANGLES = 100_000
@@ -29,6 +31,13 @@ def add(commands: Any) -> None:
         "achieve it.",
         example="compare canyon --view ridge --triangles 50000 --curve -o compare.png",
     )
+    command.add_argument(
+        "--what",
+        choices=("meshes", "light"),
+        default="meshes",
+        help="methods of drawing, or of shading: lobes and other prefilters next to light by brute force (slow:"
+        " --size 160x90)",
+    )
     options.add_map(command)
     options.add_output(command, f"figure, {', '.join(figures.FORMATS)}")
     options.add_camera(command)
@@ -41,8 +50,7 @@ def add(commands: Any) -> None:
         "--supersample",
         type=options.count,
         metavar="K",
-        default=FINE,
-        help=f"pixels are drawn as K x K (default: {FINE})",
+        help=f"pixels are drawn as K x K (default: {FINE}; of light: {FINE_LIGHT})",
     )
     options.add_look(command)
     options.add_technical(command)
@@ -55,13 +63,20 @@ def run(args: argparse.Namespace) -> int:
         raise UsageError(
             f"{report.shown(args.output)}: a figure's name must end in one of {', '.join(figures.FORMATS)}"
         )
+    if args.what == "light" and (args.triangles or args.max_error or args.curve):
+        raise UsageError("compare --what light draws every post: leave out --triangles, --max-error and --curve")
+    args.supersample = args.supersample or (FINE_LIGHT if args.what == "light" else FINE)
     scene = options.open_scene(args)
     with options.make_renderer(args, scene) as renderer, report.progress_bar("comparing") as progress:
-        asked = args.triangles or TRIANGLES, args.max_error, args.curve, args.supersample
-        found = study(renderer, scene.camera, *asked, progress, **look(args, scene))
+        if args.what == "light":
+            found = Study(compare_light(renderer, scene.camera, args.supersample, progress, **look(args, scene)))
+        else:
+            asked = args.triangles or TRIANGLES, args.max_error, args.curve, args.supersample
+            found = study(renderer, scene.camera, *asked, progress, **look(args, scene))
     with report.json_output(args.json, about(args, scene) | found.record()):
-        figures.figure(args.output, found, caption(args, scene))
-    report.say(args.json, f"{report.shown(args.output)}\n{text(found)}")
+        words = figures.OF_LIGHT if args.what == "light" else figures.OF_MESHES
+        figures.figure(args.output, found, caption(args, scene), words)
+    report.say(args.json, f"{report.shown(args.output)}\n{light_text(found) if args.what == 'light' else text(found)}")
     return 0
 
 
@@ -90,6 +105,15 @@ def caption(args: argparse.Namespace, scene: options.Scene) -> list[str]:
         "",
     ]
     return lines + textwrap.wrap(report.shown(args.command_line), _CAPTION, subsequent_indent="   ")
+
+
+def light_text(found: Study) -> str:
+    """RMSE and FLIP of every way to prefilter."""
+    entries = found.comparison.entries
+    rows = [["", *(LIGHT_LABELS[entry.method] for entry in entries)]]
+    for label, key in (("RMSE of the picture", "image_rmse"), ("FLIP of the picture", "flip")):
+        rows += [[label, *("–" if entry.stats[key] is None else f"{entry.stats[key]:.4f}" for entry in entries)]]
+    return report.table(rows)
 
 
 def text(found: Study) -> str:

@@ -1,0 +1,71 @@
+"""Shading next to the truth, and next to other ways to prefilter normals: in one frame, so that they alone differ.
+
+The truth is `light_truth`; the others are those of `prefilter`. All see the map's every post: the mesh makes no error.
+"""
+
+from __future__ import annotations
+
+from typing import Any
+
+import numpy as np
+
+from .camera import Camera
+from .compare import Comparison, Entry, Progress, Truth, inset_of
+from .drawing import Drawing
+from .light_truth import FINE, render_light_truth
+from .likeness import difference_of, flip, rmse
+from .prefilter import RIVALS, Mipmaps, shade_as
+from .renderer import Renderer
+
+LIGHT_LABELS = {
+    "lobes": "Merged lobes",
+    "mip": "Mipmapped normals",
+    "toksvig": "Toksvig",
+    "leadr": "LEADR moments",
+    "point": "Point samples",
+}
+
+
+def compare_light(
+    renderer: Renderer,
+    camera: Camera,
+    fine: int = FINE,
+    progress: Progress | None = None,
+    **options: Any,
+) -> Comparison:
+    """Shade one view by brute force, by lobes, and by every rival.
+
+    Parameters
+    ----------
+    fine
+        Places that the truth lights for each pixel, along a side.
+    progress
+        Called with the part that is done, 0 to 1.
+    options
+        Sun, sky and material, as fields of `Drawing`.
+
+    Returns
+    -------
+    Comparison
+        Whose entries have `image_rmse` and `flip` as stats and, as `error_px`, the difference of each pixel, 0 to 1.
+    """
+    options |= {"method": "full", "style": "shaded"}
+    drawing = Drawing(**options)
+    image = render_light_truth(renderer, camera, renderer.size, fine, drawing, progress)[..., :3]
+    renderer.resize(renderer.size)
+    renderer.draw(camera, **options)
+    picture = renderer.picture
+    images = {"lobes": picture.read()}
+    truth = Truth(image, picture.sky_share(), {"places": fine * fine})
+    mipmaps = Mipmaps(picture)
+    for rival in RIVALS:
+        shade_as(rival, picture, mipmaps, camera, drawing.look)
+        images[rival] = picture.read()
+    mipmaps.release()
+    entries = [_entry(name, image, images[name][..., :3]) for name in LIGHT_LABELS]
+    return Comparison(image, truth.stats, entries, inset_of(truth, [entry.image for entry in entries]))
+
+
+def _entry(name: str, truth: np.ndarray, image: np.ndarray) -> Entry:
+    stats = {"method": name, "image_rmse": rmse(truth, image), "flip": flip(truth, image)}
+    return Entry(name, stats, image, difference_of(truth, image))
