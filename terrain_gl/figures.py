@@ -39,7 +39,7 @@ def available() -> None:
 
 
 class Words(NamedTuple):
-    """What a figure says of its pictures: labels of methods, lines under the truth's and their titles, and of the heat."""
+    """What a figure says of its pictures: labels of methods, lines under titles, and what the heat is."""
 
     labels: Mapping[str, str]
     truth: Callable[[Comparison], str]

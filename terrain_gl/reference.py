@@ -6,6 +6,7 @@ The sections follow the stages: sat → error → lod → mesh → shade, then l
 from __future__ import annotations
 
 import itertools
+import math
 from collections.abc import Callable, Sequence
 from typing import TYPE_CHECKING, NamedTuple
 
@@ -586,6 +587,18 @@ def normals_of(heights: np.ndarray, spacing_m: tuple[float, float]) -> np.ndarra
     north = (h[:-1, :-1] - h[1:, :-1] + h[:-1, 1:] - h[1:, 1:]) / (2 * spacing_m[1])
     n = np.stack([-east, -north, np.ones_like(east)], -1)
     return n / np.linalg.norm(n, axis=-1, keepdims=True)
+
+
+def lean(slope: np.ndarray, variance: float, towards_eye: np.ndarray) -> tuple[float, np.ndarray]:
+    """Mean weight W, and lean: the line W (1 - lean . (s - slope)) that is closest to what facets of slope s fill.
+
+    They fill max(o_z - o_h . s, 0) of a picture (Dupuy et al. 2013); s is Gaussian, of so much variance a side.
+    """
+    across = float(np.hypot(*towards_eye[:2])) * variance**0.5
+    t = float(towards_eye[2] - towards_eye[:2] @ slope) / across
+    share = 0.5 * (1 + math.erf(t / 2**0.5))
+    weight = across * (t * share + math.exp(-0.5 * t * t) / (2 * np.pi) ** 0.5)
+    return weight, towards_eye[:2] * share / weight
 
 
 # --- horizon -----------------------------------------------------------------------------------------------------

@@ -88,21 +88,36 @@ def dome(rows: int, cols: int) -> tuple[np.ndarray, np.ndarray]:
 def fit(directions: np.ndarray, weights: np.ndarray, light: np.ndarray) -> tuple[np.ndarray, float]:
     """Amplitudes (15, 3) ≥ 0 of the sky's lobes and the ground's, and the relative error of the worst lit surface.
 
-    What counts is the light on surfaces, cosine-weighted sums over 256 orientations, and a little the radiance.
+    What counts is the light on ground of 128 orientations, as it is shaded (glsl/light/brdf.glsl), by its relative
+    error and the more the more it faces up; and a little the radiance. Ground never faces down.
 
     Parameters
     ----------
     directions, weights, light
         (n, 3) unit vectors, (n,) solid angles, (n, 3) radiance.
     """
+    normals = spread(256)[:128]
     values = np.exp(SHARPNESS * (directions @ AXES.T - 1))  # (n, 15)
-    cosines = np.maximum(spread(256) @ directions.T, 0) * (weights / np.pi)  # (256, n)
-    roots = 0.1 * np.sqrt(weights / (4 * np.pi))[:, None]
-    system = np.concatenate([cosines @ values / 16, values * roots])
-    wanted = np.concatenate([cosines @ light / 16, light * roots])
-    amplitude = np.stack([non_negative_least_squares(system, channel) for channel in wanted.T], -1)
-    lit, fitted = cosines @ light, cosines @ (values @ amplitude)
-    return amplitude, float(np.abs(fitted - lit).max() / max(lit.max(), 1e-30))
+    cosines = np.maximum(normals @ directions.T, 0) * (weights / np.pi)  # (128, n)
+    lit, shaded = cosines @ light, shaded_light(normals)
+    roots = 0.03 * np.sqrt(weights / (4 * np.pi))[:, None]
+    amplitude = np.zeros((len(AXES), 3))
+    for channel, (of, radiance) in enumerate(zip(lit.T, light.T, strict=True)):
+        share = normals[:, 2] * of.mean() / np.maximum(of, 1e-3 * of.mean() + 1e-30) / 16
+        system = np.concatenate([shaded * share[:, None], values * roots])
+        amplitude[:, channel] = non_negative_least_squares(system, np.concatenate([of * share, radiance * roots[:, 0]]))
+    return amplitude, float(np.abs(shaded @ amplitude - lit).max() / max(lit.max(), 1e-30))
+
+
+def shaded_light(normals: np.ndarray) -> np.ndarray:
+    """(n, 15) radiance of white ground of these normals (n, 3) under each lobe of amplitude 1, as it is shaded."""
+    unit = lobes(AXES, SHARPNESS, np.ones((len(AXES), 3)))
+    length = unit["mean_length"].astype(float)
+    c = length * (normals @ AXES.T)
+    width = np.where(length < 0.75, 0.5 + 0.5 * np.sqrt(np.maximum(1 - 4 / 3 * length**2, 0)), 0)
+    width = np.where(length < 0.75, width, np.sqrt(3 * length * (1 - length)))
+    mean = np.where(np.abs(c) >= width, np.maximum(c, 0), (c + width) ** 2 / (4 * width))
+    return unit["integral"] / np.pi * mean
 
 
 def spread(count: int) -> np.ndarray:

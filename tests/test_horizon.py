@@ -106,9 +106,9 @@ def test_any_size_of_map_is_swept_and_summed(ctx, keep, size):
     sky.build()
     sun.build(towards_sun(200, 30))
     shape = (len(AXES), -(-(size[0] - 1) // TEXEL), -(-(size[1] - 1) // TEXEL))
-    assert sky.read().shape == shape and sun.read().shape == (size[0] - 1, size[1] - 1)
+    assert sky.read().shape == shape and sun.read().shape == (5, size[0] // 2, size[1] // 2)
     assert sky.read().min() >= 0 and sky.read().max() <= 1
-    assert sun.read().min() >= 0 and sun.read().max() <= 1
+    assert sun.read()[0].min() >= 0 and sun.read()[0].max() <= 1
 
 
 def test_flat_ground_sees_all_of_the_sky(ctx, keep):
@@ -117,14 +117,15 @@ def test_flat_ground_sees_all_of_the_sky(ctx, keep):
     sky.build()
     assert sky.read().min() > 0.995
     sun.build(towards_sun(120, 40))
-    assert np.allclose(sun.read(), math.sin(math.radians(40)), atol=1 / 4095)
+    assert np.allclose(sun.read()[0], math.sin(math.radians(40)), atol=1 / 8191)
+    assert not sun.read()[1:].any()
 
 
 def test_the_sun_overhead_hides_behind_nothing(ctx, keep):
     sun = keep(SunVisibility(keep(Terrain(ctx, heightmap := MAPS["odd"]()))))
     sun.build((0.0, 0.0, 1.0))
     up = reference.normals_of(heightmap.heights, heightmap.spacing_m)[..., 2]
-    assert np.allclose(sun.read(), up, atol=1e-3)
+    assert np.allclose(sun.read()[0], blocks(up), atol=1e-3)
 
 
 def test_half_a_sun_stands_on_a_level_horizon(ctx, keep):
@@ -132,9 +133,15 @@ def test_half_a_sun_stands_on_a_level_horizon(ctx, keep):
     heights[:, -1] = 1000 * math.tan(math.radians(20.0))  # a wall in the east, 20 degrees high at 1 km
     sun = keep(SunVisibility(keep(Terrain(ctx, Heightmap(heights, 10.0)))))
     sun.build(towards_sun(90, 20.0))
-    at_1_km = sun.read()[:, 399 - 101 : 399 - 99].mean()  # the two cells on either side of it
+    at_1_km = sun.read()[0, :, (399 - 101) // 2].mean()  # the two cells on either side of it
     assert at_1_km == pytest.approx(0.5 * math.sin(math.radians(20)), abs=0.03)
-    assert sun.read()[:, 340:390].max() == 0 and sun.read()[:, :250].min() == pytest.approx(0.342, abs=1e-3)
+    assert sun.read()[0, :, 170:195].max() == 0 and sun.read()[0, :, :125].min() == pytest.approx(0.342, abs=1e-3)
+
+
+def blocks(cells):
+    """Means over blocks of 2 × 2 cells, fewer at the rim."""
+    padded = np.pad(cells, [(0, n % 2) for n in cells.shape], constant_values=np.nan)
+    return np.nanmean(padded.reshape(padded.shape[0] // 2, 2, padded.shape[1] // 2, 2), (1, 3))
 
 
 def assert_visibility(ctx, keep, heightmap, sun):
@@ -151,7 +158,7 @@ def assert_visibility(ctx, keep, heightmap, sun):
     towards = horizon.lattice_direction(sun, heightmap.spacing_m)
     truth = reference.sunlit(heightmap.heights, sun, SUN_RADIUS, towards, heightmap.spacing_m)
     faces = (reference.normals_of(heightmap.heights, heightmap.spacing_m) @ np.array(sun)).clip(0)
-    assert np.abs(sunlight.read() - truth).sum() / faces.sum() <= 0.03
+    assert np.abs(sunlight.read()[0] - blocks(truth)).sum() / blocks(faces).sum() <= 0.03
 
 
 @pytest.mark.slow
@@ -220,14 +227,16 @@ void main() {
     uint i = gl_GlobalInvocationID.x;
     if (i >= uint(question.length())) return;
     vec2 post = question[i].xy, extent = question[i].zw;
-    vec2 sun = vec2(sun_irradiance(post, extent, 0.7), sun_visible(post, extent, 0.5));
-    answer[i] = vec4(sky_visible(1, post, extent), sun, 0.0);
+    float here = sun_irradiance(post, extent, vec2(0.0), 1, 0.7, vec2(0.0), 0.0);
+    float over = sun_over(post, extent, vec2(0.0), 1, vec2(0.0));
+    float aslant = sun_over(post, extent, vec2(0.0), 1, vec2(0.4, -0.3));
+    answer[i] = vec4(sky_visible(1, post, extent), here, over, aslant);
 }
 """
 
 
 def ask(ctx, keep, visibility, questions):
-    """Answers (n, 3) of horizon/visible.glsl: a sky lobe, the sun's irradiance, the visible sun."""
+    """Answers (n, 4) of horizon/visible.glsl: a sky lobe; the sun at a place, over a footprint, and seen aslant."""
     kernel = keep(ctx.compute_shader(shaders.source("horizon/visible.glsl", visibility.defines) + ASK))
     q, a = keep(ctx.buffer(questions.astype("f4").tobytes())), keep(ctx.buffer(reserve=16 * len(questions)))
     visibility.sky.terrain.bind()
@@ -236,7 +245,7 @@ def ask(ctx, keep, visibility, questions):
     a.bind_to_storage_buffer(2)
     kernel.run(-(-len(questions) // 64))
     ctx.memory_barrier(moderngl.BUFFER_UPDATE_BARRIER_BIT)
-    return np.frombuffer(a.read(), "f4").reshape(-1, 4)[:, :3].astype(float)
+    return np.frombuffer(a.read(), "f4").reshape(-1, 4).astype(float)
 
 
 def test_lookups_are_means_over_boxes(ctx, keep):
@@ -244,17 +253,29 @@ def test_lookups_are_means_over_boxes(ctx, keep):
     visibility = keep(Visibility(keep(Terrain(ctx, heightmap)), AXES, SHARPNESS))
     visibility.follow(towards_sun(60, 20))
     rng = np.random.default_rng(3)
-    posts = rng.uniform(12, 50, (40, 2)).round()
-    extents = TEXEL * rng.integers(2, 7, (40, 2))
-    posts = TEXEL * (posts // TEXEL) + extents / 2  # whole texels
+    extents = 6 * rng.integers(1, 4, (40, 2))  # whole blocks, of 2, and whole texels, of 3
+    posts = 6 * rng.integers(2, 7, (40, 2)) + extents / 2
     answers = ask(ctx, keep, visibility, np.concatenate([posts, extents], 1))
     sky, sun = visibility.sky.read()[1], visibility.sun.read()
     for (x, y), (w, h), answer in zip(posts, extents, answers, strict=True):
-        box = [slice(int(c - e / 2), int(c + e / 2)) for c, e in ((y, h), (x, w))]
-        texels = tuple(slice(s.start // TEXEL, s.stop // TEXEL) for s in box)
+        box = [(int(c - e / 2), int(c + e / 2)) for c, e in ((y, h), (x, w))]
+        texels, halves = (tuple(slice(a // n, b // n) for a, b in box) for n in (TEXEL, 2))
         assert answer[0] == pytest.approx(sky[texels].mean(), abs=1e-5)
-        assert answer[1] == pytest.approx(sun[tuple(box)].mean(), abs=1e-5)
-        assert answer[2] == pytest.approx(min(sun[tuple(box)].mean() / 0.5, 1), abs=1e-5)
+        light, *of_slope, east, north = (layer[halves].mean() for layer in sun)
+        assert answer[2] == pytest.approx(light, abs=1e-5)
+        together = np.array(of_slope) - light * np.array([east, north])  # in steps of a slope of 4
+        assert answer[3] == pytest.approx(np.clip(light - 4 * together @ [0.4, -0.3], 0, 1), abs=1e-4)
+
+
+def test_what_the_eye_sees_is_weighted_by_projected_area(ctx, keep):
+    """Of ridges one side in the sun, the other in its own shade: seen from above half of each, from the side one."""
+    heights = np.tile(np.abs(np.arange(121) % 8 - 4.0), (81, 1))  # slopes of 1 and -1, east and west
+    visibility = keep(Visibility(keep(Terrain(ctx, Heightmap(heights, 1.0))), AXES, SHARPNESS))
+    visibility.follow(towards_sun(90, 45))  # in the east: slopes of -1 face it
+    kernel_answers = ask(ctx, keep, visibility, np.array([[60.0, 40.0, 48.0, 48.0]]))
+    assert kernel_answers[0, 2] == pytest.approx(0.5, abs=0.01)
+    # with lean 0.4 to the east, slopes of -1 weigh 1.4 and slopes of 1 weigh 0.6
+    assert kernel_answers[0, 3] == pytest.approx(0.7, abs=0.01)
 
 
 def test_lookups_are_continuous_and_defined_everywhere(ctx, keep):
@@ -268,7 +289,7 @@ def test_lookups_are_continuous_and_defined_everywhere(ctx, keep):
         assert np.isfinite(answers).all() and answers.min() >= 0 and answers.max() <= 1 + 1e-5
         assert np.abs(np.diff(answers, axis=0)).max() < 0.05  # a step of 0.01 posts
     low = ask(ctx, keep, visibility, np.array([[30.0, 20.0, e, e] for e in np.linspace(0.01, 30, 6000)]))
-    assert np.abs(np.diff(low[:, :2], axis=0)).max() < 0.01
+    assert np.abs(np.diff(low, axis=0)).max() < 0.01
 
 
 def test_tables_stay_within_their_share_of_memory(ctx, keep):

@@ -2,7 +2,8 @@
 //   sky_visible     mean of V_l over the footprint, weighted by the cosine                 (A.5, with horizon/fold.comp)
 //   sun_irradiance  mean of V · ⟨n, sun⟩: what the sun sends the ground, 1 for ground that faces it
 // Footprints are boxes in posts, or a row of them. S between texels is bilinear, as in shade/relief.glsl, and means are
-// continuous. Below a few posts the sun's horizon is looked up instead, bilinear in its angle: the rim of a shadow is as sharp as the sun.
+// continuous. Below a few posts the sun's horizon is looked up instead, bilinear in its angle: the rim of a shadow is
+// as sharp as the sun.
 
 #include "horizon/lines.glsl"
 #include "horizon/disc.glsl"
@@ -39,9 +40,8 @@ uint share_at(int layer, int x, int y) {
 // Mean over the box from a to c, in texels of a table of `end`; each side is between two words.
 #define BOX_MEAN(name, sum_at)                                                                    \
     float name(int layer, vec2 a, vec2 c, ivec2 end) {                                            \
-        ivec4 x = ivec4(a.x, a.x + 1.0, c.x, c.x + 1.0), y = ivec4(a.y, a.y + 1.0, c.y, c.y + 1.0); \
-        x = min(x, end.x);                                                                        \
-        y = min(y, end.y);                                                                        \
+        ivec4 x = min(ivec4(a.xx, c.xx) + ivec4(0, 1, 0, 1), end.x);                              \
+        ivec4 y = min(ivec4(a.yy, c.yy) + ivec4(0, 1, 0, 1), end.y);                              \
         vec4 rows;                                                                                \
         uvec4 first;                                                                              \
         for (int j = 0; j < 4; j++) {                                                             \

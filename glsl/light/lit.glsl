@@ -68,12 +68,27 @@ Lit lit_ground(Ground g) {
 // Radiance of white ground in the sun.
 vec3 direct_light(Lit l) { return u_sun.amplitude * (u_sun.integral / PI * l.sun); }
 
-// Rough mirrors: the sun's lobe as it is, the sky as blurred as the reflection, as far as they are to be seen.
+// How much of a lobe lies above a plane: as if what it has along the normal were spread by a Gaussian of its variance.
+float share_above(Lobe lobe, vec3 normal) {
+    float k = lobe.sharpness, A = mean_length(k), c = dot(lobe.axis, normal);
+    float aside = A / max(k, 1e-3), along = max(1.0 - 2.0 * aside - A * A, 0.0);
+    return normal_share(A * c * inversesqrt(max(mix(aside, along, c * c), 1e-6)));
+}
+
+// The half-vectors' lobe at the sun's own half-vector (B.1): dω_h / dω_i = 1 / (4 o·h). No warp: it would be too wide here.
+vec3 mirrored_sun(vec3 r, vec3 towards_eye) {
+    vec3 h = normalize(towards_eye + u_sun.axis + vec3(0.0, 0.0, 1e-6));
+    return u_sun.amplitude * u_sun.integral * sg_value(vmf_lobe(r, vec3(1.0)), h) / (4.0 * max(dot(h, towards_eye), 0.05));
+}
+
+// Rough mirrors: the sun as it is; the sky as blurred as the reflection, as far as it is above the ground and to be
+// seen, and land elsewhere.
 vec3 specular_light(Ground g, Lit l) {
     Lobe mirrored = reflection_lobe(l.lobe.r, g.towards_eye);
     float sun_seen = l.unshadowed > 1e-3 ? min(l.sun / l.unshadowed, 1.0) : 0.0;
-    vec3 up = normalize(vec3(mirrored.axis.xy, max(mirrored.axis.z, 0.02)));
-    return specular_of(light_lobe(u_sun), mirrored) * sun_seen + sky_blurred(up, mirrored.sharpness) * l.sky;
+    vec3 up = normalize(vec3(mirrored.axis.xy, max(mirrored.axis.z, 0.02))), land = sky_blurred(vec3(0.0, 0.0, -1.0), 2.0);
+    float seen = l.sky * share_above(mirrored, normalize(l.lobe.normal));
+    return mirrored_sun(l.lobe.r, g.towards_eye) * sun_seen + mix(land, sky_blurred(up, mirrored.sharpness), seen);
 }
 
 vec3 outgoing_light(Ground g, Lit l) {

@@ -25,7 +25,8 @@ LobeBox lobe_box(vec2 middle, vec2 extent) {
     ivec2 size = lobe_blocks();
     vec2 half_extent = 0.5 * clamp(extent, vec2(1.0), vec2(LARGEST_BLOCKS));
     vec2 a = clamp(middle - half_extent, vec2(0.0), vec2(size) - 0.5), c = clamp(middle + half_extent, vec2(0.5), vec2(size));
-    ivec4 x = min(ivec4(a.x, a.x + 1.0, c.x, c.x + 1.0), size.x) - 1, y = min(ivec4(a.y, a.y + 1.0, c.y, c.y + 1.0), size.y) - 1;
+    ivec4 next = ivec4(0, 1, 0, 1);  // added to whole numbers: a + 1.0 may round up to one more
+    ivec4 x = min(ivec4(a.xx, c.xx) + next, size.x) - 1, y = min(ivec4(a.yy, c.yy) + next, size.y) - 1;
     return LobeBox(x, y * size.x, fract(vec4(a, c)), (c.x - a.x) * (c.y - a.y));
 }
 

@@ -1,0 +1,137 @@
+"""Ground truth for light: rays, directions, what is averaged; and how near to it ways to prefilter come."""
+
+import math
+
+import numpy as np
+import pytest
+from maps import MAPS, rough
+
+from terrain_gl import reference, shaders
+from terrain_gl.camera import Camera
+from terrain_gl.drawing import Drawing
+from terrain_gl.heightmap import Heightmap
+from terrain_gl.image import srgb_from_linear
+from terrain_gl.light_compare import LIGHT_LABELS, compare_light
+from terrain_gl.light_truth import developed, render_light_truth
+from terrain_gl.likeness import rmse
+from terrain_gl.renderer import Renderer
+from terrain_gl.terrain import Terrain
+
+RAYS = """
+layout(local_size_x = 64) in;
+layout(std430, binding = 1) readonly buffer Questions { vec4 question[]; };
+layout(std430, binding = 2) writeonly buffer Answers { vec4 answer[]; };
+void main() {
+    uint i = gl_GlobalInvocationID.x;
+    if (2u * i >= uint(question.length())) return;
+    vec2 post = question[2u * i].xy;
+    bool seen = sees(post, ground_m(post), question[2u * i + 1u].xyz);
+    answer[i] = vec4(seen ? 1.0 : 0.0, ground_m(post), slope_of_ground(post));
+}
+"""
+
+DIRECTIONS = """
+layout(local_size_x = 64) in;
+layout(std430, binding = 1) readonly buffer Questions { vec4 question[]; };
+layout(std430, binding = 2) writeonly buffer Answers { vec4 answer[]; };
+void main() {
+    uint i = gl_GlobalInvocationID.x;
+    vec4 q = question[0];
+    vec2 u = point_of(int(i), vec2(0.3, 0.7));
+    vec3 w = q.w == 0.0 ? cosine_weighted(q.xyz, u) : q.w < 0.0 ? in_disc(q.xyz, -q.w, u) : vmf_weighted(q.xyz, q.w, u);
+    answer[i] = vec4(w, 0.0);
+}
+"""
+
+
+def ask(ctx, source, questions, count, terrain=None):
+    """Answers (count, 4) of a kernel."""
+    kernel = ctx.compute_shader(source)
+    q, a = ctx.buffer(np.asarray(questions, "f4").tobytes()), ctx.buffer(reserve=16 * count)
+    if terrain:
+        terrain.bind()
+    q.bind_to_storage_buffer(1)
+    a.bind_to_storage_buffer(2)
+    kernel.run(-(-count // 64))
+    answers = np.frombuffer(a.read(), "f4").reshape(-1, 4).astype(float)
+    for resource in (kernel, q, a):
+        resource.release()
+    return answers
+
+
+def test_rays_end_where_marching_says(ctx):
+    heightmap = Heightmap(rough(64, 64, 3, 400), (20.0, 25.0))
+    terrain = Terrain(ctx, heightmap)
+    rng = np.random.default_rng(1)
+    posts = rng.uniform(5, 58, (300, 2))
+    towards = (-1.0, 0.4)
+    sines = reference.horizon_sines(heightmap.heights, posts, towards, heightmap.spacing_m)
+    flat = np.array([towards[0] * 20.0, -towards[1] * 25.0])
+    flat /= np.linalg.norm(flat)
+    for off, expected in ((0.01, 1.0), (-0.01, 0.0)):
+        sine = np.clip(sines + off, -0.999, 0.999)
+        level = np.sqrt(1 - sine * sine)
+        rays = np.stack([flat[0] * level, flat[1] * level, sine, 0 * sine], -1)
+        questions = np.stack([np.pad(posts, ((0, 0), (0, 2))), rays], 1)
+        answers = ask(ctx, shaders.source("truth/ground.glsl") + RAYS, questions, 300, terrain)
+        # beyond 4 posts the shader's steps are longer than the reference's, and may step over a tip
+        assert np.mean(answers[:, 0] == expected) > 0.97
+    assert np.allclose(answers[:, 1], reference.bilinear_heights(heightmap.heights, *posts.T), atol=1e-2)
+    terrain.release()
+
+
+@pytest.mark.parametrize("axis", [(0, 0, 1), (0, 0, -1), (0.6, 0, 0.8), (-0.36, 0.48, -0.8)])
+def test_directions_fill_their_lobes(ctx, axis):
+    source = shaders.source("truth/random.glsl") + DIRECTIONS
+    mean = {w: ask(ctx, source, [*axis, w], 4096)[:, :3].mean(0) for w in (0.0, -0.3, 0.5, 8.0)}
+    # means of ω: 2/3 for the cosine; of a uniform disc of radius 0.3, √(1 − r²) over it; coth k − 1/k
+    disc = (1 - math.cos(0.3) ** 3) * 2 / 3 / math.sin(0.3) ** 2
+    for w, length in ((0.0, 2 / 3), (-0.3, disc), (0.5, reference.mean_length(0.5)), (8.0, reference.mean_length(8.0))):
+        assert np.allclose(mean[w], length * np.array(axis), atol=0.003)
+
+
+def test_land_and_sky_are_averaged_apart():
+    light = np.zeros((2, 2, 4))
+    light[0] = [0.5, 0.5, 0.5, 1]
+    light[1] = [2.0, 2.0, 2.0, 0]
+    shown = developed(light, 2, 1.0)[0, 0, :3]
+
+    def tone(x):
+        return x * (1 + x / 2.2**2) / (1 + x)
+
+    assert np.all(np.abs(shown.astype(int) - srgb_from_linear(np.array(0.5 * tone(0.5) + 0.5 * tone(2.0)))) <= 1)
+
+
+@pytest.fixture
+def renderer(ctx):
+    made = []
+
+    def make(heightmap, size):
+        made.append(Renderer(heightmap, size, ctx=ctx))
+        return made[-1]
+
+    yield make
+    for each in made:
+        each.release()
+
+
+def test_level_ground_is_shaded_as_it_is_by_rays(renderer):
+    heightmap = MAPS["constant"]()
+    east, north = heightmap.extent_m
+    camera = Camera((east / 2, north / 2, 300.0), (east / 2, north / 2 + 20, 123.4), 40)
+    r = renderer(heightmap, (32, 18))
+    truth = render_light_truth(r, camera, (32, 18), 4, Drawing(sun=(200.0, 40.0)))
+    r.resize((32, 18))
+    ours = r.render(camera, method="full", sun=(200.0, 40.0)).image
+    assert rmse(truth, ours) < 0.012  # 3 steps of 8 bits: noise of 128 rays a pixel, and the fit of the sky
+
+
+@pytest.mark.slow
+def test_lobes_are_nearer_to_the_truth_than_mipmapped_normals_far_away(renderer):
+    heightmap = Heightmap(rough(257, 257, 2, 900), 10.0)
+    east, north = heightmap.extent_m
+    camera = Camera((east / 2, -2.0 * north, 2.2 * north), (east / 2, north / 2, 450.0), 12)
+    found = compare_light(renderer(heightmap, (32, 24)), camera, 12, sun=(300.0, 30.0))
+    error = {entry.method: entry.stats["image_rmse"] for entry in found.entries}
+    assert list(error) == list(LIGHT_LABELS)
+    assert error["lobes"] < 0.75 * error["mip"] and error["lobes"] == min(error.values())
