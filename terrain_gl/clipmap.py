@@ -36,7 +36,9 @@ BLOCK = 8  # cells a side of a block
 HIGH = 2.5  # a level is left out if its side is less than so many times the eye's height above the ground
 _DRAW = 1024  # blocks in a draw
 _BLOCK = np.dtype([("cells", "4i4"), ("border", "4i4"), ("level", "i4")])
-_CLIPMAP = np.dtype([("reach", "2f4"), ("transition", "2f4"), ("coarsest", "i4"), ("unused", "3i4")])
+_CLIPMAP = np.dtype(
+    [("reach", "2f4"), ("transition", "2f4"), ("middle", "2i4"), ("middle_m", "2f4"), ("coarsest", "i4"), ("_", "3i4")]
+)
 
 
 @dataclass(frozen=True)
@@ -323,6 +325,7 @@ class Clipmap:
         cells = self._cells(rings.ring)
         described = np.zeros((), _CLIPMAP)
         described["reach"], described["coarsest"] = cells / 2, coarsest
+        described["middle"], described["middle_m"], _ = self.view.eye
         # a ring must not blend yet where the finer one ends, half-way
         described["transition"] = np.clip(rings.transition * cells, 0.01, np.maximum(cells / 4 - 1.6, 0.01))
         self._block.write(described.tobytes())

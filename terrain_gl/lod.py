@@ -115,6 +115,11 @@ class View:
         self.crop(Piece.whole(size))
 
     @property
+    def eye(self) -> tuple[np.ndarray, np.ndarray, float]:
+        """Column and row of a post near the eye; metres east and north from there; its height above the base."""
+        return self._written["eye_post"], self._written["eye_offset_m"], float(self._written["eye_z_m"])
+
+    @property
     def focal_px(self) -> float:
         """Pixels per unit of x/z."""
         return float(self._written["focal_px"])

@@ -34,7 +34,7 @@ MOST = 32  # segments of an edge, as in glsl/tessellated/levels.comp
 _VERTICES = (MOST - 1) ** 2 + 4 * 2 * MOST  # at most, of a patch
 _DRAW = 65535 // _VERTICES  # patches in a draw: Mesa's software renderer counts their vertices in 16 bits
 _PLACE = np.dtype([("at", "2i4"), ("level", "i4"), ("finer", "i4")])
-_MEASURES = np.dtype([("edge_px", "f4"), ("unused", "3i4")])
+_MEASURES = np.dtype([("middle_m", "3f4"), ("edge", "f4"), ("middle", "2i4"), ("_", "2i4")])
 _BARRIER = (
     moderngl.SHADER_STORAGE_BARRIER_BIT | moderngl.VERTEX_ATTRIB_ARRAY_BARRIER_BIT | moderngl.BUFFER_UPDATE_BARRIER_BIT
 )
@@ -206,7 +206,9 @@ class Tessellated:
 
     def _cut(self, patches: int, edges: Edges) -> int:
         """Find the levels of all edges; returns the number of triangles."""
-        self._measures.write(np.array((edges.edge_px, (0, 0, 0)), _MEASURES).tobytes())
+        middle, offset_m, z_m = self.view.eye
+        measures = np.array(((*offset_m, z_m), edges.edge_px / self.view.focal_px, middle, (0, 0)), _MEASURES)
+        self._measures.write(measures.tobytes())
         self._count.write(bytes(4))
         self.bind()
         for i, buffer in enumerate((self._places, self._cuts, self._count)):

@@ -349,3 +349,14 @@ def test_wrong_parameters_are_refused(ctx):
         with pytest.raises(tg.UsageError):
             kind(value)
     renderer.release()
+
+
+@pytest.mark.parametrize("method", RIVALS)
+def test_meshes_chosen_for_one_eye_are_the_same_to_another(ctx, method):
+    renderer = tg.Renderer(MAPS["odd"](), SIZE, ctx=ctx)
+    views = cameras(renderer.heightmap)
+    renderer.draw(views["default"], method=method)
+    chosen, heights = renderer.triangles(), renderer.drawn_heights()
+    renderer.draw(views["outside"], method=method, chosen_for=views["default"])
+    assert np.array_equal(renderer.triangles(), chosen) and np.array_equal(renderer.drawn_heights(), heights)
+    renderer.release()

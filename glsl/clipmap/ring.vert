@@ -25,6 +25,8 @@ in int in_level;
 layout(std140, binding = 4) uniform Clipmap {
     vec2 u_reach;        // cells from the eye to a ring's border, columns and rows
     vec2 u_transition;   // w, cells
+    ivec2 u_middle;      // a post near the eye that the rings are around, and the eye from there: metres east, north
+    vec2 u_middle_m;
     int u_coarsest;      // level
 };
 
@@ -45,7 +47,8 @@ float coarser_m(int level, ivec2 at) {
 
 float alpha(int level, ivec2 post) {
     if (level == u_coarsest) return 0.0;
-    vec2 from_eye = abs(post_from_eye_m(post)) / (u_spacing_m * float(1 << level));
+    vec2 away_m = vec2(post - u_middle) * vec2(1.0, -1.0) * u_spacing_m - u_middle_m;
+    vec2 from_eye = abs(away_m) / (u_spacing_m * float(1 << level));
     vec2 share = clamp((from_eye - (u_reach - u_transition - 1.0)) / u_transition, 0.0, 1.0);
     return max(share.x, share.y);
 }

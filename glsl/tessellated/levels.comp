@@ -6,6 +6,7 @@
 
 #include "tessellated/patch.glsl"
 #include "tessellated/measures.glsl"
+#include "blocks/view.glsl"
 
 #define MOST 32  // segments: two halves make the 64 that the hardware has
 
@@ -16,11 +17,17 @@ layout(std430, binding = 2) buffer Count { uint triangles; };
 
 uniform int u_patches;
 
-vec3 ground_from_eye_m(ivec2 post) { return from_eye_m(post, height_m(post)); }
+vec3 ground_from_eye_m(ivec2 post) { return from_middle_m(post, height_m(post)); }
+
+// Depth of what is so far away from the eye, in the middle of the picture; less off its axis, but within it.
+float depth_of(vec3 from_eye) {
+    float away = length(from_eye);
+    return max(max(dot(from_eye, u_forward.xyz), away * inversesqrt(1.0 + dot(u_half_extent, u_half_extent))), near_m());
+}
 
 int segments(ivec2 a, ivec2 b) {
     vec3 from = ground_from_eye_m(a), to = ground_from_eye_m(b);
-    float wanted = ceil(distance(from, to) / segment_m(0.5 * (from + to)));
+    float wanted = ceil(distance(from, to) / (u_edge * depth_of(0.5 * (from + to))));
     return int(clamp(wanted, 1.0, float(min(MOST, b.x - a.x + b.y - a.y))));
 }
 

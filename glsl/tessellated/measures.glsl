@@ -1,17 +1,15 @@
-// tessellated/measures.glsl — how long segments are to be.
-// Provides u_edge_px, segment_m().
+// tessellated/measures.glsl — how long segments are to be: so many pixels, seen from the side.
+//   The eye is the one that patches were cut for; who looks at them may stand elsewhere.
+// Provides u_edge, from_middle_m().   Python twin: tessellated._MEASURES
 
-#include "blocks/view.glsl"
+#include "blocks/terrain.glsl"
 
 layout(std140, binding = 4) uniform Tessellated {
-    float u_edge_px;  // wanted length of a segment on the screen
+    vec3 u_middle_m;  // the eye: metres east, north of the post, up from the base
+    float u_edge;     // wanted length of a segment, a metre of distance away
+    ivec2 u_middle;   // a post near the eye
 };
 
-// Depth of what is so far away from the eye, in the middle of the picture; less off its axis, but within it.
-float depth_of(vec3 from_eye) {
-    float away = length(from_eye);
-    return max(max(dot(from_eye, u_forward.xyz), away * inversesqrt(1.0 + dot(u_half_extent, u_half_extent))), near_m());
+vec3 from_middle_m(ivec2 post, float h_m) {
+    return vec3(vec2(post - u_middle) * vec2(1.0, -1.0) * u_spacing_m, h_m) - u_middle_m;
 }
-
-// Metres that are u_edge_px pixels long there, seen from the side.
-float segment_m(vec3 from_eye) { return u_edge_px * depth_of(from_eye) / u_focal_px; }

@@ -43,7 +43,7 @@ float level_m(int level, ivec2 post) {
 
 float filtered_m(ivec2 post) {
     float h_m = height_m(post);
-    float level = log2(0.5 * segment_m(from_eye_m(post, h_m)) * inversesqrt(u_spacing_m.x * u_spacing_m.y));
+    float level = log2(0.5 * u_edge * length(from_middle_m(post, h_m)) * inversesqrt(u_spacing_m.x * u_spacing_m.y));
     level = clamp(level, 0.0, float(u_top_level));
     int below = int(level);
     float finer = below == 0 ? h_m : level_m(below, post);
