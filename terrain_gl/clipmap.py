@@ -234,14 +234,14 @@ class Clipmap:
     def candidates(self, camera: Camera, size: tuple[int, int], near_m: float, triangles: int) -> list[Rings]:
         """Rings with about so many triangles in the picture: few levels of wide rings, or more of narrow ones.
 
-        The most promising come first: those where vertices are least far apart, in the picture. Those that miss the
-        number by more than 2 per cent are left out, where others do not.
+        The most promising come first, by what each level's error is on average over the map. Those that miss the number
+        by more than 2 per cent are left out, where others do not.
         """
         found = []
         for finest in range(len(self.terrain.levels)):
             rings, off = self._fit_ring(camera, size, near_m, triangles, finest)
             _, blocks = self._blocks_in(camera, size, near_m, rings, cull=True)
-            found.append((max(off, 0.02), self._coarseness(camera, blocks), rings.finest, rings))
+            found.append((max(off, 0.02), self._expected(camera, blocks), rings.finest, rings))
             if off > 0.02 and finest > 0:
                 break  # the whole map at this level has fewer
         best = min(found)[0]
@@ -268,16 +268,14 @@ class Clipmap:
         off, ring = min((abs(count(ring) / triangles - 1), ring) for ring in near)
         return Rings(ring, finest), off
 
-    def _coarseness(self, camera: Camera, blocks: np.ndarray) -> float:
-        """Mean over the land in the blocks of (vertex spacing / distance)².
-
-        On land that is as rough at every scale, the squared screen error goes with it.
-        """
+    def _expected(self, camera: Camera, blocks: np.ndarray) -> float:
+        """Mean over the land in the blocks of (their level's mean error / distance)²: what screen error to expect."""
         low, high = self._boxes(blocks)
-        spacing_m = self._spacing_m() * 2.0 ** blocks["level"]
-        distance_m = np.maximum(np.linalg.norm((low + high) / 2 - camera.eye, axis=1), spacing_m)
+        nearest_m = self._spacing_m() * 2.0 ** blocks["level"]
+        distance_m = np.maximum(np.linalg.norm((low + high) / 2 - camera.eye, axis=1), nearest_m)
         area = (high - low)[:, :2].prod(1)
-        return float((area * (spacing_m / distance_m) ** 2).sum() / max(area.sum(), 1e-30))
+        errors_m = self.pyramid.errors_m()[blocks["level"]]
+        return float((area * (errors_m / distance_m) ** 2).sum() / max(area.sum(), 1e-30))
 
     def _count(self, blocks: np.ndarray) -> int:
         return int(triangles_of(blocks, (np.array(self.pyramid.sizes) - 1)[blocks["level"]]).sum())

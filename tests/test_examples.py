@@ -15,7 +15,8 @@ EXAMPLES = sorted(FOLDER.glob("0*.py"))
 
 def test_there_is_one_for_each_stage():
     stages = [path.stem for path in EXAMPLES]
-    assert stages == ["01_heightmap", "02_sat", "03_error", "04_lod", "05_mesh", "06_picture", "07_budget"]
+    line = ["01_heightmap", "02_sat", "03_error", "04_lod", "05_mesh", "06_picture", "07_budget"]
+    assert stages == [*line, "08_clipmap", "09_tessellated"]
     assert len(EXAMPLES[0].read_text().splitlines()) < 40
     assert all(f"examples/{path.name}" in (FOLDER / "README.md").read_text() for path in EXAMPLES)
 

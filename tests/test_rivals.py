@@ -360,3 +360,23 @@ def test_meshes_chosen_for_one_eye_are_the_same_to_another(ctx, method):
     renderer.draw(views["outside"], method=method, chosen_for=views["default"])
     assert np.array_equal(renderer.triangles(), chosen) and np.array_equal(renderer.drawn_heights(), heights)
     renderer.release()
+
+
+def test_errors_of_levels_are_what_they_miss(ctx):
+    heightmap = tg.Heightmap(rough(257, 257, 5, 500.0), 10.0)
+    terrain = Terrain(ctx, heightmap)
+    pyramid = Pyramid(terrain)
+    errors_m = pyramid.errors_m()
+    assert errors_m[0] == 0 and (np.diff(errors_m) > 0).all()
+    fine = pyramid.read()[0]
+    for level in (1, 2, 3, 4):
+        coarse, step = pyramid.read()[level].astype("f8"), 2**level
+        row, col = np.indices((256, 256))
+        y, x, v, u = row // step, col // step, row % step / step, col % step / step
+        a, d = coarse[y, x], coarse[y + 1, x + 1]  # triangles share the diagonal from north-west
+        b, c = coarse[y, x + 1], coarse[y + 1, x]
+        drawn = np.where(u >= v, a + u * (b - a) + v * (d - b), a + v * (c - a) + u * (d - c))
+        # so many squares at random are within some per cent of all
+        assert errors_m[level] == pytest.approx(np.sqrt(np.square(fine[:-1, :-1] - drawn).mean()), rel=0.03)
+    for part in (pyramid, terrain):
+        part.release()

@@ -1,0 +1,52 @@
+"""Lesson 8, geometry clipmaps: rings around the eye, and no look at the land (Losasso, Hoppe 2004).
+
+Each ring is a regular grid, twice as coarse as the one inside it: vertices are about equally far apart in the picture.
+Heights come from a pyramid of filtered maps. That is all there is to it; and so plains get as many triangles as cliffs.
+
+Above, the rings from straight above the eye: a ring has a colour, and its border, where it becomes its coarser
+neighbour, is T-junction free. Below, the wireframe of the same clipmap in perspective.
+
+Run: python 08_clipmap.py [PICTURE.png [MAP]]
+"""
+
+import sys
+
+import numpy as np
+
+from terrain_gl import Camera, Heightmap, Renderer
+from terrain_gl.clipmap import Rings
+from terrain_gl.image import write_png
+from terrain_gl.maps import bundled
+
+picture = sys.argv[1] if len(sys.argv) > 1 else "08_clipmap.png"
+name = sys.argv[2] if len(sys.argv) > 2 else "alpine"
+known = bundled()[name]
+terrain = Heightmap.open(known.path, known.spacing_m, known.z_scale, known.z_offset_m)
+rings = Rings(ring=63)
+
+# The same rings from two eyes: chosen for the first, looked at by both.
+x, y = (0.5 * extent for extent in terrain.extent_m)
+ground = terrain.heights[terrain.rows // 2, terrain.cols // 2]
+eye = Camera((x, y, ground + 100), (x + 1000, y + 2000, ground), fov_deg=60)
+above = Camera((x, y, ground + 0.75 * max(terrain.extent_m)), (x, y, ground), fov_deg=60)
+
+with Renderer(terrain, size=(1280, 720)) as renderer:
+    options = {"method": "clipmap", "parameters": rings}
+    plan = renderer.render(above, chosen_for=eye, style="lod", cull=False, **options)
+    view = renderer.render(eye, style="wireframe", **options)
+    achieved = renderer.measure()
+    print(f"{achieved['triangles']:7,} triangles, {achieved['rms_error_px']:.3f} px rms: {rings}")
+
+    # As many triangles, spent otherwise: few levels of wide rings, or many of narrow ones.
+    for each in renderer.rivals.of("clipmap").candidates(eye, renderer.size, 1.0, 50_000):
+        renderer.draw(eye, method="clipmap", parameters=each)
+        achieved = renderer.measure()
+        print(f"{achieved['triangles']:7,} triangles, {achieved['rms_error_px']:.3f} px rms: {each}")
+
+    # And where there is something to see (lesson 7).
+    renderer.draw(eye, triangles=50_000)
+    achieved = renderer.measure()
+    print(f"{achieved['triangles']:7,} triangles, {achieved['rms_error_px']:.3f} px rms: by summed-area tables")
+
+write_png(picture, np.concatenate([plan.image, view.image]))
+print("wrote", picture)

@@ -1,0 +1,37 @@
+"""Lesson 9, a clipmap with hardware tessellation: rings of patches, each edge cut by its length in the picture.
+
+A patch is a square with four numbers, the segments of its edges; the tessellator does the rest. An edge is as long as
+the sphere around it is wide, and both of its patches count alike. Where a ring meets a coarser one, the coarse edge has
+as many segments as the two fine ones together (Song, Yang, Ji 2017; Cantlay 2011).
+
+The picture is the wireframe for edges of 12 pixels, and below it the patches, in the colours of their triangles' size.
+
+Run: python 09_tessellated.py [PICTURE.png [MAP]]
+"""
+
+import sys
+
+import numpy as np
+
+from terrain_gl import Heightmap, Renderer
+from terrain_gl.image import write_png
+from terrain_gl.maps import bundled
+from terrain_gl.tessellated import Edges
+
+picture = sys.argv[1] if len(sys.argv) > 1 else "09_tessellated.png"
+name = sys.argv[2] if len(sys.argv) > 2 else "alpine"
+known = bundled()[name]
+terrain = Heightmap.open(known.path, known.spacing_m, known.z_scale, known.z_offset_m)
+
+with Renderer(terrain, size=(1280, 720)) as renderer:
+    wires, patches = (
+        renderer.render(known.camera, method="tessellated", parameters=Edges(edge_px=12, ring=32), style=style).image
+        for style in ("wireframe", "lod")
+    )
+    for edge_px in (24, 12, 6, 3):
+        renderer.draw(known.camera, method="tessellated", parameters=Edges(edge_px))
+        achieved = renderer.measure()
+        print("edges of {:4} px: {triangles:9,} triangles, {rms_error_px:.3f} px rms".format(edge_px, **achieved))
+
+write_png(picture, np.concatenate([wires, patches]))
+print("wrote", picture)
