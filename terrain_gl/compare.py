@@ -272,13 +272,6 @@ def likeness_of(
     return image, {"image_rmse": rmse(truth.image, image), "flip": flip(truth.image, image)} | shapes
 
 
-def detail_of(renderer: Renderer, camera: Camera, method: str, triangles: int, **options: Any) -> dict[str, Any]:
-    """The options with which a method draws about so many triangles best: rivals try each of their parameters."""
-    if method in RIVALS:
-        return {"parameters": renderer.best_parameters(camera, method, triangles, **options)}
-    return {"triangles": triangles}
-
-
 def measured(renderer: Renderer, camera: Camera, **drawing: Any) -> dict[str, Any]:
     """Stats of one frame with what it achieved."""
     renderer.draw(camera, **(drawing | _PLAIN))
