@@ -120,5 +120,6 @@ SUMMARY = np.dtype(
         ("dear", "2f4"),
         ("budget", "u4"),
         ("rounds", "u4"),
+        ("side", "i4"),
     ]
 )

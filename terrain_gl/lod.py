@@ -34,7 +34,7 @@ from .terrain import Terrain
 
 METRICS = ("max", "rms")  # what a tolerance in pixels bounds; one in metres has `METRES` beside them
 METRES = "metres"
-ROUNDS = 10  # prices tried for a budget, at most: it takes two to eight
+ROUNDS = 12  # prices tried for a budget, at most: it takes three to five as a rule
 _TRIANGLES, _COUNT, _EMIT = range(3)  # passes of glsl/lod/patches.comp
 _INFINITE_PX = 9e29  # glsl/lod/project.glsl has a little more
 # what the passes write is read as storage, as commands, as vertices, and back by Python

@@ -1,8 +1,8 @@
 // lod/search.comp — the next price λ to try, from how many triangles the last one made. One thread; nothing waits for it but
 // the GPU: when λ is found, the dispatches that would try another one find that they have no groups.
 //   Triangles fall with λ about as λ^-0.6, whatever the terrain: on paper with logarithms on both axes, a straight line.
-//   False position between a λ too cheap and one that keeps to the budget, then a point in the middle now and then, so
-//   that neither end can stay for ever.
+//   False position between a λ too cheap and one that keeps to the budget; an end that stays twice counts as half as far
+//   from the budget, so that it does not stay for ever (the Illinois method: Dowell, Jarratt 1971).
 //
 //     log N │ ╲ cheap
 //           │  ╲╲                       tried next: where the chord meets
@@ -36,6 +36,7 @@ void set_price(float log_price) { s_price = log_price <= FREE ? 0.0 : exp2(min(l
 
 void start() {
     s_rounds = 0u;
+    s_side = 0;
     s_cheap = s_dear = vec2(UNKNOWN, 0.0);
     set_price(clamp(29.0 - SLOPE * log2(float(s_budget)), -20.0, 40.0));
     dispatch(true);
@@ -45,8 +46,16 @@ float next(float aim) {
     float octaves = SLOPE * exp2(float(s_rounds - 1u));  // farther with every step in one direction
     if (s_dear.x == UNKNOWN) return s_cheap.x + clamp(octaves * (s_cheap.y - aim), 0.5, LARGEST_STEP);
     if (s_cheap.x == UNKNOWN) return s_dear.x - clamp(octaves * (aim - s_dear.y), 0.5, LARGEST_STEP);
-    float part = clamp((s_cheap.y - aim) / (s_cheap.y - s_dear.y), 0.03, 0.97);
-    return mix(s_cheap.x, s_dear.x, s_rounds % 3u == 0u ? 0.5 : part);
+    return mix(s_cheap.x, s_dear.x, clamp((s_cheap.y - aim) / (s_cheap.y - s_dear.y), 0.02, 0.98));
+}
+
+void note(vec2 tried, bool fits, float aim) {
+    bool again = s_side == (fits ? 1 : -1);
+    s_side = fits ? 1 : -1;
+    if (fits) s_dear = tried;
+    else s_cheap = tried;
+    if (again && fits) s_cheap.y = mix(s_cheap.y, aim, 0.5);
+    if (again && !fits) s_dear.y = mix(s_dear.y, aim, 0.5);
 }
 
 void main() {
@@ -57,11 +66,11 @@ void main() {
     if (s_groups[0].x == 0u) return;
     s_rounds++;
     vec2 tried = vec2(s_price == 0.0 ? FREE : log2(s_price), log2(max(float(s_triangles), 1.0)));
+    float aim = log2(AIM * float(s_budget));
     bool fits = s_triangles <= s_budget;
-    if (fits) s_dear = tried;
-    else s_cheap = tried;
+    note(tried, fits, aim);
     bool no_better = s_cheap.x != UNKNOWN && s_dear.x != UNKNOWN && s_dear.x - s_cheap.x < LEAST_STEP;
     if (fits && (float(s_triangles) >= ENOUGH * float(s_budget) || s_price == 0.0 || no_better)) dispatch(false);
     else if (u_last || no_better) set_price(s_dear.x == UNKNOWN ? 126.0 : s_dear.x);
-    else set_price(next(log2(AIM * float(s_budget))));
+    else set_price(next(aim));
 }

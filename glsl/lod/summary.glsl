@@ -19,6 +19,7 @@ layout(std430, binding = 4) buffer Summary {
     vec2 s_dear;         // the same of one that keeps to the budget
     uint s_budget;       // triangles at most
     uint s_rounds;       // of the search, so far
+    int s_side;          // of the budget where the last one ended: 1 within, -1 beyond
 };
 
 #define UNKNOWN 1e9
