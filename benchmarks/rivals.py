@@ -171,6 +171,7 @@ def cases(folder):
 
 def work(part, case):
     """Find all numbers of a case."""
+    case.full()
     budgets = budgets_of(part, case)
     for triangles in budgets:
         for method in compare.COMPARED:
@@ -192,7 +193,7 @@ def work(part, case):
 def budgets_of(part, case):
     """Numbers of triangles to ask for."""
     if part == "real":
-        return [round(case.full() / 2**k) for k in (6, 5, 4, 3, 2, 1)]
+        return [round(case.known["full"] / 2**k) for k in (6, 5, 4, 3, 2, 1)]
     return {"land": [100_000, 300_000, 1_000_000], "others": [10_000, 30_000, 100_000], "puget": [103_040]}.get(
         part, []
     )
@@ -215,38 +216,59 @@ def markdown(rows):
 
 def tables(part, found):
     """What is known of a part, as text."""
-    if part == "pixel":
-        rows = [["map", "every post", "certified by SAT", "achieved, px", *(f"{m} needs" for m in RIVALS)]]
-        for case in found:
-            needed = case.known["within 1.0"]
-            counts = [f"{needed[m]:,}" if needed[m] else "not reached" for m in RIVALS]
-            rows += [[case.name, f"{needed['full']:,}", f"{needed['sat']:,}", f"{needed['achieved_px']:.3f}", *counts]]
-        return markdown(rows)
-    if part == "puget":
-        rows = [["asked", "triangles", "largest error, px", "RMS error, px"]]
-        for key, stats in found[0].known.items() if found else ():
-            rows += [[key, f"{stats['triangles']:,}", f"{stats['max_error_px']:.3f}", f"{stats['rms_error_px']:.3f}"]]
-        return markdown(rows)
-    rows = [["view or map", "triangles", *(f"{m} RMS px" for m in compare.COMPARED), "ideal"]]
-    rows[0] += [f"{m} / sat" for m in RIVALS] + [f"{m} RMSE" for m in compare.COMPARED]
-    for case in found:
-        budgets = budgets_of(part, case)
-        for triangles, (_, ideal_px) in zip(budgets, case.ideal(budgets), strict=True):
-            rows += [[case.name, f"{triangles:,}", *numbers(case, triangles, ideal_px)]]
+    rows = {"pixel": pixel_rows, "puget": puget_rows}.get(part, budget_rows)(part, found)
     return markdown(rows)
 
 
-def numbers(case, triangles, ideal_px):
-    """Cells of a line: errors, the ideal, how many times the rivals' are larger, pictures."""
-    px = {m: case.known[f"{m} {triangles}"]["rms_error_px"] for m in compare.COMPARED}
-    pictures = [case.known.get(f"{m} {triangles} picture", {}).get("image_rmse") for m in compare.COMPARED]
-    factors = [f"{px[m] / px['sat']:.2f}" for m in RIVALS]
-    return [
-        *(f"{v:.4f}" for v in px.values()),
-        f"{ideal_px:.4f}",
-        *factors,
-        *("" if v is None else f"{v:.4f}" for v in pictures),
-    ]
+def pixel_rows(_, found):
+    """Triangles to be within a pixel."""
+    rows = [["map", "every post", "SAT, certified", "achieved, px", *(f"{m}, achieved" for m in RIVALS)]]
+    for case in found:
+        if needed := case.known.get("within 1.0"):
+            counts = [f"{needed[m]:,}" if needed[m] else "not reached" for m in RIVALS]
+            rows += [[case.name, f"{needed['full']:,}", f"{needed['sat']:,}", f"{needed['achieved_px']:.3f}", *counts]]
+    return rows
+
+
+def puget_rows(_, found):
+    """The view that is known of other methods."""
+    rows = [["asked", "triangles", "largest error, px", "RMS error, px"]]
+    for case in found:
+        for key, stats in (each for each in case.known.items() if each[0] != "full"):
+            rows += [[key, f"{stats['triangles']:,}", f"{stats['max_error_px']:.3f}", f"{stats['rms_error_px']:.3f}"]]
+    return rows
+
+
+def budget_rows(part, found):
+    """Errors at equal triangles: the methods', the ideal's, how many times the rivals' are larger; and pictures."""
+    ours, methods = "sat", compare.COMPARED
+    rows = [["view or map", "triangles", *(f"{m} RMS px" for m in methods), "ideal", "sat / ideal"]]
+    rows[0] += [f"{m} / {ours}" for m in RIVALS] + [f"{m} RMSE" for m in methods]
+    for case in found:
+        for triangles in budgets_of(part, case):
+            px = {m: case.known.get(f"{m} {triangles}", {}).get("rms_error_px") for m in methods}
+            picture = [case.known.get(f"{m} {triangles} picture", {}).get("image_rmse") for m in methods]
+            ideal_px = ideal_at(case, budgets_of(part, case), triangles)
+            ratios = [ratio(px[ours], ideal_px), *(ratio(px[m], px[ours]) for m in RIVALS)]
+            numbers = [*map(shown, px.values()), shown(ideal_px), *ratios, *map(shown, picture)]
+            rows += [[case.name, f"{triangles:,}", *numbers]]
+    return rows
+
+
+def ideal_at(case, budgets, triangles):
+    """RMS error of the ideal with so many triangles, if it is known."""
+    found = case.known.get(f"ideal {budgets}")
+    return found[budgets.index(triangles)][1] if found else None
+
+
+def shown(value):
+    """A number, or nothing."""
+    return "" if value is None else f"{value:.4f}"
+
+
+def ratio(a, b):
+    """A ratio, or nothing."""
+    return f"{a / b:.2f}" if a and b else ""
 
 
 def main(folder, *parts):
@@ -260,7 +282,7 @@ def main(folder, *parts):
         print(f"[{'#' * (30 * i // len(todo)):<30}] {part} {case.name}", file=sys.stderr, flush=True)
         work(part, case)
     for part in asked or known:
-        done = [case for case in known[part] if case.known]
+        done = [case for case in known[part] if case.known and (part != "real" or "full" in case.known)]
         print(f"\n## {part}\n\n{tables(part, done)}")
 
 
