@@ -11,6 +11,7 @@ import terrain_gl as tg
 from terrain_gl import compare as comparing
 from terrain_gl import reference
 from terrain_gl.cli import main
+from terrain_gl.cli.compare import in_lines
 from terrain_gl.compare import COMPARED, EQUAL, Truth, curve, entry_of, fewest, ideal_curve, study, truth_of
 from terrain_gl.image import read_image
 from terrain_gl.views import standard_view
@@ -210,3 +211,13 @@ def test_a_figure_that_fails_leaves_nothing(tmp_path, command, monkeypatch, caps
     assert main([*command, "--json", str(tmp_path / "numbers.json")]) == 1
     assert "No space left" in capsys.readouterr().err
     assert sorted(path.name for path in tmp_path.iterdir()) == ["cliffs.npy"]
+
+
+def test_command_lines_break_between_options():
+    command = (
+        "terrain-gl compare land.png --spacing 10 --view valley --eye -5,0,2 --triangles 20000 --curve -o figure.png"
+    )
+    lines = in_lines(command)
+    assert " ".join(line.strip() for line in lines) == command
+    assert len(lines) > 1 and all(line.strip().startswith("-") for line in lines[1:])
+    assert not any(line.endswith(option) for line in lines for option in ("--view", "--triangles", "-o"))

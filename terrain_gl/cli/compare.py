@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import argparse
 import os
+import re
 import textwrap
 from typing import Any
 
@@ -104,7 +105,14 @@ def caption(args: argparse.Namespace, scene: options.Scene) -> list[str]:
         "in brackets: RMSE of the picture, black 0 to white 1",
         "",
     ]
-    return lines + textwrap.wrap(report.shown(args.command_line), _CAPTION, subsequent_indent="   ")
+    return lines + in_lines(report.shown(args.command_line))
+
+
+def in_lines(command: str) -> list[str]:
+    """A command line in lines that end between options."""
+    bound = re.sub(r"(?<= )(--?[a-z-]+) (?=[^-])", "\\1\N{NO-BREAK SPACE}", command)
+    lines = textwrap.wrap(bound, _CAPTION, subsequent_indent="   ", break_on_hyphens=False)
+    return [line.replace("\N{NO-BREAK SPACE}", " ") for line in lines]
 
 
 def light_text(found: Study) -> str:
