@@ -22,7 +22,7 @@ from terrain_gl.tessellated import Edges
 
 PARAMETER_SETS = [
     *(("clipmap", rings) for rings in (Rings(), Rings(13), Rings(33), Rings(15, finest=2), Rings(63, 0, 0.0))),
-    *(("tessellated", edges) for edges in (Edges(), Edges(3, 8, 8), Edges(1, 4, 12), Edges(40, 32, 16))),
+    *(("tessellated", edges) for edges in (Edges(), Edges(3, 8, 8), Edges(2, 4, 12), Edges(40, 32, 16))),
 ]
 
 
@@ -174,13 +174,14 @@ def test_heights_drawn_are_those_of_the_pyramid(ctx, method):
     scene.release()
 
 
-def test_clipmap_near_the_eye_is_the_map_itself(ctx):
-    """With a ring as large as the map, every post is drawn where it belongs."""
+def test_a_ring_as_large_as_the_map_is_the_map_itself(ctx):
     renderer = tg.Renderer(MAPS["odd"](), SIZE, ctx=ctx)
-    for camera in cameras(renderer.heightmap).values():
+    views = cameras(renderer.heightmap)
+    del views["far"]  # whose rings are far from the map, too
+    for view, camera in views.items():
         renderer.draw(camera, method="clipmap", parameters=Rings(4 * 203 + 1, finest=0))
         stats = renderer.measure()
-        assert stats["max_error_px"] == 0 or stats["posts_measured"] == 0 or abs(camera.eye[0]) > 1e4
+        assert (stats["max_error_px"], stats["holes"]) == (0, 0) and stats["posts_measured"] > 20, view
     renderer.release()
 
 
