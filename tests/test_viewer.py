@@ -12,8 +12,10 @@ import time
 import numpy as np
 import pytest
 
+from terrain_gl.brush import TOOLS
 from terrain_gl.camera import Camera
 from terrain_gl.drawing import METHODS, Drawing
+from terrain_gl.error import ErrorTables
 from terrain_gl.exceptions import TerrainError
 from terrain_gl.explain import Choice, Explanation
 from terrain_gl.heightmap import Heightmap
@@ -21,6 +23,7 @@ from terrain_gl.image import read_image
 from terrain_gl.lod import METRICS
 from terrain_gl.renderer import Renderer
 from terrain_gl.shade import STYLES
+from terrain_gl.terrain import Terrain
 from terrain_gl.viewer import font, hud, lesson
 from terrain_gl.viewer.commands import BY_KEY, GROUPS, shown_lines
 from terrain_gl.viewer.controller import (
@@ -583,16 +586,16 @@ def test_a_flight_is_closed_while_a_map_loads(ctx):
 def test_keys_do_what_they_say(flight):
     settle(flight)
     for key in BY_KEY:
-        if key not in ("escape", "p"):
+        if key not in ("escape", "p", "r", "ctrl+s"):
             flight.press(key)
-            assert flight.busy
             settle(flight)
     assert set(flight.controller.bookmarks) == set(range(1, 10))
     flight.press("nonsense")
     flight.settings.keys = True
     flight.press("escape")
     assert not flight.settings.keys and not flight.done
-    flight.press("escape")
+    for _ in range(3):  # the brush, an explanation
+        flight.press("escape")
     assert flight.done
 
 
@@ -674,7 +677,7 @@ def test_the_picture_is_saved_without_words_beside_earlier_ones(flight, tmp_path
     monkeypatch.chdir(tmp_path)
     for _ in range(2):
         flight.press("p")
-        flight.frame(0.0)
+        settle(flight)
     assert sorted(path.name for path in tmp_path.iterdir()) == ["hills-001.png", "hills-002.png"]
     assert (tmp_path / "hills-001.png").read_bytes() == (tmp_path / "hills-002.png").read_bytes()
     assert free_name("x/hills.tif").name == "hills-003.png"
@@ -685,7 +688,7 @@ def test_a_picture_that_cannot_be_saved_is_told(flight, tmp_path, monkeypatch):
     monkeypatch.chdir(tmp_path)
     shutil.rmtree(tmp_path)
     flight.press("p")
-    flight.frame(0.0)
+    settle(flight)
     assert flight.message and "saved" not in flight.message
 
 
@@ -832,6 +835,162 @@ def test_wires_are_drawn_over_the_picture(flight):
     settle(flight)
     brighter = (seen(flight) - before).min(-1) > 8
     assert 0.02 < brighter.mean() < 0.6
+
+
+# --- Sculpting, films, command lines -----------------------------------------------------------------------------
+
+
+def stroke(flight, start, end, now_s):
+    """Draw the brush from one pixel to another."""
+    flight.press_button("left", *start)
+    flight.frame(now_s)
+    for share in (0.5, 1.0):
+        flight.point(*(a + share * (b - a) for a, b in zip(start, end, strict=True)))
+        flight.frame(now_s + share)
+    flight.let_go_button("left", *end)
+    settle(flight, now_s + 2)
+
+
+def test_a_stroke_changes_the_land_and_the_promise_holds(flight):
+    settle(flight)
+    before = flight.renderer.heightmap.heights.copy()
+    picture = seen(flight)
+    pose = flight.controller.pose
+    flight.press("b")
+    settle(flight)
+    flight.editing.strength_m = 30.0
+    stroke(flight, (150, 140), (190, 150), 100.0)
+    after = flight.renderer.heightmap.heights.copy()
+    assert (after - before).max() > 20 and (after >= before).all() and flight.controller.pose == pose
+    assert flight.figures.measured_px["max"] <= flight.figures.stats["certified_max_error_px"] <= 1
+    assert changed(seen(flight), picture) > 0.01
+    assert flight.editing.strokes == (1, 0)
+    built = ErrorTables(Terrain(flight.ctx, Heightmap(after, 10.0)))
+    flight.press("ctrl+z")
+    settle(flight, 200.0)
+    assert np.array_equal(flight.renderer.heightmap.heights, before)
+    flight.press("ctrl+shift+z")
+    settle(flight, 300.0)
+    assert np.array_equal(flight.renderer.heightmap.heights, after)
+    assert len(built.nodes.read()) == len(flight.renderer.tables.nodes.read())
+    built.terrain.release()
+    built.release()
+    flight.press("ctrl+z")
+    flight.press("ctrl+z")
+    assert "nothing" in flight.message
+
+
+def test_a_brush_that_is_held_goes_on(flight):
+    settle(flight)
+    flight.press("b")
+    settle(flight)
+    flight.press_button("left", 160, 150)
+    flight.frame(500.0)
+    once = flight.renderer.heightmap.heights.copy()
+    for i in range(10):
+        flight.frame(501.0 + i)
+    assert (flight.renderer.heightmap.heights - once).max() > 5 * flight.editing.strength_m
+    flight.let_go_button("left", 160, 150)
+    assert flight.editing.strokes == (1, 0) and flight.explanation is None
+
+
+def test_every_tool_is_at_hand(flight):
+    settle(flight)
+    flight.press("b")
+    tools = set()
+    for _ in TOOLS:
+        flight.press("x")
+        tools.add(flight.editing.tool)
+        before = flight.editing.brush
+        for key in ("]", ".", "]", "."):
+            flight.press(key, again=True)
+        assert flight.editing.brush.radius_m > before.radius_m and flight.editing.brush.strength > before.strength
+        for key in ("[", ","):
+            for _ in range(500):
+                flight.press(key)
+        assert flight.editing.brush.radius_m > 0 and flight.editing.brush.strength > 0
+    assert tools == set(TOOLS)
+    flight.press("escape")
+    assert not flight.brushing and not flight.done
+
+
+@pytest.mark.parametrize("suffix", [".tif", ".png", ".exr"])
+def test_the_land_is_saved_and_opens_again(flight, tmp_path, suffix):
+    settle(flight)
+    flight.exaggeration = 2.0
+    flight.exaggerate()
+    settle(flight)
+    heights = flight.renderer.heightmap.heights / 2
+    path = tmp_path / f"land{suffix}"
+    flight.save(str(path))
+    flight.saving.join()
+    settle(flight)
+    assert "saved" in flight.message and "--spacing" in flight.message
+    words = flight.message.split("open it again: ")[1].split()
+    options = dict(zip(words[::2], words[1::2], strict=True))
+    scales = {"z_scale": float(options.get("--z-scale", 1)), "z_offset_m": float(options.get("--z-offset", 0))}
+    again = Heightmap.open(path, spacing_m=10.0, **scales)
+    assert np.abs(again.heights - heights).max() <= scales["z_scale"] / 2 if suffix == ".png" else again.heights.size
+    if suffix != ".png":
+        assert np.array_equal(again.heights, heights)
+
+
+def test_what_cannot_be_saved_is_told(flight, tmp_path):
+    settle(flight)
+    for path in ("land.doc", str(tmp_path / "nowhere" / "land.tif")):
+        flight.save(path)
+        if flight.saving:
+            flight.saving.join()
+        flight.frame(0.0)
+        assert flight.saving is None and flight.message and not flight.message.startswith("saved")
+
+
+def test_a_film_is_recorded(flight, tmp_path, monkeypatch):
+    pytest.importorskip("av", reason="the extra [video] is not installed")
+    monkeypatch.chdir(tmp_path)
+    settle(flight)
+    flight.press("r")
+    flight.controller.press("d")
+    for i in range(12):
+        flight.frame(1000.0 + 0.1 * i)
+    flight.controller.let_go_all()
+    flight.press("r")
+    for thread in flight._finishing:
+        thread.join()
+    import av
+
+    with av.open(str(tmp_path / "hills-001.mp4")) as film:
+        frames = [frame.to_ndarray(format="rgb24") for frame in film.decode(video=0)]
+    assert len(frames) > 5 and frames[0].shape == (200, 320, 3)
+    assert changed(frames[-1].astype(int), frames[0].astype(int)) > 0.01
+
+
+def test_a_film_that_cannot_be_written_is_told_and_the_flight_goes_on(flight, tmp_path, monkeypatch):
+    monkeypatch.chdir(tmp_path)
+    settle(flight)
+    monkeypatch.setattr("terrain_gl.viewer.flight.free_name", lambda *_: tmp_path / "nowhere" / "film.mp4")
+    flight.press("r")
+    for i in range(5):
+        flight.frame(10.0 + i)
+    assert flight.recorder is None and flight.message
+    monkeypatch.setattr("terrain_gl.viewer.flight.free_name", lambda *_: tmp_path / "pictures")
+    flight.press("r")
+    flight.frame(20.0)
+    flight.resize((300, 180))  # a film has one size
+    for i in range(5):
+        flight.frame(21.0 + i)
+    assert flight.recorder is None and "ended" in flight.message
+
+
+def test_the_view_is_told_as_a_command_line(flight):
+    settle(flight)
+    told = []
+    flight.line_of = lambda *view: told.append(view) or "terrain-gl shot hills"
+    flight.on_copy = told.append
+    flight.press("y")
+    heightmap, camera, size, drawing = told[0]
+    assert (camera, size, drawing) == (flight.controller.camera, (320, 200), flight.settings.drawing)
+    assert told[1] == "terrain-gl shot hills" and "shot hills" in flight.message
 
 
 # --- Panels, without a window -----------------------------------------------------------------------------------------

@@ -12,6 +12,7 @@ from ..drawing import Drawing
 from ..exceptions import UsageError
 from ..maps import bundled, find_bundled
 from . import options, report
+from .line import command_line
 
 BACKENDS = ("auto", "egl", "glfw")
 REMEMBERED = {"size", *(option.name for option in fields(Drawing))}  # from one run to the next, unless given
@@ -54,8 +55,7 @@ def run(args: argparse.Namespace) -> int:
 
     given = {key: value for key, value in options.drawing_options(args).items() if value is not None and key != "sun"}
     title = known.name if known else os.path.basename(name)
-    stats = viewer.run(
-        opened, size=args.size, name=title, backend=args.backend, fresh=args.fresh, gui=not args.plain, **given
-    )
+    window = {"size": args.size, "backend": args.backend, "fresh": args.fresh, "gui": not args.plain}
+    stats = viewer.run(opened, name=title, line_of=command_line, **window, **given)
     report.write_json(args.json, {"map": name} | stats)
     return 0

@@ -77,8 +77,21 @@ GROUPS: dict[str, list[Command]] = {
         Command("Z", "magnifying glass", ("z",), lambda f: f.toggle_lens()),
         Command("U", "the summed-area table, and a box read from it", ("u",), lambda f: f.toggle("sums")),
     ],
+    "Sculpt": [
+        Command("B", "the brush, or the hand that orbits", ("b",), lambda f: f.toggle_brush()),
+        Command("X", "next tool: raise, lower, smooth, flatten, cliff", ("x",), lambda f: f.next_tool()),
+        Command("[ ]", "smaller, larger brush", ("]",), lambda f: f.widen(1), True),
+        Command("", "", ("[",), lambda f: f.widen(-1), True),
+        Command(", .", "weaker, stronger", (".",), lambda f: f.strengthen(1), True),
+        Command("", "", (",",), lambda f: f.strengthen(-1), True),
+        Command("Ctrl Z", "undo the last stroke", ("ctrl+z",), lambda f: f.undo(), True),
+        Command("Ctrl Shift Z", "do it again", ("ctrl+shift+z", "ctrl+y"), lambda f: f.redo(), True),
+        Command("Ctrl S", "save the land: PNG, TIFF or EXR", ("ctrl+s",), lambda f: f.ask_to_save()),
+    ],
     "Keep": [
         Command("P", "save the picture as PNG", ("p",), lambda f: f.shoot()),
+        Command("R", "record what is seen as a film, or stop", ("r",), lambda f: f.toggle_recording()),
+        Command("Y", "this view as a command line", ("y",), lambda f: f.tell_line()),
         Command("drop a file", "open a map: drop its file on the window"),
     ],
     "Window": [

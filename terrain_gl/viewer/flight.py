@@ -6,7 +6,9 @@ outside, so that tests need neither window nor clock.
 
 from __future__ import annotations
 
+import importlib.util
 import math
+import threading
 import time
 from collections.abc import Callable, Generator, Iterator
 from dataclasses import dataclass, replace
@@ -16,6 +18,7 @@ from typing import Any
 import moderngl
 import numpy as np
 
+from ..brush import TOOLS
 from ..camera import Camera, Vector
 from ..drawing import METHODS, Drawing
 from ..exceptions import TerrainError
@@ -23,6 +26,7 @@ from ..explain import Explanation
 from ..heightmap import Heightmap
 from ..image import write_png
 from ..measure import Achieved
+from ..record import Recorder
 from ..renderer import Renderer
 from ..shade import Look
 from . import hud
@@ -30,10 +34,11 @@ from .canvas import Canvas
 from .charts import History
 from .commands import BY_KEY
 from .controller import MODES, Controller, hit_ground
+from .editing import Editing, Saving, suggested_path
 from .gui import Gui
 from .hud import Figures, drawing_ms
 from .lesson import BoxSum, box_around
-from .lines import Line, Lines, frustum, outline
+from .lines import Line, Lines, frustum, outline, ring
 from .loading import Loading, Opened, Opener, coarse
 from .memory import Memory
 from .overlay import Overlay, Panel
@@ -47,7 +52,7 @@ BUILD_S = 0.03  # spent on tables between two looks at the window's events
 _LONGEST_S = 0.25  # motion of one frame, even after a longer one
 _SKY = (0.16, 0.19, 0.23)
 _NO_LENS = (0.0, 0.0, 0.0, 1.0)
-_FRUSTUM, _PICKED = (255, 205, 120, 255), (255, 120, 90, 255)
+_FRUSTUM, _PICKED, _BRUSH = (255, 205, 120, 255), (255, 120, 90, 255), (255, 255, 255, 230)
 
 
 @dataclass(frozen=True)
@@ -97,6 +102,15 @@ class Flight:
         self.canvas = Canvas(self.ctx)
         self._lines: Lines | None = None
         self.frozen: Camera | None = None
+        self.editing: Editing | None = None
+        self.brushing = False
+        self.saving: Saving | None = None
+        self.save_as: str | None = None  # the path that is being asked for
+        self.recorder: Recorder | None = None
+        self._recorded_s = 0.0
+        self._finishing: list[threading.Thread] = []
+        self.line_of: Callable[..., str] | None = None  # a view as a command line
+        self.on_copy: Callable[[str], None] = lambda text: None  # to the clipboard
         self.explanation: Explanation | None = None
         self.box: BoxSum | None = None
         self.side_stats: list[dict[str, Any]] = []
@@ -178,12 +192,18 @@ class Flight:
         if not (before and was_coarse):
             self._enter(opened)
         renderer.picture.waits_for_light = False
+        self.editing = None if self._coarse else Editing(renderer)
         self._drawn, self._full_ms = None, float("inf")
         self.explanation = self.box = None
 
     def close(self) -> None:
         """Give everything back, and remember what is to be remembered."""
         self.cancel_loading()
+        self._stop_recording()
+        for thread in self._finishing:
+            thread.join()
+        if self.saving:
+            self.saving.join()
         self._stop_lighting()
         self._note_map()
         if self._renderer:
@@ -289,6 +309,136 @@ class Flight:
         """A magnifying glass under the cursor, or none."""
         self.settings.lens = 0.0 if self.settings.lens else 6.0
 
+    # --- Sculpting ----------------------------------------------------------------------------------------------------
+
+    def toggle_brush(self) -> None:
+        """Take the brush, or lay it down."""
+        self.brushing = not self.brushing and self.editing is not None
+        if self.brushing:
+            low, high = self.renderer.heightmap.range_m
+            self.renderer.make_room(0.5 * (high - low), 0.5 * (high - low))  # no stroke is to wait for it
+            self._land_changed(settled=True)
+            self.say("drag on the land to sculpt it; the right button still looks around; B lays the brush down")
+
+    def next_tool(self) -> None:
+        """Take another tool."""
+        if self.editing:
+            self.editing.tool = TOOLS[(TOOLS.index(self.editing.tool) + 1) % len(TOOLS)]
+            self.say(f"tool: {self.editing.tool}")
+
+    def widen(self, steps: float) -> None:
+        """Change the brush's radius."""
+        if self.editing:
+            self.editing.widen(steps)
+
+    def strengthen(self, steps: float) -> None:
+        """Change the brush's strength."""
+        if self.editing:
+            self.editing.strengthen(steps)
+
+    def undo(self) -> None:
+        """Take the last stroke back."""
+        if self.editing and self.editing.undo():
+            self._land_changed(settled=True)
+        else:
+            self.say("nothing to undo")
+
+    def redo(self) -> None:
+        """Do it again."""
+        if self.editing and self.editing.redo():
+            self._land_changed(settled=True)
+        else:
+            self.say("nothing to do again")
+
+    def ask_to_save(self) -> None:
+        """Ask for a path; without panels, take one that is free."""
+        path = suggested_path(self.renderer.heightmap.name)
+        if self.gui:
+            self.save_as = path
+        else:
+            self.save(path)
+
+    def save(self, path: str) -> None:
+        """Write the land to a file, in a thread."""
+        self.save_as = None
+        if self.saving:
+            self.say(f"{self.saving.path} is still being written")
+            return
+        try:
+            self.saving = Saving(path, self.renderer.heightmap, self._factor)
+        except TerrainError as error:
+            self.say(str(error))
+
+    def _land_changed(self, settled: bool) -> None:
+        """The land is another: what is known of it is no longer so."""
+        self.controller.heightmap = self.renderer.heightmap
+        self._drawn = self._measuring = self.explanation = None
+        if self.editing and self.editing.edited:
+            self._plain = None
+        if settled:
+            self._stop_lighting()
+
+    def _sculpt(self, now_s: float) -> None:
+        """The brush is held: where the cursor is now."""
+        place = self.place_under(*self._pointed) if self._pointed else None
+        if place is not None and self.editing:
+            self.editing.move(place, now_s)
+            self._land_changed(settled=False)
+
+    # --- Films --------------------------------------------------------------------------------------------------------
+
+    def toggle_recording(self) -> None:
+        """Record what is seen, without panels, until it is called again."""
+        if self.recorder:
+            path, frames = self.recorder.path, self.recorder.frames
+            self._stop_recording()
+            self.say(f"{path}: recorded, {frames} frames so far are being finished")
+            return
+        name = free_name(self.renderer.heightmap.name, ".mp4" if importlib.util.find_spec("av") else "")
+        try:
+            self.recorder, self._recorded_s = Recorder(name), self._now_s
+        except TerrainError as error:
+            self.say(str(error))
+        else:
+            self.say(f"recording {name}: R stops")
+
+    def _record(self) -> None:
+        """Add what is seen now to the film."""
+        assert self.recorder
+        try:
+            self.recorder.append(self.canvas.read(), self._now_s - self._recorded_s, wait=False)
+        except TerrainError as error:
+            self.recorder.cancel()
+            self.recorder = None
+            self.say(f"recording ended: {error}")
+
+    def _stop_recording(self) -> None:
+        """Finish the film in a thread of its own: encoders take their time."""
+        if self.recorder:
+            recorder, self.recorder = self.recorder, None
+            thread = threading.Thread(target=self._finish, args=(recorder,), name=f"finishing {recorder.path}")
+            self._finishing = [t for t in self._finishing if t.is_alive()] + [thread]
+            thread.start()
+
+    def _finish(self, recorder: Recorder) -> None:
+        try:
+            recorder.close()
+        except (TerrainError, OSError) as error:
+            self.say(f"recording failed: {error}")
+
+    def tell_line(self) -> None:
+        """This view as a command line, on the clipboard."""
+        if not self.line_of:
+            return
+        wanted = self._wanted()
+        try:
+            line = self.line_of(self.renderer.heightmap, wanted.camera, wanted.size, self.settings.drawing)
+        except TerrainError as error:
+            self.say(str(error))
+        else:
+            self.on_copy(line)
+            self.say(f"copied: {line}", 3 * MESSAGE_S)
+
     def home(self) -> None:
         """Back to the first view."""
         self.controller.home()
@@ -328,8 +478,12 @@ class Flight:
         if self.can_cancel:
             self.cancel_loading()
             self.say("cancelled")
+        elif self.save_as is not None:
+            self.save_as = None
         elif self.settings.keys:
             self.settings.keys = False
+        elif self.brushing:
+            self.brushing = False
         elif self.explanation:
             self.explanation = None
         else:
@@ -365,6 +519,11 @@ class Flight:
         controller, settings = self.controller, self.settings
         if name == "left" and settings.split and abs(x - settings.divider * self.size[0]) < 8 * self.scale:
             self._drag = "divider"
+        elif name == "left" and self.brushing and self.editing:
+            if (place := self.place_under(x, y)) is not None:
+                self._drag = "brush"
+                self.editing.begin(place, self._now_s)
+                self._land_changed(settled=False)
         elif name == "left" and controller.mode != "walk":
             self._drag = "orbit"
             controller.grab(*self._tangents(x, y))
@@ -377,6 +536,9 @@ class Flight:
         if not self.has_map:
             return
         self.controller.release()
+        if drag == "brush" and self.editing:
+            self.editing.end()
+            self._land_changed(settled=True)
         if name == "left" and drag in ("orbit", "look") and math.dist((x, y), self._pressed_at) < 4 * self.scale:
             self.explain(x, y)
 
@@ -395,7 +557,7 @@ class Flight:
             getattr(self.controller, drag)(dx, dy)
         elif self.settings.split and not over_panels:
             self.settings.active = int(x > self.settings.divider * self.size[0])
-        if self.settings.lens or self.settings.sums:
+        if self.settings.lens or self.settings.sums or self.brushing:
             self._stale = True
 
     def place_under(self, x: float, y: float) -> np.ndarray | None:
@@ -444,6 +606,8 @@ class Flight:
         """Whether the next frame should come at once; else nothing happens until an event, or `wait_s` have gone."""
         if not self.has_map or self.loading or self._stale or self._echoes:
             return True
+        if self.recorder or self._drag == "brush":
+            return True
         return self._is_unlit or self.controller.moving or self._wanted() != self._drawn or self._measuring is not None
 
     @property
@@ -463,6 +627,9 @@ class Flight:
         if min(self.size) < 1:
             return False
         self._forget_message(now_s)
+        if self.saving and self.saving.message:
+            self.say(self.saving.message, 2 * MESSAGE_S)
+            self.saving = None
         if self.has_map:
             self._move(now_s)
             self._draw_or_rest(now_s)
@@ -505,6 +672,9 @@ class Flight:
         self._moved_s = now_s
 
     def _draw_or_rest(self, now_s: float) -> None:
+        if self._drag == "brush":
+            self._sculpt(now_s)
+            self._asked_s = now_s
         wanted = self._wanted()
         if wanted != self._asked:
             self._asked, self._asked_s = wanted, now_s
@@ -616,6 +786,8 @@ class Flight:
             self.overlay.draw(self.target, self.size, self.panels())
 
     def _show_land(self) -> None:
+        if self.recorder:
+            self._record()
         lens = (*self._cursor_from_below(), 110 * self.scale, self.settings.lens) if self._sees_lens else _NO_LENS
         self.canvas.show(self.target, lens, self.settings.divider if self.settings.split else None)
         self.box = self._box_under_cursor() if self.settings.sums else None
@@ -660,6 +832,8 @@ class Flight:
         if self.explanation:
             told = self.explanation
             lines.append((outline(heightmap, told.corner, (told.side, told.side)), _PICKED))
+        if self.brushing and self.editing and self.cursor and (place := self.place_under(*self.cursor)) is not None:
+            lines.append((ring(heightmap, float(place[0]), float(place[1]), self.editing.radius_m), _BRUSH))
         if self.box:
             x0, y0, x1, y1 = self.box.box
             lines.append((outline(heightmap, (x0, y0), (x1 - x0 - 1, y1 - y0 - 1)), _PICKED))
@@ -681,10 +855,10 @@ def _raised(place: Vector, ratio: float) -> Vector:
     return place[0], place[1], ratio * place[2]
 
 
-def free_name(map_name: str) -> Path:
+def free_name(map_name: str, suffix: str = ".png") -> Path:
     """First of name-001.png, name-002.png, ... that is not there yet."""
     stem = Path(map_name).stem or "terrain"
     number = 1
-    while (path := Path(f"{stem}-{number:03d}.png")).exists():
+    while (path := Path(f"{stem}-{number:03d}{suffix}")).exists():
         number += 1
     return path

@@ -203,6 +203,9 @@ class Gui:
         if flight.loading:
             with self._window("##loading", (0.5, 0.93), size):
                 self._progress(flight)
+        if flight.save_as is not None:
+            with self._window("Save the land##save", (0.5, 0.4), size, closed=lambda: flight.press("escape")):
+                self._ask_path(flight)
         if flight.light is not None and not flight.loading:
             with self._window("##light", (0.5, 0.93), size):
                 self.imgui.text("light and shadow")
@@ -277,6 +280,19 @@ class Gui:
             imgui.text(sentence)
         imgui.text_disabled("A click elsewhere explains another patch; Esc puts this away.")
         imgui.pop_text_wrap_pos()
+
+    def _ask_path(self, flight: Flight) -> None:
+        """A path to save to, by text."""
+        assert flight.save_as is not None
+        self.imgui.text_disabled("name.png: 16-bit steps   name.tif, name.exr: metres as they are")
+        self.imgui.set_next_item_width(26 * self.em)
+        if self.imgui.is_window_appearing():
+            self.imgui.set_keyboard_focus_here()
+        entered, path = self.imgui.input_text("##path", flight.save_as, self.imgui.InputTextFlags_.enter_returns_true)
+        flight.save_as = path
+        self.hint("path", "Where to write; the ending says in which format.")
+        if self.press_button("Save", "Write the land as it is now (Enter).") or entered:
+            flight.save(path)
 
     def _progress(self, flight: Flight) -> None:
         assert flight.loading

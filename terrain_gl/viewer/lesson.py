@@ -129,5 +129,5 @@ def box_around(renderer: Renderer, col: int, row: int, side: int) -> BoxSum:
         return int.from_bytes(sums.buffer.read(4, offset=4 * ((y - 1) * heightmap.cols + x - 1)), "little")
 
     found = BoxSum((x0, y0, x1, y1), (fetch(x0, y0), fetch(x1, y0), fetch(x0, y1), fetch(x1, y1)), 0.0)
-    _, low_m, span_m = measure_span(*heightmap.range_m)
+    _, low_m, span_m = measure_span(*heightmap.reach_m)
     return BoxSum(found.box, found.corners, low_m + found.sum / found.posts * span_m / 65535)

@@ -6,6 +6,7 @@ import math
 from datetime import datetime
 from typing import TYPE_CHECKING, Any
 
+from ..brush import TOOLS
 from ..drawing import CHOICES
 from ..sun import sun_position
 from .controller import MODES
@@ -69,6 +70,43 @@ def understand(gui: Gui, flight: Flight) -> None:
     gui.imgui.text_disabled("Click on the land: why is it drawn so?")
 
 
+def sculpt(gui: Gui, flight: Flight) -> None:
+    """Changing the land."""
+    editing = flight.editing
+    if editing is None:
+        gui.imgui.text_disabled("as soon as the tables are built")
+        return
+    if gui.tick("brush", flight.brushing, "Drag on the land to change it; the promise holds all the while (B)."):
+        flight.press("b")
+    tool = gui.choose("tool", editing.tool, TOOLS, "What the brush does (X).")
+    editing.tool = tool or editing.tool
+    heightmap = editing.renderer.heightmap
+    least, most = min(heightmap.spacing_m), 0.5 * max(heightmap.extent_m)
+    radius = gui.slide("radius", editing.radius_m, least, most, "Of the ring on the land ([ and ]).", "%.3g m", True)
+    editing.radius_m = editing.radius_m if radius is None else radius
+    if editing.tool in ("smooth", "flatten"):
+        share = gui.slide("strength", editing.share, 0.01, 1.0, "Share of the way, each dab (, and .).", "%.2f")
+        editing.share = editing.share if share is None else share
+    else:
+        reach = max(heightmap.range_m[1] - heightmap.range_m[0], 1.0)
+        text = "Metres in the middle, each dab (, and .)."
+        metres = gui.slide("strength", editing.strength_m, 1e-4 * reach, 0.5 * reach, text, "%.3g m", True)
+        editing.strength_m = editing.strength_m if metres is None else metres
+    if editing.tool == "cliff":
+        text = "Where the cliff's face looks, clockwise from north."
+        azimuth = gui.slide("face", editing.azimuth_deg, 0.0, 360.0, text, "%.0f°")
+        editing.azimuth_deg = editing.azimuth_deg if azimuth is None else azimuth
+    undone, redone = editing.strokes
+    if gui.press_button("Undo", f"Take the last of {undone} strokes back (Ctrl Z).", undone > 0):
+        flight.press("ctrl+z")
+    gui.imgui.same_line()
+    if gui.press_button("Redo", f"Do the last of {redone} undone strokes again (Ctrl Shift Z).", redone > 0):
+        flight.press("ctrl+shift+z")
+    gui.imgui.same_line()
+    if gui.press_button("Save the land", "As 16-bit PNG, float TIFF or EXR, by the name's ending (Ctrl S)."):
+        flight.press("ctrl+s")
+
+
 def picture(gui: Gui, flight: Flight) -> None:
     """How it looks."""
     settings, drawing = flight.settings, flight.settings.drawing
@@ -126,12 +164,17 @@ def keep(gui: Gui, flight: Flight) -> None:
     """What can be taken away."""
     if gui.press_button("Save the picture", "As PNG, in the folder where the program was started (P)."):
         flight.press("p")
+    if gui.press_button("Stop recording" if flight.recorder else "Record a film", "What is seen, without panels (R)."):
+        flight.press("r")
+    if gui.press_button("Copy the command line", "A terrain-gl shot that draws this very picture (Y)."):
+        flight.press("y")
     gui.imgui.text_disabled("Drop a map's file on the window to open it.")
 
 
 SECTIONS = (
     ("Detail", True, detail),
     ("Understand", True, understand),
+    ("Sculpt", False, sculpt),
     ("Picture", False, picture),
     ("Camera", False, camera),
     ("Keep", False, keep),

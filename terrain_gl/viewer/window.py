@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import os
+from collections.abc import Callable
 from typing import Any
 
 from ..camera import Camera
@@ -31,6 +32,7 @@ def run(
     backend: str = "auto",
     fresh: bool = False,
     gui: bool = True,
+    line_of: Callable[..., str] | None = None,
     **options: Any,
 ) -> dict[str, Any]:
     """Open a window on a map; returns the stats of its last frame when it is closed.
@@ -51,6 +53,8 @@ def run(
         Do as if there had been no window before.
     gui
         Show panels to see and change everything with, if the extra `[gui]` is installed; else text alone.
+    line_of
+        Gives a view as a command line: a function of heightmap, camera, size and drawing.
     options
         Fields of `Drawing` by name: how it is drawn at first.
 
@@ -75,7 +79,7 @@ def run(
         loading.join()
         raise
     try:
-        return window.fly(loading, settings, memory)
+        return window.fly(loading, settings, memory, line_of)
     finally:
         window.close()
 
@@ -102,11 +106,15 @@ class Window:
         self._cursor = (0.0, 0.0)
         self._captured = False
 
-    def fly(self, loading: Loading, settings: Settings, memory: Memory) -> dict[str, Any]:
+    def fly(
+        self, loading: Loading, settings: Settings, memory: Memory, line_of: Callable[..., str] | None = None
+    ) -> dict[str, Any]:
         """Draw frames until the user closes the window; the last one's stats."""
         flight = self._flight = Flight(self._overlay, self.ctx.screen, self._pixels, settings, memory, self._gui)
         flight.loading, flight.scale = loading, self._scale
         flight.on_capture = self._capture
+        flight.on_copy = lambda text: self._glfw.set_clipboard_string(self._handle, text)
+        flight.line_of = line_of
         flight.say(memory.complaint or "H shows the keys; drop a map's file here to see it")
         self._listen()
         try:
