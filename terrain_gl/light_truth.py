@@ -53,7 +53,7 @@ def render_light_truth(
     """
     drawing = drawing or Drawing()
     shot = renderer._select(camera, size, Drawing(method="full", near_m=drawing.near_m))
-    parts = cut(size, fine, largest=256)
+    parts = cut(size, fine, largest=1024)  # each draws the whole mesh
     image = np.empty((size[1], size[0], 4), np.uint8)
     for i, piece in enumerate(parts):
         picture = renderer.picture

@@ -1,0 +1,211 @@
+"""Light beside the truth, and what it costs, as tables for docs/light.md.
+
+    visibility   visible fractions of sun and sky beside marching, on pieces of two generated and two real maps
+    pictures     shaded pictures beside light by brute force, and other ways to prefilter, by posts under a pixel
+    horizons     time to build all horizons, and to follow the sun, by size of the map
+    memory       bytes a post
+
+Real maps come from the folder that TERRAIN_GL_DEM names. Pictures take minutes each on a software renderer: each number
+is written to a file as soon as it is there, and a run that is started again goes on where it was.
+
+Run: python benchmarks/light.py FOLDER [visibility|pictures|horizons|memory ...]
+"""
+
+import json
+import math
+import os
+import sys
+import time
+from pathlib import Path
+
+import numpy as np
+
+from terrain_gl import Camera, Heightmap, Renderer, reference
+from terrain_gl.context import create_context
+from terrain_gl.generate import Land, write_land
+from terrain_gl.ground import towards_sun
+from terrain_gl.horizon import SUN_RADIUS, TEXEL, SkyVisibility, SunVisibility, Visibility, lattice_direction
+from terrain_gl.image import replacing, write_png
+from terrain_gl.light import SKY_AXES, SKY_SHARPNESS
+from terrain_gl.light_compare import LIGHT_LABELS, compare_light
+from terrain_gl.terrain import Terrain
+
+LANDS = {
+    "canyon": {"cols": 2049, "rows": 2049, "seed": 5, "recipe": "canyon", "spacing_m": 10.0, "relief_m": 1000.0},
+    "alpine": {"cols": 2049, "rows": 2049, "seed": 8, "recipe": "alpine", "spacing_m": 20.0, "relief_m": 2500.0},
+}
+REAL = {
+    "narok": ("narok_srtm_z12_4608_f32.tif", {"spacing_m": 19.1}),
+    "moon": ("moon_gld100_lon100-116_lat28-44_4096.png", {"spacing_m": (96, 118), "z_offset_m": -10000.0}),
+}
+SIZE = (64, 36)
+SUN = (300.0, 30.0)
+FOOTPRINTS = {1000: 14, 30: 10, 1: 8}  # posts under a pixel, and places that the truth lights for it along a side
+PIECE = 65  # posts a side, of the steepest piece of a map
+SIDES = (512, 1024, 2048, 4096)
+
+
+def main(folder: str, *wanted: str) -> None:
+    """Fill in the numbers that are missing, and print the tables."""
+    kept = Kept(Path(folder))
+    for name in wanted or TABLES:
+        TABLES[name](kept)
+
+
+class Kept:
+    """Numbers that are known already, in a file."""
+
+    def __init__(self, folder: Path) -> None:
+        folder.mkdir(parents=True, exist_ok=True)
+        self.folder, self.path = folder, folder / "light.json"
+        self.numbers = json.loads(self.path.read_text("utf-8")) if self.path.exists() else {}
+
+    def of(self, key, measure):
+        """The number of that key; measured if it is not there."""
+        if key not in self.numbers:
+            self.numbers[key] = measure()
+            with replacing(self.path) as beside:
+                beside.write_text(json.dumps(self.numbers, indent=1), "utf-8")
+        return self.numbers[key]
+
+    def maps(self):
+        """Maps by name, and how each is opened."""
+        for name, land in LANDS.items():
+            path = self.folder / f"{name}.tif"
+            if not path.exists():
+                write_land(create_context(), Land(**land), str(path))
+            yield name, str(path), {"spacing_m": land["spacing_m"]}
+        if dem := os.environ.get("TERRAIN_GL_DEM"):
+            for name, (file, scales) in REAL.items():
+                yield name, os.path.join(dem, file), scales
+
+
+def visibility(kept: Kept) -> None:
+    """Mean absolute errors of visible fractions, weighted by the cosine, beside marching in quarters of a post."""
+    print("| map | slope, mean | sun at 12° | sun at 35° | sky |\n|---|---|---|---|---|")
+    for name, path, scales in kept.maps():
+        numbers = kept.of(f"visibility {name}", lambda path=path, scales=scales: visibility_of(path, scales))
+        print(f"| {name} | " + " | ".join(f"{number:.4f}" for number in numbers) + " |")
+
+
+def visibility_of(path, scales):
+    """Mean slope; errors for two suns and for the sky, all over the steepest piece of a map."""
+    heightmap = steepest(Heightmap.open(path, **scales))
+    h, spacing = heightmap.heights, heightmap.spacing_m
+    terrain = Terrain(create_context(), heightmap)
+    sky, sun = SkyVisibility(terrain, SKY_AXES, SKY_SHARPNESS), SunVisibility(terrain)
+    errors = []
+    for elevation in (12.0, 35.0):
+        towards = towards_sun(SUN[0], elevation)
+        sun.build(towards)
+        truth = reference.sunlit(h, towards, SUN_RADIUS, lattice_direction(towards, spacing), spacing)
+        faces = (reference.normals_of(h, spacing) @ np.array(towards)).clip(0)
+        errors.append(float(np.abs(sun.read()[0] - halves(truth)).sum() / halves(faces).sum()))
+    sky.build()
+    shares = sky.read().repeat(TEXEL, 1).repeat(TEXEL, 2)[:, : h.shape[0] - 1, : h.shape[1] - 1]
+    lit = [reference.skylit(h, a, s, spacing) for a, s in zip(SKY_AXES, SKY_SHARPNESS, strict=True)]
+    got, of_all = (np.array(each) for each in zip(*lit, strict=True))
+    errors.append(float(np.abs((shares * of_all).sum(0) / of_all.sum(0) - got.sum(0) / of_all.sum(0)).mean()))
+    return [slope_of(h, spacing), *errors]
+
+
+def halves(cells):
+    """Means over blocks of 2 × 2."""
+    return cells.reshape(cells.shape[0] // 2, 2, -1, 2).mean((1, 3))
+
+
+def slope_of(h, spacing):
+    """Mean length of the gradient."""
+    return float(np.hypot(*np.gradient(h.astype(float), spacing[1], spacing[0])).mean())
+
+
+def steepest(heightmap):
+    """The steepest piece without voids."""
+    h, n = heightmap.heights, PIECE
+    corners = [(r, c) for r in range(0, h.shape[0] - n, n) for c in range(0, h.shape[1] - n, n)]
+    whole = [at for at in corners if np.isfinite(h[at[0] : at[0] + n, at[1] : at[1] + n]).all()]
+    row, col = max(whole, key=lambda at: slope_of(h[at[0] : at[0] + n, at[1] : at[1] + n], heightmap.spacing_m))
+    return Heightmap(np.ascontiguousarray(h[row : row + n, col : col + n]), heightmap.spacing_m)
+
+
+def pictures(kept: Kept) -> None:
+    """RMSE and FLIP of every way to prefilter."""
+    print(
+        "| map | posts a pixel | "
+        + " | ".join(LIGHT_LABELS.values())
+        + " |\n|---|---"
+        + "|---" * len(LIGHT_LABELS)
+        + "|"
+    )
+    for posts, fine in FOOTPRINTS.items():
+        for name, path, scales in kept.maps():
+            key = f"picture {name} {posts}"
+            numbers = kept.of(key, lambda *of, at=(kept, key, path, scales, posts, fine): picture_of(*at))
+            cells = [f"{numbers[way][0]:.4f} ({numbers[way][1]:.3f})" for way in LIGHT_LABELS]
+            print(f"| {name} | {posts} | " + " | ".join(cells) + " |", flush=True)
+
+
+def picture_of(kept, key, path, scales, posts, fine):
+    """RMSE and FLIP by way to prefilter, of one view; its pictures are kept beside the numbers."""
+    heightmap = Heightmap.open(path, **scales)
+    with Renderer(heightmap, SIZE) as renderer:
+        found = compare_light(renderer, camera_over(heightmap, posts), fine, sun=SUN)
+    row = [found.truth, *(entry.image for entry in found.entries)]
+    write_png(kept.folder / f"{key.replace(' ', '-')}.png", np.concatenate(row, 1).repeat(4, 0).repeat(4, 1))
+    return {entry.method: [entry.stats["image_rmse"], entry.stats["flip"]] for entry in found.entries}
+
+
+def camera_over(heightmap, posts, pitch_deg=35.0, yaw_deg=15.0, fov_deg=45.0):
+    """Look down at the map's middle from where a pixel is as large as so many posts."""
+    pitch, yaw = math.radians(pitch_deg), math.radians(yaw_deg)
+    forward = np.array([math.sin(yaw) * math.cos(pitch), math.cos(yaw) * math.cos(pitch), -math.sin(pitch)])
+    focal_px = 0.5 * SIZE[1] / math.tan(math.radians(fov_deg) / 2)
+    away = focal_px * math.sqrt(math.prod(heightmap.spacing_m) * posts * math.sin(pitch))
+    row, col = heightmap.rows // 2, heightmap.cols // 2
+    height = float(np.nan_to_num(heightmap.heights[row, col]))
+    middle = np.array([*np.divide(heightmap.extent_m, 2), height])
+    return Camera(tuple(middle - away * forward), tuple(middle), fov_deg)
+
+
+def horizons(kept: Kept) -> None:
+    """Seconds for the tables of the sky and of the sun."""
+    print("| posts | sky, s | sun, s | sky, ns a post |\n|---|---|---|---|")
+    path = next(path for name, path, _ in kept.maps() if name == "alpine")
+    heights = np.tile(Heightmap.open(path, spacing_m=20.0).heights[:2048, :2048], (2, 2))
+    for side in SIDES:
+        part = np.ascontiguousarray(heights[:side, :side])
+        sky_s, sun_s = kept.of(f"horizons {side}", lambda part=part: horizons_of(part))
+        print(f"| {side}² | {sky_s:.2f} | {sun_s:.3f} | {1e9 * sky_s / side**2:.0f} |", flush=True)
+
+
+def horizons_of(heights):
+    """Seconds to build, once compiled."""
+    ctx = create_context()
+    terrain = Terrain(ctx, Heightmap(heights, 20.0))
+    tables = Visibility(terrain, SKY_AXES, SKY_SHARPNESS)
+    spent = []
+    for build in (tables.sky.build, lambda: tables.sun.build(towards_sun(*SUN))):
+        ctx.finish()
+        started = time.perf_counter()
+        build()
+        ctx.finish()
+        spent.append(time.perf_counter() - started)
+    tables.release()
+    terrain.release()
+    return spent
+
+
+def memory(kept: Kept) -> None:
+    """Bytes a post of all that shading keeps of a map."""
+    rng = np.random.default_rng(0)
+    with Renderer(Heightmap(rng.normal(size=(513, 513)).cumsum(0), 10.0), (64, 36)) as renderer:
+        renderer.render(Camera.default(renderer.heightmap))
+        print(f"{renderer.gpu_bytes()['shade'] / 513**2:.1f} bytes a post for light, the sums of heights included")
+
+
+TABLES = {"visibility": visibility, "pictures": pictures, "horizons": horizons, "memory": memory}
+
+if __name__ == "__main__":
+    if len(sys.argv) < 2 or set(sys.argv[2:]) - set(TABLES):
+        sys.exit(__doc__)
+    main(*sys.argv[1:])
