@@ -40,7 +40,7 @@ REAL = {
 }
 SIZE = (64, 36)
 SUN = (300.0, 30.0)
-FOOTPRINTS = {1000: 14, 30: 10, 1: 8}  # posts under a pixel, and places that the truth lights for it along a side
+FOOTPRINTS = {1000: 28, 30: 20, 1: 12}  # posts under a pixel, and places that the truth lights for it along a side
 PIECE = 65  # posts a side, of the steepest piece of a map
 SIDES = (512, 1024, 2048, 4096)
 

@@ -22,6 +22,7 @@ from .renderer import Renderer
 from .sky import dome
 
 FINE = 8  # places that are lit for a pixel, along a side
+RAYS = 512  # to the sky, for a pixel, at least
 WHITE = 2.2  # glsl/shade/tone.glsl
 
 
@@ -40,7 +41,8 @@ def render_light_truth(
     size
         Width and height in pixels.
     fine
-        Places that are lit for each pixel, along a side; each sends 8 rays to the sky, 1 to the sun, 4 to mirrors.
+        Places that are lit for each pixel, along a side; each sends `rays_of(fine)` rays to the sky, one to the sun,
+        and half as many as to the sky the way that the ground mirrors.
     drawing
         Sun, sky and material as there; its method and tolerance do not matter.
     progress
@@ -53,7 +55,7 @@ def render_light_truth(
     """
     drawing = drawing or Drawing()
     shot = renderer._select(camera, size, Drawing(method="full", near_m=drawing.near_m))
-    parts = cut(size, fine, largest=1024)  # each draws the whole mesh
+    parts = cut(size, fine, largest=2048)  # each draws the whole mesh
     image = np.empty((size[1], size[0], 4), np.uint8)
     for i, piece in enumerate(parts):
         picture = renderer.picture
@@ -67,12 +69,17 @@ def render_light_truth(
         directions, weights = dome(*sky.radiance.shape[:2])
         below = directions[:, 2] < 0
         hidden = np.average(sky.radiance.reshape(-1, 3)[below], axis=0, weights=weights[below])
-        uniforms = {"hidden": tuple(hidden), "sun_disc": math.radians(SUN_RADIUS_DEG), "run": i}
+        uniforms = {"hidden": tuple(hidden), "sun_disc": math.radians(SUN_RADIUS_DEG), "run": i, "rays": rays_of(fine)}
         light = picture.note("truth/light.frag", 4, "f4", **uniforms)
         image[piece.rows, piece.cols] = developed(light, fine, exposure(sky))
         if progress:
             progress((i + 1) / len(parts))
     return image
+
+
+def rays_of(fine: int) -> int:
+    """Rays to the sky for one place: an even number, fewer the more places there are."""
+    return 2 * max(1, round(RAYS / fine**2 / 2))
 
 
 def developed(light: np.ndarray, fine: int, gain: float) -> np.ndarray:

@@ -10,10 +10,7 @@
 #include "truth/ground.glsl"
 #include "truth/random.glsl"
 
-#ifndef RAYS
-#define RAYS 8  // to the sky for the cosine, and half as many for the mirror
-#endif
-
+uniform int u_rays;        // to the sky for the cosine, and half as many for the mirror
 uniform int u_run;
 uniform float u_sun_disc;  // its angular radius, radians
 uniform vec3 u_hidden;     // radiance of land in front of the sky
@@ -50,19 +47,19 @@ vec3 sun_irradiance_at(Place p) {  // of ground that faces it
 vec3 sky_radiance(Place p) {  // of white ground
     vec3 sum = vec3(0.0);
     vec2 shift = vec2(random_unit(), random_unit());
-    for (int i = 0; i < RAYS; i++) sum += radiance_from(p, cosine_weighted(p.normal, point_of(i, shift)));
-    return sum / float(RAYS);
+    for (int i = 0; i < u_rays; i++) sum += radiance_from(p, cosine_weighted(p.normal, point_of(i, shift)));
+    return sum / float(u_rays);
 }
 
 vec3 mirrored_radiance(Place p, vec3 sun, float k) {
     vec3 h = normalize(p.towards_eye + u_sun.axis), sum = vec3(0.0);
     float density = k / (2.0 * PI * (1.0 - exp(-2.0 * k))) * exp(k * (dot(h, p.normal) - 1.0)) / (4.0 * max(dot(h, p.towards_eye), 0.05));
     vec2 shift = vec2(random_unit(), random_unit());
-    for (int i = 0; i < RAYS / 2; i++) {
+    for (int i = 0; i < u_rays / 2; i++) {
         vec3 half_ = vmf_weighted(p.normal, k, point_of(i, shift)), direction = reflect(-p.towards_eye, half_);
         sum += dot(direction, p.normal) > 0.0 ? radiance_from(p, direction) : u_hidden;
     }
-    return sun * density + sum / float(RAYS / 2);
+    return sun * density + sum / float(u_rays / 2);
 }
 
 vec3 outgoing_radiance(Place p) {
