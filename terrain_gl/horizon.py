@@ -113,7 +113,8 @@ class SkyVisibility:
             self._sat.build(fresh, self.table)
             self.buffer, fresh = fresh, self.buffer
         finally:
-            for resource in (horizons, fresh, *tables):
+            scratch: list[Any] = [horizons, fresh, *tables]
+            for resource in scratch:
                 resource.release()
         yield 1.0
 

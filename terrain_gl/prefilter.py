@@ -13,6 +13,7 @@ from typing import Any
 import moderngl
 
 from . import shaders
+from .camera import Camera
 from .horizon import SUN_RADIUS, Sweep, horizon_texture, lattice_direction, sun_uniforms
 from .shade import Look, Picture
 
@@ -64,10 +65,11 @@ class Mipmaps:
         return texture
 
 
-def shade_as(rival: str, picture: Picture, mipmaps: Mipmaps, camera: Any, look: Look) -> None:
+def shade_as(rival: str, picture: Picture, mipmaps: Mipmaps, camera: Camera, look: Look) -> None:
     """Colour what `Picture.see` saw by one of `RIVALS`."""
     picture.light(camera, look)
-    sun = tuple(float(v) for v in picture.lighting.sky.sun["axis"])  # type: ignore[union-attr]
-    mipmaps.follow(sun)
+    assert picture.lighting.sky
+    east, north, up = (float(v) for v in picture.lighting.sky.sun["axis"])
+    mipmaps.follow((east, north, up))
     mipmaps.bind()
     picture.colour(f"prefilter/{rival}.frag")
