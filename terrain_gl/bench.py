@@ -37,8 +37,10 @@ def bench(renderer: Renderer, frames: int = 7, dense: bool = True, **view: Any) 
     stages = _stages(renderer, frames)
     stats, frame_ms = _frames(renderer, frames, view)
     python_ms = median(_repeat(lambda: _python_ms(lambda: renderer.draw(**view)), frames))
-    ms = frame_ms | stages | {"python": python_ms}
-    result = stats | {"ms": ms, "ratio": {"sat_to_numpy": ms["sat"] / ms["numpy"]}}
+    lambert_ms = _frames(renderer, frames, view | {"style": "lambert"})[1]["shade"]
+    ms = frame_ms | stages | {"python": python_ms, "lambert": lambert_ms}
+    ratio = {"sat_to_numpy": ms["sat"] / ms["numpy"], "shade_to_lambert": ms["shade"] / lambert_ms}
+    result = stats | {"ms": ms, "ratio": ratio}
     return result | _dense(renderer, frames, view, result) if dense else result
 
 

@@ -20,7 +20,7 @@ from .sky import LUMINANCE, Sky, clear_sky, read_sky
 from .terrain import Rect, Terrain
 
 KEY = 9.0  # how bright a surface in full light is to be shown
-ADAPTATION = 0.78  # of the eye to the light: 1 would make noon and night alike
+ADAPTATION = 0.83  # of the eye to the light: 1 would make noon and night alike
 FULL_LIGHT = 22.0  # irradiance at which the picture is exposed by KEY alone
 
 

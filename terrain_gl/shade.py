@@ -87,7 +87,7 @@ class Picture:
         self._surface.of(levels)  # compiled now, not with the first frame
         self._detail = MeshDraws("PICTURE", geometry="shade/detail.geom", fragment="shade/detail.frag")
         self._promise = MeshDraws("PICTURE", geometry="shade/detail.geom", fragment="shade/detail_promise.frag")
-        self._screens: dict[str, tuple[Any, moderngl.VertexArray]] = {}
+        self._screens: dict[tuple[str, bool], tuple[Any, moderngl.VertexArray]] = {}
         self._targets: list[Any] = []
         self.resize(size)
 
@@ -146,7 +146,7 @@ class Picture:
             look = replace(look, style="lambert")
         if look.style in _LIT:
             self.lighting.describe(self._haze_m(camera), look.water_m)
-        self.colour(f"shade/{look.style}.frag", sun=towards_sun(*look.sun))
+        self._fill(self._screen, f"shade/{look.style}.frag", look.water_m is not None, sun=towards_sun(*look.sun))
         if look.wires and look.style != "wireframe":
             self.ctx.enable(moderngl.BLEND)
             self.ctx.blend_func = moderngl.SRC_ALPHA, moderngl.ONE_MINUS_SRC_ALPHA
@@ -237,9 +237,9 @@ class Picture:
         self.ctx.depth_func = ">="
         mesh.draw(selection)
 
-    def _fill(self, target: moderngl.Framebuffer, fragment: str, **uniforms: Any) -> None:
+    def _fill(self, target: moderngl.Framebuffer, fragment: str, wet: bool = False, **uniforms: Any) -> None:
         """Run a fragment shader over every pixel of the target."""
-        program, vao = self._screen_program(fragment)
+        program, vao = self._screen_program(fragment, wet)
         for name, value in uniforms.items():
             if f"u_{name}" in program:
                 program[f"u_{name}"] = value
@@ -255,12 +255,12 @@ class Picture:
         self.ctx.disable(moderngl.DEPTH_TEST)
         vao.render(vertices=3)
 
-    def _screen_program(self, fragment: str) -> tuple[Any, moderngl.VertexArray]:
-        if fragment not in self._screens:
-            defines = {"SAMPLES": self.samples} | self.lighting.defines
+    def _screen_program(self, fragment: str, wet: bool = False) -> tuple[Any, moderngl.VertexArray]:
+        if (fragment, wet) not in self._screens:
+            defines = {"SAMPLES": self.samples, "WATER_LEVEL": wet} | self.lighting.defines
             program = shaders.program(self.ctx, vertex="shade/screen.vert", fragment=fragment, defines=defines)
-            self._screens[fragment] = program, self.ctx.vertex_array(program, [])
-        return self._screens[fragment]
+            self._screens[fragment, wet] = program, self.ctx.vertex_array(program, [])
+        return self._screens[fragment, wet]
 
     def _release_targets(self) -> None:
         gl.use_default_framebuffer(self.ctx)  # the one in use must not be one that is gone

@@ -144,7 +144,7 @@ def test_white_furnace(ctx, monkeypatch, rough):
         text = unexposed("shade/ambient.frag", {"SAMPLES": picture.samples} | picture.lighting.defines)
         text = text.replace("vec4(srgb_encoded(pixel_colour()), 1.0)", "vec4(pixel_colour(), 1.0)")
         program = ctx.program(vertex_shader=source("shade/screen.vert"), fragment_shader=text)
-        picture._screens["shade/ambient.frag"] = program, ctx.vertex_array(program, [])
+        picture._screens["shade/ambient.frag", False] = program, ctx.vertex_array(program, [])
         texture = ctx.texture((160, 90), 4, dtype="f4")
         picture._screen.release()
         picture._screen = ctx.framebuffer([texture])

@@ -79,10 +79,13 @@ vec3 arid_albedo(float zone, float steep, float patch_, float layer) {
     return mix(vec3(dot(colour, vec3(0.35, 0.45, 0.20))), colour, saturation());
 }
 
-// How far the ground lies below the mean of a box around it, 1 for slopes of 45 degrees all around.
-float hollow_of(vec2 post, float height_m, float posts, bool blended) {
-    float reach_m = 0.25 * posts * min(u_spacing_m.x, u_spacing_m.y);
-    return clamp((mean_height_m(post, posts, blended) - height_m) / reach_m, -1.0, 1.0);
+#define AROUND_POSTS 6  // of the box around a post that its hollow is seen in, to each side
+
+// How far the nearest post lies below the mean of a box around it, 1 for slopes of 45 degrees all around.
+float hollow_of(vec2 post) {
+    ivec2 at = ivec2(round(post));
+    float mean_m = box_mean_m(max(at - AROUND_POSTS, 0), min(at + AROUND_POSTS, u_last_post) + 1);
+    return clamp((mean_m - height_m(at)) / (0.5 * float(AROUND_POSTS) * min(u_spacing_m.x, u_spacing_m.y)), -1.0, 1.0);
 }
 
 // Standing water lies dead level, far and wide, in green land, and in no hollow of it, as the beds of valleys do; a map that
@@ -112,6 +115,6 @@ Material land_of(vec2 post, vec2 extent, Relief fine, float hollow) {
 // What a footprint is covered with; its extent, in posts, decides what fades.
 Material material_of(vec2 post, vec2 extent, Relief fine) {
     if (u_pictured) return pictured_land(post, extent);
-    float hollow = hollow_of(post, fine.height_m, 12.0, max(extent.x, extent.y) < 1.0);
+    float hollow = hollow_of(post) * smoothstep(0.7, 1.5, max(extent.x, extent.y));  // it has steps, from post to post
     return mixed(land_of(post, extent, fine, hollow), WATER, wetness(post, extent, fine, hollow));
 }

@@ -11,7 +11,7 @@
 //       c  └───────┴───────┘        Each side has two texels, 6 × 6 words in all.
 //
 //   Smaller: cubic B-splines over the float heights, smooth to the second derivative; between the two, a blend.
-// Provides Relief, relief_of(), rough_slope(), mean_height_m().   Python twin: reference.relief
+// Provides Relief, relief_of(), rough_slope(), box_mean_m().   Python twin: reference.relief
 
 #include "shade/steps.glsl"
 
@@ -131,17 +131,4 @@ vec2 rough_slope(vec2 post, vec2 extent) {
     vec2 west_north = vec2(box_mean_m(a, ivec2(m.x, c.y)), box_mean_m(a, ivec2(c.x, m.y)));
     vec2 east_south = vec2(box_mean_m(ivec2(m.x, a.y), c), box_mean_m(ivec2(a.x, m.y), c));
     return (east_south - west_north) * vec2(2.0, -2.0) / (vec2(c - a) * u_spacing_m);
-}
-
-// Mean over a box of whole posts, as many a side as `side` rounds to; between posts it is blended where that is seen.
-float mean_height_m(vec2 post, float side, bool blended) {
-    vec2 at = blended ? floor(post) : round(post), t = post - at;
-    ivec2 end = u_last_post + 1, before = ivec2(0.5 * min(side, LARGEST_BOX_POSTS));
-    vec4 means;
-    for (int i = 0; i < 4; i++) {
-        if (i > 0 && !blended) return means.x;
-        ivec2 middle = min(ivec2(at) + ivec2(i & 1, i >> 1), u_last_post);
-        means[i] = box_mean_m(max(middle - before, 0), min(middle + before + 1, end));
-    }
-    return mix(mix(means.x, means.y, t.x), mix(means.z, means.w, t.x), t.y);
 }

@@ -5,13 +5,18 @@
 #include "light/air.glsl"
 #include "shade/tone.glsl"
 
+#ifndef WATER_LEVEL
+#define WATER_LEVEL 1  // 0 where there is none: what is not asked for is not paid for
+#endif
+
 out vec4 out_colour;
 
 vec3 surface_light(Ground g, out float distance_m) {
     Lit l = lit_ground(g);
     vec3 light = outgoing_light(g, l);
     distance_m = g.distance_m;
-    return is_under_water(g) ? water_light(g, l, light, distance_m) : light;
+    if (WATER_LEVEL == 1 && is_under_water(g)) light = water_light(g, l, light, distance_m);
+    return light;
 }
 
 vec3 ground_colour(Ground g, int sample_) {

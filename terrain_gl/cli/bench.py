@@ -11,7 +11,8 @@ from ..bench import bench, flight, strokes
 from ..maps import bundled
 from . import options, report
 
-_STAGES = ("open", "first_picture", "upload", "sat", "numpy", "error", "lod", "draw", "shade", "frame", "python")
+_ONCE = ("open", "first_picture", "upload", "sat", "numpy", "error")
+_STAGES = (*_ONCE, "lod", "draw", "shade", "lambert", "frame", "python")
 
 
 def add(commands: Any) -> None:

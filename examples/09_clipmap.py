@@ -1,4 +1,4 @@
-"""Lesson 8, geometry clipmaps: rings around the eye, and no look at the land (Losasso, Hoppe 2004).
+"""Lesson 9, geometry clipmaps: rings around the eye, and no look at the land (Losasso, Hoppe 2004).
 
 Each ring is a regular grid, twice as coarse as the one inside it: vertices are about equally far apart in the picture.
 Heights come from a pyramid of filtered maps. That is all there is to it; and so plains get as many triangles as cliffs.
@@ -6,7 +6,7 @@ Heights come from a pyramid of filtered maps. That is all there is to it; and so
 Above, the rings from straight above the eye: a ring has a colour, and its border, where it becomes its coarser
 neighbour, is T-junction free. Below, the wireframe of the same clipmap in perspective.
 
-Run: python 08_clipmap.py [PICTURE.png [MAP]]
+Run: python 09_clipmap.py [PICTURE.png [MAP]]
 """
 
 import sys
@@ -18,7 +18,7 @@ from terrain_gl.clipmap import Rings
 from terrain_gl.image import write_png
 from terrain_gl.maps import bundled
 
-picture = sys.argv[1] if len(sys.argv) > 1 else "08_clipmap.png"
+picture = sys.argv[1] if len(sys.argv) > 1 else "09_clipmap.png"
 name = sys.argv[2] if len(sys.argv) > 2 else "alpine"
 known = bundled()[name]
 terrain = Heightmap.open(known.path, known.spacing_m, known.z_scale, known.z_offset_m)
@@ -43,7 +43,7 @@ with Renderer(terrain, size=(1280, 720)) as renderer:
         achieved = renderer.measure()
         print(f"{achieved['triangles']:7,} triangles, {achieved['rms_error_px']:.3f} px rms: {each}")
 
-    # And where there is something to see (lesson 7).
+    # And where there is something to see (lesson 8).
     renderer.draw(eye, triangles=50_000)
     achieved = renderer.measure()
     print(f"{achieved['triangles']:7,} triangles, {achieved['rms_error_px']:.3f} px rms: by summed-area tables")

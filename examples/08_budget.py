@@ -1,4 +1,4 @@
-"""Lesson 7, a budget: so many triangles, where they help most.
+"""Lesson 8, a budget: so many triangles, where they help most.
 
 A price for a triangle, one for the whole picture, decides everywhere: what takes away more squared pixels of error than
 it costs is drawn. The GPU looks for the price that makes the number of triangles asked for. With four times the
@@ -8,7 +8,7 @@ The picture shows one view with 1,000, 4,000, 16,000 and 64,000 triangles. A tol
 otherwise: it cuts everywhere down to the same largest error, and what is printed beside each budget is what the same
 number of triangles achieves in that way.
 
-Run: python 07_budget.py [PICTURE.png [MAP]]
+Run: python 08_budget.py [PICTURE.png [MAP]]
 """
 
 import sys
@@ -21,7 +21,7 @@ from terrain_gl.maps import bundled, open_map
 
 BUDGETS = (1000, 4000, 16000, 64000)
 
-picture = sys.argv[1] if len(sys.argv) > 1 else "07_budget.png"
+picture = sys.argv[1] if len(sys.argv) > 1 else "08_budget.png"
 name = sys.argv[2] if len(sys.argv) > 2 else "alpine"
 heightmap, camera = open_map(name)[0], bundled()[name].camera
 

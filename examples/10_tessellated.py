@@ -1,4 +1,4 @@
-"""Lesson 9, a clipmap with hardware tessellation: rings of patches, each edge cut by its length in the picture.
+"""Lesson 10, a clipmap with hardware tessellation: rings of patches, each edge cut by its length in the picture.
 
 A patch is a square with four numbers, the segments of its edges; the tessellator does the rest. An edge is as long as
 the sphere around it is wide, and both of its patches count alike. Where a ring meets a coarser one, the coarse edge has
@@ -6,7 +6,7 @@ as many segments as the two fine ones together (Song, Yang, Ji 2017; Cantlay 201
 
 The picture is the wireframe for edges of 12 pixels, and below it the patches, in the colours of their triangles' size.
 
-Run: python 09_tessellated.py [PICTURE.png [MAP]]
+Run: python 10_tessellated.py [PICTURE.png [MAP]]
 """
 
 import sys
@@ -18,7 +18,7 @@ from terrain_gl.image import write_png
 from terrain_gl.maps import bundled
 from terrain_gl.tessellated import Edges
 
-picture = sys.argv[1] if len(sys.argv) > 1 else "09_tessellated.png"
+picture = sys.argv[1] if len(sys.argv) > 1 else "10_tessellated.png"
 name = sys.argv[2] if len(sys.argv) > 2 else "alpine"
 known = bundled()[name]
 terrain = Heightmap.open(known.path, known.spacing_m, known.z_scale, known.z_offset_m)

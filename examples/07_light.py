@@ -1,0 +1,40 @@
+"""Lesson 7, light: one mountain at six hours of a day in June.
+
+    date, hour, latitude -> sun -> sky -> lobes -> light
+
+The sun's place follows from the clock. A clear sky is computed for it and fitted by twelve fixed lobes; what the land
+hides of each of them, and the mean of its own lobes under every pixel, come from summed-area tables made once a map. So
+from hour to hour only twelve colours and the sun's own shadows are new.
+
+Run: python 07_light.py [PICTURE.png [MAP]]
+"""
+
+import sys
+from datetime import datetime
+
+import numpy as np
+
+from terrain_gl import Heightmap, Renderer
+from terrain_gl.image import write_png
+from terrain_gl.maps import bundled
+from terrain_gl.sun import sun_position
+
+HOURS, LATITUDE = (4.6, 6, 9, 14, 19, 20.2), 47.0
+
+picture = sys.argv[1] if len(sys.argv) > 1 else "07_light.png"
+name = sys.argv[2] if len(sys.argv) > 2 else "alpine"
+known = bundled()[name]
+terrain = Heightmap.open(known.path, known.spacing_m, known.z_scale, known.z_offset_m)
+
+views = []
+with Renderer(terrain, size=(480, 270)) as renderer:
+    for hour in HOURS:
+        sun = sun_position(datetime(2026, 6, 21, int(hour), round(hour % 1 * 60)), LATITUDE)
+        frame = renderer.render(known.camera, sun=sun)
+        views.append(frame.image)
+        error = renderer.picture.lighting.sky.fit_error
+        clock = f"{int(hour):2}:{round(hour % 1 * 60):02}"
+        print(f"{clock}  sun {sun[0]:5.1f}, {sun[1]:5.1f}  lobes within {100 * error:.1f} %")
+
+write_png(picture, np.concatenate([np.concatenate(views[i : i + 2], 1) for i in (0, 2, 4)]))
+print("wrote", picture)
