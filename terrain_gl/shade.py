@@ -61,6 +61,11 @@ class Look:
     water_m: float | None = None
     wires: bool = False
 
+    @property
+    def is_lit(self) -> bool:
+        """Whether the style shows light."""
+        return self.style in _LIT
+
 
 PLAIN = Look()
 

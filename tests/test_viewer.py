@@ -1144,6 +1144,36 @@ window.run(window.file_opener(sys.argv[1]), size=(320, 240), fresh=True)
 """
 
 
+# tells, turn by turn, what the flight is at; a file named `drop` is dropped on the window, as GLFW would tell of it
+_TELL = """
+import json, os, sys
+import numpy as np
+from terrain_gl.heightmap import Heightmap
+from terrain_gl.viewer import window
+class Telling(window.Window):
+    def _turn(self):
+        super()._turn()
+        if os.path.exists("drop"):
+            os.remove("drop")
+            self._on_drop(None, [os.path.abspath("dropped.npy")])
+        flight = self._flight
+        state = {"busy": flight.busy, "message": flight.message, "recording": bool(flight.recorder)}
+        if flight.has_map:
+            state |= {"name": flight.figures.name, "sides": len(flight.settings.sides), "frozen": bool(flight.frozen)}
+            state |= {"strokes": flight.editing.strokes, "explained": bool(flight.explanation)}
+            state |= {"eye": list(flight.controller.eye), "mode": flight.controller.mode, "size": flight.size}
+            state |= {"measured": flight.figures.measured_px, "promised": flight.certified_px}
+        with open("state.part", "w") as file:
+            json.dump(state, file)
+        os.replace("state.part", "state.json")
+    def close(self):
+        print(self.ctx.error)
+        super().close()
+window.Window = Telling
+window.run(Heightmap(np.load("hills.npy"), 10.0, "hills"), size=(320, 240), fresh=True, gui=False)
+"""
+
+
 class Screen:
     """An X server without a screen, whose pixels lie in a file."""
 
@@ -1257,6 +1287,50 @@ def test_window(screen, tmp_path):
         screen.do("key", "Escape")
         output, errors = process.communicate(timeout=20)
     assert (process.returncode, output.strip(), errors) == (0, "GL_NO_ERROR", "")
+
+
+def test_a_session_with_real_events(screen, tmp_path):
+    """Flies, edits, splits, freezes, records, opens what is dropped, and quits; no OpenGL error."""
+    np.save(tmp_path / "hills.npy", hills().heights)
+    np.save(tmp_path / "dropped.npy", np.add.outer(np.arange(50.0), np.arange(40.0)))
+    with running(screen, "-c", _TELL, cwd=tmp_path) as process:
+
+        def state():
+            path = tmp_path / "state.json"
+            return json.loads(path.read_text()) if path.exists() else {}
+
+        def does(condition, *words):
+            if words:
+                screen.do(*words)
+            screen.wait(lambda: process.poll() is None and condition(state()), words, 120)
+
+        does(lambda s: s.get("measured"))
+        screen.do("search", "--sync", "--name", "hills", "windowfocus")
+        start = state()["eye"]
+        does(lambda s: s["eye"] != start, "keydown", "w", "sleep", 0.3, "keyup", "w")
+        does(lambda s: s["recording"], "key", "r")
+        does(lambda s: s["mode"] == "orbit", "key", "v")
+        does(lambda s: not s["recording"], "key", "r")
+        does(lambda s: s["mode"] == "walk", "key", "v")
+        does(lambda s: s["mode"] == "fly", "key", "Home")
+        does(lambda s: s["explained"], "mousemove", 160, 180, "click", 1)
+        does(lambda s: "brush" in s["message"], "key", "b")
+        screen.do("mousemove", 140, 180, "mousedown", 1, "mousemove", 180, 185, "sleep", 0.2, "mouseup", 1)
+        does(lambda s: s["strokes"] == [1, 0])
+        does(lambda s: s["measured"] and s["measured"]["max"] <= s["promised"] <= 1)
+        does(lambda s: s["strokes"] == [0, 1], "key", "ctrl+z")
+        does(lambda s: s["strokes"] == [1, 0], "key", "ctrl+shift+z")
+        does(lambda s: s["sides"] == 2, "key", "b", "key", "t")
+        does(lambda s: s["frozen"], "key", "l")
+        does(lambda s: not s["frozen"] and s["sides"] == 1, "key", "l", "key", "t")
+        does(lambda s: "bookmark 4" in s["message"], "key", "ctrl+4")
+        does(lambda s: s["size"] == [260, 200], "search", "--name", "hills", "windowsize", 260, 200)
+        (tmp_path / "drop").write_text("")
+        does(lambda s: s["name"] == "dropped.npy" and not s["busy"])
+        screen.do("key", "Escape")
+        output, errors = process.communicate(timeout=60)
+    assert (process.returncode, output.strip(), errors) == (0, "GL_NO_ERROR", "")
+    assert list(tmp_path.glob("hills-001*"))  # the film, or a folder of pictures
 
 
 def test_view_command(screen, tmp_path):

@@ -690,8 +690,13 @@ class Flight:
     @property
     def _is_unlit(self) -> bool:
         """Whether light is still to be made, or it is not known yet."""
-        look = self.settings.sides[0].look
-        return self.light is not None or self._lighting_up is None or self._lighting_up[0] != look
+        return self.light is not None or self._lighting_up is None or self._lighting_up[0] != self._lit_look
+
+    @property
+    def _lit_look(self) -> Look:
+        """What light is made for."""
+        looks = [side.look for side in self.settings.sides]
+        return next((look for look in looks if look.is_lit), looks[0])
 
     def _draw(self, wanted: Wanted, now_s: float, in_motion: bool) -> None:
         shoot = self._shoot and not self._is_unlit
@@ -738,7 +743,7 @@ class Flight:
 
     def _light_up(self) -> None:
         """Make a portion of the light that is still missing."""
-        look = self.settings.sides[0].look
+        look = self._lit_look
         if self._lighting_up is None or self._lighting_up[0] != look:
             self._stop_lighting()
             self._lighting_up = look, self.renderer.picture.lighting_up(look)

@@ -51,10 +51,9 @@ def reasons(told: Explanation) -> list[str]:
 
 def side_line(drawing: Drawing, stats: dict[str, Any]) -> str:
     """A side of a split picture in a line: what was asked for, and what it took."""
-    asked = (
-        f"{drawing.triangles:,} triangles" if drawing.triangles else f"{drawing.max_error_px:.3g} px {drawing.metric}"
-    )
-    asked = "every post" if drawing.method == "full" else asked
+    tolerance = f"{drawing.max_error_px:.3g} px {drawing.metric}" if drawing.max_error_px else ""
+    budget = f"{drawing.triangles:,} triangles" if drawing.triangles else tolerance
+    asked = "every post" if drawing.method == "full" else f"{drawing.method}, {budget}"
     promised = stats.get("certified_max_error_px")
     promise = "nothing promised" if promised is None else f"at most {promised:.3g} px"
     return f"{asked}: {stats['triangles']:,} triangles, {promise}"

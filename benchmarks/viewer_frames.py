@@ -1,0 +1,91 @@
+"""Frames of the window, without a window: whether they are even, and whether memory stays as it is.
+
+    python benchmarks/viewer_frames.py [FRAMES [WIDTHxHEIGHT [MAP]]]      10000, 160x120, canyon
+
+The eye circles over the map with panels, a brush stroke every hundred frames, the mesh, a split and frozen levels now
+and then. Prints the middle and the slowest of a thousand times, and the process's memory on the way.
+"""
+
+from __future__ import annotations
+
+import resource
+import sys
+import time
+from pathlib import Path
+
+import numpy as np
+
+from terrain_gl.context import create_context
+from terrain_gl.maps import open_map
+from terrain_gl.renderer import Renderer
+from terrain_gl.viewer.flight import Flight
+from terrain_gl.viewer.gui import Gui
+from terrain_gl.viewer.gui import library as library_of_gui
+from terrain_gl.viewer.loading import Opened
+from terrain_gl.viewer.overlay import Overlay
+from terrain_gl.viewer.settings import Settings
+
+WARM = 300  # frames until everything was used once
+
+
+def main(frames: str = "10000", size: str = "160x120", name: str = "canyon") -> int:
+    """Fly, and print what came of it."""
+    width, height = map(int, size.split("x"))
+    ctx = create_context()
+    target = ctx.framebuffer([ctx.texture((width, height), 4)])
+    heightmap, known = open_map(name)
+    assert known
+    gui = Gui(ctx) if library_of_gui() else None
+    flight = Flight(Overlay(ctx), target, (width, height), Settings(), gui=gui)
+    flight.show(Renderer(heightmap, (width, height), ctx=ctx), Opened(heightmap, known.camera, known.sun, known.name))
+    print(f"{name}, {frames} frames of {size}, {ctx.info['GL_RENDERER']}")
+    times, memory = fly(flight, int(frames))
+    middle, slow = np.median(times), np.percentile(times, 99.9)
+    print(f"frame {middle:.1f} ms in the middle, {slow:.1f} ms at 99.9 %: {slow / middle:.2f} times")
+    print("memory, MiB: " + ", ".join(f"{n}: {mib:.0f}" for n, mib in memory.items()))
+    print(ctx.error)
+    flight.close()
+    return 0
+
+
+def fly(flight: Flight, count: int) -> tuple[list[float], dict[int, float]]:
+    """Milliseconds of each frame, and memory in MiB after some of them."""
+    times: list[float] = []
+    memory: dict[int, float] = {}
+    flight.controller.change_mode("orbit")
+    flight.controller.press("d")
+    for number in range(count + WARM):
+        act(flight, number)
+        started = time.perf_counter()
+        flight.frame(number / 30)
+        flight.ctx.finish()
+        if number >= WARM:
+            times.append(1e3 * (time.perf_counter() - started))
+        if number == WARM or number == count + WARM - 1 or number % max(1, count // 5) == 0:
+            memory[number] = resident_mib()
+    return times, memory
+
+
+def act(flight: Flight, number: int) -> None:
+    """What a restless user does."""
+    keys = {10: "b", 20: "n", 30: "n", 40: "t", 50: "t", 60: "l", 70: "l", 80: "u", 90: "u"}
+    if number % 100 in keys and not (number % 100 == 10 and flight.brushing):
+        flight.press(keys[number % 100])
+    middle = 0.5 * flight.size[0], 0.75 * flight.size[1]
+    if number % 100 == 15:
+        flight.press_button("left", *middle)
+    elif number % 100 == 17:
+        flight.let_go_button("left", *middle)
+        flight.press("ctrl+z")
+
+
+def resident_mib() -> float:
+    """Memory of the process."""
+    statm = Path("/proc/self/statm")
+    if statm.exists():
+        return int(statm.read_text().split()[1]) * resource.getpagesize() / 2**20
+    return resource.getrusage(resource.RUSAGE_SELF).ru_maxrss / 1024
+
+
+if __name__ == "__main__":
+    sys.exit(main(*sys.argv[1:]))

@@ -1,0 +1,149 @@
+"""Draw the pictures of docs/viewer.md: the window in each of its modes, without a window.
+
+python benchmarks/viewer_pictures.py [FOLDER]
+"""
+
+from __future__ import annotations
+
+import sys
+import time
+from collections.abc import Callable
+from pathlib import Path
+
+import numpy as np
+
+from terrain_gl.camera import Camera
+from terrain_gl.context import create_context
+from terrain_gl.image import write_image
+from terrain_gl.maps import open_map
+from terrain_gl.renderer import Renderer
+from terrain_gl.viewer.controller import Pose
+from terrain_gl.viewer.flight import Flight
+from terrain_gl.viewer.gui import Gui
+from terrain_gl.viewer.loading import Opened
+from terrain_gl.viewer.overlay import Overlay
+from terrain_gl.viewer.settings import Settings
+
+SIZE = (1000, 562)
+MAP = "canyon"
+
+
+def main(folder: str = "docs") -> None:
+    """Draw them all; each begins where the one before ended."""
+    flight = open_flight()
+    for name, change in SCENES.items():
+        change(flight)
+        settle(flight)
+        path = Path(folder) / f"viewer-{name}.jpg"
+        write_image(path, pixels(flight))
+        print(f"{path}: {flight.figures.stats['triangles']:,} triangles, {flight.ctx.error}", flush=True)
+
+
+def open_flight() -> Flight:
+    """A flight over the map, in a picture of its own."""
+    ctx = create_context()
+    target = ctx.framebuffer([ctx.texture(SIZE, 4)])
+    heightmap, known = open_map(MAP)
+    assert known
+    flight = Flight(Overlay(ctx), target, SIZE, Settings(), gui=Gui(ctx))
+    flight.show(Renderer(heightmap, (64, 64), ctx=ctx), Opened(heightmap, known.camera, known.sun, known.name))
+    return flight
+
+
+def settle(flight: Flight) -> None:
+    """Frames until nothing changes any more."""
+    started = time.monotonic()
+    flight.message = ""
+    flight.refresh()
+    while time.monotonic() - started < 900:
+        if not flight.frame(0.5 + len(flight.history.records) + time.monotonic()) and not flight.busy:
+            return
+
+
+def pixels(flight: Flight) -> np.ndarray:
+    """What a window would show."""
+    data = flight.target.read(components=3, alignment=1)
+    return np.frombuffer(data, np.uint8).reshape(SIZE[1], SIZE[0], 3)[::-1]
+
+
+# --- Scenes -----------------------------------------------------------------------------------------------------------
+
+
+def first(flight: Flight) -> None:
+    """As it opens."""
+
+
+def patch(flight: Flight) -> None:
+    """A click, with the mesh over the picture."""
+    flight.press("n")
+    settle(flight)
+    flight.explain(560, 430)
+
+
+def split(flight: Flight) -> None:
+    """A pixel and eight, side by side, under a glass."""
+    flight.press("escape")
+    flight.press("n")
+    flight.settings.draw(style="lod")
+    flight.press("t")
+    flight.settings.active = 1
+    flight.settings.draw(method="sat", max_error_px=8.0)
+    flight.settings.divider = 0.62
+    flight.press("z")
+    flight.point(640, 400)
+
+
+def promise(flight: Flight) -> None:
+    """Patches by what was promised of them, and the error that came of it."""
+    flight.press("z")
+    flight.settings.active = 0
+    flight.settings.draw(style="promise", max_error_px=2.0)
+    flight.settings.active = 1
+    flight.settings.draw(style="error", max_error_px=2.0)
+
+
+def frozen(flight: Flight) -> None:
+    """Levels chosen for an eye, and that eye's pyramid, from elsewhere."""
+    flight.press("t")
+    flight.settings.draw(style="lod")
+    flight.press("l")
+    x, y, z = flight.controller.eye
+    flight.controller.pose = Pose.of(Camera((x - 2900.0, y - 1700.0, z + 2300.0), (x, y + 2600.0, z - 500.0), 50.0))
+
+
+def sums(flight: Flight) -> None:
+    """The summed-area table, and the box under the cursor."""
+    flight.press("l")
+    flight.home()
+    flight.settings.draw(style="shaded", max_error_px=1.0)
+    flight.press("u")
+    flight.point(500, 380)
+
+
+def sculpt(flight: Flight) -> None:
+    """A cliff of one's own."""
+    flight.press("u")
+    flight.gui.opened |= {"Sculpt": True, "Understand": False}  # type: ignore[union-attr]
+    flight.press("b")
+    assert flight.editing
+    flight.editing.radius_m, flight.editing.strength_m = 350.0, 60.0
+    flight.press_button("left", 520, 440)
+    for x in range(540, 760, 40):
+        flight.point(x, 440)
+        flight.frame(0.0)
+    flight.let_go_button("left", 740, 440)
+
+
+SCENES: dict[str, Callable[[Flight], None]] = {
+    "first": first,
+    "patch": patch,
+    "split": split,
+    "promise": promise,
+    "frozen": frozen,
+    "sums": sums,
+    "sculpt": sculpt,
+}
+
+
+if __name__ == "__main__":
+    main(*sys.argv[1:])
