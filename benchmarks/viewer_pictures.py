@@ -121,7 +121,7 @@ def sums(flight: Flight) -> None:
 
 
 def sculpt(flight: Flight) -> None:
-    """A cliff of one's own."""
+    """A hill of one's own."""
     flight.press("u")
     flight.gui.opened |= {"Sculpt": True, "Understand": False}  # type: ignore[union-attr]
     flight.press("b")

@@ -218,7 +218,7 @@ class Flight:
     def _enter(self, opened: Opened) -> None:
         heightmap = opened.heightmap
         self.opened = opened
-        self.figures = Figures(heightmap.name, (heightmap.cols, heightmap.rows))
+        self.figures = Figures(Path(heightmap.name).name, (heightmap.cols, heightmap.rows))
         if self._next_factor is not None:
             self._raise(opened, self._next_factor)
             return
