@@ -75,15 +75,10 @@ def _record(recorder: Recorder, args: argparse.Namespace) -> dict[str, Any]:
     count = _count(seconds, args.fps)
     flight = {"map": scene.heightmap.name, "seconds": seconds, "fps": args.fps, "length_m": path.length_m}
     with options.make_renderer(args, scene) as renderer:
-        eyes, frames = _fly(renderer, path.poses(count), count, options.view_of(args, scene), recorder, args)
-    about = flight | _places(scene.heightmap, eyes) | {"summary": _summary(frames)}
-    about |= {key: frames[0][key] for key in _OF_FLIGHT}
-    keys = _OF_FRAME + (_MEASURED if args.measure else ())
-    each = [
-        {"frame": i, "eye": eye} | {key: stats[key] for key in keys}
-        for i, (eye, stats) in enumerate(zip(eyes, frames, strict=True))
-    ]
-    with report.json_output(args.json, about | {"frames": each}):
+        frames, last = _fly(renderer, path.poses(count), count, options.view_of(args, scene), recorder, args)
+    about = flight | _places(scene.heightmap, [frame["eye"] for frame in frames]) | {"summary": _summary(frames)}
+    about |= {key: last[key] for key in _OF_FLIGHT}
+    with report.json_output(args.json, about | {"frames": frames}):
         recorder.close()
     return about
 
@@ -102,19 +97,21 @@ def _fly(
     view: dict[str, Any],
     recorder: Recorder,
     args: argparse.Namespace,
-) -> tuple[list[Vector], list[dict[str, Any]]]:
-    """Draw and record each frame; returns their eyes and their stats."""
-    eyes, frames = [], []
+) -> tuple[list[dict[str, Any]], dict[str, Any]]:
+    """Draw and record each frame; returns what is told of each, and all that is known of the last."""
+    frames: list[dict[str, Any]] = []
+    stats: dict[str, Any] = {}
+    keys = _OF_FRAME + (_MEASURED if args.measure else ())
     with report.progress_bar("flying") as progress:
         for camera, sun in poses:
             of_path = {"camera": camera} | ({"sun": sun} if sun and not args.sun else {})
             frame = renderer.render(**view | of_path)
             recorder.append(frame.image)
-            eyes.append(camera.eye)
-            frames.append(renderer.measure() if args.measure else frame.stats)
+            stats = renderer.measure() if args.measure else frame.stats
+            frames.append({"frame": len(frames), "eye": camera.eye} | {key: stats[key] for key in keys})
             if progress:
                 progress(len(frames) / count)
-    return eyes, frames
+    return frames, stats
 
 
 def _places(heightmap: Heightmap, way: Sequence[Vector]) -> dict[str, int]:
