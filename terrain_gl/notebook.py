@@ -11,7 +11,6 @@ from __future__ import annotations
 
 import asyncio
 import base64
-import math
 import os
 import time
 from collections.abc import Callable
@@ -99,7 +98,7 @@ class View(RemoteFrameBuffer):
         self._started_s = time.monotonic()
         self._timer: asyncio.TimerHandle | None = None
         self._told = False
-        self._drag, self._cursor, self._ratio = "", (0.0, 0.0), 1.0
+        self._ratio = 1.0
         self.ctx = create_context(backend)
         with self.ctx:
             self._target = self._framebuffer(size)
@@ -135,7 +134,7 @@ class View(RemoteFrameBuffer):
             self._fit()
             for _ in range(3):  # panels take a frame or two to settle
                 self.flight.frame(self._now_s)
-            while self.flight.figures.shrunk > 1 and not self.flight.controller.moving:
+            while not (self.flight.settled or self.flight.controller.moving):
                 self.flight.frame(self._now_s)
             return self._pixels()
 
@@ -227,40 +226,35 @@ class View(RemoteFrameBuffer):
         self._overlay.scale = max(1, int(self._ratio))
         if self._gui:
             self._gui.scale = self._ratio
+        self.flight.scale = max(1.0, self._ratio)
         self.flight.resize((width, height))
         if not self._told:
             self._told = True
             self.flight.say("click here: W A S D fly, H shows all keys")
 
     def _on_pointer_down(self, event: dict[str, Any]) -> None:
-        button = _BUTTONS.get(event["button"], "")
+        button, at = _BUTTONS.get(event["button"], ""), self._at(event)
         if self._gui and button:
             self._gui.button(button, True)
-            if self._gui.covers(*self._cursor_px(event)):
+            if self._gui.covers(*at):
                 return
-        self._drag = {"left": "orbit", "right": "look"}.get(button, "")
-        if self._drag == "orbit" and self.flight.controller.mode == "walk":
-            self._drag = "look"
-        self._cursor = event["x"], event["y"]
-        if self._drag == "orbit":
-            self.flight.controller.grab(*self._tangents())
+        self.flight.press_button(button, *at)
 
     def _on_pointer_up(self, event: dict[str, Any]) -> None:
-        if self._gui and event["button"] in _BUTTONS:
-            self._gui.button(_BUTTONS[event["button"]], False)
-        self._drag = ""
-        self.flight.controller.release()
+        button = _BUTTONS.get(event["button"], "")
+        if self._gui and button:
+            self._gui.button(button, False)
+        self.flight.let_go_button(button, *self._at(event))
 
     def _on_pointer_move(self, event: dict[str, Any]) -> None:
-        before, self._cursor = self._cursor, (event["x"], event["y"])
+        at = self._at(event)
         if self._gui:
-            self._gui.move(*self._cursor_px(event))
-        if self._drag:
-            getattr(self.flight.controller, self._drag)(self._cursor[0] - before[0], self._cursor[1] - before[1])
+            self._gui.move(*at)
+        self.flight.point(*at, over_panels=bool(self._gui and self._gui.covers(*at)))
 
     def _on_wheel(self, event: dict[str, Any]) -> None:
         dx, dy = -event["dx"] / NOTCH_PX, -event["dy"] / NOTCH_PX
-        if self._gui and self._gui.covers(*self._cursor_px(event)):
+        if self._gui and self._gui.covers(*self._at(event)):
             self._gui.wheel(dx, dy)
         else:
             self.flight.wheel(dy, zoom="Control" in event["modifiers"])
@@ -292,14 +286,9 @@ class View(RemoteFrameBuffer):
         """Out of sight: nobody will tell of keys that come up."""
         self.flight.controller.let_go_all()
 
-    def _cursor_px(self, event: dict[str, Any]) -> tuple[float, float]:
+    def _at(self, event: dict[str, Any]) -> tuple[float, float]:
+        """The cursor in pixels of the picture."""
         return event["x"] * self._ratio, event["y"] * self._ratio
-
-    def _tangents(self) -> tuple[float, float]:
-        """The cursor as tangents right and up of the picture's middle."""
-        width, height = (side / self._ratio for side in self.flight.size)
-        half = math.tan(math.radians(0.5 * self.flight.controller.fov_deg)) / (0.5 * max(1.0, height))
-        return (self._cursor[0] - 0.5 * width) * half, (0.5 * height - self._cursor[1]) * half
 
 
 def _key(name: str) -> str:

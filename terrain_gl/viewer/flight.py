@@ -611,6 +611,13 @@ class Flight:
         return self._is_unlit or self.controller.moving or self._wanted() != self._drawn or self._measuring is not None
 
     @property
+    def settled(self) -> bool:
+        """Whether the picture is the one that is wanted, drawn in full and lit; figures over it may still change."""
+        if not self.has_map or self.loading or self._is_unlit:
+            return False
+        return self._wanted() == self._drawn and self.figures.shrunk == 1
+
+    @property
     def wait_s(self) -> float:
         """Seconds until something may have to be drawn without any event."""
         if self.loading and not self.loading.opened:
