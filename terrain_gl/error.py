@@ -21,7 +21,7 @@ from .terrain import Rect, Terrain
 
 FINE_LEVELS = 5  # levels whose nodes one thread looks at alone; in coarser ones, at blocks as large as the last of them
 PORTION = 2**18  # posts that are looked at between two breaths of `ErrorTables.building`
-GATHERED_BYTES = 28  # glsl/error/coarse.glsl
+GATHERED_BYTES = 60  # glsl/error/coarse.glsl
 _BARRIER = moderngl.SHADER_STORAGE_BARRIER_BIT
 
 

@@ -35,7 +35,7 @@ TERRAIN = np.dtype(
 )
 
 # glsl/error/nodes.glsl
-NODE = np.dtype([("max_m", "2f2"), ("rms_m", "2f2"), ("range", "2u2")])
+NODE = np.dtype([("max_m", "2f2"), ("rms_m", "2f2"), ("range", "2u2"), ("whole", "4u1"), ("split", "4u1")])
 
 # glsl/blocks/view.glsl
 VIEW = np.dtype(
@@ -121,5 +121,6 @@ SUMMARY = np.dtype(
         ("budget", "u4"),
         ("rounds", "u4"),
         ("side", "i4"),
+        ("asked", "u4"),
     ]
 )

@@ -170,12 +170,14 @@ class Levels:
         ctx = self.ctx = tables.ctx
         self.tables, self.terrain = tables, tables.terrain
         defines = {"CLASSES": layout.CLASSES, "COUNT_TILE": layout.COUNT_TILE}
-        names = ("refine", "balance", "tiles", "patches", "search", "offsets", "draws")
+        names = ("refine", "balance", "agree", "commit", "tiles", "patches", "search", "offsets", "draws")
         self._kernels: dict[str, Any] = {name: shaders.compute(ctx, f"lod/{name}.comp", defines) for name in names}
         last = self.terrain.levels[-1]
         self._tiles = last.first_tile + 1
         self.view = View(ctx)
-        self._split = ctx.buffer(reserve=4 * (last.first_word + last.words))
+        self._words = last.first_word + last.words
+        # split, cut west, cut north; the same as asked for, nothing yet (glsl/lod/tree.glsl)
+        self._split = ctx.buffer(np.zeros(6 * self._words, "u4").tobytes())
         self._active = ctx.buffer(reserve=16 + 4 * self._tiles)
         self._offsets = ctx.buffer(reserve=4 * layout.SIZES * self._tiles)
         self._summary = ctx.buffer(reserve=layout.SUMMARY.itemsize)
@@ -221,6 +223,8 @@ class Levels:
             self._search()
         else:
             self._grow_tree(searching=False)
+            if tolerance_px > 0 and metric != "rms":
+                self._agree()
         self._count(_COUNT)
         self._run("offsets", 1)
         selection = self._read_summary()
@@ -272,12 +276,31 @@ class Levels:
                 self._count(_TRIANGLES, searching=True)
 
     def _grow_tree(self, searching: bool) -> None:
-        top = self.terrain.top_level
-        for name, levels in (("refine", range(top, 0, -1)), ("balance", range(1, top))):
-            for j in levels:
-                self._kernels[name]["u_which_level"] = j
-                columns, rows = self.terrain.levels[j].size
-                self._run_or_skip(searching, j, name, -(-columns // (32 * 64)), rows)
+        self._run_on_levels("refine", range(self.terrain.top_level, 0, -1), searching)
+        self._balance(searching)
+
+    def _balance(self, searching: bool = False) -> None:
+        self._run_on_levels("balance", range(1, self.terrain.top_level), searching)
+
+    def _run_on_levels(self, name: str, levels: range, searching: bool) -> None:
+        for j in levels:
+            self._kernels[name]["u_which_level"] = j
+            columns, rows = self.terrain.levels[j].size
+            self._run_or_skip(searching, j, name, -(-columns // (32 * 64)), rows)
+
+    def _agree(self) -> None:
+        """Let leaves that are too coarse as they stand cut edges or split, until all pass."""
+        asked = 1
+        while asked:
+            self._summary.write(bytes(4), offset=_offset("asked"))
+            self.ctx.copy_buffer(self._active, self._nothing, 16)
+            self._run("tiles", -(-self._tiles // 64))
+            self._kernels["agree"].run_indirect(self._active)
+            self.ctx.memory_barrier(_BARRIER)
+            self._run("commit", -(-3 * self._words // 64))
+            asked = int.from_bytes(self._summary.read(4, offset=_offset("asked")), "little")
+            if asked:
+                self._balance()
 
     def _count(self, what: int, searching: bool = False) -> None:
         self.ctx.copy_buffer(self._active, self._nothing, 16)

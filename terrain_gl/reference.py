@@ -158,6 +158,26 @@ def fan_errors(heights: np.ndarray, level: int) -> tuple[np.ndarray, np.ndarray]
     return whole, halves
 
 
+def wedge_errors(heights: np.ndarray, level: int, void: np.ndarray | None = None) -> tuple[np.ndarray, np.ndarray]:
+    """Largest error in each wedge of each node's fan, west, north, east and south, (rows, cols, 4) of nodes.
+
+    Returns
+    -------
+    whole, split
+        With the wedge's edge drawn whole, and in halves.
+    """
+    y, x = nodes_along(heights.shape[0], level), nodes_along(heights.shape[1], level)
+    (north, weight_y), (west, weight_x) = _from_middle(y), _from_middle(x)
+    north_or_south = weight_y[:, :, None, None] <= weight_x
+    wedge = np.where(north_or_south, np.where(north[:, :, None, None], 1, 3), np.where(west, 0, 2))
+    measured = np.ones(wedge.shape, bool) if void is None else ~void[_per_node(y, x)]
+    whole, split = (
+        np.stack([(np.abs(errors) * (measured & (wedge == k))).max((1, 3)) for k in range(4)], -1)
+        for errors in fan_errors(heights, level)
+    )
+    return whole, split
+
+
 def _wedges(h: np.ndarray, y: Nodes, x: Nodes) -> tuple[list[np.ndarray], np.ndarray]:
     """Heights in the fans' wedges north and south of the centre, edge whole and in halves, and the centre's weight."""
     north, weight = _from_middle(y)

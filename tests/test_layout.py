@@ -79,15 +79,18 @@ def test_node_round_trip(ctx):
     nodes = np.zeros(3, layout.NODE)
     nodes["max_m"], nodes["rms_m"] = [[1, 2], [3, 4], [5, 6]], [[7, 8], [9, 10], [11, 12]]
     nodes["range"] = [[1, 2], [3, 4], [0, 65535]]
+    nodes["whole"], nodes["split"] = np.arange(12).reshape(3, 4), 255 - np.arange(12).reshape(3, 4)
     buffer = ctx.buffer(nodes.tobytes())
     declaration = "layout(std430, binding = 0) readonly buffer Nodes { PackedNode node[]; };\n"
     fields = ["unpackHalf2x16(node[{}].max_m)", "unpackHalf2x16(node[{}].rms_m)"]
     floats = [f"floatBitsToUint({text.format(i)}[{k}])" for i in range(3) for text in fields for k in (0, 1)]
     ranges = [f"node[{i}].range {op}" for i in range(3) for op in ("& 0xffffu", ">> 16")]
-    source = shaders.source("error/nodes.glsl") + declaration + writes(floats + ranges)
-    got = read_back(ctx, source, 18, lambda _: buffer.bind_to_storage_buffer(0))
+    shares = [f"node[{i}].{name}" for i in range(3) for name in ("whole", "split")]
+    source = shaders.source("error/nodes.glsl") + declaration + writes(floats + ranges + shares)
+    got = read_back(ctx, source, 24, lambda _: buffer.bind_to_storage_buffer(0))
     assert got[:12].view("f4").tolist() == list(np.stack([nodes["max_m"], nodes["rms_m"]], 1).ravel())
-    assert got[12:].tolist() == nodes["range"].ravel().tolist()
+    assert got[12:18].tolist() == nodes["range"].ravel().tolist()
+    assert got[18:].tolist() == np.concatenate([nodes["whole"], nodes["split"]], 1).view("<u4").ravel().tolist()
 
 
 def test_summary_round_trip(ctx):
@@ -99,7 +102,7 @@ def test_summary_round_trip(ctx):
         *(f"s_groups[{i}][{k}]" for i in range(layout.MAX_LEVELS) for k in range(4)),
     ]
     expressions += [f"floatBitsToUint(s_{end}[{i}])" for end in ("cheap", "dear") for i in (0, 1)]
-    expressions += ["s_budget", "s_rounds", "uint(s_side)"]
+    expressions += ["s_budget", "s_rounds", "uint(s_side)", "s_asked"]
     assert len(expressions) * 4 == layout.SUMMARY.itemsize
     source = shaders.source("lod/summary.glsl") + writes(expressions)
     got = read_back(ctx, source, len(expressions), lambda _: buffer.bind_to_storage_buffer(4))
@@ -120,7 +123,7 @@ def test_patch_round_trip(ctx):
 
 def test_gathered_record_has_the_size_that_python_reserves(ctx):
     buffer = ctx.buffer(bytes(3 * error.GATHERED_BYTES))
-    main = "layout(local_size_x = 1) in;\nvoid main() { block_of[0].voids = 1u; block_of[1].max_q = 7u; }\n"
+    main = "layout(local_size_x = 1) in;\nvoid main() { block_of[0].split[3] = 1u; block_of[1].max_q = 7u; }\n"
     shader = ctx.compute_shader(shaders.source("error/coarse.glsl") + main)
     buffer.bind_to_storage_buffer(1)
     shader.run()

@@ -19,7 +19,10 @@ struct Gathered {
     uint max_q, max_f;  // float bits
     uint squares[4];    // quad low, high; fan low, high: fixed point (error/nodes.glsl)
     uint voids;
+    uint whole[4], split[4];  // float bits
 };
+
+const uint[4] NO_ERRORS = uint[4](0u, 0u, 0u, 0u);
 layout(std430, binding = 1) buffer Blocks { Gathered block_of[]; };
 
 // Blocks lie on the map as the nodes of the last fine level do.

@@ -2,12 +2,12 @@
 //
 //    quad, either diagonal        fan around the centre, each edge whole or split
 //    0,0 ──── 2,0                 0,0 ── 1,0 ── 2,0
-//     │ ╲  ╱ │                     │  ╲   │   ╱  │        OpenGL does not say which diagonal a quad gets, and a fan's
-//     │  ╲╱  │                    0,1 ── 1,1 ── 2,1       neighbours decide which of its edges are split: the error
-//     │  ╱╲  │                     │  ╱   │   ╲  │        of a post is the worst over all of that.
+//     │ ╲  ╱ │                     │  ╲   │   ╱  │        OpenGL does not say which diagonal a quad gets: its error is
+//     │  ╲╱  │                    0,1 ── 1,1 ── 2,1       the worse one. Each of a fan's edges is whole or split, for
+//     │  ╱╲  │                     │  ╱   │   ╲  │        itself: a post has two errors there, in its own wedge.
 //    0,2 ──── 2,2                 0,2 ── 1,2 ── 2,2
 //
-// Provides Node, node_at(), quad_error_m(), fan_error_m().  Python twin: reference.drawing_errors
+// Provides Node, node_at(), quad_error_m(), fan_errors_m().  Python twin: reference.drawing_errors
 
 #include "blocks/terrain.glsl"
 
@@ -53,18 +53,28 @@ float quad_error_m(Node n, ivec2 post, float h) {
 
 // In the wedge between the centre and one edge, w the centre's weight: the edge has heights a, m, b at its end, middle
 // and other end, and along its axis the post is d posts from the middle.
-float wedge_error_m(Node n, int axis, vec3 edge, float w, float d, float h) {
+vec2 wedge_errors_m(Node n, int axis, vec3 edge, float w, float d, float h) {
     float a = edge[0], m = edge[1], b = edge[2], v = 1.0 - w, above = w * n.h[1][1] - h;
     float u = v * n.before[axis] + d;
     float whole = above + v * a + (b - a) * u * n.per_side[axis];
     float halves = above + (d <= 0.0 ? v * a + (m - a) * u * n.per_before[axis] : v * m + (b - m) * d * n.per_after[axis]);
-    return max(abs(whole), abs(halves));
+    return abs(vec2(whole, halves));
 }
 
-float fan_error_m(Node n, ivec2 post, float h) {
+#define WEST 0  // wedges, in gl_TessLevelOuter's order
+#define NORTH 1
+#define EAST 2
+#define SOUTH 3
+
+// With the edge of the post's wedge whole, and with it split.
+vec2 fan_errors_m(Node n, ivec2 post, float h, out int wedge) {
     vec2 d = vec2(post - n.mid);
     vec2 w = 1.0 + mix(-d * n.per_after, d * n.per_before, lessThanEqual(d, vec2(0.0)));
-    if (w.y <= w.x) return wedge_error_m(n, 0, d.y <= 0.0 ? n.h[0] : n.h[2], w.y, d.x, h);
+    if (w.y <= w.x) {
+        wedge = d.y <= 0.0 ? NORTH : SOUTH;
+        return wedge_errors_m(n, 0, d.y <= 0.0 ? n.h[0] : n.h[2], w.y, d.x, h);
+    }
+    wedge = d.x <= 0.0 ? WEST : EAST;
     vec3 west = vec3(n.h[0][0], n.h[1][0], n.h[2][0]), east = vec3(n.h[0][2], n.h[1][2], n.h[2][2]);
-    return wedge_error_m(n, 1, d.x <= 0.0 ? west : east, w.x, d.y, h);
+    return wedge_errors_m(n, 1, d.x <= 0.0 ? west : east, w.x, d.y, h);
 }

@@ -35,5 +35,10 @@ void main() {
         for (int x = low.x; x < end.x; x++) gather_post(w, n, ivec2(x, y));
     uvec2 max_m = floatBitsToUint(w.max_m);
     uvec2 q = square_up(w.squares.x / u_span_m / u_span_m), f = square_up(w.squares.y / u_span_m / u_span_m);
-    block_of[block_index(block)] = Gathered(max_m.x, max_m.y, uint[4](q.x, q.y, f.x, f.y), w.voids);
+    Gathered g = Gathered(max_m.x, max_m.y, uint[4](q.x, q.y, f.x, f.y), w.voids, NO_ERRORS, NO_ERRORS);
+    for (int wedge = 0; wedge < 4; wedge++) {
+        g.whole[wedge] = floatBitsToUint(w.whole_m[wedge]);
+        g.split[wedge] = floatBitsToUint(w.split_m[wedge]);
+    }
+    block_of[block_index(block)] = g;
 }

@@ -7,7 +7,7 @@
 //   has children that pass where it passed.
 // Errors are halves in units of span · 2^-14, rounded up: all of (0, span] stays a normal number.
 // Squared errors are 64-bit fixed point, rounded up: span² is 2^35, so 2^28 posts of the largest error do not overflow.
-// Provides PackedNode, pack_pair(), unpack_pair(), pack_range(), unpack_range(), square_up(), node_index(),
+// Provides pack_shares(), unpack_shares(), PackedNode, pack_pair(), unpack_pair(), pack_range(), unpack_range(), square_up(), node_index(),
 // texels_rms_m(), posts_rms_m(), mean_is_known(), own_posts(), squares_m2().
 // Python twin: layout.NODE
 
@@ -19,6 +19,7 @@
 struct PackedNode {
     uint max_m, rms_m;  // halves: quad low, fan high; rms_m may have HAS_VOIDS
     uint range;         // 16-bit steps of span above low: lowest low half, highest high half
+    uint whole, split;  // the fan's wedges W, N, E, S with the edge whole, with it split: bytes, shares of max_m as fan
 };
 
 float error_unit_m() { return u_span_m * exp2(-14.0); }
@@ -32,6 +33,17 @@ uint half_up(float x) {
 uint pack_pair(vec2 e_m) {
     vec2 e = e_m / error_unit_m() * (1.0 + exp2(-22.0));
     return half_up(e.x) | half_up(e.y) << 16;
+}
+
+// Sixteenths of an octave below the largest, rounded so that no error grows smaller.
+uint pack_shares(vec4 e_m, float most_m) {
+    if (most_m == 0.0) return 0u;
+    uvec4 below = uvec4(clamp(floor(16.0 * log2(most_m / max(e_m, 1e-6 * most_m)) - 0.01), 0.0, 255.0));
+    return below.x | below.y << 8 | below.z << 16 | below.w << 24;
+}
+
+vec4 unpack_shares(uint shares, float most_m) {
+    return most_m * exp2(vec4(uvec4(shares, shares >> 8, shares >> 16, shares >> 24) & 255u) / -16.0);
 }
 
 vec2 unpack_pair(uint pair) { return unpackHalf2x16(pair) * error_unit_m(); }

@@ -12,6 +12,10 @@ void main() {
     Gathered g = gathered[i];
     vec2 share = vec2(word_float(uvec2(g.squares[0], g.squares[1])), word_float(uvec2(g.squares[2], g.squares[3])));
     vec2 squares = share * exp2(-35.0) * u_span_m * u_span_m;
-    Worst w = Worst(uintBitsToFloat(uvec2(g.max_q, g.max_f)), squares, g.voids);
+    Worst w = Worst(uintBitsToFloat(uvec2(g.max_q, g.max_f)), squares, g.voids, vec4(0.0), vec4(0.0));
+    for (int wedge = 0; wedge < 4; wedge++) {
+        w.whole_m[wedge] = uintBitsToFloat(g.whole[wedge]);
+        w.split_m[wedge] = uintBitsToFloat(g.split[wedge]);
+    }
     settle_node(at, node_at(u_which_level, at), w);
 }

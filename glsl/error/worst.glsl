@@ -16,9 +16,10 @@ struct Worst {
     vec2 max_m;    // quad, fan
     vec2 squares;  // quad, fan
     uint voids;
+    vec4 whole_m, split_m;  // the fan's wedges, by whether their edges are whole or split
 };
 
-Worst worst_of_nothing() { return Worst(vec2(0.0), vec2(0.0), 0u); }
+Worst worst_of_nothing() { return Worst(vec2(0.0), vec2(0.0), 0u, vec4(0.0), vec4(0.0)); }
 
 // Posts on the south and east edges are the neighbours' own, except on the map's rim.
 bool is_own(Node n, ivec2 post) {
@@ -31,8 +32,12 @@ void gather_post(inout Worst w, Node n, ivec2 post) {
         return;
     }
     float h = height_m(post) - n.base_m;
-    vec2 e = vec2(quad_error_m(n, post, h), fan_error_m(n, post, h)) * (1.0 + exp2(-20.0)) + n.rounding_m;
+    int wedge;
+    vec2 fan = fan_errors_m(n, post, h, wedge) * (1.0 + exp2(-20.0)) + n.rounding_m;
+    vec2 e = vec2(quad_error_m(n, post, h) * (1.0 + exp2(-20.0)) + n.rounding_m, max(fan.x, fan.y));
     w.max_m = max(w.max_m, e);
+    w.whole_m[wedge] = max(w.whole_m[wedge], fan.x);
+    w.split_m[wedge] = max(w.split_m[wedge], fan.y);
     if (is_own(n, post)) w.squares += e * e;
 }
 
@@ -55,7 +60,7 @@ void settle_node(ivec2 at, Node n, Worst w) {
     // a thread adds up to 33 × 33 squares in floats: each addition may swallow 2^-24 of the sum
     vec2 rms_m = sqrt(w.squares / (float(own.x) * float(own.y))) * (1.0 + exp2(-14.0));
     uint has_voids = w.voids != 0u ? HAS_VOIDS : 0u;
-    PackedNode settled = PackedNode(pack_pair(w.max_m), pack_pair(min(rms_m, w.max_m)) | has_voids, 0u);
+    PackedNode settled = PackedNode(pack_pair(w.max_m), pack_pair(min(rms_m, w.max_m)) | has_voids, 0u, 0u, 0u);
     ivec2 last = min(2 * at + 1, u_level[u_which_level - 1].size - 1), parts = last + 1 - 2 * at;
     float parts_m2 = 0.0, nested_gain = 0.0;
     if (u_which_level == 1) settled.range = pack_range(range_of_posts(n));
@@ -69,6 +74,8 @@ void settle_node(ivec2 at, Node n, Worst w) {
                 nested_gain = max(nested_gain, gain[i]);
             }
     }
+    settled.whole = pack_shares(w.whole_m, unpack_pair(settled.max_m).y);
+    settled.split = pack_shares(w.split_m, unpack_pair(settled.max_m).y);
     int i = node_index(u_which_level, at);
     node[i] = settled;
     // from the table as it is kept, so that a gain is the same whenever it is computed

@@ -6,11 +6,25 @@
 
 #include "lod/price.glsl"
 
-// Which nodes of a word have finer neighbours to the west, north, east and south: gl_TessLevelOuter's order.
+// Of the nodes of a word, those whose west, north, east and south edges are split, gl_TessLevelOuter's order: because the
+// neighbour there is finer, or because both agreed to.
 uvec4 finer_neighbours(int level, int word, int y) {
-    uint own = split_word(level, word, y);
-    return uvec4(own << 1 | split_word(level, word - 1, y) >> 31, split_word(level, word, y - 1),
-                 own >> 1 | split_word(level, word + 1, y) << 31, split_word(level, word, y + 1));
+    uint own = split_word(level, word, y), west = cut_word(CUT_WEST, level, word, y);
+    return uvec4(own << 1 | split_word(level, word - 1, y) >> 31 | west,
+                 split_word(level, word, y - 1) | cut_word(CUT_NORTH, level, word, y),
+                 own >> 1 | split_word(level, word + 1, y) << 31 | west >> 1 | cut_word(CUT_WEST, level, word + 1, y) << 31,
+                 split_word(level, word, y + 1) | cut_word(CUT_NORTH, level, word, y + 1));
+}
+
+uint safe_existing_word(int level, int word, int y) {
+    return has_word(level, word, y) ? existing_word(level, word, y) : 0u;
+}
+
+// Those that have neighbours of their own size there.
+uvec4 alike_neighbours(int level, int word, int y) {
+    uint own = existing_word(level, word, y);
+    return uvec4(own << 1 | safe_existing_word(level, word - 1, y) >> 31, safe_existing_word(level, word, y - 1),
+                 own >> 1 | safe_existing_word(level, word + 1, y) << 31, safe_existing_word(level, word, y + 1));
 }
 
 // Whether a fan's centre lies on the map's last column, and on its last row.

@@ -38,13 +38,14 @@ void classify_row() {
             continue;
         }
         PackedNode n = node_of(level, at);
+        uint edges = split_edges(finer, level, at);
         bool quad = (crowded >> column & 1u) == 0u && draws_as_quad(p, n, level, at);
         if (quad) squares |= 1u << column;
         else {
             fans |= 1u << column;
-            triangles += fan_triangles(split_edges(finer, level, at), level, at);
+            triangles += fan_triangles(edges, level, at);
         }
-        if (!p.outside) worst_px = max(worst_px, quad ? quad_px(p, n) : fan_px(p, n));
+        if (!p.outside) worst_px = max(worst_px, quad ? quad_px(p, n) : fan_px(p, n, edges));
     }
     s_squares[0][row] = squares;
     s_fans[row] = fans;

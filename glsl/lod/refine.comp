@@ -14,8 +14,11 @@ bool must_split(ivec2 at) {
     Projection p = project_node(u_which_level, at, 2.0);
     if (p.outside) return false;
     if (has_budget()) return pays(p, gain[node_index(u_which_level, at)]);
-    // a little stricter than the promise: another program may round the same bound the other way
-    return u_tolerance_px == 0.0 || fan_px(p, node_of(u_which_level, at)) > u_tolerance_px * (1.0 - 1e-5);
+    if (u_tolerance_px == 0.0) return true;
+    PackedNode n = node_of(u_which_level, at);
+    // a mean over quads is taken up by the fan's, which is nested; a maximum need not be
+    float least_px = u_metric == METRIC_RMS ? best_fan_px(p, n) : min(best_fan_px(p, n), quad_px(p, n));
+    return least_px > u_tolerance_px * STRICTER;
 }
 
 void main() {
@@ -26,5 +29,7 @@ void main() {
         int bit = findLSB(left);
         if (must_split(ivec2(32 * word + bit, row))) bits |= 1u << bit;
     }
-    split[word_index(u_which_level, word, row)] = bits;
+    int i = word_index(u_which_level, word, row);
+    split[i] = bits;
+    split[CUT_WEST * tree_words() + i] = split[CUT_NORTH * tree_words() + i] = 0u;
 }

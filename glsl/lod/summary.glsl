@@ -20,6 +20,7 @@ layout(std430, binding = 4) buffer Summary {
     uint s_budget;       // triangles at most
     uint s_rounds;       // of the search, so far
     int s_side;          // of the budget where the last one ended: 1 within, -1 beyond
+    uint s_asked;        // whether the last round of agreeing changed anything
 };
 
 #define UNKNOWN 1e9

@@ -1,12 +1,18 @@
 // lod/tree.glsl — the quadtree of one view: a bit for each node that is split. Nodes exist whose parent is split; they
 // are leaves if they are not split themselves. Cells, level 0, never split.
-// Provides split[], is_split(), split_word(), existing_word(), node_of(), project_node(), fan_px(), quad_px().
+// Provides split[], is_split(), split_word(), existing_word(), node_of(), project_node(), fan_px(), best_fan_px(), quad_px(),
+// ask_for_split(), ask_for_edges().
 
 #include "error/nodes.glsl"
 #include "lod/project.glsl"
 
 layout(std430, binding = 0) readonly buffer Nodes { PackedNode node[]; };
-layout(std430, binding = 1) buffer Split { uint split[]; };
+layout(std430, binding = 1) buffer Split { uint split[]; };  // and, as large: CUT_WEST, CUT_NORTH, all three asked for
+
+#define CUT_WEST 1   // edges between leaves of one size that are split all the same
+#define CUT_NORTH 2
+#define GRANTED 3    // so many parts; as many follow of what is asked for: lod/agree.comp
+#define STRICTER (1.0 - 1e-5)  // than the promise: another program may round the same bound the other way
 
 int words_in_row(int level) { return (u_level[level].size.x + 31) / 32; }
 
@@ -21,10 +27,13 @@ bool is_split(int level, ivec2 at) {
     return (split[word_index(level, at.x >> 5, at.y)] >> (at.x & 31) & 1u) != 0u;
 }
 
+bool has_word(int level, int word, int row) {
+    return level > 0 && row >= 0 && row < u_level[level].size.y && word >= 0 && word < words_in_row(level);
+}
+
 // The 32 nodes of a row from column 32 · word on: which of them are split.
 uint split_word(int level, int word, int row) {
-    bool there = level > 0 && row >= 0 && row < u_level[level].size.y && word >= 0 && word < words_in_row(level);
-    return there ? split[word_index(level, word, row)] : 0u;
+    return has_word(level, word, row) ? split[word_index(level, word, row)] : 0u;
 }
 
 // Which of them exist.
@@ -37,6 +46,29 @@ uint existing_word(int level, int word, int row) {
     return columns < 32 ? both & (1u << columns) - 1u : both;
 }
 
+int tree_words() {
+    return u_level[u_top_level].first_word + words_in_row(u_top_level) * u_level[u_top_level].size.y;
+}
+
+// Of the nodes of a word, those whose west or north edge is cut.
+uint cut_word(int part, int level, int word, int row) {
+    return has_word(level, word, row) ? split[part * tree_words() + word_index(level, word, row)] : 0u;
+}
+
+void ask_for(int part, int level, ivec2 at) {
+    atomicOr(split[(GRANTED + part) * tree_words() + word_index(level, at.x >> 5, at.y)], 1u << (at.x & 31));
+}
+
+void ask_for_split(int level, ivec2 at) { ask_for(0, level, at); }
+
+// W, N, E, S.
+void ask_for_edges(int level, ivec2 at, uint edges) {
+    if ((edges & 1u) != 0u) ask_for(CUT_WEST, level, at);
+    if ((edges & 2u) != 0u) ask_for(CUT_NORTH, level, at);
+    if ((edges & 4u) != 0u) ask_for(CUT_WEST, level, at + ivec2(1, 0));
+    if ((edges & 8u) != 0u) ask_for(CUT_NORTH, level, at + ivec2(0, 1));
+}
+
 PackedNode node_of(int level, ivec2 at) { return node[node_index(level, at)]; }
 
 // Cells have no range of their own; their parent's holds them.
@@ -47,6 +79,23 @@ Projection project_node(int level, ivec2 at, float margin) {
     return project(box_of(low, high, range_m), margin);
 }
 
-float fan_px(Projection p, PackedNode n) { return metric_px(p, unpack_pair(n.max_m).y, posts_rms_m(n).y); }
+vec4 wedges_m(PackedNode n, uint shares) { return unpack_shares(shares, unpack_pair(n.max_m).y); }
+
+// As a fan with these edges split (bits W, N, E, S). A mean is known of a fan as a whole alone, whatever its edges.
+float fan_px(Projection p, PackedNode n, uint edges) {
+    if (u_metric == METRIC_RMS) return metric_px(p, unpack_pair(n.max_m).y, posts_rms_m(n).y);
+    vec4 whole = wedges_m(n, n.whole), split_ = wedges_m(n, n.split), e = vec4(0.0);
+    for (int i = 0; i < 4; i++) e[i] = (edges >> i & 1u) != 0u ? split_[i] : whole[i];
+    float max_m = max(max(e.x, e.y), max(e.z, e.w));
+    return metric_px(p, max_m, max_m);
+}
+
+// As a fan with the edges that suit it best.
+float best_fan_px(Projection p, PackedNode n) {
+    if (u_metric == METRIC_RMS) return fan_px(p, n, 0u);
+    vec4 e = min(wedges_m(n, n.whole), wedges_m(n, n.split));
+    float max_m = max(max(e.x, e.y), max(e.z, e.w));
+    return metric_px(p, max_m, max_m);
+}
 
 float quad_px(Projection p, PackedNode n) { return metric_px(p, unpack_pair(n.max_m).x, posts_rms_m(n).x); }

@@ -1,0 +1,16 @@
+// lod/commit.comp — grant what lod/agree.comp asked for, and note whether there was anything; a thread a word.
+
+#include "lod/tree.glsl"
+#include "lod/summary.glsl"
+
+layout(local_size_x = 64) in;
+
+void main() {
+    int i = int(gl_GlobalInvocationID.x);
+    if (i >= GRANTED * tree_words()) return;
+    uint asked = split[GRANTED * tree_words() + i] & ~split[i];
+    split[GRANTED * tree_words() + i] = 0u;
+    if (asked == 0u) return;
+    split[i] |= asked;
+    s_asked = 1u;
+}
