@@ -2,6 +2,8 @@
 
     refine    split the nodes in the picture that are too coarse, from the root down     (a dispatch a level)
     balance   split more, so that neighbours are within one level                        (a dispatch a level)
+    agree     leaves that are still too coarse ask neighbours to cut edges, or to be split
+    commit    grant it; then balance, and agree again, until nothing is asked for
     tiles     list the tiles of 32 × 32 nodes that hold any
     patches   count the patches of each tile; then, when their places are known, write them
     offsets   prefix sums between the two
