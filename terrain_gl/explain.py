@@ -104,7 +104,8 @@ class Explainer:
         corner = int(record["corner"][0]), int(record["corner"][1])
         step_log2, size_log2 = int(record["shape"]) & 15, int(record["shape"]) >> 4 & 7
         fan = bool(int(record["shape"]) >> 12 & 1)
-        answer = self._ask(corner, step_log2 + size_log2)
+        edges = int(record["shape"]) >> 8 & 15 if fan else 0
+        answer = self._ask(corner, step_log2 + size_log2, edges)
         choices = _choices(answer, step_log2 + size_log2)
         segments = 0 if fan else 1 << size_log2
         chosen = next(choice for choice in choices if choice.segments == segments)
@@ -139,11 +140,12 @@ class Explainer:
         found = np.flatnonzero(((offset >= 0) & (offset <= side[:, None])).all(1))
         return patches[found[0]] if len(found) else None
 
-    def _ask(self, corner: tuple[int, int], side_log2: int) -> np.ndarray:
+    def _ask(self, corner: tuple[int, int], side_log2: int, edges: int) -> np.ndarray:
         self.levels.bind()
         self.levels.tables.bind()
         self._answer.bind_to_storage_buffer(2)
         self._kernel["u_low"], self._kernel["u_side_log2"] = corner, side_log2
+        self._kernel["u_edges"] = edges
         self._kernel.run(1)
         self.ctx.memory_barrier(moderngl.SHADER_STORAGE_BARRIER_BIT | moderngl.BUFFER_UPDATE_BARRIER_BIT)
         return np.frombuffer(self._answer.read(), _ANSWER)[0]

@@ -25,7 +25,7 @@ def places(renderer, count=40):
 def test_what_was_chosen_keeps_the_tolerance_and_is_among_the_choices(renderer):
     renderer.draw(CAMERA, 2.0, cull=False)
     kinds = set()
-    for x, y in places(renderer):
+    for x, y in places(renderer, 150):
         told = renderer.explain(x, y)
         col, row = x / 10, 128 - y / 10
         assert (

@@ -17,6 +17,7 @@ layout(std430, binding = 2) writeonly buffer Choices {
 
 uniform ivec2 u_low;      // post of the square's north-west corner
 uniform int u_side_log2;  // posts
+uniform uint u_edges;     // of a fan, those that are split: W, N, E, S
 
 void main() {
     int level = int(gl_LocalInvocationID.x);
@@ -35,6 +36,6 @@ void main() {
     if (size == 0 && level > 0) {
         PackedNode n = node_of(level, at);
         Projection p = project_node(level, at, 1.0);
-        choice[level].fan = vec4(unpack_pair(n.max_m).y, posts_rms_m(n).y, p.outside ? 0.0 : fan_px(p, n), 1.0);
+        choice[level].fan = vec4(fan_max_m(n, u_edges), posts_rms_m(n).y, p.outside ? 0.0 : fan_px(p, n, u_edges), 1.0);
     }
 }

@@ -1,6 +1,6 @@
 // lod/tree.glsl — the quadtree of one view: a bit for each node that is split. Nodes exist whose parent is split; they
 // are leaves if they are not split themselves. Cells, level 0, never split.
-// Provides split[], is_split(), split_word(), existing_word(), node_of(), project_node(), fan_px(), best_fan_px(), quad_px(),
+// Provides split[], is_split(), split_word(), existing_word(), node_of(), project_node(), fan_max_m(), fan_px(), best_fan_px(), quad_px(),
 // ask_for_split(), ask_for_edges().
 
 #include "error/nodes.glsl"
@@ -81,12 +81,17 @@ Projection project_node(int level, ivec2 at, float margin) {
 
 vec4 wedges_m(PackedNode n, uint shares) { return unpack_shares(shares, unpack_pair(n.max_m).y); }
 
-// As a fan with these edges split (bits W, N, E, S). A mean is known of a fan as a whole alone, whatever its edges.
+// The largest error as a fan with these edges split (bits W, N, E, S).
+float fan_max_m(PackedNode n, uint edges) {
+    vec4 whole = wedges_m(n, n.whole), split_ = wedges_m(n, n.split), e;
+    for (int i = 0; i < 4; i++) e[i] = (edges >> i & 1u) != 0u ? split_[i] : whole[i];
+    return max(max(e.x, e.y), max(e.z, e.w));
+}
+
+// A mean is known of a fan as a whole alone, whatever its edges.
 float fan_px(Projection p, PackedNode n, uint edges) {
     if (u_metric == METRIC_RMS) return metric_px(p, unpack_pair(n.max_m).y, posts_rms_m(n).y);
-    vec4 whole = wedges_m(n, n.whole), split_ = wedges_m(n, n.split), e = vec4(0.0);
-    for (int i = 0; i < 4; i++) e[i] = (edges >> i & 1u) != 0u ? split_[i] : whole[i];
-    float max_m = max(max(e.x, e.y), max(e.z, e.w));
+    float max_m = fan_max_m(n, edges);
     return metric_px(p, max_m, max_m);
 }
 

@@ -5,13 +5,15 @@ struct Patch {
     ivec2 low, high;   // posts of its north-west and south-east corners; the latter may lie beyond the map
     float step_log2;   // log2 of the posts between its vertices
     bool fan;
+    uint split_edges;  // of a fan: bits W, N, E, S
 };
 
 uvec4 words_of(Patch p) {
-    return uvec4(uint(p.low.x) | uint(p.low.y) << 16, uint(p.high.x) | uint(p.high.y) << 16, floatBitsToUint(p.step_log2), p.fan);
+    return uvec4(uint(p.low.x) | uint(p.low.y) << 16, uint(p.high.x) | uint(p.high.y) << 16, floatBitsToUint(p.step_log2),
+                 uint(p.fan) | p.split_edges << 1);
 }
 
 Patch patch_of(uvec4 words) {
     return Patch(ivec2(words.x & 0xffffu, words.x >> 16), ivec2(words.y & 0xffffu, words.y >> 16), uintBitsToFloat(words.z),
-                 words.w != 0u);
+                 (words.w & 1u) != 0u, words.w >> 1);
 }

@@ -12,7 +12,7 @@ float promise_px(Patch p) {
     int size = findMSB(side) - level;
     if (!p.fan) return quads_px(size, level, p.low >> level);
     Projection projection = project_node(level + 1, p.low >> (level + 1), 1.0);
-    return projection.outside ? 0.0 : fan_px(projection, node_of(level + 1, p.low >> (level + 1)));
+    return projection.outside ? 0.0 : fan_px(projection, node_of(level + 1, p.low >> (level + 1)), p.split_edges);
 }
 
 void main() { put_detail(promise_px(patch_of(g_of_patch))); }
