@@ -1,9 +1,9 @@
 """Every method side by side, after Fig. D.1 of the supplement of Li et al. 2021.
 
 Of the very mesh that each method draws: its triangles, its screen error over every post in the picture
-(`Renderer.measure`), and how far its picture is from the true one (`likeness`). The truth is every post of the map,
-each pixel drawn as 4 × 4 of 4 samples. The methods' pictures are drawn as finely: so geometry alone differs, for
-shading reads the map whatever the mesh is, and the dense mesh would be at a distance of 0.
+(`Renderer.measure`), and how far its picture is from the true one (`likeness`). The truth is every post of the map and
+the bilinear surface between them (`bilinear`), each pixel drawn as 4 × 4 of 4 samples. The methods' pictures are drawn
+as finely: so geometry alone differs, for shading reads the map whatever the mesh is.
 """
 
 from __future__ import annotations
@@ -241,7 +241,7 @@ def truth_of(
     renderer: Renderer, camera: Camera, fine: int = FINE, progress: Progress | None = None, **options: Any
 ) -> Truth:
     """Draw every post, and each pixel as fine × fine."""
-    return Truth(*_picture(renderer, camera, fine, progress, method="full", **options))
+    return Truth(*_picture(renderer, camera, fine, progress, method="truth", **options))
 
 
 def entry_of(

@@ -10,7 +10,8 @@ from .lod import METRICS
 from .rivals import PARAMETERS, Parameters
 from .shade import STYLES, SUN, Look
 
-METHODS = ("sat", "clipmap", "tessellated", "full")
+METHODS = ("sat", "clipmap", "tessellated", "full", "truth")
+EVERY_POST = ("full", "truth")
 CHOICES = {"metric": METRICS, "method": METHODS, "style": STYLES}
 
 
@@ -29,7 +30,8 @@ class Drawing:
     metric
         "max" or "rms": what the tolerance bounds, and what is certified of the mesh.
     method
-        "sat"; a rival, "clipmap" or "tessellated"; or "full" for every post in the picture.
+        "sat"; a rival, "clipmap" or "tessellated"; "full" for every post in the picture; or "truth", which is bilinear
+        between posts, too.
     parameters
         How finely a rival draws, `clipmap.Rings` or `tessellated.Edges`; by default as `triangles` asks for, or theirs.
     style
@@ -91,8 +93,10 @@ class Drawing:
             raise UsageError("triangles and a rival's own parameters: give one of them, the other follows")
         elif self.max_error_px is not None:
             raise UsageError("max error and triangles: give one of them, the other follows")
-        elif self.method == "full":
-            raise UsageError("triangles: method full draws every post; choose another method or leave triangles out")
+        elif self.method in EVERY_POST:
+            raise UsageError(
+                f"triangles: method {self.method} draws every post; choose another method or leave triangles out"
+            )
         elif self.triangles != int(self.triangles) or not 2 <= self.triangles < 2**31:
             raise UsageError(f"triangles must be a whole number from 2 on and less than 2^31, got {self.triangles}")
 
@@ -104,4 +108,4 @@ class Drawing:
     @property
     def tolerance_px(self) -> float:
         """What the mesh is held to; 0 for every post."""
-        return 0.0 if self.method == "full" or self.max_error_px is None else self.max_error_px
+        return 0.0 if self.method in EVERY_POST or self.max_error_px is None else self.max_error_px

@@ -15,6 +15,7 @@ from typing import Any, TypeVar, cast
 import moderngl
 import numpy as np
 
+from .bilinear import Bilinear
 from .camera import Camera
 from .context import backend_name, create_context
 from .drawing import Drawing
@@ -151,6 +152,7 @@ class Renderer:
                         yield 0.05 + 0.75 * part
                 self.levels = self._keep(Levels(self.tables))
                 self.rivals = self._keep(Rivals(self.terrain, self.levels.view))
+                self.truth = self._keep(Bilinear(self.levels))
                 yield 0.85
             with (
                 _memory_errors(
@@ -306,6 +308,8 @@ class Renderer:
             how: dict[str, Any] = {"parameters": drawing.parameters, "triangles": drawing.triangles}
             how |= {"tolerance_px": drawing.tolerance_px, "cull": drawing.cull}
             return self.rivals.select(drawing.method, camera, size, near_m, **how)
+        if drawing.method == "truth":
+            return self.truth.select(camera, size, near_m, drawing.cull)
         asked = drawing.tolerance_px, drawing.metric, drawing.cull, drawing.triangles
         return self.levels.select(camera, size, near_m, *asked)
 

@@ -43,13 +43,16 @@ def camera(heightmap):
     return standard_view(heightmap, "ridge")
 
 
-def test_the_dense_mesh_is_the_truth(renderer, camera):
+def test_the_truth_is_at_no_distance_of_itself_and_the_dense_mesh_close(renderer, camera):
     truth = truth_of(renderer, camera, fine=2)
-    entry = entry_of(renderer, camera, truth, "full", fine=2)
+    entry = entry_of(renderer, camera, truth, "truth", fine=2)
     assert entry.stats["image_rmse"] == 0 and entry.stats["flip"] in (0.0, None)
     assert (entry.stats["skyline_px"], entry.stats["max_skyline_px"]) == (0, 0)
-    assert np.nanmax(entry.error_px) == 0
-    assert entry.stats["triangles"] == truth.stats["triangles"]
+    dense = entry_of(renderer, camera, truth, "full", fine=2)
+    coarse = entry_of(renderer, camera, truth, "sat", fine=2, triangles=TRIANGLES)
+    assert np.nanmax(entry.error_px) == np.nanmax(dense.error_px) == 0
+    assert entry.stats["triangles"] == dense.stats["triangles"] == truth.stats["triangles"]
+    assert 0 < dense.stats["image_rmse"] < 0.5 * coarse.stats["image_rmse"]  # diagonals, beside what is coarse
     assert 0.05 < truth.sky.mean() < 0.95
 
 
@@ -132,10 +135,10 @@ def test_inset_is_where_pictures_differ_and_the_sky_begins():
     picture = truth.copy()
     picture[80:90, 20:60] = 200  # more, but far from the skyline
     picture[42:48, 150:170] = 200
-    rows, cols = comparing._inset(Truth(truth, sky, {}), [picture])
+    rows, cols = comparing.inset_of(Truth(truth, sky, {}), [picture])
     assert (rows.stop - rows.start, cols.stop - cols.start) == (24, 48)
     assert rows.start < 40 and rows.stop >= 48 and cols.start <= 150 and cols.stop >= 170
-    rows, cols = comparing._inset(Truth(truth, np.zeros((100, 200)), {}), [picture])
+    rows, cols = comparing.inset_of(Truth(truth, np.zeros((100, 200)), {}), [picture])
     assert rows.start <= 80 and rows.stop >= 90 and cols.start <= 20 and cols.stop >= 60
 
 

@@ -4,7 +4,7 @@
 //             belongs to one side only, by the rasteriser's rule, and on the map's far edges to none; u_flip turns the
 //             picture, so that every edge is a near one in one of four draws.
 //   CAPTURE   a buffer, as the mesh export wants it
-// Provides put_vertex(), the last line of every method's last geometry stage.
+// Provides put_vertex(), the last line of every method's last geometry stage; into a picture put_vertex_between(), too.
 
 #include "mesh/patch.glsl"
 #include "blocks/view.glsl"
@@ -22,12 +22,15 @@ out vec2 v_post;         // column and row on the map
 out vec3 v_from_eye_m;   // east, north, up
 flat out uvec4 v_of_patch;
 
-void put_vertex(ivec2 post, float h_m, Patch p) {
-    v_post = vec2(post);
-    v_from_eye_m = from_eye_m(post, h_m);
+// A vertex that is part of a cell beyond its post, to the east and to the south.
+void put_vertex_between(ivec2 post, vec2 between, float h_m, Patch p) {
+    v_post = vec2(post) + between;
+    v_from_eye_m = from_eye_m(post, h_m) + vec3(between.x, -between.y, 0.0) * vec3(u_spacing_m, 0.0);
     v_of_patch = words_of(p);
     gl_Position = u_clip_from_eye * vec4(v_from_eye_m, 1.0);
 }
+
+void put_vertex(ivec2 post, float h_m, Patch p) { put_vertex_between(post, vec2(0.0), h_m, p); }
 
 #else
 

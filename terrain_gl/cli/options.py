@@ -86,7 +86,8 @@ def add_camera(command: Any, moving: bool = False) -> None:
 def add_detail(command: Any) -> None:
     """How fine the picture is drawn, and by which method."""
     group = command.add_argument_group("detail")
-    group.add_argument("--method", choices=METHODS, default="sat", help="sat; one of its rivals; or full: every post")
+    what = "sat; one of its rivals; full: every post; truth: bilinear between them"
+    group.add_argument("--method", choices=METHODS, default="sat", help=what)
     asked = group.add_mutually_exclusive_group()
     asked.add_argument(
         "--max-error", type=positive, metavar="PX", dest="max_error_px", help="screen error (default: 1)"

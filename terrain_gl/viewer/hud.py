@@ -6,7 +6,7 @@ import math
 from dataclasses import dataclass, field
 from typing import Any
 
-from ..drawing import Drawing
+from ..drawing import EVERY_POST, Drawing
 from .commands import shown_lines
 from .overlay import ACCENT, BRIGHT, SOFT, Panel, Text
 from .settings import Settings
@@ -52,7 +52,7 @@ def drawing_ms(stats: dict[str, Any]) -> float:
 def _asked(drawing: Drawing) -> tuple[str, str]:
     if drawing.triangles:
         return "budget", f"{drawing.triangles:,} triangles"
-    return "tolerance", "none" if drawing.method == "full" else f"{drawing.max_error_px:.4g} px {drawing.metric}"
+    return "tolerance", "none" if drawing.method in EVERY_POST else f"{drawing.max_error_px:.4g} px {drawing.metric}"
 
 
 def figures_panel(figures: Figures, settings: Settings) -> Panel:
@@ -72,7 +72,7 @@ def figures_panel(figures: Figures, settings: Settings) -> Panel:
         ("promised", "nothing" if (px := stats["certified_max_error_px"]) is None else f"≤ {px:.4g} px"),
         ("measured", f"{measured[drawing.metric]:.3f} px" if measured else "…"),
         None,
-        ("method", "every post" if drawing.method == "full" else drawing.method),
+        ("method", "every post" if drawing.method in EVERY_POST else drawing.method),
         ("style", drawing.style),
         ("height", f"{metres(figures.height_m)} above ground" if figures.height_m == figures.height_m else "–"),
         ("speed", f"{metres(figures.speed_m_s)}/s"),

@@ -7,7 +7,7 @@ from typing import Any
 
 import numpy as np
 
-from ..drawing import Drawing
+from ..drawing import EVERY_POST, Drawing
 from ..explain import Choice, Explanation
 from ..renderer import Renderer
 from ..terrain import measure_span
@@ -53,7 +53,7 @@ def side_line(drawing: Drawing, stats: dict[str, Any]) -> str:
     """A side of a split picture in a line: what was asked for, and what it took."""
     tolerance = f"{drawing.max_error_px:.3g} px {drawing.metric}" if drawing.max_error_px else ""
     budget = f"{drawing.triangles:,} triangles" if drawing.triangles else tolerance
-    asked = "every post" if drawing.method == "full" else f"{drawing.method}, {budget}"
+    asked = "every post" if drawing.method in EVERY_POST else f"{drawing.method}, {budget}"
     promised = stats.get("certified_max_error_px")
     promise = "nothing promised" if promised is None else f"at most {promised:.3g} px"
     return f"{asked}: {stats['triangles']:,} triangles, {promise}"

@@ -5,7 +5,7 @@ from __future__ import annotations
 from dataclasses import dataclass, field, replace
 from typing import Any
 
-from ..drawing import CHOICES, Drawing
+from ..drawing import CHOICES, EVERY_POST, Drawing
 
 STEP = 2**0.5  # of the tolerance
 TOLERANCES_PX = (2.0**-5, 2.0**8)
@@ -46,10 +46,10 @@ class Settings:
 
     def draw(self, **changes: Any) -> None:
         """Draw the active side otherwise; a tolerance takes the place of a number of triangles, and the other way."""
-        if "max_error_px" in changes or changes.get("method") == "full":
+        if "max_error_px" in changes or changes.get("method") in EVERY_POST:
             changes = {"max_error_px": self.drawing.max_error_px or 1.0, "triangles": None} | changes
         elif "triangles" in changes:
-            method = "sat" if self.drawing.method == "full" else self.drawing.method
+            method = "sat" if self.drawing.method in EVERY_POST else self.drawing.method
             changes = {"max_error_px": None, "method": method} | changes
         self.sides[self.active] = replace(self.drawing, **changes)
 
@@ -70,7 +70,7 @@ class Settings:
 
     def cycle(self, option: str, step: int = 1) -> str:
         """Take the next choice of an option of `Drawing`; returns it."""
-        choices = [choice for choice in CHOICES[option] if choice != "full" or not self.drawing.triangles]
+        choices = [choice for choice in CHOICES[option] if choice not in EVERY_POST or not self.drawing.triangles]
         chosen = choices[(choices.index(getattr(self.drawing, option)) + step) % len(choices)]
         self.draw(**{option: chosen})
         return chosen

@@ -1,0 +1,36 @@
+// mesh/bilinear.tese — a vertex of the surface that the map stands for: on a post, or between posts at the bilinear height
+//     h = (1 - s)(1 - t) a + s (1 - t) b + (1 - s) t c + s t d
+// Seen from above and in a capture, where vertices stand on posts, those between fall on the one before.
+// Python twin: holes.bilinear
+
+#include "mesh/lattice.glsl"
+#include "mesh/vertex.glsl"
+
+#ifndef FINER
+#define FINER 2
+#endif
+
+// rows run south, so the plane of tessellation is seen from below
+layout(quads, equal_spacing, cw) in;
+
+patch in uvec2 v_shape;
+
+float bilinear_m(ivec2 post, vec2 t) {
+    ivec2 next = min(post + 1, u_last_post);
+    float north = mix(height_m(post), height_m(ivec2(next.x, post.y)), t.x);
+    float south = mix(height_m(ivec2(post.x, next.y)), height_m(next), t.x);
+    return mix(north, south, t.y);
+}
+
+void main() {
+    Lattice l = lattice_of(v_shape);
+    ivec2 steps = ivec2(round(gl_TessCoord.xy * float(FINER * l.segments)));
+    ivec2 post = min(l.corner + steps / FINER, u_last_post);
+    Patch p = Patch(l.corner, l.corner + l.segments, 0.0, false);
+#if TO == PICTURE
+    vec2 between = vec2(steps % FINER) / float(FINER) * vec2(lessThan(post, u_last_post));
+    put_vertex_between(post, between, bilinear_m(post, between), p);
+#else
+    put_vertex(post, height_m(post), p);
+#endif
+}
