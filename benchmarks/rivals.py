@@ -2,7 +2,8 @@
 
     land     4096² posts of `generate --seed 7 --cliffs 0.7`: three views, 0.1, 0.3 and 1 million triangles
     others   other seeds, other cliffs and the other recipe, 1025² posts: three smaller numbers
-    real     every map of the folder that TERRAIN_GL_DEM names: six numbers, from a 64th of all posts' triangles to half
+    real     every map of the folder that TERRAIN_GL_DEM names, from outside and from a ridge: six numbers, from a 64th of
+             all posts' triangles to half
     pixel    triangles that it takes to be within one pixel
     puget    a view of ps_height_1k.png whose numbers are known of other methods
 
@@ -94,6 +95,10 @@ class Case:
         """How far its picture is from the truth."""
         return self.know(f"{method} {triangles} picture", lambda: self._likeness(method, triangles))
 
+    def dense(self):
+        """How far the picture of the dense mesh is from the truth: what diagonals are about."""
+        return self.know("full picture", lambda: self._picture(method="full"))
+
     def ideal(self, budgets):
         """RMS error of the ideal restricted quadtree, by number of triangles."""
         return self.know(f"ideal {budgets}", lambda: self._ideal(budgets))
@@ -121,11 +126,14 @@ class Case:
         return found | ({"parameters": asdict(detail["parameters"])} if "parameters" in detail else {})
 
     def _likeness(self, method, triangles):
-        self.truth = self.truth or compare.truth_of(self.renderer, self.camera, FINE)
         detail = {"triangles": triangles}
         if method in PARAMETERS:
             detail = {"parameters": PARAMETERS[method](**self.achieved(method, triangles)["parameters"])}
-        return compare.likeness_of(self.renderer, self.camera, self.truth, FINE, method=method, **detail)[1]
+        return self._picture(method=method, **detail)
+
+    def _picture(self, **drawing):
+        self.truth = self.truth or compare.truth_of(self.renderer, self.camera, FINE)
+        return compare.likeness_of(self.renderer, self.camera, self.truth, FINE, **drawing)[1]
 
     def _ideal(self, budgets):
         found = compare.ideal_curve(self.renderer, self.camera, budgets)
@@ -163,7 +171,9 @@ def cases(folder):
     opened = {name: lambda name=name, path=path: Heightmap.open(path, **REAL[name]) for name, path in real.items()}
     land = {view: Case(folder, f"land-{view}", generated(folder, **LAND), view) for view in VIEWS}
     others = [Case(folder, f"other-{name}", generated(folder, **made), "ridge") for name, made in OTHERS.items()]
-    maps = [Case(folder, f"real-{name}", opened[name], "ridge", (640, 360)) for name in real]
+    maps = [
+        Case(folder, f"{view}-{name}", opened[name], view, (640, 360)) for view in ("default", "ridge") for name in real
+    ]
     pixel = [Case(folder, f"pixel-{name}", opened[name], "ridge") for name in real]
     puget = [Case(folder, "puget", opened["ps_height_1k.png"], PUGET)] if "ps_height_1k.png" in real else []
     return {"land": [*land.values()], "others": others, "real": maps, "pixel": [land["ridge"], *pixel], "puget": puget}
@@ -184,6 +194,7 @@ def work(part, case):
         for triangles in budgets:
             for method in compare.COMPARED:
                 case.likeness(method, triangles)
+        case.dense()
     if part == "puget":
         for error_px in (1.0, 1.94):
             case.know(f"certified {error_px}", lambda px=error_px: certified(case, px))
@@ -243,11 +254,12 @@ def budget_rows(part, found):
     """Errors at equal triangles: the methods', the ideal's, how many times the rivals' are larger; and pictures."""
     ours, methods = "sat", compare.COMPARED
     rows = [["view or map", "triangles", *(f"{m} RMS px" for m in methods), "ideal", "sat / ideal"]]
-    rows[0] += [f"{m} / {ours}" for m in RIVALS] + [f"{m} RMSE" for m in methods]
+    rows[0] += [f"{m} / {ours}" for m in RIVALS] + [f"{m} RMSE" for m in (*methods, "full")]
     for case in found:
         for triangles in budgets_of(part, case):
             px = {m: case.known.get(f"{m} {triangles}", {}).get("rms_error_px") for m in methods}
-            picture = [case.known.get(f"{m} {triangles} picture", {}).get("image_rmse") for m in methods]
+            pictures = [*(f"{m} {triangles} picture" for m in methods), "full picture"]
+            picture = [case.known.get(key, {}).get("image_rmse") for key in pictures]
             ideal_px = ideal_at(case, budgets_of(part, case), triangles)
             ratios = [ratio(px[ours], ideal_px), *(ratio(px[m], px[ours]) for m in RIVALS)]
             numbers = [*map(shown, px.values()), shown(ideal_px), *ratios, *map(shown, picture)]

@@ -61,13 +61,17 @@ class Bilinear:
         self.levels.bind()
 
     def select(self, camera: Camera, size: tuple[int, int], near_m: float, cull: bool = True) -> Selection:
-        """Choose every patch in the picture; triangles are counted as the map has them, two a cell."""
+        """Choose every patch in the picture; triangles are counted as the map has them, two a cell.
+
+        There is nothing to promise: it is what errors are counted from.
+        """
         full = self.levels.select(camera, size, near_m, 0.0, cull=cull)
         commands = np.array(list(_commands(full.counts)) or [(0,) * 5], "u4")
         self.draws.release()
         self.draws = self.ctx.buffer(commands.tobytes())
         draws = len(commands) if full.draws else 0
-        return replace(full, surface=self, most_triangles=FINER**2 * full.most_triangles, draws=draws)
+        most = FINER**2 * full.most_triangles
+        return replace(full, surface=self, most_triangles=most, certified_px=None, draws=draws)
 
     def release(self) -> None:
         """Give the GPU's memory back."""
