@@ -2,8 +2,8 @@
 
     land     4096² posts of `generate --seed 7 --cliffs 0.7`: three views, 0.1, 0.3 and 1 million triangles
     others   other seeds, other cliffs and the other recipe, 1025² posts: three smaller numbers
-    real     every map of the folder that TERRAIN_GL_DEM names, from outside and from a ridge: six numbers, from a 64th of
-             all posts' triangles to half
+    real     every map of the folder that TERRAIN_GL_DEM names, from outside and from a ridge: six numbers, from a 64th
+             of all posts' triangles to half
     pixel    triangles that it takes to be within one pixel
     puget    a view of ps_height_1k.png whose numbers are known of other methods
 
