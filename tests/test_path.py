@@ -2,6 +2,7 @@
 
 import json
 import math
+from pathlib import Path
 
 import numpy as np
 import pytest
@@ -286,6 +287,15 @@ def test_unreadable_files(tmp_path):
 def test_too_few_in_memory():
     with pytest.raises(UsageError, match="got 1"):
         CameraPath([Keyframe(looking((0, 0, 0), 0))])
+
+
+def test_the_path_of_the_documentation():
+    """It opens, closes, and keeps 90 m above the land that it was made for."""
+    path = CameraPath.open(Path(__file__).parent.parent / "docs" / "alpine-flight.json")
+    assert path.closed and path.seconds == 14
+    known = bundled()["alpine"]
+    heightmap = Heightmap.open(known.path, known.spacing_m, known.z_scale, known.z_offset_m)
+    assert above_surface_m(heightmap, path.eyes).min() > 90
 
 
 # --- The tour ---------------------------------------------------------------------------------------------------------
