@@ -26,7 +26,7 @@ void main() {
     Lattice l = lattice_of(v_shape);
     ivec2 steps = ivec2(round(gl_TessCoord.xy * float(FINER * l.segments)));
     ivec2 post = min(l.corner + steps / FINER, u_last_post);
-    Patch p = Patch(l.corner, l.corner + l.segments, 0.0, false);
+    Patch p = Patch(l.corner, l.corner + l.segments, 0.0, false, 0u);
 #if TO == PICTURE
     vec2 between = vec2(steps % FINER) / float(FINER) * vec2(lessThan(post, u_last_post));
     put_vertex_between(post, between, bilinear_m(post, between), p);
