@@ -1,0 +1,75 @@
+"""A camera that crawls towards far, rough mountains: what is shaded must not shimmer."""
+
+import numpy as np
+import pytest
+
+from terrain_gl import prefilter
+from terrain_gl.camera import Camera
+from terrain_gl.heightmap import Heightmap
+from terrain_gl.image import linear_from_srgb
+from terrain_gl.renderer import Renderer
+from terrain_gl.shade import Look
+
+LUMINANCE = np.array([0.2126, 0.7152, 0.0722])
+FRAMES, SIZE, SUN = 60, (48, 27), (250.0, 25.0)
+
+
+def rough_mountains(n=513):
+    """Ridges that are rough to the last post."""
+    rng = np.random.default_rng(3)
+    heights = np.zeros((n, n))
+    for k in range(1, 9):
+        cells = 2**k
+        grid = rng.normal(size=(cells + 2, cells + 2))
+        at = np.linspace(0, cells, n)
+        i, t = np.minimum(at.astype(int), cells), at % 1
+        rows = grid[i] * (1 - t)[:, None] + grid[i + 1] * t[:, None]
+        heights += 0.55**k * (rows[:, i] * (1 - t) + rows[:, i + 1] * t)
+    return Heightmap((900 * heights).astype("f4"), spacing_m=30.0)
+
+
+def crawl(heightmap):
+    """Cameras far away, each so much nearer that the picture's rim moves by a tenth of a pixel."""
+    east, north = heightmap.extent_m
+    target, away = (east / 2, north / 2, 0.0), 4 * east
+    step = 0.1 * away / (SIZE[0] / 2)
+    eyes = [(target[0], target[1] - away + i * step, 0.3 * (away - i * step)) for i in range(FRAMES)]
+    return [Camera(eye, target, 9.0) for eye in eyes]
+
+
+def luminance(picture, fine=1):
+    """(height, width) of a picture's linear light, `fine` × `fine` of its pixels in one."""
+    light = linear_from_srgb(picture[..., :3]) @ LUMINANCE
+    rows, cols = light.shape
+    return light.reshape(rows // fine, fine, cols // fine, fine).mean((1, 3))
+
+
+def deviation(lights):
+    """Mean distance of each pixel's luminance from the frames before and after it: what shimmers, not what moves."""
+    lights = np.stack(lights)[:, 4:-4, 4:-4]
+    return float(np.abs(lights[1:-1] - (lights[:-2] + lights[2:]) / 2).mean())
+
+
+def lights_of(heightmap, ctx, rival=None, fine=1):
+    """Luminances of our own shading, or of a rival's, each pixel the mean of `fine` × `fine`."""
+    with Renderer(heightmap, size=(SIZE[0] * fine, SIZE[1] * fine), ctx=ctx) as renderer:
+        mipmaps, lights = prefilter.Mipmaps(renderer.picture), []
+        for camera in crawl(heightmap):
+            picture = renderer.render(camera, sun=SUN).image
+            if rival:
+                prefilter.shade_as(rival, renderer.picture, mipmaps, camera, Look(sun=SUN))
+                picture = renderer.picture.read()
+            lights.append(luminance(picture, fine))
+        mipmaps.release()
+    return lights
+
+
+@pytest.mark.slow
+def test_far_mountains_do_not_shimmer(ctx):
+    """The truth: each place in its own normal's light, 256 places a pixel."""
+    heightmap = rough_mountains()
+    ours = deviation(lights_of(heightmap, ctx))
+    points = deviation(lights_of(heightmap, ctx, "point"))
+    truth = deviation(lights_of(heightmap, ctx, "point", fine=8))
+    assert points >= 4 * ours
+    assert ours <= 1.2 * truth
