@@ -166,7 +166,7 @@ LANDS = {
 }
 
 
-@pytest.mark.parametrize(("land", "spacing"), zip(LANDS, (1.0, 0.01, 30.0, 1000.0, 10.0), strict=True))
+@pytest.mark.parametrize(("land", "spacing"), list(zip(LANDS, (1.0, 0.01, 30.0, 1000.0, 10.0), strict=True)))
 def test_no_pixel_is_ever_nan(ctx, land, spacing):
     """Whatever the land, the sun, the water; colours are written to floats, where NaN would show."""
     heightmap = Heightmap(LANDS[land]().astype("f4"), spacing_m=spacing)
