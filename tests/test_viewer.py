@@ -472,7 +472,7 @@ def test_the_first_picture_comes_quickly_then_the_full_one(flight):
     for _ in range(300):  # until there is light
         flight.frame(0.1)
         assert flight.figures.shrunk == 4
-        if flight.light is None:
+        if flight.dawn.share is None:
             break
     flight.frame(1.0)
     assert flight.frame(1.0) or flight.figures.shrunk == 1
@@ -688,7 +688,10 @@ def test_a_picture_that_cannot_be_saved_is_told(flight, tmp_path, monkeypatch):
     monkeypatch.chdir(tmp_path)
     shutil.rmtree(tmp_path)
     flight.press("p")
-    settle(flight)
+    for _ in range(300):
+        flight.frame(0.0)
+        if flight.message:
+            break
     assert flight.message and "saved" not in flight.message
 
 
@@ -955,8 +958,7 @@ def test_a_film_is_recorded(flight, tmp_path, monkeypatch):
         flight.frame(1000.0 + 0.1 * i)
     flight.controller.let_go_all()
     flight.press("r")
-    for thread in flight._finishing:
-        thread.join()
+    flight.filming.join()
     import av
 
     with av.open(str(tmp_path / "hills-001.mp4")) as film:
@@ -972,14 +974,14 @@ def test_a_film_that_cannot_be_written_is_told_and_the_flight_goes_on(flight, tm
     flight.press("r")
     for i in range(5):
         flight.frame(10.0 + i)
-    assert flight.recorder is None and flight.message
+    assert not flight.filming.running and flight.message
     monkeypatch.setattr("terrain_gl.viewer.flight.free_name", lambda *_: tmp_path / "pictures")
     flight.press("r")
     flight.frame(20.0)
     flight.resize((300, 180))  # a film has one size
     for i in range(5):
         flight.frame(21.0 + i)
-    assert flight.recorder is None and "ended" in flight.message
+    assert not flight.filming.running and "ended" in flight.message
 
 
 def test_the_view_is_told_as_a_command_line(flight):
@@ -1157,7 +1159,7 @@ class Telling(window.Window):
             os.remove("drop")
             self._on_drop(None, [os.path.abspath("dropped.npy")])
         flight = self._flight
-        state = {"busy": flight.busy, "message": flight.message, "recording": bool(flight.recorder)}
+        state = {"busy": flight.busy, "message": flight.message, "recording": flight.filming.running}
         if flight.has_map:
             state |= {"name": flight.figures.name, "sides": len(flight.settings.sides), "frozen": bool(flight.frozen)}
             state |= {"strokes": flight.editing.strokes, "explained": bool(flight.explanation)}

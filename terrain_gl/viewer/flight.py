@@ -6,11 +6,8 @@ outside, so that tests need neither window nor clock.
 
 from __future__ import annotations
 
-import importlib.util
 import math
-import threading
-import time
-from collections.abc import Callable, Generator, Iterator
+from collections.abc import Callable, Iterator
 from dataclasses import dataclass, replace
 from pathlib import Path
 from typing import Any
@@ -26,7 +23,6 @@ from ..explain import Explanation
 from ..heightmap import Heightmap
 from ..image import write_png
 from ..measure import Achieved
-from ..record import Recorder
 from ..renderer import Renderer
 from ..shade import Look
 from . import hud
@@ -34,12 +30,15 @@ from .canvas import Canvas
 from .charts import History
 from .commands import BY_KEY
 from .controller import MODES, Controller, hit_ground
+from .dawn import Dawn
 from .editing import Editing, Saving, suggested_path
+from .filming import Filming, film_suffix
 from .gui import Gui
 from .hud import Figures, drawing_ms
-from .lesson import BoxSum, box_around
-from .lines import Line, Lines, frustum, outline, ring
+from .lesson import BoxSum
+from .lines import Lines
 from .loading import Loading, Opened, Opener, coarse
+from .marks import Frame, box_under, lines_on_land, sums_frame
 from .memory import Memory
 from .overlay import Overlay, Panel
 from .settings import Settings
@@ -52,7 +51,6 @@ BUILD_S = 0.03  # spent on tables between two looks at the window's events
 _LONGEST_S = 0.25  # motion of one frame, even after a longer one
 _SKY = (0.16, 0.19, 0.23)
 _NO_LENS = (0.0, 0.0, 0.0, 1.0)
-_FRUSTUM, _PICKED, _BRUSH = (255, 205, 120, 255), (255, 120, 90, 255), (255, 255, 255, 230)
 
 
 @dataclass(frozen=True)
@@ -106,9 +104,7 @@ class Flight:
         self.brushing = False
         self.saving: Saving | None = None
         self.save_as: str | None = None  # the path that is being asked for
-        self.recorder: Recorder | None = None
-        self._recorded_s = 0.0
-        self._finishing: list[threading.Thread] = []
+        self.filming = Filming(self.say)
         self.line_of: Callable[..., str] | None = None  # a view as a command line
         self.on_copy: Callable[[str], None] = lambda text: None  # to the clipboard
         self.explanation: Explanation | None = None
@@ -133,8 +129,7 @@ class Flight:
         self._drawn_s = float("-inf")
         self._moved_s: float | None = None
         self._full_ms = float("inf")  # nobody knows yet: the first picture comes quickly
-        self.light: float | None = None  # the share of it that is made, while it is being made
-        self._lighting_up: tuple[Look, Generator[float, None, None]] | None = None
+        self.dawn = Dawn()
         self.message, self._until_s = "", 0.0
         self._shoot = False
 
@@ -183,7 +178,7 @@ class Flight:
     def show(self, renderer: Renderer, opened: Opened) -> None:
         """See a map from now on; the renderer of the one before is released, this one will be."""
         self._note_map()
-        self._stop_lighting()
+        self.dawn.stop()
         before, was_coarse = self._renderer, self._coarse
         if before:
             self._measuring = None
@@ -199,12 +194,11 @@ class Flight:
     def close(self) -> None:
         """Give everything back, and remember what is to be remembered."""
         self.cancel_loading()
-        self._stop_recording()
-        for thread in self._finishing:
-            thread.join()
+        self.filming.stop()
+        self.filming.join()
         if self.saving:
             self.saving.join()
-        self._stop_lighting()
+        self.dawn.stop()
         self._note_map()
         if self._renderer:
             self._renderer.release()
@@ -376,7 +370,7 @@ class Flight:
         if self.editing and self.editing.edited:
             self._plain = None
         if settled:
-            self._stop_lighting()
+            self.dawn.stop()
 
     def _sculpt(self, now_s: float) -> None:
         """The brush is held: where the cursor is now."""
@@ -389,42 +383,10 @@ class Flight:
 
     def toggle_recording(self) -> None:
         """Record what is seen, without panels, until it is called again."""
-        if self.recorder:
-            path, frames = self.recorder.path, self.recorder.frames
-            self._stop_recording()
-            self.say(f"{path}: recorded, {frames} frames so far are being finished")
-            return
-        name = free_name(self.renderer.heightmap.name, ".mp4" if importlib.util.find_spec("av") else "")
-        try:
-            self.recorder, self._recorded_s = Recorder(name), self._now_s
-        except TerrainError as error:
-            self.say(str(error))
+        if self.filming.running:
+            self.filming.stop()
         else:
-            self.say(f"recording {name}: R stops")
-
-    def _record(self) -> None:
-        """Add what is seen now to the film."""
-        assert self.recorder
-        try:
-            self.recorder.append(self.canvas.read(), self._now_s - self._recorded_s, wait=False)
-        except TerrainError as error:
-            self.recorder.cancel()
-            self.recorder = None
-            self.say(f"recording ended: {error}")
-
-    def _stop_recording(self) -> None:
-        """Finish the film in a thread of its own: encoders take their time."""
-        if self.recorder:
-            recorder, self.recorder = self.recorder, None
-            thread = threading.Thread(target=self._finish, args=(recorder,), name=f"finishing {recorder.path}")
-            self._finishing = [t for t in self._finishing if t.is_alive()] + [thread]
-            thread.start()
-
-    def _finish(self, recorder: Recorder) -> None:
-        try:
-            recorder.close()
-        except (TerrainError, OSError) as error:
-            self.say(f"recording failed: {error}")
+            self.filming.begin(free_name(self.renderer.heightmap.name, film_suffix()), self._now_s)
 
     def tell_line(self) -> None:
         """This view as a command line, on the clipboard."""
@@ -606,14 +568,19 @@ class Flight:
         """Whether the next frame should come at once; else nothing happens until an event, or `wait_s` have gone."""
         if not self.has_map or self.loading or self._stale or self._echoes:
             return True
-        if self.recorder or self._drag == "brush":
+        if self.filming.running or self._drag == "brush":
             return True
-        return self._is_unlit or self.controller.moving or self._wanted() != self._drawn or self._measuring is not None
+        return (
+            self.dawn.is_due(self._lit_look)
+            or self.controller.moving
+            or self._wanted() != self._drawn
+            or self._measuring is not None
+        )
 
     @property
     def settled(self) -> bool:
         """Whether the picture is the one that is wanted, drawn in full and lit; figures over it may still change."""
-        if not self.has_map or self.loading or self._is_unlit:
+        if not self.has_map or self.loading or self.dawn.is_due(self._lit_look):
             return False
         return self._wanted() == self._drawn and self.figures.shrunk == 1
 
@@ -656,8 +623,8 @@ class Flight:
             panels.append(hud.keys_panel())
         if self.loading:
             panels.append(hud.progress_panel(self.loading.text, self.loading.progress, self.can_cancel))
-        elif self.light is not None:
-            panels.append(hud.progress_panel("light and shadow", self.light, False))
+        elif self.dawn.share is not None:
+            panels.append(hud.progress_panel("light and shadow", self.dawn.share, False))
         if self.message:
             panels.append(hud.message_panel(self.message))
         return panels
@@ -686,18 +653,15 @@ class Flight:
         if wanted != self._asked:
             self._asked, self._asked_s = wanted, now_s
         moving = self.controller.moving or now_s - self._asked_s < REST_S or (self._coarse and bool(self.loading))
-        unlit = self._is_unlit
+        unlit = self.dawn.is_due(self._lit_look)
         if wanted != self._drawn or (not (moving or unlit) and self.figures.shrunk > 1):
             self._draw(wanted, now_s, moving or unlit)
         elif not (moving or unlit):
             self._rest()
         if unlit:
-            self._light_up()
-
-    @property
-    def _is_unlit(self) -> bool:
-        """Whether light is still to be made, or it is not known yet."""
-        return self.light is not None or self._lighting_up is None or self._lighting_up[0] != self._lit_look
+            self._stale = True
+            if self.dawn.go_on(self.renderer.picture, self._lit_look, BUILD_S):
+                self._drawn = None
 
     @property
     def _lit_look(self) -> Look:
@@ -706,7 +670,7 @@ class Flight:
         return next((look for look in looks if look.is_lit), looks[0])
 
     def _draw(self, wanted: Wanted, now_s: float, in_motion: bool) -> None:
-        shoot = self._shoot and not self._is_unlit
+        shoot = self._shoot and not self.dawn.is_due(self._lit_look)
         shrink = self._shrink() if in_motion and not shoot else 1
         size = max(1, self.size[0] // shrink), max(1, self.size[1] // shrink)
         self.side_stats = [self._draw_side(wanted, side, size) for side in reversed(range(len(wanted.sides)))][::-1]
@@ -741,27 +705,6 @@ class Flight:
         if not 0 < seconds < 2:
             return self.figures.fps
         return 1 / seconds if not self.figures.fps else 0.9 * self.figures.fps + 0.1 / seconds
-
-    def _stop_lighting(self) -> None:
-        """Give back what is half made."""
-        if self._lighting_up:
-            self._lighting_up[1].close()
-        self._lighting_up = self.light = None
-
-    def _light_up(self) -> None:
-        """Make a portion of the light that is still missing."""
-        look = self._lit_look
-        if self._lighting_up is None or self._lighting_up[0] != look:
-            self._stop_lighting()
-            self._lighting_up = look, self.renderer.picture.lighting_up(look)
-        end = time.perf_counter() + BUILD_S
-        while (share := next(self._lighting_up[1], None)) is not None:
-            self.ctx.finish()
-            self.light, self._stale = share, True
-            if time.perf_counter() > end:
-                return
-        if self.light is not None:
-            self.light, self._drawn = None, None
 
     def _rest(self) -> None:
         """Nothing moves: measure a portion of the last frame."""
@@ -798,12 +741,12 @@ class Flight:
             self.overlay.draw(self.target, self.size, self.panels())
 
     def _show_land(self) -> None:
-        if self.recorder:
-            self._record()
+        if self.filming.running:
+            self.filming.add(self.canvas.read(), self._now_s)
         lens = (*self._cursor_from_below(), 110 * self.scale, self.settings.lens) if self._sees_lens else _NO_LENS
         self.canvas.show(self.target, lens, self.settings.divider if self.settings.split else None)
         self.box = self._box_under_cursor() if self.settings.sums else None
-        if lines := self._lines_on_land():
+        if lines := lines_on_land(self):
             self._lines = self._lines or Lines(self.ctx, self.renderer.picture.samples)
             self._lines.draw(self.renderer, self.controller.camera, self.target, self.size, lines, 2 * self.scale)
         if self.box:
@@ -818,38 +761,13 @@ class Flight:
         return self.cursor[0], self.size[1] - self.cursor[1]
 
     @property
-    def sums_frame(self) -> tuple[int, int, int, int]:
+    def sums_frame(self) -> Frame:
         """Where the summed-area table is shown: left, bottom, width, height from the lower left."""
-        rows, cols = self.renderer.heightmap.heights.shape
-        side = 0.38 * min(self.size)
-        width, height = round(side * min(1, cols / rows)), round(side * min(1, rows / cols))
-        margin = round(10 * self.scale)
-        return self.size[0] - width - margin, self.size[1] - height - margin, max(width, 1), max(height, 1)
+        return sums_frame(self.renderer.heightmap, self.size, self.scale)
 
     def _box_under_cursor(self) -> BoxSum | None:
         place = self.place_under(*self.cursor) if self.cursor else None
-        if place is None:
-            return self.box
-        east, north = self.renderer.heightmap.spacing_m
-        col, row = round(place[0] / east), round(self.renderer.heightmap.rows - 1 - place[1] / north)
-        return box_around(self.renderer, int(col), int(row), self.settings.box)
-
-    def _lines_on_land(self) -> list[Line]:
-        """What is drawn over the land: the frozen eye's frustum, the patch that is explained, the table's box."""
-        lines: list[Line] = []
-        heightmap = self.renderer.heightmap
-        if self.frozen:
-            pyramid = frustum(self.frozen, self.size, 0.25 * math.hypot(*heightmap.extent_m))
-            lines += [(edge, _FRUSTUM) for edge in pyramid]
-        if self.explanation:
-            told = self.explanation
-            lines.append((outline(heightmap, told.corner, (told.side, told.side)), _PICKED))
-        if self.brushing and self.editing and self.cursor and (place := self.place_under(*self.cursor)) is not None:
-            lines.append((ring(heightmap, float(place[0]), float(place[1]), self.editing.radius_m), _BRUSH))
-        if self.box:
-            x0, y0, x1, y1 = self.box.box
-            lines.append((outline(heightmap, (x0, y0), (x1 - x0 - 1, y1 - y0 - 1)), _PICKED))
-        return lines
+        return self.box if place is None else box_under(self, place)
 
     def _save(self) -> None:
         """Write the picture, without words over it, beside earlier ones in the working directory."""

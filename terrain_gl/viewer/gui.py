@@ -206,10 +206,10 @@ class Gui:
         if flight.save_as is not None:
             with self._window("Save the land##save", (0.5, 0.4), size, closed=lambda: flight.press("escape")):
                 self._ask_path(flight)
-        if flight.light is not None and not flight.loading:
+        if flight.dawn.share is not None and not flight.loading:
             with self._window("##light", (0.5, 0.93), size):
                 self.imgui.text("light and shadow")
-                self.imgui.progress_bar(flight.light, (14 * self.em, 0.4 * self.em), "")
+                self.imgui.progress_bar(flight.dawn.share, (14 * self.em, 0.4 * self.em), "")
         if flight.message:
             with self._window("##message", (0.5, 0.985), size):
                 self.imgui.text(flight.message)

@@ -164,7 +164,9 @@ def keep(gui: Gui, flight: Flight) -> None:
     """What can be taken away."""
     if gui.press_button("Save the picture", "As PNG, in the folder where the program was started (P)."):
         flight.press("p")
-    if gui.press_button("Stop recording" if flight.recorder else "Record a film", "What is seen, without panels (R)."):
+    if gui.press_button(
+        "Stop recording" if flight.filming.running else "Record a film", "What is seen, without panels (R)."
+    ):
         flight.press("r")
     if gui.press_button("Copy the command line", "A terrain-gl shot that draws this very picture (Y)."):
         flight.press("y")
