@@ -65,21 +65,23 @@ def test_only_what_is_unusual_is_said():
 
 def test_bundled_map_in_its_view():
     known = bundled()["canyon"]
-    draws_the_same(open_map("canyon")[0], known.camera, Drawing(sun=known.sun))
+    draws_the_same(open_map("canyon")[0], known.camera, Drawing(sun=known.sun, style="normals"))
 
 
 def test_bundled_map_in_another_shape():
     heightmap, _ = open_map("canyon", spacing_m=(10.0, 20.0))
-    line = draws_the_same(heightmap, standard_view(heightmap, "high"))
+    line = draws_the_same(heightmap, standard_view(heightmap, "high"), Drawing(style="normals"))
     assert "--spacing 10,20" in line
     bare = Heightmap.open(bundled()["canyon"].path)
-    assert "--spacing 1,1 --z-scale 1 --z-offset 0" in draws_the_same(bare, standard_view(bare))
+    assert "--spacing 1,1 --z-scale 1 --z-offset 0" in draws_the_same(
+        bare, standard_view(bare), Drawing(style="normals")
+    )
 
 
 def test_a_copy_of_a_bundled_map(folder):
     shutil.copy(bundled()["canyon"].path, "other.png")
     heightmap, known = open_map("other.png")
-    assert "canyon" in draws_the_same(heightmap, known.camera, Drawing(sun=known.sun))
+    assert "shot canyon" in command_line(heightmap, known.camera, SIZE, Drawing(sun=known.sun))
 
 
 @pytest.mark.parametrize(
