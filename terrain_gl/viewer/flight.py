@@ -653,12 +653,12 @@ class Flight:
         if wanted != self._asked:
             self._asked, self._asked_s = wanted, now_s
         moving = self.controller.moving or now_s - self._asked_s < REST_S or (self._coarse and bool(self.loading))
-        unlit = self.dawn.is_due(self._lit_look)
+        unlit, fresh = self.dawn.is_due(self._lit_look), self._drawn is None
         if wanted != self._drawn or (not (moving or unlit) and self.figures.shrunk > 1):
             self._draw(wanted, now_s, moving or unlit)
         elif not (moving or unlit):
             self._rest()
-        if unlit:
+        if unlit and not fresh and not self._coarse:  # what is new is shown first; what is coarse goes soon
             self._stale = True
             if self.dawn.go_on(self.renderer.picture, self._lit_look, BUILD_S):
                 self._drawn = None
