@@ -21,6 +21,7 @@ from .terrain import Rect, Terrain
 
 KEY = 9.0  # how bright a surface in full light is to be shown
 ADAPTATION = 0.83  # of the eye to the light: 1 would make noon and night alike
+DUSK = 2.0  # irradiance when the sun has just set
 FULL_LIGHT = 22.0  # irradiance at which the picture is exposed by KEY alone
 
 
@@ -144,7 +145,8 @@ def exposure(sky: Sky) -> float:
     from_sun = float(lights.sun["integral"] * lights.sun["amplitude"] @ LUMINANCE)
     from_sky = float((lights.sky["integral"] * (lights.sky["amplitude"] @ LUMINANCE)).sum())
     light = max(from_sun + from_sky, 1e-6)
-    return KEY / FULL_LIGHT * (FULL_LIGHT / light) ** ADAPTATION
+    dim = min(light / DUSK, 1.0)  # dusks are to be seen as such: with less light the eye follows less
+    return KEY / FULL_LIGHT * (FULL_LIGHT / light) ** ADAPTATION * dim ** (0.5 * ADAPTATION)
 
 
 @lru_cache(maxsize=8)
