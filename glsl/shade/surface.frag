@@ -10,19 +10,21 @@ layout(location = 0) out vec2 out_post;
 // From the middle of a pixel to its samples, where all GPUs have them.
 const vec2 SAMPLE_AT[4] = vec2[4](vec2(-0.125, -0.375), vec2(0.375, -0.125), vec2(-0.375, 0.125), vec2(0.125, 0.375));
 
-// The place at a sample that the triangle covers: at a ridge, the pixel's middle may be far off, over a void.
+// The place in the middle of the samples that the triangle covers. The pixel's own may be far off, beside the triangle:
+// over a void at a ridge, and cells away where small triangles lie flat in the distance.
 vec2 covered_place() {
+    int covered = gl_SampleMaskIn[0] & 15;
     vec3 at = vec3(v_post, 1.0) * gl_FragCoord.w;  // linear on the screen
     vec3 right = dFdx(at), up = dFdy(at);
-    int covered = gl_SampleMaskIn[0] & 15;
     if (gl_NumSamples != 4 || covered == 15 || covered == 0) return v_post;
-    vec2 offset = SAMPLE_AT[findLSB(covered)];
-    vec3 moved = at + right * offset.x + up * offset.y;
+    vec2 offset = vec2(0.0);
+    for (int i = 0; i < 4; i++) offset += float(covered >> i & 1) * SAMPLE_AT[i];
+    vec3 moved = at + mat2x3(right, up) * offset / float(bitCount(covered));
     return moved.xy / moved.z;
 }
 
 void main() {
     Patch p = patch_of(v_of_patch);
-    out_post = place_in_patch(v_post, p);
-    if (u_has_voids != 0 && is_in_hole(place_in_patch(covered_place(), p))) discard;
+    out_post = place_in_patch(covered_place(), p);
+    if (u_has_voids != 0 && is_in_hole(out_post)) discard;
 }
