@@ -15,9 +15,9 @@ from terrain_gl.pieces import Piece, cut
 from terrain_gl.shade import STYLES
 
 SIZE = (150, 83)
-# Vertices are snapped to 1/256 of a pixel. Places computed through another matrix differ by a few 1e-4 pixels: about one
-# in fourteen snaps elsewhere. An edge that moved by 1/256 sweeps one of a pixel's four samples in 64 times; with two
-# edges of two ends each in a pixel, as here, 1/14 * 1/64 * 4 of the pixels take a sample from a neighbour.
+# Vertices are snapped to 1/256 of a pixel. Places computed through another matrix differ by a few 1e-4 pixels: one in
+# about fourteen snaps elsewhere. An edge that moved by 1/256 sweeps one of a pixel's four samples in 64 times; with
+# two edges of two ends each in a pixel, as here, 1/14 * 1/64 * 4 of the pixels take a sample from a neighbour.
 OUTLIERS = 0.0045
 
 
