@@ -175,7 +175,8 @@ def read_sky(path: str | os.PathLike[str]) -> Sky:
     if light.min() < 0:
         raise TerrainError(f"{path}: has negative light, down to {light.min():.3g}: mend the picture")
     light, sun = _take_sun(light)
-    shape = min(rows, SHAPE_READ[0]), min(cols, SHAPE_READ[1])
+    light = light.repeat(-(-SHAPE[1] // cols), 1)  # a dome of few pixels is no good measure of lobes
+    shape = min(max(rows, SHAPE[0]), SHAPE_READ[0]), min(light.shape[1], SHAPE_READ[1])
     return Sky(_dome_of_equirectangular(light, shape), sun)
 
 
