@@ -25,7 +25,7 @@ from terrain_gl.context import create_context
 from terrain_gl.generate import Land, write_land
 from terrain_gl.ground import towards_sun
 from terrain_gl.horizon import SUN_RADIUS, TEXEL, SkyVisibility, SunVisibility, Visibility, lattice_direction
-from terrain_gl.image import replacing, write_png
+from terrain_gl.image import read_image, replacing, write_png
 from terrain_gl.light import SKY_AXES, SKY_SHARPNESS
 from terrain_gl.light_compare import LIGHT_LABELS, compare_light
 from terrain_gl.terrain import Terrain
@@ -41,6 +41,7 @@ REAL = {
 SIZE = (64, 36)
 SUN = (300.0, 30.0)
 FOOTPRINTS = {1000: 28, 30: 20, 1: 12}  # posts under a pixel, and places that the truth lights for it along a side
+LARGEST = 2049  # posts a side, of what is shaded
 PIECE = 65  # posts a side, of the steepest piece of a map
 SIDES = (512, 1024, 2048, 4096)
 
@@ -146,13 +147,24 @@ def pictures(kept: Kept) -> None:
 
 
 def picture_of(kept, key, path, scales, posts, fine):
-    """RMSE and FLIP by way to prefilter, of one view; its pictures are kept beside the numbers."""
-    heightmap = Heightmap.open(path, **scales)
+    """RMSE and FLIP by way to prefilter, of one view; the truth, which takes long, is kept beside the numbers."""
+    heightmap = middle_of(Heightmap.open(path, **scales))
+    known = kept.folder / f"{key.replace(' ', '-')}-truth.png"
+    truth = read_image(known) if known.exists() else None
     with Renderer(heightmap, SIZE) as renderer:
-        found = compare_light(renderer, camera_over(heightmap, posts), fine, sun=SUN)
+        found = compare_light(renderer, camera_over(heightmap, posts), fine, truth=truth, sun=SUN)
+    write_png(known, found.truth)
     row = [found.truth, *(entry.image for entry in found.entries)]
     write_png(kept.folder / f"{key.replace(' ', '-')}.png", np.concatenate(row, 1).repeat(4, 0).repeat(4, 1))
     return {entry.method: [entry.stats["image_rmse"], entry.stats["flip"]] for entry in found.entries}
+
+
+def middle_of(heightmap):
+    """The middle of a map, at most `LARGEST` posts a side."""
+    rows, cols = (
+        slice(max(0, (n - LARGEST) // 2), max(0, (n - LARGEST) // 2) + LARGEST) for n in heightmap.heights.shape
+    )
+    return Heightmap(np.ascontiguousarray(heightmap.heights[rows, cols]), heightmap.spacing_m)
 
 
 def camera_over(heightmap, posts, pitch_deg=35.0, yaw_deg=15.0, fov_deg=45.0):

@@ -31,6 +31,7 @@ def compare_light(
     camera: Camera,
     fine: int = FINE,
     progress: Progress | None = None,
+    truth: np.ndarray | None = None,
     **options: Any,
 ) -> Comparison:
     """Shade one view by brute force, by lobes, and by every rival.
@@ -41,6 +42,8 @@ def compare_light(
         Places that the truth lights for each pixel, along a side.
     progress
         Called with the part that is done, 0 to 1.
+    truth
+        (height, width, 3) uint8 sRGB, where it is known already.
     options
         Sun, sky and material, as fields of `Drawing`.
 
@@ -51,19 +54,21 @@ def compare_light(
     """
     options |= {"method": "full", "style": "shaded"}
     drawing = Drawing(**options)
-    image = render_light_truth(renderer, camera, renderer.size, fine, drawing, progress)[..., :3]
+    image = truth
+    if image is None:
+        image = render_light_truth(renderer, camera, renderer.size, fine, drawing, progress)[..., :3]
     renderer.resize(renderer.size)
     renderer.draw(camera, **options)
     picture = renderer.picture
     images = {"lobes": picture.read()}
-    truth = Truth(image, picture.sky_share(), {"places": fine * fine})
+    of_view = Truth(image, picture.sky_share(), {"places": fine * fine})
     mipmaps = Mipmaps(picture)
     for rival in RIVALS:
         shade_as(rival, picture, mipmaps, camera, drawing.look)
         images[rival] = picture.read()
     mipmaps.release()
     entries = [_entry(name, image, images[name][..., :3]) for name in LIGHT_LABELS]
-    return Comparison(image, truth.stats, entries, inset_of(truth, [entry.image for entry in entries]))
+    return Comparison(image, of_view.stats, entries, inset_of(of_view, [entry.image for entry in entries]))
 
 
 def _entry(name: str, truth: np.ndarray, image: np.ndarray) -> Entry:

@@ -3,7 +3,7 @@
 //   own plane, it is a parallelogram of sides u, v on the map, and the box around its ellipse has half sides √(u² + v²)/2,
 //   column and row. The plane is that of a wider neighbourhood: the footprint depends on the map and the camera, never on
 //   the mesh. One that lies askew is cut into pieces along its length e, of which each is to be a box of less area.
-// Provides Ground, ground_at(), view_ray().
+// Provides Ground, footprint_at(), ground_under(), ground_at(), view_ray().
 
 #include "blocks/view.glsl"
 #include "shade/relief.glsl"
@@ -55,7 +55,8 @@ void cut(inout Ground g, vec2 u, vec2 v) {
     g.piece = clamp(sqrt(max(vec2(a, d) - less, wide * wide)), vec2(1e-4), vec2(LARGEST_BOX_POSTS));
 }
 
-Ground ground_at(vec2 post) {
+// How much of the map a pixel covers that sees this place.
+Ground footprint_at(vec2 post) {
     Ground g;
     g.post = post;
     vec3 place_m = place_from_eye_m(post, height_m(ivec2(post)));
@@ -65,9 +66,17 @@ Ground ground_at(vec2 post) {
     vec2 u = slide_to_ground(u_right.xyz * pixel_m, ray, normal), v = slide_to_ground(u_up.xyz * pixel_m, ray, normal);
     g.extent = clamp(sqrt(u * u + v * v), vec2(1e-4), vec2(LARGEST_BOX_POSTS));
     cut(g, u, v);
+    return g;
+}
+
+// The ground under a footprint around this place.
+Ground ground_under(Ground g, vec2 post) {
+    g.post = post;
     g.fine = relief_of(post, 1.3 * g.extent);
     g.from_eye_m = place_from_eye_m(post, g.fine.height_m);
     g.distance_m = max(length(g.from_eye_m), 1e-6);
     g.towards_eye = -g.from_eye_m / g.distance_m;
     return g;
 }
+
+Ground ground_at(vec2 post) { return ground_under(footprint_at(post), post); }

@@ -1,5 +1,6 @@
 // shade/samples.glsl — the second pass of a picture: from the places that a pixel's samples see to one colour.
-//   Samples on the same piece of ground are shaded once, with their number as weight; the sky fills the rest.
+//   Samples on the same piece of ground are shaded once, around the middle of them, with their number as weight; the sky
+//   fills the rest.
 // The includer gives ground_colour() and sky_colour(), in display-linear light.
 // Provides pixel_colour(), Ground.
 
@@ -33,6 +34,13 @@ int samples_near(Ground g) {
     return near;
 }
 
+vec2 middle_of(int samples) {
+    vec2 sum = vec2(0.0);
+    for (int i = 0; i < SAMPLES; i++)
+        if ((samples >> i & 1) != 0) sum += post_of_sample(i);
+    return sum / float(bitCount(samples));
+}
+
 vec3 pixel_colour() {
     int left = 0;
     for (int i = 0; i < SAMPLES; i++) left |= is_sky(post_of_sample(i)) ? 0 : 1 << i;
@@ -40,10 +48,10 @@ vec3 pixel_colour() {
     vec3 sum = sky > 0 ? float(sky) * sky_colour(view_ray()) : vec3(0.0);
     while (left != 0) {
         int sample_ = findLSB(left);
-        Ground g = ground_at(post_of_sample(sample_));
+        Ground g = footprint_at(post_of_sample(sample_));
         int alike = left & (samples_near(g) | 1 << sample_);
         left &= ~alike;
-        sum += float(bitCount(alike)) * ground_colour(g, sample_);
+        sum += float(bitCount(alike)) * ground_colour(ground_under(g, middle_of(alike)), sample_);
     }
     return sum / float(SAMPLES);
 }
