@@ -328,16 +328,10 @@ class Clipmap:
         described["transition"] = np.clip(rings.transition * cells, 0.01, np.maximum(cells / 4 - 1.6, 0.01))
         self._block.write(described.tobytes())
         commands = np.array(list(_commands(len(blocks))) or [(0,) * 5], "u4")
-        self._blocks = self._at_least(self._blocks, blocks.nbytes)
-        self.draws = self._at_least(self.draws, commands.nbytes)
+        self._blocks = gl.at_least(self.ctx, self._blocks, blocks.nbytes)
+        self.draws = gl.at_least(self.ctx, self.draws, commands.nbytes)
         self._blocks.write(blocks.tobytes())
         self.draws.write(commands.tobytes())
-
-    def _at_least(self, buffer: moderngl.Buffer, needed: int) -> moderngl.Buffer:
-        if needed <= buffer.size:
-            return buffer
-        buffer.release()
-        return self.ctx.buffer(reserve=needed + needed // 2)
 
 
 def _commands(blocks: int) -> Iterator[tuple[int, ...]]:

@@ -84,6 +84,14 @@ def reserve(ctx: moderngl.Context, size: int, what: str) -> moderngl.Buffer:
     return ctx.buffer(reserve=size)
 
 
+def at_least(ctx: moderngl.Context, buffer: moderngl.Buffer, needed: int) -> moderngl.Buffer:
+    """The buffer if it holds so many bytes, else a larger one in its place, with room for more; its bytes are lost."""
+    if needed <= buffer.size:
+        return buffer
+    buffer.release()
+    return ctx.buffer(reserve=needed + needed // 2)
+
+
 def storage_block_bytes(ctx: moderngl.Context) -> int:
     """Bytes of a storage buffer that shaders reach."""
     # Mesa's software renderer reports 128 MiB, a default that it does not enforce: tables of 2 GiB came out exact

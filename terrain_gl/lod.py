@@ -295,8 +295,7 @@ class Levels:
         asked = 1
         while asked:
             self._summary.write(bytes(4), offset=_offset("asked"))
-            self.ctx.copy_buffer(self._active, self._nothing, 16)
-            self._run("tiles", -(-self._tiles // 64))
+            self._list_tiles()
             self._kernels["agree"].run_indirect(self._active)
             self.ctx.memory_barrier(_BARRIER)
             self._run("commit", -(-3 * self._words // 64))
@@ -305,10 +304,13 @@ class Levels:
                 self._balance()
 
     def _count(self, what: int, searching: bool = False) -> None:
-        self.ctx.copy_buffer(self._active, self._nothing, 16)
+        self._list_tiles(searching)
         self.ctx.copy_buffer(self._summary, self._nothing, _offset("price"), read_offset=16)
-        self._run_or_skip(searching, 0, "tiles", -(-self._tiles // 64))
         self._run_on_tiles(what)
+
+    def _list_tiles(self, searching: bool = False) -> None:
+        self.ctx.copy_buffer(self._active, self._nothing, 16)
+        self._run_or_skip(searching, 0, "tiles", -(-self._tiles // 64))
 
     def _read_summary(self) -> Selection:
         summary = np.frombuffer(self._summary.read(layout.SUMMARY.itemsize), layout.SUMMARY)[0]
@@ -322,14 +324,8 @@ class Levels:
         return Selection(self, counts, triangles, most, splits, certified_px, draws, price)
 
     def _make_room(self, selection: Selection) -> None:
-        self.patches = self._at_least(self.patches, selection.patches * layout.PATCH.itemsize)
-        self.draws = self._at_least(self.draws, selection.draws * gl.COMMAND_STRIDE)
-
-    def _at_least(self, buffer: moderngl.Buffer, needed: int) -> moderngl.Buffer:
-        if needed <= buffer.size:
-            return buffer
-        buffer.release()
-        return self.ctx.buffer(reserve=needed + needed // 2)
+        self.patches = gl.at_least(self.ctx, self.patches, selection.patches * layout.PATCH.itemsize)
+        self.draws = gl.at_least(self.ctx, self.draws, selection.draws * gl.COMMAND_STRIDE)
 
     def _run(self, name: str, *groups: int) -> None:
         self._kernels[name].run(*groups)

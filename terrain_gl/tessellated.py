@@ -154,7 +154,7 @@ class Tessellated:
         places = self._look(camera, size, near_m, edges, cull, **settings)
         triangles = self._cut(len(places), edges)
         commands = [(min(_DRAW, len(places) - first), 1, first, 0, 0) for first in range(0, len(places), _DRAW)]
-        self.draws = self._at_least(self.draws, gl.COMMAND_STRIDE * len(commands))
+        self.draws = gl.at_least(self.ctx, self.draws, gl.COMMAND_STRIDE * len(commands))
         self.draws.write(np.array(commands or [(0,) * 5], "u4").tobytes())
         most = triangles + 4 * MOST * len(places)
         return Selection(self, (len(places),), triangles, most, 0, None, len(commands))
@@ -194,8 +194,8 @@ class Tessellated:
         places = np.concatenate([places_of(ring) for ring in rings])
         if cull:
             places = places[boxes_in_picture(camera, size, near_m, *self._boxes(places))]
-        self._places = self._at_least(self._places, places.nbytes)
-        self._cuts = self._at_least(self._cuts, 16 * len(places))
+        self._places = gl.at_least(self.ctx, self._places, places.nbytes)
+        self._cuts = gl.at_least(self.ctx, self._cuts, 16 * len(places))
         self._places.write(places.tobytes())
         return places
 
@@ -217,9 +217,3 @@ class Tessellated:
         self._levels.run(max(1, -(-patches // 64)))
         self.ctx.memory_barrier(_BARRIER)
         return int(np.frombuffer(self._count.read(), "u4")[0])
-
-    def _at_least(self, buffer: moderngl.Buffer, needed: int) -> moderngl.Buffer:
-        if needed <= buffer.size:
-            return buffer
-        buffer.release()
-        return self.ctx.buffer(reserve=needed + needed // 2)
