@@ -2,10 +2,10 @@
 
     python benchmarks/flight.py [MAP [FRAMES [WIDTHxHEIGHT]]]      a bundled map or a file; canyon, 1000, 320x180
 
-The tour around the map (terrain_gl/tour.py) is flown three times: as it is, with a stroke of radius 16 posts under the
-eye in every frame, and recorded as a folder of pictures. Prints the middle and the slowest of a thousand times, what
-share of them the recorder takes, and the process's memory and OpenGL's objects after a tenth of the frames and at the
-end.
+The tour around the map (terrain_gl/film/tour.py) is flown three times: as it is, with a stroke of radius 16 posts
+under the eye in every frame, and recorded as a folder of pictures. Prints the middle and the slowest of a thousand
+times, what share of them the recorder takes, and the process's memory and OpenGL's objects after a tenth of the
+frames and at the end.
 """
 
 from __future__ import annotations
@@ -21,9 +21,9 @@ import numpy as np
 
 import terrain_gl as tg
 from terrain_gl import gl
+from terrain_gl.film.record import Recorder
+from terrain_gl.film.tour import tour
 from terrain_gl.maps import open_map
-from terrain_gl.record import Recorder
-from terrain_gl.tour import tour
 
 RADIUS = 16  # of a stroke, in posts
 NAMES = 20_000  # of OpenGL's objects that are looked at

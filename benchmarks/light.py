@@ -21,13 +21,13 @@ from pathlib import Path
 import numpy as np
 
 from terrain_gl import Camera, Heightmap, Renderer, reference
+from terrain_gl.comparison.light import LIGHT_LABELS, compare_light
 from terrain_gl.context import create_context
 from terrain_gl.generate import Land, write_land
-from terrain_gl.ground import towards_sun
-from terrain_gl.horizon import SUN_RADIUS, TEXEL, SkyVisibility, SunVisibility, Visibility, lattice_direction
 from terrain_gl.image import read_image, replacing, write_png
-from terrain_gl.light import SKY_AXES, SKY_SHARPNESS
-from terrain_gl.light_compare import LIGHT_LABELS, compare_light
+from terrain_gl.light.gaussians import SKY_AXES, SKY_SHARPNESS
+from terrain_gl.light.ground import towards_sun
+from terrain_gl.light.horizon import SUN_RADIUS, TEXEL, SkyVisibility, SunVisibility, Visibility, lattice_direction
 from terrain_gl.terrain import Terrain
 
 LANDS = {

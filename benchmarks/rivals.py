@@ -20,11 +20,12 @@ import time
 from dataclasses import asdict
 from pathlib import Path
 
-from terrain_gl import Camera, Heightmap, Renderer, compare
+from terrain_gl import Camera, Heightmap, Renderer
+from terrain_gl.comparison import compare
 from terrain_gl.context import create_context
 from terrain_gl.generate import Land, write_land
 from terrain_gl.image import replacing
-from terrain_gl.rivals import PARAMETERS
+from terrain_gl.methods.rivals import PARAMETERS
 from terrain_gl.views import standard_view
 
 RIVALS = [method for method in compare.COMPARED if method != "sat"]

@@ -14,9 +14,9 @@ import sys
 import numpy as np
 
 from terrain_gl import Camera, Heightmap, Renderer
-from terrain_gl.clipmap import Rings
 from terrain_gl.image import write_png
 from terrain_gl.maps import bundled
+from terrain_gl.methods.clipmap import Rings
 
 picture = sys.argv[1] if len(sys.argv) > 1 else "09_clipmap.png"
 name = sys.argv[2] if len(sys.argv) > 2 else "alpine"

@@ -13,8 +13,8 @@ from typing import Any
 import numpy as np
 
 from .brush import Brush, Sculptor
+from .film.tour import tour
 from .renderer import Renderer
-from .tour import tour
 
 ENOUGH_S = 4.0  # seconds spent on one number, after which no more repeats are made
 

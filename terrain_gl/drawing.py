@@ -7,7 +7,7 @@ from dataclasses import dataclass
 from .camera import Camera
 from .exceptions import UsageError
 from .lod import METRICS
-from .rivals import PARAMETERS, Parameters
+from .methods.rivals import PARAMETERS, Parameters
 from .shade import STYLES, SUN, Look
 
 METHODS = ("sat", "clipmap", "tessellated", "full", "truth")

@@ -15,7 +15,6 @@ from typing import Any, TypeVar, cast
 import moderngl
 import numpy as np
 
-from .bilinear import Bilinear
 from .camera import Camera
 from .context import backend_name, create_context
 from .drawing import Drawing
@@ -29,8 +28,9 @@ from .image import png_bytes, reduced
 from .lod import Levels, Selection
 from .measure import TILE, Achieved, Measurement
 from .mesh import captured_triangles
+from .methods.bilinear import Bilinear
+from .methods.rivals import RIVALS, Parameters, Rivals
 from .pieces import Piece, cut
-from .rivals import RIVALS, Parameters, Rivals
 from .shade import Picture
 from .terrain import Rect, Terrain, hull
 from .timing import Stopwatch

@@ -18,8 +18,8 @@ import numpy as np
 
 from . import gl, shaders
 from .camera import Camera
-from .ground import HeightSums, towards_sun
-from .lighting import Lighting
+from .light.ground import HeightSums, towards_sun
+from .light.lighting import Lighting
 from .lod import Levels, Selection
 from .mesh import MeshDraw, MeshDraws
 from .terrain import Rect

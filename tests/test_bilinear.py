@@ -5,8 +5,8 @@ import pytest
 from maps import MAPS, cameras, rough
 
 import terrain_gl as tg
-from terrain_gl.bilinear import FINER, _commands
 from terrain_gl.holes import bilinear
+from terrain_gl.methods.bilinear import FINER, _commands
 
 
 @pytest.mark.parametrize("name", ["odd", "two", "long", "holes", "offset"])

@@ -8,11 +8,11 @@ import pytest
 from maps import rough
 
 import terrain_gl as tg
-from terrain_gl import compare as comparing
 from terrain_gl import reference
 from terrain_gl.cli import main
 from terrain_gl.cli.compare import in_lines
-from terrain_gl.compare import COMPARED, EQUAL, Truth, curve, entry_of, fewest, ideal_curve, study, truth_of
+from terrain_gl.comparison import compare as comparing
+from terrain_gl.comparison.compare import COMPARED, EQUAL, Truth, curve, entry_of, fewest, ideal_curve, study, truth_of
 from terrain_gl.image import read_image
 from terrain_gl.views import standard_view
 

@@ -13,9 +13,9 @@ import pytest
 
 import terrain_gl as tg
 from terrain_gl import cli
+from terrain_gl.film.path import CameraPath, Keyframe
+from terrain_gl.film.tour import tour
 from terrain_gl.image import read_image
-from terrain_gl.path import CameraPath, Keyframe
-from terrain_gl.tour import tour
 
 SMALL = ("--size", "64x36", "--fps", "5", "--seconds", "1")
 

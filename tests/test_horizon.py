@@ -7,10 +7,11 @@ import numpy as np
 import pytest
 from maps import MAPS, rough
 
-from terrain_gl import horizon, reference, shaders
-from terrain_gl.ground import towards_sun
+from terrain_gl import reference, shaders
 from terrain_gl.heightmap import Heightmap
-from terrain_gl.horizon import SUN_RADIUS, TEXEL, SkyVisibility, SunVisibility, Sweep, Visibility
+from terrain_gl.light import horizon
+from terrain_gl.light.ground import towards_sun
+from terrain_gl.light.horizon import SUN_RADIUS, TEXEL, SkyVisibility, SunVisibility, Sweep, Visibility
 from terrain_gl.maps import bundled
 from terrain_gl.terrain import Terrain
 

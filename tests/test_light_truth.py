@@ -8,12 +8,12 @@ from maps import MAPS, rough
 
 from terrain_gl import reference, shaders
 from terrain_gl.camera import Camera
+from terrain_gl.comparison.light import LIGHT_LABELS, compare_light
+from terrain_gl.comparison.likeness import rmse
 from terrain_gl.drawing import Drawing
 from terrain_gl.heightmap import Heightmap
 from terrain_gl.image import srgb_from_linear
-from terrain_gl.light_compare import LIGHT_LABELS, compare_light
-from terrain_gl.light_truth import developed, render_light_truth
-from terrain_gl.likeness import rmse
+from terrain_gl.light.truth import developed, render_light_truth
 from terrain_gl.renderer import Renderer
 from terrain_gl.terrain import Terrain
 

@@ -3,7 +3,7 @@
 import numpy as np
 import pytest
 
-from terrain_gl.likeness import difference_of, flip, rmse, skyline
+from terrain_gl.comparison.likeness import difference_of, flip, rmse, skyline
 
 
 def grey(value, size=(40, 60)):

@@ -14,10 +14,10 @@ from terrain_gl.cli import options
 from terrain_gl.cli.line import command_line
 from terrain_gl.drawing import Drawing
 from terrain_gl.exceptions import UsageError
+from terrain_gl.film.path import CameraPath, Keyframe
 from terrain_gl.heightmap import Heightmap
 from terrain_gl.image import read_image
 from terrain_gl.maps import bundled, open_map
-from terrain_gl.path import CameraPath, Keyframe
 from terrain_gl.renderer import Renderer
 from terrain_gl.views import standard_view
 

@@ -5,13 +5,14 @@ import pytest
 from hypothesis import given, settings
 from hypothesis import strategies as st
 
-from terrain_gl import reference, shaders, sky
+from terrain_gl import reference, shaders
 from terrain_gl.camera import Camera
-from terrain_gl.ground import HeightSums
 from terrain_gl.heightmap import Heightmap
 from terrain_gl.image import write_image
-from terrain_gl.lighting import Lighting
-from terrain_gl.lobes import Cover, LobeTables
+from terrain_gl.light import sky
+from terrain_gl.light.ground import HeightSums
+from terrain_gl.light.lighting import Lighting
+from terrain_gl.light.lobes import Cover, LobeTables
 from terrain_gl.renderer import Renderer
 from terrain_gl.shade import Look
 from terrain_gl.terrain import Terrain
@@ -130,8 +131,8 @@ def test_an_edit_equals_a_rebuild(ctx):
 @pytest.mark.parametrize("rough", [0.0, 40.0], ids=["plain", "hills"])
 def test_white_furnace(ctx, monkeypatch, rough):
     """White land without shadows under the same light from everywhere sends back what it gets, within 1 %."""
-    monkeypatch.setattr("terrain_gl.lighting.sky_of", lambda sun, path: sky.uniform_sky())
-    monkeypatch.setattr("terrain_gl.lighting.exposure", lambda sky: 1.0)
+    monkeypatch.setattr("terrain_gl.light.lighting.sky_of", lambda sun, path: sky.uniform_sky())
+    monkeypatch.setattr("terrain_gl.light.lighting.exposure", lambda sky: 1.0)
     source = shaders.source
 
     def unexposed(path, defines=()):  # the light itself, before tones and curves

@@ -9,10 +9,10 @@ from contextlib import contextmanager
 import numpy as np
 import pytest
 
-from terrain_gl import record
 from terrain_gl.exceptions import TerrainError, UsageError
+from terrain_gl.film import record
+from terrain_gl.film.record import CODECS, Recorder
 from terrain_gl.image import read_image
-from terrain_gl.record import CODECS, Recorder
 
 COUNT = 12
 OUTPUTS = (*(f"film{ending}" for ending in CODECS), "frames/")

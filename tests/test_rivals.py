@@ -12,13 +12,13 @@ from test_mesh import check_watertight
 
 import terrain_gl as tg
 from terrain_gl import reference
-from terrain_gl.clipmap import BLOCK, Rings, blocks_of, rings_of
 from terrain_gl.lod import View
 from terrain_gl.mesh import captured_triangles
-from terrain_gl.pyramid import FILTERS, Pyramid
-from terrain_gl.rivals import PARAMETERS, RIVALS, Rivals
+from terrain_gl.methods.clipmap import BLOCK, Rings, blocks_of, rings_of
+from terrain_gl.methods.pyramid import FILTERS, Pyramid
+from terrain_gl.methods.rivals import PARAMETERS, RIVALS, Rivals
+from terrain_gl.methods.tessellated import Edges
 from terrain_gl.terrain import Terrain
-from terrain_gl.tessellated import Edges
 
 PARAMETER_SETS = [
     *(("clipmap", rings) for rings in (Rings(), Rings(13), Rings(33), Rings(15, finest=2), Rings(63, 0, 0.0))),

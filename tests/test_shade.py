@@ -10,9 +10,9 @@ from terrain_gl.context import create_context
 from terrain_gl.error import ErrorTables
 from terrain_gl.exceptions import TerrainError
 from terrain_gl.gl import use_default_framebuffer
-from terrain_gl.ground import HeightSums
 from terrain_gl.heightmap import Heightmap
-from terrain_gl.lobes import Character
+from terrain_gl.light.ground import HeightSums
+from terrain_gl.light.lobes import Character
 from terrain_gl.lod import Levels
 from terrain_gl.shade import STYLES, Look, Picture
 from terrain_gl.terrain import Terrain

@@ -8,10 +8,11 @@ import pytest
 from hypothesis import given
 from hypothesis import strategies as st
 
-from terrain_gl import atmosphere, light, sky
 from terrain_gl.exceptions import TerrainError, UsageError
-from terrain_gl.ground import towards_sun
-from terrain_gl.sun import sun_position
+from terrain_gl.light import atmosphere, sky
+from terrain_gl.light import gaussians as light
+from terrain_gl.light.ground import towards_sun
+from terrain_gl.light.sun import sun_position
 
 
 def test_the_sun_against_the_almanac():

@@ -3,10 +3,10 @@
 import numpy as np
 import pytest
 
-from terrain_gl import prefilter
 from terrain_gl.camera import Camera
 from terrain_gl.heightmap import Heightmap
 from terrain_gl.image import linear_from_srgb
+from terrain_gl.light import prefilter
 from terrain_gl.renderer import Renderer
 from terrain_gl.shade import Look
 

@@ -8,11 +8,11 @@ import re
 import textwrap
 from typing import Any
 
-from .. import figures
-from ..compare import FINE, LABELS, Study, study
+from ..comparison import figures
+from ..comparison.compare import FINE, LABELS, Study, study
+from ..comparison.light import LIGHT_LABELS, compare_light
 from ..exceptions import UsageError
-from ..light_compare import LIGHT_LABELS, compare_light
-from ..light_truth import FINE as FINE_LIGHT
+from ..light.truth import FINE as FINE_LIGHT
 from . import options, report
 
 TRIANGLES = 100_000

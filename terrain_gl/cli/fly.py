@@ -11,12 +11,12 @@ import numpy as np
 
 from ..camera import Vector
 from ..exceptions import UsageError
+from ..film.path import CameraPath, Pose
+from ..film.record import CODECS, Recorder, is_folder
+from ..film.tour import FOV_DEG, tour
 from ..heightmap import Heightmap
 from ..holes import ground_m
-from ..path import CameraPath, Pose
-from ..record import CODECS, Recorder, is_folder
 from ..renderer import Renderer
-from ..tour import FOV_DEG, tour
 from . import options, report
 
 SECONDS = 12.0

@@ -13,16 +13,16 @@ from typing import Any
 
 from .. import maps
 from ..camera import Camera
-from ..clipmap import Rings
 from ..drawing import METHODS, Drawing
 from ..exceptions import TerrainError, UsageError
 from ..heightmap import ENCODINGS, Heightmap
+from ..light.sun import sun_position
 from ..lod import METRICS
 from ..maps import BundledMap, bundled
+from ..methods.clipmap import Rings
+from ..methods.tessellated import Edges
 from ..renderer import Renderer
 from ..shade import STYLES, SUN
-from ..sun import sun_position
-from ..tessellated import Edges
 from ..views import VIEWS, standard_view
 
 FARTHEST_M = 1e9  # largest number of metres that is taken for meant

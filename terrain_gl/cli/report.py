@@ -12,7 +12,7 @@ from contextlib import contextmanager
 from typing import Any
 
 from ..image import replacing
-from ..rivals import RIVALS
+from ..methods.rivals import RIVALS
 
 
 @contextmanager

@@ -10,7 +10,7 @@ from pathlib import Path
 import numpy as np
 
 from ..exceptions import TerrainError
-from ..record import Recorder
+from ..film.record import Recorder
 
 
 class Filming:

@@ -8,7 +8,7 @@ from typing import TYPE_CHECKING, Any
 
 from ..brush import TOOLS
 from ..drawing import CHOICES
-from ..sun import sun_position
+from ..light.sun import sun_position
 from .controller import MODES
 from .settings import BUDGETS, TOLERANCES_PX
 

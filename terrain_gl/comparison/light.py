@@ -9,13 +9,13 @@ from typing import Any
 
 import numpy as np
 
-from .camera import Camera
+from ..camera import Camera
+from ..drawing import Drawing
+from ..light.prefilter import RIVALS, Mipmaps, shade_as
+from ..light.truth import FINE, render_light_truth
+from ..renderer import Renderer
 from .compare import Comparison, Entry, Progress, Truth, inset_of
-from .drawing import Drawing
-from .light_truth import FINE, render_light_truth
 from .likeness import difference_of, flip, rmse
-from .prefilter import RIVALS, Mipmaps, shade_as
-from .renderer import Renderer
 
 LIGHT_LABELS = {
     "lobes": "Merged lobes",

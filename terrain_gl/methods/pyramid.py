@@ -13,8 +13,8 @@ from typing import Any
 import moderngl
 import numpy as np
 
-from . import layout, shaders
-from .terrain import Rect, Terrain
+from .. import layout, shaders
+from ..terrain import Rect, Terrain
 
 # weights of a symmetric filter's middle, its neighbours and theirs
 FILTERS = {

@@ -15,10 +15,10 @@ from typing import Any
 import moderngl
 import numpy as np
 
-from . import gl, shaders
-from .camera import Vector
-from .sat import SummedAreaTables, Table
-from .terrain import Rect, Terrain
+from .. import gl, shaders
+from ..camera import Vector
+from ..sat import SummedAreaTables, Table
+from ..terrain import Rect, Terrain
 
 AZIMUTHS = 16
 BATCH = 4  # azimuths that are folded at once

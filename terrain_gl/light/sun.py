@@ -5,7 +5,7 @@ from __future__ import annotations
 import math
 from datetime import datetime, timezone
 
-from .exceptions import UsageError
+from ..exceptions import UsageError
 
 _NOON_2000 = datetime(2000, 1, 1, 12, tzinfo=timezone.utc)
 

@@ -7,10 +7,10 @@ from typing import Any
 
 import moderngl
 
-from . import gl, shaders
-from .camera import Vector
-from .sat import SummedAreaTables, Table
-from .terrain import Rect, Terrain
+from .. import gl, shaders
+from ..camera import Vector
+from ..sat import SummedAreaTables, Table
+from ..terrain import Rect, Terrain
 
 
 class HeightSums:

@@ -15,13 +15,13 @@ from typing import Any, NamedTuple
 
 import numpy as np
 
-from . import reference
-from .camera import Camera, screen_shift_px
-from .heightmap import Heightmap
+from .. import reference
+from ..camera import Camera, screen_shift_px
+from ..heightmap import Heightmap
+from ..measure import posts_of
+from ..methods.rivals import RIVALS
+from ..renderer import NEAR, Renderer
 from .likeness import difference_of, flip, rmse, skyline
-from .measure import posts_of
-from .renderer import NEAR, Renderer
-from .rivals import RIVALS
 
 LABELS = {"clipmap": "Geometry clipmaps", "tessellated": "Tessellated clipmap", "sat": "Summed-area tables"}
 COMPARED = tuple(LABELS)

@@ -9,10 +9,10 @@ from typing import Any, NamedTuple
 
 import numpy as np
 
+from ..exceptions import TerrainError
+from ..image import replacing
 from .compare import LABELS, Comparison, Entry, Study
-from .exceptions import TerrainError
-from .image import replacing
-from .light_compare import LIGHT_LABELS
+from .light import LIGHT_LABELS
 
 FORMATS = (".png", ".jpg", ".pdf", ".svg")
 # Okabe, Ito 2008, "Color universal design": told apart by all kinds of colour vision; and a shape each

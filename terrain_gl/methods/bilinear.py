@@ -21,9 +21,9 @@ from typing import Any
 import moderngl
 import numpy as np
 
-from . import gl
-from .camera import Camera
-from .lod import Levels, Selection
+from .. import gl
+from ..camera import Camera
+from ..lod import Levels, Selection
 
 FINER = 2  # segments for each of a full-resolution patch
 

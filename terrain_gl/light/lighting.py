@@ -11,13 +11,13 @@ from typing import Any
 import moderngl
 import numpy as np
 
+from ..image import read_albedo
+from ..terrain import Rect, Terrain
+from .gaussians import LIGHTS, SKY_AXES, SKY_SHARPNESS, SUN_RADIUS_DEG
 from .ground import HeightSums
 from .horizon import Visibility
-from .image import read_albedo
-from .light import LIGHTS, SKY_AXES, SKY_SHARPNESS, SUN_RADIUS_DEG
 from .lobes import Character, Cover, LobeTables
 from .sky import LUMINANCE, Sky, clear_sky, read_sky
-from .terrain import Rect, Terrain
 
 KEY = 9.0  # how bright a surface in full light is to be shown
 ADAPTATION = 0.83  # of the eye to the light: 1 would make noon and night alike

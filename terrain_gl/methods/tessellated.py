@@ -22,13 +22,13 @@ from typing import Any
 import moderngl
 import numpy as np
 
-from . import gl, shaders
-from .camera import Camera, boxes_in_picture
+from .. import gl, shaders
+from ..camera import Camera, boxes_in_picture
+from ..exceptions import UsageError
+from ..lod import Selection, View
+from ..terrain import Terrain
 from .clipmap import Ring, rings_of
-from .exceptions import UsageError
-from .lod import Selection, View
 from .pyramid import Pyramid
-from .terrain import Terrain
 
 MOST = 32  # segments of an edge, as in glsl/tessellated/levels.comp
 _VERTICES = (MOST - 1) ** 2 + 4 * 2 * MOST  # at most, of a patch

@@ -23,13 +23,13 @@ from typing import Any, NamedTuple
 import moderngl
 import numpy as np
 
-from . import gl, layout
-from .camera import Camera, boxes_in_picture
-from .exceptions import UsageError
-from .heightmap import Heightmap
-from .lod import Selection, View
+from .. import gl, layout
+from ..camera import Camera, boxes_in_picture
+from ..exceptions import UsageError
+from ..heightmap import Heightmap
+from ..lod import Selection, View
+from ..terrain import Terrain
 from .pyramid import Pyramid
-from .terrain import Terrain
 
 SMALLEST_RING = 13
 BLOCK = 8  # cells a side of a block

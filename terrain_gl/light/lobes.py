@@ -11,11 +11,11 @@ from typing import Any, NamedTuple
 import moderngl
 import numpy as np
 
-from . import gl, shaders
+from .. import gl, shaders
+from ..heightmap import Heightmap
+from ..sat import SummedAreaTables, Table
+from ..terrain import Rect, Terrain
 from .ground import HeightSums
-from .heightmap import Heightmap
-from .sat import SummedAreaTables, Table
-from .terrain import Rect, Terrain
 
 LAYERS = 9
 HOLLOW = 8  # posts around a cell that its cover depends on: glsl/shade/cover.glsl asks 12 around it, and 16 for water

@@ -9,11 +9,11 @@ from functools import cache, cached_property
 
 import numpy as np
 
+from ..exceptions import TerrainError
+from ..image import read_image
 from . import atmosphere
 from .atmosphere import LUMINANCE
-from .exceptions import TerrainError
-from .image import read_image
-from .light import (
+from .gaussians import (
     AXES,
     SHARPNESS,
     SKY_AXES,

@@ -13,7 +13,7 @@ from typing import NamedTuple
 import numpy as np
 import OpenImageIO as oiio
 
-from .image import linear_from_srgb
+from ..image import linear_from_srgb
 
 
 class Skyline(NamedTuple):

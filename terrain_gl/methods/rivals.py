@@ -7,11 +7,11 @@ from __future__ import annotations
 
 from typing import Any
 
-from .camera import Camera
+from ..camera import Camera
+from ..lod import Selection, View
+from ..terrain import Rect, Terrain
 from .clipmap import Clipmap, Rings
-from .lod import Selection, View
 from .pyramid import Pyramid
-from .terrain import Rect, Terrain
 from .tessellated import Edges, Tessellated
 
 RIVALS: dict[str, Any] = {"clipmap": Clipmap, "tessellated": Tessellated}

@@ -12,13 +12,13 @@ from collections.abc import Callable
 
 import numpy as np
 
-from .camera import Camera
-from .drawing import Drawing
-from .image import srgb_from_linear
-from .light import SUN_RADIUS_DEG
+from ..camera import Camera
+from ..drawing import Drawing
+from ..image import srgb_from_linear
+from ..pieces import cut
+from ..renderer import Renderer
+from .gaussians import SUN_RADIUS_DEG
 from .lighting import exposure
-from .pieces import cut
-from .renderer import Renderer
 from .sky import dome
 
 FINE = 8  # places that are lit for a pixel, along a side

@@ -6,9 +6,9 @@ import math
 
 import numpy as np
 
-from .camera import Camera
-from .heightmap import Heightmap
-from .holes import ground_m
+from ..camera import Camera
+from ..heightmap import Heightmap
+from ..holes import ground_m
 from .path import CameraPath, Keyframe
 
 KEYFRAMES = 16

@@ -12,10 +12,10 @@ from typing import Any
 
 import moderngl
 
-from . import shaders
-from .camera import Camera
+from .. import shaders
+from ..camera import Camera
+from ..shade import Look, Picture
 from .horizon import SUN_RADIUS, Sweep, horizon_texture, lattice_direction, sun_uniforms
-from .shade import Look, Picture
 
 RIVALS = ("point", "mip", "toksvig", "leadr")
 _FIRST_UNIT = 7

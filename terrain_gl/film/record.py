@@ -19,8 +19,8 @@ from typing import Any, NamedTuple
 
 import numpy as np
 
-from .exceptions import TerrainError, UsageError
-from .image import replacing, write_png
+from ..exceptions import TerrainError, UsageError
+from ..image import replacing, write_png
 
 WAITING = 4  # frames in the queue
 MAX_FPS = 1000.0

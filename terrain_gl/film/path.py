@@ -1,7 +1,7 @@
 """A camera's path: keyframes, in a file or in memory, and the flight through them.
 
 The eye follows a centripetal Catmull-Rom curve through the keyframes at constant speed, or passes each at the second
-that it names; orientation, field of view and sun follow the same curve in their own spaces (terrain_gl/spline.py).
+that it names; orientation, field of view and sun follow the same curve in their own spaces (terrain_gl/film/spline.py).
 """
 
 from __future__ import annotations
@@ -15,10 +15,10 @@ from typing import Any, NamedTuple
 
 import numpy as np
 
+from ..camera import UP, Camera, Vector
+from ..exceptions import TerrainError, UsageError
+from ..image import replacing
 from . import spline
-from .camera import UP, Camera, Vector
-from .exceptions import TerrainError, UsageError
-from .image import replacing
 
 PIECES = 512  # straight pieces of a leg: the eye strays from its curve by a millionth of the leg
 LEVEL_DEG = 70.0  # up to this steep a view, up or down, the horizon stays level

@@ -1,0 +1,1 @@
+"""Methods and ways of shading side by side: tables, curves and figures."""
