@@ -5,6 +5,7 @@ A loader finds OpenGL functions by name, makes its context current on `with`, an
 
 from __future__ import annotations
 
+import contextlib
 import ctypes
 from collections.abc import Callable
 from typing import Any
@@ -63,6 +64,7 @@ class OSMesaLoader:
         return self._address(name.encode()) or 0
 
     def __enter__(self) -> None:
+        _let_go_of_egl()
         self._current(self.context, self.pixels, 0x1401, 16, 16)  # GL_UNSIGNED_BYTE
 
     def __exit__(self, *_: object) -> None:
@@ -70,6 +72,12 @@ class OSMesaLoader:
 
     def release(self) -> None:
         self._function("OSMesaDestroyContext", None, ctypes.c_void_p)(self.context)
+
+
+def _let_go_of_egl() -> None:
+    """EGL does not know of OSMesa: it would take its own context for the current one still, and not switch back."""
+    with contextlib.suppress(OSError):
+        ctypes.CDLL("libEGL.so.1").eglReleaseThread()
 
 
 def _osmesa_attributes(version: int) -> Any:

@@ -41,6 +41,7 @@ def ctx(session_context):
     with session_context as context:
         assert context.error == "GL_NO_ERROR"
         yield context
+    with session_context as context:  # the test may have left another one current
         assert context.error == "GL_NO_ERROR"
 
 

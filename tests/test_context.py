@@ -86,6 +86,18 @@ def test_contexts_interleave(ctx, osmesa):
     assert work(ctx) == first
 
 
+def test_each_context_keeps_its_own_objects(ctx, osmesa):
+    """Each counts the names of its textures by itself."""
+    with ctx:
+        ours = [ctx.texture((1, 1), 4) for _ in range(3)]
+    with osmesa:
+        theirs = osmesa.texture((1, 1), 4)
+    with ctx:
+        assert ctx.texture((1, 1), 4).glo > ours[-1].glo > theirs.glo
+        for texture in ours:
+            texture.release()
+
+
 def test_probe_tells_of_each_backend():
     records = probe_backends()
     assert [record.name for record in records] == ["egl", "osmesa", "glfw"]
