@@ -2,12 +2,12 @@
 
 import math
 
-import moderngl
 import numpy as np
 import pytest
+from asking import ask
 from maps import MAPS, rough
 
-from terrain_gl import reference, shaders
+from terrain_gl import reference
 from terrain_gl.heightmap import Heightmap
 from terrain_gl.light import horizon
 from terrain_gl.light.ground import towards_sun
@@ -220,33 +220,23 @@ def test_progress_goes_from_nothing_to_all(ctx, keep):
     assert told == sorted(told) and 0 < told[0] < 0.1 and told[-1] == 1 and len(told) > 10
 
 
-ASK = """
-layout(local_size_x = 64) in;
-layout(std430, binding = 1) readonly buffer Questions { vec4 question[]; };
-layout(std430, binding = 2) writeonly buffer Answers { vec4 answer[]; };
-void main() {
-    uint i = gl_GlobalInvocationID.x;
-    if (i >= uint(question.length())) return;
-    vec2 post = question[i].xy, extent = question[i].zw;
+STATEMENTS = """
+    vec2 post = a.xy, extent = a.zw;
     float here = sun_irradiance(post, extent, vec2(0.0), 1, 0.7, vec2(0.0), 0.0);
     float over = sun_over(post, extent, vec2(0.0), 1, vec2(0.0));
     float aslant = sun_over(post, extent, vec2(0.0), 1, vec2(0.4, -0.3));
-    answer[i] = vec4(sky_visible(1, post, extent), here, over, aslant);
-}
+    return vec4(sky_visible(1, post, extent), here, over, aslant);
 """
 
 
-def ask(ctx, keep, visibility, questions):
+def ask_visible(ctx, visibility, questions):
     """Answers (n, 4) of horizon/visible.glsl: a sky lobe; the sun at a place, over a footprint, and seen aslant."""
-    kernel = keep(ctx.compute_shader(shaders.source("horizon/visible.glsl", visibility.defines) + ASK))
-    q, a = keep(ctx.buffer(questions.astype("f4").tobytes())), keep(ctx.buffer(reserve=16 * len(questions)))
-    visibility.sky.terrain.bind()
-    visibility.bind(kernel)
-    q.bind_to_storage_buffer(1)
-    a.bind_to_storage_buffer(2)
-    kernel.run(-(-len(questions) // 64))
-    ctx.memory_barrier(moderngl.BUFFER_UPDATE_BARRIER_BIT)
-    return np.frombuffer(a.read(), "f4").reshape(-1, 4).astype(float)
+
+    def bind(kernel):
+        visibility.sky.terrain.bind()
+        visibility.bind(kernel)
+
+    return ask(ctx, "horizon/visible.glsl", STATEMENTS, questions, defines=visibility.defines, bind=bind)
 
 
 def test_lookups_are_means_over_boxes(ctx, keep):
@@ -256,7 +246,7 @@ def test_lookups_are_means_over_boxes(ctx, keep):
     rng = np.random.default_rng(3)
     extents = 6 * rng.integers(1, 4, (40, 2))  # whole blocks, of 2, and whole texels, of 3
     posts = 6 * rng.integers(2, 7, (40, 2)) + extents / 2
-    answers = ask(ctx, keep, visibility, np.concatenate([posts, extents], 1))
+    answers = ask_visible(ctx, visibility, np.concatenate([posts, extents], 1))
     sky, sun = visibility.sky.read()[1], visibility.sun.read()
     for (x, y), (w, h), answer in zip(posts, extents, answers, strict=True):
         box = [(int(c - e / 2), int(c + e / 2)) for c, e in ((y, h), (x, w))]
@@ -273,7 +263,7 @@ def test_what_the_eye_sees_is_weighted_by_projected_area(ctx, keep):
     heights = np.tile(np.abs(np.arange(121) % 8 - 4.0), (81, 1))  # slopes of 1 and -1, east and west
     visibility = keep(Visibility(keep(Terrain(ctx, Heightmap(heights, 1.0))), AXES, SHARPNESS))
     visibility.follow(towards_sun(90, 45))  # in the east: slopes of -1 face it
-    kernel_answers = ask(ctx, keep, visibility, np.array([[60.0, 40.0, 48.0, 48.0]]))
+    kernel_answers = ask_visible(ctx, visibility, np.array([[60.0, 40.0, 48.0, 48.0]]))
     assert kernel_answers[0, 2] == pytest.approx(0.5, abs=0.01)
     # with lean 0.4 to the east, slopes of -1 weigh 1.4 and slopes of 1 weigh 0.6
     assert kernel_answers[0, 3] == pytest.approx(0.7, abs=0.01)
@@ -286,10 +276,10 @@ def test_lookups_are_continuous_and_defined_everywhere(ctx, keep):
     along = np.linspace(-5, 65, 7001)
     for extent in (0.01, 2.0, 2.9, 7.3, 5000.0):
         line = np.stack([along, 0.6 * along, np.full(7001, extent), np.full(7001, extent)], -1)
-        answers = ask(ctx, keep, visibility, line)
+        answers = ask_visible(ctx, visibility, line)
         assert np.isfinite(answers).all() and answers.min() >= 0 and answers.max() <= 1 + 1e-5
         assert np.abs(np.diff(answers, axis=0)).max() < 0.05  # a step of 0.01 posts
-    low = ask(ctx, keep, visibility, np.array([[30.0, 20.0, e, e] for e in np.linspace(0.01, 30, 6000)]))
+    low = ask_visible(ctx, visibility, np.array([[30.0, 20.0, e, e] for e in np.linspace(0.01, 30, 6000)]))
     assert np.abs(np.diff(low, axis=0)).max() < 0.01
 
 

@@ -1,40 +1,18 @@
 """Lobes of light and ground: spherical Gaussians, their merging, and what footprints send back, against integration."""
 
+import asking
 import numpy as np
 import pytest
 
-from terrain_gl import reference, shaders
-
-ASK = """
-layout(local_size_x = 64) in;
-layout(std430, binding = 1) readonly buffer Questions { vec4 question[]; };
-layout(std430, binding = 2) writeonly buffer Answers { vec4 answer[]; };
-void main() {
-    uint i = gl_GlobalInvocationID.x;
-    if (i >= uint(answer.length())) return;
-    vec4 a = question[2 * i], b = question[2 * i + 1];
-    answer[i] = CALL;
-}
-"""
+from terrain_gl import reference
 
 
 @pytest.fixture
 def ask(ctx):
     """Answers (n, 4) of an expression over two vec4 a, b, in the words of a GLSL file."""
 
-    def answers(path, call, a, b=None):
-        a = np.atleast_2d(np.asarray(a, "f4"))
-        b = np.zeros_like(a) if b is None else np.broadcast_to(np.asarray(b, "f4"), a.shape)
-        kernel = ctx.compute_shader(shaders.source(path) + ASK.replace("CALL", call))
-        questions = ctx.buffer(np.ascontiguousarray(np.stack([a, b], 1)).tobytes())
-        out = ctx.buffer(reserve=16 * len(a))
-        questions.bind_to_storage_buffer(1)
-        out.bind_to_storage_buffer(2)
-        kernel.run(-(-len(a) // 64))
-        told = np.frombuffer(out.read(), "f4").reshape(-1, 4).astype(float)
-        for resource in (kernel, questions, out):
-            resource.release()
-        return told
+    def answers(path, call, a, b=0.0):
+        return asking.ask(ctx, path, f"return {call};", a, b)
 
     return answers
 

@@ -4,9 +4,10 @@ import math
 
 import numpy as np
 import pytest
+from asking import ask
 from maps import MAPS, rough
 
-from terrain_gl import reference, shaders
+from terrain_gl import reference
 from terrain_gl.camera import Camera
 from terrain_gl.comparison.light import LIGHT_LABELS, compare_light
 from terrain_gl.comparison.likeness import rmse
@@ -17,46 +18,13 @@ from terrain_gl.light.truth import developed, render_light_truth
 from terrain_gl.renderer import Renderer
 from terrain_gl.terrain import Terrain
 
-RAYS = """
-layout(local_size_x = 64) in;
-layout(std430, binding = 1) readonly buffer Questions { vec4 question[]; };
-layout(std430, binding = 2) writeonly buffer Answers { vec4 answer[]; };
-void main() {
-    uint i = gl_GlobalInvocationID.x;
-    if (2u * i >= uint(question.length())) return;
-    vec2 post = question[2u * i].xy;
-    bool seen = sees(post, ground_m(post), question[2u * i + 1u].xyz);
-    answer[i] = vec4(seen ? 1.0 : 0.0, ground_m(post), slope_of_ground(post));
-}
-"""
+RAYS = "return vec4(sees(a.xy, ground_m(a.xy), b.xyz) ? 1.0 : 0.0, ground_m(a.xy), slope_of_ground(a.xy));"
 
 DIRECTIONS = """
-layout(local_size_x = 64) in;
-layout(std430, binding = 1) readonly buffer Questions { vec4 question[]; };
-layout(std430, binding = 2) writeonly buffer Answers { vec4 answer[]; };
-void main() {
-    uint i = gl_GlobalInvocationID.x;
-    vec4 q = question[0];
-    vec2 u = point_of(int(i), vec2(0.3, 0.7));
-    vec3 w = q.w == 0.0 ? cosine_weighted(q.xyz, u) : q.w < 0.0 ? in_disc(q.xyz, -q.w, u) : vmf_weighted(q.xyz, q.w, u);
-    answer[i] = vec4(w, 0.0);
-}
+    vec2 u = point_of(int(b.x), vec2(0.3, 0.7));
+    vec3 w = a.w == 0.0 ? cosine_weighted(a.xyz, u) : a.w < 0.0 ? in_disc(a.xyz, -a.w, u) : vmf_weighted(a.xyz, a.w, u);
+    return vec4(w, 0.0);
 """
-
-
-def ask(ctx, source, questions, count, terrain=None):
-    """Answers (count, 4) of a kernel."""
-    kernel = ctx.compute_shader(source)
-    q, a = ctx.buffer(np.asarray(questions, "f4").tobytes()), ctx.buffer(reserve=16 * count)
-    if terrain:
-        terrain.bind()
-    q.bind_to_storage_buffer(1)
-    a.bind_to_storage_buffer(2)
-    kernel.run(-(-count // 64))
-    answers = np.frombuffer(a.read(), "f4").reshape(-1, 4).astype(float)
-    for resource in (kernel, q, a):
-        resource.release()
-    return answers
 
 
 def test_rays_end_where_marching_says(ctx):
@@ -72,8 +40,8 @@ def test_rays_end_where_marching_says(ctx):
         sine = np.clip(sines + off, -0.999, 0.999)
         level = np.sqrt(1 - sine * sine)
         rays = np.stack([flat[0] * level, flat[1] * level, sine, 0 * sine], -1)
-        questions = np.stack([np.pad(posts, ((0, 0), (0, 2))), rays], 1)
-        answers = ask(ctx, shaders.source("truth/ground.glsl") + RAYS, questions, 300, terrain)
+        places = np.pad(posts, ((0, 0), (0, 2)))
+        answers = ask(ctx, "truth/ground.glsl", RAYS, places, rays, bind=lambda _: terrain.bind())
         # beyond 4 posts the shader's steps are longer than the reference's, and may step over a tip
         assert np.mean(answers[:, 0] == expected) > 0.97
     assert np.allclose(answers[:, 1], reference.bilinear_heights(heightmap.heights, *posts.T), atol=1e-2)
@@ -82,12 +50,15 @@ def test_rays_end_where_marching_says(ctx):
 
 @pytest.mark.parametrize("axis", [(0, 0, 1), (0, 0, -1), (0.6, 0, 0.8), (-0.36, 0.48, -0.8)])
 def test_directions_fill_their_lobes(ctx, axis):
-    source = shaders.source("truth/random.glsl") + DIRECTIONS
-    mean = {w: ask(ctx, source, [*axis, w], 4096)[:, :3].mean(0) for w in (0.0, -0.3, 0.5, 8.0)}
+    draws = np.pad(np.arange(4096.0)[:, None], ((0, 0), (0, 3)))
+
+    def mean_direction(w):
+        return ask(ctx, "truth/random.glsl", DIRECTIONS, [*axis, w], draws)[:, :3].mean(0)
+
     # means of ω: 2/3 for the cosine; of a uniform disc of radius 0.3, √(1 − r²) over it; coth k − 1/k
     disc = (1 - math.cos(0.3) ** 3) * 2 / 3 / math.sin(0.3) ** 2
     for w, length in ((0.0, 2 / 3), (-0.3, disc), (0.5, reference.mean_length(0.5)), (8.0, reference.mean_length(8.0))):
-        assert np.allclose(mean[w], length * np.array(axis), atol=0.003)
+        assert np.allclose(mean_direction(w), length * np.array(axis), atol=0.003)
 
 
 def test_land_and_sky_are_averaged_apart():

@@ -2,6 +2,7 @@
 
 import numpy as np
 import pytest
+from asking import ask
 from hypothesis import given, settings
 from hypothesis import strategies as st
 
@@ -55,30 +56,13 @@ def test_recorded_values(tables, size):
     assert values == pytest.approx(expected, abs=1.5 / 32767 + 1e-4)  # and the GPU's normalize and half floats
 
 
-ASK = """
-layout(local_size_x = 64) in;
-layout(std430, binding = 1) readonly buffer Questions { vec4 question[]; };
-layout(std430, binding = 2) writeonly buffer Answers { vec4 answer[]; };
-void main() {
-    uint i = gl_GlobalInvocationID.x;
-    if (i >= uint(answer.length())) return;
-    Merged m = merged_over(question[i].xy, question[i].zw, vec2(0.0), 1);
-    answer[i] = vec4(m.normal, m.albedo.x);
-}
-"""
-
-
 def asked(ctx, lobes, questions):
-    kernel = ctx.compute_shader(shaders.source("light/merged.glsl") + ASK)
-    q, a = ctx.buffer(questions.astype("f4").tobytes()), ctx.buffer(reserve=16 * len(questions))
-    lobes.terrain.bind()
-    for binding, buffer in ((3, lobes.buffer), (1, q), (2, a)):
-        buffer.bind_to_storage_buffer(binding)
-    kernel.run(-(-len(questions) // 64))
-    answers = np.frombuffer(a.read(), "f4").reshape(-1, 4).astype(float)
-    for resource in (kernel, q, a):
-        resource.release()
-    return answers
+    def bind(_):
+        lobes.terrain.bind()
+        lobes.buffer.bind_to_storage_buffer(3)
+
+    statements = "Merged m = merged_over(a.xy, a.zw, vec2(0.0), 1); return vec4(m.normal, m.albedo.x);"
+    return ask(ctx, "light/merged.glsl", statements, questions, bind=bind)
 
 
 @pytest.mark.parametrize("size", [(9, 12), (37, 64), (130, 71)])

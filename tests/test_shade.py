@@ -3,8 +3,9 @@
 import moderngl
 import numpy as np
 import pytest
+from asking import ask
 
-from terrain_gl import reference, shaders
+from terrain_gl import reference
 from terrain_gl.camera import Camera
 from terrain_gl.context import create_context
 from terrain_gl.error import ErrorTables
@@ -34,32 +35,19 @@ def queries(rows, cols, n, most=40.0, seed=2):
     return np.concatenate([posts, rng.uniform(2, most, (n, 2))], 1).astype("f4")
 
 
-ASK = """
-layout(local_size_x = 64) in;
-layout(std430, binding = 1) readonly buffer Questions { vec4 question[]; };
-layout(std430, binding = 2) writeonly buffer Answers { vec4 answer[]; };
-void main() {
-    uint i = gl_GlobalInvocationID.x;
-    if (i >= uint(question.length())) return;
-    Relief r = CALL;
-    answer[i] = vec4(r.height_m, r.slope, 0.0);
-}
-"""
-
-
-def ask(ctx, heightmap, call, questions):
-    """Answers (n, 3), height and slope, of a function in relief.glsl."""
+def ask_relief(ctx, heightmap, call, questions):
+    """Answers (n, 3), height and slope, of a function in relief.glsl, of a post a.xy and an extent a.zw."""
     terrain = Terrain(ctx, heightmap)
     sums = HeightSums(terrain)
-    kernel = ctx.compute_shader(shaders.source("shade/relief.glsl") + ASK.replace("CALL", call))
-    q, a = ctx.buffer(questions.tobytes()), ctx.buffer(reserve=16 * len(questions))
-    terrain.bind()
-    for i, buffer in enumerate((sums.buffer, q, a)):
-        buffer.bind_to_storage_buffer(i)
-    kernel.run(-(-len(questions) // 64))
-    answers = np.frombuffer(a.read(), "f4").reshape(-1, 4)[:, :3].astype(float)
+
+    def bind(_):
+        terrain.bind()
+        sums.buffer.bind_to_storage_buffer(0)
+
+    statements = f"Relief r = {call}; return vec4(r.height_m, r.slope, 0.0);"
+    answers = ask(ctx, "shade/relief.glsl", statements, questions, bind=bind)[:, :3]
     answers[:, 0] += terrain.base_m
-    for resource in (sums, terrain, kernel, q, a):
+    for resource in (sums, terrain):
         resource.release()
     return answers
 
@@ -106,7 +94,7 @@ def from_above(heightmap, height=1.6, fov_deg=60):
 def test_means_and_slopes_of_boxes(ctx, size):
     heightmap = Heightmap(hills(*size), spacing_m=(30.0, 20.0))
     questions = queries(*size, 200)
-    answers = ask(ctx, heightmap, "relief_of_sums(question[i].xy, question[i].zw)", questions)
+    answers = ask_relief(ctx, heightmap, "relief_of_sums(a.xy, a.zw)", questions)
     step_m = 2 * float(np.ptp(heightmap.heights)) / 65535
     for (x, y, w, h), answer in zip(questions.astype(float), answers, strict=True):
         height, slope = reference.relief(heightmap.heights, (x, y), (w, h), heightmap.spacing_m)
@@ -121,7 +109,7 @@ def test_boxes_stay_exact_far_into_a_large_map(ctx):
     heights[0, 0] = 0.0
     heightmap = Heightmap(heights, spacing_m=1.0)
     questions = np.array([[1450, 1450, 20, 20], [1450.3, 1449.7, 90, 90], [700, 1400, 250, 250]], "f4")
-    answers = ask(ctx, heightmap, "relief_of_sums(question[i].xy, question[i].zw)", questions)
+    answers = ask_relief(ctx, heightmap, "relief_of_sums(a.xy, a.zw)", questions)
     assert answers[:, 0] == pytest.approx([1050, 1050.3, 1000], abs=0.02)
     assert answers[:, 1] == pytest.approx([1, 1, 0], abs=0.003)
     assert answers[:, 2] == pytest.approx(0, abs=1e-3)
@@ -131,7 +119,7 @@ def test_boxes_stay_exact_far_into_a_large_map(ctx):
 def test_splines(ctx, size):
     heightmap = Heightmap(hills(*size), spacing_m=(30.0, 20.0))
     questions = queries(*size, 200)
-    answers = ask(ctx, heightmap, "relief_of_spline(question[i].xy)", questions)
+    answers = ask_relief(ctx, heightmap, "relief_of_spline(a.xy)", questions)
     expected = [reference.spline_relief(heightmap.heights, q[:2], heightmap.spacing_m) for q in questions.astype(float)]
     assert answers[:, 0] == pytest.approx([e[0] for e in expected], abs=1e-2)
     assert answers[:, 1:] == pytest.approx(np.array([e[1] for e in expected]), abs=1e-3)
@@ -141,7 +129,7 @@ def test_splines_and_boxes_agree_on_a_plane(ctx):
     y, x = np.mgrid[:40, :50]
     heightmap = Heightmap((3 * x - 2 * y + 500).astype("f4"), spacing_m=10.0)
     questions = np.array([[20, 20, e, 0.7 * e] for e in np.linspace(0.1, 20, 50)], "f4")
-    answers = ask(ctx, heightmap, "relief_of(question[i].xy, question[i].zw)", questions)
+    answers = ask_relief(ctx, heightmap, "relief_of(a.xy, a.zw)", questions)
     assert answers[:, 0] == pytest.approx(520, abs=0.02)
     assert answers[:, 1] == pytest.approx(0.3, abs=1e-3)
     assert answers[:, 2] == pytest.approx(0.2, abs=1e-3)
