@@ -31,7 +31,7 @@ from .mesh import captured_triangles
 from .methods.bilinear import Bilinear
 from .methods.rivals import RIVALS, Parameters, Rivals
 from .pieces import Piece, cut
-from .shade import Picture
+from .shade import UNLIT, Picture
 from .terrain import Rect, Terrain, hull
 from .timing import Stopwatch
 
@@ -366,7 +366,7 @@ class Renderer:
         return cast(list[Parameters], self.rivals.of(method).candidates(camera, self.size, near_m, triangles))
 
     def _rms_px(self, camera: Camera, **options: Any) -> float:
-        self.draw(camera, **options)
+        self.draw(camera, **options | {"style": UNLIT})
         return deque(self.measuring(), maxlen=1).pop().rms_px
 
     def measuring(self, tile: int = TILE) -> Iterator[Achieved]:

@@ -28,6 +28,7 @@ SUN = (300.0, 35.0)  # azimuth, clockwise from north, and elevation, in degrees
 _LIT = ("shaded", "visibility", "ambient", "direct", "lobes")  # styles of light
 _OF_MESH = ("wireframe", "lod", "segments", "promise", "error")  # styles that show the mesh itself
 STYLES = (*_LIT, "lambert", *_OF_MESH, "normals", "depth")
+UNLIT = "depth"  # the cheapest style, for who wants to know of the mesh alone
 HAZE = 2.0  # distance at which haze lets 1/e through, in diagonals of the map
 _TEXTURE_2D, _TEXTURE_2D_MULTISAMPLE = 0x0DE1, 0x9100
 _DEPTH_COMPONENT, _DEPTH_COMPONENT32F, _FLOAT = 0x1902, 0x8CAC, 0x1406

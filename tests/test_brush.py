@@ -10,6 +10,7 @@ import terrain_gl as tg
 from terrain_gl.brush import TOOLS, Brush, Sculptor, _means, dab, places
 from terrain_gl.exceptions import UsageError
 from terrain_gl.heightmap import Heightmap
+from terrain_gl.shade import UNLIT
 
 SIZE = (96, 54)
 
@@ -214,9 +215,8 @@ def check_rebuild(renderer):
 
 
 @pytest.mark.slow
-@pytest.mark.parametrize("name", ["rough", "holes"])
-def test_the_promise_holds_after_a_thousand_strokes(name):
-    before = Heightmap({"rough": rough(161, 140), "holes": holes(150)}[name], 10.0)
+def test_the_promise_holds_after_a_thousand_strokes():
+    before = Heightmap(holes(150), 10.0)
     rng = np.random.default_rng(5)
     with tg.Renderer(before, SIZE) as renderer:
         sculptor = Sculptor(renderer)
@@ -224,7 +224,7 @@ def test_the_promise_holds_after_a_thousand_strokes(name):
             sculptor.begin()
             sculptor.dab(random_brush(rng, renderer.heightmap), *random_place(rng, renderer.heightmap))
             if i % 250 == 249:
-                renderer.draw(tg.Camera.default(renderer.heightmap), 1.0)
+                renderer.draw(tg.Camera.default(renderer.heightmap), 1.0, style=UNLIT)
                 stats = renderer.measure()
                 assert stats["max_error_px"] <= stats["certified_max_error_px"] <= 1.0
                 assert stats["holes"] == 0

@@ -141,12 +141,12 @@ def test_height_on_a_post_beside_a_void():
 
 
 def test_tables_built_in_portions_equal_tables_built_at_once(ctx):
-    heightmap = tg.Heightmap(rough(700, 900), 10.0)
+    heightmap = tg.Heightmap(rough(500, 600), 10.0)
     with tg.Renderer(heightmap, SIZE, ctx=ctx) as at_once, tg.Renderer(heightmap, SIZE, ctx=ctx, build=False) as later:
         parts = []
         for part in later.building:
             parts.append(part)
-            at_once.draw(tg.Camera.default(heightmap))  # what others draw meanwhile does not matter
+            at_once.draw(tg.Camera.default(heightmap), 8.0)  # what others draw meanwhile does not matter
         assert parts == sorted(parts) and parts[-1] == 1 and len(parts) > 20
         for table in ("nodes", "counters", "squares"):
             assert getattr(later.tables, table).read() == getattr(at_once.tables, table).read()

@@ -5,6 +5,7 @@ from __future__ import annotations
 import argparse
 from typing import Any
 
+from ..shade import UNLIT
 from . import options, report
 
 
@@ -26,7 +27,7 @@ def run(args: argparse.Namespace) -> int:
     """Draw, measure, tell."""
     scene = options.open_scene(args)
     with options.make_renderer(args, scene) as renderer:
-        renderer.draw(**options.view_of(args, scene))
+        renderer.draw(**options.view_of(args, scene) | {"style": UNLIT})
         stats = {"map": scene.heightmap.name} | renderer.measure()
     report.write_json(args.json, stats)
     report.say(args.json, text(stats))

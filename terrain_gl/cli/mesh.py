@@ -7,6 +7,7 @@ from typing import Any
 
 from ..exceptions import TerrainError
 from ..export import make_mesh, mesh_format, write_mesh
+from ..shade import UNLIT
 from . import options, report
 
 
@@ -41,7 +42,7 @@ def run(args: argparse.Namespace) -> int:
             triangles, stats = renderer.triangulate(args.max_error_m)
             heights = renderer.terrain.filled
         else:
-            stats = renderer.draw(**options.view_of(args, scene))
+            stats = renderer.draw(**options.view_of(args, scene) | {"style": UNLIT})
             triangles, heights = renderer.triangles(), renderer.drawn_heights()
     if not len(triangles):
         raise TerrainError(f"{scene.heightmap.name}: no triangles in this view: turn the camera or drop --cull")
