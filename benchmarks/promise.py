@@ -38,7 +38,7 @@ def views(renderer: tg.Renderer, metric: str) -> Iterator[tuple[str, dict]]:
     """Measured stats of every camera and error."""
     for view, camera in cameras(renderer.heightmap, SIZE).items():
         for asked_px in ASKED_PX:
-            renderer.draw(camera, asked_px, metric=metric)
+            renderer.draw(camera, asked_px, metric=metric, style="depth")
             yield f"{view} at {asked_px:g} px", renderer.measure()
 
 
