@@ -375,8 +375,7 @@ class Renderer:
         After each portion: what was achieved so far. To be gone through before anything else is drawn.
         """
         shot = self._last()
-        self._measurement = self._measurement or self._keep(Measurement(self.terrain))
-        return self._measurement.steps(shot.selection, shot.camera, self.size, shot.near_m, tile)
+        return self._measuring().steps(shot.selection, shot.camera, self.size, shot.near_m, tile)
 
     @_in_own_context
     def error_map(self) -> np.ndarray:
@@ -385,8 +384,7 @@ class Renderer:
         The very errors that `measure` speaks of, between posts bilinear, at the places that the pixel's samples see.
         """
         shot, places = self._last(), self.picture.places()
-        self._measurement = self._measurement or self._keep(Measurement(self.terrain))
-        px = self._measurement.at(places.reshape(-1, 2), shot.selection, shot.camera, self.size, shot.near_m)
+        px = self._measuring().at(places.reshape(-1, 2), shot.selection, shot.camera, self.size, shot.near_m)
         px = px.reshape(places.shape[:3])
         return np.fmax.reduce(px)
 
@@ -548,6 +546,10 @@ class Renderer:
         self, kind: type[BaseException] | None, error: BaseException | None, trace: TracebackType | None
     ) -> None:
         self.release()
+
+    def _measuring(self) -> Measurement:
+        self._measurement = self._measurement or self._keep(Measurement(self.terrain))
+        return self._measurement
 
     def _last(self) -> _Shot:
         if self._shot is None:
