@@ -116,6 +116,7 @@ SUMMARY = np.dtype(
         ("worst_px", "f4"),
         ("price", "f4"),
         ("groups", "4u4", MAX_LEVELS),
+        ("groups_of_words", "4u4"),
         ("cheap", "2f4"),
         ("dear", "2f4"),
         ("budget", "u4"),

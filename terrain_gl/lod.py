@@ -3,7 +3,8 @@
     refine    split the nodes in the picture that are too coarse, from the root down     (a dispatch a level)
     balance   split more, so that neighbours are within one level                        (a dispatch a level)
     agree     leaves that are still too coarse ask neighbours to cut edges, or to be split
-    commit    grant it; then balance, and agree again, until nothing is asked for
+    commit    grant it
+    again     if anything was: balance, and let them ask again
     tiles     list the tiles of 32 × 32 nodes that hold any
     patches   count the patches of each tile; then, when their places are known, write them
     offsets   prefix sums between the two
@@ -37,7 +38,9 @@ from .terrain import Terrain
 METRICS = ("max", "rms")  # what a tolerance in pixels bounds; one in metres has `METRES` beside them
 METRES = "metres"
 ROUNDS = 12  # prices tried for a budget, at most: it takes three to five as a rule
+AGREEING = 8  # rounds of agreeing between two looks at whether it is over: it takes three to six
 _TRIANGLES, _COUNT, _EMIT = range(3)  # passes of glsl/lod/patches.comp
+_ASKING = 16  # where the dispatch size of agreeing is in the list of tiles (glsl/lod/tiles.glsl)
 _INFINITE_PX = 9e29  # glsl/lod/project.glsl has a little more
 # what the passes write is read as storage, as commands, as vertices, and back by Python
 _BARRIER = (
@@ -172,7 +175,7 @@ class Levels:
         ctx = self.ctx = tables.ctx
         self.tables, self.terrain = tables, tables.terrain
         defines = {"CLASSES": layout.CLASSES, "COUNT_TILE": layout.COUNT_TILE}
-        names = ("refine", "balance", "agree", "commit", "tiles", "patches", "search", "offsets", "draws")
+        names = ("refine", "balance", "agree", "commit", "again", "tiles", "patches", "search", "offsets", "draws")
         self._kernels: dict[str, Any] = {name: shaders.compute(ctx, f"lod/{name}.comp", defines) for name in names}
         last = self.terrain.levels[-1]
         self._tiles = last.first_tile + 1
@@ -180,10 +183,10 @@ class Levels:
         self._words = last.first_word + last.words
         # split, cut west, cut north; the same as asked for, nothing yet (glsl/lod/tree.glsl)
         self._split = ctx.buffer(np.zeros(6 * self._words, "u4").tobytes())
-        self._active = ctx.buffer(reserve=16 + 4 * self._tiles)
+        self._active = ctx.buffer(reserve=_ASKING + 16 + 4 * self._tiles)
         self._offsets = ctx.buffer(reserve=4 * layout.SIZES * self._tiles)
         self._summary = ctx.buffer(reserve=layout.SUMMARY.itemsize)
-        self._nothing = ctx.buffer(np.array([1024, 0, 1, 0] + [0] * 11, "u4").tobytes())
+        self._nothing = ctx.buffer(np.array([1024, 0, 1, 0] * 2 + [0] * 11, "u4").tobytes())
         self.patches = ctx.buffer(reserve=layout.PATCH.itemsize * 65536)
         self.draws = ctx.buffer(reserve=gl.COMMAND_STRIDE * 64)
 
@@ -224,15 +227,16 @@ class Levels:
         if triangles:
             self._search()
         else:
-            self._grow_tree(searching=False)
-            if tolerance_px > 0 and metric != "rms":
-                self._agree()
-        self._count(_COUNT)
-        self._run("offsets", 1)
-        selection = self._read_summary()
+            self._grow_tree()
+        if not triangles and tolerance_px > 0 and metric != "rms":
+            summary = self._agree()
+        else:
+            self._list_tiles()
+            summary = self._count_patches()
+        selection = self._selection(summary)
         self._make_room(selection)
         self.patches.bind_to_storage_buffer(5)
-        self._run_on_tiles(_EMIT)
+        self._look_at_tiles(_EMIT)
         self.draws.bind_to_storage_buffer(5)
         self._run("draws", max(1, -(-selection.draws // 64)))
         return selection
@@ -273,47 +277,68 @@ class Levels:
         for step in range(ROUNDS + 1):
             self._kernels["search"]["u_start"], self._kernels["search"]["u_last"] = step == 0, step == ROUNDS
             self._run("search", 1)
-            self._grow_tree(searching=True)
+            self._grow_tree(skipping=True)
             if step < ROUNDS:
-                self._count(_TRIANGLES, searching=True)
+                self._list_tiles(skipping=True)
+                self._look_at_tiles(_TRIANGLES)
 
-    def _grow_tree(self, searching: bool) -> None:
-        self._run_on_levels("refine", range(self.terrain.top_level, 0, -1), searching)
-        self._balance(searching)
+    def _grow_tree(self, skipping: bool = False) -> None:
+        self._run_on_levels("refine", range(self.terrain.top_level, 0, -1), skipping)
+        self._balance(skipping)
 
-    def _balance(self, searching: bool = False) -> None:
-        self._run_on_levels("balance", range(1, self.terrain.top_level), searching)
+    def _balance(self, skipping: bool = False) -> None:
+        self._run_on_levels("balance", range(1, self.terrain.top_level), skipping)
 
-    def _run_on_levels(self, name: str, levels: range, searching: bool) -> None:
+    def _run_on_levels(self, name: str, levels: range, skipping: bool) -> None:
         for j in levels:
             self._kernels[name]["u_which_level"] = j
-            columns, rows = self.terrain.levels[j].size
-            self._run_or_skip(searching, j, name, -(-columns // (32 * 64)), rows)
+            if skipping:
+                self._run_as_told(name, "groups", j)
+            else:
+                columns, rows = self.terrain.levels[j].size
+                self._run(name, -(-columns // (32 * 64)), rows)
 
-    def _agree(self) -> None:
-        """Let leaves that are too coarse as they stand cut edges or split, until all pass."""
-        asked = 1
-        while asked:
-            self._summary.write(bytes(4), offset=_offset("asked"))
-            self._list_tiles()
-            self._kernels["agree"].run_indirect(self._active)
-            self.ctx.memory_barrier(_BARRIER)
-            self._run("commit", -(-3 * self._words // 64))
-            asked = int.from_bytes(self._summary.read(4, offset=_offset("asked")), "little")
-            if asked:
-                self._balance()
+    def _agree(self) -> np.void:
+        """Let leaves that are too coarse as they stand cut edges or split; once all pass, the GPU skips what is left.
 
-    def _count(self, what: int, searching: bool = False) -> None:
-        self._list_tiles(searching)
-        self.ctx.copy_buffer(self._summary, self._nothing, _offset("price"), read_offset=16)
-        self._run_on_tiles(what)
+        Returns what the mesh comes to. The last round's tiles are the mesh's: they need not be listed again.
+        """
+        self._ask_again(start=True)
+        while True:
+            for _ in range(AGREEING):
+                self._run_as_told("tiles", "groups")
+                self._run_on_tiles("agree", _ASKING)
+                self._run_as_told("commit", "groups_of_words")
+                self._ask_again()
+                self._balance(skipping=True)
+            summary = self._count_patches()
+            if summary["groups"][0, 0] == 0:
+                return summary
 
-    def _list_tiles(self, searching: bool = False) -> None:
-        self.ctx.copy_buffer(self._active, self._nothing, 16)
-        self._run_or_skip(searching, 0, "tiles", -(-self._tiles // 64))
+    def _ask_again(self, start: bool = False) -> None:
+        self._kernels["again"]["u_start"] = start
+        self._run("again", 1)
 
-    def _read_summary(self) -> Selection:
-        summary = np.frombuffer(self._summary.read(layout.SUMMARY.itemsize), layout.SUMMARY)[0]
+    def _list_tiles(self, skipping: bool = False) -> None:
+        self.ctx.copy_buffer(self._active, self._nothing, 32)
+        if skipping:
+            self._run_as_told("tiles", "groups")
+        else:
+            self._run("tiles", -(-self._tiles // 64))
+
+    def _count_patches(self) -> np.void:
+        """What the listed tiles' patches come to, a record `layout.SUMMARY`: the only thing that a frame waits for."""
+        self._look_at_tiles(_COUNT)
+        self._run("offsets", 1)
+        return np.frombuffer(self._summary.read(layout.SUMMARY.itemsize), layout.SUMMARY)[0]
+
+    def _look_at_tiles(self, what: int) -> None:
+        if what != _EMIT:
+            self.ctx.copy_buffer(self._summary, self._nothing, _offset("price"), read_offset=32)
+        self._kernels["patches"]["u_pass"] = what
+        self._run_on_tiles("patches")
+
+    def _selection(self, summary: np.void) -> Selection:
         counts = tuple(int(n) for n in summary["count"][: layout.SIZES])
         draws = sum(-(-n // (65535 // (2**s + 1) ** 2)) for s, n in enumerate(counts))
         triangles, splits = int(summary["triangles"]), int(summary["splits"])
@@ -331,14 +356,11 @@ class Levels:
         self._kernels[name].run(*groups)
         self.ctx.memory_barrier(_BARRIER)
 
-    def _run_or_skip(self, searching: bool, level: int, name: str, *groups: int) -> None:
-        """Run a pass of the search for as many groups as the search says: none when it is over."""
-        if not searching:
-            return self._run(name, *groups)
-        self._kernels[name].run_indirect(self._summary, _offset("groups") + 16 * level)
+    def _run_as_told(self, name: str, groups: str, i: int = 0) -> None:
+        """Run a pass with as many groups as the summary says: none when what it is part of is over."""
+        self._kernels[name].run_indirect(self._summary, _offset(groups) + 16 * i)
         self.ctx.memory_barrier(_BARRIER)
 
-    def _run_on_tiles(self, what: int) -> None:
-        self._kernels["patches"]["u_pass"] = what
-        self._kernels["patches"].run_indirect(self._active)
+    def _run_on_tiles(self, name: str, offset: int = 0) -> None:
+        self._kernels[name].run_indirect(self._active, offset)
         self.ctx.memory_barrier(_BARRIER)

@@ -10,7 +10,7 @@ from hypothesis import given, settings
 from hypothesis import strategies as st
 from maps import MAPS, REAL, Scene, cameras, plane, rough
 
-from terrain_gl import layout, reference, shaders
+from terrain_gl import layout, lod, reference, shaders
 from terrain_gl.camera import Camera, screen_shift_px
 from terrain_gl.context import create_context
 from terrain_gl.exceptions import TerrainError
@@ -419,6 +419,14 @@ def test_reference_quadtree_around_a_spike():
         around = fine | np.logical_or.reduce(reference._neighbours(fine))
         assert coarse.repeat(2, 0).repeat(2, 1)[around].all()
     assert ideal.triangles > plain.triangles
+
+
+@pytest.mark.parametrize("view", VIEWS)
+def test_agreeing_ends_alike_however_many_rounds_are_dispatched_at_once(ctx, scene, view, monkeypatch):
+    camera = cameras(scene.heightmap)[view]
+    found = everything(scene, scene.select(camera, 0.5))
+    monkeypatch.setattr(lod, "AGREEING", 1)
+    assert everything(scene, scene.select(camera, 0.5)) == found
 
 
 # --- Reference: the best allocation -----------------------------------------------------------------------------------

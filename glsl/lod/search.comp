@@ -10,7 +10,7 @@
 //           │    ╲ ╲__ dear
 //           └─────────────── log λ
 
-#include "lod/summary.glsl"
+#include "lod/dispatch.glsl"
 
 layout(local_size_x = 1) in;
 
@@ -22,15 +22,6 @@ uniform bool u_start, u_last;
 #define LARGEST_STEP 20.0 // octaves
 #define LEAST_STEP 0.01 
 #define FREE -60.0        // log2 of a λ that is as good as 0: everything that gains anything is drawn
-
-void dispatch(bool on) {
-    for (int j = 0; j <= u_top_level; j++) {
-        ivec2 size = u_level[j].size;
-        s_groups[j] = uvec4(on ? (size.x + 32 * 64 - 1) / (32 * 64) : 0, size.y, 1, 0);
-    }
-    Level top = u_level[u_top_level];
-    s_groups[0] = uvec4(on ? (top.first_tile + top.tiles.x * top.tiles.y + 63) / 64 : 0, 1, 1, 0);
-}
 
 void set_price(float log_price) { s_price = log_price <= FREE ? 0.0 : exp2(min(log_price, 126.0)); }
 
@@ -63,7 +54,7 @@ void main() {
         start();
         return;
     }
-    if (s_groups[0].x == 0u) return;
+    if (is_over()) return;
     s_rounds++;
     vec2 tried = vec2(s_price == 0.0 ? FREE : log2(s_price), log2(max(float(s_triangles), 1.0)));
     float aim = log2(AIM * float(s_budget));

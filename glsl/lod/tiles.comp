@@ -25,4 +25,5 @@ void main() {
     uint place = atomicAdd(active_groups.w, 1u);
     active_tile[place] = uint(tile);
     atomicMax(active_groups.y, place / uint(MANY) + 1u);
+    atomicMax(asking_groups.y, place / uint(MANY) + 1u);
 }

@@ -7,7 +7,13 @@
 #define TILE 32
 #define MANY 1024  // work groups in a row: more than 65535 in one dimension are not allowed
 
-layout(std430, binding = 2) buffer Active { uvec4 active_groups; uint active_tile[]; };  // dispatch size, then tiles
+#define NO_GROUPS uvec4(MANY, 0, 1, 0)
+
+layout(std430, binding = 2) buffer Active {
+    uvec4 active_groups;  // dispatch size, and how many tiles
+    uvec4 asking_groups;  // dispatch size of lod/agree.comp: the same, until that is over
+    uint active_tile[];
+};
 layout(std430, binding = 3) buffer Offsets { uint offset[]; };  // patches of a size in a tile; then those before them
 
 int tiles_in_all() {

@@ -1,0 +1,18 @@
+// lod/again.comp — whether leaves are asked again: as long as lod/commit.comp had something to grant, for then the tree is
+// another one, and its tiles are listed anew. When it had nothing, the list is that of the final tree. One thread.
+
+#include "lod/dispatch.glsl"
+#include "lod/tiles.glsl"
+
+layout(local_size_x = 1) in;
+
+uniform bool u_start;
+
+void main() {
+    if (!u_start && is_over()) return;
+    bool on = u_start || s_asked != 0u;
+    dispatch(on);
+    s_asked = 0u;
+    if (on) active_groups = NO_GROUPS;
+    asking_groups = NO_GROUPS;
+}
