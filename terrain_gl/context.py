@@ -13,7 +13,7 @@ from typing import Any, NamedTuple
 import moderngl
 
 from .exceptions import TerrainError, UsageError
-from .loaders import OSMesaLoader, WindowLoader
+from .loaders import OSMesaLoader, WindowLoader, glfw_error, glfw_library
 
 REQUIRED = 430  # compute shaders and storage buffers
 _WANTED = (450, REQUIRED)
@@ -137,19 +137,14 @@ def _osmesa(version: int) -> moderngl.Context:
 
 
 def _glfw(version: int) -> moderngl.Context:
-    try:
-        import glfw
-    except ImportError as error:
-        raise TerrainError(f"{error}; pip install glfw") from None
+    glfw = glfw_library()
     with warnings.catch_warnings():  # the glfw module warns of what is raised here
         warnings.simplefilter("ignore")
-        if not glfw.init():
-            raise TerrainError(f"no display ({_glfw_error(glfw)}); set DISPLAY or run under xvfb-run")
         # EGL first: GLX kills the process if an EGL context is current, as one from here may be
         ways = (glfw.EGL_CONTEXT_API, glfw.NATIVE_CONTEXT_API)
         window = next(filter(None, (_hidden_window(glfw, version, way) for way in ways)), None)
         if not window:
-            raise TerrainError(f"no window ({_glfw_error(glfw)})")
+            raise TerrainError(f"no window ({glfw_error(glfw)})")
     ctx = from_glfw_window(window, version)
     ctx.mglo._context.owns_window = True
     return ctx
@@ -168,11 +163,6 @@ def _hidden_window(glfw: Any, version: int, creation: int) -> Any:
     for hint, value in hints.items():
         glfw.window_hint(hint, value)
     return glfw.create_window(16, 16, "terrain-gl", None, None)
-
-
-def _glfw_error(glfw: Any) -> str:
-    text = glfw.get_error()[1]
-    return text.decode() if text else "unknown"
 
 
 _BACKENDS: dict[str, Callable[[int], moderngl.Context]] = {"egl": _egl, "osmesa": _osmesa, "glfw": _glfw}

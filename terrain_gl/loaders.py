@@ -7,10 +7,30 @@ from __future__ import annotations
 
 import contextlib
 import ctypes
+import warnings
 from collections.abc import Callable
 from typing import Any
 
 from .exceptions import TerrainError
+
+
+def glfw_library() -> Any:
+    """GLFW, initialised; `TerrainError` where it is missing or there is no display."""
+    try:
+        import glfw
+    except ImportError as error:
+        raise TerrainError(f"{error}; pip install glfw") from None
+    with warnings.catch_warnings():  # the glfw module warns of what is raised here
+        warnings.simplefilter("ignore")
+        if not glfw.init():
+            raise TerrainError(f"no display ({glfw_error(glfw)}); set DISPLAY or run under xvfb-run")
+    return glfw
+
+
+def glfw_error(glfw: Any) -> str:
+    """What GLFW says of its last failure."""
+    text = glfw.get_error()[1]
+    return text.decode() if text else "for an unknown reason"
 
 
 class WindowLoader:

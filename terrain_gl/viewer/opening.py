@@ -6,22 +6,18 @@ import warnings
 from typing import Any
 
 from ..exceptions import TerrainError
+from ..loaders import glfw_error, glfw_library
 
 _INSTEAD = "to draw a picture without a window: terrain-gl shot MAP -o picture.png"
 _VERSIONS = ((4, 5), (4, 3))
 
 
 def library() -> Any:
-    """GLFW, initialised; `TerrainError` where there is no display."""
+    """GLFW, initialised; `TerrainError` that knows another way where there is no display."""
     try:
-        import glfw
-    except ImportError as error:
-        raise TerrainError(f"no window: {error}; pip install glfw; {_INSTEAD}") from None
-    with warnings.catch_warnings():  # the glfw module warns of what is raised here
-        warnings.simplefilter("ignore")
-        if not glfw.init():
-            raise TerrainError(f"no window: there is no display ({_reason(glfw)}); {_INSTEAD}")
-    return glfw
+        return glfw_library()
+    except TerrainError as error:
+        raise TerrainError(f"no window: {error}; {_INSTEAD}") from None
 
 
 def open_window(glfw: Any, size: tuple[int, int], title: str, backend: str = "auto") -> Any:
@@ -35,7 +31,7 @@ def open_window(glfw: Any, size: tuple[int, int], title: str, backend: str = "au
                 _hint(glfw, version, creation)
                 if handle := glfw.create_window(*size, title, None, None):
                     return handle
-        reason = _reason(glfw)
+        reason = glfw_error(glfw)
         glfw.terminate()
     raise TerrainError(
         f"no window: this display gives no OpenGL 4.3 ({reason}): update the graphics driver; {_INSTEAD}"
@@ -56,8 +52,3 @@ def _hint(glfw: Any, version: tuple[int, int], creation: int) -> None:
     glfw.default_window_hints()
     for hint, value in hints.items():
         glfw.window_hint(hint, value)
-
-
-def _reason(glfw: Any) -> str:
-    text = glfw.get_error()[1]
-    return text.decode() if text else "unknown reason"
