@@ -37,7 +37,8 @@ def main(frames: str = "10000", size: str = "160x120", name: str = "canyon") -> 
     assert known
     gui = Gui(ctx) if library_of_gui() else None
     flight = Flight(Overlay(ctx), target, (width, height), Settings(), gui=gui)
-    flight.show(Renderer(heightmap, (width, height), ctx=ctx), Opened(heightmap, known.camera, known.sun, known.name))
+    opened = Opened(heightmap, known.camera, known.sun, known.name)
+    flight.land.show(Renderer(heightmap, (width, height), ctx=ctx), opened)
     print(f"{name}, {frames} frames of {size}, {ctx.info['GL_RENDERER']}")
     times, memory = fly(flight, int(frames))
     middle, slow = np.median(times), np.percentile(times, 99.9)
@@ -69,13 +70,13 @@ def fly(flight: Flight, count: int) -> tuple[list[float], dict[int, float]]:
 def act(flight: Flight, number: int) -> None:
     """What a restless user does."""
     keys = {10: "b", 20: "n", 30: "n", 40: "t", 50: "t", 60: "l", 70: "l", 80: "u", 90: "u"}
-    if number % 100 in keys and not (number % 100 == 10 and flight.brushing):
+    if number % 100 in keys and not (number % 100 == 10 and flight.sculpting.brushing):
         flight.press(keys[number % 100])
     middle = 0.5 * flight.size[0], 0.75 * flight.size[1]
     if number % 100 == 15:
-        flight.press_button("left", *middle)
+        flight.mouse.press("left", *middle)
     elif number % 100 == 17:
-        flight.let_go_button("left", *middle)
+        flight.mouse.let_go("left", *middle)
         flight.press("ctrl+z")
 
 

@@ -46,7 +46,7 @@ def open_flight() -> Flight:
     heightmap, known = open_map(MAP)
     assert known
     flight = Flight(Overlay(ctx), target, SIZE, Settings(), gui=Gui(ctx))
-    flight.show(Renderer(heightmap, (64, 64), ctx=ctx), Opened(heightmap, known.camera, known.sun, known.name))
+    flight.land.show(Renderer(heightmap, (64, 64), ctx=ctx), Opened(heightmap, known.camera, known.sun, known.name))
     return flight
 
 
@@ -56,7 +56,7 @@ def settle(flight: Flight) -> None:
     flight.message = ""
     flight.refresh()
     while time.monotonic() - started < 900:
-        if not flight.frame(0.5 + len(flight.history.records) + time.monotonic()) and not flight.busy:
+        if not flight.frame(0.5 + len(flight.painter.history.records) + time.monotonic()) and not flight.busy:
             return
 
 
@@ -77,7 +77,7 @@ def patch(flight: Flight) -> None:
     """A click, with the mesh over the picture."""
     flight.press("n")
     settle(flight)
-    flight.explain(560, 430)
+    flight.insight.explain(560, 430)
 
 
 def split(flight: Flight) -> None:
@@ -90,7 +90,7 @@ def split(flight: Flight) -> None:
     flight.settings.draw(method="sat", max_error_px=8.0)
     flight.settings.divider = 0.62
     flight.press("z")
-    flight.point(640, 400)
+    flight.mouse.point(640, 400)
 
 
 def promise(flight: Flight) -> None:
@@ -114,10 +114,10 @@ def frozen(flight: Flight) -> None:
 def sums(flight: Flight) -> None:
     """The summed-area table, and the box under the cursor."""
     flight.press("l")
-    flight.home()
+    flight.controller.home()
     flight.settings.draw(style="shaded", max_error_px=1.0)
     flight.press("u")
-    flight.point(500, 380)
+    flight.mouse.point(500, 380)
 
 
 def sculpt(flight: Flight) -> None:
@@ -125,13 +125,13 @@ def sculpt(flight: Flight) -> None:
     flight.press("u")
     flight.gui.opened |= {"Sculpt": True, "Understand": False}  # type: ignore[union-attr]
     flight.press("b")
-    assert flight.editing
-    flight.editing.radius_m, flight.editing.strength_m = 350.0, 60.0
-    flight.press_button("left", 520, 440)
+    assert flight.sculpting.editing
+    flight.sculpting.editing.radius_m, flight.sculpting.editing.strength_m = 350.0, 60.0
+    flight.mouse.press("left", 520, 440)
     for x in range(540, 760, 40):
-        flight.point(x, 440)
+        flight.mouse.point(x, 440)
         flight.frame(0.0)
-    flight.let_go_button("left", 740, 440)
+    flight.mouse.let_go("left", 740, 440)
 
 
 SCENES: dict[str, Callable[[Flight], None]] = {

@@ -54,11 +54,12 @@ class MeshDraw:
             self._fed = fed
         return self._vao
 
-    def draw(self, selection: Selection) -> None:
-        """Draw what was selected into the framebuffer in use."""
+    def draw(self, selection: Selection, part: slice = slice(None)) -> None:
+        """Draw what was selected into the framebuffer in use, or a part of its commands."""
         self._bind()
-        if selection.draws:  # the whole map may be out of the picture
-            self.vao.render_indirect(self.surface.draws, self.surface.mode, count=selection.draws)
+        first, end, _ = part.indices(selection.draws)
+        if first < end:  # the whole map may be out of the picture
+            self.vao.render_indirect(self.surface.draws, self.surface.mode, count=end - first, first=first)
 
     def capture(self, selection: Selection, vertex_bytes: int) -> bytes:
         """Record the triangles that the GPU makes, three vertices each."""

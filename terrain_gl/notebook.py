@@ -107,7 +107,7 @@ class View(RemoteFrameBuffer):
             self.flight = Flight(self._overlay, self._target, size, settings, gui=self._gui)
             start = camera or (known.camera if known else standard_view(heightmap))
             self._closed = False
-            self.flight.show(
+            self.flight.land.show(
                 Renderer(heightmap, size, ctx=self.ctx), Opened(heightmap, start, sun, heightmap.name, True)
             )
 
@@ -238,26 +238,26 @@ class View(RemoteFrameBuffer):
             self._gui.button(button, True)
             if self._gui.covers(*at):
                 return
-        self.flight.press_button(button, *at)
+        self.flight.mouse.press(button, *at)
 
     def _on_pointer_up(self, event: dict[str, Any]) -> None:
         button = _BUTTONS.get(event["button"], "")
         if self._gui and button:
             self._gui.button(button, False)
-        self.flight.let_go_button(button, *self._at(event))
+        self.flight.mouse.let_go(button, *self._at(event))
 
     def _on_pointer_move(self, event: dict[str, Any]) -> None:
         at = self._at(event)
         if self._gui:
             self._gui.move(*at)
-        self.flight.point(*at, over_panels=bool(self._gui and self._gui.covers(*at)))
+        self.flight.mouse.point(*at, over_panels=bool(self._gui and self._gui.covers(*at)))
 
     def _on_wheel(self, event: dict[str, Any]) -> None:
         dx, dy = -event["dx"] / NOTCH_PX, -event["dy"] / NOTCH_PX
         if self._gui and self._gui.covers(*self._at(event)):
             self._gui.wheel(dx, dy)
         else:
-            self.flight.wheel(dy, zoom="Control" in event["modifiers"])
+            self.flight.mouse.wheel(dy, zoom="Control" in event["modifiers"])
 
     def _on_key_down(self, event: dict[str, Any]) -> None:
         key, held = _key(event["key"]), event["modifiers"]

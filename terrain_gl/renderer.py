@@ -31,7 +31,7 @@ from .mesh import captured_triangles
 from .methods.bilinear import Bilinear
 from .methods.rivals import RIVALS, Parameters, Rivals
 from .pieces import Piece, cut
-from .shade import UNLIT, Picture
+from .shade import Picture
 from .terrain import Rect, Terrain, hull
 from .timing import Stopwatch
 
@@ -227,6 +227,44 @@ class Renderer:
         self._shot.stats = self._stats(drawing, self._shot.selection, self.size)
         return self._shot.stats
 
+    def choose(self, camera: Camera, max_error_px: float | None = None, **options: Any) -> dict[str, Any]:
+        """Choose the mesh like `draw`, and draw nothing: for `explain`, `measuring`, `triangles`; returns the stats."""
+        drawing = Drawing(max_error_px, **options)
+        shot = self._select(camera, self.size, drawing)
+        shot.stats = self._stats(drawing, shot.selection, self.size)
+        self._shot = shot
+        return shot.stats
+
+    def drawing(
+        self, camera: Camera, max_error_px: float | None = None, **options: Any
+    ) -> Generator[float, None, dict[str, Any]]:
+        """Draw like `draw` in portions, for who must not wait for the whole: after each, the share that is done.
+
+        To be gone through before anything else is drawn; returns the stats.
+        """
+        drawing = Drawing(max_error_px, **options)
+        shot = self._select(camera, self.size, drawing)
+        yield 0.1
+        for share in self._shading(Piece.whole(self.size), shot, drawing):
+            yield 0.1 + 0.9 * share
+        shot.stats = self._stats(drawing, shot.selection, self.size)
+        self._shot = shot
+        return shot.stats
+
+    def rendering_large(
+        self, camera: Camera, size: tuple[int, int], max_error_px: float | None = None, **options: Any
+    ) -> Generator[float, None, Frame]:
+        """Draw like `render_large` in portions: after each, the share that is done. Returns the frame."""
+        drawing, parts = Drawing(max_error_px, **options), cut(size)
+        shot = self._select(camera, size, drawing)
+        image, spent = np.empty((size[1], size[0], 4), np.uint8), dict.fromkeys(("draw", "shade"), 0.0)
+        for done, piece in enumerate(parts):
+            for share in self._shading(piece, shot, drawing):
+                yield (done + share) / len(parts)
+            image[piece.rows, piece.cols] = self._read()
+            spent = {stage: ms + self.ms.get(stage, 0.0) for stage, ms in spent.items()}
+        return Frame(image, self._stats(drawing, shot.selection, size) | {"ms": self.ms | spent})
+
     def render_large(
         self,
         camera: Camera,
@@ -327,6 +365,32 @@ class Renderer:
         with self._timed("shade"):
             self.picture.shade(shot.eye, drawing.look)
 
+    def _shading(self, piece: Piece, shot: _Shot, drawing: Drawing) -> Generator[float, None, None]:
+        """The same in portions, after each the share that is done."""
+        if self.picture.size != piece.drawn_size:
+            self.picture.resize(piece.drawn_size)
+        shot.selection.surface.view.crop(piece)
+        seeing = self.picture.seeing(shot.selection, drawing.look)
+        shading = self.picture.shading(shot.eye, drawing.look)
+        for stage, portions, begun, whole in (("draw", seeing, 0.0, 0.3), ("shade", shading, 0.3, 0.7)):
+            spent = 0.0
+            while (share := self._timed_portion(stage, portions)) is not None:
+                spent += self.ms.get(stage, 0.0)
+                yield begun + whole * share
+            if self.waits:
+                self.ms[stage] = spent
+        if self._stopwatch:
+            self.ms |= self._stopwatch.frame() or {}
+
+    @_in_own_context
+    def _timed_portion(self, stage: str, portions: Generator[float, None, None]) -> float | None:
+        with self._timed(stage):
+            return next(portions, None)
+
+    @_in_own_context
+    def _read(self) -> np.ndarray:
+        return self.picture.read()
+
     @_in_own_context
     def measure(self) -> dict[str, Any]:
         """The last frame's stats with its achieved error: that very mesh against every post in the picture.
@@ -346,7 +410,7 @@ class Renderer:
     def best_parameters(self, camera: Camera, method: str, triangles: int, **options: Any) -> Parameters:
         """The parameters with which a rival has the least RMS error among those of about so many triangles.
 
-        Draws and measures them all: ends what `measure` and its kin could say of the last frame.
+        Measures them all: ends what `measure` and its kin could say of the last frame.
 
         Parameters
         ----------
@@ -366,7 +430,7 @@ class Renderer:
         return cast(list[Parameters], self.rivals.of(method).candidates(camera, self.size, near_m, triangles))
 
     def _rms_px(self, camera: Camera, **options: Any) -> float:
-        self.draw(camera, **options | {"style": UNLIT})
+        self.choose(camera, **options)
         return deque(self.measuring(), maxlen=1).pop().rms_px
 
     def measuring(self, tile: int = TILE) -> Iterator[Achieved]:

@@ -9,6 +9,7 @@ from __future__ import annotations
 
 import ctypes
 import math
+from collections import deque
 from collections.abc import Generator
 from dataclasses import dataclass, replace
 from typing import Any
@@ -29,6 +30,7 @@ _LIT = ("shaded", "visibility", "ambient", "direct", "lobes")  # styles of light
 _OF_MESH = ("wireframe", "lod", "segments", "promise", "error")  # styles that show the mesh itself
 STYLES = (*_LIT, "lambert", *_OF_MESH, "normals", "depth")
 UNLIT = "depth"  # the cheapest style, for who wants to know of the mesh alone
+TILE_PX = (256, 64)  # shaded between two looks at anything else, by who must not wait for the whole picture
 HAZE = 2.0  # distance at which haze lets 1/e through, in diagonals of the map
 _TEXTURE_2D, _TEXTURE_2D_MULTISAMPLE = 0x0DE1, 0x9100
 _DEPTH_COMPONENT, _DEPTH_COMPONENT32F, _FLOAT = 0x1902, 0x8CAC, 0x1406
@@ -139,19 +141,40 @@ class Picture:
 
     def see(self, selection: Selection, look: Look = PLAIN) -> None:
         """First pass, over the mesh: find the post that each sample sees."""
-        if look.style in _OF_MESH or look.wires:
-            self._draw_detail(selection, self._promise if look.style == "promise" else self._detail)
-        else:
-            self._draw_mesh(self._surface.of(selection.surface), self._seen, selection)
+        deque(self.seeing(selection, look, max(1, selection.draws)), maxlen=0)
+
+    def seeing(self, selection: Selection, look: Look = PLAIN, commands: int = 1) -> Generator[float, None, None]:
+        """The same in portions of so many draw commands, after each the share that is done."""
+        of_mesh = look.style in _OF_MESH or look.wires
+        meshes = self._surface if not of_mesh else self._promise if look.style == "promise" else self._detail
+        mesh, target = meshes.of(selection.surface), self._detail_target() if of_mesh else self._seen
+        target.use()
+        target.clear(-1.0, -1.0, depth=0.0)  # no place on the map: the sky
+        for first in range(0, selection.draws, commands):
+            self._draw_mesh(mesh, target, selection, slice(first, first + commands))
+            yield min(1.0, (first + commands) / selection.draws)
 
     def shade(self, camera: Camera, look: Look = PLAIN) -> None:
         """Second pass, over the pixels: colour what the first one saw."""
+        deque(self.shading(camera, look, self.size), maxlen=0)
+
+    def shading(self, camera: Camera, look: Look = PLAIN, tile: Size = TILE_PX) -> Generator[float, None, None]:
+        """The same in tiles of so many columns and rows, after each the share that is done."""
         if look.style in _LIT and self.waits_for_light:
             self.lighting.follow(look.sun, look.sky, look.material)
         elif look.style in _LIT and not self.lighting.is_there:
             look = replace(look, style="lambert")
         if look.style in _LIT:
             self.lighting.describe(self._haze_m(camera), look.water_m)
+        corners = [(x, y) for y in range(0, self.size[1], tile[1]) for x in range(0, self.size[0], tile[0])]
+        for done, corner in enumerate(corners, 1):
+            self._screen.scissor = (*corner, *tile)
+            self._colour(look)
+            self._screen.scissor = (0, 0, *self.size)
+            yield done / len(corners)
+
+    def _colour(self, look: Look) -> None:
+        """Colour what the scissor lets through."""
         self._fill(self._screen, f"shade/{look.style}.frag", look.water_m is not None, sun=towards_sun(*look.sun))
         if look.wires and look.style != "wireframe":
             self.ctx.enable(moderngl.BLEND)
@@ -226,22 +249,21 @@ class Picture:
         (east, north), (low, high) = self.levels.terrain.heightmap.extent_m, self.levels.terrain.heightmap.range_m
         return HAZE * max(math.hypot(east, north), math.dist(camera.eye, (east / 2, north / 2, (low + high) / 2)))
 
-    def _draw_detail(self, selection: Selection, meshes: MeshDraws) -> None:
-        """Draw the surface with what styles of the mesh want to know; takes more memory, and time."""
+    def _detail_target(self) -> moderngl.Framebuffer:
+        """Where the surface is drawn with what styles of the mesh want to know; takes more memory, and time."""
         if self._drawn is None:
             self._drawn = self.ctx.texture(self.size, 4, samples=self._posts.samples, dtype="f2")
             self._seen_detail = self.ctx.framebuffer([self._posts, self._drawn], self._depth)
             self._targets += [self._drawn, self._seen_detail]
-        self.levels.tables.bind()
-        self._draw_mesh(meshes.of(selection.surface), self._seen_detail, selection)
+        return self._seen_detail
 
-    def _draw_mesh(self, mesh: MeshDraw, target: moderngl.Framebuffer, selection: Selection) -> None:
+    def _draw_mesh(self, mesh: MeshDraw, target: moderngl.Framebuffer, selection: Selection, part: slice) -> None:
+        self.levels.tables.bind()
         gl.clip_control_zero_to_one(self.ctx)  # without it distant depths are coarser, and in order all the same
         target.use()
-        target.clear(-1.0, -1.0, depth=0.0)  # no place on the map: the sky
         self.ctx.enable_only(moderngl.DEPTH_TEST)
         self.ctx.depth_func = ">="
-        mesh.draw(selection)
+        mesh.draw(selection, part)
 
     def _fill(self, target: moderngl.Framebuffer, fragment: str, wet: bool = False, **uniforms: Any) -> None:
         """Run a fragment shader over every pixel of the target."""

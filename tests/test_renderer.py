@@ -188,3 +188,28 @@ def test_places_and_sky_of_a_picture(heightmap):
         half_pixel_m = 0.5 * 9000 / camera.focal_px(150)  # the picture's middle is between four pixels
         assert middle == pytest.approx([48 + half_pixel_m / 20, 32 + half_pixel_m / 30], abs=0.05)
         assert (places[:, 75, 110, 0] > middle[0]).all() and (places[:, 65, 100, 1] < middle[1]).all()
+
+
+def test_a_picture_in_portions_is_the_same(heightmap, monkeypatch):
+    monkeypatch.setattr("terrain_gl.pieces.cut.__defaults__", (1, 48))  # a large picture comes in pieces
+    camera = tg.Camera.default(heightmap)
+    for how in ({}, {"style": "lod", "wires": True}, {"method": "clipmap", "style": "normals"}):
+        with tg.Renderer(heightmap, (150, 101)) as r:
+            whole = r.render(camera, 2.0, **how)
+            r.draw(camera, 50.0)
+            shares, drawing = [], r.drawing(camera, 2.0, **how)
+            while (share := next(drawing, None)) is not None:
+                shares.append(share)
+            assert len(shares) >= 4 and shares == sorted(shares) and shares[-1] == pytest.approx(1)
+            assert np.array_equal(r.picture.read(), whole.image)
+            measured = r.measure()
+            assert measured["triangles"] == whole.stats["triangles"] and measured["holes"] == 0
+            assert r.choose(camera, 2.0, **how)["triangles"] == whole.stats["triangles"]
+            assert r.measure()["rms_error_px"] == measured["rms_error_px"]
+            large = r.rendering_large(camera, (150, 101), 2.0, **how)
+            try:
+                while True:
+                    next(large)
+            except StopIteration as end:
+                assert np.array_equal(end.value.image, r.render_large(camera, (150, 101), 2.0, **how).image)
+                assert end.value.stats["triangles"] == whole.stats["triangles"]

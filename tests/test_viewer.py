@@ -4,27 +4,32 @@ import contextlib
 import json
 import math
 import os
+import re
+import shlex
 import shutil
 import subprocess
 import sys
 import time
+from importlib.resources import files
 
 import numpy as np
 import pytest
 
 from terrain_gl.brush import TOOLS
 from terrain_gl.camera import Camera
+from terrain_gl.cli.line import command_line
 from terrain_gl.drawing import METHODS, Drawing
 from terrain_gl.error import ErrorTables
 from terrain_gl.exceptions import TerrainError
 from terrain_gl.explain import Choice, Explanation
+from terrain_gl.film.path import CameraPath
 from terrain_gl.heightmap import Heightmap
-from terrain_gl.image import read_image
+from terrain_gl.image import read_image, write_image
 from terrain_gl.lod import METRICS
 from terrain_gl.renderer import Renderer
 from terrain_gl.shade import STYLES
 from terrain_gl.terrain import Terrain
-from terrain_gl.viewer import font, hud, lesson
+from terrain_gl.viewer import font, hud, legend, lesson
 from terrain_gl.viewer.commands import BY_KEY, GROUPS, shown_lines
 from terrain_gl.viewer.controller import (
     CLEARANCE,
@@ -37,12 +42,14 @@ from terrain_gl.viewer.controller import (
     ground_m,
     hit_ground,
 )
-from terrain_gl.viewer.flight import Flight, free_name
+from terrain_gl.viewer.flight import Flight
 from terrain_gl.viewer.gui import Gui
 from terrain_gl.viewer.hud import Figures, metres
+from terrain_gl.viewer.keeping import SIZES, free_name
 from terrain_gl.viewer.loading import COARSE, Opened, coarse, file_opener
 from terrain_gl.viewer.memory import Memory, state_path
 from terrain_gl.viewer.overlay import Overlay, Panel, Text
+from terrain_gl.viewer.pace import Pace
 from terrain_gl.viewer.settings import STEP, Settings
 
 
@@ -436,7 +443,7 @@ def empty(ctx):
     """A flight that has no map yet."""
     target = ctx.framebuffer([ctx.texture((320, 200), 4)])
     overlay = Overlay(ctx)
-    flight = Flight(overlay, target, (320, 200), Settings())
+    flight = Flight(overlay, target, (320, 200), Settings(), pace=swift())
     yield flight
     flight.close()
     ctx.detect_framebuffer(0).use()  # moderngl binds again what was in use, even when it is gone
@@ -447,17 +454,57 @@ def empty(ctx):
 @pytest.fixture
 def flight(empty):
     heightmap = hills()
-    empty.show(Renderer(heightmap, (320, 200), ctx=empty.ctx), Opened(heightmap, Camera.default(heightmap)))
+    empty.land.show(Renderer(heightmap, (320, 200), ctx=empty.ctx), Opened(heightmap, Camera.default(heightmap)))
     return empty
 
 
-def settle(flight, now_s=0.0):
+class Ticking:
+    """A clock by which every piece of work takes a second, however fast the machine is."""
+
+    def __init__(self):
+        self.now_s = 0.0
+
+    def __call__(self):
+        self.now_s += 1.0
+        return self.now_s
+
+
+def swift():
+    """The pace of a machine that is done with everything at once."""
+    return Pace(Ticking(), portion_s=math.inf, smooth_ms=math.inf, coarse_ms=math.inf)
+
+
+def slow():
+    """The pace of one that does a portion of work a frame, and draws motion in a quarter of the size."""
+    return Pace(Ticking(), smooth_ms=-1.0, coarse_ms=-1.0)
+
+
+def take_pace(flight, pace):
+    """Go on at another pace."""
+    for name, value in vars(pace).items():
+        setattr(flight.pace, name, value)
+
+
+def wait_for_threads(flight):
+    """Until all that is read or written is there; what is read is then on its way to the screen."""
+    if flight.land.loading:
+        flight.land.loading.join()
+    for thread in (flight.sculpting, flight.dressing, flight.keeping, flight.keeping.filming):
+        thread.join()
+
+
+def later(flight, seconds=1.0):
+    """The frame after some time; whether there is anything new to see."""
+    return flight.frame(flight.now_s + seconds)
+
+
+def settle(flight):
+    """Frames until nothing happens any more, and the last picture has been measured."""
     flight.refresh()
-    for _ in range(300):
-        if not flight.frame(now_s) and not flight.busy:
+    for _ in range(20_000):
+        wait_for_threads(flight)
+        if not (later(flight) or flight.busy or flight.painter.waits_for_rest) and flight.settled:
             return
-        time.sleep(0.001 if flight.loading else 0)  # its thread is to have its turn
-        now_s += 1.0
     raise AssertionError("the flight does not come to rest")
 
 
@@ -466,39 +513,69 @@ def seen(flight):
     return np.frombuffer(flight.target.read(), np.uint8).reshape(height, width, 3)[::-1].astype(int)
 
 
-def test_the_first_picture_comes_quickly_then_the_full_one(flight):
-    assert flight.frame(0.0) and flight.figures.shrunk == 4
-    assert flight.busy
-    for _ in range(300):  # until there is light
-        flight.frame(0.1)
-        assert flight.figures.shrunk == 4
-        if flight.dawn.share is None:
-            break
-    flight.frame(1.0)
-    assert flight.frame(1.0) or flight.figures.shrunk == 1
-    settle(flight, 2.0)
-    assert flight.figures.shrunk == 1 and flight.figures.stats["width"] == 320
+def drawn_at_once(flight):
+    """What the renderer makes of the flight's view, without panels."""
+    flight.renderer.draw(flight.controller.camera, **vars(flight.settings.drawing))
+    flight.painter.canvas.compose(flight.renderer, flight.size)
+    flight.painter.canvas.show(flight.target)
+    return seen(flight)
+
+
+def test_the_first_picture_comes_quickly_then_the_full_one(empty):
+    take_pace(empty, slow())
+    heightmap = hills()
+    empty.land.show(Renderer(heightmap, (320, 200), ctx=empty.ctx), Opened(heightmap, Camera.default(heightmap)))
+    assert later(empty) and empty.figures.shrunk == 4 and empty.figures.stats["width"] == 80
+    later(empty)
+    shares = []
+    while empty.painter.dawn.share is not None:  # until there is light
+        shares.append(empty.painter.dawn.share)
+        assert empty.busy and empty.figures.shrunk == 4
+        later(empty, 0.01)
+    assert len(shares) > 5 and shares == sorted(shares)
+    frames = 0
+    while empty.figures.shrunk == 4:  # the full picture comes in portions, between which events are looked at
+        assert empty.busy and empty.painter.has_picture
+        later(empty, 0.3)
+        frames += 1
+    assert frames > 5 and empty.figures.stats["width"] == 320
+    settle(empty)
+
+
+def test_a_full_picture_in_portions_is_the_same(flight):
+    flight.settings.figures = False
+    take_pace(flight, slow())
+    settle(flight)
+    drawn, pose = seen(flight), flight.controller.pose
+    flight.painter.forget()
+    assert not later(flight) and flight.busy  # there is nothing new to see yet
+    flight.controller.look(30, 0)
+    assert later(flight)  # a motion comes between
+    flight.controller.pose = pose
+    settle(flight)
+    assert np.array_equal(seen(flight), drawn)
+    assert np.array_equal(drawn_at_once(flight), drawn)
 
 
 def test_a_large_map_is_seen_coarsely_while_its_tables_are_built(empty):
-    n = 4 * COARSE + 200
-    heights = np.add.outer(np.sin(np.arange(n) / 40.0), np.cos(np.arange(n + 7) / 60.0)) * 200
+    n = 4 * COARSE + 1
+    heights = np.add.outer(np.sin(np.arange(n) / 40.0), np.cos(np.arange(n - 500) / 60.0)) * 200
     heightmap = Heightmap(heights, (10.0, 12.0), "large")
     few = coarse(heightmap)
     assert max(few.heights.shape) == COARSE and np.allclose(few.extent_m, heightmap.extent_m)
     assert few.heights[-1, -1] == heightmap.heights[-1, -1] and coarse(hills()) is None
-    empty.load("large", lambda progress: Opened(heightmap, Camera.default(heightmap), key="large"))
+    take_pace(empty, slow())
+    empty.land.load("large", lambda progress: Opened(heightmap, Camera.default(heightmap), key="large"))
+    empty.land.loading.join()
     pictures = []
-    for _ in range(2000):
-        empty.frame(0.0)
+    while empty.land.loading:
+        later(empty)
         pictures.append(empty.has_map and empty.renderer.heightmap)
-        if not empty.loading:
-            break
-        time.sleep(0.001)
     first = next(picture for picture in pictures if picture)
     assert first.rows == COARSE and pictures.count(first) > 3
     assert empty.renderer.heightmap is heightmap and empty.controller.heightmap is heightmap
     empty.controller.look(50, 0)
+    take_pace(empty, swift())
     settle(empty)
     assert empty.figures.measured_px["max"] <= 1
 
@@ -507,9 +584,10 @@ def test_a_file_is_loaded_beside_the_map_that_is_seen(flight, tmp_path):
     settle(flight)
     before = flight.renderer
     np.save(tmp_path / "slope.npy", np.add.outer(np.arange(40.0), np.arange(30.0)))
-    flight.load("slope.npy", file_opener(str(tmp_path / "slope.npy")))
-    flight.frame(0.0)
-    assert flight.renderer is before and "slope.npy" in flight.loading.text
+    take_pace(flight, slow())
+    flight.land.load("slope.npy", file_opener(str(tmp_path / "slope.npy")))
+    later(flight)
+    assert flight.renderer is before and "slope.npy" in flight.land.loading.text
     assert any("slope.npy" in run.text for panel in flight.panels() for line in panel.lines for run in line)
     settle(flight)
     assert flight.renderer.heightmap.cols == 30 and flight.figures.posts == (30, 40)
@@ -520,16 +598,13 @@ def test_a_broken_file_is_told_in_a_line_and_the_map_stays(flight, tmp_path, con
     settle(flight)
     before = flight.renderer
     (tmp_path / "broken.png").write_bytes(content)
-    flight.load("broken.png", file_opener(str(tmp_path / "broken.png")))
+    flight.land.load("broken.png", file_opener(str(tmp_path / "broken.png")))
     settle(flight)
-    assert flight.renderer is before and flight.loading is None
-    flight.load("gone.tif", file_opener(str(tmp_path / "gone.tif")))
-    for _ in range(200):
-        flight.frame(10000.0)
-        if not flight.loading:
-            break
-        time.sleep(0.005)
-    assert "gone.tif" in flight.message and "\n" not in flight.message
+    assert flight.renderer is before and flight.land.loading is None
+    flight.land.load("gone.tif", file_opener(str(tmp_path / "gone.tif")))
+    flight.land.loading.join()
+    later(flight)
+    assert not flight.land.loading and "gone.tif" in flight.message and "\n" not in flight.message
 
 
 def test_loading_is_cancelled(flight):
@@ -543,15 +618,17 @@ def test_loading_is_cancelled(flight):
             progress(part / 10000)
             time.sleep(0.01)
 
-    flight.load("endless", slowly)
-    thread = flight.loading._thread
+    flight.land.load("endless", slowly)
+    thread = flight.land.loading._thread
     flight.press("escape")
-    assert not flight.loading and not flight.done
+    assert not flight.land.loading and not flight.done
     thread.join(5)
     assert not thread.is_alive() and len(told) < 1000
-    flight.load("zeros", lambda progress: Opened(heightmap, Camera.default(heightmap)))
-    while flight.loading._building is None:
-        flight.frame(0.0)
+    take_pace(flight, slow())
+    flight.land.load("zeros", lambda progress: Opened(heightmap, Camera.default(heightmap)))
+    flight.land.loading.join()
+    while flight.land.loading._building is None:
+        later(flight)
     flight.press("escape")
     settle(flight)
     assert flight.renderer is before
@@ -561,29 +638,31 @@ def test_a_map_that_was_first_and_fails_ends_the_flight(empty):
     def failing(progress):
         raise TerrainError("broken.tif: is broken")
 
-    empty.load("broken.tif", failing)
+    empty.land.load("broken.tif", failing)
+    empty.land.loading.join()
     with pytest.raises(TerrainError, match="is broken"):
-        for _ in range(1000):
-            empty.frame(0.0)
-            time.sleep(0.002)
+        later(empty)
 
 
 def test_a_flight_is_closed_while_a_map_loads(ctx):
     heightmap = Heightmap(np.zeros((1000, 900)), 1.0)
     overlay, target = Overlay(ctx), ctx.framebuffer([ctx.texture((32, 20), 4)])
     for frames in (1, 3, 6):
-        flight = Flight(overlay, target, (32, 20), Settings())
-        flight.load("zeros", lambda progress: Opened(heightmap, Camera.default(heightmap)))
-        time.sleep(0.01)
+        flight = Flight(overlay, target, (32, 20), Settings(), pace=slow())
+        flight.land.load("zeros", lambda progress: Opened(heightmap, Camera.default(heightmap)))
+        flight.land.loading.join()
         for _ in range(frames):
-            flight.frame(0.0)
+            later(flight)
+        assert flight.land.loading
         flight.close()
     ctx.detect_framebuffer(0).use()
     overlay.release()
     target.release()
 
 
-def test_keys_do_what_they_say(flight):
+def test_keys_do_what_they_say(flight, tmp_path, monkeypatch):
+    monkeypatch.chdir(tmp_path)
+    flight.resize((80, 50))  # there are many of them
     settle(flight)
     for key in BY_KEY:
         if key not in ("escape", "p", "r", "ctrl+s"):
@@ -606,7 +685,7 @@ def test_what_was_seen_is_seen_again(ctx, tmp_path):
     poses = []
     for _ in range(2):
         flight = Flight(overlay, target, (32, 20), Settings(), Memory(tmp_path / "view.json"))
-        flight.show(Renderer(heightmap, (32, 20), ctx=ctx), opened)
+        flight.land.show(Renderer(heightmap, (32, 20), ctx=ctx), opened)
         poses.append(flight.controller.pose)
         flight.controller.look(100, 20)
         flight.set_bookmark(2)
@@ -625,34 +704,34 @@ def test_at_rest_it_measures_and_draws_no_more(flight):
     stats = flight.renderer.measure()
     assert measured == pytest.approx({"max": stats["max_error_px"], "rms": stats["rms_error_px"]}, rel=1e-9)
     assert measured["max"] <= stats["certified_max_error_px"] <= 1.0
-    assert not flight.frame(1000.0)
+    assert not later(flight, 1000.0)
 
 
 def test_motion_is_drawn_and_ends_in_a_full_frame(flight):
+    flight.settings.figures = False
     settle(flight)
     before = seen(flight)
-    flight._full_ms = 1000.0  # as on a slow machine
-    settle(flight, 50.0)
-    flight._full_ms = 1000.0
+    take_pace(flight, slow())
     for key in ("w", "shift"):
         flight.controller.press(key)
-    assert flight.frame(100.0) and flight.figures.shrunk == 4 and flight.renderer.size == (80, 50)
-    assert flight.frame(100.1) and flight.figures.fps
+    assert later(flight) and flight.figures.shrunk == 4 and flight.renderer.size == (80, 50)
+    assert later(flight, 0.1) and flight.figures.fps
     assert flight.figures.measured_px is None
     flight.controller.let_go("w")
-    settle(flight, 101.0)
+    settle(flight)
     assert flight.renderer.size == (320, 200) and flight.figures.measured_px and flight.figures.fps is None
-    assert changed(seen(flight), before) > 0.01
+    arrived = seen(flight)
+    assert not np.array_equal(arrived, before) and np.array_equal(arrived, drawn_at_once(flight))
 
 
 def test_words_stand_over_the_picture_and_go(flight):
     settle(flight)
     with_figures = seen(flight)
     flight.press("i")
-    flight.frame(100.0)
+    later(flight)
     bare = seen(flight)
     flight.press("h")
-    flight.frame(100.0)
+    later(flight)
     with_keys = seen(flight)
     assert (with_figures != bare).any(-1)[:150, :150].mean() > 0.5
     assert (with_keys != bare).any(-1).mean() > 0.2
@@ -661,38 +740,43 @@ def test_words_stand_over_the_picture_and_go(flight):
 def test_messages_come_and_go(flight):
     settle(flight)
     flight.say("hello")
-    assert flight.frame(100.0) and len(flight.panels()) == 2
-    assert flight.frame(200.0) and len(flight.panels()) == 1
+    assert later(flight) and len(flight.panels()) == 2
+    assert later(flight, 100.0) and len(flight.panels()) == 1
 
 
 def test_a_minimised_window_draws_nothing_and_comes_back(flight):
     settle(flight)
     flight.resize((0, 0))
-    assert not flight.frame(100.0)
+    assert not later(flight)
     flight.resize((320, 200))
-    assert flight.frame(100.0)
+    assert later(flight)
 
 
 def test_the_picture_is_saved_without_words_beside_earlier_ones(flight, tmp_path, monkeypatch):
     monkeypatch.chdir(tmp_path)
     for _ in range(2):
+        flight.message = ""
         flight.press("p")
-        settle(flight)
-    assert sorted(path.name for path in tmp_path.iterdir()) == ["hills-001.png", "hills-002.png"]
+        while not flight.message:
+            later(flight)
+            flight.keeping.join()
+    assert sorted(path.name for path in tmp_path.glob("*.png")) == ["hills-001.png", "hills-002.png"]
+    assert np.array_equal(load(tmp_path / "hills-001.png"), drawn_at_once(flight))
+    assert json.loads((tmp_path / "hills-001.json").read_text())["triangles"] == flight.figures.stats["triangles"]
     assert (tmp_path / "hills-001.png").read_bytes() == (tmp_path / "hills-002.png").read_bytes()
     assert free_name("x/hills.tif").name == "hills-003.png"
-    assert "hills-002.png" in flight.message
+    assert "saved hills-002.png" in flight.message
 
 
 def test_a_picture_that_cannot_be_saved_is_told(flight, tmp_path, monkeypatch):
     monkeypatch.chdir(tmp_path)
     shutil.rmtree(tmp_path)
+    settle(flight)
     flight.press("p")
-    for _ in range(300):
-        flight.frame(0.0)
-        if flight.message:
-            break
-    assert flight.message and "saved" not in flight.message
+    while not flight.message:
+        later(flight)
+        flight.keeping.join()
+    assert "saved" not in flight.message
 
 
 def changed(picture, before):
@@ -705,16 +789,16 @@ def changed(picture, before):
 
 def test_a_click_explains_the_patch_and_a_drag_does_not(flight):
     settle(flight)
-    flight.press_button("left", 160, 150)
-    flight.point(200, 150)
-    flight.let_go_button("left", 200, 150)
-    assert flight.explanation is None and flight.controller.pose != Pose.of(flight.controller.start)
-    flight.home()
+    flight.mouse.press("left", 160, 150)
+    flight.mouse.point(200, 150)
+    flight.mouse.let_go("left", 200, 150)
+    assert flight.insight.explanation is None and flight.controller.pose != Pose.of(flight.controller.start)
+    flight.controller.home()
     settle(flight)
-    place = flight.place_under(160, 150)
-    flight.press_button("left", 160, 150)
-    flight.let_go_button("left", 160, 150)
-    told = flight.explanation
+    place = flight.mouse.place_under(160, 150)
+    flight.mouse.press("left", 160, 150)
+    flight.mouse.let_go("left", 160, 150)
+    told = flight.insight.explanation
     col, row = place[0] / 10, 128 - place[1] / 10
     assert all(0 <= at - first <= told.side for at, first in zip((col, row), told.corner, strict=True))
     assert told.chosen.px <= 1 and lesson.title(told)
@@ -722,9 +806,9 @@ def test_a_click_explains_the_patch_and_a_drag_does_not(flight):
     assert verdicts.count("drawn") == 1 and {"too coarse", "finer than needed"} & set(verdicts)
     assert all(sentence.endswith(".") for sentence in lesson.reasons(told))
     settle(flight)
-    flight.press_button("left", 160, 3)  # the sky
-    flight.let_go_button("left", 160, 3)
-    assert flight.explanation is None
+    flight.mouse.press("left", 160, 3)  # the sky
+    flight.mouse.let_go("left", 160, 3)
+    assert flight.insight.explanation is None
 
 
 def test_every_patch_is_put_in_words():
@@ -766,37 +850,37 @@ def test_a_split_picture_shows_two_settings(flight):
     flight.settings.active = 1
     flight.settings.draw(style="normals", method="sat")
     flight.message = ""
-    settle(flight, 100.0)
+    settle(flight)
     split = seen(flight)
     assert np.array_equal(split[:, :158], plain[:, :158]) and changed(split[:, 162:], plain[:, 162:]) > 0.4
-    flight.press_button("left", 161, 100)
-    flight.point(80, 100)
-    flight.let_go_button("left", 80, 100)
-    settle(flight, 200.0)
+    flight.mouse.press("left", 161, 100)
+    flight.mouse.point(80, 100)
+    flight.mouse.let_go("left", 80, 100)
+    settle(flight)
     moved = seen(flight)
-    assert flight.settings.divider == 0.25 and flight.explanation is None
+    assert flight.settings.divider == 0.25 and flight.insight.explanation is None
     assert np.array_equal(moved[:, :78], plain[:, :78]) and changed(moved[:, 82:160], plain[:, 82:160]) > 0.4
-    flight.point(20, 50)
+    flight.mouse.point(20, 50)
     assert flight.settings.active == 0
-    flight.point(200, 50)
+    flight.mouse.point(200, 50)
     assert flight.settings.active == 1
-    flight.press_button("left", 200, 150)
-    flight.let_go_button("left", 200, 150)
-    assert flight.explanation.tolerance_px == 1.0
+    flight.mouse.press("left", 200, 150)
+    flight.mouse.let_go("left", 200, 150)
+    assert flight.insight.explanation.tolerance_px == 1.0
     flight.press("t")
-    settle(flight, 300.0)
-    flight.explanation, flight.message = None, ""
-    settle(flight, 310.0)
+    settle(flight)
+    flight.insight.explanation, flight.message = None, ""
+    settle(flight)
     assert np.array_equal(seen(flight), plain)
 
 
 def test_methods_without_a_promise_are_shown_and_told(flight):
     for method in METHODS:
         flight.settings.draw(method=method)
-        settle(flight, 50.0)
-        flight.explain(160, 150)
+        settle(flight)
+        flight.insight.explain(160, 150)
         promised = flight.figures.stats["certified_max_error_px"]
-        assert (flight.explanation is None) == (promised is None)
+        assert (flight.insight.explanation is None) == (promised is None)
 
 
 def test_the_magnifying_glass_shows_pixels_as_squares(flight):
@@ -805,7 +889,7 @@ def test_the_magnifying_glass_shows_pixels_as_squares(flight):
     plain = seen(flight)
     flight.press("z")
     flight.scale = 0.3
-    flight.point(160, 120)
+    flight.mouse.point(160, 120)
     settle(flight)
     lens = seen(flight)
     for dx, dy in ((0, 0), (2, 1), (-3, 2)):  # the middle of the square of a pixel near the middle
@@ -819,14 +903,14 @@ def test_the_summed_area_table_gives_the_mean_of_a_box(flight):
     flight.press("u")
     flight.settings.box = 20
     for x in (120, 160, 200):
-        flight.point(x, 140)
+        flight.mouse.point(x, 140)
         settle(flight)
-        x0, y0, x1, y1 = flight.box.box
+        x0, y0, x1, y1 = flight.insight.box.box
         true_mean = flight.renderer.heightmap.heights[y0:y1, x0:x1].mean()
-        assert flight.box.mean_m == pytest.approx(true_mean, abs=0.002)
+        assert flight.insight.box.mean_m == pytest.approx(true_mean, abs=0.002)
     whole = lesson.box_around(flight.renderer, 64, 64, 129)
     assert whole.box == (0, 0, 129, 129) and whole.corners[:3] == (0, 0, 0)
-    left, bottom, width, height = flight.sums_frame
+    left, bottom, width, height = flight.insight.sums_frame
     picture = seen(flight)[200 - bottom - height : 200 - bottom, left : left + width]
     assert np.abs(picture - [115, 242, 140]).max(-1).min() < 5  # the corners that add
 
@@ -843,15 +927,15 @@ def test_wires_are_drawn_over_the_picture(flight):
 # --- Sculpting, films, command lines -----------------------------------------------------------------------------
 
 
-def stroke(flight, start, end, now_s):
+def stroke(flight, start, end):
     """Draw the brush from one pixel to another."""
-    flight.press_button("left", *start)
-    flight.frame(now_s)
+    flight.mouse.press("left", *start)
+    later(flight)
     for share in (0.5, 1.0):
-        flight.point(*(a + share * (b - a) for a, b in zip(start, end, strict=True)))
-        flight.frame(now_s + share)
-    flight.let_go_button("left", *end)
-    settle(flight, now_s + 2)
+        flight.mouse.point(*(a + share * (b - a) for a, b in zip(start, end, strict=True)))
+        later(flight)
+    flight.mouse.let_go("left", *end)
+    settle(flight)
 
 
 def test_a_stroke_changes_the_land_and_the_promise_holds(flight):
@@ -861,19 +945,19 @@ def test_a_stroke_changes_the_land_and_the_promise_holds(flight):
     pose = flight.controller.pose
     flight.press("b")
     settle(flight)
-    flight.editing.strength_m = 30.0
-    stroke(flight, (150, 140), (190, 150), 100.0)
+    flight.sculpting.editing.strength_m = 30.0
+    stroke(flight, (150, 140), (190, 150))
     after = flight.renderer.heightmap.heights.copy()
     assert (after - before).max() > 20 and (after >= before).all() and flight.controller.pose == pose
     assert flight.figures.measured_px["max"] <= flight.figures.stats["certified_max_error_px"] <= 1
     assert changed(seen(flight), picture) > 0.01
-    assert flight.editing.strokes == (1, 0)
+    assert flight.sculpting.editing.strokes == (1, 0)
     built = ErrorTables(Terrain(flight.ctx, Heightmap(after, 10.0)))
     flight.press("ctrl+z")
-    settle(flight, 200.0)
+    settle(flight)
     assert np.array_equal(flight.renderer.heightmap.heights, before)
     flight.press("ctrl+shift+z")
-    settle(flight, 300.0)
+    settle(flight)
     assert np.array_equal(flight.renderer.heightmap.heights, after)
     assert len(built.nodes.read()) == len(flight.renderer.tables.nodes.read())
     built.terrain.release()
@@ -887,14 +971,14 @@ def test_a_brush_that_is_held_goes_on(flight):
     settle(flight)
     flight.press("b")
     settle(flight)
-    flight.press_button("left", 160, 150)
-    flight.frame(500.0)
+    flight.mouse.press("left", 160, 150)
+    later(flight)
     once = flight.renderer.heightmap.heights.copy()
-    for i in range(10):
-        flight.frame(501.0 + i)
-    assert (flight.renderer.heightmap.heights - once).max() > 5 * flight.editing.strength_m
-    flight.let_go_button("left", 160, 150)
-    assert flight.editing.strokes == (1, 0) and flight.explanation is None
+    for _ in range(10):
+        later(flight)
+    assert (flight.renderer.heightmap.heights - once).max() > 5 * flight.sculpting.editing.strength_m
+    flight.mouse.let_go("left", 160, 150)
+    assert flight.sculpting.editing.strokes == (1, 0) and flight.insight.explanation is None
 
 
 def test_every_tool_is_at_hand(flight):
@@ -903,30 +987,30 @@ def test_every_tool_is_at_hand(flight):
     tools = set()
     for _ in TOOLS:
         flight.press("x")
-        tools.add(flight.editing.tool)
-        before = flight.editing.brush
+        tools.add(flight.sculpting.editing.tool)
+        before = flight.sculpting.editing.brush
         for key in ("]", ".", "]", "."):
             flight.press(key, again=True)
-        assert flight.editing.brush.radius_m > before.radius_m and flight.editing.brush.strength > before.strength
+        brush = flight.sculpting.editing.brush
+        assert brush.radius_m > before.radius_m and brush.strength > before.strength
         for key in ("[", ","):
             for _ in range(500):
                 flight.press(key)
-        assert flight.editing.brush.radius_m > 0 and flight.editing.brush.strength > 0
+        assert flight.sculpting.editing.brush.radius_m > 0 and flight.sculpting.editing.brush.strength > 0
     assert tools == set(TOOLS)
     flight.press("escape")
-    assert not flight.brushing and not flight.done
+    assert not flight.sculpting.brushing and not flight.done
 
 
 @pytest.mark.parametrize("suffix", [".tif", ".png", ".exr"])
 def test_the_land_is_saved_and_opens_again(flight, tmp_path, suffix):
     settle(flight)
-    flight.exaggeration = 2.0
-    flight.exaggerate()
+    flight.land.exaggerate(2.0)
     settle(flight)
     heights = flight.renderer.heightmap.heights / 2
     path = tmp_path / f"land{suffix}"
-    flight.save(str(path))
-    flight.saving.join()
+    flight.sculpting.save(str(path))
+    flight.sculpting.saving.join()
     settle(flight)
     assert "saved" in flight.message and "--spacing" in flight.message
     words = flight.message.split("open it again: ")[1].split()
@@ -941,11 +1025,11 @@ def test_the_land_is_saved_and_opens_again(flight, tmp_path, suffix):
 def test_what_cannot_be_saved_is_told(flight, tmp_path):
     settle(flight)
     for path in ("land.doc", str(tmp_path / "nowhere" / "land.tif")):
-        flight.save(path)
-        if flight.saving:
-            flight.saving.join()
-        flight.frame(0.0)
-        assert flight.saving is None and flight.message and not flight.message.startswith("saved")
+        flight.sculpting.save(path)
+        if flight.sculpting.saving:
+            flight.sculpting.saving.join()
+        later(flight)
+        assert flight.sculpting.saving is None and flight.message and not flight.message.startswith("saved")
 
 
 def test_a_film_is_recorded(flight, tmp_path, monkeypatch):
@@ -954,11 +1038,11 @@ def test_a_film_is_recorded(flight, tmp_path, monkeypatch):
     settle(flight)
     flight.press("r")
     flight.controller.press("d")
-    for i in range(12):
-        flight.frame(1000.0 + 0.1 * i)
+    for _ in range(12):
+        later(flight, 0.1)
     flight.controller.let_go_all()
     flight.press("r")
-    flight.filming.join()
+    flight.keeping.filming.join()
     import av
 
     with av.open(str(tmp_path / "hills-001.mp4")) as film:
@@ -970,29 +1054,133 @@ def test_a_film_is_recorded(flight, tmp_path, monkeypatch):
 def test_a_film_that_cannot_be_written_is_told_and_the_flight_goes_on(flight, tmp_path, monkeypatch):
     monkeypatch.chdir(tmp_path)
     settle(flight)
-    monkeypatch.setattr("terrain_gl.viewer.flight.free_name", lambda *_: tmp_path / "nowhere" / "film.mp4")
+    monkeypatch.setattr("terrain_gl.viewer.keeping.free_name", lambda *_: tmp_path / "nowhere" / "film.mp4")
     flight.press("r")
-    for i in range(5):
-        flight.frame(10.0 + i)
-    assert not flight.filming.running and flight.message
-    monkeypatch.setattr("terrain_gl.viewer.flight.free_name", lambda *_: tmp_path / "pictures")
+    for _ in range(5):
+        later(flight)
+    assert not flight.keeping.filming.running and flight.message
+    monkeypatch.setattr("terrain_gl.viewer.keeping.free_name", lambda *_: tmp_path / "pictures")
     flight.press("r")
-    flight.frame(20.0)
+    later(flight)
     flight.resize((300, 180))  # a film has one size
-    for i in range(5):
-        flight.frame(21.0 + i)
-    assert not flight.filming.running and "ended" in flight.message
+    for _ in range(5):
+        later(flight)
+    assert not flight.keeping.filming.running and "ended" in flight.message
 
 
 def test_the_view_is_told_as_a_command_line(flight):
     settle(flight)
     told = []
-    flight.line_of = lambda *view: told.append(view) or "terrain-gl shot hills"
-    flight.on_copy = told.append
+    flight.keeping.line_of = lambda *view: told.append(view) or "terrain-gl shot hills"
+    flight.keeping.on_copy = told.append
     flight.press("y")
     heightmap, camera, size, drawing = told[0]
     assert (camera, size, drawing) == (flight.controller.camera, (320, 200), flight.settings.drawing)
     assert told[1] == "terrain-gl shot hills" and "shot hills" in flight.message
+
+
+def test_an_exaggerated_map_is_told_as_a_command_line(flight, tmp_path):
+    heights = np.random.default_rng(3).integers(0, 900, (40, 30)).astype("u2")
+    np.save(tmp_path / "land.npy", heights)
+    flight.land.open(str(tmp_path / "land.npy"))
+    settle(flight)
+    flight.land.exaggerate(2.7)
+    settle(flight)
+    flight.land.exaggerate(1.3)
+    settle(flight)
+    told = []
+    flight.keeping.line_of, flight.keeping.on_copy = command_line, told.append
+    flight.press("y")
+    words = shlex.split(told[0])
+    assert words[words.index("--z-scale") + 1] == "1.3"
+    again = Heightmap.open(words[2], z_scale=1.3)
+    assert np.array_equal(again.heights, flight.renderer.heightmap.heights) and again.heights.max() > 1000
+
+
+def test_a_picture_of_any_size_is_what_the_renderer_draws(flight, tmp_path, monkeypatch):
+    monkeypatch.chdir(tmp_path)
+    monkeypatch.setitem(SIZES, "large", (450, 260))
+    flight.keeping.size = "large"
+    settle(flight)
+    seen_before = seen(flight)
+    take_pace(flight, slow())
+    flight.press("p")
+    later(flight)
+    assert flight.progress == ("drawing hills-001.png", flight.keeping.shot.share, True)
+    flight.press("escape")
+    assert not flight.keeping.shot and not flight.done and not list(tmp_path.iterdir())
+    for split in (False, True):
+        if split:
+            flight.press("t")
+            flight.settings.sides[1] = Drawing(style="normals")
+            flight.settings.divider = 0.4
+        flight.press("p")
+        while flight.keeping.shot:
+            later(flight)
+        flight.keeping.join()
+    whole, parts = (load(tmp_path / f"hills-00{i}.png") for i in (1, 2))
+    with Renderer(flight.renderer.heightmap, (450, 260), ctx=flight.ctx) as renderer:
+        shaded, normals = (
+            renderer.render(flight.controller.camera, style=style).image[..., :3] for style in ("shaded", "normals")
+        )
+    assert np.array_equal(whole, shaded)
+    assert np.array_equal(parts, np.concatenate([shaded[:, :180], normals[:, 180:]], 1))
+    numbers = json.loads((tmp_path / "hills-002.json").read_text())
+    assert [side["width"] for side in numbers] == [450, 450] and numbers[0]["triangles"] > 100
+    flight.press("t")
+    take_pace(flight, swift())
+    flight.message = ""
+    settle(flight)
+    assert changed(seen(flight)[:, 250:], seen_before[:, 250:]) == 0
+
+
+def test_a_sky_and_water_from_the_panel(flight, tmp_path):
+    settle(flight)
+    sunny = seen(flight)
+    for path, words in (("gone.hdr", "gone.hdr"), (str(tmp_path), "")):
+        flight.dressing.wear("sky", path)
+        flight.dressing.join()
+        later(flight)
+        assert words in flight.message and "\n" not in flight.message and flight.settings.drawing.sky is None
+    red = np.zeros((16, 32, 3), "f4")
+    red[..., 0] = 1.0
+    write_image(tmp_path / "red.exr", red)
+    flight.dressing.wear("sky", f" {tmp_path / 'red.exr'} ")
+    settle(flight)
+    under_red = seen(flight)
+    assert flight.settings.drawing.sky == str(tmp_path / "red.exr")
+    assert (under_red[:, 200:, 0] > 4 * under_red[:, 200:, 1]).mean() > 0.9
+    flight.dressing.wear("sky", "")
+    settle(flight)
+    assert np.array_equal(seen(flight)[:, 250:], sunny[:, 250:])
+    flight.settings.draw_both(water_m=100.0)
+    settle(flight)
+    assert changed(seen(flight), sunny) > 0.1
+
+
+def test_bookmarks_become_a_path(flight, tmp_path, monkeypatch):
+    monkeypatch.chdir(tmp_path)
+    flight.press("k")
+    assert "bookmarks" in flight.message and not list(tmp_path.iterdir())
+    flight.press("ctrl+2")
+    flight.controller.look(200, 0)
+    flight.press("ctrl+1")
+    flight.press("k")
+    path = CameraPath.open("hills-001-path.json")
+    assert [frame.camera.eye for frame in path.keyframes] == [flight.controller.bookmarks[n].eye for n in (1, 2)]
+    assert "fly MAP --path hills-001-path.json" in flight.message
+
+
+def test_legends_show_the_colours_of_the_shaders():
+    text = files("terrain_gl.glsl").joinpath("shade/drawn.glsl").read_text()
+    for name, ramp in (("viridis", legend.VIRIDIS), ("inferno", legend.INFERNO)):
+        body = text[text.index(f"vec3 {name}(") :]
+        colours = re.findall(r"vec3\(([\d., ]+)\)", body[: body.index("}")])
+        assert [tuple(map(float, colour.split(","))) for colour in colours] == list(ramp)
+    assert set(legend.COLOURS) <= set(STYLES)
+    for style in STYLES:
+        shown = legend.legend(Drawing(2.0, style=style))
+        assert (shown is not None) == (style in ("lod", "segments", "promise", "error"))
 
 
 # --- Panels, without a window -----------------------------------------------------------------------------------------
@@ -1004,8 +1192,10 @@ def panels(ctx):
     pytest.importorskip("imgui_bundle", reason="the extra [gui] is not installed")
     heightmap, size = hills(), (900, 640)
     target, overlay, gui = ctx.framebuffer([ctx.texture(size, 4)]), Overlay(ctx), Gui(ctx)
-    flight = Flight(overlay, target, size, Settings(), gui=gui)
-    flight.show(Renderer(heightmap, (320, 200), ctx=ctx), Opened(heightmap, Camera.default(heightmap), key="hills"))
+    plain = Settings([Drawing(style="lambert")])  # light takes its time, and is looked at elsewhere
+    flight = Flight(overlay, target, size, plain, gui=gui, pace=swift())
+    opened = Opened(heightmap, Camera.default(heightmap), key="hills")
+    flight.land.show(Renderer(heightmap, (320, 200), ctx=ctx), opened)
     settle(flight)
     yield flight
     flight.close()
@@ -1015,16 +1205,16 @@ def panels(ctx):
     target.release()
 
 
-def drag(flight, start, end, now_s=100.0):
+def drag(flight, start, end):
     """Press the left button at one place, let it go at another; frames in between."""
     flight.gui.move(*start)
-    flight.frame(now_s)
+    later(flight, 0.1)
     flight.gui.button("left", True)
-    flight.frame(now_s)
+    later(flight, 0.1)
     flight.gui.move(*end)
-    flight.frame(now_s)
+    later(flight, 0.1)
     flight.gui.button("left", False)
-    settle(flight, now_s)
+    settle(flight)
 
 
 def slider(flight, label):
@@ -1035,7 +1225,7 @@ def slider(flight, label):
 def test_panels_stand_at_the_left_and_leave_the_middle_free(panels):
     with_panel = seen(panels)
     panels.press("i")
-    settle(panels, 50.0)
+    settle(panels)
     bare = seen(panels)
     differ = (with_panel != bare).any(-1)
     assert differ[20:300, 20:200].mean() > 0.9 and not differ[:, 450:].any()
@@ -1055,6 +1245,8 @@ def test_a_slider_is_dragged_and_the_mesh_follows(panels):
 
 def test_a_box_is_ticked_and_a_choice_made(panels):
     panels.gui.opened |= {"Picture": True, "Understand": False}
+    panels.settings.draw(style=STYLES[0])
+    panels.resize((600, 640))
     settle(panels)
     for label in ("style", "metric", "method"):
         left, top, right, bottom = slider(panels, label)
@@ -1069,26 +1261,26 @@ def test_a_box_is_ticked_and_a_choice_made(panels):
 def test_every_control_has_a_line_of_help(panels):
     for title in panels.gui.opened:
         panels.gui.opened[title] = True
-    settle(panels, 10.0)
+    settle(panels)
     assert len(panels.gui.places) > 20
     silent = [label for label, text in panels.gui.hints.items() if not 10 < len(text) < 160]
     assert silent == [] and set(panels.gui.hints) == set(panels.gui.places)
 
 
 def test_the_error_is_measured_and_drawn(panels):
-    records = panels.history.records
+    records = panels.painter.history.records
     assert records[-1].measured_px is not None and records[-1].measured_px <= records[-1].promised_px
-    panels.loosen(2)
-    settle(panels, 30.0)
-    assert len(records) >= 3 and records[-1].triangles < records[0].triangles * 20
+    panels.settings.loosen(2)
+    settle(panels)
+    assert len(records) >= 2 and records[-1].triangles < records[0].triangles
+    assert records[0].measured_px < records[-1].measured_px <= records[-1].promised_px <= 2
 
 
 def test_exaggeration_raises_the_land_and_the_promise_holds(panels):
     heights, eye = panels.renderer.heightmap.heights.copy(), panels.controller.pose.eye
     for factor in (2.5, 1.0):
-        panels.exaggeration = factor
-        panels.exaggerate()
-        settle(panels, 10.0)
+        panels.land.exaggerate(factor)
+        settle(panels)
         assert np.array_equal(panels.renderer.heightmap.heights, heights * np.float32(factor))
         assert panels.controller.pose.eye[2] == pytest.approx(eye[2] * factor)
         assert panels.figures.measured_px["max"] <= 1
@@ -1097,18 +1289,18 @@ def test_exaggeration_raises_the_land_and_the_promise_holds(panels):
 def test_panels_are_larger_on_a_fine_screen(panels):
     before = slider(panels, "tolerance")
     panels.gui.scale = 1.5
-    settle(panels, 10.0)
+    settle(panels)
     after = slider(panels, "tolerance")
     assert (after[3] - after[1]) == pytest.approx(1.5 * (before[3] - before[1]), rel=0.1)
 
 
 def test_the_help_page_has_every_key(panels):
     panels.press("h")
-    settle(panels, 10.0)
+    settle(panels)
     assert panels.gui.covers(450, 320)
     with_help = seen(panels)
     panels.press("escape")
-    settle(panels, 20.0)
+    settle(panels)
     assert changed(seen(panels), with_help) > 0.2
 
 
@@ -1132,17 +1324,18 @@ viewer.run(Heightmap(np.load(sys.argv[1]), 10.0, "hills"), size=(640, 480), gui=
 _CLOSE = """
 import sys
 from terrain_gl.viewer import window
+from terrain_gl.viewer.loading import file_opener
 class Hasty(window.Window):
     def _turn(self):
         super()._turn()
         if self._now > float(sys.argv[2]):
-            assert self._flight.loading or self._now > 5, "already loaded"
+            assert self._flight.land.loading or self._now > 60, "already loaded"
             self._glfw.set_window_should_close(self._handle, True)
     def close(self):
         print(self.ctx.error)
         super().close()
 window.Window = Hasty
-window.run(window.file_opener(sys.argv[1]), size=(320, 240), fresh=True)
+window.run(file_opener(sys.argv[1]), size=(320, 240), fresh=True)
 """
 
 
@@ -1159,10 +1352,11 @@ class Telling(window.Window):
             os.remove("drop")
             self._on_drop(None, [os.path.abspath("dropped.npy")])
         flight = self._flight
-        state = {"busy": flight.busy, "message": flight.message, "recording": flight.filming.running}
+        state = {"busy": flight.busy, "message": flight.message, "recording": flight.keeping.filming.running}
         if flight.has_map:
-            state |= {"name": flight.figures.name, "sides": len(flight.settings.sides), "frozen": bool(flight.frozen)}
-            state |= {"strokes": flight.editing.strokes, "explained": bool(flight.explanation)}
+            state |= {"name": flight.figures.name, "sides": len(flight.settings.sides)}
+            state |= {"frozen": bool(flight.insight.frozen), "explained": bool(flight.insight.explanation)}
+            state |= {"strokes": flight.sculpting.editing.strokes}
             state |= {"eye": list(flight.controller.eye), "mode": flight.controller.mode, "size": flight.size}
             state |= {"measured": flight.figures.measured_px, "promised": flight.certified_px}
         with open("state.part", "w") as file:
@@ -1209,7 +1403,7 @@ class Screen:
             stderr=subprocess.PIPE,
         )
 
-    def wait(self, condition, what, seconds=30):
+    def wait(self, condition, what, seconds=120):  # there are slow machines
         end = time.monotonic() + seconds
         while time.monotonic() < end:
             if condition():
@@ -1265,7 +1459,11 @@ def test_window(screen, tmp_path):
         first = picture(0)
         assert first.shape[:2] == (480, 640) and first.std() > 5
 
-        screen.do("click", "--repeat", 5, 4, "keydown", "w", "sleep", "0.5", "keyup", "w")
+        beside = np.s_[:400, 350:640]  # of words over the picture
+        screen.wait(lambda: np.array_equal(screen.pixels()[beside], first[beside]), "the picture that was saved")
+        screen.do("click", "--repeat", 5, 4, "keydown", "w")
+        screen.wait(lambda: changed(screen.pixels()[beside], first[beside]) > 0.05, "motion")
+        screen.do("keyup", "w")
         flown = picture(1)
         assert changed(flown, first) > 0.02
 
@@ -1287,7 +1485,7 @@ def test_window(screen, tmp_path):
         assert has_figures(screen)
 
         screen.do("key", "Escape")
-        output, errors = process.communicate(timeout=20)
+        output, errors = process.communicate(timeout=120)
     assert (process.returncode, output.strip(), errors) == (0, "GL_NO_ERROR", "")
 
 
@@ -1304,7 +1502,7 @@ def test_a_session_with_real_events(screen, tmp_path):
         def does(condition, *words):
             if words:
                 screen.do(*words)
-            screen.wait(lambda: process.poll() is None and condition(state()), words, 120)
+            screen.wait(lambda: process.poll() is None and condition(state()), words)
 
         does(lambda s: s.get("measured"))
         screen.do("search", "--sync", "--name", "hills", "windowfocus")
@@ -1330,7 +1528,7 @@ def test_a_session_with_real_events(screen, tmp_path):
         (tmp_path / "drop").write_text("")
         does(lambda s: s["name"] == "dropped.npy" and not s["busy"])
         screen.do("key", "Escape")
-        output, errors = process.communicate(timeout=60)
+        output, errors = process.communicate(timeout=120)
     assert (process.returncode, output.strip(), errors) == (0, "GL_NO_ERROR", "")
     assert list(tmp_path.glob("hills-001*"))  # the film, or a folder of pictures
 
@@ -1352,7 +1550,7 @@ def test_view_command(screen, tmp_path):
     with running(screen, *command, cwd=tmp_path) as process:
         screen.wait(lambda: has_figures(screen), "the first picture")
         screen.do("search", "--sync", "--name", "terrain-gl", "windowfocus", "key", "Escape")
-        output, errors = process.communicate(timeout=20)
+        output, errors = process.communicate(timeout=120)
     assert (process.returncode, output, errors) == (0, "", "")
     last = json.loads((tmp_path / "last.json").read_text())
     assert last["map"] == "alpine" and last["triangles"] > 100
@@ -1365,10 +1563,14 @@ def test_panels_in_a_window(screen, tmp_path):
         screen.wait(lambda: 0 < screen.pixels()[14:40, 10:280].mean() < 60, "the panel's title")
         screen.do("search", "--sync", "--name", "terrain-gl", "windowfocus")
         screen.wait(lambda: screen.pixels()[200:470, 350:630].std() > 20, "the picture")
-        screen.do("mousemove", 150, 262, "click", 1, "mousemove", 500, 300)
-        screen.wait(lambda: is_orange(screen.pixels()[255:270, 145:160]).any(), "the slider's knob")
+        screen.wait(lambda: (is_orange(screen.pixels()[:, 15:200]).sum(1) > 5).sum() > 8, "sliders")
+        rows = np.flatnonzero(is_orange(screen.pixels()[:, 15:200]).sum(1) > 5)
+        knob = slice(rows[0] - 2, rows[0] + 14)  # the first slider is the tolerance
+        assert not is_orange(screen.pixels()[knob, 145:160]).any()
+        screen.do("mousemove", 150, rows[0] + 6, "click", 1, "mousemove", 500, 300)
+        screen.wait(lambda: is_orange(screen.pixels()[knob, 145:160]).any(), "the slider's knob")
         screen.do("key", "Escape")
-        output, errors = process.communicate(timeout=20)
+        output, errors = process.communicate(timeout=120)
     assert (process.returncode, output, errors) == (0, "", "")
     last = json.loads((tmp_path / "last.json").read_text())
     assert last["requested_max_error_px"] > 3 and last["certified_max_error_px"] <= last["requested_max_error_px"]
@@ -1378,7 +1580,7 @@ def test_panels_in_a_window(screen, tmp_path):
 def test_closing_during_a_load_exits_cleanly(screen, tmp_path, waited_s):
     np.save(tmp_path / "large.npy", np.add.outer(np.arange(3000.0) % 17, np.arange(2800.0) % 23).astype("f4"))
     with running(screen, "-c", _CLOSE, "large.npy", waited_s, cwd=tmp_path) as process:
-        output, errors = process.communicate(timeout=60)
+        output, errors = process.communicate(timeout=120)
     assert (process.returncode, output.strip(), errors) == (0, "GL_NO_ERROR", "")
 
 
@@ -1388,7 +1590,7 @@ def test_closing_during_a_load_exits_cleanly(screen, tmp_path, waited_s):
 )
 def test_what_cannot_be_viewed_is_told_in_a_line(screen, tmp_path, arguments, status, words):
     with running(screen, "-m", "terrain_gl", "view", *arguments, cwd=tmp_path) as process:
-        output, errors = process.communicate(timeout=30)
+        output, errors = process.communicate(timeout=120)
     assert (process.returncode, output, len(errors.splitlines())) == (status, "", 1) and words in errors
 
 

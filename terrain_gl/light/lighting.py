@@ -75,7 +75,8 @@ class Lighting:
         if not self.lobes or material != self._material:
             self._wear(material)
             yield 0.05
-        lit_by = sky_of((round(float(sun[0]), 6), round(float(sun[1]), 6)), sky)
+        named = (0.0, 0.0) if sky else (round(float(sun[0]), 6), round(float(sun[1]), 6))  # a file has its own sun
+        lit_by = sky_of(named, sky)
         if lit_by is not self.sky:
             self._hang(lit_by.radiance)
             self.sky = lit_by

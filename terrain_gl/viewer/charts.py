@@ -60,15 +60,15 @@ def show(gui: Gui, flight: Flight) -> None:
     pace = "at rest" if figures.fps is None else f"{figures.fps:.0f} frames/s"
     coarse = f", {figures.shrunk} × coarser while it moves" if figures.shrunk > 1 else ""
     _title(gui, "Frame", f"{ms:.3g} ms, {pace}{coarse}" if ms < 999 else f"{ms / 1000:.1f} s, {pace}{coarse}")
-    _bars(gui, list(flight.history.records))
+    _bars(gui, list(flight.painter.history.records))
     gui.hint("frame", "Milliseconds of the last frames: blue chooses levels, orange draws the mesh, green shades.")
     _title(gui, "Triangles", f"{stats['triangles']:,} in {stats['patches']:,} patches")
-    _line(gui, [record.triangles for record in flight.history.records], SOFT)
+    _line(gui, [record.triangles for record in flight.painter.history.records], SOFT)
     gui.hint("triangles", "Triangles of the last frames.")
     promised = "no" if (px := stats["certified_max_error_px"]) is None else f"{px:.3f}"
     measured = f"{figures.measured_px[metric]:.3f}" if figures.measured_px else "…"
     _title(gui, "Error", f"measured {measured}, promised {promised} px {metric}")
-    _errors(gui, list(flight.history.records))
+    _errors(gui, list(flight.painter.history.records))
     gui.hint("error", "Line: pixels promised before drawing. Dots: measured on that very mesh, when nothing moves.")
     above = figures.height_m
     height = f"{metres(above)} above ground" if above == above else "no ground below"

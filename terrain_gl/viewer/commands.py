@@ -46,6 +46,8 @@ def _bookmarks() -> list[Command]:
     return [make(n) for make in (goes, sets) for n in range(1, 10)]
 
 
+PLUS = "+", "=", "shift+=", "shift++"  # wherever a keyboard has it
+
 GROUPS: dict[str, list[Command]] = {
     "Move": [
         Command("W A S D", "fly ahead, left, back, right"),
@@ -58,40 +60,41 @@ GROUPS: dict[str, list[Command]] = {
         Command("C", "look around without a button", ("c",), lambda f: f.capture()),
         Command("V", "fly, orbit the middle, or walk at eye height", ("v",), lambda f: f.next_mode()),
         Command("G", "stay above ground, or not", ("g",), lambda f: f.toggle_ground()),
-        Command("Home", "back to the first view", ("home",), lambda f: f.home()),
+        Command("Home", "back to the first view", ("home",), lambda f: f.controller.home()),
         *_bookmarks(),
     ],
     "See": [
         Command("Tab", "next style; Shift Tab: the one before", ("tab",), lambda f: f.cycle("style")),
         Command("", "", ("shift+tab",), lambda f: f.cycle("style", -1)),
-        Command("+ -", "tolerance, in steps of ×√2", ("+", "=", "shift+=", "shift++"), lambda f: f.loosen(1), True),
-        Command("", "", ("-",), lambda f: f.loosen(-1), True),
+        Command("+ -", "tolerance, in steps of ×√2", PLUS, lambda f: f.settings.loosen(1), True),
+        Command("", "", ("-",), lambda f: f.settings.loosen(-1), True),
         Command("M", "metric: what the tolerance bounds", ("m",), lambda f: f.cycle("metric")),
         Command("F", "method: how detail is chosen", ("f",), lambda f: f.cycle("method")),
     ],
     "Understand": [
         Command("click", "explain the patch under the cursor, in numbers"),
-        Command("N", "the mesh over whatever is seen", ("n",), lambda f: f.toggle_wires()),
-        Command("L", "freeze the levels, and fly around them", ("l",), lambda f: f.toggle_freeze()),
-        Command("T", "split the picture: two methods or settings", ("t",), lambda f: f.toggle_split()),
-        Command("Z", "magnifying glass", ("z",), lambda f: f.toggle_lens()),
+        Command("N", "the mesh over whatever is seen", ("n",), lambda f: f.insight.toggle_wires()),
+        Command("L", "freeze the levels, and fly around them", ("l",), lambda f: f.insight.toggle_freeze()),
+        Command("T", "split the picture: two methods or settings", ("t",), lambda f: f.insight.toggle_split()),
+        Command("Z", "magnifying glass", ("z",), lambda f: f.insight.toggle_lens()),
         Command("U", "the summed-area table, and a box read from it", ("u",), lambda f: f.toggle("sums")),
     ],
     "Sculpt": [
-        Command("B", "the brush, or the hand that orbits", ("b",), lambda f: f.toggle_brush()),
-        Command("X", "next tool: raise, lower, smooth, flatten, cliff", ("x",), lambda f: f.next_tool()),
-        Command("[ ]", "smaller, larger brush", ("]",), lambda f: f.widen(1), True),
-        Command("", "", ("[",), lambda f: f.widen(-1), True),
-        Command(", .", "weaker, stronger", (".",), lambda f: f.strengthen(1), True),
-        Command("", "", (",",), lambda f: f.strengthen(-1), True),
-        Command("Ctrl Z", "undo the last stroke", ("ctrl+z",), lambda f: f.undo(), True),
-        Command("Ctrl Shift Z", "do it again", ("ctrl+shift+z", "ctrl+y"), lambda f: f.redo(), True),
-        Command("Ctrl S", "save the land: PNG, TIFF or EXR", ("ctrl+s",), lambda f: f.ask_to_save()),
+        Command("B", "the brush, or the hand that orbits", ("b",), lambda f: f.sculpting.toggle()),
+        Command("X", "next tool: raise, lower, smooth, flatten, cliff", ("x",), lambda f: f.sculpting.next_tool()),
+        Command("[ ]", "smaller, larger brush", ("]",), lambda f: f.sculpting.widen(1), True),
+        Command("", "", ("[",), lambda f: f.sculpting.widen(-1), True),
+        Command(", .", "weaker, stronger", (".",), lambda f: f.sculpting.strengthen(1), True),
+        Command("", "", (",",), lambda f: f.sculpting.strengthen(-1), True),
+        Command("Ctrl Z", "undo the last stroke", ("ctrl+z",), lambda f: f.sculpting.undo(), True),
+        Command("Ctrl Shift Z", "do it again", ("ctrl+shift+z", "ctrl+y"), lambda f: f.sculpting.redo(), True),
+        Command("Ctrl S", "save the land: PNG, TIFF or EXR", ("ctrl+s",), lambda f: f.sculpting.ask_to_save()),
     ],
     "Keep": [
-        Command("P", "save the picture as PNG", ("p",), lambda f: f.shoot()),
-        Command("R", "record what is seen as a film, or stop", ("r",), lambda f: f.toggle_recording()),
-        Command("Y", "this view as a command line", ("y",), lambda f: f.tell_line()),
+        Command("P", "save the picture as PNG", ("p",), lambda f: f.keeping.shoot()),
+        Command("R", "record what is seen as a film, or stop", ("r",), lambda f: f.keeping.toggle_recording()),
+        Command("Y", "this view as a command line", ("y",), lambda f: f.keeping.tell_line()),
+        Command("K", "bookmarks as a path for terrain-gl fly", ("k",), lambda f: f.keeping.save_path()),
         Command("drop a file", "open a map: drop its file on the window"),
     ],
     "Window": [

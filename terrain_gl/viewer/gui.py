@@ -15,6 +15,7 @@ import moderngl
 from ..explain import Explanation
 from . import charts, help_page, lesson, sections
 from .gui_draw import GuiDraw
+from .legend import Legend
 
 if TYPE_CHECKING:
     from .flight import Flight
@@ -45,8 +46,8 @@ _COLOURS = {
     "text_disabled": (0.62, 0.66, 0.70, 1.0),
     "window_bg": (0.04, 0.055, 0.08, 0.86),
     "popup_bg": (0.05, 0.065, 0.09, 0.96),
-    "border": (1.0, 1.0, 1.0, 0.08),
-    "frame_bg": (1.0, 1.0, 1.0, 0.07),
+    "border": (1.0, 1.0, 1.0, 0.14),
+    "frame_bg": (1.0, 1.0, 1.0, 0.09),
     "frame_bg_hovered": (1.0, 1.0, 1.0, 0.13),
     "frame_bg_active": (1.0, 1.0, 1.0, 0.18),
     "title_bg": (0.04, 0.055, 0.08, 0.90),
@@ -114,6 +115,7 @@ class Gui:
         self._touched = True
         self._frames_due = 0
         self._hint = ""
+        self._texts: dict[str, str] = {}  # being typed, by field
         self.hints: dict[str, str] = {}
         self.places: dict[str, tuple[float, float, float, float]] = {}
         self.opened = {title: opened for title, opened, _ in sections.SECTIONS}
@@ -197,27 +199,33 @@ class Gui:
         if flight.has_map and flight.settings.figures:
             self._panel(flight, size)
         if flight.settings.keys:
-            with self._window("Help", (0.5, 0.5), size, closed=lambda: flight.toggle("keys")):
+            with self._window("Help", self._free_middle(flight, size), size, lambda: flight.toggle("keys"), (0.5, 0.5)):
                 help_page.show(self)
         self._explanations(flight, size)
-        if flight.loading:
-            with self._window("##loading", (0.5, 0.93), size):
-                self._progress(flight)
-        if flight.save_as is not None:
+        if flight.progress:
+            with self._window("##progress", (0.5, 0.93), size):
+                self._progress(flight, *flight.progress)
+        if flight.sculpting.save_as is not None:
             with self._window("Save the land##save", (0.5, 0.4), size, closed=lambda: flight.press("escape")):
                 self._ask_path(flight)
-        if flight.dawn.share is not None and not flight.loading:
-            with self._window("##light", (0.5, 0.93), size):
-                self.imgui.text("light and shadow")
-                self.imgui.progress_bar(flight.dawn.share, (14 * self.em, 0.4 * self.em), "")
         if flight.message:
             with self._window("##message", (0.5, 0.985), size):
+                self.imgui.push_text_wrap_pos(0.9 * size[0])
                 self.imgui.text(flight.message)
+                self.imgui.pop_text_wrap_pos()
+
+    def _free_middle(self, flight: Flight, size: tuple[int, int]) -> tuple[float, float]:
+        """The middle of what the panel leaves free, if that is enough for a page."""
+        panel = self._panel_width(size) if flight.has_map and flight.settings.figures else 0.0
+        return (0.5 + 0.5 * panel / size[0], 0.5) if size[0] - panel > 46 * self.em else (0.5, 0.5)
+
+    def _panel_width(self, size: tuple[int, int]) -> float:
+        return min(PANEL_EM * self.imgui.get_font_size(), 0.45 * size[0])
 
     def _panel(self, flight: Flight, size: tuple[int, int]) -> None:
         imgui = self.imgui
         margin = 10 * self.scale
-        width = min(PANEL_EM * imgui.get_font_size(), 0.45 * size[0])
+        width = self._panel_width(size)
         imgui.set_next_window_pos((margin, margin))
         imgui.set_next_window_size_constraints((width, 0), (width, size[1] - 2 * margin))
         flags = imgui.WindowFlags_
@@ -234,29 +242,34 @@ class Gui:
                     show(self, flight)
             imgui.pop_item_width()
             imgui.separator()
+            if self.press_button("All keys", "Every key and what it does (H)."):
+                flight.press("h")
+            imgui.same_line()
+            if self.press_button("Hide", "Put this panel away (I); the same key brings it back."):
+                flight.press("i")
             imgui.push_text_wrap_pos(0.0)
-            imgui.text_disabled(self._hint or "Point at anything to read what it does.  H: all keys.  I: hide this.")
+            imgui.text_disabled(self._hint or "Point at anything to read here what it does.")
             imgui.pop_text_wrap_pos()
         imgui.end()
 
     def _explanations(self, flight: Flight, size: tuple[int, int]) -> None:
         """What stands at the right: the sides' figures, the patch that was clicked, the summed-area table's numbers."""
         if flight.settings.split:
-            for side, stats in enumerate(flight.side_stats[:2]):
+            for side, stats in enumerate(flight.painter.side_stats[:2]):
                 begin, end = flight.settings.part(side)
                 place = (end - 0.01, 0.02) if side == 0 else (begin + 0.01, 0.02)
                 with self._window(f"##side {side}", place, size, pivot=(1.0 - side, 0.0)):
                     self.imgui.text(lesson.side_line(flight.settings.sides[side], stats))
         if flight.settings.sums and flight.has_map:
-            _, bottom, _, height = flight.sums_frame
+            _, bottom, _, height = flight.insight.sums_frame
             top = (size[1] - bottom + 6 * self.scale) / size[1]
             with self._window("##sums", (1.0 - 10 * self.scale / size[0], top), size, pivot=(1.0, 0.0)):
                 self.imgui.text("S(x, y): the sum of all heights north and west of (x, y)")
-                for line in flight.box.words() if flight.box else ["Point at the land for a box."]:
+                for line in flight.insight.box.words() if flight.insight.box else ["Point at the land for a box."]:
                     self.imgui.text_disabled(line)
-        if flight.explanation:
+        if flight.insight.explanation:
             with self._window("##patch", (0.99, 0.92), size, pivot=(1.0, 1.0)):
-                self._patch(flight.explanation)
+                self._patch(flight.insight.explanation)
 
     def _patch(self, told: Explanation) -> None:
         """Why a patch is drawn as it is."""
@@ -283,22 +296,22 @@ class Gui:
 
     def _ask_path(self, flight: Flight) -> None:
         """A path to save to, by text."""
-        assert flight.save_as is not None
+        assert flight.sculpting.save_as is not None
         self.imgui.text_disabled("name.png: 16-bit steps   name.tif, name.exr: metres as they are")
         self.imgui.set_next_item_width(26 * self.em)
         if self.imgui.is_window_appearing():
             self.imgui.set_keyboard_focus_here()
-        entered, path = self.imgui.input_text("##path", flight.save_as, self.imgui.InputTextFlags_.enter_returns_true)
-        flight.save_as = path
+        flags = self.imgui.InputTextFlags_.enter_returns_true
+        entered, path = self.imgui.input_text("##path", flight.sculpting.save_as, flags)
+        flight.sculpting.save_as = path
         self.hint("path", "Where to write; the ending says in which format.")
         if self.press_button("Save", "Write the land as it is now (Enter).") or entered:
-            flight.save(path)
+            flight.sculpting.save(path)
 
-    def _progress(self, flight: Flight) -> None:
-        assert flight.loading
-        self.imgui.text(flight.loading.text)
-        self.imgui.progress_bar(flight.loading.progress, (20 * self.em, 0.5 * self.em), "")
-        if flight.can_cancel and self.press_button("Cancel", "Keep the map that is seen (Esc)."):
+    def _progress(self, flight: Flight, text: str, share: float, can_cancel: bool) -> None:
+        self.imgui.text(text)
+        self.imgui.progress_bar(share, (20 * self.em, 0.5 * self.em), "")
+        if can_cancel and self.press_button("Cancel", "Leave everything as it is (Esc)."):
             flight.press("escape")
 
     @contextlib.contextmanager
@@ -357,7 +370,7 @@ class Gui:
             setattr(style, name, (x * self._scale, y * self._scale))
         style.indent_spacing, style.scrollbar_size = 12 * self._scale, 10 * self._scale
         style.grab_min_size = 10 * self._scale
-        style.window_border_size = style.popup_border_size = 1.0
+        style.window_border_size = style.popup_border_size = style.frame_border_size = 1.0
         for name, colour in _COLOURS.items():
             style.set_color_(getattr(self.imgui.Col_, name), colour)
         return style
@@ -399,6 +412,39 @@ class Gui:
         changed, new = self.imgui.slider_float(label, value, least, most, form, flags)
         self.hint(label, text + "  (Ctrl click to type a number.)")
         return new if changed else None
+
+    def enter(self, label: str, value: str, text: str) -> str | None:
+        """A line of text; what was typed when Enter is pressed."""
+        imgui = self.imgui
+        flags = imgui.InputTextFlags_.enter_returns_true
+        typed = self._texts.get(label, value)
+        entered, typed = imgui.input_text_with_hint(label, "a path, then Enter", typed, flags)
+        if imgui.is_item_active():
+            self._texts[label] = typed
+        else:
+            self._texts.pop(label, None)
+        self.hint(label, text)
+        return typed if entered else None
+
+    def at(self, x: float, y: float) -> str:
+        """Label of the control there."""
+        inside = (name for name, (x0, y0, x1, y1) in self.places.items() if x0 <= x <= x1 and y0 <= y <= y1)
+        return next(inside, "")
+
+    def show_legend(self, shown: Legend) -> None:
+        """A ramp of colours, and what it means."""
+        imgui, width = self.imgui, self.imgui.get_content_region_avail()[0]
+        left, top = imgui.get_cursor_screen_pos()
+        step, bottom = width / (len(shown.ramp) - 1), top + 0.6 * self.em
+        colours = [imgui.color_convert_float4_to_u32((*colour, 1.0)) for colour in shown.ramp]
+        for i, (a, b) in enumerate(zip(colours, colours[1:], strict=False)):
+            corners = (left + i * step, top), (left + (i + 1) * step, bottom)
+            imgui.get_window_draw_list().add_rect_filled_multi_color(*corners, a, b, b, a)
+        imgui.dummy((width, 0.6 * self.em))
+        imgui.text(shown.least)
+        imgui.same_line(width - imgui.calc_text_size(shown.most)[0] + imgui.get_style().window_padding[0])
+        imgui.text(shown.most)
+        imgui.text_disabled(shown.beside)
 
     def tick(self, label: str, value: bool, text: str) -> bool:
         """On or off; whether it was changed."""

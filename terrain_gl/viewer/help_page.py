@@ -53,7 +53,7 @@ def _keys(gui: Gui) -> None:
             imgui.separator_text(group)
             for _, keys, meaning in (line for line in lines if line[0] == group):
                 imgui.text_colored(imgui.get_style_color_vec4(imgui.Col_.check_mark), keys)
-                imgui.same_line(7 * gui.em)
+                imgui.same_line(8 * gui.em)
                 imgui.text(meaning)
     imgui.end_table()
 

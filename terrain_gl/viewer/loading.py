@@ -6,7 +6,6 @@ OpenGL belongs to one thread, so only the reading has one of its own; nothing he
 from __future__ import annotations
 
 import threading
-import time
 from collections.abc import Callable
 from dataclasses import dataclass
 
@@ -19,6 +18,7 @@ from ..heightmap import Heightmap
 from ..maps import open_map
 from ..renderer import Renderer
 from ..shade import SUN
+from .pace import Pace
 
 COARSE = 193  # posts a side of what is shown while the tables of a larger map are built
 _READING = 0.3  # share of the progress bar
@@ -105,21 +105,16 @@ class Loading:
         doing = "building the tables of" if self.opened else "reading"
         return f"{doing} {self.name}: {self.progress:.0%}"
 
-    def step(self, ctx: moderngl.Context, size: tuple[int, int], seconds: float) -> None:
+    def step(self, ctx: moderngl.Context, size: tuple[int, int], pace: Pace) -> None:
         """Build on for a while; at least one portion."""
         if self.opened is None or self.renderer or self.error:
             return
-        end = time.perf_counter() + seconds
         try:
             self._building = self._building or Renderer(self.opened.heightmap, size, ctx=ctx, build=False)
-            for part in self._building.building:
-                self._built = part
-                if time.perf_counter() > end:
-                    return
+            if pace.go_on(self._building.building, self._tell_built):
+                self.renderer, self._building = self._building, None
         except (TerrainError, MemoryError) as error:
             self._building, self.error = None, error
-            return
-        self.renderer, self._building = self._building, None
 
     def take(self) -> Renderer:
         """The renderer; from now on it is the caller's to release."""
@@ -155,6 +150,9 @@ class Loading:
         if self._cancelled:
             raise CancelledError
         self._read = part
+
+    def _tell_built(self, part: float) -> None:
+        self._built = part
 
 
 def coarse(heightmap: Heightmap) -> Heightmap | None:

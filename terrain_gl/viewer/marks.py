@@ -22,16 +22,17 @@ def lines_on_land(flight: Flight) -> list[Line]:
     """All lines of this frame."""
     lines: list[Line] = []
     heightmap = flight.renderer.heightmap
-    if flight.frozen:
-        pyramid = frustum(flight.frozen, flight.size, 0.25 * math.hypot(*heightmap.extent_m))
+    if flight.insight.frozen:
+        pyramid = frustum(flight.insight.frozen, flight.size, 0.25 * math.hypot(*heightmap.extent_m))
         lines += [(edge, _FRUSTUM) for edge in pyramid]
-    if told := flight.explanation:
+    if told := flight.insight.explanation:
         lines.append((outline(heightmap, told.corner, (told.side, told.side)), _PICKED))
-    place = flight.place_under(*flight.cursor) if flight.brushing and flight.cursor else None
-    if place is not None and flight.editing:
-        lines.append((ring(heightmap, float(place[0]), float(place[1]), flight.editing.radius_m), _BRUSH))
-    if flight.box:
-        x0, y0, x1, y1 = flight.box.box
+    editing = flight.sculpting.editing
+    place = flight.mouse.place if flight.sculpting.brushing and flight.mouse.cursor else None
+    if editing and place is not None:
+        lines.append((ring(heightmap, float(place[0]), float(place[1]), editing.radius_m), _BRUSH))
+    if flight.insight.box:
+        x0, y0, x1, y1 = flight.insight.box.box
         lines.append((outline(heightmap, (x0, y0), (x1 - x0 - 1, y1 - y0 - 1)), _PICKED))
     return lines
 

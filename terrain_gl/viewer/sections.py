@@ -2,14 +2,16 @@
 
 from __future__ import annotations
 
-import math
 from datetime import datetime
 from typing import TYPE_CHECKING, Any
 
 from ..brush import TOOLS
 from ..drawing import CHOICES
 from ..light.sun import sun_position
+from ..maps import bundled
 from .controller import MODES
+from .keeping import SIZES
+from .legend import COLOURS, legend
 from .settings import BUDGETS, TOLERANCES_PX
 
 if TYPE_CHECKING:
@@ -22,6 +24,17 @@ METHODS_HELP = "How detail is chosen (F): sat keeps the promise with few triangl
 TOLERANCE_HELP = "No post is drawn further than this from its place in the picture (+ and -)."
 BUDGET_HELP = "At most so many, where they take away most error (+ and -)."
 METRIC_HELP = "What the tolerance bounds (M): the largest error of any post, or the root mean square of all."
+
+
+def land(gui: Gui, flight: Flight) -> None:
+    """Which map is seen."""
+    key = flight.land.opened.key
+    names = [*bundled(), *([] if key in bundled() else [flight.figures.name])]
+    now = key if key in bundled() else flight.figures.name
+    if name := gui.choose("map", now, names, "Maps that come with the program."):
+        flight.land.open(name)
+    if path := gui.enter("file", "", "PNG, TIFF, EXR, HDR, NPY or HGT. You can drop a file on the window as well."):
+        flight.land.open(path)
 
 
 def detail(gui: Gui, flight: Flight) -> None:
@@ -51,9 +64,16 @@ def detail(gui: Gui, flight: Flight) -> None:
 def understand(gui: Gui, flight: Flight) -> None:
     """How detail comes about."""
     settings = flight.settings
+    styles = {**COLOURS, **({} if (style := settings.drawing.style) in COLOURS else {style: style})}
+    told = gui.choose("colours", styles[style], list(styles.values()), "What the land's colours tell.")
+    if told:
+        settings.draw(style=next(style for style, words in styles.items() if words == told))
+    if shown := legend(settings.drawing):
+        gui.show_legend(shown)
     if gui.tick("mesh over the picture", settings.drawing.wires, "The edges of all triangles, over any style (N)."):
         flight.press("n")
-    if gui.tick("freeze the levels", flight.frozen is not None, "Detail stays as it is for this eye; fly around (L)."):
+    frozen = flight.insight.frozen is not None
+    if gui.tick("freeze the levels", frozen, "Detail stays as it is for this eye; fly around (L)."):
         flight.press("l")
     if gui.tick("split the picture", settings.split, "Two methods or settings side by side (T)."):
         flight.press("t")
@@ -72,11 +92,12 @@ def understand(gui: Gui, flight: Flight) -> None:
 
 def sculpt(gui: Gui, flight: Flight) -> None:
     """Changing the land."""
-    editing = flight.editing
+    editing = flight.sculpting.editing
     if editing is None:
         gui.imgui.text_disabled("as soon as the tables are built")
         return
-    if gui.tick("brush", flight.brushing, "Drag on the land to change it; the promise holds all the while (B)."):
+    text = "Drag on the land to change it; the promise holds all the while (B)."
+    if gui.tick("brush", flight.sculpting.brushing, text):
         flight.press("b")
     tool = gui.choose("tool", editing.tool, TOOLS, "What the brush does (X).")
     editing.tool = tool or editing.tool
@@ -111,6 +132,27 @@ def picture(gui: Gui, flight: Flight) -> None:
     """How it looks."""
     settings, drawing = flight.settings, flight.settings.drawing
     _apply(settings, {"style": gui.choose("style", drawing.style, CHOICES["style"], "What the colours mean (Tab).")})
+    _light(gui, flight)
+    _water(gui, flight)
+    text = "Light from an equirectangular .hdr or .exr picture; none: a clear sky. Drop a file on it, or type a path."
+    if (path := gui.enter("sky image", drawing.sky or "", text)) is not None:
+        flight.dressing.wear("sky", path)
+    text = "The ground's colours from a picture of the map, north up; none: what heights and slopes suggest."
+    if (path := gui.enter("ground image", drawing.material or "", text)) is not None:
+        flight.dressing.wear("material", path)
+    factor = gui.slide("exaggeration", flight.factor, 0.25, 8.0, "Heights are multiplied by this.", "× %.2f", True)
+    if factor is not None:
+        flight.factor = factor
+    if gui.imgui.is_item_deactivated_after_edit():
+        flight.land.exaggerate(flight.factor)
+
+
+def _light(gui: Gui, flight: Flight) -> None:
+    """Where the sun stands."""
+    settings, drawing = flight.settings, flight.settings.drawing
+    if drawing.sky:
+        gui.imgui.text_disabled("The sky image has a sun of its own.")
+        return
     hour = gui.slide("time of day", flight.hour, 4.0, 20.0, "The sun on a summer day in the Alps.", "%.1f h")
     azimuth, elevation = drawing.sun
     azimuth = azimuth % 360
@@ -124,13 +166,18 @@ def picture(gui: Gui, flight: Flight) -> None:
     elif turned is not None or raised is not None:
         sun = azimuth if turned is None else turned, elevation if raised is None else raised
         settings.draw_both(sun=sun)
-    factor = gui.slide(
-        "exaggeration", flight.exaggeration, 0.25, 8.0, "Heights are multiplied by this.", "× %.2f", True
-    )
-    if factor is not None:
-        flight.exaggeration = factor
-    if gui.imgui.is_item_deactivated_after_edit():
-        flight.exaggerate()
+
+
+def _water(gui: Gui, flight: Flight) -> None:
+    """Standing water, and how high it is."""
+    settings, water_m = flight.settings, flight.settings.drawing.water_m
+    low, high = flight.renderer.heightmap.range_m
+    if gui.tick("water", water_m is not None, "Standing water up to a height."):
+        settings.draw_both(water_m=low + 0.1 * (high - low) if water_m is None else None)
+    elif water_m is not None:
+        level = gui.slide("water level", water_m, low, high, "Metres, as the map has them.", "%.0f m")
+        if level is not None:
+            settings.draw_both(water_m=level)
 
 
 def camera(gui: Gui, flight: Flight) -> None:
@@ -150,6 +197,7 @@ def camera(gui: Gui, flight: Flight) -> None:
         flight.press("g")
     if gui.press_button("Home", "Back to the first view (Home)."):
         flight.press("home")
+    gui.imgui.text_disabled("Bookmarks: + sets one, its number travels there")
     for number in range(1, 10):
         gui.imgui.same_line() if number > 1 else None
         known = number in controller.bookmarks
@@ -162,18 +210,28 @@ def camera(gui: Gui, flight: Flight) -> None:
 
 def keep(gui: Gui, flight: Flight) -> None:
     """What can be taken away."""
-    if gui.press_button("Save the picture", "As PNG, in the folder where the program was started (P)."):
+    keeping = flight.keeping
+    keeping.size = (
+        gui.choose("size", keeping.size, list(SIZES), "Of saved pictures, whatever the window's.") or keeping.size
+    )
+    text = "As PNG, its numbers as JSON beside it, in the folder where the program was started (P)."
+    if gui.press_button("Save the picture", text):
         flight.press("p")
     if gui.press_button(
-        "Stop recording" if flight.filming.running else "Record a film", "What is seen, without panels (R)."
+        "Stop recording" if flight.keeping.filming.running else "Record a film", "What is seen, without panels (R)."
     ):
         flight.press("r")
     if gui.press_button("Copy the command line", "A terrain-gl shot that draws this very picture (Y)."):
         flight.press("y")
-    gui.imgui.text_disabled("Drop a map's file on the window to open it.")
+    text = "Bookmarks as a path for terrain-gl fly, which makes a film of it (K)."
+    if gui.press_button("Save the bookmarks' path", text, len(flight.controller.bookmarks) > 1):
+        flight.press("k")
 
+
+FILES = {"sky image": "sky", "ground image": "material"}  # fields that files can be dropped on
 
 SECTIONS = (
+    ("Map", False, land),
     ("Detail", True, detail),
     ("Understand", True, understand),
     ("Sculpt", False, sculpt),
@@ -187,7 +245,3 @@ def _apply(settings: Any, changes: dict[str, Any]) -> None:
     given = {key: value for key, value in changes.items() if value is not None}
     if given:
         settings.draw(**given)
-
-
-def _finite(value: float) -> float:
-    return value if math.isfinite(value) else 0.0

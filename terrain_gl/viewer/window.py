@@ -2,7 +2,6 @@
 
 from __future__ import annotations
 
-import os
 from collections.abc import Callable
 from typing import Any
 
@@ -14,10 +13,11 @@ from .controller import MOVE_KEYS
 from .flight import Flight
 from .gui import Gui
 from .gui import library as library_of_gui
-from .loading import Loading, Opened, Opener, file_opener
+from .loading import Loading, Opened, Opener
 from .memory import Memory, state_path
 from .opening import library, open_window
 from .overlay import Overlay
+from .sections import FILES
 from .settings import Settings
 
 SIZE = (1280, 720)
@@ -111,10 +111,10 @@ class Window:
     ) -> dict[str, Any]:
         """Draw frames until the user closes the window; the last one's stats."""
         flight = self._flight = Flight(self._overlay, self.ctx.screen, self._pixels, settings, memory, self._gui)
-        flight.loading, flight.scale = loading, self._scale
+        flight.land.loading, flight.scale = loading, self._scale
         flight.on_capture = self._capture
-        flight.on_copy = lambda text: self._glfw.set_clipboard_string(self._handle, text)
-        flight.line_of = line_of
+        flight.keeping.on_copy = lambda text: self._glfw.set_clipboard_string(self._handle, text)
+        flight.keeping.line_of = line_of
         flight.say(memory.complaint or "H shows the keys; drop a map's file here to see it")
         self._listen()
         try:
@@ -222,7 +222,7 @@ class Window:
             self._gui.button(_BUTTONS[button], action == glfw.PRESS)
             if action == glfw.PRESS and self._gui.covers(*self._cursor_px):
                 return
-        change = flight.press_button if action == glfw.PRESS else flight.let_go_button
+        change = flight.mouse.press if action == glfw.PRESS else flight.mouse.let_go
         change(_BUTTONS.get(button, ""), *self._cursor_px)
 
     def _on_cursor(self, _: Any, x: float, y: float) -> None:
@@ -230,7 +230,7 @@ class Window:
         if self._gui and not self._captured:
             self._gui.move(*self._cursor_px)
         over = bool(self._gui and not self._captured and self._gui.covers(*self._cursor_px))
-        self._flight.point(*self._cursor_px, look=self._captured, over_panels=over)
+        self._flight.mouse.point(*self._cursor_px, look=self._captured, over_panels=over)
 
     def _on_scroll(self, _: Any, dx: float, dy: float) -> None:
         if self._gui and not self._captured and self._gui.covers(*self._cursor_px):
@@ -240,10 +240,14 @@ class Window:
             self._glfw.get_key(self._handle, key) == self._glfw.PRESS
             for key in (self._glfw.KEY_LEFT_CONTROL, self._glfw.KEY_RIGHT_CONTROL)
         )
-        self._flight.wheel(dy, zoom=control)
+        self._flight.mouse.wheel(dy, zoom=control)
 
     def _on_drop(self, _: Any, paths: list[str]) -> None:
-        self._flight.load(os.path.basename(paths[0]), file_opener(paths[0]))
+        kind = FILES.get(self._gui.at(*self._cursor_px)) if self._gui else None
+        if kind:
+            self._flight.dressing.wear(kind, paths[0])
+        else:
+            self._flight.land.open(paths[0])
 
     @property
     def _cursor_px(self) -> tuple[float, float]:

@@ -1,0 +1,198 @@
+"""What can be taken away: the picture at any size, a film of what is seen, the view as a command line."""
+
+from __future__ import annotations
+
+import json
+import math
+import threading
+from collections.abc import Callable, Generator
+from dataclasses import dataclass
+from pathlib import Path
+from typing import TYPE_CHECKING, Any
+
+import numpy as np
+
+from ..exceptions import TerrainError
+from ..film.path import CameraPath, Keyframe
+from ..image import replacing, write_png
+from .filming import Filming, film_suffix
+from .painter import Size, Wanted
+
+if TYPE_CHECKING:
+    from .flight import Flight
+
+SIZES: dict[str, Size | None] = {
+    "as the window": None,
+    "1920 × 1080": (1920, 1080),
+    "3840 × 2160": (3840, 2160),
+    "7680 × 4320": (7680, 4320),
+    "4096 × 4096": (4096, 4096),
+}
+TOLD_S = 15.0
+
+
+@dataclass
+class Shot:
+    """A picture on its way to a file."""
+
+    path: Path
+    work: Generator[float, None, None]
+    share: float = 0.0
+
+
+class Keeping:
+    """Pictures, films and words.
+
+    Attributes
+    ----------
+    size
+        Of the pictures that are saved: one of `SIZES`.
+    shot
+        The one that is being drawn.
+    filming
+        The film that is being recorded.
+    line_of
+        Gives a view as a command line, from heightmap, camera, size and drawing; None where nobody knows.
+    on_copy
+        Takes a text to the clipboard.
+    """
+
+    def __init__(self, flight: Flight) -> None:
+        self._flight = flight
+        self.size = next(iter(SIZES))
+        self.shot: Shot | None = None
+        self.filming = Filming(flight.say)
+        self.line_of: Callable[..., str] | None = None
+        self.on_copy: Callable[[str], None] = lambda text: None
+        self._writing: threading.Thread | None = None
+
+    @property
+    def busy(self) -> bool:
+        """Whether the next frame should come at once."""
+        return self.shot is not None or self.filming.running
+
+    def step(self) -> bool:
+        """Draw on at the picture that is to be saved; whether that leaves no time for another."""
+        shot, flight = self.shot, self._flight
+        if not shot or flight.painter.dawn.is_due(flight.wanted().lit_look):
+            return False
+        flight.refresh()
+        if flight.pace.go_on(shot.work, self._tell):
+            self.shot = None
+            flight.painter.forget()
+        return True
+
+    def cancel(self) -> None:
+        """Save no picture."""
+        if self.shot:
+            self.shot.work.close()
+            self.shot = None
+            self._flight.painter.forget()
+
+    def release(self) -> None:
+        """End what is under way, and wait for it."""
+        self.cancel()
+        self.filming.stop()
+        self.filming.join()
+        self.join()
+
+    def join(self) -> None:
+        """Wait until the last picture is written."""
+        if self._writing:
+            self._writing.join()
+
+    # --- Pictures -----------------------------------------------------------------------------------------------------
+
+    def shoot(self) -> None:
+        """Save what is seen, without words over it, beside earlier ones in the working directory."""
+        if self.shot:
+            self._flight.say(f"{self.shot.path} is still being drawn: Esc cancels it")
+            return
+        path = free_name(self._flight.renderer.heightmap.name)
+        self.shot = Shot(path, self._shooting(path, self._flight.wanted(SIZES[self.size])))
+
+    def _tell(self, share: float) -> None:
+        assert self.shot
+        self.shot.share = share
+
+    def _shooting(self, path: Path, wanted: Wanted) -> Generator[float, None, None]:
+        """Draw all sides in full, then have them written in a thread."""
+        self._flight.painter.interrupt()
+        picture = np.zeros((wanted.size[1], wanted.size[0], 4), np.uint8)
+        stats = []
+        for side, drawing in enumerate(wanted.sides):
+            work = self._flight.renderer.rendering_large(wanted.camera, wanted.size, **vars(drawing))
+            while True:
+                try:
+                    share = next(work)
+                except StopIteration as end:
+                    frame = end.value
+                    break
+                yield (side + share) / len(wanted.sides)
+            first, last = (round(edge * wanted.size[0]) for edge in wanted.part(side))
+            picture[:, first:last] = frame.image[:, first:last]
+            stats.append(frame.stats)
+        self.join()
+        self._writing = threading.Thread(target=self._write, args=(path, picture, stats), name=f"writing {path}")
+        self._writing.start()
+
+    def _write(self, path: Path, picture: np.ndarray, stats: list[dict[str, Any]]) -> None:
+        """The picture, and beside it the numbers of its sides."""
+        try:
+            numbers = path.with_suffix(".json")
+            with replacing(numbers) as part:
+                finite = [{key: None if value == math.inf else value for key, value in side.items()} for side in stats]
+                part.write_text(json.dumps(finite if len(finite) > 1 else finite[0], indent=2) + "\n", "utf-8")
+                write_png(path, picture)
+        except (TerrainError, OSError) as error:
+            self._flight.say(str(error))
+        else:
+            self._flight.say(f"saved {path}, {picture.shape[1]} × {picture.shape[0]}; its numbers: {numbers.name}")
+
+    # --- Films and words ----------------------------------------------------------------------------------------------
+
+    def toggle_recording(self) -> None:
+        """Record what is seen, without panels, until it is called again."""
+        if self.filming.running:
+            self.filming.stop()
+        else:
+            path = free_name(self._flight.renderer.heightmap.name, film_suffix())
+            self.filming.begin(path, self._flight.now_s)
+
+    def tell_line(self) -> None:
+        """This view as a command line, on the clipboard."""
+        if not self.line_of:
+            return
+        flight = self._flight
+        wanted = flight.wanted(SIZES[self.size])
+        try:
+            line = self.line_of(flight.renderer.heightmap, wanted.camera, wanted.size, flight.settings.drawing)
+        except TerrainError as error:
+            flight.say(str(error))
+        else:
+            self.on_copy(line)
+            flight.say(f"copied: {line}", TOLD_S)
+
+    def save_path(self) -> None:
+        """The bookmarks, in the order of their numbers, as a path that `terrain-gl fly` follows."""
+        flight = self._flight
+        poses = [pose for _, pose in sorted(flight.controller.bookmarks.items())]
+        if len(poses) < 2:
+            flight.say("a path leads through two bookmarks or more: Ctrl 1 … 9 set them")
+            return
+        path = free_name(flight.renderer.heightmap.name, "-path.json")
+        try:
+            CameraPath([Keyframe(pose.camera) for pose in poses]).save(str(path))
+        except (TerrainError, OSError) as error:
+            flight.say(str(error))
+        else:
+            flight.say(f"saved {path}: terrain-gl fly MAP --path {path} -o flight.mp4 makes a film of it", TOLD_S)
+
+
+def free_name(map_name: str, suffix: str = ".png") -> Path:
+    """First of name-001.png, name-002.png, ... that is not there yet."""
+    stem = Path(map_name).stem or "terrain"
+    number = 1
+    while (path := Path(f"{stem}-{number:03d}{suffix}")).exists():
+        number += 1
+    return path

@@ -1,0 +1,145 @@
+"""Sculpting: the brush taken and laid down, strokes under the cursor, undone and done again, the land saved."""
+
+from __future__ import annotations
+
+from typing import TYPE_CHECKING
+
+import numpy as np
+
+from ..brush import TOOLS
+from ..exceptions import TerrainError
+from .editing import Editing, Saving, suggested_path
+
+if TYPE_CHECKING:
+    from .flight import Flight
+
+TOLD_S = 10.0
+
+
+class Sculpting:
+    """The brush and the land under it.
+
+    Attributes
+    ----------
+    editing
+        Changes the map that is seen; None while its tables are being built.
+    brushing
+        Whether the left button sculpts.
+    saving
+        The land on its way to a file.
+    save_as
+        The path that is being asked for.
+    """
+
+    def __init__(self, flight: Flight) -> None:
+        self._flight = flight
+        self.editing: Editing | None = None
+        self.brushing = False
+        self.saving: Saving | None = None
+        self.save_as: str | None = None
+
+    # --- The brush ----------------------------------------------------------------------------------------------------
+
+    def toggle(self) -> None:
+        """Take the brush, or lay it down."""
+        self.brushing = not self.brushing and self.editing is not None
+        if self.brushing:
+            renderer = self._flight.renderer
+            low, high = renderer.heightmap.range_m
+            renderer.make_room(0.5 * (high - low), 0.5 * (high - low))  # no stroke is to wait for it
+            self._land_changed(settled=True)
+            self._flight.say("drag on the land to sculpt it; the right button looks around; B lays the brush down")
+
+    def next_tool(self) -> None:
+        """Take another tool."""
+        if self.editing:
+            self.editing.tool = TOOLS[(TOOLS.index(self.editing.tool) + 1) % len(TOOLS)]
+            self._flight.say(f"tool: {self.editing.tool}")
+
+    def widen(self, steps: float) -> None:
+        """Change the brush's radius."""
+        if self.editing:
+            self.editing.widen(steps)
+
+    def strengthen(self, steps: float) -> None:
+        """Change the brush's strength."""
+        if self.editing:
+            self.editing.strengthen(steps)
+
+    # --- Strokes ------------------------------------------------------------------------------------------------------
+
+    def begin(self, place: np.ndarray) -> None:
+        """The button goes down on the land."""
+        if self.editing:
+            self.editing.begin(place, self._flight.now_s)
+            self._land_changed(settled=False)
+
+    def go_on(self) -> None:
+        """The brush is held: where the cursor is now."""
+        place = self._flight.mouse.place
+        if place is not None and self.editing:
+            self.editing.move(place, self._flight.now_s)
+            self._land_changed(settled=False)
+
+    def end(self) -> None:
+        """The button comes up: the light follows."""
+        if self.editing:
+            self.editing.end()
+            self._land_changed(settled=True)
+
+    def undo(self) -> None:
+        """Take the last stroke back."""
+        if self.editing and self.editing.undo():
+            self._land_changed(settled=True)
+        else:
+            self._flight.say("nothing to undo")
+
+    def redo(self) -> None:
+        """Do it again."""
+        if self.editing and self.editing.redo():
+            self._land_changed(settled=True)
+        else:
+            self._flight.say("nothing to do again")
+
+    def _land_changed(self, settled: bool) -> None:
+        """The land is another: what is known of it is no longer so."""
+        flight = self._flight
+        flight.controller.heightmap = flight.renderer.heightmap
+        flight.painter.forget()
+        flight.insight.explanation = None
+        if self.editing and self.editing.edited:
+            flight.land.changed()
+        if settled:
+            flight.painter.dawn.stop()
+
+    # --- The land as a file -------------------------------------------------------------------------------------------
+
+    def ask_to_save(self) -> None:
+        """Ask for a path; without panels, take one that is free."""
+        path = suggested_path(self._flight.renderer.heightmap.name)
+        if self._flight.gui:
+            self.save_as = path
+        else:
+            self.save(path)
+
+    def save(self, path: str) -> None:
+        """Write the land to a file, in a thread."""
+        self.save_as = None
+        if self.saving:
+            self._flight.say(f"{self.saving.path} is still being written")
+            return
+        try:
+            self.saving = Saving(path, self._flight.renderer.heightmap, self._flight.land.exaggeration)
+        except TerrainError as error:
+            self._flight.say(str(error))
+
+    def step(self) -> None:
+        """Tell how the saving went, once it is done."""
+        if self.saving and self.saving.message:
+            self._flight.say(self.saving.message, TOLD_S)
+            self.saving = None
+
+    def join(self) -> None:
+        """Wait until the land is saved."""
+        if self.saving:
+            self.saving.join()
