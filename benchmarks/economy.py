@@ -11,27 +11,28 @@ import sys
 import numpy as np
 
 from terrain_gl import Camera, Heightmap, Renderer, reference
-from terrain_gl.maps import bundled
+from terrain_gl.maps import bundled, open_map
 from terrain_gl.renderer import NEAR
+from terrain_gl.shade import UNLIT
 
 SIZE = (1280, 720)
 POSTS = 1025
 
 
-def open_map(name: str) -> Heightmap:
-    """A bundled map by its name, or a file; its middle if it is large."""
-    known = bundled().get(name)
-    scale = (known.path, known.spacing_m, known.z_scale, known.z_offset_m) if known else (name,)
-    whole = Heightmap.open(*scale)
+def scene(name: str) -> tuple[Heightmap, Camera]:
+    """A bundled map by its name and the view it is first seen in, or a file; its middle if it is large."""
+    whole, known = open_map(name)
+    if known:
+        return whole, known.camera
     row, col = max(0, whole.rows - POSTS) // 2, max(0, whole.cols - POSTS) // 2
-    return Heightmap(whole.heights[row : row + POSTS, col : col + POSTS], whole.spacing_m, name)
+    middle = Heightmap(whole.heights[row : row + POSTS, col : col + POSTS], whole.spacing_m, name)
+    return middle, Camera.default(middle)
 
 
-def compare(heightmap: Heightmap, max_error_px: float) -> tuple[int, int, int]:
+def compare(heightmap: Heightmap, camera: Camera, max_error_px: float) -> tuple[int, int, int]:
     """Triangles drawn, of the ideal restricted quadtree, and of the ideal quadtree without restriction."""
-    camera = Camera.default(heightmap)
     with Renderer(heightmap, SIZE) as renderer:
-        drawn = renderer.draw(camera, max_error_px)["triangles"]
+        drawn = renderer.draw(camera, max_error_px, style=UNLIT)["triangles"]
         filled = renderer.terrain.filled.astype(np.float64)
     near_m = NEAR * min(heightmap.spacing_m)
     void = np.isnan(heightmap.heights) if heightmap.voids else None
@@ -41,8 +42,8 @@ def compare(heightmap: Heightmap, max_error_px: float) -> tuple[int, int, int]:
 
 print(f"{'map':24}{'px':>6}{'drawn':>10}{'restricted':>12}{'ratio':>7}{'plain':>10}{'ratio':>7}")
 for name in sys.argv[1:] or list(bundled()):
-    heightmap = open_map(name)
+    heightmap, camera = scene(name)
     for max_error_px in (0.5, 1.0, 2.0, 4.0):
-        drawn, restricted, plain = compare(heightmap, max_error_px)
+        drawn, restricted, plain = compare(heightmap, camera, max_error_px)
         ratios = f"{restricted:12,}{drawn / restricted:7.2f}{plain:10,}{drawn / plain:7.2f}"
         print(f"{name[-24:]:24}{max_error_px:6.1f}{drawn:10,}{ratios}", flush=True)
