@@ -2,8 +2,9 @@
 
     python benchmarks/viewer_frames.py [FRAMES [WIDTHxHEIGHT [MAP]]]      10000, 160x120, canyon
 
-The eye circles over the map with panels, a brush stroke every hundred frames, the mesh, a split and frozen levels now
-and then. Prints the middle and the slowest of a thousand times, and the process's memory on the way.
+The eye circles over the map with panels, and rests; a brush stroke every hundred frames, the mesh, a split and frozen
+levels now and then. Prints the middle and the slowest of a thousand times, and on the way the process's memory and how
+many objects OpenGL has.
 """
 
 from __future__ import annotations
@@ -14,6 +15,7 @@ import time
 from pathlib import Path
 
 import numpy as np
+from flight import objects
 
 from terrain_gl.context import create_context
 from terrain_gl.maps import open_map
@@ -40,19 +42,20 @@ def main(frames: str = "10000", size: str = "160x120", name: str = "canyon") -> 
     opened = Opened(heightmap, known.camera, known.sun, known.name)
     flight.land.show(Renderer(heightmap, (width, height), ctx=ctx), opened)
     print(f"{name}, {frames} frames of {size}, {ctx.info['GL_RENDERER']}")
-    times, memory = fly(flight, int(frames))
+    times, held = fly(flight, int(frames))
     middle, slow = np.median(times), np.percentile(times, 99.9)
     print(f"frame {middle:.1f} ms in the middle, {slow:.1f} ms at 99.9 %: {slow / middle:.2f} times")
-    print("memory, MiB: " + ", ".join(f"{n}: {mib:.0f}" for n, mib in memory.items()))
+    for number, (mib, kinds) in held.items():
+        print(f"after {number:6,} frames {mib:7.1f} MiB, {kinds}")
     print(ctx.error)
     flight.close()
     return 0
 
 
-def fly(flight: Flight, count: int) -> tuple[list[float], dict[int, float]]:
-    """Milliseconds of each frame, and memory in MiB after some of them."""
+def fly(flight: Flight, count: int) -> tuple[list[float], dict[int, tuple[float, dict[str, int]]]]:
+    """Milliseconds of each frame; after some of them memory in MiB, and OpenGL's objects by kind."""
     times: list[float] = []
-    memory: dict[int, float] = {}
+    held: dict[int, tuple[float, dict[str, int]]] = {}
     flight.controller.change_mode("orbit")
     flight.controller.press("d")
     for number in range(count + WARM):
@@ -63,13 +66,17 @@ def fly(flight: Flight, count: int) -> tuple[list[float], dict[int, float]]:
         if number >= WARM:
             times.append(1e3 * (time.perf_counter() - started))
         if number == WARM or number == count + WARM - 1 or number % max(1, count // 5) == 0:
-            memory[number] = resident_mib()
-    return times, memory
+            held[number] = resident_mib(), objects(flight.ctx)
+    return times, held
 
 
 def act(flight: Flight, number: int) -> None:
     """What a restless user does."""
     keys = {10: "b", 20: "n", 30: "n", 40: "t", 50: "t", 60: "l", 70: "l", 80: "u", 90: "u"}
+    if number % 100 == 84:
+        flight.controller.let_go("d")
+    elif number % 100 == 0:
+        flight.controller.press("d")
     if number % 100 in keys and not (number % 100 == 10 and flight.sculpting.brushing):
         flight.press(keys[number % 100])
     middle = 0.5 * flight.size[0], 0.75 * flight.size[1]
