@@ -6,7 +6,6 @@ python benchmarks/viewer_pictures.py [FOLDER]
 from __future__ import annotations
 
 import sys
-import time
 from collections.abc import Callable
 from pathlib import Path
 
@@ -52,12 +51,10 @@ def open_flight() -> Flight:
 
 def settle(flight: Flight) -> None:
     """Frames until nothing changes any more."""
-    started = time.monotonic()
     flight.message = ""
     flight.refresh()
-    while time.monotonic() - started < 900:
-        if not flight.frame(0.5 + len(flight.painter.history.records) + time.monotonic()) and not flight.busy:
-            return
+    while flight.frame(flight.now_s + 0.5) or flight.busy or flight.painter.waits_for_rest or not flight.settled:
+        pass
 
 
 def pixels(flight: Flight) -> np.ndarray:
@@ -120,18 +117,32 @@ def sums(flight: Flight) -> None:
     flight.mouse.point(500, 380)
 
 
+def light(flight: Flight) -> None:
+    """A low sun over a flooded canyon."""
+    flight.press("u")
+    open_sections(flight, "Picture", "Keep")
+    low, high = flight.renderer.heightmap.range_m
+    flight.settings.draw_both(sun=(290.0, 9.0), water_m=low + 0.25 * (high - low))
+
+
 def sculpt(flight: Flight) -> None:
     """A hill of one's own."""
-    flight.press("u")
-    flight.gui.opened |= {"Sculpt": True, "Understand": False}  # type: ignore[union-attr]
+    open_sections(flight, "Detail", "Sculpt")
+    flight.settings.draw_both(sun=flight.land.opened.sun, water_m=None)
     flight.press("b")
     assert flight.sculpting.editing
     flight.sculpting.editing.radius_m, flight.sculpting.editing.strength_m = 350.0, 60.0
     flight.mouse.press("left", 520, 440)
     for x in range(540, 760, 40):
         flight.mouse.point(x, 440)
-        flight.frame(0.0)
+        flight.frame(flight.now_s + 0.1)
     flight.mouse.let_go("left", 740, 440)
+
+
+def open_sections(flight: Flight, *titles: str) -> None:
+    """Open these sections of the panel, and close the others."""
+    assert flight.gui
+    flight.gui.opened = {title: title in titles for title in flight.gui.opened}
 
 
 SCENES: dict[str, Callable[[Flight], None]] = {
@@ -141,6 +152,7 @@ SCENES: dict[str, Callable[[Flight], None]] = {
     "promise": promise,
     "frozen": frozen,
     "sums": sums,
+    "light": light,
     "sculpt": sculpt,
 }
 

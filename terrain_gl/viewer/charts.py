@@ -58,7 +58,7 @@ def show(gui: Gui, flight: Flight) -> None:
         return
     ms = drawing_ms(stats)
     pace = "at rest" if figures.fps is None else f"{figures.fps:.0f} frames/s"
-    coarse = f", {figures.shrunk} × coarser while it moves" if figures.shrunk > 1 else ""
+    coarse = f", {figures.shrunk} × coarser" if figures.shrunk > 1 else ""
     _title(gui, "Frame", f"{ms:.3g} ms, {pace}{coarse}" if ms < 999 else f"{ms / 1000:.1f} s, {pace}{coarse}")
     _bars(gui, list(flight.painter.history.records))
     gui.hint("frame", "Milliseconds of the last frames: blue chooses levels, orange draws the mesh, green shades.")
@@ -67,7 +67,7 @@ def show(gui: Gui, flight: Flight) -> None:
     gui.hint("triangles", "Triangles of the last frames.")
     promised = "no" if (px := stats["certified_max_error_px"]) is None else f"{px:.3f}"
     measured = f"{figures.measured_px[metric]:.3f}" if figures.measured_px else "…"
-    _title(gui, "Error", f"measured {measured}, promised {promised} px {metric}")
+    _title(gui, "Error", f"measured {measured}, promised {promised} px")
     _errors(gui, list(flight.painter.history.records))
     gui.hint("error", "Line: pixels promised before drawing. Dots: measured on that very mesh, when nothing moves.")
     above = figures.height_m

@@ -119,8 +119,8 @@ class Controller:
 
     @property
     def camera(self) -> Camera:
-        """The camera as it is now."""
-        return self.pose.camera
+        """The camera as it is now: at the beginning just the one that was given, not one that looks the same way."""
+        return self.start if self.pose == Pose.of(self.start) else self.pose.camera
 
     @property
     def axes(self) -> np.ndarray:

@@ -176,7 +176,6 @@ class Flight:
             self.say("cancelled")
         elif self.keeping.shot:
             self.keeping.cancel()
-            self.say("cancelled")
         elif self.sculpting.save_as is not None:
             self.sculpting.save_as = None
         elif self.settings.keys:

@@ -70,7 +70,7 @@ class Insight:
         self.explanation = None
         flight.refresh()
         place = flight.mouse.place_under(x, y)
-        if place is None or flight.painter.drawn is None:
+        if place is None or flight.painter.drawn is None or flight.keeping.shot:
             return
         wanted, side = flight.wanted(), flight.mouse.side_at(x)
         flight.painter.ready_for(flight.renderer, wanted, side)

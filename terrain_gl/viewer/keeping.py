@@ -82,12 +82,17 @@ class Keeping:
             flight.painter.forget()
         return True
 
-    def cancel(self) -> None:
+    def cancel(self, why: str = "cancelled") -> None:
         """Save no picture."""
         if self.shot:
             self.shot.work.close()
             self.shot = None
             self._flight.painter.forget()
+            self._flight.say(why)
+
+    def land_changed(self) -> None:
+        """A picture that is half drawn would show two lands."""
+        self.cancel("the picture was not saved: the land has changed")
 
     def release(self) -> None:
         """End what is under way, and wait for it."""

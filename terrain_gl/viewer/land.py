@@ -115,6 +115,7 @@ class Land:
         self.note()
         before, was_coarse, flight = self.renderer, self.is_coarse, self._flight
         flight.painter.interrupt()
+        flight.keeping.land_changed()
         self.renderer, self.is_coarse = renderer, renderer.heightmap is not opened.heightmap
         fresh = not (before and was_coarse)
         posts = opened.heightmap.cols, opened.heightmap.rows

@@ -28,7 +28,7 @@ from .hud import Figures, drawing_ms
 from .pace import Pace
 
 REST_S = 0.25  # without a change until a full picture is drawn
-PORTION = 512  # posts a side that are measured between two looks at the window's events
+PORTION = 256  # posts a side that are measured between two looks at the window's events
 Size = tuple[int, int]
 
 

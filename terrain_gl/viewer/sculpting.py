@@ -106,6 +106,7 @@ class Sculpting:
         flight = self._flight
         flight.controller.heightmap = flight.renderer.heightmap
         flight.painter.forget()
+        flight.keeping.land_changed()
         flight.insight.explanation = None
         if self.editing and self.editing.edited:
             flight.land.changed()

@@ -42,12 +42,13 @@ def detail(gui: Gui, flight: Flight) -> None:
     settings, drawing = flight.settings, flight.settings.drawing
     if settings.split:
         gui.imgui.text_disabled(f"of the {('left', 'right')[settings.active]} side; the cursor chooses")
-    tolerance_px = drawing.max_error_px or flight.certified_px or 1.0
+    stats = [*flight.painter.side_stats, flight.figures.stats][settings.active]  # a side may have come just now
+    tolerance_px = drawing.max_error_px or stats.get("certified_max_error_px") or 1.0
     changes: dict[str, Any] = {
         "max_error_px": gui.slide("tolerance", tolerance_px, *TOLERANCES_PX, TOLERANCE_HELP, "%.3g px", True),
         "triangles": gui.slide(
             "triangles",
-            drawing.triangles or flight.figures.stats.get("triangles", 1),
+            drawing.triangles or stats.get("triangles", 1),
             *BUDGETS,
             BUDGET_HELP,
             "at most %.0f" if drawing.triangles else "%.0f",
