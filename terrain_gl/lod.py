@@ -186,7 +186,7 @@ class Levels:
         self._active = ctx.buffer(reserve=_ASKING + 16 + 4 * self._tiles)
         self._offsets = ctx.buffer(reserve=4 * layout.SIZES * self._tiles)
         self._summary = ctx.buffer(reserve=layout.SUMMARY.itemsize)
-        self._nothing = ctx.buffer(np.array([1024, 0, 1, 0] * 2 + [0] * 11, "u4").tobytes())
+        self._nothing = ctx.buffer(np.array([0, 0, 1, 0] * 2 + [0] * 11, "u4").tobytes())
         self.patches = ctx.buffer(reserve=layout.PATCH.itemsize * 65536)
         self.draws = ctx.buffer(reserve=gl.COMMAND_STRIDE * 64)
 

@@ -24,6 +24,9 @@ void main() {
     if (!has_nodes(at.z, at.xy)) return;
     uint place = atomicAdd(active_groups.w, 1u);
     active_tile[place] = uint(tile);
-    atomicMax(active_groups.y, place / uint(MANY) + 1u);
-    atomicMax(asking_groups.y, place / uint(MANY) + 1u);
+    uvec2 groups = uvec2(min(place + 1u, uint(MANY)), place / uint(MANY) + 1u);
+    atomicMax(active_groups.x, groups.x);
+    atomicMax(active_groups.y, groups.y);
+    atomicMax(asking_groups.x, groups.x);
+    atomicMax(asking_groups.y, groups.y);
 }

@@ -7,7 +7,7 @@
 #define TILE 32
 #define MANY 1024  // work groups in a row: more than 65535 in one dimension are not allowed
 
-#define NO_GROUPS uvec4(MANY, 0, 1, 0)
+#define NO_GROUPS uvec4(0, 0, 1, 0)
 
 layout(std430, binding = 2) buffer Active {
     uvec4 active_groups;  // dispatch size, and how many tiles
