@@ -332,6 +332,7 @@ def ideal_allocation(
     near_m: float,
     triangles: Sequence[int],
     void: np.ndarray | None = None,
+    weights: np.ndarray | None = None,
 ) -> tuple[Allocation, Allocation]:
     """Least root mean square screen error of a quadtree with so many triangles: restricted, and without restriction.
 
@@ -346,13 +347,16 @@ def ideal_allocation(
         (rows, cols) metres with voids filled, and where those are.
     triangles
         Budgets.
+    weights
+        (rows, cols) how many times each post counts, in what is made small and in the mean; once by default.
     """
     top = max(1, int(max(heights.shape) - 2).bit_length())
     picture = _posts_in_picture(heights, spacing_m, camera, size, near_m)
     picture = picture._replace(seen=picture.seen & ~void) if void is not None else picture
+    picture = picture._replace(px_m=picture.px_m * np.sqrt(weights)) if weights is not None else picture
     seen = _nodes_in_picture(heights, spacing_m, camera, size, near_m, top)
     squares = [np.zeros(seen[0].shape)] + [_squares_px(heights, picture, j) for j in range(1, top + 1)]
-    posts = max(1, int(picture.seen.sum()))
+    posts = max(1.0, float(np.sum(picture.seen if weights is None else weights[picture.seen])))
 
     def plain(log_lambda: float) -> tuple[int, float]:
         return _prune(squares, seen, 2.0**log_lambda)[1:]
@@ -367,6 +371,18 @@ def ideal_allocation(
 
     curves = [_at_budgets(curve, triangles) for curve in (restricted, plain)]
     return tuple(Allocation(n, np.sqrt(error / posts)) for n, error in curves)  # type: ignore[return-value]
+
+
+def post_weights(
+    heights: np.ndarray, spacing_m: tuple[float, float], camera: Camera, size: tuple[int, int], near_m: float
+) -> np.ndarray:
+    """How many times each post counts in a budget of triangles, (rows, cols).
+
+    Once; near the eye, where it covers many pixels, once for every block of 2 x 2 that it covers at most.
+    """
+    depth_m = _posts_in_picture(heights, spacing_m, camera, size, near_m).depth_m
+    blocks_across = camera.focal_px(size[1]) / (2 * depth_m)
+    return np.maximum(1.0, blocks_across**2 * spacing_m[0] * spacing_m[1])
 
 
 def _squares_px(heights: np.ndarray, picture: Picture, level: int) -> np.ndarray:

@@ -505,10 +505,14 @@ def test_bands_of_a_map_are_its_whole_node_rows(monkeypatch):
 
 
 def used(scene, camera, triangles, **more):
-    """What a budget is drawn with; it keeps to it, and uses it unless the picture has no use for it."""
+    """What a budget is drawn with; it keeps to it, and uses it unless the picture has no use for it.
+
+    One node may be worth the whole way to it: three leaves more a level, which come at one price.
+    """
     selection = scene.select(camera, triangles=triangles, **more)
+    way = 6 * scene.terrain.top_level
     assert selection.triangles <= triangles
-    assert selection.triangles >= 0.97 * triangles or selection.price == 0 or triangles < 500, (triangles, selection)
+    assert selection.price == 0 or selection.triangles >= triangles - max(0.03 * triangles, way), (triangles, selection)
     return selection
 
 
@@ -590,18 +594,37 @@ def test_budgets_where_all_gains_are_alike(ctx, name):
     scene.release()
 
 
+def weighed_rms_px(scene, selection, camera, weights):
+    """Root mean square screen error of what is drawn, each post counting as often as its weight says."""
+    rows, cols = np.indices(weights.shape)
+    places = np.stack([cols.ravel(), rows.ravel()], -1)
+    px = scene.measurement.at(places, selection, camera, scene.size, scene.near_m)
+    known = np.isfinite(px)
+    return float(np.sqrt(np.average(np.square(px[known]), weights=weights.ravel()[known])))
+
+
 @pytest.mark.parametrize("name", ["odd", "holes", "long"])
 def test_a_budget_is_spent_almost_as_well_as_can_be(ctx, name):
-    """Within a quarter of the root mean square error of the best restricted quadtree."""
+    """Within a quarter of the rms error of the best restricted quadtree, near posts counting more than once."""
     heightmap = MAPS[name]()
     scene = Scene.of(ctx, heightmap)
     filled, void = scene.terrain.filled.astype("f8"), np.isnan(heightmap.heights)
     budgets = [300, 1000, 3000]
     for view in ("default", "down", "wide"):
         camera = cameras(heightmap)[view]
-        ask = heightmap.spacing_m, camera, scene.size, scene.near_m, budgets, void
-        best = reference.ideal_allocation(filled, *ask)[0]
+        ask = heightmap.spacing_m, camera, scene.size, scene.near_m
+        weights = reference.post_weights(filled, *ask)
+        best = reference.ideal_allocation(filled, *ask, budgets, void, weights)[0]
         for budget, rms_px in zip(budgets, best.rms_px, strict=True):
-            got = scene.achieved(used(scene, camera, budget), camera).rms_px
+            got = weighed_rms_px(scene, used(scene, camera, budget), camera, weights)
             assert got <= 1.25 * rms_px + 1e-6, (view, budget, got / rms_px)
     scene.release()
+
+
+def test_a_post_counts_as_often_as_it_covers_four_pixels():
+    """Straight above a plain, z metres up, a post covers (K s / z)² pixels."""
+    heights = np.zeros((9, 9))
+    for high, pixels in ((100.0, 360**2 * 3 / 100**2), (1000.0, 360**2 * 3 / 1000**2)):
+        camera = Camera((4, 4, high), (4, 4, 0), 60.0)  # K = 360 / tan 30°
+        weights = reference.post_weights(heights, (1.0, 1.0), camera, (1280, 720), 0.1)
+        assert weights == pytest.approx(max(1.0, pixels / 4))

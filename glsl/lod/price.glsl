@@ -2,14 +2,22 @@
 //   An error of δ metres makes w δ pixels there: a gain of g m² a triangle is one of w² g px².
 //   w is the bound over the node's box (lod/project.glsl): for nodes small beside their distance, and almost all are, close
 //   to what it is everywhere in them; large ones it splits a little early, where they hardly ever remain leaves.
-// Provides pays(), quad_pays().
+//   A picture shows near land in many pixels a post, far land with many posts a pixel: a post counts once, and near the eye
+//   once for each block of 2 × 2 pixels that it covers when seen from straight above it,
+//       n = max(1, (K / 2z)² s_x s_y),   s the spacing, z the depth.
+// Provides pays(), quad_pays().   Python twin of n: reference.post_weights
 
 #include "lod/tree.glsl"
 #include "lod/summary.glsl"
 
+float post_weight(Projection p) {
+    float blocks_m = 0.5 * u_focal_px / p.nearest_m;  // a metre's length in blocks
+    return max(1.0, blocks_m * blocks_m * u_spacing_m.x * u_spacing_m.y);
+}
+
 bool pays(Projection p, float gain_m2) {
     float w = u_focal_px * p.stretch / p.nearest_m;
-    return w * w * gain_m2 > s_price;
+    return post_weight(p) * w * w * gain_m2 > s_price;
 }
 
 // Whether a leaf is better drawn as a quad than as a fan of so many triangles.
