@@ -229,7 +229,8 @@ def markdown(rows):
 def tables(part, found):
     """What is known of a part, as text."""
     rows = {"pixel": pixel_rows, "puget": puget_rows}.get(part, budget_rows)(part, found)
-    return markdown(rows)
+    pictures = picture_rows(part, found) if part in ("land", "real") else []
+    return "\n\n".join(markdown(table) for table in (rows, pictures) if len(table) > 1)
 
 
 def pixel_rows(_, found):
@@ -252,19 +253,30 @@ def puget_rows(_, found):
 
 
 def budget_rows(part, found):
-    """Errors at equal triangles: the methods', the ideal's, how many times the rivals' are larger; and pictures."""
+    """Errors at equal triangles: the methods', the ideal's, and how many times the rivals' are larger."""
     ours, methods = "sat", compare.COMPARED
     rows = [["view or map", "triangles", *(f"{m} RMS px" for m in methods), "ideal", "sat / ideal"]]
-    rows[0] += [f"{m} / {ours}" for m in RIVALS] + [f"{m} RMSE" for m in (*methods, "full")]
+    rows[0] += [f"{m} / {ours}" for m in RIVALS]
     for case in found:
         for triangles in budgets_of(part, case):
             px = {m: case.known.get(f"{m} {triangles}", {}).get("rms_error_px") for m in methods}
-            pictures = [*(f"{m} {triangles} picture" for m in methods), "full picture"]
-            picture = [case.known.get(key, {}).get("image_rmse") for key in pictures]
             ideal_px = ideal_at(case, budgets_of(part, case), triangles)
             ratios = [ratio(px[ours], ideal_px), *(ratio(px[m], px[ours]) for m in RIVALS)]
-            numbers = [*map(shown, px.values()), shown(ideal_px), *ratios, *map(shown, picture)]
-            rows += [[case.name, f"{triangles:,}", *numbers]]
+            rows += [[case.name, f"{triangles:,}", *map(shown, px.values()), shown(ideal_px), *ratios]]
+    return rows
+
+
+def picture_rows(part, found):
+    """How far the methods' pictures are from the truth, and the dense mesh's: what the diagonals of cells are about."""
+    drawn = (*compare.COMPARED, "full")
+    rows = [["view or map", "triangles", *(f"{m} {what}" for what in ("RMSE", "FLIP") for m in drawn)]]
+    for case in found:
+        for triangles in budgets_of(part, case):
+            keys = [*(f"{m} {triangles} picture" for m in compare.COMPARED), "full picture"]
+            known = [case.known.get(key, {}) for key in keys]
+            if known[0]:
+                numbers = [shown(picture.get(what)) for what in ("image_rmse", "flip") for picture in known]
+                rows += [[case.name, f"{triangles:,}", *numbers]]
     return rows
 
 
