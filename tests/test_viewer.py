@@ -1267,6 +1267,23 @@ def test_a_box_is_ticked_and_a_choice_made(panels):
     assert (drawing.style, drawing.metric, drawing.method) == (STYLES[1], METRICS[1], METHODS[1])
 
 
+def test_a_path_is_typed(panels, tmp_path):
+    np.save(tmp_path / "slope.npy", np.add.outer(np.arange(40.0), np.arange(30.0)))
+    panels.gui.opened |= {"Map": True, "Understand": False}
+    settle(panels)
+    left, top, right, bottom = panels.gui.places["file"]
+    middle = left + 20, (top + bottom) / 2
+    drag(panels, middle, middle)
+    assert panels.gui.writes and panels.gui.at(*middle) == "file"
+    for character in str(tmp_path / "slope.npy"):
+        panels.gui.write(ord(character))
+    settle(panels)
+    panels.gui.key("enter", True)
+    panels.gui.key("enter", False)
+    settle(panels)
+    assert panels.figures.name == "slope.npy" and panels.settings.drawing.style == "lambert"
+
+
 def test_every_control_has_a_line_of_help(panels):
     for title in panels.gui.opened:
         panels.gui.opened[title] = True

@@ -154,19 +154,24 @@ def _light(gui: Gui, flight: Flight) -> None:
     if drawing.sky:
         gui.imgui.text_disabled("The sky image has a sun of its own.")
         return
-    hour = gui.slide("time of day", flight.hour, 4.0, 20.0, "The sun on a summer day in the Alps.", "%.1f h")
     azimuth, elevation = drawing.sun
+    form = "%.1f h" if drawing.sun == _sun_at(flight.hour) else "as below"
+    hour = gui.slide("time of day", flight.hour, 4.0, 20.0, "The sun on a summer day in the Alps.", form)
     azimuth = azimuth % 360
     turned = gui.slide("sun from", azimuth, 0.0, 360.0, "Where the sun stands, clockwise from north.", "%.0f°")
     raised = gui.slide("sun height", elevation, -10.0, 90.0, "How high it stands over the horizon.", "%.0f°")
     if hour is not None:
         flight.hour = hour
-        clock = _DAY.replace(hour=int(hour), minute=int(60 * (hour % 1)))
-        azimuth, elevation = sun_position(clock, _LATITUDE_DEG)
-        settings.draw_both(sun=(azimuth, elevation))
+        settings.draw_both(sun=_sun_at(hour))
     elif turned is not None or raised is not None:
         sun = azimuth if turned is None else turned, elevation if raised is None else raised
         settings.draw_both(sun=sun)
+
+
+def _sun_at(hour: float) -> tuple[float, float]:
+    """Azimuth and elevation in degrees."""
+    azimuth, elevation = sun_position(_DAY.replace(hour=int(hour), minute=int(60 * (hour % 1))), _LATITUDE_DEG)
+    return azimuth, elevation
 
 
 def _water(gui: Gui, flight: Flight) -> None:
