@@ -22,6 +22,7 @@ from terrain_gl.drawing import METHODS, Drawing
 from terrain_gl.error import ErrorTables
 from terrain_gl.exceptions import TerrainError
 from terrain_gl.explain import Choice, Explanation
+from terrain_gl.export import FORMATS
 from terrain_gl.film.path import CameraPath
 from terrain_gl.heightmap import Heightmap
 from terrain_gl.image import read_image, write_image
@@ -1167,6 +1168,29 @@ def test_a_sky_and_water_from_the_panel(flight, tmp_path):
     assert changed(seen(flight), sunny) > 0.1
 
 
+@pytest.mark.parametrize("ending", FORMATS)
+def test_the_mesh_is_saved_as_it_is_drawn(flight, tmp_path, monkeypatch, ending):
+    monkeypatch.chdir(tmp_path)
+    settle(flight)
+    take_pace(flight, slow())
+    flight.controller.look(40, 0)
+    later(flight)  # what is seen is coarse
+    flight.keeping.mesh_format = ending
+    flight.press("o")
+    flight.keeping.join()
+    told = int(flight.message.split(": ")[1].split()[0].replace(",", ""))
+    content = (tmp_path / f"hills-001{ending}").read_bytes()
+    settle(flight)
+    assert told == flight.figures.stats["triangles"]
+    if ending == ".ply":
+        assert f"element face {told}\n".encode() in content
+    elif ending == ".obj":
+        assert content.count(b"\nf ") == told
+    flight.controller.look(0, -10000)  # the sky
+    flight.press("o")
+    assert "no triangles" in flight.message
+
+
 def test_bookmarks_become_a_path(flight, tmp_path, monkeypatch):
     monkeypatch.chdir(tmp_path)
     flight.press("k")
@@ -1253,18 +1277,16 @@ def test_a_slider_is_dragged_and_the_mesh_follows(panels):
 
 
 def test_a_box_is_ticked_and_a_choice_made(panels):
-    panels.gui.opened |= {"Picture": True, "Understand": False}
-    panels.settings.draw(style=STYLES[0])
     panels.resize((600, 640))
     settle(panels)
-    for label in ("style", "metric", "method"):
+    for label in ("colours", "metric", "method"):
         left, top, right, bottom = slider(panels, label)
         drag(panels, (left + 20, (top + bottom) / 2), (left + 20, (top + bottom) / 2))
         height = bottom - top
         place = left + 20, bottom + 1.6 * height  # the second of the list that came down
         drag(panels, place, place)
     drawing = panels.settings.drawing
-    assert (drawing.style, drawing.metric, drawing.method) == (STYLES[1], METRICS[1], METHODS[1])
+    assert (drawing.style, drawing.metric, drawing.method) == (list(legend.COLOURS)[1], METRICS[1], METHODS[1])
 
 
 def test_a_path_is_typed(panels, tmp_path):

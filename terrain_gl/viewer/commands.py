@@ -94,6 +94,7 @@ GROUPS: dict[str, list[Command]] = {
         Command("P", "save the picture as PNG", ("p",), lambda f: f.keeping.shoot()),
         Command("R", "record what is seen as a film, or stop", ("r",), lambda f: f.keeping.toggle_recording()),
         Command("Y", "this view as a command line", ("y",), lambda f: f.keeping.tell_line()),
+        Command("O", "save the mesh as it is drawn: GLB, PLY or OBJ", ("o",), lambda f: f.keeping.save_mesh()),
         Command("K", "bookmarks as a path for terrain-gl fly", ("k",), lambda f: f.keeping.save_path()),
         Command("drop a file", "open a map: drop its file on the window"),
     ],

@@ -1,4 +1,4 @@
-"""What can be taken away: the picture at any size, a film of what is seen, the view as a command line."""
+"""What can be taken away: pictures of any size, the mesh, films, the view as a command line, bookmarks as a path."""
 
 from __future__ import annotations
 
@@ -13,8 +13,10 @@ from typing import TYPE_CHECKING, Any
 import numpy as np
 
 from ..exceptions import TerrainError
+from ..export import FORMATS, make_mesh, write_mesh
 from ..film.path import CameraPath, Keyframe
 from ..image import replacing, write_png
+from ..readers import Spacing
 from .filming import Filming, film_suffix
 from .painter import Size, Wanted
 
@@ -47,8 +49,10 @@ class Keeping:
     ----------
     size
         Of the pictures that are saved: one of `SIZES`.
+    mesh_format
+        Ending of the meshes that are saved.
     shot
-        The one that is being drawn.
+        The picture that is being drawn.
     filming
         The film that is being recorded.
     line_of
@@ -60,6 +64,7 @@ class Keeping:
     def __init__(self, flight: Flight) -> None:
         self._flight = flight
         self.size = next(iter(SIZES))
+        self.mesh_format = next(iter(FORMATS))
         self.shot: Shot | None = None
         self.filming = Filming(flight.say)
         self.line_of: Callable[..., str] | None = None
@@ -137,11 +142,15 @@ class Keeping:
             first, last = (round(edge * wanted.size[0]) for edge in wanted.part(side))
             picture[:, first:last] = frame.image[:, first:last]
             stats.append(frame.stats)
+        self._in_thread(self._write_picture, path, picture, stats)
+
+    def _in_thread(self, write: Callable[..., None], path: Path, *what: Any) -> None:
+        """Write a file, after the one before."""
         self.join()
-        self._writing = threading.Thread(target=self._write, args=(path, picture, stats), name=f"writing {path}")
+        self._writing = threading.Thread(target=write, args=(path, *what), name=f"writing {path}")
         self._writing.start()
 
-    def _write(self, path: Path, picture: np.ndarray, stats: list[dict[str, Any]]) -> None:
+    def _write_picture(self, path: Path, picture: np.ndarray, stats: list[dict[str, Any]]) -> None:
         """The picture, and beside it the numbers of its sides."""
         try:
             numbers = path.with_suffix(".json")
@@ -153,6 +162,30 @@ class Keeping:
             self._flight.say(str(error))
         else:
             self._flight.say(f"saved {path}, {picture.shape[1]} × {picture.shape[0]}; its numbers: {numbers.name}")
+
+    # --- The mesh -----------------------------------------------------------------------------------------------------
+
+    def save_mesh(self) -> None:
+        """Save the very triangles that the window shows, or is about to show in full."""
+        flight = self._flight
+        if self.shot:
+            flight.say(f"{self.shot.path} is still being drawn: Esc cancels it")
+            return
+        renderer, path = flight.renderer, free_name(flight.renderer.heightmap.name, self.mesh_format)
+        flight.painter.ready_for(renderer, flight.wanted(), 0)
+        triangles, heights = renderer.triangles(), renderer.drawn_heights()
+        if len(triangles):
+            self._in_thread(self._write_mesh, path, triangles, heights, renderer.heightmap.spacing_m)
+        else:
+            flight.say("no triangles in this view: turn the camera")
+
+    def _write_mesh(self, path: Path, triangles: np.ndarray, heights: np.ndarray, spacing_m: Spacing) -> None:
+        try:
+            write_mesh(path, make_mesh(triangles, heights, spacing_m, weld=True))
+        except (TerrainError, OSError) as error:
+            self._flight.say(str(error))
+        else:
+            self._flight.say(f"saved {path}: {len(triangles):,} triangles in metres")
 
     # --- Films and words ----------------------------------------------------------------------------------------------
 

@@ -7,6 +7,7 @@ from typing import TYPE_CHECKING, Any
 
 from ..brush import TOOLS
 from ..drawing import CHOICES
+from ..export import FORMATS
 from ..light.sun import sun_position
 from ..maps import bundled
 from .controller import MODES
@@ -229,6 +230,10 @@ def keep(gui: Gui, flight: Flight) -> None:
         flight.press("r")
     if gui.press_button("Copy the command line", "A terrain-gl shot that draws this very picture (Y)."):
         flight.press("y")
+    chosen = gui.choose("format", keeping.mesh_format, list(FORMATS), "Of saved meshes.")
+    keeping.mesh_format = chosen or keeping.mesh_format
+    if gui.press_button("Save the mesh", "The very triangles that are drawn, in metres (O)."):
+        flight.press("o")
     text = "Bookmarks as a path for terrain-gl fly, which makes a film of it (K)."
     if gui.press_button("Save the bookmarks' path", text, len(flight.controller.bookmarks) > 1):
         flight.press("k")
