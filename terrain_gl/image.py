@@ -101,7 +101,7 @@ def writing_image(path: str | os.PathLike[str], size: tuple[int, int], channels:
         raise TerrainError(f"{path}: cannot write {suffix or 'a file without an ending'}: use {', '.join(FORMATS)}")
     channels = min(channels, 3) if suffix in _OPAQUE else channels
     with replacing(path) as beside:
-        _make_sure_of_space(beside, size[0] * size[1] * channels * (4 if FORMATS[suffix] == "float" else 1))
+        make_sure_of_space(beside, size[0] * size[1] * channels * (4 if FORMATS[suffix] == "float" else 1))
         file = _opened(beside, path, (*size, channels), FORMATS[suffix])
         done = 0
 
@@ -247,7 +247,7 @@ def _opened(to: Path, name: str | os.PathLike[str], shape: tuple[int, int, int],
     return file
 
 
-def _make_sure_of_space(to: Path, pixel_bytes: int) -> None:
+def make_sure_of_space(to: Path, pixel_bytes: int) -> None:
     """Write as much as the picture can take: on a full disk libpng says nothing, and libjpeg ends the process."""
     left = pixel_bytes + pixel_bytes // 8 + 65536
     if left > shutil.disk_usage(to.parent).free:

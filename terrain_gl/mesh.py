@@ -69,10 +69,11 @@ class MeshDraw:
         out = self.ctx.buffer(reserve=max(1, selection.most_triangles) * 3 * vertex_bytes)
         surface = self.surface
         draws, indexed = (surface.draws, selection.draws), surface.indices is not None
-        triangles = gl.capture(self.ctx, self.program, self.vao, out, *draws, mode=surface.mode, indexed=indexed)
-        data = out.read(triangles * 3 * vertex_bytes)
-        out.release()
-        return data
+        try:
+            triangles = gl.capture(self.ctx, self.program, self.vao, out, *draws, mode=surface.mode, indexed=indexed)
+            return out.read(triangles * 3 * vertex_bytes)
+        finally:
+            out.release()
 
     def release(self) -> None:
         """Give the GPU's memory back."""
@@ -121,8 +122,10 @@ def captured_triangles(selection: Selection) -> tuple[np.ndarray, np.ndarray]:
     """
     surface = selection.surface
     draw = MeshDraw(surface, "CAPTURE", varyings=("v_vertex",))
-    data = draw.capture(selection, _VERTEX.itemsize)
-    draw.release()
+    try:
+        data = draw.capture(selection, _VERTEX.itemsize)
+    finally:
+        draw.release()
     vertices = np.frombuffer(data, _VERTEX).reshape(-1, 3)
     posts = np.stack([vertices["col"], vertices["row"]], -1).astype(np.int32)
     true_m = surface.terrain.filled[posts[..., 1], posts[..., 0]] - np.float32(surface.terrain.base_m)

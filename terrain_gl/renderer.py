@@ -6,7 +6,7 @@ import math
 import time
 from collections import deque
 from collections.abc import Callable, Generator, Iterator
-from contextlib import contextmanager
+from contextlib import closing, contextmanager
 from dataclasses import dataclass, field
 from functools import wraps
 from types import TracebackType
@@ -52,6 +52,24 @@ def _in_own_context(method: Method) -> Method:
     return cast(Method, entered)
 
 
+def _portions_in_own_context(method: Method) -> Method:
+    """The same for what is done in portions: others may draw between two of them."""
+
+    @wraps(method)
+    def entered(self: Renderer, *args: Any, **settings: Any) -> Any:
+        with closing(method(self, *args, **settings)) as portions:
+            while True:
+                if self._owns_ctx and not self._released:
+                    self.ctx.__enter__()
+                try:
+                    portion = next(portions)
+                except StopIteration as end:
+                    return end.value
+                yield portion
+
+    return cast(Method, entered)
+
+
 @dataclass
 class Frame:
     """A picture and what is known of it.
@@ -81,6 +99,7 @@ class _Shot:
     near_m: float
     drawing: Drawing
     eye: Camera  # what it was looked at with: another camera where `camera` is frozen
+    drawn: bool = False  # whether the picture shows it
     stats: dict[str, Any] = field(default_factory=dict)
 
 
@@ -127,6 +146,7 @@ class Renderer:
         self._stopwatch: Stopwatch | None = None
         self._unsettled: Rect | None = None  # what was edited since the light last followed
         self._parts: list[Any] = []
+        self._released = False
         self._size = size
         self.building = self._build(heightmap, size)
         if build:
@@ -138,6 +158,7 @@ class Renderer:
     building: Generator[float, None, None]
     """Makes the tables in portions, for who must not wait for the whole; after each: the part done, 0 to 1."""
 
+    @_portions_in_own_context
     def _build(self, heightmap: Heightmap, size: tuple[int, int]) -> Generator[float, None, None]:
         posts, pixels = heightmap.rows * heightmap.cols, size[0] * size[1]
         try:
@@ -219,9 +240,12 @@ class Renderer:
     @_in_own_context
     def draw(self, camera: Camera, max_error_px: float | None = None, **options: Any) -> dict[str, Any]:
         """Draw like `render`, but leave the picture on the GPU (`picture`); returns the stats."""
+        started = time.perf_counter()
         drawing = Drawing(max_error_px, **options)
         self._shot = self._select(camera, self.size, drawing)
         self._shade(Piece.whole(self.size), self._shot, drawing)
+        self._shot.drawn = True
+        self.ms["frame"] = 1e3 * (time.perf_counter() - started)
         if self._stopwatch:
             self.ms |= self._stopwatch.frame() or {}
         self._shot.stats = self._stats(drawing, self._shot.selection, self.size)
@@ -235,6 +259,7 @@ class Renderer:
         self._shot = shot
         return shot.stats
 
+    @_portions_in_own_context
     def drawing(
         self, camera: Camera, max_error_px: float | None = None, **options: Any
     ) -> Generator[float, None, dict[str, Any]]:
@@ -247,10 +272,11 @@ class Renderer:
         yield 0.1
         for share in self._shading(Piece.whole(self.size), shot, drawing):
             yield 0.1 + 0.9 * share
-        shot.stats = self._stats(drawing, shot.selection, self.size)
+        shot.stats, shot.drawn = self._stats(drawing, shot.selection, self.size), True
         self._shot = shot
         return shot.stats
 
+    @_portions_in_own_context
     def rendering_large(
         self, camera: Camera, size: tuple[int, int], max_error_px: float | None = None, **options: Any
     ) -> Generator[float, None, Frame]:
@@ -261,7 +287,7 @@ class Renderer:
         for done, piece in enumerate(parts):
             for share in self._shading(piece, shot, drawing):
                 yield (done + share) / len(parts)
-            image[piece.rows, piece.cols] = self._read()
+            image[piece.rows, piece.cols] = self.picture.read()
             spent = {stage: ms + self.ms.get(stage, 0.0) for stage, ms in spent.items()}
         return Frame(image, self._stats(drawing, shot.selection, size) | {"ms": self.ms | spent})
 
@@ -326,7 +352,7 @@ class Renderer:
             started = time.perf_counter()
             pixels = self._render_piece(piece, shot, drawing)
             self.ms["frame"] = 1e3 * (time.perf_counter() - started)
-            spent = {stage: ms + self.ms[stage] for stage, ms in spent.items()}
+            spent = {stage: ms + self.ms.get(stage, 0.0) for stage, ms in spent.items()}
             yield piece, Frame(pixels, stats | {"ms": self.ms | spent})
 
     @_in_own_context
@@ -382,14 +408,9 @@ class Renderer:
         if self._stopwatch:
             self.ms |= self._stopwatch.frame() or {}
 
-    @_in_own_context
     def _timed_portion(self, stage: str, portions: Generator[float, None, None]) -> float | None:
         with self._timed(stage):
             return next(portions, None)
-
-    @_in_own_context
-    def _read(self) -> np.ndarray:
-        return self.picture.read()
 
     @_in_own_context
     def measure(self) -> dict[str, Any]:
@@ -398,7 +419,7 @@ class Renderer:
         Adds `max_error_px`, `rms_error_px`, `posts_measured` and `holes`, the pixels and posts where the sky shows
         through.
         """
-        shot = self._last()
+        shot = self._last_drawn()
         achieved = deque(self.measuring(), maxlen=1).pop()
         moved_px = max(shot.selection.certified_px or 0.0, achieved.max_px)  # the metric may be another
         moved_px = min(moved_px, float(max(self.size)))  # a budget may promise nothing
@@ -421,11 +442,16 @@ class Renderer:
         """
         tried = self.candidates(camera, method, triangles, options.get("near_m"))
         errors = [self._rms_px(camera, method=method, parameters=each, **options) for each in tried]
+        self._shot = None
         return tried[int(np.argmin(errors))]
 
     @_in_own_context
     def candidates(self, camera: Camera, method: str, triangles: int, near_m: float | None = None) -> list[Parameters]:
-        """Parameters with which a rival draws about so many triangles, the most promising first."""
+        """Parameters with which a rival draws about so many triangles, the most promising first.
+
+        Ends what `measure` and its kin could say of the last frame.
+        """
+        self._shot = None
         near_m = near_m or NEAR * min(self.heightmap.spacing_m)
         return cast(list[Parameters], self.rivals.of(method).candidates(camera, self.size, near_m, triangles))
 
@@ -433,13 +459,14 @@ class Renderer:
         self.choose(camera, **options)
         return deque(self.measuring(), maxlen=1).pop().rms_px
 
-    def measuring(self, tile: int = TILE) -> Iterator[Achieved]:
+    @_portions_in_own_context
+    def measuring(self, tile: int = TILE) -> Generator[Achieved, None, None]:
         """Measure the last frame in portions of at most `tile` posts a side, for who must not wait for the whole.
 
         After each portion: what was achieved so far. To be gone through before anything else is drawn.
         """
         shot = self._last()
-        return self._measuring().steps(shot.selection, shot.camera, self.size, shot.near_m, tile)
+        yield from self._measuring().steps(shot.selection, shot.camera, self.size, shot.near_m, tile)
 
     @_in_own_context
     def error_map(self) -> np.ndarray:
@@ -447,7 +474,7 @@ class Renderer:
 
         The very errors that `measure` speaks of, between posts bilinear, at the places that the pixel's samples see.
         """
-        shot, places = self._last(), self.picture.places()
+        shot, places = self._last_drawn(), self.picture.places()
         px = self._measuring().at(places.reshape(-1, 2), shot.selection, shot.camera, self.size, shot.near_m)
         px = px.reshape(places.shape[:3])
         return np.fmax.reduce(px)
@@ -590,9 +617,13 @@ class Renderer:
         weight = weights[inside[0]] / weights[inside[0]].sum()
         return float(weight @ heights_m[inside[0]].astype(np.float64)) + self.terrain.base_m
 
-    @_in_own_context
     def release(self) -> None:
         """Give the GPU's memory back."""
+        if self._released:
+            return
+        self._released = True
+        if self._owns_ctx:
+            self.ctx.__enter__()
         while self._parts:
             self._parts.pop().release()
         if self._owns_ctx:
@@ -619,6 +650,11 @@ class Renderer:
         if self._shot is None:
             raise TerrainError("nothing drawn since the map or the picture's size changed: render a frame first")
         return self._shot
+
+    def _last_drawn(self) -> _Shot:
+        if not (shot := self._last()).drawn:
+            raise TerrainError("the mesh was chosen, but no picture drawn of it: draw a frame first")
+        return shot
 
     def _stats(self, drawing: Drawing, selection: Selection, size: tuple[int, int]) -> dict[str, Any]:
         return {

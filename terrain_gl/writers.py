@@ -14,7 +14,7 @@ import OpenImageIO as oiio
 
 from .exceptions import TerrainError, UsageError
 from .heightmap import Heightmap
-from .image import replacing
+from .image import make_sure_of_space, replacing
 
 FORMATS = {".png": "uint16", ".tif": "float", ".tiff": "float", ".exr": "float"}
 MOST_STEPS = 65534  # of a 16-bit file with voids
@@ -106,7 +106,7 @@ def heightmap_file(path: str | os.PathLike[str], cols: int, rows: int, descripti
     """
     suffix = format_of(path)
     with replacing(path) as beside:
-        _make_sure_of_space(beside, cols * rows * (2 if FORMATS[suffix] == "uint16" else 4))
+        make_sure_of_space(beside, cols * rows * (2 if FORMATS[suffix] == "uint16" else 4))
         with HeightmapFile(beside, path, (cols, rows), FORMATS[suffix], description) as file:
             yield file
 
@@ -151,9 +151,3 @@ def _steps(heights: np.ndarray, opening: dict[str, Any]) -> np.ndarray:
     void = np.isnan(heights)
     steps = np.rint((heights.astype(np.float64) - opening["z_offset_m"]) / opening["z_scale"])
     return np.where(void, VOID, np.where(void, 0, steps)).astype(np.uint16)
-
-
-def _make_sure_of_space(beside: Path, most: int) -> None:
-    """Take the room that the file can need: on a full disk libpng says nothing."""
-    with open(beside, "wb") as probe:
-        os.posix_fallocate(probe.fileno(), 0, most + most // 8 + 65536)

@@ -284,8 +284,9 @@ def test_bench(dem, run):
         stages = {"open", "first_picture", "upload", "sat", "numpy", "error", "lod", "draw", "frame", "python"}
         assert stats.keys() >= FRAME_KEYS | {"dense", "ratio", "posts"} and stats["ms"].keys() >= stages
         assert stats["dense"]["triangles"] > stats["triangles"] and stats["dense"]["ms"].keys() >= {"draw", "frame"}
-        assert all(value > 0 for value in [*stats["ms"].values(), *stats["ratio"].values()])
-        assert stats["ms"]["python"] < stats["ms"]["frame"] < stats["ms"]["first_picture"]
+        timed = [ms for name, ms in stats["ms"].items() if name != "python"]  # an estimate, and short here
+        assert all(value > 0 for value in [*timed, *stats["ratio"].values()])
+        assert 0 <= stats["ms"]["python"] < stats["ms"]["frame"] < stats["ms"]["first_picture"]
 
 
 def test_bench_for_people(dem, run):
@@ -546,7 +547,17 @@ def test_full_standard_output(dem):
     assert done.stderr.splitlines()[0] == "terrain-gl: standard output: No space left on device"
 
 
-def test_the_map_is_no_output(run, dem):
+@pytest.mark.parametrize("command", ["measure", "info"])
+def test_the_map_is_no_output(run, dem, command):
     before = Path(dem).read_bytes()
-    refused(run("measure", dem, "--json", dem), 2, "is the map itself")
+    refused(run(command, dem, "--json", dem), 2, "is read, too")
     assert Path(dem).read_bytes() == before
+
+
+def test_what_is_read_is_no_output(run, dem):
+    refused(run("shot", dem, "--material", "m.png", "-o", "./m.png"), 2, "m.png: is read, too")
+    refused(run("fly", dem, "--path", "p.json", "-o", "f/", "--json", "p.json"), 2, "p.json: is read, too")
+
+
+def test_scripts_may_say_a_seed_wherever_something_is_drawn(run, dem):
+    assert run("shot", dem, "-o", "a.png", "--size", "64x48", "--seed", 3)[0] == 0

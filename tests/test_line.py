@@ -18,6 +18,8 @@ from terrain_gl.film.path import CameraPath, Keyframe
 from terrain_gl.heightmap import Heightmap
 from terrain_gl.image import read_image
 from terrain_gl.maps import bundled, open_map
+from terrain_gl.methods.clipmap import Rings
+from terrain_gl.methods.tessellated import Edges
 from terrain_gl.renderer import Renderer
 from terrain_gl.views import standard_view
 
@@ -48,6 +50,25 @@ def draws_the_same(heightmap, camera, drawing=None, size=SIZE):
     with Renderer(heightmap, size) as renderer:
         assert np.array_equal(read_image("picture.png"), renderer.render(camera, **vars(drawing)).image)
     return line
+
+
+@pytest.mark.parametrize(
+    ("drawing", "said"),
+    [
+        (Drawing(method="clipmap", parameters=Rings(31), style="depth"), "--ring 31"),
+        (Drawing(method="tessellated", parameters=Edges(12.5), style="depth"), "--edge 12.5"),
+    ],
+)
+def test_parameters_of_rivals(drawing, said):
+    heightmap = Heightmap.open("a hill's map.npy")
+    assert said in draws_the_same(heightmap, standard_view(heightmap), drawing)
+
+
+def test_parameters_without_an_option_are_refused():
+    heightmap = Heightmap.open("a hill's map.npy")
+    drawing = Drawing(method="clipmap", parameters=Rings(31, finest=2))
+    with pytest.raises(UsageError, match="no options for all of Rings"):
+        command_line(heightmap, standard_view(heightmap), SIZE, drawing)
 
 
 def test_only_what_is_unusual_is_said():

@@ -258,6 +258,7 @@ def without(key, **more):
         ('[{"eye": [1, 2, 1' + "0" * 400 + '], "target": [0, 0, 0]}]', "keyframe 1: eye"),
         (without("", eye=[1, 0, 1]), "keyframe 2: eye and target are the same"),
         (without("", fov=500), "keyframe 2: field of view"),
+        (without("", fov=0), "keyframe 2: field of view"),
         (without("", fov=[50]), "keyframe 2: fov: expected a number"),
         (without("", up=[1, 0, 0]), "keyframe 2: up"),
         (without("", sun=[1, 100]), "keyframe 2: sun"),

@@ -209,6 +209,14 @@ def test_a_folder_keeps_what_was_complete_when_the_disk_was_full():
         Recorder("frames/")
 
 
+def test_a_folder_that_was_there_stays_when_nothing_is_recorded():
+    os.mkdir("mine")
+    for folder in ("mine", "made"):
+        with pytest.raises(TerrainError, match="no frames"), Recorder(f"{folder}/"):
+            pass
+    assert os.listdir() == ["mine"]
+
+
 def test_the_end_of_the_recorder_is_told_to_who_appends():
     recorder = Recorder("frames/")
     recorder.append(picture(0))

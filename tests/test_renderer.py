@@ -104,6 +104,47 @@ def test_measure_speaks_of_the_frame_at_hand_only(heightmap):
         assert r.measure()["width"] == 200
 
 
+def test_what_was_chosen_but_not_drawn_is_not_measured(heightmap):
+    camera = tg.Camera.default(heightmap)
+    with tg.Renderer(heightmap, SIZE) as r:
+        r.draw(camera)
+        chosen = r.choose(camera, 4.0)
+        assert [*r.measuring()][-1].max_px <= chosen["certified_max_error_px"]
+        for ask in (r.measure, r.error_map):
+            with pytest.raises(TerrainError, match="draw a frame first"):
+                ask()
+        r.draw(camera)
+        r.candidates(camera, "clipmap", 300)
+        with pytest.raises(TerrainError, match="render a frame first"):
+            r.measure()
+
+
+def test_released_twice(heightmap):
+    with tg.Renderer(heightmap, SIZE) as r:
+        r.release()
+
+
+def test_portions_take_turns(heightmap):
+    camera = tg.Camera.default(heightmap)
+    other = tg.Heightmap(-heightmap.heights, (20.0, 30.0))
+    with tg.Renderer(heightmap, SIZE, build=False) as a, tg.Renderer(other, SIZE, build=False) as b:
+        for _ in zip(a.building, b.building, strict=True):
+            pass
+        alone = [r.draw(camera, style="depth") | r.measure() for r in (a, b)]
+        together = [[], []]
+        for portions in zip(a.measuring(tile=16), b.measuring(tile=16), strict=True):
+            for achieved, portion in zip(together, portions, strict=True):
+                achieved.append(portion)
+        assert len(together[0]) > 1
+        assert [each[-1].max_px for each in together] == [stats["max_error_px"] for stats in alone]
+
+
+def test_pieces_without_waiting(heightmap):
+    with tg.Renderer(heightmap, SIZE) as r:
+        r.waits = False
+        assert r.render_large(tg.Camera.default(heightmap), (200, 100), style="depth").image.std() > 0
+
+
 def test_two_renderers_take_turns(heightmap):
     camera = tg.Camera.default(heightmap)
     other = tg.Heightmap(-heightmap.heights, (20.0, 30.0))
@@ -205,7 +246,7 @@ def test_a_picture_in_portions_is_the_same(heightmap, monkeypatch):
             measured = r.measure()
             assert measured["triangles"] == whole.stats["triangles"] and measured["holes"] == 0
             assert r.choose(camera, 2.0, **how)["triangles"] == whole.stats["triangles"]
-            assert r.measure()["rms_error_px"] == measured["rms_error_px"]
+            assert [*r.measuring()][-1].rms_px == measured["rms_error_px"]
             large = r.rendering_large(camera, (150, 101), 2.0, **how)
             try:
                 while True:

@@ -33,7 +33,7 @@ def add(commands: Any) -> None:
 
 def run(args: argparse.Namespace) -> int:
     """Tell."""
-    options.check_writable(args.json)
+    options.check_outputs(args, args.map)
     about_map = describe(options.open_map(args)[0]) if args.map else None
     probes = probe_backends()
     found = {"version": __version__, "backends": [probe._asdict() for probe in probes], "limits": limits()}

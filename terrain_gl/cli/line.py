@@ -13,6 +13,8 @@ from ..drawing import Drawing
 from ..exceptions import UsageError
 from ..heightmap import Heightmap
 from ..maps import SCALES, find_bundled
+from ..methods.clipmap import Rings
+from ..methods.rivals import Parameters
 from ..shade import SUN
 from ..views import standard_view
 from . import options
@@ -69,15 +71,26 @@ def _words(told: dict[str, Any]) -> list[str]:
     command = argparse.ArgumentParser()
     options.add_map_options(command)
     options.add_drawing(command)
+    if parameters := told.pop("parameters", None):
+        told |= _parameter(parameters)
     values = {_NAMES.get(name, name): value for name, value in told.items() if value is not None and name != "cull"}
     words = []
     for option in command._actions:
-        value = values.pop(option.dest, option.default)
+        name = option.option_strings[-1].removeprefix("--") if option.dest == "parameters" else option.dest
+        value = values.pop(name, option.default)
         if value != option.default:
             words += [option.option_strings[-1], *_text(option.dest, value)]
     if values:
         raise UsageError(f"shot has no option for {', '.join(values)}")
     return words
+
+
+def _parameter(parameters: Parameters) -> dict[str, Any]:
+    """A rival's one parameter that has an option."""
+    told = {"ring": parameters.ring} if isinstance(parameters, Rings) else {"edge": parameters.edge_px}
+    if parameters != type(parameters)(*told.values()):
+        raise UsageError(f"shot has no options for all of {parameters}")
+    return told
 
 
 def _text(name: str, value: Any) -> list[str]:

@@ -120,6 +120,7 @@ def add_drawing(command: Any, moving: bool = False) -> None:
     """Everything that commands without a window share; a `moving` camera is the command's own matter."""
     add_view(command, moving)
     add_technical(command)
+    command.add_argument("--seed", type=int, metavar="N", help="taken from scripts: nothing that is drawn is random")
 
 
 def add_technical(command: Any) -> None:
@@ -155,11 +156,13 @@ def open_scene(
 
 
 def check_outputs(args: argparse.Namespace, source: str | None) -> None:
-    """Refuse outputs that cannot be written, and the map itself as one."""
+    """Refuse outputs that cannot be written, and files that are read as one: the map, a path, a sky, a material."""
     outputs = getattr(args, "output", None), getattr(args, "json", None)
     check_writable(*outputs)
-    if source and os.path.realpath(source) in {os.path.realpath(path) for path in outputs if path}:
-        raise UsageError(f"{source}: is the map itself: name another file for the output")
+    written = {os.path.realpath(path) for path in outputs if path}
+    for read in (source, *(getattr(args, name, None) for name in ("path", "sky", "material"))):
+        if read and os.path.realpath(read) in written:
+            raise UsageError(f"{read}: is read, too: name another file for the output")
 
 
 def clock_sun(args: argparse.Namespace) -> tuple[float, float] | None:

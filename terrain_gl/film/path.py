@@ -245,7 +245,7 @@ def _load(name: str) -> Any:
             return json.load(file)
     except json.JSONDecodeError as error:
         raise UsageError(f"not JSON: line {error.lineno}, column {error.colno}: {error.msg}") from None
-    except (UnicodeDecodeError, RecursionError):
+    except (ValueError, RecursionError):  # no UTF-8; a number of thousands of digits
         raise UsageError("not JSON: no such text") from None
     except OSError as error:
         raise UsageError(f"cannot read: {error.strerror}") from None
@@ -271,7 +271,7 @@ def _keyframe(name: str, entry: Any, fov_deg: float) -> Keyframe:
     eye, target, direction, up = (_numbers(f"{name}: {key}", entry.get(key), 3) for key in _ENTRY[:4])
     if eye is None or (target is None) == (direction is None):
         raise UsageError(f"{name}: expected an eye, and either a target or a direction")
-    fov = _numbers(f"{name}: fov", entry.get("fov"), 1) or fov_deg
+    fov = _numbers(f"{name}: fov", entry.get("fov", fov_deg), 1)
     if target is None:
         target = tuple(np.add(eye, direction).tolist())
     sun = _numbers(f"{name}: sun", entry.get("sun"), 2)

@@ -199,18 +199,19 @@ def is_folder(path: str | os.PathLike[str]) -> bool:
 def _pictures(folder: Path) -> AbstractContextManager[Write]:
     if any(folder.glob("frame-*.png")):
         raise TerrainError(f"{folder}: holds frames already: name another folder, or empty it")
-    if not folder.is_dir():
+    if made := not folder.is_dir():
         try:
             folder.mkdir()
         except OSError as error:
             raise TerrainError(f"{folder}: cannot make this folder: {error.strerror}") from None
     if not os.access(folder, os.W_OK | os.X_OK):
         raise TerrainError(f"{folder}: no permission to write there: choose another folder")
-    return _numbered(folder)
+    return _numbered(folder, made)
 
 
 @contextmanager
-def _numbered(folder: Path) -> Iterator[Write]:
+def _numbered(folder: Path, made: bool) -> Iterator[Write]:
+    """Files in a folder; one that was made for them, and stays empty, goes."""
     done = 0
 
     def write(image: np.ndarray, _: int) -> None:
@@ -224,8 +225,9 @@ def _numbered(folder: Path) -> Iterator[Write]:
     try:
         yield write
     finally:
-        with contextlib.suppress(OSError):  # not empty, as a rule
-            folder.rmdir()
+        if made and not done:
+            with contextlib.suppress(OSError):
+                folder.rmdir()
 
 
 # --- Films ------------------------------------------------------------------------------------------------------------

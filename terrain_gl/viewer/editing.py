@@ -12,7 +12,6 @@ from typing import Any
 import numpy as np
 
 from ..brush import TOOLS, Brush, Sculptor, places
-from ..exceptions import TerrainError
 from ..heightmap import Heightmap
 from ..renderer import Renderer
 from ..writers import as_options, format_of, write_heightmap
@@ -134,8 +133,10 @@ class Saving:
         try:
             opening = write_heightmap(self.path, heightmap, self._tell)
             self.message = f"saved {self.path}; to open it again: {as_options(opening)}"
-        except (TerrainError, OSError, MemoryError) as error:
-            self.message = str(error) or "not enough memory"
+        except MemoryError:
+            self.message = "not enough memory"
+        except Exception as error:  # whatever it is, the window goes on and tells
+            self.message = str(error) or type(error).__name__
 
     def _tell(self, part: float) -> None:
         self.progress = part
