@@ -2,7 +2,8 @@
 
 from __future__ import annotations
 
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
+from typing import Any
 
 from .camera import Camera
 from .exceptions import UsageError
@@ -99,6 +100,19 @@ class Drawing:
             )
         elif self.triangles != int(self.triangles) or not 2 <= self.triangles < 2**31:
             raise UsageError(f"triangles must be a whole number from 2 on and less than 2^31, got {self.triangles}")
+
+    def otherwise(self, **changes: Any) -> Drawing:
+        """The same but for `changes`, and for what does not go with them: it is as if it had never been chosen."""
+        dropped: dict[str, Any] = {}
+        method = changes.get("method", self.method)
+        if changes.get("triangles") is not None:
+            dropped = {"max_error_px": None, "parameters": None}
+            dropped |= {"method": "sat"} if method in EVERY_POST else {}
+        elif method in EVERY_POST or changes.get("parameters") or changes.get("max_error_px") is not None:
+            dropped = {"triangles": None}
+        if method != self.method:
+            dropped["parameters"] = None
+        return replace(self, **dropped | changes)
 
     @property
     def look(self) -> Look:

@@ -10,8 +10,8 @@
     offsets   prefix sums between the two
     draws     indirect draw commands
 
-With a budget of triangles instead of a tolerance, the first four are run for one price of a triangle after another,
-until `search` has found the one that makes the budget's triangles (glsl/lod/summary.glsl).
+With a budget of triangles instead of a tolerance, refine, balance, tiles and patches are run for one price of a
+triangle after another, until `search` has found the one that makes the budget's triangles (glsl/lod/summary.glsl).
 
 Around the eye the levels come out as the rings of a clipmap, as wide as the terrain's roughness lets them be.
 What it is measured against: `reference.ideal_quadtrees`, `reference.ideal_allocation`.

@@ -1,5 +1,5 @@
 // shade/character.glsl — what kind of land the whole map is, measured once from its heights.
-// Provides greenness(), snowiness(), saturation().   Python twin: ground.Character
+// Provides greenness(), snowiness(), saturation().   Python twin: light.lobes.Character
 
 uniform float u_hypsometric;  // mean height in the map's range, 0 to 1
 uniform float u_rms_slope;

@@ -123,7 +123,7 @@ float box_mean_m(ivec2 a, ivec2 b) {
     return m_from_steps(float(sum) / (float(b.x - a.x) * float(b.y - a.y)));
 }
 
-// The same on whole posts, in nine fetches: for what need not be smooth.
+// Mean slope between the halves of a box of whole posts: for what need not be smooth.
 vec2 rough_slope(vec2 post, vec2 extent) {
     ivec2 half_extent = ivec2(max(round(0.5 * min(extent, LARGEST_BOX_POSTS)), 1.0)), m = ivec2(post + 0.5), end = u_last_post + 1;
     ivec2 a = max(m - half_extent, 0), c = min(m + half_extent, end);

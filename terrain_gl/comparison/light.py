@@ -1,6 +1,7 @@
 """Shading next to the truth, and next to other ways to prefilter normals: in one frame, so that they alone differ.
 
-The truth is `light_truth`; the others are those of `prefilter`. All see the map's every post: the mesh makes no error.
+The truth is `light.truth`; the others are those of `light.prefilter`. All see the map's every post:
+the mesh makes no error.
 """
 
 from __future__ import annotations

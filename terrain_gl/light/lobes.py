@@ -1,6 +1,6 @@
 """The ground's merged lobes: summed-area tables over normals, half-vectors and albedo, a block of 2 × 2 cells a texel.
 
-Values: glsl/light/record.comp. Lookups in shaders: glsl/light/lobes.glsl. Specification: `reference.lobe_values`.
+Values: glsl/light/record.comp. Lookups in shaders: glsl/light/merged.glsl. Specification: `reference.lobe_values`.
 """
 
 from __future__ import annotations

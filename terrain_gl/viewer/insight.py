@@ -2,7 +2,6 @@
 
 from __future__ import annotations
 
-from dataclasses import replace
 from typing import TYPE_CHECKING
 
 from ..camera import Camera
@@ -56,7 +55,7 @@ class Insight:
             self._flight.say("one picture again")
         else:
             other = [method for method in METHODS if method != settings.drawing.method][0]
-            settings.sides = [settings.drawing, replace(settings.drawing, method=other, triangles=None)]
+            settings.sides = [settings.drawing, settings.drawing.otherwise(method=other, triangles=None)]
             self._flight.say("two sides: keys and controls change the one under the cursor; drag the line between them")
 
     def toggle_lens(self) -> None:

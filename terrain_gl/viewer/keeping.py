@@ -79,7 +79,11 @@ class Keeping:
     def step(self) -> bool:
         """Draw on at the picture that is to be saved; whether that leaves no time for another."""
         shot, flight = self.shot, self._flight
-        if not shot or flight.painter.dawn.is_due(flight.wanted().lit_look):
+        if not shot:
+            return False
+        if flight.painter.dawn.is_due(flight.wanted().lit_look):
+            if shot.share > 0:
+                self.cancel("the picture was not saved: the light has changed")
             return False
         flight.refresh()
         if flight.pace.go_on(shot.work, self._tell):

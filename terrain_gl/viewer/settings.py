@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from dataclasses import dataclass, field, replace
+from dataclasses import dataclass, field
 from typing import Any
 
 from ..drawing import CHOICES, EVERY_POST, Drawing
@@ -46,16 +46,11 @@ class Settings:
 
     def draw(self, **changes: Any) -> None:
         """Draw the active side otherwise; a tolerance takes the place of a number of triangles, and the other way."""
-        if "max_error_px" in changes or changes.get("method") in EVERY_POST:
-            changes = {"max_error_px": self.drawing.max_error_px or 1.0, "triangles": None} | changes
-        elif "triangles" in changes:
-            method = "sat" if self.drawing.method in EVERY_POST else self.drawing.method
-            changes = {"max_error_px": None, "method": method} | changes
-        self.sides[self.active] = replace(self.drawing, **changes)
+        self.sides[self.active] = self.drawing.otherwise(**changes)
 
     def draw_both(self, **changes: Any) -> None:
         """Draw all sides otherwise."""
-        self.sides = [replace(side, **changes) for side in self.sides]
+        self.sides = [side.otherwise(**changes) for side in self.sides]
 
     @property
     def split(self) -> bool:

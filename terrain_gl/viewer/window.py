@@ -65,10 +65,9 @@ def run(
     UsageError
         An option outside its range.
     """
-    budget = Drawing(**options).triangles
+    Drawing(**options)  # what is wrong with them is told before a window opens
     memory = Memory(None if fresh else state_path())
-    remembered = {key: value for key, value in memory.drawing.items() if key != "max_error_px" or not budget}
-    settings = Settings([Drawing(**remembered | options)], **memory.panels)
+    settings = Settings([Drawing(**memory.drawing).otherwise(**options)], **memory.panels)
     opener = _opener(source, camera, options) if isinstance(source, Heightmap) else source
     name = name or (source.name if isinstance(source, Heightmap) else "terrain")
     loading = Loading(name, opener)
