@@ -107,6 +107,18 @@ def test_odd_sizes(output, size):
     assert frames_of(output)[0].shape == (3, height, width, 3)
 
 
+def test_slow_changes_are_shown(output):
+    """A sky that grows brighter, a step a frame: no frame repeats parts of the one before it."""
+    sky = np.add.outer(np.linspace(80, 130, 48), np.linspace(0, 20, 64))[..., None] + [0, 20, 40]
+    with Recorder(output) as recorder:
+        for i in range(12):
+            recorder.append((sky + i).astype(np.uint8))
+    frames, _ = frames_of(output)
+    assert len(frames) == 12
+    brighter = frames.astype(float).mean((1, 2)) - frames[0].mean((0, 1))
+    assert np.abs(brighter - np.arange(12)[:, None]).max() < 255 / 219  # a step of video's luma
+
+
 def test_no_film_of_one_pixel():
     pytest.importorskip("av", reason="the extra [video] is not installed")
     with pytest.raises(TerrainError, match="2x2"), Recorder("film.mp4") as recorder:

@@ -42,7 +42,8 @@ _BT709, _LIMITED = 1, 1  # as ITU-T H.273 numbers them
 CODECS = {
     ".mp4": Codec("mp4", "libx264", "yuv420p", {"crf": "18", "preset": "fast"}, {"movflags": "+faststart"}),
     ".gif": Codec("gif", "gif", "pal8"),
-    ".webp": Codec("webp", "libwebp_anim", "yuv420p", {"quality": "80", "compression_level": "4"}, {"loop": "0"}),
+    # not libwebp_anim, which leaves blocks of earlier frames standing where colours change slowly, as in skies
+    ".webp": Codec("webp", "libwebp", "yuv420p", {"quality": "75", "compression_level": "4"}, {"loop": "0"}),
     ".png": Codec("apng", "apng", "rgb24", {}, {"plays": "0"}),
 }
 
