@@ -1,9 +1,11 @@
-"""Light on its way: made in portions between frames, for it looks far over the map."""
+"""Light on its way: the sky in a thread, the rest in portions between frames, for it looks far over the map."""
 
 from __future__ import annotations
 
 from collections.abc import Generator
+from concurrent.futures import ThreadPoolExecutor, wait
 
+from ..light.lighting import sky_seen
 from ..shade import Look, Picture
 from .pace import Pace
 
@@ -20,6 +22,7 @@ class Dawn:
     def __init__(self, pace: Pace) -> None:
         self.share: float | None = None
         self._pace = pace
+        self._thread = ThreadPoolExecutor(1, "sky")
         self._making: tuple[Look, Generator[float, None, None]] | None = None
 
     def is_due(self, look: Look) -> bool:
@@ -30,7 +33,7 @@ class Dawn:
         """Make light for a while, at least a portion; whether it has just come, for the picture to be drawn in it."""
         if self._making is None or self._making[0] != look:
             self.stop()
-            self._making = look, picture.lighting_up(look)
+            self._making = look, self._portions(picture, look)
 
         def tell(share: float) -> None:
             picture.ctx.finish()
@@ -40,6 +43,23 @@ class Dawn:
             return False
         came, self.share = self.share is not None, None
         return came
+
+    def _portions(self, picture: Picture, look: Look) -> Generator[float, None, None]:
+        """First the sky, then what the land makes of it."""
+        if look.is_lit:
+            sky = self._thread.submit(sky_seen, look.sun, look.sky)
+            try:
+                while wait([sky], 0.01).not_done:
+                    yield 0.0
+                sky.result()
+            finally:
+                sky.cancel()  # another look may be wanted before this one's turn has come
+        yield from picture.lighting_up(look)
+
+    def release(self) -> None:
+        """Give everything back."""
+        self.stop()
+        self._thread.shutdown(cancel_futures=True)
 
     def stop(self) -> None:
         """Give back what is half made, and forget what is known: the land is another."""

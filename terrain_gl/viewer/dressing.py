@@ -8,7 +8,7 @@ from typing import TYPE_CHECKING
 
 from ..exceptions import TerrainError
 from ..image import read_albedo
-from ..light.lighting import sky_of
+from ..light.lighting import sky_seen
 
 if TYPE_CHECKING:
     from .flight import Flight
@@ -57,7 +57,7 @@ class Dressing:
         wrong = ""
         try:
             if path and kind == "sky":
-                sky_of((0.0, 0.0), path)
+                sky_seen((0.0, 0.0), path)
             elif path:
                 read_albedo(path)
         except (TerrainError, OSError, MemoryError) as error:

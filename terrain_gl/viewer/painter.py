@@ -102,7 +102,7 @@ class Painter:
 
     def release(self) -> None:
         """Give the GPU's memory back."""
-        self.dawn.stop()
+        self.dawn.release()
         self.canvas.release()
 
     # --- What it is at ------------------------------------------------------------------------------------------------
