@@ -21,6 +21,7 @@ if TYPE_CHECKING:
     from .flight import Flight
 
 PANEL_EM = 22.0  # width of the panel, in heights of the typeface
+HELP_EM = 48.0  # of the help page
 FONT_PX = 15.0
 LIVELY_S = 0.8  # after an event, for buttons to come up and hints to appear
 LIVELY_FRAMES = 8  # as many at least: quick events are taken one a frame
@@ -198,26 +199,28 @@ class Gui:
     def _build(self, flight: Flight, size: tuple[int, int]) -> None:
         if flight.has_map and flight.settings.figures:
             self._panel(flight, size)
+        beside = self._free_middle(flight, size)
         if flight.settings.keys:
-            with self._window("Help", self._free_middle(flight, size), size, lambda: flight.toggle("keys"), (0.5, 0.5)):
+            page = beside if size[0] > (PANEL_EM + HELP_EM) * self.em else 0.5
+            with self._window("Help", (page, 0.5), size, lambda: flight.toggle("keys"), (0.5, 0.5)):
                 help_page.show(self)
         self._explanations(flight, size)
         if flight.progress:
-            with self._window("##progress", (0.5, 0.93), size):
+            with self._window("##progress", (beside, 0.93), size):
                 self._progress(flight, *flight.progress)
         if flight.sculpting.save_as is not None:
             with self._window("Save the land##save", (0.5, 0.4), size, closed=lambda: flight.press("escape")):
                 self._ask_path(flight)
         if flight.message:
-            with self._window("##message", (0.5, 0.985), size):
+            with self._window("##message", (beside, 0.985), size):
                 self.imgui.push_text_wrap_pos(0.9 * size[0])
                 self.imgui.text(flight.message)
                 self.imgui.pop_text_wrap_pos()
 
-    def _free_middle(self, flight: Flight, size: tuple[int, int]) -> tuple[float, float]:
-        """The middle of what the panel leaves free, if that is enough for a page."""
+    def _free_middle(self, flight: Flight, size: tuple[int, int]) -> float:
+        """The middle of what the panel leaves free, 0 to 1 from left to right."""
         panel = self._panel_width(size) if flight.has_map and flight.settings.figures else 0.0
-        return (0.5 + 0.5 * panel / size[0], 0.5) if size[0] - panel > 46 * self.em else (0.5, 0.5)
+        return 0.5 + 0.5 * panel / size[0]
 
     def _panel_width(self, size: tuple[int, int]) -> float:
         return min(PANEL_EM * self.imgui.get_font_size(), 0.45 * size[0])
