@@ -1,7 +1,8 @@
 // horizon/visible.glsl — how much of each light a footprint sees: the lookups of horizon.py's tables.
 //   sky_visible     mean of V_l over the footprint, weighted by the cosine                 (A.5, with horizon/fold.comp)
-//   sun_irradiance  mean of V · ⟨n, sun⟩: what the sun sends the ground, 1 for ground that faces it
-// Footprints are boxes in posts, or a row of them. S between texels is bilinear, as in shade/relief.glsl, and means are
+//   sun_over        mean of V · ⟨n, sun⟩ as seen: what the sun sends the ground, 1 for ground that faces it
+//   sun_share       part of the sun to be seen from one place
+// Footprints are boxes in posts. S between texels is bilinear, as in shade/relief.glsl, and means are
 // continuous. Below a few posts the sun's horizon is looked up instead, bilinear in its angle: the rim of a shadow is
 // as sharp as the sun.
 
@@ -73,21 +74,10 @@ float sun_share(vec2 post) { return disc_share(sine_of(record_near(u_sun_horizon
 
 // Of facets of slope s the eye sees the weight 1 − lean · (s − s̄): see lean_of(). E is then its mean, less what it goes
 // with the slope: Ē − lean · (mean of E s − Ē s̄).
-float sun_over(vec2 post, vec2 extent, vec2 along, int pieces, vec2 lean) {
-    float mean[SUN_LAYERS] = float[SUN_LAYERS](0.0, 0.0, 0.0, 0.0, 0.0);
-    for (int i = 0; i < pieces; i++) {
-        vec2 middle = post + along * ((float(i) + 0.5) / float(pieces) - 0.5);
-        vec4 box = 0.5 * box_of(middle, extent, 2.0);
-        for (int k = 0; k < SUN_LAYERS; k++) mean[k] += mean_sunlit(k, box.xy, box.zw, sun_blocks()) / (float(pieces) * SUN_STEPS);
-    }
+float sun_over(vec2 post, vec2 extent, vec2 lean) {
+    vec4 box = 0.5 * box_of(post, extent, 2.0);
+    float mean[SUN_LAYERS];
+    for (int k = 0; k < SUN_LAYERS; k++) mean[k] = mean_sunlit(k, box.xy, box.zw, sun_blocks()) / SUN_STEPS;
     vec2 together = vec2(mean[1], mean[2]) - mean[0] * vec2(mean[3], mean[4]);
     return clamp(mean[0] - STEEPEST * dot(lean, together), 0.0, 1.0);
-}
-
-// Mean of V ⟨n, sun⟩ over a footprint in pieces; where `far` is 0, at its middle, ⟨n, sun⟩ being `cosine`.
-float sun_irradiance(vec2 post, vec2 extent, vec2 along, int pieces, float cosine, vec2 lean, float far) {
-    float here = 0.0, over = 0.0;
-    if (far < 1.0) here = sun_share(post) * max(cosine, 0.0);
-    if (far > 0.0) over = sun_over(post, extent, along, pieces, lean);
-    return mix(here, over, far);
 }

@@ -21,10 +21,8 @@ Merged blended(Merged a, Merged b, float t) {
     return Merged(mix(a.normal, b.normal, t), mix(a.r, b.r, t), mix(a.albedo, b.albedo, t));
 }
 
-float farness(Ground g) { return smoothstep(2.5, 5.0, max(g.extent.x, g.extent.y)); }
-
 Merged merged_ground(Ground g) {
-    float far = farness(g);
+    float far = farness(g.extent);
     Merged near_, far_;
     if (far < 1.0) near_ = merged_at(normal_of(g.fine.slope), material_of(g.post, g.extent, g.fine));
     if (far > 0.0) far_ = merged_over(g.post, g.piece, g.along, g.pieces);
@@ -50,9 +48,13 @@ void add_sky(inout Lit l, Ground g) {
     for (int i = 0; i < AROUND_LOBES; i++) l.ambient += u_around[i].amplitude * (u_around[i].integral / PI * cosine_of(l.lobe, u_around[i]));
 }
 
+// Far, the mean of what the parts get: each has an equal part of the picture.
 void add_sun(inout Lit l, Ground g, vec2 lean) {
     l.unshadowed = cosine_of(l.lobe, u_sun);
-    l.sun = sun_irradiance(g.post, g.piece, g.along, g.pieces, l.unshadowed, lean, farness(g));
+    float far = farness(g.extent);
+    l.sun = far < 1.0 ? (1.0 - far) * sun_share(g.post) * max(l.unshadowed, 0.0) : 0.0;
+    if (far > 0.0)
+        for (int i = 0; i < g.parts; i++) l.sun += far * sun_over(g.part[i], PART * g.extent, lean) / float(g.parts);
 }
 
 Lit lit_ground(Ground g) {

@@ -3,10 +3,17 @@
 //   own plane, it is a parallelogram of sides u, v on the map, and the box around its ellipse has half sides √(u² + v²)/2,
 //   column and row. The plane is that of a wider neighbourhood: the footprint depends on the map and the camera, never on
 //   the mesh. One that lies askew is cut into pieces along its length e, of which each is to be a box of less area.
-// Provides Ground, footprint_at(), ground_under(), ground_at(), view_ray().
+//   Places that samples see lie on whatever bump stands there, and jump when the eye moves. So they are slid along their rays
+//   to where these meet the mean ground: the plane of the footprint for the middle of all; for each sample, which has a part
+//   of the footprint, that of its part. Their parts follow the curve of the ground, and stand for equal parts of the picture.
+// Provides Ground, footprint_at(), ground_under(), add_part(), view_ray().
 
 #include "blocks/view.glsl"
 #include "shade/relief.glsl"
+#include "shade/within_pixel.glsl"
+
+#define MOST_PARTS 4
+#define PART (SAMPLES > 1 ? 0.5 : 1.0)  // sides of a part
 
 struct Ground {
     vec2 post;
@@ -14,6 +21,8 @@ struct Ground {
     vec2 along;       // its length e, in posts
     int pieces;       // to be cut into, and the sides of each
     vec2 piece;
+    int parts;        // samples that see it, and the middles of what they see
+    vec2 part[MOST_PARTS];
     Relief fine;      // of the footprint
     vec3 from_eye_m;
     vec3 towards_eye;
@@ -23,10 +32,13 @@ struct Ground {
 #define GRAZING 0.1    // cosine beyond which footprints grow no longer
 #define MOST_PIECES 4
 
-vec3 view_ray() {
-    vec2 at = (picture_px(gl_FragCoord) / vec2(u_size_px) * 2.0 - 1.0) * u_half_extent;
+vec3 view_ray(vec2 offset_px) {
+    vec2 at = ((picture_px(gl_FragCoord) + offset_px) / vec2(u_size_px) * 2.0 - 1.0) * u_half_extent;
     return normalize(u_forward.xyz + at.x * u_right.xyz + at.y * u_up.xyz);
 }
+
+// 0 where a footprint is one place, 1 where it is a mean over the map, between them a blend.
+float farness(vec2 extent) { return smoothstep(2.5, 5.0, max(extent.x, extent.y)); }
 
 vec3 normal_of(vec2 slope) { return normalize(vec3(-slope, 1.0)); }
 
@@ -69,14 +81,34 @@ Ground footprint_at(vec2 post) {
     return g;
 }
 
-// The ground under a footprint around this place.
-Ground ground_under(Ground g, vec2 post) {
-    g.post = post;
+// From a place on the mean ground, at this height, to where the ray meets the plane there; nothing near, where it lies on the
+// ground itself.
+vec2 shift_to_plane(vec2 post, float h_m, vec2 slope, vec3 ray, vec2 extent) {
+    vec3 place_m = place_from_eye_m(post, h_m), normal = normal_of(slope);
+    vec3 aside = ray * (dot(place_m, normal) / min(dot(ray, normal), -GRAZING)) - place_m;
+    vec2 shift = vec2(aside.x, -aside.y) / u_spacing_m;
+    return shift * min(1.0, 1.0 / max(length(shift / extent), 1e-6)) * farness(extent);
+}
+
+// The ground under a footprint around the place that samples see along this ray.
+Ground ground_under(Ground g, vec2 post, vec3 ray) {
     g.fine = relief_of(post, 1.3 * g.extent);
-    g.from_eye_m = place_from_eye_m(post, g.fine.height_m);
+    vec2 shift = shift_to_plane(post, g.fine.height_m, g.fine.slope, ray, g.extent);
+    g.post = clamp(post + shift, vec2(0.0), vec2(u_last_post));
+    g.fine.height_m += dot(g.fine.slope, vec2(shift.x, -shift.y) * u_spacing_m);
+    g.from_eye_m = place_from_eye_m(g.post, g.fine.height_m);
     g.distance_m = max(length(g.from_eye_m), 1e-6);
     g.towards_eye = -g.from_eye_m / g.distance_m;
+    g.parts = 0;
     return g;
 }
 
-Ground ground_at(vec2 post) { return ground_under(footprint_at(post), post); }
+// The part of a footprint that one sample sees; its plane has the slope of the whole.
+void add_part(inout Ground g, vec2 post, vec3 ray) {
+    vec2 sides = min(PART * g.extent, LARGEST_BOX_POSTS);
+    ivec2 half_extent = ivec2(max(round(0.5 * sides), 1.0)), m = ivec2(post + 0.5);
+    ivec2 a = max(m - half_extent, 0), c = min(m + half_extent, u_last_post + 1);
+    vec2 aside = post - 0.5 * vec2(a + c - 1);
+    float h_m = box_mean_m(a, c) + dot(g.fine.slope, vec2(aside.x, -aside.y) * u_spacing_m);
+    g.part[g.parts++] = clamp(post + shift_to_plane(post, h_m, g.fine.slope, ray, sides), vec2(0.0), vec2(u_last_post));
+}

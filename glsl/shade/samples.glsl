@@ -6,9 +6,6 @@
 
 #include "shade/footprint.glsl"
 
-#ifndef SAMPLES
-#define SAMPLES 4
-#endif
 #if SAMPLES > 1
 #define POSTS sampler2DMS
 #else
@@ -41,17 +38,32 @@ vec2 middle_of(int samples) {
     return sum / float(bitCount(samples));
 }
 
+// The ray through the middle of these samples.
+vec3 ray_of(int samples) {
+    vec2 offset = vec2(0.0);
+    if (SAMPLES == 4)
+        for (int i = 0; i < 4; i++) offset += float(samples >> i & 1) * SAMPLE_AT[i];
+    return view_ray(offset / float(bitCount(samples)));
+}
+
+// What the samples see that see the same piece of ground: its footprint is that around the middle of them.
+Ground ground_of(int samples) {
+    Ground g = ground_under(footprint_at(middle_of(samples)), middle_of(samples), ray_of(samples));
+    for (int i = 0; i < SAMPLES; i++)
+        if ((samples >> i & 1) != 0) add_part(g, post_of_sample(i), ray_of(1 << i));
+    return g;
+}
+
 vec3 pixel_colour() {
     int left = 0;
     for (int i = 0; i < SAMPLES; i++) left |= is_sky(post_of_sample(i)) ? 0 : 1 << i;
     int sky = SAMPLES - bitCount(left);
-    vec3 sum = sky > 0 ? float(sky) * sky_colour(view_ray()) : vec3(0.0);
+    vec3 sum = sky > 0 ? float(sky) * sky_colour(view_ray(vec2(0.0))) : vec3(0.0);
     while (left != 0) {
         int sample_ = findLSB(left);
-        Ground g = footprint_at(post_of_sample(sample_));
-        int alike = left & (samples_near(g) | 1 << sample_);
+        int alike = left & (samples_near(footprint_at(post_of_sample(sample_))) | 1 << sample_);
         left &= ~alike;
-        sum += float(bitCount(alike)) * ground_colour(ground_under(g, middle_of(alike)), sample_);
+        sum += float(bitCount(alike)) * ground_colour(ground_of(alike), sample_);
     }
     return sum / float(SAMPLES);
 }

@@ -2,13 +2,11 @@
 //   Shading reads the map at that place, in a second pass. So it is done once a pixel, and owes nothing to the mesh.
 
 #include "shade/place.glsl"
+#include "shade/within_pixel.glsl"
 
 in vec2 v_post;
 flat in uvec4 v_of_patch;
 layout(location = 0) out vec2 out_post;
-
-// From the middle of a pixel to its samples, where all GPUs have them.
-const vec2 SAMPLE_AT[4] = vec2[4](vec2(-0.125, -0.375), vec2(0.375, -0.125), vec2(-0.375, 0.125), vec2(0.125, 0.375));
 
 // The place in the middle of the samples that the triangle covers. The pixel's own may be far off, beside the triangle:
 // over a void at a ridge, and cells away where small triangles lie flat in the distance.

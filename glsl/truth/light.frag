@@ -71,7 +71,7 @@ vec3 outgoing_radiance(Place p) {
 void main() {
     vec2 post = post_of_sample(0);
     if (is_sky(post)) {
-        vec3 direction = view_ray();
+        vec3 direction = view_ray(vec2(0.0));
         out_colour = vec4(sky_light(direction) + sun_disc(direction), 0.0);
         return;
     }
