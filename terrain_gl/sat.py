@@ -11,12 +11,13 @@ Lookups in shaders: `glsl/sat/box.glsl`. Specification: `reference.sat`, `refere
 
 from __future__ import annotations
 
+from abc import ABC, abstractmethod
 from typing import Any, NamedTuple
 
 import moderngl
 import numpy as np
 
-from . import shaders
+from . import gl, shaders
 
 STRIP = 64  # words that one thread adds up
 GROUP = 64  # threads of a work group, as in glsl/sat
@@ -102,6 +103,11 @@ class SummedAreaTables:
         shape = (table.layers, table.height, table.width)
         return self._words(data).reshape(shape + (2,) if self.bits == 16 else shape)
 
+    def values(self, buffer: moderngl.Buffer, table: Table) -> np.ndarray:
+        """(layers, height, width) values of which a table of 32 or 64 bits is the sums; what wrapped, wraps back."""
+        sums = np.pad(self.read(buffer, table), ((0, 0), (1, 0), (1, 0)))
+        return np.diff(np.diff(sums, axis=1), axis=2)
+
     def release(self) -> None:
         """Give the kernels back to the driver."""
         for kernel in self._kernels.values():
@@ -136,3 +142,55 @@ class SummedAreaTables:
     def _check(self, buffer: moderngl.Buffer, table: Table) -> None:
         if min(table[:3]) < 1 or (table.first + table.words) * self.word_bytes > buffer.size:
             raise ValueError(f"{table} of {self.bits}-bit words does not fit a buffer of {buffer.size} bytes")
+
+
+class RecordedTable(ABC):
+    """A table of 32-bit words with a buffer of its own, and the kernel that records what it sums.
+
+    Parameters
+    ----------
+    record
+        Path of a compute shader.
+    name
+        What to call the table where the GPU's memory does not suffice.
+    """
+
+    def __init__(self, ctx: moderngl.Context, table: Table, record: str, name: str) -> None:
+        self.ctx, self.table = ctx, table
+        self._sat = SummedAreaTables(ctx, 32)
+        self._record: Any = shaders.compute(ctx, record)
+        self.buffer = gl.reserve(ctx, 4 * table.words, name)
+
+    @property
+    def bytes(self) -> int:
+        """GPU memory of the table."""
+        return self.buffer.size
+
+    def build(self) -> None:
+        """Record everything and sum it."""
+        self._write(self.buffer, (0, 0), self.table)
+        self._sat.build(self.buffer, self.table)
+
+    def values(self) -> np.ndarray:
+        """(layers, height, width) words, taken out of the sums."""
+        return self._sat.values(self.buffer, self.table)
+
+    def release(self) -> None:
+        """Give the GPU's memory back."""
+        for resource in (self.buffer, self._sat, self._record):
+            resource.release()
+
+    def _rewrite(self, x: int, y: int, width: int, height: int) -> None:
+        """Record a rectangle anew; the table becomes what `build` would make it."""
+        at = Table(width, height, self.table.layers)
+        if at == self.table:
+            self.build()
+            return
+        values = self.ctx.buffer(reserve=4 * at.words)
+        self._write(values, (x, y), at)
+        self._sat.edit(self.buffer, self.table, values, at, x, y)
+        values.release()
+
+    @abstractmethod
+    def _write(self, buffer: moderngl.Buffer, first: tuple[int, int], at: Table) -> None:
+        """Record a rectangle's values, all layers, to the start of a buffer."""

@@ -50,5 +50,6 @@ vec3 specular_of(Lobe g, Lobe reflection) { return sg_inner_product(g, reflectio
 // shading model").
 float schlick(float cosine, float roughness) {
     float grazing = max((1.0 - roughness) * (1.0 - roughness), F0);
-    return F0 + (grazing - F0) * pow(1.0 - clamp(cosine, 0.0, 1.0), 5.0);
+    float x = 1.0 - clamp(cosine, 0.0, 1.0), x_2 = x * x;
+    return F0 + (grazing - F0) * x_2 * x_2 * x;
 }

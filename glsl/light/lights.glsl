@@ -1,12 +1,11 @@
-// light/lights.glsl — all that lights the map: the sun, the sky's lobes, those of the land around.
+// light/lights.glsl — all that lights the map: the sun, the sky's lobes, the land around.
 //   A lobe comes with what follows from its sharpness κ: the length of its mean vector, coth κ − 1/κ, and the integral of
 //   e^(κ (ω·axis − 1)). Where land hides a lobe of the sky, that land is seen instead: amplitude `hidden`.
-// Provides u_sun, u_sky[], u_around[], light_lobe(), sky_through().   Python twins: light.LOBE, light.LIGHTS
+// Provides u_sun, u_sky[], u_around, light_lobe(), sky_through().   Python twins: light.LOBE, light.LIGHTS
 
 #include "light/sg.glsl"
 
-#define SKY_LOBES 12
-#define AROUND_LOBES 3
+#define SKY_LOBES 9
 
 struct Light {
     vec3 axis;
@@ -20,11 +19,11 @@ struct Light {
 layout(std140, binding = 2) uniform Lights {
     Light u_sun;
     Light u_sky[SKY_LOBES];
-    Light u_around[AROUND_LOBES];
+    vec3 u_around;   // radiance of the land around, from everywhere below the horizon
     float u_exposure;
     float u_haze_m;  // distance at which haze lets 1/e through
     float u_water_m; // height of standing water above the heights' base
-    float u_pad;
+    vec2 u_pad;
 };
 
 Lobe light_lobe(Light l) { return Lobe(l.axis, l.sharpness, l.amplitude); }

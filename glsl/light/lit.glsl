@@ -45,7 +45,7 @@ void add_sky(inout Lit l, Ground g) {
         all += width;
     }
     l.sky /= all;
-    for (int i = 0; i < AROUND_LOBES; i++) l.ambient += u_around[i].amplitude * (u_around[i].integral / PI * cosine_of(l.lobe, u_around[i]));
+    l.ambient += u_around * (0.5 - 0.5 * l.lobe.normal.z);
 }
 
 // Far, the mean of what the parts get: each has an equal part of the picture.

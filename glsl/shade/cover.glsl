@@ -37,7 +37,7 @@ float hashed(ivec2 at) {
 
 // Value noise of mean 0 that fades where the footprint grows past its grain.
 float noise(vec2 post, float grain, vec2 extent) {
-    float seen = exp(-pow(max(extent.x, extent.y) / grain, 2.0));
+    float wide = max(extent.x, extent.y) / grain, seen = exp(-wide * wide);
     if (seen < 0.01) return 0.0;
     vec2 p = post / grain, t = fract(p);
     ivec2 at = ivec2(floor(p));

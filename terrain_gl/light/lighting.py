@@ -93,7 +93,7 @@ class Lighting:
         """Fill the block of lights."""
         assert self.sky
         lights, block = self.sky.lights, np.zeros((), LIGHTS)
-        block["sun"], block["sky"], block["around"] = lights.sun, lights.sky, lights.ground
+        block["sun"], block["sky"], block["around"] = lights.sun, lights.sky, lights.around
         block["exposure"] = exposure(self.sky)
         block["haze_m"] = haze_m
         block["water_m"] = -1e30 if water_m is None else water_m - self.terrain.base_m

@@ -11,9 +11,8 @@ from typing import Any, NamedTuple
 import moderngl
 import numpy as np
 
-from .. import gl, shaders
 from ..heightmap import Heightmap
-from ..sat import SummedAreaTables, Table
+from ..sat import RecordedTable, Table
 from ..terrain import Rect, Terrain
 from .ground import HeightSums
 
@@ -81,51 +80,25 @@ class Cover:
         self._none.release()
 
 
-class LobeTables:
+class LobeTables(RecordedTable):
     """Nine sums a block: 9 bytes a post."""
 
     def __init__(self, terrain: Terrain, sums: HeightSums, cover: Cover) -> None:
-        self.ctx, self.terrain, self.sums, self.cover = terrain.ctx, terrain, sums, cover
-        self.table = Table(terrain.heightmap.cols // 2, terrain.heightmap.rows // 2, LAYERS)
-        self._sat = SummedAreaTables(self.ctx, 32)
-        self._record: Any = shaders.compute(self.ctx, "light/record.comp")
-        self.buffer = gl.reserve(self.ctx, 4 * self.table.words, "tables of lobes")
+        size = Table(terrain.heightmap.cols // 2, terrain.heightmap.rows // 2, LAYERS)
+        super().__init__(terrain.ctx, size, "light/record.comp", "tables of lobes")
+        self.terrain, self.sums, self.cover = terrain, sums, cover
         self.build()
-
-    @property
-    def bytes(self) -> int:
-        """GPU memory of the tables."""
-        return self.buffer.size
-
-    def build(self) -> None:
-        """Record all blocks and sum them."""
-        self._write(self.buffer, (0, 0), self.table)
-        self._sat.build(self.buffer, self.table)
 
     def update(self, posts: Rect) -> None:
         """Follow an edit of the posts of columns x0 to x1 and rows y0 to y1, (x0, y0, x1, y1)."""
         last = self.table.width - 1, self.table.height - 1
         x0, y0 = (max(0, (posts[i] - HOLLOW - 1) // 2) for i in (0, 1))
         x1, y1 = (min(last[i], (posts[i + 2] + HOLLOW) // 2) for i in (0, 1))
-        at = Table(x1 - x0 + 1, y1 - y0 + 1, LAYERS)
-        if at[:2] == self.table[:2]:
-            self.build()
-            return
-        values = self.ctx.buffer(reserve=4 * at.words)
-        self._write(values, (x0, y0), at)
-        self._sat.edit(self.buffer, self.table, values, at, x0, y0)
-        values.release()
+        self._rewrite(x0, y0, x1 - x0 + 1, y1 - y0 + 1)
 
     def read(self) -> np.ndarray:
         """(9, rows, cols) values of the blocks, taken out of the sums."""
-        sums = self._sat.read(self.buffer, self.table).astype(np.int64)
-        values = np.diff(np.diff(np.pad(sums, ((0, 0), (1, 0), (1, 0))), axis=1), axis=2)
-        return values.astype(np.int32) / 32767.0  # what wrapped, wraps back
-
-    def release(self) -> None:
-        """Give the GPU's memory back."""
-        for resource in (self.buffer, self._sat, self._record):
-            resource.release()
+        return self.values().view("i4") / 32767.0
 
     def _write(self, buffer: moderngl.Buffer, first: tuple[int, int], at: Table) -> None:
         self.terrain.bind()

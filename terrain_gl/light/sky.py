@@ -14,9 +14,8 @@ from ..image import read_image
 from . import atmosphere
 from .atmosphere import LUMINANCE
 from .gaussians import (
-    AXES,
-    SHARPNESS,
     SKY_AXES,
+    SKY_SHARPNESS,
     SUN_RADIUS_DEG,
     Lights,
     lobes,
@@ -65,9 +64,9 @@ class Sky:
         amplitude, error = fit(directions, weights, light)
         below = directions[:, 2] < 0
         ground = np.average(light[below], axis=0, weights=weights[below])
-        fitted = lobes(AXES, SHARPNESS, amplitude)
-        fitted["hidden"] = _white_amplitudes()[:, None] * ground
-        return Lights(self.sun, fitted[: len(SKY_AXES)], fitted[len(SKY_AXES) :]), error
+        fitted = lobes(SKY_AXES, SKY_SHARPNESS, amplitude[:-1])
+        fitted["hidden"] = _white_amplitudes()[:-1, None] * ground
+        return Lights(self.sun, fitted, amplitude[-1]), error
 
 
 def dome(rows: int, cols: int) -> tuple[np.ndarray, np.ndarray]:
@@ -86,38 +85,54 @@ def dome(rows: int, cols: int) -> tuple[np.ndarray, np.ndarray]:
 
 
 def fit(directions: np.ndarray, weights: np.ndarray, light: np.ndarray) -> tuple[np.ndarray, float]:
-    """Amplitudes (15, 3) ≥ 0 of the sky's lobes and the ground's, and the relative error of the worst lit surface.
+    """Amplitudes ≥ 0 of the sky's lobes, radiance of the land around, and the relative error of the worst lit ground.
 
-    What counts is the light on ground of 128 orientations, as it is shaded (glsl/light/brdf.glsl), by its relative
-    error and the more the more it faces up; and a little the radiance. Ground never faces down.
+    What counts is the light on ground of 128 orientations, as it is shaded (glsl/light/lit.glsl), by its relative
+    error; and a little the radiance.
 
     Parameters
     ----------
     directions, weights, light
         (n, 3) unit vectors, (n,) solid angles, (n, 3) radiance.
+
+    Returns
+    -------
+    amplitude, error
+        (10, 3), the last for the land around; largest error over the largest light.
     """
-    normals = spread(256)[:128]
-    values = np.exp(SHARPNESS * (directions @ AXES.T - 1))  # (n, 15)
+    normals = slopes(128)
+    above = directions[:, 2:] >= 0
+    values = np.concatenate([np.exp(SKY_SHARPNESS * (directions @ SKY_AXES.T - 1)) * above, ~above], 1)  # (n, 10)
     cosines = np.maximum(normals @ directions.T, 0) * (weights / np.pi)  # (128, n)
     lit, shaded = cosines @ light, shaded_light(normals)
     roots = 0.03 * np.sqrt(weights / (4 * np.pi))[:, None]
-    amplitude = np.zeros((len(AXES), 3))
+    amplitude = np.zeros((shaded.shape[1], 3))
     for channel, (of, radiance) in enumerate(zip(lit.T, light.T, strict=True)):
-        share = normals[:, 2] * of.mean() / np.maximum(of, 1e-3 * of.mean() + 1e-30) / 16
-        system = np.concatenate([shaded * share[:, None], values * roots])
-        amplitude[:, channel] = non_negative_least_squares(system, np.concatenate([of * share, radiance * roots[:, 0]]))
+        share = of.mean() / np.maximum(of, 1e-3 * of.mean() + 1e-30)[:, None] / 16
+        system, right = [shaded * share, values * roots], [of * share[:, 0], radiance * roots[:, 0]]
+        amplitude[:, channel] = non_negative_least_squares(np.concatenate(system), np.concatenate(right))
     return amplitude, float(np.abs(shaded @ amplitude - lit).max() / max(lit.max(), 1e-30))
 
 
 def shaded_light(normals: np.ndarray) -> np.ndarray:
-    """(n, 15) radiance of white ground of these normals (n, 3) under each lobe of amplitude 1, as it is shaded."""
-    unit = lobes(AXES, SHARPNESS, np.ones((len(AXES), 3)))
+    """(n, 10) radiance of white ground of these normals (n, 3), as it is shaded, under each lobe of amplitude 1.
+
+    The last is that of the same light from everywhere below the horizon, (1 - n_z) / 2.
+    """
+    unit = lobes(SKY_AXES, SKY_SHARPNESS, np.ones((len(SKY_AXES), 3)))
     length = unit["mean_length"].astype(float)
-    c = length * (normals @ AXES.T)
+    c = length * (normals @ SKY_AXES.T)
     width = np.where(length < 0.75, 0.5 + 0.5 * np.sqrt(np.maximum(1 - 4 / 3 * length**2, 0)), 0)
     width = np.where(length < 0.75, width, np.sqrt(3 * length * (1 - length)))
     mean = np.where(np.abs(c) >= width, np.maximum(c, 0), (c + width) ** 2 / (4 * width))
-    return unit["integral"] / np.pi * mean
+    return np.concatenate([unit["integral"] / np.pi * mean, 0.5 - 0.5 * normals[:, 2:]], 1)
+
+
+def slopes(count: int, steepest_deg: float = 80.0) -> np.ndarray:
+    """(count, 3) normals of ground, as many level as steep, evenly spread around by the golden angle."""
+    i = np.arange(count) + 0.5
+    tilt, turn = np.radians(steepest_deg) * i / count, math.pi * (1 + 5**0.5) * i
+    return np.stack([np.sin(tilt) * np.sin(turn), np.sin(tilt) * np.cos(turn), np.cos(tilt)], -1)
 
 
 def spread(count: int) -> np.ndarray:
@@ -237,7 +252,7 @@ def _part_above_horizon(elevation_deg: float, radius_deg: float) -> float:
 
 @cache
 def _white_amplitudes() -> np.ndarray:
-    """Amplitudes (15,) of the lobes that stand for the same light from everywhere."""
+    """Amplitudes (10,) of the lobes, and the land, that stand for the same light from everywhere."""
     directions = spread(4000)
     white = np.ones((4000, 3))
     return fit(directions, np.full(4000, 4 * math.pi / 4000), white)[0][:, 0]
