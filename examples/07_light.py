@@ -2,9 +2,9 @@
 
     date, hour, latitude -> sun -> sky -> lobes -> light
 
-The sun's place follows from the clock. A clear sky is computed for it and fitted by twelve fixed lobes; what the land
+The sun's place follows from the clock. A clear sky is computed for it and fitted by nine fixed lobes; what the land
 hides of each of them, and the mean of its own lobes under every pixel, come from summed-area tables made once a map. So
-from hour to hour only twelve colours and the sun's own shadows are new.
+from hour to hour only ten colours and the sun's own shadows are new.
 
 Run: python 07_light.py [PICTURE.png [MAP]]
 """
