@@ -150,7 +150,7 @@ def test_any_map_is_watertight_from_anywhere(ctx, rows, cols, seed):
 def test_no_sky_shows_through(ctx, name, method, parameters):
     renderer = tg.Renderer(MAPS[name](), SIZE, ctx=ctx)
     for view, camera in cameras(renderer.heightmap).items():
-        stats = renderer.draw(camera, method=method, parameters=parameters)
+        stats = renderer.draw(camera, method=method, parameters=parameters, style="depth")
         assert len(renderer.triangles()) == stats["triangles"], view
         assert renderer.measure()["holes"] == 0, view
     renderer.release()
