@@ -27,7 +27,8 @@ class Drawing:
         (metric "max"), or the root mean square of all those distances ("rms"). By default 1, unless a number of
         triangles is asked for. Rivals promise nothing, and heed it not.
     triangles
-        Instead: at most so many, from 2 on, used where they take most from the sum of the squares of those distances.
+        Instead: at most so many, from 2 on, used where they take most from the sum of the squares of those distances,
+        which counts posts near the eye as often as they cover 2 × 2 pixels.
     metric
         "max" or "rms": what the tolerance bounds, and what is certified of the mesh.
     method

@@ -1,6 +1,7 @@
 // lod/summary.glsl — what the view's mesh comes to, and, where triangles are what is asked for, their price.
-//   With a budget a node is drawn as what has the least squared screen error + λ · triangles, λ one price for all nodes:
-//   no other mesh with as few triangles has less error (Everett 1963, "Generalized Lagrange multiplier method").
+//   With a budget a node is drawn as what has the least squared screen error, weighted by lod/price.glsl, + λ · triangles,
+//   λ one price for all nodes: no other mesh with as few triangles has less error (Everett 1963, "Generalized Lagrange
+//   multiplier method").
 //   lod/search.comp looks for the λ that makes the budget's triangles.
 // Provides the summary, has_budget().   Python twin: layout.SUMMARY
 
