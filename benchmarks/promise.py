@@ -16,6 +16,7 @@ from pathlib import Path
 
 import terrain_gl as tg
 from terrain_gl.context import create_context
+from terrain_gl.shade import UNLIT
 
 sys.path.insert(0, str(Path(__file__).parents[1] / "tests"))
 from maps import MAPS, REAL, cameras  # noqa: E402  the tests' own maps and cameras
@@ -38,7 +39,7 @@ def views(renderer: tg.Renderer, metric: str) -> Iterator[tuple[str, dict]]:
     """Measured stats of every camera and error."""
     for view, camera in cameras(renderer.heightmap, SIZE).items():
         for asked_px in ASKED_PX:
-            renderer.draw(camera, asked_px, metric=metric, style="depth")
+            renderer.draw(camera, asked_px, metric=metric, style=UNLIT)
             yield f"{view} at {asked_px:g} px", renderer.measure()
 
 

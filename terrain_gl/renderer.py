@@ -382,10 +382,14 @@ class Renderer:
         self._shade(piece, shot, drawing)
         return reduced(self.picture.read(), piece.fine)
 
-    def _shade(self, piece: Piece, shot: _Shot, drawing: Drawing) -> None:
+    def _crop(self, piece: Piece, shot: _Shot) -> None:
+        """Make a piece of the picture what is drawn next."""
         if self.picture.size != piece.drawn_size:
             self.picture.resize(piece.drawn_size)
         shot.selection.surface.view.crop(piece)
+
+    def _shade(self, piece: Piece, shot: _Shot, drawing: Drawing) -> None:
+        self._crop(piece, shot)
         with self._timed("draw"):
             self.picture.see(shot.selection, drawing.look)
         with self._timed("shade"):
@@ -393,9 +397,7 @@ class Renderer:
 
     def _shading(self, piece: Piece, shot: _Shot, drawing: Drawing) -> Generator[float, None, None]:
         """The same in portions, after each the share that is done."""
-        if self.picture.size != piece.drawn_size:
-            self.picture.resize(piece.drawn_size)
-        shot.selection.surface.view.crop(piece)
+        self._crop(piece, shot)
         seeing = self.picture.seeing(shot.selection, drawing.look)
         shading = self.picture.shading(shot.eye, drawing.look)
         for stage, portions, begun, whole in (("draw", seeing, 0.0, 0.3), ("shade", shading, 0.3, 0.7)):

@@ -9,6 +9,7 @@ from __future__ import annotations
 
 import re
 from collections.abc import Mapping, Sequence
+from functools import cache
 from importlib.resources import files
 from types import MappingProxyType
 from typing import TYPE_CHECKING, Any, NamedTuple
@@ -109,6 +110,11 @@ def _read(path: str, included_from: str) -> str:
         text = root().joinpath(*path.split("/")).read_text(encoding="utf-8")
     except OSError:
         raise ShaderError(f"{included_from}: there is no shader file glsl/{path}") from None
+    return _without_comments(text)
+
+
+@cache
+def _without_comments(text: str) -> str:
     return _COMMENT.sub(lambda comment: re.sub(r"[^\n]", " ", comment[0]), text)
 
 

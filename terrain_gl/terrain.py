@@ -78,8 +78,10 @@ class Terrain:
         if changed is None:
             return None
         rows, cols = changed
-        has_voids = self.heightmap.voids > 0
-        if self._leaves_span() or has_voids != had_voids:
+        has_voids, spanned = self.heightmap.voids > 0, self._spans_map()
+        if not spanned:
+            self._widen_reach()
+        if not spanned or has_voids != had_voids:
             self.voids.release()
             self.voids = self._texture(self.heights.size if has_voids else (1, 1), "u1")
             self.upload()
@@ -137,14 +139,19 @@ class Terrain:
             if self._filling:
                 self._filling.known[0] = self.heightmap.heights
 
-    def _leaves_span(self) -> bool:
-        """Whether the map has left its span; if so, its reach is widened by ROOM of its relief, on the side it left."""
+    def _spans_map(self) -> bool:
+        low, high = self.heightmap.range_m
+        return self._low_m <= low and high <= self._low_m + self.span_m
+
+    def _widen_reach(self) -> None:
+        """Give heights room for more, by ROOM of the relief on each side where they have left the span."""
         low, high = self.heightmap.range_m
         reach_low, reach_high = self.heightmap.reach_m
-        below, above = low < self._low_m, high > self._low_m + self.span_m
         room = ROOM * (max(high, reach_high) - min(low, reach_low))
-        self.heightmap.reach_m = low - room if below else reach_low, high + room if above else reach_high
-        return below or above
+        self.heightmap.reach_m = (
+            low - room if low < self._low_m else reach_low,
+            high + room if high > self._low_m + self.span_m else reach_high,
+        )
 
     def _texture(self, size: tuple[int, int], dtype: str) -> moderngl.Texture:
         texture = self.ctx.texture(size, 1, dtype=dtype)

@@ -21,6 +21,7 @@ from ..heightmap import Heightmap
 from ..measure import posts_of
 from ..methods.rivals import RIVALS
 from ..renderer import NEAR, Renderer
+from ..shade import UNLIT
 from .likeness import difference_of, flip, rmse, skyline
 
 LABELS = {"clipmap": "Geometry clipmaps", "tessellated": "Tessellated clipmap", "sat": "Summed-area tables"}
@@ -38,7 +39,6 @@ _NUMBERS = (  # label, key of an entry's stats, format
     ("skyline off, px", "skyline_px", ".3f"),
     ("frame, ms", "frame", ".0f"),
 )
-_PLAIN = {"style": "depth"}  # what is quick to shade, where the mesh alone matters
 _INSET = 0.24  # of the picture's width and height
 _SKY_IN_INSET = (0.08, 0.55)
 _FRAMES = 3  # that are timed
@@ -274,7 +274,7 @@ def likeness_of(
 
 def measured(renderer: Renderer, camera: Camera, **drawing: Any) -> dict[str, Any]:
     """Stats of one frame with what it achieved."""
-    renderer.draw(camera, **(drawing | _PLAIN))
+    renderer.draw(camera, **(drawing | {"style": UNLIT}))
     return renderer.measure()
 
 
@@ -282,7 +282,7 @@ def detail_of(renderer: Renderer, camera: Camera, method: str, triangles: int, *
     """Options with which a method draws so many triangles: its own best parameters, found by trying."""
     if method not in RIVALS:
         return {"triangles": triangles}
-    return {"parameters": renderer.best_parameters(camera, method, triangles, **(options | _PLAIN))}
+    return {"parameters": renderer.best_parameters(camera, method, triangles, **options)}
 
 
 def curve(
