@@ -11,21 +11,15 @@ from __future__ import annotations
 
 import resource
 import sys
-import time
+from functools import partial
 from pathlib import Path
 
 import numpy as np
 from flight import objects
+from windowless import open_flight, opened, time_of
 
-from terrain_gl.context import create_context
-from terrain_gl.maps import open_map
 from terrain_gl.renderer import Renderer
 from terrain_gl.viewer.flight import Flight
-from terrain_gl.viewer.gui import Gui
-from terrain_gl.viewer.gui import library as library_of_gui
-from terrain_gl.viewer.loading import Opened
-from terrain_gl.viewer.overlay import Overlay
-from terrain_gl.viewer.settings import Settings
 
 WARM = 300  # frames until everything was used once
 
@@ -33,22 +27,16 @@ WARM = 300  # frames until everything was used once
 def main(frames: str = "10000", size: str = "160x120", name: str = "canyon") -> int:
     """Fly, and print what came of it."""
     width, height = map(int, size.split("x"))
-    ctx = create_context()
-    target = ctx.framebuffer([ctx.texture((width, height), 4)])
-    heightmap, known = open_map(name)
-    assert known
-    gui = Gui(ctx) if library_of_gui() else None
-    flight = Flight(Overlay(ctx), target, (width, height), Settings(), gui=gui)
-    opened = Opened(heightmap, known.camera, known.sun, known.name)
-    flight.land.show(Renderer(heightmap, (width, height), ctx=ctx), opened)
-    print(f"{name}, {frames} frames of {size}, {ctx.info['GL_RENDERER']}")
+    flight, land = open_flight((width, height)), opened(name)
+    flight.land.show(Renderer(land.heightmap, (width, height), ctx=flight.ctx), land)
+    print(f"{name}, {frames} frames of {size}, {flight.ctx.info['GL_RENDERER']}")
     times, held = fly(flight, int(frames))
     for what, each in zip(("by the clock", "of work"), np.array(times).T, strict=True):
         middle, slow = np.median(each), np.percentile(each, 99.9)
         print(f"frame, {what:12} {middle:.1f} ms in the middle, {slow:.1f} ms at 99.9 %: {slow / middle:.2f} times")
     for number, (mib, kinds) in held.items():
         print(f"after {number:6,} frames {mib:7.1f} MiB, {kinds}")
-    print(ctx.error)
+    print(flight.ctx.error)
     flight.close()
     return 0
 
@@ -61,11 +49,9 @@ def fly(flight: Flight, count: int) -> tuple[list[tuple[float, float]], dict[int
     flight.controller.press("d")
     for number in range(count + WARM):
         act(flight, number)
-        started, worked = time.perf_counter(), time.process_time()
-        flight.frame(number / 30)
-        flight.ctx.finish()
+        took = time_of(partial(flight.frame, number / 30), flight.ctx.finish)
         if number >= WARM:
-            times.append((1e3 * (time.perf_counter() - started), 1e3 * (time.process_time() - worked)))
+            times.append(took)
         if number == WARM or number == count + WARM - 1 or number % max(1, count // 5) == 0:
             held[number] = resident_mib(), objects(flight.ctx)
     return times, held

@@ -11,18 +11,13 @@ from __future__ import annotations
 
 import sys
 import time
+from functools import partial
 
 import numpy as np
+from windowless import open_flight, opened, time_of
 
-from terrain_gl.context import create_context
-from terrain_gl.maps import open_map
 from terrain_gl.viewer.flight import Flight
-from terrain_gl.viewer.gui import Gui
-from terrain_gl.viewer.gui import library as library_of_gui
-from terrain_gl.viewer.loading import Opened
-from terrain_gl.viewer.overlay import Overlay
 from terrain_gl.viewer.painter import REST_S
-from terrain_gl.viewer.settings import Settings
 
 GLANCES = 5  # times that the head is turned, and the picture comes to rest
 Times = dict[str, list[tuple[float, float]]]
@@ -31,14 +26,9 @@ Times = dict[str, list[tuple[float, float]]]
 def main(size: str = "1280x720", name: str = "alpine") -> int:
     """Load, look around, rest; print what it took."""
     width, height = map(int, size.split("x"))
-    ctx = create_context()
-    target = ctx.framebuffer([ctx.texture((width, height), 4)])
-    heightmap, known = open_map(name)
-    assert known
-    gui = Gui(ctx) if library_of_gui() else None
-    flight = Flight(Overlay(ctx), target, (width, height), Settings(), gui=gui)
-    flight.land.load(name, lambda progress: Opened(heightmap, known.camera, known.sun, known.name))
-    print(f"{name}, {size}, {ctx.info['GL_RENDERER']}")
+    flight = open_flight((width, height))
+    flight.land.load(name, lambda progress: opened(name))
+    print(f"{name}, {size}, {flight.ctx.info['GL_RENDERER']}")
     times: Times = {}
     come_to_rest(flight, times)
     for _ in range(GLANCES):
@@ -65,10 +55,7 @@ def come_to_rest(flight: Flight, times: Times) -> None:
 
 def frame(flight: Flight, times: Times, what: str) -> None:
     """One frame, and how long it took: milliseconds by the clock, and of work."""
-    begun, worked = time.perf_counter(), time.process_time()
-    flight.frame(begun)
-    flight.ctx.finish()
-    took = 1e3 * (time.perf_counter() - begun), 1e3 * (time.process_time() - worked)
+    took = time_of(partial(flight.frame, time.perf_counter()), flight.ctx.finish)
     times.setdefault(what, []).append(took)
 
 

@@ -10,18 +10,13 @@ from collections.abc import Callable
 from pathlib import Path
 
 import numpy as np
+from windowless import open_flight, opened
 
 from terrain_gl.camera import Camera
-from terrain_gl.context import create_context
 from terrain_gl.image import write_image
-from terrain_gl.maps import open_map
 from terrain_gl.renderer import Renderer
 from terrain_gl.viewer.controller import Pose
 from terrain_gl.viewer.flight import Flight
-from terrain_gl.viewer.gui import Gui
-from terrain_gl.viewer.loading import Opened
-from terrain_gl.viewer.overlay import Overlay
-from terrain_gl.viewer.settings import Settings
 
 SIZE = (1000, 562)
 MAP = "canyon"
@@ -29,7 +24,7 @@ MAP = "canyon"
 
 def main(folder: str = "docs") -> None:
     """Draw them all; each begins where the one before ended."""
-    flight = open_flight()
+    flight = first_flight()
     for name, change in SCENES.items():
         change(flight)
         settle(flight)
@@ -38,14 +33,11 @@ def main(folder: str = "docs") -> None:
         print(f"{path}: {flight.figures.stats['triangles']:,} triangles, {flight.ctx.error}", flush=True)
 
 
-def open_flight() -> Flight:
+def first_flight() -> Flight:
     """A flight over the map, in a picture of its own."""
-    ctx = create_context()
-    target = ctx.framebuffer([ctx.texture(SIZE, 4)])
-    heightmap, known = open_map(MAP)
-    assert known
-    flight = Flight(Overlay(ctx), target, SIZE, Settings(), gui=Gui(ctx))
-    flight.land.show(Renderer(heightmap, (64, 64), ctx=ctx), Opened(heightmap, known.camera, known.sun, known.name))
+    flight, land = open_flight(SIZE), opened(MAP)
+    assert flight.gui, "pip install 'terrain-gl[gui]'"
+    flight.land.show(Renderer(land.heightmap, (64, 64), ctx=flight.ctx), land)
     return flight
 
 

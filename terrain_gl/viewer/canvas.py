@@ -7,7 +7,7 @@ from typing import Any
 import moderngl
 import numpy as np
 
-from .. import shaders
+from .. import gl, shaders
 from ..renderer import Renderer
 
 Size = tuple[int, int]
@@ -81,7 +81,7 @@ class Canvas:
             program.release()
 
     def _resize(self, size: Size) -> None:
-        self.ctx.detect_framebuffer(0).use()  # the one in use must not be one that is gone
+        gl.use_default_framebuffer(self.ctx)  # the one in use must not be one that is gone
         for resource in self._targets:
             resource.release()
         self.size, self._texture = size, self.ctx.texture(size, 4)

@@ -259,7 +259,7 @@ class Gui:
         """What stands at the right: the sides' figures, the patch that was clicked, the summed-area table's numbers."""
         if flight.settings.split:
             for side, stats in enumerate(flight.painter.side_stats[:2]):
-                begin, end = flight.settings.part(side)
+                begin, end = flight.wanted().part(side)
                 place = (end - 0.01, 0.02) if side == 0 else (begin + 0.01, 0.02)
                 with self._window(f"##side {side}", place, size, pivot=(1.0 - side, 0.0)):
                     self.imgui.text(lesson.side_line(flight.settings.sides[side], stats))

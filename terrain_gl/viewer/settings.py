@@ -57,12 +57,6 @@ class Settings:
         """Whether there are two sides."""
         return len(self.sides) > 1
 
-    def part(self, side: int) -> tuple[float, float]:
-        """Where a side begins and ends, 0 to 1."""
-        if not self.split:
-            return 0.0, 1.0
-        return (0.0, self.divider) if side == 0 else (self.divider, 1.0)
-
     def cycle(self, option: str, step: int = 1) -> str:
         """Take the next choice of an option of `Drawing`; returns it."""
         choices = [choice for choice in CHOICES[option] if choice not in EVERY_POST or not self.drawing.triangles]
