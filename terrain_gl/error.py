@@ -44,9 +44,7 @@ class ErrorTables:
     def __init__(self, terrain: Terrain, build: bool = True) -> None:
         ctx = self.ctx = terrain.ctx
         self.terrain = terrain
-        names = ("fine", "gather", "join", "settle", "count")
-        defines = {"CLASSES": layout.CLASSES, "COUNT_TILE": layout.COUNT_TILE, "FINE_LEVELS": FINE_LEVELS}
-        self._kernels: dict[str, Any] = {name: shaders.compute(ctx, f"error/{name}.comp", defines) for name in names}
+        self._kernels: dict[tuple[str, bool], Any] = {}  # by name, and whether they look for voids
         self._sat16, self._sat64 = SummedAreaTables(ctx, 16), SummedAreaTables(ctx, 64)
         last = terrain.levels[-1]
         tiles = last.first_count // (layout.CLASSES // 2) + 1
@@ -181,11 +179,19 @@ class ErrorTables:
         self._run("count", (-(-count[0] // 8), -(-count[1] // 8)), place)
 
     def _run(self, name: str, groups: tuple[int, int], uniforms: dict[str, Any]) -> None:
-        kernel = self._kernels[name]
+        kernel = self._kernel(name)
         for key, value in uniforms.items():
             kernel[key] = value
         kernel.run(*groups)
         self.ctx.memory_barrier(_BARRIER)
+
+    def _kernel(self, name: str) -> Any:
+        has_voids = self.terrain.heightmap.voids > 0
+        if (name, has_voids) not in self._kernels:
+            defines = {"CLASSES": layout.CLASSES, "COUNT_TILE": layout.COUNT_TILE, "FINE_LEVELS": FINE_LEVELS}
+            defines |= {} if has_voids else {"NO_VOIDS": 1}
+            self._kernels[name, has_voids] = shaders.compute(self.ctx, f"error/{name}.comp", defines)
+        return self._kernels[name, has_voids]
 
 
 def _touched(level: Level, posts: Rect, j: int) -> tuple[int, int, int, int]:

@@ -42,13 +42,17 @@ Node node_at(int level, ivec2 at) {
     return n;
 }
 
+// Below, what triangle a post lies in chooses numbers and not the way: neighbouring threads all go the same one.
+
 float quad_error_m(Node n, ivec2 post, float h) {
     vec2 t = vec2(post - n.low) * n.per_side;
     float h00 = n.h[0][0], h10 = n.h[0][2], h01 = n.h[2][0], h11 = n.h[2][2];
-    float falling = t.x >= t.y ? (h10 - h00) * t.x + (h11 - h10) * t.y : (h01 - h00) * t.y + (h11 - h01) * t.x;
-    float rising = t.x + t.y <= 1.0 ? h00 + (h10 - h00) * t.x + (h01 - h00) * t.y
-                                    : h11 + (h01 - h11) * (1.0 - t.x) + (h10 - h11) * (1.0 - t.y);
-    return max(abs(h00 + falling - h), abs(rising - h));
+    vec2 falling = t.x >= t.y ? vec2(h10 - h00, h11 - h10) : vec2(h11 - h01, h01 - h00);
+    bool is_north = t.x + t.y <= 1.0;  // of the rising diagonal
+    vec2 rising = is_north ? vec2(h10 - h00, h01 - h00) : vec2(h01 - h11, h10 - h11), u = is_north ? t : 1.0 - t;
+    float by_falling = h00 + (falling.x * t.x + falling.y * t.y);
+    float by_rising = (is_north ? h00 : h11) + rising.x * u.x + rising.y * u.y;
+    return max(abs(by_falling - h), abs(by_rising - h));
 }
 
 // In the wedge between the centre and one edge, w the centre's weight: the edge has heights a, m, b at its end, middle
@@ -57,7 +61,9 @@ vec2 wedge_errors_m(Node n, int axis, vec3 edge, float w, float d, float h) {
     float a = edge[0], m = edge[1], b = edge[2], v = 1.0 - w, above = w * n.h[1][1] - h;
     float u = v * n.before[axis] + d;
     float whole = above + v * a + (b - a) * u * n.per_side[axis];
-    float halves = above + (d <= 0.0 ? v * a + (m - a) * u * n.per_before[axis] : v * m + (b - m) * d * n.per_after[axis]);
+    bool is_first = d <= 0.0;  // half of the edge
+    float from = v * (is_first ? a : m), rise = is_first ? m - a : b - m;
+    float halves = above + (from + rise * (is_first ? u : d) * (is_first ? n.per_before : n.per_after)[axis]);
     return abs(vec2(whole, halves));
 }
 
@@ -69,12 +75,12 @@ vec2 wedge_errors_m(Node n, int axis, vec3 edge, float w, float d, float h) {
 // With the edge of the post's wedge whole, and with it split.
 vec2 fan_errors_m(Node n, ivec2 post, float h, out int wedge) {
     vec2 d = vec2(post - n.mid);
-    vec2 w = 1.0 + mix(-d * n.per_after, d * n.per_before, lessThanEqual(d, vec2(0.0)));
-    if (w.y <= w.x) {
-        wedge = d.y <= 0.0 ? NORTH : SOUTH;
-        return wedge_errors_m(n, 0, d.y <= 0.0 ? n.h[0] : n.h[2], w.y, d.x, h);
-    }
-    wedge = d.x <= 0.0 ? WEST : EAST;
+    bvec2 is_low = lessThanEqual(d, vec2(0.0));  // west, north of the centre
+    vec2 w = 1.0 + mix(-d * n.per_after, d * n.per_before, is_low);
     vec3 west = vec3(n.h[0][0], n.h[1][0], n.h[2][0]), east = vec3(n.h[0][2], n.h[1][2], n.h[2][2]);
-    return wedge_errors_m(n, 1, d.x <= 0.0 ? west : east, w.x, d.y, h);
+    bool is_row = w.y <= w.x;  // the edge runs along a row
+    vec3 edge = is_row ? (is_low.y ? n.h[0] : n.h[2]) : (is_low.x ? west : east);
+    wedge = is_row ? (is_low.y ? NORTH : SOUTH) : (is_low.x ? WEST : EAST);
+    int axis = is_row ? 0 : 1;
+    return wedge_errors_m(n, axis, edge, min(w.x, w.y), d[axis], h);
 }
