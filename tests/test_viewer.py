@@ -1581,6 +1581,28 @@ def test_a_session_with_real_events(screen, tmp_path):
     assert list(tmp_path.glob("hills-001*"))  # the film, or a folder of pictures
 
 
+def test_a_file_from_a_file_manager(screen, tmp_path):
+    """Dropped by the X server's own protocol: what there is to be had, where, and the file itself."""
+    pytest.importorskip("Xlib", reason="no python-xlib here, to drop files with: pip install python-xlib")
+    from xdnd import drop
+
+    np.save(tmp_path / "hills.npy", hills().heights)
+    dropped = tmp_path / "dropped % ä.npy"
+    np.save(dropped, np.add.outer(np.arange(50.0), np.arange(40.0)))
+    with running(screen, "-c", _TELL, cwd=tmp_path) as process:
+        state = tmp_path / "state.json"
+        screen.wait(lambda: state.exists() and json.loads(state.read_text()).get("measured"), "the first map")
+        assert drop(screen.environment["DISPLAY"], (200, 150), [dropped])
+        screen.wait(lambda: json.loads(state.read_text())["name"] == dropped.name, "the map that was dropped")
+        (tmp_path / "broken.tif").write_text("no map")
+        assert drop(screen.environment["DISPLAY"], (200, 150), [tmp_path / "broken.tif"])
+        screen.wait(lambda: "broken.tif" in json.loads(state.read_text())["message"], "a line about what is no map")
+        assert json.loads(state.read_text())["name"] == dropped.name
+        screen.do("search", "--sync", "--name", "hills", "windowfocus", "key", "Escape")
+        output, errors = process.communicate(timeout=120)
+    assert (process.returncode, output.strip(), errors) == (0, "GL_NO_ERROR", "")
+
+
 def test_view_command(screen, tmp_path):
     command = [
         "-m",
