@@ -383,6 +383,44 @@ def test_every_command_has_a_key_of_its_own_and_a_line_of_help():
     assert all(1 < len(meaning) <= 60 for _, _, meaning in shown_lines())
 
 
+@pytest.mark.parametrize(("size", "pages"), [((1280, 800), 1), ((640, 360), 4), ((320, 240), None)])
+def test_all_keys_are_shown_in_a_window_of_any_size(ctx, size, pages):
+    overlay = Overlay(ctx)
+    columns, rows = overlay.room(size)
+    panels = hud.keys_pages(columns, rows)
+    assert len(panels) == (pages or len(panels)) and all(len(panel.lines) <= rows for panel in panels)
+    lines = ["".join(run.text for run in line).rstrip() for panel in panels for line in panel.lines]
+    assert max(map(len, lines)) <= columns
+    words = " ".join(lines).split()
+    assert all(set(f"{keys} {meaning}".split()) <= set(words) for _, keys, meaning in shown_lines())
+    overlay.release()
+
+
+def test_help_turns_its_pages_and_goes(flight):
+    pages = len(hud.keys_pages(*flight.overlay.room(flight.size)))
+    shown = []
+    for _ in range(pages):
+        flight.press("h")
+        shown.append(flight.panels()[0])
+    assert pages > 1 and len(set(map(str, shown))) == pages
+    flight.press("h")
+    assert flight.settings.keys == 0
+
+
+def test_text_alone_explains_too(flight):
+    """Without panels a click, a split and the table's box are told all the same."""
+    settle(flight)
+    flight.insight.explain(160, 150)
+    told = "".join(run.text for panel in flight.panels() for line in panel.lines for run in line)
+    assert lesson.title(flight.insight.explanation) in told and "drawn" in told
+    flight.press("t")
+    settle(flight)
+    told = [run.text for panel in flight.panels() for line in panel.lines for run in line]
+    assert [lesson.side_line(*side) for side in zip(flight.settings.sides, flight.painter.side_stats, strict=True)] == [
+        line for line in told if "triangles," in line
+    ]
+
+
 def test_typeface_has_all_words_that_are_shown():
     shown = "≤ × … · ° – ■" + "".join(map(chr, range(32, 127)))
     shown += "".join(group + keys + meaning for group, keys, meaning in shown_lines())
@@ -671,7 +709,7 @@ def test_keys_do_what_they_say(flight, tmp_path, monkeypatch):
             settle(flight)
     assert set(flight.controller.bookmarks) == set(range(1, 10))
     flight.press("nonsense")
-    flight.settings.keys = True
+    flight.settings.keys = 1
     flight.press("escape")
     assert not flight.settings.keys and not flight.done
     for _ in range(3):  # the brush, an explanation

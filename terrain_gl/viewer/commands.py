@@ -64,8 +64,8 @@ GROUPS: dict[str, list[Command]] = {
         *_bookmarks(),
     ],
     "See": [
-        Command("Tab", "next style; Shift Tab: the one before", ("tab",), lambda f: f.cycle("style")),
-        Command("", "", ("shift+tab",), lambda f: f.cycle("style", -1)),
+        Command("Tab  J", "next style; Shift Tab: the one before", ("tab", "j"), lambda f: f.cycle("style")),
+        Command("", "", ("shift+tab", "shift+j"), lambda f: f.cycle("style", -1)),
         Command("+ -", "tolerance, in steps of ×√2", PLUS, lambda f: f.settings.loosen(1), True),
         Command("", "", ("-",), lambda f: f.settings.loosen(-1), True),
         Command("M", "metric: what the tolerance bounds", ("m",), lambda f: f.cycle("metric")),
@@ -100,7 +100,7 @@ GROUPS: dict[str, list[Command]] = {
     ],
     "Window": [
         Command("I", "show the figures, or not", ("i",), lambda f: f.toggle("figures")),
-        Command("H  F1", "show this help, or not", ("h", "f1"), lambda f: f.toggle("keys")),
+        Command("H  F1", "show this help, or not", ("h", "f1"), lambda f: f.turn_help()),
         Command("Esc", "cancel, put away, or quit", ("escape",), lambda f: f.escape()),
     ],
 }

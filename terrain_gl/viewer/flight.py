@@ -14,7 +14,7 @@ from typing import Any
 import moderngl
 
 from ..renderer import Renderer
-from . import hud
+from . import hud, lesson
 from .commands import BY_KEY
 from .controller import MODES, Controller
 from .dressing import Dressing
@@ -27,7 +27,7 @@ from .lines import Lines
 from .marks import lines_on_land
 from .memory import Memory
 from .mouse import Mouse
-from .overlay import Overlay, Panel
+from .overlay import Overlay, Panel, Text
 from .pace import Pace
 from .painter import REST_S, Painter, Size, Wanted
 from .sculpting import Sculpting
@@ -143,6 +143,11 @@ class Flight:
         """Show a panel, or not."""
         setattr(self.settings, panel, not getattr(self.settings, panel))
 
+    def turn_help(self) -> None:
+        """Show the keys, their next page, or put them away."""
+        pages = 1 if self.gui else len(hud.keys_pages(*self.overlay.room(self.size)))
+        self.settings.keys = (self.settings.keys + 1) % (pages + 1)
+
     def next_mode(self) -> None:
         """Fly, orbit, walk."""
         mode = MODES[(MODES.index(self.controller.mode) + 1) % len(MODES)]
@@ -179,7 +184,7 @@ class Flight:
         elif self.sculpting.save_as is not None:
             self.sculpting.save_as = None
         elif self.settings.keys:
-            self.settings.keys = False
+            self.settings.keys = 0
         elif self.sculpting.brushing:
             self.sculpting.brushing = False
         elif self.insight.explanation:
@@ -256,15 +261,29 @@ class Flight:
 
     def panels(self) -> list[Panel]:
         """What is said over the picture where there are no panels to click."""
-        panels = []
-        if self.has_map and self.settings.figures:
-            panels.append(hud.figures_panel(self.figures, self.settings))
+        columns, rows = self.overlay.room(self.size)
+        panels = self._lessons(columns)
         if self.settings.keys:
-            panels.append(hud.keys_panel())
+            pages = hud.keys_pages(columns, rows)
+            panels = [pages[min(self.settings.keys, len(pages)) - 1]]
+        elif self.has_map and self.settings.figures and (columns > hud.ROOMY or not panels):
+            panels.append(hud.figures_panel(self.figures, self.settings))
         if progress := self.progress:
             panels.append(hud.progress_panel(*progress))
         if self.message:
             panels.append(hud.message_panel(self.message))
+        return panels
+
+    def _lessons(self, columns: int) -> list[Panel]:
+        """What is explained: the sides, the table's box, the patch that was clicked."""
+        panels = []
+        if self.settings.split:
+            told = zip(self.settings.sides, self.painter.side_stats, strict=False)
+            panels.append(Panel([[Text(lesson.side_line(*side))] for side in told] or [[]], (1.0, 0.0)))
+        if self.insight.box:
+            panels.append(Panel([[Text(line)] for line in self.insight.box.words()], (1.0, 0.8)))
+        if self.insight.explanation:
+            panels.append(lesson.explanation_panel(self.insight.explanation, columns))
         return panels
 
     @property

@@ -202,7 +202,7 @@ class Gui:
         beside = self._free_middle(flight, size)
         if flight.settings.keys:
             page = beside if size[0] > (PANEL_EM + HELP_EM) * self.em else 0.5
-            with self._window("Help", (page, 0.5), size, lambda: flight.toggle("keys"), (0.5, 0.5)):
+            with self._window("Help", (page, 0.5), size, flight.turn_help, (0.5, 0.5)):
                 help_page.show(self)
         self._explanations(flight, size)
         if flight.progress:

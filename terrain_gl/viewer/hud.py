@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import math
 from dataclasses import dataclass, field
+from textwrap import wrap
 from typing import Any
 
 from ..drawing import EVERY_POST, Drawing
@@ -12,6 +13,7 @@ from .overlay import ACCENT, BRIGHT, SOFT, Panel, Text
 from .settings import Settings
 
 _LABEL, _VALUE = 11, 19  # columns
+ROOMY = 110  # columns, for figures beside an explanation
 
 
 @dataclass
@@ -82,18 +84,31 @@ def figures_panel(figures: Figures, settings: Settings) -> Panel:
     return Panel([title, [], *(_row(*row) if row else [] for row in rows)])
 
 
-def keys_panel() -> Panel:
-    """Panel in the middle: all keys, in two columns."""
+def keys_pages(columns: int, rows: int) -> list[Panel]:
+    """Panels in the middle, with room for so many characters a line and lines: all keys, in two columns if they fit."""
     lines: list[tuple[str, str]] = []
+    across = max(len(keys) for _, keys, _ in shown_lines()) + 2
+    column = across + max(len(meaning) for _, _, meaning in shown_lines()) + 3
+    abreast = 2 if 2 * column - 3 <= columns else 1
     for group, keys, meaning in shown_lines():
         if (group.upper(), "") not in lines:
             lines += [("", "")] * bool(lines) + [(group.upper(), "")]
-        lines.append((keys, meaning))
-    half = (len(lines) + 1) // 2
-    across = max(len(keys) for keys, _ in lines) + 2
-    column = across + max(len(meaning) for _, meaning in lines) + 3
-    rows = zip(lines[:half], [*lines[half:], ("", "")], strict=False)
-    return Panel([_keys_row(left, across, column) + _keys_row(right, across, 0) for left, right in rows], (0.5, 0.5))
+        first, *more = wrap(meaning, max(16, columns - across))
+        lines += [(keys, first), *(("", words) for words in more)]
+    if len(lines) > abreast * rows:
+        rows -= 2  # for what is said at the foot
+    height = min(max(1, rows), -(-len(lines) // abreast))
+    pages = [lines[i : i + abreast * height] for i in range(0, len(lines), abreast * height)]
+    foot = [[[], [Text(f"{i} of {len(pages)}   H goes on", SOFT)]] for i in range(1, len(pages) + 1)]
+    shown = [_keys_page(page, height, across, column if len(page) > height else 0) for page in pages]
+    return [Panel(page + (foot[i] if len(pages) > 1 else []), (0.5, 0.5)) for i, page in enumerate(shown)]
+
+
+def _keys_page(lines: list[tuple[str, str]], height: int, across: int, column: int) -> list[list[Text]]:
+    left: list[list[Text]] = [_keys_row(line, across, column) for line in lines[:height]]
+    for i, line in enumerate(lines[height:]):
+        left[i] += _keys_row(line, across, 0)
+    return left
 
 
 def progress_panel(text: str, part: float, can_cancel: bool) -> Panel:

@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 from dataclasses import dataclass
+from textwrap import wrap
 from typing import Any
 
 import numpy as np
@@ -12,6 +13,7 @@ from ..explain import Choice, Explanation
 from ..renderer import Renderer
 from ..terrain import measure_span
 from .hud import metres
+from .overlay import ACCENT, BRIGHT, SOFT, Panel, Text
 
 HEADINGS = ("drawn as", "posts apart", "off by", "on screen", "")
 
@@ -47,6 +49,20 @@ def reasons(told: Explanation) -> list[str]:
         f" at most {told.px_per_m:.3g} px.",
         f"{worst} is off by at most {off} (from the tables), so by {told.chosen.px:.3g} px: {asked}.",
     ]
+
+
+def explanation_panel(told: Explanation, columns: int) -> Panel:
+    """All of it as text, at the lower right; sentences have room for so many characters a line."""
+    table = [HEADINGS, *rows(told)]
+    widths = [max(map(len, cells)) + 2 for cells in zip(*table, strict=True)]
+    lines = [[Text(title(told), ACCENT)], []]
+    for row in table:
+        colour = SOFT if row is HEADINGS else ACCENT if row[-1] == "drawn" else BRIGHT
+        lines.append([Text("".join(cell.ljust(width) for cell, width in zip(row, widths, strict=True)), colour)])
+    sentences = [
+        [Text(line)] for sentence in reasons(told) for line in wrap(sentence, min(columns, max(60, sum(widths))))
+    ]
+    return Panel([*lines, [], *sentences], (1.0, 1.0))
 
 
 def side_line(drawing: Drawing, stats: dict[str, Any]) -> str:

@@ -58,6 +58,11 @@ class Overlay:
             self._atlas.release()
         self._atlas = self.ctx.texture(pixels.shape[::-1], 1, pixels.tobytes(), alignment=1)
 
+    def room(self, size: tuple[int, int]) -> tuple[int, int]:
+        """Characters a line, and lines, of the largest panel in a picture of `size`."""
+        width, height = (side / self._scale - 4 * PADDING for side in size)  # within the panel's edges, and around it
+        return int(width // font.WIDTH), int((height + LEADING - font.HEIGHT) // LEADING)
+
     def draw(self, framebuffer: moderngl.Framebuffer, size: tuple[int, int], panels: list[Panel]) -> None:
         """Draw panels over what is in the framebuffer of `size` (width, height)."""
         parts = [_lay_out(panel, size, self._scale) for panel in panels]

@@ -133,7 +133,7 @@ def sculpt(gui: Gui, flight: Flight) -> None:
 def picture(gui: Gui, flight: Flight) -> None:
     """How it looks."""
     settings, drawing = flight.settings, flight.settings.drawing
-    _apply(settings, {"style": gui.choose("style", drawing.style, CHOICES["style"], "What the colours mean (Tab).")})
+    _apply(settings, {"style": gui.choose("style", drawing.style, CHOICES["style"], "What the colours mean (Tab, J).")})
     _light(gui, flight)
     _water(gui, flight)
     text = "Light from an equirectangular .hdr or .exr picture; none: a clear sky. Drop a file on it, or type a path."

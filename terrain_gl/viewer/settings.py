@@ -28,6 +28,8 @@ class Settings:
         How many times larger things are under the magnifying glass; 0 without one.
     sums, box
         Whether the summed-area table is shown, and posts along a side of the box that is read from it.
+    figures, keys
+        Whether figures are shown; which page of the keys, 0 for none.
     """
 
     sides: list[Drawing] = field(default_factory=lambda: [Drawing()])
@@ -37,7 +39,7 @@ class Settings:
     sums: bool = False
     box: int = 64
     figures: bool = True
-    keys: bool = False
+    keys: int = 0
 
     @property
     def drawing(self) -> Drawing:
