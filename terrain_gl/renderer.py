@@ -424,7 +424,6 @@ class Renderer:
         shot = self._last_drawn()
         achieved = deque(self.measuring(), maxlen=1).pop()
         moved_px = max(shot.selection.certified_px or 0.0, achieved.max_px)  # the metric may be another
-        moved_px = min(moved_px, float(max(self.size)))  # a budget may promise nothing
         through = count_holes(self.picture.coverage(), self.heightmap, shot.camera, self.size, shot.near_m, moved_px)
         shot.stats["max_error_px"], shot.stats["rms_error_px"] = achieved.max_px, achieved.rms_px
         shot.stats["posts_measured"], shot.stats["holes"] = achieved.posts, achieved.uncovered + through
