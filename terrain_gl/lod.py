@@ -37,7 +37,7 @@ from .terrain import Terrain
 
 METRICS = ("max", "rms")  # what a tolerance in pixels bounds; one in metres has `METRES` beside them
 METRES = "metres"
-ROUNDS = 12  # prices tried for a budget, at most: it takes three to five as a rule
+ROUNDS = 16  # prices tried for a budget, at most: it takes three to five as a rule
 AGREEING = 8  # rounds of agreeing between two looks at whether it is over: it takes three to six
 _TRIANGLES, _COUNT, _EMIT = range(3)  # passes of glsl/lod/patches.comp
 _ASKING = 16  # where the dispatch size of agreeing is in the list of tiles (glsl/lod/tiles.glsl)

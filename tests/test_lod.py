@@ -594,6 +594,18 @@ def test_budgets_where_all_gains_are_alike(ctx, name):
     scene.release()
 
 
+@pytest.mark.parametrize("seed", range(3))
+def test_budgets_amid_spikes(ctx, seed):
+    """Prices of what may pass the eye are beyond all others: triangles fall with the price in cliffs, far apart."""
+    rng = np.random.default_rng(seed)
+    heights = np.where(rng.random((129, 129)) < 0.05, 1000.0, 0.0) + 0.01 * rng.standard_normal((129, 129))
+    scene = Scene.of(ctx, Heightmap(heights, 1.0), (96, 96))
+    camera = Camera((5.0, -20.0, 228.0), (20.0, 40.0, -700.0), 60.0)
+    for triangles in (500, 1000, 2000, 4000, 8000):
+        assert 0.7 * triangles <= scene.select(camera, triangles=triangles).triangles <= triangles
+    scene.release()
+
+
 def weighed_rms_px(scene, selection, camera, weights):
     """Root mean square screen error of what is drawn, each post counting as often as its weight says."""
     rows, cols = np.indices(weights.shape)

@@ -217,6 +217,18 @@ def test_slit_in_the_picture_is_counted_and_the_sky_is_not(ctx):
     renderer.release()
 
 
+@pytest.mark.parametrize("seed", [1, 3, 5])
+def test_silhouettes_of_what_promises_nothing_are_no_holes(ctx, seed):
+    """Amid spikes a few triangles promise nothing: ground may be seen where the truth has sky, and the other way."""
+    rng = np.random.default_rng(seed)
+    heights = np.where(rng.random((129, 129)) < 0.01, 1000.0, 0.0) + 0.01 * rng.standard_normal((129, 129))
+    with tg.Renderer(Heightmap(heights, 1.0), (96, 96), ctx=ctx) as renderer:
+        for triangles in (130, 500, 2000):
+            renderer.draw(Camera((125.0, 2.0, 50.0), (20.0, 40.0, 40.0), 60.0), triangles=triangles, style=UNLIT)
+            stats = renderer.measure()
+            assert stats["certified_max_error_px"] == np.inf and stats["holes"] == 0
+
+
 @pytest.mark.parametrize("name", MAPS)
 def test_no_post_in_the_picture_is_outside_the_parts_that_are_measured(name):
     heightmap = MAPS[name]()

@@ -20,7 +20,8 @@ uniform bool u_start, u_last;
 #define AIM 0.995         // of the budget
 #define SLOPE 1.7         // octaves of λ for one of triangles, to start with
 #define LARGEST_STEP 20.0 // octaves
-#define LEAST_STEP 0.01 
+#define LEAST_STEP 0.01
+#define PATIENCE 4u       // rounds of chords; then every other one halves: where eyes stand amid spikes, N(λ) falls in cliffs
 #define FREE -60.0        // log2 of a λ that is as good as 0: everything that gains anything is drawn
 
 void set_price(float log_price) { s_price = log_price <= FREE ? 0.0 : exp2(min(log_price, 126.0)); }
@@ -37,6 +38,7 @@ float next(float aim) {
     float octaves = SLOPE * exp2(float(s_rounds - 1u));  // farther with every step in one direction
     if (s_dear.x == UNKNOWN) return s_cheap.x + clamp(octaves * (s_cheap.y - aim), 0.5, LARGEST_STEP);
     if (s_cheap.x == UNKNOWN) return s_dear.x - clamp(octaves * (aim - s_dear.y), 0.5, LARGEST_STEP);
+    if (s_rounds > PATIENCE && s_rounds % 2u == 0u) return 0.5 * (s_cheap.x + s_dear.x);
     return mix(s_cheap.x, s_dear.x, clamp((s_cheap.y - aim) / (s_cheap.y - s_dear.y), 0.02, 0.98));
 }
 
