@@ -378,11 +378,10 @@ def post_weights(
 ) -> np.ndarray:
     """How many times each post counts in a budget of triangles, (rows, cols).
 
-    Once; near the eye, where it covers many pixels, once for every block of 2 x 2 that it covers at most.
+    Once; near the eye, where it covers many pixels, as often as it is pixels across when seen from straight above.
     """
     depth_m = _posts_in_picture(heights, spacing_m, camera, size, near_m).depth_m
-    blocks_across = camera.focal_px(size[1]) / (2 * depth_m)
-    return np.maximum(1.0, blocks_across**2 * spacing_m[0] * spacing_m[1])
+    return np.maximum(1.0, camera.focal_px(size[1]) / depth_m * np.sqrt(spacing_m[0] * spacing_m[1]))
 
 
 def _squares_px(heights: np.ndarray, picture: Picture, level: int) -> np.ndarray:

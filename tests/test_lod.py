@@ -2,6 +2,7 @@
 
 import functools
 import itertools
+import math
 from types import SimpleNamespace
 
 import numpy as np
@@ -633,10 +634,10 @@ def test_a_budget_is_spent_almost_as_well_as_can_be(ctx, name):
     scene.release()
 
 
-def test_a_post_counts_as_often_as_it_covers_four_pixels():
-    """Straight above a plain, z metres up, a post covers (K s / z)² pixels."""
+def test_a_post_counts_as_often_as_it_is_pixels_across():
+    """Straight above a plain, z metres up, a post covers K s_x / z times K s_y / z pixels."""
     heights = np.zeros((9, 9))
-    for high, pixels in ((100.0, 360**2 * 3 / 100**2), (1000.0, 360**2 * 3 / 1000**2)):
-        camera = Camera((4, 4, high), (4, 4, 0), 60.0)  # K = 360 / tan 30°
-        weights = reference.post_weights(heights, (1.0, 1.0), camera, (1280, 720), 0.1)
-        assert weights == pytest.approx(max(1.0, pixels / 4))
+    for high, pixels in ((100.0, 4 * 360**2 * 3 / 100**2), (2000.0, 4 * 360**2 * 3 / 2000**2)):
+        camera = Camera((2, 8, high), (2, 8, 0), 60.0)  # K = 360 / tan 30°
+        weights = reference.post_weights(heights, (1.0, 4.0), camera, (1280, 720), 0.1)
+        assert weights == pytest.approx(max(1.0, math.sqrt(pixels)))

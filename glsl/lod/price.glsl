@@ -3,16 +3,15 @@
 //   w is the bound over the node's box (lod/project.glsl): for nodes small beside their distance, and almost all are, close
 //   to what it is everywhere in them; large ones it splits a little early, where they hardly ever remain leaves.
 //   A picture shows near land in many pixels a post, far land with many posts a pixel: a post counts once, and near the eye
-//   once for each block of 2 × 2 pixels that it covers when seen from straight above it,
-//       n = max(1, (K / 2z)² s_x s_y),   s the spacing, z the depth.
+//   as often as it is pixels across when seen from straight above it,
+//       n = max(1, K/z √(s_x s_y)),   s the spacing, z the depth.
 // Provides pays(), quad_pays().   Python twin of n: reference.post_weights
 
 #include "lod/tree.glsl"
 #include "lod/summary.glsl"
 
 float post_weight(Projection p) {
-    float blocks_m = 0.5 * u_focal_px / p.nearest_m;  // a metre's length in blocks
-    return max(1.0, blocks_m * blocks_m * u_spacing_m.x * u_spacing_m.y);
+    return max(1.0, u_focal_px / p.middle_m * sqrt(u_spacing_m.x * u_spacing_m.y));
 }
 
 bool pays(Projection p, float gain_m2) {

@@ -23,6 +23,7 @@ struct Projection {
     bool inside;      // all of it is
     float nearest_m;  // least depth of a point in the picture
     float stretch;    // largest middle factor
+    float middle_m;   // depth of the box's middle, or the least
 };
 
 Box box_of(ivec2 low_post, ivec2 high_post, vec2 range_m) {
@@ -34,7 +35,7 @@ vec3 to_camera(vec3 p) { return vec3(dot(u_right.xyz, p), dot(u_up.xyz, p), dot(
 
 // `margin` ≥ 1 widens the frustum: what is outside a wide one is outside a narrow one, roundings or not.
 Projection project(Box box, float margin) {
-    if (u_metric == METRIC_METRES) return Projection(false, true, 0.0, 0.0);  // in no picture, so nothing is outside
+    if (u_metric == METRIC_METRES) return Projection(false, true, 0.0, 0.0, 0.0);  // in no picture, so nothing is outside
     bvec4 all_beyond = bvec4(true), any_beyond = bvec4(false);  // the picture's right, left, top, bottom
     bool all_near = true, any_near = false;
     vec2 low = vec2(1e30), high = vec2(-1e30);
@@ -68,6 +69,7 @@ Projection project(Box box, float margin) {
     projection.outside = all_near || any(all_beyond);
     projection.inside = !any_near && !any(any_beyond);
     projection.nearest_m = max(nearest, 0.999 * near);
+    projection.middle_m = max(projection.nearest_m, dot(u_forward.xyz, 0.5 * (box.low + box.high)));
     // where the view is along the vertical both parts of the difference cancel, but not their roundings
     projection.stretch = length(max(a, b)) + COORDINATE_SLACK * (1.0 + dot(extent, extent));
     return projection;
