@@ -16,6 +16,7 @@ from scipy.sparse.linalg import cg
 
 from terrain_gl.camera import Camera, screen_shift_px
 from terrain_gl.cli import options
+from terrain_gl.mesh import vertex_heights
 from terrain_gl.renderer import NEAR, Renderer
 
 
@@ -25,10 +26,11 @@ def posts_in(triangles: np.ndarray) -> tuple[np.ndarray, np.ndarray, np.ndarray]
     found = []
     for size in np.unique(high - low, axis=0):  # powers of two: few
         same = np.flatnonzero((high - low == size).all(1))
-        offsets = np.stack(np.meshgrid(np.arange(size[0] + 1), np.arange(size[1] + 1)), -1).reshape(-1, 2)
+        across, along = (np.arange(int(side) + 1) for side in size)
+        offsets = np.stack(np.meshgrid(across, along), -1).reshape(-1, 2)
         for part in np.array_split(same, max(1, len(same) * len(offsets) >> 21)):
-            corners = triangles[part].astype(np.int64)
-            posts = low[part, None] + offsets
+            corners = triangles[part].astype(np.float64)
+            posts = np.ceil(low[part, None]).astype(np.int64) + offsets
             a, b, c = (corners[:, None, i] for i in range(3))
             parts = np.stack(
                 [_cross(b - posts, c - posts), _cross(c - posts, a - posts), _cross(a - posts, b - posts)], -1
@@ -50,7 +52,7 @@ class Mesh(NamedTuple):
     """What is drawn, as equations: `drawn_by` times the vertices' heights are the heights drawn at the posts seen."""
 
     drawn_by: csr_array  # (posts, vertices)
-    vertices: np.ndarray  # heights on their posts
+    vertices: np.ndarray  # heights in their places
     points: np.ndarray  # the posts in world metres
     px_per_m: np.ndarray  # and how far an error of a metre is on the screen there
 
@@ -70,7 +72,7 @@ def drawn_mesh(renderer: Renderer, camera: Camera, near_m: float) -> Mesh:
     count = int(seen.sum())
     entries = weights[seen].ravel(), of_corner.reshape(-1, 3)[which[seen]].ravel(), np.arange(0, 3 * count + 1, 3)
     drawn_by = csr_array(entries, shape=(count, len(vertices)))
-    return Mesh(drawn_by, truth[vertices[:, 1], vertices[:, 0]], points[seen], px[seen] / tiny)
+    return Mesh(drawn_by, vertex_heights(truth, vertices), points[seen], px[seen] / tiny)
 
 
 def fit(mesh: Mesh) -> np.ndarray:

@@ -45,7 +45,7 @@ def patches_of(direction):
     print(f"{chosen.patches:6} patches, {chosen.triangles:6} triangles, at most {chosen.certified_px:.3f} px off")
     # A patch is two words: its north-west corner, and its shape (glsl/mesh/lattice.glsl).
     records = np.frombuffer(levels.patches.read(chosen.patches * PATCH.itemsize), PATCH)
-    level, segments_log2 = records["shape"] & 15, records["shape"] >> 4 & 7
+    level, segments_log2 = (records["shape"] & 15) - 1, records["shape"] >> 4 & 7
     return records["corner"].astype(int), 1 << (level + segments_log2), level
 
 

@@ -102,19 +102,20 @@ class Explainer:
         if record is None:
             return None
         corner = int(record["corner"][0]), int(record["corner"][1])
-        step_log2, size_log2 = int(record["shape"]) & 15, int(record["shape"]) >> 4 & 7
+        size_log2 = int(record["shape"]) >> 4 & 7
+        side_log2 = (int(record["shape"]) & 15) + size_log2 - 1
         fan = bool(int(record["shape"]) >> 12 & 1)
         edges = int(record["shape"]) >> 8 & 15 if fan else 0
-        answer = self._ask(corner, step_log2 + size_log2, edges)
-        choices = _choices(answer, step_log2 + size_log2)
+        answer = self._ask(corner, side_log2, edges)
+        choices = _choices(answer, side_log2, fan)
         segments = 0 if fan else 1 << size_log2
         chosen = next(choice for choice in choices if choice.segments == segments)
         nearest_m, stretch = (float(v) for v in answer["projection"][:2])
         focal_px = self.levels.view.focal_px
         return Explanation(
             corner,
-            1 << (step_log2 + size_log2),
-            step_log2 + fan,
+            1 << side_log2,
+            side_log2 if fan else side_log2 - size_log2,
             chosen,
             choices,
             (float(answer["range_m"][0]), float(answer["range_m"][1])),
@@ -135,7 +136,7 @@ class Explainer:
             return None
         data = self.levels.patches.read(selection.patches * layout.PATCH.itemsize)
         patches = np.frombuffer(data, layout.PATCH)
-        side = 1 << ((patches["shape"] & 15) + (patches["shape"] >> 4 & 7)).astype(np.int64)
+        side = 1 << ((patches["shape"] & 15) + (patches["shape"] >> 4 & 7) - 1).astype(np.int64)
         offset = np.asarray(post) - patches["corner"]
         found = np.flatnonzero(((offset >= 0) & (offset <= side[:, None])).all(1))
         return patches[found[0]] if len(found) else None
@@ -151,14 +152,16 @@ class Explainer:
         return np.frombuffer(self._answer.read(), _ANSWER)[0]
 
 
-def _choices(answer: np.ndarray, side_log2: int) -> tuple[Choice, ...]:
-    """Coarsest first: two triangles, the fan, 2 × 2 quads, 4 × 4, ... every post."""
+def _choices(answer: np.ndarray, side_log2: int, fan: bool) -> tuple[Choice, ...]:
+    """Coarsest first: two triangles, the fan, 2 × 2 quads, 4 × 4, ... every post; a cell's fan if it is one."""
     found = []
     for level in range(side_log2, -1, -1):
         choice = answer["choice"][level]
         size = side_log2 - level
         ways = [(1 << size, 1 << level, choice["quads"])]
-        if size == 0:
-            ways.append((0, 1 << max(level - 1, 0), choice["fan"]))
+        if size == 0 and level > 0:
+            ways.append((0, 1 << (level - 1), choice["fan"]))
+        elif size == 0 and fan:
+            ways.append((0, 1, choice["quads"]))
         found += [Choice(segments, step, *(float(v) for v in e[:3])) for segments, step, e in ways if e[3]]
     return tuple(found)

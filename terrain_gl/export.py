@@ -1,7 +1,7 @@
 """Triangle meshes as files: binary PLY, binary glTF, Wavefront OBJ.
 
-Vertices are posts of the map, so every position is exact: PLY holds float64 world metres, glTF holds columns, heights
-and rows with the spacing in the node's scale, OBJ holds decimals that round to the same numbers.
+Vertices are posts of the map, or middles of its cells, so every position is exact: PLY holds float64 world metres, glTF
+holds columns, heights and rows with the spacing in the node's scale, OBJ holds decimals that round to the same numbers.
 """
 
 from __future__ import annotations
@@ -16,6 +16,7 @@ import numpy as np
 
 from .exceptions import TerrainError, UsageError
 from .image import replacing
+from .mesh import vertex_heights
 
 CHUNK = 1 << 17  # vertices or faces that are turned into bytes at a time
 GLB_LIMIT = 2**32 - 1
@@ -24,12 +25,12 @@ _FACE = np.dtype([("n", "u1"), ("vertices", "<u4", 3)])
 
 @dataclass(frozen=True)
 class Mesh:
-    """Triangles over the posts of a map.
+    """Triangles over a map.
 
     Attributes
     ----------
     posts
-        (n, 2) columns and rows of the vertices.
+        (n, 2) columns and rows of the vertices, see `mesh.vertex_heights`.
     faces
         (m, 3) uint32 indices of vertices, counter-clockwise from above.
     heights
@@ -47,11 +48,12 @@ class Mesh:
         """(k, 3) float64 world metres of some vertices."""
         col, row = self.posts[part].T
         north = (self.heights.shape[0] - 1 - row) * self.spacing_m[1]
-        return np.stack([col * self.spacing_m[0], north, self.heights[row, col].astype(np.float64)], -1)
+        heights = vertex_heights(self.heights, self.posts[part]).astype(np.float64)
+        return np.stack([col * np.float64(self.spacing_m[0]), north, heights], -1)
 
 
 def make_mesh(triangles: np.ndarray, heights: np.ndarray, spacing_m: tuple[float, float], weld: bool = False) -> Mesh:
-    """Mesh of captured triangles, each with its own three vertices, or sharing those on the same post if `weld`.
+    """Mesh of captured triangles, each with its own three vertices, or sharing those in one place if `weld`.
 
     Parameters
     ----------
@@ -63,12 +65,10 @@ def make_mesh(triangles: np.ndarray, heights: np.ndarray, spacing_m: tuple[float
     posts = triangles.reshape(-1, 2)
     if not weld:
         return Mesh(posts, np.arange(len(posts), dtype="u4").reshape(-1, 3), heights, spacing_m)
-    flat = posts[:, 1].astype(np.int64) * heights.shape[1] + posts[:, 0]
-    used = np.zeros(heights.size, bool)
-    used[flat] = True
-    number = np.cumsum(used, dtype="u4") - np.uint32(1)
-    row, col = np.divmod(np.flatnonzero(used), heights.shape[1])
-    return Mesh(np.stack([col, row], -1), number[flat].reshape(-1, 3), heights, spacing_m)
+    halves = np.rint(2 * posts).astype(np.int64)
+    used, number = np.unique(halves[:, 1] << 32 | halves[:, 0], return_inverse=True)
+    shared = np.stack([used & 0xFFFFFFFF, used >> 32], -1) / 2
+    return Mesh(shared, number.astype("u4").reshape(-1, 3), heights, spacing_m)
 
 
 def write_mesh(path: str | os.PathLike[str], mesh: Mesh, progress: Callable[[float], None] | None = None) -> None:
@@ -150,7 +150,7 @@ def _glb(mesh: Mesh) -> Iterator[bytes]:
 def _lattice(mesh: Mesh, part: slice) -> np.ndarray:
     """(k, 3) float32 column, height and row: whole numbers and heights, so that nothing is rounded."""
     col, row = mesh.posts[part].T
-    return np.stack([col, mesh.heights[row, col], row], -1).astype("<f4")
+    return np.stack([col, vertex_heights(mesh.heights, mesh.posts[part]), row], -1).astype("<f4")
 
 
 def _glb_header(mesh: Mesh) -> bytes:

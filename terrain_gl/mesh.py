@@ -1,8 +1,8 @@
 """The mesh: what a surface selected, through its shaders, into a picture or into a buffer.
 
 With `lod.Levels` a patch is one vertex of two words; the control shader sets its levels, the evaluation shader puts
-vertices on posts (glsl/mesh/lattice.glsl). Whatever the method, the last line of its shaders is put_vertex()
-(glsl/mesh/vertex.glsl).
+vertices on posts, and in the middles of cells (glsl/mesh/lattice.glsl). Whatever the method, the last line of its
+shaders is put_vertex() (glsl/mesh/vertex.glsl).
 """
 
 from __future__ import annotations
@@ -105,20 +105,27 @@ class MeshDraws:
             self._made.popitem()[1].release()
 
 
+def vertex_heights(heights: np.ndarray, places: np.ndarray) -> np.ndarray:
+    """Heights of vertices at (..., 2) columns and rows: a post's own; in the middle of a cell the mean of its four."""
+    low, high = np.floor(places).astype(np.int64), np.ceil(places).astype(np.int64)
+    (west, north), (east, south) = np.moveaxis(low, -1, 0), np.moveaxis(high, -1, 0)
+    return 0.25 * ((heights[north, west] + heights[north, east]) + (heights[south, west] + heights[south, east]))
+
+
 def captured_triangles(selection: Selection) -> tuple[np.ndarray, np.ndarray]:
     """Triangles as drawn, counter-clockwise seen from above; those of no area are left out.
 
     Returns
     -------
     posts
-        (n, 3, 2) int32 columns and rows of their corners.
+        (n, 3, 2) float32 columns and rows of their corners: whole but for the middles of cells (see `vertex_heights`).
     heights_m
         (n, 3) float32 metres above the terrain's base.
 
     Raises
     ------
     TerrainError
-        If the GPU drew a vertex at another height than its post's, with a method that does not do so.
+        If the GPU drew a vertex at another height than its place's, with a method that does not do so.
     """
     surface = selection.surface
     draw = MeshDraw(surface, "CAPTURE", varyings=("v_vertex",))
@@ -127,10 +134,10 @@ def captured_triangles(selection: Selection) -> tuple[np.ndarray, np.ndarray]:
     finally:
         draw.release()
     vertices = np.frombuffer(data, _VERTEX).reshape(-1, 3)
-    posts = np.stack([vertices["col"], vertices["row"]], -1).astype(np.int32)
-    true_m = surface.terrain.filled[posts[..., 1], posts[..., 0]] - np.float32(surface.terrain.base_m)
-    if surface.on_heights and not np.array_equal(true_m, vertices["height_m"]):
+    posts = np.stack([vertices["col"], vertices["row"]], -1)
+    relief_m = surface.terrain.filled - np.float32(surface.terrain.base_m)
+    if surface.on_heights and not np.array_equal(vertex_heights(relief_m, posts), vertices["height_m"]):
         raise TerrainError("the GPU drew vertices beside their posts: this driver's tessellation is not exact")
-    a, b, c = (posts[:, i].astype(np.int64) for i in range(3))
+    a, b, c = (2 * posts[:, i].astype(np.float64) for i in range(3))
     area = (b[:, 0] - a[:, 0]) * (c[:, 1] - a[:, 1]) - (b[:, 1] - a[:, 1]) * (c[:, 0] - a[:, 0])
     return posts[area != 0], vertices["height_m"][area != 0]

@@ -384,6 +384,15 @@ def post_weights(
     return np.maximum(1.0, camera.focal_px(size[1]) / depth_m * np.sqrt(spacing_m[0] * spacing_m[1]))
 
 
+def cell_squares(heights: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
+    """Mean squared distances in metres from the bilinear surface over each cell, (rows - 1, cols - 1): as quad, as fan.
+
+    Of the cell cut along either diagonal, and of a fan around its middle at the mean height of its corners.
+    """
+    twist = heights[:-1, :-1] - heights[:-1, 1:] - heights[1:, :-1] + heights[1:, 1:]
+    return np.square(twist) / 90, np.square(twist) / 1440
+
+
 def _squares_px(heights: np.ndarray, picture: Picture, level: int) -> np.ndarray:
     """Sum of squared true screen errors of each node as two triangles, over its own posts in the picture."""
     found = []

@@ -496,7 +496,10 @@ class Renderer:
 
     @_in_own_context
     def triangles(self) -> np.ndarray:
-        """Triangles of the last frame as drawn: (n, 3, 2) columns and rows of posts, counter-clockwise from above."""
+        """Triangles of the last frame as drawn: (n, 3, 2) columns and rows, counter-clockwise from above.
+
+        Their corners are posts; with a number of triangles asked for also middles of cells: halves.
+        """
         return captured_triangles(self._last().selection)[0]
 
     @_in_own_context
@@ -504,7 +507,9 @@ class Renderer:
         """(rows, cols) float32 metres: at posts where the last frame has a vertex its height, elsewhere the truth."""
         posts, heights_m = captured_triangles(self._last().selection)
         drawn = self.terrain.filled.copy()
-        drawn[posts[..., 1], posts[..., 0]] = heights_m + np.float32(self.terrain.base_m)
+        on_post = (posts == np.floor(posts)).all(-1)
+        col, row = posts[on_post].astype(np.int64).T
+        drawn[row, col] = heights_m[on_post] + np.float32(self.terrain.base_m)
         return drawn
 
     @_in_own_context

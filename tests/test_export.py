@@ -9,16 +9,23 @@ from maps import MAPS
 
 from terrain_gl import Camera, Renderer, TerrainError, UsageError
 from terrain_gl.export import FORMATS, make_mesh, write_mesh
+from terrain_gl.mesh import vertex_heights
 
 SMALL = ("odd", "holes", "two", "cliff", "long", "offset")
+VIEW = Camera((1340, 1566, 119), (5380, -50, 19), 100.0)  # of "odd", close above the ground
 
 
-@pytest.fixture(params=SMALL)
+@pytest.fixture(params=[*SMALL, "middles"])
 def drawn(request, ctx):
-    """Give a renderer that has drawn all of a small map."""
-    heightmap = MAPS[request.param]()
+    """Give a renderer that has drawn all of a small map; with a budget also vertices in the middles of cells."""
+    budget = request.param == "middles"
+    heightmap = MAPS["odd" if budget else request.param]()
     renderer = Renderer(heightmap, (320, 180), ctx=ctx)
-    renderer.draw(Camera.default(heightmap), 2.0, cull=False)
+    if budget:
+        renderer.draw(VIEW, triangles=5000, cull=False)
+    else:
+        renderer.draw(Camera.default(heightmap), 2.0, cull=False)
+    assert (renderer.triangles() % 1).any() == budget
     yield renderer
     renderer.release()
 
@@ -84,13 +91,13 @@ READERS = {".ply": read_ply, ".obj": read_obj, ".glb": read_glb}
 
 
 def posts_of(places, heightmap):
-    """Columns and rows of world places, which must lie on posts to the last bit but one."""
+    """Columns and rows of world places, which must lie on posts or halfway to the last bit but one."""
     east, north = heightmap.spacing_m
-    col, row = np.rint(places[:, 0] / east), heightmap.rows - 1 - np.rint(places[:, 1] / north)
+    col, row = np.rint(2 * places[:, 0] / east) / 2, heightmap.rows - 1 - np.rint(2 * places[:, 1] / north) / 2
     np.testing.assert_allclose(places[:, 0], col * east, rtol=1e-14, atol=0)
     farthest = heightmap.rows * north  # a glTF node adds its translation, whose last bit is that of the whole extent
     np.testing.assert_allclose(places[:, 1], (heightmap.rows - 1 - row) * north, rtol=0, atol=4e-16 * farthest)
-    return col.astype(int), row.astype(int)
+    return np.stack([col, row], -1)
 
 
 def edges(faces):
@@ -101,26 +108,26 @@ def edges(faces):
 @pytest.mark.parametrize("ending", FORMATS)
 def test_vertices_stand_on_posts_at_their_heights(drawn, ending, tmp_path):
     places, faces = saved(drawn, tmp_path / f"mesh{ending}")
-    col, row = posts_of(places, drawn.heightmap)
-    assert np.array_equal(places[:, 2].astype("f4"), drawn.terrain.filled[row, col])
-    solid = ~np.isnan(drawn.heightmap.heights[row, col])
-    assert np.array_equal(drawn.heightmap.heights[row, col][solid], places[solid, 2].astype("f4"))
+    posts = posts_of(places, drawn.heightmap)
+    assert np.array_equal(places[:, 2].astype("f4"), vertex_heights(drawn.terrain.filled, posts))
+    true_m = vertex_heights(drawn.heightmap.heights, posts)
+    solid = ~np.isnan(true_m)
+    assert np.array_equal(true_m[solid], places[solid, 2].astype("f4"))
     assert np.array_equal(faces.ravel(), np.arange(3 * len(faces))), "each triangle has its own vertices"
-    assert np.array_equal(np.stack([col, row], -1).reshape(-1, 3, 2), drawn.triangles())
+    assert np.array_equal(posts.reshape(-1, 3, 2), drawn.triangles())
 
 
 def test_count_is_that_of_the_stats(drawn, tmp_path):
     _, faces = saved(drawn, tmp_path / "mesh.ply")
-    stats = drawn.draw(Camera.default(drawn.heightmap), 2.0, cull=False)
-    assert len(faces) == stats["triangles"]
+    assert len(faces) == drawn.measure()["triangles"]
 
 
 @pytest.mark.parametrize("ending", FORMATS)
 def test_welded_mesh_is_the_map_once(drawn, ending, tmp_path):
     """Counter-clockwise triangles whose areas sum to the map's, and whose inner edges all have their reverse once."""
     places, faces = saved(drawn, tmp_path / f"mesh{ending}", weld=True)
-    col, row = posts_of(places, drawn.heightmap)
-    assert len(np.unique(row * drawn.heightmap.cols + col)) == len(places), "a post is one vertex"
+    col, row = posts_of(places, drawn.heightmap).T
+    assert len(np.unique(row * 2**16 + col)) == len(places), "a place is one vertex"
     corners = np.stack([col, -row], -1)[faces]
     (ax, ay), (bx, by) = (corners[:, 1] - corners[:, 0]).T, (corners[:, 2] - corners[:, 0]).T
     area = ax * by - ay * bx

@@ -11,7 +11,7 @@ from maps import MAPS, Scene, cameras, rough
 from terrain_gl.camera import Camera
 from terrain_gl.exceptions import TerrainError
 from terrain_gl.heightmap import Heightmap
-from terrain_gl.mesh import MeshDraw, captured_triangles
+from terrain_gl.mesh import MeshDraw, captured_triangles, vertex_heights
 
 SIZES = [
     (2, 2),
@@ -30,13 +30,15 @@ SIZES = [
 
 def doubled_areas(triangles):
     """Positive where a triangle is counter-clockwise seen from above; rows run south."""
-    a, b, c = (triangles[:, i].astype("i8") for i in range(3))
+    a, b, c = (triangles[:, i] for i in range(3))
     return -((b[:, 0] - a[:, 0]) * (c[:, 1] - a[:, 1]) - (b[:, 1] - a[:, 1]) * (c[:, 0] - a[:, 0]))
 
 
 def directed_edges(triangles):
-    """Posts at both ends of every triangle's sides, (n, 2): a post is one number, row and column 16 bits each."""
-    posts = triangles[..., 1].astype("i8") << 16 | triangles[..., 0]
+    """Both ends of every triangle's sides, (n, 2): a place is one number, row and column in half posts."""
+    halves = (2 * triangles).astype("i8")
+    assert (halves == 2 * triangles).all()
+    posts = halves[..., 1] << 16 | halves[..., 0]
     return np.concatenate([np.stack([posts[:, i], posts[:, (i + 1) % 3]], 1) for i in range(3)])
 
 
@@ -51,7 +53,7 @@ def lone_edges(triangles):
     whole, count = np.unique(any_way, return_counts=True)
     lone = whole[count == 1]
     posts = np.stack([lone >> 32, lone & 0xFFFFFFFF], -1)
-    return np.stack([posts & 0xFFFF, posts >> 16], -1)
+    return np.stack([posts & 0xFFFF, posts >> 16], -1) / 2
 
 
 def check_watertight(triangles, heightmap):
@@ -129,7 +131,7 @@ def test_culled_mesh_has_no_gap_where_it_is_seen(ctx):
 
 def in_picture(scene, camera, places, edges, t):
     """Whether points on drawn edges stand in the picture; (n, 2) columns and rows."""
-    heights = scene.terrain.filled[edges[..., 1], edges[..., 0]].astype("f8")
+    heights = vertex_heights(scene.terrain.filled.astype("f8"), edges)
     up = heights[:, 0] * (1 - t) + heights[:, 1] * t
     east, north = scene.heightmap.spacing_m
     world = np.stack([places[:, 0] * east, (scene.heightmap.rows - 1 - places[:, 1]) * north, up], -1)

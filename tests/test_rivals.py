@@ -164,7 +164,7 @@ def test_heights_drawn_are_those_of_the_pyramid(ctx, method):
     posts, heights_m = captured_triangles(scene.select(method, camera, PARAMETERS[method]()))
     levels = scene.rivals.of(method).pyramid.read()
     slack = 1e-4 * np.ptp(levels[0])
-    col, row = posts.reshape(-1, 2).T
+    col, row = posts.reshape(-1, 2).astype(int).T
     low, high = np.full((2, len(col)), levels[0][row, col])
     for j, level in enumerate(levels[1:6], 1):
         for step in np.ndindex(2, 2):

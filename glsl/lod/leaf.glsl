@@ -1,7 +1,8 @@
 // lod/leaf.glsl — how a leaf is drawn: as a quad, two triangles, or as a fan of 4 to 8 triangles around its centre, with
 // each edge split where the neighbour is finer.
 //   With a tolerance: a quad, if its error as a quad is within it and no neighbour is finer.
-//   With a budget: a quad, if no neighbour is finer and a fan is not worth its triangles.
+//   With a budget: a quad, if no neighbour is finer and a fan is not worth its triangles; a cell near the eye, too, may be
+//   worth a fan then, around the mean of its posts.
 // Provides finer_neighbours(), split_edges(), fan_triangles(), draws_as_quad().
 
 #include "lod/price.glsl"

@@ -34,7 +34,10 @@ void classify_row() {
         Projection p = project_node(level, at, 1.0);
         if (u_cull != 0 && p.outside) continue;
         if (level == 0) {
-            squares |= 1u << column;
+            bool fan = cell_fan_pays(p, at);
+            if (fan) fans |= 1u << column;
+            else squares |= 1u << column;
+            if (fan) triangles += 4u;
             continue;
         }
         PackedNode n = node_of(level, at);
@@ -79,9 +82,10 @@ void write_row(int tile, int s) {
         int column = findLSB(left);
         ivec2 at = first + ivec2(column, row), corner = at << level;
         bool fan = s == 1 && (s_fans[row] >> column & 1u) != 0u;
-        uint step_log2 = uint(fan ? level - 1 : level), edges = fan ? split_edges(finer, level, at) : 15u;
+        uint half_posts_log2 = uint(fan ? level : level + 1);
+        uint edges = !fan ? 15u : level == 0 ? 0u : split_edges(finer, level, at);
         patches[place++] = uvec2(uint(corner.x) | uint(corner.y) << 16,
-                                 step_log2 | uint(s) << 4 | edges << 8 | uint(fan) << 12);
+                                 half_posts_log2 | uint(s) << 4 | edges << 8 | uint(fan) << 12);
     }
 }
 

@@ -30,8 +30,6 @@ void put_vertex_between(ivec2 post, vec2 between, float h_m, Patch p) {
     gl_Position = u_clip_from_eye * vec4(v_from_eye_m, 1.0);
 }
 
-void put_vertex(ivec2 post, float h_m, Patch p) { put_vertex_between(post, vec2(0.0), h_m, p); }
-
 #else
 
 out vec3 v_vertex;  // column, row, metres above base
@@ -42,13 +40,15 @@ uniform ivec2 u_tile_size;  // pixels
 uniform ivec2 u_flip;
 #endif
 
-void put_vertex(ivec2 post, float h_m, Patch p) {
-    v_vertex = vec3(post, h_m);
+void put_vertex_between(ivec2 post, vec2 between, float h_m, Patch p) {
+    v_vertex = vec3(vec2(post) + between, h_m);
 #if TO == ABOVE
-    vec2 pixel = vec2(post - u_tile) + 0.5;
+    vec2 pixel = vec2(post - u_tile) + between + 0.5;
     pixel = mix(pixel, vec2(u_tile_size) - pixel, vec2(u_flip));
     gl_Position = vec4(pixel / vec2(u_tile_size) * 2.0 - 1.0, 0.0, 1.0);
 #endif
 }
 
 #endif
+
+void put_vertex(ivec2 post, float h_m, Patch p) { put_vertex_between(post, vec2(0.0), h_m, p); }

@@ -2,15 +2,14 @@
 
 #include "shade/detail.glsl"
 
-// The truth between posts is either of a cell's two pairs of triangles: the one nearer to what is drawn.
+// The truth between posts is either of a cell's two pairs of triangles, or lies between them: what is nearest to the drawn.
 float error_m(vec2 post, float drawn_m) {
     ivec2 at = min(ivec2(post), u_last_post - 1);
     vec2 t = post - vec2(at);
     float a = height_m(at), b = height_m(at + ivec2(1, 0)), c = height_m(at + ivec2(0, 1)), d = height_m(at + 1);
     float falling = t.x >= t.y ? a + (b - a) * t.x + (d - b) * t.y : a + (c - a) * t.y + (d - c) * t.x;
     float rising = t.x + t.y <= 1.0 ? a + (b - a) * t.x + (c - a) * t.y : d + (c - d) * (1.0 - t.x) + (b - d) * (1.0 - t.y);
-    float one = drawn_m - falling, other = drawn_m - rising;
-    return abs(one) < abs(other) ? one : other;
+    return drawn_m - clamp(drawn_m, min(falling, rising), max(falling, rising));
 }
 
 // Distance on the screen between the point drawn and the true one, d below it: method of lod/project.glsl, exact.

@@ -12,7 +12,7 @@ in vec3 g_weights;
 
 layout(location = 0) out vec2 out_post;
 layout(location = 1) out vec4 out_drawn;
-// level, negative for fans; triangle's edge 0 to 1; log2 of the segments a side, and patch's border 0 to 1; pixels
+// 2 + log2 of the posts between vertices, negative for fans; triangle's edge 0 to 1; log2 of the segments a side, and patch's border 0 to 1; pixels
 
 // Lines are a pixel wide, and faint where the triangle has no room for them.
 float edge_line() {
@@ -37,5 +37,5 @@ void put_detail(float px) {
     if (is_in_hole(out_post)) discard;
     float segments_log2 = round(log2(float(p.high.x - p.low.x)) - p.step_log2);
     float border = segments_log2 + min(border_line(g_post, p, post_per_px), 0.99);
-    out_drawn = vec4((p.step_log2 + 1.0) * (p.fan ? -1.0 : 1.0), edge_line(), border, min(px, 6e4));
+    out_drawn = vec4((p.step_log2 + 2.0) * (p.fan ? -1.0 : 1.0), edge_line(), border, min(px, 6e4));
 }

@@ -6,6 +6,7 @@
 
 float promise_px(Patch p) {
     int level = int(p.step_log2), side = p.high.x - p.low.x;
+    if (level < 0) return 0.0;  // a cell drawn as a fan: its posts are in place
     bool of_tree = p.step_log2 == float(level) && side == p.high.y - p.low.y && (side & (side - 1)) == 0 &&
                    (p.low & (side - 1)) == ivec2(0) && side >= 1 << level;
     if (!of_tree) return -1.0;

@@ -17,7 +17,7 @@ struct Drawn {
 
 Drawn drawn_at(int sample_) {
     vec4 d = texelFetch(u_drawn, ivec2(gl_FragCoord.xy), sample_);
-    return Drawn(abs(d.x) - 1.0, d.x < 0.0, d.y, floor(d.z), fract(d.z), d.w);
+    return Drawn(abs(d.x) - 2.0, d.x < 0.0, d.y, floor(d.z), fract(d.z), d.w);
 }
 
 // Brightness of matt white ground under the sun and a white sky.
