@@ -105,10 +105,10 @@ def test_fewest_finds_the_threshold(renderer, camera, monkeypatch):
 
 
 def test_curves_fall(renderer, camera):
-    points = curve(renderer, camera, ["sat"], [300, 1500, 7500])["sat"]
+    points = curve(renderer, camera, ["sat"], [500, 1500, 7500])["sat"]
     errors = [point["rms_error_px"] for point in points]
     assert errors == sorted(errors, reverse=True)
-    assert [point["triangles"] for point in points] == pytest.approx([300, 1500, 7500], rel=0.03)
+    assert [point["triangles"] for point in points] == pytest.approx([500, 1500, 7500], rel=0.03)
 
 
 def test_ideal_curve_is_that_of_the_whole_map(ctx):

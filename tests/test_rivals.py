@@ -45,7 +45,8 @@ class Scene:
 
 def one_height_a_post(posts, heights_m, heightmap):
     """Heights (rows, cols) of the posts where vertices stand, NaN elsewhere; asserts that a post has one height."""
-    flat = posts[..., 1].ravel().astype(int) * heightmap.cols + posts[..., 0].ravel()
+    col, row = posts.reshape(-1, 2).astype(int).T
+    flat = row * heightmap.cols + col
     drawn = np.full(heightmap.rows * heightmap.cols, np.nan, "f4")
     drawn[flat] = heights_m.ravel()
     assert np.array_equal(drawn[flat], heights_m.ravel()), "a crack: two heights at one post"
