@@ -22,6 +22,7 @@ _FEEDBACK_BUFFER = 0x8C8E
 _INDIRECT_BUFFER = 0x8F3F
 _FRAMEBUFFER, _FRAMEBUFFER_BINDING = 0x8D40, 0x8CA6
 _DEFAULT_WIDTH, _DEFAULT_HEIGHT = 0x9310, 0x9311
+SOFTWARE = ("llvmpipe", "softpipe")  # Mesa's renderers without a GPU, as they call themselves
 COMMAND_STRIDE = 20  # bytes between indirect commands, as moderngl's own render_indirect has it
 
 _LIMITS = {
@@ -95,8 +96,7 @@ def at_least(ctx: moderngl.Context, buffer: moderngl.Buffer, needed: int) -> mod
 def storage_block_bytes(ctx: moderngl.Context) -> int:
     """Bytes of a storage buffer that shaders reach."""
     # Mesa's software renderer reports 128 MiB, a default that it does not enforce: tables of 2 GiB came out exact
-    software = "llvmpipe" in ctx.info["GL_RENDERER"]
-    return 2**31 if software else limits(ctx)["storage_block_bytes"]
+    return 2**31 if ctx.info["GL_RENDERER"].startswith("llvmpipe") else limits(ctx)["storage_block_bytes"]
 
 
 def capture(

@@ -6,7 +6,7 @@ import math
 import time
 from collections import deque
 from collections.abc import Callable, Generator, Iterator
-from contextlib import closing, contextmanager
+from contextlib import AbstractContextManager, closing, contextmanager, nullcontext
 from dataclasses import dataclass, field
 from functools import wraps
 from types import TracebackType
@@ -155,6 +155,10 @@ class Renderer:
     waits = True
     """Whether each stage is waited for, to be timed. If not, `ms` are the GPU's own times, a frame or more late."""
 
+    queries = False
+    """Whether the stages of a frame are timed by the GPU's own clock, too, where each is waited for: `ms` are its times
+    then, without what Python and the driver take. For drivers of which `Stopwatch.works`."""
+
     building: Generator[float, None, None]
     """Makes the tables in portions, for who must not wait for the whole; after each: the part done, 0 to 1."""
 
@@ -255,6 +259,8 @@ class Renderer:
         """Choose the mesh like `draw`, and draw nothing: for `explain`, `measuring`, `triangles`; returns the stats."""
         drawing = Drawing(max_error_px, **options)
         shot = self._select(camera, self.size, drawing)
+        if self._stopwatch:
+            self.ms |= self._stopwatch.frame() or {}
         shot.stats = self._stats(drawing, shot.selection, self.size)
         self._shot = shot
         return shot.stats
@@ -677,6 +683,7 @@ class Renderer:
             "height": size[1],
             **self._gl,
             "ms": dict(self.ms),
+            "ms_clock": "cpu" if self.waits and not self.queries else "gpu",
             "gpu_bytes": self.gpu_bytes(),
         }
 
@@ -695,15 +702,19 @@ class Renderer:
 
     @contextmanager
     def _timed(self, stage: str) -> Iterator[None]:
-        if not self.waits:
-            self._stopwatch = self._stopwatch or self._keep(Stopwatch(self.ctx))
-            with self._stopwatch.stage(stage):
-                yield
-            return
         started = time.perf_counter()
-        yield
-        self.ctx.finish()
-        self.ms[stage] = 1e3 * (time.perf_counter() - started)
+        with self._queried(stage):
+            yield
+        if self.waits:
+            self.ctx.finish()
+            self.ms[stage] = 1e3 * (time.perf_counter() - started)
+
+    def _queried(self, stage: str) -> AbstractContextManager[None]:
+        """Have the GPU time what is issued inside the block, where it is asked to."""
+        if self.waits and not self.queries:
+            return nullcontext()
+        self._stopwatch = self._stopwatch or self._keep(Stopwatch(self.ctx))
+        return self._stopwatch.stage(stage)
 
 
 @contextmanager

@@ -19,7 +19,7 @@ import moderngl
 
 from . import gl
 
-_TIMESTAMP, _RESULT, _RESULT_AVAILABLE = 0x8E28, 0x8866, 0x8867
+_TIMESTAMP, _COUNTER_BITS, _RESULT, _RESULT_AVAILABLE = 0x8E28, 0x8864, 0x8866, 0x8867
 
 
 class _Stage(NamedTuple):
@@ -47,6 +47,13 @@ class Stopwatch:
         self._spare: list[int] = []
         self._stages: list[_Stage] = []  # of the frame that is being issued
         self._frames: deque[list[_Stage]] = deque()
+
+    @staticmethod
+    def works(ctx: moderngl.Context) -> bool:
+        """Whether the driver has a clock to be asked: some say that theirs has no bits."""
+        bits = c_int()
+        gl.function(ctx, "glGetQueryiv", None, c_uint, c_uint, POINTER(c_int))(_TIMESTAMP, _COUNTER_BITS, byref(bits))
+        return bits.value > 0
 
     @contextmanager
     def stage(self, name: str) -> Iterator[None]:

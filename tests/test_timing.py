@@ -102,6 +102,26 @@ def test_a_renderer_that_does_not_wait_draws_and_knows_the_same(monkeypatch):
         assert frame.stats["ms"]["edit"] > 0
 
 
+def test_the_gpus_clock_times_the_very_frame_that_was_waited_for():
+    heightmap = tg.Heightmap(rough(90, 120), 10.0)
+    camera = tg.Camera.default(heightmap)
+    with tg.Renderer(heightmap, SIZE) as renderer:
+        assert renderer.draw(camera)["ms_clock"] == "cpu"
+        renderer.ms = {}
+        renderer.queries = Stopwatch.works(renderer.ctx)
+        if not renderer.queries:
+            pytest.skip("this driver has no timer queries")
+        renderer.choose(camera)
+        stats = renderer.draw(camera)
+        assert stats["ms_clock"] == "gpu"
+        ms = stats["ms"]
+        assert all(ms[stage] > 0 for stage in ("lod", "draw", "shade"))
+        assert ms["lod"] + ms["draw"] + ms["shade"] <= ms["frame"]
+        for _ in renderer.drawing(camera):
+            pass
+        assert renderer.ms["shade"] > 0
+
+
 class Noting:
     """A context that notes who waits for it."""
 

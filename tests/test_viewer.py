@@ -446,10 +446,13 @@ def test_metres_read_well():
 
 def test_figures_say_what_is_unknown():
     stats = {"ms": {"lod": 1.0, "draw": 2.0}, "width": 640, "height": 400, "triangles": 12345, "patches": 678}
-    stats["certified_max_error_px"] = 0.98766
+    stats |= {"certified_max_error_px": 0.98766, "ms_clock": "gpu", "gl_renderer": "llvmpipe (LLVM 15.0.6, 256 bits)"}
     figures = Figures("hills", (129, 129), None, stats)
     lines = ["".join(run.text for run in line).rstrip() for line in hud.figures_panel(figures, Settings()).lines]
     assert "promised   ≤ 0.9877 px" in lines and "measured   …" in lines and "triangles  12,345" in lines
+    assert "frame      at rest  3 ms llvmpipe" in lines
+    clocks = [stats | {"gl_renderer": "NVIDIA H200/PCIe"}, stats | {"ms_clock": "cpu"}]
+    assert [hud.clock(each)[0] for each in clocks] == ["GPU", "CPU"]
     assert "frame      at rest  3 ms" in lines and "height     –" in lines
     figures.measured_px = {"max": 0.5, "rms": 0.25}
     lines = ["".join(run.text for run in line).rstrip() for line in hud.figures_panel(figures, Settings()).lines]

@@ -8,7 +8,7 @@ from collections.abc import Iterator
 from dataclasses import dataclass, field
 from typing import TYPE_CHECKING, Any
 
-from .hud import drawing_ms, metres
+from .hud import clock, drawing_ms, metres, seconds
 
 if TYPE_CHECKING:
     from .flight import Flight
@@ -59,9 +59,11 @@ def show(gui: Gui, flight: Flight) -> None:
     ms = drawing_ms(stats)
     pace = "at rest" if figures.fps is None else f"{figures.fps:.0f} frames/s"
     coarse = f", {figures.shrunk} × coarser" if figures.shrunk > 1 else ""
-    _title(gui, "Frame", f"{ms:.3g} ms, {pace}{coarse}" if ms < 999 else f"{ms / 1000:.1f} s, {pace}{coarse}")
+    whose, told = clock(stats)
+    _title(gui, "Frame", f"{seconds(ms)} {whose}, {pace}{coarse}")
     _bars(gui, list(flight.painter.history.records))
-    gui.hint("frame", "Milliseconds of the last frames: blue chooses levels, orange draws the mesh, green shades.")
+    text = f"Milliseconds of the last frames, {told}: blue chooses levels, orange draws the mesh, green shades."
+    gui.hint("frame", text)
     _title(gui, "Triangles", f"{stats['triangles']:,} in {stats['patches']:,} patches")
     _line(gui, [record.triangles for record in flight.painter.history.records], SOFT)
     gui.hint("triangles", "Triangles of the last frames.")

@@ -262,7 +262,7 @@ class Flight:
     def panels(self) -> list[Panel]:
         """What is said over the picture where there are no panels to click."""
         columns, rows = self.overlay.room(self.size)
-        panels = self._lessons(columns)
+        panels = self._lessons(columns, rows)
         if self.settings.keys:
             pages = hud.keys_pages(columns, rows)
             panels = [pages[min(self.settings.keys, len(pages)) - 1]]
@@ -274,14 +274,14 @@ class Flight:
             panels.append(hud.message_panel(self.message))
         return panels
 
-    def _lessons(self, columns: int) -> list[Panel]:
+    def _lessons(self, columns: int, rows: int) -> list[Panel]:
         """What is explained: the sides, the table's box, the patch that was clicked."""
         panels = []
-        if self.settings.split:
+        if self.settings.split and self.settings.figures:
             told = zip(self.settings.sides, self.painter.side_stats, strict=False)
             panels.append(Panel([[Text(lesson.side_line(*side))] for side in told] or [[]], (1.0, 0.0)))
-        if self.insight.box:
-            panels.append(Panel([[Text(line)] for line in self.insight.box.words()], (1.0, 0.8)))
+        if self.insight.box and self.settings.figures and rows > 14:  # else it would cover the table
+            panels.append(Panel([[Text(line)] for line in self.insight.box.words()], (1.0, 1.0)))
         if self.insight.explanation:
             panels.append(lesson.explanation_panel(self.insight.explanation, columns))
         return panels

@@ -7,6 +7,7 @@ from dataclasses import dataclass, field
 from textwrap import wrap
 from typing import Any
 
+from .. import gl
 from ..drawing import EVERY_POST, Drawing
 from .commands import shown_lines
 from .overlay import ACCENT, BRIGHT, SOFT, Panel, Text
@@ -51,6 +52,16 @@ def drawing_ms(stats: dict[str, Any]) -> float:
     return sum(stats["ms"].get(stage, 0.0) for stage in ("lod", "draw", "shade"))
 
 
+def clock(stats: dict[str, Any]) -> tuple[str, str]:
+    """Whose milliseconds they are, in a word and in a sentence."""
+    if stats["ms_clock"] == "cpu":
+        return "CPU", "by the CPU's clock: this driver has no timer queries"
+    renderer = stats["gl_renderer"].split()[0]
+    if renderer in gl.SOFTWARE:
+        return renderer, f"by timer queries of {renderer}, where the CPU plays the GPU"
+    return "GPU", "by the GPU's own clock (timer queries)"
+
+
 def _asked(drawing: Drawing) -> tuple[str, str]:
     if drawing.triangles:
         return "budget", f"{drawing.triangles:,} triangles"
@@ -65,7 +76,7 @@ def figures_panel(figures: Figures, settings: Settings) -> Panel:
     size = f"{stats['width']} × {stats['height']}" + (f"  1:{figures.shrunk}" if figures.shrunk > 1 else "")
     measured = figures.measured_px
     rows = [
-        ("frame", f"{pace}  {ms:.3g} ms" if ms < 999 else f"{pace}  {ms / 1000:.1f} s"),
+        ("frame", f"{pace}  {seconds(ms)} {clock(stats)[0]}"),
         ("picture", size),
         ("triangles", f"{stats['triangles']:,}"),
         ("patches", f"{stats['patches']:,}"),
@@ -129,6 +140,11 @@ def metres(value: float) -> str:
     if abs(value) >= 10000:
         return f"{value / 1000:,.1f} km"
     return f"{value:,.0f} m" if abs(value) >= 100 else f"{value:.3g} m"
+
+
+def seconds(ms: float) -> str:
+    """Three digits or so, in the unit that fits."""
+    return f"{ms:.3g} ms" if ms < 999 else f"{ms / 1000:.1f} s"
 
 
 def _row(label: str, value: str) -> list[Text]:

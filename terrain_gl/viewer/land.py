@@ -13,6 +13,7 @@ import numpy as np
 from ..camera import Vector
 from ..heightmap import Heightmap
 from ..renderer import Renderer
+from ..timing import Stopwatch
 from .controller import Controller
 from .editing import Editing
 from .hud import Figures
@@ -125,6 +126,7 @@ class Land:
         if fresh:
             self._enter(opened)
         renderer.picture.waits_for_light = False
+        renderer.queries = Stopwatch.works(flight.ctx)
         flight.sculpting.editing = None if self.is_coarse else Editing(renderer)
         flight.insight.put_away()
 
