@@ -76,7 +76,7 @@ def figures_panel(figures: Figures, settings: Settings) -> Panel:
     size = f"{stats['width']} × {stats['height']}" + (f"  1:{figures.shrunk}" if figures.shrunk > 1 else "")
     measured = figures.measured_px
     rows = [
-        ("frame", f"{pace}  {seconds(ms)} {clock(stats)[0]}"),
+        ("frame", f"{pace}  {seconds(ms)}" + " GPU" * (clock(stats)[0] == "GPU")),
         ("picture", size),
         ("triangles", f"{stats['triangles']:,}"),
         ("patches", f"{stats['patches']:,}"),
