@@ -261,10 +261,10 @@ class Sculptor:
             source.pop()
         if not source:
             return False
-        stroke = source.pop()
+        stroke = source[-1]
         for change in reversed(stroke):  # of what lies on another the upper is taken off first
             self.surface.edit(change.rows, change.cols, getattr(change, side), settle=False)
-        target.append(stroke[::-1])
+        target.append(source.pop()[::-1])
         return True
 
     def _remember(self, change: _Change) -> None:

@@ -2,8 +2,11 @@
 
 from __future__ import annotations
 
+import math
 from dataclasses import dataclass, replace
 from typing import Any
+
+import numpy as np
 
 from .camera import Camera
 from .exceptions import UsageError
@@ -76,6 +79,10 @@ class Drawing:
         self._check_detail()
         if self.near_m is not None and not 0 < self.near_m < 1e9:
             raise UsageError(f"near plane must stand more than 0 and less than 1e9 metres away, got {self.near_m:g}")
+        if not (np.shape(self.sun) == (2,) and np.isfinite(self.sun).all() and -90 <= self.sun[1] <= 90):
+            raise UsageError(f"sun: expected azimuth and elevation, -90 to 90 degrees, got {self.sun}")
+        if self.water_m is not None and not math.isfinite(self.water_m):
+            raise UsageError(f"water must stand at a finite height in metres, got {self.water_m:g}")
         for name, known in CHOICES.items():
             if (value := getattr(self, name)) not in known:
                 raise UsageError(f"{name}: expected one of {', '.join(known)}, got {value!r}")
@@ -99,7 +106,7 @@ class Drawing:
             raise UsageError(
                 f"triangles: method {self.method} draws every post; choose another method or leave triangles out"
             )
-        elif self.triangles != int(self.triangles) or not 2 <= self.triangles < 2**31:
+        elif not 2 <= self.triangles < 2**31 or self.triangles != int(self.triangles):
             raise UsageError(f"triangles must be a whole number from 2 on and less than 2^31, got {self.triangles}")
 
     def otherwise(self, **changes: Any) -> Drawing:

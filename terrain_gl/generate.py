@@ -77,13 +77,17 @@ class Land:
     recipe: str = RECIPES[0]
 
     def __post_init__(self) -> None:
-        _check("size", {self.cols, self.rows} <= set(range(2, MAX_SIDE + 1)), f"2 to {MAX_SIDE} posts a side")
-        _check("seed", 0 <= self.seed <= MAX_SEED, f"a whole number from 0 to {MAX_SEED}")
-        _check("cliffs", 0 <= self.cliffs <= 1, "a number from 0 to 1")
-        _check("octaves", self.octaves is None or 1 <= self.octaves <= MAX_OCTAVES, f"1 to {MAX_OCTAVES}")
-        _check("relief", 1e-3 <= self.relief_m <= 1e6, "0.001 to 1000000 metres")
-        _check("spacing", self.relief_m * 1e-6 <= self.spacing_m <= self.relief_m, "a millionth of the relief to all")
-        _check("recipe", self.recipe in RECIPES, " or ".join(RECIPES))
+        for side in self.cols, self.rows:
+            _check("size", side, side in range(2, MAX_SIDE + 1), f"2 to {MAX_SIDE} posts a side")
+        _check("seed", self.seed, 0 <= self.seed <= MAX_SEED, f"a whole number from 0 to {MAX_SEED}")
+        _check("cliffs", self.cliffs, 0 <= self.cliffs <= 1, "a number from 0 to 1")
+        few_or_many = self.octaves is None or 1 <= self.octaves <= MAX_OCTAVES
+        _check("octaves", self.octaves, few_or_many, f"1 to {MAX_OCTAVES}")
+        _check("relief", self.relief_m, 1e-3 <= self.relief_m <= 1e6, "0.001 to 1000000 metres")
+        least_m = 1e-6 * self.relief_m
+        spaced = least_m <= self.spacing_m <= self.relief_m
+        _check("spacing", self.spacing_m, spaced, f"{least_m:g} to {self.relief_m:g} metres, the relief")
+        _check("recipe", self.recipe, self.recipe in RECIPES, " or ".join(RECIPES))
 
     @property
     def octaves_made(self) -> int:
@@ -198,6 +202,6 @@ def step_of(land: Land) -> float:
     return land.spacing_m / (RELIEFS_PER_UNIT * land.relief_m)
 
 
-def _check(name: str, valid: bool, expected: str) -> None:
+def _check(name: str, value: object, valid: bool, expected: str) -> None:
     if not valid:
-        raise UsageError(f"{name} must be {expected}")
+        raise UsageError(f"{name} must be {expected}, got {value}")

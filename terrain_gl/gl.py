@@ -60,6 +60,13 @@ def use_default_framebuffer(ctx: moderngl.Context) -> None:
     ctx.detect_framebuffer(0).use()
 
 
+def release_with_pixels(framebuffer: moderngl.Framebuffer) -> None:
+    """Give a framebuffer back with what it draws into; released alone it leaves that behind."""
+    for pixels in framebuffer.color_attachments:
+        pixels.release()
+    framebuffer.release()
+
+
 def limits(ctx: moderngl.Context) -> dict[str, int]:
     """Sizes that the driver guarantees, in texels, bytes or counts; also `viewport_size` (the smaller side)."""
     get = function(ctx, "glGetInteger64v", None, c_uint, POINTER(c_int64))

@@ -30,7 +30,8 @@ class Heightmap:
     Parameters
     ----------
     heights : array_like, shape (rows, cols)
-        Metres, any real type; NaN and ±Inf are voids. A C-contiguous float32 array without ±Inf is not copied.
+        Metres, any real type; NaN, ±Inf and what a masked array hides are voids. A C-contiguous float32 array without
+        ±Inf is not copied.
     spacing_m : float or (east, north)
         Metres between neighbouring posts.
     name : str
@@ -63,6 +64,8 @@ class Heightmap:
         self.name = name
         self.opened: dict[str, Any] | None = None
         self.spacing_m = _spacing(spacing_m)
+        if np.ma.isMaskedArray(heights):
+            heights = np.ma.filled(heights.astype(np.float64), np.nan)
         self.heights = _as_float32(np.asarray(heights), name)
         void = ~np.isfinite(self.heights)
         self.voids = int(np.count_nonzero(void))
@@ -156,8 +159,7 @@ class Heightmap:
         TerrainError
             Heights out of all measure, or no post would be left that is not void. The map is as it was then.
         """
-        with np.errstate(all="ignore"):
-            new = np.array(heights, np.float32, ndmin=2)
+        new = _rounded(np.array(heights, ndmin=2), self.name)
         new[~np.isfinite(new)] = np.nan
         place = np.s_[y : y + new.shape[0], x : x + new.shape[1]]
         old = self.heights[place]
@@ -246,8 +248,20 @@ def _as_float32(heights: np.ndarray, name: str) -> np.ndarray:
         raise TerrainError(f"{name}: expected real heights of shape (rows, cols), got {heights.dtype} {heights.shape}")
     rows, cols = heights.shape
     _check_size(rows, cols, name)
+    return _rounded(heights, name)
+
+
+def _rounded(heights: np.ndarray, name: str) -> np.ndarray:
+    """To float32; an error for what is finite and would not be."""
     with np.errstate(all="ignore"):
-        return np.ascontiguousarray(heights, np.float32)
+        rounded = np.ascontiguousarray(heights, np.float32)
+    if np.can_cast(heights.dtype, np.float32):
+        return rounded
+    overflown = np.isinf(rounded) & np.isfinite(heights)
+    if overflown.any():
+        most = float(np.abs(heights[overflown]).max())
+        raise TerrainError(f"{name}: heights up to ±{most:.9g} m, beyond ±{MAX_HEIGHT_M:g}: scale them")
+    return rounded
 
 
 def _spacing(spacing_m: float | Spacing) -> Spacing:

@@ -61,14 +61,14 @@ def find_bundled(name_or_path: str) -> BundledMap | None:
     Raises
     ------
     TerrainError
-        Neither a file nor a bundled map, though it reads like a name.
+        Neither a file nor a bundled map.
     """
     maps = bundled()
     if os.path.exists(name_or_path):
         return next((known for known in maps.values() if _same_file(known.path, name_or_path)), None)
-    if name_or_path not in maps and name_or_path and not set(name_or_path) & set("./\\"):
+    if name_or_path not in maps:
         raise TerrainError(f"{name_or_path}: neither a file nor a bundled map ({', '.join(maps)})")
-    return maps.get(name_or_path)
+    return maps[name_or_path]
 
 
 def open_map(name_or_path: str, **options: Any) -> tuple[Heightmap, BundledMap | None]:

@@ -139,8 +139,9 @@ class Measurement:
     def release(self) -> None:
         """Give the GPU's memory back."""
         gl.use_default_framebuffer(self.ctx)  # the one in use must not be one that is gone
-        for resource in (self._draws, self._errors, self._nowhere):
-            resource.release()
+        gl.release_with_pixels(self._nowhere)
+        self._draws.release()
+        self._errors.release()
 
     def _pass(
         self, draw: MeshDraw, selection: Selection, region: Region, flip: tuple[int, int], clear: bool

@@ -198,7 +198,7 @@ class View(RemoteFrameBuffer):
         size = self.flight.size
         if min(size) > 0 and self._target.size != size:
             gl.use_default_framebuffer(self.ctx)  # the one in use must not be one that is gone
-            self._target.release()
+            gl.release_with_pixels(self._target)
             self._target = self.flight.target = self._framebuffer(size)
 
     def _pixels(self) -> np.ndarray:
@@ -212,7 +212,8 @@ class View(RemoteFrameBuffer):
             self._timer.cancel()
         with self.ctx:
             gl.use_default_framebuffer(self.ctx)
-            for part in (self._target, self._overlay, self._gui):
+            gl.release_with_pixels(self._target)
+            for part in (self._overlay, self._gui):
                 if part:
                     part.release()
             self.flight.close()

@@ -45,6 +45,8 @@ def _in_own_context(method: Method) -> Method:
 
     @wraps(method)
     def entered(self: Renderer, *args: Any, **settings: Any) -> Any:
+        if self._released:
+            raise TerrainError("this renderer has been released: make another one")
         if self._owns_ctx:
             self.ctx.__enter__()
         return method(self, *args, **settings)
@@ -115,7 +117,8 @@ class Renderer:
     backend
         "egl", "osmesa", "glfw", or "auto" for the first that works without a display.
     ctx
-        A moderngl context to use instead of making one.
+        A moderngl context to use instead of making one. It is left as drawing needs it: depth from 0 to 1 in clip
+        space, a reversed depth test, patches of one vertex.
     build
         Make all tables at once; else `building` is to be gone through before anything is drawn.
 
@@ -164,7 +167,7 @@ class Renderer:
 
     @_portions_in_own_context
     def _build(self, heightmap: Heightmap, size: tuple[int, int]) -> Generator[float, None, None]:
-        posts, pixels = heightmap.rows * heightmap.cols, size[0] * size[1]
+        posts = heightmap.rows * heightmap.cols
         try:
             self._check_size(size)
             with _memory_errors(self.ctx, f"{heightmap.name}: its {posts} posts need", 16 * posts, "use a smaller map"):
@@ -179,12 +182,7 @@ class Renderer:
                 self.rivals = self._keep(Rivals(self.terrain, self.levels.view))
                 self.truth = self._keep(Bilinear(self.levels))
                 yield 0.85
-            with (
-                _memory_errors(
-                    self.ctx, f"a picture of {size[0]}x{size[1]} needs", 64 * pixels, "use a smaller --size"
-                ),
-                self._timed("sat"),
-            ):
+            with self._room_for_picture(size), self._timed("sat"):
                 self.picture = self._keep(Picture(self.levels, size))
             yield 1.0
         except BaseException:  # a portion failed, or nobody waits any more
@@ -211,8 +209,9 @@ class Renderer:
         """Change the picture's size; the last frame is gone with it."""
         self._check_size(size)
         self._shot = None
+        with self._room_for_picture(size):
+            self.picture.resize(size)
         self._size = size
-        self.picture.resize(size)
 
     @_in_own_context
     def render(self, camera: Camera, max_error_px: float | None = None, **options: Any) -> Frame:
@@ -493,12 +492,13 @@ class Renderer:
         drawing = shot.drawing
         east, north = self.heightmap.spacing_m
         self._explainer = self._explainer or self._keep(Explainer(self.levels))
-        view.move(self.terrain, shot.camera, self.size, shot.near_m)  # it may be looked at from elsewhere
         post = x / east, self.heightmap.rows - 1 - y / north
         tolerance_px = drawing.tolerance_px if drawing.triangles is None else math.inf
-        explanation = self._explainer.explain(shot.selection, post, tolerance_px, drawing.metric)
-        view.move(self.terrain, shot.eye, self.size, shot.near_m)
-        return explanation
+        view.move(self.terrain, shot.camera, self.size, shot.near_m)  # it may be looked at from elsewhere
+        try:
+            return self._explainer.explain(shot.selection, post, tolerance_px, drawing.metric)
+        finally:
+            view.move(self.terrain, shot.eye, self.size, shot.near_m)
 
     @_in_own_context
     def triangles(self) -> np.ndarray:
@@ -546,7 +546,7 @@ class Renderer:
         return triangles, counts | promise | self._gl
 
     @_in_own_context
-    def edit(self, rows: slice, cols: slice, heights: Any, settle: bool = True) -> None:
+    def edit(self, rows: slice | int, cols: slice | int, heights: Any, settle: bool = True) -> None:
         """Give a rectangle of posts new heights, NaN for voids; all tables follow, as if built anew.
 
         Time grows with the rectangle, save for the tables' sums, of which all that stand south-east of it move along;
@@ -555,7 +555,7 @@ class Renderer:
         Parameters
         ----------
         rows, cols
-            Which posts, as slices.
+            Which posts, as slices or numbers.
         heights
             Metres, of a shape that fits.
         settle
@@ -568,17 +568,19 @@ class Renderer:
         TerrainError
             Heights out of all measure, or voids alone; the map is as it was then.
         """
-        y, x = (range(n)[which] for n, which in zip(self.heightmap.heights.shape, (rows, cols), strict=True))
-        if not (y and x):
+        shape, new = self.heightmap.heights.shape, np.asarray(heights)
+        y, x = (np.atleast_1d(np.arange(n)[which]) for n, which in zip(shape, (rows, cols), strict=True))
+        if not (len(y) and len(x)):
             return
-        patch = self.heightmap.heights[min(y) : max(y) + 1, min(x) : max(x) + 1].copy()
+        patch = self.heightmap.heights[y.min() : y.max() + 1, x.min() : x.max() + 1]
+        patch = patch.astype(np.result_type(patch, new))
         try:
-            patch[np.ix_(np.array(y) - min(y), np.array(x) - min(x))] = heights
+            patch[np.ix_(y - y.min(), x - x.min())] = new
         except ValueError as error:
             raise UsageError(f"edit: {error}") from None
         self._shot = None
         with self._timed("edit"):
-            if rect := self.terrain.edit(min(x), min(y), patch):
+            if rect := self.terrain.edit(int(x.min()), int(y.min()), patch):
                 self.tables.update(rect)
                 self.rivals.update(rect)
                 self.picture.update(rect)
@@ -676,7 +678,7 @@ class Renderer:
             "patches": selection.patches,
             "splits": selection.splits,
             "certified_max_error_px": selection.certified_px,
-            "requested_max_error_px": drawing.max_error_px,
+            "requested_max_error_px": None if drawing.method in RIVALS else drawing.max_error_px,
             "requested_triangles": drawing.triangles,
             "lambda": selection.price,
             "width": size[0],
@@ -699,6 +701,10 @@ class Renderer:
         most = min(limits(self.ctx)[name] for name in ("viewport_size", "renderbuffer_size", "texture_size"))
         if min(size) < 1 or max(size) > most:
             raise UsageError(f"picture size must be from 1x1 to {most}x{most} on this GPU, got {size[0]}x{size[1]}")
+
+    def _room_for_picture(self, size: tuple[int, int]) -> AbstractContextManager[None]:
+        what = f"a picture of {size[0]}x{size[1]} needs"
+        return _memory_errors(self.ctx, what, 64 * size[0] * size[1], "use a smaller one")
 
     @contextmanager
     def _timed(self, stage: str) -> Iterator[None]:

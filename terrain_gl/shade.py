@@ -12,7 +12,7 @@ import math
 from collections import deque
 from collections.abc import Generator
 from dataclasses import dataclass, replace
-from typing import Any
+from typing import Any, TypeVar
 
 import moderngl
 import numpy as np
@@ -35,6 +35,7 @@ HAZE = 2.0  # distance at which haze lets 1/e through, in diagonals of the map
 _TEXTURE_2D, _TEXTURE_2D_MULTISAMPLE = 0x0DE1, 0x9100
 _DEPTH_COMPONENT, _DEPTH_COMPONENT32F, _FLOAT = 0x1902, 0x8CAC, 0x1406
 Size = tuple[int, int]
+Target = TypeVar("Target")
 
 
 @dataclass(frozen=True)
@@ -116,15 +117,15 @@ class Picture:
     def resize(self, size: Size) -> None:
         """Change the picture's size; what was drawn is lost."""
         self._release_targets()
-        self.size = size
+        self.size = (0, 0)  # until all is there: memory may not suffice
         samples = self.samples if self.samples > 1 else 0
-        self._posts = self.ctx.texture(size, 2, samples=samples, dtype="f4")
-        self._depth = _depth_texture(self.ctx, size, samples)
-        self._picture = self.ctx.texture(size, 4)
-        self._seen = self.ctx.framebuffer([self._posts], self._depth)
-        self._screen = self.ctx.framebuffer([self._picture])
+        self._posts = self._target(self.ctx.texture(size, 2, samples=samples, dtype="f4"))
+        self._depth = self._target(_depth_texture(self.ctx, size, samples))
+        self._picture = self._target(self.ctx.texture(size, 4))
+        self._seen = self._target(self.ctx.framebuffer([self._posts], self._depth))
+        self._screen = self._target(self.ctx.framebuffer([self._picture]))
         self._drawn: moderngl.Texture | None = None
-        self._targets = [self._seen, self._screen, self._posts, self._depth, self._picture]
+        self.size = size
 
     def update(self, posts: Rect) -> None:
         """Follow an edit of the posts of columns x0 to x1 and rows y0 to y1, (x0, y0, x1, y1), all but the light."""
@@ -252,9 +253,8 @@ class Picture:
     def _detail_target(self) -> moderngl.Framebuffer:
         """Where the surface is drawn with what styles of the mesh want to know; takes more memory, and time."""
         if self._drawn is None:
-            self._drawn = self.ctx.texture(self.size, 4, samples=self._posts.samples, dtype="f2")
-            self._seen_detail = self.ctx.framebuffer([self._posts, self._drawn], self._depth)
-            self._targets += [self._drawn, self._seen_detail]
+            self._drawn = self._target(self.ctx.texture(self.size, 4, samples=self._posts.samples, dtype="f2"))
+            self._seen_detail = self._target(self.ctx.framebuffer([self._posts, self._drawn], self._depth))
         return self._seen_detail
 
     def _draw_mesh(self, mesh: MeshDraw, target: moderngl.Framebuffer, selection: Selection, part: slice) -> None:
@@ -290,11 +290,15 @@ class Picture:
             self._screens[fragment, wet] = program, self.ctx.vertex_array(program, [])
         return self._screens[fragment, wet]
 
+    def _target(self, made: Target) -> Target:
+        """Note what a picture of another size has no use for."""
+        self._targets.append(made)
+        return made
+
     def _release_targets(self) -> None:
         gl.use_default_framebuffer(self.ctx)  # the one in use must not be one that is gone
-        for target in self._targets:
-            target.release()
-        self._targets = []
+        while self._targets:
+            self._targets.pop().release()
 
 
 def _depth_texture(ctx: moderngl.Context, size: Size, samples: int) -> moderngl.Texture:

@@ -59,8 +59,10 @@ class Stopwatch:
     def stage(self, name: str) -> Iterator[None]:
         """Time what is issued inside the block. Stages of one name in a frame are added up."""
         begin = self._now()
-        yield
-        self._stages.append(_Stage(name, begin, self._now()))
+        try:
+            yield
+        finally:
+            self._stages.append(_Stage(name, begin, self._now()))
 
     def frame(self) -> dict[str, float] | None:
         """End a frame; milliseconds of each stage of the newest one that the GPU has finished, if any is new."""

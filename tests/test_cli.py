@@ -8,6 +8,7 @@ import shlex
 import shutil
 import subprocess
 import sys
+import time
 from pathlib import Path
 
 import numpy as np
@@ -537,6 +538,24 @@ def test_reader_that_goes_away(dem):
     done = subprocess.run(command, stdout=writer, stderr=subprocess.PIPE, timeout=60)
     os.close(writer)
     assert (done.returncode, done.stderr) == (1, b"")
+
+
+def test_closed_standard_output(dem):
+    command = f"{shlex.quote(sys.executable)} -m terrain_gl measure {shlex.quote(dem)} --size 16x9 >&-"
+    done = subprocess.run(["sh", "-c", command], stderr=subprocess.PIPE, text=True, timeout=60)
+    assert (done.returncode, done.stderr) == (0, "")
+
+
+@pytest.mark.skipif(os.name != "posix", reason="signals are Unix's")
+def test_termination_leaves_no_half_written_file(dem, tmp_path):
+    command = [sys.executable, "-m", "terrain_gl", "fly", dem, "-o", "film.gif", "--size", "16x16", "--seconds", "900"]
+    flying = subprocess.Popen(command, stderr=subprocess.PIPE)
+    while not list(tmp_path.glob(".film-*")):
+        assert flying.poll() is None
+        time.sleep(0.1)
+    flying.terminate()
+    assert flying.wait(60) == 143 and flying.stderr.read() == b""
+    assert [path.name for path in tmp_path.iterdir()] == [Path(dem).name]
 
 
 def test_full_standard_output(dem):

@@ -36,3 +36,15 @@ def test_choices_that_exclude_each_other_are_refused_together():
         Drawing().otherwise(triangles=500, max_error_px=2.0)
     with pytest.raises(UsageError, match="draws every post"):
         Drawing().otherwise(triangles=500, method="full")
+
+
+@pytest.mark.parametrize("sun", [(float("nan"), 5.0), (1.0, 100.0), (1.0, 2.0, 3.0), None])
+def test_suns_that_are_none(sun):
+    with pytest.raises(UsageError, match="sun: expected azimuth and elevation"):
+        Drawing(sun=sun)
+
+
+@pytest.mark.parametrize("option", ["triangles", "water_m", "near_m", "max_error_px"])
+def test_what_is_no_number_is_refused(option):
+    with pytest.raises(UsageError, match="nan"):
+        Drawing(**{option: float("nan")})

@@ -88,6 +88,12 @@ def test_attributes():
     assert "two rows" in repr(terrain)
 
 
+def test_what_a_mask_hides_is_void():
+    heights = np.ma.masked_less(np.arange(12).reshape(3, 4), 2)
+    heightmap = Heightmap(heights)
+    assert heightmap.voids == 2 and np.isnan(heightmap.heights[0, :2]).all() and heightmap.range_m == (2.0, 11.0)
+
+
 def test_infinite_heights_are_voids_and_the_callers_array_stays_as_it_was():
     heights = np.array([[np.inf, 1], [-np.inf, np.nan]], np.float32)
     terrain = Heightmap(heights)

@@ -1,10 +1,14 @@
 """The renderer: what it promises between frames, edits, sizes and contexts."""
 
+import ctypes
+
+import moderngl
 import numpy as np
 import pytest
 from maps import rough
 
 import terrain_gl as tg
+from terrain_gl import gl
 from terrain_gl.exceptions import TerrainError, UsageError
 
 SIZE = (64, 48)
@@ -117,6 +121,55 @@ def test_what_was_chosen_but_not_drawn_is_not_measured(heightmap):
         r.candidates(camera, "clipmap", 300)
         with pytest.raises(TerrainError, match="render a frame first"):
             r.measure()
+
+
+def test_edit_of_what_float32_cannot_hold_is_refused(heightmap):
+    with tg.Renderer(heightmap, SIZE) as r:
+        before = r.heightmap.heights.copy()
+        with pytest.raises(tg.TerrainError, match="beyond"):
+            r.edit(slice(3, 5), 4, [[1.0], [1e39]])
+        assert np.array_equal(before, r.heightmap.heights) and r.heightmap.voids == 0
+        r.edit(3, 4, 5.0)
+        assert r.heightmap.heights[3, 4] == 5.0
+
+
+def test_nothing_is_drawn_after_release(heightmap):
+    with tg.Renderer(heightmap, SIZE) as r:
+        pass
+    with pytest.raises(tg.TerrainError, match="released"):
+        r.render(tg.Camera.default(heightmap))
+
+
+def test_a_picture_for_which_memory_is_short_leaves_the_one_before(heightmap, monkeypatch):
+    with tg.Renderer(heightmap, SIZE) as r:
+        before = r.render(tg.Camera.default(heightmap)).image
+        with monkeypatch.context() as short:
+            short.setattr("terrain_gl.shade._depth_texture", lambda *_: (_ for _ in ()).throw(moderngl.Error("none")))
+            with pytest.raises(tg.TerrainError, match="a picture of 80x40 needs"):
+                r.resize((80, 40))
+        assert r.size == SIZE
+        assert (r.render(tg.Camera.default(heightmap)).image == before).all()
+
+
+def test_renderers_of_a_shared_context_leave_nothing_behind(ctx, heightmap):
+    def left():
+        names = ("glIsTexture", "glIsBuffer", "glIsFramebuffer", "glIsRenderbuffer", "glIsQuery", "glIsProgram")
+        alive = {name: gl.function(ctx, name, ctypes.c_ubyte, ctypes.c_uint) for name in names}
+        return {name: sum(alive[name](i) for i in range(1, 4000)) for name in names}
+
+    def draw():
+        with tg.Renderer(heightmap, SIZE, ctx=ctx) as r:
+            r.waits = False
+            for style in ("shaded", "lod", "promise"):
+                r.render(tg.Camera.default(heightmap), style=style)
+            r.measure()
+            with pytest.raises(tg.TerrainError):
+                r.render(tg.Camera.default(heightmap), material="nowhere.png")
+
+    draw()
+    before = left()
+    draw()
+    assert left() == before
 
 
 def test_released_twice(heightmap):

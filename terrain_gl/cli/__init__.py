@@ -9,6 +9,7 @@ import argparse
 import os
 import re
 import shlex
+import signal
 import sys
 from collections.abc import Sequence
 from typing import NoReturn
@@ -22,6 +23,9 @@ COMMANDS = (info, generate, shot, view, measure, mesh, compare, fly, bench)
 
 def main(argv: Sequence[str] | None = None) -> int:
     """Run one command; returns the exit status."""
+    sys.stdout = sys.stdout or open(os.devnull, "w")  # noqa: SIM115, None where who started us has closed it
+    if argv is None:
+        signal.signal(signal.SIGTERM, _terminated)
     try:
         words = join_negative(sys.argv[1:] if argv is None else argv)
         args = parser().parse_args(words)
@@ -79,6 +83,10 @@ def join_negative(argv: Sequence[str]) -> list[str]:
         else:
             joined.append(word)
     return joined
+
+
+def _terminated(number: int, frame: object) -> NoReturn:
+    raise SystemExit(128 + number)  # so that half-written files go
 
 
 def _complain(error: Exception) -> int:

@@ -46,6 +46,7 @@ def add(commands: Any) -> None:
     asked = group.add_mutually_exclusive_group()
     asked.add_argument("--triangles", type=options.count, metavar="N", help=f"for each method (default: {TRIANGLES})")
     asked.add_argument("--max-error", type=options.positive, metavar="PX", help="certified, instead of a number")
+    options.add_metric(group)
     group.add_argument("--curve", action="store_true", help="also the error at other numbers of triangles, and a table")
     group.add_argument(
         "--supersample",
@@ -83,7 +84,7 @@ def run(args: argparse.Namespace) -> int:
 
 def look(args: argparse.Namespace, scene: options.Scene) -> dict[str, Any]:
     """What all methods share, by the names of `Drawing`."""
-    own = ("method", "triangles", "max_error_px", "metric")
+    own = ("method", "triangles", "max_error_px")
     return {key: value for key, value in options.view_of(args, scene).items() if key not in (*own, "camera")}
 
 

@@ -58,7 +58,7 @@ def add_map_options(command: Any) -> None:
     group.add_argument("--spacing", type=spacing, metavar="M", help="metres between posts, or EAST,NORTH")
     group.add_argument("--z-scale", type=number, metavar="F", help="metres per unit of value")
     group.add_argument("--z-offset", type=number, metavar="M", help="height of value 0 in metres")
-    group.add_argument("--nodata", type=float, metavar="V", help="value that marks a void")
+    group.add_argument("--nodata", type=nodata, metavar="V", help="value that marks a void")
     group.add_argument("--encoding", choices=tuple(ENCODINGS), default="plain", help="how pixels hold heights")
 
 
@@ -92,13 +92,20 @@ def add_detail(command: Any) -> None:
     asked.add_argument(
         "--max-error", type=positive, metavar="PX", dest="max_error_px", help="screen error (default: 1)"
     )
-    asked.add_argument("--triangles", type=count, metavar="N", help="at most N, where they take away most error")
+    asked.add_argument(
+        "--triangles", type=count, metavar="N", help="at most N, where they take away most error; of rivals about N"
+    )
     asked.add_argument(
         "--ring", type=rings, metavar="N", dest="parameters", help="clipmap: vertices a ring's side (default: 255)"
     )
     asked.add_argument(
         "--edge", type=edges, metavar="PX", dest="parameters", help="tessellated: length of edges (default: 8)"
     )
+    add_metric(group)
+
+
+def add_metric(group: Any) -> None:
+    """Which error is spoken of."""
     group.add_argument("--metric", choices=METRICS, default="max", help="largest error, or root mean square")
 
 
@@ -111,7 +118,9 @@ def add_look(command: Any) -> None:
     lit.add_argument("--time", type=time, metavar="T", help="the sun of a time like 2026-06-21T18:30: local solar time")
     group.add_argument("--latitude", type=latitude, metavar="DEG", help="where --time is; north is positive")
     group.add_argument("--longitude", type=number, metavar="DEG", help="for times with a zone, like 18:30-07:00")
-    group.add_argument("--sky", metavar="FILE", help="light from an equirectangular .hdr or .exr, north in the middle")
+    group.add_argument(
+        "--sky", metavar="FILE", help="light from an equirectangular .hdr or .exr, north in the middle; its sun, too"
+    )
     group.add_argument("--material", metavar="FILE", help="colour of the ground from a picture of the map, north up")
     group.add_argument("--water", type=number, metavar="M", dest="water_m", help="height of standing water")
 
@@ -120,7 +129,6 @@ def add_drawing(command: Any, moving: bool = False) -> None:
     """Everything that commands without a window share; a `moving` camera is the command's own matter."""
     add_view(command, moving)
     add_technical(command)
-    command.add_argument("--seed", type=int, metavar="N", help="taken from scripts: nothing that is drawn is random")
 
 
 def add_technical(command: Any) -> None:
@@ -132,6 +140,7 @@ def add_technical(command: Any) -> None:
         default="auto",
         help="OpenGL from egl, osmesa, glfw, or auto (default)",
     )
+    command.add_argument("--seed", type=int, metavar="N", help="taken from scripts: nothing that is drawn is random")
     add_json(command)
 
 
@@ -242,6 +251,14 @@ def check_writable(*paths: str | None) -> None:
 def number(text: str) -> float:
     """A finite number."""
     return _numbers(text, "a number", 1)[0]
+
+
+def nodata(text: str) -> float:
+    """Any number, NaN too."""
+    try:
+        return float(text)
+    except ValueError:
+        raise _expected("a number", text) from None
 
 
 def positive(text: str) -> float:

@@ -149,7 +149,8 @@ class Study:
         if self.needed:
             needed = [self.needed[entry.method] for entry in entries]
             counts = [stats["triangles"] if stats else None for stats in needed]
-            lines.append(Line.of(f"triangles to be within {self.max_error_px:g} px", counts, ",d"))
+            of_all = " RMS" if entries[0].stats["metric"] == "rms" else ""
+            lines.append(Line.of(f"triangles to be within {self.max_error_px:g} px{of_all}", counts, ",d"))
         return lines
 
     def record(self) -> dict[str, Any]:
@@ -320,7 +321,7 @@ def ideal_curve(renderer: Renderer, camera: Camera, budgets: Sequence[int], near
 def fewest(
     renderer: Renderer, camera: Camera, method: str, max_error_px: float, start: int, most: int, **options: Any
 ) -> dict[str, Any] | None:
-    """Stats with the fewest triangles, within 2 %, that a method needs to *achieve* a largest error; None if it cannot.
+    """Stats with the fewest triangles, within 2 %, that a method needs to *achieve* an error; None if it cannot.
 
     Parameters
     ----------
@@ -333,7 +334,7 @@ def fewest(
     def holds(triangles: float) -> dict[str, Any] | None:
         for detail in _details(renderer, camera, method, round(triangles), options.get("near_m")):
             stats = measured(renderer, camera, method=method, **detail, **options)
-            if stats["max_error_px"] <= max_error_px:
+            if stats[f"{stats['metric']}_error_px"] <= max_error_px:
                 return dict(stats)
         return None
 

@@ -122,6 +122,7 @@ class Keeping:
         if self.shot:
             self._flight.say(f"{self.shot.path} is still being drawn: Esc cancels it")
             return
+        self.join()  # what is still being written has its name when it is done
         path = free_name(self._flight.renderer.heightmap.name)
         self.shot = Shot(path, self._shooting(path, self._flight.wanted(SIZES[self.size])))
 
@@ -175,6 +176,7 @@ class Keeping:
         if self.shot:
             flight.say(f"{self.shot.path} is still being drawn: Esc cancels it")
             return
+        self.join()  # as above
         renderer, path = flight.renderer, free_name(flight.renderer.heightmap.name, self.mesh_format)
         flight.painter.ready_for(renderer, flight.wanted(), 0)
         triangles, heights = renderer.triangles(), renderer.drawn_heights()
