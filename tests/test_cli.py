@@ -27,7 +27,18 @@ COMMANDS = ("info", "shot", "view", "measure", "mesh", "bench", "generate", "fly
 SIZE = ("--size", "96x64")
 FRAME_KEYS = {
     *("method", "metric", "triangles", "patches", "splits", "certified_max_error_px", "requested_max_error_px"),
-    *("width", "height", "gl_renderer", "backend", "ms", "gpu_bytes", "map", "requested_triangles", "lambda"),
+    *(
+        "width",
+        "height",
+        "gl_renderer",
+        "backend",
+        "ms",
+        "ms_clock",
+        "gpu_bytes",
+        "map",
+        "requested_triangles",
+        "lambda",
+    ),
 }
 MEASURED_KEYS = FRAME_KEYS | {"max_error_px", "rms_error_px", "posts_measured", "holes"}
 BYTES_KEYS = {"heights", "sat", "error", "shade", "total"}

@@ -331,10 +331,12 @@ def fewest(
         Triangles beyond which no more are tried: those of every post.
     """
 
+    error = f"{options.get('metric', 'max')}_error_px"
+
     def holds(triangles: float) -> dict[str, Any] | None:
         for detail in _details(renderer, camera, method, round(triangles), options.get("near_m")):
             stats = measured(renderer, camera, method=method, **detail, **options)
-            if stats[f"{stats['metric']}_error_px"] <= max_error_px:
+            if stats[error] <= max_error_px:
                 return dict(stats)
         return None
 
