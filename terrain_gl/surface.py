@@ -25,7 +25,7 @@ class Surface(Protocol):
         The map, and the camera that was selected for last.
     stages
         Shaders by stage, as `shaders.program` takes them; the last one ends in put_vertex() of glsl/mesh/vertex.glsl.
-        Vertices stand on posts.
+        Vertices stand on posts, or amid four.
     defines
         What those stages want defined.
     on_heights

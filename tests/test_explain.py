@@ -98,6 +98,18 @@ def test_a_frozen_mesh_is_explained_for_the_eye_it_was_chosen_for(renderer):
     assert renderer.measure()["max_error_px"] <= 2.0
 
 
+def test_cells_before_the_eye_are_fans_when_triangles_are_asked_for(renderer):
+    """Posts are in place either way; how a cell is drawn is one of its two choices then."""
+    camera = tg.Camera((640.0, 600.0, renderer.height_at(640.0, 600.0) + 8.0), (640.0, 900.0, 0.0), 60.0)
+    renderer.draw(camera, triangles=8000)
+    told = renderer.explain(645.0, 635.0)
+    assert (told.side, told.level, told.chosen.segments, told.chosen.step, told.chosen.px) == (1, 0, 0, 1, 0.0)
+    assert [choice.segments for choice in told.choices] == [1, 0]
+    renderer.draw(camera, 0.01)
+    told = renderer.explain(645.0, 635.0)
+    assert (told.level, told.chosen.segments) != (0, 0)
+
+
 def test_nothing_is_explained_outside_the_map_or_the_picture(renderer):
     renderer.draw(CAMERA, 2.0)
     assert renderer.explain(-500.0, 100.0) is None

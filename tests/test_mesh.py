@@ -1,4 +1,4 @@
-"""Meshes as the GPU draws them, captured: vertices on posts, watertight, no flipped or overlapping triangles."""
+"""Meshes as the GPU draws them, captured: vertices in their places, watertight, no flipped or overlapping triangles."""
 
 import itertools
 

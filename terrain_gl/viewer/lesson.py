@@ -21,7 +21,11 @@ HEADINGS = ("drawn as", "posts apart", "off by", "on screen", "")
 def title(told: Explanation) -> str:
     """What the patch is, in a line."""
     if told.chosen.segments == 0:
-        return f"A fan over {told.side} × {told.side} posts"
+        return (
+            f"A fan over {told.side} × {told.side} posts"
+            if told.level
+            else "A fan over one cell, around the mean of its posts"
+        )
     t = told.chosen.segments
     quads = "one quad" if t == 1 else f"{t} × {t} quads"
     return f"A patch of {quads}, {told.chosen.step} post{'s' * (told.chosen.step > 1)} apart"
