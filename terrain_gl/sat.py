@@ -12,6 +12,7 @@ Lookups in shaders: `glsl/sat/box.glsl`. Specification: `reference.sat`, `refere
 from __future__ import annotations
 
 from abc import ABC, abstractmethod
+from collections.abc import Generator
 from typing import Any, NamedTuple
 
 import moderngl
@@ -20,6 +21,7 @@ import numpy as np
 from . import gl, shaders
 
 STRIP = 64  # words that one thread adds up
+PORTION = 2**17  # words of a layer that are recorded between two breaths of `RecordedTable.building`
 GROUP = 64  # threads of a work group, as in glsl/sat
 _WORD_DTYPES = {16: "<u2", 32: "<u4", 64: "<u8"}
 
@@ -62,6 +64,12 @@ class SummedAreaTables:
         width, height = table[:2]
         self._sum_lines(buffer, table, lines=height, length=width, line_step=width, word_step=1)
         self._sum_lines(buffer, table, lines=width, length=height, line_step=1, word_step=width)
+
+    def building(self, buffer: moderngl.Buffer, table: Table) -> Generator[float, None, None]:
+        """The same in portions, layer by layer; after each the share that is done."""
+        for layer in range(table.layers):
+            self.build(buffer, table._replace(layers=1, first=table.first + layer * table.width * table.height))
+            yield (layer + 1) / table.layers
 
     def edit(self, buffer: moderngl.Buffer, table: Table, values: moderngl.Buffer, at: Table, x: int, y: int) -> None:
         """Give a rectangle new values; the table becomes what a rebuild would make it, bit for bit.
@@ -171,6 +179,20 @@ class RecordedTable(ABC):
         self._write(self.buffer, (0, 0), self.table)
         self._sat.build(self.buffer, self.table)
 
+    def building(self) -> Generator[float, None, None]:
+        """The same in portions, after each the share that is done; until all is the table is as it was."""
+        fresh, height = gl.reserve(self.ctx, self.buffer.size, "a table that is made anew"), self.table.height
+        step = max(1, PORTION // self.table.width)
+        try:
+            for row in range(0, height, step):
+                self._write(fresh, (0, 0), self.table, range(row, min(row + step, height)))
+                yield 0.7 * row / height
+            for share in self._sat.building(fresh, self.table):
+                yield 0.7 + 0.3 * share
+            self.buffer, fresh = fresh, self.buffer
+        finally:
+            fresh.release()
+
     def values(self) -> np.ndarray:
         """(layers, height, width) words, taken out of the sums."""
         return self._sat.values(self.buffer, self.table)
@@ -192,5 +214,5 @@ class RecordedTable(ABC):
         values.release()
 
     @abstractmethod
-    def _write(self, buffer: moderngl.Buffer, first: tuple[int, int], at: Table) -> None:
-        """Record a rectangle's values, all layers, to the start of a buffer."""
+    def _write(self, buffer: moderngl.Buffer, first: tuple[int, int], at: Table, rows: range | None = None) -> None:
+        """Record a rectangle's values, all layers, to the start of a buffer: all of its rows, or some."""

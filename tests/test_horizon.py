@@ -207,11 +207,22 @@ def test_an_edit_makes_the_tables_that_a_new_map_has(ctx, keep):
 def test_moving_the_sun_leaves_the_sky_alone_and_is_not_done_twice(ctx, keep, monkeypatch):
     visibility = keep(Visibility(keep(Terrain(ctx, MAPS["odd"]())), AXES, SHARPNESS))
     built = []
-    monkeypatch.setattr(visibility.sun, "build", lambda *args: built.append("sun"))
-    monkeypatch.setattr(visibility.sky, "building", lambda: built.append("sky") or iter(()))
+    for part in ("sun", "sky"):
+        monkeypatch.setattr(getattr(visibility, part), "building", lambda *_, part=part: built.append(part) or iter(()))
     for elevation in (10, 10, 20):
         visibility.follow(towards_sun(100, elevation))
     assert built == ["sun", "sky", "sun"]
+
+
+@pytest.mark.parametrize("posts", [1, 700, 10**9])
+def test_tables_made_in_portions_are_those_made_in_one(ctx, keep, posts):
+    terrain, sun = keep(Terrain(ctx, MAPS["odd"]())), towards_sun(250, 15)
+    whole, parts = (keep(Visibility(terrain, AXES, SHARPNESS)) for _ in range(2))
+    whole.follow(sun)
+    shares = list(parts.following(sun, posts=posts))
+    assert shares == sorted(shares) and shares[0] > 0 and shares[-1] == 1
+    assert np.array_equal(parts.sky.read(), whole.sky.read())
+    assert np.array_equal(parts.sun.read(), whole.sun.read())
 
 
 def test_progress_goes_from_nothing_to_all(ctx, keep):

@@ -17,9 +17,10 @@ layout(std430, binding = 0) writeonly buffer Sunlit { int sunlit[]; };
 
 uniform vec2 u_towards;
 uniform vec3 u_sun;
+uniform int u_first_row;  // of blocks, in this run
 
 void main() {
-    ivec2 at = ivec2(gl_GlobalInvocationID.xy), blocks = sun_blocks();
+    ivec2 at = ivec2(gl_GlobalInvocationID.xy) + ivec2(0, u_first_row), blocks = sun_blocks();
     if (at.x >= blocks.x) return;
     float sum[SUN_LAYERS] = float[SUN_LAYERS](0.0, 0.0, 0.0, 0.0, 0.0), cells = 0.0;
     for (int k = 0; k < 4; k++) {

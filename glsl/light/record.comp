@@ -8,9 +8,10 @@ layout(std430, binding = 3) writeonly buffer Values { int value[]; };
 
 uniform ivec2 u_first;  // block, and how many columns and rows of them
 uniform ivec2 u_count;
+uniform int u_first_row;  // of them, in this run
 
 void main() {
-    ivec2 at = ivec2(gl_GlobalInvocationID.xy);
+    ivec2 at = ivec2(gl_GlobalInvocationID.xy) + ivec2(0, u_first_row);
     if (at.x >= u_count.x) return;
     float sum[LOBE_LAYERS];
     for (int k = 0; k < LOBE_LAYERS; k++) sum[k] = 0.0;

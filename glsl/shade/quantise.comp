@@ -7,9 +7,10 @@ layout(std430, binding = 0) writeonly buffer Words { uint word[]; };
 
 uniform ivec2 u_first;  // first post, and how many columns and rows
 uniform ivec2 u_count;
+uniform int u_first_row;  // of them, in this run
 
 void main() {
-    ivec2 at = ivec2(gl_GlobalInvocationID.xy);
+    ivec2 at = ivec2(gl_GlobalInvocationID.xy) + ivec2(0, u_first_row);
     if (at.x >= u_count.x) return;
     word[at.y * u_count.x + at.x] = uint(clamp(round(steps_from_m(height_m(u_first + at))), 0.0, 65535.0));
 }

@@ -24,11 +24,12 @@ class HeightSums(RecordedTable):
         """Follow an edit of the posts of columns x0 to x1 and rows y0 to y1, (x0, y0, x1, y1)."""
         self._rewrite(posts[0], posts[1], posts[2] - posts[0] + 1, posts[3] - posts[1] + 1)
 
-    def _write(self, buffer: moderngl.Buffer, first: tuple[int, int], at: Table) -> None:
+    def _write(self, buffer: moderngl.Buffer, first: tuple[int, int], at: Table, rows: range | None = None) -> None:
+        rows = rows or range(at.height)
         self.terrain.bind()
         buffer.bind_to_storage_buffer(0)
-        self._record["u_first"], self._record["u_count"] = first, at[:2]
-        self._record.run(-(-at.width // 64), at.height)
+        self._record["u_first"], self._record["u_count"], self._record["u_first_row"] = first, at[:2], rows.start
+        self._record.run(-(-at.width // 64), len(rows))
         self.ctx.memory_barrier(moderngl.SHADER_STORAGE_BARRIER_BIT)
 
 

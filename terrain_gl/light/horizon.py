@@ -9,6 +9,7 @@ these alone (glsl/horizon/sunlit.comp). Lookups in shaders: glsl/horizon/visible
 from __future__ import annotations
 
 import math
+from collections import deque
 from collections.abc import Callable, Generator
 from typing import Any
 
@@ -23,7 +24,8 @@ from ..terrain import Rect, Terrain
 AZIMUTHS = 16
 BATCH = 4  # azimuths that are folded at once
 TEXEL = 3  # cells a side of the sky's texels
-FOLD_ROWS = 64  # of texels that are folded between two breaths of `SkyVisibility.building`
+PORTION = 2**20  # posts that are swept between two breaths of `Visibility.following`
+FOLDED = PORTION // 64  # texels that are folded between two
 SINES, COSINES = 64, 64  # steps of the tables over the horizon's sine and over n · axis
 SUN_LAYERS, SUN_STEPS = 5, 8191  # glsl/horizon/blocks.glsl
 FULL = 4095  # a share of 1: sums of 2^20 texels fit a word
@@ -44,24 +46,33 @@ class Sweep:
 
     def run(self, towards: Direction, into: moderngl.TextureArray, layer: int = 0) -> None:
         """Write the sines of the horizons in lattice direction `towards` (see `lattice_direction`) to a layer."""
+        deque(self.running(towards, into, layer, into.width * into.height), maxlen=0)
+
+    def running(
+        self, towards: Direction, into: moderngl.TextureArray, layer: int = 0, posts: int = PORTION
+    ) -> Generator[float, None, None]:
+        """The same in portions of about so many posts, after each the share that is done."""
         cols, rows = into.size[:2]
         by_column = abs(towards[0]) >= abs(towards[1])
         steps, places = (cols, rows) if by_column else (rows, cols)
         slide = -towards[1] if by_column else -towards[0]
         drift = math.ceil(abs(slide) * (steps - 1))
         first, lines = (-drift if slide > 0 else 0), places + drift
-        at_once = min(lines, max(64, HULL_BYTES // (_HULL_POINT * steps)))
+        at_once = min(lines, max(64, min(posts * lines // places, HULL_BYTES // _HULL_POINT) // steps))
         hulls = gl.reserve(self.ctx, _HULL_POINT * steps * at_once, "hulls of horizons")
-        self.terrain.bind()
-        into.bind_to_image(0, read=False, write=True)
-        hulls.bind_to_storage_buffer(0)
-        self._kernel["u_towards"], self._kernel["u_layer"] = towards, layer
-        for start in range(0, lines, at_once):
-            self._kernel["u_first_line"] = first + start
-            self._kernel["u_lines"] = count = min(at_once, lines - start)
-            self._kernel.run(-(-count // 64))
-            self.ctx.memory_barrier(_BARRIER)  # the next lines use the same memory
-        hulls.release()
+        try:
+            for start in range(0, lines, at_once):
+                self.terrain.bind()
+                into.bind_to_image(0, read=False, write=True)
+                hulls.bind_to_storage_buffer(0)
+                self._kernel["u_towards"], self._kernel["u_layer"] = towards, layer
+                self._kernel["u_first_line"] = first + start
+                self._kernel["u_lines"] = count = min(at_once, lines - start)
+                self._kernel.run(-(-count // 64))
+                self.ctx.memory_barrier(_BARRIER)  # the next lines use the same memory
+                yield (start + count) / lines
+        finally:
+            hulls.release()
 
     def release(self) -> None:
         """Give the kernel back to the driver."""
@@ -90,13 +101,17 @@ class SkyVisibility:
 
     def build(self, progress: Progress | None = None) -> None:
         """Sweep, fold and sum; `progress` is told the share that is done."""
-        for share in self.building():
+        for share in self.building(self.terrain.heightmap.rows * self.terrain.heightmap.cols):
             if progress:
                 self.ctx.finish()
                 progress(share)
 
-    def building(self) -> Generator[float, None, None]:
-        """The same in portions, after each the share that is done; until the last one the tables are as they were."""
+    def building(self, posts: int = PORTION) -> Generator[float, None, None]:
+        """The same in portions of about so many posts swept, after each the share that is done.
+
+        Until the last one the tables are as they were.
+        """
+        rows = max(1, FOLDED * posts // PORTION // self.table.width)
         fresh = gl.reserve(self.ctx, self.buffer.size, "tables of the visible sky")
         moments = sector_moments(self.axes, self.sharpness, self.directions, self.terrain.heightmap.spacing_m)
         tables = [self.ctx.buffer(t.astype("f4").tobytes()) for t in (moments, open_shares(self.sharpness))]
@@ -105,12 +120,14 @@ class SkyVisibility:
             for batch in range(AZIMUTHS // BATCH):
                 directions = self.directions[batch * BATCH : (batch + 1) * BATCH]
                 for layer, towards in enumerate(directions):
-                    self._sweep.run(towards, horizons, layer)
-                    yield (batch + 0.5 * (layer + 1) / BATCH) * BATCH / AZIMUTHS
-                for row in range(0, self.table.height, FOLD_ROWS):
-                    self._fold_batch(batch, row, directions, horizons, [fresh, *tables])
-                    yield (batch + 0.5 + 0.49 * (row + 1) / self.table.height) * BATCH / AZIMUTHS
-            self._sat.build(fresh, self.table)
+                    for share in self._sweep.running(towards, horizons, layer, posts):
+                        yield (batch + 0.5 * (layer + share) / BATCH) * BATCH / AZIMUTHS
+                for row in range(0, self.table.height, rows):
+                    count = min(rows, self.table.height - row)
+                    self._fold_batch(batch, row, count, directions, horizons, [fresh, *tables])
+                    yield (batch + 0.5 + 0.48 * (row + count) / self.table.height) * BATCH / AZIMUTHS
+            for _ in self._sat.building(fresh, self.table):
+                yield 0.998
             self.buffer, fresh = fresh, self.buffer
         finally:
             scratch: list[Any] = [horizons, fresh, *tables]
@@ -131,6 +148,7 @@ class SkyVisibility:
         self,
         batch: int,
         row: int,
+        count: int,
         directions: list[Direction],
         horizons: moderngl.TextureArray,
         tables: list[moderngl.Buffer],
@@ -143,7 +161,7 @@ class SkyVisibility:
             buffer.bind_to_storage_buffer(binding)
         self._fold["u_directions"] = directions
         self._fold["u_batch"], self._fold["u_is_last"] = batch, batch == AZIMUTHS // BATCH - 1
-        self._fold.run(-(-self.table.width // 64), min(FOLD_ROWS, self.table.height - row))
+        self._fold.run(-(-self.table.width // 64), count)
         self.ctx.memory_barrier(_BARRIER)
 
 
@@ -161,17 +179,48 @@ class SunVisibility:
 
     def build(self, sun: Vector, radius: float = SUN_RADIUS) -> None:
         """Follow the sun to a direction (unit vector east, north, up); angular radius in radians."""
-        self.towards = lattice_direction(sun, self.terrain.heightmap.spacing_m)
-        self._sweep.run(self.towards, self.horizon)
+        deque(self.building(sun, radius, self.terrain.heightmap.rows * self.terrain.heightmap.cols), maxlen=0)
+
+    def building(self, sun: Vector, radius: float = SUN_RADIUS, posts: int = PORTION) -> Generator[float, None, None]:
+        """The same in portions of about so many posts, after each the share that is done; until all is, as it was."""
+        towards = lattice_direction(sun, self.terrain.heightmap.spacing_m)
+        horizon, buffer = horizon_texture(self.terrain, 1), self.ctx.buffer(reserve=self.buffer.size)
+        step = max(1, posts // (2 * self.terrain.heightmap.cols))
+        try:
+            for share in self._sweep.running(towards, horizon, 0, posts):
+                yield 0.6 * share
+            for row in range(0, self.table.height, step):
+                count = min(step, self.table.height - row)
+                self._record(horizon, buffer, row, count, towards, sun, radius)
+                yield 0.6 + 0.2 * (row + count) / self.table.height
+            for share in self._sat.building(buffer, self.table):
+                yield 0.8 + 0.2 * share
+            self.towards = towards
+            self.horizon, horizon = horizon, self.horizon
+            self.buffer, buffer = buffer, self.buffer
+        finally:
+            horizon.release()
+            buffer.release()
+
+    def _record(
+        self,
+        horizon: moderngl.TextureArray,
+        buffer: moderngl.Buffer,
+        row: int,
+        count: int,
+        towards: Direction,
+        sun: Vector,
+        radius: float,
+    ) -> None:
+        """The sunlight of some rows of blocks, from their horizons."""
         self.terrain.bind()
-        self.horizon.use(2)
-        self.buffer.bind_to_storage_buffer(0)
+        horizon.use(2)
+        buffer.bind_to_storage_buffer(0)
         for name, value in sun_uniforms(sun, radius).items():
             self._sunlit[name] = value
-        self._sunlit["u_towards"], self._sunlit["u_sun"] = self.towards, sun
-        self._sunlit.run(-(-self.table.width // 64), self.table.height)
+        self._sunlit["u_towards"], self._sunlit["u_sun"], self._sunlit["u_first_row"] = towards, sun, row
+        self._sunlit.run(-(-self.table.width // 64), count)
         self.ctx.memory_barrier(_BARRIER)
-        self._sat.build(self.buffer, self.table)
 
     def read(self) -> np.ndarray:
         """(5, rows, cols) means over blocks of 2 × 2 cells, taken out of the sums: see glsl/horizon/sunlit.comp."""
@@ -212,19 +261,20 @@ class Visibility:
 
     def follow(self, sun: Vector, radius: float = SUN_RADIUS, progress: Progress | None = None) -> None:
         """Make what is not there yet for this sun, a unit vector and the disc's angular radius in radians."""
-        for share in self.following(sun, radius):
+        heightmap = self.sky.terrain.heightmap
+        for share in self.following(sun, radius, heightmap.rows * heightmap.cols):
             if progress:
                 self.sky.ctx.finish()
                 progress(share)
 
-    def following(self, sun: Vector, radius: float = SUN_RADIUS) -> Generator[float, None, None]:
-        """The same in portions, after each the share that is done; nothing where nothing is to be done."""
+    def following(self, sun: Vector, radius: float = SUN_RADIUS, posts: int = PORTION) -> Generator[float, None, None]:
+        """The same in portions of about so many posts, after each the share that is done; nothing if nothing is due."""
         if self._at is None or self._at != (sun, radius) or self._sun_is_old:
-            self.sun.build(sun, radius)
+            for share in self.sun.building(sun, radius, posts):
+                yield 0.1 * share
             self._at, self._sun_is_old = (sun, radius), False
-            yield 0.1
         if not self._sky_built:
-            for share in self.sky.building():
+            for share in self.sky.building(posts):
                 yield 0.1 + 0.9 * share
             self._sky_built = self._ever_built = True
 

@@ -15,7 +15,7 @@ from ..image import read_albedo
 from ..terrain import Rect, Terrain
 from .gaussians import LIGHTS, SKY_AXES, SKY_SHARPNESS, SUN_RADIUS_DEG
 from .ground import HeightSums
-from .horizon import Visibility
+from .horizon import PORTION, Visibility
 from .lobes import Character, Cover, LobeTables
 from .sky import LUMINANCE, Sky, clear_sky, read_sky
 
@@ -43,6 +43,7 @@ class Lighting:
         self.dome: moderngl.Texture | None = None
         self.sky: Sky | None = None
         self._material: str | None = None
+        self._lobes_are_old = True
 
     @property
     def bytes(self) -> int:
@@ -58,30 +59,40 @@ class Lighting:
         """Follow an edit of posts, (x0, y0, x1, y1), once the heights' sums have."""
         self.visibility.update(posts)
         character = Character.of(self.terrain.heightmap)
-        changed, self.cover.character = character != self.cover.character, character
-        if self.lobes and changed:
-            self.lobes.build()
-        elif self.lobes:
+        self._lobes_are_old |= character != self.cover.character
+        self.cover.character = character
+        if self.lobes and not self._lobes_are_old:
             self.lobes.update(posts)
 
     def follow(self, sun: tuple[float, float], sky: str | None = None, material: str | None = None) -> None:
         """Make whatever is not there yet: for a sun (azimuth, elevation), a sky's file, a picture of the ground."""
-        deque(self.following(sun, sky, material), maxlen=0)
+        heightmap = self.terrain.heightmap
+        deque(self.following(sun, sky, material, heightmap.rows * heightmap.cols), maxlen=0)
 
     def following(
-        self, sun: tuple[float, float], sky: str | None = None, material: str | None = None
+        self,
+        sun: tuple[float, float],
+        sky: str | None = None,
+        material: str | None = None,
+        posts: int = PORTION,
     ) -> Generator[float, None, None]:
-        """The same in portions, after each the share that is done; nothing where nothing is to be done."""
-        if not self.lobes or material != self._material:
-            self._wear(material)
-            yield 0.05
+        """The same in portions of about so many posts, after each the share that is done; nothing if nothing is due."""
+        if material != self._material:
+            self.cover.take_picture(None if material is None else ground_seen(material))
+            self._material, self._lobes_are_old = material, True
+            yield 0.01
+        if self._lobes_are_old:
+            self.lobes = self.lobes or LobeTables(self.terrain, self.sums, self.cover, build=False)
+            for share in self.lobes.building():
+                yield 0.01 + 0.07 * share
+            self._lobes_are_old = False
         lit_by = sky_seen(sun, sky)
         if lit_by is not self.sky:
             self._hang(lit_by.radiance)
             self.sky = lit_by
             yield 0.1
         east, north, up = (float(v) for v in lit_by.sun["axis"])
-        for share in self.visibility.following((east, north, up), math.radians(SUN_RADIUS_DEG)):
+        for share in self.visibility.following((east, north, up), math.radians(SUN_RADIUS_DEG), posts):
             yield 0.1 + 0.9 * share
 
     @property
@@ -115,16 +126,6 @@ class Lighting:
             if part:
                 part.release()
 
-    def _wear(self, material: str | None) -> None:
-        if self.lobes and material == self._material:
-            return
-        self.cover.take_picture(None if material is None else read_albedo(material))
-        self._material = material
-        if self.lobes:
-            self.lobes.build()
-        else:
-            self.lobes = LobeTables(self.terrain, self.sums, self.cover)
-
     def _hang(self, radiance: np.ndarray) -> None:
         """Make the dome's texture; its first row is the nadir."""
         if self.dome:
@@ -152,6 +153,12 @@ def exposure(sky: Sky) -> float:
 def sky_seen(sun: tuple[float, float], path: str | None) -> Sky:
     """The sky of a sun or of a file, which has a sun of its own; it takes a third of a second, and no OpenGL."""
     return sky_of((0.0, 0.0) if path else (round(float(sun[0]), 6), round(float(sun[1]), 6)), path)
+
+
+@lru_cache(maxsize=1)
+def ground_seen(path: str) -> np.ndarray:
+    """(rows, cols, 3) half floats of a picture of the ground's linear albedo; it takes no OpenGL."""
+    return read_albedo(path).astype("f2")
 
 
 @lru_cache(maxsize=8)

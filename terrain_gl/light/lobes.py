@@ -83,11 +83,12 @@ class Cover:
 class LobeTables(RecordedTable):
     """Nine sums a block: 9 bytes a post."""
 
-    def __init__(self, terrain: Terrain, sums: HeightSums, cover: Cover) -> None:
+    def __init__(self, terrain: Terrain, sums: HeightSums, cover: Cover, build: bool = True) -> None:
         size = Table(terrain.heightmap.cols // 2, terrain.heightmap.rows // 2, LAYERS)
         super().__init__(terrain.ctx, size, "light/record.comp", "tables of lobes")
         self.terrain, self.sums, self.cover = terrain, sums, cover
-        self.build()
+        if build:
+            self.build()
 
     def update(self, posts: Rect) -> None:
         """Follow an edit of the posts of columns x0 to x1 and rows y0 to y1, (x0, y0, x1, y1)."""
@@ -100,11 +101,12 @@ class LobeTables(RecordedTable):
         """(9, rows, cols) values of the blocks, taken out of the sums."""
         return self.values().view("i4") / 32767.0
 
-    def _write(self, buffer: moderngl.Buffer, first: tuple[int, int], at: Table) -> None:
+    def _write(self, buffer: moderngl.Buffer, first: tuple[int, int], at: Table, rows: range | None = None) -> None:
+        rows = rows or range(at.height)
         self.terrain.bind()
         self.sums.buffer.bind_to_storage_buffer(0)
         buffer.bind_to_storage_buffer(3)
         self.cover.bind(self._record)
-        self._record["u_first"], self._record["u_count"] = first, at[:2]
-        self._record.run(-(-at.width // 64), at.height)
+        self._record["u_first"], self._record["u_count"], self._record["u_first_row"] = first, at[:2], rows.start
+        self._record.run(-(-at.width // 64), len(rows))
         self.ctx.memory_barrier(moderngl.SHADER_STORAGE_BARRIER_BIT)

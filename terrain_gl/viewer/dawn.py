@@ -1,11 +1,12 @@
-"""Light on its way: the sky in a thread, the rest in portions between frames, for it looks far over the map."""
+"""Light on its way: the sky and a picture of the ground in a thread, the rest in portions, for light looks far."""
 
 from __future__ import annotations
 
 from collections.abc import Generator
-from concurrent.futures import ThreadPoolExecutor, wait
+from concurrent.futures import Future, ThreadPoolExecutor, wait
+from typing import Any
 
-from ..light.lighting import sky_seen
+from ..light.lighting import ground_seen, sky_seen
 from ..shade import Look, Picture
 from .pace import Pace
 
@@ -45,15 +46,19 @@ class Dawn:
         return came
 
     def _portions(self, picture: Picture, look: Look) -> Generator[float, None, None]:
-        """First the sky, then what the land makes of it."""
+        """First the sky and the picture of the ground, then what the land makes of them."""
         if look.is_lit:
-            sky = self._thread.submit(sky_seen, look.sun, look.sky)
+            pictures: list[Future[Any]] = [self._thread.submit(sky_seen, look.sun, look.sky)]
+            if look.material:
+                pictures.append(self._thread.submit(ground_seen, look.material))
             try:
-                while wait([sky], 0.01).not_done:
+                while wait(pictures, 0.01).not_done:
                     yield 0.0
-                sky.result()
+                for work in pictures:
+                    work.result()
             finally:
-                sky.cancel()  # another look may be wanted before this one's turn has come
+                for work in pictures:
+                    work.cancel()  # another look may be wanted before this one's turn has come
         yield from picture.lighting_up(look)
 
     def release(self) -> None:

@@ -7,8 +7,7 @@ import threading
 from typing import TYPE_CHECKING
 
 from ..exceptions import TerrainError
-from ..image import read_albedo
-from ..light.lighting import sky_seen
+from ..light.lighting import ground_seen, sky_seen
 
 if TYPE_CHECKING:
     from .flight import Flight
@@ -59,7 +58,7 @@ class Dressing:
             if path and kind == "sky":
                 sky_seen((0.0, 0.0), path)
             elif path:
-                read_albedo(path)
+                ground_seen(path)
         except (TerrainError, OSError, MemoryError) as error:
             wrong = str(error) or "not enough memory"
         except Exception as error:  # a thread's traceback would tell nobody what to do
