@@ -9,6 +9,7 @@ of any rectangle of nodes costs four fetches (glsl/error/bound.glsl); beside the
 from __future__ import annotations
 
 from collections.abc import Iterator
+from copy import copy
 from typing import Any
 
 import moderngl
@@ -22,6 +23,7 @@ from .terrain import Rect, Terrain
 FINE_LEVELS = 5  # levels whose nodes one thread looks at alone; in coarser ones, at blocks as large as the last of them
 PORTION = 2**18  # posts that are looked at between two breaths of `ErrorTables.building`
 GATHERED_BYTES = 60  # glsl/error/coarse.glsl
+_BUFFERS = ("nodes", "gains", "counters", "squares", "blocks")
 _BARRIER = moderngl.SHADER_STORAGE_BARRIER_BIT
 
 
@@ -46,6 +48,12 @@ class ErrorTables:
         self.terrain = terrain
         self._kernels: dict[tuple[str, bool], Any] = {}  # by name, and whether they look for voids
         self._sat16, self._sat64 = SummedAreaTables(ctx, 16), SummedAreaTables(ctx, 64)
+        self._reserve()
+        if build:
+            self.build()
+
+    def _reserve(self) -> None:
+        ctx, terrain = self.ctx, self.terrain
         last = terrain.levels[-1]
         tiles = last.first_count // (layout.CLASSES // 2) + 1
         self.nodes = gl.reserve(ctx, (last.first_node + last.nodes) * layout.NODE.itemsize, "an error table")
@@ -55,8 +63,6 @@ class ErrorTables:
         coarse = terrain.levels[FINE_LEVELS + 1 :]
         blocks = terrain.levels[FINE_LEVELS].nodes * len(coarse) if coarse else 1
         self.blocks = gl.reserve(ctx, blocks * GATHERED_BYTES, "a table of blocks")
-        if build:
-            self.build()
 
     @property
     def bytes(self) -> int:
@@ -87,6 +93,20 @@ class ErrorTables:
         for j in range(1, len(self.terrain.levels)):
             self._update_tables(j, posts)
 
+    def beside(self, terrain: Terrain) -> ErrorTables:
+        """Tables of another terrain of as many posts, not built yet, for these to `take`."""
+        other = copy(self)
+        other.terrain = terrain
+        other._reserve()
+        return other
+
+    def take(self, other: ErrorTables) -> None:
+        """Exchange tables with what `beside` gave."""
+        for name in _BUFFERS:
+            mine, theirs = getattr(self, name), getattr(other, name)
+            setattr(self, name, theirs)
+            setattr(other, name, mine)
+
     def read_nodes(self, level: int) -> np.ndarray:
         """Records `layout.NODE` of one level, (rows, cols); halves are in units of span · 2^-14."""
         sizes = self.terrain.levels[level]
@@ -106,14 +126,20 @@ class ErrorTables:
         self.counters.bind_to_storage_buffer(6)
         self.squares.bind_to_storage_buffer(7)
 
+    def release_tables(self) -> None:
+        """Give back the GPU's memory of the tables alone: the shaders are those of others."""
+        for buffer in self._buffers:
+            buffer.release()
+
     def release(self) -> None:
         """Give the GPU's memory back."""
-        for resource in (*self._buffers, self._sat16, self._sat64, *self._kernels.values()):
+        self.release_tables()
+        for resource in (self._sat16, self._sat64, *self._kernels.values()):
             resource.release()
 
     @property
     def _buffers(self) -> tuple[moderngl.Buffer, ...]:
-        return self.nodes, self.gains, self.counters, self.squares, self.blocks
+        return tuple(getattr(self, name) for name in _BUFFERS)
 
     @property
     def _all_posts(self) -> Rect:

@@ -595,20 +595,41 @@ class Renderer:
             self.picture.settle(self._unsettled)
             self._unsettled = None
 
-    @_in_own_context
     def make_room(self, up_m: float, down_m: float = 0.0) -> None:
         """Get ready for edits that raise the highest post by `up_m` and dig `down_m` below the lowest.
 
         Without it edits are just as right, but the first one copies the map, and one that leaves the map's span builds
         all tables anew, with room for more.
         """
-        if self.terrain.make_room(up_m, down_m):
-            self._shot = None
-            self.tables.build()
-            everything = 0, 0, self.heightmap.cols - 1, self.heightmap.rows - 1
+        deque(self.making_room(up_m, down_m), maxlen=0)
+
+    @_portions_in_own_context
+    def making_room(self, up_m: float, down_m: float = 0.0) -> Generator[float, None, None]:
+        """The same in portions, after each the share that is done: tables are made beside those that there are.
+
+        One may draw meanwhile; an edit is to end it. Nothing if there is room already.
+        """
+        terrain = self.terrain.roomy(up_m, down_m)
+        if terrain is None:
+            return
+        tables = self.tables.beside(terrain)
+        try:
+            for share in tables.building():
+                self.ctx.finish()  # who waits for portions wants them to be done
+                yield 0.9 * share
+            based = terrain.base_m != self.terrain.base_m
+            self.terrain.take(terrain)
+            self.tables.take(tables)
+        finally:  # with what was there before, or with what did not come to be
+            terrain.release()
+            tables.release_tables()
+        self._shot = None
+        everything = 0, 0, self.heightmap.cols - 1, self.heightmap.rows - 1
+        if based:
             self.rivals.update(everything)
-            self.picture.update(everything)
-            self.picture.settle(everything)
+        self.picture.update(everything)
+        self.picture.settle(everything, moved=based)
+        yield 1.0
 
     def height_at(self, x: float, y: float) -> float:
         """The truth at a place in world metres, between posts bilinear; NaN over a void and outside the map."""

@@ -131,9 +131,9 @@ class Picture:
         """Follow an edit of the posts of columns x0 to x1 and rows y0 to y1, (x0, y0, x1, y1), all but the light."""
         self.sums.update(posts)
 
-    def settle(self, posts: Rect) -> None:
-        """Have the light follow edits within a rectangle."""
-        self.lighting.update(posts)
+    def settle(self, posts: Rect, moved: bool = True) -> None:
+        """Have the light follow edits within a rectangle; `moved`: heights, and not only the span of their sums."""
+        self.lighting.update(posts, moved)
 
     def draw(self, selection: Selection, camera: Camera, look: Look = PLAIN) -> None:
         """Draw what a surface selected last."""

@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import math
+from copy import copy
 
 import moderngl
 import numpy as np
@@ -26,10 +27,10 @@ class Terrain:
         Sizes of the quadtree's levels.
     """
 
-    def __init__(self, ctx: moderngl.Context, heightmap: Heightmap) -> None:
+    def __init__(self, ctx: moderngl.Context, heightmap: Heightmap, filling: Filling | None = None) -> None:
         self.ctx, self.heightmap = ctx, heightmap
         self._own = False  # whether `heightmap` is this terrain's alone, to be written to
-        self._filling: Filling | None = None
+        self._filling = filling
         size = (heightmap.cols, heightmap.rows)
         most = gl.limits(ctx)["texture_size"]
         if max(size) > most:
@@ -40,7 +41,7 @@ class Terrain:
         self.heights = self._texture(size, "f4")
         self.voids = self._texture(size if heightmap.voids else (1, 1), "u1")
         self.block = ctx.buffer(reserve=layout.TERRAIN.itemsize)
-        self.upload()
+        self._send()
 
     @property
     def top_level(self) -> int:
@@ -54,8 +55,13 @@ class Terrain:
 
     def upload(self) -> None:
         """Send the whole heightmap as it is now."""
+        self._filling = None
+        self._send()
+
+    def _send(self) -> None:
         has_voids = self.heightmap.voids > 0
-        self._filling = Filling(self.heightmap.heights) if has_voids else None
+        if has_voids and not self._filling:
+            self._filling = Filling(self.heightmap.heights)
         self.base_m, self._low_m, self.span_m = measure_span(*self.heightmap.reach_m)
         self._write(self._all_posts, has_voids)
         self.block.write(self._describe().tobytes())
@@ -92,15 +98,27 @@ class Terrain:
         self._write(rect, has_voids)
         return rect
 
-    def make_room(self, up_m: float, down_m: float = 0.0) -> bool:
-        """Have the span hold heights so much above the highest and below the lowest; True if all tables are stale."""
+    def roomy(self, up_m: float, down_m: float = 0.0) -> Terrain | None:
+        """The same map in a span that holds heights so much above the highest and below the lowest, for this to `take`.
+
+        None if the span does hold them. What is edited meanwhile is not in it.
+        """
         self._own_heights()
         (low, high), reach = self.heightmap.range_m, self.heightmap.reach_m
-        self.heightmap.reach_m = min(reach[0], low - down_m), max(reach[1], high + up_m)
-        if measure_span(*self.heightmap.reach_m) == (self.base_m, self._low_m, self.span_m):
-            return False
-        self.upload()
-        return True
+        wide = copy(self.heightmap)
+        wide.reach_m = min(reach[0], low - down_m), max(reach[1], high + up_m)
+        if measure_span(*wide.reach_m) == (self.base_m, self._low_m, self.span_m):
+            self.heightmap.reach_m = wide.reach_m
+            return None
+        return Terrain(self.ctx, wide, self._filling)
+
+    def take(self, roomy: Terrain) -> None:
+        """Exchange spans, and what is counted from them, with what `roomy` gave."""
+        self.heightmap.reach_m, roomy.heightmap.reach_m = roomy.heightmap.reach_m, self.heightmap.reach_m
+        for name in ("heights", "voids", "block", "base_m", "_low_m", "span_m"):
+            mine, theirs = getattr(self, name), getattr(roomy, name)
+            setattr(self, name, theirs)
+            setattr(roomy, name, mine)
 
     def bind(self) -> None:
         """Make the map visible to every shader, at the places that glsl/blocks/terrain.glsl names."""

@@ -20,6 +20,10 @@ def heightmap():
     return tg.Heightmap(np.cumsum(rng.normal(size=(65, 97)), 1), (20.0, 30.0), "ridges")
 
 
+def read_tables(renderer):
+    return [getattr(renderer.tables, name).read() for name in ("nodes", "gains", "counters", "squares")]
+
+
 def test_drawn_height_is_the_truth_at_full_resolution(heightmap):
     with tg.Renderer(heightmap, SIZE) as r:
         r.draw(tg.Camera((960, 960, 5000), (960, 960, 0)), method="full")
@@ -48,6 +52,31 @@ def test_height_over_a_void_is_nan():
         r.render(tg.Camera.default(r.heightmap))
         assert np.isnan(r.height_at(42.0, 38.0)) and np.isnan(r.drawn_height_at(42.0, 38.0))
         assert r.height_at(10.0, 10.0) == 0.0
+
+
+@pytest.mark.parametrize("base_m", [0.0, 9000.0])
+def test_room_is_made_beside_what_is_drawn(heightmap, base_m):
+    """Portion by portion; given up, all is as it was; gone through, tables and picture are those of a rebuild."""
+    land = tg.Heightmap(heightmap.heights + base_m, (20.0, 30.0))
+    camera = tg.Camera.default(land)
+    with tg.Renderer(land, SIZE) as r:
+        before, nodes = r.render(camera).image, r.tables.nodes.read()
+        given_up = r.making_room(500.0, 100.0)
+        next(given_up)
+        next(given_up)
+        assert (r.render(camera).image == before).all()
+        given_up.close()
+        assert r.tables.nodes.read() == nodes and r.terrain.heightmap.reach_m == r.heightmap.range_m
+        shares = list(r.making_room(500.0, 100.0))
+        assert shares == sorted(shares) and shares[-1] == 1.0 and len(shares) > 5
+        assert list(r.making_room(400.0, 90.0)) == []
+        wide = tg.Heightmap(land.heights, (20.0, 30.0))
+        wide.reach_m = r.heightmap.reach_m
+        image, made = r.render(camera).image, read_tables(r)
+        with tg.Renderer(wide, SIZE) as rebuilt:
+            assert (rebuilt.render(camera).image == image).all() and read_tables(rebuilt) == made
+        r.edit(slice(3, 9), slice(4, 8), land.heights.max() + 450.0)
+        assert r.terrain.heightmap.reach_m == wide.reach_m  # there was room
 
 
 def test_edit_gives_the_tables_and_the_picture_of_a_rebuild(heightmap):

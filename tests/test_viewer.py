@@ -1008,6 +1008,26 @@ def test_a_stroke_changes_the_land_and_the_promise_holds(flight):
     assert "nothing" in flight.message
 
 
+def test_room_for_the_brush_is_made_in_portions(flight):
+    settle(flight)
+    take_pace(flight, slow())
+    flight.press("b")
+    assert flight.progress == ("room for the brush", flight.sculpting.share, True) and flight.busy
+    flight.press("escape")
+    assert not flight.sculpting.room and not flight.done and flight.progress is None
+    flight.press("b")
+    frames = 0
+    while not flight.sculpting.brushing:
+        assert flight.figures.measured_px or frames == 0
+        later(flight)
+        frames += 1
+    assert frames > 3 and "drag on the land" in flight.message
+    flight.press("b")
+    assert not flight.sculpting.brushing
+    flight.press("b")
+    assert flight.sculpting.brushing  # at once: there is room
+
+
 def test_a_brush_that_is_held_goes_on(flight):
     settle(flight)
     flight.press("b")

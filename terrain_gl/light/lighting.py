@@ -55,9 +55,11 @@ class Lighting:
         """Macros for shaders that include glsl/light/lit.glsl."""
         return self.visibility.defines
 
-    def update(self, posts: Rect) -> None:
-        """Follow an edit of posts, (x0, y0, x1, y1), once the heights' sums have."""
-        self.visibility.update(posts)
+    def update(self, posts: Rect, moved: bool = True) -> None:
+        """Follow an edit of posts, (x0, y0, x1, y1), once the heights' sums have; `moved`: not only their steps."""
+        if moved:
+            self.visibility.update(posts)
+        self._lobes_are_old |= posts == (0, 0, self.terrain.heightmap.cols - 1, self.terrain.heightmap.rows - 1)
         character = Character.of(self.terrain.heightmap)
         self._lobes_are_old |= character != self.cover.character
         self.cover.character = character

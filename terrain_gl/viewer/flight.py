@@ -116,6 +116,7 @@ class Flight:
         """Give everything back, and remember what is to be remembered."""
         for part in (self.keeping, self.painter):
             part.release()
+        self.sculpting.cancel()
         for thread in (self.sculpting, self.dressing):
             thread.join()
         self.land.note()
@@ -181,6 +182,9 @@ class Flight:
             self.say("cancelled")
         elif self.keeping.shot:
             self.keeping.cancel()
+        elif self.sculpting.room:
+            self.sculpting.cancel()
+            self.say("cancelled")
         elif self.sculpting.save_as is not None:
             self.sculpting.save_as = None
         elif self.settings.keys:
@@ -213,7 +217,7 @@ class Flight:
         """Whether the next frame should come at once; else nothing happens until an event, or `wait_s` have gone."""
         if not self.has_map or self.land.loading or self._stale or self._echoes:
             return True
-        if self.keeping.busy or self.mouse.drag == "brush":
+        if self.keeping.busy or self.sculpting.room or self.mouse.drag == "brush":
             return True
         return self.controller.moving or self.painter.is_busy(self.wanted())
 
@@ -291,6 +295,8 @@ class Flight:
         """What takes long: its name, the share that is done, whether Esc cancels it."""
         if loading := self.land.loading:
             return loading.text, loading.progress, self.land.can_cancel
+        if self.sculpting.room:
+            return "room for the brush", self.sculpting.share, True
         if self.painter.dawn.share is not None:
             return "light and shadow", self.painter.dawn.share, False
         if shot := self.keeping.shot:

@@ -116,6 +116,7 @@ class Land:
         self.note()
         before, was_coarse, flight = self.renderer, self.is_coarse, self._flight
         flight.painter.interrupt()
+        flight.sculpting.cancel()
         flight.keeping.land_changed()
         self.renderer, self.is_coarse = renderer, renderer.heightmap is not opened.heightmap
         fresh = not (before and was_coarse)

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+from collections.abc import Generator
 from typing import TYPE_CHECKING
 
 import numpy as np
@@ -25,6 +26,8 @@ class Sculpting:
         Changes the map that is seen; None while its tables are being built.
     brushing
         Whether the left button sculpts.
+    room, share
+        Tables that hold higher and deeper land, on their way, and how much of them is made.
     saving
         The land on its way to a file.
     save_as
@@ -35,6 +38,8 @@ class Sculpting:
         self._flight = flight
         self.editing: Editing | None = None
         self.brushing = False
+        self.room: Generator[float, None, None] | None = None
+        self.share = 0.0
         self.saving: Saving | None = None
         self.save_as: str | None = None
 
@@ -42,13 +47,36 @@ class Sculpting:
 
     def toggle(self) -> None:
         """Take the brush, or lay it down."""
-        self.brushing = not self.brushing and self.editing is not None
-        if self.brushing:
-            renderer = self._flight.renderer
-            low, high = renderer.heightmap.range_m
-            renderer.make_room(0.5 * (high - low), 0.5 * (high - low))  # no stroke is to wait for it
+        if self.brushing or self.room or not self.editing:
+            self.brushing = False
+            self.cancel()
+            return
+        renderer = self._flight.renderer
+        low, high = renderer.heightmap.range_m
+        self.room = renderer.making_room(0.5 * (high - low), 0.5 * (high - low))  # no stroke is to wait for it
+        self._make_room()
+
+    def cancel(self) -> None:
+        """Make no room for strokes."""
+        if self.room:
+            self.room.close()
+        self.room, self.share = None, 0.0
+
+    def _make_room(self) -> None:
+        """Go on with it; the brush is taken when there is room."""
+        if not self.room or not self._flight.pace.go_on(self.room, self._tell):
+            return
+        changed = self.share == 1.0
+        self.cancel()
+        self.brushing = True
+        if changed:
             self._land_changed(settled=True)
-            self._flight.say("drag on the land to sculpt it; the right button looks around; B lays the brush down")
+        self._flight.controller.heightmap = self._flight.renderer.heightmap
+        self._flight.say("drag on the land to sculpt it; the right button looks around; B lays the brush down")
+
+    def _tell(self, share: float) -> None:
+        self.share = share
+        self._flight.refresh()
 
     def next_tool(self) -> None:
         """Take another tool."""
@@ -89,6 +117,7 @@ class Sculpting:
 
     def undo(self) -> None:
         """Take the last stroke back."""
+        self.cancel()
         if self.editing and self.editing.undo():
             self._land_changed(settled=True)
         else:
@@ -96,6 +125,7 @@ class Sculpting:
 
     def redo(self) -> None:
         """Do it again."""
+        self.cancel()
         if self.editing and self.editing.redo():
             self._land_changed(settled=True)
         else:
@@ -135,7 +165,8 @@ class Sculpting:
             self._flight.say(str(error))
 
     def step(self) -> None:
-        """Tell how the saving went, once it is done."""
+        """Make room for strokes, and tell how the saving went, once it is done."""
+        self._make_room()
         if self.saving and self.saving.message:
             self._flight.say(self.saving.message, TOLD_S)
             self.saving = None
