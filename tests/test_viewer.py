@@ -1008,6 +1008,30 @@ def test_a_stroke_changes_the_land_and_the_promise_holds(flight):
     assert "nothing" in flight.message
 
 
+def test_undoing_is_seen_in_the_next_frame_and_soon_in_full(flight):
+    """On a slow machine: coarsely at once, then in full, in the light that there is; then light follows."""
+    settle(flight)
+    untouched = seen(flight)
+    flight.press("b")
+    settle(flight)
+    stroke(flight, (150, 140), (190, 150))
+    take_pace(flight, slow())
+    flight.press("ctrl+z")
+    later(flight, 0.01)
+    assert flight.painter.drawn == flight.wanted() and flight.figures.shrunk > 1
+    while flight.figures.shrunk > 1:
+        assert flight.painter.dawn.share is None
+        later(flight)
+    settle(flight)
+    beside = np.s_[:, 270:]  # of the figures
+    flight.press("b")
+    settle(flight)
+    assert (
+        np.abs(seen(flight)[beside] - untouched[beside]).mean() < 2
+    )  # heights are summed in the steps of a wider span
+    assert flight.figures.measured_px
+
+
 def test_room_for_the_brush_is_made_in_portions(flight):
     settle(flight)
     take_pace(flight, slow())

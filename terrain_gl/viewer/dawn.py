@@ -18,10 +18,13 @@ class Dawn:
     ----------
     share
         How much of it is made, 0 to 1, while it is being made; else None.
+    lit
+        The look that light was last made for, if only on the land before an edit.
     """
 
     def __init__(self, pace: Pace) -> None:
         self.share: float | None = None
+        self.lit: Look | None = None
         self._pace = pace
         self._thread = ThreadPoolExecutor(1, "sky")
         self._making: tuple[Look, Generator[float, None, None]] | None = None
@@ -42,7 +45,7 @@ class Dawn:
 
         if not self._pace.go_on(self._making[1], tell):
             return False
-        came, self.share = self.share is not None, None
+        came, self.share, self.lit = self.share is not None, None, look
         return came
 
     def _portions(self, picture: Picture, look: Look) -> Generator[float, None, None]:

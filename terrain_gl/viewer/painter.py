@@ -1,9 +1,11 @@
 """The picture that is wanted, drawn if it is not the one that is there: at once in motion, in portions at rest.
 
-    in motion, or unlit   at once, coarsely where full pictures take long           (pace.py)
+    in motion, or dark    at once, coarsely where full pictures take long           (pace.py)
     at rest               in full: at once where that is quick, else in portions
-    then                  its error is measured, in portions
-    meanwhile             light is made, in portions; when it comes the picture is drawn anew
+    then                  light follows, in portions; when it has come the picture is drawn anew
+    and then              its error is measured, in portions
+
+It is dark until there is any light for the look; after an edit there is, that of the land before.
 
 What a picture depends on is one record, `Wanted`. Time comes in from outside, so that tests need no clock.
 """
@@ -91,9 +93,11 @@ class Painter:
         self.dawn.stop()
         self.pace.full_ms = float("inf")
 
-    def forget(self) -> None:
-        """The land or its light is another: what was drawn is true no more."""
+    def forget(self, at_once: bool = False) -> None:
+        """The land or its light is another: what was drawn is true no more; `at_once`: show it, in full later."""
         self.drawn = None
+        if at_once:
+            self._asked = None
         self.interrupt()
 
     def interrupt(self) -> None:
@@ -140,15 +144,16 @@ class Painter:
         if wanted != self._asked:
             self._asked, self._asked_s = wanted, now_s
         unlit, fresh = self.dawn.is_due(wanted.lit_look), self.drawn is None
-        hurried = moving or unlit or now_s - self._asked_s < REST_S
+        dark = unlit and not (self.dawn.lit == wanted.lit_look and renderer.picture.lighting.is_there)
+        hurried = moving or dark or now_s - self._asked_s < REST_S
         if hurried and wanted != self.drawn:
             self._draw(renderer, wanted, now_s)
             changed = True
         elif not hurried:
-            changed = self._rest(renderer, wanted, now_s)
+            changed = self._rest(renderer, wanted, now_s, measures=not unlit)
         else:
             changed = False
-        if unlit and lights and not fresh:  # what is new is shown first
+        if unlit and lights and not fresh and not self._painting:  # what is new is shown first
             if self.dawn.go_on(renderer.picture, wanted.lit_look):
                 self.forget()
             changed = True
@@ -170,7 +175,7 @@ class Painter:
         self.figures.fps = self._rate(now_s - self._drawn_s)
         self._drawn_s = now_s
 
-    def _rest(self, renderer: Renderer, wanted: Wanted, now_s: float) -> bool:
+    def _rest(self, renderer: Renderer, wanted: Wanted, now_s: float, measures: bool) -> bool:
         """In full, then measured; whether there is anything new to see."""
         was_moving, self.figures.fps = self.figures.fps is not None, None
         if self._painting and self._painting[0] != wanted:
@@ -183,7 +188,7 @@ class Painter:
                 return was_moving
             self._painting, self._drawn_s = None, now_s
             return True
-        return self._measure(renderer) or was_moving
+        return (measures and self._measure(renderer)) or was_moving
 
     def _paint(self, renderer: Renderer, wanted: Wanted) -> Generator[float, None, None]:
         """The full picture, in portions; the canvas changes side by side."""

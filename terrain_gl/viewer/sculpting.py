@@ -135,7 +135,7 @@ class Sculpting:
         """The land is another: what is known of it is no longer so."""
         flight = self._flight
         flight.controller.heightmap = flight.renderer.heightmap
-        flight.painter.forget()
+        flight.painter.forget(at_once=True)
         flight.keeping.land_changed()
         flight.insight.explanation = None
         if self.editing and self.editing.edited:
