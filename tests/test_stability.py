@@ -6,10 +6,10 @@ from terrain_gl.camera import Camera
 from terrain_gl.heightmap import Heightmap
 from terrain_gl.image import linear_from_srgb
 from terrain_gl.light import prefilter
+from terrain_gl.light.atmosphere import LUMINANCE
 from terrain_gl.renderer import Renderer
 from terrain_gl.shade import Look
 
-LUMINANCE = np.array([0.2126, 0.7152, 0.0722])
 FRAMES, SIZE, SUN = 60, (48, 27), (250.0, 25.0)
 
 

@@ -57,6 +57,14 @@ def sky_radiance(directions: np.ndarray, sun: np.ndarray, height_km: float = EYE
     return COLOURFULNESS * light + (1 - COLOURFULNESS) * (light @ LUMINANCE)[:, None]
 
 
+def spread(count: int) -> np.ndarray:
+    """(count, 3) unit vectors, evenly spread over the sphere by the golden angle."""
+    i = np.arange(count) + 0.5
+    z, turn = 1 - 2 * i / count, math.pi * (1 + 5**0.5) * i
+    flat = np.sqrt(1 - z * z)
+    return np.stack([flat * np.cos(turn), flat * np.sin(turn), z], -1)
+
+
 def _source(h: np.ndarray, mu_sun: np.ndarray, cosine: np.ndarray) -> np.ndarray:
     """Light scattered per km towards the eye, of sunlight of irradiance 1."""
     sunlit = _transmittance(h, mu_sun)
@@ -157,10 +165,8 @@ def _transmittance_table(steps: int = 60) -> np.ndarray:
 def _often_table(directions: int = 40, steps: int = 20) -> np.ndarray:
     """Hillaire's series: of light L, scattered once, a share f is scattered again, and so on: L / (1 - f)."""
     heights, mus = _axes(_OFTEN_SIZE)
-    i = np.arange(directions) + 0.5
-    z, turn = 1 - 2 * i / directions, math.pi * (1 + 5**0.5) * i
-    flat = np.sqrt(1 - z * z)
-    rays = np.stack([flat * np.cos(turn), flat * np.sin(turn), z], -1)
+    rays = spread(directions)
+    z = rays[:, 2]
     table = np.zeros((*_OFTEN_SIZE, 3))
     for row, height in enumerate(np.minimum(heights, _HEIGHTS - 0.1)):
         reach, grounded = _reach(height, z)

@@ -20,6 +20,7 @@ from .. import gl, shaders
 from ..camera import Vector
 from ..sat import SummedAreaTables, Table
 from ..terrain import Rect, Terrain
+from .gaussians import SUN_RADIUS_DEG
 
 AZIMUTHS = 16
 BATCH = 4  # azimuths that are folded at once
@@ -29,7 +30,7 @@ FOLDED = PORTION // 64  # texels that are folded between two
 SINES, COSINES = 64, 64  # steps of the tables over the horizon's sine and over n · axis
 SUN_LAYERS, SUN_STEPS = 5, 8191  # glsl/horizon/blocks.glsl
 FULL = 4095  # a share of 1: sums of 2^20 texels fit a word
-SUN_RADIUS = math.radians(0.2665)
+SUN_RADIUS = math.radians(SUN_RADIUS_DEG)
 HULL_BYTES = 2**26  # scratch memory of a sweep, at most
 _HULL_POINT = 8
 _BARRIER = moderngl.SHADER_STORAGE_BARRIER_BIT | moderngl.TEXTURE_FETCH_BARRIER_BIT

@@ -135,14 +135,6 @@ def slopes(count: int, steepest_deg: float = 80.0) -> np.ndarray:
     return np.stack([np.sin(tilt) * np.sin(turn), np.sin(tilt) * np.cos(turn), np.cos(tilt)], -1)
 
 
-def spread(count: int) -> np.ndarray:
-    """(count, 3) unit vectors, evenly spread over the sphere by the golden angle."""
-    i = np.arange(count) + 0.5
-    z, turn = 1 - 2 * i / count, math.pi * (1 + 5**0.5) * i
-    flat = np.sqrt(1 - z * z)
-    return np.stack([flat * np.cos(turn), flat * np.sin(turn), z], -1)
-
-
 def uniform_sky(radiance: float = 1.0) -> Sky:
     """The same light from everywhere, without a sun: the white furnace."""
     return Sky(np.full((*SHAPE, 3), radiance), NO_SUN)
@@ -253,6 +245,6 @@ def _part_above_horizon(elevation_deg: float, radius_deg: float) -> float:
 @cache
 def _white_amplitudes() -> np.ndarray:
     """Amplitudes (10,) of the lobes, and the land, that stand for the same light from everywhere."""
-    directions = spread(4000)
+    directions = atmosphere.spread(4000)
     white = np.ones((4000, 3))
     return fit(directions, np.full(4000, 4 * math.pi / 4000), white)[0][:, 0]

@@ -17,6 +17,7 @@ from ..drawing import Drawing
 from ..image import srgb_from_linear
 from ..pieces import cut
 from ..renderer import Renderer
+from .atmosphere import LUMINANCE
 from .gaussians import SUN_RADIUS_DEG
 from .lighting import exposure
 from .sky import dome
@@ -108,7 +109,7 @@ def developed(light: np.ndarray, fine: int, gain: float) -> np.ndarray:
 
 def tone_mapped(light: np.ndarray) -> np.ndarray:
     """The curve of glsl/shade/tone.glsl (Reinhard et al. 2002), (..., 3) to 0 to 1."""
-    luminance = light @ np.array([0.2126, 0.7152, 0.0722])
+    luminance = light @ LUMINANCE
     shown = luminance * (1 + luminance / WHITE**2) / (1 + luminance)
     by_luminance = light * (shown / np.maximum(luminance, 1e-6))[..., None]
     by_channel = light * (1 + light / WHITE**2) / (1 + light)
