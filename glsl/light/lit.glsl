@@ -1,6 +1,7 @@
 // light/lit.glsl — outgoing radiance of a footprint (A.6): every light's lobe, times what the footprint's merged lobe makes
 // of it, times how much of it is to be seen from there.
-//   Near, a footprint is one place: its own normal and cover. Far, its means come from tables. Between, a blend.
+//   Near, a footprint is one place: its own normal and cover; the sun, whose shadows have edges, is asked at as many places as
+//   there are samples. Far, its means come from tables. Between, a blend.
 // Provides Lit, merged_ground(), lit_ground(), direct_light(), outgoing_light().
 
 #include "shade/footprint.glsl"
@@ -48,13 +49,20 @@ void add_sky(inout Lit l, Ground g) {
     l.ambient += u_around * (0.5 - 0.5 * l.lobe.normal.z);
 }
 
-// Far, the mean of what the parts get: each has an equal part of the picture.
+// V ⟨n, sun⟩ of one place, and ⟨n, sun⟩.
+vec2 sun_at(vec2 post) { return max(dot(normal_of(slope_of_cells(post)), u_sun.axis), 0.0) * vec2(sun_share(post), 1.0); }
+
+// The mean of what the parts get: each has an equal part of the picture. Near, a part is the place that a sample sees.
 void add_sun(inout Lit l, Ground g, vec2 lean) {
-    l.unshadowed = cosine_of(l.lobe, u_sun);
     float far = farness(g.extent);
-    l.sun = far < 1.0 ? (1.0 - far) * sun_share(g.post) * max(l.unshadowed, 0.0) : 0.0;
-    if (far > 0.0)
-        for (int i = 0; i < g.parts; i++) l.sun += far * sun_over(g.part[i], PART * g.extent, lean) / float(g.parts);
+    vec2 near_ = vec2(0.0), far_ = vec2(0.0, cosine_of(l.lobe, u_sun));  // in the sun as it is, and without shadows
+    for (int i = 0; i < g.parts; i++) {
+        if (far < 1.0) near_ += sun_at(g.part[i]) / float(g.parts);
+        if (far > 0.0) far_.x += sun_over(g.part[i], PART * g.extent, lean) / float(g.parts);
+    }
+    vec2 sun = mix(near_, far_, far);
+    l.sun = sun.x;
+    l.unshadowed = sun.y;
 }
 
 Lit lit_ground(Ground g) {

@@ -7,11 +7,10 @@
 
 #include "light/brdf.glsl"
 #include "shade/cover.glsl"
+#include "blocks/colour.glsl"
 
 #define LOBE_LAYERS 9
 #define LOBE_STEPS 32767.0
-
-const vec3 LUMINANCE = vec3(0.2126, 0.7152, 0.0722);
 
 struct Merged {
     vec3 normal;  // mean vector of the normals, as long as they agree

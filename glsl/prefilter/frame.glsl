@@ -6,8 +6,7 @@
 
 #include "shade/samples.glsl"
 #include "light/lit.glsl"
-#include "light/air.glsl"
-#include "shade/tone.glsl"
+#include "light/shown.glsl"
 
 layout(binding = 7) uniform sampler2D u_normals;
 layout(binding = 8) uniform sampler2D u_slopes;
@@ -56,9 +55,4 @@ Lit lit_as_one(Ground g, vec3 normal, float sharpness, float sun_seen) {
 // Roughness of the cover alone, as a lobe of half-vectors.
 float cover_sharpness(Ground g) { return sharpness_of_roughness(material_of(g.post, g.extent, g.fine).roughness); }
 
-vec3 ground_colour(Ground g, int sample_) {
-    vec3 light = outgoing_light(g, lit_by_rival(g));
-    return tone_mapped(u_exposure * hazed(light, -g.towards_eye, g.distance_m));
-}
-
-vec3 sky_colour(vec3 direction) { return tone_mapped(u_exposure * (sky_light(direction) + sun_disc(direction))); }
+vec3 ground_colour(Ground g, int sample_) { return land_colour(g, outgoing_light(g, lit_by_rival(g)), g.distance_m); }

@@ -51,4 +51,4 @@ Lit lit_by_rival(Ground g) {
     return l;
 }
 
-void main() { out_colour = vec4(srgb_encoded(pixel_colour()), 1.0); }
+void main() { out_colour = shown(pixel_colour()); }

@@ -9,4 +9,4 @@ Lit lit_by_rival(Ground g) {
     return lit_as_one(g, normalize(at.xyz), cover_sharpness(g), at.w);
 }
 
-void main() { out_colour = vec4(srgb_encoded(pixel_colour()), 1.0); }
+void main() { out_colour = shown(pixel_colour()); }

@@ -12,4 +12,4 @@ Lit lit_by_rival(Ground g) {
     return lit_as_one(g, normalize(m.normal), s * N / (N + s * (1.0 - N)), m.sun);
 }
 
-void main() { out_colour = vec4(srgb_encoded(pixel_colour()), 1.0); }
+void main() { out_colour = shown(pixel_colour()); }

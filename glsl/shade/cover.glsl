@@ -35,10 +35,12 @@ float hashed(ivec2 at) {
     return float(n >> 8) / 16777216.0;
 }
 
-// Value noise of mean 0 that fades where the footprint grows past its grain.
+// Value noise of mean 0, over a footprint. A mean over a box of w × h grains is best told from its middle by taking
+// 1 / (1 + w²/7.4) / (1 + h²/7.4) of the value there (least squares); the Gaussian is as much for small boxes, and ends sooner.
 float noise(vec2 post, float grain, vec2 extent) {
-    float wide = max(extent.x, extent.y) / grain, seen = exp(-wide * wide);
-    if (seen < 0.01) return 0.0;
+    vec2 wide = extent / grain;
+    float seen = 1.03 * exp(-0.125 * dot(wide, wide)) - 0.03;  // comes to an end
+    if (seen < 0.0) return 0.0;
     vec2 p = post / grain, t = fract(p);
     ivec2 at = ivec2(floor(p));
     t = t * t * (3.0 - 2.0 * t);
@@ -52,10 +54,11 @@ float patchiness(vec2 post, vec2 extent) {
            0.3 * noise(post, 1.1, extent) + 0.2 * noise(post, 0.31, extent);
 }
 
-// Layers of rock that crop out at the same heights everywhere; too thin ones for the footprint fade.
+// Layers of rock that crop out at the same heights everywhere; too thin ones for the footprint fade, early: on cliffs the
+// height of its middle is hardly known better.
 float strata(float height, float footprint) {
     float sum = 0.0;
-    for (float layers = 9.0; layers < 80.0; layers *= 2.7) sum += noise(vec2(height * layers, layers), 1.0, vec2(footprint * layers));
+    for (float layers = 9.0; layers < 80.0; layers *= 2.7) sum += noise(vec2(height * layers, layers), 1.0, vec2(2.83 * footprint * layers, 0.0));
     return sum;
 }
 

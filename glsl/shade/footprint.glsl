@@ -18,6 +18,7 @@
 struct Ground {
     vec2 post;
     vec2 extent;      // sides of the footprint in posts, columns and rows
+    vec2 u, v;        // a pixel to the right and up, in posts
     vec2 along;       // its length e, in posts
     int pieces;       // to be cut into, and the sides of each
     vec2 piece;
@@ -38,7 +39,7 @@ vec3 view_ray(vec2 offset_px) {
 }
 
 // 0 where a footprint is one place, 1 where it is a mean over the map, between them a blend.
-float farness(vec2 extent) { return smoothstep(2.5, 5.0, max(extent.x, extent.y)); }
+float farness(vec2 extent) { return smoothstep(3.0, 6.0, max(extent.x, extent.y)); }
 
 vec3 normal_of(vec2 slope) { return normalize(vec3(-slope, 1.0)); }
 
@@ -75,9 +76,10 @@ Ground footprint_at(vec2 post) {
     float pixel_m = max(dot(place_m, u_forward.xyz), near_m()) * 2.0 * u_half_extent.y / float(u_size_px.y);
     vec2 around = max(vec2(4.0), 3.0 * pixel_m / u_spacing_m);
     vec3 ray = normalize(place_m), normal = normal_of(rough_slope(post, around));
-    vec2 u = slide_to_ground(u_right.xyz * pixel_m, ray, normal), v = slide_to_ground(u_up.xyz * pixel_m, ray, normal);
-    g.extent = clamp(sqrt(u * u + v * v), vec2(1e-4), vec2(LARGEST_BOX_POSTS));
-    cut(g, u, v);
+    g.u = slide_to_ground(u_right.xyz * pixel_m, ray, normal);
+    g.v = slide_to_ground(u_up.xyz * pixel_m, ray, normal);
+    g.extent = clamp(sqrt(g.u * g.u + g.v * g.v), vec2(1e-4), vec2(LARGEST_BOX_POSTS));
+    cut(g, g.u, g.v);
     return g;
 }
 

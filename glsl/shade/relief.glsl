@@ -11,7 +11,7 @@
 //       c  └───────┴───────┘        Each side has two texels, 6 × 6 words in all.
 //
 //   Smaller: cubic B-splines over the float heights, smooth to the second derivative; between the two, a blend.
-// Provides Relief, relief_of(), rough_slope(), box_mean_m().   Python twin: reference.relief
+// Provides Relief, relief_of(), slope_of_cells(), rough_slope(), box_mean_m().   Python twin: reference.relief
 
 #include "shade/steps.glsl"
 
@@ -108,6 +108,16 @@ Relief relief_of_spline(vec2 post) {
         sum += vec3(dot(wx, h) * wy[j], dot(dx, h) * wy[j], -dot(wx, h) * dy[j]);
     }
     return Relief(sum.x, sum.yz / u_spacing_m);
+}
+
+// Slopes of cells, bilinear between their middles: the finest there is, for what is to be averaged over several places.
+vec2 slope_of_cells(vec2 post) {
+    vec2 p = clamp(post - 0.5, vec2(0.0), vec2(u_last_post - 1)), t = fract(p);
+    mat3 h;  // columns north to south, each from west to east
+    for (int k = 0; k < 9; k++) h[k / 3][k % 3] = height_m(min(ivec2(p) + ivec2(k % 3, k / 3), u_last_post));
+    vec3 across = 0.5 * vec3(1.0 - t.x, 1.0, t.x), down = 0.5 * vec3(1.0 - t.y, 1.0, t.y);
+    vec3 east = vec3(t.x - 1.0, 1.0 - 2.0 * t.x, t.x), south = vec3(t.y - 1.0, 1.0 - 2.0 * t.y, t.y);
+    return vec2(dot(h * down, east), -dot(h * south, across)) / u_spacing_m;
 }
 
 Relief relief_of(vec2 post, vec2 extent) {

@@ -38,19 +38,30 @@ vec2 middle_of(int samples) {
     return sum / float(bitCount(samples));
 }
 
-// The ray through the middle of these samples.
-vec3 ray_of(int samples) {
+// From the pixel's middle to that of these samples.
+vec2 offset_of(int samples) {
     vec2 offset = vec2(0.0);
     if (SAMPLES == 4)
         for (int i = 0; i < 4; i++) offset += float(samples >> i & 1) * SAMPLE_AT[i];
-    return view_ray(offset / float(bitCount(samples)));
+    return offset / float(bitCount(samples));
+}
+
+// The ray through the middle of these samples.
+vec3 ray_of(int samples) { return view_ray(offset_of(samples)); }
+
+// Samples that one triangle covers note one place, in their middle: from there to this sample's own.
+vec2 own_post(Ground g, int i) {
+    int same = 0;
+    for (int k = 0; k < SAMPLES; k++) same |= int(post_of_sample(k) == post_of_sample(i)) << k;
+    vec2 aside = offset_of(1 << i) - offset_of(same);
+    return clamp(post_of_sample(i) + aside.x * g.u + aside.y * g.v, vec2(0.0), vec2(u_last_post));
 }
 
 // What the samples see that see the same piece of ground: its footprint is that around the middle of them.
 Ground ground_of(int samples) {
     Ground g = ground_under(footprint_at(middle_of(samples)), middle_of(samples), ray_of(samples));
     for (int i = 0; i < SAMPLES; i++)
-        if ((samples >> i & 1) != 0) add_part(g, post_of_sample(i), ray_of(1 << i));
+        if ((samples >> i & 1) != 0) add_part(g, own_post(g, i), ray_of(1 << i));
     return g;
 }
 

@@ -1,11 +1,13 @@
 // shade/tone.glsl — from light to the screen: exposure, a shoulder for the brightest, the sRGB curve (IEC 61966-2-1).
 // Provides tone_mapped(), srgb_encoded().   Python twin: image.srgb_from_linear
 
+#include "blocks/colour.glsl"
+
 #define WHITE 2.2  // luminance that becomes white
 
 // Reinhard et al. 2002, "Photographic tone reproduction for digital images", equation 4, on luminance.
 vec3 tone_mapped(vec3 light) {
-    float luminance = dot(light, vec3(0.2126, 0.7152, 0.0722));
+    float luminance = dot(light, LUMINANCE);
     float shown = luminance * (1.0 + luminance / (WHITE * WHITE)) / (1.0 + luminance);
     vec3 by_luminance = light * (shown / max(luminance, 1e-6));
     vec3 by_channel = light * (1.0 + light / (WHITE * WHITE)) / (1.0 + light);

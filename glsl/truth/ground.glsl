@@ -1,8 +1,8 @@
 // truth/ground.glsl — the ground as it is at one place: bilinear heights, and normals that turn evenly from the middle of
 // a cell to the next. What is marched through and lit by brute force.
-// Provides ground_m(), slope_of_ground(), sees().   Python twins: reference.bilinear_heights, reference.horizon_sines
+// Provides ground_m(), slope_of_cells(), sees().   Python twins: reference.bilinear_heights, reference.horizon_sines
 
-#include "blocks/terrain.glsl"
+#include "shade/relief.glsl"
 
 float ground_m(vec2 post) {
     vec2 p = clamp(post, vec2(0.0), vec2(u_last_post));
@@ -10,20 +10,6 @@ float ground_m(vec2 post) {
     vec2 t = p - vec2(at);
     float north = mix(height_m(at), height_m(at + ivec2(1, 0)), t.x);
     float south = mix(height_m(at + ivec2(0, 1)), height_m(at + 1), t.x);
-    return mix(north, south, t.y);
-}
-
-vec2 slope_in_cell(ivec2 cell) {
-    cell = clamp(cell, ivec2(0), u_last_post - 1);
-    float nw = height_m(cell), ne = height_m(cell + ivec2(1, 0)), sw = height_m(cell + ivec2(0, 1)), se = height_m(cell + 1);
-    return 0.5 * vec2(ne - nw + se - sw, nw - sw + ne - se) / u_spacing_m;
-}
-
-vec2 slope_of_ground(vec2 post) {
-    vec2 p = post - 0.5, t = fract(p);
-    ivec2 at = ivec2(floor(p));
-    vec2 north = mix(slope_in_cell(at), slope_in_cell(at + ivec2(1, 0)), t.x);
-    vec2 south = mix(slope_in_cell(at + ivec2(0, 1)), slope_in_cell(at + 1), t.x);
     return mix(north, south, t.y);
 }
 

@@ -2,7 +2,6 @@
 
 from __future__ import annotations
 
-import math
 from collections import deque
 from collections.abc import Generator
 from functools import lru_cache
@@ -13,13 +12,14 @@ import numpy as np
 
 from ..image import read_albedo
 from ..terrain import Rect, Terrain
-from .gaussians import LIGHTS, SKY_AXES, SKY_SHARPNESS, SUN_RADIUS_DEG
+from .gaussians import LIGHTS, SKY_AXES, SKY_SHARPNESS
 from .ground import HeightSums
 from .horizon import PORTION, Visibility
 from .lobes import Character, Cover, LobeTables
 from .sky import LUMINANCE, Sky, clear_sky, read_sky
 
-KEY = 9.0  # how bright a surface in full light is to be shown
+# How bright a surface in full light is to be shown: the log mean of the bundled land's default view is mid-grey, 0.18.
+KEY = 13.0
 ADAPTATION = 0.83  # of the eye to the light: 1 would make noon and night alike
 DUSK = 2.0  # irradiance when the sun has just set
 FULL_LIGHT = 22.0  # irradiance at which the picture is exposed by KEY alone
@@ -94,7 +94,7 @@ class Lighting:
             self.sky = lit_by
             yield 0.1
         east, north, up = (float(v) for v in lit_by.sun["axis"])
-        for share in self.visibility.following((east, north, up), math.radians(SUN_RADIUS_DEG), posts):
+        for share in self.visibility.following((east, north, up), posts=posts):
             yield 0.1 + 0.9 * share
 
     @property
