@@ -86,7 +86,7 @@ def _title(gui: Gui, name: str, value: str) -> None:
 def _canvas(gui: Gui) -> tuple[Any, float, float, float, float]:
     """A place for a graph: the draw list, left, top, width, height."""
     imgui = gui.imgui
-    width, height = imgui.get_content_region_avail()[0], 2.2 * gui.em
+    width, height = imgui.get_content_region_avail()[0], 1.6 * gui.em  # all sections fit a window of 720 rows
     left, top = imgui.get_cursor_screen_pos()
     imgui.invisible_button(f"graph {top:.0f}", (width, height))
     paper = imgui.get_window_draw_list()

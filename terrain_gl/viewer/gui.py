@@ -116,6 +116,7 @@ class Gui:
         self._touched = True
         self._frames_due = 0
         self._hint = ""
+        self._foot = 0.0  # height of what stands under the sections
         self._texts: dict[str, str] = {}  # being typed, by field
         self.hints: dict[str, str] = {}
         self.places: dict[str, tuple[float, float, float, float]] = {}
@@ -238,12 +239,18 @@ class Gui:
         self._note_window()
         if expanded:
             self._hint = ""
+            top = imgui.get_cursor_pos_y()
+            most = size[1] - 2 * margin - top - max(self._foot, 4 * self.em)
+            imgui.set_next_window_size_constraints((0, 0), (width, max(most, 4 * self.em)))
+            imgui.begin_child("body", (0, 0), imgui.ChildFlags_.auto_resize_y)  # scrolls; the foot stays
             imgui.push_item_width(0.56 * width)
             charts.show(self, flight)
             for title, _, show in sections.SECTIONS:
                 if self._section(title):
                     show(self, flight)
             imgui.pop_item_width()
+            imgui.end_child()
+            foot = imgui.get_cursor_pos_y()
             imgui.separator()
             if self.press_button("All keys", "Every key and what it does (H)."):
                 flight.press("h")
@@ -253,6 +260,7 @@ class Gui:
             imgui.push_text_wrap_pos(0.0)
             imgui.text_disabled(self._hint or "Point at anything to read here what it does.")
             imgui.pop_text_wrap_pos()
+            self._foot = imgui.get_cursor_pos_y() - foot + imgui.get_style().window_padding[1]
         imgui.end()
 
     def _explanations(self, flight: Flight, size: tuple[int, int]) -> None:

@@ -22,7 +22,7 @@ from ..camera import Camera
 from ..drawing import Drawing
 from ..measure import Achieved
 from ..renderer import Renderer
-from ..shade import Look
+from ..shade import UNLIT, Look
 from .canvas import Canvas
 from .charts import History
 from .dawn import Dawn
@@ -51,9 +51,9 @@ class Wanted:
 
     @property
     def lit_look(self) -> Look:
-        """What light is made for."""
-        looks = [side.look for side in self.sides]
-        return next((look for look in looks if look.is_lit), looks[0])
+        """What light is made for: nothing but what it depends on."""
+        lit = next((side.look for side in self.sides if side.look.is_lit), None)
+        return Look(sun=lit.sun, sky=lit.sky, material=lit.material) if lit else Look(UNLIT)
 
 
 class Painter:
