@@ -213,7 +213,8 @@ class Levels:
         False. A tolerance of 0 draws every cell in the picture at full resolution.
 
         With a number of `triangles`, at least 2, the tolerance says nothing: the squares of all posts' distances in the
-        picture, weighted by `reference.post_weights`, are then as little in sum as so many triangles can make them.
+        picture, weighted by `reference.post_weights`, are then as little in sum as so many triangles can make them; and
+        cells close to the eye are fans where that pays between their posts (`reference.cell_squares`).
         """
         settings = {
             "tolerance_px": _float_below(tolerance_px),
