@@ -273,10 +273,11 @@ class Renderer:
         To be gone through before anything else is drawn; returns the stats.
         """
         drawing = Drawing(max_error_px, **options)
-        shot = self._select(camera, self.size, drawing)
-        yield 0.1
-        for share in self._shading(Piece.whole(self.size), shot, drawing):
-            yield 0.1 + 0.9 * share
+        with self._whole_frame():
+            shot = self._select(camera, self.size, drawing)
+            yield 0.1
+            for share in self._shading(Piece.whole(self.size), shot, drawing):
+                yield 0.1 + 0.9 * share
         shot.stats, shot.drawn = self._stats(drawing, shot.selection, self.size), True
         self._shot = shot
         return shot.stats
@@ -290,8 +291,9 @@ class Renderer:
         shot = self._select(camera, size, drawing)
         image, spent = np.empty((size[1], size[0], 4), np.uint8), dict.fromkeys(("draw", "shade"), 0.0)
         for done, piece in enumerate(parts):
-            for share in self._shading(piece, shot, drawing):
-                yield (done + share) / len(parts)
+            with self._whole_frame():
+                for share in self._shading(piece, shot, drawing):
+                    yield (done + share) / len(parts)
             image[piece.rows, piece.cols] = self.picture.read()
             spent = {stage: ms + self.ms.get(stage, 0.0) for stage, ms in spent.items()}
         return Frame(image, self._stats(drawing, shot.selection, size) | {"ms": self.ms | spent})
@@ -418,6 +420,16 @@ class Renderer:
     def _timed_portion(self, stage: str, portions: Generator[float, None, None]) -> float | None:
         with self._timed(stage):
             return next(portions, None)
+
+    @contextmanager
+    def _whole_frame(self) -> Iterator[None]:
+        """What was timed of a frame that is given up is not the next one's."""
+        try:
+            yield
+        except BaseException:
+            if self._stopwatch:
+                self._stopwatch.drop()
+            raise
 
     @_in_own_context
     def measure(self) -> dict[str, Any]:

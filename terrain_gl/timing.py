@@ -76,6 +76,11 @@ class Stopwatch:
             times = self._read(self._frames.popleft())
         return times
 
+    def drop(self) -> None:
+        """Forget a frame that was not ended."""
+        self._give_back(self._stages)
+        self._stages = []
+
     def release(self) -> None:
         """Give the queries back to the driver."""
         for stages in (*self._frames, self._stages):

@@ -120,6 +120,11 @@ def test_the_gpus_clock_times_the_very_frame_that_was_waited_for():
         for _ in renderer.drawing(camera):
             pass
         assert renderer.ms["shade"] > 0
+        given_up = renderer.drawing(camera)
+        next(given_up)
+        next(given_up)
+        given_up.close()
+        assert not renderer._stopwatch._stages  # they are not the next frame's
 
 
 class Noting:

@@ -25,8 +25,8 @@ from .gaussians import SUN_RADIUS_DEG
 AZIMUTHS = 16
 BATCH = 4  # azimuths that are folded at once
 TEXEL = 3  # cells a side of the sky's texels
-PORTION = 2**20  # posts that are swept between two breaths of `Visibility.following`
-FOLDED = PORTION // 64  # texels that are folded between two
+PORTION = 2**19  # posts that are swept between two breaths of `Visibility.following`
+FOLDED = PORTION // 128  # texels that are folded between two
 SINES, COSINES = 64, 64  # steps of the tables over the horizon's sine and over n · axis
 SUN_LAYERS, SUN_STEPS = 5, 8191  # glsl/horizon/blocks.glsl
 FULL = 4095  # a share of 1: sums of 2^20 texels fit a word
@@ -59,7 +59,7 @@ class Sweep:
         slide = -towards[1] if by_column else -towards[0]
         drift = math.ceil(abs(slide) * (steps - 1))
         first, lines = (-drift if slide > 0 else 0), places + drift
-        at_once = min(lines, max(64, min(posts * lines // places, HULL_BYTES // _HULL_POINT) // steps))
+        at_once = min(lines, max(128, min(posts * lines // places, HULL_BYTES // _HULL_POINT) // steps))
         hulls = gl.reserve(self.ctx, _HULL_POINT * steps * at_once, "hulls of horizons")
         try:
             for start in range(0, lines, at_once):

@@ -33,7 +33,7 @@ class Dawn:
         """Whether light is still to be made for a look, or it is not known yet."""
         return self.share is not None or self._making is None or self._making[0] != look
 
-    def go_on(self, picture: Picture, look: Look) -> bool:
+    def go_on(self, picture: Picture, look: Look, hurried: bool = False) -> bool:
         """Make light for a while, at least a portion; whether it has just come, for the picture to be drawn in it."""
         if self._making is None or self._making[0] != look:
             self.stop()
@@ -43,7 +43,7 @@ class Dawn:
             picture.ctx.finish()
             self.share = share
 
-        if not self._pace.go_on(self._making[1], tell):
+        if not self._pace.go_on(self._making[1], tell, hurried):
             return False
         came, self.share, self.lit = self.share is not None, None, look
         return came

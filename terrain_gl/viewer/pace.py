@@ -6,6 +6,8 @@ import time
 from collections.abc import Callable, Iterator
 from dataclasses import dataclass
 
+HURRIED = 0.2  # of a portion's time
+
 
 @dataclass
 class Pace:
@@ -34,9 +36,14 @@ class Pace:
         """Window pixels across one of the picture in motion."""
         return 1 + (self.full_ms > self.smooth_ms) + 2 * (self.full_ms > self.coarse_ms)
 
-    def go_on(self, work: Iterator[float], tell: Callable[[float], None] = lambda share: None) -> bool:
-        """Go through portions of work for a while, at least one, and tell the share that is done; whether all is."""
-        end = self.clock() + self.portion_s
+    def go_on(
+        self, work: Iterator[float], tell: Callable[[float], None] = lambda share: None, hurried: bool = False
+    ) -> bool:
+        """Go through portions of work for a while, at least one, and tell the share that is done; whether all is.
+
+        `hurried`: for a fraction of the time, for it is a frame in motion that waits.
+        """
+        end = self.clock() + self.portion_s * (HURRIED if hurried else 1.0)
         for share in work:
             tell(share)
             if self.clock() > end:

@@ -154,7 +154,7 @@ class Painter:
         else:
             changed = False
         if unlit and lights and not fresh and not self._painting:  # what is new is shown first
-            if self.dawn.go_on(renderer.picture, wanted.lit_look):
+            if self.dawn.go_on(renderer.picture, wanted.lit_look, moving):
                 self.forget()
             changed = True
         return changed
