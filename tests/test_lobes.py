@@ -1,5 +1,7 @@
 """The ground's merged lobes: tables against integration, any footprint, edits; what the whole shade makes of them."""
 
+import os
+
 import numpy as np
 import pytest
 from asking import ask
@@ -115,7 +117,7 @@ def test_an_edit_equals_a_rebuild(ctx):
 @pytest.mark.parametrize("rough", [0.0, 40.0], ids=["plain", "hills"])
 def test_white_furnace(ctx, monkeypatch, rough):
     """White land without shadows under the same light from everywhere sends back what it gets, within 1 %."""
-    monkeypatch.setattr("terrain_gl.light.lighting.sky_of", lambda sun, path: sky.uniform_sky())
+    monkeypatch.setattr("terrain_gl.light.lighting.sky_seen", lambda sun, path: sky.uniform_sky())
     monkeypatch.setattr("terrain_gl.light.lighting.exposure", lambda sky: 1.0)
     source = shaders.source
 
@@ -190,6 +192,20 @@ def test_a_picture_of_the_ground_lies_as_the_map_does(tmp_path, ctx):
         picture = renderer.render(camera, material=str(tmp_path / "ground.png"), sun=(90, 60)).image.astype(int)
     red = picture[..., 0] - picture[..., 1]
     assert red[8:24, 40:56].min() > 40 > 20 > np.abs(red[40:56]).max()
+
+
+def test_pictures_that_change_under_their_name_are_read_anew(tmp_path, ctx):
+    ground, dome = str(tmp_path / "ground.png"), str(tmp_path / "sky.exr")
+    heightmap, camera = Heightmap(np.zeros((33, 33), "f4"), spacing_m=10.0), Camera((160, 160, 900), (160, 160, 0), 15)
+    seen = []
+    with Renderer(heightmap, size=(16, 16), ctx=ctx) as renderer:
+        for colour, light in ((200, 0.5), (40, 0.5), (40, 3.0)):
+            write_image(ground, np.full((8, 8, 3), colour, "u1"))
+            write_image(dome, np.full((32, 64, 3), [light, 0.5, 0.5], "f4"))
+            os.utime(ground, ns=(0, len(seen)))  # clocks of files may be coarse
+            os.utime(dome, ns=(0, len(seen)))
+            seen.append(renderer.render(camera, material=ground, sky=dome).image[8, 8].astype(int))
+    assert seen[0][1] > seen[1][1] + 20 and seen[2][0] - seen[2][1] > seen[1][0] - seen[1][1] + 20
 
 
 def test_water_covers_what_lies_below_it(ctx):

@@ -1,6 +1,8 @@
 """The renderer: what it promises between frames, edits, sizes and contexts."""
 
 import ctypes
+import itertools
+from collections import deque
 
 import moderngl
 import numpy as np
@@ -10,6 +12,7 @@ from maps import rough
 import terrain_gl as tg
 from terrain_gl import gl
 from terrain_gl.exceptions import TerrainError, UsageError
+from terrain_gl.shade import Look
 
 SIZE = (64, 48)
 
@@ -109,6 +112,20 @@ def test_light_that_has_lagged_behind_edits_settles_as_if_built_anew(heightmap):
         assert lagging.render(camera).stats["certified_max_error_px"] <= 1.0
         lagging.settle()
         assert (lagging.render(camera).image == prompt.render(camera).image).all()
+
+
+@pytest.mark.parametrize("portions", [1, 3, 8, 40])
+def test_an_edit_between_portions_of_light_is_not_lost(heightmap, portions):
+    camera = tg.Camera.default(heightmap)
+    with tg.Renderer(heightmap, SIZE) as edited, tg.Renderer(heightmap, SIZE) as prompt:
+        light = edited.picture.lighting_up(Look())
+        with edited.ctx:
+            deque(itertools.islice(light, portions), maxlen=0)
+        for r in (edited, prompt):
+            r.edit(np.s_[10:20], np.s_[10:30], 15.0)
+        with edited.ctx:
+            deque(light, maxlen=0)
+        assert (edited.render(camera).image == prompt.render(camera).image).all()
 
 
 def test_edit_leaves_the_callers_heights_alone(heightmap):

@@ -247,7 +247,8 @@ class Visibility:
 
     def __init__(self, terrain: Terrain, lobe_axes: np.ndarray, lobe_sharpness: np.ndarray) -> None:
         self.sky, self.sun = SkyVisibility(terrain, lobe_axes, lobe_sharpness), SunVisibility(terrain)
-        self._sky_built, self._ever_built, self._sun_is_old = False, False, True
+        self._edits = 0  # counted, for some come while tables are being made in portions
+        self._sky_of = self._sun_of = -1  # the edit that each table has followed last
         self._at: tuple[Vector, float] | None = None
 
     @property
@@ -270,23 +271,25 @@ class Visibility:
 
     def following(self, sun: Vector, radius: float = SUN_RADIUS, posts: int = PORTION) -> Generator[float, None, None]:
         """The same in portions of about so many posts, after each the share that is done; nothing if nothing is due."""
-        if self._at is None or self._at != (sun, radius) or self._sun_is_old:
+        edits = self._edits
+        if self._at is None or self._at != (sun, radius) or self._sun_of != edits:
             for share in self.sun.building(sun, radius, posts):
                 yield 0.1 * share
-            self._at, self._sun_is_old = (sun, radius), False
-        if not self._sky_built:
+            self._at, self._sun_of = (sun, radius), edits
+        edits = self._edits
+        if self._sky_of != edits:
             for share in self.sky.building(posts):
                 yield 0.1 + 0.9 * share
-            self._sky_built = self._ever_built = True
+            self._sky_of = edits
 
     @property
     def is_there(self) -> bool:
         """Whether there are tables at all, if only of an earlier sun or of the land before an edit."""
-        return self._ever_built
+        return self._sky_of >= 0
 
     def update(self, posts: Rect) -> None:
         """Follow an edit of posts, x0, y0, x1, y1: what is needed is built anew when it is next asked for."""
-        self._sky_built, self._sun_is_old = False, True
+        self._edits += 1
 
     def bind(self, program: Any) -> None:
         """Make the tables visible to a program that includes horizon/visible.glsl."""

@@ -2,10 +2,11 @@
 
 from __future__ import annotations
 
+import os
 from collections import deque
 from collections.abc import Generator
 from functools import lru_cache
-from typing import Any
+from typing import Any, NamedTuple
 
 import moderngl
 import numpy as np
@@ -25,6 +26,23 @@ DUSK = 2.0  # irradiance when the sun has just set
 FULL_LIGHT = 22.0  # irradiance at which the picture is exposed by KEY alone
 
 
+class Version(NamedTuple):
+    """A file, told from the one that stood there before."""
+
+    path: str
+    written_ns: int = 0
+    size: int = 0
+
+    @classmethod
+    def of(cls, path: str) -> Version:
+        """Of a file that is not there, too: it is for the reader to complain."""
+        try:
+            state = os.stat(path)
+        except OSError:
+            return cls(path)
+        return cls(path, state.st_mtime_ns, state.st_size)
+
+
 class Lighting:
     """Everything that a map is shaded with but its heights and their sums.
 
@@ -42,8 +60,8 @@ class Lighting:
         self.lobes: LobeTables | None = None
         self.dome: moderngl.Texture | None = None
         self.sky: Sky | None = None
-        self._material: str | None = None
-        self._lobes_are_old = True
+        self._material: Version | None = None
+        self._lobes_wanted, self._lobes_of = 1, 0  # how often they were to be made anew, and for which time they were
 
     @property
     def bytes(self) -> int:
@@ -59,11 +77,11 @@ class Lighting:
         """Follow an edit of posts, (x0, y0, x1, y1), once the heights' sums have; `moved`: not only their steps."""
         if moved:
             self.visibility.update(posts)
-        self._lobes_are_old |= posts == (0, 0, self.terrain.heightmap.cols - 1, self.terrain.heightmap.rows - 1)
-        character = Character.of(self.terrain.heightmap)
-        self._lobes_are_old |= character != self.cover.character
-        self.cover.character = character
-        if self.lobes and not self._lobes_are_old:
+        everywhere = posts == (0, 0, self.terrain.heightmap.cols - 1, self.terrain.heightmap.rows - 1)
+        before, self.cover.character = self.cover.character, Character.of(self.terrain.heightmap)
+        if everywhere or before != self.cover.character or self._lobes_of != self._lobes_wanted:
+            self._lobes_wanted += 1
+        elif self.lobes:
             self.lobes.update(posts)
 
     def follow(self, sun: tuple[float, float], sky: str | None = None, material: str | None = None) -> None:
@@ -79,15 +97,17 @@ class Lighting:
         posts: int = PORTION,
     ) -> Generator[float, None, None]:
         """The same in portions of about so many posts, after each the share that is done; nothing if nothing is due."""
-        if material != self._material:
+        version = None if material is None else Version.of(material)
+        if version != self._material:
             self.cover.take_picture(None if material is None else ground_seen(material))
-            self._material, self._lobes_are_old = material, True
+            self._material = version
+            self._lobes_wanted += 1
             yield 0.01
-        if self._lobes_are_old:
+        if (wanted := self._lobes_wanted) != self._lobes_of:
             self.lobes = self.lobes or LobeTables(self.terrain, self.sums, self.cover, build=False)
             for share in self.lobes.building():
                 yield 0.01 + 0.07 * share
-            self._lobes_are_old = False
+            self._lobes_of = wanted
         lit_by = sky_seen(sun, sky)
         if lit_by is not self.sky:
             self._hang(lit_by.radiance)
@@ -154,16 +174,26 @@ def exposure(sky: Sky) -> float:
 
 def sky_seen(sun: tuple[float, float], path: str | None) -> Sky:
     """The sky of a sun or of a file, which has a sun of its own; it takes a third of a second, and no OpenGL."""
-    return sky_of((0.0, 0.0) if path else (round(float(sun[0]), 6), round(float(sun[1]), 6)), path)
+    if path is not None:
+        return _sky_in(Version.of(path))
+    return _clear_sky(round(float(sun[0]), 6), round(float(sun[1]), 6))
+
+
+def ground_seen(path: str) -> np.ndarray:
+    """(rows, cols, 3) half floats of a picture of the ground's linear albedo; it takes no OpenGL."""
+    return _ground_of(Version.of(path))
 
 
 @lru_cache(maxsize=1)
-def ground_seen(path: str) -> np.ndarray:
-    """(rows, cols, 3) half floats of a picture of the ground's linear albedo; it takes no OpenGL."""
-    return read_albedo(path).astype("f2")
+def _ground_of(file: Version) -> np.ndarray:
+    return read_albedo(file.path).astype("f2")
+
+
+@lru_cache(maxsize=2)
+def _sky_in(file: Version) -> Sky:
+    return read_sky(file.path)
 
 
 @lru_cache(maxsize=8)
-def sky_of(sun: tuple[float, float], path: str | None) -> Sky:
-    """The clear sky of a sun's azimuth and elevation in degrees, or the one in a file, which has its own sun."""
-    return clear_sky(*sun) if path is None else read_sky(path)
+def _clear_sky(azimuth_deg: float, elevation_deg: float) -> Sky:
+    return clear_sky(azimuth_deg, elevation_deg)
