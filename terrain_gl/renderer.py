@@ -624,8 +624,11 @@ class Renderer:
         terrain = self.terrain.roomy(up_m, down_m)
         if terrain is None:
             return
-        tables = self.tables.beside(terrain)
+        tables = None
         try:
+            yield 0.0
+            tables = self.tables.beside(terrain)
+            yield 0.0
             for share in tables.building():
                 self.ctx.finish()  # who waits for portions wants them to be done
                 yield 0.9 * share
@@ -634,7 +637,8 @@ class Renderer:
             self.tables.take(tables)
         finally:  # with what was there before, or with what did not come to be
             terrain.release()
-            tables.release_tables()
+            if tables:
+                tables.release_tables()
         self._shot = None
         everything = 0, 0, self.heightmap.cols - 1, self.heightmap.rows - 1
         if based:
