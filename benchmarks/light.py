@@ -11,6 +11,7 @@ is written to a file as soon as it is there, and a run that is started again goe
 Run: python benchmarks/light.py FOLDER [visibility|pictures|horizons|memory ...]
 """
 
+import itertools
 import json
 import math
 import os
@@ -42,7 +43,7 @@ SIZE = (64, 36)
 SUN = (300.0, 30.0)
 FOOTPRINTS = {1000: 28, 30: 20, 1: 12}  # posts under a pixel, and places that the truth lights for it along a side
 LARGEST = 2049  # posts a side, of what is shaded
-PIECE = 65  # posts a side, of the steepest piece of a map
+PIECE = 65  # posts a side, of what is marched over
 SIDES = (512, 1024, 2048, 4096)
 
 
@@ -83,15 +84,22 @@ class Kept:
 
 def visibility(kept: Kept) -> None:
     """Mean absolute errors of visible fractions, weighted by the cosine, beside marching in quarters of a post."""
-    print("| map | slope, mean | sun at 12° | sun at 35° | sky |\n|---|---|---|---|---|")
+    print("| map | slope, mean | sun at 12° | sun at 35° | sky | sky, by texels |\n|---|---|---|---|---|---|")
     for name, path, scales in kept.maps():
-        numbers = kept.of(f"visibility {name}", lambda path=path, scales=scales: visibility_of(path, scales))
-        print(f"| {name} | " + " | ".join(f"{number:.4f}" for number in numbers) + " |")
+        heightmap = Heightmap.open(path, **scales)
+        parts = {"the steepest piece": [steepest(heightmap)], "all over": pieces(heightmap)}
+        for part, of in parts.items():
+            found = [
+                kept.of(f"visibility {name} {part} {i}", lambda each=each: visibility_of(each))
+                for i, each in enumerate(of)
+            ]
+            print(
+                f"| {name}, {part} | " + " | ".join(f"{number:.4f}" for number in np.mean(found, 0)) + " |", flush=True
+            )
 
 
-def visibility_of(path, scales):
-    """Mean slope; errors for two suns and for the sky, all over the steepest piece of a map."""
-    heightmap = steepest(Heightmap.open(path, **scales))
+def visibility_of(heightmap):
+    """Mean slope; errors for two suns and for the sky, cell by cell and as means over the sky's texels."""
     h, spacing = heightmap.heights, heightmap.spacing_m
     terrain = Terrain(create_context(), heightmap)
     sky, sun = SkyVisibility(terrain, SKY_AXES, SKY_SHARPNESS), SunVisibility(terrain)
@@ -101,18 +109,25 @@ def visibility_of(path, scales):
         sun.build(towards)
         truth = reference.sunlit(h, towards, SUN_RADIUS, lattice_direction(towards, spacing), spacing)
         faces = (reference.normals_of(h, spacing) @ np.array(towards)).clip(0)
-        errors.append(float(np.abs(sun.read()[0] - halves(truth)).sum() / halves(faces).sum()))
+        errors.append(float(np.abs(sun.read()[0] - blocks(truth, 2)).sum() / blocks(faces, 2).sum()))
     sky.build()
-    shares = sky.read().repeat(TEXEL, 1).repeat(TEXEL, 2)[:, : h.shape[0] - 1, : h.shape[1] - 1]
     lit = [reference.skylit(h, a, s, spacing) for a, s in zip(SKY_AXES, SKY_SHARPNESS, strict=True)]
     got, of_all = (np.array(each) for each in zip(*lit, strict=True))
-    errors.append(float(np.abs((shares * of_all).sum(0) / of_all.sum(0) - got.sum(0) / of_all.sum(0)).mean()))
+    texels = sky.read()
+    cells = texels.repeat(TEXEL, 1).repeat(TEXEL, 2)[:, : h.shape[0] - 1, : h.shape[1] - 1]
+    errors.append(float(np.abs((cells * of_all).sum(0) / of_all.sum(0) - got.sum(0) / of_all.sum(0)).mean()))
+    got, of_all = (np.array([blocks(cells, TEXEL) for cells in each]) for each in (got, of_all))
+    texels = texels[:, : got.shape[1], : got.shape[2]]
+    errors.append(float(np.abs((texels * of_all).sum(0) / of_all.sum(0) - got.sum(0) / of_all.sum(0)).mean()))
+    for resource in (sky, sun, terrain):
+        resource.release()
     return [slope_of(h, spacing), *errors]
 
 
-def halves(cells):
-    """Means over blocks of 2 × 2."""
-    return cells.reshape(cells.shape[0] // 2, 2, -1, 2).mean((1, 3))
+def blocks(cells, side):
+    """Means over blocks of side × side; cells that make no whole block are left out."""
+    rows, cols = (n // side for n in cells.shape)
+    return cells[: rows * side, : cols * side].reshape(rows, side, cols, side).mean((1, 3))
 
 
 def slope_of(h, spacing):
@@ -122,11 +137,26 @@ def slope_of(h, spacing):
 
 def steepest(heightmap):
     """The steepest piece without voids."""
-    h, n = heightmap.heights, PIECE
-    corners = [(r, c) for r in range(0, h.shape[0] - n, n) for c in range(0, h.shape[1] - n, n)]
-    whole = [at for at in corners if np.isfinite(h[at[0] : at[0] + n, at[1] : at[1] + n]).all()]
-    row, col = max(whole, key=lambda at: slope_of(h[at[0] : at[0] + n, at[1] : at[1] + n], heightmap.spacing_m))
-    return Heightmap(np.ascontiguousarray(h[row : row + n, col : col + n]), heightmap.spacing_m)
+    rows, cols = ([PIECE * i for i in range((n - 1) // PIECE)] for n in heightmap.heights.shape)
+    whole = [at for at in itertools.product(rows, cols) if is_whole(heightmap, *at)]
+    return piece(heightmap, *max(whole, key=lambda at: slope_of(piece(heightmap, *at).heights, heightmap.spacing_m)))
+
+
+def pieces(heightmap):
+    """Nine pieces, evenly spread over the map, less those with voids."""
+    rows, cols = ([int((i + 0.5) / 3 * (n - PIECE)) for i in range(3)] for n in heightmap.heights.shape)
+    return [piece(heightmap, *at) for at in itertools.product(rows, cols) if is_whole(heightmap, *at)]
+
+
+def is_whole(heightmap, row, col):
+    """Whether a piece has no voids."""
+    return bool(np.isfinite(heightmap.heights[row : row + PIECE, col : col + PIECE]).all())
+
+
+def piece(heightmap, row, col):
+    """`PIECE` posts a side from there."""
+    heights = heightmap.heights[row : row + PIECE, col : col + PIECE]
+    return Heightmap(np.ascontiguousarray(heights), heightmap.spacing_m)
 
 
 def pictures(kept: Kept) -> None:
