@@ -15,6 +15,7 @@ struct Lit {
     float unshadowed;  // mean of ⟨n, sun⟩ over the footprint,
     float sun;         // and of V · ⟨n, sun⟩
     vec3 ambient;      // radiance of white ground under the sky, and over the land around it
+    vec3 mirrored;     // radiance of both in ground that mirrors
     float sky;         // mean of what is to be seen of the sky's lobes, each as wide as it is
 };
 
@@ -34,18 +35,32 @@ float cosine_of(Merged m, Light l) {
     return cosine_mean(l.mean_length * dot(m.normal, l.axis), min(length(m.normal), 1.0) * l.mean_length);
 }
 
+// How much of a lobe lies above a plane: as if what it has along the normal were spread by a Gaussian of its variance.
+float share_above(Lobe lobe, vec3 normal) {
+    float k = lobe.sharpness, A = mean_length(k), c = dot(lobe.axis, normal);
+    float aside = A / max(k, 1e-3), along = max(1.0 - 2.0 * aside - A * A, 0.0);
+    return normal_share(A * c * inversesqrt(max(mix(aside, along, c * c), 1e-6)));
+}
+
+// The sky's lobes on white ground, and in ground as a rough mirror; of the latter's own lobe a part lies below the horizon, or the
+// ground's own plane, and sees land.
 void add_sky(inout Lit l, Ground g) {
-    float all = 0.0;
+    Lobe mirror = reflection_lobe(l.lobe.r, g.towards_eye);
+    float all = 0.0, above = share_above(mirror, normalize(l.lobe.normal));
+    l.mirrored = u_around * (1.0 - share_above(mirror, vec3(0.0, 0.0, 1.0)));
     l.ambient = vec3(0.0);
     l.sky = 0.0;
     for (int i = 0; i < SKY_LOBES; i++) {
         Light lobe = u_sky[i];
         float visible = sky_visible(i, g.post, g.extent), width = lobe.integral * lobe.axis.z;
-        l.ambient += sky_through(lobe, visible) * (lobe.integral / PI * cosine_of(l.lobe, lobe));
+        vec3 light = sky_through(lobe, visible);
+        l.ambient += light * (lobe.integral / PI * cosine_of(l.lobe, lobe));
+        l.mirrored += sg_inner_product(Lobe(lobe.axis, lobe.sharpness, light), mirror);
         l.sky += width * visible;
         all += width;
     }
     l.sky /= all;
+    l.mirrored = mix(u_around, l.mirrored, above);
     l.ambient += u_around * (0.5 - 0.5 * l.lobe.normal.z);
 }
 
@@ -78,27 +93,16 @@ Lit lit_ground(Ground g) {
 // Radiance of white ground in the sun.
 vec3 direct_light(Lit l) { return u_sun.amplitude * (u_sun.integral / PI * l.sun); }
 
-// How much of a lobe lies above a plane: as if what it has along the normal were spread by a Gaussian of its variance.
-float share_above(Lobe lobe, vec3 normal) {
-    float k = lobe.sharpness, A = mean_length(k), c = dot(lobe.axis, normal);
-    float aside = A / max(k, 1e-3), along = max(1.0 - 2.0 * aside - A * A, 0.0);
-    return normal_share(A * c * inversesqrt(max(mix(aside, along, c * c), 1e-6)));
-}
-
 // The half-vectors' lobe at the sun's own half-vector (B.1): dω_h / dω_i = 1 / (4 o·h). No warp: it would be too wide here.
 vec3 mirrored_sun(vec3 r, vec3 towards_eye) {
     vec3 h = normalize(towards_eye + u_sun.axis + vec3(0.0, 0.0, 1e-6));
     return u_sun.amplitude * u_sun.integral * sg_value(vmf_lobe(r, vec3(1.0)), h) / (4.0 * max(dot(h, towards_eye), 0.05));
 }
 
-// Rough mirrors: the sun as it is; the sky as blurred as the reflection, as far as it is above the ground and to be
-// seen, and land elsewhere.
+// Rough mirrors: the sun as it is, and what add_sky() found.
 vec3 specular_light(Ground g, Lit l) {
-    Lobe mirrored = reflection_lobe(l.lobe.r, g.towards_eye);
     float sun_seen = l.unshadowed > 1e-3 ? min(l.sun / l.unshadowed, 1.0) : 0.0;
-    vec3 up = normalize(vec3(mirrored.axis.xy, max(mirrored.axis.z, 0.02))), land = sky_blurred(vec3(0.0, 0.0, -1.0), 2.0);
-    float seen = l.sky * share_above(mirrored, normalize(l.lobe.normal));
-    return mirrored_sun(l.lobe.r, g.towards_eye) * sun_seen + mix(land, sky_blurred(up, mirrored.sharpness), seen);
+    return mirrored_sun(l.lobe.r, g.towards_eye) * sun_seen + l.mirrored;
 }
 
 vec3 outgoing_light(Ground g, Lit l) {
