@@ -23,6 +23,7 @@ _INDIRECT_BUFFER = 0x8F3F
 _FRAMEBUFFER, _FRAMEBUFFER_BINDING = 0x8D40, 0x8CA6
 _DEFAULT_WIDTH, _DEFAULT_HEIGHT = 0x9310, 0x9311
 SOFTWARE = ("llvmpipe", "softpipe")  # Mesa's renderers without a GPU, as they call themselves
+MOST_VERTICES = 65535  # that tessellation may make in one draw: Mesa's software renderer counts them in 16 bits
 COMMAND_STRIDE = 20  # bytes between indirect commands, as moderngl's own render_indirect has it
 
 _LIMITS = {

@@ -174,7 +174,7 @@ class Levels:
     def __init__(self, tables: ErrorTables) -> None:
         ctx = self.ctx = tables.ctx
         self.tables, self.terrain = tables, tables.terrain
-        defines = {"CLASSES": layout.CLASSES, "COUNT_TILE": layout.COUNT_TILE}
+        defines = {"CLASSES": layout.CLASSES, "COUNT_TILE": layout.COUNT_TILE, "MOST_VERTICES": gl.MOST_VERTICES}
         names = ("refine", "balance", "agree", "commit", "again", "tiles", "patches", "search", "offsets", "draws")
         self._kernels: dict[str, Any] = {name: shaders.compute(ctx, f"lod/{name}.comp", defines) for name in names}
         last = self.terrain.levels[-1]
@@ -341,7 +341,7 @@ class Levels:
 
     def _selection(self, summary: np.void) -> Selection:
         counts = tuple(int(n) for n in summary["count"][: layout.SIZES])
-        draws = sum(-(-n // (65535 // (2**s + 1) ** 2)) for s, n in enumerate(counts))
+        draws = sum(-(-n // (gl.MOST_VERTICES // (2**s + 1) ** 2)) for s, n in enumerate(counts))
         triangles, splits = int(summary["triangles"]), int(summary["splits"])
         most = sum(n * max(8, 2 * 4**s) for s, n in enumerate(counts))
         price = float(summary["price"]) if summary["budget"] else None

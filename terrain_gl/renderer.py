@@ -329,7 +329,7 @@ class Renderer:
             whole.image[piece.rows, piece.cols] = part.image
             whole.stats = part.stats
             if progress:
-                progress((piece.rows.start * size[0] + piece.cols.stop * piece.size[1]) / (size[0] * size[1]))
+                progress(piece.share_done)
         return whole
 
     def pieces(

@@ -1,8 +1,12 @@
 // lod/draws.comp — indirect draw commands for the patches of each size, so many in each that tessellation makes at most
-// 65,535 vertices of them: Mesa's software renderer counts them in 16 bits.
+// MOST_VERTICES of them.
 
 #include "blocks/terrain.glsl"
 #include "lod/tiles.glsl"
+
+#ifndef MOST_VERTICES
+#define MOST_VERTICES 65535  // gl.MOST_VERTICES
+#endif
 
 layout(local_size_x = 64) in;
 
@@ -13,7 +17,7 @@ layout(std430, binding = 5) writeonly buffer Draws { DrawArrays draws[]; };
 
 uint most_in_draw(int size) {
     uint side = (1u << size) + 1u;
-    return 65535u / (side * side);
+    return uint(MOST_VERTICES) / (side * side);
 }
 
 void main() {

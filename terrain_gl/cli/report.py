@@ -2,8 +2,6 @@
 
 from __future__ import annotations
 
-import json
-import math
 import os
 import sys
 import time
@@ -13,12 +11,13 @@ from typing import Any
 
 from ..image import replacing
 from ..methods.rivals import RIVALS
+from ..records import json_text
 
 
 @contextmanager
 def json_output(path: str | None, value: Any) -> Iterator[None]:
     """Write `value` to `path` as JSON, to appear when the block has ended well; - prints it then, None does nothing."""
-    text = json.dumps(_finite(value), indent=2, allow_nan=False) + "\n"
+    text = json_text(value)
     if path is None or path == "-":
         yield
         sys.stdout.write(text if path else "")
@@ -105,12 +104,3 @@ def progress_bar(label: str) -> Iterator[Any]:
     finally:
         sys.stderr.write("\r\x1b[K")
         sys.stderr.flush()
-
-
-def _finite(value: Any) -> Any:
-    """The same with null for what JSON has no number for."""
-    if isinstance(value, dict):
-        return {key: _finite(each) for key, each in value.items()}
-    if isinstance(value, (list, tuple)):
-        return [_finite(each) for each in value]
-    return None if isinstance(value, float) and not math.isfinite(value) else value

@@ -63,7 +63,7 @@ def _draw(renderer: Renderer, args: argparse.Namespace, scene: options.Scene, wr
             if piece.cols.stop == width:
                 write(rows)
             if progress:
-                progress((piece.rows.start * width + piece.cols.stop * piece.size[1]) / (width * height))
+                progress(piece.share_done)
     return frame.stats
 
 

@@ -398,7 +398,7 @@ def _picture(
         sky[piece.rows, piece.cols] = share.reshape(piece.size[1], fine, piece.size[0], fine).mean((1, 3))
         stats = frame.stats
         if progress:
-            progress((piece.rows.start * width + piece.cols.stop * piece.size[1]) / (width * height))
+            progress(piece.share_done)
     return image, sky, stats
 
 

@@ -17,7 +17,7 @@ from ..terrain import Rect, Terrain
 from .ground import HeightSums
 
 LAYERS = 9
-HOLLOW = 8  # posts around a cell that its cover depends on: glsl/shade/cover.glsl asks 12 around it, and 16 for water
+HOLLOW = 8  # posts around a cell that its cover depends on: glsl/shade/cover.glsl asks of boxes up to 16 wide
 _GRID = 64  # steps of the map's character to 1, so that small edits leave it, and all cover, alone
 
 

@@ -79,10 +79,10 @@ class Bilinear:
 
 
 def _commands(counts: tuple[int, ...]) -> Iterator[tuple[int, int, int, int, int]]:
-    """Draws of patches, size after size, of at most 65,535 vertices each: the limit of Mesa's software renderer."""
+    """Draws of patches, size after size, of no more vertices than one may make."""
     first = 0
     for size, count in enumerate(counts):
-        most = 65535 // (FINER * 2**size + 1) ** 2
+        most = gl.MOST_VERTICES // (FINER * 2**size + 1) ** 2
         for begin in range(0, count, most):
             yield min(most, count - begin), 1, first + begin, 0, 0
         first += count

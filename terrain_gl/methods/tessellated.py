@@ -32,7 +32,7 @@ from .pyramid import Pyramid
 
 MOST = 32  # segments of an edge, as in glsl/tessellated/levels.comp
 _VERTICES = (MOST - 1) ** 2 + 4 * 2 * MOST  # at most, of a patch
-_DRAW = 65535 // _VERTICES  # patches in a draw: Mesa's software renderer counts their vertices in 16 bits
+_DRAW = gl.MOST_VERTICES // _VERTICES  # patches in a draw
 _PLACE = np.dtype([("at", "2i4"), ("level", "i4"), ("finer", "i4")])
 _MEASURES = np.dtype([("middle_m", "3f4"), ("edge", "f4"), ("middle", "2i4"), ("_", "2i4")])
 _BARRIER = (

@@ -2,8 +2,6 @@
 
 from __future__ import annotations
 
-import json
-import math
 import threading
 from collections.abc import Callable, Generator
 from dataclasses import dataclass
@@ -17,6 +15,7 @@ from ..export import FORMATS, make_mesh, write_mesh
 from ..film.path import CameraPath, Keyframe
 from ..image import replacing, write_png
 from ..readers import Spacing
+from ..records import json_text
 from .filming import Filming, film_suffix
 from .painter import Size, Wanted
 
@@ -160,8 +159,7 @@ class Keeping:
         try:
             numbers = path.with_suffix(".json")
             with replacing(numbers) as part:
-                finite = [{key: None if value == math.inf else value for key, value in side.items()} for side in stats]
-                part.write_text(json.dumps(finite if len(finite) > 1 else finite[0], indent=2) + "\n", "utf-8")
+                part.write_text(json_text(stats if len(stats) > 1 else stats[0]), "utf-8")
                 write_png(path, picture)
         except (TerrainError, OSError) as error:
             self._flight.say(str(error))
