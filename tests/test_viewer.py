@@ -1608,7 +1608,11 @@ def test_window(screen, tmp_path):
         before = screen.pixels()
         screen.do("key", "h")
         screen.wait(lambda: (screen.pixels() != before).any(-1)[120:360, 250:390].mean() > 0.5, "the keys")
-        screen.do("key", "h", "key", "minus", "key", "m", *["key", "shift+Tab"] * 3, "key", "Home")
+        while not has_figures(screen):  # keys take some pages; then the figures are back
+            page = screen.pixels()
+            screen.do("key", "h")
+            screen.wait(lambda page=page: (screen.pixels() != page).any(), "another page")
+        screen.do("key", "minus", "key", "m", *["key", "shift+Tab"] * 3, "key", "Home")
         assert np.array_equal(picture(3), first)
 
         screen.do("search", "--name", "hills", "windowsize", 500, 300)
