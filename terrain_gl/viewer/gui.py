@@ -453,7 +453,7 @@ class Gui:
             imgui.get_window_draw_list().add_rect_filled_multi_color(*corners, a, b, b, a)
         imgui.dummy((width, 0.6 * self.em))
         imgui.text(shown.least)
-        imgui.same_line(width - imgui.calc_text_size(shown.most)[0] + imgui.get_style().window_padding[0])
+        imgui.same_line(left - imgui.get_window_pos()[0] + width - imgui.calc_text_size(shown.most)[0])
         imgui.text(shown.most)
         imgui.text_disabled(shown.beside)
 
