@@ -31,7 +31,7 @@ class Drawing:
         triangles is asked for. Rivals promise nothing, and heed it not.
     triangles
         Instead: at most so many, from 2 on, used where they take most from the sum of the squares of those distances,
-        which counts posts near the eye as often as they cover 2 × 2 pixels.
+        which counts posts near the eye as often as they are pixels across.
     metric
         "max" or "rms": what the tolerance bounds, and what is certified of the mesh.
     method
