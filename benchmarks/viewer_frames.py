@@ -65,7 +65,7 @@ def fly(flight: Flight, count: int) -> tuple[Times, dict[int, tuple[float, dict[
 
 def doing(flight: Flight) -> str:
     """What the next frame shows, and what is made beside it."""
-    settings, sculpts = flight.settings, flight.mouse.drag == "brush"
+    settings, sculpts = flight.settings, flight.sculpting.at_work
     shows = "two sides" if settings.split else "the mesh" if settings.drawing.wires else "the land"
     due = flight.painter.dawn.is_due(flight.wanted().lit_look)
     beside = ", a dab" if sculpts else ", light is made" if due else ""

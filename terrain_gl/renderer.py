@@ -607,6 +607,11 @@ class Renderer:
             self.picture.settle(self._unsettled)
             self._unsettled = None
 
+    @property
+    def room_m(self) -> float:
+        """How far edits may raise the highest post, or dig below the lowest, before everything is built anew."""
+        return self.terrain.room_m
+
     def make_room(self, up_m: float, down_m: float = 0.0) -> None:
         """Get ready for edits that raise the highest post by `up_m` and dig `down_m` below the lowest.
 

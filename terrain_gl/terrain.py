@@ -49,6 +49,12 @@ class Terrain:
         return len(self.levels) - 1
 
     @property
+    def room_m(self) -> float:
+        """How far edits may raise the highest post, or dig below the lowest, before everything is built anew."""
+        low, high = self.heightmap.range_m
+        return min(self._low_m + self.span_m - high, low - self._low_m)
+
+    @property
     def filled(self) -> np.ndarray:
         """(rows, cols) float32 heights with voids filled from their rim."""
         return self._filling.filled[0] if self._filling else self.heightmap.heights
@@ -84,7 +90,7 @@ class Terrain:
         if changed is None:
             return None
         rows, cols = changed
-        has_voids, spanned = self.heightmap.voids > 0, self._spans_map()
+        has_voids, spanned = self.heightmap.voids > 0, self.room_m >= 0
         if not spanned:
             self._widen_reach()
         if not spanned or has_voids != had_voids:
@@ -156,10 +162,6 @@ class Terrain:
             self.heightmap, self._own = self.heightmap.copy(), True
             if self._filling:
                 self._filling.known[0] = self.heightmap.heights
-
-    def _spans_map(self) -> bool:
-        low, high = self.heightmap.range_m
-        return self._low_m <= low and high <= self._low_m + self.span_m
 
     def _widen_reach(self) -> None:
         """Give heights room for more, by ROOM of the relief on each side where they have left the span."""

@@ -7,7 +7,7 @@ from hypothesis import strategies as st
 from maps import holes, rough
 
 import terrain_gl as tg
-from terrain_gl.brush import TOOLS, Brush, Sculptor, _means, dab, places
+from terrain_gl.brush import TOOLS, Brush, Patch, Sculptor, _means, dab, places
 from terrain_gl.exceptions import UsageError
 from terrain_gl.heightmap import Heightmap
 from terrain_gl.shade import UNLIT
@@ -96,13 +96,31 @@ def test_means_are_those_of_the_known_heights_around(rows, cols, across, along, 
     heights = rough(rows, cols, seed) + 1000
     heights[np.random.default_rng(seed).random(heights.shape) < 0.2] = np.nan
     heights[0, 0] = 1000.0
-    means = _means(Heightmap(heights), slice(0, rows), slice(0, cols), (across, along))
+    whole = slice(0, rows), slice(0, cols)
+    means = _means(Patch(*whole, heights), heights.shape, *whole, (across, along))
     for y in range(rows):
         for x in range(cols):
             box = heights[max(0, y - along) : y + along + 1, max(0, x - across) : x + across + 1].astype("f8")
             known = box[np.isfinite(box)]
             if known.size:
                 assert means[y, x] == pytest.approx(known.mean(), abs=1e-6)
+
+
+@pytest.mark.parametrize("seed", range(20))
+def test_dabs_at_once_are_dabs_one_after_the_other(seed):
+    """To the bit, also over voids, the map's edge and what earlier dabs did."""
+    rng = np.random.default_rng(seed)
+    heights = rough(60, 47, seed)
+    heights[rng.random(heights.shape) < 0.1] = np.nan
+    heightmap = Heightmap(heights, (10.0, 14.0))
+    brush, middles = random_brush(rng, heightmap), [random_place(rng, heightmap) for _ in range(9)]
+    together, apart = Plain(heightmap), Plain(heightmap)
+    patch = Sculptor(together).dabs(brush, middles)
+    sculptor = Sculptor(apart)
+    for middle in middles:
+        sculptor.dab(brush, *middle)
+    assert np.array_equal(together.heightmap.heights, apart.heightmap.heights, equal_nan=True)
+    assert patch is None or not np.array_equal(patch.heights, heights[patch.rows, patch.cols], equal_nan=True)
 
 
 def test_cliff_faces_where_it_is_told_to():

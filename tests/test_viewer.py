@@ -15,7 +15,7 @@ from importlib.resources import files
 import numpy as np
 import pytest
 
-from terrain_gl.brush import TOOLS
+from terrain_gl.brush import TOOLS, dab, places
 from terrain_gl.camera import Camera
 from terrain_gl.cli.line import command_line
 from terrain_gl.drawing import METHODS, Drawing
@@ -551,7 +551,8 @@ def settle(flight):
 
 def seen(flight):
     width, height = flight.size
-    return np.frombuffer(flight.target.read(), np.uint8).reshape(height, width, 3)[::-1].astype(int)
+    pixels = flight.target.read((0, 0, width, height))
+    return np.frombuffer(pixels, np.uint8).reshape(height, width, 3)[::-1].astype(int)
 
 
 def drawn_at_once(flight):
@@ -1066,6 +1067,66 @@ def test_a_brush_that_is_held_goes_on(flight):
     assert flight.sculpting.editing.strokes == (1, 0) and flight.insight.explanation is None
 
 
+def test_a_held_brush_waits_for_room_and_goes_on(flight):
+    """However far it raises the land: tables are exchanged for such with more room, never built anew in one go."""
+    settle(flight)
+    take_pace(flight, slow())
+    flight.press("b")
+    settle(flight)
+    renderer, editing = flight.renderer, flight.sculpting.editing
+    relief_m = np.ptp(renderer.heightmap.range_m)
+    editing.strength_m = 0.3 * relief_m
+    flight.mouse.press("left", 160, 150)
+    waited = 0
+    while renderer.heightmap.range_m[1] < 100 + 5 * relief_m:
+        reach, heights, edited = renderer.heightmap.reach_m, renderer.terrain.heights, renderer.heightmap.range_m
+        waits = flight.sculpting.room is not None
+        later(flight)
+        if waits and flight.sculpting.room:
+            waited += 1
+            assert renderer.heightmap.range_m == edited and flight.progress[0] == "room for the brush"
+        assert renderer.heightmap.reach_m == reach or renderer.terrain.heights is not heights
+    assert waited > 3 and editing.brush.strength == editing.strength_m
+    flight.mouse.let_go("left", 160, 150)
+    settle(flight)
+    assert editing.strokes == (1, 0) and flight.figures.measured_px["max"] <= 1
+    rebuilt = Heightmap(renderer.heightmap.heights, renderer.heightmap.spacing_m)
+    rebuilt.reach_m = renderer.heightmap.reach_m
+    with Renderer(rebuilt, ctx=flight.ctx) as built:
+        assert built.tables.nodes.read() == renderer.tables.nodes.read()
+    flight.press("ctrl+z")
+    assert np.array_equal(renderer.heightmap.heights, hills().heights)
+
+
+def test_a_long_stroke_is_done_in_portions_after_the_button_is_up(flight):
+    """As one stroke, the same as dab by dab."""
+    settle(flight)
+    flight.press("b")
+    settle(flight)
+    take_pace(flight, slow())
+    start, end = flight.mouse.place_under(60, 150), flight.mouse.place_under(280, 170)
+    brush, plain = flight.sculpting.editing.brush, Heightmap(hills().heights, 10.0)
+    for middle in [tuple(start[:2]), *places(tuple(start[:2]), tuple(end[:2]), 0.3 * brush.radius_m)]:
+        patch = dab(plain, brush, *middle)
+        plain.heights[patch.rows, patch.cols] = patch.heights
+    flight.mouse.press("left", 60, 150)
+    later(flight, 0.01)
+    flight.mouse.point(280, 170)
+    later(flight, 0.01)
+    flight.mouse.let_go("left", 280, 170)
+    left = [len(flight.sculpting.editing.due)]
+    while flight.sculpting.at_work:
+        assert flight.busy
+        later(flight)
+        left.append(len(flight.sculpting.editing.due))
+    assert len(left) > 3 and left == sorted(left, reverse=True)
+    settle(flight)
+    assert np.array_equal(flight.renderer.heightmap.heights, plain.heights)
+    assert flight.sculpting.editing.strokes == (1, 0) and flight.figures.measured_px["max"] <= 1
+    flight.press("ctrl+z")
+    assert np.array_equal(flight.renderer.heightmap.heights, hills().heights)
+
+
 def test_every_tool_is_at_hand(flight):
     settle(flight)
     flight.press("b")
@@ -1349,6 +1410,27 @@ def test_panels_stand_at_the_left_and_leave_the_middle_free(panels):
     assert panels.gui.covers(100, 100) is False
 
 
+def test_panels_of_two_flights_know_nothing_of_each_other(panels):
+    heightmap, size = hills(), panels.size
+    target, gui = panels.ctx.framebuffer([panels.ctx.texture(size, 4)]), Gui(panels.ctx)
+    other = Flight(panels.overlay, target, size, Settings([Drawing(style="lambert")]), gui=gui, pace=swift())
+    opened = Opened(heightmap, Camera.default(heightmap), key="hills")
+    other.land.show(Renderer(heightmap, (320, 200), ctx=panels.ctx), opened)
+    settle(other)
+    assert changed(seen(other), seen(panels)) < 0.05  # the graphs of times differ
+    gui.opened["Map"] = not gui.opened["Map"]
+    for flight in (other, panels):
+        settle(flight)
+    assert changed(seen(other), seen(panels)) > 0.05
+    other.close()
+    gui.release()
+    target.release()
+    before = panels.figures.stats["triangles"]
+    panels.settings.loosen(2)
+    settle(panels)
+    assert panels.figures.stats["triangles"] < before
+
+
 def test_a_slider_is_dragged_and_the_mesh_follows(panels):
     before = panels.figures.stats["triangles"]
     left, top, right, bottom = slider(panels, "tolerance")
@@ -1434,6 +1516,23 @@ def test_the_help_page_has_every_key(panels):
     panels.press("escape")
     settle(panels)
     assert changed(seen(panels), with_help) > 0.2
+
+
+def test_the_help_page_is_read_to_its_end_in_a_small_window(panels):
+    panels.press("i")
+    panels.resize((400, 260))
+    panels.press("h")
+    settle(panels)
+    top = seen(panels)
+    panels.gui.move(200, 150)
+    for _ in range(100):
+        panels.gui.wheel(0, -5)
+        settle(panels)
+    bottom = seen(panels)
+    assert changed(bottom, top) > 0.05
+    panels.gui.wheel(0, -5)
+    settle(panels)
+    assert np.array_equal(seen(panels), bottom)  # there is an end
 
 
 # --- A real window ----------------------------------------------------------------------------------------------------

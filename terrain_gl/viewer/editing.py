@@ -5,7 +5,11 @@ Tables follow each dab on the GPU, so the promise holds while one sculpts; light
 
 from __future__ import annotations
 
+import math
 import threading
+from collections import deque
+from collections.abc import Generator, Iterator
+from itertools import takewhile
 from pathlib import Path
 from typing import Any
 
@@ -18,6 +22,7 @@ from ..writers import as_options, format_of, write_heightmap
 
 STEP = 2**0.25  # of radius and strength
 DAB_S = 0.1  # between two dabs of a brush that is held still
+TOGETHER = 2.0  # radii that dabs may lie apart to be done at once
 _SHARES = ("smooth", "flatten")  # tools whose strength is a share
 
 
@@ -30,6 +35,8 @@ class Editing:
         As `Brush` takes them.
     strength_m, share
         Of tools that move the ground, and of those that go a share of the way.
+    due
+        Dabs that are still to be done: with which brush, and where in world metres.
     """
 
     def __init__(self, renderer: Renderer) -> None:
@@ -41,8 +48,9 @@ class Editing:
         self.strength_m, self.share = max(0.02 * (high - low), 1e-3), 0.3
         self.azimuth_deg = 180.0
         self.edited = False
+        self.due: list[tuple[Brush, tuple[float, float]]] = []
         self._sculptor = Sculptor(renderer)
-        self._last: np.ndarray | None = None
+        self._last: tuple[float, float] | None = None
         self._dabbed_s = float("-inf")
 
     @property
@@ -50,6 +58,12 @@ class Editing:
         """The brush as it is held."""
         strength = self.share if self.tool in _SHARES else self.strength_m
         return Brush(self.tool, self.radius_m, strength, azimuth_deg=self.azimuth_deg)
+
+    def making_room(self) -> Generator[float, None, None]:
+        """Have tables that hold many more dabs, in portions."""
+        low, high = self.renderer.heightmap.range_m
+        more_m = max([0.5 * (high - low), *(4 * brush.strength for brush, _ in self.due)])
+        return self.renderer.making_room(more_m, more_m)
 
     @property
     def strokes(self) -> tuple[int, int]:
@@ -71,19 +85,47 @@ class Editing:
 
     def begin(self, place: np.ndarray, now_s: float) -> None:
         """The button goes down on the land: a stroke begins."""
+        deque(self.dabbing(), maxlen=0)  # what is left of the one before
         self._sculptor.begin()
-        self._dab(place[0], place[1], now_s)
-        self._last = place
+        self._last, self._dabbed_s = None, float("-inf")
+        self.move(place, now_s)
 
     def move(self, place: np.ndarray, now_s: float) -> None:
-        """The brush is drawn on, or held: dabs lie closely however fast it was."""
-        assert self._last is not None
-        start, end = (float(self._last[0]), float(self._last[1])), (float(place[0]), float(place[1]))
+        """The brush is drawn on, or held: dabs are due, closely however fast it was."""
+        end = float(place[0]), float(place[1])
+        start = self._last or end
         if start == end and now_s - self._dabbed_s < DAB_S:
             return
-        for x, y in places(start, end, 0.3 * self.radius_m):
-            self._dab(x, y, now_s)
-        self._last = place
+        self.due += [(self.brush, each) for each in places(start, end, 0.3 * self.radius_m)]
+        self._last, self._dabbed_s = end, now_s
+
+    def dabbing(self) -> Iterator[float]:
+        """Do the dabs that are due, as far as there is room: in portions, those that lie together as one."""
+        while count := self._next():
+            brush, (group, self.due) = self.due[0][0], (self.due[:count], self.due[count:])
+            self.edited |= self._sculptor.dabs(brush, [place for _, place in group]) is not None
+            yield 0.0
+
+    def _next(self) -> int:
+        """How many of the dabs that are due are done at once: none where there is no room for any."""
+        if not self.due:
+            return 0
+        brush, first = self.due[0]
+        alike = takewhile(
+            lambda dab: dab[0] == brush and math.dist(dab[1], first) < TOGETHER * brush.radius_m, self.due
+        )
+        return min(len(list(alike)), self._most_dabs(brush))
+
+    def _most_dabs(self, brush: Brush) -> int:
+        """How many dabs stay within heights that the tables hold; more, and they would all be built anew, at once."""
+        if brush.tool in _SHARES or not brush.strength:
+            return len(self.due)
+        return int(self.renderer.room_m / brush.strength)
+
+    @property
+    def has_room(self) -> bool:
+        """Whether the tables hold the next dab."""
+        return not self.due or self._next() > 0
 
     def end(self) -> None:
         """The button comes up: the light may follow."""
@@ -92,10 +134,12 @@ class Editing:
 
     def undo(self) -> bool:
         """Take the last stroke back; False if there is none."""
+        deque(self.dabbing(), maxlen=0)
         return self._again(self._sculptor.undo)
 
     def redo(self) -> bool:
         """Do the last one that was undone again; False if there is none."""
+        deque(self.dabbing(), maxlen=0)
         return self._again(self._sculptor.redo)
 
     def _again(self, step: Any) -> bool:
@@ -103,10 +147,6 @@ class Editing:
         self.edited |= done
         self._sculptor.end()
         return done
-
-    def _dab(self, x: float, y: float, now_s: float) -> None:
-        self.edited |= self._sculptor.dab(self.brush, float(x), float(y)) is not None
-        self._dabbed_s = now_s
 
 
 class Saving:

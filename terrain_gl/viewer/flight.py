@@ -217,7 +217,7 @@ class Flight:
         """Whether the next frame should come at once; else nothing happens until an event, or `wait_s` have gone."""
         if not self.has_map or self.land.loading or self._stale or self._echoes:
             return True
-        if self.keeping.busy or self.sculpting.room or self.mouse.drag == "brush":
+        if self.keeping.busy or self.sculpting.room or self.sculpting.at_work:
             return True
         return self.controller.moving or self.painter.is_busy(self.wanted())
 
@@ -312,7 +312,7 @@ class Flight:
         self._moved_s = self.now_s
 
     def _paint(self) -> None:
-        sculpts = self.mouse.drag == "brush"
+        sculpts = self.sculpting.at_work
         if sculpts:
             self.sculpting.go_on()
         moving = self.controller.moving or sculpts or (self.land.is_coarse and bool(self.land.loading))

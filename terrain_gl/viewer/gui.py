@@ -21,7 +21,6 @@ if TYPE_CHECKING:
     from .flight import Flight
 
 PANEL_EM = 22.0  # width of the panel, in heights of the typeface
-HELP_EM = 48.0  # of the help page
 FONT_PX = 15.0
 LIVELY_S = 0.8  # after an event, for buttons to come up and hints to appear
 LIVELY_FRAMES = 8  # as many at least: quick events are taken one a frame
@@ -106,6 +105,7 @@ class Gui:
         self.imgui = library()
         assert self.imgui, "pip install 'terrain-gl[gui]'"
         self._context = self.imgui.create_context()
+        self._current()  # another one may have been before
         io = self.imgui.get_io()
         io.set_ini_filename(None)
         _load_typeface(self.imgui)
@@ -202,7 +202,8 @@ class Gui:
             self._panel(flight, size)
         beside = self._free_middle(flight, size)
         if flight.settings.keys:
-            page = beside if size[0] > (PANEL_EM + HELP_EM) * self.em else 0.5
+            page = beside if size[0] > (PANEL_EM + help_page.WIDTH_EM) * self.em else 0.5
+            self.imgui.set_next_window_bg_alpha(0.98)  # it may lie over the panel
             with self._window("Help", (page, 0.5), size, flight.turn_help, (0.5, 0.5)):
                 help_page.show(self)
         self._explanations(flight, size)

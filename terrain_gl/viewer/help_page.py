@@ -9,6 +9,7 @@ from .commands import GROUPS, shown_lines
 if TYPE_CHECKING:
     from .gui import Gui
 
+WIDTH_EM = 48.0  # of two columns, in heights of the typeface
 ABOUT = (
     "Terrain is drawn with as few triangles as a promise allows: no post of the map stands further from its place in"
     " the picture than the tolerance says.",
@@ -40,14 +41,16 @@ def show(gui: Gui) -> None:
 
 
 def _keys(gui: Gui) -> None:
-    """Two columns of keys and what they do."""
+    """Keys and what they do, in two columns where there is room for them."""
     imgui = gui.imgui
     groups = list(GROUPS)
     lines = shown_lines()
-    halves = _halves({group: sum(line[0] == group for line in lines) + 2 for group in groups})
-    if not imgui.begin_table("keys", 2):
+    columns = [groups]
+    if imgui.get_io().display_size[0] > WIDTH_EM * gui.em:
+        columns = _halves({group: sum(line[0] == group for line in lines) + 2 for group in groups})
+    if not imgui.begin_table("keys", len(columns)):
         return
-    for half in halves:
+    for half in columns:
         imgui.table_next_column()
         for group in half:
             imgui.separator_text(group)
@@ -58,11 +61,11 @@ def _keys(gui: Gui) -> None:
     imgui.end_table()
 
 
-def _halves(sizes: dict[str, int]) -> tuple[list[str], list[str]]:
+def _halves(sizes: dict[str, int]) -> list[list[str]]:
     """Groups in order, cut where both columns come out about as long."""
     left: list[str] = []
     for group, size in sizes.items():
         if 2 * (sum(sizes[g] for g in left) + size) > sum(sizes.values()) + size and left:
             break
         left.append(group)
-    return left, [group for group in sizes if group not in left]
+    return [left, [group for group in sizes if group not in left]]

@@ -51,9 +51,7 @@ class Sculpting:
             self.brushing = False
             self.cancel()
             return
-        renderer = self._flight.renderer
-        low, high = renderer.heightmap.range_m
-        self.room = renderer.making_room(0.5 * (high - low), 0.5 * (high - low))  # no stroke is to wait for it
+        self.room = self.editing.making_room()  # no stroke is to wait for it
         self._make_room()
 
     def cancel(self) -> None:
@@ -68,11 +66,12 @@ class Sculpting:
             return
         changed = self.share == 1.0
         self.cancel()
-        self.brushing = True
         if changed:
             self._land_changed(settled=True)
         self._flight.controller.heightmap = self._flight.renderer.heightmap
-        self._flight.say("drag on the land to sculpt it; the right button looks around; B lays the brush down")
+        if not self.brushing:
+            self._flight.say("drag on the land to sculpt it; the right button looks around; B lays the brush down")
+        self.brushing = True
 
     def _tell(self, share: float) -> None:
         self.share = share
@@ -96,24 +95,44 @@ class Sculpting:
 
     # --- Strokes ------------------------------------------------------------------------------------------------------
 
+    @property
+    def at_work(self) -> bool:
+        """Whether the brush is on the land, or has more to do there."""
+        return self._flight.mouse.drag == "brush" or bool(self.editing and self.editing.due)
+
     def begin(self, place: np.ndarray) -> None:
         """The button goes down on the land."""
         if self.editing:
+            self.cancel()
             self.editing.begin(place, self._flight.now_s)
             self._land_changed(settled=False)
 
     def go_on(self) -> None:
-        """The brush is held: where the cursor is now."""
-        place = self._flight.mouse.place
-        if place is not None and self.editing:
-            self.editing.move(place, self._flight.now_s)
-            self._land_changed(settled=False)
+        """Follow the cursor while the button is down, for a while; where tables must hold more, wait until they do."""
+        flight, editing = self._flight, self.editing
+        if not editing or self.room:
+            return
+        held = flight.mouse.drag == "brush"
+        if held and self.brushing and flight.mouse.place is not None:
+            editing.move(flight.mouse.place, flight.now_s)
+        if editing.due and not editing.has_room:
+            self.room = editing.making_room()
+            return
+        done = flight.pace.go_on(editing.dabbing(), hurried=True)
+        self._land_changed(settled=False)
+        if done and not held and not editing.due:
+            self._finish()
 
     def end(self) -> None:
-        """The button comes up: the light follows."""
-        if self.editing:
-            self.editing.end()
-            self._land_changed(settled=True)
+        """The button comes up."""
+        if self.editing and not self.editing.due:
+            self._finish()
+
+    def _finish(self) -> None:
+        """The stroke is done: the light follows."""
+        assert self.editing
+        self.editing.end()
+        self._land_changed(settled=True)
 
     def undo(self) -> None:
         """Take the last stroke back."""
