@@ -1,20 +1,9 @@
-// mesh/vertex.glsl — where a vertex goes, once a method has found its post and its height. TO names the destination:
-//   PICTURE   its place in the picture, and on the map for whom shades it
-//   ABOVE     seen from straight above, one pixel a post: what mesh/error.frag measures. A post on a triangle's edge
-//             belongs to one side only, by the rasteriser's rule, and on the map's far edges to none; u_flip turns the
-//             picture, so that every edge is a near one in one of four draws.
-//   CAPTURE   a buffer, as the mesh export wants it
+// mesh/vertex.glsl — where a vertex goes, once a method has found its post and its height: mesh/to.glsl.
 // Provides put_vertex(), the last line of every method's last geometry stage; into a picture put_vertex_between(), too.
 
 #include "mesh/patch.glsl"
+#include "mesh/to.glsl"
 #include "blocks/view.glsl"
-
-#define PICTURE 0
-#define ABOVE 1
-#define CAPTURE 2
-#ifndef TO
-#define TO PICTURE
-#endif
 
 #if TO == PICTURE
 
@@ -33,12 +22,6 @@ void put_vertex_between(ivec2 post, vec2 between, float h_m, Patch p) {
 #else
 
 out vec3 v_vertex;  // column, row, metres above base
-
-#if TO == ABOVE
-uniform ivec2 u_tile;       // post of the picture's first pixel
-uniform ivec2 u_tile_size;  // pixels
-uniform ivec2 u_flip;
-#endif
 
 void put_vertex_between(ivec2 post, vec2 between, float h_m, Patch p) {
     v_vertex = vec3(vec2(post) + between, h_m);
