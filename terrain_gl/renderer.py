@@ -8,7 +8,7 @@ from collections import deque
 from collections.abc import Callable, Generator, Iterator
 from contextlib import AbstractContextManager, closing, contextmanager, nullcontext
 from dataclasses import dataclass, field
-from functools import wraps
+from functools import cached_property, wraps
 from types import TracebackType
 from typing import Any, TypeVar, cast
 
@@ -103,6 +103,11 @@ class _Shot:
     eye: Camera  # what it was looked at with: another camera where `camera` is frozen
     drawn: bool = False  # whether the picture shows it
     stats: dict[str, Any] = field(default_factory=dict)
+
+    @cached_property
+    def triangles(self) -> tuple[np.ndarray, np.ndarray]:
+        """As `captured_triangles` has them."""
+        return captured_triangles(self.selection)
 
 
 class Renderer:
@@ -518,12 +523,12 @@ class Renderer:
 
         Their corners are posts; with a number of triangles asked for also middles of cells: halves.
         """
-        return captured_triangles(self._last().selection)[0]
+        return self._last().triangles[0].copy()
 
     @_in_own_context
     def drawn_heights(self) -> np.ndarray:
         """(rows, cols) float32 metres: at posts where the last frame has a vertex its height, elsewhere the truth."""
-        posts, heights_m = captured_triangles(self._last().selection)
+        posts, heights_m = self._last().triangles
         drawn = self.terrain.filled.copy()
         on_post = (posts == np.floor(posts)).all(-1)
         col, row = posts[on_post].astype(np.int64).T
@@ -663,7 +668,7 @@ class Renderer:
         """Height of the last frame's surface at a place in world metres; NaN where it draws nothing."""
         east, north = self.heightmap.spacing_m
         point = np.array([x / east, self.heightmap.rows - 1 - y / north])
-        triangles, heights_m = captured_triangles(self._last().selection)
+        triangles, heights_m = self._last().triangles
         corners = triangles.astype(np.float64)
         a, b, c = corners[:, 0] - point, corners[:, 1] - point, corners[:, 2] - point
         weights = np.stack([_cross(b, c), _cross(c, a), _cross(a, b)], -1)
