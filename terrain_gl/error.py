@@ -9,6 +9,7 @@ of any rectangle of nodes costs four fetches (glsl/error/bound.glsl); beside the
 from __future__ import annotations
 
 from collections.abc import Iterator
+from contextlib import ExitStack
 from copy import copy
 from typing import Any
 
@@ -53,16 +54,23 @@ class ErrorTables:
             self.build()
 
     def _reserve(self) -> None:
-        ctx, terrain = self.ctx, self.terrain
-        last = terrain.levels[-1]
-        tiles = last.first_count // (layout.CLASSES // 2) + 1
-        self.nodes = gl.reserve(ctx, (last.first_node + last.nodes) * layout.NODE.itemsize, "an error table")
-        self.gains = gl.reserve(ctx, (last.first_node + last.nodes) * 4, "a table of gains")
-        self.counters = gl.reserve(ctx, tiles * layout.CLASSES // 2 * 4, "a table of counters")
-        self.squares = gl.reserve(ctx, tiles * 8, "a table of squared errors")
-        coarse = terrain.levels[FINE_LEVELS + 1 :]
-        blocks = terrain.levels[FINE_LEVELS].nodes * len(coarse) if coarse else 1
-        self.blocks = gl.reserve(ctx, blocks * GATHERED_BYTES, "a table of blocks")
+        levels = self.terrain.levels
+        last, coarse = levels[-1], levels[FINE_LEVELS + 1 :]
+        nodes, tiles = last.first_node + last.nodes, last.first_count // (layout.CLASSES // 2) + 1
+        blocks = levels[FINE_LEVELS].nodes * len(coarse) if coarse else 1
+        with ExitStack() as made:  # memory may end half way
+
+            def reserve(size: int, what: str) -> moderngl.Buffer:
+                buffer = gl.reserve(self.ctx, size, what)
+                made.callback(buffer.release)
+                return buffer
+
+            self.nodes = reserve(nodes * layout.NODE.itemsize, "an error table")
+            self.gains = reserve(nodes * 4, "a table of gains")
+            self.counters = reserve(tiles * layout.CLASSES // 2 * 4, "a table of counters")
+            self.squares = reserve(tiles * 8, "a table of squared errors")
+            self.blocks = reserve(blocks * GATHERED_BYTES, "a table of blocks")
+            made.pop_all()
 
     @property
     def bytes(self) -> int:
@@ -71,7 +79,7 @@ class ErrorTables:
 
     def build(self) -> None:
         """Compute everything from the terrain's heights."""
-        self.update(self._all_posts)
+        self.update(self.terrain.all_posts)
 
     def building(self) -> Iterator[float]:
         """Do what `build` does in portions, for who must not wait for the whole; after each: the part done, 0 to 1."""
@@ -80,10 +88,10 @@ class ErrorTables:
             columns, rows = self.terrain.levels[j].size
             height = max(1, (PORTION >> 2 * j) // columns)
             for y in range(0, rows, height):
-                self._update_nodes(j, (0, y, columns, min(height, rows - y)), self._all_posts)
+                self._update_nodes(j, (0, y, columns, min(height, rows - y)), self.terrain.all_posts)
                 yield 0.9 * (j - 1 + y / rows) / last
         for j in range(1, last + 1):
-            self._update_tables(j, self._all_posts)
+            self._update_tables(j, self.terrain.all_posts)
             yield 0.9 + 0.1 * j / last
 
     def update(self, posts: Rect) -> None:
@@ -140,10 +148,6 @@ class ErrorTables:
     @property
     def _buffers(self) -> tuple[moderngl.Buffer, ...]:
         return tuple(getattr(self, name) for name in _BUFFERS)
-
-    @property
-    def _all_posts(self) -> Rect:
-        return 0, 0, self.terrain.heightmap.cols - 1, self.terrain.heightmap.rows - 1
 
     def _update_nodes(self, j: int, nodes: tuple[int, int, int, int], posts: Rect) -> None:
         """Recompute nodes of level j, from column x and row y on (x, y, columns, rows), for posts that have changed."""

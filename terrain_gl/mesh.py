@@ -29,7 +29,7 @@ class MeshDraw:
     surface
         Whose triangles are drawn.
     to
-        Where its vertices go: "PICTURE", "ABOVE" or "CAPTURE", as in glsl/mesh/vertex.glsl.
+        Where its vertices go: "PICTURE", "ABOVE" or "CAPTURE", as in glsl/mesh/to.glsl.
     varyings
         What a capture records of each vertex.
     stages

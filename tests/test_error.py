@@ -1,13 +1,15 @@
 """Error tables against the reference: never below the truth, close above it, and the same after edits as when new."""
 
+import moderngl
 import numpy as np
 import pytest
 from hypothesis import given, settings
 from hypothesis import strategies as st
 from maps import MAPS, Scene, checkerboard, cliff, holes, rough
 
-from terrain_gl import layout, reference, shaders
+from terrain_gl import gl, layout, reference, shaders
 from terrain_gl.error import ErrorTables
+from terrain_gl.exceptions import TerrainError
 from terrain_gl.heightmap import Heightmap
 from terrain_gl.terrain import Terrain
 
@@ -22,6 +24,26 @@ SQUARE_STEP = 2.0**-17  # root of the fixed-point step of squared errors, 2^-35 
 def built(ctx, heightmap):
     terrain = Terrain(ctx, heightmap)
     return terrain, ErrorTables(terrain)
+
+
+@pytest.mark.parametrize("fails", range(5))
+def test_tables_for_which_memory_ends_half_way_leave_nothing(ctx, monkeypatch, fails):
+    terrain, tables = built(ctx, Heightmap(rough(70, 60)))
+    made, reserve = [], gl.reserve
+
+    def short(ctx, size, what):
+        if len(made) == fails:
+            raise TerrainError("no more memory")
+        made.append(reserve(ctx, size, what))
+        return made[-1]
+
+    before = tables.nodes.read()
+    monkeypatch.setattr(gl, "reserve", short)
+    with pytest.raises(TerrainError, match="no more"):
+        tables.beside(terrain)
+    assert len(made) == fails and all(isinstance(buffer.mglo, moderngl.InvalidObject) for buffer in made)
+    assert tables.nodes.read() == before
+    tables.release()
 
 
 def table_m(tables, level):

@@ -4,7 +4,7 @@
 //             post on a triangle's edge belongs to one side only, by the rasteriser's rule, and on the map's far edges to
 //             none; u_flip turns the picture, so that every edge is a near one in one of four draws.
 //   CAPTURE   a buffer, as the mesh export wants it
-// Provides is_beside().
+// Provides PICTURE, ABOVE, CAPTURE, TO, and is_beside().
 
 #define PICTURE 0
 #define ABOVE 1
