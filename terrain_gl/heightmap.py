@@ -55,18 +55,16 @@ class Heightmap:
     Raises
     ------
     TerrainError
-        Not a 2-D array of real numbers of at least 2 × 2 posts, all void, or heights out of all measure.
+        Not a 2-D array of at least 2 × 2 posts, all void, or heights out of all measure.
     UsageError
-        A spacing that is not positive.
+        No real numbers, or a spacing that is not positive.
     """
 
     def __init__(self, heights: ArrayLike, spacing_m: float | Spacing = 1.0, name: str = "array"):
         self.name = name
         self.opened: dict[str, Any] | None = None
         self.spacing_m = _spacing(spacing_m)
-        if np.ma.isMaskedArray(heights):
-            heights = np.ma.filled(heights.astype(np.float64), np.nan)
-        self.heights = _as_float32(np.asarray(heights), name)
+        self.heights = _as_float32(real_heights(heights, name), name)
         void = ~np.isfinite(self.heights)
         self.voids = int(np.count_nonzero(void))
         self._mark_voids(void)
@@ -147,7 +145,7 @@ class Heightmap:
         x, y
             Column and row of the first post.
         heights : array_like, shape (rows, cols)
-            Metres, NaN and ±Inf for voids.
+            Metres; NaN, ±Inf and what a masked array hides are voids.
 
         Returns
         -------
@@ -156,10 +154,12 @@ class Heightmap:
 
         Raises
         ------
+        UsageError
+            No real numbers.
         TerrainError
             Heights out of all measure, or no post would be left that is not void. The map is as it was then.
         """
-        new = _rounded(np.array(heights, ndmin=2), self.name)
+        new = _rounded(np.array(real_heights(heights, self.name), ndmin=2), self.name)
         new[~np.isfinite(new)] = np.nan
         place = np.s_[y : y + new.shape[0], x : x + new.shape[1]]
         old = self.heights[place]
@@ -243,9 +243,26 @@ def _check_size(rows: int, cols: int, name: str) -> None:
         )
 
 
+def real_heights(heights: ArrayLike, name: str) -> np.ndarray:
+    """Numbers of any real type as an array of whatever shape, NaN where a masked array hides them.
+
+    Raises
+    ------
+    UsageError
+        Complex numbers, words, rows of unlike length, and whatever else is no height.
+    """
+    try:
+        values: np.ndarray = heights if isinstance(heights, np.ma.MaskedArray) else np.asarray(heights)
+    except ValueError:
+        raise UsageError(f"{name}: expected real heights, got rows of unlike length: {heights!r:.60}") from None
+    if values.dtype.kind not in "iufb":
+        raise UsageError(f"{name}: expected real heights, got {values.dtype}: {values.ravel()[:3]!s:.60}")
+    return np.ma.filled(values.astype(np.float64), np.nan) if isinstance(values, np.ma.MaskedArray) else values
+
+
 def _as_float32(heights: np.ndarray, name: str) -> np.ndarray:
-    if heights.ndim != 2 or heights.dtype.kind not in "iufb":
-        raise TerrainError(f"{name}: expected real heights of shape (rows, cols), got {heights.dtype} {heights.shape}")
+    if heights.ndim != 2:
+        raise TerrainError(f"{name}: expected heights of shape (rows, cols), got {heights.shape}")
     rows, cols = heights.shape
     _check_size(rows, cols, name)
     return _rounded(heights, name)

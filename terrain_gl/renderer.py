@@ -6,10 +6,10 @@ import math
 import time
 from collections import deque
 from collections.abc import Callable, Generator, Iterator
-from contextlib import AbstractContextManager, closing, contextmanager, nullcontext
+from contextlib import AbstractContextManager, contextmanager, nullcontext
 from dataclasses import dataclass, field
 from functools import cached_property, wraps
-from types import TracebackType
+from types import GeneratorType, TracebackType
 from typing import Any, TypeVar, cast
 
 import moderngl
@@ -22,7 +22,7 @@ from .error import ErrorTables
 from .exceptions import TerrainError, UsageError
 from .explain import Explainer, Explanation
 from .gl import limits
-from .heightmap import Heightmap
+from .heightmap import Heightmap, real_heights
 from .holes import bilinear, count_holes
 from .image import png_bytes, reduced
 from .lod import Levels, Selection
@@ -45,10 +45,7 @@ def _in_own_context(method: Method) -> Method:
 
     @wraps(method)
     def entered(self: Renderer, *args: Any, **settings: Any) -> Any:
-        if self._released:
-            raise TerrainError("this renderer has been released: make another one")
-        if self._owns_ctx:
-            self.ctx.__enter__()
+        self._enter()
         return method(self, *args, **settings)
 
     return cast(Method, entered)
@@ -59,15 +56,21 @@ def _portions_in_own_context(method: Method) -> Method:
 
     @wraps(method)
     def entered(self: Renderer, *args: Any, **settings: Any) -> Any:
-        with closing(method(self, *args, **settings)) as portions:
+        portions = method(self, *args, **settings)
+        self._half_done.append(portions)
+        try:
             while True:
-                if self._owns_ctx and not self._released:
-                    self.ctx.__enter__()
+                self._enter()
                 try:
                     portion = next(portions)
                 except StopIteration as end:
                     return end.value
                 yield portion
+        finally:  # one that is given up gives its memory back, in the right context
+            self._half_done.remove(portions)
+            if not self._released:
+                self._enter()
+                portions.close()
 
     return cast(Method, entered)
 
@@ -154,6 +157,7 @@ class Renderer:
         self._stopwatch: Stopwatch | None = None
         self._unsettled: Rect | None = None  # what was edited since the light last followed
         self._parts: list[Any] = []
+        self._half_done: list[GeneratorType[Any, None, Any]] = []
         self._released = False
         self._size = size
         self.building = self._build(heightmap, size)
@@ -572,21 +576,21 @@ class Renderer:
         Parameters
         ----------
         rows, cols
-            Which posts, as slices or numbers.
+            Which posts, as slices or numbers, counted from the end where negative.
         heights
-            Metres, of a shape that fits.
+            Metres, of a shape that fits; NaN, ±Inf and what a masked array hides are voids.
         settle
             Have the light follow, too. It looks far over the map: while one sculpts it can wait for `settle`.
 
         Raises
         ------
         UsageError
-            Heights of another shape.
+            Heights of another shape, or no real numbers; posts beyond the map.
         TerrainError
             Heights out of all measure, or voids alone; the map is as it was then.
         """
-        shape, new = self.heightmap.heights.shape, np.asarray(heights)
-        y, x = (np.atleast_1d(np.arange(n)[which]) for n, which in zip(shape, (rows, cols), strict=True))
+        new = real_heights(heights, "edit")
+        y, x = _chosen(self.heightmap.rows, rows, "rows"), _chosen(self.heightmap.cols, cols, "cols")
         if not (len(y) and len(x)):
             return
         patch = self.heightmap.heights[y.min() : y.max() + 1, x.min() : x.max() + 1]
@@ -622,6 +626,11 @@ class Renderer:
 
         Without it edits are just as right, but the first one copies the map, and one that leaves the map's span builds
         all tables anew, with room for more.
+
+        Raises
+        ------
+        UsageError
+            A number of metres that is negative or not finite.
         """
         deque(self.making_room(up_m, down_m), maxlen=0)
 
@@ -629,19 +638,28 @@ class Renderer:
     def making_room(self, up_m: float, down_m: float = 0.0) -> Generator[float, None, None]:
         """The same in portions, after each the share that is done: tables are made beside those that there are.
 
-        One may draw meanwhile; an edit is to end it. Nothing if there is room already.
+        One may draw meanwhile; an edit ends it. Nothing if there is room already.
+
+        Raises
+        ------
+        UsageError
+            A number of metres that is negative or not finite.
+        TerrainError
+            The map was edited since the last portion; all is as the edit left it.
         """
         terrain = self.terrain.roomy(up_m, down_m)
         if terrain is None:
             return
-        tables = None
+        tables, edits = None, self.terrain.edits
         try:
             yield 0.0
             tables = self.tables.beside(terrain)
             yield 0.0
             for share in tables.building():
+                self._check_unedited(edits)
                 self.ctx.finish()  # who waits for portions wants them to be done
                 yield 0.9 * share
+            self._check_unedited(edits)
             based = terrain.base_m != self.terrain.base_m
             self.terrain.take(terrain)
             self.tables.take(tables)
@@ -650,12 +668,16 @@ class Renderer:
             if tables:
                 tables.release_tables()
         self._shot = None
-        everything = 0, 0, self.heightmap.cols - 1, self.heightmap.rows - 1
         if based:
-            self.rivals.update(everything)
-        self.picture.update(everything)
-        self.picture.settle(everything, moved=based)
+            self.rivals.update(self.terrain.all_posts)
+        self.picture.update(self.terrain.all_posts)
+        self.picture.settle(self.terrain.all_posts, moved=based)
         yield 1.0
+
+    def _check_unedited(self, edits: int) -> None:
+        """Tables are made of the heights that there were; half of them would be of others."""
+        if self.terrain.edits != edits:
+            raise TerrainError("the map was edited while room was made for edits: begin again")
 
     def height_at(self, x: float, y: float) -> float:
         """The truth at a place in world metres, between posts bilinear; NaN over a void and outside the map."""
@@ -685,6 +707,9 @@ class Renderer:
         self._released = True
         if self._owns_ctx:
             self.ctx.__enter__()
+        for portions in self._half_done:
+            if not portions.gi_running:  # else it is their failure that releases
+                portions.close()
         while self._parts:
             self._parts.pop().release()
         if self._owns_ctx:
@@ -694,6 +719,12 @@ class Renderer:
     def _repr_png_(self) -> bytes | None:
         """The last picture, where a notebook shows the renderer."""
         return png_bytes(self.picture.read()) if self._shot else None
+
+    def _enter(self) -> None:
+        if self._released:
+            raise TerrainError("this renderer has been released: make another one")
+        if self._owns_ctx:
+            self.ctx.__enter__()
 
     def __enter__(self) -> Renderer:
         return self
@@ -780,6 +811,17 @@ def _memory_errors(ctx: moderngl.Context, what: str, needed: int, advice: str) -
         raise TerrainError(f"{message} ({error})") from None
     if ctx.error == "GL_OUT_OF_MEMORY":
         raise TerrainError(message)
+
+
+def _chosen(n: int, which: Any, name: str) -> np.ndarray:
+    """Numbers of the posts that a slice or a number means, among n."""
+    try:
+        chosen = np.atleast_1d(np.arange(n)[which])
+    except (IndexError, TypeError, ValueError):
+        chosen = None
+    if chosen is None or chosen.ndim > 1:
+        raise UsageError(f"edit: {name} must be a slice, or numbers from {-n} to {n - 1}, got {which!r}")
+    return chosen
 
 
 def _cross(a: np.ndarray, b: np.ndarray) -> np.ndarray:

@@ -9,8 +9,8 @@ import moderngl
 import numpy as np
 
 from . import gl, layout
-from .exceptions import TerrainError
-from .heightmap import Heightmap
+from .exceptions import TerrainError, UsageError
+from .heightmap import MAX_HEIGHT_M, Heightmap
 
 Rect = tuple[int, int, int, int]
 ROOM = 0.5  # of the relief, for what more edits may raise or dig when one has left the span
@@ -25,10 +25,13 @@ class Terrain:
         What the GPU's heights are counted from: 0, or close below the map where that keeps float32 exact.
     levels
         Sizes of the quadtree's levels.
+    edits
+        How many have changed the map so far.
     """
 
     def __init__(self, ctx: moderngl.Context, heightmap: Heightmap, filling: Filling | None = None) -> None:
         self.ctx, self.heightmap = ctx, heightmap
+        self.edits = 0
         self._own = False  # whether `heightmap` is this terrain's alone, to be written to
         self._filling = filling
         size = (heightmap.cols, heightmap.rows)
@@ -42,6 +45,11 @@ class Terrain:
         self.voids = self._texture(size if heightmap.voids else (1, 1), "u1")
         self.block = ctx.buffer(reserve=layout.TERRAIN.itemsize)
         self._send()
+
+    @property
+    def all_posts(self) -> Rect:
+        """First column and row, last column and row."""
+        return 0, 0, self.heightmap.cols - 1, self.heightmap.rows - 1
 
     @property
     def top_level(self) -> int:
@@ -69,7 +77,7 @@ class Terrain:
         if has_voids and not self._filling:
             self._filling = Filling(self.heightmap.heights)
         self.base_m, self._low_m, self.span_m = measure_span(*self.heightmap.reach_m)
-        self._write(self._all_posts, has_voids)
+        self._write(self.all_posts, has_voids)
         self.block.write(self._describe().tobytes())
 
     def edit(self, x: int, y: int, heights: np.ndarray) -> Rect | None:
@@ -89,6 +97,7 @@ class Terrain:
         changed = self.heightmap.write(x, y, heights)
         if changed is None:
             return None
+        self.edits += 1
         rows, cols = changed
         has_voids, spanned = self.heightmap.voids > 0, self.room_m >= 0
         if not spanned:
@@ -97,7 +106,7 @@ class Terrain:
             self.voids.release()
             self.voids = self._texture(self.heights.size if has_voids else (1, 1), "u1")
             self.upload()
-            return self._all_posts
+            return self.all_posts
         rect = cols.start, rows.start, cols.stop - 1, rows.stop - 1
         if self._filling:
             rect = self._filling.update(rect)
@@ -108,11 +117,19 @@ class Terrain:
         """The same map in a span that holds heights so much above the highest and below the lowest, for this to `take`.
 
         None if the span does hold them. What is edited meanwhile is not in it.
+
+        Raises
+        ------
+        UsageError
+            A number of metres that is negative or not finite.
         """
+        if not (0 <= up_m < math.inf and 0 <= down_m < math.inf):
+            raise UsageError(f"room must be 0 or more metres up and down, got {up_m:g} and {down_m:g}")
         self._own_heights()
         (low, high), reach = self.heightmap.range_m, self.heightmap.reach_m
         wide = copy(self.heightmap)
-        wide.reach_m = min(reach[0], low - down_m), max(reach[1], high + up_m)
+        low, high = max(low - down_m, -MAX_HEIGHT_M), min(high + up_m, MAX_HEIGHT_M)  # no edit goes further
+        wide.reach_m = min(reach[0], low), max(reach[1], high)
         if measure_span(*wide.reach_m) == (self.base_m, self._low_m, self.span_m):
             self.heightmap.reach_m = wide.reach_m
             return None
@@ -151,10 +168,6 @@ class Terrain:
         """Give the GPU's memory back."""
         for resource in (self.heights, self.voids, self.block):
             resource.release()
-
-    @property
-    def _all_posts(self) -> Rect:
-        return 0, 0, self.heightmap.cols - 1, self.heightmap.rows - 1
 
     def _own_heights(self) -> None:
         """Have heights that may be written to: the caller keeps his."""

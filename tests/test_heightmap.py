@@ -107,10 +107,28 @@ def test_wrong_shapes(shape):
         Heightmap(np.zeros(shape))
 
 
-@pytest.mark.parametrize("heights", [np.full((2, 2), np.nan), [["a", "b"], ["c", "d"]], np.zeros((2, 2), complex)])
+def test_what_a_mask_hides_is_void_where_it_is_written():
+    heightmap = Heightmap(np.zeros((3, 4)))
+    heightmap.write(1, 0, np.ma.masked_less(np.arange(6).reshape(2, 3), 2))
+    assert np.array_equal(heightmap.heights[:2], [[0, np.nan, np.nan, 2], [0, 3, 4, 5]], equal_nan=True)
+    heightmap.write(3, 2, np.ma.masked)
+    assert heightmap.voids == 3 and np.isnan(heightmap.heights[2, 3])
+
+
+NO_HEIGHTS = [[["a", "b"], ["c", "d"]], np.zeros((2, 2), complex), np.ma.zeros((2, 2), complex), None, [[1, 2], [3]]]
+
+
+@pytest.mark.parametrize("heights", NO_HEIGHTS)
 def test_heights_that_are_none(heights):
-    with pytest.raises(TerrainError):
-        Heightmap(heights)
+    heightmap = Heightmap(np.zeros((2, 2)))
+    for give in (Heightmap, lambda none: heightmap.write(0, 0, none)):
+        with pytest.raises(UsageError, match="array: expected real heights, got .+"):
+            give(heights)
+
+
+def test_a_map_of_voids_alone_is_none():
+    with pytest.raises(TerrainError, match="every post is void"):
+        Heightmap(np.full((2, 2), np.nan))
 
 
 @pytest.mark.parametrize("spacing_m", [0, -1, np.nan, np.inf, (1, 0), (1, 2, 3), "wide", None])

@@ -2,6 +2,7 @@
 
 import ctypes
 import itertools
+import re
 from collections import deque
 
 import moderngl
@@ -12,6 +13,7 @@ from maps import rough
 import terrain_gl as tg
 from terrain_gl import gl
 from terrain_gl.exceptions import TerrainError, UsageError
+from terrain_gl.heightmap import MAX_HEIGHT_M
 from terrain_gl.shade import Look
 
 SIZE = (64, 48)
@@ -82,6 +84,45 @@ def test_room_is_made_beside_what_is_drawn(heightmap, base_m):
         assert r.terrain.heightmap.reach_m == wide.reach_m  # there was room
 
 
+@pytest.mark.parametrize("metres", [1e39, 1e300])
+def test_room_for_heights_that_no_edit_may_have_ends_where_edits_do(heightmap, metres):
+    camera = tg.Camera.default(heightmap)
+    with tg.Renderer(heightmap, SIZE) as r:
+        r.make_room(metres, 10.0)
+        assert r.terrain.heightmap.reach_m == (r.heightmap.range_m[0] - 10.0, MAX_HEIGHT_M)
+        r.draw(camera, 4.0)
+        errors = r.measure()
+        assert errors["max_error_px"] <= errors["certified_max_error_px"]
+        r.edit(3, 4, 0.9 * MAX_HEIGHT_M)
+        assert r.heightmap.heights[3, 4] == np.float32(0.9 * MAX_HEIGHT_M)
+
+
+@pytest.mark.parametrize("up_m, down_m", [(-1.0, 0.0), (0.0, -1e-9), (np.inf, 0.0), (0.0, np.inf), (np.nan, 1.0)])
+def test_room_of_no_number_of_metres_is_refused(heightmap, up_m, down_m):
+    with tg.Renderer(heightmap, SIZE) as r:
+        reach_m = r.heightmap.reach_m
+        for ask in (r.make_room, lambda *room: next(r.making_room(*room))):
+            with pytest.raises(UsageError, match=f"got {up_m:g} and {down_m:g}"):
+                ask(up_m, down_m)
+        assert r.heightmap.reach_m == reach_m
+
+
+@pytest.mark.parametrize("portions", [1, 2, 3, 9])
+def test_an_edit_ends_the_making_of_room(heightmap, portions):
+    """Were it not noticed, tables of mixed heights would be taken."""
+    place = np.s_[10:20], np.s_[10:30]
+    with tg.Renderer(heightmap, SIZE) as r, tg.Renderer(heightmap, SIZE) as other:
+        room = r.making_room(500.0, 100.0)
+        deque(itertools.islice(room, portions), maxlen=0)
+        for each in (r, other):
+            each.edit(*place, 15.0)
+        with pytest.raises(TerrainError, match="edited"):
+            deque(room, maxlen=0)
+        assert read_tables(r) == read_tables(other)
+        r.edit(*place, 15.0)  # changes nothing
+        assert [*r.making_room(500.0, 100.0)][-1] == 1.0
+
+
 def test_edit_gives_the_tables_and_the_picture_of_a_rebuild(heightmap):
     new = np.full((12, 9), np.nan)
     new[3:, 2:] = 40.0
@@ -136,6 +177,33 @@ def test_edit_leaves_the_callers_heights_alone(heightmap):
     assert (heightmap.heights == before).all()
 
 
+def test_edit_hides_what_a_mask_hides(heightmap):
+    with tg.Renderer(heightmap, SIZE) as r:
+        r.edit(slice(3, 5), slice(6, 8), np.ma.masked_greater([[1, 2], [3, 9]], 5))
+        assert np.array_equal(r.heightmap.heights[3:5, 6:8], [[1, 2], [3, np.nan]], equal_nan=True)
+        assert r.heightmap.voids == 1
+
+
+@pytest.mark.parametrize(
+    "heights", [1j, np.ones((2, 2), complex), "high", [["1", "2"], ["3", "4"]], None, [[1, 2], [3]]]
+)
+def test_edit_by_no_heights_is_refused(heightmap, heights):
+    with tg.Renderer(heightmap, SIZE) as r:
+        with pytest.raises(UsageError, match="edit: expected real heights, got .+"):
+            r.edit(slice(0, 2), slice(0, 2), heights)
+        assert np.array_equal(r.heightmap.heights, heightmap.heights)
+
+
+@pytest.mark.parametrize("which", [65, -66, 1.5, "3", None, True, slice(0, 9, 0), slice("a", 3), [3, 99], [[1], [2]]])
+def test_edit_of_posts_that_there_are_not_is_refused(heightmap, which):
+    with tg.Renderer(heightmap, SIZE) as r:
+        with pytest.raises(UsageError, match=f"edit: rows must be .* from -65 to 64, got {re.escape(repr(which))}"):
+            r.edit(which, 3, 5.0)
+        with pytest.raises(UsageError, match="edit: cols must be .* from -97 to 96, got 97"):
+            r.edit(3, 97, 5.0)
+        assert np.array_equal(r.heightmap.heights, heightmap.heights)
+
+
 def test_edit_of_another_shape_is_refused(heightmap):
     with tg.Renderer(heightmap, SIZE) as r, pytest.raises(UsageError, match="edit"):
         r.edit(slice(0, 5), slice(0, 5), np.zeros((3, 3)))
@@ -184,6 +252,56 @@ def test_nothing_is_drawn_after_release(heightmap):
         pass
     with pytest.raises(tg.TerrainError, match="released"):
         r.render(tg.Camera.default(heightmap))
+
+
+def half_done(r):
+    """Everything that comes in portions, after the first of them."""
+    camera = tg.Camera.default(r.heightmap)
+    r.draw(camera)
+    room = r.making_room(500.0, 100.0)
+    others = r.measuring(tile=16), r.rendering_large(camera, (200, 100)), r.drawing(camera)
+    for portions in (room, room, *others):
+        next(portions)
+    return [room, *others]
+
+
+def test_portions_after_release_are_refused_or_closed(heightmap):
+    camera = tg.Camera.default(heightmap)
+    with tg.Renderer(heightmap, SIZE) as other:
+        before = other.render(camera).image
+        for goes_on in (True, False):
+            r = tg.Renderer(heightmap, SIZE)
+            late, portions = r.drawing(camera), half_done(r)
+            r.release()
+            other.ctx.__enter__()
+            for each in (late, *portions):
+                if goes_on:
+                    with pytest.raises(TerrainError, match="released"):
+                        next(each)
+                each.close()
+            assert other.ctx.error == "GL_NO_ERROR"
+            assert (other.render(camera).image == before).all()
+
+
+def test_portions_given_up_take_nothing_from_another_renderer(heightmap):
+    camera = tg.Camera.default(heightmap)
+    with tg.Renderer(heightmap, SIZE) as r, tg.Renderer(heightmap, SIZE) as other:
+        portions = half_done(r)
+        other.make_room(500.0, 100.0)  # so that the same numbers name textures of its own
+        before = [each.render(camera).image for each in (r, other)]
+        for each in portions:
+            with other.ctx:
+                each.close()
+        assert other.ctx.error == "GL_NO_ERROR"
+        assert all((each.render(camera).image == image).all() for each, image in zip((r, other), before, strict=True))
+
+
+def test_a_building_released_half_way_is_refused(heightmap):
+    r = tg.Renderer(heightmap, SIZE, build=False)
+    next(r.building)
+    r.release()
+    with pytest.raises(TerrainError, match="released"):
+        next(r.building)
 
 
 def test_a_picture_for_which_memory_is_short_leaves_the_one_before(heightmap, monkeypatch):
