@@ -24,7 +24,7 @@ from .exceptions import UsageError
 from .heightmap import MAX_HEIGHT_M, Heightmap
 
 TOOLS = ("raise", "lower", "smooth", "flatten", "cliff")
-_SHARES = ("smooth", "flatten")  # tools whose strength is a share, not metres
+SHARES = ("smooth", "flatten")  # tools whose strength is a share, not metres
 MOST_BYTES = 256 << 20  # of strokes to be undone
 
 
@@ -66,8 +66,8 @@ class Brush:
             raise UsageError(f"tool: expected one of {', '.join(TOOLS)}, got {self.tool!r}")
         if not 0 < self.radius_m < 1e9:
             raise UsageError(f"radius must be more than 0 and less than 1e9 metres, got {self.radius_m:g}")
-        if not 0 <= self.strength <= (1.0 if self.tool in _SHARES else MAX_HEIGHT_M):
-            most = "1" if self.tool in _SHARES else f"{MAX_HEIGHT_M:g} metres"
+        if not 0 <= self.strength <= (1.0 if self.tool in SHARES else MAX_HEIGHT_M):
+            most = "1" if self.tool in SHARES else f"{MAX_HEIGHT_M:g} metres"
             raise UsageError(f"strength of {self.tool} must be from 0 to {most}, got {self.strength:g}")
         if not 0 <= self.falloff <= 1:
             raise UsageError(f"falloff must be from 0 to 1, got {self.falloff:g}")

@@ -51,6 +51,8 @@ class Heightmap:
         Heights that tables over the map are built to hold; `range_m`, until edits ask for more.
     opened : dict, optional
         What `open` was told, by the names of its arguments; None for a map of other origin, or edited since.
+    assumes_spacing : bool
+        Neither the file nor who opened it said how far posts are apart.
 
     Raises
     ------
@@ -63,6 +65,7 @@ class Heightmap:
     def __init__(self, heights: ArrayLike, spacing_m: float | Spacing = 1.0, name: str = "array"):
         self.name = name
         self.opened: dict[str, Any] | None = None
+        self.assumes_spacing = False
         self.spacing_m = _spacing(spacing_m)
         self.heights = _as_float32(real_heights(heights, name), name)
         void = ~np.isfinite(self.heights)
@@ -128,6 +131,7 @@ class Heightmap:
                     progress(done / heights.size)
         heightmap = cls(heights, _first_known(spacing_m, raster.spacing_m, 1.0), raster.name)
         told = {"spacing_m": spacing_m, "z_scale": z_scale, "z_offset_m": z_offset_m, "nodata": nodata}
+        heightmap.assumes_spacing = spacing_m is None and raster.spacing_m is None
         heightmap.opened = {"path": os.fspath(path)} | told | {"encoding": encoding}
         return heightmap
 

@@ -617,8 +617,8 @@ class Renderer:
             self._unsettled = None
 
     @property
-    def room_m(self) -> float:
-        """How far edits may raise the highest post, or dig below the lowest, before everything is built anew."""
+    def room_m(self) -> tuple[float, float]:
+        """How far edits may dig below the lowest post, and raise the highest, before everything is built anew."""
         return self.terrain.room_m
 
     def make_room(self, up_m: float, down_m: float = 0.0) -> None:

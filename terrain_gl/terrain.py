@@ -57,10 +57,10 @@ class Terrain:
         return len(self.levels) - 1
 
     @property
-    def room_m(self) -> float:
-        """How far edits may raise the highest post, or dig below the lowest, before everything is built anew."""
+    def room_m(self) -> tuple[float, float]:
+        """How far edits may dig below the lowest post, and raise the highest, before everything is built anew."""
         low, high = self.heightmap.range_m
-        return min(self._low_m + self.span_m - high, low - self._low_m)
+        return low - self._low_m, self._low_m + self.span_m - high
 
     @property
     def filled(self) -> np.ndarray:
@@ -99,7 +99,7 @@ class Terrain:
             return None
         self.edits += 1
         rows, cols = changed
-        has_voids, spanned = self.heightmap.voids > 0, self.room_m >= 0
+        has_voids, spanned = self.heightmap.voids > 0, min(self.room_m) >= 0
         if not spanned:
             self._widen_reach()
         if not spanned or has_voids != had_voids:

@@ -715,9 +715,13 @@ def test_keys_do_what_they_say(flight, tmp_path, monkeypatch):
     flight.settings.keys = 1
     flight.press("escape")
     assert not flight.settings.keys and not flight.done
-    for _ in range(3):  # the brush, an explanation
+    for _ in range(3):  # the brush, the glass, the split: each is put away
+        assert not flight.done
         flight.press("escape")
-    assert flight.done
+    assert not (flight.sculpting.brushing or flight.settings.lens)
+    for _ in range(3):
+        flight.press("escape")
+    assert flight.done and not flight.settings.split
 
 
 def test_what_was_seen_is_seen_again(ctx, tmp_path):
@@ -994,14 +998,17 @@ def test_a_stroke_changes_the_land_and_the_promise_holds(flight):
     assert flight.figures.measured_px["max"] <= flight.figures.stats["certified_max_error_px"] <= 1
     assert changed(seen(flight), picture) > 0.01
     assert flight.sculpting.editing.strokes == (1, 0)
-    built = ErrorTables(Terrain(flight.ctx, Heightmap(after, 10.0)))
+    rebuilt = Heightmap(after, 10.0)
+    rebuilt.reach_m = flight.renderer.heightmap.reach_m
+    built = ErrorTables(Terrain(flight.ctx, rebuilt))
     flight.press("ctrl+z")
     settle(flight)
     assert np.array_equal(flight.renderer.heightmap.heights, before)
     flight.press("ctrl+shift+z")
     settle(flight)
     assert np.array_equal(flight.renderer.heightmap.heights, after)
-    assert len(built.nodes.read()) == len(flight.renderer.tables.nodes.read())
+    for name in ("nodes", "gains", "counters", "squares", "blocks"):
+        assert getattr(built, name).read() == getattr(flight.renderer.tables, name).read(), name
     built.terrain.release()
     built.release()
     flight.press("ctrl+z")
@@ -1096,6 +1103,233 @@ def test_a_held_brush_waits_for_room_and_goes_on(flight):
         assert built.tables.nodes.read() == renderer.tables.nodes.read()
     flight.press("ctrl+z")
     assert np.array_equal(renderer.heightmap.heights, hills().heights)
+
+
+def waiting_stroke(flight):
+    """A stroke whose dabs wait for room, the button still down; returns the brush."""
+    editing = flight.sculpting.editing
+    editing.strength_m = 3 * np.ptp(flight.renderer.heightmap.range_m)
+    take_pace(flight, slow())
+    flight.mouse.press("left", 160, 150)
+    while not flight.sculpting.room:
+        later(flight)
+    return editing
+
+
+def with_a_stroke(flight):
+    """The brush in hand, one stroke done; the land before and after."""
+    settle(flight)
+    before = flight.renderer.heightmap.heights.copy()
+    flight.press("b")
+    settle(flight)
+    stroke(flight, (100, 150), (130, 150))
+    settle(flight)
+    return before, flight.renderer.heightmap.heights.copy()
+
+
+@pytest.mark.parametrize("key", ["escape", "b"])
+def test_a_stroke_that_waits_for_room_can_be_given_up(flight, key):
+    _, after = with_a_stroke(flight)
+    editing = waiting_stroke(flight)
+    flight.press(key)
+    assert not (flight.sculpting.room or editing.due or flight.mouse.drag or flight.done)
+    settle(flight)
+    flight.mouse.let_go("left", 160, 150)
+    settle(flight)
+    assert flight.sculpting.brushing == (key == "escape") and flight.renderer._unsettled is None
+    while editing.strokes[0] > 1:
+        flight.press("ctrl+z")
+    assert np.array_equal(flight.renderer.heightmap.heights, after)
+
+
+@pytest.mark.parametrize("held", [True, False])
+def test_undoing_a_stroke_that_waits_for_room_leaves_the_one_before(flight, held):
+    before, after = with_a_stroke(flight)
+    editing = waiting_stroke(flight)
+    if not held:
+        flight.mouse.let_go("left", 160, 150)
+    flight.press("ctrl+z")
+    assert np.array_equal(flight.renderer.heightmap.heights, after)
+    if held:
+        flight.mouse.let_go("left", 160, 150)
+    take_pace(flight, swift())
+    settle(flight)
+    while editing.strokes[0] > 1:  # what was held went on as a stroke of its own
+        flight.press("ctrl+z")
+    assert np.array_equal(flight.renderer.heightmap.heights, after)
+    flight.press("ctrl+z")
+    assert np.array_equal(flight.renderer.heightmap.heights, before)
+
+
+def test_strokes_that_wait_for_room_stay_strokes_of_their_own(flight):
+    before, after = with_a_stroke(flight)
+    editing = waiting_stroke(flight)
+    flight.mouse.let_go("left", 160, 150)
+    stroke(flight, (200, 150), (210, 150))
+    take_pace(flight, swift())
+    settle(flight)
+    assert editing.strokes == (3, 0)
+    flight.press("ctrl+z")
+    flight.press("ctrl+z")
+    assert np.array_equal(flight.renderer.heightmap.heights, after)
+
+
+def test_undoing_while_the_button_is_down_begins_another_stroke(flight):
+    before, after = with_a_stroke(flight)
+    flight.mouse.press("left", 160, 150)
+    later(flight)
+    flight.press("ctrl+z")
+    assert np.array_equal(flight.renderer.heightmap.heights, after)
+    flight.mouse.point(180, 150)
+    later(flight)
+    flight.mouse.let_go("left", 180, 150)
+    settle(flight)
+    assert flight.sculpting.editing.strokes[0] == 2
+    flight.press("ctrl+z")
+    assert np.array_equal(flight.renderer.heightmap.heights, after)
+    flight.press("ctrl+z")
+    assert np.array_equal(flight.renderer.heightmap.heights, before)
+
+
+def test_other_buttons_do_nothing_during_a_stroke(flight):
+    with_a_stroke(flight)
+    pose = flight.controller.pose
+    flight.mouse.press("left", 160, 150)
+    later(flight)
+    flight.mouse.press("right", 160, 150)
+    flight.mouse.point(190, 150)
+    later(flight)
+    flight.mouse.let_go("right", 190, 150)
+    assert flight.mouse.drag == "brush" and flight.controller.pose == pose
+    flight.mouse.let_go("left", 190, 150)
+    settle(flight)
+    assert flight.sculpting.editing.strokes == (2, 0) and flight.renderer._unsettled is None
+
+
+def test_a_stroke_reaches_where_the_button_came_up(flight):
+    """Also one that was done between two frames."""
+    settle(flight)
+    flight.press("b")
+    settle(flight)
+    end = flight.mouse.place_under(240, 150)
+    flight.mouse.press("left", 120, 150)
+    flight.mouse.point(240, 150)
+    flight.mouse.let_go("left", 240, 150)
+    settle(flight)
+    col, row = round(end[0] / 10), round(128 - end[1] / 10)
+    raised_m = (flight.renderer.heightmap.heights - hills().heights)[row, col]
+    assert raised_m > 0.5 * flight.sculpting.editing.strength_m
+
+
+def test_a_map_that_comes_during_a_stroke_is_not_sculpted_by_it(flight):
+    with_a_stroke(flight)
+    flight.mouse.press("left", 160, 150)
+    later(flight)
+    heightmap = Heightmap(hills().heights + 50, 10.0, "other")
+    flight.land.show(Renderer(heightmap, (32, 20), ctx=flight.ctx), Opened(heightmap, Camera.default(heightmap)))
+    for _ in range(5):
+        later(flight)
+    flight.mouse.let_go("left", 160, 150)
+    settle(flight)
+    assert flight.sculpting.editing.strokes == (0, 0) and not flight.sculpting.unsaved
+    assert np.array_equal(flight.renderer.heightmap.heights, heightmap.heights)
+
+
+def test_the_land_is_not_sculpted_while_it_is_made_higher(flight):
+    """What was done would be lost; the brush is held as it was when it is there."""
+    _, after = with_a_stroke(flight)
+    editing = flight.sculpting.editing
+    editing.tool, editing.radius_m = "cliff", 77.0
+    flight.land.exaggerate(2.0)
+    flight.mouse.press("left", 160, 150)
+    flight.mouse.let_go("left", 160, 150)
+    assert "higher or lower" in flight.message and not editing.due
+    flight.press("ctrl+z")
+    assert np.array_equal(flight.renderer.heightmap.heights, after)
+    settle(flight)
+    now = flight.sculpting.editing
+    assert np.allclose(flight.renderer.heightmap.heights, 2 * after) and flight.sculpting.unsaved
+    assert (now.tool, now.radius_m, now.strength_m) == ("cliff", 77.0, pytest.approx(2 * editing.strength_m))
+    flight.factor = 3.0
+    flight.land.exaggerate(3.0)
+    flight.land.cancel()
+    assert flight.factor == flight.land.exaggeration == 2.0
+
+
+@pytest.mark.parametrize("lead", range(1, 30, 2))
+def test_room_may_be_made_while_the_picture_comes_to_rest(flight, lead):
+    settle(flight)
+    take_pace(flight, slow())
+    flight.press("b")
+    for _ in range(lead):
+        later(flight, 0.05)
+    flight.controller.look(3, 0)
+    flight.refresh()
+    for _ in range(40):
+        later(flight, 0.3)
+    settle(flight)
+    assert flight.sculpting.brushing and flight.figures.measured_px["max"] <= 1
+
+
+def test_no_memory_for_room_is_told_and_one_sculpts_all_the_same(flight, monkeypatch):
+    settle(flight)
+
+    def reserve(*_):
+        raise TerrainError("an error table of 9 GiB is more than there is")
+
+    with monkeypatch.context() as patched:
+        patched.setattr("terrain_gl.error.gl.reserve", reserve)
+        flight.press("b")
+        settle(flight)
+    assert "9 GiB" in flight.message and flight.sculpting.brushing
+    flight.sculpting.editing.strength_m = 1000.0
+    stroke(flight, (160, 150), (165, 150))
+    settle(flight)
+    assert flight.renderer.heightmap.range_m[1] > 900 and flight.figures.measured_px["max"] <= 1
+
+
+def test_what_is_sculpted_is_not_lost_unasked(flight, tmp_path, monkeypatch):
+    monkeypatch.chdir(tmp_path)
+    with_a_stroke(flight)
+    flight.press("escape")
+    flight.press("escape")
+    assert not flight.done and "not saved" in flight.message
+    flight.land.open("alpine")  # asked again
+    assert flight.land.loading
+    flight.land.cancel()
+    flight.press("b")
+    settle(flight)
+    flight.mouse.press("left", 160, 150)
+    flight.press("ctrl+s")
+    assert "brush is still at work" in flight.message
+    flight.mouse.let_go("left", 160, 150)
+    settle(flight)
+    flight.land.open("alpine")
+    assert not flight.land.loading and "not saved" in flight.message
+    flight.press("ctrl+s")
+    flight.sculpting.join()
+    later(flight)
+    assert str(tmp_path) in flight.message and not flight.sculpting.unsaved
+    flight.press("escape")
+    flight.press("escape")
+    assert flight.done
+
+
+def test_the_distance_between_posts_is_told_and_set(empty, tmp_path):
+    said, say = [], empty.say
+    empty.say = lambda text, *seconds: (said.append(text), say(text, *seconds))
+    np.save(tmp_path / "plain.npy", hills().heights)
+    empty.land.open(str(tmp_path / "plain.npy"))
+    settle(empty)
+    assert "1 m is assumed" in said.pop() and empty.renderer.heightmap.spacing_m == (1.0, 1.0)
+    empty.space("30")
+    settle(empty)
+    assert empty.renderer.heightmap.spacing_m == (30.0, 30.0) and empty.figures.measured_px["max"] <= 1
+    assert not said
+    for words in ("x", "-3", "nan"):
+        empty.space(words)
+        settle(empty)
+        assert "spacing" in said.pop() and empty.renderer.heightmap.spacing_m == (30.0, 30.0)
 
 
 def test_a_long_stroke_is_done_in_portions_after_the_button_is_up(flight):
@@ -1455,6 +1689,19 @@ def test_a_box_is_ticked_and_a_choice_made(panels):
     assert (drawing.style, drawing.metric, drawing.method) == (list(legend.COLOURS)[1], METRICS[1], METHODS[1])
 
 
+def test_esc_closes_a_list_and_nothing_else(panels):
+    left, top, right, bottom = slider(panels, "metric")
+    at = left + 20, (top + bottom) / 2
+    drag(panels, at, at)
+    settle(panels)
+    assert panels.gui.covers(890, 600)  # whatever is clicked next belongs to the list
+    panels.press("escape")
+    settle(panels)
+    assert not panels.done and not panels.gui.covers(890, 600)
+    panels.press("escape")
+    assert panels.done
+
+
 def test_a_path_is_typed(panels, tmp_path):
     np.save(tmp_path / "slope.npy", np.add.outer(np.arange(40.0), np.arange(30.0)))
     panels.gui.opened |= {"Map": True, "Understand": False}
@@ -1760,6 +2007,8 @@ def test_a_session_with_real_events(screen, tmp_path):
         does(lambda s: not s["frozen"] and s["sides"] == 1, "key", "l", "key", "t")
         does(lambda s: "bookmark 4" in s["message"], "key", "ctrl+4")
         does(lambda s: s["size"] == [260, 200], "search", "--name", "hills", "windowsize", 260, 200)
+        (tmp_path / "drop").write_text("")
+        does(lambda s: "not saved" in s["message"] and s["name"] == "hills")
         (tmp_path / "drop").write_text("")
         does(lambda s: s["name"] == "dropped.npy" and not s["busy"])
         screen.do("key", "Escape")

@@ -8,14 +8,14 @@ from __future__ import annotations
 import math
 import threading
 from collections import deque
-from collections.abc import Generator, Iterator
+from collections.abc import Callable, Generator, Iterator
 from itertools import takewhile
 from pathlib import Path
-from typing import Any
+from typing import NamedTuple
 
 import numpy as np
 
-from ..brush import TOOLS, Brush, Sculptor, places
+from ..brush import SHARES, TOOLS, Brush, Sculptor, places
 from ..heightmap import Heightmap
 from ..renderer import Renderer
 from ..writers import as_options, format_of, write_heightmap
@@ -23,7 +23,14 @@ from ..writers import as_options, format_of, write_heightmap
 STEP = 2**0.25  # of radius and strength
 DAB_S = 0.1  # between two dabs of a brush that is held still
 TOGETHER = 2.0  # radii that dabs may lie apart to be done at once
-_SHARES = ("smooth", "flatten")  # tools whose strength is a share
+
+
+class Dab(NamedTuple):
+    """A dab that is still to be done."""
+
+    brush: Brush
+    place: tuple[float, float]  # world metres
+    begins: bool  # a stroke
 
 
 class Editing:
@@ -31,12 +38,16 @@ class Editing:
 
     Attributes
     ----------
-    tool, radius_m
+    tool, radius_m, azimuth_deg
         As `Brush` takes them.
     strength_m, share
-        Of tools that move the ground, and of those that go a share of the way.
+        Of tools that move the ground, in metres, and of those that go a share of the way, 0 to 1.
     due
-        Dabs that are still to be done: with which brush, and where in world metres.
+        Dabs that are still to be done, the next one first.
+    edits
+        How often the land was changed.
+    waits_for_room
+        Whether dabs that would leave the span of the tables wait; if not, all tables are built anew with them.
     """
 
     def __init__(self, renderer: Renderer) -> None:
@@ -47,22 +58,30 @@ class Editing:
         self.radius_m = 0.04 * min(heightmap.extent_m)
         self.strength_m, self.share = max(0.02 * (high - low), 1e-3), 0.3
         self.azimuth_deg = 180.0
-        self.edited = False
-        self.due: list[tuple[Brush, tuple[float, float]]] = []
+        self.edits = 0
+        self.due: deque[Dab] = deque()
+        self.waits_for_room = True
         self._sculptor = Sculptor(renderer)
         self._last: tuple[float, float] | None = None
         self._dabbed_s = float("-inf")
+        self._begins = True
+
+    def take_over(self, before: Editing, factor: float) -> None:
+        """Be held as another brush was, on land that is `factor` times as high."""
+        self.tool, self.radius_m, self.share, self.edits = before.tool, before.radius_m, before.share, before.edits
+        self.strength_m, self.azimuth_deg = factor * before.strength_m, before.azimuth_deg
 
     @property
     def brush(self) -> Brush:
         """The brush as it is held."""
-        strength = self.share if self.tool in _SHARES else self.strength_m
+        strength = self.share if self.tool in SHARES else self.strength_m
         return Brush(self.tool, self.radius_m, strength, azimuth_deg=self.azimuth_deg)
 
     def making_room(self) -> Generator[float, None, None]:
-        """Have tables that hold many more dabs, in portions."""
+        """Have tables that hold half the relief more, and four dabs at least, above and below; in portions."""
         low, high = self.renderer.heightmap.range_m
-        more_m = max([0.5 * (high - low), *(4 * brush.strength for brush, _ in self.due)])
+        strongest = max(brush.strength for brush in (self.brush, *(dab.brush for dab in self.due)))
+        more_m = max(0.5 * (high - low), 4 * strongest)
         return self.renderer.making_room(more_m, more_m)
 
     @property
@@ -77,7 +96,7 @@ class Editing:
 
     def strengthen(self, steps: float) -> None:
         """Change the strength, as the tool has it."""
-        if self.tool in _SHARES:
+        if self.tool in SHARES:
             self.share = min(max(self.share * STEP**steps, 0.01), 1.0)
         else:
             low, high = self.renderer.heightmap.range_m
@@ -85,9 +104,7 @@ class Editing:
 
     def begin(self, place: np.ndarray, now_s: float) -> None:
         """The button goes down on the land: a stroke begins."""
-        deque(self.dabbing(), maxlen=0)  # what is left of the one before
-        self._sculptor.begin()
-        self._last, self._dabbed_s = None, float("-inf")
+        self._last, self._dabbed_s, self._begins = None, float("-inf"), True
         self.move(place, now_s)
 
     def move(self, place: np.ndarray, now_s: float) -> None:
@@ -96,55 +113,69 @@ class Editing:
         start = self._last or end
         if start == end and now_s - self._dabbed_s < DAB_S:
             return
-        self.due += [(self.brush, each) for each in places(start, end, 0.3 * self.radius_m)]
+        for each in places(start, end, 0.3 * self.radius_m):
+            self.due.append(Dab(self.brush, each, self._begins))
+            self._begins = False
         self._last, self._dabbed_s = end, now_s
 
     def dabbing(self) -> Iterator[float]:
         """Do the dabs that are due, as far as there is room: in portions, those that lie together as one."""
         while count := self._next():
-            brush, (group, self.due) = self.due[0][0], (self.due[:count], self.due[count:])
-            self.edited |= self._sculptor.dabs(brush, [place for _, place in group]) is not None
+            group = [self.due.popleft() for _ in range(count)]
+            if group[0].begins:
+                self._sculptor.begin()
+            self.edits += self._sculptor.dabs(group[0].brush, [dab.place for dab in group]) is not None
             yield 0.0
-
-    def _next(self) -> int:
-        """How many of the dabs that are due are done at once: none where there is no room for any."""
-        if not self.due:
-            return 0
-        brush, first = self.due[0]
-        alike = takewhile(
-            lambda dab: dab[0] == brush and math.dist(dab[1], first) < TOGETHER * brush.radius_m, self.due
-        )
-        return min(len(list(alike)), self._most_dabs(brush))
-
-    def _most_dabs(self, brush: Brush) -> int:
-        """How many dabs stay within heights that the tables hold; more, and they would all be built anew, at once."""
-        if brush.tool in _SHARES or not brush.strength:
-            return len(self.due)
-        return int(self.renderer.room_m / brush.strength)
 
     @property
     def has_room(self) -> bool:
         """Whether the tables hold the next dab."""
         return not self.due or self._next() > 0
 
+    def _next(self) -> int:
+        """How many of the dabs that are due are done at once: none where there is no room for any."""
+        if not self.due:
+            return 0
+        first = self.due[0]
+
+        def together(dab: Dab) -> bool:
+            near = math.dist(dab.place, first.place) < TOGETHER * first.brush.radius_m
+            return dab is first or (near and dab.brush == first.brush and not dab.begins)
+
+        alike = sum(1 for _ in takewhile(together, self.due))
+        return min(alike, self._most_dabs(first.brush)) if self.waits_for_room else alike
+
+    def _most_dabs(self, brush: Brush) -> int:
+        """How many dabs stay within heights that the tables hold."""
+        down_m, up_m = self.renderer.room_m
+        if brush.tool in SHARES or not brush.strength:
+            return len(self.due)
+        return int((down_m if brush.tool == "lower" else up_m) / brush.strength)
+
     def end(self) -> None:
-        """The button comes up: the light may follow."""
+        """The stroke is done: the light may follow."""
         self._last = None
         self._sculptor.end()
 
     def undo(self) -> bool:
-        """Take the last stroke back; False if there is none."""
-        deque(self.dabbing(), maxlen=0)
-        return self._again(self._sculptor.undo)
+        """Take the last stroke back, and what of it is still to be done; False if there is none."""
+        self._begins = True
+        return self._forget_last() or self._again(self._sculptor.undo)
 
     def redo(self) -> bool:
         """Do the last one that was undone again; False if there is none."""
-        deque(self.dabbing(), maxlen=0)
-        return self._again(self._sculptor.redo)
+        return not self.due and self._again(self._sculptor.redo)
 
-    def _again(self, step: Any) -> bool:
-        done = bool(step())
-        self.edited |= done
+    def _forget_last(self) -> bool:
+        """Forget what is due of the last stroke; whether nothing of it was done."""
+        while self.due:
+            if self.due.pop().begins:
+                return True
+        return False
+
+    def _again(self, step: Callable[[], bool]) -> bool:
+        done = step()
+        self.edits += done
         self._sculptor.end()
         return done
 
@@ -156,11 +187,15 @@ class Saving:
     ----------
     message
         How it went, in a line, once it is done.
+    done
+        Whether the file is there.
+    edits
+        How often the land had been changed.
     """
 
-    def __init__(self, path: str, heightmap: Heightmap, factor: float = 1.0) -> None:
+    def __init__(self, path: str, heightmap: Heightmap, factor: float = 1.0, edits: int = 0) -> None:
         format_of(path)
-        self.path, self.progress, self.message = path, 0.0, ""
+        self.path, self.progress, self.message, self.done, self.edits = path, 0.0, "", False, edits
         plain = Heightmap(heightmap.heights / np.float32(factor), heightmap.spacing_m, heightmap.name)
         self._thread = threading.Thread(target=self._write, args=(plain,), name=f"writing {path}")
         self._thread.start()
@@ -172,7 +207,8 @@ class Saving:
     def _write(self, heightmap: Heightmap) -> None:
         try:
             opening = write_heightmap(self.path, heightmap, self._tell)
-            self.message = f"saved {self.path}; to open it again: {as_options(opening)}"
+            self.done = True
+            self.message = f"saved {Path(self.path).absolute()}; to open it again: {as_options(opening)}"
         except MemoryError:
             self.message = "not enough memory"
         except Exception as error:  # whatever it is, the window goes on and tells

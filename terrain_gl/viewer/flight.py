@@ -114,9 +114,9 @@ class Flight:
 
     def close(self) -> None:
         """Give everything back, and remember what is to be remembered."""
+        self.sculpting.cancel()
         for part in (self.keeping, self.painter):
             part.release()
-        self.sculpting.cancel()
         for thread in (self.sculpting, self.dressing):
             thread.join()
         self.land.note()
@@ -149,6 +149,15 @@ class Flight:
         pages = 1 if self.gui else len(hud.keys_pages(*self.overlay.room(self.size)))
         self.settings.keys = (self.settings.keys + 1) % (pages + 1)
 
+    def space(self, words: str) -> None:
+        """See the map with another distance between posts, as it was typed."""
+        try:
+            spacing_m = float(words)
+        except ValueError:
+            self.say(f"spacing: a number of metres is expected, not {words!r}")
+        else:
+            self.land.space(spacing_m)
+
     def next_mode(self) -> None:
         """Fly, orbit, walk."""
         mode = MODES[(MODES.index(self.controller.mode) + 1) % len(MODES)]
@@ -177,12 +186,14 @@ class Flight:
 
     def escape(self) -> None:
         """Cancel what is being done, else put away what stands over the land, else quit."""
+        if self.gui and self.gui.close_list():
+            return
         if self.land.can_cancel:
             self.land.cancel()
             self.say("cancelled")
         elif self.keeping.shot:
             self.keeping.cancel()
-        elif self.sculpting.room:
+        elif self.sculpting.room or self.sculpting.at_work:
             self.sculpting.cancel()
             self.say("cancelled")
         elif self.sculpting.save_as is not None:
@@ -193,8 +204,12 @@ class Flight:
             self.sculpting.brushing = False
         elif self.insight.explanation:
             self.insight.explanation = None
-        else:
-            self.done = True
+        elif not self.insight.put_tool_away():
+            self.quit()
+
+    def quit(self) -> None:
+        """End, unless that would lose what was sculpted; who asks again does so."""
+        self.done = self.done or self.sculpting.may_be_left()
 
     # --- Events -------------------------------------------------------------------------------------------------------
 

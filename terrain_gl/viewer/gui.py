@@ -359,6 +359,15 @@ class Gui:
         width, height = self.imgui.get_window_size()
         self._covered.append((x, y, x + width, y + height))
 
+    def close_list(self) -> bool:
+        """Close the list that hangs down from a control; whether one did."""
+        self._current()
+        if not self._popup_is_open():
+            return False
+        self.imgui.internal.close_popup_to_level(0, True)
+        self._touched = True
+        return True
+
     def _popup_is_open(self) -> bool:
         return self.imgui.is_popup_open("", self.imgui.PopupFlags_.any_popup)
 

@@ -37,6 +37,21 @@ class Insight:
         """Forget what was told of the land."""
         self.explanation = self.box = None
 
+    def put_tool_away(self) -> bool:
+        """Put one thing away that changes how the land is seen; whether there was any."""
+        settings = self._flight.settings
+        if settings.lens:
+            self.toggle_lens()
+        elif settings.sums:
+            settings.sums = False
+        elif settings.split:
+            self.toggle_split()
+        elif self.frozen:
+            self.toggle_freeze()
+        else:
+            return False
+        return True
+
     def toggle_wires(self) -> None:
         """Draw the mesh over the picture, or not."""
         settings = self._flight.settings

@@ -10,7 +10,8 @@ from typing import TYPE_CHECKING
 
 import numpy as np
 
-from ..camera import Vector
+from ..camera import Camera, Vector
+from ..exceptions import TerrainError
 from ..heightmap import Heightmap
 from ..renderer import Renderer
 from ..timing import Stopwatch
@@ -22,6 +23,7 @@ from .loading import Loading, Opened, Opener, coarse, file_opener
 if TYPE_CHECKING:
     from .flight import Flight
 
+SPACING_HINT = "1 m is assumed; set the spacing under Map, or with --spacing"
 TOLD_S = 10.0  # how long it is said why there is no map
 
 
@@ -54,7 +56,8 @@ class Land:
 
     def open(self, name: str) -> None:
         """Begin to load a bundled map, by its name, or a file."""
-        self.load(os.path.basename(name), file_opener(name))
+        if self._flight.sculpting.may_be_left():
+            self.load(os.path.basename(name), file_opener(name))
 
     def load(self, name: str, opener: Opener) -> None:
         """Begin to load a map; the present one stays until that is done."""
@@ -65,7 +68,8 @@ class Land:
         """Stop loading, if anything is loading."""
         if self.loading:
             self.loading.cancel()
-            self.loading = None
+            self.loading = self._next = None
+            self._flight.factor = self.exaggeration
             self._flight.refresh()
 
     @property
@@ -73,9 +77,18 @@ class Land:
         """Whether there would still be a map to see without the one that is loading."""
         return self.loading is not None and self.renderer is not None and not self.is_coarse
 
+    @property
+    def is_changing(self) -> bool:
+        """Whether the same land is being made higher or lower."""
+        return self.loading is not None and self._next is not None
+
     def exaggerate(self, factor: float) -> None:
         """Begin to multiply all heights by a factor."""
         if not self.renderer or self.is_coarse:
+            return
+        if self._flight.sculpting.at_work:
+            self._flight.factor = self.exaggeration
+            self._flight.say("the brush is still at work")
             return
         now, start = self.renderer.heightmap, self._flight.controller.start
         plain = self._plain or times(now, 1 / self.exaggeration)
@@ -87,7 +100,21 @@ class Land:
             return replace(opened, heightmap=times(plain, factor, progress))
 
         self.load(f"{now.name} × {factor:.2f}", opener)
-        self._next, self._plain = factor, plain
+        self._next, self._plain, self._flight.factor = factor, plain, factor
+
+    def space(self, spacing_m: float) -> None:
+        """See the same posts with another distance between them."""
+        if not self.renderer or self.is_coarse or not self._flight.sculpting.may_be_left():
+            return
+        plain = self._plain or times(self.renderer.heightmap, 1 / self.exaggeration)
+        try:
+            spaced = Heightmap(plain.heights, spacing_m, plain.name)
+        except TerrainError as error:
+            self._flight.say(str(error))
+            return
+        spaced.opened = plain.opened and plain.opened | {"spacing_m": spacing_m}
+        opened = replace(self.opened, heightmap=spaced, camera=Camera.default(spaced), camera_given=True)
+        self.load(plain.name, lambda progress: opened)
 
     def changed(self) -> None:
         """Somebody has sculpted it: what was read is no longer what it is without exaggeration."""
@@ -101,7 +128,8 @@ class Land:
         loading.step(flight.ctx, self._some_size, flight.pace)
         flight.refresh()
         if loading.error:
-            self.loading = None
+            self.loading = self._next = None
+            flight.factor = self.exaggeration
             if not self.renderer or self.is_coarse:
                 raise loading.error
             flight.say(str(loading.error) or "not enough memory", TOLD_S)
@@ -116,7 +144,8 @@ class Land:
         self.note()
         before, was_coarse, flight = self.renderer, self.is_coarse, self._flight
         flight.painter.interrupt()
-        flight.sculpting.cancel()
+        raised = self._next and self._next / self.exaggeration
+        flight.sculpting.new_land(None if renderer.heightmap is not opened.heightmap else Editing(renderer), raised)
         flight.keeping.land_changed()
         self.renderer, self.is_coarse = renderer, renderer.heightmap is not opened.heightmap
         fresh = not (before and was_coarse)
@@ -128,7 +157,6 @@ class Land:
             self._enter(opened)
         renderer.picture.waits_for_light = False
         renderer.queries = Stopwatch.works(flight.ctx)
-        flight.sculpting.editing = None if self.is_coarse else Editing(renderer)
         flight.insight.put_away()
 
     def note(self) -> None:
@@ -154,6 +182,9 @@ class Land:
         if (pose := flight.memory.last_pose(opened.key)) and not opened.camera_given:
             flight.controller.pose = pose
         flight.settings.draw_both(sun=opened.sun)
+        if opened.heightmap.assumes_spacing:
+            name = Path(opened.heightmap.name).name
+            flight.say(f"{name} does not say how far its posts are apart: {SPACING_HINT}", TOLD_S)
 
     def _raise(self, opened: Opened, factor: float) -> None:
         """The same land as before, higher or lower: the eye goes with it, the rest stays."""

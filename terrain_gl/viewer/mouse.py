@@ -31,6 +31,7 @@ class Mouse:
         self._flight = flight
         self.cursor: tuple[float, float] | None = None
         self.drag = ""
+        self._held = ""  # the button that drags
         self._pressed_at = (0.0, 0.0)
         self._pointed: tuple[float, float] | None = None
 
@@ -40,17 +41,16 @@ class Mouse:
         return self.place_under(*self._pointed) if self._pointed else None
 
     def press(self, name: str, x: float, y: float) -> None:
-        """A button goes down over the land."""
+        """A button goes down over the land; while one is held, others do nothing."""
         flight = self._flight
-        if not flight.has_map:
+        if not flight.has_map or self.drag:
             return
-        self._pressed_at = self._pointed = x, y
+        self._pressed_at, self._pointed, self._held = (x, y), (x, y), name
         if name == "left" and self._near_divider(x):
             self.drag = "divider"
         elif name == "left" and flight.sculpting.brushing:
-            if (place := self.place_under(x, y)) is not None:
+            if (place := self.place_under(x, y)) is not None and flight.sculpting.begin(place):
                 self.drag = "brush"
-                flight.sculpting.begin(place)
         elif name == "left" and flight.controller.mode != "walk":
             self.drag = "orbit"
             flight.controller.grab(*self._tangents(x, y))
@@ -60,6 +60,8 @@ class Mouse:
     def let_go(self, name: str, x: float, y: float) -> None:
         """It comes up again: where it went down, that was a click."""
         flight = self._flight
+        if name != self._held:
+            return
         drag, self.drag = self.drag, ""
         if not flight.has_map:
             return

@@ -2,9 +2,10 @@
 
 from __future__ import annotations
 
-from collections.abc import Generator
+from collections.abc import Callable, Generator
 from typing import TYPE_CHECKING
 
+import moderngl
 import numpy as np
 
 from ..brush import TOOLS
@@ -42,6 +43,35 @@ class Sculpting:
         self.share = 0.0
         self.saving: Saving | None = None
         self.save_as: str | None = None
+        self._taking = False  # whether the brush is to be taken when there is room
+        self._saved = 0  # edits that are in a file
+        self._warned = -1  # edits when it was said that they are not
+
+    def new_land(self, editing: Editing | None, factor: float | None = None) -> None:
+        """There is another land to be sculpted; with a factor, the same one so many times as high."""
+        self.cancel()
+        before, self.editing = self.editing, editing
+        if not factor:
+            self._saved, self._warned = 0, -1
+        elif before and editing:
+            editing.take_over(before, factor)
+            if before.strokes[0]:
+                self._flight.say("strokes on the land as high as it was cannot be undone any more")
+
+    @property
+    def unsaved(self) -> bool:
+        """Whether somebody has sculpted the land since it was written to a file."""
+        return self.editing is not None and (self.editing.edits != self._saved or bool(self.editing.due))
+
+    def may_be_left(self) -> bool:
+        """Whether nothing sculpted is lost with the land; else that is said, and who asks again may leave it."""
+        if not self.unsaved or not self.editing or self._warned == self.editing.edits:
+            return True
+        self._warned = self.editing.edits
+        self._flight.say(
+            "what you sculpted is not saved: Ctrl S saves it; the same once more leaves without it", TOLD_S
+        )
+        return False
 
     # --- The brush ----------------------------------------------------------------------------------------------------
 
@@ -51,30 +81,44 @@ class Sculpting:
             self.brushing = False
             self.cancel()
             return
+        self._taking = True
         self.room = self.editing.making_room()  # no stroke is to wait for it
         self._make_room()
 
     def cancel(self) -> None:
-        """Make no room for strokes."""
+        """Give up the room that is being made, and the rest of the stroke that waits for it."""
+        self._end_room()
+        if self.at_work:
+            self._flight.mouse.drag = ""
+            if self.editing:
+                self.editing.due.clear()
+                self._finish()
+
+    def _end_room(self) -> None:
         if self.room:
             self.room.close()
-        self.room, self.share = None, 0.0
+        self.room, self.share, self._taking = None, 0.0, False
 
     def _make_room(self) -> None:
-        """Go on with it; the brush is taken when there is room."""
-        if not self.room or not self._flight.pace.go_on(self.room, self._tell):
+        """Go on with it; a brush that was asked for is taken when there is room."""
+        if not self.room or not self.editing:
             return
-        changed = self.share == 1.0
-        self.cancel()
-        if changed:
-            self._land_changed(settled=True)
-        self._flight.controller.heightmap = self._flight.renderer.heightmap
-        if not self.brushing:
-            self._flight.say("drag on the land to sculpt it; the right button looks around; B lays the brush down")
-        self.brushing = True
+        told = "drag on the land to sculpt it; the right button looks around; B lays the brush down"
+        try:
+            if not self._flight.pace.go_on(self.room, self._tell) and self.share < 1.0:
+                return
+        except (TerrainError, moderngl.Error, MemoryError) as error:
+            self.editing.waits_for_room = False
+            told = f"no room for far higher or deeper land, strokes may have to wait: {error or 'not enough memory'}"
+        if self._taking:
+            self.brushing = True
+            self._flight.say(told)
+        self._end_room()
 
     def _tell(self, share: float) -> None:
         self.share = share
+        if share == 1.0:  # the tables have been exchanged
+            self._land_changed(settled=True)
         self._flight.refresh()
 
     def next_tool(self) -> None:
@@ -95,17 +139,13 @@ class Sculpting:
 
     # --- Strokes ------------------------------------------------------------------------------------------------------
 
-    @property
-    def at_work(self) -> bool:
-        """Whether the brush is on the land, or has more to do there."""
-        return self._flight.mouse.drag == "brush" or bool(self.editing and self.editing.due)
-
-    def begin(self, place: np.ndarray) -> None:
-        """The button goes down on the land."""
-        if self.editing:
-            self.cancel()
-            self.editing.begin(place, self._flight.now_s)
-            self._land_changed(settled=False)
+    def begin(self, place: np.ndarray) -> bool:
+        """The button goes down on the land; whether a stroke begins."""
+        if not self.editing or self._land_is_changing():
+            return False
+        self.editing.begin(place, self._flight.now_s)
+        self._land_changed(settled=False)
+        return True
 
     def go_on(self) -> None:
         """Follow the cursor while the button is down, for a while; where tables must hold more, wait until they do."""
@@ -113,9 +153,9 @@ class Sculpting:
         if not editing or self.room:
             return
         held = flight.mouse.drag == "brush"
-        if held and self.brushing and flight.mouse.place is not None:
-            editing.move(flight.mouse.place, flight.now_s)
-        if editing.due and not editing.has_room:
+        if held:
+            self._follow()
+        if not editing.has_room:
             self.room = editing.making_room()
             return
         done = flight.pace.go_on(editing.dabbing(), hurried=True)
@@ -125,8 +165,20 @@ class Sculpting:
 
     def end(self) -> None:
         """The button comes up."""
+        self._follow()
         if self.editing and not self.editing.due:
             self._finish()
+
+    @property
+    def at_work(self) -> bool:
+        """Whether the brush is on the land, or has more to do there."""
+        return self._flight.mouse.drag == "brush" or bool(self.editing and self.editing.due)
+
+    def _follow(self) -> None:
+        """Have dabs up to where the cursor is now."""
+        place = self._flight.mouse.place
+        if self.editing and place is not None:
+            self.editing.move(place, self._flight.now_s)
 
     def _finish(self) -> None:
         """The stroke is done: the light follows."""
@@ -136,19 +188,27 @@ class Sculpting:
 
     def undo(self) -> None:
         """Take the last stroke back."""
-        self.cancel()
-        if self.editing and self.editing.undo():
-            self._land_changed(settled=True)
-        else:
-            self._flight.say("nothing to undo")
+        self._step_back(lambda editing: editing.undo(), "nothing to undo")
 
     def redo(self) -> None:
         """Do it again."""
-        self.cancel()
-        if self.editing and self.editing.redo():
+        self._step_back(lambda editing: editing.redo(), "nothing to do again")
+
+    def _step_back(self, step: Callable[[Editing], bool], nothing: str) -> None:
+        if self._land_is_changing():
+            return
+        self._end_room()
+        if self.editing and step(self.editing):
             self._land_changed(settled=True)
         else:
-            self._flight.say("nothing to do again")
+            self._flight.say(nothing)
+
+    def _land_is_changing(self) -> bool:
+        """Whether what is sculpted now would be lost; that is said."""
+        changing = self._flight.land.is_changing
+        if changing:
+            self._flight.say("the land is being made higher or lower: sculpt when it is there")
+        return changing
 
     def _land_changed(self, settled: bool) -> None:
         """The land is another: what is known of it is no longer so."""
@@ -157,7 +217,7 @@ class Sculpting:
         flight.painter.forget(at_once=True)
         flight.keeping.land_changed()
         flight.insight.explanation = None
-        if self.editing and self.editing.edited:
+        if self.unsaved:
             flight.land.changed()
         if settled:
             flight.painter.dawn.stop()
@@ -175,19 +235,21 @@ class Sculpting:
     def save(self, path: str) -> None:
         """Write the land to a file, in a thread."""
         self.save_as = None
-        if self.saving:
-            self._flight.say(f"{self.saving.path} is still being written")
+        flight, editing = self._flight, self.editing
+        if self.saving or self.at_work or not editing:
+            flight.say(f"{self.saving.path} is still being written" if self.saving else "the brush is still at work")
             return
         try:
-            self.saving = Saving(path, self._flight.renderer.heightmap, self._flight.land.exaggeration)
+            self.saving = Saving(path, flight.renderer.heightmap, flight.land.exaggeration, editing.edits)
         except TerrainError as error:
-            self._flight.say(str(error))
+            flight.say(str(error))
 
     def step(self) -> None:
         """Make room for strokes, and tell how the saving went, once it is done."""
         self._make_room()
         if self.saving and self.saving.message:
             self._flight.say(self.saving.message, TOLD_S)
+            self._saved = self.saving.edits if self.saving.done else self._saved
             self.saving = None
 
     def join(self) -> None:

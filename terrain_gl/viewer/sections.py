@@ -36,6 +36,12 @@ def land(gui: Gui, flight: Flight) -> None:
         flight.land.open(name)
     if path := gui.enter("file", "", "PNG, TIFF, EXR, HDR, NPY or HGT. You can drop a file on the window as well."):
         flight.land.open(path)
+    spacing = flight.land.opened.heightmap.spacing_m
+    words = f"{spacing[0]:g}" if spacing[0] == spacing[1] else f"{spacing[0]:g} × {spacing[1]:g}"
+    if typed := gui.enter(
+        "spacing", words, "Metres between posts, then Enter: for maps that do not tell, or tell wrongly."
+    ):
+        flight.space(typed)
 
 
 def detail(gui: Gui, flight: Flight) -> None:

@@ -117,8 +117,11 @@ class Window:
         flight.say(memory.complaint or "H shows the keys; drop a map's file here to see it")
         self._listen()
         try:
-            while not (flight.done or self._glfw.window_should_close(self._handle)):
+            while not flight.done:
                 self._turn()
+                if self._glfw.window_should_close(self._handle):
+                    self._glfw.set_window_should_close(self._handle, False)
+                    flight.quit()
         finally:
             memory.window = self._glfw.get_window_size(self._handle)
             flight.close()
