@@ -7,11 +7,34 @@ with tg.Renderer(terrain) as r:
     frame.image, frame.stats, r.measure()
 """
 
-from .camera import Camera
-from .context import create_context
+from importlib import import_module
+from typing import TYPE_CHECKING, Any
+
 from .exceptions import TerrainError, UsageError
-from .heightmap import Heightmap
-from .renderer import Frame, Renderer
+
+if TYPE_CHECKING:
+    from .camera import Camera
+    from .context import create_context
+    from .heightmap import Heightmap
+    from .renderer import Frame, Renderer
 
 __version__ = "0.1.0"
 __all__ = ["Camera", "Frame", "Heightmap", "Renderer", "TerrainError", "UsageError", "create_context"]
+_MODULES = {
+    "Camera": "camera",
+    "Frame": "renderer",
+    "Heightmap": "heightmap",
+    "Renderer": "renderer",
+    "create_context": "context",
+}
+
+
+def __getattr__(name: str) -> Any:
+    """Import what is asked for first (PEP 562): so the command line is there at once, to hear Ctrl-C."""
+    if name not in _MODULES:
+        raise AttributeError(f"module {__name__!r} has no attribute {name!r}")
+    return getattr(import_module(f".{_MODULES[name]}", __name__), name)
+
+
+def __dir__() -> list[str]:
+    return sorted({*globals(), *__all__})

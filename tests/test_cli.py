@@ -534,6 +534,50 @@ def test_interrupt_is_quiet(dem, run, monkeypatch):
     assert run("measure", dem) == (130, "", "")
 
 
+INTERRUPTED = """
+import os, signal, sys
+{}
+from terrain_gl.cli import main
+sys.exit(main())
+"""
+IN_A_SHADER = """
+import _moderngl
+make_uniform = _moderngl.make_uniform
+def interrupted(*about):
+    os.kill(os.getpid(), {})
+    return make_uniform(*about)
+_moderngl.make_uniform = interrupted
+"""
+IN_AN_IMPORT = """
+class Finder:
+    def find_spec(self, name, path, target=None):
+        if name == {!r}:
+            os.kill(os.getpid(), signal.SIGINT)
+sys.meta_path.insert(0, Finder())
+"""
+
+
+def interrupted(when, *words):
+    """Status and outputs of a command that gets a signal at the first moment that `when` describes."""
+    listening = "signal.signal(signal.SIGINT, signal.default_int_handler)"  # shells make background jobs deaf
+    command = [sys.executable, "-c", INTERRUPTED.format(listening + when), *words]
+    done = subprocess.run(command, capture_output=True, text=True, timeout=60)
+    return done.returncode, done.stdout, done.stderr
+
+
+@pytest.mark.skipif(os.name != "posix", reason="signals are Unix's")
+@pytest.mark.parametrize("name, status", [("SIGINT", 130), ("SIGTERM", 143)])
+def test_signals_wait_until_moderngl_has_made_a_shader(dem, name, status):
+    """Which calls Python from C, and crashes where that raises."""
+    assert interrupted(IN_A_SHADER.format(f"signal.{name}"), "measure", dem) == (status, "", "")
+
+
+@pytest.mark.skipif(os.name != "posix", reason="signals are Unix's")
+@pytest.mark.parametrize("module", ["terrain_gl.cli.info", "numpy", "moderngl", "OpenImageIO"])
+def test_interrupt_of_an_import_is_quiet(dem, module):
+    assert interrupted(IN_AN_IMPORT.format(module), "measure", dem) == (130, "", "")
+
+
 def test_memory_runs_out(dem, run, monkeypatch):
     def fail(*_):
         raise MemoryError
@@ -555,6 +599,13 @@ def test_closed_standard_output(dem):
     command = f"{shlex.quote(sys.executable)} -m terrain_gl measure {shlex.quote(dem)} --size 16x9 >&-"
     done = subprocess.run(["sh", "-c", command], stderr=subprocess.PIPE, text=True, timeout=60)
     assert (done.returncode, done.stderr) == (0, "")
+
+
+@pytest.mark.parametrize("words, status", [("a.png", 0), ("nowhere/a.png", 1)])
+def test_closed_standard_error(dem, words, status):
+    command = f"{shlex.quote(sys.executable)} -m terrain_gl shot {shlex.quote(dem)} --size 16x9 -o {words} 2>&-"
+    done = subprocess.run(["sh", "-c", command], stdout=subprocess.PIPE, text=True, timeout=60)
+    assert done.returncode == status and ("a.png" in done.stdout) == Path("a.png").exists() == (status == 0)
 
 
 @pytest.mark.skipif(os.name != "posix", reason="signals are Unix's")

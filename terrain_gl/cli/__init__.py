@@ -9,23 +9,25 @@ import argparse
 import os
 import re
 import shlex
-import signal
 import sys
 from collections.abc import Sequence
+from importlib import import_module
 from typing import NoReturn
 
 from .. import __version__
 from ..exceptions import TerrainError, UsageError
-from . import bench, compare, fly, generate, info, measure, mesh, shot, view
+from . import signals
 
-COMMANDS = (info, generate, shot, view, measure, mesh, compare, fly, bench)
+COMMANDS = ("info", "generate", "shot", "view", "measure", "mesh", "compare", "fly", "bench")
 
 
 def main(argv: Sequence[str] | None = None) -> int:
     """Run one command; returns the exit status."""
-    sys.stdout = sys.stdout or open(os.devnull, "w")  # noqa: SIM115, None where who started us has closed it
+    # None where who started us has closed them; the next file to be opened would take their place
+    sys.stdout = sys.stdout or open(os.devnull, "w")  # noqa: SIM115
+    sys.stderr = sys.stderr or open(os.devnull, "w")  # noqa: SIM115
     if argv is None:
-        signal.signal(signal.SIGTERM, _terminated)
+        signals.listen()
     try:
         words = join_negative(sys.argv[1:] if argv is None else argv)
         args = parser().parse_args(words)
@@ -44,10 +46,12 @@ def main(argv: Sequence[str] | None = None) -> int:
         if isinstance(error, OSError) and error.filename is None:
             _drop_output()
         return _complain(error)
+    finally:
+        signals.rest()
 
 
 def parser() -> argparse.ArgumentParser:
-    """The parser of the whole command line."""
+    """The parser of the whole command line; imports the commands, no sooner: Ctrl-C may come meanwhile."""
     top = Parser(
         prog="terrain-gl",
         description="Heightmaps drawn with OpenGL tessellation at a certified screen-space error.",
@@ -55,8 +59,8 @@ def parser() -> argparse.ArgumentParser:
     )
     top.add_argument("--version", action="version", version=f"terrain-gl {__version__}")
     commands = top.add_subparsers(metavar="COMMAND", required=True)
-    for module in COMMANDS:
-        module.add(commands)
+    for name in COMMANDS:
+        import_module(f".{name}", __name__).add(commands)
     return top
 
 
@@ -83,10 +87,6 @@ def join_negative(argv: Sequence[str]) -> list[str]:
         else:
             joined.append(word)
     return joined
-
-
-def _terminated(number: int, frame: object) -> NoReturn:
-    raise SystemExit(128 + number)  # so that half-written files go
 
 
 def _complain(error: Exception) -> int:
