@@ -146,10 +146,12 @@ def read_image(path: str | os.PathLike[str]) -> np.ndarray:
         raise TerrainError(f"{path}: no such file")
     as_it_is = oiio.ImageSpec()
     as_it_is.attribute("oiio:UnassociatedAlpha", 1)
-    file = oiio.ImageInput.open(os.fspath(path), as_it_is)
+    with quiet_stderr():
+        file = oiio.ImageInput.open(os.fspath(path), as_it_is)
     if file is None:
         raise TerrainError(f"{path}: not a readable picture: {_one_line(oiio.geterror())}")
-    pixels = file.read_image(oiio.UNKNOWN)
+    with quiet_stderr():
+        pixels = file.read_image(oiio.UNKNOWN)
     file.close()
     if pixels is None:
         raise TerrainError(f"{path}: not a whole picture: {_one_line(file.geterror()) or 'damaged'}")
@@ -259,3 +261,16 @@ def make_sure_of_space(to: Path, pixel_bytes: int) -> None:
 
 def _one_line(text: str) -> str:
     return " ".join(text.split())
+
+
+@contextmanager
+def quiet_stderr() -> Iterator[None]:
+    """Silence libpng, which writes lines of its own to file descriptor 2; our one line says the same."""
+    saved, null = os.dup(2), os.open(os.devnull, os.O_WRONLY)
+    try:
+        os.dup2(null, 2)
+        yield
+    finally:
+        os.dup2(saved, 2)
+        os.close(saved)
+        os.close(null)

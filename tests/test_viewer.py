@@ -10,6 +10,7 @@ import shutil
 import subprocess
 import sys
 import time
+from dataclasses import replace
 from importlib.resources import files
 
 import numpy as np
@@ -446,6 +447,7 @@ def test_metres_read_well():
 
 def test_figures_say_what_is_unknown():
     stats = {"ms": {"lod": 1.0, "draw": 2.0}, "width": 640, "height": 400, "triangles": 12345, "patches": 678}
+    stats["metric"] = "max"
     stats |= {"certified_max_error_px": 0.98766, "ms_clock": "gpu", "gl_renderer": "llvmpipe (LLVM 15.0.6, 256 bits)"}
     figures = Figures("hills", (129, 129), None, stats)
     lines = ["".join(run.text for run in line).rstrip() for line in hud.figures_panel(figures, Settings()).lines]
@@ -811,7 +813,7 @@ def test_the_picture_is_saved_without_words_beside_earlier_ones(flight, tmp_path
     assert json.loads((tmp_path / "hills-001.json").read_text())["triangles"] == flight.figures.stats["triangles"]
     assert (tmp_path / "hills-001.png").read_bytes() == (tmp_path / "hills-002.png").read_bytes()
     assert free_name("x/hills.tif").name == "hills-003.png"
-    assert "saved hills-002.png" in flight.message
+    assert f"saved {tmp_path.resolve() / 'hills-002.png'}" in flight.message
 
 
 def test_a_picture_that_cannot_be_saved_is_told(flight, tmp_path, monkeypatch):
@@ -1580,7 +1582,10 @@ def test_bookmarks_become_a_path(flight, tmp_path, monkeypatch):
     flight.press("k")
     path = CameraPath.open("hills-001-path.json")
     assert [frame.camera.eye for frame in path.keyframes] == [flight.controller.bookmarks[n].eye for n in (1, 2)]
-    assert "fly MAP --path hills-001-path.json" in flight.message
+    assert "fly MAP --path hills-001-path.json" in flight.message  # these hills have no file
+    flight.land.opened = replace(flight.land.opened, key="alpine")
+    flight.press("k")
+    assert "fly alpine --path hills-002-path.json" in flight.message
 
 
 def test_legends_show_the_colours_of_the_shaders():

@@ -2,15 +2,13 @@
 
 from __future__ import annotations
 
-import contextlib
-import os
-from collections.abc import Iterator
 from typing import Any
 
 import numpy as np
 import OpenImageIO as oiio
 
 from terrain_gl.exceptions import TerrainError
+from terrain_gl.image import quiet_stderr
 from terrain_gl.readers.raster import INSTALL_GEO, MAX_CHANNELS, Blocks, Raster, damaged, rows_at_once, utf8
 
 
@@ -18,7 +16,7 @@ def open_oiio(path: str, name: str) -> Raster:
     """Open an image of one height per pixel, or of packed colours."""
     config = oiio.ImageSpec()
     config.attribute("oiio:UnassociatedAlpha", 1)  # else heights come back multiplied by their opacity
-    with _quiet_stderr():
+    with quiet_stderr():
         image = oiio.ImageInput.open(utf8(path, name), config)
     if image is None:
         raise damaged(name, _reason(oiio))
@@ -42,7 +40,7 @@ def _oiio_blocks(image: Any, name: str) -> Blocks:
     for row in range(0, spec.height, step):
         rows = slice(row, min(row + step, spec.height))
         top, bottom = spec.y + rows.start, spec.y + rows.stop
-        with _quiet_stderr():
+        with quiet_stderr():
             if spec.tile_width:
                 columns = (spec.x, spec.x + spec.width)
                 pixels = image.read_tiles(0, 0, *columns, top, bottom, 0, 1, 0, spec.nchannels, spec.format)
@@ -59,17 +57,5 @@ def _reason(source: Any) -> str:
         text = source.geterror()
     except UnicodeDecodeError:
         text = ""
-    return " ".join(text.split())[:120] or "its data do not decode"
-
-
-@contextlib.contextmanager
-def _quiet_stderr() -> Iterator[None]:
-    """Silence libpng, which writes lines of its own to file descriptor 2; our one line says the same."""
-    saved, null = os.dup(2), os.open(os.devnull, os.O_WRONLY)
-    try:
-        os.dup2(null, 2)
-        yield
-    finally:
-        os.dup2(saved, 2)
-        os.close(saved)
-        os.close(null)
+    first, _, _ = text.strip().partition("\n")  # what follows says it again
+    return " ".join(first.split())[:120] or "its data do not decode"

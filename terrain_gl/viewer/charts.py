@@ -8,7 +8,7 @@ from collections.abc import Iterator
 from dataclasses import dataclass, field
 from typing import TYPE_CHECKING, Any
 
-from .hud import clock, drawing_ms, metres, seconds
+from .hud import achieved_px, clock, drawing_ms, metres, seconds
 
 if TYPE_CHECKING:
     from .flight import Flight
@@ -52,12 +52,11 @@ class History:
 
 def show(gui: Gui, flight: Flight) -> None:
     """Lay the graphs out in the panel that is being built."""
-    figures, metric = flight.figures, flight.settings.drawing.metric
-    stats = figures.stats
+    figures, stats = flight.figures, flight.figures.stats
     if not stats:
         return
     ms = drawing_ms(stats)
-    pace = "at rest" if figures.fps is None else f"{figures.fps:.0f} frames/s"
+    pace = "at rest" if figures.fps is None else f"{figures.fps:.{1 if figures.fps < 10 else 0}f} frames/s"
     coarse = f", {figures.shrunk} × coarser" if figures.shrunk > 1 else ""
     whose, told = clock(stats)
     _title(gui, "Frame", f"{seconds(ms)} {whose}, {pace}{coarse}")
@@ -68,7 +67,7 @@ def show(gui: Gui, flight: Flight) -> None:
     _line(gui, [record.triangles for record in flight.painter.history.records], SOFT)
     gui.hint("triangles", "Triangles of the last frames.")
     promised = "no" if (px := stats["certified_max_error_px"]) is None else f"{px:.3f}"
-    measured = f"{figures.measured_px[metric]:.3f}" if figures.measured_px else "…"
+    measured = "…" if (px := achieved_px(figures.measured_px, stats)) is None else f"{px:.3f}"
     _title(gui, "Error", f"measured {measured}, promised {promised} px")
     _errors(gui, list(flight.painter.history.records))
     gui.hint("error", "Line: pixels promised before drawing. Dots: measured on that very mesh, when nothing moves.")

@@ -72,7 +72,9 @@ class Filming:
         except (TerrainError, OSError) as error:
             self._say(f"recording failed: {error}")
         else:
-            self._say(f"recorded {recorder.path}: {recorder.frames} frames")
+            path = Path(recorder.path).absolute()
+            film = "" if path.suffix else ", a folder of pictures (pip install 'terrain-gl[video]' for films)"
+            self._say(f"recorded {path}{film}: {recorder.frames} frames")
 
 
 def film_suffix() -> str:

@@ -27,7 +27,7 @@ from .lines import Lines
 from .marks import lines_on_land
 from .memory import Memory
 from .mouse import Mouse
-from .overlay import Overlay, Panel, Text
+from .overlay import ACCENT, Overlay, Panel, Text
 from .pace import Pace
 from .painter import REST_S, Painter, Size, Wanted
 from .sculpting import Sculpting
@@ -289,6 +289,8 @@ class Flight:
             panels.append(hud.figures_panel(self.figures, self.settings))
         if progress := self.progress:
             panels.append(hud.progress_panel(*progress))
+        if self.keeping.filming.running:
+            panels.append(Panel([[Text("recording   ", ACCENT), Text("R stops")]], (1.0, 1.0)))
         if self.message:
             panels.append(hud.message_panel(self.message))
         return panels

@@ -54,8 +54,8 @@ _COLOURS = {
     "title_bg_active": (0.04, 0.055, 0.08, 0.90),
     "title_bg_collapsed": (0.04, 0.055, 0.08, 0.80),
     "check_mark": (1.0, 0.80, 0.47, 1.0),
-    "slider_grab": (1.0, 0.80, 0.47, 0.75),
-    "slider_grab_active": (1.0, 0.80, 0.47, 1.0),
+    "slider_grab": (1.0, 0.80, 0.47, 0.62),
+    "slider_grab_active": (1.0, 0.80, 0.47, 0.75),
     "button": (1.0, 1.0, 1.0, 0.08),
     "button_hovered": (1.0, 0.80, 0.47, 0.30),
     "button_active": (1.0, 0.80, 0.47, 0.50),
@@ -81,6 +81,9 @@ def library() -> Any:
     except ImportError:
         return None
     return imgui
+
+
+_RECORDING = (1.0, 0.45, 0.40, 1.0)
 
 
 class Gui:
@@ -213,6 +216,11 @@ class Gui:
         if flight.sculpting.save_as is not None:
             with self._window("Save the land##save", (0.5, 0.4), size, closed=lambda: flight.press("escape")):
                 self._ask_path(flight)
+        if flight.keeping.filming.running:
+            with self._window("##recording", (0.99, 0.985), size):
+                self.imgui.text_colored(_RECORDING, "recording")
+                self.imgui.same_line()
+                self.imgui.text("R stops")
         if flight.message:
             with self._window("##message", (beside, 0.985), size):
                 self.imgui.push_text_wrap_pos(0.9 * size[0])
@@ -271,7 +279,11 @@ class Gui:
                 begin, end = flight.wanted().part(side)
                 place = (end - 0.01, 0.02) if side == 0 else (begin + 0.01, 0.02)
                 with self._window(f"##side {side}", place, size, pivot=(1.0 - side, 0.0)):
-                    self.imgui.text(lesson.side_line(flight.settings.sides[side], stats))
+                    left = self._panel_width(size) + 3 * self.em if side == 0 and flight.settings.figures else 0.0
+                    self.imgui.push_text_wrap_pos(max(0.94 * ((end - begin) * size[0] - left), 8 * self.em))
+                    coarse = f"; {flight.figures.shrunk} × coarser in motion" if flight.figures.shrunk > 1 else ""
+                    self.imgui.text(lesson.side_line(flight.settings.sides[side], stats) + coarse)
+                    self.imgui.pop_text_wrap_pos()
         if flight.settings.sums and flight.has_map:
             _, bottom, _, height = flight.insight.sums_frame
             top = (size[1] - bottom + 6 * self.scale) / size[1]

@@ -16,8 +16,8 @@ ABOUT = (
     "How far off each piece of land would be, drawn coarsely, was measured once, when the map was opened, and summed up"
     " in summed-area tables: four look-ups tell the worst of any rectangle. Each frame turns those metres into pixels"
     " for the eye where it is now, and takes the coarsest pieces that keep the promise.",
-    "Raise the tolerance and watch the triangles go. Look at the mesh with the styles wireframe and lod, at the error"
-    " with the style error. The panel shows what was promised and, as soon as nothing moves, what was achieved,"
+    "Raise the tolerance and watch the triangles go. Look at the mesh, at its levels and at the error of each pixel"
+    " under Understand. The panel shows what was promised and, as soon as nothing moves, what was achieved,"
     " measured on the very mesh that is drawn.",
 )
 

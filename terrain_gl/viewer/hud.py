@@ -68,13 +68,19 @@ def _asked(drawing: Drawing) -> tuple[str, str]:
     return "tolerance", "none" if drawing.method in EVERY_POST else f"{drawing.max_error_px:.4g} px {drawing.metric}"
 
 
+def achieved_px(measured_px: dict[str, float] | None, stats: dict[str, Any]) -> float | None:
+    """What was measured, in the metric of the promise: what a budget promises is of the largest error."""
+    of_largest = stats.get("requested_triangles") and stats["certified_max_error_px"] is not None
+    return measured_px["max" if of_largest else stats["metric"]] if measured_px else None
+
+
 def figures_panel(figures: Figures, settings: Settings) -> Panel:
     """Panel at the top left: what the frame cost and what is known of its error."""
     stats, drawing = figures.stats, settings.drawing
     ms = drawing_ms(stats)
     pace = "at rest" if figures.fps is None else f"{figures.fps:.0f} fps"
     size = f"{stats['width']} × {stats['height']}" + (f"  1:{figures.shrunk}" if figures.shrunk > 1 else "")
-    measured = figures.measured_px
+    measured = achieved_px(figures.measured_px, stats)
     rows = [
         ("frame", f"{pace}  {seconds(ms)}" + " GPU" * (clock(stats)[0] == "GPU")),
         ("picture", size),
@@ -83,7 +89,7 @@ def figures_panel(figures: Figures, settings: Settings) -> Panel:
         None,
         _asked(drawing),
         ("promised", "nothing" if (px := stats["certified_max_error_px"]) is None else f"≤ {px:.4g} px"),
-        ("measured", f"{measured[drawing.metric]:.3f} px" if measured else "…"),
+        ("measured", "…" if measured is None else f"{measured:.3f} px"),
         None,
         ("method", "every post" if drawing.method in EVERY_POST else drawing.method),
         ("style", drawing.style),

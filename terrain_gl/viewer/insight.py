@@ -60,7 +60,11 @@ class Insight:
     def toggle_freeze(self) -> None:
         """Keep the levels that were chosen for the eye where it is now, or choose again."""
         self.frozen = None if self.frozen else self._flight.controller.camera
-        self._flight.say("levels stay: fly around them; L lets go" if self.frozen else "levels follow the eye again")
+        self._flight.say(
+            "levels stay, also out of sight: fly around them; L lets go"
+            if self.frozen
+            else "levels follow the eye again"
+        )
 
     def toggle_split(self) -> None:
         """Two sides to compare, or one."""

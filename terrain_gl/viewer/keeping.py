@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import shlex
 import threading
 from collections.abc import Callable, Generator
 from dataclasses import dataclass
@@ -164,7 +165,9 @@ class Keeping:
         except (TerrainError, OSError) as error:
             self._flight.say(str(error))
         else:
-            self._flight.say(f"saved {path}, {picture.shape[1]} × {picture.shape[0]}; its numbers: {numbers.name}")
+            self._flight.say(
+                f"saved {path.absolute()}, {picture.shape[1]} × {picture.shape[0]}; its numbers: {numbers.name}"
+            )
 
     # --- The mesh -----------------------------------------------------------------------------------------------------
 
@@ -189,7 +192,7 @@ class Keeping:
         except (TerrainError, OSError) as error:
             self._flight.say(str(error))
         else:
-            self._flight.say(f"saved {path}: {len(triangles):,} triangles in metres")
+            self._flight.say(f"saved {path.absolute()}: {len(triangles):,} triangles in metres")
 
     # --- Films and words ----------------------------------------------------------------------------------------------
 
@@ -228,7 +231,10 @@ class Keeping:
         except (TerrainError, OSError) as error:
             flight.say(str(error))
         else:
-            flight.say(f"saved {path}: terrain-gl fly MAP --path {path} -o flight.mp4 makes a film of it", TOLD_S)
+            film = (
+                f"terrain-gl fly {shlex.quote(flight.land.opened.key or 'MAP')} --path {path} -o flight{film_suffix()}"
+            )
+            flight.say(f"saved {path.absolute()}: {film} makes a film of it", TOLD_S)
 
 
 def free_name(map_name: str, suffix: str = ".png") -> Path:

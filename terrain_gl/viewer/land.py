@@ -42,6 +42,8 @@ class Land:
         It stands for one of more posts, whose tables are being built.
     exaggeration
         What all heights are multiplied by.
+    refused
+        The file that was asked for last, if it did not come.
     """
 
     def __init__(self, flight: Flight) -> None:
@@ -51,12 +53,14 @@ class Land:
         self.loading: Loading | None = None
         self.is_coarse = False
         self.exaggeration = 1.0
+        self.refused = ""
         self._plain: Heightmap | None = None  # not exaggerated
         self._next: float | None = None  # exaggeration of what is on its way, if it is the same land
 
     def open(self, name: str) -> None:
         """Begin to load a bundled map, by its name, or a file."""
         if self._flight.sculpting.may_be_left():
+            self.refused = name  # until it is there
             self.load(os.path.basename(name), file_opener(name))
 
     def load(self, name: str, opener: Opener) -> None:
@@ -173,7 +177,7 @@ class Land:
 
     def _enter(self, opened: Opened) -> None:
         flight = self._flight
-        self.opened = opened
+        self.opened, self.refused = opened, ""
         if self._next is not None:
             self._raise(opened, self._next)
             return

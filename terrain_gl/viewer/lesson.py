@@ -129,7 +129,7 @@ class BoxSum:
         return [
             f"A  {a:,}      B  {b:,}",
             f"C  {c:,}      D  {d:,}",
-            f"(D - C) - (B - A) = {self.sum:,} steps of height",
+            f"(D - C) - (B - A) = {self.sum:,} steps of 1/65535 of the heights' span",
             f"in {self.posts:,} posts: their mean is {metres(self.mean_m)}",
             "Four look-ups, whatever its size: green ones add, red ones take away.",
             "Sums wrap at 2^32, hence the bands; differences stay exact.",

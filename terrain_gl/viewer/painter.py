@@ -26,7 +26,7 @@ from ..shade import UNLIT, Look
 from .canvas import Canvas
 from .charts import History
 from .dawn import Dawn
-from .hud import Figures, drawing_ms
+from .hud import Figures, achieved_px, drawing_ms
 from .pace import Pace
 
 REST_S = 0.25  # without a change until a full picture is drawn
@@ -227,7 +227,8 @@ class Painter:
         self._measuring, self._unmeasured = None, False
         if self._achieved:  # there was something in the picture
             self.figures.measured_px = {"max": self._achieved.max_px, "rms": self._achieved.rms_px}
-            self.history.measured(self.figures.measured_px[self.figures.stats["metric"]])
+            if (px := achieved_px(self.figures.measured_px, self.figures.stats)) is not None:
+                self.history.measured(px)
         return True
 
 

@@ -10,6 +10,7 @@ from ..drawing import CHOICES
 from ..export import FORMATS
 from ..light.sun import sun_position
 from ..maps import bundled
+from ..methods.rivals import RIVALS
 from .controller import MODES
 from .keeping import SIZES
 from .legend import COLOURS, legend
@@ -22,8 +23,12 @@ if TYPE_CHECKING:
 _LATITUDE_DEG = 46.0  # of the sun's course through the day
 _DAY = datetime(2025, 8, 1)
 METHODS_HELP = "How detail is chosen (F): sat keeps the promise with few triangles; full draws every post."
-TOLERANCE_HELP = "No post is drawn further than this from its place in the picture (+ and -)."
-BUDGET_HELP = "At most so many, where they take away most error (+ and -)."
+TOLERANCE_HELP = {
+    "max": "No post is drawn further than this from its place in the picture (+ and -).",
+    "rms": "What posts are off their places in the picture, as root mean square, is at most this (+ and -).",
+}
+AIM_HELP = "What this method aims at, for it promises nothing (+ and -)."
+BUDGET_HELP = "At most so many, where they take away most error; moving the tolerance ends it."
 METRIC_HELP = "What the tolerance bounds (M): the largest error of any post, or the root mean square of all."
 
 
@@ -34,7 +39,9 @@ def land(gui: Gui, flight: Flight) -> None:
     now = key if key in bundled() else flight.figures.name
     if name := gui.choose("map", now, names, "Maps that come with the program."):
         flight.land.open(name)
-    if path := gui.enter("file", "", "PNG, TIFF, EXR, HDR, NPY or HGT. You can drop a file on the window as well."):
+    if path := gui.enter(
+        "file", flight.land.refused, "PNG, TIFF, EXR, HDR, NPY or HGT. You can drop a file on the window as well."
+    ):
         flight.land.open(path)
     spacing = flight.land.opened.heightmap.spacing_m
     words = f"{spacing[0]:g}" if spacing[0] == spacing[1] else f"{spacing[0]:g} × {spacing[1]:g}"
@@ -51,8 +58,9 @@ def detail(gui: Gui, flight: Flight) -> None:
         gui.imgui.text_disabled(f"of the {('left', 'right')[settings.active]} side; the cursor chooses")
     stats = [*flight.painter.side_stats, flight.figures.stats][settings.active]  # a side may have come just now
     tolerance_px = drawing.max_error_px or stats.get("certified_max_error_px") or 1.0
+    text = AIM_HELP if drawing.method in RIVALS else TOLERANCE_HELP[drawing.metric]
     changes: dict[str, Any] = {
-        "max_error_px": gui.slide("tolerance", tolerance_px, *TOLERANCES_PX, TOLERANCE_HELP, "%.3g px", True),
+        "max_error_px": gui.slide("tolerance", tolerance_px, *TOLERANCES_PX, text, "%.3g px", True),
         "triangles": gui.slide(
             "triangles",
             drawing.triangles or stats.get("triangles", 1),
@@ -69,6 +77,11 @@ def detail(gui: Gui, flight: Flight) -> None:
     _apply(settings, changes)
 
 
+def _of_metres(metres: float) -> str:
+    """How a slider writes metres: never as powers of ten where they are many."""
+    return "%.0f m" if metres >= 100 else "%.3g m"
+
+
 def understand(gui: Gui, flight: Flight) -> None:
     """How detail comes about."""
     settings = flight.settings
@@ -81,7 +94,9 @@ def understand(gui: Gui, flight: Flight) -> None:
     if gui.tick("mesh over the picture", settings.drawing.wires, "The edges of all triangles, over any style (N)."):
         flight.press("n")
     frozen = flight.insight.frozen is not None
-    if gui.tick("freeze the levels", frozen, "Detail stays as it is for this eye; fly around (L)."):
+    if gui.tick(
+        "freeze the levels", frozen, "Detail stays as it is for this eye, also out of its sight; fly around (L)."
+    ):
         flight.press("l")
     if gui.tick("split the picture", settings.split, "Two methods or settings side by side (T)."):
         flight.press("t")
@@ -111,7 +126,15 @@ def sculpt(gui: Gui, flight: Flight) -> None:
     editing.tool = tool or editing.tool
     heightmap = editing.renderer.heightmap
     least, most = min(heightmap.spacing_m), 0.5 * max(heightmap.extent_m)
-    radius = gui.slide("radius", editing.radius_m, least, most, "Of the ring on the land ([ and ]).", "%.3g m", True)
+    radius = gui.slide(
+        "radius",
+        editing.radius_m,
+        least,
+        most,
+        "Of the ring on the land ([ and ]).",
+        _of_metres(editing.radius_m),
+        True,
+    )
     editing.radius_m = editing.radius_m if radius is None else radius
     if editing.tool in ("smooth", "flatten"):
         share = gui.slide("strength", editing.share, 0.01, 1.0, "Share of the way, each dab (, and .).", "%.2f")
@@ -119,7 +142,9 @@ def sculpt(gui: Gui, flight: Flight) -> None:
     else:
         reach = max(heightmap.range_m[1] - heightmap.range_m[0], 1.0)
         text = "Metres in the middle, each dab (, and .)."
-        metres = gui.slide("strength", editing.strength_m, 1e-4 * reach, 0.5 * reach, text, "%.3g m", True)
+        metres = gui.slide(
+            "strength", editing.strength_m, 1e-4 * reach, 0.5 * reach, text, _of_metres(editing.strength_m), True
+        )
         editing.strength_m = editing.strength_m if metres is None else metres
     if editing.tool == "cliff":
         text = "Where the cliff's face looks, clockwise from north."
@@ -200,7 +225,15 @@ def camera(gui: Gui, flight: Flight) -> None:
     if mode:
         controller.change_mode(mode)
     reach = max(controller.heightmap.extent_m)
-    speed = gui.slide("speed", controller.speed_m_s, 1e-5 * reach, reach, "Of W A S D (wheel).", "%.3g m/s", True)
+    speed = gui.slide(
+        "speed",
+        controller.speed_m_s,
+        1e-5 * reach,
+        reach,
+        "Of W A S D (wheel).",
+        _of_metres(controller.speed_m_s) + "/s",
+        True,
+    )
     if speed is not None:
         controller.speed_m_s = speed
     fov = gui.slide("field of view", controller.fov_deg, 1.0, 120.0, "Vertical (Ctrl wheel).", "%.0f°")
