@@ -127,8 +127,8 @@ class BoxSum:
         """What is to be read beside the picture."""
         a, b, c, d = self.corners
         return [
-            f"A  {a:,}      B  {b:,}",
-            f"C  {c:,}      D  {d:,}",
+            f"A  {a:,}      B  {b:,}      north",
+            f"C  {c:,}      D  {d:,}      south",
             f"(D - C) - (B - A) = {self.sum:,} steps of 1/65535 of the heights' span",
             f"in {self.posts:,} posts: their mean is {metres(self.mean_m)}",
             "Four look-ups, whatever its size: green ones add, red ones take away.",
