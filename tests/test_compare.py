@@ -10,9 +10,22 @@ from maps import rough
 import terrain_gl as tg
 from terrain_gl import reference
 from terrain_gl.cli import main
-from terrain_gl.cli.compare import in_lines
+from terrain_gl.cli.compare import in_lines, uneven_text
 from terrain_gl.comparison import compare as comparing
-from terrain_gl.comparison.compare import COMPARED, EQUAL, Truth, curve, entry_of, fewest, ideal_curve, study, truth_of
+from terrain_gl.comparison.compare import (
+    COMPARED,
+    EQUAL,
+    Comparison,
+    Entry,
+    Study,
+    Truth,
+    curve,
+    entry_of,
+    fewest,
+    ideal_curve,
+    study,
+    truth_of,
+)
 from terrain_gl.image import read_image
 from terrain_gl.views import standard_view
 
@@ -78,6 +91,28 @@ def test_study_draws_all_methods_with_as_many_triangles(renderer, camera):
     assert len(record["ideal"]) == len(record["curves"]["sat"]) >= 6
     for label, cells, best in found.table():
         assert len(cells) == len(best) == len(COMPARED) and label
+
+
+@pytest.mark.parametrize("triangles", [100_000, 3000])
+def test_more_triangles_than_a_method_can_draw_are_asked_of_none(ctx, triangles):
+    heightmap = tg.Heightmap(rough(65, 65, 3, 30.0), 10.0)
+    camera = tg.Camera.default(heightmap)
+    r = tg.Renderer(heightmap, (96, 64), ctx=ctx)
+    found, most = study(r, camera, triangles, fine=1), r.choose(camera, method="full")["triangles"]
+    r.release()
+    assert found.triangles == found.record()["triangles"] == pytest.approx(min(triangles, most), rel=EQUAL)
+    for entry in found.comparison.entries:
+        assert abs(entry.stats["triangles"] / found.triangles - 1) <= EQUAL and not found.uneven()
+
+
+def test_a_line_names_the_methods_with_other_numbers_of_triangles():
+    entries = [
+        Entry(method, {"triangles": n}, None, None) for method, n in zip(COMPARED, (2884, 3003, 3180), strict=True)
+    ]
+    found = Study(Comparison(None, {}, entries, None), triangles=3000)
+    assert uneven_text(found) == "\n\nnot equal to 3,000 triangles: Geometry clipmaps -4 %, Summed-area tables +6 %"
+    found.comparison.entries = entries[1:2]
+    assert uneven_text(found) == ""
 
 
 def test_study_of_a_certified_error_says_what_the_others_need(renderer, camera):

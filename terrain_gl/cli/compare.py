@@ -129,7 +129,13 @@ def text(found: Study) -> str:
     """The numbers for people: a column a method."""
     rows = [["", *(LABELS[entry.method] for entry in found.comparison.entries)]]
     rows += [[line.label, *line.cells] for line in found.table()]
-    return report.table(rows) + curves_text(found)
+    return report.table(rows) + curves_text(found) + uneven_text(found)
+
+
+def uneven_text(found: Study) -> str:
+    """Which methods were to draw as many triangles as the others, and did not."""
+    off = [f"{LABELS[method]} {100 * share:+.0f} %" for method, share in found.uneven().items()]
+    return f"\n\nnot equal to {found.triangles:,} triangles: {', '.join(off)}" if off else ""
 
 
 def curves_text(found: Study) -> str:

@@ -126,6 +126,8 @@ class Study:
 
     Attributes
     ----------
+    triangles
+        How many each method was to draw, if that was asked for.
     curves, ideal
         What `curve` and `ideal_curve` give, if they were asked for.
     max_error_px, needed
@@ -138,6 +140,14 @@ class Study:
     ideal: Any = None
     max_error_px: float | None = None
     needed: dict[str, dict[str, Any] | None] | None = None
+    triangles: int | None = None
+
+    def uneven(self) -> dict[str, float]:
+        """By how large a share methods are off the number of triangles they were to draw, where by more than EQUAL."""
+        if not self.triangles:
+            return {}
+        off = {entry.method: entry.stats["triangles"] / self.triangles - 1 for entry in self.comparison.entries}
+        return {method: share for method, share in off.items() if abs(share) > EQUAL}
 
     def table(self) -> list[Line]:
         """The numbers, for people."""
@@ -157,6 +167,8 @@ class Study:
         """The numbers, for JSON: docs/stats.md."""
         found: dict[str, Any] = {"truth": self.comparison.stats}
         found["methods"] = [entry.stats for entry in self.comparison.entries]
+        if self.triangles:
+            found["triangles"] = self.triangles
         if self.curves:
             found["curves"] = self.curves
             points = zip(self.ideal.triangles, self.ideal.rms_px, strict=True)
@@ -179,7 +191,8 @@ def study(
     Parameters
     ----------
     triangles
-        For each method; with `max_error_px` as many as it takes to certify that.
+        For each method, or as many as all of them can draw (`drawable`); with `max_error_px` as many as it takes to
+        certify that.
     with_curves
         Also at other numbers of triangles, `BUDGETS` of this one.
     fine, progress, options
@@ -187,13 +200,14 @@ def study(
     """
     certified = {"method": "sat", "max_error_px": max_error_px} | options
     own = measured(renderer, camera, **certified) if max_error_px else None
-    triangles = max(own["triangles"], FEWEST) if own else triangles
+    triangles = max(own["triangles"], FEWEST) if own else drawable(renderer, camera, triangles, **options)
     details = {method: detail_of(renderer, camera, method, triangles, **options) for method in COMPARED}
     if own:
         details["sat"] = {"max_error_px": max_error_px}
     parts = 1 + with_curves + bool(own)
     comparison = compare(renderer, camera, details, fine, part(progress, 0, parts), **options)
-    found, most = Study(comparison, max_error_px=max_error_px), comparison.stats["triangles"]
+    found = Study(comparison, max_error_px=max_error_px, triangles=triangles)
+    most = comparison.stats["triangles"]
     if with_curves:
         budgets = [max(FEWEST, round(triangles * share)) for share in BUDGETS if triangles * share < most]
         found.ideal = ideal_curve(renderer, camera, budgets, options.get("near_m"))
@@ -284,6 +298,18 @@ def detail_of(renderer: Renderer, camera: Camera, method: str, triangles: int, *
     if method not in RIVALS:
         return {"triangles": triangles}
     return {"parameters": renderer.best_parameters(camera, method, triangles, **options)}
+
+
+def drawable(renderer: Renderer, camera: Camera, triangles: int, **options: Any) -> int:
+    """So many triangles; where that is more than every post has, as many as the method that then draws fewest."""
+    most = renderer.choose(camera, method="full", **options)["triangles"]
+    if not 0 < most < triangles:
+        return triangles
+    counts = []
+    for method in COMPARED:
+        detail = _details(renderer, camera, method, most, options.get("near_m"))[0]
+        counts.append(renderer.choose(camera, method=method, **detail, **options)["triangles"])
+    return max(1, min(counts))
 
 
 def curve(
