@@ -542,11 +542,12 @@ sys.exit(main())
 """
 IN_A_SHADER = """
 import _moderngl
-make_uniform = _moderngl.make_uniform
-def interrupted(*about):
+exec('''
+def make_uniform(*about, make=make_uniform):
+    import os, signal
     os.kill(os.getpid(), {})
-    return make_uniform(*about)
-_moderngl.make_uniform = interrupted
+    return make(*about)
+''', vars(_moderngl))  # as moderngl's C finds it
 """
 IN_AN_IMPORT = """
 class Finder:

@@ -10,8 +10,8 @@ from __future__ import annotations
 import signal
 from types import FrameType
 
-_NOT_WITHIN = ("moderngl", "_moderngl", "importlib")
-_AGAIN_S = 0.005
+_CALLED_FROM_C = ("_moderngl", "terrain_gl.loaders")  # by moderngl's
+_AGAIN_S = 0.001
 
 
 def listen() -> None:
@@ -40,7 +40,8 @@ def _heard(number: int, frame: FrameType | None) -> None:
 def _harms(frame: FrameType | None) -> bool:
     """Whether an exception would pass through what does not expect it."""
     while frame:
-        if frame.f_globals.get("__name__", "").partition(".")[0] in _NOT_WITHIN:
+        module = frame.f_globals.get("__name__") or ""
+        if module in _CALLED_FROM_C or module.startswith("importlib"):
             return True
         frame = frame.f_back
     return False
