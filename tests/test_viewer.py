@@ -704,6 +704,39 @@ def test_a_flight_is_closed_while_a_map_loads(ctx):
     target.release()
 
 
+def test_nobody_does_anything_in_a_window_of_no_size(flight, tmp_path, monkeypatch):
+    monkeypatch.chdir(tmp_path)
+    settle(flight)
+    size, before = flight.size, flight.renderer.heightmap.heights.copy()
+    flight.mouse.press("left", 160, 150)
+    flight.resize((0, 0))
+    flight.mouse.let_go("left", 160, 150)
+    flight.mouse.press("left", 160, 150)
+    for key in BY_KEY:
+        if key != "escape":
+            flight.press(key)
+            later(flight)
+    flight.mouse.let_go("left", 160, 150)
+    flight.resize(size)
+    settle(flight)
+    assert np.array_equal(flight.renderer.heightmap.heights, before) and flight.figures.measured_px
+    assert not list(tmp_path.iterdir())
+    flight.press("b")
+    settle(flight)
+    flight.mouse.press("left", 160, 150)
+    later(flight)
+    flight.resize((0, 0))
+    flight.mouse.let_go("left", 0, 0)
+    flight.resize(size)
+    settle(flight)
+    assert flight.sculpting.editing.strokes == (1, 0) and flight.renderer._unsettled is None
+    flight.resize((0, 0))
+    for _ in range(3):  # the brush; what is sculpted is not saved
+        assert not flight.done
+        flight.press("escape")
+    assert flight.done
+
+
 def test_keys_do_what_they_say(flight, tmp_path, monkeypatch):
     monkeypatch.chdir(tmp_path)
     flight.resize((80, 50))  # there are many of them

@@ -103,6 +103,11 @@ class Flight:
         return self.land.renderer is not None
 
     @property
+    def is_seen(self) -> bool:
+        """Whether there is a map, and a window to see it in that is not minimised."""
+        return self.has_map and min(self.size) > 0
+
+    @property
     def figures(self) -> Figures:
         """What is known of the last picture."""
         return self.painter.figures
@@ -130,9 +135,9 @@ class Flight:
     # --- Commands -----------------------------------------------------------------------------------------------------
 
     def press(self, key: str, again: bool = False) -> None:
-        """A key that is not for the camera's moves; `again` if it is only held."""
+        """A key that is not for the camera's moves; `again` if it is only held. Who sees nothing can only quit."""
         command = BY_KEY.get(key)
-        if command and command.act and (command.repeats or not again) and (self.has_map or key == "escape"):
+        if command and command.act and (command.repeats or not again) and (self.is_seen or key == "escape"):
             command.act(self)
             self._stale = True
 

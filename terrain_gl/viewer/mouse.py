@@ -43,7 +43,7 @@ class Mouse:
     def press(self, name: str, x: float, y: float) -> None:
         """A button goes down over the land; while one is held, others do nothing."""
         flight = self._flight
-        if not flight.has_map or self.drag:
+        if not flight.is_seen or self.drag:
             return
         self._pressed_at, self._pointed, self._held = (x, y), (x, y), name
         if name == "left" and self._near_divider(x):
@@ -69,7 +69,7 @@ class Mouse:
         if drag == "brush":
             flight.sculpting.end()
         clicked = math.dist((x, y), self._pressed_at) < CLICK_PX * flight.scale
-        if name == "left" and drag in ("orbit", "look") and clicked:
+        if name == "left" and drag in ("orbit", "look") and clicked and flight.is_seen:
             flight.insight.explain(x, y)
 
     def point(self, x: float, y: float, look: bool = False, over_panels: bool = False) -> None:

@@ -176,7 +176,7 @@ class Sculpting:
 
     def _follow(self) -> None:
         """Have dabs up to where the cursor is now."""
-        place = self._flight.mouse.place
+        place = self._flight.mouse.place if self._flight.is_seen else None
         if self.editing and place is not None:
             self.editing.move(place, self._flight.now_s)
 
