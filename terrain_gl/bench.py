@@ -16,6 +16,7 @@ from .brush import Brush, Sculptor
 from .film.tour import tour
 from .renderer import Renderer
 
+_IN_THE_MIDDLE = 5  # dabs there, of which the median counts
 ENOUGH_S = 4.0  # seconds spent on one number, after which no more repeats are made
 
 
@@ -45,7 +46,7 @@ def bench(renderer: Renderer, frames: int = 7, dense: bool = True, **view: Any) 
 
 
 def strokes(renderer: Renderer, count: int = 20, radius_posts: int = 64) -> dict[str, Any]:
-    """Time dabs of a brush at random places, and one in the very middle, which moves nodes of every level.
+    """Time dabs of a brush at random places, and some in the very middle, which move nodes of every level.
 
     They raise and lower within what the map reaches, and are undone in the end.
 
@@ -63,14 +64,15 @@ def strokes(renderer: Renderer, count: int = 20, radius_posts: int = 64) -> dict
         Brush("raise", min(heightmap.spacing_m), 0.01), *places[0]
     )  # so that nothing is done for the first time
     times = []
-    for i, place in enumerate([*places, (east / 2, north / 2)]):
+    for i, place in enumerate([*places, *[(east / 2, north / 2)] * _IN_THE_MIDDLE]):
         brush = Brush(("raise", "lower")[i % 2], radius_posts * max(heightmap.spacing_m), 0.02 * (high - low))
         times.append(_ms(partial(sculptor.dab, brush, *place), finish))
     rebuild_ms = median(_repeat(lambda: _ms(partial(_rebuild, renderer), finish), 3))
     while sculptor.undo():
         pass
     sculptor.end()
-    ms = {"median": median(times[:-1]), "most": max(times[:-1]), "middle": times[-1]}
+    elsewhere, middle = times[:count], times[count:]
+    ms = {"median": median(elsewhere), "most": max(elsewhere), "middle": median(middle)}
     ratio = {name: value / rebuild_ms for name, value in ms.items()}
     return {"radius_posts": radius_posts, "count": count, "ms": ms | {"rebuild": rebuild_ms}, "ratio": ratio}
 
