@@ -1256,6 +1256,18 @@ def test_a_stroke_reaches_where_the_button_came_up(flight):
     assert raised_m > 0.5 * flight.sculpting.editing.strength_m
 
 
+def test_light_follows_a_stroke_of_a_single_portion(flight):
+    settle(flight)
+    flight.press("b")
+    settle(flight)
+    take_pace(flight, slow())
+    flight.mouse.press("left", 160, 150)
+    flight.mouse.let_go("left", 160, 150)
+    while flight.sculpting.at_work:
+        later(flight, 0.01)
+    assert flight.sculpting.editing.strokes == (1, 0) and flight.renderer._unsettled is None
+
+
 def test_a_map_that_comes_during_a_stroke_is_not_sculpted_by_it(flight):
     with_a_stroke(flight)
     flight.mouse.press("left", 160, 150)

@@ -158,9 +158,9 @@ class Sculpting:
         if not editing.has_room:
             self.room = editing.making_room()
             return
-        done = flight.pace.go_on(editing.dabbing(), hurried=True)
+        flight.pace.go_on(editing.dabbing(), hurried=True)
         self._land_changed(settled=False)
-        if done and not held and not editing.due:
+        if not held and not editing.due:
             self._finish()
 
     def end(self) -> None:
