@@ -1408,6 +1408,47 @@ def test_a_long_stroke_is_done_in_portions_after_the_button_is_up(flight):
     assert np.array_equal(flight.renderer.heightmap.heights, hills().heights)
 
 
+@pytest.mark.parametrize("seed", range(8))
+def test_whatever_one_does_tables_and_promise_hold(flight, seed, tmp_path, monkeypatch):
+    """Random keys, strokes, sizes and frames in any order, at a pace that does a portion of everything a frame."""
+    monkeypatch.chdir(tmp_path)
+    rng = np.random.default_rng(seed)
+    settle(flight)
+    take_pace(flight, slow())
+    keys = [key for key in BY_KEY if key not in ("ctrl+s", "r", "p", "o")]
+    does = {
+        "frame": lambda: later(flight, rng.choice([0.01, 0.05, 0.3, 1.0])),
+        "key": lambda: flight.press(rng.choice(keys)),
+        "sculpt": lambda: flight.press(rng.choice(["b", "ctrl+z", "ctrl+shift+z", "escape", "x"])),
+        "press": lambda: flight.mouse.press(rng.choice(["left", "right"]), *rng.uniform((0, 60), (320, 200))),
+        "point": lambda: flight.mouse.point(*rng.uniform((0, 40), (320, 200))),
+        "let go": lambda: flight.mouse.let_go(rng.choice(["left", "right"]), *rng.uniform((0, 60), (320, 200))),
+        "raise": lambda: flight.land.exaggerate(rng.choice([0.5, 1.0, 2.0])),
+        "size": lambda: flight.resize(((320, 200), (0, 0), (1, 1), (160, 120))[rng.integers(4)]),
+    }
+    often = np.array([45, 6, 12, 12, 10, 11, 2, 2])
+    for name in rng.choice(list(does), 100, p=often / often.sum()):
+        does[name]()
+        flight.done = False
+    flight.resize((320, 200))
+    take_pace(flight, swift())
+    for button in ("left", "right"):
+        flight.mouse.let_go(button, 160, 150)
+    flight.controller.let_go_all()
+    settle(flight)
+    renderer, measured = flight.renderer, flight.figures.measured_px
+    assert renderer._unsettled is None and not flight.sculpting.at_work
+    if measured and flight.certified_px is not None:
+        assert measured[flight.figures.stats["metric"]] <= flight.certified_px
+    rebuilt = Heightmap(renderer.heightmap.heights, renderer.heightmap.spacing_m)
+    rebuilt.reach_m = renderer.heightmap.reach_m
+    built = ErrorTables(Terrain(flight.ctx, rebuilt))
+    for name in ("nodes", "gains", "counters", "squares", "blocks"):
+        assert getattr(built, name).read() == getattr(renderer.tables, name).read(), name
+    built.terrain.release()
+    built.release()
+
+
 def test_every_tool_is_at_hand(flight):
     settle(flight)
     flight.press("b")
