@@ -104,7 +104,7 @@ def dabs(heightmap: Heightmap, brush: Brush, middles_m: Sequence[tuple[float, fl
     around = _grown(rows, half[1], heightmap.rows), _grown(cols, half[0], heightmap.cols)
     ground = Patch(*around, heightmap.heights[around].copy())
     for each in touched:
-        _press(ground, heightmap, brush, each)
+        _press(ground, heightmap, brush, half, each)
     return Patch(rows, cols, ground.part(rows, cols).copy())
 
 
@@ -126,8 +126,8 @@ def _touched(heightmap: Heightmap, reach: np.ndarray, x_m: float, y_m: float) ->
     return _Touched(rows, cols, at)
 
 
-def _press(ground: Patch, heightmap: Heightmap, brush: Brush, touched: _Touched) -> None:
-    """Use a brush on the ground, in place."""
+def _press(ground: Patch, heightmap: Heightmap, brush: Brush, half: tuple[int, int], touched: _Touched) -> None:
+    """Use a brush on the ground, in place; `half`: of the box to smooth over."""
     rows, cols, at = touched
     spacing = heightmap.spacing_m
     east = (np.arange(cols.start, cols.stop) - at[0]) * spacing[0]
@@ -138,7 +138,6 @@ def _press(ground: Patch, heightmap: Heightmap, brush: Brush, touched: _Touched)
     if brush.tool in ("raise", "lower"):
         new = old + weight if brush.tool == "raise" else old - weight
     elif brush.tool == "smooth":
-        half = _around(brush.radius_m / np.array(spacing))
         new = old + weight * (_means(ground, (heightmap.rows, heightmap.cols), rows, cols, half) - old)
     elif brush.tool == "flatten":
         col, row = np.clip(np.rint(at), 0, [heightmap.cols - 1, heightmap.rows - 1]).astype(int)

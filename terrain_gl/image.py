@@ -109,7 +109,7 @@ def writing_image(path: str | os.PathLike[str], size: tuple[int, int], channels:
             nonlocal done
             stored = _stored(rows, suffix)
             if not file.write_scanlines(done, done + len(stored), 0, stored):
-                raise TerrainError(f"{path}: cannot write: {_one_line(file.geterror()) or 'unknown reason'}")
+                raise TerrainError(f"{path}: cannot write: {one_line(file.geterror()) or 'unknown reason'}")
             done += len(stored)
 
         try:
@@ -123,7 +123,7 @@ def writing_image(path: str | os.PathLike[str], size: tuple[int, int], channels:
             raise
         closed = file.close()
         if not closed:
-            raise TerrainError(f"{path}: cannot write: {_one_line(file.geterror()) or 'unknown reason'}")
+            raise TerrainError(f"{path}: cannot write: {one_line(file.geterror()) or 'unknown reason'}")
 
 
 def write_png(path: str | os.PathLike[str], pixels: np.ndarray) -> None:
@@ -149,12 +149,12 @@ def read_image(path: str | os.PathLike[str]) -> np.ndarray:
     with quiet_stderr():
         file = oiio.ImageInput.open(os.fspath(path), as_it_is)
     if file is None:
-        raise TerrainError(f"{path}: not a readable picture: {_one_line(oiio.geterror())}")
+        raise TerrainError(f"{path}: not a readable picture: {one_line(oiio.geterror())}")
     with quiet_stderr():
         pixels = file.read_image(oiio.UNKNOWN)
     file.close()
     if pixels is None:
-        raise TerrainError(f"{path}: not a whole picture: {_one_line(file.geterror()) or 'damaged'}")
+        raise TerrainError(f"{path}: not a whole picture: {one_line(file.geterror()) or 'damaged'}")
     return pixels.reshape(*pixels.shape[:2], -1)
 
 
@@ -245,7 +245,7 @@ def _opened(to: Path, name: str | os.PathLike[str], shape: tuple[int, int, int],
     spec.attribute("oiio:UnassociatedAlpha", 1)
     file = oiio.ImageOutput.create(os.fspath(to))
     if file is None or not file.open(os.fspath(to), spec):
-        raise TerrainError(f"{name}: cannot write: {_one_line((file or oiio).geterror())}")
+        raise TerrainError(f"{name}: cannot write: {one_line((file or oiio).geterror())}")
     return file
 
 
@@ -259,8 +259,10 @@ def make_sure_of_space(to: Path, pixel_bytes: int) -> None:
             left -= probe.write(bytes(min(left, 1 << 24)))
 
 
-def _one_line(text: str) -> str:
-    return " ".join(text.split())
+def one_line(text: str) -> str:
+    """What OpenImageIO says first, for a message of one line: what follows says it again."""
+    first, _, _ = text.strip().partition("\n")
+    return " ".join(first.split())[:120]
 
 
 @contextmanager

@@ -58,9 +58,13 @@ class Terrain:
 
     @property
     def room_m(self) -> tuple[float, float]:
-        """How far edits may dig below the lowest post, and raise the highest, before everything is built anew."""
-        low, high = self.heightmap.range_m
-        return low - self._low_m, self._low_m + self.span_m - high
+        """How far edits may dig below the lowest post, and raise the highest, before everything is built anew.
+
+        As far as they like where the span ends with the heights that a map may have.
+        """
+        (low, high), top_m = self.heightmap.range_m, self._low_m + self.span_m
+        down_m = low - self._low_m if self._low_m > -MAX_HEIGHT_M else math.inf
+        return down_m, top_m - high if top_m < MAX_HEIGHT_M else math.inf
 
     @property
     def filled(self) -> np.ndarray:

@@ -123,6 +123,18 @@ def test_an_edit_ends_the_making_of_room(heightmap, portions):
         assert [*r.making_room(500.0, 100.0)][-1] == 1.0
 
 
+def test_room_has_no_end_where_heights_have(heightmap):
+    """No edit goes beyond what a map may hold, so none leaves a span that ends there."""
+    with tg.Renderer(heightmap, SIZE) as r:
+        r.make_room(500.0, 100.0)
+        assert all(least <= room < np.inf for room, least in zip(r.room_m, (100.0, 500.0), strict=True))
+        r.make_room(3e7, 3e7)
+        assert r.room_m == (np.inf, np.inf)
+        reach = r.heightmap.reach_m
+        r.edit(3, 4, 1e7)
+        assert r.heightmap.reach_m == reach and r.room_m == (np.inf, np.inf)
+
+
 def test_edit_gives_the_tables_and_the_picture_of_a_rebuild(heightmap):
     new = np.full((12, 9), np.nan)
     new[3:, 2:] = 40.0

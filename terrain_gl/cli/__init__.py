@@ -47,7 +47,8 @@ def main(argv: Sequence[str] | None = None) -> int:
             _drop_output()
         return _complain(error)
     finally:
-        signals.rest()
+        if argv is None:
+            signals.rest()
 
 
 def parser() -> argparse.ArgumentParser:

@@ -8,7 +8,7 @@ import numpy as np
 import OpenImageIO as oiio
 
 from terrain_gl.exceptions import TerrainError
-from terrain_gl.image import quiet_stderr
+from terrain_gl.image import one_line, quiet_stderr
 from terrain_gl.readers.raster import INSTALL_GEO, MAX_CHANNELS, Blocks, Raster, damaged, rows_at_once, utf8
 
 
@@ -57,5 +57,4 @@ def _reason(source: Any) -> str:
         text = source.geterror()
     except UnicodeDecodeError:
         text = ""
-    first, _, _ = text.strip().partition("\n")  # what follows says it again
-    return " ".join(first.split())[:120] or "its data do not decode"
+    return one_line(text) or "its data do not decode"

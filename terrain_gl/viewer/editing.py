@@ -143,14 +143,14 @@ class Editing:
             return dab is first or (near and dab.brush == first.brush and not dab.begins)
 
         alike = sum(1 for _ in takewhile(together, self.due))
-        return min(alike, self._most_dabs(first.brush)) if self.waits_for_room else alike
+        return int(min(alike, self._most_dabs(first.brush))) if self.waits_for_room else alike
 
-    def _most_dabs(self, brush: Brush) -> int:
+    def _most_dabs(self, brush: Brush) -> float:
         """How many dabs stay within heights that the tables hold."""
         down_m, up_m = self.renderer.room_m
         if brush.tool in SHARES or not brush.strength:
-            return len(self.due)
-        return int((down_m if brush.tool == "lower" else up_m) / brush.strength)
+            return math.inf
+        return (down_m if brush.tool == "lower" else up_m) / brush.strength
 
     def end(self) -> None:
         """The stroke is done: the light may follow."""

@@ -11,7 +11,6 @@ from typing import TYPE_CHECKING
 import numpy as np
 
 from ..camera import Camera, Vector
-from ..exceptions import TerrainError
 from ..heightmap import Heightmap
 from ..renderer import Renderer
 from ..timing import Stopwatch
@@ -110,15 +109,14 @@ class Land:
         """See the same posts with another distance between them."""
         if not self.renderer or self.is_coarse or not self._flight.sculpting.may_be_left():
             return
-        plain = self._plain or times(self.renderer.heightmap, 1 / self.exaggeration)
-        try:
+        plain, opened = self._plain or times(self.renderer.heightmap, 1 / self.exaggeration), self.opened
+
+        def opener(progress: Callable[[float], None]) -> Opened:
             spaced = Heightmap(plain.heights, spacing_m, plain.name)
-        except TerrainError as error:
-            self._flight.say(str(error))
-            return
-        spaced.opened = plain.opened and plain.opened | {"spacing_m": spacing_m}
-        opened = replace(self.opened, heightmap=spaced, camera=Camera.default(spaced), camera_given=True)
-        self.load(plain.name, lambda progress: opened)
+            spaced.opened = plain.opened and plain.opened | {"spacing_m": spacing_m}
+            return replace(opened, heightmap=spaced, camera=Camera.default(spaced), camera_given=True)
+
+        self.load(plain.name, opener)
 
     def changed(self) -> None:
         """Somebody has sculpted it: what was read is no longer what it is without exaggeration."""

@@ -5,7 +5,7 @@ from __future__ import annotations
 from datetime import datetime
 from typing import TYPE_CHECKING, Any
 
-from ..brush import TOOLS
+from ..brush import SHARES, TOOLS
 from ..drawing import CHOICES
 from ..export import FORMATS
 from ..light.sun import sun_position
@@ -136,7 +136,7 @@ def sculpt(gui: Gui, flight: Flight) -> None:
         True,
     )
     editing.radius_m = editing.radius_m if radius is None else radius
-    if editing.tool in ("smooth", "flatten"):
+    if editing.tool in SHARES:
         share = gui.slide("strength", editing.share, 0.01, 1.0, "Share of the way, each dab (, and .).", "%.2f")
         editing.share = editing.share if share is None else share
     else:
