@@ -1,6 +1,6 @@
 """Screen error for a number of triangles, next to the best that any quadtree could do with as many.
 
-The best knows the true error of every post from the eye at hand (reference.ideal_allocation, on the CPU: minutes for
+The best knows the true error of every post from the eye at hand (ideal.ideal_allocation, on the CPU: minutes for
 maps of 4096 posts a side); restricted: neighbours within one level, as a mesh without cracks needs it; plain: without.
 A factor is the root mean square error drawn over that of the best.
 
@@ -13,13 +13,13 @@ import time
 
 import numpy as np
 
-from terrain_gl import reference
 from terrain_gl.cli import options
-from terrain_gl.renderer import NEAR
+from terrain_gl.comparison import ideal
+from terrain_gl.options import near_plane_m
 
 parser = argparse.ArgumentParser(description=__doc__, formatter_class=argparse.RawDescriptionHelpFormatter)
 options.add_map(parser)
-options.add_drawing(parser)
+options.add_rendering(parser)
 parser.add_argument("--budgets", metavar="N,N,...", default="100000,300000,1000000", help="numbers of triangles")
 args = parser.parse_args()
 budgets = [int(n) for n in args.budgets.split(",")]
@@ -34,9 +34,9 @@ with options.make_renderer(args, scene) as renderer:
     filled = renderer.terrain.filled.astype(np.float64)
 
 started = time.perf_counter()
-near_m = args.near_m or NEAR * min(heightmap.spacing_m)
+near_m = near_plane_m(heightmap, args.near_m)
 void = np.isnan(heightmap.heights) if heightmap.voids else None
-best = reference.ideal_allocation(filled, heightmap.spacing_m, scene.camera, args.size, near_m, budgets, void)
+best = ideal.ideal_allocation(filled, heightmap.spacing_m, scene.camera, args.size, near_m, budgets, void)
 print(f"{heightmap.name}: {time.perf_counter() - started:.0f} s for the best", file=sys.stderr)
 
 columns = ("budget", "drawn", "lambda", "rms px", "max px", "ms", "restricted", "factor", "plain", "factor")

@@ -1,6 +1,6 @@
 """Triangles drawn for a certified error, next to the ideal restricted quadtree for the same map, view and tolerance.
 
-The ideal knows the true error of every post from every eye; it is computed in numpy (reference.ideal_quadtrees), in
+The ideal knows the true error of every post from every eye; it is computed in numpy (ideal.ideal_quadtrees), in
 time and memory that grow with the whole map: maps are cropped to their middle 1025 × 1025 posts.
 
 Run: python benchmarks/economy.py [MAP ...]    (bundled names or files; spacing as their tags say)
@@ -10,9 +10,10 @@ import sys
 
 import numpy as np
 
-from terrain_gl import Camera, Heightmap, Renderer, reference
-from terrain_gl.maps import bundled, open_map
-from terrain_gl.renderer import NEAR
+from terrain_gl import Camera, Heightmap, Renderer
+from terrain_gl.comparison import ideal
+from terrain_gl.files.maps import bundled, open_map
+from terrain_gl.options import near_plane_m
 from terrain_gl.shade import UNLIT
 
 SIZE = (1280, 720)
@@ -34,9 +35,9 @@ def compare(heightmap: Heightmap, camera: Camera, max_error_px: float) -> tuple[
     with Renderer(heightmap, SIZE) as renderer:
         drawn = renderer.draw(camera, max_error_px, style=UNLIT)["triangles"]
         filled = renderer.terrain.filled.astype(np.float64)
-    near_m = NEAR * min(heightmap.spacing_m)
+    near_m = near_plane_m(heightmap)
     void = np.isnan(heightmap.heights) if heightmap.voids else None
-    restricted, plain = reference.ideal_quadtrees(filled, heightmap.spacing_m, camera, SIZE, near_m, max_error_px, void)
+    restricted, plain = ideal.ideal_quadtrees(filled, heightmap.spacing_m, camera, SIZE, near_m, max_error_px, void)
     return drawn, restricted.triangles, plain.triangles
 
 

@@ -14,7 +14,8 @@ import numpy as np
 
 from terrain_gl import reference
 from terrain_gl.cli import options
-from terrain_gl.renderer import NEAR
+from terrain_gl.comparison import ideal
+from terrain_gl.options import near_plane_m
 
 PRICES = 2.0 ** np.arange(9, -9, -1.0)
 WEST, NORTH, EAST, SOUTH = range(4)
@@ -36,26 +37,18 @@ class Errors:
 
     def __init__(self, heights, pixels_m, level):
         quad, whole, split, worse = [], [], [], []
-        for band in reference._bands(heights, level, _POSTS):
+        for band in ideal.bands(heights, level, _POSTS):
             h = heights[band]
             y, x = (reference.nodes_along(n, level) for n in h.shape)
             own = y.own if band.stop == len(heights) else y.own & (y.post < y.post.max())
-            weight = np.square(pixels_m[band][reference._per_node(y, x)]) * (own[:, :, None, None] & x.own)
+            weight = np.square(pixels_m[band][reference.error.per_node(y, x)]) * (own[:, :, None, None] & x.own)
             quad.append(sum((np.square(e) * weight).sum((1, 3)) for e in reference.quad_errors(h, level)) / 2)
             fans = [np.square(e) * weight for e in reference.fan_errors(h, level)]
-            wedge = wedges(y, x)
+            wedge = reference.error.wedges_of_posts(h, level)
             for found, fan in zip((whole, split), fans, strict=True):
                 found.append(np.stack([(fan * (wedge == k)).sum((1, 3)) for k in range(4)], -1))
             worse.append(np.maximum(*fans).sum((1, 3)))
         self.quad, self.whole, self.split, self.worse = map(np.concatenate, (quad, whole, split, worse))
-
-
-def wedges(y, x):
-    """In which wedge of its node each post is."""
-    (north, weight_y), (west, weight_x) = reference._from_middle(y), reference._from_middle(x)
-    along = np.where(west, WEST, EAST)
-    across = np.where(north[:, :, None, None], NORTH, SOUTH)
-    return np.where(weight_y[:, :, None, None] <= weight_x, across, along)
 
 
 def grow(errors, seen, price, agreeing):
@@ -64,13 +57,13 @@ def grow(errors, seen, price, agreeing):
     for e, in_picture in zip(errors, seen[1:], strict=True):
         fan = np.minimum(e.whole, e.split + price).sum(-1) if agreeing else e.worse
         leaf = np.where(in_picture, np.minimum(e.quad + 2 * price, fan + 4 * price), 0)
-        parts = reference._sum_children(cost, in_picture.shape)
+        parts = reference.error.sum_children(cost, in_picture.shape)
         pays.append(parts < leaf)
         cost = np.minimum(parts, leaf)
     tree = [np.zeros(level.shape, bool) for level in pays]
-    reference._split(tree, pays)
-    while reference._balance(tree):
-        reference._split(tree, pays)
+    reference.tree.grow(tree, pays)
+    while reference.tree.balance(tree):
+        reference.tree.grow(tree, pays)
     return tree
 
 
@@ -78,7 +71,7 @@ def leaves(tree, seen):
     """Of each level from 1 on, leaves in the picture and which of their edges have finer neighbours; how many cells."""
     exists, found = np.ones((1, 1), bool), []
     for splits, in_picture in zip(reversed(tree), reversed(seen), strict=True):
-        found.append((exists & ~splits & in_picture, np.stack(reference._neighbours(splits), -1)))
+        found.append((exists & ~splits & in_picture, np.stack(reference.tree.neighbours(splits), -1)))
         exists = splits.repeat(2, 0).repeat(2, 1)
         if len(found) < len(tree):
             rows, cols = tree[-1 - len(found)].shape
@@ -121,18 +114,18 @@ def main():
     """Grow both trees for every price, and compare."""
     parser = argparse.ArgumentParser(description=__doc__, formatter_class=argparse.RawDescriptionHelpFormatter)
     options.add_map(parser)
-    options.add_drawing(parser)
+    options.add_rendering(parser)
     args = parser.parse_args()
     scene = options.open_scene(args)
-    heightmap, near_m = scene.heightmap, args.near_m or NEAR * min(scene.heightmap.spacing_m)
-    ask = scene.camera, args.size, near_m
+    heightmap, near_m = scene.heightmap, near_plane_m(scene.heightmap, args.near_m)
+    view = ideal.view_of(scene.camera, args.size, near_m)
     with options.make_renderer(args, scene) as renderer:
         heights = renderer.terrain.filled.astype(np.float64)
-    picture = reference._posts_in_picture(heights, heightmap.spacing_m, *ask)
+    picture = reference.screen_scale(view, reference.world_m(heights, heightmap.spacing_m))
     measured = picture.seen & ~np.isnan(heightmap.heights)
     pixels_m = np.where(measured, picture.px_m / picture.depth_m, 0)
     top = max(1, int(max(heights.shape) - 2).bit_length())
-    seen = reference._nodes_in_picture(heights, heightmap.spacing_m, *ask, top)
+    seen = ideal.nodes_in_picture(heights, heightmap.spacing_m, view)
     errors = [Errors(heights, pixels_m, level) for level in range(1, top + 1)]
 
     curves = []

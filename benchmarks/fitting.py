@@ -17,7 +17,8 @@ from scipy.sparse.linalg import cg
 from terrain_gl.camera import Camera, screen_shift_px
 from terrain_gl.cli import options
 from terrain_gl.mesh import vertex_heights
-from terrain_gl.renderer import NEAR, Renderer
+from terrain_gl.options import near_plane_m
+from terrain_gl.renderer import Renderer
 
 
 def posts_in(triangles: np.ndarray) -> tuple[np.ndarray, np.ndarray, np.ndarray]:
@@ -92,11 +93,11 @@ def errors_px(mesh: Mesh, heights: np.ndarray, camera: Camera, size: tuple[int, 
 
 parser = argparse.ArgumentParser(description=__doc__, formatter_class=argparse.RawDescriptionHelpFormatter)
 options.add_map(parser)
-options.add_drawing(parser)
+options.add_rendering(parser)
 parser.add_argument("--budgets", metavar="N,N,...", default="20000,100000", help="numbers of triangles")
 args = parser.parse_args()
 scene = options.open_scene(args)
-near_m = args.near_m or NEAR * min(scene.heightmap.spacing_m)
+near_m = near_plane_m(scene.heightmap, args.near_m)
 
 print(f"{'triangles':>10}{'rms px':>9}{'fitted':>9}{'ratio':>7}{'max px':>9}{'fitted':>9}")
 with options.make_renderer(args, scene) as renderer:

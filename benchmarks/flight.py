@@ -20,10 +20,10 @@ import moderngl
 import numpy as np
 
 import terrain_gl as tg
-from terrain_gl import gl
+from terrain_gl.files.maps import open_map
 from terrain_gl.film.record import Recorder
 from terrain_gl.film.tour import tour
-from terrain_gl.maps import open_map
+from terrain_gl.gpu import gl
 
 RADIUS = 16  # of a stroke, in posts
 NAMES = 20_000  # of OpenGL's objects that are looked at

@@ -23,8 +23,8 @@ import numpy as np
 
 from terrain_gl import Camera, Heightmap, Renderer, reference
 from terrain_gl.comparison.light import LIGHT_LABELS, compare_light
-from terrain_gl.context import create_context
-from terrain_gl.generate import Land, write_land
+from terrain_gl.files.generate import Land, write_land
+from terrain_gl.gpu.context import create_context
 from terrain_gl.image import read_image, replacing, write_png
 from terrain_gl.light.gaussians import SKY_AXES, SKY_SHARPNESS
 from terrain_gl.light.ground import towards_sun

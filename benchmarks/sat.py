@@ -8,7 +8,7 @@ import time
 
 import numpy as np
 
-from terrain_gl.context import create_context
+from terrain_gl.gpu.context import create_context
 from terrain_gl.sat import SummedAreaTables, Table
 
 

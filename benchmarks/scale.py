@@ -10,8 +10,8 @@ import time
 import numpy as np
 
 import terrain_gl as tg
-from terrain_gl.bench import bench
-from terrain_gl.maps import bundled
+from terrain_gl.comparison.bench import bench
+from terrain_gl.files.maps import bundled
 
 ABOVE_M, AHEAD_M, BELOW_M = 1500.0, 12000.0, 3000.0
 

@@ -1,11 +1,11 @@
-"""Frames of the window, without a window: whether they are even, and whether memory stays as it is.
+"""Frames of the app, without a window: how even their times are, and whether memory stays constant.
 
     python benchmarks/viewer_frames.py [FRAMES [WIDTHxHEIGHT [MAP]]]      10000, 160x120, canyon
 
-The eye circles over the map with panels, and rests; a brush stroke every hundred frames, the mesh, a split and frozen
-levels now and then. Prints the middle and the slowest of a thousand times for each kind of frame, for two sides are two
-pictures and a mesh is more than none, and for all of them: of all cores' work, which does not depend on what else a
-machine is at, and by the clock; then the process's memory and how many objects OpenGL has.
+The camera circles over the map, and rests. There is a brush stroke every hundred frames, and now and then the mesh, a
+split picture and frozen levels. For each kind of frame this prints the median and the 99.9th percentile: of the work of
+all cores, which does not depend on the load of the machine, and by the clock. Then it prints the memory of the process
+and the number of OpenGL objects.
 """
 
 from __future__ import annotations
@@ -17,22 +17,22 @@ from pathlib import Path
 
 import numpy as np
 from flight import objects
-from windowless import open_flight, opened, time_of
+from windowless import open_app, opened, time_of
 
 from terrain_gl.renderer import Renderer
-from terrain_gl.viewer.flight import Flight
+from terrain_gl.viewer.app import App
 
 WARM = 300  # frames until everything was used once
 Times = dict[str, list[tuple[float, float]]]
 
 
 def main(frames: str = "10000", size: str = "160x120", name: str = "canyon") -> int:
-    """Fly, and print what came of it."""
+    """Fly, and print the times."""
     width, height = map(int, size.split("x"))
-    flight, land = open_flight((width, height)), opened(name)
-    flight.land.show(Renderer(land.heightmap, (width, height), ctx=flight.ctx), land)
-    print(f"{name}, {frames} frames of {size}, {flight.ctx.info['GL_RENDERER']}")
-    times, held = fly(flight, int(frames))
+    app, land = open_app((width, height)), opened(name)
+    app.viewer.show(Renderer(land.heightmap, (width, height), ctx=app.viewer.ctx), land)
+    print(f"{name}, {frames} frames of {size}, {app.viewer.ctx.info['GL_RENDERER']}")
+    times, held = fly(app, int(frames))
     everything = [each for some in times.values() for each in some]
     print(f"{'':24} {'frames':>6}   of work: {'median':>8} {'99.9 %':>8} {'ratio':>6}   by the clock: {'ratio':>6}")
     for what, some in {**dict(sorted(times.items())), "all": everything}.items():
@@ -41,52 +41,52 @@ def main(frames: str = "10000", size: str = "160x120", name: str = "canyon") -> 
         print(f"{what:24} {len(some):6} {work}   {late / clock:20.2f}")
     for number, (mib, kinds) in held.items():
         print(f"after {number:6,} frames {mib:7.1f} MiB, {kinds}")
-    print(flight.ctx.error)
-    flight.close()
+    print(app.viewer.ctx.error)
+    app.close()
     return 0
 
 
-def fly(flight: Flight, count: int) -> tuple[Times, dict[int, tuple[float, dict[str, int]]]]:
-    """Milliseconds of each frame, by the clock and of work; now and then MiB, and OpenGL's objects by kind."""
+def fly(app: App, count: int) -> tuple[Times, dict[int, tuple[float, dict[str, int]]]]:
+    """Milliseconds of each frame, by the clock and of work; now and then MiB, and OpenGL objects by kind."""
     times: Times = {}
     held: dict[int, tuple[float, dict[str, int]]] = {}
-    flight.controller.change_mode("orbit")
-    flight.controller.press("d")
+    app.viewer.scene.controller.change_mode("orbit")
+    app.viewer.scene.controller.press("d")
     for number in range(count + WARM):
-        act(flight, number)
-        what = doing(flight)
-        took = time_of(partial(flight.frame, number / 30), flight.ctx.finish)
+        act(app, number)
+        what = doing(app)
+        took = time_of(partial(app.frame, number / 30), app.viewer.ctx.finish)
         if number >= WARM:
             times.setdefault(what, []).append(took)
         if number == WARM or number == count + WARM - 1 or number % max(1, count // 5) == 0:
-            held[number] = resident_mib(), objects(flight.ctx)
+            held[number] = resident_mib(), objects(app.viewer.ctx)
     return times, held
 
 
-def doing(flight: Flight) -> str:
-    """What the next frame shows, and what is made beside it."""
-    settings, sculpts = flight.settings, flight.sculpting.at_work
-    shows = "two sides" if settings.split else "the mesh" if settings.drawing.wires else "the land"
-    due = flight.painter.dawn.is_due(flight.wanted().lit_look)
+def doing(app: App) -> str:
+    """What the next frame shows, and what work is done beside it."""
+    settings, sculpts = app.viewer.settings, app.viewer.sculpting.at_work
+    shows = "two sides" if settings.split else "the mesh" if settings.options.wires else "the land"
+    due = app.viewer.painter.light.is_due(app.viewer.scene.frame_spec().lit_look)
     beside = ", a dab" if sculpts else ", light is made" if due else ""
-    return shows + beside if flight.controller.moving or sculpts else "at rest"
+    return shows + beside if app.viewer.scene.controller.moving or sculpts else "at rest"
 
 
-def act(flight: Flight, number: int) -> None:
-    """What a restless user does."""
+def act(app: App, number: int) -> None:
+    """Do what a restless user does at this frame."""
     keys = {10: "b", 20: "n", 30: "n", 40: "t", 50: "t", 60: "l", 70: "l", 80: "u", 90: "u"}
     if number % 100 == 84:
-        flight.controller.let_go("d")
+        app.viewer.scene.controller.let_go("d")
     elif number % 100 == 0:
-        flight.controller.press("d")
-    if number % 100 in keys and not (number % 100 == 10 and flight.sculpting.brushing):
-        flight.press(keys[number % 100])
-    middle = 0.5 * flight.size[0], 0.75 * flight.size[1]
+        app.viewer.scene.controller.press("d")
+    if number % 100 in keys and not (number % 100 == 10 and app.viewer.sculpting.brushing):
+        app.press(keys[number % 100])
+    middle = 0.5 * app.viewer.window.size[0], 0.75 * app.viewer.window.size[1]
     if number % 100 == 15:
-        flight.mouse.press("left", *middle)
+        app.viewer.mouse.press("left", *middle)
     elif number % 100 == 17:
-        flight.mouse.let_go("left", *middle)
-        flight.press("ctrl+z")
+        app.viewer.mouse.release("left", *middle)
+        app.press("ctrl+z")
 
 
 def resident_mib() -> float:

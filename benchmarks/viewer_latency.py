@@ -1,10 +1,10 @@
-"""How long the window keeps one waiting, without a window: the time of each frame by what was done in it.
+"""How long a user waits for the window: the time of each frame, by what was done in it. It needs no window.
 
     python benchmarks/viewer_latency.py [WIDTHxHEIGHT [MAP]]      1280x720, alpine
 
-An event waits for the frame that is under way, and is seen with the next one, in motion: the longest of the portions
-(loading, light, the full picture, measuring) is to be no longer than a frame in motion. Prints both, in milliseconds
-by the clock and of all cores' work, which does not depend on what else a machine is at.
+An event waits for the present frame, and the next frame shows it. So the longest step (of loading, light, the full
+picture, measuring) should take no longer than a frame in motion. This prints both, in milliseconds by the clock and of
+the work of all cores, which does not depend on the load of the machine.
 """
 
 from __future__ import annotations
@@ -14,58 +14,58 @@ import time
 from functools import partial
 
 import numpy as np
-from windowless import open_flight, opened, time_of
+from windowless import open_app, opened, time_of
 
-from terrain_gl.viewer.flight import Flight
+from terrain_gl.viewer.app import App
 from terrain_gl.viewer.painter import REST_S
 
-GLANCES = 5  # times that the head is turned, and the picture comes to rest
+GLANCES = 5  # turns of the camera, each followed by rest
 Times = dict[str, list[tuple[float, float]]]
 
 
 def main(size: str = "1280x720", name: str = "alpine") -> int:
-    """Load, look around, rest; print what it took."""
+    """Load, look around, rest; print the times."""
     width, height = map(int, size.split("x"))
-    flight = open_flight((width, height))
-    flight.land.load(name, lambda progress: opened(name))
-    print(f"{name}, {size}, {flight.ctx.info['GL_RENDERER']}")
+    app = open_app((width, height))
+    app.viewer.loader.load(name, lambda progress: opened(name))
+    print(f"{name}, {size}, {app.viewer.ctx.info['GL_RENDERER']}")
     times: Times = {}
-    come_to_rest(flight, times)
+    come_to_rest(app, times)
     for _ in range(GLANCES):
         for _ in range(3):
-            flight.controller.look(10, 0)
-            frame(flight, times, "in motion")
+            app.viewer.scene.controller.look(10, 0)
+            frame(app, times, "in motion")
         time.sleep(REST_S)
-        come_to_rest(flight, times)
+        come_to_rest(app, times)
     print(f"{'':12} {'frames':>6} {'median':>8} {'95 %':>8} {'longest':>8}   of work: {'median':>8} {'longest':>8}")
     for doing, each in times.items():
         (wall, work), most = np.array(each).T, np.max(each, axis=0)
         middle, late = np.median(wall), np.percentile(wall, 95)
         by_clock = f"{doing:12} {len(wall):6} {middle:8.1f} {late:8.1f} {most[0]:8.1f}"
         print(f"{by_clock}{'':12}{np.median(work):9.1f} {most[1]:8.1f}")
-    flight.close()
+    app.close()
     return 0
 
 
-def come_to_rest(flight: Flight, times: Times) -> None:
-    """Frames until there is nothing more to do."""
-    while flight.busy or not flight.settled:
-        frame(flight, times, doing(flight))
+def come_to_rest(app: App, times: Times) -> None:
+    """Do frames until there is nothing more to do."""
+    while app.busy or not app.viewer.settled:
+        frame(app, times, doing(app))
 
 
-def frame(flight: Flight, times: Times, what: str) -> None:
-    """One frame, and how long it took: milliseconds by the clock, and of work."""
-    took = time_of(partial(flight.frame, time.perf_counter()), flight.ctx.finish)
+def frame(app: App, times: Times, what: str) -> None:
+    """Do one frame, and note its milliseconds, by the clock and of work."""
+    took = time_of(partial(app.frame, time.perf_counter()), app.viewer.ctx.finish)
     times.setdefault(what, []).append(took)
 
 
-def doing(flight: Flight) -> str:
-    """What the next frame is likely to do."""
-    if flight.land.loading or not flight.has_map:
+def doing(app: App) -> str:
+    """What the next frame will probably do."""
+    if app.viewer.loader.job or not app.viewer.scene.has_map:
         return "loading"
-    if flight.painter.dawn.is_due(flight.wanted().lit_look):
+    if app.viewer.painter.light.is_due(app.viewer.scene.frame_spec().lit_look):
         return "light"
-    return "in full" if not flight.settled else "measuring"
+    return "in full" if not app.viewer.settled else "measuring"
 
 
 if __name__ == "__main__":

@@ -1,4 +1,4 @@
-"""Draw the pictures of docs/viewer.md: the window in each of its modes, without a window.
+"""Draw the pictures of docs/viewer.md: each mode of the window, without a window.
 
 python benchmarks/viewer_pictures.py [FOLDER]
 """
@@ -10,134 +10,141 @@ from collections.abc import Callable
 from pathlib import Path
 
 import numpy as np
-from windowless import open_flight, opened
+from windowless import open_app, opened
 
 from terrain_gl.camera import Camera
 from terrain_gl.image import write_image
 from terrain_gl.renderer import Renderer
+from terrain_gl.viewer.app import App
 from terrain_gl.viewer.controller import Pose
-from terrain_gl.viewer.flight import Flight
 
 SIZE = (1000, 562)
 MAP = "canyon"
 
 
 def main(folder: str = "docs") -> None:
-    """Draw them all; each begins where the one before ended."""
-    flight = first_flight()
+    """Draw all pictures; each begins where the one before ended."""
+    app = first_app()
     for name, change in SCENES.items():
-        change(flight)
-        settle(flight)
+        change(app)
+        settle(app)
         path = Path(folder) / f"viewer-{name}.jpg"
-        write_image(path, pixels(flight))
-        print(f"{path}: {flight.figures.stats['triangles']:,} triangles, {flight.ctx.error}", flush=True)
+        write_image(path, pixels(app))
+        print(f"{path}: {app.viewer.painter.frame.stats['triangles']:,} triangles, {app.viewer.ctx.error}", flush=True)
 
 
-def first_flight() -> Flight:
-    """A flight over the map, in a picture of its own."""
-    flight, land = open_flight(SIZE), opened(MAP)
-    assert flight.gui, "pip install 'terrain-gl[gui]'"
-    flight.land.show(Renderer(land.heightmap, (64, 64), ctx=flight.ctx), land)
-    return flight
+def first_app() -> App:
+    """An app with the map."""
+    app, land = open_app(SIZE), opened(MAP)
+    app.viewer.show(Renderer(land.heightmap, (64, 64), ctx=app.viewer.ctx), land)
+    return app
 
 
-def settle(flight: Flight) -> None:
-    """Frames until nothing changes any more."""
-    flight.message = ""
-    flight.refresh()
-    while flight.frame(flight.now_s + 0.5) or flight.busy or flight.painter.waits_for_rest or not flight.settled:
+def settle(app: App) -> None:
+    """Do frames until nothing changes any more."""
+    app.viewer.window.message = ""
+    app.viewer.window.refresh()
+    while (
+        app.frame(app.viewer.window.now_s + 0.5)
+        or app.busy
+        or app.viewer.painter.waits_for_rest
+        or not app.viewer.settled
+    ):
         pass
 
 
-def pixels(flight: Flight) -> np.ndarray:
-    """What a window would show."""
-    data = flight.target.read(components=3, alignment=1)
+def pixels(app: App) -> np.ndarray:
+    """(height, width, 3): what a window would show."""
+    data = app.viewer.target.read(components=3, alignment=1)
     return np.frombuffer(data, np.uint8).reshape(SIZE[1], SIZE[0], 3)[::-1]
 
 
 # --- Scenes -----------------------------------------------------------------------------------------------------------
 
 
-def first(flight: Flight) -> None:
-    """As it opens."""
+def first(app: App) -> None:
+    """The window as it opens."""
 
 
-def patch(flight: Flight) -> None:
-    """A click, with the mesh over the picture."""
-    flight.press("n")
-    settle(flight)
-    flight.insight.explain(560, 430)
+def patch(app: App) -> None:
+    """A click, with the mesh over the picture; the quadtree explains its patches."""
+    app.viewer.settings.change(method="quadtree")
+    app.press("n")
+    settle(app)
+    app.viewer.explainer.explain(560, 430)
 
 
-def split(flight: Flight) -> None:
-    """A pixel and eight, side by side, under a glass."""
-    flight.press("escape")
-    flight.press("n")
-    flight.settings.draw(style="lod")
-    flight.press("t")
-    flight.settings.active = 1
-    flight.settings.draw(method="sat", max_error_px=8.0)
-    flight.settings.divider = 0.62
-    flight.press("z")
-    flight.mouse.point(640, 400)
+def split(app: App) -> None:
+    """One pixel and eight, side by side, under the magnifying glass."""
+    app.press("escape")
+    app.press("n")
+    app.viewer.settings.change(style="lod", method="sat")
+    app.press("t")
+    app.viewer.settings.active = 1
+    app.viewer.settings.change(method="sat", max_error_px=8.0)
+    app.viewer.settings.divider = 0.62
+    app.press("z")
+    app.viewer.mouse.move(640, 400)
 
 
-def promise(flight: Flight) -> None:
-    """Patches by what was promised of them, and the error that came of it."""
-    flight.press("z")
-    flight.settings.active = 0
-    flight.settings.draw(style="promise", max_error_px=2.0)
-    flight.settings.active = 1
-    flight.settings.draw(style="error", max_error_px=2.0)
+def promise(app: App) -> None:
+    """The bound of each patch, and the error of each pixel."""
+    app.press("z")
+    app.viewer.settings.active = 0
+    app.viewer.settings.change(style="promise", max_error_px=2.0)
+    app.viewer.settings.active = 1
+    app.viewer.settings.change(style="error", max_error_px=2.0)
 
 
-def frozen(flight: Flight) -> None:
-    """Levels chosen for an eye, and that eye's pyramid, from elsewhere."""
-    flight.press("t")
-    flight.settings.draw(style="lod")
-    flight.press("l")
-    x, y, z = flight.controller.eye
-    flight.controller.pose = Pose.of(Camera((x - 2900.0, y - 1700.0, z + 2300.0), (x, y + 2600.0, z - 500.0), 50.0))
+def frozen(app: App) -> None:
+    """Frozen levels and the frustum of their camera, from elsewhere."""
+    app.press("t")
+    app.viewer.settings.change(style="lod")
+    app.press("l")
+    x, y, z = app.viewer.scene.controller.eye
+    app.viewer.scene.controller.pose = Pose.of(
+        Camera((x - 2900.0, y - 1700.0, z + 2300.0), (x, y + 2600.0, z - 500.0), 50.0)
+    )
 
 
-def sums(flight: Flight) -> None:
+def sums(app: App) -> None:
     """The summed-area table, and the box under the cursor."""
-    flight.press("l")
-    flight.controller.home()
-    flight.settings.draw(style="shaded", max_error_px=1.0)
-    flight.press("u")
-    flight.mouse.point(500, 380)
+    app.press("l")
+    app.viewer.scene.controller.home()
+    app.viewer.settings.change(style="shaded", max_error_px=1.0)
+    app.press("u")
+    app.viewer.mouse.move(500, 380)
 
 
-def light(flight: Flight) -> None:
+def light(app: App) -> None:
     """A low sun over a flooded canyon."""
-    flight.press("u")
-    open_sections(flight, "Picture", "Keep")
-    low, high = flight.renderer.heightmap.range_m
-    flight.settings.draw_both(sun=(290.0, 9.0), water_m=low + 0.25 * (high - low))
+    app.press("u")
+    open_sections(app, "Picture", "Save")
+    low, high = app.viewer.scene.renderer.heightmap.range_m
+    app.viewer.settings.change_all(sun=(290.0, 9.0), water_m=low + 0.25 * (high - low))
 
 
-def sculpt(flight: Flight) -> None:
-    """A hill of one's own."""
-    open_sections(flight, "Detail", "Sculpt")
-    flight.settings.draw_both(sun=flight.land.opened.sun, water_m=None)
-    flight.press("b")
-    assert flight.sculpting.editing
-    flight.sculpting.editing.radius_m, flight.sculpting.editing.strength_m = 350.0, 60.0
-    flight.mouse.press("left", 520, 440)
+def sculpt(app: App) -> None:
+    """A new hill."""
+    open_sections(app, "Detail", "Sculpt")
+    app.viewer.settings.change_all(sun=app.viewer.scene.opened.sun, water_m=None)
+    app.press("b")
+    settle(app)
+    assert app.viewer.sculpting.tool
+    app.viewer.sculpting.tool.radius_m, app.viewer.sculpting.tool.strength_m = 350.0, 60.0
+    app.viewer.mouse.press("left", 520, 440)
     for x in range(540, 760, 40):
-        flight.mouse.point(x, 440)
-        flight.frame(flight.now_s + 0.1)
-    flight.mouse.let_go("left", 740, 440)
+        app.viewer.mouse.move(x, 440)
+        app.frame(app.viewer.window.now_s + 0.1)
+    app.viewer.mouse.release("left", 740, 440)
 
 
-def open_sections(flight: Flight, *titles: str) -> None:
+def open_sections(app: App, *titles: str) -> None:
     """Open these sections of the panel, and close the others."""
-    assert flight.gui
-    flight.gui.opened = {title: title in titles for title in flight.gui.opened}
+    app.panels.opened = {title: title in titles for title in app.panels.opened}
 
 
-SCENES: dict[str, Callable[[Flight], None]] = {
+SCENES: dict[str, Callable[[App], None]] = {
     "first": first,
     "patch": patch,
     "split": split,

@@ -15,8 +15,8 @@ import time
 import numpy as np
 
 from terrain_gl import Heightmap, create_context
+from terrain_gl.files.maps import bundled
 from terrain_gl.image import write_png
-from terrain_gl.maps import bundled
 from terrain_gl.sat import SummedAreaTables, Table
 
 picture = sys.argv[1] if len(sys.argv) > 1 else "02_sat.png"

@@ -15,8 +15,9 @@ import numpy as np
 
 from terrain_gl import Heightmap, create_context
 from terrain_gl.error import ErrorTables
+from terrain_gl.files.maps import bundled
+from terrain_gl.gpu.layout import unpack_nodes
 from terrain_gl.image import write_png
-from terrain_gl.maps import bundled
 from terrain_gl.terrain import Terrain
 
 LEVELS = (2, 4, 6)
@@ -29,12 +30,11 @@ heightmap = Heightmap.open(known.path, known.spacing_m, known.z_scale, known.z_o
 ctx = create_context()
 terrain = Terrain(ctx, heightmap)  # the heights as a texture
 tables = ErrorTables(terrain)
-unit_m = terrain.span_m * 2.0**-14  # errors are stored as 16-bit floats in this unit, rounded up
 
 
 def worst_m(level):
     """(rows, cols) worst error of each node in metres."""
-    return tables.read_nodes(level)["max_m"][..., 0].astype(float) * unit_m
+    return unpack_nodes(tables.read_nodes(level), terrain.span_m).quad_max
 
 
 def heat(metres):

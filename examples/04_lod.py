@@ -1,10 +1,11 @@
-"""Lesson 4, levels of detail: from the error table and a camera to patches.
+"""Lesson 4, levels of detail: from the tables and a camera to patches.
 
-A metre of error is many pixels nearby and none far away. Each node of the quadtree is split until its error, seen from
-the eye, is below the tolerance: rings around the eye, wider where the land is smooth. Neighbours differ by one level at
-most. All of it is decided on the GPU, anew for every frame, from nothing but the table and the camera.
+A metre of error is many pixels nearby and none far away. A clipmap stands around the eye: ring l has cells of 2^l
+posts. Each of its blocks is cut into squares, and every square asks the summed-area tables how coarse it may be: "no
+cell of this box is above class c" is four fetches, wherever the ring stands. All of it is decided on the GPU, anew for
+every frame, from nothing but the tables and the camera.
 
-The picture looks straight down on the map: every patch in the colour of its level, from red (every post) to blue. The
+The picture looks straight down on the map: every patch in the colour of its spacing, from red (every post) to blue. The
 eye is the white dot above the middle. One view sees a quarter of the horizon, so four of them make the picture; black
 is what lies below all four.
 
@@ -17,10 +18,10 @@ import numpy as np
 
 from terrain_gl import Camera, Heightmap, create_context
 from terrain_gl.error import ErrorTables
+from terrain_gl.files.maps import bundled
+from terrain_gl.gpu.layout import RING_PATCH
 from terrain_gl.image import write_png
-from terrain_gl.layout import PATCH
-from terrain_gl.lod import Levels
-from terrain_gl.maps import bundled
+from terrain_gl.lod import ClipmapSelector
 from terrain_gl.terrain import Terrain
 
 TOLERANCE_PX = 2.0
@@ -32,7 +33,7 @@ known = bundled()[name]
 heightmap = Heightmap.open(known.path, known.spacing_m, known.z_scale, known.z_offset_m)
 
 ctx = create_context()
-levels = Levels(ErrorTables(Terrain(ctx, heightmap)))
+selector = ClipmapSelector(ErrorTables(Terrain(ctx, heightmap)))
 row, col = heightmap.rows // 2, heightmap.cols // 2
 east, north = (0.5 * extent for extent in heightmap.extent_m)
 eye = np.array([east, north, heightmap.heights[row, col] + 3 * heightmap.spacing_m[0]])
@@ -41,21 +42,22 @@ eye = np.array([east, north, heightmap.heights[row, col] + 3 * heightmap.spacing
 def patches_of(direction):
     """Corners (n, 2) as column and row, sides in posts, and levels of the patches that a view is drawn with."""
     camera = Camera(eye, eye + direction, fov_deg=90)
-    chosen = levels.select(camera, (720, 720), 0.1 * heightmap.spacing_m[0], TOLERANCE_PX)
+    chosen = selector.select(camera, (720, 720), 0.1 * heightmap.spacing_m[0], TOLERANCE_PX)
     print(f"{chosen.patches:6} patches, {chosen.triangles:6} triangles, at most {chosen.certified_px:.3f} px off")
-    # A patch is two words: its north-west corner, and its shape (glsl/mesh/lattice.glsl).
-    records = np.frombuffer(levels.patches.read(chosen.patches * PATCH.itemsize), PATCH)
-    level, segments_log2 = (records["shape"] & 15) - 1, records["shape"] >> 4 & 7
-    return records["corner"].astype(int), 1 << (level + segments_log2), level
+    # A patch is four words: its north-west corner, its shape and its bound (glsl/rings/shapes.glsl).
+    records = np.frombuffer(selector.patches.read(chosen.patches * RING_PATCH.itemsize), RING_PATCH)
+    side_log2, step_log2 = records["shape"] & 31, (records["shape"] >> 5 & 63).astype(int) - 16
+    return records["corner"], 1 << side_log2, step_log2
 
 
 def paint(direction):
     """(rows, cols, 3): the view's patches, outlined, in the colours of their levels."""
     seen = np.zeros((heightmap.rows, heightmap.cols, 3))
     for (x, y), side, level in zip(*patches_of(direction), strict=True):
-        seen[y : y + side, x : x + side] = COLOURS[min(level, len(COLOURS) - 1)]
-        seen[y, x : x + side] *= 0.8
-        seen[y : y + side, x] *= 0.8
+        low_x, low_y = max(x, 0), max(y, 0)  # a ring may reach beyond the map
+        seen[low_y : y + side, low_x : x + side] = COLOURS[np.clip(level, 0, len(COLOURS) - 1)]
+        seen[low_y, low_x : x + side] *= 0.8
+        seen[low_y : y + side, low_x] *= 0.8
     return seen
 
 

@@ -15,9 +15,9 @@ from datetime import datetime
 import numpy as np
 
 from terrain_gl import Heightmap, Renderer
+from terrain_gl.files.maps import bundled
 from terrain_gl.image import write_png
 from terrain_gl.light.sun import sun_position
-from terrain_gl.maps import bundled
 
 HOURS, LATITUDE = (4.6, 6, 9, 14, 19, 20.2), 47.0
 

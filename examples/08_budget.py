@@ -16,8 +16,8 @@ import sys
 import numpy as np
 
 from terrain_gl import Renderer
+from terrain_gl.files.maps import bundled, open_map
 from terrain_gl.image import write_png
-from terrain_gl.maps import bundled, open_map
 
 BUDGETS = (1000, 4000, 16000, 64000)
 

@@ -14,9 +14,10 @@ import sys
 import numpy as np
 
 from terrain_gl import Camera, Heightmap, Renderer
+from terrain_gl.comparison.clipmap import Rings
+from terrain_gl.comparison.fitting import candidates
+from terrain_gl.files.maps import bundled
 from terrain_gl.image import write_png
-from terrain_gl.maps import bundled
-from terrain_gl.methods.clipmap import Rings
 
 picture = sys.argv[1] if len(sys.argv) > 1 else "09_clipmap.png"
 name = sys.argv[2] if len(sys.argv) > 2 else "alpine"
@@ -38,7 +39,7 @@ with Renderer(terrain, size=(1280, 720)) as renderer:
     print(f"{achieved['triangles']:7,} triangles, {achieved['rms_error_px']:.3f} px rms: {rings}")
 
     # As many triangles, spent otherwise: few levels of wide rings, or many of narrow ones.
-    for each in renderer.rivals.of("clipmap").candidates(eye, renderer.size, 1.0, 50_000):
+    for each in candidates(renderer, eye, "clipmap", 50_000):
         renderer.draw(eye, method="clipmap", parameters=each, style="normals")  # nobody looks at it
         achieved = renderer.measure()
         print(f"{achieved['triangles']:7,} triangles, {achieved['rms_error_px']:.3f} px rms: {each}")

@@ -14,9 +14,9 @@ import sys
 import numpy as np
 
 from terrain_gl import Heightmap, Renderer
+from terrain_gl.comparison.tessellated import Edges
+from terrain_gl.files.maps import bundled
 from terrain_gl.image import write_png
-from terrain_gl.maps import bundled
-from terrain_gl.methods.tessellated import Edges
 
 picture = sys.argv[1] if len(sys.argv) > 1 else "10_tessellated.png"
 name = sys.argv[2] if len(sys.argv) > 2 else "alpine"

@@ -14,18 +14,19 @@ from .exceptions import TerrainError, UsageError
 
 if TYPE_CHECKING:
     from .camera import Camera
-    from .context import create_context
+    from .frame import Frame
+    from .gpu.context import create_context
     from .heightmap import Heightmap
-    from .renderer import Frame, Renderer
+    from .renderer import Renderer
 
-__version__ = "0.1.0"
+__version__ = "0.2.0"
 __all__ = ["Camera", "Frame", "Heightmap", "Renderer", "TerrainError", "UsageError", "create_context"]
 _MODULES = {
     "Camera": "camera",
-    "Frame": "renderer",
+    "Frame": "frame",
     "Heightmap": "heightmap",
     "Renderer": "renderer",
-    "create_context": "context",
+    "create_context": "gpu.context",
 }
 
 

@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import math
+from collections.abc import Sequence
 from dataclasses import dataclass
 from functools import cached_property
 from typing import TYPE_CHECKING
@@ -149,15 +150,23 @@ def screen_shift_px(
     seen
         (n,) bool, whether the point stands in the picture.
     """
-    x, y, z = camera.axes @ (points - np.asarray(camera.eye)).T
-    tan_x, tan_y = camera.half_extent(size)
-    seen = (z >= near_m) & (np.abs(x) <= tan_x * z) & (np.abs(y) <= tan_y * z)
-    z = np.where(seen, z, 1.0)
-    right, up, forward = camera.axes[:, 2]
+    at = camera.axes @ (points - np.asarray(camera.eye)).T
+    seen = in_picture(camera, size, [*at], near_m)
+    return shift_px(camera, size, [*np.where(seen, at, np.array([[0.0], [0.0], [1.0]]))], rise_m), seen
+
+
+def in_picture(camera: Camera, size: tuple[int, int], at: Sequence[np.ndarray], near_m: float) -> np.ndarray:
+    """Whether points stand in the picture: `at` holds their places along the camera's axes, three arrays in metres."""
+    (x, y, z), (tan_x, tan_y) = at, camera.half_extent(size)
+    return (z >= near_m) & (np.abs(x) <= tan_x * z) & (np.abs(y) <= tan_y * z)
+
+
+def shift_px(camera: Camera, size: tuple[int, int], at: Sequence[np.ndarray], rise_m: np.ndarray) -> np.ndarray:
+    """How far points in the picture move on the screen when they are moved up: see `screen_shift_px`."""
+    (x, y, z), (right, up, forward) = at, camera.axes[:, 2]
     moved = z + rise_m * forward
     shift = np.hypot(right - x / z * forward, up - y / z * forward) * np.abs(rise_m)
-    px = np.where(moved > 0, camera.focal_px(size[1]) * shift / np.where(moved > 0, moved, 1.0), np.inf)
-    return px, seen
+    return np.where(moved > 0, camera.focal_px(size[1]) * shift / np.where(moved > 0, moved, 1.0), np.inf)
 
 
 def boxes_in_picture(

@@ -1,9 +1,9 @@
 """Error tables: how far the surface drawn at any level strays from the full-resolution truth, whatever the view.
 
 For each node of the quadtree the worst post and the root mean square, drawn as two triangles or as a fan
-(glsl/error/drawing.glsl); over them, summed-area tables of class counters and of squared errors, from which the bound
-of any rectangle of nodes costs four fetches (glsl/error/bound.glsl); beside them, what splitting a node gains
-(glsl/error/gain.glsl). Specification: `reference.drawing_errors`, `reference.split_gains`.
+(glsl/error/node_errors.glsl); over them, summed-area tables of class counters and of squared errors, from which the
+bound of any rectangle of nodes costs four fetches (glsl/error/bound.glsl); beside them, what splitting a node gains
+(glsl/error/gain.glsl). Specification: `reference.node_errors`, `reference.split_gains`.
 """
 
 from __future__ import annotations
@@ -16,15 +16,15 @@ from typing import Any
 import moderngl
 import numpy as np
 
-from . import gl, layout, shaders
-from .layout import Level
+from .gpu import gl, layout, shaders
+from .gpu.layout import Level
 from .sat import SummedAreaTables, Table
 from .terrain import Rect, Terrain
 
 FINE_LEVELS = 5  # levels whose nodes one thread looks at alone; in coarser ones, at blocks as large as the last of them
-PORTION = 2**18  # posts that are looked at between two breaths of `ErrorTables.building`
+PORTION = 2**18  # posts that are looked at between two breaths of `ErrorTables.build_steps`
 GATHERED_BYTES = 60  # glsl/error/coarse.glsl
-_BUFFERS = ("nodes", "gains", "counters", "squares", "blocks")
+_BUFFERS = ("nodes", "ranges", "gains", "counters", "squares", "blocks")
 _BARRIER = moderngl.SHADER_STORAGE_BARRIER_BIT
 
 
@@ -35,10 +35,12 @@ class ErrorTables:
     ----------
     nodes
         Records `layout.NODE` of all levels from 1 on.
+    ranges
+        Of the same nodes: lowest and highest height, 16-bit steps of the span in one word.
     gains
         Of the same nodes, float32: squared metres that splitting takes away for each triangle it adds.
     counters, squares
-        Summed-area tables of the class counters (16 bits, two classes a word) and of squared errors (64 bits),
+        Summed-area tables of the class counters (8 bits, four classes a word) and of squared errors (64 bits),
         a table a level, over tiles of `layout.COUNT_TILE` nodes a side.
     blocks
         What each block of posts adds to its node of each coarse level (glsl/error/coarse.glsl): for edits.
@@ -48,7 +50,7 @@ class ErrorTables:
         ctx = self.ctx = terrain.ctx
         self.terrain = terrain
         self._kernels: dict[tuple[str, bool], Any] = {}  # by name, and whether they look for voids
-        self._sat16, self._sat64 = SummedAreaTables(ctx, 16), SummedAreaTables(ctx, 64)
+        self._sat8, self._sat64 = SummedAreaTables(ctx, 8), SummedAreaTables(ctx, 64)
         self._reserve()
         if build:
             self.build()
@@ -56,7 +58,7 @@ class ErrorTables:
     def _reserve(self) -> None:
         levels = self.terrain.levels
         last, coarse = levels[-1], levels[FINE_LEVELS + 1 :]
-        nodes, tiles = last.first_node + last.nodes, last.first_count // (layout.CLASSES // 2) + 1
+        nodes, tiles = last.first_node + last.nodes, last.first_count // layout.CLASS_WORDS + 1
         blocks = levels[FINE_LEVELS].nodes * len(coarse) if coarse else 1
         with ExitStack() as made:  # memory may end half way
 
@@ -66,8 +68,9 @@ class ErrorTables:
                 return buffer
 
             self.nodes = reserve(nodes * layout.NODE.itemsize, "an error table")
+            self.ranges = reserve(nodes * 4, "a table of height ranges")
             self.gains = reserve(nodes * 4, "a table of gains")
-            self.counters = reserve(tiles * layout.CLASSES // 2 * 4, "a table of counters")
+            self.counters = reserve(tiles * layout.CLASS_WORDS * 4, "a table of counters")
             self.squares = reserve(tiles * 8, "a table of squared errors")
             self.blocks = reserve(blocks * GATHERED_BYTES, "a table of blocks")
             made.pop_all()
@@ -81,8 +84,8 @@ class ErrorTables:
         """Compute everything from the terrain's heights."""
         self.update(self.terrain.all_posts)
 
-    def building(self) -> Iterator[float]:
-        """Do what `build` does in portions, for who must not wait for the whole; after each: the part done, 0 to 1."""
+    def build_steps(self) -> Iterator[float]:
+        """Incremental `build`; yields progress from 0 to 1."""
         last = len(self.terrain.levels) - 1
         for j in range(1, last + 1):
             columns, rows = self.terrain.levels[j].size
@@ -90,7 +93,7 @@ class ErrorTables:
             for y in range(0, rows, height):
                 self._update_nodes(j, (0, y, columns, min(height, rows - y)), self.terrain.all_posts)
                 yield 0.9 * (j - 1 + y / rows) / last
-        for j in range(1, last + 1):
+        for j in range(last + 1):
             self._update_tables(j, self.terrain.all_posts)
             yield 0.9 + 0.1 * j / last
 
@@ -98,7 +101,7 @@ class ErrorTables:
         """Recompute what the posts of columns x0 to x1 and rows y0 to y1, (x0, y0, x1, y1), bear on."""
         for j in range(1, len(self.terrain.levels)):
             self._update_nodes(j, _touched(self.terrain.levels[j], posts, j), posts)
-        for j in range(1, len(self.terrain.levels)):
+        for j in range(len(self.terrain.levels)):
             self._update_tables(j, posts)
 
     def beside(self, terrain: Terrain) -> ErrorTables:
@@ -122,6 +125,12 @@ class ErrorTables:
         data = self.nodes.read(sizes.nodes * itemsize, offset=sizes.first_node * itemsize)
         return np.frombuffer(data, layout.NODE).reshape(sizes.size[::-1])
 
+    def read_ranges(self, level: int) -> np.ndarray:
+        """Height ranges of one level, (rows, cols, 2) uint16: steps of span / 65535 above the map's low end."""
+        sizes = self.terrain.levels[level]
+        data = self.ranges.read(4 * sizes.nodes, offset=4 * sizes.first_node)
+        return np.frombuffer(data, "<u2").reshape(*sizes.size[::-1], 2)
+
     def read_gains(self, level: int) -> np.ndarray:
         """Gains of one level, (rows, cols) float32."""
         sizes = self.terrain.levels[level]
@@ -131,8 +140,9 @@ class ErrorTables:
     def bind(self) -> None:
         """Make the tables visible to shaders that ask for bounds (glsl/lod/promise.glsl)."""
         self.nodes.bind_to_storage_buffer(0)
-        self.counters.bind_to_storage_buffer(6)
-        self.squares.bind_to_storage_buffer(7)
+        self.counters.bind_to_storage_buffer(2)
+        self.squares.bind_to_storage_buffer(3)
+        self.ranges.bind_to_storage_buffer(6)
 
     def release_tables(self) -> None:
         """Give back the GPU's memory of the tables alone: the shaders are those of others."""
@@ -142,7 +152,7 @@ class ErrorTables:
     def release(self) -> None:
         """Give the GPU's memory back."""
         self.release_tables()
-        for resource in (self._sat16, self._sat64, *self._kernels.values()):
+        for resource in (self._sat8, self._sat64, *self._kernels.values()):
             resource.release()
 
     @property
@@ -156,6 +166,7 @@ class ErrorTables:
         self.terrain.bind()
         self.nodes.bind_to_storage_buffer(0)
         self.gains.bind_to_storage_buffer(3)
+        self.ranges.bind_to_storage_buffer(4)
         if j <= FINE_LEVELS:
             self._run("fine", (-(-width // 8), -(-height // 8)), place)
             return
@@ -174,19 +185,20 @@ class ErrorTables:
         level = self.terrain.levels[j]
         tiles = level.counts
         x, y, width, height = _touched(level, posts, j)
-        x0, y0 = x // layout.COUNT_TILE, y // layout.COUNT_TILE
-        at = (-(-(x + width) // layout.COUNT_TILE) - x0, -(-(y + height) // layout.COUNT_TILE) - y0)
-        counts = Table(*tiles, layers=layout.CLASSES // 2, first=level.first_count)
-        sums = Table(*tiles, first=level.first_count // (layout.CLASSES // 2))
+        tile = level.count_tile
+        x0, y0 = x // tile, y // tile
+        at = (-(-(x + width) // tile) - x0, -(-(y + height) // tile) - y0)
+        counts = Table(*tiles, layers=layout.CLASS_WORDS, first=level.first_count)
+        sums = Table(*tiles, first=level.first_count // layout.CLASS_WORDS)
         if at == tiles:
             self._count(j, (x0, y0), at, self.counters, self.squares, counts.first, sums.first)
-            self._sat16.build(self.counters, counts)
+            self._sat8.build(self.counters, counts)
             self._sat64.build(self.squares, sums)
             return
-        new_counts, new_sums = Table(*at, layers=layout.CLASSES // 2), Table(*at)
+        new_counts, new_sums = Table(*at, layers=layout.CLASS_WORDS), Table(*at)
         counters, squares = self.ctx.buffer(reserve=4 * new_counts.words), self.ctx.buffer(reserve=8 * new_sums.words)
         self._count(j, (x0, y0), at, counters, squares, 0, 0)
-        self._sat16.edit(self.counters, counts, counters, new_counts, x0, y0)
+        self._sat8.edit(self.counters, counts, counters, new_counts, x0, y0)
         self._sat64.edit(self.squares, sums, squares, new_sums, x0, y0)
         counters.release()
         squares.release()

@@ -5,7 +5,6 @@ h[row, col], row 0 is the north edge. World: x = col·s_x east, y = (rows − 1 
 
 from __future__ import annotations
 
-import contextlib
 import math
 import os
 from collections.abc import Callable
@@ -15,7 +14,9 @@ import numpy as np
 from numpy.typing import ArrayLike
 
 from terrain_gl.exceptions import TerrainError, UsageError
-from terrain_gl.readers import SRTM_VOID, Raster, Spacing, open_raster
+from terrain_gl.readers import How, Spacing, open_raster
+from terrain_gl.readers.plausible import plausible_scale
+from terrain_gl.readers.values import ENCODINGS, read_heights
 
 MAX_POSTS = 16384 * 16384
 MIN_SPACING_M, MAX_SPACING_M = 1e-6, 1e6
@@ -47,12 +48,16 @@ class Heightmap:
         Number of void posts.
     range_m : (float, float)
         Lowest and highest height.
-    reach_m : (float, float)
-        Heights that tables over the map are built to hold; `range_m`, until edits ask for more.
+    quantised_m : (float, float)
+        Lowest and highest height that the quantisation range must hold: `range_m`, until edits ask for more.
     opened : dict, optional
         What `open` was told, by the names of its arguments; None for a map of other origin, or edited since.
     assumes_spacing : bool
         Neither the file nor who opened it said how far posts are apart.
+    scales : (float, float)
+        Metres per unit of the file's values, and the height of value 0.
+    notes : tuple of str
+        What the user should know of how the file was understood.
 
     Raises
     ------
@@ -66,13 +71,15 @@ class Heightmap:
         self.name = name
         self.opened: dict[str, Any] | None = None
         self.assumes_spacing = False
+        self.scales = (1.0, 0.0)
+        self.notes: tuple[str, ...] = ()
         self.spacing_m = _spacing(spacing_m)
         self.heights = _as_float32(real_heights(heights, name), name)
         void = ~np.isfinite(self.heights)
         self.voids = int(np.count_nonzero(void))
         self._mark_voids(void)
         self.range_m = self._checked(np.fmin.reduce(self.heights, None), np.fmax.reduce(self.heights, None))
-        self.reach_m = self.range_m
+        self.quantised_m = self.range_m
         self._lows: np.ndarray | None = None  # of blocks of RANGE_BLOCK posts a side
         self._highs: np.ndarray | None = None
 
@@ -81,11 +88,14 @@ class Heightmap:
         cls,
         path: str | os.PathLike[str],
         spacing_m: float | Spacing | None = None,
-        z_scale: float = 1.0,
-        z_offset_m: float = 0.0,
+        z_scale: float | None = None,
+        z_offset_m: float | None = None,
         nodata: float | None = None,
         encoding: str = "plain",
         progress: Callable[[float], None] | None = None,
+        trusted: bool = False,
+        band: int | None = None,
+        raw: tuple[int, int] | None = None,
     ) -> Heightmap:
         """Read a map from a file: PNG, TIFF, EXR, HDR, NPY, SRTM HGT and, with rasterio, whatever GDAL opens.
 
@@ -96,8 +106,8 @@ class Heightmap:
         path : str or path
         spacing_m : float or (east, north), optional
             Metres between posts; without it, what the file's tags or the name of a .hgt tile say, else 1.
-        z_scale, z_offset_m : float
-            Metres per unit of value, and the height of value 0.
+        z_scale, z_offset_m : float, optional
+            Metres per unit of value, and the height of value 0; without them, what the file's tags say, else 1 and 0.
         nodata : float, optional
             A value that marks voids, beside the one that the file names. NaN, ±Inf and full transparency always
             do; −32768 does in .hgt, and in other signed 16-bit files that name no value of their own.
@@ -105,6 +115,13 @@ class Heightmap:
             How pixels hold heights: as one channel, or packed in the three of an 8-bit colour image.
         progress : function, optional
             Told the part done, 0 to 1, now and then; an exception that it raises ends the reading.
+        trusted : bool
+            Let GDAL open the file by any of its drivers, which may read other files and the network. Without it, only
+            the file is read, its headers beside it, and, of a mosaic (.vrt), the files beside and below that.
+        band : int, optional
+            The band that holds the heights, from 1, in a file of several.
+        raw : (int, int), optional
+            The file is bare posts without a header, of so many columns and rows: 1 or 2 bytes each, or 4 of a float.
 
         Raises
         ------
@@ -113,32 +130,30 @@ class Heightmap:
         UsageError
             An option is out of its range.
         """
-        _check_options(z_scale, z_offset_m, encoding)
-        raster = open_raster(path)
+        _check_options(z_scale, z_offset_m, encoding, band)
+        raster = open_raster(path, How(trusted, band, raw))
         rows, cols, _ = raster.shape
         _check_size(rows, cols, raster.name)
-        marks = _void_marks(raster, nodata)
-        heights = np.empty((rows, cols), np.float32)
-        done = 0
-        with contextlib.closing(raster.blocks) as blocks:
-            for where, pixels in blocks:
-                values = ENCODINGS[encoding](pixels, raster)
-                heights[where] = _metres(values, marks, z_scale, z_offset_m)
-                if raster.has_alpha:
-                    heights[where][pixels[..., -1] == 0] = np.nan
-                done += values.size
-                if progress:
-                    progress(done / heights.size)
-        heightmap = cls(heights, _first_known(spacing_m, raster.spacing_m, 1.0), raster.name)
-        told = {"spacing_m": spacing_m, "z_scale": z_scale, "z_offset_m": z_offset_m, "nodata": nodata}
+        spacing = _spacing(_first_known(spacing_m, raster.spacing_m, 1.0))
+        scales = _first_known(z_scale, raster.scale), _first_known(z_offset_m, raster.offset_m)
+        heights = read_heights(raster, scales, nodata, encoding, progress)
+        notes = raster.notes if spacing_m is None else ()
+        if z_scale is None and z_offset_m is None and encoding == "plain":
+            extent_m = max((cols - 1) * spacing[0], (rows - 1) * spacing[1])
+            factor, words = plausible_scale(raster, heights, extent_m)
+            scales, notes = (scales[0] * factor, scales[1]), notes + words
+        heightmap = cls(heights, spacing, raster.name)
+        told: dict[str, Any] = {"spacing_m": spacing_m, "z_scale": z_scale, "z_offset_m": z_offset_m, "nodata": nodata}
+        told |= {"encoding": encoding, "trusted": trusted, "band": band, "raw": raw}
+        heightmap.opened = {"path": os.fspath(path)} | told
         heightmap.assumes_spacing = spacing_m is None and raster.spacing_m is None
-        heightmap.opened = {"path": os.fspath(path)} | told | {"encoding": encoding}
+        heightmap.scales, heightmap.notes = scales, notes
         return heightmap
 
     def copy(self) -> Heightmap:
         """The same map with heights of its own."""
         own = Heightmap(self.heights.copy(), self.spacing_m, self.name)
-        own.reach_m, own.opened = self.reach_m, self.opened
+        own.quantised_m, own.opened, own.scales = self.quantised_m, self.opened, self.scales
         return own
 
     def write(self, x: int, y: int, heights: ArrayLike) -> tuple[slice, slice] | None:
@@ -228,13 +243,15 @@ class Heightmap:
 # --- Checks -----------------------------------------------------------------------------------------------------------
 
 
-def _check_options(z_scale: float, z_offset_m: float, encoding: str) -> None:
-    if not math.isfinite(z_scale) or z_scale == 0:
+def _check_options(z_scale: float | None, z_offset_m: float | None, encoding: str, band: int | None) -> None:
+    if z_scale is not None and (not math.isfinite(z_scale) or z_scale == 0):
         raise UsageError(f"z-scale must be a finite number other than 0, got {z_scale}")
-    if not math.isfinite(z_offset_m):
+    if z_offset_m is not None and not math.isfinite(z_offset_m):
         raise UsageError(f"z-offset must be a finite number of metres, got {z_offset_m}")
     if encoding not in ENCODINGS:
         raise UsageError(f"encoding must be one of {', '.join(ENCODINGS)}, got {encoding!r}")
+    if band is not None and band < 1:
+        raise UsageError(f"bands are counted from 1, got {band}")
 
 
 def _check_size(rows: int, cols: int, name: str) -> None:
@@ -313,64 +330,3 @@ def _span_of(flags: np.ndarray, first: int) -> slice:
 
 def _first_known(*choices: Any) -> Any:
     return next(choice for choice in choices if choice is not None)
-
-
-# --- From pixels to metres --------------------------------------------------------------------------------------------
-
-
-def _void_marks(raster: Raster, nodata: float | None) -> list[float]:
-    """The stored values that mean "no data", as the pixels' own type rounds them."""
-    own = raster.nodata
-    if own is None and raster.dtype.newbyteorder("=") == np.int16:
-        own = SRTM_VOID
-    marks = [float(mark) for mark in (own, nodata) if mark is not None]
-    with np.errstate(over="ignore"):
-        return [float(raster.dtype.type(mark)) if raster.dtype.kind == "f" else mark for mark in marks]
-
-
-def _metres(values: np.ndarray, marks: list[float], z_scale: float, z_offset_m: float) -> np.ndarray:
-    """Scale in float64, so that centimetres survive at 8848 m, and round to float32 once."""
-    with np.errstate(all="ignore"):
-        heights = (values * z_scale + z_offset_m).astype(np.float32)
-    void = ~np.isfinite(heights)
-    for mark in marks:
-        void |= values == mark
-    heights[void] = np.nan
-    return heights
-
-
-def _plain(pixels: np.ndarray, raster: Raster) -> np.ndarray:
-    """One channel of values; or the colours of a float image, where HDR has no grey, if they are all equal."""
-    grey = pixels[..., 0].astype(np.float64)
-    others = pixels[..., 1 : raster.colours]
-    first = np.broadcast_to(pixels[..., :1], others.shape)
-    same = raster.dtype.kind == "f" and np.array_equal(others, first, equal_nan=True)
-    if raster.colours > 1 and not same:
-        raise TerrainError(
-            f"{raster.name}: has {raster.colours} colour channels: if they pack heights, give --encoding terrarium "
-            "or mapbox, else convert it to one grey channel"
-        )
-    return grey
-
-
-def _packed(pixels: np.ndarray, raster: Raster) -> np.ndarray:
-    """Red, green, blue as one 24-bit integer."""
-    if raster.colours != 3 or raster.dtype != np.uint8:
-        raise TerrainError(
-            f"{raster.name}: has {raster.colours} channels of {raster.dtype}: the encodings terrarium and mapbox are "
-            "8-bit RGB, drop --encoding"
-        )
-    return pixels[..., :3].astype(np.float64) @ [65536.0, 256.0, 1.0]
-
-
-def _terrarium(pixels: np.ndarray, raster: Raster) -> np.ndarray:
-    """Metres = 256 R + G + B/256 − 32768 (Mapzen terrain tiles)."""
-    return _packed(pixels, raster) / 256 - 32768
-
-
-def _mapbox(pixels: np.ndarray, raster: Raster) -> np.ndarray:
-    """Metres = (65536 R + 256 G + B) / 10 − 10000 (Mapbox Terrain-RGB)."""
-    return _packed(pixels, raster) / 10 - 10000
-
-
-ENCODINGS = {"plain": _plain, "terrarium": _terrarium, "mapbox": _mapbox}

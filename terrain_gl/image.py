@@ -5,6 +5,7 @@ An output appears under its name when it is whole, or not at all.
 
 from __future__ import annotations
 
+import atexit
 import contextlib
 import errno
 import os
@@ -19,11 +20,14 @@ from typing import Any
 import numpy as np
 import OpenImageIO as oiio
 
+from . import resources
 from .exceptions import TerrainError
+from .inputs import check_input
 
 FORMATS = {".png": "uint8", ".jpg": "uint8", ".jpeg": "uint8", ".tif": "uint8", ".tiff": "uint8", ".exr": "float"}
 Rows = Callable[[np.ndarray], None]
 _OPAQUE = (".jpg", ".jpeg")  # formats without alpha
+_BESIDE: set[Path] = set()  # files that are being written
 
 
 @contextmanager
@@ -36,19 +40,44 @@ def replacing(path: str | os.PathLike[str]) -> Iterator[Path]:
         The folder is missing, is not one, or cannot be written to, or the disk is full.
     """
     path = Path(path)
+    check_name(path)
     if path.is_dir():
         raise TerrainError(f"{path} is a folder: name a file in it")
     if not path.parent.is_dir():
         raise TerrainError(f"{path}: there is no folder {path.parent}: make it first")
+    if resources.holds(path):
+        raise TerrainError(f"{path}: comes with terrain-gl: name another file")
     beside = path.with_name(f".{path.stem}-{secrets.token_hex(4)}{path.suffix}")
+    _BESIDE.add(beside)
     try:
         yield beside
         os.replace(beside, path)
     except OSError as error:
         raise TerrainError(f"{path}: cannot write: {error.strerror or error}") from None
     finally:
-        with contextlib.suppress(OSError):
-            beside.unlink()
+        _remove(beside)
+
+
+def _remove(beside: Path) -> None:
+    with contextlib.suppress(OSError):
+        beside.unlink()
+    _BESIDE.discard(beside)
+
+
+@atexit.register
+def _remove_all() -> None:
+    """Remove what a signal in the midst of cleaning up has left."""
+    for beside in tuple(_BESIDE):
+        _remove(beside)
+
+
+def check_name(path: str | os.PathLike[str]) -> None:
+    """Refuse a name that is not UTF-8: the libraries that write pictures take no other."""
+    try:
+        os.fspath(path).encode("utf-8")
+    except UnicodeEncodeError:
+        shown = os.fsencode(path).decode("utf-8", "replace")
+        raise TerrainError(f"{shown}: its name is not valid UTF-8: choose another") from None
 
 
 def write_image(path: str | os.PathLike[str], pixels: np.ndarray) -> None:
@@ -109,7 +138,7 @@ def writing_image(path: str | os.PathLike[str], size: tuple[int, int], channels:
             nonlocal done
             stored = _stored(rows, suffix)
             if not file.write_scanlines(done, done + len(stored), 0, stored):
-                raise TerrainError(f"{path}: cannot write: {one_line(file.geterror()) or 'unknown reason'}")
+                raise TerrainError(f"{path}: cannot write: {reason_of(file)}")
             done += len(stored)
 
         try:
@@ -123,7 +152,7 @@ def writing_image(path: str | os.PathLike[str], size: tuple[int, int], channels:
             raise
         closed = file.close()
         if not closed:
-            raise TerrainError(f"{path}: cannot write: {one_line(file.geterror()) or 'unknown reason'}")
+            raise TerrainError(f"{path}: cannot write: {reason_of(file)}")
 
 
 def write_png(path: str | os.PathLike[str], pixels: np.ndarray) -> None:
@@ -140,41 +169,30 @@ def png_bytes(pixels: np.ndarray) -> bytes:
         return file.read_bytes()
 
 
-def read_image(path: str | os.PathLike[str]) -> np.ndarray:
-    """(height, width, channels) pixels as the file has them; `TerrainError` if it is not a whole picture."""
-    if not Path(path).is_file():
-        raise TerrainError(f"{path}: no such file")
+def read_image(path: str | os.PathLike[str], most_pixels: int = 1 << 28) -> np.ndarray:
+    """(height, width, channels) pixels as the file has them.
+
+    Raises
+    ------
+    TerrainError
+        Not a whole picture, or one of more than `most_pixels`.
+    """
+    check_input(path, "name a picture")
     as_it_is = oiio.ImageSpec()
     as_it_is.attribute("oiio:UnassociatedAlpha", 1)
     with quiet_stderr():
         file = oiio.ImageInput.open(os.fspath(path), as_it_is)
     if file is None:
-        raise TerrainError(f"{path}: not a readable picture: {one_line(oiio.geterror())}")
+        raise TerrainError(f"{path}: not a readable picture: {reason_of(oiio)}")
+    width, height = file.spec().width, file.spec().height
+    if width * height > most_pixels:
+        raise TerrainError(f"{path}: has {width} x {height} pixels, more than {most_pixels:,}: reduce the picture")
     with quiet_stderr():
         pixels = file.read_image(oiio.UNKNOWN)
     file.close()
     if pixels is None:
-        raise TerrainError(f"{path}: not a whole picture: {one_line(file.geterror()) or 'damaged'}")
+        raise TerrainError(f"{path}: not a whole picture: {reason_of(file)}")
     return pixels.reshape(*pixels.shape[:2], -1)
-
-
-def read_albedo(path: str | os.PathLike[str]) -> np.ndarray:
-    """(height, width, 3) linear albedo, 0 to 1, of a picture of the ground: 8 or 16 bits as sRGB, floats as they are.
-
-    Raises
-    ------
-    TerrainError
-        Not a readable picture, or values that are not finite.
-    """
-    pixels = read_image(path)
-    if pixels.dtype.kind == "u":
-        colour = linear_from_srgb(pixels[..., :3].astype(np.float64) * (255 / np.iinfo(pixels.dtype).max))
-    else:
-        colour = pixels[..., :3].astype(np.float64)
-    if not np.isfinite(colour).all():
-        raise TerrainError(f"{path}: has values that are not finite: mend the picture")
-    colour = np.repeat(colour[..., :1], 3, -1) if colour.shape[2] < 3 else colour
-    return np.clip(colour, 0, 1)
 
 
 def difference(one: np.ndarray, other: np.ndarray) -> np.ndarray:
@@ -245,7 +263,7 @@ def _opened(to: Path, name: str | os.PathLike[str], shape: tuple[int, int, int],
     spec.attribute("oiio:UnassociatedAlpha", 1)
     file = oiio.ImageOutput.create(os.fspath(to))
     if file is None or not file.open(os.fspath(to), spec):
-        raise TerrainError(f"{name}: cannot write: {one_line((file or oiio).geterror())}")
+        raise TerrainError(f"{name}: cannot write: {reason_of(file or oiio)}")
     return file
 
 
@@ -257,6 +275,15 @@ def make_sure_of_space(to: Path, pixel_bytes: int) -> None:
     with open(to, "wb") as probe:
         while left > 0:
             left -= probe.write(bytes(min(left, 1 << 24)))
+
+
+def reason_of(source: Any) -> str:
+    """Give OpenImageIO's last error in one line; after some damaged files its text is not even UTF-8."""
+    try:
+        text = source.geterror()
+    except UnicodeDecodeError:
+        text = ""
+    return one_line(text) or "its data do not decode"
 
 
 def one_line(text: str) -> str:

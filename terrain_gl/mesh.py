@@ -1,8 +1,8 @@
 """The mesh: what a surface selected, through its shaders, into a picture or into a buffer.
 
-With `lod.Levels` a patch is one vertex of two words; the control shader sets its levels, the evaluation shader puts
-vertices on posts, and in the middles of cells (glsl/mesh/lattice.glsl). Whatever the method, the last line of its
-shaders is put_vertex() (glsl/mesh/vertex.glsl).
+With `lod.QuadtreeSelector` a patch is one vertex of two words; the control shader sets its levels, the evaluation
+shader puts vertices on posts, and in the middles of cells (glsl/mesh/lattice.glsl). Whatever the method, the last line
+of its shaders is put_vertex() (glsl/mesh/vertex.glsl).
 """
 
 from __future__ import annotations
@@ -13,8 +13,8 @@ from typing import Any
 import moderngl
 import numpy as np
 
-from . import gl, shaders
 from .exceptions import TerrainError
+from .gpu import gl, shaders
 from .lod import Selection
 from .surface import Surface
 
@@ -39,7 +39,7 @@ class MeshDraw:
     def __init__(self, surface: Surface, to: str, varyings: Sequence[str] = (), **stages: str) -> None:
         self.ctx, self.surface = surface.ctx, surface
         made_of: dict[str, Any] = {**surface.stages, **stages, "defines": {"TO": to, **surface.defines}}
-        self.program: Any = shaders.program(self.ctx, **made_of, varyings=varyings)
+        self.program = shaders.program(self.ctx, **made_of, varyings=varyings)
         self._vao: moderngl.VertexArray | None = None
         self._fed: list[Any] = []
 
@@ -106,10 +106,19 @@ class MeshDraws:
 
 
 def vertex_heights(heights: np.ndarray, places: np.ndarray) -> np.ndarray:
-    """Heights of vertices at (..., 2) columns and rows: a post's own; in the middle of a cell the mean of its four."""
-    low, high = np.floor(places).astype(np.int64), np.ceil(places).astype(np.int64)
-    (west, north), (east, south) = np.moveaxis(low, -1, 0), np.moveaxis(high, -1, 0)
-    return 0.25 * ((heights[north, west] + heights[north, east]) + (heights[south, west] + heights[south, east]))
+    """Heights of vertices at (..., 2) columns and rows: a post's own; between four posts the bilinear height."""
+    low = np.floor(places).astype(np.int64)
+    (west, north), (east, south) = np.moveaxis(low, -1, 0), np.moveaxis(np.ceil(places).astype(np.int64), -1, 0)
+    s, t = np.moveaxis((places - low).astype(np.float32), -1, 0)
+    upper = heights[north, west] * (1 - s) + heights[north, east] * s
+    return (upper * (1 - t) + (heights[south, west] * (1 - s) + heights[south, east] * s) * t).astype(np.float32)
+
+
+def _stand_on_posts(relief_m: np.ndarray, posts: np.ndarray, heights_m: np.ndarray) -> bool:
+    """Whether vertices have the heights of their places: posts to the bit, between posts to some roundings."""
+    between = (posts != np.floor(posts)).any(-1)
+    rounding_m = np.where(between, 2.0**-20 * np.abs(relief_m).max(initial=0.0), 0.0)
+    return bool((np.abs(vertex_heights(relief_m, posts) - heights_m) <= rounding_m).all())
 
 
 def captured_triangles(selection: Selection) -> tuple[np.ndarray, np.ndarray]:
@@ -136,8 +145,8 @@ def captured_triangles(selection: Selection) -> tuple[np.ndarray, np.ndarray]:
     vertices = np.frombuffer(data, _VERTEX).reshape(-1, 3)
     posts = np.stack([vertices["col"], vertices["row"]], -1)
     relief_m = surface.terrain.filled - np.float32(surface.terrain.base_m)
-    if surface.on_heights and not np.array_equal(vertex_heights(relief_m, posts), vertices["height_m"]):
+    if surface.on_heights and not _stand_on_posts(relief_m, posts, vertices["height_m"]):
         raise TerrainError("the GPU drew vertices beside their posts: this driver's tessellation is not exact")
-    a, b, c = (2 * posts[:, i].astype(np.float64) for i in range(3))
+    a, b, c = (64 * posts[:, i].astype(np.float64) for i in range(3))
     area = (b[:, 0] - a[:, 0]) * (c[:, 1] - a[:, 1]) - (b[:, 1] - a[:, 1]) * (c[:, 0] - a[:, 0])
     return posts[area != 0], vertices["height_m"][area != 0]

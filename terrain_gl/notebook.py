@@ -1,10 +1,10 @@
-"""The window's flight in a notebook: the same camera, keys and panels, drawn without a display and sent as pictures.
+"""The window in a notebook: the same camera, keys and panels, drawn without a display and sent as pictures.
 
     from terrain_gl.notebook import View
     View("alpine")
 
-Where no front end is live (a notebook that is run by a script, or read on a page) the last picture stands instead.
-It takes the extra `[notebook]`: jupyter_rfb (https://jupyter-rfb.readthedocs.io) brings pictures out and events in.
+Without a live front end (in a script, or on a web page) a still picture takes its place. The extra `[notebook]` is
+needed: jupyter_rfb (https://jupyter-rfb.readthedocs.io) sends pictures to the browser and events from it.
 """
 
 from __future__ import annotations
@@ -26,163 +26,169 @@ except ImportError as error:
         f"{error}: the notebook's view needs the extra [notebook]: pip install 'terrain-gl[notebook]'"
     ) from None
 
-from . import gl
 from .camera import Camera
-from .context import create_context
-from .drawing import Drawing
 from .exceptions import UsageError
+from .files.maps import open_map
+from .files.views import standard_view
+from .gpu import gl
+from .gpu.context import create_context
 from .heightmap import Heightmap
 from .image import png_bytes
-from .maps import open_map
+from .options import RenderOptions
 from .renderer import Renderer
 from .shade import SUN
-from .viewer.controller import MOVE_KEYS
-from .viewer.flight import Flight
-from .viewer.gui import Gui
-from .viewer.gui import library as library_of_gui
+from .viewer.app import App
 from .viewer.loading import Opened
-from .viewer.overlay import Overlay
 from .viewer.settings import Settings
-from .views import standard_view
+from .viewer.viewer import Viewer
+from .viewer.window_state import Size
 
-NOTCH_PX = 100.0  # of a wheel, as browsers tell it
+NOTCH_PX = 100.0  # that browsers report for one notch of the wheel
+MOST_PX = 8192
 _BUTTONS = {1: "left", 2: "right", 3: "middle"}
 _NAMED = {"ArrowLeft": "left", "ArrowRight": "right", "ArrowUp": "up", "ArrowDown": "down", " ": "space"}
 _DIGITS = dict(zip("!@#$%^&*(", "123456789", strict=True))  # with Shift, on most keyboards
 
 
-class View(RemoteFrameBuffer):
-    """A flight over a map, as a widget.
+class View(RemoteFrameBuffer):  # type: ignore[misc]  # jupyter_rfb states no types
+    """A map in a widget.
 
     Parameters
     ----------
     source
         A heightmap, a file, or the name of a bundled map.
     camera
-        First view; by default the map's own.
+        The first view; by default the map's own.
     size
-        Width and height of the widget in the page's pixels; it can be dragged to another.
+        Width and height of the widget in pixels of the page; the user can change it.
     panels
-        Show panels to see and change everything with, if the extra `[gui]` is installed; else text alone.
+        Whether the panel is shown at first; the key I shows and hides it.
     backend
         As for `Renderer`.
     options
-        Fields of `Drawing` by name: how it is drawn at first.
+        Fields of `RenderOptions` by name: how the map is drawn at first.
+
+    Attributes
+    ----------
+    app
+        The viewer with its panels.
 
     Raises
     ------
     TerrainError
-        No OpenGL 4.3, or too little GPU memory.
+        There is no OpenGL 4.3 or no imgui-bundle, or too little GPU memory.
     UsageError
-        An option outside its range.
+        An option is outside its range.
     """
 
-    _closed = True  # until all is there
+    _closed = True  # until the view is complete
 
     def __init__(
         self,
         source: Heightmap | str | os.PathLike[str] = "alpine",
         camera: Camera | None = None,
         *,
-        size: tuple[int, int] = (640, 360),
+        size: Size = (640, 360),
         panels: bool = False,
         backend: str = "auto",
         **options: Any,
     ) -> None:
         heightmap, known = (source, None) if isinstance(source, Heightmap) else open_map(os.fspath(source))
-        if min(size) < 1 or max(size) > 8192:
-            raise UsageError(f"the view's size must be from 1x1 to 8192x8192, got {size[0]}x{size[1]}")
+        if min(size) < 1 or max(size) > MOST_PX:
+            raise UsageError(f"the view's size must be from 1x1 to {MOST_PX}x{MOST_PX}, got {size[0]}x{size[1]}")
         sun = options.pop("sun", known.sun if known else SUN)
-        settings = Settings([Drawing(**options, sun=sun)], figures=panels)
+        settings = Settings([RenderOptions(**options, sun=sun)], panel=panels)
         super().__init__(css_width=f"{size[0]}px", css_height=f"{size[1]}px")
         self._started_s = time.monotonic()
         self._timer: asyncio.TimerHandle | None = None
-        self._told = False
-        self._ratio = 1.0
+        self._welcomed = False
+        self._ratio = 1.0  # pixels of the picture for one of the page
         self.ctx = create_context(backend)
         with self.ctx:
             self._target = self._framebuffer(size)
-            self._overlay = Overlay(self.ctx)
-            self._gui = Gui(self.ctx) if panels and library_of_gui() else None
-            self.flight = Flight(self._overlay, self._target, size, settings, gui=self._gui)
+            self.app = App(self.ctx, self._target, size, settings)
             start = camera or (known.camera if known else standard_view(heightmap))
             self._closed = False
-            self.flight.land.show(
-                Renderer(heightmap, size, ctx=self.ctx), Opened(heightmap, start, sun, heightmap.name, True)
-            )
+            opened = Opened(heightmap, start, sun, heightmap.name, True)
+            self.viewer.show(Renderer(heightmap, size, ctx=self.ctx), opened)
 
     # --- What it shows ------------------------------------------------------------------------------------------------
 
     @property
+    def viewer(self) -> Viewer:
+        """The scene and the parts that work on it."""
+        return self.app.viewer
+
+    @property
     def camera(self) -> Camera:
-        """Where the eye is now."""
-        return self.flight.controller.camera
+        """The present camera."""
+        return self.viewer.scene.controller.camera
 
     @property
     def stats(self) -> dict[str, Any]:
-        """What is known of the last frame: docs/stats.md."""
-        return self.flight.figures.stats
+        """The stats of the last frame: docs/stats.md."""
+        return self.viewer.painter.frame.stats
 
     def draw(self, **options: Any) -> None:
-        """Draw otherwise from now on: fields of `Drawing` by name."""
-        self.flight.settings.draw_both(**options)
+        """Change fields of `RenderOptions` by name."""
+        self.viewer.settings.change_all(**options)
         self.request_draw()
 
     def picture(self) -> np.ndarray:
-        """(height, width, 3) uint8: what the widget shows, as soon as that is drawn in full."""
+        """(height, width, 3) uint8: what the widget shows, drawn in full size and lit."""
         with self.ctx:
-            self._fit()
-            for _ in range(3):  # panels take a frame or two to settle
-                self.flight.frame(self._now_s)
-            while not (self.flight.settled or self.flight.controller.moving):
-                self.flight.frame(self._now_s)
+            self._fit_target()
+            for _ in range(3):  # panels take a frame or two to find their size
+                self.app.frame(self._now_s)
+            while not (self.viewer.settled or self.viewer.scene.controller.moving):
+                self.app.frame(self._now_s)
             return self._pixels()
 
     def close(self, *args: Any, **kwargs: Any) -> None:
-        """Close all views, and give everything back."""
+        """Close the widget, and release GPU resources."""
         if not self._closed:
             super().close(*args, **kwargs)
 
     # --- What jupyter_rfb asks for ------------------------------------------------------------------------------------
 
     def get_frame(self) -> np.ndarray | None:
-        """Pixels of the next frame, None where nothing has changed."""
+        """The pixels of the next frame; None if nothing has changed."""
         if self._closed:
             return None
         with self.ctx:
-            self._fit()
-            pixels = self._pixels() if self.flight.frame(self._now_s) else None
-        self._come_again()
+            self._fit_target()
+            pixels = self._pixels() if self.app.frame(self._now_s) else None
+        self._request_next()
         return pixels
 
     def handle_event(self, event: dict[str, Any]) -> None:
-        """What the user does."""
+        """Handle an event of the browser."""
         if self._closed:
             return
-        react: Callable[[dict[str, Any]], None] | None = getattr(self, f"_on_{event['type']}", None)
+        handler: Callable[[dict[str, Any]], None] | None = getattr(self, f"_on_{event['type']}", None)
         if event["type"] == "close":
             self._release()
-        elif react:
+        elif handler:
             with self.ctx:
-                react(event)
+                handler(event)
             self.request_draw()
 
     def _repr_mimebundle_(self, **kwargs: Any) -> Any:
-        """The widget, and beside it a picture for where there is no widget."""
+        """The widget, and a still picture for front ends without widgets."""
         result = super()._repr_mimebundle_(**kwargs)
         data = result[0] if isinstance(result, tuple) else result
         if data is not None and not self._closed:
             data["image/png"] = base64.b64encode(png_bytes(self.picture())).decode("ascii")
         return result
 
-    def _come_again(self) -> None:
-        """Have the next frame drawn as soon as there is something to see."""
-        if self.flight.busy:
+    def _request_next(self) -> None:
+        """Ask for the next frame: now, or when one may be due."""
+        if self.app.busy:
             self.request_draw()
             return
         if self._timer:
             self._timer.cancel()
-        self._timer = asyncio.get_running_loop().call_later(self.flight.wait_s, self.request_draw)
+        self._timer = asyncio.get_running_loop().call_later(self.app.wait_s, self.request_draw)
 
     @property
     def _now_s(self) -> float:
@@ -190,16 +196,16 @@ class View(RemoteFrameBuffer):
 
     # --- Pixels -------------------------------------------------------------------------------------------------------
 
-    def _framebuffer(self, size: tuple[int, int]) -> moderngl.Framebuffer:
+    def _framebuffer(self, size: Size) -> moderngl.Framebuffer:
         return self.ctx.framebuffer([self.ctx.renderbuffer(size, 4)])
 
-    def _fit(self) -> None:
-        """Give the target the size that the flight has been told of."""
-        size = self.flight.size
+    def _fit_target(self) -> None:
+        """Give the target the size of the widget."""
+        size = self.viewer.window.size
         if min(size) > 0 and self._target.size != size:
-            gl.use_default_framebuffer(self.ctx)  # the one in use must not be one that is gone
+            gl.use_default_framebuffer(self.ctx)  # moderngl must not use a framebuffer that is released
             gl.release_with_pixels(self._target)
-            self._target = self.flight.target = self._framebuffer(size)
+            self._target = self.viewer.target = self._framebuffer(size)
 
     def _pixels(self) -> np.ndarray:
         width, height = self._target.size
@@ -213,85 +219,54 @@ class View(RemoteFrameBuffer):
         with self.ctx:
             gl.use_default_framebuffer(self.ctx)
             gl.release_with_pixels(self._target)
-            for part in (self._overlay, self._gui):
-                if part:
-                    part.release()
-            self.flight.close()
+            self.app.close()
         self.ctx.release()
 
     # --- Events -------------------------------------------------------------------------------------------------------
 
     def _on_resize(self, event: dict[str, Any]) -> None:
         self._ratio = float(event.get("ratio") or 1.0)
-        width, height = (max(0, min(8192, round(event[side] * self._ratio))) for side in ("width", "height"))
-        self._overlay.scale = max(1, int(self._ratio))
-        if self._gui:
-            self._gui.scale = self._ratio
-        self.flight.scale = max(1.0, self._ratio)
-        self.flight.resize((width, height))
-        if not self._told:
-            self._told = True
-            self.flight.say("click here: W A S D fly, H shows all keys")
+        width, height = (max(0, min(MOST_PX, round(event[side] * self._ratio))) for side in ("width", "height"))
+        self.app.resize((width, height), max(1.0, self._ratio))
+        if not self._welcomed:
+            self._welcomed = True
+            self.viewer.window.say("click here: W A S D fly, H shows all keys")
 
     def _on_pointer_down(self, event: dict[str, Any]) -> None:
-        button, at = _BUTTONS.get(event["button"], ""), self._at(event)
-        if self._gui and button:
-            self._gui.button(button, True)
-            if self._gui.covers(*at):
-                return
-        self.flight.mouse.press(button, *at)
+        self.app.mouse_down(_BUTTONS.get(event["button"], ""), *self._place(event))
 
     def _on_pointer_up(self, event: dict[str, Any]) -> None:
-        button = _BUTTONS.get(event["button"], "")
-        if self._gui and button:
-            self._gui.button(button, False)
-        self.flight.mouse.let_go(button, *self._at(event))
+        self.app.mouse_up(_BUTTONS.get(event["button"], ""), *self._place(event))
 
     def _on_pointer_move(self, event: dict[str, Any]) -> None:
-        at = self._at(event)
-        if self._gui:
-            self._gui.move(*at)
-        self.flight.mouse.point(*at, over_panels=bool(self._gui and self._gui.covers(*at)))
+        self.app.mouse_move(*self._place(event))
 
     def _on_wheel(self, event: dict[str, Any]) -> None:
         dx, dy = -event["dx"] / NOTCH_PX, -event["dy"] / NOTCH_PX
-        if self._gui and self._gui.covers(*self._at(event)):
-            self._gui.wheel(dx, dy)
-        else:
-            self.flight.mouse.wheel(dy, zoom="Control" in event["modifiers"])
+        self.app.wheel(dx, dy, *self._place(event), zoom="Control" in event["modifiers"])
 
     def _on_key_down(self, event: dict[str, Any]) -> None:
-        key, held = _key(event["key"]), event["modifiers"]
-        if self._gui:
-            self._gui.key(key, True)
-            if self._gui.writes:
-                return
-        if key in MOVE_KEYS and not {"Control", "Alt", "Meta"} & set(held):
-            self.flight.controller.press(key)
-            return
+        key, held = _key_name(event["key"]), set(event["modifiers"])
         names = (("ctrl", {"Control", "Meta"}), ("shift", {"Shift"}))
-        self.flight.press("+".join([name for name, keys in names if keys & set(held)] + [key]))
-        self.flight.done = False  # there is no window to be closed
+        command = "+".join([name for name, keys in names if keys & held] + [key])
+        self.app.key_down(key, command, moves=not {"Control", "Alt", "Meta"} & held)
+        self.viewer.window.closing = False  # a widget has no window to close
 
     def _on_key_up(self, event: dict[str, Any]) -> None:
-        if self._gui:
-            self._gui.key(_key(event["key"]), False)
-        self.flight.controller.let_go(_key(event["key"]))
+        self.app.key_up(_key_name(event["key"]))
 
     def _on_char(self, event: dict[str, Any]) -> None:
-        if self._gui:
-            for character in event.get("data") or "":
-                self._gui.write(ord(character))
+        for character in event.get("data") or "":
+            self.app.write(ord(character))
 
     def _on_hide(self, event: dict[str, Any]) -> None:
-        """Out of sight: nobody will tell of keys that come up."""
-        self.flight.controller.let_go_all()
+        self.app.lose_keyboard()
 
-    def _at(self, event: dict[str, Any]) -> tuple[float, float]:
+    def _place(self, event: dict[str, Any]) -> tuple[float, float]:
         """The cursor in pixels of the picture."""
         return event["x"] * self._ratio, event["y"] * self._ratio
 
 
-def _key(name: str) -> str:
-    """A browser's name of a key as the flight has it."""
+def _key_name(name: str) -> str:
+    """The window's name of a key, from the browser's."""
     return _NAMED.get(name) or _DIGITS.get(name) or name.lower()

@@ -67,12 +67,6 @@ class Piece:
         return slice(self.corner[0], self.corner[0] + self.size[0])
 
     @property
-    def share_done(self) -> float:
-        """How much of the picture is done with it, where pieces come in rows from the top."""
-        width, height = self.picture
-        return (self.rows.start * width + self.cols.stop * self.size[1]) / (width * height)
-
-    @property
     def clip_from_picture(self) -> np.ndarray:
         """(4, 4) float64: clip coordinates of the piece, from those of the whole picture."""
         matrix = np.eye(4)

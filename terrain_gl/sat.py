@@ -18,12 +18,12 @@ from typing import Any, NamedTuple
 import moderngl
 import numpy as np
 
-from . import gl, shaders
+from .gpu import gl, shaders
 
 STRIP = 64  # words that one thread adds up
-PORTION = 2**17  # words of a layer that are recorded between two breaths of `RecordedTable.building`
+PORTION = 2**17  # words of a layer that are recorded between two breaths of `RecordedTable.build_steps`
 GROUP = 64  # threads of a work group, as in glsl/sat
-_WORD_DTYPES = {16: "<u2", 32: "<u4", 64: "<u8"}
+_WORD_DTYPES = {8: "<u1", 16: "<u2", 32: "<u4", 64: "<u8"}
 
 
 class Table(NamedTuple):
@@ -46,12 +46,12 @@ class SummedAreaTables:
     Parameters
     ----------
     bits
-        32, 64 (a uvec2, low half first), or 16: two independent 16-bit sums side by side in a 32-bit word.
+        32, 64 (a uvec2, low half first), or 16 or 8: two or four independent sums side by side in a 32-bit word.
     """
 
     def __init__(self, ctx: moderngl.Context, bits: int = 32) -> None:
         if bits not in _WORD_DTYPES:
-            raise ValueError(f"bits: expected 16, 32 or 64, got {bits}")
+            raise ValueError(f"bits: expected 8, 16, 32 or 64, got {bits}")
         self.ctx, self.bits = ctx, bits
         self.word_bytes = max(bits, 32) // 8
         names = ("reduce", "scan", "propagate", "difference", "spread", "query")
@@ -65,8 +65,8 @@ class SummedAreaTables:
         self._sum_lines(buffer, table, lines=height, length=width, line_step=width, word_step=1)
         self._sum_lines(buffer, table, lines=width, length=height, line_step=1, word_step=width)
 
-    def building(self, buffer: moderngl.Buffer, table: Table) -> Generator[float, None, None]:
-        """The same in portions, layer by layer; after each the share that is done."""
+    def build_steps(self, buffer: moderngl.Buffer, table: Table) -> Generator[float, None, None]:
+        """Incremental `build`, a layer a step; yields progress from 0 to 1."""
         for layer in range(table.layers):
             self.build(buffer, table._replace(layers=1, first=table.first + layer * table.width * table.height))
             yield (layer + 1) / table.layers
@@ -94,7 +94,7 @@ class SummedAreaTables:
         self._run("spread", blocks, (table.width - x, strips, table.layers), **place)
 
     def box_sums(self, buffer: moderngl.Buffer, table: Table, boxes: np.ndarray, layer: int = 0) -> np.ndarray:
-        """Sums of boxes (n, 4), each x0, y0, x1, y1 with the end outside; (n,) words, (n, 2) for 16 bits."""
+        """Sums of boxes (n, 4), each x0, y0, x1, y1 with the end outside: (n,) words, (n, 32 / bits) below 32 bits."""
         corners = np.ascontiguousarray(boxes, "<i4")
         questions = self.ctx.buffer(corners.tobytes())
         answers = self.ctx.buffer(reserve=len(corners) * self.word_bytes)
@@ -103,13 +103,13 @@ class SummedAreaTables:
         sums = self._words(answers.read()).reshape(len(corners), -1)
         questions.release()
         answers.release()
-        return sums if self.bits == 16 else sums[:, 0]
+        return sums if self.bits < 32 else sums[:, 0]
 
     def read(self, buffer: moderngl.Buffer, table: Table) -> np.ndarray:
-        """Words of a table, (layers, height, width), and a last axis of 2 for 16 bits."""
+        """Words of a table, (layers, height, width), and a last axis of 2 for 16 bits, of 4 for 8."""
         data = buffer.read(table.words * self.word_bytes, offset=table.first * self.word_bytes)
         shape = (table.layers, table.height, table.width)
-        return self._words(data).reshape(shape + (2,) if self.bits == 16 else shape)
+        return self._words(data).reshape(shape + (32 // self.bits,) if self.bits < 32 else shape)
 
     def values(self, buffer: moderngl.Buffer, table: Table) -> np.ndarray:
         """(layers, height, width) values of which a table of 32 or 64 bits is the sums; what wrapped, wraps back."""
@@ -168,6 +168,12 @@ class RecordedTable(ABC):
         self._sat = SummedAreaTables(ctx, 32)
         self._record: Any = shaders.compute(ctx, record)
         self.buffer = gl.reserve(ctx, 4 * table.words, name)
+        self._texture = gl.WordTexture(ctx)
+
+    @property
+    def texture(self) -> gl.WordTexture:
+        """The buffer, seen as a texture."""
+        return self._texture.of(self.buffer)
 
     @property
     def bytes(self) -> int:
@@ -179,15 +185,15 @@ class RecordedTable(ABC):
         self._write(self.buffer, (0, 0), self.table)
         self._sat.build(self.buffer, self.table)
 
-    def building(self) -> Generator[float, None, None]:
-        """The same in portions, after each the share that is done; until all is the table is as it was."""
+    def build_steps(self) -> Generator[float, None, None]:
+        """Incremental `build`; yields progress from 0 to 1. The old table stays in use until the end."""
         fresh, height = gl.reserve(self.ctx, self.buffer.size, "a table that is made anew"), self.table.height
         step = max(1, PORTION // self.table.width)
         try:
             for row in range(0, height, step):
                 self._write(fresh, (0, 0), self.table, range(row, min(row + step, height)))
                 yield 0.7 * row / height
-            for share in self._sat.building(fresh, self.table):
+            for share in self._sat.build_steps(fresh, self.table):
                 yield 0.7 + 0.3 * share
             self.buffer, fresh = fresh, self.buffer
         finally:
@@ -199,7 +205,7 @@ class RecordedTable(ABC):
 
     def release(self) -> None:
         """Give the GPU's memory back."""
-        for resource in (self.buffer, self._sat, self._record):
+        for resource in (self.buffer, self._texture, self._sat, self._record):
             resource.release()
 
     def _rewrite(self, x: int, y: int, width: int, height: int) -> None:

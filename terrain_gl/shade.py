@@ -1,15 +1,15 @@
 """Shading: from the surface that the mesh draws to a picture.
 
-Two passes. The first draws the patches and notes at each sample which place of the map it sees
-(glsl/shade/surface.frag). The second shades each pixel from the map itself, averaged over the pixel's footprint by a
-summed-area table of heights (glsl/shade/relief.glsl): what it shows does not depend on the mesh.
+Two passes. The first draws the patches and keeps nothing but the depth of each sample: with the ray through the sample
+it gives the place of the map that the sample sees (glsl/shade/seen.glsl). The second shades each pixel from the map
+itself, averaged over the pixel's footprint by a summed-area table of heights (glsl/shade/relief.glsl): what it shows
+does not depend on the mesh. Pixels are of a few kinds (glsl/shade/kind.glsl), and each kind has a program of its own.
 """
 
 from __future__ import annotations
 
 import ctypes
 import math
-from collections import deque
 from collections.abc import Generator
 from dataclasses import dataclass, replace
 from typing import Any, TypeVar
@@ -17,12 +17,14 @@ from typing import Any, TypeVar
 import moderngl
 import numpy as np
 
-from . import gl, shaders
 from .camera import Camera
+from .gpu import gl, shaders
+from .gpu.bindings import bind
 from .light.ground import HeightSums, towards_sun
 from .light.lighting import Lighting
-from .lod import Levels, Selection
+from .lod import QuadtreeSelector, Selection
 from .mesh import MeshDraw, MeshDraws
+from .steps import drain
 from .terrain import Rect
 
 SUN = (300.0, 35.0)  # azimuth, clockwise from north, and elevation, in degrees
@@ -31,7 +33,9 @@ _OF_MESH = ("wireframe", "lod", "segments", "promise", "error")  # styles that s
 STYLES = (*_LIT, "lambert", *_OF_MESH, "normals", "depth")
 UNLIT = "depth"  # the cheapest style, for who wants to know of the mesh alone
 TILE_PX = (256, 64)  # shaded between two looks at anything else, by who must not wait for the whole picture
+KINDS = {"ANY": 0, "SKY": 1, "NEAR": 2, "MIXED": 3}  # of pixels: glsl/shade/kind.glsl
 HAZE = 2.0  # distance at which haze lets 1/e through, in diagonals of the map
+_NOTHING_LISTED = np.array([0, 1, 1, 0], "u4").tobytes()  # the head of `Listed` in glsl/shade/seen.glsl
 _TEXTURE_2D, _TEXTURE_2D_MULTISAMPLE = 0x0DE1, 0x9100
 _DEPTH_COMPONENT, _DEPTH_COMPONENT32F, _FLOAT = 0x1902, 0x8CAC, 0x1406
 Size = tuple[int, int]
@@ -87,22 +91,22 @@ class Picture:
         Samples a pixel; the driver may take fewer.
     """
 
-    def __init__(self, levels: Levels, size: Size, samples: int = 4) -> None:
+    def __init__(self, levels: QuadtreeSelector, size: Size, samples: int = 4) -> None:
         self.ctx, self.levels = levels.ctx, levels
         self.samples = max(1, min(samples, self.ctx.max_samples))
         self.sums = HeightSums(levels.terrain)
         self.lighting = Lighting(levels.terrain, self.sums)
+        self._solid = MeshDraws("PICTURE", fragment="shade/solid.frag")
         self._surface = MeshDraws("PICTURE", fragment="shade/surface.frag")
-        self._surface.of(levels)  # compiled now, not with the first frame
         self._detail = MeshDraws("PICTURE", geometry="shade/detail.geom", fragment="shade/detail.frag")
         self._promise = MeshDraws("PICTURE", geometry="shade/detail.geom", fragment="shade/detail_promise.frag")
-        self._screens: dict[tuple[str, bool], tuple[Any, moderngl.VertexArray]] = {}
+        self._programs: dict[tuple[object, ...], tuple[Any, Any]] = {}
         self._targets: list[Any] = []
         self.resize(size)
 
     waits_for_light = True
     """Whether light is made before anything is drawn in it. If not, a picture is lit as it was before, or flatly, until
-    somebody has gone through `lighting_up`."""
+    somebody has gone through `light_steps`."""
 
     @property
     def bytes(self) -> int:
@@ -119,11 +123,13 @@ class Picture:
         self._release_targets()
         self.size = (0, 0)  # until all is there: memory may not suffice
         samples = self.samples if self.samples > 1 else 0
-        self._posts = self._target(self.ctx.texture(size, 2, samples=samples, dtype="f4"))
         self._depth = self._target(_depth_texture(self.ctx, size, samples))
+        self._kinds = self._target(_depth_texture(self.ctx, size, 0))
+        self._listed = self._target(self.ctx.buffer(reserve=16 + 4 * size[0] * size[1]))
         self._picture = self._target(self.ctx.texture(size, 4))
-        self._seen = self._target(self.ctx.framebuffer([self._posts], self._depth))
-        self._screen = self._target(self.ctx.framebuffer([self._picture]))
+        self._seen = self._target(self.ctx.framebuffer([], self._depth))
+        self._kind = self._target(self.ctx.framebuffer([], self._kinds))
+        self._screen = self._target(self.ctx.framebuffer([self._picture], self._kinds))
         self._drawn: moderngl.Texture | None = None
         self.size = size
 
@@ -141,26 +147,25 @@ class Picture:
         self.shade(camera, look)
 
     def see(self, selection: Selection, look: Look = PLAIN) -> None:
-        """First pass, over the mesh: find the post that each sample sees."""
-        deque(self.seeing(selection, look, max(1, selection.draws)), maxlen=0)
+        """First pass, over the mesh: find how far away each sample sees."""
+        drain(self.see_steps(selection, look, max(1, selection.draws)))
 
-    def seeing(self, selection: Selection, look: Look = PLAIN, commands: int = 1) -> Generator[float, None, None]:
-        """The same in portions of so many draw commands, after each the share that is done."""
+    def see_steps(self, selection: Selection, look: Look = PLAIN, commands: int = 1) -> Generator[float, None, None]:
+        """Incremental `see`, so many draw commands a step; yields progress from 0 to 1."""
         of_mesh = look.style in _OF_MESH or look.wires
-        meshes = self._surface if not of_mesh else self._promise if look.style == "promise" else self._detail
-        mesh, target = meshes.of(selection.surface), self._detail_target() if of_mesh else self._seen
+        mesh, target = self._meshes(look).of(selection.surface), self._detail_target() if of_mesh else self._seen
         target.use()
-        target.clear(-1.0, -1.0, depth=0.0)  # no place on the map: the sky
+        target.clear(depth=0.0)  # infinitely far away: the sky
         for first in range(0, selection.draws, commands):
             self._draw_mesh(mesh, target, selection, slice(first, first + commands))
             yield min(1.0, (first + commands) / selection.draws)
 
     def shade(self, camera: Camera, look: Look = PLAIN) -> None:
         """Second pass, over the pixels: colour what the first one saw."""
-        deque(self.shading(camera, look, self.size), maxlen=0)
+        drain(self.shade_steps(camera, look, self.size))
 
-    def shading(self, camera: Camera, look: Look = PLAIN, tile: Size = TILE_PX) -> Generator[float, None, None]:
-        """The same in tiles of so many columns and rows, after each the share that is done."""
+    def shade_steps(self, camera: Camera, look: Look = PLAIN, tile: Size = TILE_PX) -> Generator[float, None, None]:
+        """Incremental `shade`, a tile of columns and rows a step; yields progress from 0 to 1."""
         if look.style in _LIT and self.waits_for_light:
             self.lighting.follow(look.sun, look.sky, look.material)
         elif look.style in _LIT and not self.lighting.is_there:
@@ -169,14 +174,31 @@ class Picture:
             self.lighting.describe(self._haze_m(camera), look.water_m)
         corners = [(x, y) for y in range(0, self.size[1], tile[1]) for x in range(0, self.size[0], tile[0])]
         for done, corner in enumerate(corners, 1):
-            self._screen.scissor = (*corner, *tile)
+            self._scissor(*corner, *tile)
             self._colour(look)
-            self._screen.scissor = (0, 0, *self.size)
+            self._scissor(0, 0, *self.size)
             yield done / len(corners)
 
+    def _meshes(self, look: Look) -> MeshDraws:
+        """Programs of the first pass: each notes what the style shows, and no more."""
+        if look.style == "promise":
+            return self._promise
+        if look.style in _OF_MESH or look.wires:
+            return self._detail
+        return self._surface if self.levels.terrain.heightmap.voids else self._solid
+
+    def _scissor(self, *tile: Any) -> None:
+        """Colour a part of the picture alone: its lower left corner, columns, rows."""
+        self._screen.scissor = self._kind.scissor = tile
+
     def _colour(self, look: Look) -> None:
-        """Colour what the scissor lets through."""
-        self._fill(self._screen, f"shade/{look.style}.frag", look.water_m is not None, sun=towards_sun(*look.sun))
+        """Colour what the scissor lets through, one kind of pixels after the other."""
+        style, wet, sun = f"shade/{look.style}.frag", look.water_m is not None, towards_sun(*look.sun)
+        self._listed.write(_NOTHING_LISTED)
+        self._fill(self._kind, "shade/kind.frag", depth="1")
+        for kind in ("SKY", "NEAR"):
+            self._fill(self._screen, style, kind, wet, depth="==", sun=sun)
+        self._run_listed(style, wet, sun=sun)
         if look.wires and look.style != "wireframe":
             self.ctx.enable(moderngl.BLEND)
             self.ctx.blend_func = moderngl.SRC_ALPHA, moderngl.ONE_MINUS_SRC_ALPHA
@@ -196,10 +218,10 @@ class Picture:
         """(height, width, 4) uint8 sRGB, first row on top."""
         return _from_top(self._picture.read(alignment=1), "u1", self.size, 4)
 
-    def lighting_up(self, look: Look) -> Generator[float, None, None]:
-        """Make the light for a look in portions, after each the share that is done; nothing where it is there."""
+    def light_steps(self, look: Look) -> Generator[float, None, None]:
+        """Incremental `light`; yields progress from 0 to 1, or nothing where the light is there."""
         if look.style in _LIT:
-            yield from self.lighting.following(look.sun, look.sky, look.material)
+            yield from self.lighting.follow_steps(look.sun, look.sky, look.material)
 
     def coverage(self) -> np.ndarray:
         """(height, width) bool, first row on top: the surface covers all of the pixel's samples."""
@@ -213,11 +235,11 @@ class Picture:
         """(samples, height, width, 2) float32, first row on top: column and row of the map; negative for the sky."""
         return np.stack([self.note("shade/places.frag", 2, "f4", sample=i) for i in range(self.samples)])
 
-    def note(self, fragment: str, components: int, dtype: str, **uniforms: Any) -> np.ndarray:
-        """What a fragment shader says of every pixel: (height, width, components), first row on top."""
+    def note(self, fragment: str, components: int, dtype: str, kind: str = "ANY", **uniforms: Any) -> np.ndarray:
+        """What a fragment shader, for one of `KINDS`, says of all pixels: (height, width, components) from the top."""
         texture = self.ctx.texture(self.size, components, dtype=dtype)
         target = self.ctx.framebuffer([texture])
-        self._fill(target, fragment, **uniforms)
+        self._fill(target, fragment, kind, **uniforms)
         noted = _from_top(texture.read(alignment=1), dtype, self.size, components)
         self._screen.use()
         target.release()
@@ -226,24 +248,26 @@ class Picture:
 
     def show(self, framebuffer: moderngl.Framebuffer) -> None:
         """Copy the finished picture to a window's framebuffer, stretched to its viewport."""
-        program, vao = self._screen_program("shade/show.frag")
+        program, vao = self._program("shade/show.frag")
         framebuffer.use()
         self.ctx.disable(moderngl.DEPTH_TEST)
         program["u_window"] = framebuffer.viewport
-        self._picture.use(2)
+        bind("shade/show.frag", u_picture=self._picture)
         vao.render(vertices=3)
 
     def release(self) -> None:
-        """Give the GPU's memory back."""
+        """Release GPU resources."""
         self._release_targets()
+        self._solid.release()
         self._surface.release()
         self._detail.release()
         self._promise.release()
         self.sums.release()
         self.lighting.release()
-        for program, vao in self._screens.values():
-            vao.release()
+        for program, vao in self._programs.values():
             program.release()
+            if vao:
+                vao.release()
 
     def _haze_m(self, camera: Camera) -> float:
         """Air as clear as it takes to see the whole map from where the eye is."""
@@ -253,8 +277,8 @@ class Picture:
     def _detail_target(self) -> moderngl.Framebuffer:
         """Where the surface is drawn with what styles of the mesh want to know; takes more memory, and time."""
         if self._drawn is None:
-            self._drawn = self._target(self.ctx.texture(self.size, 4, samples=self._posts.samples, dtype="f2"))
-            self._seen_detail = self._target(self.ctx.framebuffer([self._posts, self._drawn], self._depth))
+            self._drawn = self._target(self.ctx.texture(self.size, 4, samples=self._depth.samples, dtype="f2"))
+            self._seen_detail = self._target(self.ctx.framebuffer([self._drawn], self._depth))
         return self._seen_detail
 
     def _draw_mesh(self, mesh: MeshDraw, target: moderngl.Framebuffer, selection: Selection, part: slice) -> None:
@@ -265,30 +289,61 @@ class Picture:
         self.ctx.depth_func = ">="
         mesh.draw(selection, part)
 
-    def _fill(self, target: moderngl.Framebuffer, fragment: str, wet: bool = False, **uniforms: Any) -> None:
-        """Run a fragment shader over every pixel of the target."""
-        program, vao = self._screen_program(fragment, wet)
+    def _fill(
+        self,
+        target: moderngl.Framebuffer,
+        fragment: str,
+        kind: str = "ANY",
+        wet: bool = False,
+        depth: str | None = None,
+        **uniforms: Any,
+    ) -> None:
+        """Run a fragment shader over the pixels of one of `KINDS`, those that pass the depth test."""
+        program, vao = self._program(fragment, kind, wet)
+        self._bind(program, uniforms)
+        target.use()
+        self.ctx.disable(moderngl.DEPTH_TEST)
+        if depth:
+            self.ctx.enable(moderngl.DEPTH_TEST)
+            self.ctx.depth_func = depth
+        vao.render(vertices=3)
+
+    def _run_listed(self, fragment: str, wet: bool, **uniforms: Any) -> None:
+        """Colour the pixels that shade/kind.frag has listed."""
+        kernel, _ = self._program(fragment, "MIXED", wet)
+        self._bind(kernel, uniforms)
+        bind("shade/lambert.frag", u_picture=self._picture)
+        self.ctx.memory_barrier()
+        kernel.run_indirect(self._listed)
+        self.ctx.memory_barrier()
+
+    def _bind(self, program: Any, uniforms: dict[str, Any]) -> None:
+        """Make all that pixels are shaded with visible to a program."""
         for name, value in uniforms.items():
             if f"u_{name}" in program:
                 program[f"u_{name}"] = value
         self.levels.terrain.bind()
         self.levels.view.bind()
-        self.sums.buffer.bind_to_storage_buffer(0)
-        self._posts.use(2)
+        bind("shade/relief.glsl", HeightSums=self.sums.buffer, u_height_sums=self.sums.texture)
+        bind("shade/seen.glsl", Listed=self._listed, u_depth=self._depth)
         if self._drawn:
-            self._drawn.use(3)
+            bind("shade/drawn.glsl", u_drawn=self._drawn)
         if "Lights" in program:
             self.lighting.bind(program)
-        target.use()
-        self.ctx.disable(moderngl.DEPTH_TEST)
-        vao.render(vertices=3)
 
-    def _screen_program(self, fragment: str, wet: bool = False) -> tuple[Any, moderngl.VertexArray]:
-        if (fragment, wet) not in self._screens:
-            defines = {"SAMPLES": self.samples, "WATER_LEVEL": wet} | self.lighting.defines
-            program = shaders.program(self.ctx, vertex="shade/screen.vert", fragment=fragment, defines=defines)
-            self._screens[fragment, wet] = program, self.ctx.vertex_array(program, [])
-        return self._screens[fragment, wet]
+    def _program(self, fragment: str, kind: str = "ANY", wet: bool = False) -> tuple[Any, Any]:
+        """The program of a style for one kind of pixels, compiled when it is first used, and its vertex array."""
+        defines = {"SAMPLES": self.samples, "WATER_LEVEL": wet, "PIXELS": KINDS[kind]} | self.lighting.defines
+        key = fragment, *defines.values()
+        if key not in self._programs:
+            self._programs[key] = self._compiled(fragment, defines, listed=kind == "MIXED")
+        return self._programs[key]
+
+    def _compiled(self, fragment: str, defines: dict[str, object], listed: bool) -> tuple[Any, Any]:
+        if listed:
+            return shaders.compute(self.ctx, fragment, defines | {"LISTED": 1}), None
+        program = shaders.program(self.ctx, vertex="shade/screen.vert", fragment=fragment, defines=defines)
+        return program, self.ctx.vertex_array(program, [])
 
     def _target(self, made: Target) -> Target:
         """Note what a picture of another size has no use for."""

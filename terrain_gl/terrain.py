@@ -8,12 +8,13 @@ from copy import copy
 import moderngl
 import numpy as np
 
-from . import gl, layout
 from .exceptions import TerrainError, UsageError
+from .gpu import gl, layout
+from .gpu.bindings import bind
 from .heightmap import MAX_HEIGHT_M, Heightmap
 
 Rect = tuple[int, int, int, int]
-ROOM = 0.5  # of the relief, for what more edits may raise or dig when one has left the span
+HEADROOM = 0.5  # of the relief: how much further edits may go after one has left the quantisation range
 
 
 class Terrain:
@@ -23,10 +24,12 @@ class Terrain:
     ----------
     base_m
         What the GPU's heights are counted from: 0, or close below the map where that keeps float32 exact.
+    span_m
+        Width of the quantisation range: the tables store heights and errors as integers in units of it.
     levels
         Sizes of the quadtree's levels.
     edits
-        How many have changed the map so far.
+        How many edits have changed the map so far.
     """
 
     def __init__(self, ctx: moderngl.Context, heightmap: Heightmap, filling: Filling | None = None) -> None:
@@ -57,10 +60,10 @@ class Terrain:
         return len(self.levels) - 1
 
     @property
-    def room_m(self) -> tuple[float, float]:
+    def headroom_m(self) -> tuple[float, float]:
         """How far edits may dig below the lowest post, and raise the highest, before everything is built anew.
 
-        As far as they like where the span ends with the heights that a map may have.
+        Infinite where the quantisation range ends at the limit for all heights, `MAX_HEIGHT_M`.
         """
         (low, high), top_m = self.heightmap.range_m, self._low_m + self.span_m
         down_m = low - self._low_m if self._low_m > -MAX_HEIGHT_M else math.inf
@@ -80,16 +83,17 @@ class Terrain:
         has_voids = self.heightmap.voids > 0
         if has_voids and not self._filling:
             self._filling = Filling(self.heightmap.heights)
-        self.base_m, self._low_m, self.span_m = measure_span(*self.heightmap.reach_m)
+        self.base_m, self._low_m, self.span_m = quantisation_range(*self.heightmap.quantised_m)
         self._write(self.all_posts, has_voids)
         self.block.write(self._describe().tobytes())
 
     def edit(self, x: int, y: int, heights: np.ndarray) -> Rect | None:
         """Give the posts from column x and row y on new heights, (rows, cols), NaN for voids.
 
-        Time grows with the posts that change, not with the map; but everything that follows from the map's span is new
-        when heights leave it, and when the first void comes or the last one goes. The span is then given room for more,
-        and does not shrink again: `Heightmap.reach_m`. The first edit makes a copy, for the caller keeps his map.
+        Time grows with the number of posts that change, not with the map. But everything is uploaded anew when heights
+        leave the quantisation range, and when the first void comes or the last one goes. The range then gets headroom,
+        and never shrinks again: `Heightmap.quantised_m`. The first edit copies the heights: the caller's map stays as
+        it is.
 
         Returns
         -------
@@ -103,10 +107,10 @@ class Terrain:
             return None
         self.edits += 1
         rows, cols = changed
-        has_voids, spanned = self.heightmap.voids > 0, min(self.room_m) >= 0
-        if not spanned:
-            self._widen_reach()
-        if not spanned or has_voids != had_voids:
+        has_voids, in_range = self.heightmap.voids > 0, min(self.headroom_m) >= 0
+        if not in_range:
+            self._widen_range()
+        if not in_range or has_voids != had_voids:
             self.voids.release()
             self.voids = self._texture(self.heights.size if has_voids else (1, 1), "u1")
             self.upload()
@@ -117,10 +121,11 @@ class Terrain:
         self._write(rect, has_voids)
         return rect
 
-    def roomy(self, up_m: float, down_m: float = 0.0) -> Terrain | None:
-        """The same map in a span that holds heights so much above the highest and below the lowest, for this to `take`.
+    def with_headroom(self, up_m: float, down_m: float = 0.0) -> Terrain | None:
+        """The same map with a wider quantisation range, for this one to `take`; None if it is wide enough already.
 
-        None if the span does hold them. What is edited meanwhile is not in it.
+        The range then holds heights `up_m` above the highest post and `down_m` below the lowest. Later edits of this
+        map are not in the copy.
 
         Raises
         ------
@@ -128,30 +133,29 @@ class Terrain:
             A number of metres that is negative or not finite.
         """
         if not (0 <= up_m < math.inf and 0 <= down_m < math.inf):
-            raise UsageError(f"room must be 0 or more metres up and down, got {up_m:g} and {down_m:g}")
+            raise UsageError(f"headroom must be 0 or more metres up and down, got {up_m:g} and {down_m:g}")
         self._own_heights()
-        (low, high), reach = self.heightmap.range_m, self.heightmap.reach_m
+        (low, high), held = self.heightmap.range_m, self.heightmap.quantised_m
         wide = copy(self.heightmap)
         low, high = max(low - down_m, -MAX_HEIGHT_M), min(high + up_m, MAX_HEIGHT_M)  # no edit goes further
-        wide.reach_m = min(reach[0], low), max(reach[1], high)
-        if measure_span(*wide.reach_m) == (self.base_m, self._low_m, self.span_m):
-            self.heightmap.reach_m = wide.reach_m
+        wide.quantised_m = min(held[0], low), max(held[1], high)
+        if quantisation_range(*wide.quantised_m) == (self.base_m, self._low_m, self.span_m):
+            self.heightmap.quantised_m = wide.quantised_m
             return None
         return Terrain(self.ctx, wide, self._filling)
 
-    def take(self, roomy: Terrain) -> None:
-        """Exchange spans, and what is counted from them, with what `roomy` gave."""
-        self.heightmap.reach_m, roomy.heightmap.reach_m = roomy.heightmap.reach_m, self.heightmap.reach_m
+    def take(self, wider: Terrain) -> None:
+        """Exchange quantisation ranges, textures and blocks with what `with_headroom` returned."""
+        mine, theirs = self.heightmap, wider.heightmap
+        mine.quantised_m, theirs.quantised_m = theirs.quantised_m, mine.quantised_m
         for name in ("heights", "voids", "block", "base_m", "_low_m", "span_m"):
-            mine, theirs = getattr(self, name), getattr(roomy, name)
-            setattr(self, name, theirs)
-            setattr(roomy, name, mine)
+            old, new = getattr(self, name), getattr(wider, name)
+            setattr(self, name, new)
+            setattr(wider, name, old)
 
     def bind(self) -> None:
         """Make the map visible to every shader, at the places that glsl/blocks/terrain.glsl names."""
-        self.block.bind_to_uniform_block(0)
-        self.heights.use(0)
-        self.voids.use(1)
+        bind("blocks/terrain.glsl", Terrain=self.block, u_heights=self.heights, u_voids=self.voids)
 
     def boxes(self, low: np.ndarray, high: np.ndarray, heights_m: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
         """World boxes over parts of the map: least and largest corners, (n, 3) metres.
@@ -169,30 +173,31 @@ class Terrain:
         return np.stack(south_west, -1), np.stack([high[:, 0] * east, (last[1] - low[:, 1]) * north, z[:, 1]], -1)
 
     def release(self) -> None:
-        """Give the GPU's memory back."""
+        """Release GPU resources."""
         for resource in (self.heights, self.voids, self.block):
             resource.release()
 
     def _own_heights(self) -> None:
-        """Have heights that may be written to: the caller keeps his."""
+        """Copy the heights before the first edit: the caller's map stays as it is."""
         if not self._own:
             self.heightmap, self._own = self.heightmap.copy(), True
             if self._filling:
                 self._filling.known[0] = self.heightmap.heights
 
-    def _widen_reach(self) -> None:
-        """Give heights room for more, by ROOM of the relief on each side where they have left the span."""
+    def _widen_range(self) -> None:
+        """Widen the quantisation range on each side that heights have left, with headroom for further edits."""
         low, high = self.heightmap.range_m
-        reach_low, reach_high = self.heightmap.reach_m
-        room = ROOM * (max(high, reach_high) - min(low, reach_low))
-        self.heightmap.reach_m = (
-            low - room if low < self._low_m else reach_low,
-            high + room if high > self._low_m + self.span_m else reach_high,
+        held_low, held_high = self.heightmap.quantised_m
+        headroom_m = HEADROOM * (max(high, held_high) - min(low, held_low))
+        self.heightmap.quantised_m = (
+            low - headroom_m if low < self._low_m else held_low,
+            high + headroom_m if high > self._low_m + self.span_m else held_high,
         )
 
     def _texture(self, size: tuple[int, int], dtype: str) -> moderngl.Texture:
         texture = self.ctx.texture(size, 1, dtype=dtype)
         texture.filter = (moderngl.NEAREST, moderngl.NEAREST)
+        texture.repeat_x = texture.repeat_y = False  # gathers beyond the rim repeat the rim
         return texture
 
     def _write(self, rect: Rect, has_voids: bool) -> None:
@@ -217,10 +222,11 @@ class Terrain:
         return block
 
 
-def measure_span(low: float, high: float) -> tuple[float, float, float]:
-    """Base, lowest value and span of a map's heights, on a coarse binary grid that small edits do not shift.
+def quantisation_range(low: float, high: float) -> tuple[float, float, float]:
+    """Base, lowest value and width of the quantisation range that holds heights from `low` to `high`.
 
-    The base is 0 unless the map stands so far from 0 that heights lose digits; subtracting it is then exact.
+    The range lies on a coarse binary grid, so that small edits do not shift it. The base is what heights count from:
+    0, unless the map is so far from 0 that float32 loses digits. Subtracting the base is then exact.
     """
     relief = max(high - low, 1e-6 * max(abs(low), 1.0))
     step = 2.0 ** (math.ceil(math.log2(relief)) - 2)

@@ -2,12 +2,12 @@
 
 import numpy as np
 
-from terrain_gl import shaders
+from terrain_gl.gpu import shaders
 
 _KERNEL = """
 layout(local_size_x = 64) in;
-layout(std430, binding = 1) readonly buffer Questions { vec4 question[]; };
-layout(std430, binding = 2) writeonly buffer Answers { vec4 answer[]; };
+layout(std430, binding = 14) readonly buffer Questions { vec4 question[]; };
+layout(std430, binding = 15) writeonly buffer Answers { vec4 answer[]; };
 vec4 answer_to(vec4 a, vec4 b) { STATEMENTS }
 void main() {
     uint i = gl_GlobalInvocationID.x;
@@ -19,15 +19,15 @@ void main() {
 def ask(ctx, path, statements, a, b=0.0, defines=None, bind=lambda kernel: None):
     """(n, 4) float64: what GLSL `statements`, which end in a return, make of each row of `a` and `b`, (n, 4) or (4,).
 
-    They know what the file at `path` provides; `bind` makes visible what that needs, but for storage blocks 1 and 2.
+    They know what the file at `path` provides; `bind` makes visible what that needs, but for storage blocks 14 and 15.
     """
     a = np.atleast_2d(np.asarray(a, "f4"))
     pairs = np.stack(np.broadcast_arrays(a, np.asarray(b, "f4")), 1)
     kernel = ctx.compute_shader(shaders.source(path, defines or {}) + _KERNEL.replace("STATEMENTS", statements))
     questions, answers = ctx.buffer(pairs.tobytes()), ctx.buffer(reserve=16 * len(pairs))
     bind(kernel)
-    questions.bind_to_storage_buffer(1)
-    answers.bind_to_storage_buffer(2)
+    questions.bind_to_storage_buffer(14)
+    answers.bind_to_storage_buffer(15)
     kernel.run(-(-len(pairs) // 64))
     ctx.memory_barrier()
     told = np.frombuffer(answers.read(), "f4").reshape(-1, 4).astype(float)

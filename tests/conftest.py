@@ -7,8 +7,9 @@ import numpy as np
 import pytest
 from hypothesis import HealthCheck, settings
 
-from terrain_gl.context import create_context
+from terrain_gl import cli
 from terrain_gl.exceptions import TerrainError
+from terrain_gl.gpu.context import create_context
 
 np.seterr(all="raise")
 settings.register_profile(
@@ -43,6 +44,24 @@ def ctx(session_context):
         yield context
     with session_context as context:  # the test may have left another one current
         assert context.error == "GL_NO_ERROR"
+
+
+@pytest.fixture
+def folder(tmp_path, monkeypatch):
+    """Give an empty folder to work in."""
+    monkeypatch.chdir(tmp_path)
+    return tmp_path
+
+
+@pytest.fixture
+def run(capsys):
+    """Give a function that runs the command line here: status, standard output, standard error."""
+
+    def run(*words):
+        status = cli.main([str(word) for word in words])
+        return status, *capsys.readouterr()
+
+    return run
 
 
 @pytest.fixture(scope="session")

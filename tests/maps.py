@@ -6,11 +6,12 @@ import numpy as np
 
 from terrain_gl.camera import Camera
 from terrain_gl.error import ErrorTables
+from terrain_gl.gpu import layout
 from terrain_gl.heightmap import Heightmap
-from terrain_gl.lod import Levels
-from terrain_gl.measure import Measurement
+from terrain_gl.lod import ClipmapSelector, QuadtreeSelector
 from terrain_gl.mesh import captured_triangles
 from terrain_gl.terrain import Terrain
+from terrain_gl.verify.measure import Measurement
 
 SIZE = (640, 360)
 
@@ -123,6 +124,37 @@ def cameras(heightmap, size=SIZE):
     }
 
 
+def random_camera(rng, heightmap):
+    """Close above the ground, over the map, or far away; rolled half of the time."""
+    east, north = heightmap.extent_m
+    low, high = heightmap.range_m
+    rows, cols = np.nonzero(~np.isnan(heightmap.heights))
+    i = rng.integers(0, len(rows))
+    ground = heightmap.heights[rows[i], cols[i]]
+    over = cols[i] * heightmap.spacing_m[0], (heightmap.rows - 1 - rows[i]) * heightmap.spacing_m[1]
+    reach = max(east, north, high - low)
+    eye = [
+        (*over, ground + min(heightmap.spacing_m) * 10 ** rng.uniform(-2, 1)),
+        (*over, high + reach * 10 ** rng.uniform(-1, 1)),
+        rng.uniform([-east, -north, low], [2 * east, 2 * north, high + reach]),
+        rng.normal(size=3) * reach * 10 ** rng.uniform(0, 3),
+    ][rng.integers(0, 4)]
+    target = rng.uniform([0, 0, low], [east, north, high + 0.1 * reach])
+    up = tuple(rng.normal(size=3)) if rng.random() < 0.5 else None
+    return Camera(tuple(eye), tuple(target), float(10 ** rng.uniform(0, 2.15)), up)
+
+
+def random_map(rng, rows=None, cols=None):
+    """Rough land of any size and relief, high up or deep down, in some cases with voids."""
+    rows, cols = rows or int(rng.integers(2, 120)), cols or int(rng.integers(2, 120))
+    heights = rough(rows, cols, rng.integers(0, 10**6), 10 ** rng.uniform(-3, 4))
+    heights = heights + np.float32(rng.choice([0, 8848, -1e5]))
+    if rng.random() < 0.3:
+        heights[rng.random(heights.shape) < rng.choice([0.01, 0.3, 0.9])] = np.nan
+        heights[0, 0] = 0
+    return Heightmap(heights, tuple(10 ** rng.uniform(-2, 2, 2)))
+
+
 def _solid_post(heightmap, row, col):
     """The post nearest to (row, col) that is not void."""
     rows, cols = np.nonzero(~np.isnan(heightmap.heights))
@@ -142,15 +174,16 @@ class Scene:
     heightmap: Heightmap
     terrain: Terrain
     tables: ErrorTables
-    levels: Levels
+    levels: QuadtreeSelector | ClipmapSelector
     size: tuple[int, int] = SIZE
     _measurement: Measurement | None = None
 
     @classmethod
-    def of(cls, ctx, heightmap, size=SIZE):
+    def of(cls, ctx, heightmap, size=SIZE, method="quadtree"):
         terrain = Terrain(ctx, heightmap)
         tables = ErrorTables(terrain)
-        return cls(heightmap, terrain, tables, Levels(tables), size)
+        selector = {"sat": ClipmapSelector, "quadtree": QuadtreeSelector}[method]
+        return cls(heightmap, terrain, tables, selector(tables), size)
 
     @property
     def near_m(self):
@@ -174,3 +207,16 @@ class Scene:
         for part in (self._measurement, self.levels, self.tables, self.terrain):
             if part:
                 part.release()
+
+
+def tessellation_ends(selection, asked_px):
+    """Whether a view asks for more than tessellation can do, close to the eye: then the certificate may be above it.
+
+    The clipmap ends at 32 parts between two posts (16 beyond ring 0), a cell of the quadtree at 64.
+    """
+    if selection.surface.stages["vertex"] != "mesh/ring.vert":
+        return selection.counts[-1] > 0
+    data = selection.surface.patches.read(selection.patches * layout.RING_PATCH.itemsize)
+    patches = np.frombuffer(data, layout.RING_PATCH)
+    step_log2 = (patches["shape"] >> 5 & 63).astype(int) - 16
+    return bool((step_log2[patches["bound_px"] > asked_px] <= -4).all())

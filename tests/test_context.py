@@ -7,8 +7,8 @@ import sys
 import numpy as np
 import pytest
 
-from terrain_gl.context import backend_name, create_context, probe_backends
 from terrain_gl.exceptions import TerrainError, UsageError
+from terrain_gl.gpu.context import backend_name, create_context, probe_backends
 
 FILL = """
 #version 430 core
@@ -120,7 +120,7 @@ def run(code, **environment):
 
 
 TELL = """
-from terrain_gl.context import create_context
+from terrain_gl.gpu.context import create_context
 try:
     create_context({backend!r})
 except Exception as error:
@@ -139,6 +139,24 @@ def test_too_old_version_is_named_with_the_one_needed():
 def test_no_display_is_said_for_glfw():
     told = run(TELL.format(backend="glfw"))
     assert told.startswith("TerrainError") and "no display" in told and "apt install" in told
+
+
+LACKING = {"GALLIUM_DRIVER": "d3d12"}  # as WSL sets it
+
+
+def test_a_driver_that_mesa_lacks_ends_no_command():
+    """OSMesa ends the process then: it is tried in another one first."""
+    alone = "from terrain_gl.gpu.context import newest; newest('osmesa')"
+    ended = subprocess.run([sys.executable, "-c", alone], env=os.environ | LACKING, capture_output=True)
+    if ended.returncode >= 0:
+        pytest.skip(f"no driver ends the process here: {ended.stderr[-200:]!r}")
+    told = run(TELL.format(backend="osmesa"), **LACKING)
+    assert "its driver ends the process (SIG" in told and "GALLIUM_DRIVER=d3d12: unset it" in told
+    for words, status in ((("info",), 0), (("shot", "alpine", "-o", os.devnull + ".png"), 1)):
+        command = [sys.executable, "-m", "terrain_gl", *words]
+        done = subprocess.run(command, env=os.environ | LACKING, capture_output=True, text=True)
+        assert done.returncode == status, done.stderr
+        assert "Traceback" not in done.stderr
 
 
 def test_missing_library_is_named_with_its_package():

@@ -1,5 +1,7 @@
 """The explanation of a patch: the tables' own numbers, and the choice that follows from them."""
 
+import itertools
+
 import numpy as np
 import pytest
 from maps import MAPS, rough
@@ -26,7 +28,7 @@ def test_what_was_chosen_keeps_the_tolerance_and_is_among_the_choices(renderer):
     renderer.draw(CAMERA, 2.0, cull=False)
     kinds = set()
     for x, y in places(renderer, 150):
-        told = renderer.explain(x, y)
+        told = renderer.inspector.explain(x, y)
         col, row = x / 10, 128 - y / 10
         assert (
             told.corner[0] <= col <= told.corner[0] + told.side and told.corner[1] <= row <= told.corner[1] + told.side
@@ -37,20 +39,44 @@ def test_what_was_chosen_keeps_the_tolerance_and_is_among_the_choices(renderer):
     assert len(kinds) > 2
 
 
-def test_errors_bound_the_truth_and_shrink_with_more_segments(renderer):
-    renderer.draw(CAMERA, 2.0, cull=False)
+@pytest.mark.parametrize("method", ["sat", "quadtree"])
+def test_errors_bound_the_truth_and_shrink_with_more_segments(renderer, method):
+    renderer.draw(CAMERA, 2.0, cull=False, method=method)
     heights = renderer.heightmap.heights.astype(np.float64)
     for x, y in places(renderer, 15):
-        told = renderer.explain(x, y)
+        told = renderer.inspector.explain(x, y)
         (col, row), side = told.corner, told.side
-        if col + side > 128 or row + side > 128:
+        if min(col, row) < 0 or col + side > 128 or row + side > 128:
             continue
         part = heights[row : row + side + 1, col : col + side + 1]
-        for choice in told.choices:
-            if choice.segments:
-                assert true_error(part, choice.step) <= choice.max_m * (1 + 1e-6) and choice.rms_m <= choice.max_m
-        quads = [choice for choice in told.choices if choice.segments]
-        assert quads[-1].max_m == 0 and quads[-1].step == 1
+        quads = [choice for choice in told.choices if choice.segments and choice.step >= 1]
+        for choice in quads:
+            assert true_error(part, int(choice.step)) <= choice.max_m * (1 + 1e-6) and choice.rms_m <= choice.max_m
+        for coarse, fine in itertools.pairwise([each for each in told.choices if each.step < 1]):
+            assert fine.max_m == coarse.max_m / 4, "a cell in n × n parts errs by |t| / (4 n²)"
+        if method == "quadtree":
+            assert quads[-1].max_m == 0 and quads[-1].step == 1
+
+
+def test_a_patch_of_the_clipmap_is_certified_with_its_edges(renderer):
+    """The bound in its record is no less than what the tables say of its cells."""
+    stats = renderer.draw(CAMERA, 2.0, method="sat", cull=False)
+    told = [renderer.inspector.explain(x, y) for x, y in places(renderer, 80)]
+    told = [each for each in told if each.in_picture]
+    assert all(0 < each.bound_px <= stats["certified_max_error_px"] for each in told)
+    assert all(each.chosen.px <= each.bound_px * 1.001 for each in told)
+    assert all(each.segments * each.step == one.side for one in told for each in one.choices)
+
+
+def test_the_explanation_asks_the_tables(renderer):
+    """With the class counters overwritten, its errors are others."""
+    renderer.draw(CAMERA, 2.0, method="sat", cull=False)
+    x, y = places(renderer, 1)[0]
+    before = renderer.inspector.explain(x, y)
+    counters = renderer.inspector.frame.selection.surface.tables.counters
+    counters.write(np.random.default_rng(1).integers(0, 2**32, counters.size // 4, "u4").tobytes())
+    after = renderer.inspector.explain(x, y)
+    assert [each.max_m for each in after.choices] != [each.max_m for each in before.choices]
 
 
 def true_error(part, step):
@@ -70,7 +96,7 @@ def true_error(part, step):
 def test_a_metre_makes_at_most_as_many_pixels_as_told(renderer):
     renderer.draw(CAMERA, 2.0)
     for x, y in places(renderer, 15):
-        told = renderer.explain(x, y)
+        told = renderer.inspector.explain(x, y)
         if told is None:
             continue
         (col, row), side = told.corner, told.side
@@ -86,14 +112,14 @@ def test_a_metre_makes_at_most_as_many_pixels_as_told(renderer):
 def test_a_frozen_mesh_is_explained_for_the_eye_it_was_chosen_for(renderer):
     x, y = 640.0, 500.0
     renderer.draw(CAMERA, 2.0, cull=False)
-    told = renderer.explain(x, y)
+    told = renderer.inspector.explain(x, y)
     elsewhere = tg.Camera((-900.0, 200.0, 900.0), (640.0, 640.0, 0.0))
     stats = renderer.draw(elsewhere, 2.0, cull=False, chosen_for=CAMERA)
     picture = renderer.picture.read()
-    assert renderer.explain(x, y) == told
+    assert renderer.inspector.explain(x, y) == told
     assert stats["triangles"] == renderer.draw(CAMERA, 2.0, cull=False)["triangles"]
     renderer.draw(elsewhere, 2.0, cull=False, chosen_for=CAMERA)
-    renderer.explain(x, y)
+    renderer.inspector.explain(x, y)
     assert np.array_equal(renderer.picture.read(), picture)
     assert renderer.measure()["max_error_px"] <= 2.0
 
@@ -101,20 +127,17 @@ def test_a_frozen_mesh_is_explained_for_the_eye_it_was_chosen_for(renderer):
 def test_cells_before_the_eye_are_fans_when_triangles_are_asked_for(renderer):
     """Posts are in place either way; how a cell is drawn is one of its two choices then."""
     camera = tg.Camera((640.0, 600.0, renderer.height_at(640.0, 600.0) + 8.0), (640.0, 900.0, 0.0), 60.0)
-    renderer.draw(camera, triangles=8000)
-    told = renderer.explain(645.0, 635.0)
+    renderer.draw(camera, triangles=8000, method="quadtree")
+    told = renderer.inspector.explain(645.0, 635.0)
     assert (told.side, told.level, told.chosen.segments, told.chosen.step, told.chosen.px) == (1, 0, 0, 1, 0.0)
     assert [choice.segments for choice in told.choices] == [1, 0]
-    renderer.draw(camera, 0.01)
-    told = renderer.explain(645.0, 635.0)
-    assert (told.level, told.chosen.segments) != (0, 0)
 
 
 def test_nothing_is_explained_outside_the_map_or_the_picture(renderer):
     renderer.draw(CAMERA, 2.0)
-    assert renderer.explain(-500.0, 100.0) is None
+    assert renderer.inspector.explain(-500.0, 100.0) is None
     renderer.draw(tg.Camera((600.0, -300.0, 260.0), (600.0, -900.0, 260.0)), 2.0)
-    assert renderer.explain(640.0, 640.0) is None
+    assert renderer.inspector.explain(640.0, 640.0) is None
 
 
 @pytest.mark.parametrize("name", MAPS)
@@ -123,5 +146,5 @@ def test_every_map_is_explained(ctx, name):
     with tg.Renderer(heightmap, SIZE, ctx=ctx) as renderer:
         renderer.draw(tg.Camera.default(heightmap), 1.0, cull=False)
         for share in (0.0, 0.3, 0.99):
-            told = renderer.explain(*(share * side for side in heightmap.extent_m))
+            told = renderer.inspector.explain(*(share * side for side in heightmap.extent_m))
             assert told.chosen.px <= 1.0

@@ -127,7 +127,7 @@ def test_outside_and_under_ground_are_told(run):
         (("-o", "f", "--fps", "1e5"), 2, ("frames a second",)),
         (("-o", "f", "--seconds", "nan"), 2, ("--seconds",)),
         (("-o", "none/f"), 1, ("none/f: cannot make this folder",)),
-        (("-o", "f", "--path", "none.json"), 1, ("none.json: cannot read",)),
+        (("-o", "f", "--path", "none.json"), 1, ("none.json: cannot be read",)),
         (("-o", "f", "--path", "dem.npy"), 1, ("dem.npy: not JSON",)),
         (("-o", "f", "--path", "broken.json"), 1, ("broken.json: keyframe 2: eye",)),
         (("-o", "f", "--json", "none/a.json"), 1, ("none",)),

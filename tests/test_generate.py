@@ -10,13 +10,14 @@ import sys
 import numpy as np
 import pytest
 
-from terrain_gl import cli, generate, reference
-from terrain_gl.context import create_context, probe_backends
+from terrain_gl import cli, reference
 from terrain_gl.exceptions import TerrainError, UsageError
-from terrain_gl.generate import RECIPES, Land, bands_of, open_options, write_land
+from terrain_gl.files import generate
+from terrain_gl.files.generate import RECIPES, Land, bands_of, open_options, write_land
+from terrain_gl.files.writers import FORMATS
+from terrain_gl.gpu.context import create_context, probe_backends
 from terrain_gl.heightmap import Heightmap
 from terrain_gl.image import read_image
-from terrain_gl.writers import FORMATS
 
 LANDS = [
     Land(97, 61, seed=7, cliffs=0.7, spacing_m=20),

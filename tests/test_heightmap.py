@@ -183,7 +183,13 @@ def test_hdr_has_three_equal_colours(tmp_path):
     truth=hnp.arrays(
         st.sampled_from(["<i2", ">i2", "u1", "<u4", "<i8", ">f4", "<f8", "<f2"]),
         hnp.array_shapes(min_dims=2, max_dims=2, min_side=2, max_side=9),
-        elements={"allow_nan": False, "allow_infinity": False, "min_value": 0, "max_value": 100},
+        elements={
+            "allow_nan": False,
+            "allow_infinity": False,
+            "allow_subnormal": False,
+            "min_value": 0,
+            "max_value": 100,
+        },
     ),
     fortran=st.booleans(),
 )
@@ -285,6 +291,20 @@ def test_transparent_posts_are_voids_and_opacity_scales_nothing(tmp_path):
     np.testing.assert_array_equal(terrain.heights[5:], pixels[5:, :, 0])
 
 
+def test_a_stack_of_layers_is_refused_before_it_is_read(tmp_path):
+    made = np.lib.format.open_memmap(tmp_path / "stack.npy", "w+", "f4", (4096, 4096, 4000))  # 256 GB, sparse
+    del made
+    assert "(4096, 4096, 4000)" in error_of(tmp_path / "stack.npy")
+
+
+@pytest.mark.parametrize("kind", ["P2", "P5"])
+def test_portable_grey_maps(tmp_path, geo, kind):
+    truth = posts()
+    rows = truth.astype(">u2").tobytes() if kind == "P5" else "\n".join(map(str, truth.ravel())).encode()
+    (tmp_path / "map.pgm").write_bytes(f"{kind}\n{COLS} {ROWS}\n65535\n".encode() + rows)
+    np.testing.assert_array_equal(Heightmap.open(tmp_path / "map.pgm").heights, truth)
+
+
 def test_many_bands(tmp_path, geo):
     error_of(write_image(tmp_path / "map.tif", posts("uint8", (4, 4, 6))))
 
@@ -349,7 +369,27 @@ def test_spacing_of_a_projected_map_in_feet(tmp_path, rasterio):
     assert Heightmap.open(made).spacing_m == pytest.approx((10 * 1200 / 3937, 20 * 1200 / 3937))
 
 
-@pytest.mark.parametrize("grid", [(1, 0, 0, 0, 2, 0), (-1, 0, 9, 0, -1, 0), (1, 0.5, 0, 0.5, -1, 0)])
+CRS_WITHOUT_UNITS_ON_A_MAP = {
+    "local": 'LOCAL_CS["site",UNIT["metre",1]]',
+    "engineering": 'ENGCRS["mine",EDATUM["mine"],CS[Cartesian,2],AXIS["x",east],AXIS["y",north],LENGTHUNIT["metre",1]]',
+    "geocentric": "EPSG:4978",
+    "vertical": "EPSG:5773",
+}
+
+
+@pytest.mark.parametrize("kind", CRS_WITHOUT_UNITS_ON_A_MAP)
+@pytest.mark.parametrize("spacing_m", [None, 5])
+def test_a_crs_that_is_of_no_use_is_noted(tmp_path, rasterio, kind, spacing_m):
+    """As photogrammetry writes them."""
+    crs = CRS_WITHOUT_UNITS_ON_A_MAP[kind]
+    made = write_geotiff(rasterio, tmp_path / "map.tif", posts(), (2, 0, 100, 0, -3, 100), crs)
+    terrain = Heightmap.open(made, spacing_m=spacing_m)
+    np.testing.assert_array_equal(terrain.heights, posts())
+    assert terrain.spacing_m == ((5, 5) if spacing_m else (2, 3))
+    assert len(terrain.notes) == (0 if spacing_m else 1) and all("--spacing" in note for note in terrain.notes)
+
+
+@pytest.mark.parametrize("grid", [(-1, 0, 9, 0, -1, 0), (1, 0.5, 0, 0.5, -1, 0)])
 def test_maps_that_are_not_north_up(tmp_path, rasterio, grid):
     assert "gdalwarp" in error_of(write_geotiff(rasterio, tmp_path / "map.tif", posts(), grid, "EPSG:32610"))
 

@@ -8,11 +8,11 @@ from asking import ask
 from maps import MAPS, rough
 
 from terrain_gl import reference
+from terrain_gl.files.maps import bundled
 from terrain_gl.heightmap import Heightmap
 from terrain_gl.light import horizon
 from terrain_gl.light.ground import towards_sun
 from terrain_gl.light.horizon import SUN_RADIUS, TEXEL, SkyVisibility, SunVisibility, Sweep, Visibility
-from terrain_gl.maps import bundled
 from terrain_gl.terrain import Terrain
 
 AXES = np.array([[0, 0, 1], [0.9, 0, 0.436], [-0.3, -0.8, 0.52], [0, 0.98, 0.2]])
@@ -208,7 +208,7 @@ def test_moving_the_sun_leaves_the_sky_alone_and_is_not_done_twice(ctx, keep, mo
     visibility = keep(Visibility(keep(Terrain(ctx, MAPS["odd"]())), AXES, SHARPNESS))
     built = []
     for part in ("sun", "sky"):
-        monkeypatch.setattr(getattr(visibility, part), "building", lambda *_, part=part: built.append(part) or iter(()))
+        monkeypatch.setattr(getattr(visibility, part), "build_steps", lambda *_, of=part: built.append(of) or iter(()))
     for elevation in (10, 10, 20):
         visibility.follow(towards_sun(100, elevation))
     assert built == ["sun", "sky", "sun"]
@@ -219,7 +219,7 @@ def test_tables_made_in_portions_are_those_made_in_one(ctx, keep, posts):
     terrain, sun = keep(Terrain(ctx, MAPS["odd"]())), towards_sun(250, 15)
     whole, parts = (keep(Visibility(terrain, AXES, SHARPNESS)) for _ in range(2))
     whole.follow(sun)
-    shares = list(parts.following(sun, posts=posts))
+    shares = list(parts.follow_steps(sun, posts=posts))
     assert shares == sorted(shares) and shares[0] > 0 and shares[-1] == 1
     assert np.array_equal(parts.sky.read(), whole.sky.read())
     assert np.array_equal(parts.sun.read(), whole.sun.read())
@@ -297,5 +297,5 @@ def test_lookups_are_continuous_and_defined_everywhere(ctx, keep):
 def test_tables_stay_within_their_share_of_memory(ctx, keep):
     heightmap = Heightmap(rough(301, 301, 2), 20.0)
     visibility = keep(Visibility(keep(Terrain(ctx, heightmap)), np.tile(AXES, (3, 1)), np.tile(SHARPNESS, 3)))
-    # sky: 12 sums for 3 × 3 cells, sun: 5 for 2 × 2, and a horizon of two bytes
-    assert visibility.bytes / heightmap.heights.size < 12 * 4 / 9 + 5 * 4 / 4 + 2 + 0.1
+    # sky: 12 sums and 4 words of shares for 3 × 3 cells, sun: 5 sums for 2 × 2, and a horizon of two bytes
+    assert visibility.bytes / heightmap.heights.size < (12 + 4) * 4 / 9 + 5 * 4 / 4 + 2 + 0.1

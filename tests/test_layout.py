@@ -1,9 +1,14 @@
 """Layouts: numpy dtypes against the GLSL blocks, by size and by a round trip of every field."""
 
+import re
+
 import numpy as np
 import pytest
 
-from terrain_gl import error, layout, shaders
+from terrain_gl import error, lod, sat
+from terrain_gl.comparison import bilinear, clipmap, tessellated
+from terrain_gl.gpu import gl, layout, shaders
+from terrain_gl.light import gaussians, horizon, lobes
 
 UNIFORM_BLOCKS = {
     "Terrain": (layout.TERRAIN, "blocks/terrain.glsl", 0),
@@ -78,19 +83,16 @@ def test_uniform_block_round_trip(ctx, name):
 def test_node_round_trip(ctx):
     nodes = np.zeros(3, layout.NODE)
     nodes["max_m"], nodes["rms_m"] = [[1, 2], [3, 4], [5, 6]], [[7, 8], [9, 10], [11, 12]]
-    nodes["range"] = [[1, 2], [3, 4], [0, 65535]]
     nodes["whole"], nodes["split"] = np.arange(12).reshape(3, 4), 255 - np.arange(12).reshape(3, 4)
     buffer = ctx.buffer(nodes.tobytes())
     declaration = "layout(std430, binding = 0) readonly buffer Nodes { PackedNode node[]; };\n"
     fields = ["unpackHalf2x16(node[{}].max_m)", "unpackHalf2x16(node[{}].rms_m)"]
     floats = [f"floatBitsToUint({text.format(i)}[{k}])" for i in range(3) for text in fields for k in (0, 1)]
-    ranges = [f"node[{i}].range {op}" for i in range(3) for op in ("& 0xffffu", ">> 16")]
     shares = [f"node[{i}].{name}" for i in range(3) for name in ("whole", "split")]
-    source = shaders.source("error/nodes.glsl") + declaration + writes(floats + ranges + shares)
-    got = read_back(ctx, source, 24, lambda _: buffer.bind_to_storage_buffer(0))
+    source = shaders.source("error/nodes.glsl") + declaration + writes(floats + shares)
+    got = read_back(ctx, source, 18, lambda _: buffer.bind_to_storage_buffer(0))
     assert got[:12].view("f4").tolist() == list(np.stack([nodes["max_m"], nodes["rms_m"]], 1).ravel())
-    assert got[12:18].tolist() == nodes["range"].ravel().tolist()
-    assert got[18:].tolist() == np.concatenate([nodes["whole"], nodes["split"]], 1).view("<u4").ravel().tolist()
+    assert got[12:].tolist() == np.concatenate([nodes["whole"], nodes["split"]], 1).view("<u4").ravel().tolist()
 
 
 def test_summary_round_trip(ctx):
@@ -112,14 +114,55 @@ def test_summary_round_trip(ctx):
 
 
 def test_patch_round_trip(ctx):
-    shape = 9 | 5 << 4 | 0b0110 << 8 | 1 << 12
+    shape = 19 | 5 << 5 | 0b0110 << 8 | 1 << 12
     patch = np.array([((0xABC, 0xFFF0), shape)], layout.PATCH)
     x, y = patch.view("u4")
     lattice = f"lattice_of(uvec2({x}u, {y}u))"
     names = ("corner.x", "corner.y", "step_log2", "segments", "split_edges", "fan")
     expressions = [f"uint({lattice}.{name})" for name in names]
-    got = read_back(ctx, shaders.source("mesh/lattice.glsl") + writes(expressions), 6, lambda _: None)
-    assert got.tolist() == [0xABC, 0xFFF0, 9, 32, 0b0110, 1]
+    expressions += [f"words_of({lattice}).{part}" for part in "xy"]
+    got = read_back(ctx, shaders.source("mesh/lattice.glsl") + writes(expressions), 8, lambda _: None)
+    assert got.tolist() == [0xABC, 0xFFF0, 19, 32, 0b0110, 1, x, y]
+    fields = layout.unpack_patches(patch)
+    assert [*fields.corner[0], fields.step_log2, fields.segments_log2, fields.split_edges, fields.fan] == [
+        *got[:3],
+        5,
+        *got[4:6],
+    ]
+    assert fields.side == [1 << 18]  # of 64ths of a post: 2^19 · 32
+
+
+def test_nodes_decode_as_the_shader_does(ctx):
+    rng = np.random.default_rng(4)
+    nodes = np.zeros(1, layout.NODE)
+    nodes["max_m"], nodes["rms_m"] = [[900, 2500]], [[-30, 70]]
+    nodes["whole"], nodes["split"] = rng.integers(0, 255, (2, 1, 4))
+    low_m, span_m, steps = -12.5, 3000.0, np.array([1000, 50000])
+    terrain = np.zeros((), layout.TERRAIN)
+    terrain["low_m"], terrain["span_m"] = low_m, span_m
+    block, buffer = ctx.buffer(terrain.tobytes()), ctx.buffer(nodes.tobytes())
+    floats = [f"{of}.{part}" for of in ("unpack_pair(node[0].max_m)", "texels_rms_m(node[0])") for part in "xy"]
+    shares = ("unpack_shares(node[0].{}, unpack_pair(node[0].max_m).y)[{}]".format(*at) for at in _wedges())
+    floats += [f"unpack_range({steps[0]}u | {steps[1]}u << 16).{part}" for part in "xy"] + list(shares)
+    declaration = "layout(std430, binding = 0) readonly buffer Nodes { PackedNode node[]; };\n"
+    source = shaders.source("error/nodes.glsl") + declaration
+    source += writes([f"floatBitsToUint({text})" for text in floats] + ["uint(mean_is_known(node[0]))"])
+
+    def bind(_):
+        block.bind_to_uniform_block(0)
+        buffer.bind_to_storage_buffer(0)
+
+    got = read_back(ctx, source, len(floats) + 1, bind)
+    found = layout.unpack_nodes(nodes, span_m)
+    ranges = steps * (span_m / 65535) + low_m  # as `ErrorTables.read_ranges` gives steps
+    expected = [found.quad_max, found.fan_max, found.quad_rms, found.fan_rms, ranges]
+    expected = np.concatenate([*expected, found.whole[0], found.split[0]])
+    assert got[:-1].view("f4") == pytest.approx(expected, rel=1e-5)
+    assert bool(got[-1]) != found.has_voids[0]
+
+
+def _wedges():
+    return [(name, k) for name in ("whole", "split") for k in range(4)]
 
 
 def test_gathered_record_has_the_size_that_python_reserves(ctx):
@@ -132,10 +175,48 @@ def test_gathered_record_has_the_size_that_python_reserves(ctx):
     assert np.flatnonzero(got).tolist() == [error.GATHERED_BYTES // 4 - 1, error.GATHERED_BYTES // 4]
 
 
-def test_constants_agree_with_the_shaders():
-    text = shaders.source("lod/patches.comp") + shaders.source("error/bound.glsl")
-    for name in ("MAX_LEVELS", "TILE", "SIZES", "CLASSES", "COUNT_TILE"):
-        assert f"#define {name} {getattr(layout, name)}\n" in text.replace("  ", " ").replace(" \n", "\n"), name
+def glsl_number(path, name):
+    """The number that a shader defines a name as, of its own."""
+    text = (shaders.root() / path).read_text(encoding="utf-8")
+    return float(re.search(rf"^#define {name} ([-\d.e]+)", text, re.MULTILINE)[1])
+
+
+# Numbers that a shader states as a default, or for itself, and that Python has too.
+TWICE = [
+    ("sat/lines.glsl", "STRIP", sat.STRIP),
+    ("sat/spread.comp", "STRIP", sat.STRIP),
+    ("error/coarse.glsl", "FINE_LEVELS", error.FINE_LEVELS),
+    ("lod/draws.comp", "MOST_VERTICES", gl.MOST_VERTICES),
+    ("mesh/bilinear.tesc", "FINER", bilinear.FINER),
+    ("mesh/bilinear.tese", "FINER", bilinear.FINER),
+    ("clipmap/ring.vert", "BLOCK", clipmap.BLOCK),
+    ("tessellated/levels.comp", "MOST", tessellated.MOST),
+    ("light/lights.glsl", "SKY_LOBES", len(gaussians.SKY_AXES)),
+    ("light/lobes.glsl", "LOBE_LAYERS", lobes.LAYERS),
+    ("horizon/blocks.glsl", "SUN_LAYERS", horizon.SUN_LAYERS),
+    ("horizon/blocks.glsl", "SUN_STEPS", horizon.SUN_STEPS),
+    ("horizon/fold.comp", "BATCH", horizon.BATCH),
+    ("horizon/fold.comp", "SINES", horizon.SINES),
+    ("horizon/fold.comp", "COSINES", horizon.COSINES),
+    *((f"horizon/{name}", "TEXEL", horizon.TEXEL) for name in ("fold.comp", "visible.glsl")),
+    *((f"horizon/{name}", "FULL", horizon.FULL) for name in ("fold.comp", "visible.glsl")),
+    *(("blocks/view.glsl", f"METRIC_{name.upper()}", i) for i, name in enumerate((*lod.METRICS, lod.METRES))),
+]
+
+
+@pytest.mark.parametrize("path, name, value", TWICE)
+def test_numbers_stated_twice_agree(path, name, value):
+    assert glsl_number(path, name) == value
+
+
+def test_shared_sizes_are_stated_in_python_alone():
+    for path in shaders.root().rglob("*.*"):
+        if path.suffix in (".glsl", ".comp", ".vert", ".tesc", ".tese", ".geom", ".frag"):
+            for name in layout.DEFINES:
+                assert f"#define {name} " not in path.read_text(encoding="utf-8"), path
+    assert all(
+        f"#define {name} {value}\n" in shaders.source("lod/tiles.comp") for name, value in layout.DEFINES.items()
+    )
 
 
 @pytest.mark.parametrize(
@@ -150,8 +231,12 @@ def test_quadtree_covers_the_map_without_overlap(size):
     assert len(levels) == 2 or max(cells) > 1 << (len(levels) - 2), "no level more than needed"
     for j, level in enumerate(levels):
         assert level.size == tuple(-(-n // 2**j) for n in cells)
+    assert levels[1].first_node == levels[1].first_word == 0, "cells have no record and do not split"
     for fine, coarse in zip(levels[1:], levels[2:], strict=False):
         assert coarse.first_node == fine.first_node + fine.nodes
         assert coarse.first_word == fine.first_word + fine.words
-        tiles = fine.counts[0] * fine.counts[1]
-        assert coarse.first_count == fine.first_count + tiles * layout.CLASSES // 2
+    for fine, coarse in zip(levels, levels[1:], strict=False):
+        assert coarse.first_count == fine.first_count + fine.counts[0] * fine.counts[1] * layout.CLASS_WORDS
+    for j, level in enumerate(levels):
+        assert level.count_tile == (2 if j else 4)
+        assert level.counts == tuple(-(-n // level.count_tile) for n in level.size)

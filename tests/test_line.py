@@ -12,16 +12,16 @@ from terrain_gl import cli
 from terrain_gl.camera import Camera
 from terrain_gl.cli import options
 from terrain_gl.cli.line import command_line
-from terrain_gl.drawing import Drawing
+from terrain_gl.comparison.clipmap import Rings
+from terrain_gl.comparison.tessellated import Edges
 from terrain_gl.exceptions import UsageError
+from terrain_gl.files.maps import bundled, open_map
+from terrain_gl.files.views import standard_view
 from terrain_gl.film.path import CameraPath, Keyframe
 from terrain_gl.heightmap import Heightmap
 from terrain_gl.image import read_image
-from terrain_gl.maps import bundled, open_map
-from terrain_gl.methods.clipmap import Rings
-from terrain_gl.methods.tessellated import Edges
+from terrain_gl.options import RenderOptions
 from terrain_gl.renderer import Renderer
-from terrain_gl.views import standard_view
 
 SIZE = (96, 64)
 
@@ -44,7 +44,7 @@ def parsed(line):
 
 def draws_the_same(heightmap, camera, drawing=None, size=SIZE):
     """Assert that the line draws what the renderer does; returns the line."""
-    drawing = drawing or Drawing()
+    drawing = drawing or RenderOptions()
     line = command_line(heightmap, camera, size, drawing)
     assert cli.main(shlex.split(line)[1:]) == 0
     with Renderer(heightmap, size) as renderer:
@@ -55,8 +55,8 @@ def draws_the_same(heightmap, camera, drawing=None, size=SIZE):
 @pytest.mark.parametrize(
     ("drawing", "said"),
     [
-        (Drawing(method="clipmap", parameters=Rings(31), style="depth"), "--ring 31"),
-        (Drawing(method="tessellated", parameters=Edges(12.5), style="depth"), "--edge 12.5"),
+        (RenderOptions(method="clipmap", parameters=Rings(31), style="depth"), "--ring 31"),
+        (RenderOptions(method="tessellated", parameters=Edges(12.5), style="depth"), "--edge 12.5"),
     ],
 )
 def test_parameters_of_rivals(drawing, said):
@@ -66,7 +66,7 @@ def test_parameters_of_rivals(drawing, said):
 
 def test_parameters_without_an_option_are_refused():
     heightmap = Heightmap.open("a hill's map.npy")
-    drawing = Drawing(method="clipmap", parameters=Rings(31, finest=2))
+    drawing = RenderOptions(method="clipmap", parameters=Rings(31, finest=2))
     with pytest.raises(UsageError, match="no options for all of Rings"):
         command_line(heightmap, standard_view(heightmap), SIZE, drawing)
 
@@ -75,44 +75,44 @@ def test_only_what_is_unusual_is_said():
     known = bundled()["canyon"]
     heightmap, _ = open_map("canyon")
     assert (
-        command_line(heightmap, known.camera, (1280, 720), Drawing(sun=known.sun))
+        command_line(heightmap, known.camera, (1280, 720), RenderOptions(sun=known.sun))
         == "terrain-gl shot canyon -o picture.png"
     )
     line = command_line(
-        heightmap, Camera(known.eye, (1, -2.5, 3e-7), known.fov_deg), SIZE, Drawing(2, sun=known.sun), "a b.png"
+        heightmap, Camera(known.eye, (1, -2.5, 3e-7), known.fov_deg), SIZE, RenderOptions(2, sun=known.sun), "a b.png"
     )
     assert line == "terrain-gl shot canyon -o 'a b.png' --target 1,-2.5,3e-07 --size 96x64 --max-error 2"
 
 
 def test_bundled_map_in_its_view():
     known = bundled()["canyon"]
-    draws_the_same(open_map("canyon")[0], known.camera, Drawing(sun=known.sun, style="normals"))
+    draws_the_same(open_map("canyon")[0], known.camera, RenderOptions(sun=known.sun, style="normals"))
 
 
 def test_bundled_map_in_another_shape():
     heightmap, _ = open_map("canyon", spacing_m=(10.0, 20.0))
-    line = draws_the_same(heightmap, standard_view(heightmap, "high"), Drawing(style="normals"))
+    line = draws_the_same(heightmap, standard_view(heightmap, "high"), RenderOptions(style="normals"))
     assert "--spacing 10,20" in line
     bare = Heightmap.open(bundled()["canyon"].path)
-    assert "--spacing 1,1 --z-scale 1 --z-offset 0" in draws_the_same(
-        bare, standard_view(bare), Drawing(style="normals")
+    assert "--spacing 1,1 --z-scale 0.002 --z-offset 0" in draws_the_same(
+        bare, standard_view(bare), RenderOptions(style="normals")
     )
 
 
 def test_a_copy_of_a_bundled_map(folder):
     shutil.copy(bundled()["canyon"].path, "other.png")
     heightmap, known = open_map("other.png")
-    assert "shot canyon" in command_line(heightmap, known.camera, SIZE, Drawing(sun=known.sun))
+    assert "shot canyon" in command_line(heightmap, known.camera, SIZE, RenderOptions(sun=known.sun))
 
 
 @pytest.mark.parametrize(
     "drawing",
     [
-        Drawing(),
-        Drawing(0.1 + 0.2, metric="rms"),
-        Drawing(method="full", style="normals", near_m=1 / 3),
-        Drawing(style="wireframe", sun=(-10.5, 60)),
-        Drawing(triangles=500),
+        RenderOptions(),
+        RenderOptions(0.1 + 0.2, metric="rms"),
+        RenderOptions(method="full", style="normals", near_m=1 / 3),
+        RenderOptions(style="wireframe", sun=(-10.5, 60)),
+        RenderOptions(triangles=500),
     ],
     ids=str,
 )
@@ -122,13 +122,13 @@ def test_a_file_with_everything(drawing):
     line = draws_the_same(heightmap, camera, drawing)
     args = parsed(line)
     scene = options.open_scene(args)
-    assert scene.camera == camera and Drawing(**options.drawing_options(args) | {"sun": scene.sun}) == drawing
+    assert scene.camera == camera and RenderOptions(**options.render_options(args) | {"sun": scene.sun}) == drawing
     assert np.array_equal(scene.heightmap.heights, heightmap.heights, equal_nan=True)
 
 
 def test_from_another_folder(folder, monkeypatch):
     heightmap = Heightmap.open("a hill's map.npy")
-    line = command_line(heightmap, standard_view(heightmap), SIZE, Drawing())
+    line = command_line(heightmap, standard_view(heightmap), SIZE, RenderOptions())
     (folder / "elsewhere").mkdir()
     monkeypatch.chdir(folder / "elsewhere")
     assert np.array_equal(options.open_scene(parsed(line)).heightmap.heights, heightmap.heights)
@@ -148,7 +148,7 @@ numbers = st.floats(-1e8, 1e8).filter(lambda v: v == 0 or abs(v) > 1e-100)
 def test_every_digit_counts(eye, fov, max_error, elevation):
     camera = Camera(eye, tuple(np.add(eye, (3e3, 1e3, -2e3))), fov)
     heightmap = open_map("canyon")[0]
-    args = parsed(command_line(heightmap, camera, SIZE, Drawing(max_error, sun=(12.3, elevation))))
+    args = parsed(command_line(heightmap, camera, SIZE, RenderOptions(max_error, sun=(12.3, elevation))))
     start = bundled()["canyon"].camera
     said = {"eye": args.eye or start.eye, "target": args.target, "fov_deg": args.fov or start.fov_deg}
     assert Camera(**said) == camera and args.max_error_px == max_error and args.sun == (12.3, elevation)
@@ -156,22 +156,22 @@ def test_every_digit_counts(eye, fov, max_error, elevation):
 
 def test_what_no_option_says_is_not_passed_over(monkeypatch):
     heightmap = Heightmap.open("a hill's map.npy")
-    monkeypatch.setattr(options, "add_drawing", lambda command: None)
+    monkeypatch.setattr(options, "add_rendering", lambda command: None)
     with pytest.raises(UsageError, match="no option for style"):
-        command_line(heightmap, standard_view(heightmap), (1280, 720), Drawing(style="lod"))
+        command_line(heightmap, standard_view(heightmap), (1280, 720), RenderOptions(style="lod"))
 
 
 def test_maps_that_no_file_holds():
     for heightmap in (Heightmap([[0, 1], [2, 3]]), Heightmap.open("a hill's map.npy").copy()):
         heightmap.write(0, 0, [[7]])
         with pytest.raises(UsageError, match="save it"):
-            command_line(heightmap, standard_view(heightmap), SIZE, Drawing())
+            command_line(heightmap, standard_view(heightmap), SIZE, RenderOptions())
 
 
 def test_edits_in_the_renderer_are_noticed():
     heightmap = Heightmap.open("a hill's map.npy")
     with Renderer(heightmap, SIZE) as renderer:
-        assert command_line(renderer.heightmap, standard_view(heightmap), SIZE, Drawing())
+        assert command_line(renderer.heightmap, standard_view(heightmap), SIZE, RenderOptions())
         renderer.edit(np.s_[2:4], np.s_[5:9], 55.0)
         with pytest.raises(UsageError, match="save it"):
-            command_line(renderer.heightmap, standard_view(heightmap), SIZE, Drawing())
+            command_line(renderer.heightmap, standard_view(heightmap), SIZE, RenderOptions())

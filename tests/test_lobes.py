@@ -8,8 +8,9 @@ from asking import ask
 from hypothesis import given, settings
 from hypothesis import strategies as st
 
-from terrain_gl import reference, shaders
+from terrain_gl import reference
 from terrain_gl.camera import Camera
+from terrain_gl.gpu import shaders
 from terrain_gl.heightmap import Heightmap
 from terrain_gl.image import write_image
 from terrain_gl.light import sky
@@ -119,29 +120,23 @@ def test_white_furnace(ctx, monkeypatch, rough):
     """White land without shadows under the same light from everywhere sends back what it gets, within 1 %."""
     monkeypatch.setattr("terrain_gl.light.lighting.sky_seen", lambda sun, path: sky.uniform_sky())
     monkeypatch.setattr("terrain_gl.light.lighting.exposure", lambda sky: 1.0)
-    source = shaders.source
+    read = shaders._read
 
-    def unexposed(path, defines=()):  # the light itself, before tones and curves
-        text = source(path, defines)
-        return text.replace("tone_mapped(2.0 * u_exposure * lit_ground(g).ambient)", "lit_ground(g).ambient")
+    def unexposed(path, included_from):  # the light itself, before tones and curves
+        text = read(path, included_from).replace(
+            "tone_mapped(2.0 * u_exposure * lit_ground(g).ambient)", "lit_ground(g).ambient"
+        )
+        return text.replace("vec4(srgb_encoded(pixel_colour()), 1.0)", "vec4(pixel_colour(), 1.0)")
 
+    monkeypatch.setattr(shaders, "_read", unexposed)
     heightmap = Heightmap(hills(129, 129, relief=rough), spacing_m=30.0)
     with Renderer(heightmap, size=(160, 90), ctx=ctx) as renderer:
         picture = renderer.picture
-        text = unexposed("shade/ambient.frag", {"SAMPLES": picture.samples} | picture.lighting.defines)
-        text = text.replace("vec4(srgb_encoded(pixel_colour()), 1.0)", "vec4(pixel_colour(), 1.0)")
-        program = ctx.program(vertex_shader=source("shade/screen.vert"), fragment_shader=text)
-        picture._screens["shade/ambient.frag", False] = program, ctx.vertex_array(program, [])
-        texture = ctx.texture((160, 90), 4, dtype="f4")
-        picture._screen.release()
-        picture._screen = ctx.framebuffer([texture])
-        picture._targets[1] = picture._screen
         renderer.draw(Camera.default(heightmap), style="ambient")
-        light = np.frombuffer(texture.read(), "f4").reshape(90, 160, 4)[::-1, :, 0]
+        light = picture.note("shade/ambient.frag", 4, "f4")[..., 0]
         land = picture.coverage()
         assert land.sum() > 2000
         assert light[land].min() > 0.99 and light[land].max() < 1.01
-        texture.release()
 
 
 LANDS = {

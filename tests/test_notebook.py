@@ -66,7 +66,7 @@ class Browser:
         deadline = time.monotonic() + 120
         while time.monotonic() < deadline:
             await self.watch(0.5)
-            if not self.view.flight.busy and self.view.flight.settled:
+            if not self.view.app.busy and self.view.viewer.settled:
                 return
         raise AssertionError("the view does not come to rest")
 
@@ -105,11 +105,11 @@ def test_nothing_is_sent_at_rest(view):
     async def wait():
         browser = Browser(view)
         await browser.rest()
-        view.flight.message = ""
-        view.flight.refresh()
+        view.viewer.window.message = ""
+        view.viewer.window.refresh()
         await browser.rest()
         await browser.watch(0.5)  # a frame in full quality follows the last one
-        assert view.flight.wait_s <= 1.0 and await browser.watch(1.2) == 0
+        assert view.app.wait_s <= 1.0 and await browser.watch(1.2) == 0
 
     asyncio.run(wait())
 
@@ -119,12 +119,12 @@ def test_mouse(view):
     browser.event("pointer_down", button=2)
     browser.event("pointer_move", x=100, y=45)
     browser.event("pointer_up", button=2)
-    assert view.flight.controller.azimuth_deg == pytest.approx(2.0) and view.camera.eye == CAMERA.eye
+    assert view.viewer.scene.controller.azimuth_deg == pytest.approx(2.0) and view.camera.eye == CAMERA.eye
     browser.event("pointer_move", x=0, y=0)
-    assert view.flight.controller.azimuth_deg == pytest.approx(2.0)
-    before = view.flight.controller.speed_m_s
+    assert view.viewer.scene.controller.azimuth_deg == pytest.approx(2.0)
+    before = view.viewer.scene.controller.speed_m_s
     browser.event("wheel", dx=0, dy=-200)
-    assert view.flight.controller.speed_m_s == pytest.approx(before * 1.25**2)
+    assert view.viewer.scene.controller.speed_m_s == pytest.approx(before * 1.25**2)
     browser.event("wheel", dx=0, dy=-100, modifiers=["Control"])
     assert view.camera.fov_deg == pytest.approx(45.0)
 
@@ -133,9 +133,9 @@ def test_mouse(view):
 def test_what_is_grabbed_stays_under_the_cursor(view, ratio):
     browser = Browser(view)
     browser.event("resize", width=160, height=90, ratio=ratio)
-    assert view.flight.size == (160 * ratio, 90 * ratio)
+    assert view.viewer.window.size == (160 * ratio, 90 * ratio)
     browser.event("pointer_down", button=1, x=100, y=70)
-    pivot = view.flight.controller._pivot
+    pivot = view.viewer.scene.controller.pivot
     browser.event("pointer_move", x=120, y=60)
     browser.event("pointer_up", button=1)
     right, up, forward = view.camera.axes @ (pivot - view.camera.eye)
@@ -147,18 +147,18 @@ def test_what_is_grabbed_stays_under_the_cursor(view, ratio):
 def test_keys_are_those_of_the_window(view):
     browser = Browser(view)
     browser.event("key_down", key="Tab")
-    assert view.flight.settings.drawing.style == STYLES[1]
+    assert view.viewer.settings.options.style == STYLES[1]
     browser.event("key_down", key="+", modifiers=["Shift"])
-    assert view.flight.settings.drawing.max_error_px == pytest.approx(2**0.5)
+    assert view.viewer.settings.options.max_error_px == pytest.approx(2**0.5)
     browser.event("key_down", key="!", modifiers=["Shift"])
-    assert 1 in view.flight.controller.bookmarks
+    assert 1 in view.viewer.scene.controller.bookmarks
     browser.event("key_down", key="ArrowLeft")
-    view.flight.controller.step(0.1)
-    assert view.flight.controller.azimuth_deg > 180
+    view.viewer.scene.controller.step(0.1)
+    assert view.viewer.scene.controller.azimuth_deg > 180
     browser.event("hide")
-    assert not view.flight.controller.moving
+    assert not view.viewer.scene.controller.moving
     browser.event("key_down", key="Escape")
-    assert not view.flight.done
+    assert not view.viewer.window.closing
     for key in ("Dead", "€", "F5", "Unidentified", "AltGraph"):
         browser.event("key_down", key=key)
         browser.event("key_up", key=key)
@@ -188,7 +188,7 @@ def test_drawn_otherwise(view):
 
 
 def test_the_picture_is_the_renderers(view):
-    with tg.Renderer(view.flight.renderer.heightmap, (160, 90)) as renderer:
+    with tg.Renderer(view.viewer.scene.renderer.heightmap, (160, 90)) as renderer:
         frame = renderer.render(CAMERA)
     differs = np.abs(view.picture().astype(int) - frame.image[..., :3]).max(-1) > 1
     assert differs.mean() < 0.002
@@ -197,7 +197,7 @@ def test_the_picture_is_the_renderers(view):
 def test_two_views_and_a_renderer_side_by_side(view):
     other = View("canyon", size=(100, 60), style="normals")
     first, second = view.picture(), other.picture()
-    with tg.Renderer(view.flight.renderer.heightmap, (32, 32)) as renderer:
+    with tg.Renderer(view.viewer.scene.renderer.heightmap, (32, 32)) as renderer:
         renderer.render(CAMERA)
         assert np.array_equal(view.picture(), first) and np.array_equal(other.picture(), second)
     other.close()
@@ -212,8 +212,8 @@ def test_panels():
     browser = Browser(view)
     browser.event("resize", width=640, height=360, ratio=1.0)
     with_panels = view.picture().astype(int)
-    azimuth, label = view.flight.controller.azimuth_deg, "tolerance"
-    x0, y0, x1, y1 = view._gui.places[label]
+    azimuth, label = view.viewer.scene.controller.azimuth_deg, "tolerance"
+    x0, y0, x1, y1 = view.app.gui.widgets.places[label]
     browser.event("pointer_move", x=(x0 + x1) / 2, y=(y0 + y1) / 2)
     view.picture()
     browser.event("pointer_down", button=1, x=(x0 + x1) / 2, y=(y0 + y1) / 2)
@@ -222,7 +222,7 @@ def test_panels():
     view.picture()
     browser.event("pointer_up", button=1, x=x1 - 5, y=(y0 + y1) / 2)
     view.picture()
-    assert view.flight.settings.drawing.max_error_px > 1 and view.flight.controller.azimuth_deg == azimuth
+    assert view.viewer.settings.options.max_error_px > 1 and view.viewer.scene.controller.azimuth_deg == azimuth
     assert np.abs(with_panels - view.picture()).max() > 50
     view.close()
 
@@ -267,7 +267,7 @@ def test_without_the_extra(monkeypatch):
 
 # the same land of an eighth of the posts a side: its tables and its light are soon made
 _FEWER_POSTS = """
-from terrain_gl import maps
+from terrain_gl.files import maps
 from terrain_gl.heightmap import Heightmap
 opened = maps.open_map
 def with_fewer_posts(name):

@@ -12,12 +12,12 @@ from maps import MAPS, REAL, SMALL_REAL
 
 from terrain_gl.camera import Camera
 from terrain_gl.exceptions import TerrainError, UsageError
+from terrain_gl.files.maps import bundled
 from terrain_gl.film import spline
 from terrain_gl.film.path import CameraPath, Keyframe
 from terrain_gl.film.tour import above_surface_m, clearance_m, tour
 from terrain_gl.heightmap import Heightmap
-from terrain_gl.holes import ground_m
-from terrain_gl.maps import bundled
+from terrain_gl.verify.holes import ground_m
 
 metres = st.integers(-10_000, 10_000).map(lambda decimetres: decimetres / 10)
 places = st.tuples(metres, metres, metres)

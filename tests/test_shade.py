@@ -7,14 +7,14 @@ from asking import ask
 
 from terrain_gl import reference
 from terrain_gl.camera import Camera
-from terrain_gl.context import create_context
 from terrain_gl.error import ErrorTables
 from terrain_gl.exceptions import TerrainError
-from terrain_gl.gl import use_default_framebuffer
+from terrain_gl.gpu.context import create_context
+from terrain_gl.gpu.gl import use_default_framebuffer
 from terrain_gl.heightmap import Heightmap
 from terrain_gl.light.ground import HeightSums
 from terrain_gl.light.lobes import Character
-from terrain_gl.lod import Levels
+from terrain_gl.lod import QuadtreeSelector
 from terrain_gl.shade import STYLES, Look, Picture
 from terrain_gl.terrain import Terrain
 
@@ -56,7 +56,10 @@ class Scene:
     """A map ready to be drawn."""
 
     def __init__(self, ctx, heightmap, size=(160, 90), samples=4):
-        self.parts = [terrain := Terrain(ctx, heightmap), tables := ErrorTables(terrain), levels := Levels(tables)]
+        terrain = Terrain(ctx, heightmap)
+        tables = ErrorTables(terrain)
+        levels = QuadtreeSelector(tables)
+        self.parts = [terrain, tables, levels]
         self.levels, self.size = levels, size
         self.picture = Picture(levels, size, samples)
         self.near_m = 0.1 * min(heightmap.spacing_m)
@@ -257,7 +260,7 @@ def test_shading_does_not_depend_on_the_mesh(scene):
     seen = []
     for tolerance_px in (0.25, 1.0):
         picture = s.draw(Camera.default(heightmap), tolerance_px)[..., :3].astype(int)
-        places = np.frombuffer(s.picture._posts.read(), "f4").reshape(180, 320, 2)[::-1]
+        places = s.picture.places()[0]
         seen.append((picture, places))
     (fine, place), (coarse, other) = seen
     same = (place[..., 0] >= 0) & (np.abs(place - other).max(-1) < 0.002)
@@ -320,15 +323,11 @@ def test_no_pixel_is_nan(ctx, scene):
     heights[10:12, 10:12] = np.nan
     heightmap = Heightmap(heights, spacing_m=30.0)
     s = scene(heightmap)
-    texture = ctx.texture(s.size, 4, dtype="f4")
-    s.picture._screen.release()
-    s.picture._screen = ctx.framebuffer([texture])
     for camera in (Camera.default(heightmap), from_above(heightmap)):
         s.draw(camera)
-        pixels = np.frombuffer(texture.read(), "f4")
-        assert np.all(np.isfinite(pixels)) and pixels.min() >= -0.01 and pixels.max() <= 1.01
-    s.picture._screen.release()
-    texture.release()
+        for kind in ("ANY", "NEAR"):
+            pixels = s.picture.note("shade/shaded.frag", 4, "f4", kind=kind)
+            assert np.all(np.isfinite(pixels)) and pixels.min() >= -0.01 and pixels.max() <= 1.01
 
 
 def test_error_style_stays_below_the_tolerance(scene):

@@ -12,9 +12,10 @@ from maps import rough
 import terrain_gl as tg
 from terrain_gl import cli, renderer
 from terrain_gl.cli import shot
+from terrain_gl.files.views import standard_view
+from terrain_gl.gpu import gl
 from terrain_gl.image import FORMATS, read_image, write_image
 from terrain_gl.pieces import cut
-from terrain_gl.views import standard_view
 
 SIZE = (150, 83)
 OUTLIERS = 0.002  # as in test_pieces.py: edges in the picture that snap to another sample
@@ -40,7 +41,7 @@ def shoot(output, size=SIZE, *words):
 def test_pieces_that_are_written_as_they_come(small_pieces, suffix):
     heightmap = tg.Heightmap.open("map.npy")
     with tg.Renderer(heightmap, (64, 64)) as r:
-        write_image(f"expected{suffix}", r.render_large(standard_view(heightmap), SIZE).image)
+        write_image(f"expected{suffix}", r.render(standard_view(heightmap), size=SIZE).image)
     assert shoot(f"a{suffix}") == 0
     assert np.array_equal(read_image(f"a{suffix}"), read_image(f"expected{suffix}"))
     assert sorted(os.listdir()) == [f"a{suffix}", f"expected{suffix}", "map.npy"]
@@ -70,7 +71,7 @@ def test_stats_are_of_the_whole(small_pieces, capsys):
 
 def test_beyond_what_the_gpu_draws(ctx):
     """Wider than any viewport."""
-    size = (tg.renderer.limits(ctx)["viewport_size"] + 1000, 3)
+    size = (gl.limits(ctx)["viewport_size"] + 1000, 3)
     with pytest.raises(tg.UsageError, match="picture size"):
         tg.Renderer(tg.Heightmap.open("map.npy"), size, ctx=ctx)
     assert shoot("a.png", size, "--max-error", "50") == 0

@@ -162,5 +162,5 @@ def test_eight_bits_are_no_light(tmp_path):
 
 
 def test_no_sky_at_all(tmp_path):
-    with pytest.raises(TerrainError, match="no such file"):
+    with pytest.raises(TerrainError, match="No such file"):
         sky.read_sky(tmp_path / "sky.exr")

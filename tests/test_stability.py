@@ -3,9 +3,9 @@
 import numpy as np
 
 from terrain_gl.camera import Camera
+from terrain_gl.comparison import prefilter
 from terrain_gl.heightmap import Heightmap
 from terrain_gl.image import linear_from_srgb
-from terrain_gl.light import prefilter
 from terrain_gl.light.atmosphere import LUMINANCE
 from terrain_gl.renderer import Renderer
 from terrain_gl.shade import Look
@@ -54,14 +54,14 @@ def shimmer(lights):
     return float(np.abs(lights[1:-1] - (lights[:-2] + lights[2:]) / 2).mean())
 
 
-def lights_of(heightmap, ctx, cameras, rival=None, fine=1):
-    """Luminances of our own shading, or of a rival's, each pixel the mean of `fine` × `fine`."""
+def lights_of(heightmap, ctx, cameras, baseline=None, fine=1):
+    """Luminances of our own shading, or of a baseline's, each pixel the mean of `fine` × `fine`."""
     with Renderer(heightmap, size=(SIZE[0] * fine, SIZE[1] * fine), ctx=ctx) as renderer:
         mipmaps, lights = prefilter.Mipmaps(renderer.picture), []
         for camera in cameras:
             picture = renderer.render(camera, sun=SUN).image
-            if rival:
-                prefilter.shade_as(rival, renderer.picture, mipmaps, camera, Look(sun=SUN))
+            if baseline:
+                prefilter.shade_as(baseline, renderer.picture, mipmaps, camera, Look(sun=SUN))
                 picture = renderer.picture.read()
             lights.append(luminance(picture, fine))
         mipmaps.release()

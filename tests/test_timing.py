@@ -7,7 +7,7 @@ import pytest
 from maps import rough
 
 import terrain_gl as tg
-from terrain_gl.timing import Stopwatch
+from terrain_gl.gpu.timing import Stopwatch
 
 SIZE = (160, 90)
 
@@ -87,9 +87,9 @@ def test_a_renderer_that_does_not_wait_draws_and_knows_the_same(monkeypatch):
     camera = tg.Camera.default(heightmap)
     with tg.Renderer(heightmap, SIZE) as renderer:
         waited = renderer.render(camera)
-        renderer.waits = False
+        renderer.timer.waits = False
         finished = []
-        monkeypatch.setattr(renderer, "ctx", Noting(renderer.ctx, finished))
+        monkeypatch.setattr(renderer.timer, "ctx", Noting(renderer.ctx, finished))
         for _ in range(8):
             frame = renderer.render(camera)  # reading the picture waits for the GPU, so that times come in
         assert not finished
@@ -107,9 +107,9 @@ def test_the_gpus_clock_times_the_very_frame_that_was_waited_for():
     camera = tg.Camera.default(heightmap)
     with tg.Renderer(heightmap, SIZE) as renderer:
         assert renderer.draw(camera)["ms_clock"] == "cpu"
-        renderer.ms = {}
-        renderer.queries = Stopwatch.works(renderer.ctx)
-        if not renderer.queries:
+        renderer.timer.ms = {}
+        renderer.timer.queries = Stopwatch.works(renderer.ctx)
+        if not renderer.timer.queries:
             pytest.skip("this driver has no timer queries")
         renderer.choose(camera)
         stats = renderer.draw(camera)
@@ -117,14 +117,14 @@ def test_the_gpus_clock_times_the_very_frame_that_was_waited_for():
         ms = stats["ms"]
         assert all(ms[stage] > 0 for stage in ("lod", "draw", "shade"))
         assert ms["lod"] + ms["draw"] + ms["shade"] <= ms["frame"]
-        for _ in renderer.drawing(camera):
+        for _ in renderer.draw_steps(camera):
             pass
-        assert renderer.ms["shade"] > 0
-        given_up = renderer.drawing(camera)
+        assert renderer.timer.ms["shade"] > 0
+        given_up = renderer.draw_steps(camera)
         next(given_up)
         next(given_up)
         given_up.close()
-        assert not renderer._stopwatch._stages  # they are not the next frame's
+        assert not renderer.timer.stopwatch._stages  # they are not the next frame's
 
 
 class Noting:

@@ -9,10 +9,10 @@ from maps import MAPS, REAL, rough
 import terrain_gl as tg
 from terrain_gl.camera import screen_shift_px
 from terrain_gl.cli import main
-from terrain_gl.holes import bilinear
+from terrain_gl.files.views import VIEWS, standard_view
 from terrain_gl.image import read_image
-from terrain_gl.measure import posts_of
-from terrain_gl.views import VIEWS, standard_view
+from terrain_gl.verify.holes import bilinear
+from terrain_gl.verify.measure import posts_of
 
 SIZE = (96, 54)
 

@@ -4,8 +4,8 @@ import numpy as np
 import pytest
 from maps import holes, rough
 
-from terrain_gl import writers
 from terrain_gl.exceptions import TerrainError, UsageError
+from terrain_gl.files import writers
 from terrain_gl.heightmap import Heightmap
 
 

@@ -1,9 +1,7 @@
 // blocks/terrain.glsl — what every stage knows of the map: its posts, its quadtree, its heights.
 //   A node of level j covers 2^j × 2^j texels from post (col, row) · 2^j on; past the last post its corners clamp to it.
 //   Level 0 is the map's own cells, level u_top_level the one node over all of it.
-// Python twin: layout.TERRAIN; heights are metres above Heightmap's base, voids filled from their rim.
-
-#define MAX_LEVELS 15
+// Python twin: gpu.layout.TERRAIN; heights are metres above Heightmap's base, voids filled from their rim.
 
 struct Level {
     ivec2 size;         // nodes, columns and rows

@@ -1,6 +1,6 @@
 // blocks/view.glsl — what every stage knows of the camera. Positions are metres east, north, up from the eye: near it
 // floats are fine, however far the eye is from the map's corner.
-// Python twin: layout.VIEW
+// Python twin: gpu.layout.VIEW
 
 #include "blocks/terrain.glsl"
 

@@ -1,7 +1,7 @@
 // clipmap/halve.comp — a level of the pyramid from the one below: every second sample, of a symmetric filter
 //   g(i) = Σ w_|d| f(2i + d),   d = −2 … 2,   along columns and along rows.
 // Near the rim, where one tap of a pair would lie outside, both move in: the filter stays symmetric, so it keeps planes as
-// they are, and the rim where it is.   Python twin: reference.halve
+// they are, and the rim where it is.   Python twin: comparison.ideal.halve
 
 #include "clipmap/pyramid.glsl"
 

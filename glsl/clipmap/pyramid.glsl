@@ -2,7 +2,7 @@
 // below (clipmap/halve.comp).
 //   Sample i of level j stands on post min(i · 2^j, last), so the last one stands on the map's rim whatever the map's size.
 //   Level 1 fills the texture's left part, all others stand below each other to its right.
-// Provides sample_m(), last_sample(), post_of_sample().   Python twin: methods.pyramid.Pyramid
+// Provides sample_m(), last_sample(), post_of_sample().   Python twin: comparison.pyramid.Pyramid
 
 #include "blocks/terrain.glsl"
 

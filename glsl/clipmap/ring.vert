@@ -9,6 +9,7 @@
 //      │ ╱│ ╱│ ╱│ ╱│        │ ╱   ╲│ ╱   ╲      (two of eight triangles are gone)
 //      ┴──┴──┴──┴──┴        ┴──────┴──────
 //      └─ coarse ──┘        └─ coarse ──┘
+// Python twin of the block: comparison.clipmap.CLIPMAP
 
 #include "clipmap/pyramid.glsl"
 #include "mesh/vertex.glsl"
@@ -61,5 +62,5 @@ void main() {
     float a = alpha(in_level, post), h_m = any(along) ? sample_m(in_level + 1, at + 1 >> 1) : sample_m(in_level, at);
     if (a > 0.0 && !any(along)) h_m = mix(h_m, coarser_m(in_level, at), a);
     ivec2 low = post_of_sample(in_level, in_cells.xy & ~1), high = post_of_sample(in_level, in_cells.xy + in_cells.zw);
-    put_vertex(post, h_m, Patch(low, high, float(in_level), false, 0u));
+    put_vertex(post, h_m, Patch(low, high, float(in_level), false, 0u, -1.0));
 }

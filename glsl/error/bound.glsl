@@ -1,44 +1,78 @@
-// error/bound.glsl — the bound of a whole patch of quads, from summed-area tables, whatever its size.
-//   Maximum: "no tile in this rectangle is above class c" is one box count equal to zero (integral histogram, Porikli
-//   2005, "Integral histogram: a fast way to extract histograms in Cartesian spaces"); the best c by bisection.
-//   Root mean square: the box sum of squared errors over the posts.
-// Provides bound_max_m(), bound_rms_m().
+// error/bound.glsl — what the summed-area tables say of any rectangle of cells, in four fetches.
+//   Maximum: "no tile of this rectangle is above class c" is one box count equal to zero (integral histogram, Porikli
+//   2005, "Integral histogram: a fast way to extract histograms in Cartesian spaces").
+//   Sum of squares: the box sum itself, exact.
+//   Tables lie over tiles of count_tile() nodes a side: a rectangle is widened to whole tiles.
+//   Counters have 8 bits, four classes a word. They are exact for boxes of up to 255 tiles: a larger rectangle is asked in
+//   parts of 15 × 15.
+//   Below spacing 1 a cell of the map is cut in n × n parts, n = 2^-j. Its error is |t|/(4 n²): the table of level 0
+//   with n² times the tolerance.
+// Provides is_within_m(), largest_m(), squares_m2().   Python twins: reference.class_tables, reference.box_sum
 
-#include "error/nodes.glsl"
+#include "blocks/terrain.glsl"
 #include "error/classes.glsl"
 #include "sat/box.glsl"
 
-layout(std430, binding = 6) readonly buffer Counters { uint counter[]; };
-layout(std430, binding = 7) readonly buffer Squares { uvec2 square[]; };
+layout(std430, binding = 2) readonly buffer Counters { uint counter[]; };
+layout(std430, binding = 3) readonly buffer Squares { uvec2 square[]; };
 
-BOX_SUM(count_sum, uint, counter, sub16)
+BOX_SUM(count_sum, uint, counter, sub8)
 BOX_SUM(square_sum, uvec2, square, sub64)
 
-ivec2 count_tiles(int level) { return (u_level[level].size + COUNT_TILE - 1) / COUNT_TILE; }
-
-bool none_above(int c, int level, ivec2 low, ivec2 high) {
-    Table table = Table(uint(u_level[level].first_count), count_tiles(level));
-    uint both = count_sum(table, c >> 1, low, high);
-    return ((c & 1) == 0 ? both & 0xffffu : both >> 16) == 0u;
+// Columns and rows of tiles of a level: the first, and the one after the last, of a rectangle of posts.
+ivec4 tiles_over(ivec2 low, ivec2 end, int level, out Table counts) {
+    int tile = count_tile(level);
+    ivec2 tiles = (u_level[level].size + tile - 1) / tile;
+    counts = Table(uint(u_level[level].first_count), tiles);
+    ivec2 first = max(low, ivec2(0)) >> level, last = (min(end, u_last_post) - 1) >> level;
+    return ivec4(first / tile, min(last / tile + 1, tiles));
 }
 
-// Largest error of `nodes` × `nodes` quads of a level, those from node `at` on; nodes is a power of two from 4 on, and
-// `at` a multiple of it.
-float bound_max_m(int level, ivec2 at, int nodes) {
-    ivec2 low = at / COUNT_TILE, high = (at + nodes) / COUNT_TILE;
+// The class whose limit is just below an error, or -1 where the tables' classes end above it. (The product may round up.)
+int class_within(float error_m) {
+    if (error_m >= u_span_m) return -2;
+    int c = max(0, int(ceil(4.0 * log2(u_span_m / error_m) - 1.0)));
+    if (class_limit_m(c) * (1.0 + exp2(-18.0)) > error_m) c++;
+    return c < CLASSES ? c : -1;
+}
+
+bool none_above(Table counts, ivec4 tiles, int c) {
+    for (int y = tiles.y; y < tiles.w; y += 15)
+        for (int x = tiles.x; x < tiles.z; x += 15) {
+            uint four = count_sum(counts, c >> 2, ivec2(x, y), min(ivec2(x, y) + 15, tiles.zw));
+            if ((four >> 8 * (c & 3) & 255u) != 0u) return false;
+        }
+    return true;
+}
+
+// Whether no cell of spacing 2^step_log2 in a rectangle of posts errs by more than so many metres.
+bool is_within_m(ivec2 low, ivec2 end, int step_log2, float error_m) {
+    int c = class_within(step_log2 < 0 ? error_m * exp2(-2.0 * float(step_log2)) : error_m);
+    if (c < 0) return c == -2;
+    Table counts;
+    ivec4 tiles = tiles_over(low, end, max(step_log2, 0), counts);
+    return none_above(counts, tiles, c);
+}
+
+// The smallest error that the tables certify for such a rectangle: the limit of a class, or the span.
+float largest_m(ivec2 low, ivec2 end, int step_log2) {
+    Table counts;
+    ivec4 tiles = tiles_over(low, end, max(step_log2, 0), counts);
     int sure = -1, beyond = CLASSES;
     while (beyond - sure > 1) {
         int c = (sure + beyond) / 2;
-        if (none_above(c, level, low, high)) sure = c;
+        if (none_above(counts, tiles, c)) sure = c;
         else beyond = c;
     }
-    return sure < 0 ? u_span_m : class_limit_m(sure) * (1.0 + exp2(-18.0));  // exp2() may round anew
+    float error_m = sure < 0 ? u_span_m : class_limit_m(sure) * (1.0 + exp2(-18.0));  // exp2() may round anew
+    return step_log2 < 0 ? error_m * exp2(2.0 * float(step_log2)) : error_m;
 }
 
-// Of a square without voids: where posts are fewer than texels, their mean is above the texels'.
-float bound_rms_m(int level, ivec2 at, int nodes) {
-    Table table = Table(uint(u_level[level].first_count / (CLASSES / 2)), count_tiles(level));
-    float sum = word_float(square_sum(table, 0, at / COUNT_TILE, (at + nodes) / COUNT_TILE));
-    float side = float(nodes << level);
-    return sqrt(sum * exp2(-35.0)) / side * u_span_m * (1.0 + exp2(-20.0));
+// Sum of the squared errors of such cells.
+float squares_m2(ivec2 low, ivec2 end, int step_log2) {
+    Table table;
+    ivec4 tiles = tiles_over(low, end, max(step_log2, 0), table);
+    table.first /= uint(CLASSES / 4);
+    float sum = word_float(square_sum(table, 0, tiles.xy, tiles.zw)) * exp2(-35.0) * u_span_m * u_span_m;
+    return step_log2 < 0 ? sum * exp2(4.0 * float(step_log2)) : sum;
 }

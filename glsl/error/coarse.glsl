@@ -7,6 +7,7 @@
 //      └──┴──┴──┴───┘
 //   Maxima of positive floats compare as their bits do; sums are integers: the order does not matter.
 // Provides Gathered, block_of[], block_index(), blocks_in_node().
+// Python twins: reference.node_errors, reference.wedge_errors
 
 #include "error/worst.glsl"
 

@@ -1,7 +1,9 @@
 // error/count.comp — the values under the summed-area tables of a level: how many tiles are above each class,
-// and the squared error of each tile. One thread fills one tile of COUNT_TILE × COUNT_TILE nodes.
+// and the squared error of each tile. One thread fills one tile of nodes.
+// Python twins: reference.class_tables, reference.square_table
 
 #include "error/nodes.glsl"
+#include "error/node_errors.glsl"
 #include "error/classes.glsl"
 
 layout(local_size_x = 8, local_size_y = 8) in;
@@ -15,27 +17,39 @@ uniform int u_first_square;
 uniform ivec2 u_first;  // first tile, and how many
 uniform ivec2 u_count;
 
-// All of a node's squared errors as a quad, from their mean.
-uvec2 node_squares(float rms_m, ivec2 at) {
-    return square_up(rms_m / u_span_m * (rms_m / u_span_m) * own_posts(u_which_level, at));
+// Largest error of a node as a quad, and all of its squared errors in units of span². A cell of the map, level 0, errs
+// between its posts alone: by |t|/4 at most, and by |t|/sqrt(90) in the root mean square (t its twist).
+float node_max_m(ivec2 at) {
+    if (u_which_level == 0) return is_hole(at) ? 0.0 : 0.25 * abs(twist_m(at)) * (1.0 + exp2(-20.0));
+    return unpack_pair(node[node_index(u_which_level, at)].max_m).x;
+}
+
+float node_squares(ivec2 at) {
+    if (u_which_level == 0) {
+        float t = is_hole(at) ? 0.0 : twist_m(at) / u_span_m;
+        return t * t / 90.0;
+    }
+    float rms_m = texels_rms_m(node[node_index(u_which_level, at)]).x;
+    return rms_m / u_span_m * (rms_m / u_span_m) * own_posts(u_which_level, at);
 }
 
 void main() {
     ivec2 tile = ivec2(gl_GlobalInvocationID.xy);
     if (any(greaterThanEqual(tile, u_count))) return;
     int i = tile.y * u_count.x + tile.x;
-    ivec2 low = (u_first + tile) * COUNT_TILE, high = min(low + COUNT_TILE, u_level[u_which_level].size);
+    int side = count_tile(u_which_level);
+    ivec2 low = (u_first + tile) * side, high = min(low + side, u_level[u_which_level].size);
     float worst_m = 0.0;
     uvec2 squares = uvec2(0u);
     for (int y = low.y; y < high.y; y++)
         for (int x = low.x; x < high.x; x++) {
-            PackedNode n = node[node_index(u_which_level, ivec2(x, y))];
-            worst_m = max(worst_m, unpack_pair(n.max_m).x);
-            squares = add64(squares, node_squares(texels_rms_m(n).x, ivec2(x, y)));
+            worst_m = max(worst_m, node_max_m(ivec2(x, y)));
+            squares = add64(squares, square_up(node_squares(ivec2(x, y))));
         }
-    for (int word = 0; word < CLASSES / 2; word++) {
-        bvec2 above = greaterThan(vec2(worst_m), vec2(class_limit_m(2 * word), class_limit_m(2 * word + 1)));
-        counter[u_first_counter + word * u_count.x * u_count.y + i] = uint(above.x) | uint(above.y) << 16;
+    for (int word = 0; word < CLASSES / 4; word++) {
+        uint four = 0u;
+        for (int k = 0; k < 4; k++) four |= uint(worst_m > class_limit_m(4 * word + k)) << 8 * k;
+        counter[u_first_counter + word * u_count.x * u_count.y + i] = four;
     }
     square[u_first_square + i] = squares;
 }

@@ -1,4 +1,5 @@
 // error/fine.comp — the error table's fine levels: one thread looks at all posts of its node.
+// Python twins: reference.node_errors, reference.wedge_errors
 
 #include "error/worst.glsl"
 
@@ -11,5 +12,6 @@ void main() {
     Worst w = worst_of_nothing();
     for (int y = n.low.y; y <= n.high.y; y++)
         for (int x = n.low.x; x <= n.high.x; x++) gather_post(w, n, ivec2(x, y));
+    gather_cells(w, n, n.low, n.high);
     settle_node(at, n, w);
 }

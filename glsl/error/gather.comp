@@ -1,4 +1,5 @@
 // error/gather.comp — the error table's coarse levels: a thread looks at one block of its node's posts.
+// Python twins: reference.node_errors, reference.wedge_errors
 
 #include "error/coarse.glsl"
 
@@ -28,11 +29,12 @@ void main() {
     Node n = node_at(u_which_level, at);
     ivec2 low = block * BLOCK, end = min(low + BLOCK, n.high);
     end += ivec2(equal(end, n.high));  // the far edge
-    if (!holds(low, end - 1) && !moves(n)) return;
+    if (!holds(low, min(low + BLOCK, n.high)) && !moves(n)) return;
 
     Worst w = worst_of_nothing();
     for (int y = low.y; y < end.y; y++)
         for (int x = low.x; x < end.x; x++) gather_post(w, n, ivec2(x, y));
+    gather_cells(w, n, low, min(low + BLOCK, n.high));
     uvec2 max_m = floatBitsToUint(w.max_m);
     uvec2 q = square_up(w.squares.x / u_span_m / u_span_m), f = square_up(w.squares.y / u_span_m / u_span_m);
     Gathered g = Gathered(max_m.x, max_m.y, uint[4](q.x, q.y, f.x, f.y), w.voids, NO_ERRORS, NO_ERRORS);

@@ -1,4 +1,5 @@
 // error/join.comp — the error table's coarse levels: a thread joins one row of its node's blocks.
+// Python twins: reference.node_errors, reference.wedge_errors
 
 #include "error/coarse.glsl"
 

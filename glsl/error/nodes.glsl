@@ -1,7 +1,7 @@
 // error/nodes.glsl — the error table: of each node, the worst post and the root mean square, as quad and as fan.
 //   max_m: largest error of a post of the closed node.   rms_m: root of the mean squared error of its own posts, those
 //   of its north and west edges but not of the south and east ones (which are the neighbours'), so that any mosaic of
-//   nodes counts every post once. Heights of the node lie in [low_m, high_m].
+//   nodes counts every post once.
 //   Voids err by nothing: where a node has some, the mean over its posts is more than rms_m, which says so by its sign.
 //   Fan errors are nested: never below those of the node's children. So a node that a neighbour forces to split
 //   has children that pass where it passed.
@@ -9,7 +9,7 @@
 // Squared errors are 64-bit fixed point, rounded up: span² is 2^35, so 2^28 posts of the largest error do not overflow.
 // Provides pack_shares(), unpack_shares(), PackedNode, pack_pair(), unpack_pair(), pack_range(), unpack_range(), square_up(), node_index(),
 // texels_rms_m(), posts_rms_m(), mean_is_known(), own_posts(), squares_m2().
-// Python twin: layout.NODE
+// Python twin: gpu.layout.NODE
 
 #include "blocks/terrain.glsl"
 #include "sat/word.glsl"
@@ -18,7 +18,6 @@
 
 struct PackedNode {
     uint max_m, rms_m;  // halves: quad low, fan high; rms_m may have HAS_VOIDS
-    uint range;         // 16-bit steps of span above low: lowest low half, highest high half
     uint whole, split;  // the fan's wedges W, N, E, S with the edge whole, with it split: bytes, shares of max_m as fan
 };
 
@@ -48,6 +47,7 @@ vec4 unpack_shares(uint shares, float most_m) {
 
 vec2 unpack_pair(uint pair) { return unpackHalf2x16(pair) * error_unit_m(); }
 
+// Lowest and highest height of a node: 16-bit steps of the span above its low end, lowest in the low half.
 uint pack_range(vec2 low_high_m) {
     vec2 steps = (low_high_m - u_low_m) / u_span_m * 65535.0;
     uvec2 outward = uvec2(clamp(vec2(floor(steps.x - 0.1), ceil(steps.y + 0.1)), 0.0, 65535.0));

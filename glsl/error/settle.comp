@@ -1,4 +1,5 @@
 // error/settle.comp — the error table's coarse levels: from what was gathered to the table.
+// Python twins: reference.node_errors, reference.wedge_errors
 
 #include "error/coarse.glsl"
 

@@ -1,12 +1,14 @@
 // error/worst.glsl — gather the errors of a node's posts, then settle them into the error table, and its gain beside it.
 //   Squares are summed in an order that the node's place alone decides, so that an edit gives the bits of a rebuild.
 // Provides Worst, worst_of_nothing(), gather_post(), settle_node().
+// Python twins: reference.node_errors, reference.wedge_errors
 
 #include "error/nodes.glsl"
-#include "error/drawing.glsl"
+#include "error/node_errors.glsl"
 #include "error/gain.glsl"
 
 layout(std430, binding = 0) buffer Nodes { PackedNode node[]; };
+layout(std430, binding = 4) buffer Ranges { uint range[]; };
 
 uniform int u_which_level;
 uniform ivec2 u_first;  // first node to compute, and how many
@@ -41,6 +43,47 @@ void gather_post(inout Worst w, Node n, ivec2 post) {
     if (is_own(n, post)) w.squares += e * e;
 }
 
+// Between posts (method: docs/guarantee.md). A cell that one triangle covers errs most at a post. Where an edge of the
+// drawing crosses the cell, the twist t of its posts adds at most |t|/4, and |t|/sqrt(90) in the root mean square.
+// Edges run along the diagonals of a square node; in a node that the map's rim cuts off they cross any cell, and bend
+// there by at most kink_m.
+void gather_cell(inout Worst w, Node n, ivec2 cell, vec2 kink_m) {
+    if (is_hole(cell)) return;
+    vec2 worst = vec2(0.0), fan_worst = vec2(0.0);
+    bvec4 wedges = bvec4(false);
+    for (int i = 0; i < 4; i++) {
+        ivec2 post = cell + ivec2(i & 1, i >> 1);
+        float h = height_m(post) - n.base_m;
+        int wedge;
+        vec2 fan = fan_errors_m(n, post, h, wedge);
+        wedges[wedge] = true;
+        fan_worst = max(fan_worst, fan);
+        worst = max(worst, vec2(quad_error_m(n, post, h), max(fan.x, fan.y)));
+    }
+    float twist = abs(twist_m(cell));
+    vec2 bend = 0.25 * twist + kink_m, e = (worst + bend) * (1.0 + exp2(-20.0)) + n.rounding_m;
+    w.max_m = max(w.max_m, e);
+    for (int wedge = 0; wedge < 4; wedge++) if (wedges[wedge]) {
+        w.whole_m[wedge] = max(w.whole_m[wedge], (fan_worst.x + bend.y) * (1.0 + exp2(-20.0)) + n.rounding_m);
+        w.split_m[wedge] = max(w.split_m[wedge], (fan_worst.y + bend.y) * (1.0 + exp2(-20.0)) + n.rounding_m);
+    }
+    vec2 mean = vec2(twist * 0.10541) + kink_m;
+    w.squares += mean * (2.0 * worst + mean);
+}
+
+bool is_crossed(Node n, ivec2 cell) {
+    ivec2 d = cell - n.low;
+    return !is_square(n) || d.x == d.y || d.x + d.y == n.high.x - n.low.x - 1;
+}
+
+// All cells of the node from post `low` up to post `end`.
+void gather_cells(inout Worst w, Node n, ivec2 low, ivec2 end) {
+    vec2 kink = is_square(n) ? vec2(0.0) : kinks_m(n);
+    for (int y = low.y; y < end.y; y++)
+        for (int x = low.x; x < end.x; x++)
+            if (is_crossed(n, ivec2(x, y))) gather_cell(w, n, ivec2(x, y), kink);
+}
+
 vec2 range_of_posts(Node n) {
     vec2 range = vec2(n.h[0][0]);
     for (int y = 0; y < 3; y++)
@@ -52,7 +95,14 @@ vec2 range_of_posts(Node n) {
 void nest_child(inout PackedNode n, PackedNode child) {
     n.max_m = (n.max_m & 0xffffu) | max(n.max_m >> 16, child.max_m >> 16) << 16;
     n.rms_m = (n.rms_m & 0xffffu) | max(n.rms_m >> 16, child.rms_m >> 16) << 16;
-    n.range = min(n.range & 0xffffu, child.range & 0xffffu) | max(n.range >> 16, child.range >> 16) << 16;
+}
+
+uint nest_range(uint a, uint b) { return min(a & 0xffffu, b & 0xffffu) | max(a >> 16, b >> 16) << 16; }
+
+// A cell of the map, as two triangles: it errs between its posts alone.
+float cell_square_m2(ivec2 cell) {
+    float t_m = is_hole(cell) ? 0.0 : twist_m(cell);
+    return t_m * t_m / 90.0;
 }
 
 void settle_node(ivec2 at, Node n, Worst w) {
@@ -60,24 +110,28 @@ void settle_node(ivec2 at, Node n, Worst w) {
     // a thread adds up to 33 × 33 squares in floats: each addition may swallow 2^-24 of the sum
     vec2 rms_m = sqrt(w.squares / (float(own.x) * float(own.y))) * (1.0 + exp2(-14.0));
     uint has_voids = w.voids != 0u ? HAS_VOIDS : 0u;
-    PackedNode settled = PackedNode(pack_pair(w.max_m), pack_pair(min(rms_m, w.max_m)) | has_voids, 0u, 0u, 0u);
+    PackedNode settled = PackedNode(pack_pair(w.max_m), pack_pair(min(rms_m, w.max_m)) | has_voids, 0u, 0u);
+    uint heights = 0xffffu;
     ivec2 last = min(2 * at + 1, u_level[u_which_level - 1].size - 1), parts = last + 1 - 2 * at;
     float parts_m2 = 0.0, nested_gain = 0.0;
-    if (u_which_level == 1) settled.range = pack_range(range_of_posts(n));
-    else {
-        settled.range = 0xffffu;
-        for (int y = 2 * at.y; y <= last.y; y++)
-            for (int x = 2 * at.x; x <= last.x; x++) {
-                int i = node_index(u_which_level - 1, ivec2(x, y));
-                nest_child(settled, node[i]);
-                parts_m2 += squares_m2(node[i], u_which_level - 1, ivec2(x, y)).x;
-                nested_gain = max(nested_gain, gain[i]);
+    if (u_which_level == 1) heights = pack_range(range_of_posts(n));
+    for (int y = 2 * at.y; y <= last.y; y++)
+        for (int x = 2 * at.x; x <= last.x; x++) {
+            if (u_which_level == 1) {
+                parts_m2 += cell_square_m2(ivec2(x, y));
+                continue;
             }
-    }
+            int i = node_index(u_which_level - 1, ivec2(x, y));
+            nest_child(settled, node[i]);
+            heights = nest_range(heights, range[i]);
+            parts_m2 += squares_m2(node[i], u_which_level - 1, ivec2(x, y)).x;
+            nested_gain = max(nested_gain, gain[i]);
+        }
     settled.whole = pack_shares(w.whole_m, unpack_pair(settled.max_m).y);
     settled.split = pack_shares(w.split_m, unpack_pair(settled.max_m).y);
     int i = node_index(u_which_level, at);
     node[i] = settled;
+    range[i] = heights;
     // from the table as it is kept, so that a gain is the same whenever it is computed
     vec2 leaf_m2 = squares_m2(settled, u_which_level, at);
     float fan_triangles = 4.0 - float(n.mid.x == n.high.x) - float(n.mid.y == n.high.y);

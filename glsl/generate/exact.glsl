@@ -3,6 +3,7 @@
 //   square roots and functions like dot() and mix() may differ in their last bits. So here are only the former, and
 //   `precise` keeps a product and a sum from becoming one operation. Every function returns a precise variable.
 // Provides blend(), dot2(), smooth_step(), inverse_sqrt(), soft_abs(), soft_min(), hash(), signed_unit().
+// Python twins: reference.generate.inverse_sqrt, reference.pcg3d
 
 float blend(float a, float b, float t) {
     precise float y = a + t * (b - a);

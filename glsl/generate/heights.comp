@@ -1,4 +1,5 @@
 // generate/heights.comp — the posts of a band of rows, one thread a post. A post's height depends on its place alone.
+// Python twin: reference.land
 
 #include "generate/land.glsl"
 

@@ -20,7 +20,8 @@
 #endif
 
 layout(local_size_x = 64) in;
-layout(binding = 2) uniform sampler2DArray u_horizons;
+layout(r16, binding = 3) readonly uniform image2DArray u_horizons;
+RECORDS_IN(u_horizons)
 layout(std430, binding = 0) buffer Shares { uint share[]; };
 layout(std430, binding = 1) readonly buffer Moments { vec4 moment[]; };    // azimuth, sine, lobe
 layout(std430, binding = 2) readonly buffer Open { float open_share[]; };  // lobe, cosine
@@ -56,7 +57,7 @@ void main() {
         if (any(greaterThanEqual(cell, u_last_post))) continue;
         vec3 n = normal_of_cell(cell);
         for (int a = 0; a < BATCH; a++) {
-            float record = record_near(u_horizons, a, u_directions[a], vec2(cell) + 0.5);
+            float record = record_near(a, u_directions[a], vec2(cell) + 0.5);
             float at = max(record, own_horizon(n, u_directions[a])) * float(SINES);
             int below = min(int(at), SINES - 1), i = ((u_batch * BATCH + a) * (SINES + 1) + below) * LOBES;
             float t = at - float(below);

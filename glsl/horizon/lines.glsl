@@ -11,6 +11,7 @@
 //                    ·   ·   ·  \  ·   ·         a column of records is evenly spaced, and bilinear lookups are easy.
 //
 // Provides on_axes(), step_of(), post_at(), slide(), base(), slack(), record_near(), sine_of().
+// Python twin: reference.horizon_sines
 
 #include "blocks/terrain.glsl"
 
@@ -35,25 +36,26 @@ ivec2 post_at(vec2 towards, int step_, int place) {
     return on_axes(towards, ivec2(along, place));
 }
 
-float record_of(sampler2DArray records, int layer, vec2 towards, int step_, int place) {
-    return texelFetch(records, ivec3(post_at(towards, step_, clamp(place, 0, on_axes(towards, u_last_post).y)), layer), 0).x;
-}
-
-// Records of one column, linear between its lines.
-float record_across(sampler2DArray records, int layer, vec2 towards, int step_, float across) {
-    float y = across - slack(towards, step_);
-    int place = int(floor(y));
-    return mix(record_of(records, layer, towards, step_, place), record_of(records, layer, towards, step_, place + 1), y - floor(y));
-}
-
-// The record at any place, bilinear.
-float record_near(sampler2DArray records, int layer, vec2 towards, vec2 post) {
-    vec2 at = on_axes(towards, post);
-    int last = on_axes(towards, u_last_post).x;
-    float steps = is_backward(towards) ? float(last) - at.x : at.x;
-    int before = clamp(int(floor(steps)), 0, last - 1);
-    float t = clamp(steps - float(before), 0.0, 1.0);
-    return mix(record_across(records, layer, towards, before, at.y), record_across(records, layer, towards, before + 1, at.y), t);
-}
+// GLSL passes no images to functions, so the includer asks for these over its own:
+//   record_of(layer, …)      one record                record_across()   of one column, linear between its lines
+//   record_near(layer, …)    at any place, bilinear
+#define RECORDS_IN(records)                                                                                          \
+    float record_of(int layer, vec2 towards, int step_, int place) {                                                 \
+        ivec2 post = post_at(towards, step_, clamp(place, 0, on_axes(towards, u_last_post).y));                      \
+        return imageLoad(records, ivec3(post, layer)).x;                                                             \
+    }                                                                                                                \
+    float record_across(int layer, vec2 towards, int step_, float across) {                                          \
+        float y = across - slack(towards, step_);                                                                    \
+        int place = int(floor(y));                                                                                   \
+        return mix(record_of(layer, towards, step_, place), record_of(layer, towards, step_, place + 1), y - floor(y)); \
+    }                                                                                                                \
+    float record_near(int layer, vec2 towards, vec2 post) {                                                          \
+        vec2 at = on_axes(towards, post);                                                                            \
+        int last = on_axes(towards, u_last_post).x;                                                                  \
+        float steps = is_backward(towards) ? float(last) - at.x : at.x;                                              \
+        int before = clamp(int(floor(steps)), 0, last - 1);                                                          \
+        float t = clamp(steps - float(before), 0.0, 1.0);                                                            \
+        return mix(record_across(layer, towards, before, at.y), record_across(layer, towards, before + 1, at.y), t); \
+    }
 
 float sine_of(float record) { return 2.0 * record - 1.0; }

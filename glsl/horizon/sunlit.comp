@@ -12,7 +12,8 @@
 #include "horizon/blocks.glsl"
 
 layout(local_size_x = 64) in;
-layout(binding = 2) uniform sampler2DArray u_horizons;
+layout(r16, binding = 3) readonly uniform image2DArray u_horizons;
+RECORDS_IN(u_horizons)
 layout(std430, binding = 0) writeonly buffer Sunlit { int sunlit[]; };
 
 uniform vec2 u_towards;
@@ -28,7 +29,7 @@ void main() {
         if (any(greaterThanEqual(cell, u_last_post))) continue;
         vec3 n = normal_of_cell(cell);
         vec2 slope = clamp(-n.xy / n.z / STEEPEST, -1.0, 1.0);
-        float share = disc_share(sine_of(record_near(u_horizons, 0, u_towards, vec2(cell) + 0.5)), 0.0);
+        float share = disc_share(sine_of(record_near(0, u_towards, vec2(cell) + 0.5)), 0.0);
         float light = share * max(dot(n, u_sun), 0.0);
         float values[SUN_LAYERS] = float[SUN_LAYERS](light, light * slope.x, light * slope.y, slope.x, slope.y);
         for (int i = 0; i < SUN_LAYERS; i++) sum[i] += values[i];

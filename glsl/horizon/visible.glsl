@@ -1,10 +1,13 @@
 // horizon/visible.glsl — how much of each light a footprint sees: the lookups of horizon.py's tables.
 //   sky_visible     mean of V_l over the footprint, weighted by the cosine                 (A.5, with horizon/fold.comp)
+//   sky_visible_near  the same for footprints smaller than the least box, not from sums; of all lobes:
+//                   of_lobe() picks one
 //   sun_over        mean of V · ⟨n, sun⟩ as seen: what the sun sends the ground, 1 for ground that faces it
 //   sun_share       part of the sun to be seen from one place
 // Footprints are boxes in posts. S between texels is bilinear, as in shade/relief.glsl, and means are
 // continuous. Below a few posts the sun's horizon is looked up instead, bilinear in its angle: the rim of a shadow is
 // as sharp as the sun.
+// Python twins: reference.sunlit, reference.skylit, reference.box_mean
 
 #include "horizon/lines.glsl"
 #include "horizon/disc.glsl"
@@ -17,9 +20,24 @@
 #endif
 #define LARGEST_SUM_POSTS 1000.0  // 2^20 texels of 12 bits are exact
 
+#ifdef WORDS_IN_TEXTURES
+layout(binding = 14) uniform usamplerBuffer u_shares;
+#define SHARE(i) texelFetch(u_shares, i).x
+#else
 layout(std430, binding = 4) readonly buffer Shares { uint share[]; };
+#define SHARE(i) share[i]
+#endif
+#ifdef WORDS_IN_TEXTURES
+layout(binding = 15) uniform usamplerBuffer u_sunlit;
+#define SUNLIT(i) texelFetch(u_sunlit, i).x
+#else
 layout(std430, binding = 5) readonly buffer Sunlit { uint sunlit[]; };  // signed: sunlit.comp
-layout(binding = 4) uniform sampler2DArray u_sun_horizon;
+#define SUNLIT(i) sunlit[i]
+#endif
+layout(r16, binding = 0) readonly uniform image2DArray u_sun_horizon;
+RECORDS_IN(u_sun_horizon)
+
+layout(rgba32ui, binding = 1) readonly uniform uimage2D u_packed;  // shares that are not summed: pack.comp
 
 uniform vec2 u_sun_towards;
 
@@ -28,14 +46,14 @@ uint inside_of(int x, int y) { return ~uint((x - 1 | y - 1) >> 31); }
 
 uint sunlit_at(int layer, int x, int y) {
     ivec2 size = sun_blocks();
-    return sunlit[(layer * size.y + max(y - 1, 0)) * size.x + max(x - 1, 0)] & inside_of(x, y);
+    return SUNLIT((layer * size.y + max(y - 1, 0)) * size.x + max(x - 1, 0)) & inside_of(x, y);
 }
 
 ivec2 share_texels() { return (u_last_post - 1) / TEXEL + 1; }
 
 uint share_at(int layer, int x, int y) {
     ivec2 size = share_texels();
-    return share[(layer * size.y + max(y - 1, 0)) * size.x + max(x - 1, 0)] & inside_of(x, y);
+    return SHARE((layer * size.y + max(y - 1, 0)) * size.x + max(x - 1, 0)) & inside_of(x, y);
 }
 
 // Mean over the box from a to c, in texels of a table of `end`; each side is between two words.
@@ -65,12 +83,40 @@ vec4 box_of(vec2 post, vec2 extent, float least) {
     return vec4(clamp(post - half_extent, vec2(0.0), end - 1.0), clamp(post + half_extent, vec2(1.0), end));
 }
 
+#define LEAST_SKY_POSTS (1.5 * float(TEXEL))
+
 float sky_visible(int lobe, vec2 post, vec2 extent) {
-    vec4 box = box_of(post, extent, 1.5 * float(TEXEL)) / float(TEXEL);
+    vec4 box = box_of(post, extent, LEAST_SKY_POSTS) / float(TEXEL);
     return mean_share(lobe, box.xy, min(box.zw, vec2(share_texels())), share_texels()) / FULL;
 }
 
-float sun_share(vec2 post) { return disc_share(sine_of(record_near(u_sun_horizon, 0, u_sun_towards, post)), 0.0); }
+// How much of each of three texels in a row a box covers.
+vec3 covered(float a, float c, float first) {
+    vec3 low = first + vec3(0.0, 1.0, 2.0);
+    return max(min(vec3(c), low + 1.0) - max(vec3(a), low), 0.0);
+}
+
+vec3 unpacked(uint word) { return vec3(word & 1023u, word >> 10 & 1023u, word >> 20 & 1023u) / 1023.0; }
+
+mat4x3 sky_visible_near(vec2 post) {
+    vec4 box = box_of(post, vec2(0.0), LEAST_SKY_POSTS) / float(TEXEL);
+    vec2 a = box.xy, c = min(box.zw, vec2(share_texels())), first = floor(a);
+    vec3 x = covered(a.x, c.x, first.x) / (c.x - a.x), y = covered(a.y, c.y, first.y) / (c.y - a.y);
+    mat4x3 visible = mat4x3(0.0);
+    for (int k = 0; k < 9; k++) {
+        uvec4 words = imageLoad(u_packed, min(ivec2(first) + ivec2(k % 3, k / 3), share_texels() - 1));
+        float weight = x[k % 3] * y[k / 3];
+        for (int i = 0; i < (LOBES + 2) / 3; i++) visible[i] += weight * unpacked(words[i]);
+    }
+    return visible;
+}
+
+float of_lobe(mat4x3 visible, int l) {
+    vec3 three = l < 3 ? visible[0] : l < 6 ? visible[1] : l < 9 ? visible[2] : visible[3];
+    return l % 3 == 0 ? three.x : l % 3 == 1 ? three.y : three.z;
+}
+
+float sun_share(vec2 post) { return disc_share(sine_of(record_near(0, u_sun_towards, post)), 0.0); }
 
 // Of facets of slope s the eye sees the weight 1 − lean · (s − s̄): see lean_of(). E is then its mean, less what it goes
 // with the slope: Ē − lean · (mean of E s − Ē s̄).

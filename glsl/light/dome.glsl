@@ -1,7 +1,7 @@
 // light/dome.glsl — the sky in any direction: what is drawn behind the land, mirrored by water, and scattered by haze.
 //   Columns go around from south over west, north in the middle; rows go from the nadir, v = −1, to the zenith, v = 1, at
 //   elevations of 90° · v·|v|, so that they crowd at the horizon.
-// Provides sky_light(), sun_disc(), sky_blurred().   Python twin: sky.dome
+// Provides sky_light(), sun_disc(), sky_blurred().   Python twin: light.sky.dome
 
 #include "light/lights.glsl"
 

@@ -1,7 +1,7 @@
 // light/lights.glsl — all that lights the map: the sun, the sky's lobes, the land around.
 //   A lobe comes with what follows from its sharpness κ: the length of its mean vector, coth κ − 1/κ, and the integral of
 //   e^(κ (ω·axis − 1)). Where land hides a lobe of the sky, that land is seen instead: amplitude `hidden`.
-// Provides u_sun, u_sky[], u_around, light_lobe(), sky_through().   Python twins: light.LOBE, light.LIGHTS
+// Provides u_sun, u_sky[], u_around, light_lobe(), sky_through().   Python twins: light.gaussians.LOBE, light.gaussians.LIGHTS
 
 #include "light/sg.glsl"
 

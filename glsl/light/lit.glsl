@@ -27,7 +27,7 @@ Merged merged_ground(Ground g) {
     float far = farness(g.extent);
     Merged near_, far_;
     if (far < 1.0) near_ = merged_at(normal_of(g.fine.slope), material_of(g.post, g.extent, g.fine));
-    if (far > 0.0) far_ = merged_over(g.post, g.piece, g.along, g.pieces);
+    if (MAY_BE_FAR && far > 0.0) far_ = merged_over(g.post, g.piece, g.along, g.pieces);
     return far == 0.0 ? near_ : far == 1.0 ? far_ : blended(near_, far_, far);
 }
 
@@ -50,9 +50,11 @@ void add_sky(inout Lit l, Ground g) {
     l.mirrored = u_around * (1.0 - share_above(mirror, vec3(0.0, 0.0, 1.0)));
     l.ambient = vec3(0.0);
     l.sky = 0.0;
+    mat4x3 near_;
+    if (!MAY_BE_FAR) near_ = sky_visible_near(g.post);
     for (int i = 0; i < SKY_LOBES; i++) {
         Light lobe = u_sky[i];
-        float visible = sky_visible(i, g.post, g.extent), width = lobe.integral * lobe.axis.z;
+        float visible = MAY_BE_FAR ? sky_visible(i, g.post, g.extent) : of_lobe(near_, i), width = lobe.integral * lobe.axis.z;
         vec3 light = sky_through(lobe, visible);
         l.ambient += light * (lobe.integral / PI * cosine_of(l.lobe, lobe));
         l.mirrored += sg_inner_product(Lobe(lobe.axis, lobe.sharpness, light), mirror);
@@ -73,7 +75,7 @@ void add_sun(inout Lit l, Ground g, vec2 lean) {
     vec2 near_ = vec2(0.0), far_ = vec2(0.0, cosine_of(l.lobe, u_sun));  // in the sun as it is, and without shadows
     for (int i = 0; i < g.parts; i++) {
         if (far < 1.0) near_ += sun_at(g.part[i]) / float(g.parts);
-        if (far > 0.0) far_.x += sun_over(g.part[i], PART * g.extent, lean) / float(g.parts);
+        if (MAY_BE_FAR && far > 0.0) far_.x += sun_over(g.part[i], PART * g.extent, lean) / float(g.parts);
     }
     vec2 sun = mix(near_, far_, far);
     l.sun = sun.x;

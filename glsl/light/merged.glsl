@@ -13,7 +13,13 @@
 
 #define LARGEST_BLOCKS 255.0  // a side of a box: 65,536 blocks of 16 bits are exact
 
-layout(std430, binding = 3) readonly buffer Lobes { int lobe_sum[]; };
+#ifdef WORDS_IN_TEXTURES
+layout(binding = 13) uniform usamplerBuffer u_lobe_sums;
+#define LOBE_SUM(i) texelFetch(u_lobe_sums, i).x
+#else
+layout(std430, binding = 3) readonly buffer Lobes { uint lobe_sum[]; };  // signed
+#define LOBE_SUM(i) lobe_sum[i]
+#endif
 
 struct LobeBox {
     ivec4 x, row;  // columns of words to the left of each side, rows likewise as words; -1 is the rim
@@ -31,7 +37,7 @@ LobeBox lobe_box(vec2 middle, vec2 extent) {
 }
 
 // The sum up to a word; 0 beyond the rim, by a mask, for branches cost more than words.
-int lobe_word(int layer_start, int x, int row) { return lobe_sum[layer_start + max(row, 0) + max(x, 0)] & ~((x | row) >> 31); }
+int lobe_word(int layer_start, int x, int row) { return int(LOBE_SUM(layer_start + max(row, 0) + max(x, 0))) & ~((x | row) >> 31); }
 
 // Differences wrap back to what they are before they become floats.
 float lobe_mean(int layer, LobeBox b) {

@@ -1,4 +1,5 @@
 // light/record.comp — the values that light/lobes.glsl sums: means over blocks of 2 × 2 cells.
+// Python twin: reference.lobe_values
 
 #include "light/lobes.glsl"
 #include "horizon/cell.glsl"

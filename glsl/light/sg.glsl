@@ -3,7 +3,7 @@
 //   ∫ SG  = 2π a (1 − e^(−2λ)) / λ                                           of dynamic, spatially-varying reflectance")
 //   The product of two is one more: with s = λ1 l1 + λ2 l2,  λ = |s|, l = s/|s|, a = a1 a2 e^(|s| − λ1 − λ2).
 //   |s| − λ1 − λ2 is written as −2 λ1 λ2 (1 − l1·l2) / (|s| + λ1 + λ2): sharp lobes would lose it among the digits.
-// Provides Lobe, sg_value(), sg_integral(), sg_product(), sg_inner_product().   Python twin: reference.sg_integral …
+// Provides Lobe, sg_value(), sg_integral(), sg_product(), sg_inner_product().   Python twin: reference.sg_integral, reference.sg_product
 
 #define PI 3.14159265358979
 

@@ -4,7 +4,7 @@
 //   And back:                    κ ≈ (3|r| − |r|³) / (1 − |r|²)                                        (equation C.1)
 //   C.1's κ is up to 5 % off the inverse of coth κ − 1/κ. Two steps of Newton leave nothing to speak of; beyond κ = 20 the
 //   inverse is 1/(1 − |r|) as far as floats go. So equal lobes, merged, are what each of them was.
-// Provides mean_length(), sharpness_of(), vmf_lobe().   Python twins: reference.mean_length, sharpness_of_length
+// Provides mean_length(), sharpness_of(), vmf_lobe().   Python twins: reference.mean_length, reference.sharpness_of_length
 
 #include "light/sg.glsl"
 

@@ -1,5 +1,6 @@
 // lod/again.comp — whether leaves are asked again: as long as lod/commit.comp had something to grant, for then the tree is
 // another one, and its tiles are listed anew. When it had nothing, the list is that of the final tree. One thread.
+// Python twin: reference.lod.agree
 
 #include "lod/dispatch.glsl"
 #include "lod/tiles.glsl"

@@ -12,6 +12,7 @@
 //   All ask what the round before left them, and lod/commit.comp grants it: the order of the threads does not matter. Edges
 //   and splits are only ever added, so that the rounds come to an end; then every leaf passes with its very edges.
 // A group of 32 threads is a tile, a thread one of its rows.
+// Python twin: reference.lod.agree
 
 #include "lod/leaf.glsl"
 #include "lod/tiles.glsl"

@@ -1,10 +1,11 @@
 // lod/balance.comp — keep neighbours within one level: where a node is split, its neighbours' parents must be, too.
 // From the cells up, a dispatch a level; bits are only ever added, in any order. (Restricted quadtree: Von Herzen, Barr
 // 1987, "Accurate triangulations of deformed, intersecting surfaces".)
+// Python twin: reference.tree.balance
 
 #include "lod/tree.glsl"
 
-layout(local_size_x = 64) in;
+layout(local_size_x = GROUP) in;
 
 uniform int u_which_level;
 

@@ -1,9 +1,10 @@
 // lod/commit.comp — grant what lod/agree.comp asked for, and note whether there was anything; a thread a word.
+// Python twin: reference.lod.agree
 
 #include "lod/tree.glsl"
 #include "lod/summary.glsl"
 
-layout(local_size_x = 64) in;
+layout(local_size_x = GROUP) in;
 
 void main() {
     int i = int(gl_GlobalInvocationID.x);

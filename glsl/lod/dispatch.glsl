@@ -8,11 +8,11 @@
 void dispatch(bool on) {
     for (int j = 0; j <= u_top_level; j++) {
         ivec2 size = u_level[j].size;
-        s_groups[j] = uvec4(on ? (size.x + 32 * 64 - 1) / (32 * 64) : 0, size.y, 1, 0);
+        s_groups[j] = uvec4(on ? (size.x + TILE * GROUP - 1) / (TILE * GROUP) : 0, size.y, 1, 0);
     }
     Level top = u_level[u_top_level];
-    s_groups[0] = uvec4(on ? (top.first_tile + top.tiles.x * top.tiles.y + 63) / 64 : 0, 1, 1, 0);
-    s_groups_of_words = uvec4(on ? (3 * (top.first_word + 1) + 63) / 64 : 0, 1, 1, 0);
+    s_groups[0] = uvec4(on ? (top.first_tile + top.tiles.x * top.tiles.y + GROUP - 1) / GROUP : 0, 1, 1, 0);
+    s_groups_of_words = uvec4(on ? (3 * (top.first_word + 1) + GROUP - 1) / GROUP : 0, 1, 1, 0);
 }
 
 bool is_over() { return s_groups[0].x == 0u; }

@@ -8,7 +8,7 @@
 #define MOST_VERTICES 65535  // gl.MOST_VERTICES
 #endif
 
-layout(local_size_x = 64) in;
+layout(local_size_x = GROUP) in;
 
 struct DrawArrays {
     uint count, instances, first, base_instance, unused;  // moderngl strides 20 bytes

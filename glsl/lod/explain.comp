@@ -9,7 +9,7 @@ struct Choice {
     vec4 quads;  // as quads of this level: largest error and root mean square in metres, pixels; 0 if not known
     vec4 fan;    // as one fan, if the square is a node of this level
 };
-layout(std430, binding = 2) writeonly buffer Choices {
+layout(std430, binding = 5) writeonly buffer Choices {
     vec4 projection;  // least depth in metres, stretch, wholly in the picture, wholly outside
     vec4 range_m;     // lowest and highest
     Choice choice[];
@@ -25,7 +25,7 @@ void main() {
     if (level == 0) {
         Projection p = project_node(u_side_log2, u_low >> u_side_log2, 1.0);
         projection = vec4(p.nearest_m, p.stretch, p.inside, p.outside);
-        range_m = vec4(unpack_range(node_of(node_level, u_low >> node_level).range), 0.0, 0.0);
+        range_m = vec4(range_of(node_level, u_low >> node_level), 0.0, 0.0);
     }
     if (level > u_side_log2) return;
     int size = u_side_log2 - level;

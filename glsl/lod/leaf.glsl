@@ -4,6 +4,7 @@
 //   With a budget: a quad, if no neighbour is finer and a fan is not worth its triangles; a cell near the eye, too, may be
 //   worth a fan then, around the mean of its posts.
 // Provides finer_neighbours(), split_edges(), fan_triangles(), draws_as_quad().
+// Python twin: reference.select
 
 #include "lod/price.glsl"
 

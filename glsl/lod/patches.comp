@@ -1,9 +1,12 @@
 // lod/patches.comp — from the tree's leaves to patches: quads and fans (lod/leaf.glsl), quads joined to squares
 // (lod/squares.glsl). A group of 32 threads is a tile, a thread one of its rows.
 // Run up to three times, by one program so that all decide alike: to count triangles, patches, and to write them.
+// Python twin: reference.select
 
 #include "lod/leaf.glsl"
 #include "lod/squares.glsl"
+#include "mesh/lattice.glsl"
+#include "lod/cell.glsl"
 
 layout(local_size_x = TILE) in;
 layout(std430, binding = 5) writeonly buffer Patches { uvec2 patches[]; };
@@ -14,12 +17,17 @@ layout(std430, binding = 5) writeonly buffer Patches { uvec2 patches[]; };
 
 uniform int u_pass;
 
-shared uint s_fans[TILE];
+shared uint s_fans[SIZES][TILE];  // fans, of two segments; and cells of the map in 2^size parts a side
 shared uint s_tile_triangles, s_tile_splits, s_tile_worst;
 
 int level;
 ivec2 first;  // the tile's north-west node
 int row;      // this thread's, in the tile
+
+int segments_of_cell(Projection p, ivec2 cell) {
+    if (has_budget()) return cell_fan_pays(p, cell) ? 1 : 0;
+    return u_tolerance_px > 0.0 && u_metric != METRIC_METRES ? cell_segments_log2(p, cell) : 0;
+}
 
 void classify_row() {
     int word = first.x / TILE, y = first.y + row;
@@ -34,10 +42,15 @@ void classify_row() {
         Projection p = project_node(level, at, 1.0);
         if (u_cull != 0 && p.outside) continue;
         if (level == 0) {
-            bool fan = cell_fan_pays(p, at);
-            if (fan) fans |= 1u << column;
-            else squares |= 1u << column;
-            if (fan) triangles += 4u;
+            int size = segments_of_cell(p, at);
+            if (size == 0) squares |= 1u << column;
+            else {
+                s_fans[size][row] |= 1u << column;
+                triangles += cell_triangles(size);
+            }
+            // in metres the promise is for posts: a cell of the map has no finer triangles to export
+            bool counts = u_metric != METRIC_METRES && !p.outside && !is_hole(at);
+            if (counts) worst_px = max(worst_px, cell_px(p, twist_m(at), size));
             continue;
         }
         PackedNode n = node_of(level, at);
@@ -51,14 +64,14 @@ void classify_row() {
         if (!p.outside) worst_px = max(worst_px, quad ? quad_px(p, n) : fan_px(p, n, edges));
     }
     s_squares[0][row] = squares;
-    s_fans[row] = fans;
+    if (level > 0) s_fans[1][row] = fans;
     atomicAdd(s_tile_triangles, triangles + 2u * uint(bitCount(squares)));
     atomicAdd(s_tile_splits, uint(bitCount(split_here)));
     atomicMax(s_tile_worst, floatBitsToUint(worst_px));
 }
 
-// Fans have two segments a side: they are drawn with the squares of that size.
-uint patch_bits(int s, int row) { return s_squares[s][row] | (s == 1 ? s_fans[row] : 0u); }
+// Fans are drawn with the squares of as many segments.
+uint patch_bits(int s, int row) { return s_squares[s][row] | s_fans[s][row]; }
 
 void count_patches(int tile, int s) {
     uint patches = 0u;
@@ -81,11 +94,10 @@ void write_row(int tile, int s) {
     for (uint left = patch_bits(s, row); left != 0u; left &= left - 1u) {
         int column = findLSB(left);
         ivec2 at = first + ivec2(column, row), corner = at << level;
-        bool fan = s == 1 && (s_fans[row] >> column & 1u) != 0u;
-        uint half_posts_log2 = uint(fan ? level : level + 1);
+        bool fan = (s_fans[s][row] >> column & 1u) != 0u;
         uint edges = !fan ? 15u : level == 0 ? 0u : split_edges(finer, level, at);
-        patches[place++] = uvec2(uint(corner.x) | uint(corner.y) << 16,
-                                 half_posts_log2 | uint(s) << 4 | edges << 8 | uint(fan) << 12);
+        int step_log2 = 6 + level - (fan ? s : 0);  // of 64ths of a post
+        patches[place++] = words_of(Lattice(corner, step_log2, 1 << s, edges, fan));
     }
 }
 
@@ -98,7 +110,7 @@ void main() {
     first = TILE * at.xy;
     row = int(gl_LocalInvocationIndex);
 
-    s_squares[0][row] = s_fans[row] = 0u;
+    for (int s = 0; s < SIZES; s++) s_squares[s][row] = s_fans[s][row] = 0u;
     if (row == 0) s_tile_triangles = s_tile_splits = s_tile_worst = 0u;
     barrier();
     classify_row();

@@ -12,6 +12,7 @@
 //   so that two triangles more take away (n − 1) t² (1/90 − 1/1440) / 2 = (n − 1) t² / 192 each.
 // Provides pays(), quad_pays(), cell_fan_pays().   Python twins: reference.post_weights (n), reference.cell_squares (t²)
 
+#include "error/node_errors.glsl"
 #include "lod/tree.glsl"
 #include "lod/summary.glsl"
 
@@ -28,11 +29,6 @@ bool pays(Projection p, float gain_m2) {
 bool quad_pays(Projection p, PackedNode n, int level, ivec2 at, float fan_triangles) {
     vec2 squares = squares_m2(n, level, at);
     return fan_triangles <= 2.0 || !pays(p, (squares.x - squares.y) / (fan_triangles - 2.0));
-}
-
-float twist_m(ivec2 cell) {
-    ivec2 next = cell + 1;
-    return height_m(cell) - height_m(ivec2(next.x, cell.y)) - height_m(ivec2(cell.x, next.y)) + height_m(next);
 }
 
 // Whether a cell is better drawn as a fan of four triangles than as a quad of two.

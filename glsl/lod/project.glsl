@@ -5,7 +5,8 @@
 //   Over a box: the middle factor is convex in (x/z, y/z), so its maximum is at a corner of the rectangle that holds the
 //   box's picture; z' is at least the nearest corner's depth less |δ v_z|. Only points in the picture count, so the
 //   rectangle ends at the picture's edges and depth at the near plane.
-// Provides Box, Projection, project(), error_px().   Python twin: camera.screen_shift_px, of a point
+// Provides Box, Projection, project(), error_px().
+// Python twins: reference.project_boxes, reference.error_px; of a point camera.screen_shift_px
 
 #include "blocks/view.glsl"
 

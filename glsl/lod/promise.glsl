@@ -1,6 +1,7 @@
 // lod/promise.glsl — what the tables say of 2^size × 2^size quads of a level, drawn as one patch: in metres, and on the
 // screen. One quad, and two by two, are their own records; larger squares ask the summed-area tables.
 // Provides square_errors_m(), is_whole(), quads_px().   `at` is the square's north-west node, a multiple of its side
+// Python twins: reference.bound_max_m, reference.bound_rms_m
 
 #include "lod/tree.glsl"
 #include "error/bound.glsl"
@@ -8,8 +9,9 @@
 vec2 square_errors_m(int size, int level, ivec2 at) {
     if (level == 0) return vec2(0.0);
     if (size > 1) {
-        float max_m = bound_max_m(level, at, 1 << size);
-        return vec2(max_m, mean_is_known(node_of(level + size, at >> size)) ? bound_rms_m(level, at, 1 << size) : max_m);
+        ivec2 low = at << level, end = (at + (1 << size)) << level;
+        float max_m = largest_m(low, end, level), side = float(1 << level + size);
+        return vec2(max_m, mean_is_known(node_of(level + size, at >> size)) ? sqrt(squares_m2(low, end, level)) / side : max_m);
     }
     vec2 worst = vec2(0.0);
     for (int i = 0; i < 1 << 2 * size; i++) {

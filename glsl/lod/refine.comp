@@ -1,10 +1,11 @@
 // lod/refine.comp — split every node of a level that is in the picture and, as a fan, too coarse for the tolerance; or, with
 // a budget, whose parts are worth their triangles.
 // From the root down, a dispatch a level; one thread decides the 32 nodes of one word.
+// Python twin: reference.select
 
 #include "lod/price.glsl"
 
-layout(local_size_x = 64) in;
+layout(local_size_x = GROUP) in;
 layout(std430, binding = 5) readonly buffer Gains { float gain[]; };
 
 uniform int u_which_level;

@@ -9,6 +9,7 @@
 //    budget ├───╳╲──────                the budget, or just below it
 //           │    ╲ ╲__ dear
 //           └─────────────── log λ
+// Python twin: reference.price_for
 
 #include "lod/dispatch.glsl"
 

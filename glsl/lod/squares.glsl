@@ -1,5 +1,5 @@
-// lod/squares.glsl — 2 × 2, 4 × 4, ... 32 × 32 quads that fill a square become one patch. With a tolerance only if the
-// summed-area tables, asked for the patch as a whole, hold it within that:
+// lod/squares.glsl — 2 × 2, 4 × 4, ... 32 × 32 quads that fill a square of the map become one patch. Every quad is
+// within the tolerance, so the patch is:
 //
 //     1 1 1 1 │ 1 1         1s: quads                       a square's bits are joined in steps:
 //     1 1 1 1 │ 1 .            ┌───────┐                        row & row >> 1     two side by side
@@ -7,19 +7,14 @@
 //     1 1 1 1 │ 1 1            └───────┘
 //
 // Provides s_squares[], form_squares().
+// Python twin: reference.join
 
 #include "lod/tiles.glsl"
-#include "lod/promise.glsl"
 
 shared uint s_squares[SIZES][TILE];  // a bit for each north-west node of a square of quads
 
-bool certified(int size, int level, ivec2 at) {
-    ivec2 low = at << level, high = (at + (1 << size)) << level;
-    if (any(greaterThan(high, u_last_post))) return false;
-    if (level == 0 || has_budget()) return true;
-    vec2 range_m = unpack_range(node_of(level + size, at >> size).range), errors_m = square_errors_m(size, level, at);
-    Projection p = project(box_of(low, high, range_m), 1.0);
-    return p.outside || metric_px(p, errors_m.x, errors_m.y) <= u_tolerance_px;
+bool on_map(int size, int level, ivec2 at) {
+    return all(lessThanEqual((at + (1 << size)) << level, u_last_post));
 }
 
 // A row's squares of size s, from those of size s - 1: only every 2^s-th row and bit can begin one.
@@ -30,14 +25,14 @@ uint join_squares(int s, int level, ivec2 first, int row) {
     uint joined = 0u;
     for (uint left = north & north >> half_side & south & south >> half_side; left != 0u; left &= left - 1u) {
         int column = findLSB(left);
-        if ((column & (2 * half_side - 1)) == 0 && certified(s, level, first + ivec2(column, row))) joined |= 1u << column;
+        if ((column & (2 * half_side - 1)) == 0 && on_map(s, level, first + ivec2(column, row))) joined |= 1u << column;
     }
     return joined;
 }
 
 // By all threads of a group, each its own row of the tile whose north-west node is `first`.
 void form_squares(int level, ivec2 first, int row) {
-    for (int s = 1; s < SIZES; s++) {
+    for (int s = 1; 1 << s <= TILE; s++) {
         uint joined = join_squares(s, level, first, row);
         barrier();
         s_squares[s][row] = joined;

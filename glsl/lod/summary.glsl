@@ -3,11 +3,9 @@
 //   λ one price for all nodes: no other mesh with as few triangles has less error (Everett 1963, "Generalized Lagrange
 //   multiplier method").
 //   lod/search.comp looks for the λ that makes the budget's triangles.
-// Provides the summary, has_budget().   Python twin: layout.SUMMARY
+// Provides the summary, has_budget().   Python twin: gpu.layout.SUMMARY
 
 #include "blocks/terrain.glsl"
-
-#define SIZES 6
 
 layout(std430, binding = 4) buffer Summary {
     uint s_count[8];     // patches of each size

@@ -4,11 +4,12 @@
 #include "lod/tree.glsl"
 #include "lod/tiles.glsl"
 
-layout(local_size_x = 64) in;
+layout(local_size_x = GROUP) in;
 
-// A tile of level j covers just one node of level j + 5: unless that is split, none of the tile's nodes exist.
+// A tile of level j covers just one node of level j + log2 TILE: unless that is split, none of the tile's nodes exist.
 bool has_nodes(int level, ivec2 tile) {
-    if (level + 5 <= u_top_level && !is_split(level + 5, tile)) return false;
+    int above = level + findMSB(TILE);
+    if (above <= u_top_level && !is_split(above, tile)) return false;
     int end = min(TILE * (tile.y + 1), u_level[level].size.y);
     for (int row = TILE * tile.y; row < end; row += 2)  // siblings exist together
         if (existing_word(level, tile.x, row) != 0u) return true;

@@ -1,10 +1,9 @@
-// lod/tiles.glsl — tiles of 32 × 32 nodes of one level: what one work group turns into patches.
-//   Patches come in six sizes, by the segments T = 2^s of their sides; the size decides how many fit in a draw.
+// lod/tiles.glsl — tiles of TILE × TILE nodes of one level: what one work group turns into patches.
+//   Patches come in seven sizes, by the segments T = 2^s of their sides; the size decides how many fit in a draw.
 // Provides the lists that go from lod/tiles.comp through lod/patches.comp to the draw.
 
 #include "lod/summary.glsl"
 
-#define TILE 32
 #define MANY 1024  // work groups in a row: more than 65535 in one dimension are not allowed
 
 #define NO_GROUPS uvec4(0, 0, 1, 0)

@@ -2,11 +2,13 @@
 // are leaves if they are not split themselves. Cells, level 0, never split.
 // Provides split[], is_split(), split_word(), existing_word(), node_of(), project_node(), fan_max_m(), fan_px(), best_fan_px(), quad_px(),
 // ask_for_split(), ask_for_edges().
+// Python twins: reference.tree.existing, reference.lod.split_edges
 
 #include "error/nodes.glsl"
 #include "lod/project.glsl"
 
 layout(std430, binding = 0) readonly buffer Nodes { PackedNode node[]; };
+layout(std430, binding = 6) readonly buffer Ranges { uint range[]; };
 layout(std430, binding = 1) buffer Split { uint split[]; };  // and, as large: CUT_WEST, CUT_NORTH, all three asked for
 
 #define CUT_WEST 1   // edges between leaves of one size that are split all the same
@@ -71,11 +73,13 @@ void ask_for_edges(int level, ivec2 at, uint edges) {
 
 PackedNode node_of(int level, ivec2 at) { return node[node_index(level, at)]; }
 
+vec2 range_of(int level, ivec2 at) { return unpack_range(range[node_index(level, at)]); }
+
 // Cells have no range of their own; their parent's holds them.
 Projection project_node(int level, ivec2 at, float margin) {
     ivec2 low = at << level, high = min(low + (1 << level), u_last_post);
     int known = max(level, 1);
-    vec2 range_m = unpack_range(node_of(known, at >> (known - level)).range);
+    vec2 range_m = range_of(known, at >> (known - level));
     return project(box_of(low, high, range_m), margin);
 }
 

@@ -1,9 +1,10 @@
 // mesh/bilinear.tese — a vertex of the surface that the map stands for: on a post, or between posts at the bilinear height
 //     h = (1 - s)(1 - t) a + s (1 - t) b + (1 - s) t c + s t d
 // Seen from above and in a capture, where vertices stand on posts, those between fall on the one before.
-// Python twin: holes.bilinear
+// Python twin: verify.holes.bilinear
 
 #include "mesh/lattice.glsl"
+#include "mesh/between.glsl"
 #include "mesh/vertex.glsl"
 
 #ifndef FINER
@@ -15,18 +16,11 @@ layout(quads, equal_spacing, cw) in;
 
 patch in uvec2 v_shape;
 
-float bilinear_m(ivec2 post, vec2 t) {
-    ivec2 next = min(post + 1, u_last_post);
-    float north = mix(height_m(post), height_m(ivec2(next.x, post.y)), t.x);
-    float south = mix(height_m(ivec2(post.x, next.y)), height_m(next), t.x);
-    return mix(north, south, t.y);
-}
-
 void main() {
     Lattice l = lattice_of(v_shape);
     ivec2 steps = ivec2(round(gl_TessCoord.xy * float(FINER * l.segments)));
     ivec2 post = min(l.corner + steps / FINER, u_last_post);
-    Patch p = Patch(l.corner, l.corner + l.segments, 0.0, false, 0u);
+    Patch p = Patch(l.corner, l.corner + l.segments, 0.0, false, 0u, -1.0);
 #if TO == PICTURE
     vec2 between = vec2(steps % FINER) / float(FINER) * vec2(lessThan(post, u_last_post));
     put_vertex_between(post, between, bilinear_m(post, between), p);

@@ -1,20 +1,33 @@
-// mesh/error.frag — how far the drawn triangle is from the truth at this post, in metres: above it, positive.
-//   The weights are areas of integer triangles, exact; the height between is computed in double precision.
+// mesh/error.frag — how far the drawn triangle is from the truth at this place, in metres: above it, positive.
+//   A pixel is a place: there are PLACES × PLACES in a cell, the posts among them. Vertices stand on 64ths of the way
+//   between posts. In 64ths, all coordinates and areas are integers below 2^53, so they are exact in double precision.
 
+#undef TO
+#define TO ABOVE  // it is drawn from above alone
+#include "mesh/to.glsl"
 #include "blocks/terrain.glsl"
 
-flat in vec3 v_a, v_b, v_c;
-uniform ivec2 u_tile, u_tile_size, u_flip;
+flat in vec3 v_a, v_b, v_c;  // column, row, metres above base
 layout(r32f, binding = 0) uniform writeonly image2D u_error_m;
 
-int doubled_area(ivec2 a, ivec2 b, ivec2 c) { return (b.x - a.x) * (c.y - a.y) - (b.y - a.y) * (c.x - a.x); }
+double doubled_area(dvec2 a, dvec2 b, dvec2 c) { return (b.x - a.x) * (c.y - a.y) - (b.y - a.y) * (c.x - a.x); }
+
+// The truth: bilinear between four posts.
+double truth_m(ivec2 place) {
+    ivec2 post = place / PLACES, next = min(post + 1, u_last_post);
+    dvec2 t = dvec2(place % PLACES) / double(PLACES);
+    double north = mix(double(height_m(post)), double(height_m(ivec2(next.x, post.y))), t.x);
+    double south = mix(double(height_m(ivec2(post.x, next.y))), double(height_m(next)), t.x);
+    return mix(north, south, t.y);
+}
 
 void main() {
     ivec2 pixel = ivec2(gl_FragCoord.xy);
     pixel = ivec2(u_flip.x != 0 ? u_tile_size.x - 1 - pixel.x : pixel.x,
                   u_flip.y != 0 ? u_tile_size.y - 1 - pixel.y : pixel.y);
-    ivec2 post = u_tile + pixel, at = 2 * post, a = ivec2(2.0 * v_a.xy), b = ivec2(2.0 * v_b.xy), c = ivec2(2.0 * v_c.xy);
-    double wa = double(doubled_area(at, b, c)), wb = double(doubled_area(a, at, c)), wc = double(doubled_area(a, b, at));
-    double drawn = (wa * double(v_a.z) + wb * double(v_b.z) + wc * double(v_c.z)) / (wa + wb + wc);
-    imageStore(u_error_m, pixel, vec4(float(drawn - double(height_m(post)))));
+    ivec2 place = u_tile + pixel;
+    dvec2 at = dvec2(place * (64 / PLACES)), a = dvec2(64.0 * v_a.xy), b = dvec2(64.0 * v_b.xy), c = dvec2(64.0 * v_c.xy);
+    double wa = doubled_area(at, b, c), wb = doubled_area(a, at, c), wc = doubled_area(a, b, at);
+    double drawn_m = (wa * double(v_a.z) + wb * double(v_b.z) + wc * double(v_c.z)) / (wa + wb + wc);
+    imageStore(u_error_m, pixel, vec4(float(drawn_m - truth_m(place))));
 }

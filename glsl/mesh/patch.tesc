@@ -1,6 +1,7 @@
 // mesh/patch.tesc — how finely the hardware cuts a patch.
 //   Squares of quads: T segments along every edge, and inside. Fans: inner level 2 is one vertex, the centre; an edge has
 //   one segment, or two where the neighbour is finer. Nothing is made of what lies beside the picture from above.
+// Python twins: reference.patch_triangles, reference.fan_triangles
 
 #include "mesh/lattice.glsl"
 #include "mesh/to.glsl"
@@ -13,7 +14,7 @@ patch out uvec2 v_shape;
 void main() {
     v_shape = v_patch[0];
     Lattice l = lattice_of(v_shape);
-    bool beside = is_beside(l.corner, l.corner + (l.segments << l.step_log2) / 2);
+    bool beside = is_beside(l.corner, l.corner + side_of(l));
     for (int edge = 0; edge < 4; edge++)
         gl_TessLevelOuter[edge] = beside ? 0.0 : !l.fan ? float(l.segments) : (l.split_edges >> edge & 1u) != 0u ? 2.0 : 1.0;
     gl_TessLevelInner[0] = gl_TessLevelInner[1] = float(l.segments);

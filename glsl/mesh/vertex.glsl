@@ -26,7 +26,7 @@ out vec3 v_vertex;  // column, row, metres above base
 void put_vertex_between(ivec2 post, vec2 between, float h_m, Patch p) {
     v_vertex = vec3(vec2(post) + between, h_m);
 #if TO == ABOVE
-    vec2 pixel = vec2(post - u_tile) + between + 0.5;
+    vec2 pixel = vec2(PLACES * post - u_tile) + float(PLACES) * between + 0.5;
     pixel = mix(pixel, vec2(u_tile_size) - pixel, vec2(u_flip));
     gl_Position = vec4(pixel / vec2(u_tile_size) * 2.0 - 1.0, 0.0, 1.0);
 #endif

@@ -7,8 +7,6 @@
 
 #include "prefilter/frame.glsl"
 
-out vec4 out_colour;
-
 const float AT[7] = float[7](-3.750439718, -2.366759411, -1.154405395, 0.0, 1.154405395, 2.366759411, 3.750439718);
 const float WEIGHT[7] = float[7](5.48268856e-4, 3.07571240e-2, 0.240123179, 0.457142857, 0.240123179, 3.07571240e-2, 5.48268856e-4);
 
@@ -51,4 +49,6 @@ Lit lit_by_rival(Ground g) {
     return l;
 }
 
-void main() { out_colour = shown(pixel_colour()); }
+vec4 colour_of_pixel() { return shown(pixel_colour()); }
+
+#include "shade/pixel.glsl"

@@ -2,11 +2,11 @@
 
 #include "prefilter/frame.glsl"
 
-out vec4 out_colour;
-
 Lit lit_by_rival(Ground g) {
     Mips m = mips_over(g, 1.0);
     return lit_as_one(g, normalize(m.normal), cover_sharpness(g), m.sun);
 }
 
-void main() { out_colour = shown(pixel_colour()); }
+vec4 colour_of_pixel() { return shown(pixel_colour()); }
+
+#include "shade/pixel.glsl"

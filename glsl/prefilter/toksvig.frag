@@ -4,12 +4,12 @@
 
 #include "prefilter/frame.glsl"
 
-out vec4 out_colour;
-
 Lit lit_by_rival(Ground g) {
     Mips m = mips_over(g, 1.0);
     float N = min(length(m.normal), 1.0), s = cover_sharpness(g);
     return lit_as_one(g, normalize(m.normal), s * N / (N + s * (1.0 - N)), m.sun);
 }
 
-void main() { out_colour = shown(pixel_colour()); }
+vec4 colour_of_pixel() { return shown(pixel_colour()); }
+
+#include "shade/pixel.glsl"

@@ -1,4 +1,5 @@
 // sat/difference.comp — phase 1 of an edit: new values become differences from the old ones, read off the table itself.
+// Python twin: reference.sat
 
 #include "sat/edit.glsl"
 

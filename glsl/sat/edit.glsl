@@ -2,6 +2,7 @@
 //   New values differ from old ones by d inside the rectangle and by nothing outside, and sums are linear:
 //     S_new(x, y) = S_old(x, y) + D(x, y),   D = the table of d, constant right of and below the rectangle.
 //   All is exact modulo 2^bits, so the outcome is the rebuilt table bit for bit.
+// Python twin: reference.sat
 
 #include "sat/box.glsl"
 

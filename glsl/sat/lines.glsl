@@ -8,6 +8,7 @@
 //   line 2 │ • • • • → │ • • • • → │ • • • →          of its own and uses them up
 //
 // Provides word[], strip_sum[], word_index(), strip_index(), strips().
+// Python twin: reference.sat
 
 #include "sat/word.glsl"
 

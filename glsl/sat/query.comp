@@ -1,4 +1,5 @@
 // sat/query.comp — the sums of a list of boxes, one thread a box.
+// Python twin: reference.box_sum
 
 #include "sat/box.glsl"
 

@@ -1,5 +1,6 @@
 // sat/reduce.comp — phase 1 of a prefix sum: each strip is added up to one number.
 //   │ 3 1 4 1 │ 5 9 2 6 │ 5 3 5 8 │   →   9, 22, 21
+// Python twin: reference.sat
 
 #include "sat/lines.glsl"
 

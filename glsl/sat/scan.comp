@@ -1,5 +1,6 @@
 // sat/scan.comp — phase 2 of a prefix sum: the strips' sums become what stands before each strip.
 //   9, 22, 21   →   0, 9, 31
+// Python twin: reference.sat
 
 #include "sat/lines.glsl"
 

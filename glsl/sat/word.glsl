@@ -1,7 +1,8 @@
 // sat/word.glsl — words that wrap: the unsigned integers that a table is made of.
-//   32 bits: uint.   64 bits: uvec2, low half first.   16 bits: two independent sums side by side in one uint.
+//   32 bits: uint.   64 bits: uvec2, low half first.   16 or 8 bits: two or four independent sums side by side in one uint.
 //   All wrap modulo 2^bits, and differences of wrapped sums are exact while the true difference is below 2^bits.
 // Provides addN(), subN(), word_float(); for kernels that set BITS also WORD, ADD(), SUB().
+// Python twin: reference.sat
 
 uint add32(uint a, uint b) { return a + b; }
 uint sub32(uint a, uint b) { return a - b; }
@@ -22,6 +23,11 @@ uvec2 sub64(uvec2 a, uvec2 b) {
 uint add16(uint a, uint b) { return ((a + b) & 0xffffu) | ((a & 0xffff0000u) + (b & 0xffff0000u)); }
 uint sub16(uint a, uint b) { return ((a - b) & 0xffffu) | ((a & 0xffff0000u) - (b & 0xffff0000u)); }
 
+// Four sums of 8 bits: the low seven bits of each add up without a carry, the eighth is the exclusive or of all that meets
+// there (Warren 2002, "Hacker's delight", section 2-18).
+uint add8(uint a, uint b) { return ((a & 0x7f7f7f7fu) + (b & 0x7f7f7f7fu)) ^ ((a ^ b) & 0x80808080u); }
+uint sub8(uint a, uint b) { return ((a | 0x80808080u) - (b & 0x7f7f7f7fu)) ^ ((a ^ ~b) & 0x80808080u); }
+
 float word_float(uint a) { return float(a); }
 float word_float(uvec2 a) { return float(a.y) * 4294967296.0 + float(a.x); }
 
@@ -36,8 +42,12 @@ float word_float(uvec2 a) { return float(a.y) * 4294967296.0 + float(a.x); }
 #define WORD uint
 #define ADD add32
 #define SUB sub32
-#else
+#elif BITS == 16
 #define WORD uint
 #define ADD add16
 #define SUB sub16
+#else
+#define WORD uint
+#define ADD add8
+#define SUB sub8
 #endif

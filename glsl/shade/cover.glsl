@@ -12,7 +12,14 @@ struct Material {
 
 const Material SNOW = Material(vec3(0.84, 0.87, 0.91), 0.55), WATER = Material(vec3(0.006, 0.018, 0.026), 0.12);
 
+// A program for one map is told what it can leave out: whether the land wears a picture, is green, is not green.
+#ifndef PICTURED
 uniform bool u_pictured;
+#define PICTURED u_pictured
+#define GREEN (greenness() > 0.0)
+#define ARID (greenness() < 1.0)
+#endif
+
 layout(binding = 6) uniform sampler2D u_albedo;  // a picture of the ground, north up, over the whole map
 
 Material mixed(Material a, Material b, float t) {
@@ -94,7 +101,7 @@ float hollow_of(vec2 post) {
 // Standing water lies dead level, far and wide, in green land, and in no hollow of it, as the beds of valleys do; a map that
 // is level everywhere is none.
 float wetness(vec2 post, vec2 extent, Relief fine, float hollow) {
-    if (u_rms_slope < 0.001 || greenness() == 0.0) return 0.0;
+    if (!GREEN || u_rms_slope < 0.001) return 0.0;
     float around = length(rough_slope(post, max(vec2(16.0), extent)));
     return greenness() * (1.0 - smoothstep(0.0004, 0.0015, around + 0.5 * length(fine.slope) + abs(hollow)));
 }
@@ -105,8 +112,8 @@ Material land_of(vec2 post, vec2 extent, Relief fine, float hollow) {
     float zone = height + 0.10 * patch_ - 0.05 * hollow;
     float thickness = steep * max(extent.x * u_spacing_m.x, extent.y * u_spacing_m.y) / u_span_m;
     Material land = Material(vec3(0.0), 0.0);
-    if (greenness() > 0.0) land = added(land, green_land(zone, steep, patch_, hollow), greenness());
-    if (greenness() < 1.0) {
+    if (GREEN) land = added(land, green_land(zone, steep, patch_, hollow), greenness());
+    if (ARID) {
         float layer = strata(height + 0.01 * patch_, thickness);
         land = added(land, Material(arid_albedo(zone, steep, patch_, layer), 0.85), 1.0 - greenness());
     }
@@ -117,7 +124,7 @@ Material land_of(vec2 post, vec2 extent, Relief fine, float hollow) {
 
 // What a footprint is covered with; its extent, in posts, decides what fades.
 Material material_of(vec2 post, vec2 extent, Relief fine) {
-    if (u_pictured) return pictured_land(post, extent);
+    if (PICTURED) return pictured_land(post, extent);
     float hollow = hollow_of(post) * smoothstep(0.7, 1.5, max(extent.x, extent.y));  // it has steps, from post to post
     return mixed(land_of(post, extent, fine, hollow), WATER, wetness(post, extent, fine, hollow));
 }

@@ -3,8 +3,6 @@
 
 #include "shade/samples.glsl"
 
-out vec4 out_colour;
-
 vec3 ground_colour(Ground g, int sample_) {
     float half_m = 0.25 * length(vec2(u_last_post) * u_spacing_m);
     return vec3(half_m / (half_m + max(dot(g.from_eye_m, u_forward.xyz), 0.0)));
@@ -12,4 +10,6 @@ vec3 ground_colour(Ground g, int sample_) {
 
 vec3 sky_colour(vec3 direction) { return vec3(0.0); }
 
-void main() { out_colour = vec4(pixel_colour(), 1.0); }
+vec4 colour_of_pixel() { return vec4(pixel_colour(), 1.0); }
+
+#include "shade/pixel.glsl"

@@ -1,5 +1,4 @@
-// shade/detail.glsl — the first pass for styles that show the mesh itself: the place, as in shade/surface.frag, and what
-// is drawn there.
+// shade/detail.glsl — the first pass for styles that show the mesh itself: beside its depth, what is drawn at each sample.
 // Provides put_detail().
 
 #include "shade/place.glsl"
@@ -10,8 +9,7 @@ in vec3 g_from_eye_m;
 flat in uvec4 g_of_patch;
 in vec3 g_weights;
 
-layout(location = 0) out vec2 out_post;
-layout(location = 1) out vec4 out_drawn;
+layout(location = 0) out vec4 out_drawn;
 // 2 + log2 of the posts between vertices, negative for fans; triangle's edge 0 to 1; log2 of the segments a side, and patch's border 0 to 1; pixels
 
 // Lines are a pixel wide, and faint where the triangle has no room for them.
@@ -29,12 +27,11 @@ float border_line(vec2 post, Patch p, vec2 post_per_px) {
     return (1.0 - smoothstep(0.5, 1.2, min(px.x, px.y))) * clamp(min(room.x, room.y) / 8.0, 0.1, 1.0);
 }
 
-// Note the place, and what is drawn there; px is what the style wants to know in pixels.
+// Note what is drawn; px is what the style wants to know in pixels.
 void put_detail(float px) {
     Patch p = patch_of(g_of_patch);
     vec2 post_per_px = fwidth(g_post);
-    out_post = place_in_patch(g_post, p);
-    if (is_in_hole(out_post)) discard;
+    if (is_in_hole(place_in_patch(g_post, p))) discard;
     float segments_log2 = round(log2(float(p.high.x - p.low.x)) - p.step_log2);
     float border = segments_log2 + min(border_line(g_post, p, post_per_px), 0.99);
     out_drawn = vec4((p.step_log2 + 2.0) * (p.fan ? -1.0 : 1.0), edge_line(), border, min(px, 6e4));

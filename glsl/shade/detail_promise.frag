@@ -1,10 +1,11 @@
 // shade/detail_promise.frag — the first pass for style "promise": the bound that the tables give for the whole patch, in
-// pixels; negative for a patch that is no square of the quadtree, of which they say nothing.
+// pixels. A patch of the clipmap brings its bound along. Negative for any other patch that is no square of the quadtree.
 
 #include "shade/detail.glsl"
 #include "lod/promise.glsl"
 
 float promise_px(Patch p) {
+    if (p.bound_px >= 0.0) return p.bound_px;
     int level = int(p.step_log2), side = p.high.x - p.low.x;
     if (level < 0) return 0.0;  // a cell drawn as a fan: its posts are in place
     bool of_tree = p.step_log2 == float(level) && side == p.high.y - p.low.y && (side & (side - 1)) == 0 &&

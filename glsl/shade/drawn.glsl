@@ -4,7 +4,7 @@
 #include "shade/samples.glsl"
 #include "shade/tone.glsl"
 
-layout(binding = 3) uniform POSTS u_drawn;
+layout(binding = 3) uniform PER_SAMPLE u_drawn;
 
 uniform vec3 u_sun;
 
@@ -16,7 +16,7 @@ struct Drawn {
 };
 
 Drawn drawn_at(int sample_) {
-    vec4 d = texelFetch(u_drawn, ivec2(gl_FragCoord.xy), sample_);
+    vec4 d = texelFetch(u_drawn, ivec2(FRAG_COORD.xy), sample_);
     return Drawn(abs(d.x) - 2.0, d.x < 0.0, d.y, floor(d.z), fract(d.z), d.w);
 }
 

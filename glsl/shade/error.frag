@@ -3,8 +3,6 @@
 
 #include "shade/drawn.glsl"
 
-out vec4 out_colour;
-
 float tolerance_px() { return u_tolerance_px > 0.0 ? u_tolerance_px : 1.0; }
 
 vec3 ground_colour(Ground g, int sample_) {
@@ -18,10 +16,12 @@ vec3 ground_colour(Ground g, int sample_) {
 vec3 sky_colour(vec3 direction) { return vec3(0.60); }
 
 vec3 with_bar(vec3 colour) {
-    vec2 size = vec2(u_size_px) * vec2(0.2, 0.02), at = (picture_px(gl_FragCoord) - 0.03 * float(u_size_px.y)) / size;
+    vec2 size = vec2(u_size_px) * vec2(0.2, 0.02), at = (picture_px(FRAG_COORD) - 0.03 * float(u_size_px.y)) / size;
     if (all(greaterThan(at, vec2(0.0))) && all(lessThan(at, vec2(1.0)))) return inferno(0.08 + 0.92 * at.x);
     vec2 rim = abs(at - 0.5) * size - 0.5 * size;
     return max(rim.x, rim.y) < 1.0 ? vec3(1.0) : colour;
 }
 
-void main() { out_colour = vec4(with_bar(pixel_colour()), 1.0); }
+vec4 colour_of_pixel() { return vec4(with_bar(pixel_colour()), 1.0); }
+
+#include "shade/pixel.glsl"

@@ -6,11 +6,10 @@
 //   Places that samples see lie on whatever bump stands there, and jump when the eye moves. So they are slid along their rays
 //   to where these meet the mean ground: the plane of the footprint for the middle of all; for each sample, which has a part
 //   of the footprint, that of its part. Their parts follow the curve of the ground, and stand for equal parts of the picture.
-// Provides Ground, footprint_at(), ground_under(), add_part(), view_ray().
+// Provides Ground, footprint_at(), is_near(), ground_under(), add_part().
 
-#include "blocks/view.glsl"
 #include "shade/relief.glsl"
-#include "shade/within_pixel.glsl"
+#include "shade/seen.glsl"
 
 #define MOST_PARTS 4
 #define PART (SAMPLES > 1 ? 0.5 : 1.0)  // sides of a part
@@ -33,13 +32,14 @@ struct Ground {
 #define GRAZING 0.1    // cosine beyond which footprints grow no longer
 #define MOST_PIECES 4
 
-vec3 view_ray(vec2 offset_px) {
-    vec2 at = ((picture_px(gl_FragCoord) + offset_px) / vec2(u_size_px) * 2.0 - 1.0) * u_half_extent;
-    return normalize(u_forward.xyz + at.x * u_right.xyz + at.y * u_up.xyz);
+// 0 where a footprint is one place, 1 where it is a mean over the map, between them a blend.
+float farness(vec2 extent) {
+    return MAY_BE_FAR ? smoothstep(3.0, 6.0, max(extent.x, extent.y)) : 0.0;
 }
 
-// 0 where a footprint is one place, 1 where it is a mean over the map, between them a blend.
-float farness(vec2 extent) { return smoothstep(3.0, 6.0, max(extent.x, extent.y)); }
+#define RELIEF 1.3  // sides of the box whose relief a footprint has, in its own
+
+bool is_near(vec2 extent) { return RELIEF * max(extent.x, extent.y) <= FINEST_BOX_POSTS; }
 
 vec3 normal_of(vec2 slope) { return normalize(vec3(-slope, 1.0)); }
 
@@ -94,7 +94,7 @@ vec2 shift_to_plane(vec2 post, float h_m, vec2 slope, vec3 ray, vec2 extent) {
 
 // The ground under a footprint around the place that samples see along this ray.
 Ground ground_under(Ground g, vec2 post, vec3 ray) {
-    g.fine = relief_of(post, 1.3 * g.extent);
+    g.fine = relief_of(post, RELIEF * g.extent);
     vec2 shift = shift_to_plane(post, g.fine.height_m, g.fine.slope, ray, g.extent);
     g.post = clamp(post + shift, vec2(0.0), vec2(u_last_post));
     g.fine.height_m += dot(g.fine.slope, vec2(shift.x, -shift.y) * u_spacing_m);
@@ -105,12 +105,16 @@ Ground ground_under(Ground g, vec2 post, vec3 ray) {
     return g;
 }
 
-// The part of a footprint that one sample sees; its plane has the slope of the whole.
-void add_part(inout Ground g, vec2 post, vec3 ray) {
+// The part of a footprint that one sample sees, on its plane, which has the slope of the whole.
+vec2 part_on_plane(Ground g, vec2 post, vec3 ray) {
     vec2 sides = min(PART * g.extent, LARGEST_BOX_POSTS);
     ivec2 half_extent = ivec2(max(round(0.5 * sides), 1.0)), m = ivec2(post + 0.5);
     ivec2 a = max(m - half_extent, 0), c = min(m + half_extent, u_last_post + 1);
     vec2 aside = post - 0.5 * vec2(a + c - 1);
     float h_m = box_mean_m(a, c) + dot(g.fine.slope, vec2(aside.x, -aside.y) * u_spacing_m);
-    g.part[g.parts++] = clamp(post + shift_to_plane(post, h_m, g.fine.slope, ray, sides), vec2(0.0), vec2(u_last_post));
+    return clamp(post + shift_to_plane(post, h_m, g.fine.slope, ray, sides), vec2(0.0), vec2(u_last_post));
+}
+
+void add_part(inout Ground g, vec2 post, vec3 ray) {
+    g.part[g.parts++] = MAY_BE_FAR ? part_on_plane(g, post, ray) : post;
 }

@@ -2,10 +2,10 @@
 
 #include "shade/samples.glsl"
 
-out vec4 out_colour;
-
 vec3 ground_colour(Ground g, int sample_) { return 0.5 + 0.5 * normal_of(g.fine.slope); }
 
 vec3 sky_colour(vec3 direction) { return vec3(0.0); }
 
-void main() { out_colour = vec4(pixel_colour(), 1.0); }
+vec4 colour_of_pixel() { return vec4(pixel_colour(), 1.0); }
+
+#include "shade/pixel.glsl"

@@ -3,8 +3,6 @@
 
 #include "shade/drawn.glsl"
 
-out vec4 out_colour;
-
 vec3 ground_colour(Ground g, int sample_) {
     Drawn d = drawn_at(sample_);
     float share = d.px / (u_tolerance_px > 0.0 ? u_tolerance_px : 1.0);
@@ -14,4 +12,6 @@ vec3 ground_colour(Ground g, int sample_) {
 
 vec3 sky_colour(vec3 direction) { return vec3(0.60); }
 
-void main() { out_colour = vec4(pixel_colour(), 1.0); }
+vec4 colour_of_pixel() { return vec4(pixel_colour(), 1.0); }
+
+#include "shade/pixel.glsl"

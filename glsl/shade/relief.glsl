@@ -14,11 +14,20 @@
 // Provides Relief, relief_of(), slope_of_cells(), rough_slope(), box_mean_m().   Python twin: reference.relief
 
 #include "shade/steps.glsl"
+#include "shade/kind.glsl"
 
-
+// A storage block, or the same buffer seen as a texture: software renderers read that in a third of the time, but it may
+// hold fewer words.
+#ifdef WORDS_IN_TEXTURES
+layout(binding = 10) uniform usamplerBuffer u_height_sums;
+#define HEIGHT_SUM(i) texelFetch(u_height_sums, i).x
+#else
 layout(std430, binding = 0) readonly buffer HeightSums { uint height_sum[]; };
+#define HEIGHT_SUM(i) height_sum[i]
+#endif
 
 #define LARGEST_BOX_POSTS 250.0  // 65,536 texels are exact; this leaves room for the rims
+#define FINEST_BOX_POSTS 1.5     // up to here a spline alone
 
 struct Relief {
     float height_m;
@@ -27,7 +36,7 @@ struct Relief {
 
 uint sum_at(int x, int y) {
     if (x == 0 || y == 0) return 0u;
-    return height_sum[(y - 1) * (u_last_post.x + 1) + x - 1];
+    return HEIGHT_SUM((y - 1) * (u_last_post.x + 1) + x - 1);
 }
 
 // Sums of a row of words, each from the western side on, blended to the three sides a, b, c.
@@ -97,31 +106,47 @@ vec4 spline_slope(float t) {
     return vec4(-(1.0 - t) * (1.0 - t), t * (3.0 * t - 4.0), 1.0 + t * (2.0 - 3.0 * t), t * t) * 0.5;
 }
 
+// Heights of 4 × 4 posts: rows from `first` on, each from west to east. Beyond the map its rim goes on.
+mat4 heights_from(ivec2 first) {
+    mat4 h;
+    vec2 texel = 1.0 / vec2(u_last_post + 1);
+    for (int k = 0; k < 4; k++) {
+        ivec2 at = 2 * ivec2(k & 1, k >> 1);
+        vec4 four = textureGather(u_heights, vec2(first + at + 1) * texel);  // counter-clockwise from the south-west
+        h[at.y][at.x] = four.w;
+        h[at.y][at.x + 1] = four.z;
+        h[at.y + 1][at.x] = four.x;
+        h[at.y + 1][at.x + 1] = four.y;
+    }
+    return h;
+}
+
 Relief relief_of_spline(vec2 post) {
     ivec2 at = ivec2(floor(post));
     vec2 t = post - vec2(at);
     vec4 wx = spline(t.x), dx = spline_slope(t.x), wy = spline(t.y), dy = spline_slope(t.y);
-    vec3 sum = vec3(0.0);
-    for (int j = 0; j < 4; j++) {
-        vec4 h;
-        for (int i = 0; i < 4; i++) h[i] = height_m(clamp(at + ivec2(i, j) - 1, ivec2(0), u_last_post));
-        sum += vec3(dot(wx, h) * wy[j], dot(dx, h) * wy[j], -dot(wx, h) * dy[j]);
-    }
-    return Relief(sum.x, sum.yz / u_spacing_m);
+    mat4 h = heights_from(at - 1);
+    vec4 rows = wx * h;
+    return Relief(dot(rows, wy), vec2(dot(dx * h, wy), -dot(rows, dy)) / u_spacing_m);
 }
+
+// Weights of four posts in a row, of which a cell's slope uses three, from the first or the second on.
+vec4 one_of_two(vec3 weights, bool second) { return second ? vec4(0.0, weights) : vec4(weights, 0.0); }
 
 // Slopes of cells, bilinear between their middles: the finest there is, for what is to be averaged over several places.
 vec2 slope_of_cells(vec2 post) {
     vec2 p = clamp(post - 0.5, vec2(0.0), vec2(u_last_post - 1)), t = fract(p);
-    mat3 h;  // columns north to south, each from west to east
-    for (int k = 0; k < 9; k++) h[k / 3][k % 3] = height_m(min(ivec2(p) + ivec2(k % 3, k / 3), u_last_post));
-    vec3 across = 0.5 * vec3(1.0 - t.x, 1.0, t.x), down = 0.5 * vec3(1.0 - t.y, 1.0, t.y);
-    vec3 east = vec3(t.x - 1.0, 1.0 - 2.0 * t.x, t.x), south = vec3(t.y - 1.0, 1.0 - 2.0 * t.y, t.y);
-    return vec2(dot(h * down, east), -dot(h * south, across)) / u_spacing_m;
+    ivec2 first = ivec2(floor(post)) - 1;
+    bvec2 second = greaterThan(ivec2(p), first);
+    mat4 h = heights_from(first);
+    vec4 across = one_of_two(0.5 * vec3(1.0 - t.x, 1.0, t.x), second.x), down = one_of_two(0.5 * vec3(1.0 - t.y, 1.0, t.y), second.y);
+    vec4 east = one_of_two(vec3(t.x - 1.0, 1.0 - 2.0 * t.x, t.x), second.x), south = one_of_two(vec3(t.y - 1.0, 1.0 - 2.0 * t.y, t.y), second.y);
+    return vec2(dot(east * h, down), -dot(across * h, south)) / u_spacing_m;
 }
 
 Relief relief_of(vec2 post, vec2 extent) {
-    float blend = smoothstep(1.5, 3.0, max(extent.x, extent.y));
+    if (!MAY_BE_FAR) return relief_of_spline(post);
+    float blend = smoothstep(FINEST_BOX_POSTS, 3.0, max(extent.x, extent.y));
     Relief near = Relief(0.0, vec2(0.0)), far = near;
     if (blend < 1.0) near = relief_of_spline(post);
     if (blend > 0.0) far = relief_of_sums(post, max(extent, 2.0));

@@ -1,22 +1,10 @@
 // shade/samples.glsl — the second pass of a picture: from the places that a pixel's samples see to one colour.
 //   Samples on the same piece of ground are shaded once, around the middle of them, with their number as weight; the sky
-//   fills the rest.
+//   fills the rest. Most pixels have no edge: their programs (shade/kind.glsl) shade one piece of ground, or the sky.
 // The includer gives ground_colour() and sky_colour(), in display-linear light.
 // Provides pixel_colour(), Ground.
 
 #include "shade/footprint.glsl"
-
-#if SAMPLES > 1
-#define POSTS sampler2DMS
-#else
-#define POSTS sampler2D
-#endif
-
-layout(binding = 2) uniform POSTS u_posts;
-
-vec2 post_of_sample(int i) { return texelFetch(u_posts, ivec2(gl_FragCoord.xy), i).xy; }
-
-bool is_sky(vec2 post) { return post.x < 0.0; }
 
 vec3 ground_colour(Ground g, int sample_);
 vec3 sky_colour(vec3 direction);
@@ -41,40 +29,40 @@ vec2 middle_of(int samples) {
 // From the pixel's middle to that of these samples.
 vec2 offset_of(int samples) {
     vec2 offset = vec2(0.0);
-    if (SAMPLES == 4)
-        for (int i = 0; i < 4; i++) offset += float(samples >> i & 1) * SAMPLE_AT[i];
+    for (int i = 0; i < SAMPLES; i++) offset += float(samples >> i & 1) * offset_of_sample(i);
     return offset / float(bitCount(samples));
 }
 
 // The ray through the middle of these samples.
 vec3 ray_of(int samples) { return view_ray(offset_of(samples)); }
 
-// Samples that one triangle covers note one place, in their middle: from there to this sample's own.
-vec2 own_post(Ground g, int i) {
-    int same = 0;
-    for (int k = 0; k < SAMPLES; k++) same |= int(post_of_sample(k) == post_of_sample(i)) << k;
-    vec2 aside = offset_of(1 << i) - offset_of(same);
-    return clamp(post_of_sample(i) + aside.x * g.u + aside.y * g.v, vec2(0.0), vec2(u_last_post));
-}
-
 // What the samples see that see the same piece of ground: its footprint is that around the middle of them.
 Ground ground_of(int samples) {
     Ground g = ground_under(footprint_at(middle_of(samples)), middle_of(samples), ray_of(samples));
     for (int i = 0; i < SAMPLES; i++)
-        if ((samples >> i & 1) != 0) add_part(g, own_post(g, i), ray_of(1 << i));
+        if ((samples >> i & 1) != 0) add_part(g, post_of_sample(i), ray_of(1 << i));
     return g;
 }
 
+#define ALL ((1 << SAMPLES) - 1)
+
+#if PIXELS == SKY
+vec3 pixel_colour() { return sky_colour(view_ray(vec2(0.0))); }
+#elif PIXELS == NEAR
+vec3 pixel_colour() { return ground_colour(ground_of(ALL), 0); }
+#else
 vec3 pixel_colour() {
     int left = 0;
     for (int i = 0; i < SAMPLES; i++) left |= is_sky(post_of_sample(i)) ? 0 : 1 << i;
     int sky = SAMPLES - bitCount(left);
     vec3 sum = sky > 0 ? float(sky) * sky_colour(view_ray(vec2(0.0))) : vec3(0.0);
-    while (left != 0) {
+    if (left == 0) return sum / float(SAMPLES);
+    do {  // software renderers pay for the end of a loop as for one more pass, if the test comes first
         int sample_ = findLSB(left);
         int alike = left & (samples_near(footprint_at(post_of_sample(sample_))) | 1 << sample_);
         left &= ~alike;
         sum += float(bitCount(alike)) * ground_colour(ground_of(alike), sample_);
-    }
+    } while (left != 0);
     return sum / float(SAMPLES);
 }
+#endif

@@ -3,8 +3,6 @@
 
 #include "shade/drawn.glsl"
 
-out vec4 out_colour;
-
 vec3 ground_colour(Ground g, int sample_) {
     Drawn d = drawn_at(sample_);
     vec3 tint = mix(viridis(d.segments_log2 / 5.0), vec3(1.0), d.fan ? 0.45 : 0.1);
@@ -13,4 +11,6 @@ vec3 ground_colour(Ground g, int sample_) {
 
 vec3 sky_colour(vec3 direction) { return vec3(0.93); }
 
-void main() { out_colour = vec4(pixel_colour(), 1.0); }
+vec4 colour_of_pixel() { return vec4(pixel_colour(), 1.0); }
+
+#include "shade/pixel.glsl"

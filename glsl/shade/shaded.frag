@@ -8,8 +8,6 @@
 #define WATER_LEVEL 1  // 0 where there is none: what is not asked for is not paid for
 #endif
 
-out vec4 out_colour;
-
 vec3 ground_colour(Ground g, int sample_) {
     Lit l = lit_ground(g);
     vec3 light = outgoing_light(g, l);
@@ -18,4 +16,6 @@ vec3 ground_colour(Ground g, int sample_) {
     return land_colour(g, light, distance_m);
 }
 
-void main() { out_colour = shown(pixel_colour()); }
+vec4 colour_of_pixel() { return shown(pixel_colour()); }
+
+#include "shade/pixel.glsl"

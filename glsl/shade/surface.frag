@@ -1,12 +1,10 @@
-// shade/surface.frag — the first pass of a picture: which place on the map does each sample see?
-//   Shading reads the map at that place, in a second pass. So it is done once a pixel, and owes nothing to the mesh.
+// shade/surface.frag — the first pass of a picture, for a map with voids: their cells are holes. Depth is all that remains.
 
 #include "shade/place.glsl"
-#include "shade/within_pixel.glsl"
+#include "shade/seen.glsl"
 
 in vec2 v_post;
 flat in uvec4 v_of_patch;
-layout(location = 0) out vec2 out_post;
 
 // The place in the middle of the samples that the triangle covers. The pixel's own may be far off, beside the triangle:
 // over a void at a ridge, and cells away where small triangles lie flat in the distance.
@@ -22,7 +20,5 @@ vec2 covered_place() {
 }
 
 void main() {
-    Patch p = patch_of(v_of_patch);
-    out_post = place_in_patch(covered_place(), p);
-    if (u_has_voids != 0 && is_in_hole(out_post)) discard;
+    if (is_in_hole(place_in_patch(covered_place(), patch_of(v_of_patch)))) discard;
 }

@@ -4,8 +4,6 @@
 #include "light/lit.glsl"
 #include "shade/tone.glsl"
 
-out vec4 out_colour;
-
 vec3 ground_colour(Ground g, int sample_) {
     Lit l = lit_ground(g);
     float sun = l.unshadowed > 0.0 ? min(l.sun / l.unshadowed, 1.0) : 0.0;
@@ -14,4 +12,6 @@ vec3 ground_colour(Ground g, int sample_) {
 
 vec3 sky_colour(vec3 direction) { return vec3(0.0); }
 
-void main() { out_colour = vec4(srgb_encoded(pixel_colour()), 1.0); }
+vec4 colour_of_pixel() { return vec4(srgb_encoded(pixel_colour()), 1.0); }
+
+#include "shade/pixel.glsl"

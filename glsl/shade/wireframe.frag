@@ -2,8 +2,6 @@
 
 #include "shade/drawn.glsl"
 
-out vec4 out_colour;
-
 vec3 ground_colour(Ground g, int sample_) {
     Drawn d = drawn_at(sample_);
     vec3 paper = vec3(0.93, 0.92, 0.89) * (0.35 + 0.70 * clay(g));
@@ -12,4 +10,6 @@ vec3 ground_colour(Ground g, int sample_) {
 
 vec3 sky_colour(vec3 direction) { return vec3(0.97); }
 
-void main() { out_colour = vec4(pixel_colour(), 1.0); }
+vec4 colour_of_pixel() { return vec4(pixel_colour(), 1.0); }
+
+#include "shade/pixel.glsl"

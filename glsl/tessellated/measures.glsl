@@ -1,6 +1,6 @@
 // tessellated/measures.glsl — how long segments are to be: so many pixels, seen from the side.
 //   The eye is the one that patches were cut for; who looks at them may stand elsewhere.
-// Provides u_edge, from_middle_m().   Python twin: tessellated._MEASURES
+// Provides u_edge, from_middle_m().   Python twin: comparison.tessellated.MEASURES
 
 #include "blocks/terrain.glsl"
 

@@ -1,6 +1,6 @@
 // tessellated/patch.glsl — how finely a patch is cut, in whole numbers: so that all stages, and both sides of an edge, agree.
 //   An edge with a finer neighbour is two of its edges, one after the other: it has as many segments as both together.
-// Provides Cut, cut_of(), words_of(), inner_levels(), triangles_in().   Python twin: tessellated.CUT
+// Provides Cut, cut_of(), words_of(), inner_levels(), triangles_in().   Record: comparison.tessellated.CUT
 
 struct Cut {
     ivec2 low, size;    // north-west post; posts to the south-east one

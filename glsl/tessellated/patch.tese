@@ -54,5 +54,5 @@ void main() {
     Cut c = cut_of(v_patch);
     ivec2 post = post_in(c, gl_TessCoord.xy);
     vec2 segment = vec2(c.size) / vec2(inner_levels(c.outer));
-    put_vertex(post, filtered_m(post), Patch(c.low, c.low + c.size, log2(max(segment.x, segment.y)), false, 0u));
+    put_vertex(post, filtered_m(post), Patch(c.low, c.low + c.size, log2(max(segment.x, segment.y)), false, 0u, -1.0));
 }

@@ -4,7 +4,7 @@
 //   ground. Material: Lambert's cosine, and the half-vector lobe that B.1 merges, sampled as it is.
 // Where land hides the sky, that land is seen: of the same light that the fitted lobes have there.
 
-#include "shade/samples.glsl"
+#include "shade/footprint.glsl"
 #include "light/lobes.glsl"
 #include "light/air.glsl"
 #include "truth/ground.glsl"
@@ -16,9 +16,6 @@ uniform float u_sun_disc;  // its angular radius, radians
 uniform vec3 u_hidden;     // radiance of land in front of the sky
 
 out vec4 out_colour;
-
-vec3 ground_colour(Ground g, int sample_) { return vec3(0.0); }
-vec3 sky_colour(vec3 direction) { return vec3(0.0); }
 
 struct Place {
     vec2 post;
@@ -69,7 +66,8 @@ vec3 outgoing_radiance(Place p) {
 }
 
 void main() {
-    vec2 post = post_of_sample(0);
+    ivec2 px = ivec2(gl_FragCoord.xy) & 1;
+    vec2 post = post_of_sample((px.x + 2 * px.y) % SAMPLES);  // each sample in turn
     if (is_sky(post)) {
         vec3 direction = view_ray(vec2(0.0));
         out_colour = vec4(sky_light(direction) + sun_disc(direction), 0.0);

@@ -1,6 +1,6 @@
 // view/lines.vert — lines over the land: one instance is one piece, drawn as a quad a few pixels wide.
 //   Both ends are cut off at the near plane before they are projected, or what is behind the eye would come out in front.
-// Python twin: viewer.lines.PIECE
+// Record: viewer.lines.PIECE
 
 #include "blocks/view.glsl"
 

@@ -6,6 +6,7 @@ Exit status: 0 done, 1 the work failed, 2 wrong use; what went wrong is one line
 from __future__ import annotations
 
 import argparse
+import io
 import os
 import re
 import shlex
@@ -17,6 +18,7 @@ from typing import NoReturn
 from .. import __version__
 from ..exceptions import TerrainError, UsageError
 from . import signals
+from .text import printable
 
 COMMANDS = ("info", "generate", "shot", "view", "measure", "mesh", "compare", "fly", "bench")
 
@@ -27,6 +29,9 @@ def main(argv: Sequence[str] | None = None) -> int:
     sys.stdout = sys.stdout or open(os.devnull, "w")  # noqa: SIM115
     sys.stderr = sys.stderr or open(os.devnull, "w")  # noqa: SIM115
     if argv is None:
+        for stream in (sys.stdout, sys.stderr):  # ASCII and Latin-1 lack some of our characters
+            if isinstance(stream, io.TextIOWrapper):
+                stream.reconfigure(errors="backslashreplace")
         signals.listen()
     try:
         words = join_negative(sys.argv[1:] if argv is None else argv)
@@ -74,7 +79,7 @@ class Parser(argparse.ArgumentParser):
 
     def error(self, message: str) -> NoReturn:
         """Leave with status 2."""
-        self.exit(2, f"{self.prog}: {message} (see {self.prog} --help)\n")
+        self.exit(2, f"{self.prog}: {printable(message)} (see {self.prog} --help)\n")
 
 
 def join_negative(argv: Sequence[str]) -> list[str]:
@@ -91,7 +96,7 @@ def join_negative(argv: Sequence[str]) -> list[str]:
 
 
 def _complain(error: Exception) -> int:
-    print(f"terrain-gl: {_reason(error)}".replace("\n", " "), file=sys.stderr)
+    print(f"terrain-gl: {printable(_reason(error))}", file=sys.stderr)
     return 2 if isinstance(error, UsageError) else 1
 
 

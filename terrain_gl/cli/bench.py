@@ -6,10 +6,9 @@ import argparse
 import time
 from typing import Any
 
-from .. import peers
-from ..bench import bench, flight, strokes
-from ..maps import bundled
-from . import options, report
+from ..comparison.bench import bench, flight, strokes
+from ..files.maps import bundled
+from . import options, report, values
 
 _ONCE = ("open", "first_picture", "upload", "sat", "numpy", "error")
 _STAGES = (*_ONCE, "lod", "draw", "shade", "lambert", "frame", "python")
@@ -28,18 +27,13 @@ def add(commands: Any) -> None:
         example="bench dem.tif --spacing 30 --json bench.json",
     )
     command.add_argument("maps", metavar="MAP", nargs="*", help="heightmap files or bundled names")
-    command.add_argument("--frames", type=options.count, metavar="N", default=7, help="repeats (default: 7)")
-    command.add_argument(
-        "--peers",
-        action="store_true",
-        help="also meshes within metres by pydelatin and pymartini, and frames by pyvista (pip extra: bench)",
-    )
+    command.add_argument("--frames", type=values.count, metavar="N", default=7, help="repeats (default: 7)")
     command.add_argument("--strokes", action="store_true", help="also dabs of a brush of 64 posts' radius")
     command.add_argument(
-        "--flight", type=options.count, metavar="FRAMES", help="also a tour of so many frames, with dabs of a brush"
+        "--flight", type=values.count, metavar="FRAMES", help="also a tour of so many frames, with dabs of a brush"
     )
     options.add_map_options(command)
-    options.add_drawing(command)
+    options.add_rendering(command)
 
 
 def run(args: argparse.Namespace) -> int:
@@ -72,8 +66,7 @@ def bench_map(args: argparse.Namespace, name: str) -> dict[str, Any]:
             result["flight"] = flight(renderer, args.flight, **view)
     result["ms"] |= {"open": 1e3 * (opened - started), "first_picture": 1e3 * (pictured - started)}
     about = {"map": scene.heightmap.name, "posts": scene.heightmap.heights.size}
-    beside = {"peers": peers.compare(scene.heightmap, args.size, args.backend)} if args.peers else {}
-    return about | result | beside
+    return about | result
 
 
 def text(results: list[dict[str, Any]]) -> str:
@@ -95,28 +88,11 @@ def text(results: list[dict[str, Any]]) -> str:
         rows += [["flight p99_9 to median", *(f"{each['p99_9_to_median']:.3g}" for each in flown)]]
     parts = results[0]["gpu_bytes"]
     rows += [[f"{part} memory", *(report.mebibytes(r["gpu_bytes"][part]) for r in results)] for part in parts]
-    beside = [_peers_text(result) for result in results if "peers" in result]
-    return "\n\n".join([f"{results[0]['gl_renderer']} ({results[0]['backend']})\n{report.table(rows)}", *beside])
+    return f"{results[0]['gl_renderer']} ({results[0]['backend']})\n{report.table(rows)}"
 
 
 def _px(value: float | None) -> str:
     return "–" if value is None else f"{value:.3g}"
-
-
-def _peers_text(result: dict[str, Any]) -> str:
-    """Other programs beside ours: a line a mesh, a line a frame, a line for each that is not there."""
-    found = result["peers"]
-    rows = [["", "asked m", "true m", "triangles", "ours / its", "ms", "its ms / ours"]]
-    for mesh in found["meshes"]:
-        ratios = [f"{mesh[key]:.3g}" if key in mesh else "" for key in ("our_triangles_to_its", "its_ms_to_ours")]
-        errors = [f"{mesh[key]:.3g}" for key in ("requested_max_error_m", "max_error_m")]
-        rows.append([mesh["name"], *errors, f"{mesh['triangles']:,}", ratios[0], f"{mesh['ms']:.2f}", ratios[1]])
-    for frame in found["frames"]:
-        ratio = f"{frame['its_ms_to_ours']:.3g}" if "its_ms_to_ours" in frame else ""
-        rows.append([f"frame: {frame['name']}", "", "", f"{frame['triangles']:,}", "", f"{frame['ms']:.2f}", ratio])
-    name = report.shown(result["map"]).rpartition("/")[2]
-    title = f"{name}, {found['posts']:,} posts of it; ours / its: triangles at the error that its mesh truly has"
-    return "\n".join([title, report.table(rows), *found["absent"]])
 
 
 def _ms(times: dict[str, float], stage: str) -> str:

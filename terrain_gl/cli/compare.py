@@ -9,13 +9,15 @@ import textwrap
 from typing import Any
 
 from ..comparison import figures
-from ..comparison.compare import FINE, LABELS, Study, study
+from ..comparison.compare import FINE, LABELS
 from ..comparison.light import LIGHT_LABELS, compare_light
+from ..comparison.light_truth import FINE as FINE_LIGHT
+from ..comparison.study import Study, study
 from ..exceptions import UsageError
-from ..light.truth import FINE as FINE_LIGHT
-from . import options, report
+from . import options, report, values
 
 TRIANGLES = 100_000
+NARROWEST = 8
 _CAPTION = 52  # characters in a line
 
 
@@ -44,13 +46,13 @@ def add(commands: Any) -> None:
     options.add_camera(command)
     group = command.add_argument_group("detail")
     asked = group.add_mutually_exclusive_group()
-    asked.add_argument("--triangles", type=options.count, metavar="N", help=f"for each method (default: {TRIANGLES})")
-    asked.add_argument("--max-error", type=options.positive, metavar="PX", help="certified, instead of a number")
-    options.add_metric(group)
+    asked.add_argument("--triangles", type=values.count, metavar="N", help=f"for each method (default: {TRIANGLES})")
+    asked.add_argument("--max-error", type=values.positive, metavar="PX", help="certified, instead of a number")
+    options.add_option(group, "metric")
     group.add_argument("--curve", action="store_true", help="also the error at other numbers of triangles, and a table")
     group.add_argument(
         "--supersample",
-        type=options.count,
+        type=values.count,
         metavar="K",
         help=f"pixels are drawn as K x K (default: {FINE}; of light: {FINE_LIGHT})",
     )
@@ -65,6 +67,8 @@ def run(args: argparse.Namespace) -> int:
         raise UsageError(
             f"{report.shown(args.output)}: a figure's name must end in one of {', '.join(figures.FORMATS)}"
         )
+    if args.size[1] > NARROWEST * args.size[0]:
+        raise UsageError(f"--size: expected pictures at most {NARROWEST} times as high as wide: a figure holds several")
     if args.what == "light" and (args.triangles or args.max_error or args.curve):
         raise UsageError("compare --what light draws every post: leave out --triangles, --max-error and --curve")
     args.supersample = args.supersample or (FINE_LIGHT if args.what == "light" else FINE)
@@ -83,7 +87,7 @@ def run(args: argparse.Namespace) -> int:
 
 
 def look(args: argparse.Namespace, scene: options.Scene) -> dict[str, Any]:
-    """What all methods share, by the names of `Drawing`."""
+    """What all methods share, by the names of `RenderOptions`."""
     own = ("method", "triangles", "max_error_px")
     return {key: value for key, value in options.view_of(args, scene).items() if key not in (*own, "camera")}
 

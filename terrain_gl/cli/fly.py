@@ -15,9 +15,9 @@ from ..film.path import CameraPath, Pose
 from ..film.record import CODECS, Recorder, is_folder
 from ..film.tour import FOV_DEG, tour
 from ..heightmap import Heightmap
-from ..holes import ground_m
 from ..renderer import Renderer
-from . import options, report
+from ..verify.holes import ground_m
+from . import options, report, values
 
 SECONDS = 12.0
 FPS = 30.0
@@ -27,7 +27,7 @@ _OF_FLIGHT = (
     *("gl_renderer", "backend", "gpu_bytes"),
 )
 _OF_FRAME = ("triangles", "patches", "splits", "certified_max_error_px", "ms")
-_MEASURED = ("max_error_px", "rms_error_px", "posts_measured", "holes")
+_MEASURED = ("max_error_px", "rms_error_px", "max_error_posts_px", "posts_measured", "holes")
 
 
 def add(commands: Any) -> None:
@@ -45,10 +45,10 @@ def add(commands: Any) -> None:
     options.add_output(command, f"film: {', '.join(CODECS)} (extra [video]); or a folder of PNGs, FRAMES/")
     group = command.add_argument_group("flight")
     group.add_argument("--path", metavar="FILE", help="keyframes, .json (default: a tour around the map)")
-    group.add_argument("--seconds", type=options.positive, metavar="S", help="how long (default: the path's, or 12)")
-    group.add_argument("--fps", type=options.positive, metavar="N", default=FPS, help="frames a second (default: 30)")
+    group.add_argument("--seconds", type=values.positive, metavar="S", help="how long (default: the path's, or 12)")
+    group.add_argument("--fps", type=values.positive, metavar="N", default=FPS, help="frames a second (default: 30)")
     group.add_argument("--measure", action="store_true", help="measure the error of every frame, too")
-    options.add_drawing(command, moving=True)
+    options.add_rendering(command, moving=True)
 
 
 def run(args: argparse.Namespace) -> int:
@@ -142,7 +142,7 @@ def _text(output: str, about: dict[str, Any]) -> str:
     """A flight for people."""
     summary = about["summary"]
     count, triangles, ms = summary["frames"], summary["triangles"]["median"], summary["ms"]["frame"]
-    error = report.promised(about, summary.get("certified_max_error_px", {}).get("max"))
+    error = report.certified(about, summary.get("certified_max_error_px", {}).get("max"))
     if "max_error_px" in summary:
         measured = "max_error_px" if about["metric"] == "max" else "rms_error_px"
         error += f", measured {summary[measured]['max']:.3g} px, {summary['holes']} holes"

@@ -8,10 +8,10 @@ import time
 from dataclasses import asdict
 from typing import Any
 
-from ..context import backend_name, create_context
-from ..generate import RECIPES, Land, open_options, shot_command, write_land
-from ..writers import FORMATS, format_of
-from . import options, report
+from ..files.generate import RECIPES, Land, open_options, shot_command, write_land
+from ..files.writers import FORMATS, format_of
+from ..gpu.context import backend_name, create_context
+from . import options, report, values
 
 
 def add(commands: Any) -> None:
@@ -29,16 +29,16 @@ def add(commands: Any) -> None:
     command.add_argument("--size", type=size, metavar="N or WxH", default=(1025, 1025), help="posts (default: 1025)")
     command.add_argument("--seed", type=whole, metavar="S", default=0, help="another land for each (default: 0)")
     command.add_argument(
-        "--cliffs", type=options.number, metavar="C", default=0.5, help="0 rolling hills, 1 canyons (default: 0.5)"
+        "--cliffs", type=values.number, metavar="C", default=0.5, help="0 rolling hills, 1 canyons (default: 0.5)"
     )
     command.add_argument(
         "--octaves", type=whole, metavar="K", help="scales of detail (default: what the spacing shows)"
     )
     command.add_argument(
-        "--relief", type=options.number, metavar="M", default=1000.0, help="metres from plain to summit (default: 1000)"
+        "--relief", type=values.number, metavar="M", default=1000.0, help="metres from plain to summit (default: 1000)"
     )
     command.add_argument(
-        "--spacing", type=options.number, metavar="M", default=10.0, help="metres between posts (default: 10)"
+        "--spacing", type=values.number, metavar="M", default=10.0, help="metres between posts (default: 10)"
     )
     command.add_argument("--recipe", choices=RECIPES, default=RECIPES[0], help="tablelands, or ranges of ridges")
     command.add_argument(

@@ -6,11 +6,12 @@ import argparse
 import os
 from typing import Any
 
-from .. import __version__, gl
-from ..context import Probe, create_context, probe_backends
+from .. import __version__
 from ..exceptions import TerrainError
+from ..files.maps import bundled
+from ..gpu import gl
+from ..gpu.context import Probe, create_context, probe_backends
 from ..heightmap import Heightmap
-from ..maps import bundled
 from . import options, report
 
 _LIMITS = ("texture_size", "viewport_size", "tess_level", "samples", "storage_block_bytes")
@@ -34,7 +35,7 @@ def add(commands: Any) -> None:
 def run(args: argparse.Namespace) -> int:
     """Tell."""
     options.check_outputs(args, args.map)
-    about_map = describe(options.open_map(args)[0]) if args.map else None
+    about_map = describe(options.open_map(args)[0]) if args.map is not None else None
     probes = probe_backends()
     found = {"version": __version__, "backends": [probe._asdict() for probe in probes], "limits": limits()}
     found |= {"map": about_map} if about_map else {"maps": list(bundled())}
@@ -83,7 +84,7 @@ def text(probes: list[Probe], found: dict[str, Any]) -> str:
 def _map_lines(about: dict[str, Any]) -> dict[str, str]:
     (east, north), (width, depth), (low, high) = about["spacing_m"], about["extent_m"], about["range_m"]
     return {
-        "map": os.path.basename(about["name"]),
+        "map": report.shown(os.path.basename(about["name"])),
         "posts": f"{about['cols']} x {about['rows']} (east x north)",
         "spacing": f"{east:g} m east, {north:g} m north",
         "extent": f"{width / 1e3:g} km x {depth / 1e3:g} km",

@@ -9,14 +9,14 @@ import shlex
 from typing import Any
 
 from ..camera import Camera
-from ..drawing import Drawing
+from ..comparison.baselines import Parameters
+from ..comparison.clipmap import Rings
 from ..exceptions import UsageError
+from ..files.maps import SCALES, find_bundled
+from ..files.views import standard_view
 from ..heightmap import Heightmap
-from ..maps import SCALES, find_bundled
-from ..methods.clipmap import Rings
-from ..methods.rivals import Parameters
+from ..options import RenderOptions
 from ..shade import SUN
-from ..views import standard_view
 from . import options
 
 _CAMERA = ("eye", "target", "fov_deg", "up")
@@ -25,7 +25,7 @@ _NAMES = {"spacing_m": "spacing", "z_offset_m": "z_offset", "fov_deg": "fov"}  #
 
 
 def command_line(
-    heightmap: Heightmap, camera: Camera, size: tuple[int, int], drawing: Drawing, output: str = "picture.png"
+    heightmap: Heightmap, camera: Camera, size: tuple[int, int], chosen: RenderOptions, output: str = "picture.png"
 ) -> str:
     """Say what `terrain-gl shot` must be told to draw a view again, and nothing that it would do by itself.
 
@@ -60,9 +60,9 @@ def command_line(
         usual = inspect.signature(Heightmap.open).parameters
         told = {name: value for name, value in told.items() if known or value != usual[name].default}
         if known:  # whose own scales are to be overruled
-            told["spacing_m"] = heightmap.spacing_m
+            told["spacing_m"], (told["z_scale"], told["z_offset_m"]) = heightmap.spacing_m, heightmap.scales
     told |= {name: value for name, value in vars(camera).items() if name in _CAMERA and value != getattr(start, name)}
-    told |= {name: value for name, value in vars(drawing).items() if value != getattr(Drawing(sun=sun), name)}
+    told |= {name: value for name, value in vars(chosen).items() if value != getattr(RenderOptions(sun=sun), name)}
     return shlex.join(["terrain-gl", "shot", path, "-o", output, *_words(told | {"size": size})])
 
 
@@ -70,7 +70,7 @@ def _words(told: dict[str, Any]) -> list[str]:
     """Options and their values, in the order of the help, where they are not what is meant without."""
     command = argparse.ArgumentParser()
     options.add_map_options(command)
-    options.add_drawing(command)
+    options.add_rendering(command)
     if parameters := told.pop("parameters", None):
         told |= _parameter(parameters)
     values = {_NAMES.get(name, name): value for name, value in told.items() if value is not None and name != "cull"}
@@ -86,7 +86,7 @@ def _words(told: dict[str, Any]) -> list[str]:
 
 
 def _parameter(parameters: Parameters) -> dict[str, Any]:
-    """A rival's one parameter that has an option."""
+    """A baseline's one parameter that has an option."""
     told = {"ring": parameters.ring} if isinstance(parameters, Rings) else {"edge": parameters.edge_px}
     if parameters != type(parameters)(*told.values()):
         raise UsageError(f"shot has no options for all of {parameters}")
@@ -98,7 +98,7 @@ def _text(name: str, value: Any) -> list[str]:
     if isinstance(value, bool):
         return []
     if isinstance(value, tuple):
-        return [("x" if name == "size" else ",").join(text for each in value for text in _text("", each))]
+        return [("x" if name in ("size", "raw") else ",").join(text for each in value for text in _text("", each))]
     if name in _FILES and os.path.exists(value):
         return [os.path.abspath(value)]
     return [repr(float(value)).removesuffix(".0") if isinstance(value, float) else str(value)]

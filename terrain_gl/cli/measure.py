@@ -1,4 +1,4 @@
-"""`terrain-gl measure`: the achieved error of a view, beside the promised one."""
+"""`terrain-gl measure`: the achieved error of a view, beside the certified one."""
 
 from __future__ import annotations
 
@@ -20,7 +20,7 @@ def add(commands: Any) -> None:
         example="measure dem.tif --spacing 30 --max-error 0.5 --json -",
     )
     options.add_map(command)
-    options.add_drawing(command)
+    options.add_rendering(command)
 
 
 def run(args: argparse.Namespace) -> int:
@@ -36,15 +36,16 @@ def run(args: argparse.Namespace) -> int:
 
 def text(stats: dict[str, Any]) -> str:
     """A measurement for people."""
-    promised = stats["certified_max_error_px"]
+    certified = stats["certified_max_error_px"]
     lines = {
         "map": stats["map"],
         "picture": f"{stats['width']} x {stats['height']}, {stats['gl_renderer']} ({stats['backend']})",
         "mesh": f"{stats['triangles']:,} triangles in {stats['patches']:,} patches, {stats['splits']:,} splits",
         "asked": f"{report.asked(stats)}, method {stats['method']}",
-        "promised": "nothing" if promised is None else f"{promised:.4g} px",
+        "certified": "nothing" if certified is None else f"{certified:.4g} px",
         "achieved": f"max {stats['max_error_px']:.4g} px, rms {stats['rms_error_px']:.4g} px",
-        "over": f"{stats['posts_measured']:,} posts in the picture",
+        "over": f"{stats['posts_measured']:,} posts in the picture, and 4 x 4 places in each cell",
+        "posts alone": f"max {stats['max_error_posts_px']:.4g} px",
         "holes": f"{stats['holes']}",
     }
     return report.facts(lines)

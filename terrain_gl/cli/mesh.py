@@ -5,10 +5,10 @@ from __future__ import annotations
 import argparse
 from typing import Any
 
-from ..exceptions import TerrainError
-from ..export import make_mesh, mesh_format, write_mesh
+from ..exceptions import TerrainError, UsageError
+from ..files.export import make_mesh, mesh_format, write_mesh
 from ..shade import UNLIT
-from . import options, report
+from . import options, report, values
 
 
 def add(commands: Any) -> None:
@@ -28,22 +28,24 @@ def add(commands: Any) -> None:
     command.add_argument("--weld", action="store_true", help="triangles share the vertices that stand on one post")
     command.add_argument("--cull", action="store_true", help="leave out patches outside the picture, as drawing does")
     command.add_argument(
-        "--max-error-m", type=options.positive, metavar="M", help="metres of height, everywhere, instead of pixels"
+        "--max-error-m", type=values.positive, metavar="M", help="metres of height, everywhere, instead of pixels"
     )
-    options.add_drawing(command)
+    options.add_rendering(command)
 
 
 def run(args: argparse.Namespace) -> int:
     """Draw, capture, write, tell."""
     mesh_format(args.output)
+    if args.max_error_m and (args.triangles or args.max_error_px):
+        raise UsageError("--max-error-m is for no view: leave out --triangles and --max-error")
     scene = options.open_scene(args)
     with options.make_renderer(args, scene) as renderer:
         if args.max_error_m:
-            triangles, stats = renderer.triangulate(args.max_error_m)
+            triangles, stats = renderer.inspector.triangulate(args.max_error_m)
             heights = renderer.terrain.filled
         else:
             stats = renderer.draw(**options.view_of(args, scene) | {"style": UNLIT})
-            triangles, heights = renderer.triangles(), renderer.drawn_heights()
+            triangles, heights = renderer.triangles(), renderer.inspector.drawn_heights()
     if not len(triangles):
         raise TerrainError(f"{scene.heightmap.name}: no triangles in this view: turn the camera or drop --cull")
     mesh = make_mesh(triangles, heights, scene.heightmap.spacing_m, args.weld)

@@ -1,17 +1,18 @@
-"""What commands say: tables for people, JSON for programs, a progress bar for those who wait."""
+"""What commands print: tables for people, JSON for programs, a progress bar for long work."""
 
 from __future__ import annotations
 
-import os
 import sys
 import time
 from collections.abc import Iterator, Mapping, Sequence
 from contextlib import contextmanager
 from typing import Any
 
+from ..files.records import json_text
 from ..image import replacing
-from ..methods.rivals import RIVALS
-from ..records import json_text
+from ..methods import BASELINES
+from .text import printable
+from .text import shown as shown
 
 
 @contextmanager
@@ -37,7 +38,7 @@ def write_json(path: str | None, value: Any) -> None:
 def say(json_path: str | None, text: str) -> None:
     """Print for people, unless standard output is for JSON alone."""
     if json_path != "-":
-        print(text)
+        print("\n".join(map(printable, text.split("\n"))))
 
 
 def table(rows: Sequence[Sequence[str]]) -> str:
@@ -58,8 +59,8 @@ def facts(values: Mapping[str, str]) -> str:
 
 
 def asked(stats: Mapping[str, Any]) -> str:
-    """What a frame was asked for, and what it means that it has fewer triangles than that."""
-    if stats["method"] in RIVALS:
+    """What a frame was asked for; with a budget, also what one more triangle would be worth."""
+    if stats["method"] in BASELINES:
         return f"{stats['requested_triangles']:,} triangles" if stats["requested_triangles"] else "its parameters"
     if not stats["requested_triangles"]:
         return f"{stats['metric']} error {stats['requested_max_error_px']:g} px"
@@ -67,19 +68,14 @@ def asked(stats: Mapping[str, Any]) -> str:
     return f"{stats['requested_triangles']:,} triangles, {price}"
 
 
-def promised(stats: Mapping[str, Any], px: float | None) -> str:
-    """What was certified of a frame, or of many: rivals promise nothing."""
-    return "nothing promised" if px is None else f"{stats['metric']} error at most {px:.3g} px"
+def certified(stats: Mapping[str, Any], px: float | None) -> str:
+    """What was certified of a frame, or of many: nothing for baselines."""
+    return "nothing certified" if px is None else f"{stats['metric']} error at most {px:.3g} px"
 
 
 def mebibytes(n: int) -> str:
     """A number of bytes for people."""
     return f"{n / 2**20:,.1f} MiB" if n >= 2**20 else f"{n / 2**10:,.1f} KiB"
-
-
-def shown(path: str) -> str:
-    """A path that any terminal can print."""
-    return os.fsencode(path).decode("utf-8", "replace")
 
 
 @contextmanager

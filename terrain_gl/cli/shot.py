@@ -11,8 +11,9 @@ import numpy as np
 
 from ..exceptions import UsageError
 from ..image import FORMATS, Rows, writing_image
-from ..pieces import LARGEST
+from ..pieces import LARGEST, Piece
 from ..renderer import Renderer
+from ..steps import drain
 from . import options, report
 
 MOST_PIXELS = 2**32
@@ -31,7 +32,7 @@ def add(commands: Any) -> None:
     )
     options.add_map(command)
     options.add_output(command, "picture: .png, or .jpg, .tif, .exr")
-    options.add_drawing(command)
+    options.add_rendering(command)
 
 
 def run(args: argparse.Namespace) -> int:
@@ -53,22 +54,24 @@ def run(args: argparse.Namespace) -> int:
 
 def _draw(renderer: Renderer, args: argparse.Namespace, scene: options.Scene, write: Rows) -> dict[str, Any]:
     """Draw in pieces of one mesh, and write each row of pieces; returns the stats of the whole picture."""
-    width, height = args.size
+    width = args.size[0]
     rows = np.empty((0, width, 4), np.uint8)
+
+    def receive(piece: Piece, pixels: np.ndarray) -> None:
+        nonlocal rows
+        if piece.corner[0] == 0:
+            rows = np.empty((piece.size[1], width, 4), np.uint8)
+        rows[:, piece.cols] = pixels
+        if piece.cols.stop == width:
+            write(rows)
+
+    steps = renderer.draw_steps(size=args.size, receive=receive, gradual=False, **options.view_of(args, scene))
     with report.progress_bar("drawing") as progress:
-        for piece, frame in renderer.pieces(size=args.size, **options.view_of(args, scene)):
-            if piece.corner[0] == 0:
-                rows = np.empty((piece.size[1], width, 4), np.uint8)
-            rows[:, piece.cols] = frame.image
-            if piece.cols.stop == width:
-                write(rows)
-            if progress:
-                progress(piece.share_done)
-    return frame.stats
+        return drain(steps, progress)
 
 
 def summary(stats: dict[str, Any]) -> str:
     """A frame in a line."""
     size = f"{stats['width']}x{stats['height']}"
-    error = report.promised(stats, stats["certified_max_error_px"])
+    error = report.certified(stats, stats["certified_max_error_px"])
     return f"{size}, {stats['triangles']:,} triangles, {error}, {stats['ms']['frame']:.0f} ms"

@@ -8,14 +8,14 @@ from collections.abc import Callable
 from dataclasses import fields
 from typing import Any
 
-from ..drawing import Drawing
 from ..exceptions import UsageError
-from ..maps import bundled, find_bundled
+from ..files.maps import bundled, find_bundled
+from ..options import RenderOptions
 from . import options, report
 from .line import command_line
 
 BACKENDS = ("auto", "egl", "glfw")
-REMEMBERED = {"size", *(option.name for option in fields(Drawing))}  # from one run to the next, unless given
+REMEMBERED = {"size", *(option.name for option in fields(RenderOptions))}  # from one run to the next, unless given
 
 
 def add(commands: Any) -> None:
@@ -31,9 +31,9 @@ def add(commands: Any) -> None:
         example="view canyon --max-error 2",
     )
     options.add_map(command, optional=True)
-    options.add_drawing(command)
-    command.add_argument("--fresh", action="store_true", help="as if there had been no window before")
-    command.add_argument("--plain", action="store_true", help="text instead of panels, as without the extra [gui]")
+    options.add_rendering(command)
+    command.add_argument("--fresh", action="store_true", help="ignore what earlier windows have left")
+    command.add_argument("--plain", action="store_true", help="hide the panel at first; the key I shows it")
     lasting = [action.dest for action in command._actions if action.dest in REMEMBERED]
     command.set_defaults(**dict.fromkeys(lasting))
 
@@ -42,7 +42,7 @@ def run(args: argparse.Namespace) -> int:
     """Open the window."""
     if args.backend not in BACKENDS:
         raise UsageError(f"--backend {args.backend}: a window is made by one of {', '.join(BACKENDS)}")
-    name = args.map or next(iter(bundled()))
+    name = next(iter(bundled())) if args.map is None else args.map
     options.check_outputs(args, name)
     known = find_bundled(name)
     from .. import viewer  # here, for it needs a window system
@@ -53,9 +53,9 @@ def run(args: argparse.Namespace) -> int:
         asked = bool(args.view or options.camera_options(args))
         return viewer.Opened(scene.heightmap, scene.camera, scene.sun, key, asked)
 
-    given = {key: value for key, value in options.drawing_options(args).items() if value is not None and key != "sun"}
+    given = {key: value for key, value in options.render_options(args).items() if value is not None and key != "sun"}
     title = known.name if known else os.path.basename(name)
-    window = {"size": args.size, "backend": args.backend, "fresh": args.fresh, "gui": not args.plain}
+    window = {"size": args.size, "backend": args.backend, "fresh": args.fresh, "panel": False if args.plain else None}
     stats = viewer.run(opened, name=title, line_of=command_line, **window, **given)
     report.write_json(args.json, {"map": name} | stats)
     return 0

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import io
 import os
 from collections.abc import Callable, Mapping, Sequence
 from pathlib import Path
@@ -11,13 +12,14 @@ import numpy as np
 
 from ..exceptions import TerrainError
 from ..image import replacing
-from .compare import LABELS, Comparison, Entry, Study
+from .compare import LABELS, Comparison, Entry
 from .light import LIGHT_LABELS
+from .study import Study
 
 FORMATS = (".png", ".jpg", ".pdf", ".svg")
 # Okabe, Ito 2008, "Color universal design": told apart by all kinds of colour vision; and a shape each
-COLOURS = {"clipmap": "#D55E00", "tessellated": "#E69F00", "sat": "#0072B2", "ideal": "#555555"}
-_MARKERS = {"clipmap": "s", "tessellated": "^", "sat": "o"}
+COLOURS = {"clipmap": "#D55E00", "tessellated": "#E69F00", "sat": "#0072B2", "quadtree": "#009E73", "ideal": "#555555"}
+_MARKERS = {"clipmap": "s", "tessellated": "^", "sat": "o", "quadtree": "D"}
 _WIDTH_IN, _DPI = 16.0, 150
 _HEAT = "inferno"  # perceptually uniform, from black, none
 _STYLE: Any = {
@@ -99,7 +101,9 @@ def figure(
         if found.curves:
             _curves(sheet, layout, found.curves, found.ideal)
             _table(sheet, layout, found)
-        sheet.savefig(beside, **_file_options(path))
+        # into memory first: where the disk is full, matplotlib's writers leave tracebacks behind
+        sheet.savefig(whole := io.BytesIO(), **_file_options(path))
+        beside.write_bytes(whole.getbuffer())
 
 
 class _Layout:
@@ -132,7 +136,7 @@ class _Layout:
 
     def write(self, sheet: Any, left: float, top: float, text: str, **style: Any) -> None:
         """Text whose upper left corner is there; upper right with `ha="right"`."""
-        sheet.text(left / _WIDTH_IN, 1 - top / self.height_in, text, va="top", **style)
+        sheet.text(left / _WIDTH_IN, 1 - top / self.height_in, text, va="top", parse_math=False, **style)
 
     def rule(self, sheet: Any, left: float, right: float, top: float) -> None:
         """A thin horizontal line."""

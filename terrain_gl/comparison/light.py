@@ -1,7 +1,6 @@
 """Shading next to the truth, and next to other ways to prefilter normals: in one frame, so that they alone differ.
 
-The truth is `light.truth`; the others are those of `light.prefilter`. All see the map's every post:
-the mesh makes no error.
+The truth is `light_truth`; the others are those of `prefilter`. All draw every post of the map: the mesh adds no error.
 """
 
 from __future__ import annotations
@@ -11,12 +10,13 @@ from typing import Any
 import numpy as np
 
 from ..camera import Camera
-from ..drawing import Drawing
-from ..light.prefilter import RIVALS, Mipmaps, shade_as
-from ..light.truth import FINE, render_light_truth
+from ..options import RenderOptions
 from ..renderer import Renderer
-from .compare import Comparison, Entry, Progress, Truth, inset_of
+from ..steps import Progress
+from .compare import Comparison, Entry, Truth, inset_of
+from .light_truth import FINE, render_light_truth
 from .likeness import difference_of, flip, rmse
+from .prefilter import BASELINES, Mipmaps, shade_as
 
 LIGHT_LABELS = {
     "lobes": "Merged lobes",
@@ -35,7 +35,7 @@ def compare_light(
     truth: np.ndarray | None = None,
     **options: Any,
 ) -> Comparison:
-    """Shade one view by brute force, by lobes, and by every rival.
+    """Shade one view by brute force, by lobes, and by every baseline.
 
     Parameters
     ----------
@@ -46,7 +46,7 @@ def compare_light(
     truth
         (height, width, 3) uint8 sRGB, where it is known already.
     options
-        Sun, sky and material, as fields of `Drawing`.
+        Sun, sky and material, as fields of `RenderOptions`.
 
     Returns
     -------
@@ -54,19 +54,19 @@ def compare_light(
         Whose entries have `image_rmse` and `flip` as stats and, as `error_px`, the difference of each pixel, 0 to 1.
     """
     options |= {"method": "full", "style": "shaded"}
-    drawing = Drawing(**options)
+    chosen = RenderOptions(**options)
     image = truth
     if image is None:
-        image = render_light_truth(renderer, camera, renderer.size, fine, drawing, progress)[..., :3]
+        image = render_light_truth(renderer, camera, renderer.size, fine, chosen, progress)[..., :3]
     renderer.resize(renderer.size)
     renderer.draw(camera, **options)
     picture = renderer.picture
     images = {"lobes": picture.read()}
     of_view = Truth(image, picture.sky_share(), {"places": fine * fine})
     mipmaps = Mipmaps(picture)
-    for rival in RIVALS:
-        shade_as(rival, picture, mipmaps, camera, drawing.look)
-        images[rival] = picture.read()
+    for baseline in BASELINES:
+        shade_as(baseline, picture, mipmaps, camera, chosen.look)
+        images[baseline] = picture.read()
     mipmaps.release()
     entries = [_entry(name, image, images[name][..., :3]) for name in LIGHT_LABELS]
     return Comparison(image, of_view.stats, entries, inset_of(of_view, [entry.image for entry in entries]))

@@ -18,11 +18,13 @@ import numpy as np
 from ..camera import UP, Camera, Vector
 from ..exceptions import TerrainError, UsageError
 from ..image import replacing
+from ..inputs import check_input
 from . import spline
 
 PIECES = 512  # straight pieces of a leg: the eye strays from its curve by a millionth of the leg
 LEVEL_DEG = 70.0  # up to this steep a view, up or down, the horizon stays level
 MAX_KEYFRAMES = 10_000
+MAX_BYTES = 1 << 24  # of a file of keyframes
 _ENTRY = ("eye", "target", "direction", "up", "fov", "sun", "seconds")
 _FILE = ("keyframes", "closed", "seconds")
 
@@ -240,6 +242,7 @@ def _check_times(times: Sequence[float], closed: bool, seconds: float | None) ->
 
 
 def _load(name: str) -> Any:
+    check_input(name, "name a file of keyframes", MAX_BYTES)
     try:
         with open(name, encoding="utf-8") as file:
             return json.load(file)

@@ -7,6 +7,7 @@ appears under its name when it is whole, or not at all; a folder keeps the pictu
 from __future__ import annotations
 
 import contextlib
+import fcntl
 import os
 import queue
 import threading
@@ -198,20 +199,35 @@ def is_folder(path: str | os.PathLike[str]) -> bool:
 
 
 def _pictures(folder: Path) -> AbstractContextManager[Write]:
-    if any(folder.glob("frame-*.png")):
-        raise TerrainError(f"{folder}: holds frames already: name another folder, or empty it")
-    if made := not folder.is_dir():
-        try:
-            folder.mkdir()
-        except OSError as error:
-            raise TerrainError(f"{folder}: cannot make this folder: {error.strerror}") from None
+    made = not folder.is_dir()
+    try:
+        folder.mkdir(exist_ok=True)
+    except OSError as error:
+        raise TerrainError(f"{folder}: cannot make this folder: {error.strerror}") from None
     if not os.access(folder, os.W_OK | os.X_OK):
         raise TerrainError(f"{folder}: no permission to write there: choose another folder")
-    return _numbered(folder, made)
+    lock = _locked(folder)
+    if any(folder.glob("frame-*.png")):
+        os.close(lock)
+        raise TerrainError(f"{folder}: holds frames already: name another folder, or empty it")
+    return _numbered(folder, made, lock)
+
+
+def _locked(folder: Path) -> int:
+    """Lock a folder against other recordings; the descriptor to close, which the system does if the process ends."""
+    descriptor = os.open(folder, os.O_RDONLY)
+    try:
+        fcntl.flock(descriptor, fcntl.LOCK_EX | fcntl.LOCK_NB)
+    except BlockingIOError:
+        os.close(descriptor)
+        raise TerrainError(f"{folder}: another recording is being written there: name another folder") from None
+    except OSError:  # a file system without locks
+        pass
+    return descriptor
 
 
 @contextmanager
-def _numbered(folder: Path, made: bool) -> Iterator[Write]:
+def _numbered(folder: Path, made: bool, lock: int) -> Iterator[Write]:
     """Files in a folder; one that was made for them, and stays empty, goes."""
     done = 0
 
@@ -226,6 +242,7 @@ def _numbered(folder: Path, made: bool) -> Iterator[Write]:
     try:
         yield write
     finally:
+        os.close(lock)
         if made and not done:
             with contextlib.suppress(OSError):
                 folder.rmdir()

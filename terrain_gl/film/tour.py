@@ -8,7 +8,7 @@ import numpy as np
 
 from ..camera import Camera
 from ..heightmap import Heightmap
-from ..holes import ground_m
+from ..verify.holes import ground_m
 from .path import CameraPath, Keyframe
 
 KEYFRAMES = 16

@@ -7,6 +7,7 @@ import math
 import moderngl
 
 from ..camera import Vector
+from ..gpu.bindings import bind
 from ..sat import RecordedTable, Table
 from ..terrain import Rect, Terrain
 
@@ -27,7 +28,7 @@ class HeightSums(RecordedTable):
     def _write(self, buffer: moderngl.Buffer, first: tuple[int, int], at: Table, rows: range | None = None) -> None:
         rows = rows or range(at.height)
         self.terrain.bind()
-        buffer.bind_to_storage_buffer(0)
+        bind("shade/quantise.comp", Words=buffer)
         self._record["u_first"], self._record["u_count"], self._record["u_first_row"] = first, at[:2], rows.start
         self._record.run(-(-at.width // 64), len(rows))
         self.ctx.memory_barrier(moderngl.SHADER_STORAGE_BARRIER_BIT)

@@ -1,31 +1,30 @@
 """Visibility: how much of the sky's lobes and of the sun the ground sees, in summed-area tables.
 
-Horizons per azimuth (glsl/horizon/sweep.comp) are folded into the visible share of each lobe (glsl/horizon/fold.comp),
-a texel of 3 × 3 cells each; the sun has a horizon and a table of its own at full resolution, and moving it rebuilds
-these alone (glsl/horizon/sunlit.comp). Lookups in shaders: glsl/horizon/visible.glsl. Specification:
-`reference.horizon_sines`, `reference.sunlit`, `reference.skylit`.
+Horizons per azimuth (glsl/horizon/sweep.comp) give the visible share of each lobe (fold.comp), a texel of 3 × 3 cells.
+The sun has a horizon and a table of its own; moving it rebuilds these alone (sunlit.comp). Twins: `reference.horizon`.
 """
 
 from __future__ import annotations
 
 import math
-from collections import deque
 from collections.abc import Callable, Generator
-from typing import Any
 
 import moderngl
 import numpy as np
 
-from .. import gl, shaders
 from ..camera import Vector
+from ..gpu import gl, shaders
+from ..gpu.bindings import bind
+from ..gpu.session import Resource
 from ..sat import SummedAreaTables, Table
+from ..steps import drain
 from ..terrain import Rect, Terrain
 from .gaussians import SUN_RADIUS_DEG
 
 AZIMUTHS = 16
 BATCH = 4  # azimuths that are folded at once
 TEXEL = 3  # cells a side of the sky's texels
-PORTION = 2**19  # posts that are swept between two breaths of `Visibility.following`
+PORTION = 2**19  # posts that are swept between two breaths of `Visibility.follow_steps`
 FOLDED = PORTION // 128  # texels that are folded between two
 SINES, COSINES = 64, 64  # steps of the tables over the horizon's sine and over n · axis
 SUN_LAYERS, SUN_STEPS = 5, 8191  # glsl/horizon/blocks.glsl
@@ -33,7 +32,7 @@ FULL = 4095  # a share of 1: sums of 2^20 texels fit a word
 SUN_RADIUS = math.radians(SUN_RADIUS_DEG)
 HULL_BYTES = 2**26  # scratch memory of a sweep, at most
 _HULL_POINT = 8
-_BARRIER = moderngl.SHADER_STORAGE_BARRIER_BIT | moderngl.TEXTURE_FETCH_BARRIER_BIT
+_BARRIER = moderngl.SHADER_STORAGE_BARRIER_BIT | moderngl.SHADER_IMAGE_ACCESS_BARRIER_BIT
 Progress = Callable[[float], None]
 Direction = tuple[float, float]
 
@@ -43,11 +42,11 @@ class Sweep:
 
     def __init__(self, terrain: Terrain) -> None:
         self.ctx, self.terrain = terrain.ctx, terrain
-        self._kernel: Any = shaders.compute(self.ctx, "horizon/sweep.comp")
+        self._kernel = shaders.compute(self.ctx, "horizon/sweep.comp")
 
     def run(self, towards: Direction, into: moderngl.TextureArray, layer: int = 0) -> None:
         """Write the sines of the horizons in lattice direction `towards` (see `lattice_direction`) to a layer."""
-        deque(self.running(towards, into, layer, into.width * into.height), maxlen=0)
+        drain(self.running(towards, into, layer, into.width * into.height))
 
     def running(
         self, towards: Direction, into: moderngl.TextureArray, layer: int = 0, posts: int = PORTION
@@ -64,8 +63,7 @@ class Sweep:
         try:
             for start in range(0, lines, at_once):
                 self.terrain.bind()
-                into.bind_to_image(0, read=False, write=True)
-                hulls.bind_to_storage_buffer(0)
+                bind("horizon/sweep.comp", u_horizon=into, Hulls=hulls)
                 self._kernel["u_towards"], self._kernel["u_layer"] = towards, layer
                 self._kernel["u_first_line"] = first + start
                 self._kernel["u_lines"] = count = min(at_once, lines - start)
@@ -76,7 +74,7 @@ class Sweep:
             hulls.release()
 
     def release(self) -> None:
-        """Give the kernel back to the driver."""
+        """Release GPU resources."""
         self._kernel.release()
 
 
@@ -96,26 +94,36 @@ class SkyVisibility:
         self.table = Table(-(-(cols - 1) // TEXEL), -(-(rows - 1) // TEXEL), len(self.axes))
         self.directions = lattice_directions(AZIMUTHS)
         defines = {"LOBES": len(self.axes), "SINES": SINES, "COSINES": COSINES, "BATCH": BATCH, "TEXEL": TEXEL}
-        self._fold: Any = shaders.compute(self.ctx, "horizon/fold.comp", defines | {"FULL": f"{FULL}.0"})
+        self._fold = shaders.compute(self.ctx, "horizon/fold.comp", defines | {"FULL": f"{FULL}.0"})
         self._sweep, self._sat = Sweep(terrain), SummedAreaTables(self.ctx, 32)
+        self._pack = shaders.compute(self.ctx, "horizon/pack.comp", {"LOBES": len(self.axes), "FULL": f"{FULL}.0"})
         self.buffer = gl.reserve(self.ctx, 4 * self.table.words, "tables of the visible sky")
+        self.packed, self.texture = self._texture(), gl.WordTexture(self.ctx)
+
+    @property
+    def bytes(self) -> int:
+        """GPU memory of the sums, and of the shares themselves."""
+        return self.buffer.size + 16 * self.packed.width * self.packed.height
 
     def build(self, progress: Progress | None = None) -> None:
         """Sweep, fold and sum; `progress` is told the share that is done."""
-        for share in self.building(self.terrain.heightmap.rows * self.terrain.heightmap.cols):
+        for share in self.build_steps(self.terrain.heightmap.rows * self.terrain.heightmap.cols):
             if progress:
                 self.ctx.finish()
                 progress(share)
 
-    def building(self, posts: int = PORTION) -> Generator[float, None, None]:
+    def build_steps(self, posts: int = PORTION) -> Generator[float, None, None]:
         """The same in portions of about so many posts swept, after each the share that is done.
 
         Until the last one the tables are as they were.
         """
         rows = max(1, FOLDED * posts // PORTION // self.table.width)
-        fresh = gl.reserve(self.ctx, self.buffer.size, "tables of the visible sky")
+        fresh, packed = gl.reserve(self.ctx, self.buffer.size, "tables of the visible sky"), self._texture()
         moments = sector_moments(self.axes, self.sharpness, self.directions, self.terrain.heightmap.spacing_m)
-        tables = [self.ctx.buffer(t.astype("f4").tobytes()) for t in (moments, open_shares(self.sharpness))]
+        moment_table, open_table = (
+            self.ctx.buffer(t.astype("f4").tobytes()) for t in (moments, open_shares(self.sharpness))
+        )
+        tables = {"Shares": fresh, "Moments": moment_table, "Open": open_table}
         horizons = horizon_texture(self.terrain, BATCH)
         try:
             for batch in range(AZIMUTHS // BATCH):
@@ -125,13 +133,15 @@ class SkyVisibility:
                         yield (batch + 0.5 * (layer + share) / BATCH) * BATCH / AZIMUTHS
                 for row in range(0, self.table.height, rows):
                     count = min(rows, self.table.height - row)
-                    self._fold_batch(batch, row, count, directions, horizons, [fresh, *tables])
+                    self._fold_batch(batch, row, count, directions, horizons, tables)
                     yield (batch + 0.5 + 0.48 * (row + count) / self.table.height) * BATCH / AZIMUTHS
-            for _ in self._sat.building(fresh, self.table):
+            self._pack_shares(fresh, packed)
+            for _ in self._sat.build_steps(fresh, self.table):
                 yield 0.998
             self.buffer, fresh = fresh, self.buffer
+            self.packed, packed = packed, self.packed
         finally:
-            scratch: list[Any] = [horizons, fresh, *tables]
+            scratch: list[Resource] = [horizons, fresh, packed, moment_table, open_table]
             for resource in scratch:
                 resource.release()
         yield 1.0
@@ -141,9 +151,19 @@ class SkyVisibility:
         return self._sat.values(self.buffer, self.table) / FULL
 
     def release(self) -> None:
-        """Give the GPU's memory back."""
-        for resource in (self._fold, self._sweep, self._sat, self.buffer):
+        """Release GPU resources."""
+        for resource in (self._fold, self._pack, self._sweep, self._sat, self.buffer, self.packed, self.texture):
             resource.release()
+
+    def _texture(self) -> moderngl.Texture:
+        texture = self.ctx.texture(self.table[:2], 4, dtype="u4")
+        texture.filter = (moderngl.NEAREST, moderngl.NEAREST)
+        return texture
+
+    def _pack_shares(self, shares: moderngl.Buffer, packed: moderngl.Texture) -> None:
+        bind("horizon/pack.comp", Shares=shares, u_packed=packed)
+        self._pack.run(-(-packed.width // 64), packed.height)
+        self.ctx.memory_barrier(_BARRIER)
 
     def _fold_batch(
         self,
@@ -152,14 +172,14 @@ class SkyVisibility:
         count: int,
         directions: list[Direction],
         horizons: moderngl.TextureArray,
-        tables: list[moderngl.Buffer],
+        tables: dict[str, moderngl.Buffer],
     ) -> None:
         self.terrain.bind()
-        horizons.use(2)
-        self._fold["u_axes"].write(self.axes.astype("f4").tobytes())
+        bind("horizon/fold.comp", u_horizons=horizons, **tables)
+        axes = self._fold["u_axes"]
+        assert isinstance(axes, moderngl.Uniform)
+        axes.write(self.axes.astype("f4").tobytes())
         self._fold["u_texels"], self._fold["u_first_row"] = self.table[:2], row
-        for binding, buffer in enumerate(tables):
-            buffer.bind_to_storage_buffer(binding)
         self._fold["u_directions"] = directions
         self._fold["u_batch"], self._fold["u_is_last"] = batch, batch == AZIMUTHS // BATCH - 1
         self._fold.run(-(-self.table.width // 64), count)
@@ -174,15 +194,18 @@ class SunVisibility:
         self.table = Table(terrain.heightmap.cols // 2, terrain.heightmap.rows // 2, SUN_LAYERS)
         self.horizon = horizon_texture(terrain, 1)
         self.buffer = gl.reserve(self.ctx, 4 * self.table.words, "a table of sunlight")
+        self.texture = gl.WordTexture(self.ctx)
         self._sweep, self._sat = Sweep(terrain), SummedAreaTables(self.ctx, 32)
-        self._sunlit: Any = shaders.compute(self.ctx, "horizon/sunlit.comp")
+        self._sunlit = shaders.compute(self.ctx, "horizon/sunlit.comp")
         self.towards: Direction = (1.0, 0.0)
 
     def build(self, sun: Vector, radius: float = SUN_RADIUS) -> None:
         """Follow the sun to a direction (unit vector east, north, up); angular radius in radians."""
-        deque(self.building(sun, radius, self.terrain.heightmap.rows * self.terrain.heightmap.cols), maxlen=0)
+        drain(self.build_steps(sun, radius, self.terrain.heightmap.rows * self.terrain.heightmap.cols))
 
-    def building(self, sun: Vector, radius: float = SUN_RADIUS, posts: int = PORTION) -> Generator[float, None, None]:
+    def build_steps(
+        self, sun: Vector, radius: float = SUN_RADIUS, posts: int = PORTION
+    ) -> Generator[float, None, None]:
         """The same in portions of about so many posts, after each the share that is done; until all is, as it was."""
         towards = lattice_direction(sun, self.terrain.heightmap.spacing_m)
         horizon, buffer = horizon_texture(self.terrain, 1), self.ctx.buffer(reserve=self.buffer.size)
@@ -194,7 +217,7 @@ class SunVisibility:
                 count = min(step, self.table.height - row)
                 self._record(horizon, buffer, row, count, towards, sun, radius)
                 yield 0.6 + 0.2 * (row + count) / self.table.height
-            for share in self._sat.building(buffer, self.table):
+            for share in self._sat.build_steps(buffer, self.table):
                 yield 0.8 + 0.2 * share
             self.towards = towards
             self.horizon, horizon = horizon, self.horizon
@@ -215,8 +238,7 @@ class SunVisibility:
     ) -> None:
         """The sunlight of some rows of blocks, from their horizons."""
         self.terrain.bind()
-        horizon.use(2)
-        buffer.bind_to_storage_buffer(0)
+        bind("horizon/sunlit.comp", u_horizons=horizon, Sunlit=buffer)
         for name, value in sun_uniforms(sun, radius).items():
             self._sunlit[name] = value
         self._sunlit["u_towards"], self._sunlit["u_sun"], self._sunlit["u_first_row"] = towards, sun, row
@@ -228,8 +250,8 @@ class SunVisibility:
         return self._sat.values(self.buffer, self.table).view("i4") / SUN_STEPS
 
     def release(self) -> None:
-        """Give the GPU's memory back."""
-        for resource in (self.horizon, self.buffer, self._sweep, self._sat, self._sunlit):
+        """Release GPU resources."""
+        for resource in (self.horizon, self.buffer, self.texture, self._sweep, self._sat, self._sunlit):
             resource.release()
 
 
@@ -254,7 +276,7 @@ class Visibility:
     @property
     def bytes(self) -> int:
         """GPU memory of the tables."""
-        return self.sky.buffer.size + self.sun.buffer.size + 2 * self.sun.horizon.width * self.sun.horizon.height
+        return self.sky.bytes + self.sun.buffer.size + 2 * self.sun.horizon.width * self.sun.horizon.height
 
     @property
     def defines(self) -> dict[str, object]:
@@ -264,21 +286,23 @@ class Visibility:
     def follow(self, sun: Vector, radius: float = SUN_RADIUS, progress: Progress | None = None) -> None:
         """Make what is not there yet for this sun, a unit vector and the disc's angular radius in radians."""
         heightmap = self.sky.terrain.heightmap
-        for share in self.following(sun, radius, heightmap.rows * heightmap.cols):
+        for share in self.follow_steps(sun, radius, heightmap.rows * heightmap.cols):
             if progress:
                 self.sky.ctx.finish()
                 progress(share)
 
-    def following(self, sun: Vector, radius: float = SUN_RADIUS, posts: int = PORTION) -> Generator[float, None, None]:
+    def follow_steps(
+        self, sun: Vector, radius: float = SUN_RADIUS, posts: int = PORTION
+    ) -> Generator[float, None, None]:
         """The same in portions of about so many posts, after each the share that is done; nothing if nothing is due."""
         edits = self._edits
         if self._at is None or self._at != (sun, radius) or self._sun_of != edits:
-            for share in self.sun.building(sun, radius, posts):
+            for share in self.sun.build_steps(sun, radius, posts):
                 yield 0.1 * share
             self._at, self._sun_of = (sun, radius), edits
         edits = self._edits
         if self._sky_of != edits:
-            for share in self.sky.building(posts):
+            for share in self.sky.build_steps(posts):
                 yield 0.1 + 0.9 * share
             self._sky_of = edits
 
@@ -291,18 +315,20 @@ class Visibility:
         """Follow an edit of posts, x0, y0, x1, y1: what is needed is built anew when it is next asked for."""
         self._edits += 1
 
-    def bind(self, program: Any) -> None:
+    def bind(self, program: moderngl.Program) -> None:
         """Make the tables visible to a program that includes horizon/visible.glsl."""
         assert self._at
-        self.sky.buffer.bind_to_storage_buffer(4)
-        self.sun.buffer.bind_to_storage_buffer(5)
-        self.sun.horizon.use(4)
+        sky, sun = self.sky, self.sun
+        bind(
+            "horizon/visible.glsl", Shares=sky.buffer, Sunlit=sun.buffer, u_packed=sky.packed, u_sun_horizon=sun.horizon
+        )
+        bind("horizon/visible.glsl", u_shares=sky.texture.of(sky.buffer), u_sunlit=sun.texture.of(sun.buffer))
         for name, value in {**sun_uniforms(*self._at), "u_sun_towards": self.sun.towards}.items():
             if name in program:
                 program[name] = value
 
     def release(self) -> None:
-        """Give the GPU's memory back."""
+        """Release GPU resources."""
         self.sky.release()
         self.sun.release()
 

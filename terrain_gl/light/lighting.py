@@ -3,21 +3,24 @@
 from __future__ import annotations
 
 import os
-from collections import deque
 from collections.abc import Generator
 from functools import lru_cache
-from typing import Any, NamedTuple
+from typing import NamedTuple
 
 import moderngl
 import numpy as np
 
-from ..image import read_albedo
+from ..gpu.bindings import bind
+from ..gpu.gl import limits
+from ..steps import drain
 from ..terrain import Rect, Terrain
+from .albedo import read_albedo
+from .atmosphere import LUMINANCE
 from .gaussians import LIGHTS, SKY_AXES, SKY_SHARPNESS
 from .ground import HeightSums
 from .horizon import PORTION, Visibility
-from .lobes import Character, Cover, LobeTables
-from .sky import LUMINANCE, Sky, clear_sky, read_sky
+from .lobes import LAYERS, Character, Cover, LobeTables
+from .sky import Sky, clear_sky, read_sky
 
 # How bright a surface in full light is to be shown: the log mean of the bundled land's default view is mid-grey, 0.18.
 KEY = 13.0
@@ -54,6 +57,8 @@ class Lighting:
 
     def __init__(self, terrain: Terrain, sums: HeightSums) -> None:
         self.ctx, self.terrain, self.sums = terrain.ctx, terrain, sums
+        most_words = LAYERS * terrain.heightmap.rows * terrain.heightmap.cols // 4
+        self._words = {"WORDS_IN_TEXTURES": 1} if most_words <= limits(self.ctx)["texture_buffer_texels"] else {}
         self.cover = Cover(self.ctx, terrain.heightmap)
         self.visibility = Visibility(terrain, SKY_AXES, SKY_SHARPNESS)
         self.block = self.ctx.buffer(reserve=LIGHTS.itemsize)
@@ -71,7 +76,7 @@ class Lighting:
     @property
     def defines(self) -> dict[str, object]:
         """Macros for shaders that include glsl/light/lit.glsl."""
-        return self.visibility.defines
+        return self.visibility.defines | self.cover.defines | self._words
 
     def update(self, posts: Rect, moved: bool = True) -> None:
         """Follow an edit of posts, (x0, y0, x1, y1), once the heights' sums have; `moved`: not only their steps."""
@@ -87,9 +92,9 @@ class Lighting:
     def follow(self, sun: tuple[float, float], sky: str | None = None, material: str | None = None) -> None:
         """Make whatever is not there yet: for a sun (azimuth, elevation), a sky's file, a picture of the ground."""
         heightmap = self.terrain.heightmap
-        deque(self.following(sun, sky, material, heightmap.rows * heightmap.cols), maxlen=0)
+        drain(self.follow_steps(sun, sky, material, heightmap.rows * heightmap.cols))
 
-    def following(
+    def follow_steps(
         self,
         sun: tuple[float, float],
         sky: str | None = None,
@@ -105,7 +110,7 @@ class Lighting:
             yield 0.01
         if (wanted := self._lobes_wanted) != self._lobes_of:
             self.lobes = self.lobes or LobeTables(self.terrain, self.sums, self.cover, build=False)
-            for share in self.lobes.building():
+            for share in self.lobes.build_steps():
                 yield 0.01 + 0.07 * share
             self._lobes_of = wanted
         lit_by = sky_seen(sun, sky)
@@ -114,7 +119,7 @@ class Lighting:
             self.sky = lit_by
             yield 0.1
         east, north, up = (float(v) for v in lit_by.sun["axis"])
-        for share in self.visibility.following((east, north, up), posts=posts):
+        for share in self.visibility.follow_steps((east, north, up), posts=posts):
             yield 0.1 + 0.9 * share
 
     @property
@@ -132,18 +137,18 @@ class Lighting:
         block["water_m"] = -1e30 if water_m is None else water_m - self.terrain.base_m
         self.block.write(block.tobytes())
 
-    def bind(self, program: Any) -> None:
+    def bind(self, program: moderngl.Program) -> None:
         """Make all light visible to a program."""
-        self.block.bind_to_uniform_block(2)
+        bind("light/lights.glsl", Lights=self.block)
         self.cover.bind(program)
         self.visibility.bind(program)
         if self.lobes:
-            self.lobes.buffer.bind_to_storage_buffer(3)
+            bind("light/merged.glsl", Lobes=self.lobes.buffer, u_lobe_sums=self.lobes.texture)
         if self.dome:
-            self.dome.use(5)
+            bind("light/dome.glsl", u_dome=self.dome)
 
     def release(self) -> None:
-        """Give the GPU's memory back."""
+        """Release GPU resources."""
         for part in (self.cover, self.visibility, self.block, self.lobes, self.dome):
             if part:
                 part.release()
@@ -186,7 +191,7 @@ def ground_seen(path: str) -> np.ndarray:
 
 @lru_cache(maxsize=1)
 def _ground_of(file: Version) -> np.ndarray:
-    return read_albedo(file.path).astype("f2")
+    return read_albedo(file.path)
 
 
 @lru_cache(maxsize=2)

@@ -6,11 +6,12 @@ Values: glsl/light/record.comp. Lookups in shaders: glsl/light/merged.glsl. Spec
 from __future__ import annotations
 
 import math
-from typing import Any, NamedTuple
+from typing import NamedTuple
 
 import moderngl
 import numpy as np
 
+from ..gpu.bindings import bind
 from ..heightmap import Heightmap
 from ..sat import RecordedTable, Table
 from ..terrain import Rect, Terrain
@@ -18,6 +19,7 @@ from .ground import HeightSums
 
 LAYERS = 9
 HOLLOW = 8  # posts around a cell that its cover depends on: glsl/shade/cover.glsl asks of boxes up to 16 wide
+_GREENNESS = 0.27, 0.42  # hypsometric integrals between which land turns from green to arid: glsl/shade/character.glsl
 _GRID = 64  # steps of the map's character to 1, so that small edits leave it, and all cover, alone
 
 
@@ -67,15 +69,22 @@ class Cover:
             self.picture.repeat_x = self.picture.repeat_y = False
             self.picture.filter = (moderngl.LINEAR_MIPMAP_LINEAR, moderngl.LINEAR)
 
-    def bind(self, program: Any) -> None:
+    @property
+    def defines(self) -> dict[str, object]:
+        """Macros for a program that is for this cover alone, so that it leaves out what others need."""
+        low, high = _GREENNESS
+        kinds = {"GREEN": self.character.hypsometric < high, "ARID": self.character.hypsometric > low}
+        return {name: str(is_so).lower() for name, is_so in {"PICTURED": self.picture is not None, **kinds}.items()}
+
+    def bind(self, program: moderngl.Program | moderngl.ComputeShader) -> None:
         """Make the cover known to a program that includes glsl/shade/cover.glsl."""
         for name, value in (self.character._asdict() | {"pictured": self.picture is not None}).items():
             if f"u_{name}" in program:
                 program[f"u_{name}"] = value
-        (self.picture or self._none).use(6)
+        bind("shade/cover.glsl", u_albedo=self.picture or self._none)
 
     def release(self) -> None:
-        """Give the GPU's memory back."""
+        """Release GPU resources."""
         self.take_picture(None)
         self._none.release()
 
@@ -104,8 +113,7 @@ class LobeTables(RecordedTable):
     def _write(self, buffer: moderngl.Buffer, first: tuple[int, int], at: Table, rows: range | None = None) -> None:
         rows = rows or range(at.height)
         self.terrain.bind()
-        self.sums.buffer.bind_to_storage_buffer(0)
-        buffer.bind_to_storage_buffer(3)
+        bind("light/record.comp", HeightSums=self.sums.buffer, Values=buffer)
         self.cover.bind(self._record)
         self._record["u_first"], self._record["u_count"], self._record["u_first_row"] = first, at[:2], rows.start
         self._record.run(-(-at.width // 64), len(rows))

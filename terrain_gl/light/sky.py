@@ -13,20 +13,13 @@ from ..exceptions import TerrainError
 from ..image import read_image
 from . import atmosphere
 from .atmosphere import LUMINANCE
-from .gaussians import (
-    SKY_AXES,
-    SKY_SHARPNESS,
-    SUN_RADIUS_DEG,
-    Lights,
-    lobes,
-    non_negative_least_squares,
-    sun_sharpness,
-)
+from .gaussians import SKY_AXES, SKY_SHARPNESS, SUN_RADIUS_DEG, Lights, lobes, non_negative_least_squares, sun_sharpness
 
 SUNLIGHT = 20.0  # irradiance of the sun above the air, in the units of all radiance here
 NIGHT = np.array([0.9, 1.2, 1.8]) * 2e-4  # what remains without any sun: stars and airglow, much brightened
 SHAPE = (192, 128)  # rows and columns of a computed dome
 SHAPE_READ = (512, 1024)  # of one that is read from a picture
+MOST_PIXELS = 1 << 25  # of such a picture: 8192 x 4096
 NO_SUN = lobes(np.array([[0.0, 0.0, 1.0]]), np.array([sun_sharpness()]), np.zeros((1, 3)))[0]
 _SUN_TIMES_MEDIAN = 100.0  # a picture's brightest spot is a sun if it is so many times as bright as most of the sky
 
@@ -167,7 +160,7 @@ def read_sky(path: str | os.PathLike[str]) -> Sky:
     TerrainError
         Not a readable picture, not twice as wide as high, 8-bit colours, or values that are negative or not finite.
     """
-    pixels = read_image(path)
+    pixels = read_image(path, MOST_PIXELS)
     rows, cols = pixels.shape[:2]
     if cols != 2 * rows or rows < 2:
         raise TerrainError(

@@ -3,11 +3,11 @@
 from __future__ import annotations
 
 import math
-from datetime import datetime, timezone
+from datetime import UTC, datetime
 
 from ..exceptions import UsageError
 
-_NOON_2000 = datetime(2000, 1, 1, 12, tzinfo=timezone.utc)
+_NOON_2000 = datetime(2000, 1, 1, 12, tzinfo=UTC)
 
 
 def sun_position(time: datetime, latitude_deg: float, longitude_deg: float = 0.0) -> tuple[float, float]:
@@ -32,7 +32,7 @@ def sun_position(time: datetime, latitude_deg: float, longitude_deg: float = 0.0
         raise UsageError(
             f"expected a latitude of -90 to 90, a longitude of -360 to 360: {latitude_deg}, {longitude_deg}"
         )
-    instant = time if time.tzinfo else time.replace(tzinfo=timezone.utc)
+    instant = time if time.tzinfo else time.replace(tzinfo=UTC)
     days = (instant - _NOON_2000).total_seconds() / 86400
     declination, right_ascension, mean_longitude = _apparent(days)
     # the mean sun crosses the meridian at twelve; the true one is ahead or behind by the equation of time

@@ -1,26 +1,54 @@
 """Readers: a raster file as blocks of raw pixel values, so that a large map never stands in memory twice.
 
-The kind of a file is told by its first bytes, never by its name (.hgt, which has no mark of its own, excepted):
-OpenImageIO reads PNG, EXR, HDR and, without rasterio, TIFF; numpy reads .npy and .hgt; rasterio (GDAL) reads
-TIFF with its tags and everything else.
+The first bytes of a file tell its kind, never its name (.hgt, which has no mark of its own, excepted):
+OpenImageIO reads PNG, EXR, HDR, PNM and, without rasterio, TIFF; numpy reads .npy and .hgt; rasterio (GDAL) reads
+TIFF with its tags and other local rasters; mosaics (.vrt) are put together from those.
+Opening a map reads that file, its headers beside it and, of a mosaic, the files beside and below it. Nothing else.
 """
 
 from __future__ import annotations
 
 import os
-import stat
-from collections.abc import Callable
+import re
+from functools import partial
+from typing import NamedTuple
 
 from terrain_gl.exceptions import TerrainError
-from terrain_gl.readers.arrays import SRTM_VOID, open_hgt, open_npy
+from terrain_gl.inputs import check_input
+from terrain_gl.readers.archives import open_gzip, open_zip
+from terrain_gl.readers.arrays import RAW_ENDINGS, SRTM_VOID, open_hgt, open_npy, open_raw
 from terrain_gl.readers.gdal import open_gdal
 from terrain_gl.readers.images import open_oiio
-from terrain_gl.readers.raster import Raster, Spacing, has_rasterio
+from terrain_gl.readers.raster import Raster, Spacing, has_rasterio, one_band
+from terrain_gl.readers.vrt import open_vrt, sources_of
 
-__all__ = ["SRTM_VOID", "Raster", "Spacing", "open_raster"]
+__all__ = ["SRTM_VOID", "How", "Raster", "Spacing", "files_of", "open_raster"]
+
+_ZIP, _GZIP = b"PK\x03\x04", b"\x1f\x8b"
+_VRT = b"<VRTDataset"
+_IMAGE = (b"\x89PNG\r\n\x1a\n", b"\x76\x2f\x31\x01", b"#?RADIANCE", b"#?RGBE")
+_PNM = re.compile(rb"P[1-6Ff]\s")
 
 
-def open_raster(path: str | os.PathLike[str]) -> Raster:
+class How(NamedTuple):
+    """What a user may say of how a file is read.
+
+    Attributes
+    ----------
+    trusted : bool
+        Let GDAL follow the file to other files and to the network.
+    band : int, optional
+        The band or channel that holds the heights, from 1.
+    raw : (int, int), optional
+        The file is bare posts, of so many columns and rows.
+    """
+
+    trusted: bool = False
+    band: int | None = None
+    raw: tuple[int, int] | None = None
+
+
+def open_raster(path: str | os.PathLike[str], how: How = How()) -> Raster:  # noqa: B008  immutable
     """Open a raster file by its kind.
 
     Raises
@@ -30,31 +58,61 @@ def open_raster(path: str | os.PathLike[str]) -> Raster:
     """
     path = os.fspath(path)
     name = os.fsencode(path).decode("utf-8", "replace")
-    return _reader(path, _first_bytes(path, name))(path, name)
+    head = _first_bytes(path, name)
+    if head.startswith(_ZIP):
+        return open_zip(path, name, partial(_unpacked, how=how))
+    if head.startswith(_GZIP):
+        return open_gzip(path, name, partial(_unpacked, how=how))
+    return _one_raster(path, name, head, how)
+
+
+def _unpacked(path: str, how: How) -> Raster:
+    head = _first_bytes(path, path)
+    if head.startswith((_ZIP, _GZIP)):  # some archives hold themselves
+        raise TerrainError(f"{path}: is an archive in an archive: unpack it first")
+    return _one_raster(path, path, head, how)
+
+
+def _one_raster(path: str, name: str, head: bytes, how: How) -> Raster:
+    raster = _opened(path, name, head, how)
+    return raster if how.band is None or raster.bands_chosen else one_band(raster, how.band)
+
+
+def files_of(path: str | os.PathLike[str]) -> list[str]:
+    """The real paths of all files that are read when a map is opened, as far as they are named: a mosaic's sources."""
+    path = os.fspath(path)
+    try:
+        is_vrt = _first_bytes(path, path).lstrip().startswith(_VRT)
+        return [os.path.realpath(path), *(sources_of(path, path) if is_vrt else ())]
+    except TerrainError:  # opening the map will say why
+        return [os.path.realpath(path)]
 
 
 def _first_bytes(path: str, name: str) -> bytes:
-    """Read the bytes that tell the kind; refuse what is not a regular file, for opening a pipe blocks for ever."""
+    """Read the bytes that tell the kind of a regular file."""
+    check_input(path, "name a heightmap file")
     try:
-        if not stat.S_ISREG(os.stat(path).st_mode):
-            raise TerrainError(f"{name}: is not a file but a directory, pipe or device: name a heightmap file")
         with open(path, "rb") as file:
-            head = file.read(16)
+            head = file.read(64)
     except (OSError, ValueError) as error:
         reason = getattr(error, "strerror", None) or error
-        raise TerrainError(f"{name}: cannot be read ({reason}): check its name and permissions") from None
+        raise TerrainError(f"{name}: cannot be read ({reason}): check its permissions") from None
     if not head:
         raise TerrainError(f"{name}: is empty (0 bytes): download or export it again")
     return head
 
 
-def _reader(path: str, head: bytes) -> Callable[[str, str], Raster]:
-    if path.lower().endswith(".hgt"):
-        return open_hgt
+def _opened(path: str, name: str, head: bytes, how: How) -> Raster:
+    ending = os.path.splitext(path)[1].lower()
+    if how.raw or ending in RAW_ENDINGS:
+        return open_raw(path, name, how.raw)
+    if ending == ".hgt":
+        return open_hgt(path, name)
     if head.startswith(b"\x93NUMPY"):
-        return open_npy
-    if head.startswith((b"\x89PNG\r\n\x1a\n", b"\x76\x2f\x31\x01", b"#?RADIANCE", b"#?RGBE")):
-        return open_oiio
-    if head.startswith((b"II*\0", b"MM\0*", b"II+\0", b"MM\0+")) and not has_rasterio():
-        return open_oiio
-    return open_gdal
+        return open_npy(path, name)
+    is_tiff = head.startswith((b"II*\0", b"MM\0*", b"II+\0", b"MM\0+"))
+    if head.startswith(_IMAGE) or _PNM.match(head) or (is_tiff and not has_rasterio()):
+        return open_oiio(path, name)
+    if head.lstrip().startswith(_VRT) and not how.trusted:
+        return open_vrt(path, name)
+    return open_gdal(path, name, how.trusted, how.band)

@@ -11,7 +11,7 @@ import numpy as np
 
 from terrain_gl.exceptions import TerrainError
 from terrain_gl.readers.geodesy import metres_per_degree
-from terrain_gl.readers.raster import Blocks, Raster, Spacing, one_line, rows_at_once
+from terrain_gl.readers.raster import MAX_CHANNELS, Blocks, Raster, Spacing, one_line, rows_at_once
 
 SRTM_VOID = -32768.0
 
@@ -26,6 +26,10 @@ def open_npy(path: str, name: str) -> Raster:
         kind = f"{array.ndim}-dimensional {array.dtype}"
         raise TerrainError(f"{name}: holds a {kind} array: expected numbers of shape (rows, cols)")
     shape = (*array.shape, 1)[:3]
+    if shape[2] > MAX_CHANNELS:
+        raise TerrainError(
+            f"{name}: holds an array of shape {array.shape}: expected (rows, cols), save one layer of it"
+        )
     if not array.flags.c_contiguous and array.ndim == 3:
         raise TerrainError(f"{name}: is in Fortran order: save numpy.ascontiguousarray(array)")
     return Raster(
@@ -64,3 +68,27 @@ def _hgt_spacing(path: str, side: int) -> Spacing | None:
     latitude = int(corner[2]) * (1 if corner[1] == "N" else -1) + 0.5
     east, north = metres_per_degree(latitude)
     return east / (side - 1), north / (side - 1)
+
+
+RAW_ENDINGS = (".raw", ".r16", ".r32")
+_RAW_TYPES = {1: "u1", 2: "<u2", 4: "<f4"}
+
+
+def open_raw(path: str, name: str, size: tuple[int, int] | None) -> Raster:
+    """Bare posts, row after row, as game engines write them: 8 or 16 bits without sign, or 32-bit floats.
+
+    Parameters
+    ----------
+    size : (int, int), optional
+        Columns and rows; without it, those of a square of 16-bit posts, or of floats in a .r32.
+    """
+    length = os.path.getsize(path)
+    if size is None:
+        side = math.isqrt(length // (4 if path.lower().endswith(".r32") else 2))
+        size = side, side
+    cols, rows = size
+    each = length // max(1, cols * rows)
+    if each not in _RAW_TYPES or each * cols * rows != length:
+        raise TerrainError(f"{name}: {length} bytes are not {cols} x {rows} posts of 1, 2 or 4 bytes: give --raw WxH")
+    dtype, shape = np.dtype(_RAW_TYPES[each]), (rows, cols, 1)
+    return Raster(name, shape, dtype, _npy_blocks(path, dtype, shape, 0, True))

@@ -1,97 +1,252 @@
-"""TIFF with its tags, and every other raster that GDAL opens, through rasterio (the [geo] extra)."""
+"""TIFF with its tags, and the other local rasters that GDAL reads, through rasterio (the [geo] extra).
+
+GDAL has drivers that follow a file to the network, or to any other file of the machine. So a map is opened by the
+drivers of `DRIVERS` alone, which read the named file and its headers beside it.
+"""
 
 from __future__ import annotations
 
-import re
+import mmap
+import os
+import stat
 import warnings
+from collections.abc import Iterator, Sequence
+from contextlib import AbstractContextManager, contextmanager
 from typing import Any
 
 import numpy as np
 
 from terrain_gl.exceptions import TerrainError
-from terrain_gl.readers.geodesy import WGS84, metres_per_degree
+from terrain_gl.image import quiet_stderr
+from terrain_gl.readers.description import said_in
+from terrain_gl.readers.georeference import Georeference, Grid, spacing_of, vertical_unit_m
 from terrain_gl.readers.raster import (
     INSTALL_GEO,
     MAX_CHANNELS,
+    TRUST,
     Blocks,
     Raster,
-    Spacing,
     damaged,
+    gdal_failures,
     has_rasterio,
+    north_up,
     one_line,
     rows_at_once,
     utf8,
 )
 
+DRIVERS = (
+    *("GTiff", "HFA", "netCDF", "JPEG", "BMP", "PNG"),
+    *("AAIGrid", "GRASSASCIIGrid", "GSAG", "GSBG", "GS7BG", "NWT_GRD", "ZMap", "XYZ"),
+    *("EHdr", "ENVI", "SAGA", "RST", "ROI_PAC", "PCRaster"),
+    *("SRTMHGT", "DTED", "USGSDEM", "BT", "Terragen", "Leveller", "RMF"),
+)
+# Every way of GDAL to the network, closed: a driver that still asks for a remote file gets none.
+OFFLINE = {
+    "CPL_VSIL_CURL_ALLOWED_FILENAME": "/vsicurl/none",
+    "CPL_VSIL_CURL_ALLOWED_EXTENSIONS": "{none}",
+    "GDAL_DISABLE_READDIR_ON_OPEN": "FALSE",
+    "GDAL_HTTP_MAX_RETRY": "0",
+    "GDAL_HTTP_TIMEOUT": "1",
+    "AWS_NO_SIGN_REQUEST": "YES",
+    "CPL_AWS_AUTODETECT_EC2": "NO",
+    "CPL_GCE_CHECK_LOCAL_FILES": "NO",
+    "GDAL_VRT_ENABLE_PYTHON": "NO",
+    "PROJ_NETWORK": "OFF",
+    "OSR_DEFAULT_AXIS_MAPPING_STRATEGY": "TRADITIONAL_GIS_ORDER",
+}
+_CACHE = {"GDAL_CACHEMAX": 64}  # MB; the default is a share of the machine's memory
+_HDF5 = b"\x89HDF\r\n\x1a\n"
+_ERDAS, _ERDAS_ELSEWHERE = b"EHFA_HEADER_TAG", b"ExternalRasterDMS"
 
-def open_gdal(path: str, name: str) -> Raster:
-    """Open whatever GDAL opens, with its spacing and no-data tags; without rasterio, say how to get it."""
+
+def open_gdal(path: str, name: str, trusted: bool = False, band: int | None = None) -> Raster:
+    """Open a raster with its tags: spacing, no-data value, scale, offset and unit of heights.
+
+    Parameters
+    ----------
+    path : str
+        The file.
+    name : str
+        The file as messages call it.
+    trusted : bool
+        Let GDAL use all its drivers: they may read other files and the network.
+    band : int, optional
+        The one that is read, from 1; all, up to four, if None.
+
+    Raises
+    ------
+    TerrainError
+        rasterio is missing, no allowed driver reads the file, or it holds no map.
+    """
     if not has_rasterio():
         raise TerrainError(
             f"{name}: is not PNG, TIFF, EXR, HDR, NPY or HGT: if it is another kind that GDAL reads, {INSTALL_GEO}"
         )
+    try:
+        with _environment(trusted):
+            return _raster(open_trusted(path, name) if trusted else open_local(path, name), name, trusted, band)
+    except gdal_failures() as error:
+        raise _unreadable(name, error, trusted) from None
+
+
+def _raster(data: Any, name: str, trusted: bool, band: int | None) -> Raster:
+    bands = _bands(data, name, band)
+    first, crs = bands[0] - 1, _crs(data)
+    place = Georeference(Grid(*data.transform[:6]), crs, (data.width, data.height))
+    spacing_m, notes = spacing_of(place, name)
+    unit_m, of_heights = vertical_unit_m(data.units[first], crs)
+    said = said_in(_description(data))
+    blocks = _gdal_blocks(data, name, trusted, bands)
+    return Raster(
+        name,
+        (data.height, data.width, len(bands)),
+        np.dtype(data.dtypes[first]),
+        north_up(blocks, data.height) if place.grid.is_south_up else blocks,
+        has_alpha=_has_alpha(data, bands),
+        nodata=data.nodatavals[first] if said.nodata is None else said.nodata,
+        spacing_m=spacing_m or said.spacing_m,
+        scale=data.scales[first] * unit_m * said.z_scale,
+        offset_m=data.offsets[first] * unit_m + said.z_offset_m,
+        notes=notes + of_heights,
+        bands_chosen=band is not None,
+    )
+
+
+def _has_alpha(data: Any, bands: Sequence[int]) -> bool:
     import rasterio
 
+    return len(bands) > 1 and data.colorinterp[bands[-1] - 1] == rasterio.enums.ColorInterp.alpha
+
+
+def open_local(path: str, name: str) -> Any:
+    """Open a regular file by the allowed drivers, as a rasterio dataset.
+
+    Raises
+    ------
+    TerrainError
+        A file beside it, of the same name but for its ending, is a pipe, a device or a link to another folder;
+        or the file is of a kind that may name other files as its data.
+    rasterio.errors.RasterioError
+        No allowed driver reads it.
+    """
+    import rasterio
+
+    _check_companions(path, name)
+    _check_own_data(path, name)
+    with closed_environment(), warnings.catch_warnings():
+        warnings.simplefilter("ignore", rasterio.errors.NotGeoreferencedWarning)
+        # rasterio.open takes one driver; the class that it makes takes a list
+        return rasterio.io.DatasetReader(utf8(path, name), driver=list(DRIVERS), sharing=False)
+
+
+def open_trusted(path: str, name: str) -> Any:
+    """Open whatever GDAL opens."""
+    import rasterio
+
+    with warnings.catch_warnings():
+        warnings.simplefilter("ignore", rasterio.errors.NotGeoreferencedWarning)
+        return rasterio.open(utf8(path, name))
+
+
+def _environment(trusted: bool) -> AbstractContextManager[Any]:
+    import rasterio
+
+    return rasterio.Env(**_CACHE) if trusted else closed_environment()
+
+
+@contextmanager
+def closed_environment() -> Iterator[None]:
+    """Let GDAL work without the network, without anyone's credentials, and without words of its own."""
+    import rasterio
+    from rasterio.session import DummySession
+
+    with rasterio.Env(session=DummySession(), **_CACHE, **OFFLINE), quiet_stderr():
+        yield
+
+
+def _check_companions(path: str, name: str) -> None:
+    """Refuse headers and tags beside a map that GDAL would wait for, or that stand elsewhere."""
+    folder, file = os.path.split(os.path.realpath(path))
+    stem = os.path.splitext(file)[0].lower()
+    with os.scandir(folder) as entries:
+        for entry in entries:
+            if entry.name.lower().startswith(stem + ".") and not _is_companion(entry, folder):
+                beside = os.fsencode(entry.name).decode("utf-8", "replace")
+                raise TerrainError(
+                    f"{name}: {beside} beside it is a pipe, a device or a link to another folder: move it away"
+                )
+
+
+def _check_own_data(path: str, name: str) -> None:
+    """Refuse the kinds of files that may name any other file as their data."""
+    with open(path, "rb") as file, mmap.mmap(file.fileno(), 0, access=mmap.ACCESS_READ) as data:
+        if data[: len(_HDF5)] == _HDF5:
+            raise TerrainError(f"{name}: is HDF5 (netCDF-4), whose data may stand in any other file: {TRUST}")
+        if data[: len(_ERDAS)] == _ERDAS and data.find(_ERDAS_ELSEWHERE) >= 0:
+            raise TerrainError(f"{name}: is an ERDAS image whose data stand in another file: {TRUST}")
+
+
+def _is_companion(entry: os.DirEntry[str], folder: str) -> bool:
+    if entry.is_dir():
+        return True
     try:
-        with warnings.catch_warnings():
-            warnings.simplefilter("ignore", rasterio.errors.NotGeoreferencedWarning)
-            data = rasterio.open(utf8(path, name))
-            _check_bands(data, name)
-            spacing_m = _gdal_spacing(data, name)
-    except rasterio.errors.RasterioError as error:
-        reason = "not a format that GDAL knows" if "not recognized" in str(error) else one_line(error)
-        raise TerrainError(
-            f"{name}: is not a readable heightmap ({reason}): give PNG, TIFF, EXR, HDR, NPY, HGT"
-        ) from None
-    shape = (data.height, data.width, data.count)
-    has_alpha = data.count > 1 and data.colorinterp[-1] == rasterio.enums.ColorInterp.alpha
-    return Raster(name, shape, np.dtype(data.dtypes[0]), _gdal_blocks(data, name), has_alpha, data.nodata, spacing_m)
+        regular = stat.S_ISREG(os.stat(entry.path).st_mode)
+    except OSError:  # a link to nothing: nothing can be read there
+        return True
+    return regular and (not entry.is_symlink() or os.path.dirname(os.path.realpath(entry.path)) == folder)
 
 
-def _check_bands(data: Any, name: str) -> None:
+def _unreadable(name: str, error: Exception, trusted: bool) -> TerrainError:
+    unknown = "not recognized" in str(error)
+    reason = "not a format that is read here" if unknown else one_line(error)
+    advice = "give PNG, TIFF, EXR, HDR, NPY, HGT"
+    if unknown and not trusted:
+        advice += f"; {TRUST}"
+    return TerrainError(f"{name}: is not a readable heightmap ({reason}): {advice}")
+
+
+def _bands(data: Any, name: str, band: int | None) -> Sequence[int]:
+    """The bands that are read."""
     import rasterio
 
     if data.count == 0:
         raise TerrainError(f"{name}: holds several layers and no raster of its own: extract one with gdal_translate")
-    if data.count > MAX_CHANNELS:
-        raise TerrainError(f"{name}: has {data.count} bands, not one of heights: extract it with gdal_translate -b")
-    if data.dtypes[0].startswith("complex"):
+    if band is not None and band > data.count:
+        raise TerrainError(f"{name}: has {data.count} bands: there is no band {band}")
+    if band is None and data.count > MAX_CHANNELS:
+        raise TerrainError(f"{name}: has {data.count} bands: say which holds the heights with --band")
+    first = (band or 1) - 1
+    if data.dtypes[first].startswith("complex"):
         raise TerrainError(f"{name}: holds complex numbers: convert it to one real height per post")
-    if data.colorinterp[0] == rasterio.enums.ColorInterp.palette:
+    if data.colorinterp[first] == rasterio.enums.ColorInterp.palette:
         raise TerrainError(f"{name}: holds palette indices, not heights: convert it to one grey channel")
+    return range(1, data.count + 1) if band is None else (band,)
 
 
-def _gdal_blocks(data: Any, name: str) -> Blocks:
-    import rasterio
+def _description(data: Any) -> str:
+    try:
+        return str(data.tags().get("TIFFTAG_IMAGEDESCRIPTION", ""))
+    except UnicodeDecodeError:
+        return ""
 
+
+def _crs(data: Any) -> Any:
+    """The dataset's coordinate system; None where rasterio cannot make one of it."""
+    try:
+        return data.crs
+    except gdal_failures():
+        return None
+
+
+def _gdal_blocks(data: Any, name: str, trusted: bool, bands: Sequence[int]) -> Blocks:
     step = rows_at_once(data.width, unit=data.block_shapes[0][0])
-    with data, rasterio.Env(GDAL_CACHEMAX=64):  # MB; the default is a share of the machine's memory
+    with data:
         for row in range(0, data.height, step):
             rows = slice(row, min(row + step, data.height))
             try:
-                pixels = data.read(window=((rows.start, rows.stop), (0, data.width)))
-            except rasterio.errors.RasterioError as error:
+                with _environment(trusted):
+                    pixels = data.read(list(bands), window=((rows.start, rows.stop), (0, data.width)))
+            except gdal_failures() as error:
                 raise damaged(name, one_line(error.__cause__ or error)) from None
             yield rows, np.moveaxis(pixels, 0, -1)
-
-
-def _gdal_spacing(data: Any, name: str) -> Spacing | None:
-    """Metres between posts from the geotransform: degrees at the map's middle latitude, else linear units."""
-    grid = data.transform
-    if grid.is_identity:
-        return None
-    if grid.b or grid.d or grid.a < 0 or grid.e > 0:
-        raise TerrainError(f"{name}: is not stored north up: turn it first with gdalwarp {name} north-up.tif")
-    if data.crs is None:
-        return grid.a, -grid.e
-    if data.crs.is_geographic:
-        east, north = metres_per_degree(grid.f + grid.e * data.height / 2, *_ellipsoid(data.crs))
-        return grid.a * east, -grid.e * north
-    unit = data.crs.linear_units_factor[1]
-    return grid.a * unit, -grid.e * unit
-
-
-def _ellipsoid(crs: Any) -> tuple[float, float]:
-    """Semi-major axis in metres and inverse flattening (0 for a sphere): not every map is of the Earth."""
-    found = re.search(r'SPHEROID\["[^"]*",([\d.]+),([\d.]+)', crs.to_wkt(version="WKT1_GDAL"))
-    return (float(found[1]), float(found[2])) if found else WGS84

@@ -8,8 +8,10 @@ import numpy as np
 import OpenImageIO as oiio
 
 from terrain_gl.exceptions import TerrainError
-from terrain_gl.image import one_line, quiet_stderr
-from terrain_gl.readers.raster import INSTALL_GEO, MAX_CHANNELS, Blocks, Raster, damaged, rows_at_once, utf8
+from terrain_gl.image import quiet_stderr, reason_of
+from terrain_gl.readers.description import said_in
+from terrain_gl.readers.georeference import Georeference, Grid, spacing_of, world_file
+from terrain_gl.readers.raster import INSTALL_GEO, MAX_CHANNELS, Blocks, Raster, damaged, north_up, rows_at_once, utf8
 
 
 def open_oiio(path: str, name: str) -> Raster:
@@ -19,7 +21,7 @@ def open_oiio(path: str, name: str) -> Raster:
     with quiet_stderr():
         image = oiio.ImageInput.open(utf8(path, name), config)
     if image is None:
-        raise damaged(name, _reason(oiio))
+        raise damaged(name, reason_of(oiio))
     spec = image.spec()
     if spec.deep or spec.depth > 1 or spec.nchannels > MAX_CHANNELS:
         raise TerrainError(f"{name}: is a deep, volume or many-channel image: keep one channel of heights")
@@ -31,7 +33,29 @@ def open_oiio(path: str, name: str) -> Raster:
     shape = (spec.height, spec.width, spec.nchannels)
     has_alpha = spec.nchannels > 1 and spec.alpha_channel == spec.nchannels - 1
     dtype = np.dtype({"uint": "uint32", "int": "int32", "half": "float16"}.get(str(spec.format), str(spec.format)))
-    return Raster(name, shape, dtype, _oiio_blocks(image, name), has_alpha)
+    said = said_in(_description(spec))
+    grid = world_file(path) or Grid()
+    spacing_m, notes = spacing_of(Georeference(grid, None, (spec.width, spec.height)), name)
+    blocks = _oiio_blocks(image, name)
+    return Raster(
+        name,
+        shape,
+        dtype,
+        north_up(blocks, spec.height) if grid.is_south_up else blocks,
+        has_alpha,
+        nodata=said.nodata,
+        spacing_m=spacing_m or said.spacing_m,
+        scale=said.z_scale,
+        offset_m=said.z_offset_m,
+        notes=notes,
+    )
+
+
+def _description(spec: Any) -> str:
+    try:
+        return str(spec.get_string_attribute("ImageDescription"))
+    except UnicodeDecodeError:
+        return ""
 
 
 def _oiio_blocks(image: Any, name: str) -> Blocks:
@@ -47,14 +71,5 @@ def _oiio_blocks(image: Any, name: str) -> Blocks:
             else:
                 pixels = image.read_scanlines(0, 0, top, bottom, 0, 0, spec.nchannels, spec.format)
         if pixels is None:
-            raise damaged(name, _reason(image))
+            raise damaged(name, reason_of(image))
         yield rows, pixels.reshape(rows.stop - rows.start, spec.width, spec.nchannels)
-
-
-def _reason(source: Any) -> str:
-    """OpenImageIO's last error in one line; after some damaged files its text is not even UTF-8."""
-    try:
-        text = source.geterror()
-    except UnicodeDecodeError:
-        text = ""
-    return one_line(text) or "its data do not decode"

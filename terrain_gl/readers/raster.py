@@ -2,9 +2,10 @@
 
 from __future__ import annotations
 
+import contextlib
 import os
 from collections.abc import Generator
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 from typing import Any
 
 import numpy as np
@@ -14,6 +15,7 @@ from terrain_gl.exceptions import TerrainError
 BLOCK_POSTS = 1 << 20
 MAX_CHANNELS = 4
 INSTALL_GEO = "pip install 'terrain-gl[geo]'"
+TRUST = "if you trust it, let GDAL follow it to other files and the network with --trust"
 
 Spacing = tuple[float, float]
 # Where in the map (an index into rows and columns), and pixels (rows, cols, channels).
@@ -40,6 +42,12 @@ class Raster:
         The stored value that marks a void, if the file names one.
     spacing_m : (east, north) or None
         Metres between posts, if the file tells.
+    scale, offset_m : float
+        A height is value · scale + offset_m metres, as the file tells.
+    notes : tuple of str
+        What the user should know of how the file was understood.
+    bands_chosen : bool
+        The blocks hold the asked band alone.
     """
 
     name: str
@@ -49,11 +57,43 @@ class Raster:
     has_alpha: bool = False
     nodata: float | None = None
     spacing_m: Spacing | None = None
+    scale: float = 1.0
+    offset_m: float = 0.0
+    notes: tuple[str, ...] = ()
+    bands_chosen: bool = False
 
     @property
     def colours(self) -> int:
         """Channels without opacity."""
         return self.shape[2] - self.has_alpha
+
+
+def north_up(blocks: Blocks, rows: int) -> Blocks:
+    """Turn blocks of whole rows that come from south to north."""
+    with contextlib.closing(blocks):
+        for where, pixels in blocks:
+            yield slice(rows - where.stop, rows - where.start), pixels[::-1]
+
+
+def one_band(raster: Raster, band: int) -> Raster:
+    """Keep one channel, counted from 1; and opacity as it is.
+
+    Raises
+    ------
+    TerrainError
+        There is no such channel.
+    """
+    if band > raster.colours:
+        raise TerrainError(f"{raster.name}: has {raster.colours} bands: there is no band {band}")
+    keep = [band - 1, raster.shape[2] - 1] if raster.has_alpha else [band - 1]
+    shape = (*raster.shape[:2], len(keep))
+    return replace(raster, shape=shape, blocks=_channels(raster.blocks, keep), bands_chosen=True)
+
+
+def _channels(blocks: Blocks, keep: list[int]) -> Blocks:
+    with contextlib.closing(blocks):
+        for where, pixels in blocks:
+            yield where, pixels[..., keep]
 
 
 def rows_at_once(cols: int, unit: int = 1) -> int:
@@ -70,7 +110,7 @@ def damaged(name: str, reason: str) -> TerrainError:
     return TerrainError(f"{name}: is damaged or cut short ({reason}): {advice}")
 
 
-def one_line(error: Exception) -> str:
+def one_line(error: BaseException) -> str:
     """Fold a library's message into one short line."""
     return " ".join(str(error).split())[:120]
 
@@ -82,6 +122,14 @@ def utf8(path: str, name: str) -> str:
     except UnicodeEncodeError:
         raise TerrainError(f"{name}: its name is not valid UTF-8: rename the file") from None
     return os.path.abspath(path)
+
+
+def gdal_failures() -> tuple[type[Exception], ...]:
+    """What rasterio raises when GDAL fails; it quotes a file's bytes as they are, which may not be UTF-8."""
+    from rasterio._err import CPLE_BaseError
+    from rasterio.errors import CRSError, RasterioError
+
+    return RasterioError, CRSError, CPLE_BaseError, UnicodeDecodeError
 
 
 def has_rasterio() -> bool:

@@ -1,18 +1,22 @@
-"""The interactive window: fly over a map and see what it costs and how true it is.
+"""The interactive window. It shows what a picture costs and how far it is from the true heights.
 
-window                  GLFW: events in, frames out
-flight                  puts together, frame by frame, what follows; knows no window
-land, loading, memory   the map that is seen, one on its way; what is remembered from one run to the next
-controller, mouse       the eye, and what the mouse does to it
-commands, settings      every key with its line of help; how the picture is drawn
-painter, pace, dawn     the picture: at once, or in portions; light on its way
-canvas, lines, marks    the picture composed, and what is drawn over the land
-insight, lesson         levels frozen, sides compared, patches explained in words and numbers
-sculpting, editing      brushes, strokes, the land saved
-dressing                skies and grounds from pictures
-keeping, filming        pictures, films, command lines
-gui, sections, charts   panels, if the extra [gui] is there; legend tells colours, help_page keys, gui_draw draws
-font, overlay, hud      text alone
+The modules from top to bottom. Each imports only from its own line and the lines below.
+
+window, glfw_window            the GLFW window: events in, frames out
+app                            a viewer with panels; sends input to a panel, the camera or a command
+panels, sections               what stands over the picture
+charts, help_page              the graphs, the page of keys
+commands                       every key and what it does
+viewer                         connects the parts below, frame by frame; knows neither window nor panels
+mouse, marks                   clicks and drags; lines over the land
+sculpting, saver, explainer    the brush; files; how detail is chosen
+map_loader, image_reader       maps, sky and ground images on their way
+painter                        draws the picture, in motion and at rest
+pointer, scene                 where the mouse points; the map and the camera
+loading, light_builder         tables and light, made in steps
+brush_tool, map_writer, filming, box_sum, explain_text, memory
+gui, widgets, gui_draw, theme  Dear ImGui
+controller, settings, window_state, frame_budget, frame_stats, canvas, lines, legend
 """
 
 from .loading import Opened, Opener

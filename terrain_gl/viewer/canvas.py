@@ -1,4 +1,4 @@
-"""The canvas that a window's picture is composed on, side by side if it is split, and how it comes to the window."""
+"""The canvas on which the picture is composed, one side or two, before it is shown in the window."""
 
 from __future__ import annotations
 
@@ -7,7 +7,8 @@ from typing import Any
 import moderngl
 import numpy as np
 
-from .. import gl, shaders
+from ..gpu import gl, shaders
+from ..gpu.bindings import bind
 from ..renderer import Renderer
 
 Size = tuple[int, int]
@@ -15,7 +16,7 @@ Frame = tuple[int, int, int, int]
 
 
 class Canvas:
-    """A picture of the window's size."""
+    """A picture of the size of the window."""
 
     def __init__(self, ctx: moderngl.Context) -> None:
         self.ctx = ctx
@@ -24,7 +25,7 @@ class Canvas:
         self.size: Size = (0, 0)
 
     def compose(self, renderer: Renderer, size: Size, left: float = 0.0, right: float = 1.0) -> None:
-        """Take the renderer's last picture, stretched to `size`: the part from left to right, 0 to 1."""
+        """Copy the renderer's last picture, stretched to `size`: the columns from `left` to `right`, 0 to 1."""
         if size != self.size:
             self._resize(size)
         x0, x1 = round(left * size[0]), round(right * size[0])
@@ -38,21 +39,21 @@ class Canvas:
         lens: tuple[float, float, float, float] = (0.0, 0.0, 0.0, 1.0),
         divider: float | None = None,
     ) -> None:
-        """Copy to a window's framebuffer.
+        """Copy the canvas to a framebuffer.
 
         Parameters
         ----------
         lens
-            A magnifying glass: its middle from the lower left, its radius in pixels, how many times larger.
+            A magnifying glass: x and y of its middle from the lower left, radius in pixels, magnification.
         divider
-            Where two sides meet, 0 to 1.
+            Where the two sides of a split picture meet, 0 to 1; None for one side.
         """
         program, vao = self._program("view/canvas.frag")
         program["u_lens"], program["u_divider_px"] = lens, -1.0 if divider is None else divider * self.size[0]
         target.use()
         target.viewport = (0, 0, *self.size)
         self.ctx.enable_only(moderngl.NOTHING)
-        self._texture.use(2)
+        bind("view/canvas.frag", u_canvas=self._texture)
         vao.render(vertices=3)
 
     def read(self) -> np.ndarray:
@@ -65,7 +66,7 @@ class Canvas:
         program, vao = self._program("view/sat.frag")
         sums = renderer.picture.sums
         program["u_frame_px"], program["u_box"], program["u_size"] = frame, box, sums.table[:2]
-        sums.buffer.bind_to_storage_buffer(0)
+        bind("view/sat.frag", Sums=sums.buffer)
         target.use()
         target.viewport = frame
         self.ctx.enable_only(moderngl.NOTHING)
@@ -73,7 +74,7 @@ class Canvas:
         target.viewport = (0, 0, *self.size)
 
     def release(self) -> None:
-        """Give the GPU's memory back."""
+        """Release GPU resources."""
         for resource in self._targets:
             resource.release()
         for program, vao in self._programs.values():
@@ -81,7 +82,7 @@ class Canvas:
             program.release()
 
     def _resize(self, size: Size) -> None:
-        gl.use_default_framebuffer(self.ctx)  # the one in use must not be one that is gone
+        gl.use_default_framebuffer(self.ctx)  # moderngl must not use a framebuffer that is released
         for resource in self._targets:
             resource.release()
         self.size, self._texture = size, self.ctx.texture(size, 4)

@@ -1,107 +1,171 @@
-"""Every key and what it does, in one table: the window obeys it, and its help pages are made of it."""
+"""Every key and what it does, in one table: the window obeys it, and the help page shows it."""
 
 from __future__ import annotations
 
 from collections.abc import Callable
-from typing import TYPE_CHECKING, NamedTuple
+from typing import NamedTuple
 
-if TYPE_CHECKING:
-    from .flight import Flight
+from .controller import MODES
+from .viewer import Viewer
 
 
 class Command(NamedTuple):
-    """A line of help, and what is done.
+    """One command.
 
     Attributes
     ----------
     shown
-        The keys as people read them.
+        The keys as the help page shows them; "" if another line tells of them.
     help
-        One line.
+        What they do, in a line.
     keys
-        Names of keys as the window gives them, "ctrl+shift+z"; empty where the camera listens by itself.
+        Names of the keys, such as "ctrl+shift+z"; none if the camera or the mouse listens itself.
     act
-        What they do.
+        Does it.
     repeats
-        A key that is held does it again and again.
+        Whether a key that is held does it again and again.
     """
 
     shown: str
     help: str
     keys: tuple[str, ...] = ()
-    act: Callable[[Flight], None] | None = None
+    act: Callable[[Viewer], None] | None = None
     repeats: bool = False
 
 
+def press(viewer: Viewer, key: str, repeated: bool = False) -> None:
+    """Do the command of a key; `repeated`: the key is held. Without a visible map, only Esc does anything."""
+    command = BY_KEY.get(key)
+    if not command or not command.act or (repeated and not command.repeats):
+        return
+    if viewer.scene.is_visible or key == "escape":
+        command.act(viewer)
+        viewer.window.refresh()
+
+
+def _cycle(viewer: Viewer, option: str, step: int = 1) -> None:
+    viewer.window.say(f"{option}: {viewer.settings.cycle(option, step)}")
+
+
+def _next_mode(viewer: Viewer) -> None:
+    controller = viewer.scene.controller
+    mode = MODES[(MODES.index(controller.mode) + 1) % len(MODES)]
+    controller.change_mode(mode)
+    words = {"fly": "flying", "orbit": "orbiting the middle of the picture", "walk": "walking at eye height"}
+    viewer.window.say(words[mode])
+
+
+def _toggle_ground(viewer: Viewer) -> None:
+    controller = viewer.scene.controller
+    controller.above_ground = not controller.above_ground
+    viewer.window.say("the camera stays above ground" if controller.above_ground else "the camera goes anywhere")
+
+
+def _capture_mouse(viewer: Viewer) -> None:
+    captured = viewer.window.capture_mouse()
+    viewer.window.say("the mouse looks around: C or Esc frees it" if captured else "the mouse is free")
+
+
+def _toggle_panel(viewer: Viewer) -> None:
+    viewer.settings.panel = not viewer.settings.panel
+
+
+def _toggle_help(viewer: Viewer) -> None:
+    viewer.settings.help = not viewer.settings.help
+
+
+def _escape(viewer: Viewer) -> None:
+    """Cancel what is being done, else close what is open, one at a time, else quit."""
+    if viewer.cancel():
+        return
+    if viewer.settings.help:
+        viewer.settings.help = False
+    elif viewer.sculpting.save_as is not None:
+        viewer.sculpting.save_as = None
+    elif viewer.sculpting.brushing:
+        viewer.sculpting.brushing = False
+    elif viewer.explainer.explanation:
+        viewer.explainer.explanation = None
+    elif not viewer.explainer.close_one():
+        viewer.quit()
+
+
 def _bookmarks() -> list[Command]:
-    """Nine places; the first tells of all."""
+    """Nine bookmarks; the help page shows one line for all."""
+
+    def go_to(viewer: Viewer, n: int) -> None:
+        if not viewer.scene.controller.go_to(n):
+            viewer.window.say(f"bookmark {n} is not set: Ctrl {n} sets it")
+
+    def set_here(viewer: Viewer, n: int) -> None:
+        viewer.scene.controller.set_bookmark(n)
+        viewer.window.say(f"bookmark {n} is set here")
 
     def goes(n: int) -> Command:
-        return Command("1 … 9", "travel to a bookmark", (str(n),), lambda f: f.go_to(n))
+        return Command("1 … 9", "travel to a bookmark", (str(n),), lambda s: go_to(s, n))
 
     def sets(n: int) -> Command:
-        keys = f"ctrl+{n}", f"shift+{n}"
-        return Command("Ctrl 1 … 9", "set a bookmark here", keys, lambda f: f.set_bookmark(n))
+        return Command("Ctrl 1 … 9", "set a bookmark here", (f"ctrl+{n}", f"shift+{n}"), lambda s: set_here(s, n))
 
-    return [make(n) for make in (goes, sets) for n in range(1, 10)]
+    return [command for n in range(1, 10) for command in (goes(n), sets(n))]
 
 
-PLUS = "+", "=", "shift+=", "shift++"  # wherever a keyboard has it
+PLUS = "+", "=", "shift+=", "shift++"  # keyboards have it in different places
 
 GROUPS: dict[str, list[Command]] = {
     "Move": [
-        Command("W A S D", "fly ahead, left, back, right"),
+        Command("W A S D", "forward, left, back, right"),
         Command("E Q", "up, down"),
         Command("arrows", "turn the head"),
         Command("Shift", "five times as fast"),
-        Command("wheel", "speed; with Ctrl, the field of view"),
-        Command("left drag", "orbit what is under the cursor"),
+        Command("wheel", "speed; with Ctrl, field of view"),
+        Command("left drag", "orbit the place under the cursor"),
         Command("right drag", "look around"),
-        Command("C", "look around without a button", ("c",), lambda f: f.capture()),
-        Command("V", "fly, orbit the middle, or walk at eye height", ("v",), lambda f: f.next_mode()),
-        Command("G", "stay above ground, or not", ("g",), lambda f: f.toggle_ground()),
-        Command("Home", "back to the first view", ("home",), lambda f: f.controller.home()),
+        Command("C", "look around without a button", ("c",), _capture_mouse),
+        Command("V", "fly, orbit the middle, or walk at eye height", ("v",), _next_mode),
+        Command("G", "stay above ground, or not", ("g",), _toggle_ground),
+        Command("Home", "back to the first view", ("home",), lambda s: s.scene.controller.home()),
         *_bookmarks(),
     ],
     "See": [
-        Command("Tab  J", "next style; Shift Tab: the one before", ("tab", "j"), lambda f: f.cycle("style")),
-        Command("", "", ("shift+tab", "shift+j"), lambda f: f.cycle("style", -1)),
-        Command("+ -", "tolerance, in steps of ×√2", PLUS, lambda f: f.settings.loosen(1), True),
-        Command("", "", ("-",), lambda f: f.settings.loosen(-1), True),
-        Command("M", "metric: what the tolerance bounds", ("m",), lambda f: f.cycle("metric")),
-        Command("F", "method: how detail is chosen", ("f",), lambda f: f.cycle("method")),
+        Command("Tab  J", "next style; Shift Tab: the style before", ("tab", "j"), lambda s: _cycle(s, "style")),
+        Command("", "", ("shift+tab", "shift+j"), lambda s: _cycle(s, "style", -1)),
+        Command("+ -", "change the tolerance by a factor of √2", PLUS, lambda s: s.settings.loosen(1), True),
+        Command("", "", ("-",), lambda s: s.settings.loosen(-1), True),
+        Command("M", "metric: what the tolerance bounds", ("m",), lambda s: _cycle(s, "metric")),
+        Command("F", "method: how detail is chosen", ("f",), lambda s: _cycle(s, "method")),
     ],
     "Understand": [
-        Command("click", "explain the patch under the cursor, in numbers"),
-        Command("N", "the mesh over whatever is seen", ("n",), lambda f: f.insight.toggle_wires()),
-        Command("L", "freeze the levels, and fly around them", ("l",), lambda f: f.insight.toggle_freeze()),
-        Command("T", "split the picture: two methods or settings", ("t",), lambda f: f.insight.toggle_split()),
-        Command("Z", "magnifying glass", ("z",), lambda f: f.insight.toggle_lens()),
-        Command("U", "the summed-area table, and a box read from it", ("u",), lambda f: f.toggle("sums")),
+        Command("click", "explain the patch under the cursor"),
+        Command("N", "draw the mesh over the picture", ("n",), lambda s: s.explainer.toggle_wires()),
+        Command("L", "freeze the levels, and fly around them", ("l",), lambda s: s.explainer.toggle_freeze()),
+        Command("T", "split the picture: two methods or settings", ("t",), lambda s: s.explainer.toggle_split()),
+        Command("Z", "magnifying glass", ("z",), lambda s: s.explainer.toggle_lens()),
+        Command("U", "the summed-area table, and a box of it", ("u",), lambda s: s.explainer.toggle_sums()),
     ],
     "Sculpt": [
-        Command("B", "the brush, or the hand that orbits", ("b",), lambda f: f.sculpting.toggle()),
-        Command("X", "next tool: raise, lower, smooth, flatten, cliff", ("x",), lambda f: f.sculpting.next_tool()),
-        Command("[ ]", "smaller, larger brush", ("]",), lambda f: f.sculpting.widen(1), True),
-        Command("", "", ("[",), lambda f: f.sculpting.widen(-1), True),
-        Command(", .", "weaker, stronger", (".",), lambda f: f.sculpting.strengthen(1), True),
-        Command("", "", (",",), lambda f: f.sculpting.strengthen(-1), True),
-        Command("Ctrl Z", "undo the last stroke", ("ctrl+z",), lambda f: f.sculpting.undo(), True),
-        Command("Ctrl Shift Z", "do it again", ("ctrl+shift+z", "ctrl+y"), lambda f: f.sculpting.redo(), True),
-        Command("Ctrl S", "save the land: PNG, TIFF or EXR", ("ctrl+s",), lambda f: f.sculpting.ask_to_save()),
+        Command("B", "take the brush, or put it away", ("b",), lambda s: s.sculpting.toggle()),
+        Command("X", "next tool: raise, lower, smooth, flatten, cliff", ("x",), lambda s: s.sculpting.next_tool()),
+        Command("[ ]", "smaller or larger brush", ("]",), lambda s: s.sculpting.widen(1), True),
+        Command("", "", ("[",), lambda s: s.sculpting.widen(-1), True),
+        Command(", .", "weaker or stronger brush", (".",), lambda s: s.sculpting.strengthen(1), True),
+        Command("", "", (",",), lambda s: s.sculpting.strengthen(-1), True),
+        Command("Ctrl Z", "undo the last stroke", ("ctrl+z",), lambda s: s.sculpting.undo(), True),
+        Command("Ctrl Shift Z", "redo it", ("ctrl+shift+z", "ctrl+y"), lambda s: s.sculpting.redo(), True),
+        Command("Ctrl S", "save the map: PNG, TIFF or EXR", ("ctrl+s",), lambda s: s.sculpting.ask_to_save()),
     ],
-    "Keep": [
-        Command("P", "save the picture as PNG", ("p",), lambda f: f.keeping.shoot()),
-        Command("R", "record what is seen as a film, or stop", ("r",), lambda f: f.keeping.toggle_recording()),
-        Command("Y", "this view as a command line", ("y",), lambda f: f.keeping.tell_line()),
-        Command("O", "save the mesh as it is drawn: GLB, PLY or OBJ", ("o",), lambda f: f.keeping.save_mesh()),
-        Command("K", "bookmarks as a path for terrain-gl fly", ("k",), lambda f: f.keeping.save_path()),
+    "Save": [
+        Command("P", "save the picture as PNG", ("p",), lambda s: s.saver.save_picture()),
+        Command("R", "record what is seen as a film, or stop", ("r",), lambda s: s.saver.toggle_recording()),
+        Command("Y", "copy the command line that draws this view", ("y",), lambda s: s.saver.copy_line()),
+        Command("O", "save the mesh that is drawn: GLB, PLY or OBJ", ("o",), lambda s: s.saver.save_mesh()),
+        Command("K", "save bookmarks as a path for terrain-gl fly", ("k",), lambda s: s.saver.save_path()),
         Command("drop a file", "open a map: drop its file on the window"),
     ],
     "Window": [
-        Command("I", "show the figures, or not", ("i",), lambda f: f.toggle("figures")),
-        Command("H  F1", "show this help, or not", ("h", "f1"), lambda f: f.turn_help()),
-        Command("Esc", "cancel, put away, or quit", ("escape",), lambda f: f.escape()),
+        Command("I", "show or hide the panel", ("i",), _toggle_panel),
+        Command("H  F1", "show or hide this help", ("h", "f1"), _toggle_help),
+        Command("Esc", "cancel, close, or quit", ("escape",), _escape),
     ],
 }
 
@@ -109,6 +173,6 @@ BY_KEY = {key: command for commands in GROUPS.values() for command in commands f
 
 
 def shown_lines() -> list[tuple[str, str, str]]:
-    """Group, keys and help of every line that is to be read, each once."""
+    """Group, keys and help of each line of the help page."""
     lines = [(group, c.shown, c.help) for group, commands in GROUPS.items() for c in commands if c.shown]
     return list(dict.fromkeys(lines))

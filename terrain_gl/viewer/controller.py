@@ -1,8 +1,8 @@
-"""Input → camera: what keys and mouse mean, without a window.
+"""Moves the camera by keys and mouse; it knows no window.
 
-The controller holds where the eye is and how fast it moves; events change what is wanted, `step` moves on in time. The
-motion is the exact solution of v' = (wanted − v) / τ, so it is the same at any frame rate. There are three ways to
-move: `fly` anywhere, `orbit` around what was in the middle of the picture, `walk` on the ground at eye height.
+Events set the wanted velocity, and `step` moves the camera in time. The motion is the exact solution of
+v' = (wanted − v) / τ, so it is the same at any frame rate. There are three modes: `fly` anywhere, `orbit` around the
+middle of the picture, and `walk` on the ground at eye height.
 """
 
 from __future__ import annotations
@@ -14,19 +14,19 @@ import numpy as np
 
 from ..camera import Camera, Vector
 from ..heightmap import Heightmap
-from ..holes import ground_m
+from ..verify.holes import ground_m
 
 MODES = ("fly", "orbit", "walk")
-EASE_S = 0.12  # time constant of speeding up and slowing down
+EASE_S = 0.12  # τ
 TRAVEL_S = 0.8  # to a bookmark
 LOOK_DEG = 0.1  # per pixel of mouse
 ORBIT_DEG = 0.3
 TURN_DEG_S = 40.0  # of arrow keys, and of orbiting by keys
-APPROACH = 0.6  # e-foldings of the distance a second
+APPROACH = 0.6  # in orbit, the distance falls by a factor of e^0.6 each second
 WHEEL = 1.25  # speed factor of one notch
 FAST = 5.0  # speed factor of Shift
-CLEARANCE = 0.3  # least height above ground in flight, in spacings: three times the near plane's distance
-EYE_HEIGHT_M = 1.7  # on foot; less on maps whose posts are closer together than that
+CLEARANCE = 0.3  # least height above ground, in spacings: three times the distance of the near plane
+EYE_HEIGHT_M = 1.7  # of a walker; less on maps with a small spacing
 STEEPEST_DEG = 89.9
 _MOVES = {"w": (0, 0, 1), "s": (0, 0, -1), "d": (1, 0, 0), "a": (-1, 0, 0), "e": (0, 1, 0), "q": (0, -1, 0)}
 _TURNS = {"left": (-1, 0), "right": (1, 0), "up": (0, 1), "down": (0, -1)}
@@ -35,7 +35,7 @@ MOVE_KEYS = (*_MOVES, *_TURNS, "shift")
 
 @dataclass(frozen=True)
 class Pose:
-    """Where the eye is and where it looks: metres; degrees, azimuth clockwise from north."""
+    """Place and direction of the camera: metres; degrees, azimuth clockwise from north."""
 
     eye: Vector
     azimuth_deg: float
@@ -44,10 +44,10 @@ class Pose:
 
     @classmethod
     def of(cls, camera: Camera) -> Pose:
-        """The pose of a camera whose `up` is up."""
+        """The pose of a camera that is not rolled."""
         east, north, up = camera.forward
         _, top, _ = camera.axes
-        steep = math.hypot(east, north) < 1e-6  # looking straight down: the picture's top tells the azimuth
+        steep = math.hypot(east, north) < 1e-6  # straight down: the top of the picture gives the azimuth
         azimuth = math.degrees(math.atan2(*(top[:2] if steep else (east, north))))
         return cls(camera.eye, azimuth, _not_too_steep(math.degrees(math.asin(up))), camera.fov_deg)
 
@@ -61,12 +61,12 @@ class Pose:
 
     @property
     def camera(self) -> Camera:
-        """The camera there."""
+        """The camera with this pose."""
         x, y, z = np.asarray(self.eye) + self.axes[2]
         return Camera(self.eye, (x, y, z), self.fov_deg)
 
     def towards(self, other: Pose, share: float) -> Pose:
-        """On the way to another pose, turning the short way."""
+        """A pose on the way to another, `share` 0 to 1; the camera turns the short way."""
         before, after = np.array([*self.eye, *astuple(self)[1:]]), np.array([*other.eye, *astuple(other)[1:]])
         turn = after - before
         turn[3] = (turn[3] + 180) % 360 - 180
@@ -76,16 +76,21 @@ class Pose:
 
 @dataclass
 class Controller:
-    """State of the flight.
+    """Moves the camera over one map.
 
     Parameters
     ----------
     heightmap
-        The ground to stay above.
+        The ground.
     start
-        Camera at the beginning, and where `home` leads back.
+        The first camera; `home` goes back to it.
     bookmarks
         Poses by number, 1 to 9.
+
+    Attributes
+    ----------
+    pivot
+        The point in world metres that the camera swings around; None if there is none.
     """
 
     heightmap: Heightmap
@@ -106,20 +111,20 @@ class Controller:
 
     @property
     def pose(self) -> Pose:
-        """Where the eye is; setting it stops all motion."""
+        """Place and direction of the camera; setting it stops all motion."""
         x, y, z = (float(v) for v in self.eye)
         return Pose((x, y, z), self.azimuth_deg, self.elevation_deg, self.fov_deg)
 
     @pose.setter
     def pose(self, pose: Pose) -> None:
         self._take(pose)
-        self._velocity = np.zeros(3)  # flying: m/s in the world; in orbit: degrees a second, twice, and e-foldings
-        self._pivot: np.ndarray | None = None
+        self._velocity = np.zeros(3)  # m/s; in orbit: azimuth and elevation in °/s, log distance in 1/s
+        self.pivot: np.ndarray | None = None
         self._travel: tuple[Pose, Pose, float] | None = None
 
     @property
     def camera(self) -> Camera:
-        """The camera as it is now: at the beginning just the one that was given, not one that looks the same way."""
+        """The camera; at first exactly the one that was given, to the last digit."""
         return self.start if self.pose == Pose.of(self.start) else self.pose.camera
 
     @property
@@ -139,7 +144,7 @@ class Controller:
 
     @property
     def speed_m_s(self) -> float:
-        """Of held keys; on foot another than in flight."""
+        """Speed of the moving keys; a walker has another one."""
         return self._speeds_m_s["walk" if self.mode == "walk" else "fly"]
 
     @speed_m_s.setter
@@ -148,12 +153,12 @@ class Controller:
 
     @property
     def eye_height_m(self) -> float:
-        """Metres above ground on foot."""
+        """Height of a walker's eye above ground, in metres."""
         return min(EYE_HEIGHT_M, 3 * min(self.heightmap.spacing_m))
 
     @property
     def near_m(self) -> float | None:
-        """Where the near plane must stand so that the ground in front of the feet is seen; None: anywhere."""
+        """Distance of the near plane that a walker needs to see the ground; None in other modes."""
         return 0.2 * self.eye_height_m if self.mode == "walk" else None
 
     # --- Places -------------------------------------------------------------------------------------------------------
@@ -164,20 +169,20 @@ class Controller:
         self.pose = Pose.of(self.start)
 
     def set_bookmark(self, number: int) -> None:
-        """Remember this view."""
+        """Set a bookmark, 1 to 9, at this pose."""
         self.bookmarks[number] = self.pose
 
     def go_to(self, number: int) -> bool:
-        """Travel to a view that was remembered; False if there is none."""
+        """Travel to a bookmark; False if it is not set."""
         if number in self.bookmarks:
             self.mode = "fly"
-            self._pivot = None
+            self.pivot = None
             self._travel = self.pose, self.bookmarks[number], 0.0
         return number in self.bookmarks
 
     def change_mode(self, mode: str) -> None:
-        """Fly, orbit around what is in the middle of the picture, or walk on the ground below."""
-        self.mode, self._velocity, self._pivot, self._travel = mode, np.zeros(3), None, None
+        """Fly, orbit around the middle of the picture, or walk on the ground below."""
+        self.mode, self._velocity, self.pivot, self._travel = mode, np.zeros(3), None, None
         if mode == "orbit":
             self.grab(0.0, 0.0)
         elif mode == "walk":
@@ -195,48 +200,48 @@ class Controller:
         self.held.discard(key)
 
     def let_go_all(self) -> None:
-        """The window lost the keyboard: nobody will tell of keys that come up."""
+        """Release all keys, because the window has lost the keyboard."""
         self.held.clear()
         self.release()
 
     def look(self, dx_px: float, dy_px: float) -> None:
-        """Turn the head by a mouse motion, pixels right and down."""
+        """Turn the camera by a motion of the mouse, in pixels right and down."""
         self._travel = None
         self._turn(LOOK_DEG * dx_px, -LOOK_DEG * dy_px)
 
     def grab(self, x: float, y: float) -> None:
-        """Take hold of the ground under a point of the picture, x and y as tangents right and up from its middle.
+        """Take the ground at a point of the picture as the pivot; x and y are tangents right and up from its middle.
 
-        Where there is only sky, of the ground in the middle, and else of a point as far away as the map is wide.
+        In the sky, the pivot is the ground in the middle; without that, a point as far away as the map is wide.
         """
         rays = ((x, y), (0.0, 0.0))
         hits = (hit_ground(self.heightmap, self.eye, np.array([*at, 1.0]) @ self.axes) for at in rays)
         beyond = self.eye + max(self.heightmap.extent_m) * self.axes[2]
-        self._pivot = next((hit for hit in hits if hit is not None), beyond)
+        self.pivot = next((hit for hit in hits if hit is not None), beyond)
 
     def orbit(self, dx_px: float, dy_px: float) -> None:
-        """Swing around what was grabbed, which stays where it is in the picture."""
-        if self._pivot is None:
+        """Swing around the pivot, which keeps its place in the picture."""
+        if self.pivot is None:
             self.grab(0.0, 0.0)
         self._swing(ORBIT_DEG * dx_px, -ORBIT_DEG * dy_px, 0.0)
 
     def release(self) -> None:
-        """Let go of what was grabbed, unless it is what one orbits around."""
-        self._pivot = self._pivot if self.mode == "orbit" else None
+        """Forget the pivot, except in orbit."""
+        self.pivot = self.pivot if self.mode == "orbit" else None
 
     def zoom(self, notches: float) -> None:
-        """Change the field of view; away from the user is nearer."""
+        """Change the field of view; positive notches magnify."""
         self.fov_deg = min(max(self.fov_deg * 0.9**notches, 1.0), 120.0)
 
     def wheel(self, notches: float) -> None:
-        """Change the speed; away from the user is faster."""
+        """Change the speed; positive notches are faster."""
         reach = max(self.heightmap.extent_m)
         self.speed_m_s = min(max(self.speed_m_s * WHEEL**notches, 1e-5 * reach), 10 * reach)
 
     # --- Time ---------------------------------------------------------------------------------------------------------
 
     def step(self, seconds: float) -> None:
-        """Move on in time."""
+        """Move for some seconds."""
         if self._travel:
             self._travel_on(seconds)
             return
@@ -254,7 +259,7 @@ class Controller:
             self._stay_above_ground()
 
     def _ease(self, seconds: float) -> np.ndarray:
-        """What the velocity adds up to on its way to the wanted one."""
+        """The integral of the velocity, which approaches the wanted one."""
         wanted = self._wanted()
         kept = math.exp(-seconds / EASE_S)
         moved = wanted * seconds + (self._velocity - wanted) * EASE_S * (1 - kept)
@@ -265,7 +270,7 @@ class Controller:
         return moved
 
     def _wanted(self) -> np.ndarray:
-        """Velocity that the held keys ask for; up and down are the world's."""
+        """The velocity that the held keys ask for."""
         right, up, forward = np.sum([_MOVES[key] for key in self.held if key in _MOVES] or [(0, 0, 0)], axis=0)
         fast = FAST if "shift" in self.held else 1.0
         if self.mode == "orbit":
@@ -278,7 +283,7 @@ class Controller:
 
     @property
     def _turning(self) -> tuple[int, int] | None:
-        """Right and up, as the arrow keys say."""
+        """Right and up, −1 to 1, by the arrow keys; None if they hold still."""
         turns = [_TURNS[key] for key in self.held if key in _TURNS]
         right, up = (sum(turn[i] for turn in turns) for i in (0, 1))
         return (right, up) if right or up else None
@@ -299,11 +304,11 @@ class Controller:
         self.elevation_deg = _not_too_steep(self.elevation_deg + elevation_deg)
 
     def _swing(self, azimuth_deg: float, elevation_deg: float, closer: float) -> None:
-        """Turn around the pivot, which stays where it is in the picture, and come nearer by e-foldings."""
-        assert self._pivot is not None
-        offset = self.axes @ (self._pivot - self.eye)
+        """Turn around the pivot, and divide the distance by e^closer; the pivot keeps its place in the picture."""
+        assert self.pivot is not None
+        offset = self.axes @ (self.pivot - self.eye)
         self._turn(azimuth_deg, elevation_deg)
-        self.eye = self._pivot - math.exp(-closer) * offset @ self.axes
+        self.eye = self.pivot - math.exp(-closer) * offset @ self.axes
         self._stay_above_ground()
 
     def _stay_above_ground(self) -> None:
@@ -312,7 +317,7 @@ class Controller:
             self.eye[2] = np.fmax(self.eye[2], lowest)
 
     def _step_on_ground(self, eye: np.ndarray) -> None:
-        """Go where there is ground to stand on; voids and the map's edge stop the walker."""
+        """Go there if there is ground; voids and the edge of the map stop a walker."""
         ground = ground_m(self.heightmap, eye[:2])[0]
         if np.isfinite(ground):
             self.eye = np.array([eye[0], eye[1], ground + self.eye_height_m])
@@ -323,7 +328,7 @@ def _not_too_steep(elevation_deg: float) -> float:
 
 
 def hit_ground(heightmap: Heightmap, eye: np.ndarray, ray: np.ndarray) -> np.ndarray | None:
-    """Where a ray from the eye first meets the ground, if it does: marched in growing steps, then halved."""
+    """The first place where a ray meets the ground, or None: ray marching with growing steps, then bisection."""
     near, far = min(heightmap.spacing_m), 4 * np.hypot(*heightmap.extent_m) + 2 * np.linalg.norm(eye)
     t = np.geomspace(near, max(far, 2 * near), 4000) / np.linalg.norm(ray)
     points = eye + t[:, None] * ray

@@ -1,4 +1,4 @@
-"""Films of what is seen: fed with frames at their own pace, finished in a thread of their own."""
+"""Records films of what is seen. A film is finished in a thread."""
 
 from __future__ import annotations
 
@@ -14,12 +14,12 @@ from ..film.record import Recorder
 
 
 class Filming:
-    """At most one film at a time.
+    """Records at most one film at a time.
 
     Parameters
     ----------
     say
-        Told in a line how it goes.
+        Shows a message.
     """
 
     def __init__(self, say: Callable[[str], None]) -> None:
@@ -30,11 +30,11 @@ class Filming:
 
     @property
     def running(self) -> bool:
-        """Whether frames are wanted."""
+        """Whether a film is being recorded."""
         return self._recorder is not None
 
     def begin(self, path: Path, now_s: float) -> None:
-        """Begin a film; what stands in the way is told."""
+        """Begin a film, or say why it cannot begin."""
         try:
             self._recorder, self._begun_s = Recorder(path), now_s
         except TerrainError as error:
@@ -43,7 +43,7 @@ class Filming:
             self._say(f"recording {path}: R stops")
 
     def add(self, image: np.ndarray, now_s: float) -> None:
-        """Add what is seen now; where that fails the film ends."""
+        """Add a frame, (height, width, 3) uint8; if that fails, the film ends."""
         assert self._recorder
         try:
             self._recorder.append(image, now_s - self._begun_s, wait=False)
@@ -53,7 +53,7 @@ class Filming:
             self._say(f"recording ended: {error}")
 
     def stop(self) -> None:
-        """Finish the film; encoders take their time, so in a thread."""
+        """Finish the film in a thread, because encoders take their time."""
         if self._recorder is None:
             return
         recorder, self._recorder = self._recorder, None
@@ -78,5 +78,5 @@ class Filming:
 
 
 def film_suffix() -> str:
-    """Ending of a film's name: without the extra [video] it is a folder of pictures."""
+    """Ending of the name of a film; "" without the extra [video], which makes it a folder of pictures."""
     return ".mp4" if importlib.util.find_spec("av") else ""

@@ -1,7 +1,7 @@
-"""Dear ImGui's triangles and textures through moderngl, into any framebuffer: a window's, or one without a window.
+"""Draws Dear ImGui's triangles with moderngl into any framebuffer.
 
-ImGui hands out, each frame, lists of triangles and a list of textures that it wants made, changed or destroyed (its
-"renderer has textures" protocol, since 1.92: glyphs are drawn when they are first needed).
+Each frame, ImGui gives lists of triangles, and a list of textures to create, update or destroy. This is its protocol
+"renderer has textures", since 1.92: a glyph is drawn into a texture when it is first needed.
 """
 
 from __future__ import annotations
@@ -12,23 +12,25 @@ from typing import Any
 import moderngl
 import numpy as np
 
-from .. import shaders
+from ..gpu import shaders
+from ..gpu.bindings import bind
+from ..gpu.session import Resource
 
 _FIRST_BYTES = 1 << 18
 
 
 class GuiDraw:
-    """Draws what ImGui made of a frame; `imgui` is its module, with a current context."""
+    """Draws the frames of ImGui's current context; `imgui` is its module."""
 
     def __init__(self, ctx: moderngl.Context, imgui: Any) -> None:
         self.ctx, self.imgui = ctx, imgui
-        self._program: Any = shaders.program(ctx, vertex="view/gui.vert", fragment="view/gui.frag")
+        self._program = shaders.program(ctx, vertex="view/gui.vert", fragment="view/gui.frag")
         self._textures: dict[int, moderngl.Texture] = {}
         self._make_buffers(_FIRST_BYTES, _FIRST_BYTES)
         imgui.get_io().backend_flags |= imgui.BackendFlags_.renderer_has_textures
 
     def draw(self, framebuffer: moderngl.Framebuffer, size: tuple[int, int], data: Any) -> None:
-        """Draw a frame's lists over what is in a framebuffer of `size` (width, height)."""
+        """Draw a frame over the picture in a framebuffer of `size` (width, height)."""
         for texture in self.imgui.get_platform_io().textures:
             self._follow(texture)
         framebuffer.use()
@@ -43,14 +45,15 @@ class GuiDraw:
                 left, top = max(left, 0), max(top, 0)
                 if right > left and bottom > top:
                     framebuffer.scissor = (left, size[1] - bottom, right - left, bottom - top)
-                    self._textures[command.tex_ref.get_tex_id()].use(0)
+                    bind("view/gui.frag", u_texture=self._textures[command.tex_ref.get_tex_id()])
                     self._vao.render(moderngl.TRIANGLES, command.elem_count, first=command.idx_offset)
         framebuffer.scissor = (0, 0, *size)
         self.ctx.enable_only(moderngl.NOTHING)
 
     def release(self) -> None:
-        """Give the GPU's memory back."""
-        for resource in (*self._textures.values(), self._vao, self._vertices, self._indices, self._program):
+        """Release GPU resources."""
+        made: list[Resource] = [*self._textures.values(), self._vao, self._vertices, self._indices, self._program]
+        for resource in made:
             resource.release()
 
     def _make_buffers(self, vertex_bytes: int, index_bytes: int) -> None:
@@ -69,11 +72,11 @@ class GuiDraw:
                 resource.release()
             self._make_buffers(2 * len(vertices) + _FIRST_BYTES, 2 * len(indices) + _FIRST_BYTES)
         for buffer, data in ((self._vertices, vertices), (self._indices, indices)):
-            buffer.orphan()  # the triangles before may still be on their way
+            buffer.orphan()  # the GPU may still read the triangles before
             buffer.write(data)
 
     def _follow(self, texture: Any) -> None:
-        """Make, change or destroy a texture, as ImGui wishes."""
+        """Create, update or destroy a texture as ImGui asks."""
         status = self.imgui.ImTextureStatus
         if texture.status == status.want_create:
             made = self.ctx.texture((texture.width, texture.height), 4, _pixels(texture))
@@ -90,7 +93,7 @@ class GuiDraw:
 
 
 def _bytes(vector: Any, itemsize: int) -> bytes:
-    """What one of ImGui's own vectors holds."""
+    """The bytes of one of ImGui's own vectors."""
     return ctypes.string_at(vector.data_address(), vector.size() * itemsize)
 
 

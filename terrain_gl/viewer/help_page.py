@@ -1,53 +1,49 @@
-"""The help page: every key, made of the table of commands, and what the window is about."""
+"""The help page: every key, from the table of commands, and what the window shows."""
 
 from __future__ import annotations
 
-from typing import TYPE_CHECKING
-
 from .commands import GROUPS, shown_lines
-
-if TYPE_CHECKING:
-    from .gui import Gui
+from .widgets import Widgets
 
 WIDTH_EM = 48.0  # of two columns, in heights of the typeface
 ABOUT = (
-    "Terrain is drawn with as few triangles as a promise allows: no post of the map stands further from its place in"
-    " the picture than the tolerance says.",
-    "How far off each piece of land would be, drawn coarsely, was measured once, when the map was opened, and summed up"
-    " in summed-area tables: four look-ups tell the worst of any rectangle. Each frame turns those metres into pixels"
-    " for the eye where it is now, and takes the coarsest pieces that keep the promise.",
-    "Raise the tolerance and watch the triangles go. Look at the mesh, at its levels and at the error of each pixel"
-    " under Understand. The panel shows what was promised and, as soon as nothing moves, what was achieved,"
-    " measured on the very mesh that is drawn.",
+    "The program draws terrain with few triangles. It keeps a certified bound: on the screen, no post of the map is"
+    " drawn further from its true place than the tolerance.",
+    "When a map is opened, the program measures how far each coarse piece of land is from the true heights, in metres."
+    " It stores these errors in tables. For each frame it converts metres to pixels for the present camera, and"
+    " chooses the coarsest pieces that are within the tolerance.",
+    "Raise the tolerance and watch the number of triangles fall. Under Understand you can see the mesh, its levels, and"
+    " the error of each pixel. The panel shows the certified bound. When nothing moves, it also shows the error that"
+    " was measured on the drawn mesh.",
+    "While the tables of a large map are being built, the window shows a preview: a coarse sample of the map. A preview"
+    " has no certified bound.",
 )
 
 
-def show(gui: Gui) -> None:
-    """Lay the page out in the window that is being built."""
-    imgui = gui.imgui
+def show(ui: Widgets) -> None:
+    """Build the page in the present window."""
+    imgui = ui.imgui
     if not imgui.begin_tab_bar("pages"):
         return
     if imgui.begin_tab_item("Keys")[0]:
-        _keys(gui)
+        _keys(ui)
         imgui.end_tab_item()
     if imgui.begin_tab_item("What is this?")[0]:
-        imgui.push_text_wrap_pos(36 * gui.em)
-        for paragraph in ABOUT:
-            imgui.text(paragraph)
-            imgui.spacing()
-        imgui.pop_text_wrap_pos()
+        with ui.wrapped(36 * ui.em):
+            for paragraph in ABOUT:
+                imgui.text(paragraph)
+                imgui.spacing()
         imgui.end_tab_item()
     imgui.end_tab_bar()
 
 
-def _keys(gui: Gui) -> None:
-    """Keys and what they do, in two columns where there is room for them."""
-    imgui = gui.imgui
-    groups = list(GROUPS)
+def _keys(ui: Widgets) -> None:
+    """Keys and what they do, in two columns if the window is wide enough."""
+    imgui = ui.imgui
     lines = shown_lines()
-    columns = [groups]
-    if imgui.get_io().display_size[0] > WIDTH_EM * gui.em:
-        columns = _halves({group: sum(line[0] == group for line in lines) + 2 for group in groups})
+    columns = [list(GROUPS)]
+    if imgui.get_io().display_size[0] > WIDTH_EM * ui.em:
+        columns = _halves({group: sum(line[0] == group for line in lines) + 2 for group in GROUPS})
     if not imgui.begin_table("keys", len(columns)):
         return
     for half in columns:
@@ -56,13 +52,13 @@ def _keys(gui: Gui) -> None:
             imgui.separator_text(group)
             for _, keys, meaning in (line for line in lines if line[0] == group):
                 imgui.text_colored(imgui.get_style_color_vec4(imgui.Col_.check_mark), keys)
-                imgui.same_line(8 * gui.em)
+                imgui.same_line(8 * ui.em)
                 imgui.text(meaning)
     imgui.end_table()
 
 
 def _halves(sizes: dict[str, int]) -> list[list[str]]:
-    """Groups in order, cut where both columns come out about as long."""
+    """The groups in order, in two columns of about the same length."""
     left: list[str] = []
     for group, size in sizes.items():
         if 2 * (sum(sizes[g] for g in left) + size) > sum(sizes.values()) + size and left:

@@ -1,10 +1,10 @@
-"""What the colours of a style mean: a ramp and the words at its ends, the same as in glsl/shade/drawn.glsl."""
+"""What the colours of a style mean: a ramp and the words at its ends. Twin: glsl/shade/drawn.glsl."""
 
 from __future__ import annotations
 
 from typing import NamedTuple
 
-from ..drawing import Drawing
+from ..options import RenderOptions
 
 Colour = tuple[float, float, float]
 
@@ -23,30 +23,30 @@ INFERNO = (
     (0.988, 0.998, 0.645),
 )
 
-COLOURS = {  # what the land's colours can tell, by style
+COLOURS = {  # what the colours of the land show, by style
     "shaded": "light",
-    "lod": "rings: how far apart vertices are",
+    "lod": "levels: spacing of vertices",
     "segments": "segments of each patch",
-    "promise": "error promised of each patch",
+    "promise": "certified bound of each patch",
     "error": "error of each pixel",
 }
 
 
 class Legend(NamedTuple):
-    """A ramp of colours, and what its ends mean."""
+    """A ramp of colours, what its ends mean, and a note on other colours."""
 
     ramp: tuple[Colour, ...]
     least: str
     most: str
-    beside: str  # what else there is
+    note: str
 
 
-def legend(drawing: Drawing) -> Legend | None:
-    """Of a style; None where colours are what they are."""
-    whole = f"{drawing.tolerance_px or 1.0:.3g} px"
+def legend(options: RenderOptions) -> Legend | None:
+    """The legend of a style; None if its colours need none."""
+    most = f"{options.tolerance_px or 1.0:.3g} px"
     return {
-        "lod": Legend(VIRIDIS, "every post", "1/16 of the map", "Fans are paler; borders of patches are dark."),
-        "segments": Legend(VIRIDIS, "one quad", "32 × 32", "Fans are paler; borders of patches are dark."),
-        "promise": Legend(INFERNO, "0", whole, "Grey: nothing promised. Cyan: beyond the tolerance."),
-        "error": Legend(INFERNO, "0", whole, "Cyan: beyond the tolerance."),
-    }.get(drawing.style)
+        "lod": Legend(VIRIDIS, "every post", "1/16 of the map", "Fans are paler. Borders of patches are dark."),
+        "segments": Legend(VIRIDIS, "one quad", "32 × 32", "Fans are paler. Borders of patches are dark."),
+        "promise": Legend(INFERNO, "0", most, "Grey: no bound. Cyan: over the tolerance."),
+        "error": Legend(INFERNO, "0", most, "Cyan: over the tolerance."),
+    }.get(options.style)

@@ -1,18 +1,18 @@
-"""Lines over the land: a frustum, a patch's outline, a brush's ring; faint where land is in front of them."""
+"""Lines over the land: a frustum, the outline of a patch, the ring of a brush. Land in front makes them faint."""
 
 from __future__ import annotations
 
 from collections.abc import Sequence
-from typing import Any
 
 import moderngl
 import numpy as np
 
-from .. import shaders
 from ..camera import Camera
+from ..gpu import shaders
+from ..gpu.bindings import bind
 from ..heightmap import Heightmap
 from ..renderer import Renderer
-from .controller import ground_m
+from ..verify.holes import ground_m
 
 PIECE = np.dtype([("a_m", "3f4"), ("b_m", "3f4"), ("color", "4u1")])  # glsl/view/lines.vert
 MOST = 8192
@@ -21,12 +21,12 @@ Line = tuple[np.ndarray, Color]  # points (n, 3) in world metres
 
 
 class Lines:
-    """Draws polylines over the picture of a renderer."""
+    """Draws polylines over a renderer's last picture."""
 
     def __init__(self, ctx: moderngl.Context, samples: int) -> None:
         self.ctx = ctx
         files = {"vertex": "view/lines.vert", "fragment": "view/lines.frag"}
-        self._program: Any = shaders.program(ctx, **files, defines={"SAMPLES": samples})
+        self._program = shaders.program(ctx, **files, defines={"SAMPLES": samples})
         self._pieces = ctx.buffer(reserve=MOST * PIECE.itemsize, dynamic=True)
         content = [(self._pieces, "3f4 3f4 4f1 /i", "in_a_m", "in_b_m", "in_color")]
         self._vao = ctx.vertex_array(self._program, content)
@@ -41,15 +41,15 @@ class Lines:
         width_px: float = 2.0,
         hidden: float = 0.25,
     ) -> None:
-        """Draw lines as the camera of the renderer's last picture sees them, into a target of `size`."""
+        """Draw lines into a target of `size`, as `camera` sees them; hidden parts have the opacity `hidden`."""
         parts = [_pieces(points, color, camera) for points, color in lines]
         pieces = np.concatenate(parts or [np.zeros(0, PIECE)])[:MOST]
         if not len(pieces):
             return
         self._pieces.write(pieces.tobytes())
         self._program["u_window_px"], self._program["u_width_px"], self._program["u_hidden"] = size, width_px, hidden
-        renderer.levels.view.bind()
-        renderer.picture.depth.use(2)
+        renderer.resources.view.bind()
+        bind("view/lines.frag", u_depth=renderer.picture.depth)
         target.use()
         target.viewport = (0, 0, *size)
         self.ctx.enable_only(moderngl.BLEND)
@@ -58,7 +58,7 @@ class Lines:
         self.ctx.enable_only(moderngl.NOTHING)
 
     def release(self) -> None:
-        """Give the GPU's memory back."""
+        """Release GPU resources."""
         for resource in (self._vao, self._pieces, self._program):
             resource.release()
 
@@ -72,7 +72,7 @@ def _pieces(points: np.ndarray, color: Color, camera: Camera) -> np.ndarray:
 
 
 def frustum(camera: Camera, size: tuple[int, int], far_m: float) -> list[np.ndarray]:
-    """A camera's pyramid as polylines, as far as `far_m`."""
+    """The frustum of a camera as polylines, up to a distance of `far_m`."""
     tan_x, tan_y = camera.half_extent(size)
     corners = np.array([[-tan_x, -tan_y, 1], [tan_x, -tan_y, 1], [tan_x, tan_y, 1], [-tan_x, tan_y, 1]]) @ camera.axes
     eye = np.asarray(camera.eye)
@@ -88,7 +88,7 @@ def ring(heightmap: Heightmap, x_m: float, y_m: float, radius_m: float, points: 
 
 
 def outline(heightmap: Heightmap, corner: tuple[int, int], size: tuple[int, int], most: int = 64) -> np.ndarray:
-    """The rim of a rectangle of posts, on the land: column and row of its corner, columns and rows."""
+    """The outline of a rectangle of posts on the land: `corner` is a column and a row, `size` columns and rows."""
     n = max(2, min(most, max(size) + 1))
     steps = np.linspace(0, 1, n)
     zero, one = 0 * steps, 1 + 0 * steps

@@ -1,6 +1,6 @@
-"""A map on its way to the screen: read in a thread, its tables built in portions between frames.
+"""A map on its way to the screen: it is read in a thread, then its tables are built in steps between frames.
 
-OpenGL belongs to one thread, so only the reading has one of its own; nothing here ever waits.
+Only reading has a thread, because OpenGL belongs to one thread. Nothing here blocks.
 """
 
 from __future__ import annotations
@@ -14,13 +14,13 @@ import numpy as np
 
 from ..camera import Camera
 from ..exceptions import TerrainError
+from ..files.maps import open_map
 from ..heightmap import Heightmap
-from ..maps import open_map
 from ..renderer import Renderer
 from ..shade import SUN
-from .pace import Pace
+from .frame_budget import FrameBudget
 
-COARSE = 193  # posts a side of what is shown while the tables of a larger map are built
+PREVIEW_POSTS = 193  # along the longer side of a preview
 _READING = 0.3  # share of the progress bar
 
 
@@ -30,10 +30,12 @@ class Opened:
 
     Attributes
     ----------
-    camera, sun, camera_given
-        The view in which it is first seen, and whether somebody asked for just that one.
+    camera, sun
+        The first view; the sun's azimuth and elevation in degrees.
     key
-        What the window remembers it by: a bundled map's name, or a file's path.
+        The name under which the window remembers the map: of a bundled map, or the path of a file.
+    camera_given
+        Whether the user asked for this camera.
     """
 
     heightmap: Heightmap
@@ -48,11 +50,11 @@ Opener = Callable[[Progress], Opened]
 
 
 class CancelledError(Exception):
-    """Nobody wants the map any more."""
+    """The map is not wanted any more."""
 
 
 def file_opener(path: str) -> Opener:
-    """How a file is opened that was dropped on the window: by what it says itself."""
+    """Open a bundled map or a file with what the file itself says."""
 
     def opened(progress: Progress) -> Opened:
         heightmap, known = open_map(path, progress=progress)
@@ -63,24 +65,25 @@ def file_opener(path: str) -> Opener:
     return opened
 
 
-class Loading:
-    """One map on its way.
+class LoadJob:
+    """Reads one map and builds its tables.
 
     Parameters
     ----------
     name
-        What messages call it.
+        What messages call the map.
     opener
-        Reads it, in a thread; is given a function to be told the part done, whose exceptions end the reading.
+        Reads the map, in a thread. It is given a function that it tells its progress, from 0 to 1; an exception of
+        that function ends the reading.
 
     Attributes
     ----------
     opened
         The map, once it is read.
     renderer
-        What draws it, once its tables are built.
+        Draws the map, once its tables are built.
     error
-        Why there will be none.
+        Why the map cannot be shown.
     """
 
     def __init__(self, name: str, opener: Opener) -> None:
@@ -96,7 +99,7 @@ class Loading:
 
     @property
     def progress(self) -> float:
-        """Part done, 0 to 1."""
+        """Share that is done, 0 to 1."""
         return _READING * self._read + (1 - _READING) * self._built
 
     @property
@@ -105,61 +108,61 @@ class Loading:
         doing = "building the tables of" if self.opened else "reading"
         return f"{doing} {self.name}: {self.progress:.0%}"
 
-    def step(self, ctx: moderngl.Context, size: tuple[int, int], pace: Pace) -> None:
-        """Build on for a while; at least one portion."""
+    def step(self, ctx: moderngl.Context, size: tuple[int, int], budget: FrameBudget) -> None:
+        """Build tables for a while, at least one step."""
         if self.opened is None or self.renderer or self.error:
             return
         try:
             self._building = self._building or Renderer(self.opened.heightmap, size, ctx=ctx, build=False)
-            if pace.go_on(self._building.building, self._tell_built):
+            if budget.run(self._building.build_steps, self._tell_built):
                 self.renderer, self._building = self._building, None
         except (TerrainError, MemoryError) as error:
             self._building, self.error = None, error
 
     def take(self) -> Renderer:
-        """The renderer; from now on it is the caller's to release."""
+        """Hand the renderer over; the caller releases it."""
         renderer, self.renderer = self.renderer, None
         assert renderer
         return renderer
 
     def cancel(self) -> None:
-        """Stop, and give back what was made; a thread that still reads ends soon, and the program waits for it."""
+        """Stop, and release what was made; a thread that still reads ends soon."""
         self._cancelled = True
         if self._building:
-            self._building.building.close()
+            self._building.build_steps.close()
             self._building = None
         if self.renderer:
             self.renderer.release()
             self.renderer = None
 
     def join(self) -> None:
-        """Wait for the thread: while it reads a picture, it keeps libraries from writing to standard error."""
+        """Wait for the thread. While it reads an image, it keeps libraries from writing to standard error."""
         self._thread.join()
 
     def _open(self) -> None:
         try:
-            self.opened = self._opener(self._tell)
+            self.opened = self._opener(self._tell_read)
         except (TerrainError, OSError, MemoryError) as error:
             self.error = error
         except CancelledError:
             pass
-        except Exception as error:  # a thread's traceback would tell nobody what to do
+        except Exception as error:  # the user sees one line, not a thread's traceback
             self.error = TerrainError(f"{self.name}: cannot be read ({type(error).__name__}: {error})")
 
-    def _tell(self, part: float) -> None:
+    def _tell_read(self, share: float) -> None:
         if self._cancelled:
             raise CancelledError
-        self._read = part
+        self._read = share
 
-    def _tell_built(self, part: float) -> None:
-        self._built = part
+    def _tell_built(self, share: float) -> None:
+        self._built = share
 
 
-def coarse(heightmap: Heightmap) -> Heightmap | None:
-    """The same land with fewer posts, if there are so many that building their tables takes time."""
-    if max(heightmap.rows, heightmap.cols) <= 4 * COARSE:
+def preview(heightmap: Heightmap) -> Heightmap | None:
+    """A coarse sample of a large map, to be shown while its tables are built; None if the map is small."""
+    if max(heightmap.rows, heightmap.cols) <= 4 * PREVIEW_POSTS:
         return None
-    rows, cols = (_spread(n) for n in (heightmap.rows, heightmap.cols))
+    rows, cols = (_sample(n) for n in (heightmap.rows, heightmap.cols))
     east, north = heightmap.extent_m
     heights = heightmap.heights[np.ix_(rows, cols)]
     if np.isnan(heights).all():
@@ -167,6 +170,23 @@ def coarse(heightmap: Heightmap) -> Heightmap | None:
     return Heightmap(heights, (east / (len(cols) - 1), north / (len(rows) - 1)), heightmap.name)
 
 
-def _spread(n: int) -> np.ndarray:
-    """Indices from 0 to n − 1, at most `COARSE` of them."""
-    return np.round(np.linspace(0, n - 1, min(n, COARSE))).astype(int)
+def _sample(n: int) -> np.ndarray:
+    """Indices from 0 to n − 1, at most `PREVIEW_POSTS` of them."""
+    return np.round(np.linspace(0, n - 1, min(n, PREVIEW_POSTS))).astype(int)
+
+
+def scaled(heightmap: Heightmap, factor: float, progress: Progress | None = None) -> Heightmap:
+    """The map with all heights multiplied.
+
+    A map of a file is read again with another scale, so that a command line can still name the file.
+    """
+    if factor == 1:
+        return heightmap
+    if heightmap.opened is None:
+        return Heightmap(heightmap.heights * np.float32(factor), heightmap.spacing_m, heightmap.name)
+    how = dict(heightmap.opened)
+    scale, offset_m = heightmap.scales
+    how |= {"z_scale": factor * scale, "z_offset_m": factor * offset_m}
+    again = Heightmap.open(**how, progress=progress)
+    again.name, again.spacing_m = heightmap.name, heightmap.spacing_m
+    return again

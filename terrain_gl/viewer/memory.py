@@ -1,7 +1,7 @@
-"""What the window remembers from one run to the next: one small JSON file in the user's state folder.
+"""What the window remembers from one run to the next, in one small JSON file.
 
-$XDG_STATE_HOME/terrain-gl/view.json, by default under ~/.local/state (XDG Base Directory Specification 0.8). A
-file that cannot be read or written is no reason not to fly: it is left alone, and `complaint` says so in one line.
+The file is $XDG_STATE_HOME/terrain-gl/view.json, by default under ~/.local/state (XDG Base Directory Specification
+0.8). If it cannot be read or written, the window works without it, and `complaint` says why in one line.
 """
 
 from __future__ import annotations
@@ -12,28 +12,34 @@ from dataclasses import astuple
 from pathlib import Path
 from typing import Any
 
-from ..drawing import Drawing
 from ..exceptions import TerrainError
 from ..image import replacing
+from ..options import RenderOptions
 from .controller import Pose
 
 MOST_MAPS = 50
-_LASTING = ("max_error_px", "triangles", "metric", "method", "style")  # of a drawing: what is a taste, not a view
+_PANELS = ("panel",)
+_REMEMBERED = ("max_error_px", "triangles", "metric", "method", "style")
 
 
 def state_path() -> Path:
-    """Where it stands."""
+    """Path of the file."""
     folder = os.environ.get("XDG_STATE_HOME") or os.path.join(os.path.expanduser("~"), ".local", "state")
     return Path(folder) / "terrain-gl" / "view.json"
 
 
 class Memory:
-    """Window, drawing and the views of each map.
+    """The size of the window, render options, and the views of each map.
 
     Parameters
     ----------
     path
         The file; None to remember nothing.
+
+    Attributes
+    ----------
+    complaint
+        What is wrong with the file, in a line; "" if nothing is.
     """
 
     def __init__(self, path: Path | None) -> None:
@@ -44,7 +50,7 @@ class Memory:
 
     @property
     def window(self) -> tuple[int, int] | None:
-        """Width and height, in screen coordinates."""
+        """Width and height of the window in screen coordinates."""
         try:
             width, height = (int(side) for side in self._data["window"])
         except (KeyError, TypeError, ValueError, OverflowError):
@@ -56,42 +62,43 @@ class Memory:
         self._data["window"] = list(size)
 
     @property
-    def drawing(self) -> dict[str, Any]:
-        """Fields of `Drawing` as they were left."""
+    def options(self) -> dict[str, Any]:
+        """Fields of `RenderOptions` as the last run left them."""
         stored = self._part("drawing")
-        given = {key: stored[key] for key in _LASTING if key in stored}
+        given = {key: stored[key] for key in _REMEMBERED if key in stored}
         try:
-            Drawing(**given)
+            RenderOptions(**given)
         except (TerrainError, TypeError, ValueError):
             return {}
         return given
 
-    @drawing.setter
-    def drawing(self, drawing: Drawing) -> None:
-        lasting = {key: getattr(drawing, key) for key in _LASTING}
+    @options.setter
+    def options(self, options: RenderOptions) -> None:
+        lasting = {key: getattr(options, key) for key in _REMEMBERED}
         self._data["drawing"] = {key: value for key, value in lasting.items() if value is not None}
 
     @property
     def panels(self) -> dict[str, Any]:
-        """Which panels were open."""
-        return {key: value for key, value in self._part("panels").items() if isinstance(value, bool)}
+        """Fields of `Settings`: which panels were shown."""
+        stored = self._part("panels")
+        return {key: stored[key] for key in _PANELS if isinstance(stored.get(key), bool)}
 
     @panels.setter
     def panels(self, panels: dict[str, bool]) -> None:
         self._data["panels"] = panels
 
     def bookmarks(self, key: str) -> dict[int, Pose]:
-        """The bookmarks of a map."""
+        """The bookmarks of a map by number."""
         stored = self._map(key).get("bookmarks")
         poses = {n: _pose(stored.get(str(n))) for n in range(1, 10)} if isinstance(stored, dict) else {}
         return {n: pose for n, pose in poses.items() if pose}
 
     def last_pose(self, key: str) -> Pose | None:
-        """Where the eye was when the map was left."""
+        """The last view of a map."""
         return _pose(self._map(key).get("pose"))
 
     def note_map(self, key: str, pose: Pose, bookmarks: dict[int, Pose]) -> None:
-        """Remember a map's views; the maps seen longest ago are forgotten."""
+        """Note the views of a map; only the latest maps are remembered."""
         maps = self._part("maps")
         maps.pop(key, None)
         maps[key] = {"pose": _flat(pose), "bookmarks": {str(n): _flat(p) for n, p in bookmarks.items()}}

@@ -1,59 +1,32 @@
-"""The picture that is wanted, drawn if it is not the one that is there: at once in motion, in portions at rest.
+"""Draws the picture that should be shown, if it is not the one that was drawn last.
 
-    in motion, or dark    at once, coarsely where full pictures take long           (pace.py)
-    at rest               in full: at once where that is quick, else in portions
-    then                  light follows, in portions; when it has come the picture is drawn anew
-    and then              its error is measured, in portions
+    in motion, or without light    at once, smaller where full pictures take long        (frame_budget.py)
+    at rest                        in full size, in steps if it takes long
+    then                           light is made, in steps; the picture is drawn again with it
+    then                           its error is measured, in steps
 
-It is dark until there is any light for the look; after an edit there is, that of the land before.
-
-What a picture depends on is one record, `Wanted`. Time comes in from outside, so that tests need no clock.
+What a picture depends on is one record, `FrameSpec`. After an edit, the light of the land before is used until the new
+light is made. A preview of a map gets no light, no bound and no measurement.
 """
 
 from __future__ import annotations
 
-from collections.abc import Generator, Iterator
-from dataclasses import dataclass
 from typing import Any
 
 import moderngl
 
-from ..camera import Camera
-from ..drawing import Drawing
-from ..measure import Achieved
 from ..renderer import Renderer
-from ..shade import UNLIT, Look
+from ..steps import Steps
+from ..verify.measure import Achieved
 from .canvas import Canvas
-from .charts import History
-from .dawn import Dawn
-from .hud import Figures, achieved_px, drawing_ms
-from .pace import Pace
+from .frame_budget import FrameBudget
+from .frame_stats import FrameStats, History, drawing_ms, without_bounds
+from .light_builder import LightBuilder
+from .scene import FrameSpec
+from .window_state import Size
 
-REST_S = 0.25  # without a change until a full picture is drawn
-PORTION = 256  # posts a side that are measured between two looks at the window's events
-Size = tuple[int, int]
-
-
-@dataclass(frozen=True)
-class Wanted:
-    """Everything that a picture depends on, the map aside."""
-
-    camera: Camera
-    size: Size
-    sides: tuple[Drawing, ...]
-    divider: float
-
-    def part(self, side: int) -> tuple[float, float]:
-        """Where a side begins and ends, 0 to 1."""
-        if len(self.sides) == 1:
-            return 0.0, 1.0
-        return (0.0, self.divider) if side == 0 else (self.divider, 1.0)
-
-    @property
-    def lit_look(self) -> Look:
-        """What light is made for: nothing but what it depends on."""
-        lit = next((side.look for side in self.sides if side.look.is_lit), None)
-        return Look(sun=lit.sun, sky=lit.sky, material=lit.material) if lit else Look(UNLIT)
+REST_S = 0.25  # without a change, until the full picture is drawn
+MEASURED_POSTS = 256  # along the side of a block that is measured in one step
 
 
 class Painter:
@@ -61,180 +34,192 @@ class Painter:
 
     Attributes
     ----------
-    figures, history, side_stats
-        What is known of the last picture, of those before it, and of each of its sides.
-    dawn
-        Light on its way.
+    frame
+        What is known of the last picture.
+    history, side_stats
+        What is known of the pictures before, and of each side of the last picture.
+    light
+        Makes the light.
     drawn
-        What the canvas shows; None if nothing that is still true.
+        What the canvas shows; None if that is out of date.
     has_picture
-        Whether it shows anything at all.
+        Whether the canvas shows anything.
     """
 
-    def __init__(self, ctx: moderngl.Context, pace: Pace) -> None:
-        self.pace, self.canvas, self.dawn = pace, Canvas(ctx), Dawn(pace)
-        self.history, self.figures = History(), Figures("", (0, 0))
+    def __init__(self, ctx: moderngl.Context, budget: FrameBudget) -> None:
+        self._budget = budget
+        self.canvas, self.light = Canvas(ctx), LightBuilder(budget)
+        self.history, self.frame = History(), FrameStats("", (0, 0))
         self.side_stats: list[dict[str, Any]] = []
-        self.drawn: Wanted | None = None
+        self.drawn: FrameSpec | None = None
         self.has_picture = False
-        self._asked: Wanted | None = None
+        self._asked: FrameSpec | None = None
         self._asked_s = self._drawn_s = float("-inf")
-        self._painting: tuple[Wanted, Generator[float, None, None]] | None = None
-        self._measuring: Iterator[Achieved] | None = None
-        self._achieved: Achieved | None = None
+        self._painting: tuple[FrameSpec, Steps[None]] | None = None
+        self._measuring: Steps[Achieved] | None = None
         self._unmeasured = False
 
     # --- What happens to it -------------------------------------------------------------------------------------------
 
-    def new_map(self, figures: Figures | None) -> None:
-        """There is another map, or the same with more posts: nothing is known of it."""
-        self.figures = figures or self.figures
+    def new_map(self, frame: FrameStats) -> None:
+        """Forget everything: another map is shown."""
+        self.frame = frame
         self.forget()
-        self.dawn.stop()
-        self.pace.full_ms = float("inf")
+        self.light.stop()
+        self._budget.full_ms = float("inf")
 
     def forget(self, at_once: bool = False) -> None:
-        """The land or its light is another: what was drawn is true no more; `at_once`: show it, in full later."""
+        """Note that the land or its light has changed.
+
+        Parameters
+        ----------
+        at_once
+            Show the change in the next frame, in a smaller picture if need be.
+        """
         self.drawn = None
         if at_once:
             self._asked = None
         self.interrupt()
 
     def interrupt(self) -> None:
-        """Something else is about to be drawn with the renderer."""
+        """Stop drawing and measuring in steps, because the renderer is needed for something else."""
         self._painting = self._measuring = None
 
     def release(self) -> None:
-        """Give the GPU's memory back."""
-        self.dawn.release()
+        """Release GPU resources."""
+        self.light.release()
         self.canvas.release()
 
-    # --- What it is at ------------------------------------------------------------------------------------------------
+    # --- Its state ----------------------------------------------------------------------------------------------------
 
-    def ready_for(self, renderer: Renderer, wanted: Wanted, side: int) -> None:
-        """Have the renderer speak of a side as it is in full, whatever it is at."""
+    def choose_levels(self, renderer: Renderer, spec: FrameSpec, side: int) -> None:
+        """Have the renderer choose the mesh of one side in full size."""
         self.interrupt()
-        _resize(renderer, wanted.size)
-        renderer.choose(wanted.camera, **vars(wanted.sides[side]))
+        _resize(renderer, spec.size)
+        renderer.choose(spec.camera, **vars(spec.sides[side]))
 
-    def is_busy(self, wanted: Wanted) -> bool:
-        """Whether there is something to be done at once."""
+    def is_busy(self, spec: FrameSpec) -> bool:
+        """Whether there is work for the next frame."""
         under_way = self._painting is not None or self._measuring is not None
-        return under_way or wanted != self.drawn or self.dawn.is_due(wanted.lit_look)
+        return under_way or spec != self.drawn or self.light.is_due(spec.lit_look)
 
-    def is_done(self, wanted: Wanted) -> bool:
-        """Whether the picture is the one that is wanted, drawn in full and lit; it may not be measured yet."""
-        return wanted == self.drawn and self.figures.shrunk == 1 and not self.dawn.is_due(wanted.lit_look)
+    def is_done(self, spec: FrameSpec) -> bool:
+        """Whether this picture is drawn, in full size and lit. It may not be measured yet."""
+        return spec == self.drawn and self.frame.shrunk == 1 and not self.light.is_due(spec.lit_look)
 
     @property
     def waits_for_rest(self) -> bool:
-        """Whether there is more to be done when nothing has changed for a while."""
-        return self.figures.shrunk > 1 or self.figures.fps is not None or self._unmeasured
+        """Whether there is more to do once nothing has changed for a while."""
+        return self.frame.shrunk > 1 or self.frame.fps is not None or self._unmeasured
 
-    def step(self, renderer: Renderer, wanted: Wanted, now_s: float, moving: bool, lights: bool = True) -> bool:
-        """Do what is due, for a while; whether there is anything new to see.
+    def step(self, renderer: Renderer, spec: FrameSpec, now_s: float, moving: bool) -> bool:
+        """Work for a while.
 
         Parameters
         ----------
         moving
-            It will be another picture soon.
-        lights
-            Whether light is worth making.
+            Whether the picture will change again soon.
+
+        Returns
+        -------
+        bool
+            Whether the canvas or the stats have changed.
         """
-        if wanted != self._asked:
-            self._asked, self._asked_s = wanted, now_s
-        unlit, fresh = self.dawn.is_due(wanted.lit_look), self.drawn is None
-        dark = unlit and not (self.dawn.lit == wanted.lit_look and renderer.picture.lighting.is_there)
+        if spec != self._asked:
+            self._asked, self._asked_s = spec, now_s
+        unlit, fresh = self.light.is_due(spec.lit_look), self.drawn is None
+        dark = unlit and not (self.light.lit == spec.lit_look and renderer.picture.lighting.is_there)
         hurried = moving or dark or now_s - self._asked_s < REST_S
-        if hurried and wanted != self.drawn:
-            self._draw(renderer, wanted, now_s)
+        if hurried and spec != self.drawn:
+            self._draw(renderer, spec, now_s)
             changed = True
         elif not hurried:
-            changed = self._rest(renderer, wanted, now_s, measures=not unlit)
+            changed = self._rest(renderer, spec, now_s, measure=not unlit)
         else:
             changed = False
-        if unlit and lights and not fresh and not self._painting:  # what is new is shown first
-            if self.dawn.go_on(renderer.picture, wanted.lit_look, moving):
+        if unlit and not self.frame.is_preview and not fresh and not self._painting:  # a new picture is shown first
+            if self.light.step(renderer.picture, spec.lit_look, moving):
                 self.forget()
             changed = True
         return changed
 
     # --- Drawing ------------------------------------------------------------------------------------------------------
 
-    def _draw(self, renderer: Renderer, wanted: Wanted, now_s: float) -> None:
-        """At once, as coarsely as it takes."""
+    def _draw(self, renderer: Renderer, spec: FrameSpec, now_s: float) -> None:
+        """Draw at once, smaller if need be."""
         self.interrupt()
-        shrink = self.pace.shrink
-        size = max(1, wanted.size[0] // shrink), max(1, wanted.size[1] // shrink)
-        _resize(renderer, size)
+        shrink = self._budget.shrink
+        _resize(renderer, (max(1, spec.size[0] // shrink), max(1, spec.size[1] // shrink)))
         stats = []
-        for side in _last_first(wanted):
-            stats.append(renderer.draw(wanted.camera, **vars(wanted.sides[side])))
-            self.canvas.compose(renderer, wanted.size, *wanted.part(side))
-        self._note(wanted, stats[::-1], shrink)
-        self.figures.fps = self._rate(now_s - self._drawn_s)
+        for side in _last_first(spec):
+            stats.append(renderer.draw(spec.camera, **vars(spec.sides[side])))
+            self.canvas.compose(renderer, spec.size, *spec.part(side))
+        self._note(spec, stats[::-1], shrink)
+        self.frame.fps = self._smoothed_fps(now_s - self._drawn_s)
         self._drawn_s = now_s
 
-    def _rest(self, renderer: Renderer, wanted: Wanted, now_s: float, measures: bool) -> bool:
-        """In full, then measured; whether there is anything new to see."""
-        was_moving, self.figures.fps = self.figures.fps is not None, None
-        if self._painting and self._painting[0] != wanted:
+    def _rest(self, renderer: Renderer, spec: FrameSpec, now_s: float, measure: bool) -> bool:
+        """Draw in full size, then measure; returns whether anything has changed."""
+        was_moving, self.frame.fps = self.frame.fps is not None, None
+        if self._painting and self._painting[0] != spec:
             self.interrupt()
-        if not self._painting and (wanted != self.drawn or self.figures.shrunk > 1):
+        if not self._painting and (spec != self.drawn or self.frame.shrunk > 1):
             self.interrupt()
-            self._painting = wanted, self._paint(renderer, wanted)
+            self._painting = spec, self._draw_steps(renderer, spec)
         if self._painting:
-            if not self.pace.go_on(self._painting[1]):
+            if not self._budget.run(self._painting[1]):
                 return was_moving
             self._painting, self._drawn_s = None, now_s
             return True
-        return (measures and self._measure(renderer)) or was_moving
+        return (measure and self._measure(renderer)) or was_moving
 
-    def _paint(self, renderer: Renderer, wanted: Wanted) -> Generator[float, None, None]:
-        """The full picture, in portions; the canvas changes side by side."""
-        _resize(renderer, wanted.size)
+    def _draw_steps(self, renderer: Renderer, spec: FrameSpec) -> Steps[None]:
+        """Draw all sides in full size; yields progress from 0 to 1 for each side."""
+        _resize(renderer, spec.size)
         stats = []
-        for side in _last_first(wanted):
-            stats.append((yield from renderer.drawing(wanted.camera, **vars(wanted.sides[side]))))
-            self.canvas.compose(renderer, wanted.size, *wanted.part(side))
-        self._note(wanted, stats[::-1], 1)
+        for side in _last_first(spec):
+            stats.append((yield from renderer.draw_steps(spec.camera, **vars(spec.sides[side]))))
+            self.canvas.compose(renderer, spec.size, *spec.part(side))
+        self._note(spec, stats[::-1], 1)
 
-    def _note(self, wanted: Wanted, stats: list[dict[str, Any]], shrunk: int) -> None:
-        """What is known of a picture that has just been drawn."""
-        self.drawn, self.side_stats, self.has_picture = wanted, stats, True
-        self.figures.stats, self.figures.shrunk, self.figures.measured_px = stats[0], shrunk, None
-        self._unmeasured = True
+    def _note(self, spec: FrameSpec, stats: list[dict[str, Any]], shrunk: int) -> None:
+        """Note what was drawn."""
+        if self.frame.is_preview:
+            stats = [without_bounds(each) for each in stats]
+        self.drawn, self.side_stats, self.has_picture = spec, stats, True
+        self.frame.stats, self.frame.shrunk, self.frame.measured_px = stats[0], shrunk, None
+        self._unmeasured = not self.frame.is_preview
         self.history.add(stats[0])
         if shrunk == 1:
-            self.pace.full_ms = sum(map(drawing_ms, stats))
+            self._budget.full_ms = sum(map(drawing_ms, stats))
 
-    def _rate(self, seconds: float) -> float | None:
-        """Frames a second, smoothed."""
-        fps = self.figures.fps
+    def _smoothed_fps(self, seconds: float) -> float | None:
+        fps = self.frame.fps
         if not 0 < seconds < 2:
             return fps
         return 1 / seconds if not fps else 0.9 * fps + 0.1 / seconds
 
     def _measure(self, renderer: Renderer) -> bool:
-        """Measure a portion of the last picture; whether the outcome has come."""
+        """Measure one block of posts; returns whether the measurement is complete now."""
         if not self._unmeasured:
             return False
         if not self._measuring:
-            self._measuring, self._achieved = renderer.measuring(PORTION), None
-        if portion := next(self._measuring, None):
-            self._achieved = portion
+            self._measuring = renderer.inspector.measure_steps(MEASURED_POSTS)
+        try:
+            next(self._measuring)
             return False
+        except StopIteration as end:
+            achieved: Achieved = end.value
         self._measuring, self._unmeasured = None, False
-        if self._achieved:  # there was something in the picture
-            self.figures.measured_px = {"max": self._achieved.max_px, "rms": self._achieved.rms_px}
-            if (px := achieved_px(self.figures.measured_px, self.figures.stats)) is not None:
-                self.history.measured(px)
+        self.frame.measured_px = {"max": achieved.max_px, "rms": achieved.rms_px}
+        if (px := self.frame.achieved_px) is not None:
+            self.history.add_measured(px)
         return True
 
 
-def _last_first(wanted: Wanted) -> range:
-    """Sides in the order in which they are drawn: the renderer then speaks of the first."""
-    return range(len(wanted.sides) - 1, -1, -1)
+def _last_first(spec: FrameSpec) -> range:
+    """Draw the first side last, so that the renderer then measures and explains it."""
+    return range(len(spec.sides) - 1, -1, -1)
 
 
 def _resize(renderer: Renderer, size: Size) -> None:

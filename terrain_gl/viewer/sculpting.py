@@ -1,258 +1,254 @@
-"""Sculpting: the brush taken and laid down, strokes under the cursor, undone and done again, the land saved."""
+"""Sculpting: takes the brush and puts it away, follows strokes, undoes them, and saves the map."""
 
 from __future__ import annotations
 
-from collections.abc import Callable, Generator
-from typing import TYPE_CHECKING
+from collections.abc import Callable
 
 import moderngl
 import numpy as np
 
-from ..brush import TOOLS
 from ..exceptions import TerrainError
-from .editing import Editing, Saving, suggested_path
+from ..steps import Steps
+from .brush_tool import BrushTool
+from .frame_budget import FrameBudget
+from .map_writer import MapWriter, suggested_path
+from .pointer import Pointer
+from .scene import Scene
 
-if TYPE_CHECKING:
-    from .flight import Flight
-
-TOLD_S = 10.0
+MESSAGE_S = 10.0
 
 
 class Sculpting:
-    """The brush and the land under it.
+    """Sculpts the map of the scene.
+
+    Parameters
+    ----------
+    on_edit
+        Is called after each change of the land, with True when the stroke is done and light may follow.
 
     Attributes
     ----------
-    editing
-        Changes the map that is seen; None while its tables are being built.
+    tool
+        The brush; None while the tables are being built.
     brushing
         Whether the left button sculpts.
-    room, share
-        Tables that hold higher and deeper land, on their way, and how much of them is made.
-    saving
-        The land on its way to a file.
+    held
+        Whether the button of a stroke is down.
+    headroom, share
+        Tables for higher and deeper land that are being built, and how much of them is done.
+    writer
+        Writes the map to a file; None if nothing is being written.
     save_as
-        The path that is being asked for.
+        The path that the user is being asked for; None if there is no question.
     """
 
-    def __init__(self, flight: Flight) -> None:
-        self._flight = flight
-        self.editing: Editing | None = None
-        self.brushing = False
-        self.room: Generator[float, None, None] | None = None
+    def __init__(self, scene: Scene, pointer: Pointer, budget: FrameBudget, on_edit: Callable[[bool], None]) -> None:
+        self._scene, self._pointer, self._budget, self._on_edit = scene, pointer, budget, on_edit
+        self._window = scene.window
+        self.tool: BrushTool | None = None
+        self.brushing = self.held = False
+        self.headroom: Steps[None] | None = None
         self.share = 0.0
-        self.saving: Saving | None = None
+        self.writer: MapWriter | None = None
         self.save_as: str | None = None
-        self._taking = False  # whether the brush is to be taken when there is room
+        self._taking = False  # the brush is taken when there is headroom
         self._saved = 0  # edits that are in a file
-        self._warned = -1  # edits when it was said that they are not
+        self._warned = -1  # edits when the user was warned that they are not
 
-    def new_land(self, editing: Editing | None, factor: float | None = None) -> None:
-        """There is another land to be sculpted; with a factor, the same one so many times as high."""
+    def new_map(self, tool: BrushTool | None, factor: float | None = None) -> None:
+        """Sculpt another map from now on; with a factor, the same map that many times as high."""
         self.cancel()
-        before, self.editing = self.editing, editing
+        before, self.tool = self.tool, tool
         if not factor:
             self._saved, self._warned = 0, -1
-        elif before and editing:
-            editing.take_over(before, factor)
+        elif before and tool:
+            tool.take_over(before, factor)
             if before.strokes[0]:
-                self._flight.say("strokes on the land as high as it was cannot be undone any more")
+                self._window.say("strokes from before the exaggeration cannot be undone")
 
     @property
     def unsaved(self) -> bool:
-        """Whether somebody has sculpted the land since it was written to a file."""
-        return self.editing is not None and (self.editing.edits != self._saved or bool(self.editing.due))
+        """Whether the map has been sculpted since it was written to a file."""
+        return self.tool is not None and (self.tool.edits != self._saved or bool(self.tool.due))
 
-    def may_be_left(self) -> bool:
-        """Whether nothing sculpted is lost with the land; else that is said, and who asks again may leave it."""
-        if not self.unsaved or not self.editing or self._warned == self.editing.edits:
+    def may_leave(self) -> bool:
+        """Whether the map may be left: all edits are saved, or the user has been warned before. Else warn."""
+        if not self.tool or not self.unsaved or self._warned == self.tool.edits:
             return True
-        self._warned = self.editing.edits
-        self._flight.say(
-            "what you sculpted is not saved: Ctrl S saves it; the same once more leaves without it", TOLD_S
-        )
+        self._warned = self.tool.edits
+        self._window.say("the sculpted map is not saved: Ctrl S saves it; repeat to leave without saving", MESSAGE_S)
         return False
+
+    @property
+    def at_work(self) -> bool:
+        """Whether the brush is on the land, or has dabs to do."""
+        return self.held or bool(self.tool and self.tool.due)
 
     # --- The brush ----------------------------------------------------------------------------------------------------
 
     def toggle(self) -> None:
-        """Take the brush, or lay it down."""
-        if self.brushing or self.room or not self.editing:
+        """Take the brush, or put it away."""
+        if self.brushing or self.headroom or not self.tool:
             self.brushing = False
             self.cancel()
             return
         self._taking = True
-        self.room = self.editing.making_room()  # no stroke is to wait for it
-        self._make_room()
+        self.headroom = self.tool.headroom_steps()  # before the first stroke, so that none has to wait
+        self._make_headroom()
 
     def cancel(self) -> None:
-        """Give up the room that is being made, and the rest of the stroke that waits for it."""
-        self._end_room()
+        """Stop building tables, and end the stroke that waits for them."""
+        self._drop_headroom()
         if self.at_work:
-            self._flight.mouse.drag = ""
-            if self.editing:
-                self.editing.due.clear()
+            self.held = False
+            if self.tool:
+                self.tool.due.clear()
                 self._finish()
 
-    def _end_room(self) -> None:
-        if self.room:
-            self.room.close()
-        self.room, self.share, self._taking = None, 0.0, False
+    def _drop_headroom(self) -> None:
+        if self.headroom:
+            self.headroom.close()
+        self.headroom, self.share, self._taking = None, 0.0, False
 
-    def _make_room(self) -> None:
-        """Go on with it; a brush that was asked for is taken when there is room."""
-        if not self.room or not self.editing:
+    def _make_headroom(self) -> None:
+        """Build tables for a while; the brush is taken when they are complete."""
+        if not self.headroom or not self.tool:
             return
-        told = "drag on the land to sculpt it; the right button looks around; B lays the brush down"
+        message = "drag on the land to sculpt; the right button looks around; B puts the brush away"
         try:
-            if not self._flight.pace.go_on(self.room, self._tell) and self.share < 1.0:
+            if not self._budget.run(self.headroom, self._tell_headroom) and self.share < 1.0:
                 return
         except (TerrainError, moderngl.Error, MemoryError) as error:
-            self.editing.waits_for_room = False
-            told = f"no room for far higher or deeper land, strokes may have to wait: {error or 'not enough memory'}"
+            self.tool.waits_for_headroom = False
+            message = f"strokes far up or down may be slow: {error or 'not enough memory'}"
         if self._taking:
             self.brushing = True
-            self._flight.say(told)
-        self._end_room()
+            self._window.say(message)
+        self._drop_headroom()
 
-    def _tell(self, share: float) -> None:
+    def _tell_headroom(self, share: float) -> None:
         self.share = share
-        if share == 1.0:  # the tables have been exchanged
-            self._land_changed(settled=True)
-        self._flight.refresh()
+        if share == 1.0:  # the renderer has exchanged its tables
+            self._edited(settled=True)
+        self._window.refresh()
 
     def next_tool(self) -> None:
-        """Take another tool."""
-        if self.editing:
-            self.editing.tool = TOOLS[(TOOLS.index(self.editing.tool) + 1) % len(TOOLS)]
-            self._flight.say(f"tool: {self.editing.tool}")
+        """Take the next tool."""
+        if self.tool:
+            self._window.say(f"tool: {self.tool.next_tool()}")
 
     def widen(self, steps: float) -> None:
-        """Change the brush's radius."""
-        if self.editing:
-            self.editing.widen(steps)
+        """Change the radius of the brush."""
+        if self.tool:
+            self.tool.widen(steps)
 
     def strengthen(self, steps: float) -> None:
-        """Change the brush's strength."""
-        if self.editing:
-            self.editing.strengthen(steps)
+        """Change the strength of the brush."""
+        if self.tool:
+            self.tool.strengthen(steps)
 
     # --- Strokes ------------------------------------------------------------------------------------------------------
 
     def begin(self, place: np.ndarray) -> bool:
-        """The button goes down on the land; whether a stroke begins."""
-        if not self.editing or self._land_is_changing():
+        """Begin a stroke at a place of the land; returns whether one begins."""
+        if not self.tool or self._is_blocked():
             return False
-        self.editing.begin(place, self._flight.now_s)
-        self._land_changed(settled=False)
+        self.held = True
+        self.tool.begin(place, self._window.now_s)
+        self._edited(settled=False)
         return True
 
-    def go_on(self) -> None:
-        """Follow the cursor while the button is down, for a while; where tables must hold more, wait until they do."""
-        flight, editing = self._flight, self.editing
-        if not editing or self.room:
+    def work(self) -> None:
+        """Follow the cursor and do dabs for a while; a dab beyond the range of the tables waits for new ones."""
+        tool = self.tool
+        if not tool or self.headroom:
             return
-        held = flight.mouse.drag == "brush"
-        if held:
+        if self.held:
             self._follow()
-        if not editing.has_room:
-            self.room = editing.making_room()
+        if not tool.has_headroom:
+            self.headroom = tool.headroom_steps()
             return
-        flight.pace.go_on(editing.dabbing(), hurried=True)
-        self._land_changed(settled=False)
-        if not held and not editing.due:
+        self._budget.run(tool.dab_steps(), hurried=True)
+        self._edited(settled=False)
+        if not self.held and not tool.due:
             self._finish()
 
     def end(self) -> None:
-        """The button comes up."""
+        """End the stroke: the button comes up."""
+        if not self.held:
+            return
         self._follow()
-        if self.editing and not self.editing.due:
+        self.held = False
+        if self.tool and not self.tool.due:
             self._finish()
 
-    @property
-    def at_work(self) -> bool:
-        """Whether the brush is on the land, or has more to do there."""
-        return self._flight.mouse.drag == "brush" or bool(self.editing and self.editing.due)
-
     def _follow(self) -> None:
-        """Have dabs up to where the cursor is now."""
-        place = self._flight.mouse.place if self._flight.is_seen else None
-        if self.editing and place is not None:
-            self.editing.move(place, self._flight.now_s)
+        """Queue dabs up to where the cursor is now."""
+        place = self._pointer.place if self._scene.is_visible else None
+        if self.tool and place is not None:
+            self.tool.move(place, self._window.now_s)
 
     def _finish(self) -> None:
-        """The stroke is done: the light follows."""
-        assert self.editing
-        self.editing.end()
-        self._land_changed(settled=True)
+        assert self.tool
+        self.tool.end()
+        self._edited(settled=True)
+
+    def _edited(self, settled: bool) -> None:
+        self._scene.controller.heightmap = self._scene.heightmap
+        self._on_edit(settled)
 
     def undo(self) -> None:
-        """Take the last stroke back."""
-        self._step_back(lambda editing: editing.undo(), "nothing to undo")
+        """Undo the last stroke."""
+        self._step_back(lambda tool: tool.undo(), "nothing to undo")
 
     def redo(self) -> None:
-        """Do it again."""
-        self._step_back(lambda editing: editing.redo(), "nothing to do again")
+        """Do the last undone stroke again."""
+        self._step_back(lambda tool: tool.redo(), "nothing to redo")
 
-    def _step_back(self, step: Callable[[Editing], bool], nothing: str) -> None:
-        if self._land_is_changing():
+    def _step_back(self, step: Callable[[BrushTool], bool], nothing: str) -> None:
+        if self._is_blocked():
             return
-        self._end_room()
-        if self.editing and step(self.editing):
-            self._land_changed(settled=True)
+        self._drop_headroom()
+        if self.tool and step(self.tool):
+            self._edited(settled=True)
         else:
-            self._flight.say(nothing)
+            self._window.say(nothing)
 
-    def _land_is_changing(self) -> bool:
-        """Whether what is sculpted now would be lost; that is said."""
-        changing = self._flight.land.is_changing
-        if changing:
-            self._flight.say("the land is being made higher or lower: sculpt when it is there")
-        return changing
+    def _is_blocked(self) -> bool:
+        """Whether an edit would be lost, because the map is being loaded with another exaggeration. Then say so."""
+        blocked = self._scene.pending_exaggeration is not None
+        if blocked:
+            self._window.say("the exaggeration is changing: sculpt when the new map is shown")
+        return blocked
 
-    def _land_changed(self, settled: bool) -> None:
-        """The land is another: what is known of it is no longer so."""
-        flight = self._flight
-        flight.controller.heightmap = flight.renderer.heightmap
-        flight.painter.forget(at_once=True)
-        flight.keeping.land_changed()
-        flight.insight.explanation = None
-        if self.unsaved:
-            flight.land.changed()
-        if settled:
-            flight.painter.dawn.stop()
-
-    # --- The land as a file -------------------------------------------------------------------------------------------
+    # --- The map as a file --------------------------------------------------------------------------------------------
 
     def ask_to_save(self) -> None:
-        """Ask for a path; without panels, take one that is free."""
-        path = suggested_path(self._flight.renderer.heightmap.name)
-        if self._flight.gui:
-            self.save_as = path
-        else:
-            self.save(path)
+        """Ask for a path."""
+        self.save_as = suggested_path(self._scene.heightmap.name)
 
     def save(self, path: str) -> None:
-        """Write the land to a file, in a thread."""
+        """Write the map to a file, in a thread."""
         self.save_as = None
-        flight, editing = self._flight, self.editing
-        if self.saving or self.at_work or not editing:
-            flight.say(f"{self.saving.path} is still being written" if self.saving else "the brush is still at work")
-            return
-        try:
-            self.saving = Saving(path, flight.renderer.heightmap, flight.land.exaggeration, editing.edits)
-        except TerrainError as error:
-            flight.say(str(error))
+        if self.writer:
+            self._window.say(f"{self.writer.path} is still being written")
+        elif self.at_work or not self.tool:
+            self._window.say("the brush is still at work" if self.tool else "the map is still being loaded")
+        else:
+            try:
+                self.writer = MapWriter(path, self._scene.heightmap, self._scene.exaggeration, self.tool.edits)
+            except TerrainError as error:
+                self._window.say(str(error))
 
     def step(self) -> None:
-        """Make room for strokes, and tell how the saving went, once it is done."""
-        self._make_room()
-        if self.saving and self.saving.message:
-            self._flight.say(self.saving.message, TOLD_S)
-            self._saved = self.saving.edits if self.saving.done else self._saved
-            self.saving = None
+        """Build headroom for a while, and tell the outcome of writing."""
+        self._make_headroom()
+        if self.writer and self.writer.message:
+            self._window.say(self.writer.message, MESSAGE_S)
+            self._saved = self.writer.edits if self.writer.done else self._saved
+            self.writer = None
 
     def join(self) -> None:
-        """Wait until the land is saved."""
-        if self.saving:
-            self.saving.join()
+        """Wait until the map is written."""
+        if self.writer:
+            self.writer.join()

@@ -1,203 +1,215 @@
-"""The panel's sections: controls on the left, and what they change in the flight on the right."""
+"""The sections of the panel, from the map to what can be saved."""
 
 from __future__ import annotations
 
+from collections.abc import Callable
+from dataclasses import dataclass
 from datetime import datetime
-from typing import TYPE_CHECKING, Any
+from typing import Any
 
 from ..brush import SHARES, TOOLS
-from ..drawing import CHOICES
-from ..export import FORMATS
+from ..files.export import FORMATS
+from ..files.maps import bundled
 from ..light.sun import sun_position
-from ..maps import bundled
-from ..methods.rivals import RIVALS
-from .controller import MODES
-from .keeping import SIZES
+from ..methods import BASELINES, REGISTRY
+from ..options import CHOICES
+from .brush_tool import BrushTool
+from .controller import MODES, Controller
 from .legend import COLOURS, legend
-from .settings import BUDGETS, TOLERANCES_PX
+from .painter import Painter
+from .saver import SIZES, Saver
+from .scene import Scene
+from .sculpting import Sculpting
+from .settings import BUDGETS, TOLERANCES_PX, Settings
+from .viewer import Viewer
+from .widgets import Widgets
 
-if TYPE_CHECKING:
-    from .flight import Flight
-    from .gui import Gui
-
-_LATITUDE_DEG = 46.0  # of the sun's course through the day
-_DAY = datetime(2025, 8, 1)
-METHODS_HELP = "How detail is chosen (F): sat keeps the promise with few triangles; full draws every post."
-TOLERANCE_HELP = {
-    "max": "No post is drawn further than this from its place in the picture (+ and -).",
-    "rms": "What posts are off their places in the picture, as root mean square, is at most this (+ and -).",
+Press = Callable[[str], None]  # does the command of a key
+IMAGES = {"sky image": "sky", "ground image": "material"}  # fields that a file can be dropped on, and their options
+TOLERANCE_HINTS = {
+    "max": "The largest error of any post on the screen (+ and -).",
+    "rms": "The root mean square of the errors of all posts on the screen (+ and -).",
 }
-AIM_HELP = "What this method aims at, for it promises nothing (+ and -)."
-BUDGET_HELP = "At most so many, where they take away most error; moving the tolerance ends it."
-METRIC_HELP = "What the tolerance bounds (M): the largest error of any post, or the root mean square of all."
+BASELINE_HINT = "What this method aims at; it has no certified bound (+ and -)."
+BUDGET_HINT = "At most so many triangles, where they reduce the error most. Changing the tolerance ends it."
+METRIC_HINT = "What the tolerance bounds (M): the largest error of any post, or the root mean square of all errors."
+_PATH = "a path, then Enter"
+_LATITUDE_DEG = 46.0  # where the time of day sets the sun
+_DAY = datetime(2025, 8, 1)
 
 
-def land(gui: Gui, flight: Flight) -> None:
-    """Which map is seen."""
-    key = flight.land.opened.key
-    names = [*bundled(), *([] if key in bundled() else [flight.figures.name])]
-    now = key if key in bundled() else flight.figures.name
-    if name := gui.choose("map", now, names, "Maps that come with the program."):
-        flight.land.open(name)
-    if path := gui.enter(
-        "file", flight.land.refused, "PNG, TIFF, EXR, HDR, NPY or HGT. You can drop a file on the window as well."
-    ):
-        flight.land.open(path)
-    spacing = flight.land.opened.heightmap.spacing_m
-    words = f"{spacing[0]:g}" if spacing[0] == spacing[1] else f"{spacing[0]:g} × {spacing[1]:g}"
-    if typed := gui.enter(
-        "spacing", words, "Metres between posts, then Enter: for maps that do not tell, or tell wrongly."
-    ):
-        flight.space(typed)
+def map_section(ui: Widgets, viewer: Viewer) -> None:
+    """Which map is shown."""
+    opened, shown = viewer.scene.opened, viewer.painter.frame.name
+    names = [*bundled(), *([] if opened.key in bundled() else [shown])]
+    now = opened.key if opened.key in bundled() else shown
+    if name := ui.choose("map", now, names, "The maps that come with the program."):
+        viewer.open(name)
+    hint = "PNG, TIFF, EXR, HDR, NPY or HGT. You can also drop a file on the window."
+    if path := ui.enter("file", viewer.loader.refused, _PATH, hint):
+        viewer.open(path)
+    east, north = opened.heightmap.spacing_m
+    hint = "Metres between posts. Set it if the file does not give it, or gives a wrong one."
+    spacing = ui.enter("spacing", f"{east:g}" if east == north else f"{east:g} × {north:g}", "metres, then Enter", hint)
+    if spacing:
+        viewer.set_spacing(spacing)
 
 
-def detail(gui: Gui, flight: Flight) -> None:
+def detail_section(ui: Widgets, settings: Settings, painter: Painter) -> None:
     """How fine the mesh is."""
-    settings, drawing = flight.settings, flight.settings.drawing
+    options = settings.options
     if settings.split:
-        gui.imgui.text_disabled(f"of the {('left', 'right')[settings.active]} side; the cursor chooses")
-    stats = [*flight.painter.side_stats, flight.figures.stats][settings.active]  # a side may have come just now
-    tolerance_px = drawing.max_error_px or stats.get("certified_max_error_px") or 1.0
-    text = AIM_HELP if drawing.method in RIVALS else TOLERANCE_HELP[drawing.metric]
+        ui.imgui.text_disabled(f"of the {('left', 'right')[settings.active]} side; point at a side to choose it")
+    stats = [*painter.side_stats, painter.frame.stats][settings.active]  # a new side has no stats yet
+    tolerance_px = options.max_error_px or stats.get("certified_max_error_px") or 1.0
+    hint = BASELINE_HINT if options.method in BASELINES else TOLERANCE_HINTS[options.metric]
     changes: dict[str, Any] = {
-        "max_error_px": gui.slide("tolerance", tolerance_px, *TOLERANCES_PX, text, "%.3g px", True),
-        "triangles": gui.slide(
-            "triangles",
-            drawing.triangles or stats.get("triangles", 1),
-            *BUDGETS,
-            BUDGET_HELP,
-            "at most %.0f" if drawing.triangles else "%.0f",
-            True,
-        ),
-        "metric": gui.choose("metric", drawing.metric, CHOICES["metric"], METRIC_HELP),
-        "method": gui.choose("method", drawing.method, CHOICES["method"], METHODS_HELP),
+        "max_error_px": ui.slide("tolerance", tolerance_px, *TOLERANCES_PX, hint, "%.3g px", True)
     }
-    if changes["triangles"] is not None:
-        changes["triangles"] = round(changes["triangles"])
-    _apply(settings, changes)
+    triangles = options.triangles or stats.get("triangles", 1)
+    form = "at most %.0f" if options.triangles else "%.0f"
+    budget = ui.slide("triangles", triangles, *BUDGETS, BUDGET_HINT, form, True)
+    changes["triangles"] = None if budget is None else round(budget)
+    changes["metric"] = ui.choose("metric", options.metric, CHOICES["metric"], METRIC_HINT)
+    changes["method"] = ui.choose("method", options.method, CHOICES["method"], _method_hint(options.method))
+    given = {name: value for name, value in changes.items() if value is not None}
+    if given:
+        settings.change(**given)
 
 
-def _of_metres(metres: float) -> str:
-    """How a slider writes metres: never as powers of ten where they are many."""
+def understand_section(ui: Widgets, scene: Scene, press: Press) -> None:
+    """How detail is chosen."""
+    settings = scene.settings
+    style = settings.options.style
+    colours = COLOURS if style in COLOURS else COLOURS | {style: style}
+    chosen = ui.choose("colours", colours[style], list(colours.values()), "What the colours of the land show.")
+    if chosen:
+        settings.change(style=next(style for style, words in colours.items() if words == chosen))
+    if (shown := legend(settings.options)) and not scene.is_preview:
+        ui.legend(shown)
+    if ui.tick("mesh over the picture", settings.options.wires, "The edges of all triangles, over any style (N)."):
+        press("n")
+    hint = "The levels stay as they were chosen for this camera. Fly around and look at them (L)."
+    if ui.tick("freeze the levels", scene.frozen is not None, hint):
+        press("l")
+    if ui.tick("split the picture", settings.split, "Two methods or settings side by side (T)."):
+        press("t")
+    if ui.tick("magnifying glass", settings.lens > 0, "Shows pixels as squares under the cursor (Z)."):
+        press("z")
+    if settings.lens:
+        lens = ui.slide("magnification", settings.lens, 2.0, 16.0, "Of the magnifying glass.", "× %.0f")
+        settings.lens = settings.lens if lens is None else lens
+    if ui.tick("summed-area table", settings.sums, "The sum of any box is read at its four corners (U)."):
+        press("u")
+    if settings.sums:
+        side = ui.slide("box", settings.box, 2, 256, "Posts along a side of the box under the cursor.", "%.0f posts")
+        settings.box = settings.box if side is None else round(side)
+    ui.imgui.text_disabled("Click on the land to see why it is drawn so.")
+
+
+def sculpt_section(ui: Widgets, sculpting: Sculpting, press: Press) -> None:
+    """The brush."""
+    tool = sculpting.tool
+    if tool is None:
+        ui.imgui.text_disabled("Ready when the tables are built.")
+        return
+    hint = "Drag on the land to change it. The certified bound holds during a stroke (B)."
+    if ui.tick("brush", sculpting.brushing, hint):
+        press("b")
+    tool.tool = ui.choose("tool", tool.tool, TOOLS, "What the brush does (X).") or tool.tool
+    _brush_sliders(ui, tool)
+    undone, redone = tool.strokes
+    if ui.button("Undo", f"Undo the last of {undone} strokes (Ctrl Z).", undone > 0):
+        press("ctrl+z")
+    ui.imgui.same_line()
+    if ui.button("Redo", f"Redo the last of {redone} undone strokes (Ctrl Shift Z).", redone > 0):
+        press("ctrl+shift+z")
+    ui.imgui.same_line()
+    if ui.button("Save the map", "As 16-bit PNG, float TIFF or EXR: the ending of the name decides (Ctrl S)."):
+        press("ctrl+s")
+
+
+def _brush_sliders(ui: Widgets, tool: BrushTool) -> None:
+    heightmap = tool.renderer.heightmap
+    least, most = min(heightmap.spacing_m), 0.5 * max(heightmap.extent_m)
+    hint = "Of the ring on the land ([ and ])."
+    radius = ui.slide("radius", tool.radius_m, least, most, hint, _metres_form(tool.radius_m), True)
+    tool.radius_m = tool.radius_m if radius is None else radius
+    if tool.tool in SHARES:
+        share = ui.slide("strength", tool.share, 0.01, 1.0, "Share of the way for each dab (, and .).", "%.2f")
+        tool.share = tool.share if share is None else share
+    else:
+        relief = max(heightmap.range_m[1] - heightmap.range_m[0], 1.0)
+        form = _metres_form(tool.strength_m)
+        hint = "Metres in the middle for each dab (, and .)."
+        strength = ui.slide("strength", tool.strength_m, 1e-4 * relief, 0.5 * relief, hint, form, True)
+        tool.strength_m = tool.strength_m if strength is None else strength
+    if tool.tool == "cliff":
+        hint = "Where the face of the cliff looks, clockwise from north."
+        azimuth = ui.slide("face", tool.azimuth_deg, 0.0, 360.0, hint, "%.0f°")
+        tool.azimuth_deg = tool.azimuth_deg if azimuth is None else azimuth
+
+
+def _method_hint(method: str) -> str:
+    return f"How detail is chosen (F). {method}: {REGISTRY[method].help}."
+
+
+def _metres_form(metres: float) -> str:
+    """How a slider writes metres: never as powers of ten."""
     return "%.0f m" if metres >= 100 else "%.3g m"
 
 
-def understand(gui: Gui, flight: Flight) -> None:
-    """How detail comes about."""
-    settings = flight.settings
-    styles = {**COLOURS, **({} if (style := settings.drawing.style) in COLOURS else {style: style})}
-    told = gui.choose("colours", styles[style], list(styles.values()), "What the land's colours tell.")
-    if told:
-        settings.draw(style=next(style for style, words in styles.items() if words == told))
-    if shown := legend(settings.drawing):
-        gui.show_legend(shown)
-    if gui.tick("mesh over the picture", settings.drawing.wires, "The edges of all triangles, over any style (N)."):
-        flight.press("n")
-    frozen = flight.insight.frozen is not None
-    if gui.tick(
-        "freeze the levels", frozen, "Detail stays as it is for this eye, also out of its sight; fly around (L)."
-    ):
-        flight.press("l")
-    if gui.tick("split the picture", settings.split, "Two methods or settings side by side (T)."):
-        flight.press("t")
-    if gui.tick("magnifying glass", settings.lens > 0, "Pixels as squares under the cursor (Z)."):
-        flight.press("z")
-    if settings.lens:
-        lens = gui.slide("times larger", settings.lens, 2.0, 16.0, "How strong the glass is.", "× %.0f")
-        settings.lens = settings.lens if lens is None else lens
-    if gui.tick("summed-area table", settings.sums, "What a box sum is read from, at four corners (U)."):
-        flight.press("u")
-    if settings.sums:
-        side = gui.slide("box", settings.box, 2, 256, "Posts a side of the box under the cursor.", "%.0f posts")
-        settings.box = settings.box if side is None else round(side)
-    gui.imgui.text_disabled("Click on the land: why is it drawn so?")
+@dataclass
+class PictureDraft:
+    """What the sliders of the picture hold while they are being moved: the time of day, and a new exaggeration."""
+
+    hour: float = 12.0
+    exaggeration: float | None = None
 
 
-def sculpt(gui: Gui, flight: Flight) -> None:
-    """Changing the land."""
-    editing = flight.sculpting.editing
-    if editing is None:
-        gui.imgui.text_disabled("as soon as the tables are built")
+def picture_section(ui: Widgets, viewer: Viewer, draft: PictureDraft) -> None:
+    """How the picture looks."""
+    settings = viewer.settings
+    style = ui.choose("style", settings.options.style, CHOICES["style"], "What the colours show (Tab, J).")
+    if style:
+        settings.change(style=style)
+    _light(ui, settings, draft)
+    _water(ui, viewer.scene)
+    hint = "Light from an equirectangular .hdr or .exr image; empty: a clear sky. Type a path, or drop a file here."
+    if (path := ui.enter("sky image", settings.options.sky or "", _PATH, hint)) is not None:
+        viewer.images.read("sky", path)
+    hint = "Colours of the ground from an image of the map, north up; empty: colours from height and slope."
+    if (path := ui.enter("ground image", settings.options.material or "", _PATH, hint)) is not None:
+        viewer.images.read("material", path)
+    _exaggeration(ui, viewer, draft)
+
+
+def _exaggeration(ui: Widgets, viewer: Viewer, draft: PictureDraft) -> None:
+    scene = viewer.scene
+    now = draft.exaggeration or scene.pending_exaggeration or scene.exaggeration
+    factor = ui.slide("exaggeration", now, 0.25, 8.0, "All heights are multiplied by this.", "× %.2f", True)
+    draft.exaggeration = factor or draft.exaggeration
+    if ui.imgui.is_item_deactivated_after_edit() and draft.exaggeration:
+        viewer.exaggerate(draft.exaggeration)
+        draft.exaggeration = None
+
+
+def _light(ui: Widgets, settings: Settings, draft: PictureDraft) -> None:
+    options = settings.options
+    if options.sky:
+        ui.imgui.text_disabled("The sky image has its own sun.")
         return
-    text = "Drag on the land to change it; the promise holds all the while (B)."
-    if gui.tick("brush", flight.sculpting.brushing, text):
-        flight.press("b")
-    tool = gui.choose("tool", editing.tool, TOOLS, "What the brush does (X).")
-    editing.tool = tool or editing.tool
-    heightmap = editing.renderer.heightmap
-    least, most = min(heightmap.spacing_m), 0.5 * max(heightmap.extent_m)
-    radius = gui.slide(
-        "radius",
-        editing.radius_m,
-        least,
-        most,
-        "Of the ring on the land ([ and ]).",
-        _of_metres(editing.radius_m),
-        True,
-    )
-    editing.radius_m = editing.radius_m if radius is None else radius
-    if editing.tool in SHARES:
-        share = gui.slide("strength", editing.share, 0.01, 1.0, "Share of the way, each dab (, and .).", "%.2f")
-        editing.share = editing.share if share is None else share
-    else:
-        reach = max(heightmap.range_m[1] - heightmap.range_m[0], 1.0)
-        text = "Metres in the middle, each dab (, and .)."
-        metres = gui.slide(
-            "strength", editing.strength_m, 1e-4 * reach, 0.5 * reach, text, _of_metres(editing.strength_m), True
-        )
-        editing.strength_m = editing.strength_m if metres is None else metres
-    if editing.tool == "cliff":
-        text = "Where the cliff's face looks, clockwise from north."
-        azimuth = gui.slide("face", editing.azimuth_deg, 0.0, 360.0, text, "%.0f°")
-        editing.azimuth_deg = editing.azimuth_deg if azimuth is None else azimuth
-    undone, redone = editing.strokes
-    if gui.press_button("Undo", f"Take the last of {undone} strokes back (Ctrl Z).", undone > 0):
-        flight.press("ctrl+z")
-    gui.imgui.same_line()
-    if gui.press_button("Redo", f"Do the last of {redone} undone strokes again (Ctrl Shift Z).", redone > 0):
-        flight.press("ctrl+shift+z")
-    gui.imgui.same_line()
-    if gui.press_button("Save the land", "As 16-bit PNG, float TIFF or EXR, by the name's ending (Ctrl S)."):
-        flight.press("ctrl+s")
-
-
-def picture(gui: Gui, flight: Flight) -> None:
-    """How it looks."""
-    settings, drawing = flight.settings, flight.settings.drawing
-    _apply(settings, {"style": gui.choose("style", drawing.style, CHOICES["style"], "What the colours mean (Tab, J).")})
-    _light(gui, flight)
-    _water(gui, flight)
-    text = "Light from an equirectangular .hdr or .exr picture; none: a clear sky. Drop a file on it, or type a path."
-    if (path := gui.enter("sky image", drawing.sky or "", text)) is not None:
-        flight.dressing.wear("sky", path)
-    text = "The ground's colours from a picture of the map, north up; none: what heights and slopes suggest."
-    if (path := gui.enter("ground image", drawing.material or "", text)) is not None:
-        flight.dressing.wear("material", path)
-    factor = gui.slide("exaggeration", flight.factor, 0.25, 8.0, "Heights are multiplied by this.", "× %.2f", True)
-    if factor is not None:
-        flight.factor = factor
-    if gui.imgui.is_item_deactivated_after_edit():
-        flight.land.exaggerate(flight.factor)
-
-
-def _light(gui: Gui, flight: Flight) -> None:
-    """Where the sun stands."""
-    settings, drawing = flight.settings, flight.settings.drawing
-    if drawing.sky:
-        gui.imgui.text_disabled("The sky image has a sun of its own.")
-        return
-    azimuth, elevation = drawing.sun
-    form = "%.1f h" if drawing.sun == _sun_at(flight.hour) else "as below"
-    hour = gui.slide("time of day", flight.hour, 4.0, 20.0, "The sun on a summer day in the Alps.", form)
-    azimuth = azimuth % 360
-    turned = gui.slide("sun from", azimuth, 0.0, 360.0, "Where the sun stands, clockwise from north.", "%.0f°")
-    raised = gui.slide("sun height", elevation, -10.0, 90.0, "How high it stands over the horizon.", "%.0f°")
+    azimuth, elevation = options.sun
+    form = "%.1f h" if options.sun == _sun_at(draft.hour) else "as below"
+    hour = ui.slide("time of day", draft.hour, 4.0, 20.0, "The sun on a summer day in the Alps.", form)
+    turned = ui.slide("sun azimuth", azimuth % 360, 0.0, 360.0, "Where the sun is, clockwise from north.", "%.0f°")
+    raised = ui.slide("sun elevation", elevation, -10.0, 90.0, "How high the sun is above the horizon.", "%.0f°")
     if hour is not None:
-        flight.hour = hour
-        settings.draw_both(sun=_sun_at(hour))
+        draft.hour = hour
+        settings.change_all(sun=_sun_at(hour))
     elif turned is not None or raised is not None:
-        sun = azimuth if turned is None else turned, elevation if raised is None else raised
-        settings.draw_both(sun=sun)
+        sun = azimuth % 360 if turned is None else turned, elevation if raised is None else raised
+        settings.change_all(sun=sun)
 
 
 def _sun_at(hour: float) -> tuple[float, float]:
@@ -206,92 +218,62 @@ def _sun_at(hour: float) -> tuple[float, float]:
     return azimuth, elevation
 
 
-def _water(gui: Gui, flight: Flight) -> None:
-    """Standing water, and how high it is."""
-    settings, water_m = flight.settings, flight.settings.drawing.water_m
-    low, high = flight.renderer.heightmap.range_m
-    if gui.tick("water", water_m is not None, "Standing water up to a height."):
-        settings.draw_both(water_m=low + 0.1 * (high - low) if water_m is None else None)
+def _water(ui: Widgets, scene: Scene) -> None:
+    settings, water_m = scene.settings, scene.settings.options.water_m
+    low, high = scene.heightmap.range_m
+    if ui.tick("water", water_m is not None, "Standing water up to a level."):
+        settings.change_all(water_m=low + 0.1 * (high - low) if water_m is None else None)
     elif water_m is not None:
-        level = gui.slide("water level", water_m, low, high, "Metres, as the map has them.", "%.0f m")
+        level = ui.slide("water level", water_m, low, high, "Metres, as in the heights of the map.", "%.0f m")
         if level is not None:
-            settings.draw_both(water_m=level)
+            settings.change_all(water_m=level)
 
 
-def camera(gui: Gui, flight: Flight) -> None:
-    """How the eye moves."""
-    controller = flight.controller
-    mode = gui.choose("move", controller.mode, MODES, "Fly anywhere, orbit the middle, walk at eye height (V).")
+def camera_section(ui: Widgets, controller: Controller, press: Press) -> None:
+    """How the camera moves."""
+    mode = ui.choose("mode", controller.mode, MODES, "Fly anywhere, orbit the middle, walk at eye height (V).")
     if mode:
         controller.change_mode(mode)
-    reach = max(controller.heightmap.extent_m)
-    speed = gui.slide(
-        "speed",
-        controller.speed_m_s,
-        1e-5 * reach,
-        reach,
-        "Of W A S D (wheel).",
-        _of_metres(controller.speed_m_s) + "/s",
-        True,
-    )
+    extent, form = max(controller.heightmap.extent_m), _metres_form(controller.speed_m_s) + "/s"
+    speed = ui.slide("speed", controller.speed_m_s, 1e-5 * extent, extent, "Of W A S D (wheel).", form, True)
     if speed is not None:
         controller.speed_m_s = speed
-    fov = gui.slide("field of view", controller.fov_deg, 1.0, 120.0, "Vertical (Ctrl wheel).", "%.0f°")
+    fov = ui.slide("field of view", controller.fov_deg, 1.0, 120.0, "Vertical angle (Ctrl wheel).", "%.0f°")
     if fov is not None:
         controller.fov_deg = fov
-    if gui.tick("stay above ground", controller.above_ground, "Keep the eye from going under the land (G)."):
-        flight.press("g")
-    if gui.press_button("Home", "Back to the first view (Home)."):
-        flight.press("home")
-    gui.imgui.text_disabled("Bookmarks: + sets one, its number travels there")
+    if ui.tick("stay above ground", controller.above_ground, "Keep the camera above the land (G)."):
+        press("g")
+    if ui.button("Home", "Back to the first view (Home)."):
+        press("home")
+    _bookmarks(ui, controller, press)
+
+
+def _bookmarks(ui: Widgets, controller: Controller, press: Press) -> None:
+    ui.imgui.text_disabled("Bookmarks: + sets one; its number travels there.")
     for number in range(1, 10):
-        gui.imgui.same_line() if number > 1 else None
-        known = number in controller.bookmarks
-        text = (
-            f"Travel to bookmark {number} (key {number})." if known else f"Set bookmark {number} here (Ctrl {number})."
-        )
-        if gui.press_button(str(number) if known else f"+##{number}", text):
-            flight.press(str(number) if known else f"ctrl+{number}")
+        if number > 1:
+            ui.imgui.same_line()
+        if number in controller.bookmarks:
+            if ui.button(str(number), f"Travel to bookmark {number} (key {number})."):
+                press(str(number))
+        elif ui.button(f"+##{number}", f"Set bookmark {number} here (Ctrl {number})."):
+            press(f"ctrl+{number}")
 
 
-def keep(gui: Gui, flight: Flight) -> None:
-    """What can be taken away."""
-    keeping = flight.keeping
-    keeping.size = (
-        gui.choose("size", keeping.size, list(SIZES), "Of saved pictures, whatever the window's.") or keeping.size
-    )
-    text = "As PNG, its numbers as JSON beside it, in the folder where the program was started (P)."
-    if gui.press_button("Save the picture", text):
-        flight.press("p")
-    if gui.press_button(
-        "Stop recording" if flight.keeping.filming.running else "Record a film", "What is seen, without panels (R)."
-    ):
-        flight.press("r")
-    if gui.press_button("Copy the command line", "A terrain-gl shot that draws this very picture (Y)."):
-        flight.press("y")
-    chosen = gui.choose("format", keeping.mesh_format, list(FORMATS), "Of saved meshes.")
-    keeping.mesh_format = chosen or keeping.mesh_format
-    if gui.press_button("Save the mesh", "The very triangles that are drawn, in metres (O)."):
-        flight.press("o")
-    text = "Bookmarks as a path for terrain-gl fly, which makes a film of it (K)."
-    if gui.press_button("Save the bookmarks' path", text, len(flight.controller.bookmarks) > 1):
-        flight.press("k")
-
-
-FILES = {"sky image": "sky", "ground image": "material"}  # fields that files can be dropped on
-
-SECTIONS = (
-    ("Map", False, land),
-    ("Detail", True, detail),
-    ("Understand", True, understand),
-    ("Sculpt", False, sculpt),
-    ("Picture", False, picture),
-    ("Camera", False, camera),
-    ("Keep", False, keep),
-)
-
-
-def _apply(settings: Any, changes: dict[str, Any]) -> None:
-    given = {key: value for key, value in changes.items() if value is not None}
-    if given:
-        settings.draw(**given)
+def save_section(ui: Widgets, saver: Saver, controller: Controller, press: Press) -> None:
+    """What can be saved."""
+    hint = "Of saved pictures; it does not depend on the window."
+    saver.size = ui.choose("size", saver.size, list(SIZES), hint) or saver.size
+    if ui.button("Save the picture", "As PNG in the working directory, with its numbers as JSON beside it (P)."):
+        press("p")
+    recording = "Stop recording" if saver.filming.running else "Record a film"
+    if ui.button(recording, "Record what is seen, without panels (R)."):
+        press("r")
+    if ui.button("Copy the command line", "The terrain-gl shot command that draws this picture (Y)."):
+        press("y")
+    saver.mesh_format = ui.choose("format", saver.mesh_format, list(FORMATS), "Of saved meshes.") or saver.mesh_format
+    if ui.button("Save the mesh", "The triangles that are drawn, in metres (O)."):
+        press("o")
+    hint = "The bookmarks as a camera path; terrain-gl fly makes a film of it (K)."
+    if ui.button("Save the camera path", hint, len(controller.bookmarks) > 1):
+        press("k")

@@ -1,0 +1,317 @@
+"""The three methods at equal triangles, on generated land and on real maps, as tables for docs/comparison.md.
+
+    land     4096² posts of `generate --seed 7 --cliffs 0.7`: three views, 0.1, 0.3 and 1 million triangles
+    others   other seeds, other cliffs and the other recipe, 1025² posts: three smaller numbers
+    real     every map of the folder that TERRAIN_GL_DEM names, from outside and from a ridge: six numbers, from a 64th
+             of all posts' triangles to half
+    pixel    triangles that it takes to be within one pixel
+    puget    a view of ps_height_1k.png whose numbers are known of other methods
+
+Beside the RMS screen error of each stands that of the ideal restricted quadtree. It takes hours on a software renderer:
+each number is written to a file as soon as it is there, and a run that is started again goes on where it was.
+
+Run: python benchmarks/baselines.py FOLDER [land|others|real|pixel|puget|tables ...]
+"""
+
+import json
+import os
+import sys
+import time
+from dataclasses import asdict
+from pathlib import Path
+
+from terrain_gl import Camera, Heightmap, Renderer
+from terrain_gl.comparison import compare, curves
+from terrain_gl.comparison.baselines import PARAMETERS
+from terrain_gl.files.generate import Land, write_land
+from terrain_gl.files.views import standard_view
+from terrain_gl.gpu.context import create_context
+from terrain_gl.image import replacing
+
+BASELINES = [method for method in compare.COMPARED if method != "sat"]
+VIEWS = ("valley", "ridge", "high")
+FINE = 2  # pixels drawn for one in pictures, along a side
+LAND = {"cols": 4096, "rows": 4096, "seed": 7, "cliffs": 0.7}
+OTHERS = {
+    f"{recipe}-{seed}-{cliffs}": {"cols": 1025, "rows": 1025, "seed": seed, "cliffs": cliffs, "recipe": recipe}
+    for recipe, seed, cliffs in (
+        ("canyon", 7, 0.2),
+        ("canyon", 1, 0.7),
+        ("canyon", 2, 1.0),
+        ("alpine", 7, 0.7),
+    )
+}
+REAL = {
+    "deathvalley_basinrange_4097_u16_off100.png": {"spacing_m": (73, 93), "z_offset_m": -100.0},
+    "moon_gld100_lon100-116_lat28-44_4096.png": {"spacing_m": (96, 118), "z_offset_m": -10000.0},
+    "narok_srtm_z12_4608_f32.tif": {"spacing_m": 19.1},
+    "greenriver.tif": {"spacing_m": 1},
+    "mt_rainier_90m.tif": {"spacing_m": (64, 93)},
+    "ps_height_1k.png": {"spacing_m": 160, "z_scale": 0.1},
+    "N37W123.hgt": {"spacing_m": (73, 93)},
+}
+PUGET = Camera((81920, 30000, 9000), (81920, 110000, 0), 60)
+KEPT = ("triangles", "max_error_px", "rms_error_px", "image_rmse", "flip", "skyline_px", "max_skyline_px", "ms")
+
+
+class Case:
+    """One view of one map: what is known of it, in a file, and what it takes to know more.
+
+    Parameters
+    ----------
+    folder, name
+        Where the file is.
+    open_map
+        Gives the heightmap; called when something is not known yet.
+    view
+        A standard view, or a camera.
+    """
+
+    def __init__(self, folder, name, open_map, view, size=(1280, 720)):
+        self.path, self.name = folder / f"{name}.json", name
+        self.open_map, self.view, self.size = open_map, view, size
+        self.known = json.loads(self.path.read_text()) if self.path.exists() else {}
+        self.renderer = self.truth = None
+
+    def know(self, key, work):
+        """What is known under a key, or what the work gives, which is known from then on."""
+        if key not in self.known:
+            started = time.monotonic()
+            self._open()
+            self.known[key] = work()
+            with replacing(self.path) as part:
+                part.write_text(json.dumps(self.known, indent=1))
+            print(f"{self.name}: {key}, {time.monotonic() - started:.0f} s", file=sys.stderr, flush=True)
+        return self.known[key]
+
+    def full(self):
+        """Triangles of every post in the picture."""
+        return self.know("full", lambda: self.renderer.draw(self.camera, method="full")["triangles"])
+
+    def achieved(self, method, triangles):
+        """Stats of a method with so many triangles."""
+        return self.know(f"{method} {triangles}", lambda: self._measured(method, triangles))
+
+    def likeness(self, method, triangles):
+        """How far its picture is from the truth."""
+        return self.know(f"{method} {triangles} picture", lambda: self._likeness(method, triangles))
+
+    def dense(self):
+        """How far the picture of the dense mesh is from the truth: what diagonals are about."""
+        return self.know("full picture", lambda: self._picture(method="full"))
+
+    def ideal(self, budgets):
+        """RMS error of the ideal restricted quadtree, by number of triangles."""
+        return self.know(f"ideal {budgets}", lambda: self._ideal(budgets))
+
+    def within(self, max_error_px):
+        """Triangles certified to be within an error, and those that each baseline needs to achieve it."""
+        return self.know(f"within {max_error_px}", lambda: self._within(max_error_px))
+
+    def close(self):
+        """Give the memory back."""
+        if self.renderer:
+            self.renderer.release()
+        self.renderer = self.truth = None
+
+    def _open(self):
+        if self.renderer is None:
+            heightmap = self.open_map()
+            self.camera = standard_view(heightmap, self.view) if isinstance(self.view, str) else self.view
+            self.renderer = Renderer(heightmap, self.size)
+
+    def _measured(self, method, triangles):
+        detail = curves.detail_of(self.renderer, self.camera, method, triangles)
+        stats = compare.measured(self.renderer, self.camera, method=method, **detail)
+        found = {key: stats[key] for key in KEPT if key in stats}
+        return found | ({"parameters": asdict(detail["parameters"])} if "parameters" in detail else {})
+
+    def _likeness(self, method, triangles):
+        detail = {"triangles": triangles}
+        if method in PARAMETERS:
+            detail = {"parameters": PARAMETERS[method](**self.achieved(method, triangles)["parameters"])}
+        return self._picture(method=method, **detail)
+
+    def _picture(self, **drawing):
+        self.truth = self.truth or compare.truth_of(self.renderer, self.camera, FINE)
+        return compare.likeness_of(self.renderer, self.camera, self.truth, FINE, **drawing)[1]
+
+    def _ideal(self, budgets):
+        found = curves.ideal_curve(self.renderer, self.camera, budgets)
+        return [[int(n), float(px)] for n, px in zip(found.triangles, found.rms_px, strict=True)]
+
+    def _within(self, max_error_px):
+        own = compare.measured(self.renderer, self.camera, method="sat", max_error_px=max_error_px)
+        needed = {"sat": own["triangles"], "achieved_px": own["max_error_px"], "full": self.full()}
+        for method in BASELINES:
+            stats = curves.fewest(self.renderer, self.camera, method, max_error_px, own["triangles"], needed["full"])
+            needed[method] = stats and stats["triangles"]
+        return needed
+
+
+def generated(folder, **land):
+    """A land, made once."""
+
+    def open_map():
+        made = Land(**land)
+        path = folder / f"{made.recipe}-{made.cols}-{made.seed}-{made.cliffs}.tif"
+        if not path.exists():
+            ctx = create_context()
+            with ctx:
+                write_land(ctx, made, str(path))
+            ctx.release()
+        return Heightmap.open(path, made.spacing_m)
+
+    return open_map
+
+
+def cases(folder):
+    """All cases by part."""
+    dem = os.environ.get("TERRAIN_GL_DEM")
+    real = {name: Path(dem) / name for name in REAL if dem and (Path(dem) / name).exists()}
+    opened = {name: lambda name=name, path=path: Heightmap.open(path, **REAL[name]) for name, path in real.items()}
+    land = {view: Case(folder, f"land-{view}", generated(folder, **LAND), view) for view in VIEWS}
+    others = [Case(folder, f"other-{name}", generated(folder, **made), "ridge") for name, made in OTHERS.items()]
+    maps = [
+        Case(folder, f"{view}-{name}", opened[name], view, (640, 360)) for view in ("default", "ridge") for name in real
+    ]
+    pixel = [Case(folder, f"pixel-{name}", opened[name], "ridge") for name in real]
+    puget = [Case(folder, "puget", opened["ps_height_1k.png"], PUGET)] if "ps_height_1k.png" in real else []
+    return {"land": [*land.values()], "others": others, "real": maps, "pixel": [land["ridge"], *pixel], "puget": puget}
+
+
+def work(part, case):
+    """Find all numbers of a case."""
+    case.full()
+    budgets = budgets_of(part, case)
+    for triangles in budgets:
+        for method in compare.COMPARED:
+            case.achieved(method, triangles)
+    if part == "pixel":
+        case.within(1.0)
+    if part in ("land", "others", "real"):
+        case.ideal(budgets)
+    if part in ("land", "real"):
+        for triangles in budgets:
+            for method in compare.COMPARED:
+                case.likeness(method, triangles)
+        case.dense()
+    if part == "puget":
+        for error_px in (1.0, 1.94):
+            case.know(f"certified {error_px}", lambda px=error_px: certified(case, px))
+    case.close()
+
+
+def budgets_of(part, case):
+    """Numbers of triangles to ask for."""
+    if part == "real":
+        return [round(case.known["full"] / 2**k) for k in (6, 5, 4, 3, 2, 1)]
+    return {"land": [100_000, 300_000, 1_000_000], "others": [10_000, 30_000, 100_000], "puget": [103_040]}.get(
+        part, []
+    )
+
+
+def certified(case, max_error_px):
+    """Stats of the promise."""
+    stats = compare.measured(case.renderer, case.camera, method="sat", max_error_px=max_error_px)
+    return {key: stats[key] for key in KEPT if key in stats}
+
+
+# --- tables -----------------------------------------------------------------------------------------------------------
+
+
+def markdown(rows):
+    """A table."""
+    head, *body = [f"| {' | '.join(row)} |" for row in rows]
+    return "\n".join([head, "|" + "---|" * len(rows[0]), *body])
+
+
+def tables(part, found):
+    """What is known of a part, as text."""
+    rows = {"pixel": pixel_rows, "puget": puget_rows}.get(part, budget_rows)(part, found)
+    pictures = picture_rows(part, found) if part in ("land", "real") else []
+    return "\n\n".join(markdown(table) for table in (rows, pictures) if len(table) > 1)
+
+
+def pixel_rows(_, found):
+    """Triangles to be within a pixel."""
+    rows = [["map", "every post", "SAT, certified", "achieved, px", *(f"{m}, achieved" for m in BASELINES)]]
+    for case in found:
+        if needed := case.known.get("within 1.0"):
+            counts = [f"{needed[m]:,}" if needed[m] else "not reached" for m in BASELINES]
+            rows += [[case.name, f"{needed['full']:,}", f"{needed['sat']:,}", f"{needed['achieved_px']:.3f}", *counts]]
+    return rows
+
+
+def puget_rows(_, found):
+    """The view that is known of other methods."""
+    rows = [["asked", "triangles", "largest error, px", "RMS error, px"]]
+    for case in found:
+        for key, stats in (each for each in case.known.items() if each[0] != "full"):
+            rows += [[key, f"{stats['triangles']:,}", f"{stats['max_error_px']:.3f}", f"{stats['rms_error_px']:.3f}"]]
+    return rows
+
+
+def budget_rows(part, found):
+    """Errors at equal triangles: the methods', the ideal's, and how many times the baselines' are larger."""
+    ours, methods = "sat", compare.COMPARED
+    rows = [["view or map", "triangles", *(f"{m} RMS px" for m in methods), "ideal", "sat / ideal"]]
+    rows[0] += [f"{m} / {ours}" for m in BASELINES]
+    for case in found:
+        for triangles in budgets_of(part, case):
+            px = {m: case.known.get(f"{m} {triangles}", {}).get("rms_error_px") for m in methods}
+            ideal_px = ideal_at(case, budgets_of(part, case), triangles)
+            ratios = [ratio(px[ours], ideal_px), *(ratio(px[m], px[ours]) for m in BASELINES)]
+            rows += [[case.name, f"{triangles:,}", *map(shown, px.values()), shown(ideal_px), *ratios]]
+    return rows
+
+
+def picture_rows(part, found):
+    """How far the methods' pictures are from the truth, and the dense mesh's: what the diagonals of cells are about."""
+    drawn = (*compare.COMPARED, "full")
+    rows = [["view or map", "triangles", *(f"{m} {what}" for what in ("RMSE", "FLIP") for m in drawn)]]
+    for case in found:
+        for triangles in budgets_of(part, case):
+            keys = [*(f"{m} {triangles} picture" for m in compare.COMPARED), "full picture"]
+            known = [case.known.get(key, {}) for key in keys]
+            if known[0]:
+                numbers = [shown(picture.get(what)) for what in ("image_rmse", "flip") for picture in known]
+                rows += [[case.name, f"{triangles:,}", *numbers]]
+    return rows
+
+
+def ideal_at(case, budgets, triangles):
+    """RMS error of the ideal with so many triangles, if it is known."""
+    found = case.known.get(f"ideal {budgets}")
+    return found[budgets.index(triangles)][1] if found else None
+
+
+def shown(value):
+    """A number, or nothing."""
+    return "" if value is None else f"{value:.4f}"
+
+
+def ratio(a, b):
+    """A ratio, or nothing."""
+    return f"{a / b:.2f}" if a and b else ""
+
+
+def main(folder, *parts):
+    """Find what is asked for, print what is known."""
+    folder = Path(folder)
+    folder.mkdir(parents=True, exist_ok=True)
+    known = cases(folder)
+    asked = [part for part in parts if part != "tables"] or (() if parts else known)
+    todo = [(part, case) for part in asked for case in known[part]]
+    for i, (part, case) in enumerate(todo):
+        print(f"[{'#' * (30 * i // len(todo)):<30}] {part} {case.name}", file=sys.stderr, flush=True)
+        work(part, case)
+    for part in asked or known:
+        done = [case for case in known[part] if case.known and (part != "real" or "full" in case.known)]
+        print(f"\n## {part}\n\n{tables(part, done)}")
+
+
+if __name__ == "__main__":
+    if len(sys.argv) < 2:
+        sys.exit(__doc__)
+    main(*sys.argv[1:])

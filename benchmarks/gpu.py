@@ -1,0 +1,117 @@
+"""Everything that only a machine with a GPU can show, in about ten minutes: writes docs/gpu.md.
+
+Both certified methods at 1080p and 4k (`lod`, `draw`, `shade`), summed-area and error tables of 4096² posts, a dab of
+the brush, and the golden pictures beside this machine's. Software OpenGL runs it too: `--small` takes pictures of
+320 × 180 and a map of 513² posts.
+
+Run: python benchmarks/gpu.py [--small] [-o docs/gpu.md]
+"""
+
+from __future__ import annotations
+
+import argparse
+import datetime
+import platform
+import statistics
+import sys
+import time
+from collections.abc import Callable
+from pathlib import Path
+
+import numpy as np
+
+import terrain_gl as tg
+from terrain_gl.brush import Brush, Sculptor
+from terrain_gl.files.maps import bundled, open_map
+from terrain_gl.image import read_image
+
+FRAMES = 9
+GOLDEN = Path(__file__).parents[1] / "tests" / "golden"
+
+
+def milliseconds(work: Callable[[], object], renderer: tg.Renderer, runs: int = FRAMES) -> float:
+    """Median of some runs, each waited for."""
+    times = []
+    for _ in range(runs):
+        renderer.ctx.finish()
+        started = time.perf_counter()
+        work()
+        renderer.ctx.finish()
+        times.append(1e3 * (time.perf_counter() - started))
+    return statistics.median(times)
+
+
+def frames(sizes: dict[str, tuple[int, int]]) -> list[str]:
+    """Stages of a frame, method by method."""
+    lines = [
+        "| map | picture | method | triangles | patches | lod | draw | shade |",
+        "|---|---|---|---|---|---|---|---|",
+    ]
+    for name, known in bundled().items():
+        with tg.Renderer(open_map(name)[0], next(iter(sizes.values()))) as renderer:
+            for label, size in sizes.items():
+                renderer.resize(size)
+                for method in ("sat", "quadtree"):
+                    seen = [renderer.draw(known.camera, 1.0, method=method, sun=known.sun) for _ in range(FRAMES)]
+                    ms = [
+                        f"{statistics.median(s['ms'][stage] for s in seen):.2f}" for stage in ("lod", "draw", "shade")
+                    ]
+                    counts = f"{seen[-1]['triangles']:,} | {seen[-1]['patches']:,}"
+                    lines.append(f"| {name} | {label} | {method} | {counts} | {' | '.join(ms)} |")
+    return lines
+
+
+def tables(posts: int) -> list[str]:
+    """Once a map: the tables; and a dab of the brush."""
+    rng = np.random.default_rng(1)
+    steps = rng.normal(size=(posts, posts)).cumsum(0).cumsum(1).astype("f4")
+    heightmap = tg.Heightmap(steps / np.abs(steps).max() * 2000, 30.0)
+    with tg.Renderer(heightmap, (640, 360)) as renderer:
+        build = milliseconds(renderer.tables.build, renderer, 3)
+        brush, sculptor = Brush(radius_m=64 * 30.0), Sculptor(renderer)
+        x_m, y_m = (0.5 * extent for extent in heightmap.extent_m)
+        dab = milliseconds(lambda: sculptor.dab(brush, x_m, y_m), renderer)
+    return [
+        "| what | ms |",
+        "|---|---|",
+        f"| error tables of {posts}² posts, with their summed-area tables | {build:.1f} |",
+        f"| a dab of 64 posts' radius in the middle of the map | {dab:.1f} |",
+    ]
+
+
+def golden() -> list[str]:
+    """Differences between the golden pictures, which Mesa's software renderer drew, and this machine's."""
+    lines = ["| picture | mean | most |", "|---|---|---|"]
+    for path in sorted(GOLDEN.glob("*.png")):
+        name, style = path.stem.split("_", 1)
+        known, kept = bundled()[name], read_image(path)[..., :3].astype(int)
+        with tg.Renderer(open_map(name)[0], kept.shape[1::-1]) as renderer:
+            tolerance_px = 1.0 if style == "shaded" else 2.0
+            image = renderer.render(known.camera, tolerance_px, style=style, sun=known.sun).image[..., :3]
+        off = np.abs(image.astype(int) - kept)
+        lines.append(f"| {path.stem} | {off.mean():.3f} | {off.max()} |")
+    return lines
+
+
+def main() -> None:
+    """Measure, and write the page."""
+    parser = argparse.ArgumentParser(description=__doc__.split("\n")[0])
+    parser.add_argument("--small", action="store_true", help="small pictures and maps, to try the script")
+    parser.add_argument("-o", "--output", default="docs/gpu.md")
+    args = parser.parse_args()
+    sizes = {"320 x 180": (320, 180)} if args.small else {"1080p": (1920, 1080), "4k": (3840, 2160)}
+    with tg.Renderer(open_map("canyon")[0], (16, 16)) as renderer:
+        machine = renderer.ctx.info["GL_RENDERER"]
+    print(f"{machine}: frames", file=sys.stderr)
+    about = f"`python benchmarks/gpu.py`, {datetime.date.today()}: {machine}, Python {platform.python_version()}."
+    page = ["# On a GPU", "", about]
+    page += ["", "## Frames at 1 px, milliseconds", "", *frames(sizes)]
+    print("tables", file=sys.stderr)
+    page += ["", "## Once a map, and an edit", "", *tables(513 if args.small else 4096)]
+    print("golden pictures", file=sys.stderr)
+    page += ["", "## Golden pictures, levels of 255", "", *golden(), ""]
+    Path(args.output).write_text("\n".join(page), encoding="utf-8")
+
+
+if __name__ == "__main__":
+    main()

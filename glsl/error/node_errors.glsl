@@ -1,0 +1,122 @@
+// error/node_errors.glsl — how far a node's triangles stray from a post, whichever way the node is drawn.
+//
+//    quad, either diagonal        fan around the centre, each edge whole or split
+//    0,0 ──── 2,0                 0,0 ── 1,0 ── 2,0
+//     │ ╲  ╱ │                     │  ╲   │   ╱  │        OpenGL does not say which diagonal a quad gets: its error is
+//     │  ╲╱  │                    0,1 ── 1,1 ── 2,1       the worse one. Each of a fan's edges is whole or split, for
+//     │  ╱╲  │                     │  ╱   │   ╲  │        itself: a post has two errors there, in its own wedge.
+//    0,2 ──── 2,2                 0,2 ── 1,2 ── 2,2
+//
+// Provides Node, node_at(), quad_error_m(), fan_errors_m(); is_square(), twist_m(), kinks_m() for places between posts.
+// Python twins: reference.node_errors, reference.twists, reference.kinks
+
+#include "blocks/terrain.glsl"
+
+struct Node {
+    ivec2 low, mid, high;  // posts: north-west corner, centre, south-east corner
+    mat3 h;                // h[y][x]: heights there, above h[0][0] to keep the small differences exact
+    float base_m;
+    vec2 before, after;    // posts from the corner to the centre, and on
+    vec2 per_before, per_after, per_side;  // one over them, and over their sum
+    float rounding_m;      // what float arithmetic may swallow: a few units in the last place of the node's relief
+};
+
+Node node_at(int level, ivec2 at) {
+    Node n;
+    n.low = at << level;
+    n.mid = min(n.low + (1 << (level - 1)), u_last_post);
+    n.high = min(n.low + (1 << level), u_last_post);
+    n.base_m = height_m(n.low);
+    for (int y = 0; y < 3; y++)
+        for (int x = 0; x < 3; x++) {
+            ivec2 post = ivec2(x == 0 ? n.low.x : x == 1 ? n.mid.x : n.high.x,
+                               y == 0 ? n.low.y : y == 1 ? n.mid.y : n.high.y);
+            n.h[y][x] = height_m(post) - n.base_m;
+        }
+    n.before = vec2(n.mid - n.low);
+    n.after = vec2(n.high - n.mid);
+    n.per_before = 1.0 / n.before;
+    n.per_after = 1.0 / max(n.after, 1.0);
+    n.per_side = 1.0 / (n.before + n.after);
+    vec3 top = max(max(abs(n.h[0]), abs(n.h[1])), abs(n.h[2]));
+    n.rounding_m = max(max(top.x, top.y), top.z) * exp2(-20.0);
+    return n;
+}
+
+// Below, what triangle a post lies in chooses numbers and not the way: neighbouring threads all go the same one.
+
+float quad_error_m(Node n, ivec2 post, float h) {
+    vec2 t = vec2(post - n.low) * n.per_side;
+    float h00 = n.h[0][0], h10 = n.h[0][2], h01 = n.h[2][0], h11 = n.h[2][2];
+    vec2 falling = t.x >= t.y ? vec2(h10 - h00, h11 - h10) : vec2(h11 - h01, h01 - h00);
+    bool is_north = t.x + t.y <= 1.0;  // of the rising diagonal
+    vec2 rising = is_north ? vec2(h10 - h00, h01 - h00) : vec2(h01 - h11, h10 - h11), u = is_north ? t : 1.0 - t;
+    float by_falling = h00 + (falling.x * t.x + falling.y * t.y);
+    float by_rising = (is_north ? h00 : h11) + rising.x * u.x + rising.y * u.y;
+    return max(abs(by_falling - h), abs(by_rising - h));
+}
+
+// In the wedge between the centre and one edge, w the centre's weight: the edge has heights a, m, b at its end, middle
+// and other end, and along its axis the post is d posts from the middle.
+vec2 wedge_errors_m(Node n, int axis, vec3 edge, float w, float d, float h) {
+    float a = edge[0], m = edge[1], b = edge[2], v = 1.0 - w, above = w * n.h[1][1] - h;
+    float u = v * n.before[axis] + d;
+    float whole = above + v * a + (b - a) * u * n.per_side[axis];
+    bool is_first = d <= 0.0;  // half of the edge
+    float from = v * (is_first ? a : m), rise = is_first ? m - a : b - m;
+    float halves = above + (from + rise * (is_first ? u : d) * (is_first ? n.per_before : n.per_after)[axis]);
+    return abs(vec2(whole, halves));
+}
+
+#define WEST 0  // wedges, in gl_TessLevelOuter's order
+#define NORTH 1
+#define EAST 2
+#define SOUTH 3
+
+// With the edge of the post's wedge whole, and with it split.
+vec2 fan_errors_m(Node n, ivec2 post, float h, out int wedge) {
+    vec2 d = vec2(post - n.mid);
+    bvec2 is_low = lessThanEqual(d, vec2(0.0));  // west, north of the centre
+    vec2 w = 1.0 + mix(-d * n.per_after, d * n.per_before, is_low);
+    vec3 west = vec3(n.h[0][0], n.h[1][0], n.h[2][0]), east = vec3(n.h[0][2], n.h[1][2], n.h[2][2]);
+    bool is_row = w.y <= w.x;  // the edge runs along a row
+    vec3 edge = is_row ? (is_low.y ? n.h[0] : n.h[2]) : (is_low.x ? west : east);
+    wedge = is_row ? (is_low.y ? NORTH : SOUTH) : (is_low.x ? WEST : EAST);
+    int axis = is_row ? 0 : 1;
+    return wedge_errors_m(n, axis, edge, min(w.x, w.y), d[axis], h);
+}
+
+// Whether the drawing's inner edges run through posts: not where the map's rim cuts the node off.
+bool is_square(Node n) {
+    ivec2 side = n.high - n.low;
+    return side.x == side.y && 2 * (n.mid - n.low) == side;
+}
+
+// h00 − h10 − h01 + h11 of a cell's posts: how far they are from lying in a plane. Differences of like heights are exact,
+// however large the heights are (Sterbenz 1974, "Floating-point computation").
+float twist_m(ivec2 cell) {
+    ivec2 next = cell + 1;
+    return (height_m(cell) - height_m(ivec2(next.x, cell.y))) - (height_m(ivec2(cell.x, next.y)) - height_m(next));
+}
+
+// How much two triangles bend along the diagonal of a rectangle of w × h cells with the twist τ: their planes differ by
+// |τ| |x/w − y/h|, hence by |τ| min(1/w + 1/h, 1) at most within one cell that the diagonal crosses.
+float bend_m(float tau, vec2 cells) {
+    return any(lessThan(cells, vec2(0.5))) ? 0.0 : abs(tau) * min(1.0 / cells.x + 1.0 / cells.y, 1.0);
+}
+
+// The same of a node as a quad, and as a fan: in each quarter between centre and corner, with both edges whole or split.
+vec2 kinks_m(Node n) {
+    vec2 kink = vec2(bend_m(n.h[0][0] - n.h[0][2] - n.h[2][0] + n.h[2][2], n.before + n.after), 0.0);
+    for (int y = 0; y <= 2; y += 2)
+        for (int x = 0; x <= 2; x += 2) {
+            float row = mix(n.h[y][0], n.h[y][2], n.before.x * n.per_side.x);
+            float column = mix(n.h[0][x], n.h[2][x], n.before.y * n.per_side.y);
+            vec2 cells = vec2(x == 0 ? n.before.x : n.after.x, y == 0 ? n.before.y : n.after.y);
+            for (int i = 0; i < 4; i++) {
+                float along_row = (i & 1) == 0 ? n.h[y][1] : row, along_column = (i & 2) == 0 ? n.h[1][x] : column;
+                kink.y = max(kink.y, bend_m(n.h[y][x] + n.h[1][1] - along_row - along_column, cells));
+            }
+        }
+    return kink;
+}

@@ -1,0 +1,14 @@
+// mesh/between.glsl — the truth between four posts is bilinear:
+//     h = (1 - s)(1 - t) a + s (1 - t) b + (1 - s) t c + s t d
+// Provides bilinear_m().   Python twin: mesh.vertex_heights
+
+#include "blocks/terrain.glsl"
+
+// `t` is the way from the post to the next one, east and south: exact on the post itself.
+float bilinear_m(ivec2 post, vec2 t) {
+    if (t == vec2(0.0)) return height_m(post);
+    ivec2 next = min(post + 1, u_last_post);
+    float north = mix(height_m(post), height_m(ivec2(next.x, post.y)), t.x);
+    float south = mix(height_m(ivec2(post.x, next.y)), height_m(next), t.x);
+    return mix(north, south, t.y);
+}

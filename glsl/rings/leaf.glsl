@@ -1,0 +1,72 @@
+// rings/leaf.glsl — a leaf's box in the view, and the error in metres that it may have there.
+// Provides project_box(), project_leaf(), error_within_m(), has_mean(), rms_of_box_m(), next_step().
+// Python twins: reference.clipmap.next_step, reference.clipmap.finest_step
+
+#include "rings/rings.glsl"
+#include "error/bound.glsl"
+#include "lod/project.glsl"
+#include "error/nodes.glsl"
+
+layout(std430, binding = 6) readonly buffer Ranges { uint range[]; };
+
+#define NEVER 1e30
+#define NO_STEP 47  // as a word: 63
+#ifndef PATCH_COST
+#define PATCH_COST 16.0  // triangles that a patch costs by itself
+#endif
+
+vec2 range_of_unit_m(ivec2 low, int unit_log2) {
+    int level = clamp(unit_log2, 1, u_top_level);
+    return unpack_range(range[node_index(level, low >> level)]);
+}
+
+Projection project_box(ivec2 low, ivec2 end, vec2 range_m) {
+    return project(box_of(max(low, ivec2(0)), min(end, u_last_post), range_m), 1.0);
+}
+
+// Heights are known for every unit of the leaf's block.
+Projection project_leaf(Leaf leaf) {
+    int unit_log2 = leaf.side_log2 - side_units_log2(leaf.word);
+    ivec2 low = max(leaf.origin, ivec2(0)), end = min(leaf.origin + (1 << leaf.side_log2), u_last_post);
+    vec2 range_m = vec2(NEVER, -NEVER);
+    for (int y = low.y; y < end.y; y += 1 << unit_log2)
+        for (int x = low.x; x < end.x; x += 1 << unit_log2) {
+            vec2 unit = range_of_unit_m(ivec2(x, y), unit_log2);
+            range_m = vec2(min(range_m.x, unit.x), max(range_m.y, unit.y));
+        }
+    return project_box(leaf.origin, leaf.origin + (1 << leaf.side_log2), range_m);
+}
+
+// The largest error in metres that makes no more pixels than the tolerance: error_px() solved for it.
+float error_within_m(Projection p) {
+    if (p.outside) return NEVER;
+    float per_m = u_focal_px * p.stretch * BOUND_SLACK;
+    return u_tolerance_px * p.nearest_m / (per_m + u_tolerance_px * abs(u_forward.z)) * (1.0 - 1e-5);
+}
+
+// A root mean square says nothing of a square that is partly in the picture, or has voids: there the maximum is held.
+bool has_mean(Projection p) { return u_metric == METRIC_RMS && p.inside && u_has_voids == 0; }
+
+float rms_of_box_m(ivec2 low, ivec2 end, int step_log2) {
+    vec2 cells = vec2(min(end, u_last_post) - max(low, ivec2(0)));
+    return sqrt(squares_m2(low, end, step_log2) / (cells.x * cells.y)) * (1.0 + exp2(-18.0));
+}
+
+// Units of 1 posts in ring 0 meet ones of 2 posts at most. Elsewhere they meet ones of 4, which cannot be cut up: 64
+// segments along a side of 4 posts are 16 between two posts.
+int finest_step(int side_log2, int root) {
+    return max(side_log2 - MOST_SEGMENTS_LOG2, u_ring[ring_of(root)].level == 0 ? FINEST : FINEST + 1);
+}
+
+// Whether the tables hold the cells of a square within the tolerance.
+bool holds(ivec2 low, ivec2 end, int step_log2, Projection p) {
+    if (!has_mean(p)) return is_within_m(low, end, step_log2, error_within_m(p));
+    return error_px(p, rms_of_box_m(low, end, step_log2), largest_m(low, end, step_log2)) <= u_tolerance_px * (1.0 - 1e-5);
+}
+
+// The coarsest spacing from `coarsest` down that the tables allow, or NO_STEP.
+int next_step(ivec2 low, int side_log2, int root, int coarsest, Projection p) {
+    for (int step_log2 = coarsest; step_log2 >= finest_step(side_log2, root); step_log2--)
+        if (holds(low, low + (1 << side_log2), step_log2, p)) return step_log2;
+    return NO_STEP;
+}

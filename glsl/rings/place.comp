@@ -1,0 +1,68 @@
+// rings/place.comp — where each block's patches go: counts become the sums of all counts before them, block after block,
+// size after size; then the draw commands, each with so many patches that tessellation makes at most MOST_VERTICES.
+// Reduce, scan, propagate as in sat/, by one work group: each thread owns one stretch of counts.
+
+#include "rings/shapes.glsl"
+
+#ifndef MOST_VERTICES
+#define MOST_VERTICES 65535  // gl.MOST_VERTICES
+#endif
+#define SCANNERS 256
+
+layout(local_size_x = SCANNERS) in;
+
+struct DrawArrays {
+    uint count, instances, first, base_instance, unused;  // moderngl strides 20 bytes
+};
+layout(std430, binding = 5) writeonly buffer Draws { DrawArrays draws[]; };
+
+uniform int u_most_draws;
+
+shared uint s_sum[SCANNERS];
+
+// What stands before each thread's stretch (Hillis, Steele 1986).
+uint scan(int thread, uint own) {
+    s_sum[thread] = own;
+    for (int reach = 1; reach < SCANNERS; reach *= 2) {
+        barrier();
+        uint before = thread >= reach ? s_sum[thread - reach] : 0u;
+        barrier();
+        s_sum[thread] += before;
+    }
+    return s_sum[thread] - own;
+}
+
+// Inside T × T segments; and an edge of T may have up to 64.
+uint most_in_draw(int size) {
+    uint side = (1u << size) + 1u;
+    return uint(MOST_VERTICES) / (side * side + 4u * uint(64 - (1 << size)));
+}
+
+void write_draws(int thread) {
+    uint first = 0u, draw = 0u;
+    for (int size = 0; size < SIZES; size++) {
+        uint most = most_in_draw(size);
+        for (uint begin = 0u; begin < s_count[size]; begin += most, draw++)
+            if (draw % uint(SCANNERS) == uint(thread) && draw < uint(u_most_draws))
+                draws[draw] = DrawArrays(min(most, s_count[size] - begin), 1u, first + begin, 0u, 0u);
+        first += s_count[size];
+    }
+    for (uint i = draw + uint(thread); i < uint(u_most_draws); i += uint(SCANNERS)) draws[i] = DrawArrays(0u, 0u, 0u, 0u, 0u);
+}
+
+void main() {
+    int thread = int(gl_LocalInvocationIndex), blocks = min(blocks_in_all(), u_most_blocks), n = SIZES * blocks;
+    int stretch = (n + SCANNERS - 1) / SCANNERS, first = min(thread * stretch, n), end = min(first + stretch, n);
+    uint sum = 0u;
+    for (int i = first; i < end; i++) sum += s_offset[i / blocks * u_most_blocks + i % blocks];
+    uint before = scan(thread, sum);
+    for (int i = first; i < end; i++) {
+        int at = i / blocks * u_most_blocks + i % blocks;
+        uint count = s_offset[at];
+        s_offset[at] = before;
+        before += count;
+    }
+    write_draws(thread);
+    if (thread == 0) s_unsettled = uint(b_groups[1].y > 1u);
+    if (thread == 0) s_blocks = max(b_groups[3].w, uint(blocks));
+}

@@ -1,0 +1,56 @@
+// rings/prices.glsl — the price of a triangle that spends a budget: least Σ w² E(p, T) + λ (2 T² + PATCH_COST) over all patches.
+//   Everett 1963, "Generalized Lagrange multiplier method": no other mesh of these patches with as few triangles has a smaller
+//   sum. Triangles fall as λ rises; PASSES times, all blocks count what each of PRICES prices makes, and the next pass looks
+//   between the last price that makes too many and the first that does not.
+// Provides price(), cheapest().   Python twins: reference.clipmap.cheapest, reference.clipmap.bracket
+
+#include "rings/leaf.glsl"
+
+#define PRICES 32
+#define PASSES 3
+#define SIZES_LOG2 7      // 1, 2, 4, ... 64 segments
+#define LOWEST_LOG2 -60.0
+#define HIGHEST_LOG2 60.0
+
+layout(std430, binding = 4) buffer Weights { float weight[]; };  // squared pixels: SIZES_LOG2 of each of a block's SQUARES
+layout(std430, binding = 7) buffer Tried { uint tried[]; };      // triangles of each price, PRICES of each pass
+
+uniform uint u_target;  // triangles
+
+int u_first;  // the block's first square in weight[]
+
+// Between which prices a pass looks, as logarithms.
+vec2 bracket(int pass_) {
+    vec2 ends = vec2(LOWEST_LOG2, HIGHEST_LOG2);
+    for (int before = 0; before < pass_; before++) {
+        int k = 0;
+        while (k < PRICES - 1 && tried[PRICES * before + k] > u_target) k++;
+        float step_ = (ends.y - ends.x) / float(PRICES - 1);
+        ends = vec2(ends.x + step_ * float(max(k - 1, 0)), ends.x + step_ * float(k));
+    }
+    return ends;
+}
+
+float price_at(int pass_, int k) {
+    vec2 ends = bracket(pass_);
+    return exp2(mix(ends.x, ends.y, float(k) / float(PRICES - 1)));
+}
+
+// The one that has been found: the cheapest that keeps to the target.
+float price(int pass_) { return exp2(bracket(pass_).y); }
+
+// The least cost of a square in one piece, and its triangles. Both are 0 where there is nothing to draw.
+vec2 cheapest(int square, float price_, out int segments_log2) {
+    vec2 best = vec2(NEVER, 0.0);
+    segments_log2 = 0;
+    for (int k = 0; k < SIZES_LOG2; k++) {
+        float e = weight[SIZES_LOG2 * square + k], triangles = 2.0 * exp2(2.0 * float(k));
+        if (e < 0.0) return vec2(0.0);
+        float cost = e >= NEVER ? NEVER : e + price_ * (triangles + PATCH_COST);
+        if (cost < best.x) {
+            best = vec2(cost, triangles);
+            segments_log2 = k;
+        }
+    }
+    return best;
+}

@@ -1,0 +1,26 @@
+// rings/shapes.glsl — the patches of a view, from its leaves.
+//   shape   bits 0-4   log2 of the side in posts        5-10  log2 of the posts between vertices, + 16
+//               11-22  log2 of the segments of each edge, 3 bits each: gl_TessLevelOuter's order
+// Provides shapes, and what the view's mesh comes to.   Python twins: gpu.layout.RING_PATCH, gpu.layout.RING_SUMMARY
+
+#include "rings/rings.glsl"
+
+layout(std430, binding = 4) buffer Shapes { uvec2 shape[]; };  // of the unit at a leaf's corner, and its bound in pixels
+layout(std430, binding = 7) buffer Summary {
+    uint s_count[8];    // patches of each size
+    uint s_triangles;
+    uint s_splits;      // leaves that are no whole block
+    uint s_worst_px;    // float bits: the largest bound among the patches
+    uint s_blocks;      // for which there must be room
+    uint s_unsettled;   // whether the last round of rings/settle.comp changed anything
+    uint s_pad[3];
+    uint s_offset[];    // patches of a size in a block; then those before them
+};
+
+int segments_log2_of(uint word) { return int(word & 31u) - (int(word >> 5 & 63u) - 16); }
+int edge_log2_of(uint word, int side) { return int(word >> (11 + 3 * side) & 7u); }
+
+uint shape_word(int side_log2, int step_log2, ivec4 edges_log2) {
+    return uint(side_log2) | uint(step_log2 + 16) << 5 | uint(edges_log2[0]) << 11 | uint(edges_log2[1]) << 14 |
+           uint(edges_log2[2]) << 17 | uint(edges_log2[3]) << 20;
+}

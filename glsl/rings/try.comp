@@ -1,0 +1,37 @@
+// rings/try.comp — how many triangles a block takes at each of PRICES prices: squares joined from the units up, as
+// rings/decide.comp does it. A group is a block, a thread a price.
+
+#include "rings/squares.glsl"
+#include "rings/prices.glsl"
+
+layout(local_size_x = PRICES) in;
+
+uniform int u_pass;
+
+// Cost and triangles of a square: in one piece, or as its parts.
+vec2 cheaper(vec2 whole, vec2 parts) { return whole.x <= parts.x ? whole : parts; }
+
+vec2 whole_at(int depth, ivec2 at, float price_) {
+    int segments_log2;
+    return cheapest(u_first + square_index(depth, at), price_, segments_log2);
+}
+
+vec2 quarter(ivec2 at, float price_) {
+    vec2 parts = vec2(0.0);
+    for (int i = 0; i < 4; i++) {
+        ivec2 part = 2 * at + ivec2(i & 1, i >> 1);
+        vec2 units = vec2(0.0);
+        for (int k = 0; k < 4; k++) units += whole_at(3, 2 * part + ivec2(k & 1, k >> 1), price_);
+        parts += cheaper(whole_at(2, part, price_), units);
+    }
+    return cheaper(whole_at(1, at, price_), parts);
+}
+
+void main() {
+    int k = int(gl_LocalInvocationIndex);
+    u_first = SQUARES * int(gl_WorkGroupID.x);
+    float price_ = price_at(u_pass, k);
+    vec2 parts = vec2(0.0);
+    for (int i = 0; i < 4; i++) parts += quarter(ivec2(i & 1, i >> 1), price_);
+    atomicAdd(tried[PRICES * u_pass + k], uint(cheaper(whole_at(0, ivec2(0), price_), parts).y));
+}

@@ -1,0 +1,47 @@
+// rings/weigh.comp — what every square of a block errs with 1, 2, 4, ... 64 segments a side: squared pixels, from the exact
+// sums of the tables.
+//   E(p, T) is the box sum of squared errors; an error of one metre makes at most w pixels. A post counts n times, n the
+//   width of a cell in pixels where it is more than one: n = max(1, K √(s_x s_y) / z).
+//   A group is a block, a thread one of its units.
+
+#include "rings/squares.glsl"
+#include "rings/prices.glsl"
+
+layout(local_size_x = UNITS) in;
+
+// Tiles may reach beyond the box: its own share of their sum.
+float squares_of_box_m2(ivec2 low, ivec2 end, int step_log2) {
+    int tile = count_tile(max(step_log2, 0)) << max(step_log2, 0);
+    ivec2 from = max(low, ivec2(0)), to = min(end, u_last_post);
+    vec2 own = vec2(to - from), asked = vec2(((to + tile - 1) / tile - from / tile) * tile);
+    return squares_m2(low, end, step_log2) * own.x / asked.x * own.y / asked.y;
+}
+
+void weigh_square(int depth, ivec2 at) {
+    int i = square_index(depth, at), first = SIZES_LOG2 * (u_first + i), side_log2 = side_log2_at(depth);
+    ivec2 low = low_of(depth, at), end = low + (1 << side_log2);
+    Projection p = project_box(low, end, s_range_m[i]);
+    bool nothing = is_nothing(i) || (p.outside && u_cull != 0), allowed = depth == 3 || !meets_finer_ring(low, end);
+    float px_per_m = u_focal_px * p.stretch / p.nearest_m;
+    float across = u_focal_px / p.middle_m * sqrt(u_spacing_m.x * u_spacing_m.y);
+    for (int k = 0; k < SIZES_LOG2; k++) {
+        int step_log2 = side_log2 - k;
+        float e = NEVER;
+        if (nothing) e = -1.0;
+        else if (allowed && step_log2 <= min(block.unit_log2, u_top_level) && step_log2 >= finest_step(side_log2, block.root)) {
+            float n = step_log2 > 0 ? max(1.0, across) : max(0.0, across - 1.0);
+            e = p.outside ? 0.0 : n * px_per_m * px_per_m * squares_of_box_m2(low, end, step_log2);
+        }
+        weight[first + k] = e;
+    }
+}
+
+void main() {
+    int unit = int(gl_LocalInvocationIndex), b = int(gl_WorkGroupID.x);
+    block = block_at(b);
+    ring = ring_of(block.root);
+    u_first = SQUARES * b;
+    gather_ranges(unit);
+    for (int depth = 3; depth >= 0; depth--)
+        if (unit < 1 << 2 * depth) weigh_square(depth, square_at(depth, unit));
+}

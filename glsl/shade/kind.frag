@@ -1,0 +1,30 @@
+// shade/kind.frag — which kind of pixel this is, as its depth: a program with a depth test then runs for one kind alone.
+//   Pixels of kind MIXED go into a list.
+
+#include "shade/seen.glsl"
+#include "shade/footprint.glsl"
+
+int kind_of_pixel() {
+    vec2 middle = vec2(0.0);
+    int land = 0;
+    for (int i = 0; i < SAMPLES; i++) {
+        vec2 post = post_of_sample(i);
+        if (is_sky(post)) continue;
+        middle += post / float(SAMPLES);
+        land++;
+    }
+    if (land < SAMPLES) return land == 0 ? SKY : MIXED;
+    Ground g = footprint_at(middle);
+    bool is_one = true;
+    for (int i = 0; i < SAMPLES; i++) is_one = is_one && all(lessThanEqual(abs(post_of_sample(i) - middle), 2.0 * g.extent));
+    return is_one && is_near(g.extent) ? NEAR : MIXED;
+}
+
+void main() {
+    int kind = kind_of_pixel();
+    gl_FragDepth = float(kind) / 8.0;
+    if (kind != MIXED) return;
+    uint i = atomicAdd(listed_count, 1u);
+    listed[i] = uint(gl_FragCoord.x) | uint(gl_FragCoord.y) << 16;
+    atomicMax(listed_groups[0], i / 64u + 1u);
+}

@@ -1,0 +1,18 @@
+// shade/kind.glsl — kinds of pixels. Each kind has a program of its own, which knows what its pixels never need.
+//   SKY     no sample sees land
+//   NEAR    all samples see one piece of ground, and the footprint is smaller than a cell: splines, one place's cover
+//   MIXED   an edge passes through the pixel, or the footprint is larger: means from tables
+//   ANY     a program for all pixels
+// shade/kind.frag tells the first three apart.
+// Provides PIXELS, MAY_BE_FAR.   Python twin: shade.KINDS
+
+#define ANY 0
+#define SKY 1
+#define NEAR 2
+#define MIXED 3
+
+#ifndef PIXELS
+#define PIXELS ANY
+#endif
+
+const bool MAY_BE_FAR = PIXELS != NEAR;

@@ -1,0 +1,56 @@
+// shade/seen.glsl — what the first pass leaves of a picture: the depth of every sample. With the ray through the sample it
+// gives the place on the map that the sample sees.
+//   depth d = near / z, and 0 for the sky         z: metres along the view
+//   place  = eye + z (forward + x right + y up)    x, y: where the sample is in the picture
+// Provides SAMPLES, SAMPLE_AT, FRAG_COORD, post_of_sample(), is_sky(), view_ray().
+
+#include "blocks/view.glsl"
+
+#ifndef SAMPLES
+#define SAMPLES 4
+#endif
+
+#if SAMPLES > 1
+#define PER_SAMPLE sampler2DMS
+#else
+#define PER_SAMPLE sampler2D
+#endif
+
+layout(binding = 2) uniform PER_SAMPLE u_depth;
+
+// Pixels of kind MIXED, 16 bits each of column and row: shade/kind.frag lists them, in any order.
+layout(std430, binding = 6) buffer Listed {
+    uint listed_groups[3];  // of 64 pixels, as a dispatch wants them
+    uint listed_count;
+    uint listed[];
+};
+
+#ifdef LISTED
+vec4 g_frag_coord;
+#define FRAG_COORD g_frag_coord
+#else
+#define FRAG_COORD gl_FragCoord
+#endif
+
+// From the middle of a pixel to its four samples, where all GPUs have them.
+const vec2 SAMPLE_AT[4] = vec2[4](vec2(-0.125, -0.375), vec2(0.375, -0.125), vec2(-0.375, 0.125), vec2(0.125, 0.375));
+
+vec2 offset_of_sample(int i) { return SAMPLES == 4 ? SAMPLE_AT[i] : vec2(0.0); }
+
+// Through a place in the pixel; one metre long along the view.
+vec3 ray_at(vec2 offset_px) {
+    vec2 at = ((picture_px(FRAG_COORD) + offset_px) / vec2(u_size_px) * 2.0 - 1.0) * u_half_extent;
+    return u_forward.xyz + at.x * u_right.xyz + at.y * u_up.xyz;
+}
+
+vec3 view_ray(vec2 offset_px) { return normalize(ray_at(offset_px)); }
+
+// Column and row on the map; negative for the sky.
+vec2 post_of_sample(int i) {
+    float depth = texelFetch(u_depth, ivec2(FRAG_COORD.xy), i).x;
+    vec2 from_eye_m = ray_at(offset_of_sample(i)).xy * (near_m() / max(depth, 1e-30)) + u_eye_offset_m;
+    vec2 post = vec2(u_eye_post) + vec2(from_eye_m.x, -from_eye_m.y) / u_spacing_m;
+    return depth > 0.0 ? clamp(post, vec2(0.0), vec2(u_last_post)) : vec2(-1.0);
+}
+
+bool is_sky(vec2 post) { return post.x < 0.0; }

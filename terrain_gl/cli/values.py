@@ -1,0 +1,120 @@
+"""Values on the command line: functions from text to value, or one line on what was expected."""
+
+from __future__ import annotations
+
+import argparse
+import math
+import re
+from datetime import datetime
+
+from ..comparison.clipmap import Rings
+from ..comparison.tessellated import Edges
+from ..exceptions import UsageError
+
+FARTHEST_M = 1e9  # larger numbers of metres are taken for mistakes
+
+
+def number(text: str) -> float:
+    """A finite number."""
+    return _numbers(text, "a number", 1)[0]
+
+
+def nodata(text: str) -> float:
+    """Any number, NaN too."""
+    try:
+        return float(text)
+    except ValueError:
+        raise _expected("a number", text) from None
+
+
+def positive(text: str) -> float:
+    """A number above 0."""
+    value = _numbers(text, "a positive number", 1)[0]
+    if value <= 0:
+        raise _expected("a positive number", text)
+    return value
+
+
+def count(text: str) -> int:
+    """A whole number above 0."""
+    if not re.fullmatch(r"\d{1,9}", text) or int(text) < 1:
+        raise _expected("a whole number above 0", text)
+    return int(text)
+
+
+def rings(text: str) -> Rings:
+    """A clipmap's ring: a number of vertices."""
+    try:
+        return Rings(count(text))
+    except UsageError as error:
+        raise argparse.ArgumentTypeError(str(error)) from None
+
+
+def edges(text: str) -> Edges:
+    """A tessellated clipmap's edges in pixels."""
+    return Edges(positive(text))
+
+
+def spacing(text: str) -> tuple[float, float]:
+    """Metres M, or EAST,NORTH."""
+    what = "metres M or EAST,NORTH above 0"
+    values = _numbers(text, what, 1, 2)
+    if min(values) <= 0:
+        raise _expected(what, text)
+    return values[0], values[-1]
+
+
+def point(text: str) -> tuple[float, float, float]:
+    """X,Y,Z in metres."""
+    x, y, z = _numbers(text, "metres X,Y,Z", 3)
+    return x, y, z
+
+
+def sun(text: str) -> tuple[float, float]:
+    """AZIMUTH,ELEVATION in degrees."""
+    what = "degrees AZIMUTH,ELEVATION, the elevation from -90 to 90"
+    azimuth, elevation = _numbers(text, what, 2)
+    if abs(elevation) > 90:
+        raise _expected(what, text)
+    return azimuth, elevation
+
+
+def time(text: str) -> datetime:
+    """A date and a time, ISO 8601."""
+    try:
+        return datetime.fromisoformat(re.sub("[zZ]$", "+00:00", text))
+    except ValueError:
+        raise _expected("a time like 2026-06-21T18:30", text) from None
+
+
+def latitude(text: str) -> float:
+    """Degrees north of the equator."""
+    value = _numbers(text, "degrees from -90 to 90", 1)[0]
+    if abs(value) > 90:
+        raise _expected("degrees from -90 to 90", text)
+    return value
+
+
+def size(text: str) -> tuple[int, int]:
+    """WxH in pixels."""
+    found = re.fullmatch(r"(\d{1,9})x(\d{1,9})", text)
+    width, height = map(int, found.groups()) if found else (0, 0)
+    if min(width, height) < 1:
+        raise _expected("pixels WxH of at least 1x1", text)
+    return width, height
+
+
+def _numbers(text: str, what: str, *counts: int) -> list[float]:
+    try:
+        values = [float(part) for part in text.split(",")]
+    except ValueError:
+        raise _expected(what, text) from None
+    if len(values) not in counts or not all(map(math.isfinite, values)):
+        raise _expected(what, text)
+    if max(map(abs, values)) > FARTHEST_M:
+        raise _expected(f"{what}, at most {FARTHEST_M:g}", text)
+    return values
+
+
+def _expected(what: str, text: str) -> argparse.ArgumentTypeError:
+    return argparse.ArgumentTypeError(f"expected {what}, got {text!r}")

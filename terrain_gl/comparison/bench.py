@@ -1,0 +1,196 @@
+"""Times of every stage, beside numpy's cumulative sums of the same data and the dense drawing of the same view."""
+
+from __future__ import annotations
+
+import cProfile
+import pstats
+import time
+from collections.abc import Callable
+from functools import cache, partial
+from statistics import median
+from typing import Any
+
+import numpy as np
+
+from ..brush import Brush, Sculptor
+from ..film.tour import tour
+from ..renderer import Renderer
+
+_IN_THE_MIDDLE = 5  # dabs there, of which the median counts
+ENOUGH_S = 4.0  # seconds spent on one number, after which no more repeats are made
+
+
+def bench(renderer: Renderer, frames: int = 7, dense: bool = True, **view: Any) -> dict[str, Any]:
+    """Time everything; each number is the median of up to `frames` repeats in one run.
+
+    Parameters
+    ----------
+    dense
+        Also draw every post; takes long on large maps.
+    view
+        What `Renderer.render` takes.
+
+    Returns
+    -------
+    dict
+        The stats of a frame, with more times in `ms` and `dense` and `ratio` beside them: docs/stats.md.
+    """
+    stages = _stages(renderer, frames)
+    stats, frame_ms = _frames(renderer, frames, view)
+    python_ms = median(_repeat(lambda: _python_ms(lambda: renderer.draw(**view)), frames))
+    lambert_ms = _frames(renderer, frames, view | {"style": "lambert"})[1]["shade"]
+    ms = frame_ms | stages | {"python": python_ms, "lambert": lambert_ms}
+    ratio = {"sat_to_numpy": ms["sat"] / ms["numpy"], "shade_to_lambert": ms["shade"] / lambert_ms}
+    result = stats | {"ms": ms, "ratio": ratio}
+    return result | _dense(renderer, frames, view, result) if dense else result
+
+
+def strokes(renderer: Renderer, count: int = 20, radius_posts: int = 64) -> dict[str, Any]:
+    """Time dabs of a brush at random places, and some in the very middle, which move nodes of every level.
+
+    They raise and lower within what the map reaches, and are undone in the end.
+
+    Returns
+    -------
+    dict
+        `radius_posts`, `count`, `ms` (median, most, middle, rebuild) and `ratio` of them to the rebuild: docs/stats.md.
+    """
+    heightmap, finish = renderer.heightmap, renderer.ctx.finish
+    (east, north), (low, high) = heightmap.extent_m, heightmap.range_m
+    rng, sculptor = np.random.default_rng(0), Sculptor(renderer)
+    places = rng.random((count, 2)) * (east, north)
+    renderer.editor.make_headroom(up_m=0.1 * (high - low), down_m=0.1 * (high - low))
+    sculptor.dab(
+        Brush("raise", min(heightmap.spacing_m), 0.01), *places[0]
+    )  # so that nothing is done for the first time
+    times = []
+    for i, place in enumerate([*places, *[(east / 2, north / 2)] * _IN_THE_MIDDLE]):
+        brush = Brush(("raise", "lower")[i % 2], radius_posts * max(heightmap.spacing_m), 0.02 * (high - low))
+        times.append(_ms(partial(sculptor.dab, brush, *place), finish))
+    rebuild_ms = median(_repeat(lambda: _ms(partial(_rebuild, renderer), finish), 3))
+    while sculptor.undo():
+        pass
+    sculptor.end()
+    elsewhere, middle = times[:count], times[count:]
+    ms = {"median": median(elsewhere), "most": max(elsewhere), "middle": median(middle)}
+    ratio = {name: value / rebuild_ms for name, value in ms.items()}
+    return {"radius_posts": radius_posts, "count": count, "ms": ms | {"rebuild": rebuild_ms}, "ratio": ratio}
+
+
+def flight(renderer: Renderer, frames: int = 1000, dab_every: int = 10, **view: Any) -> dict[str, Any]:
+    """Time the frames of `tour`, one by one, with a dab of a brush below the eye in every so many of them.
+
+    From the camera to a finished picture on the GPU; one round before counts for nothing. The dabs are undone.
+
+    Returns
+    -------
+    dict
+        `frames`, `dabs`, `ms` (median, p99_9, most) and `p99_9_to_median`: docs/stats.md.
+    """
+    heightmap, sculptor = renderer.heightmap, Sculptor(renderer)
+    relief_m = heightmap.range_m[1] - heightmap.range_m[0]
+    renderer.editor.make_headroom(0.1 * relief_m, 0.1 * relief_m)
+    poses = list(tour(heightmap).poses(frames))
+    dabs = [Brush(tool, 16 * max(heightmap.spacing_m), 0.005 * relief_m) for tool in ("raise", "lower")]
+
+    def frame(i: int) -> None:
+        camera = poses[i].camera
+        if i % dab_every == 0:
+            sculptor.dab(dabs[i // dab_every % 2], *camera.eye[:2])
+        renderer.draw(**view | {"camera": camera})
+
+    for i in range(0, frames, max(1, frames // 20)):
+        frame(i)
+    times = [_ms(partial(frame, i), renderer.ctx.finish) for i in range(frames)]
+    while sculptor.undo():
+        pass
+    sculptor.end()
+    ms = {"median": median(times), "p99_9": float(np.quantile(times, 0.999)), "most": max(times)}
+    dab_count = -(-frames // dab_every)
+    return {"frames": frames, "dabs": dab_count, "ms": ms, "p99_9_to_median": ms["p99_9"] / ms["median"]}
+
+
+def _rebuild(renderer: Renderer) -> None:
+    """What an edit does, for the whole map."""
+    renderer.terrain.upload()
+    renderer.tables.build()
+    renderer.picture.update((0, 0, renderer.heightmap.cols - 1, renderer.heightmap.rows - 1))
+
+
+def _dense(renderer: Renderer, frames: int, view: dict[str, Any], result: dict[str, Any]) -> dict[str, Any]:
+    """The drawing of every post in the same view, and how much more it takes."""
+    stats, ms = _frames(renderer, frames, view | {"method": "full"})
+    more = {
+        "dense_to_frame": ms["frame"] / result["ms"]["frame"],
+        "dense_to_triangles": stats["triangles"] / max(1, result["triangles"]),
+    }
+    dense = {"triangles": stats["triangles"], "patches": stats["patches"], "ms": ms}
+    return {"dense": dense, "ratio": result["ratio"] | more}
+
+
+def _stages(renderer: Renderer, repeats: int) -> dict[str, float]:
+    """Milliseconds of what is done once per map."""
+    values = np.random.default_rng(0).integers(0, 2**16, renderer.heightmap.heights.shape, np.uint32)
+    works: dict[str, Callable[[], Any]] = {
+        "upload": renderer.terrain.upload,
+        "sat": renderer.picture.sums.build,
+        "numpy": lambda: values.cumsum(1, np.uint32).cumsum(0, np.uint32),
+        "error": renderer.tables.build,
+    }
+    finish = renderer.ctx.finish
+    return {name: median(_repeat(partial(_ms, work, finish), repeats)) for name, work in works.items()}
+
+
+def _frames(renderer: Renderer, repeats: int, view: dict[str, Any]) -> tuple[dict[str, Any], dict[str, float]]:
+    """Stats of a frame, and the medians of its times after a first one that does not count."""
+    renderer.render(**view)
+    stats = _repeat(lambda: renderer.render(**view).stats, repeats)
+    once = ("sat", "error")
+    return stats[-1], {key: median(s["ms"][key] for s in stats) for key in stats[-1]["ms"] if key not in once}
+
+
+def _repeat(work: Callable[[], Any], repeats: int) -> list[Any]:
+    started = time.perf_counter()
+    results = [work()]
+    while len(results) < repeats and time.perf_counter() - started < ENOUGH_S:
+        results.append(work())
+    return results
+
+
+def _ms(work: Callable[[], Any], finish: Callable[[], Any]) -> float:
+    finish()
+    started = time.perf_counter()
+    work()
+    finish()
+    return 1e3 * (time.perf_counter() - started)
+
+
+def _python_ms(work: Callable[[], Any]) -> float:
+    """Time in Python and numpy during `work`: all but what is inside OpenGL calls, and but the profiler's own."""
+    calls = _profile(work)
+    own = sum(own for (_, _, name), (_, _, own, _, _) in calls.items() if "'mgl." not in name)
+    return 1e3 * max(0.0, own - sum(n for _, n, *_ in calls.values()) * _profiler_s())
+
+
+def _profile(work: Callable[[], Any]) -> dict[Any, Any]:
+    """Calls of each function, as pstats has them: (file, line, name) to (calls, all calls, own s, total s, callers)."""
+    profile = cProfile.Profile()
+    profile.runcall(work)
+    return pstats.Stats(profile).stats  # type: ignore[attr-defined]
+
+
+@cache
+def _profiler_s(calls: int = 20000) -> float:
+    """Seconds that the profiler adds to a call."""
+
+    def nothing() -> None:
+        pass
+
+    def many() -> None:
+        for _ in range(calls):
+            nothing()
+
+    # the least of several: other programs only ever add
+    plain_ms = min(_ms(many, nothing) for _ in range(5))
+    profiled = min(sum(own for _, _, own, _, _ in _profile(many).values()) for _ in range(5))
+    return max(0.0, profiled - 1e-3 * plain_ms) / calls

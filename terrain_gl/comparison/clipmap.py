@@ -1,0 +1,348 @@
+"""Geometry clipmaps: nested regular grids around the eye, each twice as coarse as the one inside it.
+
+    ┌───────────────┐     Losasso, Hoppe 2004, "Geometry clipmaps: terrain rendering using nested regular grids",
+    │   ┌───────┐   │     SIGGRAPH; Asirvatham, Hoppe 2005, "Terrain rendering using GPU-based geometry clipmaps",
+    │   │ ┌───┐ │   │     GPU Gems 2, chapter 2.
+    │   │ │eye│ │   │
+    │   │ └───┘ │   │     A ring of level j has a vertex every 2^j posts, `ring` of them a side. Heights come from a
+    │   └───────┘   │     filtered pyramid (pyramid.py); towards its border each ring blends into the coarser one
+    └───────────────┘     (glsl/clipmap/ring.vert). QuadtreeSelector much smaller than the eye is high are left out.
+
+The mesh depends on where the eye is, never on the land: a clipmap certifies no error. Rings are cut
+into blocks, and blocks that are not in the picture are left out.
+"""
+
+from __future__ import annotations
+
+import math
+from collections.abc import Iterator, Mapping
+from dataclasses import dataclass
+from types import MappingProxyType
+from typing import Any, ClassVar, NamedTuple
+
+import moderngl
+import numpy as np
+
+from ..camera import Camera, boxes_in_picture
+from ..exceptions import UsageError
+from ..gpu import gl, layout
+from ..gpu.bindings import bind
+from ..heightmap import Heightmap
+from ..lod import Selection, View
+from ..terrain import Terrain
+from .pyramid import Pyramid
+
+SMALLEST_RING = 13
+BLOCK = 8  # cells a side of a block
+HIGH = 2.5  # a level is left out if its side is less than so many times the eye's height above the ground
+_DRAW = 1024  # blocks in a draw
+_BLOCK = np.dtype([("cells", "4i4"), ("border", "4i4"), ("level", "i4")])
+CLIPMAP = np.dtype(
+    [("reach", "2f4"), ("transition", "2f4"), ("middle", "2i4"), ("middle_m", "2f4"), ("coarsest", "i4"), ("_", "3i4")]
+)
+
+
+@dataclass(frozen=True)
+class Rings:
+    """The parameters of a clipmap, which trade triangles for accuracy.
+
+    Attributes
+    ----------
+    ring
+        Vertices along a ring's side; one more or less along some if it is even.
+    finest
+        The finest level; by default the first that is `HIGH` times as wide as the eye is high above the ground.
+    transition
+        Part of a ring's side over which it blends into the coarser one; a tenth in GPU Gems 2.
+
+    Raises
+    ------
+    UsageError
+        A value outside its range.
+    """
+
+    method: ClassVar[str] = "clipmap"
+    ring: int = 255
+    finest: int | None = None
+    transition: float = 0.1
+
+    def __post_init__(self) -> None:
+        if not SMALLEST_RING <= self.ring < 2**20:
+            raise UsageError(f"ring must be a number of vertices from {SMALLEST_RING} on, got {self.ring}")
+        if self.finest is not None and not 0 <= self.finest < layout.MAX_LEVELS:
+            raise UsageError(f"finest level must be from 0 to {layout.MAX_LEVELS - 1}, got {self.finest}")
+        if not 0 <= self.transition <= 0.25:
+            raise UsageError(f"transition must be from 0 to 0.25 of a ring's side, got {self.transition:g}")
+
+
+_DEFAULT = Rings()
+
+
+class Ring(NamedTuple):
+    """One level's part of the mesh: rectangles (west, north, east, south) of vertices on the level's lattice.
+
+    Attributes
+    ----------
+    outline
+        Its vertices, the hole's too.
+    hole
+        What the finer ring covers; of no area where there is none.
+    border
+        Its outline where a coarser ring goes on, -1 on the map's rim.
+    """
+
+    level: int
+    outline: np.ndarray
+    hole: np.ndarray
+    border: np.ndarray
+
+
+def rings_of(heightmap: Heightmap, eye: tuple[float, ...], cells: np.ndarray, finest: int) -> list[Ring]:
+    """The rings around an eye, from level `finest` on; `cells` is a ring's size, columns and rows, even.
+
+    The last one is the first that reaches over the whole map.
+    """
+    last = np.array([heightmap.cols - 1, heightmap.rows - 1])
+    at = np.array([0, last[1]]) + np.array([eye[0], -eye[1]]) / heightmap.spacing_m
+    top = max(1, int(max(last) - 1).bit_length())
+    rings, hole = [], np.zeros(4, int)
+    for level in range(min(finest, top), top + 1):
+        rim = -(-last // 2**level)
+        low = 2 * np.round((at / 2**level - cells / 2) / 2).astype(int)
+        high = low + cells
+        if level == top:
+            low, high = np.zeros(2, int), rim
+        outline = np.concatenate([np.clip(low, 0, rim), np.clip(high, 0, rim)])
+        if (outline[:2] < outline[2:]).all():
+            border = np.where(np.concatenate([low > 0, high < rim]), outline, -1)
+            rings.append(Ring(level, outline, hole, border))
+            hole = np.concatenate([outline[:2] // 2, (outline[2:] + 1) // 2])
+        if (low <= 0).all() and (high >= rim).all():
+            break
+    return rings
+
+
+def blocks_of(ring: Ring) -> np.ndarray:
+    """The ring's blocks, (n,) records of north-west vertex and size: it is cut along every `BLOCK`-th lattice line.
+
+    ┌─────────────┐
+    ├───┬─────┬───┤     first around the hole, into four rectangles
+    │   └─────┘   │
+    └─────────────┘
+    """
+    (west, north, east, south), (hole_west, hole_north, hole_east, hole_south) = ring.outline, ring.hole
+    parts = [(west, north, east, south)]
+    if hole_west < hole_east:
+        parts = [
+            (west, north, east, hole_north),
+            (west, hole_north, hole_west, hole_south),
+            (hole_east, hole_north, east, hole_south),
+            (west, hole_south, east, south),
+        ]
+    corners = np.concatenate([_cut(*part) for part in parts])
+    blocks = np.zeros(len(corners), _BLOCK)
+    blocks["cells"], blocks["border"], blocks["level"] = corners, ring.border, ring.level
+    return blocks
+
+
+def _cut(west: int, north: int, east: int, south: int) -> np.ndarray:
+    """Blocks (n, 4) of a rectangle: column, row, columns, rows."""
+    (x, width), (y, height) = _spans(west, east), _spans(north, south)
+    columns, rows = len(x), len(y)
+    return np.stack([np.tile(x, rows), y.repeat(columns), np.tile(width, rows), height.repeat(columns)], -1)
+
+
+def _spans(low: int, high: int) -> tuple[np.ndarray, np.ndarray]:
+    if low >= high:
+        return np.zeros(0, int), np.zeros(0, int)
+    cuts = np.concatenate([[low], np.arange((low // BLOCK + 1) * BLOCK, high, BLOCK), [high]])
+    return cuts[:-1], np.diff(cuts)
+
+
+def triangles_of(blocks: np.ndarray, rims: np.ndarray) -> np.ndarray:
+    """Triangles of each block: two a cell, and one less for each odd vertex that leaves its place on the border.
+
+    `rims` are the blocks' levels' last columns and rows: what stands there stays.
+    """
+    x, y, width, height = blocks["cells"].T
+    west, north, east, south = blocks["border"].T
+    moved = [_odd_places(at, size, rim) for at, size, rim in ((x, width, rims[:, 0]), (y, height, rims[:, 1]))]
+    along_x = (north == y).astype(int) + (south == y + height)
+    along_y = (west == x).astype(int) + (east == x + width)
+    return 2 * width * height - along_x * moved[0] - along_y * moved[1]
+
+
+def _odd_places(at: np.ndarray, size: np.ndarray, rim: np.ndarray) -> np.ndarray:
+    """Odd numbers from at + 1 to at + size, the rim not counted."""
+    end = at + size
+    return (end + 1) // 2 - (at + 1) // 2 - ((end == rim) & (end % 2 == 1))
+
+
+class Clipmap:
+    """A clipmap of a terrain; a `surface.Surface`.
+
+    Parameters
+    ----------
+    terrain, view
+        The map, and the camera block to write.
+    pyramid
+        The heights of all levels.
+    """
+
+    stages: Mapping[str, str] = MappingProxyType({"vertex": "clipmap/ring.vert"})
+    defines: Mapping[str, object] = MappingProxyType({"BLOCK": BLOCK})
+    on_heights = False
+    mode = moderngl.TRIANGLES
+
+    def __init__(self, terrain: Terrain, view: View, pyramid: Pyramid) -> None:
+        self.ctx, self.terrain, self.view, self.pyramid = terrain.ctx, terrain, view, pyramid
+        self.indices: moderngl.Buffer = self.ctx.buffer(_grid_indices().tobytes())
+        self._block = self.ctx.buffer(reserve=CLIPMAP.itemsize)
+        self._blocks = self.ctx.buffer(reserve=_BLOCK.itemsize)
+        self.draws = self.ctx.buffer(reserve=gl.COMMAND_STRIDE)
+
+    @property
+    def bytes(self) -> int:
+        """GPU memory of the blocks and their grid."""
+        return self.indices.size + self._blocks.size + self.draws.size
+
+    @property
+    def feed(self) -> list[tuple[Any, ...]]:
+        """A block is an instance of one grid."""
+        return [(self._blocks, "4i4 4i4 1i4 /i", "in_cells", "in_border", "in_level")]
+
+    def bind(self) -> None:
+        """Make all that the stages read visible to them."""
+        self.pyramid.bind()
+        self.view.bind()
+        bind("clipmap/ring.vert", Clipmap=self._block)
+
+    def select(
+        self,
+        camera: Camera,
+        size: tuple[int, int],
+        near_m: float,
+        rings: Rings = _DEFAULT,
+        cull: bool = True,
+        **settings: Any,
+    ) -> Selection:
+        """Choose the blocks for a picture of `size`; `settings` are what else the `View` block holds."""
+        self.view.write(self.terrain, camera, size, near_m, cull=cull, **settings)
+        chosen, blocks = self._blocks_in(camera, size, near_m, rings, cull)
+        self._write(blocks, rings, chosen[-1].level)
+        draws, most = -(-len(blocks) // _DRAW), 2 * BLOCK**2 * len(blocks)
+        return Selection(self, (len(blocks),), self._count(blocks), most, 0, None, draws)
+
+    def candidates(self, camera: Camera, size: tuple[int, int], near_m: float, triangles: int) -> list[Rings]:
+        """Rings with about so many triangles in the picture: few levels of wide rings, or more of narrow ones.
+
+        The best come first, judged by each level's mean error over the map. Those that miss the number
+        by more than 2 per cent are left out, where others do not.
+        """
+        found = []
+        for finest in range(len(self.terrain.levels)):
+            rings, off = self._fit_ring(camera, size, near_m, triangles, finest)
+            _, blocks = self._blocks_in(camera, size, near_m, rings, cull=True)
+            found.append((max(off, 0.02), self._expected(camera, blocks), rings.finest, rings))
+            if off > 0.02 and finest > 0:
+                break  # the whole map at this level has fewer
+        best = min(found)[0]
+        return [each[-1] for each in sorted(found) if each[0] == best]
+
+    def release(self) -> None:
+        """Release GPU resources."""
+        for resource in (self.indices, self._block, self._blocks, self.draws):
+            resource.release()
+
+    def _fit_ring(
+        self, camera: Camera, size: tuple[int, int], near_m: float, triangles: int, finest: int
+    ) -> tuple[Rings, float]:
+        """Rings from one level on whose count is nearest to `triangles`, and how far off that is, as a part of it."""
+
+        def count(ring: int) -> int:
+            return self._count(self._blocks_in(camera, size, near_m, Rings(ring, finest), cull=True)[1])
+
+        low, high = SMALLEST_RING, 2 ** (len(self.terrain.levels) + 2)
+        while low < high:
+            middle = (low + high) // 2
+            low, high = (low, middle) if count(middle) >= triangles else (middle + 1, high)
+        near = range(max(SMALLEST_RING, low - 4), low + 5)  # culling makes counts jump
+        off, ring = min((abs(count(ring) / triangles - 1), ring) for ring in near)
+        return Rings(ring, finest), off
+
+    def _expected(self, camera: Camera, blocks: np.ndarray) -> float:
+        """Mean over the land in the blocks of (their level's mean error / distance)²: what screen error to expect."""
+        low, high = self._boxes(blocks)
+        nearest_m = self._spacing_m() * 2.0 ** blocks["level"]
+        distance_m = np.maximum(np.linalg.norm((low + high) / 2 - camera.eye, axis=1), nearest_m)
+        area = (high - low)[:, :2].prod(1)
+        errors_m = self.pyramid.errors_m()[blocks["level"]]
+        return float((area * (errors_m / distance_m) ** 2).sum() / max(area.sum(), 1e-30))
+
+    def _count(self, blocks: np.ndarray) -> int:
+        return int(triangles_of(blocks, (np.array(self.pyramid.sizes) - 1)[blocks["level"]]).sum())
+
+    def _finest(self, camera: Camera, ring: int) -> int:
+        """The first level that is `HIGH` times as wide as the eye is high above the ground."""
+        height = camera.eye[2] - self._ground_m(camera)
+        return max(0, math.ceil(math.log2(max(HIGH * height, 1e-9) / ((ring - 1) * self._spacing_m()))))
+
+    def _blocks_in(
+        self, camera: Camera, size: tuple[int, int], near_m: float, rings: Rings, cull: bool
+    ) -> tuple[list[Ring], np.ndarray]:
+        finest = self._finest(camera, rings.ring) if rings.finest is None else rings.finest
+        chosen = rings_of(self.terrain.heightmap, camera.eye, self._cells(rings.ring), finest)
+        blocks = np.concatenate([blocks_of(each) for each in chosen])
+        if cull:
+            blocks = blocks[boxes_in_picture(camera, size, near_m, *self._boxes(blocks))]
+        return chosen, blocks
+
+    def _cells(self, ring: int) -> np.ndarray:
+        """Cells along a ring's sides, even: as far to the north as to the east, in metres."""
+        half = (ring - 1) / 2 * self._spacing_m() / np.array(self.terrain.heightmap.spacing_m)
+        whole = np.floor(half + [0.5, 0.499]).astype(int)  # of two halves one is rounded up: finer steps of size
+        return 2 * np.maximum(whole, SMALLEST_RING // 2)
+
+    def _spacing_m(self) -> float:
+        return math.sqrt(math.prod(self.terrain.heightmap.spacing_m))
+
+    def _ground_m(self, camera: Camera) -> float:
+        """Height of the post nearest to the eye."""
+        heightmap = self.terrain.heightmap
+        col = round(np.clip(camera.eye[0] / heightmap.spacing_m[0], 0, heightmap.cols - 1))
+        row = heightmap.rows - 1 - round(np.clip(camera.eye[1] / heightmap.spacing_m[1], 0, heightmap.rows - 1))
+        return float(self.terrain.filled[row, col])
+
+    def _boxes(self, blocks: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
+        """World boxes that hold the blocks: least and largest corners, (n, 3) metres."""
+        first, last, step = blocks["cells"][:, :2], blocks["cells"][:, :2] + blocks["cells"][:, 2:], blocks["level"]
+        ranges = self.pyramid.ranges(first // BLOCK, step + BLOCK.bit_length() - 1)
+        # a vertex on a border may stand one place before its own
+        return self.terrain.boxes((first // 2 * 2) << step[:, None], last << step[:, None], ranges)
+
+    def _write(self, blocks: np.ndarray, rings: Rings, coarsest: int) -> None:
+        """Send blocks, draw commands and the rings' measures to the GPU."""
+        cells = self._cells(rings.ring)
+        described = np.zeros((), CLIPMAP)
+        described["reach"], described["coarsest"] = cells / 2, coarsest
+        described["middle"], described["middle_m"], _ = self.view.eye
+        # a ring must not blend yet where the finer one ends, half-way
+        described["transition"] = np.clip(rings.transition * cells, 0.01, np.maximum(cells / 4 - 1.6, 0.01))
+        self._block.write(described.tobytes())
+        commands = np.array(list(_commands(len(blocks))) or [(0,) * 5], "u4")
+        self._blocks = gl.at_least(self.ctx, self._blocks, blocks.nbytes)
+        self.draws = gl.at_least(self.ctx, self.draws, commands.nbytes)
+        self._blocks.write(blocks.tobytes())
+        self.draws.write(commands.tobytes())
+
+
+def _commands(blocks: int) -> Iterator[tuple[int, ...]]:
+    for first in range(0, blocks, _DRAW):
+        yield 6 * BLOCK**2, min(_DRAW, blocks - first), 0, 0, first
+
+
+def _grid_indices() -> np.ndarray:
+    """Two triangles for each cell of a block, counter-clockwise from above; diagonals run from north-west."""
+    corner = np.add.outer(np.arange(BLOCK) * (BLOCK + 1), np.arange(BLOCK)).reshape(-1, 1)
+    south, east = BLOCK + 1, 1
+    return (corner + [0, south, south + east, 0, south + east, east]).astype("u4")

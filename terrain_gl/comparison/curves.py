@@ -1,0 +1,138 @@
+"""Error against triangles: what each method achieves with a number of triangles, and how many it needs for an error."""
+
+from __future__ import annotations
+
+from collections.abc import Sequence
+from dataclasses import replace
+from typing import Any
+
+import numpy as np
+
+from ..camera import Camera, screen_shift_px
+from ..heightmap import Heightmap
+from ..methods import BASELINES
+from ..options import near_plane_m
+from ..renderer import Renderer
+from ..steps import Progress
+from ..verify.measure import posts_of
+from . import ideal
+from .compare import COMPARED, measured
+from .fitting import best_parameters, candidates
+
+BUDGETS = (1 / 16, 1 / 8, 1 / 4, 1 / 2, 1, 2, 4)  # of the number of triangles asked for: the curves' points
+EQUAL = 0.02  # numbers of triangles are equal that differ by no more than this share
+FEWEST = 200  # triangles that it makes sense to ask any method for
+_BLOCK = 256  # posts a side
+
+
+def detail_of(renderer: Renderer, camera: Camera, method: str, triangles: int, **options: Any) -> dict[str, Any]:
+    """Options with which a method draws so many triangles: its own best parameters, found by trying."""
+    if method not in BASELINES:
+        return {"triangles": triangles}
+    return {"parameters": best_parameters(renderer, camera, method, triangles, **options)}
+
+
+def drawable(renderer: Renderer, camera: Camera, triangles: int, **options: Any) -> int:
+    """So many triangles; where that is more than every post has, as many as the method that then draws fewest."""
+    most = renderer.choose(camera, method="full", **options)["triangles"]
+    if not 0 < most < triangles:
+        return triangles
+    counts = []
+    for method in COMPARED:
+        detail = _details(renderer, camera, method, most, options.get("near_m"))[0]
+        counts.append(renderer.choose(camera, method=method, **detail, **options)["triangles"])
+    return max(1, min(counts))
+
+
+def curve(
+    renderer: Renderer,
+    camera: Camera,
+    methods: Sequence[str],
+    budgets: Sequence[int],
+    progress: Progress | None = None,
+    **options: Any,
+) -> dict[str, list[dict[str, Any]]]:
+    """What each method achieves with so many triangles: stats by method, a list as long as the budgets."""
+    achieved: dict[str, list[dict[str, Any]]] = {method: [] for method in methods}
+    for i, triangles in enumerate(budgets):
+        for method in methods:
+            detail = detail_of(renderer, camera, method, triangles, **options)
+            achieved[method].append(measured(renderer, camera, method=method, **detail, **options))
+        if progress:
+            progress((i + 1) / len(budgets))
+    return achieved
+
+
+def ideal_curve(renderer: Renderer, camera: Camera, budgets: Sequence[int], near_m: float | None = None) -> Any:
+    """The least RMS error of any restricted quadtree with so many triangles: `ideal.ideal_allocation`."""
+    heightmap = renderer.heightmap
+    near_m = near_plane_m(heightmap, near_m)
+    rows, cols = _seen_part(heightmap, camera, renderer.size, near_m)
+    moved = np.multiply([-cols.start, rows.stop - heightmap.rows], heightmap.spacing_m)
+    eye, target = ((x + moved[0], y + moved[1], z) for x, y, z in (camera.eye, camera.target))
+    filled = renderer.terrain.filled[rows, cols].astype(np.float64)
+    void = np.isnan(heightmap.heights[rows, cols]) if heightmap.voids else None
+    near = replace(camera, eye=eye, target=target)
+    return ideal.ideal_allocation(filled, heightmap.spacing_m, near, renderer.size, near_m, budgets, void)[0]
+
+
+def fewest(
+    renderer: Renderer, camera: Camera, method: str, max_error_px: float, start: int, most: int, **options: Any
+) -> dict[str, Any] | None:
+    """Stats with the fewest triangles, within 2 %, that a method needs to *achieve* an error; None if it cannot.
+
+    Parameters
+    ----------
+    start
+        Triangles to begin with: doubled until they are enough.
+    most
+        Triangles beyond which no more are tried: those of every post.
+    """
+
+    error = f"{options.get('metric', 'max')}_error_px"
+
+    def holds(triangles: float) -> dict[str, Any] | None:
+        for detail in _details(renderer, camera, method, round(triangles), options.get("near_m")):
+            stats = measured(renderer, camera, method=method, **detail, **options)
+            if stats[error] <= max_error_px:
+                return dict(stats)
+        return None
+
+    low, high = float(FEWEST), float(start)
+    while (best := holds(high)) is None:
+        if high >= most:
+            return None
+        low, high = high, min(2 * high, float(most))
+    while high > (1 + EQUAL) * low:
+        middle = (low * high) ** 0.5
+        stats = holds(middle)
+        low, high, best = (low, middle, stats) if stats else (middle, high, best)
+    return best
+
+
+def _seen_part(heightmap: Heightmap, camera: Camera, size: tuple[int, int], near_m: float) -> tuple[slice, slice]:
+    """Rows and columns of the blocks of the map that have posts in the picture: what else there is costs time only.
+
+    Blocks are nodes of the whole map's quadtree; larger ones are no leaves of an ideal tree worth drawing.
+    """
+    seen = []
+    for row in range(0, heightmap.rows, _BLOCK):
+        points = posts_of(heightmap, (0, row, heightmap.cols, min(_BLOCK, heightmap.rows - row)))
+        _, in_picture = screen_shift_px(camera, size, points, np.zeros(len(points)), near_m)
+        at = np.flatnonzero(in_picture.reshape(-1, heightmap.cols).any(0))
+        seen += [(row, at[0], at[-1])] if len(at) else []
+    if not seen:
+        return slice(0, heightmap.rows), slice(0, heightmap.cols)
+    first, last = seen[0][0], seen[-1][0] + _BLOCK + 1
+    left = min(west for _, west, _ in seen) // _BLOCK * _BLOCK
+    right = max(east for _, _, east in seen) // _BLOCK * _BLOCK + _BLOCK + 1
+    return slice(first, min(last, heightmap.rows)), slice(int(left), int(min(right, heightmap.cols)))
+
+
+def _details(
+    renderer: Renderer, camera: Camera, method: str, triangles: int, near_m: float | None
+) -> list[dict[str, Any]]:
+    """Options, each of which gives a method so many triangles."""
+    if method not in BASELINES:
+        return [{"triangles": triangles}]
+    return [{"parameters": parameters} for parameters in candidates(renderer, camera, method, triangles, near_m)]

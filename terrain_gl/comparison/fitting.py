@@ -1,0 +1,49 @@
+"""The best parameters of a baseline for a number of triangles: all candidates are drawn and measured."""
+
+from __future__ import annotations
+
+from typing import Any
+
+import numpy as np
+
+from ..camera import Camera
+from ..options import near_plane_m
+from ..renderer import Renderer
+from ..steps import drain
+from .baselines import Baseline, Parameters
+
+
+def candidates(
+    renderer: Renderer, camera: Camera, method: str, triangles: int, near_m: float | None = None
+) -> list[Parameters]:
+    """Parameters with which a baseline draws about so many triangles, the best guess first.
+
+    The renderer forgets its last frame.
+    """
+    renderer.forget()
+    baseline = renderer.selectors[method]
+    assert isinstance(baseline, Baseline)
+    return baseline.candidates(camera, renderer.size, near_plane_m(renderer.heightmap, near_m), triangles)
+
+
+def best_parameters(renderer: Renderer, camera: Camera, method: str, triangles: int, **options: Any) -> Parameters:
+    """The parameters with the least RMS error among those that draw about so many triangles.
+
+    Measures all of them. The renderer forgets its last frame.
+
+    Parameters
+    ----------
+    method
+        "clipmap" or "tessellated".
+    options
+        Other fields of `RenderOptions`, by name.
+    """
+    tried = candidates(renderer, camera, method, triangles, options.get("near_m"))
+    errors = [_rms_px(renderer, camera, method=method, parameters=each, **options) for each in tried]
+    renderer.forget()
+    return tried[int(np.argmin(errors))]
+
+
+def _rms_px(renderer: Renderer, camera: Camera, **options: Any) -> float:
+    renderer.choose(camera, **options)
+    return drain(renderer.inspector.measure_steps()).rms_px

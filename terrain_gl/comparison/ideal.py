@@ -1,0 +1,242 @@
+"""Ideals and baselines in float64 numpy: the best that any quadtree could do, and the filter of geometry clipmaps.
+
+The ideal quadtrees know the true error of every post from the eye at hand; no error table does.
+"""
+
+from __future__ import annotations
+
+import itertools
+from collections.abc import Callable, Sequence
+from typing import NamedTuple
+
+import numpy as np
+
+from ..camera import Camera
+from ..reference.error import node_axes, per_node, quad_errors, sum_children, top_level
+from ..reference.heightmap import world_m
+from ..reference.project import ScreenScale, View, screen_scale, shift_px, to_camera
+from ..reference.tree import balance, existing, grow, neighbours, unsplit
+
+
+class Quadtree(NamedTuple):
+    """A quadtree over a map for one view."""
+
+    splits: list[np.ndarray]  # of each level (rows, cols) bool, none at level 0
+    seen: list[np.ndarray]  # nodes that are in the picture
+    triangles: int  # two for each leaf in the picture, and one more for each of its edges where the neighbour is finer
+
+
+class Allocation(NamedTuple):
+    """What the best quadtrees of a view achieve with so many triangles, one number for each budget."""
+
+    triangles: np.ndarray  # at most the budget, unless the coarsest tree has more
+    rms_px: np.ndarray
+
+
+def view_of(camera: Camera, size: tuple[int, int], near_m: float) -> View:
+    """Describe a camera and the size of its picture as the reference wants it."""
+    return View(np.asarray(camera.eye), camera.axes, camera.focal_px(size[1]), camera.half_extent(size), near_m)
+
+
+def ideal_quadtrees(
+    heights: np.ndarray,
+    spacing_m: tuple[float, float],
+    camera: Camera,
+    size: tuple[int, int],
+    near_m: float,
+    tolerance_px: float,
+    void: np.ndarray | None = None,
+) -> tuple[Quadtree, Quadtree]:
+    """The coarsest restricted quadtree that holds a view's tolerance, and the same without the restriction.
+
+    A node is drawn as two triangles through its corners if every post of it in the picture is then within the
+    tolerance, by its true error, for either diagonal; else it is split. Restricted (Von Herzen, Barr 1987): neighbours
+    are within one level, so that one more triangle on each edge with a finer neighbour closes all cracks.
+    """
+    view = view_of(camera, size, near_m)
+    scale, seen = _seen_posts(heights, spacing_m, view, void), nodes_in_picture(heights, spacing_m, view)
+    coarse = [np.zeros(seen[0].shape, bool)]
+    coarse += [(_worst_px(heights, scale, j) > tolerance_px) & seen[j] for j in range(1, len(seen))]
+    plain = unsplit(heights.shape, len(seen) - 1)
+    grow(plain, coarse)
+    return _count(_restricted(coarse), seen), _count(plain, seen, extra=0)
+
+
+def ideal_allocation(
+    heights: np.ndarray,
+    spacing_m: tuple[float, float],
+    camera: Camera,
+    size: tuple[int, int],
+    near_m: float,
+    triangles: Sequence[int],
+    void: np.ndarray | None = None,
+    weights: np.ndarray | None = None,
+) -> tuple[Allocation, Allocation]:
+    """Least root mean square screen error of a quadtree with so many triangles: restricted, and without restriction.
+
+    A leaf is two triangles, by the better diagonal; its error is the true one, of every post of it in the picture.
+    The tree that minimises error² + λ · triangles is found from the leaves up: a node is split if its best subtree
+    costs less than itself (Breiman, Friedman, Olshen, Stone 1984; Chou, Lookabaugh, Gray 1989), λ by bisection.
+    Unrestricted this is the optimum on the lower convex hull. Restricted: that tree, balanced as in `ideal_quadtrees`.
+
+    Parameters
+    ----------
+    heights, void
+        (rows, cols) metres with voids filled, and where those are.
+    triangles
+        Budgets.
+    weights
+        (rows, cols) weight of each post in the mean and in what is minimised; 1 by default.
+    """
+    view = view_of(camera, size, near_m)
+    scale, seen = _seen_posts(heights, spacing_m, view, void), nodes_in_picture(heights, spacing_m, view)
+    scale = scale._replace(px_m=scale.px_m * np.sqrt(weights)) if weights is not None else scale
+    squares = [np.zeros(seen[0].shape)] + [_squares_px(heights, scale, j) for j in range(1, len(seen))]
+    posts = max(1.0, float(np.sum(scale.seen if weights is None else weights[scale.seen])))
+
+    def plain(log_lambda: float) -> tuple[int, float]:
+        return _prune(squares, seen, 2.0**log_lambda)[1:]
+
+    def restricted(log_lambda: float) -> tuple[int, float]:
+        tree = _restricted(_prune(squares, seen, 2.0**log_lambda)[0])
+        return _count(tree, seen).triangles, _error_of(tree, squares)
+
+    found = []
+    for curve in (restricted, plain):
+        counts, errors = _at_budgets(curve, triangles)
+        found.append(Allocation(counts, np.sqrt(errors / posts)))
+    return found[0], found[1]
+
+
+def _restricted(coarse: list[np.ndarray]) -> list[np.ndarray]:
+    """Grow a quadtree that splits what is too coarse, neighbours within one level."""
+    tree = [np.zeros(level.shape, bool) for level in coarse]
+    grow(tree, coarse)
+    while balance(tree):
+        grow(tree, coarse)
+    return tree
+
+
+def _seen_posts(
+    heights: np.ndarray, spacing_m: tuple[float, float], view: View, void: np.ndarray | None
+) -> ScreenScale:
+    scale = screen_scale(view, world_m(heights, spacing_m))
+    return scale if void is None else scale._replace(seen=scale.seen & ~void)
+
+
+def _at(scale: ScreenScale, where: tuple[np.ndarray, np.ndarray]) -> ScreenScale:
+    return ScreenScale(scale.px_m[where], scale.depth_m[where], scale.forward, scale.seen[where])
+
+
+def _worst_px(heights: np.ndarray, scale: ScreenScale, level: int) -> np.ndarray:
+    """Largest true error on the screen of each node as two triangles, over its posts in the picture."""
+    here = _at(scale, per_node(*node_axes(heights.shape, level)))
+    return np.maximum(
+        *(np.where(here.seen, shift_px(here, error), 0.0).max((1, 3)) for error in quad_errors(heights, level))
+    )
+
+
+def _squares_px(heights: np.ndarray, scale: ScreenScale, level: int) -> np.ndarray:
+    """Sum of squared true screen errors of each node as two triangles, over its own posts in the picture."""
+    found = []
+    for band in bands(heights, level):
+        y, x = node_axes(heights[band].shape, level)
+        own = y.own if band.stop == len(heights) else y.own & (y.post < y.post.max())
+        part = ScreenScale(scale.px_m[band], scale.depth_m[band], scale.forward, scale.seen[band])
+        here = _at(part, per_node(y, x))
+        counts = here.seen & own[:, :, None, None] & x.own
+        errors = quad_errors(heights[band], level)
+        sums = (np.square(np.where(counts, shift_px(here, error), 0.0)).sum((1, 3)) for error in errors)
+        found.append(np.minimum(*sums))
+    return np.concatenate(found)
+
+
+def nodes_in_picture(heights: np.ndarray, spacing_m: tuple[float, float], view: View) -> list[np.ndarray]:
+    """Of each level, the nodes whose box is not wholly beyond one side of the frustum."""
+    north = np.arange(len(heights))[::-1] * spacing_m[1]
+    tan_x, tan_y = view.half_extent
+
+    def seen(posts: np.ndarray, north: np.ndarray, level: int) -> np.ndarray:
+        y, x = node_axes(posts.shape, level)
+        inside = posts[per_node(y, x)]
+        ends = itertools.product((x.low, x.high), (y.low, y.high), (inside.min((1, 3)), inside.max((1, 3))))
+        beyond = np.ones((5, len(y.low), len(x.low)), bool)
+        for cols, rows, z in ends:
+            east, y_m = np.meshgrid(cols * spacing_m[0], north[rows])
+            right, up, depth = to_camera(view, np.stack([east, y_m, z]))
+            a, b = tan_x * depth, tan_y * depth
+            beyond &= np.stack([right > a, -right > a, up > b, -up > b, depth < view.near_m])
+        return ~np.logical_or.reduce(beyond)
+
+    levels = range(top_level(heights.shape) + 1)
+    return [np.concatenate([seen(heights[band], north[band], j) for band in bands(heights, j)]) for j in levels]
+
+
+def bands(heights: np.ndarray, level: int, posts: int = 1 << 21) -> list[slice]:
+    """Cut a map into bands of whole node rows of about so many posts; neighbours share a row of posts."""
+    last, side = len(heights) - 1, max(1, posts // heights.shape[1] >> level) << level
+    return [slice(low, min(low + side, last) + 1) for low in range(0, last, side)]
+
+
+def _prune(squares: list[np.ndarray], seen: list[np.ndarray], price: float) -> tuple[list[np.ndarray], int, float]:
+    """Which nodes cost more than their best subtrees, and triangles and error² of the best tree."""
+    error, count = squares[0], 2 * seen[0].astype(np.int64)
+    pays = [np.zeros(seen[0].shape, bool)]
+    for level in range(1, len(seen)):
+        parts = [sum_children(values, seen[level].shape) for values in (error, count)]
+        leaf = squares[level], 2 * seen[level].astype(np.int64)
+        pays.append(parts[0] + price * parts[1] < leaf[0] + price * leaf[1])
+        error, count = (np.where(pays[level], *both) for both in zip(parts, leaf, strict=True))
+    return pays, int(count.sum()), float(error.sum())
+
+
+def _error_of(splits: list[np.ndarray], squares: list[np.ndarray]) -> float:
+    levels = zip(existing(splits), splits, squares, strict=True)
+    return sum(float(square[exists & ~split].sum()) for exists, split, square in levels)
+
+
+def _at_budgets(
+    curve: Callable[[float], tuple[int, float]], triangles: Sequence[int], enough: float = 0.998
+) -> tuple[np.ndarray, np.ndarray]:
+    """Points of a falling curve log2 λ → (triangles, error²), just within each budget."""
+    known = {at: curve(at) for at in (-60.0, 60.0)}
+    found = []
+    for budget in triangles:
+        for step in range(40):
+            low = max(at for at, (n, _) in known.items() if n > budget or at == -60)
+            high = min(at for at, (n, _) in known.items() if n <= budget or at == 60)
+            if high - low < 1e-3 or known[low][0] <= budget or enough * budget <= known[high][0] <= budget:
+                break
+            # the chord of log n over log λ; every third step halves
+            too_many, few, aim = np.log2([known[low][0], max(1, known[high][0]), (1 + enough) / 2 * budget])
+            part = np.clip((too_many - aim) / (too_many - few), 0.02, 0.98) if step % 3 else 0.5
+            at = float(low + part * (high - low))
+            known[at] = curve(at)
+        fits = [point for point in known.values() if point[0] <= budget]
+        found.append(min(fits, key=lambda point: point[1]) if fits else known[60.0])
+    return np.array([n for n, _ in found]), np.array([error for _, error in found])
+
+
+def _count(splits: list[np.ndarray], seen: list[np.ndarray], extra: int = 1) -> Quadtree:
+    triangles = 0
+    for exists, split, in_picture in zip(existing(splits), splits, seen, strict=True):
+        leaves = exists & ~split & in_picture
+        triangles += 2 * int(leaves.sum()) + extra * sum(int((leaves & finer).sum()) for finer in neighbours(split))
+    return Quadtree(splits, seen, triangles)
+
+
+# g(i) = w₀ f(2i) + w₁ (f(2i − 1) + f(2i + 1)) + w₂ (f(2i − 2) + f(2i + 2)); near the rim pairs of taps move in.
+
+
+def halve(heights: np.ndarray, weights: tuple[float, float, float]) -> np.ndarray:
+    """Every second sample of a symmetric filter, along both axes; the last sample stands on the last post."""
+    for axis in (0, 1):
+        lines = np.moveaxis(heights.astype(np.float64), axis, 0)
+        last = len(lines) - 1
+        middle = np.minimum(2 * np.arange(-(-last // 2) + 1), last)
+        reach = [np.minimum(d, np.minimum(middle, last - middle)) for d in (1, 2)]
+        halved = weights[0] * lines[middle]
+        for weight, d in zip(weights[1:], reach, strict=True):
+            halved += weight * (lines[middle - d] + lines[middle + d])
+        heights = np.moveaxis(halved, 0, axis)
+    return heights

@@ -1,0 +1,120 @@
+"""Ground truth for light: outgoing radiance by brute force (A.2), to which shading is compared.
+
+Every pixel is drawn as many, on the full-resolution mesh; each of those is lit at the one place that it sees, by the
+true cosine and material, by the sun's disc and the sky itself, through rays that march the map (glsl/truth/light.frag).
+Slow: for small pictures.
+"""
+
+from __future__ import annotations
+
+import math
+from collections.abc import Callable
+from typing import Any
+
+import numpy as np
+
+from ..camera import Camera
+from ..image import srgb_from_linear
+from ..light.atmosphere import LUMINANCE
+from ..light.gaussians import SUN_RADIUS_DEG
+from ..light.lighting import exposure
+from ..light.sky import dome
+from ..options import RenderOptions
+from ..pieces import cut
+from ..renderer import Renderer
+
+FINE = 8  # places that are lit for a pixel, along a side
+RAYS = 512  # to the sky, for a pixel, at least
+WHITE = 2.2  # glsl/shade/tone.glsl
+
+
+def render_light_truth(
+    renderer: Renderer,
+    camera: Camera,
+    size: tuple[int, int] = (160, 90),
+    fine: int = FINE,
+    options: RenderOptions | None = None,
+    progress: Callable[[float], None] | None = None,
+) -> np.ndarray:
+    """Draw the truth of a shaded picture.
+
+    Parameters
+    ----------
+    size
+        Width and height in pixels.
+    fine
+        Places that are lit for each pixel, along a side; each sends `rays_of(fine)` rays to the sky, one to the sun,
+        and half as many as to the sky the way that the ground mirrors.
+    options
+        Sun, sky and material as there; the method and tolerance do not matter.
+    progress
+        Told the share that is done.
+
+    Returns
+    -------
+    image
+        (height, width, 4) uint8 sRGB, first row on top.
+    """
+    options = options or RenderOptions()
+    frame = renderer.select(camera, size, RenderOptions(method="full", near_m=options.near_m))
+    parts = cut(size, fine, largest=2048)  # each draws the whole mesh
+    image = np.empty((size[1], size[0], 4), np.uint8)
+    for i, piece in enumerate(parts):
+        picture = renderer.picture
+        renderer.resources.crop(piece)
+        picture.see(frame.selection)
+        picture.light(camera, options.look)
+        sky = picture.lighting.sky
+        assert sky
+        directions, weights = dome(*sky.radiance.shape[:2])
+        below = directions[:, 2] < 0
+        hidden = np.average(sky.radiance.reshape(-1, 3)[below], axis=0, weights=weights[below])
+        uniforms: dict[str, Any] = {
+            "hidden": tuple(hidden),
+            "sun_disc": math.radians(SUN_RADIUS_DEG),
+            "run": i,
+            "rays": rays_of(fine),
+        }
+        light = picture.note("truth/light.frag", 4, "f4", **uniforms)
+        image[piece.rows, piece.cols] = developed(light, fine, exposure(sky))
+        if progress:
+            progress((i + 1) / len(parts))
+    return image
+
+
+def rays_of(fine: int) -> int:
+    """Rays to the sky for one place: an even number, fewer the more places there are."""
+    return 2 * max(1, round(RAYS / fine**2 / 2))
+
+
+def developed(light: np.ndarray, fine: int, gain: float) -> np.ndarray:
+    """Average fine × fine pixels of light, land and sky apart, and show them as the renderer does.
+
+    Parameters
+    ----------
+    light
+        (fine · height, fine · width, 4) radiance; the last is 1 for land, 0 for sky.
+    gain
+        What light is multiplied by, as `lighting.exposure` says.
+
+    Returns
+    -------
+    image
+        (height, width, 4) uint8 sRGB.
+    """
+    blocks = light.reshape(light.shape[0] // fine, fine, light.shape[1] // fine, fine, 4).astype(np.float64)
+    land = blocks[..., 3:]
+    share = land.mean((1, 3))
+    of_land = (blocks[..., :3] * land).sum((1, 3)) / np.maximum(land.sum((1, 3)), 1)
+    of_sky = (tone_mapped(gain * blocks[..., :3]) * (1 - land)).mean((1, 3))
+    shown = srgb_from_linear(share * tone_mapped(gain * of_land) + of_sky)
+    return np.concatenate([shown, np.full_like(shown[..., :1], 255)], -1)
+
+
+def tone_mapped(light: np.ndarray) -> np.ndarray:
+    """The curve of glsl/shade/tone.glsl (Reinhard et al. 2002), (..., 3) to 0 to 1."""
+    luminance = light @ LUMINANCE
+    shown = luminance * (1 + luminance / WHITE**2) / (1 + luminance)
+    by_luminance = light * (shown / np.maximum(luminance, 1e-6))[..., None]
+    by_channel = light * (1 + light / WHITE**2) / (1 + light)
+    return np.clip(by_luminance + 0.35 * (by_channel - by_luminance), 0, 1)

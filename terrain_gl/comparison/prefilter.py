@@ -1,0 +1,73 @@
+"""Other ways to prefilter normals, to compare ours with, each in our own frame (glsl/prefilter/frame.glsl).
+
+point     no prefilter: the normal at the footprint's middle
+mip       mipmaps of normals, unit length again after the lookup
+toksvig   the same, and what they lost of their length widens the highlight (Toksvig 2005)
+leadr     mipmaps of slopes and their products: Gaussians of slopes, seen by projected area (Dupuy et al. 2013)
+"""
+
+from __future__ import annotations
+
+import moderngl
+
+from ..camera import Camera
+from ..gpu import shaders
+from ..gpu.bindings import bind
+from ..gpu.session import Resource
+from ..light.horizon import SUN_RADIUS, Sweep, horizon_texture, lattice_direction, sun_uniforms
+from ..shade import Look, Picture
+
+BASELINES = ("point", "mip", "toksvig", "leadr")
+_TEXTURES = ("u_normals", "u_slopes", "u_products")
+
+
+class Mipmaps:
+    """Mipmaps of normals, slopes, their products and the sun's visibility, for one sun."""
+
+    def __init__(self, picture: Picture) -> None:
+        self.ctx, self.terrain = picture.ctx, picture.levels.terrain
+        size = self.terrain.heightmap.cols - 1, self.terrain.heightmap.rows - 1
+        self._record = shaders.compute(self.ctx, "prefilter/record.comp")
+        self._sweep, self._horizon = Sweep(self.terrain), horizon_texture(self.terrain, 1)
+        self.textures = [self._texture(size) for _ in range(3)]
+
+    def follow(self, sun: tuple[float, float, float], radius: float = SUN_RADIUS) -> None:
+        """Record all cells for a sun, a unit vector and its angular radius, and average them."""
+        towards = lattice_direction(sun, self.terrain.heightmap.spacing_m)
+        self._sweep.run(towards, self._horizon)
+        self.terrain.bind()
+        bind("prefilter/record.comp", u_horizons=self._horizon, **dict(zip(_TEXTURES, self.textures, strict=True)))
+        for name, value in sun_uniforms(sun, radius).items():
+            self._record[name] = value
+        self._record["u_towards"] = towards
+        self._record.run(-(-self.textures[0].width // 64), self.textures[0].height)
+        self.ctx.memory_barrier(moderngl.TEXTURE_FETCH_BARRIER_BIT | moderngl.TEXTURE_UPDATE_BARRIER_BIT)
+        for texture in self.textures:
+            texture.build_mipmaps()
+
+    def bind(self) -> None:
+        """Make them visible to the shaders of glsl/prefilter."""
+        bind("prefilter/frame.glsl", **dict(zip(_TEXTURES, self.textures, strict=True)))
+
+    def release(self) -> None:
+        """Release GPU resources."""
+        made: list[Resource] = [self._record, self._sweep, self._horizon, *self.textures]
+        for resource in made:
+            resource.release()
+
+    def _texture(self, size: tuple[int, int]) -> moderngl.Texture:
+        texture = self.ctx.texture(size, 4, dtype="f4")
+        texture.build_mipmaps()
+        texture.filter = (moderngl.LINEAR_MIPMAP_LINEAR, moderngl.LINEAR)
+        texture.repeat_x = texture.repeat_y = False
+        return texture
+
+
+def shade_as(baseline: str, picture: Picture, mipmaps: Mipmaps, camera: Camera, look: Look) -> None:
+    """Colour what `Picture.see` saw by one of `BASELINES`."""
+    picture.light(camera, look)
+    assert picture.lighting.sky
+    east, north, up = (float(v) for v in picture.lighting.sky.sun["axis"])
+    mipmaps.follow((east, north, up))
+    mipmaps.bind()
+    picture.colour(f"prefilter/{baseline}.frag")

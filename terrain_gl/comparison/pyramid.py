@@ -1,0 +1,179 @@
+"""The pyramid of heights that clipmaps draw from: each level a filtered half of the one below, to two posts a side.
+
+    level 0  the map itself
+    level j  sample i stands on post min(i · 2^j, last): ceil((posts − 1) / 2^j) + 1 samples, whatever the map's size
+
+Specification: `comparison.ideal.halve`.
+"""
+
+from __future__ import annotations
+
+import moderngl
+import numpy as np
+
+from ..gpu import layout, shaders
+from ..gpu.bindings import bind
+from ..terrain import Rect, Terrain
+
+# weights of a symmetric filter's middle, its neighbours and theirs
+FILTERS = {
+    "point": (1.0, 0.0, 0.0),  # every second sample as it is
+    "tent": (0.5, 0.25, 0.0),  # the binomial filter, Burt 1981
+    "spline": (0.75, 0.25, -0.125),  # Cohen, Daubechies, Feauveau 1992: made for lines drawn between the samples
+}
+_BARRIER = moderngl.TEXTURE_FETCH_BARRIER_BIT | moderngl.TEXTURE_UPDATE_BARRIER_BIT
+FIRST_RANGES = 2  # the finest level of which ranges are kept
+_TAPS = 2  # samples on either side that a filter reads
+
+
+class Pyramid:
+    """QuadtreeSelector 1 and above in one texture; glsl/clipmap/pyramid.glsl looks them up.
+
+    Parameters
+    ----------
+    terrain
+        Whose heights; voids are filled there.
+    kind
+        One of `FILTERS`.
+    """
+
+    def __init__(self, terrain: Terrain, kind: str = "spline") -> None:
+        self.ctx, self.terrain, self.weights = terrain.ctx, terrain, FILTERS[kind]
+        self.sizes = [(columns + 1, rows + 1) for (columns, rows), *_ in terrain.levels]
+        self._halve = shaders.compute(self.ctx, "clipmap/halve.comp")
+        self._first = _places(self.sizes)
+        width = max(x + size[0] for (x, _), size in zip(self._first[1:], self.sizes[1:], strict=True))
+        height = max(y + size[1] for (_, y), size in zip(self._first[1:], self.sizes[1:], strict=True))
+        self._texture = self.ctx.texture((width, height), 1, dtype="f4")
+        self._texture.filter = (moderngl.NEAREST, moderngl.NEAREST)
+        self._block = self.ctx.buffer(reserve=16 * layout.MAX_LEVELS)
+        self._block.write(np.array([(*first, 0, 0) for first in self._first], "i4").tobytes())
+        self._ranges: list[np.ndarray] = []
+        self._errors_m = np.zeros(0)
+        self.build()
+
+    @property
+    def bytes(self) -> int:
+        """GPU memory of all levels but the map."""
+        return 4 * self._texture.width * self._texture.height
+
+    def build(self) -> None:
+        """Make all levels."""
+        columns, rows = self.sizes[0]
+        self.update((0, 0, columns - 1, rows - 1))
+
+    def update(self, posts: Rect) -> None:
+        """Follow an edit of the posts of columns x0 to x1 and rows y0 to y1, (x0, y0, x1, y1)."""
+        self._ranges, self._errors_m = [], np.zeros(0)
+        self.bind()
+        bind("clipmap/halve.comp", u_out=self._texture)
+        self._halve["u_weights"] = self.weights
+        low, high = np.array(posts[:2]), np.array(posts[2:])
+        for level, size in list(enumerate(self.sizes))[1:]:
+            low, high = np.maximum(low - _TAPS, 0) // 2, np.minimum((high + _TAPS + 1) // 2 + 1, size)
+            self._halve["u_to"], self._halve["u_first"], self._halve["u_end"] = level, tuple(low), tuple(high)
+            self._halve.run(-(-int(high[0] - low[0]) // 64), int(high[1] - low[1]))
+            self.ctx.memory_barrier(_BARRIER)
+            high = high - 1
+
+    def bind(self) -> None:
+        """Make terrain and pyramid visible to every shader."""
+        self.terrain.bind()
+        bind("clipmap/pyramid.glsl", Pyramid=self._block, u_pyramid=self._texture)
+
+    def read(self) -> list[np.ndarray]:
+        """Heights of every level, (rows, cols) float32 metres above the terrain's base."""
+        all_levels = np.frombuffer(self._texture.read(), "f4").reshape(self._texture.height, self._texture.width)
+        above = [all_levels[y : y + h, x : x + w] for (x, y), (w, h) in zip(self._first, self.sizes, strict=True)]
+        return [self.terrain.filled - np.float32(self.terrain.base_m), *above[1:]]
+
+    def ranges(self, at: np.ndarray, level: np.ndarray) -> np.ndarray:
+        """Least and largest height, at any level of detail, over cells of 2^level posts: (n, 2) metres above the base.
+
+        Parameters
+        ----------
+        at
+            (n, 2) columns and rows of the cells on their level's lattice.
+        level
+            (n,) levels, `FIRST_RANGES` or above.
+        """
+        if not self._ranges:
+            self._ranges = _ranges(self.read())
+        found = np.empty((len(at), 2))
+        for j in np.unique(level):
+            known = min(j, FIRST_RANGES + len(self._ranges) - 1)
+            col, row = at[level == j].T >> j - known
+            found[level == j] = self._ranges[known - FIRST_RANGES][row, col]
+        return found
+
+    def errors_m(self) -> np.ndarray:
+        """Root mean square of what each level misses of the map, in metres: (levels,), at 2^16 posts at random."""
+        if not len(self._errors_m):
+            levels = self.read()
+            posts = np.random.default_rng(0).integers(0, levels[0].shape, (2**16, 2))
+            drawn = np.array([_on_triangles(heights, j, posts, levels[0].shape) for j, heights in enumerate(levels)])
+            self._errors_m = np.sqrt(np.square(drawn - drawn[0]).mean(1))
+        return self._errors_m
+
+    def release(self) -> None:
+        """Release GPU resources."""
+        for resource in (self._texture, self._block, self._halve):
+            resource.release()
+
+
+def _places(sizes: list[tuple[int, int]]) -> list[tuple[int, int]]:
+    """Column and row of each level's first texel: level 1 on the left, those above it in a column to its right."""
+    places, y = [(0, 0), (0, 0)], 0
+    for _, height in sizes[2:]:
+        places.append((sizes[1][0], y))
+        y += height
+    return places
+
+
+def _on_triangles(heights: np.ndarray, level: int, posts: np.ndarray, shape: tuple[int, ...]) -> np.ndarray:
+    """A level's surface at posts (n, 2), row and column: linear on triangles with diagonals from north-west."""
+    last = np.array(shape) - 1
+    at = np.minimum(posts >> level, np.array(heights.shape) - 2)
+    low, high = at << level, np.minimum(at + 1 << level, last)
+    v, u = ((posts - low) / (high - low)).T
+    (y, x), corner = at.T, heights.astype(np.float64)
+    a, b, c, d = corner[y, x], corner[y, x + 1], corner[y + 1, x], corner[y + 1, x + 1]
+    return np.where(u >= v, a + u * (b - a) + v * (d - b), a + v * (c - a) + u * (d - c))
+
+
+def _ranges(levels: list[np.ndarray]) -> list[np.ndarray]:
+    """Of each level from `FIRST_RANGES` on, over its cells: least and largest of its and all finer levels."""
+    levels = levels + levels[-1:] * (FIRST_RANGES + 1 - len(levels))  # the smallest maps have fewer
+    ranges: list[np.ndarray] = []
+    for j, heights in list(enumerate(levels))[FIRST_RANGES:]:
+        first = [_over_cells(levels[i], 2 ** (j - i)) for i in range(j)] if j == FIRST_RANGES else []
+        ranges.append(_joined([_over_cells(heights, 1), *first, *map(_quarter, ranges[-1:])]))
+    return ranges
+
+
+def _over_cells(samples: np.ndarray, side: int) -> np.ndarray:
+    """Least and largest of the samples in and around cells of so many samples a side."""
+
+    def reduced(better: np.ufunc) -> np.ndarray:
+        best = samples
+        for axis in (0, 1):
+            last = best.shape[axis] - 1
+            starts = np.arange(0, last, side)
+            ends = np.minimum(starts + side, last)
+            best = better(better.reduceat(best.take(range(last), axis), starts, axis), best.take(ends, axis))
+        return best
+
+    return np.stack([reduced(np.minimum), reduced(np.maximum)], -1)
+
+
+def _quarter(ranges: np.ndarray) -> np.ndarray:
+    """Ranges of two by two cells."""
+    rows, cols = (np.arange(0, n, 2) for n in ranges.shape[:2])
+    low, high = ranges[..., 0], ranges[..., 1]
+    low = np.minimum.reduceat(np.minimum.reduceat(low, rows, 0), cols, 1)
+    return np.stack([low, np.maximum.reduceat(np.maximum.reduceat(high, rows, 0), cols, 1)], -1)
+
+
+def _joined(ranges: list[np.ndarray]) -> np.ndarray:
+    low, high = (np.stack([each[..., i] for each in ranges]) for i in (0, 1))
+    return np.stack([low.min(0), high.max(0)], -1)

@@ -1,0 +1,140 @@
+"""A study of one view: all methods side by side, their curves, and the table and record of what was found."""
+
+from __future__ import annotations
+
+from collections.abc import Sequence
+from dataclasses import dataclass
+from typing import Any, NamedTuple
+
+from ..camera import Camera
+from ..renderer import Renderer
+from ..steps import Progress
+from .compare import COMPARED, FINE, Comparison, compare, measured, part
+from .curves import BUDGETS, EQUAL, FEWEST, curve, detail_of, drawable, fewest, ideal_curve
+
+_NUMBERS = (  # label, key of an entry's stats, format
+    ("triangles", "triangles", ",d"),
+    ("RMS screen error, px", "rms_error_px", ".3f"),
+    ("largest screen error, px", "max_error_px", ".2f"),
+    ("RMSE of the picture", "image_rmse", ".4f"),
+    ("FLIP of the picture", "flip", ".4f"),
+    ("skyline off, px", "skyline_px", ".3f"),
+    ("frame, ms", "frame", ".0f"),
+)
+
+
+class Line(NamedTuple):
+    """A line of a table: what it says of each method, and which of them is best."""
+
+    label: str
+    cells: list[str]
+    best: list[bool]
+
+    @classmethod
+    def of(cls, label: str, values: Sequence[Any], style: str, compared: bool = True) -> Line:
+        """From numbers, the least of which is best; None where there is none."""
+        least = min((value for value in values if value is not None), default=None)
+        cells = ["–" if value is None else format(value, style) for value in values]
+        return cls(label, cells, [compared and value is not None and value == least for value in values])
+
+
+@dataclass
+class Study:
+    """All that a comparison of one view gives.
+
+    Attributes
+    ----------
+    triangles
+        How many each method was to draw, if that was asked for.
+    curves, ideal
+        What `curve` and `ideal_curve` give, if they were asked for.
+    max_error_px, needed
+        The error asked for, if one was; by method, the stats with the fewest triangles that achieve it, None where
+        nothing does.
+    """
+
+    comparison: Comparison
+    curves: dict[str, list[dict[str, Any]]] | None = None
+    ideal: Any = None
+    max_error_px: float | None = None
+    needed: dict[str, dict[str, Any] | None] | None = None
+    triangles: int | None = None
+
+    def uneven(self) -> dict[str, float]:
+        """By how large a share methods are off the number of triangles they were to draw, where by more than EQUAL."""
+        if not self.triangles:
+            return {}
+        off = {entry.method: entry.stats["triangles"] / self.triangles - 1 for entry in self.comparison.entries}
+        return {method: share for method, share in off.items() if abs(share) > EQUAL}
+
+    def table(self) -> list[Line]:
+        """The numbers, for people."""
+        entries = self.comparison.entries
+        lines = []
+        for label, key, style in _NUMBERS:
+            values = [entry.stats["ms"]["frame"] if key == "frame" else entry.stats[key] for entry in entries]
+            lines.append(Line.of(label, values, style, compared=key != "triangles"))
+        if self.needed:
+            needed = [self.needed[entry.method] for entry in entries]
+            counts = [stats["triangles"] if stats else None for stats in needed]
+            of_all = " RMS" if entries[0].stats["metric"] == "rms" else ""
+            lines.append(Line.of(f"triangles to be within {self.max_error_px:g} px{of_all}", counts, ",d"))
+        return lines
+
+    def record(self) -> dict[str, Any]:
+        """The numbers, for JSON: docs/stats.md."""
+        found: dict[str, Any] = {"truth": self.comparison.stats}
+        found["methods"] = [entry.stats for entry in self.comparison.entries]
+        if self.triangles:
+            found["triangles"] = self.triangles
+        if self.curves:
+            found["curves"] = self.curves
+            points = zip(self.ideal.triangles, self.ideal.rms_px, strict=True)
+            found["ideal"] = [{"triangles": int(n), "rms_error_px": float(px)} for n, px in points]
+        return found | ({"max_error_px": self.max_error_px, "needed": self.needed} if self.needed else {})
+
+
+def study(
+    renderer: Renderer,
+    camera: Camera,
+    triangles: int,
+    max_error_px: float | None = None,
+    with_curves: bool = False,
+    fine: int = FINE,
+    progress: Progress | None = None,
+    **options: Any,
+) -> Study:
+    """Compare all methods in one view.
+
+    Parameters
+    ----------
+    triangles
+        For each method, or as many as all of them can draw (`drawable`); with `max_error_px` as many as it takes to
+        certify that.
+    with_curves
+        Also at other numbers of triangles, `BUDGETS` of this one.
+    fine, progress, options
+        As for `compare`.
+    """
+    certified = {"method": "sat", "max_error_px": max_error_px} | options
+    own = measured(renderer, camera, **certified) if max_error_px else None
+    triangles = max(own["triangles"], FEWEST) if own else drawable(renderer, camera, triangles, **options)
+    details = {method: detail_of(renderer, camera, method, triangles, **options) for method in COMPARED}
+    if own:
+        details["sat"] = {"max_error_px": max_error_px}
+    parts = 1 + with_curves + bool(own)
+    comparison = compare(renderer, camera, details, fine, part(progress, 0, parts), **options)
+    found = Study(comparison, max_error_px=max_error_px, triangles=triangles)
+    most = comparison.stats["triangles"]
+    if with_curves:
+        budgets = [max(FEWEST, round(triangles * share)) for share in BUDGETS if triangles * share < most]
+        found.ideal = ideal_curve(renderer, camera, budgets, options.get("near_m"))
+        found.curves = curve(renderer, camera, COMPARED, budgets, part(progress, 1, parts), **options)
+    if own and max_error_px:
+        found.needed = {"sat": own}
+        for method in COMPARED:
+            if method != "sat":
+                found.needed[method] = fewest(renderer, camera, method, max_error_px, triangles, most, **options)
+    if progress:
+        progress(1.0)
+    return found

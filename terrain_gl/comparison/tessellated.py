@@ -1,0 +1,220 @@
+"""Clipmaps with hardware tessellation: nested rings of patches, each cut by how long its edges are in the picture.
+
+    ┌───┬───┬───┬───┐     Song, Yang, Ji 2017, "Geometry clipmaps terrain rendering using hardware tessellation", IEICE
+    ├───┼─┬─┼─┬─┼───┤     Transactions on Information and Systems E100-D (2); levels of edges after Cantlay 2011,
+    │   ├─┼─┼─┼─┤   │     "DirectX 11 terrain tessellation", NVIDIA.
+    ├───┼─┼─┼─┼─┼───┤
+    │   ├─┼─┼─┼─┤   │     A patch of level j is patch · 2^j posts wide; a ring is `ring` patches a side. An edge between
+    ├───┼─┴─┼─┴─┼───┤     two rings has as many segments as both of the finer ones together
+    └───┴───┴───┴───┘     (glsl/tessellated/levels.comp).
+
+The mesh depends on the view and hardly on the land: no error is certified.
+"""
+
+from __future__ import annotations
+
+import math
+from collections.abc import Mapping
+from dataclasses import dataclass, replace
+from types import MappingProxyType
+from typing import Any, ClassVar
+
+import moderngl
+import numpy as np
+
+from ..camera import Camera, boxes_in_picture
+from ..exceptions import UsageError
+from ..gpu import gl, shaders
+from ..gpu.bindings import bind
+from ..lod import Selection, View
+from ..terrain import Terrain
+from .clipmap import Ring, rings_of
+from .pyramid import Pyramid
+
+MOST = 32  # segments of an edge, as in glsl/tessellated/levels.comp
+_VERTICES = (MOST - 1) ** 2 + 4 * 2 * MOST  # at most, of a patch
+_DRAW = gl.MOST_VERTICES // _VERTICES  # patches in a draw
+_PLACE = np.dtype([("at", "2i4"), ("level", "i4"), ("finer", "i4")])
+MEASURES = np.dtype([("middle_m", "3f4"), ("edge", "f4"), ("middle", "2i4"), ("_", "2i4")])
+_BARRIER = (
+    moderngl.SHADER_STORAGE_BARRIER_BIT | moderngl.VERTEX_ATTRIB_ARRAY_BARRIER_BIT | moderngl.BUFFER_UPDATE_BARRIER_BIT
+)
+
+
+@dataclass(frozen=True)
+class Edges:
+    """The parameters of a tessellated clipmap, which trade triangles for accuracy.
+
+    Attributes
+    ----------
+    edge_px
+        Wanted length of a triangle's edge on the screen.
+    patch
+        Posts along a side of the finest patches, a power of two.
+    ring
+        Patches along a ring's side, even.
+
+    Raises
+    ------
+    UsageError
+        A value outside its range.
+    """
+
+    method: ClassVar[str] = "tessellated"
+    edge_px: float = 8.0
+    patch: int = 16
+    ring: int = 128
+
+    def __post_init__(self) -> None:
+        if not 0 < self.edge_px < 1e9:
+            raise UsageError(f"edge must be more than 0 and less than 1e9 pixels, got {self.edge_px:g}")
+        if self.patch not in (4, 8, 16, 32):
+            raise UsageError(f"patch must be 4, 8, 16 or 32 posts, got {self.patch}")
+        if self.ring % 2 or not 8 <= self.ring < 2**16:
+            raise UsageError(f"ring must be an even number of patches from 8 on, got {self.ring}")
+
+
+_DEFAULT = Edges()
+_CANDIDATES = ((16, 128), (8, 128), (16, 64))  # posts a patch, patches a ring
+_TRIES = 30  # halvings of the range of edges
+
+
+def places_of(ring: Ring) -> np.ndarray:
+    """The ring's patches, (n,) records: place on its lattice, and edges where the neighbour is finer.
+
+    Edges are bits: west, north, east, south.
+    """
+    (west, north, east, south), hole = ring.outline, ring.hole
+    x, y = (v.ravel() for v in np.meshgrid(np.arange(west, east), np.arange(north, south)))
+    across, down = (x >= hole[0]) & (x < hole[2]), (y >= hole[1]) & (y < hole[3])
+    finer = np.stack([(x == hole[2]) & down, (y == hole[3]) & across, (x == hole[0] - 1) & down])
+    finer = np.vstack([finer, [(y == hole[1] - 1) & across]])
+    places = np.zeros(len(x), _PLACE)
+    places["at"], places["level"] = np.stack([x, y], -1), ring.level
+    places["finer"] = (finer << np.arange(4)[:, None]).sum(0)
+    return places[~(across & down)]
+
+
+class Tessellated:
+    """A tessellated clipmap of a terrain; a `surface.Surface`.
+
+    Parameters
+    ----------
+    terrain, view
+        The map, and the camera block to write.
+    pyramid
+        The heights of all levels.
+    """
+
+    stages: Mapping[str, str] = MappingProxyType(
+        {
+            "vertex": "tessellated/patch.vert",
+            "tess_control": "tessellated/patch.tesc",
+            "tess_evaluation": "tessellated/patch.tese",
+        }
+    )
+    defines: Mapping[str, object] = MappingProxyType({})
+    on_heights = False
+    mode = moderngl.PATCHES
+    indices = None
+
+    def __init__(self, terrain: Terrain, view: View, pyramid: Pyramid) -> None:
+        self.ctx, self.terrain, self.view, self.pyramid = terrain.ctx, terrain, view, pyramid
+        self._levels = shaders.compute(self.ctx, "tessellated/levels.comp")
+        self._measures = self.ctx.buffer(reserve=MEASURES.itemsize)
+        self._places = self.ctx.buffer(reserve=_PLACE.itemsize)
+        self._cuts = self.ctx.buffer(reserve=16)
+        self._count = self.ctx.buffer(reserve=4)
+        self.draws = self.ctx.buffer(reserve=gl.COMMAND_STRIDE)
+
+    @property
+    def bytes(self) -> int:
+        """GPU memory of the patches."""
+        return self._places.size + self._cuts.size + self.draws.size
+
+    @property
+    def feed(self) -> list[tuple[Any, ...]]:
+        """A patch is one vertex."""
+        return [(self._cuts, "4u4", "in_cut")]
+
+    def bind(self) -> None:
+        """Make all that the stages read visible to them."""
+        self.pyramid.bind()
+        self.view.bind()
+        bind("tessellated/measures.glsl", Tessellated=self._measures)
+
+    def select(
+        self,
+        camera: Camera,
+        size: tuple[int, int],
+        near_m: float,
+        edges: Edges = _DEFAULT,
+        cull: bool = True,
+        **settings: Any,
+    ) -> Selection:
+        """Choose and cut the patches for a picture of `size`; `settings` are what else the `View` block holds."""
+        places = self._look(camera, size, near_m, edges, cull, **settings)
+        triangles = self._cut(len(places), edges)
+        commands = [(min(_DRAW, len(places) - first), 1, first, 0, 0) for first in range(0, len(places), _DRAW)]
+        self.draws = gl.at_least(self.ctx, self.draws, gl.COMMAND_STRIDE * len(commands))
+        self.draws.write(np.array(commands or [(0,) * 5], "u4").tobytes())
+        most = triangles + 4 * MOST * len(places)
+        return Selection(self, (len(places),), triangles, most, 0, None, len(commands))
+
+    def candidates(self, camera: Camera, size: tuple[int, int], near_m: float, triangles: int) -> list[Edges]:
+        """Edges with about so many triangles in the picture: many small patches, or fewer large ones.
+
+        The best come first: more patches fit the land more closely.
+        """
+        return [self._fit(camera, size, near_m, triangles, Edges(patch=n, ring=ring)) for n, ring in _CANDIDATES]
+
+    def _fit(self, camera: Camera, size: tuple[int, int], near_m: float, triangles: int, edges: Edges) -> Edges:
+        """Edges of such a length that there are about so many triangles in the picture."""
+        patches = len(self._look(camera, size, near_m, edges, cull=True))
+        short, long, tried = 1e-3, 1e6, []
+        for _ in range(_TRIES):
+            middle = replace(edges, edge_px=math.sqrt(short * long))
+            count = self._cut(patches, middle)
+            tried.append((abs(count - triangles), middle))
+            if abs(count - triangles) <= 0.002 * triangles:
+                break
+            short, long = (middle.edge_px, long) if count > triangles else (short, middle.edge_px)
+        return min(tried, key=lambda each: each[0])[1]
+
+    def release(self) -> None:
+        """Release GPU resources."""
+        for resource in (self._levels, self._measures, self._places, self._cuts, self._count, self.draws):
+            resource.release()
+
+    def _look(
+        self, camera: Camera, size: tuple[int, int], near_m: float, edges: Edges, cull: bool, **settings: Any
+    ) -> np.ndarray:
+        """Find the patches in the picture, and send them and the view to the GPU."""
+        self.view.write(self.terrain, camera, size, near_m, cull=cull, **settings)
+        cells, finest = np.array([edges.ring, edges.ring]), edges.patch.bit_length() - 1
+        rings = rings_of(self.terrain.heightmap, camera.eye, cells, finest)
+        places = np.concatenate([places_of(ring) for ring in rings])
+        if cull:
+            places = places[boxes_in_picture(camera, size, near_m, *self._boxes(places))]
+        self._places = gl.at_least(self.ctx, self._places, places.nbytes)
+        self._cuts = gl.at_least(self.ctx, self._cuts, 16 * len(places))
+        self._places.write(places.tobytes())
+        return places
+
+    def _boxes(self, places: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
+        """World boxes that hold the patches: least and largest corners, (n, 3) metres."""
+        low, level = places["at"], places["level"]
+        return self.terrain.boxes(low << level[:, None], low + 1 << level[:, None], self.pyramid.ranges(low, level))
+
+    def _cut(self, patches: int, edges: Edges) -> int:
+        """Find the levels of all edges; returns the number of triangles."""
+        middle, offset_m, z_m = self.view.eye
+        measures = np.array(((*offset_m, z_m), edges.edge_px / self.view.focal_px, middle, (0, 0)), MEASURES)
+        self._measures.write(measures.tobytes())
+        self._count.write(bytes(4))
+        self.bind()
+        bind("tessellated/levels.comp", Places=self._places, Cuts=self._cuts, Count=self._count)
+        self._levels["u_patches"] = patches
+        self._levels.run(max(1, -(-patches // 64)))
+        self.ctx.memory_barrier(_BARRIER)
+        return int(np.frombuffer(self._count.read(), "u4")[0])

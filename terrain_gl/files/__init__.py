@@ -1,0 +1,1 @@
+"""Files of all kinds: what is written, the bundled maps, generated land."""

@@ -1,0 +1,208 @@
+"""Heightmaps out of nothing: seeded land of any size, from rolling hills to canyons, made by a compute shader.
+
+Gradient noise in octaves, moved about by more of it, gives the great forms; stripes that follow the slopes cut gullies;
+a staircase over elevation makes benches and cliffs. A post's height depends on its place alone, counted from the
+north-west corner: neither the size of the map nor the bands that it is made in change it. And the shader only adds,
+multiplies and compares (glsl/generate/exact.glsl), so that one seed gives the same bytes on every driver that
+rounds as GLSL demands; heights are rounded to a step besides.
+
+Specification: `reference.land`.
+"""
+
+from __future__ import annotations
+
+import math
+import os
+import shlex
+from collections.abc import Callable, Iterator
+from dataclasses import dataclass
+from typing import Any
+
+import moderngl
+import numpy as np
+
+from ..exceptions import UsageError
+from ..gpu import shaders
+from ..gpu.bindings import bind
+from ..heightmap import Heightmap
+from .writers import FORMATS, format_of, heightmap_file, least_step
+
+MAX_SIDE = 16384
+MAX_OCTAVES = 16
+MAX_SEED = 2**24 - 1  # more would meet the noise's layers in the hash
+RECIPES = ("canyon", "alpine")  # numbered as in glsl/generate/land.glsl
+RELIEFS_PER_UNIT = 8  # the longest waves, in reliefs
+FINER = 64  # steps of a float file in one of a PNG
+GROUP = 64  # threads of a work group, as in glsl/generate
+BAND_POSTS = 2**20  # made at once: 4 MiB of GPU memory, and a moment even in software
+
+Progress = Callable[[float], None]
+
+
+@dataclass(frozen=True)
+class Land:
+    """What to make.
+
+    Attributes
+    ----------
+    cols, rows
+        Posts, 2 to 16384.
+    seed
+        0 to 16777215; each is another land.
+    cliffs
+        0, rolling hills, to 1, tablelands cut by canyons.
+    octaves
+        Scales of detail, 1 to 16: the longest is 8 reliefs, each further one half as long. By default those that the
+        spacing can show.
+    relief_m
+        Metres from the lowest plain to the highest summit there can be; land that is twice as high is twice as wide,
+        so that slopes stay what they are.
+    spacing_m
+        Metres between posts, at most the relief.
+    recipe
+        "canyon", or "alpine": ranges of ridges, whatever the cliffs.
+
+    Raises
+    ------
+    UsageError
+        A value out of its range.
+    """
+
+    cols: int
+    rows: int
+    seed: int = 0
+    cliffs: float = 0.5
+    octaves: int | None = None
+    relief_m: float = 1000.0
+    spacing_m: float = 10.0
+    recipe: str = RECIPES[0]
+
+    def __post_init__(self) -> None:
+        for side in self.cols, self.rows:
+            _check("size", side, side in range(2, MAX_SIDE + 1), f"2 to {MAX_SIDE} posts a side")
+        _check("seed", self.seed, 0 <= self.seed <= MAX_SEED, f"a whole number from 0 to {MAX_SEED}")
+        _check("cliffs", self.cliffs, 0 <= self.cliffs <= 1, "a number from 0 to 1")
+        few_or_many = self.octaves is None or 1 <= self.octaves <= MAX_OCTAVES
+        _check("octaves", self.octaves, few_or_many, f"1 to {MAX_OCTAVES}")
+        _check("relief", self.relief_m, 1e-3 <= self.relief_m <= 1e6, "0.001 to 1000000 metres")
+        least_m = 1e-6 * self.relief_m
+        spaced = least_m <= self.spacing_m <= self.relief_m
+        _check("spacing", self.spacing_m, spaced, f"{least_m:g} to {self.relief_m:g} metres, the relief")
+        _check("recipe", self.recipe, self.recipe in RECIPES, " or ".join(RECIPES))
+
+    @property
+    def octaves_made(self) -> int:
+        """Octaves asked for, or those whose gullies are six posts wide or more."""
+        shown = math.floor(math.log2(RELIEFS_PER_UNIT * self.relief_m / (2 * self.spacing_m)))
+        return self.octaves or min(max(shown, 1), MAX_OCTAVES)
+
+    @property
+    def z_scale(self) -> float:
+        """Metres per unit of a 16-bit file: the least 1, 2 or 5 times a power of ten that reaches the relief."""
+        return least_step(self.relief_m, 65535)
+
+    @property
+    def words(self) -> str:
+        """The command line that makes this land."""
+        detail = f"--octaves {self.octaves_made} --relief {self.relief_m:.12g} --spacing {self.spacing_m:.12g}"
+        return (
+            f"--size {self.cols}x{self.rows} --seed {self.seed} --cliffs {self.cliffs:.12g} {detail} "
+            f"--recipe {self.recipe}"
+        )
+
+
+def generate(ctx: moderngl.Context, land: Land, progress: Progress | None = None) -> Heightmap:
+    """Make the land in memory; heights as a float file would have them."""
+    bands = bands_of(ctx, land, progress)
+    return Heightmap(np.concatenate([stored(band, land, ".tif") for band in bands]), land.spacing_m, land.words)
+
+
+def write_land(
+    ctx: moderngl.Context, land: Land, path: str | os.PathLike[str], progress: Progress | None = None
+) -> tuple[float, float]:
+    """Write the land to a file, band by band, so that memory stays small; returns the lowest and highest metres.
+
+    Parameters
+    ----------
+    path
+        `.png`: 16 bits, of `land.z_scale` metres each; `.tif`, `.tiff`, `.exr`: metres. How to open it stands in
+        the file's description.
+    progress
+        Called with the part done, 0 to 1.
+
+    Raises
+    ------
+    UsageError
+        An unknown ending.
+    TerrainError
+        The file cannot be written.
+    """
+    suffix = format_of(path)
+    unit = land.z_scale if FORMATS[suffix] == "uint16" else 1.0
+    low, high = math.inf, -math.inf
+    about = f"terrain-gl generate {land.words}, read with {open_options(land, suffix)}"
+    with heightmap_file(path, land.cols, land.rows, about) as file:
+        for band in bands_of(ctx, land, progress):
+            rows = stored(band, land, suffix)
+            low, high = min(low, float(rows.min())), max(high, float(rows.max()))
+            file.write(rows)
+    return low * unit, high * unit
+
+
+def open_options(land: Land, suffix: str) -> str:
+    """Options under which the other commands read the file as it was meant."""
+    scale = land.z_scale if FORMATS[suffix] == "uint16" else 1
+    return f"--spacing {land.spacing_m:.12g} --z-scale {scale:g} --z-offset 0"
+
+
+def shot_command(land: Land, path: str) -> str:
+    """The command that draws a picture of the file."""
+    picture = os.path.splitext(path)[0] + "-shot.png"
+    return f"terrain-gl shot {shlex.quote(path)} {open_options(land, format_of(path))} -o {shlex.quote(picture)}"
+
+
+def bands_of(
+    ctx: moderngl.Context, land: Land, progress: Progress | None = None, posts: int = BAND_POSTS
+) -> Iterator[np.ndarray]:
+    """Heights as parts of the relief, float32 (rows, cols) from 0 to 1, in bands from north to south."""
+    kernel = shaders.compute(ctx, "generate/heights.comp")
+    rows = max(1, posts // land.cols)
+    buffer = ctx.buffer(reserve=4 * land.cols * min(rows, land.rows))
+    try:
+        for first in range(0, land.rows, rows):
+            size = land.cols, min(rows, land.rows - first)
+            _set(kernel, land, size, first)
+            bind("generate/heights.comp", Heights=buffer)
+            kernel.run(-(-size[0] // GROUP), size[1])
+            ctx.memory_barrier(moderngl.BUFFER_UPDATE_BARRIER_BIT)
+            yield np.frombuffer(buffer.read(4 * size[0] * size[1]), "<f4").reshape(size[::-1])
+            if progress:
+                progress((first + size[1]) / land.rows)
+    finally:
+        buffer.release()
+        kernel.release()
+
+
+def stored(band: np.ndarray, land: Land, suffix: str) -> np.ndarray:
+    """Parts of the relief as the file has them: whole steps in 16 bits, or float32 metres of steps 64 times finer."""
+    steps = band.astype(np.float64) * (land.relief_m / land.z_scale)
+    if FORMATS[suffix] == "uint16":
+        return np.rint(steps).astype(np.uint16)
+    return (np.rint(steps * FINER) * (land.z_scale / FINER)).astype(np.float32)
+
+
+def _set(kernel: Any, land: Land, size: tuple[int, int], first_row: int) -> None:
+    kernel["u_size"], kernel["u_first_row"] = size, first_row
+    kernel["u_step"] = step_of(land)
+    kernel["u_seed"], kernel["u_cliffs"], kernel["u_octaves"] = land.seed, land.cliffs, land.octaves_made
+    kernel["u_recipe"] = RECIPES.index(land.recipe)
+
+
+def step_of(land: Land) -> float:
+    """From post to post, in the units of the noise."""
+    return land.spacing_m / (RELIEFS_PER_UNIT * land.relief_m)
+
+
+def _check(name: str, value: object, valid: bool, expected: str) -> None:
+    if not valid:
+        raise UsageError(f"{name} must be {expected}, got {value}")

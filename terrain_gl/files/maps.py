@@ -1,0 +1,108 @@
+"""The bundled heightmaps, by name, each with the scales it is stored in and the view it is first seen in."""
+
+from __future__ import annotations
+
+import filecmp
+import json
+import os
+from dataclasses import dataclass
+from functools import cache
+from typing import Any
+
+from ..camera import Camera, Vector
+from ..exceptions import TerrainError
+from ..heightmap import Heightmap
+from ..readers import files_of
+from ..resources import folder
+
+SCALES = ("spacing_m", "z_scale", "z_offset_m")
+
+
+@dataclass(frozen=True)
+class BundledMap:
+    """A map that comes with the program.
+
+    Attributes
+    ----------
+    path
+        The file.
+    spacing_m, z_scale, z_offset_m
+        As `Heightmap.open` takes them.
+    eye, target, fov_deg, sun
+        The first view, and the sun's azimuth and elevation in degrees.
+    """
+
+    name: str
+    path: str
+    spacing_m: float
+    z_scale: float
+    z_offset_m: float
+    eye: Vector
+    target: Vector
+    fov_deg: float
+    sun: tuple[float, float]
+
+    @property
+    def camera(self) -> Camera:
+        """The view in which the map is first seen."""
+        return Camera(self.eye, self.target, self.fov_deg)
+
+
+@cache
+def bundled() -> dict[str, BundledMap]:
+    """All bundled maps by name."""
+    maps = folder("heightmaps")
+    entries = json.loads((maps / "maps.json").read_text("utf-8"))
+    return {name: _bundled(name, str(maps / entry["file"]), entry) for name, entry in entries.items()}
+
+
+def find_bundled(name_or_path: str) -> BundledMap | None:
+    """The bundled map of that name, or the one that the file of that path is a copy of; an existing file comes first.
+
+    Raises
+    ------
+    TerrainError
+        Neither a file nor a bundled map.
+    """
+    maps = bundled()
+    if os.path.exists(name_or_path):
+        return next((known for known in maps.values() if _same_file(known.path, name_or_path)), None)
+    if name_or_path not in maps:
+        raise TerrainError(f"{name_or_path}: neither a file nor a bundled map ({', '.join(maps)})")
+    return maps[name_or_path]
+
+
+def files_read(name_or_path: str) -> list[str]:
+    """The real paths of the files that opening a map reads: of a bundled map, of a file, of a mosaic's sources."""
+    known = None if os.path.exists(name_or_path) else bundled().get(name_or_path)
+    return files_of(known.path if known else name_or_path)
+
+
+def open_map(name_or_path: str, **options: Any) -> tuple[Heightmap, BundledMap | None]:
+    """Open a bundled map or a file, and tell which bundled map it is, unless options give it another shape.
+
+    Parameters
+    ----------
+    options
+        As `Heightmap.open` takes them; those that are None are as if not given.
+    """
+    known = find_bundled(name_or_path)
+    given = {key: value for key, value in options.items() if value is not None}
+    own = {key: getattr(known, key) for key in SCALES} if known else {}
+    heightmap = Heightmap.open(known.path if known else name_or_path, **own | given)
+    if known:
+        heightmap.name = known.name
+    return heightmap, None if given.keys() & set(SCALES) else known
+
+
+def _bundled(name: str, path: str, entry: dict[str, Any]) -> BundledMap:
+    view = entry["view"]
+    scales = entry["spacing_m"], entry["z_scale"], entry["z_offset_m"]
+    return BundledMap(name, path, *scales, tuple(view["eye"]), tuple(view["target"]), view["fov"], tuple(view["sun"]))
+
+
+def _same_file(known: str, path: str) -> bool:
+    try:
+        return os.path.isfile(path) and filecmp.cmp(known, path, shallow=False)
+    except OSError:  # unreadable: the reader will say so
+        return False

@@ -1,0 +1,182 @@
+"""Standard views: where to stand on a map that nobody has seen yet. The same map gives the same views.
+
+valley   low down where the land around rises most, looking up at the highest place of it that is in sight
+ridge    high up where the land falls off most, looking out over the lowest place near
+high     far above, looking down obliquely over the middle of the map
+default  from outside, over the middle half (`Camera.default`)
+"""
+
+from __future__ import annotations
+
+import math
+from collections.abc import Callable
+
+import numpy as np
+
+from ..camera import Camera
+from ..heightmap import Heightmap
+
+_BLOCKS = 64  # blocks of posts a side in which places are looked for
+_INSIDE = 1 / 8  # of the map, on every side, is left out: there is land all around where the eye stands
+_REACH = 1 / 8  # of the longer side: how far a view looks for what rises, or falls off
+_TRIES = 64  # places that are tried for a free sight
+Post = tuple[int, int]
+
+
+def standard_view(heightmap: Heightmap, name: str = "default", fov_deg: float = 45.0) -> Camera:
+    """The camera of a standard view, one of `VIEWS`; on a map too narrow to stand on, the default."""
+    narrow = min(heightmap.rows, heightmap.cols) < 3
+    return VIEWS["default" if narrow else name](heightmap, fov_deg)
+
+
+def valley(heightmap: Heightmap, fov_deg: float = 45.0) -> Camera:
+    """Stand low, look up: at the highest place within an eighth of the map, where nothing stands before it."""
+    blocks = _Blocks(heightmap)
+    rise = blocks.around(blocks.high, _REACH) - blocks.low
+    places = blocks.best(np.where(blocks.inside, rise, -np.inf))[:_TRIES]
+    lows = [blocks.floor(place) for place in places]
+    sights = [(low, blocks.highest(low, _REACH / 3, _REACH)) for low in lows]
+    eye, target = next((sight for sight in sights if _in_sight(heightmap, *sight)), sights[0])
+    x, y, z = _world(heightmap, target)
+    ground = _world(heightmap, eye)[2]
+    return _look(heightmap, eye, (x, y, ground + 0.4 * (z - ground)), fov_deg)
+
+
+def ridge(heightmap: Heightmap, fov_deg: float = 45.0) -> Camera:
+    """Stand high, look out: over the lowest place within an eighth of the map, 8 degrees below the horizon."""
+    blocks = _Blocks(heightmap)
+    drop = blocks.high + blocks.around(-blocks.low, _REACH / 3)
+    eye = blocks.post(blocks.best(np.where(blocks.inside, blocks.high + drop, -np.inf))[0], lowest=False)
+    x, y, _ = _world(heightmap, blocks.lowest_inward(eye, _REACH / 3, _REACH))
+    stand = _stand(heightmap, eye)
+    down = math.tan(math.radians(8.0)) * math.hypot(x - stand[0], y - stand[1])
+    return _look(heightmap, eye, (x, y, stand[2] - down), fov_deg)
+
+
+def high(heightmap: Heightmap, fov_deg: float = 45.0) -> Camera:
+    """Look down at the middle, 35 degrees below the horizon, from a distance of a third of the map."""
+    yaw, pitch = math.radians(15.0), math.radians(35.0)
+    away = max(heightmap.extent_m) / 3 + (heightmap.range_m[1] - heightmap.range_m[0]) / math.sin(pitch)
+    forward = np.array([math.sin(yaw) * math.cos(pitch), math.cos(yaw) * math.cos(pitch), -math.sin(pitch)])
+    middle = np.array([*np.divide(heightmap.extent_m, 2), heightmap.range_m[0]])
+    return Camera(tuple(middle - away * forward), tuple(middle), fov_deg)
+
+
+VIEWS: dict[str, Callable[[Heightmap, float], Camera]] = {
+    "default": Camera.default,
+    "valley": valley,
+    "ridge": ridge,
+    "high": high,
+}
+
+
+class _Blocks:
+    """Lowest and highest post of each block of the map; voids are neither."""
+
+    def __init__(self, heightmap: Heightmap) -> None:
+        self.heightmap = heightmap
+        self.side = max(1, -(-max(heightmap.rows, heightmap.cols) // _BLOCKS))
+        rows, cols = np.arange(0, heightmap.rows, self.side), np.arange(0, heightmap.cols, self.side)
+        self.low, self.high = (self._reduce(reduce, rows, cols) for reduce in (np.fmin, np.fmax))
+        self.low = np.where(np.isnan(self.low), np.inf, self.low)
+        self.high = np.where(np.isnan(self.high), -np.inf, self.high)
+        y, x = np.meshgrid(_from_middle(len(rows)), _from_middle(len(cols)), indexing="ij")
+        self.off_middle = np.hypot(x, y)
+        self.inside = np.maximum(np.abs(x), np.abs(y)) <= 1 - 2 * _INSIDE
+        self.inside &= np.isfinite(self.low)
+        if not self.inside.any():
+            self.inside = np.isfinite(self.low)
+
+    def _reduce(self, reduce: np.ufunc, rows: np.ndarray, cols: np.ndarray) -> np.ndarray:
+        return reduce.reduceat(reduce.reduceat(self.heightmap.heights, rows, axis=0), cols, axis=1).astype(np.float64)
+
+    def around(self, values: np.ndarray, share: float) -> np.ndarray:
+        """The largest value within a share of the map's longer side, as a square."""
+        reach = max(1, round(share * max(values.shape)))
+        for axis in (0, 1):
+            padding = [(reach, reach) if axis == a else (0, 0) for a in (0, 1)]
+            padded = np.pad(values, padding, constant_values=-np.inf)
+            values = np.lib.stride_tricks.sliding_window_view(padded, 2 * reach + 1, axis).max(-1)
+        return values
+
+    def best(self, score: np.ndarray) -> list[Post]:
+        """Blocks in falling order of score; of equal ones, that nearest to the middle first."""
+        order = np.lexsort((self.off_middle.ravel(), -score.ravel()))
+        return [(int(i) // score.shape[1], int(i) % score.shape[1]) for i in order]
+
+    def post(self, block: Post, lowest: bool) -> Post:
+        """Row and column of a block's lowest or highest post."""
+        row, col = block[0] * self.side, block[1] * self.side
+        heights = self.heightmap.heights[row : row + self.side, col : col + self.side]
+        at = int(np.nanargmin(heights) if lowest else np.nanargmax(heights))
+        return row + at // heights.shape[1], col + at % heights.shape[1]
+
+    def floor(self, block: Post) -> Post:
+        """Row and column of a block's post that is lowest with its neighbours: not at the foot of a wall."""
+        row, col = self.side * block[0], self.side * block[1]
+        heights = self.heightmap.heights[max(0, row - 1) : row + self.side + 1, max(0, col - 1) : col + self.side + 1]
+        solid = np.where(np.isnan(heights), np.inf, heights)
+        if min(solid.shape) < 3:
+            return self.post(block, lowest=True)
+        walls = np.lib.stride_tricks.sliding_window_view(solid, (3, 3)).max((2, 3))
+        at = int(walls.argmin())
+        if not np.isfinite(walls.flat[at]):
+            return self.post(block, lowest=True)
+        return max(0, row - 1) + 1 + at // walls.shape[1], max(0, col - 1) + 1 + at % walls.shape[1]
+
+    def highest(self, post: Post, nearest: float, farthest: float) -> Post:
+        """The highest post of the blocks between two shares of the map's longer side away."""
+        return self._extreme(self.high, post, nearest, farthest, lowest=False)
+
+    def lowest_inward(self, post: Post, nearest: float, farthest: float) -> Post:
+        """The lowest such post, not farther from the map's middle: where there is more land to see."""
+        off_middle = self.off_middle[post[0] // self.side, post[1] // self.side]
+        score = np.where(self.off_middle <= off_middle, -self.low, -np.inf)
+        return self._extreme(score, post, nearest, farthest, lowest=True)
+
+    def _extreme(self, score: np.ndarray, post: Post, nearest: float, farthest: float, lowest: bool) -> Post:
+        rows, cols = np.indices(score.shape)
+        away = np.hypot(rows - post[0] // self.side, cols - post[1] // self.side) / max(score.shape)
+        score = np.where((away >= nearest) & (away <= farthest), score, -np.inf)
+        block = self.best(score)[0]
+        return self.post(block, lowest) if np.isfinite(score[block]) else _middle(self.heightmap)
+
+
+def _from_middle(n: int) -> np.ndarray:
+    return (np.arange(n) + 0.5) / n * 2 - 1
+
+
+def _middle(heightmap: Heightmap) -> Post:
+    return heightmap.rows // 2, heightmap.cols // 2
+
+
+def _world(heightmap: Heightmap, post: Post) -> np.ndarray:
+    """(3,) world metres of a post; over a void, at the map's lowest height."""
+    east, north = heightmap.spacing_m
+    z = float(heightmap.heights[post])
+    return np.array(
+        [post[1] * east, (heightmap.rows - 1 - post[0]) * north, heightmap.range_m[0] if np.isnan(z) else z]
+    )
+
+
+def _stand(heightmap: Heightmap, post: Post) -> np.ndarray:
+    """(3,) world metres of an eye: a spacing above all posts next to this one."""
+    x, y, z = _world(heightmap, post)
+    around = heightmap.heights[max(0, post[0] - 1) : post[0] + 2, max(0, post[1] - 1) : post[1] + 2]
+    return np.array([x, y, np.fmax.reduce(around, axis=None, initial=z) + min(heightmap.spacing_m)])
+
+
+def _in_sight(heightmap: Heightmap, eye: Post, target: Post) -> bool:
+    """Whether the ground is below the line from eye to target, up to close before it."""
+    t = np.linspace(0.02, 0.95, 128)
+    rows, cols = (np.round(a + t * (b - a)).astype(int) for a, b in zip(eye, target, strict=True))
+    a, b = _stand(heightmap, eye)[2], _world(heightmap, target)[2]
+    return not (heightmap.heights[rows, cols] > a + t * (b - a)).any()
+
+
+def _look(heightmap: Heightmap, eye: Post, target: tuple[float, float, float], fov_deg: float) -> Camera:
+    """Stand at a post and look at a point; north where that is straight above or below."""
+    stand = _stand(heightmap, eye)
+    if np.hypot(target[0] - stand[0], target[1] - stand[1]) < min(heightmap.spacing_m):
+        target = stand[0], stand[1] + max(heightmap.extent_m), stand[2]
+    return Camera((stand[0], stand[1], stand[2]), target, fov_deg)

@@ -1,0 +1,152 @@
+"""Heightmap files, written row by row: 16-bit PNG, float TIFF or EXR. They appear whole or not at all."""
+
+from __future__ import annotations
+
+import math
+import os
+from collections.abc import Callable, Iterator
+from contextlib import contextmanager
+from pathlib import Path
+from typing import Any
+
+import numpy as np
+import OpenImageIO as oiio
+
+from ..exceptions import TerrainError, UsageError
+from ..heightmap import Heightmap
+from ..image import make_sure_of_space, reason_of, replacing
+
+FORMATS = {".png": "uint16", ".tif": "float", ".tiff": "float", ".exr": "float"}
+MOST_STEPS = 65534  # of a 16-bit file with voids
+VOID = 65535
+BAND_POSTS = 2**20  # written at once
+
+Progress = Callable[[float], None]
+
+
+def write_heightmap(
+    path: str | os.PathLike[str], heightmap: Heightmap, progress: Progress | None = None
+) -> dict[str, Any]:
+    """Write a map, voids and all.
+
+    Parameters
+    ----------
+    path
+        `.tif`, `.tiff`, `.exr`: float32 metres, bit by bit, voids NaN. `.png`: 16-bit steps, rounded to the nearest,
+        as fine as `least_step` finds them; voids 65535.
+    progress
+        Called with the part done, 0 to 1.
+
+    Returns
+    -------
+    dict
+        What `Heightmap.open` needs besides the path to have the same map again.
+
+    Raises
+    ------
+    UsageError
+        An unknown ending.
+    TerrainError
+        The file cannot be written.
+    """
+    suffix = format_of(path)
+    opening = opening_of(heightmap, suffix)
+    rows = max(1, BAND_POSTS // heightmap.cols)
+    with heightmap_file(path, heightmap.cols, heightmap.rows, f"heights, read with {as_options(opening)}") as file:
+        for first in range(0, heightmap.rows, rows):
+            band = heightmap.heights[first : first + rows]
+            file.write(_steps(band, opening) if FORMATS[suffix] == "uint16" else band)
+            if progress:
+                progress(min(1.0, (first + rows) / heightmap.rows))
+    return opening
+
+
+def opening_of(heightmap: Heightmap, suffix: str) -> dict[str, Any]:
+    """What `Heightmap.open` needs to read a file of these heights."""
+    spacing = {"spacing_m": heightmap.spacing_m}
+    if FORMATS[suffix] == "float":
+        return spacing
+    low, high = heightmap.range_m
+    z_offset_m = float(math.floor(low))
+    voids = {"nodata": float(VOID)} if heightmap.voids else {}
+    return spacing | {"z_scale": least_step(high - z_offset_m), "z_offset_m": z_offset_m} | voids
+
+
+def as_options(opening: dict[str, Any]) -> str:
+    """The same as options of a command."""
+    east, north = opening["spacing_m"]
+    words = [f"--spacing {east:.12g}" if east == north else f"--spacing {east:.12g},{north:.12g}"]
+    names = {"z_scale": "--z-scale", "z_offset_m": "--z-offset", "nodata": "--nodata"}
+    return " ".join(words + [f"{option} {opening[key]:.12g}" for key, option in names.items() if key in opening])
+
+
+def least_step(relief_m: float, steps: int = MOST_STEPS) -> float:
+    """The least 1, 2 or 5 times a power of ten of which so many steps reach a relief."""
+    least = max(relief_m, 1e-3) / steps
+    exponent = math.floor(math.log10(least))
+    return next(step for digit in (1, 2, 5, 10) if (step := float(f"{digit}e{exponent}")) >= least)
+
+
+def format_of(path: str | os.PathLike[str]) -> str:
+    """Ending of the file's name, in small letters; `UsageError` if it is none of `FORMATS`."""
+    suffix = Path(path).suffix.lower()
+    if suffix not in FORMATS:
+        raise UsageError(f"{path}: a heightmap's name must end in one of {', '.join(FORMATS)}")
+    return suffix
+
+
+@contextmanager
+def heightmap_file(path: str | os.PathLike[str], cols: int, rows: int, description: str) -> Iterator[HeightmapFile]:
+    """Give a file to write all rows of a map to; it takes the place of `path` when the block ends without an error.
+
+    Raises
+    ------
+    TerrainError
+        The file cannot be written.
+    """
+    suffix = format_of(path)
+    with replacing(path) as beside:
+        make_sure_of_space(beside, cols * rows * (2 if FORMATS[suffix] == "uint16" else 4))
+        with HeightmapFile(beside, path, (cols, rows), FORMATS[suffix], description) as file:
+            yield file
+
+
+class HeightmapFile:
+    """A heightmap file, written row by row: `heightmap_file` makes one."""
+
+    def __init__(
+        self, beside: Path, path: str | os.PathLike[str], size: tuple[int, int], dtype: str, description: str
+    ) -> None:
+        self.path, self.row = path, 0
+        spec = oiio.ImageSpec(*size, 1, dtype)
+        spec.attribute("ImageDescription", description)
+        spec.attribute("compression", "zip")
+        if dtype == "float":
+            spec.attribute("DateTime", "1970:01:01 00:00:00")  # today's would be written, and no two files be the same
+        self.file: Any = oiio.ImageOutput.create(os.fspath(beside))
+        self._ensure(self.file is not None and self.file.open(os.fspath(beside), spec))
+
+    def __enter__(self) -> HeightmapFile:
+        return self
+
+    def write(self, rows: np.ndarray) -> None:
+        """Add rows below those that there are, in the file's own type."""
+        end = self.row + len(rows)
+        self._ensure(self.file.write_scanlines(self.row, end, 0, rows[..., None]))
+        self.row = end
+
+    def __exit__(self, error: Any, *_: object) -> None:
+        closed = self.file.close()
+        if error is None:
+            self._ensure(closed)
+
+    def _ensure(self, done: bool) -> None:
+        if not done:
+            raise TerrainError(f"{self.path}: cannot write: {reason_of(self.file or oiio)}")
+
+
+def _steps(heights: np.ndarray, opening: dict[str, Any]) -> np.ndarray:
+    """Heights as 16-bit steps."""
+    void = np.isnan(heights)
+    steps = np.rint((heights.astype(np.float64) - opening["z_offset_m"]) / opening["z_scale"])
+    return np.where(void, VOID, np.where(void, 0, steps)).astype(np.uint16)

@@ -1,0 +1,90 @@
+"""Frames: a picture with its numbers, and what is known of the mesh that was drawn last."""
+
+from __future__ import annotations
+
+from dataclasses import dataclass, field
+from functools import cached_property
+from typing import Any
+
+import numpy as np
+
+from .camera import Camera
+from .image import png_bytes
+from .lod import Selection
+from .mesh import captured_triangles
+from .methods import BASELINES
+from .options import RenderOptions
+
+Size = tuple[int, int]
+
+
+@dataclass
+class Frame:
+    """A picture and its numbers.
+
+    Attributes
+    ----------
+    image
+        (height, width, 4) uint8 sRGB, first row on top.
+    stats
+        Triangles, patches, certified error, times in milliseconds, GPU bytes: see docs/stats.md.
+    """
+
+    image: np.ndarray
+    stats: dict[str, Any]
+
+    def _repr_png_(self) -> bytes:
+        """The picture, where a notebook shows a frame."""
+        return png_bytes(self.image)
+
+
+@dataclass
+class DrawnFrame:
+    """A mesh that was chosen for a picture.
+
+    Attributes
+    ----------
+    camera
+        The camera that the mesh was chosen for.
+    eye
+        The camera that looks at it: another one where the level of detail is frozen (`RenderOptions.chosen_for`).
+    size
+        Width and height of the picture in pixels.
+    near_m
+        Distance of the near plane.
+    has_picture
+        Whether the renderer's picture shows this mesh.
+    stats
+        As `Frame.stats`.
+    """
+
+    camera: Camera
+    eye: Camera
+    size: Size
+    near_m: float
+    options: RenderOptions
+    selection: Selection
+    has_picture: bool = False
+    stats: dict[str, Any] = field(default_factory=dict)
+
+    @cached_property
+    def triangles(self) -> tuple[np.ndarray, np.ndarray]:
+        """Corners and heights of all triangles, as `captured_triangles` returns them."""
+        return captured_triangles(self.selection)
+
+    def summary(self) -> dict[str, Any]:
+        """What was asked for and what was chosen, by the keys of docs/stats.md."""
+        selection, options = self.selection, self.options
+        return {
+            "method": options.method,
+            "metric": options.metric,
+            "triangles": selection.triangles,
+            "patches": selection.patches,
+            "splits": selection.splits,
+            "certified_max_error_px": selection.certified_px,
+            "requested_max_error_px": None if options.method in BASELINES else options.max_error_px,
+            "requested_triangles": options.triangles,
+            "lambda": selection.price,
+            "width": self.size[0],
+            "height": self.size[1],
+        }

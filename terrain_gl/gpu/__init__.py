@@ -1,0 +1,1 @@
+"""OpenGL itself: contexts, shaders, block layouts, timers."""

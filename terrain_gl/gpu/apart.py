@@ -1,0 +1,75 @@
+"""A back end tried in a process of its own, because a driver that is missing or broken may end the process.
+
+Mesa does so where GALLIUM_DRIVER names a driver that it lacks, as WSL's d3d12. EGL, the first choice, is quick to say
+no instead, and is tried apart only if the environment names a driver.
+"""
+
+from __future__ import annotations
+
+import json
+import os
+import signal
+import subprocess
+import sys
+from functools import cache
+
+from ..exceptions import TerrainError
+
+_NAMED = ("GALLIUM_DRIVER", "MESA_LOADER_DRIVER_OVERRIDE", "LIBGL_DRIVERS_PATH", "LIBGL_ALWAYS_SOFTWARE", "DISPLAY")
+_DRIVERS = _NAMED[:3]
+_LONGEST_S = 60.0
+_CHILD = """
+import json, sys
+from terrain_gl.exceptions import TerrainError
+from terrain_gl.gpu.context import newest
+try:
+    with newest(sys.argv[1]) as ctx:
+        told = {"works": [ctx.info["GL_RENDERER"], ctx.info["GL_VERSION"]]}
+except TerrainError as error:
+    told = {"reason": str(error)}
+print(json.dumps(told), flush=True)
+"""
+
+
+def may_crash(name: str) -> bool:
+    """Tell whether a back end is to be tried apart first."""
+    return name != "egl" or any(os.environ.get(variable) for variable in _DRIVERS)
+
+
+def try_apart(name: str) -> tuple[str, str]:
+    """Give renderer and version of a back end.
+
+    Raises
+    ------
+    TerrainError
+        It does not work; one line says why.
+    """
+    return _tried(name, tuple(os.environ.get(variable, "") for variable in _NAMED))
+
+
+@cache
+def _tried(name: str, environment: tuple[str, ...]) -> tuple[str, str]:
+    command = [sys.executable, "-c", _CHILD, name]
+    paths = os.environ | {"PYTHONPATH": os.pathsep.join(filter(None, sys.path))}
+    try:
+        done = subprocess.run(
+            command, env=paths, stdin=subprocess.DEVNULL, capture_output=True, text=True, timeout=_LONGEST_S
+        )
+    except subprocess.TimeoutExpired:
+        raise TerrainError(f"{name}: its driver does not answer within {_LONGEST_S:g} s{_advice()}") from None
+    if done.returncode:
+        raise TerrainError(f"{name}: its driver ends the process ({_how(done.returncode)}){_advice()}")
+    told = json.loads(done.stdout.splitlines()[-1])
+    if "reason" in told:
+        raise TerrainError(told["reason"])
+    renderer, version = told["works"]
+    return renderer, version
+
+
+def _how(status: int) -> str:
+    return signal.Signals(-status).name if status < 0 else f"status {status}"
+
+
+def _advice() -> str:
+    named = [f"{variable}={value}" for variable in _DRIVERS if (value := os.environ.get(variable))]
+    return f"; the environment says {', '.join(named)}: unset it" if named else ""

@@ -1,0 +1,76 @@
+"""Binding numbers: GLSL declares them, Python reads the declarations.
+
+    bind("sat/reduce.comp", Words=buffer, StripSums=sums)
+
+binds each resource to the place that the file, or a file that it includes, declares under that name. The declarations
+are read from the source and not from a program: a block that all programs share has no program to ask, and moderngl
+does not report the places of images.
+"""
+
+from __future__ import annotations
+
+import re
+from functools import cache
+from typing import NamedTuple
+
+import moderngl
+
+from . import gl, shaders
+
+Resource = moderngl.Buffer | moderngl.Texture | moderngl.TextureArray | gl.WordTexture
+
+# layout(std430, binding = 1) readonly buffer Boxes { ...
+# layout(r32f, binding = 0) uniform writeonly image2D u_out;
+_DECLARATION = re.compile(
+    r"layout\s*\([^)]*?\bbinding\s*=\s*(?P<number>\d+)[^)]*\)\s*"
+    r"(?P<before>(?:\w+\s+)*?)(?P<storage>uniform|buffer)\s+(?P<after>(?:\w+\s+)*?)(?P<name>\w+)\s*(?P<end>[{;])"
+)
+
+
+class Place(NamedTuple):
+    """Where a shader expects a resource."""
+
+    kind: str  # "uniform block", "storage block", "sampler" or "image"
+    number: int
+    read: bool  # whether shaders read it, and whether they write it
+    write: bool
+
+
+@cache
+def places(path: str) -> dict[str, Place]:
+    """Read all declarations in the shader `path` and in what it includes, by name."""
+    return {match["name"]: _place(match) for match in _DECLARATION.finditer(shaders.source(path))}
+
+
+def _place(match: re.Match[str]) -> Place:
+    words = (match["before"] + match["after"]).split()
+    block = match["end"] == "{"
+    kind = f"{'storage' if match['storage'] == 'buffer' else 'uniform'} block" if block else "sampler"
+    if any("image" in word for word in words):
+        kind = "image"
+    return Place(kind, int(match["number"]), "writeonly" not in words, "readonly" not in words)
+
+
+def bind(path: str, **resources: Resource) -> None:
+    """Bind buffers and textures to the places that the shader `path` declares for them.
+
+    Raises
+    ------
+    ShaderError
+        If the shader declares no block, sampler or image of that name.
+    """
+    declared = places(path)
+    for name, resource in resources.items():
+        if name not in declared:
+            raise shaders.ShaderError(f"glsl/{path} has no binding for {name}; it declares {', '.join(declared)}")
+        _bind(declared[name], resource)
+
+
+def _bind(place: Place, resource: Resource) -> None:
+    if isinstance(resource, moderngl.Buffer):
+        storage = place.kind == "storage block"
+        (resource.bind_to_storage_buffer if storage else resource.bind_to_uniform_block)(place.number)
+    elif place.kind == "image" and not isinstance(resource, gl.WordTexture):
+        resource.bind_to_image(place.number, read=place.read, write=place.write)
+    else:
+        resource.use(place.number)

@@ -1,0 +1,248 @@
+"""The few OpenGL calls that moderngl does not wrap: depth range, limits, capture of tessellated patches."""
+
+from __future__ import annotations
+
+import ctypes
+from collections.abc import Callable, Iterator, Sequence
+from contextlib import contextmanager
+from ctypes import POINTER, byref, c_int, c_int64, c_uint, c_void_p
+from typing import Any
+
+import moderngl
+
+from ..exceptions import TerrainError
+
+_TRIANGLES = 0x0004
+_UNSIGNED_INT = 0x1405
+_LOWER_LEFT, _ZERO_TO_ONE = 0x8CA1, 0x935F
+_QUERY_RESULT = 0x8866
+_PRIMITIVES_GENERATED, _PRIMITIVES_WRITTEN = 0x8C87, 0x8C88
+_RASTERIZER_DISCARD = 0x8C89
+_FEEDBACK_BUFFER = 0x8C8E
+_INDIRECT_BUFFER = 0x8F3F
+_FRAMEBUFFER, _FRAMEBUFFER_BINDING = 0x8D40, 0x8CA6
+_DEFAULT_WIDTH, _DEFAULT_HEIGHT = 0x9310, 0x9311
+_TEXTURE0, _TEXTURE_BUFFER, _R32UI = 0x84C0, 0x8C2A, 0x8236
+SOFTWARE = ("llvmpipe", "softpipe")  # Mesa's renderers without a GPU, as they call themselves
+MOST_VERTICES = 65535  # that tessellation may make in one draw: Mesa's software renderer counts them in 16 bits
+COMMAND_STRIDE = 20  # bytes between indirect commands, as moderngl's own render_indirect has it
+
+_LIMITS = {
+    "texture_size": 0x0D33,
+    "texture_layers": 0x88FF,
+    "storage_block_bytes": 0x90DE,
+    "storage_blocks": 0x90DD,
+    "compute_storage_blocks": 0x90DB,
+    "uniform_block_bytes": 0x8A30,
+    "tess_level": 0x8E7E,
+    "patch_vertices": 0x8E7D,
+    "samples": 0x8D57,
+    "renderbuffer_size": 0x84E8,
+    "texture_buffer_texels": 0x8C2B,
+}
+
+
+def function(ctx: moderngl.Context, name: str, result: Any, *arguments: Any) -> Callable[..., Any]:
+    """OpenGL function `name` of the context, as a ctypes function; `TerrainError` if the driver has none."""
+    address = ctx.mglo._context.load_opengl_function(name)  # the loader that the context was made with
+    if not address:
+        raise TerrainError(f"{ctx.info['GL_RENDERER']} has no {name}; a driver with OpenGL 4.3 is needed")
+    return ctypes.CFUNCTYPE(result, *arguments)(address)
+
+
+def clip_control_zero_to_one(ctx: moderngl.Context) -> bool:
+    """Make clip-space depth run from 0 to 1, as reversed depth wants; False where the driver cannot."""
+    if ctx.version_code < 450 and "GL_ARB_clip_control" not in ctx.extensions:
+        return False
+    function(ctx, "glClipControl", None, c_uint, c_uint)(_LOWER_LEFT, _ZERO_TO_ONE)
+    return True
+
+
+def use_default_framebuffer(ctx: moderngl.Context) -> None:
+    """Bind framebuffer 0: moderngl binds its last one again after making another, an error once that is released."""
+    ctx.detect_framebuffer(0).use()
+
+
+def release_with_pixels(framebuffer: moderngl.Framebuffer) -> None:
+    """Give a framebuffer back with what it draws into; released alone it leaves that behind."""
+    for pixels in framebuffer.color_attachments:
+        pixels.release()
+    framebuffer.release()
+
+
+def limits(ctx: moderngl.Context) -> dict[str, int]:
+    """Sizes that the driver guarantees, in texels, bytes or counts; also `viewport_size` (the smaller side)."""
+    get = function(ctx, "glGetInteger64v", None, c_uint, POINTER(c_int64))
+    pair = (c_int64 * 2)()
+
+    def value(name: int) -> int:
+        get(name, pair)
+        return pair[0]
+
+    found = {key: value(name) for key, name in _LIMITS.items()}
+    get(0x0D3A, pair)
+    return found | {"viewport_size": min(pair)}
+
+
+def reserve(ctx: moderngl.Context, size: int, what: str) -> moderngl.Buffer:
+    """Make a storage buffer of `size` bytes; `TerrainError` if it is more than this driver's shaders reach."""
+    most = storage_block_bytes(ctx)
+    if size > most:
+        raise TerrainError(
+            f"{what} of {size >> 20} MiB is more than this driver's storage blocks hold ({most >> 20} MiB);"
+            " use a smaller map"
+        )
+    return ctx.buffer(reserve=size)
+
+
+def at_least(ctx: moderngl.Context, buffer: moderngl.Buffer, needed: int) -> moderngl.Buffer:
+    """The buffer if it holds so many bytes, else a larger one in its place, with room for more; its bytes are lost."""
+    if needed <= buffer.size:
+        return buffer
+    buffer.release()
+    return ctx.buffer(reserve=needed + needed // 2)
+
+
+def storage_block_bytes(ctx: moderngl.Context) -> int:
+    """Bytes of a storage buffer that shaders reach."""
+    # Mesa's software renderer reports 128 MiB, a default that it does not enforce: tables of 2 GiB came out exact
+    return 2**31 if ctx.info["GL_RENDERER"].startswith("llvmpipe") else limits(ctx)["storage_block_bytes"]
+
+
+class WordTexture:
+    """A buffer of 32-bit words seen as a texture: see glsl/shade/relief.glsl."""
+
+    def __init__(self, ctx: moderngl.Context) -> None:
+        self._delete = function(ctx, "glDeleteTextures", None, c_int, POINTER(c_uint))
+        self._activate = function(ctx, "glActiveTexture", None, c_uint)
+        self._bind = function(ctx, "glBindTexture", None, c_uint, c_uint)
+        self._attach = function(ctx, "glTexBuffer", None, c_uint, c_uint, c_uint)
+        self._name = c_uint()
+        function(ctx, "glGenTextures", None, c_int, POINTER(c_uint))(1, byref(self._name))
+
+    def of(self, buffer: moderngl.Buffer) -> WordTexture:
+        """Show this buffer from now on."""
+        self._buffer = buffer
+        return self
+
+    def use(self, location: int) -> None:
+        """Make the buffer visible at a texture unit."""
+        self._activate(_TEXTURE0 + location)
+        self._bind(_TEXTURE_BUFFER, self._name.value)
+        self._attach(_TEXTURE_BUFFER, _R32UI, self._buffer.glo)
+
+    def release(self) -> None:
+        """Release GPU resources."""
+        self._delete(1, byref(self._name))
+
+
+def capture(
+    ctx: moderngl.Context,
+    program: moderngl.Program,
+    vao: moderngl.VertexArray,
+    out: moderngl.Buffer,
+    draws: Sequence[tuple[int, int]] | moderngl.Buffer,
+    count: int | None = None,
+    offset: int = 0,
+    mode: int = moderngl.PATCHES,
+    indexed: bool = False,
+) -> int:
+    """Record the triangles that the GPU makes into `out`, by transform feedback.
+
+    Uniforms, textures and `ctx.patch_vertices` are set before, as for a draw. The program's `varyings` say what is
+    written, three vertices a triangle.
+
+    Parameters
+    ----------
+    draws
+        Either pairs (first vertex, vertex count), one draw each, or a buffer of indirect commands
+        (vertex count, instances, first vertex, first instance, unused), 20 bytes each; or, if `indexed`,
+        (index count, instances, first index, base vertex, first instance).
+    count, offset
+        How many commands of the buffer, and the byte where they begin; by default all from there on.
+    mode
+        `moderngl.PATCHES` or `moderngl.TRIANGLES`.
+    indexed
+        Whether `vao` has an index buffer.
+
+    Returns
+    -------
+    int
+        Triangles written.
+
+    Raises
+    ------
+    TerrainError
+        If `out` was too small for all of them.
+    """
+    function(ctx, "glUseProgram", None, c_uint)(program.glo)
+    function(ctx, "glBindVertexArray", None, c_uint)(vao.glo)
+    function(ctx, "glBindBufferBase", None, c_uint, c_uint, c_uint)(_FEEDBACK_BUFFER, 0, out.glo)
+    ctx.enable_direct(_RASTERIZER_DISCARD)
+    try:
+        with _nowhere(ctx), _counter(ctx, _PRIMITIVES_GENERATED) as made, _counter(ctx, _PRIMITIVES_WRITTEN) as written:
+            function(ctx, "glBeginTransformFeedback", None, c_uint)(_TRIANGLES)
+            if isinstance(draws, moderngl.Buffer):
+                count = (draws.size - offset) // COMMAND_STRIDE if count is None else count
+                _draw_indirect(ctx, draws, count, offset, mode, indexed)
+            else:
+                _draw_arrays(ctx, draws, mode)
+            function(ctx, "glEndTransformFeedback", None)()
+    finally:
+        ctx.disable_direct(_RASTERIZER_DISCARD)
+        function(ctx, "glBindBufferBase", None, c_uint, c_uint, c_uint)(_FEEDBACK_BUFFER, 0, 0)
+    if written.value < made.value:
+        raise TerrainError(f"capture buffer too small: holds {written.value} of {made.value} triangles")
+    return written.value
+
+
+# raw draws: moderngl's own call glUseProgram, which is an error while feedback is active
+
+
+def _draw_indirect(
+    ctx: moderngl.Context, draws: moderngl.Buffer, count: int, offset: int, mode: int, indexed: bool
+) -> None:
+    function(ctx, "glBindBuffer", None, c_uint, c_uint)(_INDIRECT_BUFFER, draws.glo)
+    if indexed:
+        elements = function(ctx, "glMultiDrawElementsIndirect", None, c_uint, c_uint, c_void_p, c_int, c_int)
+        elements(mode, _UNSIGNED_INT, offset, count, COMMAND_STRIDE)
+    else:
+        arrays = function(ctx, "glMultiDrawArraysIndirect", None, c_uint, c_void_p, c_int, c_int)
+        arrays(mode, offset, count, COMMAND_STRIDE)
+
+
+def _draw_arrays(ctx: moderngl.Context, draws: Sequence[tuple[int, int]], mode: int) -> None:
+    draw = function(ctx, "glDrawArrays", None, c_uint, c_int, c_int)
+    for first, vertices in draws:
+        draw(mode, first, vertices)
+
+
+@contextmanager
+def _nowhere(ctx: moderngl.Context) -> Iterator[None]:
+    """Have a framebuffer without attachments: drivers want a complete one even where nothing is drawn into it."""
+    bind = function(ctx, "glBindFramebuffer", None, c_uint, c_uint)
+    before, nowhere = c_int(), c_uint()
+    function(ctx, "glGetIntegerv", None, c_uint, POINTER(c_int))(_FRAMEBUFFER_BINDING, byref(before))
+    function(ctx, "glGenFramebuffers", None, c_int, POINTER(c_uint))(1, byref(nowhere))
+    bind(_FRAMEBUFFER, nowhere)
+    for side in _DEFAULT_WIDTH, _DEFAULT_HEIGHT:
+        function(ctx, "glFramebufferParameteri", None, c_uint, c_uint, c_int)(_FRAMEBUFFER, side, 1)
+    try:
+        yield
+    finally:
+        bind(_FRAMEBUFFER, before.value)
+        function(ctx, "glDeleteFramebuffers", None, c_int, POINTER(c_uint))(1, byref(nowhere))
+
+
+@contextmanager
+def _counter(ctx: moderngl.Context, target: int) -> Iterator[c_uint]:
+    """Count what `target` names inside the block; the value is there after it."""
+    query, result = c_uint(), c_uint()
+    function(ctx, "glGenQueries", None, c_int, POINTER(c_uint))(1, byref(query))
+    function(ctx, "glBeginQuery", None, c_uint, c_uint)(target, query)
+    try:
+        yield result
+    finally:
+        function(ctx, "glEndQuery", None, c_uint)(target)
+        function(ctx, "glGetQueryObjectuiv", None, c_uint, c_uint, POINTER(c_uint))(query, _QUERY_RESULT, byref(result))
+        function(ctx, "glDeleteQueries", None, c_int, POINTER(c_uint))(1, byref(query))

@@ -1,0 +1,231 @@
+"""Layouts of the GLSL blocks and buffer records as numpy dtypes, and the sizes that follow from a map's size."""
+
+from __future__ import annotations
+
+from typing import NamedTuple
+
+import numpy as np
+
+MAX_LEVELS = 15  # a map of 16384 posts a side has levels 0 to 14
+TILE = 32  # nodes a side of the tile that one work group turns into patches; a row of it is one word, a bit a node
+SIZES = 7  # patches have 2^0 to 2^6 segments a side
+GROUP = 64  # threads of a work group that looks at words
+COUNT_TILE = 2  # nodes a side of the tile that one class counter stands for; cells of the map: twice as many
+CLASSES = 64  # error classes, a quarter of an octave each
+PLACES = 4  # along a side of a cell, where `verify.measure` looks
+CLASS_WORDS = CLASSES // 4  # that hold a tile's counters, 8 bits each
+
+# glsl/blocks/terrain.glsl
+LEVEL = np.dtype(
+    [
+        ("size", "2i4"),
+        ("first_node", "i4"),
+        ("first_word", "i4"),
+        ("tiles", "2i4"),
+        ("first_tile", "i4"),
+        ("first_count", "i4"),
+    ]
+)
+TERRAIN = np.dtype(
+    [
+        ("last_post", "2i4"),
+        ("spacing_m", "2f4"),
+        ("top_level", "i4"),
+        ("low_m", "f4"),
+        ("span_m", "f4"),
+        ("has_voids", "i4"),
+        ("level", LEVEL, MAX_LEVELS),
+    ]
+)
+
+# glsl/error/nodes.glsl
+NODE = np.dtype([("max_m", "2f2"), ("rms_m", "2f2"), ("whole", "4u1"), ("split", "4u1")])
+
+
+class NodeErrors(NamedTuple):
+    """What node records say, in metres; arrays of the records' shape."""
+
+    quad_max: np.ndarray
+    fan_max: np.ndarray
+    quad_rms: np.ndarray
+    fan_rms: np.ndarray
+    whole: np.ndarray  # (..., 4) the fan's wedges west, north, east, south with their edge whole
+    split: np.ndarray  # and with it split
+    has_voids: np.ndarray
+
+
+def unpack_nodes(records: np.ndarray, span_m: float) -> NodeErrors:
+    """Decode records `NODE` of a terrain with the block's `span_m`."""
+    unit_m = span_m * 2.0**-14
+    quad_max, fan_max = np.moveaxis(records["max_m"].astype(np.float64) * unit_m, -1, 0)
+    quad_rms, fan_rms = np.moveaxis(np.abs(records["rms_m"].astype(np.float64)) * unit_m, -1, 0)
+    whole, split = (fan_max[..., None] * 2.0 ** (records[name] / -16.0) for name in ("whole", "split"))
+    has_voids = np.signbit(records["rms_m"][..., 0])
+    return NodeErrors(quad_max, fan_max, quad_rms, fan_rms, whole, split, has_voids)
+
+
+# glsl/blocks/view.glsl
+VIEW = np.dtype(
+    [
+        ("clip_from_eye", "16f4"),
+        ("right", "4f4"),
+        ("up", "4f4"),
+        ("forward", "4f4"),
+        ("eye_post", "2i4"),
+        ("eye_offset_m", "2f4"),
+        ("half_extent", "2f4"),
+        ("size_px", "2i4"),
+        ("first_px", "2i4"),
+        ("eye_z_m", "f4"),
+        ("eye_z_rest_m", "f4"),
+        ("focal_px", "f4"),
+        ("tolerance_px", "f4"),
+        ("metric", "i4"),
+        ("cull", "i4"),
+    ]
+)
+
+# glsl/mesh/lattice.glsl
+PATCH = np.dtype([("corner", "2u2"), ("shape", "u4")])
+
+
+class Patches(NamedTuple):
+    """What patch records say, one entry a patch."""
+
+    corner: np.ndarray  # (n, 2) column and row of the north-west post
+    step_log2: np.ndarray  # log2 of the 64ths of a post between vertices
+    segments_log2: np.ndarray  # of the segments a side
+    split_edges: np.ndarray  # of a fan, bits 0 to 3: west, north, east, south
+    fan: np.ndarray
+
+    @property
+    def side(self) -> np.ndarray:
+        """Posts along a side."""
+        return 1 << (self.step_log2 + self.segments_log2 - 6)
+
+
+def unpack_patches(records: np.ndarray) -> Patches:
+    """Decode records `PATCH`, (n,)."""
+    corner, shape = records["corner"].astype(np.int64), records["shape"].astype(np.int64)
+    fan = (shape >> 12 & 1).astype(bool)
+    return Patches(corner, shape & 31, shape >> 5 & 7, np.where(fan, shape >> 8 & 15, 0), fan)
+
+
+class Level(NamedTuple):
+    """Sizes of one level of the quadtree, and where it begins in the tables; fields as in `LEVEL`."""
+
+    size: tuple[int, int]
+    first_node: int
+    first_word: int
+    tiles: tuple[int, int]
+    first_tile: int
+    first_count: int
+
+    @property
+    def nodes(self) -> int:
+        """Nodes of the level."""
+        return self.size[0] * self.size[1]
+
+    @property
+    def words(self) -> int:
+        """Words that hold one bit of each node; every row starts a new word."""
+        return -(-self.size[0] // TILE) * self.size[1]
+
+    @property
+    def counts(self) -> tuple[int, int]:
+        """Columns and rows of class counters."""
+        return -(-self.size[0] // self.count_tile), -(-self.size[1] // self.count_tile)
+
+    @property
+    def count_tile(self) -> int:
+        """Nodes a side that one class counter stands for."""
+        return COUNT_TILE if self.first_tile else 2 * COUNT_TILE
+
+
+def quadtree(cols: int, rows: int) -> list[Level]:
+    """Levels of the quadtree over a map of cols × rows posts, from its cells to one node over all of it."""
+    top = max(1, (max(cols, rows) - 2).bit_length())
+    levels: list[Level] = []
+    node = word = tile = count = 0
+    for j in range(top + 1):
+        size = (-(-(cols - 1) >> j), -(-(rows - 1) >> j))
+        tiles = (-(-size[0] // TILE), -(-size[1] // TILE))
+        levels.append(Level(size, node, word, tiles, tile, count))
+        tile += tiles[0] * tiles[1]
+        count += levels[j].counts[0] * levels[j].counts[1] * CLASS_WORDS
+        if j:  # cells do not split, and have no record
+            node += levels[j].nodes
+            word += levels[j].words
+    return levels
+
+
+# Sizes that shaders share with Python. The loader writes them into every shader.
+DEFINES = {
+    "MAX_LEVELS": MAX_LEVELS,
+    "TILE": TILE,
+    "SIZES": SIZES,
+    "GROUP": GROUP,
+    "COUNT_TILE": COUNT_TILE,
+    "CLASSES": CLASSES,
+    "PLACES": PLACES,
+}
+
+# glsl/lod/summary.glsl
+SUMMARY = np.dtype(
+    [
+        ("count", "u4", 8),
+        ("triangles", "u4"),
+        ("splits", "u4"),
+        ("worst_px", "f4"),
+        ("price", "f4"),
+        ("groups", "4u4", MAX_LEVELS),
+        ("groups_of_words", "4u4"),
+        ("cheap", "2f4"),
+        ("dear", "2f4"),
+        ("budget", "u4"),
+        ("rounds", "u4"),
+        ("side", "i4"),
+        ("asked", "u4"),
+    ]
+)
+
+# glsl/rings/rings.glsl
+RING = np.dtype([("origin", "2i4"), ("patches", "2i4"), ("level", "i4"), ("first_block", "i4"), ("pad", "2i4")])
+RINGS = np.dtype(
+    [("rings", "i4"), ("root_blocks", "i4"), ("most_blocks", "i4"), ("pad", "i4"), ("ring", RING, MAX_LEVELS)]
+)
+
+# glsl/rings/shapes.glsl, glsl/mesh/ring.glsl
+RING_PATCH = np.dtype([("corner", "2i4"), ("shape", "u4"), ("bound_px", "f4")])
+
+
+class RingPatches(NamedTuple):
+    """What ring patch records say, one entry a patch."""
+
+    corner: np.ndarray  # (n, 2) column and row of the north-west post; may lie beyond the map
+    side_log2: np.ndarray  # posts along a side
+    step_log2: np.ndarray  # posts between vertices: below 0 between two posts
+    edges_log2: np.ndarray  # (n, 4) segments of the west, north, east and south edge
+    bound_px: np.ndarray
+
+
+def unpack_ring_patches(records: np.ndarray) -> RingPatches:
+    """Decode records `RING_PATCH`, (n,)."""
+    shape = records["shape"].astype(np.int64)
+    edges = np.stack([shape >> first & 7 for first in (11, 14, 17, 20)], -1)
+    return RingPatches(
+        records["corner"].astype(np.int64), shape & 31, (shape >> 5 & 63) - 16, edges, records["bound_px"].astype(float)
+    )
+
+
+RING_SUMMARY = np.dtype(
+    [
+        ("count", "u4", 8),
+        ("triangles", "u4"),
+        ("splits", "u4"),
+        ("worst_px", "f4"),
+        ("blocks", "u4"),
+        ("unsettled", "u4"),
+        ("pad", "3u4"),
+    ]
+)

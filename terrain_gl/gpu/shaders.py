@@ -1,0 +1,145 @@
+"""GLSL loader: files of the `glsl/` folder with nested includes, defines, and errors that name file and line.
+
+`#include "sat/box.glsl"` takes a path from the root of `glsl/`; each file enters once. The loader writes
+`#version 430 core`, the sizes that shaders share with Python (`layout.DEFINES`) and the defines of the call, so that
+files hold none of them. Comments are blanked before anything else: includes named in them are not followed, and drivers
+see plain ASCII.
+"""
+
+from __future__ import annotations
+
+import re
+from collections.abc import Mapping, Sequence
+from functools import cache
+from pathlib import Path
+from types import MappingProxyType
+from typing import Any, NamedTuple
+
+import moderngl
+
+from ..exceptions import TerrainError
+from ..resources import folder
+from .layout import DEFINES
+
+VERSION = "#version 430 core"
+Defines = Mapping[str, object]
+_NONE: Defines = MappingProxyType({})
+
+_COMMENT = re.compile(r"//[^\n]*|/\*.*?\*/", re.DOTALL)
+_INCLUDE = re.compile(r'^\s*#\s*include\s+"([^"]+)"\s*$')
+# "0:12(5): error" Mesa, "0(12) : error" NVIDIA, "ERROR: 0:12: ..." AMD, Intel
+_LOG_LINE = re.compile(r"^(?:(?:ERROR|WARNING): )?0(?::(\d+)(?:\(\d+\))?|\((\d+)\))\s*:\s*(.*)$")
+
+
+class ShaderError(TerrainError, RuntimeError):
+    """A shader does not load, compile or link; the message says `file:line`."""
+
+
+class Line(NamedTuple):
+    """One line of expanded text and where it came from."""
+
+    text: str
+    path: str
+    number: int
+
+
+def source(path: str, defines: Defines = _NONE) -> str:
+    """Text of the shader `path`, as the driver gets it: version, defines, includes expanded."""
+    return _text(_load(path, defines))
+
+
+def compute(ctx: moderngl.Context, path: str, defines: Defines = _NONE) -> moderngl.ComputeShader:
+    """Compile the compute shader `path`; raises `ShaderError` with file and line."""
+    lines = _load(path, defines)
+    try:
+        return ctx.compute_shader(_text(lines))
+    except moderngl.Error as error:
+        raise ShaderError(_explain(str(error), {"compute_shader": lines})) from None
+
+
+def program(
+    ctx: moderngl.Context,
+    *,
+    vertex: str,
+    fragment: str | None = None,
+    tess_control: str | None = None,
+    tess_evaluation: str | None = None,
+    geometry: str | None = None,
+    defines: Defines = _NONE,
+    varyings: Sequence[str] = (),
+) -> moderngl.Program:
+    """Compile and link a program from one file per stage; all of them see the same defines.
+
+    Raises `ShaderError` with file and line.
+    """
+    paths = {
+        "vertex_shader": vertex,
+        "tess_control_shader": tess_control,
+        "tess_evaluation_shader": tess_evaluation,
+        "geometry_shader": geometry,
+        "fragment_shader": fragment,
+    }
+    stages = {stage: _load(path, defines) for stage, path in paths.items() if path}
+    texts: dict[str, Any] = {stage: _text(lines) for stage, lines in stages.items()}
+    try:
+        return ctx.program(**texts, varyings=tuple(varyings))
+    except moderngl.Error as error:
+        raise ShaderError(_explain(str(error), stages)) from None
+
+
+def _load(path: str, defines: Defines) -> list[Line]:
+    head = [VERSION] + [f"#define {name} {_literal(value)}" for name, value in {**DEFINES, **defines}.items()]
+    return [Line(text, "(loader)", i + 1) for i, text in enumerate(head)] + list(_expand(path, set(), "(loader)"))
+
+
+def _expand(path: str, seen: set[str], included_from: str) -> list[Line]:
+    """Lines of `path` with its includes in place, skipping files already seen."""
+    seen.add(path)
+    lines: list[Line] = []
+    for number, text in enumerate(_read(path, included_from).split("\n"), 1):
+        include = _INCLUDE.match(text)
+        if include is None:
+            lines.append(Line(text, path, number))
+        elif include[1] not in seen:
+            lines += _expand(include[1], seen, f"{path}:{number}")
+    return lines
+
+
+def _read(path: str, included_from: str) -> str:
+    try:
+        text = root().joinpath(*path.split("/")).read_text(encoding="utf-8")
+    except OSError:
+        raise ShaderError(f"{included_from}: there is no shader file glsl/{path}") from None
+    return _without_comments(text)
+
+
+@cache
+def _without_comments(text: str) -> str:
+    return _COMMENT.sub(lambda comment: re.sub(r"[^\n]", " ", comment[0]), text)
+
+
+def root() -> Path:
+    """Return the folder that holds the GLSL files."""
+    return folder("glsl")
+
+
+def _text(lines: Sequence[Line]) -> str:
+    return "\n".join(line.text for line in lines) + "\n"
+
+
+def _literal(value: object) -> str:
+    return str(int(value)) if isinstance(value, bool) else str(value)
+
+
+def _explain(log: str, stages: Mapping[str, Sequence[Line]]) -> str:
+    """Rewrite a driver's log: the stage's heading selects the file, numbers become `file:line`."""
+    lines = next(iter(stages.values()))
+    told = []
+    for text in log.split("\n"):
+        lines = stages.get(text.strip(), lines)
+        if match := _LOG_LINE.match(text):
+            at = lines[min(int(match[1] or match[2]), len(lines)) - 1]
+            told.append(f"{at.path}:{at.number}: {match[3]}")
+        elif text.startswith(("error", "ERROR")):
+            told.append(f"{' + '.join(lines[-1].path for lines in stages.values())}: {text}")
+    return "\n".join(told) or log

@@ -1,0 +1,119 @@
+"""Everything that a renderer holds on the GPU: heights, tables, selectors, picture."""
+
+from __future__ import annotations
+
+from contextlib import AbstractContextManager
+
+from .error import ErrorTables
+from .exceptions import UsageError
+from .gpu.gl import limits
+from .gpu.session import Session, steps_in_session
+from .gpu.timing import StageTimer
+from .heightmap import Heightmap
+from .lod import QuadtreeSelector, View
+from .methods import Selectors, quadtree
+from .pieces import Piece
+from .shade import Picture
+from .steps import Steps
+from .terrain import Terrain
+
+Size = tuple[int, int]
+
+
+class GpuResources:
+    """A map on the GPU, with all that drawing needs.
+
+    Attributes
+    ----------
+    session, timer
+        The OpenGL context, and times of all stages.
+    terrain, tables, view, selectors, picture
+        Made by `build_steps`, in this order.
+    """
+
+    terrain: Terrain
+    tables: ErrorTables
+    view: View
+    selectors: Selectors
+    picture: Picture
+
+    def __init__(self, session: Session) -> None:
+        self.session = session
+        self.timer = session.keep(StageTimer(session.ctx))
+
+    @steps_in_session
+    def build_steps(self, heightmap: Heightmap, size: Size) -> Steps[None]:
+        """Make everything; yields progress from 0 to 1. After a failure, or when given up, nothing is left.
+
+        Raises
+        ------
+        TerrainError
+            Too little GPU memory.
+        UsageError
+            A size of no pixels, or beyond what the GPU can draw.
+        """
+        try:
+            self.check_size(size)
+            with self._memory_for_map(heightmap):
+                yield from self._table_steps(heightmap)
+                self.view = self.session.keep(View(self.session.ctx))
+                self.selectors = self.session.keep(Selectors(self.tables, self.view))
+                levels = self.quadtree
+                yield 0.85
+            with self._memory_for_picture(size), self.timer.stage("sat"):
+                self.picture = self.session.keep(Picture(levels, size))
+            yield 1.0
+        except BaseException:  # a step failed, or whoever took the steps gave up
+            self.session.release()
+            raise
+
+    @property
+    def quadtree(self) -> QuadtreeSelector:
+        """The selector that the error tables refine."""
+        return self.selectors.shared(quadtree)
+
+    def resize(self, size: Size) -> None:
+        """Change the picture's size; its pixels are lost."""
+        with self._memory_for_picture(size):
+            self.picture.resize(size)
+
+    def crop(self, piece: Piece) -> None:
+        """Draw a piece of the picture from here on: `picture` takes its size, the projection its window."""
+        if self.picture.size != piece.drawn_size:
+            self.resize(piece.drawn_size)
+        self.view.crop(piece)
+
+    def check_size(self, size: Size) -> None:
+        """Raise `UsageError` for a picture size that the GPU cannot draw at once."""
+        most = min(limits(self.session.ctx)[name] for name in ("viewport_size", "renderbuffer_size", "texture_size"))
+        if min(size) < 1 or max(size) > most:
+            raise UsageError(f"picture size must be from 1x1 to {most}x{most} on this GPU, got {size[0]}x{size[1]}")
+
+    @property
+    def gpu_bytes(self) -> dict[str, int]:
+        """GPU memory by what it holds: the heights, the summed-area tables, the error table, shading, and all."""
+        heightmap, tables = self.terrain.heightmap, self.tables
+        heights = heightmap.rows * heightmap.cols * (5 if heightmap.voids else 4)
+        sat = tables.counters.size + tables.squares.size
+        error = tables.nodes.size + tables.gains.size + tables.blocks.size
+        parts = {"heights": heights, "sat": sat, "error": error, "shade": self.picture.bytes}
+        return parts | {"total": sum(parts.values()) + self.selectors.bytes}
+
+    def _table_steps(self, heightmap: Heightmap) -> Steps[None]:
+        """Upload the heights and build the error tables; yields progress of the whole building."""
+        self.terrain = self.session.keep(Terrain(self.session.ctx, heightmap))
+        yield 0.05
+        with self.timer.stage("error"):
+            self.tables = self.session.keep(ErrorTables(self.terrain, build=False))
+            for share in self.tables.build_steps():
+                self.session.ctx.finish()  # a step is done when the GPU has done it
+                yield 0.05 + 0.75 * share
+
+    def _memory_for_map(self, heightmap: Heightmap) -> AbstractContextManager[None]:
+        posts = heightmap.rows * heightmap.cols
+        what = f"{heightmap.name}: its {posts} posts need"
+        return self.session.needs_memory(what, 16 * posts, "use a smaller map")
+
+    def _memory_for_picture(self, size: Size) -> AbstractContextManager[None]:
+        what = f"a picture of {size[0]}x{size[1]} needs"
+        return self.session.needs_memory(what, 64 * size[0] * size[1], "use a smaller one")

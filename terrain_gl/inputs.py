@@ -1,0 +1,36 @@
+"""Files that are read: regular files alone, because opening a pipe waits for ever and a device has no end."""
+
+from __future__ import annotations
+
+import os
+import stat
+
+from .exceptions import TerrainError
+
+
+def check_input(path: str | os.PathLike[str], advice: str, most_bytes: int | None = None) -> None:
+    """Refuse what cannot be read as a file.
+
+    Parameters
+    ----------
+    path : str or path
+    advice : str
+        What to name instead, for messages.
+    most_bytes : int, optional
+        Longest file that is taken for meant.
+
+    Raises
+    ------
+    TerrainError
+        No such file, no regular file, or one that is too long.
+    """
+    name = os.fsencode(path).decode("utf-8", "replace")
+    try:
+        about = os.stat(path)
+    except (OSError, ValueError) as error:
+        reason = getattr(error, "strerror", None) or error
+        raise TerrainError(f"{name}: cannot be read ({reason}): check its name and permissions") from None
+    if not stat.S_ISREG(about.st_mode):
+        raise TerrainError(f"{name}: is not a file but a directory, pipe or device: {advice}")
+    if most_bytes is not None and about.st_size > most_bytes:
+        raise TerrainError(f"{name}: is {about.st_size:,} bytes long, more than {most_bytes:,}: {advice}")

@@ -1,0 +1,67 @@
+"""Pictures of the ground: linear albedo, read a few rows at a time and no finer than shading uses it."""
+
+from __future__ import annotations
+
+import os
+
+import numpy as np
+
+from ..exceptions import TerrainError
+from ..image import linear_from_srgb
+from ..inputs import check_input
+from ..readers.images import open_oiio
+
+MOST_SIDE = 8192  # texels of the texture that shading samples
+MOST_PIXELS = 1 << 29  # in the file
+_SRGB_8 = linear_from_srgb(np.arange(256)).astype("f4")
+
+
+def read_albedo(path: str | os.PathLike[str], most_side: int = MOST_SIDE) -> np.ndarray:
+    """(rows, cols, 3) linear albedo, 0 to 1, as half floats: 8 or 16 bits as sRGB, floats as they are.
+
+    A picture of more than `most_side` pixels a side is reduced: a texel is the mean of a square of pixels.
+
+    Raises
+    ------
+    TerrainError
+        Not a readable picture, too many pixels, or values that are not finite.
+    """
+    check_input(path, "name a picture")
+    name = os.fsencode(path).decode("utf-8", "replace")
+    raster = open_oiio(os.fspath(path), name)
+    rows, cols, _ = raster.shape
+    if rows * cols > MOST_PIXELS:
+        raise TerrainError(f"{name}: has {cols} x {rows} pixels, more than {MOST_PIXELS:,}: reduce the picture")
+    n = -(-max(rows, cols) // most_side)
+    albedo = np.zeros((-(-rows // n), -(-cols // n), 3), "f4" if n > 1 else "f2")
+    with np.errstate(under="ignore"):  # half floats end at 6e-8
+        for where, pixels in raster.blocks:
+            colour = _linear(pixels[..., : 3 if raster.colours >= 3 else 1], name)
+            if n == 1:
+                albedo[where] = colour
+            else:
+                _add(albedo, where.start, n, colour)
+        return albedo if n == 1 else _mean(albedo, rows, cols, n)
+
+
+def _linear(pixels: np.ndarray, name: str) -> np.ndarray:
+    """(rows, cols, 1 or 3) float32 albedo, 0 to 1."""
+    if pixels.dtype == np.uint8:
+        return _SRGB_8[pixels]
+    if pixels.dtype.kind == "u":
+        return linear_from_srgb(pixels * (255 / np.iinfo(pixels.dtype).max)).astype("f4")
+    if not np.isfinite(pixels).all():
+        raise TerrainError(f"{name}: has values that are not finite: mend the picture")
+    return np.clip(pixels, 0, 1).astype("f4")
+
+
+def _add(sums: np.ndarray, first: int, n: int, colour: np.ndarray) -> None:
+    """Add rows of pixels, from row `first` on, to the sums of squares of n × n pixels."""
+    across = np.add.reduceat(colour, np.arange(0, colour.shape[1], n), 1)
+    np.add.at(sums, (first + np.arange(len(colour))) // n, across)
+
+
+def _mean(sums: np.ndarray, rows: int, cols: int, n: int) -> np.ndarray:
+    """Divide by the number of pixels in each square, fewer at the far edges."""
+    high, wide = (np.minimum(n, size - np.arange(0, size, n)).astype("f4") for size in (rows, cols))
+    return (sums / (high[:, None] * wide)[..., None]).astype("f2")

@@ -1,0 +1,12 @@
+"""Level of detail: a pure function of (tables, camera) to patches.
+
+clipmap    rings around the eye; the summed-area tables decide how finely each patch is tessellated (method "sat")
+quadtree   the fewest triangles; the records of single nodes decide (method "quadtree")
+"""
+
+from ..view import View
+from .clipmap import ClipmapSelector
+from .quadtree import QuadtreeSelector
+from .selection import METRES, METRICS, Selection
+
+__all__ = ["METRES", "METRICS", "ClipmapSelector", "QuadtreeSelector", "Selection", "View"]

@@ -1,0 +1,317 @@
+"""Level of detail by summed-area tables: a clipmap around the eye whose patches ask the tables how coarse they may be.
+
+    decide   cut each block into squares, and ask the tables for the spacing of each     glsl/rings/decide.comp
+    spawn    units that 64 segments cannot hold become blocks, to be decided in turn     (three rounds)
+    settle   leaves with finer neighbours: strips stay within the tolerance, edges agree
+    count    each leaf's shape and bound
+    place    prefix sums, and draw commands
+    emit     patches
+
+Every frame takes the same nine dispatches, and looks at the blocks of the rings alone, never at the whole map.
+Specification: `reference.clipmap`.
+"""
+
+from __future__ import annotations
+
+import math
+from collections.abc import Mapping
+from dataclasses import replace
+from types import MappingProxyType
+from typing import Any
+
+import moderngl
+import numpy as np
+
+from ..camera import Camera
+from ..error import ErrorTables
+from ..gpu import gl, layout, shaders
+from ..terrain import Rect
+from ..view import View
+from .rings import PATCH, PATCHES, Ring, patches_for, rings_around
+from .selection import INFINITE_PX, METRICS, Selection, float_below
+
+SETTLING = 4  # rounds of neighbours between two looks at whether they are over: even
+ROUNDS = 3  # of blocks within blocks: each divides units by eight
+MOST_MARKS = 8192  # of rings and of their blocks: glsl/rings/settle.comp
+SQUARES = 85  # squares of a block: glsl/rings/rings.glsl
+_UNITS = PATCH * PATCH
+_BARRIER = (
+    moderngl.SHADER_STORAGE_BARRIER_BIT
+    | moderngl.COMMAND_BARRIER_BIT
+    | moderngl.VERTEX_ATTRIB_ARRAY_BARRIER_BIT
+    | moderngl.BUFFER_UPDATE_BARRIER_BIT
+)
+_BLOCK_BYTES = 16
+_KERNELS = ("decide", "spawn", "settle", "count", "place", "emit")
+BUDGET = {
+    "BUDGET": 1,
+    "PATCH_COST": 4.0,
+}  # triangles that a patch costs: less than for a tolerance, measured in docs/allocation.md
+PRICES, PASSES = 32, 3  # tried at once, and how often: glsl/rings/prices.glsl
+LOWEST_LOG2, HIGHEST_LOG2 = -60.0, 60.0
+CHEAPEST, DEAREST = 2.0**LOWEST_LOG2, 2.0 ** (HIGHEST_LOG2 - 1)  # all that gains anything; as few as there can be
+CLOSE = 0.985  # of a budget: near enough
+TRIES = 5  # of a target, until the edges that it did not know of fit the budget too
+
+
+class ClipmapSelector:
+    """The passes, and the buffers that they fill: `patches` (records `layout.RING_PATCH`) and `draws`."""
+
+    stages: Mapping[str, str] = MappingProxyType(
+        {"vertex": "mesh/ring.vert", "tess_control": "mesh/ring.tesc", "tess_evaluation": "mesh/ring.tese"}
+    )
+    defines: Mapping[str, object] = MappingProxyType({})
+    on_heights = True
+    mode = moderngl.PATCHES
+    indices = None
+
+    def __init__(self, tables: ErrorTables, view: View | None = None) -> None:
+        ctx = self.ctx = tables.ctx
+        self.tables, self.terrain = tables, tables.terrain
+        self.view = view or View(ctx)
+        # a software renderer starts every thread of a group in turn, and runs eight of them side by side
+        software = ctx.info["GL_RENDERER"].startswith(gl.SOFTWARE)
+        defines = {"MOST_VERTICES": gl.MOST_VERTICES, "THREADS": 8 if software else 64}
+        self._kernels: dict[str, Any] = {name: shaders.compute(ctx, f"rings/{name}.comp", defines) for name in _KERNELS}
+        self._tried = ctx.buffer(reserve=4 * PRICES * PASSES)
+        self._weights = ctx.buffer(reserve=4)
+        self._rings = ctx.buffer(reserve=layout.RINGS.itemsize)
+        self._buffers: dict[str, moderngl.Buffer] = {}
+        self._reserve(blocks=1024, patches=16384, draws=256)
+
+    @property
+    def bytes(self) -> int:
+        """GPU memory of the blocks, the patches and the draw commands."""
+        return sum(buffer.size for buffer in self._buffers.values())
+
+    @property
+    def feed(self) -> list[tuple[Any, ...]]:
+        """A patch is one vertex."""
+        return [(self.patches, "4i4", "in_patch")]
+
+    def select(
+        self,
+        camera: Camera,
+        size: tuple[int, int],
+        near_m: float,
+        tolerance_px: float = 0.0,
+        metric: str = "max",
+        cull: bool = True,
+        triangles: int | None = None,
+        parameters: None = None,
+    ) -> Selection:
+        """Choose the patches for a picture of `size` (width, height); there are no further `parameters`.
+
+        No point of the surface is then drawn further than `tolerance_px` from where it belongs; or, with the metric
+        "rms", the root mean square of all distances is within it. Patches outside the picture are left out, unless
+        `cull` is False.
+
+        With a number of `triangles`, at least 2, the tolerance says nothing: the squared errors on the screen, weighted
+        by `reference.post_weights`, are then as little in sum as so many triangles of such patches can make them.
+        """
+        settings = {"tolerance_px": float_below(tolerance_px), "metric": METRICS.index(metric), "cull": cull}
+        self.view.write(self.terrain, camera, size, near_m, **settings)
+        if not triangles:
+            return self._keep(self._rings_of(camera, PATCHES))
+        for left_out in range(self.terrain.top_level):  # the fewest triangles of all rings may be too many
+            selection = self._spend(self._rings_of(camera, patches_for(triangles), left_out), triangles)
+            if selection.triangles <= triangles:
+                break
+        return selection
+
+    def update(self, posts: Rect) -> None:
+        """Follow an edit: there is nothing to do, the tables are asked anew in every frame."""
+
+    def _keep(self, rings: list[Ring]) -> Selection:
+        """Choose for the tolerance."""
+        while True:
+            self._write_rings(rings)
+            self._bind()
+            for r in range(ROUNDS):
+                self._run("decide", 16 * r, round=r)
+                if r + 1 < ROUNDS:
+                    self._run("spawn", round=r)
+            self._settle()
+            summary = self._finish()
+            selection = self._selection(summary)
+            if self._has_room(int(summary["blocks"]), selection):
+                return selection
+
+    def _spend(self, rings: list[Ring], triangles: int) -> Selection:
+        """Choose for a budget. A price does not know of the edges that neighbours cut: its target is corrected."""
+        target, best = triangles, 2
+        for attempt in range(TRIES):
+            selection = self._at_target(rings, target, weigh=attempt == 0)
+            spent, price = selection.triangles, selection.price or 0.0
+            if target == 2 or price >= DEAREST or CLOSE * triangles <= spent <= triangles or price <= CHEAPEST:
+                return selection
+            best = target if spent <= triangles else best
+            target = max(2, int(target * 0.995 * triangles / max(spent, 1)))
+        return self._at_target(rings, best, weigh=False)
+
+    def _at_target(self, rings: list[Ring], target: int, weigh: bool) -> Selection:
+        while True:
+            blocks = self._write_rings(rings)
+            self._bind()
+            self._price(blocks, target, weigh)
+            self._run("decide_budget", 0, round=0, target=target)
+            self._bind()
+            self._settle(budget=True)
+            summary = self._finish(budget=True)
+            selection = replace(self._selection(summary), price=self._price_found(target))
+            if self._has_room(int(summary["blocks"]), selection):
+                return selection
+
+    def _price(self, blocks: int, target: int, weigh: bool) -> None:
+        """Weigh every square, and count the triangles of many prices at once."""
+        self._weights = gl.at_least(self.ctx, self._weights, 4 * SQUARES * layout.SIZES * blocks)
+        self._tried.write(bytes(self._tried.size))
+        self._weights.bind_to_storage_buffer(4)
+        self._tried.bind_to_storage_buffer(7)
+        self._compile_budget()
+        if weigh:
+            self._run("weigh", 0)
+        for i in range(PASSES):
+            self._run("try", 0, **{"pass": i, "target": target})
+
+    def _compile_budget(self) -> None:
+        for name, file in {"weigh": "weigh", "try": "try", "decide_budget": "decide"}.items():
+            if name not in self._kernels:
+                self._kernels[name] = shaders.compute(self.ctx, f"rings/{file}.comp", BUDGET)
+
+    def _price_found(self, target: int) -> float:
+        """The price that rings/prices.glsl settles on."""
+        tried = np.frombuffer(self._tried.read(), "u4").reshape(PASSES, PRICES)
+        low, high = LOWEST_LOG2, HIGHEST_LOG2
+        for counts in tried:
+            k = next((k for k in range(PRICES - 1) if counts[k] <= target), PRICES - 1)
+            step = (high - low) / (PRICES - 1)
+            low, high = low + step * max(k - 1, 0), low + step * k
+        return 2.0**high if high > LOWEST_LOG2 else 0.0  # 0: no triangle more would gain anything
+
+    def bind(self) -> None:
+        """Make all that the stages read visible to them."""
+        self.terrain.bind()
+        self.view.bind()
+
+    def release(self) -> None:
+        """Release GPU resources."""
+        for resource in (self._rings, self._tried, self._weights, *self._buffers.values(), *self._kernels.values()):
+            resource.release()
+
+    def _rings_of(self, camera: Camera, across: int, left_out: int = 0) -> list[Ring]:
+        heightmap = self.terrain.heightmap
+        east, north = heightmap.spacing_m
+        last = heightmap.cols - 1, heightmap.rows - 1
+        post = camera.eye[0] / east, last[1] - camera.eye[1] / north
+        nearest = [min(max(at, 0.0), float(end)) for at, end in zip(post, last, strict=True)]
+        ground_m = float(self.terrain.filled[round(nearest[1]), round(nearest[0])])
+        beside_m = math.hypot((post[0] - nearest[0]) * east, (post[1] - nearest[1]) * north)
+        away_m = max(beside_m, abs(camera.eye[2] - ground_m))
+        return rings_around(post, away_m, last, (east, north), self.terrain.top_level, across, left_out)
+
+    def _write_rings(self, rings: list[Ring]) -> int:
+        """Describe the rings to the shaders; returns the number of their blocks."""
+        blocks = sum(ring.patches[0] * ring.patches[1] for ring in rings)
+        if blocks > self._most_blocks:
+            self._has_room(blocks, Selection(self, (), 0, 0, 0, None, 0))
+        block = np.zeros((), layout.RINGS)
+        first = 0
+        for i, ring in enumerate(rings):
+            block["ring"][i] = ring.origin, ring.patches, ring.level, first, (0, 0)
+            first += ring.patches[0] * ring.patches[1]
+        block["rings"], block["root_blocks"], block["most_blocks"] = len(rings), first, self._most_blocks
+        self._rings.write(block.tobytes())
+        groups = np.zeros((4, 4), "u4")
+        groups[:, 1:3] = 1
+        groups[0, 0] = groups[3, 0] = groups[1:, 3] = first
+        self._buffers["blocks"].write(groups.tobytes())
+        self._buffers["choices"].write(bytes(4 * MOST_MARKS), offset=4 * SQUARES * self._most_blocks)
+        return first
+
+    def _settle(self, first_round: int = 1, budget: bool = False) -> None:
+        """Run rounds from one buffer of cells to the other and back."""
+        cells = self._buffers["cells"], self._buffers["new_cells"]
+        for i in range(SETTLING):
+            cells[0].bind_to_storage_buffer(1)
+            cells[1].bind_to_storage_buffer(4)
+            self._run("settle", 48, round=first_round + i, last=i + 1 == SETTLING, budget=budget)
+            cells = cells[1], cells[0]
+
+    def _finish(self, budget: bool = False) -> np.void:
+        """Turn leaves into patches; a record `layout.RING_SUMMARY`: the only thing that a frame waits for."""
+        first_round = 1
+        while True:
+            self._buffers["summary"].write(bytes(layout.RING_SUMMARY.itemsize))
+            self._buffers["shapes"].bind_to_storage_buffer(4)
+            self._run("count", 48)
+            self.draws.bind_to_storage_buffer(5)
+            self._run("place", most_draws=self.draws.size // gl.COMMAND_STRIDE)
+            self.patches.bind_to_storage_buffer(5)
+            self._run("emit", 48, most_patches=self.patches.size // layout.RING_PATCH.itemsize)
+            data = self._buffers["summary"].read(layout.RING_SUMMARY.itemsize)
+            summary = np.frombuffer(data, layout.RING_SUMMARY)[0]
+            if not summary["unsettled"]:
+                return summary
+            first_round += SETTLING
+            self._buffers["blocks"].write(np.uint32(1).tobytes(), offset=20)
+            self._buffers["choices"].bind_to_storage_buffer(5)
+            self._settle(first_round, budget)
+
+    def _bind(self) -> None:
+        self.bind()
+        self._rings.bind_to_uniform_block(2)
+        self.tables.bind()
+        places = {"blocks": 0, "cells": 1, "choices": 5, "summary": 7}
+        for name, place in places.items():
+            self._buffers[name].bind_to_storage_buffer(place)
+
+    def _run(self, name: str, indirect: int | None = None, **uniforms: Any) -> None:
+        kernel = self._kernels[name]
+        for key, value in uniforms.items():
+            kernel[f"u_{key}"] = value
+        if indirect is None:
+            kernel.run(1)
+        else:
+            kernel.run_indirect(self._buffers["blocks"], indirect)
+        self.ctx.memory_barrier(_BARRIER)
+
+    def _selection(self, summary: np.void) -> Selection:
+        counts = tuple(int(n) for n in summary["count"][: layout.SIZES])
+        draws = sum(-(-n // _most_in_draw(s)) for s, n in enumerate(counts))
+        most = sum(n * (2 * 4**s + 4 * (64 - 2**s)) for s, n in enumerate(counts))
+        worst_px = float(summary["worst_px"])
+        certified_px = worst_px if worst_px < INFINITE_PX else math.inf
+        return Selection(self, counts, int(summary["triangles"]), most, int(summary["splits"]), certified_px, draws)
+
+    def _has_room(self, blocks: int, selection: Selection) -> bool:
+        """Whether all of it fitted; if not, make room for it."""
+        room = self.patches.size // layout.RING_PATCH.itemsize, self.draws.size // gl.COMMAND_STRIDE
+        if blocks <= self._most_blocks and selection.patches <= room[0] and selection.draws <= room[1]:
+            return True
+        most = max(blocks, self._most_blocks), max(selection.patches, room[0]), max(selection.draws, room[1])
+        self._reserve(*(n + n // 2 for n in most))
+        return False
+
+    def _reserve(self, blocks: int, patches: int, draws: int) -> None:
+        sizes = {
+            "blocks": 64 + _BLOCK_BYTES * blocks,
+            "cells": 4 * _UNITS * blocks,
+            "new_cells": 4 * _UNITS * blocks,
+            "choices": 4 * (SQUARES * blocks + MOST_MARKS),
+            "shapes": 8 * _UNITS * blocks,
+            "summary": layout.RING_SUMMARY.itemsize + 4 * layout.SIZES * blocks,
+            "patches": layout.RING_PATCH.itemsize * patches,
+            "draws": gl.COMMAND_STRIDE * draws,
+        }
+        for name, size in sizes.items():
+            if name in self._buffers:
+                self._buffers[name].release()
+            self._buffers[name] = self.ctx.buffer(reserve=size)
+        self.patches, self.draws = self._buffers["patches"], self._buffers["draws"]
+        self._most_blocks = blocks
+
+
+def _most_in_draw(size: int) -> int:
+    """Patches of 2^size segments a side that one draw takes: as glsl/rings/place.comp counts them."""
+    return gl.MOST_VERTICES // ((2**size + 1) ** 2 + 4 * (64 - 2**size))

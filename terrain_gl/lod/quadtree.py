@@ -1,0 +1,265 @@
+"""The restricted quadtree: the fewest triangles that hold a tolerance, chosen by compute shaders.
+
+    refine    split the nodes in the picture that are too coarse, from the root down     (a dispatch a level)
+    balance   split more, so that neighbours are within one level                        (a dispatch a level)
+    agree     leaves that are still too coarse ask neighbours to cut edges, or to be split
+    commit    grant it
+    again     if anything was: balance, and let them ask again
+    tiles     list the tiles of 32 × 32 nodes that hold any
+    patches   count the patches of each tile; then, when their places are known, write them
+    offsets   prefix sums between the two
+    draws     indirect draw commands
+
+With a budget of triangles instead of a tolerance, refine, balance, tiles and patches are run for one price of a
+triangle after another, until `search` has found the one that makes the budget's triangles (glsl/lod/summary.glsl).
+"""
+
+from __future__ import annotations
+
+import math
+from collections.abc import Mapping
+from types import MappingProxyType
+from typing import Any
+
+import moderngl
+import numpy as np
+
+from ..camera import Camera
+from ..error import ErrorTables
+from ..gpu import gl, layout, shaders
+from ..terrain import Rect
+from ..view import View
+from .selection import INFINITE_PX, METRES, METRICS, Selection, float_below
+
+ROUNDS = 16  # prices tried for a budget, at most: it takes three to five as a rule
+AGREEING = 8  # rounds of agreeing between two looks at whether it is over: it takes three to six
+_TRIANGLES, _COUNT, _EMIT = range(3)  # passes of glsl/lod/patches.comp
+_ASKING = 16  # where the dispatch size of agreeing is in the list of tiles (glsl/lod/tiles.glsl)
+# what the passes write is read as storage, as commands, as vertices, and back by Python
+_BARRIER = (
+    moderngl.SHADER_STORAGE_BARRIER_BIT
+    | moderngl.COMMAND_BARRIER_BIT
+    | moderngl.VERTEX_ATTRIB_ARRAY_BARRIER_BIT
+    | moderngl.BUFFER_UPDATE_BARRIER_BIT
+)
+
+
+def _offset(name: str) -> int:
+    """Where a field of the summary begins. What stands before the price begins anew with every count."""
+    fields = layout.SUMMARY.fields
+    assert fields
+    return int(fields[name][1])
+
+
+class QuadtreeSelector:
+    """The passes, and the buffers that they fill: `patches` (records `layout.PATCH`) and `draws`."""
+
+    stages: Mapping[str, str] = MappingProxyType(
+        {"vertex": "mesh/patch.vert", "tess_control": "mesh/patch.tesc", "tess_evaluation": "mesh/patch.tese"}
+    )
+    defines: Mapping[str, object] = MappingProxyType({})
+    on_heights = True
+    mode = moderngl.PATCHES
+    indices = None
+
+    def __init__(self, tables: ErrorTables, view: View | None = None) -> None:
+        ctx = self.ctx = tables.ctx
+        self.tables, self.terrain = tables, tables.terrain
+        defines = {"MOST_VERTICES": gl.MOST_VERTICES}
+        names = ("refine", "balance", "agree", "commit", "again", "tiles", "patches", "search", "offsets", "draws")
+        self._kernels: dict[str, Any] = {name: shaders.compute(ctx, f"lod/{name}.comp", defines) for name in names}
+        last = self.terrain.levels[-1]
+        self._tiles = last.first_tile + 1
+        self.view = view or View(ctx)
+        self._own_view = view is None
+        self._words = last.first_word + last.words
+        # split, cut west, cut north; the same as asked for, nothing yet (glsl/lod/tree.glsl)
+        self._split = ctx.buffer(np.zeros(6 * self._words, "u4").tobytes())
+        self._active = ctx.buffer(reserve=_ASKING + 16 + 4 * self._tiles)
+        self._offsets = ctx.buffer(reserve=4 * layout.SIZES * self._tiles)
+        self._summary = ctx.buffer(reserve=layout.SUMMARY.itemsize)
+        self._nothing = ctx.buffer(np.array([0, 0, 1, 0] * 2 + [0] * 11, "u4").tobytes())
+        self.patches = ctx.buffer(reserve=layout.PATCH.itemsize * 65536)
+        self.draws = ctx.buffer(reserve=gl.COMMAND_STRIDE * 64)
+
+    @property
+    def bytes(self) -> int:
+        """GPU memory of the tree, the lists and the patches."""
+        buffers = (self._split, self._active, self._offsets, self._summary, self.patches, self.draws)
+        return sum(buffer.size for buffer in buffers)
+
+    def select(
+        self,
+        camera: Camera,
+        size: tuple[int, int],
+        near_m: float,
+        tolerance_px: float = 0.0,
+        metric: str = "max",
+        cull: bool = True,
+        triangles: int | None = None,
+        parameters: None = None,
+    ) -> Selection:
+        """Choose the patches for a picture of `size` (width, height); there are no further `parameters`.
+
+        No post is then drawn further than `tolerance_px` from where it belongs; or, with the metric "rms", the root
+        mean square of all posts' distances is within it. Patches outside the picture are left out, unless `cull` is
+        False. A tolerance of 0 draws every cell in the picture at full resolution.
+
+        With a number of `triangles`, at least 2, the tolerance says nothing: the squares of all posts' distances in the
+        picture, weighted by `reference.post_weights`, are then as little in sum as so many triangles can make them; and
+        cells close to the eye are fans where that pays between their posts (`reference.cell_squares`).
+        """
+        settings = {
+            "tolerance_px": float_below(tolerance_px),
+            "metric": (*METRICS, METRES).index(metric),
+            "cull": cull,
+        }
+        self.view.write(self.terrain, camera, size, near_m, **settings)
+        self._bind()
+        self._summary.write(np.float32(0 if triangles else -1).tobytes(), offset=_offset("price"))
+        self._summary.write(np.uint32(triangles or 0).tobytes(), offset=_offset("budget"))
+        if triangles:
+            self._search()
+        else:
+            self._grow_tree()
+        if not triangles and tolerance_px > 0 and metric != "rms":
+            summary = self._agree()
+        else:
+            self._list_tiles()
+            summary = self._count_patches()
+        selection = self._selection(summary)
+        self._make_room(selection)
+        self.patches.bind_to_storage_buffer(5)
+        self._look_at_tiles(_EMIT)
+        self.draws.bind_to_storage_buffer(5)
+        self._run("draws", max(1, -(-selection.draws // layout.GROUP)))
+        return selection
+
+    def select_everywhere(self, max_error_m: float) -> Selection:
+        """Choose patches over the whole map, nowhere further from a post than so many metres of height.
+
+        There is no eye; what is certified is in metres, too.
+        """
+        anywhere = Camera.default(self.terrain.heightmap)
+        return self.select(anywhere, (1, 1), 1.0, max_error_m, METRES, cull=False)
+
+    @property
+    def feed(self) -> list[tuple[Any, ...]]:
+        """A patch is one vertex."""
+        return [(self.patches, "2u4", "in_patch")]
+
+    def bind(self) -> None:
+        """Make all that the stages read visible to them."""
+        self.terrain.bind()
+        self.view.bind()
+
+    def update(self, posts: Rect) -> None:
+        """Follow an edit: every selection reads the error tables anew."""
+
+    def release(self) -> None:
+        """Release GPU resources."""
+        buffers = (self._split, self._active, self._offsets, self._summary, self._nothing, self.patches, self.draws)
+        for resource in (*buffers, *self._kernels.values()):
+            resource.release()
+        if self._own_view:
+            self.view.release()
+
+    def _bind(self) -> None:
+        self.bind()
+        self.tables.bind()
+        for i, buffer in enumerate((self._split, self._active, self._offsets, self._summary), 1):
+            buffer.bind_to_storage_buffer(i)
+        self.tables.gains.bind_to_storage_buffer(5)
+
+    def _search(self) -> None:
+        """Grow the tree of one price after another; once its triangles are right, the GPU skips what is left."""
+        for step in range(ROUNDS + 1):
+            self._kernels["search"]["u_start"], self._kernels["search"]["u_last"] = step == 0, step == ROUNDS
+            self._run("search", 1)
+            self._grow_tree(skipping=True)
+            if step < ROUNDS:
+                self._list_tiles(skipping=True)
+                self._look_at_tiles(_TRIANGLES)
+
+    def _grow_tree(self, skipping: bool = False) -> None:
+        self._run_on_levels("refine", range(self.terrain.top_level, 0, -1), skipping)
+        self._balance(skipping)
+
+    def _balance(self, skipping: bool = False) -> None:
+        self._run_on_levels("balance", range(1, self.terrain.top_level), skipping)
+
+    def _run_on_levels(self, name: str, levels: range, skipping: bool) -> None:
+        for j in levels:
+            self._kernels[name]["u_which_level"] = j
+            if skipping:
+                self._run_as_told(name, "groups", j)
+            else:
+                columns, rows = self.terrain.levels[j].size
+                self._run(name, -(-columns // (layout.TILE * layout.GROUP)), rows)
+
+    def _agree(self) -> np.void:
+        """Let leaves that are too coarse as they stand cut edges or split; once all pass, the GPU skips what is left.
+
+        Returns what the mesh comes to. The last round's tiles are the mesh's: they need not be listed again.
+        """
+        self._ask_again(start=True)
+        while True:
+            for _ in range(AGREEING):
+                self._run_as_told("tiles", "groups")
+                self._run_on_tiles("agree", _ASKING)
+                self._run_as_told("commit", "groups_of_words")
+                self._ask_again()
+                self._balance(skipping=True)
+            summary = self._count_patches()
+            if summary["groups"][0, 0] == 0:
+                return summary
+
+    def _ask_again(self, start: bool = False) -> None:
+        self._kernels["again"]["u_start"] = start
+        self._run("again", 1)
+
+    def _list_tiles(self, skipping: bool = False) -> None:
+        self.ctx.copy_buffer(self._active, self._nothing, 32)
+        if skipping:
+            self._run_as_told("tiles", "groups")
+        else:
+            self._run("tiles", -(-self._tiles // layout.GROUP))
+
+    def _count_patches(self) -> np.void:
+        """What the listed tiles' patches come to, a record `layout.SUMMARY`: the only thing that a frame waits for."""
+        self._look_at_tiles(_COUNT)
+        self._run("offsets", 1)
+        return np.frombuffer(self._summary.read(layout.SUMMARY.itemsize), layout.SUMMARY)[0]
+
+    def _look_at_tiles(self, what: int) -> None:
+        if what != _EMIT:
+            self.ctx.copy_buffer(self._summary, self._nothing, _offset("price"), read_offset=32)
+        self._kernels["patches"]["u_pass"] = what
+        self._run_on_tiles("patches")
+
+    def _selection(self, summary: np.void) -> Selection:
+        counts = tuple(int(n) for n in summary["count"][: layout.SIZES])
+        draws = sum(-(-n // (gl.MOST_VERTICES // (2**s + 1) ** 2)) for s, n in enumerate(counts))
+        triangles, splits = int(summary["triangles"]), int(summary["splits"])
+        most = sum(n * max(8, 2 * 4**s) for s, n in enumerate(counts))
+        price = float(summary["price"]) if summary["budget"] else None
+        worst_px = float(summary["worst_px"])
+        certified_px = worst_px if worst_px < INFINITE_PX else math.inf
+        return Selection(self, counts, triangles, most, splits, certified_px, draws, price)
+
+    def _make_room(self, selection: Selection) -> None:
+        self.patches = gl.at_least(self.ctx, self.patches, selection.patches * layout.PATCH.itemsize)
+        self.draws = gl.at_least(self.ctx, self.draws, selection.draws * gl.COMMAND_STRIDE)
+
+    def _run(self, name: str, *groups: int) -> None:
+        self._kernels[name].run(*groups)
+        self.ctx.memory_barrier(_BARRIER)
+
+    def _run_as_told(self, name: str, groups: str, i: int = 0) -> None:
+        """Run a pass with as many groups as the summary says: none when what it is part of is over."""
+        self._kernels[name].run_indirect(self._summary, _offset(groups) + 16 * i)
+        self.ctx.memory_barrier(_BARRIER)
+
+    def _run_on_tiles(self, name: str, offset: int = 0) -> None:
+        self._kernels[name].run_indirect(self._active, offset)
+        self.ctx.memory_barrier(_BARRIER)

@@ -1,0 +1,98 @@
+"""Where the rings of the clipmap stand: nested rectangles of patches around the eye.
+
+Ring l has cells of 2^l posts. Its patches are 8 × 8 cells, and `across` of them reach across it in metres, as far north
+as east. It begins at an even place of its lattice, so it follows the eye in steps of two cells, and the next finer ring
+ends on its lattice (Asirvatham & Hoppe 2005, "Terrain rendering using GPU-based geometry clipmaps").
+"""
+
+from __future__ import annotations
+
+import math
+from typing import NamedTuple
+
+PATCH = 8  # ring cells a side of a patch
+PATCHES = 8  # patches across a ring, along the axis with the larger spacing
+
+
+class Ring(NamedTuple):
+    """One ring of the clipmap.
+
+    Attributes
+    ----------
+    level
+        Its cells are 2^level posts wide.
+    origin
+        Column and row of its north-west post; may lie beyond the map.
+    patches
+        Columns and rows of patches, those that the finer ring covers too.
+    """
+
+    level: int
+    origin: tuple[int, int]
+    patches: tuple[int, int]
+
+    @property
+    def end(self) -> tuple[int, int]:
+        """Column and row of its south-east post."""
+        side = PATCH << self.level
+        return self.origin[0] + self.patches[0] * side, self.origin[1] + self.patches[1] * side
+
+
+def rings_around(
+    eye_post: tuple[float, float],
+    away_m: float,
+    last_post: tuple[int, int],
+    spacing_m: tuple[float, float],
+    top_level: int,
+    across: int = PATCHES,
+    left_out: int = 0,
+) -> list[Ring]:
+    """Rings around a place, finest first; the last one covers the whole map.
+
+    Parameters
+    ----------
+    eye_post
+        Column and row below the eye; outside the map the nearest place on it counts.
+    away_m
+        Distance from the eye to the ground, about: rings that all lie nearer than that are left out.
+    last_post
+        Last column and row of the map.
+    top_level
+        Of the error tables: no ring is coarser.
+    across
+        Patches across a ring, along the axis with the larger spacing.
+    left_out
+        Leave out so many of the finest rings.
+    """
+    patches = _patches_across(spacing_m, across)
+    centre = [min(max(at, 0.0), float(last)) for at, last in zip(eye_post, last_post, strict=True)]
+    half_m = 0.5 * across * PATCH * max(spacing_m)
+    finest = min(top_level, max(0, math.floor(math.log2(max(away_m, half_m) / half_m))) + left_out)
+    rings = []
+    for level in range(finest, top_level + 1):
+        rings.append(_ring_at(level, centre, patches))
+        if _covers(rings[-1], last_post):
+            break
+    return rings
+
+
+def _patches_across(spacing_m: tuple[float, float], across: int) -> tuple[int, int]:
+    largest = max(spacing_m)
+    east, north = (max(across, round(across * largest / spacing)) for spacing in spacing_m)
+    return east, north
+
+
+def _ring_at(level: int, centre: list[float], patches: tuple[int, int]) -> Ring:
+    step = 2 << level
+    corner = [at - 0.5 * n * (PATCH << level) for at, n in zip(centre, patches, strict=True)]
+    col, row = (step * math.floor(at / step + 0.5) for at in corner)
+    return Ring(level, (col, row), patches)
+
+
+def _covers(ring: Ring, last_post: tuple[int, int]) -> bool:
+    return all(ring.origin[i] <= 0 and ring.end[i] >= last_post[i] for i in range(2))
+
+
+def patches_for(triangles: int) -> int:
+    """Patches across a ring for a budget: units are not cut further there, so many triangles want small ones."""
+    return 16 if triangles >= 60_000 else 8 if triangles >= 12_000 else 4

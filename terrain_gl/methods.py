@@ -1,0 +1,142 @@
+"""The methods that draw a terrain: one registry, from a method's name to what selects its mesh.
+
+To add a method, write a selector (the protocol `Selector`), a function that makes it from `Selectors`, and one line in
+`REGISTRY`. The renderer, the options, the command line and the viewer read the names from there.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Callable
+from importlib import import_module
+from typing import Any, NamedTuple, Protocol, TypeVar
+
+from .camera import Camera
+from .error import ErrorTables
+from .lod import ClipmapSelector, QuadtreeSelector, Selection, View
+from .terrain import Rect, Terrain
+
+CERTIFIED, BASELINE, EXACT = "certified", "baseline", "exact"
+
+
+class Method(NamedTuple):
+    """A line of the registry.
+
+    Attributes
+    ----------
+    kind
+        CERTIFIED methods keep the tolerance; a BASELINE certifies nothing; an EXACT method draws every post.
+    factory
+        "module:function" below this package, imported when the method is first used: a function of `Selectors` that
+        returns a `Selector`.
+    help
+        What it is, in a few words.
+    """
+
+    kind: str
+    factory: str
+    help: str
+
+
+REGISTRY = {
+    "sat": Method(CERTIFIED, "methods:clipmap_of_tables", "a clipmap whose patches ask the summed-area tables"),
+    "clipmap": Method(BASELINE, "comparison.baselines:clipmap", "geometry clipmaps"),
+    "tessellated": Method(BASELINE, "comparison.baselines:tessellated", "clipmaps with hardware tessellation"),
+    "quadtree": Method(CERTIFIED, "methods:quadtree", "a restricted quadtree: the fewest triangles"),
+    "full": Method(EXACT, "methods:quadtree", "every post"),
+    "truth": Method(EXACT, "comparison.bilinear:truth", "every post, bilinear in between"),
+}
+METHODS = tuple(REGISTRY)
+BASELINES = tuple(name for name, method in REGISTRY.items() if method.kind == BASELINE)
+EVERY_POST = tuple(name for name, method in REGISTRY.items() if method.kind == EXACT)
+
+
+class Follower(Protocol):
+    """What follows edits of a terrain."""
+
+    @property
+    def bytes(self) -> int:
+        """GPU memory."""
+
+    def update(self, posts: Rect) -> None:
+        """Follow an edit of the posts of columns x0 to x1 and rows y0 to y1, (x0, y0, x1, y1)."""
+
+    def release(self) -> None:
+        """Release GPU resources."""
+
+
+class Selector(Follower, Protocol):
+    """Chooses the mesh of a picture."""
+
+    def select(
+        self,
+        camera: Camera,
+        size: tuple[int, int],
+        near_m: float,
+        tolerance_px: float = 0.0,
+        metric: str = "max",
+        cull: bool = True,
+        triangles: int | None = None,
+        parameters: Any = None,
+    ) -> Selection:
+        """Choose the mesh for a picture of `size` (width, height); the options are those of `RenderOptions`."""
+
+
+Made = TypeVar("Made", bound=Follower)
+
+
+class Selectors:
+    """The selectors of one terrain, by method name. Each is made when it is first asked for.
+
+    Parameters
+    ----------
+    tables
+        Error tables of the terrain.
+    view
+        The `View` block that all selectors write.
+    """
+
+    def __init__(self, tables: ErrorTables, view: View) -> None:
+        self.tables, self.view = tables, view
+        self._made: dict[Callable[[Selectors], Any], Any] = {}
+
+    @property
+    def terrain(self) -> Terrain:
+        """The map."""
+        return self.tables.terrain
+
+    @property
+    def bytes(self) -> int:
+        """GPU memory of all selectors that were made."""
+        return sum(made.bytes for made in self._made.values())
+
+    def __getitem__(self, method: str) -> Selector:
+        module, function = REGISTRY[method].factory.split(":")
+        selector: Selector = self.shared(getattr(import_module(f".{module}", __package__), function))
+        return selector
+
+    def shared(self, make: Callable[[Selectors], Made]) -> Made:
+        """What `make` returns: made once, shared by all selectors that ask for it."""
+        if make not in self._made:
+            self._made[make] = make(self)  # what it asks for is older than itself, and released later
+        made: Made = self._made[make]
+        return made
+
+    def update(self, posts: Rect) -> None:
+        """Follow an edit of the posts of columns x0 to x1 and rows y0 to y1, (x0, y0, x1, y1)."""
+        for made in self._made.values():
+            made.update(posts)
+
+    def release(self) -> None:
+        """Release GPU resources."""
+        while self._made:
+            self._made.popitem()[1].release()
+
+
+def quadtree(selectors: Selectors) -> QuadtreeSelector:
+    """The restricted quadtree: methods "quadtree" and "full"."""
+    return QuadtreeSelector(selectors.tables, selectors.view)
+
+
+def clipmap_of_tables(selectors: Selectors) -> ClipmapSelector:
+    """The clipmap whose patches ask the summed-area tables: method "sat"."""
+    return ClipmapSelector(selectors.tables, selectors.view)

@@ -1,1 +1,0 @@
-"""The other ways to draw a terrain, to compare `lod` with: clipmaps, tessellated clipmaps, and the truth itself."""

@@ -1,0 +1,227 @@
+"""The options of a frame: one record for `Renderer.render`, for the command line and for the viewer.
+
+Each option is declared once, as a field of `RenderOptions`: its default, its choices, and the flags of the command line
+with their help. To add an option, touch at most four files:
+
+1. here, the field with its declaration, a line in `Attributes`, and a check in `__post_init__` if its range is limited;
+2. the code that draws with it (an option of shading: a field of `shade.Look` and the GLSL that reads it);
+3. the section of the viewer's panel, if it shall be there (`viewer/sections.py`);
+4. `cli/values.py`, if its text is of a new kind.
+"""
+
+from __future__ import annotations
+
+import math
+from dataclasses import dataclass, field, fields, replace
+from typing import Any, NamedTuple, Protocol
+
+import numpy as np
+
+from .camera import Camera
+from .exceptions import UsageError
+from .heightmap import Heightmap
+from .lod import METRICS
+from .methods import EVERY_POST, METHODS, REGISTRY
+from .shade import STYLES, SUN, Look
+
+NEAR = 0.1  # default distance of the near plane, in spacings
+
+
+class Flag(NamedTuple):
+    """How the command line takes an option.
+
+    Attributes
+    ----------
+    name
+        With its dashes.
+    kind
+        The function of `cli.values` that reads its text; "choice" for one of the choices, "file" for a file's name.
+    metavar
+        What stands for the value in the help.
+    """
+
+    name: str
+    kind: str
+    help: str
+    metavar: str | None = None
+
+
+class Option(NamedTuple):
+    """The declaration of an option.
+
+    Attributes
+    ----------
+    heading
+        Where it stands in the help: "detail", "picture" or "technical"; "" for options without a flag.
+    flags
+        How the command line takes it.
+    choices
+        What it may be, if it is a choice.
+    """
+
+    heading: str = ""
+    flags: tuple[Flag, ...] = ()
+    choices: tuple[str, ...] = ()
+
+
+def _option(default: Any, heading: str, *flags: Flag, choices: tuple[str, ...] = ()) -> Any:
+    """A field of `RenderOptions` with its declaration."""
+    return field(default=default, metadata={"option": Option(heading, flags, choices)})
+
+
+class Parameters(Protocol):
+    """How finely a baseline draws: `clipmap.Rings` or `tessellated.Edges`."""
+
+    @property
+    def method(self) -> str:
+        """The baseline that takes them."""
+
+
+def near_plane_m(heightmap: Heightmap, near_m: float | None = None) -> float:
+    """Distance of the near plane: the one asked for, or a tenth of the map's smaller spacing."""
+    return near_m or NEAR * min(heightmap.spacing_m)
+
+
+@dataclass(frozen=True)
+class RenderOptions:
+    """Options of one frame; the keywords of `Renderer.render` and `Renderer.draw`.
+
+    Attributes
+    ----------
+    max_error_px
+        The largest distance on the screen between where a post of the map is drawn and where it belongs
+        (metric "max"), or the root mean square of all those distances ("rms"). By default 1, unless a number of
+        triangles is asked for. Baselines certify nothing, and ignore it.
+    triangles
+        Instead of a tolerance: at most so many triangles, from 2 on, used where they reduce the sum of the squares of
+        those distances most. Each post is weighted by the width of a cell in pixels, or by 1 if that is less.
+    parameters
+        How finely a baseline draws: `clipmap.Rings` or `tessellated.Edges`. By default `triangles` decides.
+    metric
+        "max" or "rms": what the tolerance bounds, and what is certified of the mesh.
+    method
+        One of `terrain_gl.methods.METHODS`: "sat" by default; a baseline, "clipmap" or "tessellated"; "full" for every
+        post in the picture; or "truth", which is also bilinear between posts.
+    style
+        One of `terrain_gl.shade.STYLES`.
+    sun
+        Azimuth, clockwise from north, and elevation, in degrees.
+    sky, material, water_m
+        As `terrain_gl.shade.Look` has them: files, and metres.
+    near_m
+        Distance of the near plane; by default a tenth of the smaller spacing.
+    cull
+        Leave out patches that the picture does not show.
+    wires
+        Draw the triangles' edges over whatever the style shows.
+    chosen_for
+        Choose the mesh for the picture of this camera, and look at it with another one.
+
+    Raises
+    ------
+    UsageError
+        A value outside its range.
+    """
+
+    max_error_px: float | None = _option(
+        None, "detail", Flag("--max-error", "positive", "screen error (default: 1)", "PX")
+    )
+    triangles: int | None = _option(
+        None,
+        "detail",
+        Flag("--triangles", "count", "at most N, where they take away most error; of baselines about N", "N"),
+    )
+    parameters: Parameters | None = _option(
+        None,
+        "detail",
+        Flag("--ring", "rings", "clipmap: vertices a ring's side (default: 255)", "N"),
+        Flag("--edge", "edges", "tessellated: length of edges (default: 8)", "PX"),
+    )
+    metric: str = _option(
+        "max", "detail", Flag("--metric", "choice", "largest error, or root mean square"), choices=METRICS
+    )
+    method: str = _option(
+        "sat",
+        "detail",
+        Flag("--method", "choice", "; ".join(f"{name}: {method.help}" for name, method in REGISTRY.items())),
+        choices=METHODS,
+    )
+    style: str = _option("shaded", "picture", Flag("--style", "choice", "what is drawn"), choices=STYLES)
+    sun: tuple[float, float] = _option(
+        SUN, "picture", Flag("--sun", "sun", "degrees clockwise from north, and above the horizon", "AZ,EL")
+    )
+    sky: str | None = _option(
+        None,
+        "picture",
+        Flag("--sky", "file", "light from an equirectangular .hdr or .exr, north in the middle; its sun, too", "FILE"),
+    )
+    material: str | None = _option(
+        None, "picture", Flag("--material", "file", "colour of the ground from a picture of the map, north up", "FILE")
+    )
+    water_m: float | None = _option(None, "picture", Flag("--water", "number", "height of standing water", "M"))
+    near_m: float | None = _option(
+        None, "technical", Flag("--near", "positive", "near plane (default: 0.1 spacings)", "M")
+    )
+    cull: bool = _option(True, "")
+    wires: bool = _option(False, "")
+    chosen_for: Camera | None = _option(None, "")
+
+    def __post_init__(self) -> None:
+        self._check_detail()
+        if self.near_m is not None and not 0 < self.near_m < 1e9:
+            raise UsageError(f"near plane must stand more than 0 and less than 1e9 metres away, got {self.near_m:g}")
+        if not (np.shape(self.sun) == (2,) and np.isfinite(self.sun).all() and -90 <= self.sun[1] <= 90):
+            raise UsageError(f"sun: expected azimuth and elevation, -90 to 90 degrees, got {self.sun}")
+        if self.water_m is not None and not math.isfinite(self.water_m):
+            raise UsageError(f"water must stand at a finite height in metres, got {self.water_m:g}")
+        for name, known in CHOICES.items():
+            if (value := getattr(self, name)) not in known:
+                raise UsageError(f"{name}: expected one of {', '.join(known)}, got {value!r}")
+        if self.parameters and self.parameters.method != self.method:
+            raise UsageError(f"{type(self.parameters).__name__.lower()}: method {self.method} has no such parameter")
+
+    def _check_detail(self) -> None:
+        if self.triangles is None:
+            if self.max_error_px is None:
+                object.__setattr__(self, "max_error_px", 1.0)
+            elif not 0 < self.max_error_px < 1e6:
+                raise UsageError(
+                    f"max error must be more than 0 and less than 1,000,000 pixels, got {self.max_error_px:g}"
+                )
+        elif self.parameters:
+            raise UsageError("triangles and a baseline's own parameters: give one of them, the other follows")
+        elif self.max_error_px is not None:
+            raise UsageError("max error and triangles: give one of them, the other follows")
+        elif self.method in EVERY_POST:
+            raise UsageError(
+                f"triangles: method {self.method} draws every post; choose another method or leave triangles out"
+            )
+        elif not 2 <= self.triangles < 2**31 or self.triangles != int(self.triangles):
+            raise UsageError(f"triangles must be a whole number from 2 on and less than 2^31, got {self.triangles}")
+
+    def otherwise(self, **changes: Any) -> RenderOptions:
+        """The same options with `changes`; earlier choices that exclude them go back to their defaults."""
+        dropped: dict[str, Any] = {}
+        method = changes.get("method", self.method)
+        if changes.get("triangles") is not None:
+            dropped = {"max_error_px": None, "parameters": None}
+            dropped |= {"method": "sat"} if method in EVERY_POST else {}
+        elif method in EVERY_POST or changes.get("parameters") or changes.get("max_error_px") is not None:
+            dropped = {"triangles": None}
+        if method != self.method:
+            dropped["parameters"] = None
+        return replace(self, **dropped | changes)
+
+    @property
+    def look(self) -> Look:
+        """The options of shading."""
+        return Look(self.style, self.sun, self.sky, self.material, self.water_m, self.wires)
+
+    @property
+    def tolerance_px(self) -> float:
+        """The error that the mesh must keep; 0 for every post."""
+        return 0.0 if self.method in EVERY_POST or self.max_error_px is None else self.max_error_px
+
+
+OPTIONS: dict[str, Option] = {each.name: each.metadata["option"] for each in fields(RenderOptions)}
+CHOICES = {name: option.choices for name, option in OPTIONS.items() if option.choices}

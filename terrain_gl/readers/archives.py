@@ -1,0 +1,88 @@
+"""Maps inside .zip and .gz files: unpacked into a folder of their own, which goes when the map is read."""
+
+from __future__ import annotations
+
+import gzip
+import os
+import shutil
+import tempfile
+import zipfile
+import zlib
+from collections.abc import Callable
+from dataclasses import replace
+from typing import IO
+
+from terrain_gl.exceptions import TerrainError
+from terrain_gl.readers.raster import Blocks, Raster, one_line
+
+MOST_BYTES = 1 << 32  # unpacked
+MAPS = (
+    *(".tif", ".tiff", ".png", ".exr", ".hdr", ".npy", ".hgt", ".asc", ".img", ".nc", ".grd", ".bil", ".flt"),
+    *(".dem", ".dt0", ".dt1", ".dt2", ".pgm", ".r16", ".raw", ".xyz", ".vrt"),
+)
+Opener = Callable[[str], Raster]
+
+
+def open_gzip(path: str, name: str, opener: Opener) -> Raster:
+    """Open the file that a .gz holds: its name is the archive's without .gz."""
+    inner = os.path.basename(path)
+    inner = inner[:-3] if inner.lower().endswith(".gz") else inner
+
+    def unpack(folder: str) -> str:
+        with gzip.open(path) as packed:
+            _copy(packed, os.path.join(folder, inner), name)
+        return inner
+
+    return _unpacked(name, unpack, opener)
+
+
+def open_zip(path: str, name: str, opener: Opener) -> Raster:
+    """Open the one map that a .zip holds, with the files of the same folder beside it."""
+
+    def unpack(folder: str) -> str:
+        with zipfile.ZipFile(path) as archive:
+            inner = _only_map([member for member in archive.namelist() if not member.startswith("__MACOSX")], name)
+            within = os.path.dirname(inner)
+            for member in archive.infolist():
+                if os.path.dirname(member.filename) == within and not member.is_dir():
+                    with archive.open(member) as packed:
+                        _copy(packed, os.path.join(folder, os.path.basename(member.filename)), name)
+        return os.path.basename(inner)
+
+    return _unpacked(name, unpack, opener)
+
+
+def _only_map(members: list[str], name: str) -> str:
+    maps = [member for member in members if member.lower().endswith(MAPS)]
+    if len(maps) != 1:
+        raise TerrainError(f"{name}: holds {len(maps)} maps, not one: unpack it, and name a file of it")
+    return maps[0]
+
+
+def _unpacked(name: str, unpack: Callable[[str], str], opener: Opener) -> Raster:
+    folder = tempfile.TemporaryDirectory(prefix="terrain-gl-")
+    try:
+        raster = opener(os.path.join(folder.name, unpack(folder.name)))
+    except TerrainError as error:
+        folder.cleanup()
+        raise TerrainError(str(error).replace(folder.name, name)) from None
+    except (OSError, EOFError, RuntimeError, zlib.error, zipfile.BadZipFile, NotImplementedError) as error:
+        folder.cleanup()
+        raise TerrainError(f"{name}: does not unpack ({one_line(error)}): unpack it first") from None
+    return replace(raster, name=name, blocks=_then_cleanup(raster.blocks, folder))
+
+
+def _then_cleanup(blocks: Blocks, folder: tempfile.TemporaryDirectory[str]) -> Blocks:
+    with folder:
+        yield from blocks
+
+
+def _copy(packed: gzip.GzipFile | IO[bytes], path: str, name: str) -> None:
+    """Unpack a file; a few kilobytes may grow to a full disk."""
+    left = min(MOST_BYTES, shutil.disk_usage(os.path.dirname(path)).free // 2)
+    with open(path, "wb") as file:
+        while piece := packed.read(1 << 20):
+            left -= len(piece)
+            if left < 0:
+                raise TerrainError(f"{name}: unpacks to more than fits: unpack it yourself")
+            file.write(piece)

@@ -1,0 +1,185 @@
+"""Metres between posts from a grid transform and a coordinate reference system (CRS)."""
+
+from __future__ import annotations
+
+import math
+import os
+import re
+from typing import Any, NamedTuple
+
+from terrain_gl.exceptions import TerrainError
+from terrain_gl.readers.geodesy import WGS84, metres_per_degree
+from terrain_gl.readers.raster import Spacing, gdal_failures
+
+LEAST_STEP, LARGEST_STEP = 1e-9, 1e6  # between posts, in any unit, that are taken for meant
+FINEST_DEGREES = 0.1  # without a CRS, a step below this may be degrees
+WORLD_FILES = (".wld", ".pgw", ".pngw", ".tfw", ".tifw", ".tiffw", ".jgw", ".bpw", ".exrw", ".hdrw")
+
+
+class Grid(NamedTuple):
+    """Affine transform: x = a·column + b·row + c, y = d·column + e·row + f."""
+
+    a: float = 1.0
+    b: float = 0.0
+    c: float = 0.0
+    d: float = 0.0
+    e: float = 1.0
+    f: float = 0.0
+
+    @property
+    def tells_nothing(self) -> bool:
+        """Whether it is the one of rasters without a place."""
+        return self == Grid()
+
+    @property
+    def is_south_up(self) -> bool:
+        """Whether the first row is the southern one."""
+        return self.e > 0 and not self.tells_nothing
+
+
+class Georeference(NamedTuple):
+    """Where a raster lies: its grid, a rasterio CRS or None, columns and rows."""
+
+    grid: Grid
+    crs: Any
+    size: tuple[int, int]
+
+    @property
+    def middle_y(self) -> float:
+        """Latitude or northing of the middle row."""
+        return self.grid.f + self.grid.e * self.size[1] / 2
+
+
+def spacing_of(place: Georeference, name: str) -> tuple[Spacing | None, tuple[str, ...]]:
+    """Metres between posts, east and north, if the file tells; and notes for the user.
+
+    Degrees, and the metres of Web Mercator, are measured at the map's middle latitude. Without a usable CRS, the map's
+    own units count as metres.
+
+    Raises
+    ------
+    TerrainError
+        The raster is turned or mirrored.
+    """
+    grid = place.grid
+    if grid.tells_nothing:
+        return None, ()
+    steps = grid.a, abs(grid.e)
+    if not all(LEAST_STEP <= abs(step) <= LARGEST_STEP for step in steps) and not (grid.b and grid.d):
+        note = f"its geotransform has posts {grid.a:g} x {-grid.e:g} apart: the spacing counts as 1 m (--spacing)"
+        return None, (note,)
+    if grid.b or grid.d or grid.a < 0:
+        raise TerrainError(f"{name}: is not stored north up: turn it first with gdalwarp {name} north-up.tif")
+    return _metres(place, steps)
+
+
+def _metres(place: Georeference, steps: Spacing) -> tuple[Spacing, tuple[str, ...]]:
+    crs = place.crs
+    if crs is None and _may_be_degrees(place):
+        note = f"no coordinate system, but {steps[0]:g} between posts: taken as degrees (--spacing)"
+        return _scaled(steps, metres_per_degree(place.middle_y)), (note,)
+    if crs is None:
+        return steps, ()
+    if crs.is_geographic:
+        return _scaled(steps, metres_per_degree(place.middle_y, *_ellipsoid(crs))), ()
+    unit = _linear_unit_m(crs)
+    if unit is None:
+        note = (
+            f"no map units in its coordinate system: spacing {steps[0]:g} x {steps[1]:g} counts as metres (--spacing)"
+        )
+        return steps, (note,)
+    scale = _web_mercator_scale(place) if _is_web_mercator(crs) else (1.0, 1.0)
+    return _scaled(steps, (unit * scale[0], unit * scale[1])), ()
+
+
+def _scaled(steps: Spacing, unit: Spacing) -> Spacing:
+    return steps[0] * unit[0], steps[1] * unit[1]
+
+
+def _may_be_degrees(place: Georeference) -> bool:
+    grid, (cols, rows) = place.grid, place.size
+    east, south = grid.c + cols * grid.a, grid.f + rows * grid.e
+    inside = max(abs(grid.c), abs(east)) <= 360 and max(abs(grid.f), abs(south)) <= 90
+    return inside and max(grid.a, abs(grid.e)) <= FINEST_DEGREES
+
+
+def _is_web_mercator(crs: Any) -> bool:
+    try:
+        return bool(re.search("Pseudo.?Mercator|Mercator_Auxiliary_Sphere|Popular Visualisation", crs.to_wkt()))
+    except gdal_failures():
+        return False
+
+
+def _web_mercator_scale(place: Georeference) -> Spacing:
+    """Metres on the ground for a metre of the map: x = a λ, y = a artanh(sin φ) (Snyder 1987, eqs. 7-1 and 7-2)."""
+    latitude = math.degrees(math.asin(math.tanh(place.middle_y / WGS84[0])))
+    east, north = metres_per_degree(latitude)
+    degree = math.radians(1) * WGS84[0]
+    return east / degree, north / degree * math.cos(math.radians(latitude))
+
+
+def _linear_unit_m(crs: Any) -> float | None:
+    """Metres in one unit of a projected CRS; None for local, engineering, geocentric and vertical ones."""
+    try:
+        return float(crs.linear_units_factor[1]) if crs.is_projected else None
+    except gdal_failures():
+        return None
+
+
+def _ellipsoid(crs: Any) -> tuple[float, float]:
+    """Semi-major axis in metres and inverse flattening (0 for a sphere): not every map is of the Earth."""
+    try:
+        text = crs.to_wkt(version="WKT1_GDAL")
+    except gdal_failures():
+        return WGS84
+    found = re.search(r'SPHEROID\["[^"]*",([\d.]+),([\d.]+)', text)
+    return (float(found[1]), float(found[2])) if found else WGS84
+
+
+# --- Heights ----------------------------------------------------------------------------------------------------------
+
+_FOOT_M = 0.3048
+_UNITS = {
+    **dict.fromkeys(("m", "metre", "meter", "metres", "meters", ""), 1.0),
+    **dict.fromkeys(("ft", "foot", "feet", "international foot"), _FOOT_M),
+    **dict.fromkeys(("us-ft", "ftus", "us survey foot", "foot_us", "us_ft", "us feet", "sft"), 1200 / 3937),
+    **{"cm": 0.01, "centimetre": 0.01, "dm": 0.1, "mm": 0.001, "km": 1000.0, "fathom": 1.8288},
+}
+
+
+def vertical_unit_m(unit: str | None, crs: Any) -> tuple[float, tuple[str, ...]]:
+    """Metres in a unit of height: of the band, else of the vertical part of the CRS; and a note if it is unknown."""
+    word = " ".join((unit or "").lower().split())
+    if word in _UNITS and word:
+        return _UNITS[word], ()
+    if word:
+        return 1.0, (f"unit of heights {word[:30]!r} is unknown: values count as metres (--z-scale)",)
+    try:
+        text = crs.to_wkt(version="WKT1_GDAL") if crs is not None else ""
+    except gdal_failures():
+        return 1.0, ()
+    found = re.search(r'VERT_CS\[.*?UNIT\["[^"]*",([\d.eE+-]+)', text, re.DOTALL)
+    return (float(found[1]) if found else 1.0), ()
+
+
+# --- World files ------------------------------------------------------------------------------------------------------
+
+
+def world_file(path: str) -> Grid | None:
+    """The grid that a world file beside an image states: a, d, b, e, and x, y of the first post's middle."""
+    stem = os.path.splitext(path)[0]
+    for ending in WORLD_FILES:
+        for name in (stem + ending, stem + ending.upper()):
+            if os.path.isfile(name) and not os.path.islink(name) and os.path.getsize(name) < 1000:
+                return _six_numbers(name)
+    return None
+
+
+def _six_numbers(path: str) -> Grid | None:
+    with open(path, encoding="ascii", errors="replace") as file:
+        words = file.read().replace(",", ".").split()
+    try:
+        a, d, b, e, x, y = (float(word) for word in words[:6])
+    except ValueError:
+        return None
+    return Grid(a, b, x - (a + b) / 2, d, e, y - (d + e) / 2)

@@ -1,0 +1,105 @@
+"""Stored pixels as metres: encodings, marks of voids, scale and offset."""
+
+from __future__ import annotations
+
+import contextlib
+from collections.abc import Callable
+
+import numpy as np
+
+from terrain_gl.exceptions import TerrainError
+from terrain_gl.readers.arrays import SRTM_VOID
+from terrain_gl.readers.raster import Raster
+
+
+def read_heights(
+    raster: Raster,
+    scales: tuple[float, float],
+    nodata: float | None = None,
+    encoding: str = "plain",
+    progress: Callable[[float], None] | None = None,
+) -> np.ndarray:
+    """Read all blocks of a raster: (rows, cols) float32 metres, NaN where void.
+
+    Parameters
+    ----------
+    scales : (float, float)
+        A height is value · scale + offset, in metres.
+    nodata : float, optional
+        A value that marks voids, beside the raster's own.
+    encoding : str
+        One of `ENCODINGS`.
+    progress : function, optional
+        Told the part done, 0 to 1.
+    """
+    heights = np.empty(raster.shape[:2], np.float32)
+    marks = _void_marks(raster, nodata)
+    done = 0
+    with contextlib.closing(raster.blocks) as blocks:
+        for where, pixels in blocks:
+            values = ENCODINGS[encoding](pixels, raster)
+            heights[where] = _metres(values, marks, *scales)
+            if raster.has_alpha:
+                heights[where][pixels[..., -1] == 0] = np.nan
+            done += values.size
+            if progress:
+                progress(done / heights.size)
+    return heights
+
+
+def _void_marks(raster: Raster, nodata: float | None) -> list[float]:
+    """The stored values that mean "no data", as the pixels' own type rounds them."""
+    own = raster.nodata
+    if own is None and raster.dtype.newbyteorder("=") == np.int16:
+        own = SRTM_VOID
+    marks = [float(mark) for mark in (own, nodata) if mark is not None]
+    with np.errstate(over="ignore"):
+        return [float(raster.dtype.type(mark)) if raster.dtype.kind == "f" else mark for mark in marks]
+
+
+def _metres(values: np.ndarray, marks: list[float], z_scale: float, z_offset_m: float) -> np.ndarray:
+    """Scale in float64, so that centimetres survive at 8848 m, and round to float32 once."""
+    with np.errstate(all="ignore"):
+        heights = (values * z_scale + z_offset_m).astype(np.float32)
+    void = ~np.isfinite(heights)
+    for mark in marks:
+        void |= values == mark
+    heights[void] = np.nan
+    return heights
+
+
+def _plain(pixels: np.ndarray, raster: Raster) -> np.ndarray:
+    """One channel of values; or the colours of a float image, where HDR has no grey, if they are all equal."""
+    grey = pixels[..., 0].astype(np.float64)
+    others = pixels[..., 1 : raster.colours]
+    first = np.broadcast_to(pixels[..., :1], others.shape)
+    same = raster.dtype.kind == "f" and np.array_equal(others, first, equal_nan=True)
+    if raster.colours > 1 and not same:
+        raise TerrainError(
+            f"{raster.name}: has {raster.colours} colour channels: if they pack heights, give --encoding terrarium "
+            "or mapbox, else convert it to one grey channel"
+        )
+    return grey
+
+
+def _packed(pixels: np.ndarray, raster: Raster) -> np.ndarray:
+    """Red, green, blue as one 24-bit integer."""
+    if raster.colours != 3 or raster.dtype != np.uint8:
+        raise TerrainError(
+            f"{raster.name}: has {raster.colours} channels of {raster.dtype}: the encodings terrarium and mapbox are "
+            "8-bit RGB, drop --encoding"
+        )
+    return pixels[..., :3].astype(np.float64) @ [65536.0, 256.0, 1.0]
+
+
+def _terrarium(pixels: np.ndarray, raster: Raster) -> np.ndarray:
+    """Metres = 256 R + G + B/256 − 32768 (Mapzen terrain tiles)."""
+    return _packed(pixels, raster) / 256 - 32768
+
+
+def _mapbox(pixels: np.ndarray, raster: Raster) -> np.ndarray:
+    """Metres = (65536 R + 256 G + B) / 10 − 10000 (Mapbox Terrain-RGB)."""
+    return _packed(pixels, raster) / 10 - 10000
+
+
+ENCODINGS = {"plain": _plain, "terrarium": _terrarium, "mapbox": _mapbox}

@@ -1,0 +1,28 @@
+"""The specification: every stage of the line in float64 numpy, a few lines each, its equation above it.
+
+    heightmap   the truth: posts, and the surface between them
+    sat         summed-area tables, and the sum over a box
+    error       the error of each node; `bound`: of any box of nodes, and between the posts
+    project     from metres to pixels; `tree`, `lod` and `patches`: the selection; `clipmap`: that of method sat
+    mesh        the triangles of a patch
+    shade       mean height and mean slope under a pixel
+    light       lobes of light; `horizon`: what each place sees of sun and sky
+    generate    land from a seed
+
+The tests compare the shaders with these functions. They import numpy alone.
+"""
+
+from . import bound, clipmap, error, generate, heightmap, horizon, light, lod, mesh, patches, project, shade, tree
+from .bound import *
+from .error import *
+from .generate import *
+from .heightmap import *
+from .horizon import *
+from .light import *
+from .lod import *
+from .mesh import *
+from .patches import *
+from .project import *
+from .sat import *
+from .shade import *
+from .tree import *

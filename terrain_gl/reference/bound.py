@@ -1,0 +1,97 @@
+"""error, continued: the bound of any box of nodes from summed-area tables, and the error between the posts."""
+
+from __future__ import annotations
+
+import numpy as np
+
+from .sat import box_sum, sat
+
+CLASSES, PER_OCTAVE = 64, 4
+
+# Class c counts the nodes with M > limit(c),   limit(c) = span · 2^(−(c + 1)/n),   n classes an octave.
+# The box holds no such node if and only if its count is 0 (integral histogram, Porikli 2005). So
+#   M of the box ≤ limit(c),   c the last class with count 0;   and M ≤ span if there is none.
+
+
+def class_limits(span_m: float, classes: int = CLASSES, per_octave: int = PER_OCTAVE) -> np.ndarray:
+    """Error limit of each class in metres, from the largest down."""
+    return span_m * 2.0 ** (-(np.arange(classes) + 1) / per_octave)
+
+
+def class_tables(
+    errors: np.ndarray, span_m: float, classes: int = CLASSES, per_octave: int = PER_OCTAVE
+) -> list[np.ndarray]:
+    """Summed-area table of each class's counts for maximum errors (rows, cols), metres."""
+    return [sat((errors > limit).astype(np.uint32)) for limit in class_limits(span_m, classes, per_octave)]
+
+
+def bound_max_m(
+    tables: list[np.ndarray],
+    a: tuple[int, int],
+    b: tuple[int, int],
+    span_m: float,
+    per_octave: int = PER_OCTAVE,
+) -> float:
+    """Bound of the maximum error in metres over a box of table entries, columns a[0] to b[0] and rows a[1] to b[1]."""
+    empty = [box_sum(table, a, b) == 0 for table in tables]
+    sure = max((c for c in range(len(tables)) if empty[c]), default=None)
+    return span_m if sure is None else float(class_limits(span_m, len(tables), per_octave)[sure])
+
+
+# RMS of a box = √(Σ E / n),   E the squared error of each entry,   n the posts of the box
+
+
+def bound_rms_m(table: np.ndarray, a: tuple[int, int], b: tuple[int, int], posts: int, step_m2: float) -> float:
+    """Root mean square error in metres over a box, from a table of squared errors rounded up to multiples of a step."""
+    return float(np.sqrt(box_sum(table, a, b) * step_m2 / posts))
+
+
+def square_table(squares: np.ndarray, step_m2: float) -> np.ndarray:
+    """Summed-area table of squared errors (rows, cols), m², rounded up to whole steps in 64-bit words."""
+    return sat(np.ceil(squares / step_m2).astype(np.uint64))
+
+
+# Between the posts the truth is bilinear. Over a cell with corners a, b, c, d and twist t = a − b − c + d the drawing
+# adds to the error at the posts at most
+#   |t| / 4         where a diagonal crosses the cell
+#   |t| / 16        as four triangles around the middle at (a + b + c + d) / 4
+#   |t| / (4 n²)    as n × n equal parts, two triangles each
+
+
+def twists(heights: np.ndarray) -> np.ndarray:
+    """Twist t of each cell, (rows − 1, cols − 1) metres."""
+    return heights[:-1, :-1] - heights[:-1, 1:] - heights[1:, :-1] + heights[1:, 1:]
+
+
+def diagonal_error(twist: np.ndarray) -> np.ndarray:
+    """Largest distance between a cell cut along a diagonal and the bilinear truth."""
+    return np.abs(twist) / 4
+
+
+def fan_error(twist: np.ndarray) -> np.ndarray:
+    """Largest distance between four triangles around a cell's middle and the bilinear truth."""
+    return np.abs(twist) / 16
+
+
+def parts_error(twist: np.ndarray, n: int) -> np.ndarray:
+    """Largest distance between n × n equal parts of a cell, two triangles each, and the bilinear truth."""
+    return np.abs(twist) / (4 * n * n)
+
+
+# With n × n parts and whole edges, n ≥ 4, a triangle along an edge spans the whole edge and one part across:
+#   |t| (1 − 1/n) / (4 n)
+
+
+def cell_error(twist: np.ndarray, segments_log2: int) -> np.ndarray:
+    """Largest distance between a cell with 2^segments_log2 segments inside and whole edges, and the truth."""
+    n = 2.0**segments_log2
+    return np.abs(twist) / 4 * (1 / n**2 if segments_log2 < 2 else (1 - 1 / n) / n)
+
+
+# Mean squares over the cell:   t² / 90 along a diagonal,   t² / 1440 as four triangles around the middle
+
+
+def cell_squares(heights: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
+    """Mean squared distance from the bilinear truth over each cell, m², (rows − 1, cols − 1): as quad, as fan."""
+    squared = np.square(twists(heights))
+    return squared / 90, squared / 1440

@@ -1,0 +1,231 @@
+"""lod of method sat: a clipmap around the eye, whose patches ask the summed-area tables how coarse they may be.
+
+rings    nested rectangles around the eye; ring l stands on the lattice of 2^l posts
+blocks   8 × 8 units of one ring cell; a unit that 64 segments cannot hold is a block itself
+leaves   squares of 8, 4, 2 or 1 units: each is drawn as a patch of T × T segments
+edges    two leaves that meet take the finer spacing along their common edge
+"""
+
+from __future__ import annotations
+
+from collections.abc import Callable, Sequence
+from typing import NamedTuple
+
+import numpy as np
+
+from .bound import class_limits
+from .sat import box_sum
+
+PATCH = 8  # units a side of a block
+MOST_SEGMENTS_LOG2 = 6  # OpenGL's 64
+FINEST = -5  # log2 of the least spacing in ring 0: 32 segments between two posts; elsewhere 16
+PATCH_COST = 16.0  # triangles that a patch costs by itself
+ROUNDS = 3  # of blocks within blocks
+REFINE_FROM, REFINED = 3, 0.5  # units of 2^3 segments become blocks, which halves their cost, about
+Post = tuple[int, int]  # column, row
+
+
+class Leaf(NamedTuple):
+    """A square that is drawn as one patch: its north-west post, log2 of its side and of its spacing in posts."""
+
+    low: Post
+    side_log2: int
+    step_log2: int
+
+
+# Ring l has n patches of 8 · 2^l posts. It begins at an even place of its lattice, with its middle nearest to the eye:
+#   origin = 2 · 2^l · ⌊(eye − n · 8 · 2^l / 2) / (2 · 2^l) + 1/2⌋
+
+
+def ring_origin(eye: tuple[float, float], patches: tuple[int, int], level: int) -> Post:
+    """First column and row of a ring around a place on the map, given in posts."""
+    step = 2 << level
+    col, row = (
+        step * int(np.floor((at - 0.5 * n * (PATCH << level)) / step + 0.5)) for at, n in zip(eye, patches, strict=True)
+    )
+    return col, row
+
+
+# A tile of nodes is one entry of a level's tables, tile · 2^j posts wide. A box is widened to whole tiles.
+
+
+class Level(NamedTuple):
+    """Class tables of one level j: cells of 2^j × 2^j posts."""
+
+    classes: Sequence[np.ndarray]  # summed-area tables, (rows, cols) of tiles
+    tile: int  # nodes a side of a tile
+    span_m: float
+
+
+def tiles_over(level: Level, j: int, low: Post, end: Post, last: Post) -> tuple[Post, Post]:
+    """First tile, and the one after the last, of the cells from post `low` to post `end`; `last` is the map's."""
+    side = level.tile << j
+    rows, cols = level.classes[0].shape
+    x, y = (max(at, 0) // side for at in low)
+    x1, y1 = (min((min(e, of) - 1) // side + 1, n) for e, of, n in zip(end, last, (cols, rows), strict=True))
+    return (x, y), (x1, y1)
+
+
+# All cells of the box err by at most ε if the count of a class with limit(c) ≤ ε is 0. Below spacing 1 a cell of the
+# map is cut in n × n parts, n = 2^−j: it errs 1/n² as much.
+
+
+def is_within(levels: Sequence[Level], low: Post, end: Post, last: Post, step_log2: int, error_m: float) -> bool:
+    """Whether the tables hold every cell of spacing 2^step_log2 in a box within an error in metres."""
+    j = max(step_log2, 0)
+    level, allowed_m = levels[j], error_m * 4.0 ** max(-step_log2, 0)
+    if allowed_m >= level.span_m:
+        return True
+    below = np.flatnonzero(class_limits(level.span_m, len(level.classes)) <= allowed_m)
+    return len(below) > 0 and box_sum(level.classes[below[0]], *tiles_over(level, j, low, end, last)) == 0
+
+
+def finest_step(side_log2: int, ring_level: int) -> int:
+    """The least spacing, log2: 64 segments a side; between two posts 32 in ring 0, elsewhere 16."""
+    return max(side_log2 - MOST_SEGMENTS_LOG2, FINEST if ring_level == 0 else FINEST + 1)
+
+
+def next_step(coarsest: int, finest: int, holds: Callable[[int], bool]) -> int | None:
+    """The first spacing from the coarsest down that holds the tolerance; None if none does."""
+    return next((step for step in range(coarsest, finest - 1, -1) if holds(step)), None)
+
+
+# From the units up:   cost(square) = min(2 T² + 16,  Σ cost of its four parts)
+
+
+def cut_block(steps: dict[tuple[int, int, int], int | None], unit_log2: int, can_refine: bool) -> np.ndarray:
+    """Cut a block into leaves.
+
+    Parameters
+    ----------
+    steps
+        log2 of the spacing of each square (depth, column, row) in one piece; None if no spacing holds it. Squares of
+        depth d are 8 >> d units wide. Those with nothing to draw are missing.
+    unit_log2
+        Posts along a unit, log2.
+    can_refine
+        Whether units may become blocks.
+
+    Returns
+    -------
+    leaves
+        (8, 8, 2) of each unit, row after row: log2 of its leaf's units a side, and of its spacing. The first is −1
+        where there is nothing to draw, −2 where the unit becomes a block, −3 where no spacing holds the tolerance.
+    """
+    leaves = np.zeros((PATCH, PATCH, 2), int)
+    _cut(steps, unit_log2, can_refine, (0, 0, 0), leaves)
+    return leaves
+
+
+def _cut(
+    steps: dict[tuple[int, int, int], int | None],
+    unit_log2: int,
+    can_refine: bool,
+    square: tuple[int, int, int],
+    leaves: np.ndarray,
+) -> float:
+    """Cost of a square in triangles; its units are written to `leaves`."""
+    depth, x, y = square
+    side = PATCH >> depth
+    own = leaves[y * side : (y + 1) * side, x * side : (x + 1) * side]
+    if square not in steps:
+        own[...] = -1, 0
+        return 0.0
+    step = steps[square]
+    segments_log2 = unit_log2 + 3 - depth - step if step is not None else 0
+    whole = np.inf if step is None else 2.0 * 4.0**segments_log2 + PATCH_COST
+    if depth == 3:
+        refine = can_refine and (step is None or segments_log2 >= REFINE_FROM)
+        own[...] = (-2, 0) if refine else (-3, 0) if step is None else (0, step)
+        return whole * (REFINED if refine else 1.0)
+    at = [(depth + 1, 2 * x + k % 2, 2 * y + k // 2) for k in range(4)]
+    parts = sum(_cut(steps, unit_log2, can_refine, part, leaves) for part in at)
+    if step is not None and whole <= parts:
+        own[...] = 3 - depth, step
+        return whole
+    return parts
+
+
+# Where leaves of unlike size meet, the longer side is the edge. All leaves along it, on either side, take the finest
+# spacing among them.
+
+WEST, NORTH, EAST, SOUTH = range(4)
+
+
+def leaf_map(leaves: Sequence[Leaf], shape: tuple[int, int]) -> np.ndarray:
+    """Index of the leaf over each cell of a map with (rows, cols) posts; −1 where there is none."""
+    over = np.full((shape[0] - 1, shape[1] - 1), -1)
+    for i, leaf in enumerate(leaves):
+        (x, y), side = leaf.low, 1 << leaf.side_log2
+        over[max(y, 0) : y + side, max(x, 0) : x + side] = i
+    return over
+
+
+def edge_step_log2(leaves: Sequence[Leaf], over: np.ndarray, i: int, side: int) -> int:
+    """log2 of the posts between the vertices along a side of leaf i."""
+    own, beside = leaves[i], _beside(leaves, over, i, side)
+    larger = [k for k in beside if leaves[k].side_log2 > own.side_log2]
+    if larger:
+        own = leaves[larger[0]]
+        beside = _beside(leaves, over, larger[0], side ^ 2)
+    return min([own.step_log2, *(leaves[k].step_log2 for k in beside)])
+
+
+def _beside(leaves: Sequence[Leaf], over: np.ndarray, i: int, side: int) -> set[int]:
+    """Leaves along a side, just outside it."""
+    (x, y), length = leaves[i].low, 1 << leaves[i].side_log2
+    along, rows, cols = slice(max(x, 0), x + length), *over.shape
+    row, col = (y - 1 if side == NORTH else y + length), (x - 1 if side == WEST else x + length)
+    if side in (NORTH, SOUTH):
+        cells = over[row, along] if 0 <= row < rows else np.empty(0, int)
+    else:
+        cells = over[max(y, 0) : y + length, col] if 0 <= col < cols else np.empty(0, int)
+    return set(cells[cells >= 0].tolist())
+
+
+# A finer edge moves vertices of the strip beside it by d at most, away from the straight line between the cell's
+# corners. A place at the share w of the way to the cell's other side moves by (1 − w) d at most:
+#   error ≤ e + (1 − w) d
+
+
+def edge_move(edge: np.ndarray, step: int) -> float:
+    """The largest d: heights along one side of a cell, with a vertex every `step` posts."""
+    line = np.linspace(edge[0], edge[-1], len(edge))
+    return float(np.abs(edge - line)[::step].max())
+
+
+def strip_error(post_errors: np.ndarray, twists: np.ndarray, move: float) -> float:
+    """Bound of the error in metres of a cell whose north side is cut more finely.
+
+    Parameters
+    ----------
+    post_errors
+        (n + 1, n + 1) the worse of both diagonals at each post of the cell, metres.
+    twists
+        (n, n) of the map's cells in it, metres.
+    move
+        The largest d along its north side.
+    """
+    n = len(twists)
+    y, x = np.indices((n, n))
+    e = np.maximum.reduce([post_errors[:-1, :-1], post_errors[1:, :-1], post_errors[:-1, 1:], post_errors[1:, 1:]])
+    crossed = (x == y) | (x + y == n - 1)
+    return float((e + np.where(crossed, np.abs(twists) / 4, 0) + (1 - y / n) * move).max())
+
+
+# With a budget, the price λ of a triangle decides:   cost(square) = min over T of  E(T) + λ (2 T² + 16)
+# (Everett 1963, "Generalized Lagrange multiplier method"). Triangles fall as λ rises.
+
+
+def cheapest(weights: np.ndarray, price: float) -> tuple[float, int]:
+    """Least cost of a square, and log2 of its segments; `weights` are squared pixels for T = 1, 2, 4, ... 64."""
+    costs = weights + price * (2.0 * 4.0 ** np.arange(len(weights)) + PATCH_COST)
+    best = int(np.argmin(costs))
+    return float(costs[best]), best
+
+
+def bracket(low: float, high: float, counts: np.ndarray, target: int) -> tuple[float, float]:
+    """Between which prices, log2, to look next: the last one tried that makes too many, the first that does not."""
+    k = int(np.argmax(counts <= target)) if (counts <= target).any() else len(counts) - 1
+    prices = np.linspace(low, high, len(counts))
+    return float(prices[max(k - 1, 0)]), float(prices[k])

@@ -1,0 +1,92 @@
+"""horizon: how much of the sun and of the sky each place sees."""
+
+from __future__ import annotations
+
+import numpy as np
+
+from .heightmap import bilinear_heights, normals_of
+
+# sin θ = max over points q ahead of   Δh / √(Δh² + d²),   d the level distance to q
+
+
+def horizon_sines(
+    heights: np.ndarray, posts: np.ndarray, towards: tuple[float, float], spacing_m: tuple[float, float]
+) -> np.ndarray:
+    """Sine of the horizon's elevation, by marching in quarters of a post; -1 where only sky lies ahead.
+
+    Parameters
+    ----------
+    posts
+        (..., 2) columns and rows of the places.
+    towards
+        Direction as columns and rows of one step, the larger of them 1 or -1.
+    """
+    h, x, y = heights.astype(np.float64), posts[..., 0].astype(np.float64), posts[..., 1].astype(np.float64)
+    last_y, last_x = np.array(h.shape) - 1
+    own, slope = bilinear_heights(h, x, y), np.full(x.shape, -np.inf)
+    step_m = float(np.hypot(towards[0] * spacing_m[0], towards[1] * spacing_m[1]))
+    for steps in np.arange(0.25, max(h.shape), 0.25):
+        at_x, at_y = x + steps * towards[0], y + steps * towards[1]
+        inside = (at_x >= 0) & (at_x <= last_x) & (at_y >= 0) & (at_y <= last_y)
+        rise = bilinear_heights(h, np.clip(at_x, 0, last_x), np.clip(at_y, 0, last_y)) - own
+        slope = np.where(inside, np.maximum(slope, rise / (steps * step_m)), slope)
+    seen = np.where(np.isinf(slope), 0.0, slope)
+    return np.where(np.isinf(slope), -1.0, seen / np.hypot(1, seen))
+
+
+# Share of a disc of radius ρ above a straight horizon, x = (elevation − horizon) / ρ in [−1, 1]:
+#   1/2 + (x √(1 − x²) + arcsin x) / π
+
+
+def disc_share(elevation: np.ndarray, horizon: np.ndarray, radius: float) -> np.ndarray:
+    """Share of a disc that stands above a straight horizon; all angles in radians."""
+    x = np.clip((np.asarray(elevation) - horizon) / radius, -1, 1)
+    return 0.5 + (x * np.sqrt(1 - x * x) + np.arcsin(x)) / np.pi
+
+
+def middles_of_cells(heights: np.ndarray) -> np.ndarray:
+    """Column and row of the middle of each cell, (rows - 1, cols - 1, 2)."""
+    y, x = np.indices((heights.shape[0] - 1, heights.shape[1] - 1)) + 0.5
+    return np.stack([x, y], -1)
+
+
+# E = visible share of the disc × max(n · l, 0)
+
+
+def sunlit(
+    heights: np.ndarray, sun: np.ndarray, radius: float, towards: tuple[float, float], spacing_m: tuple[float, float]
+) -> np.ndarray:
+    """Share of the sun's disc that each cell's middle sees, times the cosine, (rows - 1, cols - 1)."""
+    horizon = np.arcsin(horizon_sines(heights, middles_of_cells(heights), towards, spacing_m))
+    cosine = np.maximum(normals_of(heights, spacing_m) @ np.asarray(sun), 0)
+    return disc_share(np.arcsin(sun[2]), horizon, radius) * cosine
+
+
+# ∫ SG(ω) V(ω) max(n · ω, 0) dω / ∫ SG(ω) dω,   V = 1 above the horizon, 0 below
+
+
+def skylit(
+    heights: np.ndarray, axis: np.ndarray, sharpness: float, spacing_m: tuple[float, float], azimuths: int = 32
+) -> tuple[np.ndarray, np.ndarray]:
+    """Light that each cell gets of a lobe of the sky: with the horizons, and with its own plane as the only one."""
+    n, middles = normals_of(heights, spacing_m), middles_of_cells(heights)
+    z = -1 + (np.arange(100) + 0.5) / 50
+    got, of_all, total = np.zeros(n.shape[:2]), np.zeros(n.shape[:2]), 0.0
+    for azimuth in (np.arange(azimuths) + 0.5) * 2 * np.pi / azimuths:
+        east, north = np.cos(azimuth), np.sin(azimuth)
+        step = np.array([east / spacing_m[0], -north / spacing_m[1]])
+        horizon = horizon_sines(heights, middles, tuple(step / np.abs(step).max()), spacing_m)
+        for w in np.stack([np.sqrt(1 - z * z) * east, np.sqrt(1 - z * z) * north, z], -1):
+            gaussian = np.exp(sharpness * (w @ np.asarray(axis) - 1))
+            cosine = gaussian * np.maximum(n @ w, 0)
+            got, of_all, total = got + cosine * (w[2] > horizon), of_all + cosine, total + gaussian
+    return got / total, of_all / total
+
+
+def pack_shares(shares: np.ndarray) -> np.ndarray:
+    """Shares (lobes, rows, cols) of 0 to 1, three to a word of ten bits each: (rows, cols, 4) uint32."""
+    steps = np.rint(1023 * shares).astype(np.uint32)
+    words = np.zeros((*shares.shape[1:], 4), np.uint32)
+    for lobe, step in enumerate(steps):
+        words[..., lobe // 3] |= step << np.uint32(10 * (lobe % 3))
+    return words

@@ -1,0 +1,246 @@
+"""lod: the selection, a pure function of error tables and view.
+
+    refine    from the root down, split each node that holds the tolerance neither as quad nor as fan
+    balance   split more, until neighbours are within one level
+    agree     a leaf over tolerance asks to split some of its edges, or else to be split itself; balance; repeat
+    leaf      draw each leaf in the picture as a quad or as a fan
+
+With a price instead of a tolerance: refine splits each node whose parts are worth their triangles; there is no agree.
+A level is an array over its nodes, (rows, cols). Edges have the order west, north, east, south.
+"""
+
+from __future__ import annotations
+
+from typing import NamedTuple
+
+import numpy as np
+
+from .bound import cell_squares
+from .error import max_children, node_axes, node_errors, per_node, split_gains, top_level, wedge_errors
+from .project import BoxProjection, View, error_px, project_boxes
+from .tree import balance, children_of, existing, grow, neighbours, unsplit
+
+
+class Errors(NamedTuple):
+    """What the selection knows of a level's nodes, (rows, cols): metres, of whatever view."""
+
+    quad_max: np.ndarray
+    fan_max: np.ndarray  # nested: at least the children's
+    quad_rms: np.ndarray  # over the node's own posts; void posts count as exact
+    fan_rms: np.ndarray  # nested too
+    whole: np.ndarray  # (rows, cols, 4): largest error in each wedge of the fan with its edge whole
+    split: np.ndarray  # and with its edge split
+    low_m: np.ndarray  # the node's heights are between these
+    high_m: np.ndarray
+    solid: np.ndarray  # no void in the node, so that the RMS is known
+    gain: np.ndarray  # squared error that a split removes for each triangle it adds, m²
+
+
+class Screen(NamedTuple):
+    """The same on the screen, pixels in the metric asked for."""
+
+    outside: np.ndarray  # not in the picture
+    quad_px: np.ndarray
+    whole_px: np.ndarray  # (rows, cols, 4)
+    split_px: np.ndarray
+    weight: np.ndarray  # n w², px²/m²
+    across: np.ndarray  # width of a cell in pixels, seen from above
+
+
+class Selection(NamedTuple):
+    """What a view is drawn with, of each level."""
+
+    splits: list[np.ndarray]
+    leaves: list[np.ndarray]  # drawn: leaves in the picture
+    fans: list[np.ndarray]  # leaves drawn as fans
+    edges: list[np.ndarray]  # (rows, cols, 4): a fan's edges that are split
+    triangles: int
+    certified_px: float
+
+
+def tables_of(heights: np.ndarray, void: np.ndarray | None = None) -> list[Errors]:
+    """Error tables of all levels of a map, (rows, cols) metres with voids filled."""
+    hole = np.zeros(heights.shape, bool) if void is None else void
+    gains, tables = split_gains(heights, void), [_cells(heights, hole)]
+    for level in range(1, top_level(heights.shape) + 1):
+        found, (y, x), gain = node_errors(heights, level, void), node_axes(heights.shape, level), gains[level - 1]
+        posts, closed = y.own.sum(1)[:, None] * x.own.sum(1), per_node(y, x)
+        solid_posts = (~hole[closed] & y.own[:, :, None, None] & x.own).sum((1, 3))
+        quad, fan = (np.sqrt(square * solid_posts / posts) for square in (found.quad_square, found.fan_square))
+        below = tables[-1]
+        tables.append(
+            Errors(
+                found.quad_max,
+                np.maximum(found.fan_max, max_children(below.fan_max, gain.shape)),
+                quad,
+                np.maximum(fan, max_children(below.fan_rms, gain.shape)),
+                *wedge_errors(heights, level, void),
+                heights[closed].min((1, 3)),
+                heights[closed].max((1, 3)),
+                ~hole[closed].any((1, 3)),
+                gain,
+            )
+        )
+    ranges = (children_of(values, tables[0].solid.shape) for values in (tables[1].low_m, tables[1].high_m))
+    return [tables[0]._replace(low_m=next(ranges), high_m=next(ranges)), *tables[1:]]
+
+
+# Two more triangles turn a cell into a fan. Over its n pixels, one a post, they remove (n − 1) (t²/90 − t²/1440).
+
+
+def _cells(heights: np.ndarray, hole: np.ndarray) -> Errors:
+    """Cells have no error at their posts; their gain is per pixel between the posts and per triangle."""
+    quad, fan = cell_squares(heights)
+    none, four = np.zeros(quad.shape), np.zeros((*quad.shape, 4))
+    solid = ~(hole[1:, 1:] | hole[1:, :-1] | hole[:-1, 1:] | hole[:-1, :-1])
+    return Errors(none, none, none, none, four, four, none, none, solid, np.where(solid, (quad - fan) / 2, 0.0))
+
+
+def on_screen(
+    spacing_m: tuple[float, float], tables: list[Errors], view: View | None, metric: str = "max"
+) -> list[Screen]:
+    """Project the tables of all levels; metric "max" or "rms" in pixels, or "metres" without a view."""
+    shape = tuple(n + 1 for n in tables[0].solid.shape)
+    return [_screen(shape, spacing_m, errors, level, view, metric) for level, errors in enumerate(tables)]
+
+
+def _screen(
+    shape: tuple[int, ...], spacing_m: tuple[float, float], errors: Errors, level: int, view: View | None, metric: str
+) -> Screen:
+    if view is None:
+        one = np.ones(errors.solid.shape)
+        return Screen(one < 0, errors.quad_max, errors.whole, errors.split, one, one)
+    y, x = node_axes(shape, level)
+    box = (
+        np.stack(np.broadcast_arrays(cols * spacing_m[0], (shape[0] - 1 - rows)[:, None] * spacing_m[1], z))
+        for cols, rows, z in ((x.low, y.high, errors.low_m), (x.high, y.low, errors.high_m))
+    )
+    p = project_boxes(view, *box)
+    each = BoxProjection(*(field[..., None] for field in p))
+    quad_px = metric_px(view, p, errors.quad_max, np.where(errors.solid, errors.quad_rms, errors.quad_max), metric)
+    fan_rms = np.where(errors.solid, errors.fan_rms, errors.fan_max)[..., None]
+    wedges = (errors.whole, errors.split) if metric == "max" else [errors.fan_max[..., None].repeat(4, -1)] * 2
+    whole_px, split_px = (metric_px(view, each, wedge, np.minimum(fan_rms, wedge), metric) for wedge in wedges)
+    across = view.focal_px / p.middle_m * np.sqrt(spacing_m[0] * spacing_m[1])
+    weight = np.maximum(1.0, across) * np.square(view.focal_px * p.stretch / p.nearest_m)
+    return Screen(p.outside, quad_px, whole_px, split_px, weight, across)
+
+
+# RMS says nothing of the visible part of a node that is partly outside: there the maximum replaces it.
+
+
+def metric_px(view: View, p: BoxProjection, max_m: np.ndarray, rms_m: np.ndarray, metric: str) -> np.ndarray:
+    """Bound in pixels in the metric; 0 for boxes outside the picture."""
+    size_m = np.where(p.inside, rms_m, max_m) if metric == "rms" else max_m
+    return np.where(p.outside, 0.0, error_px(view, p, size_m, max_m))
+
+
+def select(screens: list[Screen], shape: tuple[int, ...], tolerance_px: float, metric: str = "max") -> Selection:
+    """Select the leaves that hold a tolerance, over a map of (rows, cols) posts."""
+    splits = unsplit(shape, len(screens) - 1)
+    cuts = [(np.zeros_like(level), np.zeros_like(level)) for level in splits]
+    grow(splits, [~s.outside & ((_least_px(s, metric) > tolerance_px) | (tolerance_px == 0)) for s in screens])
+    balance(splits)
+    while metric != "rms" and tolerance_px > 0 and agree(splits, cuts, screens, shape, tolerance_px):
+        balance(splits)
+    quads = [s.quad_px <= tolerance_px for s in screens]
+    return _leaves(splits, cuts, screens, shape, quads)
+
+
+def _least_px(s: Screen, metric: str) -> np.ndarray:
+    """Bound of the best way to draw a node. The RMS of fans is nested, that of quads is not: it must not decide."""
+    fan_px = np.minimum(s.whole_px, s.split_px).max(-1)
+    return fan_px if metric == "rms" else np.minimum(fan_px, s.quad_px)
+
+
+# At a price of λ px² a triangle: split where n w² gain > λ; draw a fan where n w² (Q − F) / (added triangles) > λ
+
+
+def select_at_price(tables: list[Errors], screens: list[Screen], shape: tuple[int, ...], price: float) -> Selection:
+    """Select the leaves of least Σ weight · error² + price · triangles."""
+    splits = unsplit(shape, len(screens) - 1)
+    cuts = [(np.zeros_like(level), np.zeros_like(level)) for level in splits]
+    pays = [~s.outside & (s.weight * errors.gain > price) for s, errors in zip(screens, tables, strict=True)]
+    grow(splits, pays)
+    balance(splits)
+    cells = screens[0].weight * np.maximum(1 - 1 / screens[0].across, 0) * tables[0].gain
+    quads = [~(cells > price) | screens[0].outside]
+    for level in range(1, len(screens)):
+        y, x = node_axes(shape, level)
+        posts, added = y.own.sum(1)[:, None] * x.own.sum(1), 2.0 - _on_rim(shape, level).sum(-1)
+        removed = (np.square(tables[level].quad_rms) - np.square(tables[level].fan_rms)) * posts
+        quads.append(~(screens[level].weight * removed > price * added) | (added <= 0))
+    return _leaves(splits, cuts, screens, shape, quads)
+
+
+def price_for(
+    tables: list[Errors], screens: list[Screen], shape: tuple[int, ...], triangles: int, steps: int = 40
+) -> float:
+    """Lowest price that keeps the selection within a number of triangles, by bisection of its logarithm."""
+    low, high = -60.0, 126.0
+    for _ in range(steps):
+        middle = 0.5 * (low + high)
+        fits = select_at_price(tables, screens, shape, 2.0**middle).triangles <= triangles
+        low, high = (low, middle) if fits else (middle, high)
+    return float(2.0**high)
+
+
+Cuts = list[tuple[np.ndarray, np.ndarray]]  # of each level, nodes whose west and whose north edge is split by agreement
+
+
+def agree(
+    splits: list[np.ndarray], cuts: Cuts, screens: list[Screen], shape: tuple[int, ...], tolerance_px: float
+) -> bool:
+    """Let each leaf over tolerance ask for edges or for a split; grant all at once; return whether any asked."""
+    asked = False
+    edges = [split_edges(splits[level], *cuts[level]) for level in range(len(splits))]
+    for level, exists in list(enumerate(existing(splits)))[1:]:
+        s, inner = screens[level], ~_on_rim(shape, level)[..., [1, 0, 1, 0]]
+        quad = (s.quad_px <= tolerance_px) & ~edges[level].any(-1)
+        leaf = (exists & ~splits[level] & ~s.outside & ~quad)[..., None]
+        own, open_ = edges[level] & inner, np.stack(neighbours(exists), -1) & inner
+        lacking = leaf & (s.whole_px > tolerance_px) & ~own
+        helpless = leaf & (s.split_px > tolerance_px) & (own | lacking) | lacking & ~open_
+        split = helpless.any(-1)
+        west, north, east, south = np.moveaxis(lacking & ~split[..., None], -1, 0)
+        splits[level] |= split
+        cuts[level][0][:] |= west | np.pad(east, ((0, 0), (1, 0)))[:, :-1]
+        cuts[level][1][:] |= north | np.pad(south, ((1, 0), (0, 0)))[:-1]
+        asked |= bool(lacking.any() | helpless.any())
+    return asked
+
+
+def split_edges(splits: np.ndarray, cut_west: np.ndarray, cut_north: np.ndarray) -> np.ndarray:
+    """Edges of each node that are split, (rows, cols, 4): towards a finer neighbour, or by agreement."""
+    cut_east, cut_south = np.pad(cut_west, ((0, 0), (0, 1)))[:, 1:], np.pad(cut_north, ((0, 1), (0, 0)))[1:]
+    return np.stack(neighbours(splits), -1) | np.stack([cut_west, cut_north, cut_east, cut_south], -1)
+
+
+def _on_rim(shape: tuple[int, ...], level: int) -> np.ndarray:
+    """Whether the middle of each node is on the map's last column, and on its last row: (rows, cols, 2)."""
+    y, x = node_axes(shape, level)
+    return np.stack(np.broadcast_arrays(x.mid == x.high, (y.mid == y.high)[:, None]), -1) & (level > 0)
+
+
+# A quad has 2 triangles. A fan has 4, one more for each split edge, and one less for each rim that its middle is on.
+
+
+def _leaves(
+    splits: list[np.ndarray], cuts: Cuts, screens: list[Screen], shape: tuple[int, ...], quads: list[np.ndarray]
+) -> Selection:
+    leaves: list[np.ndarray] = []
+    fans: list[np.ndarray] = []
+    edges: list[np.ndarray] = []
+    triangles, worst_px = 0, 0.0
+    for level, exists in enumerate(existing(splits)):
+        s, rim = screens[level], _on_rim(shape, level)
+        edge = split_edges(splits[level], *cuts[level])
+        leaf = exists & ~splits[level] & ~s.outside
+        fan = leaf & (edge.any(-1) | ~quads[level])
+        edge &= fan[..., None] & ~rim[..., [1, 0, 1, 0]]
+        fan_px = np.where(edge, s.split_px, s.whole_px).max(-1)
+        worst_px = max(worst_px, float(np.where(fan, fan_px, s.quad_px)[leaf].max(initial=0.0)))
+        triangles += 2 * int((leaf & ~fan).sum()) + int((4 + edge.sum(-1) - rim.sum(-1))[fan].sum())
+        for found, value in ((leaves, leaf), (fans, fan), (edges, edge)):
+            found.append(value)
+    return Selection(splits, leaves, fans, edges, triangles, worst_px)

@@ -1,0 +1,38 @@
+"""sat: summed-area tables, and the sum over any box from four of their entries (Crow 1984)."""
+
+from __future__ import annotations
+
+import numpy as np
+
+# S(x, y) = Σ f(i, j) over i < x and j < y
+
+
+def sat(values: np.ndarray) -> np.ndarray:
+    """Summed-area table of a map.
+
+    Parameters
+    ----------
+    values
+        (rows, cols, ...) unsigned integers. Sums wrap at their word size.
+
+    Returns
+    -------
+    table
+        The shape and dtype of `values`, with table[y, x] = S(x + 1, y + 1).
+    """
+    return values.cumsum(1, dtype=values.dtype).cumsum(0, dtype=values.dtype)
+
+
+# box(a, b) = S(b.x, b.y) − S(a.x, b.y) − S(b.x, a.y) + S(a.x, a.y)
+
+
+def box_sum(table: np.ndarray, a: tuple[int, int], b: tuple[int, int]) -> int:
+    """Sum over columns a[0] to b[0] and rows a[1] to b[1], both ends excluded.
+
+    The difference of wrapped sums is exact as long as the box's own sum fits the table's word.
+    """
+
+    def S(x: int, y: int) -> int:
+        return int(table[y - 1, x - 1]) if x and y else 0
+
+    return (S(*b) - S(a[0], b[1]) - S(b[0], a[1]) + S(*a)) % 2 ** (8 * table.itemsize)

@@ -1,0 +1,20 @@
+"""The folders of files that come with the code: `glsl` and `heightmaps`."""
+
+from __future__ import annotations
+
+from pathlib import Path
+
+FOLDERS = ("glsl", "heightmaps")
+_PACKAGE = Path(__file__).resolve().parent
+
+
+def folder(name: str) -> Path:
+    """Find a folder inside the package, where an installation puts it, or beside it, as in a clone."""
+    inside = _PACKAGE / name
+    return inside if inside.is_dir() else _PACKAGE.parent / name
+
+
+def holds(path: Path) -> bool:
+    """Tell whether an existing file is one of those that come with the code."""
+    real = path.resolve()
+    return real.exists() and any(folder(name) in real.parents for name in FOLDERS)

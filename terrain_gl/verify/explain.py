@@ -1,0 +1,222 @@
+"""Why a patch is drawn as it is: the choices that its level was taken from, in metres and on the screen.
+
+Asked of the same tables by the same shader code that chooses: glsl/lod/explain.comp for the quadtree,
+glsl/rings/explain.comp for the clipmap.
+"""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+from typing import Any
+
+import moderngl
+import numpy as np
+
+from ..gpu import layout, shaders
+from ..gpu.bindings import bind
+from ..lod import ClipmapSelector, QuadtreeSelector, Selection
+
+_CHOICE = np.dtype([("quads", "4f4"), ("fan", "4f4")])
+_ANSWER = np.dtype([("projection", "4f4"), ("range_m", "4f4"), ("choice", _CHOICE, layout.MAX_LEVELS)])
+_RING_ANSWER = np.dtype([("projection", "4f4"), ("range_m", "4f4"), ("choice", "4f4", layout.SIZES)])
+
+
+@dataclass(frozen=True)
+class Choice:
+    """One way to draw a square of the map.
+
+    Attributes
+    ----------
+    segments
+        Segments a side; 0 is a fan around the middle.
+    step
+        Posts between vertices; less than 1 where cells of the map are cut.
+    max_m, rms_m
+        How far posts are off at most, and in the root mean square, in metres of height.
+    px
+        What that is on the screen at most, in the metric asked for.
+    """
+
+    segments: int
+    step: float
+    max_m: float
+    rms_m: float
+    px: float
+
+
+@dataclass(frozen=True)
+class Explanation:
+    """A patch, and what else it could have been.
+
+    Attributes
+    ----------
+    corner, side
+        Column and row of its north-west post, and posts along a side.
+    level
+        Of the quads: 2^level posts a side; below 0 where cells of the map are cut.
+    chosen
+        How it is drawn.
+    choices
+        How it could be drawn, coarsest first; among them `chosen`.
+    range_m
+        Lowest and highest height of a box around it.
+    nearest_m
+        View depth of the nearest corner of that box.
+    px_per_m
+        Pixels that a metre of height makes there, at most.
+    in_picture
+        Whether any of it is: what is not may be as coarse as it likes.
+    tolerance_px, metric
+        What was asked for.
+    bound_px
+        What the tables certify of the patch with its edges, next to finer neighbours; None if its record does not say.
+    """
+
+    corner: tuple[int, int]
+    side: int
+    level: int
+    chosen: Choice
+    choices: tuple[Choice, ...]
+    range_m: tuple[float, float]
+    nearest_m: float
+    px_per_m: float
+    in_picture: bool
+    tolerance_px: float
+    metric: str
+    bound_px: float | None = None
+
+
+class Explainer:
+    """Explains patches of what `levels` selected last."""
+
+    def __init__(self, levels: QuadtreeSelector) -> None:
+        self.ctx, self.levels = levels.ctx, levels
+        self._kernel: Any = shaders.compute(self.ctx, "lod/explain.comp")
+        self._ring_kernel: Any = None
+        self._answer = self.ctx.buffer(reserve=_ANSWER.itemsize)
+
+    def explain(
+        self, selection: Selection, post: tuple[float, float], tolerance_px: float, metric: str
+    ) -> Explanation | None:
+        """Explain the patch over a place of the map, given as column and row; None if nothing is drawn there.
+
+        The view must still be the one that was selected for.
+        """
+        if isinstance(selection.surface, ClipmapSelector):
+            return self._explain_ring(selection.surface, selection, post, tolerance_px, metric)
+        if not isinstance(selection.surface, QuadtreeSelector):
+            return None
+        record = self._patch_at(selection, post)
+        if record is None:
+            return None
+        corner = int(record["corner"][0]), int(record["corner"][1])
+        size_log2 = int(record["shape"]) >> 5 & 7
+        side_log2 = (int(record["shape"]) & 31) + size_log2 - 6
+        fan = bool(int(record["shape"]) >> 12 & 1)
+        edges = int(record["shape"]) >> 8 & 15 if fan else 0
+        answer = self._ask(corner, side_log2, edges)
+        choices = _choices(answer, side_log2, fan)
+        segments = 0 if fan else 1 << size_log2
+        chosen = next((choice for choice in choices if choice.segments == segments), None)
+        if chosen is None:  # its vertices are closer together than posts; the kernel knows no such choice yet
+            return None
+        return Explanation(
+            corner,
+            1 << side_log2,
+            side_log2 if fan else side_log2 - size_log2,
+            chosen,
+            choices,
+            *_seen(answer, self.levels.view.focal_px),
+            tolerance_px,
+            metric,
+        )
+
+    def _explain_ring(
+        self,
+        surface: ClipmapSelector,
+        selection: Selection,
+        post: tuple[float, float],
+        tolerance_px: float,
+        metric: str,
+    ) -> Explanation | None:
+        data = surface.patches.read(selection.patches * layout.RING_PATCH.itemsize) if selection.patches else b""
+        patches = np.frombuffer(data, layout.RING_PATCH)
+        record = _over(patches, 1 << (patches["shape"] & 31).astype(np.int64), post)
+        if record is None:
+            return None
+        corner = int(record["corner"][0]), int(record["corner"][1])
+        side_log2, step_log2 = int(record["shape"]) & 31, (int(record["shape"]) >> 5 & 63) - 16
+        answer = self._ask_ring(surface, corner, side_log2)
+        choices = tuple(
+            Choice(1 << k, 2.0 ** (side_log2 - k), *(float(v) for v in each[:3]))
+            for k, each in enumerate(answer["choice"])
+            if each[3]
+        )
+        chosen = next(choice for choice in choices if choice.segments == 1 << side_log2 - step_log2)
+        seen = _seen(answer, surface.view.focal_px)
+        bound_px = float(record["bound_px"])
+        return Explanation(corner, 1 << side_log2, step_log2, chosen, choices, *seen, tolerance_px, metric, bound_px)
+
+    def release(self) -> None:
+        """Release GPU resources."""
+        self._kernel.release()
+        if self._ring_kernel:
+            self._ring_kernel.release()
+        self._answer.release()
+
+    def _patch_at(self, selection: Selection, post: tuple[float, float]) -> np.void | None:
+        if not selection.patches:
+            return None
+        data = self.levels.patches.read(selection.patches * layout.PATCH.itemsize)
+        patches = np.frombuffer(data, layout.PATCH)
+        side = 1 << ((patches["shape"] & 31) + (patches["shape"] >> 5 & 7) - 6).astype(np.int64)
+        return _over(patches, side, post)
+
+    def _ask(self, corner: tuple[int, int], side_log2: int, edges: int) -> np.ndarray:
+        self.levels.bind()
+        self.levels.tables.bind()
+        bind("lod/explain.comp", Choices=self._answer)
+        self._kernel["u_low"], self._kernel["u_side_log2"] = corner, side_log2
+        self._kernel["u_edges"] = edges
+        self._kernel.run(1)
+        self.ctx.memory_barrier(moderngl.SHADER_STORAGE_BARRIER_BIT | moderngl.BUFFER_UPDATE_BARRIER_BIT)
+        return np.frombuffer(self._answer.read(), _ANSWER)[0]
+
+    def _ask_ring(self, surface: ClipmapSelector, corner: tuple[int, int], side_log2: int) -> np.ndarray:
+        self._ring_kernel = self._ring_kernel or shaders.compute(self.ctx, "rings/explain.comp")
+        surface.bind()
+        surface.tables.bind()
+        self._answer.bind_to_storage_buffer(4)
+        self._ring_kernel["u_low"], self._ring_kernel["u_side_log2"] = corner, side_log2
+        self._ring_kernel.run(1)
+        self.ctx.memory_barrier(moderngl.SHADER_STORAGE_BARRIER_BIT | moderngl.BUFFER_UPDATE_BARRIER_BIT)
+        return np.frombuffer(self._answer.read(_RING_ANSWER.itemsize), _RING_ANSWER)[0]
+
+
+def _over(patches: np.ndarray, side: np.ndarray, post: tuple[float, float]) -> np.void | None:
+    """The first record whose square of `side` posts holds a place."""
+    offset = np.asarray(post) - patches["corner"]
+    found = np.flatnonzero(((offset >= 0) & (offset <= side[:, None])).all(1))
+    return patches[found[0]] if len(found) else None
+
+
+def _seen(answer: np.ndarray, focal_px: float) -> tuple[tuple[float, float], float, float, bool]:
+    """Range of heights, least depth, pixels a metre, and whether any of it is in the picture."""
+    nearest_m, stretch = (float(v) for v in answer["projection"][:2])
+    low_m, high_m = (float(v) for v in answer["range_m"][:2])
+    return (low_m, high_m), nearest_m, focal_px * stretch / nearest_m, not answer["projection"][3]
+
+
+def _choices(answer: np.ndarray, side_log2: int, fan: bool) -> tuple[Choice, ...]:
+    """Coarsest first: two triangles, the fan, 2 × 2 quads, 4 × 4, ... every post; a cell's fan if it is one."""
+    found = []
+    for level in range(side_log2, -1, -1):
+        choice = answer["choice"][level]
+        size = side_log2 - level
+        ways = [(1 << size, 1 << level, choice["quads"])]
+        if size == 0 and level > 0:
+            ways.append((0, 1 << (level - 1), choice["fan"]))
+        elif size == 0 and fan:
+            ways.append((0, 1, choice["quads"]))
+        found += [Choice(segments, step, *(float(v) for v in e[:3])) for segments, step, e in ways if e[3]]
+    return tuple(found)

@@ -1,0 +1,129 @@
+"""Count the pixels where the sky shows through the surface."""
+
+from __future__ import annotations
+
+import numpy as np
+
+from ..camera import Camera
+from ..heightmap import Heightmap
+
+# within a pixel of its middle, at eighths: where samples are, and what sees the same fragment
+_AROUND = sorted(((i / 8, j / 8) for i in range(-8, 9) for j in range(-8, 9)), key=lambda at: np.hypot(*at))
+_PAIRS = (((0, 1), (0, -1)), ((1, 0), (-1, 0)), ((1, 1), (-1, -1)), ((1, -1), (-1, 1)))
+
+
+def count_holes(
+    covered: np.ndarray,
+    heightmap: Heightmap,
+    camera: Camera,
+    size: tuple[int, int],
+    near_m: float,
+    tolerance_px: float,
+) -> int:
+    """Pixels that no triangle covers although the truth does, by more than the tolerance.
+
+    A crack is thin: its pixels have covered ones on two opposite sides. Such a pixel is a hole if all rays around it
+    meet the ground however the surface is moved up and down by `tolerance_px` and one more: they are followed through
+    the full-resolution heights.
+
+    Parameters
+    ----------
+    covered
+        (height, width) bool, first row on top.
+    """
+    rows, cols = np.nonzero(_candidates(covered))
+    for dx, dy in _AROUND:
+        hits = _meets_ground(heightmap, camera, size, near_m, tolerance_px + 1.0, cols + 0.5 + dx, rows + 0.5 + dy)
+        rows, cols = rows[hits], cols[hits]
+    return len(rows)
+
+
+def _candidates(covered: np.ndarray) -> np.ndarray:
+    padded = np.pad(covered, 1)
+    height, width = covered.shape
+
+    def shifted(step: tuple[int, int]) -> np.ndarray:
+        return padded[1 + step[0] : 1 + step[0] + height, 1 + step[1] : 1 + step[1] + width]
+
+    between = np.zeros_like(covered)
+    for one, other in _PAIRS:
+        between |= shifted(one) & shifted(other)
+    return between & ~covered
+
+
+def _meets_ground(
+    heightmap: Heightmap,
+    camera: Camera,
+    size: tuple[int, int],
+    near_m: float,
+    slack_px: float,
+    x_px: np.ndarray,
+    y_px: np.ndarray,
+) -> np.ndarray:
+    """Whether rays through points of the picture (x right, y down, pixels) meet solid ground for sure, (n,) bool."""
+    focal = camera.focal_px(size[1])
+    picture = np.stack([(x_px - 0.5 * size[0]) / focal, (0.5 * size[1] - y_px) / focal, np.ones(len(x_px))], -1)
+    right, up, forward = camera.axes[:, 2]
+    stretch = np.hypot(right - picture[:, 0] * forward, up - picture[:, 1] * forward)
+    slack = slack_px / (focal * np.maximum(stretch, 1e-9))  # metres up or down, per metre of depth
+    eye, rays = np.asarray(camera.eye), picture @ camera.axes
+    return np.array([_ray_meets_ground(heightmap, eye, *ray, near_m) for ray in zip(rays, slack, strict=True)], bool)
+
+
+def _ray_meets_ground(heightmap: Heightmap, eye: np.ndarray, ray: np.ndarray, slack: float, near_m: float) -> bool:
+    """Follow a ray from cell to cell.
+
+    It meets the ground if it is above it by more than the slack, then below, or the other way round, and no void lies
+    between. On the cells' edges the height is known whatever their diagonals.
+    """
+    to_posts = np.array([1.0, -1.0]) / heightmap.spacing_m
+    start = np.array([0.0, heightmap.rows - 1.0]) + eye[:2] * to_posts
+    step = ray[:2] * to_posts
+    depth, x, y = _edges_crossed(start, step, heightmap, near_m)
+    above_m = eye[2] + depth * ray[2] - bilinear(heightmap.heights, x, y)
+    low, high = heightmap.range_m
+    side = np.sign(above_m) * (np.abs(above_m) > np.minimum(slack * depth, high - low))
+    middle = (depth[1:] + depth[:-1]) / 2
+    void = np.isnan(bilinear(heightmap.heights, start[0] + middle * step[0], start[1] + middle * step[1]))
+    voids_before = np.concatenate([[0], np.cumsum(void)])
+    sure = np.flatnonzero(np.abs(side) == 1)
+    change = side[sure[1:]] != side[sure[:-1]]
+    return bool(np.any(change & (voids_before[sure[1:]] == voids_before[sure[:-1]])))
+
+
+def _edges_crossed(
+    start: np.ndarray, step: np.ndarray, heightmap: Heightmap, near_m: float
+) -> tuple[np.ndarray, np.ndarray, np.ndarray]:
+    """Where a ray crosses the lines between posts, on the map and beyond the near plane: depths, columns, rows."""
+    last_post = np.array([heightmap.cols - 1, heightmap.rows - 1])
+    crossed = []
+    for axis in np.flatnonzero(np.abs(step) > 1e-12):
+        lines = np.arange(last_post[axis] + 1.0)
+        depth = (lines - start[axis]) / step[axis]
+        at = start + depth[:, None] * step
+        at[:, axis] = lines
+        crossed.append(np.c_[depth, at])
+    points = np.concatenate(crossed or [np.zeros((0, 3))])
+    on_map = ((points[:, 1:] >= 0) & (points[:, 1:] <= last_post)).all(1) & (points[:, 0] > near_m)
+    return tuple(points[on_map][np.argsort(points[on_map, 0])].T)
+
+
+def ground_m(heightmap: Heightmap, places: np.ndarray) -> np.ndarray:
+    """Heights at world places (..., 2); NaN over voids and outside the map."""
+    east, north = np.atleast_2d(places).T / np.array(heightmap.spacing_m)[:, None]
+    return bilinear(heightmap.heights, east, heightmap.rows - 1 - north)
+
+
+def bilinear(heights: np.ndarray, x: np.ndarray, y: np.ndarray) -> np.ndarray:
+    """Heights at fractional columns x and rows y, in float64; NaN beside void posts and outside the map."""
+    rows, cols = heights.shape
+    outside = ~((x >= 0) & (x <= cols - 1) & (y >= 0) & (y <= rows - 1))
+    col = np.clip(np.floor(np.where(outside, 0, x)), 0, cols - 2).astype(int)
+    row = np.clip(np.floor(np.where(outside, 0, y)), 0, rows - 2).astype(int)
+    u, v = x - col, y - row
+
+    def share(east: int, south: int) -> np.ndarray:
+        weight = (u if east else 1 - u) * (v if south else 1 - v)
+        return np.where(weight == 0, 0.0, weight * heights[row + south, col + east])  # on a post, its neighbours' voids
+
+    return np.where(outside, np.nan, share(0, 0) + share(1, 0) + share(0, 1) + share(1, 1))

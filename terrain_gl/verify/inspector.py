@@ -1,0 +1,184 @@
+"""Questions about the last frame: what error did it achieve, which triangles were drawn, and why."""
+
+from __future__ import annotations
+
+import math
+from typing import Any
+
+import numpy as np
+
+from ..exceptions import TerrainError, UsageError
+from ..frame import DrawnFrame
+from ..gpu.session import in_session, steps_in_session
+from ..gpu_resources import GpuResources
+from ..heightmap import Heightmap
+from ..mesh import captured_triangles
+from ..steps import Steps, drain
+from ..terrain import Terrain
+from .explain import Explainer, Explanation
+from .holes import bilinear, count_holes
+from .measure import TILE, Achieved, Measurement
+
+
+class Inspector:
+    """Looks at the last frame of a renderer.
+
+    Attributes
+    ----------
+    frame
+        The frame to speak of; None if there is none, or if the map or the picture's size changed since.
+    """
+
+    def __init__(self, resources: GpuResources) -> None:
+        self.session, self.resources = resources.session, resources
+        self.frame: DrawnFrame | None = None
+        self._measurement: Measurement | None = None
+        self._explainer: Explainer | None = None
+
+    @property
+    def terrain(self) -> Terrain:
+        """The map on the GPU."""
+        return self.resources.terrain
+
+    @property
+    def heightmap(self) -> Heightmap:
+        """The map as it is now."""
+        return self.terrain.heightmap
+
+    @in_session
+    def measure(self) -> dict[str, Any]:
+        """The last frame's stats with its achieved error: its very mesh against the whole surface in the picture.
+
+        Adds `max_error_px` and `rms_error_px` over 4 × 4 places a cell, `max_error_posts_px` over posts alone,
+        `posts_measured`, and `holes`: the pixels and places where the sky shows through.
+        """
+        frame = self._drawn()
+        achieved = drain(self.measure_steps())
+        moved_px = max(frame.selection.certified_px or 0.0, achieved.max_px)  # the metric may be another
+        coverage = self.resources.picture.coverage()
+        through = count_holes(coverage, self.heightmap, frame.camera, frame.size, frame.near_m, moved_px)
+        frame.stats["max_error_px"], frame.stats["rms_error_px"] = achieved.max_px, achieved.rms_px
+        frame.stats["max_error_posts_px"] = achieved.max_posts_px
+        frame.stats["posts_measured"], frame.stats["holes"] = achieved.posts, achieved.uncovered + through
+        return frame.stats
+
+    @steps_in_session
+    def measure_steps(self, tile: int = TILE) -> Steps[Achieved]:
+        """Measure the last frame in tiles of at most `tile` posts a side; yields progress from 0 to 1.
+
+        Works for a mesh without a picture, too, and does not count holes. Draw nothing else in between.
+        """
+        frame = self._chosen()
+        view = frame.camera, frame.size, frame.near_m
+        return (yield from self._measuring().achieved_steps(frame.selection, *view, tile))
+
+    @in_session
+    def error_map(self) -> np.ndarray:
+        """(height, width) pixels: the largest screen error of what each pixel of the last frame shows; NaN for the sky.
+
+        These are the errors that `measure` reports, interpolated between the measured places.
+        """
+        frame, places = self._drawn(), self.resources.picture.places()
+        px = self._measuring().at(places.reshape(-1, 2), frame.selection, frame.camera, frame.size, frame.near_m)
+        px = px.reshape(places.shape[:3])
+        return np.fmax.reduce(px)
+
+    @in_session
+    def explain(self, x: float, y: float) -> Explanation | None:
+        """Why the patch over a place in world metres was drawn as it was; None where no patch can be explained."""
+        frame = self._chosen()
+        view, options = frame.selection.surface.view, frame.options
+        self._explainer = self._explainer or self.session.keep(Explainer(self.resources.quadtree))
+        tolerance_px = options.tolerance_px if options.triangles is None else math.inf
+        view.move(self.terrain, frame.camera, frame.size, frame.near_m)  # the eye may be elsewhere
+        try:
+            return self._explainer.explain(frame.selection, self._post(x, y), tolerance_px, options.metric)
+        finally:
+            view.move(self.terrain, frame.eye, frame.size, frame.near_m)
+
+    @in_session
+    def triangles(self) -> np.ndarray:
+        """Triangles of the last frame as drawn: (n, 3, 2) columns and rows, counter-clockwise from above.
+
+        Their corners are posts. With a budget of triangles, some corners are middles of cells: halves.
+        """
+        return self._chosen().triangles[0].copy()
+
+    @in_session
+    def drawn_heights(self) -> np.ndarray:
+        """(rows, cols) float32 metres: at posts with a vertex its drawn height, elsewhere the truth."""
+        posts, heights_m = self._chosen().triangles
+        drawn = self.terrain.filled.copy()
+        on_post = (posts == np.floor(posts)).all(-1)
+        col, row = posts[on_post].astype(np.int64).T
+        drawn[row, col] = heights_m[on_post] + np.float32(self.terrain.base_m)
+        return drawn
+
+    def height_at(self, x: float, y: float) -> float:
+        """The true height at a place in world metres, bilinear between posts; NaN over a void and off the map."""
+        col, row = self._post(x, y)
+        return float(bilinear(self.heightmap.heights, np.array([col]), np.array([row]))[0])
+
+    @in_session
+    def drawn_height_at(self, x: float, y: float) -> float:
+        """The drawn height at a place in world metres; NaN where nothing is drawn."""
+        triangles, heights_m = self._chosen().triangles
+        corners, post = triangles.astype(np.float64), np.array(self._post(x, y))
+        a, b, c = corners[:, 0] - post, corners[:, 1] - post, corners[:, 2] - post
+        weights = np.stack([_cross(b, c), _cross(c, a), _cross(a, b)], -1)
+        inside = np.flatnonzero((weights <= 0).all(1))
+        if not len(inside) or np.isnan(self.height_at(x, y)):
+            return float("nan")
+        weight = weights[inside[0]] / weights[inside[0]].sum()
+        return float(weight @ heights_m[inside[0]].astype(np.float64)) + self.terrain.base_m
+
+    @in_session
+    def triangulate(self, max_error_m: float) -> tuple[np.ndarray, dict[str, Any]]:
+        """Triangles over the whole map that are nowhere further than `max_error_m` from a post, in height.
+
+        There is no camera. The last frame is lost.
+
+        Returns
+        -------
+        triangles
+            (n, 3, 2) columns and rows of posts, counter-clockwise from above.
+        stats
+            `triangles`, `patches`, `splits`, `requested_max_error_m`, `certified_max_error_m`: docs/stats.md.
+
+        Raises
+        ------
+        UsageError
+            A tolerance that is not above 0.
+        """
+        if not 0 < max_error_m < 1e9:
+            raise UsageError(f"max error must be more than 0 and less than 1e9 metres, got {max_error_m:g}")
+        self.frame = None
+        selection = self.resources.quadtree.select_everywhere(max_error_m)
+        triangles, _ = captured_triangles(selection)
+        counts = {"triangles": len(triangles), "patches": selection.patches, "splits": selection.splits}
+        bound = {"requested_max_error_m": max_error_m, "certified_max_error_m": selection.certified_px}
+        return triangles, counts | bound
+
+    def _post(self, x: float, y: float) -> tuple[float, float]:
+        """Column and row of a place in world metres."""
+        east, north = self.heightmap.spacing_m
+        return x / east, self.heightmap.rows - 1 - y / north
+
+    def _measuring(self) -> Measurement:
+        self._measurement = self._measurement or self.session.keep(Measurement(self.terrain))
+        return self._measurement
+
+    def _chosen(self) -> DrawnFrame:
+        if self.frame is None:
+            raise TerrainError("nothing drawn since the map or the picture's size changed: render a frame first")
+        return self.frame
+
+    def _drawn(self) -> DrawnFrame:
+        frame = self._chosen()
+        if not frame.has_picture:
+            raise TerrainError("the mesh was chosen, but no picture drawn of it: draw a frame first")
+        return frame
+
+
+def _cross(a: np.ndarray, b: np.ndarray) -> np.ndarray:
+    return a[:, 0] * b[:, 1] - a[:, 1] * b[:, 0]

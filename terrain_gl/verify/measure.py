@@ -1,0 +1,293 @@
+"""The achieved error of a view: its very mesh, drawn from straight above, compared with the truth place by place.
+
+A cell has `PLACES` × `PLACES` places, the posts among them; the truth between four posts is bilinear. What the GPU drew
+at each place is subtracted from the truth there and then (glsl/mesh/error.frag); here every place in the picture is
+projected in float64.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Iterator
+from dataclasses import dataclass
+from typing import NamedTuple
+
+import moderngl
+import numpy as np
+
+from ..camera import Camera, in_picture, shift_px
+from ..gpu import gl
+from ..gpu.bindings import bind
+from ..gpu.layout import PLACES
+from ..heightmap import Heightmap
+from ..lod import Selection
+from ..mesh import MeshDraw, MeshDraws
+from ..steps import Steps, drain
+from ..terrain import Terrain
+from .holes import bilinear
+
+TILE = 512  # posts a side that are measured at a time
+_BAND = 32  # rows of places that are looked at together
+Region = tuple[int, int, int, int]  # first column, first row, columns, rows
+_FLIPS = ((0, 0), (1, 1), (1, 0), (0, 1))
+
+
+@dataclass(frozen=True)
+class Achieved:
+    """Screen error over the surface in a picture, voids aside.
+
+    Attributes
+    ----------
+    max_px, rms_px
+        Pixels between where a place is drawn and where it belongs, over all places.
+    max_posts_px
+        The same over posts alone.
+    posts
+        Posts measured.
+    uncovered
+        Places in the picture that no triangle covers: 0 for a mesh without holes.
+    """
+
+    max_px: float
+    rms_px: float
+    max_posts_px: float
+    posts: int
+    uncovered: int
+
+
+class _Part(NamedTuple):
+    """Places that may be in the picture: their screen error, NaN where nothing is drawn; and which are in it."""
+
+    region: Region
+    px: np.ndarray  # (rows, cols)
+    seen: np.ndarray
+
+    def at_posts(self) -> _Part:
+        """Of the places, the posts."""
+        col, row = (-first % PLACES for first in self.region[:2])
+        posts = np.s_[row::PLACES, col::PLACES]
+        return self._replace(px=self.px[posts], seen=self.seen[posts])
+
+
+class Measurement:
+    """Draws meshes of a terrain from above; `errors_m` gives metres, `achieved` pixels."""
+
+    def __init__(self, terrain: Terrain) -> None:
+        self.terrain, self.ctx = terrain, terrain.ctx
+        self._draws = MeshDraws("ABOVE", geometry="mesh/triangle.geom", fragment="mesh/error.frag")
+        cols, rows = (min(PLACES * TILE, n) for n in places_of(terrain.heightmap))
+        self._errors = self.ctx.texture((cols, rows), 1, dtype="f4")
+        self._nowhere = self.ctx.framebuffer(self.ctx.renderbuffer((cols, rows), 1))
+        self._nothing = np.full((rows, cols), np.nan, "f4").tobytes()
+
+    def errors_m(self, selection: Selection, region: Region) -> np.ndarray:
+        """Drawn minus true height in metres at the places of columns x to x + w, rows y to y + h (x, y, w, h).
+
+        Returns (h, w) float32; NaN where nothing is drawn.
+        """
+        draw = self._draws.of(selection.surface)
+        for flip in _FLIPS:
+            first = flip == _FLIPS[0]
+            errors = self._pass(draw, selection, region, flip, clear=first)
+            # a place on the map's rim is inside a triangle by one direction of the rasteriser's edge rule only
+            if not self._on_rim(region) or not np.isnan(errors).any():
+                break
+        return errors
+
+    def achieved(self, selection: Selection, camera: Camera, size: tuple[int, int], near_m: float) -> Achieved:
+        """Project every place in the picture and compare."""
+        return drain(self.achieved_steps(selection, camera, size, near_m))
+
+    def achieved_steps(
+        self, selection: Selection, camera: Camera, size: tuple[int, int], near_m: float, tile: int = TILE
+    ) -> Steps[Achieved]:
+        """Incremental `achieved`, in regions of at most `tile` posts a side; yields progress from 0 to 1."""
+        largest = largest_at_posts = total = 0.0
+        places = posts = uncovered = 0
+        regions = list(_regions(*places_of(self.terrain.heightmap), PLACES * min(tile, TILE)))
+        for done, region in enumerate(regions, 1):
+            for part in self._parts(selection, region, camera, size, near_m):
+                drawn, at_posts = (px[~np.isnan(px)] for px in (part.px, part.at_posts().px))
+                uncovered += int(np.count_nonzero(part.seen)) - len(drawn)
+                places, posts = places + len(drawn), posts + len(at_posts)
+                largest = max(largest, float(drawn.max(initial=0.0)))
+                largest_at_posts = max(largest_at_posts, float(at_posts.max(initial=0.0)))
+                total += float(np.square(drawn).sum())
+            yield done / len(regions)
+        rms_px = float(np.sqrt(total / places)) if places else 0.0
+        return Achieved(largest, rms_px, largest_at_posts, posts, uncovered)
+
+    def at(
+        self, places: np.ndarray, selection: Selection, camera: Camera, size: tuple[int, int], near_m: float
+    ) -> np.ndarray:
+        """Screen error at points of the map, (n, 2) columns and rows of posts: (n,) pixels.
+
+        That of the measured places around that are in the picture, bilinear; NaN where there are none.
+        """
+        col, row = PLACES * places.T.astype(np.float64)
+        at = np.full(len(places), np.nan)
+        for region in _overlapping(*places_of(self.terrain.heightmap), PLACES * TILE):
+            x, y, width, height = region
+            inside = np.flatnonzero((col >= x) & (row >= y) & (col <= x + width - 1) & (row <= y + height - 1))
+            if not len(inside):
+                continue
+            px = np.full((height, width), np.nan, np.float32)
+            for part in self._parts(selection, region, camera, size, near_m):
+                left, top, w, h = part.region
+                px[top - y : top - y + h, left - x : left - x + w] = part.px
+            at[inside] = _between_known(px, col[inside] - x, row[inside] - y)
+        return at
+
+    def _parts(
+        self, selection: Selection, region: Region, camera: Camera, size: tuple[int, int], near_m: float
+    ) -> Iterator[_Part]:
+        """Parts of a region that may be in the picture, measured. Errors are NaN outside the picture."""
+        heightmap = self.terrain.heightmap
+        drawn: np.ndarray | None = None
+        for part in _parts_in_picture(heightmap, region, camera, size, near_m):
+            at = _from_camera(heightmap, part, camera)
+            seen = in_picture(camera, size, at, near_m)
+            if not seen.any():
+                continue
+            drawn = self.errors_m(selection, region) if drawn is None else drawn
+            col, row = part[0] - region[0], part[1] - region[1]
+            errors = drawn[row : row + part[3], col : col + part[2]].astype(np.float64)
+            known = seen & np.isfinite(errors)
+            px = np.full(seen.shape, np.nan)
+            px[known] = shift_px(camera, size, [axis[known] for axis in at], errors[known])
+            yield _Part(part, px, seen)
+
+    def release(self) -> None:
+        """Release GPU resources."""
+        gl.use_default_framebuffer(self.ctx)  # the one in use must not be one that is gone
+        gl.release_with_pixels(self._nowhere)
+        self._draws.release()
+        self._errors.release()
+
+    def _pass(
+        self, draw: MeshDraw, selection: Selection, region: Region, flip: tuple[int, int], clear: bool
+    ) -> np.ndarray:
+        x, y, width, height = region
+        if clear:
+            self._errors.write(self._nothing)
+        self._nowhere.use()
+        self._nowhere.viewport = (0, 0, width, height)
+        self._nowhere.scissor = (0, 0, width, height)
+        bind("mesh/error.frag", u_error_m=self._errors)
+        program = draw.program
+        program["u_tile"], program["u_tile_size"], program["u_flip"] = (x, y), (width, height), flip
+        self.ctx.disable(moderngl.CULL_FACE | moderngl.DEPTH_TEST | moderngl.BLEND)
+        draw.draw(selection)
+        self.ctx.memory_barrier(moderngl.SHADER_IMAGE_ACCESS_BARRIER_BIT | moderngl.TEXTURE_UPDATE_BARRIER_BIT)
+        whole = np.frombuffer(self._errors.read(), "f4").reshape(self._errors.height, self._errors.width)
+        return whole[:height, :width]
+
+    def _on_rim(self, region: Region) -> bool:
+        x, y, width, height = region
+        cols, rows = places_of(self.terrain.heightmap)
+        return x == 0 or y == 0 or x + width == cols or y + height == rows
+
+
+def places_of(heightmap: Heightmap) -> tuple[int, int]:
+    """Columns and rows of the places that are measured."""
+    return PLACES * (heightmap.cols - 1) + 1, PLACES * (heightmap.rows - 1) + 1
+
+
+def _regions(cols: int, rows: int, tile: int) -> Iterator[Region]:
+    """The map's four rims, one place thick, and what lies between them in tiles."""
+    for x, width in _spans(cols, tile):
+        for y, height in _spans(rows, tile):
+            yield x, y, width, height
+
+
+def _overlapping(cols: int, rows: int, tile: int) -> Iterator[Region]:
+    """Tiles that share their rims: every point of the map lies between the places of one."""
+    for y in range(0, rows - 1, tile - 1):
+        for x in range(0, cols - 1, tile - 1):
+            yield x, y, min(tile, cols - x), min(tile, rows - y)
+
+
+def _between_known(px: np.ndarray, col: np.ndarray, row: np.ndarray) -> np.ndarray:
+    """Bilinear between known values: those that are not known share their weight among the others."""
+    known = np.isfinite(px)
+    weight = bilinear(known, col, row)
+    at = np.full(len(col), np.nan)
+    near = weight > 0
+    at[near] = bilinear(np.where(known, px, 0), col[near], row[near]) / weight[near]
+    return at
+
+
+def _parts_in_picture(
+    heightmap: Heightmap, region: Region, camera: Camera, size: tuple[int, int], near_m: float
+) -> Iterator[Region]:
+    """Bands of rows, as wide as the picture may reach: outside them no place of the region is in it.
+
+    A side of the picture is a plane n · (p - eye) = d; whatever the heights and the band's rows, it passes no column
+    beyond the one where the most favourable of them lies on it.
+    """
+    x, y, width, height = region
+    right, up, forward = camera.axes
+    tan_x, tan_y = camera.half_extent(size)
+    planes = [(tan_x * forward + right, 0.0), (tan_x * forward - right, 0.0)]
+    planes += [(tan_y * forward + up, 0.0), (tan_y * forward - up, 0.0), (forward, near_m)]
+    (east, north), last = _steps_m(heightmap), places_of(heightmap)[1] - 1
+    for top in range(y, y + height, _BAND):
+        rows = np.array([top, min(top + _BAND, y + height) - 1])
+        first, end = float(x), float(x + width)
+        for n, d in planes:
+            most = max(n[1] * (last - rows) * north) + max(n[2] * np.array(heightmap.range_m)) - n @ camera.eye - d
+            if n[0] == 0:
+                end = end if most >= 0 else first
+            elif n[0] > 0:
+                first = max(first, np.floor(-most / (n[0] * east)) - 1)
+            else:
+                end = min(end, np.ceil(-most / (n[0] * east)) + 2)
+        if first < end:
+            yield int(first), top, int(end - first), int(rows[1] - rows[0]) + 1
+
+
+def _spans(n: int, tile: int) -> Iterator[tuple[int, int]]:
+    yield 0, 1
+    for first in range(1, n - 1, tile):
+        yield first, min(tile, n - 1 - first)
+    yield n - 1, 1
+
+
+def posts_of(heightmap: Heightmap, region: Region) -> np.ndarray:
+    """World positions (w·h, 3) of a region's posts, row after row."""
+    x, y, width, height = region
+    east = (x + np.arange(width)) * heightmap.spacing_m[0]
+    north = (heightmap.rows - 1 - y - np.arange(height)) * heightmap.spacing_m[1]
+    z = heightmap.heights[y : y + height, x : x + width]
+    grid = np.broadcast_arrays(east[None, :], north[:, None], z.astype(np.float64))
+    return np.stack([axis.ravel() for axis in grid], -1)
+
+
+def truth_m(heightmap: Heightmap, region: Region) -> np.ndarray:
+    """(h, w) float64: the heights of a region's places, bilinear between four posts; NaN over voids."""
+    x, y, width, height = region
+    cols = np.s_[x // PLACES : (x + width - 1) // PLACES + 2]
+    rows = _finer(heightmap.heights[:, cols], y, height)
+    return _finer(rows.T, x - PLACES * cols.start, width).T
+
+
+def _finer(heights: np.ndarray, first: int, n: int) -> np.ndarray:
+    """Places along the first axis, straight between two posts. A post keeps its height even beside a void."""
+    post, part = np.divmod(first + np.arange(n), PLACES)
+    low = heights[post].astype(np.float64)
+    high = heights[np.minimum(post + 1, len(heights) - 1)]
+    return np.where(part[:, None] == 0, low, low + (high - low) * (part[:, None] / PLACES))
+
+
+def _steps_m(heightmap: Heightmap) -> tuple[float, float]:
+    """Metres between places, east and north."""
+    return heightmap.spacing_m[0] / PLACES, heightmap.spacing_m[1] / PLACES
+
+
+def _from_camera(heightmap: Heightmap, region: Region, camera: Camera) -> list[np.ndarray]:
+    """Where the region's places stand along the camera's axes: three arrays (h, w), metres."""
+    x, y, width, height = region
+    step, last = _steps_m(heightmap), places_of(heightmap)[1] - 1
+    east = (x + np.arange(width)) * step[0] - camera.eye[0]
+    north = ((last - y - np.arange(height)) * step[1] - camera.eye[1])[:, None]
+    up = truth_m(heightmap, region) - camera.eye[2]
+    return [axis[0] * east + axis[1] * north + axis[2] * up for axis in camera.axes]

@@ -1,0 +1,73 @@
+"""The view: what every shader knows of the camera, in one uniform block (glsl/blocks/view.glsl)."""
+
+from __future__ import annotations
+
+from typing import Any
+
+import moderngl
+import numpy as np
+
+from .camera import Camera, clip_from_eye
+from .gpu import layout
+from .pieces import Piece
+from .terrain import Terrain
+
+
+class View:
+    """The `View` block of glsl/blocks/view.glsl, in a buffer."""
+
+    def __init__(self, ctx: moderngl.Context) -> None:
+        self.block = ctx.buffer(reserve=layout.VIEW.itemsize)
+        self._written = np.zeros((), layout.VIEW)
+        self._clip_from_eye = np.eye(4)
+
+    def write(self, terrain: Terrain, camera: Camera, size: tuple[int, int], near_m: float, **settings: Any) -> None:
+        """Describe a camera; `settings` are the block's tolerance_px, metric and cull."""
+        spacing = np.asarray(terrain.heightmap.spacing_m)
+        row_zero_north = (terrain.heightmap.rows - 1) * spacing[1]
+        eye_post = np.round([camera.eye[0], row_zero_north - camera.eye[1]] / spacing)
+        eye_post = np.clip(eye_post, -(2**30), 2**30)
+        block = np.zeros((), layout.VIEW)
+        for name, axis in zip(("right", "up", "forward"), camera.axes, strict=True):
+            block[name][:3] = axis
+        block["eye_post"] = eye_post
+        block["eye_offset_m"] = camera.eye[:2] - eye_post * spacing * [1, -1] - [0, row_zero_north]
+        block["half_extent"] = camera.half_extent(size)
+        block["eye_z_m"] = eye_z_m = camera.eye[2] - terrain.base_m
+        block["eye_z_rest_m"] = eye_z_m - float(block["eye_z_m"])
+        block["focal_px"] = camera.focal_px(size[1])
+        for name, value in settings.items():
+            block[name] = value
+        self._written, self._clip_from_eye = block, clip_from_eye(camera, size, near_m)
+        self.crop(Piece.whole(size))
+
+    @property
+    def eye(self) -> tuple[np.ndarray, np.ndarray, float]:
+        """Column and row of a post near the eye; metres east and north from there; its height above the base."""
+        return self._written["eye_post"], self._written["eye_offset_m"], float(self._written["eye_z_m"])
+
+    @property
+    def focal_px(self) -> float:
+        """Pixels per unit of x/z."""
+        return float(self._written["focal_px"])
+
+    def move(self, terrain: Terrain, camera: Camera, size: tuple[int, int], near_m: float) -> None:
+        """Look at what was chosen for one camera with another."""
+        settings = {name: self._written[name] for name in ("tolerance_px", "metric", "cull")}
+        self.write(terrain, camera, size, near_m, **settings)
+
+    def crop(self, piece: Piece) -> None:
+        """Draw and shade a piece of the picture from here on, with the mesh of the whole."""
+        block = self._written.copy()
+        block["clip_from_eye"] = (piece.clip_from_picture @ self._clip_from_eye).T.ravel()
+        block["size_px"] = np.multiply(piece.picture, piece.fine)
+        block["first_px"] = np.multiply(piece.corner, piece.fine)
+        self.block.write(block.tobytes())
+
+    def bind(self) -> None:
+        """Make the view visible to every shader."""
+        self.block.bind_to_uniform_block(1)
+
+    def release(self) -> None:
+        """Release GPU resources."""
+        self.block.release()

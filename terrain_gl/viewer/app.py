@@ -1,0 +1,177 @@
+"""A viewer with panels: input goes to a panel, to the camera or to a command. Window and notebook both use it."""
+
+from __future__ import annotations
+
+import moderngl
+
+from . import commands
+from .controller import MOVE_KEYS
+from .frame_budget import FrameBudget
+from .gui import Gui
+from .memory import Memory
+from .panels import Panels
+from .sections import IMAGES
+from .settings import Settings
+from .viewer import Viewer
+from .window_state import Size
+
+
+class App:
+    """Takes input and draws frames.
+
+    Parameters
+    ----------
+    ctx, target, size, settings, memory, budget
+        As `Viewer` takes them.
+    scale
+        Pixels per unit of length: more than 1 on fine screens.
+
+    Attributes
+    ----------
+    captured
+        Whether the mouse looks around without a button; then panels get no events.
+
+    Raises
+    ------
+    TerrainError
+        imgui-bundle cannot be imported.
+    """
+
+    def __init__(
+        self,
+        ctx: moderngl.Context,
+        target: moderngl.Framebuffer,
+        size: Size,
+        settings: Settings,
+        memory: Memory | None = None,
+        scale: float = 1.0,
+        budget: FrameBudget | None = None,
+    ) -> None:
+        self.gui = Gui(ctx, scale)
+        self.viewer = Viewer(ctx, target, size, settings, memory, budget)
+        self.viewer.window.scale = scale
+        self.panels = Panels(self.viewer, self.press)
+        self.captured = False
+        self._echoes = 0  # frames after a change, because panels take a frame or two to find their size
+
+    def close(self) -> None:
+        """Release resources, and remember what the next run needs."""
+        self.viewer.close()
+        self.gui.release()
+
+    # --- Frames -------------------------------------------------------------------------------------------------------
+
+    @property
+    def busy(self) -> bool:
+        """Whether the next frame should come at once; else after an event or `wait_s`, whichever is first."""
+        return bool(self._echoes) or self.viewer.busy
+
+    @property
+    def wait_s(self) -> float:
+        """Seconds until a frame may be due without any event."""
+        lively = self.gui.is_lively(self.viewer.window.now_s)
+        return min(self.viewer.wait_s, 0.05) if lively else self.viewer.wait_s
+
+    def frame(self, now_s: float) -> bool:
+        """Do one frame at a time in seconds; returns whether the target shows a new picture."""
+        window = self.viewer.window
+        stale = self.viewer.step(now_s)
+        if not window.is_visible or not (stale or self._echoes or self.gui.is_lively(now_s)):
+            return False
+        self._echoes = 2 if stale else max(0, self._echoes - 1)
+        self.viewer.draw()
+        self.gui.draw(self.panels.build, self.viewer.target, window.size, now_s)
+        return True
+
+    # --- The window ---------------------------------------------------------------------------------------------------
+
+    def resize(self, size: Size, scale: float) -> None:
+        """The target has another size in pixels, or another scale."""
+        self.viewer.window.scale = scale
+        if scale != self.gui.scale:
+            self.gui.scale = scale
+        self.viewer.window.resize(size)
+
+    def drop(self, path: str, x: float, y: float) -> None:
+        """A file is dropped: on a field for an image, or on the land."""
+        option = IMAGES.get(self.gui.widgets.at(x, y))
+        if option:
+            self.viewer.images.read(option, path)
+        else:
+            self.viewer.open(path)
+
+    # --- Keys: named by their place on a US keyboard ------------------------------------------------------------------
+
+    def press(self, key: str, repeated: bool = False) -> None:
+        """Do the command of a key, such as "ctrl+z"."""
+        if key == "escape" and self.gui.close_list():
+            return
+        commands.press(self.viewer, key, repeated)
+
+    def key_down(self, key: str, command: str, repeated: bool = False, moves: bool = True) -> None:
+        """A key goes down.
+
+        Parameters
+        ----------
+        command
+            The key with its modifiers, such as "shift+tab".
+        repeated
+            Whether the key is held.
+        moves
+            Whether it may move the camera: not with Ctrl or Alt.
+        """
+        self.gui.key(key, True)
+        if self.gui.takes_text:
+            return
+        if moves and key in MOVE_KEYS:
+            if self.viewer.scene.has_map and not repeated:
+                self.viewer.scene.controller.press(key)
+        elif key == "escape" and self.captured:
+            self.press("c")
+        else:
+            self.press(command, repeated)
+
+    def key_up(self, key: str) -> None:
+        """A key comes up."""
+        self.gui.key(key, False)
+        if self.viewer.scene.has_map:
+            self.viewer.scene.controller.let_go(key)
+
+    def write(self, character: int) -> None:
+        """A character is typed."""
+        self.gui.write(character)
+
+    def lose_keyboard(self) -> None:
+        """Another window has the keyboard: no key will come up here."""
+        if self.viewer.scene.has_map:
+            self.viewer.scene.controller.let_go_all()
+
+    # --- The mouse: pixels count from the upper left ------------------------------------------------------------------
+
+    def mouse_down(self, button: str, x: float, y: float) -> None:
+        """A mouse button goes down."""
+        if not self.captured:
+            self.gui.button(button, True)
+            if self.gui.covers(x, y):
+                return
+        self.viewer.mouse.press(button, x, y)
+
+    def mouse_up(self, button: str, x: float, y: float) -> None:
+        """A mouse button comes up."""
+        if not self.captured:
+            self.gui.button(button, False)
+        self.viewer.mouse.release(button, x, y)
+
+    def mouse_move(self, x: float, y: float) -> None:
+        """The cursor moves."""
+        if not self.captured:
+            self.gui.move(x, y)
+        over_panels = not self.captured and self.gui.covers(x, y)
+        self.viewer.mouse.move(x, y, look=self.captured, over_panels=over_panels)
+
+    def wheel(self, dx: float, dy: float, x: float, y: float, zoom: bool) -> None:
+        """The wheel turns; `zoom`: with Ctrl."""
+        if not self.captured and self.gui.covers(x, y):
+            self.gui.wheel(dx, dy)
+        else:
+            self.viewer.mouse.wheel(dy, zoom)

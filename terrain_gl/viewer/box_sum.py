@@ -1,0 +1,77 @@
+"""A box of the summed-area table of heights: the four fetches, and what follows from them."""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+
+import numpy as np
+
+from ..renderer import Renderer
+from ..terrain import quantisation_range
+from .frame_stats import metres
+
+
+@dataclass(frozen=True)
+class BoxSum:
+    """A box of posts.
+
+    Attributes
+    ----------
+    box
+        First column, first row, and the column and row after the last.
+    corners
+        A, B, C and D: the table at north-west, north-east, south-west and south-east, modulo 2³².
+    mean_m
+        Mean height of the posts, in metres.
+    """
+
+    box: tuple[int, int, int, int]
+    corners: tuple[int, int, int, int]
+    mean_m: float
+
+    @property
+    def posts(self) -> int:
+        """How many posts are in the box."""
+        return (self.box[2] - self.box[0]) * (self.box[3] - self.box[1])
+
+    @property
+    def sum(self) -> int:
+        """(D − C) − (B − A) modulo 2³²: exact, although each corner may have wrapped."""
+        a, b, c, d = self.corners
+        return ((d - c) - (b - a)) % 2**32
+
+    def lines(self) -> list[str]:
+        """The numbers as text."""
+        a, b, c, d = self.corners
+        return [
+            f"A  {a:,}      B  {b:,}      north",
+            f"C  {c:,}      D  {d:,}      south",
+            f"(D - C) - (B - A) = {self.sum:,} steps; the height range has 65,535 steps",
+            f"{self.posts:,} posts, mean height {metres(self.mean_m)}",
+            "A box of any size takes four fetches: green corners add, red corners subtract.",
+            "Sums wrap at 2^32, hence the bands. Differences stay exact.",
+        ]
+
+
+def box_around(renderer: Renderer, col: int, row: int, side: int) -> BoxSum:
+    """Read the box of at most `side` posts a side around a post from the table on the GPU."""
+    heightmap, sums = renderer.heightmap, renderer.picture.sums
+    x0, y0 = max(0, min(col - side // 2, heightmap.cols - 1)), max(0, min(row - side // 2, heightmap.rows - 1))
+    x1, y1 = min(x0 + side, heightmap.cols), min(y0 + side, heightmap.rows)
+
+    def fetch(x: int, y: int) -> int:
+        if x == 0 or y == 0:
+            return 0
+        return int.from_bytes(sums.buffer.read(4, offset=4 * ((y - 1) * heightmap.cols + x - 1)), "little")
+
+    found = BoxSum((x0, y0, x1, y1), (fetch(x0, y0), fetch(x1, y0), fetch(x0, y1), fetch(x1, y1)), 0.0)
+    _, low_m, span_m = quantisation_range(*heightmap.quantised_m)
+    return BoxSum(found.box, found.corners, low_m + found.sum / found.posts * span_m / 65535)
+
+
+def box_under(renderer: Renderer, place: np.ndarray, side: int) -> BoxSum:
+    """Read the box around a place of the land, in world metres."""
+    heightmap = renderer.heightmap
+    east, north = heightmap.spacing_m
+    col, row = round(place[0] / east), round(heightmap.rows - 1 - place[1] / north)
+    return box_around(renderer, int(col), int(row), side)

@@ -1,0 +1,191 @@
+"""The brush in the window: its settings, the dabs that it still has to do, and the strokes that can be undone.
+
+A stroke is all dabs from one press of the button to its release. Each dab updates the tables on the GPU, so the
+certified bound holds during the stroke.
+"""
+
+from __future__ import annotations
+
+import math
+from collections import deque
+from collections.abc import Callable, Iterator
+from itertools import takewhile
+from typing import NamedTuple
+
+import numpy as np
+
+from ..brush import SHARES, TOOLS, Brush, Sculptor, places
+from ..renderer import Renderer
+from ..steps import Steps
+
+STEP = 2**0.25  # of radius and strength
+DAB_S = 0.1  # between two dabs of a brush that is held still
+NEAR_RADII = 2.0  # dabs that are nearer than this are done together
+
+
+class Dab(NamedTuple):
+    """A dab that is still to be done."""
+
+    brush: Brush
+    place: tuple[float, float]  # world metres
+    begins: bool  # a stroke
+
+
+class BrushTool:
+    """The brush over one map.
+
+    Attributes
+    ----------
+    tool, radius_m, azimuth_deg
+        As `Brush` takes them.
+    strength_m
+        Metres of each dab, for tools that move the ground.
+    share
+        Share of the way of each dab, 0 to 1, for the other tools.
+    due
+        Dabs that are still to be done, the next one first.
+    edits
+        How often the map has been changed.
+    waits_for_headroom
+        Whether a dab that would leave the quantisation range waits for new tables. If not, it builds them at once.
+    """
+
+    def __init__(self, renderer: Renderer) -> None:
+        self.renderer = renderer
+        heightmap = renderer.heightmap
+        low, high = heightmap.range_m
+        self.tool = TOOLS[0]
+        self.radius_m = 0.04 * min(heightmap.extent_m)
+        self.strength_m, self.share = max(0.02 * (high - low), 1e-3), 0.3
+        self.azimuth_deg = 180.0
+        self.edits = 0
+        self.due: deque[Dab] = deque()
+        self.waits_for_headroom = True
+        self._sculptor = Sculptor(renderer)
+        self._last: tuple[float, float] | None = None
+        self._dabbed_s = float("-inf")
+        self._begins = True
+
+    def take_over(self, before: BrushTool, factor: float) -> None:
+        """Take the settings of the brush before; the land is `factor` times as high as it was."""
+        self.tool, self.radius_m, self.share, self.edits = before.tool, before.radius_m, before.share, before.edits
+        self.strength_m, self.azimuth_deg = factor * before.strength_m, before.azimuth_deg
+
+    # --- Settings -----------------------------------------------------------------------------------------------------
+
+    @property
+    def brush(self) -> Brush:
+        """The brush with its present settings."""
+        strength = self.share if self.tool in SHARES else self.strength_m
+        return Brush(self.tool, self.radius_m, strength, azimuth_deg=self.azimuth_deg)
+
+    def next_tool(self) -> str:
+        """Take the next tool, and return it."""
+        self.tool = TOOLS[(TOOLS.index(self.tool) + 1) % len(TOOLS)]
+        return self.tool
+
+    def widen(self, steps: float) -> None:
+        """Multiply the radius by ⁴√2 for each step."""
+        least, most = min(self.renderer.heightmap.spacing_m), max(self.renderer.heightmap.extent_m)
+        self.radius_m = min(max(self.radius_m * STEP**steps, least), most)
+
+    def strengthen(self, steps: float) -> None:
+        """Multiply the strength by ⁴√2 for each step."""
+        if self.tool in SHARES:
+            self.share = min(max(self.share * STEP**steps, 0.01), 1.0)
+        else:
+            low, high = self.renderer.heightmap.range_m
+            self.strength_m = min(max(self.strength_m * STEP**steps, 1e-4), max(high - low, 1.0))
+
+    # --- Strokes ------------------------------------------------------------------------------------------------------
+
+    def begin(self, place: np.ndarray, now_s: float) -> None:
+        """Begin a stroke: the button goes down on the land."""
+        self._last, self._dabbed_s, self._begins = None, float("-inf"), True
+        self.move(place, now_s)
+
+    def move(self, place: np.ndarray, now_s: float) -> None:
+        """Queue dabs from the last place to this one. Their distance does not depend on the speed of the mouse."""
+        end = float(place[0]), float(place[1])
+        start = self._last or end
+        if start == end and now_s - self._dabbed_s < DAB_S:
+            return
+        for each in places(start, end, 0.3 * self.radius_m):
+            self.due.append(Dab(self.brush, each, self._begins))
+            self._begins = False
+        self._last, self._dabbed_s = end, now_s
+
+    def dab_steps(self) -> Iterator[float]:
+        """Do the dabs that are due, as far as there is headroom. Dabs that lie close together are one step."""
+        while count := self._next_count():
+            group = [self.due.popleft() for _ in range(count)]
+            if group[0].begins:
+                self._sculptor.begin()
+            self.edits += self._sculptor.dabs(group[0].brush, [dab.place for dab in group]) is not None
+            yield 0.0
+
+    def end(self) -> None:
+        """End the stroke; light may follow now."""
+        self._last = None
+        self._sculptor.end()
+
+    @property
+    def strokes(self) -> tuple[int, int]:
+        """How many strokes can be undone, and how many can be done again."""
+        return self._sculptor.can_undo, self._sculptor.can_redo
+
+    def undo(self) -> bool:
+        """Undo the last stroke, with its dabs that are still due; False if there is none."""
+        self._begins = True
+        return self._forget_last() or self._step_back(self._sculptor.undo)
+
+    def redo(self) -> bool:
+        """Do the last undone stroke again; False if there is none."""
+        return not self.due and self._step_back(self._sculptor.redo)
+
+    def _forget_last(self) -> bool:
+        """Forget the dabs that are due of the last stroke; returns whether none of that stroke was done."""
+        while self.due:
+            if self.due.pop().begins:
+                return True
+        return False
+
+    def _step_back(self, step: Callable[[], bool]) -> bool:
+        done = step()
+        self.edits += done
+        self._sculptor.end()
+        return done
+
+    # --- Headroom: heights must stay within the range that the tables can hold --------------------------------------
+
+    @property
+    def has_headroom(self) -> bool:
+        """Whether the tables can hold the next dab."""
+        return not self.due or self._next_count() > 0
+
+    def headroom_steps(self) -> Steps[None]:
+        """Build tables that can hold half the relief more, and at least four dabs; yields progress from 0 to 1."""
+        low, high = self.renderer.heightmap.range_m
+        strongest = max(brush.strength for brush in (self.brush, *(dab.brush for dab in self.due)))
+        more_m = max(0.5 * (high - low), 4 * strongest)
+        return self.renderer.editor.headroom_steps(more_m, more_m)
+
+    def _next_count(self) -> int:
+        """How many of the next dabs are done together: equal ones close to the first, as far as there is headroom."""
+        if not self.due:
+            return 0
+        first = self.due[0]
+
+        def joins(dab: Dab) -> bool:
+            near = math.dist(dab.place, first.place) < NEAR_RADII * first.brush.radius_m
+            return dab is first or (near and dab.brush == first.brush and not dab.begins)
+
+        alike = sum(1 for _ in takewhile(joins, self.due))
+        return int(min(alike, self._most_dabs(first.brush))) if self.waits_for_headroom else alike
+
+    def _most_dabs(self, brush: Brush) -> float:
+        """How many dabs the tables can hold."""
+        down_m, up_m = self.renderer.editor.headroom_m
+        if brush.tool in SHARES or not brush.strength:
+            return math.inf
+        return (down_m if brush.tool == "lower" else up_m) / brush.strength

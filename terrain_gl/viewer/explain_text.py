@@ -1,0 +1,93 @@
+"""Why a patch is drawn as it is, and what a side of a split picture takes, in words and numbers."""
+
+from __future__ import annotations
+
+from typing import Any
+
+import numpy as np
+
+from ..methods import EVERY_POST
+from ..options import RenderOptions
+from ..verify.explain import Choice, Explanation
+from .frame_stats import metres
+
+HEADINGS = ("drawn as", "posts apart", "error", "on screen", "")
+
+
+def title(patch: Explanation) -> str:
+    """What the patch is, in a line."""
+    if patch.chosen.segments == 0:
+        return (
+            f"A fan over {patch.side} × {patch.side} posts"
+            if patch.level
+            else "A fan over one cell, around the mean of its posts"
+        )
+    t = patch.chosen.segments
+    quads = "one quad" if t == 1 else f"{t} × {t} quads"
+    return f"A patch of {quads}, {patch.chosen.step:g} post{'s' * (patch.chosen.step > 1)} apart"
+
+
+def rows(patch: Explanation) -> list[tuple[str, str, str, str, str]]:
+    """The levels that it could have, one a row under `HEADINGS`."""
+    return [_row(patch, choice) for choice in patch.choices]
+
+
+def _row(patch: Explanation, choice: Choice) -> tuple[str, str, str, str, str]:
+    error = metres(_error_m(patch, choice))
+    return _name(choice), f"{choice.step:g}", error, f"{choice.px:.3g} px", _verdict(patch, choice)
+
+
+def reasons(patch: Explanation) -> list[str]:
+    """Why it has this level, in sentences."""
+    error = metres(_error_m(patch, patch.chosen))
+    if not patch.in_picture:
+        return ["The patch is outside the view that the levels were chosen for. So its error does not matter."]
+    if patch.chosen.max_m == 0:
+        return ["Every post is a vertex, or lies in the plane of a triangle. So the error is zero."]
+    what = "The largest error of a post" if patch.metric == "max" else "The RMS error of its posts"
+    limit = (
+        f"The tolerance is {patch.tolerance_px:.3g} px."
+        if np.isfinite(patch.tolerance_px)
+        else "The level is what the budget of triangles allows."
+    )
+    return [
+        f"The nearest corner of its bounding box has a depth of {metres(patch.nearest_m)}. There, one metre of height"
+        f" is at most {patch.px_per_m:.3g} px.",
+        f"{what} is at most {error} (from the tables), so at most {patch.chosen.px:.3g} px. {limit}",
+        *_edges(patch),
+    ]
+
+
+def _edges(patch: Explanation) -> list[str]:
+    if patch.bound_px is None or not patch.bound_px > patch.chosen.px:
+        return []
+    return [
+        f"Edges next to finer patches are cut more finely. With them the patch stays within {patch.bound_px:.3g} px."
+    ]
+
+
+def side_line(options: RenderOptions, stats: dict[str, Any], is_preview: bool = False) -> str:
+    """A side of a split picture in a line: what was asked for, and what it took."""
+    tolerance = f"{options.max_error_px:.3g} px {options.metric}" if options.max_error_px else ""
+    budget = f"{options.triangles:,} triangles" if options.triangles else tolerance
+    asked = "every post" if options.method in EVERY_POST else f"{options.method}, {budget}"
+    bound_px = stats.get("certified_max_error_px")
+    bound = "preview" if is_preview else "no bound" if bound_px is None else f"at most {bound_px:.3g} px"
+    return f"{asked}: {stats['triangles']:,} triangles, {bound}"
+
+
+def _name(choice: Choice) -> str:
+    return "fan" if choice.segments == 0 else f"T = {choice.segments}"
+
+
+def _error_m(patch: Explanation, choice: Choice) -> float:
+    return choice.rms_m if patch.metric == "rms" else choice.max_m
+
+
+def _verdict(patch: Explanation, choice: Choice) -> str:
+    if choice == patch.chosen:
+        return "drawn"
+    if choice.px > patch.tolerance_px:
+        return "too coarse"
+    finer = patch.choices.index(choice) > patch.choices.index(patch.chosen)
+    return "finer than needed" if finer else "enough, but a neighbour is finer"

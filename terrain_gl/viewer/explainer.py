@@ -1,0 +1,107 @@
+"""Shows how detail is chosen: frozen levels, two sides, a patch that is explained, a box of the summed-area table."""
+
+from __future__ import annotations
+
+from ..methods import METHODS
+from ..verify.explain import Explanation
+from .box_sum import BoxSum, box_under
+from .painter import Painter
+from .pointer import Pointer
+from .scene import Scene
+
+LENS = 6.0  # magnification
+
+
+class Explainer:
+    """What the user looks into.
+
+    Attributes
+    ----------
+    explanation
+        Of the patch that was clicked; None if there is none.
+    box
+        The box of the summed-area table under the cursor; None if there is none.
+    """
+
+    def __init__(self, scene: Scene, pointer: Pointer, painter: Painter) -> None:
+        self._scene, self._pointer, self._painter = scene, pointer, painter
+        self._settings, self._window = scene.settings, scene.window
+        self.explanation: Explanation | None = None
+        self.box: BoxSum | None = None
+
+    def forget(self) -> None:
+        """Forget what was said of the map."""
+        self.explanation = self.box = None
+
+    def close_one(self) -> bool:
+        """End one of the modes that change the view; returns whether there was any."""
+        if self._settings.lens:
+            self.toggle_lens()
+        elif self._settings.sums:
+            self.toggle_sums()
+        elif self._settings.split:
+            self.toggle_split()
+        elif self._scene.frozen:
+            self.toggle_freeze()
+        else:
+            return False
+        return True
+
+    def toggle_wires(self) -> None:
+        """Draw the mesh over the picture, or not."""
+        self._settings.change(wires=not self._settings.options.wires)
+
+    def toggle_freeze(self) -> None:
+        """Keep the levels that were chosen for this camera, or choose them for each frame again."""
+        self._scene.frozen = None if self._scene.frozen else self._scene.controller.camera
+        self._window.say(
+            "the levels are frozen: fly around and look at them; L ends this"
+            if self._scene.frozen
+            else "the levels follow the camera again"
+        )
+
+    def toggle_split(self) -> None:
+        """Show two sides to compare, or one."""
+        settings = self._settings
+        if settings.split:
+            settings.sides, settings.active = [settings.sides[0]], 0
+            self._window.say("one picture again")
+        else:
+            other = next(method for method in METHODS if method != settings.options.method)
+            settings.sides = [settings.options, settings.options.otherwise(method=other, triangles=None)]
+            self._window.say("two sides: controls change the side under the cursor; drag the divider")
+
+    def toggle_lens(self) -> None:
+        """Show a magnifying glass under the cursor, or not."""
+        self._settings.lens = 0.0 if self._settings.lens else LENS
+
+    def toggle_sums(self) -> None:
+        """Show the summed-area table, or not."""
+        self._settings.sums = not self._settings.sums
+
+    def explain(self, x: float, y: float) -> None:
+        """Explain the patch at a pixel; where there is no land, end the explanation."""
+        self.explanation = None
+        self._window.refresh()
+        place = self._pointer.place_under(x, y)
+        if place is None or self._painter.drawn is None:
+            return
+        if self._scene.is_preview:
+            self._window.say("this is a preview: patches are explained when the tables are built")
+            return
+        renderer, spec, side = self._scene.renderer, self._scene.frame_spec(), self._pointer.side_at(x)
+        self._painter.choose_levels(renderer, spec, side)
+        self.explanation = renderer.inspector.explain(float(place[0]), float(place[1]))
+        if side:
+            self._painter.choose_levels(renderer, spec, 0)
+        if self.explanation is None:
+            method = spec.sides[side].method
+            self._window.say(f"method {method} gives no explanation; method quadtree explains its patches (F)")
+
+    def follow_cursor(self) -> None:
+        """Read the box of the table that is under the cursor now."""
+        at = self._pointer.over_land
+        if not self._settings.sums:
+            self.box = None
+        elif at and (place := self._pointer.place_under(*at)) is not None:
+            self.box = box_under(self._scene.renderer, place, self._settings.box)

@@ -1,0 +1,122 @@
+"""What the window knows of its last frames: times, triangles, bounds and achieved errors, and how they are written."""
+
+from __future__ import annotations
+
+import math
+from collections import deque
+from dataclasses import dataclass, field
+from typing import Any
+
+from ..gpu import gl
+
+STAGES = ("lod", "draw", "shade")
+FRAMES = 120  # that are remembered
+
+
+@dataclass
+class FrameStats:
+    """What is known of the last frame.
+
+    Attributes
+    ----------
+    name, posts
+        Of the map; its columns and rows.
+    is_preview
+        Whether the frame shows a coarse sample of the map. Then nothing is certified or measured.
+    fps
+        Frames a second in motion; None at rest.
+    stats
+        As `Renderer.draw` returns them.
+    measured_px
+        Achieved error by metric; None until it is measured.
+    height_m
+        Of the eye above the ground; NaN where there is no ground.
+    speed_m_s
+        Of the moving keys.
+    shrunk
+        Window pixels across one pixel of the picture.
+    """
+
+    name: str
+    posts: tuple[int, int]
+    is_preview: bool = False
+    fps: float | None = None
+    stats: dict[str, Any] = field(default_factory=dict)
+    measured_px: dict[str, float] | None = None
+    height_m: float = math.nan
+    speed_m_s: float = 0.0
+    shrunk: int = 1
+
+    @property
+    def certified_px(self) -> float | None:
+        """The certified bound of the error; None if there is none."""
+        return self.stats.get("certified_max_error_px")
+
+    @property
+    def achieved_px(self) -> float | None:
+        """The achieved error, in the metric of the bound; a budget's bound is of the largest error."""
+        if not self.measured_px:
+            return None
+        of_largest = self.stats.get("requested_triangles") and self.certified_px is not None
+        return self.measured_px["max" if of_largest else self.stats["metric"]]
+
+
+def without_bounds(stats: dict[str, Any]) -> dict[str, Any]:
+    """The stats of a preview: it is not the whole map, so nothing is certified."""
+    return stats | {"certified_max_error_px": None, "complete": False}
+
+
+def drawing_ms(stats: dict[str, Any]) -> float:
+    """Milliseconds that the GPU took for a frame."""
+    return sum(stats["ms"].get(stage, 0.0) for stage in STAGES)
+
+
+def clock(stats: dict[str, Any]) -> tuple[str, str]:
+    """What measured the milliseconds, in a word and in a phrase."""
+    if stats["ms_clock"] == "cpu":
+        return "CPU", "by the CPU's clock: this driver has no timer queries"
+    renderer = stats["gl_renderer"].split()[0]
+    if renderer in gl.SOFTWARE:
+        return renderer, f"by timer queries of {renderer}, which draws on the CPU"
+    return "GPU", "by the GPU's own clock (timer queries)"
+
+
+def metres(value: float) -> str:
+    """Three digits or so: 0.85 m, 12.4 m, 870 m, 5.2 km."""
+    if abs(value) >= 10000:
+        return f"{value / 1000:,.1f} km"
+    return f"{value:,.0f} m" if abs(value) >= 100 else f"{value:.3g} m"
+
+
+def seconds(ms: float) -> str:
+    """Three digits or so, in milliseconds or seconds."""
+    return f"{ms:.3g} ms" if ms < 999 else f"{ms / 1000:.1f} s"
+
+
+@dataclass
+class Record:
+    """What the graphs show of one frame; `bound_px` is None or 0 where nothing is certified."""
+
+    ms: dict[str, float]
+    triangles: int
+    bound_px: float | None
+    measured_px: float | None = None
+
+
+@dataclass
+class History:
+    """The last frames, for the graphs."""
+
+    records: deque[Record] = field(default_factory=lambda: deque(maxlen=FRAMES))
+
+    def add(self, stats: dict[str, Any]) -> None:
+        """Note a frame."""
+        ms = {stage: stats["ms"].get(stage, 0.0) for stage in STAGES}
+        bound_px = stats["certified_max_error_px"]
+        drawable = bound_px is not None and math.isfinite(bound_px)  # a budget may have no finite bound
+        self.records.append(Record(ms, stats["triangles"], bound_px if drawable else 0.0))
+
+    def add_measured(self, px: float) -> None:
+        """Note the achieved error of the last frame."""
+        if self.records:
+            self.records[-1].measured_px = px

@@ -1,0 +1,62 @@
+"""Sky and ground images: each is read once in a thread, so that the window goes on and errors become messages."""
+
+from __future__ import annotations
+
+import os
+import threading
+
+from ..exceptions import TerrainError
+from ..light.lighting import ground_seen, sky_seen
+from .settings import Settings
+from .window_state import WindowState
+
+
+class ImageReader:
+    """Reads a sky or ground image, then has the scene drawn with it."""
+
+    def __init__(self, settings: Settings, window: WindowState) -> None:
+        self._settings, self._window = settings, window
+        self._thread: threading.Thread | None = None
+        self._result: tuple[str, str | None, str] | None = None  # option, path, error
+
+    @property
+    def busy(self) -> bool:
+        """Whether an image is being read."""
+        return self._thread is not None
+
+    def read(self, option: str, path: str) -> None:
+        """Read a file for an option of `RenderOptions`, "sky" or "material"; an empty path takes the default."""
+        self.join()
+        path = os.path.expanduser(path.strip())
+        self._result = None
+        self._thread = threading.Thread(target=self._try, args=(option, path or None), name=f"reading {path}")
+        self._thread.start()
+
+    def step(self) -> None:
+        """Use the image that has been read, or say what is wrong with it."""
+        if not self._result:
+            return
+        (option, path, error), self._result, self._thread = self._result, None, None
+        if error:
+            self._window.say(error)
+        else:
+            self._settings.change_all(**{option: path})
+            self._window.refresh()
+
+    def join(self) -> None:
+        """Wait for the thread."""
+        if self._thread:
+            self._thread.join()
+
+    def _try(self, option: str, path: str | None) -> None:
+        message = ""
+        try:
+            if path and option == "sky":
+                sky_seen((0.0, 0.0), path)
+            elif path:
+                ground_seen(path)
+        except (TerrainError, OSError, MemoryError) as error:
+            message = str(error) or "not enough memory"
+        except Exception as error:  # the user sees one line, not a thread's traceback
+            message = f"{path}: cannot be read ({type(error).__name__}: {error})"
+        self._result = option, path, message

@@ -1,0 +1,76 @@
+"""The light of a picture, made in steps: images are read in a thread, then the light of the land is computed."""
+
+from __future__ import annotations
+
+from concurrent.futures import Future, ThreadPoolExecutor, wait
+from typing import Any
+
+from ..light.lighting import ground_seen, sky_seen
+from ..shade import Look, Picture
+from ..steps import Steps
+from .frame_budget import FrameBudget
+
+
+class LightBuilder:
+    """Makes the light that a picture still needs.
+
+    Attributes
+    ----------
+    share
+        How much of it is made, 0 to 1; None while none is being made.
+    lit
+        The look that light was last made for, perhaps on the land before an edit.
+    """
+
+    def __init__(self, budget: FrameBudget) -> None:
+        self.share: float | None = None
+        self.lit: Look | None = None
+        self._budget = budget
+        self._thread = ThreadPoolExecutor(1, "sky")
+        self._making: tuple[Look, Steps[None]] | None = None
+
+    def is_due(self, look: Look) -> bool:
+        """Whether light for a look is missing, or may be."""
+        return self.share is not None or self._making is None or self._making[0] != look
+
+    def step(self, picture: Picture, look: Look, hurried: bool = False) -> bool:
+        """Make light for a while, at least one step; returns whether it has just become complete."""
+        if self._making is None or self._making[0] != look:
+            self.stop()
+            self._making = look, self._steps(picture, look)
+
+        def tell(share: float) -> None:
+            picture.ctx.finish()
+            self.share = share
+
+        if not self._budget.run(self._making[1], tell, hurried):
+            return False
+        completed, self.share, self.lit = self.share is not None, None, look
+        return completed
+
+    def _steps(self, picture: Picture, look: Look) -> Steps[None]:
+        """First read the sky and ground images, then light the land; yields progress from 0 to 1."""
+        if look.is_lit:
+            images: list[Future[Any]] = [self._thread.submit(sky_seen, look.sun, look.sky)]
+            if look.material:
+                images.append(self._thread.submit(ground_seen, look.material))
+            try:
+                while wait(images, 0.01).not_done:
+                    yield 0.0
+                for image in images:
+                    image.result()
+            finally:
+                for image in images:
+                    image.cancel()  # another look may be wanted before the thread gets to this one
+        yield from picture.light_steps(look)
+
+    def release(self) -> None:
+        """Release resources and end the thread."""
+        self.stop()
+        self._thread.shutdown(cancel_futures=True)
+
+    def stop(self) -> None:
+        """Drop the light that is half made, because the land has changed."""
+        if self._making:
+            self._making[1].close()
+        self._making = self.share = None

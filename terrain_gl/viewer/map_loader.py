@@ -1,0 +1,140 @@
+"""Loads maps while another one is shown: from a file, with another exaggeration, or with another spacing."""
+
+from __future__ import annotations
+
+import os
+from collections.abc import Callable
+from dataclasses import replace
+
+import moderngl
+
+from ..camera import Camera
+from ..heightmap import Heightmap
+from ..renderer import Renderer
+from .frame_budget import FrameBudget
+from .loading import LoadJob, Opened, Opener, file_opener, preview, scaled
+from .scene import Scene, raised
+from .window_state import Size
+
+ERROR_S = 10.0  # how long the window says why there is no map
+
+
+class MapLoader:
+    """Loads at most one map at a time.
+
+    Attributes
+    ----------
+    job
+        The map on its way; None if there is none.
+    refused
+        The file that was asked for last, as long as it is not shown.
+    """
+
+    def __init__(self, ctx: moderngl.Context, scene: Scene, budget: FrameBudget) -> None:
+        self._ctx, self._scene, self._budget = ctx, scene, budget
+        self.job: LoadJob | None = None
+        self.refused = ""
+        self._plain: Heightmap | None = None  # the map of the scene without exaggeration
+
+    def open(self, name: str) -> None:
+        """Begin to load a bundled map, by its name, or a file."""
+        self.refused = name
+        self.load(os.path.basename(name), file_opener(name))
+
+    def load(self, name: str, opener: Opener) -> None:
+        """Begin to load a map; the present map stays until the new one is ready."""
+        self.start(LoadJob(name, opener))
+
+    def start(self, job: LoadJob) -> None:
+        """Take over a map that is already being read."""
+        self.cancel()
+        self.job = job
+
+    def cancel(self) -> None:
+        """Stop loading."""
+        if self.job:
+            self.job.cancel()
+            self._forget_job()
+            self._scene.window.refresh()
+
+    def _forget_job(self) -> None:
+        self.job = self._scene.pending_exaggeration = None
+
+    @property
+    def can_cancel(self) -> bool:
+        """Whether a map is loading, and another map would still be shown without it."""
+        return self.job is not None and self._scene.has_map and not self._scene.is_preview
+
+    def exaggerate(self, factor: float) -> None:
+        """Begin to load the same map with all heights multiplied by `factor`."""
+        scene = self._scene
+        if not scene.has_map or scene.is_preview:
+            return
+        plain, start, ratio = self._plain_map(), scene.controller.start, factor / scene.exaggeration
+        camera = replace(start, eye=raised(start.eye, ratio), target=raised(start.target, ratio))
+        opened = replace(scene.opened, camera=camera, sun=scene.settings.options.sun)
+
+        def opener(progress: Callable[[float], None]) -> Opened:
+            return replace(opened, heightmap=scaled(plain, factor, progress))
+
+        self.load(f"{scene.heightmap.name} × {factor:.2f}", opener)
+        scene.pending_exaggeration, self._plain = factor, plain
+
+    def set_spacing(self, spacing_m: float) -> None:
+        """Begin to load the same posts with another distance between them."""
+        if not self._scene.has_map or self._scene.is_preview:
+            return
+        plain, opened = self._plain_map(), self._scene.opened
+
+        def opener(progress: Callable[[float], None]) -> Opened:
+            spaced = Heightmap(plain.heights, spacing_m, plain.name)
+            spaced.opened = plain.opened and plain.opened | {"spacing_m": spacing_m}
+            spaced.scales = plain.scales
+            return replace(opened, heightmap=spaced, camera=Camera.default(spaced), camera_given=True)
+
+        self.load(plain.name, opener)
+
+    def _plain_map(self) -> Heightmap:
+        return self._plain or scaled(self._scene.heightmap, 1 / self._scene.exaggeration)
+
+    def map_edited(self) -> None:
+        """Forget the map that was read: the land has been sculpted since."""
+        self._plain = None
+
+    def map_shown(self, opened: Opened) -> None:
+        """Note that a map has arrived, and is shown without exaggeration."""
+        self._plain, self.refused = opened.heightmap, ""
+
+    def step(self) -> tuple[Renderer, Opened] | None:
+        """Load for a while; returns a map that is to be shown now, or a preview of it.
+
+        Raises
+        ------
+        TerrainError
+            The first map cannot be shown.
+        """
+        job = self.job
+        if not job:
+            return None
+        job.step(self._ctx, self._small_size, self._budget)
+        self._scene.window.refresh()
+        if job.error:
+            self._fail(job.error)
+        elif job.renderer and job.opened:
+            self.job = None
+            return job.take(), job.opened
+        elif job.opened and not self._scene.has_map and (few := preview(job.opened.heightmap)):
+            return Renderer(few, self._small_size, ctx=self._ctx), job.opened
+        return None
+
+    def _fail(self, error: Exception) -> None:
+        self._forget_job()
+        if not self._scene.has_map or self._scene.is_preview:
+            raise error
+        self._scene.window.say(str(error) or "not enough memory", ERROR_S)
+
+    @property
+    def _small_size(self) -> Size:
+        """A size of pictures that any GPU can draw; the first frame sets the window's."""
+        width, height = self._scene.window.size
+        return max(1, width // 4), max(1, height // 4)

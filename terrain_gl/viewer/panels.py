@@ -1,0 +1,229 @@
+"""What stands over the picture: the panel at the left, help, explanations, progress and messages."""
+
+from __future__ import annotations
+
+from collections.abc import Callable
+
+from ..verify.explain import Explanation
+from . import charts, explain_text, help_page, sections
+from .viewer import Progress, Viewer
+from .widgets import Widgets
+from .window_state import Size
+
+PANEL_EM = 22.0  # width of the panel, in heights of the typeface
+MARGIN = 10.0  # around the panel, in units of length
+_RECORDING = (1.0, 0.45, 0.40, 1.0)
+_OPEN = ("Detail", "Understand")  # sections, at first
+
+
+class Panels:
+    """Builds the panels of a viewer.
+
+    Parameters
+    ----------
+    press
+        Does the command of a key.
+
+    Attributes
+    ----------
+    opened
+        The sections of the panel by title, and whether they are open.
+    """
+
+    def __init__(self, viewer: Viewer, press: sections.Press) -> None:
+        self._viewer, self._settings, self._press = viewer, viewer.settings, press
+        self._draft = sections.PictureDraft()
+        self._foot = 0.0  # height in pixels of what stands under the sections
+        self._status_px = 0.0  # height of the status window, with its margin
+        self._sections = self._make_sections()
+        self.opened = {title: title in _OPEN for title in self._sections}
+
+    def _make_sections(self) -> dict[str, Callable[[Widgets], None]]:
+        s, press = self._viewer, self._press
+        return {
+            "Map": lambda ui: sections.map_section(ui, s),
+            "Detail": lambda ui: sections.detail_section(ui, s.settings, s.painter),
+            "Understand": lambda ui: sections.understand_section(ui, s.scene, press),
+            "Sculpt": lambda ui: sections.sculpt_section(ui, s.sculpting, press),
+            "Picture": lambda ui: sections.picture_section(ui, s, self._draft),
+            "Camera": lambda ui: sections.camera_section(ui, s.scene.controller, press),
+            "Save": lambda ui: sections.save_section(ui, s.saver, s.scene.controller, press),
+        }
+
+    def _shows_panel(self, ui: Widgets, size: Size) -> bool:
+        """Whether the panel is shown; in a small window the help page takes its place."""
+        has_room = not self._settings.help or size[0] > (PANEL_EM + help_page.WIDTH_EM) * ui.em
+        return self._viewer.scene.has_map and self._settings.panel and has_room
+
+    def build(self, ui: Widgets) -> None:
+        """Build all panels of this frame."""
+        size = self._viewer.window.size
+        if self._shows_panel(ui, size):
+            self._panel(ui, size)
+        middle = self._free_middle(ui, size)
+        self._status(ui, size, middle)
+        if self._settings.help:
+            above = size[0], round(size[1] - self._status_px)
+            with ui.window("Help", (middle, 0.5), above, lambda: self._press("h"), (0.5, 0.5)):
+                help_page.show(ui)
+        elif self._viewer.sculpting.save_as is not None:
+            with ui.window("Save the map##save", (middle, 0.6), size, on_close=lambda: self._press("escape")):
+                self._ask_path(ui)
+        elif self._viewer.scene.has_map:
+            self._explanations(ui, size)
+
+    # --- The panel at the left ----------------------------------------------------------------------------------------
+
+    def _panel_width(self, ui: Widgets, size: Size) -> float:
+        return min(PANEL_EM * ui.em, 0.45 * size[0])
+
+    def _taken(self, ui: Widgets, size: Size) -> float:
+        """Columns of pixels that the panel takes, with its margins."""
+        return self._panel_width(ui, size) + 2 * MARGIN * ui.scale if self._shows_panel(ui, size) else 0.0
+
+    def _free_middle(self, ui: Widgets, size: Size) -> float:
+        """The middle of what the panel leaves free, from 0 at the left edge to 1."""
+        return 0.5 + 0.5 * self._taken(ui, size) / size[0]
+
+    def _panel(self, ui: Widgets, size: Size) -> None:
+        imgui, flags = ui.imgui, ui.imgui.WindowFlags_
+        margin, width = MARGIN * ui.scale, self._panel_width(ui, size)
+        imgui.set_next_window_pos((margin, margin))
+        imgui.set_next_window_size_constraints((width, 0), (width, size[1] - 2 * margin))
+        fixed = flags.no_move | flags.no_resize | flags.always_auto_resize | flags.no_saved_settings | flags.no_nav
+        expanded, _ = imgui.begin(f"{self._title()}###panel", None, fixed)
+        ui.note_window()
+        if expanded:
+            most = size[1] - 2 * margin - imgui.get_cursor_pos_y() - max(self._foot, 4 * ui.em)
+            imgui.set_next_window_size_constraints((0, 0), (width, max(most, 4 * ui.em)))
+            imgui.begin_child("body", (0, 0), imgui.ChildFlags_.auto_resize_y)  # this part scrolls
+            imgui.push_item_width(0.56 * width)
+            charts.show(ui, self._viewer.painter, self._viewer.scene.controller)
+            self._show_sections(ui)
+            imgui.pop_item_width()
+            imgui.end_child()
+            top = imgui.get_cursor_pos_y()
+            self._show_foot(ui)
+            self._foot = imgui.get_cursor_pos_y() - top + imgui.get_style().window_padding[1]
+        imgui.end()
+
+    def _title(self) -> str:
+        frame = self._viewer.painter.frame
+        return f"{frame.name}   " + ("preview" if frame.is_preview else f"{frame.posts[0]} × {frame.posts[1]} posts")
+
+    def _show_sections(self, ui: Widgets) -> None:
+        for title, show in self._sections.items():
+            ui.imgui.set_next_item_open(self.opened[title])
+            self.opened[title] = ui.imgui.collapsing_header(title)
+            if self.opened[title]:
+                show(ui)
+
+    def _show_foot(self, ui: Widgets) -> None:
+        ui.imgui.separator()
+        if ui.button("All keys", "Every key and what it does (H)."):
+            self._press("h")
+        ui.imgui.same_line()
+        if ui.button("Hide", "Hide this panel; the key I shows it again."):
+            self._press("i")
+        with ui.wrapped():
+            ui.imgui.text_disabled(ui.hovered_hint or "Point at a control to read what it does.")
+
+    # --- Explanations at the right ------------------------------------------------------------------------------------
+
+    def _explanations(self, ui: Widgets, size: Size) -> None:
+        if self._settings.split:
+            for side in range(len(self._viewer.painter.side_stats[:2])):
+                self._side(ui, size, side)
+        if patch := self._viewer.explainer.explanation:
+            bottom = (size[1] - self._status_px - MARGIN * ui.scale) / size[1]
+            with ui.window("##patch", (0.99, bottom), size, pivot=(1.0, 1.0)):
+                self._patch(ui, patch)
+        elif self._settings.sums:
+            self._sums(ui, size)
+
+    def _side(self, ui: Widgets, size: Size, side: int) -> None:
+        """What a side of the split picture shows."""
+        begin, end = self._viewer.scene.frame_spec().part(side)
+        anchor = (end - 0.01, 0.02) if side == 0 else (begin + 0.01, 0.02)
+        right = self._viewer.sums_frame[0] if side and self._settings.sums else end * size[0]
+        left = begin * size[0] + (0.0 if side else self._taken(ui, size))
+        width = max(right - left - 4 * MARGIN * ui.scale, 8 * ui.em)
+        painter = self._viewer.painter
+        with ui.window(f"##side {side}", anchor, size, pivot=(1.0 - side, 0.0)), ui.wrapped(width):
+            stats, frame = painter.side_stats[side], painter.frame
+            coarse = f"; 1/{frame.shrunk} size in motion" if frame.shrunk > 1 else ""
+            ui.imgui.text(explain_text.side_line(self._settings.sides[side], stats, frame.is_preview) + coarse)
+
+    def _sums(self, ui: Widgets, size: Size) -> None:
+        """The numbers of the summed-area table."""
+        bottom = self._viewer.sums_frame[1]
+        anchor = 1.0 - MARGIN * ui.scale / size[0], (size[1] - bottom + 6 * ui.scale) / size[1]
+        box = self._viewer.explainer.box
+        with ui.window("##sums", anchor, size, pivot=(1.0, 0.0)):
+            ui.imgui.text("S(x, y): the sum of all heights north and west of (x, y)")
+            for line in box.lines() if box else ["Point at the land to read a box."]:
+                ui.imgui.text_disabled(line)
+
+    def _patch(self, ui: Widgets, patch: Explanation) -> None:
+        """Why a patch is drawn as it is."""
+        imgui = ui.imgui
+        accent = imgui.get_style_color_vec4(imgui.Col_.check_mark)
+        imgui.text_colored(accent, explain_text.title(patch))
+        if imgui.begin_table("choices", len(explain_text.HEADINGS), imgui.TableFlags_.sizing_fixed_fit):
+            for heading in explain_text.HEADINGS:
+                imgui.table_next_column()
+                imgui.text_disabled(heading)
+            for row in explain_text.rows(patch):
+                for cell in row:
+                    imgui.table_next_column()
+                    if row[-1] == "drawn":
+                        imgui.text_colored(accent, cell)
+                    else:
+                        imgui.text(cell)
+            imgui.end_table()
+        with ui.wrapped(26 * ui.em):
+            for sentence in explain_text.reasons(patch):
+                imgui.text(sentence)
+            imgui.text_disabled("Click elsewhere to explain another patch; Esc closes this.")
+
+    # --- Messages, progress and questions -----------------------------------------------------------------------------
+
+    def _status(self, ui: Widgets, size: Size, middle: float) -> None:
+        """What goes on now, in one window at the bottom: a recording, a message, and long work."""
+        progress, message = self._viewer.progress, self._viewer.window.message
+        recording = self._viewer.saver.filming.running
+        self._status_px = 0.0
+        if not (recording or message or progress):
+            return
+        anchor, takes_mouse = (middle, 1 - MARGIN * ui.scale / size[1]), bool(progress and progress.can_cancel)
+        with ui.window("##status", anchor, size, pivot=(0.5, 1.0), takes_mouse=takes_mouse):
+            with ui.wrapped(0.9 * (size[0] - self._taken(ui, size))):
+                if recording:
+                    ui.imgui.text_colored(_RECORDING, "recording: R stops")
+                if message:
+                    ui.imgui.text(message)
+            if progress:
+                self._progress(ui, progress)
+            self._status_px = ui.imgui.get_window_size()[1] + MARGIN * ui.scale
+
+    def _progress(self, ui: Widgets, progress: Progress) -> None:
+        if self._viewer.scene.is_preview:
+            ui.imgui.text("preview: a coarse sample of the map, without a certified bound")
+        ui.imgui.text(progress.text)
+        ui.imgui.progress_bar(progress.share, (20 * ui.em, 0.5 * ui.em), "")
+        if progress.can_cancel and ui.button("Cancel", "Stop; everything stays as it is (Esc)."):
+            self._press("escape")
+
+    def _ask_path(self, ui: Widgets) -> None:
+        """Ask where to save the map."""
+        imgui, sculpting = ui.imgui, self._viewer.sculpting
+        assert sculpting.save_as is not None
+        imgui.text_disabled("name.png: 16-bit steps   name.tif, name.exr: metres")
+        imgui.set_next_item_width(26 * ui.em)
+        if imgui.is_window_appearing():
+            imgui.set_keyboard_focus_here()
+        flags = imgui.InputTextFlags_.enter_returns_true
+        entered, sculpting.save_as = imgui.input_text("##path", sculpting.save_as, flags)
+        ui.hint("path", "Where to write; the ending decides the format.")
+        if ui.button("Save", "Write the map as it is now (Enter).") or entered:
+            sculpting.save(sculpting.save_as)

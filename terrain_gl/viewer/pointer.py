@@ -1,0 +1,56 @@
+"""Where the mouse points: in the picture and on the land. Pixels count from the upper left."""
+
+from __future__ import annotations
+
+import math
+
+import numpy as np
+
+from .controller import hit_ground
+from .scene import Scene
+
+DIVIDER_PX = 8.0  # how near to the divider of a split picture one may take hold of it
+
+
+class Pointer:
+    """The cursor.
+
+    Attributes
+    ----------
+    over_land
+        Where it is, in pixels; None over a panel.
+    last
+        Where it was last, over a panel or not; None before any event.
+    """
+
+    def __init__(self, scene: Scene) -> None:
+        self._scene = scene
+        self.over_land: tuple[float, float] | None = None
+        self.last: tuple[float, float] | None = None
+
+    @property
+    def place(self) -> np.ndarray | None:
+        """The place of the land that it points at, in world metres; None for the sky."""
+        return self.place_under(*self.last) if self.last else None
+
+    def place_under(self, x: float, y: float) -> np.ndarray | None:
+        """The place of the land at a pixel, in world metres; None for the sky."""
+        controller = self._scene.controller
+        ray = np.array([*self.tangents(x, y), 1.0]) @ controller.axes
+        return hit_ground(controller.heightmap, controller.eye, ray)
+
+    def side_at(self, x: float) -> int:
+        """The side of a split picture at a column of pixels."""
+        settings = self._scene.settings
+        return int(settings.split and x > settings.divider * self._scene.window.size[0])
+
+    def is_on_divider(self, x: float) -> bool:
+        """Whether a column of pixels is at the divider of a split picture."""
+        settings, window = self._scene.settings, self._scene.window
+        return settings.split and abs(x - settings.divider * window.size[0]) < DIVIDER_PX * window.scale
+
+    def tangents(self, x: float, y: float) -> tuple[float, float]:
+        """The direction to a pixel, as tangents right and up from the middle of the picture."""
+        width, height = self._scene.window.size
+        half = math.tan(math.radians(0.5 * self._scene.controller.fov_deg)) / (0.5 * max(1, height))
+        return (x - 0.5 * width) * half, (0.5 * height - y) * half

@@ -1,0 +1,132 @@
+"""What is seen: the map, the camera, and how both are drawn. The parts of the window read and change this state."""
+
+from __future__ import annotations
+
+from dataclasses import dataclass, replace
+from typing import Any
+
+from ..camera import Camera, Vector
+from ..heightmap import Heightmap
+from ..options import RenderOptions
+from ..renderer import Renderer
+from ..shade import UNLIT, Look
+from .controller import Controller, Pose
+from .loading import Opened
+from .settings import Settings
+from .window_state import Size, WindowState
+
+_OF_ERROR = ("promise", "error")  # styles that a preview cannot show: it is not the map that they speak of
+
+
+@dataclass(frozen=True)
+class FrameSpec:
+    """Everything that a picture depends on, except the map."""
+
+    camera: Camera
+    size: Size
+    sides: tuple[RenderOptions, ...]
+    divider: float
+
+    def part(self, side: int) -> tuple[float, float]:
+        """Where a side begins and ends, from 0 at the left edge to 1."""
+        if len(self.sides) == 1:
+            return 0.0, 1.0
+        return (0.0, self.divider) if side == 0 else (self.divider, 1.0)
+
+    @property
+    def lit_look(self) -> Look:
+        """The look that light is made for: only the options that light depends on."""
+        lit = next((side.look for side in self.sides if side.look.is_lit), None)
+        return Look(sun=lit.sun, sky=lit.sky, material=lit.material) if lit else Look(UNLIT)
+
+
+class Scene:
+    """The map that is shown, and the camera.
+
+    Attributes
+    ----------
+    opened
+        The map as it was read.
+    is_preview
+        Whether a coarse sample of the map is shown, because the tables of the whole map are not ready.
+    exaggeration
+        What all heights are multiplied by.
+    pending_exaggeration
+        The factor of the same map on its way; None if there is none.
+    controller
+        Moves the camera. There is one for each map.
+    frozen
+        The camera that the levels were chosen for, if they are frozen.
+    """
+
+    opened: Opened
+    controller: Controller
+
+    def __init__(self, settings: Settings, window: WindowState) -> None:
+        self.settings, self.window = settings, window
+        self.is_preview = False
+        self.exaggeration = 1.0
+        self.pending_exaggeration: float | None = None
+        self.frozen: Camera | None = None
+        self._renderer: Renderer | None = None
+
+    @property
+    def renderer(self) -> Renderer:
+        """Draws the map that is shown."""
+        assert self._renderer
+        return self._renderer
+
+    @property
+    def heightmap(self) -> Heightmap:
+        """The map that is shown, with all edits."""
+        return self.renderer.heightmap
+
+    @property
+    def has_map(self) -> bool:
+        """Whether there is a map yet."""
+        return self._renderer is not None
+
+    @property
+    def is_visible(self) -> bool:
+        """Whether there is a map, and a window with pixels to see it in."""
+        return self.has_map and self.window.is_visible
+
+    def replace_renderer(self, renderer: Renderer, is_preview: bool) -> Renderer | None:
+        """Show another map from now on; returns the renderer of the map before, if any."""
+        before, self._renderer, self.is_preview = self._renderer, renderer, is_preview
+        return before
+
+    def enter(self, opened: Opened, bookmarks: dict[int, Pose], last_pose: Pose | None) -> None:
+        """Begin with a new map: where the user left it last, or in its first view."""
+        self.opened, self.exaggeration = opened, 1.0
+        self.controller = Controller(opened.heightmap, opened.camera, bookmarks=bookmarks)
+        if last_pose and not opened.camera_given:
+            self.controller.pose = last_pose
+        self.settings.change_all(sun=opened.sun)
+
+    def enter_exaggerated(self, opened: Opened, factor: float) -> None:
+        """Go on with the same map, its heights multiplied by `factor`: the eye moves with the land."""
+        before = self.controller
+        now = Controller(opened.heightmap, opened.camera, before.above_ground, before.bookmarks, before.held)
+        now.pose = replace(before.pose, eye=raised(before.pose.eye, factor / self.exaggeration))
+        now.change_mode(before.mode)
+        self.opened, self.controller = opened, now
+        self.exaggeration, self.pending_exaggeration = factor, None
+
+    def frame_spec(self, size: Size | None = None) -> FrameSpec:
+        """The picture that should be shown in the window, or the same picture of another size."""
+        changes: dict[str, Any] = {}
+        if near_m := self.controller.near_m:
+            changes["near_m"] = near_m
+        if self.frozen:
+            changes |= {"chosen_for": self.frozen, "cull": False}
+        sides = [replace(side, **changes, **self._preview_style(side)) for side in self.settings.sides]
+        return FrameSpec(self.controller.camera, size or self.window.size, tuple(sides), self.settings.divider)
+
+    def _preview_style(self, side: RenderOptions) -> dict[str, Any]:
+        return {"style": "lambert"} if self.is_preview and side.style in _OF_ERROR else {}
+
+
+def raised(place: Vector, factor: float) -> Vector:
+    """A place in world metres, its height multiplied."""
+    return place[0], place[1], factor * place[2]

@@ -1,0 +1,67 @@
+"""How the panels look: typeface, colours, sizes."""
+
+from __future__ import annotations
+
+from pathlib import Path
+from typing import Any
+
+FONT_PX = 15.0
+_COLOURS = {
+    "text": (0.93, 0.94, 0.95, 1.0),
+    "text_disabled": (0.62, 0.66, 0.70, 1.0),
+    "window_bg": (0.04, 0.055, 0.08, 0.86),
+    "popup_bg": (0.05, 0.065, 0.09, 0.96),
+    "border": (1.0, 1.0, 1.0, 0.14),
+    "frame_bg": (1.0, 1.0, 1.0, 0.09),
+    "frame_bg_hovered": (1.0, 1.0, 1.0, 0.13),
+    "frame_bg_active": (1.0, 1.0, 1.0, 0.18),
+    "title_bg": (0.04, 0.055, 0.08, 0.90),
+    "title_bg_active": (0.04, 0.055, 0.08, 0.90),
+    "title_bg_collapsed": (0.04, 0.055, 0.08, 0.80),
+    "check_mark": (1.0, 0.80, 0.47, 1.0),
+    "slider_grab": (1.0, 0.80, 0.47, 0.62),
+    "slider_grab_active": (1.0, 0.80, 0.47, 0.75),
+    "button": (1.0, 1.0, 1.0, 0.08),
+    "button_hovered": (1.0, 0.80, 0.47, 0.30),
+    "button_active": (1.0, 0.80, 0.47, 0.50),
+    "header": (1.0, 1.0, 1.0, 0.06),
+    "header_hovered": (1.0, 0.80, 0.47, 0.20),
+    "header_active": (1.0, 0.80, 0.47, 0.30),
+    "tab": (1.0, 1.0, 1.0, 0.06),
+    "tab_hovered": (1.0, 0.80, 0.47, 0.30),
+    "tab_selected": (1.0, 0.80, 0.47, 0.20),
+    "tab_selected_overline": (1.0, 0.80, 0.47, 0.60),
+    "separator": (1.0, 1.0, 1.0, 0.12),
+    "plot_histogram": (1.0, 0.80, 0.47, 0.80),
+    "scrollbar_bg": (0.0, 0.0, 0.0, 0.0),
+    "scrollbar_grab": (1.0, 1.0, 1.0, 0.15),
+}
+_ROUNDING = {"frame_rounding": 4, "grab_rounding": 4, "popup_rounding": 6, "window_rounding": 8}
+_SPACING = ("window_padding", "frame_padding", "item_spacing", "item_inner_spacing", "cell_padding")
+
+
+def load_typeface(imgui: Any) -> None:
+    """Load Roboto, which comes with imgui_bundle; without it, ImGui's own typeface."""
+    import imgui_bundle
+
+    path = Path(imgui_bundle.__file__).parent / "assets" / "fonts" / "Roboto" / "Roboto-Regular.ttf"
+    fonts = imgui.get_io().fonts
+    if path.exists():
+        fonts.add_font_from_file_ttf(str(path), FONT_PX)
+    else:
+        fonts.add_font_default()
+
+
+def apply(imgui: Any, scale: float) -> None:
+    """Set the look of the current context, with `scale` pixels per unit of length."""
+    style, plain = imgui.get_style(), imgui.Style()
+    for name, units in _ROUNDING.items():
+        setattr(style, name, units * scale)
+    for name in _SPACING:
+        x, y = getattr(plain, name)
+        setattr(style, name, (x * scale, y * scale))
+    style.indent_spacing, style.scrollbar_size, style.grab_min_size = 12 * scale, 10 * scale, 10 * scale
+    style.window_border_size = style.popup_border_size = style.frame_border_size = 1.0
+    style.font_size_base, style.font_scale_dpi = FONT_PX, scale
+    for name, colour in _COLOURS.items():
+        style.set_color_(getattr(imgui.Col_, name), colour)

@@ -1,0 +1,311 @@
+"""The viewer: the scene and the parts that work on it, frame by frame, in any framebuffer.
+
+It knows neither a window system nor panels (app.py). The time of a frame is an argument, so tests need no clock.
+"""
+
+from __future__ import annotations
+
+from pathlib import Path
+from typing import NamedTuple
+
+import moderngl
+
+from ..gpu.timing import Stopwatch
+from ..renderer import Renderer
+from .brush_tool import BrushTool
+from .explainer import Explainer
+from .frame_budget import FrameBudget
+from .frame_stats import FrameStats
+from .image_reader import ImageReader
+from .lines import Lines
+from .loading import Opened
+from .map_loader import MapLoader
+from .marks import Frame, lines_on_land, sums_frame
+from .memory import Memory
+from .mouse import Mouse
+from .painter import REST_S, Painter
+from .pointer import Pointer
+from .saver import Saver
+from .scene import Scene
+from .sculpting import Sculpting
+from .settings import Settings
+from .window_state import Size, WindowState
+
+HINT_S = 10.0
+_LONGEST_S = 0.25  # the camera never moves further in one frame, even after a long frame
+_BACKGROUND = (0.16, 0.19, 0.23)
+_NO_LENS = (0.0, 0.0, 0.0, 1.0)
+_LENS_PX = 110
+
+
+class Progress(NamedTuple):
+    """Long work: its name, the share that is done, and whether Esc cancels it."""
+
+    text: str
+    share: float
+    can_cancel: bool
+
+
+class Viewer:
+    """Connects the parts.
+
+    Parameters
+    ----------
+    ctx
+        The OpenGL context.
+    target
+        The framebuffer that is shown.
+    size
+        Its width and height.
+    memory
+        What earlier runs left; what this one leaves.
+    budget
+        How much time of a frame goes to long work.
+    """
+
+    def __init__(
+        self,
+        ctx: moderngl.Context,
+        target: moderngl.Framebuffer,
+        size: Size,
+        settings: Settings,
+        memory: Memory | None = None,
+        budget: FrameBudget | None = None,
+    ) -> None:
+        self.ctx, self.target, self.settings = ctx, target, settings
+        self.memory, self.budget = memory or Memory(None), budget or FrameBudget()
+        self.window = WindowState(size)
+        self.scene = Scene(settings, self.window)
+        self.painter = Painter(ctx, self.budget)
+        self.pointer = Pointer(self.scene)
+        self.loader = MapLoader(ctx, self.scene, self.budget)
+        self.explainer = Explainer(self.scene, self.pointer, self.painter)
+        self.saver = Saver(self.scene, self.painter, self.budget)
+        self.images = ImageReader(settings, self.window)
+        self.sculpting = Sculpting(self.scene, self.pointer, self.budget, self._edited)
+        self.mouse = Mouse(self.scene, self.pointer, self.sculpting, self._clicked)
+        self._lines: Lines | None = None
+        self._moved_s: float | None = None
+
+    def close(self) -> None:
+        """Release resources, end all threads, and remember what the next run needs."""
+        self.sculpting.cancel()
+        self.saver.release()
+        self.painter.release()
+        self.sculpting.join()
+        self.images.join()
+        self._remember_map()
+        self.loader.cancel()
+        if self.scene.has_map:
+            self.scene.renderer.release()
+        if self._lines:
+            self._lines.release()
+        self.memory.options = self.settings.sides[0]
+        self.memory.panels = {"panel": self.settings.panel}
+        self.memory.save()
+
+    # --- The map ------------------------------------------------------------------------------------------------------
+
+    def show(self, renderer: Renderer, opened: Opened) -> None:
+        """Show a map from now on; the viewer releases its renderer."""
+        scene, factor = self.scene, self.scene.pending_exaggeration
+        is_preview = renderer.heightmap is not opened.heightmap
+        replaces_preview = scene.has_map and scene.is_preview
+        self._remember_map()
+        self.painter.interrupt()
+        self.sculpting.new_map(None if is_preview else BrushTool(renderer), factor and factor / scene.exaggeration)
+        self.saver.map_changed()
+        before = scene.replace_renderer(renderer, is_preview)
+        posts = opened.heightmap.cols, opened.heightmap.rows
+        self.painter.new_map(FrameStats(Path(opened.heightmap.name).name, posts, is_preview))
+        if before:
+            before.release()
+        if not replaces_preview:
+            self._enter(opened)
+        renderer.picture.waits_for_light = False
+        renderer.timer.queries = Stopwatch.works(self.ctx)
+        self.explainer.forget()
+
+    def _enter(self, opened: Opened) -> None:
+        scene = self.scene
+        if scene.pending_exaggeration is not None:
+            scene.enter_exaggerated(opened, scene.pending_exaggeration)
+            return
+        self.loader.map_shown(opened)
+        scene.enter(opened, self.memory.bookmarks(opened.key), self.memory.last_pose(opened.key))
+        if opened.heightmap.assumes_spacing:
+            name = Path(opened.heightmap.name).name
+            hint = "set the spacing under Map, or with --spacing"
+            self.window.say(f"{name} gives no distance between its posts, 1 m is assumed: {hint}", HINT_S)
+
+    def _remember_map(self) -> None:
+        if self.scene.has_map:
+            controller = self.scene.controller
+            self.memory.note_map(self.scene.opened.key, controller.pose, controller.bookmarks)
+
+    def open(self, name: str) -> None:
+        """Load a bundled map or a file, unless edits would be lost."""
+        if self.sculpting.may_leave():
+            self.loader.open(name)
+
+    def exaggerate(self, factor: float) -> None:
+        """Multiply all heights of the map."""
+        if self.sculpting.at_work:
+            self.window.say("the brush is still at work")
+        else:
+            self.loader.exaggerate(factor)
+
+    def set_spacing(self, text: str) -> None:
+        """Set the distance between posts, as the user typed it."""
+        try:
+            spacing_m = float(text)
+        except ValueError:
+            self.window.say(f"spacing: expected a number of metres, got {text!r}")
+            return
+        if self.sculpting.may_leave():
+            self.loader.set_spacing(spacing_m)
+
+    def _edited(self, settled: bool) -> None:
+        """The land has changed; `settled`: the stroke is done."""
+        self.painter.forget(at_once=True)
+        self.saver.map_changed()
+        self.explainer.explanation = None
+        if self.sculpting.unsaved:
+            self.loader.map_edited()
+        if settled:
+            self.painter.light.stop()
+
+    def _clicked(self, x: float, y: float) -> None:
+        if not self.saver.shot:  # the renderer is at work on another picture
+            self.explainer.explain(x, y)
+
+    def cancel(self) -> bool:
+        """Cancel one piece of long work; returns whether there was any."""
+        if self.loader.can_cancel:
+            self.loader.cancel()
+        elif self.saver.shot:
+            self.saver.cancel()
+        elif self.sculpting.headroom or self.sculpting.at_work:
+            self.sculpting.cancel()
+        else:
+            return False
+        self.window.say("cancelled")
+        return True
+
+    def quit(self) -> None:
+        """Close the window, unless edits would be lost; the second call closes it anyway."""
+        self.window.closing = self.window.closing or self.sculpting.may_leave()
+
+    # --- Frames -------------------------------------------------------------------------------------------------------
+
+    @property
+    def busy(self) -> bool:
+        """Whether the next frame should come at once; else after an event or `wait_s`, whichever is first."""
+        if not self.scene.has_map or self.loader.job or self.window.stale:
+            return True
+        if self.saver.busy or self.sculpting.headroom or self.sculpting.at_work:
+            return True
+        return self.scene.controller.moving or self.painter.is_busy(self.scene.frame_spec())
+
+    @property
+    def settled(self) -> bool:
+        """Whether the picture is complete: in full size and lit. Its error may not be measured yet."""
+        return self.scene.has_map and not self.loader.job and self.painter.is_done(self.scene.frame_spec())
+
+    @property
+    def wait_s(self) -> float:
+        """Seconds until a frame may be due without any event."""
+        if (self.loader.job and not self.loader.job.opened) or self.images.busy:
+            return 0.03
+        waits = self.window.message or (self.scene.has_map and self.painter.waits_for_rest)
+        return REST_S / 2 if waits else 1.0
+
+    @property
+    def progress(self) -> Progress | None:
+        """The work that takes long; None if there is none."""
+        if job := self.loader.job:
+            return Progress(job.text, job.progress, self.loader.can_cancel)
+        if self.sculpting.headroom:
+            return Progress("preparing the brush", self.sculpting.share, True)
+        if self.painter.light.share is not None:
+            return Progress("computing light and shadow", self.painter.light.share, False)
+        if shot := self.saver.shot:
+            return Progress(f"drawing {shot.path}", shot.share, True)
+        return None
+
+    def frame(self, now_s: float) -> bool:
+        """Do one frame at a time in seconds; returns whether the target shows a new picture."""
+        if not self.step(now_s):
+            return False
+        self.draw()
+        return True
+
+    def step(self, now_s: float) -> bool:
+        """Work for a while; returns whether the window must be drawn again."""
+        self.window.begin_frame(now_s)
+        if arrived := self.loader.step():
+            self.show(*arrived)
+        if not self.window.is_visible:
+            return False
+        self.window.end_message()
+        self.sculpting.step()
+        self.images.step()
+        if self.scene.has_map and not self.saver.step():
+            self._move()
+            self._paint()
+        return self.window.stale
+
+    def draw(self) -> None:
+        """Draw the picture and the marks over it into the target."""
+        self.window.stale = False
+        self.target.use()
+        self.target.viewport = (0, 0, *self.window.size)
+        if self.scene.has_map and self.painter.has_picture:
+            self.painter.frame.height_m = self.scene.controller.height_above_ground_m
+            self.painter.frame.speed_m_s = self.scene.controller.speed_m_s
+            self._draw_scene()
+        else:
+            self.ctx.clear(*_BACKGROUND)
+
+    def _move(self) -> None:
+        controller, now_s = self.scene.controller, self.window.now_s
+        if not controller.moving:
+            self._moved_s = None
+            return
+        since_s = 1 / 60 if self._moved_s is None else now_s - self._moved_s
+        controller.step(min(since_s, _LONGEST_S))
+        self._moved_s = now_s
+
+    def _paint(self) -> None:
+        sculpts = self.sculpting.at_work
+        if sculpts:
+            self.sculpting.work()
+        scene = self.scene
+        moving = scene.controller.moving or sculpts or (scene.is_preview and bool(self.loader.job))
+        if self.painter.step(scene.renderer, scene.frame_spec(), self.window.now_s, moving):
+            self.window.refresh()
+
+    def _draw_scene(self) -> None:
+        scene, canvas, film = self.scene, self.painter.canvas, self.saver.filming
+        if film.running:
+            film.add(canvas.read(), self.window.now_s)
+        canvas.show(self.target, self._lens, self.settings.divider if self.settings.split else None)
+        self.explainer.follow_cursor()
+        if lines := lines_on_land(scene, self.pointer, self.explainer, self.sculpting):
+            self._lines = self._lines or Lines(self.ctx, scene.renderer.picture.samples)
+            width_px = 2 * self.window.scale
+            self._lines.draw(scene.renderer, scene.controller.camera, self.target, self.window.size, lines, width_px)
+        if (box := self.explainer.box) and not self.settings.help:
+            canvas.show_sums(scene.renderer, self.target, self.sums_frame, box.box)
+
+    @property
+    def sums_frame(self) -> Frame:
+        """Where the summed-area table is shown: left, bottom, width and height, from the lower left."""
+        return sums_frame(self.scene.heightmap, self.window.size, self.window.scale)
+
+    @property
+    def _lens(self) -> tuple[float, float, float, float]:
+        if not (self.settings.lens and self.pointer.over_land):
+            return _NO_LENS
+        x, y = self.pointer.over_land
+        return x, self.window.size[1] - y, _LENS_PX * self.window.scale, self.settings.lens

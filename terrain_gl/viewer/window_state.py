@@ -1,0 +1,71 @@
+"""The state that the window and the parts share: size, time, the message line, and whether to draw again."""
+
+from __future__ import annotations
+
+from collections.abc import Callable
+
+Size = tuple[int, int]
+MESSAGE_S = 5.0
+
+
+class WindowState:
+    """What a part knows of the window, and what it may ask of it.
+
+    Attributes
+    ----------
+    size
+        Width and height in pixels; 0 while the window is minimised.
+    scale
+        Pixels per unit of length: more than 1 on fine screens.
+    now_s
+        Time of the present frame, in seconds.
+    message
+        One line that is shown for a while; "" for none.
+    stale
+        Whether the window must be drawn again.
+    closing
+        Whether the window is to close.
+    capture_mouse
+        Captures the mouse, or frees it; returns whether it is captured now.
+    """
+
+    def __init__(self, size: Size, scale: float = 1.0) -> None:
+        self.size, self.scale = size, scale
+        self.now_s = 0.0
+        self.message = ""
+        self.stale = True
+        self.closing = False
+        self.capture_mouse: Callable[[], bool] = lambda: False
+        self._seconds: float | None = None  # that a new message stays; its time begins with the next frame
+        self._until_s = 0.0
+
+    @property
+    def is_visible(self) -> bool:
+        """Whether the window has any pixels."""
+        return min(self.size) > 0
+
+    def say(self, text: str, seconds: float = MESSAGE_S) -> None:
+        """Show a message for some seconds."""
+        self.message, self._seconds = text, seconds
+        self.refresh()
+
+    def refresh(self) -> None:
+        """Ask for the window to be drawn again."""
+        self.stale = True
+
+    def resize(self, size: Size) -> None:
+        """Note another size."""
+        self.size = size
+        self.refresh()
+
+    def begin_frame(self, now_s: float) -> None:
+        """Note the time."""
+        self.now_s = now_s
+
+    def end_message(self) -> None:
+        """Take the message away when its time is over."""
+        if self._seconds is not None:
+            self._until_s, self._seconds = self.now_s + self._seconds, None
+        if self.message and self.now_s > self._until_s:
+            self.message = ""
+            self.refresh()

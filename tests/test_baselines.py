@@ -1,0 +1,388 @@
+"""Clipmap and tessellated: watertight from anywhere, counted exactly, measured rightly, as large as asked for."""
+
+from dataclasses import replace
+
+import numpy as np
+import pytest
+from hypothesis import given, settings
+from hypothesis import strategies as st
+from maps import MAPS, REAL, SIZE, cameras, random_camera, rough
+from test_mesh import check_watertight
+
+import terrain_gl as tg
+from terrain_gl.comparison import ideal
+from terrain_gl.comparison.baselines import PARAMETERS
+from terrain_gl.comparison.clipmap import BLOCK, Rings, blocks_of, rings_of
+from terrain_gl.comparison.fitting import best_parameters
+from terrain_gl.comparison.pyramid import FILTERS, Pyramid
+from terrain_gl.comparison.tessellated import Edges
+from terrain_gl.error import ErrorTables
+from terrain_gl.lod import View
+from terrain_gl.mesh import captured_triangles
+from terrain_gl.methods import BASELINES, Selectors
+from terrain_gl.terrain import Terrain
+
+PARAMETER_SETS = [
+    *(("clipmap", rings) for rings in (Rings(), Rings(13), Rings(33), Rings(15, finest=2), Rings(63, 0, 0.0))),
+    *(("tessellated", edges) for edges in (Edges(), Edges(3, 8, 8), Edges(2, 4, 12), Edges(40, 32, 16))),
+]
+
+
+class Scene:
+    """A map with the baselines, and what they draw of it."""
+
+    def __init__(self, ctx, heightmap, size=SIZE):
+        self.heightmap, self.size = heightmap, size
+        self.terrain, self.view = Terrain(ctx, heightmap), View(ctx)
+        self.tables = ErrorTables(self.terrain, build=False)  # which no baseline reads
+        self.selectors = Selectors(self.tables, self.view)
+
+    def select(self, method, camera, parameters, cull=True):
+        near_m = 0.1 * min(self.heightmap.spacing_m)
+        return self.selectors[method].select(camera, self.size, near_m, parameters=parameters, cull=cull)
+
+    def release(self):
+        for part in (self.selectors, self.tables, self.view, self.terrain):
+            part.release()
+
+
+def one_height_a_post(posts, heights_m, heightmap):
+    """Heights (rows, cols) of the posts where vertices stand, NaN elsewhere; asserts that a post has one height."""
+    col, row = posts.reshape(-1, 2).astype(int).T
+    flat = row * heightmap.cols + col
+    drawn = np.full(heightmap.rows * heightmap.cols, np.nan, "f4")
+    drawn[flat] = heights_m.ravel()
+    assert np.array_equal(drawn[flat], heights_m.ravel()), "a crack: two heights at one post"
+    return drawn.reshape(heightmap.rows, heightmap.cols)
+
+
+def check_mesh(scene, method, camera, parameters):
+    whole = scene.select(method, camera, parameters, cull=False)
+    posts, heights_m = captured_triangles(whole)
+    assert len(posts) == whole.triangles
+    check_watertight(posts, scene.heightmap)
+    one_height_a_post(posts, heights_m, scene.heightmap)
+    return posts
+
+
+# --- the pyramid ------------------------------------------------------------------------------------------------------
+
+
+@pytest.mark.parametrize("kind", FILTERS)
+@pytest.mark.parametrize("shape", [(2, 2), (2, 3), (3, 2), (5, 9), (64, 65), (66, 67), (1, 1), (131, 200)], ids=str)
+def test_pyramid_is_the_specification(ctx, shape, kind):
+    rows, cols = (max(2, n) for n in shape)
+    heightmap = tg.Heightmap(rough(rows, cols, 3, 1000.0), 10.0)
+    terrain = Terrain(ctx, heightmap)
+    pyramid = Pyramid(terrain, kind)
+    level, *above = pyramid.read()
+    expected = level.astype("f8")
+    for got in above:
+        expected = ideal.halve(expected, FILTERS[kind])
+        assert got.shape == expected.shape
+        # 25 products and sums in float32, of numbers below 2500, a level
+        assert np.abs(got - expected).max() <= len(above) * 30 * 2500 * 2**-24
+    assert got.shape == (2, 2)
+    for part in (pyramid, terrain):
+        part.release()
+
+
+def test_planes_stay_planes(ctx):
+    """Rim and all: filters are symmetric wherever they are."""
+    heightmap = MAPS["plane"]()
+    terrain = Terrain(ctx, heightmap)
+    pyramid = Pyramid(terrain, "spline")
+    last = np.array(heightmap.heights.shape) - 1
+    for j, heights in enumerate(pyramid.read()):
+        row, col = (np.minimum(np.arange(n) << j, end) for n, end in zip(heights.shape, last, strict=True))
+        assert np.abs(heights - heightmap.heights[np.ix_(row, col)]).max() < 1e-3
+    for part in (pyramid, terrain):
+        part.release()
+
+
+@pytest.mark.parametrize("kind", FILTERS)
+def test_ranges_hold_all_samples(ctx, kind):
+    heightmap = MAPS["odd"]()
+    terrain = Terrain(ctx, heightmap)
+    pyramid = Pyramid(terrain, kind)
+    levels = pyramid.read()
+    for j in range(2, len(levels) + 2):
+        cells = np.maximum(np.array(levels[0].shape) - 2 >> j, 0) + 1
+        at = np.indices(cells).reshape(2, -1).T[:, ::-1]
+        for (col, row), (low, high) in zip(at, pyramid.ranges(at, np.full(len(at), j)), strict=True):
+            for i, heights in enumerate(levels[: j + 1]):
+                y, x = (slice(n << j - i, (n + 1 << j - i) + 1) for n in (row, col))
+                assert low <= heights[y, x].min() and heights[y, x].max() <= high
+    for part in (pyramid, terrain):
+        part.release()
+
+
+# --- meshes -----------------------------------------------------------------------------------------------------------
+
+
+@pytest.mark.parametrize("name", MAPS)
+@pytest.mark.parametrize("method", BASELINES)
+def test_hard_maps_are_watertight(ctx, method, name):
+    scene = Scene(ctx, MAPS[name]())
+    for camera in cameras(scene.heightmap).values():
+        for of, parameters in PARAMETER_SETS:
+            if of == method:
+                check_mesh(scene, method, camera, parameters)
+    scene.release()
+
+
+@settings(max_examples=40)
+@given(st.integers(2, 150), st.integers(2, 150), st.integers(0, 10**6))
+def test_any_map_is_watertight_from_anywhere(ctx, rows, cols, seed):
+    rng = np.random.default_rng(seed)
+    heights = rough(rows, cols, seed, 10 ** rng.uniform(-2, 3))
+    if rng.random() < 0.3:
+        heights[rng.random(heights.shape) < 0.1] = np.nan
+        heights[0, 0] = 0
+    scene = Scene(ctx, tg.Heightmap(heights, tuple(rng.uniform(0.5, 30, 2))))
+    for _ in range(3):
+        camera = random_camera(rng, scene.heightmap)
+        rings = Rings(int(rng.integers(13, 120)), [None, 0, 1, 4][rng.integers(0, 4)], rng.uniform(0, 0.25))
+        check_mesh(scene, "clipmap", camera, rings)
+        patch, ring = 2 ** int(rng.integers(2, 6)), 2 * int(rng.integers(4, 20))
+        check_mesh(scene, "tessellated", camera, Edges(10 ** rng.uniform(-1, 2.5), patch, ring))
+    scene.release()
+
+
+@pytest.mark.parametrize(("method", "parameters"), PARAMETER_SETS, ids=str)
+@pytest.mark.parametrize("name", ["odd", "holes", "long"])
+def test_no_sky_shows_through(ctx, name, method, parameters):
+    renderer = tg.Renderer(MAPS[name](), SIZE, ctx=ctx)
+    for view, camera in cameras(renderer.heightmap).items():
+        stats = renderer.draw(camera, method=method, parameters=parameters, style="depth")
+        assert len(renderer.triangles()) == stats["triangles"], view
+        assert renderer.measure()["holes"] == 0, view
+    renderer.release()
+
+
+@pytest.mark.parametrize("method", BASELINES)
+def test_heights_drawn_are_those_of_the_pyramid(ctx, method):
+    """Posts where a vertex stands: from the least to the largest of what all levels say there and around."""
+    scene = Scene(ctx, MAPS["odd"]())
+    camera = cameras(scene.heightmap)["default"]
+    posts, heights_m = captured_triangles(scene.select(method, camera, PARAMETERS[method]()))
+    levels = scene.selectors[method].surface.pyramid.read()
+    slack = 1e-4 * np.ptp(levels[0])
+    col, row = posts.reshape(-1, 2).astype(int).T
+    low, high = np.full((2, len(col)), levels[0][row, col])
+    for j, level in enumerate(levels[1:6], 1):
+        for step in np.ndindex(2, 2):
+            at = np.minimum((np.stack([row, col], -1) >> j) + step, np.array(level.shape) - 1)
+            low, high = np.minimum(low, level[tuple(at.T)]), np.maximum(high, level[tuple(at.T)])
+    assert ((low - slack <= heights_m.ravel()) & (heights_m.ravel() <= high + slack)).all()
+    scene.release()
+
+
+def test_a_ring_as_large_as_the_map_is_the_map_itself(ctx):
+    renderer = tg.Renderer(MAPS["odd"](), SIZE, ctx=ctx)
+    views = cameras(renderer.heightmap)
+    del views["far"]  # whose rings are far from the map, too
+    for view, camera in views.items():
+        renderer.draw(camera, method="clipmap", parameters=Rings(4 * 203 + 1, finest=0))
+        stats = renderer.measure()
+        assert (stats["max_error_posts_px"], stats["holes"]) == (0, 0) and stats["posts_measured"] > 20, view
+    renderer.release()
+
+
+def test_rings_nest_and_cover_the_map_once():
+    heightmap = tg.Heightmap(np.zeros((500, 733)), (2.0, 3.0))
+    rng = np.random.default_rng(0)
+    for _ in range(200):
+        eye = (*rng.uniform(-500, 2000, 2), 10.0)
+        seen = np.zeros((499, 732), int)
+        for ring in rings_of(heightmap, eye, 2 * rng.integers(6, 50, 2), int(rng.integers(0, 5))):
+            step = 2**ring.level
+            for x, y, width, height in blocks_of(ring)["cells"]:
+                assert max(width, height) <= BLOCK
+                seen[y * step : (y + height) * step, x * step : (x + width) * step] += 1
+        assert (seen == 1).all()
+
+
+@pytest.mark.parametrize("method", BASELINES)
+def test_culling_takes_only_what_is_not_seen(ctx, method):
+    scene = Scene(ctx, MAPS["odd"]())
+    for view, camera in cameras(scene.heightmap).items():
+        parameters = replace(PARAMETERS[method](), ring=33 if method == "clipmap" else 16)
+        whole, whole_m = captured_triangles(scene.select(method, camera, parameters, cull=False))
+        drawn, _ = captured_triangles(scene.select(method, camera, parameters))
+        assert len(drawn) <= len(whole) * (0.5 if view == "grazing" else 1)
+        kept = {triangle.tobytes() for triangle in drawn}
+        left_out = np.array([triangle.tobytes() not in kept for triangle in whole])
+        col, row = whole[left_out].reshape(-1, 2).T
+        east, north = scene.heightmap.spacing_m
+        z = whole_m[left_out].ravel().astype("f8") + scene.terrain.base_m
+        world = np.stack([col * east, (scene.heightmap.rows - 1 - row) * north, z], -1)
+        x, y, depth = camera.axes @ (world - np.asarray(camera.eye)).T
+        tan_x, tan_y = camera.half_extent(scene.size)
+        assert not ((depth > 0.1 * min(east, north)) & (np.abs(x) < tan_x * depth) & (np.abs(y) < tan_y * depth)).any()
+    scene.release()
+
+
+# --- numbers ----------------------------------------------------------------------------------------------------------
+
+
+@pytest.mark.parametrize("method", BASELINES)
+@pytest.mark.parametrize("view", ["default", "corner", "down", "wide"])
+def test_measured_errors_are_those_of_the_captured_triangles(ctx, method, view):
+    """Against a float64 rasterisation of the captured mesh."""
+    renderer = tg.Renderer(MAPS["holes"](), SIZE, ctx=ctx)
+    heightmap = renderer.heightmap
+    parameters = PARAMETERS[method](33 if method == "clipmap" else 20.0)
+    renderer.draw(cameras(heightmap)[view], method=method, parameters=parameters, cull=False)
+    selection = renderer.inspector.frame.selection
+    posts, heights_m = captured_triangles(selection)
+    drawn = np.full(heightmap.heights.shape, np.nan)
+    for corners, z in zip(posts.astype(int), heights_m.astype("f8"), strict=True):
+        low, high = corners.min(0), corners.max(0)
+        x, y = np.meshgrid(np.arange(low[0], high[0] + 1), np.arange(low[1], high[1] + 1))
+        a, b, c = corners
+        weights = [(q[0] - x) * (r[1] - y) - (q[1] - y) * (r[0] - x) for q, r in ((b, c), (c, a), (a, b))]
+        inside = np.logical_and.reduce([w <= 0 for w in weights])
+        drawn[y[inside], x[inside]] = (sum(w * h for w, h in zip(weights, z, strict=True)) / sum(weights))[inside]
+    renderer.measure()
+    rows, cols = drawn.shape
+    got = renderer.inspector._measurement.errors_m(selection, (1, 1, 4 * cols - 5, 4 * rows - 5))[3::4, 3::4]
+    expected = (drawn - renderer.terrain.filled)[1:-1, 1:-1]
+    assert np.isfinite(got).all()
+    assert np.abs(got - expected).max() <= 1e-6 * np.abs(drawn).max()
+    renderer.release()
+
+
+@pytest.mark.parametrize("method", BASELINES)
+@pytest.mark.parametrize("triangles", [10000, 30000])  # a block has up to 128 of them
+@pytest.mark.parametrize("view", ["default", "wide", "outside", "grazing"])
+def test_as_many_triangles_as_asked_for(ctx, method, triangles, view):
+    renderer = tg.Renderer(tg.Heightmap(rough(300, 410, 8, 300.0), 10.0), SIZE, ctx=ctx)
+    stats = renderer.draw(cameras(renderer.heightmap)[view], method=method, triangles=triangles)
+    assert stats["triangles"] == pytest.approx(triangles, rel=0.02)
+    assert stats["requested_triangles"] == triangles and stats["certified_max_error_px"] is None
+    renderer.release()
+
+
+@pytest.mark.parametrize("method", BASELINES)
+def test_more_triangles_are_nearer_to_the_truth(ctx, method):
+    renderer = tg.Renderer(tg.Heightmap(rough(300, 410, 8, 300.0), 10.0), SIZE, ctx=ctx)
+    camera = cameras(renderer.heightmap)["default"]
+    errors = []
+    for triangles in (2000, 8000, 32000):
+        renderer.draw(camera, method=method, triangles=triangles)
+        errors.append(renderer.measure()["rms_error_px"])
+    assert errors[0] > 1.5 * errors[1] > 2.25 * errors[2] > 0
+    renderer.release()
+
+
+@pytest.mark.parametrize("method", BASELINES)
+def test_best_parameters_are_no_worse_than_the_first(ctx, method):
+    renderer = tg.Renderer(tg.Heightmap(rough(300, 410, 8, 300.0), 10.0), SIZE, ctx=ctx)
+    camera = cameras(renderer.heightmap)["default"]
+    renderer.draw(camera, method=method, triangles=10000)
+    first = renderer.measure()["rms_error_px"]
+    best = best_parameters(renderer, camera, method, 10000)
+    stats = renderer.draw(camera, method=method, parameters=best)
+    assert stats["triangles"] == pytest.approx(10000, rel=0.02)
+    assert renderer.measure()["rms_error_px"] <= first
+    renderer.release()
+
+
+@pytest.mark.parametrize("method", BASELINES)
+def test_the_same_again(ctx, method):
+    """The same mesh and picture, whatever was drawn before, and by a renderer that never drew anything else."""
+    heightmap = MAPS["odd"]()
+    first, second = (tg.Renderer(heightmap, SIZE, ctx=ctx) for _ in range(2))
+    camera = cameras(heightmap)["default"]
+    once = first.render(camera, method=method).image, first.triangles().tobytes()
+    first.render(cameras(heightmap)["wide"], method=method, triangles=500)
+    again = first.render(camera, method=method).image, first.triangles().tobytes()
+    fresh = second.render(camera, method=method).image, second.triangles().tobytes()
+    assert np.array_equal(once[0], again[0]) and np.array_equal(once[0], fresh[0])
+    assert once[1] == again[1] == fresh[1]
+    for renderer in (first, second):
+        renderer.release()
+
+
+@pytest.mark.parametrize("method", BASELINES)
+@pytest.mark.parametrize("kind", ["heights", "voids", "span"])
+def test_edits_are_followed(ctx, method, kind):
+    before = MAPS["holes"]()
+    renderer = tg.Renderer(before, SIZE, ctx=ctx)
+    camera = cameras(before)["default"]
+    renderer.draw(camera, method=method)
+    rng = np.random.default_rng(1)
+    new = rng.normal(size=(20, 30)) * 20 + (3000 if kind == "span" else 0)
+    if kind == "voids":
+        new[rng.random(new.shape) < 0.2] = np.nan
+    renderer.edit(np.s_[80:100], np.s_[60:90], new)
+    renderer.draw(camera, method=method)
+    fresh = tg.Renderer(renderer.heightmap, SIZE, ctx=ctx)
+    fresh.draw(camera, method=method)
+    drawn, expected = renderer.inspector.drawn_heights(), fresh.inspector.drawn_heights()
+    base_m = renderer.terrain.base_m - fresh.terrain.base_m
+    assert np.array_equal(renderer.triangles(), fresh.triangles())
+    assert np.abs(drawn - expected).max() <= (0 if base_m == 0 else 1e-3)
+    for part in (renderer, fresh):
+        part.release()
+
+
+@pytest.mark.parametrize("method", BASELINES)
+def test_real_map(ctx, dem, method):
+    name = "ps_height_1k.png"
+    renderer = tg.Renderer(tg.Heightmap.open(dem / name, **REAL[name]), (1280, 720), ctx=ctx)
+    camera = tg.Camera((81920, 30000, 9000), (81920, 110000, 0), 60.0)
+    renderer.draw(camera, method=method, triangles=103040)
+    stats = renderer.measure()
+    assert stats["triangles"] == pytest.approx(103040, rel=0.02)
+    assert stats["posts_measured"] == 599970 and stats["holes"] == 0
+    assert stats["rms_error_px"] < 0.354  # of a longest-edge bisection with as many triangles, Dupuy 2020
+    renderer.release()
+
+
+def test_wrong_parameters_are_refused(ctx):
+    renderer = tg.Renderer(MAPS["two"](), SIZE, ctx=ctx)
+    camera = cameras(renderer.heightmap)["default"]
+    for wrong, told in (
+        ({"method": "sat", "parameters": Rings()}, "has no such parameter"),
+        ({"method": "clipmap", "parameters": Edges()}, "has no such parameter"),
+        ({"method": "clipmap", "parameters": Rings(), "triangles": 10}, "give one of them"),
+    ):
+        with pytest.raises(tg.UsageError, match=told):
+            renderer.draw(camera, **wrong)
+    for kind, value in ((Rings, 11), (Edges, 0.0), (Edges, float("nan"))):
+        with pytest.raises(tg.UsageError):
+            kind(value)
+    renderer.release()
+
+
+@pytest.mark.parametrize("method", BASELINES)
+def test_meshes_chosen_for_one_eye_are_the_same_to_another(ctx, method):
+    renderer = tg.Renderer(MAPS["odd"](), SIZE, ctx=ctx)
+    views = cameras(renderer.heightmap)
+    renderer.draw(views["default"], method=method)
+    chosen, heights = renderer.triangles(), renderer.inspector.drawn_heights()
+    renderer.draw(views["outside"], method=method, chosen_for=views["default"])
+    assert np.array_equal(renderer.triangles(), chosen) and np.array_equal(renderer.inspector.drawn_heights(), heights)
+    renderer.release()
+
+
+def test_errors_of_levels_are_what_they_miss(ctx):
+    heightmap = tg.Heightmap(rough(257, 257, 5, 500.0), 10.0)
+    terrain = Terrain(ctx, heightmap)
+    pyramid = Pyramid(terrain)
+    errors_m = pyramid.errors_m()
+    assert errors_m[0] == 0 and (np.diff(errors_m) > 0).all()
+    fine = pyramid.read()[0]
+    for level in (1, 2, 3, 4):
+        coarse, step = pyramid.read()[level].astype("f8"), 2**level
+        row, col = np.indices((256, 256))
+        y, x, v, u = row // step, col // step, row % step / step, col % step / step
+        a, d = coarse[y, x], coarse[y + 1, x + 1]  # triangles share the diagonal from north-west
+        b, c = coarse[y, x + 1], coarse[y + 1, x]
+        drawn = np.where(u >= v, a + u * (b - a) + v * (d - b), a + v * (c - a) + u * (d - c))
+        # so many squares at random are within some per cent of all
+        assert errors_m[level] == pytest.approx(np.sqrt(np.square(fine[:-1, :-1] - drawn).mean()), rel=0.03)
+    for part in (pyramid, terrain):
+        part.release()

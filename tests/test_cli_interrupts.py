@@ -1,0 +1,125 @@
+"""Ctrl-C, termination and readers that go away: quiet ends, and no half-written file."""
+
+import os
+import shlex
+import subprocess
+import sys
+import time
+from pathlib import Path
+
+import pytest
+from commands import refused, small_map
+
+from terrain_gl.cli import options
+
+
+@pytest.fixture(autouse=True)
+def dem(folder):
+    """Give the name of a small map with a hill, and nothing else in the folder to work in."""
+    return small_map()
+
+
+# --- Interruptions ----------------------------------------------------------------------------------------------------
+
+
+def test_interrupt_is_quiet(dem, run, monkeypatch):
+    def interrupt(*_):
+        raise KeyboardInterrupt
+
+    monkeypatch.setattr(options, "open_scene", interrupt)
+    assert run("measure", dem) == (130, "", "")
+
+
+INTERRUPTED = """
+import os, signal, sys
+{}
+from terrain_gl.cli import main
+sys.exit(main())
+"""
+IN_A_SHADER = """
+import _moderngl
+exec('''
+def make_uniform(*about, make=make_uniform):
+    import os, signal
+    os.kill(os.getpid(), {})
+    return make(*about)
+''', vars(_moderngl))  # as moderngl's C finds it
+"""
+IN_AN_IMPORT = """
+class Finder:
+    def find_spec(self, name, path, target=None):
+        if name == {!r}:
+            os.kill(os.getpid(), signal.SIGINT)
+sys.meta_path.insert(0, Finder())
+"""
+
+
+def interrupted(when, *words):
+    """Status and outputs of a command that gets a signal at the first moment that `when` describes."""
+    listening = "signal.signal(signal.SIGINT, signal.default_int_handler)"  # shells make background jobs deaf
+    command = [sys.executable, "-c", INTERRUPTED.format(listening + when), *words]
+    done = subprocess.run(command, capture_output=True, text=True, timeout=60)
+    return done.returncode, done.stdout, done.stderr
+
+
+@pytest.mark.skipif(os.name != "posix", reason="signals are Unix's")
+@pytest.mark.parametrize("name, status", [("SIGINT", 130), ("SIGTERM", 143)])
+def test_signals_wait_until_moderngl_has_made_a_shader(dem, name, status):
+    """Which calls Python from C, and crashes where that raises."""
+    assert interrupted(IN_A_SHADER.format(f"signal.{name}"), "measure", dem) == (status, "", "")
+
+
+@pytest.mark.skipif(os.name != "posix", reason="signals are Unix's")
+@pytest.mark.parametrize("module", ["terrain_gl.cli.info", "numpy", "moderngl", "OpenImageIO"])
+def test_interrupt_of_an_import_is_quiet(dem, module):
+    assert interrupted(IN_AN_IMPORT.format(module), "measure", dem) == (130, "", "")
+
+
+def test_memory_runs_out(dem, run, monkeypatch):
+    def fail(*_):
+        raise MemoryError
+
+    monkeypatch.setattr(options, "open_scene", fail)
+    refused(run("measure", dem), 1, "not enough memory")
+
+
+def test_reader_that_goes_away(dem):
+    reader, writer = os.pipe()
+    os.close(reader)
+    command = [sys.executable, "-m", "terrain_gl", "info", dem]
+    done = subprocess.run(command, stdout=writer, stderr=subprocess.PIPE, timeout=60)
+    os.close(writer)
+    assert (done.returncode, done.stderr) == (1, b"")
+
+
+def test_closed_standard_output(dem):
+    command = f"{shlex.quote(sys.executable)} -m terrain_gl measure {shlex.quote(dem)} --size 16x9 >&-"
+    done = subprocess.run(["sh", "-c", command], stderr=subprocess.PIPE, text=True, timeout=60)
+    assert (done.returncode, done.stderr) == (0, "")
+
+
+@pytest.mark.parametrize("words, status", [("a.png", 0), ("nowhere/a.png", 1)])
+def test_closed_standard_error(dem, words, status):
+    command = f"{shlex.quote(sys.executable)} -m terrain_gl shot {shlex.quote(dem)} --size 16x9 -o {words} 2>&-"
+    done = subprocess.run(["sh", "-c", command], stdout=subprocess.PIPE, text=True, timeout=60)
+    assert done.returncode == status and ("a.png" in done.stdout) == Path("a.png").exists() == (status == 0)
+
+
+@pytest.mark.skipif(os.name != "posix", reason="signals are Unix's")
+def test_termination_leaves_no_half_written_file(dem, tmp_path):
+    command = [sys.executable, "-m", "terrain_gl", "fly", dem, "-o", "film.gif", "--size", "16x16", "--seconds", "900"]
+    flying = subprocess.Popen(command, stderr=subprocess.PIPE)
+    while not list(tmp_path.glob(".film-*")):
+        assert flying.poll() is None
+        time.sleep(0.1)
+    flying.terminate()
+    assert flying.wait(60) == 143 and flying.stderr.read() == b""
+    assert [path.name for path in tmp_path.iterdir()] == [Path(dem).name]
+
+
+def test_full_standard_output(dem):
+    with open("/dev/full", "w") as full:
+        command = [sys.executable, "-m", "terrain_gl", "info", dem]
+        done = subprocess.run(command, stdout=full, stderr=subprocess.PIPE, text=True, timeout=60)
+    assert done.returncode == 1
+    assert done.stderr.splitlines()[0] == "terrain-gl: standard output: No space left on device"

@@ -1,0 +1,201 @@
+"""Method sat is a function of the tables and the camera: other tables, another mesh; the same ones, the same mesh."""
+
+import numpy as np
+import pytest
+from clipmaps import clipmap_of, surface_errors
+from maps import cameras, rough
+
+from terrain_gl import Renderer
+from terrain_gl.camera import Camera
+from terrain_gl.files.maps import bundled
+from terrain_gl.gpu import layout
+from terrain_gl.gpu.context import create_context
+from terrain_gl.heightmap import Heightmap
+from terrain_gl.lod import ClipmapSelector, QuadtreeSelector
+from terrain_gl.options import RenderOptions
+from terrain_gl.verify.measure import Measurement
+
+SIZE = (160, 90)
+
+
+def land():
+    """Rough down to every post: drawn more coarsely it is far off."""
+    noise = np.random.default_rng(1).normal(size=(110, 90))
+    return Heightmap(rough(110, 90, 11) + 6 * noise.astype("f4"), (12.0, 9.0))
+
+
+@pytest.fixture
+def scene(ctx):
+    scene = clipmap_of(ctx, land(), SIZE)
+    yield scene
+    scene.release()
+
+
+def mesh_of(scene, camera, **settings):
+    """The patch records, in order."""
+    settings = settings or {"tolerance_px": 1.0}
+    selection = scene.select(camera, **settings)
+    return scene.levels.patches.read(16 * selection.patches)
+
+
+def options(**settings):
+    return RenderOptions(method="sat", **settings)
+
+
+def fill_with(buffer, words):
+    buffer.write(np.resize(words, buffer.size // 4).astype("u4").tobytes())
+
+
+RANDOM = np.random.default_rng(5).integers(0, 2**32, 4099, dtype="u4")
+SETTINGS = {"counters": {"tolerance_px": 1.0}, "squares": {"tolerance_px": 1.0, "metric": "rms"}}
+
+
+@pytest.mark.parametrize("words", [0, 0xFFFFFFFF, RANDOM], ids=["zeros", "ones", "random"])
+@pytest.mark.parametrize("table", SETTINGS)
+def test_other_sums_give_another_mesh(ctx, scene, table, words):
+    """Random counters say "rough" nearly everywhere, constant ones say that no box has anything in it."""
+    camera, settings = cameras(scene.heightmap)["default"], SETTINGS[table]
+    before = mesh_of(scene, camera, **settings)
+    fill_with(getattr(scene.tables, table), words)
+    assert mesh_of(scene, camera, **settings) != before
+
+
+def test_without_counters_the_promise_breaks(ctx, scene):
+    camera = cameras(scene.heightmap)["default"]
+    kept = scene.select(camera, 1.0)
+    assert surface_errors(scene, kept, camera).max_px <= kept.certified_px <= 1
+    fill_with(scene.tables.counters, 0)
+    broken = scene.select(camera, 1.0)
+    assert surface_errors(scene, broken, camera).max_px > 1
+
+
+def test_without_squares_the_promise_of_the_mean_breaks(ctx, scene):
+    """The maximum is held where a patch is partly in the picture: so the whole map is in it."""
+    east, north = scene.heightmap.extent_m
+    camera = Camera((0.5 * east, -0.2 * north, north), (0.5 * east, 0.5 * north, 0.0), 70.0)
+    kept = scene.select(camera, 0.1, "rms")
+    assert surface_errors(scene, kept, camera).rms_px <= kept.certified_px <= 0.1
+    fill_with(scene.tables.squares, 0)
+    fill_with(scene.tables.counters, 0)
+    broken = scene.select(camera, 0.1, "rms")
+    assert surface_errors(scene, broken, camera).rms_px > 0.1
+
+
+def test_a_budget_asks_the_squares(ctx, scene):
+    camera = cameras(scene.heightmap)["default"]
+    before = mesh_of(scene, camera, triangles=3000)
+    fill_with(scene.tables.counters, RANDOM)
+    assert mesh_of(scene, camera, triangles=3000) != b""
+    fill_with(scene.tables.squares, RANDOM)
+    assert mesh_of(scene, camera, triangles=3000) != before
+
+
+def test_nodes_decide_nothing(ctx, scene):
+    """Node records, gains and blocks are the quadtree's: garbage there changes its mesh, and nothing here."""
+    camera, settings = cameras(scene.heightmap)["default"], [*SETTINGS.values(), {"triangles": 3000}]
+    before = [mesh_of(scene, camera, **each) for each in settings]
+    quadtree = QuadtreeSelector(scene.tables)
+
+    def leaves():
+        selection = quadtree.select(camera, SIZE, scene.near_m, 1.0)
+        return quadtree.patches.read(8 * selection.patches)
+
+    of_nodes = leaves()
+    for table in ("nodes", "gains", "blocks"):
+        fill_with(getattr(scene.tables, table), RANDOM & 0x3FFF3FFF)
+    assert [mesh_of(scene, camera, **each) for each in settings] == before
+    assert leaves() != of_nodes
+    quadtree.release()
+
+
+def test_same_view_same_mesh_in_any_order_and_context(ctx, scene):
+    views = cameras(scene.heightmap)
+    settings = [{"tolerance_px": 0.5}, {"tolerance_px": 2.0, "metric": "rms"}, {"triangles": 2500}]
+    asked = [(view, each) for view in ("default", "grazing", "wide") for each in settings]
+    first = [mesh_of(scene, views[view], **each) for view, each in asked]
+    again = [mesh_of(scene, views[view], **each) for view, each in reversed(asked)][::-1]
+    assert again == first
+    with create_context("egl") as other:
+        fresh = clipmap_of(other, land(), SIZE)
+        assert [mesh_of(fresh, views[view], **each) for view, each in asked] == first
+        fresh.release()
+
+
+class Counted(ClipmapSelector):
+    """A selector that counts its dispatches."""
+
+    dispatches = 0
+
+    def _run(self, *args, **uniforms):
+        self.dispatches += 1
+        super()._run(*args, **uniforms)
+
+
+def test_no_pass_walks_the_map(ctx):
+    """The same land around the eye in larger and larger maps: as many blocks, but for the rings that are added."""
+    small = rough(129, 129, 2)
+    used = []
+    for times in (2, 4, 8):
+        grid = np.tile(np.block([[small, small[:, ::-1]], [small[::-1], small[::-1, ::-1]]])[1:, 1:], (times // 2,) * 2)
+        heightmap = Heightmap(grid, 10.0)
+        east, north = heightmap.extent_m
+        camera = Camera((0.5 * east, 0.5 * north, 200.0), (0.5 * east + 900, 0.5 * north, 0.0), 30.0)
+        selector = Counted(clipmap_of(ctx, heightmap, SIZE).tables)
+        selector.select(camera, SIZE, 1.0, 1.0)
+        rings = selector._rings_of(camera, 8)
+        summary = np.frombuffer(selector._buffers["summary"].read(layout.RING_SUMMARY.itemsize), layout.RING_SUMMARY)[0]
+        blocks = summary["blocks"]
+        used.append((len(rings), int(blocks), selector.dispatches))
+    for (rings, blocks, _), (more_rings, more_blocks, dispatches) in zip(used, used[1:], strict=False):
+        assert more_rings <= rings + 2
+        assert more_blocks == blocks + 64 * (more_rings - rings)
+        assert dispatches == 12
+
+
+@pytest.fixture(scope="module")
+def alpine():
+    known = bundled()["alpine"]
+    heightmap = Heightmap.open(known.path, known.spacing_m, known.z_scale, known.z_offset_m)
+    with Renderer(heightmap, size=(320, 180)) as renderer:
+        yield renderer
+
+
+def test_most_triangles_come_from_tessellated_patches(alpine):
+    """At least half of them from patches of 4 × 4 segments and more."""
+    frame = alpine.select(bundled()["alpine"].camera, (640, 360), options(max_error_px=1.0))
+    triangles = np.array(frame.selection.counts) * 2 * 4 ** np.arange(7)
+    assert triangles[2:].sum() >= 0.5 * frame.selection.triangles
+
+
+def test_budgets_are_spent_and_never_exceeded(alpine):
+    camera, errors, measurement = bundled()["alpine"].camera, [], Measurement(alpine.terrain)
+    for budget in (2000, 20_000, 200_000):
+        frame = alpine.select(camera, alpine.size, options(triangles=budget))
+        assert 0.95 * budget <= frame.selection.triangles <= budget
+        errors.append(measurement.achieved(frame.selection, camera, alpine.size, frame.near_m).rms_px)
+    measurement.release()
+    assert errors[0] > errors[1] > errors[2]
+    for budget in (10, 300):
+        few = alpine.choose(camera, method="sat", triangles=budget)["triangles"]
+        assert few <= max(budget, fewest(alpine, camera))
+
+
+def fewest(renderer, camera):
+    """Triangles of the coarsest mesh of the rings: a smaller budget cannot be kept."""
+    return renderer.choose(camera, method="sat", triangles=2)["triangles"]
+
+
+def test_an_edit_gives_the_mesh_of_a_fresh_renderer(ctx):
+    heights, camera = rough(90, 75, 6), None
+    edited = heights.copy()
+    edited[30:40, 20:50] += 25
+    meshes = []
+    for start, then in ((heights, edited), (edited, None)):
+        with Renderer(Heightmap(start, 10.0), size=SIZE) as renderer:
+            camera = camera or Camera.default(renderer.heightmap)
+            if then is not None:
+                renderer.choose(camera, 1.0, method="sat")
+                renderer.edit(slice(30, 40), slice(20, 50), then[30:40, 20:50])
+            selection = renderer.select(camera, SIZE, options(max_error_px=1.0)).selection
+            meshes.append(selection.surface.patches.read(16 * selection.patches))
+    assert meshes[0] == meshes[1]

@@ -1,0 +1,222 @@
+"""The shaders of method sat beside `reference.clipmap`: rings, classes, the join of squares, edges, strips, prices."""
+
+import numpy as np
+import pytest
+from asking import ask
+from clipmaps import clipmap_of, patches_of
+from hypothesis import given, settings
+from hypothesis import strategies as st
+from maps import cameras, rough
+
+from terrain_gl.gpu import layout
+from terrain_gl.heightmap import Heightmap
+from terrain_gl.lod import ClipmapSelector
+from terrain_gl.lod.rings import PATCH, rings_around
+from terrain_gl.reference import clipmap
+
+RNG = np.random.default_rng(8)
+
+
+@pytest.fixture(scope="module")
+def scene(session_context):
+    with session_context as ctx:
+        noise = np.random.default_rng(1).normal(size=(110, 90))
+        scene = clipmap_of(ctx, Heightmap(rough(110, 90, 11) + 3 * noise.astype("f4"), (12.0, 9.0)))
+        yield scene
+        scene.release()
+
+
+@given(st.floats(-50, 900), st.floats(-50, 900), st.integers(1, 900), st.integers(1, 900), st.floats(0, 1e5))
+def test_rings_stand_where_the_reference_puts_them(x, y, cols, rows, away_m):
+    top = max(1, (max(cols, rows) - 1).bit_length())
+    rings = rings_around((x, y), away_m, (cols, rows), (10.0, 13.0), top)
+    eye = min(max(x, 0), cols), min(max(y, 0), rows)
+    for ring in rings:
+        assert ring.origin == clipmap.ring_origin(eye, ring.patches, ring.level)
+    for finer, ring in zip(rings, rings[1:], strict=False):
+        assert ring.level == finer.level + 1
+        assert all(ring.origin[i] <= finer.origin[i] and ring.end[i] >= finer.end[i] for i in range(2))
+        assert all(at % (1 << ring.level) == 0 for at in (*finer.origin, *finer.end))
+
+
+def class_levels(scene):
+    """The GPU's counters as the reference reads them."""
+    words, levels = np.frombuffer(scene.tables.counters.read(), "u4"), []
+    for level in scene.terrain.levels:
+        cols, rows = level.counts
+        part = words[level.first_count :][: layout.CLASS_WORDS * cols * rows].reshape(-1, rows, cols)
+        classes = [(four >> 8 * k & 255).astype("u1") for four in part for k in range(4)]
+        levels.append(clipmap.Level(classes, level.count_tile, scene.terrain.span_m))
+    return levels
+
+
+def test_classes_of_any_box(ctx, scene):
+    """Boxes wherever they stand, some of them partly beyond the map; steps above and below one post."""
+    levels, last, n = class_levels(scene), scene.terrain.all_posts[2:], 600
+    step = RNG.integers(-5, 5, n)
+    low = RNG.integers(-8, 80, (n, 2)) >> np.maximum(step, 0)[:, None] << np.maximum(step, 0)[:, None]
+    side = 1 << np.maximum(step, 0) + RNG.integers(0, 4, n)
+    error_m = 10 ** RNG.uniform(-4, 2, n)
+    statement = "ivec2 low = ivec2(a.xy); return vec4(is_within_m(low, low + int(a.z), int(a.w), b.x));"
+
+    def bind(kernel):
+        scene.terrain.bind()
+        scene.tables.bind()
+
+    asked = np.column_stack([low, side, step])
+    got = ask(ctx, "error/bound.glsl", statement, asked, np.column_stack([error_m] * 4), bind=bind)[:, 0]
+    on_map = ((low < last) & (low + side[:, None] > 0)).all(1)
+    expected = [
+        clipmap.is_within(levels, tuple(a), tuple(a + s), last, int(j), float(np.float32(e)))
+        for a, s, j, e in zip(low, side, step, error_m, strict=True)
+    ]
+    assert np.array_equal(got[on_map] > 0, np.array(expected)[on_map])
+    assert 0.1 < got[on_map].mean() < 0.9
+
+
+def test_next_step_asks_from_the_coarsest_down(ctx, scene):
+    levels, last, n = class_levels(scene), scene.terrain.all_posts[2:], 300
+    camera = cameras(scene.heightmap)["default"]
+    scene.select(camera, 0.5)
+    finest_ring = scene.levels._rings_of(camera, PATCH)[0].level
+    side_log2 = RNG.integers(0, 6, n)
+    coarsest = np.minimum(RNG.integers(-2, 5, n), side_log2)
+    low = RNG.integers(0, 60, (n, 2)) >> side_log2[:, None] << side_log2[:, None]
+    nearest_m = 10 ** RNG.uniform(1, 5, n)
+    statement = """Projection p = Projection(false, true, b.x, 1.0, b.x);
+    return vec4(next_step(ivec2(a.xy), int(a.z), 0, int(a.w), p), error_within_m(p), 0.0, 0.0);"""
+
+    def bind(kernel):
+        scene.levels._bind()
+
+    asked = np.column_stack([low, side_log2, coarsest])
+    got = ask(ctx, "rings/leaf.glsl", statement, asked, np.column_stack([nearest_m] * 4), bind=bind)
+    for k in range(n):
+        end = tuple(low[k] + (1 << side_log2[k]))
+        expected = clipmap.next_step(
+            int(coarsest[k]),
+            clipmap.finest_step(int(side_log2[k]), finest_ring),
+            lambda step, k=k, end=end: clipmap.is_within(levels, tuple(low[k]), end, last, step, got[k, 1]),
+        )
+        assert got[k, 0] == (NEVER_STEP if expected is None else expected)
+    assert len(np.unique(got[:, 0])) > 5
+
+
+class Watched(ClipmapSelector):
+    """A selector that keeps the squares' spacings and the units' words of every round before neighbours change them."""
+
+    def _run(self, name, *args, **uniforms):
+        if name == "settle" and uniforms["round"] == 1:
+            groups = np.frombuffer(self._buffers["blocks"].read(64), "u4").reshape(4, 4)
+            self.rounds = [(int(first), int(n)) for n, _, _, first in groups[:3]]
+            self.words = np.frombuffer(self._buffers["cells"].read(), "u4").reshape(-1, 8, 8)
+            self.choices = np.frombuffer(self._buffers["choices"].read(), "u4").astype(int) - 16
+            self.children = np.frombuffer(self._buffers["blocks"].read(), "4i4")[4:]
+        super()._run(name, *args, **uniforms)
+
+
+NEVER_STEP = 47  # NO_STEP of glsl/rings/leaf.glsl
+
+
+@pytest.mark.parametrize("view", ["default", "grazing", "far"])
+def test_squares_are_joined_as_the_reference_joins_them(ctx, scene, view):
+    watched, camera = Watched(scene.tables), cameras(scene.heightmap)[view]
+    watched.select(camera, scene.size, scene.near_m, 0.5, cull=False)
+    rings, seen = watched._rings_of(camera, PATCH), set()
+    roots = [ring.level for ring in rings for _ in range(ring.patches[0] * ring.patches[1])]
+    for r, (first, n) in enumerate(watched.rounds):
+        for b in range(first, first + n):
+            unit_log2 = roots[b] if b < len(roots) else int(watched.children[b - len(roots)][2])
+            words = watched.words[b].astype(int)
+            drawn = words != 0
+            squares = {}
+            for depth, begin in enumerate((0, 1, 5, 21)):
+                for i in range(4**depth):
+                    x, y, side = i % (1 << depth), i >> depth, PATCH >> depth
+                    if drawn[y * side : (y + 1) * side, x * side : (x + 1) * side].any():
+                        step = int(watched.choices[85 * b + begin + i])
+                        squares[depth, x, y] = None if step == NEVER_STEP else step
+            expected = clipmap.cut_block(squares, unit_log2, unit_log2 >= 3 and r < clipmap.ROUNDS - 1)
+            block, broken = words >> 31 != 0, words >> 29 & 1 != 0
+            got = np.where(broken, -3, np.where(block, -2, np.where(drawn, words >> 8 & 3, -1)))
+            assert np.array_equal(got, expected[..., 0])
+            leaf = got >= 0
+            assert np.array_equal((words & 63)[leaf] - 16, expected[..., 1][leaf])
+            seen |= set(got.ravel().tolist())
+    assert {-1, 0} < seen
+    watched.release()
+
+
+@pytest.mark.parametrize("view", ["default", "grazing", "down"])
+def test_edges_are_the_references(ctx, scene, view):
+    selection = scene.select(cameras(scene.heightmap)[view], 0.5, cull=False)
+    patches = patches_of(scene, selection)
+    leaves = [
+        clipmap.Leaf((int(x), int(y)), int(side), int(step))
+        for (x, y), side, step in zip(patches.corner, patches.side_log2, patches.step_log2, strict=True)
+    ]
+    over, unequal = clipmap.leaf_map(leaves, scene.heightmap.heights.shape), 0
+    for i, leaf in enumerate(leaves):
+        expected = [leaf.side_log2 - clipmap.edge_step_log2(leaves, over, i, side) for side in range(4)]
+        assert patches.edges_log2[i].tolist() == expected
+        unequal += expected != [leaf.side_log2 - leaf.step_log2] * 4
+    assert unequal > 5
+
+
+def test_strip_of_a_cell_is_the_references(ctx, scene):
+    heights, n = scene.terrain.filled.astype("f8"), 200
+    level = RNG.integers(1, 4, n)
+    at = np.stack([RNG.integers(0, 80 >> level), RNG.integers(0, 100 >> level)], -1)
+    edge = np.maximum(level - RNG.integers(1, 5, n), -5)
+    # CUT is the north side; the others are whole
+    statement = "return vec4(cut_cell_error_m(ivec2(a.xy), int(a.z), ivec4(30, int(a.w), 30, 30), bvec4(0, 1, 0, 0)));"
+
+    def bind(kernel):
+        scene.terrain.bind()
+        scene.levels.view.bind()
+
+    got = ask(ctx, "rings/strip.glsl", statement, np.column_stack([at, level, edge]), bind=bind)[:, 0]
+    for k in range(n):
+        (x, y), size = at[k] << level[k], 1 << level[k]
+        cell = heights[y : y + size + 1, x : x + size + 1]
+        t, s = np.meshgrid(np.linspace(0, 1, size + 1), np.linspace(0, 1, size + 1))
+        a, b, c, d = cell[0, 0], cell[0, -1], cell[-1, 0], cell[-1, -1]
+        falling = np.where(t >= s, a + (b - a) * t + (d - b) * s, a + (c - a) * s + (d - c) * t)
+        rising = np.where(s + t <= 1, a + (b - a) * t + (c - a) * s, d + (c - d) * (1 - t) + (b - d) * (1 - s))
+        errors = np.maximum(np.abs(falling - cell), np.abs(rising - cell))
+        twists = cell[:-1, :-1] - cell[:-1, 1:] - cell[1:, :-1] + cell[1:, 1:]
+        expected = clipmap.strip_error(errors, twists, clipmap.edge_move(cell[0], 1 << max(edge[k], 0)))
+        assert expected <= got[k] <= expected + 1e-4 * scene.terrain.span_m
+
+
+@settings(max_examples=20)
+@given(st.integers(0, 10**6))
+def test_cheapest_is_the_references(ctx, seed):
+    rng = np.random.default_rng(seed)
+    weights = np.sort(10 ** rng.uniform(-3, 6, (50, 7)), 1)[:, ::-1].astype("f4")
+    prices = (10 ** rng.uniform(-4, 4, 50)).astype("f4")
+    buffer = ctx.buffer(weights.tobytes())
+    statement = "int k; vec2 best = cheapest(int(a.x), a.y, k); return vec4(best, k, 0.0);"
+
+    def bind(kernel):
+        buffer.bind_to_storage_buffer(4)
+
+    got = ask(ctx, "rings/prices.glsl", statement, np.column_stack([np.arange(50), prices, prices, prices]), bind=bind)
+    for row, weight, price in zip(got, weights, prices, strict=True):
+        cost, segments_log2 = clipmap.cheapest(weight.astype("f8"), float(price))
+        assert row[0] == pytest.approx(cost, rel=1e-5)
+        assert row[1] == 2 * 4**segments_log2 and row[2] == segments_log2
+    buffer.release()
+
+
+@given(st.integers(0, 10**6))
+def test_brackets_are_the_hosts(seed):
+    """The price that Python reads back is the one that the brackets end at."""
+    rng = np.random.default_rng(seed)
+    tried = -np.sort(-rng.integers(0, 5000, (3, 32)), 1)
+    low, high, target = -60.0, 60.0, int(rng.integers(1, 5000))
+    for counts in tried:
+        low, high = clipmap.bracket(low, high, counts, target)
+    selector = ClipmapSelector.__new__(ClipmapSelector)
+    selector._tried = type("Words", (), {"read": lambda self: tried.astype("u4").tobytes()})()
+    assert selector._price_found(target) == pytest.approx(2.0**high)

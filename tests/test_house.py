@@ -1,0 +1,207 @@
+"""The house keeps its order: imports run one way, and no module, class or test file is too long to read at once."""
+
+import ast
+import configparser
+import re
+import subprocess
+import sys
+from functools import cache
+from pathlib import Path
+
+import pytest
+
+TESTS = Path(__file__).parent
+PACKAGE = TESTS.parent / "terrain_gl"
+
+# Each row imports from the rows above it alone. A folder is one entry, and has an order of its own.
+LAYERS = (
+    ("exceptions",),
+    ("resources", "inputs", "steps", "pieces", "reference"),
+    ("image", "gpu"),
+    ("readers",),
+    ("heightmap",),
+    ("camera", "terrain", "brush"),
+    ("sat", "view"),
+    ("error", "light"),
+    ("surface",),
+    ("lod",),
+    ("mesh", "methods"),
+    ("shade",),
+    ("options", "gpu_resources"),
+    ("frame", "edit"),
+    ("verify", "files"),
+    ("renderer",),
+    ("film",),
+    ("comparison",),
+    ("viewer",),
+    ("notebook",),
+    ("cli",),
+    ("__main__",),
+)
+LINES = {"module": 400, "class": 300, "test file": 600}
+
+KNOWN_UPWARD = {("surface", "lod")}  # a type alone: what a surface draws moves below the selection
+
+
+@cache
+def modules():
+    """Files of the package by their dotted name without the package's own."""
+    found = {}
+    for path in PACKAGE.rglob("*.py"):
+        parts = path.relative_to(PACKAGE).with_suffix("").parts
+        found[".".join(parts[:-1] if parts[-1] == "__init__" else parts)] = path
+    return found
+
+
+@cache
+def imports(name):
+    """Modules of the package that a module imports, for types alone or not."""
+    path, found = modules()[name], set()
+    package = ["terrain_gl", *name.split(".")] if path.name == "__init__.py" else ["terrain_gl", *name.split(".")[:-1]]
+    for node in ast.walk(ast.parse(path.read_text(encoding="utf-8"))):
+        if isinstance(node, ast.Import):
+            targets = [alias.name for alias in node.names]
+        elif isinstance(node, ast.ImportFrom):
+            start = [part for part in package if part][: len(package) - node.level + 1] if node.level else []
+            base = ".".join([*start, *([node.module] if node.module else [])])
+            targets = [f"{base}.{alias.name}" for alias in node.names]
+        else:
+            continue
+        inside = (
+            target.removeprefix("terrain_gl").lstrip(".") for target in targets if target.startswith("terrain_gl")
+        )
+        found |= {next((t for t in (target, target.rpartition(".")[0]) if t in modules()), "") for target in inside}
+    return found - {name, ""}
+
+
+def entry(name):
+    """A module's own entry in `LAYERS`."""
+    return name.split(".")[0]
+
+
+def layer(name):
+    row = next((i for i, row in enumerate(LAYERS) if entry(name) in row), None)
+    assert row is not None, f"terrain_gl/{name}: give it a place in LAYERS, below all that it imports"
+    return row
+
+
+@pytest.mark.parametrize("name", sorted(set(modules()) - {""}))
+def test_imports_run_one_way(name):
+    for other in imports(name):
+        if entry(other) != entry(name) and (entry(name), entry(other)) not in KNOWN_UPWARD:
+            assert layer(other) < layer(name), f"{name} imports {other}, which stands no lower"
+
+
+def circles(graph):
+    """Sets of modules that import each other in a circle (Tarjan 1972)."""
+    order, low, stack, found = {}, {}, [], []
+
+    def visit(node):
+        order[node] = low[node] = len(order)
+        stack.append(node)
+        for other in graph[node]:
+            if other not in order:
+                visit(other)
+                low[node] = min(low[node], low[other])
+            elif other in stack:
+                low[node] = min(low[node], order[other])
+        if low[node] == order[node]:
+            circle = set(stack[stack.index(node) :])
+            del stack[stack.index(node) :]
+            if len(circle) > 1:
+                found.append(circle)
+
+    for node in graph:
+        if node not in order:
+            visit(node)
+    return found
+
+
+def test_circles_are_found():
+    assert circles({"a": {"b"}, "b": {"c"}, "c": {"a"}, "d": {"a"}}) == [{"a", "b", "c"}]
+    assert circles({"a": {"b"}, "b": {"c"}, "c": set()}) == []
+
+
+def test_no_imports_go_in_a_circle():
+    graph = {
+        name: {other for other in imports(name) if (entry(name), entry(other)) not in KNOWN_UPWARD}
+        for name in modules()
+    }
+    assert circles(graph) == []
+
+
+def viewer_rows():
+    """Modules of the viewer, from top to bottom, as the package's docstring lists them."""
+    table = ast.get_docstring(ast.parse((PACKAGE / "viewer" / "__init__.py").read_text())).split("\n\n")[-1]
+    names = {name.rpartition(".")[2] for name in modules() if name.startswith("viewer.")}
+    return [[name for name in line.split("  ")[0].split(", ") if name in names] for line in table.splitlines()]
+
+
+def test_the_viewer_keeps_its_own_order():
+    """Each module imports from its own line or the lines below; the docstring is the one list of them."""
+    row = {f"viewer.{name}": i for i, names in enumerate(viewer_rows()) for name in names}
+    assert set(row) == {name for name in modules() if name.startswith("viewer.")}
+    for name in row:
+        for other in imports(name) & set(row):
+            assert row[other] >= row[name], f"{name} imports {other}, which stands above it"
+
+
+def long_ones():
+    """Files and classes above their limits, by path, or by path and name."""
+    for kind, folder in (("module", PACKAGE), ("test file", TESTS)):
+        for path in folder.rglob("*.py"):
+            text, where = path.read_text(encoding="utf-8"), path.relative_to(TESTS.parent).as_posix()
+            if text.count("\n") > LINES[kind]:
+                yield where
+            for node in ast.walk(ast.parse(text)):
+                if isinstance(node, ast.ClassDef) and node.end_lineno - node.lineno >= LINES["class"]:
+                    yield f"{where}:{node.name}"
+
+
+def test_nothing_is_too_long():
+    assert list(long_ones()) == []
+
+
+# --- What is installed ------------------------------------------------------------------------------------------------
+
+
+def installed_folders():
+    """Folders that setup.cfg installs, by package."""
+    config = configparser.ConfigParser()
+    config.read(TESTS.parent / "setup.cfg")
+    packages = config["options"]["packages"].split()
+    moved = dict(line.split(" = ") for line in config["options"]["package_dir"].strip().splitlines())
+    return {name: TESTS.parent / moved.get(name, name.replace(".", "/")) for name in packages}
+
+
+def test_every_package_is_installed():
+    here = {
+        path.parent
+        for folder in ("terrain_gl", "glsl", "heightmaps")
+        for path in (TESTS.parent / folder).rglob("__init__.py")
+    }
+    assert set(installed_folders().values()) == here
+
+
+def test_types_and_shaders_are_installed_with_the_code(tmp_path):
+    pytest.importorskip("setuptools")
+    command = [sys.executable, "-c", "from setuptools import setup; setup()", "-q"]
+    command += ["egg_info", "--egg-base", str(tmp_path), "build_py", "--build-lib", str(tmp_path / "lib")]
+    subprocess.run(command, cwd=TESTS.parent, check=True, capture_output=True)
+    built = {path.relative_to(tmp_path / "lib").as_posix() for path in (tmp_path / "lib").rglob("*") if path.is_file()}
+    assert "terrain_gl/py.typed" in built
+    for name, folder in installed_folders().items():
+        files = {path.name for path in folder.iterdir() if path.is_file() and path.suffix != ".pyc"}
+        assert {f"{name.replace('.', '/')}/{file}" for file in files} <= built
+
+
+# --- Words ------------------------------------------------------------------------------------------------------------
+
+
+def test_glossary_has_at_most_thirty_terms_once_each():
+    rows = re.findall(
+        r"^\| ([a-z -]+) \|", (TESTS.parent / "docs" / "glossary.md").read_text(encoding="utf-8"), re.MULTILINE
+    )
+    terms = rows[1:]
+    assert rows[0] == "term" and 20 < len(terms) <= 30
+    assert len(set(terms)) == len(terms)

@@ -1,0 +1,117 @@
+"""The ideal quadtrees: by hand, against all quadtrees of a small map, and next to ours on real maps."""
+
+import functools
+import itertools
+
+import numpy as np
+import pytest
+from maps import MAPS, REAL, Scene, cameras
+
+from terrain_gl import reference
+from terrain_gl.camera import Camera, screen_shift_px
+from terrain_gl.comparison import ideal
+from terrain_gl.heightmap import Heightmap
+
+
+@pytest.mark.parametrize("name", REAL)
+def test_real_maps_take_little_more_than_the_ideal_quadtree(ctx, dem, name):
+    whole = Heightmap.open(dem / name, **REAL[name])
+    row, col = max(0, (whole.rows - 1025) // 2), max(0, (whole.cols - 1025) // 2)
+    heightmap = Heightmap(whole.heights[row : row + 1025, col : col + 1025], whole.spacing_m, name)
+    scene = Scene.of(ctx, heightmap, (1280, 720))
+    camera = cameras(heightmap, scene.size)["default"]
+    triangles = scene.select(camera, 1.0).triangles
+    filled = scene.terrain.filled.astype("f8")
+    best, plain = ideal.ideal_quadtrees(
+        filled, heightmap.spacing_m, camera, scene.size, scene.near_m, 1.0, np.isnan(heightmap.heights)
+    )
+    ratios = triangles / best.triangles, triangles / plain.triangles
+    print(f"{name}: {triangles} triangles, {ratios[0]:.2f} x ideal restricted quadtree, {ratios[1]:.2f} x unrestricted")
+    assert triangles <= 1.6 * best.triangles
+    scene.release()
+
+
+def test_reference_quadtree_of_a_flat_map_is_one_leaf():
+    best, plain = ideal.ideal_quadtrees(np.zeros((17, 17)), (1.0, 1.0), Camera((8, 8, 30), (8, 8, 0)), (64, 64), 0.1, 1)
+    assert best.triangles == plain.triangles == 2
+
+
+def test_reference_quadtree_around_a_spike():
+    """A spike on a post that is odd in both directions: one node of each level holds it, one is split."""
+    heights = np.zeros((65, 65))
+    heights[29, 29] = 10.0
+    camera = Camera((32, 32, 400), (32, 32, 0), 20.0)
+    best, plain = ideal.ideal_quadtrees(heights, (1.0, 1.0), camera, (640, 640), 0.1, 0.01)
+    assert [int(level.sum()) for level in plain.splits] == [0, 1, 1, 1, 1, 1, 1]
+    assert plain.triangles == 2 * (4 + 3 * 5)
+    for fine, coarse in zip(best.splits[1:], best.splits[2:], strict=False):
+        around = fine | np.logical_or.reduce(reference.tree.neighbours(fine))
+        assert coarse.repeat(2, 0).repeat(2, 1)[around].all()
+    assert best.triangles > plain.triangles
+
+
+def trees(level, row, col):
+    """All quadtrees under a node, as lists of their leaves."""
+    yield [(level, row, col)]
+    if level:
+        children = [list(trees(level - 1, 2 * row + y, 2 * col + x)) for y in (0, 1) for x in (0, 1)]
+        yield from (sum(parts, []) for parts in itertools.product(*children))
+
+
+def leaf_square(heights, camera, size, level, row, col):
+    """Squared screen error of a leaf, post by post, for the better diagonal; the last row and column are others'."""
+    rows, cols = heights.shape
+    side, last = 1 << level, np.array(heights.shape) - 1
+    sums = [0.0, 0.0]
+    for diagonal, errors in enumerate(reference.quad_errors(heights, level) if level else ()):
+        for y in range(side + (row * side + side == last[0])):
+            for x in range(side + (col * side + side == last[1])):
+                r, c = row * side + y, col * side + x
+                point = np.array([[c, rows - 1 - r, heights[r, c]]])
+                (px,), (seen,) = screen_shift_px(camera, size, point, np.array([errors[row, y, col, x]]), 0.1)
+                sums[diagonal] += px * px * seen
+    return min(sums)
+
+
+@pytest.mark.parametrize("seed", range(3))
+def test_reference_allocation_is_the_best_of_all_quadtrees(seed):
+    rng = np.random.default_rng(seed)
+    heights = rng.normal(size=(5, 5)) * rng.uniform(0, 2, (5, 5))
+    camera, size = Camera((rng.uniform(0, 4), -3, 5), (2, 2.5, 0), 60.0), (64, 48)
+    square = functools.cache(lambda *leaf: leaf_square(heights, camera, size, *leaf))
+    every = [(2 * len(leaves), sum(square(*leaf) for leaf in leaves)) for leaves in trees(2, 0, 0)]
+    assert len(every) == 17
+    budgets = [2, 8, 14, 20, 26, 32]
+    _, plain = ideal.ideal_allocation(heights, (1.0, 1.0), camera, size, 0.1, budgets)
+    seen = reference.screen_scale(ideal.view_of(camera, size, 0.1), reference.world_m(heights, (1.0, 1.0))).seen.sum()
+    for budget, n, rms_px in zip(budgets, *plain, strict=True):
+        assert n <= budget
+        assert rms_px == pytest.approx(np.sqrt(min(e for m, e in every if m <= n) / seen), rel=1e-9, abs=1e-12)
+    assert plain.rms_px[-1] == 0
+
+
+def test_reference_allocation_restricted_is_never_better_than_plain():
+    heightmap = MAPS["odd"]()
+    heights, void = heightmap.heights.astype("f8"), np.zeros(heightmap.heights.shape, bool)
+    void[5:9, 3:30] = True
+    budgets = [2, 100, 400, 1600, 10**9]
+    for camera in cameras(heightmap).values():
+        restricted, plain = ideal.ideal_allocation(heights, heightmap.spacing_m, camera, (320, 180), 0.1, budgets, void)
+        assert (plain.triangles <= budgets).all()
+        assert (np.diff(plain.rms_px) <= 1e-12).all() and (np.diff(restricted.rms_px) <= 1e-12).all()
+        assert (restricted.rms_px >= plain.rms_px * (1 - 1e-9)).all()
+        assert plain.rms_px[-1] == restricted.rms_px[-1] == 0
+
+
+def test_bands_of_a_map_are_its_whole_node_rows(monkeypatch):
+    """Large maps are looked at in bands: the same errors, and every post counted once."""
+    heightmap = MAPS["odd"]()
+    heights, camera = heightmap.heights.astype("f8"), cameras(heightmap)["default"]
+    ask = (heightmap.spacing_m, camera, (320, 180), 0.1)
+    whole = ideal.ideal_allocation(heights, *ask, [50, 500])
+    whole_bands = ideal.bands
+    monkeypatch.setattr(ideal, "bands", lambda heights, level: whole_bands(heights, level, 1))
+    assert len(ideal.bands(heights, 3)) == -(-(len(heights) - 1) // 8)
+    for one, other in zip(whole, ideal.ideal_allocation(heights, *ask, [50, 500]), strict=True):
+        assert (one.triangles == other.triangles).all()
+        assert one.rms_px == pytest.approx(other.rms_px, rel=1e-12)

@@ -1,0 +1,76 @@
+"""Options of a frame: what one choice does to earlier ones that do not go with it."""
+
+import itertools
+
+import pytest
+from maps import rough
+
+import terrain_gl as tg
+from terrain_gl import cli
+from terrain_gl.cli import options as cli_options
+from terrain_gl.comparison.clipmap import Rings
+from terrain_gl.comparison.tessellated import Edges
+from terrain_gl.exceptions import UsageError
+from terrain_gl.methods import CERTIFIED, REGISTRY, Method
+from terrain_gl.options import METHODS, OPTIONS, Option, RenderOptions
+
+CHOICES = [
+    {"max_error_px": 2.0},
+    {"triangles": 500},
+    {"method": "clipmap", "parameters": Rings(101)},
+    {"method": "tessellated", "parameters": Edges(9.0)},
+    *({"method": method} for method in METHODS),
+]
+
+
+@pytest.mark.parametrize(("first", "then"), [*itertools.product(CHOICES, CHOICES)])
+def test_the_later_choice_holds(first, then):
+    changed = RenderOptions(**first, style="normals").otherwise(**then)
+    assert {key: getattr(changed, key) for key in then} == then and changed.style == "normals"
+
+
+def test_what_goes_with_the_change_stays():
+    budget = RenderOptions(triangles=500, metric="rms").otherwise(method="clipmap")
+    assert (budget.triangles, budget.metric, budget.method) == (500, "rms", "clipmap")
+    assert RenderOptions(3.0).otherwise(method="full").otherwise(method="sat").max_error_px == 3.0
+    assert RenderOptions(method="clipmap", parameters=Rings(101)).otherwise(style="lod").parameters == Rings(101)
+
+
+def test_choices_that_exclude_each_other_are_refused_together():
+    with pytest.raises(UsageError, match="give one of them"):
+        RenderOptions().otherwise(triangles=500, max_error_px=2.0)
+    with pytest.raises(UsageError, match="draws every post"):
+        RenderOptions().otherwise(triangles=500, method="full")
+
+
+@pytest.mark.parametrize("sun", [(float("nan"), 5.0), (1.0, 100.0), (1.0, 2.0, 3.0), None])
+def test_suns_that_are_none(sun):
+    with pytest.raises(UsageError, match="sun: expected azimuth and elevation"):
+        RenderOptions(sun=sun)
+
+
+@pytest.mark.parametrize("option", ["triangles", "water_m", "near_m", "max_error_px"])
+def test_what_is_no_number_is_refused(option):
+    with pytest.raises(UsageError, match="nan"):
+        RenderOptions(**{option: float("nan")})
+
+
+def test_the_command_line_is_made_from_the_declaration(monkeypatch, capsys):
+    """Each declared flag is there; a flag that is declared no more is refused."""
+    words = ["shot", "alpine", "-o", "picture.png"]
+    told = cli.parser().parse_args([*words, "--water", "3", "--near", "2", "--edge", "4", "--metric", "rms"])
+    assert (told.water_m, told.near_m, told.parameters, told.metric) == (3.0, 2.0, Edges(4.0), "rms")
+    monkeypatch.setattr(cli_options, "OPTIONS", OPTIONS | {"water_m": Option("picture")})
+    assert cli.main([*words, "--water", "3"]) == 2
+    assert "--water" in capsys.readouterr().err
+
+
+def test_every_method_is_a_line_of_the_registry(monkeypatch):
+    """A method of one's own takes one line; without it, it is unknown."""
+    mine = Method(CERTIFIED, "methods:quadtree", "mine")
+    with tg.Renderer(tg.Heightmap(rough(33, 40), 10.0), (32, 24)) as renderer:
+        with pytest.raises(KeyError):
+            renderer.selectors["mine"]
+        monkeypatch.setitem(REGISTRY, "mine", mine)
+        assert renderer.selectors["mine"] is renderer.selectors["quadtree"] is renderer.selectors["full"]
+        assert renderer.selectors["truth"] is not renderer.selectors["full"]

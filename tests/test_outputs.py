@@ -1,0 +1,94 @@
+"""What is read is never written over, and a clone runs as it stands."""
+
+import os
+import shutil
+import subprocess
+import sys
+from pathlib import Path
+
+import numpy as np
+import pytest
+from hostile import vrt
+
+from terrain_gl import cli
+from terrain_gl.exceptions import TerrainError
+from terrain_gl.image import replacing
+from terrain_gl.resources import FOLDERS, folder
+
+SIZE = ("--size", "64x48")
+
+
+@pytest.fixture(autouse=True)
+def work(tmp_path, monkeypatch):
+    """Give an empty folder to work in."""
+    monkeypatch.chdir(tmp_path)
+    return tmp_path
+
+
+@pytest.fixture
+def refused(capsys):
+    """Give a function that asserts that a command line ends in one line of wrong use."""
+
+    def refused(*words):
+        status = cli.main([str(word) for word in words])
+        out, err = capsys.readouterr()
+        assert (status, out, err.count("\n")) == (2, "", 1), err
+        return err
+
+    return refused
+
+
+@pytest.fixture
+def clone(work):
+    """Copy what a clone holds of the package, its shaders and its maps."""
+    for source in (folder("glsl").parent / "terrain_gl", *map(folder, FOLDERS)):
+        shutil.copytree(source, work / "clone" / source.name, ignore=shutil.ignore_patterns("__pycache__"))
+    return work / "clone"
+
+
+def run(clone, *words):
+    command = [sys.executable, *words]
+    return subprocess.run(command, cwd=clone, capture_output=True, text=True, timeout=120)
+
+
+def test_a_clone_finds_its_own_shaders_and_maps(clone):
+    """As it stands, though another copy is installed."""
+    told = run(clone, "-c", "import terrain_gl.gpu.shaders as s; print(s.root())")
+    assert Path(told.stdout.strip()) == clone / "glsl", told.stderr
+    done = run(clone, "-m", "terrain_gl", "shot", "alpine", "-o", "a.png", *SIZE)
+    assert done.returncode == 0 and (clone / "a.png").exists(), done.stderr
+    shutil.rmtree(clone / "glsl" / "lod")
+    done = run(clone, "-m", "terrain_gl", "shot", "alpine", "-o", "b.png", *SIZE)
+    assert done.returncode == 1 and "glsl/lod/" in done.stderr
+
+
+@pytest.mark.parametrize("words", ["shot alpine", "shot canyon", "shot alpine.lnk", "generate"])
+def test_bundled_maps_are_no_output(clone, words):
+    (clone / "alpine.lnk").symlink_to(clone / "heightmaps" / "alpine.png")
+    before = {path: path.read_bytes() for path in (clone / "heightmaps").iterdir() if path.is_file()}
+    name, *map_ = words.split()
+    output = ("-o", "heightmaps/alpine.png", *SIZE) if map_ else ("heightmaps/alpine.png", "--size", "64")
+    done = run(clone, "-m", "terrain_gl", name, *map_, *output)
+    assert done.returncode == 2 and done.stderr.count("\n") == 1, done.stderr
+    assert before == {path: path.read_bytes() for path in before}
+
+
+def test_no_writer_writes_over_a_bundled_map():
+    alpine = folder("heightmaps") / "alpine.png"
+    before = alpine.stat()
+    with pytest.raises(TerrainError, match="comes with terrain-gl"), replacing(alpine) as beside:
+        raise TerrainError(f"{beside} was given")
+    assert alpine.stat() == before
+
+
+def test_the_sources_of_a_mosaic_are_no_output(refused):
+    rasterio = pytest.importorskip("rasterio", reason="the [geo] extra is not installed")
+    profile = {"driver": "GTiff", "width": 64, "height": 64, "count": 1, "dtype": "float32"}
+    with rasterio.open("tile.tif", "w", **profile, transform=rasterio.Affine(2, 0, 0, 0, -2, 0)) as out:
+        out.write(np.eye(64, dtype="f4"), 1)
+    Path("mosaic.vrt").write_text(vrt("tile.tif", 'relativeToVRT="1"'))
+    before = Path("tile.tif").read_bytes()
+    assert "tile.tif: is read, too" in refused("shot", "mosaic.vrt", "-o", "tile.tif", *SIZE)
+    os.symlink("tile.tif", "link.tif")
+    assert "is read, too" in refused("shot", "mosaic.vrt", "-o", "link.tif", *SIZE)
+    assert Path("tile.tif").read_bytes() == before

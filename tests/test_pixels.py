@@ -1,0 +1,138 @@
+"""What a pixel is made of: places from depths, kinds of pixels, and the tables that each kind looks up."""
+
+import numpy as np
+import pytest
+from maps import rough
+
+from terrain_gl import reference
+from terrain_gl.camera import Camera
+from terrain_gl.gpu import shaders
+from terrain_gl.gpu.bindings import bind
+from terrain_gl.heightmap import Heightmap
+from terrain_gl.light.ground import towards_sun
+from terrain_gl.renderer import Renderer
+from terrain_gl.shade import KINDS
+from terrain_gl.verify.holes import bilinear
+
+SIZE = (160, 90)
+SUN = (300.0, 30.0)
+AT = np.array([(-0.125, -0.375), (0.375, -0.125), (-0.375, 0.125), (0.125, 0.375)])  # samples, right and up in pixels
+
+
+@pytest.fixture(scope="module")
+def renderer(session_context):
+    with session_context, Renderer(Heightmap(rough(257, 257, 2, 900), 10.0), SIZE, ctx=session_context) as r:
+        yield r
+
+
+def view(heightmap, fov_deg):
+    """Return a camera south of the map, above it: of few posts a pixel with a small angle, of many with a large one."""
+    east, north = heightmap.extent_m
+    return Camera((east / 2, -2.0 * north, 2.2 * north), (east / 2, north / 2, 450.0), fov_deg)
+
+
+NEAR, FAR = 2.0, 60.0
+
+
+def kinds_of(picture):
+    """(height, width) of `KINDS`, top row first."""
+    return np.rint(8 * np.frombuffer(picture._kinds.read(), "f4").reshape(SIZE[1], SIZE[0])[::-1]).astype(int)
+
+
+def shaded(renderer, camera, **options):
+    return renderer.render(camera, sun=SUN, **options).image[..., :3].astype(int)
+
+
+def test_places_lie_where_rays_meet_the_ground(renderer):
+    """Of each sample: the ray through it, at the place that it sees, is as high as the ground there."""
+    heightmap, camera = renderer.heightmap, Camera.default(renderer.heightmap)
+    renderer.draw(camera, method="full", style="depth")
+    (right, up, forward), (half_x, half_y) = camera.axes, camera.half_extent(SIZE)
+    east, north = heightmap.spacing_m
+    for place, at in zip(renderer.picture.places(), AT, strict=True):
+        x = ((np.arange(SIZE[0]) + 0.5 + at[0]) / SIZE[0] * 2 - 1) * half_x
+        y = ((np.arange(SIZE[1])[::-1] + 0.5 + at[1]) / SIZE[1] * 2 - 1) * half_y
+        ray = forward + x[None, :, None] * right + y[:, None, None] * up
+        land = place[..., 0] >= 0
+        seen_m = place * [east, -north] + [0, (heightmap.rows - 1) * north] - camera.eye[:2]
+        along = np.linalg.norm(seen_m, axis=-1) / np.linalg.norm(ray[..., :2], axis=-1)
+        truth_m = bilinear(heightmap.heights, place[..., 0].ravel(), place[..., 1].ravel()).reshape(land.shape)
+        off_px = np.abs(camera.eye[2] + along * ray[..., 2] - truth_m) / (along * 2 * half_y / SIZE[1])
+        assert land.sum() > 2000 and np.median(off_px[land]) < 0.05  # a triangle is no bilinear patch
+
+
+def test_pixels_with_edges_get_more_samples(renderer, monkeypatch):
+    """Without the list of mixed pixels these alone are lost; most pixels are not among them."""
+    camera = Camera.default(renderer.heightmap)
+    whole = shaded(renderer, camera)
+    kinds = kinds_of(renderer.picture)
+    assert set(np.unique(kinds)) == {KINDS["SKY"], KINDS["NEAR"], KINDS["MIXED"]}
+    mixed = kinds == KINDS["MIXED"]
+    assert 0 < mixed.mean() < 0.5
+    renderer.picture._picture.write(b"\xff\x00\xff\xff" * (SIZE[0] * SIZE[1]))
+    monkeypatch.setattr(renderer.picture, "_run_listed", lambda *style, **uniforms: None)
+    without = shaded(renderer, camera)
+    assert np.array_equal((without == [255, 0, 255]).all(-1), mixed)
+    assert np.array_equal(without[~mixed], whole[~mixed])
+
+
+@pytest.mark.parametrize("fov_deg", [NEAR, FAR])
+@pytest.mark.parametrize("style", ["shaded", "lambert"])
+def test_a_kinds_program_draws_what_the_program_for_all_draws(renderer, fov_deg, style):
+    camera = view(renderer.heightmap, fov_deg)
+    drawn = shaded(renderer, camera, style=style)
+    by_one = np.rint(255 * renderer.picture.note(f"shade/{style}.frag", 4, "f4", sun=towards_sun(*SUN))[..., :3])
+    off = np.abs(drawn - np.clip(by_one, 0, 255)).max(-1)
+    assert (off > 1).mean() < 0.002
+
+
+def poisoned_buffer(buffer):
+    kept = buffer.read()
+    buffer.write(np.random.default_rng(1).bytes(len(kept)))
+    return lambda: buffer.write(kept)
+
+
+def poisoned_texture(texture):
+    kept = texture.read(alignment=1)
+    texture.write(np.random.default_rng(1).bytes(len(kept)), alignment=1)
+    return lambda: texture.write(kept, alignment=1)
+
+
+TABLES = {  # each in a view where it matters
+    "heights": (NEAR, lambda p: poisoned_buffer(p.sums.buffer)),
+    "lobes": (FAR, lambda p: poisoned_buffer(p.lighting.lobes.buffer)),
+    "sky, summed": (FAR, lambda p: poisoned_buffer(p.lighting.visibility.sky.buffer)),
+    "sky, near": (NEAR, lambda p: poisoned_texture(p.lighting.visibility.sky.packed)),
+    "sun, summed": (FAR, lambda p: poisoned_buffer(p.lighting.visibility.sun.buffer)),
+    "sun, near": (NEAR, lambda p: poisoned_texture(p.lighting.visibility.sun.horizon)),
+}
+
+
+def test_shares_side_by_side_are_the_reference(ctx):
+    """The compiler may round a tie the other way."""
+    words = np.random.default_rng(2).integers(0, 4096, (4, 9, 70), dtype="u4")
+    shares, packed = ctx.buffer(words.tobytes()), ctx.texture((70, 9), 4, dtype="u4")
+    shader = shaders.compute(ctx, "horizon/pack.comp", {"LOBES": 4, "FULL": 4095.0})
+    bind("horizon/pack.comp", Shares=shares, u_packed=packed)
+    shader.run(2, 9)
+    ctx.finish()
+    got, expected = np.frombuffer(packed.read(), "u4").reshape(9, 70, 4), reference.pack_shares(words / 4095)
+    parts = np.array([[part >> shift & 1023 for shift in (0, 10, 20)] for part in (got, expected)], int)
+    off = np.abs(parts[0] - parts[1])
+    assert off.max() <= 1 and (off > 0).mean() < 0.01
+    for resource in (shares, packed, shader):
+        resource.release()
+
+
+@pytest.mark.parametrize("table", TABLES)
+def test_every_table_of_light_shows(renderer, table):
+    """Overwritten with random words, it changes most of the land; written back, nothing is left of that."""
+    fov_deg, poison = TABLES[table]
+    camera = view(renderer.heightmap, fov_deg)
+    before = shaded(renderer, camera)
+    land = renderer.picture.coverage()
+    mend = poison(renderer.picture)
+    changed = (np.abs(shaded(renderer, camera) - before).max(-1) > 2)[land].mean()
+    mend()
+    assert np.array_equal(shaded(renderer, camera), before)
+    assert changed > 0.2, f"{changed:.1%} of the land"

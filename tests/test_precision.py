@@ -1,0 +1,107 @@
+"""What float32 adds: gl_Position of every vertex that the GPU draws, held against float64 and a derived bound."""
+
+import numpy as np
+import pytest
+from maps import MAPS, SIZE, Scene, cameras
+
+from terrain_gl.camera import Camera, clip_from_eye
+from terrain_gl.heightmap import Heightmap
+from terrain_gl.mesh import MeshDraw, vertex_heights
+from terrain_gl.verify.precision import CLIP_ROUNDINGS, rounding_px
+
+DRAWN = np.dtype([("post", "2f4"), ("clip", "4f4")])
+
+
+def drawn_vertices(scene, camera, tolerance_px=2.0):
+    """Posts, (n, 2), and clip coordinates, (n, 4), as the picture's own shaders compute them."""
+    selection = scene.select(camera, tolerance_px)
+    draw = MeshDraw(selection.surface, "PICTURE", varyings=("v_post", "gl_Position"))
+    data = np.frombuffer(draw.capture(selection, DRAWN.itemsize), DRAWN)
+    draw.release()
+    return data["post"].astype(float), data["clip"]
+
+
+def places(heightmap, filled, posts):
+    """World metres of vertices, in float64."""
+    east, north = heightmap.spacing_m
+    heights = vertex_heights(filled, posts).astype(np.float64)
+    return np.stack([posts[:, 0] * east, (heightmap.rows - 1 - posts[:, 1]) * north, heights], -1)
+
+
+def pixels(clip, size):
+    """(n, 2) pixels of clip coordinates, in float64."""
+    return clip[:, :2].astype(np.float64) / clip[:, 3:].astype(np.float64) * np.divide(size, 2)
+
+
+def shares(scene, camera, size=SIZE):
+    """How much of the bound each vertex in the picture uses, and how many pixels."""
+    posts, clip = drawn_vertices(scene, camera)
+    whole = (posts == np.floor(posts)).all(1)  # the middles of cells have heights that round, too
+    posts, clip = posts[whole], clip[whole]
+    points = places(scene.heightmap, scene.terrain.filled, posts)
+    near_m = scene.near_m
+    exact = np.c_[points - np.asarray(camera.eye), np.ones(len(points))] @ clip_from_eye(camera, size, near_m).T
+    seen = (np.abs(exact[:, :2]) <= exact[:, 3:]).all(1) & (exact[:, 3] >= near_m)
+    off = np.linalg.norm(pixels(clip[seen], size) - pixels(exact[seen], size), axis=1)
+    return off / rounding_px(camera, size, scene.heightmap.spacing_m, points[seen]), off
+
+
+@pytest.mark.parametrize("name", MAPS)
+def test_float32_keeps_to_the_bound(ctx, name):
+    scene = Scene.of(ctx, MAPS[name]())
+    used = []
+    for view, camera in cameras(scene.heightmap).items():
+        share, off = shares(scene, camera)
+        assert not len(share) or share.max() <= 1, (view, share.max(), off.max())
+        used.append(share.max(initial=0.0))
+    scene.release()
+    assert max(used) > 0.001, "nothing was compared"
+    print(f"\n{name}: at most {max(used):.3f} of the bound")
+
+
+def test_the_bound_does_not_grow_with_the_map(ctx):
+    """A map far from 0 in every way: heights of 8848 m, an eye 100,000 posts from the corner."""
+    heights = 8848 + MAPS["odd"]().heights
+    scene = Scene.of(ctx, Heightmap(heights, 30.0))
+    middle = np.divide(scene.heightmap.extent_m, 2)
+    for away in (100.0, 3e6):
+        camera = Camera((middle[0] - away, middle[1], 9000.0), (*middle, 8850.0), 45.0 if away < 1e3 else 0.2)
+        share, off = shares(scene, camera)
+        assert len(share) > 10 and share.max() <= 1
+    scene.release()
+
+
+def test_the_test_would_see_a_worse_vertex(ctx):
+    """Takes the mechanism away: positions from the map's corner in float32 break the bound."""
+    scene = Scene.of(ctx, MAPS["offset"]())  # at 8848 m
+    heightmap = scene.heightmap
+    camera = cameras(heightmap)["grazing"]
+    points = places(heightmap, scene.terrain.filled, drawn_vertices(scene, camera)[0])
+    near_m = scene.near_m
+    matrix = clip_from_eye(camera, SIZE, near_m)
+    exact = np.c_[points - np.asarray(camera.eye), np.ones(len(points))] @ matrix.T
+    whole = matrix.copy()
+    whole[:, 3] -= matrix[:, :3] @ np.asarray(camera.eye)
+    naive = np.c_[points, np.ones(len(points))].astype("f4") @ whole.astype("f4").T
+    seen = (np.abs(exact[:, :2]) <= exact[:, 3:]).all(1) & (exact[:, 3] >= near_m) & (naive[:, 3] > 0)
+    off = np.linalg.norm(pixels(naive[seen], SIZE) - pixels(exact[seen], SIZE), axis=1)
+    assert (off > rounding_px(camera, SIZE, heightmap.spacing_m, points[seen])).any()
+    scene.release()
+
+
+def test_the_number_of_roundings_is_that_of_the_shader():
+    """numpy's float32, operation by operation as in glsl/blocks/view.glsl, never rounds more than is counted."""
+    rng = np.random.default_rng(4)
+    n, u = 20000, 2.0**-24
+    steps = rng.integers(-3000, 3000, (n, 2)).astype("f8")
+    spacing, offset = rng.uniform(0.1, 40, (n, 2)), rng.uniform(-0.5, 0.5, (n, 2))
+    row = rng.uniform(-1, 1, (n, 3))
+    up = rng.uniform(-900, 900, n).astype("f4").astype("f8")
+    exact = np.c_[steps * spacing - offset * spacing, up]
+    f4 = np.float32
+    flat = steps.astype(f4) * spacing.astype(f4) - (offset * spacing).astype(f4)
+    v, m = np.c_[flat, up.astype(f4)], row.astype(f4)
+    clip = (m[:, 0] * v[:, 0] + m[:, 1] * v[:, 1]) + m[:, 2] * v[:, 2]
+    most = (np.abs(row) * (np.abs(exact) + np.c_[spacing, np.zeros(n)])).sum(1)
+    used = np.abs(clip - (row * exact).sum(1)) / (u * most)
+    assert 1 < used.max() <= CLIP_ROUNDINGS

@@ -1,0 +1,237 @@
+"""The camera: what keys and mouse do to it."""
+
+import math
+
+import numpy as np
+import pytest
+from viewers import hills
+
+from terrain_gl.camera import Camera
+from terrain_gl.heightmap import Heightmap
+from terrain_gl.verify.holes import ground_m
+from terrain_gl.viewer.controller import CLEARANCE, FAST, TRAVEL_S, WHEEL, Controller, Pose, hit_ground
+
+
+@pytest.fixture
+def controller():
+    return Controller(hills(), Camera((640, -200, 400), (640, 640, 100)))
+
+
+def test_starts_with_the_camera_given(controller):
+    assert controller.camera.eye == (640, -200, 400)
+    assert controller.camera == controller.start != Pose.of(controller.start).camera  # to the last digit
+    assert not controller.moving
+
+
+def test_straight_down_keeps_north_up():
+    start = Camera((600, 600, 900), (600, 600, 0))
+    controller = Controller(hills(), start)
+    assert np.allclose(controller.camera.axes, start.axes, atol=3e-3)  # a tenth of a degree from the vertical
+
+
+@pytest.mark.parametrize(("key", "axis", "sign"), [("w", 2, 1), ("s", 2, -1), ("d", 0, 1), ("a", 0, -1)])
+def test_keys_move_along_the_view(controller, key, axis, sign):
+    before, direction = controller.eye.copy(), sign * controller.axes[axis]
+    controller.press(key)
+    controller.step(0.5)
+    moved = controller.eye - before
+    assert np.allclose(moved / np.linalg.norm(moved), direction)
+
+
+@pytest.mark.parametrize(("key", "sign"), [("e", 1), ("q", -1)])
+def test_keys_move_up_and_down_in_the_world(controller, key, sign):
+    before = controller.eye.copy()
+    controller.press(key)
+    controller.step(0.2)
+    assert np.allclose((controller.eye - before)[:2], 0) and (controller.eye - before)[2] * sign > 0
+
+
+def test_opposite_keys_hold_still(controller):
+    controller.press("w")
+    controller.press("s")
+    assert not controller.moving
+
+
+@pytest.mark.parametrize("frames", [1, 7, 100])
+def test_motion_does_not_depend_on_the_frame_rate(controller, frames):
+    expected = Controller(controller.heightmap, controller.start)
+    for flown, steps in ((controller, frames), (expected, 3)):
+        flown.press("d")
+        for _ in range(steps):
+            flown.step(1.0 / steps)
+        flown.let_go("d")
+        for _ in range(steps):
+            flown.step(0.2 / steps)
+    assert np.allclose(controller.eye, expected.eye, atol=1e-9)
+
+
+def test_reaches_its_speed_and_comes_to_rest(controller):
+    controller.press("d")
+    controller.step(10.0)
+    before = controller.eye.copy()
+    controller.step(1.0)
+    assert np.linalg.norm(controller.eye - before) == pytest.approx(controller.speed_m_s)
+    controller.press("shift")
+    controller.step(10.0)
+    before = controller.eye.copy()
+    controller.step(1.0)
+    assert np.linalg.norm(controller.eye - before) == pytest.approx(FAST * controller.speed_m_s)
+    controller.let_go_all()
+    for _ in range(100):
+        controller.step(0.02)
+    assert not controller.moving
+
+
+def test_wheel_changes_speed_within_limits(controller):
+    before = controller.speed_m_s
+    controller.wheel(2)
+    assert controller.speed_m_s == pytest.approx(before * WHEEL**2)
+    controller.wheel(-1000)
+    assert 0 < controller.speed_m_s < before
+    controller.wheel(1000)
+    assert math.isfinite(controller.speed_m_s)
+
+
+def test_look_turns_and_stops_short_of_the_vertical(controller):
+    controller.look(100, 0)
+    assert controller.azimuth_deg == pytest.approx(10)
+    for _ in range(3):
+        controller.look(0, 5000)
+        assert controller.camera.forward[2] > -1
+    controller.look(0, -50000)
+    assert np.isfinite(controller.camera.axes).all()
+
+
+def test_orbit_keeps_the_pivot_in_its_place(controller):
+    x, y = 0.2, -0.1
+    controller.grab(x, y)
+    pivot = controller.pivot
+    assert pivot[2] == pytest.approx(ground_m(controller.heightmap, pivot[:2])[0], abs=0.01)
+    distance = np.linalg.norm(pivot - controller.eye)
+    controller.orbit(70, 15)
+    right, up, forward = controller.axes @ (pivot - controller.eye)
+    assert (right / forward, up / forward) == pytest.approx((x, y))
+    assert np.linalg.norm(pivot - controller.eye) == pytest.approx(distance)
+    assert not np.allclose(controller.eye, controller.start.eye)
+
+
+def test_in_the_sky_the_pivot_is_in_the_middle_or_far_away(controller):
+    controller.grab(0, 0)
+    middle = controller.pivot
+    controller.grab(0, 5)
+    assert np.allclose(controller.pivot, middle)
+    controller.look(0, -1000)  # nothing but sky
+    controller.grab(0, 0)
+    assert np.isfinite(controller.pivot).all()
+
+
+def test_stays_above_ground_unless_told_otherwise(controller):
+    controller.eye = np.array([640.0, 640.0, 150.0])
+    controller.speed_m_s = 1000.0
+    controller.press("q")
+    controller.step(1.0)
+    assert controller.height_above_ground_m == pytest.approx(CLEARANCE * 10)
+    controller.above_ground = False
+    controller.step(1.0)
+    assert controller.height_above_ground_m < -500
+
+
+def test_no_ground_outside_the_map_nor_over_voids():
+    heights = np.full((5, 5), 10.0)
+    heights[2, 2] = np.nan
+    controller = Controller(Heightmap(heights, 1.0), Camera((2, 2, 3), (2, 4, 3)))
+    assert math.isnan(controller.height_above_ground_m)
+    controller.step(0.1)
+    assert controller.eye[2] == 3
+    controller.eye = np.array([-50.0, 0, -7])
+    controller.step(0.1)
+    assert controller.eye[2] == -7
+
+
+def test_hit_ground_finds_the_first_hill():
+    heightmap = hills()
+    eye = np.array([640.0, -200.0, 400.0])
+    hit = hit_ground(heightmap, eye, np.array([0.0, 2.0, -0.8]))
+    assert hit[2] == pytest.approx(ground_m(heightmap, hit[:2])[0], abs=1e-3)
+    assert hit_ground(heightmap, eye, np.array([0.0, 0.0, 1.0])) is None
+
+
+def test_home_comes_back(controller):
+    controller.look(300, 100)
+    controller.press("w")
+    controller.step(1.0)
+    controller.let_go_all()
+    controller.home()
+    assert controller.camera.eye == controller.start.eye and not controller.moving
+
+
+def test_arrows_turn_the_head(controller):
+    before = controller.pose
+    controller.press("right")
+    assert controller.moving
+    controller.step(0.5)
+    assert controller.azimuth_deg == pytest.approx(before.azimuth_deg + 20) and controller.pose.eye == before.eye
+    controller.press("left")
+    assert not controller.moving
+
+
+def test_bookmarks_are_travelled_to_smoothly(controller):
+    assert not controller.go_to(3)
+    there = Pose((100.0, 700.0, 500.0), 350.0, -30.0, 40.0)
+    controller.bookmarks[3] = there
+    start = controller.pose
+    assert controller.go_to(3) and controller.moving
+    controller.step(TRAVEL_S / 2)
+    half = controller.pose
+    assert np.allclose(half.eye, (np.array(start.eye) + there.eye) / 2)
+    assert half.azimuth_deg == pytest.approx(355.0)  # from 0 to 350 the short way
+    controller.step(TRAVEL_S)
+    assert controller.pose == there and not controller.moving
+    controller.set_bookmark(4)
+    assert controller.bookmarks[4] == there
+
+
+def test_a_key_ends_the_travel(controller):
+    controller.bookmarks[1] = Pose((100.0, 700.0, 500.0), 350.0, -30.0, 40.0)
+    controller.go_to(1)
+    controller.press("d")
+    controller.let_go("d")
+    assert not controller.moving
+
+
+def test_orbiting_by_keys_keeps_the_distance_and_the_middle(controller):
+    controller.change_mode("orbit")
+    pivot = controller.pivot
+    distance = np.linalg.norm(pivot - controller.eye)
+    controller.press("d")
+    for _ in range(30):
+        controller.step(0.1)
+    assert np.linalg.norm(pivot - controller.eye) == pytest.approx(distance)
+    assert np.allclose(np.cross(pivot - controller.eye, controller.axes[2]), 0, atol=1e-6)
+    controller.let_go("d")
+    controller.press("w")
+    controller.step(2.0)
+    assert np.linalg.norm(pivot - controller.eye) < 0.5 * distance
+
+
+def test_a_walker_stays_at_eye_height_and_on_the_map(controller):
+    controller.change_mode("walk")
+    assert controller.pose.eye == controller.start.eye  # there is no ground below
+    controller.eye = np.array([640.0, 640.0, 500.0])
+    controller.change_mode("walk")
+    heights = []
+    controller.press("w")
+    for _ in range(400):
+        controller.step(0.25)
+        heights.append(controller.height_above_ground_m)
+    assert np.allclose(heights, 1.7, atol=1e-4)
+    assert controller.eye[1] > 1000 and controller.eye[1] <= 1280  # came to the map's edge and stopped there
+    assert controller.near_m < 1.7 and Controller(controller.heightmap, controller.start).near_m is None
+
+
+def test_zoom_changes_the_field_of_view_within_limits(controller):
+    controller.zoom(3)
+    assert controller.camera.fov_deg < 50
+    controller.zoom(-1000)
+    controller.zoom(1000)
+    assert controller.camera.fov_deg == 1

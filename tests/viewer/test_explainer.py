@@ -1,0 +1,142 @@
+"""Frozen levels, split pictures, explained patches, boxes of the summed-area table."""
+
+import numpy as np
+import pytest
+from viewers import changed, seen, settle
+
+from terrain_gl.camera import Camera
+from terrain_gl.methods import METHODS
+from terrain_gl.viewer import explain_text
+from terrain_gl.viewer.box_sum import box_around
+from terrain_gl.viewer.commands import press
+from terrain_gl.viewer.controller import Pose
+
+
+def test_a_click_explains_the_patch_and_a_drag_does_not(viewer):
+    viewer.settings.change(method="quadtree")
+    settle(viewer)
+    viewer.mouse.press("left", 160, 150)
+    viewer.mouse.move(200, 150)
+    viewer.mouse.release("left", 200, 150)
+    assert viewer.explainer.explanation is None and viewer.scene.controller.pose != Pose.of(
+        viewer.scene.controller.start
+    )
+    viewer.scene.controller.home()
+    settle(viewer)
+    place = viewer.pointer.place_under(160, 150)
+    viewer.mouse.press("left", 160, 150)
+    viewer.mouse.release("left", 160, 150)
+    told = viewer.explainer.explanation
+    col, row = place[0] / 10, 128 - place[1] / 10
+    assert all(0 <= at - first <= told.side for at, first in zip((col, row), told.corner, strict=True))
+    assert told.chosen.px <= 1 and explain_text.title(told)
+    verdicts = [row[-1] for row in explain_text.rows(told)]
+    assert verdicts.count("drawn") == 1 and {"too coarse", "finer than needed"} & set(verdicts)
+    assert all(sentence.endswith(".") for sentence in explain_text.reasons(told))
+    settle(viewer)
+    viewer.mouse.press("left", 160, 3)  # the sky
+    viewer.mouse.release("left", 160, 3)
+    assert viewer.explainer.explanation is None
+
+
+def test_frozen_levels_stay_while_the_eye_goes_on(viewer):
+    viewer.settings.panel = False
+    settle(viewer)
+    viewer.settings.change(style="lod")
+    press(viewer, "l")
+    settle(viewer)
+    before = viewer.painter.frame.stats["triangles"]
+    viewer.scene.controller.pose = Pose.of(Camera((-400.0, -500.0, 700.0), (550.0, 200.0, 150.0)))
+    settle(viewer)
+    assert viewer.painter.frame.stats["triangles"] == before and viewer.painter.frame.measured_px["max"] <= 1
+    picture = seen(viewer)
+    orange = (np.abs(picture - [255, 205, 120]).max(-1) < 12).sum()
+    press(viewer, "l")
+    settle(viewer)
+    assert viewer.painter.frame.stats["triangles"] != before
+    assert orange > 50 > (np.abs(seen(viewer) - [255, 205, 120]).max(-1) < 12).sum()
+
+
+def test_a_split_picture_shows_two_settings(viewer):
+    viewer.settings.panel = False
+    settle(viewer)
+    plain = seen(viewer)
+    press(viewer, "t")
+    assert [side.method for side in viewer.settings.sides] == ["sat", [m for m in METHODS if m != "sat"][0]]
+    viewer.settings.active = 1
+    viewer.settings.change(style="normals", method="quadtree")
+    viewer.window.message = ""
+    settle(viewer)
+    split = seen(viewer)
+    assert np.array_equal(split[:, :158], plain[:, :158]) and changed(split[:, 162:], plain[:, 162:]) > 0.4
+    viewer.mouse.press("left", 161, 100)
+    viewer.mouse.move(80, 100)
+    viewer.mouse.release("left", 80, 100)
+    settle(viewer)
+    moved = seen(viewer)
+    assert viewer.settings.divider == 0.25 and viewer.explainer.explanation is None
+    assert np.array_equal(moved[:, :78], plain[:, :78]) and changed(moved[:, 82:160], plain[:, 82:160]) > 0.4
+    viewer.mouse.move(20, 50)
+    assert viewer.settings.active == 0
+    viewer.mouse.move(200, 50)
+    assert viewer.settings.active == 1
+    viewer.mouse.press("left", 200, 150)
+    viewer.mouse.release("left", 200, 150)
+    assert viewer.explainer.explanation.tolerance_px == 1.0
+    press(viewer, "t")
+    settle(viewer)
+    viewer.explainer.explanation, viewer.window.message = None, ""
+    settle(viewer)
+    assert np.array_equal(seen(viewer), plain)
+
+
+def test_only_methods_with_a_bound_explain_patches(viewer):
+    for method in METHODS:
+        viewer.settings.change(method=method)
+        settle(viewer)
+        viewer.explainer.explain(160, 150)
+        explained = viewer.explainer.explanation is not None
+        assert explained or "explanation" in viewer.window.message
+        assert not explained or viewer.painter.frame.certified_px is not None
+        assert explained or method != "quadtree"
+
+
+def test_the_magnifying_glass_shows_pixels_as_squares(viewer):
+    viewer.settings.panel = False
+    settle(viewer)
+    plain = seen(viewer)
+    press(viewer, "z")
+    viewer.window.scale = 0.3
+    viewer.mouse.move(160, 120)
+    settle(viewer)
+    lens = seen(viewer)
+    for dx, dy in ((0, 0), (2, 1), (-3, 2)):  # the middle of the square of a pixel near the middle
+        x, y = 160 + round(6 * (dx + 0.5)), 120 - round(6 * (dy + 0.5))
+        assert np.array_equal(lens[y, x], plain[119 - dy, 160 + dx])
+    assert np.array_equal(lens[:60], plain[:60])
+
+
+def test_the_summed_area_table_gives_the_mean_of_a_box(viewer):
+    settle(viewer)
+    press(viewer, "u")
+    viewer.settings.box = 20
+    for x in (120, 160, 200):
+        viewer.mouse.move(x, 140)
+        settle(viewer)
+        x0, y0, x1, y1 = viewer.explainer.box.box
+        true_mean = viewer.scene.renderer.heightmap.heights[y0:y1, x0:x1].mean()
+        assert viewer.explainer.box.mean_m == pytest.approx(true_mean, abs=0.002)
+    whole = box_around(viewer.scene.renderer, 64, 64, 129)
+    assert whole.box == (0, 0, 129, 129) and whole.corners[:3] == (0, 0, 0)
+    left, bottom, width, height = viewer.sums_frame
+    picture = seen(viewer)[200 - bottom - height : 200 - bottom, left : left + width]
+    assert np.abs(picture - [115, 242, 140]).max(-1).min() < 5  # the corners that add
+
+
+def test_wires_are_drawn_over_the_picture(viewer):
+    settle(viewer)
+    before = seen(viewer)
+    press(viewer, "n")
+    settle(viewer)
+    brighter = (seen(viewer) - before).min(-1) > 8
+    assert 0.02 < brighter.mean() < 0.6

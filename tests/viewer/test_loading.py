@@ -1,0 +1,159 @@
+"""Maps on their way: read in a thread, previewed, cancelled, refused."""
+
+import time
+
+import numpy as np
+import pytest
+from viewers import hills, later, set_budget, settle, slow, swift, with_a_stroke
+
+from terrain_gl.camera import Camera
+from terrain_gl.exceptions import TerrainError
+from terrain_gl.heightmap import Heightmap
+from terrain_gl.viewer.commands import press
+from terrain_gl.viewer.loading import PREVIEW_POSTS, Opened, file_opener, preview
+from terrain_gl.viewer.settings import Settings
+from terrain_gl.viewer.viewer import Viewer
+
+
+def test_a_large_map_has_a_preview_while_its_tables_are_built(empty):
+    n = 4 * PREVIEW_POSTS + 1
+    heights = np.add.outer(np.sin(np.arange(n) / 40.0), np.cos(np.arange(n - 500) / 60.0)) * 200
+    heightmap = Heightmap(heights, (10.0, 12.0), "large")
+    few = preview(heightmap)
+    assert max(few.heights.shape) == PREVIEW_POSTS and np.allclose(few.extent_m, heightmap.extent_m)
+    assert few.heights[-1, -1] == heightmap.heights[-1, -1] and preview(hills()) is None
+    set_budget(empty, slow())
+    empty.loader.load("large", lambda progress: Opened(heightmap, Camera.default(heightmap), key="large"))
+    empty.loader.job.join()
+    pictures = []
+    while empty.loader.job:
+        later(empty)
+        pictures.append(empty.scene.has_map and empty.scene.renderer.heightmap)
+    first = next(picture for picture in pictures if picture)
+    assert first.rows == PREVIEW_POSTS and pictures.count(first) > 3
+    assert empty.scene.renderer.heightmap is heightmap and empty.scene.controller.heightmap is heightmap
+    empty.scene.controller.look(50, 0)
+    set_budget(empty, swift())
+    settle(empty)
+    assert empty.painter.frame.measured_px["max"] <= 1
+
+
+def test_a_file_is_loaded_beside_the_map_that_is_seen(viewer, tmp_path):
+    settle(viewer)
+    before = viewer.scene.renderer
+    np.save(tmp_path / "slope.npy", np.add.outer(np.arange(40.0), np.arange(30.0)))
+    set_budget(viewer, slow())
+    viewer.loader.load("slope.npy", file_opener(str(tmp_path / "slope.npy")))
+    later(viewer)
+    assert viewer.scene.renderer is before and "slope.npy" in viewer.loader.job.text
+    assert "slope.npy" in viewer.progress.text and viewer.progress.can_cancel
+    settle(viewer)
+    assert viewer.scene.renderer.heightmap.cols == 30 and viewer.painter.frame.posts == (30, 40)
+
+
+@pytest.mark.parametrize("content", [b"", b"no map", b"\x89PNG\r\n\x1a\n damaged"])
+def test_a_broken_file_gives_one_line_and_the_map_stays(viewer, tmp_path, content):
+    settle(viewer)
+    before = viewer.scene.renderer
+    (tmp_path / "broken.png").write_bytes(content)
+    viewer.loader.load("broken.png", file_opener(str(tmp_path / "broken.png")))
+    settle(viewer)
+    assert viewer.scene.renderer is before and viewer.loader.job is None
+    viewer.loader.load("gone.tif", file_opener(str(tmp_path / "gone.tif")))
+    viewer.loader.job.join()
+    later(viewer)
+    assert not viewer.loader.job and "gone.tif" in viewer.window.message and "\n" not in viewer.window.message
+
+
+def test_loading_is_cancelled(viewer):
+    settle(viewer)
+    before, heightmap = viewer.scene.renderer, Heightmap(np.zeros((800, 900)), 1.0)
+    told = []
+
+    def slowly(progress):
+        for part in range(10000):
+            told.append(part)
+            progress(part / 10000)
+            time.sleep(0.01)
+
+    viewer.loader.load("endless", slowly)
+    job = viewer.loader.job
+    press(viewer, "escape")
+    assert not viewer.loader.job and not viewer.window.closing
+    job.join()
+    assert len(told) < 1000  # of 10,000, each of which takes 10 ms
+    set_budget(viewer, slow())
+    viewer.loader.load("zeros", lambda progress: Opened(heightmap, Camera.default(heightmap)))
+    viewer.loader.job.join()
+    while viewer.loader.job.progress == 0:
+        later(viewer)
+    press(viewer, "escape")
+    settle(viewer)
+    assert viewer.scene.renderer is before
+
+
+def test_a_first_map_that_fails_ends_the_run(empty):
+    def failing(progress):
+        raise TerrainError("broken.tif: is broken")
+
+    empty.loader.load("broken.tif", failing)
+    empty.loader.job.join()
+    with pytest.raises(TerrainError, match="is broken"):
+        later(empty)
+
+
+def test_a_viewer_closes_while_a_map_loads(ctx, target):
+    heightmap, framebuffer = Heightmap(np.zeros((1000, 900)), 1.0), target((32, 20))
+    for frames in (1, 3, 6):
+        viewer = Viewer(ctx, framebuffer, (32, 20), Settings(), budget=slow())
+        viewer.loader.load("zeros", lambda progress: Opened(heightmap, Camera.default(heightmap)))
+        viewer.loader.job.join()
+        for _ in range(frames):
+            later(viewer)
+        assert viewer.loader.job
+        viewer.close()
+
+
+def test_an_assumed_spacing_is_said_and_can_be_set(empty, tmp_path):
+    said, say = [], empty.window.say
+    empty.window.say = lambda text, *seconds: (said.append(text), say(text, *seconds))
+    np.save(tmp_path / "plain.npy", hills().heights)
+    empty.open(str(tmp_path / "plain.npy"))
+    settle(empty)
+    assert "1 m is assumed" in said.pop() and empty.scene.renderer.heightmap.spacing_m == (1.0, 1.0)
+    empty.set_spacing("30")
+    settle(empty)
+    assert empty.scene.renderer.heightmap.spacing_m == (30.0, 30.0) and empty.painter.frame.measured_px["max"] <= 1
+    assert not said
+    for words in ("x", "-3", "nan"):
+        empty.set_spacing(words)
+        settle(empty)
+        assert "spacing" in said.pop() and empty.scene.renderer.heightmap.spacing_m == (30.0, 30.0)
+
+
+def test_edits_are_not_lost_without_a_warning(viewer, tmp_path, monkeypatch):
+    monkeypatch.chdir(tmp_path)
+    with_a_stroke(viewer)
+    press(viewer, "escape")
+    press(viewer, "escape")
+    assert not viewer.window.closing and "not saved" in viewer.window.message
+    viewer.open("alpine")  # asked again
+    assert viewer.loader.job
+    viewer.loader.cancel()
+    press(viewer, "b")
+    settle(viewer)
+    viewer.mouse.press("left", 160, 150)
+    viewer.sculpting.save("land.tif")
+    assert "brush is still at work" in viewer.window.message
+    viewer.mouse.release("left", 160, 150)
+    settle(viewer)
+    viewer.open("alpine")
+    assert not viewer.loader.job and "not saved" in viewer.window.message
+    press(viewer, "ctrl+s")
+    viewer.sculpting.save(viewer.sculpting.save_as)
+    viewer.sculpting.join()
+    later(viewer)
+    assert str(tmp_path) in viewer.window.message and not viewer.sculpting.unsaved
+    press(viewer, "escape")
+    press(viewer, "escape")
+    assert viewer.window.closing

@@ -1,0 +1,220 @@
+"""The panels, without a window: real events of mouse and keyboard."""
+
+import itertools
+import sys
+import time
+
+import numpy as np
+import pytest
+from viewers import changed, hills, later, listen, seen, settle, texts
+
+from terrain_gl.exceptions import TerrainError
+from terrain_gl.lod import METRICS
+from terrain_gl.methods import METHODS
+from terrain_gl.viewer import legend, run
+from terrain_gl.viewer.commands import shown_lines
+
+
+def drag(app, start, end):
+    """Press the left button at one place and release it at another."""
+    app.gui.move(*start)
+    later(app, 0.1)
+    app.gui.button("left", True)
+    later(app, 0.1)
+    app.gui.move(*end)
+    later(app, 0.1)
+    app.gui.button("left", False)
+    settle(app)
+
+
+def slider(app, label):
+    """Left, top, right and bottom of a control."""
+    return app.gui.widgets.places[label]
+
+
+def test_panels_stand_at_the_left_and_leave_the_middle_free(app):
+    with_panel = seen(app)
+    app.press("i")
+    settle(app)
+    bare = seen(app)
+    differ = (with_panel != bare).any(-1)
+    assert differ[20:300, 20:200].mean() > 0.9 and not differ[:, 450:].any()
+    assert app.gui.covers(100, 100) is False
+
+
+def test_panels_of_two_apps_know_nothing_of_each_other(app, make_app):
+    other = make_app()
+    assert changed(seen(other), seen(app)) < 0.05  # the graphs of times differ
+    other.panels.opened["Map"] = not other.panels.opened["Map"]
+    for each in (other, app):
+        settle(each)
+    assert changed(seen(other), seen(app)) > 0.05
+    other.viewer.settings.panel = False
+    before = app.viewer.painter.frame.stats["triangles"]
+    app.viewer.settings.loosen(2)
+    settle(app)
+    assert app.viewer.painter.frame.stats["triangles"] < before and app.viewer.settings.panel
+
+
+def test_a_slider_is_dragged_and_the_mesh_follows(app):
+    before = app.viewer.painter.frame.stats["triangles"]
+    left, top, right, bottom = slider(app, "tolerance")
+    middle = (top + bottom) / 2
+    assert app.gui.covers(left, middle) and not app.gui.covers(700, 400)
+    drag(app, ((left + right) / 2, middle), (left + 0.8 * (right - left), middle))
+    assert app.viewer.settings.options.max_error_px > 10
+    assert app.viewer.painter.frame.stats["triangles"] < before
+    assert app.viewer.painter.frame.stats["requested_max_error_px"] == app.viewer.settings.options.max_error_px
+
+
+def test_a_box_is_ticked_and_a_choice_made(app):
+    app.viewer.window.resize((600, 640))
+    settle(app)
+    for label in ("colours", "metric", "method"):
+        left, top, right, bottom = slider(app, label)
+        drag(app, (left + 20, (top + bottom) / 2), (left + 20, (top + bottom) / 2))
+        height = bottom - top
+        place = left + 20, bottom + 1.6 * height  # the second of the list that came down
+        drag(app, place, place)
+    drawing = app.viewer.settings.options
+    assert (drawing.style, drawing.metric, drawing.method) == (list(legend.COLOURS)[1], METRICS[1], METHODS[1])
+
+
+def test_esc_closes_a_list_and_nothing_else(app):
+    left, top, right, bottom = slider(app, "metric")
+    at = left + 20, (top + bottom) / 2
+    drag(app, at, at)
+    settle(app)
+    assert app.gui.covers(890, 600)  # whatever is clicked next belongs to the list
+    app.press("escape")
+    settle(app)
+    assert not app.viewer.window.closing and not app.gui.covers(890, 600)
+    app.press("escape")
+    assert app.viewer.window.closing
+
+
+def test_a_path_is_typed(app, tmp_path):
+    np.save(tmp_path / "slope.npy", np.add.outer(np.arange(40.0), np.arange(30.0)))
+    app.panels.opened |= {"Map": True, "Understand": False}
+    settle(app)
+    left, top, right, bottom = app.gui.widgets.places["file"]
+    middle = left + 20, (top + bottom) / 2
+    drag(app, middle, middle)
+    assert app.gui.takes_text and app.gui.widgets.at(*middle) == "file"
+    for character in str(tmp_path / "slope.npy"):
+        app.gui.write(ord(character))
+    settle(app)
+    app.gui.key("enter", True)
+    app.gui.key("enter", False)
+    settle(app)
+    assert app.viewer.painter.frame.name == "slope.npy" and app.viewer.settings.options.style == "lambert"
+
+
+def test_every_control_has_a_line_of_help(app):
+    for title in app.panels.opened:
+        app.panels.opened[title] = True
+    settle(app)
+    assert len(app.gui.widgets.places) > 20
+    silent = [label for label, text in app.gui.widgets.hints.items() if not 10 < len(text) < 160]
+    assert silent == [] and set(app.gui.widgets.hints) == set(app.gui.widgets.places)
+
+
+def test_the_error_is_measured_and_drawn(app):
+    records = app.viewer.painter.history.records
+    assert records[-1].measured_px is not None and records[-1].measured_px <= records[-1].bound_px
+    app.viewer.settings.loosen(2)
+    settle(app)
+    assert len(records) >= 2 and records[-1].triangles < records[0].triangles
+    assert records[0].measured_px < records[-1].measured_px <= records[-1].bound_px <= 2
+
+
+def test_exaggeration_raises_the_land_and_the_bound_holds(app):
+    heights, eye = app.viewer.scene.renderer.heightmap.heights.copy(), app.viewer.scene.controller.pose.eye
+    for factor in (2.5, 1.0):
+        app.viewer.exaggerate(factor)
+        settle(app)
+        assert np.array_equal(app.viewer.scene.renderer.heightmap.heights, heights * np.float32(factor))
+        assert app.viewer.scene.controller.pose.eye[2] == pytest.approx(eye[2] * factor)
+        assert app.viewer.painter.frame.measured_px["max"] <= 1
+
+
+def test_panels_are_larger_on_a_fine_screen(app):
+    before = slider(app, "tolerance")
+    app.gui.scale = 1.5
+    settle(app)
+    after = slider(app, "tolerance")
+    assert (after[3] - after[1]) == pytest.approx(1.5 * (before[3] - before[1]), rel=0.1)
+
+
+def test_the_help_page_has_every_key(app):
+    app.press("h")
+    settle(app)
+    shown = texts(app)
+    assert all(keys in shown and meaning in shown for _, keys, meaning in shown_lines())
+    assert app.gui.covers(450, 320)
+    with_help = seen(app)
+    app.press("escape")
+    settle(app)
+    assert changed(seen(app), with_help) > 0.2
+
+
+def test_the_help_page_is_read_to_its_end_in_a_small_window(app):
+    app.press("i")
+    app.viewer.window.resize((400, 260))
+    app.press("h")
+    settle(app)
+    top = seen(app)
+    app.gui.move(200, 150)
+    for _ in range(100):
+        app.gui.wheel(0, -5)
+        settle(app)
+    bottom = seen(app)
+    assert changed(bottom, top) > 0.05
+    app.gui.wheel(0, -5)
+    settle(app)
+    assert np.array_equal(seen(app), bottom)  # there is an end
+
+
+def test_without_imgui_bundle_one_line_says_so(monkeypatch):
+    monkeypatch.setitem(sys.modules, "imgui_bundle", None)
+    with pytest.raises(TerrainError, match="pip install imgui-bundle") as error:
+        run(hills())
+    assert "\n" not in str(error.value)
+
+
+def overlaps(app):
+    """Pairs of windows that overlap; the picture of the summed-area table counts as one."""
+    for _ in range(3):  # a window knows its size after a frame
+        later(app, 0.0)
+    boxes = listen(app).windows
+    if app.viewer.settings.sums and not app.viewer.settings.help:
+        height, (left, bottom, across, up) = app.viewer.window.size[1], app.viewer.sums_frame
+        boxes.append(("sums", left, height - bottom - up, left + across, height - bottom))
+    pairs = itertools.combinations(boxes, 2)
+    return [
+        (a[0], b[0])
+        for a, b in pairs
+        if max(a[1], b[1]) < min(a[3], b[3]) - 0.5 and max(a[2], b[2]) < min(a[4], b[4]) - 0.5
+    ]
+
+
+@pytest.mark.parametrize("size", [(1000, 600), (1280, 800)])
+def test_nothing_overlaps(make_app, size):
+    app = make_app(size)
+    viewer, place = app.viewer, (0.7 * size[0], 0.75 * size[1])
+    viewer.settings.change(method="quadtree")  # it explains its patches
+    app.panels.opened = dict.fromkeys(app.panels.opened, True)
+    settle(app)
+    assert overlaps(app) == []
+    viewer.explainer.explain(*place)
+    viewer.window.say("a long message, such as the path of a file that was saved and how to open it again " * 3)
+    viewer.loader.load("endless", lambda progress: time.sleep(1) or 1 / 0)  # its bar is shown meanwhile
+    assert overlaps(app) == [] and viewer.explainer.explanation and viewer.progress
+    app.press("escape")
+    app.press("escape")
+    for keys in (["t", "u"], ["h"], ["h", "b", "ctrl+s"]):
+        for key in keys:
+            app.press(key)
+        viewer.mouse.move(*place)
+        settle(app)
+        assert overlaps(app) == [], keys

@@ -1,0 +1,86 @@
+"""While the tables of a large map are built, its preview is shown. A preview certifies and measures nothing."""
+
+import re
+
+import numpy as np
+import pytest
+from viewers import set_budget, settle, slow, swift, texts
+
+from terrain_gl.camera import Camera
+from terrain_gl.heightmap import Heightmap
+from terrain_gl.viewer.loading import PREVIEW_POSTS, Opened
+
+_ERROR_WORDS = r"\d px, bound|at most [\d.]+ px|achieved [\d.…]+ px"
+
+
+def large_map():
+    n = 4 * PREVIEW_POSTS + 1
+    heights = np.add.outer(np.sin(np.arange(n) / 4.0), np.cos(np.arange(n - 500) / 60.0)) * 200
+    return Heightmap(heights, (10.0, 12.0), "large")
+
+
+def show_preview(app, heightmap):
+    """Load a map until its preview is drawn."""
+    set_budget(app.viewer, slow())
+    app.viewer.loader.load("large", lambda progress: Opened(heightmap, Camera.default(heightmap), key="large"))
+    app.viewer.loader.job.join()
+    while not app.viewer.painter.frame.stats:
+        app.frame(app.viewer.window.now_s + 1.0)
+    assert app.viewer.scene.is_preview and app.viewer.loader.job
+
+
+@pytest.fixture
+def preview(make_app, tmp_path, monkeypatch):
+    """An app that shows the preview of its first map."""
+    monkeypatch.chdir(tmp_path)
+    app = make_app(with_map=False)
+    show_preview(app, large_map())
+    return app
+
+
+def test_a_preview_says_so_and_shows_no_error(preview):
+    shown = texts(preview)
+    assert "large   preview" in shown and "nothing certified" in shown and "preview: a coarse sample" in shown
+    assert not re.search(_ERROR_WORDS, shown), shown
+    stats = preview.viewer.painter.frame.stats
+    assert stats["certified_max_error_px"] is None and stats["complete"] is False
+    assert stats["triangles"] < 2 * PREVIEW_POSTS**2  # the sample, not the map
+
+
+def test_the_whole_map_has_a_bound_again(preview):
+    set_budget(preview.viewer, swift())
+    settle(preview)
+    frame, shown = preview.viewer.painter.frame, texts(preview)
+    assert frame.achieved_px <= frame.certified_px <= 1
+    assert re.search(_ERROR_WORDS, shown) and "preview" not in shown
+
+
+def test_a_split_preview_has_no_bound_on_either_side(preview):
+    preview.press("t")
+    preview.frame(preview.viewer.window.now_s + 0.1)
+    assert preview.viewer.scene.is_preview and len(preview.viewer.painter.side_stats) == 2
+    assert not re.search(_ERROR_WORDS, texts(preview))
+    assert all(stats["certified_max_error_px"] is None for stats in preview.viewer.painter.side_stats)
+
+
+@pytest.mark.parametrize("key", ["p", "o"])
+def test_a_preview_is_not_saved(preview, tmp_path, key):
+    preview.press(key)
+    assert "preview" in preview.viewer.window.message
+    preview.viewer.saver.join()
+    assert not preview.viewer.saver.shot and not list(tmp_path.iterdir())
+
+
+def test_a_preview_is_not_explained(preview):
+    preview.viewer.mouse.press("left", 600, 500)
+    preview.viewer.mouse.release("left", 600, 500)
+    assert preview.viewer.explainer.explanation is None and "preview" in preview.viewer.window.message
+
+
+@pytest.mark.parametrize("style", ["promise", "error"])
+def test_a_preview_has_no_colours_of_errors(preview, style):
+    preview.viewer.settings.change(style=style)
+    assert preview.viewer.scene.frame_spec().sides[0].style == "lambert"
+    set_budget(preview.viewer, swift())
+    settle(preview)
+    assert preview.viewer.scene.frame_spec().sides[0].style == style
