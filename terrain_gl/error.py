@@ -17,6 +17,7 @@ import moderngl
 import numpy as np
 
 from .gpu import gl, layout, shaders
+from .gpu.bindings import bind
 from .gpu.layout import Level
 from .sat import SummedAreaTables, Table
 from .terrain import Rect, Terrain
@@ -139,10 +140,8 @@ class ErrorTables:
 
     def bind(self) -> None:
         """Make the tables visible to shaders that ask for bounds (glsl/lod/promise.glsl)."""
-        self.nodes.bind_to_storage_buffer(0)
-        self.counters.bind_to_storage_buffer(2)
-        self.squares.bind_to_storage_buffer(3)
-        self.ranges.bind_to_storage_buffer(6)
+        tables = {"Nodes": self.nodes, "Counters": self.counters, "Squares": self.squares, "Ranges": self.ranges}
+        bind("lod/promise.glsl", **tables)
 
     def release_tables(self) -> None:
         """Give back the GPU's memory of the tables alone: the shaders are those of others."""
@@ -164,15 +163,12 @@ class ErrorTables:
         x, y, width, height = nodes
         place = {"u_which_level": j, "u_first": (x, y), "u_count": (width, height)}
         self.terrain.bind()
-        self.nodes.bind_to_storage_buffer(0)
-        self.gains.bind_to_storage_buffer(3)
-        self.ranges.bind_to_storage_buffer(4)
+        bind("error/fine.comp", Nodes=self.nodes, Gains=self.gains, Ranges=self.ranges)
         if j <= FINE_LEVELS:
             self._run("fine", (-(-width // 8), -(-height // 8)), place)
             return
         gathering = self.ctx.buffer(bytes(width * height * GATHERED_BYTES))
-        self.blocks.bind_to_storage_buffer(1)
-        gathering.bind_to_storage_buffer(2)
+        bind("error/join.comp", Blocks=self.blocks, Gathering=gathering)
         blocks = 1 << j - FINE_LEVELS
         self._run("gather", (-(-width * blocks // 8), -(-height * blocks // 8)), place | {"u_posts": posts})
         self._run("join", (-(-width // 8), -(-height * blocks // 8)), place)
@@ -213,9 +209,7 @@ class ErrorTables:
         first_counter: int,
         first_square: int,
     ) -> None:
-        self.nodes.bind_to_storage_buffer(0)
-        counters.bind_to_storage_buffer(1)
-        squares.bind_to_storage_buffer(2)
+        bind("error/count.comp", Nodes=self.nodes, Counters=counters, Squares=squares)
         place = {"u_which_level": j, "u_first": first, "u_count": count}
         place |= {"u_first_counter": first_counter, "u_first_square": first_square}
         self._run("count", (-(-count[0] // 8), -(-count[1] // 8)), place)

@@ -58,10 +58,9 @@ class GpuResources:
                 yield from self._table_steps(heightmap)
                 self.view = self.session.keep(View(self.session.ctx))
                 self.selectors = self.session.keep(Selectors(self.tables, self.view))
-                levels = self.quadtree
                 yield 0.85
             with self._memory_for_picture(size), self.timer.stage("sat"):
-                self.picture = self.session.keep(Picture(levels, size))
+                self.picture = self.session.keep(Picture(self.tables, self.view, size))
             yield 1.0
         except BaseException:  # a step failed, or whoever took the steps gave up
             self.session.release()

@@ -18,11 +18,12 @@ import moderngl
 import numpy as np
 
 from .camera import Camera
+from .error import ErrorTables
 from .gpu import gl, shaders
 from .gpu.bindings import bind
 from .light.ground import HeightSums, towards_sun
 from .light.lighting import Lighting
-from .lod import QuadtreeSelector, Selection
+from .lod import Selection, View
 from .mesh import MeshDraw, MeshDraws
 from .steps import drain
 from .terrain import Rect
@@ -83,19 +84,21 @@ class Picture:
 
     Parameters
     ----------
-    levels
-        Whose terrain and view are drawn.
+    tables
+        Error tables of the terrain that is drawn.
+    view
+        The camera that draws and shades.
     size
         Width and height in pixels.
     samples
         Samples a pixel; the driver may take fewer.
     """
 
-    def __init__(self, levels: QuadtreeSelector, size: Size, samples: int = 4) -> None:
-        self.ctx, self.levels = levels.ctx, levels
+    def __init__(self, tables: ErrorTables, view: View, size: Size, samples: int = 4) -> None:
+        self.ctx, self.tables, self.terrain, self.view = tables.ctx, tables, tables.terrain, view
         self.samples = max(1, min(samples, self.ctx.max_samples))
-        self.sums = HeightSums(levels.terrain)
-        self.lighting = Lighting(levels.terrain, self.sums)
+        self.sums = HeightSums(self.terrain)
+        self.lighting = Lighting(self.terrain, self.sums)
         self._solid = MeshDraws("PICTURE", fragment="shade/solid.frag")
         self._surface = MeshDraws("PICTURE", fragment="shade/surface.frag")
         self._detail = MeshDraws("PICTURE", geometry="shade/detail.geom", fragment="shade/detail.frag")
@@ -185,7 +188,7 @@ class Picture:
             return self._promise
         if look.style in _OF_MESH or look.wires:
             return self._detail
-        return self._surface if self.levels.terrain.heightmap.voids else self._solid
+        return self._surface if self.terrain.heightmap.voids else self._solid
 
     def _scissor(self, *tile: Any) -> None:
         """Colour a part of the picture alone: its lower left corner, columns, rows."""
@@ -271,7 +274,7 @@ class Picture:
 
     def _haze_m(self, camera: Camera) -> float:
         """Air as clear as it takes to see the whole map from where the eye is."""
-        (east, north), (low, high) = self.levels.terrain.heightmap.extent_m, self.levels.terrain.heightmap.range_m
+        (east, north), (low, high) = self.terrain.heightmap.extent_m, self.terrain.heightmap.range_m
         return HAZE * max(math.hypot(east, north), math.dist(camera.eye, (east / 2, north / 2, (low + high) / 2)))
 
     def _detail_target(self) -> moderngl.Framebuffer:
@@ -282,7 +285,7 @@ class Picture:
         return self._seen_detail
 
     def _draw_mesh(self, mesh: MeshDraw, target: moderngl.Framebuffer, selection: Selection, part: slice) -> None:
-        self.levels.tables.bind()
+        self.tables.bind()
         gl.clip_control_zero_to_one(self.ctx)  # without it distant depths are coarser, and in order all the same
         target.use()
         self.ctx.enable_only(moderngl.DEPTH_TEST)
@@ -322,8 +325,8 @@ class Picture:
         for name, value in uniforms.items():
             if f"u_{name}" in program:
                 program[f"u_{name}"] = value
-        self.levels.terrain.bind()
-        self.levels.view.bind()
+        self.terrain.bind()
+        self.view.bind()
         bind("shade/relief.glsl", HeightSums=self.sums.buffer, u_height_sums=self.sums.texture)
         bind("shade/seen.glsl", Listed=self._listed, u_depth=self._depth)
         if self._drawn:

@@ -9,6 +9,7 @@ import numpy as np
 
 from .camera import Camera, clip_from_eye
 from .gpu import layout
+from .gpu.bindings import bind
 from .pieces import Piece
 from .terrain import Terrain
 
@@ -66,7 +67,7 @@ class View:
 
     def bind(self) -> None:
         """Make the view visible to every shader."""
-        self.block.bind_to_uniform_block(1)
+        bind("blocks/view.glsl", View=self.block)
 
     def release(self) -> None:
         """Release GPU resources."""

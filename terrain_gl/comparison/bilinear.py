@@ -37,7 +37,7 @@ class Bilinear:
 
     Parameters
     ----------
-    levels
+    selector
         What chooses the patches.
     """
 
@@ -49,18 +49,18 @@ class Bilinear:
     mode = moderngl.PATCHES
     indices = None
 
-    def __init__(self, levels: QuadtreeSelector) -> None:
-        self.ctx, self.levels, self.terrain, self.view = levels.ctx, levels, levels.terrain, levels.view
+    def __init__(self, selector: QuadtreeSelector) -> None:
+        self.ctx, self.selector, self.terrain, self.view = selector.ctx, selector, selector.terrain, selector.view
         self.draws = self.ctx.buffer(reserve=gl.COMMAND_STRIDE)
 
     @property
     def feed(self) -> list[tuple[Any, ...]]:
         """A patch is one vertex."""
-        return self.levels.feed
+        return self.selector.feed
 
     def bind(self) -> None:
         """Make all that the stages read visible to them."""
-        self.levels.bind()
+        self.selector.bind()
 
     @property
     def bytes(self) -> int:
@@ -74,7 +74,7 @@ class Bilinear:
 
         Nothing is certified: errors are measured from this surface. The other options of a selector are unused.
         """
-        full = self.levels.select(camera, size, near_m, 0.0, cull=cull)
+        full = self.selector.select(camera, size, near_m, 0.0, cull=cull)
         commands = np.array(list(_commands(full.counts)) or [(0,) * 5], "u4")
         self.draws.release()
         self.draws = self.ctx.buffer(commands.tobytes())

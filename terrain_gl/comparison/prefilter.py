@@ -25,7 +25,7 @@ class Mipmaps:
     """Mipmaps of normals, slopes, their products and the sun's visibility, for one sun."""
 
     def __init__(self, picture: Picture) -> None:
-        self.ctx, self.terrain = picture.ctx, picture.levels.terrain
+        self.ctx, self.terrain = picture.ctx, picture.terrain
         size = self.terrain.heightmap.cols - 1, self.terrain.heightmap.rows - 1
         self._record = shaders.compute(self.ctx, "prefilter/record.comp")
         self._sweep, self._horizon = Sweep(self.terrain), horizon_texture(self.terrain, 1)

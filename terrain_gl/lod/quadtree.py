@@ -27,6 +27,7 @@ import numpy as np
 from ..camera import Camera
 from ..error import ErrorTables
 from ..gpu import gl, layout, shaders
+from ..gpu.bindings import bind
 from ..terrain import Rect
 from ..view import View
 from .selection import INFINITE_PX, METRES, METRICS, Selection, float_below
@@ -129,9 +130,9 @@ class QuadtreeSelector:
             summary = self._count_patches()
         selection = self._selection(summary)
         self._make_room(selection)
-        self.patches.bind_to_storage_buffer(5)
+        bind("lod/patches.comp", Patches=self.patches)
         self._look_at_tiles(_EMIT)
-        self.draws.bind_to_storage_buffer(5)
+        bind("lod/draws.comp", Draws=self.draws)
         self._run("draws", max(1, -(-selection.draws // layout.GROUP)))
         return selection
 
@@ -167,9 +168,9 @@ class QuadtreeSelector:
     def _bind(self) -> None:
         self.bind()
         self.tables.bind()
-        for i, buffer in enumerate((self._split, self._active, self._offsets, self._summary), 1):
-            buffer.bind_to_storage_buffer(i)
-        self.tables.gains.bind_to_storage_buffer(5)
+        lists = {"Active": self._active, "Offsets": self._offsets, "Summary": self._summary}
+        bind("lod/patches.comp", Split=self._split, **lists)
+        bind("lod/refine.comp", Gains=self.tables.gains)
 
     def _search(self) -> None:
         """Grow the tree of one price after another; once its triangles are right, the GPU skips what is left."""

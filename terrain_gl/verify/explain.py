@@ -87,10 +87,10 @@ class Explanation:
 
 
 class Explainer:
-    """Explains patches of what `levels` selected last."""
+    """Explains patches of the last selection."""
 
-    def __init__(self, levels: QuadtreeSelector) -> None:
-        self.ctx, self.levels = levels.ctx, levels
+    def __init__(self, quadtree: QuadtreeSelector) -> None:
+        self.ctx, self.quadtree = quadtree.ctx, quadtree
         self._kernel: Any = shaders.compute(self.ctx, "lod/explain.comp")
         self._ring_kernel: Any = None
         self._answer = self.ctx.buffer(reserve=_ANSWER.itemsize)
@@ -126,7 +126,7 @@ class Explainer:
             side_log2 if fan else side_log2 - size_log2,
             chosen,
             choices,
-            *_seen(answer, self.levels.view.focal_px),
+            *_seen(answer, self.quadtree.view.focal_px),
             tolerance_px,
             metric,
         )
@@ -167,14 +167,14 @@ class Explainer:
     def _patch_at(self, selection: Selection, post: tuple[float, float]) -> np.void | None:
         if not selection.patches:
             return None
-        data = self.levels.patches.read(selection.patches * layout.PATCH.itemsize)
+        data = self.quadtree.patches.read(selection.patches * layout.PATCH.itemsize)
         patches = np.frombuffer(data, layout.PATCH)
         side = 1 << ((patches["shape"] & 31) + (patches["shape"] >> 5 & 7) - 6).astype(np.int64)
         return _over(patches, side, post)
 
     def _ask(self, corner: tuple[int, int], side_log2: int, edges: int) -> np.ndarray:
-        self.levels.bind()
-        self.levels.tables.bind()
+        self.quadtree.bind()
+        self.quadtree.tables.bind()
         bind("lod/explain.comp", Choices=self._answer)
         self._kernel["u_low"], self._kernel["u_side_log2"] = corner, side_log2
         self._kernel["u_edges"] = edges
@@ -186,7 +186,7 @@ class Explainer:
         self._ring_kernel = self._ring_kernel or shaders.compute(self.ctx, "rings/explain.comp")
         surface.bind()
         surface.tables.bind()
-        self._answer.bind_to_storage_buffer(4)
+        bind("rings/explain.comp", Answer=self._answer)
         self._ring_kernel["u_low"], self._ring_kernel["u_side_log2"] = corner, side_log2
         self._ring_kernel.run(1)
         self.ctx.memory_barrier(moderngl.SHADER_STORAGE_BARRIER_BIT | moderngl.BUFFER_UPDATE_BARRIER_BIT)
