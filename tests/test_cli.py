@@ -13,6 +13,7 @@ import pytest
 from commands import SIZE, parse, refused, small_map, spawn
 
 import terrain_gl as tg
+from terrain_gl import cli
 from terrain_gl.cli import options
 from terrain_gl.files.export import FORMATS
 from terrain_gl.files.maps import bundled, find_bundled
@@ -62,7 +63,37 @@ def test_top_level(run):
     assert status == 0 and all(command in out for command in COMMANDS)
     assert run("--version") == (0, f"terrain-gl {tg.__version__}\n", "")
     refused(run(), 2, "COMMAND")
-    refused(run("fly_me"), 2, "invalid choice")
+    refused(run("fly_me"), 2, "fly_me", "neither a command nor a map", "did you mean fly?")
+    refused(run("shto", "dem.npy"), 2, "did you mean shot?")
+    refused(run("Alpin"), 2, "did you mean alpine?")
+    refused(run("xyzzy"), 2, "commands are info")
+
+
+@pytest.mark.parametrize("command", COMMANDS)
+def test_help_fits_a_screen(run, monkeypatch, command):
+    """24 to 40 lines of 80 characters, and the rest in the full help; commands with few options need fewer lines."""
+    monkeypatch.setenv("COLUMNS", "80")
+    _, short, _ = run(command, "--help")
+    status, full, err = run(command, "--help-all")
+    lines = sum(-(-max(len(line), 1) // 80) for line in short.splitlines())
+    assert lines <= 40 and (lines >= 24 or command in ("info", "generate")), short
+    assert (status, err) == (0, "") and "--help-all" in short
+    assert set(re.findall("--[a-z-]+", short)) <= set(re.findall("--[a-z-]+", full))
+    assert ("-o OUT" in full) == ("-o OUT" in short)
+    if command != "generate":
+        assert "--nodata V" in full and "--nodata" not in short
+    assert re.findall("^example: .*", short, re.MULTILINE) == re.findall("^example: .*", full, re.MULTILINE)
+
+
+@pytest.mark.parametrize("word", ["dem.npy", "alpine", "folder/none", "none.tif", "with space"])
+def test_a_map_alone_is_viewed(folder, monkeypatch, word):
+    """A file, a bundled name, and whatever looks like a file; a command's name stays that of the command."""
+    (folder / "with space").touch()
+    (folder / "shot").touch()
+    seen = []
+    monkeypatch.setattr("terrain_gl.cli.view.run", lambda args: seen.append(args) or 0)
+    assert cli.main([word, "--eye", "-5,0,2"]) == 0 and (seen[0].map, seen[0].eye) == (word, (-5.0, 0.0, 2.0))
+    assert cli.main(["shot", "--help"]) == 0 and len(seen) == 1
 
 
 @pytest.mark.parametrize("eye", ["-5,0,2", "-.5,-1e3,2", "5,-0,2"])

@@ -8,16 +8,16 @@ from __future__ import annotations
 import argparse
 import io
 import os
-import re
 import shlex
 import sys
 from collections.abc import Sequence
 from importlib import import_module
-from typing import NoReturn
 
 from .. import __version__
 from ..exceptions import TerrainError, UsageError
+from ..files.maps import bundled
 from . import signals
+from .parsing import Parser, join_negative, unknown, with_command
 from .text import printable
 
 COMMANDS = ("info", "generate", "shot", "view", "measure", "mesh", "compare", "fly", "bench")
@@ -34,7 +34,9 @@ def main(argv: Sequence[str] | None = None) -> int:
                 stream.reconfigure(errors="backslashreplace")
         signals.listen()
     try:
-        words = join_negative(sys.argv[1:] if argv is None else argv)
+        words = with_command(join_negative(sys.argv[1:] if argv is None else argv), COMMANDS, tuple(bundled()))
+        if words and words[0] not in COMMANDS and not words[0].startswith("-"):
+            raise UsageError(unknown(words[0], COMMANDS, tuple(bundled())))
         args = parser().parse_args(words)
         args.command_line = shlex.join(["terrain-gl", *words])
         status = args.run(args)
@@ -61,38 +63,14 @@ def parser() -> argparse.ArgumentParser:
     top = Parser(
         prog="terrain-gl",
         description="Heightmaps drawn with OpenGL tessellation at a certified screen-space error.",
-        epilog="example: terrain-gl shot alpine -o alpine.png    (each command has its own --help)",
+        epilog="terrain-gl dem.tif opens the window on a map; each command has its own --help\n"
+        "example: terrain-gl shot alpine -o alpine.png",
     )
     top.add_argument("--version", action="version", version=f"terrain-gl {__version__}")
     commands = top.add_subparsers(metavar="COMMAND", required=True)
     for name in COMMANDS:
         import_module(f".{name}", __name__).add(commands)
     return top
-
-
-class Parser(argparse.ArgumentParser):
-    """An argument parser that complains in one line and takes no abbreviations, which a new option could break."""
-
-    def __init__(self, **settings: object) -> None:
-        raw = argparse.RawDescriptionHelpFormatter
-        super().__init__(**({"allow_abbrev": False, "formatter_class": raw} | settings))  # type: ignore[arg-type]
-
-    def error(self, message: str) -> NoReturn:
-        """Leave with status 2."""
-        self.exit(2, f"{self.prog}: {printable(message)} (see {self.prog} --help)\n")
-
-
-def join_negative(argv: Sequence[str]) -> list[str]:
-    """Join `--eye -5,0,2` into `--eye=-5,0,2`: argparse alone takes -5,0,2 for an option."""
-    joined: list[str] = []
-    for word in argv:
-        option = joined[-1] if joined else ""
-        takes_it = re.fullmatch(r"--[a-z-]+", option) and "--" not in joined
-        if takes_it and re.match(r"-(\.?\d|inf|nan)", word, re.IGNORECASE):
-            joined[-1] = f"{option}={word}"
-        else:
-            joined.append(word)
-    return joined
 
 
 def _complain(error: Exception) -> int:

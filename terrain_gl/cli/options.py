@@ -23,6 +23,7 @@ from ..readers.values import ENCODINGS
 from ..renderer import Renderer
 from ..shade import SUN
 from . import report, values
+from .parsing import HelpAll
 
 EXCLUSIVE = ("max_error_px", "triangles", "parameters")  # at most one of them says how fine the picture is
 
@@ -40,6 +41,7 @@ def add_command(commands: Any, name: str, run: Callable[[argparse.Namespace], in
     """Add a subcommand; `texts` are its help, description and example."""
     example = f"example: terrain-gl {texts['example']}"
     command = commands.add_parser(name, help=texts["help"], description=texts["description"], epilog=example)
+    command.add_argument("--help-all", action=HelpAll, help="show every option and exit")
     command.set_defaults(run=run)
     return command
 
@@ -141,16 +143,17 @@ def add_rendering(command: Any, moving: bool = False) -> None:
 
 def add_technical(command: Any) -> None:
     """The near plane, the driver, the numbers."""
+    group = command.add_argument_group("technical")
     for name in _under("technical"):
-        add_option(command, name)
-    command.add_argument(
+        add_option(group, name)
+    group.add_argument(
         "--backend",
         metavar="NAME",
         default="auto",
         help="OpenGL from egl, osmesa, glfw, or auto (default)",
     )
-    command.add_argument("--seed", type=int, metavar="N", help="taken from scripts: nothing that is drawn is random")
-    add_json(command)
+    group.add_argument("--seed", type=int, metavar="N", help="taken from scripts: nothing that is drawn is random")
+    add_json(group)
 
 
 def add_json(command: Any) -> None:
