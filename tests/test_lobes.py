@@ -229,7 +229,7 @@ def test_memory_of_all_light_is_at_most_32_bytes_a_post(ctx):
         renderer.draw(Camera.default(heightmap))
         lighting = renderer.picture.lighting
         assert isinstance(lighting, Lighting) and lighting.lobes
-        assert renderer.picture.bytes == renderer.gpu_bytes()["shade"] <= 32 * 400 * 300
+        assert renderer.picture.bytes == renderer.resources.gpu_bytes["shade"] <= 32 * 400 * 300
         assert lighting.lobes.bytes == 9 * 400 * 300
 
 

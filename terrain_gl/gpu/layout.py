@@ -208,6 +208,11 @@ class RingPatches(NamedTuple):
     edges_log2: np.ndarray  # (n, 4) segments of the west, north, east and south edge
     bound_px: np.ndarray
 
+    @property
+    def side(self) -> np.ndarray:
+        """Posts along a side."""
+        return 1 << self.side_log2
+
 
 def unpack_ring_patches(records: np.ndarray) -> RingPatches:
     """Decode records `RING_PATCH`, (n,)."""

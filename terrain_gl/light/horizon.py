@@ -46,9 +46,9 @@ class Sweep:
 
     def run(self, towards: Direction, into: moderngl.TextureArray, layer: int = 0) -> None:
         """Write the sines of the horizons in lattice direction `towards` (see `lattice_direction`) to a layer."""
-        drain(self.running(towards, into, layer, into.width * into.height))
+        drain(self.run_steps(towards, into, layer, into.width * into.height))
 
-    def running(
+    def run_steps(
         self, towards: Direction, into: moderngl.TextureArray, layer: int = 0, posts: int = PORTION
     ) -> Generator[float, None, None]:
         """The same in portions of about so many posts, after each the share that is done."""
@@ -129,7 +129,7 @@ class SkyVisibility:
             for batch in range(AZIMUTHS // BATCH):
                 directions = self.directions[batch * BATCH : (batch + 1) * BATCH]
                 for layer, towards in enumerate(directions):
-                    for share in self._sweep.running(towards, horizons, layer, posts):
+                    for share in self._sweep.run_steps(towards, horizons, layer, posts):
                         yield (batch + 0.5 * (layer + share) / BATCH) * BATCH / AZIMUTHS
                 for row in range(0, self.table.height, rows):
                     count = min(rows, self.table.height - row)
@@ -211,7 +211,7 @@ class SunVisibility:
         horizon, buffer = horizon_texture(self.terrain, 1), self.ctx.buffer(reserve=self.buffer.size)
         step = max(1, posts // (2 * self.terrain.heightmap.cols))
         try:
-            for share in self._sweep.running(towards, horizon, 0, posts):
+            for share in self._sweep.run_steps(towards, horizon, 0, posts):
                 yield 0.6 * share
             for row in range(0, self.table.height, step):
                 count = min(step, self.table.height - row)

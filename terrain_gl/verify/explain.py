@@ -106,15 +106,15 @@ class Explainer:
             return self._explain_ring(selection.surface, selection, post, tolerance_px, metric)
         if not isinstance(selection.surface, QuadtreeSelector):
             return None
-        record = self._patch_at(selection, post)
-        if record is None:
+        data = self.quadtree.patches.read(selection.patches * layout.PATCH.itemsize) if selection.patches else b""
+        patches = layout.unpack_patches(np.frombuffer(data, layout.PATCH))
+        at = _over(patches, post)
+        if at is None:
             return None
-        corner = int(record["corner"][0]), int(record["corner"][1])
-        size_log2 = int(record["shape"]) >> 5 & 7
-        side_log2 = (int(record["shape"]) & 31) + size_log2 - 6
-        fan = bool(int(record["shape"]) >> 12 & 1)
-        edges = int(record["shape"]) >> 8 & 15 if fan else 0
-        answer = self._ask(corner, side_log2, edges)
+        corner = int(patches.corner[at, 0]), int(patches.corner[at, 1])
+        fan, size_log2 = bool(patches.fan[at]), int(patches.segments_log2[at])
+        side_log2 = int(patches.side[at]).bit_length() - 1
+        answer = self._ask(corner, side_log2, int(patches.split_edges[at]))
         choices = _choices(answer, side_log2, fan)
         segments = 0 if fan else 1 << size_log2
         chosen = next((choice for choice in choices if choice.segments == segments), None)
@@ -140,12 +140,12 @@ class Explainer:
         metric: str,
     ) -> Explanation | None:
         data = surface.patches.read(selection.patches * layout.RING_PATCH.itemsize) if selection.patches else b""
-        patches = np.frombuffer(data, layout.RING_PATCH)
-        record = _over(patches, 1 << (patches["shape"] & 31).astype(np.int64), post)
-        if record is None:
+        patches = layout.unpack_ring_patches(np.frombuffer(data, layout.RING_PATCH))
+        at = _over(patches, post)
+        if at is None:
             return None
-        corner = int(record["corner"][0]), int(record["corner"][1])
-        side_log2, step_log2 = int(record["shape"]) & 31, (int(record["shape"]) >> 5 & 63) - 16
+        corner = int(patches.corner[at, 0]), int(patches.corner[at, 1])
+        side_log2, step_log2 = int(patches.side_log2[at]), int(patches.step_log2[at])
         answer = self._ask_ring(surface, corner, side_log2)
         choices = tuple(
             Choice(1 << k, 2.0 ** (side_log2 - k), *(float(v) for v in each[:3]))
@@ -154,7 +154,7 @@ class Explainer:
         )
         chosen = next(choice for choice in choices if choice.segments == 1 << side_log2 - step_log2)
         seen = _seen(answer, surface.view.focal_px)
-        bound_px = float(record["bound_px"])
+        bound_px = float(patches.bound_px[at])
         return Explanation(corner, 1 << side_log2, step_log2, chosen, choices, *seen, tolerance_px, metric, bound_px)
 
     def release(self) -> None:
@@ -163,14 +163,6 @@ class Explainer:
         if self._ring_kernel:
             self._ring_kernel.release()
         self._answer.release()
-
-    def _patch_at(self, selection: Selection, post: tuple[float, float]) -> np.void | None:
-        if not selection.patches:
-            return None
-        data = self.quadtree.patches.read(selection.patches * layout.PATCH.itemsize)
-        patches = np.frombuffer(data, layout.PATCH)
-        side = 1 << ((patches["shape"] & 31) + (patches["shape"] >> 5 & 7) - 6).astype(np.int64)
-        return _over(patches, side, post)
 
     def _ask(self, corner: tuple[int, int], side_log2: int, edges: int) -> np.ndarray:
         self.quadtree.bind()
@@ -193,11 +185,11 @@ class Explainer:
         return np.frombuffer(self._answer.read(_RING_ANSWER.itemsize), _RING_ANSWER)[0]
 
 
-def _over(patches: np.ndarray, side: np.ndarray, post: tuple[float, float]) -> np.void | None:
-    """The first record whose square of `side` posts holds a place."""
-    offset = np.asarray(post) - patches["corner"]
-    found = np.flatnonzero(((offset >= 0) & (offset <= side[:, None])).all(1))
-    return patches[found[0]] if len(found) else None
+def _over(patches: layout.Patches | layout.RingPatches, post: tuple[float, float]) -> int | None:
+    """Index of the first patch whose square holds a place."""
+    offset = np.asarray(post) - patches.corner
+    found = np.flatnonzero(((offset >= 0) & (offset <= patches.side[:, None])).all(1))
+    return int(found[0]) if len(found) else None
 
 
 def _seen(answer: np.ndarray, focal_px: float) -> tuple[tuple[float, float], float, float, bool]:
