@@ -242,7 +242,9 @@ def memory(kept: Kept) -> None:
     rng = np.random.default_rng(0)
     with Renderer(Heightmap(rng.normal(size=(513, 513)).cumsum(0), 10.0), (64, 36)) as renderer:
         renderer.render(Camera.default(renderer.heightmap))
-        print(f"{renderer.resources.gpu_bytes['shade'] / 513**2:.1f} bytes a post for light, the sums of heights included")
+        print(
+            f"{renderer.resources.gpu_bytes['shade'] / 513**2:.1f} bytes a post for light, the sums of heights included"
+        )
 
 
 TABLES = {"visibility": visibility, "pictures": pictures, "horizons": horizons, "memory": memory}

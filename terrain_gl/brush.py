@@ -1,7 +1,7 @@
-"""Brushes: from the heights under a brush to new heights, and strokes that can be undone and done again.
+"""Brushes: from the heights under a brush to new heights, and strokes with undo and redo.
 
-No window and no OpenGL in here: a dab is a pure function of the heights around it, in time that grows with its
-footprint; `Sculptor` gives the outcome to whatever has a `heightmap` and an `edit`, as `Renderer` has.
+This module needs no window and no OpenGL. A dab is a pure function of the heights around it; its time grows with its
+footprint. `Sculptor` passes the new heights to any object with a `heightmap` and an `edit`, such as `Renderer`.
 
     sculptor = Sculptor(renderer)
     sculptor.begin()                                             # the button goes down
@@ -25,28 +25,28 @@ from .heightmap import MAX_HEIGHT_M, Heightmap
 
 TOOLS = ("raise", "lower", "smooth", "flatten", "cliff")
 SHARES = ("smooth", "flatten")  # tools whose strength is a share, not metres
-MOST_BYTES = 256 << 20  # of strokes to be undone
+MOST_BYTES = 256 << 20  # memory for undo and redo
 
 
 @dataclass(frozen=True)
 class Brush:
-    """A tool and how it is held.
+    """A tool and its settings.
 
     Attributes
     ----------
     tool
-        One of `TOOLS`. "raise" and "lower" move the ground, "smooth" draws it to the mean of its neighbourhood,
-        "flatten" to one level, "cliff" raises the half of the footprint that lies against `azimuth_deg`.
+        One of `TOOLS`. "raise" and "lower" move the ground; "smooth" moves it towards the mean of its neighbourhood,
+        "flatten" towards one height; "cliff" raises the half of the footprint that faces away from `azimuth_deg`.
     radius_m
-        Of the footprint, a circle on the map.
+        Radius of the footprint, a circle on the map.
     strength
-        Metres in the middle for raise, lower and cliff; for smooth and flatten the share of the way, 0 to 1.
+        For raise, lower and cliff: metres in the middle. For smooth and flatten: the share of the way, 0 to 1.
     falloff
-        How much of the radius the strength takes to fade out at the rim, 0 (a hard edge) to 1.
+        The share of the radius, from the rim inwards, over which the strength fades out: 0 (a hard edge) to 1.
     level_m
-        What "flatten" levels to; by default the height in the middle.
+        The height that "flatten" moves towards; by default the height in the middle.
     azimuth_deg
-        Where the face of a "cliff" looks, clockwise from north.
+        The direction that the face of a "cliff" looks to, clockwise from north.
 
     Raises
     ------
@@ -81,20 +81,20 @@ class Patch(NamedTuple):
     heights: np.ndarray
 
     def part(self, rows: slice, cols: slice) -> np.ndarray:
-        """Those of a rectangle within it, to be changed in place."""
+        """The heights of a rectangle inside it: a view, to be changed in place."""
         return self.heights[_within(rows, self.rows), _within(cols, self.cols)]
 
 
 def dab(heightmap: Heightmap, brush: Brush, x_m: float, y_m: float) -> Patch | None:
-    """What a brush makes of the ground at a place in world metres; None if its circle holds no post.
+    """New heights after one dab of a brush at a place in world metres; None if no post lies under it.
 
-    Voids stay voids. Heights end at what a map can hold.
+    Voids stay voids. Heights are clipped to `MAX_HEIGHT_M`.
     """
     return dabs(heightmap, brush, [(x_m, y_m)])
 
 
 def dabs(heightmap: Heightmap, brush: Brush, middles_m: Sequence[tuple[float, float]]) -> Patch | None:
-    """What a brush makes of the ground at places one after the other, each dab upon those before: see `dab`."""
+    """New heights after dabs at several places, one on top of the other: see `dab`."""
     reach = brush.radius_m / np.array(heightmap.spacing_m)
     touched = [each for x_m, y_m in middles_m if (each := _touched(heightmap, reach, x_m, y_m))]
     if not touched:
@@ -127,7 +127,7 @@ def _touched(heightmap: Heightmap, reach: np.ndarray, x_m: float, y_m: float) ->
 
 
 def _press(ground: Patch, heightmap: Heightmap, brush: Brush, half: tuple[int, int], touched: _Touched) -> None:
-    """Use a brush on the ground, in place; `half`: of the box to smooth over."""
+    """Apply a brush to the ground, in place; `half` are the half sides of the box to smooth over."""
     rows, cols, at = touched
     spacing = heightmap.spacing_m
     east = (np.arange(cols.start, cols.stop) - at[0]) * spacing[0]
@@ -150,20 +150,20 @@ def _press(ground: Patch, heightmap: Heightmap, brush: Brush, half: tuple[int, i
 
 
 def places(start: tuple[float, float], end: tuple[float, float], step_m: float) -> Iterator[tuple[float, float]]:
-    """Places from after `start` to `end`, at most a step apart: dabs of a pointer that has moved fast."""
+    """Places from `start` (excluded) to `end`, at most a step apart: a pointer that moves fast leaves no gaps."""
     count = max(1, math.ceil(math.dist(start, end) / step_m))
     for i in range(1, count + 1):
         yield start[0] + (end[0] - start[0]) * i / count, start[1] + (end[1] - start[1]) * i / count
 
 
 def _fade(distance: np.ndarray, falloff: float) -> np.ndarray:
-    """Weight at a share of the radius: 1 in the middle, 0 from the rim on, a smooth step between."""
+    """Weight at a distance from the middle, in radii: 1 in the middle, 0 at the rim, a smooth step in between."""
     t = np.clip((1.0 - distance) / max(falloff, 1e-9), 0.0, 1.0)
     return t * t * (3.0 - 2.0 * t)
 
 
 def _level_m(brush: Brush, middle_m: float, old: np.ndarray) -> float:
-    """Height to flatten to: by default the post's that is nearest to the middle, or the mean where that is void."""
+    """Height to flatten to: by default that of the post in the middle, or the mean if that post is void."""
     if brush.level_m is not None:
         return brush.level_m
     known = old[np.isfinite(old)]
@@ -171,20 +171,20 @@ def _level_m(brush: Brush, middle_m: float, old: np.ndarray) -> float:
 
 
 def _around(reach: np.ndarray) -> tuple[int, int]:
-    """Half sides of the box to smooth over, columns and rows: an eighth of the radius."""
+    """Half sides of the box to smooth over, in columns and rows: an eighth of the radius."""
     half = np.maximum(1, np.rint(reach / 8)).astype(int)
     return int(half[0]), int(half[1])
 
 
 def _means(ground: Patch, shape: tuple[int, int], rows: slice, cols: slice, half: tuple[int, int]) -> np.ndarray:
-    """Mean of the known heights in the box around each post, from summed-area tables: whatever its size."""
+    """Mean of the known heights in the box around each post, by summed-area tables: its size costs no time."""
     y = np.arange(rows.start - half[1], rows.stop + half[1])
     x = np.arange(cols.start - half[0], cols.stop + half[0])
     inside = ((y >= 0) & (y < shape[0]))[:, None] & ((x >= 0) & (x < shape[1]))
     posts = np.ix_(y.clip(0, shape[0] - 1) - ground.rows.start, x.clip(0, shape[1] - 1) - ground.cols.start)
     part = ground.heights[posts].astype(np.float64)
     known = inside & np.isfinite(part)
-    base = float(part[known].mean()) if known.any() else 0.0  # small numbers keep their digits in the sums
+    base = float(part[known].mean()) if known.any() else 0.0  # sums of small numbers lose fewer digits
     totals = _box_sums(np.where(known, part - base, 0.0), half)
     counts = _box_sums(known.astype(np.float64), half)
     return base + totals / np.maximum(counts, 1.0)
@@ -200,22 +200,22 @@ def _box_sums(values: np.ndarray, half: tuple[int, int]) -> np.ndarray:
 
 
 class Editable(Protocol):
-    """What can be sculpted: `Renderer`, for one."""
+    """An object whose map can be edited, such as `Renderer`."""
 
     @property
     def heightmap(self) -> Heightmap:
         """The map as it is now."""
 
     def edit(self, rows: slice, cols: slice, heights: Any, settle: bool = True) -> None:
-        """Give a rectangle of posts new heights; without `settle` the light may lag behind."""
+        """Give a rectangle of posts new heights; with `settle=False`, the light stays as it was until `settle`."""
 
     def settle(self) -> None:
-        """Have the light follow."""
+        """Update the light after edits with `settle=False`."""
 
 
 @dataclass
 class _Change:
-    """A rectangle as it was before, and as it is after."""
+    """The heights of a rectangle before and after an edit."""
 
     rows: slice
     cols: slice
@@ -229,14 +229,14 @@ class _Change:
 
 @dataclass
 class Sculptor:
-    """Dabs on a map, remembered as strokes.
+    """Applies dabs to a map and keeps them as strokes, for undo and redo.
 
     Attributes
     ----------
     surface
-        What is sculpted.
+        The object whose map is edited.
     most_bytes
-        What may be kept of strokes; the oldest are forgotten first, the last one never.
+        Memory for strokes. The oldest are forgotten first; the last one is always kept.
     """
 
     surface: Editable
@@ -251,29 +251,29 @@ class Sculptor:
 
     @property
     def can_redo(self) -> int:
-        """How many strokes can be done again."""
+        """How many strokes can be redone."""
         return len(self._undone)
 
     @property
     def bytes(self) -> int:
-        """Memory of all strokes that are remembered."""
+        """Memory of all strokes that are kept."""
         return sum(change.bytes for stroke in self._done + self._undone for change in stroke)
 
     def begin(self) -> None:
-        """What follows is a new stroke, undone as a whole."""
+        """Begin a new stroke; undo takes it back as a whole."""
         if not self._done or self._done[-1]:
             self._done.append([])
 
     def end(self) -> None:
-        """The stroke is done: have the light follow. It lags behind while one sculpts, undoes or redoes."""
+        """End the stroke and update the light. Dabs, undo and redo do not update it."""
         self.surface.settle()
 
     def dab(self, brush: Brush, x_m: float, y_m: float) -> Patch | None:
-        """Use a brush at a place in world metres; returns what was changed, if any."""
+        """Apply a brush at a place in world metres; returns the new heights, or None if no post lies under it."""
         return self.dabs(brush, [(x_m, y_m)])
 
     def dabs(self, brush: Brush, middles_m: Sequence[tuple[float, float]]) -> Patch | None:
-        """Use a brush at places one after the other, as one edit: quicker where they lie close together."""
+        """Apply a brush at several places in one edit, which is faster if they lie close together."""
         patch = dabs(self.surface.heightmap, brush, middles_m)
         if patch:
             self.paint(*patch)
@@ -291,11 +291,11 @@ class Sculptor:
             self._done.pop(0)
 
     def undo(self) -> bool:
-        """Take the last stroke back; False if there is none."""
+        """Undo the last stroke; False if there is none."""
         return self._move(self._done, self._undone, "before")
 
     def redo(self) -> bool:
-        """Do the last stroke that was undone again; False if there is none."""
+        """Redo the last stroke that was undone; False if there is none."""
         return self._move(self._undone, self._done, "after")
 
     def _move(self, source: list[list[_Change]], target: list[list[_Change]], side: str) -> bool:
@@ -304,13 +304,13 @@ class Sculptor:
         if not source:
             return False
         stroke = source[-1]
-        for change in reversed(stroke):  # of what lies on another the upper is taken off first
+        for change in reversed(stroke):  # changes may overlap: the last one is undone first
             self.surface.edit(change.rows, change.cols, getattr(change, side), settle=False)
         target.append(source.pop()[::-1])
         return True
 
     def _remember(self, change: _Change) -> None:
-        """Add to the stroke; what overlaps becomes one rectangle, if that takes no more room."""
+        """Add to the stroke; a change that overlaps the last one is merged with it if that saves memory."""
         stroke = self._done[-1]
         if stroke and (joined := self._joined(stroke[-1], change)):
             stroke[-1] = joined
@@ -323,7 +323,7 @@ class Sculptor:
         if 2 * after.nbytes > old.bytes + new.bytes:
             return None
         before = after.copy()
-        for change in (new, old):  # what was there first counts
+        for change in (new, old):  # where both overlap, the older heights are the ones before
             before[_within(change.rows, rows), _within(change.cols, cols)] = change.before
         return _Change(rows, cols, before, after.copy())
 

@@ -12,16 +12,16 @@ Lookups in shaders: `glsl/sat/box.glsl`. Specification: `reference.sat`, `refere
 from __future__ import annotations
 
 from abc import ABC, abstractmethod
-from collections.abc import Generator
 from typing import Any, NamedTuple
 
 import moderngl
 import numpy as np
 
 from .gpu import gl, shaders
+from .steps import Steps
 
 STRIP = 64  # words that one thread adds up
-PORTION = 2**17  # words of a layer that are recorded between two breaths of `RecordedTable.build_steps`
+PORTION = 2**17  # words of a layer that one step of `RecordedTable.build_steps` records
 GROUP = 64  # threads of a work group, as in glsl/sat
 _WORD_DTYPES = {8: "<u1", 16: "<u2", 32: "<u4", 64: "<u8"}
 
@@ -65,14 +65,14 @@ class SummedAreaTables:
         self._sum_lines(buffer, table, lines=height, length=width, line_step=width, word_step=1)
         self._sum_lines(buffer, table, lines=width, length=height, line_step=1, word_step=width)
 
-    def build_steps(self, buffer: moderngl.Buffer, table: Table) -> Generator[float, None, None]:
+    def build_steps(self, buffer: moderngl.Buffer, table: Table) -> Steps[None]:
         """Incremental `build`, a layer a step; yields progress from 0 to 1."""
         for layer in range(table.layers):
             self.build(buffer, table._replace(layers=1, first=table.first + layer * table.width * table.height))
             yield (layer + 1) / table.layers
 
     def edit(self, buffer: moderngl.Buffer, table: Table, values: moderngl.Buffer, at: Table, x: int, y: int) -> None:
-        """Give a rectangle new values; the table becomes what a rebuild would make it, bit for bit.
+        """Give a rectangle new values; the table becomes the same, bit for bit, as after a rebuild.
 
         Parameters
         ----------
@@ -94,7 +94,7 @@ class SummedAreaTables:
         self._run("spread", blocks, (table.width - x, strips, table.layers), **place)
 
     def box_sums(self, buffer: moderngl.Buffer, table: Table, boxes: np.ndarray, layer: int = 0) -> np.ndarray:
-        """Sums of boxes (n, 4), each x0, y0, x1, y1 with the end outside: (n,) words, (n, 32 / bits) below 32 bits."""
+        """Sums over boxes (n, 4), each x0, y0, x1, y1, end excluded: (n,) words; (n, 32 / bits) below 32 bits."""
         corners = np.ascontiguousarray(boxes, "<i4")
         questions = self.ctx.buffer(corners.tobytes())
         answers = self.ctx.buffer(reserve=len(corners) * self.word_bytes)
@@ -112,12 +112,12 @@ class SummedAreaTables:
         return self._words(data).reshape(shape + (32 // self.bits,) if self.bits < 32 else shape)
 
     def values(self, buffer: moderngl.Buffer, table: Table) -> np.ndarray:
-        """(layers, height, width) values of which a table of 32 or 64 bits is the sums; what wrapped, wraps back."""
+        """(layers, height, width) values, recovered from a table of 32 or 64 bits: its differences, which wrap back."""
         sums = np.pad(self.read(buffer, table), ((0, 0), (1, 0), (1, 0)))
         return np.diff(np.diff(sums, axis=1), axis=2)
 
     def release(self) -> None:
-        """Give the kernels back to the driver."""
+        """Release GPU resources."""
         for kernel in self._kernels.values():
             kernel.release()
 
@@ -136,7 +136,7 @@ class SummedAreaTables:
     def _run(
         self, name: str, blocks: dict[str, moderngl.Buffer], threads: tuple[int, int, int], **uniforms: Any
     ) -> None:
-        """Run one kernel over so many threads; blocks and uniforms that it has no use for are left out."""
+        """Run one kernel over `threads`; blocks and uniforms that it does not declare are left out."""
         kernel: Any = self._kernels[name]
         for block, buffer in blocks.items():
             if block in kernel:
@@ -153,14 +153,14 @@ class SummedAreaTables:
 
 
 class RecordedTable(ABC):
-    """A table of 32-bit words with a buffer of its own, and the kernel that records what it sums.
+    """A table of 32-bit words in its own buffer, and the kernel that writes the values it sums.
 
     Parameters
     ----------
     record
-        Path of a compute shader.
+        Path of the compute shader that writes the values.
     name
-        What to call the table where the GPU's memory does not suffice.
+        The table's name in an error message about memory.
     """
 
     def __init__(self, ctx: moderngl.Context, table: Table, record: str, name: str) -> None:
@@ -181,11 +181,11 @@ class RecordedTable(ABC):
         return self.buffer.size
 
     def build(self) -> None:
-        """Record everything and sum it."""
+        """Write all values and sum them."""
         self._write(self.buffer, (0, 0), self.table)
         self._sat.build(self.buffer, self.table)
 
-    def build_steps(self) -> Generator[float, None, None]:
+    def build_steps(self) -> Steps[None]:
         """Incremental `build`; yields progress from 0 to 1. The old table stays in use until the end."""
         fresh, height = gl.reserve(self.ctx, self.buffer.size, "a table that is made anew"), self.table.height
         step = max(1, PORTION // self.table.width)
@@ -200,16 +200,16 @@ class RecordedTable(ABC):
             fresh.release()
 
     def values(self) -> np.ndarray:
-        """(layers, height, width) words, taken out of the sums."""
+        """(layers, height, width) values, recovered from the sums."""
         return self._sat.values(self.buffer, self.table)
 
     def release(self) -> None:
-        """Give the GPU's memory back."""
+        """Release GPU resources."""
         for resource in (self.buffer, self._texture, self._sat, self._record):
             resource.release()
 
     def _rewrite(self, x: int, y: int, width: int, height: int) -> None:
-        """Record a rectangle anew; the table becomes what `build` would make it."""
+        """Write a rectangle's values again; the table becomes the same as after `build`."""
         at = Table(width, height, self.table.layers)
         if at == self.table:
             self.build()
@@ -221,4 +221,4 @@ class RecordedTable(ABC):
 
     @abstractmethod
     def _write(self, buffer: moderngl.Buffer, first: tuple[int, int], at: Table, rows: range | None = None) -> None:
-        """Record a rectangle's values, all layers, to the start of a buffer: all of its rows, or some."""
+        """Write a rectangle's values, all layers, to the start of a buffer; all of its rows, or `rows` alone."""

@@ -10,7 +10,6 @@ from __future__ import annotations
 
 import ctypes
 import math
-from collections.abc import Generator
 from dataclasses import dataclass, replace
 from typing import Any, TypeVar
 
@@ -25,7 +24,7 @@ from .light.ground import HeightSums, towards_sun
 from .light.lighting import Lighting
 from .lod import Selection, View
 from .mesh import MeshDraw, MeshDraws
-from .steps import drain
+from .steps import Steps, drain
 from .terrain import Rect
 
 SUN = (300.0, 35.0)  # azimuth, clockwise from north, and elevation, in degrees
@@ -153,7 +152,7 @@ class Picture:
         """First pass, over the mesh: find how far away each sample sees."""
         drain(self.see_steps(selection, look, max(1, selection.draws)))
 
-    def see_steps(self, selection: Selection, look: Look = PLAIN, commands: int = 1) -> Generator[float, None, None]:
+    def see_steps(self, selection: Selection, look: Look = PLAIN, commands: int = 1) -> Steps[None]:
         """Incremental `see`, so many draw commands a step; yields progress from 0 to 1."""
         of_mesh = look.style in _OF_MESH or look.wires
         mesh, target = self._meshes(look).of(selection.surface), self._detail_target() if of_mesh else self._seen
@@ -167,7 +166,7 @@ class Picture:
         """Second pass, over the pixels: colour what the first one saw."""
         drain(self.shade_steps(camera, look, self.size))
 
-    def shade_steps(self, camera: Camera, look: Look = PLAIN, tile: Size = TILE_PX) -> Generator[float, None, None]:
+    def shade_steps(self, camera: Camera, look: Look = PLAIN, tile: Size = TILE_PX) -> Steps[None]:
         """Incremental `shade`, a tile of columns and rows a step; yields progress from 0 to 1."""
         if look.style in _LIT and self.waits_for_light:
             self.lighting.follow(look.sun, look.sky, look.material)
@@ -221,7 +220,7 @@ class Picture:
         """(height, width, 4) uint8 sRGB, first row on top."""
         return _from_top(self._picture.read(alignment=1), "u1", self.size, 4)
 
-    def light_steps(self, look: Look) -> Generator[float, None, None]:
+    def light_steps(self, look: Look) -> Steps[None]:
         """Incremental `light`; yields progress from 0 to 1, or nothing where the light is there."""
         if look.style in _LIT:
             yield from self.lighting.follow_steps(look.sun, look.sky, look.material)

@@ -1,1 +1,1 @@
-"""Light: the lobes of sun and sky, the ground's merged ones, what they see of each other, and the truth beside them."""
+"""Light: sun and sky as a few lobes, the ground's merged lobes, and how much of the light reaches the ground."""

@@ -1,4 +1,4 @@
-"""Pictures of the ground: linear albedo, read a few rows at a time and no finer than shading uses it."""
+"""Pictures of the ground: linear albedo, read a few rows at a time, at the resolution that shading uses."""
 
 from __future__ import annotations
 
@@ -12,14 +12,14 @@ from ..inputs import check_input
 from ..readers.images import open_oiio
 
 MOST_SIDE = 8192  # texels of the texture that shading samples
-MOST_PIXELS = 1 << 29  # in the file
+MOST_PIXELS = 1 << 29  # of the file
 _SRGB_8 = linear_from_srgb(np.arange(256)).astype("f4")
 
 
 def read_albedo(path: str | os.PathLike[str], most_side: int = MOST_SIDE) -> np.ndarray:
-    """(rows, cols, 3) linear albedo, 0 to 1, as half floats: 8 or 16 bits as sRGB, floats as they are.
+    """(rows, cols, 3) linear albedo, 0 to 1, as half floats. 8 and 16 bits are read as sRGB, floats as linear.
 
-    A picture of more than `most_side` pixels a side is reduced: a texel is the mean of a square of pixels.
+    A picture of more than `most_side` pixels a side is reduced: each texel is the mean of a square of pixels.
 
     Raises
     ------
@@ -62,6 +62,6 @@ def _add(sums: np.ndarray, first: int, n: int, colour: np.ndarray) -> None:
 
 
 def _mean(sums: np.ndarray, rows: int, cols: int, n: int) -> np.ndarray:
-    """Divide by the number of pixels in each square, fewer at the far edges."""
+    """Divide by the number of pixels in each square; squares at the far edges have fewer."""
     high, wide = (np.minimum(n, size - np.arange(0, size, n)).astype("f4") for size in (rows, cols))
     return (sums / (high[:, None] * wide)[..., None]).astype("f2")

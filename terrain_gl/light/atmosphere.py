@@ -1,8 +1,8 @@
-"""A clear sky from first principles: what air and haze scatter of the sunlight that crosses them.
+"""A clear sky from first principles: the sunlight that air and haze scatter towards the eye.
 
-After Hillaire 2020, "A scalable and production ready sky and atmosphere rendering technique": single scattering is
-integrated along each ray; all later ones are one isotropic term, a geometric series. Lengths are kilometres. Works for
-any height of the sun, also below the horizon, where the upper air is still lit.
+After Hillaire 2020, "A scalable and production ready sky and atmosphere rendering technique". Single scattering is
+integrated along each ray. All higher orders are one isotropic term, a geometric series. Lengths are kilometres. The sun
+may stand at any elevation, also below the horizon: the upper air is then still lit.
 """
 
 from __future__ import annotations
@@ -15,28 +15,28 @@ import numpy as np
 EARTH_KM, TOP_KM = 6360.0, 6460.0
 RAYLEIGH = np.array([5.802e-3, 13.558e-3, 33.1e-3])  # scattering per km at sea level: red, green, blue
 MIE_SCATTERING, MIE_EXTINCTION = 3.0e-3, 3.4e-3
-OZONE = np.array([0.75e-3, 1.25e-3, 0.085e-3])  # absorption per km at its densest, 25 km up; less green: blue dusks
-RAYLEIGH_KM, MIE_KM = 8.0, 1.2  # heights over which they thin to 1/e
-ASYMMETRY = 0.8  # of haze: how much of the light it scatters goes on ahead
+OZONE = np.array([0.75e-3, 1.25e-3, 0.085e-3])  # absorption per km at 25 km, the densest layer; it makes dusks blue
+RAYLEIGH_KM, MIE_KM = 8.0, 1.2  # scale heights: density falls to 1/e
+ASYMMETRY = 0.8  # of haze: g of the Henyey-Greenstein phase function
 GROUND_ALBEDO = np.array([0.16, 0.165, 0.15])
 EYE_KM = 1.0
-COLOURFULNESS = 0.72  # three wavelengths alone make skies bluer, and dusks redder, than all of them together
+COLOURFULNESS = 0.72  # three wavelengths alone make skies too blue and dusks too red: mix in some grey
 LUMINANCE = np.array([0.2126, 0.7152, 0.0722])
 
 
 def sunlight(elevation_deg: float, height_km: float = EYE_KM) -> np.ndarray:
-    """(3,) share of the sun's red, green and blue that crosses the air to an eye at that height."""
+    """(3,) transmittance of sunlight, red, green and blue, through the air to an eye at that height."""
     h, mu = np.array([height_km]), np.array([math.sin(math.radians(elevation_deg))])
     return _transmittance(h, np.maximum(mu, _horizon(h)))[0]
 
 
 def sky_radiance(directions: np.ndarray, sun: np.ndarray, height_km: float = EYE_KM, steps: int = 40) -> np.ndarray:
-    """Radiance (n, 3) of the clear sky for sunlight of irradiance 1 above the air, the sun's disc left out.
+    """Radiance (n, 3) of the clear sky without the sun's disc, for sunlight of irradiance 1 above the atmosphere.
 
     Parameters
     ----------
     directions
-        (n, 3) unit vectors; those that meet the ground end there, and see the light that it sends back.
+        (n, 3) unit vectors. A ray that meets the ground ends there, and sees the light that the ground reflects.
     sun
         (3,) unit vector.
     """
@@ -58,7 +58,7 @@ def sky_radiance(directions: np.ndarray, sun: np.ndarray, height_km: float = EYE
 
 
 def spread(count: int) -> np.ndarray:
-    """(count, 3) unit vectors, evenly spread over the sphere by the golden angle."""
+    """(count, 3) unit vectors, spread evenly over the sphere by the golden angle."""
     i = np.arange(count) + 0.5
     z, turn = 1 - 2 * i / count, math.pi * (1 + 5**0.5) * i
     flat = np.sqrt(1 - z * z)
@@ -66,7 +66,7 @@ def spread(count: int) -> np.ndarray:
 
 
 def _source(h: np.ndarray, mu_sun: np.ndarray, cosine: np.ndarray) -> np.ndarray:
-    """Light scattered per km towards the eye, of sunlight of irradiance 1."""
+    """Light scattered towards the eye per km, for sunlight of irradiance 1."""
     sunlit = _transmittance(h, mu_sun)
     rayleigh, mie = _densities(h)
     g = ASYMMETRY
@@ -82,7 +82,7 @@ def _ground_light(mu_sun: float) -> np.ndarray:
 
 
 def _densities(h: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
-    """Of air and haze, relative to sea level, with an axis for colour."""
+    """Densities of air and haze relative to sea level, with an axis for colour."""
     return np.exp(-h / RAYLEIGH_KM)[..., None], np.exp(-h / MIE_KM)[..., None]
 
 
@@ -97,12 +97,12 @@ def _fall(depth: np.ndarray) -> np.ndarray:
 
 
 def _horizon(h: np.ndarray) -> np.ndarray:
-    """Sine of the elevation of the horizon as seen from a height."""
+    """Sine of the horizon's elevation, seen from a height."""
     return -np.sqrt(np.maximum(0, 1 - (EARTH_KM / (EARTH_KM + h)) ** 2))
 
 
 def _reach(height_km: float, mu: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
-    """Length of rays until they meet the ground or leave the air, and whether they meet the ground."""
+    """Length of rays until they meet the ground or leave the atmosphere, and whether they meet the ground."""
     r = EARTH_KM + height_km
     to_top = -r * mu + np.sqrt(np.maximum(0, (r * mu) ** 2 - r * r + TOP_KM**2))
     inside = (r * mu) ** 2 - r * r + EARTH_KM**2
@@ -114,21 +114,21 @@ def _reach(height_km: float, mu: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
 # --- Tables over height and the sun's elevation, made once -----------------------------------------------------------
 
 _HEIGHTS = TOP_KM - EARTH_KM
-_SIZE = (32, 128)  # heights, by their square root; sines of elevations, by their signed square root
+_SIZE = (32, 128)  # heights, spaced by square root; sines of elevations, spaced by signed square root
 _OFTEN_SIZE = (10, 28)
 
 
 def _transmittance(h: np.ndarray, mu: np.ndarray) -> np.ndarray:
-    """Share of light (..., 3) that crosses the air from outside along a ray of that sine of elevation; 0 through Earth.
+    """Transmittance (..., 3) from outside the atmosphere along a ray with sine of elevation `mu`; 0 through the Earth.
 
-    The sun's disc sinks behind Earth's rim over its own width.
+    It falls to 0 over the width of the sun's disc as the disc sets.
     """
     over = (mu - _horizon(h)) / 0.0047
     return _lookup(_transmittance_table(), h, mu) * np.clip(0.5 + 0.5 * over, 0, 1)[..., None]
 
 
 def _often(h: np.ndarray, mu_sun: np.ndarray) -> np.ndarray:
-    """Radiance (..., 3), alike in all directions, of light scattered twice and more."""
+    """Isotropic radiance (..., 3) of light that was scattered twice or more often."""
     return _lookup(_often_table(), h, mu_sun)
 
 
@@ -150,7 +150,7 @@ def _lookup(table: np.ndarray, h: np.ndarray, mu: np.ndarray) -> np.ndarray:
 @cache
 def _transmittance_table(steps: int = 60) -> np.ndarray:
     h, mu = np.meshgrid(*_axes(_SIZE), indexing="ij")
-    mu = np.maximum(mu, _horizon(h))  # below it: as if along it, for the disc's upper half
+    mu = np.maximum(mu, _horizon(h))  # below the horizon as along it: the disc's upper half is still seen
     r = EARTH_KM + h
     reach = -r * mu + np.sqrt(np.maximum(0, (r * mu) ** 2 - r * r + TOP_KM**2))
     depth = np.zeros((*h.shape, 3))
@@ -163,7 +163,7 @@ def _transmittance_table(steps: int = 60) -> np.ndarray:
 
 @cache
 def _often_table(directions: int = 40, steps: int = 20) -> np.ndarray:
-    """Hillaire's series: of light L, scattered once, a share f is scattered again, and so on: L / (1 - f)."""
+    """Hillaire's geometric series: a share f of the light L is scattered again each time, in sum L / (1 - f)."""
     heights, mus = _axes(_OFTEN_SIZE)
     rays = spread(directions)
     z = rays[:, 2]

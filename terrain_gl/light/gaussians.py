@@ -1,13 +1,14 @@
-"""Light as spherical Gaussians: a sharp lobe for the sun, nine fixed ones for the sky.
+"""Light as spherical Gaussians: one sharp lobe for the sun, nine fixed lobes for the sky.
 
     SG(ω) = amplitude · e^(sharpness · (ω·axis − 1))                                  (Wang et al. 2009)
 
-The sky's lobes never move: fitting a sky chooses their amplitudes alone, so what the land hides of each lobe depends
-on the map and on nothing else. Shaders: `glsl/light/`. Specification: `reference.sg_integral` and its neighbours.
+The sky's lobes never move: fitting a sky chooses only their amplitudes. So the visible fraction of each lobe depends on
+the map alone. Shaders: `glsl/light/`. Specification: `reference.light`.
 
-A lobe's *visible fraction* at a place is of its part above the level horizon, 1 on an open plain:
+The *visible fraction* V_l of lobe l at a place counts only directions above the level horizon, z > 0. It is 1 on an
+open plain. V(ω) is 1 where the sky is visible and 0 where land hides it:
 
-    V_l = ∫ SG_l V dω / ∫ SG_l dω,   both over z > 0;   for the sun, over the whole of its disc
+    V_l = ∫ SG_l V dω / ∫ SG_l dω,   both over z > 0;   for the sun, over its whole disc
 """
 
 from __future__ import annotations
@@ -50,17 +51,17 @@ def _ring(count: int, elevation_deg: float, turn: float = 0.0) -> np.ndarray:
     return np.stack([flat * np.sin(azimuth), flat * np.cos(azimuth), np.sin(elevation)], -1)
 
 
-# Narrow where skies change fast, near the horizon: on ground of any orientation the light of lobes fitted to clear
-# skies is at worst 1 to 3 % of the brightest off; that of a uniform sky 0.8 %.
+# Lobes are narrow near the horizon, where skies change fast. Fitted to clear skies, their light on ground of any
+# orientation is wrong by at most 1 to 3 % of the brightest; fitted to a uniform sky, by 0.8 %.
 SKY_AXES = np.concatenate([_ring(6, 8.0), _ring(2, 50.0, 0.5), _ring(1, 90.0)])  # (9, 3), east, north, up
 SKY_SHARPNESS = np.array([12.0] * 6 + [4.0] * 3)  # (9,)
 
 
 def lobes(axes: np.ndarray, sharpness: np.ndarray, amplitude: np.ndarray) -> np.ndarray:
-    """Lobes as one record each: unit axes (n, 3), sharpness k (n,) > 0, amplitude (n, 3) of linear RGB radiance.
+    """Records `LOBE` of unit axes (n, 3), sharpness k (n,) > 0 and amplitude (n, 3), linear RGB radiance.
 
-    With them go `mean_length`, coth k - 1/k, `integral`, that of an amplitude of 1, and `hidden`, what amplitude the
-    land itself has where it hides the lobe: 0 here.
+    Computed fields: `mean_length`, coth k - 1/k; `integral`, for an amplitude of 1. `hidden` is the amplitude of the
+    land where it hides the lobe: 0 here.
     """
     made = np.zeros(len(axes), LOBE)
     made["axis"], made["sharpness"], made["amplitude"] = axes, sharpness, amplitude
@@ -71,7 +72,7 @@ def lobes(axes: np.ndarray, sharpness: np.ndarray, amplitude: np.ndarray) -> np.
 
 
 def non_negative_least_squares(A: np.ndarray, b: np.ndarray) -> np.ndarray:
-    """The x ≥ 0 that makes |A x - b| smallest (Lawson and Hanson 1974, "Solving least squares problems", 23)."""
+    """The x ≥ 0 that minimises |A x - b| (Lawson and Hanson 1974, "Solving least squares problems", chapter 23)."""
     normal, right = A.T @ A, A.T @ b
     x, free = np.zeros(A.shape[1]), np.zeros(A.shape[1], bool)
     enough = 1e-10 * max(float(np.abs(right).max()), 1e-300)
@@ -93,23 +94,23 @@ def non_negative_least_squares(A: np.ndarray, b: np.ndarray) -> np.ndarray:
 
 
 def sun_sharpness(radius_deg: float = SUN_RADIUS_DEG) -> float:
-    """Sharpness of the Gaussian that covers as much of the sphere as a disc of that radius."""
+    """Sharpness of the Gaussian whose integral is the solid angle of a disc of that radius."""
     return 1 / (1 - math.cos(math.radians(radius_deg)))
 
 
 @dataclass(frozen=True)
 class Lights:
-    """All that lights a map.
+    """All light on a map.
 
     Attributes
     ----------
     sun
-        A `LOBE`. Its amplitude fades while the disc sinks below the level horizon, and is 0 when it has set: at dusk
-        the sky alone gives light.
+        A `LOBE`. Its amplitude fades while the disc sinks below the level horizon. It is 0 after sunset: only the sky
+        gives light then.
     sky
         (9,) `LOBE`, with the axes and sharpness of `SKY_AXES` and `SKY_SHARPNESS`.
     around
-        (3,) radiance of the land around, the same from everywhere below the horizon.
+        (3,) radiance of the surrounding land, the same from all directions below the horizon.
     """
 
     sun: np.ndarray

@@ -1,4 +1,4 @@
-"""What shading knows of the map's heights: their sums over any box."""
+"""The summed-area table of heights that shading reads, and the direction of the sun."""
 
 from __future__ import annotations
 
@@ -13,7 +13,7 @@ from ..terrain import Rect, Terrain
 
 
 class HeightSums(RecordedTable):
-    """Summed-area table of a terrain's heights in 16-bit steps, four bytes a post: mean height and slope of any box."""
+    """Summed-area table of heights in 16-bit steps, 4 bytes a post. It gives the mean height and slope of any box."""
 
     def __init__(self, terrain: Terrain) -> None:
         size = Table(terrain.heightmap.cols, terrain.heightmap.rows)

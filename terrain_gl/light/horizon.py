@@ -1,13 +1,13 @@
-"""Visibility: how much of the sky's lobes and of the sun the ground sees, in summed-area tables.
+"""Visibility: how much of the sky's lobes and of the sun each place sees, in summed-area tables.
 
-Horizons per azimuth (glsl/horizon/sweep.comp) give the visible share of each lobe (fold.comp), a texel of 3 × 3 cells.
-The sun has a horizon and a table of its own; moving it rebuilds these alone (sunlit.comp). Twins: `reference.horizon`.
+A sweep finds the horizon of every post in 16 azimuths (glsl/horizon/sweep.comp). From these follows the visible share
+of each sky lobe, one texel for 3 × 3 cells (fold.comp). The sun has its own horizon and table (sunlit.comp): if it
+moves, only these are built again. Python twins: `reference.horizon`.
 """
 
 from __future__ import annotations
 
 import math
-from collections.abc import Callable, Generator
 
 import moderngl
 import numpy as np
@@ -17,23 +17,22 @@ from ..gpu import gl, shaders
 from ..gpu.bindings import bind
 from ..gpu.session import Resource
 from ..sat import SummedAreaTables, Table
-from ..steps import drain
+from ..steps import Progress, Steps, drain
 from ..terrain import Rect, Terrain
 from .gaussians import SUN_RADIUS_DEG
 
 AZIMUTHS = 16
-BATCH = 4  # azimuths that are folded at once
-TEXEL = 3  # cells a side of the sky's texels
-PORTION = 2**19  # posts that are swept between two breaths of `Visibility.follow_steps`
-FOLDED = PORTION // 128  # texels that are folded between two
-SINES, COSINES = 64, 64  # steps of the tables over the horizon's sine and over n · axis
+BATCH = 4  # azimuths that one run of fold.comp takes
+TEXEL = 3  # cells a side of a texel of the sky's tables
+PORTION = 2**19  # posts that one step of `Visibility.follow_steps` sweeps
+FOLDED = PORTION // 128  # texels that one step folds
+SINES, COSINES = 64, 64  # entries of the tables over the horizon's sine and over n · axis
 SUN_LAYERS, SUN_STEPS = 5, 8191  # glsl/horizon/blocks.glsl
-FULL = 4095  # a share of 1: sums of 2^20 texels fit a word
+FULL = 4095  # stands for a share of 1: a sum of 2^20 texels fits a word
 SUN_RADIUS = math.radians(SUN_RADIUS_DEG)
-HULL_BYTES = 2**26  # scratch memory of a sweep, at most
+HULL_BYTES = 2**26  # the most scratch memory that a sweep takes
 _HULL_POINT = 8
 _BARRIER = moderngl.SHADER_STORAGE_BARRIER_BIT | moderngl.SHADER_IMAGE_ACCESS_BARRIER_BIT
-Progress = Callable[[float], None]
 Direction = tuple[float, float]
 
 
@@ -45,13 +44,13 @@ class Sweep:
         self._kernel = shaders.compute(self.ctx, "horizon/sweep.comp")
 
     def run(self, towards: Direction, into: moderngl.TextureArray, layer: int = 0) -> None:
-        """Write the sines of the horizons in lattice direction `towards` (see `lattice_direction`) to a layer."""
+        """Write the horizons' sines in the lattice direction `towards` (see `lattice_direction`) to a layer."""
         drain(self.run_steps(towards, into, layer, into.width * into.height))
 
     def run_steps(
         self, towards: Direction, into: moderngl.TextureArray, layer: int = 0, posts: int = PORTION
-    ) -> Generator[float, None, None]:
-        """The same in portions of about so many posts, after each the share that is done."""
+    ) -> Steps[None]:
+        """Incremental `run`, about `posts` posts a step; yields progress from 0 to 1."""
         cols, rows = into.size[:2]
         by_column = abs(towards[0]) >= abs(towards[1])
         steps, places = (cols, rows) if by_column else (rows, cols)
@@ -79,7 +78,7 @@ class Sweep:
 
 
 class SkyVisibility:
-    """Tables of the visible share of each sky lobe; they depend on the map alone.
+    """Tables of the visible share of each sky lobe. They depend on the map alone.
 
     Parameters
     ----------
@@ -106,16 +105,16 @@ class SkyVisibility:
         return self.buffer.size + 16 * self.packed.width * self.packed.height
 
     def build(self, progress: Progress | None = None) -> None:
-        """Sweep, fold and sum; `progress` is told the share that is done."""
+        """Sweep, fold and sum; `progress` is called with the progress, 0 to 1."""
         for share in self.build_steps(self.terrain.heightmap.rows * self.terrain.heightmap.cols):
             if progress:
                 self.ctx.finish()
                 progress(share)
 
-    def build_steps(self, posts: int = PORTION) -> Generator[float, None, None]:
-        """The same in portions of about so many posts swept, after each the share that is done.
+    def build_steps(self, posts: int = PORTION) -> Steps[None]:
+        """Incremental `build`, about `posts` posts a step; yields progress from 0 to 1.
 
-        Until the last one the tables are as they were.
+        The old tables stay in use until the last step.
         """
         rows = max(1, FOLDED * posts // PORTION // self.table.width)
         fresh, packed = gl.reserve(self.ctx, self.buffer.size, "tables of the visible sky"), self._texture()
@@ -147,7 +146,7 @@ class SkyVisibility:
         yield 1.0
 
     def read(self) -> np.ndarray:
-        """(K, rows, cols) visible shares of each texel, 0 to 1, taken out of the sums."""
+        """(K, rows, cols) visible shares of each texel, 0 to 1, recovered from the sums."""
         return self._sat.values(self.buffer, self.table) / FULL
 
     def release(self) -> None:
@@ -187,7 +186,7 @@ class SkyVisibility:
 
 
 class SunVisibility:
-    """The sun's horizon at every post, and the table of the sunlight that cells get."""
+    """The sun's horizon at every post, and the table of the sunlight that reaches the cells."""
 
     def __init__(self, terrain: Terrain) -> None:
         self.ctx, self.terrain = terrain.ctx, terrain
@@ -200,13 +199,11 @@ class SunVisibility:
         self.towards: Direction = (1.0, 0.0)
 
     def build(self, sun: Vector, radius: float = SUN_RADIUS) -> None:
-        """Follow the sun to a direction (unit vector east, north, up); angular radius in radians."""
+        """Build for a sun in a direction (unit vector east, north, up), with an angular radius in radians."""
         drain(self.build_steps(sun, radius, self.terrain.heightmap.rows * self.terrain.heightmap.cols))
 
-    def build_steps(
-        self, sun: Vector, radius: float = SUN_RADIUS, posts: int = PORTION
-    ) -> Generator[float, None, None]:
-        """The same in portions of about so many posts, after each the share that is done; until all is, as it was."""
+    def build_steps(self, sun: Vector, radius: float = SUN_RADIUS, posts: int = PORTION) -> Steps[None]:
+        """Incremental `build`, about `posts` posts a step; yields progress. The old table is used until the end."""
         towards = lattice_direction(sun, self.terrain.heightmap.spacing_m)
         horizon, buffer = horizon_texture(self.terrain, 1), self.ctx.buffer(reserve=self.buffer.size)
         step = max(1, posts // (2 * self.terrain.heightmap.cols))
@@ -236,7 +233,7 @@ class SunVisibility:
         sun: Vector,
         radius: float,
     ) -> None:
-        """The sunlight of some rows of blocks, from their horizons."""
+        """Write the sunlight of `count` rows of blocks from `row` on."""
         self.terrain.bind()
         bind("horizon/sunlit.comp", u_horizons=horizon, Sunlit=buffer)
         for name, value in sun_uniforms(sun, radius).items():
@@ -246,7 +243,7 @@ class SunVisibility:
         self.ctx.memory_barrier(_BARRIER)
 
     def read(self) -> np.ndarray:
-        """(5, rows, cols) means over blocks of 2 × 2 cells, taken out of the sums: see glsl/horizon/sunlit.comp."""
+        """(5, rows, cols) means over blocks of 2 × 2 cells, recovered from the sums: see glsl/horizon/sunlit.comp."""
         return self._sat.values(self.buffer, self.table).view("i4") / SUN_STEPS
 
     def release(self) -> None:
@@ -256,10 +253,10 @@ class SunVisibility:
 
 
 class Visibility:
-    """What shading knows of shadows: tables over the map for the sky's lobes and for the sun, built when first used.
+    """Shadows for shading: tables over the map for the sky's lobes and for the sun, built when first used.
 
-    An edit moves horizons as far as the ground is seen from: after one, the tables that are asked for next are built
-    anew, all of them.
+    An edit changes the horizons of all places that see the edited ground. So after an edit whole tables are built
+    again, when they are next used.
 
     Parameters
     ----------
@@ -269,8 +266,8 @@ class Visibility:
 
     def __init__(self, terrain: Terrain, lobe_axes: np.ndarray, lobe_sharpness: np.ndarray) -> None:
         self.sky, self.sun = SkyVisibility(terrain, lobe_axes, lobe_sharpness), SunVisibility(terrain)
-        self._edits = 0  # counted, for some come while tables are being made in portions
-        self._sky_of = self._sun_of = -1  # the edit that each table has followed last
+        self._edits = 0  # a count: further edits may come while tables are built in steps
+        self._sky_of = self._sun_of = -1  # how many edits each table includes
         self._at: tuple[Vector, float] | None = None
 
     @property
@@ -284,17 +281,15 @@ class Visibility:
         return {"LOBES": len(self.sky.axes), "TEXEL": TEXEL, "FULL": f"{FULL}.0"}
 
     def follow(self, sun: Vector, radius: float = SUN_RADIUS, progress: Progress | None = None) -> None:
-        """Make what is not there yet for this sun, a unit vector and the disc's angular radius in radians."""
+        """Build what is missing for this sun: a unit vector, and the disc's angular radius in radians."""
         heightmap = self.sky.terrain.heightmap
         for share in self.follow_steps(sun, radius, heightmap.rows * heightmap.cols):
             if progress:
                 self.sky.ctx.finish()
                 progress(share)
 
-    def follow_steps(
-        self, sun: Vector, radius: float = SUN_RADIUS, posts: int = PORTION
-    ) -> Generator[float, None, None]:
-        """The same in portions of about so many posts, after each the share that is done; nothing if nothing is due."""
+    def follow_steps(self, sun: Vector, radius: float = SUN_RADIUS, posts: int = PORTION) -> Steps[None]:
+        """Incremental `follow`, about `posts` posts a step; yields progress from 0 to 1, nothing if all is there."""
         edits = self._edits
         if self._at is None or self._at != (sun, radius) or self._sun_of != edits:
             for share in self.sun.build_steps(sun, radius, posts):
@@ -308,11 +303,11 @@ class Visibility:
 
     @property
     def is_there(self) -> bool:
-        """Whether there are tables at all, if only of an earlier sun or of the land before an edit."""
+        """Whether there are tables. They may still be those of an earlier sun, or of the map before an edit."""
         return self._sky_of >= 0
 
     def update(self, posts: Rect) -> None:
-        """Follow an edit of posts, x0, y0, x1, y1: what is needed is built anew when it is next asked for."""
+        """Follow an edit of posts, (x0, y0, x1, y1): tables are built again when they are next used."""
         self._edits += 1
 
     def bind(self, program: moderngl.Program) -> None:
@@ -334,7 +329,7 @@ class Visibility:
 
 
 def horizon_texture(terrain: Terrain, layers: int) -> moderngl.TextureArray:
-    """Records of horizons, two bytes a post and layer."""
+    """A texture for horizons: two bytes for each post and layer."""
     heightmap = terrain.heightmap
     texture = terrain.ctx.texture_array((heightmap.cols, heightmap.rows, layers), 1, dtype="nu2")
     texture.filter = (moderngl.NEAREST, moderngl.NEAREST)
@@ -342,19 +337,19 @@ def horizon_texture(terrain: Terrain, layers: int) -> moderngl.TextureArray:
 
 
 def sun_uniforms(sun: Vector, radius: float) -> dict[str, float]:
-    """What horizon/disc.glsl wants to know."""
+    """Uniforms of horizon/disc.glsl."""
     return {"u_sun_elevation": math.asin(max(-1.0, min(1.0, sun[2]))), "u_sun_radius": max(radius, 1e-4)}
 
 
 def lattice_direction(towards: Vector, spacing_m: tuple[float, float]) -> Direction:
-    """Columns and rows of a step towards a direction of the world, the larger of them ±1; east for straight up."""
+    """Columns and rows of one step towards a direction of the world; the larger is ±1. Straight up counts as east."""
     along, down = towards[0] / spacing_m[0], -towards[1] / spacing_m[1]
     most = max(abs(along), abs(down))
     return (along / most, down / most) if most > 1e-9 * abs(towards[2]) else (1.0, 0.0)
 
 
 def lattice_directions(count: int) -> list[Direction]:
-    """`count` steps all around, a multiple of 8, counter-clockwise from the east, with lines through many posts."""
+    """`count` steps, a multiple of 8, counter-clockwise from the east; their lines pass through many posts."""
     fine = count // 8
     eighth = [(1.0, i / fine) for i in range(fine)]
     quarter = eighth + [(i / fine, 1.0) for i in range(fine, 0, -1)]
@@ -365,12 +360,13 @@ def lattice_directions(count: int) -> list[Direction]:
 def sector_moments(
     axes: np.ndarray, sharpness: np.ndarray, directions: list[Direction], spacing_m: tuple[float, float]
 ) -> np.ndarray:
-    """What lobes send from each sector of azimuth above each horizon: M of glsl/horizon/fold.comp.
+    """Moments of the lobes over the part of each sector of azimuth above a horizon: M of glsl/horizon/fold.comp.
 
     Returns
     -------
     moments
-        (sectors, SINES + 1, K, 4): ∫ SG ω dω over ∫ SG dω, and ∫ SG dω over the same; horizons of sines from -1 to 1.
+        (sectors, SINES + 1, K, 4): ∫ SG ω dω, then ∫ SG dω, over that part of the sector, each divided by the lobe's
+        whole integral. The second axis is the horizon's sine, from -1 to 1.
     """
     azimuth = np.array([math.atan2(-y * spacing_m[1], x * spacing_m[0]) for x, y in directions])
     width = np.diff(np.append(azimuth, azimuth[0])) % (2 * np.pi)  # to the next sector's middle
@@ -390,7 +386,10 @@ def sector_moments(
 
 
 def open_shares(sharpness: np.ndarray) -> np.ndarray:
-    """(K, COSINES + 1): ∫ SG ⟨n, ω⟩ dω over ∫ SG dω, for n · axis from -1 to 1; C of glsl/horizon/fold.comp."""
+    """(K, COSINES + 1): ∫ SG ⟨n, ω⟩ dω / ∫ SG dω, for n · axis from -1 to 1; ⟨⟩ is the cosine, at least 0.
+
+    C of glsl/horizon/fold.comp.
+    """
     x = -1 + (np.arange(256) + 0.5) / 128
     phi = (np.arange(64) + 0.5) * np.pi / 64
     cosine = np.linspace(-1, 1, COSINES + 1)[:, None, None]

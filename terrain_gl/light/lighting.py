@@ -1,9 +1,8 @@
-"""Light on the GPU: the block of lobes, the sky's dome, the ground's merged lobes, what they see of each other."""
+"""Light on the GPU: the block of lobes, the sky's dome, the ground's merged lobes, and the visibility of the sky."""
 
 from __future__ import annotations
 
 import os
-from collections.abc import Generator
 from functools import lru_cache
 from typing import NamedTuple
 
@@ -12,7 +11,7 @@ import numpy as np
 
 from ..gpu.bindings import bind
 from ..gpu.gl import limits
-from ..steps import drain
+from ..steps import Steps, drain
 from ..terrain import Rect, Terrain
 from .albedo import read_albedo
 from .atmosphere import LUMINANCE
@@ -22,15 +21,15 @@ from .horizon import PORTION, Visibility
 from .lobes import LAYERS, Character, Cover, LobeTables
 from .sky import Sky, clear_sky, read_sky
 
-# How bright a surface in full light is to be shown: the log mean of the bundled land's default view is mid-grey, 0.18.
+# How bright a surface in full light is shown: the log mean of the bundled map's default view is mid-grey, 0.18.
 KEY = 13.0
-ADAPTATION = 0.83  # of the eye to the light: 1 would make noon and night alike
+ADAPTATION = 0.83  # of the eye to the light: with 1, night would look as bright as noon
 DUSK = 2.0  # irradiance when the sun has just set
 FULL_LIGHT = 22.0  # irradiance at which the picture is exposed by KEY alone
 
 
 class Version(NamedTuple):
-    """A file, told from the one that stood there before."""
+    """A version of a file: its path, time and size."""
 
     path: str
     written_ns: int = 0
@@ -38,7 +37,7 @@ class Version(NamedTuple):
 
     @classmethod
     def of(cls, path: str) -> Version:
-        """Of a file that is not there, too: it is for the reader to complain."""
+        """The version now on disk. A missing file is no error here: the reader reports it."""
         try:
             state = os.stat(path)
         except OSError:
@@ -47,7 +46,7 @@ class Version(NamedTuple):
 
 
 class Lighting:
-    """Everything that a map is shaded with but its heights and their sums.
+    """Everything that shades a map, except its heights and their sums.
 
     Parameters
     ----------
@@ -66,11 +65,11 @@ class Lighting:
         self.dome: moderngl.Texture | None = None
         self.sky: Sky | None = None
         self._material: Version | None = None
-        self._lobes_wanted, self._lobes_of = 1, 0  # how often they were to be made anew, and for which time they were
+        self._lobes_wanted, self._lobes_of = 1, 0  # versions of the lobes: the one needed, and the one that exists
 
     @property
     def bytes(self) -> int:
-        """GPU memory that light needs for the map; the sky and a picture of the ground do not grow with it."""
+        """GPU memory that grows with the map: without the sky and a picture of the ground."""
         return self.visibility.bytes + (self.lobes.bytes if self.lobes else 0)
 
     @property
@@ -79,7 +78,10 @@ class Lighting:
         return self.visibility.defines | self.cover.defines | self._words
 
     def update(self, posts: Rect, moved: bool = True) -> None:
-        """Follow an edit of posts, (x0, y0, x1, y1), once the heights' sums have; `moved`: not only their steps."""
+        """Follow an edit of posts, (x0, y0, x1, y1), after the sums of heights did.
+
+        `moved` is False if only the quantisation range changed and no height.
+        """
         if moved:
             self.visibility.update(posts)
         everywhere = posts == (0, 0, self.terrain.heightmap.cols - 1, self.terrain.heightmap.rows - 1)
@@ -90,7 +92,7 @@ class Lighting:
             self.lobes.update(posts)
 
     def follow(self, sun: tuple[float, float], sky: str | None = None, material: str | None = None) -> None:
-        """Make whatever is not there yet: for a sun (azimuth, elevation), a sky's file, a picture of the ground."""
+        """Make what is missing for a sun (azimuth, elevation), a sky's file and a picture of the ground."""
         heightmap = self.terrain.heightmap
         drain(self.follow_steps(sun, sky, material, heightmap.rows * heightmap.cols))
 
@@ -100,8 +102,8 @@ class Lighting:
         sky: str | None = None,
         material: str | None = None,
         posts: int = PORTION,
-    ) -> Generator[float, None, None]:
-        """The same in portions of about so many posts, after each the share that is done; nothing if nothing is due."""
+    ) -> Steps[None]:
+        """Incremental `follow`, about `posts` posts a step; yields progress from 0 to 1, nothing if all is there."""
         version = None if material is None else Version.of(material)
         if version != self._material:
             self.cover.take_picture(None if material is None else ground_seen(material))
@@ -124,7 +126,7 @@ class Lighting:
 
     @property
     def is_there(self) -> bool:
-        """Whether there is any light to draw with, if only of an earlier sun or of the land before an edit."""
+        """Whether there is light to draw with. It may still be that of an earlier sun, or of the map before an edit."""
         return self.sky is not None and self.visibility.is_there
 
     def describe(self, haze_m: float, water_m: float | None) -> None:
@@ -154,7 +156,7 @@ class Lighting:
                 part.release()
 
     def _hang(self, radiance: np.ndarray) -> None:
-        """Make the dome's texture; its first row is the nadir."""
+        """Make the dome's texture; OpenGL's first row is the nadir."""
         if self.dome:
             self.dome.release()
         rows, cols = radiance.shape[:2]
@@ -168,24 +170,24 @@ class Lighting:
 
 
 def exposure(sky: Sky) -> float:
-    """What to multiply light with before it is shown: less where there is more of it, as eyes and cameras do."""
+    """The factor from light to displayed brightness. It is smaller in bright light, like the pupil of an eye."""
     lights = sky.lights
     from_sun = float(lights.sun["integral"] * lights.sun["amplitude"] @ LUMINANCE)
     from_sky = float((lights.sky["integral"] * (lights.sky["amplitude"] @ LUMINANCE)).sum())
     light = max(from_sun + from_sky, 1e-6)
-    dim = min(light / DUSK, 1.0)  # dusks are to be seen as such: with less light the eye follows less
+    dim = min(light / DUSK, 1.0)  # below dusk the eye adapts less: nights stay dark
     return KEY / FULL_LIGHT * (FULL_LIGHT / light) ** ADAPTATION * dim ** (0.5 * ADAPTATION)
 
 
 def sky_seen(sun: tuple[float, float], path: str | None) -> Sky:
-    """The sky of a sun or of a file, which has a sun of its own; it takes a third of a second, and no OpenGL."""
+    """The clear sky of a sun, or the sky of a file with its own sun. Takes 0.3 s and no OpenGL."""
     if path is not None:
         return _sky_in(Version.of(path))
     return _clear_sky(round(float(sun[0]), 6), round(float(sun[1]), 6))
 
 
 def ground_seen(path: str) -> np.ndarray:
-    """(rows, cols, 3) half floats of a picture of the ground's linear albedo; it takes no OpenGL."""
+    """(rows, cols, 3) half floats: a picture of the ground, as linear albedo. Needs no OpenGL."""
     return _ground_of(Version.of(path))
 
 

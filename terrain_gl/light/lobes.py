@@ -1,4 +1,4 @@
-"""The ground's merged lobes: summed-area tables over normals, half-vectors and albedo, a block of 2 × 2 cells a texel.
+"""The ground's merged lobes: summed-area tables over normals, half-vectors and albedo. A texel is 2 × 2 cells.
 
 Values: glsl/light/record.comp. Lookups in shaders: glsl/light/merged.glsl. Specification: `reference.lobe_values`.
 """
@@ -18,20 +18,20 @@ from ..terrain import Rect, Terrain
 from .ground import HeightSums
 
 LAYERS = 9
-HOLLOW = 8  # posts around a cell that its cover depends on: glsl/shade/cover.glsl asks of boxes up to 16 wide
+HOLLOW = 8  # a cell's cover depends on the posts so far around it: glsl/shade/cover.glsl looks at boxes up to 16 wide
 _GREENNESS = 0.27, 0.42  # hypsometric integrals between which land turns from green to arid: glsl/shade/character.glsl
-_GRID = 64  # steps of the map's character to 1, so that small edits leave it, and all cover, alone
+_GRID = 64  # the hypsometric integral is rounded to 1/64: small edits then change no cover
 
 
 class Character(NamedTuple):
-    """What kind of land a map shows: glsl/shade/character.glsl decides its cover from this."""
+    """What kind of land a map shows; glsl/shade/character.glsl chooses its cover by this."""
 
     hypsometric: float
     rms_slope: float
 
     @classmethod
     def of(cls, heightmap: Heightmap) -> Character:
-        """Measure at most 512 × 512 posts, evenly spread; round to steps that most edits do not change."""
+        """Measure at most about 512 × 512 posts, evenly spread, and round: most edits then change nothing."""
         step = max(1, min(heightmap.rows, heightmap.cols) // 512)
         low, high = heightmap.range_m
         heights = heightmap.heights[::step, ::step].astype(np.float64)
@@ -42,13 +42,13 @@ class Character(NamedTuple):
 
 
 def _rounded(slope: float) -> float:
-    """To steps of an eighth of its power of two."""
+    """Round to an eighth of the power of two below."""
     step = 2.0 ** (math.floor(math.log2(max(slope, 1e-9))) - 3)
     return round(slope / step) * step
 
 
 class Cover:
-    """What the ground is covered with: the map's character, or a picture of the ground."""
+    """What covers the ground: what the map's character suggests, or a picture of the ground."""
 
     def __init__(self, ctx: moderngl.Context, heightmap: Heightmap) -> None:
         self.ctx, self.character = ctx, Character.of(heightmap)
@@ -56,7 +56,7 @@ class Cover:
         self._none = ctx.texture((1, 1), 3)
 
     def take_picture(self, albedo: np.ndarray | None) -> None:
-        """Wear a picture (rows, cols, 3) of linear albedo, north up, over the whole map; None: the map's own cover."""
+        """Use a picture (rows, cols, 3) of linear albedo, north up, over the whole map; None: the map's own cover."""
         if self.picture:
             self.picture.release()
         self.picture = None
@@ -71,13 +71,13 @@ class Cover:
 
     @property
     def defines(self) -> dict[str, object]:
-        """Macros for a program that is for this cover alone, so that it leaves out what others need."""
+        """Macros for a program that serves this cover alone, and leaves the code for others out."""
         low, high = _GREENNESS
         kinds = {"GREEN": self.character.hypsometric < high, "ARID": self.character.hypsometric > low}
         return {name: str(is_so).lower() for name, is_so in {"PICTURED": self.picture is not None, **kinds}.items()}
 
     def bind(self, program: moderngl.Program | moderngl.ComputeShader) -> None:
-        """Make the cover known to a program that includes glsl/shade/cover.glsl."""
+        """Bind the cover to a program that includes glsl/shade/cover.glsl."""
         for name, value in (self.character._asdict() | {"pictured": self.picture is not None}).items():
             if f"u_{name}" in program:
                 program[f"u_{name}"] = value
@@ -90,7 +90,7 @@ class Cover:
 
 
 class LobeTables(RecordedTable):
-    """Nine sums a block: 9 bytes a post."""
+    """The summed-area tables of nine values of each block: 9 bytes a post."""
 
     def __init__(self, terrain: Terrain, sums: HeightSums, cover: Cover, build: bool = True) -> None:
         size = Table(terrain.heightmap.cols // 2, terrain.heightmap.rows // 2, LAYERS)

@@ -1,4 +1,4 @@
-"""The sky: radiance in every direction, computed or read from a picture, and the lobes that stand for it."""
+"""The sky: radiance in every direction, computed or read from a picture, and the lobes that approximate it."""
 
 from __future__ import annotations
 
@@ -16,12 +16,12 @@ from .atmosphere import LUMINANCE
 from .gaussians import SKY_AXES, SKY_SHARPNESS, SUN_RADIUS_DEG, Lights, lobes, non_negative_least_squares, sun_sharpness
 
 SUNLIGHT = 20.0  # irradiance of the sun above the air, in the units of all radiance here
-NIGHT = np.array([0.9, 1.2, 1.8]) * 2e-4  # what remains without any sun: stars and airglow, much brightened
+NIGHT = np.array([0.9, 1.2, 1.8]) * 2e-4  # light without any sun: stars and airglow, brighter than they are
 SHAPE = (192, 128)  # rows and columns of a computed dome
 SHAPE_READ = (512, 1024)  # of one that is read from a picture
 MOST_PIXELS = 1 << 25  # of such a picture: 8192 x 4096
 NO_SUN = lobes(np.array([[0.0, 0.0, 1.0]]), np.array([sun_sharpness()]), np.zeros((1, 3)))[0]
-_SUN_TIMES_MEDIAN = 100.0  # a picture's brightest spot is a sun if it is so many times as bright as most of the sky
+_SUN_TIMES_MEDIAN = 100.0  # a picture's brightest spot is a sun if it is so many times brighter than the median
 
 
 @dataclass(frozen=True)
@@ -31,8 +31,8 @@ class Sky:
     Attributes
     ----------
     radiance
-        (rows, cols, 3) linear RGB without the sun's disc. Columns go clockwise around from south over west, so that
-        north is in the middle; rows from the zenith down to the nadir, by the square root of the elevation: see `dome`.
+        (rows, cols, 3) linear RGB without the sun's disc. Columns go clockwise, south, west, north, east: north is in
+        the middle. Rows go from the zenith down to the nadir; their elevations are those of `dome`.
     sun
         A `light.LOBE`; `NO_SUN` if there is none.
     """
@@ -42,12 +42,12 @@ class Sky:
 
     @cached_property
     def lights(self) -> Lights:
-        """The lobes that stand for this sky: amplitudes by non-negative least squares."""
+        """The lobes that approximate this sky; their amplitudes are found by non-negative least squares."""
         return self._fit[0]
 
     @cached_property
     def fit_error(self) -> float:
-        """Largest error of the fitted lobes' irradiance over surfaces of any orientation, relative to the largest."""
+        """Largest error of the fitted lobes' irradiance over all orientations of ground, relative to its maximum."""
         return self._fit[1]
 
     @cached_property
@@ -63,9 +63,10 @@ class Sky:
 
 
 def dome(rows: int, cols: int) -> tuple[np.ndarray, np.ndarray]:
-    """Directions (rows · cols, 3) of a dome's pixels, and the solid angle of each; glsl/light/dome.glsl looks them up.
+    """Directions (rows · cols, 3) of a dome's pixels, and the solid angle of each; read in glsl/light/dome.glsl.
 
-    Rows crowd at the horizon, where skies change fast: row v from -1 at the nadir to 1 has elevation 90° · v·|v|.
+    Rows are denser near the horizon, where skies change fast. A row at v, from -1 (nadir) to 1 (zenith), has the
+    elevation 90° · v·|v|.
     """
     edges = np.linspace(1, -1, rows + 1)
     rims = np.sin(np.pi / 2 * edges * np.abs(edges))
@@ -78,10 +79,10 @@ def dome(rows: int, cols: int) -> tuple[np.ndarray, np.ndarray]:
 
 
 def fit(directions: np.ndarray, weights: np.ndarray, light: np.ndarray) -> tuple[np.ndarray, float]:
-    """Amplitudes ≥ 0 of the sky's lobes, radiance of the land around, and the relative error of the worst lit ground.
+    """Fit the amplitudes, at least 0, of the sky's lobes, and the radiance of the surrounding land.
 
-    What counts is the light on ground of 128 orientations, as it is shaded (glsl/light/lit.glsl), by its relative
-    error; and a little the radiance.
+    The fit minimises the relative error of the light on ground of 128 orientations, computed as glsl/light/lit.glsl
+    shades it. The error of the radiance itself has a small weight.
 
     Parameters
     ----------
@@ -91,7 +92,7 @@ def fit(directions: np.ndarray, weights: np.ndarray, light: np.ndarray) -> tuple
     Returns
     -------
     amplitude, error
-        (10, 3), the last for the land around; largest error over the largest light.
+        (10, 3), the last for the surrounding land; the largest error of that light, relative to the largest light.
     """
     normals = slopes(128)
     above = directions[:, 2:] >= 0
@@ -108,9 +109,9 @@ def fit(directions: np.ndarray, weights: np.ndarray, light: np.ndarray) -> tuple
 
 
 def shaded_light(normals: np.ndarray) -> np.ndarray:
-    """(n, 10) radiance of white ground of these normals (n, 3), as it is shaded, under each lobe of amplitude 1.
+    """(n, 10) radiance of white ground with normals (n, 3), shaded under each lobe with an amplitude of 1.
 
-    The last is that of the same light from everywhere below the horizon, (1 - n_z) / 2.
+    The last column is for uniform light from below the horizon: (1 - n_z) / 2.
     """
     unit = lobes(SKY_AXES, SKY_SHARPNESS, np.ones((len(SKY_AXES), 3)))
     length = unit["mean_length"].astype(float)
@@ -122,22 +123,22 @@ def shaded_light(normals: np.ndarray) -> np.ndarray:
 
 
 def slopes(count: int, steepest_deg: float = 80.0) -> np.ndarray:
-    """(count, 3) normals of ground, as many level as steep, evenly spread around by the golden angle."""
+    """(count, 3) normals of ground: slopes spread evenly from 0 to `steepest_deg`, azimuths by the golden angle."""
     i = np.arange(count) + 0.5
     tilt, turn = np.radians(steepest_deg) * i / count, math.pi * (1 + 5**0.5) * i
     return np.stack([np.sin(tilt) * np.sin(turn), np.sin(tilt) * np.cos(turn), np.cos(tilt)], -1)
 
 
 def uniform_sky(radiance: float = 1.0) -> Sky:
-    """The same light from everywhere, without a sun: the white furnace."""
+    """The same light from all directions, without a sun: the white furnace of tests."""
     return Sky(np.full((*SHAPE, 3), radiance), NO_SUN)
 
 
 def clear_sky(azimuth_deg: float, elevation_deg: float, sun_radius_deg: float = SUN_RADIUS_DEG) -> Sky:
-    """A clear sky and its sun; azimuth clockwise from north. With the sun below the horizon: dusk, then night."""
+    """A clear sky and its sun; azimuth clockwise from north. If the sun is below the horizon, it is dusk or night."""
     azimuth, elevation = math.radians(azimuth_deg), math.radians(elevation_deg)
     sun = np.array([0.0, math.cos(elevation), math.sin(elevation)])
-    half = SHAPE[1] // 2  # what is east of the sun's meridian mirrors what is west
+    half = SHAPE[1] // 2  # the sky is symmetric about the sun's meridian
     directions, _ = dome(SHAPE[0], 2 * half)
     western = directions.reshape(SHAPE[0], 2 * half, 3)[:, half:]
     one_side = atmosphere.sky_radiance(western.reshape(-1, 3), sun).reshape(SHAPE[0], half, 3)
@@ -152,8 +153,8 @@ def clear_sky(azimuth_deg: float, elevation_deg: float, sun_radius_deg: float = 
 def read_sky(path: str | os.PathLike[str]) -> Sky:
     """A sky from an equirectangular picture of light, HDR or EXR.
 
-    The middle column looks north, azimuth grows to the right; the first row is the zenith. A spot more than 100 times
-    as bright as the median is taken out and becomes the sun; without one there is none.
+    The middle column looks north, azimuth grows to the right, and the first row is the zenith. A spot more than 100
+    times brighter than the median is cut out and becomes the sun. Without such a spot the sky has no sun.
 
     Raises
     ------
@@ -175,13 +176,13 @@ def read_sky(path: str | os.PathLike[str]) -> Sky:
     if light.min() < 0:
         raise TerrainError(f"{path}: has negative light, down to {light.min():.3g}: mend the picture")
     light, sun = _take_sun(light)
-    light = light.repeat(-(-SHAPE[1] // cols), 1)  # a dome of few pixels is no good measure of lobes
+    light = light.repeat(-(-SHAPE[1] // cols), 1)  # lobes cannot be fitted to a dome of few pixels
     shape = min(max(rows, SHAPE[0]), SHAPE_READ[0]), min(light.shape[1], SHAPE_READ[1])
     return Sky(_dome_of_equirectangular(light, shape), sun)
 
 
 def _take_sun(light: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
-    """An equirectangular picture without its sun, and the sun."""
+    """Separate an equirectangular picture into the sky without its sun, and the sun."""
     rows, cols = light.shape[:2]
     luminance = light @ LUMINANCE
     peak = np.unravel_index(luminance.argmax(), luminance.shape)
@@ -197,7 +198,7 @@ def _take_sun(light: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
     weights = (np.cos(elevation) * (np.pi / rows) * (2 * np.pi / cols) + 0 * azimuth)[spot]
     extra = np.maximum(light[spot] - around, 0) * weights[:, None]
     direction = (directions[spot] * (extra @ LUMINANCE)[:, None]).sum(0)
-    # a spot of few pixels says little of the sun's size
+    # a spot of few pixels does not tell the sun's size
     radius_deg = max(SUN_RADIUS_DEG, math.degrees(math.sqrt(float(weights.sum()) / math.pi)))
     rest = light.copy()
     rest[spot] = around
@@ -205,7 +206,7 @@ def _take_sun(light: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
 
 
 def _dome_of_equirectangular(light: np.ndarray, shape: tuple[int, int]) -> np.ndarray:
-    """Sample a picture's rows at a dome's elevations; columns are means of neighbours where there are more."""
+    """Sample a picture's rows at a dome's elevations; average neighbouring columns if the picture has more."""
     rows, cols = light.shape[:2]
     step = max(1, cols // shape[1])
     narrow = light[:, : step * (cols // step)].reshape(rows, -1, step, 3).mean(2)
@@ -217,7 +218,7 @@ def _dome_of_equirectangular(light: np.ndarray, shape: tuple[int, int]) -> np.nd
 
 
 def _turn(around: np.ndarray, columns: float) -> np.ndarray:
-    """Turn a dome clockwise by a number of columns, between columns linear."""
+    """Turn a dome clockwise by a number of columns, with linear interpolation."""
     whole = math.floor(columns)
     t = columns - whole
     return np.roll(around, whole, 1) * (1 - t) + np.roll(around, whole + 1, 1) * t
@@ -237,7 +238,7 @@ def _part_above_horizon(elevation_deg: float, radius_deg: float) -> float:
 
 @cache
 def _white_amplitudes() -> np.ndarray:
-    """Amplitudes (10,) of the lobes, and the land, that stand for the same light from everywhere."""
+    """Amplitudes (10,) of the lobes and the land that approximate the same light from all directions."""
     directions = atmosphere.spread(4000)
     white = np.ones((4000, 3))
     return fit(directions, np.full(4000, 4 * math.pi / 4000), white)[0][:, 0]

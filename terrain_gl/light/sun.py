@@ -1,4 +1,4 @@
-"""Where the sun stands at a time and place: Meeus 1998, "Astronomical algorithms", chapters 25 and 28."""
+"""The sun's position at a time and place: Meeus 1998, "Astronomical algorithms", chapters 25 and 28."""
 
 from __future__ import annotations
 
@@ -11,17 +11,16 @@ _NOON_2000 = datetime(2000, 1, 1, 12, tzinfo=UTC)
 
 
 def sun_position(time: datetime, latitude_deg: float, longitude_deg: float = 0.0) -> tuple[float, float]:
-    """Azimuth, clockwise from north, and elevation of the sun's middle in degrees, without the air's refraction.
+    """Azimuth, clockwise from north, and elevation of the sun's centre in degrees, without refraction.
 
-    Within 0.02 degrees from 1950 to 2050.
+    Both are exact to 0.02 degrees from 1950 to 2050.
 
     Parameters
     ----------
     time
-        With a time zone, an instant; without, what a sundial's owner would set clocks to: local mean solar time, twelve
-        hours where the sun is highest on average.
+        With a time zone: an instant. Without: local mean solar time, in which the sun is highest at about twelve.
     latitude_deg, longitude_deg
-        North and east positive. The longitude matters for instants only.
+        North and east are positive. The longitude only matters if `time` has a time zone.
 
     Raises
     ------
@@ -35,13 +34,13 @@ def sun_position(time: datetime, latitude_deg: float, longitude_deg: float = 0.0
     instant = time if time.tzinfo else time.replace(tzinfo=UTC)
     days = (instant - _NOON_2000).total_seconds() / 86400
     declination, right_ascension, mean_longitude = _apparent(days)
-    # the mean sun crosses the meridian at twelve; the true one is ahead or behind by the equation of time
+    # the mean sun crosses the meridian at twelve; the true sun is early or late by the equation of time
     hour_deg = 360 * (days % 1) + mean_longitude - right_ascension + (longitude_deg if time.tzinfo else 0.0)
     return _horizontal(math.radians(hour_deg), math.radians(declination), math.radians(latitude_deg))
 
 
 def _apparent(days: float) -> tuple[float, float, float]:
-    """Declination, right ascension and mean longitude in degrees, `days` after the noon that began 2000."""
+    """Declination, right ascension and mean longitude in degrees, `days` after noon of 1 January 2000."""
     century = days / 36525
     mean_longitude = 280.46646 + 36000.76983 * century
     anomaly = math.radians(357.52911 + 35999.05029 * century)
@@ -60,7 +59,7 @@ def _apparent(days: float) -> tuple[float, float, float]:
 
 
 def _horizontal(hour: float, declination: float, latitude: float) -> tuple[float, float]:
-    """Azimuth and elevation in degrees of what stands `hour` west of the meridian; all in radians."""
+    """Azimuth and elevation in degrees of a body at hour angle `hour`; all arguments in radians."""
     up = math.sin(latitude) * math.sin(declination) + math.cos(latitude) * math.cos(declination) * math.cos(hour)
     north = math.cos(latitude) * math.sin(declination) - math.sin(latitude) * math.cos(declination) * math.cos(hour)
     east = -math.cos(declination) * math.sin(hour)
