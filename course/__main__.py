@@ -1,0 +1,143 @@
+"""The course's command: check a lesson, grade folders, make the students' tree.
+
+Run: python -m course check 2
+"""
+
+from __future__ import annotations
+
+import argparse
+import os
+import secrets
+import sys
+from pathlib import Path
+
+from .checking import EXACT, HERE, Lesson, check, lesson, lessons
+
+PICTURE = "check_{number:02d}.png"
+
+
+class UsageError(Exception):
+    """Wrong use: one line."""
+
+
+def main(arguments: list[str] | None = None) -> int:
+    """Run a command; return the exit status."""
+    options = _parser().parse_args(arguments)
+    try:
+        return options.run(options)
+    except UsageError as error:
+        print(f"course: {error}", file=sys.stderr)
+        return 2
+    except KeyboardInterrupt:
+        return 130
+
+
+def _parser() -> argparse.ArgumentParser:
+    parser = argparse.ArgumentParser("python -m course", description=__doc__.splitlines()[0])
+    commands = parser.add_subparsers(required=True, metavar="COMMAND")
+    one = commands.add_parser("check", help="check what you wrote for a lesson")
+    one.add_argument("lesson", type=int, help="its number")
+    one.add_argument("file", type=Path, nargs="?", help="your file; left out: the one in the lesson's folder")
+    one.add_argument("--seed", type=int, default=1, help="other maps, sizes and voids")
+    one.add_argument("-o", "--picture", type=Path, help="where to draw the largest difference (check_NN.png)")
+    one.set_defaults(run=_check)
+    if (HERE / "solutions").is_dir():
+        _lecturers(commands)
+    return parser
+
+
+def _lecturers(commands: argparse._SubParsersAction[argparse.ArgumentParser]) -> None:
+    many = commands.add_parser("grade", help="grade folders, one for each student")
+    many.add_argument("folder", type=Path, help="a folder with one folder for each student")
+    many.add_argument("-o", "--output", type=Path, required=True, help="the table of points, CSV")
+    many.add_argument("--lessons", default="", help="numbers with commas; left out: all")
+    many.add_argument("--seed", type=int, help="left out: a random one, which the table tells")
+    many.add_argument("--seconds", type=float, default=60.0, help="time for a student's lesson")
+    many.add_argument("--jobs", type=int, default=max(1, (os.cpu_count() or 2) // 2), help="students at once")
+    many.add_argument("--trust", action="store_true", help="grade although walls are missing on this system")
+    many.set_defaults(run=_grade)
+    tree = commands.add_parser("strip", help="copy the course without solutions, for students")
+    tree.add_argument("folder", type=Path, help="a new folder")
+    tree.set_defaults(run=_strip)
+    blanks = commands.add_parser("blanks", help="write every lesson's blanks anew from its solution")
+    blanks.set_defaults(run=_blanks)
+
+
+def _lesson(number: int) -> Lesson:
+    try:
+        return lesson(number)
+    except KeyError:
+        known = ", ".join(str(int(path.name[:2])) for path in lessons())
+        raise UsageError(f"there is no lesson {number}; there are {known}") from None
+
+
+def _check(options: argparse.Namespace) -> int:
+    found = _lesson(options.lesson)
+    file = options.file or found.folder / found.file
+    if not file.is_file():
+        raise UsageError(f"{file}: no such file")
+    print(f"Lesson {found.number}: {found.title}")
+    worst, points = [], 0.0
+    for outcome in check(found, file, options.seed):
+        points += outcome.points
+        print(f"  {outcome.verdict:7}  {outcome.task.title}")
+        for finding in outcome.findings:
+            if finding.text:
+                print(f"         {finding.what}: {finding.text}")
+        if outcome.printed:
+            print("         your code printed:", *outcome.printed.splitlines()[:20], sep="\n         | ")
+        worst += [finding for finding in outcome.findings if finding.verdict != EXACT]
+    print(f"{points:g} of {found.points} points")
+    picture = options.picture or Path(PICTURE.format(number=found.number))
+    if worst:
+        from .picture import draw
+
+        if any(draw(finding, picture) for finding in worst):
+            print(f"the difference is drawn in {picture}")
+    return 1 if worst else 0
+
+
+def _grade(options: argparse.Namespace) -> int:
+    from .grading import grade, open_walls, submissions, write_table
+
+    if not options.folder.is_dir():
+        raise UsageError(f"{options.folder}: no such folder")
+    if not submissions(options.folder):
+        raise UsageError(f"{options.folder}: it has no folders; each student has one")
+    if not options.output.parent.is_dir():
+        raise UsageError(f"{options.output.parent}: no such folder")
+    missing = open_walls()
+    if missing and not options.trust:
+        raise UsageError(f"on this system a student's code {', '.join(missing)}; use the container, or --trust")
+    try:
+        numbers = [int(part) for part in options.lessons.split(",") if part]
+    except ValueError:
+        raise UsageError(f"--lessons {options.lessons}: expected numbers with commas, as 2,3,6") from None
+    chosen = [_lesson(number) for number in numbers] or [_lesson(int(path.name[:2])) for path in lessons()]
+    seed = secrets.randbelow(2**31) if options.seed is None else options.seed
+    rows = grade(options.folder, chosen, seed, options.seconds, options.jobs, lambda name: print(name, flush=True))
+    write_table(rows, chosen, seed, options.output)
+    print(f"wrote {options.output}: {len(rows)} students, {len(chosen)} lessons, seed {seed}")
+    return 0
+
+
+def _strip(options: argparse.Namespace) -> int:
+    from .solving import students_tree
+
+    if options.folder.exists():
+        raise UsageError(f"{options.folder}: it is there already")
+    students_tree(options.folder)
+    print(f"wrote {options.folder}")
+    return 0
+
+
+def _blanks(options: argparse.Namespace) -> int:
+    from .solving import write_blanks
+
+    for path in write_blanks():
+        print(f"wrote {path}")
+    return 0
+
+
+if __name__ == "__main__":
+    sys.exit(main())

@@ -1,0 +1,1 @@
+"""The box: what runs beside a student's code, in a process of its own. It imports numpy and nothing of the course."""

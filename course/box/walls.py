@@ -1,0 +1,113 @@
+"""Walls around a student's code: limits, and on Linux no writing outside, no network, no other processes.
+
+    limits       memory, processor time, size of files (POSIX)
+    namespaces   no network, processes of its own, the file system read-only (unshare, Linux)
+    Landlock     reads Python and the folder, writes the folder, signals nobody (Linux 5.13, all of it 6.12)
+
+Each is used where the system has it. `probe.py` tries them out; the grader looks at what it found.
+"""
+
+from __future__ import annotations
+
+import ctypes
+import os
+import shutil
+import sys
+import sysconfig
+from functools import cache
+from pathlib import Path
+
+MEMORY, FILE, SECONDS = 2 << 30, 16 << 20, 60
+
+# Before Python starts: the folder stays writable, every other mount becomes read-only.
+_ENTER = """
+mount --bind "$1" "$1" 2>/dev/null
+while read -r _ target _; do
+    case "$target" in "$1"|/proc*|/dev*|/sys*) ;; *) mount -o remount,bind,ro "$target" 2>/dev/null ;; esac
+done < /proc/self/mounts
+cd "$1" && shift && exec "$@"
+"""
+_UNSHARE = ["unshare", "--user", "--map-root-user", "--mount", "--net", "--pid", "--fork", "--kill-child"]
+
+
+@cache
+def namespaces() -> bool:
+    """Whether this machine lets a user make namespaces."""
+    import subprocess
+
+    if not sys.platform.startswith("linux") or shutil.which("unshare") is None:
+        return False
+    try:
+        return subprocess.run([*_UNSHARE, "true"], capture_output=True, timeout=10).returncode == 0
+    except (OSError, subprocess.TimeoutExpired):
+        return False
+
+
+def command(words: list[str], folder: Path) -> list[str]:
+    """A command as it runs behind the walls that stand before it."""
+    return [*_UNSHARE, "sh", "-c", _ENTER, "sh", str(folder), *words] if namespaces() else words
+
+
+def limit(walled: bool, seconds: int = SECONDS) -> None:
+    """Limit memory, processor time and the size of files of this process."""
+    try:
+        import resource
+    except ImportError:  # Windows: the time limit of the parent holds alone
+        return
+    wanted = {resource.RLIMIT_CPU: seconds, resource.RLIMIT_FSIZE: FILE, resource.RLIMIT_CORE: 0}
+    if sys.platform != "darwin":  # macOS refuses a limit of memory
+        wanted[resource.RLIMIT_AS] = MEMORY
+    if walled and os.getuid() != 0:  # no other process, where namespaces do not end them
+        wanted[resource.RLIMIT_NPROC] = 0
+    for kind, most in wanted.items():
+        hard = resource.getrlimit(kind)[1]
+        most = most if hard == resource.RLIM_INFINITY else min(most, hard)
+        resource.setrlimit(kind, (most, most))
+
+
+# Landlock: access rights by the number of the interface that knows them first (linux/landlock.h)
+_READ, _ALL = 0b1101, {1: (1 << 13) - 1, 2: 1 << 13, 3: 1 << 14, 5: 1 << 15}
+_CREATE, _ADD, _RESTRICT = 444, 445, 446
+
+
+class _Rules(ctypes.Structure):
+    _fields_ = [(name, ctypes.c_uint64) for name in ("files", "network", "scope")]
+
+
+class _Beneath(ctypes.Structure):
+    _pack_, _layout_ = 1, "ms"
+    _fields_ = [("access", ctypes.c_uint64), ("folder", ctypes.c_int32)]
+
+
+def landlock(folder: Path) -> bool:
+    """Let this process write below a folder alone, read that and Python alone, and signal nobody else."""
+    if not sys.platform.startswith("linux"):
+        return False
+    libc = ctypes.CDLL(None, use_errno=True)
+    version = libc.syscall(_CREATE, None, 0, 1)
+    if version < 1:
+        return False
+    everything = sum(bits for since, bits in _ALL.items() if since <= version)
+    rules = _Rules(everything, 0b11 if version >= 4 else 0, 0b11 if version >= 6 else 0)
+    size = 24 if version >= 6 else 16 if version >= 4 else 8
+    handle = libc.syscall(_CREATE, ctypes.byref(rules), size, 0)
+    for path, access in [(folder, everything), *((path, _READ) for path in _readable())]:
+        try:
+            at = os.open(path, os.O_PATH | os.O_CLOEXEC)
+        except OSError:
+            continue
+        kept = access if os.path.isdir(path) else access & 0b110000000000111
+        libc.syscall(_ADD, handle, 1, ctypes.byref(_Beneath(kept, at)), 0)
+        os.close(at)
+    no_new_privileges = libc.prctl(38, 1, 0, 0, 0)
+    held = no_new_privileges == 0 and libc.syscall(_RESTRICT, handle, 0) == 0
+    os.close(handle)
+    return held
+
+
+def _readable() -> list[str]:
+    """Python, its libraries and those of the system: not the lecturer's files."""
+    own = [sysconfig.get_path(name) for name in ("stdlib", "platstdlib", "purelib", "platlib")]
+    linked = ["/usr/lib", "/usr/lib64", "/lib", "/lib64", "/etc/ld.so.cache", "/dev/urandom", "/proc/cpuinfo"]
+    share = [os.path.join(sys.base_prefix, "lib")]
+    return [*own, *share, *linked, str(Path(__file__).parent)]

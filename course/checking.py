@@ -1,0 +1,225 @@
+"""Checks: what a student's functions return, beside the truth.
+
+A check is a list of tasks. A task is a generator: it calls the student's functions and yields findings.
+
+    exact    equal but for the rounding of float64
+    close    within the task's tolerance: half of the points
+    wrong    anything else, an exception too
+    blank    not written yet
+    not run  this machine lacks what the task needs, OpenGL
+"""
+
+from __future__ import annotations
+
+import importlib.util
+import sys
+from collections.abc import Callable, Iterator
+from dataclasses import dataclass, field
+from pathlib import Path
+from types import ModuleType
+from typing import Any
+
+import numpy as np
+
+from .remote import BlankError, Student, StudentError
+
+HERE = Path(__file__).parent
+LESSONS = HERE / "lessons"
+EXACT, CLOSE, NOT_RUN, WRONG, BLANK = ORDER = ("exact", "close", "not run", "wrong", "blank")
+ROUNDING = 1e-9  # of the largest expected value: a few thousand roundings of float64
+
+
+@dataclass
+class Finding:
+    """One comparison of a task."""
+
+    what: str
+    verdict: str
+    text: str = ""  # the largest difference, and where; or what is wrong
+    got: np.ndarray | None = None
+    want: np.ndarray | None = None
+
+
+@dataclass
+class Task:
+    """A task of a lesson: its points, and the generator that checks it."""
+
+    title: str
+    points: int
+    run: Callable[[Student, np.random.Generator], Iterator[Finding]]
+
+
+@dataclass
+class Outcome:
+    """What became of a task."""
+
+    task: Task
+    verdict: str
+    findings: list[Finding] = field(default_factory=list)
+    printed: str = ""
+
+    @property
+    def points(self) -> float:
+        """All points for exact, half of them for close."""
+        return self.task.points * {EXACT: 1.0, CLOSE: 0.5}.get(self.verdict, 0.0)
+
+
+@dataclass
+class Lesson:
+    """One folder of lessons/: its number, title, tasks and the file that the student writes."""
+
+    number: int
+    folder: Path
+    title: str
+    tasks: list[Task]
+    file: str
+
+    @property
+    def points(self) -> int:
+        """Points of all tasks."""
+        return sum(task.points for task in self.tasks)
+
+
+def task(title: str, points: int = 1) -> Callable[[Callable[..., Iterator[Finding]]], Task]:
+    """Declare a task of a check."""
+    return lambda run: Task(title, points, run)
+
+
+def lessons() -> list[Path]:
+    """Folders of all lessons, in their order."""
+    return sorted(path.parent for path in LESSONS.glob("*/check.py"))
+
+
+def lesson(number: int) -> Lesson:
+    """One lesson with its check; KeyError if there is none."""
+    folder = next((path for path in lessons() if path.name.startswith(f"{number:02d}_")), None)
+    if folder is None:
+        raise KeyError(number)
+    check = load(folder / "check.py")
+    tasks = [value for value in vars(check).values() if isinstance(value, Task)]
+    return Lesson(number, folder, check.TITLE, tasks, getattr(check, "FILE", "student.py"))
+
+
+def load(path: Path) -> ModuleType:
+    """A Python file as a module."""
+    name = f"course_{path.parent.name}_{path.stem}"
+    spec = importlib.util.spec_from_file_location(name, path)
+    assert spec is not None and spec.loader is not None
+    module = importlib.util.module_from_spec(spec)
+    sys.modules[name] = module
+    spec.loader.exec_module(module)
+    return module
+
+
+def check(found: Lesson, file: Path, seed: int, seconds: float = 60.0, walled: bool = False) -> Iterator[Outcome]:
+    """Check a student's file task by task. The maps, sizes and voids follow from the seed."""
+    for index, each in enumerate(found.tasks):
+        if seconds <= 0:
+            yield Outcome(each, WRONG, [Finding(each.title, WRONG, "the time limit is over")])
+            continue
+        rng = np.random.default_rng([seed, found.number, index])
+        with Student(file, seconds, walled) as student:
+            outcome = outcome_of(each, student, rng)
+            seconds = student.seconds_left
+        yield outcome
+
+
+def outcome_of(each: Task, student: Student, rng: np.random.Generator) -> Outcome:
+    """Run one task."""
+    findings: list[Finding] = []
+    try:
+        for finding in each.run(student, rng):
+            findings.append(finding)
+    except BlankError:
+        findings.append(Finding(each.title, BLANK, "not written yet"))
+    except StudentError as error:
+        findings.append(Finding(each.title, WRONG, str(error)))
+    except (TypeError, ValueError, IndexError, KeyError, AttributeError, OverflowError) as error:
+        findings.append(Finding(each.title, WRONG, f"the check cannot use what was returned: {error}"))
+    verdict = max((finding.verdict for finding in findings), key=ORDER.index)
+    return Outcome(each, verdict, findings, student.printed)
+
+
+# --- Findings ---------------------------------------------------------------------------------------------------------
+
+
+def compare(what: str, got: Any, want: Any, close: float = 0.0, axes: tuple[str, ...] = ()) -> Finding:
+    """Compare numbers.
+
+    Parameters
+    ----------
+    close
+        Largest difference that counts as close; 0: only exact counts.
+    axes
+        Names of the indices, to say where the largest difference is.
+    """
+    want = np.asarray(want)
+    found, problem = _numbers(got, want.shape)
+    if found is None:
+        return Finding(what, WRONG, problem, want=want)
+    unlike = np.isnan(found) != np.isnan(want) if want.dtype.kind == "f" else ~np.isfinite(found)
+    with np.errstate(invalid="ignore"):
+        difference = np.abs(found.astype(float) - want.astype(float))
+    difference = np.where((found == want) | (np.isnan(found) & np.isnan(want.astype(float))), 0.0, difference)
+    difference = np.where(unlike | np.isnan(difference), np.inf, difference)
+    if difference.size == 0 or not difference.any():
+        return Finding(what, EXACT, "", found, want)
+    at = np.unravel_index(int(np.argmax(difference)), difference.shape)
+    largest, size = float(difference[at]), float(np.nanmax(np.abs(want[np.isfinite(want)]), initial=0.0))
+    whole = want.dtype.kind in "biu"
+    verdict = EXACT if not whole and largest <= ROUNDING * size else CLOSE if largest <= close else WRONG
+    where = ", ".join(f"{name} {i}" for name, i in zip(axes or ["index"] * len(at), at, strict=False))
+    text = f"largest difference {largest:.3g}" + (f" at {where}" if where else "")
+    if verdict != EXACT:
+        text += f": yours {_short(found[at])}, expected {_short(want[at])}"
+    return Finding(what, verdict, text, found, want)
+
+
+def at_least(what: str, got: Any, floor: Any, axes: tuple[str, ...] = ()) -> Finding:
+    """Numbers that must not be below others, but for rounding: a bound and what it bounds."""
+    floor = np.asarray(floor, float)
+    found, problem = _numbers(got, floor.shape)
+    if found is None:
+        return Finding(what, WRONG, problem, want=floor)
+    slack = ROUNDING * np.max(np.abs(floor[np.isfinite(floor)]), initial=0.0)
+    short = np.where(np.isnan(found), np.inf, floor - found)
+    if short.size == 0 or not (short > slack).any():
+        return Finding(what, EXACT, "", found, floor)
+    at = np.unravel_index(int(np.argmax(short)), short.shape)
+    where = ", ".join(f"{name} {i}" for name, i in zip(axes or ["index"] * len(at), at, strict=False))
+    share = float((short > slack).mean())
+    text = f"{share:.0%} are too small, the worst" + (f" at {where}" if where else "")
+    return Finding(what, WRONG, f"{text}: yours {_short(found[at])}, at least {_short(floor[at])}", found, floor)
+
+
+def at_most(what: str, got: Any, ceiling: Any, axes: tuple[str, ...] = ()) -> Finding:
+    """Numbers that must not be above others, but for rounding."""
+    turned = at_least(what, -np.asarray(got, float), -np.asarray(ceiling, float), axes)
+    if turned.verdict == EXACT or turned.got is None:
+        return turned
+    got, ceiling = -turned.got, -np.asarray(ceiling, float)
+    at = np.unravel_index(int(np.nanargmax(got + ceiling)), got.shape)
+    where = ", ".join(f"{name} {i}" for name, i in zip(axes or ["index"] * len(at), at, strict=False))
+    text = "too large" + (f" at {where}" if where else "")
+    return Finding(what, WRONG, f"{text}: yours {_short(got[at])}, at most {_short(-ceiling[at])}", got, -ceiling)
+
+
+def holds(what: str, condition: bool, text: str) -> Finding:
+    """A fact that is there or not; the text says what is wrong."""
+    return Finding(what, EXACT if condition else WRONG, "" if condition else text)
+
+
+def _numbers(got: Any, shape: tuple[int, ...]) -> tuple[np.ndarray | None, str]:
+    try:
+        found = np.asarray(got)
+    except ValueError:
+        return None, "the parts of the answer have unlike shapes"
+    if found.dtype.kind not in "biuf":
+        return None, f"expected numbers, got {type(got).__name__}"
+    if found.shape != shape:
+        return None, f"expected the shape {shape}, got {found.shape}"
+    return found, ""
+
+
+def _short(value: Any) -> str:
+    return str(int(value)) if np.asarray(value).dtype.kind in "biu" else f"{float(value):.6g}"

@@ -1,0 +1,97 @@
+"""Check of lesson 2: the truth is two projections of each point, before it moves and after."""
+
+import itertools
+
+import numpy as np
+
+from course.checking import at_least, at_most, compare, task
+from terrain_gl import reference
+
+TITLE = "Screen-space error"
+POINTS = 2000
+
+
+def view(rng, looks=-1):
+    """Axes of a camera that looks down a little, or up, its focal length and the extent of its picture."""
+    pitch, azimuth = looks * rng.uniform(0.2, 0.7), rng.uniform(0, 2 * np.pi)
+    forward = np.array([np.cos(pitch) * np.sin(azimuth), np.cos(pitch) * np.cos(azimuth), np.sin(pitch)])
+    right = np.array([np.cos(azimuth), -np.sin(azimuth), 0])
+    axes = np.stack([right, np.cross(right, forward), forward])
+    height = int(rng.integers(400, 1100))
+    tan_y = np.tan(np.radians(30))
+    return axes, height / (2 * tan_y), (tan_y * 16 / 9, tan_y)
+
+
+def points(rng, extent, count=POINTS):
+    """Points in the picture, its four corners among them, (3, count)."""
+    x, y = rng.uniform(-1, 1, (2, count))
+    x[:4], y[:4] = [-1, 1, -1, 1], [-1, -1, 1, 1]
+    z = rng.uniform(50, 3000, count)
+    return np.stack([x * extent[0] * z, y * extent[1] * z, z])
+
+
+def moved_px(p, v, focal_px, rise_m):
+    """Distance in pixels of the two places where a point is drawn."""
+    after = p + v.reshape(3, *[1] * (p.ndim - 1)) * rise_m
+    return focal_px * np.hypot(*(after[:2] / after[2] - p[:2] / p[2]))
+
+
+@task("2.1 the shift of a point", points=3)
+def shift(student, rng):
+    """Points everywhere in the picture, small and large shifts."""
+    axes, focal_px, extent = view(rng)
+    p, v = points(rng, extent), axes[:, 2]
+    for name, largest in (("shifts of a metre", 1.0), ("shifts up to a third of the depth", 0.33 * p[2])):
+        rise_m = rng.uniform(-1, 1, POINTS) * largest
+        want = moved_px(p, v, focal_px, rise_m)
+        yield compare(name, student.shift_px(p, v, focal_px, rise_m), want, 1e-3 * want.max(), ("point",))
+    level = np.array([0.0, 1.0, 0.0])
+    rise_m = rng.uniform(1, 5, POINTS)
+    want = moved_px(p, level, focal_px, rise_m)
+    yield compare("a level camera", student.shift_px(p, level, focal_px, rise_m), want, 1e-3 * want.max(), ("point",))
+
+
+@task("2.2 the tolerance in metres", points=3)
+def tolerance(student, rng):
+    """δ meets the error exactly, in the worse direction."""
+    for looks, error_px in ((-1, 0.5), (-1, 40.0), (1, 40.0)):
+        axes, focal_px, extent = view(rng, looks)
+        p, v = points(rng, extent), axes[:, 2]
+        low, high = np.zeros(POINTS), p[2] / (abs(v[2]) + 1e-9) * (1 - 1e-12)
+        for _ in range(80):
+            middle = 0.5 * (low + high)
+            fits = np.maximum(*(moved_px(p, v, focal_px, sign * middle) for sign in (-1, 1))) <= error_px
+            low, high = np.where(fits, middle, low), np.where(fits, high, middle)
+        got = student.tolerance_m(p, v, focal_px, error_px)
+        yield compare(
+            f"{error_px:g} pixels, a camera that looks {'up' if looks > 0 else 'down'}",
+            got,
+            low,
+            1e-3 * low.max(),
+            ("point",),
+        )
+
+
+@task("2.3 the bound of a box", points=4)
+def bound(student, rng):
+    """No sampled point moves farther, and the bound is as tight as the corners allow."""
+    axes, focal_px, extent = view(rng)
+    v, bounds, worst, reference_px = axes[:, 2], [], [], []
+    picture = reference.View(np.zeros(3), axes, focal_px, extent, 1.0)
+    while len(bounds) < 60:
+        middle = axes.T @ (points(rng, extent, 5)[:, 4] * rng.uniform(0.3, 1))
+        size = rng.uniform(0.02, 0.3, 3) * np.linalg.norm(middle)
+        low, high = middle - size / 2, middle + size / 2
+        found = reference.project_boxes(picture, low, high)
+        error_m = float(rng.uniform(0.001, 0.3) * found.nearest_m)
+        if not found.inside:
+            continue
+        corners = axes @ np.array(list(itertools.product(*zip(low, high, strict=True)))).T
+        inside = axes @ rng.uniform(low, high, (400, 3)).T
+        samples = np.concatenate([corners, inside], 1)
+        moved = [moved_px(samples, v, focal_px, share * error_m).max() for share in (-1, -0.5, 0.5, 1)]
+        bounds.append(student.bound_px(corners, v, focal_px, error_m))
+        worst.append(max(moved))
+        reference_px.append(reference.error_px(picture, found, np.array(error_m), np.array(error_m)))
+    yield at_least("no point of the box moves farther", bounds, worst, ("box",))
+    yield at_most("the bound is tight", bounds, 1.05 * np.array(reference_px, float), ("box",))

@@ -1,0 +1,96 @@
+"""Check of lesson 3: whole numbers, so every answer is exact or wrong."""
+
+import numpy as np
+
+from course.checking import compare, holds, task
+from course.shaders import prefix_sums
+
+TITLE = "Summed-area tables"
+
+
+def words(rng, rows, cols):
+    """16-bit heights in 32-bit words: a slope with noise."""
+    y, x = np.indices((rows, cols))
+    return (20000 + 30 * x % 20000 + 10 * y % 15000 + rng.integers(0, 9000, (rows, cols))).astype(np.uint32)
+
+
+def sizes(rng):
+    """Sizes around the strips: shorter, a whole one, one more, and any."""
+    return [(3, 10), (5, 64), (4, 65), (7, int(rng.integers(200, 400)))]
+
+
+def true_table(values):
+    """The table with 64-bit words, exact."""
+    return values.astype(np.uint64).cumsum(0).cumsum(1)
+
+
+@task("3.1 reduce: the sum of each strip", points=2)
+def reduce(student, rng):
+    """Remainders and wrapping."""
+    for rows, n in sizes(rng):
+        values = words(rng, rows, n)
+        want = np.add.reduceat(values, np.arange(0, n, 64), axis=1)
+        yield compare(f"rows of {n}", student.reduce(values), want, axes=("row", "strip"))
+    values = rng.integers(0, 2**32, (3, 150), dtype=np.uint32)
+    want = np.add.reduceat(values.astype(object), np.arange(0, 150, 64), axis=1) % 2**32
+    yield compare("sums that wrap", student.reduce(values), want.astype(np.uint32), axes=("row", "strip"))
+
+
+@task("3.2 scan: what stands before each strip", points=2)
+def scan(student, rng):
+    """Exclusive, and wrapping."""
+    sums = rng.integers(0, 2**32, (6, 17), dtype=np.uint32)
+    want = (np.pad(sums.astype(object).cumsum(1), ((0, 0), (1, 0)))[:, :-1] % 2**32).astype(np.uint32)
+    yield compare("sums before", student.scan(sums), want, axes=("row", "strip"))
+    yield compare("a single strip", student.scan(sums[:, :1]), np.zeros((6, 1), np.uint32), axes=("row", "strip"))
+
+
+@task("3.3 propagate: the running sum", points=2)
+def propagate(student, rng):
+    """Strips run on from any number."""
+    for rows, n in sizes(rng):
+        values = words(rng, rows, n)
+        before = rng.integers(0, 2**32, (rows, -(-n // 64)), dtype=np.uint32)
+        want = np.empty((rows, n), np.uint32)
+        for i in range(n):
+            want[:, i] = values[:, i] + (want[:, i - 1] if i % 64 else before[:, i // 64])
+        yield compare(f"rows of {n}", student.propagate(values, before), want, axes=("row", "column"))
+
+
+@task("3.4 the table", points=2)
+def sat(student, rng):
+    """Larger than 32 bits can count."""
+    values = words(rng, int(rng.integers(500, 700)), int(rng.integers(700, 900)))
+    table = student.sat(values)
+    kind = np.asarray(table).dtype
+    yield holds("the words have 32 bits", kind == np.uint32, f"your table is of {kind}, expected uint32")
+    yield compare(
+        "every entry, modulo 2^32", table, (true_table(values) % 2**32).astype(np.uint32), axes=("row", "column")
+    )
+
+
+@task("3.5 boxes", points=3)
+def boxes(student, rng):
+    """Small and large, also at the rim; no sum of a box passes 32 bits."""
+    rows, cols = int(rng.integers(500, 700)), int(rng.integers(700, 900))
+    values = words(rng, rows, cols)
+    table = (true_table(values) % 2**32).astype(np.uint32)
+    size = rng.integers(1, 200, (3000, 2))
+    low = rng.integers(0, [cols, rows], (3000, 2))
+    low[:40, 0] = 0
+    low[20:60, 1] = 0
+    high = np.minimum(low + size, [cols, rows])
+    asked = np.concatenate([low, high], 1)
+    padded = np.pad(true_table(values), ((1, 0), (1, 0)))
+    x0, y0, x1, y1 = asked.T
+    want = (padded[y1, x1] + padded[y0, x0] - padded[y0, x1] - padded[y1, x0]).astype(np.uint32)
+    yield compare("3000 boxes", student.box_sums(table, asked), want, axes=("box",))
+
+
+@task("3.6 the same on the GPU", points=4)
+def shaders(student, rng):
+    """The student's shaders over rows, then columns."""
+    texts = student.shaders()
+    yield from prefix_sums(
+        texts, [words(rng, 70, 64), words(rng, int(rng.integers(65, 200)), int(rng.integers(65, 300)))]
+    )

@@ -1,0 +1,129 @@
+"""A student's file in a process of its own: its functions are called, and only values come back."""
+
+from __future__ import annotations
+
+import contextlib
+import os
+import shutil
+import signal
+import subprocess
+import sys
+import tempfile
+import threading
+import time
+from collections.abc import Callable
+from pathlib import Path
+from types import TracebackType
+from typing import Any
+
+from .box import walls, wire
+
+WORKER = Path(__file__).parent / "box" / "worker.py"
+PRINTED = 4000  # characters of a student's own prints that are shown
+
+
+class StudentError(Exception):
+    """A student's function raised, took too long, or returned what cannot be sent."""
+
+
+class BlankError(StudentError):
+    """A student's function is not written yet."""
+
+
+class Student:
+    """The functions of one file. Call them as methods: student.shift_px(points).
+
+    Parameters
+    ----------
+    file
+        What the student wrote. A copy of it runs.
+    seconds
+        Time for all calls together.
+    walled
+        Keep the code from files, network and processes, where the system can.
+    """
+
+    def __init__(self, file: Path, seconds: float = 60.0, walled: bool = False) -> None:
+        self._left, self._over = seconds, False
+        self._folder = Path(tempfile.mkdtemp(prefix="course-"))
+        copy = self._folder / file.name
+        shutil.copyfile(file, copy)
+        words = [sys.executable, "-I", "-B", str(WORKER), str(copy), "walled" if walled else "open"]
+        self._process = subprocess.Popen(
+            walls.command(words, self._folder) if walled else words,
+            stdin=subprocess.PIPE,
+            stdout=subprocess.PIPE,
+            stderr=subprocess.DEVNULL,
+            cwd=self._folder,
+            start_new_session=True,
+        )
+
+    def __getattr__(self, name: str) -> Callable[..., Any]:
+        """A function of the student's."""
+        if name.startswith("_"):
+            raise AttributeError(name)
+        return lambda *args, **kwargs: self.call(name, *args, **kwargs)
+
+    def call(self, name: str, *args: Any, **kwargs: Any) -> Any:
+        """Call a function and return its value; StudentError says why there is none."""
+        start, alarm = time.monotonic(), threading.Timer(max(self._left, 0.0), self._end)
+        alarm.start()
+        try:
+            answer = self._ask(wire.pack((name, args, kwargs)))
+        except (OSError, EOFError):
+            why = "the time limit is over" if self._over else "the process ended (memory, processor time or exit)"
+            raise StudentError(f"{name}(): {why}") from None
+        except (ValueError, KeyError, TypeError) as error:
+            raise StudentError(f"{name}(): the answer cannot be read: {error}") from None
+        finally:
+            alarm.cancel()
+            self._left -= time.monotonic() - start
+        if "error" in answer:
+            raise (BlankError if answer.get("blank") is True else StudentError)(str(answer["error"]))
+        return answer["value"]
+
+    def _ask(self, request: bytes) -> dict[str, Any]:
+        stdin, stdout = self._process.stdin, self._process.stdout
+        assert stdin is not None and stdout is not None
+        stdin.write(request)
+        stdin.flush()
+        answer = wire.read(stdout)
+        if not isinstance(answer, dict) or not {"value", "error"} & set(answer):
+            raise ValueError("it has neither a value nor an error")
+        return answer
+
+    def _end(self) -> None:
+        """Kill the process and all that it started."""
+        self._over = True
+        if self._process.poll() is None:
+            os.killpg(self._process.pid, signal.SIGKILL) if hasattr(os, "killpg") else self._process.kill()
+
+    @property
+    def printed(self) -> str:
+        """What the code has printed so far, cut off."""
+        try:
+            return (self._folder / "printed").read_bytes()[:PRINTED].decode("utf-8", "replace")
+        except OSError:
+            return ""
+
+    @property
+    def seconds_left(self) -> float:
+        """Time that is left for further calls."""
+        return self._left
+
+    def close(self) -> None:
+        """End the process and remove its folder."""
+        self._end()
+        self._process.wait()
+        for stream in (self._process.stdin, self._process.stdout):
+            with contextlib.suppress(OSError):
+                stream.close()  # type: ignore[union-attr]
+        shutil.rmtree(self._folder, ignore_errors=True)
+
+    def __enter__(self) -> Student:
+        """Use as `with Student(file) as student`."""
+        return self
+
+    def __exit__(self, kind: type | None, error: BaseException | None, trace: TracebackType | None) -> None:
+        """End the process."""
+        self.close()

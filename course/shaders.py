@@ -1,0 +1,45 @@
+"""Findings about students' shaders. They run beside this process; without OpenGL they do not run."""
+
+from __future__ import annotations
+
+from collections.abc import Iterator
+from typing import Any
+
+import numpy as np
+
+from .checking import HERE, NOT_RUN, WRONG, Finding, compare
+from .remote import Student, StudentError
+
+RUNNER = HERE / "box" / "shaders.py"
+SECONDS = 20.0
+
+
+def missing() -> str:
+    """Why there is no OpenGL 4.3 here; empty if there is."""
+    try:
+        with Student(RUNNER, SECONDS) as runner:
+            runner.renderer()
+    except StudentError as error:
+        return f"this machine has no OpenGL 4.3: {error}"
+    return ""
+
+
+def prefix_sums(texts: Any, maps: list[np.ndarray]) -> Iterator[Finding]:
+    """Compare the tables that reduce, scan and propagate make of maps of uint32."""
+    if not isinstance(texts, dict) or set(texts) != {"reduce", "scan", "propagate"}:
+        yield Finding("shaders", WRONG, "expected a dict of the texts of reduce, scan and propagate")
+        return
+    if any("write this" in text for text in texts.values()):
+        from .checking import BLANK
+
+        yield Finding("shaders", BLANK, "not written yet")
+        return
+    why = missing()
+    if why:
+        yield Finding("shaders", NOT_RUN, why)
+        return
+    with Student(RUNNER, SECONDS) as runner:
+        for values in maps:
+            want = values.cumsum(0, dtype=np.uint32).cumsum(1, dtype=np.uint32)
+            got = runner.prefix_table(texts, values)
+            yield compare(f"a map of {values.shape[1]} x {values.shape[0]}", got, want, axes=("row", "column"))

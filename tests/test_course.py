@@ -1,0 +1,138 @@
+"""The course: blanks fail, solutions pass, wrong answers are rejected."""
+
+import re
+import subprocess
+import sys
+
+import courses
+import pytest
+from courses import NUMBERS, ROOT, checking, outcomes, solved, solving, told
+
+WRONG = [(number, wrong.name) for number in NUMBERS for wrong in solving.wrong_answers(checking.lesson(number).folder)]
+
+
+@pytest.mark.parametrize("number", NUMBERS)
+def test_blanks_fail_every_task(number):
+    text = solving.blank(solving.solution(checking.lesson(number).folder).read_text(encoding="utf-8"))
+    assert {outcome.verdict for outcome in outcomes(number, text)} == {checking.BLANK}
+
+
+@pytest.mark.parametrize("number", NUMBERS)
+def test_the_blanks_in_the_lesson_are_made_of_its_solution(number):
+    lesson = checking.lesson(number)
+    source = solving.solution(lesson.folder)
+    assert lesson.file == f"student{source.suffix}"
+    assert (lesson.folder / lesson.file).read_text(encoding="utf-8") == solving.blank(
+        source.read_text(encoding="utf-8")
+    )
+
+
+@pytest.mark.parametrize("seed", [101, 202, 303])
+@pytest.mark.parametrize("number", NUMBERS)
+def test_solutions_are_exact_on_hidden_seeds(number, seed):
+    found = outcomes(number, solved(number), seed)
+    assert [outcome.verdict for outcome in found] == [checking.EXACT] * len(found), told(found)
+
+
+@pytest.mark.parametrize("number, name", WRONG)
+def test_wrong_answers_are_rejected(number, name):
+    answers = {wrong.name: wrong for wrong in solving.wrong_answers(checking.lesson(number).folder)}
+    found = outcomes(number, answers[name].text, seed=5, until=(checking.WRONG,))
+    assert found[-1].verdict == checking.WRONG, answers[name].why
+    assert not any("SyntaxError" in text or "NameError" in text for _, text in told(found))
+
+
+@pytest.mark.parametrize("number", NUMBERS)
+def test_every_check_has_five_wrong_answers_on_file(number):
+    assert sum(n == number for n, _ in WRONG) >= 5
+
+
+@pytest.mark.parametrize("number", NUMBERS)
+def test_a_page_has_all_its_parts(number):
+    folder = checking.lesson(number).folder
+    page = (folder / "page.md").read_text(encoding="utf-8")
+    parts = ["Goal", "What you should know", "A prediction", "Derivation", "Task", "If your picture looks like this"]
+    parts += ["An open question", "In this project", "Further reading"]
+    assert [part for part in re.findall(r"^## (.*)$", page, re.MULTILINE) if part in parts] == parts
+    for target in re.findall(r"\]\(([^)#]+)\)", page):
+        if "://" not in target and target != "figure.png":
+            assert (folder / target).resolve().exists(), target
+
+
+def test_the_reference_imports_with_numpy_alone():
+    blocked = "moderngl", "glfw", "OpenImageIO", "pyrr", "imgui_bundle", "matplotlib", "rasterio"
+    code = f"""
+import sys
+sys.modules.update(dict.fromkeys({blocked}))
+import terrain_gl.reference
+from course import checking
+for folder in checking.lessons():
+    if checking.load(folder / "check.py").__dict__.get("NEEDS") != "OpenGL":
+        checking.lesson(int(folder.name[:2]))
+loaded = {{name.split(".")[0] for name in sys.modules}}
+print(sorted(loaded & set({blocked}) - {{n for n in {blocked} if sys.modules.get(n) is None}}))
+"""
+    done = subprocess.run([sys.executable, "-c", code], cwd=ROOT, capture_output=True, text=True)
+    assert (done.returncode, done.stdout.strip()) == (0, "[]"), done.stderr
+
+
+def test_the_students_tree_has_no_solutions_and_checks(tmp_path):
+    solving.students_tree(tmp_path / "tree")
+    names = {path.name for path in (tmp_path / "tree").rglob("*")}
+    assert not names & {"solutions", "solution.py", "wrong.toml", "grading.py"}
+    number = NUMBERS[0]
+    command = [sys.executable, "-m", "course", "check", str(number)]
+    done = subprocess.run(command, cwd=tmp_path / "tree", capture_output=True, text=True)
+    assert done.returncode == 1 and "blank" in done.stdout and "0 of " in done.stdout, done.stderr
+
+
+def test_check_draws_the_difference(tmp_path):
+    pytest.importorskip("matplotlib")
+    wrong = next(w for w in solving.wrong_answers(checking.lesson(2).folder) if w.name == "distance")
+    (tmp_path / "answer.py").write_text(wrong.text)
+    command = [sys.executable, "-m", "course", "check", "2", str(tmp_path / "answer.py"), "-o", str(tmp_path / "d.png")]
+    done = subprocess.run(command, cwd=ROOT, capture_output=True, text=True)
+    assert done.returncode == 1 and "wrong  2.1" in done.stdout and "largest difference" in done.stdout, done.stderr
+    assert (tmp_path / "d.png").read_bytes().startswith(b"\x89PNG")
+
+
+@pytest.mark.parametrize("words", [["check", "99"], ["check", "2", "nothing.py"], ["grade", "nothing", "-o", "p.csv"]])
+def test_wrong_use_is_one_line(words, tmp_path):
+    done = subprocess.run([sys.executable, "-m", "course", *words], cwd=ROOT, capture_output=True, text=True)
+    assert done.returncode == 2 and len(done.stderr.splitlines()) == 1 and "course:" in done.stderr
+
+
+def test_a_wrong_answer_that_changes_nothing_is_noticed(tmp_path, monkeypatch):
+    monkeypatch.setattr(solving, "SOLUTIONS", tmp_path)
+    (tmp_path / "02_screen_error").mkdir()
+    (tmp_path / "02_screen_error" / "solution.py").write_text("x = 1\n")
+    (tmp_path / "02_screen_error" / "wrong.toml").write_text('[a]\nwhy = ""\nold = "y = 1"\nnew = "y = 2"\n')
+    with pytest.raises(ValueError, match="0 times"):
+        solving.wrong_answers(checking.lesson(2).folder)
+
+
+def test_findings():
+    compare, want = checking.compare, [1.0, 2.0]
+    assert compare("", [1.0, 2.0 + 1e-12], want).verdict == checking.EXACT
+    assert compare("", [1.0, 2.01], want, close=0.02).verdict == checking.CLOSE
+    assert compare("", [1.0, 2.1], want, close=0.02).verdict == checking.WRONG
+    assert "at post 1" in compare("", [1.0, 2.1], want, axes=("post",)).text
+    for bad in ([1.0], [1.0, float("nan")], "text", None, [[1.0], [1.0, 2.0]], [1.0, float("inf")]):
+        assert compare("", bad, want, close=1.0).verdict == checking.WRONG, bad
+    assert compare("", [1, 3], [1, 2], close=0).verdict == checking.WRONG
+    assert checking.at_least("", [1.0, 1.9], want).verdict == checking.WRONG
+    assert checking.at_most("", [1.0, 2.1], want).verdict == checking.WRONG
+    assert checking.at_most("", [0.0, 2.0], want).verdict == checking.EXACT
+    assert checking.at_least("", [float("nan"), 3.0], want).verdict == checking.WRONG
+
+
+def test_messages_carry_values_and_refuse_objects():
+    import numpy as np
+
+    wire = courses.wire
+    value = {"a": [1, 2.5, None, True], 3: (np.arange(6, dtype=np.uint32).reshape(2, 3), np.float64(1.5)), "n": 2**70}
+    back = wire.unpack(wire.pack(value)[8:])
+    assert back[3][0].dtype == np.uint32 and (back[3][0] == value[3][0]).all() and back["n"] == 2**70
+    for bad in (object(), np.array([object()]), lambda: 0):
+        with pytest.raises(TypeError):
+            wire.pack(bad)

@@ -1,0 +1,130 @@
+"""Grading: forty folders become a table; nothing hangs, and nothing gets out of its folder."""
+
+import csv
+import os
+import subprocess
+import sys
+import time
+from pathlib import Path
+
+import courses
+import pytest
+from courses import ROOT, checking, solved, solving
+
+pytest.importorskip("course.grading")
+from course import grading  # noqa: E402
+from course.box import walls  # noqa: E402
+
+LESSON = checking.lesson(2)
+BLANK = solving.blank(solving.solution(LESSON.folder).read_text(encoding="utf-8"))
+HEAD = "def shift_px(*a):\n"
+MALICIOUS = {
+    "endless": HEAD + "    while True: pass\n",
+    "endless_import": "while True: pass\n",
+    "prints": HEAD + "    while True: print('x' * 10**6)\n",
+    "allocates": HEAD + "    return [bytes(10**8) for _ in range(10**4)]\n",
+    "deletes": "import shutil, os\nshutil.rmtree(OUTSIDE, ignore_errors=True)\n"
+    + HEAD
+    + "    return os.listdir(OUTSIDE)\n",
+    "deletes_own": "import shutil\nshutil.rmtree('.', ignore_errors=True)\n",
+    "exits": "import os\nos._exit(0)\n",
+    "forges": HEAD
+    + "    import os\n    for n in range(3, 20):\n        try: os.write(n, bytes(64))\n        except OSError: pass\n",
+    "huge_answer": HEAD + "    import numpy as np\n    return np.zeros(2**28)\n",
+    "forks": HEAD + "    import os\n    os.fork()\n    os.setsid()\n    while True: pass\n",
+    "raises": HEAD + "    raise SystemExit(0)\n",
+    "object": HEAD + "    return object()\n",
+    "unreadable": b"\xff\xfe\x00",
+}
+
+
+def hand_in(folder, name, text):
+    path = folder / name / LESSON.folder.name / "student.py"
+    path.parent.mkdir(parents=True)
+    path.write_bytes(text if isinstance(text, bytes) else text.encode())
+
+
+@pytest.fixture(scope="module")
+def graded(tmp_path_factory):
+    """A class of blank, wrong, right and malicious answers, graded by the command; rows by name, and the seconds."""
+    root = tmp_path_factory.mktemp("class")
+    folder, outside = root / "submissions", root / "outside"
+    outside.mkdir()
+    (outside / "kept").write_text("kept")
+    hand_in(folder, "blank", BLANK)
+    hand_in(folder, "right", solved(2))
+    wrong = {wrong.name: wrong.text for wrong in solving.wrong_answers(LESSON.folder)}
+    hand_in(folder, "wrong", wrong["distance"])
+    for name, text in MALICIOUS.items():
+        hand_in(folder, name, text if isinstance(text, bytes) else f"OUTSIDE = {str(outside)!r}\n{text}")
+    (folder / "nothing").mkdir()
+    hand_in(folder, "link", "")
+    os.remove(folder / "link" / LESSON.folder.name / "student.py")
+    os.symlink("/etc/passwd", folder / "link" / LESSON.folder.name / "student.py")
+    command = [sys.executable, "-m", "course", "grade", str(folder), "-o", str(root / "points.csv"), "--lessons", "2"]
+    start = time.monotonic()
+    done = subprocess.run(
+        [*command, "--seed", "4", "--seconds", "3", "--jobs", "2"], cwd=ROOT, capture_output=True, text=True
+    )
+    if "on this system" in done.stderr:
+        pytest.skip(done.stderr)
+    assert done.returncode == 0, done.stderr
+    with open(root / "points.csv", newline="") as file:
+        rows = {row["student"]: row for row in csv.DictReader(file)}
+    return rows, time.monotonic() - start, outside, folder
+
+
+def test_every_student_has_a_row(graded):
+    rows, _, _, folder = graded
+    assert set(rows) == {"(most)", *(path.name for path in folder.iterdir())}
+    assert rows["(most)"]["lesson 2"] == rows["right"]["sum"] == "10"
+    assert rows["(most)"]["notes"] == "seed 4"
+
+
+def test_points_follow_the_answers(graded):
+    rows, _, _, _ = graded
+    assert rows["blank"]["sum"] == "0" and rows["wrong"]["sum"] == "7"
+    assert rows["nothing"]["notes"] == "2: not handed in" and rows["link"]["notes"] == "2: not a plain file"
+
+
+@pytest.mark.parametrize("name", MALICIOUS)
+def test_malicious_answers_have_no_points(graded, name):
+    rows, _, _, _ = graded
+    assert rows[name]["sum"] == "0"
+
+
+def test_nothing_hangs_and_nothing_gets_out(graded):
+    rows, seconds, outside, _ = graded
+    assert seconds < 3 * 3 * len(rows)  # three tasks; most end at once
+    assert (outside / "kept").read_text() == "kept"
+    assert "the time limit" in rows["endless"]["notes"]
+
+
+def test_no_process_is_left(graded):
+    commands = [path.read_bytes() for path in Path("/proc").glob("[0-9]*/cmdline") if os.access(path, os.R_OK)]
+    assert not any(b"worker.py" in words and b"course-" in words and b"walled" in words for words in commands)
+
+
+def test_the_walls_stand_and_are_tried_out(tmp_path):
+    """The probe gets out where there are no walls, so that its silence means something."""
+    if not walls.namespaces():
+        pytest.skip("this system has no user namespaces")
+    assert grading.open_walls() == []
+    (tmp_path / "kept").write_text("kept")
+    with courses.checking.Student(checking.HERE / "box" / "probe.py", 20.0) as probe:
+        assert len(probe.escapes(str(tmp_path), os.getpid())) == 6
+
+
+def test_grading_stops_where_a_wall_is_missing(tmp_path, monkeypatch, capsys):
+    from course.__main__ import main
+
+    hand_in(tmp_path, "anna", BLANK)
+    monkeypatch.setattr(grading, "open_walls", lambda: ["writes files"])
+    assert main(["grade", str(tmp_path), "-o", str(tmp_path / "p.csv")]) == 2
+    assert "writes files" in capsys.readouterr().err and not (tmp_path / "p.csv").exists()
+
+
+def test_no_cell_is_a_formula(tmp_path):
+    rows = [{"student": "=HYPERLINK(1)", "lesson 2": "-1", "sum": "0", "notes": ""}]
+    grading.write_table(rows, [LESSON], 1, tmp_path / "p.csv")
+    assert "'=HYPERLINK(1)" in (tmp_path / "p.csv").read_text() and ",-1," in (tmp_path / "p.csv").read_text()
