@@ -1,4 +1,4 @@
-"""Run a student's shaders in a process of their own: a shader that never ends, or a driver that falls, ends that alone."""
+"""Run a student's shaders in a process of their own: a shader that never ends ends that process alone."""
 
 from __future__ import annotations
 

@@ -1,6 +1,7 @@
 """Lesson 3: summed-area tables by parallel prefix sums.
 
-Values are unsigned 32-bit whole numbers. Their sums wrap: 2^32 is 0 again. Strips have STRIP values; the last may have fewer.
+Values are unsigned 32-bit whole numbers. Their sums wrap: 2^32 is 0 again. A strip has STRIP values; the last may have
+fewer.
 """
 
 import numpy as np
