@@ -14,7 +14,9 @@ import numpy as np
 from numpy.typing import ArrayLike
 
 from terrain_gl.exceptions import TerrainError, UsageError
+from terrain_gl.place import Place
 from terrain_gl.readers import How, Spacing, open_raster
+from terrain_gl.readers.georeference import Georeference
 from terrain_gl.readers.plausible import plausible_scale
 from terrain_gl.readers.values import ENCODINGS, read_heights
 
@@ -58,6 +60,8 @@ class Heightmap:
         Metres per unit of the file's values, and the height of value 0.
     notes : tuple of str
         What the user should know of how the file was understood.
+    georeference : Georeference, optional
+        Grid and coordinate system; `place` turns them into coordinates.
 
     Raises
     ------
@@ -73,6 +77,7 @@ class Heightmap:
         self.assumes_spacing = False
         self.scales = (1.0, 0.0)
         self.notes: tuple[str, ...] = ()
+        self.georeference: Georeference | None = None
         self.spacing_m = _spacing(spacing_m)
         self.heights = _as_float32(real_heights(heights, name), name)
         void = ~np.isfinite(self.heights)
@@ -148,12 +153,14 @@ class Heightmap:
         heightmap.opened = {"path": os.fspath(path)} | told
         heightmap.assumes_spacing = spacing_m is None and raster.spacing_m is None
         heightmap.scales, heightmap.notes = scales, notes
+        heightmap.georeference = raster.georeference
         return heightmap
 
     def copy(self) -> Heightmap:
         """The same map with heights of its own."""
         own = Heightmap(self.heights.copy(), self.spacing_m, self.name)
         own.quantised_m, own.opened, own.scales = self.quantised_m, self.opened, self.scales
+        own.georeference = self.georeference
         return own
 
     def write(self, x: int, y: int, heights: ArrayLike) -> tuple[slice, slice] | None:
@@ -206,6 +213,11 @@ class Heightmap:
     def cols(self) -> int:
         """Posts west to east."""
         return self.heights.shape[1]
+
+    @property
+    def place(self) -> Place | None:
+        """Where the map lies on the Earth; None if nothing tells."""
+        return Place(self.georeference, self.spacing_m) if self.georeference else None
 
     @property
     def extent_m(self) -> Spacing:

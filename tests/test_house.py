@@ -19,6 +19,7 @@ LAYERS = (
     ("resources", "inputs", "steps", "pieces", "reference"),
     ("image", "gpu"),
     ("readers",),
+    ("place",),
     ("heightmap",),
     ("camera", "terrain", "brush"),
     ("sat", "view"),

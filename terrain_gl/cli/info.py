@@ -12,6 +12,7 @@ from ..files.maps import bundled
 from ..gpu import gl
 from ..gpu.context import Probe, create_context, probe_backends
 from ..heightmap import Heightmap
+from ..place import Place, degrees
 from . import options, report
 
 _LIMITS = ("texture_size", "viewport_size", "tess_level", "samples", "storage_block_bytes")
@@ -55,7 +56,20 @@ def describe(heightmap: Heightmap) -> dict[str, Any]:
         "range_m": list(heightmap.range_m),
         "voids": heightmap.voids,
         "bytes": heightmap.heights.nbytes,
+        **_lies(heightmap.place),
     }
+
+
+def _lies(place: Place | None) -> dict[str, Any]:
+    """Where a map lies: coordinate system, GDAL's six numbers, and degrees of its middle if they can be told."""
+    if place is None:
+        return {"crs": None, "transform": None, "middle_lonlat": None}
+    grid = place.georeference.grid
+    try:
+        name, middle = place.name, list(place.middle)
+    except TerrainError:
+        name, middle = None, None
+    return {"crs": name, "transform": [grid.c, grid.a, grid.b, grid.f, grid.d, grid.e], "middle_lonlat": middle}
 
 
 def limits() -> dict[str, int]:
@@ -83,6 +97,7 @@ def text(probes: list[Probe], found: dict[str, Any]) -> str:
 
 def _map_lines(about: dict[str, Any]) -> dict[str, str]:
     (east, north), (width, depth), (low, high) = about["spacing_m"], about["extent_m"], about["range_m"]
+    lies = degrees(*about["middle_lonlat"]) if about["middle_lonlat"] else "unknown"
     return {
         "map": report.shown(os.path.basename(about["name"])),
         "posts": f"{about['cols']} x {about['rows']} (east x north)",
@@ -90,5 +105,6 @@ def _map_lines(about: dict[str, Any]) -> dict[str, str]:
         "extent": f"{width / 1e3:g} km x {depth / 1e3:g} km",
         "heights": f"{low:g} to {high:g} m",
         "voids": f"{about['voids']}",
+        "middle": f"{lies} ({about['crs']})" if about["crs"] else lies,
         "memory": f"{report.mebibytes(about['bytes'])} of heights",
     }

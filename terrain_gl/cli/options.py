@@ -10,12 +10,14 @@ from dataclasses import dataclass, fields, replace
 from pathlib import Path
 from typing import Any
 
+import numpy as np
+
 from .. import resources
 from ..camera import Camera
 from ..exceptions import TerrainError, UsageError
 from ..files import maps
 from ..files.maps import BundledMap, bundled
-from ..files.views import VIEWS, standard_view
+from ..files.views import VIEWS, drawn_near, look_at, stand_at, standard_view
 from ..heightmap import Heightmap
 from ..light.sun import sun_position
 from ..options import OPTIONS, RenderOptions
@@ -79,11 +81,16 @@ def add_camera(command: Any, moving: bool = False) -> None:
     """Where the picture is seen from, and its size."""
     group = command.add_argument_group("camera")
     if moving:
-        command.set_defaults(view=None, eye=None, target=None, up=None)
+        command.set_defaults(view=None, eye=None, target=None, up=None, at=None, stand=None)
     else:
         group.add_argument("--view", choices=tuple(VIEWS), help="a standard view, which --eye and --target change")
-        group.add_argument("--eye", type=values.point, metavar="X,Y,Z", help="the camera: metres east, north, up")
-        group.add_argument("--target", type=values.point, metavar="X,Y,Z", help="the point in mid-picture")
+        eye, target = group.add_mutually_exclusive_group(), group.add_mutually_exclusive_group()
+        eye.add_argument("--eye", type=values.point, metavar="X,Y,Z", help="the camera: metres east, north, up")
+        what = "the camera in degrees, 2 posts or M metres above the ground"
+        eye.add_argument("--from", type=values.lonlat, metavar="LON,LAT[,M]", dest="stand", help=what)
+        target.add_argument("--target", type=values.point, metavar="X,Y,Z", help="the point in mid-picture")
+        what = "the point in mid-picture in degrees; without an eye, seen from near by"
+        target.add_argument("--at", type=values.lonlat, metavar="LON,LAT[,M]", help=what)
         group.add_argument("--up", type=values.point, metavar="X,Y,Z", help="up in the picture (default: 0,0,1)")
     group.add_argument("--fov", type=values.number, metavar="DEG", help="vertical field of view")
     group.add_argument(
@@ -131,7 +138,9 @@ def _add_sun(group: Any) -> None:
     add_option(lit, "sun")
     what = "the sun of a time like 2026-06-21T18:30: local solar time"
     lit.add_argument("--time", type=values.time, metavar="T", help=what)
-    group.add_argument("--latitude", type=values.latitude, metavar="DEG", help="where --time is; north is positive")
+    group.add_argument(
+        "--latitude", type=values.latitude, metavar="DEG", help="where --time is (default: where the map lies)"
+    )
     group.add_argument("--longitude", type=values.number, metavar="DEG", help="for times with a zone, like 18:30-07:00")
 
 
@@ -170,11 +179,13 @@ def open_scene(
     """
     name = args.map if name is None else name
     check_outputs(args, name)
-    args.sun = args.sun or clock_sun(args)
+    if args.time is None and args.latitude is not None:
+        raise UsageError("--time and --latitude go together: give both, or --sun")
     heightmap, known = maps.open_map(name, **map_options(args), progress=progress)
     tell_notes(heightmap)
+    args.sun = args.sun or clock_sun(args, heightmap)
     start = known.camera if known and not args.view else standard_view(heightmap, args.view or "default")
-    return Scene(heightmap, replace(start, **camera_options(args)), args.sun or (known.sun if known else SUN))
+    return Scene(heightmap, _camera(args, heightmap, start), args.sun or (known.sun if known else SUN))
 
 
 def check_outputs(args: argparse.Namespace, source: str | None) -> None:
@@ -188,21 +199,40 @@ def check_outputs(args: argparse.Namespace, source: str | None) -> None:
             raise UsageError(f"{read}: is read, too: name another file for the output")
 
 
-def clock_sun(args: argparse.Namespace) -> tuple[float, float] | None:
-    """The sun of --time, --latitude and --longitude, if they were given."""
-    if (args.time is None) != (args.latitude is None):
-        raise UsageError("--time and --latitude go together: give both, or --sun")
+def clock_sun(args: argparse.Namespace, heightmap: Heightmap) -> tuple[float, float] | None:
+    """The sun of --time at the place of --latitude and --longitude, or where the map lies."""
     if args.time is None:
         return None
-    if args.time.tzinfo is not None and args.longitude is None:
+    latitude, longitude = args.latitude, args.longitude
+    if latitude is None:
+        if heightmap.place is None or heightmap.place.crs is None:
+            raise UsageError("--time and --latitude go together, as the map does not say where it lies; or give --sun")
+        middle = heightmap.place.middle
+        latitude, longitude = middle[1], middle[0] if longitude is None else longitude
+    if args.time.tzinfo is not None and longitude is None:
         raise UsageError("--time with a zone needs --longitude; without a zone it is local solar time")
-    return sun_position(args.time, args.latitude, args.longitude or 0.0)
+    return sun_position(args.time, latitude, longitude or 0.0)
 
 
 def camera_options(args: argparse.Namespace) -> dict[str, Any]:
-    """What was said of the camera, by the names of `Camera`."""
+    """What was said of the camera, by the names of `Camera`, and of places in degrees."""
     given = {"eye": args.eye, "target": args.target, "fov_deg": args.fov, "up": args.up}
-    return {key: value for key, value in given.items() if value is not None}
+    return {key: value for key, value in (given | {"at": args.at, "stand": args.stand}).items() if value is not None}
+
+
+def _camera(args: argparse.Namespace, heightmap: Heightmap, start: Camera) -> Camera:
+    """The camera of a first view, changed as the options say."""
+    given = camera_options(args)
+    at, stand = given.pop("at", None), given.pop("stand", None)
+    camera = replace(start, **given)
+    if at:
+        camera = look_at(heightmap, replace(start, **given), *at)
+    if stand:
+        return stand_at(heightmap, camera, *stand)
+    if at and not args.eye:
+        moved = np.subtract(camera.target, start.target)
+        return drawn_near(heightmap, replace(camera, eye=tuple(np.add(start.eye, moved).tolist())))
+    return camera
 
 
 def open_map(args: argparse.Namespace, name: str | None = None) -> tuple[Heightmap, BundledMap | None]:

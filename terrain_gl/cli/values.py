@@ -70,6 +70,15 @@ def point(text: str) -> tuple[float, float, float]:
     return x, y, z
 
 
+def lonlat(text: str) -> tuple[float, ...]:
+    """LON,LAT in degrees, or with metres above the ground LON,LAT,M."""
+    what = "degrees LON,LAT, or LON,LAT,M with metres above the ground"
+    values = _numbers(text, what, 2, 3)
+    if abs(values[0]) > 360 or abs(values[1]) > 90:
+        raise _expected(what, text)
+    return tuple(values)
+
+
 def sun(text: str) -> tuple[float, float]:
     """AZIMUTH,ELEVATION in degrees."""
     what = "degrees AZIMUTH,ELEVATION, the elevation from -90 to 90"

@@ -10,10 +10,12 @@ from __future__ import annotations
 
 import math
 from collections.abc import Callable
+from dataclasses import replace
 
 import numpy as np
 
 from ..camera import Camera
+from ..exceptions import UsageError
 from ..heightmap import Heightmap
 
 _BLOCKS = 64  # blocks of posts a side in which places are looked for
@@ -60,6 +62,34 @@ def high(heightmap: Heightmap, fov_deg: float = 45.0) -> Camera:
     forward = np.array([math.sin(yaw) * math.cos(pitch), math.cos(yaw) * math.cos(pitch), -math.sin(pitch)])
     middle = np.array([*np.divide(heightmap.extent_m, 2), heightmap.range_m[0]])
     return Camera(tuple(middle - away * forward), tuple(middle), fov_deg)
+
+
+def stand_at(heightmap: Heightmap, camera: Camera, lon: float, lat: float, above_m: float | None = None) -> Camera:
+    """The camera moved to degrees of longitude and latitude, so many metres above the ground there (2 posts' spacings).
+
+    Raises
+    ------
+    UsageError
+        The place lies off the map, or the map does not know where it lies.
+    """
+    x, y = _on_map(heightmap, lon, lat)
+    above_m = 2 * max(heightmap.spacing_m) if above_m is None else above_m
+    return replace(camera, eye=(x, y, _ground_m(heightmap, x, y) + above_m))
+
+
+def look_at(heightmap: Heightmap, camera: Camera, lon: float, lat: float, above_m: float = 0.0) -> Camera:
+    """The camera turned to degrees of longitude and latitude, so many metres above the ground there."""
+    x, y = _on_map(heightmap, lon, lat)
+    return replace(camera, target=(x, y, _ground_m(heightmap, x, y) + above_m))
+
+
+def drawn_near(heightmap: Heightmap, camera: Camera, share: float = 1 / 4) -> Camera:
+    """The camera on its own line of sight, a share of the map's longer side from its target, and above the ground."""
+    target, eye = np.asarray(camera.target, np.float64), np.asarray(camera.eye, np.float64)
+    back = (eye - target) / max(float(np.linalg.norm(eye - target)), 1e-9)
+    x, y, z = target + share * max(heightmap.extent_m) * back
+    clear = _ground_m(heightmap, x, y) + 2 * max(heightmap.spacing_m)
+    return replace(camera, eye=(float(x), float(y), float(max(z, clear))))
 
 
 VIEWS: dict[str, Callable[[Heightmap, float], Camera]] = {
@@ -140,6 +170,30 @@ class _Blocks:
         score = np.where((away >= nearest) & (away <= farthest), score, -np.inf)
         block = self.best(score)[0]
         return self.post(block, lowest) if np.isfinite(score[block]) else _middle(self.heightmap)
+
+
+def _on_map(heightmap: Heightmap, lon: float, lat: float) -> tuple[float, float]:
+    """World metres of a place on the map."""
+    place = heightmap.place
+    if place is None:
+        raise UsageError(f"{heightmap.name}: does not say where on the Earth it lies: name places in metres, X,Y,Z")
+    x, y = place.from_lonlat(lon, lat)
+    width, depth = heightmap.extent_m
+    if not (0 <= x <= width and 0 <= y <= depth):
+        (west, south), (east, north) = place.to_lonlat(0.0, 0.0), place.to_lonlat(width, depth)
+        raise UsageError(
+            f"{heightmap.name}: {lon:g},{lat:g} lies off the map, which reaches from {west:.5g},{south:.5g} to "
+            f"{east:.5g},{north:.5g} (longitude, latitude)"
+        )
+    return x, y
+
+
+def _ground_m(heightmap: Heightmap, x: float, y: float) -> float:
+    """Height of the post next to a place, or next to where one leaves the map; of a void, the map's lowest height."""
+    (east, north), (rows, cols) = heightmap.spacing_m, heightmap.heights.shape
+    row, col = rows - 1 - round(y / north), round(x / east)
+    height = float(heightmap.heights[min(max(row, 0), rows - 1), min(max(col, 0), cols - 1)])
+    return heightmap.range_m[0] if math.isnan(height) else height
 
 
 def _from_middle(n: int) -> np.ndarray:

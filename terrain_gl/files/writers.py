@@ -1,4 +1,7 @@
-"""Heightmap files, written row by row: 16-bit PNG, float TIFF or EXR. They appear whole or not at all."""
+"""Heightmap files, written row by row: 16-bit PNG, float TIFF or EXR. They appear whole or not at all.
+
+A TIFF of a map that knows where it lies is a GeoTIFF, if rasterio is installed.
+"""
 
 from __future__ import annotations
 
@@ -15,6 +18,10 @@ import OpenImageIO as oiio
 from ..exceptions import TerrainError, UsageError
 from ..heightmap import Heightmap
 from ..image import make_sure_of_space, reason_of, replacing
+from ..place import flat_crs
+from ..readers.gdal import closed_environment
+from ..readers.georeference import DEGREES, Georeference
+from ..readers.raster import gdal_failures, has_rasterio, one_line
 
 FORMATS = {".png": "uint16", ".tif": "float", ".tiff": "float", ".exr": "float"}
 MOST_STEPS = 65534  # of a 16-bit file with voids
@@ -33,7 +40,7 @@ def write_heightmap(
     ----------
     path
         `.tif`, `.tiff`, `.exr`: float32 metres, bit by bit, voids NaN. `.png`: 16-bit steps, rounded to the nearest,
-        as fine as `least_step` finds them; voids 65535.
+        as fine as `least_step` finds them; voids 65535. A TIFF has the map's coordinate system and grid.
     progress
         Called with the part done, 0 to 1.
 
@@ -52,7 +59,9 @@ def write_heightmap(
     suffix = format_of(path)
     opening = opening_of(heightmap, suffix)
     rows = max(1, BAND_POSTS // heightmap.cols)
-    with heightmap_file(path, heightmap.cols, heightmap.rows, f"heights, read with {as_options(opening)}") as file:
+    about = f"heights, read with {as_options(opening)}"
+    place = heightmap.georeference if suffix in (".tif", ".tiff") and has_rasterio() else None
+    with heightmap_file(path, heightmap.cols, heightmap.rows, about, place) as file:
         for first in range(0, heightmap.rows, rows):
             band = heightmap.heights[first : first + rows]
             file.write(_steps(band, opening) if FORMATS[suffix] == "uint16" else band)
@@ -96,8 +105,15 @@ def format_of(path: str | os.PathLike[str]) -> str:
 
 
 @contextmanager
-def heightmap_file(path: str | os.PathLike[str], cols: int, rows: int, description: str) -> Iterator[HeightmapFile]:
+def heightmap_file(
+    path: str | os.PathLike[str], cols: int, rows: int, description: str, place: Georeference | None = None
+) -> Iterator[HeightmapFile | GeoTiff]:
     """Give a file to write all rows of a map to; it takes the place of `path` when the block ends without an error.
+
+    Parameters
+    ----------
+    place
+        Where the map lies, for a GeoTIFF.
 
     Raises
     ------
@@ -107,8 +123,12 @@ def heightmap_file(path: str | os.PathLike[str], cols: int, rows: int, descripti
     suffix = format_of(path)
     with replacing(path) as beside:
         make_sure_of_space(beside, cols * rows * (2 if FORMATS[suffix] == "uint16" else 4))
-        with HeightmapFile(beside, path, (cols, rows), FORMATS[suffix], description) as file:
-            yield file
+        if place:
+            with GeoTiff(beside, path, place, description) as tiff:
+                yield tiff
+        else:
+            with HeightmapFile(beside, path, (cols, rows), FORMATS[suffix], description) as file:
+                yield file
 
 
 class HeightmapFile:
@@ -143,6 +163,45 @@ class HeightmapFile:
     def _ensure(self, done: bool) -> None:
         if not done:
             raise TerrainError(f"{self.path}: cannot write: {reason_of(self.file or oiio)}")
+
+
+class GeoTiff:
+    """A float GeoTIFF, written row by row by rasterio."""
+
+    def __init__(self, beside: Path, path: str | os.PathLike[str], place: Georeference, description: str) -> None:
+        import rasterio
+
+        self.path, self.row, (self.cols, rows) = path, 0, place.size
+        # heights are metres, so the vertical part of the map's system, which may be feet, is left out
+        crs = place.crs if place.crs in (None, DEGREES) else flat_crs(place.crs).to_wkt()
+        profile = {"driver": "GTiff", "width": self.cols, "height": rows, "count": 1, "dtype": "float32"}
+        profile |= {"transform": rasterio.Affine(*place.grid), "crs": crs, "nodata": math.nan}
+        profile |= {"compress": "deflate", "predictor": 3, "bigtiff": "if_safer"}
+        with self._failing():
+            self.file = rasterio.open(beside, "w", **profile)
+            self.file.update_tags(TIFFTAG_IMAGEDESCRIPTION=description)
+
+    def __enter__(self) -> GeoTiff:
+        return self
+
+    def write(self, rows: np.ndarray) -> None:
+        """Add rows below those that there are."""
+        end = self.row + len(rows)
+        with self._failing():
+            self.file.write(rows, 1, window=((self.row, end), (0, self.cols)))
+        self.row = end
+
+    def __exit__(self, *_: object) -> None:
+        with self._failing():
+            self.file.close()
+
+    @contextmanager
+    def _failing(self) -> Iterator[None]:
+        try:
+            with closed_environment():
+                yield
+        except gdal_failures() as error:
+            raise TerrainError(f"{self.path}: cannot write: {one_line(error.__cause__ or error)}") from None
 
 
 def _steps(heights: np.ndarray, opening: dict[str, Any]) -> np.ndarray:

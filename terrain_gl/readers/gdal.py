@@ -110,6 +110,7 @@ def _raster(data: Any, name: str, trusted: bool, band: int | None) -> Raster:
         offset_m=data.offsets[first] * unit_m + said.z_offset_m,
         notes=notes + of_heights,
         bands_chosen=band is not None,
+        georeference=place.kept(),
     )
 
 

@@ -13,6 +13,7 @@ from terrain_gl.readers.raster import Spacing, gdal_failures
 
 LEAST_STEP, LARGEST_STEP = 1e-9, 1e6  # between posts, in any unit, that are taken for meant
 FINEST_DEGREES = 0.1  # without a CRS, a step below this may be degrees
+DEGREES = "EPSG:4326"  # longitude and latitude on WGS 84
 WORLD_FILES = (".wld", ".pgw", ".pngw", ".tfw", ".tifw", ".tiffw", ".jgw", ".bpw", ".exrw", ".hdrw")
 
 
@@ -38,11 +39,32 @@ class Grid(NamedTuple):
 
 
 class Georeference(NamedTuple):
-    """Where a raster lies: its grid, a rasterio CRS or None, columns and rows."""
+    """Where a raster lies: its grid, a coordinate system or None, columns and rows.
+
+    The coordinate system is rasterio's while a file is read; as WKT, or a name like EPSG:4326, it stays with the map.
+    """
 
     grid: Grid
     crs: Any
     size: tuple[int, int]
+
+    def kept(self) -> Georeference | None:
+        """The same to stay with the map, whose first row is the northern one; None if it tells nothing."""
+        grid, (cols, rows) = self.grid, self.size
+        if grid.tells_nothing or spacing_of(self, "")[0] is None:
+            return None
+        if grid.is_south_up:
+            grid = grid._replace(e=-grid.e, f=grid.f + rows * grid.e)
+        crs = self.crs or (DEGREES if _may_be_degrees(self) else None)
+        return Georeference(grid, crs if crs is None or isinstance(crs, str) else _wkt(crs), (cols, rows))
+
+    def resampled(self, cols: int, rows: int) -> Georeference:
+        """The same land under other numbers of posts; the outermost posts stay where they are."""
+        grid, (across, down) = self.grid, self.size
+        a, e = grid.a * (across - 1) / (cols - 1), grid.e * (down - 1) / (rows - 1)
+        return Georeference(
+            grid._replace(a=a, e=e, c=grid.c + (grid.a - a) / 2, f=grid.f + (grid.e - e) / 2), self.crs, (cols, rows)
+        )
 
     @property
     def middle_y(self) -> float:
@@ -116,6 +138,13 @@ def _web_mercator_scale(place: Georeference) -> Spacing:
     east, north = metres_per_degree(latitude)
     degree = math.radians(1) * WGS84[0]
     return east / degree, north / degree * math.cos(math.radians(latitude))
+
+
+def _wkt(crs: Any) -> str | None:
+    try:
+        return str(crs.to_wkt())
+    except gdal_failures():
+        return None
 
 
 def _linear_unit_m(crs: Any) -> float | None:

@@ -35,7 +35,8 @@ def open_oiio(path: str, name: str) -> Raster:
     dtype = np.dtype({"uint": "uint32", "int": "int32", "half": "float16"}.get(str(spec.format), str(spec.format)))
     said = said_in(_description(spec))
     grid = world_file(path) or Grid()
-    spacing_m, notes = spacing_of(Georeference(grid, None, (spec.width, spec.height)), name)
+    place = Georeference(grid, None, (spec.width, spec.height))
+    spacing_m, notes = spacing_of(place, name)
     blocks = _oiio_blocks(image, name)
     return Raster(
         name,
@@ -48,6 +49,7 @@ def open_oiio(path: str, name: str) -> Raster:
         scale=said.z_scale,
         offset_m=said.z_offset_m,
         notes=notes,
+        georeference=place.kept(),
     )
 
 

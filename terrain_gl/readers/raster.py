@@ -48,6 +48,8 @@ class Raster:
         What the user should know of how the file was understood.
     bands_chosen : bool
         The blocks hold the asked band alone.
+    georeference : Georeference or None
+        Where the map lies, north up, if the file tells.
     """
 
     name: str
@@ -61,6 +63,7 @@ class Raster:
     offset_m: float = 0.0
     notes: tuple[str, ...] = ()
     bands_chosen: bool = False
+    georeference: Any = None
 
     @property
     def colours(self) -> int:

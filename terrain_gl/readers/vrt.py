@@ -135,6 +135,7 @@ def _raster(root: ElementTree.Element, path: str, name: str) -> Raster:
         scale=float(bands[0].findtext("Scale", "1")) * unit_m,
         offset_m=float(bands[0].findtext("Offset", "0")) * unit_m,
         notes=notes + of_heights,
+        georeference=place.kept(),
     )
 
 

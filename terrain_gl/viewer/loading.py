@@ -167,7 +167,9 @@ def preview(heightmap: Heightmap) -> Heightmap | None:
     heights = heightmap.heights[np.ix_(rows, cols)]
     if np.isnan(heights).all():
         return None
-    return Heightmap(heights, (east / (len(cols) - 1), north / (len(rows) - 1)), heightmap.name)
+    few = Heightmap(heights, (east / (len(cols) - 1), north / (len(rows) - 1)), heightmap.name)
+    few.georeference = heightmap.georeference and heightmap.georeference.resampled(len(cols), len(rows))
+    return few
 
 
 def _sample(n: int) -> np.ndarray:
@@ -183,7 +185,9 @@ def scaled(heightmap: Heightmap, factor: float, progress: Progress | None = None
     if factor == 1:
         return heightmap
     if heightmap.opened is None:
-        return Heightmap(heightmap.heights * np.float32(factor), heightmap.spacing_m, heightmap.name)
+        higher = Heightmap(heightmap.heights * np.float32(factor), heightmap.spacing_m, heightmap.name)
+        higher.georeference = heightmap.georeference
+        return higher
     how = dict(heightmap.opened)
     scale, offset_m = heightmap.scales
     how |= {"z_scale": factor * scale, "z_offset_m": factor * offset_m}

@@ -89,7 +89,7 @@ class MapLoader:
         def opener(progress: Callable[[float], None]) -> Opened:
             spaced = Heightmap(plain.heights, spacing_m, plain.name)
             spaced.opened = plain.opened and plain.opened | {"spacing_m": spacing_m}
-            spaced.scales = plain.scales
+            spaced.scales, spaced.georeference = plain.scales, plain.georeference
             return replace(opened, heightmap=spaced, camera=Camera.default(spaced), camera_given=True)
 
         self.load(plain.name, opener)

@@ -40,6 +40,7 @@ class MapWriter:
         format_of(path)
         self.path, self.message, self.done, self.edits = path, "", False, edits
         plain = Heightmap(heightmap.heights / np.float32(exaggeration), heightmap.spacing_m, heightmap.name)
+        plain.georeference = heightmap.georeference
         self._thread = threading.Thread(target=self._write, args=(plain,), name=f"writing {path}")
         self._thread.start()
 

@@ -1,0 +1,134 @@
+"""Where a map lies on the Earth: world metres, coordinates of its file, longitude and latitude.
+
+World metres count from the south-west post: x east, y north. Between them and the file's coordinates stand columns and
+rows alone, so that a place is exact whatever the spacing was measured at.
+"""
+
+from __future__ import annotations
+
+import math
+from dataclasses import dataclass
+from functools import lru_cache
+from typing import Any
+
+from terrain_gl.exceptions import TerrainError, UsageError
+from terrain_gl.readers.georeference import DEGREES, Georeference
+from terrain_gl.readers.raster import INSTALL_GEO, Spacing
+
+Point = tuple[float, float]
+
+
+@dataclass(frozen=True)
+class Place:
+    """Where a map lies.
+
+    Attributes
+    ----------
+    georeference
+        Its grid, coordinate system, columns and rows.
+    spacing_m
+        Metres between posts, east and north.
+    """
+
+    georeference: Georeference
+    spacing_m: Spacing
+
+    @property
+    def crs(self) -> str | None:
+        """The coordinate system, as WKT or a name; None if it is unknown."""
+        crs: str | None = self.georeference.crs
+        return crs
+
+    @property
+    def name(self) -> str:
+        """The coordinate system in a few words, such as EPSG:32632."""
+        if self.crs is None:
+            return "unknown coordinates"
+        if self.crs == DEGREES:
+            return DEGREES
+        crs = flat_crs(self.crs)
+        code = crs.to_authority(min_confidence=70)
+        return ":".join(code) if code else str(crs.name)
+
+    def to_map(self, x: float, y: float) -> Point:
+        """The file's coordinates of a place in world metres."""
+        grid, (_, rows) = self.georeference.grid, self.georeference.size
+        col, row = x / self.spacing_m[0], rows - 1 - y / self.spacing_m[1]
+        return grid.a * (col + 0.5) + grid.c, grid.e * (row + 0.5) + grid.f
+
+    def from_map(self, easting: float, northing: float) -> Point:
+        """World metres of a place in the file's coordinates."""
+        grid, (_, rows) = self.georeference.grid, self.georeference.size
+        col, row = (easting - grid.c) / grid.a - 0.5, (northing - grid.f) / grid.e - 0.5
+        return col * self.spacing_m[0], (rows - 1 - row) * self.spacing_m[1]
+
+    def to_lonlat(self, x: float, y: float) -> Point:
+        """Degrees of longitude and latitude of a place in world metres.
+
+        Raises
+        ------
+        TerrainError
+            The coordinate system is unknown, pyproj is missing, or the place has no such coordinates.
+        """
+        return self._turned(self.to_map(x, y), "FORWARD")
+
+    def from_lonlat(self, lon: float, lat: float) -> Point:
+        """World metres of a place in degrees of longitude and latitude; errors as of `to_lonlat`."""
+        return self.from_map(*self._turned((lon, lat), "INVERSE"))
+
+    @property
+    def middle(self) -> Point:
+        """Degrees of longitude and latitude of the map's middle; errors as of `to_lonlat`."""
+        (cols, rows), (east, north) = self.georeference.size, self.spacing_m
+        return self.to_lonlat((cols - 1) * east / 2, (rows - 1) * north / 2)
+
+    def _turned(self, point: Point, direction: str) -> Point:
+        if self.crs is None:
+            raise UsageError("the map has no coordinate system: give it one with gdal_translate -a_srs")
+        if self.crs == DEGREES:
+            return point
+        x, y = _to_degrees(self.crs).transform(*point, direction=direction)
+        if not (math.isfinite(x) and math.isfinite(y)):
+            raise UsageError(f"{point[0]:g}, {point[1]:g} has no place in {self.name}")
+        return x, y
+
+
+def degrees(lon: float, lat: float) -> str:
+    """Longitude and latitude for people: 46.50000° N 7.10000° E."""
+    lon = (lon + 180) % 360 - 180
+    return f"{abs(lat):.5f}° {'N' if lat >= 0 else 'S'} {abs(lon):.5f}° {'E' if lon >= 0 else 'W'}"
+
+
+def flat_crs(crs: Any) -> Any:
+    """The pyproj CRS of whatever pyproj takes, without its heights.
+
+    Raises
+    ------
+    TerrainError
+        pyproj is missing, or knows no such coordinate system.
+    """
+    try:
+        import pyproj
+    except ImportError:
+        raise TerrainError(f"coordinate systems need pyproj: {INSTALL_GEO}") from None
+    try:
+        made = pyproj.CRS.from_user_input(crs)
+    except pyproj.exceptions.CRSError:
+        raise TerrainError(f"{' '.join(str(crs).split())[:60]!r} is no coordinate system that PROJ knows") from None
+    return made.sub_crs_list[0] if made.is_compound else made.to_2d()
+
+
+@lru_cache(maxsize=16)
+def _to_degrees(crs: str) -> Any:
+    """The transformer to longitude and latitude: on WGS 84, or on the own ellipsoid of another planet."""
+    import pyproj
+
+    flat = flat_crs(crs)
+    try:
+        return pyproj.Transformer.from_crs(flat, DEGREES, always_xy=True)
+    except pyproj.exceptions.ProjError:
+        pass
+    try:
+        return pyproj.Transformer.from_crs(flat, flat.geodetic_crs, always_xy=True)
+    except (pyproj.exceptions.ProjError, TypeError):
+        raise TerrainError(f"{flat.name} has no longitude and latitude") from None
