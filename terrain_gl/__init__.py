@@ -31,7 +31,7 @@ _MODULES = {
 
 
 def __getattr__(name: str) -> Any:
-    """Import what is asked for first (PEP 562): so the command line is there at once, to hear Ctrl-C."""
+    """Import a name when it is first used (PEP 562): the command line starts at once, and can handle Ctrl-C."""
     if name not in _MODULES:
         raise AttributeError(f"module {__name__!r} has no attribute {name!r}")
     return getattr(import_module(f".{_MODULES[name]}", __name__), name)

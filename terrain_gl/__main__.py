@@ -3,7 +3,7 @@
 import signal
 import sys
 
-# Python's own answer to Ctrl-C is a traceback; until the command line listens, the process just ends.
+# Python answers Ctrl-C with a traceback. Until the command line handles it, Ctrl-C simply ends the process.
 if signal.getsignal(signal.SIGINT) is signal.default_int_handler:
     signal.signal(signal.SIGINT, signal.SIG_DFL)
 

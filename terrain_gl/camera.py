@@ -19,7 +19,7 @@ if TYPE_CHECKING:
 Vector = tuple[float, float, float]
 UP = (0.0, 0.0, 1.0)
 NORTH = (0.0, 1.0, 0.0)
-NEAREST_M, FARTHEST_M = 1e-9, 1e12  # eye to target, and either from the map's corner: squares stay normal numbers
+NEAREST_M, FARTHEST_M = 1e-9, 1e12  # limits of distances and coordinates: their squares stay normal numbers
 
 
 @dataclass(frozen=True)
@@ -29,7 +29,7 @@ class Camera:
     Parameters
     ----------
     eye, target
-        Where the camera stands and the point in the middle of its picture.
+        The position of the camera, and the point in the middle of its picture.
     fov_deg
         Vertical field of view in degrees.
     up
@@ -60,7 +60,10 @@ class Camera:
 
     @classmethod
     def default(cls, terrain: Heightmap, fov_deg: float = 45.0) -> Camera:
-        """Look over the map's middle half from the south, or over a long map from the west; a narrow one whole."""
+        """A view over the middle of the map, from the south; from the west if the map is long from south to north.
+
+        It shows the middle half of the map; of a narrow map nearly all.
+        """
         (east, north), (low, high) = terrain.extent_m, terrain.range_m
         yaw, pitch = math.radians(105.0 if north > 1.5 * east else 15.0), math.radians(17.0)
         forward = (math.sin(yaw) * math.cos(pitch), math.cos(yaw) * math.cos(pitch), -math.sin(pitch))
@@ -88,7 +91,7 @@ class Camera:
         return look[:3, :3].T * [[1.0], [1.0], [-1.0]]
 
     def focal_px(self, height: int) -> float:
-        """Pixels per unit of x/z in a picture `height` pixels high: K of method section 4."""
+        """Pixels per unit of x/z in a picture `height` pixels high: the focal length K."""
         return 0.5 * height / math.tan(0.5 * math.radians(self.fov_deg))
 
     def half_extent(self, size: tuple[int, int]) -> tuple[float, float]:
@@ -98,10 +101,10 @@ class Camera:
 
 
 def clip_from_eye(camera: Camera, size: tuple[int, int], near_m: float) -> np.ndarray:
-    """(4, 4) float64 for column vectors of world metres relative to the eye; depth is near/z: 1 near, 0 infinitely far.
+    """(4, 4) float64 projection of column vectors, world metres relative to the eye, to clip space.
 
-    Reversed depth in floating point keeps its relative precision over any distance (Reed 2015, "Depth precision
-    visualized").
+    Depth is near/z: 1 at the near plane, 0 at infinity. In floating point this reversed depth has the same relative
+    precision at any distance (Reed 2015, "Depth precision visualized").
     """
     right, up, forward = camera.axes
     tan_x, tan_y = camera.half_extent(size)
@@ -134,7 +137,7 @@ def _parallel(a: Vector, b: np.ndarray) -> bool:
 def screen_shift_px(
     camera: Camera, size: tuple[int, int], points: np.ndarray, rise_m: np.ndarray, near_m: float
 ) -> tuple[np.ndarray, np.ndarray]:
-    """How far points move on the screen when they are moved up, in float64: the exact formula of method section 4.
+    """How far points move on the screen when they are moved up, by an exact formula in float64.
 
     Parameters
     ----------
@@ -146,9 +149,9 @@ def screen_shift_px(
     Returns
     -------
     px
-        (n,) pixels; infinite where a point moves behind the eye.
+        (n,) pixels; infinite if the point moves behind the eye.
     seen
-        (n,) bool, whether the point stands in the picture.
+        (n,) bool, whether the point is in the picture.
     """
     at = camera.axes @ (points - np.asarray(camera.eye)).T
     seen = in_picture(camera, size, [*at], near_m)
@@ -156,7 +159,7 @@ def screen_shift_px(
 
 
 def in_picture(camera: Camera, size: tuple[int, int], at: Sequence[np.ndarray], near_m: float) -> np.ndarray:
-    """Whether points stand in the picture: `at` holds their places along the camera's axes, three arrays in metres."""
+    """Whether points are in the picture; `at` holds their coordinates along the camera's axes, in metres."""
     (x, y, z), (tan_x, tan_y) = at, camera.half_extent(size)
     return (z >= near_m) & (np.abs(x) <= tan_x * z) & (np.abs(y) <= tan_y * z)
 
@@ -172,18 +175,18 @@ def shift_px(camera: Camera, size: tuple[int, int], at: Sequence[np.ndarray], ri
 def boxes_in_picture(
     camera: Camera, size: tuple[int, int], near_m: float, low: np.ndarray, high: np.ndarray
 ) -> np.ndarray:
-    """Whether boxes may be in the picture: (n,) bool, False for those that lie beyond one of its planes.
+    """Whether boxes may be in the picture: (n,) bool, False if a box lies outside one of the view's planes.
 
     Parameters
     ----------
     low, high
-        (n, 3) world metres, least and largest corners.
+        (n, 3) world metres, smallest and largest corners.
     """
     which = np.indices((2, 2, 2)).reshape(3, 8).T[:, None, :]
     corners = np.where(which, high, low) - np.asarray(camera.eye)
     x, y, z = np.moveaxis(corners @ camera.axes.T, -1, 0)
     tan_x, tan_y = camera.half_extent(size)
-    slack = 1e-6 * np.abs(corners).sum(-1)  # what is drawn is placed in float32
+    slack = 1e-6 * np.abs(corners).sum(-1)  # the GPU places vertices in float32
     sides = [side * v - tan * z for v, tan in ((x, tan_x), (y, tan_y)) for side in (1, -1)]
     outside = [(side > slack * (1 + tan_x + tan_y)).all(0) for side in sides] + [(z < near_m - slack).all(0)]
     return ~np.any(outside, 0)

@@ -1,10 +1,10 @@
-"""Edits: new heights for a rectangle of posts. All tables become what a rebuild would make them, bit for bit.
+"""Edits: new heights for a rectangle of posts. All tables become the same, bit for bit, as after a rebuild.
 
     heights → error tables → baselines → sums of heights → light
 
-The tables store heights and errors as integers within a quantisation range (`Terrain.quantisation_range_m`). Edits that
-stay within it cost what the rectangle costs. The first edit beyond it widens the range, and everything is built anew.
-`Editor.headroom_steps` widens it ahead, beside the tables that are in use.
+The tables store heights and errors as integers in a quantisation range (`terrain.quantisation_range`). The cost of an
+edit inside the range grows with its rectangle. The first edit outside the range widens it and rebuilds everything.
+`Editor.headroom_steps` widens the range in advance, while the old tables stay in use.
 """
 
 from __future__ import annotations
@@ -23,7 +23,7 @@ from .terrain import Rect, hull
 
 
 class Editor:
-    """Gives posts new heights, and has everything follow that is computed from them.
+    """Gives posts new heights, and updates everything that is computed from them.
 
     Parameters
     ----------
@@ -36,24 +36,24 @@ class Editor:
     def __init__(self, resources: GpuResources, forget: Callable[[], None]) -> None:
         self.session, self.resources = resources.session, resources
         self._forget = forget
-        self._unlit: Rect | None = None  # what was edited since the light followed last
+        self._unlit: Rect | None = None  # posts edited since the last update of the light
 
     @in_session
     def edit(self, rows: slice | int, cols: slice | int, heights: Any, settle: bool = True) -> None:
-        """Give a rectangle of posts new heights, NaN for voids; all tables become what a rebuild would make them.
+        """Give a rectangle of posts new heights, NaN for voids; all tables become the same as after a rebuild.
 
-        Time grows with the rectangle. But the tables' sums change everywhere south-east of it, and everything is built
-        anew when heights leave the quantisation range: see `make_headroom`.
+        The time grows with the rectangle, and with the part of the map south-east of it, where sums change. If heights
+        leave the quantisation range, everything is rebuilt: see `make_headroom`.
 
         Parameters
         ----------
         rows, cols
-            Which posts, as slices or numbers, counted from the end where negative.
+            The posts, as slices or numbers; negative numbers count from the end.
         heights
-            Metres, of a shape that fits; NaN, ±Inf and masked values are voids.
+            Metres, in a shape that fits; NaN, ±Inf and masked values are voids.
         settle
-            Have the light follow, too. Light depends on far parts of the map: while one sculpts, it can wait for
-            `settle`.
+            Update the light, too. That takes longer, because an edit changes shadows far away. During a brush stroke
+            the light can wait: call `settle` at its end.
 
         Raises
         ------
@@ -80,26 +80,26 @@ class Editor:
 
     @in_session
     def settle(self) -> None:
-        """Have the light follow all edits that were made with `settle=False`."""
+        """Update the light after edits with `settle=False`."""
         if self._unlit:
             self.resources.picture.settle(self._unlit)
             self._unlit = None
 
     @property
     def is_settled(self) -> bool:
-        """Whether the light follows all edits."""
+        """Whether the light includes all edits."""
         return self._unlit is None
 
     @property
     def headroom_m(self) -> tuple[float, float]:
-        """How far edits may dig below the lowest post, and raise the highest, before everything is built anew."""
+        """How far edits may go below the lowest post and above the highest before everything is rebuilt, in metres."""
         return self.resources.terrain.headroom_m
 
     def make_headroom(self, up_m: float, down_m: float = 0.0) -> None:
-        """Get ready for edits that raise the highest post by `up_m` and dig `down_m` below the lowest.
+        """Prepare for edits up to `up_m` above the highest post and `down_m` below the lowest.
 
-        Edits are as correct without it. But the first edit copies the map, and one that leaves the quantisation range
-        builds all tables anew.
+        Edits are correct without this, but slower: the first edit copies the map, and an edit that leaves the
+        quantisation range rebuilds all tables.
 
         Raises
         ------
@@ -110,9 +110,9 @@ class Editor:
 
     @steps_in_session
     def headroom_steps(self, up_m: float, down_m: float = 0.0) -> Steps[None]:
-        """Incremental `make_headroom`; yields progress from 0 to 1, or nothing where there is enough headroom.
+        """Incremental `make_headroom`; yields progress from 0 to 1, or nothing if there is enough headroom.
 
-        New tables are built beside those in use. One may draw meanwhile; an edit ends it.
+        New tables are built while the old ones stay in use. Drawing between steps is allowed; an edit ends the work.
 
         Raises
         ------
@@ -137,7 +137,7 @@ class Editor:
             moved = terrain.base_m != mine.base_m
             mine.take(terrain)
             self.resources.tables.take(tables)
-        finally:  # they hold what was in use before, or what was not finished
+        finally:  # after `take` these hold the old tables; after a failure, the unfinished ones
             terrain.release()
             if tables:
                 tables.release_tables()
@@ -145,7 +145,7 @@ class Editor:
         yield 1.0
 
     def _follow_new_range(self, moved: bool) -> None:
-        """Follow another quantisation range; `moved`: heights count from another base."""
+        """Follow a new quantisation range; `moved`: heights count from another base."""
         self._forget()
         everything, picture = self.resources.terrain.all_posts, self.resources.picture
         if moved:
@@ -164,7 +164,7 @@ class Editor:
         return patch
 
     def _check_unedited(self, edits: int) -> None:
-        if self.resources.terrain.edits != edits:  # half of the new tables would be of other heights
+        if self.resources.terrain.edits != edits:  # a part of the new tables would hold the old heights
             raise TerrainError("the map was edited while headroom was made for edits: begin again")
 
 

@@ -1,9 +1,9 @@
-"""Error tables: how far the surface drawn at any level strays from the full-resolution truth, whatever the view.
+"""Error tables: the error of every node against the full-resolution truth, in metres. They do not depend on the view.
 
-For each node of the quadtree the worst post and the root mean square, drawn as two triangles or as a fan
-(glsl/error/node_errors.glsl); over them, summed-area tables of class counters and of squared errors, from which the
-bound of any rectangle of nodes costs four fetches (glsl/error/bound.glsl); beside them, what splitting a node gains
-(glsl/error/gain.glsl). Specification: `reference.node_errors`, `reference.split_gains`.
+For each node of the quadtree: the largest error of its posts and the root mean square, drawn as two triangles or as a
+fan (glsl/error/node_errors.glsl), and what splitting the node gains (glsl/error/gain.glsl). Over the nodes: summed-area
+tables of class counters and of squared errors. They bound the error of any rectangle of nodes in four fetches
+(glsl/error/bound.glsl). Specification: `reference.node_errors`, `reference.split_gains`.
 """
 
 from __future__ import annotations
@@ -22,8 +22,8 @@ from .gpu.layout import Level
 from .sat import SummedAreaTables, Table
 from .terrain import Rect, Terrain
 
-FINE_LEVELS = 5  # levels whose nodes one thread looks at alone; in coarser ones, at blocks as large as the last of them
-PORTION = 2**18  # posts that are looked at between two breaths of `ErrorTables.build_steps`
+FINE_LEVELS = 5  # up to this level one thread computes a node; in coarser levels, a block of the node of this size
+PORTION = 2**18  # posts that one step of `ErrorTables.build_steps` looks at
 GATHERED_BYTES = 60  # glsl/error/coarse.glsl
 _BUFFERS = ("nodes", "ranges", "gains", "counters", "squares", "blocks")
 _BARRIER = moderngl.SHADER_STORAGE_BARRIER_BIT
@@ -37,20 +37,20 @@ class ErrorTables:
     nodes
         Records `layout.NODE` of all levels from 1 on.
     ranges
-        Of the same nodes: lowest and highest height, 16-bit steps of the span in one word.
+        Lowest and highest height of each of these nodes, in 16-bit steps of the span, two in one word.
     gains
-        Of the same nodes, float32: squared metres that splitting takes away for each triangle it adds.
+        For each of these nodes, float32: the squared metres that splitting removes for each triangle it adds.
     counters, squares
-        Summed-area tables of the class counters (8 bits, four classes a word) and of squared errors (64 bits),
-        a table a level, over tiles of `layout.COUNT_TILE` nodes a side.
+        Summed-area tables of the class counters (8 bits, four classes a word) and of squared errors (64 bits): one table
+        for each level, over tiles of nodes (`layout.Level.count_tile`).
     blocks
-        What each block of posts adds to its node of each coarse level (glsl/error/coarse.glsl): for edits.
+        The share of each block of posts in its node of each coarse level (glsl/error/coarse.glsl). Edits need it.
     """
 
     def __init__(self, terrain: Terrain, build: bool = True) -> None:
         ctx = self.ctx = terrain.ctx
         self.terrain = terrain
-        self._kernels: dict[tuple[str, bool], Any] = {}  # by name, and whether they look for voids
+        self._kernels: dict[tuple[str, bool], Any] = {}  # by name, and whether they handle voids
         self._sat8, self._sat64 = SummedAreaTables(ctx, 8), SummedAreaTables(ctx, 64)
         self._reserve()
         if build:
@@ -61,7 +61,7 @@ class ErrorTables:
         last, coarse = levels[-1], levels[FINE_LEVELS + 1 :]
         nodes, tiles = last.first_node + last.nodes, last.first_count // layout.CLASS_WORDS + 1
         blocks = levels[FINE_LEVELS].nodes * len(coarse) if coarse else 1
-        with ExitStack() as made:  # memory may end half way
+        with ExitStack() as made:  # release what was made if memory is too short for the rest
 
             def reserve(size: int, what: str) -> moderngl.Buffer:
                 buffer = gl.reserve(self.ctx, size, what)
@@ -99,28 +99,28 @@ class ErrorTables:
             yield 0.9 + 0.1 * j / last
 
     def update(self, posts: Rect) -> None:
-        """Recompute what the posts of columns x0 to x1 and rows y0 to y1, (x0, y0, x1, y1), bear on."""
+        """Follow an edit of the posts of columns x0 to x1 and rows y0 to y1, (x0, y0, x1, y1)."""
         for j in range(1, len(self.terrain.levels)):
             self._update_nodes(j, _touched(self.terrain.levels[j], posts, j), posts)
         for j in range(len(self.terrain.levels)):
             self._update_tables(j, posts)
 
     def beside(self, terrain: Terrain) -> ErrorTables:
-        """Tables of another terrain of as many posts, not built yet, for these to `take`."""
+        """Tables for another terrain of the same size, not built yet, to `take` later."""
         other = copy(self)
         other.terrain = terrain
         other._reserve()
         return other
 
     def take(self, other: ErrorTables) -> None:
-        """Exchange tables with what `beside` gave."""
+        """Exchange tables with those that `beside` returned."""
         for name in _BUFFERS:
             mine, theirs = getattr(self, name), getattr(other, name)
             setattr(self, name, theirs)
             setattr(other, name, mine)
 
     def read_nodes(self, level: int) -> np.ndarray:
-        """Records `layout.NODE` of one level, (rows, cols); halves are in units of span · 2^-14."""
+        """Records `layout.NODE` of one level, (rows, cols); half floats are in units of span · 2^-14."""
         sizes = self.terrain.levels[level]
         itemsize = layout.NODE.itemsize
         data = self.nodes.read(sizes.nodes * itemsize, offset=sizes.first_node * itemsize)
@@ -139,17 +139,17 @@ class ErrorTables:
         return np.frombuffer(data, "f4").reshape(sizes.size[::-1])
 
     def bind(self) -> None:
-        """Make the tables visible to shaders that ask for bounds (glsl/lod/promise.glsl)."""
+        """Bind the tables for shaders that read bounds (glsl/lod/promise.glsl)."""
         tables = {"Nodes": self.nodes, "Counters": self.counters, "Squares": self.squares, "Ranges": self.ranges}
         bind("lod/promise.glsl", **tables)
 
     def release_tables(self) -> None:
-        """Give back the GPU's memory of the tables alone: the shaders are those of others."""
+        """Release the tables alone: the shaders belong to others."""
         for buffer in self._buffers:
             buffer.release()
 
     def release(self) -> None:
-        """Give the GPU's memory back."""
+        """Release GPU resources."""
         self.release_tables()
         for resource in (self._sat8, self._sat64, *self._kernels.values()):
             resource.release()
@@ -159,7 +159,7 @@ class ErrorTables:
         return tuple(getattr(self, name) for name in _BUFFERS)
 
     def _update_nodes(self, j: int, nodes: tuple[int, int, int, int], posts: Rect) -> None:
-        """Recompute nodes of level j, from column x and row y on (x, y, columns, rows), for posts that have changed."""
+        """Recompute a rectangle of nodes of level j (x, y, columns, rows) after a change of `posts`."""
         x, y, width, height = nodes
         place = {"u_which_level": j, "u_first": (x, y), "u_count": (width, height)}
         self.terrain.bind()
@@ -176,7 +176,7 @@ class ErrorTables:
         gathering.release()
 
     def _update_tables(self, j: int, posts: Rect) -> None:
-        """Count a level's tiles anew where they changed, and sum."""
+        """Recount a level's tiles that changed, and update the sums."""
         self.terrain.bind()
         level = self.terrain.levels[j]
         tiles = level.counts
@@ -231,7 +231,7 @@ class ErrorTables:
 
 
 def _touched(level: Level, posts: Rect, j: int) -> tuple[int, int, int, int]:
-    """Nodes of level j whose closed area holds a post of the rectangle: first column, first row, columns, rows."""
+    """Nodes of level j that a rectangle of posts touches, borders included: first column, first row, columns, rows."""
     x0, y0 = max(0, posts[0] - 1) >> j, max(0, posts[1] - 1) >> j
     x1, y1 = min(posts[2] >> j, level.size[0] - 1), min(posts[3] >> j, level.size[1] - 1)
     return x0, y0, x1 - x0 + 1, y1 - y0 + 1

@@ -43,7 +43,7 @@ class GpuResources:
 
     @steps_in_session
     def build_steps(self, heightmap: Heightmap, size: Size) -> Steps[None]:
-        """Make everything; yields progress from 0 to 1. After a failure, or when given up, nothing is left.
+        """Make everything; yields progress from 0 to 1. If it fails or is abandoned, everything is released.
 
         Raises
         ------
@@ -62,13 +62,13 @@ class GpuResources:
             with self._memory_for_picture(size), self.timer.stage("sat"):
                 self.picture = self.session.keep(Picture(self.tables, self.view, size))
             yield 1.0
-        except BaseException:  # a step failed, or whoever took the steps gave up
+        except BaseException:  # a step failed, or the generator was closed
             self.session.release()
             raise
 
     @property
     def quadtree(self) -> QuadtreeSelector:
-        """The selector that the error tables refine."""
+        """The quadtree's selector."""
         return self.selectors.shared(quadtree)
 
     def resize(self, size: Size) -> None:
@@ -77,7 +77,7 @@ class GpuResources:
             self.picture.resize(size)
 
     def crop(self, piece: Piece) -> None:
-        """Draw a piece of the picture from here on: `picture` takes its size, the projection its window."""
+        """Select the piece of the picture to draw next: `picture` gets its size, the projection its window."""
         if self.picture.size != piece.drawn_size:
             self.resize(piece.drawn_size)
         self.view.crop(piece)
@@ -90,7 +90,7 @@ class GpuResources:
 
     @property
     def gpu_bytes(self) -> dict[str, int]:
-        """GPU memory by what it holds: the heights, the summed-area tables, the error table, shading, and all."""
+        """GPU memory in bytes, by content: heights, summed-area tables, error table, shading, and the total."""
         heightmap, tables = self.terrain.heightmap, self.tables
         heights = heightmap.rows * heightmap.cols * (5 if heightmap.voids else 4)
         sat = tables.counters.size + tables.squares.size
@@ -99,7 +99,7 @@ class GpuResources:
         return parts | {"total": sum(parts.values()) + self.selectors.bytes}
 
     def _table_steps(self, heightmap: Heightmap) -> Steps[None]:
-        """Upload the heights and build the error tables; yields progress of the whole building."""
+        """Upload the heights and build the error tables; yields progress as a part of `build_steps`."""
         self.terrain = self.session.keep(Terrain(self.session.ctx, heightmap))
         yield 0.05
         with self.timer.stage("error"):

@@ -1,6 +1,6 @@
-"""Image files: pictures out, pictures in, and how two differ.
+"""Image files: write pictures, read pictures, and compare two of them.
 
-An output appears under its name when it is whole, or not at all.
+A file appears under its name only when it is complete.
 """
 
 from __future__ import annotations
@@ -32,12 +32,12 @@ _BESIDE: set[Path] = set()  # files that are being written
 
 @contextmanager
 def replacing(path: str | os.PathLike[str]) -> Iterator[Path]:
-    """Give a file name beside `path` to write to; it takes the place of `path` when the block ends without an error.
+    """Yield a temporary file name beside `path`. If the block ends without an error, that file replaces `path`.
 
     Raises
     ------
     TerrainError
-        The folder is missing, is not one, or cannot be written to, or the disk is full.
+        `path` is a folder or comes with terrain-gl, its folder is missing, or writing fails.
     """
     path = Path(path)
     check_name(path)
@@ -66,13 +66,13 @@ def _remove(beside: Path) -> None:
 
 @atexit.register
 def _remove_all() -> None:
-    """Remove what a signal in the midst of cleaning up has left."""
+    """Remove files that are left if a signal interrupts the removal."""
     for beside in tuple(_BESIDE):
         _remove(beside)
 
 
 def check_name(path: str | os.PathLike[str]) -> None:
-    """Refuse a name that is not UTF-8: the libraries that write pictures take no other."""
+    """Refuse a name that is not UTF-8: the libraries that write pictures accept only UTF-8."""
     try:
         os.fspath(path).encode("utf-8")
     except UnicodeEncodeError:
@@ -81,12 +81,12 @@ def check_name(path: str | os.PathLike[str]) -> None:
 
 
 def write_image(path: str | os.PathLike[str], pixels: np.ndarray) -> None:
-    """Write a picture in the format that the file's name ends in.
+    """Write a picture; the ending of the file's name chooses the format.
 
     Parameters
     ----------
     path
-        One of `FORMATS`; EXR holds linear light as 32-bit floats, the others 8-bit sRGB as it is.
+        A name that ends in one of `FORMATS`. EXR stores linear light as 32-bit floats, the others 8-bit sRGB.
     pixels
         (height, width, 1, 3 or 4) or (height, width); uint8 sRGB, or floats of linear light from 0 to 1.
 
@@ -106,7 +106,7 @@ def write_image(path: str | os.PathLike[str], pixels: np.ndarray) -> None:
 
 @contextmanager
 def writing_image(path: str | os.PathLike[str], size: tuple[int, int], channels: int = 4) -> Iterator[Rows]:
-    """Write a picture from top to bottom, a few rows at a time: never all of it needs to be in memory.
+    """Write a picture from top to bottom, a few rows at a time, so that it need not fit in memory.
 
     Parameters
     ----------
@@ -118,7 +118,7 @@ def writing_image(path: str | os.PathLike[str], size: tuple[int, int], channels:
     Returns
     -------
     Rows
-        Function of the next rows, (n, width, channels). The file appears when the block has ended and all are there.
+        A function that writes the next rows, (n, width, channels). The file appears when the block ends with all rows.
 
     Raises
     ------
@@ -146,7 +146,7 @@ def writing_image(path: str | os.PathLike[str], size: tuple[int, int], channels:
             if done < size[1]:
                 raise ValueError(f"expected {size[1]} rows, got {done}")
         except BaseException:
-            if suffix == ".png" and done < size[1]:  # of a picture without data libpng would complain on standard error
+            if suffix == ".png" and done < size[1]:  # libpng prints an error if a picture has no data
                 write(np.zeros((min(size[1] - done, 1 + 2**22 // size[0]), size[0], channels), np.uint8))
             file.close()
             raise
@@ -158,7 +158,7 @@ def writing_image(path: str | os.PathLike[str], size: tuple[int, int], channels:
 def write_png(path: str | os.PathLike[str], pixels: np.ndarray) -> None:
     """Write a picture as PNG; see `write_image`."""
     if Path(path).suffix.lower() != ".png":
-        raise TerrainError(f"{path}: pictures are written as PNG: let the name end in .png")
+        raise TerrainError(f"{path}: this picture is written as PNG: use a name that ends in .png")
     write_image(path, pixels)
 
 
@@ -170,7 +170,7 @@ def png_bytes(pixels: np.ndarray) -> bytes:
 
 
 def read_image(path: str | os.PathLike[str], most_pixels: int = 1 << 28) -> np.ndarray:
-    """(height, width, channels) pixels as the file has them.
+    """(height, width, channels) pixels, as they are stored in the file.
 
     Raises
     ------
@@ -196,7 +196,7 @@ def read_image(path: str | os.PathLike[str], most_pixels: int = 1 << 28) -> np.n
 
 
 def difference(one: np.ndarray, other: np.ndarray) -> np.ndarray:
-    """Where two pictures of one shape differ: (height, width, 3) uint8, 8 times the distance in the worst channel.
+    """Picture of the difference of two pictures: (height, width, 3) uint8, 8 times the largest difference of a channel.
 
     Raises
     ------
@@ -225,7 +225,7 @@ def srgb_from_linear(light: np.ndarray) -> np.ndarray:
 
 
 def reduced(pixels: np.ndarray, n: int) -> np.ndarray:
-    """A picture of 8-bit sRGB with n × n pixels become one: the mean of their light; of alpha, the mean.
+    """Reduce an 8-bit sRGB picture n times along each side. A new pixel is the mean of the light, and of the alpha.
 
     Raises
     ------
@@ -243,7 +243,7 @@ def reduced(pixels: np.ndarray, n: int) -> np.ndarray:
 
 
 def _stored(pixels: np.ndarray, suffix: str) -> np.ndarray:
-    """Pixels as the format wants them; alpha stays linear."""
+    """Convert pixels to what the format stores; alpha stays linear."""
     if suffix in _OPAQUE:
         pixels = pixels[..., :3]
     colour, alpha = pixels[..., :3], pixels[..., 3:]
@@ -255,7 +255,7 @@ def _stored(pixels: np.ndarray, suffix: str) -> np.ndarray:
 
 
 def _opened(to: Path, name: str | os.PathLike[str], shape: tuple[int, int, int], kind: str) -> Any:
-    """A file that OpenImageIO writes."""
+    """Open a file for writing with OpenImageIO."""
     spec = oiio.ImageSpec(*shape, kind)
     if kind == "uint8":
         spec.attribute("oiio:ColorSpace", "sRGB")
@@ -268,7 +268,7 @@ def _opened(to: Path, name: str | os.PathLike[str], shape: tuple[int, int, int],
 
 
 def make_sure_of_space(to: Path, pixel_bytes: int) -> None:
-    """Write as much as the picture can take: on a full disk libpng says nothing, and libjpeg ends the process."""
+    """Reserve space by writing as many bytes: on a full disk libpng reports nothing, and libjpeg ends the process."""
     left = pixel_bytes + pixel_bytes // 8 + 65536
     if left > shutil.disk_usage(to.parent).free:
         raise OSError(errno.ENOSPC, os.strerror(errno.ENOSPC))
@@ -278,7 +278,7 @@ def make_sure_of_space(to: Path, pixel_bytes: int) -> None:
 
 
 def reason_of(source: Any) -> str:
-    """Give OpenImageIO's last error in one line; after some damaged files its text is not even UTF-8."""
+    """OpenImageIO's last error in one line; for some damaged files its text is not valid UTF-8."""
     try:
         text = source.geterror()
     except UnicodeDecodeError:
@@ -287,14 +287,14 @@ def reason_of(source: Any) -> str:
 
 
 def one_line(text: str) -> str:
-    """What OpenImageIO says first, for a message of one line: what follows says it again."""
+    """The first line of OpenImageIO's text; further lines repeat it."""
     first, _, _ = text.strip().partition("\n")
     return " ".join(first.split())[:120]
 
 
 @contextmanager
 def quiet_stderr() -> Iterator[None]:
-    """Silence libpng, which writes lines of its own to file descriptor 2; our one line says the same."""
+    """Silence libpng, which writes to file descriptor 2: our own message says the same in one line."""
     saved, null = os.dup(2), os.open(os.devnull, os.O_WRONLY)
     try:
         os.dup2(null, 2)

@@ -1,4 +1,4 @@
-"""Files that are read: regular files alone, because opening a pipe waits for ever and a device has no end."""
+"""Checks of input files. Only regular files are read: opening a pipe may wait for ever, and a device has no end."""
 
 from __future__ import annotations
 
@@ -9,15 +9,15 @@ from .exceptions import TerrainError
 
 
 def check_input(path: str | os.PathLike[str], advice: str, most_bytes: int | None = None) -> None:
-    """Refuse what cannot be read as a file.
+    """Refuse a path that is not a readable regular file.
 
     Parameters
     ----------
     path : str or path
     advice : str
-        What to name instead, for messages.
+        What to do instead, for the message.
     most_bytes : int, optional
-        Longest file that is taken for meant.
+        The largest file that is accepted.
 
     Raises
     ------

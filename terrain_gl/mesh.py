@@ -1,8 +1,8 @@
-"""The mesh: what a surface selected, through its shaders, into a picture or into a buffer.
+"""The mesh: the patches of a selection become triangles, in a picture or in a buffer.
 
-With `lod.QuadtreeSelector` a patch is one vertex of two words; the control shader sets its levels, the evaluation
-shader puts vertices on posts, and in the middles of cells (glsl/mesh/lattice.glsl). Whatever the method, the last line
-of its shaders is put_vertex() (glsl/mesh/vertex.glsl).
+A patch is one vertex. The control shader sets the tessellation levels; the evaluation shader puts vertices on posts,
+and between posts where cells are cut (glsl/mesh/ring.tese, glsl/mesh/patch.tese). The shaders of every method end in
+put_vertex() (glsl/mesh/vertex.glsl).
 """
 
 from __future__ import annotations
@@ -27,13 +27,13 @@ class MeshDraw:
     Parameters
     ----------
     surface
-        Whose triangles are drawn.
+        The surface to draw.
     to
         Where its vertices go: "PICTURE", "ABOVE" or "CAPTURE", as in glsl/mesh/to.glsl.
     varyings
-        What a capture records of each vertex.
+        The outputs that a capture records for each vertex.
     stages
-        The program's further stages, as `shaders.program` takes them.
+        Further stages of the program, as `shaders.program` takes them.
     """
 
     def __init__(self, surface: Surface, to: str, varyings: Sequence[str] = (), **stages: str) -> None:
@@ -45,7 +45,7 @@ class MeshDraw:
 
     @property
     def vao(self) -> moderngl.VertexArray:
-        """The vertex array over the surface's present buffers."""
+        """The vertex array over the surface's current buffers."""
         fed = [self.surface.indices, *(each[0] for each in self.surface.feed)]
         if self._vao is None or any(new is not old for new, old in zip(fed, self._fed, strict=True)):
             if self._vao:
@@ -55,10 +55,10 @@ class MeshDraw:
         return self._vao
 
     def draw(self, selection: Selection, part: slice = slice(None)) -> None:
-        """Draw what was selected into the framebuffer in use, or a part of its commands."""
+        """Draw a selection, or a part of its commands, into the current framebuffer."""
         self._bind()
         first, end, _ = part.indices(selection.draws)
-        if first < end:  # the whole map may be out of the picture
+        if first < end:  # the whole map may be outside the picture
             self.vao.render_indirect(self.surface.draws, self.surface.mode, count=end - first, first=first)
 
     def capture(self, selection: Selection, vertex_bytes: int) -> bytes:
@@ -76,7 +76,7 @@ class MeshDraw:
             out.release()
 
     def release(self) -> None:
-        """Give the GPU's memory back."""
+        """Release GPU resources."""
         if self._vao:
             self._vao.release()
         self.program.release()
@@ -87,7 +87,7 @@ class MeshDraw:
 
 
 class MeshDraws:
-    """The `MeshDraw` of every surface that comes along, made when it is first needed; parameters as there."""
+    """One `MeshDraw` for each surface, made when it is first needed; parameters as there."""
 
     def __init__(self, to: str, **stages: str) -> None:
         self._to, self._stages = to, stages
@@ -100,13 +100,13 @@ class MeshDraws:
         return self._made[surface]
 
     def release(self) -> None:
-        """Give the GPU's memory back."""
+        """Release GPU resources."""
         while self._made:
             self._made.popitem()[1].release()
 
 
 def vertex_heights(heights: np.ndarray, places: np.ndarray) -> np.ndarray:
-    """Heights of vertices at (..., 2) columns and rows: a post's own; between four posts the bilinear height."""
+    """Heights of vertices at (..., 2) columns and rows: the post's height, or bilinear between posts."""
     low = np.floor(places).astype(np.int64)
     (west, north), (east, south) = np.moveaxis(low, -1, 0), np.moveaxis(np.ceil(places).astype(np.int64), -1, 0)
     s, t = np.moveaxis((places - low).astype(np.float32), -1, 0)
@@ -115,26 +115,27 @@ def vertex_heights(heights: np.ndarray, places: np.ndarray) -> np.ndarray:
 
 
 def _stand_on_posts(relief_m: np.ndarray, posts: np.ndarray, heights_m: np.ndarray) -> bool:
-    """Whether vertices have the heights of their places: posts to the bit, between posts to some roundings."""
+    """Whether vertices have the heights of their places: exactly on posts, up to rounding between them."""
     between = (posts != np.floor(posts)).any(-1)
     rounding_m = np.where(between, 2.0**-20 * np.abs(relief_m).max(initial=0.0), 0.0)
     return bool((np.abs(vertex_heights(relief_m, posts) - heights_m) <= rounding_m).all())
 
 
 def captured_triangles(selection: Selection) -> tuple[np.ndarray, np.ndarray]:
-    """Triangles as drawn, counter-clockwise seen from above; those of no area are left out.
+    """Triangles as drawn, counter-clockwise seen from above; triangles without area are left out.
 
     Returns
     -------
     posts
-        (n, 3, 2) float32 columns and rows of their corners: whole but for the middles of cells (see `vertex_heights`).
+        (n, 3, 2) float32 columns and rows of their corners, in whole 64ths of a post: whole on posts, fractions where
+        cells are cut (see `vertex_heights`).
     heights_m
         (n, 3) float32 metres above the terrain's base.
 
     Raises
     ------
     TerrainError
-        If the GPU drew a vertex at another height than its place's, with a method that does not do so.
+        The GPU drew a vertex at a wrong height, with a method whose vertices have the heights of the map.
     """
     surface = selection.surface
     draw = MeshDraw(surface, "CAPTURE", varyings=("v_vertex",))

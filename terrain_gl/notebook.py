@@ -3,8 +3,8 @@
     from terrain_gl.notebook import View
     View("alpine")
 
-Without a live front end (in a script, or on a web page) a still picture takes its place. The extra `[notebook]` is
-needed: jupyter_rfb (https://jupyter-rfb.readthedocs.io) sends pictures to the browser and events from it.
+Without a live front end (in a script, or on a web page) a still picture is shown instead. The extra `[notebook]` is
+needed: jupyter_rfb (https://jupyter-rfb.readthedocs.io) sends pictures to the browser and receives its events.
 """
 
 from __future__ import annotations
@@ -43,7 +43,7 @@ from .viewer.settings import Settings
 from .viewer.viewer import Viewer
 from .viewer.window_state import Size
 
-NOTCH_PX = 100.0  # that browsers report for one notch of the wheel
+NOTCH_PX = 100.0  # pixels that browsers report for one notch of the wheel
 MOST_PX = 8192
 _BUTTONS = {1: "left", 2: "right", 3: "middle"}
 _NAMED = {"ArrowLeft": "left", "ArrowRight": "right", "ArrowUp": "up", "ArrowDown": "down", " ": "space"}
@@ -182,7 +182,7 @@ class View(RemoteFrameBuffer):  # type: ignore[misc]  # jupyter_rfb states no ty
         return result
 
     def _request_next(self) -> None:
-        """Ask for the next frame: now, or when one may be due."""
+        """Ask for the next frame, now or later."""
         if self.app.busy:
             self.request_draw()
             return

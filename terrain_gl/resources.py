@@ -9,12 +9,12 @@ _PACKAGE = Path(__file__).resolve().parent
 
 
 def folder(name: str) -> Path:
-    """Find a folder inside the package, where an installation puts it, or beside it, as in a clone."""
+    """Find a folder: inside the package after an installation, beside the package in a clone."""
     inside = _PACKAGE / name
     return inside if inside.is_dir() else _PACKAGE.parent / name
 
 
 def holds(path: Path) -> bool:
-    """Tell whether an existing file is one of those that come with the code."""
+    """Whether a file exists and comes with the code."""
     real = path.resolve()
     return real.exists() and any(folder(name) in real.parents for name in FOLDERS)

@@ -1,4 +1,4 @@
-"""The view: what every shader knows of the camera, in one uniform block (glsl/blocks/view.glsl)."""
+"""The view: the camera in one uniform block, which every shader reads (glsl/blocks/view.glsl)."""
 
 from __future__ import annotations
 
@@ -23,7 +23,7 @@ class View:
         self._clip_from_eye = np.eye(4)
 
     def write(self, terrain: Terrain, camera: Camera, size: tuple[int, int], near_m: float, **settings: Any) -> None:
-        """Describe a camera; `settings` are the block's tolerance_px, metric and cull."""
+        """Write a camera to the block; `settings` are its fields tolerance_px, metric and cull."""
         spacing = np.asarray(terrain.heightmap.spacing_m)
         row_zero_north = (terrain.heightmap.rows - 1) * spacing[1]
         eye_post = np.round([camera.eye[0], row_zero_north - camera.eye[1]] / spacing)
@@ -53,12 +53,12 @@ class View:
         return float(self._written["focal_px"])
 
     def move(self, terrain: Terrain, camera: Camera, size: tuple[int, int], near_m: float) -> None:
-        """Look at what was chosen for one camera with another."""
+        """Look from another camera at the mesh that was chosen for the last one."""
         settings = {name: self._written[name] for name in ("tolerance_px", "metric", "cull")}
         self.write(terrain, camera, size, near_m, **settings)
 
     def crop(self, piece: Piece) -> None:
-        """Draw and shade a piece of the picture from here on, with the mesh of the whole."""
+        """Select the piece of the picture to draw next, with the mesh of the whole picture."""
         block = self._written.copy()
         block["clip_from_eye"] = (piece.clip_from_picture @ self._clip_from_eye).T.ravel()
         block["size_px"] = np.multiply(piece.picture, piece.fine)
@@ -66,7 +66,7 @@ class View:
         self.block.write(block.tobytes())
 
     def bind(self) -> None:
-        """Make the view visible to every shader."""
+        """Bind the view for all shaders."""
         bind("blocks/view.glsl", View=self.block)
 
     def release(self) -> None:

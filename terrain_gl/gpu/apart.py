@@ -1,7 +1,7 @@
-"""A back end tried in a process of its own, because a driver that is missing or broken may end the process.
+"""Try a back end in a separate process first, because a missing or broken driver may end the process.
 
-Mesa does so where GALLIUM_DRIVER names a driver that it lacks, as WSL's d3d12. EGL, the first choice, is quick to say
-no instead, and is tried apart only if the environment names a driver.
+Mesa ends the process if GALLIUM_DRIVER names a driver that it does not have, such as d3d12 of WSL. EGL, the first
+choice, normally reports an error instead. It is tried apart only if the environment names a driver.
 """
 
 from __future__ import annotations
@@ -32,17 +32,17 @@ print(json.dumps(told), flush=True)
 
 
 def may_crash(name: str) -> bool:
-    """Tell whether a back end is to be tried apart first."""
+    """Whether a back end must be tried in a separate process first."""
     return name != "egl" or any(os.environ.get(variable) for variable in _DRIVERS)
 
 
 def try_apart(name: str) -> tuple[str, str]:
-    """Give renderer and version of a back end.
+    """Renderer and version of a back end, asked in a separate process.
 
     Raises
     ------
     TerrainError
-        It does not work; one line says why.
+        The back end does not work; one line says why.
     """
     return _tried(name, tuple(os.environ.get(variable, "") for variable in _NAMED))
 

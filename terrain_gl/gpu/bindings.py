@@ -2,9 +2,9 @@
 
     bind("sat/reduce.comp", Words=buffer, StripSums=sums)
 
-binds each resource to the place that the file, or a file that it includes, declares under that name. The declarations
-are read from the source and not from a program: a block that all programs share has no program to ask, and moderngl
-does not report the places of images.
+binds each resource to the binding number that the file, or a file that it includes, declares for that name. The numbers
+are read from the source, not from a program: a block that all programs share belongs to no program, and moderngl does
+not report the binding numbers of images.
 """
 
 from __future__ import annotations
@@ -28,7 +28,7 @@ _DECLARATION = re.compile(
 
 
 class Place(NamedTuple):
-    """Where a shader expects a resource."""
+    """The binding of a resource in a shader."""
 
     kind: str  # "uniform block", "storage block", "sampler" or "image"
     number: int

@@ -1,6 +1,6 @@
 """OpenGL 4.3 contexts without a visible window: EGL, OSMesa or a hidden GLFW window.
 
-Each way that fails says why in one line: what is missing, what to install, which version was found.
+If a back end fails, one line says why: what is missing, what to install, which version was found.
 """
 
 from __future__ import annotations
@@ -18,7 +18,7 @@ from .loaders import OSMesaLoader, WindowLoader, glfw_error, glfw_library
 
 REQUIRED = 430  # compute shaders and storage buffers
 _WANTED = (450, REQUIRED)
-_OLDEST = 330  # the least that a driver is asked for, only to say what it has
+_OLDEST = 330  # asked for only to find out which version an old driver has
 
 _PACKAGES = {
     "egl": "libegl1 libgl1 libgl1-mesa-dri",
@@ -28,7 +28,7 @@ _PACKAGES = {
 
 
 class Probe(NamedTuple):
-    """What one back end gives on this machine; `reason` is empty when it works."""
+    """Whether one back end works on this machine; `reason` is empty if it does."""
 
     name: str
     works: bool
@@ -50,7 +50,7 @@ def create_context(backend: str = "auto") -> moderngl.Context:
     UsageError
         For another name.
     TerrainError
-        If no context can be had; one line tells why for each back end tried.
+        No back end works; the message gives the reason for each one tried.
     """
     if backend != "auto" and backend not in _BACKENDS:
         raise UsageError(f"backend {backend!r}: expected one of auto, {', '.join(_BACKENDS)}")
@@ -66,7 +66,7 @@ def create_context(backend: str = "auto") -> moderngl.Context:
 
 
 def probe_backends() -> list[Probe]:
-    """Try every back end, in a process of its own, and tell what each gives or why it does not work."""
+    """Try every back end in a separate process, and report its renderer and version, or why it does not work."""
     probes = []
     for name in _BACKENDS:
         try:
@@ -77,12 +77,12 @@ def probe_backends() -> list[Probe]:
 
 
 def backend_name(ctx: moderngl.Context) -> str:
-    """Name of the back end that made `ctx`; "external" for a context made elsewhere."""
+    """Name of the back end that made `ctx`; "external" for a context of the caller."""
     return ctx.extra["backend"] if isinstance(ctx.extra, dict) and "backend" in ctx.extra else "external"
 
 
 def from_glfw_window(window: Any, require: int = REQUIRED) -> moderngl.Context:
-    """Context of a GLFW window, which becomes current; the window stays the caller's."""
+    """Context of a GLFW window; it becomes current. The caller keeps the window."""
     return _finish(_with_loader(WindowLoader(window), require), "glfw")
 
 
@@ -103,12 +103,12 @@ def _with_loader(loader: Any, version: int) -> moderngl.Context:
 
 def _finish(ctx: moderngl.Context, name: str) -> moderngl.Context:
     ctx.extra = {"backend": name}
-    _ = ctx.error  # moderngl's look at the default framebuffer may leave one where there is none
+    _ = ctx.error  # moderngl queries the default framebuffer, which is an error if there is none
     return ctx
 
 
 def _too_old(name: str) -> str:
-    """Sentence on the version found, if there is any OpenGL at all."""
+    """A sentence about the version found; empty if there is no OpenGL at all."""
     try:
         ctx = _BACKENDS[name](_OLDEST)
     except Exception:
@@ -125,7 +125,7 @@ def _install(name: str) -> str:
 
 
 def _egl(version: int) -> moderngl.Context:
-    # explicit sonames: searching for them takes ldconfig or a compiler, which small containers lack
+    # explicit library names: a search needs ldconfig or a compiler, which small containers lack
     names: dict[str, Any] = {"backend": "egl", "libgl": "libGL.so.1", "libegl": "libEGL.so.1"}
     return moderngl.create_context(version, standalone=True, **names)
 
@@ -136,9 +136,9 @@ def _osmesa(version: int) -> moderngl.Context:
 
 def _glfw(version: int) -> moderngl.Context:
     glfw = glfw_library()
-    with warnings.catch_warnings():  # the glfw module warns of what is raised here
+    with warnings.catch_warnings():  # the glfw module also warns about errors that we raise
         warnings.simplefilter("ignore")
-        # EGL first: GLX kills the process if an EGL context is current, as one from here may be
+        # EGL first: GLX kills the process if an EGL context is current, such as one made here
         ways = (glfw.EGL_CONTEXT_API, glfw.NATIVE_CONTEXT_API)
         window = next(filter(None, (_hidden_window(glfw, version, way) for way in ways)), None)
         if not window:

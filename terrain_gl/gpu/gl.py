@@ -23,9 +23,9 @@ _INDIRECT_BUFFER = 0x8F3F
 _FRAMEBUFFER, _FRAMEBUFFER_BINDING = 0x8D40, 0x8CA6
 _DEFAULT_WIDTH, _DEFAULT_HEIGHT = 0x9310, 0x9311
 _TEXTURE0, _TEXTURE_BUFFER, _R32UI = 0x84C0, 0x8C2A, 0x8236
-SOFTWARE = ("llvmpipe", "softpipe")  # Mesa's renderers without a GPU, as they call themselves
-MOST_VERTICES = 65535  # that tessellation may make in one draw: Mesa's software renderer counts them in 16 bits
-COMMAND_STRIDE = 20  # bytes between indirect commands, as moderngl's own render_indirect has it
+SOFTWARE = ("llvmpipe", "softpipe")  # names of Mesa's software renderers
+MOST_VERTICES = 65535  # of tessellation in one draw: Mesa's software renderer counts them in 16 bits
+COMMAND_STRIDE = 20  # bytes between indirect commands, as in moderngl's render_indirect
 
 _LIMITS = {
     "texture_size": 0x0D33,
@@ -51,7 +51,7 @@ def function(ctx: moderngl.Context, name: str, result: Any, *arguments: Any) -> 
 
 
 def clip_control_zero_to_one(ctx: moderngl.Context) -> bool:
-    """Make clip-space depth run from 0 to 1, as reversed depth wants; False where the driver cannot."""
+    """Make clip-space depth run from 0 to 1, as reversed depth needs; False if the driver cannot."""
     if ctx.version_code < 450 and "GL_ARB_clip_control" not in ctx.extensions:
         return False
     function(ctx, "glClipControl", None, c_uint, c_uint)(_LOWER_LEFT, _ZERO_TO_ONE)
@@ -59,19 +59,19 @@ def clip_control_zero_to_one(ctx: moderngl.Context) -> bool:
 
 
 def use_default_framebuffer(ctx: moderngl.Context) -> None:
-    """Bind framebuffer 0: moderngl binds its last one again after making another, an error once that is released."""
+    """Bind framebuffer 0. moderngl binds the last one again later, which is an error if that was released."""
     ctx.detect_framebuffer(0).use()
 
 
 def release_with_pixels(framebuffer: moderngl.Framebuffer) -> None:
-    """Give a framebuffer back with what it draws into; released alone it leaves that behind."""
+    """Release a framebuffer and its attachments; moderngl's release keeps the attachments."""
     for pixels in framebuffer.color_attachments:
         pixels.release()
     framebuffer.release()
 
 
 def limits(ctx: moderngl.Context) -> dict[str, int]:
-    """Sizes that the driver guarantees, in texels, bytes or counts; also `viewport_size` (the smaller side)."""
+    """The driver's limits, in texels, bytes or counts; also `viewport_size`, the smaller side."""
     get = function(ctx, "glGetInteger64v", None, c_uint, POINTER(c_int64))
     pair = (c_int64 * 2)()
 
@@ -85,7 +85,7 @@ def limits(ctx: moderngl.Context) -> dict[str, int]:
 
 
 def reserve(ctx: moderngl.Context, size: int, what: str) -> moderngl.Buffer:
-    """Make a storage buffer of `size` bytes; `TerrainError` if it is more than this driver's shaders reach."""
+    """Make a storage buffer of `size` bytes; `TerrainError` if this driver's storage blocks are smaller."""
     most = storage_block_bytes(ctx)
     if size > most:
         raise TerrainError(
@@ -96,7 +96,7 @@ def reserve(ctx: moderngl.Context, size: int, what: str) -> moderngl.Buffer:
 
 
 def at_least(ctx: moderngl.Context, buffer: moderngl.Buffer, needed: int) -> moderngl.Buffer:
-    """The buffer if it holds so many bytes, else a larger one in its place, with room for more; its bytes are lost."""
+    """The buffer, if it holds `needed` bytes; else a larger one that replaces it. The old content is lost."""
     if needed <= buffer.size:
         return buffer
     buffer.release()
@@ -104,13 +104,13 @@ def at_least(ctx: moderngl.Context, buffer: moderngl.Buffer, needed: int) -> mod
 
 
 def storage_block_bytes(ctx: moderngl.Context) -> int:
-    """Bytes of a storage buffer that shaders reach."""
-    # Mesa's software renderer reports 128 MiB, a default that it does not enforce: tables of 2 GiB came out exact
+    """The most bytes that a storage block holds."""
+    # Mesa's software renderer reports 128 MiB but does not enforce it: tables of 2 GiB are exact
     return 2**31 if ctx.info["GL_RENDERER"].startswith("llvmpipe") else limits(ctx)["storage_block_bytes"]
 
 
 class WordTexture:
-    """A buffer of 32-bit words seen as a texture: see glsl/shade/relief.glsl."""
+    """A buffer of 32-bit words, read through a texture: see glsl/shade/relief.glsl."""
 
     def __init__(self, ctx: moderngl.Context) -> None:
         self._delete = function(ctx, "glDeleteTextures", None, c_int, POINTER(c_uint))
@@ -121,7 +121,7 @@ class WordTexture:
         function(ctx, "glGenTextures", None, c_int, POINTER(c_uint))(1, byref(self._name))
 
     def of(self, buffer: moderngl.Buffer) -> WordTexture:
-        """Show this buffer from now on."""
+        """Select the buffer to read."""
         self._buffer = buffer
         return self
 
@@ -147,10 +147,10 @@ def capture(
     mode: int = moderngl.PATCHES,
     indexed: bool = False,
 ) -> int:
-    """Record the triangles that the GPU makes into `out`, by transform feedback.
+    """Record the triangles that the GPU makes in `out`, by transform feedback.
 
-    Uniforms, textures and `ctx.patch_vertices` are set before, as for a draw. The program's `varyings` say what is
-    written, three vertices a triangle.
+    Set uniforms, textures and `ctx.patch_vertices` before, as for a draw. The program's `varyings` are written for three
+    vertices a triangle.
 
     Parameters
     ----------
@@ -159,7 +159,7 @@ def capture(
         (vertex count, instances, first vertex, first instance, unused), 20 bytes each; or, if `indexed`,
         (index count, instances, first index, base vertex, first instance).
     count, offset
-        How many commands of the buffer, and the byte where they begin; by default all from there on.
+        The number of commands, by default all to the buffer's end, and the byte where they begin.
     mode
         `moderngl.PATCHES` or `moderngl.TRIANGLES`.
     indexed
@@ -196,7 +196,7 @@ def capture(
     return written.value
 
 
-# raw draws: moderngl's own call glUseProgram, which is an error while feedback is active
+# draws without moderngl: it calls glUseProgram, which is an error while transform feedback is active
 
 
 def _draw_indirect(
@@ -219,7 +219,7 @@ def _draw_arrays(ctx: moderngl.Context, draws: Sequence[tuple[int, int]], mode: 
 
 @contextmanager
 def _nowhere(ctx: moderngl.Context) -> Iterator[None]:
-    """Have a framebuffer without attachments: drivers want a complete one even where nothing is drawn into it."""
+    """Bind a framebuffer without attachments: drivers need a complete one even if nothing is drawn."""
     bind = function(ctx, "glBindFramebuffer", None, c_uint, c_uint)
     before, nowhere = c_int(), c_uint()
     function(ctx, "glGetIntegerv", None, c_uint, POINTER(c_int))(_FRAMEBUFFER_BINDING, byref(before))
@@ -236,7 +236,7 @@ def _nowhere(ctx: moderngl.Context) -> Iterator[None]:
 
 @contextmanager
 def _counter(ctx: moderngl.Context, target: int) -> Iterator[c_uint]:
-    """Count what `target` names inside the block; the value is there after it."""
+    """Count, inside the block, what the query `target` counts; the result is set when the block ends."""
     query, result = c_uint(), c_uint()
     function(ctx, "glGenQueries", None, c_int, POINTER(c_uint))(1, byref(query))
     function(ctx, "glBeginQuery", None, c_uint, c_uint)(target, query)

@@ -1,4 +1,4 @@
-"""Layouts of the GLSL blocks and buffer records as numpy dtypes, and the sizes that follow from a map's size."""
+"""Layouts of the GLSL blocks and buffer records as numpy dtypes, and sizes that depend on the map's size."""
 
 from __future__ import annotations
 
@@ -7,13 +7,13 @@ from typing import NamedTuple
 import numpy as np
 
 MAX_LEVELS = 15  # a map of 16384 posts a side has levels 0 to 14
-TILE = 32  # nodes a side of the tile that one work group turns into patches; a row of it is one word, a bit a node
+TILE = 32  # nodes a side of the tile that one work group turns into patches; a row is one word with a bit for each node
 SIZES = 7  # patches have 2^0 to 2^6 segments a side
-GROUP = 64  # threads of a work group that looks at words
-COUNT_TILE = 2  # nodes a side of the tile that one class counter stands for; cells of the map: twice as many
+GROUP = 64  # threads of a work group that processes words
+COUNT_TILE = 2  # nodes a side of the tile that one class counter covers; on level 0, the cells, twice as many
 CLASSES = 64  # error classes, a quarter of an octave each
-PLACES = 4  # along a side of a cell, where `verify.measure` looks
-CLASS_WORDS = CLASSES // 4  # that hold a tile's counters, 8 bits each
+PLACES = 4  # places along a side of a cell that `verify.measure` compares
+CLASS_WORDS = CLASSES // 4  # words for a tile's counters, 8 bits each
 
 # glsl/blocks/terrain.glsl
 LEVEL = np.dtype(
@@ -43,14 +43,14 @@ NODE = np.dtype([("max_m", "2f2"), ("rms_m", "2f2"), ("whole", "4u1"), ("split",
 
 
 class NodeErrors(NamedTuple):
-    """What node records say, in metres; arrays of the records' shape."""
+    """Decoded node records, in metres; arrays of the records' shape."""
 
     quad_max: np.ndarray
     fan_max: np.ndarray
     quad_rms: np.ndarray
     fan_rms: np.ndarray
-    whole: np.ndarray  # (..., 4) the fan's wedges west, north, east, south with their edge whole
-    split: np.ndarray  # and with it split
+    whole: np.ndarray  # (..., 4) errors of the fan's wedges west, north, east, south if their edge is whole
+    split: np.ndarray  # the same if the edge is split
     has_voids: np.ndarray
 
 
@@ -90,12 +90,12 @@ PATCH = np.dtype([("corner", "2u2"), ("shape", "u4")])
 
 
 class Patches(NamedTuple):
-    """What patch records say, one entry a patch."""
+    """Decoded patch records, one entry a patch."""
 
     corner: np.ndarray  # (n, 2) column and row of the north-west post
     step_log2: np.ndarray  # log2 of the 64ths of a post between vertices
-    segments_log2: np.ndarray  # of the segments a side
-    split_edges: np.ndarray  # of a fan, bits 0 to 3: west, north, east, south
+    segments_log2: np.ndarray  # log2 of the segments a side
+    split_edges: np.ndarray  # split edges of a fan, bits 0 to 3: west, north, east, south
     fan: np.ndarray
 
     @property
@@ -112,7 +112,7 @@ def unpack_patches(records: np.ndarray) -> Patches:
 
 
 class Level(NamedTuple):
-    """Sizes of one level of the quadtree, and where it begins in the tables; fields as in `LEVEL`."""
+    """Sizes of one level of the quadtree, and where its entries begin in the tables; fields as in `LEVEL`."""
 
     size: tuple[int, int]
     first_node: int
@@ -200,12 +200,12 @@ RING_PATCH = np.dtype([("corner", "2i4"), ("shape", "u4"), ("bound_px", "f4")])
 
 
 class RingPatches(NamedTuple):
-    """What ring patch records say, one entry a patch."""
+    """Decoded ring patch records, one entry a patch."""
 
     corner: np.ndarray  # (n, 2) column and row of the north-west post; may lie beyond the map
-    side_log2: np.ndarray  # posts along a side
-    step_log2: np.ndarray  # posts between vertices: below 0 between two posts
-    edges_log2: np.ndarray  # (n, 4) segments of the west, north, east and south edge
+    side_log2: np.ndarray  # log2 of the posts along a side
+    step_log2: np.ndarray  # log2 of the posts between vertices: negative if cells are cut
+    edges_log2: np.ndarray  # (n, 4) log2 of the segments of the west, north, east and south edge
     bound_px: np.ndarray
 
     @property

@@ -1,4 +1,4 @@
-"""Contexts that moderngl cannot make itself, as the loader objects that it asks for.
+"""Loader objects for contexts that moderngl cannot make itself.
 
 A loader finds OpenGL functions by name, makes its context current on `with`, and destroys it on `release`.
 """
@@ -15,12 +15,12 @@ from ..exceptions import TerrainError
 
 
 def glfw_library() -> Any:
-    """GLFW, initialised; `TerrainError` where it is missing or there is no display."""
+    """The GLFW module, initialised; `TerrainError` if it is missing or there is no display."""
     try:
         import glfw
     except ImportError as error:
         raise TerrainError(f"{error}; pip install glfw") from None
-    with warnings.catch_warnings():  # the glfw module warns of what is raised here
+    with warnings.catch_warnings():  # the glfw module also warns about errors that we raise
         warnings.simplefilter("ignore")
         if not glfw.init():
             raise TerrainError(f"no display ({glfw_error(glfw)}); set DISPLAY or run under xvfb-run")
@@ -28,13 +28,13 @@ def glfw_library() -> Any:
 
 
 def glfw_error(glfw: Any) -> str:
-    """What GLFW says of its last failure."""
+    """GLFW's message about its last error."""
     text = glfw.get_error()[1]
     return text.decode() if text else "for an unknown reason"
 
 
 class WindowLoader:
-    """GLFW window as the loader object that moderngl asks for."""
+    """A loader for the context of a GLFW window."""
 
     def __init__(self, window: Any) -> None:
         self.window, self.owns_window = window, False
@@ -61,7 +61,7 @@ class WindowLoader:
 
 
 class OSMesaLoader:
-    """OSMesa context as the loader object that moderngl asks for."""
+    """A loader for a context of OSMesa, which draws into memory."""
 
     def __init__(self, version: int) -> None:
         self.library = ctypes.CDLL("libOSMesa.so.8")
@@ -95,7 +95,7 @@ class OSMesaLoader:
 
 
 def _let_go_of_egl() -> None:
-    """EGL does not know of OSMesa: it would take its own context for the current one still, and not switch back."""
+    """Release EGL's current context: EGL does not notice OSMesa's, and would not switch back to its own later."""
     with contextlib.suppress(OSError):
         ctypes.CDLL("libEGL.so.1").eglReleaseThread()
 

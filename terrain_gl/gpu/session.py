@@ -1,7 +1,7 @@
-"""A session: one OpenGL context, everything that was made in it, and the work that is still going on in it.
+"""A session: one OpenGL context, everything that was made in it, and its unfinished work.
 
-Several renderers may live side by side, each with a context of its own. OpenGL calls go to the context that is current,
-so every public method makes its own context current first (`in_session`), and every generator does so before each step
+Several renderers may exist at the same time, each with its own context. OpenGL calls go to the current context. So
+every public method makes its own context current first (`in_session`), and every generator does so before each step
 (`steps_in_session`).
 """
 
@@ -30,7 +30,7 @@ Method = TypeVar("Method", bound=Callable[..., Any])
 
 
 class Session:
-    """An OpenGL context and what is released together with it.
+    """An OpenGL context, and the resources that are released with it.
 
     Parameters
     ----------
@@ -43,7 +43,7 @@ class Session:
     Attributes
     ----------
     kept
-        What `keep` was given, in the order of creation.
+        The resources given to `keep`, in the order of creation.
     """
 
     def __init__(self, ctx: moderngl.Context, owned: bool) -> None:
@@ -81,7 +81,7 @@ class Session:
                 except StopIteration as end:
                     return end.value
                 yield share
-        finally:  # work that is given up must release its memory in the right context
+        finally:  # abandoned work must release its memory in the right context
             self._unfinished.remove(steps)
             if not self._released:
                 self.enter()
@@ -89,7 +89,7 @@ class Session:
 
     @contextmanager
     def needs_memory(self, what: str, needed: int, advice: str) -> Iterator[None]:
-        """Turn a lack of GPU memory into one clear line: what needs how many bytes, and what to do.
+        """Report a lack of GPU memory in one line: what needs how many bytes, and what to do.
 
         Raises
         ------
@@ -112,7 +112,7 @@ class Session:
         if self._owned:
             self.ctx.__enter__()  # type: ignore[no-untyped-call]
         for steps in self._unfinished:
-            if not steps.gi_running:  # a generator that is running now has failed, and calls this itself
+            if not steps.gi_running:  # a running generator has failed, and calls this method itself
                 steps.close()
         while self.kept:
             self.kept.pop().release()

@@ -1,9 +1,8 @@
 """GLSL loader: files of the `glsl/` folder with nested includes, defines, and errors that name file and line.
 
-`#include "sat/box.glsl"` takes a path from the root of `glsl/`; each file enters once. The loader writes
-`#version 430 core`, the sizes that shaders share with Python (`layout.DEFINES`) and the defines of the call, so that
-files hold none of them. Comments are blanked before anything else: includes named in them are not followed, and drivers
-see plain ASCII.
+`#include "sat/box.glsl"` takes a path from the root of `glsl/`; each file is included once. The loader writes
+`#version 430 core`, the sizes that shaders share with Python (`layout.DEFINES`) and the defines of the call; the files
+contain none of them. Comments are blanked first: an include in a comment is not followed, and drivers see plain ASCII.
 """
 
 from __future__ import annotations
@@ -44,7 +43,7 @@ class Line(NamedTuple):
 
 
 def source(path: str, defines: Defines = _NONE) -> str:
-    """Text of the shader `path`, as the driver gets it: version, defines, includes expanded."""
+    """Text of the shader `path` as the driver sees it: with version and defines, includes expanded."""
     return _text(_load(path, defines))
 
 

@@ -1,10 +1,10 @@
-"""How long the GPU takes for the stages of a frame, without waiting for it.
+"""GPU times of the stages of a frame, measured without waiting for the GPU.
 
-The GPU writes down the time whenever it gets to a mark (ARB_timer_query, OpenGL 3.3). A frame's marks are read when
-they are there, a frame or more later; until then its numbers are those of an earlier one.
+The GPU records the time when it reaches a mark (ARB_timer_query, OpenGL 3.3). A frame's marks are read when they are
+ready, a frame or more later. Until then the reported times are those of an earlier frame.
 
     draw  n:      |lod  |draw      |shade  |
-    draw  n+1:                              |lod ...       here the marks of frame n are read, if the GPU got so far
+    draw  n+1:                              |lod ...       the marks of frame n are read here, if they are ready
 """
 
 from __future__ import annotations
@@ -36,7 +36,7 @@ class Stopwatch:
     Parameters
     ----------
     depth
-        Frames that may be under way. Should the GPU fall further behind, the newest are not timed.
+        The most frames in flight. If the GPU is further behind, new frames are not timed.
     """
 
     def __init__(self, ctx: moderngl.Context, depth: int = 4) -> None:
@@ -52,14 +52,14 @@ class Stopwatch:
 
     @staticmethod
     def works(ctx: moderngl.Context) -> bool:
-        """Whether the driver has a clock to be asked: some say that theirs has no bits."""
+        """Whether the driver has a timer; some report a timer of zero bits."""
         bits = c_int()
         gl.function(ctx, "glGetQueryiv", None, c_uint, c_uint, POINTER(c_int))(_TIMESTAMP, _COUNTER_BITS, byref(bits))
         return bits.value > 0
 
     @contextmanager
     def stage(self, name: str) -> Iterator[None]:
-        """Time what is issued inside the block. Stages of one name in a frame are added up."""
+        """Time the commands that the block issues. Stages of the same name in a frame are added up."""
         begin = self._now()
         try:
             yield
@@ -67,7 +67,7 @@ class Stopwatch:
             self._stages.append(_Stage(name, begin, self._now()))
 
     def frame(self) -> dict[str, float] | None:
-        """End a frame; milliseconds of each stage of the newest one that the GPU has finished, if any is new."""
+        """End a frame; returns the milliseconds by stage of the newest finished frame, None if there is no new one."""
         if len(self._frames) < self.depth:
             self._frames.append(self._stages)
         else:
@@ -79,12 +79,12 @@ class Stopwatch:
         return times
 
     def drop(self) -> None:
-        """Forget a frame that was not ended."""
+        """Forget the frame that was begun but not ended."""
         self._give_back(self._stages)
         self._stages = []
 
     def release(self) -> None:
-        """Give the queries back to the driver."""
+        """Release GPU resources."""
         for stages in (*self._frames, self._stages):
             self._give_back(stages)
         self._frames.clear()
@@ -93,7 +93,7 @@ class Stopwatch:
         self._spare = []
 
     def _now(self) -> int:
-        """Have the GPU note the time; returns the query that will hold it."""
+        """Let the GPU record the time; returns the query that will hold it."""
         if not self._spare:
             made = (c_uint * 16)()
             self._make(len(made), made)
@@ -124,18 +124,18 @@ class Stopwatch:
 
 
 class StageTimer:
-    """Milliseconds of each stage, by the CPU's clock or by the GPU's.
+    """Milliseconds of each stage, by the CPU's or the GPU's clock.
 
     Attributes
     ----------
     ms
-        Milliseconds by stage: those of the last frame, and of what is done once.
+        Milliseconds by stage: of the last frame, and of work that is done once, such as building tables.
     waits
-        Whether to wait for the GPU after each stage, to time it. If not, `ms` are the GPU's own times, a frame or more
-        late.
+        Whether to wait for the GPU after each stage and time it on the CPU. If not, `ms` are the GPU's own times, a
+        frame or more late.
     queries
-        Whether the GPU's clock times the stages of a frame even if each is waited for. `ms` are then the GPU's times
-        alone, without Python and the driver. Only for drivers where `Stopwatch.works`.
+        Whether to use the GPU's clock even with `waits`. `ms` are then times of the GPU alone, without Python and the
+        driver. Needs a driver for which `Stopwatch.works`.
     """
 
     waits = True
@@ -148,14 +148,14 @@ class StageTimer:
 
     @property
     def clock(self) -> str:
-        """Whose times `ms` are: "cpu" or "gpu"."""
+        """The clock that `ms` come from: "cpu" or "gpu"."""
         return "cpu" if self.waits and not self.queries else "gpu"
 
     @contextmanager
     def frame(self, gradual: bool = False) -> Iterator[None]:
-        """Time a frame: its stages add up. The times of a frame that is given up are dropped.
+        """Time a frame, the sum of its stages. The times of an abandoned frame are dropped.
 
-        A `gradual` frame comes in steps, with other work in between: its time is the sum of its stages.
+        A `gradual` frame is drawn in steps with other work in between, which does not count.
         """
         started = time.perf_counter()
         if self.waits:
@@ -173,7 +173,7 @@ class StageTimer:
 
     @contextmanager
     def stage(self, name: str) -> Iterator[None]:
-        """Time what the block does; stages of a frame add up, others count alone."""
+        """Time the block. Inside a frame, stages of the same name are added up."""
         started = time.perf_counter()
         with self._query(name):
             yield
@@ -183,7 +183,7 @@ class StageTimer:
             self.ms[name] = before + 1e3 * (time.perf_counter() - started)
 
     def steps(self, name: str, steps: Iterator[float]) -> Iterator[float]:
-        """Take steps, and time each as a part of a stage; what others do in between does not count."""
+        """Take steps and time each as a part of a stage; work between the steps does not count."""
         while True:
             with self.stage(name):
                 share = next(steps, None)

@@ -7,7 +7,7 @@ import numpy as np
 from ..camera import Camera
 from ..heightmap import Heightmap
 
-# within a pixel of its middle, at eighths: where samples are, and what sees the same fragment
+# offsets up to a pixel from the middle, in steps of an eighth: a sample may lie anywhere there
 _AROUND = sorted(((i / 8, j / 8) for i in range(-8, 9) for j in range(-8, 9)), key=lambda at: np.hypot(*at))
 _PAIRS = (((0, 1), (0, -1)), ((1, 0), (-1, 0)), ((1, 1), (-1, -1)), ((1, -1), (-1, 1)))
 
@@ -20,11 +20,11 @@ def count_holes(
     near_m: float,
     tolerance_px: float,
 ) -> int:
-    """Pixels that no triangle covers although the truth does, by more than the tolerance.
+    """Count the pixels that no triangle covers although the true surface does.
 
-    A crack is thin: its pixels have covered ones on two opposite sides. Such a pixel is a hole if all rays around it
-    meet the ground however the surface is moved up and down by `tolerance_px` and one more: they are followed through
-    the full-resolution heights.
+    A crack is thin: a pixel of it has covered pixels on two opposite sides. Such a pixel is a hole if all rays around
+    it meet the ground, even if the surface moves up or down by `tolerance_px` and one pixel more. Rays are followed
+    through the full-resolution heights.
 
     Parameters
     ----------
@@ -60,7 +60,7 @@ def _meets_ground(
     x_px: np.ndarray,
     y_px: np.ndarray,
 ) -> np.ndarray:
-    """Whether rays through points of the picture (x right, y down, pixels) meet solid ground for sure, (n,) bool."""
+    """Whether rays through points of the picture (x right, y down, pixels) certainly meet the ground, (n,) bool."""
     focal = camera.focal_px(size[1])
     picture = np.stack([(x_px - 0.5 * size[0]) / focal, (0.5 * size[1] - y_px) / focal, np.ones(len(x_px))], -1)
     right, up, forward = camera.axes[:, 2]
@@ -73,8 +73,8 @@ def _meets_ground(
 def _ray_meets_ground(heightmap: Heightmap, eye: np.ndarray, ray: np.ndarray, slack: float, near_m: float) -> bool:
     """Follow a ray from cell to cell.
 
-    It meets the ground if it is above it by more than the slack, then below, or the other way round, and no void lies
-    between. On the cells' edges the height is known whatever their diagonals.
+    It meets the ground if it goes from more than the slack above it to more than the slack below it, or the other way
+    round, with no void in between. Heights are compared on cell edges, where they do not depend on diagonals.
     """
     to_posts = np.array([1.0, -1.0]) / heightmap.spacing_m
     start = np.array([0.0, heightmap.rows - 1.0]) + eye[:2] * to_posts
@@ -94,7 +94,7 @@ def _ray_meets_ground(heightmap: Heightmap, eye: np.ndarray, ray: np.ndarray, sl
 def _edges_crossed(
     start: np.ndarray, step: np.ndarray, heightmap: Heightmap, near_m: float
 ) -> tuple[np.ndarray, np.ndarray, np.ndarray]:
-    """Where a ray crosses the lines between posts, on the map and beyond the near plane: depths, columns, rows."""
+    """Crossings of a ray with the grid lines, on the map and beyond the near plane: depths, columns, rows."""
     last_post = np.array([heightmap.cols - 1, heightmap.rows - 1])
     crossed = []
     for axis in np.flatnonzero(np.abs(step) > 1e-12):
@@ -124,6 +124,6 @@ def bilinear(heights: np.ndarray, x: np.ndarray, y: np.ndarray) -> np.ndarray:
 
     def share(east: int, south: int) -> np.ndarray:
         weight = (u if east else 1 - u) * (v if south else 1 - v)
-        return np.where(weight == 0, 0.0, weight * heights[row + south, col + east])  # on a post, its neighbours' voids
+        return np.where(weight == 0, 0.0, weight * heights[row + south, col + east])  # 0 · NaN would be NaN
 
     return np.where(outside, np.nan, share(0, 0) + share(1, 0) + share(0, 1) + share(1, 1))

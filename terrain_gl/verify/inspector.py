@@ -1,4 +1,4 @@
-"""Questions about the last frame: what error did it achieve, which triangles were drawn, and why."""
+"""Questions about the last frame: which error it achieved, which triangles were drawn, and why."""
 
 from __future__ import annotations
 
@@ -26,7 +26,7 @@ class Inspector:
     Attributes
     ----------
     frame
-        The frame to speak of; None if there is none, or if the map or the picture's size changed since.
+        The last frame; None if there is none, or if the map or the picture's size has changed since.
     """
 
     def __init__(self, resources: GpuResources) -> None:
@@ -47,7 +47,7 @@ class Inspector:
 
     @in_session
     def measure(self) -> dict[str, Any]:
-        """The last frame's stats with its achieved error: its very mesh against the whole surface in the picture.
+        """The last frame's stats with its achieved error: its mesh is compared with the whole surface in the picture.
 
         Adds `max_error_px` and `rms_error_px` over 4 × 4 places a cell, `max_error_posts_px` over posts alone,
         `posts_measured`, and `holes`: the pixels and places where the sky shows through.
@@ -66,7 +66,7 @@ class Inspector:
     def measure_steps(self, tile: int = TILE) -> Steps[Achieved]:
         """Measure the last frame in tiles of at most `tile` posts a side; yields progress from 0 to 1.
 
-        Works for a mesh without a picture, too, and does not count holes. Draw nothing else in between.
+        Also works for a mesh without a picture. Does not count holes. Draw nothing else in between.
         """
         frame = self._chosen()
         view = frame.camera, frame.size, frame.near_m
@@ -100,13 +100,13 @@ class Inspector:
     def triangles(self) -> np.ndarray:
         """Triangles of the last frame as drawn: (n, 3, 2) columns and rows, counter-clockwise from above.
 
-        Their corners are posts. With a budget of triangles, some corners are middles of cells: halves.
+        Corners are whole numbers on posts. Where cells are cut, they are fractions, in whole 64ths of a post.
         """
         return self._chosen().triangles[0].copy()
 
     @in_session
     def drawn_heights(self) -> np.ndarray:
-        """(rows, cols) float32 metres: at posts with a vertex its drawn height, elsewhere the truth."""
+        """(rows, cols) float32 metres: the drawn height at posts with a vertex, the true height elsewhere."""
         posts, heights_m = self._chosen().triangles
         drawn = self.terrain.filled.copy()
         on_post = (posts == np.floor(posts)).all(-1)
@@ -134,7 +134,7 @@ class Inspector:
 
     @in_session
     def triangulate(self, max_error_m: float) -> tuple[np.ndarray, dict[str, Any]]:
-        """Triangles over the whole map that are nowhere further than `max_error_m` from a post, in height.
+        """Triangles over the whole map whose height at every post is within `max_error_m` of the truth.
 
         There is no camera. The last frame is lost.
 

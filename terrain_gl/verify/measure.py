@@ -1,8 +1,8 @@
-"""The achieved error of a view: its very mesh, drawn from straight above, compared with the truth place by place.
+"""The achieved error of a view: its own mesh, drawn from straight above, is compared with the truth.
 
-A cell has `PLACES` × `PLACES` places, the posts among them; the truth between four posts is bilinear. What the GPU drew
-at each place is subtracted from the truth there and then (glsl/mesh/error.frag); here every place in the picture is
-projected in float64.
+Each cell is sampled at `PLACES` × `PLACES` places, posts included; between posts the truth is bilinear. The GPU
+subtracts the truth from the drawn height at each place (glsl/mesh/error.frag). This module then projects the error of
+every place in the picture to pixels, in float64.
 """
 
 from __future__ import annotations
@@ -25,8 +25,8 @@ from ..steps import Steps, drain
 from ..terrain import Terrain
 from .holes import bilinear
 
-TILE = 512  # posts a side that are measured at a time
-_BAND = 32  # rows of places that are looked at together
+TILE = 512  # posts a side of the region that one step measures
+_BAND = 32  # rows of places that are projected together
 Region = tuple[int, int, int, int]  # first column, first row, columns, rows
 _FLIPS = ((0, 0), (1, 1), (1, 0), (0, 1))
 
@@ -38,7 +38,7 @@ class Achieved:
     Attributes
     ----------
     max_px, rms_px
-        Pixels between where a place is drawn and where it belongs, over all places.
+        Pixels between the drawn and the true position of a place: the largest, and the root mean square.
     max_posts_px
         The same over posts alone.
     posts
@@ -55,14 +55,14 @@ class Achieved:
 
 
 class _Part(NamedTuple):
-    """Places that may be in the picture: their screen error, NaN where nothing is drawn; and which are in it."""
+    """A rectangle of places: their screen error, NaN if nothing is drawn there, and whether they are in the picture."""
 
     region: Region
     px: np.ndarray  # (rows, cols)
     seen: np.ndarray
 
     def at_posts(self) -> _Part:
-        """Of the places, the posts."""
+        """The part's posts alone."""
         col, row = (-first % PLACES for first in self.region[:2])
         posts = np.s_[row::PLACES, col::PLACES]
         return self._replace(px=self.px[posts], seen=self.seen[posts])
@@ -80,7 +80,7 @@ class Measurement:
         self._nothing = np.full((rows, cols), np.nan, "f4").tobytes()
 
     def errors_m(self, selection: Selection, region: Region) -> np.ndarray:
-        """Drawn minus true height in metres at the places of columns x to x + w, rows y to y + h (x, y, w, h).
+        """Drawn minus true height, in metres, at the places of a region (x, y, w, h).
 
         Returns (h, w) float32; NaN where nothing is drawn.
         """
@@ -88,7 +88,7 @@ class Measurement:
         for flip in _FLIPS:
             first = flip == _FLIPS[0]
             errors = self._pass(draw, selection, region, flip, clear=first)
-            # a place on the map's rim is inside a triangle by one direction of the rasteriser's edge rule only
+            # a place on the map's rim lies on a triangle's edge: the rasteriser covers it in one of the flips only
             if not self._on_rim(region) or not np.isnan(errors).any():
                 break
         return errors
@@ -121,7 +121,7 @@ class Measurement:
     ) -> np.ndarray:
         """Screen error at points of the map, (n, 2) columns and rows of posts: (n,) pixels.
 
-        That of the measured places around that are in the picture, bilinear; NaN where there are none.
+        The error is interpolated between the measured places around that are in the picture; NaN if there are none.
         """
         col, row = PLACES * places.T.astype(np.float64)
         at = np.full(len(places), np.nan)
@@ -140,7 +140,7 @@ class Measurement:
     def _parts(
         self, selection: Selection, region: Region, camera: Camera, size: tuple[int, int], near_m: float
     ) -> Iterator[_Part]:
-        """Parts of a region that may be in the picture, measured. Errors are NaN outside the picture."""
+        """Measure the parts of a region that may be in the picture. Errors are NaN outside the picture."""
         heightmap = self.terrain.heightmap
         drawn: np.ndarray | None = None
         for part in _parts_in_picture(heightmap, region, camera, size, near_m):
@@ -158,7 +158,7 @@ class Measurement:
 
     def release(self) -> None:
         """Release GPU resources."""
-        gl.use_default_framebuffer(self.ctx)  # the one in use must not be one that is gone
+        gl.use_default_framebuffer(self.ctx)  # moderngl must not use a framebuffer that is released
         gl.release_with_pixels(self._nowhere)
         self._draws.release()
         self._errors.release()
@@ -193,21 +193,21 @@ def places_of(heightmap: Heightmap) -> tuple[int, int]:
 
 
 def _regions(cols: int, rows: int, tile: int) -> Iterator[Region]:
-    """The map's four rims, one place thick, and what lies between them in tiles."""
+    """The map's four rims, one place wide, and the rest of the map in tiles."""
     for x, width in _spans(cols, tile):
         for y, height in _spans(rows, tile):
             yield x, y, width, height
 
 
 def _overlapping(cols: int, rows: int, tile: int) -> Iterator[Region]:
-    """Tiles that share their rims: every point of the map lies between the places of one."""
+    """Tiles that share their rims: every point of the map lies inside one of them."""
     for y in range(0, rows - 1, tile - 1):
         for x in range(0, cols - 1, tile - 1):
             yield x, y, min(tile, cols - x), min(tile, rows - y)
 
 
 def _between_known(px: np.ndarray, col: np.ndarray, row: np.ndarray) -> np.ndarray:
-    """Bilinear between known values: those that are not known share their weight among the others."""
+    """Bilinear interpolation; the weight of unknown values goes to the known ones."""
     known = np.isfinite(px)
     weight = bilinear(known, col, row)
     at = np.full(len(col), np.nan)
@@ -219,10 +219,10 @@ def _between_known(px: np.ndarray, col: np.ndarray, row: np.ndarray) -> np.ndarr
 def _parts_in_picture(
     heightmap: Heightmap, region: Region, camera: Camera, size: tuple[int, int], near_m: float
 ) -> Iterator[Region]:
-    """Bands of rows, as wide as the picture may reach: outside them no place of the region is in it.
+    """Bands of rows, cut to the columns that may be in the picture.
 
-    A side of the picture is a plane n · (p - eye) = d; whatever the heights and the band's rows, it passes no column
-    beyond the one where the most favourable of them lies on it.
+    A side of the picture is a plane n · (p - eye) = d; the picture is where n · (p - eye) ≥ d. A column is left out if
+    no height of the map, in no row of the band, reaches that side.
     """
     x, y, width, height = region
     right, up, forward = camera.axes
@@ -263,7 +263,7 @@ def posts_of(heightmap: Heightmap, region: Region) -> np.ndarray:
 
 
 def truth_m(heightmap: Heightmap, region: Region) -> np.ndarray:
-    """(h, w) float64: the heights of a region's places, bilinear between four posts; NaN over voids."""
+    """(h, w) float64: true heights at a region's places, bilinear between posts; NaN over voids."""
     x, y, width, height = region
     cols = np.s_[x // PLACES : (x + width - 1) // PLACES + 2]
     rows = _finer(heightmap.heights[:, cols], y, height)
@@ -271,7 +271,7 @@ def truth_m(heightmap: Heightmap, region: Region) -> np.ndarray:
 
 
 def _finer(heights: np.ndarray, first: int, n: int) -> np.ndarray:
-    """Places along the first axis, straight between two posts. A post keeps its height even beside a void."""
+    """Heights of places along the first axis, linear between two posts. A post beside a void keeps its height."""
     post, part = np.divmod(first + np.arange(n), PLACES)
     low = heights[post].astype(np.float64)
     high = heights[np.minimum(post + 1, len(heights) - 1)]
@@ -284,7 +284,7 @@ def _steps_m(heightmap: Heightmap) -> tuple[float, float]:
 
 
 def _from_camera(heightmap: Heightmap, region: Region, camera: Camera) -> list[np.ndarray]:
-    """Where the region's places stand along the camera's axes: three arrays (h, w), metres."""
+    """Coordinates of a region's places along the camera's axes: three arrays (h, w), metres from the eye."""
     x, y, width, height = region
     step, last = _steps_m(heightmap), places_of(heightmap)[1] - 1
     east = (x + np.arange(width)) * step[0] - camera.eye[0]
