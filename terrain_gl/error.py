@@ -41,8 +41,8 @@ class ErrorTables:
     gains
         For each of these nodes, float32: the squared metres that splitting removes for each triangle it adds.
     counters, squares
-        Summed-area tables of the class counters (8 bits, four classes a word) and of squared errors (64 bits): one table
-        for each level, over tiles of nodes (`layout.Level.count_tile`).
+        Summed-area tables of the class counters (8 bits, four classes a word) and of squared errors (64 bits): one
+        table for each level, over tiles of nodes (`layout.Level.count_tile`).
     blocks
         The share of each block of posts in its node of each coarse level (glsl/error/coarse.glsl). Edits need it.
     """

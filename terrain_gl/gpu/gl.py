@@ -149,8 +149,8 @@ def capture(
 ) -> int:
     """Record the triangles that the GPU makes in `out`, by transform feedback.
 
-    Set uniforms, textures and `ctx.patch_vertices` before, as for a draw. The program's `varyings` are written for three
-    vertices a triangle.
+    Set uniforms, textures and `ctx.patch_vertices` before, as for a draw. The program's `varyings` are written for
+    three vertices a triangle.
 
     Parameters
     ----------
