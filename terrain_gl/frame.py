@@ -1,4 +1,4 @@
-"""Frames: a picture with its numbers, and what is known of the mesh that was drawn last."""
+"""Frames: a picture with its numbers, and the mesh of the last picture."""
 
 from __future__ import annotations
 
@@ -47,7 +47,7 @@ class DrawnFrame:
     camera
         The camera that the mesh was chosen for.
     eye
-        The camera that looks at it: another one where the level of detail is frozen (`RenderOptions.chosen_for`).
+        The camera that looks at the mesh; another one if the level of detail is frozen (`RenderOptions.chosen_for`).
     size
         Width and height of the picture in pixels.
     near_m
@@ -73,7 +73,7 @@ class DrawnFrame:
         return captured_triangles(self.selection)
 
     def summary(self) -> dict[str, Any]:
-        """What was asked for and what was chosen, by the keys of docs/stats.md."""
+        """What was requested and what was chosen, by the keys of docs/stats.md."""
         selection, options = self.selection, self.options
         return {
             "method": options.method,

@@ -1,4 +1,4 @@
-"""Stage 1, the heightmap: metres above datum on a regular grid of posts, with holes where no height is known.
+"""Stage 1, the heightmap: metres above datum on a regular grid of posts; posts without data are voids.
 
 h[row, col], row 0 is the north edge. World: x = col·s_x east, y = (rows − 1 − row)·s_y north, z up, metres.
 """
@@ -22,9 +22,9 @@ from terrain_gl.readers.values import ENCODINGS, read_heights
 
 MAX_POSTS = 16384 * 16384
 MIN_SPACING_M, MAX_SPACING_M = 1e-6, 1e6
-MAX_SIDE = 16385  # so many posts does a quadtree of 15 levels reach over
-RANGE_BLOCK = 64  # posts a side of the blocks whose lowest and highest heights are known, once a map is edited
-MAX_HEIGHT_M = 1e7  # beyond it float32 has steps above a metre, and a value is most likely an unnamed no-data mark
+MAX_SIDE = 16385  # posts a side that a quadtree of 15 levels covers
+RANGE_BLOCK = 64  # posts a side of a block; an edited map keeps the lowest and highest height of each block
+MAX_HEIGHT_M = 1e7  # above it float32 has steps of a metre, and a value is most likely an unknown no-data mark
 
 
 class Heightmap:
@@ -33,12 +33,12 @@ class Heightmap:
     Parameters
     ----------
     heights : array_like, shape (rows, cols)
-        Metres, any real type; NaN, ±Inf and what a masked array hides are voids. A C-contiguous float32 array without
-        ±Inf is not copied.
+        Metres, any real type; NaN, ±Inf and masked values are voids. A C-contiguous float32 array without ±Inf is not
+        copied.
     spacing_m : float or (east, north)
         Metres between neighbouring posts.
     name : str
-        What messages call the map.
+        The map's name in messages.
 
     Attributes
     ----------
@@ -51,24 +51,24 @@ class Heightmap:
     range_m : (float, float)
         Lowest and highest height.
     quantised_m : (float, float)
-        Lowest and highest height that the quantisation range must hold: `range_m`, until edits ask for more.
+        Lowest and highest height that the quantisation range must hold: `range_m`, or more after edits.
     opened : dict, optional
-        What `open` was told, by the names of its arguments; None for a map of other origin, or edited since.
+        The arguments of `open`, by name; None for a map that was not opened from a file, or was edited since.
     assumes_spacing : bool
-        Neither the file nor who opened it said how far posts are apart.
+        The spacing is a guess: neither the file nor the caller gave one.
     scales : (float, float)
         Metres per unit of the file's values, and the height of value 0.
     notes : tuple of str
-        What the user should know of how the file was understood.
+        Notes for the user on how the file was interpreted.
     georeference : Georeference, optional
         Grid and coordinate system; `place` turns them into coordinates.
 
     Raises
     ------
     TerrainError
-        Not a 2-D array of at least 2 × 2 posts, all void, or heights out of all measure.
+        Not a 2-D array of at least 2 × 2 posts, all void, or heights beyond `MAX_HEIGHT_M`.
     UsageError
-        No real numbers, or a spacing that is not positive.
+        Values that are not real numbers, or a spacing that is not positive.
     """
 
     def __init__(self, heights: ArrayLike, spacing_m: float | Spacing = 1.0, name: str = "array"):
@@ -110,30 +110,30 @@ class Heightmap:
         ----------
         path : str or path
         spacing_m : float or (east, north), optional
-            Metres between posts; without it, what the file's tags or the name of a .hgt tile say, else 1.
+            Metres between posts; by default from the file's tags or the name of a .hgt tile, else 1.
         z_scale, z_offset_m : float, optional
-            Metres per unit of value, and the height of value 0; without them, what the file's tags say, else 1 and 0.
+            Metres per unit of value, and the height of value 0; by default from the file's tags, else 1 and 0.
         nodata : float, optional
-            A value that marks voids, beside the one that the file names. NaN, ±Inf and full transparency always
-            do; −32768 does in .hgt, and in other signed 16-bit files that name no value of their own.
+            A further value that marks voids, besides the file's own. NaN, ±Inf and full transparency always mark voids;
+            −32768 does in .hgt files, and in other signed 16-bit files without a no-data value.
         encoding : {"plain", "terrarium", "mapbox"}
-            How pixels hold heights: as one channel, or packed in the three of an 8-bit colour image.
+            How pixels store heights: in one channel, or packed in the three channels of an 8-bit colour image.
         progress : function, optional
-            Told the part done, 0 to 1, now and then; an exception that it raises ends the reading.
+            Called now and then with the progress, 0 to 1; an exception that it raises ends the reading.
         trusted : bool
-            Let GDAL open the file by any of its drivers, which may read other files and the network. Without it, only
-            the file is read, its headers beside it, and, of a mosaic (.vrt), the files beside and below that.
+            Let GDAL open the file with any of its drivers, which may read other files and the network. By default only
+            the file itself, its headers beside it and, for a mosaic (.vrt), the files beside and below it are read.
         band : int, optional
-            The band that holds the heights, from 1, in a file of several.
+            The band that holds the heights, from 1, in a file with several bands.
         raw : (int, int), optional
-            The file is bare posts without a header, of so many columns and rows: 1 or 2 bytes each, or 4 of a float.
+            Columns and rows of a file without a header: 1 or 2 bytes a post, or a 4-byte float.
 
         Raises
         ------
         TerrainError
             The file cannot be read, or does not hold a heightmap of at least 2 × 2 posts.
         UsageError
-            An option is out of its range.
+            An option is outside its range.
         """
         _check_options(z_scale, z_offset_m, encoding, band)
         raster = open_raster(path, How(trusted, band, raw))
@@ -157,39 +157,39 @@ class Heightmap:
         return heightmap
 
     def copy(self) -> Heightmap:
-        """The same map with heights of its own."""
+        """A copy of the map with its own heights."""
         own = Heightmap(self.heights.copy(), self.spacing_m, self.name)
         own.quantised_m, own.opened, own.scales = self.quantised_m, self.opened, self.scales
         own.georeference = self.georeference
         return own
 
     def write(self, x: int, y: int, heights: ArrayLike) -> tuple[slice, slice] | None:
-        """Give posts new heights, in time that grows with their number alone.
+        """Give posts new heights; the time depends only on their number.
 
         Parameters
         ----------
         x, y
             Column and row of the first post.
         heights : array_like, shape (rows, cols)
-            Metres; NaN, ±Inf and what a masked array hides are voids.
+            Metres; NaN, ±Inf and masked values are voids.
 
         Returns
         -------
         (slice, slice), optional
-            Rows and columns that hold all posts that changed; None if none did.
+            The smallest rectangle of rows and columns with all changed posts; None if no post changed.
 
         Raises
         ------
         UsageError
-            No real numbers.
+            Values that are not real numbers.
         TerrainError
-            Heights out of all measure, or no post would be left that is not void. The map is as it was then.
+            Heights beyond `MAX_HEIGHT_M`, or every post would be void. The map is then unchanged.
         """
         new = _rounded(np.array(real_heights(heights, self.name), ndmin=2), self.name)
         new[~np.isfinite(new)] = np.nan
         place = np.s_[y : y + new.shape[0], x : x + new.shape[1]]
         old = self.heights[place]
-        # bit by bit, for 0 is not -0 where a stroke is undone; but one NaN is as good as another
+        # compare bits: undo must also restore the sign of 0. All NaN count as equal
         changed = (old.view(np.uint32) != new.view(np.uint32)) & ~(np.isnan(old) & np.isnan(new))
         if not changed.any():
             return None
@@ -243,7 +243,7 @@ class Heightmap:
         return float(low), float(high)
 
     def _follow_range(self, rows: slice, cols: slice) -> None:
-        """Look again at the blocks that hold these posts, and at no others."""
+        """Update the range from the blocks that hold these posts."""
         if self._lows is None or self._highs is None:
             self._lows, self._highs = (_of_blocks(of, self.heights) for of in (np.fmin, np.fmax))
         blocks = tuple(slice(s.start // RANGE_BLOCK, -(-s.stop // RANGE_BLOCK)) for s in (rows, cols))
@@ -277,12 +277,12 @@ def _check_size(rows: int, cols: int, name: str) -> None:
 
 
 def real_heights(heights: ArrayLike, name: str) -> np.ndarray:
-    """Numbers of any real type as an array of whatever shape, NaN where a masked array hides them.
+    """Real numbers of any type as an array of any shape; masked values become NaN.
 
     Raises
     ------
     UsageError
-        Complex numbers, words, rows of unlike length, and whatever else is no height.
+        Complex numbers, text, rows of different lengths, or other values that are no heights.
     """
     try:
         values: np.ndarray = heights if isinstance(heights, np.ma.MaskedArray) else np.asarray(heights)
@@ -302,7 +302,7 @@ def _as_float32(heights: np.ndarray, name: str) -> np.ndarray:
 
 
 def _rounded(heights: np.ndarray, name: str) -> np.ndarray:
-    """To float32; an error for what is finite and would not be."""
+    """Convert to float32; a finite value that float32 cannot hold is an error."""
     with np.errstate(all="ignore"):
         rounded = np.ascontiguousarray(heights, np.float32)
     if np.can_cast(heights.dtype, np.float32):
@@ -328,14 +328,14 @@ def _spacing(spacing_m: float | Spacing) -> Spacing:
 
 
 def _of_blocks(of: np.ufunc, heights: np.ndarray) -> np.ndarray:
-    """What a ufunc makes of each block of RANGE_BLOCK × RANGE_BLOCK posts."""
+    """Reduce each block of RANGE_BLOCK × RANGE_BLOCK posts with a ufunc."""
     for axis in (0, 1):
         heights = of.reduceat(heights, np.arange(0, heights.shape[axis], RANGE_BLOCK), axis)
     return heights
 
 
 def _span_of(flags: np.ndarray, first: int) -> slice:
-    """From the first to the last flag that is set, counted from `first`."""
+    """Slice from the first to the last flag that is set, shifted by `first`."""
     where = np.flatnonzero(flags)
     return slice(first + int(where[0]), first + int(where[-1]) + 1)
 

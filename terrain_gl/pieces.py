@@ -1,10 +1,10 @@
-"""Pieces: a picture of any size drawn part by part, each through its own window of one view.
+"""Pieces: a picture of any size is drawn part by part, each part through a window of the same view.
 
-The mesh is chosen once, for the whole picture. A piece then crops the projection that draws it and tells the shaders
-where in the picture its pixels are (glsl/blocks/view.glsl); with `fine` > 1 each pixel is drawn as fine × fine.
+The mesh is chosen once, for the whole picture. For each piece the projection is cropped, and the shaders are told where
+its pixels are in the picture (glsl/blocks/view.glsl). With `fine` > 1 each pixel is drawn as fine × fine pixels.
 
-    whole picture                piece             x' = x · W/w + (W − 2·x₀ − w)/w, and y' alike: a wider picture of
-    ┌──────────────┐                               which the window, x₀ to x₀ + w of W pixels, reaches from −1 to 1
+    whole picture                piece             x' = x · W/w + (W − 2·x₀ − w)/w, and y' in the same way:
+    ┌──────────────┐                               the window, x₀ to x₀ + w of W pixels, becomes −1 to 1
     │   ┌────┐     │            ┌────┐
     │   │    │     │     →      │    │
     │   └────┘     │            └────┘
@@ -19,8 +19,8 @@ import numpy as np
 
 from .exceptions import UsageError
 
-LARGEST = 2048  # drawn pixels a side: 200 MiB of samples
-_EVEN = 2  # pieces begin at even pixels, where shaders take differences between neighbours
+LARGEST = 2048  # drawn pixels a side of a piece: 200 MiB of samples
+_EVEN = 2  # pieces begin at even pixels: shaders take differences within quads of 2 × 2 pixels
 Size = tuple[int, int]
 
 
@@ -31,13 +31,13 @@ class Piece:
     Attributes
     ----------
     picture
-        Width and height of the whole in pixels.
+        Width and height of the whole picture in pixels.
     corner
-        Column and row of its lower left pixel, counted from the picture's lower left.
+        Column and row of the piece's lower left pixel, counted from the picture's lower left.
     size
-        Its width and height in pixels.
+        Width and height of the piece in pixels.
     fine
-        Pixels drawn for each, along a side.
+        Each pixel is drawn as fine × fine pixels.
     """
 
     picture: Size
@@ -47,7 +47,7 @@ class Piece:
 
     @classmethod
     def whole(cls, picture: Size) -> Piece:
-        """The picture in one."""
+        """The whole picture as one piece."""
         return cls(picture, (0, 0), picture)
 
     @property
@@ -68,7 +68,7 @@ class Piece:
 
     @property
     def clip_from_picture(self) -> np.ndarray:
-        """(4, 4) float64: clip coordinates of the piece, from those of the whole picture."""
+        """(4, 4) float64: from clip coordinates of the whole picture to those of the piece."""
         matrix = np.eye(4)
         for axis in (0, 1):
             whole, first, part = self.picture[axis], self.corner[axis], self.size[axis]
@@ -78,19 +78,19 @@ class Piece:
 
 
 def cut(picture: Size, fine: int = 1, largest: int = LARGEST) -> list[Piece]:
-    """Pieces of at most `largest` drawn pixels a side that make up a picture, the top row first.
+    """Cut a picture into pieces of at most `largest` drawn pixels a side, the top row first.
 
     Parameters
     ----------
     picture
         Width and height in pixels.
     fine
-        Pixels to draw for each, along a side.
+        Each pixel is drawn as fine × fine pixels.
 
     Raises
     ------
     UsageError
-        No pixels, or a pixel that would not fit into a piece.
+        A picture without pixels, or `fine` out of range.
     """
     if min(picture) < 1:
         raise UsageError(f"picture size must be at least 1x1, got {picture[0]}x{picture[1]}")
@@ -101,7 +101,7 @@ def cut(picture: Size, fine: int = 1, largest: int = LARGEST) -> list[Piece]:
 
 
 def _spans(n: int, most: int) -> list[tuple[int, int]]:
-    """First and length of parts of about one length, each beginning at an even place."""
+    """First and length of parts of about equal length; each begins at an even number."""
     parts = -(-n // (most // _EVEN * _EVEN))
     length = -(-n // (parts * _EVEN)) * _EVEN
     return [(first, min(length, n - first)) for first in range(0, n, length)]

@@ -1,11 +1,11 @@
-"""The renderer: a heightmap and a camera in, a picture with a certified error out.
+"""The renderer: from a heightmap and a camera to a picture with a certified error.
 
 There is one way to draw, `Renderer.draw_steps`:
 
     select    choose the mesh, once for the whole picture               lod: `methods`
-    draw      piece by piece: which post of the map each sample sees    mesh, shade: `Picture.see_steps`
-    shade     and the colour of each pixel                              shade: `Picture.shade_steps`
-    receive   hand over the piece's pixels                              image
+    draw      for each piece: which place of the map a sample sees      mesh, shade: `Picture.see_steps`
+    shade     the colour of each of its pixels                          shade: `Picture.shade_steps`
+    receive   pass on the piece's pixels                                image
 
 `draw` takes all steps at once, `render` also reads the pixels, and `choose` ends with the mesh. `edit` changes the map;
 `verify.inspector` answers questions about the last frame.
@@ -53,17 +53,17 @@ class Renderer:
     backend
         "egl", "osmesa", "glfw", or "auto" for the first that works without a display.
     ctx
-        A moderngl context to use instead of making one. It is left as drawing needs it: depth from 0 to 1 in clip
-        space, a reversed depth test, patches of one vertex.
+        A moderngl context to use; by default a new one is made. Drawing changes its state: clip-space depth from 0 to
+        1, a reversed depth test, patches of one vertex.
     build
-        Build all tables at once. If False, take the steps of `build_steps` before anything is drawn.
+        Build all tables at once. If False, take all steps of `build_steps` before you draw.
 
     Attributes
     ----------
     build_steps
         The generator that builds all tables; yields progress from 0 to 1.
     resources, timer
-        What is on the GPU, and times of all stages. `timer.waits` says whether to wait for each stage.
+        Everything on the GPU, and the times of all stages. `timer.waits`: whether to wait for each stage.
     inspector
         Answers questions about the last frame.
     editor
@@ -87,7 +87,7 @@ class Renderer:
     ) -> None:
         self.session = Session(ctx or create_context(backend), owned=ctx is None)
         self.ctx = self.session.ctx
-        # asked once: the context looks up dozens of limits to say its name
+        # asked once: the context looks up dozens of limits for its name
         self._gl = {"gl_renderer": self.ctx.info["GL_RENDERER"], "backend": backend_name(self.ctx)}
         self.resources = GpuResources(self.session)
         self.timer = self.resources.timer
@@ -115,7 +115,7 @@ class Renderer:
 
     @property
     def selectors(self) -> Selectors:
-        """What chooses the mesh, by method."""
+        """The selectors of the mesh, by method."""
         return self.resources.selectors
 
     @property
@@ -139,22 +139,23 @@ class Renderer:
     def render(
         self, camera: Camera, max_error_px: float | None = None, progress: Progress | None = None, **options: Any
     ) -> Frame:
-        """Draw a picture whose geometric error is nowhere above `max_error_px`, or as small as `triangles` can make it.
+        """Draw a picture whose geometric error is at most `max_error_px`, or the smallest that `triangles` allow.
 
         Parameters
         ----------
         camera
-            Where the eye is.
+            The view.
         max_error_px
-            The largest distance on the screen between where a post of the map is drawn and where it belongs
-            (metric "max"), or the root mean square of all those distances ("rms"). By default 1.
+            The screen error: the distance in pixels between the drawn and the true position of a point of the surface.
+            With the metric "max", no point has a larger one; with "rms", the root mean square is at most this. By
+            default 1.
         progress
             Called with the progress, 0 to 1.
         options
-            The other fields of `RenderOptions`, by name: triangles, metric, method, style, sun, near_m, cull.
-            And `size`, width and height in pixels, for a picture of another size than `Renderer.size`, even beyond
-            what the GPU can draw at once. It is drawn in pieces of one mesh, and cannot be measured afterwards. With
-            `fine`, each of its pixels is the mean of the light of fine × fine.
+            The other fields of `RenderOptions`, by name: triangles, metric, method, style, sun, near_m, cull. Also
+            `size`, width and height in pixels, for a picture of another size than `Renderer.size`. It may be larger
+            than the GPU can draw at once: it is drawn in pieces of one mesh, and cannot be measured afterwards. With
+            `fine`, each pixel is the mean light of fine × fine pixels.
 
         Raises
         ------
@@ -177,7 +178,7 @@ class Renderer:
         return Frame(image, stats)
 
     def draw(self, camera: Camera, max_error_px: float | None = None, **options: Any) -> dict[str, Any]:
-        """Draw like `render`, but leave the picture on the GPU (`picture`); returns the stats."""
+        """Like `render`, but the picture stays on the GPU (`picture`); returns the stats."""
         return drain(self.draw_steps(camera, max_error_px, gradual=False, **options))
 
     @steps_in_session
@@ -226,9 +227,9 @@ class Renderer:
 
     @in_session
     def choose(self, camera: Camera, max_error_px: float | None = None, **options: Any) -> dict[str, Any]:
-        """Choose the mesh like `draw`, but draw no picture of it; returns the stats.
+        """Choose the mesh like `draw`, but draw no picture; returns the stats.
 
-        `inspector` then speaks of that mesh.
+        `inspector` then answers questions about that mesh.
         """
         with self.timer.frame():
             frame = self.select(camera, self.size, RenderOptions(max_error_px, **options))
@@ -237,7 +238,7 @@ class Renderer:
 
     @in_session
     def select(self, camera: Camera, size: Size, options: RenderOptions) -> DrawnFrame:
-        """Choose the mesh of a picture of `size`, and look at it; the last frame is lost."""
+        """Choose the mesh of a picture of `size`, and set the view; the last frame is lost."""
         self.forget()
         near_m = near_plane_m(self.heightmap, options.near_m)
         chosen_for = options.chosen_for or camera
@@ -257,11 +258,11 @@ class Renderer:
         return DrawnFrame(chosen_for, camera, size, near_m, options, selection)
 
     def forget(self) -> None:
-        """Forget the last frame: it no longer shows the map, or its mesh is about to be overwritten."""
+        """Forget the last frame: the map has changed, or its mesh will be overwritten."""
         self.inspector.frame = None
 
     def measure(self) -> dict[str, Any]:
-        """The last frame's stats with its achieved error: its very mesh against the whole surface in the picture.
+        """The last frame's stats with its achieved error: its mesh is compared with the whole surface in the picture.
 
         Adds `max_error_px` and `rms_error_px` over 4 × 4 places a cell, `max_error_posts_px` over posts alone,
         `posts_measured`, and `holes`: the pixels and places where the sky shows through.
@@ -277,15 +278,15 @@ class Renderer:
         return self.inspector.height_at(x, y)
 
     def drawn_height_at(self, x: float, y: float) -> float:
-        """Height of the last frame's surface at a place in world metres; NaN where it draws nothing."""
+        """The drawn height of the last frame at a place in world metres; NaN where nothing is drawn."""
         return self.inspector.drawn_height_at(x, y)
 
     def edit(self, rows: slice | int, cols: slice | int, heights: Any, settle: bool = True) -> None:
-        """Give a rectangle of posts new heights, NaN for voids; all tables follow. See `Editor.edit`."""
+        """Give a rectangle of posts new heights, NaN for voids; all tables are updated. See `Editor.edit`."""
         self.editor.edit(rows, cols, heights, settle)
 
     def settle(self) -> None:
-        """Have the light follow all edits that were made with `settle=False`."""
+        """Update the light after edits with `settle=False`."""
         self.editor.settle()
 
     def release(self) -> None:
@@ -302,7 +303,7 @@ class Renderer:
 
     @in_session
     def _repr_png_(self) -> bytes | None:
-        """The last picture, where a notebook shows the renderer."""
+        """The last picture, for a notebook."""
         return png_bytes(self.picture.read()) if self.inspector.frame else None
 
     def _piece_steps(self, piece: Piece, frame: DrawnFrame, gradual: bool) -> Steps[None]:

@@ -1,9 +1,9 @@
-"""Shading: from the surface that the mesh draws to a picture.
+"""Shading: from the mesh to the colours of a picture, in two passes.
 
-Two passes. The first draws the patches and keeps nothing but the depth of each sample: with the ray through the sample
-it gives the place of the map that the sample sees (glsl/shade/seen.glsl). The second shades each pixel from the map
-itself, averaged over the pixel's footprint by a summed-area table of heights (glsl/shade/relief.glsl): what it shows
-does not depend on the mesh. Pixels are of a few kinds (glsl/shade/kind.glsl), and each kind has a program of its own.
+The first pass draws the mesh and stores only the depth of each sample. Depth and ray give the place of the map that the
+sample sees (glsl/shade/seen.glsl). The second pass shades each pixel from the map itself: a summed-area table of
+heights gives the mean normal over the pixel's footprint (glsl/shade/relief.glsl). So the colours do not depend on the
+mesh. There are a few kinds of pixels (glsl/shade/kind.glsl), and a program for each kind.
 """
 
 from __future__ import annotations
@@ -28,13 +28,13 @@ from .steps import Steps, drain
 from .terrain import Rect
 
 SUN = (300.0, 35.0)  # azimuth, clockwise from north, and elevation, in degrees
-_LIT = ("shaded", "visibility", "ambient", "direct", "lobes")  # styles of light
-_OF_MESH = ("wireframe", "lod", "segments", "promise", "error")  # styles that show the mesh itself
+_LIT = ("shaded", "visibility", "ambient", "direct", "lobes")  # styles that need light
+_OF_MESH = ("wireframe", "lod", "segments", "promise", "error")  # styles that show the mesh
 STYLES = (*_LIT, "lambert", *_OF_MESH, "normals", "depth")
-UNLIT = "depth"  # the cheapest style, for who wants to know of the mesh alone
-TILE_PX = (256, 64)  # shaded between two looks at anything else, by who must not wait for the whole picture
+UNLIT = "depth"  # the cheapest style, when only the mesh matters
+TILE_PX = (256, 64)  # pixels that one step of `shade_steps` shades
 KINDS = {"ANY": 0, "SKY": 1, "NEAR": 2, "MIXED": 3}  # of pixels: glsl/shade/kind.glsl
-HAZE = 2.0  # distance at which haze lets 1/e through, in diagonals of the map
+HAZE = 2.0  # distance over which haze absorbs all but 1/e of the light, in diagonals of the map
 _NOTHING_LISTED = np.array([0, 1, 1, 0], "u4").tobytes()  # the head of `Listed` in glsl/shade/seen.glsl
 _TEXTURE_2D, _TEXTURE_2D_MULTISAMPLE = 0x0DE1, 0x9100
 _DEPTH_COMPONENT, _DEPTH_COMPONENT32F, _FLOAT = 0x1902, 0x8CAC, 0x1406
@@ -53,13 +53,13 @@ class Look:
     sun
         Azimuth, clockwise from north, and elevation, in degrees.
     sky
-        File of a sky, an equirectangular picture of light, instead of the clear sky of that sun; see `sky.read_sky`.
+        File of a sky, an equirectangular picture of light; by default the clear sky of that sun. See `sky.read_sky`.
     material
-        File of a picture of the ground, north up, instead of the cover that heights and slopes suggest.
+        File of a picture of the ground, north up; by default heights and slopes decide the cover.
     water_m
         Height of standing water in metres; none by default.
     wires
-        Draw the triangles' edges over whatever the style shows.
+        Draw the triangles' edges on top of the style.
     """
 
     style: str = "shaded"
@@ -71,7 +71,7 @@ class Look:
 
     @property
     def is_lit(self) -> bool:
-        """Whether the style shows light."""
+        """Whether the style needs light."""
         return self.style in _LIT
 
 
@@ -79,14 +79,14 @@ PLAIN = Look()
 
 
 class Picture:
-    """Draws what a surface selected into a picture.
+    """Draws the mesh of a selection into a picture, and shades it.
 
     Parameters
     ----------
     tables
         Error tables of the terrain that is drawn.
     view
-        The camera that draws and shades.
+        The camera block that drawing and shading read.
     size
         Width and height in pixels.
     samples
@@ -107,12 +107,12 @@ class Picture:
         self.resize(size)
 
     waits_for_light = True
-    """Whether light is made before anything is drawn in it. If not, a picture is lit as it was before, or flatly, until
-    somebody has gone through `light_steps`."""
+    """Whether a picture waits until its light is complete. If not, it shows earlier light, or the style "lambert" if
+    there is none, until `light_steps` is done."""
 
     @property
     def bytes(self) -> int:
-        """GPU memory that shading needs for the map; the picture's own pixels do not count."""
+        """GPU memory that shading needs for the map, without the picture's pixels."""
         return self.sums.bytes + self.lighting.bytes
 
     @property
@@ -123,7 +123,7 @@ class Picture:
     def resize(self, size: Size) -> None:
         """Change the picture's size; what was drawn is lost."""
         self._release_targets()
-        self.size = (0, 0)  # until all is there: memory may not suffice
+        self.size = (0, 0)  # stays so if memory does not suffice
         samples = self.samples if self.samples > 1 else 0
         self._depth = self._target(_depth_texture(self.ctx, size, samples))
         self._kinds = self._target(_depth_texture(self.ctx, size, 0))
@@ -136,24 +136,24 @@ class Picture:
         self.size = size
 
     def update(self, posts: Rect) -> None:
-        """Follow an edit of the posts of columns x0 to x1 and rows y0 to y1, (x0, y0, x1, y1), all but the light."""
+        """Follow an edit of the posts of columns x0 to x1 and rows y0 to y1, (x0, y0, x1, y1), without the light."""
         self.sums.update(posts)
 
     def settle(self, posts: Rect, moved: bool = True) -> None:
-        """Have the light follow edits within a rectangle; `moved`: heights, and not only the span of their sums."""
+        """Update the light after edits inside a rectangle; `moved` is False if only the quantisation range changed."""
         self.lighting.update(posts, moved)
 
     def draw(self, selection: Selection, camera: Camera, look: Look = PLAIN) -> None:
-        """Draw what a surface selected last."""
+        """Draw and shade the last selection."""
         self.see(selection, look)
         self.shade(camera, look)
 
     def see(self, selection: Selection, look: Look = PLAIN) -> None:
-        """First pass, over the mesh: find how far away each sample sees."""
+        """First pass, over the mesh: find the depth of each sample."""
         drain(self.see_steps(selection, look, max(1, selection.draws)))
 
     def see_steps(self, selection: Selection, look: Look = PLAIN, commands: int = 1) -> Steps[None]:
-        """Incremental `see`, so many draw commands a step; yields progress from 0 to 1."""
+        """Incremental `see`, `commands` draw commands a step; yields progress from 0 to 1."""
         of_mesh = look.style in _OF_MESH or look.wires
         mesh, target = self._meshes(look).of(selection.surface), self._detail_target() if of_mesh else self._seen
         target.use()
@@ -163,11 +163,11 @@ class Picture:
             yield min(1.0, (first + commands) / selection.draws)
 
     def shade(self, camera: Camera, look: Look = PLAIN) -> None:
-        """Second pass, over the pixels: colour what the first one saw."""
+        """Second pass, over the pixels: colour what the samples see."""
         drain(self.shade_steps(camera, look, self.size))
 
     def shade_steps(self, camera: Camera, look: Look = PLAIN, tile: Size = TILE_PX) -> Steps[None]:
-        """Incremental `shade`, a tile of columns and rows a step; yields progress from 0 to 1."""
+        """Incremental `shade`, one tile (width, height) a step; yields progress from 0 to 1."""
         if look.style in _LIT and self.waits_for_light:
             self.lighting.follow(look.sun, look.sky, look.material)
         elif look.style in _LIT and not self.lighting.is_there:
@@ -182,7 +182,7 @@ class Picture:
             yield done / len(corners)
 
     def _meshes(self, look: Look) -> MeshDraws:
-        """Programs of the first pass: each notes what the style shows, and no more."""
+        """The programs of the first pass that record what the style needs, and no more."""
         if look.style == "promise":
             return self._promise
         if look.style in _OF_MESH or look.wires:
@@ -190,11 +190,11 @@ class Picture:
         return self._surface if self.terrain.heightmap.voids else self._solid
 
     def _scissor(self, *tile: Any) -> None:
-        """Colour a part of the picture alone: its lower left corner, columns, rows."""
+        """Restrict colouring to a part of the picture: column and row of its lower left corner, width, height."""
         self._screen.scissor = self._kind.scissor = tile
 
     def _colour(self, look: Look) -> None:
-        """Colour what the scissor lets through, one kind of pixels after the other."""
+        """Colour the pixels inside the scissor, one kind after the other."""
         style, wet, sun = f"shade/{look.style}.frag", look.water_m is not None, towards_sun(*look.sun)
         self._listed.write(_NOTHING_LISTED)
         self._fill(self._kind, "shade/kind.frag", depth="1")
@@ -208,7 +208,7 @@ class Picture:
             self.ctx.disable(moderngl.BLEND)
 
     def light(self, camera: Camera, look: Look = PLAIN) -> None:
-        """Make what a look is lit with, if it is not there yet."""
+        """Make the light of a look, if it is missing."""
         self.lighting.follow(look.sun, look.sky, look.material)
         self.lighting.describe(self._haze_m(camera), look.water_m)
 
@@ -221,16 +221,16 @@ class Picture:
         return _from_top(self._picture.read(alignment=1), "u1", self.size, 4)
 
     def light_steps(self, look: Look) -> Steps[None]:
-        """Incremental `light`; yields progress from 0 to 1, or nothing where the light is there."""
+        """Incremental `light`; yields progress from 0 to 1, or nothing if the light is there."""
         if look.style in _LIT:
             yield from self.lighting.follow_steps(look.sun, look.sky, look.material)
 
     def coverage(self) -> np.ndarray:
-        """(height, width) bool, first row on top: the surface covers all of the pixel's samples."""
+        """(height, width) bool, first row on top: whether the surface covers all samples of the pixel."""
         return self.note("shade/coverage.frag", 1, "u1")[..., 0] == self.samples
 
     def sky_share(self) -> np.ndarray:
-        """(height, width) float32, first row on top: how much of each pixel is sky, 0 to 1."""
+        """(height, width) float32, first row on top: the share of sky in each pixel, 0 to 1."""
         return 1 - self.note("shade/coverage.frag", 1, "u1")[..., 0] / np.float32(self.samples)
 
     def places(self) -> np.ndarray:
@@ -238,7 +238,7 @@ class Picture:
         return np.stack([self.note("shade/places.frag", 2, "f4", sample=i) for i in range(self.samples)])
 
     def note(self, fragment: str, components: int, dtype: str, kind: str = "ANY", **uniforms: Any) -> np.ndarray:
-        """What a fragment shader, for one of `KINDS`, says of all pixels: (height, width, components) from the top."""
+        """Output of a fragment shader for pixels of one of `KINDS`: (height, width, components), first row on top."""
         texture = self.ctx.texture(self.size, components, dtype=dtype)
         target = self.ctx.framebuffer([texture])
         self._fill(target, fragment, kind, **uniforms)
@@ -272,12 +272,12 @@ class Picture:
                 vao.release()
 
     def _haze_m(self, camera: Camera) -> float:
-        """Air as clear as it takes to see the whole map from where the eye is."""
+        """Range of the haze: the farther of the map's size and the eye's distance, so that the whole map is visible."""
         (east, north), (low, high) = self.terrain.heightmap.extent_m, self.terrain.heightmap.range_m
         return HAZE * max(math.hypot(east, north), math.dist(camera.eye, (east / 2, north / 2, (low + high) / 2)))
 
     def _detail_target(self) -> moderngl.Framebuffer:
-        """Where the surface is drawn with what styles of the mesh want to know; takes more memory, and time."""
+        """The framebuffer with further data for styles that show the mesh; it needs more memory and time."""
         if self._drawn is None:
             self._drawn = self._target(self.ctx.texture(self.size, 4, samples=self._depth.samples, dtype="f2"))
             self._seen_detail = self._target(self.ctx.framebuffer([self._drawn], self._depth))
@@ -285,7 +285,7 @@ class Picture:
 
     def _draw_mesh(self, mesh: MeshDraw, target: moderngl.Framebuffer, selection: Selection, part: slice) -> None:
         self.tables.bind()
-        gl.clip_control_zero_to_one(self.ctx)  # without it distant depths are coarser, and in order all the same
+        gl.clip_control_zero_to_one(self.ctx)  # without it depths far away are coarser, but still in order
         target.use()
         self.ctx.enable_only(moderngl.DEPTH_TEST)
         self.ctx.depth_func = ">="
@@ -300,7 +300,7 @@ class Picture:
         depth: str | None = None,
         **uniforms: Any,
     ) -> None:
-        """Run a fragment shader over the pixels of one of `KINDS`, those that pass the depth test."""
+        """Run a fragment shader, made for one of `KINDS`, over the pixels that pass the depth test."""
         program, vao = self._program(fragment, kind, wet)
         self._bind(program, uniforms)
         target.use()
@@ -320,7 +320,7 @@ class Picture:
         self.ctx.memory_barrier()
 
     def _bind(self, program: Any, uniforms: dict[str, Any]) -> None:
-        """Make all that pixels are shaded with visible to a program."""
+        """Bind everything that shading reads."""
         for name, value in uniforms.items():
             if f"u_{name}" in program:
                 program[f"u_{name}"] = value
@@ -334,7 +334,7 @@ class Picture:
             self.lighting.bind(program)
 
     def _program(self, fragment: str, kind: str = "ANY", wet: bool = False) -> tuple[Any, Any]:
-        """The program of a style for one kind of pixels, compiled when it is first used, and its vertex array."""
+        """The program of a style for one kind of pixels, compiled at its first use, and its vertex array."""
         defines = {"SAMPLES": self.samples, "WATER_LEVEL": wet, "PIXELS": KINDS[kind]} | self.lighting.defines
         key = fragment, *defines.values()
         if key not in self._programs:
@@ -348,18 +348,18 @@ class Picture:
         return program, self.ctx.vertex_array(program, [])
 
     def _target(self, made: Target) -> Target:
-        """Note what a picture of another size has no use for."""
+        """Keep a resource that depends on the picture's size, to release it at the next resize."""
         self._targets.append(made)
         return made
 
     def _release_targets(self) -> None:
-        gl.use_default_framebuffer(self.ctx)  # the one in use must not be one that is gone
+        gl.use_default_framebuffer(self.ctx)  # moderngl must not use a framebuffer that is released
         while self._targets:
             self._targets.pop().release()
 
 
 def _depth_texture(ctx: moderngl.Context, size: Size, samples: int) -> moderngl.Texture:
-    """A depth texture of 32-bit floats, which moderngl alone does not make."""
+    """A depth texture of 32-bit floats, which moderngl does not offer."""
     texture = ctx.depth_texture(size, samples=samples)
     i, u = ctypes.c_int, ctypes.c_uint
     target = _TEXTURE_2D_MULTISAMPLE if samples else _TEXTURE_2D
@@ -374,5 +374,5 @@ def _depth_texture(ctx: moderngl.Context, size: Size, samples: int) -> moderngl.
 
 
 def _from_top(data: bytes, dtype: str, size: Size, components: int) -> np.ndarray:
-    """Pixels as read from OpenGL, whose first row is the lowest, to (height, width, components)."""
+    """Pixels read from OpenGL, lowest row first, as (height, width, components) with the top row first."""
     return np.frombuffer(data, dtype).reshape(size[1], size[0], components)[::-1].copy()

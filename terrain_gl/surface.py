@@ -1,7 +1,7 @@
-"""What can draw a terrain: the one shape that all methods have. Pictures, exports and measurement know no method.
+"""Surfaces: the interface that all methods share. Pictures, exports and measurement use nothing else of a method.
 
-A surface is shaders up to the last vertex, and what feeds them. Its `select` chooses triangles for a camera; `mesh`
-takes what was selected into the picture, into a buffer, or looks at it from straight above.
+A surface is the shaders up to the last vertex, and the buffers that they read. A method's `select` fills the buffers
+for a camera; the module `mesh` then draws the surface into a picture, captures its triangles, or draws it from above.
 """
 
 from __future__ import annotations
@@ -22,14 +22,14 @@ class Surface(Protocol):
     Attributes
     ----------
     terrain, view
-        The map, and the camera that was selected for last.
+        The map, and the camera of the last selection.
     stages
-        Shaders by stage, as `shaders.program` takes them; the last one ends in put_vertex() of glsl/mesh/vertex.glsl.
-        Vertices stand on posts, or amid four.
+        Shaders by stage, as `shaders.program` takes them; the last one calls put_vertex() of glsl/mesh/vertex.glsl.
+        Vertices lie on posts or between them.
     defines
-        What those stages want defined.
+        Macros of those stages.
     on_heights
-        Whether vertices have the very heights of their posts.
+        Whether vertices have the heights of the map, exact on posts and bilinear between them.
     mode
         `moderngl.PATCHES` or `moderngl.TRIANGLES`.
     feed
@@ -56,4 +56,4 @@ class Surface(Protocol):
     def indices(self) -> moderngl.Buffer | None: ...
 
     def bind(self) -> None:
-        """Make all that the stages read visible to them."""
+        """Bind everything that the stages read."""

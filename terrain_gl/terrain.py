@@ -1,4 +1,4 @@
-"""The heightmap on the GPU: its heights, its voids, and the block that tells every shader its sizes."""
+"""The heightmap on the GPU: textures of heights and voids, and the block of sizes that every shader reads."""
 
 from __future__ import annotations
 
@@ -14,7 +14,7 @@ from .gpu.bindings import bind
 from .heightmap import MAX_HEIGHT_M, Heightmap
 
 Rect = tuple[int, int, int, int]
-HEADROOM = 0.5  # of the relief: how much further edits may go after one has left the quantisation range
+HEADROOM = 0.5  # headroom for further edits when the quantisation range is widened, as a part of the relief
 
 
 class Terrain:
@@ -23,13 +23,13 @@ class Terrain:
     Attributes
     ----------
     base_m
-        What the GPU's heights are counted from: 0, or close below the map where that keeps float32 exact.
+        The height that the GPU's heights are relative to: 0, or a height close below the map if float32 needs it.
     span_m
         Width of the quantisation range: the tables store heights and errors as integers in units of it.
     levels
         Sizes of the quadtree's levels.
     edits
-        How many edits have changed the map so far.
+        The number of edits that have changed the map.
     """
 
     def __init__(self, ctx: moderngl.Context, heightmap: Heightmap, filling: Filling | None = None) -> None:
@@ -51,7 +51,7 @@ class Terrain:
 
     @property
     def all_posts(self) -> Rect:
-        """First column and row, last column and row."""
+        """The rectangle of all posts."""
         return 0, 0, self.heightmap.cols - 1, self.heightmap.rows - 1
 
     @property
@@ -61,9 +61,9 @@ class Terrain:
 
     @property
     def headroom_m(self) -> tuple[float, float]:
-        """How far edits may dig below the lowest post, and raise the highest, before everything is built anew.
+        """How far edits may go below the lowest post and above the highest before everything is rebuilt, in metres.
 
-        Infinite where the quantisation range ends at the limit for all heights, `MAX_HEIGHT_M`.
+        Infinite if the quantisation range ends at `MAX_HEIGHT_M`, the limit for all heights.
         """
         (low, high), top_m = self.heightmap.range_m, self._low_m + self.span_m
         down_m = low - self._low_m if self._low_m > -MAX_HEIGHT_M else math.inf
@@ -75,7 +75,7 @@ class Terrain:
         return self._filling.filled[0] if self._filling else self.heightmap.heights
 
     def upload(self) -> None:
-        """Send the whole heightmap as it is now."""
+        """Upload the whole heightmap."""
         self._filling = None
         self._send()
 
@@ -90,15 +90,15 @@ class Terrain:
     def edit(self, x: int, y: int, heights: np.ndarray) -> Rect | None:
         """Give the posts from column x and row y on new heights, (rows, cols), NaN for voids.
 
-        Time grows with the number of posts that change, not with the map. But everything is uploaded anew when heights
-        leave the quantisation range, and when the first void comes or the last one goes. The range then gets headroom,
-        and never shrinks again: `Heightmap.quantised_m`. The first edit copies the heights: the caller's map stays as
-        it is.
+        The time grows with the number of posts that change, not with the map. Everything is uploaded again only if
+        heights leave the quantisation range, or if the first void appears or the last one disappears. A range that is
+        left is widened with headroom and never shrinks again (`Heightmap.quantised_m`). The first edit copies the
+        heights, so the caller's map does not change.
 
         Returns
         -------
         Rect, optional
-            Columns and rows (x0, y0, x1, y1) that differ, filled voids with them; None if nothing does.
+            The rectangle of columns and rows (x0, y0, x1, y1) that changed, filled voids included; None if no post did.
         """
         self._own_heights()
         had_voids = self.heightmap.voids > 0
@@ -122,10 +122,10 @@ class Terrain:
         return rect
 
     def with_headroom(self, up_m: float, down_m: float = 0.0) -> Terrain | None:
-        """The same map with a wider quantisation range, for this one to `take`; None if it is wide enough already.
+        """A copy of the map with a wider quantisation range, to `take` later; None if the range is wide enough.
 
-        The range then holds heights `up_m` above the highest post and `down_m` below the lowest. Later edits of this
-        map are not in the copy.
+        The new range holds heights `up_m` above the highest post and `down_m` below the lowest. The copy does not
+        contain later edits.
 
         Raises
         ------
@@ -145,7 +145,7 @@ class Terrain:
         return Terrain(self.ctx, wide, self._filling)
 
     def take(self, wider: Terrain) -> None:
-        """Exchange quantisation ranges, textures and blocks with what `with_headroom` returned."""
+        """Exchange quantisation range, textures and block with the copy from `with_headroom`."""
         mine, theirs = self.heightmap, wider.heightmap
         mine.quantised_m, theirs.quantised_m = theirs.quantised_m, mine.quantised_m
         for name in ("heights", "voids", "block", "base_m", "_low_m", "span_m"):
@@ -154,18 +154,18 @@ class Terrain:
             setattr(wider, name, old)
 
     def bind(self) -> None:
-        """Make the map visible to every shader, at the places that glsl/blocks/terrain.glsl names."""
+        """Bind the map for all shaders."""
         bind("blocks/terrain.glsl", Terrain=self.block, u_heights=self.heights, u_voids=self.voids)
 
     def boxes(self, low: np.ndarray, high: np.ndarray, heights_m: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
-        """World boxes over parts of the map: least and largest corners, (n, 3) metres.
+        """World boxes over parts of the map: smallest and largest corners, (n, 3) metres.
 
         Parameters
         ----------
         low, high
-            (n, 2) columns and rows of their north-west and south-east posts; the latter may lie beyond the map.
+            (n, 2) columns and rows of their north-west and south-east posts; `high` may lie beyond the map.
         heights_m
-            (n, 2) least and largest height above the base.
+            (n, 2) lowest and highest height above the base.
         """
         last = np.array([self.heightmap.cols - 1, self.heightmap.rows - 1])
         (east, north), high, z = self.heightmap.spacing_m, np.minimum(high, last), heights_m + self.base_m
@@ -178,7 +178,7 @@ class Terrain:
             resource.release()
 
     def _own_heights(self) -> None:
-        """Copy the heights before the first edit: the caller's map stays as it is."""
+        """Copy the heights before the first edit, so that the caller's map does not change."""
         if not self._own:
             self.heightmap, self._own = self.heightmap.copy(), True
             if self._filling:
@@ -225,8 +225,8 @@ class Terrain:
 def quantisation_range(low: float, high: float) -> tuple[float, float, float]:
     """Base, lowest value and width of the quantisation range that holds heights from `low` to `high`.
 
-    The range lies on a coarse binary grid, so that small edits do not shift it. The base is what heights count from:
-    0, unless the map is so far from 0 that float32 loses digits. Subtracting the base is then exact.
+    The range lies on a coarse binary grid, so that small edits do not shift it. The GPU stores heights above the base.
+    The base is 0, unless the map is so far from 0 that float32 would lose digits; subtracting it is then exact.
     """
     relief = max(high - low, 1e-6 * max(abs(low), 1.0))
     step = 2.0 ** (math.ceil(math.log2(relief)) - 2)
@@ -237,7 +237,7 @@ def quantisation_range(low: float, high: float) -> tuple[float, float, float]:
 
 
 def hull(a: Rect, b: Rect) -> Rect:
-    """The least rectangle that holds two."""
+    """The smallest rectangle that contains two."""
     return min(a[0], b[0]), min(a[1], b[1]), max(a[2], b[2]), max(a[3], b[3])
 
 
