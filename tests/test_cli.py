@@ -227,7 +227,7 @@ def test_measure_keeps_to_a_budget(dem, run):
     assert stats["requested_max_error_px"] is None and stats["holes"] == 0
     assert stats["max_error_px"] <= stats["certified_max_error_px"]
     assert "200 triangles, worth" in run(*asked)[1]
-    assert "more than this view has use for" in run("measure", dem, *SIZE, "--triangles", 10**7)[1]
+    assert "more than this view needs" in run("measure", dem, *SIZE, "--triangles", 10**7)[1]
 
 
 @pytest.mark.parametrize("more", [("--max-error", 1), ("--method", "full")], ids=str)

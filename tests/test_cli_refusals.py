@@ -208,10 +208,10 @@ def test_back_ends_draw_the_same_bytes(dem):
 @pytest.mark.parametrize("command", ["measure", "info"])
 def test_the_map_is_no_output(run, dem, command):
     before = Path(dem).read_bytes()
-    refused(run(command, dem, "--json", dem), 2, "is read, too")
+    refused(run(command, dem, "--json", dem), 2, "is also an input")
     assert Path(dem).read_bytes() == before
 
 
 def test_what_is_read_is_no_output(run, dem):
-    refused(run("shot", dem, "--material", "m.png", "-o", "./m.png"), 2, "m.png: is read, too")
-    refused(run("fly", dem, "--path", "p.json", "-o", "f/", "--json", "p.json"), 2, "p.json: is read, too")
+    refused(run("shot", dem, "--material", "m.png", "-o", "./m.png"), 2, "m.png: is also an input")
+    refused(run("fly", dem, "--path", "p.json", "-o", "f/", "--json", "p.json"), 2, "p.json: is also an input")

@@ -147,7 +147,7 @@ def test_the_map_is_not_written_over(run):
     pytest.importorskip("av", reason="the extra [video] is not installed")
     tg.image.write_png("map.png", np.arange(64, dtype=np.uint8).reshape(8, 8))
     before = Path("map.png").read_bytes()
-    refused(run("fly", "map.png", "-o", "map.png", *SMALL), 2, "is read, too")
+    refused(run("fly", "map.png", "-o", "map.png", *SMALL), 2, "is also an input")
     assert Path("map.png").read_bytes() == before
 
 

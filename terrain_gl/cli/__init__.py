@@ -1,6 +1,6 @@
-"""The command line, `terrain-gl`: each subcommand is a module of a few lines over the Python API.
+"""The command line, `terrain-gl`: each subcommand is a short module over the Python API.
 
-Exit status: 0 done, 1 the work failed, 2 wrong use; what went wrong is one line on standard error.
+Exit status: 0 done, 1 the work failed, 2 wrong use. An error is one line on standard error.
 """
 
 from __future__ import annotations
@@ -25,7 +25,7 @@ COMMANDS = ("info", "generate", "shot", "view", "measure", "mesh", "compare", "f
 
 def main(argv: Sequence[str] | None = None) -> int:
     """Run one command; returns the exit status."""
-    # None where who started us has closed them; the next file to be opened would take their place
+    # None if the caller has closed them; the next file to be opened would then take their place
     sys.stdout = sys.stdout or open(os.devnull, "w")  # noqa: SIM115
     sys.stderr = sys.stderr or open(os.devnull, "w")  # noqa: SIM115
     if argv is None:
@@ -59,11 +59,11 @@ def main(argv: Sequence[str] | None = None) -> int:
 
 
 def parser() -> argparse.ArgumentParser:
-    """The parser of the whole command line; imports the commands, no sooner: Ctrl-C may come meanwhile."""
+    """The parser of the whole command line. It imports the commands, after Ctrl-C is handled."""
     top = Parser(
         prog="terrain-gl",
         description="Heightmaps drawn with OpenGL tessellation at a certified screen-space error.",
-        epilog="terrain-gl dem.tif opens the window on a map; each command has its own --help\n"
+        epilog="terrain-gl dem.tif opens a window on a map; each command has its own --help\n"
         "example: terrain-gl shot alpine -o alpine.png",
     )
     top.add_argument("--version", action="version", version=f"terrain-gl {__version__}")
@@ -85,5 +85,5 @@ def _reason(error: Exception) -> str:
 
 
 def _drop_output() -> None:
-    # as the Python manual has it: without this the interpreter fails again when it flushes what is left
+    # from the Python manual: otherwise the interpreter fails again when it flushes the stream
     os.dup2(os.open(os.devnull, os.O_WRONLY), sys.stdout.fileno())

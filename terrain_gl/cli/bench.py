@@ -21,23 +21,23 @@ def add(commands: Any) -> None:
         "bench",
         run,
         help="times, triangles and memory, per stage",
-        description="Time every stage on some maps, or on the bundled ones: medians in milliseconds, next to numpy's\n"
-        "two cumulative sums of as many numbers as the map has posts (numpy), and to the drawing of every post\n"
-        "in the same view (dense). Compare ratios of one run, not milliseconds of two.",
+        description="Time every stage on the given or the bundled maps: medians in milliseconds. For comparison: two\n"
+        "cumulative sums over all posts by numpy (numpy), and a drawing of every post in the same view (dense).\n"
+        "Compare the ratios of one run, not the milliseconds of two runs.",
         example="bench dem.tif --spacing 30 --json bench.json",
     )
     command.add_argument("maps", metavar="MAP", nargs="*", help="heightmap files or bundled names")
     command.add_argument("--frames", type=values.count, metavar="N", default=7, help="repeats (default: 7)")
-    command.add_argument("--strokes", action="store_true", help="also dabs of a brush of 64 posts' radius")
+    command.add_argument("--strokes", action="store_true", help="also time brush dabs with a radius of 64 posts")
     command.add_argument(
-        "--flight", type=values.count, metavar="FRAMES", help="also a tour of so many frames, with dabs of a brush"
+        "--flight", type=values.count, metavar="FRAMES", help="also time a flight of FRAMES frames with brush dabs"
     )
     options.add_map_options(command)
     options.add_rendering(command)
 
 
 def run(args: argparse.Namespace) -> int:
-    """Time, tell."""
+    """Run the command."""
     results = []
     names = args.maps or list(bundled())
     with report.progress_bar("timing") as progress:
@@ -70,7 +70,7 @@ def bench_map(args: argparse.Namespace, name: str) -> dict[str, Any]:
 
 
 def text(results: list[dict[str, Any]]) -> str:
-    """Numbers for people: a column a map."""
+    """The numbers as a text table, one column for each map."""
     rows = [["", *(report.shown(result["map"]).rpartition("/")[2] for result in results)]]
     rows += [["posts", *(f"{result['posts']:,}" for result in results)]]
     rows += [[f"{stage} ms", *(_ms(result["ms"], stage) for result in results)] for stage in _STAGES]

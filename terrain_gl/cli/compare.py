@@ -27,18 +27,18 @@ def add(commands: Any) -> None:
         commands,
         "compare",
         run,
-        help="the methods side by side, at equal triangles, next to the truth",
-        description="Draw one view by every method with the same number of triangles, next to the truth: every post,\n"
-        "supersampled. With a closer look where they differ most, and the screen error of each place.\n"
-        "With --max-error, as many triangles as it takes to certify that, and how many the others need to\n"
-        "achieve it.",
+        help="all methods side by side with equal triangle counts, next to the truth",
+        description="Draw one view with every method and the same number of triangles, next to the truth: every post,\n"
+        "supersampled. The figure magnifies the place where they differ most, and shows the screen error.\n"
+        "With --max-error: the triangles needed to certify that error, and how many the other methods need\n"
+        "to achieve it.",
         example="compare canyon --view ridge --triangles 50000 --curve -o compare.png",
     )
     command.add_argument(
         "--what",
         choices=("meshes", "light"),
         default="meshes",
-        help="methods of drawing, or of shading: lobes and other prefilters next to light by brute force (slow:"
+        help="compare meshes (default), or light: our lobes and other prefilters next to brute force (slow:"
         " --size 160x90)",
     )
     options.add_map(command)
@@ -47,21 +47,21 @@ def add(commands: Any) -> None:
     group = command.add_argument_group("detail")
     asked = group.add_mutually_exclusive_group()
     asked.add_argument("--triangles", type=values.count, metavar="N", help=f"for each method (default: {TRIANGLES})")
-    asked.add_argument("--max-error", type=values.positive, metavar="PX", help="certified, instead of a number")
+    asked.add_argument("--max-error", type=values.positive, metavar="PX", help="the error to certify and to achieve")
     options.add_option(group, "metric")
-    group.add_argument("--curve", action="store_true", help="also the error at other numbers of triangles, and a table")
+    group.add_argument("--curve", action="store_true", help="also plot the error at other numbers of triangles")
     group.add_argument(
         "--supersample",
         type=values.count,
         metavar="K",
-        help=f"pixels are drawn as K x K (default: {FINE}; of light: {FINE_LIGHT})",
+        help=f"draw each pixel as K x K pixels (default: {FINE}; for light: {FINE_LIGHT})",
     )
     options.add_look(command)
     options.add_technical(command)
 
 
 def run(args: argparse.Namespace) -> int:
-    """Draw, measure, write, tell."""
+    """Run the command."""
     figures.available()
     if os.path.splitext(args.output)[1].lower() not in figures.FORMATS:
         raise UsageError(
@@ -87,20 +87,20 @@ def run(args: argparse.Namespace) -> int:
 
 
 def look(args: argparse.Namespace, scene: options.Scene) -> dict[str, Any]:
-    """What all methods share, by the names of `RenderOptions`."""
+    """The options that all methods share, by the names of `RenderOptions`."""
     own = ("method", "triangles", "max_error_px")
     return {key: value for key, value in options.view_of(args, scene).items() if key not in (*own, "camera")}
 
 
 def about(args: argparse.Namespace, scene: options.Scene) -> dict[str, Any]:
-    """What is compared, for JSON."""
+    """Map, view and command, for JSON."""
     camera = scene.camera
     view = {"eye": list(camera.eye), "target": list(camera.target), "fov_deg": camera.fov_deg}
     return {"map": scene.heightmap.name, "command": args.command_line, "supersample": args.supersample, "view": view}
 
 
 def caption(args: argparse.Namespace, scene: options.Scene) -> list[str]:
-    """What the figure says of itself: map, view, what the numbers are, the command."""
+    """The figure's caption: map, view, the meaning of the numbers, the command."""
     heightmap, camera = scene.heightmap, scene.camera
     place = [",".join(f"{metres:.0f}" for metres in point) for point in (camera.eye, camera.target)]
     lines = [
@@ -114,14 +114,14 @@ def caption(args: argparse.Namespace, scene: options.Scene) -> list[str]:
 
 
 def in_lines(command: str) -> list[str]:
-    """A command line in lines that end between options."""
+    """Wrap a command line between options."""
     bound = re.sub(r"(?<= )(--?[a-z-]+) (?=[^-])", "\\1\N{NO-BREAK SPACE}", command)
     lines = textwrap.wrap(bound, _CAPTION, subsequent_indent="   ", break_on_hyphens=False)
     return [line.replace("\N{NO-BREAK SPACE}", " ") for line in lines]
 
 
 def light_text(found: Study) -> str:
-    """RMSE and FLIP of every way to prefilter."""
+    """RMSE and FLIP of every prefilter."""
     entries = found.comparison.entries
     rows = [["", *(LIGHT_LABELS[entry.method] for entry in entries)]]
     for label, key in (("RMSE of the picture", "image_rmse"), ("FLIP of the picture", "flip")):
@@ -130,20 +130,20 @@ def light_text(found: Study) -> str:
 
 
 def text(found: Study) -> str:
-    """The numbers for people: a column a method."""
+    """The numbers as a text table, one column for each method."""
     rows = [["", *(LABELS[entry.method] for entry in found.comparison.entries)]]
     rows += [[line.label, *line.cells] for line in found.table()]
     return report.table(rows) + curves_text(found) + uneven_text(found)
 
 
 def uneven_text(found: Study) -> str:
-    """Which methods were to draw as many triangles as the others, and did not."""
+    """A note on methods that could not draw the requested number of triangles."""
     off = [f"{LABELS[method]} {100 * share:+.0f} %" for method, share in found.uneven().items()]
     return f"\n\nnot equal to {found.triangles:,} triangles: {', '.join(off)}" if off else ""
 
 
 def curves_text(found: Study) -> str:
-    """RMS error by number of triangles, if it was asked for."""
+    """RMS error by number of triangles; empty without --curve."""
     if not found.curves:
         return ""
     rows = [["RMS px at triangles", *(LABELS[method] for method in found.curves), "Ideal quadtree"]]

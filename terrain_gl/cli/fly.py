@@ -36,9 +36,9 @@ def add(commands: Any) -> None:
         commands,
         "fly",
         run,
-        help="a fly-through as a film, or as a folder of pictures",
-        description="Fly over a map along a path of keyframes; without one, on a tour that keeps clear of the ground.\n"
-        "docs/flight.md says what a path file holds.",
+        help="a flight over a map as a film, or as a folder of pictures",
+        description="Fly over a map along a path of keyframes; without a path, on a tour that stays above the ground.\n"
+        "docs/flight.md describes path files.",
         example="fly canyon -o canyon.mp4 --size 1280x720 --seconds 20",
     )
     options.add_map(command)
@@ -52,10 +52,10 @@ def add(commands: Any) -> None:
 
 
 def run(args: argparse.Namespace) -> int:
-    """Fly, record, tell."""
+    """Run the command."""
     output = args.output
     if is_folder(output):
-        args.output = None  # what follows speaks of files
+        args.output = None  # the checks that follow are for files
     with Recorder(output, args.fps) as recorder:
         try:
             about = _record(recorder, args)
@@ -98,7 +98,7 @@ def _fly(
     recorder: Recorder,
     args: argparse.Namespace,
 ) -> tuple[list[dict[str, Any]], dict[str, Any]]:
-    """Draw and record each frame; returns what is told of each, and all that is known of the last."""
+    """Draw and record each frame; returns the numbers of each frame, and all stats of the last one."""
     frames: list[dict[str, Any]] = []
     stats: dict[str, Any] = {}
     keys = _OF_FRAME + (_MEASURED if args.measure else ())
@@ -115,7 +115,7 @@ def _fly(
 
 
 def _places(heightmap: Heightmap, way: Sequence[Vector]) -> dict[str, int]:
-    """How many frames see the map from outside, and how many from under its surface."""
+    """How many frames are outside the map, and how many under its surface."""
     eyes = np.array(way)
     inside = np.all((eyes[:, :2] >= 0) & (eyes[:, :2] <= heightmap.extent_m), axis=1)
     under = np.nan_to_num(ground_m(heightmap, eyes[:, :2]), nan=-np.inf) > eyes[:, 2]
@@ -123,7 +123,7 @@ def _places(heightmap: Heightmap, way: Sequence[Vector]) -> dict[str, int]:
 
 
 def _summary(frames: Sequence[dict[str, Any]]) -> dict[str, Any]:
-    """Of all frames: middle and most, or the worst; of times the middle and the slowest of a thousand."""
+    """Summary of all frames: median and maximum; for times, median and 99.9th percentile."""
     summary: dict[str, Any] = {"frames": len(frames)}
     for key in ("triangles", "patches", "certified_max_error_px", "max_error_px", "rms_error_px"):
         if frames[0].get(key) is not None:
@@ -139,7 +139,7 @@ def _summary(frames: Sequence[dict[str, Any]]) -> dict[str, Any]:
 
 
 def _text(output: str, about: dict[str, Any]) -> str:
-    """A flight for people."""
+    """The flight in a few lines of text."""
     summary = about["summary"]
     count, triangles, ms = summary["frames"], summary["triangles"]["median"], summary["ms"]["frame"]
     error = report.certified(about, summary.get("certified_max_error_px", {}).get("max"))

@@ -21,8 +21,8 @@ def add(commands: Any) -> None:
         "generate",
         run,
         help="a heightmap of gradient noise: hills, canyons, ranges",
-        description="Make a heightmap. One seed gives the same bytes on every driver, and a larger map goes on where\n"
-        "a smaller one ends: its north-west corner is the same land.",
+        description="Make a heightmap from a seed. A seed gives the same bytes on every driver. A larger map\n"
+        "continues a smaller one: its north-west corner is the same land.",
         example="generate land.png --size 1025 --seed 7 --cliffs 0.7",
     )
     command.add_argument("output", metavar="OUT", help=f"heightmap, {', '.join(FORMATS)}")
@@ -48,7 +48,7 @@ def add(commands: Any) -> None:
 
 
 def run(args: argparse.Namespace) -> int:
-    """Make, write, tell."""
+    """Run the command."""
     cols, rows = args.size
     land = Land(cols, rows, args.seed, args.cliffs, args.octaves, args.relief, args.spacing, args.recipe)
     suffix = format_of(args.output)
@@ -61,7 +61,7 @@ def run(args: argparse.Namespace) -> int:
 
 
 def make(land: Land, path: str, backend: str) -> dict[str, Any]:
-    """Make the land, in a context of its own; what was made."""
+    """Make the land in a new context and write it; returns its description."""
     ctx = create_context(backend)
     with ctx, report.progress_bar("generating") as progress:
         started = time.perf_counter()
@@ -74,7 +74,7 @@ def make(land: Land, path: str, backend: str) -> dict[str, Any]:
 
 
 def summary(about: dict[str, Any]) -> str:
-    """What was made, in a line."""
+    """The land in one line."""
     low, high = about["range_m"]
     made = f"{about['cols']} x {about['rows']} posts, {low:g} to {high:g} m, {about['octaves']} octaves"
     return f"{made}, {about['ms']['generate'] / 1e3:.1f} s"

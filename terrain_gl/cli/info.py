@@ -1,4 +1,4 @@
-"""`terrain-gl info`: what OpenGL this machine gives, and what a map is. Needs no OpenGL to tell."""
+"""`terrain-gl info`: the OpenGL of this machine, and facts about a map. Works without OpenGL, too."""
 
 from __future__ import annotations
 
@@ -24,9 +24,9 @@ def add(commands: Any) -> None:
         commands,
         "info",
         run,
-        help="what OpenGL this machine gives, and what a map is",
-        description="Tell which OpenGL back ends work, what to install for the others, and what a map is.\n"
-        "Status 0 when all could be told, also if no back end works; 1 if the map cannot be read.",
+        help="the OpenGL of this machine, and facts about a map",
+        description="Report which OpenGL back ends work, what to install for the others, and facts about a map.\n"
+        "The exit status is 0 even if no back end works; it is 1 if the map cannot be read.",
         example="info dem.tif --spacing 30",
     )
     options.add_map(command, optional=True)
@@ -34,7 +34,7 @@ def add(commands: Any) -> None:
 
 
 def run(args: argparse.Namespace) -> int:
-    """Tell."""
+    """Run the command."""
     options.check_outputs(args, args.map)
     about_map = describe(options.open_map(args)[0]) if args.map is not None else None
     probes = probe_backends()
@@ -46,7 +46,7 @@ def run(args: argparse.Namespace) -> int:
 
 
 def describe(heightmap: Heightmap) -> dict[str, Any]:
-    """What a map is: posts, spacing, range, voids, bytes of its heights."""
+    """Facts about a map: posts, spacing, range, voids, bytes of its heights."""
     return {
         "name": heightmap.name,
         "cols": heightmap.cols,
@@ -73,7 +73,7 @@ def _lies(place: Place | None) -> dict[str, Any]:
 
 
 def limits() -> dict[str, int]:
-    """Sizes that the driver in use allows; empty without any."""
+    """Limits of the driver in use; empty without a driver."""
     try:
         ctx = create_context()
     except TerrainError:
@@ -85,7 +85,7 @@ def limits() -> dict[str, int]:
 
 
 def text(probes: list[Probe], found: dict[str, Any]) -> str:
-    """The same for people."""
+    """The report as text."""
     lines = {"terrain-gl": found["version"]}
     lines |= {probe.name: f"works: OpenGL {probe.version}, {probe.renderer}" for probe in probes if probe.works}
     lines |= {probe.name: f"no: {probe.reason.removeprefix(probe.name + ': ')}" for probe in probes if not probe.works}

@@ -1,4 +1,4 @@
-"""A view as the command line that draws it again, pixel for pixel."""
+"""The command line that draws a view again, pixel for pixel."""
 
 from __future__ import annotations
 
@@ -21,18 +21,18 @@ from . import options
 
 _CAMERA = ("eye", "target", "fov_deg", "up")
 _FILES = ("sky", "material")
-_NAMES = {"spacing_m": "spacing", "z_offset_m": "z_offset", "fov_deg": "fov"}  # options that go by names of their own
+_NAMES = {"spacing_m": "spacing", "z_offset_m": "z_offset", "fov_deg": "fov"}  # options with names of their own
 
 
 def command_line(
     heightmap: Heightmap, camera: Camera, size: tuple[int, int], chosen: RenderOptions, output: str = "picture.png"
 ) -> str:
-    """Say what `terrain-gl shot` must be told to draw a view again, and nothing that it would do by itself.
+    """The `terrain-gl shot` command that draws a view again, without options that have their default values.
 
     Parameters
     ----------
     heightmap
-        As it was opened.
+        A map opened from a file.
     size
         Width and height of the picture in pixels.
     output
@@ -41,12 +41,12 @@ def command_line(
     Returns
     -------
     str
-        For a POSIX shell.
+        The command, for a POSIX shell.
 
     Raises
     ------
     UsageError
-        The map is not that of a file, or has been edited since.
+        The map was not opened from a file, or was edited since.
     """
     if heightmap.opened is None:
         raise UsageError(f"{heightmap.name} is not as it is in a file: save it, and open that")

@@ -1,4 +1,4 @@
-"""`terrain-gl mesh`: the very triangles that the GPU draws, as a file."""
+"""`terrain-gl mesh`: the triangles that the GPU draws, as a file."""
 
 from __future__ import annotations
 
@@ -19,8 +19,8 @@ def add(commands: Any) -> None:
         run,
         help="the triangles of a view as a .ply, .glb or .obj file",
         description="Write the triangles that the GPU draws for a view, in world metres: x east, y north, z up\n"
-        "(.glb: y up, as glTF wants it). Voids are filled from their rim. With --max-error-m there is no view:\n"
-        "the mesh is within so many metres of every post, wherever it is seen from.",
+        "(.glb: y up, as glTF requires). Voids are filled from their rim. With --max-error-m there is no view:\n"
+        "the mesh of the whole map is within M metres of every post.",
         example="mesh dem.tif --spacing 30 -o dem.ply --max-error 2 --weld",
     )
     options.add_map(command)
@@ -34,10 +34,10 @@ def add(commands: Any) -> None:
 
 
 def run(args: argparse.Namespace) -> int:
-    """Draw, capture, write, tell."""
+    """Run the command."""
     mesh_format(args.output)
     if args.max_error_m and (args.triangles or args.max_error_px):
-        raise UsageError("--max-error-m is for no view: leave out --triangles and --max-error")
+        raise UsageError("--max-error-m has no view: leave out --triangles and --max-error")
     scene = options.open_scene(args)
     with options.make_renderer(args, scene) as renderer:
         if args.max_error_m:

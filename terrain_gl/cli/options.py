@@ -1,4 +1,4 @@
-"""Options that the commands share, and what they stand for: a map, a camera, a level of detail, a picture."""
+"""Options that the commands share, and the objects that they describe: map, camera, level of detail, picture."""
 
 from __future__ import annotations
 
@@ -27,12 +27,12 @@ from ..shade import SUN
 from . import report, values
 from .parsing import HelpAll
 
-EXCLUSIVE = ("max_error_px", "triangles", "parameters")  # at most one of them says how fine the picture is
+EXCLUSIVE = ("max_error_px", "triangles", "parameters")  # at most one of them chooses the level of detail
 
 
 @dataclass(frozen=True)
 class Scene:
-    """What the options speak of: a map, where it is seen from, and the sun."""
+    """The map, the camera and the sun that the options describe."""
 
     heightmap: Heightmap
     camera: Camera
@@ -49,7 +49,7 @@ def add_command(commands: Any, name: str, run: Callable[[argparse.Namespace], in
 
 
 def add_map(command: Any, optional: bool = False) -> None:
-    """MAP and how its values are read."""
+    """The argument MAP, and how its values are read."""
     names = ", ".join(bundled())
     command.add_argument("map", metavar="MAP", nargs="?" if optional else None, help=f"heightmap file, or {names}")
     add_map_options(command)
@@ -71,14 +71,14 @@ def add_map_options(command: Any) -> None:
 
 
 def add_view(command: Any, moving: bool = False) -> None:
-    """Where the picture is seen from, unless the camera is `moving`; how fine it is drawn, and how it looks."""
+    """Camera (unless it is `moving`), level of detail and look."""
     add_camera(command, moving)
     add_detail(command)
     add_look(command)
 
 
 def add_camera(command: Any, moving: bool = False) -> None:
-    """Where the picture is seen from, and its size."""
+    """Camera and size of the picture."""
     group = command.add_argument_group("camera")
     if moving:
         command.set_defaults(view=None, eye=None, target=None, up=None, at=None, stand=None)
@@ -99,7 +99,7 @@ def add_camera(command: Any, moving: bool = False) -> None:
 
 
 def add_detail(command: Any) -> None:
-    """How fine the picture is drawn, and by which method."""
+    """Level of detail and method."""
     group = command.add_argument_group("detail")
     asked = group.add_mutually_exclusive_group()
     for name in _under("detail"):
@@ -117,7 +117,7 @@ def add_look(command: Any) -> None:
 
 
 def add_option(group: Any, name: str) -> None:
-    """An option of `RenderOptions`, as it is declared there. Only a choice has a default here."""
+    """An option as declared in `RenderOptions`. Only choices have a default here."""
     option = OPTIONS[name]
     for flag in option.flags:
         how: dict[str, Any] = {"metavar": flag.metavar}
@@ -133,7 +133,7 @@ def _under(heading: str) -> list[str]:
 
 
 def _add_sun(group: Any) -> None:
-    """The sun, by its place or by the clock."""
+    """The sun, by its direction or by the clock."""
     lit = group.add_mutually_exclusive_group()
     add_option(lit, "sun")
     what = "the sun of a time like 2026-06-21T18:30: local solar time"
@@ -145,7 +145,7 @@ def _add_sun(group: Any) -> None:
 
 
 def add_rendering(command: Any, moving: bool = False) -> None:
-    """Everything that commands without a window share; a `moving` camera is the command's own matter."""
+    """All options that commands without a window share; commands with a `moving` camera add its options themselves."""
     add_view(command, moving)
     add_technical(command)
 
@@ -161,7 +161,7 @@ def add_technical(command: Any) -> None:
         default="auto",
         help="OpenGL from egl, osmesa, glfw, or auto (default)",
     )
-    group.add_argument("--seed", type=int, metavar="N", help="taken from scripts: nothing that is drawn is random")
+    group.add_argument("--seed", type=int, metavar="N", help="accepted for scripts; nothing in the drawing is random")
     add_json(group)
 
 
@@ -173,9 +173,9 @@ def add_json(command: Any) -> None:
 def open_scene(
     args: argparse.Namespace, name: str | None = None, progress: Callable[[float], None] | None = None
 ) -> Scene:
-    """Open the map, by file or bundled name, and see it as the options say.
+    """Open the map, by file or bundled name, and choose camera and sun by the options.
 
-    Without options a bundled map has its own scales, view and sun; another map is seen by `views.standard_view`.
+    Without options a bundled map has its own scales, view and sun; other maps have `views.standard_view`.
     """
     name = args.map if name is None else name
     check_outputs(args, name)
@@ -189,14 +189,14 @@ def open_scene(
 
 
 def check_outputs(args: argparse.Namespace, source: str | None) -> None:
-    """Refuse outputs that cannot be written, and files that are read as one: the map, a path, a sky, a material."""
+    """Refuse outputs that cannot be written, or that are also inputs: the map, a path, a sky, a material."""
     outputs = getattr(args, "output", None), getattr(args, "json", None)
     check_writable(*outputs)
     written = {os.path.realpath(path) for path in outputs if path}
     others = [path for name in ("path", "sky", "material") if (path := getattr(args, name, None))]
     for read in (*(maps.files_read(source) if source else ()), *others):
         if os.path.realpath(read) in written:
-            raise UsageError(f"{read}: is read, too: name another file for the output")
+            raise UsageError(f"{read}: is also an input: name another file for the output")
 
 
 def clock_sun(args: argparse.Namespace, heightmap: Heightmap) -> tuple[float, float] | None:
@@ -215,13 +215,13 @@ def clock_sun(args: argparse.Namespace, heightmap: Heightmap) -> tuple[float, fl
 
 
 def camera_options(args: argparse.Namespace) -> dict[str, Any]:
-    """What was said of the camera, by the names of `Camera`, and of places in degrees."""
+    """The camera options that were given, by the names of `Camera`, and places in degrees."""
     given = {"eye": args.eye, "target": args.target, "fov_deg": args.fov, "up": args.up}
     return {key: value for key, value in (given | {"at": args.at, "stand": args.stand}).items() if value is not None}
 
 
 def _camera(args: argparse.Namespace, heightmap: Heightmap, start: Camera) -> Camera:
-    """The camera of a first view, changed as the options say."""
+    """The camera of a first view, changed by the options."""
     given = camera_options(args)
     at, stand = given.pop("at", None), given.pop("stand", None)
     camera = replace(start, **given)
@@ -236,20 +236,20 @@ def _camera(args: argparse.Namespace, heightmap: Heightmap, start: Camera) -> Ca
 
 
 def open_map(args: argparse.Namespace, name: str | None = None) -> tuple[Heightmap, BundledMap | None]:
-    """The map, and the bundled one that it is, unless options give it another shape."""
+    """The map; also its `BundledMap`, if it is one and no option changes its scales."""
     heightmap, known = maps.open_map(args.map if name is None else name, **map_options(args))
     tell_notes(heightmap)
     return heightmap, known
 
 
 def tell_notes(heightmap: Heightmap) -> None:
-    """Say on standard error how a file was understood, where that may surprise."""
+    """Print notes on how a file was interpreted to standard error."""
     for note in heightmap.notes:
         print(f"terrain-gl: note: {report.shown(heightmap.name)}: {note}", file=sys.stderr)
 
 
 def map_options(args: argparse.Namespace) -> dict[str, Any]:
-    """What `Heightmap.open` takes, by name; None where nothing was said."""
+    """Arguments of `Heightmap.open`, by name; None for options that were not given."""
     scales = {"spacing_m": args.spacing, "z_scale": args.z_scale, "z_offset_m": args.z_offset}
     return scales | {
         "nodata": args.nodata,
@@ -276,19 +276,19 @@ def render_options(args: argparse.Namespace) -> dict[str, Any]:
 
 
 def add_output(command: Any, what: str) -> None:
-    """The file that the command writes."""
+    """The option for the file that the command writes."""
     command.add_argument("-o", "--output", metavar="OUT", required=True, help=what)
 
 
 def check_writable(*paths: str | None) -> None:
-    """Refuse outputs that cannot be written before any work is done for them.
+    """Refuse outputs that cannot be written, before any work is done.
 
     Raises
     ------
     TerrainError
-        No such folder, no permission, or something there that is not a file.
+        The folder is missing, there is no permission, or the name belongs to a folder or device.
     UsageError
-        One name for two outputs.
+        Two outputs have the same name.
     """
     files = [path for path in paths if path is not None and path != "-"]
     for path in files:
@@ -302,4 +302,4 @@ def check_writable(*paths: str | None) -> None:
         if resources.holds(Path(path)):
             raise UsageError(f"{path}: comes with terrain-gl: name another file for the output")
     if len({os.path.realpath(path) for path in files}) < len(files):
-        raise UsageError(f"{files[0]}: is named for two outputs: name two files")
+        raise UsageError(f"{files[0]}: is the name of two outputs: name two files")

@@ -1,4 +1,4 @@
-"""Words of a command line: a short help and a full one, one line for what is wrong, and the nearest command."""
+"""The argument parser: a short and a full help, errors in one line, and a suggestion for an unknown command."""
 
 from __future__ import annotations
 
@@ -18,12 +18,12 @@ COMMON = {
     *("--spacing", "--z-scale", "--view", "--eye", "--target", "--at", "--size", "--max-error", "--triangles"),
     *("--method", "--style", "--look", "--sun", "--material", "--json"),
 }
-WIDTH = 80  # of the screen that the short help fits
-SHARED = ("map", "camera", "detail", "picture", "technical")  # groups of which the short help shows `COMMON` alone
+WIDTH = 80  # columns of the short help
+SHARED = ("map", "camera", "detail", "picture", "technical")  # groups whose options the short help shows if `COMMON`
 
 
 class Parser(argparse.ArgumentParser):
-    """An argument parser that complains in one line and takes no abbreviations, which a new option could break.
+    """An argument parser with errors in one line. It takes no abbreviations: a new option could break them.
 
     `--help` shows what most people need; `--help-all`, where a command has it, shows every option.
     """
@@ -33,7 +33,7 @@ class Parser(argparse.ArgumentParser):
         super().__init__(**usual | settings)
 
     def error(self, message: str) -> NoReturn:
-        """Leave with status 2."""
+        """Print the error and exit with status 2."""
         self.exit(2, f"{self.prog}: {printable(message)} (see {self.prog} --help)\n")
 
     def format_help(self) -> str:
@@ -58,7 +58,7 @@ class Parser(argparse.ArgumentParser):
         return super().format_help()
 
     def _needed(self) -> str:
-        """What a command line must hold, and the optional words that are no options."""
+        """The required arguments, and the optional positional ones."""
         words = []
         for action in self._actions:
             if not action.option_strings:
@@ -70,20 +70,20 @@ class Parser(argparse.ArgumentParser):
 
 
 class HelpAll(argparse.Action):
-    """Print the full help and leave."""
+    """Print the full help and exit."""
 
     def __init__(self, option_strings: Sequence[str], dest: str, **how: Any) -> None:
         super().__init__(option_strings, argparse.SUPPRESS, nargs=0, default=argparse.SUPPRESS, **how)
 
     def __call__(self, parser: argparse.ArgumentParser, *_: Any) -> None:
-        """Print, leave."""
+        """Print the full help and exit."""
         assert isinstance(parser, Parser)
         parser._print_message(parser.format_all(), sys.stdout)
         parser.exit()
 
 
 def join_negative(argv: Sequence[str]) -> list[str]:
-    """Join `--eye -5,0,2` into `--eye=-5,0,2`: argparse alone takes -5,0,2 for an option."""
+    """Join `--eye -5,0,2` into `--eye=-5,0,2`: argparse would take -5,0,2 for an option."""
     joined: list[str] = []
     for word in argv:
         option = joined[-1] if joined else ""
@@ -96,7 +96,7 @@ def join_negative(argv: Sequence[str]) -> list[str]:
 
 
 def with_command(words: list[str], commands: Sequence[str], maps: Sequence[str]) -> list[str]:
-    """Put `view` before a map that stands without a command: a bundled name, or whatever looks like a file."""
+    """Put `view` before a map without a command: a bundled name, or a word that looks like a file."""
     first = words[0] if words else "-"
     if first in commands or first.startswith("-"):
         return words
@@ -105,7 +105,7 @@ def with_command(words: list[str], commands: Sequence[str], maps: Sequence[str])
 
 
 def unknown(word: str, commands: Sequence[str], maps: Sequence[str]) -> str:
-    """Say that a word is no command, and which one it may have been."""
+    """The error for an unknown command, with a suggestion."""
     near = difflib.get_close_matches(word.lower(), [*commands, *maps], n=1)
     advice = f"did you mean {near[0]}?" if near else f"commands are {', '.join(commands)}"
     return f"{word}: neither a command nor a map: {advice}"
@@ -116,7 +116,7 @@ def _is_common(action: argparse.Action) -> bool:
 
 
 def _brief(action: argparse.Action) -> argparse.Action:
-    """The action with its choices in its text, which argparse would put before it."""
+    """The action with its choices after its help text; argparse would put them before."""
     if not action.choices or not action.option_strings:
         return action
     names = ", ".join(map(str, action.choices))

@@ -1,4 +1,4 @@
-"""What commands print: tables for people, JSON for programs, a progress bar for long work."""
+"""Output of the commands: text tables, JSON, and a progress bar for long work."""
 
 from __future__ import annotations
 
@@ -17,7 +17,7 @@ from .text import shown as shown
 
 @contextmanager
 def json_output(path: str | None, value: Any) -> Iterator[None]:
-    """Write `value` to `path` as JSON, to appear when the block has ended well; - prints it then, None does nothing."""
+    """Write `value` to `path` as JSON if the block ends without an error; - prints it, None does nothing."""
     text = json_text(value)
     if path is None or path == "-":
         yield
@@ -36,13 +36,13 @@ def write_json(path: str | None, value: Any) -> None:
 
 
 def say(json_path: str | None, text: str) -> None:
-    """Print for people, unless standard output is for JSON alone."""
+    """Print text, unless standard output is reserved for JSON."""
     if json_path != "-":
         print("\n".join(map(printable, text.split("\n"))))
 
 
 def table(rows: Sequence[Sequence[str]]) -> str:
-    """Rows of cells in columns: the first to the left, the others to the right."""
+    """A text table: the first column is aligned left, the others right."""
     widths = [max(len(cell) for cell in column) for column in zip(*rows, strict=True)]
 
     def line(row: Sequence[str]) -> str:
@@ -53,34 +53,34 @@ def table(rows: Sequence[Sequence[str]]) -> str:
 
 
 def facts(values: Mapping[str, str]) -> str:
-    """Names and values, two columns."""
+    """Names and values in two columns."""
     width = max(map(len, values))
     return "\n".join(f"{name.ljust(width)}  {value}" for name, value in values.items())
 
 
 def asked(stats: Mapping[str, Any]) -> str:
-    """What a frame was asked for; with a budget, also what one more triangle would be worth."""
+    """The tolerance or the budget of a frame; for a budget also the value of one more triangle."""
     if stats["method"] in BASELINES:
         return f"{stats['requested_triangles']:,} triangles" if stats["requested_triangles"] else "its parameters"
     if not stats["requested_triangles"]:
         return f"{stats['metric']} error {stats['requested_max_error_px']:g} px"
-    price = f"worth {stats['lambda']:.3g} px² each" if stats["lambda"] else "more than this view has use for"
+    price = f"worth {stats['lambda']:.3g} px² each" if stats["lambda"] else "more than this view needs"
     return f"{stats['requested_triangles']:,} triangles, {price}"
 
 
 def certified(stats: Mapping[str, Any], px: float | None) -> str:
-    """What was certified of a frame, or of many: nothing for baselines."""
+    """The certified error of one or more frames in words; baselines certify nothing."""
     return "nothing certified" if px is None else f"{stats['metric']} error at most {px:.3g} px"
 
 
 def mebibytes(n: int) -> str:
-    """A number of bytes for people."""
+    """A number of bytes in MiB or KiB."""
     return f"{n / 2**20:,.1f} MiB" if n >= 2**20 else f"{n / 2**10:,.1f} KiB"
 
 
 @contextmanager
 def progress_bar(label: str) -> Iterator[Any]:
-    """Give a function of the part done, 0 to 1, that draws a bar on standard error if that is a terminal."""
+    """Yield a function that draws the progress, 0 to 1, as a bar on standard error, if that is a terminal."""
     if not sys.stderr.isatty():
         yield None
         return

@@ -26,8 +26,8 @@ def add(commands: Any) -> None:
         "shot",
         run,
         help="one picture, no window",
-        description="Draw one picture of a map into a file. It may be larger than what the GPU can draw: it comes in\n"
-        "pieces of one mesh, which are written as they are drawn.",
+        description="Draw one picture of a map into a file. It may be larger than the GPU can draw at once: it is\n"
+        "drawn and written in pieces of one mesh.",
         example="shot canyon -o canyon.png --size 1920x1080 --max-error 0.5 --sun 245,20",
     )
     options.add_map(command)
@@ -36,7 +36,7 @@ def add(commands: Any) -> None:
 
 
 def run(args: argparse.Namespace) -> int:
-    """Draw, write, tell."""
+    """Run the command."""
     if os.path.splitext(args.output)[1].lower() not in FORMATS:
         raise UsageError(f"{report.shown(args.output)}: a picture's name must end in one of {', '.join(FORMATS)}")
     if args.size[0] * args.size[1] > MOST_PIXELS:
@@ -53,7 +53,7 @@ def run(args: argparse.Namespace) -> int:
 
 
 def _draw(renderer: Renderer, args: argparse.Namespace, scene: options.Scene, write: Rows) -> dict[str, Any]:
-    """Draw in pieces of one mesh, and write each row of pieces; returns the stats of the whole picture."""
+    """Draw pieces of one mesh, and write each row of pieces; returns the stats of the whole picture."""
     width = args.size[0]
     rows = np.empty((0, width, 4), np.uint8)
 
@@ -71,7 +71,7 @@ def _draw(renderer: Renderer, args: argparse.Namespace, scene: options.Scene, wr
 
 
 def summary(stats: dict[str, Any]) -> str:
-    """A frame in a line."""
+    """A frame in one line."""
     size = f"{stats['width']}x{stats['height']}"
     error = report.certified(stats, stats["certified_max_error_px"])
     return f"{size}, {stats['triangles']:,} triangles, {error}, {stats['ms']['frame']:.0f} ms"

@@ -1,9 +1,9 @@
-"""Requests to end (Ctrl-C, kill, a closed terminal), heard where they do no harm, and once.
+"""Requests to end (Ctrl-C, kill, a closed terminal): handled once, and only where that is safe.
 
-A signal becomes an exception in whatever Python code runs. Where that was called from C which does not look whether an
-exception came of it, as moderngl does for every uniform of a shader, the process dies of it; where modules are imported
-it may end the process or get lost. So a signal waits until neither is at work: milliseconds, mostly.
-After the first, all others are ignored: they would interrupt the removal of half-written files.
+A signal raises an exception in the Python code that runs. That is unsafe in two places. If C called the Python code and
+does not check for exceptions (moderngl does so for every uniform of a shader), the process dies. During an import the
+exception may end the process or get lost. So a signal waits, usually for milliseconds, until neither is running. All
+signals after the first are ignored: they would interrupt the removal of half-written files.
 """
 
 from __future__ import annotations
@@ -11,23 +11,23 @@ from __future__ import annotations
 import signal
 from types import FrameType
 
-_CALLED_FROM_C = ("_moderngl", "terrain_gl.gpu.loaders")  # by moderngl's
+_CALLED_FROM_C = ("_moderngl", "terrain_gl.gpu.loaders")  # modules that moderngl's C code calls
 _AGAIN_S = 0.001
 _REQUESTS = tuple(getattr(signal, name) for name in ("SIGTERM", "SIGHUP", "SIGQUIT") if hasattr(signal, name))
 _ending: list[int] = []  # the signal that ends the process
 
 
 def listen() -> None:
-    """Have Ctrl-C raise KeyboardInterrupt, and a request to end SystemExit, so that half-written files go."""
+    """Let Ctrl-C raise KeyboardInterrupt and other requests to end SystemExit: half-written files are then removed."""
     for number in _REQUESTS:
-        if signal.getsignal(number) != signal.SIG_IGN:  # nohup has a command live on
+        if signal.getsignal(number) != signal.SIG_IGN:  # nohup ignores SIGHUP on purpose
             signal.signal(number, _heard)
-    if signal.getsignal(signal.SIGINT) in (signal.default_int_handler, signal.SIG_DFL):  # else we are not to hear it
+    if signal.getsignal(signal.SIGINT) in (signal.default_int_handler, signal.SIG_DFL):  # else the caller ignores it
         signal.signal(signal.SIGINT, _heard)
 
 
 def rest() -> None:
-    """Let go of a signal that still waits: there is nothing left to end."""
+    """Drop a signal that still waits: there is nothing left to end."""
     if hasattr(signal, "setitimer"):
         signal.setitimer(signal.ITIMER_REAL, 0)
 
@@ -47,7 +47,7 @@ def _heard(number: int, frame: FrameType | None) -> None:
 
 
 def _harms(frame: FrameType | None) -> bool:
-    """Whether an exception would pass through what does not expect it."""
+    """Whether an exception would pass through code that does not expect it."""
     while frame:
         module = frame.f_globals.get("__name__") or ""
         if module in _CALLED_FROM_C or module.startswith("importlib"):

@@ -14,7 +14,7 @@ def shown(path: str) -> str:
 
 
 def printable(text: str) -> str:
-    """One line without control characters: in the name of a file they could command the terminal."""
+    """One line without control characters, which could send commands to the terminal."""
     return _CONTROL.sub(lambda found: _escaped(found[0]), text)
 
 

@@ -1,4 +1,4 @@
-"""Values on the command line: functions from text to value, or one line on what was expected."""
+"""Values on the command line: functions that parse a text, or raise an error of one line."""
 
 from __future__ import annotations
 
@@ -11,7 +11,7 @@ from ..comparison.clipmap import Rings
 from ..comparison.tessellated import Edges
 from ..exceptions import UsageError
 
-FARTHEST_M = 1e9  # larger numbers of metres are taken for mistakes
+FARTHEST_M = 1e9  # larger numbers of metres are refused as mistakes
 
 
 def number(text: str) -> float:

@@ -15,7 +15,7 @@ from . import options, report
 from .line import command_line
 
 BACKENDS = ("auto", "egl", "glfw")
-REMEMBERED = {"size", *(option.name for option in fields(RenderOptions))}  # from one run to the next, unless given
+REMEMBERED = {"size", *(option.name for option in fields(RenderOptions))}  # kept from the last run if not given
 
 
 def add(commands: Any) -> None:
@@ -26,13 +26,13 @@ def add(commands: Any) -> None:
         "view",
         run,
         help="fly over a map in a window",
-        description=f"Fly over a map in a window; without MAP, over {first}. The key H shows the others. What is not"
-        " said here is as it was when the window was closed last; --json tells of the last frame.",
+        description=f"Fly over a map in a window; without MAP, over {first}. The key H shows all keys. Options that are"
+        " not given keep the values of the last window; --json writes the stats of the last frame.",
         example="view canyon --max-error 2",
     )
     options.add_map(command, optional=True)
     options.add_rendering(command)
-    command.add_argument("--fresh", action="store_true", help="ignore what earlier windows have left")
+    command.add_argument("--fresh", action="store_true", help="ignore the settings of earlier windows")
     command.add_argument("--plain", action="store_true", help="hide the panel at first; the key I shows it")
     lasting = [action.dest for action in command._actions if action.dest in REMEMBERED]
     command.set_defaults(**dict.fromkeys(lasting))
@@ -45,7 +45,7 @@ def run(args: argparse.Namespace) -> int:
     name = next(iter(bundled())) if args.map is None else args.map
     options.check_outputs(args, name)
     known = find_bundled(name)
-    from .. import viewer  # here, for it needs a window system
+    from .. import viewer  # imported here: it needs a window system
 
     def opened(progress: Callable[[float], None]) -> viewer.Opened:
         scene = options.open_scene(args, name, progress)
