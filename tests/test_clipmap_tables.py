@@ -131,6 +131,41 @@ class Counted(ClipmapSelector):
         super()._run(*args, **uniforms)
 
 
+class Thorough(ClipmapSelector):
+    """A selector whose rounds all look at all leaves, not at those alone around which something has changed."""
+
+    def _run(self, name, *args, **uniforms):
+        if name == "settle" and uniforms["settled"]:
+            self._queue_all(uniforms["settled"])
+        super()._run(name, *args, **uniforms)
+
+    def _queue_all(self, over):
+        blocks, lists = self._buffers["blocks"], self._buffers["lists"]
+        work = np.frombuffer(blocks.read(), layout.RING_WORK, 1)[0].copy()
+        words = np.frombuffer(lists.read(), "u4").reshape(4, -1)
+        cells = np.frombuffer(self._buffers["cells"].read(), "u4").reshape(2, -1)[over % 2]
+        leaves, queue = words[0, : work["leaves"]["count"]], work["queue"][over % layout.RING_QUEUES]
+        queued = words[1 + over % 2, : queue["count"]]
+        others = np.setdiff1d(leaves, queued & 0xFFFFFFF)
+        everything = np.concatenate([queued, others | (cells[others] >> 8 & 3) << 28]).astype("u4")
+        queue["count"], queue["groups"] = len(everything), -(-len(everything) // 64)
+        lists.write(everything.tobytes(), offset=words[0].nbytes * (1 + over % 2))
+        blocks.write(work.tobytes())
+
+
+def test_rounds_look_at_all_that_may_change(ctx, scene):
+    thorough, quick = Thorough(scene.tables), ClipmapSelector(scene.tables)
+    for camera in cameras(scene.heightmap).values():
+        for tolerance in (0.2, 1.0):
+            meshes = []
+            for selector in (thorough, quick):
+                selection = selector.select(camera, SIZE, scene.near_m, tolerance)
+                meshes.append(selector.patches.read(layout.RING_PATCH.itemsize * selection.patches))
+            assert meshes[0] == meshes[1]
+    thorough.release()
+    quick.release()
+
+
 def test_no_pass_walks_the_map(ctx):
     """The same land around the eye in larger and larger maps: as many blocks, but for the rings that are added."""
     small = rough(129, 129, 2)

@@ -103,39 +103,47 @@ def test_next_step_asks_from_the_coarsest_down(ctx, scene):
 
 
 class Watched(ClipmapSelector):
-    """A selector that keeps the squares' spacings and the units' words of every round before neighbours change them."""
+    """A selector that keeps the blocks and the units' words of every round before neighbours change them."""
 
     def _run(self, name, *args, **uniforms):
-        if name == "settle" and uniforms["round"] == 1:
-            groups = np.frombuffer(self._buffers["blocks"].read(64), "u4").reshape(4, 4)
-            self.rounds = [(int(first), int(n)) for n, _, _, first in groups[:3]]
+        if name == "settle" and uniforms["settled"] == 0:
+            data = self._buffers["blocks"].read()
+            work = np.frombuffer(data, layout.RING_WORK, 1)[0]
+            self.rounds = [(int(each["count"]), int(each["groups"])) for each in work["round"]]
             self.words = np.frombuffer(self._buffers["cells"].read(), "u4").reshape(-1, 8, 8)
-            self.choices = np.frombuffer(self._buffers["choices"].read(), "u4").astype(int) - 16
-            self.children = np.frombuffer(self._buffers["blocks"].read(), "4i4")[4:]
+            self.blocks = np.frombuffer(data, layout.RING_BLOCK, offset=layout.RING_WORK.itemsize)
         super()._run(name, *args, **uniforms)
 
 
 NEVER_STEP = 47  # NO_STEP of glsl/rings/leaf.glsl
+LOOK = """block = Block(ivec2(b.xy), int(b.z), int(b.w));
+    int depth = int(a.z);
+    ivec2 low = low_of(depth, ivec2(a.xy)), end = low + (1 << side_log2_at(depth));
+    if (is_nothing(low, end)) return vec4(-1.0);
+    int coarsest = min(min(side_log2_at(depth), block.unit_log2), u_top_level);
+    Projection p = project_square(low, side_log2_at(depth));
+    bool may = depth == 3 || !meets_finer_ring(low, end);
+    return vec4(may ? next_step(low, side_log2_at(depth), block.ring, coarsest, p) : NO_STEP);"""
 
 
 @pytest.mark.parametrize("view", ["default", "grazing", "far"])
 def test_squares_are_joined_as_the_reference_joins_them(ctx, scene, view):
     watched, camera = Watched(scene.tables), cameras(scene.heightmap)[view]
     watched.select(camera, scene.size, scene.near_m, 0.5, cull=False)
-    rings, seen = watched._rings_of(camera, PATCH), set()
-    roots = [ring.level for ring in rings for _ in range(ring.patches[0] * ring.patches[1])]
+    places = [(i % (1 << d), i >> d, d, 0) for d in range(4) for i in range(4**d)]
+    blocks = watched.blocks[: sum(n for _, n in watched.rounds)]
+    about = np.column_stack([blocks["origin"], blocks["unit_log2"], blocks["ring"]])
+    asked = np.repeat(about, len(places), 0).astype("f4"), np.tile(places, (len(blocks), 1)).astype("f4")
+    steps = ask(ctx, "rings/squares.glsl", LOOK, asked[1], asked[0], bind=lambda kernel: watched._bind())[:, 0]
+    steps, seen = steps.reshape(len(blocks), -1).astype(int), set()
     for r, (first, n) in enumerate(watched.rounds):
         for b in range(first, first + n):
-            unit_log2 = roots[b] if b < len(roots) else int(watched.children[b - len(roots)][2])
-            words = watched.words[b].astype(int)
+            unit_log2, words, squares = int(blocks["unit_log2"][b]), watched.words[b].astype(int), {}
             drawn = words != 0
-            squares = {}
-            for depth, begin in enumerate((0, 1, 5, 21)):
-                for i in range(4**depth):
-                    x, y, side = i % (1 << depth), i >> depth, PATCH >> depth
-                    if drawn[y * side : (y + 1) * side, x * side : (x + 1) * side].any():
-                        step = int(watched.choices[85 * b + begin + i])
-                        squares[depth, x, y] = None if step == NEVER_STEP else step
+            for (x, y, depth, _), step in zip(places, steps[b], strict=True):
+                side = PATCH >> depth
+                if drawn[y * side : (y + 1) * side, x * side : (x + 1) * side].any():
+                    squares[depth, x, y] = None if step == NEVER_STEP else int(step)
             expected = clipmap.cut_block(squares, unit_log2, unit_log2 >= 3 and r < clipmap.ROUNDS - 1)
             block, broken = words >> 31 != 0, words >> 29 & 1 != 0
             got = np.where(broken, -3, np.where(block, -2, np.where(drawn, words >> 8 & 3, -1)))
@@ -163,30 +171,23 @@ def test_edges_are_the_references(ctx, scene, view):
     assert unequal > 5
 
 
-def test_strip_of_a_cell_is_the_references(ctx, scene):
-    heights, n = scene.terrain.filled.astype("f8"), 200
-    level = RNG.integers(1, 4, n)
-    at = np.stack([RNG.integers(0, 80 >> level), RNG.integers(0, 100 >> level)], -1)
-    edge = np.maximum(level - RNG.integers(1, 5, n), -5)
-    # CUT is the north side; the others are whole
-    statement = "return vec4(cut_cell_error_m(ivec2(a.xy), int(a.z), ivec4(30, int(a.w), 30, 30), bvec4(0, 1, 0, 0)));"
-
-    def bind(kernel):
-        scene.terrain.bind()
-        scene.levels.view.bind()
-
-    got = ask(ctx, "rings/strip.glsl", statement, np.column_stack([at, level, edge]), bind=bind)[:, 0]
-    for k in range(n):
-        (x, y), size = at[k] << level[k], 1 << level[k]
-        cell = heights[y : y + size + 1, x : x + size + 1]
-        t, s = np.meshgrid(np.linspace(0, 1, size + 1), np.linspace(0, 1, size + 1))
-        a, b, c, d = cell[0, 0], cell[0, -1], cell[-1, 0], cell[-1, -1]
-        falling = np.where(t >= s, a + (b - a) * t + (d - b) * s, a + (c - a) * s + (d - c) * t)
-        rising = np.where(s + t <= 1, a + (b - a) * t + (c - a) * s, d + (c - d) * (1 - t) + (b - d) * (1 - s))
-        errors = np.maximum(np.abs(falling - cell), np.abs(rising - cell))
-        twists = cell[:-1, :-1] - cell[:-1, 1:] - cell[1:, :-1] + cell[1:, 1:]
-        expected = clipmap.strip_error(errors, twists, clipmap.edge_move(cell[0], 1 << max(edge[k], 0)))
-        assert expected <= got[k] <= expected + 1e-4 * scene.terrain.span_m
+def test_strips_are_the_references(ctx, scene):
+    """Twice what the tables say of the row of cells along a side."""
+    levels, last, n = class_levels(scene), scene.terrain.all_posts[2:], 300
+    step = RNG.integers(1, 4, n)
+    side_log2 = step + RNG.integers(0, 4, n)
+    low, side = RNG.integers(0, 80, (n, 2)) >> step[:, None] << step[:, None], RNG.integers(0, 4, n)
+    statement = """Leaf leaf = Leaf(leaf_word(0, int(a.w)), ivec2(a.xy), int(a.z), 0);
+    ivec4 strip = strip_of(leaf, int(b.x));
+    return vec4(strip_error_m(strip, int(a.w)), is_strip(strip, int(a.w), int(a.w) - 1), 0.0, 0.0);"""
+    asked = np.column_stack([low, side_log2, step])
+    sides = np.column_stack([side] * 4)
+    got = ask(ctx, "rings/strip.glsl", statement, asked, sides, bind=lambda kernel: scene.levels._bind())
+    on_map = got[:, 1] > 0
+    for k in np.flatnonzero(on_map):
+        leaf = clipmap.Leaf((int(low[k, 0]), int(low[k, 1])), int(side_log2[k]), int(step[k]))
+        assert got[k, 0] == pytest.approx(clipmap.strip_error(levels, leaf, int(side[k]), last), rel=1e-5)
+    assert on_map.sum() > 100 and len(np.unique(got[on_map, 0])) > 5
 
 
 @settings(max_examples=20)

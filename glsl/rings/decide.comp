@@ -1,108 +1,71 @@
 // rings/decide.comp — into which squares a block is cut, and how finely each is tessellated.
-//   Every square of 8, 4, 2 and 1 units asks the summed-area tables for the coarsest spacing that holds its own box within
-//   the tolerance; then squares are joined from the units up wherever one is cheaper than its four parts:
+//   A square asks the summed-area tables for the coarsest spacing that holds its own box within the tolerance. From the
+//   units up, squares are joined wherever one is not dearer than its four parts:
 //       cost(square) = min( 2 T² + PATCH_COST,  sum of its parts' costs )        T segments a side
-//   With a budget of triangles the price λ decides instead (rings/weigh.comp):
-//       cost(square) = min over T of ( squared error + λ (2 T² + PATCH_COST) )
-//   A group is a block, a thread one of its units.   Python twin: reference.clipmap.cut_block
+//   Four parts cost at least 4 (2 + PATCH_COST), so a square of few segments is drawn in one piece, and its parts ask nothing.
+//   A group is a block; its THREADS share the squares that ask.   Python twin: reference.clipmap.cut_block
 
 #include "rings/squares.glsl"
-#ifdef BUDGET
-#include "rings/prices.glsl"
+
+#ifndef THREADS
+#define THREADS 64  // as many as the hardware runs side by side (lod/clipmap.py)
 #endif
 
-layout(local_size_x = UNITS) in;
-layout(std430, binding = 5) writeonly buffer Choices { uint choice[]; };  // SQUARES of each block: step_log2 + 16
+layout(local_size_x = THREADS) in;
 
 uniform int u_round;
 
 // Units of that many segments, as a logarithm, are cut up themselves; what they cost then, about.
 #define REFINE_FROM 3
 #define REFINED 0.5
+#define LEAST_PARTS (4.0 * (2.0 + PATCH_COST))
 
-shared float s_cost[SQUARES];
-shared int s_step[SQUARES];
-shared bool s_whole[SQUARES];  // drawn in one piece
-
-#ifdef BUDGET
-
-bool can_refine() { return false; }
-
-void decide_square(int depth, ivec2 at) {
-    int i = square_index(depth, at), segments_log2;
-    vec2 best = cheapest(u_first + i, price(PASSES), segments_log2);
-    s_step[i] = best.x >= NEVER ? NO_STEP : side_log2_at(depth) - segments_log2;
-    s_cost[i] = best.x;
-    s_whole[i] = depth == 3;
-    if (best.x == 0.0 && best.y == 0.0) make_nothing(i);
-}
-
-#else
+shared uint s_asking[SQUARES];
+shared int s_asked;
 
 bool can_refine() { return block.unit_log2 >= 3 && u_round < 2; }
 
-void decide_square(int depth, ivec2 at) {
-    int i = square_index(depth, at), side_log2 = side_log2_at(depth);
+uint look(int depth, ivec2 at, out float cost) {
+    int side_log2 = side_log2_at(depth), step_log2 = NO_STEP;
     ivec2 low = low_of(depth, at), end = low + (1 << side_log2);
-    s_step[i] = NO_STEP;
-    s_cost[i] = 0.0;
-    s_whole[i] = false;
-    if (is_nothing(i)) return;
-    Projection p = project_box(low, end, s_range_m[i]);
-    if (p.outside && u_cull != 0) {
-        make_nothing(i);
-        return;
-    }
-    int coarsest = min(min(side_log2, block.unit_log2), u_top_level);
+    cost = 0.0;
+    if (is_nothing(low, end)) return EMPTY;
+    Projection p = project_square(low, side_log2);
+    if (p.outside && u_cull != 0) return EMPTY;
     if (depth == 3 || !meets_finer_ring(low, end))
-        s_step[i] = next_step(low, side_log2, block.root, coarsest, p);
-    float segments = exp2(float(side_log2 - s_step[i]));
-    s_cost[i] = s_step[i] == NO_STEP ? NEVER : 2.0 * segments * segments + PATCH_COST;
-    if (depth == 3 && can_refine() && side_log2 - s_step[i] >= REFINE_FROM) s_cost[i] *= REFINED;
-    s_whole[i] = depth == 3;
+        step_log2 = next_step(low, side_log2, block.ring, min(min(side_log2, block.unit_log2), u_top_level), p);
+    bool is_held = step_log2 != NO_STEP;
+    cost = is_held ? 2.0 * exp2(2.0 * float(side_log2 - step_log2)) + PATCH_COST : NEVER;
+    bool refine = depth == 3 && can_refine() && (!is_held || side_log2 - step_log2 >= REFINE_FROM);
+    if (refine) cost *= REFINED;
+    return uint(step_log2 + 16) | (refine ? REFINE : cost <= LEAST_PARTS || (depth == 3 && is_held) ? WHOLE : OPEN);
 }
 
-#endif
-
-// A square in one piece, if that is cheaper than in four.
-void join_parts(int depth, ivec2 at) {
-    int i = square_index(depth, at);
-    float parts = 0.0;
-    for (int k = 0; k < 4; k++) parts += s_cost[square_index(depth + 1, 2 * at + ivec2(k & 1, k >> 1))];
-    s_whole[i] = s_step[i] != NO_STEP && s_cost[i] <= parts;
-    if (!s_whole[i]) s_cost[i] = min(parts, 1e20);
-}
-
-// The largest square in one piece that holds a unit.
-uint word_of_unit(ivec2 at) {
-    for (int depth = 0; depth <= 3; depth++) {
-        int i = square_index(depth, at >> (3 - depth));
-        if (is_nothing(i)) return NOTHING;
-        bool refine = depth == 3 && can_refine() && side_log2_at(3) - s_step[i] >= REFINE_FROM;
-        if (s_whole[i] && s_step[i] != NO_STEP && !refine) return leaf_word(3 - depth, s_step[i]);
-    }
-    if (can_refine()) return IS_BLOCK;  // rings/spawn.comp says which
-    return leaf_word(0, finest_step(block.unit_log2, block.root)) | IS_BROKEN;
+void ask(int i) {
+    int depth = i < FIRST[1] ? 0 : i < FIRST[2] ? 1 : i < FIRST[3] ? 2 : 3;
+    ivec2 at = square_at(depth, i - FIRST[depth]);
+    uint square = look(depth, at, s_cost[i]);
+    s_square[i] = square;
+    if (depth == 0 || depth == 3 || (square & OPEN) == 0u) return;
+    int place = atomicAdd(s_asked, 4);
+    for (int k = 0; k < 4; k++) s_asking[place + k] = uint(square_index(depth + 1, 2 * at + ivec2(k & 1, k >> 1)));
 }
 
 void main() {
-    int unit = int(gl_LocalInvocationIndex), b = int(b_groups[u_round].w + gl_WorkGroupID.x);
-    block = block_at(b);
-    ring = ring_of(block.root);
-#ifdef BUDGET
-    u_first = SQUARES * b;
-    for (int i = unit; i < SQUARES; i += UNITS) s_range_m[i] = vec2(0.0);
+    int thread = int(gl_LocalInvocationIndex), b = int(b_round[u_round].count + gl_WorkGroupID.x);
+    block = u_round == 0 ? root_block(b) : b_block[b];
+    if (u_round == 0 && thread == 0) b_block[b] = block;
+    if (thread < FIRST[2]) s_asking[thread] = uint(thread);  // depths 0 and 1 ask side by side
+    for (int i = FIRST[2] + thread; i < FIRST[3]; i += THREADS) s_square[i] = 0u;
+    s_asked = FIRST[2];
     barrier();
-#else
-    gather_ranges(unit);
-#endif
-    for (int depth = 3; depth >= 0; depth--)
-        if (unit < 1 << 2 * depth) decide_square(depth, square_at(depth, unit));
-    for (int depth = 2; depth >= 0; depth--) {
+    for (int begin = 0, end = FIRST[2]; begin < end;) {
+        for (int i = begin + thread; i < end; i += THREADS) ask(int(s_asking[i]));
         barrier();
-        if (unit < 1 << 2 * depth) join_parts(depth, square_at(depth, unit));
+        begin = end;
+        end = s_asked;
+        barrier();
     }
-    barrier();
-    cell[UNITS * b + unit] = word_of_unit(unit_at(unit));
-    for (int i = unit; i < SQUARES; i += UNITS) choice[SQUARES * b + i] = uint(s_step[i] + 16);
+    join_all(thread, THREADS);
+    for (int unit = thread; unit < UNITS; unit += THREADS) write_unit(b, unit);
 }

@@ -1,7 +1,7 @@
 // rings/edges.glsl — both sides of an edge derive its spacing alike.
 //   Where leaves of unlike size meet, the longer side is the edge. All leaves along it, on either side, take the finest
 //   spacing among them: so both sides have the same vertices.
-// Provides edge_step_log2().   Python twin: reference.clipmap.edge_step_log2
+// Provides edge_step_log2(); Edge, edge_of(), next_along().   Python twin: reference.clipmap.edge_step_log2
 
 #include "rings/rings.glsl"
 
@@ -10,29 +10,49 @@
 #define EAST 2
 #define SOUTH 3
 
-// The finest spacing among the leaves along a side of a square, just outside it.
-int finest_outside(ivec2 origin, int side_log2, int side, int finest) {
-    int length_ = 1 << side_log2, axis = side == WEST || side == EAST ? 0 : 1;
-    ivec2 post = origin;
-    post[axis] += side == WEST || side == NORTH ? -1 : length_;
-    int end = origin[1 - axis] + length_;
-    while (post[1 - axis] < end) {
-        Leaf other = leaf_over(post);
-        if (is_leaf(other.word)) finest = min(finest, step_log2_of(other.word));
-        post[1 - axis] = max(post[1 - axis] + 1, other.origin[1 - axis] + (1 << other.side_log2));
-    }
-    return finest;
+int opposite(int side) { return side ^ 2; }
+int axis_of(int side) { return side == WEST || side == EAST ? 1 : 0; }  // along the side
+
+// The longer of the leaves that meet along a side, and the stretch of cells just outside it: none beyond the map.
+struct Edge {
+    Leaf leaf;
+    int axis;   // along it
+    ivec2 at;   // first post of the stretch
+    int end;
+};
+
+ivec2 outside(Leaf leaf, int side) {
+    ivec2 post = leaf.origin;
+    post[1 - axis_of(side)] += side == WEST || side == NORTH ? -1 : 1 << leaf.side_log2;
+    return post;
 }
 
-int opposite(int side) { return side ^ 2; }
+Edge edge_of(Leaf leaf, int side) {
+    Leaf other = leaf_over(outside(leaf, side));
+    if (is_leaf(other.word) && other.side_log2 > leaf.side_log2) {
+        leaf = other;
+        side = opposite(side);
+    }
+    int axis = axis_of(side);
+    ivec2 at = outside(leaf, side);
+    bool is_on_map = at[1 - axis] >= 0 && at[1 - axis] < u_last_post[1 - axis];
+    return Edge(leaf, axis, at, is_on_map ? min(leaf.origin[axis] + (1 << leaf.side_log2), u_last_post[axis]) : at[axis]);
+}
+
+// The leaf over the stretch's first cell; the stretch begins behind it then.
+Leaf next_along(inout Edge edge) {
+    Leaf other = leaf_over(edge.at);
+    edge.at[edge.axis] = max(edge.at[edge.axis] + 1, other.origin[edge.axis] + (1 << other.side_log2));
+    return other;
+}
 
 // log2 of the posts between the vertices of a leaf's edge.
 int edge_step_log2(Leaf leaf, int side) {
-    int own = step_log2_of(leaf.word), axis = side == WEST || side == EAST ? 0 : 1;
-    ivec2 post = leaf.origin;
-    post[axis] += side == WEST || side == NORTH ? -1 : 1 << leaf.side_log2;
-    Leaf other = leaf_over(post);
-    if (!is_leaf(other.word) || other.side_log2 <= leaf.side_log2)
-        return finest_outside(leaf.origin, leaf.side_log2, side, own);
-    return finest_outside(other.origin, other.side_log2, opposite(side), step_log2_of(other.word));
+    Edge edge = edge_of(leaf, side);
+    int finest = min(step_log2_of(leaf.word), step_log2_of(edge.leaf.word));
+    while (edge.at[edge.axis] < edge.end) {
+        Leaf other = next_along(edge);
+        if (is_leaf(other.word)) finest = min(finest, step_log2_of(other.word));
+    }
+    return finest;
 }

@@ -1,9 +1,9 @@
 // rings/emit.comp — leaves to patches, each at its place: the same view gives the same list.
-// A group is a block, a thread one of its units.
+// A thread is a block.
 
 #include "rings/shapes.glsl"
 
-layout(local_size_x = UNITS) in;
+layout(local_size_x = BLOCK_GROUP) in;
 
 struct RingPatch {
     ivec2 corner;  // post; may lie beyond the map
@@ -14,19 +14,17 @@ layout(std430, binding = 5) writeonly buffer Patches { RingPatch patches[]; };
 
 uniform int u_most_patches;
 
-shared uint s_shape[UNITS];
-
 void main() {
-    int unit = int(gl_LocalInvocationIndex), b = int(gl_WorkGroupID.x);
-    if (b >= min(blocks_in_all(), u_most_blocks)) return;
-    uvec2 mine = shape[UNITS * b + unit];
-    s_shape[unit] = mine.x;
-    barrier();
-    if (mine.x == 0u) return;
-    int size = segments_log2_of(mine.x);
-    uint place = s_offset[size * u_most_blocks + b];
-    for (int i = 0; i < unit; i++) if (s_shape[i] != 0u && segments_log2_of(s_shape[i]) == size) place++;
-    if (place >= uint(u_most_patches)) return;  // no room: the view is chosen again with more
-    Block block = block_at(b);
-    patches[place] = RingPatch(block.origin + (unit_at(unit) << block.unit_log2), mine.x, uintBitsToFloat(mine.y));
+    int b = int(gl_GlobalInvocationID.x);
+    if (b >= blocks_in_all()) return;
+    Block block = b_block[b];
+    int first = plane(u_settled) + UNITS * b;
+    for (int unit = 0; unit < UNITS; unit++) {
+        uint word = cell[first + unit];
+        if (!is_leaf(word) || !begins_leaf(unit_at(unit), word)) continue;
+        uvec2 mine = shape[UNITS * b + unit];
+        uint place = s_offset[segments_log2_of(mine.x) * u_most_blocks + b]++;
+        if (place < uint(u_most_patches))  // if there is no room, the view is chosen again with more
+            patches[place] = RingPatch(block.origin + (unit_at(unit) << block.unit_log2), mine.x, uintBitsToFloat(mine.y));
+    }
 }

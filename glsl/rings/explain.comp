@@ -13,30 +13,17 @@ layout(std430, binding = 4) writeonly buffer Answer {
 uniform ivec2 u_low;      // post of the patch's north-west corner
 uniform int u_side_log2;  // posts
 
-// The largest nodes that fill the patch, wherever it stands.
-vec2 range_of_patch_m(ivec2 low, ivec2 end) {
-    int unit_log2 = min(u_side_log2, findLSB(low.x | low.y | 1 << u_side_log2));
-    vec2 range_m = vec2(NEVER, -NEVER);
-    for (int y = max(low.y, 0); y < min(end.y, u_last_post.y); y += 1 << unit_log2)
-        for (int x = max(low.x, 0); x < min(end.x, u_last_post.x); x += 1 << unit_log2) {
-            vec2 unit_m = range_of_unit_m(ivec2(x, y), unit_log2);
-            range_m = vec2(min(range_m.x, unit_m.x), max(range_m.y, unit_m.y));
-        }
-    return range_m;
-}
-
 void main() {
     int k = int(gl_LocalInvocationIndex), step_log2 = u_side_log2 - k;
     ivec2 end = u_low + (1 << u_side_log2);
-    vec2 patch_range_m = range_of_patch_m(u_low, end);
-    Projection p = project_box(u_low, end, patch_range_m);
+    Projection p = project_square(u_low, u_side_log2);
     if (k == 0) {
         projection = vec4(p.nearest_m, p.stretch, p.inside, p.outside);
-        range_m = vec4(patch_range_m, 0.0, 0.0);
+        range_m = vec4(range_of_square_m(u_low, u_side_log2), 0.0, 0.0);
     }
     bool known = step_log2 <= u_top_level && step_log2 >= FINEST && all(equal(u_low & (1 << max(step_log2, 0)) - 1, ivec2(0)));
     choice[k] = vec4(0.0);
     if (!known) return;
     float max_m = largest_m(u_low, end, step_log2), rms_m = rms_of_box_m(u_low, end, step_log2);
-    choice[k] = vec4(max_m, rms_m, p.outside ? 0.0 : error_px(p, has_mean(p) ? rms_m : max_m, max_m), 1.0);
+    choice[k] = vec4(max_m, rms_m, p.outside ? 0.0 : error_px(p, u_metric == METRIC_RMS && has_mean(p) ? rms_m : max_m, max_m), 1.0);
 }

@@ -1,5 +1,5 @@
 // rings/leaf.glsl — a leaf's box in the view, and the error in metres that it may have there.
-// Provides project_box(), project_leaf(), error_within_m(), has_mean(), rms_of_box_m(), next_step().
+// Provides range_of_square_m(), project_square(), error_within_m(), has_mean(), rms_of_box_m(), next_step().
 // Python twins: reference.clipmap.next_step, reference.clipmap.finest_step
 
 #include "rings/rings.glsl"
@@ -15,26 +15,22 @@ layout(std430, binding = 6) readonly buffer Ranges { uint range[]; };
 #define PATCH_COST 16.0  // triangles that a patch costs by itself
 #endif
 
-vec2 range_of_unit_m(ivec2 low, int unit_log2) {
-    int level = clamp(unit_log2, 1, u_top_level);
-    return unpack_range(range[node_index(level, low >> level)]);
-}
-
-Projection project_box(ivec2 low, ivec2 end, vec2 range_m) {
-    return project(box_of(max(low, ivec2(0)), min(end, u_last_post), range_m), 1.0);
-}
-
-// Heights are known for every unit of the leaf's block.
-Projection project_leaf(Leaf leaf) {
-    int unit_log2 = leaf.side_log2 - side_units_log2(leaf.word);
-    ivec2 low = max(leaf.origin, ivec2(0)), end = min(leaf.origin + (1 << leaf.side_log2), u_last_post);
+// Lowest and highest height of a square: those of the largest nodes that it is made of, wherever it stands.
+vec2 range_of_square_m(ivec2 low, int side_log2) {
+    int level = clamp(findLSB(low.x | low.y | 1 << side_log2), 1, u_top_level);
+    ivec2 first = max(low, ivec2(0)) >> level, end = (min(low + (1 << side_log2), u_last_post) - 1 >> level) + 1;
     vec2 range_m = vec2(NEVER, -NEVER);
-    for (int y = low.y; y < end.y; y += 1 << unit_log2)
-        for (int x = low.x; x < end.x; x += 1 << unit_log2) {
-            vec2 unit = range_of_unit_m(ivec2(x, y), unit_log2);
-            range_m = vec2(min(range_m.x, unit.x), max(range_m.y, unit.y));
+    for (int y = first.y; y < end.y; y++)
+        for (int x = first.x; x < end.x; x++) {
+            vec2 node_m = unpack_range(range[node_index(level, ivec2(x, y))]);
+            range_m = vec2(min(range_m.x, node_m.x), max(range_m.y, node_m.y));
         }
-    return project_box(leaf.origin, leaf.origin + (1 << leaf.side_log2), range_m);
+    return range_m;
+}
+
+Projection project_square(ivec2 low, int side_log2) {
+    ivec2 end = min(low + (1 << side_log2), u_last_post);
+    return project(box_of(max(low, ivec2(0)), end, range_of_square_m(low, side_log2)), 1.0);
 }
 
 // The largest error in metres that makes no more pixels than the tolerance: error_px() solved for it.
@@ -45,7 +41,12 @@ float error_within_m(Projection p) {
 }
 
 // A root mean square says nothing of a square that is partly in the picture, or has voids: there the maximum is held.
-bool has_mean(Projection p) { return u_metric == METRIC_RMS && p.inside && u_has_voids == 0; }
+// Software renderers run both ways of a branch, so each metric has its shaders.
+#ifdef MEAN
+bool has_mean(Projection p) { return p.inside && u_has_voids == 0; }
+#else
+bool has_mean(Projection p) { return false; }
+#endif
 
 float rms_of_box_m(ivec2 low, ivec2 end, int step_log2) {
     vec2 cells = vec2(min(end, u_last_post) - max(low, ivec2(0)));
@@ -54,8 +55,8 @@ float rms_of_box_m(ivec2 low, ivec2 end, int step_log2) {
 
 // Units of 1 posts in ring 0 meet ones of 2 posts at most. Elsewhere they meet ones of 4, which cannot be cut up: 64
 // segments along a side of 4 posts are 16 between two posts.
-int finest_step(int side_log2, int root) {
-    return max(side_log2 - MOST_SEGMENTS_LOG2, u_ring[ring_of(root)].level == 0 ? FINEST : FINEST + 1);
+int finest_step(int side_log2, int ring) {
+    return max(side_log2 - MOST_SEGMENTS_LOG2, u_ring[ring].level == 0 ? FINEST : FINEST + 1);
 }
 
 // Whether the tables hold the cells of a square within the tolerance.
@@ -65,8 +66,8 @@ bool holds(ivec2 low, ivec2 end, int step_log2, Projection p) {
 }
 
 // The coarsest spacing from `coarsest` down that the tables allow, or NO_STEP.
-int next_step(ivec2 low, int side_log2, int root, int coarsest, Projection p) {
-    for (int step_log2 = coarsest; step_log2 >= finest_step(side_log2, root); step_log2--)
+int next_step(ivec2 low, int side_log2, int ring, int coarsest, Projection p) {
+    for (int step_log2 = coarsest; step_log2 >= finest_step(side_log2, ring); step_log2--)
         if (holds(low, low + (1 << side_log2), step_log2, p)) return step_log2;
     return NO_STEP;
 }

@@ -51,7 +51,7 @@ void write_draws(int thread) {
 }
 
 void main() {
-    int thread = int(gl_LocalInvocationIndex), blocks = min(blocks_in_all(), u_most_blocks), n = SIZES * blocks;
+    int thread = int(gl_LocalInvocationIndex), blocks = blocks_in_all(), n = SIZES * blocks;
     int stretch = (n + SCANNERS - 1) / SCANNERS, first = min(thread * stretch, n), end = min(first + stretch, n);
     uint sum = 0u;
     for (int i = first; i < end; i++) sum += s_offset[i / blocks * u_most_blocks + i % blocks];
@@ -63,6 +63,8 @@ void main() {
         before += count;
     }
     write_draws(thread);
-    if (thread == 0) s_unsettled = uint(b_groups[1].y > 1u);
-    if (thread == 0) s_blocks = max(b_groups[3].w, uint(blocks));
+    if (thread > 0) return;
+    b_all.groups = uint(blocks + BLOCK_GROUP - 1) / uint(BLOCK_GROUP);
+    s_unsettled = b_queue[u_settled & 7].count;
+    s_blocks = b_all.count;
 }

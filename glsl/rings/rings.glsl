@@ -13,15 +13,12 @@
 //       ├───┬───┼───┴─┴─┤                        ├────┼─┴─┴─┴─┴─┼────┤
 //       │   │   │       │
 //
-// Provides the rings, blocks and leaves of a view, and leaf_over().   Python twins: gpu.layout.RINGS, reference.clipmap.ring_origin
+// Provides the rings, blocks and leaves of a view, leaf_at() and leaf_over().   Python twins: gpu.layout.RINGS, reference.clipmap.ring_origin
 
 #include "blocks/view.glsl"
 
 #define PATCH 8           // ring cells a side: the numbers below follow from it
 #define UNITS 64          // units of a block
-#ifndef THREADS
-#define THREADS 64       // of a block's group: as many as the hardware runs side by side (lod/clipmap.py)
-#endif
 #define SQUARES 85        // squares of 8, 4, 2 and 1 units in a block: 1 + 4 + 16 + 64
 #define MOST_SEGMENTS_LOG2 6  // OpenGL's 64
 #define FINEST -5         // log2 of the least spacing: 32 segments between two posts
@@ -43,15 +40,29 @@ layout(std140, binding = 2) uniform Rings {
 struct Block {
     ivec2 origin;
     int unit_log2;  // posts a side of a unit
-    int root;       // the ring's block that it lies in
+    int ring;       // that it lies in
+};
+
+struct Work {
+    uint groups, one_y, one_z;  // of an indirect dispatch
+    uint count;                 // of the things that it looks at
 };
 
 layout(std430, binding = 0) buffer Blocks {
-    uvec4 b_groups[4];  // dispatch size of each round of rings/decide.comp: so many blocks; w: the first of them. At last
-                        // that of all blocks; w: how many there should be room for
-    Block b_child[];    // those after the rings' own
+    Work b_round[3];  // blocks of each round of rings/decide.comp; count: those of the rounds before
+    Work b_all;       // blocks of all rounds; count: how many there should be room for
+    Work b_leaves;    // all leaves: rings/count.comp
+    Work b_queue[8];  // leaves that round r of rings/settle.comp looks at: r modulo 8
+    Block b_block[];
 };
-layout(std430, binding = 1) buffer Cells { uint cell[]; };  // of each unit of each block: a leaf, a block, or nothing
+// What each unit of each block is: a leaf, a block, or nothing. Two planes: round r of rings/settle.comp reads plane r
+// modulo 2 and writes the other. They differ only where the round before changed something.
+layout(std430, binding = 1) buffer Cells { uint cell[]; };
+
+uniform int u_settled;  // rounds of rings/settle.comp that are over
+
+int plane(int round_) { return (round_ & 1) * UNITS * u_most_blocks; }
+int blocks_in_all() { return min(int(b_all.count), u_most_blocks); }
 
 // A leaf: log2 of its side in units, log2 of the posts between its vertices, and whether the tables hold it within the
 // tolerance.
@@ -64,23 +75,6 @@ uint leaf_word(int side_log2, int step_log2) { return IS_LEAF | uint(side_log2) 
 int side_units_log2(uint word) { return int(word >> 8 & 3u); }
 int step_log2_of(uint word) { return int(word & 63u) - 16; }
 bool is_leaf(uint word) { return (word & IS_LEAF) != 0u; }
-
-int blocks_in_all() { return int(b_groups[2].w + b_groups[2].x); }
-
-int ring_of(int root) {
-    int r = 0;
-    while (r + 1 < u_rings && root >= u_ring[r + 1].first_block) r++;
-    return r;
-}
-
-Block block_at(int i) {
-    if (i >= u_root_blocks) return b_child[i - u_root_blocks];
-    int r = ring_of(i);
-    Ring ring = u_ring[r];
-    int k = i - ring.first_block;
-    ivec2 at = ivec2(k % ring.patches.x, k / ring.patches.x);
-    return Block(ring.origin + at * (PATCH << ring.level), ring.level, i);
-}
 
 ivec2 unit_at(int unit) { return ivec2(unit & 7, unit >> 3); }
 
@@ -96,9 +90,16 @@ struct Leaf {
     uint word;
     ivec2 origin;
     int side_log2;  // posts
+    int id;         // unit of its north-west corner: UNITS a block
 };
 
-const Leaf NO_LEAF = Leaf(NOTHING, ivec2(-1 << 28), 0);
+const Leaf NO_LEAF = Leaf(NOTHING, ivec2(-1 << 28), 0, -1);
+
+Leaf leaf_at(Block b, int id, uint word) {
+    return Leaf(word, b.origin + (unit_at(id % UNITS) << b.unit_log2), b.unit_log2 + side_units_log2(word), id);
+}
+
+bool begins_leaf(ivec2 unit, uint word) { return all(equal(unit & (1 << side_units_log2(word)) - 1, ivec2(0))); }
 
 int near_ring;  // where leaf_over() begins to look: a neighbour of a ring's leaf lies in it, or in one of the two next to it
 
@@ -109,16 +110,17 @@ Leaf leaf_over(ivec2 post) {
     if (r == u_rings) return NO_LEAF;
     Ring ring = u_ring[r];
     ivec2 in_ring = post - ring.origin, at = in_ring >> (ring.level + 3);
-    int block = ring.first_block + at.y * ring.patches.x + at.x, unit_log2 = ring.level;
+    int block = ring.first_block + at.y * ring.patches.x + at.x, unit_log2 = ring.level, now = plane(u_settled);
     ivec2 in_block = in_ring - (at << (ring.level + 3)), unit = in_block >> unit_log2;
-    uint word = cell[UNITS * block + unit.y * 8 + unit.x];
+    uint word = cell[now + UNITS * block + unit.y * 8 + unit.x];
     while ((word & IS_BLOCK) != 0u) {
         in_block -= unit << unit_log2;
         unit_log2 -= 3;
         unit = in_block >> unit_log2;
-        word = cell[UNITS * int(word & ~IS_BLOCK) + unit.y * 8 + unit.x];
+        block = int(word & ~IS_BLOCK);
+        word = cell[now + UNITS * block + unit.y * 8 + unit.x];
     }
-    int side_log2 = unit_log2 + side_units_log2(word);
-    ivec2 in_leaf = in_block - (unit >> side_units_log2(word) << side_log2);
-    return Leaf(word, post - in_leaf, side_log2);
+    int units_log2 = side_units_log2(word);
+    ivec2 corner = unit >> units_log2 << units_log2;
+    return Leaf(word, post - in_block + (corner << unit_log2), unit_log2 + units_log2, UNITS * block + corner.y * 8 + corner.x);
 }

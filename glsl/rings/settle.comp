@@ -1,35 +1,21 @@
 // rings/settle.comp — a round of neighbours: leaves next to finer ones.
-//   A finer neighbour cuts the common edge. Then the strip along it errs by its cells' error and, at most, by what the new
-//   vertices add (rings/strip.glsl): where that is not within the tolerance, the leaf itself takes a finer spacing. Where
-//   the edge would need more than 64 segments, the leaf is split in four, with the spacings that rings/decide.comp found.
+//   A finer neighbour cuts the common edge. Then the strip along it errs by twice its cells' error, at most (rings/strip.glsl):
+//   where that is not within the tolerance, the leaf itself takes a finer spacing. Where the edge would need more than 64
+//   segments, the leaf is split in four, and each part asks the tables for itself.
 //   All threads look at the leaves as the round before left them, so their order does not matter. Leaves only ever grow
-//   finer, so the rounds come to an end.
-// A group is a block; its THREADS share the units.
+//   finer, so the rounds come to an end. The first round looks at all leaves, the next ones at those that have changed and
+//   at those along their edges.   A thread is a leaf.
 
 #include "rings/leaf.glsl"
+#include "rings/lists.glsl"
 #include "rings/edges.glsl"
 #include "rings/strip.glsl"
 
-layout(local_size_x = THREADS) in;
-layout(std430, binding = 5) buffer Choices { uint choice[]; };
-layout(std430, binding = 4) buffer NewCells { uint new_cell[]; };
+layout(local_size_x = LEAF_GROUP) in;
 
-uniform int u_round;    // from 1 on
-uniform bool u_last;     // of the rounds that are run: what changes now has not settled
 uniform bool u_budget;  // nothing is promised: only edges of more than 64 segments matter
 
-const int FIRST[4] = int[4](0, 1, 5, 21);
 #define SPLIT 0x10000000u
-
-shared uint s_verdict[UNITS];  // of the unit at a leaf's north-west corner: the leaf's new word
-shared uint s_leaves, s_leaf[UNITS];  // such units, side by side: few threads have work, and they are neighbours
-
-Leaf leaf_at(Block b, ivec2 unit, uint word) {
-    int units_log2 = side_units_log2(word);
-    return Leaf(word, b.origin + (unit >> units_log2 << units_log2 << b.unit_log2), b.unit_log2 + units_log2);
-}
-
-bool begins_leaf(ivec2 unit, uint word) { return all(equal(unit & (1 << side_units_log2(word)) - 1, ivec2(0))); }
 
 // Whether a leaf stands its edges. Next to a finer edge OpenGL draws a single segment as a fan around a vertex in the
 // middle: of that the tables say nothing, save that in a cell of the map it only helps (|t|/16).
@@ -37,118 +23,111 @@ bool stands(Leaf leaf, ivec4 edge_steps_log2, Projection p) {
     int step_log2 = step_log2_of(leaf.word);
     if (step_log2 <= 0) return true;
     if (any(lessThan(edge_steps_log2, ivec4(step_log2))) && leaf.side_log2 == step_log2) return false;
-    return u_budget || leaf_px(leaf, edge_steps_log2, p) <= u_tolerance_px;
+    if (u_budget) return true;
+    if (has_mean(p)) return leaf_px(leaf, edge_steps_log2, p) <= u_tolerance_px;
+    float half_m = 0.5 * error_within_m(p);
+    for (int side = 0; side < 4; side++) {
+        ivec4 strip = strip_of(leaf, side);
+        if (is_strip(strip, step_log2, edge_steps_log2[side]) && !is_within_m(strip.xy, strip.zw, step_log2, half_m)) return false;
+    }
+    return true;
 }
 
-uint judge(Block b, Leaf leaf) {
+// The leaf's word, finer if it must be; SPLIT if no spacing will do.
+uint judge(Leaf leaf, int ring, bool can_split) {
     int own = step_log2_of(leaf.word), finest = own, units_log2 = side_units_log2(leaf.word);
-    near_ring = ring_of(b.root);
     ivec4 edge;
     for (int side = 0; side < 4; side++) finest = min(finest, edge[side] = edge_step_log2(leaf, side));
     if (finest == own) return leaf.word;
-    if (leaf.side_log2 - finest > MOST_SEGMENTS_LOG2) return leaf.word | SPLIT;
-    Projection p = project_leaf(leaf);
-    int step_log2 = own;
-    while (!stands(Leaf(leaf_word(units_log2, step_log2), leaf.origin, leaf.side_log2), edge, p)) {
-        step_log2 = u_budget ? step_log2 - 1 : next_step(leaf.origin, leaf.side_log2, b.root, step_log2 - 1, p);
-        if (step_log2 == NO_STEP) return units_log2 > 0 || b.unit_log2 >= 3 ? leaf.word | SPLIT : leaf.word | IS_BROKEN;
+    if (leaf.side_log2 - finest > MOST_SEGMENTS_LOG2) return can_split ? leaf.word | SPLIT : leaf.word;
+    Projection p = project_square(leaf.origin, leaf.side_log2);
+    Leaf now = leaf;
+    while (!stands(now, edge, p)) {
+        int step_log2 = step_log2_of(now.word) - 1;
+        if (!u_budget) step_log2 = next_step(leaf.origin, leaf.side_log2, ring, step_log2, p);
+        if (step_log2 == NO_STEP) return can_split ? leaf.word | SPLIT : leaf.word | IS_BROKEN;
+        now.word = leaf_word(units_log2, step_log2);
     }
-    return step_log2 == own ? leaf.word : leaf_word(units_log2, step_log2);
+    return now.word == leaf_word(units_log2, own) ? leaf.word : now.word;
 }
 
-// The spacing of a part of a unit that becomes a block: within the tolerance of the whole unit.
-int step_of_part(Leaf unit, int root, ivec2 low, int side_log2, Projection p) {
-    int coarsest = min(step_log2_of(unit.word), side_log2);
-    int step_log2 = u_budget ? coarsest : next_step(low, side_log2, root, coarsest, p);
-    return step_log2 == NO_STEP ? finest_step(side_log2, root) : step_log2;
+void write_square(int id, int units_log2, uint word) {
+    int first = plane(u_settled + 1) + id;
+    for (int i = 0; i < 1 << 2 * units_log2; i++)
+        cell[first + (i >> units_log2) * 8 + (i & (1 << units_log2) - 1)] = word;
 }
 
-// A unit becomes a block of four leaves.
-uint block_of_unit(Leaf unit, int root) {
-    int child = int(b_groups[2].w + atomicAdd(b_groups[2].x, 1u));
-    if (child >= u_most_blocks) {  // no room: the view is chosen again with more
-        atomicMax(b_groups[3].w, uint(child + 1));
-        return NOTHING;
+// A quarter of a leaf that is split: within the tolerance of the whole, or finer.
+void write_part(int id, Leaf whole, int part_units_log2, ivec2 low, int ring, Projection p, bool is_new) {
+    int side_log2 = whole.side_log2 - 1;
+    bool is_on_map = all(lessThan(low, u_last_post)) && all(greaterThan(low + (1 << side_log2), ivec2(0)));
+    int step_log2 = min(step_log2_of(whole.word), side_log2);
+    if (!u_budget) step_log2 = next_step(low, side_log2, ring, step_log2, p);
+    if (step_log2 == NO_STEP) step_log2 = finest_step(side_log2, ring);
+    write_square(id, part_units_log2, is_on_map ? leaf_word(part_units_log2, step_log2) : NOTHING);
+    if (is_on_map && is_new) append_leaf(id);
+    append_to_queue(u_settled + 1, id, part_units_log2);
+}
+
+// The first of the units that a leaf's parts are made of; a single unit becomes a block. -1: there is no room for it.
+int units_for_parts(Leaf leaf, Block b) {
+    if (side_units_log2(leaf.word) > 0) return leaf.id;
+    int child = int(atomicAdd(b_all.count, 1u));
+    if (child >= u_most_blocks) return -1;  // the view is chosen again with more
+    b_block[child] = Block(leaf.origin, b.unit_log2 - 3, b.ring);
+    write_square(leaf.id, 0, IS_BLOCK | uint(child));
+    append_to_queue(u_settled + 1, leaf.id, 0);
+    return UNITS * child;
+}
+
+void split(Leaf leaf, Block b) {
+    bool in_block = side_units_log2(leaf.word) > 0;
+    int part_units_log2 = in_block ? side_units_log2(leaf.word) - 1 : 2, first = units_for_parts(leaf, b);
+    if (first < 0) return;
+    Projection p = project_square(leaf.origin, leaf.side_log2);
+    for (int k = 0; k < 4; k++) {
+        ivec2 at = ivec2(k & 1, k >> 1);
+        int id = first + (at.y * 8 + at.x << part_units_log2);
+        write_part(id, leaf, part_units_log2, leaf.origin + (at << leaf.side_log2 - 1), b.ring, p, k > 0 || !in_block);
     }
-    b_child[child - u_root_blocks] = Block(unit.origin, unit.side_log2 - 3, root);
-    Projection p = project_leaf(unit);
-    for (int depth = 1; depth <= 3; depth++)
-        for (int i = 0; i < 1 << 2 * depth; i++) {
-            ivec2 at = ivec2(i & (1 << depth) - 1, i >> depth);
-            int side_log2 = unit.side_log2 - depth;
-            int step_log2 = step_of_part(unit, root, unit.origin + (at << side_log2), side_log2, p);
-            choice[SQUARES * child + FIRST[depth] + i] = uint(step_log2 + 16);
+}
+
+// All leaves along a leaf's edges take part in their spacing.
+void queue_around(Leaf leaf) {
+    for (int side = 0; side < 4; side++) {
+        Edge edge = edge_of(leaf, side);
+        append_to_queue(u_settled + 1, edge.leaf.id, side_units_log2(edge.leaf.word));
+        while (edge.at[edge.axis] < edge.end) {
+            Leaf other = next_along(edge);
+            if (is_leaf(other.word)) append_to_queue(u_settled + 1, other.id, side_units_log2(other.word));
         }
-    for (int i = 0; i < UNITS; i++) {
-        ivec2 at = unit_at(i) >> 2;
-        uint word = leaf_word(2, int(choice[SQUARES * child + FIRST[1] + 2 * at.y + at.x]) - 16);
-        cell[UNITS * child + i] = new_cell[UNITS * child + i] = word;
     }
-    atomicMax(b_groups[3].x, uint(child + 1));
-    return IS_BLOCK | uint(child);
 }
 
-// What becomes of one of the leaf's units.
-uint apply(int b, ivec2 unit, uint word) {
-    if ((word & SPLIT) == 0u) return word;
-    for (int units_log2 = side_units_log2(word) - 1; units_log2 >= 0; units_log2--) {
-        int depth = 3 - units_log2;
-        ivec2 at = unit >> units_log2;
-        int step_log2 = int(choice[SQUARES * b + FIRST[depth] + (at.y << depth) + at.x]) - 16;
-        if (step_log2 != NO_STEP) return leaf_word(units_log2, step_log2);
+// What is no leaf stays as it is: what the round before made of it stands in one plane alone.
+void keep_square(int id, int units_log2) {
+    for (int i = 0; i < 1 << 2 * units_log2; i++) {
+        int at = id + (i >> units_log2) * 8 + (i & (1 << units_log2) - 1);
+        uint word = cell[plane(u_settled) + at];
+        if (!is_leaf(word)) cell[plane(u_settled + 1) + at] = word;
     }
-    if (side_units_log2(word) > 0) return NOTHING;  // beyond the map, or outside the picture
-    Block block = block_at(b);
-    if (block.unit_log2 < 3) return word & ~SPLIT;  // has no more than 64 segments: FINEST sees to that
-    return block_of_unit(Leaf(leaf_word(0, step_log2_of(word)), block.origin + (unit << block.unit_log2), block.unit_log2), block.root);
-}
-
-// Marks, after the choices: the last round in which a ring's block changed; and a ring.
-int mark_of_root(int root) { return SQUARES * u_most_blocks + root; }
-int mark_of_ring(int ring) { return SQUARES * u_most_blocks + u_root_blocks + ring; }
-bool is_marked(int i) { return choice[i] == uint(u_round - 1); }
-
-// Whether a block may have new neighbours: something changed in the ring's blocks around, or in the rings next to it.
-bool is_active(int root) {
-    int r = ring_of(root);
-    Ring ring = u_ring[r];
-    int k = root - ring.first_block;
-    ivec2 at = ivec2(k % ring.patches.x, k / ring.patches.x), low = max(at - 1, 0), high = min(at + 1, ring.patches - 1);
-    bool near = (r > 0 && is_marked(mark_of_ring(r - 1))) || (r + 1 < u_rings && is_marked(mark_of_ring(r + 1)));
-    for (int y = low.y; y <= high.y; y++)
-        for (int x = low.x; x <= high.x; x++)
-            near = near || is_marked(mark_of_root(ring.first_block + y * ring.patches.x + x));
-    return near;
 }
 
 void main() {
-    int thread = int(gl_LocalInvocationIndex), b = int(gl_WorkGroupID.x), first = UNITS * b;
-    Block block = block_at(b);
-    bool idle = u_round > 1 && !is_active(block.root);
-    if (thread == 0) s_leaves = 0u;
-    barrier();
-    for (int unit = thread; unit < UNITS; unit += THREADS) {
-        uint word = cell[first + unit];
-        if (idle) new_cell[first + unit] = word;
-        else if (is_leaf(word) && begins_leaf(unit_at(unit), word)) s_leaf[atomicAdd(s_leaves, 1u)] = uint(unit);
-        else if (!is_leaf(word)) new_cell[first + unit] = word;
+    uint i = gl_GlobalInvocationID.x;
+    if (i >= b_queue[u_settled & 7].count) return;
+    uint entry = queued(u_settled, i);
+    int id = queued_id(entry);
+    uint word = cell[plane(u_settled) + id];
+    if (!is_leaf(word)) {
+        keep_square(id, queued_units_log2(entry));
+        return;
     }
-    barrier();
-    if (idle) return;
-    for (int i = thread; i < int(s_leaves); i += THREADS) {
-        int begin = int(s_leaf[i]);
-        s_verdict[begin] = judge(block, leaf_at(block, unit_at(begin), cell[first + begin]));
-    }
-    barrier();
-    for (int unit = thread; unit < UNITS; unit += THREADS) {
-        uint word = cell[first + unit];
-        if (!is_leaf(word)) continue;
-        ivec2 at = unit_at(unit), begin = at >> side_units_log2(word) << side_units_log2(word);
-        uint now = apply(b, at, s_verdict[begin.y * 8 + begin.x]);
-        if (now != word) {
-            choice[mark_of_root(block.root)] = choice[mark_of_ring(ring_of(block.root))] = uint(u_round);
-            if (u_last) b_groups[1].y = 2u;  // dispatches are over that would read it
-        }
-        new_cell[first + unit] = now;
-    }
+    Block b = b_block[id / UNITS];
+    Leaf leaf = leaf_at(b, id, word);
+    near_ring = b.ring;
+    uint verdict = judge(leaf, b.ring, side_units_log2(word) > 0 || b.unit_log2 >= 3);
+    if (verdict != word) queue_around(leaf);
+    if ((verdict & SPLIT) != 0u) split(leaf, b);
+    else if (verdict != cell[plane(u_settled + 1) + id]) write_square(id, side_units_log2(word), verdict);
 }

@@ -5,6 +5,8 @@
 
 #include "rings/rings.glsl"
 
+#define BLOCK_GROUP 64  // blocks of a work group of rings/emit.comp
+
 layout(std430, binding = 4) buffer Shapes { uvec2 shape[]; };  // of the unit at a leaf's corner, and its bound in pixels
 layout(std430, binding = 7) buffer Summary {
     uint s_count[8];    // patches of each size
@@ -12,7 +14,7 @@ layout(std430, binding = 7) buffer Summary {
     uint s_splits;      // leaves that are no whole block
     uint s_worst_px;    // float bits: the largest bound among the patches
     uint s_blocks;      // for which there must be room
-    uint s_unsettled;   // whether the last round of rings/settle.comp changed anything
+    uint s_unsettled;   // leaves that a further round of rings/settle.comp would look at
     uint s_pad[3];
     uint s_offset[];    // patches of a size in a block; then those before them
 };

@@ -24,25 +24,23 @@ uint scan(int thread, uint own) {
     return s_sum[thread] - own;
 }
 
-void spawn(int parent, int unit, int child) {
-    if (child >= u_most_blocks) {  // no room: the view is chosen again with more
-        cell[UNITS * parent + unit] = NOTHING;
-        return;
-    }
-    Block b = block_at(parent);
-    cell[UNITS * parent + unit] = IS_BLOCK | uint(child);
-    b_child[child - u_root_blocks] = Block(b.origin + (unit_at(unit) << b.unit_log2), b.unit_log2 - 3, b.root);
+void spawn(int id, int child) {
+    bool has_room = child < u_most_blocks;  // if not, the view is chosen again with more
+    cell[plane(0) + id] = cell[plane(1) + id] = has_room ? IS_BLOCK | uint(child) : NOTHING;
+    Block b = b_block[id / UNITS];
+    if (has_room) b_block[child] = Block(b.origin + (unit_at(id % UNITS) << b.unit_log2), b.unit_log2 - 3, b.ring);
 }
 
 void main() {
-    int thread = int(gl_LocalInvocationIndex), first = int(b_groups[u_round].w), n = int(b_groups[u_round].x);
+    int thread = int(gl_LocalInvocationIndex), first = int(b_round[u_round].count), n = int(b_round[u_round].groups);
     int stretch = (n + SCANNERS - 1) / SCANNERS, from = min(thread * stretch, n), end = min(from + stretch, n);
     uint units = 0u;
-    for (int i = UNITS * (first + from); i < UNITS * (first + end); i++) units += cell[i] >> 31;
+    for (int id = UNITS * (first + from); id < UNITS * (first + end); id++) units += cell[id] >> 31;
     int child = first + n + int(scan(thread, units));
-    for (int i = UNITS * (first + from); i < UNITS * (first + end); i++)
-        if ((cell[i] & IS_BLOCK) != 0u) spawn(i / UNITS, i % UNITS, child++);
-    if (thread == 0) b_groups[u_round + 1] = uvec4(min(s_sum[SCANNERS - 1], uint(max(0, u_most_blocks - first - n))), 1, 1, first + n);
-    if (thread == 0) b_groups[3].x = uint(min(first + n + int(s_sum[SCANNERS - 1]), u_most_blocks));  // groups of the passes that follow
-    if (thread == 0) b_groups[3].w = max(b_groups[3].w, uint(first + n) + s_sum[SCANNERS - 1]);  // room that is needed
+    for (int id = UNITS * (first + from); id < UNITS * (first + end); id++)
+        if ((cell[id] & IS_BLOCK) != 0u) spawn(id, child++);
+    if (thread > 0) return;
+    int children = int(s_sum[SCANNERS - 1]), room = max(u_most_blocks - first - n, 0);
+    b_round[u_round + 1] = Work(uint(min(children, room)), 1u, 1u, uint(first + n));
+    b_all.count = max(b_all.count, uint(first + n + children));
 }

@@ -1,55 +1,88 @@
-// rings/squares.glsl — the squares of a block: which there are, their place and their heights.
-//   Depth d has 2^d × 2^d squares of 8 >> d units a side. A group is a block, a thread one of its units.
-// Provides block, square_index(), low_of(), gather_ranges(), is_nothing(), meets_finer_ring().
+// rings/squares.glsl — the squares of a block, and which of them is drawn in one piece.
+//   Depth d has 2^d × 2^d squares of 8 >> d units a side. A group is a block. First each square has a cost of its own; then,
+//   from the units up, four parts are joined wherever the square is not dearer than they are.
+// Provides block, root_block(), square_index(), low_of(), is_nothing(), meets_finer_ring(), join_all(), word_of_unit(), write_unit().
 // Python twin: reference.clipmap.cut_block
 
 #include "rings/leaf.glsl"
+#include "rings/lists.glsl"
 
 const int FIRST[4] = int[4](0, 1, 5, 21);  // squares of each depth: 8, 4, 2, 1 units a side
 
-shared vec2 s_range_m[SQUARES];  // lowest and highest; empty where there is nothing to draw
+// A square: log2 of the spacing of its vertices, + 16, and one of these. OPEN: its parts say more.
+#define EMPTY 0x100u
+#define WHOLE 0x200u
+#define OPEN 0x400u
+#define REFINE 0x800u
+shared uint s_square[SQUARES];
+shared float s_cost[SQUARES];
 
 Block block;
-int ring;  // that it lies in
 
 int square_index(int depth, ivec2 at) { return FIRST[depth] + (at.y << depth) + at.x; }
 int side_log2_at(int depth) { return block.unit_log2 + 3 - depth; }
 ivec2 low_of(int depth, ivec2 at) { return block.origin + (at << side_log2_at(depth)); }
 ivec2 square_at(int depth, int i) { return ivec2(i & (1 << depth) - 1, i >> depth); }
 
-bool has_finer_ring() { return ring > 0; }
-bool is_nothing(int i) { return s_range_m[i].x > s_range_m[i].y; }
-void make_nothing(int i) { s_range_m[i] = vec2(NEVER, -NEVER); }
+// The rings' own blocks, ring after ring.
+Block root_block(int b) {
+    int r = 0;
+    while (r + 1 < u_rings && b >= u_ring[r + 1].first_block) r++;
+    Ring ring = u_ring[r];
+    ivec2 at = ivec2((b - ring.first_block) % ring.patches.x, (b - ring.first_block) / ring.patches.x);
+    return Block(ring.origin + at * (PATCH << ring.level), ring.level, r);
+}
+
+bool has_finer_ring() { return block.ring > 0; }
+
+// Beyond the map, or where the finer ring is drawn.
+bool is_nothing(ivec2 low, ivec2 end) {
+    if (any(greaterThanEqual(low, u_last_post)) || any(lessThanEqual(end, ivec2(0)))) return true;
+    if (!has_finer_ring()) return false;
+    Ring finer = u_ring[block.ring - 1];
+    return all(greaterThanEqual(low, finer.origin)) && all(lessThanEqual(end, ring_end(finer)));
+}
 
 // Whether a square meets the finer ring in its middle, edges counted.
 bool meets_finer_ring(ivec2 low, ivec2 end) {
     if (!has_finer_ring()) return false;
-    Ring finer = u_ring[ring - 1];
+    Ring finer = u_ring[block.ring - 1];
     return all(lessThanEqual(low, ring_end(finer))) && all(greaterThanEqual(end, finer.origin));
 }
 
-vec2 range_of_unit(ivec2 at) {
-    ivec2 low = low_of(3, at);
-    bool on_map = all(greaterThanEqual(low, ivec2(0))) && all(lessThan(low, u_last_post));
-    if (!on_map || (has_finer_ring() && is_within(low, u_ring[ring - 1].origin, ring_end(u_ring[ring - 1]))))
-        return vec2(NEVER, -NEVER);
-    return range_of_unit_m(low, block.unit_log2);
+void join_parts(int depth, ivec2 at) {
+    int i = square_index(depth, at);
+    if ((s_square[i] & OPEN) == 0u) return;
+    float parts = 0.0;
+    for (int k = 0; k < 4; k++) parts += s_cost[square_index(depth + 1, 2 * at + ivec2(k & 1, k >> 1))];
+    if (s_cost[i] <= parts && s_cost[i] < NEVER) s_square[i] |= WHOLE;
+    else s_cost[i] = min(parts, 1e20);
 }
 
-void range_of_parts(int depth, ivec2 at) {
-    vec2 whole = vec2(NEVER, -NEVER);
-    for (int i = 0; i < 4; i++) {
-        vec2 part = s_range_m[square_index(depth + 1, 2 * at + ivec2(i & 1, i >> 1))];
-        whole = vec2(min(whole.x, part.x), max(whole.y, part.y));
-    }
-    s_range_m[square_index(depth, at)] = whole;
-}
-
-void gather_ranges(int unit) {
-    s_range_m[FIRST[3] + unit] = range_of_unit(unit_at(unit));
+void join_all(int thread, int threads) {
     for (int depth = 2; depth >= 0; depth--) {
         barrier();
-        if (unit < 1 << 2 * depth) range_of_parts(depth, square_at(depth, unit));
+        for (int k = thread; k < 1 << 2 * depth; k += threads) join_parts(depth, square_at(depth, k));
     }
     barrier();
+}
+
+// What the largest square in one piece that holds a unit makes of it.
+uint word_of_unit(ivec2 at) {
+    for (int depth = 0; depth <= 3; depth++) {
+        uint square = s_square[square_index(depth, at >> (3 - depth))];
+        if ((square & EMPTY) != 0u) return NOTHING;
+        if ((square & REFINE) != 0u) return IS_BLOCK;  // rings/spawn.comp says which
+        if ((square & WHOLE) != 0u) return leaf_word(3 - depth, int(square & 63u) - 16);
+    }
+    return leaf_word(0, finest_step(block.unit_log2, block.ring)) | IS_BROKEN;
+}
+
+void write_unit(int b, int unit) {
+    uint word = word_of_unit(unit_at(unit));
+    int id = UNITS * b + unit;
+    cell[plane(0) + id] = cell[plane(1) + id] = word;
+    if (!is_leaf(word) || !begins_leaf(unit_at(unit), word)) return;
+    append_leaf(id);
+    append_to_queue(0, id, side_units_log2(word));
 }

@@ -20,15 +20,15 @@ float squares_of_box_m2(ivec2 low, ivec2 end, int step_log2) {
 void weigh_square(int depth, ivec2 at) {
     int i = square_index(depth, at), first = SIZES_LOG2 * (u_first + i), side_log2 = side_log2_at(depth);
     ivec2 low = low_of(depth, at), end = low + (1 << side_log2);
-    Projection p = project_box(low, end, s_range_m[i]);
-    bool nothing = is_nothing(i) || (p.outside && u_cull != 0), allowed = depth == 3 || !meets_finer_ring(low, end);
+    Projection p = project_square(low, side_log2);
+    bool nothing = is_nothing(low, end) || (p.outside && u_cull != 0), allowed = depth == 3 || !meets_finer_ring(low, end);
     float px_per_m = u_focal_px * p.stretch / p.nearest_m;
     float across = u_focal_px / p.middle_m * sqrt(u_spacing_m.x * u_spacing_m.y);
     for (int k = 0; k < SIZES_LOG2; k++) {
         int step_log2 = side_log2 - k;
         float e = NEVER;
         if (nothing) e = -1.0;
-        else if (allowed && step_log2 <= min(block.unit_log2, u_top_level) && step_log2 >= finest_step(side_log2, block.root)) {
+        else if (allowed && step_log2 <= min(block.unit_log2, u_top_level) && step_log2 >= finest_step(side_log2, block.ring)) {
             float n = step_log2 > 0 ? max(1.0, across) : max(0.0, across - 1.0);
             e = p.outside ? 0.0 : n * px_per_m * px_per_m * squares_of_box_m2(low, end, step_log2);
         }
@@ -38,10 +38,8 @@ void weigh_square(int depth, ivec2 at) {
 
 void main() {
     int unit = int(gl_LocalInvocationIndex), b = int(gl_WorkGroupID.x);
-    block = block_at(b);
-    ring = ring_of(block.root);
+    block = root_block(b);
     u_first = SQUARES * b;
-    gather_ranges(unit);
     for (int depth = 3; depth >= 0; depth--)
         if (unit < 1 << 2 * depth) weigh_square(depth, square_at(depth, unit));
 }

@@ -195,6 +195,11 @@ RINGS = np.dtype(
     [("rings", "i4"), ("root_blocks", "i4"), ("most_blocks", "i4"), ("pad", "i4"), ("ring", RING, MAX_LEVELS)]
 )
 
+WORK = np.dtype([("groups", "u4"), ("one", "2u4"), ("count", "u4")])
+RING_QUEUES = 8
+RING_WORK = np.dtype([("round", WORK, 3), ("all", WORK), ("leaves", WORK), ("queue", WORK, RING_QUEUES)])
+RING_BLOCK = np.dtype([("origin", "2i4"), ("unit_log2", "i4"), ("ring", "i4")])
+
 # glsl/rings/shapes.glsl, glsl/mesh/ring.glsl
 RING_PATCH = np.dtype([("corner", "2i4"), ("shape", "u4"), ("bound_px", "f4")])
 

@@ -2,12 +2,12 @@
 
     decide   cut each block into squares, and ask the tables for the spacing of each     glsl/rings/decide.comp
     spawn    units that 64 segments cannot hold become blocks, to be decided in turn     (three rounds)
-    settle   leaves with finer neighbours: strips stay within the tolerance, edges agree
+    settle   leaves with finer neighbours: strips stay within the tolerance, edges agree   (four rounds, or eight, ...)
     count    each leaf's shape and bound
     place    prefix sums, and draw commands
     emit     patches
 
-Every frame takes the same nine dispatches, and looks at the blocks of the rings alone, never at the whole map.
+A frame takes twelve dispatches, and looks at the blocks of the rings alone, never at the whole map.
 Specification: `reference.clipmap`.
 """
 
@@ -30,9 +30,8 @@ from ..view import View
 from .rings import PATCH, PATCHES, Ring, patches_for, rings_around
 from .selection import INFINITE_PX, METRICS, Selection, float_below
 
-SETTLING = 4  # rounds of neighbours between two looks at whether they are over: even
+SETTLING = 4  # rounds of neighbours between two looks at whether they are over
 ROUNDS = 3  # of blocks within blocks: each divides units by eight
-MOST_MARKS = 8192  # of rings and of their blocks: glsl/rings/settle.comp
 SQUARES = 85  # squares of a block: glsl/rings/rings.glsl
 _UNITS = PATCH * PATCH
 _BARRIER = (
@@ -41,12 +40,17 @@ _BARRIER = (
     | moderngl.VERTEX_ATTRIB_ARRAY_BARRIER_BIT
     | moderngl.BUFFER_UPDATE_BARRIER_BIT
 )
-_BLOCK_BYTES = 16
-_KERNELS = ("decide", "spawn", "settle", "count", "place", "emit")
-BUDGET = {
-    "BUDGET": 1,
-    "PATCH_COST": 4.0,
-}  # triangles that a patch costs: less than for a tolerance, measured in docs/allocation.md
+PATCH_COST_OF_BUDGET = 4.0  # triangles that a patch costs: less than for a tolerance, measured in docs/allocation.md
+_MEAN = {"rms": {"MEAN": 1}}
+_BUDGET = {"budget": {"PATCH_COST": PATCH_COST_OF_BUDGET}}
+_ASKING: dict[str, dict[str, dict[str, object]]] = {  # passes that differ between metrics, or for a budget
+    "decide": _MEAN,
+    "settle": _MEAN,
+    "count": _MEAN,
+    "weigh": _BUDGET,
+    "try": _BUDGET,
+    "spend": _BUDGET,
+}
 PRICES, PASSES = 32, 3  # tried at once, and how often: glsl/rings/prices.glsl
 LOWEST_LOG2, HIGHEST_LOG2 = -60.0, 60.0
 CHEAPEST, DEAREST = 2.0**LOWEST_LOG2, 2.0 ** (HIGHEST_LOG2 - 1)  # all that gains anything; as few as there can be
@@ -69,10 +73,9 @@ class ClipmapSelector:
         ctx = self.ctx = tables.ctx
         self.tables, self.terrain = tables, tables.terrain
         self.view = view or View(ctx)
-        # a software renderer starts every thread of a group in turn, and runs eight of them side by side
-        software = ctx.info["GL_RENDERER"].startswith(gl.SOFTWARE)
-        defines = {"MOST_VERTICES": gl.MOST_VERTICES, "THREADS": 8 if software else 64}
-        self._kernels: dict[str, Any] = {name: shaders.compute(ctx, f"rings/{name}.comp", defines) for name in _KERNELS}
+        self._kernels: dict[tuple[str, str], Any] = {}
+        self._variant = "max"
+        self._last_stamp = 0
         self._tried = ctx.buffer(reserve=4 * PRICES * PASSES)
         self._weights = ctx.buffer(reserve=4)
         self._rings = ctx.buffer(reserve=layout.RINGS.itemsize)
@@ -111,6 +114,7 @@ class ClipmapSelector:
         """
         settings = {"tolerance_px": float_below(tolerance_px), "metric": METRICS.index(metric), "cull": cull}
         self.view.write(self.terrain, camera, size, near_m, **settings)
+        self._variant = "budget" if triangles else metric
         if not triangles:
             return self._keep(self._rings_of(camera, PATCHES))
         for left_out in range(self.terrain.top_level):  # the fewest triangles of all rings may be too many
@@ -128,10 +132,9 @@ class ClipmapSelector:
             self._write_rings(rings)
             self._bind()
             for r in range(ROUNDS):
-                self._run("decide", 16 * r, round=r)
+                self._run("decide", _work("round", r), round=r)
                 if r + 1 < ROUNDS:
                     self._run("spawn", round=r)
-            self._settle()
             summary = self._finish()
             selection = self._selection(summary)
             if self._has_room(int(summary["blocks"]), selection):
@@ -154,9 +157,7 @@ class ClipmapSelector:
             blocks = self._write_rings(rings)
             self._bind()
             self._price(blocks, target, weigh)
-            self._run("decide_budget", 0, round=0, target=target)
-            self._bind()
-            self._settle(budget=True)
+            self._run("spend", _work("round"), target=target)
             summary = self._finish(budget=True)
             selection = replace(self._selection(summary), price=self._price_found(target))
             if self._has_room(int(summary["blocks"]), selection):
@@ -168,16 +169,10 @@ class ClipmapSelector:
         self._tried.write(bytes(self._tried.size))
         self._weights.bind_to_storage_buffer(4)
         self._tried.bind_to_storage_buffer(7)
-        self._compile_budget()
         if weigh:
-            self._run("weigh", 0)
+            self._run("weigh", _work("round"))
         for i in range(PASSES):
-            self._run("try", 0, **{"pass": i, "target": target})
-
-    def _compile_budget(self) -> None:
-        for name, file in {"weigh": "weigh", "try": "try", "decide_budget": "decide"}.items():
-            if name not in self._kernels:
-                self._kernels[name] = shaders.compute(self.ctx, f"rings/{file}.comp", BUDGET)
+            self._run("try", _work("round"), **{"pass": i, "target": target})
 
     def _price_found(self, target: int) -> float:
         """The price that rings/prices.glsl settles on."""
@@ -222,54 +217,71 @@ class ClipmapSelector:
             first += ring.patches[0] * ring.patches[1]
         block["rings"], block["root_blocks"], block["most_blocks"] = len(rings), first, self._most_blocks
         self._rings.write(block.tobytes())
-        groups = np.zeros((4, 4), "u4")
-        groups[:, 1:3] = 1
-        groups[0, 0] = groups[3, 0] = groups[1:, 3] = first
-        self._buffers["blocks"].write(groups.tobytes())
-        self._buffers["choices"].write(bytes(4 * MOST_MARKS), offset=4 * SQUARES * self._most_blocks)
+        work = np.zeros((), layout.RING_WORK)
+        for name in layout.RING_WORK.names or ():
+            work[name]["one"] = 1
+        work["round"]["groups"][0] = work["all"]["count"] = first
+        self._buffers["blocks"].write(work.tobytes())
         return first
 
-    def _settle(self, first_round: int = 1, budget: bool = False) -> None:
-        """Run rounds from one buffer of cells to the other and back."""
-        cells = self._buffers["cells"], self._buffers["new_cells"]
-        for i in range(SETTLING):
-            cells[0].bind_to_storage_buffer(1)
-            cells[1].bind_to_storage_buffer(4)
-            self._run("settle", 48, round=first_round + i, last=i + 1 == SETTLING, budget=budget)
-            cells = cells[1], cells[0]
-
     def _finish(self, budget: bool = False) -> np.void:
-        """Turn leaves into patches; a record `layout.RING_SUMMARY`: the only thing that a frame waits for."""
-        first_round = 1
+        """Settle with neighbours, and turn leaves into patches.
+
+        Returns a record `layout.RING_SUMMARY`: the only thing that a frame waits for.
+        """
+        nothing = bytes(self._buffers["summary"].size)
+        self._bind()
+        over = 0
         while True:
-            self._buffers["summary"].write(bytes(layout.RING_SUMMARY.itemsize))
+            for _ in range(SETTLING):
+                self._run("settle", _work("queue", over % layout.RING_QUEUES), settled=over, budget=budget)
+                over += 1
+            self._buffers["summary"].write(nothing)
             self._buffers["shapes"].bind_to_storage_buffer(4)
-            self._run("count", 48)
+            self._run("count", _work("leaves"), settled=over)
             self.draws.bind_to_storage_buffer(5)
-            self._run("place", most_draws=self.draws.size // gl.COMMAND_STRIDE)
+            self._run("place", settled=over, most_draws=self.draws.size // gl.COMMAND_STRIDE)
             self.patches.bind_to_storage_buffer(5)
-            self._run("emit", 48, most_patches=self.patches.size // layout.RING_PATCH.itemsize)
+            self._run("emit", _work("all"), settled=over, most_patches=self.patches.size // layout.RING_PATCH.itemsize)
             data = self._buffers["summary"].read(layout.RING_SUMMARY.itemsize)
             summary = np.frombuffer(data, layout.RING_SUMMARY)[0]
             if not summary["unsettled"]:
+                self._last_stamp += over
                 return summary
-            first_round += SETTLING
-            self._buffers["blocks"].write(np.uint32(1).tobytes(), offset=20)
-            self._buffers["choices"].bind_to_storage_buffer(5)
-            self._settle(first_round, budget)
+            self._forget_queues(over)
+            self._buffers["lists"].bind_to_storage_buffer(5)
+
+    def _forget_queues(self, over: int) -> None:
+        """Empty those of the rounds that are over, for the rounds to come."""
+        empty = np.zeros((), layout.WORK)
+        empty["one"] = 1
+        for r in range(over - SETTLING, over):
+            self._buffers["blocks"].write(empty.tobytes(), offset=_work("queue", r % layout.RING_QUEUES))
 
     def _bind(self) -> None:
         self.bind()
         self._rings.bind_to_uniform_block(2)
         self.tables.bind()
-        places = {"blocks": 0, "cells": 1, "choices": 5, "summary": 7}
-        for name, place in places.items():
+        for name, place in {"blocks": 0, "cells": 1, "lists": 5, "summary": 7}.items():
             self._buffers[name].bind_to_storage_buffer(place)
 
+    def _kernel(self, name: str) -> Any:
+        """A pass, compiled when it is first needed: passes that ask for errors have a shader for each metric."""
+        variant = self._variant if name in _ASKING else ""
+        if (name, variant) not in self._kernels:
+            # a software renderer starts every thread of a group in turn, and runs eight of them side by side
+            software = self.ctx.info["GL_RENDERER"].startswith(gl.SOFTWARE)
+            defines = {"MOST_VERTICES": gl.MOST_VERTICES, "THREADS": 8 if software else 64}
+            self._kernels[name, variant] = shaders.compute(
+                self.ctx, f"rings/{name}.comp", defines | _ASKING.get(name, {}).get(variant, {})
+            )
+        return self._kernels[name, variant]
+
     def _run(self, name: str, indirect: int | None = None, **uniforms: Any) -> None:
-        kernel = self._kernels[name]
-        for key, value in uniforms.items():
-            kernel[f"u_{key}"] = value
+        kernel = self._kernel(name)
+        for key, value in ({"first_stamp": self._last_stamp + 1} | uniforms).items():
+            if f"u_{key}" in kernel:
+                kernel[f"u_{key}"] = value
         if indirect is None:
             kernel.run(1)
         else:
@@ -295,10 +307,9 @@ class ClipmapSelector:
 
     def _reserve(self, blocks: int, patches: int, draws: int) -> None:
         sizes = {
-            "blocks": 64 + _BLOCK_BYTES * blocks,
-            "cells": 4 * _UNITS * blocks,
-            "new_cells": 4 * _UNITS * blocks,
-            "choices": 4 * (SQUARES * blocks + MOST_MARKS),
+            "blocks": layout.RING_WORK.itemsize + layout.RING_BLOCK.itemsize * blocks,
+            "cells": 2 * 4 * _UNITS * blocks,
+            "lists": 4 * 4 * _UNITS * blocks,
             "shapes": 8 * _UNITS * blocks,
             "summary": layout.RING_SUMMARY.itemsize + 4 * layout.SIZES * blocks,
             "patches": layout.RING_PATCH.itemsize * patches,
@@ -308,8 +319,16 @@ class ClipmapSelector:
             if name in self._buffers:
                 self._buffers[name].release()
             self._buffers[name] = self.ctx.buffer(reserve=size)
+        self._buffers["lists"].write(bytes(sizes["lists"]))  # no stamps yet
         self.patches, self.draws = self._buffers["patches"], self._buffers["draws"]
         self._most_blocks = blocks
+
+
+def _work(name: str, i: int = 0) -> int:
+    """Where a dispatch is described in the buffer of blocks: bytes."""
+    fields = layout.RING_WORK.fields
+    assert fields
+    return int(fields[name][1]) + i * layout.WORK.itemsize
 
 
 def _most_in_draw(size: int) -> int:

@@ -20,6 +20,7 @@ PATCH = 8  # units a side of a block
 MOST_SEGMENTS_LOG2 = 6  # OpenGL's 64
 FINEST = -5  # log2 of the least spacing in ring 0: 32 segments between two posts; elsewhere 16
 PATCH_COST = 16.0  # triangles that a patch costs by itself
+LEAST_PARTS = 4 * (2 + PATCH_COST)
 ROUNDS = 3  # of blocks within blocks
 REFINE_FROM, REFINED = 3, 0.5  # units of 2^3 segments become blocks, which halves their cost, about
 Post = tuple[int, int]  # column, row
@@ -91,6 +92,7 @@ def next_step(coarsest: int, finest: int, holds: Callable[[int], bool]) -> int |
 
 
 # From the units up:   cost(square) = min(2 T² + 16,  Σ cost of its four parts)
+# Four parts cost 4 (2 + 16) at least, so a square that costs no more is drawn in one piece.
 
 
 def cut_block(steps: dict[tuple[int, int, int], int | None], unit_log2: int, can_refine: bool) -> np.ndarray:
@@ -138,6 +140,9 @@ def _cut(
         refine = can_refine and (step is None or segments_log2 >= REFINE_FROM)
         own[...] = (-2, 0) if refine else (-3, 0) if step is None else (0, step)
         return whole * (REFINED if refine else 1.0)
+    if whole <= LEAST_PARTS:
+        own[...] = 3 - depth, step
+        return whole
     at = [(depth + 1, 2 * x + k % 2, 2 * y + k // 2) for k in range(4)]
     parts = sum(_cut(steps, unit_log2, can_refine, part, leaves) for part in at)
     if step is not None and whole <= parts:
@@ -183,34 +188,33 @@ def _beside(leaves: Sequence[Leaf], over: np.ndarray, i: int, side: int) -> set[
     return set(cells[cells >= 0].tolist())
 
 
-# A finer edge moves vertices of the strip beside it by d at most, away from the straight line between the cell's
-# corners. A place at the share w of the way to the cell's other side moves by (1 − w) d at most:
-#   error ≤ e + (1 − w) d
+# A finer edge moves vertices of the strip beside it, away from the straight line between the cell's corners. That line
+# errs by no more than the cell, e, and the vertices end on the truth: so they move by e at most.
+#   error ≤ e + e
 
 
-def edge_move(edge: np.ndarray, step: int) -> float:
-    """The largest d: heights along one side of a cell, with a vertex every `step` posts."""
-    line = np.linspace(edge[0], edge[-1], len(edge))
-    return float(np.abs(edge - line)[::step].max())
+def largest(levels: Sequence[Level], low: Post, end: Post, last: Post, step_log2: int) -> float:
+    """The least error in metres that the tables certify of all cells of spacing 2^step_log2 ≥ 1 in a box."""
+    level = levels[step_log2]
+    tiles = tiles_over(level, step_log2, low, end, last)
+    limits = class_limits(level.span_m, len(level.classes))
+    held = [limit for limit, counts in zip(limits, level.classes, strict=True) if box_sum(counts, *tiles) == 0]
+    return float(min(held, default=level.span_m))
 
 
-def strip_error(post_errors: np.ndarray, twists: np.ndarray, move: float) -> float:
-    """Bound of the error in metres of a cell whose north side is cut more finely.
+def strip_of(leaf: Leaf, side: int) -> tuple[Post, Post]:
+    """First post, and the one after the last, of the cells of a leaf along one of its sides."""
+    (x, y), length, width = leaf.low, 1 << leaf.side_log2, 1 << max(leaf.step_log2, 0)
+    low = x + (length - width if side == EAST else 0), y + (length - width if side == SOUTH else 0)
+    return low, (
+        low[0] + (width if side in (WEST, EAST) else length),
+        low[1] + (length if side in (WEST, EAST) else width),
+    )
 
-    Parameters
-    ----------
-    post_errors
-        (n + 1, n + 1) the worse of both diagonals at each post of the cell, metres.
-    twists
-        (n, n) of the map's cells in it, metres.
-    move
-        The largest d along its north side.
-    """
-    n = len(twists)
-    y, x = np.indices((n, n))
-    e = np.maximum.reduce([post_errors[:-1, :-1], post_errors[1:, :-1], post_errors[:-1, 1:], post_errors[1:, 1:]])
-    crossed = (x == y) | (x + y == n - 1)
-    return float((e + np.where(crossed, np.abs(twists) / 4, 0) + (1 - y / n) * move).max())
+
+def strip_error(levels: Sequence[Level], leaf: Leaf, side: int, last: Post) -> float:
+    """Bound of the error in metres of the cells of a leaf along a side that is cut more finely."""
+    return 2.0 * largest(levels, *strip_of(leaf, side), last, leaf.step_log2)
 
 
 # With a budget, the price λ of a triangle decides:   cost(square) = min over T of  E(T) + λ (2 T² + 16)

@@ -175,7 +175,7 @@ class Explainer:
         return np.frombuffer(self._answer.read(), _ANSWER)[0]
 
     def _ask_ring(self, surface: ClipmapSelector, corner: tuple[int, int], side_log2: int) -> np.ndarray:
-        self._ring_kernel = self._ring_kernel or shaders.compute(self.ctx, "rings/explain.comp")
+        self._ring_kernel = self._ring_kernel or shaders.compute(self.ctx, "rings/explain.comp", {"MEAN": 1})
         surface.bind()
         surface.tables.bind()
         bind("rings/explain.comp", Answer=self._answer)

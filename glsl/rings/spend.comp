@@ -1,0 +1,26 @@
+// rings/spend.comp — into which squares a block is cut, and how finely each is tessellated, by the price λ of a triangle:
+//       cost(square) = min over T of ( squared error + λ (2 T² + PATCH_COST) ),  or the sum of its parts' costs
+//   A group is a block, a thread one of its units.   Python twins: reference.clipmap.cheapest, reference.clipmap.cut_block
+
+#include "rings/squares.glsl"
+#include "rings/prices.glsl"
+
+layout(local_size_x = UNITS) in;
+
+void weigh(int depth, ivec2 at) {
+    int i = square_index(depth, at), segments_log2;
+    vec2 best = cheapest(u_first + i, price(PASSES), segments_log2);
+    s_cost[i] = best.x;
+    s_square[i] = uint(side_log2_at(depth) - segments_log2 + 16) | (best == vec2(0.0) ? EMPTY : depth == 3 ? WHOLE : OPEN);
+}
+
+void main() {
+    int unit = int(gl_LocalInvocationIndex), b = int(gl_WorkGroupID.x);
+    block = root_block(b);
+    if (unit == 0) b_block[b] = block;
+    u_first = SQUARES * b;
+    for (int depth = 3; depth >= 0; depth--)
+        if (unit < 1 << 2 * depth) weigh(depth, square_at(depth, unit));
+    join_all(unit, UNITS);
+    write_unit(b, unit);
+}
