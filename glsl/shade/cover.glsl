@@ -30,9 +30,10 @@ Material added(Material a, Material b, float weight) {
     return Material(a.albedo + weight * b.albedo, a.roughness + weight * b.roughness);
 }
 
-Material pictured_land(vec2 post, vec2 extent) {
+// Colours of the picture, multiplied by the share of the footprint that it covers; and that share.
+vec4 picture_of(vec2 post, vec2 extent) {
     vec2 texels = extent * vec2(textureSize(u_albedo, 0)) / vec2(u_last_post + 1);
-    return Material(textureLod(u_albedo, (post + 0.5) / vec2(u_last_post + 1), log2(max(max(texels.x, texels.y), 1.0))).rgb, 0.8);
+    return textureLod(u_albedo, (post + 0.5) / vec2(u_last_post + 1), log2(max(max(texels.x, texels.y), 1.0)));
 }
 
 float hashed(ivec2 at) {
@@ -124,7 +125,10 @@ Material land_of(vec2 post, vec2 extent, Relief fine, float hollow) {
 
 // What a footprint is covered with; its extent, in posts, decides what fades.
 Material material_of(vec2 post, vec2 extent, Relief fine) {
-    if (PICTURED) return pictured_land(post, extent);
+    vec4 picture = PICTURED ? picture_of(post, extent) : vec4(0.0);
+    Material pictured = Material(picture.rgb / max(picture.a, 1e-6), 0.8);
+    if (picture.a > 0.999) return pictured;
     float hollow = hollow_of(post) * smoothstep(0.7, 1.5, max(extent.x, extent.y));  // it has steps, from post to post
-    return mixed(land_of(post, extent, fine, hollow), WATER, wetness(post, extent, fine, hollow));
+    Material land = mixed(land_of(post, extent, fine, hollow), WATER, wetness(post, extent, fine, hollow));
+    return mixed(land, pictured, picture.a);
 }

@@ -36,15 +36,15 @@ def read_albedo(path: str | os.PathLike[str], most_side: int = MOST_SIDE) -> np.
     albedo = np.zeros((-(-rows // n), -(-cols // n), 3), "f4" if n > 1 else "f2")
     with np.errstate(under="ignore"):  # half floats end at 6e-8
         for where, pixels in raster.blocks:
-            colour = _linear(pixels[..., : 3 if raster.colours >= 3 else 1], name)
+            colour = linear_albedo(pixels[..., : 3 if raster.colours >= 3 else 1], name)
             if n == 1:
                 albedo[where] = colour
             else:
-                _add(albedo, where.start, n, colour)
-        return albedo if n == 1 else _mean(albedo, rows, cols, n)
+                added_to(albedo, where.start, n, colour)
+        return albedo if n == 1 else mean_of(albedo, rows, cols, n)
 
 
-def _linear(pixels: np.ndarray, name: str) -> np.ndarray:
+def linear_albedo(pixels: np.ndarray, name: str) -> np.ndarray:
     """(rows, cols, 1 or 3) float32 albedo, 0 to 1."""
     if pixels.dtype == np.uint8:
         return _SRGB_8[pixels]
@@ -55,13 +55,13 @@ def _linear(pixels: np.ndarray, name: str) -> np.ndarray:
     return np.clip(pixels, 0, 1).astype("f4")
 
 
-def _add(sums: np.ndarray, first: int, n: int, colour: np.ndarray) -> None:
+def added_to(sums: np.ndarray, first: int, n: int, colour: np.ndarray) -> None:
     """Add rows of pixels, from row `first` on, to the sums of squares of n × n pixels."""
     across = np.add.reduceat(colour, np.arange(0, colour.shape[1], n), 1)
     np.add.at(sums, (first + np.arange(len(colour))) // n, across)
 
 
-def _mean(sums: np.ndarray, rows: int, cols: int, n: int) -> np.ndarray:
+def mean_of(sums: np.ndarray, rows: int, cols: int, n: int) -> np.ndarray:
     """Divide by the number of pixels in each square; squares at the far edges have fewer."""
     high, wide = (np.minimum(n, size - np.arange(0, size, n)).astype("f4") for size in (rows, cols))
     return (sums / (high[:, None] * wide)[..., None]).astype("f2")

@@ -11,13 +11,14 @@ import numpy as np
 
 from ..gpu.bindings import bind
 from ..gpu.gl import limits
+from ..readers.georeference import Georeference
 from ..steps import Steps, drain
 from ..terrain import Rect, Terrain
-from .albedo import read_albedo
 from .atmosphere import LUMINANCE
 from .gaussians import LIGHTS, SKY_AXES, SKY_SHARPNESS
 from .ground import HeightSums
 from .horizon import PORTION, Visibility
+from .laid import read_ground
 from .lobes import LAYERS, Character, Cover, LobeTables
 from .sky import Sky, clear_sky, read_sky
 
@@ -104,9 +105,9 @@ class Lighting:
         posts: int = PORTION,
     ) -> Steps[None]:
         """Incremental `follow`, about `posts` posts a step; yields progress from 0 to 1, nothing if all is there."""
-        version = None if material is None else Version.of(material)
+        version, place = None if material is None else Version.of(material), self.terrain.heightmap.georeference
         if version != self._material:
-            self.cover.take_picture(None if material is None else ground_seen(material))
+            self.cover.take_picture(None if material is None else ground_seen(material, place))
             self._material = version
             self._lobes_wanted += 1
             yield 0.01
@@ -186,14 +187,14 @@ def sky_seen(sun: tuple[float, float], path: str | None) -> Sky:
     return _clear_sky(round(float(sun[0]), 6), round(float(sun[1]), 6))
 
 
-def ground_seen(path: str) -> np.ndarray:
-    """(rows, cols, 3) half floats: a picture of the ground, as linear albedo. Needs no OpenGL."""
-    return _ground_of(Version.of(path))
+def ground_seen(path: str, onto: Georeference | None = None) -> np.ndarray:
+    """Half floats: a picture of the ground, as linear albedo, as `read_ground` has it. Needs no OpenGL."""
+    return _ground_of(Version.of(path), onto)
 
 
 @lru_cache(maxsize=1)
-def _ground_of(file: Version) -> np.ndarray:
-    return read_albedo(file.path)
+def _ground_of(file: Version, onto: Georeference | None) -> np.ndarray:
+    return read_ground(file.path, onto)
 
 
 @lru_cache(maxsize=2)

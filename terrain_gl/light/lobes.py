@@ -56,14 +56,20 @@ class Cover:
         self._none = ctx.texture((1, 1), 3)
 
     def take_picture(self, albedo: np.ndarray | None) -> None:
-        """Use a picture (rows, cols, 3) of linear albedo, north up, over the whole map; None: the map's own cover."""
+        """Use a picture of linear albedo, north up, over the whole map; None: the map's own cover.
+
+        Parameters
+        ----------
+        albedo
+            (rows, cols, 3); or (rows, cols, 4), with the share of a texel that the picture covers.
+        """
         if self.picture:
             self.picture.release()
         self.picture = None
         if albedo is not None:
-            rows, cols = albedo.shape[:2]
+            rows, cols, channels = albedo.shape
             self.picture = self.ctx.texture(
-                (cols, rows), 3, np.ascontiguousarray(albedo, "f2").tobytes(), dtype="f2", alignment=1
+                (cols, rows), channels, np.ascontiguousarray(albedo, "f2").tobytes(), dtype="f2", alignment=1
             )
             self.picture.build_mipmaps()
             self.picture.repeat_x = self.picture.repeat_y = False

@@ -4,18 +4,26 @@ from __future__ import annotations
 
 import os
 import threading
+from collections.abc import Callable
 
 from ..exceptions import TerrainError
 from ..light.lighting import ground_seen, sky_seen
+from ..readers.georeference import Georeference
 from .settings import Settings
 from .window_state import WindowState
 
 
 class ImageReader:
-    """Reads a sky or ground image, then has the scene drawn with it."""
+    """Reads a sky or ground image, then has the scene drawn with it.
 
-    def __init__(self, settings: Settings, window: WindowState) -> None:
-        self._settings, self._window = settings, window
+    Parameters
+    ----------
+    place_of
+        Tells where the map lies.
+    """
+
+    def __init__(self, settings: Settings, window: WindowState, place_of: Callable[[], Georeference | None]) -> None:
+        self._settings, self._window, self._place_of = settings, window, place_of
         self._thread: threading.Thread | None = None
         self._result: tuple[str, str | None, str] | None = None  # option, path, error
 
@@ -54,7 +62,7 @@ class ImageReader:
             if path and option == "sky":
                 sky_seen((0.0, 0.0), path)
             elif path:
-                ground_seen(path)
+                ground_seen(path, self._place_of())
         except (TerrainError, OSError, MemoryError) as error:
             message = str(error) or "not enough memory"
         except Exception as error:  # the user sees one line, not a thread's traceback

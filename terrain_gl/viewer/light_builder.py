@@ -53,7 +53,7 @@ class LightBuilder:
         if look.is_lit:
             images: list[Future[Any]] = [self._thread.submit(sky_seen, look.sun, look.sky)]
             if look.material:
-                images.append(self._thread.submit(ground_seen, look.material))
+                images.append(self._thread.submit(ground_seen, look.material, picture.terrain.heightmap.georeference))
             try:
                 while wait(images, 0.01).not_done:
                     yield 0.0

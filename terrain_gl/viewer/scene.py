@@ -8,6 +8,7 @@ from typing import Any
 from ..camera import Camera, Vector
 from ..heightmap import Heightmap
 from ..options import RenderOptions
+from ..readers.georeference import Georeference
 from ..renderer import Renderer
 from ..shade import UNLIT, Look
 from .controller import Controller, Pose
@@ -85,6 +86,10 @@ class Scene:
     def has_map(self) -> bool:
         """Whether there is a map yet."""
         return self._renderer is not None
+
+    def georeference(self) -> Georeference | None:
+        """Where the map lies, if there is one and that is known."""
+        return self.heightmap.georeference if self.has_map else None
 
     @property
     def is_visible(self) -> bool:

@@ -81,7 +81,7 @@ class Viewer:
         self.loader = MapLoader(ctx, self.scene, self.budget)
         self.explainer = Explainer(self.scene, self.pointer, self.painter)
         self.saver = Saver(self.scene, self.painter, self.budget)
-        self.images = ImageReader(settings, self.window)
+        self.images = ImageReader(settings, self.window, self.scene.georeference)
         self.sculpting = Sculpting(self.scene, self.pointer, self.budget, self._edited)
         self.mouse = Mouse(self.scene, self.pointer, self.sculpting, self._clicked)
         self._lines: Lines | None = None

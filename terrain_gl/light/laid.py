@@ -1,0 +1,110 @@
+"""Pictures of the ground that say where on the Earth they lie, laid onto a map that says so, too."""
+
+from __future__ import annotations
+
+import math
+import os
+from collections.abc import Iterator
+from contextlib import contextmanager
+from typing import Any
+
+import numpy as np
+
+from ..exceptions import TerrainError
+from ..inputs import check_input
+from ..readers.gdal import closed_environment, open_local
+from ..readers.georeference import Georeference, Grid
+from ..readers.raster import gdal_failures, has_rasterio, one_line, rows_at_once
+from .albedo import MOST_SIDE, added_to, linear_albedo, mean_of, read_albedo
+
+_SAME_PLANE = "EPSG:3857"  # stands for both systems where neither is known: any other would do
+
+
+def read_ground(path: str, onto: Georeference | None = None, most_side: int = MOST_SIDE) -> np.ndarray:
+    """Linear albedo of a picture of the ground, half floats.
+
+    Parameters
+    ----------
+    onto
+        Where the map lies.
+
+    Returns
+    -------
+    albedo
+        (rows, cols, 3) of a picture that covers the map from edge to edge, as `read_albedo` reads it; or
+        (rows, cols, 4) of one with coordinates, where the last is the share of a texel that the picture covers. The
+        colours are multiplied by it.
+
+    Raises
+    ------
+    TerrainError
+        As of `read_albedo`, or the picture lies off the map.
+    """
+    if onto is not None and has_rasterio():
+        check_input(path, "name a picture")
+        name = os.fsencode(path).decode("utf-8", "replace")
+        with _placed(path, name) as picture:
+            if picture is not None:
+                return _laid(picture, name, onto, most_side)
+    return read_albedo(path, most_side)
+
+
+@contextmanager
+def _placed(path: str, name: str) -> Iterator[Any]:
+    """Give the rasterio dataset of a picture that says where it lies; None of any other."""
+    try:
+        with closed_environment():
+            data = open_local(path, name)
+    except gdal_failures():  # a kind without coordinates
+        yield None
+        return
+    with data:
+        yield None if Grid(*data.transform[:6]).tells_nothing else data
+
+
+def _laid(picture: Any, name: str, onto: Georeference, most_side: int) -> np.ndarray:
+    """(rows, cols, 4) of a picture laid onto a map, read a few rows at a time."""
+    import rasterio
+    from rasterio.vrt import WarpedVRT
+
+    if rasterio.enums.ColorInterp.palette in picture.colorinterp:
+        raise TerrainError(f"{name}: holds palette indices: turn it into colours with gdal_translate -expand rgb")
+    has_mask = picture.nodata is not None or rasterio.enums.ColorInterp.alpha in picture.colorinterp
+    bands = [1, 2, 3] if picture.count >= 3 else [1]
+    try:
+        with closed_environment(), np.errstate(under="ignore"):
+            how = _target(picture, name, onto, most_side)
+            cols, rows, n = how["width"], how["height"], how.pop("n")
+            albedo = np.zeros((-(-rows // n), -(-cols // n), 4), "f4")
+            bilinear = rasterio.enums.Resampling.bilinear
+            with WarpedVRT(picture, resampling=bilinear, add_alpha=not has_mask, **how) as laid:
+                step = rows_at_once(cols)
+                for first in range(0, rows, step):
+                    window = (first, min(first + step, rows)), (0, cols)
+                    covered = laid.dataset_mask(window=window)[..., None].astype("f4") / 255
+                    pixels = np.moveaxis(laid.read(bands, window=window), 0, -1)
+                    colour = np.broadcast_to(linear_albedo(pixels, name) * covered, (*covered.shape[:2], 3))
+                    added_to(albedo, first, n, np.concatenate([colour, covered], -1))
+            return mean_of(albedo, rows, cols, n)
+    except gdal_failures() as error:
+        raise TerrainError(f"{name}: cannot be laid onto the map ({one_line(error.__cause__ or error)})") from None
+
+
+def _target(picture: Any, name: str, onto: Georeference, most_side: int) -> dict[str, Any]:
+    """What WarpedVRT makes of a picture: the map's extent at the picture's resolution, n × n pixels a texel."""
+    import rasterio
+    from rasterio.warp import transform_bounds
+
+    # a system that is not known is taken for the other's
+    known = picture.crs or onto.crs or _SAME_PLANE, onto.crs or picture.crs or _SAME_PLANE
+    source, target = (rasterio.crs.CRS.from_user_input(crs) for crs in known)
+    grid, (cols, rows) = onto.grid, onto.size
+    width, height = cols * grid.a, rows * -grid.e
+    west, south, east, north = transform_bounds(source, target, *picture.bounds)
+    if not (west < grid.c + width and east > grid.c and south < grid.f and north > grid.f - height):
+        raise TerrainError(f"{name}: lies off the map: take another picture")
+    pixels = width / (east - west) * picture.width, height / (north - south) * picture.height
+    n = max(1, math.ceil(max(pixels) / most_side))
+    across, down = (max(1, min(most_side * n, round(size))) for size in pixels)
+    transform = rasterio.Affine(width / across, 0, grid.c, 0, -height / down, grid.f)
+    return {"src_crs": source, "crs": target, "transform": transform, "width": across, "height": down, "n": n}
