@@ -1,0 +1,230 @@
+"""Check of lesson 6: the parts cover the map once, nothing is over tolerance, and nothing is finer than it must be."""
+
+import numpy as np
+
+from course.checking import compare, holds, task
+from course.land import land, spike
+from terrain_gl import reference
+
+TITLE = "Clipmap, quadtree, bintree"
+
+
+def cover(squares, size):
+    """How many squares lie over each cell of the map."""
+    count = np.zeros((size - 1, size - 1), int)
+    for x, y, level in squares:
+        count[max(y, 0) : max(y + (1 << level), 0), max(x, 0) : max(x + (1 << level), 0)] += 1
+    return count
+
+
+def eyes(rng, size):
+    """Places over the map, two of them close together, and one near its corner."""
+    x, y = rng.uniform(0.3, 0.7, 2) * size
+    return [(x, y), (x + 1.3, y - 0.9), (rng.uniform(0, 6), size - rng.uniform(0, 6))]
+
+
+@task("6.1 where a ring begins", points=2)
+def origin(student, rng):
+    """Many eyes and levels."""
+    asked = [
+        (tuple(rng.uniform(-50, 900, 2)), int(rng.integers(1, 9)) * 4, int(rng.integers(0, 6))) for _ in range(200)
+    ]
+    want = []
+    for eye, cells, level in asked:
+        step = 2 << level
+        lattice = step * np.arange(-400, 800)
+        middle = lattice + 0.5 * (cells << level)
+        want.append([lattice[np.argmin(np.abs(middle - at))] for at in eye])
+    got = [student.ring_origin(*each) for each in asked]
+    yield compare("200 rings", got, want, axes=("ring", "axis"))
+
+
+@task("6.2 the rings cover the map once", points=3)
+def squares(student, rng):
+    """No gap, no overlap, and each level where it belongs."""
+    levels, cells = 4, 4 * int(rng.integers(3, 6))
+    size = (cells << (levels - 1)) // 2 + 1
+    for i, eye in enumerate(eyes(rng, size)):
+        found = np.asarray(student.ring_squares(eye, cells, levels, size))
+        if found.ndim != 2 or found.shape[1] != 3 or found.dtype.kind not in "iu":
+            yield holds(
+                f"eye {i}", False, f"expected (n, 3) whole numbers, got {found.dtype} of the shape {found.shape}"
+            )
+            continue
+        sane = ((found[:, 2] >= 0) & (found[:, 2] < levels)).all() and (np.abs(found) < 10**6).all()
+        yield holds(f"eye {i}: levels", bool(sane), "there are only the levels asked for")
+        if not sane:
+            continue
+        inside = (
+            (found[:, 0] > -(1 << found[:, 2])) & (found[:, 1] > -(1 << found[:, 2])) & (found[:, :2] < size - 1).all(1)
+        )
+        yield holds(f"eye {i}: on the map", bool(inside.all()), f"{(~inside).sum()} squares lie outside the map")
+        count = cover(found, size)
+        yield compare(f"eye {i}: squares over each cell", count, np.ones_like(count), axes=("row", "column"))
+        finest = np.full((size - 1, size - 1), levels)
+        for level in range(levels - 1, -1, -1):
+            x, y = (int(np.floor((at - 0.5 * (cells << level)) / (2 << level) + 0.5)) * (2 << level) for at in eye)
+            finest[max(y, 0) : max(y + (cells << level), 0), max(x, 0) : max(x + (cells << level), 0)] = level
+        drawn = np.full((size - 1, size - 1), -1)
+        for x, y, level in found:
+            drawn[max(y, 0) : max(y + (1 << level), 0), max(x, 0) : max(x + (1 << level), 0)] = level
+        yield compare(f"eye {i}: the level over each cell", drawn, finest, axes=("row", "column"))
+
+
+def node_errors(heights):
+    """Errors of the nodes of all levels as quads, nested."""
+    found = [np.zeros(tuple(n - 1 for n in heights.shape))]
+    for level in range(1, int(np.log2(len(heights) - 1)) + 1):
+        own = np.maximum(*(np.abs(e).max((1, 3)) for e in reference.quad_errors(heights, level)))
+        found.append(np.maximum(own, reference.max_children(found[-1], own.shape)))
+    return found
+
+
+@task("6.3 the tables give the level", points=3)
+def step(student, rng):
+    """The coarsest level whose class counts are zero."""
+    heights = land(rng, 129, 129)
+    errors = node_errors(heights)[:5]
+    limits = 300 * 2.0 ** (-(np.arange(40) + 1) / 4)
+    tables = [
+        np.pad(
+            (e > limits[:, None, None]).cumsum(1, dtype=np.uint16).cumsum(2, dtype=np.uint16), ((0, 0), (1, 0), (1, 0))
+        )
+        for e in errors
+    ]
+    got, want, worst, allowed = [], [], [], []
+    for _ in range(300):
+        level, tolerance_m = int(rng.integers(1, 5)), float(2.0 ** rng.uniform(-1, 7))
+        x, y = (rng.integers(0, 128 >> level, 2) << level).tolist()
+        held = [0]
+        for j in range(1, level + 1):
+            part = errors[j][y >> j : (y >> j) + (1 << level - j), x >> j : (x >> j) + (1 << level - j)]
+            under = [limit for limit in limits if limit <= tolerance_m]
+            held += [j] if under and part.max() <= under[0] else []
+        j = student.step_of(x, y, level, tables, limits, tolerance_m)
+        got.append(j)
+        want.append(max(held))
+        j = int(np.clip(j, 0, level))
+        worst.append(errors[j][y >> j : (y >> j) + (1 << level - j), x >> j : (x >> j) + (1 << level - j)].max())
+        allowed.append(tolerance_m)
+    over = np.array(worst) > np.array(allowed)
+    yield holds("no square is over tolerance", not over.any(), f"{over.sum()} of 300 squares are coarser than allowed")
+    yield compare("the level of 300 squares", got, want, axes=("square",))
+
+
+def quadtree(rng):
+    """Errors of a quadtree's nodes, and tolerances that split much and little."""
+    errors = node_errors(spike(land(rng, 65, 65), rng))
+    return errors, [float(np.quantile(errors[2], share)) for share in (0.05, 0.5, 0.9)]
+
+
+def as_lists(splits):
+    """Splits of all levels in one row."""
+    return np.concatenate([np.asarray(s, bool).ravel() for s in splits]).astype(int)
+
+
+@task("6.4 refine", points=2)
+def refine(student, rng):
+    """Only nodes that exist are split."""
+    errors, tolerances = quadtree(rng)
+    loose = [e * rng.uniform(0.2, 1, e.shape) for e in errors]  # not nested: a child can be worse than its parent
+    for name, each in (("nested errors", errors), ("errors that are not nested", loose)):
+        for tolerance in tolerances:
+            want = reference.unsplit((65, 65), 6)
+            reference.grow(want, [level > tolerance for level in each])
+            yield compare(
+                f"{name}, {tolerance:.3g} m", as_lists(student.refine(each, tolerance)), as_lists(want), axes=("node",)
+            )
+
+
+@task("6.5 balance", points=3)
+def balance(student, rng):
+    """Neighbours are within one level, and no further node is split."""
+    errors, tolerances = quadtree(rng)
+    at = rng.integers(28, 36, 2)
+    spot = [np.zeros(e.shape) for e in errors]  # one node is bad, deep in the tree, near its middle
+    for j, level in enumerate(spot):
+        level[at[0] >> j, at[1] >> j] = 1.0
+    cases = {f"{tolerance:.3g} m": (errors, tolerance) for tolerance in tolerances}
+    for name, (each, tolerance) in {**cases, "one bad node": (spot, 0.5)}.items():
+        splits = reference.unsplit((65, 65), 6)
+        reference.grow(splits, [level > tolerance for level in each])
+        want = [s.copy() for s in splits]
+        reference.balance(want)
+        got = student.balance(splits)
+        leaf = np.zeros((64, 64), int)
+        for j, exists in enumerate(reference.existing([np.asarray(s, bool) for s in got])):
+            leaf += (exists & ~np.asarray(got[j], bool)).repeat(1 << j, 0).repeat(1 << j, 1) * (j + 1)
+        steps = max(np.abs(np.diff(leaf, axis=axis)).max() for axis in (0, 1))
+        yield holds(f"{name}: neighbours", steps <= 1, f"some neighbours are {steps} levels apart")
+        yield compare(f"{name}: the splits", as_lists(got), as_lists(want), axes=("node",))
+
+
+def true_rtin(h):
+    """Nested errors from the smallest squares up: middles of sides, then centres of squares."""
+    last, e = len(h) - 1, np.zeros(h.shape)
+    s = 2
+    while s <= last:
+        half = s // 2
+        for t, k in ((h, e), (h.T, e.T)):  # middles of sides along x, then along y: views
+            k[::s, half::s] = np.abs(t[::s, half::s] - 0.5 * (t[::s, :-1:s] + t[::s, s::s]))
+            if half > 1:
+                q = half // 2
+                for dx in (-q, q):
+                    inner = k[q::half, half + dx :: s]  # centres of the squares of half the size, above and below
+                    k[s::s, half::s] = np.maximum(k[s::s, half::s], inner[1::2])
+                    k[:-1:s, half::s] = np.maximum(k[:-1:s, half::s], inner[::2])
+                    if s < last:
+                        k[s:-1:s, half::s] = np.maximum(k[s:-1:s, half::s], inner[2::2])
+        corner = {
+            (i, j): h[i * s : last + i * s - s + 1 : s, j * s : last + j * s - s + 1 : s]
+            for i in (0, 1)
+            for j in (0, 1)
+        }
+        row, col = np.indices((last // s, last // s))
+        falling = (row + col) % 2 == 0  # the diagonal runs through the parent's centre
+        own = np.where(falling, corner[0, 0] + corner[1, 1], corner[0, 1] + corner[1, 0]) / 2
+        sides = [e[half::s, :-1:s], e[half::s, s::s], e[:-1:s, half::s], e[s::s, half::s]]
+        e[half::s, half::s] = np.maximum.reduce([np.abs(h[half::s, half::s] - own), *sides])
+        s *= 2
+    return e
+
+
+def rtin_map(rng):
+    """A square map of 33 posts with a spike."""
+    return spike(land(rng, 33, 33), rng)
+
+
+@task("6.6 the errors of right triangles", points=3)
+def rtin_errors(student, rng):
+    """Against a sum over squares, from the smallest up."""
+    for heights in (rtin_map(rng), rng.normal(0, 10, (9, 9))):
+        yield compare(
+            f"{len(heights)} posts a side", student.rtin_errors(heights), true_rtin(heights), axes=("row", "column")
+        )
+
+
+@task("6.7 the mesh of right triangles", points=3)
+def rtin_mesh(student, rng):
+    """The map is covered once, no vertex stands on another's edge, and there are no more triangles than needed."""
+    heights = rtin_map(rng)
+    errors = true_rtin(heights)
+    inner = errors[1:-1, 1:-1]
+    rim = np.concatenate([errors[0, 1:-1], errors[-1, 1:-1], errors[1:-1, 0], errors[1:-1, -1]])
+    for tolerance_m in (float(np.quantile(inner, 0.2)), float(np.quantile(inner, 0.8)), 1e9):
+        found = np.asarray(student.rtin_mesh(errors, tolerance_m))
+        name = f"{tolerance_m:.3g} m"
+        if found.ndim != 3 or found.shape[1:] != (3, 2):
+            yield holds(name, False, f"expected the shape (n, 3, 2), got {found.shape}")
+            continue
+        area = np.abs(reference.areas(found)).sum()
+        yield compare(f"{name}: the area in cells", area, 32.0**2)
+        edges = np.stack([found, np.roll(found, -1, 1)], 2).reshape(-1, 2, 2)
+        ordered = np.sort(edges[..., 0] * 64 + edges[..., 1], 1)
+        unique, uses = np.unique(ordered, axis=0, return_counts=True)
+        ends = np.stack([unique // 64, unique % 64], -1)
+        outer = ((ends[:, 0] == ends[:, 1]) & np.isin(ends[:, 0], (0, 32))).any(1)
+        lonely = int((uses != np.where(outer, 1, 2)).sum())
+        yield holds(f"{name}: edges", lonely == 0, f"{lonely} edges are not shared by two triangles: T-junctions")
+        want = 2 + 2 * int((inner > tolerance_m).sum()) + int((rim > tolerance_m).sum())
+        yield compare(f"{name}: triangles", len(found), want)
