@@ -43,8 +43,8 @@ def reasons(patch: Explanation) -> list[str]:
     if not patch.in_picture:
         return ["The patch is outside the view that the levels were chosen for. So its error does not matter."]
     if patch.chosen.max_m == 0:
-        return ["Every post is a vertex, or lies in the plane of a triangle. So the error is zero."]
-    what = "The largest error of a post" if patch.metric == "max" else "The RMS error of its posts"
+        return ["The triangles are the true surface. So the error is zero."]
+    what = "The largest error of its surface" if patch.metric == "max" else "The RMS error of its surface"
     limit = (
         f"The tolerance is {patch.tolerance_px:.3g} px."
         if np.isfinite(patch.tolerance_px)

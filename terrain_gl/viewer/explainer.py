@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from ..methods import METHODS
+from ..methods import CERTIFIED, METHODS, REGISTRY
 from ..verify.explain import Explanation
 from .box_sum import BoxSum, box_under
 from .painter import Painter
@@ -13,7 +13,7 @@ LENS = 6.0  # magnification
 
 
 class Explainer:
-    """What the user looks into.
+    """Shows how the mesh was chosen.
 
     Attributes
     ----------
@@ -30,7 +30,7 @@ class Explainer:
         self.box: BoxSum | None = None
 
     def forget(self) -> None:
-        """Forget what was said of the map."""
+        """Forget explanation and box: the map has changed."""
         self.explanation = self.box = None
 
     def close_one(self) -> bool:
@@ -95,8 +95,7 @@ class Explainer:
         if side:
             self._painter.choose_levels(renderer, spec, 0)
         if self.explanation is None:
-            method = spec.sides[side].method
-            self._window.say(f"method {method} gives no explanation; method quadtree explains its patches (F)")
+            self._window.say(_no_explanation(spec.sides[side].method))
 
     def follow_cursor(self) -> None:
         """Read the box of the table that is under the cursor now."""
@@ -105,3 +104,10 @@ class Explainer:
             self.box = None
         elif at and (place := self._pointer.place_under(*at)) is not None:
             self.box = box_under(self._scene.renderer, place, self._settings.box)
+
+
+def _no_explanation(method: str) -> str:
+    if REGISTRY[method].kind == CERTIFIED:
+        return "no explanation: this cell is cut between its posts; a coarser tolerance shows whole cells"
+    others = " and ".join(name for name, each in REGISTRY.items() if each.kind == CERTIFIED)
+    return f"method {method} gives no explanation; methods {others} explain their patches (F)"

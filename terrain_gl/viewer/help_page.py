@@ -7,8 +7,8 @@ from .widgets import Widgets
 
 WIDTH_EM = 48.0  # of two columns, in heights of the typeface
 ABOUT = (
-    "The program draws terrain with few triangles. It keeps a certified bound: on the screen, no post of the map is"
-    " drawn further from its true place than the tolerance.",
+    "The program draws terrain with few triangles. It keeps a certified bound: on the screen, no point of the surface"
+    " is drawn further from its true place than the tolerance.",
     "When a map is opened, the program measures how far each coarse piece of land is from the true heights, in metres."
     " It stores these errors in tables. For each frame it converts metres to pixels for the present camera, and"
     " chooses the coarsest pieces that are within the tolerance.",

@@ -44,9 +44,10 @@ class Legend(NamedTuple):
 def legend(options: RenderOptions) -> Legend | None:
     """The legend of a style; None if its colours need none."""
     most = f"{options.tolerance_px or 1.0:.3g} px"
+    borders = "Borders of patches are dark." + " Fans are paler." * (options.method == "quadtree")
     return {
-        "lod": Legend(VIRIDIS, "every post", "1/16 of the map", "Fans are paler. Borders of patches are dark."),
-        "segments": Legend(VIRIDIS, "one quad", "32 × 32", "Fans are paler. Borders of patches are dark."),
+        "lod": Legend(VIRIDIS, "every post, or closer", "1/16 of the map", borders),
+        "segments": Legend(VIRIDIS, "one quad", "32 × 32", borders),
         "promise": Legend(INFERNO, "0", most, "Grey: no bound. Cyan: over the tolerance."),
         "error": Legend(INFERNO, "0", most, "Cyan: over the tolerance."),
     }.get(options.style)

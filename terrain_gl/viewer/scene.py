@@ -16,7 +16,7 @@ from .loading import Opened
 from .settings import Settings
 from .window_state import Size, WindowState
 
-_OF_ERROR = ("promise", "error")  # styles that a preview cannot show: it is not the map that they speak of
+_OF_ERROR = ("promise", "error")  # styles that a preview cannot show: it has no errors of the whole map
 
 
 @dataclass(frozen=True)

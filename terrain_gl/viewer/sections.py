@@ -27,12 +27,12 @@ from .widgets import Widgets
 Press = Callable[[str], None]  # does the command of a key
 IMAGES = {"sky image": "sky", "ground image": "material"}  # fields that a file can be dropped on, and their options
 TOLERANCE_HINTS = {
-    "max": "The largest error of any post on the screen (+ and -).",
-    "rms": "The root mean square of the errors of all posts on the screen (+ and -).",
+    "max": "The largest error of the surface on the screen (+ and -).",
+    "rms": "The root mean square of the surface's errors on the screen (+ and -).",
 }
 BASELINE_HINT = "What this method aims at; it has no certified bound (+ and -)."
 BUDGET_HINT = "At most so many triangles, where they reduce the error most. Changing the tolerance ends it."
-METRIC_HINT = "What the tolerance bounds (M): the largest error of any post, or the root mean square of all errors."
+METRIC_HINT = "What the tolerance bounds (M): the largest error of the surface, or the root mean square of all errors."
 _PATH = "a path, then Enter"
 _LATITUDE_DEG = 46.0  # where the time of day sets the sun
 _DAY = datetime(2025, 8, 1)

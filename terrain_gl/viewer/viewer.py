@@ -58,7 +58,7 @@ class Viewer:
     size
         Its width and height.
     memory
-        What earlier runs left; what this one leaves.
+        The settings of earlier runs; this run adds its own.
     budget
         How much time of a frame goes to long work.
     """

@@ -98,7 +98,8 @@ def test_only_methods_with_a_bound_explain_patches(viewer):
         explained = viewer.explainer.explanation is not None
         assert explained or "explanation" in viewer.window.message
         assert not explained or viewer.painter.frame.certified_px is not None
-        assert explained or method != "quadtree"
+        assert explained or method not in ("sat", "quadtree")
+        assert explained or "sat and quadtree" in viewer.window.message
 
 
 def test_the_magnifying_glass_shows_pixels_as_squares(viewer):
