@@ -20,9 +20,14 @@ AT = np.array([(-0.125, -0.375), (0.375, -0.125), (-0.375, 0.125), (0.125, 0.375
 
 
 @pytest.fixture(scope="module")
-def renderer(session_context):
+def hills(session_context):
     with session_context, Renderer(Heightmap(rough(257, 257, 2, 900), 10.0), SIZE, ctx=session_context) as r:
         yield r
+
+
+@pytest.fixture
+def renderer(ctx, hills):
+    return hills
 
 
 def view(heightmap, fov_deg):

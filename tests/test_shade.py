@@ -271,7 +271,7 @@ def test_shading_does_not_depend_on_the_mesh(scene):
 def test_a_finer_mesh_changes_little(scene):
     heightmap = Heightmap(hills(257, 257, relief=60.0), spacing_m=30.0)
     s = scene(heightmap, size=(320, 180))
-    truth, drawn = (s.draw(Camera.default(heightmap), t)[..., :3].astype(int) for t in (1e-3, 0.25))
+    truth, drawn = (s.draw(Camera.default(heightmap), t)[..., :3].astype(int) for t in (0.02, 0.25))
     difference = np.abs(truth - drawn).max(-1)
     assert np.median(difference) <= 1 and (difference > 12).mean() <= 0.02
 

@@ -33,7 +33,7 @@ FINER = 2  # segments for each of a full-resolution patch
 class Bilinear:
     """The truth about a terrain; a `surface.Surface` that draws the patches of full resolution twice as finely.
 
-    Measured and captured it is the full resolution itself.
+    At posts it errs by nothing; between them by a quarter of what the full resolution does.
 
     Parameters
     ----------

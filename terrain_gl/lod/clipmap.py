@@ -41,9 +41,10 @@ _BARRIER = (
     | moderngl.BUFFER_UPDATE_BARRIER_BIT
 )
 PATCH_COST_OF_BUDGET = 4.0  # triangles that a patch costs: less than for a tolerance, measured in docs/allocation.md
-_MEAN = {"rms": {"MEAN": 1}}
-_BUDGET = {"budget": {"PATCH_COST": PATCH_COST_OF_BUDGET}}
-_ASKING: dict[str, dict[str, dict[str, object]]] = {  # passes that differ between metrics, or for a budget
+_Variants = dict[str, dict[str, object]]
+_MEAN: _Variants = {"rms": {"MEAN": 1}}
+_BUDGET: _Variants = {"budget": {"PATCH_COST": PATCH_COST_OF_BUDGET}}
+_ASKING: dict[str, _Variants] = {  # passes that differ between metrics, or for a budget
     "decide": _MEAN,
     "settle": _MEAN,
     "count": _MEAN,
