@@ -15,11 +15,12 @@ from typing import Any
 import numpy as np
 
 from .exceptions import TerrainError, UsageError
+from .filling import Rect, hull
 from .gpu.session import in_session, steps_in_session
 from .gpu_resources import GpuResources
 from .heightmap import real_heights
 from .steps import Steps, drain
-from .terrain import Rect, hull
+from .terrain import Terrain
 
 
 class Editor:
@@ -121,8 +122,28 @@ class Editor:
         TerrainError
             The map was edited since the last step. The map is as the edit left it.
         """
+        yield from self._take_steps(self.resources.terrain.with_headroom(up_m, down_m))
+
+    @steps_in_session
+    def range_steps(self, quantised_m: tuple[float, float]) -> Steps[None]:
+        """Give headroom back: tables of another quantisation range, as `headroom_steps` builds them.
+
+        Parameters
+        ----------
+        quantised_m
+            Lowest and highest height that the range must hold: what `Heightmap.quantised_m` was before.
+
+        Raises
+        ------
+        TerrainError
+            The map was edited since the last step. The map is as the edit left it.
+        """
+        yield from self._take_steps(self.resources.terrain.with_range(quantised_m))
+
+    def _take_steps(self, terrain: Terrain | None) -> Steps[None]:
+        """Build tables for the same map with another quantisation range, then use both."""
         mine = self.resources.terrain
-        terrain, tables, edits = mine.with_headroom(up_m, down_m), None, mine.edits
+        tables, edits = None, mine.edits
         if terrain is None:
             return
         try:

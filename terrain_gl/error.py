@@ -16,11 +16,12 @@ from typing import Any
 import moderngl
 import numpy as np
 
+from .filling import Rect
 from .gpu import gl, layout, shaders
 from .gpu.bindings import bind
 from .gpu.layout import Level
 from .sat import SummedAreaTables, Table
-from .terrain import Rect, Terrain
+from .terrain import Terrain
 
 FINE_LEVELS = 5  # up to this level one thread computes a node; in coarser levels, a block of the node of this size
 PORTION = 2**18  # posts that one step of `ErrorTables.build_steps` looks at

@@ -92,7 +92,7 @@ class GpuResources:
     def gpu_bytes(self) -> dict[str, int]:
         """GPU memory in bytes, by content: heights, summed-area tables, error table, shading, and the total."""
         heightmap, tables = self.terrain.heightmap, self.tables
-        heights = heightmap.rows * heightmap.cols * (5 if heightmap.voids else 4)
+        heights = heightmap.rows * heightmap.cols * (5 if self.terrain.is_marked else 4)
         sat = tables.counters.size + tables.squares.size
         error = tables.nodes.size + tables.gains.size + tables.blocks.size
         parts = {"heights": heights, "sat": sat, "error": error, "shade": self.picture.bytes}

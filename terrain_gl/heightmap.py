@@ -62,6 +62,8 @@ class Heightmap:
         Notes for the user on how the file was interpreted.
     georeference : Georeference, optional
         Grid and coordinate system; `place` turns them into coordinates.
+    look : str
+        How the land is coloured by default, one of `light.climate.NAMES`.
 
     Raises
     ------
@@ -78,6 +80,7 @@ class Heightmap:
         self.scales = (1.0, 0.0)
         self.notes: tuple[str, ...] = ()
         self.georeference: Georeference | None = None
+        self.look = "auto"
         self.spacing_m = _spacing(spacing_m)
         self.heights = _as_float32(real_heights(heights, name), name)
         void = ~np.isfinite(self.heights)
@@ -159,8 +162,8 @@ class Heightmap:
     def copy(self) -> Heightmap:
         """A copy of the map with its own heights."""
         own = Heightmap(self.heights.copy(), self.spacing_m, self.name)
-        own.quantised_m, own.opened, own.scales = self.quantised_m, self.opened, self.scales
-        own.georeference = self.georeference
+        for name in ("quantised_m", "opened", "scales", "georeference", "look", "assumes_spacing"):
+            setattr(own, name, getattr(self, name))
         return own
 
     def write(self, x: int, y: int, heights: ArrayLike) -> tuple[slice, slice] | None:

@@ -12,8 +12,9 @@ from typing import Any, NamedTuple, Protocol, TypeVar
 
 from .camera import Camera
 from .error import ErrorTables
+from .filling import Rect
 from .lod import ClipmapSelector, QuadtreeSelector, Selection, View
-from .terrain import Rect, Terrain
+from .terrain import Terrain
 
 CERTIFIED, BASELINE, EXACT = "certified", "baseline", "exact"
 

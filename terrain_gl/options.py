@@ -20,6 +20,8 @@ import numpy as np
 from .camera import Camera
 from .exceptions import UsageError
 from .heightmap import Heightmap
+from .light.climate import AUTO, LOOKS
+from .light.climate import NAMES as LOOK_NAMES
 from .lod import METRICS
 from .methods import EVERY_POST, METHODS, REGISTRY
 from .shade import STYLES, SUN, Look
@@ -106,6 +108,8 @@ class RenderOptions:
         One of `terrain_gl.shade.STYLES`.
     sun
         Azimuth, clockwise from north, and elevation, in degrees.
+    look
+        How the land is coloured, one of `terrain_gl.light.climate.NAMES`; "auto": by what the file says of its place.
     sky, material, water_m
         As `terrain_gl.shade.Look` has them: files, and metres.
     near_m
@@ -147,6 +151,12 @@ class RenderOptions:
         choices=METHODS,
     )
     style: str = _option("shaded", "picture", Flag("--style", "choice", "what is drawn"), choices=STYLES)
+    look: str = _option(
+        AUTO,
+        "picture",
+        Flag("--look", "choice", "the land's colours: " + "; ".join(f"{n}: {kind.help}" for n, kind in LOOKS.items())),
+        choices=LOOK_NAMES,
+    )
     sun: tuple[float, float] = _option(
         SUN, "picture", Flag("--sun", "sun", "degrees clockwise from north, and above the horizon", "AZ,EL")
     )
@@ -213,9 +223,9 @@ class RenderOptions:
         return replace(self, **dropped | changes)
 
     @property
-    def look(self) -> Look:
+    def shading(self) -> Look:
         """The options of shading."""
-        return Look(self.style, self.sun, self.sky, self.material, self.water_m, self.wires)
+        return Look(self.style, self.sun, self.sky, self.material, self.water_m, self.wires, self.look)
 
     @property
     def tolerance_px(self) -> float:

@@ -309,7 +309,7 @@ class Renderer:
     def _piece_steps(self, piece: Piece, frame: DrawnFrame, gradual: bool) -> Steps[None]:
         """Draw and shade a piece; yields progress from 0 to 1."""
         self.resources.crop(piece)
-        look, commands = frame.options.look, 1 if gradual else max(1, frame.selection.draws)
+        look, commands = frame.options.shading, 1 if gradual else max(1, frame.selection.draws)
         tile = TILE_PX if gradual else piece.drawn_size
         for share in self.timer.steps("draw", self.picture.see_steps(frame.selection, look, commands)):
             yield 0.3 * share

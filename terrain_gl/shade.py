@@ -18,14 +18,15 @@ import numpy as np
 
 from .camera import Camera
 from .error import ErrorTables
+from .filling import Rect
 from .gpu import gl, shaders
 from .gpu.bindings import bind
+from .light.climate import AUTO
 from .light.ground import HeightSums, towards_sun
 from .light.lighting import Lighting
 from .lod import Selection, View
 from .mesh import MeshDraw, MeshDraws
 from .steps import Steps, drain
-from .terrain import Rect
 
 SUN = (300.0, 35.0)  # azimuth, clockwise from north, and elevation, in degrees
 _LIT = ("shaded", "visibility", "ambient", "direct", "lobes")  # styles that need light
@@ -34,7 +35,8 @@ STYLES = (*_LIT, "lambert", *_OF_MESH, "normals", "depth")
 UNLIT = "depth"  # the cheapest style, when only the mesh matters
 TILE_PX = (256, 64)  # pixels that one step of `shade_steps` shades
 KINDS = {"ANY": 0, "SKY": 1, "NEAR": 2, "MIXED": 3}  # of pixels: glsl/shade/kind.glsl
-HAZE = 2.0  # distance over which haze absorbs all but 1/e of the light, in diagonals of the map
+AIR_M = 70e3  # distance over which clear air absorbs all but 1/e of the light
+HAZE = 2.0  # the same for haze over a map too large for clear air, in diagonals of the map
 _NOTHING_LISTED = np.array([0, 1, 1, 0], "u4").tobytes()  # the head of `Listed` in glsl/shade/seen.glsl
 _TEXTURE_2D, _TEXTURE_2D_MULTISAMPLE = 0x0DE1, 0x9100
 _DEPTH_COMPONENT, _DEPTH_COMPONENT32F, _FLOAT = 0x1902, 0x8CAC, 0x1406
@@ -60,6 +62,8 @@ class Look:
         Height of standing water in metres; none by default.
     wires
         Draw the triangles' edges on top of the style.
+    land
+        How the land is coloured, one of `light.climate.NAMES`.
     """
 
     style: str = "shaded"
@@ -68,6 +72,7 @@ class Look:
     material: str | None = None
     water_m: float | None = None
     wires: bool = False
+    land: str = AUTO
 
     @property
     def is_lit(self) -> bool:
@@ -169,7 +174,7 @@ class Picture:
     def shade_steps(self, camera: Camera, look: Look = PLAIN, tile: Size = TILE_PX) -> Steps[None]:
         """Incremental `shade`, one tile (width, height) a step; yields progress from 0 to 1."""
         if look.style in _LIT and self.waits_for_light:
-            self.lighting.follow(look.sun, look.sky, look.material)
+            self.lighting.follow(look.sun, look.sky, look.material, look.land)
         elif look.style in _LIT and not self.lighting.is_there:
             look = replace(look, style="lambert")
         if look.style in _LIT:
@@ -209,7 +214,7 @@ class Picture:
 
     def light(self, camera: Camera, look: Look = PLAIN) -> None:
         """Make the light of a look, if it is missing."""
-        self.lighting.follow(look.sun, look.sky, look.material)
+        self.lighting.follow(look.sun, look.sky, look.material, look.land)
         self.lighting.describe(self._haze_m(camera), look.water_m)
 
     def colour(self, fragment: str, **uniforms: Any) -> None:
@@ -223,7 +228,7 @@ class Picture:
     def light_steps(self, look: Look) -> Steps[None]:
         """Incremental `light`; yields progress from 0 to 1, or nothing if the light is there."""
         if look.style in _LIT:
-            yield from self.lighting.follow_steps(look.sun, look.sky, look.material)
+            yield from self.lighting.follow_steps(look.sun, look.sky, look.material, look.land)
 
     def coverage(self) -> np.ndarray:
         """(height, width) bool, first row on top: whether the surface covers all samples of the pixel."""
@@ -272,9 +277,10 @@ class Picture:
                 vao.release()
 
     def _haze_m(self, camera: Camera) -> float:
-        """Range of the haze: the farther of the map's size and the eye's distance, so that the whole map is visible."""
+        """Range of the haze: that of clear air, or more, so that the whole map is visible from the eye."""
         (east, north), (low, high) = self.terrain.heightmap.extent_m, self.terrain.heightmap.range_m
-        return HAZE * max(math.hypot(east, north), math.dist(camera.eye, (east / 2, north / 2, (low + high) / 2)))
+        away_m = math.dist(camera.eye, (east / 2, north / 2, (low + high) / 2))
+        return max(AIR_M, HAZE * max(math.hypot(east, north), away_m))
 
     def _detail_target(self) -> moderngl.Framebuffer:
         """The framebuffer with further data for styles that show the mesh; it needs more memory and time."""

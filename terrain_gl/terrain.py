@@ -1,19 +1,22 @@
-"""The heightmap on the GPU: textures of heights and voids, and the block of sizes that every shader reads."""
+"""The heightmap on the GPU: textures of heights and of marks, and the block of sizes that every shader reads."""
 
 from __future__ import annotations
 
 import math
 from copy import copy
+from typing import NamedTuple
 
 import moderngl
 import numpy as np
 
 from .exceptions import TerrainError, UsageError
+from .filling import Filling, Rect
+from .flats import water_posts
 from .gpu import gl, layout
 from .gpu.bindings import bind
 from .heightmap import MAX_HEIGHT_M, Heightmap
 
-Rect = tuple[int, int, int, int]
+VOID, WATER = 1, 2  # marks of posts: glsl/blocks/terrain.glsl
 HEADROOM = 0.5  # headroom for further edits when the quantisation range is widened, as a part of the relief
 
 
@@ -32,11 +35,12 @@ class Terrain:
         The number of edits that have changed the map.
     """
 
-    def __init__(self, ctx: moderngl.Context, heightmap: Heightmap, filling: Filling | None = None) -> None:
+    def __init__(self, ctx: moderngl.Context, heightmap: Heightmap, like: Terrain | None = None) -> None:
         self.ctx, self.heightmap = ctx, heightmap
         self.edits = 0
         self._own = False  # whether `heightmap` is this terrain's alone, to be written to
-        self._filling = filling
+        self._filling: Filling | None = like._filling if like else None
+        self._water: Water | None = like._water if like else Water.of(heightmap.heights)
         size = (heightmap.cols, heightmap.rows)
         most = gl.limits(ctx)["texture_size"]
         if max(size) > most:
@@ -45,7 +49,7 @@ class Terrain:
             )
         self.levels = layout.quadtree(*size)
         self.heights = self._texture(size, "f4")
-        self.voids = self._texture(size if heightmap.voids else (1, 1), "u1")
+        self.marks = self._texture(size if self.is_marked else (1, 1), "u1")
         self.block = ctx.buffer(reserve=layout.TERRAIN.itemsize)
         self._send()
 
@@ -70,6 +74,16 @@ class Terrain:
         return down_m, top_m - high if top_m < MAX_HEIGHT_M else math.inf
 
     @property
+    def has_water(self) -> bool:
+        """Whether the map shows water by itself: `flats.water_posts`."""
+        return self._water is not None
+
+    @property
+    def is_marked(self) -> bool:
+        """Whether any posts are marked, as void or as water."""
+        return self.heightmap.voids > 0 or self.has_water
+
+    @property
     def filled(self) -> np.ndarray:
         """(rows, cols) float32 heights with voids filled from their rim."""
         return self._filling.filled[0] if self._filling else self.heightmap.heights
@@ -84,7 +98,7 @@ class Terrain:
         if has_voids and not self._filling:
             self._filling = Filling(self.heightmap.heights)
         self.base_m, self._low_m, self.span_m = quantisation_range(*self.heightmap.quantised_m)
-        self._write(self.all_posts, has_voids)
+        self._write(self.all_posts)
         self.block.write(self._describe().tobytes())
 
     def edit(self, x: int, y: int, heights: np.ndarray) -> Rect | None:
@@ -111,14 +125,14 @@ class Terrain:
         if not in_range:
             self._widen_range()
         if not in_range or has_voids != had_voids:
-            self.voids.release()
-            self.voids = self._texture(self.heights.size if has_voids else (1, 1), "u1")
+            self.marks.release()
+            self.marks = self._texture(self.heights.size if self.is_marked else (1, 1), "u1")
             self.upload()
             return self.all_posts
         rect = cols.start, rows.start, cols.stop - 1, rows.stop - 1
         if self._filling:
             rect = self._filling.update(rect)
-        self._write(rect, has_voids)
+        self._write(rect)
         return rect
 
     def with_headroom(self, up_m: float, down_m: float = 0.0) -> Terrain | None:
@@ -134,28 +148,35 @@ class Terrain:
         """
         if not (0 <= up_m < math.inf and 0 <= down_m < math.inf):
             raise UsageError(f"headroom must be 0 or more metres up and down, got {up_m:g} and {down_m:g}")
-        self._own_heights()
         (low, high), held = self.heightmap.range_m, self.heightmap.quantised_m
-        wide = copy(self.heightmap)
         low, high = max(low - down_m, -MAX_HEIGHT_M), min(high + up_m, MAX_HEIGHT_M)  # no edit goes further
-        wide.quantised_m = min(held[0], low), max(held[1], high)
-        if quantisation_range(*wide.quantised_m) == (self.base_m, self._low_m, self.span_m):
-            self.heightmap.quantised_m = wide.quantised_m
-            return None
-        return Terrain(self.ctx, wide, self._filling)
+        return self.with_range((min(held[0], low), max(held[1], high)))
 
-    def take(self, wider: Terrain) -> None:
-        """Exchange quantisation range, textures and block with the copy from `with_headroom`."""
-        mine, theirs = self.heightmap, wider.heightmap
+    def with_range(self, quantised_m: tuple[float, float]) -> Terrain | None:
+        """The same map with a quantisation range for these heights, for this one to `take`; None if it has that range.
+
+        Later edits of this map are not in the copy.
+        """
+        self._own_heights()
+        other = copy(self.heightmap)
+        other.quantised_m = quantised_m
+        if quantisation_range(*quantised_m) == (self.base_m, self._low_m, self.span_m):
+            self.heightmap.quantised_m = quantised_m
+            return None
+        return Terrain(self.ctx, other, self)
+
+    def take(self, other: Terrain) -> None:
+        """Exchange quantisation ranges, textures and blocks with what `with_headroom` or `with_range` returned."""
+        mine, theirs = self.heightmap, other.heightmap
         mine.quantised_m, theirs.quantised_m = theirs.quantised_m, mine.quantised_m
-        for name in ("heights", "voids", "block", "base_m", "_low_m", "span_m"):
-            old, new = getattr(self, name), getattr(wider, name)
+        for name in ("heights", "marks", "block", "base_m", "_low_m", "span_m"):
+            old, new = getattr(self, name), getattr(other, name)
             setattr(self, name, new)
-            setattr(wider, name, old)
+            setattr(other, name, old)
 
     def bind(self) -> None:
         """Bind the map for all shaders."""
-        bind("blocks/terrain.glsl", Terrain=self.block, u_heights=self.heights, u_voids=self.voids)
+        bind("blocks/terrain.glsl", Terrain=self.block, u_heights=self.heights, u_marks=self.marks)
 
     def boxes(self, low: np.ndarray, high: np.ndarray, heights_m: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
         """World boxes over parts of the map: smallest and largest corners, (n, 3) metres.
@@ -174,7 +195,7 @@ class Terrain:
 
     def release(self) -> None:
         """Release GPU resources."""
-        for resource in (self.heights, self.voids, self.block):
+        for resource in (self.heights, self.marks, self.block):
             resource.release()
 
     def _own_heights(self) -> None:
@@ -200,15 +221,18 @@ class Terrain:
         texture.repeat_x = texture.repeat_y = False  # gathers beyond the rim repeat the rim
         return texture
 
-    def _write(self, rect: Rect, has_voids: bool) -> None:
+    def _write(self, rect: Rect) -> None:
         x0, y0, x1, y1 = rect
         part = np.s_[y0 : y1 + 1, x0 : x1 + 1]
         viewport = (x0, y0, x1 - x0 + 1, y1 - y0 + 1)
         heights = self.filled[part] - np.float32(self.base_m) if self.base_m else self.filled[part]
         self.heights.write(np.ascontiguousarray(heights), viewport=viewport)
-        if has_voids:
-            voids = np.isnan(self.heightmap.heights[part]).astype("u1")
-            self.voids.write(voids, viewport=viewport, alignment=1)
+        if self.is_marked:
+            known = self.heightmap.heights[part]
+            marks = np.where(np.isnan(known), VOID, 0).astype("u1")
+            if self._water:
+                marks[self._water.stands(part, known)] |= WATER
+            self.marks.write(marks, viewport=viewport, alignment=1)
 
     def _describe(self) -> np.ndarray:
         block = np.zeros((), layout.TERRAIN)
@@ -220,6 +244,23 @@ class Terrain:
         for j, level in enumerate(self.levels):
             block["level"][j] = tuple(level)
         return block
+
+
+class Water(NamedTuple):
+    """Which posts stood in water when the map came, and at which heights: a post that an edit lifts is dry."""
+
+    posts: np.ndarray
+    levels_m: np.ndarray
+
+    @classmethod
+    def of(cls, heights: np.ndarray) -> Water | None:
+        """The water that a map shows by itself."""
+        posts = water_posts(heights)
+        return None if posts is None else cls(posts, np.unique(heights[posts]))
+
+    def stands(self, part: tuple[slice, slice], heights: np.ndarray) -> np.ndarray:
+        """Which posts of a part of the map stand in water now."""
+        return self.posts[part] & np.isin(heights, self.levels_m)
 
 
 def quantisation_range(low: float, high: float) -> tuple[float, float, float]:
@@ -234,79 +275,3 @@ def quantisation_range(low: float, high: float) -> tuple[float, float, float]:
     span = math.ceil((max(high, low + relief) - bottom) / step) * step
     far = min(abs(low), abs(high)) >= span and (low > 0) == (high > 0)
     return (bottom if far else 0.0), bottom, span
-
-
-def hull(a: Rect, b: Rect) -> Rect:
-    """The smallest rectangle that contains two."""
-    return min(a[0], b[0]), min(a[1], b[1]), max(a[2], b[2]), max(a[3], b[3])
-
-
-def fill_voids(heights: np.ndarray) -> np.ndarray:
-    """Heights with NaN replaced by averages that grow inward from the rim."""
-    return Filling(heights).filled[0] if np.isnan(heights).any() else heights
-
-
-class Filling:
-    """Heights with voids filled, pull-push (Gortler et al. 1996, "The lumigraph"), and ready for edits.
-
-    A pyramid: each level up is half as large, its posts the means of the known ones below; down again, what is void
-    takes the height above.
-
-        known   5 ·     pull    5        filled   5 5
-                · ·      →                →       5 5
-
-    Attributes
-    ----------
-    known, filled
-        Levels from the map, (rows, cols), up to a single post; NaN in `known` where void.
-    """
-
-    def __init__(self, heights: np.ndarray) -> None:
-        self.known = [heights]
-        while self.known[-1].size > 1:
-            self.known.append(_pull(self.known[-1]))
-        self.filled = [self.known[-1]]
-        for known in self.known[-2::-1]:
-            self.filled.insert(0, _push(known, self.filled[0]))
-
-    def update(self, posts: Rect) -> Rect:
-        """Follow new heights of the map in a rectangle (x0, y0, x1, y1); returns the one in which `filled` differs."""
-        rects = [posts]
-        for below, known in zip(self.known, self.known[1:], strict=False):
-            x0, y0, x1, y1 = (i // 2 for i in rects[-1])
-            known[y0 : y1 + 1, x0 : x1 + 1] = _pull(below[2 * y0 : 2 * y1 + 2, 2 * x0 : 2 * x1 + 2])
-            rects.append((x0, y0, x1, y1))
-        changed = rects[-1]
-        for level in range(len(self.known) - 2, -1, -1):
-            changed = self._push_again(level, rects[level], changed)
-        self.filled[-1] = self.known[-1]
-        return changed
-
-    def _push_again(self, level: int, posts: Rect, above: Rect) -> Rect:
-        """Fill one level anew below what changed above; returns the rectangle that differs, `posts` within it."""
-        known, filled = self.known[level], self.filled[level]
-        (rows, cols), (x0, y0, x1, y1) = known.shape, above
-        y, x = slice(2 * y0, min(2 * y1 + 2, rows)), slice(2 * x0, min(2 * x1 + 2, cols))
-        new = _push(known[y, x], self.filled[level + 1][y0 : y1 + 1, x0 : x1 + 1])
-        differs = new != filled[y, x]
-        filled[y, x] = new
-        at_y, at_x = np.flatnonzero(differs.any(1)) + y.start, np.flatnonzero(differs.any(0)) + x.start
-        if not len(at_y):
-            return posts
-        return hull(posts, (int(at_x[0]), int(at_y[0]), int(at_x[-1]), int(at_y[-1])))
-
-
-def _push(known: np.ndarray, above: np.ndarray) -> np.ndarray:
-    """Fill the voids of a level from the one above."""
-    up = above.repeat(2, 0).repeat(2, 1)[: known.shape[0], : known.shape[1]]
-    return np.where(np.isnan(known), up, known).astype(np.float32, copy=False)
-
-
-def _pull(heights: np.ndarray) -> np.ndarray:
-    """Halve a map: the mean of the known ones of each 2 × 2 heights."""
-    rows, cols = heights.shape
-    padded = np.pad(heights, ((0, rows % 2), (0, cols % 2)), constant_values=np.nan)
-    blocks = padded.reshape(padded.shape[0] // 2, 2, padded.shape[1] // 2, 2)
-    known = np.isfinite(blocks).sum((1, 3))
-    total = np.nansum(blocks, (1, 3), dtype=np.float64)
-    return np.where(known > 0, total / np.maximum(known, 1), np.nan).astype(np.float32)

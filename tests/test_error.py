@@ -385,7 +385,7 @@ def test_edit_equals_a_rebuild(ctx, rect, kind):
     fresh = built(ctx, anew(terrain, after))
     assert all_bytes(tables) == all_bytes(fresh[1])
     assert terrain.heights.read() == fresh[0].heights.read()
-    assert terrain.voids.read(alignment=1) == fresh[0].voids.read(alignment=1)
+    assert terrain.marks.read(alignment=1) == fresh[0].marks.read(alignment=1)
     assert terrain.block.read() == fresh[0].block.read()
 
 

@@ -33,6 +33,7 @@ def renderers(session_context):
             entry = MAPS[name]
             with as_file(files("terrain_gl.heightmaps").joinpath(entry["file"])) as path:
                 heightmap = Heightmap.open(path, entry["spacing_m"], entry["z_scale"], entry["z_offset_m"])
+            heightmap.look = entry["look"]
             made[name] = Renderer(heightmap, SIZE, ctx=session_context)
         return made[name]
 

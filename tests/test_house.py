@@ -18,7 +18,7 @@ LAYERS = (
     ("exceptions",),
     ("resources", "inputs", "steps", "pieces", "reference"),
     ("image", "gpu"),
-    ("readers",),
+    ("readers", "filling", "flats"),
     ("place",),
     ("heightmap",),
     ("camera", "terrain", "brush"),

@@ -35,7 +35,7 @@ def tables(ctx):
 
     def make(heightmap, albedo=None):
         terrain = Terrain(ctx, heightmap)
-        sums, cover = HeightSums(terrain), Cover(ctx, heightmap)
+        sums, cover = HeightSums(terrain), Cover(terrain)
         cover.take_picture(albedo)
         lobes = LobeTables(terrain, sums, cover)
         made.extend((lobes, cover, sums, terrain))
@@ -100,7 +100,7 @@ def test_an_edit_equals_a_rebuild(ctx):
     heights = hills(90, 110)
     heights[0, :2] = -5000, 5000  # the span stays
     terrain = Terrain(ctx, Heightmap(heights))
-    sums, cover = HeightSums(terrain), Cover(ctx, terrain.heightmap)
+    sums, cover = HeightSums(terrain), Cover(terrain)
     lobes = LobeTables(terrain, sums, cover)
     edited = heights.copy()
     edited[40:45, 50:57] += 7

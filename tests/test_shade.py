@@ -13,7 +13,6 @@ from terrain_gl.gpu.context import create_context
 from terrain_gl.gpu.gl import use_default_framebuffer
 from terrain_gl.heightmap import Heightmap
 from terrain_gl.light.ground import HeightSums
-from terrain_gl.light.lobes import Character
 from terrain_gl.lod import QuadtreeSelector
 from terrain_gl.shade import STYLES, Look, Picture
 from terrain_gl.terrain import Terrain
@@ -367,15 +366,6 @@ def test_show_copies_the_picture(ctx, scene):
             assert np.array_equal(shown, picture)
         use_default_framebuffer(ctx)
         target.release()
-
-
-def test_character():
-    assert Character.of(Heightmap(np.zeros((4, 4), "f4"))) == (0.0, 0.0)
-    y, x = np.mgrid[:50, :50]
-    plane = Character.of(Heightmap((3 * x + 4 * y).astype("f4"), spacing_m=10.0))
-    assert plane.hypsometric == pytest.approx(0.5) and plane.rms_slope == pytest.approx(0.5)
-    void = Character.of(Heightmap(np.where(x % 2 == 0, np.nan, 1.0 * y).astype("f4")))
-    assert np.all(np.isfinite(void))
 
 
 def test_memory_is_given_back(ctx):

@@ -7,9 +7,10 @@ from hypothesis import strategies as st
 from maps import MAPS, holes, rough
 
 from terrain_gl.exceptions import TerrainError
+from terrain_gl.filling import fill_voids
 from terrain_gl.gpu import layout
 from terrain_gl.heightmap import Heightmap
-from terrain_gl.terrain import Terrain, fill_voids, quantisation_range
+from terrain_gl.terrain import Terrain, quantisation_range
 
 
 def uploaded(terrain):
@@ -54,7 +55,7 @@ def test_block_says_what_the_map_is(ctx):
     assert tuple(block["spacing_m"]) == (3.0, 4.0)
     assert block["has_voids"] == 1
     assert block["top_level"] == terrain.top_level
-    voids = np.frombuffer(terrain.voids.read(alignment=1), "u1").reshape(heightmap.heights.shape)
+    voids = np.frombuffer(terrain.marks.read(alignment=1), "u1").reshape(heightmap.heights.shape)
     assert (voids == np.isnan(heightmap.heights)).all()
 
 

@@ -7,9 +7,9 @@ from hypothesis import strategies as st
 from maps import MAPS, rough
 
 from terrain_gl.exceptions import UsageError
+from terrain_gl.filling import fill_voids
 from terrain_gl.heightmap import Heightmap
 from terrain_gl.renderer import Renderer
-from terrain_gl.terrain import fill_voids
 
 CHUNK = 2**16  # triangles at a time
 posts = st.tuples(st.integers(0, 12), st.integers(0, 9))

@@ -23,7 +23,10 @@ layout(std140, binding = 0) uniform Terrain {
 };
 
 layout(binding = 0) uniform sampler2D u_heights;
-layout(binding = 1) uniform usampler2D u_voids;
+layout(binding = 1) uniform usampler2D u_marks;  // bits of posts
+
+#define VOID 1u
+#define WET 2u
 
 float height_m(ivec2 post) { return texelFetch(u_heights, post, 0).x; }
 
@@ -31,7 +34,7 @@ float height_m(ivec2 post) { return texelFetch(u_heights, post, 0).x; }
 #ifdef NO_VOIDS
 bool is_void(ivec2 post) { return false; }
 #else
-bool is_void(ivec2 post) { return u_has_voids != 0 && texelFetch(u_voids, post, 0).x != 0u; }
+bool is_void(ivec2 post) { return u_has_voids != 0 && (texelFetch(u_marks, post, 0).x & VOID) != 0u; }
 #endif
 
 // A full-resolution cell with a void corner is a hole.

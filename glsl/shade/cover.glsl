@@ -1,9 +1,9 @@
-// shade/cover.glsl — what the ground is made of, from the map alone: how high it lies in the map's range, how steep it
-// is, whether it is hollow or stands out; or, for its colour, from a picture of it. Colours are diffuse albedos.
+// shade/cover.glsl — what the ground is made of, from the map alone: how high it lies, how steep it is, whether it is hollow
+// or stands out, whether it is water; or, for its colour, from a picture of it. Colours are diffuse albedos.
 // Provides Material, material_of(), WATER.
 
 #include "shade/relief.glsl"
-#include "shade/character.glsl"
+#include "shade/climate.glsl"
 
 struct Material {
     vec3 albedo;
@@ -11,13 +11,25 @@ struct Material {
 };
 
 const Material SNOW = Material(vec3(0.84, 0.87, 0.91), 0.55), WATER = Material(vec3(0.006, 0.018, 0.026), 0.12);
+const Material FILLED = Material(vec3(0.20, 0.20, 0.21), 0.95);  // nobody knows this ground
 
-// A program for one map is told what it can leave out: whether the land wears a picture, is green, is not green.
+// Looks: light.climate.LOOKS has their names.
+#define NATURAL 0
+#define EARTH 1
+#define GREY 2
+#define TINT 3
+#define VIRIDIS 4
+
+// A program for one map is told what it can leave out: whether the land wears a picture, its look, whether it is dry or not,
+// whether posts are marked.
 #ifndef PICTURED
-uniform bool u_pictured;
+uniform bool u_pictured, u_marked;
+uniform int u_look;
 #define PICTURED u_pictured
-#define GREEN (greenness() > 0.0)
-#define ARID (greenness() < 1.0)
+#define MARKED u_marked
+#define LOOK u_look
+#define GREEN true
+#define ARID true
 #endif
 
 layout(binding = 6) uniform sampler2D u_albedo;  // a picture of the ground, north up, over the whole map
@@ -64,16 +76,17 @@ float patchiness(vec2 post, vec2 extent) {
 
 // Layers of rock that crop out at the same heights everywhere; too thin ones for the footprint fade, early: on cliffs the
 // height of its middle is hardly known better.
-float strata(float height, float footprint) {
+float strata(float up_m, float footprint_m) {
     float sum = 0.0;
-    for (float layers = 9.0; layers < 80.0; layers *= 2.7) sum += noise(vec2(height * layers, layers), 1.0, vec2(2.83 * footprint * layers, 0.0));
+    for (float thick_m = 145.0; thick_m > 2.0; thick_m /= 2.7)
+        sum += noise(vec2(up_m / thick_m, thick_m), 1.0, vec2(2.83 * footprint_m / thick_m, 0.0)) * min(1.0, 0.5 + thick_m / 40.0);
     return sum;
 }
 
 Material green_land(float zone, float steep, float patch_, float hollow) {
     vec3 valley = vec3(0.075, 0.095, 0.032), forest = vec3(0.030, 0.047, 0.020), meadow = vec3(0.105, 0.112, 0.042);
     vec3 heath = vec3(0.150, 0.125, 0.075), scree = vec3(0.215, 0.198, 0.178), rock = vec3(0.150, 0.139, 0.129);
-    float wooded = smoothstep(0.02, 0.10, zone) * (1.0 - smoothstep(0.26, 0.36, zone)) * smoothstep(0.12, 0.40, steep + 0.5 * patch_);
+    float wooded = smoothstep(0.01, 0.08, zone) * (1.0 - smoothstep(0.26, 0.36, zone)) * smoothstep(0.12, 0.40, steep + 0.5 * patch_);
     vec3 colour = mix(mix(valley, meadow, smoothstep(0.03, 0.20, zone)), forest, 0.85 * wooded);
     colour = mix(colour, heath, smoothstep(0.30, 0.44, zone));
     colour = mix(colour, scree, smoothstep(0.42, 0.60, zone));
@@ -81,13 +94,20 @@ Material green_land(float zone, float steep, float patch_, float hollow) {
     return mixed(Material(colour, 0.9), Material(rock * (1.0 + 0.5 * patch_), 0.7), bare);
 }
 
-vec3 arid_albedo(float zone, float steep, float patch_, float layer) {
+vec3 arid_albedo(float up_m, float steep, float patch_, float layer) {
     vec3 floor_ = vec3(0.200, 0.160, 0.105), upland = vec3(0.235, 0.185, 0.120);
     vec3 red = vec3(0.270, 0.135, 0.075), cream = vec3(0.400, 0.290, 0.190);
-    vec3 flat_ = mix(floor_, upland, smoothstep(0.1, 0.7, zone)) * (1.0 + 0.2 * patch_);
+    vec3 flat_ = mix(floor_, upland, smoothstep(800.0, 1800.0, up_m)) * (1.0 + 0.2 * patch_);
     vec3 cliff = mix(red, cream, clamp(0.35 + 1.1 * layer + 0.15 * patch_, 0.0, 1.0));
-    vec3 colour = mix(flat_, cliff, smoothstep(0.30, 0.80, steep));
-    return mix(vec3(dot(colour, vec3(0.35, 0.45, 0.20))), colour, saturation());
+    return mix(flat_, cliff, smoothstep(0.30, 0.80, steep));
+}
+
+// Land of which nothing is known but its shape: grass where it is level, soil, and rock where it is steep.
+Material earth_land(float steep, float patch_, float hollow) {
+    vec3 grass = vec3(0.118, 0.122, 0.066), soil = vec3(0.165, 0.140, 0.102), rock = vec3(0.200, 0.188, 0.172);
+    vec3 colour = mix(grass, soil, smoothstep(0.15, 0.55, steep * (1.0 + 0.5 * patch_) - 0.3 * hollow));
+    float bare = smoothstep(0.55, 1.0, steep * (1.0 + 0.5 * patch_) - 0.2 * hollow);
+    return mixed(Material(colour, 0.9), Material(rock * (1.0 + 0.3 * patch_), 0.75), bare);
 }
 
 #define AROUND_POSTS 6  // of the box around a post that its hollow is seen in, to each side
@@ -99,28 +119,57 @@ float hollow_of(vec2 post) {
     return clamp((mean_m - height_m(at)) / (0.5 * float(AROUND_POSTS) * min(u_spacing_m.x, u_spacing_m.y)), -1.0, 1.0);
 }
 
-// Standing water lies dead level, far and wide, in green land, and in no hollow of it, as the beds of valleys do; a map that
-// is level everywhere is none.
-float wetness(vec2 post, vec2 extent, Relief fine, float hollow) {
-    if (!GREEN || u_rms_slope < 0.001) return 0.0;
-    float around = length(rough_slope(post, max(vec2(16.0), extent)));
-    return greenness() * (1.0 - smoothstep(0.0004, 0.0015, around + 0.5 * length(fine.slope) + abs(hollow)));
-}
-
-Material land_of(vec2 post, vec2 extent, Relief fine, float hollow) {
-    float height = (fine.height_m - u_low_m) / u_span_m, steep = length(fine.slope);
-    float patch_ = patchiness(post, extent);
-    float zone = height + 0.10 * patch_ - 0.05 * hollow;
-    float thickness = steep * max(extent.x * u_spacing_m.x, extent.y * u_spacing_m.y) / u_span_m;
+// Land of a climate: valleys, woods, meadows, scree, rock and snow, one above the other; where it is dry, sand and layers of
+// rock.
+Material natural_land(vec2 post, vec2 extent, Relief fine, float hollow) {
+    Climate climate = climate_at(post);
+    float up_m = metres_up(fine.height_m), steep = length(fine.slope), patch_ = patchiness(post, extent);
+    float zone = zone_of(up_m, climate) + 0.10 * patch_ - 0.05 * hollow;
     Material land = Material(vec3(0.0), 0.0);
-    if (GREEN) land = added(land, green_land(zone, steep, patch_, hollow), greenness());
+    if (GREEN) land = added(land, green_land(zone, steep, patch_, hollow), 1.0 - climate.dryness);
     if (ARID) {
-        float layer = strata(height + 0.01 * patch_, thickness);
-        land = added(land, Material(arid_albedo(zone, steep, patch_, layer), 0.85), 1.0 - greenness());
+        float thickness_m = steep * max(extent.x * u_spacing_m.x, extent.y * u_spacing_m.y);
+        float layer = strata(up_m + 10.0 * patch_, thickness_m);
+        land = added(land, Material(arid_albedo(up_m, steep, patch_, layer), 0.85), climate.dryness);
     }
     land.albedo *= 1.0 + 0.2 * patch_;
-    float snowy = smoothstep(0.53, 0.68, zone + 0.06 * hollow) * (1.0 - smoothstep(0.85, 1.35, steep + 0.3 * patch_));
-    return mixed(land, SNOW, snowy * snowiness());
+    float snowy = smoothstep(SNOW_STAYS - 0.07, SNOW_STAYS + 0.08, zone + 0.06 * hollow) * (1.0 - smoothstep(0.85, 1.35, steep + 0.3 * patch_));
+    return mixed(land, SNOW, snowy);
+}
+
+vec3 between_stops(vec4 stops[10], float v) {  // colour, and where it stands
+    for (int i = 1; i < 10; i++)
+        if (v < stops[i].w) return mix(stops[i - 1].rgb, stops[i].rgb, clamp((v - stops[i - 1].w) / (stops[i].w - stops[i - 1].w), 0.0, 1.0));
+    return stops[9].rgb;
+}
+
+// Hypsometric tints: the colours of an atlas, at metres above the sea (after Imhof 1982, "Cartographic relief presentation").
+const vec4 TINTS[10] = vec4[10](
+    vec4(0.02, 0.05, 0.12, -6000.0), vec4(0.06, 0.14, 0.25, -1000.0), vec4(0.17, 0.29, 0.36, -1.0), vec4(0.10, 0.17, 0.07, 0.0),
+    vec4(0.19, 0.26, 0.12, 250.0), vec4(0.35, 0.35, 0.19, 700.0), vec4(0.34, 0.26, 0.14, 1400.0), vec4(0.25, 0.17, 0.10, 2400.0),
+    vec4(0.30, 0.28, 0.26, 3600.0), vec4(0.49, 0.49, 0.50, 5500.0));
+
+// Viridis (Smith, van der Walt 2015), linear light, from the sea to high mountains.
+const vec4 VIRIDES[10] = vec4[10](
+    vec4(0.058, 0.000, 0.089, -500.0), vec4(0.065, 0.020, 0.174, 0.0), vec4(0.048, 0.057, 0.243, 250.0), vec4(0.031, 0.106, 0.266, 600.0),
+    vec4(0.020, 0.162, 0.270, 1000.0), vec4(0.014, 0.234, 0.263, 1500.0), vec4(0.020, 0.334, 0.225, 2200.0), vec4(0.112, 0.449, 0.141, 3000.0),
+    vec4(0.386, 0.566, 0.040, 4000.0), vec4(0.984, 0.799, 0.019, 6000.0));
+
+Material land_of(vec2 post, vec2 extent, Relief fine, float hollow) {
+    if (LOOK == EARTH) return earth_land(length(fine.slope), patchiness(post, extent), hollow);
+    if (LOOK == GREY) return Material(vec3(0.26), 0.9);
+    if (LOOK == TINT) return Material(between_stops(TINTS, metres_up(fine.height_m)), 0.95);
+    if (LOOK == VIRIDIS) return Material(between_stops(VIRIDES, metres_up(fine.height_m)), 0.95);
+    return natural_land(post, extent, fine, hollow);
+}
+
+// How much of the ground around a place is void and filled, and how much is water: bilinear between posts.
+vec2 marked_at(vec2 post) {
+    ivec2 first = min(ivec2(post), u_last_post - 1);
+    vec2 t = post - vec2(first);
+    uvec4 marks = textureGather(u_marks, vec2(first + 1) / vec2(u_last_post + 1));  // counter-clockwise from the south-west
+    vec4 weights = vec4((1.0 - t.x) * t.y, t.x * t.y, t.x * (1.0 - t.y), (1.0 - t.x) * (1.0 - t.y));
+    return vec2(dot(weights, vec4(notEqual(marks & VOID, uvec4(0u)))), dot(weights, vec4(notEqual(marks & WET, uvec4(0u)))));
 }
 
 // What a footprint is covered with; its extent, in posts, decides what fades.
@@ -129,6 +178,11 @@ Material material_of(vec2 post, vec2 extent, Relief fine) {
     Material pictured = Material(picture.rgb / max(picture.a, 1e-6), 0.8);
     if (picture.a > 0.999) return pictured;
     float hollow = hollow_of(post) * smoothstep(0.7, 1.5, max(extent.x, extent.y));  // it has steps, from post to post
-    Material land = mixed(land_of(post, extent, fine, hollow), WATER, wetness(post, extent, fine, hollow));
+    Material land = land_of(post, extent, fine, hollow);
+    if (MARKED) {
+        vec2 marked = marked_at(post);
+        if (LOOK < GREY) land = mixed(land, WATER, smoothstep(0.3, 0.7, marked.y));
+        land = mixed(land, FILLED, smoothstep(0.0, 1.0, marked.x));
+    }
     return mixed(land, pictured, picture.a);
 }

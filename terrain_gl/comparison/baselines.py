@@ -10,9 +10,9 @@ from collections.abc import Callable
 from typing import Any
 
 from ..camera import Camera
+from ..filling import Rect
 from ..lod import Selection
 from ..methods import Selectors
-from ..terrain import Rect
 from .clipmap import Clipmap, Rings
 from .pyramid import Pyramid
 from .tessellated import Edges, Tessellated

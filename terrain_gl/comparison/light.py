@@ -65,7 +65,7 @@ def compare_light(
     of_view = Truth(image, picture.sky_share(), {"places": fine * fine})
     mipmaps = Mipmaps(picture)
     for baseline in BASELINES:
-        shade_as(baseline, picture, mipmaps, camera, chosen.look)
+        shade_as(baseline, picture, mipmaps, camera, chosen.shading)
         images[baseline] = picture.read()
     mipmaps.release()
     entries = [_entry(name, image, images[name][..., :3]) for name in LIGHT_LABELS]

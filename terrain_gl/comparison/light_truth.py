@@ -63,7 +63,7 @@ def render_light_truth(
         picture = renderer.picture
         renderer.resources.crop(piece)
         picture.see(frame.selection)
-        picture.light(camera, options.look)
+        picture.light(camera, options.shading)
         sky = picture.lighting.sky
         assert sky
         directions, weights = dome(*sky.radiance.shape[:2])

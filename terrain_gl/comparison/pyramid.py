@@ -11,9 +11,10 @@ from __future__ import annotations
 import moderngl
 import numpy as np
 
+from ..filling import Rect
 from ..gpu import layout, shaders
 from ..gpu.bindings import bind
-from ..terrain import Rect, Terrain
+from ..terrain import Terrain
 
 # weights of a symmetric filter's middle, its neighbours and theirs
 FILTERS = {

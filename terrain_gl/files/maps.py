@@ -30,6 +30,8 @@ class BundledMap:
         As `Heightmap.open` takes them.
     eye, target, fov_deg, sun
         The first view, and the sun's azimuth and elevation in degrees.
+    look
+        How its land is coloured.
     """
 
     name: str
@@ -41,6 +43,7 @@ class BundledMap:
     target: Vector
     fov_deg: float
     sun: tuple[float, float]
+    look: str
 
     @property
     def camera(self) -> Camera:
@@ -91,14 +94,15 @@ def open_map(name_or_path: str, **options: Any) -> tuple[Heightmap, BundledMap |
     own = {key: getattr(known, key) for key in SCALES} if known else {}
     heightmap = Heightmap.open(known.path if known else name_or_path, **own | given)
     if known:
-        heightmap.name = known.name
+        heightmap.name, heightmap.look = known.name, known.look
     return heightmap, None if given.keys() & set(SCALES) else known
 
 
 def _bundled(name: str, path: str, entry: dict[str, Any]) -> BundledMap:
     view = entry["view"]
     scales = entry["spacing_m"], entry["z_scale"], entry["z_offset_m"]
-    return BundledMap(name, path, *scales, tuple(view["eye"]), tuple(view["target"]), view["fov"], tuple(view["sun"]))
+    camera = tuple(view["eye"]), tuple(view["target"]), view["fov"]
+    return BundledMap(name, path, *scales, *camera, tuple(view["sun"]), entry["look"])
 
 
 def _same_file(known: str, path: str) -> bool:

@@ -7,9 +7,10 @@ import math
 import moderngl
 
 from ..camera import Vector
+from ..filling import Rect
 from ..gpu.bindings import bind
 from ..sat import RecordedTable, Table
-from ..terrain import Rect, Terrain
+from ..terrain import Terrain
 
 
 class HeightSums(RecordedTable):

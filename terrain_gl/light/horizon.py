@@ -13,12 +13,13 @@ import moderngl
 import numpy as np
 
 from ..camera import Vector
+from ..filling import Rect
 from ..gpu import gl, shaders
 from ..gpu.bindings import bind
 from ..gpu.session import Resource
 from ..sat import SummedAreaTables, Table
 from ..steps import Progress, Steps, drain
-from ..terrain import Rect, Terrain
+from ..terrain import Terrain
 from .gaussians import SUN_RADIUS_DEG
 
 AZIMUTHS = 16

@@ -9,17 +9,19 @@ from typing import NamedTuple
 import moderngl
 import numpy as np
 
+from ..filling import Rect
 from ..gpu.bindings import bind
 from ..gpu.gl import limits
 from ..readers.georeference import Georeference
 from ..steps import Steps, drain
-from ..terrain import Rect, Terrain
+from ..terrain import Terrain
 from .atmosphere import LUMINANCE
+from .climate import AUTO
 from .gaussians import LIGHTS, SKY_AXES, SKY_SHARPNESS
 from .ground import HeightSums
 from .horizon import PORTION, Visibility
 from .laid import read_ground
-from .lobes import LAYERS, Character, Cover, LobeTables
+from .lobes import LAYERS, Cover, LobeTables
 from .sky import Sky, clear_sky, read_sky
 
 # How bright a surface in full light is shown: the log mean of the bundled map's default view is mid-grey, 0.18.
@@ -59,7 +61,7 @@ class Lighting:
         self.ctx, self.terrain, self.sums = terrain.ctx, terrain, sums
         most_words = LAYERS * terrain.heightmap.rows * terrain.heightmap.cols // 4
         self._words = {"WORDS_IN_TEXTURES": 1} if most_words <= limits(self.ctx)["texture_buffer_texels"] else {}
-        self.cover = Cover(self.ctx, terrain.heightmap)
+        self.cover = Cover(terrain)
         self.visibility = Visibility(terrain, SKY_AXES, SKY_SHARPNESS)
         self.block = self.ctx.buffer(reserve=LIGHTS.itemsize)
         self.lobes: LobeTables | None = None
@@ -86,25 +88,28 @@ class Lighting:
         if moved:
             self.visibility.update(posts)
         everywhere = posts == (0, 0, self.terrain.heightmap.cols - 1, self.terrain.heightmap.rows - 1)
-        before, self.cover.character = self.cover.character, Character.of(self.terrain.heightmap)
-        if everywhere or before != self.cover.character or self._lobes_of != self._lobes_wanted:
+        if everywhere or self._lobes_of != self._lobes_wanted:
             self._lobes_wanted += 1
         elif self.lobes:
             self.lobes.update(posts)
 
-    def follow(self, sun: tuple[float, float], sky: str | None = None, material: str | None = None) -> None:
-        """Make what is missing for a sun (azimuth, elevation), a sky's file and a picture of the ground."""
+    def follow(
+        self, sun: tuple[float, float], sky: str | None = None, material: str | None = None, look: str = AUTO
+    ) -> None:
+        """Make what is missing for a sun (azimuth, elevation), a sky's file, a picture of the ground and a look."""
         heightmap = self.terrain.heightmap
-        drain(self.follow_steps(sun, sky, material, heightmap.rows * heightmap.cols))
+        drain(self.follow_steps(sun, sky, material, look, heightmap.rows * heightmap.cols))
 
     def follow_steps(
         self,
         sun: tuple[float, float],
         sky: str | None = None,
         material: str | None = None,
+        look: str = AUTO,
         posts: int = PORTION,
     ) -> Steps[None]:
         """Incremental `follow`, about `posts` posts a step; yields progress from 0 to 1, nothing if all is there."""
+        self._lobes_wanted += self.cover.take_look(look)
         version, place = None if material is None else Version.of(material), self.terrain.heightmap.georeference
         if version != self._material:
             self.cover.take_picture(None if material is None else ground_seen(material, place))

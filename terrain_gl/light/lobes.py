@@ -5,55 +5,33 @@ Values: glsl/light/record.comp. Lookups in shaders: glsl/light/merged.glsl. Spec
 
 from __future__ import annotations
 
-import math
-from typing import NamedTuple
-
 import moderngl
 import numpy as np
 
+from ..filling import Rect
 from ..gpu.bindings import bind
-from ..heightmap import Heightmap
 from ..sat import RecordedTable, Table
-from ..terrain import Rect, Terrain
+from ..terrain import Terrain
+from .climate import AUTO, LOOKS, Climate, climates, look_of
 from .ground import HeightSums
 
 LAYERS = 9
-HOLLOW = 8  # a cell's cover depends on the posts so far around it: glsl/shade/cover.glsl looks at boxes up to 16 wide
-_GREENNESS = 0.27, 0.42  # hypsometric integrals between which land turns from green to arid: glsl/shade/character.glsl
-_GRID = 64  # the hypsometric integral is rounded to 1/64: small edits then change no cover
-
-
-class Character(NamedTuple):
-    """What kind of land a map shows; glsl/shade/character.glsl chooses its cover by this."""
-
-    hypsometric: float
-    rms_slope: float
-
-    @classmethod
-    def of(cls, heightmap: Heightmap) -> Character:
-        """Measure at most about 512 × 512 posts, evenly spread, and round: most edits then change nothing."""
-        step = max(1, min(heightmap.rows, heightmap.cols) // 512)
-        low, high = heightmap.range_m
-        heights = heightmap.heights[::step, ::step].astype(np.float64)
-        slopes = [np.diff(heights, axis=i) / (step * heightmap.spacing_m[1 - i]) for i in (0, 1)]
-        mean_square = sum(float(np.nanmean(s * s)) for s in slopes if np.isfinite(s).any())
-        hypsometric = (float(np.nanmean(heights)) - low) / max(high - low, 1e-30)
-        return cls(round(hypsometric * _GRID) / _GRID, _rounded(math.sqrt(mean_square)))
-
-
-def _rounded(slope: float) -> float:
-    """Round to an eighth of the power of two below."""
-    step = 2.0 ** (math.floor(math.log2(max(slope, 1e-9))) - 3)
-    return round(slope / step) * step
+HOLLOW = 8  # posts around a cell that its cover depends on: glsl/shade/cover.glsl asks of boxes up to 13 wide
 
 
 class Cover:
-    """What covers the ground: what the map's character suggests, or a picture of the ground."""
+    """What the ground is covered with: a look of the land, or a picture of the ground."""
 
-    def __init__(self, ctx: moderngl.Context, heightmap: Heightmap) -> None:
-        self.ctx, self.character = ctx, Character.of(heightmap)
+    def __init__(self, terrain: Terrain) -> None:
+        self.ctx, self.terrain = terrain.ctx, terrain
+        self.look = look_of(terrain.heightmap)
         self.picture: moderngl.Texture | None = None
-        self._none = ctx.texture((1, 1), 3)
+        self._none = self.ctx.texture((1, 1), 3)
+
+    def take_look(self, look: str) -> bool:
+        """Show the land by a look, one of `climate.NAMES`; returns whether it is another one."""
+        before, self.look = self.look, look_of(self.terrain.heightmap) if look == AUTO else look
+        return before != self.look
 
     def take_picture(self, albedo: np.ndarray | None) -> None:
         """Use a picture of linear albedo, north up, over the whole map; None: the map's own cover.
@@ -76,15 +54,23 @@ class Cover:
             self.picture.filter = (moderngl.LINEAR_MIPMAP_LINEAR, moderngl.LINEAR)
 
     @property
+    def climates(self) -> tuple[Climate, ...]:
+        """The climate at the map's corners."""
+        return climates(self.terrain.heightmap, self.look)
+
+    @property
     def defines(self) -> dict[str, object]:
         """Macros for a program that serves this cover alone, and leaves the code for others out."""
-        low, high = _GREENNESS
-        kinds = {"GREEN": self.character.hypsometric < high, "ARID": self.character.hypsometric > low}
-        return {name: str(is_so).lower() for name, is_so in {"PICTURED": self.picture is not None, **kinds}.items()}
+        dry = [each.dryness for each in self.climates]
+        known = {"PICTURED": self.picture is not None, "MARKED": self.terrain.is_marked}
+        known |= {"GREEN": min(dry) < 1, "ARID": max(dry) > 0}
+        return {"LOOK": LOOKS[self.look].shader} | {name: str(is_so).lower() for name, is_so in known.items()}
 
     def bind(self, program: moderngl.Program | moderngl.ComputeShader) -> None:
         """Bind the cover to a program that includes glsl/shade/cover.glsl."""
-        for name, value in (self.character._asdict() | {"pictured": self.picture is not None}).items():
+        values = {"climate": list(self.climates), "base_m": self.terrain.base_m, "look": LOOKS[self.look].shader}
+        values |= {"pictured": self.picture is not None, "marked": self.terrain.is_marked}
+        for name, value in values.items():
             if f"u_{name}" in program:
                 program[f"u_{name}"] = value
         bind("shade/cover.glsl", u_albedo=self.picture or self._none)

@@ -61,6 +61,7 @@ class BrushTool:
         self.edits = 0
         self.due: deque[Dab] = deque()
         self.waits_for_headroom = True
+        self._range_m = heightmap.quantised_m  # of the tables before the brush was taken
         self._sculptor = Sculptor(renderer)
         self._last: tuple[float, float] | None = None
         self._dabbed_s = float("-inf")
@@ -169,6 +170,10 @@ class BrushTool:
         strongest = max(brush.strength for brush in (self.brush, *(dab.brush for dab in self.due)))
         more_m = max(0.5 * (high - low), 4 * strongest)
         return self.renderer.editor.headroom_steps(more_m, more_m)
+
+    def give_back_steps(self) -> Steps[None] | None:
+        """Build tables as they were before the brush was taken, to the bit; None once the map has been changed."""
+        return None if self.edits else self.renderer.editor.range_steps(self._range_m)
 
     def _next_count(self) -> int:
         """How many of the next dabs are done together: equal ones close to the first, as far as there is headroom."""

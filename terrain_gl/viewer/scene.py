@@ -37,8 +37,8 @@ class FrameSpec:
     @property
     def lit_look(self) -> Look:
         """The look that light is made for: only the options that light depends on."""
-        lit = next((side.look for side in self.sides if side.look.is_lit), None)
-        return Look(sun=lit.sun, sky=lit.sky, material=lit.material) if lit else Look(UNLIT)
+        lit = next((side.shading for side in self.sides if side.shading.is_lit), None)
+        return Look(sun=lit.sun, sky=lit.sky, material=lit.material, land=lit.land) if lit else Look(UNLIT)
 
 
 class Scene:

@@ -88,13 +88,22 @@ class Sculpting:
 
     def toggle(self) -> None:
         """Take the brush, or put it away."""
-        if self.brushing or self.headroom or not self.tool:
+        if self.tool and (self.brushing or self._taking):
             self.brushing = False
             self.cancel()
+            self.headroom = self.tool.give_back_steps()  # the picture is again as it was
+            return
+        self._drop_headroom()
+        if not self.tool:
             return
         self._taking = True
         self.headroom = self.tool.headroom_steps()  # before the first stroke, so that none has to wait
         self._make_headroom()
+
+    @property
+    def task(self) -> str:
+        """What tables are built for."""
+        return "preparing the brush" if self.brushing or self._taking else "putting the brush away"
 
     def cancel(self) -> None:
         """Stop building tables, and end the stroke that waits for them."""

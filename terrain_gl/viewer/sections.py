@@ -173,6 +173,9 @@ def picture_section(ui: Widgets, viewer: Viewer, draft: PictureDraft) -> None:
     style = ui.choose("style", settings.options.style, CHOICES["style"], "What the colours show (Tab, J).")
     if style:
         settings.change(style=style)
+    hint = "The colours of the land. auto: by what the file says of its place; they do not change with edits."
+    if look := ui.choose("look", settings.options.look, CHOICES["look"], hint):
+        settings.change_all(look=look)
     _light(ui, settings, draft)
     _water(ui, viewer.scene)
     hint = "Light from an equirectangular .hdr or .exr image; empty: a clear sky. Type a path, or drop a file here."

@@ -226,7 +226,7 @@ class Viewer:
         if job := self.loader.job:
             return Progress(job.text, job.progress, self.loader.can_cancel)
         if self.sculpting.headroom:
-            return Progress("preparing the brush", self.sculpting.share, True)
+            return Progress(self.sculpting.task, self.sculpting.share, True)
         if self.painter.light.share is not None:
             return Progress("computing light and shadow", self.painter.light.share, False)
         if shot := self.saver.shot:

@@ -149,3 +149,26 @@ def test_without_memory_for_headroom_sculpting_still_works(viewer, monkeypatch):
     stroke(viewer, (160, 150), (165, 150))
     settle(viewer)
     assert viewer.scene.renderer.heightmap.range_m[1] > 900 and viewer.painter.frame.measured_px["max"] <= 1
+
+
+def test_a_brush_taken_and_put_away_leaves_the_picture_as_it_was(viewer):
+    """To the bit: no stroke, no other colours, no other mesh."""
+    settle(viewer)
+    before = viewer.scene.renderer.picture.read()
+    press(viewer, "b")
+    settle(viewer)
+    held = viewer.scene.heightmap.quantised_m
+    assert viewer.sculpting.brushing and held != viewer.scene.heightmap.range_m
+    press(viewer, "b")
+    assert viewer.progress[0] == "putting the brush away"
+    settle(viewer)
+    assert viewer.scene.heightmap.quantised_m == viewer.scene.heightmap.range_m and viewer.progress is None
+    assert np.array_equal(viewer.scene.renderer.picture.read(), before)
+
+
+def test_a_brush_that_was_used_keeps_its_headroom(viewer):
+    with_a_stroke(viewer)
+    held = viewer.scene.heightmap.quantised_m
+    press(viewer, "b")
+    settle(viewer)
+    assert not viewer.sculpting.brushing and viewer.scene.heightmap.quantised_m == held

@@ -1,0 +1,28 @@
+// shade/climate.glsl — what grows and lies on land at one height of one place: told by the latitude, not by the map's own
+// range, so that a part of a map looks as it does in the whole, and an edit elsewhere changes nothing.
+//   A climate is three numbers at each corner of the map, bilinear between: metres of the tree line, metres of the snow
+//   line, and how dry it is, 0 to 1.
+// Provides Climate, climate_at(), zone_of(), metres_up().   Python twin: light.climate
+
+struct Climate {
+    float trees_m, snow_m, dryness;
+};
+
+uniform vec3 u_climate[4];  // north-west, north-east, south-west, south-east
+uniform float u_base_m;     // what the map's heights count from
+
+Climate climate_at(vec2 post) {
+    vec2 t = clamp(post / vec2(u_last_post), 0.0, 1.0);
+    vec3 c = mix(mix(u_climate[0], u_climate[1], t.x), mix(u_climate[2], u_climate[3], t.x), t.y);
+    return Climate(c.x, c.y, c.z);
+}
+
+float metres_up(float height_m) { return height_m + u_base_m; }
+
+#define TREES_END 0.33  // zones: 0 at the sea, here no trees any more,
+#define SNOW_STAYS 0.60 // and from here on snow
+
+float zone_of(float up_m, Climate c) {
+    if (up_m < c.trees_m) return TREES_END * up_m / max(c.trees_m, 100.0);
+    return TREES_END + (SNOW_STAYS - TREES_END) * (up_m - c.trees_m) / max(c.snow_m - c.trees_m, 100.0);
+}

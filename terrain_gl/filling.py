@@ -1,0 +1,130 @@
+"""Voids filled smoothly from their rim."""
+
+from __future__ import annotations
+
+import numpy as np
+
+Rect = tuple[int, int, int, int]
+SWEEPS = 6  # of relaxation at each level: more change the surface by less than can be seen
+
+
+def hull(a: Rect, b: Rect) -> Rect:
+    """The least rectangle that holds two."""
+    return min(a[0], b[0]), min(a[1], b[1]), max(a[2], b[2]), max(a[3], b[3])
+
+
+def fill_voids(heights: np.ndarray) -> np.ndarray:
+    """Heights with NaN replaced by a smooth surface through the rim of the voids."""
+    return Filling(heights).filled[0] if np.isnan(heights).any() else heights
+
+
+class Filling:
+    """Heights with voids filled, and ready for edits.
+
+    Pull-push (Gortler et al. 1996, "The lumigraph") gives the first guess at each level: a level up is half as
+    large, its posts the means of the known ones below; down again, what is void takes the surface above. Then each
+    void post becomes the mean of its four neighbours, a few times: from level to level this comes close to the
+    harmonic surface, the membrane that is held by the rim (Bornemann and Deuflhard 1996, "The cascadic multigrid
+    method for elliptic problems").
+
+        known   5 ·     pull    5        push    5 5     relax
+                · ·      →                →      5 5
+
+    Attributes
+    ----------
+    known, filled
+        Levels from the map, (rows, cols), up to a single post; NaN in `known` where void.
+    """
+
+    def __init__(self, heights: np.ndarray) -> None:
+        self.known = [heights]
+        while self.known[-1].size > 1:
+            self.known.append(_pull(self.known[-1]))
+        self.filled = [self.known[-1]]
+        for known in self.known[-2::-1]:
+            self.filled.insert(0, _push(known, self.filled[0], _all_of(known)))
+
+    def update(self, posts: Rect) -> Rect:
+        """Follow new heights of the map in a rectangle (x0, y0, x1, y1); returns the one in which `filled` differs."""
+        rects = [posts]
+        for below, known in zip(self.known, self.known[1:], strict=False):
+            x0, y0, x1, y1 = (i // 2 for i in rects[-1])
+            known[y0 : y1 + 1, x0 : x1 + 1] = _pull(below[2 * y0 : 2 * y1 + 2, 2 * x0 : 2 * x1 + 2])
+            rects.append((x0, y0, x1, y1))
+        self.filled[-1] = self.known[-1]
+        changed = rects[-1]
+        for level in range(len(self.known) - 2, -1, -1):
+            changed = self._push_again(level, rects[level], changed)
+        return changed
+
+    def _push_again(self, level: int, posts: Rect, above: Rect) -> Rect:
+        """Fill one level anew around what changed here and above; returns the rectangle that differs with `posts`."""
+        known, filled = self.known[level], self.filled[level]
+        below = 2 * above[0] - 1, 2 * above[1] - 1, 2 * above[2] + 2, 2 * above[3] + 2
+        around = _grown(hull(posts, below), SWEEPS, known)
+        x0, y0, x1, y1 = around
+        old = filled[y0 : y1 + 1, x0 : x1 + 1]
+        new = _push(known, self.filled[level + 1], around)
+        differs = new != old
+        old[...] = new
+        at_y, at_x = np.flatnonzero(differs.any(1)) + y0, np.flatnonzero(differs.any(0)) + x0
+        if not len(at_y):
+            return posts
+        return hull(posts, (int(at_x[0]), int(at_y[0]), int(at_x[-1]), int(at_y[-1])))
+
+
+def _all_of(heights: np.ndarray) -> Rect:
+    return 0, 0, heights.shape[1] - 1, heights.shape[0] - 1
+
+
+def _grown(rect: Rect, by: int, within: np.ndarray) -> Rect:
+    """A rectangle with so many more posts on each side, as far as there are any."""
+    x0, y0, x1, y1 = rect
+    return max(x0 - by, 0), max(y0 - by, 0), min(x1 + by, within.shape[1] - 1), min(y1 + by, within.shape[0] - 1)
+
+
+def _push(known: np.ndarray, above: np.ndarray, rect: Rect) -> np.ndarray:
+    """Fill the voids of a rectangle of a level from the level above, and relax them.
+
+    What lies around has the same values as if the whole level were filled: a sweep looks one post far, so as many posts
+    around are filled, too, and left out of the result.
+    """
+    x0, y0, x1, y1 = _grown(rect, SWEEPS, known)
+    part = known[y0 : y1 + 1, x0 : x1 + 1]
+    void = np.isnan(part)
+    inner = np.s_[rect[1] - y0 : rect[3] - y0 + 1, rect[0] - x0 : rect[2] - x0 + 1]
+    if not void.any():
+        return part[inner].copy()
+    rows, cols = np.flatnonzero(void.any(1)), np.flatnonzero(void.any(0))
+    box = np.s_[max(rows[0] - 1, 0) : rows[-1] + 2, max(cols[0] - 1, 0) : cols[-1] + 2]
+    filled = part.astype(np.float32)
+    some, hole = filled[box], void[box]
+    first = y0 + box[0].start, x0 + box[1].start
+    some[hole] = _surface(above, first, some.shape)[hole]
+    for _ in range(SWEEPS):
+        around = np.pad(some, 1, "edge")
+        mean = (around[:-2, 1:-1] + around[2:, 1:-1]) + (around[1:-1, :-2] + around[1:-1, 2:])
+        some[hole] = (np.float32(0.25) * mean)[hole]
+    return filled[inner]
+
+
+def _surface(above: np.ndarray, first: tuple[int, int], shape: tuple[int, ...]) -> np.ndarray:
+    """The level above, bilinear between its posts, at rows and columns of the level below."""
+    values = above
+    for axis in (0, 1):
+        i = np.arange(first[axis], first[axis] + shape[axis])
+        near = i // 2  # a post above stands in the middle of two by two
+        next_ = np.clip(near + np.where(i % 2, 1, -1), 0, above.shape[axis] - 1)
+        a, b = values.take(near, axis), values.take(next_, axis)
+        values = a + np.float32(0.25) * (b - a)
+    return values
+
+
+def _pull(heights: np.ndarray) -> np.ndarray:
+    """Halve a map: the mean of the known ones of each 2 × 2 heights."""
+    rows, cols = heights.shape
+    padded = np.pad(heights, ((0, rows % 2), (0, cols % 2)), constant_values=np.nan)
+    blocks = padded.reshape(padded.shape[0] // 2, 2, padded.shape[1] // 2, 2)
+    known = np.isfinite(blocks).sum((1, 3))
+    total = np.nansum(blocks, (1, 3), dtype=np.float64)
+    return np.where(known > 0, total / np.maximum(known, 1), np.nan).astype(np.float32)

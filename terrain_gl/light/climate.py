@@ -1,0 +1,135 @@
+"""Looks of the land, by name; and what a place's latitude says of where trees end, snow stays, and little grows.
+
+All is told in metres above the sea and by the place on the Earth, never by the map's own range of heights: a part of a
+map looks as it does in the whole, and an edit elsewhere changes nothing.
+"""
+
+from __future__ import annotations
+
+from functools import lru_cache
+from typing import NamedTuple
+
+import numpy as np
+
+from ..exceptions import TerrainError
+from ..heightmap import Heightmap
+from ..place import Place, flat_crs
+from ..readers.georeference import DEGREES
+
+AUTO = "auto"
+_NATURAL, _EARTH, _GREY, _TINT, _VIRIDIS = range(5)  # glsl/shade/cover.glsl
+_EARTH_M = 6.3e6, 6.4e6  # semi-major axes
+LATITUDE_DEG = 46.0  # where nobody knows the latitude: that of the Alps
+# Latitudes, and metres of the highest trees and of snow in early summer there: round numbers of our own choice.
+_LATITUDES = 0, 20, 30, 40, 46, 52, 60, 70, 78, 90
+_TREES_M = 3800, 4000, 3900, 3000, 1950, 1600, 900, 150, -200, -400
+_SNOW_M = 4800, 5600, 5300, 3500, 2450, 2000, 1300, 600, 200, -200
+# The large deserts, roughly, as ellipses: latitude and longitude of the middle, and half axes in degrees.
+_DESERTS = np.array(
+    (
+        (23, 5, 10, 24),  # Sahara
+        (23, 30, 9, 9),  # Egypt and Nubia
+        (24, 47, 10, 12),  # Arabia
+        (31, 55, 6, 10),  # Iran
+        (28, 70, 4, 5),  # Thar
+        (42, 60, 6, 8),  # Karakum
+        (40, 83, 4, 9),  # Taklamakan
+        (42, 103, 4, 10),  # Gobi
+        (35, -115, 4, 5),  # Mojave
+        (39, -117, 3, 4),  # Great Basin
+        (37, -110.5, 3, 3.5),  # Colorado Plateau
+        (31, -112, 5, 5),  # Sonora
+        (28, -104, 4, 3),  # Chihuahua
+        (-23, -69.5, 7, 2.5),  # Atacama
+        (-44, -68, 7, 4),  # Patagonia
+        (-24, 16, 8, 3.5),  # Namib
+        (-26, 132, 7, 13),  # Australia
+        (9, 46, 5, 6),  # Horn of Africa
+    ),
+    np.float64,
+)
+_RIM = 0.25  # of an ellipse: how far out of it dryness ends
+
+
+class Climate(NamedTuple):
+    """Metres of the tree line and of the snow line, and how dry the land is, 0 to 1."""
+
+    trees_m: float
+    snow_m: float
+    dryness: float
+
+
+class Kind(NamedTuple):
+    """A look: how glsl/shade/cover.glsl colours the land, and the climate of natural land; None: that of the place."""
+
+    shader: int
+    climate: Climate | None
+    help: str
+
+
+LOOKS = {
+    "alpine": Kind(_NATURAL, None, "woods, meadows, rock and snow, by the latitude of the map, else of the Alps"),
+    "green": Kind(_NATURAL, Climate(2500.0, 1e6, 0.0), "woods and meadows, no snow"),
+    "arid": Kind(_NATURAL, Climate(4000.0, 6000.0, 1.0), "sand and layers of rock"),
+    "earth": Kind(_EARTH, None, "soil and rock, by steepness alone"),
+    "grey": Kind(_GREY, None, "a hillshade"),
+    "tint": Kind(_TINT, None, "an atlas' colours of heights"),
+    "viridis": Kind(_VIRIDIS, None, "a colour map of heights, 0 to 6000 m"),
+}
+NAMES = (AUTO, *LOOKS)
+
+
+def look_of(heightmap: Heightmap) -> str:
+    """The look that "auto" stands for: what the map says of itself, else what its place does."""
+    if heightmap.look != AUTO:
+        return heightmap.look
+    if heightmap.place is None:
+        return "earth" if heightmap.assumes_spacing else "alpine"
+    return "alpine" if _is_earth(heightmap.place.crs) else "grey"
+
+
+def climates(heightmap: Heightmap, look: str) -> tuple[Climate, ...]:
+    """The climate at the map's corners: north-west, north-east, south-west, south-east."""
+    own = LOOKS[look].climate
+    if own:
+        return (own,) * 4
+    corners = _corners(heightmap.place) if heightmap.place else None
+    if corners is None:
+        return (climate_of(LATITUDE_DEG),) * 4
+    dry = heightmap.look == AUTO
+    return tuple(climate_of(latitude, longitude if dry else None) for longitude, latitude in corners)
+
+
+@lru_cache(maxsize=64)
+def _corners(place: Place) -> tuple[tuple[float, float], ...] | None:
+    """Longitude and latitude of the posts in the corners, as the climates; None where they are unknown."""
+    (cols, rows), (east, north) = place.georeference.size, place.spacing_m
+    at = [(x, y) for y in ((rows - 1) * north, 0.0) for x in (0.0, (cols - 1) * east)]
+    try:
+        return tuple(place.to_lonlat(x, y) for x, y in at) if _is_earth(place.crs) else None
+    except TerrainError:
+        return None
+
+
+@lru_cache(maxsize=64)
+def _is_earth(crs: str | None) -> bool:
+    """Whether a coordinate system is of the Earth; what nobody knows is taken for it."""
+    if crs is None or crs == DEGREES:
+        return True
+    try:
+        ellipsoid = flat_crs(crs).ellipsoid
+    except TerrainError:
+        return True
+    return ellipsoid is None or _EARTH_M[0] < ellipsoid.semi_major_metre < _EARTH_M[1]
+
+
+def climate_of(latitude: float, longitude: float | None = None) -> Climate:
+    """The climate of a place on the Earth, degrees north and east; without a longitude, of land with rain."""
+    trees, snow = (float(np.interp(abs(latitude), _LATITUDES, metres)) for metres in (_TREES_M, _SNOW_M))
+    return Climate(trees, snow, 0.0 if longitude is None else _dryness(latitude, longitude))
+
+
+def _dryness(latitude: float, longitude: float) -> float:
+    east = (longitude - _DESERTS[:, 1] + 180) % 360 - 180
+    out = np.hypot((latitude - _DESERTS[:, 0]) / _DESERTS[:, 2], east / _DESERTS[:, 3])
+    return float(np.clip((1 + _RIM - out.min()) / _RIM, 0.0, 1.0))
