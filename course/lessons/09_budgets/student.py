@@ -1,0 +1,50 @@
+"""Lesson 9: so many triangles, where they help most.
+
+A quadtree is a list of levels. squares[j] holds the squared error of each node of level j if it is a leaf, summed over
+its posts: an array (2^(top-j), 2^(top-j)). The last level is the root. A leaf has two triangles.
+splits[j] says which nodes are split; a split node's parent is split; level 0 is never split.
+"""
+
+import heapq
+
+import numpy as np
+
+
+def totals(squares, splits):
+    """9.1 Triangles and squared error of a tree: over all leaves, the nodes that exist and are not split.
+
+    returns   (triangles, squared error)
+    """
+    raise NotImplementedError("write this")
+
+
+def greedy(squares, triangles):
+    """9.2 From the root, split the leaf that gains most, again and again, while there are at most so many triangles.
+
+    The gain is the leaf's squared error minus that of its four children as leaves. Of equal gains, take the larger node,
+    then the smaller row, then the smaller column. Leaves of level 0 cannot be split.
+
+    returns   splits
+    """
+    raise NotImplementedError("write this")
+
+
+def prune(squares, price):
+    """9.3 The tree with the least squared error + price · triangles, of all trees.
+
+    From the leaves up: a node is split if the best that its children can do costs less than itself as a leaf.
+
+    returns   splits
+    """
+    raise NotImplementedError("write this")
+
+
+def budget(squares, triangles):
+    """9.4 The best of the trees that `prune` can make with at most so many triangles, two or more.
+
+    Triangles fall as the price rises. Look for the lowest price that does not make too many, by bisection of its
+    logarithm: prices run over many powers of ten.
+
+    returns   splits
+    """
+    raise NotImplementedError("write this")
