@@ -1,0 +1,108 @@
+"""Check of lesson 4: a bound is never below the truth, and never looser than the classes are."""
+
+import numpy as np
+
+from course.checking import at_least, at_most, compare, task
+from course.land import land
+from terrain_gl import reference
+
+TITLE = "Integral histograms"
+SPAN_M, CLASSES, PER_OCTAVE = 500.0, 48, 4
+
+
+def errors_of(rng):
+    """Errors of cells: smooth land, some exactly at a limit, and a wall of exactly 256 large ones."""
+    rows, cols = int(rng.integers(70, 110)), int(rng.integers(270, 330))
+    errors = np.abs(np.diff(np.diff(land(rng, rows + 2, cols + 2), axis=0), axis=1))[:rows, :cols]
+    errors *= 0.9 * SPAN_M / errors.max() * 0.1
+    limits = reference.class_limits(SPAN_M, CLASSES, PER_OCTAVE)
+    errors[rng.random(errors.shape) < 0.02] = limits[20]
+    errors[40, 5:261] = 450.0
+    return errors, limits
+
+
+def boxes_of(rng, shape, count=500):
+    """Boxes of all sizes; the first holds the wall and nothing else of its rows."""
+    low = np.stack([rng.integers(0, n, count) for n in shape[::-1]], 1)
+    size = np.exp(rng.uniform(0, np.log(60), (count, 2))).astype(int)
+    found = np.concatenate([low, np.minimum(low + size, shape[::-1])], 1)
+    found[0] = 5, 40, 261, 41
+    found[1] = 0, 0, *shape[::-1]
+    return found
+
+
+def true_maximum(errors, boxes):
+    """The largest error of each box."""
+    return np.array([errors[y0:y1, x0:x1].max() for x0, y0, x1, y1 in boxes])
+
+
+def rounded_up(errors, limits):
+    """Each error, raised to the limit of its class."""
+    return np.array([min([limit for limit in limits if limit >= e], default=SPAN_M) for e in errors])
+
+
+@task("4.1 the limits", points=1)
+def class_limits(student, rng):
+    """Halves, quarters, thirds of octaves."""
+    for per_octave in (1, 2, 3, 4):
+        span_m = float(rng.uniform(10, 1000))
+        want = [span_m * 0.5 ** ((c + 1) / per_octave) for c in range(20)]
+        yield compare(f"{per_octave} an octave", student.class_limits(span_m, 20, per_octave), want, axes=("class",))
+
+
+@task("4.2 the class of an error", points=2)
+def class_of(student, rng):
+    """Rounded up: the limit of its class is never below an error."""
+    limits = reference.class_limits(SPAN_M, CLASSES, PER_OCTAVE)
+    errors = np.concatenate([SPAN_M * 2.0 ** -rng.uniform(0, 14, 400), limits, [0.0, SPAN_M]])
+    want = [sum(e <= limit for limit in limits) - 1 for e in errors]
+    got = student.class_of(errors, limits)
+    yield compare("classes", got, want, axes=("error",))
+    yield at_least(
+        "limits are not below errors", np.append(SPAN_M, limits)[np.clip(got, -1, CLASSES - 1) + 1], errors, ("error",)
+    )
+
+
+@task("4.3 a table for each class", points=2)
+def class_tables(student, rng):
+    """Counts of cells above the limit."""
+    errors, limits = errors_of(rng)
+    above = errors > limits[:, None, None]
+    want = np.pad(above.astype(np.int64).cumsum(1).cumsum(2), ((0, 0), (1, 0), (1, 0)))
+    yield compare("counts", student.class_tables(errors, limits), want, axes=("class", "row", "column"))
+
+
+@task("4.4 the bound of a box", points=3)
+def bound(student, rng):
+    """Never below the truth; at most the class width above it."""
+    errors, limits = errors_of(rng)
+    boxes = boxes_of(rng, errors.shape)
+    tables = student.class_tables(errors, limits)
+    got = student.bound(tables, limits, SPAN_M, boxes)
+    worst = true_maximum(errors, boxes)
+    yield at_least("500 boxes: not below the largest error", got, worst, ("box",))
+    yield compare("500 boxes: the limit of the class", got, rounded_up(worst, limits), axes=("box",))
+
+
+@task("4.5 tiles", points=3)
+def tiles(student, rng):
+    """A sixteenth of the memory; the bound holds still."""
+    errors, limits = errors_of(rng)
+    for tile in (2, 4):
+        rows, cols = (-(-n // tile) for n in errors.shape)
+        want = [
+            [errors[y * tile : (y + 1) * tile, x * tile : (x + 1) * tile].max() for x in range(cols)]
+            for y in range(rows)
+        ]
+        yield compare(f"tiles of {tile}", student.tile_errors(errors, tile), want, axes=("row", "column"))
+        boxes = boxes_of(rng, errors.shape)
+        got = np.asarray(student.tile_boxes(boxes, tile))
+        asked = np.clip(got, 0, [cols, rows, cols, rows]) if got.shape == boxes.shape else boxes
+        narrow = np.array([[max(x1, x0 + 1), max(y1, y0 + 1)] for x0, y0, x1, y1 in asked])
+        inside = true_maximum(np.array(want), np.concatenate([asked[:, :2], narrow], 1))
+        yield at_least(
+            f"tiles of {tile}: the widened box holds the largest error", inside, true_maximum(errors, boxes), ("box",)
+        )
+        tight = [[x0 // tile, y0 // tile, (x1 - 1) // tile + 1, (y1 - 1) // tile + 1] for x0, y0, x1, y1 in boxes]
+        yield compare(f"tiles of {tile}: boxes", got, tight, axes=("box", "side"))
+        yield at_most(f"tiles of {tile}: no wider than needed", got[:, 2:], np.array(tight)[:, 2:], ("box", "side"))
