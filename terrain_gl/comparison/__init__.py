@@ -1,1 +1,1 @@
-"""Methods and ways of shading side by side: tables, curves and figures."""
+"""Comparisons of methods, and of ways of shading: tables, curves and figures."""

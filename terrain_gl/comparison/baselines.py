@@ -1,6 +1,6 @@
 """The baselines: the methods that ours is compared with.
 
-A baseline has parameters that trade triangles for accuracy. It certifies no error; what it achieves is measured like
+A baseline has parameters that trade triangles for accuracy. It certifies no error; its achieved error is measured like
 that of every method. `fitting` finds the best parameters for a number of triangles.
 """
 
@@ -22,14 +22,14 @@ PARAMETERS: dict[str, Callable[[], Parameters]] = {"clipmap": Rings, "tessellate
 
 
 class Baseline:
-    """Selects by a baseline's parameters, or by those that give a number of triangles; a `methods.Selector`.
+    """A `methods.Selector`: chooses a baseline's mesh by its parameters, or by a number of triangles.
 
     Parameters
     ----------
     surface
         The baseline.
     default
-        Makes the parameters that are taken where nothing is asked for.
+        Makes the default parameters.
     """
 
     def __init__(self, surface: Clipmap | Tessellated, default: Callable[[], Parameters]) -> None:
@@ -53,7 +53,7 @@ class Baseline:
         triangles: int | None = None,
         parameters: Parameters | None = None,
     ) -> Selection:
-        """Choose the mesh for a picture of `size`; a baseline has no use for the metric."""
+        """Choose the mesh for a picture of `size`; the metric is not used."""
         if triangles and not parameters:
             parameters = self._fit(camera, size, near_m, triangles)
         how = parameters or self._default()
@@ -74,7 +74,7 @@ class Baseline:
         self.surface.release()
 
     def _fit(self, *view: Any) -> Parameters:
-        """Find parameters, or take the last ones if they were found for the same view."""
+        """Find parameters; those of the last call are used again for the same view."""
         if self._fitted is None or self._fitted[0] != view:
             self._fitted = view, self.candidates(*view)[0]
         return self._fitted[1]

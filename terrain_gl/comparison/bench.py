@@ -1,4 +1,4 @@
-"""Times of every stage, beside numpy's cumulative sums of the same data and the dense drawing of the same view."""
+"""Times of every stage, next to numpy's cumulative sums of the same data and a dense drawing of the same view."""
 
 from __future__ import annotations
 
@@ -16,8 +16,8 @@ from ..brush import Brush, Sculptor
 from ..film.tour import tour
 from ..renderer import Renderer
 
-_IN_THE_MIDDLE = 5  # dabs there, of which the median counts
-ENOUGH_S = 4.0  # seconds spent on one number, after which no more repeats are made
+_IN_THE_MIDDLE = 5  # dabs in the middle of the map; their median is reported
+ENOUGH_S = 4.0  # seconds after which one measurement is not repeated again
 
 
 def bench(renderer: Renderer, frames: int = 7, dense: bool = True, **view: Any) -> dict[str, Any]:
@@ -26,14 +26,14 @@ def bench(renderer: Renderer, frames: int = 7, dense: bool = True, **view: Any) 
     Parameters
     ----------
     dense
-        Also draw every post; takes long on large maps.
+        Also draw every post, which takes long on large maps.
     view
-        What `Renderer.render` takes.
+        Arguments of `Renderer.render`.
 
     Returns
     -------
     dict
-        The stats of a frame, with more times in `ms` and `dense` and `ratio` beside them: docs/stats.md.
+        The stats of a frame with further times in `ms`, and `dense` and `ratio`: docs/stats.md.
     """
     stages = _stages(renderer, frames)
     stats, frame_ms = _frames(renderer, frames, view)
@@ -46,14 +46,14 @@ def bench(renderer: Renderer, frames: int = 7, dense: bool = True, **view: Any) 
 
 
 def strokes(renderer: Renderer, count: int = 20, radius_posts: int = 64) -> dict[str, Any]:
-    """Time dabs of a brush at random places, and some in the very middle, which move nodes of every level.
+    """Time brush dabs at random places, and some in the middle of the map, where they change nodes of every level.
 
-    They raise and lower within what the map reaches, and are undone in the end.
+    The dabs stay within the map's range of heights, and are undone at the end.
 
     Returns
     -------
     dict
-        `radius_posts`, `count`, `ms` (median, most, middle, rebuild) and `ratio` of them to the rebuild: docs/stats.md.
+        `radius_posts`, `count`, `ms` (median, most, middle, rebuild) and `ratio` to the rebuild: docs/stats.md.
     """
     heightmap, finish = renderer.heightmap, renderer.ctx.finish
     (east, north), (low, high) = heightmap.extent_m, heightmap.range_m
@@ -62,7 +62,7 @@ def strokes(renderer: Renderer, count: int = 20, radius_posts: int = 64) -> dict
     renderer.editor.make_headroom(up_m=0.1 * (high - low), down_m=0.1 * (high - low))
     sculptor.dab(
         Brush("raise", min(heightmap.spacing_m), 0.01), *places[0]
-    )  # so that nothing is done for the first time
+    )  # warm up: shaders are compiled before anything is timed
     times = []
     for i, place in enumerate([*places, *[(east / 2, north / 2)] * _IN_THE_MIDDLE]):
         brush = Brush(("raise", "lower")[i % 2], radius_posts * max(heightmap.spacing_m), 0.02 * (high - low))
@@ -78,9 +78,10 @@ def strokes(renderer: Renderer, count: int = 20, radius_posts: int = 64) -> dict
 
 
 def flight(renderer: Renderer, frames: int = 1000, dab_every: int = 10, **view: Any) -> dict[str, Any]:
-    """Time the frames of `tour`, one by one, with a dab of a brush below the eye in every so many of them.
+    """Time the frames of `tour`, one by one, with a brush dab below the eye in every `dab_every`-th frame.
 
-    From the camera to a finished picture on the GPU; one round before counts for nothing. The dabs are undone.
+    A frame's time runs from the camera to the finished picture on the GPU. A first round warms up and does not count.
+    The dabs are undone.
 
     Returns
     -------
@@ -111,14 +112,14 @@ def flight(renderer: Renderer, frames: int = 1000, dab_every: int = 10, **view: 
 
 
 def _rebuild(renderer: Renderer) -> None:
-    """What an edit does, for the whole map."""
+    """Do for the whole map what an edit does for its rectangle."""
     renderer.terrain.upload()
     renderer.tables.build()
     renderer.picture.update((0, 0, renderer.heightmap.cols - 1, renderer.heightmap.rows - 1))
 
 
 def _dense(renderer: Renderer, frames: int, view: dict[str, Any], result: dict[str, Any]) -> dict[str, Any]:
-    """The drawing of every post in the same view, and how much more it takes."""
+    """Draw every post in the same view, and report how much longer that takes."""
     stats, ms = _frames(renderer, frames, view | {"method": "full"})
     more = {
         "dense_to_frame": ms["frame"] / result["ms"]["frame"],
@@ -129,7 +130,7 @@ def _dense(renderer: Renderer, frames: int, view: dict[str, Any], result: dict[s
 
 
 def _stages(renderer: Renderer, repeats: int) -> dict[str, float]:
-    """Milliseconds of what is done once per map."""
+    """Milliseconds of the stages that run once for each map."""
     values = np.random.default_rng(0).integers(0, 2**16, renderer.heightmap.heights.shape, np.uint32)
     works: dict[str, Callable[[], Any]] = {
         "upload": renderer.terrain.upload,
@@ -142,7 +143,7 @@ def _stages(renderer: Renderer, repeats: int) -> dict[str, float]:
 
 
 def _frames(renderer: Renderer, repeats: int, view: dict[str, Any]) -> tuple[dict[str, Any], dict[str, float]]:
-    """Stats of a frame, and the medians of its times after a first one that does not count."""
+    """Stats of a frame, and the medians of its times; the first frame does not count."""
     renderer.render(**view)
     stats = _repeat(lambda: renderer.render(**view).stats, repeats)
     once = ("sat", "error")
@@ -166,14 +167,14 @@ def _ms(work: Callable[[], Any], finish: Callable[[], Any]) -> float:
 
 
 def _python_ms(work: Callable[[], Any]) -> float:
-    """Time in Python and numpy during `work`: all but what is inside OpenGL calls, and but the profiler's own."""
+    """Time in Python and numpy during `work`, without OpenGL calls and without the profiler's own time."""
     calls = _profile(work)
     own = sum(own for (_, _, name), (_, _, own, _, _) in calls.items() if "'mgl." not in name)
     return 1e3 * max(0.0, own - sum(n for _, n, *_ in calls.values()) * _profiler_s())
 
 
 def _profile(work: Callable[[], Any]) -> dict[Any, Any]:
-    """Calls of each function, as pstats has them: (file, line, name) to (calls, all calls, own s, total s, callers)."""
+    """Calls of each function as in pstats: (file, line, name) to (calls, all calls, own s, total s, callers)."""
     profile = cProfile.Profile()
     profile.runcall(work)
     return pstats.Stats(profile).stats  # type: ignore[attr-defined]
@@ -190,7 +191,7 @@ def _profiler_s(calls: int = 20000) -> float:
         for _ in range(calls):
             nothing()
 
-    # the least of several: other programs only ever add
+    # the minimum of several: other programs can only add time
     plain_ms = min(_ms(many, nothing) for _ in range(5))
     profiled = min(sum(own for _, _, own, _, _ in _profile(many).values()) for _ in range(5))
     return max(0.0, profiled - 1e-3 * plain_ms) / calls

@@ -1,13 +1,13 @@
-"""The surface that a map stands for, drawn: every post, and between four of them the bilinear one.
+"""The true surface, drawn: every post, and nearly the bilinear surface between four posts.
 
-Two triangles for a cell are two guesses: one diagonal lies as far above the bilinear surface as the other lies below
-it, and which of them a method draws is the driver's choice. Next to the eye that is many pixels. The truth takes no
-side: a cell is cut in four, and the middles of its edges and its own are means of its posts' heights.
+A cell can be drawn as two triangles in two ways. One diagonal lies as far above the bilinear surface as the other lies
+below it, and the driver chooses the diagonal. Near the eye the difference is many pixels. So the truth cuts each cell
+in four; heights at the middles of its edges and at its centre are means of its posts.
 
-    ┌───────┐      ┌───┬───┐       Its posts, and its edges, are those of every method's full resolution.
+    ┌───────┐      ┌───┬───┐       Posts and edges are the same as in the full resolution of every method.
     │     ╱ │      │ ╱ │ ╱ │
-    │   ╱   │      ├───┼───┤       The middle strays from the bilinear surface nowhere; what is left between is
-    │ ╱     │      │ ╱ │ ╱ │       a quarter of what the diagonals are about.
+    │   ╱   │      ├───┼───┤       The centre lies on the bilinear surface. Elsewhere the error is a quarter
+    │ ╱     │      │ ╱ │ ╱ │       of that of two triangles.
     └───────┘      └───┴───┘
 """
 
@@ -27,18 +27,18 @@ from ..gpu import gl
 from ..lod import QuadtreeSelector, Selection
 from ..methods import Selectors, quadtree
 
-FINER = 2  # segments for each of a full-resolution patch
+FINER = 2  # segments for each segment of a full-resolution patch
 
 
 class Bilinear:
-    """The truth about a terrain; a `surface.Surface` that draws the patches of full resolution twice as finely.
+    """The true surface; a `surface.Surface` that draws the patches of the full resolution with twice the segments.
 
-    At posts it errs by nothing; between them by a quarter of what the full resolution does.
+    Its error is 0 at posts; between them it is a quarter of that of the full resolution.
 
     Parameters
     ----------
     selector
-        What chooses the patches.
+        Chooses the patches.
     """
 
     stages: Mapping[str, str] = MappingProxyType(
@@ -59,7 +59,7 @@ class Bilinear:
         return self.selector.feed
 
     def bind(self) -> None:
-        """Make all that the stages read visible to them."""
+        """Bind everything that the stages read."""
         self.selector.bind()
 
     @property
@@ -70,9 +70,9 @@ class Bilinear:
     def select(
         self, camera: Camera, size: tuple[int, int], near_m: float, cull: bool = True, **unused: Any
     ) -> Selection:
-        """Choose every patch in the picture; triangles are counted as the map has them, two a cell.
+        """Choose every patch in the picture. Triangles are counted as two for each cell of the map.
 
-        Nothing is certified: errors are measured from this surface. The other options of a selector are unused.
+        Nothing is certified: errors are measured against this surface. Other options of a selector are not used.
         """
         full = self.selector.select(camera, size, near_m, 0.0, cull=cull)
         commands = np.array(list(_commands(full.counts)) or [(0,) * 5], "u4")
@@ -83,7 +83,7 @@ class Bilinear:
         return replace(full, surface=self, most_triangles=most, certified_px=None, draws=draws)
 
     def update(self, posts: Rect) -> None:
-        """Follow an edit: the patches are those of the quadtree, which follows by itself."""
+        """Follow an edit: there is nothing to do, the patches come from the quadtree."""
 
     def release(self) -> None:
         """Release GPU resources."""
@@ -96,7 +96,7 @@ def truth(selectors: Selectors) -> Bilinear:
 
 
 def _commands(counts: tuple[int, ...]) -> Iterator[tuple[int, int, int, int, int]]:
-    """Draws of patches, size after size, of no more vertices than one may make."""
+    """Draw commands for patches, size by size; each makes at most `gl.MOST_VERTICES` vertices."""
     first = 0
     for size, count in enumerate(counts):
         most = gl.MOST_VERTICES // (FINER * 2**size + 1) ** 2

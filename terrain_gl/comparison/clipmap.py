@@ -6,10 +6,10 @@
     │   │ │eye│ │   │
     │   │ └───┘ │   │     A ring of level j has a vertex every 2^j posts, `ring` of them a side. Heights come from a
     │   └───────┘   │     filtered pyramid (pyramid.py); towards its border each ring blends into the coarser one
-    └───────────────┘     (glsl/clipmap/ring.vert). QuadtreeSelector much smaller than the eye is high are left out.
+    └───────────────┘     (glsl/clipmap/ring.vert). Levels much smaller than the eye's height are left out.
 
-The mesh depends on where the eye is, never on the land: a clipmap certifies no error. Rings are cut
-into blocks, and blocks that are not in the picture are left out.
+The mesh depends on the position of the eye and not on the land, so a clipmap certifies no error. Rings are cut into
+blocks, and blocks outside the picture are left out.
 """
 
 from __future__ import annotations
@@ -34,7 +34,7 @@ from .pyramid import Pyramid
 
 SMALLEST_RING = 13
 BLOCK = 8  # cells a side of a block
-HIGH = 2.5  # a level is left out if its side is less than so many times the eye's height above the ground
+HIGH = 2.5  # a level is left out if its side is smaller than this times the eye's height above the ground
 _DRAW = 1024  # blocks in a draw
 _BLOCK = np.dtype([("cells", "4i4"), ("border", "4i4"), ("level", "i4")])
 CLIPMAP = np.dtype(
@@ -49,11 +49,11 @@ class Rings:
     Attributes
     ----------
     ring
-        Vertices along a ring's side; one more or less along some if it is even.
+        Vertices along a ring's side; with an even number, some sides have one more or one less.
     finest
-        The finest level; by default the first that is `HIGH` times as wide as the eye is high above the ground.
+        The finest level; by default the first whose side is at least `HIGH` times the eye's height above the ground.
     transition
-        Part of a ring's side over which it blends into the coarser one; a tenth in GPU Gems 2.
+        The part of a ring's side over which it blends into the coarser ring; a tenth in GPU Gems 2.
 
     Raises
     ------
@@ -84,11 +84,11 @@ class Ring(NamedTuple):
     Attributes
     ----------
     outline
-        Its vertices, the hole's too.
+        The whole ring, hole included.
     hole
-        What the finer ring covers; of no area where there is none.
+        The part that the finer ring covers; without area if there is no finer ring.
     border
-        Its outline where a coarser ring goes on, -1 on the map's rim.
+        The outline's sides that a coarser ring continues; -1 for sides on the map's rim.
     """
 
     level: int
@@ -98,9 +98,9 @@ class Ring(NamedTuple):
 
 
 def rings_of(heightmap: Heightmap, eye: tuple[float, ...], cells: np.ndarray, finest: int) -> list[Ring]:
-    """The rings around an eye, from level `finest` on; `cells` is a ring's size, columns and rows, even.
+    """The rings around an eye, from level `finest` on; `cells` is a ring's size, even numbers of columns and rows.
 
-    The last one is the first that reaches over the whole map.
+    The last ring is the first that covers the whole map.
     """
     last = np.array([heightmap.cols - 1, heightmap.rows - 1])
     at = np.array([0, last[1]]) + np.array([eye[0], -eye[1]]) / heightmap.spacing_m
@@ -123,7 +123,7 @@ def rings_of(heightmap: Heightmap, eye: tuple[float, ...], cells: np.ndarray, fi
 
 
 def blocks_of(ring: Ring) -> np.ndarray:
-    """The ring's blocks, (n,) records of north-west vertex and size: it is cut along every `BLOCK`-th lattice line.
+    """The ring's blocks, (n,) records of north-west vertex and size. Cuts are along every `BLOCK`-th lattice line.
 
     ┌─────────────┐
     ├───┬─────┬───┤     first around the hole, into four rectangles
@@ -160,9 +160,9 @@ def _spans(low: int, high: int) -> tuple[np.ndarray, np.ndarray]:
 
 
 def triangles_of(blocks: np.ndarray, rims: np.ndarray) -> np.ndarray:
-    """Triangles of each block: two a cell, and one less for each odd vertex that leaves its place on the border.
+    """Triangles of each block: two for each cell, minus one for each odd vertex on the border, which is moved.
 
-    `rims` are the blocks' levels' last columns and rows: what stands there stays.
+    `rims` are the last column and row of each block's level: vertices there are not moved.
     """
     x, y, width, height = blocks["cells"].T
     west, north, east, south = blocks["border"].T
@@ -173,7 +173,7 @@ def triangles_of(blocks: np.ndarray, rims: np.ndarray) -> np.ndarray:
 
 
 def _odd_places(at: np.ndarray, size: np.ndarray, rim: np.ndarray) -> np.ndarray:
-    """Odd numbers from at + 1 to at + size, the rim not counted."""
+    """How many odd numbers there are from at + 1 to at + size, without the rim."""
     end = at + size
     return (end + 1) // 2 - (at + 1) // 2 - ((end == rim) & (end % 2 == 1))
 
@@ -212,7 +212,7 @@ class Clipmap:
         return [(self._blocks, "4i4 4i4 1i4 /i", "in_cells", "in_border", "in_level")]
 
     def bind(self) -> None:
-        """Make all that the stages read visible to them."""
+        """Bind everything that the stages read."""
         self.pyramid.bind()
         self.view.bind()
         bind("clipmap/ring.vert", Clipmap=self._block)
@@ -226,7 +226,7 @@ class Clipmap:
         cull: bool = True,
         **settings: Any,
     ) -> Selection:
-        """Choose the blocks for a picture of `size`; `settings` are what else the `View` block holds."""
+        """Choose the blocks for a picture of `size`; `settings` are further fields of the `View` block."""
         self.view.write(self.terrain, camera, size, near_m, cull=cull, **settings)
         chosen, blocks = self._blocks_in(camera, size, near_m, rings, cull)
         self._write(blocks, rings, chosen[-1].level)
@@ -234,10 +234,10 @@ class Clipmap:
         return Selection(self, (len(blocks),), self._count(blocks), most, 0, None, draws)
 
     def candidates(self, camera: Camera, size: tuple[int, int], near_m: float, triangles: int) -> list[Rings]:
-        """Rings with about so many triangles in the picture: few levels of wide rings, or more of narrow ones.
+        """Rings with about `triangles` triangles in the picture: few levels of wide rings, or more of narrow ones.
 
-        The best come first, judged by each level's mean error over the map. Those that miss the number
-        by more than 2 per cent are left out, where others do not.
+        The best come first, judged by each level's mean error over the map. Candidates that miss the number by more
+        than 2 per cent are left out if there are better ones.
         """
         found = []
         for finest in range(len(self.terrain.levels)):
@@ -257,7 +257,7 @@ class Clipmap:
     def _fit_ring(
         self, camera: Camera, size: tuple[int, int], near_m: float, triangles: int, finest: int
     ) -> tuple[Rings, float]:
-        """Rings from one level on whose count is nearest to `triangles`, and how far off that is, as a part of it."""
+        """The ring size, from level `finest` on, whose count is nearest to `triangles`; and the relative difference."""
 
         def count(ring: int) -> int:
             return self._count(self._blocks_in(camera, size, near_m, Rings(ring, finest), cull=True)[1])
@@ -266,12 +266,12 @@ class Clipmap:
         while low < high:
             middle = (low + high) // 2
             low, high = (low, middle) if count(middle) >= triangles else (middle + 1, high)
-        near = range(max(SMALLEST_RING, low - 4), low + 5)  # culling makes counts jump
+        near = range(max(SMALLEST_RING, low - 4), low + 5)  # culling makes counts uneven
         off, ring = min((abs(count(ring) / triangles - 1), ring) for ring in near)
         return Rings(ring, finest), off
 
     def _expected(self, camera: Camera, blocks: np.ndarray) -> float:
-        """Mean over the land in the blocks of (their level's mean error / distance)²: what screen error to expect."""
+        """Expected squared screen error: the mean over the blocks' area of (mean error of the level / distance)²."""
         low, high = self._boxes(blocks)
         nearest_m = self._spacing_m() * 2.0 ** blocks["level"]
         distance_m = np.maximum(np.linalg.norm((low + high) / 2 - camera.eye, axis=1), nearest_m)
@@ -283,7 +283,7 @@ class Clipmap:
         return int(triangles_of(blocks, (np.array(self.pyramid.sizes) - 1)[blocks["level"]]).sum())
 
     def _finest(self, camera: Camera, ring: int) -> int:
-        """The first level that is `HIGH` times as wide as the eye is high above the ground."""
+        """The first level whose side is at least `HIGH` times the eye's height above the ground."""
         height = camera.eye[2] - self._ground_m(camera)
         return max(0, math.ceil(math.log2(max(HIGH * height, 1e-9) / ((ring - 1) * self._spacing_m()))))
 
@@ -298,9 +298,9 @@ class Clipmap:
         return chosen, blocks
 
     def _cells(self, ring: int) -> np.ndarray:
-        """Cells along a ring's sides, even: as far to the north as to the east, in metres."""
+        """Cells along a ring's sides, even numbers: both sides have about the same length in metres."""
         half = (ring - 1) / 2 * self._spacing_m() / np.array(self.terrain.heightmap.spacing_m)
-        whole = np.floor(half + [0.5, 0.499]).astype(int)  # of two halves one is rounded up: finer steps of size
+        whole = np.floor(half + [0.5, 0.499]).astype(int)  # a half is rounded up on one side only: sizes grow evenly
         return 2 * np.maximum(whole, SMALLEST_RING // 2)
 
     def _spacing_m(self) -> float:
@@ -314,19 +314,19 @@ class Clipmap:
         return float(self.terrain.filled[row, col])
 
     def _boxes(self, blocks: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
-        """World boxes that hold the blocks: least and largest corners, (n, 3) metres."""
+        """World boxes around the blocks: smallest and largest corners, (n, 3) metres."""
         first, last, step = blocks["cells"][:, :2], blocks["cells"][:, :2] + blocks["cells"][:, 2:], blocks["level"]
         ranges = self.pyramid.ranges(first // BLOCK, step + BLOCK.bit_length() - 1)
-        # a vertex on a border may stand one place before its own
+        # a vertex on a border may be moved by one place
         return self.terrain.boxes((first // 2 * 2) << step[:, None], last << step[:, None], ranges)
 
     def _write(self, blocks: np.ndarray, rings: Rings, coarsest: int) -> None:
-        """Send blocks, draw commands and the rings' measures to the GPU."""
+        """Upload blocks, draw commands and the sizes of the rings."""
         cells = self._cells(rings.ring)
         described = np.zeros((), CLIPMAP)
         described["reach"], described["coarsest"] = cells / 2, coarsest
         described["middle"], described["middle_m"], _ = self.view.eye
-        # a ring must not blend yet where the finer one ends, half-way
+        # blending must begin outside the finer ring, which ends half-way
         described["transition"] = np.clip(rings.transition * cells, 0.01, np.maximum(cells / 4 - 1.6, 0.01))
         self._block.write(described.tobytes())
         commands = np.array(list(_commands(len(blocks))) or [(0,) * 5], "u4")

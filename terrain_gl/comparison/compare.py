@@ -1,9 +1,9 @@
 """Every method side by side, after Fig. D.1 of the supplement of Li et al. 2021.
 
-For the very mesh that each method draws, we report its triangles, its screen error over every post in the picture
-(`Renderer.measure`), and how far its picture is from the true one (`likeness`). The truth is every post of the map with
-the bilinear surface between them (`bilinear`), each pixel drawn as 4 × 4 pixels of 4 samples. The methods' pictures are
-drawn as finely. Shading reads the map and not the mesh, so only geometry differs.
+For the mesh that each method draws, we report its triangles, its screen error over the surface in the picture
+(`Renderer.measure`), and the difference of its picture from the true one (`likeness`). The truth is every post of the
+map with the bilinear surface in between (`bilinear`). All pictures are supersampled: each pixel is drawn as 4 × 4
+pixels of 4 samples. Shading reads the map and not the mesh, so only the geometry differs.
 """
 
 from __future__ import annotations
@@ -29,24 +29,24 @@ LABELS = {
     "sat": "Summed-area tables",
 }
 COMPARED = tuple(LABELS)
-FINE = 4  # pixels drawn for one, along a side
-_INSET = 0.24  # of the picture's width and height
+FINE = 4  # each pixel is drawn as FINE × FINE pixels
+_INSET = 0.24  # size of the inset, as a part of the picture's width and height
 _SKY_IN_INSET = (0.08, 0.55)
-_FRAMES = 3  # that are timed
+_FRAMES = 3  # timed frames
 
 
 @dataclass
 class Truth:
-    """What the view looks like.
+    """The true picture of a view.
 
     Attributes
     ----------
     image
         (height, width, 3) uint8 sRGB.
     sky
-        (height, width) share of each pixel that is sky.
+        (height, width) share of sky in each pixel.
     stats
-        Of the drawing of every post.
+        The stats of the frame with every post.
     """
 
     image: np.ndarray
@@ -56,16 +56,16 @@ class Truth:
 
 @dataclass
 class Entry:
-    """One method's share.
+    """One method's results.
 
     Attributes
     ----------
     stats
-        Of its frame, with what it achieved, and `image_rmse`, `flip`, `skyline_px`, `max_skyline_px`: docs/stats.md.
+        Stats of its frame, its achieved error, `image_rmse`, `flip`, `skyline_px`, `max_skyline_px`: docs/stats.md.
     image
         (height, width, 3) uint8 sRGB.
     error_px
-        (height, width) screen error of what each pixel shows; NaN for the sky.
+        (height, width) screen error of the surface in each pixel; NaN for the sky.
     """
 
     method: str
@@ -76,16 +76,16 @@ class Entry:
 
 @dataclass
 class Comparison:
-    """What a figure shows.
+    """The content of a figure.
 
     Attributes
     ----------
     truth
         (height, width, 3) uint8 sRGB.
     stats
-        Of the truth.
+        Stats of the truth.
     inset
-        Rows and columns of the part that is worth a closer look.
+        Rows and columns of the part that is shown magnified.
     """
 
     truth: np.ndarray
@@ -102,18 +102,18 @@ def compare(
     progress: Progress | None = None,
     **options: Any,
 ) -> Comparison:
-    """Draw the truth, and each method; measure all.
+    """Draw the truth and each method, and measure them.
 
     Parameters
     ----------
     details
-        For each method the options that say how finely it draws, such as {"triangles": 100_000}.
+        For each method, the options of its level of detail, such as {"triangles": 100_000}.
     fine
-        Pixels drawn for one in the pictures that are compared, along a side.
+        Each pixel of the compared pictures is drawn as fine × fine pixels.
     progress
-        Called with the part that is done, 0 to 1.
+        Called with the progress, 0 to 1.
     options
-        Further fields of `RenderOptions`, the same for all.
+        Further fields of `RenderOptions`, the same for all methods.
     """
     parts = len(details) + 1
     truth = truth_of(renderer, camera, fine, part(progress, 0, parts), **options)
@@ -127,7 +127,7 @@ def compare(
 def truth_of(
     renderer: Renderer, camera: Camera, fine: int = FINE, progress: Progress | None = None, **options: Any
 ) -> Truth:
-    """Draw every post, and each pixel as fine × fine."""
+    """Draw every post; each pixel is drawn as fine × fine pixels."""
     return Truth(*_picture(renderer, camera, fine, progress, method="truth", **options))
 
 
@@ -152,7 +152,7 @@ def entry_of(
 def likeness_of(
     renderer: Renderer, camera: Camera, truth: Truth, fine: int, progress: Progress | None = None, **options: Any
 ) -> tuple[np.ndarray, dict[str, Any]]:
-    """A picture, (height, width, 3) uint8, drawn as finely as the truth, and how far it is from it."""
+    """A picture, (height, width, 3) uint8, supersampled like the truth, and its difference from the truth."""
     image, sky, _ = _picture(renderer, camera, fine, progress, **options)
     off = skyline(truth.sky, sky)
     shapes = {"skyline_px": off.mean_px, "max_skyline_px": off.max_px}
@@ -160,20 +160,20 @@ def likeness_of(
 
 
 def measured(renderer: Renderer, camera: Camera, **options: Any) -> dict[str, Any]:
-    """Stats of one frame with what it achieved."""
+    """Stats of one frame, with its achieved error."""
     renderer.draw(camera, **(options | {"style": UNLIT}))
     return renderer.measure()
 
 
 def part(progress: Progress | None, i: int, parts: int) -> Progress | None:
-    """Progress of part i of some, as progress of the whole."""
+    """A function that reports the progress of part i as progress of the whole."""
     return (lambda done: progress((i + done) / parts)) if progress else None
 
 
 def _picture(
     renderer: Renderer, camera: Camera, fine: int, progress: Progress | None, **options: Any
 ) -> tuple[np.ndarray, np.ndarray, dict[str, Any]]:
-    """A supersampled picture, (height, width, 3) uint8, the sky's share of its pixels, and its stats."""
+    """A supersampled picture, (height, width, 3) uint8, the share of sky in its pixels, and its stats."""
     width, height = renderer.size
     image, sky = np.empty((height, width, 3), np.uint8), np.empty((height, width), np.float32)
 
@@ -188,7 +188,7 @@ def _picture(
 
 
 def inset_of(truth: Truth, images: Sequence[np.ndarray]) -> tuple[slice, slice]:
-    """Where the pictures differ most from the truth, with some of the skyline if there is any."""
+    """The part where the pictures differ most from the truth, with some of the skyline if there is one."""
     height, width = (max(1, round(_INSET * side)) for side in truth.sky.shape)
     squares = sum((np.square(difference_of(truth.image, image)) for image in images), np.zeros(truth.sky.shape))
     off = _box_means(squares, height, width)
@@ -200,7 +200,7 @@ def inset_of(truth: Truth, images: Sequence[np.ndarray]) -> tuple[slice, slice]:
 
 
 def _box_means(values: np.ndarray, height: int, width: int) -> np.ndarray:
-    """Mean over every box of the picture, by its first row and column."""
+    """Mean over every box of a size in the picture, by its first row and column."""
     sums = np.pad(values.astype(np.float64).cumsum(0).cumsum(1), ((1, 0), (1, 0)))
     east, west = sums[:, width:], sums[:, :-width]
     return (east[height:] - east[:-height] - west[height:] + west[:-height]) / (height * width)

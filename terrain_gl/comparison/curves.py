@@ -1,4 +1,4 @@
-"""Error against triangles: what each method achieves with a number of triangles, and how many it needs for an error."""
+"""Error against triangles: each method's error for a number of triangles, and the triangles it needs for an error."""
 
 from __future__ import annotations
 
@@ -19,21 +19,21 @@ from . import ideal
 from .compare import COMPARED, measured
 from .fitting import best_parameters, candidates
 
-BUDGETS = (1 / 16, 1 / 8, 1 / 4, 1 / 2, 1, 2, 4)  # of the number of triangles asked for: the curves' points
-EQUAL = 0.02  # numbers of triangles are equal that differ by no more than this share
-FEWEST = 200  # triangles that it makes sense to ask any method for
+BUDGETS = (1 / 16, 1 / 8, 1 / 4, 1 / 2, 1, 2, 4)  # the curves' points, as parts of the requested number of triangles
+EQUAL = 0.02  # numbers of triangles count as equal up to this relative difference
+FEWEST = 200  # the smallest number of triangles that is requested of a method
 _BLOCK = 256  # posts a side
 
 
 def detail_of(renderer: Renderer, camera: Camera, method: str, triangles: int, **options: Any) -> dict[str, Any]:
-    """Options with which a method draws so many triangles: its own best parameters, found by trying."""
+    """Options with which a method draws `triangles` triangles; for a baseline, its best parameters."""
     if method not in BASELINES:
         return {"triangles": triangles}
     return {"parameters": best_parameters(renderer, camera, method, triangles, **options)}
 
 
 def drawable(renderer: Renderer, camera: Camera, triangles: int, **options: Any) -> int:
-    """So many triangles; where that is more than every post has, as many as the method that then draws fewest."""
+    """The number of triangles that all methods can draw: `triangles`, or fewer if the map has too few posts."""
     most = renderer.choose(camera, method="full", **options)["triangles"]
     if not 0 < most < triangles:
         return triangles
@@ -52,7 +52,7 @@ def curve(
     progress: Progress | None = None,
     **options: Any,
 ) -> dict[str, list[dict[str, Any]]]:
-    """What each method achieves with so many triangles: stats by method, a list as long as the budgets."""
+    """The achieved error of each method at each budget: lists of stats by method."""
     achieved: dict[str, list[dict[str, Any]]] = {method: [] for method in methods}
     for i, triangles in enumerate(budgets):
         for method in methods:
@@ -64,7 +64,7 @@ def curve(
 
 
 def ideal_curve(renderer: Renderer, camera: Camera, budgets: Sequence[int], near_m: float | None = None) -> Any:
-    """The least RMS error of any restricted quadtree with so many triangles: `ideal.ideal_allocation`."""
+    """The smallest RMS error of any restricted quadtree at each budget: `ideal.ideal_allocation`."""
     heightmap = renderer.heightmap
     near_m = near_plane_m(heightmap, near_m)
     rows, cols = _seen_part(heightmap, camera, renderer.size, near_m)
@@ -79,14 +79,14 @@ def ideal_curve(renderer: Renderer, camera: Camera, budgets: Sequence[int], near
 def fewest(
     renderer: Renderer, camera: Camera, method: str, max_error_px: float, start: int, most: int, **options: Any
 ) -> dict[str, Any] | None:
-    """Stats with the fewest triangles, within 2 %, that a method needs to *achieve* an error; None if it cannot.
+    """Stats of the frame with the fewest triangles, within 2 %, that *achieves* an error; None if there is none.
 
     Parameters
     ----------
     start
-        Triangles to begin with: doubled until they are enough.
+        The first number of triangles; it is doubled until it is enough.
     most
-        Triangles beyond which no more are tried: those of every post.
+        The largest number to try: the triangles of every post.
     """
 
     error = f"{options.get('metric', 'max')}_error_px"
@@ -111,9 +111,9 @@ def fewest(
 
 
 def _seen_part(heightmap: Heightmap, camera: Camera, size: tuple[int, int], near_m: float) -> tuple[slice, slice]:
-    """Rows and columns of the blocks of the map that have posts in the picture: what else there is costs time only.
+    """Rows and columns of the blocks of the map that have posts in the picture; the rest would only cost time.
 
-    Blocks are nodes of the whole map's quadtree; larger ones are no leaves of an ideal tree worth drawing.
+    Blocks are nodes of the whole map's quadtree. Larger nodes are never leaves of an ideal tree.
     """
     seen = []
     for row in range(0, heightmap.rows, _BLOCK):
@@ -132,7 +132,7 @@ def _seen_part(heightmap: Heightmap, camera: Camera, size: tuple[int, int], near
 def _details(
     renderer: Renderer, camera: Camera, method: str, triangles: int, near_m: float | None
 ) -> list[dict[str, Any]]:
-    """Options, each of which gives a method so many triangles."""
+    """The sets of options with which a method draws `triangles` triangles."""
     if method not in BASELINES:
         return [{"triangles": triangles}]
     return [{"parameters": parameters} for parameters in candidates(renderer, camera, method, triangles, near_m)]

@@ -17,7 +17,7 @@ from .light import LIGHT_LABELS
 from .study import Study
 
 FORMATS = (".png", ".jpg", ".pdf", ".svg")
-# Okabe, Ito 2008, "Color universal design": told apart by all kinds of colour vision; and a shape each
+# Okabe, Ito 2008, "Color universal design": distinct for all kinds of colour vision; each also has its own marker
 COLOURS = {"clipmap": "#D55E00", "tessellated": "#E69F00", "sat": "#0072B2", "quadtree": "#009E73", "ideal": "#555555"}
 _MARKERS = {"clipmap": "s", "tessellated": "^", "sat": "o", "quadtree": "D"}
 _WIDTH_IN, _DPI = 16.0, 150
@@ -33,7 +33,7 @@ _STYLE: Any = {
 
 
 def available() -> None:
-    """Raise a `TerrainError` that says what to install where there is no matplotlib."""
+    """Raise a `TerrainError` that says what to install if there is no matplotlib."""
     try:
         import matplotlib  # noqa: F401
     except ImportError:
@@ -41,7 +41,7 @@ def available() -> None:
 
 
 class Words(NamedTuple):
-    """What a figure says of its pictures: labels of methods, lines under titles, and what the heat is."""
+    """The texts of a figure: labels of methods, lines under titles, and the meaning of the heat map."""
 
     labels: Mapping[str, str]
     truth: Callable[[Comparison], str]
@@ -77,18 +77,18 @@ def figure(
     caption: Sequence[str],
     words: Words = OF_MESHES,
 ) -> None:
-    """Write the figure: a column each for the truth and every method, with the picture, the inset and the errors.
+    """Write the figure: one column for the truth and for each method, with picture, inset and errors.
 
     Parameters
     ----------
     path
-        Ends in one of `FORMATS`.
+        A name that ends in one of `FORMATS`.
     caption
         Lines under the truth: the map, the view, the command.
     words
-        What the pictures are of: `OF_MESHES` or `OF_LIGHT`.
+        The texts: `OF_MESHES` or `OF_LIGHT`.
     found
-        Curves, where there are any, are drawn below, with a table.
+        The results. If there are curves, they are drawn below, with a table.
     """
     available()
     import matplotlib
@@ -101,13 +101,13 @@ def figure(
         if found.curves:
             _curves(sheet, layout, found.curves, found.ideal)
             _table(sheet, layout, found)
-        # into memory first: where the disk is full, matplotlib's writers leave tracebacks behind
+        # into memory first: on a full disk matplotlib's writers print tracebacks
         sheet.savefig(whole := io.BytesIO(), **_file_options(path))
         beside.write_bytes(whole.getbuffer())
 
 
 class _Layout:
-    """Where things stand, in inches from the upper left."""
+    """Positions in inches from the upper left."""
 
     margin, gap, title = 0.25, 0.12, 0.62
 
@@ -135,7 +135,7 @@ class _Layout:
         return sheet.add_axes((left / wide, 1 - (top + height) / tall, width / wide, height / tall))
 
     def write(self, sheet: Any, left: float, top: float, text: str, **style: Any) -> None:
-        """Text whose upper left corner is there; upper right with `ha="right"`."""
+        """Write text with its upper left corner at a position; with `ha="right"` its upper right corner."""
         sheet.text(left / _WIDTH_IN, 1 - top / self.height_in, text, va="top", parse_math=False, **style)
 
     def rule(self, sheet: Any, left: float, right: float, top: float) -> None:
@@ -182,7 +182,7 @@ def _zoom(axes: Any, pixels: np.ndarray, inset: tuple[slice, slice]) -> None:
 
 
 def _heat_scale(maps: Sequence[np.ndarray]) -> float:
-    """Pixels of the lightest colour: what one pixel in two hundred of the worst method exceeds, in round numbers."""
+    """The value of the lightest colour: the 99.5th percentile of the worst method, as a round number."""
     worst = max(float(np.nanpercentile(px, 99.5)) if np.isfinite(px).any() else 0.0 for px in maps)
     if worst <= 0:
         return 1.0
@@ -195,12 +195,12 @@ def _heat(axes: Any, error_px: np.ndarray, scale_px: float) -> Any:
     from matplotlib.colors import PowerNorm
 
     colours = matplotlib.colormaps[_HEAT].with_extremes(bad="0.85")
-    by_root = PowerNorm(0.5, 0, scale_px)  # small errors are seen too
+    by_root = PowerNorm(0.5, 0, scale_px)  # makes small errors visible
     return axes.imshow(np.ma.masked_invalid(error_px), cmap=colours, norm=by_root, aspect="auto")
 
 
 def _legend(sheet: Any, layout: _Layout, shown: Any, scale_px: float, caption: Sequence[str]) -> None:
-    """In the first column of the last row: what the colours mean, and what the figure shows."""
+    """The first column of the last row: the colour scale and the caption."""
     left, top = layout.margin, layout.tops[2]
     bar = layout.at(sheet, left, top + 0.36, layout.width - 0.15, 0.17)
     ticks = [scale_px * share for share in (0, 0.05, 0.2, 0.5, 1)]
@@ -212,7 +212,7 @@ def _legend(sheet: Any, layout: _Layout, shown: Any, scale_px: float, caption: S
 
 
 def _curves(sheet: Any, layout: _Layout, curves: Mapping[str, Sequence[Mapping[str, Any]]], ideal: Any) -> None:
-    """RMS screen error against triangles, both by powers of ten."""
+    """RMS screen error against triangles, both logarithmic."""
     left, top = layout.margin + 0.7, layout.below + 0.15
     axes = layout.at(sheet, left, top, 2 * layout.width + layout.gap - 0.7, layout.curves_in - 0.95)
     for method, points in curves.items():
@@ -245,7 +245,7 @@ def _plain_at_2_and_5(value: float, place: int) -> str:
 
 
 def _table(sheet: Any, layout: _Layout, found: Study) -> None:
-    """The numbers, a column a method, beside the curves; the best of a line in bold."""
+    """A table of the numbers beside the curves, one column for each method; the best of each row is bold."""
     methods = [entry.method for entry in found.comparison.entries]
     left, top = layout.margin + 2 * (layout.width + layout.gap) + 0.35, layout.below + 0.3
     right = _WIDTH_IN - layout.margin

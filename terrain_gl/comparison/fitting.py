@@ -16,7 +16,7 @@ from .baselines import Baseline, Parameters
 def candidates(
     renderer: Renderer, camera: Camera, method: str, triangles: int, near_m: float | None = None
 ) -> list[Parameters]:
-    """Parameters with which a baseline draws about so many triangles, the best guess first.
+    """Parameters with which a baseline draws about `triangles` triangles, the best guess first.
 
     The renderer forgets its last frame.
     """
@@ -27,7 +27,7 @@ def candidates(
 
 
 def best_parameters(renderer: Renderer, camera: Camera, method: str, triangles: int, **options: Any) -> Parameters:
-    """The parameters with the least RMS error among those that draw about so many triangles.
+    """The parameters with the smallest RMS error among those that draw about `triangles` triangles.
 
     Measures all of them. The renderer forgets its last frame.
 

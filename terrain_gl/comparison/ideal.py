@@ -1,6 +1,6 @@
-"""Ideals and baselines in float64 numpy: the best that any quadtree could do, and the filter of geometry clipmaps.
+"""Ideals and baselines in float64 numpy: the best possible quadtrees, and the filter of geometry clipmaps.
 
-The ideal quadtrees know the true error of every post from the eye at hand; no error table does.
+The ideal quadtrees know the true error of every post for the given view; an error table cannot know that.
 """
 
 from __future__ import annotations
@@ -27,14 +27,14 @@ class Quadtree(NamedTuple):
 
 
 class Allocation(NamedTuple):
-    """What the best quadtrees of a view achieve with so many triangles, one number for each budget."""
+    """The triangles and errors of the best quadtrees of a view, one number for each budget."""
 
     triangles: np.ndarray  # at most the budget, unless the coarsest tree has more
     rms_px: np.ndarray
 
 
 def view_of(camera: Camera, size: tuple[int, int], near_m: float) -> View:
-    """Describe a camera and the size of its picture as the reference wants it."""
+    """A camera and its picture as a `View` of the reference."""
     return View(np.asarray(camera.eye), camera.axes, camera.focal_px(size[1]), camera.half_extent(size), near_m)
 
 
@@ -49,9 +49,9 @@ def ideal_quadtrees(
 ) -> tuple[Quadtree, Quadtree]:
     """The coarsest restricted quadtree that holds a view's tolerance, and the same without the restriction.
 
-    A node is drawn as two triangles through its corners if every post of it in the picture is then within the
-    tolerance, by its true error, for either diagonal; else it is split. Restricted (Von Herzen, Barr 1987): neighbours
-    are within one level, so that one more triangle on each edge with a finer neighbour closes all cracks.
+    A node is drawn as two triangles through its corners if the true error of each of its posts in the picture is within
+    the tolerance, for both diagonals. Else it is split. Restricted (Von Herzen, Barr 1987) means that neighbours differ
+    by at most one level: one more triangle on each edge with a finer neighbour then closes all cracks.
     """
     view = view_of(camera, size, near_m)
     scale, seen = _seen_posts(heights, spacing_m, view, void), nodes_in_picture(heights, spacing_m, view)
@@ -72,12 +72,12 @@ def ideal_allocation(
     void: np.ndarray | None = None,
     weights: np.ndarray | None = None,
 ) -> tuple[Allocation, Allocation]:
-    """Least root mean square screen error of a quadtree with so many triangles: restricted, and without restriction.
+    """Smallest root mean square screen error of quadtrees with given triangles: restricted and unrestricted.
 
-    A leaf is two triangles, by the better diagonal; its error is the true one, of every post of it in the picture.
-    The tree that minimises error² + λ · triangles is found from the leaves up: a node is split if its best subtree
-    costs less than itself (Breiman, Friedman, Olshen, Stone 1984; Chou, Lookabaugh, Gray 1989), λ by bisection.
-    Unrestricted this is the optimum on the lower convex hull. Restricted: that tree, balanced as in `ideal_quadtrees`.
+    A leaf is two triangles with the better diagonal; its error is the true error of its posts in the picture. The tree
+    that minimises error² + λ · triangles is found from the leaves up: a node is split if its best subtree costs less
+    (Breiman, Friedman, Olshen, Stone 1984; Chou, Lookabaugh, Gray 1989). λ is found by bisection. Without restriction
+    this is the optimum on the lower convex hull. The restricted tree is that tree, balanced as in `ideal_quadtrees`.
 
     Parameters
     ----------
@@ -86,7 +86,7 @@ def ideal_allocation(
     triangles
         Budgets.
     weights
-        (rows, cols) weight of each post in the mean and in what is minimised; 1 by default.
+        (rows, cols) weight of each post in the mean and in the minimised sum; 1 by default.
     """
     view = view_of(camera, size, near_m)
     scale, seen = _seen_posts(heights, spacing_m, view, void), nodes_in_picture(heights, spacing_m, view)
@@ -109,7 +109,7 @@ def ideal_allocation(
 
 
 def _restricted(coarse: list[np.ndarray]) -> list[np.ndarray]:
-    """Grow a quadtree that splits what is too coarse, neighbours within one level."""
+    """Split the nodes that are too coarse, then others until neighbours are within one level."""
     tree = [np.zeros(level.shape, bool) for level in coarse]
     grow(tree, coarse)
     while balance(tree):
@@ -152,7 +152,7 @@ def _squares_px(heights: np.ndarray, scale: ScreenScale, level: int) -> np.ndarr
 
 
 def nodes_in_picture(heights: np.ndarray, spacing_m: tuple[float, float], view: View) -> list[np.ndarray]:
-    """Of each level, the nodes whose box is not wholly beyond one side of the frustum."""
+    """For each level, the nodes whose box is not entirely outside one side of the frustum."""
     north = np.arange(len(heights))[::-1] * spacing_m[1]
     tan_x, tan_y = view.half_extent
 
@@ -173,13 +173,13 @@ def nodes_in_picture(heights: np.ndarray, spacing_m: tuple[float, float], view: 
 
 
 def bands(heights: np.ndarray, level: int, posts: int = 1 << 21) -> list[slice]:
-    """Cut a map into bands of whole node rows of about so many posts; neighbours share a row of posts."""
+    """Cut a map into bands of whole rows of nodes, about `posts` posts each; neighbours share a row of posts."""
     last, side = len(heights) - 1, max(1, posts // heights.shape[1] >> level) << level
     return [slice(low, min(low + side, last) + 1) for low in range(0, last, side)]
 
 
 def _prune(squares: list[np.ndarray], seen: list[np.ndarray], price: float) -> tuple[list[np.ndarray], int, float]:
-    """Which nodes cost more than their best subtrees, and triangles and error² of the best tree."""
+    """Nodes that cost more than their best subtrees; triangles and squared error of the best tree."""
     error, count = squares[0], 2 * seen[0].astype(np.int64)
     pays = [np.zeros(seen[0].shape, bool)]
     for level in range(1, len(seen)):
@@ -198,7 +198,7 @@ def _error_of(splits: list[np.ndarray], squares: list[np.ndarray]) -> float:
 def _at_budgets(
     curve: Callable[[float], tuple[int, float]], triangles: Sequence[int], enough: float = 0.998
 ) -> tuple[np.ndarray, np.ndarray]:
-    """Points of a falling curve log2 λ → (triangles, error²), just within each budget."""
+    """Points of a falling curve log2 λ → (triangles, error²), just inside each budget."""
     known = {at: curve(at) for at in (-60.0, 60.0)}
     found = []
     for budget in triangles:
@@ -207,7 +207,7 @@ def _at_budgets(
             high = min(at for at, (n, _) in known.items() if n <= budget or at == 60)
             if high - low < 1e-3 or known[low][0] <= budget or enough * budget <= known[high][0] <= budget:
                 break
-            # the chord of log n over log λ; every third step halves
+            # regula falsi on log n over log λ; every third step bisects
             too_many, few, aim = np.log2([known[low][0], max(1, known[high][0]), (1 + enough) / 2 * budget])
             part = np.clip((too_many - aim) / (too_many - few), 0.02, 0.98) if step % 3 else 0.5
             at = float(low + part * (high - low))
@@ -229,7 +229,7 @@ def _count(splits: list[np.ndarray], seen: list[np.ndarray], extra: int = 1) -> 
 
 
 def halve(heights: np.ndarray, weights: tuple[float, float, float]) -> np.ndarray:
-    """Every second sample of a symmetric filter, along both axes; the last sample stands on the last post."""
+    """Every second sample after a symmetric filter along both axes; the last sample is at the last post."""
     for axis in (0, 1):
         lines = np.moveaxis(heights.astype(np.float64), axis, 0)
         last = len(lines) - 1

@@ -1,6 +1,6 @@
-"""Shading next to the truth, and next to other ways to prefilter normals: in one frame, so that they alone differ.
+"""Our shading next to the truth and to other prefilters of normals, in the same frame, so that nothing else differs.
 
-The truth is `light_truth`; the others are those of `prefilter`. All draw every post of the map: the mesh adds no error.
+The truth is `light_truth`; the other prefilters are in `prefilter`. All draw every post, so the mesh adds no error.
 """
 
 from __future__ import annotations
@@ -40,18 +40,18 @@ def compare_light(
     Parameters
     ----------
     fine
-        Places that the truth lights for each pixel, along a side.
+        The truth lights fine × fine places for each pixel.
     progress
-        Called with the part that is done, 0 to 1.
+        Called with the progress, 0 to 1.
     truth
-        (height, width, 3) uint8 sRGB, where it is known already.
+        (height, width, 3) uint8 sRGB, if it is known already.
     options
         Sun, sky and material, as fields of `RenderOptions`.
 
     Returns
     -------
     Comparison
-        Whose entries have `image_rmse` and `flip` as stats and, as `error_px`, the difference of each pixel, 0 to 1.
+        Its entries have `image_rmse` and `flip` as stats, and the difference of each pixel, 0 to 1, as `error_px`.
     """
     options |= {"method": "full", "style": "shaded"}
     chosen = RenderOptions(**options)

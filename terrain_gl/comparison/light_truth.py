@@ -1,8 +1,8 @@
-"""Ground truth for light: outgoing radiance by brute force (A.2), to which shading is compared.
+"""Ground truth for light: outgoing radiance by brute force (A.2).
 
-Every pixel is drawn as many, on the full-resolution mesh; each of those is lit at the one place that it sees, by the
-true cosine and material, by the sun's disc and the sky itself, through rays that march the map (glsl/truth/light.frag).
-Slow: for small pictures.
+Every pixel is drawn as many pixels, on the full-resolution mesh. Each of these is lit at the one place that it sees,
+with the true cosine and material, by the sun's disc and the sky, through rays that march the map
+(glsl/truth/light.frag). This is slow: use small pictures.
 """
 
 from __future__ import annotations
@@ -23,8 +23,8 @@ from ..options import RenderOptions
 from ..pieces import cut
 from ..renderer import Renderer
 
-FINE = 8  # places that are lit for a pixel, along a side
-RAYS = 512  # to the sky, for a pixel, at least
+FINE = 8  # each pixel is lit at FINE × FINE places
+RAYS = 512  # the fewest rays to the sky for a pixel
 WHITE = 2.2  # glsl/shade/tone.glsl
 
 
@@ -43,12 +43,12 @@ def render_light_truth(
     size
         Width and height in pixels.
     fine
-        Places that are lit for each pixel, along a side; each sends `rays_of(fine)` rays to the sky, one to the sun,
-        and half as many as to the sky the way that the ground mirrors.
+        Each pixel is lit at fine × fine places. Each place sends `rays_of(fine)` rays to the sky, one to the sun, and
+        half as many as to the sky in the direction of the mirror reflection.
     options
-        Sun, sky and material as there; the method and tolerance do not matter.
+        Sun, sky and material; method and tolerance are not used.
     progress
-        Told the share that is done.
+        Called with the progress, 0 to 1.
 
     Returns
     -------
@@ -83,19 +83,19 @@ def render_light_truth(
 
 
 def rays_of(fine: int) -> int:
-    """Rays to the sky for one place: an even number, fewer the more places there are."""
+    """Rays to the sky for one place: an even number, smaller if there are more places."""
     return 2 * max(1, round(RAYS / fine**2 / 2))
 
 
 def developed(light: np.ndarray, fine: int, gain: float) -> np.ndarray:
-    """Average fine × fine pixels of light, land and sky apart, and show them as the renderer does.
+    """Average fine × fine pixels of light, land and sky separately, and apply the renderer's tone mapping.
 
     Parameters
     ----------
     light
         (fine · height, fine · width, 4) radiance; the last is 1 for land, 0 for sky.
     gain
-        What light is multiplied by, as `lighting.exposure` says.
+        The exposure: see `lighting.exposure`.
 
     Returns
     -------

@@ -1,9 +1,9 @@
-"""How far a picture is from the truth: numbers for two pictures of one size.
+"""The difference between a picture and the truth, in numbers. Both pictures have the same size.
 
-rmse      root mean square of all differences, of pictures whose channels run from 0, black, to 1, as displayed (sRGB)
-flip      the difference that people see when the two alternate (Andersson et al. 2020, "FLIP: a difference evaluator
-          for alternating images"), 0 to 1, mean over the picture, at 67 pixels per degree
-skyline   how far the line between land and sky is off, in pixels, from the sky's share of each pixel
+rmse      root mean square difference over all channels; channels run from 0, black, to 1, as displayed (sRGB)
+flip      the difference that people see when the two pictures alternate (Andersson et al. 2020, "FLIP: a difference
+          evaluator for alternating images"), 0 to 1, mean over the picture, at 67 pixels per degree
+skyline   the distance between the two lines of the horizon, in pixels, from the share of sky in each pixel
 """
 
 from __future__ import annotations
@@ -24,7 +24,7 @@ class Skyline(NamedTuple):
 
 
 def rmse(one: np.ndarray, other: np.ndarray) -> float:
-    """Root mean square difference of two pictures, (height, width, 3 or 4) uint8 sRGB; alpha does not count."""
+    """Root mean square difference of two pictures, (height, width, 3 or 4) uint8 sRGB; alpha is ignored."""
     _check(one, other)
     return float(np.sqrt(np.square(difference_of(one, other)).mean()))
 
@@ -52,7 +52,7 @@ def skyline(truth: np.ndarray, test: np.ndarray) -> Skyline:
     Parameters
     ----------
     truth, test
-        (height, width) share of each pixel that is sky, 0 to 1.
+        (height, width) share of sky in each pixel, 0 to 1.
     """
     _check(truth, test)
     off = np.abs(truth.sum(0, dtype=np.float64) - test.sum(0, dtype=np.float64))
