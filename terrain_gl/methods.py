@@ -1,4 +1,4 @@
-"""The methods that draw a terrain: one registry, from a method's name to what selects its mesh.
+"""The methods that draw a terrain: a registry from a method's name to the selector of its mesh.
 
 To add a method, write a selector (the protocol `Selector`), a function that makes it from `Selectors`, and one line in
 `REGISTRY`. The renderer, the options, the command line and the viewer read the names from there.
@@ -25,12 +25,12 @@ class Method(NamedTuple):
     Attributes
     ----------
     kind
-        CERTIFIED methods keep the tolerance; a BASELINE certifies nothing; an EXACT method draws every post.
+        A CERTIFIED method keeps the tolerance, a BASELINE certifies nothing, an EXACT method draws every post.
     factory
-        "module:function" below this package, imported when the method is first used: a function of `Selectors` that
-        returns a `Selector`.
+        "module:function" inside this package: a function from `Selectors` to a `Selector`. The module is imported when
+        the method is first used.
     help
-        What it is, in a few words.
+        A short description.
     """
 
     kind: str
@@ -52,7 +52,7 @@ EVERY_POST = tuple(name for name, method in REGISTRY.items() if method.kind == E
 
 
 class Follower(Protocol):
-    """What follows edits of a terrain."""
+    """An object that must follow edits of the terrain."""
 
     @property
     def bytes(self) -> int:
@@ -79,14 +79,14 @@ class Selector(Follower, Protocol):
         triangles: int | None = None,
         parameters: Any = None,
     ) -> Selection:
-        """Choose the mesh for a picture of `size` (width, height); the options are those of `RenderOptions`."""
+        """Choose the mesh for a picture of `size` (width, height); options as in `RenderOptions`."""
 
 
 Made = TypeVar("Made", bound=Follower)
 
 
 class Selectors:
-    """The selectors of one terrain, by method name. Each is made when it is first asked for.
+    """The selectors of one terrain, by method name. Each is made at its first use.
 
     Parameters
     ----------
@@ -116,9 +116,9 @@ class Selectors:
         return selector
 
     def shared(self, make: Callable[[Selectors], Made]) -> Made:
-        """What `make` returns: made once, shared by all selectors that ask for it."""
+        """The result of `make`: made once, and shared by all selectors that need it."""
         if make not in self._made:
-            self._made[make] = make(self)  # what it asks for is older than itself, and released later
+            self._made[make] = make(self)  # what `make` shares itself is added first, and released later
         made: Made = self._made[make]
         return made
 

@@ -1,12 +1,12 @@
-"""The options of a frame: one record for `Renderer.render`, for the command line and for the viewer.
+"""The options of a frame: one record for `Renderer.render`, the command line and the viewer.
 
-Each option is declared once, as a field of `RenderOptions`: its default, its choices, and the flags of the command line
-with their help. To add an option, touch at most four files:
+Each option is declared once, as a field of `RenderOptions`: its default, its choices, and its flags on the command line
+with their help. A new option changes at most four files:
 
-1. here, the field with its declaration, a line in `Attributes`, and a check in `__post_init__` if its range is limited;
-2. the code that draws with it (an option of shading: a field of `shade.Look` and the GLSL that reads it);
-3. the section of the viewer's panel, if it shall be there (`viewer/sections.py`);
-4. `cli/values.py`, if its text is of a new kind.
+1. this one: the field with its declaration, a line in `Attributes`, and a check in `__post_init__` if it has a range;
+2. the code that uses it (for an option of shading, a field of `shade.Look` and the GLSL that reads it);
+3. `viewer/sections.py`, if the panel shall show it;
+4. `cli/values.py`, if its value needs a new parser.
 """
 
 from __future__ import annotations
@@ -35,11 +35,11 @@ class Flag(NamedTuple):
     Attributes
     ----------
     name
-        With its dashes.
+        The flag with its dashes.
     kind
-        The function of `cli.values` that reads its text; "choice" for one of the choices, "file" for a file's name.
+        The function of `cli.values` that parses its value; "choice" for one of the choices, "file" for a file name.
     metavar
-        What stands for the value in the help.
+        The name of the value in the help.
     """
 
     name: str
@@ -54,11 +54,11 @@ class Option(NamedTuple):
     Attributes
     ----------
     heading
-        Where it stands in the help: "detail", "picture" or "technical"; "" for options without a flag.
+        Its group in the help: "detail", "picture" or "technical"; "" for options without a flag.
     flags
-        How the command line takes it.
+        Its flags on the command line.
     choices
-        What it may be, if it is a choice.
+        The allowed values, if it is a choice.
     """
 
     heading: str = ""
@@ -91,19 +91,19 @@ class RenderOptions:
     Attributes
     ----------
     max_error_px
-        The largest distance on the screen between where a post of the map is drawn and where it belongs
-        (metric "max"), or the root mean square of all those distances ("rms"). By default 1, unless a number of
-        triangles is asked for. Baselines certify nothing, and ignore it.
+        The tolerance of the screen error: the distance in pixels between the drawn and the true position of a point of
+        the surface. It bounds the largest error (metric "max") or the root mean square ("rms"). By default 1, unless
+        `triangles` is given. Baselines certify nothing, and ignore it.
     triangles
-        Instead of a tolerance: at most so many triangles, from 2 on, used where they reduce the sum of the squares of
-        those distances most. Each post is weighted by the width of a cell in pixels, or by 1 if that is less.
+        Instead of a tolerance: the largest number of triangles, from 2 on. They are used where they reduce the sum of
+        the squared screen errors most. Each post is weighted by the width of a cell in pixels, at least 1.
     parameters
-        How finely a baseline draws: `clipmap.Rings` or `tessellated.Edges`. By default `triangles` decides.
+        Level of detail of a baseline: `clipmap.Rings` or `tessellated.Edges`. By default it follows from `triangles`.
     metric
-        "max" or "rms": what the tolerance bounds, and what is certified of the mesh.
+        "max" or "rms": what the tolerance bounds, and what is certified.
     method
-        One of `terrain_gl.methods.METHODS`: "sat" by default; a baseline, "clipmap" or "tessellated"; "full" for every
-        post in the picture; or "truth", which is also bilinear between posts.
+        One of `terrain_gl.methods.METHODS`: "sat" (the default) or "quadtree", which are certified; a baseline,
+        "clipmap" or "tessellated"; "full" for every post in the picture; or "truth", also bilinear between posts.
     style
         One of `terrain_gl.shade.STYLES`.
     sun
@@ -115,11 +115,11 @@ class RenderOptions:
     near_m
         Distance of the near plane; by default a tenth of the smaller spacing.
     cull
-        Leave out patches that the picture does not show.
+        Leave out patches outside the picture.
     wires
-        Draw the triangles' edges over whatever the style shows.
+        Draw the triangles' edges on top of the style.
     chosen_for
-        Choose the mesh for the picture of this camera, and look at it with another one.
+        Choose the mesh for this camera, and look at it from another one.
 
     Raises
     ------
@@ -229,7 +229,7 @@ class RenderOptions:
 
     @property
     def tolerance_px(self) -> float:
-        """The error that the mesh must keep; 0 for every post."""
+        """The tolerance that the mesh must keep; 0 for every post."""
         return 0.0 if self.method in EVERY_POST or self.max_error_px is None else self.max_error_px
 
 

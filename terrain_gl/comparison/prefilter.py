@@ -1,9 +1,9 @@
-"""Other ways to prefilter normals, to compare ours with, each in our own frame (glsl/prefilter/frame.glsl).
+"""Other prefilters of normals, to compare ours with; each runs inside our own frame (glsl/prefilter/frame.glsl).
 
-point     no prefilter: the normal at the footprint's middle
-mip       mipmaps of normals, unit length again after the lookup
-toksvig   the same, and what they lost of their length widens the highlight (Toksvig 2005)
-leadr     mipmaps of slopes and their products: Gaussians of slopes, seen by projected area (Dupuy et al. 2013)
+point     no prefilter: the normal at the footprint's centre
+mip       mipmaps of normals, normalised after the lookup
+toksvig   mipmaps of normals; a mean shorter than 1 widens the highlight (Toksvig 2005)
+leadr     mipmaps of slopes and their products: Gaussians of slopes, weighted by projected area (Dupuy et al. 2013)
 """
 
 from __future__ import annotations
@@ -32,7 +32,7 @@ class Mipmaps:
         self.textures = [self._texture(size) for _ in range(3)]
 
     def follow(self, sun: tuple[float, float, float], radius: float = SUN_RADIUS) -> None:
-        """Record all cells for a sun, a unit vector and its angular radius, and average them."""
+        """Build the mipmaps for a sun: a unit vector and its angular radius."""
         towards = lattice_direction(sun, self.terrain.heightmap.spacing_m)
         self._sweep.run(towards, self._horizon)
         self.terrain.bind()
@@ -46,7 +46,7 @@ class Mipmaps:
             texture.build_mipmaps()
 
     def bind(self) -> None:
-        """Make them visible to the shaders of glsl/prefilter."""
+        """Bind the mipmaps for the shaders of glsl/prefilter."""
         bind("prefilter/frame.glsl", **dict(zip(_TEXTURES, self.textures, strict=True)))
 
     def release(self) -> None:
@@ -64,7 +64,7 @@ class Mipmaps:
 
 
 def shade_as(baseline: str, picture: Picture, mipmaps: Mipmaps, camera: Camera, look: Look) -> None:
-    """Colour what `Picture.see` saw by one of `BASELINES`."""
+    """Shade the last result of `Picture.see` with one of `BASELINES`."""
     picture.light(camera, look)
     assert picture.lighting.sky
     east, north, up = (float(v) for v in picture.lighting.sky.sun["axis"])

@@ -1,7 +1,7 @@
-"""The pyramid of heights that clipmaps draw from: each level a filtered half of the one below, to two posts a side.
+"""The pyramid of heights for clipmaps: each level is the level below, filtered and halved, down to two posts a side.
 
     level 0  the map itself
-    level j  sample i stands on post min(i · 2^j, last): ceil((posts − 1) / 2^j) + 1 samples, whatever the map's size
+    level j  sample i is at post min(i · 2^j, last); there are ceil((posts − 1) / 2^j) + 1 samples, for any size of map
 
 Specification: `comparison.ideal.halve`.
 """
@@ -16,24 +16,24 @@ from ..gpu import layout, shaders
 from ..gpu.bindings import bind
 from ..terrain import Terrain
 
-# weights of a symmetric filter's middle, its neighbours and theirs
+# weights of a symmetric filter: centre, first neighbours, second neighbours
 FILTERS = {
-    "point": (1.0, 0.0, 0.0),  # every second sample as it is
+    "point": (1.0, 0.0, 0.0),  # every second sample, not filtered
     "tent": (0.5, 0.25, 0.0),  # the binomial filter, Burt 1981
-    "spline": (0.75, 0.25, -0.125),  # Cohen, Daubechies, Feauveau 1992: made for lines drawn between the samples
+    "spline": (0.75, 0.25, -0.125),  # Cohen, Daubechies, Feauveau 1992: for linear interpolation between the samples
 }
 _BARRIER = moderngl.TEXTURE_FETCH_BARRIER_BIT | moderngl.TEXTURE_UPDATE_BARRIER_BIT
-FIRST_RANGES = 2  # the finest level of which ranges are kept
-_TAPS = 2  # samples on either side that a filter reads
+FIRST_RANGES = 2  # the finest level whose ranges are kept
+_TAPS = 2  # samples that a filter reads on each side
 
 
 class Pyramid:
-    """QuadtreeSelector 1 and above in one texture; glsl/clipmap/pyramid.glsl looks them up.
+    """Levels 1 and above in one texture, read by glsl/clipmap/pyramid.glsl.
 
     Parameters
     ----------
     terrain
-        Whose heights; voids are filled there.
+        The map; voids are filled.
     kind
         One of `FILTERS`.
     """
@@ -55,11 +55,11 @@ class Pyramid:
 
     @property
     def bytes(self) -> int:
-        """GPU memory of all levels but the map."""
+        """GPU memory of all levels except the map."""
         return 4 * self._texture.width * self._texture.height
 
     def build(self) -> None:
-        """Make all levels."""
+        """Compute all levels."""
         columns, rows = self.sizes[0]
         self.update((0, 0, columns - 1, rows - 1))
 
@@ -78,7 +78,7 @@ class Pyramid:
             high = high - 1
 
     def bind(self) -> None:
-        """Make terrain and pyramid visible to every shader."""
+        """Bind terrain and pyramid for all shaders."""
         self.terrain.bind()
         bind("clipmap/pyramid.glsl", Pyramid=self._block, u_pyramid=self._texture)
 

@@ -48,7 +48,7 @@ class Edges:
     Attributes
     ----------
     edge_px
-        Wanted length of a triangle's edge on the screen.
+        The target length of a triangle's edge on the screen.
     patch
         Posts along a side of the finest patches, a power of two.
     ring
@@ -75,8 +75,8 @@ class Edges:
 
 
 _DEFAULT = Edges()
-_CANDIDATES = ((16, 128), (8, 128), (16, 64))  # posts a patch, patches a ring
-_TRIES = 30  # halvings of the range of edges
+_CANDIDATES = ((16, 128), (8, 128), (16, 64))  # posts along a patch, patches along a ring
+_TRIES = 30  # bisections of the range of edge lengths
 
 
 def places_of(ring: Ring) -> np.ndarray:
@@ -138,7 +138,7 @@ class Tessellated:
         return [(self._cuts, "4u4", "in_cut")]
 
     def bind(self) -> None:
-        """Make all that the stages read visible to them."""
+        """Bind everything that the stages read."""
         self.pyramid.bind()
         self.view.bind()
         bind("tessellated/measures.glsl", Tessellated=self._measures)
@@ -152,7 +152,7 @@ class Tessellated:
         cull: bool = True,
         **settings: Any,
     ) -> Selection:
-        """Choose and cut the patches for a picture of `size`; `settings` are what else the `View` block holds."""
+        """Choose and cut the patches for a picture of `size`; `settings` are further fields of the `View` block."""
         places = self._look(camera, size, near_m, edges, cull, **settings)
         triangles = self._cut(len(places), edges)
         commands = [(min(_DRAW, len(places) - first), 1, first, 0, 0) for first in range(0, len(places), _DRAW)]
@@ -162,14 +162,14 @@ class Tessellated:
         return Selection(self, (len(places),), triangles, most, 0, None, len(commands))
 
     def candidates(self, camera: Camera, size: tuple[int, int], near_m: float, triangles: int) -> list[Edges]:
-        """Edges with about so many triangles in the picture: many small patches, or fewer large ones.
+        """Edges with about `triangles` triangles in the picture: many small patches, or fewer large ones.
 
-        The best come first: more patches fit the land more closely.
+        The best come first: more patches fit the land better.
         """
         return [self._fit(camera, size, near_m, triangles, Edges(patch=n, ring=ring)) for n, ring in _CANDIDATES]
 
     def _fit(self, camera: Camera, size: tuple[int, int], near_m: float, triangles: int, edges: Edges) -> Edges:
-        """Edges of such a length that there are about so many triangles in the picture."""
+        """The length of edges that gives about `triangles` triangles in the picture."""
         patches = len(self._look(camera, size, near_m, edges, cull=True))
         short, long, tried = 1e-3, 1e6, []
         for _ in range(_TRIES):
@@ -189,7 +189,7 @@ class Tessellated:
     def _look(
         self, camera: Camera, size: tuple[int, int], near_m: float, edges: Edges, cull: bool, **settings: Any
     ) -> np.ndarray:
-        """Find the patches in the picture, and send them and the view to the GPU."""
+        """Find the patches in the picture, and upload them and the view."""
         self.view.write(self.terrain, camera, size, near_m, cull=cull, **settings)
         cells, finest = np.array([edges.ring, edges.ring]), edges.patch.bit_length() - 1
         rings = rings_of(self.terrain.heightmap, camera.eye, cells, finest)
@@ -202,12 +202,12 @@ class Tessellated:
         return places
 
     def _boxes(self, places: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
-        """World boxes that hold the patches: least and largest corners, (n, 3) metres."""
+        """World boxes around the patches: smallest and largest corners, (n, 3) metres."""
         low, level = places["at"], places["level"]
         return self.terrain.boxes(low << level[:, None], low + 1 << level[:, None], self.pyramid.ranges(low, level))
 
     def _cut(self, patches: int, edges: Edges) -> int:
-        """Find the levels of all edges; returns the number of triangles."""
+        """Compute the levels of all edges; returns the number of triangles."""
         middle, offset_m, z_m = self.view.eye
         measures = np.array(((*offset_m, z_m), edges.edge_px / self.view.focal_px, middle, (0, 0)), MEASURES)
         self._measures.write(measures.tobytes())

@@ -1,7 +1,7 @@
-"""Level of detail: a pure function of (tables, camera) to patches.
+"""Level of detail: a pure function from tables and camera to patches.
 
 clipmap    rings around the eye; the summed-area tables decide how finely each patch is tessellated (method "sat")
-quadtree   the fewest triangles; the records of single nodes decide (method "quadtree")
+quadtree   the fewest triangles; the error records of single nodes decide (method "quadtree")
 """
 
 from ..view import View

@@ -1,17 +1,17 @@
-"""The restricted quadtree: the fewest triangles that hold a tolerance, chosen by compute shaders.
+"""The restricted quadtree: few triangles for a tolerance, chosen by compute shaders.
 
-    refine    split the nodes in the picture that are too coarse, from the root down     (a dispatch a level)
-    balance   split more, so that neighbours are within one level                        (a dispatch a level)
-    agree     leaves that are still too coarse ask neighbours to cut edges, or to be split
-    commit    grant it
-    again     if anything was: balance, and let them ask again
-    tiles     list the tiles of 32 × 32 nodes that hold any
-    patches   count the patches of each tile; then, when their places are known, write them
-    offsets   prefix sums between the two
-    draws     indirect draw commands
+    refine    split the nodes in the picture that are too coarse, from the root down     (one dispatch for each level)
+    balance   split more nodes, until neighbours are within one level                    (one dispatch for each level)
+    agree     leaves that are still too coarse ask neighbours to cut edges, or ask to be split
+    commit    do what was asked
+    again     if anything changed, balance and agree run again
+    tiles     list the tiles of 32 × 32 nodes that contain leaves
+    patches   count the patches of each tile; after `offsets`, write them
+    offsets   prefix sums of the counts: where each tile's patches begin
+    draws     write indirect draw commands
 
-With a budget of triangles instead of a tolerance, refine, balance, tiles and patches are run for one price of a
-triangle after another, until `search` has found the one that makes the budget's triangles (glsl/lod/summary.glsl).
+With a budget of triangles instead of a tolerance, refine, balance, tiles and patches run for several prices of a
+triangle. `search` finds the price that gives the budget's number of triangles (glsl/lod/summary.glsl).
 """
 
 from __future__ import annotations
@@ -32,11 +32,11 @@ from ..gpu.bindings import bind
 from ..view import View
 from .selection import INFINITE_PX, METRES, METRICS, Selection, float_below
 
-ROUNDS = 16  # prices tried for a budget, at most: it takes three to five as a rule
-AGREEING = 8  # rounds of agreeing between two looks at whether it is over: it takes three to six
+ROUNDS = 16  # the most prices tried for a budget; usually three to five are enough
+AGREEING = 8  # rounds of `agree` before Python checks whether more are needed; usually three to six are enough
 _TRIANGLES, _COUNT, _EMIT = range(3)  # passes of glsl/lod/patches.comp
-_ASKING = 16  # where the dispatch size of agreeing is in the list of tiles (glsl/lod/tiles.glsl)
-# what the passes write is read as storage, as commands, as vertices, and back by Python
+_ASKING = 16  # byte offset of the dispatch size of `agree` in the list of tiles (glsl/lod/tiles.glsl)
+# the output of the passes is read as storage, as commands, as vertices, and by Python
 _BARRIER = (
     moderngl.SHADER_STORAGE_BARRIER_BIT
     | moderngl.COMMAND_BARRIER_BIT
@@ -46,7 +46,7 @@ _BARRIER = (
 
 
 def _offset(name: str) -> int:
-    """Where a field of the summary begins. What stands before the price begins anew with every count."""
+    """Byte offset of a field of the summary. Fields before `price` are reset for every count."""
     fields = layout.SUMMARY.fields
     assert fields
     return int(fields[name][1])
@@ -74,7 +74,7 @@ class QuadtreeSelector:
         self.view = view or View(ctx)
         self._own_view = view is None
         self._words = last.first_word + last.words
-        # split, cut west, cut north; the same as asked for, nothing yet (glsl/lod/tree.glsl)
+        # bits: split, cut west, cut north; then the same three as requests (glsl/lod/tree.glsl)
         self._split = ctx.buffer(np.zeros(6 * self._words, "u4").tobytes())
         self._active = ctx.buffer(reserve=_ASKING + 16 + 4 * self._tiles)
         self._offsets = ctx.buffer(reserve=4 * layout.SIZES * self._tiles)
@@ -102,13 +102,13 @@ class QuadtreeSelector:
     ) -> Selection:
         """Choose the patches for a picture of `size` (width, height); there are no further `parameters`.
 
-        No post is then drawn further than `tolerance_px` from where it belongs; or, with the metric "rms", the root
-        mean square of all posts' distances is within it. Patches outside the picture are left out, unless `cull` is
-        False. A tolerance of 0 draws every cell in the picture at full resolution.
+        The screen error of the surface is then at most `tolerance_px`; with the metric "rms", its root mean square is.
+        Patches outside the picture are left out, unless `cull` is False. With a tolerance of 0 every cell in the
+        picture is drawn at full resolution.
 
-        With a number of `triangles`, at least 2, the tolerance says nothing: the squares of all posts' distances in the
-        picture, weighted by `reference.post_weights`, are then as little in sum as so many triangles can make them; and
-        cells close to the eye are fans where that pays between their posts (`reference.cell_squares`).
+        With a number of `triangles`, at least 2, there is no tolerance. The mesh then minimises the sum of the squared
+        screen errors of all posts in the picture, weighted by `reference.post_weights`, with at most so many triangles.
+        Cells close to the eye become fans if that lowers the error between posts (`reference.cell_squares`).
         """
         settings = {
             "tolerance_px": float_below(tolerance_px),
@@ -137,9 +137,9 @@ class QuadtreeSelector:
         return selection
 
     def select_everywhere(self, max_error_m: float) -> Selection:
-        """Choose patches over the whole map, nowhere further from a post than so many metres of height.
+        """Choose patches over the whole map whose height at every post is within `max_error_m` of the truth.
 
-        There is no eye; what is certified is in metres, too.
+        There is no camera. The certified error is in metres, too.
         """
         anywhere = Camera.default(self.terrain.heightmap)
         return self.select(anywhere, (1, 1), 1.0, max_error_m, METRES, cull=False)
@@ -150,12 +150,12 @@ class QuadtreeSelector:
         return [(self.patches, "2u4", "in_patch")]
 
     def bind(self) -> None:
-        """Make all that the stages read visible to them."""
+        """Bind everything that the stages read."""
         self.terrain.bind()
         self.view.bind()
 
     def update(self, posts: Rect) -> None:
-        """Follow an edit: every selection reads the error tables anew."""
+        """Follow an edit: there is nothing to do, every selection reads the error tables again."""
 
     def release(self) -> None:
         """Release GPU resources."""
@@ -173,7 +173,7 @@ class QuadtreeSelector:
         bind("lod/refine.comp", Gains=self.tables.gains)
 
     def _search(self) -> None:
-        """Grow the tree of one price after another; once its triangles are right, the GPU skips what is left."""
+        """Grow trees for several prices; when the number of triangles is right, the GPU skips the remaining rounds."""
         for step in range(ROUNDS + 1):
             self._kernels["search"]["u_start"], self._kernels["search"]["u_last"] = step == 0, step == ROUNDS
             self._run("search", 1)
@@ -199,9 +199,9 @@ class QuadtreeSelector:
                 self._run(name, -(-columns // (layout.TILE * layout.GROUP)), rows)
 
     def _agree(self) -> np.void:
-        """Let leaves that are too coarse as they stand cut edges or split; once all pass, the GPU skips what is left.
+        """Let leaves that are too coarse cut edges or split; when all leaves pass, the GPU skips the remaining rounds.
 
-        Returns what the mesh comes to. The last round's tiles are the mesh's: they need not be listed again.
+        Returns the summary of the mesh. The tiles of the last round are those of the mesh: no new list is needed.
         """
         self._ask_again(start=True)
         while True:
@@ -227,7 +227,7 @@ class QuadtreeSelector:
             self._run("tiles", -(-self._tiles // layout.GROUP))
 
     def _count_patches(self) -> np.void:
-        """What the listed tiles' patches come to, a record `layout.SUMMARY`: the only thing that a frame waits for."""
+        """Count the patches of the listed tiles: a record `layout.SUMMARY`, the only data that a frame waits for."""
         self._look_at_tiles(_COUNT)
         self._run("offsets", 1)
         return np.frombuffer(self._summary.read(layout.SUMMARY.itemsize), layout.SUMMARY)[0]
@@ -257,7 +257,7 @@ class QuadtreeSelector:
         self.ctx.memory_barrier(_BARRIER)
 
     def _run_as_told(self, name: str, groups: str, i: int = 0) -> None:
-        """Run a pass with as many groups as the summary says: none when what it is part of is over."""
+        """Run a pass with the number of groups in the summary: none if its loop is over."""
         self._kernels[name].run_indirect(self._summary, _offset(groups) + 16 * i)
         self.ctx.memory_barrier(_BARRIER)
 

@@ -1,4 +1,4 @@
-"""What a level-of-detail method returns: which patches to draw, and what is certified of them."""
+"""The result of a level-of-detail method: the patches to draw, and their certified error."""
 
 from __future__ import annotations
 
@@ -8,34 +8,34 @@ import numpy as np
 
 from ..surface import Surface
 
-METRICS = ("max", "rms")  # what a tolerance in pixels bounds; one in metres has `METRES` beside them
+METRICS = ("max", "rms")  # what a tolerance in pixels bounds; for a tolerance in metres there is `METRES`
 METRES = "metres"
-INFINITE_PX = 9e29  # glsl/lod/project.glsl has a little more
+INFINITE_PX = 9e29  # errors above this are infinite: a little less than in glsl/lod/project.glsl
 
 
 @dataclass(frozen=True)
 class Selection:
-    """What a view is drawn with.
+    """The mesh of a view.
 
     Attributes
     ----------
     surface
-        What was selected from, and draws it.
+        Draws the patches.
     counts
-        Patches of each size: of 1, 2, 4, ... segments a side. Fans count with those of 2.
+        Number of patches by size: 1, 2, 4, ... segments a side. Fans count as 2.
     triangles
-        Triangles that the patches make, those of no area left out.
+        Triangles of the patches, without those that have no area.
     most_triangles
-        At least as many as the GPU makes of them, those of no area too.
+        An upper bound of the triangles that the GPU makes, those without area included.
     splits
         Nodes of the quadtree that were split.
     certified_px
-        The largest error that any patch may have on the screen, in the metric asked for, in metres with `METRES`; None
-        if nothing is promised.
+        The bound of the screen error over all patches, in the requested metric; in metres with `METRES`; None if
+        nothing is certified.
     draws
         Indirect commands in the surface's `draws`.
     price
-        With a budget: squared pixels of error that a triangle more would have to take away; 0 where none would.
+        With a budget: the squared pixels of error that one more triangle would have to remove; 0 if none can.
     """
 
     surface: Surface = field(compare=False)
@@ -54,6 +54,6 @@ class Selection:
 
 
 def float_below(value: float) -> np.float32:
-    """Return the largest float32 that is not above a value."""
+    """The largest float32 that is not above a value."""
     nearest = np.float32(value)
     return nearest if float(nearest) <= value else np.nextafter(nearest, np.float32(0))

@@ -1,7 +1,7 @@
-"""Why a patch is drawn as it is: the choices that its level was taken from, in metres and on the screen.
+"""Why a patch is drawn as it is: its possible levels, with their errors in metres and on the screen.
 
-Asked of the same tables by the same shader code that chooses: glsl/lod/explain.comp for the quadtree,
-glsl/rings/explain.comp for the clipmap.
+The errors come from the same tables and the same shader code that choose the level: glsl/lod/explain.comp for the
+quadtree, glsl/rings/explain.comp for the clipmap.
 """
 
 from __future__ import annotations
@@ -28,13 +28,13 @@ class Choice:
     Attributes
     ----------
     segments
-        Segments a side; 0 is a fan around the middle.
+        Segments a side; 0 for a fan around the centre.
     step
         Posts between vertices; less than 1 where cells of the map are cut.
     max_m, rms_m
-        How far posts are off at most, and in the root mean square, in metres of height.
+        Bounds of the error in metres of height: the largest, and the root mean square.
     px
-        What that is on the screen at most, in the metric asked for.
+        Bound of the error on the screen, in the requested metric.
     """
 
     segments: int
@@ -46,30 +46,30 @@ class Choice:
 
 @dataclass(frozen=True)
 class Explanation:
-    """A patch, and what else it could have been.
+    """A patch, and its alternatives.
 
     Attributes
     ----------
     corner, side
         Column and row of its north-west post, and posts along a side.
     level
-        Of the quads: 2^level posts a side; below 0 where cells of the map are cut.
+        Level of the quads: 2^level posts a side; negative where cells of the map are cut.
     chosen
-        How it is drawn.
+        How the patch is drawn.
     choices
-        How it could be drawn, coarsest first; among them `chosen`.
+        The ways to draw it, coarsest first; `chosen` is one of them.
     range_m
-        Lowest and highest height of a box around it.
+        Lowest and highest height of its bounding box.
     nearest_m
         View depth of the nearest corner of that box.
     px_per_m
-        Pixels that a metre of height makes there, at most.
+        The most pixels that a metre of height covers there.
     in_picture
-        Whether any of it is: what is not may be as coarse as it likes.
+        Whether a part of the patch is in the picture; outside it, any level is allowed.
     tolerance_px, metric
-        What was asked for.
+        The requested tolerance and its metric.
     bound_px
-        What the tables certify of the patch with its edges, next to finer neighbours; None if its record does not say.
+        The bound of the patch together with its cut edges; None if its record has none.
     """
 
     corner: tuple[int, int]
@@ -98,9 +98,9 @@ class Explainer:
     def explain(
         self, selection: Selection, post: tuple[float, float], tolerance_px: float, metric: str
     ) -> Explanation | None:
-        """Explain the patch over a place of the map, given as column and row; None if nothing is drawn there.
+        """Explain the patch over a place of the map, given as column and row; None if there is no explanation.
 
-        The view must still be the one that was selected for.
+        The view must still be that of the selection.
         """
         if isinstance(selection.surface, ClipmapSelector):
             return self._explain_ring(selection.surface, selection, post, tolerance_px, metric)
@@ -118,7 +118,7 @@ class Explainer:
         choices = _choices(answer, side_log2, fan)
         segments = 0 if fan else 1 << size_log2
         chosen = next((choice for choice in choices if choice.segments == segments), None)
-        if chosen is None:  # its vertices are closer together than posts; the kernel knows no such choice yet
+        if chosen is None:  # a cell that is cut between its posts: lod/explain.comp has no such choice
             return None
         return Explanation(
             corner,
@@ -193,14 +193,14 @@ def _over(patches: layout.Patches | layout.RingPatches, post: tuple[float, float
 
 
 def _seen(answer: np.ndarray, focal_px: float) -> tuple[tuple[float, float], float, float, bool]:
-    """Range of heights, least depth, pixels a metre, and whether any of it is in the picture."""
+    """Range of heights, smallest depth, pixels for a metre, and whether a part of it is in the picture."""
     nearest_m, stretch = (float(v) for v in answer["projection"][:2])
     low_m, high_m = (float(v) for v in answer["range_m"][:2])
     return (low_m, high_m), nearest_m, focal_px * stretch / nearest_m, not answer["projection"][3]
 
 
 def _choices(answer: np.ndarray, side_log2: int, fan: bool) -> tuple[Choice, ...]:
-    """Coarsest first: two triangles, the fan, 2 × 2 quads, 4 × 4, ... every post; a cell's fan if it is one."""
+    """The choices, coarsest first: two triangles, the fan, 2 × 2 quads, 4 × 4 quads, up to every post."""
     found = []
     for level in range(side_log2, -1, -1):
         choice = answer["choice"][level]
