@@ -72,7 +72,7 @@ def _option(default: Any, heading: str, *flags: Flag, choices: tuple[str, ...] =
 
 
 class Parameters(Protocol):
-    """How finely a baseline draws: `clipmap.Rings` or `tessellated.Edges`."""
+    """Level of detail of a baseline: `clipmap.Rings` or `tessellated.Edges`."""
 
     @property
     def method(self) -> str:

@@ -89,12 +89,12 @@ class Pyramid:
         return [self.terrain.filled - np.float32(self.terrain.base_m), *above[1:]]
 
     def ranges(self, at: np.ndarray, level: np.ndarray) -> np.ndarray:
-        """Least and largest height, at any level of detail, over cells of 2^level posts: (n, 2) metres above the base.
+        """Lowest and highest height, at any level of detail, over cells of 2^level posts: (n, 2) metres above the base.
 
         Parameters
         ----------
         at
-            (n, 2) columns and rows of the cells on their level's lattice.
+            (n, 2) columns and rows of the cells on the lattice of their level.
         level
             (n,) levels, `FIRST_RANGES` or above.
         """
@@ -108,7 +108,7 @@ class Pyramid:
         return found
 
     def errors_m(self) -> np.ndarray:
-        """Root mean square of what each level misses of the map, in metres: (levels,), at 2^16 posts at random."""
+        """Root mean square error of each level against the map, in metres: (levels,), at 2^16 random posts."""
         if not len(self._errors_m):
             levels = self.read()
             posts = np.random.default_rng(0).integers(0, levels[0].shape, (2**16, 2))
@@ -123,7 +123,7 @@ class Pyramid:
 
 
 def _places(sizes: list[tuple[int, int]]) -> list[tuple[int, int]]:
-    """Column and row of each level's first texel: level 1 on the left, those above it in a column to its right."""
+    """Column and row of each level's first texel: level 1 is on the left, coarser levels in a column to its right."""
     places, y = [(0, 0), (0, 0)], 0
     for _, height in sizes[2:]:
         places.append((sizes[1][0], y))
@@ -132,7 +132,7 @@ def _places(sizes: list[tuple[int, int]]) -> list[tuple[int, int]]:
 
 
 def _on_triangles(heights: np.ndarray, level: int, posts: np.ndarray, shape: tuple[int, ...]) -> np.ndarray:
-    """A level's surface at posts (n, 2), row and column: linear on triangles with diagonals from north-west."""
+    """Heights of a level's surface at posts (n, 2), row and column: linear on triangles, diagonals from north-west."""
     last = np.array(shape) - 1
     at = np.minimum(posts >> level, np.array(heights.shape) - 2)
     low, high = at << level, np.minimum(at + 1 << level, last)
@@ -143,8 +143,8 @@ def _on_triangles(heights: np.ndarray, level: int, posts: np.ndarray, shape: tup
 
 
 def _ranges(levels: list[np.ndarray]) -> list[np.ndarray]:
-    """Of each level from `FIRST_RANGES` on, over its cells: least and largest of its and all finer levels."""
-    levels = levels + levels[-1:] * (FIRST_RANGES + 1 - len(levels))  # the smallest maps have fewer
+    """For the cells of each level from `FIRST_RANGES` on: lowest and highest height of this and all finer levels."""
+    levels = levels + levels[-1:] * (FIRST_RANGES + 1 - len(levels))  # very small maps have fewer levels
     ranges: list[np.ndarray] = []
     for j, heights in list(enumerate(levels))[FIRST_RANGES:]:
         first = [_over_cells(levels[i], 2 ** (j - i)) for i in range(j)] if j == FIRST_RANGES else []
@@ -153,7 +153,7 @@ def _ranges(levels: list[np.ndarray]) -> list[np.ndarray]:
 
 
 def _over_cells(samples: np.ndarray, side: int) -> np.ndarray:
-    """Least and largest of the samples in and around cells of so many samples a side."""
+    """Minimum and maximum of the samples in and around cells of `side` samples a side."""
 
     def reduced(better: np.ufunc) -> np.ndarray:
         best = samples
@@ -168,7 +168,7 @@ def _over_cells(samples: np.ndarray, side: int) -> np.ndarray:
 
 
 def _quarter(ranges: np.ndarray) -> np.ndarray:
-    """Ranges of two by two cells."""
+    """Ranges of blocks of 2 × 2 cells."""
     rows, cols = (np.arange(0, n, 2) for n in ranges.shape[:2])
     low, high = ranges[..., 0], ranges[..., 1]
     low = np.minimum.reduceat(np.minimum.reduceat(low, rows, 0), cols, 1)

@@ -1,4 +1,4 @@
-"""A study of one view: all methods side by side, their curves, and the table and record of what was found."""
+"""A study of one view: all methods side by side, their curves, and the results as a table and as JSON."""
 
 from __future__ import annotations
 
@@ -24,7 +24,7 @@ _NUMBERS = (  # label, key of an entry's stats, format
 
 
 class Line(NamedTuple):
-    """A line of a table: what it says of each method, and which of them is best."""
+    """A line of a table: one text for each method, and which of them is best."""
 
     label: str
     cells: list[str]
@@ -32,7 +32,7 @@ class Line(NamedTuple):
 
     @classmethod
     def of(cls, label: str, values: Sequence[Any], style: str, compared: bool = True) -> Line:
-        """From numbers, the least of which is best; None where there is none."""
+        """Make a line from numbers, None for a missing one; the smallest is the best."""
         least = min((value for value in values if value is not None), default=None)
         cells = ["–" if value is None else format(value, style) for value in values]
         return cls(label, cells, [compared and value is not None and value == least for value in values])
@@ -40,17 +40,17 @@ class Line(NamedTuple):
 
 @dataclass
 class Study:
-    """All that a comparison of one view gives.
+    """The results of a comparison of one view.
 
     Attributes
     ----------
     triangles
-        How many each method was to draw, if that was asked for.
+        The number of triangles for each method, if one was requested.
     curves, ideal
-        What `curve` and `ideal_curve` give, if they were asked for.
+        The results of `curve` and `ideal_curve`, if they were requested.
     max_error_px, needed
-        The error asked for, if one was; by method, the stats with the fewest triangles that achieve it, None where
-        nothing does.
+        The requested error, if any; and by method the stats with the fewest triangles that achieve it, None if no
+        number does.
     """
 
     comparison: Comparison
@@ -61,14 +61,14 @@ class Study:
     triangles: int | None = None
 
     def uneven(self) -> dict[str, float]:
-        """By how large a share methods are off the number of triangles they were to draw, where by more than EQUAL."""
+        """The relative difference from the requested triangles, for methods where it is larger than `EQUAL`."""
         if not self.triangles:
             return {}
         off = {entry.method: entry.stats["triangles"] / self.triangles - 1 for entry in self.comparison.entries}
         return {method: share for method, share in off.items() if abs(share) > EQUAL}
 
     def table(self) -> list[Line]:
-        """The numbers, for people."""
+        """The numbers as a table."""
         entries = self.comparison.entries
         lines = []
         for label, key, style in _NUMBERS:
@@ -82,7 +82,7 @@ class Study:
         return lines
 
     def record(self) -> dict[str, Any]:
-        """The numbers, for JSON: docs/stats.md."""
+        """The numbers as JSON: docs/stats.md."""
         found: dict[str, Any] = {"truth": self.comparison.stats}
         found["methods"] = [entry.stats for entry in self.comparison.entries]
         if self.triangles:
@@ -109,10 +109,10 @@ def study(
     Parameters
     ----------
     triangles
-        For each method, or as many as all of them can draw (`drawable`); with `max_error_px` as many as it takes to
-        certify that.
+        The number for each method, reduced to what all can draw (`drawable`). With `max_error_px`, the number that
+        certifies this error.
     with_curves
-        Also at other numbers of triangles, `BUDGETS` of this one.
+        Measure other numbers of triangles, too: `BUDGETS` times this one.
     fine, progress, options
         As for `compare`.
     """

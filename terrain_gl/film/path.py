@@ -1,7 +1,7 @@
-"""A camera's path: keyframes, in a file or in memory, and the flight through them.
+"""A camera path: keyframes, in a file or in memory, and the flight through them.
 
-The eye follows a centripetal Catmull-Rom curve through the keyframes at constant speed, or passes each at the second
-that it names; orientation, field of view and sun follow the same curve in their own spaces (terrain_gl/film/spline.py).
+The eye follows a centripetal Catmull-Rom curve through the keyframes, at constant speed or at the times that the
+keyframes give. Orientation, field of view and sun follow curves of the same kind (terrain_gl/film/spline.py).
 """
 
 from __future__ import annotations
@@ -21,10 +21,10 @@ from ..image import replacing
 from ..inputs import check_input
 from . import spline
 
-PIECES = 512  # straight pieces of a leg: the eye strays from its curve by a millionth of the leg
-LEVEL_DEG = 70.0  # up to this steep a view, up or down, the horizon stays level
+PIECES = 512  # straight pieces between two keyframes: the deviation from the curve is a millionth of the leg
+LEVEL_DEG = 70.0  # the horizon stays level if the view is less steep than this
 MAX_KEYFRAMES = 10_000
-MAX_BYTES = 1 << 24  # of a file of keyframes
+MAX_BYTES = 1 << 24  # largest file of keyframes
 _ENTRY = ("eye", "target", "direction", "up", "fov", "sun", "seconds")
 _FILE = ("keyframes", "closed", "seconds")
 
@@ -36,11 +36,11 @@ class Keyframe:
     Attributes
     ----------
     camera
-        Where the eye stands and what it sees.
+        The camera.
     seconds
-        When, counted from the start; None to leave that to the path's constant speed.
+        The time from the start; None for constant speed.
     sun
-        Azimuth and elevation in degrees; None to leave the sun alone.
+        Azimuth and elevation in degrees; None to keep the sun as it is.
     """
 
     camera: Camera
@@ -49,7 +49,7 @@ class Keyframe:
 
 
 class Pose(NamedTuple):
-    """What a path gives for one frame: a camera, and the sun if the keyframes name it."""
+    """The camera of one frame, and the sun if the keyframes have one."""
 
     camera: Camera
     sun: tuple[float, float] | None
@@ -63,24 +63,23 @@ class CameraPath:
     keyframes
         At least two.
     closed
-        Whether the flight returns from the last to the first.
+        Whether the flight returns from the last keyframe to the first.
     seconds
-        How long the flight takes. A closed path whose keyframes are timed needs it, to say when it is back; of an open
-        one the last keyframe says it.
+        The duration. A closed path with timed keyframes needs it; for an open one the last keyframe gives it.
 
     Attributes
     ----------
     eyes
-        (n, 3) world metres: the eye's way in straight pieces.
+        (n, 3) world metres: the path of the eye in straight pieces.
     length_m
-        Its length.
+        The length of that path.
     seconds
-        How long the flight takes; None if nobody said.
+        The duration; None if it is not given.
 
     Raises
     ------
     UsageError
-        Too few keyframes, or seconds or suns that do not fit together; the message names the entry.
+        Too few keyframes, or times or suns that do not fit together; the message names the entry.
     """
 
     def __init__(self, keyframes: Sequence[Keyframe], closed: bool = False, seconds: float | None = None) -> None:
@@ -102,17 +101,17 @@ class CameraPath:
 
     @classmethod
     def open(cls, path: str | os.PathLike[str], fov_deg: float = Camera.fov_deg) -> CameraPath:
-        """Read a path from a JSON file; docs/flight.md states its form.
+        """Read a path from a JSON file; docs/flight.md describes its format.
 
         Parameters
         ----------
         fov_deg
-            For keyframes that name no field of view.
+            The field of view of keyframes without one.
 
         Raises
         ------
         TerrainError
-            Not such a file; the message names the file and the entry.
+            Not a valid file; the message names the file and the entry.
         """
         name = os.fspath(path)
         try:
@@ -121,7 +120,7 @@ class CameraPath:
             raise TerrainError(f"{name}: {error}") from None
 
     def save(self, path: str | os.PathLike[str]) -> None:
-        """Write a file that `open` reads to the same path; the file appears whole or not at all."""
+        """Write a file for `open`; it appears only when it is complete."""
         content: dict[str, Any] = {"closed": self.closed, "seconds": self.seconds}
         content["keyframes"] = [_entry(keyframe) for keyframe in self.keyframes]
         with replacing(path) as part:
@@ -129,11 +128,11 @@ class CameraPath:
 
     @property
     def parts(self) -> np.ndarray:
-        """(n,) when each keyframe is passed, as a part of the flight's time, 0 to 1."""
+        """(n,) the time of each keyframe, as a part of the flight's duration, 0 to 1."""
         return (self._clock / self._clock[-1])[: len(self.keyframes)]
 
     def at(self, part: float) -> Pose:
-        """The view when a part, 0 to 1, of the flight's time has gone."""
+        """The view at a time, given as a part of the flight's duration, 0 to 1."""
         pace = spline.monotone(self._clock, self._paces[::PIECES], part * self._clock[-1])
         legs = np.interp(pace, self._paces, np.arange(len(self._paces)) / PIECES)
         leg = min(int(legs), len(self._values) - 4)
@@ -146,10 +145,10 @@ class CameraPath:
         return Pose(camera, sun if self.keyframes[0].sun else None)
 
     def poses(self, count: int) -> Iterator[Pose]:
-        """Give `count` views, evenly spread in time.
+        """Yield `count` views at equal time steps.
 
-        Those of an open path run from the first keyframe to the last, those of a closed one to a step before its end,
-        where it is back at the first.
+        On an open path they run from the first keyframe to the last. On a closed path they end one step before the
+        first keyframe comes again.
         """
         for i in range(count):
             yield self.at(i / (count if self.closed else max(count - 1, 1)))
@@ -158,7 +157,7 @@ class CameraPath:
         return spline.catmull_rom(values[leg : leg + 4], self._knots[leg : leg + 4], t, blend)
 
     def _way(self) -> np.ndarray:
-        """(legs · PIECES + 1, 3) places along the curve."""
+        """(legs · PIECES + 1, 3) points along the curve."""
         legs = range(len(self._values) - 3)
         u = np.arange(PIECES) / PIECES
         knots = self._knots
@@ -169,9 +168,9 @@ class CameraPath:
         return np.concatenate([*places, self._values[-2:-1, :3]])
 
     def _measured(self) -> np.ndarray:
-        """(n,) what constant speed counts along the way: metres, and where the eye rests and only turns, radians.
+        """(n,) distance along the path, for constant speed. If the eye only turns, the angle counts as distance.
 
-        A right angle takes as long as the average leg.
+        A right angle counts as much as the average leg.
         """
         steps = np.linalg.norm(np.diff(self.eyes, axis=0), axis=1).reshape(-1, PIECES)
         moving = np.diff(self._values[1:-1, :3], axis=0).any(1)
@@ -183,7 +182,7 @@ class CameraPath:
 
 
 def _padded(values: np.ndarray, closed: bool, blend: spline.Blend) -> np.ndarray:
-    """Values (n, k) with what precedes the first and follows the last: the other end's, or straight on."""
+    """Values (n, k) with one more at each end: the other end's value if closed, else extrapolated."""
     if closed:
         return np.concatenate([values[-1:], values, values[:2]])
     before, after = blend(values[1], values[0], np.array(2.0)), blend(values[-2], values[-1], np.array(2.0))
@@ -191,12 +190,12 @@ def _padded(values: np.ndarray, closed: bool, blend: spline.Blend) -> np.ndarray
 
 
 def _values(keyframe: Keyframe) -> list[float]:
-    """Eye, field of view and sun: the field as a logarithm, for a zoom is a factor."""
+    """Eye, logarithm of the field of view (so that zooms are even), and sun."""
     return [*keyframe.camera.eye, math.log(keyframe.camera.fov_deg), *(keyframe.sun or (0.0, 0.0))]
 
 
 def _camera(eye: np.ndarray, axes: np.ndarray, fov_deg: float, level: bool) -> Camera:
-    """Camera of these axes, with the horizon made level where there is one to be seen."""
+    """A camera with these axes; if it does not look steeply up or down, the horizon is made level."""
     _, up, forward = axes
     share = min(math.hypot(*forward[:2]) / math.cos(math.radians(LEVEL_DEG)), 1.0)
     if level:
@@ -294,7 +293,7 @@ def _check_names(name: str, found: dict[str, Any], known: Sequence[str]) -> None
 
 
 def _numbers(name: str, value: Any, count: int) -> Any:
-    """None, a finite number, or a tuple of as many as `count`, where that is more than one."""
+    """None, a finite number, or a tuple of `count` numbers if `count` is more than 1."""
     if value is None:
         return None
     values = value if isinstance(value, list) else [value]

@@ -1,7 +1,7 @@
-"""Moving pictures: frames in, one at a time; an MP4, GIF, animated WebP or PNG, or a folder of PNGs out.
+"""Films: frames go in one at a time; the output is an MP4, GIF, animated WebP or PNG, or a folder of PNGs.
 
-Frames are encoded in a thread of their own, with a short queue before it, so that who draws them need not wait. A film
-appears under its name when it is whole, or not at all; a folder keeps the pictures that are complete.
+A separate thread encodes the frames from a short queue, so that drawing need not wait. A film appears under its name
+only when it is complete. A folder keeps all complete pictures.
 """
 
 from __future__ import annotations
@@ -25,12 +25,12 @@ from ..image import replacing, write_png
 
 WAITING = 4  # frames in the queue
 MAX_FPS = 1000.0
-GIF_FPS = 50.0  # browsers slow a GIF of more down to ten frames a second
+GIF_FPS = 50.0  # browsers play a faster GIF at ten frames a second
 Write = Callable[[np.ndarray, int], None]
 
 
 class Codec(NamedTuple):
-    """How PyAV writes a film: container and encoder by FFmpeg's names, the pixels it takes, and their options."""
+    """How PyAV writes a film: FFmpeg's names of container, encoder and pixel format, and options."""
 
     container: str
     encoder: str
@@ -43,29 +43,29 @@ _BT709, _LIMITED = 1, 1  # as ITU-T H.273 numbers them
 CODECS = {
     ".mp4": Codec("mp4", "libx264", "yuv420p", {"crf": "18", "preset": "fast"}, {"movflags": "+faststart"}),
     ".gif": Codec("gif", "gif", "pal8"),
-    # not libwebp_anim, which leaves blocks of earlier frames standing where colours change slowly, as in skies
+    # not libwebp_anim: in slow gradients, such as skies, it leaves blocks of earlier frames
     ".webp": Codec("webp", "libwebp", "yuv420p", {"quality": "75", "compression_level": "4"}, {"loop": "0"}),
     ".png": Codec("apng", "apng", "rgb24", {}, {"plays": "0"}),
 }
 
 
 class Recorder:
-    """Writes frames as they come.
+    """Writes frames to a film or a folder.
 
     Parameters
     ----------
     path
-        A file whose name ends in one of `CODECS`, which takes the extra [video], or a folder for numbered PNGs:
-        a name without an ending, or with a slash at its end. The folder is made if it is not there.
+        A file whose name ends in one of `CODECS` (needs the extra [video]), or a folder for numbered PNGs: a name
+        without an ending, or with a slash at its end. A missing folder is created.
     fps
         Frames a second.
 
     Raises
     ------
     UsageError
-        An unknown ending, or frames a second that are out of range.
+        An unknown ending, or a frame rate out of range.
     TerrainError
-        The place cannot be written to, the folder holds frames already, or PyAV is missing.
+        The file or folder cannot be written, the folder already holds frames, or PyAV is missing.
 
     Examples
     --------
@@ -94,12 +94,12 @@ class Recorder:
         Parameters
         ----------
         image
-            (height, width, 3 or 4) uint8, first row on top; all frames of one size.
+            (height, width, 3 or 4) uint8, first row on top; all frames have the same size.
         at_s
-            Seconds since the start, for films of what happens at its own pace: of several frames within one of the
-            film's the first is taken, and each stands until the next. Without it frames follow each other.
+            Seconds since the start, for live recordings. If several frames fall into one frame of the film, the first
+            is used; a frame is shown until the next one. Without `at_s`, frames follow each other.
         wait
-            Whether to wait for the encoder when it is behind; else the frame is dropped.
+            Whether to wait if the encoder is behind; else the frame is dropped.
 
         Returns
         -------
@@ -109,7 +109,7 @@ class Recorder:
         Raises
         ------
         TerrainError
-            The frame has another size, or writing has failed; nothing more can be recorded then.
+            The frame has another size, or writing has failed. Nothing more can be recorded after a failure.
         """
         self._raise_error()
         self._shape = self._shape or image.shape
@@ -131,13 +131,13 @@ class Recorder:
             try:
                 self._put(None, wait=True)
                 self._thread.join()
-            except BaseException:  # whoever has no patience wants no film
+            except BaseException:  # interrupted while waiting: drop the film
                 self.cancel()
                 raise
         self._raise_error()
 
     def cancel(self) -> None:
-        """Stop, and leave no file behind; the pictures in a folder stay."""
+        """Stop and leave no film; the pictures in a folder stay."""
         self._cancelled = True
         with contextlib.suppress(queue.Full):
             self._queue.put_nowait(None)
@@ -157,7 +157,7 @@ class Recorder:
     def _put(self, item: tuple[np.ndarray, int] | None, wait: bool) -> bool:
         while self._thread.is_alive():
             try:
-                self._queue.put(item, wait, 0.1)  # in short waits, for the thread may end before it takes the frame
+                self._queue.put(item, wait, 0.1)  # wait shortly: the thread may end before it takes the frame
                 return True
             except queue.Full:
                 if not wait:
@@ -186,11 +186,11 @@ class Recorder:
 
 
 class _CancelledError(Exception):
-    """Leaves a film's block without its file."""
+    """Ends a film without writing its file."""
 
 
 def is_folder(path: str | os.PathLike[str]) -> bool:
-    """Whether a name speaks of a folder of pictures, not of a film."""
+    """Whether a name means a folder of pictures, not a film."""
     name = os.fspath(path)
     return name.endswith(("/", os.sep)) or os.path.isdir(name) or not os.path.splitext(name)[1]
 
@@ -214,7 +214,7 @@ def _pictures(folder: Path) -> AbstractContextManager[Write]:
 
 
 def _locked(folder: Path) -> int:
-    """Lock a folder against other recordings; the descriptor to close, which the system does if the process ends."""
+    """Lock a folder against other recordings; returns the descriptor to close (the system closes it at exit)."""
     descriptor = os.open(folder, os.O_RDONLY)
     try:
         fcntl.flock(descriptor, fcntl.LOCK_EX | fcntl.LOCK_NB)
@@ -228,7 +228,7 @@ def _locked(folder: Path) -> int:
 
 @contextmanager
 def _numbered(folder: Path, made: bool, lock: int) -> Iterator[Write]:
-    """Files in a folder; one that was made for them, and stays empty, goes."""
+    """Write numbered files to a folder; a new folder that stays empty is removed."""
     done = 0
 
     def write(image: np.ndarray, _: int) -> None:
@@ -272,7 +272,7 @@ def _film(path: Path, fps: float) -> AbstractContextManager[Write]:
 
 @contextmanager
 def _encoded(av: Any, path: Path, codec: Codec, rate: Fraction) -> Iterator[Write]:
-    """Write a film beside its name; it takes its place when all is well."""
+    """Write a film to a temporary file, which gets its name at the end."""
     with replacing(path) as part, _reasons(av, path):
         film = _Film(av, part, codec, rate)
         try:
@@ -283,7 +283,7 @@ def _encoded(av: Any, path: Path, codec: Codec, rate: Fraction) -> Iterator[Writ
 
 
 class _Film:
-    """A film that PyAV writes; its first frame tells the size."""
+    """A film that PyAV writes; the first frame sets its size."""
 
     def __init__(self, av: Any, part: Path, codec: Codec, rate: Fraction) -> None:
         self._av, self._codec, self._rate = av, codec, rate
@@ -292,7 +292,7 @@ class _Film:
         self._convert: Callable[[Any], Any] = _h264_pixels if codec.encoder == "libx264" else self._plain_pixels
 
     def write(self, image: np.ndarray, number: int) -> None:
-        """Encode a frame, by its number in time."""
+        """Encode a frame; `number` is its time in frames."""
         if self._codec.encoder == "libx264":
             image = _even(image)
         if self._stream is None:
@@ -302,7 +302,7 @@ class _Film:
         self._file.mux(self._stream.encode(self._convert(frame)))
 
     def finish(self) -> None:
-        """Encode what the encoder holds back."""
+        """Flush the encoder."""
         if self._stream is not None:
             self._file.mux(self._stream.encode(None))
 
@@ -327,12 +327,12 @@ class _Film:
 
 
 def _h264_pixels(frame: Any) -> Any:
-    """As players expect those of films: by the matrix of BT.709, from 16 to 235."""
+    """Pixels as players expect them in H.264: the matrix of BT.709, limited range 16 to 235."""
     return frame.reformat(format="yuv420p", dst_colorspace="ITU709", dst_color_range="MPEG")
 
 
 def _palette_pixels(av: Any, width: int, height: int, time_base: Fraction) -> Callable[[Any], Any]:
-    """256 colours for each frame, the best for it, by FFmpeg's filters palettegen and paletteuse."""
+    """A conversion to the best 256 colours for each frame, with FFmpeg's filters palettegen and paletteuse."""
     graph = av.filter.Graph()
     frames = graph.add_buffer(width=width, height=height, format="rgb24", time_base=time_base)
     twice, palette = graph.add("split"), graph.add("palettegen", "stats_mode=single")
@@ -351,7 +351,7 @@ def _palette_pixels(av: Any, width: int, height: int, time_base: Fraction) -> Ca
 
 @contextmanager
 def _reasons(av: Any, path: Path) -> Iterator[None]:
-    """Tell FFmpeg's errors in a line."""
+    """Report FFmpeg's errors in one line."""
     try:
         yield
     except av.FFmpegError as error:
@@ -359,7 +359,7 @@ def _reasons(av: Any, path: Path) -> Iterator[None]:
 
 
 def _even(image: np.ndarray) -> np.ndarray:
-    """H.264 keeps colours for every other pixel: an odd row or column is left out."""
+    """Crop to even sides: H.264 stores colours for every other pixel."""
     height, width = image.shape[0] & ~1, image.shape[1] & ~1
     if min(height, width) < 2:
         raise TerrainError(f"an MP4 takes pictures of at least 2x2 pixels, got {image.shape[1]}x{image.shape[0]}")

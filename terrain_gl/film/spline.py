@@ -1,8 +1,8 @@
 """Curves through given points: smooth in space, in orientation and in time.
 
-One pyramid of blends (Barry & Goldman 1988, "A recursive evaluation algorithm for a class of Catmull-Rom splines")
-makes a curve of places when it blends along straight lines, and of orientations when it blends along great arcs
-(Schlag 1991, "Using geometric constructions to interpolate orientation with quaternions").
+A pyramid of interpolations evaluates the curve (Barry & Goldman 1988, "A recursive evaluation algorithm for a class of
+Catmull-Rom splines"). Linear interpolation gives a curve of positions. Interpolation along great arcs gives a curve of
+orientations (Schlag 1991, "Using geometric constructions to interpolate orientation with quaternions").
 """
 
 from __future__ import annotations
@@ -15,18 +15,18 @@ Blend = Callable[[np.ndarray, np.ndarray, np.ndarray], np.ndarray]
 
 
 def centripetal_knots(points: np.ndarray) -> np.ndarray:
-    """(n,) knots of a curve through points (n, 3), the square root of the distance apart.
+    """(n,) knots of a curve through points (n, 3); their differences are square roots of the points' distances.
 
-    Such a curve has neither cusps nor loops between neighbours (Yuksel et al. 2011, "Parameterization and applications
-    of Catmull-Rom curves").
+    Such a curve has no cusps and no loops between neighbours (Yuksel et al. 2011, "Parameterization and applications of
+    Catmull-Rom curves").
     """
     steps = np.sqrt(np.linalg.norm(np.diff(points, axis=0), axis=1))
-    least = 1e-6 * steps.max(initial=0.0) or 1.0  # where points coincide the curve rests
+    least = 1e-6 * steps.max(initial=0.0) or 1.0  # the curve rests if two points are the same
     return np.concatenate([[0.0], np.cumsum(np.maximum(steps, least))])
 
 
 def catmull_rom(four: np.ndarray, knots: np.ndarray, t: np.ndarray, blend: Blend) -> np.ndarray:
-    """Values (n, k) at t (n,) between the second and the third of four values (k,), which stand at four knots."""
+    """Values (n, k) at parameters t (n,) between the second and the third of four values (k,) at four knots."""
     t = np.asarray(t)
     row, reach = list(four), 1
     while len(row) > 2:
@@ -36,12 +36,12 @@ def catmull_rom(four: np.ndarray, knots: np.ndarray, t: np.ndarray, blend: Blend
 
 
 def lerp(a: np.ndarray, b: np.ndarray, t: np.ndarray) -> np.ndarray:
-    """Along the straight line from a to b (k,), t (n,) of the way."""
+    """Linear interpolation from a to b (k,) at t (n,)."""
     return a + np.asarray(t)[..., None] * (b - a)
 
 
 def slerp(a: np.ndarray, b: np.ndarray, t: np.ndarray) -> np.ndarray:
-    """Along the great arc from unit vector a to b, and beyond (Shoemake 1985, "Animating rotation", eq. 1)."""
+    """Interpolation along the great arc from unit vector a to b; t may lie outside 0 to 1 (Shoemake 1985, eq. 1)."""
     across = b - a * np.sum(a * b, -1, keepdims=True)
     length = np.linalg.norm(across, axis=-1, keepdims=True)
     angle = np.arctan2(length, np.sum(a * b, -1, keepdims=True))
@@ -52,7 +52,7 @@ def slerp(a: np.ndarray, b: np.ndarray, t: np.ndarray) -> np.ndarray:
 def quaternion_from_axes(axes: np.ndarray) -> np.ndarray:
     """(4,) unit quaternion w, x, y, z of a camera whose rows are right, up and forward.
 
-    4 q qᵀ is linear in the rotation matrix; its longest row is q, up to its length (Shepperd 1978).
+    4 q qᵀ is linear in the rotation matrix; its longest row, normalised, is ±q (Shepperd 1978).
     """
     (a, d, g), (b, e, h), (c, f, i) = axes * [[1.0], [1.0], [-1.0]]  # right, up and backward: a rotation's columns
     rows = np.array(
@@ -77,16 +77,16 @@ def axes_from_quaternion(q: np.ndarray) -> np.ndarray:
 
 
 def the_short_way(quaternions: np.ndarray) -> np.ndarray:
-    """The same orientations (n, 4), each with the sign that is nearer to the one before: q and −q turn alike."""
+    """The same orientations (n, 4), each with the sign nearer to the one before: q and −q are the same rotation."""
     signs = np.where(np.sum(quaternions[1:] * quaternions[:-1], -1) < 0, -1.0, 1.0)
     return quaternions * np.cumprod(np.concatenate([[1.0], signs]))[:, None]
 
 
 def monotone(x: np.ndarray, y: np.ndarray, at: float) -> float:
-    """Rising curve through rising points, smooth to the first derivative (Fritsch & Butland 1984).
+    """A rising curve through rising points, with a continuous first derivative (Fritsch & Butland 1984).
 
-    Where secants d, e meet, over widths g, h, the slope is their mean (2g + h : g + 2h) as harmonic: never steeper than
-    three times either, which keeps a cubic from turning back.
+    Where two secants d and e meet, over widths g and h, the slope is their weighted harmonic mean, 3(g + h) divided by
+    (2h + g)/d + (h + 2g)/e. It is at most three times the smaller secant, so the cubic never falls.
     """
     widths, secants = np.diff(x), np.diff(y) / np.diff(x)
     d, e, g, h = secants[:-1], secants[1:], widths[:-1], widths[1:]

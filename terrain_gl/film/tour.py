@@ -1,4 +1,4 @@
-"""A flight for any map: once around, never nearer to the ground than it promises."""
+"""A flight for any map: one loop around the middle, at a safe height above the ground."""
 
 from __future__ import annotations
 
@@ -12,47 +12,47 @@ from ..verify.holes import ground_m
 from .path import CameraPath, Keyframe
 
 KEYFRAMES = 16
-RADIUS = 0.3  # of the loop, in the map's width and height
-NEARBY = 0.06  # radius of the ground that a keyframe keeps above, in the map's smaller side
-LOW, HIGH = 0.02, 0.1  # height above that ground where the loop dips and where it soars, in the same unit
-AHEAD = 0.6 * math.pi  # how much later the loop will be where the eye looks
-CLEARANCE = 0.01  # least height above the surface anywhere
+RADIUS = 0.3  # radii of the loop, as a part of the map's width and height
+NEARBY = 0.06  # radius of the ground that a keyframe must stay above, as a part of the map's smaller side
+LOW, HIGH = 0.02, 0.1  # lowest and highest height above that ground, in the same unit
+AHEAD = 0.6 * math.pi  # the eye looks at the point of the loop that is this angle ahead
+CLEARANCE = 0.01  # smallest height above the surface, in the same unit
 FOV_DEG = 55.0
 
 
 def tour(heightmap: Heightmap, fov_deg: float = FOV_DEG) -> CameraPath:
-    """Once around a map, looking at where the loop will come to; it dips twice and soars twice.
+    """A loop around a map; the eye looks ahead along the loop, and goes down and up twice.
 
-    The eye keeps at least `clearance_m` above the surface.
+    The eye stays at least `clearance_m` above the surface.
     """
     loop = CameraPath([_keyframe(heightmap, 2 * math.pi * i / KEYFRAMES, fov_deg) for i in range(KEYFRAMES)], True)
     lift = clearance_m(heightmap) - float(np.min(above_surface_m(heightmap, loop.eyes)))
     if lift <= 0:
         return loop
-    # the curve is affine in its keyframes: lifting them all lifts it as it is
+    # the curve is affine in its keyframes: lifting all of them lifts the curve by the same amount
     return CameraPath([_lifted(keyframe, 1.001 * lift) for keyframe in loop.keyframes], True)
 
 
 def clearance_m(heightmap: Heightmap) -> float:
-    """Metres that a tour keeps from the surface: a share of the map's smaller side, and at least two posts."""
+    """The smallest height of a tour above the surface: a part of the map's smaller side, at least two spacings."""
     return max(CLEARANCE * min(heightmap.extent_m), 2 * max(heightmap.spacing_m))
 
 
 def above_surface_m(heightmap: Heightmap, way: np.ndarray) -> np.ndarray:
-    """Heights above the surface that each piece of a way (n, 3) keeps at least, (n - 1,).
+    """A lower bound of the height above the surface for each piece of a path (n, 3): (n - 1,) metres.
 
-    No surface through the posts stands above the highest post around. Infinite over voids and outside the map.
+    The surface is never above the highest post around. The result is infinite over voids and outside the map.
     """
     steps = np.abs(np.diff(way[:, :2], axis=0)) / heightmap.spacing_m
     fine = max(1, math.ceil(float(steps.max(initial=0.0))))
-    number = np.arange(fine * (len(way) - 1) + 1) / fine  # at most one post from each to the next
+    number = np.arange(fine * (len(way) - 1) + 1) / fine  # steps of at most one post
     x, y, z = (np.interp(number, np.arange(len(way)), axis) for axis in way.T)
     heights = z - _highest_m(heightmap, x, y)
     return np.minimum.reduceat(np.minimum(heights[1:], heights[:-1]), np.arange(0, len(heights) - 1, fine))
 
 
 def _highest_m(heightmap: Heightmap, x: np.ndarray, y: np.ndarray) -> np.ndarray:
-    """Height of the highest of the 4 × 4 posts around each place (n,): those of its cell and of the cells beside it."""
+    """Height of the highest of the 4 × 4 posts around each place (n,): its cell and the cells next to it."""
     col = np.floor(x / heightmap.spacing_m[0]).astype(np.int64)
     row = np.floor(heightmap.rows - 1 - y / heightmap.spacing_m[1]).astype(np.int64)
     highest = np.full(len(x), -np.inf)
@@ -82,7 +82,7 @@ def _on_loop(heightmap: Heightmap, angle: float) -> tuple[float, float]:
 
 
 def _nearby_m(heightmap: Heightmap, x: float, y: float) -> np.ndarray:
-    """Heights of the ground around a place, at points on a sunflower's spiral; the map's mean where all is void."""
+    """Heights of the ground at points around a place, on a sunflower spiral; the mid-range if all of it is void."""
     n = np.arange(400)
     radius, angle = NEARBY * min(heightmap.extent_m) * np.sqrt(n / len(n)), n * math.pi * (3 - math.sqrt(5))
     places = np.stack([x + radius * np.cos(angle), y + radius * np.sin(angle)], -1)
@@ -92,7 +92,7 @@ def _nearby_m(heightmap: Heightmap, x: float, y: float) -> np.ndarray:
 
 
 def _lifted(keyframe: Keyframe, metres: float) -> Keyframe:
-    """A keyframe higher up that looks the same way."""
+    """The keyframe, moved up, with the same direction of view."""
     camera = keyframe.camera
     (x, y, z), (u, v, w) = camera.eye, camera.target
     return Keyframe(Camera((x, y, z + metres), (u, v, w + metres), camera.fov_deg))
