@@ -1,23 +1,23 @@
-// blocks/terrain.glsl — what every stage knows of the map: its posts, its quadtree, its heights.
-//   A node of level j covers 2^j × 2^j texels from post (col, row) · 2^j on; past the last post its corners clamp to it.
-//   Level 0 is the map's own cells, level u_top_level the one node over all of it.
-// Python twin: gpu.layout.TERRAIN; heights are metres above Heightmap's base, voids filled from their rim.
+// blocks/terrain.glsl — the map for every stage: its posts, its quadtree, its heights.
+//   A node of level j covers 2^j × 2^j cells from post (col, row) · 2^j on. Corners beyond the last post are clamped to it.
+//   Level 0 has the cells of the map; level u_top_level has one node over the whole map.
+// Python twin: gpu.layout.TERRAIN. Heights are metres above the terrain's base; voids are filled from their rim.
 
 struct Level {
     ivec2 size;         // nodes, columns and rows
-    int first_node;     // of nodes[], levels ≥ 1
-    int first_word;     // of split[], levels ≥ 1: one bit a node, 32 nodes of a row in a word
+    int first_node;     // first entry in node[], levels ≥ 1
+    int first_word;     // first entry in split[], levels ≥ 1: one bit for each node, 32 nodes of a row in a word
     ivec2 tiles;        // tiles of 32 × 32 nodes, columns and rows
-    int first_tile;     // of all levels' tiles
-    int first_count;    // word of the class counters' table, levels ≥ 1
+    int first_tile;     // first tile in the list of all levels' tiles
+    int first_count;    // first word of this level's table of class counters
 };
 
 layout(std140, binding = 0) uniform Terrain {
     ivec2 u_last_post;     // column and row
     vec2 u_spacing_m;      // east, north
     int u_top_level;
-    float u_low_m;         // nothing of the map lies below,
-    float u_span_m;        // nor higher than this above that
+    float u_low_m;         // low end of the quantisation range
+    float u_span_m;        // width of the quantisation range
     int u_has_voids;
     Level u_level[MAX_LEVELS];
 };
@@ -30,7 +30,7 @@ layout(binding = 1) uniform usampler2D u_marks;  // bits of posts
 
 float height_m(ivec2 post) { return texelFetch(u_heights, post, 0).x; }
 
-// Mesa's software renderer fetches even where a branch leads around it: who looks at every post has a shader without.
+// Mesa's software renderer fetches texels even in branches that are not taken. So maps without voids define NO_VOIDS.
 #ifdef NO_VOIDS
 bool is_void(ivec2 post) { return false; }
 #else

@@ -1,11 +1,11 @@
-// light/air.glsl — what the air between eye and land takes and adds: aerial perspective.
-//   Light is lost to e^(−t), blue first; what is added is the sky's own light from that direction, near the horizon, where
-//   the air is seen at its longest: far land fades into the sky behind it.
+// light/air.glsl — aerial perspective: the air between eye and land absorbs light and adds light.
+//   The land's light is multiplied by e^(−t); t is largest for blue. The added light is that of the sky near the horizon in
+//   the same direction. So land far away fades into the sky behind it.
 // Provides hazed().
 
 #include "light/dome.glsl"
 
-#define HAZE_THICKNESS 0.1  // of u_haze_m: haze lies low, and a ray that rises or falls steeply is soon out of it
+#define HAZE_THICKNESS 0.1  // height of the haze, as a part of u_haze_m: a steep ray leaves it soon
 
 vec3 hazed(vec3 light, vec3 direction, float distance_m) {
     float within_m = distance_m / (1.0 + abs(direction.z) * distance_m / (HAZE_THICKNESS * u_haze_m));

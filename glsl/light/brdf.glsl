@@ -1,16 +1,16 @@
-// light/brdf.glsl — what a footprint of merged normals sends back of one light.
-//   Diffuse. The paper's lobe 1.170 e^(2.133 (ω·n − 1)) (B.3) stands for max(ω·n, 0), but integrates to 3.398, not π, and
-//   lights what faces away. The merged r says more: it is the mean of the normals n of a vMF distribution, so that the mean
-//   of max(ω·n, 0) over the footprint can be had as it is. With c = r·l, spread w:
+// light/brdf.glsl — the light that a footprint with merged normals reflects from one light.
+//   Diffuse. The paper replaces max(ω·n, 0) by the lobe 1.170 e^(2.133 (ω·n − 1)) (B.3). That lobe integrates to 3.398, not
+//   π, and lights ground that faces away. We use the merged vector r instead: it is the mean of the normals n of a vMF
+//   distribution. So the mean of max(l·n, 0) over the footprint can be computed directly. With c = r·l and a width w:
 //
 //       f(c) = max(c, 0) for |c| ≥ w,   (c + w)² / 4w between           ──╱  one normal: w = 0, f = the cosine
 //       w² = 3 |r| (1 − |r|),  w = (1 + √(1 − 4|r|²/3)) / 2 for |r| < 3/4
 //
-//   w is such that ∫ f dω = π for any |r|: none of the light is lost or won. f is nowhere more than 0.01 from the true mean.
-//   A light that is a lobe itself blurs the normals once more: mean vectors of convolved lobes multiply.
+//   w makes ∫ f dω = π for any |r|, so no light is lost or gained. f differs from the true mean by at most 0.01.
+//   If the light is a lobe, it blurs the normals once more: the mean vectors of convolved lobes multiply.
 //
-//   Specular (B.1, B.2). The half-vectors' lobe, mirrored: a lobe of incoming light around the reflected direction,
-//   κ/(4 |o·μ|) sharp (Wang et al. 2009, section 4), of integral 1, times Fresnel's factor (Schlick 1994).
+//   Specular (B.1, B.2). The lobe of half-vectors becomes a lobe of incoming light around the reflected direction, with
+//   sharpness κ/(4 |o·μ|) (Wang et al. 2009, section 4) and integral 1. It is multiplied by Fresnel's factor (Schlick 1994).
 // Provides cosine_mean(), diffuse_of(), reflection_lobe(), specular_of(), schlick(), sharpness_of_roughness().
 // Python twins: reference.cosine_mean, reference.reflection_lobe
 
@@ -18,14 +18,14 @@
 
 #define F0 0.03  // of rock, soil, snow and water at normal incidence: indices 1.3 to 1.5
 
-// Mean of max(l·n, 0) for normals of mean vector length r; c is that vector's component towards l.
+// Mean of max(l·n, 0) over normals whose mean vector has length r; c is the component of that vector towards l.
 float cosine_mean(float c, float r) {
     float w = r < 0.75 ? 0.5 + 0.5 * sqrt(1.0 - 4.0 / 3.0 * r * r) : sqrt(3.0 * r * max(1.0 - r, 0.0));
     if (abs(c) >= w) return max(c, 0.0);
     return (c + w) * (c + w) / (4.0 * w);
 }
 
-// Radiance that white ground of mean normal r sends back, all around, of the light g whose own mean vector is A long.
+// Diffuse radiance of white ground with mean normal r under the light g, whose mean vector has length A.
 vec3 diffuse_of(Lobe g, float A, vec3 r) {
     float blurred = min(length(r), 1.0) * A;
     return g.amplitude * (sg_integral(g.sharpness) / PI * cosine_mean(A * dot(r, g.axis), blurred));
@@ -46,8 +46,8 @@ Lobe reflection_lobe(vec3 r, vec3 towards_eye) {
 
 vec3 specular_of(Lobe g, Lobe reflection) { return sg_inner_product(g, reflection); }
 
-// Rough ground is no mirror at low angles: its facets hide each other (after Lagarde 2011, "Adopting a physically based
-// shading model").
+// On rough ground facets hide each other at low angles, so it mirrors less (after Lagarde 2011, "Adopting a physically
+// based shading model").
 float schlick(float cosine, float roughness) {
     float grazing = max((1.0 - roughness) * (1.0 - roughness), F0);
     float x = 1.0 - clamp(cosine, 0.0, 1.0), x_2 = x * x;

@@ -1,6 +1,6 @@
-// light/dome.glsl — the sky in any direction: what is drawn behind the land, mirrored by water, and scattered by haze.
-//   Columns go around from south over west, north in the middle; rows go from the nadir, v = −1, to the zenith, v = 1, at
-//   elevations of 90° · v·|v|, so that they crowd at the horizon.
+// light/dome.glsl — the sky in any direction: drawn behind the land, mirrored by water, and scattered by haze.
+//   Columns go south, west, north, east: north is in the middle. Rows go from the nadir, v = −1, to the zenith, v = 1, at
+//   elevations of 90° · v·|v|: they are denser near the horizon.
 // Provides sky_light(), sun_disc(), sky_blurred().   Python twin: light.sky.dome
 
 #include "light/lights.glsl"
@@ -15,7 +15,7 @@ vec2 dome_place(vec3 direction) {
 
 vec3 sky_light(vec3 direction) { return textureLod(u_dome, dome_place(direction), 0.0).rgb; }
 
-// The sky, blurred over about a lobe of that sharpness: a level of the dome whose texels are as wide.
+// The sky, blurred by about a lobe of that sharpness: the mipmap level whose texels have that width.
 vec3 sky_blurred(vec3 direction, float sharpness) {
     float texel = 2.0 * PI / float(textureSize(u_dome, 0).x);
     return textureLod(u_dome, dome_place(direction), log2(max(inversesqrt(sharpness) / texel, 1.0))).rgb;

@@ -1,10 +1,11 @@
-// light/lean.glsl — facets that face the eye fill more of the pixel.
-//   A facet of slope s fills w(s) = max(o·n, 0) / n_z = max(o_z − o_h·s, 0) of the picture for its share of the map, o being
-//   towards the eye (Dupuy et al. 2013, equation 6). Under a Gaussian of slopes, of mean s̄ and variance σ² a side, the
-//   straight line closest to w is, by Stein's lemma, with ς = σ |o_h|, t = (o_z − o_h·s̄) / ς:
+// light/lean.glsl — facets that face the eye cover more of the pixel than others.
+//   A facet with slope s and normal n has the weight w(s) = max(o·n, 0) / n_z = max(o_z − o_h·s, 0) in the picture; o is the
+//   direction to the eye, o_h its horizontal part (Dupuy et al. 2013, equation 6). Let slopes be Gaussian with mean s̄ and
+//   variance σ² along each axis. Φ and φ are the normal distribution and its density. With ς = σ |o_h| and
+//   t = (o_z − o_h·s̄) / ς, the best linear approximation of w is, by Stein's lemma:
 //     w(s) ≈ W (1 − lean · (s − s̄)),    lean = o_h Φ(t) / W,    W = ς (t Φ(t) + φ(t))
-//   Means over what is seen are means over the map, less lean · their covariance with the slope: a linear thing, which
-//   tables hold.   σ² follows from how much the mean normal is shorter than 1.
+//   So a mean over the picture is the mean over the map minus lean · the covariance with the slope. Covariances are linear,
+//   and tables hold them.   σ² follows from the length of the mean normal.
 // Provides slope_variance(), lean_of(), lean_over().   Python twin: reference.lean
 
 #include "light/lobes.glsl"
@@ -24,7 +25,7 @@ vec2 lean_of(vec3 normal, vec3 o) {
     return o.xy * share / max(spread * (t * share + 0.39894228 * exp(-0.5 * t * t)), 1e-4);
 }
 
-// Turn a footprint's lobes to what is seen of them: n changes by −n_z with the slope.
+// Turn a footprint's lobes to the mean over the visible facets: n changes by −n_z with the slope.
 void lean_over(inout Merged m, vec2 lean) {
     vec3 turn = vec3(m.normal.z * slope_variance(m.normal) * lean, 0.0);
     vec3 leaned = m.normal + turn;

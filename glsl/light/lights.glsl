@@ -1,6 +1,6 @@
-// light/lights.glsl — all that lights the map: the sun, the sky's lobes, the land around.
-//   A lobe comes with what follows from its sharpness κ: the length of its mean vector, coth κ − 1/κ, and the integral of
-//   e^(κ (ω·axis − 1)). Where land hides a lobe of the sky, that land is seen instead: amplitude `hidden`.
+// light/lights.glsl — all lights of the map: the sun, the sky's lobes, the surrounding land.
+//   For each lobe of sharpness κ the block also holds the length of its mean vector, coth κ − 1/κ, and the integral of
+//   e^(κ (ω·axis − 1)). Where land hides a lobe of the sky, the land's light replaces it: amplitude `hidden`.
 // Provides u_sun, u_sky[], u_around, light_lobe(), sky_through().   Python twins: light.gaussians.LOBE, light.gaussians.LIGHTS
 
 #include "light/sg.glsl"
@@ -19,14 +19,14 @@ struct Light {
 layout(std140, binding = 2) uniform Lights {
     Light u_sun;
     Light u_sky[SKY_LOBES];
-    vec3 u_around;   // radiance of the land around, from everywhere below the horizon
+    vec3 u_around;   // radiance of the surrounding land, from all directions below the horizon
     float u_exposure;
-    float u_haze_m;  // distance at which haze lets 1/e through
-    float u_water_m; // height of standing water above the heights' base
+    float u_haze_m;  // distance over which haze absorbs all but 1/e of the light
+    float u_water_m; // height of standing water above the base
     vec2 u_pad;
 };
 
 Lobe light_lobe(Light l) { return Lobe(l.axis, l.sharpness, l.amplitude); }
 
-// A lobe of the sky of which a part is to be seen, and land in front of the rest.
+// A lobe of the sky of which only a part is visible, with land in front of the rest.
 vec3 sky_through(Light l, float visible) { return mix(l.hidden, l.amplitude, visible); }

@@ -1,7 +1,7 @@
-// light/lit.glsl — outgoing radiance of a footprint (A.6): every light's lobe, times what the footprint's merged lobe makes
-// of it, times how much of it is to be seen from there.
-//   Near, a footprint is one place: its own normal and cover; the sun, whose shadows have edges, is asked at as many places as
-//   there are samples. Far, its means come from tables. Between, a blend.
+// light/lit.glsl — outgoing radiance of a footprint (A.6): for each light, its lobe × the footprint's merged lobe × the
+// visible fraction of the light.
+//   Near the eye a footprint is one place, with its own normal and cover. The sun's shadows have edges, so its visibility is
+//   looked up at the place of each sample. Far away, means come from tables. In between, the two are blended.
 // Provides Lit, merged_ground(), lit_ground(), direct_light(), outgoing_light().
 
 #include "shade/footprint.glsl"
@@ -12,11 +12,11 @@
 
 struct Lit {
     Merged lobe;
-    float unshadowed;  // mean of ⟨n, sun⟩ over the footprint,
-    float sun;         // and of V · ⟨n, sun⟩
-    vec3 ambient;      // radiance of white ground under the sky, and over the land around it
-    vec3 mirrored;     // radiance of both in ground that mirrors
-    float sky;         // mean of what is to be seen of the sky's lobes, each as wide as it is
+    float unshadowed;  // mean of ⟨n, sun⟩ over the footprint
+    float sun;         // mean of V · ⟨n, sun⟩
+    vec3 ambient;      // diffuse radiance of white ground under the sky and the surrounding land
+    vec3 mirrored;     // specular radiance of both
+    float sky;         // mean visible fraction of the sky's lobes
 };
 
 Merged blended(Merged a, Merged b, float t) {
@@ -35,15 +35,15 @@ float cosine_of(Merged m, Light l) {
     return cosine_mean(l.mean_length * dot(m.normal, l.axis), min(length(m.normal), 1.0) * l.mean_length);
 }
 
-// How much of a lobe lies above a plane: as if what it has along the normal were spread by a Gaussian of its variance.
+// Share of a lobe above a plane: its component along the normal is taken as Gaussian.
 float share_above(Lobe lobe, vec3 normal) {
     float k = lobe.sharpness, A = mean_length(k), c = dot(lobe.axis, normal);
     float aside = A / max(k, 1e-3), along = max(1.0 - 2.0 * aside - A * A, 0.0);
     return normal_share(A * c * inversesqrt(max(mix(aside, along, c * c), 1e-6)));
 }
 
-// The sky's lobes on white ground, and in ground as a rough mirror; of the latter's own lobe a part lies below the horizon, or the
-// ground's own plane, and sees land.
+// The sky's lobes on white ground, and in rough mirroring ground. A part of the mirror's lobe lies below the horizon or below
+// the ground's plane, and sees land.
 void add_sky(inout Lit l, Ground g) {
     Lobe mirror = reflection_lobe(l.lobe.r, g.towards_eye);
     float all = 0.0, above = share_above(mirror, normalize(l.lobe.normal));
@@ -69,10 +69,11 @@ void add_sky(inout Lit l, Ground g) {
 // V ⟨n, sun⟩ of one place, and ⟨n, sun⟩.
 vec2 sun_at(vec2 post) { return max(dot(normal_of(slope_of_cells(post)), u_sun.axis), 0.0) * vec2(sun_share(post), 1.0); }
 
-// The mean of what the parts get: each has an equal part of the picture. Near, a part is the place that a sample sees.
+// The mean over the parts of the footprint; each covers an equal part of the picture. Near the eye, a part is the place that
+// one sample sees.
 void add_sun(inout Lit l, Ground g, vec2 lean) {
     float far = farness(g.extent);
-    vec2 near_ = vec2(0.0), far_ = vec2(0.0, cosine_of(l.lobe, u_sun));  // in the sun as it is, and without shadows
+    vec2 near_ = vec2(0.0), far_ = vec2(0.0, cosine_of(l.lobe, u_sun));  // with shadows, and without
     for (int i = 0; i < g.parts; i++) {
         if (far < 1.0) near_ += sun_at(g.part[i]) / float(g.parts);
         if (MAY_BE_FAR && far > 0.0) far_.x += sun_over(g.part[i], PART * g.extent, lean) / float(g.parts);
@@ -95,13 +96,13 @@ Lit lit_ground(Ground g) {
 // Radiance of white ground in the sun.
 vec3 direct_light(Lit l) { return u_sun.amplitude * (u_sun.integral / PI * l.sun); }
 
-// The half-vectors' lobe at the sun's own half-vector (B.1): dω_h / dω_i = 1 / (4 o·h). No warp: it would be too wide here.
+// The lobe of half-vectors at the sun's half-vector (B.1): dω_h / dω_i = 1 / (4 o·h). Warping it would make it too wide here.
 vec3 mirrored_sun(vec3 r, vec3 towards_eye) {
     vec3 h = normalize(towards_eye + u_sun.axis + vec3(0.0, 0.0, 1e-6));
     return u_sun.amplitude * u_sun.integral * sg_value(vmf_lobe(r, vec3(1.0)), h) / (4.0 * max(dot(h, towards_eye), 0.05));
 }
 
-// Rough mirrors: the sun as it is, and what add_sky() found.
+// Specular light: that of the sun, and that of the sky from add_sky().
 vec3 specular_light(Ground g, Lit l) {
     float sun_seen = l.unshadowed > 1e-3 ? min(l.sun / l.unshadowed, 1.0) : 0.0;
     return mirrored_sun(l.lobe.r, g.towards_eye) * sun_seen + l.mirrored;

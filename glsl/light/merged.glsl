@@ -1,12 +1,12 @@
 // light/merged.glsl — means of the ground's lobes over any footprint (C.3), from summed-area tables: see light/lobes.glsl.
-//   S between texels is bilinear: means are continuous in the footprint. A footprint that lies askew is cut along its
-//   length into boxes, one mean the average of theirs:
+//   S is bilinear between texels, so means are continuous in the footprint. A diagonal footprint is cut along its length into
+//   n boxes; its mean is the average of theirs:
 //
-//            ┌──┐            u, v: the pixel on the map. Its length is e, the larger half axis of the ellipse with
-//         ┌──┼──┘            covariance u uᵀ + v vᵀ; every piece has u uᵀ + v vᵀ − (1 − 1/n²) e eᵀ left of it.
-//      ┌──┼──┘
+//            ┌──┐            u, v: the sides of the pixel on the map. e is the longer half axis of the ellipse with
+//         ┌──┼──┘            covariance u uᵀ + v vᵀ. Each of the n pieces has the covariance
+//      ┌──┼──┘               u uᵀ + v vᵀ − (1 − 1/n²) e eᵀ.
 //      └──┘
-//   So light and albedo of one footprint are a mean over the map itself, whatever the mesh.
+//   So light and albedo of a footprint are means over the map itself, and do not depend on the mesh.
 // Provides merged_over().   Python twin: reference.box_mean
 
 #include "light/lobes.glsl"
@@ -22,8 +22,8 @@ layout(std430, binding = 3) readonly buffer Lobes { uint lobe_sum[]; };  // sign
 #endif
 
 struct LobeBox {
-    ivec4 x, row;  // columns of words to the left of each side, rows likewise as words; -1 is the rim
-    vec4 part;     // how far a side is beyond its first word: west, north, east, south
+    ivec4 x, row;  // the column before each side, and the row before it times the width; -1 is the rim
+    vec4 part;     // fraction of a texel that a side is beyond its first word: west, north, east, south
     float area;
 };
 

@@ -2,7 +2,7 @@
 //   SG(ω) = a · e^(λ (ω·l − 1))       axis l, sharpness λ, amplitude a       (Wang et al. 2009, "All-frequency rendering
 //   ∫ SG  = 2π a (1 − e^(−2λ)) / λ                                           of dynamic, spatially-varying reflectance")
 //   The product of two is one more: with s = λ1 l1 + λ2 l2,  λ = |s|, l = s/|s|, a = a1 a2 e^(|s| − λ1 − λ2).
-//   |s| − λ1 − λ2 is written as −2 λ1 λ2 (1 − l1·l2) / (|s| + λ1 + λ2): sharp lobes would lose it among the digits.
+//   |s| − λ1 − λ2 is computed as −2 λ1 λ2 (1 − l1·l2) / (|s| + λ1 + λ2): for sharp lobes the difference would cancel.
 // Provides Lobe, sg_value(), sg_integral(), sg_product(), sg_inner_product().   Python twin: reference.sg_integral, reference.sg_product
 
 #define PI 3.14159265358979
@@ -13,7 +13,7 @@ struct Lobe {
     vec3 amplitude;
 };
 
-float one_less_cosine(vec3 a, vec3 b) {  // of unit vectors: all digits where they are close
+float one_less_cosine(vec3 a, vec3 b) {  // 1 − a·b of unit vectors, without cancellation if they are close
     vec3 d = a - b;
     return 0.5 * dot(d, d);
 }

@@ -1,16 +1,16 @@
-// light/water.glsl — standing water at one height: the land below it is seen through it, the sky in it.
-//   A ray to land below the level meets the water's plane first, wherever that is. Ripples too small to be seen are a lobe of
-//   half-vectors around the vertical; they grow into it with distance, as merged lobes do.
+// light/water.glsl — standing water at one height: the land below shows through it, and the sky is mirrored in it.
+//   A ray to land below the level meets the plane of the water first. Ripples that are too small to be seen are a lobe of
+//   half-vectors around the vertical; with distance, larger ripples become part of the lobe, too.
 // Provides is_under_water(), water_light().
 
 #include "light/lit.glsl"
 
-#define RIPPLES 3000.0  // sharpness of their slopes' lobe
+#define RIPPLES 3000.0  // sharpness of the ripples' lobe
 const vec3 ABSORBED = vec3(0.35, 0.075, 0.045), SCATTERED = vec3(0.004, 0.015, 0.018);  // per metre; of light from above
 
 bool is_under_water(Ground g) { return g.fine.height_m < u_water_m && up_from_eye_m(u_water_m) < 0.0; }
 
-// Radiance towards the eye; surface_m: distance to the water.
+// Radiance towards the eye; surface_m is the distance to the water.
 vec3 water_light(Ground g, Lit l, vec3 floor_light, out float surface_m) {
     float down_m = -up_from_eye_m(u_water_m), slant = max(g.towards_eye.z, 1e-4);
     surface_m = min(down_m / slant, g.distance_m);
