@@ -24,7 +24,7 @@ def alpine():
 
 def shade(heights, spacing):
     """Brightness for a light in the north-west."""
-    light = np.array([-1, 1, 1]) / np.sqrt(3)
+    light = np.array([-1, 1, 2.5]) / np.sqrt(8.25)
     return np.maximum(reference.normals_of(heights, spacing) @ light, 0)
 
 

@@ -1,0 +1,80 @@
+"""Check of lesson 5: against the reference, and against points sampled on the drawn triangles."""
+
+import numpy as np
+
+from course.checking import at_least, compare, task
+from course.land import land, spike
+from terrain_gl import reference
+
+TITLE = "Errors of nodes, nested bounds"
+
+
+def map_of(rng):
+    """Land with a spike whose sides are multiples of 8 cells."""
+    return spike(land(rng, 8 * int(rng.integers(4, 8)) + 1, 8 * int(rng.integers(4, 8)) + 1), rng)
+
+
+def true_quads(heights, level):
+    """Largest error of each node's posts as a quad."""
+    return np.maximum(*(np.abs(e).max((1, 3)) for e in reference.quad_errors(heights, level)))
+
+
+@task("5.1 the error of a quad", points=3)
+def quad_errors(student, rng):
+    """Both diagonals, and the posts on the edges."""
+    for level in (1, 2, 3):
+        heights = map_of(rng)
+        yield compare(
+            f"level {level}", student.quad_errors(heights, level), true_quads(heights, level), axes=("row", "column")
+        )
+
+
+@task("5.2 the error of a fan", points=3)
+def fan_errors(student, rng):
+    """The middle stands on a post."""
+    for level in (1, 2, 3):
+        heights = map_of(rng)
+        want = np.abs(reference.fan_errors(heights, level)[0]).max((1, 3))
+        yield compare(f"level {level}", student.fan_errors(heights, level), want, axes=("row", "column"))
+
+
+@task("5.3 between the posts", points=2)
+def cell_errors(student, rng):
+    """Not below what is sampled on the diagonals, and exact."""
+    heights = map_of(rng)
+    a, b, c, d = heights[:-1, :-1], heights[:-1, 1:], heights[1:, :-1], heights[1:, 1:]
+    sampled = np.zeros(a.shape)
+    for t in np.linspace(0, 1, 21):
+        falling = a + (d - a) * t - (a * (1 - t) ** 2 + (b + c) * t * (1 - t) + d * t * t)
+        rising = b + (c - b) * t - (b * (1 - t) ** 2 + (a + d) * t * (1 - t) + c * t * t)
+        sampled = np.maximum(sampled, np.maximum(np.abs(falling), np.abs(rising)))
+    got = student.cell_errors(heights)
+    yield at_least("no sampled place is farther off", got, sampled, ("row", "column"))
+    yield compare("the largest distance", got, np.abs(reference.twists(heights)) / 4, axes=("row", "column"))
+
+
+@task("5.4 errors are not nested", points=1)
+def share_below(student, rng):
+    """On land, and on noise."""
+    for name, heights in (("land", map_of(rng)), ("noise", rng.normal(0, 5, (33, 41)))):
+        fine, coarse = true_quads(heights, 1), true_quads(heights, 2)
+        children = reference.max_children(fine, coarse.shape)
+        yield compare(name, student.share_below(coarse, fine), float((coarse < children).mean()))
+
+
+@task("5.5 bounds are nested", points=3)
+def nested(student, rng):
+    """Over four levels, and no larger than they must be."""
+    size = 16 * int(rng.integers(2, 4))
+    heights = land(rng, size + 1, size + 1) + rng.normal(0, 20, (size + 1, size + 1))
+    errors = [
+        np.abs(reference.twists(heights)) / 4,
+        *(true_quads(heights, level) * rng.uniform(0.3, 1) for level in (1, 2, 3, 4)),
+    ]
+    want = [errors[0]]
+    for own in errors[1:]:
+        want.append(np.maximum(own, reference.max_children(want[-1], own.shape)))
+    got = student.nested(errors)
+    for level, (found, bound) in enumerate(zip(got, want, strict=True)):
+        yield at_least(f"level {level}: not below a descendant", found, bound, ("row", "column"))
+        yield compare(f"level {level}: the least such bound", found, bound, axes=("row", "column"))
