@@ -7,7 +7,8 @@ put_vertex() (glsl/mesh/vertex.glsl).
 
 from __future__ import annotations
 
-from collections.abc import Sequence
+from collections.abc import Mapping, Sequence
+from types import MappingProxyType
 from typing import Any
 
 import moderngl
@@ -32,13 +33,22 @@ class MeshDraw:
         Where its vertices go: "PICTURE", "ABOVE" or "CAPTURE", as in glsl/mesh/to.glsl.
     varyings
         The outputs that a capture records for each vertex.
+    defines
+        Further macros.
     stages
         Further stages of the program, as `shaders.program` takes them.
     """
 
-    def __init__(self, surface: Surface, to: str, varyings: Sequence[str] = (), **stages: str) -> None:
+    def __init__(
+        self,
+        surface: Surface,
+        to: str,
+        varyings: Sequence[str] = (),
+        defines: Mapping[str, object] = MappingProxyType({}),
+        **stages: str,
+    ) -> None:
         self.ctx, self.surface = surface.ctx, surface
-        made_of: dict[str, Any] = {**surface.stages, **stages, "defines": {"TO": to, **surface.defines}}
+        made_of: dict[str, Any] = {**surface.stages, **stages, "defines": {"TO": to, **surface.defines, **defines}}
         self.program = shaders.program(self.ctx, **made_of, varyings=varyings)
         self._vao: moderngl.VertexArray | None = None
         self._fed: list[Any] = []
@@ -89,14 +99,14 @@ class MeshDraw:
 class MeshDraws:
     """One `MeshDraw` for each surface, made when it is first needed; parameters as there."""
 
-    def __init__(self, to: str, **stages: str) -> None:
-        self._to, self._stages = to, stages
+    def __init__(self, to: str, defines: Mapping[str, object] = MappingProxyType({}), **stages: str) -> None:
+        self._to, self._defines, self._stages = to, defines, stages
         self._made: dict[Surface, MeshDraw] = {}
 
     def of(self, surface: Surface) -> MeshDraw:
         """The one for this surface."""
         if surface not in self._made:
-            self._made[surface] = MeshDraw(surface, self._to, **self._stages)
+            self._made[surface] = MeshDraw(surface, self._to, defines=self._defines, **self._stages)
         return self._made[surface]
 
     def release(self) -> None:

@@ -24,7 +24,7 @@ from .light.climate import AUTO, LOOKS
 from .light.climate import NAMES as LOOK_NAMES
 from .lod import METRICS
 from .methods import EVERY_POST, METHODS, REGISTRY
-from .shade import STYLES, SUN, Look
+from .shade import STYLES, SUN, VOIDS, Look
 
 NEAR = 0.1  # default distance of the near plane, in spacings
 
@@ -110,6 +110,8 @@ class RenderOptions:
         Azimuth, clockwise from north, and elevation, in degrees.
     look
         How the land is coloured, one of `terrain_gl.light.climate.NAMES`; "auto": by what the file says of its place.
+    voids
+        Posts without data: "fill" draws a smooth surface through their rim, "hole" nothing. They count in no error.
     sky, material, water_m
         As `terrain_gl.shade.Look` has them: files, and metres.
     near_m
@@ -169,6 +171,12 @@ class RenderOptions:
         None, "picture", Flag("--material", "file", "colour of the ground from a picture of the map, north up", "FILE")
     )
     water_m: float | None = _option(None, "picture", Flag("--water", "number", "height of standing water", "M"))
+    voids: str = _option(
+        "fill",
+        "picture",
+        Flag("--voids", "choice", "posts without data: a surface through their rim, or holes"),
+        choices=VOIDS,
+    )
     near_m: float | None = _option(
         None, "technical", Flag("--near", "positive", "near plane (default: 0.1 spacings)", "M")
     )
@@ -225,7 +233,7 @@ class RenderOptions:
     @property
     def shading(self) -> Look:
         """The options of shading."""
-        return Look(self.style, self.sun, self.sky, self.material, self.water_m, self.wires, self.look)
+        return Look(self.style, self.sun, self.sky, self.material, self.water_m, self.wires, self.look, self.voids)
 
     @property
     def tolerance_px(self) -> float:

@@ -319,5 +319,6 @@ class Renderer:
     def _complete(self, frame: DrawnFrame) -> DrawnFrame:
         """Give a frame its stats."""
         times = {"ms": dict(self.timer.ms), "ms_clock": self.timer.clock}
-        frame.stats = frame.summary() | self._gl | times | {"gpu_bytes": self.resources.gpu_bytes}
+        known = {"voids": self.heightmap.voids, "gpu_bytes": self.resources.gpu_bytes}
+        frame.stats = frame.summary() | self._gl | times | known
         return frame

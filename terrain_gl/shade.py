@@ -31,7 +31,8 @@ from .steps import Steps, drain
 SUN = (300.0, 35.0)  # azimuth, clockwise from north, and elevation, in degrees
 _LIT = ("shaded", "visibility", "ambient", "direct", "lobes")  # styles that need light
 _OF_MESH = ("wireframe", "lod", "segments", "promise", "error")  # styles that show the mesh
-STYLES = (*_LIT, "lambert", *_OF_MESH, "normals", "depth")
+STYLES = (*_LIT, "lambert", *_OF_MESH, "normals", "voids", "depth")
+VOIDS = ("fill", "hole")  # what posts without data are drawn as
 UNLIT = "depth"  # the cheapest style, when only the mesh matters
 TILE_PX = (256, 64)  # pixels that one step of `shade_steps` shades
 KINDS = {"ANY": 0, "SKY": 1, "NEAR": 2, "MIXED": 3}  # of pixels: glsl/shade/kind.glsl
@@ -64,6 +65,8 @@ class Look:
         Draw the triangles' edges on top of the style.
     land
         How the land is coloured, one of `light.climate.NAMES`.
+    voids
+        What posts without data are drawn as, one of `VOIDS`.
     """
 
     style: str = "shaded"
@@ -73,6 +76,7 @@ class Look:
     water_m: float | None = None
     wires: bool = False
     land: str = AUTO
+    voids: str = "fill"
 
     @property
     def is_lit(self) -> bool:
@@ -103,10 +107,7 @@ class Picture:
         self.samples = max(1, min(samples, self.ctx.max_samples))
         self.sums = HeightSums(self.terrain)
         self.lighting = Lighting(self.terrain, self.sums)
-        self._solid = MeshDraws("PICTURE", fragment="shade/solid.frag")
-        self._surface = MeshDraws("PICTURE", fragment="shade/surface.frag")
-        self._detail = MeshDraws("PICTURE", geometry="shade/detail.geom", fragment="shade/detail.frag")
-        self._promise = MeshDraws("PICTURE", geometry="shade/detail.geom", fragment="shade/detail_promise.frag")
+        self._seeing: dict[tuple[str, bool], MeshDraws] = {}  # by fragment shader, and whether voids are holes
         self._programs: dict[tuple[object, ...], tuple[Any, Any]] = {}
         self._targets: list[Any] = []
         self.resize(size)
@@ -188,11 +189,18 @@ class Picture:
 
     def _meshes(self, look: Look) -> MeshDraws:
         """The programs of the first pass that record what the style needs, and no more."""
+        holes = look.voids == "hole" and self.terrain.heightmap.voids > 0
         if look.style == "promise":
-            return self._promise
-        if look.style in _OF_MESH or look.wires:
-            return self._detail
-        return self._surface if self.terrain.heightmap.voids else self._solid
+            what = "detail_promise"
+        elif look.style in _OF_MESH or look.wires:
+            what = "detail"
+        else:
+            what = "surface" if holes else "solid"
+        if (what, holes) not in self._seeing:
+            geometry = {"geometry": "shade/detail.geom"} if what.startswith("detail") else {}
+            stages = geometry | {"fragment": f"shade/{what}.frag"}
+            self._seeing[what, holes] = MeshDraws("PICTURE", {"HOLES": holes}, **stages)
+        return self._seeing[what, holes]
 
     def _scissor(self, *tile: Any) -> None:
         """Restrict colouring to a part of the picture: column and row of its lower left corner, width, height."""
@@ -265,10 +273,8 @@ class Picture:
     def release(self) -> None:
         """Release GPU resources."""
         self._release_targets()
-        self._solid.release()
-        self._surface.release()
-        self._detail.release()
-        self._promise.release()
+        for draws in self._seeing.values():
+            draws.release()
         self.sums.release()
         self.lighting.release()
         for program, vao in self._programs.values():

@@ -57,7 +57,9 @@ def test_height_over_a_void_is_nan():
     heights[4, 4] = np.nan
     with tg.Renderer(tg.Heightmap(heights, 10.0), SIZE) as r:
         r.render(tg.Camera.default(r.heightmap))
-        assert np.isnan(r.height_at(42.0, 38.0)) and np.isnan(r.drawn_height_at(42.0, 38.0))
+        assert np.isnan(r.height_at(42.0, 38.0)) and r.drawn_height_at(42.0, 38.0) == 0.0  # filled from the rim
+        r.render(tg.Camera.default(r.heightmap), voids="hole")
+        assert np.isnan(r.drawn_height_at(42.0, 38.0))
         assert r.height_at(10.0, 10.0) == 0.0
 
 

@@ -63,9 +63,9 @@ class Scene:
         self.picture = Picture(tables, levels.view, size, samples)
         self.near_m = 0.1 * min(heightmap.spacing_m)
 
-    def draw(self, camera, tolerance_px=1.0, style="shaded", sun=(300, 35)):
+    def draw(self, camera, tolerance_px=1.0, style="shaded", sun=(300, 35), voids="fill"):
         selection = self.levels.select(camera, self.size, self.near_m, tolerance_px)
-        self.picture.draw(selection, camera, Look(style, sun))
+        self.picture.draw(selection, camera, Look(style, sun, voids=voids))
         return self.picture.read()
 
     def release(self):
@@ -246,7 +246,7 @@ def test_void_cells_are_holes_exactly(scene, tolerance_px):
     s = scene(heightmap, size=(310, 310), samples=1)  # ten pixels a cell
     eye = (155.0, 155.0, 1000.0)
     fov = 2 * np.degrees(np.arctan(155 / 1000))
-    s.draw(Camera(eye, (155.0, 155.0, 0.0), fov), tolerance_px)
+    s.draw(Camera(eye, (155.0, 155.0, 0.0), fov), tolerance_px, voids="hole")
     void = np.isnan(heights)
     hole = void[:-1, :-1] | void[1:, :-1] | void[:-1, 1:] | void[1:, 1:]
     assert np.array_equal(s.picture.coverage(), ~hole.repeat(10, 0).repeat(10, 1))

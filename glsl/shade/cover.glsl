@@ -4,6 +4,7 @@
 
 #include "shade/relief.glsl"
 #include "shade/climate.glsl"
+#include "shade/marks.glsl"
 
 struct Material {
     vec3 albedo;
@@ -20,13 +21,11 @@ const Material FILLED = Material(vec3(0.20, 0.20, 0.21), 0.95);  // nobody knows
 #define TINT 3
 #define VIRIDIS 4
 
-// A program for one map is told what it can leave out: whether the land wears a picture, its look, whether it is dry or not,
-// whether posts are marked.
+// A program for one map is told what it can leave out: whether the land wears a picture, its look, whether it is dry or not.
 #ifndef PICTURED
-uniform bool u_pictured, u_marked;
+uniform bool u_pictured;
 uniform int u_look;
 #define PICTURED u_pictured
-#define MARKED u_marked
 #define LOOK u_look
 #define GREEN true
 #define ARID true
@@ -161,15 +160,6 @@ Material land_of(vec2 post, vec2 extent, Relief fine, float hollow) {
     if (LOOK == TINT) return Material(between_stops(TINTS, metres_up(fine.height_m)), 0.95);
     if (LOOK == VIRIDIS) return Material(between_stops(VIRIDES, metres_up(fine.height_m)), 0.95);
     return natural_land(post, extent, fine, hollow);
-}
-
-// How much of the ground around a place is void and filled, and how much is water: bilinear between posts.
-vec2 marked_at(vec2 post) {
-    ivec2 first = min(ivec2(post), u_last_post - 1);
-    vec2 t = post - vec2(first);
-    uvec4 marks = textureGather(u_marks, vec2(first + 1) / vec2(u_last_post + 1));  // counter-clockwise from the south-west
-    vec4 weights = vec4((1.0 - t.x) * t.y, t.x * t.y, t.x * (1.0 - t.y), (1.0 - t.x) * (1.0 - t.y));
-    return vec2(dot(weights, vec4(notEqual(marks & VOID, uvec4(0u)))), dot(weights, vec4(notEqual(marks & WET, uvec4(0u)))));
 }
 
 // What a footprint is covered with; its extent, in posts, decides what fades.

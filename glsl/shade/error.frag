@@ -1,11 +1,13 @@
 // shade/error.frag — style "error": how many pixels the surface is off at each place, from black, none, to pale yellow,
-// the tolerance; cyan beyond it. The bar at the lower left shows the same from 0 to the tolerance.
+// the tolerance; cyan beyond it; grey where the map has no data. The bar at the lower left shows the same from 0 to the tolerance.
 
 #include "shade/drawn.glsl"
+#include "shade/marks.glsl"
 
 float tolerance_px() { return u_tolerance_px > 0.0 ? u_tolerance_px : 1.0; }
 
 vec3 ground_colour(Ground g, int sample_) {
+    if (MARKED && is_hole(min(ivec2(g.post), u_last_post - 1))) return vec3(0.5) * clay(g);
     float worst_px = 0.0;
     for (int i = 0; i < SAMPLES; i++) worst_px = max(worst_px, is_sky(post_of_sample(i)) ? 0.0 : drawn_at(i).px);
     float share = worst_px / tolerance_px();

@@ -10,4 +10,8 @@ vec2 place_in_patch(vec2 post, Patch p) {
     return clamp(post, vec2(p.low), vec2(min(p.high, u_last_post)));
 }
 
-bool is_in_hole(vec2 post) { return is_hole(min(ivec2(post), u_last_post - 1)); }
+#ifndef HOLES
+#define HOLES 1  // 0 where voids are filled
+#endif
+
+bool is_in_hole(vec2 post) { return HOLES == 1 && is_hole(min(ivec2(post), u_last_post - 1)); }

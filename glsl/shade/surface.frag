@@ -1,4 +1,4 @@
-// shade/surface.frag — the first pass of a picture, for a map with voids: their cells are holes. Depth is all that remains.
+// shade/surface.frag — the first pass of a picture, for a map with voids whose cells are holes. Depth is all that remains.
 
 #include "shade/place.glsl"
 #include "shade/seen.glsl"

@@ -74,4 +74,5 @@ def summary(stats: dict[str, Any]) -> str:
     """A frame in one line."""
     size = f"{stats['width']}x{stats['height']}"
     error = report.certified(stats, stats["certified_max_error_px"])
-    return f"{size}, {stats['triangles']:,} triangles, {error}, {stats['ms']['frame']:.0f} ms"
+    voids = f", {stats['voids']:,} posts without data" if stats["voids"] else ""
+    return f"{size}, {stats['triangles']:,} triangles, {error}{voids}, {stats['ms']['frame']:.0f} ms"

@@ -127,7 +127,8 @@ class Inspector:
         a, b, c = corners[:, 0] - post, corners[:, 1] - post, corners[:, 2] - post
         weights = np.stack([_cross(b, c), _cross(c, a), _cross(a, b)], -1)
         inside = np.flatnonzero((weights <= 0).all(1))
-        if not len(inside) or np.isnan(self.height_at(x, y)):
+        is_hole = self._chosen().options.voids == "hole" and np.isnan(self.height_at(x, y))
+        if not len(inside) or is_hole:
             return float("nan")
         weight = weights[inside[0]] / weights[inside[0]].sum()
         return float(weight @ heights_m[inside[0]].astype(np.float64)) + self.terrain.base_m

@@ -49,5 +49,5 @@ def legend(options: RenderOptions) -> Legend | None:
         "lod": Legend(VIRIDIS, "every post, or closer", "1/16 of the map", borders),
         "segments": Legend(VIRIDIS, "one quad", "32 × 32", borders),
         "promise": Legend(INFERNO, "0", most, "Grey: no bound. Cyan: over the tolerance."),
-        "error": Legend(INFERNO, "0", most, "Cyan: over the tolerance."),
+        "error": Legend(INFERNO, "0", most, "Cyan: over the tolerance. Grey: no data."),
     }.get(options.style)

@@ -176,6 +176,10 @@ def picture_section(ui: Widgets, viewer: Viewer, draft: PictureDraft) -> None:
     hint = "The colours of the land. auto: by what the file says of its place; they do not change with edits."
     if look := ui.choose("look", settings.options.look, CHOICES["look"], hint):
         settings.change_all(look=look)
+    if viewer.scene.has_map and viewer.scene.heightmap.voids:
+        hint = f"{viewer.scene.heightmap.voids:,} posts have no data. They are filled from their rim, or holes."
+        if voids := ui.choose("voids", settings.options.voids, CHOICES["voids"], hint):
+            settings.change_all(voids=voids)
     _light(ui, settings, draft)
     _water(ui, viewer.scene)
     hint = "Light from an equirectangular .hdr or .exr image; empty: a clear sky. Type a path, or drop a file here."

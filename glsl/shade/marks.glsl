@@ -1,0 +1,18 @@
+// shade/marks.glsl — what is known of the posts around a place beside their heights.
+// Provides MARKED, marked_at().   Python twin: terrain.VOID, terrain.WATER
+
+#include "blocks/terrain.glsl"
+
+#ifndef MARKED  // whether any posts are: a program for one map is told
+uniform bool u_marked;
+#define MARKED u_marked
+#endif
+
+// How much of the ground around a place was void and is filled, and how much is water: bilinear between posts.
+vec2 marked_at(vec2 post) {
+    ivec2 first = min(ivec2(post), u_last_post - 1);
+    vec2 t = post - vec2(first);
+    uvec4 marks = textureGather(u_marks, vec2(first + 1) / vec2(u_last_post + 1));  // counter-clockwise from the south-west
+    vec4 weights = vec4((1.0 - t.x) * t.y, t.x * t.y, t.x * (1.0 - t.y), (1.0 - t.x) * (1.0 - t.y));
+    return vec2(dot(weights, vec4(notEqual(marks & VOID, uvec4(0u)))), dot(weights, vec4(notEqual(marks & WET, uvec4(0u)))));
+}

@@ -1,0 +1,15 @@
+// shade/voids.frag — style "voids": clay, and orange where the map has no data: the surface there is filled from the rim.
+
+#include "shade/drawn.glsl"
+#include "shade/marks.glsl"
+
+vec3 ground_colour(Ground g, int sample_) {
+    float filled = MARKED ? marked_at(g.post).x : 0.0;
+    return mix(vec3(0.85), vec3(1.0, 0.45, 0.05), filled) * clay(g);
+}
+
+vec3 sky_colour(vec3 direction) { return vec3(0.93); }
+
+vec4 colour_of_pixel() { return vec4(pixel_colour(), 1.0); }
+
+#include "shade/pixel.glsl"
