@@ -1,10 +1,10 @@
-// horizon/blocks.glsl — the sun's table: what its layers are counted in.
+// horizon/blocks.glsl — the units of the sun's table.
 // Provides sun_blocks().
 
 #include "blocks/terrain.glsl"
 
 #define SUN_LAYERS 5
 #define SUN_STEPS 8191.0  // 14 bits with the sign: sums of 2^18 blocks are exact, boxes of 1024 × 1024 posts
-#define STEEPEST 4.0      // slope of 1 in the table
+#define STEEPEST 4.0      // the slope that the table stores as 1
 
 ivec2 sun_blocks() { return (u_last_post + 1) / 2; }

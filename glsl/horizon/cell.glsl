@@ -1,4 +1,4 @@
-// horizon/cell.glsl — the ground's normal in the middle of a cell, four posts around.
+// horizon/cell.glsl — the ground's normal in the centre of a cell, from its four posts.
 // Provides normal_of_cell().   Python twin: reference.normals_of
 
 #include "blocks/terrain.glsl"

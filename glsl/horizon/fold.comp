@@ -1,10 +1,10 @@
-// horizon/fold.comp — horizons become visible shares of the sky's lobes, a texel of cells a thread.
-//   What lobe l sends a cell of normal n from the sector around azimuth a, over a horizon of sine s, is n · M(a, s, l),
-//     M = ∫ SG_l(ω) ω dω / ∫ SG_l dω    over the sector's directions above the horizon.
-//   Sums over a are the light that the cell gets; without any horizon but its own plane it would get C_l(n):
+// horizon/fold.comp — from horizons to visible shares of the sky's lobes. One thread computes one texel.
+//   A cell with normal n gets the light n · M(a, s, l) of lobe l from the sector around azimuth a, over a horizon of sine s:
+//     M = ∫ SG_l(ω) ω dω / ∫ SG_l dω    the upper integral over the sector's directions above the horizon.
+//   The sum over a is all its light. Without a horizon, except its own plane, the cell would get C_l(n). So
 //     V_l(texel) = Σ over cells Σ over a n · M / Σ over cells C_l(n)
-//   This is the mean visibility, weighted by the cosine: cells count as much as they would shine.
-// Called once for each batch of azimuths; sums wait as floats where the table of shares will be.
+//   is the mean visibility, weighted by the light that each cell would get without a horizon.
+// Runs once for each batch of azimuths; until the last one, sums are stored as floats in the place of the shares.
 // Python twin: reference.skylit
 
 #include "horizon/lines.glsl"
@@ -39,7 +39,7 @@ float open_to(int lobe, vec3 normal) {
     return mix(open_share[i], open_share[i + 1], at - floor(min(at, float(COSINES - 1))));
 }
 
-// Where the ground's own plane cuts the sky: n · ω = 0. Beyond it the cosine is zero, not negative.
+// Where the ground's own plane meets the sky: n · ω = 0. Below it the cosine counts as zero.
 float own_horizon(vec3 n, vec2 towards) {
     vec2 flat_ = normalize(vec2(towards.x, -towards.y) * u_spacing_m);
     float slope = -dot(n.xy, flat_) / n.z;

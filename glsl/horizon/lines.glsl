@@ -1,14 +1,14 @@
-// horizon/lines.glsl — the map as parallel lines that run away from a light, a thread a line.
-//   From step to step a line moves one column away from the light and `slide` posts sideways; where the light stands
-//   nearer to north or south, columns are rows. `towards` is that step the other way round: columns and rows towards the
-//   light, the larger of them ±1.
+// horizon/lines.glsl — the map as parallel lines that run away from a light, one thread for each line.
+//   In each step a line moves one column away from the light and `slide` posts sideways. If the light is nearer to north or
+//   south, rows take the place of columns. `towards` is the opposite step: columns and rows towards the light, the larger
+//   of them ±1.
 //
 //        light       step  0   1   2   3   4     At step i, line b crosses the column at b + slide·i, between two posts:
-//          ↖         ·───·───·───·───·           the ground there lies on the straight line from one to the other.
+//          ↖         ·───·───·───·───·           the height there is interpolated linearly.
 //            ·       b \   ·   ·   ·   ·
-//                    ·    \·   ·   ·   ·         One line passes each post within half a post, so that every post has
-//                    ·   ·   \ ·   ·   ·         a record; all lines of a column miss their posts by the same, slack(i):
-//                    ·   ·   ·  \  ·   ·         a column of records is evenly spaced, and bilinear lookups are easy.
+//                    ·    \·   ·   ·   ·         Exactly one line passes each post within half a post, so every post has
+//                    ·   ·   \ ·   ·   ·         a record. In a column all lines have the same offset, slack(i), from
+//                    ·   ·   ·  \  ·   ·         their posts: records are evenly spaced, and bilinear lookups are easy.
 //
 // Provides on_axes(), step_of(), post_at(), slide(), base(), slack(), record_near(), sine_of().
 // Python twin: reference.horizon_sines
@@ -17,7 +17,7 @@
 
 bool by_column(vec2 towards) { return abs(towards.x) >= abs(towards.y); }
 
-// (column, row) as (along the light's axis, across), and back.
+// (column, row) to (along the light's axis, across), and back.
 vec2 on_axes(vec2 towards, vec2 post) { return by_column(towards) ? post : post.yx; }
 ivec2 on_axes(vec2 towards, ivec2 post) { return by_column(towards) ? post : post.yx; }
 
@@ -36,7 +36,7 @@ ivec2 post_at(vec2 towards, int step_, int place) {
     return on_axes(towards, ivec2(along, place));
 }
 
-// GLSL passes no images to functions, so the includer asks for these over its own:
+// GLSL cannot pass images to functions. So the including file defines these functions for its own image:
 //   record_of(layer, …)      one record                record_across()   of one column, linear between its lines
 //   record_near(layer, …)    at any place, bilinear
 #define RECORDS_IN(records)                                                                                          \

@@ -1,4 +1,4 @@
-// horizon/pack.comp — the shares of all lobes side by side, before they are summed: one fetch tells them all.
+// horizon/pack.comp — pack the shares of all lobes into one texel before they are summed: one fetch reads them all.
 //   Word i of a texel holds lobes 3i, 3i + 1 and 3i + 2, ten bits each.
 // Python twin: reference.pack_shares
 

@@ -1,10 +1,10 @@
-// horizon/sunlit.comp — the sunlight that the ground gets, ready to be summed: means over blocks of 2 × 2 cells.
-//   Summed are, signed, in words that wrap:
-//     0     E = V ⟨n, sun⟩        share of the disc times cosine
-//     1, 2  E s                   and times the slope, east and north: how E goes with the slope
+// horizon/sunlit.comp — the sunlight on the ground, as values to be summed: means over blocks of 2 × 2 cells.
+//   The values, signed, in words that wrap:
+//     0     E = V ⟨n, sun⟩        visible share of the disc × cosine
+//     1, 2  E s                   E × the slope s, east and north
 //     3, 4  s
-//   Products are stored, for the mean of a product is not the product of means: slopes that turn away from the sun are the
-//   ones in shadow, and an eye sees more of slopes that face it. Python twin: reference.sunlit
+//   Products are stored because the mean of a product is not the product of the means: slopes that turn away from the sun
+//   are the ones in shadow, and an eye sees more of the slopes that face it. Python twin: reference.sunlit
 
 #include "horizon/lines.glsl"
 #include "horizon/cell.glsl"
@@ -18,7 +18,7 @@ layout(std430, binding = 0) writeonly buffer Sunlit { int sunlit[]; };
 
 uniform vec2 u_towards;
 uniform vec3 u_sun;
-uniform int u_first_row;  // of blocks, in this run
+uniform int u_first_row;  // first row of blocks of this run
 
 void main() {
     ivec2 at = ivec2(gl_GlobalInvocationID.xy) + ivec2(0, u_first_row), blocks = sun_blocks();

@@ -1,14 +1,14 @@
-// horizon/sweep.comp — how high the horizon stands towards a light, at every post: one thread marches along one line.
-//   Of all that a line has passed, only the upper convex hull can be on the horizon of what comes next (Timonen and
-//   Westerholm 2010, "Scalable height field self-shadowing"). The tangent from a new point to the hull finds the horizon;
-//   all that lies under the tangent leaves the hull for good.
+// horizon/sweep.comp — the height of the horizon towards a light, at every post. One thread marches along one line.
+//   Only the upper convex hull of the points that a line has passed can be the horizon of the next point (Timonen and
+//   Westerholm 2010, "Scalable height field self-shadowing"). The tangent from the new point to the hull gives the horizon.
+//   All hull points below the tangent are removed for good.
 //
 //      light ←      q₂                        horizon(p) = direction of q₁, because q₂ is lower in the sky than q₁
 //            ·   ▟███▙    q₁                  the hull behind p is now p → q₁ → …, and q₀ is forgotten
 //             ▟███████▙▟██▙  q₀
 //            ███████████████▙▟█▙    p
 //
-//   A point enters the hull once and leaves it once: the cost of a post does not depend on how far its horizon is.
+//   A point enters the hull once and leaves it once, so the cost of a post does not depend on the distance of its horizon.
 //   Python twin: reference.horizon_sines
 
 #include "horizon/lines.glsl"
@@ -21,14 +21,14 @@ struct Point {
     int before;  // the hull's next point towards the light, as a step; −1 at its end
 };
 
-layout(std430, binding = 0) buffer Hulls { Point hull[]; };  // steps × lines of this run
+layout(std430, binding = 0) buffer Hulls { Point hull[]; };  // one hull for each line of this run: steps × lines
 
 uniform vec2 u_towards;    // see lines.glsl
-uniform int u_layer;       // of the image
-uniform int u_first_line;  // of this run, and how many
+uniform int u_layer;       // layer of the image
+uniform int u_first_line;  // first line of this run; then their number
 uniform int u_lines;
 
-// Between two posts; beside the rim, the slope within it goes on.
+// Height between two posts; outside the map, the slope at the rim continues.
 float line_height_m(int step_, int place) {
     float aside = slack(u_towards, step_);
     int beside = place + (aside < 0.0 ? -1 : 1), last = on_axes(u_towards, u_last_post).y;
@@ -37,7 +37,7 @@ float line_height_m(int step_, int place) {
     return mix(height_m(post_at(u_towards, step_, place)), height_m(post_at(u_towards, step_, beside)), is_outside ? -abs(aside) : abs(aside));
 }
 
-// Steps between which a line crosses the map, with one to spare on either side.
+// The steps in which a line is on the map, and one more on either side.
 ivec2 crossing(int line, ivec2 last) {
     float slide_ = slide(u_towards);
     if (slide_ == 0.0) return ivec2(0, last.x);

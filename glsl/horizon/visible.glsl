@@ -1,12 +1,12 @@
-// horizon/visible.glsl — how much of each light a footprint sees: the lookups of horizon.py's tables.
+// horizon/visible.glsl — the visible share of each light for a footprint: lookups in the tables of light/horizon.py.
 //   sky_visible     mean of V_l over the footprint, weighted by the cosine                 (A.5, with horizon/fold.comp)
-//   sky_visible_near  the same for footprints smaller than the least box, not from sums; of all lobes:
-//                   of_lobe() picks one
-//   sun_over        mean of V · ⟨n, sun⟩ as seen: what the sun sends the ground, 1 for ground that faces it
-//   sun_share       part of the sun to be seen from one place
-// Footprints are boxes in posts. S between texels is bilinear, as in shade/relief.glsl, and means are
-// continuous. Below a few posts the sun's horizon is looked up instead, bilinear in its angle: the rim of a shadow is
-// as sharp as the sun.
+//   sky_visible_near  the same, without sums, for footprints smaller than the smallest box; it returns all
+//                   lobes, and of_lobe() selects one
+//   sun_over        mean of V · ⟨n, sun⟩ over the visible facets: 1 for ground that faces the sun
+//   sun_share       share of the sun's disc that one place sees
+// Footprints are boxes in posts. S is bilinear between texels, as in shade/relief.glsl, so means are continuous. For
+// footprints of less than a few posts the sun's horizon itself is read, bilinear in its angle: the edge of a shadow is then
+// as sharp as the sun allows.
 // Python twins: reference.sunlit, reference.skylit, reference.box_mean
 
 #include "horizon/lines.glsl"
@@ -41,7 +41,7 @@ layout(rgba32ui, binding = 1) readonly uniform uimage2D u_packed;  // shares tha
 
 uniform vec2 u_sun_towards;
 
-// All bits where a sum is stored, none on the rim, where it is 0: a mask, for branches cost more than words.
+// All bits set where a sum is stored, none on the rim, where the sum is 0. A mask is faster than a branch.
 uint inside_of(int x, int y) { return ~uint((x - 1 | y - 1) >> 31); }
 
 uint sunlit_at(int layer, int x, int y) {
@@ -77,7 +77,7 @@ uint share_at(int layer, int x, int y) {
 BOX_MEAN(mean_sunlit, sunlit_at)
 BOX_MEAN(mean_share, share_at)
 
-// A footprint's box on the map, inside it and no smaller than `least`; cell (i, j) lies between posts (i, j) and one on.
+// A footprint's box, inside the map and not smaller than `least`; cell (i, j) is between posts (i, j) and (i + 1, j + 1).
 vec4 box_of(vec2 post, vec2 extent, float least) {
     vec2 half_extent = 0.5 * clamp(extent, least, LARGEST_SUM_POSTS), end = vec2(u_last_post);
     return vec4(clamp(post - half_extent, vec2(0.0), end - 1.0), clamp(post + half_extent, vec2(1.0), end));
@@ -90,7 +90,7 @@ float sky_visible(int lobe, vec2 post, vec2 extent) {
     return mean_share(lobe, box.xy, min(box.zw, vec2(share_texels())), share_texels()) / FULL;
 }
 
-// How much of each of three texels in a row a box covers.
+// The share of each of three neighbouring texels that a box covers.
 vec3 covered(float a, float c, float first) {
     vec3 low = first + vec3(0.0, 1.0, 2.0);
     return max(min(vec3(c), low + 1.0) - max(vec3(a), low), 0.0);
@@ -118,8 +118,8 @@ float of_lobe(mat4x3 visible, int l) {
 
 float sun_share(vec2 post) { return disc_share(sine_of(record_near(0, u_sun_towards, post)), 0.0); }
 
-// Of facets of slope s the eye sees the weight 1 − lean · (s − s̄): see lean_of(). E is then its mean, less what it goes
-// with the slope: Ē − lean · (mean of E s − Ē s̄).
+// In the picture, facets of slope s have the weight 1 − lean · (s − s̄): see lean_of(). So the mean of E over the picture is
+// Ē − lean · (mean of E s − Ē s̄).
 float sun_over(vec2 post, vec2 extent, vec2 lean) {
     vec4 box = 0.5 * box_of(post, extent, 2.0);
     float mean[SUN_LAYERS];

@@ -36,10 +36,10 @@ LobeBox lobe_box(vec2 middle, vec2 extent) {
     return LobeBox(x, y * size.x, fract(vec4(a, c)), (c.x - a.x) * (c.y - a.y));
 }
 
-// The sum up to a word; 0 beyond the rim, by a mask, for branches cost more than words.
+// The sum up to a word; 0 beyond the rim. A mask is faster than a branch.
 int lobe_word(int layer_start, int x, int row) { return int(LOBE_SUM(layer_start + max(row, 0) + max(x, 0))) & ~((x | row) >> 31); }
 
-// Differences wrap back to what they are before they become floats.
+// Differences of wrapped sums are exact as integers; convert them to float afterwards.
 float lobe_mean(int layer, LobeBox b) {
     int start = layer * lobe_blocks().x * lobe_blocks().y;
     ivec3 first;

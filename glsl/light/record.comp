@@ -7,7 +7,7 @@
 layout(local_size_x = 64) in;
 layout(std430, binding = 3) writeonly buffer Values { int value[]; };
 
-uniform ivec2 u_first;  // block, and how many columns and rows of them
+uniform ivec2 u_first;  // first block; then columns and rows of blocks
 uniform ivec2 u_count;
 uniform int u_first_row;  // of them, in this run
 

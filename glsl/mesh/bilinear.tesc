@@ -1,4 +1,4 @@
-// mesh/bilinear.tesc — every cell of a full-resolution patch is cut in FINER × FINER, save for what lies beside the picture.
+// mesh/bilinear.tesc — every cell of a full-resolution patch in the picture is cut in FINER × FINER parts.
 
 #include "mesh/lattice.glsl"
 #include "mesh/to.glsl"

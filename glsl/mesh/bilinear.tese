@@ -1,6 +1,6 @@
-// mesh/bilinear.tese — a vertex of the surface that the map stands for: on a post, or between posts at the bilinear height
+// mesh/bilinear.tese — a vertex of the true surface: on a post, or between posts at the bilinear height
 //     h = (1 - s)(1 - t) a + s (1 - t) b + (1 - s) t c + s t d
-// Seen from above and in a capture, where vertices stand on posts, those between fall on the one before.
+// From above and in a capture vertices are on posts: a vertex between posts falls on the post before it.
 // Python twin: verify.holes.bilinear
 
 #include "mesh/lattice.glsl"
@@ -11,7 +11,7 @@
 #define FINER 2
 #endif
 
-// rows run south, so the plane of tessellation is seen from below
+// rows run south, so the tessellator's plane is mirrored
 layout(quads, equal_spacing, cw) in;
 
 patch in uvec2 v_shape;

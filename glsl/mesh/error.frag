@@ -1,9 +1,9 @@
-// mesh/error.frag — how far the drawn triangle is from the truth at this place, in metres: above it, positive.
-//   A pixel is a place: there are PLACES × PLACES in a cell, the posts among them. Vertices stand on 64ths of the way
-//   between posts. In 64ths, all coordinates and areas are integers below 2^53, so they are exact in double precision.
+// mesh/error.frag — the error of the drawn triangle at one place, in metres: positive if it is above the truth.
+//   Each pixel is one place: a cell has PLACES × PLACES places, posts included. Vertices are on 64ths of a post. In this
+//   unit all coordinates and areas are integers below 2^53, so they are exact in double precision.
 
 #undef TO
-#define TO ABOVE  // it is drawn from above alone
+#define TO ABOVE  // this shader is only used from above
 #include "mesh/to.glsl"
 #include "blocks/terrain.glsl"
 

@@ -1,4 +1,4 @@
-// mesh/lattice.glsl — where a patch's vertices stand: on posts, or on equal parts of a cell.
+// mesh/lattice.glsl — the positions of a patch's vertices: on posts, or on equal parts of a cell.
 //   in_patch.x   column and row of the north-west corner's post, 16 bits each
 //   in_patch.y   bits 0-4 log2 of the 64ths of a post between vertices, 5-7 log2 of the segments a side,
 //                8-11 split edges (west, north, east, south), 12 fan: edges have one segment, or two where they are split

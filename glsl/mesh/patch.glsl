@@ -1,12 +1,12 @@
-// mesh/patch.glsl — what a fragment is told of the patch, or block, that it is part of.
+// mesh/patch.glsl — the patch, or block, that a fragment belongs to.
 // Provides Patch, words_of(), patch_of().
 
 struct Patch {
     ivec2 low, high;   // posts of its north-west and south-east corners; the latter may lie beyond the map
     float step_log2;   // log2 of the posts between its vertices
     bool fan;
-    uint split_edges;  // of a fan: bits W, N, E, S
-    float bound_px;    // certified bound that its record holds; negative for a record without one
+    uint split_edges;  // split edges of a fan: bits W, N, E, S
+    float bound_px;    // certified bound in its record; negative if it has none
 };
 
 uvec4 words_of(Patch p) {

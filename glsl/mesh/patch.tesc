@@ -1,6 +1,6 @@
-// mesh/patch.tesc — how finely the hardware cuts a patch.
-//   Squares of quads: T segments along every edge, and inside. Fans: inner level 2 is one vertex, the centre; an edge has
-//   one segment, or two where the neighbour is finer. Nothing is made of what lies beside the picture from above.
+// mesh/patch.tesc — the tessellation levels of a patch.
+//   Squares of quads have T segments along every edge, and inside. Fans have inner level 2, which is one vertex, the centre;
+//   an edge has one segment, or two if the neighbour is finer. From above, patches outside the picture are dropped.
 // Python twins: reference.patch_triangles, reference.fan_triangles
 
 #include "mesh/lattice.glsl"

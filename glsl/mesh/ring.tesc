@@ -1,4 +1,5 @@
-// mesh/ring.tesc — how finely the hardware cuts a patch: as the tables say, at its edges as finely as its neighbours.
+// mesh/ring.tesc — the tessellation levels of a patch of the clipmap: inside as its record says, at each edge as the finer of
+// both sides.
 
 #include "mesh/ring.glsl"
 #include "mesh/to.glsl"

@@ -1,4 +1,4 @@
-// mesh/triangle.geom — tell each fragment its whole triangle.
+// mesh/triangle.geom — pass the whole triangle to each fragment.
 
 layout(triangles) in;
 layout(triangle_strip, max_vertices = 3) out;

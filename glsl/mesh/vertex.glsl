@@ -1,5 +1,5 @@
-// mesh/vertex.glsl — where a vertex goes, once a method has found its post and its height: mesh/to.glsl.
-// Provides put_vertex(), the last line of every method's last geometry stage; into a picture put_vertex_between(), too.
+// mesh/vertex.glsl — output of a vertex whose post and height are known: see mesh/to.glsl.
+// Provides put_vertex(), the last line of every method's last geometry stage; for pictures also put_vertex_between().
 
 #include "mesh/patch.glsl"
 #include "mesh/to.glsl"
@@ -11,7 +11,7 @@ out vec2 v_post;         // column and row on the map
 out vec3 v_from_eye_m;   // east, north, up
 flat out uvec4 v_of_patch;
 
-// A vertex that is part of a cell beyond its post, to the east and to the south.
+// A vertex that is a part of a cell east and south of its post.
 void put_vertex_between(ivec2 post, vec2 between, float h_m, Patch p) {
     v_post = vec2(post) + between;
     v_from_eye_m = from_eye_m(post, h_m) + vec3(between.x, -between.y, 0.0) * vec3(u_spacing_m, 0.0);
