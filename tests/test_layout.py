@@ -104,7 +104,7 @@ def test_summary_round_trip(ctx):
         *(f"s_groups[{i}][{k}]" for i in range(layout.MAX_LEVELS) for k in range(4)),
         *(f"s_groups_of_words[{k}]" for k in range(4)),
     ]
-    expressions += [f"floatBitsToUint(s_{end}[{i}])" for end in ("cheap", "dear") for i in (0, 1)]
+    expressions += [f"floatBitsToUint(s_{end}[{i}])" for end in ("lower", "upper") for i in (0, 1)]
     expressions += ["s_budget", "s_rounds", "uint(s_side)", "s_asked"]
     assert len(expressions) * 4 == layout.SUMMARY.itemsize
     source = shaders.source("lod/summary.glsl") + writes(expressions)

@@ -1,15 +1,15 @@
-// clipmap/halve.comp — a level of the pyramid from the one below: every second sample, of a symmetric filter
+// clipmap/halve.comp — a level of the pyramid from the level below: every second sample, after a symmetric filter
 //   g(i) = Σ w_|d| f(2i + d),   d = −2 … 2,   along columns and along rows.
-// Near the rim, where one tap of a pair would lie outside, both move in: the filter stays symmetric, so it keeps planes as
-// they are, and the rim where it is.   Python twin: comparison.ideal.halve
+// If one tap of a pair would lie outside the map, both taps move in. So the filter stays symmetric: it does not change
+// planes, and it does not move the rim.   Python twin: comparison.ideal.halve
 
 #include "clipmap/pyramid.glsl"
 
 layout(local_size_x = 64) in;
 layout(r32f, binding = 0) uniform writeonly image2D u_out;
 
-uniform int u_to;              // level that is made
-uniform ivec2 u_first, u_end;  // its samples, from here to before there
+uniform int u_to;              // the level to compute
+uniform ivec2 u_first, u_end;  // its samples, u_end excluded
 uniform vec3 u_weights;        // w_0, w_1, w_2
 
 int tap(int middle, int last, int d) { return middle + sign(d) * min(abs(d), min(middle, last - middle)); }

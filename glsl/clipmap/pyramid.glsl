@@ -1,7 +1,7 @@
-// clipmap/pyramid.glsl — heights at every level of detail: level 0 is the map, each level above it a filtered half of the one
-// below (clipmap/halve.comp).
-//   Sample i of level j stands on post min(i · 2^j, last), so the last one stands on the map's rim whatever the map's size.
-//   Level 1 fills the texture's left part, all others stand below each other to its right.
+// clipmap/pyramid.glsl — heights at every level of detail: level 0 is the map, each further level is the level below,
+// filtered and halved (clipmap/halve.comp).
+//   Sample i of level j is at post min(i · 2^j, last). So the last sample is on the rim for maps of any size.
+//   Level 1 is the left part of the texture; all others are in a column to its right.
 // Provides sample_m(), last_sample(), post_of_sample().   Python twin: comparison.pyramid.Pyramid
 
 #include "blocks/terrain.glsl"

@@ -2,8 +2,8 @@
 // GPU Gems 2, chapter 2.
 //   z = (1 − α) z_fine + α z_coarse
 //   α = max(α_x, α_y),   α_x = clamp((|x − eye_x| − (reach − w − 1)) / w, 0, 1)
-// with z_coarse the coarser level's surface at this place. On the ring's border α is 1 at least; there each odd vertex stands
-// on its even neighbour, so that fine and coarse edges are the same, and no T-junction is left:
+// with z_coarse the height of the coarser level's surface at this place. On the ring's border α = 1, and each odd vertex is
+// moved to its even neighbour. So fine and coarse edges are equal, and there is no T-junction:
 //      │ ╱│ ╱│ ╱│ ╱│        │ ╱│ ╱│ ╱│ ╱│
 //      ┼──┼──┼──┼──┼   →    ┼──┼──┼──┼──┼
 //      │ ╱│ ╱│ ╱│ ╱│        │ ╱   ╲│ ╱   ╲      (two of eight triangles are gone)
@@ -24,14 +24,14 @@ in ivec4 in_border;  // lattice lines where the ring meets the coarser one: west
 in int in_level;
 
 layout(std140, binding = 4) uniform Clipmap {
-    vec2 u_reach;        // cells from the eye to a ring's border, columns and rows
+    vec2 u_reach;        // cells from the eye to the ring's border, in columns and rows
     vec2 u_transition;   // w, cells
-    ivec2 u_middle;      // a post near the eye that the rings are around, and the eye from there: metres east, north
+    ivec2 u_middle;      // the post at the centre of the rings; then the offset to the eye: metres east, north
     vec2 u_middle_m;
     int u_coarsest;      // level
 };
 
-// Odd places of a border go to the even one before, which the coarser level has too; so has the rim.
+// Odd places of a border move to the even place before, which the coarser level has, too. The map's rim does not move.
 ivec2 on_coarse_edge(ivec2 at, bvec2 along, ivec2 rim) {
     bvec2 odd = notEqual(at & 1, ivec2(0));
     if (along.x && odd.x && at.x != rim.x) at.x--;
@@ -39,7 +39,7 @@ ivec2 on_coarse_edge(ivec2 at, bvec2 along, ivec2 rim) {
     return at;
 }
 
-// The coarser surface at this place: between its two vertices nearest to it, along an edge or the diagonal.
+// The coarser surface at this place: interpolated between two of its vertices, along an edge or the diagonal.
 float coarser_m(int level, ivec2 at) {
     ivec2 rim = last_sample(level), high = at + 1 >> 1, low = at >> 1;
     low = ivec2(at.x == rim.x ? high.x : low.x, at.y == rim.y ? high.y : low.y);

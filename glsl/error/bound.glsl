@@ -1,12 +1,12 @@
-// error/bound.glsl — what the summed-area tables say of any rectangle of cells, in four fetches.
+// error/bound.glsl — the bound of any rectangle of cells, from summed-area tables, in four fetches.
 //   Maximum: "no tile of this rectangle is above class c" is one box count equal to zero (integral histogram, Porikli
 //   2005, "Integral histogram: a fast way to extract histograms in Cartesian spaces").
 //   Sum of squares: the box sum itself, exact.
-//   Tables lie over tiles of count_tile() nodes a side: a rectangle is widened to whole tiles.
-//   Counters have 8 bits, four classes a word. They are exact for boxes of up to 255 tiles: a larger rectangle is asked in
-//   parts of 15 × 15.
-//   Below spacing 1 a cell of the map is cut in n × n parts, n = 2^-j. Its error is |t|/(4 n²): the table of level 0
-//   with n² times the tolerance.
+//   The entries are for tiles of count_tile() nodes a side. A rectangle is widened to whole tiles.
+//   Counters have 8 bits, four classes in a word. They are exact for boxes of up to 255 tiles. A larger rectangle is looked
+//   up in parts of 15 × 15 tiles.
+//   For spacings below 1 a cell of the map is cut in n × n parts, n = 2^-j. Its error is |t|/(4 n²), t its twist: the table
+//   of level 0 answers, with n² times the tolerance.
 // Provides is_within_m(), largest_m(), squares_m2().   Python twins: reference.class_tables, reference.box_sum
 
 #include "blocks/terrain.glsl"
@@ -19,7 +19,7 @@ layout(std430, binding = 3) readonly buffer Squares { uvec2 square[]; };
 BOX_SUM(count_sum, uint, counter, sub8)
 BOX_SUM(square_sum, uvec2, square, sub64)
 
-// Columns and rows of tiles of a level: the first, and the one after the last, of a rectangle of posts.
+// The tiles of a level over a rectangle of posts: first column and row, then the column and row after the last.
 ivec4 tiles_over(ivec2 low, ivec2 end, int level, out Table counts) {
     int tile = count_tile(level);
     ivec2 tiles = (u_level[level].size + tile - 1) / tile;
@@ -28,7 +28,8 @@ ivec4 tiles_over(ivec2 low, ivec2 end, int level, out Table counts) {
     return ivec4(first / tile, min(last / tile + 1, tiles));
 }
 
-// The class whose limit is just below an error, or -1 where the tables' classes end above it. (The product may round up.)
+// The class with the largest limit that is not above an error; -1 if even the last class is above it. (The product may round
+// up, hence the check.)
 int class_within(float error_m) {
     if (error_m >= u_span_m) return -2;
     int c = max(0, int(ceil(4.0 * log2(u_span_m / error_m) - 1.0)));
@@ -45,7 +46,7 @@ bool none_above(Table counts, ivec4 tiles, int c) {
     return true;
 }
 
-// Whether no cell of spacing 2^step_log2 in a rectangle of posts errs by more than so many metres.
+// Whether the error of every cell of spacing 2^step_log2 in a rectangle of posts is at most error_m.
 bool is_within_m(ivec2 low, ivec2 end, int step_log2, float error_m) {
     int c = class_within(step_log2 < 0 ? error_m * exp2(-2.0 * float(step_log2)) : error_m);
     if (c < 0) return c == -2;
@@ -54,7 +55,7 @@ bool is_within_m(ivec2 low, ivec2 end, int step_log2, float error_m) {
     return none_above(counts, tiles, c);
 }
 
-// The smallest error that the tables certify for such a rectangle: the limit of a class, or the span.
+// The smallest bound that the tables certify for such a rectangle: the limit of a class, or the span.
 float largest_m(ivec2 low, ivec2 end, int step_log2) {
     Table counts;
     ivec4 tiles = tiles_over(low, end, max(step_log2, 0), counts);
@@ -64,7 +65,7 @@ float largest_m(ivec2 low, ivec2 end, int step_log2) {
         if (none_above(counts, tiles, c)) sure = c;
         else beyond = c;
     }
-    float error_m = sure < 0 ? u_span_m : class_limit_m(sure) * (1.0 + exp2(-18.0));  // exp2() may round anew
+    float error_m = sure < 0 ? u_span_m : class_limit_m(sure) * (1.0 + exp2(-18.0));  // exp2() may round differently here
     return step_log2 < 0 ? error_m * exp2(2.0 * float(step_log2)) : error_m;
 }
 

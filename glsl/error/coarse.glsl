@@ -1,11 +1,12 @@
-// error/coarse.glsl — large nodes are gathered in two steps: blocks of posts, a thread each, then all blocks of a node.
-//   Blocks are kept for every coarse level: an edit looks anew at those that it touches, and at no others.
-//   A node of 4 × 4 blocks; the last block of a row or column also has the node's far edge,
-//   where the map ends the last that there is:
+// error/coarse.glsl — large nodes are computed in two steps: one thread for each block of posts, then all blocks of a node
+// together.
+//   The results of blocks are kept for every coarse level, so an edit only recomputes the blocks that it touches.
+//   The picture shows a node of 4 × 4 blocks. The last block of a row or column, or the last one on the map, also has the
+//   posts of the node's far edge:
 //      ┌──┬──┬──┬───┐
 //      ├──┼██┼──┼───┤
 //      └──┴──┴──┴───┘
-//   Maxima of positive floats compare as their bits do; sums are integers: the order does not matter.
+//   Positive floats compare like their bits, and sums are integers. So the order of the threads does not matter.
 // Provides Gathered, block_of[], block_index(), blocks_in_node().
 // Python twins: reference.node_errors, reference.wedge_errors
 
@@ -26,7 +27,7 @@ struct Gathered {
 const uint[4] NO_ERRORS = uint[4](0u, 0u, 0u, 0u);
 layout(std430, binding = 1) buffer Blocks { Gathered block_of[]; };
 
-// Blocks lie on the map as the nodes of the last fine level do.
+// Blocks are the nodes of the last fine level.
 int block_index(ivec2 block) {
     ivec2 size = u_level[FINE_LEVELS].size;
     return ((u_which_level - FINE_LEVELS - 1) * size.y + block.y) * size.x + block.x;

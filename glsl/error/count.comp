@@ -1,5 +1,5 @@
-// error/count.comp — the values under the summed-area tables of a level: how many tiles are above each class,
-// and the squared error of each tile. One thread fills one tile of nodes.
+// error/count.comp — the values that a level's summed-area tables sum: for each tile and class, 1 if the tile's error is
+// above the class's limit; and the squared error of each tile. One thread computes one tile.
 // Python twins: reference.class_tables, reference.square_table
 
 #include "error/nodes.glsl"
@@ -14,11 +14,11 @@ layout(std430, binding = 2) writeonly buffer Squares { uvec2 square[]; };
 uniform int u_which_level;
 uniform int u_first_counter;  // where the tables of counters and squares begin in their buffers
 uniform int u_first_square;
-uniform ivec2 u_first;  // first tile, and how many
+uniform ivec2 u_first;  // first tile; then columns and rows of tiles
 uniform ivec2 u_count;
 
-// Largest error of a node as a quad, and all of its squared errors in units of span². A cell of the map, level 0, errs
-// between its posts alone: by |t|/4 at most, and by |t|/sqrt(90) in the root mean square (t its twist).
+// Largest error of a node as a quad, and the sum of its squared errors in units of span². A cell of the map, level 0, has
+// errors only between its posts: at most |t|/4, and |t|/sqrt(90) in the root mean square (t is its twist).
 float node_max_m(ivec2 at) {
     if (u_which_level == 0) return is_hole(at) ? 0.0 : 0.25 * abs(twist_m(at)) * (1.0 + exp2(-20.0));
     return unpack_pair(node[node_index(u_which_level, at)].max_m).x;

@@ -1,4 +1,4 @@
-// error/fine.comp — the error table's fine levels: one thread looks at all posts of its node.
+// error/fine.comp — the fine levels of the error table: one thread visits all posts of its node.
 // Python twins: reference.node_errors, reference.wedge_errors
 
 #include "error/worst.glsl"

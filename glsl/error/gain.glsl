@@ -1,13 +1,14 @@
-// error/gain.glsl — what a triangle buys where a node is split: squared error taken away per triangle added, m².
-//   A leaf is a quad, 2 triangles and squared error Q, or a fan, 4 triangles and F; its parts are quads of squared error P
-//   with R triangles in all. At a price of λ a triangle a node costs squared error + λ · triangles, so that
-//       the fan is cheaper than the quad   below   λ = (Q − F) / (4 − 2),
-//       the parts than the quad            below   λ = (Q − P) / (R − 2),
-//       the parts than the fan             below   λ = (F − P) / (R − 4),
-//   and the parts are cheapest below the least of what applies: that is the node's own gain.
+// error/gain.glsl — the gain of splitting a node: the squared error that each added triangle removes, in m².
+//   A leaf is a quad with 2 triangles and squared error Q, or a fan with 4 triangles and squared error F. Its children are
+//   quads with squared error P and R triangles together. With the price λ of a triangle, a node costs
+//   squared error + λ · triangles. So
+//       the fan costs less than the quad       if λ < (Q − F) / (4 − 2),
+//       the children cost less than the quad   if λ < (Q − P) / (R − 2),
+//       the children cost less than the fan    if λ < (F − P) / (R − 4).
+//   The children cost least if λ is below the smaller of the bounds that apply: this is the node's gain.
 //   (Pruning by price: Breiman, Friedman, Olshen, Stone 1984, "Classification and regression trees", chapter 3; Chou,
 //   Lookabaugh, Gray 1989, "Optimal pruning with applications to tree-structured source coding and modeling".)
-//   Gains are nested, never below those of the node's children: where a child is worth its price the way to it is, too.
+//   A gain is never below the gains of the node's children. So if a child is split, all nodes above it are split, too.
 // Provides gain[], split_gain().   Python twin: reference.split_gains
 
 layout(std430, binding = 3) buffer Gains { float gain[]; };

@@ -1,17 +1,17 @@
-// error/gather.comp — the error table's coarse levels: a thread looks at one block of its node's posts.
+// error/gather.comp — the coarse levels of the error table: one thread visits one block of its node's posts.
 // Python twins: reference.node_errors, reference.wedge_errors
 
 #include "error/coarse.glsl"
 
 layout(local_size_x = 8, local_size_y = 8) in;
 
-uniform ivec4 u_posts;  // those that have changed: first column and row, last column and row
+uniform ivec4 u_posts;  // the posts that have changed: first column and row, last column and row
 
 bool holds(ivec2 low, ivec2 high) {
     return all(lessThanEqual(low, u_posts.zw)) && all(greaterThanEqual(high, u_posts.xy));
 }
 
-// The posts that the node is drawn through decide the errors of all others.
+// Whether a post at a vertex of the node has changed: then the errors of all its posts have.
 bool moves(Node n) {
     for (int i = 0; i < 9; i++) {
         ivec2 post = ivec2(i % 3 == 0 ? n.low.x : i % 3 == 1 ? n.mid.x : n.high.x,

@@ -1,10 +1,10 @@
-// error/join.comp — the error table's coarse levels: a thread joins one row of its node's blocks.
+// error/join.comp — the coarse levels of the error table: one thread reduces one row of its node's blocks.
 // Python twins: reference.node_errors, reference.wedge_errors
 
 #include "error/coarse.glsl"
 
 layout(local_size_x = 8, local_size_y = 8) in;
-layout(std430, binding = 2) buffer Gathering { Gathered gathered[]; };  // of each node; all zero before
+layout(std430, binding = 2) buffer Gathering { Gathered gathered[]; };  // one entry for each node; zero at the start
 
 void add_squares(int i, int word, uvec2 more) {
     uint before = atomicAdd(gathered[i].squares[word], more.x);

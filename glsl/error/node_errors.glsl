@@ -1,10 +1,10 @@
-// error/node_errors.glsl — how far a node's triangles stray from a post, whichever way the node is drawn.
+// error/node_errors.glsl — the error of a node's triangles at a post, for every way to draw the node.
 //
 //    quad, either diagonal        fan around the centre, each edge whole or split
 //    0,0 ──── 2,0                 0,0 ── 1,0 ── 2,0
-//     │ ╲  ╱ │                     │  ╲   │   ╱  │        OpenGL does not say which diagonal a quad gets: its error is
-//     │  ╲╱  │                    0,1 ── 1,1 ── 2,1       the worse one. Each of a fan's edges is whole or split, for
-//     │  ╱╲  │                     │  ╱   │   ╲  │        itself: a post has two errors there, in its own wedge.
+//     │ ╲  ╱ │                     │  ╲   │   ╱  │        OpenGL does not say which diagonal a quad gets, so its error is
+//     │  ╲╱  │                    0,1 ── 1,1 ── 2,1       the larger of both. Each edge of a fan may be whole or split:
+//     │  ╱╲  │                     │  ╱   │   ╲  │        a post has two errors, in the wedge that contains it.
 //    0,2 ──── 2,2                 0,2 ── 1,2 ── 2,2
 //
 // Provides Node, node_at(), quad_error_m(), fan_errors_m(); is_square(), twist_m(), kinks_m() for places between posts.
@@ -14,11 +14,11 @@
 
 struct Node {
     ivec2 low, mid, high;  // posts: north-west corner, centre, south-east corner
-    mat3 h;                // h[y][x]: heights there, above h[0][0] to keep the small differences exact
+    mat3 h;                // h[y][x]: heights relative to h[0][0], which keeps small differences exact
     float base_m;
-    vec2 before, after;    // posts from the corner to the centre, and on
-    vec2 per_before, per_after, per_side;  // one over them, and over their sum
-    float rounding_m;      // what float arithmetic may swallow: a few units in the last place of the node's relief
+    vec2 before, after;    // posts from the corner to the centre, and from there to the far corner
+    vec2 per_before, per_after, per_side;  // their reciprocals, and that of their sum
+    float rounding_m;      // bound of rounding errors: a few units in the last place of the node's relief
 };
 
 Node node_at(int level, ivec2 at) {
@@ -43,7 +43,7 @@ Node node_at(int level, ivec2 at) {
     return n;
 }
 
-// Below, what triangle a post lies in chooses numbers and not the way: neighbouring threads all go the same one.
+// In the functions below the triangle of a post selects numbers, not branches: neighbouring threads do not diverge.
 
 float quad_error_m(Node n, ivec2 post, float h) {
     vec2 t = vec2(post - n.low) * n.per_side;
@@ -56,8 +56,8 @@ float quad_error_m(Node n, ivec2 post, float h) {
     return max(abs(by_falling - h), abs(by_rising - h));
 }
 
-// In the wedge between the centre and one edge, w the centre's weight: the edge has heights a, m, b at its end, middle
-// and other end, and along its axis the post is d posts from the middle.
+// Height in the wedge between the centre and one edge; w is the centre's weight. a, m and b are the heights at one end, the
+// middle and the other end of the edge; d is the distance of the post from the middle, in posts along the edge.
 vec2 wedge_errors_m(Node n, int axis, vec3 edge, float w, float d, float h) {
     float a = edge[0], m = edge[1], b = edge[2], v = 1.0 - w, above = w * n.h[1][1] - h;
     float u = v * n.before[axis] + d;
@@ -73,7 +73,7 @@ vec2 wedge_errors_m(Node n, int axis, vec3 edge, float w, float d, float h) {
 #define EAST 2
 #define SOUTH 3
 
-// With the edge of the post's wedge whole, and with it split.
+// The errors with the edge of the post's wedge whole, and with it split.
 vec2 fan_errors_m(Node n, ivec2 post, float h, out int wedge) {
     vec2 d = vec2(post - n.mid);
     bvec2 is_low = lessThanEqual(d, vec2(0.0));  // west, north of the centre
@@ -86,26 +86,26 @@ vec2 fan_errors_m(Node n, ivec2 post, float h, out int wedge) {
     return wedge_errors_m(n, axis, edge, min(w.x, w.y), d[axis], h);
 }
 
-// Whether the drawing's inner edges run through posts: not where the map's rim cuts the node off.
+// Whether diagonals run through posts: not if the map's rim cuts the node off.
 bool is_square(Node n) {
     ivec2 side = n.high - n.low;
     return side.x == side.y && 2 * (n.mid - n.low) == side;
 }
 
-// h00 − h10 − h01 + h11 of a cell's posts: how far they are from lying in a plane. Differences of like heights are exact,
-// however large the heights are (Sterbenz 1974, "Floating-point computation").
+// The twist h00 − h10 − h01 + h11 of a cell: 0 if its posts lie in a plane. Differences of similar heights are exact, even
+// if the heights are large (Sterbenz 1974, "Floating-point computation").
 float twist_m(ivec2 cell) {
     ivec2 next = cell + 1;
     return (height_m(cell) - height_m(ivec2(next.x, cell.y))) - (height_m(ivec2(cell.x, next.y)) - height_m(next));
 }
 
-// How much two triangles bend along the diagonal of a rectangle of w × h cells with the twist τ: their planes differ by
-// |τ| |x/w − y/h|, hence by |τ| min(1/w + 1/h, 1) at most within one cell that the diagonal crosses.
+// A bound of the bend of two triangles along the diagonal of a rectangle of w × h cells with the twist τ: their planes differ
+// by |τ| |x/w − y/h|, so by at most |τ| min(1/w + 1/h, 1) inside one cell that the diagonal crosses.
 float bend_m(float tau, vec2 cells) {
     return any(lessThan(cells, vec2(0.5))) ? 0.0 : abs(tau) * min(1.0 / cells.x + 1.0 / cells.y, 1.0);
 }
 
-// The same of a node as a quad, and as a fan: in each quarter between centre and corner, with both edges whole or split.
+// The same for a node as a quad, and as a fan: in each quarter between centre and corner, with both edges whole or split.
 vec2 kinks_m(Node n) {
     vec2 kink = vec2(bend_m(n.h[0][0] - n.h[0][2] - n.h[2][0] + n.h[2][2], n.before + n.after), 0.0);
     for (int y = 0; y <= 2; y += 2)

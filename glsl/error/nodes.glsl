@@ -1,11 +1,12 @@
-// error/nodes.glsl — the error table: of each node, the worst post and the root mean square, as quad and as fan.
-//   max_m: largest error of a post of the closed node.   rms_m: root of the mean squared error of its own posts, those
-//   of its north and west edges but not of the south and east ones (which are the neighbours'), so that any mosaic of
-//   nodes counts every post once.
-//   Voids err by nothing: where a node has some, the mean over its posts is more than rms_m, which says so by its sign.
-//   Fan errors are nested: never below those of the node's children. So a node that a neighbour forces to split
-//   has children that pass where it passed.
-// Errors are halves in units of span · 2^-14, rounded up: all of (0, span] stays a normal number.
+// error/nodes.glsl — records of the error table: for each node the largest error and the root mean square, as quad and as fan.
+//   max_m: the largest error inside the node, edges included.   rms_m: the root mean square over the node's own posts. Posts
+//   of the north and west edges are its own; those of the south and east edges belong to the neighbours. So any set of nodes
+//   that covers the map counts every post once.
+//   Voids have no error. If a node has voids, the mean over its remaining posts is larger than rms_m; the sign of rms_m
+//   marks such nodes.
+//   The error of a fan is never below the errors of the node's children. So if a neighbour forces a node to split, its
+//   children are within the tolerance if the node was.
+// Errors are half floats in units of span · 2^-14, rounded up: all values of (0, span] are normal numbers.
 // Squared errors are 64-bit fixed point, rounded up: span² is 2^35, so 2^28 posts of the largest error do not overflow.
 // Provides pack_shares(), unpack_shares(), PackedNode, pack_pair(), unpack_pair(), pack_range(), unpack_range(), square_up(), node_index(),
 // texels_rms_m(), posts_rms_m(), mean_is_known(), own_posts(), squares_m2().
@@ -17,8 +18,8 @@
 #define HAS_VOIDS 0x8000u
 
 struct PackedNode {
-    uint max_m, rms_m;  // halves: quad low, fan high; rms_m may have HAS_VOIDS
-    uint whole, split;  // the fan's wedges W, N, E, S with the edge whole, with it split: bytes, shares of max_m as fan
+    uint max_m, rms_m;  // half floats: quad low, fan high; rms_m may have HAS_VOIDS
+    uint whole, split;  // errors of the fan's wedges W, N, E, S, edge whole or split: one byte each, relative to the fan's max_m
 };
 
 float error_unit_m() { return u_span_m * exp2(-14.0); }
@@ -34,7 +35,7 @@ uint pack_pair(vec2 e_m) {
     return half_up(e.x) | half_up(e.y) << 16;
 }
 
-// Sixteenths of an octave below the largest, rounded so that no error grows smaller.
+// Sixteenths of an octave below the largest error, rounded so that no error becomes smaller.
 uint pack_shares(vec4 e_m, float most_m) {
     if (most_m == 0.0) return 0u;
     uvec4 below = uvec4(clamp(floor(16.0 * log2(most_m / max(e_m, 1e-6 * most_m)) - 0.01), 0.0, 255.0));
@@ -68,7 +69,7 @@ int node_index(int level, ivec2 at) { return u_level[level].first_node + at.y * 
 
 bool mean_is_known(PackedNode n) { return (n.rms_m & HAS_VOIDS) == 0u; }
 
-// Quad, fan: over all texels of the node, and bounds of the means over its posts.
+// For quad and fan: the root mean square over all texels of the node, and a bound of that over its posts.
 vec2 texels_rms_m(PackedNode n) { return unpack_pair(n.rms_m & ~HAS_VOIDS); }
 
 vec2 posts_rms_m(PackedNode n) { return mean_is_known(n) ? texels_rms_m(n) : unpack_pair(n.max_m); }

@@ -1,4 +1,4 @@
-// error/settle.comp — the error table's coarse levels: from what was gathered to the table.
+// error/settle.comp — the coarse levels of the error table: from the gathered results to the table.
 // Python twins: reference.node_errors, reference.wedge_errors
 
 #include "error/coarse.glsl"

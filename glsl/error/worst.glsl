@@ -1,5 +1,5 @@
-// error/worst.glsl — gather the errors of a node's posts, then settle them into the error table, and its gain beside it.
-//   Squares are summed in an order that the node's place alone decides, so that an edit gives the bits of a rebuild.
+// error/worst.glsl — collect the errors of a node's posts, then write its record and its gain.
+//   The order of the sum of squares depends on the node alone, so an edit gives the same bits as a rebuild.
 // Provides Worst, worst_of_nothing(), gather_post(), settle_node().
 // Python twins: reference.node_errors, reference.wedge_errors
 
@@ -11,19 +11,19 @@ layout(std430, binding = 0) buffer Nodes { PackedNode node[]; };
 layout(std430, binding = 4) buffer Ranges { uint range[]; };
 
 uniform int u_which_level;
-uniform ivec2 u_first;  // first node to compute, and how many
+uniform ivec2 u_first;  // first node to compute; then columns and rows of nodes
 uniform ivec2 u_count;
 
 struct Worst {
     vec2 max_m;    // quad, fan
     vec2 squares;  // quad, fan
     uint voids;
-    vec4 whole_m, split_m;  // the fan's wedges, by whether their edges are whole or split
+    vec4 whole_m, split_m;  // errors of the fan's wedges with whole and with split edges
 };
 
 Worst worst_of_nothing() { return Worst(vec2(0.0), vec2(0.0), 0u, vec4(0.0), vec4(0.0)); }
 
-// Posts on the south and east edges are the neighbours' own, except on the map's rim.
+// Posts on the south and east edges belong to the neighbours, except on the map's rim.
 bool is_own(Node n, ivec2 post) {
     return all(lessThan(post, n.high + ivec2(equal(n.high, u_last_post))));
 }
@@ -43,10 +43,9 @@ void gather_post(inout Worst w, Node n, ivec2 post) {
     if (is_own(n, post)) w.squares += e * e;
 }
 
-// Between posts (method: docs/guarantee.md). A cell that one triangle covers errs most at a post. Where an edge of the
-// drawing crosses the cell, the twist t of its posts adds at most |t|/4, and |t|/sqrt(90) in the root mean square.
-// Edges run along the diagonals of a square node; in a node that the map's rim cuts off they cross any cell, and bend
-// there by at most kink_m.
+// Errors between posts: docs/guarantee.md, section 1. If one triangle covers a cell, its error is largest at a post. If an
+// edge crosses the cell, the twist t of its posts adds at most |t|/4, and |t|/sqrt(90) in the root mean square. Edges run
+// along the diagonals of a square node. In a node that the map's rim cuts off they may cross any cell, and add kink_m.
 void gather_cell(inout Worst w, Node n, ivec2 cell, vec2 kink_m) {
     if (is_hole(cell)) return;
     vec2 worst = vec2(0.0), fan_worst = vec2(0.0);
@@ -91,7 +90,7 @@ vec2 range_of_posts(Node n) {
     return range + n.base_m;
 }
 
-// Halves of positive numbers compare as integers do.
+// Positive half floats compare like integers.
 void nest_child(inout PackedNode n, PackedNode child) {
     n.max_m = (n.max_m & 0xffffu) | max(n.max_m >> 16, child.max_m >> 16) << 16;
     n.rms_m = (n.rms_m & 0xffffu) | max(n.rms_m >> 16, child.rms_m >> 16) << 16;
@@ -99,7 +98,7 @@ void nest_child(inout PackedNode n, PackedNode child) {
 
 uint nest_range(uint a, uint b) { return min(a & 0xffffu, b & 0xffffu) | max(a >> 16, b >> 16) << 16; }
 
-// A cell of the map, as two triangles: it errs between its posts alone.
+// A cell of the map, as two triangles: it has errors only between its posts.
 float cell_square_m2(ivec2 cell) {
     float t_m = is_hole(cell) ? 0.0 : twist_m(cell);
     return t_m * t_m / 90.0;
@@ -107,7 +106,7 @@ float cell_square_m2(ivec2 cell) {
 
 void settle_node(ivec2 at, Node n, Worst w) {
     ivec2 own = n.high - n.low + ivec2(equal(n.high, u_last_post));
-    // a thread adds up to 33 × 33 squares in floats: each addition may swallow 2^-24 of the sum
+    // a thread adds up to 33 × 33 squares in floats: each addition may lose 2^-24 of the sum
     vec2 rms_m = sqrt(w.squares / (float(own.x) * float(own.y))) * (1.0 + exp2(-14.0));
     uint has_voids = w.voids != 0u ? HAS_VOIDS : 0u;
     PackedNode settled = PackedNode(pack_pair(w.max_m), pack_pair(min(rms_m, w.max_m)) | has_voids, 0u, 0u);
@@ -132,7 +131,7 @@ void settle_node(ivec2 at, Node n, Worst w) {
     int i = node_index(u_which_level, at);
     node[i] = settled;
     range[i] = heights;
-    // from the table as it is kept, so that a gain is the same whenever it is computed
+    // computed from the rounded record, so that a gain is always the same
     vec2 leaf_m2 = squares_m2(settled, u_which_level, at);
     float fan_triangles = 4.0 - float(n.mid.x == n.high.x) - float(n.mid.y == n.high.y);
     gain[i] = max(nested_gain, split_gain(leaf_m2.x, leaf_m2.y, fan_triangles, parts_m2, 2.0 * float(parts.x * parts.y)));

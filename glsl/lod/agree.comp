@@ -1,7 +1,7 @@
-// lod/agree.comp — neighbours agree on the edges between them: a leaf that is too coarse as it stands asks for what it lacks.
-//   A fan's wedges err by themselves, each with its edge whole or split. Where a wedge is too coarse with its edge whole,
-//   but not with it split, the edge is cut: one triangle more here and one in the neighbour of the same size, instead of a
-//   split into four. Only where that does not help, or a neighbour is coarser, the leaf asks to be split itself.
+// lod/agree.comp — leaves over tolerance ask to split edges that they share with neighbours.
+//   Each wedge of a fan has its own errors, with its edge whole and with it split. If a wedge is over tolerance with its edge
+//   whole, but not with it split, the leaf asks to split the edge. That costs one triangle here and one in the neighbour of
+//   the same size, instead of a split into four. If no edge helps, or the neighbour is coarser, the leaf asks to be split.
 //
 //        ┌───────┬───────┐          ┌───────┬───────┐         (Each vertex for itself: Lindstrom, Koller, Ribarsky,
 //        │ ╲   ╱ │       │          │ ╲   ╱ │     ╱ │         Hodges, Faust, Turner 1996, "Real-time, continuous level
@@ -9,9 +9,10 @@
 //        │ ╱   ╲ │       │          │ ╱   ╲ │     ╲ │
 //        └───────┴───────┘          └───────┴───────┘
 //
-//   All ask what the round before left them, and lod/commit.comp grants it: the order of the threads does not matter. Edges
-//   and splits are only ever added, so that the rounds come to an end; then every leaf passes with its very edges.
-// A group of 32 threads is a tile, a thread one of its rows.
+//   All leaves look at the tree of the last round, and lod/commit.comp applies the requests afterwards. So the order of the
+//   threads does not matter. Edges and splits are only added, never removed, so the rounds end. Every leaf is then within the
+//   tolerance with the edges that it has.
+// A group of 32 threads processes one tile, each thread one of its rows.
 // Python twin: reference.lod.agree
 
 #include "lod/leaf.glsl"

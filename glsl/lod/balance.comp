@@ -1,6 +1,6 @@
-// lod/balance.comp — keep neighbours within one level: where a node is split, its neighbours' parents must be, too.
-// From the cells up, a dispatch a level; bits are only ever added, in any order. (Restricted quadtree: Von Herzen, Barr
-// 1987, "Accurate triangulations of deformed, intersecting surfaces".)
+// lod/balance.comp — keep neighbours within one level: if a node is split, the parents of its neighbours must be split, too.
+// One dispatch for each level, from the finest up. Bits are only added, so the order does not matter. (Restricted quadtree:
+// Von Herzen, Barr 1987, "Accurate triangulations of deformed, intersecting surfaces".)
 // Python twin: reference.tree.balance
 
 #include "lod/tree.glsl"
@@ -16,7 +16,7 @@ void split_parents(int word, int row, uint bits) {
     atomicOr(split[word_index(u_which_level + 1, word, row)], bits);
 }
 
-// 32 bits to the 16 bits of their pairs.
+// From 32 bits to 16: one bit for each pair.
 uint pairs(uint bits) {
     bits &= 0x55555555u;
     bits = (bits | bits >> 1) & 0x33333333u;
@@ -31,7 +31,7 @@ void main() {
     uint bits = split[word_index(u_which_level, word, row)];
     if (bits == 0u) return;
 
-    // parents of the nodes themselves, of those to the west of even columns and to the east of odd ones
+    // the nodes' own parents, the parents west of even columns, and those east of odd columns
     uint even = pairs(bits), odd = pairs(bits >> 1), own = even | odd;
     int shift = 16 * (word & 1);
     uint here = (own | even >> 1 | odd << 1) & 0xffffu;

@@ -1,7 +1,7 @@
-// lod/cell.glsl — a cell of the map, between its four posts. The truth there is bilinear with the twist t = a − b − c + d.
-//   Two triangles stray from it by |t|/4 at most, four around the middle by |t|/16. With n × n parts, n ≥ 4, but whole
-//   edges, a triangle along an edge reaches over at most 1 × 1/n of the cell: |t| (1 − 1/n) / (4 n).
-//   (t u v is harmonic: over a triangle it strays most on an edge (dx, dy), by |t dx dy| / 4.)
+// lod/cell.glsl — the error inside a cell of the map. The truth is bilinear with the twist t = a − b − c + d of its corners.
+//   Two triangles have an error of at most |t|/4, four around the centre |t|/16. With n × n parts, n ≥ 4, but whole edges, a
+//   triangle at an edge covers at most 1 × 1/n of the cell, and its error is at most |t| (1 − 1/n) / (4 n).
+//   (t u v is harmonic: over a triangle its error is largest on an edge (dx, dy), and is |t dx dy| / 4 there.)
 // Provides cell_error_m(), cell_segments_log2().   Python twin: reference.cell_error
 
 #include "error/node_errors.glsl"
@@ -20,7 +20,7 @@ float cell_px(Projection p, float twist_m_, int segments_log2) {
     return metric_px(p, error_m, error_m);
 }
 
-// The fewest segments that hold the tolerance.
+// The smallest number of segments within the tolerance.
 int cell_segments_log2(Projection p, ivec2 cell) {
     if (p.outside || is_hole(cell)) return 0;
     float t_m = twist_m(cell);
@@ -29,7 +29,7 @@ int cell_segments_log2(Projection p, ivec2 cell) {
     return segments_log2;
 }
 
-// Those with whole edges.
+// Triangles of a cell whose edges are whole.
 uint cell_triangles(int segments_log2) {
     uint n = 1u << segments_log2;
     return segments_log2 == 0 ? 2u : 2u * (n - 2u) * (n - 2u) + 4u * (n - 1u);

@@ -1,4 +1,4 @@
-// lod/commit.comp — grant what lod/agree.comp asked for, and note whether there was anything; a thread a word.
+// lod/commit.comp — apply the requests of lod/agree.comp, and record whether there were any. One thread for each word.
 // Python twin: reference.lod.agree
 
 #include "lod/tree.glsl"

@@ -1,10 +1,10 @@
-// lod/dispatch.glsl — loops whose end only the GPU knows: all rounds are dispatched, and when one of them finds that it was the
-// last, those that remain have no groups. So nothing waits for the CPU in between.
+// lod/dispatch.glsl — loops that the GPU ends itself: the CPU dispatches all rounds. When a round finds that it was the last,
+// it sets the number of groups of all further rounds to 0. So the GPU never waits for the CPU.
 // Provides dispatch(), is_over().
 
 #include "lod/summary.glsl"
 
-// Let the passes of further rounds have the groups that they take, or none.
+// Set the numbers of groups of the next round, or 0.
 void dispatch(bool on) {
     for (int j = 0; j <= u_top_level; j++) {
         ivec2 size = u_level[j].size;

@@ -1,5 +1,5 @@
-// lod/draws.comp — indirect draw commands for the patches of each size, so many in each that tessellation makes at most
-// MOST_VERTICES of them.
+// lod/draws.comp — indirect draw commands for the patches of each size. Tessellation makes at most MOST_VERTICES vertices of
+// the patches of one command.
 
 #include "blocks/terrain.glsl"
 #include "lod/tiles.glsl"
@@ -11,7 +11,7 @@
 layout(local_size_x = GROUP) in;
 
 struct DrawArrays {
-    uint count, instances, first, base_instance, unused;  // moderngl strides 20 bytes
+    uint count, instances, first, base_instance, unused;  // 20 bytes, as moderngl expects
 };
 layout(std430, binding = 5) writeonly buffer Draws { DrawArrays draws[]; };
 

@@ -1,23 +1,23 @@
-// lod/explain.comp — one square of the map, and how far off it would be on the screen, drawn with 1, 2, 4, ... segments:
-// what the choice of its level weighed. One thread a level.
+// lod/explain.comp — the errors of one square of the map, drawn with 1, 2, 4, ... segments: the choices from which its level
+// was taken. One thread for each level.
 
 #include "lod/promise.glsl"
 
 layout(local_size_x = 16) in;
 
 struct Choice {
-    vec4 quads;  // as quads of this level: largest error and root mean square in metres, pixels; 0 if not known
-    vec4 fan;    // as one fan, if the square is a node of this level
+    vec4 quads;  // as quads of this level: largest error and root mean square in metres, pixels, 1; 0 if there is no such choice
+    vec4 fan;    // the same as one fan, if the square is a node of this level
 };
 layout(std430, binding = 5) writeonly buffer Choices {
-    vec4 projection;  // least depth in metres, stretch, wholly in the picture, wholly outside
-    vec4 range_m;     // lowest and highest
+    vec4 projection;  // smallest depth in metres, stretch, entirely in the picture, entirely outside
+    vec4 range_m;     // lowest and highest height
     Choice choice[];
 };
 
 uniform ivec2 u_low;      // post of the square's north-west corner
 uniform int u_side_log2;  // posts
-uniform uint u_edges;     // of a fan, those that are split: W, N, E, S
+uniform uint u_edges;     // split edges of a fan: bits W, N, E, S
 
 void main() {
     int level = int(gl_LocalInvocationID.x);

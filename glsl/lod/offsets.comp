@@ -1,5 +1,5 @@
-// lod/offsets.comp — where each tile's patches go: counts become the sums of all counts before them, tile after tile,
-// size after size. Reduce, scan, propagate as in sat/, by one work group: each thread owns one stretch of counts.
+// lod/offsets.comp — where each tile's patches begin: each count is replaced by the sum of all counts before it, ordered by
+// size and then by tile. Reduce, scan and propagate as in sat/, in one work group: each thread owns one range of counts.
 //
 //     3 1 │ 4 1 │ 5 9   →   4, 5, 14   →   0, 4, 9   →   0 3 │ 4 8 │ 9 14
 
@@ -12,7 +12,7 @@ layout(local_size_x = THREADS) in;
 
 shared uint s_sum[THREADS];
 
-// What stands before each thread's stretch (Hillis, Steele 1986).
+// The sum of all ranges before each thread's own (Hillis, Steele 1986).
 uint scan(int thread, uint own) {
     s_sum[thread] = own;
     for (int reach = 1; reach < THREADS; reach *= 2) {

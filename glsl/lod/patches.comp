@@ -1,6 +1,6 @@
-// lod/patches.comp — from the tree's leaves to patches: quads and fans (lod/leaf.glsl), quads joined to squares
-// (lod/squares.glsl). A group of 32 threads is a tile, a thread one of its rows.
-// Run up to three times, by one program so that all decide alike: to count triangles, patches, and to write them.
+// lod/patches.comp — from the tree's leaves to patches: quads and fans (lod/leaf.glsl); quads are joined to squares
+// (lod/squares.glsl). A group of 32 threads processes one tile, each thread one of its rows.
+// The same program runs up to three times, so that all passes decide alike: to count triangles, to count patches, to write them.
 // Python twin: reference.select
 
 #include "lod/leaf.glsl"
@@ -11,18 +11,18 @@
 layout(local_size_x = TILE) in;
 layout(std430, binding = 5) writeonly buffer Patches { uvec2 patches[]; };
 
-#define TRIANGLES 0  // count them, for the search
+#define TRIANGLES 0  // count triangles, for the search
 #define COUNT 1      // count the patches of each tile
-#define EMIT 2       // write each at its place
+#define EMIT 2       // write the patches
 
 uniform int u_pass;
 
-shared uint s_fans[SIZES][TILE];  // fans, of two segments; and cells of the map in 2^size parts a side
+shared uint s_fans[SIZES][TILE];  // fans, which count as two segments; and cells of the map that are cut in 2^size parts a side
 shared uint s_tile_triangles, s_tile_splits, s_tile_worst;
 
 int level;
 ivec2 first;  // the tile's north-west node
-int row;      // this thread's, in the tile
+int row;      // this thread's row in the tile
 
 int segments_of_cell(Projection p, ivec2 cell) {
     if (has_budget()) return cell_fan_pays(p, cell) ? 1 : 0;
@@ -48,7 +48,7 @@ void classify_row() {
                 s_fans[size][row] |= 1u << column;
                 triangles += cell_triangles(size);
             }
-            // in metres the promise is for posts: a cell of the map has no finer triangles to export
+            // in metres the bound is for posts: a cell of the map has no error there
             bool counts = u_metric != METRIC_METRES && !p.outside && !is_hole(at);
             if (counts) worst_px = max(worst_px, cell_px(p, twist_m(at), size));
             continue;
@@ -70,7 +70,7 @@ void classify_row() {
     atomicMax(s_tile_worst, floatBitsToUint(worst_px));
 }
 
-// Fans are drawn with the squares of as many segments.
+// Fans are drawn together with squares of the same number of segments.
 uint patch_bits(int s, int row) { return s_squares[s][row] | s_fans[s][row]; }
 
 void count_patches(int tile, int s) {
@@ -96,7 +96,7 @@ void write_row(int tile, int s) {
         ivec2 at = first + ivec2(column, row), corner = at << level;
         bool fan = (s_fans[s][row] >> column & 1u) != 0u;
         uint edges = !fan ? 15u : level == 0 ? 0u : split_edges(finer, level, at);
-        int step_log2 = 6 + level - (fan ? s : 0);  // of 64ths of a post
+        int step_log2 = 6 + level - (fan ? s : 0);  // in 64ths of a post
         patches[place++] = words_of(Lattice(corner, step_log2, 1 << s, edges, fan));
     }
 }

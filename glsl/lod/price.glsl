@@ -1,15 +1,15 @@
-// lod/price.glsl — whether triangles are worth their price λ (lod/summary.glsl) where a node stands in the picture.
-//   An error of δ metres makes w δ pixels there: a gain of g m² a triangle is one of w² g px².
-//   w is the bound over the node's box (lod/project.glsl): for nodes small beside their distance, and almost all are, close
-//   to what it is everywhere in them; large ones it splits a little early, where they hardly ever remain leaves.
-//   A picture shows near land in many pixels a post, far land with many posts a pixel: a post counts once, and near the eye
-//   as often as it is pixels across when seen from straight above it,
-//       n = max(1, K/z √(s_x s_y)),   s the spacing, z the middle's depth.
-//   Of these n the post itself is one; the others lie between it and the next, on the bilinear surface through the posts.
-//   A cell with corners a, b, c, d and the twist t = a − b − c + d strays from that, in the mean of the squares, by
-//       t² / 90     as a quad, whichever diagonal it is cut along,
-//       t² / 1440   as a fan around its middle, (a + b + c + d) / 4;
-//   so that two triangles more take away (n − 1) t² (1/90 − 1/1440) / 2 = (n − 1) t² / 192 each.
+// lod/price.glsl — whether triangles of a node are worth their price λ (lod/summary.glsl).
+//   An error of δ metres is at most w δ pixels in the picture. So a gain of g m² for a triangle is w² g px².
+//   w is the bound over the node's box (lod/project.glsl). Most nodes are small compared with their distance; for them w is
+//   close to the value everywhere in the node. Large nodes are split a little early, but they are hardly ever leaves.
+//   Near the eye a post covers many pixels; far away many posts share a pixel. A post has the weight of the width of a cell
+//   in pixels, but at least 1:
+//       n = max(1, K/z √(s_x s_y)),   s the spacing, z the depth of the node's centre, K the focal length in pixels.
+//   One of these n is the post itself; n − 1 are places between posts, where the truth is bilinear.
+//   A cell with corners a, b, c, d and the twist t = a − b − c + d has the mean squared error
+//       t² / 90     as a quad, with either diagonal,
+//       t² / 1440   as a fan around its centre, (a + b + c + d) / 4.
+//   So each of the fan's two additional triangles removes (n − 1) t² (1/90 − 1/1440) / 2 = (n − 1) t² / 192.
 // Provides pays(), quad_pays(), cell_fan_pays().   Python twins: reference.post_weights (n), reference.cell_squares (t²)
 
 #include "error/node_errors.glsl"
@@ -25,13 +25,13 @@ bool pays(Projection p, float gain_m2) {
     return post_weight(p) * w * w * gain_m2 > s_price;
 }
 
-// Whether a leaf is better drawn as a quad than as a fan of so many triangles.
+// Whether a quad costs less than a fan with this number of triangles.
 bool quad_pays(Projection p, PackedNode n, int level, ivec2 at, float fan_triangles) {
     vec2 squares = squares_m2(n, level, at);
     return fan_triangles <= 2.0 || !pays(p, (squares.x - squares.y) / (fan_triangles - 2.0));
 }
 
-// Whether a cell is better drawn as a fan of four triangles than as a quad of two.
+// Whether, for a cell, a fan of four triangles costs less than a quad of two.
 bool cell_fan_pays(Projection p, ivec2 cell) {
     float between = pixels_across(p) - 1.0;
     if (!has_budget() || p.outside || between <= 0.0 || is_hole(cell)) return false;

@@ -1,17 +1,17 @@
-// lod/project.glsl — from metres of vertical error to pixels, bounded over a box.
-//   A point at camera coordinates (x, y, z), z its depth, that is moved vertically by δ, along v = (v_x, v_y, v_z) in the
-//   camera's axes, moves on the screen by
+// lod/project.glsl — from metres of vertical error to pixels, as a bound over a box.
+//   A point has camera coordinates (x, y, z); z is its depth. It moves vertically by δ metres, along v = (v_x, v_y, v_z) in
+//   the camera's axes. On the screen it moves by
 //       K |δ| |(v_x − x/z · v_z, v_y − y/z · v_z)| / z',      z' = z + δ v_z,     K the focal length in pixels.
-//   Over a box: the middle factor is convex in (x/z, y/z), so its maximum is at a corner of the rectangle that holds the
-//   box's picture; z' is at least the nearest corner's depth less |δ v_z|. Only points in the picture count, so the
-//   rectangle ends at the picture's edges and depth at the near plane.
+//   Over a box: the third factor is convex in (x/z, y/z), so it is largest at a corner of the rectangle around the box's
+//   projection. z' is at least the nearest corner's depth minus |δ v_z|. Only points in the picture count, so the rectangle
+//   ends at the picture's edges, and the depth at the near plane.
 // Provides Box, Projection, project(), error_px().
 // Python twins: reference.project_boxes, reference.error_px; of a point camera.screen_shift_px
 
 #include "blocks/view.glsl"
 
 #define INFINITE_PX 1e30
-// float arithmetic on coordinates as large as the box is far away, and the bound's own roundings
+// bounds rounding errors: of coordinates as large as the distance of the box, and of the bound itself
 #define COORDINATE_SLACK 1e-6
 #define BOUND_SLACK 1.0005
 
@@ -20,11 +20,11 @@ struct Box {
 };
 
 struct Projection {
-    bool outside;     // nothing of it is in the picture
-    bool inside;      // all of it is
-    float nearest_m;  // least depth of a point in the picture
-    float stretch;    // largest middle factor
-    float middle_m;   // depth of the box's middle, or the least
+    bool outside;     // no part of the box is in the picture
+    bool inside;      // the whole box is
+    float nearest_m;  // smallest depth of a point in the picture
+    float stretch;    // largest value of the third factor
+    float middle_m;   // depth of the box's centre, at least nearest_m
 };
 
 Box box_of(ivec2 low_post, ivec2 high_post, vec2 range_m) {
@@ -34,9 +34,9 @@ Box box_of(ivec2 low_post, ivec2 high_post, vec2 range_m) {
 
 vec3 to_camera(vec3 p) { return vec3(dot(u_right.xyz, p), dot(u_up.xyz, p), dot(u_forward.xyz, p)); }
 
-// `margin` ≥ 1 widens the frustum: what is outside a wide one is outside a narrow one, roundings or not.
+// `margin` ≥ 1 widens the frustum: a box outside a wide frustum is outside a narrow one, in spite of rounding.
 Projection project(Box box, float margin) {
-    if (u_metric == METRIC_METRES) return Projection(false, true, 0.0, 0.0, 0.0);  // in no picture, so nothing is outside
+    if (u_metric == METRIC_METRES) return Projection(false, true, 0.0, 0.0, 0.0);  // there is no picture, so nothing is outside
     bvec4 all_beyond = bvec4(true), any_beyond = bvec4(false);  // the picture's right, left, top, bottom
     bool all_near = true, any_near = false;
     vec2 low = vec2(1e30), high = vec2(-1e30);
@@ -71,20 +71,20 @@ Projection project(Box box, float margin) {
     projection.inside = !any_near && !any(any_beyond);
     projection.nearest_m = max(nearest, 0.999 * near);
     projection.middle_m = max(projection.nearest_m, dot(u_forward.xyz, 0.5 * (box.low + box.high)));
-    // where the view is along the vertical both parts of the difference cancel, but not their roundings
+    // if the view is vertical the two parts of the difference cancel, but not their rounding errors
     projection.stretch = length(max(a, b)) + COORDINATE_SLACK * (1.0 + dot(extent, extent));
     return projection;
 }
 
-// Pixels for an error of size_m, among errors of which none is above max_m.
+// Pixels for an error of size_m; max_m is the largest error of the box.
 float error_px(Projection p, float size_m, float max_m) {
     if (size_m == 0.0) return 0.0;
     float depth = p.nearest_m - max_m * abs(u_forward.z);
     return depth <= 0.0 ? INFINITE_PX : u_focal_px * size_m * p.stretch / depth * BOUND_SLACK;
 }
 
-// The active metric's pixels for a piece with these errors. A mean over a piece that is partly in the picture says
-// nothing of the part that is: there the maximum stands in for it.
+// Pixels of the active metric for a node or patch with these errors. If only a part of it is visible, its root mean square
+// says nothing about that part. The maximum replaces it then.
 float metric_px(Projection p, float max_m, float rms_m) {
     if (u_metric == METRIC_METRES) return max_m;
     return error_px(p, u_metric == METRIC_RMS && p.inside ? rms_m : max_m, max_m);

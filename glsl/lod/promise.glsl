@@ -1,5 +1,5 @@
-// lod/promise.glsl — what the tables say of 2^size × 2^size quads of a level, drawn as one patch: in metres, and on the
-// screen. One quad, and two by two, are their own records; larger squares ask the summed-area tables.
+// lod/promise.glsl — the bound of 2^size × 2^size quads of a level, drawn as one patch: in metres, and in pixels. One quad and
+// 2 × 2 quads use their records; larger squares use the summed-area tables.
 // Provides square_errors_m(), is_whole(), quads_px().   `at` is the square's north-west node, a multiple of its side
 // Python twins: reference.bound_max_m, reference.bound_rms_m
 
@@ -21,7 +21,7 @@ vec2 square_errors_m(int size, int level, ivec2 at) {
     return worst;
 }
 
-// Whether nothing of the square lies beyond the map.
+// Whether the whole square is on the map.
 bool is_whole(int size, int level, ivec2 at) {
     return level + size <= u_top_level && all(lessThanEqual((at + (1 << size)) << level, u_last_post));
 }

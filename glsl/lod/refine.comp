@@ -1,6 +1,6 @@
-// lod/refine.comp — split every node of a level that is in the picture and, as a fan, too coarse for the tolerance; or, with
-// a budget, whose parts are worth their triangles.
-// From the root down, a dispatch a level; one thread decides the 32 nodes of one word.
+// lod/refine.comp — split every node of a level that is in the picture and, as a fan, over tolerance; with a budget, every
+// node whose children are worth their triangles.
+// One dispatch for each level, from the root down. One thread decides the 32 nodes of one word.
 // Python twin: reference.select
 
 #include "lod/price.glsl"
@@ -10,14 +10,14 @@ layout(std430, binding = 5) readonly buffer Gains { float gain[]; };
 
 uniform int u_which_level;
 
-// The wider margin: what is outside here is outside again when its children are turned into patches.
+// A wider margin: a node that is outside here is outside, too, when patches are made of its children.
 bool must_split(ivec2 at) {
     Projection p = project_node(u_which_level, at, 2.0);
     if (p.outside) return false;
     if (has_budget()) return pays(p, gain[node_index(u_which_level, at)]);
     if (u_tolerance_px == 0.0) return true;
     PackedNode n = node_of(u_which_level, at);
-    // a mean over quads is taken up by the fan's, which is nested; a maximum need not be
+    // the fan's mean is never below the means of its children as quads; for the maximum that need not hold
     float least_px = u_metric == METRIC_RMS ? best_fan_px(p, n) : min(best_fan_px(p, n), quad_px(p, n));
     return least_px > u_tolerance_px * STRICTER;
 }

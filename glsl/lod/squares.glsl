@@ -1,5 +1,5 @@
-// lod/squares.glsl — 2 × 2, 4 × 4, ... 32 × 32 quads that fill a square of the map become one patch. Every quad is
-// within the tolerance, so the patch is:
+// lod/squares.glsl — 2 × 2, 4 × 4, ... 32 × 32 quads that fill a square of the map become one patch. Every quad is within the
+// tolerance, so the patch is, too:
 //
 //     1 1 1 1 │ 1 1         1s: quads                       a square's bits are joined in steps:
 //     1 1 1 1 │ 1 .            ┌───────┐                        row & row >> 1     two side by side
@@ -11,13 +11,13 @@
 
 #include "lod/tiles.glsl"
 
-shared uint s_squares[SIZES][TILE];  // a bit for each north-west node of a square of quads
+shared uint s_squares[SIZES][TILE];  // one bit for the north-west node of each square of quads
 
 bool on_map(int size, int level, ivec2 at) {
     return all(lessThanEqual((at + (1 << size)) << level, u_last_post));
 }
 
-// A row's squares of size s, from those of size s - 1: only every 2^s-th row and bit can begin one.
+// The squares of size s of a row, from those of size s - 1. Only every 2^s-th row and bit can begin one.
 uint join_squares(int s, int level, ivec2 first, int row) {
     int half_side = 1 << (s - 1);
     if ((row & (2 * half_side - 1)) != 0 || level + s > u_top_level) return 0u;
@@ -30,7 +30,7 @@ uint join_squares(int s, int level, ivec2 first, int row) {
     return joined;
 }
 
-// By all threads of a group, each its own row of the tile whose north-west node is `first`.
+// Called by all threads of a group, each for its own row of the tile with the north-west node `first`.
 void form_squares(int level, ivec2 first, int row) {
     for (int s = 1; 1 << s <= TILE; s++) {
         uint joined = join_squares(s, level, first, row);

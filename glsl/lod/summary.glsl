@@ -1,8 +1,8 @@
-// lod/summary.glsl — what the view's mesh comes to, and, where triangles are what is asked for, their price.
-//   With a budget a node is drawn as what has the least squared screen error, weighted by lod/price.glsl, + λ · triangles,
-//   λ one price for all nodes: no other mesh with as few triangles has less error (Everett 1963, "Generalized Lagrange
-//   multiplier method").
-//   lod/search.comp looks for the λ that makes the budget's triangles.
+// lod/summary.glsl — the numbers of the view's mesh; with a budget, also the price of a triangle and its search.
+//   With a budget, each node is drawn in the way with the smallest squared screen error, weighted as in lod/price.glsl, +
+//   λ · triangles. The price λ is the same for all nodes. Then no mesh with as few triangles has a smaller error (Everett
+//   1963, "Generalized Lagrange multiplier method").
+//   lod/search.comp finds the λ that gives the budget's number of triangles.
 // Provides the summary, has_budget().   Python twin: gpu.layout.SUMMARY
 
 #include "blocks/terrain.glsl"
@@ -12,15 +12,15 @@ layout(std430, binding = 4) buffer Summary {
     uint s_triangles;
     uint s_splits;
     uint s_worst_px;     // float bits: the largest bound among the patches
-    float s_price;       // λ, squared pixels a triangle; below 0: a tolerance decides instead
-    uvec4 s_groups[MAX_LEVELS];  // dispatch sizes for each level of the tree, of level 0 for the tiles (lod/dispatch.glsl)
-    uvec4 s_groups_of_words;     // for all words of the tree, as often as lod/commit.comp looks at them
-    vec2 s_cheap;        // log2 of a λ with too many triangles, and log2 of those; x is UNKNOWN at first
-    vec2 s_dear;         // the same of one that keeps to the budget
-    uint s_budget;       // triangles at most
-    uint s_rounds;       // of the search, so far
-    int s_side;          // of the budget where the last one ended: 1 within, -1 beyond
-    uint s_asked;        // whether leaves asked for anything in the last round of agreeing
+    float s_price;       // λ in squared pixels for a triangle; below 0 if a tolerance decides
+    uvec4 s_groups[MAX_LEVELS];  // dispatch sizes for each level of the tree; entry 0 is for the tiles (lod/dispatch.glsl)
+    uvec4 s_groups_of_words;     // dispatch size of lod/commit.comp, for all words of the tree
+    vec2 s_lower;        // log2 of a λ with too many triangles, and log2 of their number; x is UNKNOWN at first
+    vec2 s_upper;        // the same for a λ within the budget
+    uint s_budget;       // the largest number of triangles
+    uint s_rounds;       // rounds of the search so far
+    int s_side;          // where the last round ended: 1 within the budget, -1 above it
+    uint s_asked;        // whether a leaf had a request in the last round of lod/agree.comp
 };
 
 #define UNKNOWN 1e9

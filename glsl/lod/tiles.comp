@@ -1,17 +1,17 @@
-// lod/tiles.comp — list the tiles that hold nodes of the view's tree; one thread looks at one tile.
-// The list's order may vary from run to run: nothing depends on it.
+// lod/tiles.comp — list the tiles that contain nodes of the view's tree. One thread checks one tile.
+// The order of the list may differ from run to run; nothing depends on it.
 
 #include "lod/tree.glsl"
 #include "lod/tiles.glsl"
 
 layout(local_size_x = GROUP) in;
 
-// A tile of level j covers just one node of level j + log2 TILE: unless that is split, none of the tile's nodes exist.
+// A tile of level j covers exactly one node of level j + log2 TILE. If that node is not split, no node of the tile exists.
 bool has_nodes(int level, ivec2 tile) {
     int above = level + findMSB(TILE);
     if (above <= u_top_level && !is_split(above, tile)) return false;
     int end = min(TILE * (tile.y + 1), u_level[level].size.y);
-    for (int row = TILE * tile.y; row < end; row += 2)  // siblings exist together
+    for (int row = TILE * tile.y; row < end; row += 2)  // siblings always exist together
         if (existing_word(level, tile.x, row) != 0u) return true;
     return false;
 }

@@ -1,19 +1,19 @@
-// lod/tiles.glsl — tiles of TILE × TILE nodes of one level: what one work group turns into patches.
-//   Patches come in seven sizes, by the segments T = 2^s of their sides; the size decides how many fit in a draw.
-// Provides the lists that go from lod/tiles.comp through lod/patches.comp to the draw.
+// lod/tiles.glsl — tiles of TILE × TILE nodes of one level; one work group turns a tile into patches.
+//   Patches have seven sizes, T = 2^s segments a side. The size decides how many patches one draw takes.
+// Provides the lists that lod/tiles.comp and lod/patches.comp fill, and that draws read.
 
 #include "lod/summary.glsl"
 
-#define MANY 1024  // work groups in a row: more than 65535 in one dimension are not allowed
+#define MANY 1024  // work groups along x: OpenGL allows at most 65535 in one dimension
 
 #define NO_GROUPS uvec4(0, 0, 1, 0)
 
 layout(std430, binding = 2) buffer Active {
-    uvec4 active_groups;  // dispatch size, and how many tiles
-    uvec4 asking_groups;  // dispatch size of lod/agree.comp: the same, until that is over
+    uvec4 active_groups;  // dispatch size, and number of tiles
+    uvec4 asking_groups;  // dispatch size of lod/agree.comp: the same, or 0 when its rounds are over
     uint active_tile[];
 };
-layout(std430, binding = 3) buffer Offsets { uint offset[]; };  // patches of a size in a tile; then those before them
+layout(std430, binding = 3) buffer Offsets { uint offset[]; };  // patches of one size in one tile; then the sum of all before them
 
 int tiles_in_all() {
     Level top = u_level[u_top_level];

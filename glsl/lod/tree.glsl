@@ -1,5 +1,5 @@
-// lod/tree.glsl — the quadtree of one view: a bit for each node that is split. Nodes exist whose parent is split; they
-// are leaves if they are not split themselves. Cells, level 0, never split.
+// lod/tree.glsl — the quadtree of one view: one bit for each node, set if the node is split. A node exists if its parent is
+// split. It is a leaf if it exists and is not split. Cells, level 0, are never split.
 // Provides split[], is_split(), split_word(), existing_word(), node_of(), project_node(), fan_max_m(), fan_px(), best_fan_px(), quad_px(),
 // ask_for_split(), ask_for_edges().
 // Python twins: reference.tree.existing, reference.lod.split_edges
@@ -9,12 +9,12 @@
 
 layout(std430, binding = 0) readonly buffer Nodes { PackedNode node[]; };
 layout(std430, binding = 6) readonly buffer Ranges { uint range[]; };
-layout(std430, binding = 1) buffer Split { uint split[]; };  // and, as large: CUT_WEST, CUT_NORTH, all three asked for
+layout(std430, binding = 1) buffer Split { uint split[]; };  // six parts of equal size: split, CUT_WEST, CUT_NORTH, and the same three as requests
 
-#define CUT_WEST 1   // edges between leaves of one size that are split all the same
+#define CUT_WEST 1   // edges between leaves of the same size that are split
 #define CUT_NORTH 2
-#define GRANTED 3    // so many parts; as many follow of what is asked for: lod/agree.comp
-#define STRICTER (1.0 - 1e-5)  // than the promise: another program may round the same bound the other way
+#define GRANTED 3    // number of parts before the requests: lod/agree.comp
+#define STRICTER (1.0 - 1e-5)  // factor of the tolerance: another program may round the same bound differently
 
 int words_in_row(int level) { return (u_level[level].size.x + 31) / 32; }
 
@@ -33,12 +33,12 @@ bool has_word(int level, int word, int row) {
     return level > 0 && row >= 0 && row < u_level[level].size.y && word >= 0 && word < words_in_row(level);
 }
 
-// The 32 nodes of a row from column 32 · word on: which of them are split.
+// The split nodes among the 32 nodes of a row from column 32 · word on.
 uint split_word(int level, int word, int row) {
     return has_word(level, word, row) ? split[word_index(level, word, row)] : 0u;
 }
 
-// Which of them exist.
+// The existing nodes among them.
 uint existing_word(int level, int word, int row) {
     if (level == u_top_level) return 1u;
     uint parents = split[word_index(level + 1, word >> 1, row >> 1)] >> (16 * (word & 1)) & 0xffffu;
@@ -52,7 +52,7 @@ int tree_words() {
     return u_level[u_top_level].first_word + words_in_row(u_top_level) * u_level[u_top_level].size.y;
 }
 
-// Of the nodes of a word, those whose west or north edge is cut.
+// The nodes of a word whose west or north edge is cut.
 uint cut_word(int part, int level, int word, int row) {
     return has_word(level, word, row) ? split[part * tree_words() + word_index(level, word, row)] : 0u;
 }
@@ -75,7 +75,7 @@ PackedNode node_of(int level, ivec2 at) { return node[node_index(level, at)]; }
 
 vec2 range_of(int level, ivec2 at) { return unpack_range(range[node_index(level, at)]); }
 
-// Cells have no range of their own; their parent's holds them.
+// Cells have no record; their parent's range contains them.
 Projection project_node(int level, ivec2 at, float margin) {
     ivec2 low = at << level, high = min(low + (1 << level), u_last_post);
     int known = max(level, 1);
@@ -85,21 +85,21 @@ Projection project_node(int level, ivec2 at, float margin) {
 
 vec4 wedges_m(PackedNode n, uint shares) { return unpack_shares(shares, unpack_pair(n.max_m).y); }
 
-// The largest error as a fan with these edges split (bits W, N, E, S).
+// The largest error of a fan with these edges split (bits W, N, E, S).
 float fan_max_m(PackedNode n, uint edges) {
     vec4 whole = wedges_m(n, n.whole), split_ = wedges_m(n, n.split), e;
     for (int i = 0; i < 4; i++) e[i] = (edges >> i & 1u) != 0u ? split_[i] : whole[i];
     return max(max(e.x, e.y), max(e.z, e.w));
 }
 
-// A mean is known of a fan as a whole alone, whatever its edges.
+// The mean is stored for the whole fan only, for any edges.
 float fan_px(Projection p, PackedNode n, uint edges) {
     if (u_metric == METRIC_RMS) return metric_px(p, unpack_pair(n.max_m).y, posts_rms_m(n).y);
     float max_m = fan_max_m(n, edges);
     return metric_px(p, max_m, max_m);
 }
 
-// As a fan with the edges that suit it best.
+// The error of a fan with the best choice of edges.
 float best_fan_px(Projection p, PackedNode n) {
     if (u_metric == METRIC_RMS) return fan_px(p, n, 0u);
     vec4 e = min(wedges_m(n, n.whole), wedges_m(n, n.split));

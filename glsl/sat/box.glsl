@@ -3,11 +3,11 @@
 //   box(a, b) = S(b.x,b.y) − S(a.x,b.y) − S(b.x,a.y) + S(a.x,a.y)        for a ≤ b, b outside the box
 //
 //        a.x     b.x
-//   a.y   A───────B        A word stores S one to the right and one below of its texel, so S(0, y) = S(x, 0) = 0
-//         │  box  │        need no storage, and the table is as large as the map.
+//   a.y   A───────B        The word of texel (x, y) stores S(x + 1, y + 1). S(0, y) = S(x, 0) = 0 need no storage, so
+//         │  box  │        the table is as large as the map.
 //   b.y   C───────D        box = (D − C) − (B − A)
 //
-// GLSL passes no buffers to functions: the includer declares the buffer and asks for a function over it, as in
+// GLSL cannot pass buffers to functions: the including file declares the buffer and makes a function for it, as in
 //     layout(std430, binding = 0) readonly buffer Squares { uvec2 square[]; };
 //     BOX_SUM(square_sum, uvec2, square, sub64)         gives  uvec2 square_sum(Table t, int layer, ivec2 a, ivec2 b)
 // Provides Table, BOX_SUM().   Python twin: reference.box_sum

@@ -1,4 +1,4 @@
-// sat/difference.comp — phase 1 of an edit: new values become differences from the old ones, read off the table itself.
+// sat/difference.comp — phase 1 of an edit: the differences of new and old values; the old ones are recovered from the table.
 // Python twin: reference.sat
 
 #include "sat/edit.glsl"

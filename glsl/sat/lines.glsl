@@ -1,11 +1,11 @@
-// sat/lines.glsl — the map as parallel lines of words, cut into strips: what reduce, scan and propagate share.
-//   Summing along rows, a line is a row and its words are 1 apart; along columns, a line is a column and its words are
-//   a row apart. One thread owns one strip of one line:
+// sat/lines.glsl — the map as parallel lines of words, cut into strips. Shared by reduce, scan and propagate.
+//   For sums along rows, a line is a row and its words are 1 apart. For sums along columns, a line is a column and its words
+//   are one row apart. One thread owns one strip of one line:
 //
 //            strip 0       strip 1       strip 2
-//   line 0 │ • • • • → │ • • • • → │ • • • →          neighbouring threads take neighbouring lines; along columns
-//   line 1 │ • • • • → │ • • • • → │ • • • →          their loads are side by side, along rows each has cache lines
-//   line 2 │ • • • • → │ • • • • → │ • • • →          of its own and uses them up
+//   line 0 │ • • • • → │ • • • • → │ • • • →          Neighbouring threads take neighbouring lines. Along columns
+//   line 1 │ • • • • → │ • • • • → │ • • • →          they load neighbouring words; along rows each thread uses
+//   line 2 │ • • • • → │ • • • • → │ • • • →          all words of its own cache lines.
 //
 // Provides word[], strip_sum[], word_index(), strip_index(), strips().
 // Python twin: reference.sat

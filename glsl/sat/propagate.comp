@@ -1,4 +1,4 @@
-// sat/propagate.comp — phase 3 of a prefix sum: each strip runs on from what stands before it.
+// sat/propagate.comp — phase 3 of a prefix sum: sum up each strip, starting with the sum of all strips before it.
 //   0 │ 3 1 4 1 │  9 │ 5 9 2 6 │  31 │ 5 3 5 8 │   →   │ 3 4 8 9 │ 14 23 25 31 │ 36 39 44 52 │
 // Python twin: reference.sat
 

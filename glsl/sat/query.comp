@@ -1,4 +1,4 @@
-// sat/query.comp — the sums of a list of boxes, one thread a box.
+// sat/query.comp — the sums over a list of boxes, one thread for each box.
 // Python twin: reference.box_sum
 
 #include "sat/box.glsl"

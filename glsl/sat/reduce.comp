@@ -1,4 +1,4 @@
-// sat/reduce.comp — phase 1 of a prefix sum: each strip is added up to one number.
+// sat/reduce.comp — phase 1 of a prefix sum: the sum of each strip.
 //   │ 3 1 4 1 │ 5 9 2 6 │ 5 3 5 8 │   →   9, 22, 21
 // Python twin: reference.sat
 

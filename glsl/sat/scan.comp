@@ -1,4 +1,4 @@
-// sat/scan.comp — phase 2 of a prefix sum: the strips' sums become what stands before each strip.
+// sat/scan.comp — phase 2 of a prefix sum: for each strip the sum of all strips before it.
 //   9, 22, 21   →   0, 9, 31
 // Python twin: reference.sat
 

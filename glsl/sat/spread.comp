@@ -1,6 +1,5 @@
-// sat/spread.comp — phase 2 of an edit, after the differences were summed to a table of their own: add it to all that
-// stands right of and below the rectangle's corner. A thread owns a strip of a column; where sums have not changed,
-// nothing is read.
+// sat/spread.comp — phase 2 of an edit: the differences, summed to a table, are added to all words to the right of and below
+// the rectangle's corner. One thread owns a strip of a column. Where sums have not changed, nothing is read.
 // Python twin: reference.sat
 
 #include "sat/edit.glsl"
