@@ -23,7 +23,7 @@ layout(local_size_x = 64) in;
 layout(r16, binding = 3) readonly uniform image2DArray u_horizons;
 RECORDS_IN(u_horizons)
 layout(std430, binding = 0) buffer Shares { uint share[]; };
-layout(std430, binding = 1) readonly buffer Moments { vec4 moment[]; };    // azimuth, sine, lobe
+layout(binding = 2) uniform sampler2D u_moments;  // a row for each azimuth and sine, a column a lobe: fetched in one piece
 layout(std430, binding = 2) readonly buffer Open { float open_share[]; };  // lobe, cosine
 
 uniform vec2 u_directions[BATCH];
@@ -38,6 +38,8 @@ float open_to(int lobe, vec3 normal) {
     int i = lobe * (COSINES + 1) + min(int(at), COSINES - 1);
     return mix(open_share[i], open_share[i + 1], at - floor(min(at, float(COSINES - 1))));
 }
+
+vec3 moment(int row, int lobe) { return texelFetch(u_moments, ivec2(lobe, row), 0).xyz; }
 
 // Where the ground's own plane meets the sky: n · ω = 0. Below it the cosine counts as zero.
 float own_horizon(vec3 n, vec2 towards) {
@@ -59,9 +61,9 @@ void main() {
         for (int a = 0; a < BATCH; a++) {
             float record = record_near(a, u_directions[a], vec2(cell) + 0.5);
             float at = max(record, own_horizon(n, u_directions[a])) * float(SINES);
-            int below = min(int(at), SINES - 1), i = ((u_batch * BATCH + a) * (SINES + 1) + below) * LOBES;
+            int below = min(int(at), SINES - 1), row = (u_batch * BATCH + a) * (SINES + 1) + below;
             float t = at - float(below);
-            for (int l = 0; l < LOBES; l++) sum[l] += dot(n, mix(moment[i + l].xyz, moment[i + l + LOBES].xyz, t));
+            for (int l = 0; l < LOBES; l++) sum[l] += dot(n, mix(moment(row, l), moment(row + 1, l), t));
         }
         if (u_is_last)
             for (int l = 0; l < LOBES; l++) unshadowed[l] += open_to(l, n);

@@ -14,7 +14,7 @@ import numpy as np
 
 from ..camera import Vector
 from ..filling import Rect
-from ..gpu import gl, shaders
+from ..gpu import bindings, gl, shaders
 from ..gpu.bindings import bind
 from ..gpu.session import Resource
 from ..sat import SummedAreaTables, Table
@@ -117,13 +117,14 @@ class SkyVisibility:
 
         The old tables stay in use until the last step.
         """
-        rows = max(1, FOLDED * posts // PORTION // self.table.width)
+        at_once = max(1, FOLDED * posts // PORTION // self.table.width)
         fresh, packed = gl.reserve(self.ctx, self.buffer.size, "tables of the visible sky"), self._texture()
         moments = sector_moments(self.axes, self.sharpness, self.directions, self.terrain.heightmap.spacing_m)
-        moment_table, open_table = (
-            self.ctx.buffer(t.astype("f4").tobytes()) for t in (moments, open_shares(self.sharpness))
-        )
-        tables = {"Shares": fresh, "Moments": moment_table, "Open": open_table}
+        rows = AZIMUTHS * (SINES + 1)
+        moment_table = self.ctx.texture((len(self.axes), rows), 4, moments.astype("f4").tobytes(), dtype="f4")
+        moment_table.filter = (moderngl.NEAREST, moderngl.NEAREST)
+        open_table = self.ctx.buffer(open_shares(self.sharpness).astype("f4").tobytes())
+        tables: dict[str, bindings.Resource] = {"Shares": fresh, "u_moments": moment_table, "Open": open_table}
         horizons = horizon_texture(self.terrain, BATCH)
         try:
             for batch in range(AZIMUTHS // BATCH):
@@ -131,8 +132,8 @@ class SkyVisibility:
                 for layer, towards in enumerate(directions):
                     for share in self._sweep.run_steps(towards, horizons, layer, posts):
                         yield (batch + 0.5 * (layer + share) / BATCH) * BATCH / AZIMUTHS
-                for row in range(0, self.table.height, rows):
-                    count = min(rows, self.table.height - row)
+                for row in range(0, self.table.height, at_once):
+                    count = min(at_once, self.table.height - row)
                     self._fold_batch(batch, row, count, directions, horizons, tables)
                     yield (batch + 0.5 + 0.48 * (row + count) / self.table.height) * BATCH / AZIMUTHS
             self._pack_shares(fresh, packed)
@@ -172,7 +173,7 @@ class SkyVisibility:
         count: int,
         directions: list[Direction],
         horizons: moderngl.TextureArray,
-        tables: dict[str, moderngl.Buffer],
+        tables: dict[str, bindings.Resource],
     ) -> None:
         self.terrain.bind()
         bind("horizon/fold.comp", u_horizons=horizons, **tables)
