@@ -19,6 +19,7 @@ from .gpu import gl, shaders
 from .lod import Selection
 from .surface import Surface
 
+MOST_CAPTURED = 2**31 - 1  # bytes; drivers count them in 32 bits with a sign, and end the process beyond
 _VERTEX = np.dtype([("col", "f4"), ("row", "f4"), ("height_m", "f4")])
 
 
@@ -76,7 +77,10 @@ class MeshDraw:
         if not selection.draws:
             return b""
         self._bind()
-        out = self.ctx.buffer(reserve=max(1, selection.most_triangles) * 3 * vertex_bytes)
+        size = max(1, selection.most_triangles) * 3 * vertex_bytes
+        if size > MOST_CAPTURED:
+            raise TerrainError(f"{selection.triangles:,} triangles are too many to be captured: allow a larger error")
+        out = self.ctx.buffer(reserve=size)
         surface = self.surface
         draws, indexed = (surface.draws, selection.draws), surface.indices is not None
         try:

@@ -254,18 +254,47 @@ def test_measure_for_people(dem, run):
 
 
 @pytest.mark.parametrize("ending", FORMATS)
-@pytest.mark.parametrize("flags", [(), ("--weld",), ("--cull",), ("--weld", "--cull")])
+@pytest.mark.parametrize("flags", [("--no-weld",), ("--weld",), ("--cull",), ("--no-weld", "--cull")])
 def test_mesh(dem, run, ending, flags):
     view = ("--eye", "20,-30,40", "--target", "60,60,0", "--fov", 20)
     status, out, _ = run("mesh", dem, "-o", f"m{ending}", *SIZE, *view, *flags, "--json", "m.json")
     stats = json.loads(Path("m.json").read_text())
     assert status == 0 and stats.keys() >= FRAME_KEYS and os.path.getsize(f"m{ending}") > 12 * stats["vertices"]
     assert out.startswith(f"m{ending}: {stats['triangles']:,} triangles, {stats['vertices']:,} vertices")
-    assert (stats["vertices"] == 3 * stats["triangles"]) == ("--weld" not in flags)
+    assert (stats["vertices"] == 3 * stats["triangles"]) == ("--no-weld" in flags)
+    assert stats["method"] == "quadtree"
     heightmap = tg.Heightmap.open(dem)
     with tg.Renderer(heightmap, (96, 64)) as renderer:
-        everything = renderer.draw(tg.Camera((20, -30, 40), (60, 60, 0), 20), cull=False)["triangles"]
+        everything = renderer.draw(tg.Camera((20, -30, 40), (60, 60, 0), 20), cull=False, method="quadtree")[
+            "triangles"
+        ]
     assert (stats["triangles"] < everything) == ("--cull" in flags)
+
+
+def test_a_mesh_without_a_view_is_the_whole_map(dem, run):
+    """By default within 0.5 % of the relief; a camera, or an error in pixels, asks for a view."""
+    relief = float(np.ptp(np.load(dem)))
+    stats = json.loads(run("mesh", dem, "-o", "m.ply", "--json", "-")[1])
+    assert stats["requested_max_error_m"] == pytest.approx(0.005 * relief) and "method" not in stats
+    assert stats["certified_max_error_m"] <= stats["requested_max_error_m"]
+    for view in (("--max-error", 3), ("--view", "high"), ("--triangles", 500), ("--method", "sat")):
+        stats = json.loads(run("mesh", dem, "-o", "m.ply", *SIZE, *view, "--json", "-")[1])
+        assert "requested_max_error_m" not in stats and stats["method"] in ("sat", "quadtree")
+
+
+def test_a_mesh_with_the_rendered_look(dem, run):
+    """North up, lit: the hill's sunny side is brighter, and the picture has no sky at its edges."""
+    assert run("mesh", dem, "-o", "m.ply", "--texture", 388, "--style", "lambert", "--sun", "90,30")[0] == 0
+    look = read_image("m.png")
+    assert look.shape == (260, 388, 3)
+    top_x, top_y = 50.5 * 4, 30.5 * 4
+    sunny, shady = (look[int(top_y), int(top_x + dx)].mean() for dx in (36, -36))
+    assert sunny > shady + 40
+    assert (
+        np.ptp(look[:, [0, 3]].astype(int), axis=1).max() <= 3 and np.ptp(look[[0, 3]].astype(int), axis=0).max() <= 3
+    )
+    refused(run("mesh", dem, "-o", "m.stl", "--texture"), 2, "has no texture")
+    assert run("mesh", dem, "-o", "m.stl", "--print-mm", 70)[0] == 0
 
 
 def test_mesh_draws_a_bar_on_a_terminal_alone(dem, run, monkeypatch):

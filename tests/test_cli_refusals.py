@@ -62,7 +62,7 @@ def test_wrong_use(dem, folder, run, words, text):
 
 @pytest.mark.parametrize(
     ("words", "text"),
-    [("shot dem.npy -o out.bmp", ".png"), ("mesh dem.npy -o out.stl", ".ply"), ("mesh dem.npy", "-o/--output")],
+    [("shot dem.npy -o out.bmp", ".png"), ("mesh dem.npy -o out.fbx", ".ply"), ("mesh dem.npy", "-o/--output")],
 )
 def test_wrong_output(dem, folder, run, words, text):
     refused(run(*words.split()), 2, text)

@@ -2,14 +2,18 @@
 
 import json
 import struct
+from dataclasses import replace
 
 import numpy as np
 import pytest
 from maps import MAPS
 
 from terrain_gl import Camera, Renderer, TerrainError, UsageError
-from terrain_gl.files.export import FORMATS, make_mesh, write_mesh
+from terrain_gl.files.export import make_mesh, write_mesh
+from terrain_gl.image import png_bytes
 from terrain_gl.mesh import vertex_heights
+from terrain_gl.place import Place
+from terrain_gl.readers.georeference import Georeference, Grid
 
 SMALL = ("odd", "holes", "two", "cliff", "long", "offset")
 VIEW = Camera((1340, 1566, 119), (5380, -50, 19), 100.0)  # of "odd", close above the ground
@@ -30,12 +34,12 @@ def drawn(request, ctx):
     renderer.release()
 
 
-def saved(renderer, path, weld=False):
+def saved(renderer, path, weld=True):
     """Write the drawn mesh and read it back: world positions (n, 3) and faces (m, 3)."""
     mesh = make_mesh(renderer.triangles(), renderer.terrain.filled, renderer.heightmap.spacing_m, weld)
     write_mesh(path, mesh)
     assert [each.name for each in path.parent.iterdir()] == [path.name]
-    return READERS[path.suffix](path.read_bytes())
+    return READERS[path.suffix](path.read_bytes())[:2]
 
 
 def read_ply(data):
@@ -45,18 +49,22 @@ def read_ply(data):
     n, m = (int(line.split()[2]) for line in lines if line.startswith("element"))
     assert [line for line in lines if line.startswith("property")] == [
         *(f"property double {axis}" for axis in "xyz"),
+        *(f"property float {name}" for name in ("nx", "ny", "nz", "s", "t")),
         "property list uchar uint vertex_indices",
     ]
-    places = np.frombuffer(body, "<f8", 3 * n).reshape(n, 3)
-    faces = np.frombuffer(body, [("n", "u1"), ("at", "<u4", 3)], m, 24 * n)
-    assert len(body) == 24 * n + 13 * m and (faces["n"] == 3).all()
-    return places, faces["at"]
+    vertices = np.frombuffer(body, [("place", "<f8", 3), ("normal", "<f4", 3), ("st", "<f4", 2)], n)
+    faces = np.frombuffer(body, [("n", "u1"), ("at", "<u4", 3)], m, 44 * n)
+    assert len(body) == 44 * n + 13 * m and (faces["n"] == 3).all()
+    return vertices["place"], faces["at"], vertices["normal"], vertices["st"] * [1, -1] + [0, 1]
 
 
 def read_obj(data):
     lines = [line.split() for line in data.decode("ascii").splitlines()]
-    places = np.array([line[1:] for line in lines if line[0] == "v"], "f8")
-    return places, np.array([line[1:] for line in lines if line[0] == "f"], "i8") - 1
+    places, texture, normals = (np.array([line[1:] for line in lines if line[0] == k], "f8") for k in ("v", "vt", "vn"))
+    corners = [[corner.split("/") for corner in line[1:]] for line in lines if line[0] == "f"]
+    assert all(len(set(corner)) == 1 for face in corners for corner in face)
+    faces = np.array(corners, "i8")[..., 0] - 1
+    return places, faces, normals, texture * [1, -1] + [0, 1]
 
 
 def read_glb(data):
@@ -70,18 +78,21 @@ def read_glb(data):
     assert gltf["buffers"] == [{"byteLength": len(body)}] and len(body) == binary_length
     arrays = [glb_array(gltf, accessor, body) for accessor in gltf["accessors"]]
     primitive = gltf["meshes"][gltf["nodes"][0]["mesh"]]["primitives"][0]
-    stored = arrays[primitive["attributes"]["POSITION"]]
+    stored, normals, texture = (arrays[primitive["attributes"][k]] for k in ("POSITION", "NORMAL", "TEXCOORD_0"))
     accessor = gltf["accessors"][primitive["attributes"]["POSITION"]]
+    assert np.linalg.norm(normals, axis=1) == pytest.approx(np.ones(len(normals)), abs=1e-6)
     assert accessor["min"] == stored.min(0).tolist() and accessor["max"] == stored.max(0).tolist()
     node = gltf["nodes"][gltf["scenes"][gltf["scene"]]["nodes"][0]]
     x, up, south = (stored.astype("f8") * node["scale"] + node["translation"]).T
-    return np.stack([x, -south, up], -1), arrays[primitive["indices"]].reshape(-1, 3)
+    nx, ny, nz = (normals / node["scale"]).T  # the inverse transposed
+    normals = np.stack([nx, -nz, ny], -1) / np.sqrt(nx**2 + ny**2 + nz**2)[:, None]
+    return np.stack([x, -south, up], -1), arrays[primitive["indices"]].reshape(-1, 3), normals, texture
 
 
 def glb_array(gltf, accessor, body):
     view = gltf["bufferViews"][accessor["bufferView"]]
     dtype = {5126: "<f4", 5125: "<u4"}[accessor["componentType"]]
-    width = {"VEC3": 3, "SCALAR": 1}[accessor["type"]]
+    width = {"VEC3": 3, "VEC2": 2, "SCALAR": 1}[accessor["type"]]
     count = width * accessor["count"]
     assert view["byteOffset"] % 4 == 0 and view["byteLength"] == 4 * count
     return np.frombuffer(body, dtype, count, view["byteOffset"]).reshape(-1, width)
@@ -105,9 +116,9 @@ def edges(faces):
     return faces[:, [[0, 1], [1, 2], [2, 0]]].reshape(-1, 2)
 
 
-@pytest.mark.parametrize("ending", FORMATS)
+@pytest.mark.parametrize("ending", READERS)
 def test_vertices_stand_on_posts_at_their_heights(drawn, ending, tmp_path):
-    places, faces = saved(drawn, tmp_path / f"mesh{ending}")
+    places, faces = saved(drawn, tmp_path / f"mesh{ending}", weld=False)
     posts = posts_of(places, drawn.heightmap)
     assert np.array_equal(places[:, 2].astype("f4"), vertex_heights(drawn.terrain.filled, posts))
     true_m = vertex_heights(drawn.heightmap.heights, posts)
@@ -122,10 +133,10 @@ def test_count_is_that_of_the_stats(drawn, tmp_path):
     assert len(faces) == drawn.measure()["triangles"]
 
 
-@pytest.mark.parametrize("ending", FORMATS)
+@pytest.mark.parametrize("ending", READERS)
 def test_welded_mesh_is_the_map_once(drawn, ending, tmp_path):
     """Counter-clockwise triangles whose areas sum to the map's, and whose inner edges all have their reverse once."""
-    places, faces = saved(drawn, tmp_path / f"mesh{ending}", weld=True)
+    places, faces = saved(drawn, tmp_path / f"mesh{ending}")
     col, row = posts_of(places, drawn.heightmap).T
     assert len(np.unique(row * 2**16 + col)) == len(places), "a place is one vertex"
     corners = np.stack([col, -row], -1)[faces]
@@ -145,8 +156,8 @@ def test_welded_mesh_is_the_map_once(drawn, ending, tmp_path):
 def test_welding_keeps_every_triangle(drawn, tmp_path):
     (tmp_path / "a").mkdir()
     (tmp_path / "b").mkdir()
-    places, faces = saved(drawn, tmp_path / "a" / "mesh.ply")
-    welded, welded_faces = saved(drawn, tmp_path / "b" / "mesh.ply", weld=True)
+    places, faces = saved(drawn, tmp_path / "a" / "mesh.ply", weld=False)
+    welded, welded_faces = saved(drawn, tmp_path / "b" / "mesh.ply")
     assert np.array_equal(places[faces], welded[welded_faces])
 
 
@@ -161,8 +172,8 @@ TRIANGLE = np.array([[[0, 0], [0, 1], [1, 1]]])
 
 
 def test_unknown_format(tmp_path):
-    with pytest.raises(UsageError, match=r"must end in one of \.ply, \.glb, \.obj"):
-        write_mesh(tmp_path / "mesh.stl", make_mesh(TRIANGLE, np.zeros((2, 2), "f4"), (1.0, 1.0)))
+    with pytest.raises(UsageError, match=r"must end in one of \.ply, \.glb, \.obj, \.stl"):
+        write_mesh(tmp_path / "mesh.fbx", make_mesh(TRIANGLE, np.zeros((2, 2), "f4"), (1.0, 1.0)))
 
 
 def test_failure_leaves_the_old_file(tmp_path, monkeypatch):
@@ -179,7 +190,130 @@ def test_failure_leaves_the_old_file(tmp_path, monkeypatch):
 
 
 def test_too_many_triangles_for_glb(tmp_path, monkeypatch):
-    monkeypatch.setattr("terrain_gl.files.export.GLB_LIMIT", 100)
+    monkeypatch.setattr("terrain_gl.files.mesh_formats.GLB_LIMIT", 100)
     with pytest.raises(TerrainError, match="more than a .glb file holds"):
         write_mesh(tmp_path / "mesh.glb", make_mesh(TRIANGLE, np.zeros((2, 2), "f4"), (1.0, 1.0)))
     assert not list(tmp_path.iterdir())
+
+
+# --- Normals, texture, origin -----------------------------------------------------------------------------------------
+
+
+def plane(spacing=(20.0, 30.0), rise=(0.5, -0.25)):
+    """A plane that rises east and north, and a few triangles on it."""
+    y, x = np.mgrid[0:9, 0:13]
+    heights = (rise[0] * spacing[0] * x + rise[1] * spacing[1] * (8 - y)).astype("f4")
+    triangles = np.array([[[0, 0], [0, 8], [12, 8]], [[0, 0], [12, 8], [12, 0]], [[5, 2], [5, 3], [6.5, 3]]], "f4")
+    return triangles, heights, spacing
+
+
+@pytest.mark.parametrize("ending", READERS)
+def test_normals_and_texture_places(ending, tmp_path):
+    write_mesh(tmp_path / f"m{ending}", make_mesh(*plane()))
+    places, _, normals, texture = READERS[ending]((tmp_path / f"m{ending}").read_bytes())
+    expected = np.array([-0.5, 0.25, 1]) / np.linalg.norm([-0.5, 0.25, 1])
+    assert normals == pytest.approx(np.broadcast_to(expected, normals.shape), abs=1e-6)
+    col, row = places[:, 0] / 20, 8 - places[:, 1] / 30
+    assert texture == pytest.approx(np.stack([(col + 0.5) / 13, (row + 0.5) / 9], -1), abs=1e-6)
+
+
+@pytest.mark.parametrize("ending", READERS)
+def test_normals_of_a_map_are_those_of_the_land(drawn, ending, tmp_path):
+    """Across the next posts on both sides, and upwards."""
+    mesh = make_mesh(drawn.triangles(), drawn.terrain.filled, drawn.heightmap.spacing_m)
+    write_mesh(tmp_path / f"m{ending}", mesh)
+    places, _, normals, _ = READERS[ending]((tmp_path / f"m{ending}").read_bytes())
+    posts = posts_of(places, drawn.heightmap)
+    whole = (posts == np.floor(posts)).all(1)
+    col, row = posts[whole].astype(int).T
+    north, east = (
+        np.gradient(drawn.terrain.filled.astype("f8"), drawn.heightmap.spacing_m[1 - a], axis=a) for a in (0, 1)
+    )
+    expected = np.stack([-east[row, col], north[row, col], np.ones(len(row))], -1)
+    expected /= np.linalg.norm(expected, axis=1)[:, None]
+    assert normals[whole] == pytest.approx(expected, abs=2e-5) and (normals[:, 2] > 0).all()
+
+
+PICTURE = png_bytes(np.arange(9 * 13 * 3, dtype="u1").reshape(9, 13, 3))
+
+
+def textured():
+    return replace(make_mesh(*plane()), texture=PICTURE)
+
+
+def test_a_glb_holds_its_texture(tmp_path):
+    write_mesh(tmp_path / "m.glb", textured())
+    data = (tmp_path / "m.glb").read_bytes()
+    length = struct.unpack_from("<I", data, 12)[0]
+    gltf = json.loads(data[20 : 20 + length])
+    view = gltf["bufferViews"][gltf["images"][0]["bufferView"]]
+    start = 28 + length + view["byteOffset"]
+    assert data[start : start + view["byteLength"]] == PICTURE and len(data) % 4 == 0
+    assert gltf["materials"][0]["pbrMetallicRoughness"]["baseColorTexture"] == {"index": 0}
+    assert gltf["extensionsUsed"] == ["KHR_materials_unlit"] and [each.name for each in tmp_path.iterdir()] == ["m.glb"]
+
+
+def test_ply_and_obj_have_their_texture_beside_them(tmp_path):
+    write_mesh(tmp_path / "m.ply", textured())
+    assert b"comment TextureFile m.png\n" in (tmp_path / "m.ply").read_bytes()
+    assert (tmp_path / "m.png").read_bytes() == PICTURE
+    write_mesh(tmp_path / "n.obj", textured())
+    assert (tmp_path / "n.png").read_bytes() == PICTURE and "map_Kd n.png" in (tmp_path / "n.mtl").read_text()
+    assert "mtllib n.mtl\nusemtl land\n" in (tmp_path / "n.obj").read_text()
+    with pytest.raises(UsageError, match="has no texture"):
+        write_mesh(tmp_path / "m.stl", textured())
+    assert not (tmp_path / "m.stl").exists()
+
+
+@pytest.mark.parametrize("ending", READERS)
+def test_the_origin_is_recorded(ending, tmp_path):
+    """From what the file says, a vertex's metres become its coordinates."""
+    place = Place(Georeference(Grid(0.5, 0, 400_000.25, 0, -0.75, 5_000_000.0), "EPSG:32632", (13, 9)), (20.0, 30.0))
+    write_mesh(tmp_path / f"m{ending}", make_mesh(*plane(), place=place))
+    data = (tmp_path / f"m{ending}").read_bytes()
+    if ending == ".glb":
+        told = json.loads(data[20 : 20 + struct.unpack_from("<I", data, 12)[0]])["asset"]["extras"]
+        crs, origin, scale = told["crs"], told["origin"], told["scale"]
+    else:
+        lines = [line.split() for line in data[:1000].decode("latin-1").splitlines()]
+        told = {line[1]: line[2:] for line in lines if line[:1] in (["comment"], ["#"])}
+        crs, origin, scale = told["crs"][0], *(list(map(float, told[k])) for k in ("origin", "scale"))
+    places, *_ = READERS[ending](data)
+    assert crs == "EPSG:32632"
+    for x, y, _ in places:
+        assert (origin[0] + scale[0] * x, origin[1] + scale[1] * y) == pytest.approx(place.to_map(x, y), rel=1e-12)
+
+
+# --- A solid to print -------------------------------------------------------------------------------------------------
+
+
+def read_stl(path):
+    """(n, 3, 3) corners and (n, 3) normals."""
+    data = path.read_bytes()
+    count = struct.unpack_from("<I", data, 80)[0]
+    assert len(data) == 84 + 50 * count
+    triangles = np.frombuffer(data, [("normal", "<f4", 3), ("corners", "<f4", (3, 3)), ("zero", "<u2")], count, 84)
+    return triangles["corners"].astype("f8"), triangles["normal"]
+
+
+@pytest.mark.parametrize("weld", [True, False])
+def test_an_stl_is_a_closed_solid_of_the_asked_size(drawn, tmp_path, weld):
+    mesh = make_mesh(drawn.triangles(), drawn.terrain.filled, drawn.heightmap.spacing_m, weld)
+    write_mesh(tmp_path / "m.stl", replace(mesh, print_mm=80.0))
+    corners, normals = read_stl(tmp_path / "m.stl")
+    names = {corner: i for i, corner in enumerate(sorted(set(map(tuple, corners.reshape(-1, 3)))))}
+    faces = np.array([names[tuple(corner)] for corner in corners.reshape(-1, 3)]).reshape(-1, 3)
+    one_way = edges(faces)
+    key, reverse = one_way @ [len(names), 1], one_way @ [1, len(names)]
+    assert np.array_equal(np.sort(key), np.sort(reverse)), "each edge has its reverse"
+    a, b, c = np.moveaxis(corners, 1, 0)
+    outward = np.cross(b - a, c - a)
+    assert (np.einsum("ni,ni->n", outward, normals) >= 0).all()
+    low, high = corners.reshape(-1, 3).min(0), corners.reshape(-1, 3).max(0)
+    assert low == pytest.approx([0, 0, 0]) and max(high[:2]) == pytest.approx(80)
+    volume = np.einsum("ni,ni->n", a, np.cross(b, c)).sum() / 6
+    scale = 80 / max(drawn.heightmap.extent_m)
+    world = replace(mesh, posts=drawn.triangles().reshape(-1, 2)).world(slice(None))[:, 2].reshape(-1, 3)
+    flat = np.abs(outward[: len(mesh.faces), 2]) / 2
+    expected = (flat * ((world.mean(1) - world.min()) * scale + 0.02 * 80)).sum()
+    assert volume == pytest.approx(expected, rel=1e-4)

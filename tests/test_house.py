@@ -32,7 +32,7 @@ LAYERS = (
     ("frame", "edit"),
     ("verify", "files"),
     ("renderer",),
-    ("film",),
+    ("film", "plan"),
     ("comparison",),
     ("viewer",),
     ("notebook",),

@@ -26,7 +26,7 @@ int row;      // this thread's row in the tile
 
 int segments_of_cell(Projection p, ivec2 cell) {
     if (has_budget()) return cell_fan_pays(p, cell) ? 1 : 0;
-    return u_tolerance_px > 0.0 && u_metric != METRIC_METRES ? cell_segments_log2(p, cell) : 0;
+    return u_tolerance_px > 0.0 ? cell_segments_log2(p, cell) : 0;
 }
 
 void classify_row() {
@@ -48,9 +48,7 @@ void classify_row() {
                 s_fans[size][row] |= 1u << column;
                 triangles += cell_triangles(size);
             }
-            // in metres the bound is for posts: a cell of the map has no error there
-            bool counts = u_metric != METRIC_METRES && !p.outside && !is_hole(at);
-            if (counts) worst_px = max(worst_px, cell_px(p, twist_m(at), size));
+            if (!p.outside && !is_hole(at)) worst_px = max(worst_px, cell_px(p, twist_m(at), size));
             continue;
         }
         PackedNode n = node_of(level, at);

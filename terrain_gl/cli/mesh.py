@@ -1,14 +1,25 @@
-"""`terrain-gl mesh`: the triangles that the GPU draws, as a file."""
+"""`terrain-gl mesh`: the very triangles that the GPU draws, as a file."""
 
 from __future__ import annotations
 
 import argparse
+from dataclasses import replace
 from typing import Any
 
+import numpy as np
+
 from ..exceptions import TerrainError, UsageError
-from ..files.export import make_mesh, mesh_format, write_mesh
+from ..files.export import FORMATS, files_beside, make_mesh, mesh_format, write_mesh
+from ..files.mesh_formats import PRINT_MM
+from ..image import png_bytes
+from ..plan import LONGEST_PX, plan
+from ..renderer import Renderer
 from ..shade import UNLIT
 from . import options, report, values
+
+RELIEF_SHARE = 5e-3  # of the map's relief: how far a mesh may be off, if nobody says
+_METHOD = "quadtree"  # the fewest triangles
+_OF_VIEW = ("max_error_px", "triangles", "parameters", "cull", "view", "eye", "target", "at", "stand")
 
 
 def add(commands: Any) -> None:
@@ -17,40 +28,71 @@ def add(commands: Any) -> None:
         commands,
         "mesh",
         run,
-        help="the triangles of a view as a .ply, .glb or .obj file",
-        description="Write the triangles that the GPU draws for a view, in world metres: x east, y north, z up\n"
-        "(.glb: y up, as glTF requires). Voids are filled from their rim. With --max-error-m there is no view:\n"
-        "the mesh of the whole map is within M metres of every post.",
-        example="mesh dem.tif --spacing 30 -o dem.ply --max-error 2 --weld",
+        help="the map as triangles: a .ply, .glb, .obj or .stl file",
+        description="Write the triangles that the GPU draws, in world metres: x east, y north, z up (.glb: y up, as\n"
+        "glTF wants it). The whole map, so many metres exact everywhere; or, with a camera or an error in\n"
+        "pixels, what is drawn for a view. .stl is a solid with a base in millimetres, for a printer.",
+        example="mesh dem.tif --spacing 30 -o dem.glb --max-error-m 5 --texture",
     )
     options.add_map(command)
-    options.add_output(command, "mesh, .ply, .glb or .obj")
-    command.add_argument("--weld", action="store_true", help="triangles share the vertices that stand on one post")
-    command.add_argument("--cull", action="store_true", help="leave out patches outside the picture, as drawing does")
-    command.add_argument(
-        "--max-error-m", type=values.positive, metavar="M", help="metres of height, everywhere, instead of pixels"
-    )
+    options.add_output(command, f"mesh, {', '.join(FORMATS)}")
+    what = f"of height, everywhere (default: {100 * RELIEF_SHARE:g} %% of the relief)"
+    command.add_argument("--max-error-m", type=values.positive, metavar="M", help=what)
+    what = f"the look from above, N pixels long (default: {LONGEST_PX})"
+    command.add_argument("--texture", type=values.count, metavar="N", nargs="?", const=LONGEST_PX, help=what)
+    what = "triangles share vertices (default), or have three each"
+    command.add_argument("--weld", action=argparse.BooleanOptionalAction, default=True, help=what)
+    what = f".stl: longer side in millimetres (default: {PRINT_MM:g})"
+    command.add_argument("--print-mm", type=values.positive, metavar="MM", default=PRINT_MM, help=what)
+    command.add_argument("--cull", action="store_true", help="of a view: leave out what is outside the picture")
     options.add_rendering(command)
+    command.set_defaults(method=_METHOD)
 
 
 def run(args: argparse.Namespace) -> int:
-    """Run the command."""
+    """Draw, capture, write, tell."""
     mesh_format(args.output)
     if args.max_error_m and (args.triangles or args.max_error_px):
-        raise UsageError("--max-error-m has no view: leave out --triangles and --max-error")
+        raise UsageError("--max-error-m is for no view: leave out --triangles and --max-error")
+    if args.texture:
+        options.check_writable(*map(str, files_beside(args.output)))
     scene = options.open_scene(args)
     with options.make_renderer(args, scene) as renderer:
-        if args.max_error_m:
-            triangles, stats = renderer.inspector.triangulate(args.max_error_m)
-            heights = renderer.terrain.filled
-        else:
-            stats = renderer.draw(**options.view_of(args, scene) | {"style": UNLIT})
-            triangles, heights = renderer.triangles(), renderer.inspector.drawn_heights()
-    if not len(triangles):
-        raise TerrainError(f"{scene.heightmap.name}: no triangles in this view: turn the camera or drop --cull")
-    mesh = make_mesh(triangles, heights, scene.heightmap.spacing_m, args.weld)
+        triangles, heights, stats = _of_view(renderer, args, scene) if _has_view(args) else _of_map(renderer, args)
+        if not len(triangles):
+            raise TerrainError(f"{scene.heightmap.name}: no triangles in this view: turn the camera or drop --cull")
+        mesh = make_mesh(triangles, heights, scene.heightmap.spacing_m, args.weld, scene.heightmap.place)
+        texture = _texture(renderer, args, scene) if args.texture else None
+    mesh = replace(mesh, texture=texture, print_mm=args.print_mm)
     about = {"map": scene.heightmap.name} | stats | {"vertices": len(mesh.posts)}
     with report.json_output(args.json, about), report.progress_bar("writing") as progress:
         write_mesh(args.output, mesh, progress)
-    report.say(args.json, f"{report.shown(args.output)}: {len(mesh.faces):,} triangles, {len(mesh.posts):,} vertices")
+    within = f", within {stats['certified_max_error_m']:.3g} m" if "certified_max_error_m" in stats else ""
+    counts = f"{len(mesh.faces):,} triangles, {len(mesh.posts):,} vertices"
+    report.say(args.json, f"{report.shown(args.output)}: {counts}{within}")
     return 0
+
+
+def _has_view(args: argparse.Namespace) -> bool:
+    """Whether the mesh is to be that of a view."""
+    return not args.max_error_m and (args.method != _METHOD or any(getattr(args, name) for name in _OF_VIEW))
+
+
+def _of_view(
+    renderer: Renderer, args: argparse.Namespace, scene: options.Scene
+) -> tuple[np.ndarray, np.ndarray, dict[str, Any]]:
+    stats = renderer.draw(**options.view_of(args, scene) | {"style": UNLIT})
+    return renderer.triangles(), renderer.inspector.drawn_heights(), stats
+
+
+def _of_map(renderer: Renderer, args: argparse.Namespace) -> tuple[np.ndarray, np.ndarray, dict[str, Any]]:
+    low, high = renderer.heightmap.range_m
+    max_error_m = args.max_error_m or max(RELIEF_SHARE * (high - low), 1e-6)
+    triangles, stats = renderer.inspector.triangulate(max_error_m)
+    return triangles, renderer.terrain.filled, stats
+
+
+def _texture(renderer: Renderer, args: argparse.Namespace, scene: options.Scene) -> bytes:
+    own = ("camera", "method", "max_error_px", "triangles", "parameters", "metric", "cull", "near_m")
+    look = {key: value for key, value in options.view_of(args, scene).items() if key not in own}
+    return png_bytes(plan(renderer, args.texture, **look))

@@ -86,10 +86,10 @@ def add_camera(command: Any, moving: bool = False) -> None:
         group.add_argument("--view", choices=tuple(VIEWS), help="a standard view, which --eye and --target change")
         eye, target = group.add_mutually_exclusive_group(), group.add_mutually_exclusive_group()
         eye.add_argument("--eye", type=values.point, metavar="X,Y,Z", help="the camera: metres east, north, up")
-        what = "the camera in degrees, 2 posts or M metres above the ground"
+        what = "the camera, M metres above the ground (default: 2 posts)"
         eye.add_argument("--from", type=values.lonlat, metavar="LON,LAT[,M]", dest="stand", help=what)
         target.add_argument("--target", type=values.point, metavar="X,Y,Z", help="the point in mid-picture")
-        what = "the point in mid-picture in degrees; without an eye, seen from near by"
+        what = "the point in mid-picture; with no eye, from near by"
         target.add_argument("--at", type=values.lonlat, metavar="LON,LAT[,M]", help=what)
         group.add_argument("--up", type=values.point, metavar="X,Y,Z", help="up in the picture (default: 0,0,1)")
     group.add_argument("--fov", type=values.number, metavar="DEG", help="vertical field of view")

@@ -119,5 +119,5 @@ def _brief(action: argparse.Action) -> argparse.Action:
     """The action with its choices after its help text; argparse would put them before."""
     if not action.choices or not action.option_strings:
         return action
-    names = ", ".join(map(str, action.choices))
+    names = textwrap.shorten(", ".join(map(str, action.choices)), WIDTH - 26, placeholder=" …")
     return argparse.Action(action.option_strings, action.dest, metavar="NAME", help=names)

@@ -137,7 +137,7 @@ class QuadtreeSelector:
         return selection
 
     def select_everywhere(self, max_error_m: float) -> Selection:
-        """Choose patches over the whole map whose height at every post is within `max_error_m` of the truth.
+        """Choose patches over the whole map whose surface is nowhere further than `max_error_m` from the truth.
 
         There is no camera. The certified error is in metres, too.
         """

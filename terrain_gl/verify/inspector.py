@@ -142,7 +142,7 @@ class Inspector:
         Returns
         -------
         triangles
-            (n, 3, 2) columns and rows of posts, counter-clockwise from above.
+            (n, 3, 2) columns and rows, whole but for the parts of cells, counter-clockwise from above.
         stats
             `triangles`, `patches`, `splits`, `requested_max_error_m`, `certified_max_error_m`: docs/stats.md.
 

@@ -12,11 +12,10 @@ from typing import Any
 import numpy as np
 
 from ..exceptions import TerrainError
-from ..files.export import FORMATS, make_mesh, write_mesh
+from ..files.export import FORMATS, Mesh, make_mesh, write_mesh
 from ..files.records import json_text
 from ..film.path import CameraPath, Keyframe
 from ..image import replacing, write_png
-from ..readers import Spacing
 from ..steps import Steps
 from .filming import Filming, film_suffix
 from .frame_budget import FrameBudget
@@ -189,17 +188,20 @@ class Saver:
         self._painter.choose_levels(renderer, self._scene.frame_spec(), 0)
         triangles, heights = renderer.triangles(), renderer.inspector.drawn_heights()
         if len(triangles):
-            self._in_thread(self._write_mesh, path, triangles, heights, renderer.heightmap.spacing_m)
+            heightmap = renderer.heightmap
+            mesh = make_mesh(triangles, heights, heightmap.spacing_m, place=heightmap.place)
+            self._in_thread(self._write_mesh, path, mesh)
         else:
             self._window.say("no triangles in this view: turn the camera")
 
-    def _write_mesh(self, path: Path, triangles: np.ndarray, heights: np.ndarray, spacing_m: Spacing) -> None:
+    def _write_mesh(self, path: Path, mesh: Mesh) -> None:
         try:
-            write_mesh(path, make_mesh(triangles, heights, spacing_m, weld=True))
+            write_mesh(path, mesh)
         except (TerrainError, OSError) as error:
             self._window.say(str(error))
         else:
-            self._window.say(f"saved {path.absolute()}: {len(triangles):,} triangles in metres")
+            unit = "mm" if path.suffix == ".stl" else "metres"
+            self._window.say(f"saved {path.absolute()}: {len(mesh.faces):,} triangles in {unit}")
 
     # --- Films, command lines, camera paths ---------------------------------------------------------------------------
 

@@ -1,0 +1,321 @@
+"""Formats of triangle meshes: binary PLY, binary glTF, Wavefront OBJ, binary STL.
+
+PLY holds float64 world metres. glTF holds columns, heights and rows with the spacing in the node's scale: nothing is
+rounded. OBJ holds decimals that round to the same numbers. STL holds millimetres of a solid for a printer.
+"""
+
+from __future__ import annotations
+
+import json
+import struct
+from collections.abc import Callable, Iterator
+from dataclasses import dataclass, replace
+from typing import Any
+
+import numpy as np
+
+from ..exceptions import TerrainError
+from ..mesh import vertex_heights
+from ..place import Place
+
+CHUNK = 1 << 17  # vertices or faces that are turned into bytes at a time
+GLB_LIMIT = 2**32 - 1
+PRINT_MM = 150.0  # longer side of a solid
+BASE = 0.02  # of that side: how thick a solid is under its lowest place
+_FACE = np.dtype([("n", "u1"), ("vertices", "<u4", 3)])
+_VERTEX = np.dtype([("place", "<f8", 3), ("normal", "<f4", 3), ("texture", "<f4", 2)])
+_STL = np.dtype([("normal", "<f4", 3), ("corners", "<f4", (3, 3)), ("attributes", "<u2")])
+
+
+@dataclass(frozen=True)
+class Mesh:
+    """Triangles over a map.
+
+    Attributes
+    ----------
+    posts
+        (n, 2) columns and rows of the vertices, see `mesh.vertex_heights`.
+    faces
+        (m, 3) uint32 indices of vertices, counter-clockwise from above.
+    heights
+        (rows, cols) float32 metres, without voids.
+    spacing_m
+        Metres between posts, east and north.
+    place
+        Where the map lies, to be recorded.
+    texture
+        A PNG file of the map from straight above, whose edges are those of the outermost posts' cells.
+    print_mm
+        Longer side of the map in a format for printing.
+    """
+
+    posts: np.ndarray
+    faces: np.ndarray
+    heights: np.ndarray
+    spacing_m: tuple[float, float]
+    place: Place | None = None
+    texture: bytes | None = None
+    print_mm: float = PRINT_MM
+
+    def world(self, part: slice) -> np.ndarray:
+        """(k, 3) float64 world metres of some vertices."""
+        col, row = self.posts[part].T
+        north = (self.heights.shape[0] - 1 - row) * self.spacing_m[1]
+        heights = vertex_heights(self.heights, self.posts[part]).astype(np.float64)
+        return np.stack([col * np.float64(self.spacing_m[0]), north, heights], -1)
+
+    def slopes(self, part: slice) -> np.ndarray:
+        """(k, 2) float64 rise of the land east and north, by the next posts on both sides."""
+        last = np.array(self.heights.shape[::-1]) - 1
+        rises = []
+        for axis in (0, 1):
+            step = np.eye(2)[axis]
+            low, high = (np.clip(self.posts[part] + sign * step, 0, last) for sign in (-1, 1))
+            rise = vertex_heights(self.heights, high).astype(np.float64) - vertex_heights(self.heights, low)
+            rises.append(rise / ((high - low)[:, axis] * self.spacing_m[axis]))
+        return np.stack([rises[0], -rises[1]], -1)  # rows count to the south
+
+    def normals(self, part: slice) -> np.ndarray:
+        """(k, 3) float64 unit normals of the land, upwards."""
+        east, north = self.slopes(part).T
+        return _unit(np.stack([-east, -north, np.ones(len(east))], -1))
+
+    def texture_places(self, part: slice) -> np.ndarray:
+        """(k, 2) float64 places in a picture of the map, from 0 to 1: to the right and down."""
+        return (self.posts[part] + 0.5) / self.heights.shape[::-1]
+
+    @property
+    def origin(self) -> dict[str, Any] | None:
+        """How world metres become coordinates: crs, and for each axis coordinate = origin + scale · metres."""
+        if self.place is None:
+            return None
+        (x, y), (east, north) = self.place.to_map(0.0, 0.0), self.place.to_map(*self.spacing_m)
+        scale = [(east - x) / self.spacing_m[0], (north - y) / self.spacing_m[1]]
+        return {"crs": self.place.crs, "origin": [x, y], "scale": scale}
+
+    @property
+    def remarks(self) -> list[str]:
+        """The same in lines for people and programs; each has ASCII characters alone."""
+        if not (origin := self.origin):
+            return []
+        (x, y), (across, up) = origin["origin"], origin["scale"]
+        crs = " ".join((origin["crs"] or "unknown").encode("ascii", "replace").decode().split())
+        return [f"origin {x:.17g} {y:.17g}", f"scale {across:.17g} {up:.17g}", f"crs {crs}"]
+
+
+Format = Callable[[Mesh, str], Iterator[bytes]]
+
+
+def parts_of(ending: str, mesh: Mesh) -> int:
+    """In how many pieces a file is made, after the first."""
+    passes = {".glb": 3, ".stl": 0}.get(ending, 1)
+    return passes * _chunks(len(mesh.posts)) + _chunks(len(mesh.faces))
+
+
+def _chunks(n: int) -> int:
+    return -(-n // CHUNK)
+
+
+def _parts(n: int) -> Iterator[slice]:
+    for first in range(0, n, CHUNK):
+        yield slice(first, min(n, first + CHUNK))
+
+
+def _unit(vectors: np.ndarray) -> np.ndarray:
+    lengths: np.ndarray = np.linalg.norm(vectors, axis=-1, keepdims=True)
+    return vectors / lengths
+
+
+# --- PLY --------------------------------------------------------------------------------------------------------------
+
+
+def _ply(mesh: Mesh, name: str) -> Iterator[bytes]:
+    """Binary little-endian PLY (Turk 1994), positions in double precision; s and t as in Blender and MeshLab, t up."""
+    lines = ["ply", "format binary_little_endian 1.0", "comment metres: x east, y north, z up"]
+    lines += [f"comment {remark}" for remark in mesh.remarks]
+    lines += [f"comment TextureFile {_ascii(name)}.png"] if mesh.texture else []
+    lines += [f"element vertex {len(mesh.posts)}", *(f"property double {axis}" for axis in "xyz")]
+    lines += [f"property float {value}" for value in ("nx", "ny", "nz", "s", "t")]
+    lines += [f"element face {len(mesh.faces)}", "property list uchar uint vertex_indices", "end_header\n"]
+    yield "\n".join(lines).encode("ascii")
+    for part in _parts(len(mesh.posts)):
+        vertices = np.empty(part.stop - part.start, _VERTEX)
+        vertices["place"], vertices["normal"] = mesh.world(part), mesh.normals(part)
+        vertices["texture"] = _upwards(mesh.texture_places(part))
+        yield vertices.tobytes()
+    for part in _parts(len(mesh.faces)):
+        faces = np.empty(part.stop - part.start, _FACE)
+        faces["n"], faces["vertices"] = 3, mesh.faces[part]
+        yield faces.tobytes()
+
+
+def _upwards(places: np.ndarray) -> np.ndarray:
+    return places * [1, -1] + [0, 1]
+
+
+def _ascii(name: str) -> str:
+    return name.encode("ascii", "replace").decode()
+
+
+# --- OBJ --------------------------------------------------------------------------------------------------------------
+
+
+def _obj(mesh: Mesh, name: str) -> Iterator[bytes]:
+    """Wavefront OBJ, three lines a vertex; 9 digits tell float32 heights apart, 15 name places."""
+    lines = ["# metres: x east, y north, z up", *(f"# {remark}" for remark in mesh.remarks)]
+    lines += [f"mtllib {_ascii(name)}.mtl", "usemtl land"] if mesh.texture else []
+    yield ("\n".join(lines) + "\n").encode("ascii")
+    for part in _parts(len(mesh.posts)):
+        rows = np.concatenate([mesh.world(part), _upwards(mesh.texture_places(part)), mesh.normals(part)], -1)
+        lines_of = "v %.15g %.15g %.9g\nvt %.9g %.9g\nvn %.7g %.7g %.7g\n"
+        yield (lines_of * len(rows) % tuple(rows.ravel().tolist())).encode("ascii")
+    for part in _parts(len(mesh.faces)):
+        faces = np.repeat(mesh.faces[part].astype(np.int64) + 1, 3, axis=1)
+        yield ("f %d/%d/%d %d/%d/%d %d/%d/%d\n" * len(faces) % tuple(faces.ravel().tolist())).encode("ascii")
+
+
+def _mtl(mesh: Mesh, name: str) -> bytes:
+    """The material of an OBJ: light is in the picture already."""
+    return f"newmtl land\nillum 0\nKd 1 1 1\nmap_Kd {_ascii(name)}.png\n".encode("ascii")
+
+
+# --- glTF -------------------------------------------------------------------------------------------------------------
+
+
+def _glb(mesh: Mesh, name: str) -> Iterator[bytes]:
+    """Binary glTF 2.0 (Khronos 2021): y up, so that a world place (x, y, z) is stored as (x, z, -y)."""
+    picture = (mesh.texture or b"") + b"\0" * (-len(mesh.texture or b"") % 4)
+    yield _glb_header(mesh, len(picture))
+    for of in (_lattice, _lattice_normals, Mesh.texture_places):
+        for part in _parts(len(mesh.posts)):
+            yield of(mesh, part).astype("<f4").tobytes()
+    for part in _parts(len(mesh.faces)):
+        yield mesh.faces[part].astype("<u4").tobytes()
+    if picture:
+        yield picture
+
+
+def _lattice(mesh: Mesh, part: slice) -> np.ndarray:
+    """(k, 3) float32 column, height and row: whole numbers and heights, so that nothing is rounded."""
+    col, row = mesh.posts[part].T
+    return np.stack([col, vertex_heights(mesh.heights, mesh.posts[part]), row], -1).astype("<f4")
+
+
+def _lattice_normals(mesh: Mesh, part: slice) -> np.ndarray:
+    """(k, 3) normals that the node's scale, east and north, turns into those of the land."""
+    (east, north), (x, y, z) = mesh.spacing_m, mesh.normals(part).T
+    return _unit(np.stack([east * x, z, -north * y], -1))
+
+
+def _glb_header(mesh: Mesh, picture_bytes: int) -> bytes:
+    n = len(mesh.posts)
+    sizes = [12 * n, 12 * n, 8 * n, 12 * len(mesh.faces), picture_bytes]
+    text = json.dumps(_gltf(mesh, sizes), separators=(",", ":")).encode("ascii")
+    text += b" " * (-len(text) % 4)
+    total = 12 + 8 + len(text) + 8 + sum(sizes)
+    if total > GLB_LIMIT:
+        raise TerrainError(f"{len(mesh.faces)} triangles are more than a .glb file holds: write .ply, or weld them")
+    start = struct.pack("<4sIIII", b"glTF", 2, total, len(text), 0x4E4F534A)  # "JSON"
+    return start + text + struct.pack("<II", sum(sizes), 0x004E4942)  # "BIN"
+
+
+def _gltf(mesh: Mesh, sizes: list[int]) -> dict[str, object]:
+    east, north = mesh.spacing_m
+    corners = [_lattice(mesh, part) for part in _parts(len(mesh.posts))]
+    low = np.min([c.min(0) for c in corners], 0).tolist() if corners else [0.0] * 3
+    high = np.max([c.max(0) for c in corners], 0).tolist() if corners else [0.0] * 3
+    count = {"componentType": 5126, "count": len(mesh.posts)}
+    accessors: list[dict[str, object]] = [
+        {"bufferView": 0, **count, "type": "VEC3", "min": low, "max": high},
+        {"bufferView": 1, **count, "type": "VEC3"},
+        {"bufferView": 2, **count, "type": "VEC2"},
+        {"bufferView": 3, "componentType": 5125, "count": 3 * len(mesh.faces), "type": "SCALAR"},
+    ]
+    targets = [34962, 34962, 34962, 34963, None]
+    starts = np.cumsum([0, *sizes]).tolist()
+    views: list[dict[str, object]] = [
+        {"buffer": 0, "byteOffset": start, "byteLength": size} | ({"target": target} if target else {})
+        for start, size, target in zip(starts, sizes, targets, strict=False)
+        if target or mesh.texture
+    ]
+    if mesh.texture:
+        views[-1]["byteLength"] = len(mesh.texture)
+    attributes = {"POSITION": 0, "NORMAL": 1, "TEXCOORD_0": 2}
+    node = {"name": "terrain", "mesh": 0, "scale": [east, 1.0, north]}
+    node["translation"] = [0.0, 0.0, -north * (mesh.heights.shape[0] - 1)]
+    asset: dict[str, object] = {"version": "2.0", "generator": "terrain-gl"}
+    if mesh.origin:
+        asset["extras"] = mesh.origin | {"metres": "x east, y up, z south: coordinate = origin + scale (x, -z)"}
+    return {
+        "asset": asset,
+        "scene": 0,
+        "scenes": [{"nodes": [0]}],
+        "nodes": [node],
+        "meshes": [{"primitives": [{"attributes": attributes, "indices": 3, "material": 0}]}],
+        "accessors": accessors,
+        "bufferViews": views,
+        "buffers": [{"byteLength": sum(sizes)}],
+        **_materials(mesh),
+    }
+
+
+def _materials(mesh: Mesh) -> dict[str, object]:
+    """Rough ground; or the texture as it is, for light is in it already."""
+    rough: dict[str, object] = {"metallicFactor": 0.0, "roughnessFactor": 1.0}
+    if not mesh.texture:
+        return {"materials": [{"pbrMetallicRoughness": rough | {"baseColorFactor": [0.55, 0.5, 0.42, 1.0]}}]}
+    unlit: dict[str, object] = {"KHR_materials_unlit": {}}
+    return {
+        "extensionsUsed": [*unlit],
+        "materials": [{"pbrMetallicRoughness": rough | {"baseColorTexture": {"index": 0}}, "extensions": unlit}],
+        "textures": [{"source": 0, "sampler": 0}],
+        "samplers": [{"magFilter": 9729, "minFilter": 9987, "wrapS": 33071, "wrapT": 33071}],
+        "images": [{"bufferView": 4, "mimeType": "image/png"}],
+    }
+
+
+# --- STL --------------------------------------------------------------------------------------------------------------
+
+
+def _stl(mesh: Mesh, name: str) -> Iterator[bytes]:
+    """Binary STL (3D Systems 1989) of a solid in millimetres: the land, walls along its rim, and a level base."""
+    mesh = _shared(mesh)
+    top = _millimetres(mesh)
+    n, bottom = len(top), top * [1, 1, 0]
+    corners = np.concatenate([top, bottom])
+    rim = _rim(mesh.faces.astype(np.int64))
+    a, b = rim.T
+    walls = np.concatenate([np.stack([a, a + n, b + n], -1), np.stack([a, b + n, b], -1)])
+    faces = np.concatenate([mesh.faces.astype(np.int64), walls, mesh.faces[:, ::-1].astype(np.int64) + n])
+    yield f"solid in mm, {mesh.print_mm:g} mm the longer side".encode("ascii").ljust(80) + struct.pack("<I", len(faces))
+    for part in _parts(len(faces)):
+        triangles = np.zeros(part.stop - part.start, _STL)
+        triangles["corners"] = corners[faces[part]]
+        a, b, c = (triangles["corners"][:, i].astype(np.float64) for i in range(3))
+        triangles["normal"] = _unit(np.cross(b - a, c - a))
+        yield triangles.tobytes()
+
+
+def _shared(mesh: Mesh) -> Mesh:
+    """The mesh with one vertex in one place."""
+    posts, number = np.unique(mesh.posts, axis=0, return_inverse=True)
+    return replace(mesh, posts=posts, faces=number.reshape(-1)[mesh.faces].astype("u4"))
+
+
+def _millimetres(mesh: Mesh) -> np.ndarray:
+    """(n, 3) float32 places of a solid's top, its base at height 0."""
+    world = np.concatenate([mesh.world(part) for part in _parts(len(mesh.posts))])
+    world -= world.min(0)
+    scale = mesh.print_mm / world[:, :2].max()
+    return (world * scale + [0, 0, BASE * mesh.print_mm]).astype("f4")
+
+
+def _rim(faces: np.ndarray) -> np.ndarray:
+    """(k, 2) edges of one face alone, in its direction."""
+    edges = faces[:, [[0, 1], [1, 2], [2, 0]]].reshape(-1, 2)
+    n = int(faces.max()) + 1
+    return edges[~np.isin(edges @ [n, 1], edges @ [1, n])]
+
+
+FORMATS: dict[str, Format] = {".ply": _ply, ".glb": _glb, ".obj": _obj, ".stl": _stl}
+BESIDE: dict[str, Callable[[Mesh, str], bytes]] = {".png": lambda mesh, name: mesh.texture or b"", ".mtl": _mtl}

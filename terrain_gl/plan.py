@@ -1,0 +1,52 @@
+"""The map from straight above, without perspective: the rendered look as a texture for meshes."""
+
+from __future__ import annotations
+
+import math
+from typing import Any
+
+import numpy as np
+
+from .camera import Camera
+from .renderer import Renderer
+
+AWAY = 450.0  # times the map's depth: the eye's distance; further off, the field of view is below the least of a camera
+LONGEST_PX = 2048
+
+
+def plan(renderer: Renderer, longest_px: int = LONGEST_PX, **look: Any) -> np.ndarray:
+    """Picture of the whole map, north up; its edges are those of the outermost posts' cells.
+
+    Parameters
+    ----------
+    longest_px
+        Pixels along the longer side.
+    look
+        Fields of `RenderOptions`, by name.
+
+    Returns
+    -------
+    picture
+        (rows, cols, 3) uint8 sRGB.
+    """
+    heightmap = renderer.heightmap
+    (east, north), (rows, cols) = heightmap.spacing_m, heightmap.heights.shape
+    width, depth = cols * east, rows * north
+    px = longest_px / max(width, depth)
+    size = max(1, round(px * width)), max(1, round(px * depth))
+    away, level = AWAY * depth, float(np.mean(heightmap.range_m))
+    x, y = (cols - 1) * east / 2, (rows - 1) * north / 2
+    camera = Camera((x, y, level + away), (x, y, level), math.degrees(2 * math.atan(depth / 2 / away)))
+    image = renderer.render(camera, size=size, **look | {"near_m": away / 2}).image
+    inside = [_inside(size[1], rows), _inside(size[0], cols)]
+    return image[np.ix_(*inside)][..., :3]
+
+
+def _inside(pixels: int, posts: int) -> np.ndarray:
+    """For each pixel of a line itself, or the next that shows land: half a cell beyond the outermost posts is none."""
+    at = (np.arange(pixels) + 0.5) / pixels * posts - 0.5
+    whole = posts / pixels  # the pixel on the rim is in part sky
+    good = np.flatnonzero((at > whole) & (at < posts - 1 - whole))
+    if not len(good):
+        return np.arange(pixels)
+    return np.clip(np.arange(pixels), good[0], good[-1])
