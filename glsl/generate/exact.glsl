@@ -1,7 +1,7 @@
-// generate/exact.glsl — arithmetic whose every bit is the same on every driver.
-//   GLSL 4.30 (section 4.5.1) has floats add, subtract, multiply, compare and floor as IEEE 754 says, while division,
-//   square roots and functions like dot() and mix() may differ in their last bits. So here are only the former, and
-//   `precise` keeps a product and a sum from becoming one operation. Every function returns a precise variable.
+// generate/exact.glsl — arithmetic that gives the same bits on every driver.
+//   In GLSL 4.30 (section 4.5.1) addition, subtraction, multiplication, comparison and floor() of floats follow IEEE 754.
+//   Division, square roots and functions like dot() and mix() may differ in their last bits. So we use only the former, and
+//   `precise` prevents that a product and a sum become one operation. Every function returns a precise variable.
 // Provides blend(), dot2(), smooth_step(), inverse_sqrt(), soft_abs(), soft_min(), hash(), signed_unit().
 // Python twins: reference.generate.inverse_sqrt, reference.pcg3d
 
@@ -15,7 +15,7 @@ float dot2(vec2 a, vec2 b) {
     return y;
 }
 
-// 0 below `low`, 1 from low + 1 / steepness on, smooth between.
+// 0 below `low`, 1 above low + 1 / steepness, smooth in between.
 float smooth_step(float low, float steepness, float x) {
     precise float t = min(max((x - low) * steepness, 0.0), 1.0);
     precise float y = t * t * (3.0 - 2.0 * t);
@@ -30,7 +30,7 @@ float inverse_sqrt(float x) {
     return y;
 }
 
-// |x|, round where it is below `softness`.
+// |x|, rounded off where it is below `softness`.
 float soft_abs(float x, float softness) {
     precise float square = x * x;
     precise float bounded = square + softness * softness;
@@ -38,14 +38,14 @@ float soft_abs(float x, float softness) {
     return y;
 }
 
-// The lesser of two, round where they are within 0.1 of each other.
+// The smaller of two, rounded off where they differ by less than 0.1.
 float soft_min(float a, float b) {
     precise float near = max(0.1 - abs(a - b), 0.0);
     precise float y = min(a, b) - 2.5 * near * near;
     return y;
 }
 
-// Three numbers of 32 bits that look like chance, out of three (pcg3d of Jarzynski and Olano 2020, listing 2).
+// Hash of three 32-bit numbers to three (pcg3d of Jarzynski and Olano 2020, listing 2).
 uvec3 hash(uvec3 v) {
     v = v * 1664525u + 1013904223u;
     v.x += v.y * v.z;
@@ -58,7 +58,7 @@ uvec3 hash(uvec3 v) {
     return v;
 }
 
-// -1 to 1, of the 24 highest bits.
+// A number from -1 to 1, from the 24 highest bits.
 float signed_unit(uint bits) {
     precise float y = float(bits >> 8) * (1.0 / 8388608.0) - 1.0;
     return y;

@@ -1,25 +1,25 @@
-// generate/gully.glsl — stripes that run down a slope: what running water leaves, without the water.
-//   Each cell has a pivot from which waves spread across the slope; the waves of the nine cells around are added as
-//   arrows and brought to one length, so that stripes join up, fork and end (the idea of Clay John 2018, Eroded Terrain
-//   Noise, and of Skovbo Johansen 2025).
+// generate/gully.glsl — stripes that run down a slope, like gullies from erosion, without a simulation of water.
+//   Each cell has a pivot, from which waves spread across the slope. The waves of the nine cells around a point are added as
+//   vectors and normalised, so that stripes join, fork and end (after Clay John 2018, Eroded Terrain Noise, and Skovbo
+//   Johansen 2025).
 //
-//     slope ↓   │ │ ╲ │ │        Octave by octave the stripes' own slope turns the next ones, which so run
-//               │ │ │╲│ │        down the sides of the last: gullies branch.
+//     slope ↓   │ │ ╲ │ │        The slope of the stripes of each octave turns those of the next octave: they run
+//               │ │ │╲│ │        down the sides of the larger gullies, and gullies branch.
 //
 // Provides stripes().   Python twin: reference.stripes
 
 #include "generate/noise.glsl"
 
-const float REACH = 0.6944444;  // 1 / 1.2², within which the nine cells hold all pivots
+const float REACH = 0.6944444;  // 1 / 1.2²: the nine cells contain all pivots within a distance of 1.2
 
-// Much like cos(2π turns), of cubic pieces.
+// Nearly cos(2π turns), from cubic pieces.
 float wave(float turns) {
     precise float x = 2.0 * abs(turns - floor(turns + 0.5));
     precise float y = 1.0 - 2.0 * x * x * (3.0 - 2.0 * x);
     return y;
 }
 
-// Height and rise of the stripes at p, -1 to 1 each, one stripe a unit along the unit vector `across`.
+// Height and slope of the stripes at p, -1 to 1 each; one stripe for each unit along the unit vector `across`.
 vec2 stripes(vec2 p, vec2 across, uint layer) {
     vec2 home = floor(p);
     precise vec2 sum = vec2(0.0);

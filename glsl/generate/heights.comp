@@ -1,4 +1,4 @@
-// generate/heights.comp — the posts of a band of rows, one thread a post. A post's height depends on its place alone.
+// generate/heights.comp — the posts of a band of rows, one thread for each post. A post's height depends only on its place.
 // Python twin: reference.land
 
 #include "generate/land.glsl"
@@ -6,9 +6,9 @@
 layout(local_size_x = 64) in;
 layout(std430, binding = 0) writeonly buffer Heights { float height[]; };
 
-uniform ivec2 u_size;     // of the band: columns, rows
-uniform int u_first_row;  // of the map
-uniform float u_step;     // from post to post
+uniform ivec2 u_size;     // columns and rows of the band
+uniform int u_first_row;  // first row of the band in the map
+uniform float u_step;     // distance from post to post
 
 void main() {
     ivec2 at = ivec2(gl_GlobalInvocationID);

@@ -1,5 +1,5 @@
-// generate/land.glsl — height of the land at a point: great forms, gullies, strata, roughness.
-//   Lengths on the map are in units of 8 reliefs, so that slopes stay what they are; heights in units of the relief.
+// generate/land.glsl — height of the land at a point: large forms, gullies, strata, roughness.
+//   Lengths on the map are in units of 8 reliefs, heights in units of the relief: slopes do not depend on the relief.
 // Provides land().   Python twin: reference.land
 
 #include "generate/gully.glsl"
@@ -14,7 +14,7 @@ uniform int u_recipe;
 const float AMPLITUDE[4] = float[](1.0, 0.55, 0.3, 0.17);
 const float WARP[3] = float[](0.22, 0.07, 0.03);
 
-// Domain warping (Quilez 2002): p moved about at three scales, so that nothing keeps the lattice's directions.
+// Domain warping (Quilez 2002): p is moved at three scales, so that the lattice of the noise does not show.
 vec2 warp(vec2 p) {
     precise vec2 q = p, at = 1.07 * p;
     for (int i = 0; i < 3; i++) {
@@ -33,7 +33,7 @@ float upland(vec2 q) {
     return smooth_step(-0.85, 1.0, y);
 }
 
-// Distance from the valleys, the zero lines of noise; branches fade into the valleys that they join.
+// Distance from the valleys, which are the zero lines of noise; branches fade out into the valleys that they join.
 float above_valleys(vec2 q, float softness) {
     precise float sum = 0.0;
     for (int i = 0; i < min(4, u_octaves); i++) {
@@ -45,7 +45,7 @@ float above_valleys(vec2 q, float softness) {
     return sum;
 }
 
-// The same for canyons: branches are shallower than what they join, and as steep.
+// The same for canyons: branches are shallower than the canyons that they join, and as steep.
 float branches(vec2 q) {
     precise float nearest = 1.0;
     for (int i = 0; i < min(3, u_octaves); i++) {
@@ -69,7 +69,7 @@ float ridges(vec2 q) {
     return sum;
 }
 
-// From rolling hills to tablelands: plateaus, mesas upon them, and the plains that valleys have grown into.
+// From rolling hills to tablelands: plateaus with mesas, and plains where valleys are wide.
 float canyon(vec2 p) {
     vec2 q = warp(p);
     float up = upland(q);
@@ -90,17 +90,17 @@ float alpine(vec2 p) {
     return y;
 }
 
-// The great forms.
+// The large forms.
 float forms(vec2 p) { return u_recipe == ALPINE ? alpine(p) : canyon(p); }
 
-// Slope of the forms, east and south.
+// Slope of the large forms, east and south.
 vec2 rise(vec2 p, float h) {
     precise vec2 east = p + vec2(1.0 / 256.0, 0.0), south = p + vec2(0.0, 1.0 / 256.0);
     precise vec2 y = (vec2(forms(east), forms(south)) - h) * 256.0;
     return y;
 }
 
-// 0 to 1. Gullies are as deep as the land is steep, on plains there are none; each octave leans on the one before.
+// 0 to 1. Gullies are deep on steep land, and there are none on plains; each octave follows the slope of the one before.
 float land(vec2 p) {
     precise float h = forms(p), rough = 0.0, wavelength = 0.2, frequency = 5.0;
     precise vec2 slope = rise(p, h);

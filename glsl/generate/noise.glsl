@@ -1,4 +1,4 @@
-// generate/noise.glsl — gradient noise (Perlin 1985, with the fade of Perlin 2002), a field for each seed and layer.
+// generate/noise.glsl — gradient noise (Perlin 1985, with the fade of Perlin 2002), a different field for each seed and layer.
 //   n(p) = Σ fade(f) · g(c) · (p − c)   over the four corners c of p's cell, g a hashed unit vector
 // Provides noise(), cell_hash(), finer().   Python twin: reference.noise
 
@@ -33,7 +33,7 @@ float noise(vec2 p, uint layer) {
     return y;
 }
 
-// The next octave: half the wavelength, turned by atan(3/4) so that no two lattices line up.
+// The next octave: half the wavelength, rotated by atan(3/4) so that the lattices of octaves do not line up.
 vec2 finer(vec2 p) {
     precise vec2 q = vec2(1.6 * p.x - 1.2 * p.y + 0.37, 1.2 * p.x + 1.6 * p.y + 0.71);
     return q;

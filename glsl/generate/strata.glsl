@@ -1,14 +1,14 @@
 // generate/strata.glsl — layers of rock: benches, and cliffs as steep as the rock is hard.
 //
-//                     ____ bench         The staircase is over elevation, so its steps follow the contours. Each layer
-//            cliff   /                   breaks at a level of its own, its hardness changes from place to place, and
-//          ____ ____|                    the layers are tilted and wavy.
+//                     ____ bench         The staircase is a function of elevation, so its steps follow the contours.
+//            cliff   /                   Each layer breaks at its own level, its hardness changes from place to place,
+//          ____ ____|                    and the layers are tilted and wavy.
 //
 // Provides strata().   Python twin: reference.strata
 
 #include "generate/noise.glsl"
 
-// What `h`, in units of the relief, becomes; the hardest cliffs are `edge` times as steep as the land was, the softest 2.
+// The new height for `h`, in units of the relief; the hardest cliffs are `edge` times as steep as before, the softest 2 times.
 float strata(float h, vec2 p, float layers, float thickness, float edge, float strength, uint kind) {
     precise vec2 broad = 0.6 * p, wavy = 5.0 * p, rock = 1.3 * p;
     precise float tilt = 0.9 * noise(broad, kind) + 0.15 * noise(wavy, kind + 1u);

@@ -1,8 +1,8 @@
-// prefilter/frame.glsl — the frame in which other ways to prefilter normals are compared with ours: the same footprint,
-// albedo, sky, air and tone. Theirs are the normal, its spread, and the sun's visibility, from mipmaps.
-//   Mipmaps are square: a long footprint takes several looks along its length, as graphics hardware does (McCormack et al.
-//   1999, "Feline: fast elliptical lines for anisotropic texture mapping").
-// The includer gives lit_by_rival(). Provides Mips, mips_over(), sunlit().
+// prefilter/frame.glsl — the frame in which other prefilters of normals are compared with ours: footprint, albedo, sky, air and
+// tone mapping are the same. Normal, its spread and the sun's visibility come from their mipmaps.
+//   Mipmaps are square. A long footprint takes several samples along its length, as graphics hardware does (McCormack et
+//   al. 1999, "Feline: fast elliptical lines for anisotropic texture mapping").
+// The includer gives lit_by_baseline(). Provides Mips, mips_over(), sunlit().
 
 #include "shade/samples.glsl"
 #include "light/lit.glsl"
@@ -16,8 +16,8 @@ layout(binding = 9) uniform sampler2D u_products;
 
 struct Mips {
     vec3 normal;   // mean of unit normals
-    float sun;     // mean of what is to be seen of the sun
-    vec2 slope;    // mean, and the covariance around it: xx, yy, xy
+    float sun;     // mean visible share of the sun
+    vec2 slope;    // mean slope; then the covariance: xx, yy, xy
     vec3 spread;
 };
 
@@ -38,9 +38,9 @@ Mips mips_over(Ground g, float scale) {
     return Mips(n.xyz, n.w, s.xy, spread);
 }
 
-Lit lit_by_rival(Ground g);
+Lit lit_by_baseline(Ground g);
 
-// A footprint of one normal: what the sun and the sky's lobes send it.
+// The light of sun and sky on a footprint with a single normal.
 Lit lit_as_one(Ground g, vec3 normal, float sharpness, float sun_seen) {
     Lit l;
     l.lobe = merged_ground(g);
@@ -52,7 +52,7 @@ Lit lit_as_one(Ground g, vec3 normal, float sharpness, float sun_seen) {
     return l;
 }
 
-// Roughness of the cover alone, as a lobe of half-vectors.
+// Roughness of the cover alone, as the sharpness of a lobe of half-vectors.
 float cover_sharpness(Ground g) { return sharpness_of_roughness(material_of(g.post, g.extent, g.fine).roughness); }
 
-vec3 ground_colour(Ground g, int sample_) { return land_colour(g, outgoing_light(g, lit_by_rival(g)), g.distance_m); }
+vec3 ground_colour(Ground g, int sample_) { return land_colour(g, outgoing_light(g, lit_by_baseline(g)), g.distance_m); }

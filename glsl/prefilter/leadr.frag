@@ -1,9 +1,9 @@
-// prefilter/leadr.frag — mipmaps of slopes and of their products: a Gaussian of slopes under each footprint.
-//   Dupuy et al. 2013, "Linear efficient antialiased displacement and reflectance mapping". Of all slopes s with mean μ and
-//   covariance Σ, the eye sees each facet by its projected area, (o·n)/n_z = o_z − o_h·s where that is positive (their
-//   equation 6; masking is the same factor for all of them and cancels):
-//     diffuse    Σ w(s) max(n·l, 0) / Σ w(s), by 7 × 7 points of a Gauss-Hermite rule instead of their random ones
-//     specular   as a lobe of the covariance's mean width added to the cover's own roughness
+// prefilter/leadr.frag — mipmaps of slopes and of their products: a Gaussian of slopes for each footprint.
+//   Dupuy et al. 2013, "Linear efficient antialiased displacement and reflectance mapping". Slopes s have the mean μ and the
+//   covariance Σ. A facet is weighted by its projected area w(s) = (o·n)/n_z = o_z − o_h·s where that is positive (their
+//   equation 6; masking is the same factor for all facets and cancels):
+//     diffuse    Σ w(s) max(n·l, 0) / Σ w(s), over the 7 × 7 points of a Gauss-Hermite rule instead of random points
+//     specular   a lobe whose width is the mean width of the covariance plus the cover's own roughness
 
 #include "prefilter/frame.glsl"
 
@@ -29,7 +29,7 @@ Facets facets_of(Mips m, vec3 o) {
     return f;
 }
 
-Lit lit_by_rival(Ground g) {
+Lit lit_by_baseline(Ground g) {
     Mips m = mips_over(g, 1.0);
     Facets f = facets_of(m, g.towards_eye);
     vec3 normal = vec3(0.0);

@@ -1,8 +1,8 @@
-// prefilter/mip.frag — mipmaps of normals, made unit length again after lookup, and of the shadow: what most games do.
+// prefilter/mip.frag — mipmaps of normals, normalised after the lookup, and of the shadow, as in most games.
 
 #include "prefilter/frame.glsl"
 
-Lit lit_by_rival(Ground g) {
+Lit lit_by_baseline(Ground g) {
     Mips m = mips_over(g, 1.0);
     return lit_as_one(g, normalize(m.normal), cover_sharpness(g), m.sun);
 }

@@ -2,7 +2,7 @@
 
 #include "prefilter/frame.glsl"
 
-Lit lit_by_rival(Ground g) {
+Lit lit_by_baseline(Ground g) {
     vec4 at = textureLod(u_normals, g.post / vec2(u_last_post), 0.0);
     return lit_as_one(g, normalize(at.xyz), cover_sharpness(g), at.w);
 }

@@ -1,5 +1,5 @@
-// prefilter/record.comp — what the methods to compare with keep of each cell, for mipmaps to average: its normal, its
-// slopes, their squares and product, and how much of the sun it sees.
+// prefilter/record.comp — the values of each cell for the mipmaps of other prefilters: normal, slopes, their squares and
+// product, and the visible share of the sun.
 
 #include "horizon/lines.glsl"
 #include "horizon/cell.glsl"

@@ -1,7 +1,7 @@
-// shade/climate.glsl — what grows and lies on land at one height of one place: told by the latitude, not by the map's own
-// range, so that a part of a map looks as it does in the whole, and an edit elsewhere changes nothing.
-//   A climate is three numbers at each corner of the map, bilinear between: metres of the tree line, metres of the snow
-//   line, and how dry it is, 0 to 1.
+// shade/climate.glsl — zones of vegetation and snow by height. They follow from the latitude, not from the map's own range. So
+// a part of a map looks the same as in the whole map, and an edit elsewhere changes nothing.
+//   A climate is three numbers at each corner of the map, bilinear in between: the tree line in metres, the snow line in
+//   metres, and dryness, 0 to 1.
 // Provides Climate, climate_at(), zone_of(), metres_up().   Python twin: light.climate
 
 struct Climate {

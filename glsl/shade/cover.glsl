@@ -1,5 +1,5 @@
-// shade/cover.glsl — what the ground is made of, from the map alone: how high it lies, how steep it is, whether it is hollow
-// or stands out, whether it is water; or, for its colour, from a picture of it. Colours are diffuse albedos.
+// shade/cover.glsl — the material of the ground, from the map alone: height, slope, hollow or ridge, water; or its colour from
+// a picture of the ground. Colours are diffuse albedos.
 // Provides Material, material_of(), WATER.
 
 #include "shade/relief.glsl"
@@ -8,11 +8,11 @@
 
 struct Material {
     vec3 albedo;
-    float roughness;  // 0 a mirror, 1 as dull as can be: its square is Beckmann's alpha
+    float roughness;  // 0 for a mirror, 1 for fully matt; its square is Beckmann's alpha
 };
 
 const Material SNOW = Material(vec3(0.84, 0.87, 0.91), 0.55), WATER = Material(vec3(0.006, 0.018, 0.026), 0.12);
-const Material FILLED = Material(vec3(0.20, 0.20, 0.21), 0.95);  // nobody knows this ground
+const Material FILLED = Material(vec3(0.20, 0.20, 0.21), 0.95);  // ground without data
 
 // Looks: light.climate.LOOKS has their names.
 #define NATURAL 0
@@ -21,7 +21,8 @@ const Material FILLED = Material(vec3(0.20, 0.20, 0.21), 0.95);  // nobody knows
 #define TINT 3
 #define VIRIDIS 4
 
-// A program for one map is told what it can leave out: whether the land wears a picture, its look, whether it is dry or not.
+// Macros for a program that serves one map, so that it leaves the rest out: whether a picture covers the land, its look,
+// whether it is dry.
 #ifndef PICTURED
 uniform bool u_pictured;
 uniform int u_look;
@@ -41,7 +42,7 @@ Material added(Material a, Material b, float weight) {
     return Material(a.albedo + weight * b.albedo, a.roughness + weight * b.roughness);
 }
 
-// Colours of the picture, multiplied by the share of the footprint that it covers; and that share.
+// The picture's colour times the share of the footprint that the picture covers; and that share.
 vec4 picture_of(vec2 post, vec2 extent) {
     vec2 texels = extent * vec2(textureSize(u_albedo, 0)) / vec2(u_last_post + 1);
     return textureLod(u_albedo, (post + 0.5) / vec2(u_last_post + 1), log2(max(max(texels.x, texels.y), 1.0)));
@@ -54,11 +55,12 @@ float hashed(ivec2 at) {
     return float(n >> 8) / 16777216.0;
 }
 
-// Value noise of mean 0, over a footprint. A mean over a box of w × h grains is best told from its middle by taking
-// 1 / (1 + w²/7.4) / (1 + h²/7.4) of the value there (least squares); the Gaussian is as much for small boxes, and ends sooner.
+// Value noise with mean 0, averaged over a footprint. The best estimate of the mean over a box of w × h grains is the value in
+// its centre times 1 / (1 + w²/7.4) / (1 + h²/7.4) (least squares). The Gaussian used here is the same for small boxes, and
+// falls to 0 sooner.
 float noise(vec2 post, float grain, vec2 extent) {
     vec2 wide = extent / grain;
-    float seen = 1.03 * exp(-0.125 * dot(wide, wide)) - 0.03;  // comes to an end
+    float seen = 1.03 * exp(-0.125 * dot(wide, wide)) - 0.03;  // reaches 0
     if (seen < 0.0) return 0.0;
     vec2 p = post / grain, t = fract(p);
     ivec2 at = ivec2(floor(p));
@@ -73,8 +75,8 @@ float patchiness(vec2 post, vec2 extent) {
            0.3 * noise(post, 1.1, extent) + 0.2 * noise(post, 0.31, extent);
 }
 
-// Layers of rock that crop out at the same heights everywhere; too thin ones for the footprint fade, early: on cliffs the
-// height of its middle is hardly known better.
+// Layers of rock at the same heights everywhere. Layers that are thin compared with the footprint fade early: on cliffs the
+// height of its centre is not known better.
 float strata(float up_m, float footprint_m) {
     float sum = 0.0;
     for (float thick_m = 145.0; thick_m > 2.0; thick_m /= 2.7)
@@ -101,7 +103,7 @@ vec3 arid_albedo(float up_m, float steep, float patch_, float layer) {
     return mix(flat_, cliff, smoothstep(0.30, 0.80, steep));
 }
 
-// Land of which nothing is known but its shape: grass where it is level, soil, and rock where it is steep.
+// Land without a climate: grass on level ground, then soil, and rock on steep slopes.
 Material earth_land(float steep, float patch_, float hollow) {
     vec3 grass = vec3(0.118, 0.122, 0.066), soil = vec3(0.165, 0.140, 0.102), rock = vec3(0.200, 0.188, 0.172);
     vec3 colour = mix(grass, soil, smoothstep(0.15, 0.55, steep * (1.0 + 0.5 * patch_) - 0.3 * hollow));
@@ -109,16 +111,16 @@ Material earth_land(float steep, float patch_, float hollow) {
     return mixed(Material(colour, 0.9), Material(rock * (1.0 + 0.3 * patch_), 0.75), bare);
 }
 
-#define AROUND_POSTS 6  // of the box around a post that its hollow is seen in, to each side
+#define AROUND_POSTS 6  // half side of the box that hollow_of() compares a post with, in posts
 
-// How far the nearest post lies below the mean of a box around it, 1 for slopes of 45 degrees all around.
+// The depth of the nearest post below the mean of the box around it: 1 for slopes of 45 degrees on all sides.
 float hollow_of(vec2 post) {
     ivec2 at = ivec2(round(post));
     float mean_m = box_mean_m(max(at - AROUND_POSTS, 0), min(at + AROUND_POSTS, u_last_post) + 1);
     return clamp((mean_m - height_m(at)) / (0.5 * float(AROUND_POSTS) * min(u_spacing_m.x, u_spacing_m.y)), -1.0, 1.0);
 }
 
-// Land of a climate: valleys, woods, meadows, scree, rock and snow, one above the other; where it is dry, sand and layers of
+// Land of a climate: valleys, woods, meadows, scree, rock and snow, one above the other; in a dry climate sand and layers of
 // rock.
 Material natural_land(vec2 post, vec2 extent, Relief fine, float hollow) {
     Climate climate = climate_at(post);
@@ -136,7 +138,7 @@ Material natural_land(vec2 post, vec2 extent, Relief fine, float hollow) {
     return mixed(land, SNOW, snowy);
 }
 
-vec3 between_stops(vec4 stops[10], float v) {  // colour, and where it stands
+vec3 between_stops(vec4 stops[10], float v) {  // xyz colour, w its position
     for (int i = 1; i < 10; i++)
         if (v < stops[i].w) return mix(stops[i - 1].rgb, stops[i].rgb, clamp((v - stops[i - 1].w) / (stops[i].w - stops[i - 1].w), 0.0, 1.0));
     return stops[9].rgb;
@@ -162,12 +164,12 @@ Material land_of(vec2 post, vec2 extent, Relief fine, float hollow) {
     return natural_land(post, extent, fine, hollow);
 }
 
-// What a footprint is covered with; its extent, in posts, decides what fades.
+// The material of a footprint; details smaller than its extent, in posts, fade.
 Material material_of(vec2 post, vec2 extent, Relief fine) {
     vec4 picture = PICTURED ? picture_of(post, extent) : vec4(0.0);
     Material pictured = Material(picture.rgb / max(picture.a, 1e-6), 0.8);
     if (picture.a > 0.999) return pictured;
-    float hollow = hollow_of(post) * smoothstep(0.7, 1.5, max(extent.x, extent.y));  // it has steps, from post to post
+    float hollow = hollow_of(post) * smoothstep(0.7, 1.5, max(extent.x, extent.y));  // hollow_of() has steps from post to post
     Material land = land_of(post, extent, fine, hollow);
     if (MARKED) {
         vec2 marked = marked_at(post);

@@ -1,4 +1,4 @@
-// shade/coverage.frag — how many of a pixel's samples see the ground.
+// shade/coverage.frag — the number of a pixel's samples that see the ground.
 
 #include "shade/seen.glsl"
 

@@ -1,8 +1,8 @@
-// shade/detail.frag — the first pass for styles that show the mesh itself: how far off it is here, in pixels.
+// shade/detail.frag — the first pass for styles that show the mesh; it also stores the error at each sample, in pixels.
 
 #include "shade/detail.glsl"
 
-// The truth between posts is either of a cell's two pairs of triangles, or lies between them: what is nearest to the drawn.
+// Error against the surfaces between the two ways to triangulate a cell: 0 if the drawn height lies between them.
 float error_m(vec2 post, float drawn_m) {
     ivec2 at = min(ivec2(post), u_last_post - 1);
     vec2 t = post - vec2(at);
@@ -12,7 +12,7 @@ float error_m(vec2 post, float drawn_m) {
     return drawn_m - clamp(drawn_m, min(falling, rising), max(falling, rising));
 }
 
-// Distance on the screen between the point drawn and the true one, d below it: method of lod/project.glsl, exact.
+// Exact distance on the screen between the drawn point and the true point, d metres below it: see lod/project.glsl.
 float error_px(vec3 drawn_m, float d) {
     float z = dot(drawn_m, u_forward.xyz), true_z = z - d * u_forward.z;
     vec2 at = vec2(dot(drawn_m, u_right.xyz), dot(drawn_m, u_up.xyz));
@@ -20,7 +20,7 @@ float error_px(vec3 drawn_m, float d) {
 }
 
 void main() {
-    bool inside = min(min(g_weights.x, g_weights.y), g_weights.z) >= 0.0;  // else the neighbour's fragment knows
+    bool inside = min(min(g_weights.x, g_weights.y), g_weights.z) >= 0.0;  // else the neighbour's fragment has it
     vec2 post = place_in_patch(g_post, patch_of(g_of_patch));
     put_detail(inside ? error_px(g_from_eye_m, error_m(post, g_from_eye_m.z + u_eye_z_m + u_eye_z_rest_m)) : 0.0);
 }

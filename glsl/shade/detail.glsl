@@ -1,4 +1,5 @@
-// shade/detail.glsl — the first pass for styles that show the mesh itself: beside its depth, what is drawn at each sample.
+// shade/detail.glsl — the first pass for styles that show the mesh: it stores facts about the mesh at each sample, besides its
+// depth.
 // Provides put_detail().
 
 #include "shade/place.glsl"
@@ -10,9 +11,10 @@ flat in uvec4 g_of_patch;
 in vec3 g_weights;
 
 layout(location = 0) out vec4 out_drawn;
-// 2 + log2 of the posts between vertices, negative for fans; triangle's edge 0 to 1; log2 of the segments a side, and patch's border 0 to 1; pixels
+// x: 2 + log2 of the posts between vertices, negative for fans; y: triangle's edge, 0 to 1; z: log2 of the segments a side,
+// whole, plus the patch's border, 0 to 1; w: pixels
 
-// Lines are a pixel wide, and faint where the triangle has no room for them.
+// Lines are one pixel wide, and fainter on small triangles.
 float edge_line() {
     vec3 per_px = max(sqrt(dFdx(g_weights) * dFdx(g_weights) + dFdy(g_weights) * dFdy(g_weights)), 1e-9);
     vec3 edge_px = g_weights / per_px;
@@ -27,7 +29,7 @@ float border_line(vec2 post, Patch p, vec2 post_per_px) {
     return (1.0 - smoothstep(0.5, 1.2, min(px.x, px.y))) * clamp(min(room.x, room.y) / 8.0, 0.1, 1.0);
 }
 
-// Note what is drawn; px is what the style wants to know in pixels.
+// Store the facts; px is the style's own number, in pixels.
 void put_detail(float px) {
     Patch p = patch_of(g_of_patch);
     vec2 post_per_px = fwidth(g_post);

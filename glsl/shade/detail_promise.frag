@@ -1,5 +1,5 @@
-// shade/detail_promise.frag — the first pass for style "promise": the bound that the tables give for the whole patch, in
-// pixels. A patch of the clipmap brings its bound along. Negative for any other patch that is no square of the quadtree.
+// shade/detail_promise.frag — the first pass for style "promise": the bound of the whole patch, in pixels. A patch of the
+// clipmap has it in its record. For a square of the quadtree the tables give it. For other patches it is negative: no bound.
 
 #include "shade/detail.glsl"
 #include "lod/promise.glsl"
@@ -7,7 +7,7 @@
 float promise_px(Patch p) {
     if (p.bound_px >= 0.0) return p.bound_px;
     int level = int(p.step_log2), side = p.high.x - p.low.x;
-    if (level < 0) return 0.0;  // a cell drawn as a fan: its posts are in place
+    if (level < 0) return 0.0;  // a cell drawn as a fan: its posts have no error
     bool of_tree = p.step_log2 == float(level) && side == p.high.y - p.low.y && (side & (side - 1)) == 0 &&
                    (p.low & (side - 1)) == ivec2(0) && side >= 1 << level;
     if (!of_tree) return -1.0;

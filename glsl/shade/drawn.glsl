@@ -1,4 +1,4 @@
-// shade/drawn.glsl — what styles that show the mesh share: what shade/detail.frag noted, a plain shade, a palette.
+// shade/drawn.glsl — shared by the styles that show the mesh: the facts that shade/detail.glsl stored, a plain shade, palettes.
 // Provides Drawn, drawn_at(), clay(), heat().
 
 #include "shade/samples.glsl"
@@ -12,7 +12,7 @@ struct Drawn {
     float step_log2;
     bool fan;
     float edge, segments_log2, border;
-    float px;  // off, or promised
+    float px;  // error, or bound
 };
 
 Drawn drawn_at(int sample_) {
@@ -20,13 +20,13 @@ Drawn drawn_at(int sample_) {
     return Drawn(abs(d.x) - 2.0, d.x < 0.0, d.y, floor(d.z), fract(d.z), d.w);
 }
 
-// Brightness of matt white ground under the sun and a white sky.
+// Brightness of matt white ground under a sun and a white sky.
 float clay(Ground g) {
     vec3 normal = normal_of(g.fine.slope);
     return 0.25 + 0.2 * normal.z + 0.55 * max(dot(normal, u_sun), 0.0);
 }
 
-// Dark to light, through colours in between: v_0 at 0, v_4 at 1.
+// Linear interpolation between five colours: v_0 at 0, v_4 at 1.
 vec3 between(vec3 v_0, vec3 v_1, vec3 v_2, vec3 v_3, vec3 v_4, float t) {
     t = clamp(t, 0.0, 1.0) * 4.0;
     vec3 v = mix(v_0, v_1, clamp(t, 0.0, 1.0));

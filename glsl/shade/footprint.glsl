@@ -1,11 +1,11 @@
-// shade/footprint.glsl — what part of the map a pixel sees.
-//   A pixel at view depth z is z/K wide, K counting pixels as they are drawn; slid along the view ray onto the ground's
-//   own plane, it is a parallelogram of sides u, v on the map, and the box around its ellipse has half sides √(u² + v²)/2,
-//   column and row. The plane is that of a wider neighbourhood: the footprint depends on the map and the camera, never on
-//   the mesh. One that lies askew is cut into pieces along its length e, of which each is to be a box of less area.
-//   Places that samples see lie on whatever bump stands there, and jump when the eye moves. So they are slid along their rays
-//   to where these meet the mean ground: the plane of the footprint for the middle of all; for each sample, which has a part
-//   of the footprint, that of its part. Their parts follow the curve of the ground, and stand for equal parts of the picture.
+// shade/footprint.glsl — the footprint of a pixel: the part of the map that it sees.
+//   A pixel at view depth z is z/K wide; K is the focal length in drawn pixels. Projected along the view ray onto the plane of
+//   the ground, it is a parallelogram with sides u and v on the map. The box around its ellipse has the half sides
+//   √(u² + v²)/2, in columns and rows. The plane is that of a wider neighbourhood, so the footprint depends on the map and the
+//   camera, and not on the mesh. A diagonal footprint is cut along its length e into pieces, whose boxes have less area.
+//   The places that samples see are on small bumps, and would jump when the eye moves. So they are moved along their rays to
+//   the mean ground: for the centre, the plane of the whole footprint; for each sample, the plane of its part of the
+//   footprint. The parts follow the curvature of the ground, and cover equal parts of the picture.
 // Provides Ground, footprint_at(), is_near(), ground_under(), add_part().
 
 #include "shade/relief.glsl"
@@ -18,26 +18,26 @@ struct Ground {
     vec2 post;
     vec2 extent;      // sides of the footprint in posts, columns and rows
     vec2 u, v;        // a pixel to the right and up, in posts
-    vec2 along;       // its length e, in posts
-    int pieces;       // to be cut into, and the sides of each
+    vec2 along;       // its longer half axis e, in posts
+    int pieces;       // number of pieces, and the sides of each
     vec2 piece;
-    int parts;        // samples that see it, and the middles of what they see
+    int parts;        // samples that see it, and the centres of their parts
     vec2 part[MOST_PARTS];
-    Relief fine;      // of the footprint
+    Relief fine;      // mean height and slope of the footprint
     vec3 from_eye_m;
     vec3 towards_eye;
     float distance_m;
 };
 
-#define GRAZING 0.1    // cosine beyond which footprints grow no longer
+#define GRAZING 0.1    // below this cosine footprints do not grow any more
 #define MOST_PIECES 4
 
-// 0 where a footprint is one place, 1 where it is a mean over the map, between them a blend.
+// 0 if a footprint is one place, 1 if it is a mean over the map; in between, a blend.
 float farness(vec2 extent) {
     return MAY_BE_FAR ? smoothstep(3.0, 6.0, max(extent.x, extent.y)) : 0.0;
 }
 
-#define RELIEF 1.3  // sides of the box whose relief a footprint has, in its own
+#define RELIEF 1.3  // sides of the box for its relief, relative to the footprint's
 
 bool is_near(vec2 extent) { return RELIEF * max(extent.x, extent.y) <= FINEST_BOX_POSTS; }
 
@@ -48,7 +48,7 @@ vec3 place_from_eye_m(vec2 post, float h_m) {
     return vec3(vec2(d.x, -d.y) * u_spacing_m - u_eye_offset_m, up_from_eye_m(h_m));
 }
 
-// A side of the pixel, slid along the ray onto the plane: posts on the map.
+// A side of the pixel, projected along the ray onto the plane, in posts.
 vec2 slide_to_ground(vec3 side_m, vec3 ray, vec3 normal) {
     float slant = dot(ray, normal);
     slant = slant < 0.0 ? min(slant, -GRAZING) : max(slant, GRAZING);
@@ -62,13 +62,13 @@ void cut(inout Ground g, vec2 u, vec2 v) {
     float wide = sqrt(max(mean - apart, 1e-12)), length_ = min(sqrt(mean + apart), LARGEST_BOX_POSTS);
     vec2 e = abs(b) > 1e-6 * mean ? normalize(vec2(b, mean + apart - a)) : (a > d ? vec2(1.0, 0.0) : vec2(0.0, 1.0));
     g.along = e * length_;
-    float askew = min(abs(g.along.x), abs(g.along.y)) / wide;  // boxes' sides that the ellipse leaves empty
+    float askew = min(abs(g.along.x), abs(g.along.y)) / wide;  // a measure of how diagonal it is
     g.pieces = int(clamp(askew + 0.5, 1.0, float(MOST_PIECES)));
     vec2 less = g.along * g.along * (1.0 - 1.0 / float(g.pieces * g.pieces));
     g.piece = clamp(sqrt(max(vec2(a, d) - less, wide * wide)), vec2(1e-4), vec2(LARGEST_BOX_POSTS));
 }
 
-// How much of the map a pixel covers that sees this place.
+// The footprint of a pixel that sees this place.
 Ground footprint_at(vec2 post) {
     Ground g;
     g.post = post;
@@ -83,8 +83,7 @@ Ground footprint_at(vec2 post) {
     return g;
 }
 
-// From a place on the mean ground, at this height, to where the ray meets the plane there; nothing near, where it lies on the
-// ground itself.
+// The offset from a place to the point where the ray meets the mean ground; 0 near the eye, where the place itself is used.
 vec2 shift_to_plane(vec2 post, float h_m, vec2 slope, vec3 ray, vec2 extent) {
     vec3 place_m = place_from_eye_m(post, h_m), normal = normal_of(slope);
     vec3 aside = ray * (dot(place_m, normal) / min(dot(ray, normal), -GRAZING)) - place_m;
@@ -92,7 +91,7 @@ vec2 shift_to_plane(vec2 post, float h_m, vec2 slope, vec3 ray, vec2 extent) {
     return shift * min(1.0, 1.0 / max(length(shift / extent), 1e-6)) * farness(extent);
 }
 
-// The ground under a footprint around the place that samples see along this ray.
+// The ground under the footprint around a place that samples see along this ray.
 Ground ground_under(Ground g, vec2 post, vec3 ray) {
     g.fine = relief_of(post, RELIEF * g.extent);
     vec2 shift = shift_to_plane(post, g.fine.height_m, g.fine.slope, ray, g.extent);
@@ -105,7 +104,7 @@ Ground ground_under(Ground g, vec2 post, vec3 ray) {
     return g;
 }
 
-// The part of a footprint that one sample sees, on its plane, which has the slope of the whole.
+// The part of the footprint that one sample sees, on a plane with the slope of the whole footprint.
 vec2 part_on_plane(Ground g, vec2 post, vec3 ray) {
     vec2 sides = min(PART * g.extent, LARGEST_BOX_POSTS);
     ivec2 half_extent = ivec2(max(round(0.5 * sides), 1.0)), m = ivec2(post + 0.5);

@@ -1,5 +1,5 @@
-// shade/kind.frag — which kind of pixel this is, as its depth: a program with a depth test then runs for one kind alone.
-//   Pixels of kind MIXED go into a list.
+// shade/kind.frag — the kind of each pixel, written as depth. With a depth test, a program then runs for one kind only.
+//   Pixels of kind MIXED are listed.
 
 #include "shade/seen.glsl"
 #include "shade/footprint.glsl"

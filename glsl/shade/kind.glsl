@@ -1,9 +1,9 @@
-// shade/kind.glsl — kinds of pixels. Each kind has a program of its own, which knows what its pixels never need.
+// shade/kind.glsl — kinds of pixels. Each kind has its own program, which leaves out code that its pixels never need.
 //   SKY     no sample sees land
-//   NEAR    all samples see one piece of ground, and the footprint is smaller than a cell: splines, one place's cover
+//   NEAR    all samples see the same ground, and the footprint is smaller than a cell: splines, the cover of one place
 //   MIXED   an edge passes through the pixel, or the footprint is larger: means from tables
 //   ANY     a program for all pixels
-// shade/kind.frag tells the first three apart.
+// shade/kind.frag finds the kind of each pixel.
 // Provides PIXELS, MAY_BE_FAR.   Python twin: shade.KINDS
 
 #define ANY 0

@@ -1,4 +1,4 @@
-// shade/lambert.frag — style "lambert": one normal a pixel, one light, no shadows: what other shading is timed against.
+// shade/lambert.frag — style "lambert": one normal for each pixel, one light, no shadows. Times of shading are compared with it.
 
 #include "shade/samples.glsl"
 #include "shade/tone.glsl"

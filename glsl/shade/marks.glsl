@@ -1,14 +1,14 @@
-// shade/marks.glsl — what is known of the posts around a place beside their heights.
+// shade/marks.glsl — marks of posts: voids that are filled, and water.
 // Provides MARKED, marked_at().   Python twin: terrain.VOID, terrain.WATER
 
 #include "blocks/terrain.glsl"
 
-#ifndef MARKED  // whether any posts are: a program for one map is told
+#ifndef MARKED  // whether the map has any; a macro in programs that serve one map
 uniform bool u_marked;
 #define MARKED u_marked
 #endif
 
-// How much of the ground around a place was void and is filled, and how much is water: bilinear between posts.
+// The shares of filled voids and of water at a place: bilinear between posts.
 vec2 marked_at(vec2 post) {
     ivec2 first = min(ivec2(post), u_last_post - 1);
     vec2 t = post - vec2(first);

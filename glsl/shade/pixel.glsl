@@ -1,6 +1,6 @@
-// shade/pixel.glsl — the main of a style: one pixel, that of the fragment, or one of the list of LISTED pixels.
-//   Pixels with edges are few and lie scattered. In a list they fill whole groups of threads, and none waits for them.
-// The includer gives colour_of_pixel().
+// shade/pixel.glsl — main() of a style, for the pixel of a fragment, or (with LISTED) for a pixel of the list.
+//   Pixels with edges are few and scattered. From a list they fill whole groups of threads, so no other pixel waits for them.
+// The including file defines colour_of_pixel().
 
 #ifdef LISTED
 

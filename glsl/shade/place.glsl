@@ -1,11 +1,11 @@
-// shade/place.glsl — the place on the map that a fragment of a patch sees.
+// shade/place.glsl — the place on the map that a fragment sees.
 // Provides place_in_patch(), is_in_hole().
 
 #include "blocks/terrain.glsl"
 #include "mesh/patch.glsl"
 
-// A pixel's centre may lie beside the triangle that covers its samples: do not leave the patch, nor the map.
-// (Interpolation at samples or centroids is for just that, but Mesa's software renderer gets it wrong.)
+// A pixel's centre may be outside the triangle that covers its samples: clamp the place to the patch and to the map.
+// (Interpolation at samples or centroids would solve this, but Mesa's software renderer does it wrong.)
 vec2 place_in_patch(vec2 post, Patch p) {
     return clamp(post, vec2(p.low), vec2(min(p.high, u_last_post)));
 }

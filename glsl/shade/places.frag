@@ -1,4 +1,4 @@
-// shade/places.frag — which place of the map a sample of each pixel sees: column and row, negative for the sky.
+// shade/places.frag — the place of the map that a sample of each pixel sees: column and row, negative for the sky.
 
 #include "shade/seen.glsl"
 

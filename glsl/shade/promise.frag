@@ -1,5 +1,5 @@
-// shade/promise.frag — style "promise": the bound of each patch in pixels, which decided how it is drawn: from black, none,
-// to pale yellow, the tolerance; cyan beyond it. Grey is a patch without a promise.
+// shade/promise.frag — style "promise": the certified bound of each patch in pixels, from black, 0, to pale yellow, the
+// tolerance; cyan above it. Patches without a bound are grey.
 
 #include "shade/drawn.glsl"
 

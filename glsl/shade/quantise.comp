@@ -1,11 +1,11 @@
-// shade/quantise.comp — heights as 16-bit steps of the map's span, ready to be summed.
+// shade/quantise.comp — heights as 16-bit steps of the map's span, as values to be summed.
 
 #include "shade/steps.glsl"
 
 layout(local_size_x = 64) in;
 layout(std430, binding = 0) writeonly buffer Words { uint word[]; };
 
-uniform ivec2 u_first;  // first post, and how many columns and rows
+uniform ivec2 u_first;  // first post; then columns and rows of posts
 uniform ivec2 u_count;
 uniform int u_first_row;  // of them, in this run
 

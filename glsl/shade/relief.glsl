@@ -1,23 +1,22 @@
-// shade/relief.glsl — mean height and mean slope of the ground under a footprint: a box on the map, at any place and of
-// any size, in posts.
-//   Larger than a few posts: from the summed-area table of heights. S between texels is bilinear, because a texel is
-//   constant: so the mean is continuous in the box, and moving the eye makes nothing flicker.
+// shade/relief.glsl — mean height and mean slope over a footprint: a box on the map, at any place and of any size, in posts.
+//   Boxes larger than a few posts use the summed-area table of heights. S is bilinear between texels, because a texel is
+//   constant. So the mean is continuous in the box, and nothing flickers when the eye moves.
 //
 //          a       b       c        mean height   sum(a..c) / area
 //       a  ┌───────┬───────┐        slope         (mean of the eastern half − mean of the western) / distance of
-//          │  NW   │  NE   │                      their centres: the exact mean of the slope, weighted by a tent
-//       b  ├───────┼───────┤                      across and a box along
+//          │  NW   │  NE   │                      their centres: exactly the mean slope, weighted by a tent across
+//       b  ├───────┼───────┤                      and a box along
 //          │  SW   │  SE   │        Exact for planes, at any place.
-//       c  └───────┴───────┘        Each side has two texels, 6 × 6 words in all.
+//       c  └───────┴───────┘        Each side needs two texels: 6 × 6 words together.
 //
-//   Smaller: cubic B-splines over the float heights, smooth to the second derivative; between the two, a blend.
+//   Smaller boxes use cubic B-splines over the heights, with continuous second derivatives. In between, the two are blended.
 // Provides Relief, relief_of(), slope_of_cells(), rough_slope(), box_mean_m().   Python twin: reference.relief
 
 #include "shade/steps.glsl"
 #include "shade/kind.glsl"
 
-// A storage block, or the same buffer seen as a texture: software renderers read that in a third of the time, but it may
-// hold fewer words.
+// A storage block, or the same buffer as a texture: software renderers read a texture in a third of the time, but it may hold
+// fewer words.
 #ifdef WORDS_IN_TEXTURES
 layout(binding = 10) uniform usamplerBuffer u_height_sums;
 #define HEIGHT_SUM(i) texelFetch(u_height_sums, i).x
@@ -26,8 +25,8 @@ layout(std430, binding = 0) readonly buffer HeightSums { uint height_sum[]; };
 #define HEIGHT_SUM(i) height_sum[i]
 #endif
 
-#define LARGEST_BOX_POSTS 250.0  // 65,536 texels are exact; this leaves room for the rims
-#define FINEST_BOX_POSTS 1.5     // up to here a spline alone
+#define LARGEST_BOX_POSTS 250.0  // sums of 65,536 texels are exact; this leaves room for the rims
+#define FINEST_BOX_POSTS 1.5     // boxes up to this size use the spline alone
 
 struct Relief {
     float height_m;
@@ -39,7 +38,7 @@ uint sum_at(int x, int y) {
     return HEIGHT_SUM((y - 1) * (u_last_post.x + 1) + x - 1);
 }
 
-// Sums of a row of words, each from the western side on, blended to the three sides a, b, c.
+// Sums along a row of words, relative to the western side, interpolated to the three sides a, b, c.
 vec3 sums_of_row(int x[6], vec3 part, int y, inout uint first[6], bool is_first) {
     float sums[6];
     uint west = sum_at(x[0], y);
@@ -51,8 +50,8 @@ vec3 sums_of_row(int x[6], vec3 part, int y, inout uint first[6], bool is_first)
     return mix(vec3(sums[0], sums[2], sums[4]), vec3(sums[1], sums[3], sums[5]), part);
 }
 
-// Texels make a staircase of a ramp, and a box that cuts steps in parts sees it a little too flat or too steep. The same
-// box on a ramp of slope 1 tells by how much: columns and rows, east minus west and south minus north.
+// Texels turn a ramp into a staircase; a box that cuts its steps measures a slope that is a little wrong. The same box on a
+// ramp of slope 1 gives the factor: columns and rows, east minus west and south minus north.
 vec3 stairs_until(vec3 x, float origin) {
     vec3 n = floor(x) - origin;
     return 0.5 * n * (n - 1.0) + n * fract(x);
@@ -106,7 +105,7 @@ vec4 spline_slope(float t) {
     return vec4(-(1.0 - t) * (1.0 - t), t * (3.0 * t - 4.0), 1.0 + t * (2.0 - 3.0 * t), t * t) * 0.5;
 }
 
-// Heights of 4 × 4 posts: rows from `first` on, each from west to east. Beyond the map its rim goes on.
+// Heights of 4 × 4 posts: rows from `first` on, each from west to east. Outside the map the rim is repeated.
 mat4 heights_from(ivec2 first) {
     mat4 h;
     vec2 texel = 1.0 / vec2(u_last_post + 1);
@@ -130,10 +129,10 @@ Relief relief_of_spline(vec2 post) {
     return Relief(dot(rows, wy), vec2(dot(dx * h, wy), -dot(rows, dy)) / u_spacing_m);
 }
 
-// Weights of four posts in a row, of which a cell's slope uses three, from the first or the second on.
+// Weights of four posts in a row; a cell's slope uses three of them, from the first or the second on.
 vec4 one_of_two(vec3 weights, bool second) { return second ? vec4(0.0, weights) : vec4(weights, 0.0); }
 
-// Slopes of cells, bilinear between their middles: the finest there is, for what is to be averaged over several places.
+// Slopes of cells, bilinear between their centres: the finest slopes, for averages over several places.
 vec2 slope_of_cells(vec2 post) {
     vec2 p = clamp(post - 0.5, vec2(0.0), vec2(u_last_post - 1)), t = fract(p);
     ivec2 first = ivec2(floor(post)) - 1;
@@ -158,7 +157,7 @@ float box_mean_m(ivec2 a, ivec2 b) {
     return m_from_steps(float(sum) / (float(b.x - a.x) * float(b.y - a.y)));
 }
 
-// Mean slope between the halves of a box of whole posts: for what need not be smooth.
+// Mean slope over a box of whole posts, where the result need not be smooth.
 vec2 rough_slope(vec2 post, vec2 extent) {
     ivec2 half_extent = ivec2(max(round(0.5 * min(extent, LARGEST_BOX_POSTS)), 1.0)), m = ivec2(post + 0.5), end = u_last_post + 1;
     ivec2 a = max(m - half_extent, 0), c = min(m + half_extent, end);

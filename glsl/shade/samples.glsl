@@ -1,7 +1,7 @@
 // shade/samples.glsl — the second pass of a picture: from the places that a pixel's samples see to one colour.
-//   Samples on the same piece of ground are shaded once, around the middle of them, with their number as weight; the sky
-//   fills the rest. Most pixels have no edge: their programs (shade/kind.glsl) shade one piece of ground, or the sky.
-// The includer gives ground_colour() and sky_colour(), in display-linear light.
+//   Samples on the same ground are shaded once, around their centre; their number is the weight. The sky fills the rest.
+//   Most pixels have no edge: their programs (shade/kind.glsl) shade one piece of ground, or the sky.
+// The including file defines ground_colour() and sky_colour(), in display-linear light.
 // Provides pixel_colour(), Ground.
 
 #include "shade/footprint.glsl"
@@ -9,7 +9,7 @@
 vec3 ground_colour(Ground g, int sample_);
 vec3 sky_colour(vec3 direction);
 
-// Which samples, as bits, see the ground within a footprint of this place.
+// The samples, as bits, that see ground inside the footprint of this place.
 int samples_near(Ground g) {
     int near = 0;
     for (int i = 0; i < SAMPLES; i++) {
@@ -26,17 +26,17 @@ vec2 middle_of(int samples) {
     return sum / float(bitCount(samples));
 }
 
-// From the pixel's middle to that of these samples.
+// The offset from the pixel's centre to the centre of these samples.
 vec2 offset_of(int samples) {
     vec2 offset = vec2(0.0);
     for (int i = 0; i < SAMPLES; i++) offset += float(samples >> i & 1) * offset_of_sample(i);
     return offset / float(bitCount(samples));
 }
 
-// The ray through the middle of these samples.
+// The ray through the centre of these samples.
 vec3 ray_of(int samples) { return view_ray(offset_of(samples)); }
 
-// What the samples see that see the same piece of ground: its footprint is that around the middle of them.
+// The ground that a group of samples sees; its footprint is around their centre.
 Ground ground_of(int samples) {
     Ground g = ground_under(footprint_at(middle_of(samples)), middle_of(samples), ray_of(samples));
     for (int i = 0; i < SAMPLES; i++)
@@ -57,7 +57,7 @@ vec3 pixel_colour() {
     int sky = SAMPLES - bitCount(left);
     vec3 sum = sky > 0 ? float(sky) * sky_colour(view_ray(vec2(0.0))) : vec3(0.0);
     if (left == 0) return sum / float(SAMPLES);
-    do {  // software renderers pay for the end of a loop as for one more pass, if the test comes first
+    do {  // with the test first, software renderers run one more pass
         int sample_ = findLSB(left);
         int alike = left & (samples_near(footprint_at(post_of_sample(sample_))) | 1 << sample_);
         left &= ~alike;

@@ -1,5 +1,5 @@
-// shade/seen.glsl — what the first pass leaves of a picture: the depth of every sample. With the ray through the sample it
-// gives the place on the map that the sample sees.
+// shade/seen.glsl — the result of the first pass: the depth of every sample. Depth and ray give the place on the map that the
+// sample sees.
 //   depth d = near / z, and 0 for the sky         z: metres along the view
 //   place  = eye + z (forward + x right + y up)    x, y: where the sample is in the picture
 // Provides SAMPLES, SAMPLE_AT, FRAG_COORD, post_of_sample(), is_sky(), view_ray().
@@ -18,9 +18,9 @@
 
 layout(binding = 2) uniform PER_SAMPLE u_depth;
 
-// Pixels of kind MIXED, 16 bits each of column and row: shade/kind.frag lists them, in any order.
+// Pixels of kind MIXED, column and row in 16 bits each: shade/kind.frag lists them, in any order.
 layout(std430, binding = 6) buffer Listed {
-    uint listed_groups[3];  // of 64 pixels, as a dispatch wants them
+    uint listed_groups[3];  // dispatch size, for groups of 64 pixels
     uint listed_count;
     uint listed[];
 };
@@ -32,12 +32,12 @@ vec4 g_frag_coord;
 #define FRAG_COORD gl_FragCoord
 #endif
 
-// From the middle of a pixel to its four samples, where all GPUs have them.
+// Offsets from the centre of a pixel to its four samples: the same on all GPUs.
 const vec2 SAMPLE_AT[4] = vec2[4](vec2(-0.125, -0.375), vec2(0.375, -0.125), vec2(-0.375, 0.125), vec2(0.125, 0.375));
 
 vec2 offset_of_sample(int i) { return SAMPLES == 4 ? SAMPLE_AT[i] : vec2(0.0); }
 
-// Through a place in the pixel; one metre long along the view.
+// The ray through a place in the pixel; its component along the view is one metre.
 vec3 ray_at(vec2 offset_px) {
     vec2 at = ((picture_px(FRAG_COORD) + offset_px) / vec2(u_size_px) * 2.0 - 1.0) * u_half_extent;
     return u_forward.xyz + at.x * u_right.xyz + at.y * u_up.xyz;
@@ -45,7 +45,7 @@ vec3 ray_at(vec2 offset_px) {
 
 vec3 view_ray(vec2 offset_px) { return normalize(ray_at(offset_px)); }
 
-// Column and row on the map; negative for the sky.
+// Column and row of the place on the map; negative for the sky.
 vec2 post_of_sample(int i) {
     float depth = texelFetch(u_depth, ivec2(FRAG_COORD.xy), i).x;
     vec2 from_eye_m = ray_at(offset_of_sample(i)).xy * (near_m() / max(depth, 1e-30)) + u_eye_offset_m;

@@ -5,7 +5,7 @@
 #include "light/shown.glsl"
 
 #ifndef WATER_LEVEL
-#define WATER_LEVEL 1  // 0 where there is none: what is not asked for is not paid for
+#define WATER_LEVEL 1  // 0 without water: its code is then left out
 #endif
 
 vec3 ground_colour(Ground g, int sample_) {

@@ -1,3 +1,3 @@
-// shade/solid.frag — the first pass of a picture, for a map without voids: depth is all that shading needs of the mesh.
+// shade/solid.frag — the first pass of a picture, for a map without voids. Shading needs only depth from the mesh.
 
 void main() {}

@@ -1,5 +1,5 @@
-// shade/steps.glsl — the unit of the heights that are summed: 65,535 steps from the lowest to the highest.
-//   A mean over a box is at most half a step off, and far less where the terrain crosses many steps.
+// shade/steps.glsl — the unit of the summed heights: the map's span has 65,535 steps.
+//   The rounding error of a mean over a box is at most half a step, and much less if the terrain crosses many steps.
 
 #include "blocks/terrain.glsl"
 

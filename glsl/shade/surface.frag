@@ -1,4 +1,4 @@
-// shade/surface.frag — the first pass of a picture, for a map with voids whose cells are holes. Depth is all that remains.
+// shade/surface.frag — the first pass of a picture, for a map with voids whose cells are holes. Only depth is stored.
 
 #include "shade/place.glsl"
 #include "shade/seen.glsl"
@@ -6,8 +6,8 @@
 in vec2 v_post;
 flat in uvec4 v_of_patch;
 
-// The place in the middle of the samples that the triangle covers. The pixel's own may be far off, beside the triangle:
-// over a void at a ridge, and cells away where small triangles lie flat in the distance.
+// The place at the centre of the samples that the triangle covers. The place of the pixel's centre may be outside the
+// triangle: over a void behind a ridge, or cells away on small, flat triangles in the distance.
 vec2 covered_place() {
     int covered = gl_SampleMaskIn[0] & 15;
     vec3 at = vec3(v_post, 1.0) * gl_FragCoord.w;  // linear on the screen

@@ -1,9 +1,9 @@
-// shade/tone.glsl — from light to the screen: exposure, a shoulder for the brightest, the sRGB curve (IEC 61966-2-1).
+// shade/tone.glsl — from light to the screen: tone mapping, and the sRGB curve (IEC 61966-2-1).
 // Provides tone_mapped(), srgb_encoded().   Python twin: image.srgb_from_linear
 
 #include "blocks/colour.glsl"
 
-#define WHITE 2.2  // luminance that becomes white
+#define WHITE 2.2  // the luminance that is shown as white
 
 // Reinhard et al. 2002, "Photographic tone reproduction for digital images", equation 4, on luminance.
 vec3 tone_mapped(vec3 light) {

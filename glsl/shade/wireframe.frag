@@ -1,4 +1,4 @@
-// shade/wireframe.frag — style "wireframe": the triangles that are drawn, on a plain shade.
+// shade/wireframe.frag — style "wireframe": the drawn triangles, on a plain shade.
 
 #include "shade/drawn.glsl"
 

@@ -1,14 +1,14 @@
-// tessellated/levels.comp — how finely each patch is cut: every edge by its length on the screen.
-//   An edge is as long as the sphere around it is wide, whatever side it is seen from:
-//       T = ⌈ K |b − a| / z / edge_px ⌉,   a, b its ends on the ground, z the depth of its middle
-//   (Cantlay 2011, "DirectX 11 Terrain Tessellation", NVIDIA). No segment is shorter than the posts are apart.
-//   Both patches at an edge find the same number. Where the neighbour is finer, each half of the edge is one of its edges.
+// tessellated/levels.comp — the levels of each patch: every edge is cut by its length on the screen.
+//   An edge's length on screen is the projected diameter of its bounding sphere, which is the same from all sides:
+//       T = ⌈ K |b − a| / z / edge_px ⌉,   a, b its ends on the ground, z the depth of its middle, K the focal length in pixels
+//   (Cantlay 2011, "DirectX 11 Terrain Tessellation", NVIDIA). No segment is shorter than the spacing of the posts.
+//   Both patches at an edge compute the same number. If the neighbour is finer, each half of the edge is an edge of its own.
 
 #include "tessellated/patch.glsl"
 #include "tessellated/measures.glsl"
 #include "blocks/view.glsl"
 
-#define MOST 32  // segments: two halves make the 64 that the hardware has
+#define MOST 32  // segments of an edge: two halves make 64, the limit of the hardware
 
 layout(local_size_x = 64) in;
 layout(std430, binding = 0) readonly buffer Places { ivec4 place[]; };  // column and row on the level's lattice, level, finer neighbours
@@ -19,7 +19,7 @@ uniform int u_patches;
 
 vec3 ground_from_eye_m(ivec2 post) { return from_middle_m(post, height_m(post)); }
 
-// Depth of what is so far away from the eye, in the middle of the picture; less off its axis, but within it.
+// The distance from the eye: the depth in the middle of the picture, an upper bound of the depth elsewhere.
 float depth_of(vec3 from_eye) {
     float away = length(from_eye);
     return max(max(dot(from_eye, u_forward.xyz), away * inversesqrt(1.0 + dot(u_half_extent, u_half_extent))), near_m());
@@ -31,7 +31,7 @@ int segments(ivec2 a, ivec2 b) {
     return int(clamp(wanted, 1.0, float(min(MOST, b.x - a.x + b.y - a.y))));
 }
 
-// Edge i from a to b, of `half_` posts and what is left of it if it is two.
+// Edge i from a to b; if it consists of two halves, the first has `half_` posts.
 void cut_edge(inout Cut c, int i, ivec2 a, ivec2 b, bool is_two, int half_) {
     ivec2 along = sign(b - a), middle = a + half_ * along;
     is_two = is_two && b.x - a.x + b.y - a.y > half_;

@@ -1,12 +1,12 @@
-// tessellated/measures.glsl — how long segments are to be: so many pixels, seen from the side.
-//   The eye is the one that patches were cut for; who looks at them may stand elsewhere.
+// tessellated/measures.glsl — the target length of segments in pixels.
+//   The eye is the one for which the patches were cut; the picture may be seen from elsewhere.
 // Provides u_edge, from_middle_m().   Python twin: comparison.tessellated.MEASURES
 
 #include "blocks/terrain.glsl"
 
 layout(std140, binding = 4) uniform Tessellated {
     vec3 u_middle_m;  // the eye: metres east, north of the post, up from the base
-    float u_edge;     // wanted length of a segment, a metre of distance away
+    float u_edge;     // target length of a segment at a distance of one metre
     ivec2 u_middle;   // a post near the eye
 };
 

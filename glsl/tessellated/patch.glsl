@@ -1,11 +1,11 @@
-// tessellated/patch.glsl — how finely a patch is cut, in whole numbers: so that all stages, and both sides of an edge, agree.
-//   An edge with a finer neighbour is two of its edges, one after the other: it has as many segments as both together.
+// tessellated/patch.glsl — the record of a cut patch, in whole numbers, so that all stages and both sides of an edge agree.
+//   If the neighbour at an edge is finer, the edge consists of two of its edges, and has as many segments as both together.
 // Provides Cut, cut_of(), words_of(), inner_levels(), triangles_in().   Record: comparison.tessellated.CUT
 
 struct Cut {
-    ivec2 low, size;    // north-west post; posts to the south-east one
+    ivec2 low, size;    // north-west post; posts from there to the south-east post
     ivec4 outer;        // segments of its edges: west, north, east, south
-    ivec4 first_half;   // those of an edge's first half, where it is two; or 0
+    ivec4 first_half;   // segments of the first half if an edge consists of two; or 0
 };
 
 uint bytes_of(ivec4 v) { return uint(v.x | v.y << 8 | v.z << 16 | v.w << 24); }
@@ -21,13 +21,13 @@ Cut cut_of(uvec4 words) {
                of_bytes(words.w));
 }
 
-// Between those of opposite edges. One segment inside, with more on any edge, is two to the tessellator.
+// Inner levels: between those of opposite edges. If an edge has more than one segment, the tessellator rounds 1 up to 2.
 ivec2 inner_levels(ivec4 outer) {
     if (outer == ivec4(1)) return ivec2(1);
     return max((outer.yx + outer.wz + 1) / 2, ivec2(2));
 }
 
-// A rectangle inside, and around it a strip along each edge; a strip on the map's rim has no area where the patch is a post wide.
+// Triangles of the inner rectangle and of the strip along each edge. On the map's rim a strip may have no area.
 int triangles_in(Cut c) {
     if (c.outer == ivec4(0)) return 0;
     if (c.outer == ivec4(1)) return 2;

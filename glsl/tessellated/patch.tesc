@@ -1,4 +1,4 @@
-// tessellated/patch.tesc — hand the tessellator the levels that tessellated/levels.comp found.
+// tessellated/patch.tesc — pass on the levels that tessellated/levels.comp computed.
 
 #include "tessellated/patch.glsl"
 

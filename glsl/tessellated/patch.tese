@@ -1,7 +1,7 @@
-// tessellated/patch.tese — a vertex: the post nearest to where the tessellator wants it, and the height there.
-//   Whole numbers round alike on both sides of an edge, so there are no cracks.
-//   Heights are filtered over half a segment, lest ground between vertices be missed: they are of the pyramid's level
-//   λ = log2(segment / 2 spacing), between levels linear: a function of the post and the view, whatever the patch.
+// tessellated/patch.tese — a vertex: the post nearest to the tessellator's coordinate, and the height there.
+//   Both sides of an edge round the same whole numbers, so there are no cracks.
+//   Heights are filtered over half a segment, so that ground between vertices has an influence. They come from the pyramid's
+//   level λ = log2(segment / 2 spacing), linear between levels: a function of the post and the view, not of the patch.
 
 #include "clipmap/pyramid.glsl"
 #include "tessellated/patch.glsl"
@@ -12,7 +12,7 @@ layout(quads, equal_spacing, cw) in;  // rows run south
 
 patch in uvec4 v_patch;
 
-// The k-th of so many steps along so many posts, to the nearest post.
+// The k-th of `steps` equal steps along an edge, rounded to the nearest post.
 int step_to(int k, int steps, int posts) { return (2 * k * posts + steps) / (2 * steps); }
 
 int along_edge(float t, int segments, int first_half, int half_, int posts) {

@@ -1,5 +1,5 @@
-// truth/ground.glsl — the ground as it is at one place: bilinear heights, and normals that turn evenly from the middle of
-// a cell to the next. What is marched through and lit by brute force.
+// truth/ground.glsl — the true ground at one place: bilinear heights, and normals that are interpolated between the centres of
+// cells. Rays march through it, and it is lit by brute force.
 // Provides ground_m(), slope_of_cells(), sees().   Python twins: reference.bilinear_heights, reference.horizon_sines
 
 #include "shade/relief.glsl"
@@ -13,7 +13,7 @@ float ground_m(vec2 post) {
     return mix(north, south, t.y);
 }
 
-// March from the ground at a place until the ray meets ground, or can meet none any more.
+// March from the ground at a place until the ray meets the ground, or cannot meet it any more.
 bool sees(vec2 post, float from_m, vec3 direction) {
     vec2 aside = vec2(direction.x, -direction.y) / u_spacing_m;
     float along = max(abs(aside.x), abs(aside.y));

@@ -1,8 +1,8 @@
-// truth/light.frag — outgoing radiance by brute force (A.2), of the one place that this pixel sees. Pixels are drawn many
-// to one, and averaged: nothing here is prefiltered, fitted, or looked up in a table.
-//   Sun: a disc of its angular size. Sky: the dome itself, sampled by the cosine. Visibility: rays through the map's own
-//   ground. Material: Lambert's cosine, and the half-vector lobe that B.1 merges, sampled as it is.
-// Where land hides the sky, that land is seen: of the same light that the fitted lobes have there.
+// truth/light.frag — outgoing radiance by brute force (A.2) of the one place that this pixel sees. Many pixels are averaged to
+// one; nothing is prefiltered, fitted, or read from a table.
+//   Sun: a disc of its angular size. Sky: the dome, sampled by the cosine. Visibility: rays through the true ground.
+//   Material: Lambert's cosine, and the half-vector lobe that B.1 merges, sampled directly.
+// Where land hides the sky, the land has the same radiance as for the fitted lobes.
 
 #include "shade/footprint.glsl"
 #include "light/lobes.glsl"
@@ -10,9 +10,9 @@
 #include "truth/ground.glsl"
 #include "truth/random.glsl"
 
-uniform int u_rays;        // to the sky for the cosine, and half as many for the mirror
+uniform int u_rays;        // rays to the sky for the cosine; half as many for the mirror
 uniform int u_run;
-uniform float u_sun_disc;  // its angular radius, radians
+uniform float u_sun_disc;  // angular radius of the sun, radians
 uniform vec3 u_hidden;     // radiance of land in front of the sky
 
 out vec4 out_colour;
@@ -35,13 +35,13 @@ Place place_at(vec2 post) {
 
 vec3 radiance_from(Place p, vec3 direction) { return sees(p.post, p.height_m, direction) ? sky_light(direction) : u_hidden; }
 
-vec3 sun_irradiance_at(Place p) {  // of ground that faces it
+vec3 sun_irradiance_at(Place p) {  // on ground that faces the sun
     vec3 towards = in_disc(u_sun.axis, u_sun_disc, vec2(random_unit(), random_unit()));
     bool seen = dot(p.normal, towards) > 0.0 && sees(p.post, p.height_m, towards);
     return seen ? u_sun.amplitude * u_sun.integral : vec3(0.0);
 }
 
-vec3 sky_radiance(Place p) {  // of white ground
+vec3 sky_radiance(Place p) {  // of white ground under the sky
     vec3 sum = vec3(0.0);
     vec2 shift = vec2(random_unit(), random_unit());
     for (int i = 0; i < u_rays; i++) sum += radiance_from(p, cosine_weighted(p.normal, point_of(i, shift)));

@@ -1,4 +1,4 @@
-// truth/random.glsl — points that fill a square, another set for every pixel, and directions made of them.
+// truth/random.glsl — points that fill a square evenly, a different set for every pixel; and directions from them.
 // Provides random_points(), point_of(), around(), in_disc(), cosine_weighted(), vmf_weighted().
 
 #ifndef PI
@@ -19,7 +19,7 @@ void seed_random(ivec2 pixel, int run) {
     random_unit();
 }
 
-// Point i of n, shifted: the R2 sequence fills any shift evenly (Roberts 2018).
+// Point i of n of the R2 sequence, shifted (Roberts 2018).
 vec2 point_of(int i, vec2 shift) { return fract(shift + float(i) * vec2(0.7548776662, 0.5698402910)); }
 
 // From a frame around the z axis to one around an axis (Duff et al. 2017, "Building an orthonormal basis, revisited").
@@ -39,7 +39,7 @@ vec3 in_disc(vec3 axis, float radius, vec2 u) {
     return around(axis, vec3(r * cos(angle), r * sin(angle), sqrt(1.0 - r * r)));
 }
 
-// By density k / (4π sinh k) e^(k cos) (Jakob 2012, "Numerically stable sampling of the von Mises-Fisher distribution").
+// With the density k / (4π sinh k) e^(k cos) (Jakob 2012, "Numerically stable sampling of the von Mises-Fisher distribution").
 vec3 vmf_weighted(vec3 axis, float k, vec2 u) {
     float w = 1.0 + log(u.x + (1.0 - u.x) * exp(-2.0 * k)) / k, r = sqrt(max(1.0 - w * w, 0.0)), angle = 2.0 * PI * u.y;
     return around(axis, vec3(r * cos(angle), r * sin(angle), w));

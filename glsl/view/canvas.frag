@@ -1,9 +1,9 @@
-// view/canvas.frag — the composed picture to the window: under a magnifying glass, each of its pixels as a square.
+// view/canvas.frag — copy the composed picture to the window; under the magnifying glass its pixels are squares.
 
 layout(binding = 2) uniform sampler2D u_canvas;
 
-uniform vec4 u_lens;  // its middle, its radius in pixels, 0 for none; how many times larger
-uniform float u_divider_px;  // where two halves meet; negative for none
+uniform vec4 u_lens;  // centre of the glass, its radius in pixels (0 without a glass), magnification
+uniform float u_divider_px;  // column where the two sides meet; negative for one side
 
 out vec4 out_colour;
 

@@ -1,4 +1,4 @@
-// view/gui.frag — the panels' colour: the vertex's, times the texture's, which holds glyphs and a white texel.
+// view/gui.frag — colours of the panels: that of the vertex times that of the texture, which has glyphs and a white texel.
 
 in vec2 v_texel;
 in vec4 v_color;

@@ -15,7 +15,7 @@ layout(binding = 2) uniform sampler2D u_depth;
 
 uniform vec2 u_window_px;
 uniform float u_width_px;
-uniform float u_hidden;  // how much of a hidden line is seen
+uniform float u_hidden;  // opacity of hidden lines
 
 out vec4 out_color;
 

@@ -1,5 +1,5 @@
-// view/lines.vert — lines over the land: one instance is one piece, drawn as a quad a few pixels wide.
-//   Both ends are cut off at the near plane before they are projected, or what is behind the eye would come out in front.
+// view/lines.vert — lines over the land: one instance is one segment, drawn as a quad a few pixels wide.
+//   Segments are clipped at the near plane before the projection; else points behind the eye would appear in front of it.
 // Record: viewer.lines.PIECE
 
 #include "blocks/view.glsl"

@@ -1,5 +1,5 @@
-// view/sat.frag — the summed-area table of heights as a picture: north up, each texel the low 32 bits of S, from black to
-// white and over again wherever it wraps; and the four corners that the box between them is read from.
+// view/sat.frag — the summed-area table of heights as a picture, north up. Grey levels show S modulo 2^32, from black to white,
+// again and again where it wraps. Marks show the four corners from which a box is read.
 
 #include "sat/box.glsl"
 
