@@ -1,0 +1,109 @@
+"""Check of lesson 10: against means over every normal, and against integrals over the sphere."""
+
+import numpy as np
+
+from course.checking import compare, task
+from course.land import land
+from terrain_gl import reference
+
+TITLE = "Light over a footprint"
+
+
+def series(k):
+    """A(κ) for small κ by its power series, else by its definition."""
+    k = np.asarray(k, float)
+    with np.errstate(divide="ignore", invalid="ignore"):
+        return np.where(k < 0.05, k / 3 - k**3 / 45 + 2 * k**5 / 945, 1 / np.tanh(k) - 1 / k)
+
+
+@task("10.1 the length of a mean vector", points=1)
+def mean_length(student, rng):
+    """From nothing to very sharp."""
+    kappa = np.concatenate([[0.0, 1e-9, 1e-6, 1e-4], 10 ** rng.uniform(-3, 6, 300)])
+    yield compare("A", student.mean_length(kappa), series(kappa), axes=("kappa",))
+    small = 10.0 ** np.linspace(-9, -4, 40)
+    yield compare("A / κ near 0", student.mean_length(small) / small, np.full(40, 1 / 3), close=1e-4, axes=("kappa",))
+
+
+def inverse(length):
+    """κ by bisection."""
+    low, high = np.full(length.shape, -15.0), np.full(length.shape, 15.0)
+    for _ in range(90):
+        middle = 0.5 * (low + high)
+        low, high = (
+            np.where(series(np.exp(middle)) < length, middle, low),
+            np.where(series(np.exp(middle)) < length, high, middle),
+        )
+    return np.exp(0.5 * (low + high))
+
+
+@task("10.2 from a length to a sharpness", points=2)
+def kappa_of(student, rng):
+    """Put back into A."""
+    length = np.concatenate([[0.001, 0.999], rng.uniform(0.001, 0.999, 300)])
+    got = np.asarray(student.kappa_of(length), float)
+    yield compare("A of your κ", series(got), length, close=1e-4, axes=("length",))
+
+
+def footprints(rng):
+    """Normals of rough land, and boxes over them."""
+    heights = land(rng, 60, 70) + rng.normal(0, 6, (60, 70))
+    normals = reference.normals_of(heights, (20.0, 25.0))
+    low = rng.integers(0, [60, 50], (200, 2))
+    boxes = np.concatenate([low, np.minimum(low + rng.integers(1, 25, (200, 2)), [69, 59])], 1)
+    return normals, boxes
+
+
+def true_means(normals, boxes):
+    """Mean vector of each box, by adding."""
+    return np.array([normals[y0:y1, x0:x1].reshape(-1, 3).mean(0) for x0, y0, x1, y1 in boxes])
+
+
+@task("10.3 mean normals", points=2)
+def mean_normals(student, rng):
+    """Not renormalised."""
+    normals, boxes = footprints(rng)
+    yield compare(
+        "200 footprints", student.mean_normals(normals, boxes), true_means(normals, boxes), axes=("box", "axis")
+    )
+
+
+@task("10.4 diffuse light", points=3)
+def diffuse(student, rng):
+    """Against the mean over every normal of the footprint."""
+    normals, boxes = footprints(rng)
+    albedo = float(rng.uniform(0.2, 0.9))
+    light = np.array([*rng.uniform(-0.1, 0.1, 2), 1.0])
+    light /= np.linalg.norm(light)
+    facing = np.where(normals @ light > 0.02, normals @ light, np.nan)
+    lit = [i for i, (x0, y0, x1, y1) in enumerate(boxes) if np.isfinite(facing[y0:y1, x0:x1]).all()]
+    want = [albedo * facing[y0:y1, x0:x1].mean() for x0, y0, x1, y1 in boxes[lit]]
+    yield compare(
+        "footprints that face the light",
+        student.diffuse(true_means(normals, boxes[lit]), light, albedo),
+        want,
+        axes=("box",),
+    )
+
+
+@task("10.5 the highlight of a footprint", points=3)
+def merged_kappa(student, rng):
+    """Rough ground widens it."""
+    normals, boxes = footprints(rng)
+    means = true_means(normals, boxes)
+    for kappa in (3.0, 200.0):
+        want = inverse(np.linalg.norm(means, axis=1) * series(kappa))
+        got = np.asarray(student.merged_kappa(means, kappa), float)
+        yield compare(
+            f"κ of the material {kappa:g}", np.log(np.maximum(got, 1e-300)), np.log(want), 1e-3, axes=("box",)
+        )
+
+
+@task("10.6 the furnace", points=2)
+def furnace_scale(student, rng):
+    """Against a sum over the sphere."""
+    for amplitude, sharpness in ((1.17, 2.133), (float(rng.uniform(0.5, 2)), float(rng.uniform(0.5, 20)))):
+        z = -1 + (np.arange(200000) + 0.5) / 100000
+        received = 2 * np.pi * (amplitude * np.exp(sharpness * (z - 1))).mean() * 2
+        scale = student.furnace_scale(amplitude, sharpness)
+        yield compare(f"{amplitude:.3g} exp({sharpness:.3g} (ω·n − 1)): received", scale * received, np.pi, 1e-3)
