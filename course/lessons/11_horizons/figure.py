@@ -1,4 +1,4 @@
-"""Figure of lesson 11: horizons along a line with the hull, and the shadows of a map from four sweeps' worth of them."""
+"""Figure of lesson 11: horizons along a line with the hull, and the shadows of a map from one sweep."""
 
 import json
 import sys
