@@ -1,0 +1,130 @@
+"""Check of lesson 12: curves that are known, and comparisons with faults that are planted."""
+
+import numpy as np
+
+from course.checking import compare, holds, task
+
+TITLE = "Honest comparison, and history"
+
+
+def curve(rng, power, scale, count=7):
+    """A falling curve: errors follow a power of the triangles, with bends."""
+    triangles = np.sort(np.rint(np.exp(rng.uniform(np.log(1000), np.log(300_000), count)))).astype(int)
+    triangles += np.arange(count)
+    bends = np.cumsum(rng.uniform(0.6, 1.4, count) * np.append(0, np.diff(np.log(triangles))))
+    return [(int(n), float(e)) for n, e in zip(triangles, scale * np.exp(-power * bends), strict=True)]
+
+
+def between(x, xs, ys):
+    """A line between two known places, by logarithms; NaN outside."""
+    for (x0, x1), (y0, y1) in zip(zip(xs, xs[1:], strict=False), zip(ys, ys[1:], strict=False), strict=True):
+        if min(x0, x1) <= x <= max(x0, x1):
+            return float(y0 * (y1 / y0) ** (np.log(x / x0) / np.log(x1 / x0)))
+    return float("nan")
+
+
+@task("12.1 the error at a number of triangles", points=2)
+def error_at(student, rng):
+    """Inside the curve, at its ends, and outside."""
+    points = curve(rng, 0.6, 4.0)
+    n, e = zip(*points, strict=True)
+    asked = [*np.exp(rng.uniform(np.log(n[0]), np.log(n[-1]), 30)), n[0], n[3], n[-1], n[0] / 2, n[-1] * 2]
+    got = [student.error_at(points, float(at)) for at in asked]
+    yield compare("35 budgets", got, [between(at, n, e) for at in asked], axes=("budget",))
+
+
+@task("12.2 triangles for an error", points=2)
+def triangles_for(student, rng):
+    """The same curve, read the other way."""
+    points = curve(rng, 0.6, 4.0)
+    n, e = zip(*points, strict=True)
+    asked = [*np.exp(rng.uniform(np.log(e[-1]), np.log(e[0]), 30)), e[0], e[3], e[-1], e[0] * 2, e[-1] / 2]
+    got = [student.triangles_for(points, float(at)) for at in asked]
+    yield compare("35 errors", got, [between(at, e, n) for at in asked], axes=("error",))
+
+
+@task("12.3 the summary of two curves", points=3)
+def summary(student, rng):
+    """Two that cross, and two that never meet."""
+    for name, (ours, theirs) in {
+        "one is better": (curve(rng, 0.7, 2.0, 12), curve(rng, 0.7, 6.0, 12)),
+        "they cross": (curve(rng, 0.9, 5.0, 12), curve(rng, 0.4, 3.0, 12)),
+    }.items():
+        (n, e), (m, f) = zip(*ours, strict=True), zip(*theirs, strict=True)
+        high, low = min(e[0], f[0]), max(e[-1], f[-1])
+        errors = np.clip(high * (low / high) ** (np.arange(33) / 32), low, high)
+        ratios = [between(at, f, m) / between(at, e, n) for at in errors]
+        want = [min(ratios), float(np.median(ratios)), max(ratios)]
+        yield compare(name, student.summary(ours, theirs), want, axes=("number",))
+    far = [(n, 1e-6 * e) for n, e in curve(rng, 0.7, 2.0)]
+    yield compare("no common error", student.summary(far, curve(rng, 0.1, 2.0)), [np.nan] * 3, axes=("number",))
+
+
+FAULTS = ("inputs", "metric", "own metric", "triangles", "budgets", "tuning")
+
+
+def comparison(rng, planted):
+    """Rows of a comparison with these faults and no others."""
+    budgets = np.rint(np.geomspace(2000, 100_000, 3 if "budgets" in planted else 6)).astype(int)
+    rows = []
+    for i, method in enumerate(("sat", "clipmap", "tessellated")):
+        counts = [int(n) + (int(0.009 * n) if i == 1 else 0) for n in budgets]
+        rows.append(
+            {
+                "method": method,
+                "map": "canyon",
+                "view": "ridge",
+                "size": (640, 360),
+                "metric": "rms",
+                "measured": "achieved",
+                "tuned": True,
+                "points": [(n, float(5 * n**-0.5)) for n in counts],
+            }
+        )
+    k = int(rng.integers(0, 3))
+    if "inputs" in planted:
+        key, value = [("map", "alpine"), ("view", "first"), ("size", (640, 400))][int(rng.integers(0, 3))]
+        rows[k][key] = value
+    if "metric" in planted:
+        rows[k]["metric"] = "max"
+    if "own metric" in planted:
+        rows[k]["measured"] = "certified"
+    if "triangles" in planted:
+        j = int(rng.integers(0, len(budgets)))
+        n, e = rows[2]["points"][j]
+        rows[2]["points"][j] = (int(n * 1.035), e)
+    if "tuning" in planted:
+        rows[k]["tuned"] = False
+    return rows
+
+
+@task("12.4 what is unfair", points=4)
+def faults(student, rng):
+    """Fair, one fault, and several."""
+    cases = [(), *((name,) for name in FAULTS), *(tuple(rng.choice(FAULTS, 3, replace=False)) for _ in range(6))]
+    for i, planted in enumerate(cases):
+        got = student.faults(comparison(rng, planted))
+        said = sorted(str(name) for name in got) if isinstance(got, list | tuple) else got
+        yield holds(
+            f"comparison {i}", said == sorted(planted), f"you found {said}, there are {sorted(map(str, planted))}"
+        )
+
+
+@task("12.5 history", points=1)
+def places(student, rng):
+    """Four methods; the page names their papers."""
+    known = {
+        "ROAM": (1997, "bintree", "error"),
+        "geometry clipmaps": (2004, "rings", "distance"),
+        "CDLOD": (2010, "quadtree", "distance"),
+        "CBT": (2020, "bintree", "edge length"),
+    }
+    got = student.places()
+    for name, (year, made, decides) in known.items():
+        said = got.get(name) if isinstance(got, dict) else None
+        fits = isinstance(said, tuple | list) and len(said) == 3
+        yield holds(
+            f"{name}: year", fits and said[0] in (year, *((2009,) if name == "CDLOD" else ())), "look into its paper"
+        )
+        yield holds(f"{name}: made of", fits and said[1] == made, "what is cut, and how?")
+        yield holds(f"{name}: decided by", fits and said[2] == decides, "what does the program ask before it splits?")

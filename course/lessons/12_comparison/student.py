@@ -1,0 +1,57 @@
+"""Lesson 12: honest comparison.
+
+A curve is a list of (triangles, error) with rising triangles and falling errors: what a method achieves at several
+budgets.
+"""
+
+import numpy as np
+
+
+def error_at(curve, triangles):
+    """12.1 The error of a method at a number of triangles: along straight lines between log(triangles) and log(error).
+
+    returns   a number; NaN outside the curve, for nobody has measured there
+    """
+    raise NotImplementedError("write this")
+
+
+def triangles_for(curve, error):
+    """12.2 How many triangles a method needs for an error, by the same lines; NaN outside the curve."""
+    raise NotImplementedError("write this")
+
+
+def summary(ours, theirs):
+    """12.3 How many times as many triangles the other method needs, over the errors that both curves reach.
+
+    Take 33 errors, equally spaced in their logarithm, from the largest to the smallest error that both curves have.
+
+    returns   (least, median, largest) ratio of their triangles to ours; three NaN if the curves share no error
+    """
+    raise NotImplementedError("write this")
+
+
+def faults(rows):
+    """12.4 What makes a comparison unfair.
+
+    rows      dicts: method, map, view, size (width, height), metric, measured (how the error was found), tuned
+              (whether the method's own parameters were searched), points (a list of (triangles, error))
+
+    returns   the names of all faults, in any order:
+              "inputs"     map, view or size differ
+              "metric"     the metrics differ
+              "own metric" a row's error was not "achieved", measured on the mesh that is drawn, but "certified"
+              "triangles"  the k-th points of two rows differ by more than 2 per cent of the smaller number of triangles
+              "budgets"    a row has fewer than five points
+              "tuning"     some rows are tuned and others are not
+    """
+    raise NotImplementedError("write this")
+
+
+def places():
+    """12.5 Where four methods stand.
+
+    returns   name -> (year of the paper, what it is made of, what decides the level), for "ROAM",
+              "geometry clipmaps", "CDLOD" and "CBT". Made of: "bintree", "quadtree" or "rings". Decides: "error" of the
+              land on the screen, "distance" from the eye alone, or "edge length" on the screen.
+    """
+    raise NotImplementedError("write this")

@@ -1,0 +1,97 @@
+"""Lesson 12: honest comparison.
+
+A curve is a list of (triangles, error) with rising triangles and falling errors: what a method achieves at several
+budgets.
+"""
+
+import numpy as np
+
+
+def error_at(curve, triangles):
+    """12.1 The error of a method at a number of triangles: along straight lines between log(triangles) and log(error).
+
+    returns   a number; NaN outside the curve, for nobody has measured there
+    """
+    # solution
+    n, e = np.log(np.array(curve, float)).T
+    at = np.log(triangles)
+    return float(np.exp(np.interp(at, n, e))) if n[0] <= at <= n[-1] else float("nan")
+    # end
+
+
+def triangles_for(curve, error):
+    """12.2 How many triangles a method needs for an error, by the same lines; NaN outside the curve."""
+    # solution
+    n, e = np.log(np.array(curve, float)).T
+    at = np.log(error)
+    return float(np.exp(np.interp(at, e[::-1], n[::-1]))) if e[-1] <= at <= e[0] else float("nan")
+    # end
+
+
+def summary(ours, theirs):
+    """12.3 How many times as many triangles the other method needs, over the errors that both curves reach.
+
+    Take 33 errors, equally spaced in their logarithm, from the largest to the smallest error that both curves have.
+
+    returns   (least, median, largest) ratio of their triangles to ours; three NaN if the curves share no error
+    """
+    # solution
+    high = min(ours[0][1], theirs[0][1])
+    low = max(ours[-1][1], theirs[-1][1])
+    if low > high:
+        return (float("nan"),) * 3
+    errors = np.exp(np.linspace(np.log(high), np.log(low), 33)).clip(low, high)
+    ratios = [triangles_for(theirs, e) / triangles_for(ours, e) for e in errors]
+    return float(np.min(ratios)), float(np.median(ratios)), float(np.max(ratios))
+    # end
+
+
+def faults(rows):
+    """12.4 What makes a comparison unfair.
+
+    rows      dicts: method, map, view, size (width, height), metric, measured (how the error was found), tuned
+              (whether the method's own parameters were searched), points (a list of (triangles, error))
+
+    returns   the names of all faults, in any order:
+              "inputs"     map, view or size differ
+              "metric"     the metrics differ
+              "own metric" a row's error was not "achieved", measured on the mesh that is drawn, but "certified"
+              "triangles"  the k-th points of two rows differ by more than 2 per cent of the smaller number of triangles
+              "budgets"    a row has fewer than five points
+              "tuning"     some rows are tuned and others are not
+    """
+    # solution
+    found = set()
+    if len({(row["map"], row["view"], tuple(row["size"])) for row in rows}) > 1:
+        found.add("inputs")
+    if len({row["metric"] for row in rows}) > 1:
+        found.add("metric")
+    if any(row["measured"] != "achieved" for row in rows):
+        found.add("own metric")
+    for at in zip(*(row["points"] for row in rows)):
+        counts = [triangles for triangles, _ in at]
+        if max(counts) - min(counts) > 0.02 * min(counts):
+            found.add("triangles")
+    if min(len(row["points"]) for row in rows) < 5:
+        found.add("budgets")
+    if len({row["tuned"] for row in rows}) > 1:
+        found.add("tuning")
+    return sorted(found)
+    # end
+
+
+def places():
+    """12.5 Where four methods stand.
+
+    returns   name -> (year of the paper, what it is made of, what decides the level), for "ROAM",
+              "geometry clipmaps", "CDLOD" and "CBT". Made of: "bintree", "quadtree" or "rings". Decides: "error" of the
+              land on the screen, "distance" from the eye alone, or "edge length" on the screen.
+    """
+    # solution
+    return {
+        "ROAM": (1997, "bintree", "error"),
+        "geometry clipmaps": (2004, "rings", "distance"),
+        "CDLOD": (2010, "quadtree", "distance"),
+        "CBT": (2020, "bintree", "edge length"),
+    }
+    # end
