@@ -5,6 +5,7 @@ terrain = tg.Heightmap.open("dem.tif", spacing_m=30)
 with tg.Renderer(terrain) as r:
     frame = r.render(tg.Camera.default(terrain), max_error_px=1.0)
     frame.image, frame.stats, r.measure()
+tg.show(terrain)  # a window, or a view in a notebook
 """
 
 from importlib import import_module
@@ -18,15 +19,17 @@ if TYPE_CHECKING:
     from .gpu.context import create_context
     from .heightmap import Heightmap
     from .renderer import Renderer
+    from .showing import show
 
 __version__ = "0.2.0"
-__all__ = ["Camera", "Frame", "Heightmap", "Renderer", "TerrainError", "UsageError", "create_context"]
+__all__ = ["Camera", "Frame", "Heightmap", "Renderer", "TerrainError", "UsageError", "create_context", "show"]
 _MODULES = {
     "Camera": "camera",
     "Frame": "frame",
     "Heightmap": "heightmap",
     "Renderer": "renderer",
     "create_context": "gpu.context",
+    "show": "showing",
 }
 
 

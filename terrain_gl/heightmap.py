@@ -15,8 +15,9 @@ from numpy.typing import ArrayLike
 
 from terrain_gl.exceptions import TerrainError, UsageError
 from terrain_gl.place import Place
-from terrain_gl.readers import How, Spacing, open_raster
+from terrain_gl.readers import How, Raster, Spacing, open_raster
 from terrain_gl.readers.georeference import Georeference
+from terrain_gl.readers.objects import raster_of
 from terrain_gl.readers.plausible import plausible_scale
 from terrain_gl.readers.values import ENCODINGS, read_heights
 
@@ -140,6 +141,54 @@ class Heightmap:
         """
         _check_options(z_scale, z_offset_m, encoding, band)
         raster = open_raster(path, How(trusted, band, raw))
+        heightmap = cls._of_raster(raster, spacing_m, z_scale, z_offset_m, nodata, encoding, progress)
+        told: dict[str, Any] = {"spacing_m": spacing_m, "z_scale": z_scale, "z_offset_m": z_offset_m, "nodata": nodata}
+        told |= {"encoding": encoding, "trusted": trusted, "band": band, "raw": raw}
+        heightmap.opened = {"path": os.fspath(path)} | told
+        return heightmap
+
+    @classmethod
+    def of(cls, source: Any, spacing_m: float | Spacing | None = None, name: str | None = None) -> Heightmap:
+        """A map from whatever holds one.
+
+        Parameters
+        ----------
+        source
+            A `Heightmap`; a path; a DataArray of xarray, with rioxarray or without; a dataset of rasterio; or an array.
+        spacing_m : float or (east, north), optional
+            Metres between posts; by default what the source tells, else 1.
+        name : str, optional
+            What messages call the map.
+
+        Raises
+        ------
+        TerrainError, UsageError
+            As of `open` and of an array.
+        """
+        if isinstance(source, cls):
+            return source
+        if isinstance(source, str | os.PathLike):
+            return cls.open(source, spacing_m)
+        name = name or str(getattr(source, "name", None) or type(source).__name__)
+        raster = raster_of(source, name)
+        if raster is not None:
+            return cls._of_raster(raster, spacing_m, None, None, None, "plain", None)
+        heightmap = cls(source, _first_known(spacing_m, 1.0), name)
+        heightmap.assumes_spacing = spacing_m is None
+        return heightmap
+
+    @classmethod
+    def _of_raster(
+        cls,
+        raster: Raster,
+        spacing_m: float | Spacing | None,
+        z_scale: float | None,
+        z_offset_m: float | None,
+        nodata: float | None,
+        encoding: str,
+        progress: Callable[[float], None] | None,
+    ) -> Heightmap:
+        """Read all posts of a raster; arguments as of `open`."""
         rows, cols, _ = raster.shape
         _check_size(rows, cols, raster.name)
         spacing = _spacing(_first_known(spacing_m, raster.spacing_m, 1.0))
@@ -151,9 +200,6 @@ class Heightmap:
             factor, words = plausible_scale(raster, heights, extent_m)
             scales, notes = (scales[0] * factor, scales[1]), notes + words
         heightmap = cls(heights, spacing, raster.name)
-        told: dict[str, Any] = {"spacing_m": spacing_m, "z_scale": z_scale, "z_offset_m": z_offset_m, "nodata": nodata}
-        told |= {"encoding": encoding, "trusted": trusted, "band": band, "raw": raw}
-        heightmap.opened = {"path": os.fspath(path)} | told
         heightmap.assumes_spacing = spacing_m is None and raster.spacing_m is None
         heightmap.scales, heightmap.notes = scales, notes
         heightmap.georeference = raster.georeference

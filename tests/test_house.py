@@ -36,6 +36,7 @@ LAYERS = (
     ("comparison",),
     ("viewer",),
     ("notebook",),
+    ("showing",),
     ("cli",),
     ("__main__",),
 )

@@ -12,6 +12,7 @@ import stat
 import warnings
 from collections.abc import Iterator, Sequence
 from contextlib import AbstractContextManager, contextmanager
+from dataclasses import replace
 from typing import Any
 
 import numpy as np
@@ -88,6 +89,23 @@ def open_gdal(path: str, name: str, trusted: bool = False, band: int | None = No
             return _raster(open_trusted(path, name) if trusted else open_local(path, name), name, trusted, band)
     except gdal_failures() as error:
         raise _unreadable(name, error, trusted) from None
+
+
+def open_dataset(data: Any, name: str, band: int | None = None) -> Raster:
+    """A dataset that the caller has opened by rasterio, and closes: the first band, if none is named."""
+    raster = _raster(data, name, True, band or 1)
+
+    def blocks() -> Blocks:
+        step = rows_at_once(data.width, unit=data.block_shapes[0][0])
+        for row in range(0, data.height, step):
+            rows = slice(row, min(row + step, data.height))
+            try:
+                yield rows, data.read(band or 1, window=((rows.start, rows.stop), (0, data.width)))[..., None]
+            except gdal_failures() as error:
+                raise damaged(name, one_line(error.__cause__ or error)) from None
+
+    south_up = Grid(*data.transform[:6]).is_south_up
+    return replace(raster, blocks=north_up(blocks(), data.height) if south_up else blocks())
 
 
 def _raster(data: Any, name: str, trusted: bool, band: int | None) -> Raster:

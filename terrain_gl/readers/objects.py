@@ -1,0 +1,130 @@
+"""Rasters that other libraries hold: xarray's DataArray, with rioxarray or without, and rasterio's datasets."""
+
+from __future__ import annotations
+
+from collections.abc import Hashable
+from typing import Any
+
+import numpy as np
+
+from terrain_gl.exceptions import TerrainError
+from terrain_gl.readers.gdal import open_dataset
+from terrain_gl.readers.georeference import DEGREES, Georeference, Grid, spacing_of, vertical_unit_m
+from terrain_gl.readers.raster import Blocks, Raster, gdal_failures, has_rasterio, north_up
+
+_ACROSS = ("x", "lon", "longitude", "easting", "projection_x_coordinate")
+_DOWN = ("y", "lat", "latitude", "northing", "projection_y_coordinate")
+_EVEN = 1e-3  # of a step: how far coordinates of even posts may be off
+
+
+def raster_of(source: Any, name: str) -> Raster | None:
+    """A DataArray or a rasterio dataset as a raster; None of anything else.
+
+    Raises
+    ------
+    TerrainError
+        More than two dimensions, or posts that are not evenly spaced.
+    """
+    if _has(source, "read", "transform", "nodatavals", "descriptions"):
+        return open_dataset(source, name)
+    if _has(source, "dims", "coords", "attrs", "transpose"):
+        return _of_array(source, name)
+    return None
+
+
+def _has(source: Any, *names: str) -> bool:
+    return all(hasattr(source, each) for each in names)
+
+
+def _of_array(array: Any, name: str) -> Raster:
+    """Of xarray: heights, coordinates, unit and no-data value. What is lazy is computed here."""
+    across, down = _dimension(array, _ACROSS), _dimension(array, _DOWN)
+    extra = {dim: n for dim, n in zip(array.dims, array.shape, strict=True) if dim not in (across, down)}
+    if None in (across, down) or any(n != 1 for n in extra.values()):
+        dims = ", ".join(f"{dim}: {n}" for dim, n in zip(array.dims, array.shape, strict=True))
+        raise TerrainError(
+            f"{name}: expected dimensions y and x, got ({dims}): select one layer, as with .isel(band=0)"
+        )
+    array = array.isel(dict.fromkeys(extra, 0)).transpose(down, across)
+    heights = np.asarray(array.values)
+    x, y = (_coordinates(array, dim, name) for dim in (across, down))
+    if x is not None and x[-1] < x[0]:
+        x, heights = x[::-1], heights[:, ::-1]
+    grid = _grid(x, y)
+    rows, cols = heights.shape
+    place = Georeference(grid, _crs_of(array, across), (cols, rows))
+    spacing_m, notes = spacing_of(place, name)
+    unit_m, of_unit = vertical_unit_m(array.attrs.get("units"), place.crs)
+    blocks = _blocks(heights)
+    # attributes speak of values that are still as they are stored (CF conventions)
+    nodata = array.attrs.get("_FillValue", array.attrs.get("missing_value"))
+    scale, offset = (float(array.attrs.get(key, usual)) for key, usual in (("scale_factor", 1), ("add_offset", 0)))
+    return Raster(
+        name,
+        (rows, cols, 1),
+        heights.dtype,
+        north_up(blocks, rows) if grid.is_south_up else blocks,
+        nodata=None if nodata is None else float(np.ravel(nodata)[0]),
+        spacing_m=spacing_m,
+        scale=scale * unit_m,
+        offset_m=offset * unit_m,
+        notes=notes + of_unit,
+        georeference=place.kept(),
+    )
+
+
+def _blocks(heights: np.ndarray) -> Blocks:
+    yield slice(0, len(heights)), heights[..., None]
+
+
+def _dimension(array: Any, names: tuple[str, ...]) -> Hashable | None:
+    """The dimension of one of these names; of a 2-D array without any such, the last two in order."""
+    for dim in array.dims:
+        if str(dim).lower() in names:
+            return dim
+    unnamed = array.ndim == 2 and not any(str(dim).lower() in _ACROSS + _DOWN for dim in array.dims)
+    return array.dims[names is _ACROSS] if unnamed else None
+
+
+def _coordinates(array: Any, dim: Hashable, name: str) -> np.ndarray | None:
+    """Where the posts stand along a dimension, if the array tells."""
+    if dim not in array.coords or len(array[dim]) < 2:
+        return None
+    values = np.asarray(array[dim].values)
+    if values.dtype.kind not in "iuf":
+        return None
+    values = values.astype(np.float64)
+    steps = np.diff(values)
+    if not np.abs(steps - steps.mean()).max() <= _EVEN * abs(steps.mean()):
+        raise TerrainError(f"{name}: its posts are not evenly spaced along {dim}: resample it first")
+    return values
+
+
+def _grid(x: np.ndarray | None, y: np.ndarray | None) -> Grid:
+    """The transform of posts in the middles of cells; without coordinates, none."""
+    if x is None or y is None:
+        return Grid()
+    a, e = (float(values[-1] - values[0]) / (len(values) - 1) for values in (x, y))
+    return Grid(a, 0.0, float(x[0]) - a / 2, 0.0, e, float(y[0]) - e / 2)
+
+
+def _crs_of(array: Any, across: Hashable) -> Any:
+    """A rasterio CRS from what rioxarray and CF conventions say, else from the names of the dimensions."""
+    text = next(
+        (
+            str(told)
+            for coordinate in array.coords.values()
+            if (told := coordinate.attrs.get("crs_wkt") or coordinate.attrs.get("spatial_ref"))
+        ),
+        array.attrs.get("crs"),
+    )
+    if text is None and str(across).lower().startswith("lon"):
+        text = DEGREES
+    if text is None or not has_rasterio():
+        return None
+    import rasterio
+
+    try:
+        return rasterio.crs.CRS.from_user_input(text)
+    except gdal_failures():
+        return None

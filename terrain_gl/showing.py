@@ -1,0 +1,82 @@
+"""Show a map in one line: in a window from a script, in a view from a notebook."""
+
+from __future__ import annotations
+
+import os
+import sys
+from typing import Any
+
+from .camera import Camera
+from .files.maps import find_bundled, open_map
+from .files.views import standard_view
+from .heightmap import Heightmap
+from .readers import Spacing
+
+
+def show(
+    source: Any = "alpine",
+    camera: Camera | None = None,
+    *,
+    spacing_m: float | Spacing | None = None,
+    size: tuple[int, int] | None = None,
+    **options: Any,
+) -> Any:
+    """Show a map: in a notebook as a view, else in a window until the user closes it.
+
+    Parameters
+    ----------
+    source
+        A path, the name of a bundled map, or what `Heightmap.of` takes: a Heightmap, an array, a DataArray of xarray or
+        rioxarray, a dataset of rasterio.
+    camera
+        The first view; by default the map's own.
+    spacing_m : float or (east, north), optional
+        Metres between posts; by default what the source tells.
+    size
+        Width and height in pixels.
+    options
+        Fields of `RenderOptions` by name: how the map is drawn at first. `material`, a picture of the ground with
+        coordinates, is laid where it belongs.
+
+    Returns
+    -------
+    notebook.View or dict
+        The view, or the stats of the window's last frame.
+
+    Raises
+    ------
+    TerrainError
+        The map cannot be read, or there is no display, or no OpenGL 4.3.
+    UsageError
+        An option is outside its range.
+
+    Examples
+    --------
+    >>> import terrain_gl, rioxarray
+    >>> terrain_gl.show(rioxarray.open_rasterio("dem.tif"))  # doctest: +SKIP
+    """
+    heightmap = _opened(source, spacing_m)
+    known = find_bundled(os.fspath(source)) if isinstance(source, str | os.PathLike) else None
+    first = camera or (known.camera if known else standard_view(heightmap))
+    if known:
+        options.setdefault("sun", known.sun)
+    if _in_notebook():
+        from .notebook import View
+
+        return View(heightmap, first, **options | ({"size": size} if size else {}))
+    from .viewer import run
+
+    return run(heightmap, first, size=size, **options)
+
+
+def _opened(source: Any, spacing_m: float | Spacing | None) -> Heightmap:
+    if isinstance(source, str | os.PathLike):
+        return open_map(os.fspath(source), spacing_m=spacing_m)[0]
+    return Heightmap.of(source, spacing_m)
+
+
+def _in_notebook() -> bool:
+    """Whether the program runs in a kernel that shows widgets."""
+    ipython = sys.modules.get("IPython")
+    shell = ipython.get_ipython() if ipython else None
+    return shell is not None and hasattr(shell, "kernel")

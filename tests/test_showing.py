@@ -1,0 +1,139 @@
+"""Maps that other libraries hold are taken as they are, and one line shows them: in a window, or in a notebook."""
+
+import sys
+import types
+
+import numpy as np
+import pytest
+
+import terrain_gl as tg
+from terrain_gl.exceptions import TerrainError
+
+rasterio = pytest.importorskip("rasterio", reason="the [geo] extra is not installed")
+xarray = pytest.importorskip("xarray", reason="xarray is not installed")
+rioxarray = pytest.importorskip("rioxarray", reason="rioxarray is not installed")
+
+ROWS, COLS, STEP = 21, 33, 30.0
+WEST, NORTH = 500_000.0, 5_150_000.0
+
+
+def hill():
+    y, x = np.mgrid[0:ROWS, 0:COLS]
+    return (1000 + 90 * np.exp(-((x - 25) ** 2 + (y - 6) ** 2) / 40)).astype("f4")
+
+
+@pytest.fixture
+def dem(folder):
+    """A GeoTIFF with a void, scaled values in feet, and its map as the reader of files has it."""
+    values = np.round(hill() / 0.3048 * 10).astype("i4")
+    values[3, 4] = -9999
+    profile = {"driver": "GTiff", "width": COLS, "height": ROWS, "count": 1, "dtype": "int32", "nodata": -9999}
+    transform = rasterio.Affine(STEP, 0, WEST, 0, -STEP, NORTH)
+    with rasterio.open("dem.tif", "w", crs="EPSG:32632", transform=transform, **profile) as out:
+        out.write(values, 1)
+        out.scales, out.units = (0.1,), ("ft",)
+    return tg.Heightmap.open("dem.tif")
+
+
+def same(heightmap, expected):
+    assert heightmap.spacing_m == pytest.approx(expected.spacing_m) and heightmap.voids == expected.voids
+    np.testing.assert_allclose(heightmap.heights, expected.heights, rtol=1e-6, equal_nan=True)
+    assert heightmap.place.to_map(60.0, 90.0) == pytest.approx(expected.place.to_map(60.0, 90.0))
+    assert heightmap.place.middle == pytest.approx(expected.place.middle) and not heightmap.assumes_spacing
+
+
+def test_a_dataset_of_rasterio(dem):
+    with rasterio.open("dem.tif") as data:
+        same(tg.Heightmap.of(data), dem)
+        assert not data.closed and data.read(1).shape == (ROWS, COLS)
+
+
+def test_a_dataset_stored_from_south_to_north(folder):
+    profile = {"driver": "GTiff", "width": COLS, "height": ROWS, "count": 1, "dtype": "float32", "crs": "EPSG:32632"}
+    transform = rasterio.Affine(STEP, 0, WEST, 0, STEP, NORTH - ROWS * STEP)
+    with rasterio.open("south.tif", "w", transform=transform, **profile) as out:
+        out.write(hill()[::-1], 1)
+    with rasterio.open("south.tif") as data:
+        same(tg.Heightmap.of(data), tg.Heightmap.open("south.tif"))
+
+
+@pytest.mark.parametrize("masked", [True, False])
+def test_a_data_array_of_rioxarray(dem, masked):
+    """With its band of one layer, its coordinates and its coordinate system."""
+    with rioxarray.open_rasterio("dem.tif", masked=masked, mask_and_scale=masked) as array:
+        same(tg.Heightmap.of(array), dem)
+        same(tg.Heightmap.of(array.squeeze()), dem)
+        same(tg.Heightmap.of(array.squeeze().transpose()), dem)
+        same(tg.Heightmap.of(array.isel(y=slice(None, None, -1))), dem)
+        same(tg.Heightmap.of(array.isel(x=slice(None, None, -1), y=slice(None, None, -1))), dem)
+
+
+def test_a_crop_lies_where_it_was_cut(dem):
+    with rioxarray.open_rasterio("dem.tif", masked=True, mask_and_scale=True) as array:
+        crop = tg.Heightmap.of(array[0, 5:15, 10:30])
+    np.testing.assert_allclose(crop.heights, dem.heights[5:15, 10:30], rtol=1e-6)
+    assert crop.place.to_map(0, 0) == pytest.approx(dem.place.to_map(10 * STEP, (ROWS - 1 - 14) * STEP))
+
+
+def test_degrees_are_known_by_the_names_of_dimensions():
+    lat, lon = 46 + np.arange(ROWS) / 1000, 7 + np.arange(COLS) / 1000
+    array = xarray.DataArray(hill()[::-1], {"lat": lat, "lon": lon}, ("lat", "lon"), "hill")
+    heightmap = tg.Heightmap.of(array)
+    np.testing.assert_array_equal(heightmap.heights, hill())
+    assert heightmap.name == "hill" and heightmap.place.to_lonlat(0, 0) == pytest.approx((7, 46))
+    assert heightmap.spacing_m == pytest.approx((77.3, 111.2), rel=2e-3)
+
+
+def test_an_array_without_coordinates_is_posts_a_metre_apart():
+    heightmap = tg.Heightmap.of(xarray.DataArray(hill()))
+    assert heightmap.spacing_m == (1, 1) and heightmap.place is None and heightmap.assumes_spacing
+    assert tg.Heightmap.of(hill(), 20.0).spacing_m == (20, 20)
+    assert tg.Heightmap.of(heightmap) is heightmap
+
+
+@pytest.mark.parametrize(
+    ("array", "text"),
+    [
+        (xarray.DataArray(np.zeros((2, 5, 6)), dims=("time", "y", "x")), r"\(time: 2, y: 5, x: 6\): select one layer"),
+        (xarray.DataArray(np.zeros((5, 3)), {"x": [0.0, 1, 5]}, ("y", "x")), "not evenly spaced along x"),
+        (xarray.DataArray(np.zeros(5), dims=("x",)), "expected dimensions y and x"),
+    ],
+)
+def test_arrays_that_are_no_map(array, text):
+    with pytest.raises(TerrainError, match=text):
+        tg.Heightmap.of(array)
+
+
+# --- One line ---------------------------------------------------------------------------------------------------------
+
+
+@pytest.fixture
+def shown(monkeypatch):
+    """What the window is told, instead of opening."""
+    seen = []
+    monkeypatch.setattr("terrain_gl.viewer.run", lambda *told, **options: seen.append((*told, options)) or {"shown": 1})
+    return seen
+
+
+def test_a_script_opens_the_window(dem, shown):
+    with rasterio.open("dem.tif") as data:
+        for source in ("dem.tif", dem, dem.heights, data, xarray.DataArray(hill())):
+            assert tg.show(source, style="normals") == {"shown": 1}
+            heightmap, camera, options = shown[-1]
+            assert heightmap.heights.shape == (ROWS, COLS) and options["style"] == "normals"
+            assert isinstance(camera, tg.Camera)
+    tg.show("canyon")
+    assert shown[-1][0].name == "canyon" and "sun" in shown[-1][2]
+    tg.show(hill(), spacing_m=25.0, size=(300, 200))
+    assert shown[-1][0].spacing_m == (25, 25) and shown[-1][2]["size"] == (300, 200)
+
+
+def test_a_notebook_gets_a_view(dem, shown, monkeypatch):
+    pytest.importorskip("jupyter_rfb", reason="the extra [notebook] is not installed")
+    kernel = types.SimpleNamespace(get_ipython=lambda: types.SimpleNamespace(kernel=object()))
+    monkeypatch.setitem(sys.modules, "IPython", kernel)
+    view = tg.show(xarray.DataArray(hill()), size=(120, 80), style="lambert", spacing_m=30.0)
+    try:
+        assert not shown and view.picture().shape == (80, 120, 3) and view.picture().std() > 10
+    finally:
+        view.close()
