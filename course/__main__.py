@@ -8,6 +8,7 @@ from __future__ import annotations
 import argparse
 import os
 import secrets
+import subprocess
 import sys
 from pathlib import Path
 
@@ -61,6 +62,8 @@ def _lecturers(commands: argparse._SubParsersAction[argparse.ArgumentParser]) ->
     tree.set_defaults(run=_strip)
     blanks = commands.add_parser("blanks", help="write every lesson's blanks anew from its solution")
     blanks.set_defaults(run=_blanks)
+    figures = commands.add_parser("figures", help="draw every lesson's figure anew")
+    figures.set_defaults(run=_figures)
 
 
 def _lesson(number: int) -> Lesson:
@@ -136,6 +139,13 @@ def _blanks(options: argparse.Namespace) -> int:
 
     for path in write_blanks():
         print(f"wrote {path}")
+    return 0
+
+
+def _figures(options: argparse.Namespace) -> int:
+    for folder in lessons():
+        subprocess.run([sys.executable, str(folder / "figure.py"), str(folder / "figure.png")], check=True)
+        print(f"drew {folder / 'figure.png'}")
     return 0
 
 

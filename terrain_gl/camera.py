@@ -91,11 +91,11 @@ class Camera:
         return look[:3, :3].T * [[1.0], [1.0], [-1.0]]
 
     def focal_px(self, height: int) -> float:
-        """Pixels per unit of x/z in a picture `height` pixels high: the focal length K."""
+        """Pixels per unit of ``x/z`` in a picture `height` pixels high: the focal length K."""
         return 0.5 * height / math.tan(0.5 * math.radians(self.fov_deg))
 
     def half_extent(self, size: tuple[int, int]) -> tuple[float, float]:
-        """Largest |x/z| and |y/z| in a picture of size (width, height)."""
+        """Largest ``|x/z|`` and ``|y/z|`` in a picture of size (width, height)."""
         tan_y = math.tan(0.5 * math.radians(self.fov_deg))
         return tan_y * size[0] / size[1], tan_y
 

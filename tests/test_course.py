@@ -145,3 +145,20 @@ def test_messages_carry_values_and_refuse_objects():
     for bad in (object(), np.array([object()]), lambda: 0):
         with pytest.raises(TypeError):
             wire.pack(bad)
+
+
+def test_the_site_has_every_page():
+    index = (ROOT / "docs" / "index.md").read_text(encoding="utf-8")
+    pages = [path for path in (ROOT / "docs").glob("*.md") if path.name != "index.md"]
+    pages += (ROOT / "course").glob("*.md")
+    pages += [folder / "page.md" for folder in checking.lessons()]
+    listed = {(ROOT / "docs" / f"{line}.md").resolve() for line in re.findall(r"^[\w./]+$", index, re.MULTILINE)}
+    assert {path.resolve() for path in pages} <= listed
+    assert all(path.is_file() for path in listed)
+
+
+@pytest.mark.parametrize("number", NUMBERS)
+def test_the_index_and_the_course_name_each_lesson(number):
+    folder = checking.lesson(number).folder
+    assert f"(lessons/{folder.name}/page.md)" in (ROOT / "course" / "README.md").read_text(encoding="utf-8")
+    assert (folder / "figure.png").read_bytes().startswith(b"\x89PNG")
