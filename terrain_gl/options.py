@@ -24,7 +24,7 @@ from .light.climate import AUTO, LOOKS
 from .light.climate import NAMES as LOOK_NAMES
 from .lod import METRICS
 from .methods import EVERY_POST, METHODS, REGISTRY
-from .shade import STYLES, SUN, VOIDS, Look
+from .shade import EDGES, STYLES, SUN, VOIDS, Look
 
 NEAR = 0.1  # default distance of the near plane, in spacings
 
@@ -112,6 +112,8 @@ class RenderOptions:
         How the land is coloured, one of `terrain_gl.light.climate.NAMES`; "auto": by what the file says of its place.
     voids
         Posts without data: "fill" draws a smooth surface through their rim, "hole" nothing. They count in no error.
+    edge
+        "block": the map is cut out of the ground, and stands on a plain or in its sea; "none": it hangs in the sky.
     sky, material, water_m
         As `terrain_gl.shade.Look` has them: files, and metres.
     near_m
@@ -177,6 +179,12 @@ class RenderOptions:
         Flag("--voids", "choice", "posts without data: a surface through their rim, or holes"),
         choices=VOIDS,
     )
+    edge: str = _option(
+        "block",
+        "picture",
+        Flag("--surroundings", "choice", "block: the map stands on a plain, or in its sea; none: it hangs in the sky"),
+        choices=EDGES,
+    )
     near_m: float | None = _option(
         None, "technical", Flag("--near", "positive", "near plane (default: 0.1 spacings)", "M")
     )
@@ -233,7 +241,9 @@ class RenderOptions:
     @property
     def shading(self) -> Look:
         """The options of shading."""
-        return Look(self.style, self.sun, self.sky, self.material, self.water_m, self.wires, self.look, self.voids)
+        return Look(
+            self.style, self.sun, self.sky, self.material, self.water_m, self.wires, self.look, self.voids, self.edge
+        )
 
     @property
     def tolerance_px(self) -> float:

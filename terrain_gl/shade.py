@@ -8,7 +8,6 @@ mesh. There are a few kinds of pixels (glsl/shade/kind.glsl), and a program for 
 
 from __future__ import annotations
 
-import ctypes
 import math
 from dataclasses import dataclass, replace
 from typing import Any, TypeVar
@@ -21,6 +20,7 @@ from .error import ErrorTables
 from .filling import Rect
 from .gpu import gl, shaders
 from .gpu.bindings import bind
+from .gpu.textures import depth_texture, from_top
 from .light.climate import AUTO
 from .light.ground import HeightSums, towards_sun
 from .light.lighting import Lighting
@@ -32,6 +32,8 @@ SUN = (300.0, 35.0)  # azimuth, clockwise from north, and elevation, in degrees
 _LIT = ("shaded", "visibility", "ambient", "direct", "lobes")  # styles that need light
 _OF_MESH = ("wireframe", "lod", "segments", "promise", "error")  # styles that show the mesh
 STYLES = (*_LIT, "lambert", *_OF_MESH, "normals", "voids", "depth")
+EDGES = ("block", "none")  # what stands around the map: glsl/shade/edge.glsl
+BLOCK = 0.025  # of the map's longer side: how far the block reaches below the lowest post
 VOIDS = ("fill", "hole")  # what posts without data are drawn as
 UNLIT = "depth"  # the cheapest style, when only the mesh matters
 TILE_PX = (256, 64)  # pixels that one step of `shade_steps` shades
@@ -39,8 +41,6 @@ KINDS = {"ANY": 0, "SKY": 1, "NEAR": 2, "MIXED": 3}  # of pixels: glsl/shade/kin
 AIR_M = 70e3  # distance over which clear air absorbs all but 1/e of the light
 HAZE = 2.0  # the same for haze over a map too large for clear air, in diagonals of the map
 _NOTHING_LISTED = np.array([0, 1, 1, 0], "u4").tobytes()  # the head of `Listed` in glsl/shade/seen.glsl
-_TEXTURE_2D, _TEXTURE_2D_MULTISAMPLE = 0x0DE1, 0x9100
-_DEPTH_COMPONENT, _DEPTH_COMPONENT32F, _FLOAT = 0x1902, 0x8CAC, 0x1406
 Size = tuple[int, int]
 Target = TypeVar("Target")
 
@@ -67,6 +67,8 @@ class Look:
         How the land is coloured, one of `light.climate.NAMES`.
     voids
         What posts without data are drawn as, one of `VOIDS`.
+    edge
+        What stands around the map in the style "shaded", one of `EDGES`.
     """
 
     style: str = "shaded"
@@ -77,6 +79,7 @@ class Look:
     wires: bool = False
     land: str = AUTO
     voids: str = "fill"
+    edge: str = "block"
 
     @property
     def is_lit(self) -> bool:
@@ -110,6 +113,7 @@ class Picture:
         self._seeing: dict[tuple[str, bool], MeshDraws] = {}  # by fragment shader, and whether voids are holes
         self._programs: dict[tuple[object, ...], tuple[Any, Any]] = {}
         self._targets: list[Any] = []
+        self._edge = False  # whether what stands around the map is drawn now
         self.resize(size)
 
     waits_for_light = True
@@ -131,8 +135,8 @@ class Picture:
         self._release_targets()
         self.size = (0, 0)  # stays so if memory does not suffice
         samples = self.samples if self.samples > 1 else 0
-        self._depth = self._target(_depth_texture(self.ctx, size, samples))
-        self._kinds = self._target(_depth_texture(self.ctx, size, 0))
+        self._depth = self._target(depth_texture(self.ctx, size, samples))
+        self._kinds = self._target(depth_texture(self.ctx, size, 0))
         self._listed = self._target(self.ctx.buffer(reserve=16 + 4 * size[0] * size[1]))
         self._picture = self._target(self.ctx.texture(size, 4))
         self._seen = self._target(self.ctx.framebuffer([], self._depth))
@@ -210,15 +214,25 @@ class Picture:
         """Colour the pixels inside the scissor, one kind after the other."""
         style, wet, sun = f"shade/{look.style}.frag", look.water_m is not None, towards_sun(*look.sun)
         self._listed.write(_NOTHING_LISTED)
-        self._fill(self._kind, "shade/kind.frag", depth="1")
+        self._edge = look.edge != "none" and look.style == "shaded"
+        uniforms = {"sun": sun} | self._edge_of(look)
+        self._fill(self._kind, "shade/kind.frag", depth="1", **uniforms)
         for kind in ("SKY", "NEAR"):
-            self._fill(self._screen, style, kind, wet, depth="==", sun=sun)
-        self._run_listed(style, wet, sun=sun)
+            self._fill(self._screen, style, kind, wet, depth="==", **uniforms)
+        self._run_listed(style, wet, **uniforms)
+        self._edge = False
         if look.wires and look.style != "wireframe":
             self.ctx.enable(moderngl.BLEND)
             self.ctx.blend_func = moderngl.SRC_ALPHA, moderngl.ONE_MINUS_SRC_ALPHA
             self._fill(self._screen, "shade/wires.frag")
             self.ctx.disable(moderngl.BLEND)
+
+    def _edge_of(self, look: Look) -> dict[str, Any]:
+        """How high what surrounds the map lies: the sea that the map or the user has, else the foot of a block."""
+        heightmap, base_m = self.terrain.heightmap, self.terrain.base_m
+        sea_m = look.water_m if look.water_m is not None else self.terrain.sea_m
+        plain_m = heightmap.range_m[0] - BLOCK * max(heightmap.extent_m)
+        return {"edge_m": (plain_m if sea_m is None else sea_m) - base_m, "edge_is_sea": sea_m is not None}
 
     def light(self, camera: Camera, look: Look = PLAIN) -> None:
         """Make the light of a look, if it is missing."""
@@ -231,7 +245,7 @@ class Picture:
 
     def read(self) -> np.ndarray:
         """(height, width, 4) uint8 sRGB, first row on top."""
-        return _from_top(self._picture.read(alignment=1), "u1", self.size, 4)
+        return from_top(self._picture.read(alignment=1), "u1", self.size, 4)
 
     def light_steps(self, look: Look) -> Steps[None]:
         """Incremental `light`; yields progress from 0 to 1, or nothing if the light is there."""
@@ -255,7 +269,7 @@ class Picture:
         texture = self.ctx.texture(self.size, components, dtype=dtype)
         target = self.ctx.framebuffer([texture])
         self._fill(target, fragment, kind, **uniforms)
-        noted = _from_top(texture.read(alignment=1), dtype, self.size, components)
+        noted = from_top(texture.read(alignment=1), dtype, self.size, components)
         self._screen.use()
         target.release()
         texture.release()
@@ -347,7 +361,13 @@ class Picture:
 
     def _program(self, fragment: str, kind: str = "ANY", wet: bool = False) -> tuple[Any, Any]:
         """The program of a style for one kind of pixels, compiled at its first use, and its vertex array."""
-        defines = {"SAMPLES": self.samples, "WATER_LEVEL": wet, "PIXELS": KINDS[kind]} | self.lighting.defines
+        defines: dict[str, object] = {
+            "SAMPLES": self.samples,
+            "WATER_LEVEL": wet,
+            "PIXELS": KINDS[kind],
+            "EDGE": self._edge,
+        }
+        defines |= self.lighting.defines
         key = fragment, *defines.values()
         if key not in self._programs:
             self._programs[key] = self._compiled(fragment, defines, listed=kind == "MIXED")
@@ -368,23 +388,3 @@ class Picture:
         gl.use_default_framebuffer(self.ctx)  # moderngl must not use a framebuffer that is released
         while self._targets:
             self._targets.pop().release()
-
-
-def _depth_texture(ctx: moderngl.Context, size: Size, samples: int) -> moderngl.Texture:
-    """A depth texture of 32-bit floats, which moderngl does not offer."""
-    texture = ctx.depth_texture(size, samples=samples)
-    i, u = ctypes.c_int, ctypes.c_uint
-    target = _TEXTURE_2D_MULTISAMPLE if samples else _TEXTURE_2D
-    gl.function(ctx, "glBindTexture", None, u, u)(target, texture.glo)
-    if samples:
-        define = gl.function(ctx, "glTexImage2DMultisample", None, u, i, u, i, i, ctypes.c_ubyte)
-        define(target, samples, _DEPTH_COMPONENT32F, *size, 1)
-    else:
-        define = gl.function(ctx, "glTexImage2D", None, u, i, i, i, i, i, u, u, ctypes.c_void_p)
-        define(target, 0, _DEPTH_COMPONENT32F, *size, 0, _DEPTH_COMPONENT, _FLOAT, None)
-    return texture
-
-
-def _from_top(data: bytes, dtype: str, size: Size, components: int) -> np.ndarray:
-    """Pixels read from OpenGL, lowest row first, as (height, width, components) with the top row first."""
-    return np.frombuffer(data, dtype).reshape(size[1], size[0], components)[::-1].copy()

@@ -17,6 +17,7 @@ from .gpu.bindings import bind
 from .heightmap import MAX_HEIGHT_M, Heightmap
 
 VOID, WATER = 1, 2  # marks of posts: glsl/blocks/terrain.glsl
+SEA = 0.1  # of the rim that stands in water of one height: then that is the sea
 HEADROOM = 0.5  # headroom for further edits when the quantisation range is widened, as a part of the relief
 
 
@@ -77,6 +78,11 @@ class Terrain:
     def has_water(self) -> bool:
         """Whether the map shows water by itself: `flats.water_posts`."""
         return self._water is not None
+
+    @property
+    def sea_m(self) -> float | None:
+        """Height of the sea that goes on beyond the map; None if no water reaches far along its rim."""
+        return self._water.sea_m if self._water else None
 
     @property
     def is_marked(self) -> bool:
@@ -251,16 +257,27 @@ class Water(NamedTuple):
 
     posts: np.ndarray
     levels_m: np.ndarray
+    sea_m: float | None
 
     @classmethod
     def of(cls, heights: np.ndarray) -> Water | None:
         """The water that a map shows by itself."""
         posts = water_posts(heights)
-        return None if posts is None else cls(posts, np.unique(heights[posts]))
+        if posts is None:
+            return None
+        rim = _rim_of(posts)
+        levels, counts = np.unique(_rim_of(heights)[rim], return_counts=True)
+        is_sea = counts.size > 0 and counts.max() >= SEA * len(rim)
+        return cls(posts, np.unique(heights[posts]), float(levels[counts.argmax()]) if is_sea else None)
 
     def stands(self, part: tuple[slice, slice], heights: np.ndarray) -> np.ndarray:
         """Which posts of a part of the map stand in water now."""
         return self.posts[part] & np.isin(heights, self.levels_m)
+
+
+def _rim_of(values: np.ndarray) -> np.ndarray:
+    """The values around a map."""
+    return np.concatenate([values[0], values[-1], values[1:-1, 0], values[1:-1, -1]])
 
 
 def quantisation_range(low: float, high: float) -> tuple[float, float, float]:

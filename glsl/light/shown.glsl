@@ -9,7 +9,9 @@ vec3 land_colour(Ground g, vec3 light, float distance_m) {
     return tone_mapped(u_exposure * hazed(light, -g.towards_eye, distance_m));
 }
 
+#if EDGE == 0
 vec3 sky_colour(vec3 direction) { return tone_mapped(u_exposure * (sky_light(direction) + sun_disc(direction))); }
+#endif
 
 // Dither by up to half a step of 8 bits, so that the sky and smooth land show no bands.
 float dither() { return (hashed(ivec2(picture_px(FRAG_COORD))) - 0.5) / 255.0; }

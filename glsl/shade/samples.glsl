@@ -46,16 +46,24 @@ Ground ground_of(int samples) {
 
 #define ALL ((1 << SAMPLES) - 1)
 
+// The sky and what stands around the map, which has edges of its own: `samples` as bits.
+vec3 around_colour(int samples) {
+    if (EDGE == 0) return float(bitCount(samples)) * sky_colour(view_ray(vec2(0.0)));
+    vec3 sum = vec3(0.0);
+    for (int i = 0; i < SAMPLES; i++)
+        if ((samples >> i & 1) != 0) sum += sky_colour(view_ray(offset_of_sample(i)));
+    return sum;
+}
+
 #if PIXELS == SKY
-vec3 pixel_colour() { return sky_colour(view_ray(vec2(0.0))); }
+vec3 pixel_colour() { return EDGE == 0 ? sky_colour(view_ray(vec2(0.0))) : around_colour(ALL) / float(SAMPLES); }
 #elif PIXELS == NEAR
 vec3 pixel_colour() { return ground_colour(ground_of(ALL), 0); }
 #else
 vec3 pixel_colour() {
     int left = 0;
     for (int i = 0; i < SAMPLES; i++) left |= is_sky(post_of_sample(i)) ? 0 : 1 << i;
-    int sky = SAMPLES - bitCount(left);
-    vec3 sum = sky > 0 ? float(sky) * sky_colour(view_ray(vec2(0.0))) : vec3(0.0);
+    vec3 sum = left == ALL ? vec3(0.0) : around_colour(ALL ^ left);
     if (left == 0) return sum / float(SAMPLES);
     do {  // with the test first, software renderers run one more pass
         int sample_ = findLSB(left);

@@ -3,6 +3,7 @@
 #include "shade/samples.glsl"
 #include "light/water.glsl"
 #include "light/shown.glsl"
+#include "light/around.glsl"
 
 #ifndef WATER_LEVEL
 #define WATER_LEVEL 1  // 0 without water: its code is then left out

@@ -1,0 +1,66 @@
+// light/around.glsl — the light of what stands around the map (shade/edge.glsl): its cut sides, the plain, the sea, the sky.
+//   They are lit as open ground is: no shadows, all of the sky. Near its foot the block keeps light from the plain.
+// Provides sky_colour() where EDGE is 1.
+
+#include "shade/edge.glsl"
+#include "light/lit.glsl"
+#include "light/shown.glsl"
+
+uniform bool u_edge_is_sea;
+
+vec3 open_light(Material material, vec3 normal, vec3 towards_eye) {
+    Lit l;
+    l.lobe = merged_at(normal, material);
+    l.sun = l.unshadowed = max(dot(normal, u_sun.axis), 0.0);
+    l.ambient = u_around * (0.5 - 0.5 * normal.z);
+    Lobe mirror = reflection_lobe(l.lobe.r, towards_eye);
+    l.mirrored = u_around * (1.0 - share_above(mirror, vec3(0.0, 0.0, 1.0)));
+    for (int i = 0; i < SKY_LOBES; i++) {
+        Light lobe = u_sky[i];
+        l.ambient += lobe.amplitude * (lobe.integral / PI * cosine_of(l.lobe, lobe));
+        l.mirrored += sg_inner_product(Lobe(lobe.axis, lobe.sharpness, lobe.amplitude), mirror);
+    }
+    Ground g;
+    g.towards_eye = towards_eye;
+    return outgoing_light(g, l);
+}
+
+Material plain_material(vec2 place) {
+    if (u_edge_is_sea) return WATER;
+    if (LOOK == EARTH) return Material(vec3(0.140, 0.132, 0.095), 0.95);
+    if (LOOK != NATURAL) return Material(vec3(0.24), 0.95);
+    return Material(mix(vec3(0.090, 0.104, 0.048), vec3(0.205, 0.165, 0.110), climate_at(place).dryness), 0.95);
+}
+
+// Soil and layers of rock, of the thickness that the wall has room for.
+vec3 wall_light(vec2 place, float up_m, float depth_m, vec3 towards_eye) {
+    float high_m = max(rim_m_at(place) - u_edge_m, 1e-3), thick_m = 0.25 * u_span_m + 1e-3, footprint = depth_m * 2.0 * u_half_extent.y / float(u_size_px.y);
+    float layer = noise(vec2(up_m / thick_m * 3.0, 7.0), 1.0, vec2(3.0 * footprint / thick_m, 0.0)) + 0.6 * noise(vec2(up_m / thick_m * 9.0, 3.0), 1.0, vec2(9.0 * footprint / thick_m, 0.0));
+    vec3 albedo = LOOK == GREY ? vec3(0.20) : mix(vec3(0.150, 0.120, 0.095), vec3(0.230, 0.195, 0.155), clamp(0.5 + layer, 0.0, 1.0));
+    vec2 last = vec2(u_last_post), off = min(place, last - place);
+    vec3 normal = off.x < off.y ? vec3(place.x < 0.5 * last.x ? -1.0 : 1.0, 0.0, 0.0) : vec3(0.0, place.y < 0.5 * last.y ? 1.0 : -1.0, 0.0);
+    float foot = smoothstep(0.0, 0.5, (up_m - u_edge_m) / high_m);
+    return open_light(Material(albedo, 0.95), normal, towards_eye) * mix(0.55, 1.0, foot);
+}
+
+vec3 plain_light(vec2 at_m, vec3 towards_eye) {
+    vec2 low = post_from_eye_m(ivec2(0, u_last_post.y)), high = post_from_eye_m(ivec2(u_last_post.x, 0));
+    float away_m = length(max(max(low - at_m, at_m - high), 0.0)), high_m = max(0.5 * u_span_m, 0.01 * (high.x - low.x));
+    float shaded = u_edge_is_sea ? 0.0 : 0.5 * exp(-away_m / high_m);
+    return open_light(plain_material(rim_place(at_m, low)), vec3(0.0, 0.0, 1.0), towards_eye) * (1.0 - shaded);
+}
+
+#if EDGE == 1
+vec3 sky_colour(vec3 direction) {
+    vec3 ray = direction / dot(direction, u_forward.xyz);  // 1 long along the view
+    vec2 place;
+    float wall = wall_depth(ray, place), plain = plain_depth(ray);
+    if (wall < 0.0 && plain < 0.0) return tone_mapped(u_exposure * (sky_light(direction) + sun_disc(direction)));
+    float depth = wall > 0.0 ? wall : plain, distance_m = depth * length(ray);
+    float up_m = ray.z * depth + u_eye_z_m + u_eye_z_rest_m;
+    vec3 light = wall > 0.0 ? wall_light(place, up_m, depth, -direction) : plain_light(ray.xy * depth, -direction);
+    light = hazed(light, direction, distance_m);
+    vec3 horizon = sky_light(normalize(vec3(direction.xy, 0.01 * length(direction.xy))));  // where both meet they are one
+    return tone_mapped(u_exposure * mix(light, horizon, smoothstep(0.7, 6.0, distance_m / u_haze_m)));
+}
+#endif

@@ -1,0 +1,46 @@
+// shade/edge.glsl — what stands around the map: it is a block of ground, cut off at its rim, on a plain or in the sea that
+// reaches to the horizon. Neither is part of the mesh: a ray meets them in closed form.
+//
+//        eye ·-._                        rim     a ray that enters the map's rectangle below the rim meets the wall there;
+//                 `-._       ____/‾‾\__ /         one that comes down to the plain before meets the plain
+//   ____________________`-._|__________|_______  u_edge_m
+//
+// Provides EDGE, wall_depth(), plain_depth(), rim_m_at().
+
+#include "blocks/view.glsl"
+
+#ifndef EDGE
+#define EDGE 0  // 1 where they are drawn
+#endif
+
+uniform float u_edge_m;  // height of the plain or the sea, above what heights count from
+
+// Along a ray that is 1 long along the view: how far away in depth is the plain; negative if it is not met.
+float plain_depth(vec3 ray) {
+    float down_m = up_from_eye_m(u_edge_m);
+    return down_m < 0.0 && ray.z < 0.0 ? down_m / ray.z : -1.0;
+}
+
+vec2 rim_place(vec2 at_m, vec2 corner_m) {  // from the eye, and from there to the south-western post: a place on the map
+    vec2 post = (at_m - corner_m) / u_spacing_m;
+    return clamp(vec2(post.x, float(u_last_post.y) - post.y), vec2(0.0), vec2(u_last_post));
+}
+
+float rim_m_at(vec2 place) {
+    ivec2 at = min(ivec2(place), u_last_post - 1);
+    vec2 t = place - vec2(at);
+    return mix(mix(height_m(at), height_m(at + ivec2(1, 0)), t.x), mix(height_m(at + ivec2(0, 1)), height_m(at + 1), t.x), t.y);
+}
+
+// The same for the wall below the rim, and where it is met; the eye over the map meets none.
+float wall_depth(vec3 ray, out vec2 place) {
+    vec2 low = post_from_eye_m(ivec2(0, u_last_post.y)), high = post_from_eye_m(ivec2(u_last_post.x, 0));
+    place = vec2(0.0);
+    if (all(lessThan(low, vec2(0.0))) && all(greaterThan(high, vec2(0.0)))) return -1.0;
+    vec2 along = mix(ray.xy, vec2(1e-12), lessThan(abs(ray.xy), vec2(1e-12)));
+    vec2 a = low / along, b = high / along, first = min(a, b), last = max(a, b);
+    float near = max(first.x, first.y), plain = plain_depth(ray);
+    if (near <= 0.0 || near >= min(last.x, last.y) || (plain > 0.0 && plain < near)) return -1.0;
+    place = rim_place(near * ray.xy, low);
+    return ray.z * near < up_from_eye_m(rim_m_at(place)) ? near : -1.0;
+}
