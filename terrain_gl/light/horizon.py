@@ -22,8 +22,7 @@ from ..steps import Progress, Steps, drain
 from ..terrain import Terrain
 from .gaussians import SUN_RADIUS_DEG
 
-AZIMUTHS = 16
-BATCH = 4  # azimuths that one run of fold.comp takes
+AZIMUTHS, BATCH = 16, 4  # in all, and of one run of fold.comp
 TEXEL = 3  # cells a side of a texel of the sky's tables
 PORTION = 2**19  # posts that one step of `Visibility.follow_steps` sweeps
 FOLDED = PORTION // 128  # texels that one step folds
