@@ -21,7 +21,7 @@ from terrain_gl.error import ErrorTables
 from terrain_gl.files.maps import bundled
 from terrain_gl.gpu.layout import RING_PATCH
 from terrain_gl.image import write_png
-from terrain_gl.lod import ClipmapSelector
+from terrain_gl.lod import ClipmapSelector, Goal
 from terrain_gl.terrain import Terrain
 
 TOLERANCE_PX = 2.0
@@ -42,7 +42,7 @@ eye = np.array([east, north, heightmap.heights[row, col] + 3 * heightmap.spacing
 def patches_of(direction):
     """Corners (n, 2) as column and row, sides in posts, and levels of the patches that a view is drawn with."""
     camera = Camera(eye, eye + direction, fov_deg=90)
-    chosen = selector.select(camera, (720, 720), 0.1 * heightmap.spacing_m[0], TOLERANCE_PX)
+    chosen = selector.select(camera, (720, 720), 0.1 * heightmap.spacing_m[0], Goal(TOLERANCE_PX))
     print(f"{chosen.patches:6} patches, {chosen.triangles:6} triangles, at most {chosen.certified_px:.3f} px off")
     # A patch is four words: its north-west corner, its shape and its bound (glsl/rings/shapes.glsl).
     records = np.frombuffer(selector.patches.read(chosen.patches * RING_PATCH.itemsize), RING_PATCH)

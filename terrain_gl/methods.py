@@ -13,7 +13,7 @@ from typing import Any, NamedTuple, Protocol, TypeVar
 from .camera import Camera
 from .error import ErrorTables
 from .filling import Rect
-from .lod import ClipmapSelector, QuadtreeSelector, Selection, View
+from .lod import ClipmapSelector, Goal, QuadtreeSelector, Selection, View
 from .terrain import Terrain
 
 CERTIFIED, BASELINE, EXACT = "certified", "baseline", "exact"
@@ -68,18 +68,8 @@ class Follower(Protocol):
 class Selector(Follower, Protocol):
     """Chooses the mesh of a picture."""
 
-    def select(
-        self,
-        camera: Camera,
-        size: tuple[int, int],
-        near_m: float,
-        tolerance_px: float = 0.0,
-        metric: str = "max",
-        cull: bool = True,
-        triangles: int | None = None,
-        parameters: Any = None,
-    ) -> Selection:
-        """Choose the mesh for a picture of `size` (width, height); options as in `RenderOptions`."""
+    def select(self, camera: Camera, size: tuple[int, int], near_m: float, goal: Goal) -> Selection:
+        """Choose the mesh for a picture of `size` (width, height)."""
 
 
 Made = TypeVar("Made", bound=Follower)

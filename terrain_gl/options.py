@@ -22,7 +22,7 @@ from .exceptions import UsageError
 from .heightmap import Heightmap
 from .light.climate import AUTO, LOOKS
 from .light.climate import NAMES as LOOK_NAMES
-from .lod import METRICS
+from .lod import METRICS, Goal
 from .methods import EVERY_POST, METHODS, REGISTRY
 from .shade import EDGES, STYLES, SUN, VOIDS, Look
 
@@ -244,6 +244,11 @@ class RenderOptions:
         return Look(
             self.style, self.sun, self.sky, self.material, self.water_m, self.wires, self.look, self.voids, self.edge
         )
+
+    @property
+    def goal(self) -> Goal:
+        """The options of the level of detail."""
+        return Goal(self.tolerance_px, self.metric, self.cull, self.triangles, self.parameters)
 
     @property
     def tolerance_px(self) -> float:

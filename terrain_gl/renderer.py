@@ -243,16 +243,7 @@ class Renderer:
         near_m = near_plane_m(self.heightmap, options.near_m)
         chosen_for = options.chosen_for or camera
         with self.timer.stage("lod"):
-            selection = self.selectors[options.method].select(
-                chosen_for,
-                size,
-                near_m,
-                tolerance_px=options.tolerance_px,
-                metric=options.metric,
-                cull=options.cull,
-                triangles=options.triangles,
-                parameters=options.parameters,
-            )
+            selection = self.selectors[options.method].select(chosen_for, size, near_m, options.goal)
         if options.chosen_for:
             self.resources.view.move(self.terrain, camera, size, near_m)
         return DrawnFrame(chosen_for, camera, size, near_m, options, selection)

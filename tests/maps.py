@@ -8,7 +8,7 @@ from terrain_gl.camera import Camera
 from terrain_gl.error import ErrorTables
 from terrain_gl.gpu import layout
 from terrain_gl.heightmap import Heightmap
-from terrain_gl.lod import ClipmapSelector, QuadtreeSelector
+from terrain_gl.lod import ClipmapSelector, Goal, QuadtreeSelector
 from terrain_gl.mesh import captured_triangles
 from terrain_gl.terrain import Terrain
 from terrain_gl.verify.measure import Measurement
@@ -190,7 +190,7 @@ class Scene:
         return 0.1 * min(self.heightmap.spacing_m)
 
     def select(self, camera, tolerance_px=1.0, metric="max", cull=True, triangles=None):
-        return self.levels.select(camera, self.size, self.near_m, tolerance_px, metric, cull, triangles)
+        return self.levels.select(camera, self.size, self.near_m, Goal(tolerance_px, metric, cull, triangles))
 
     def triangles(self, selection):
         return captured_triangles(selection)[0]

@@ -17,7 +17,7 @@ from terrain_gl.comparison.fitting import best_parameters
 from terrain_gl.comparison.pyramid import FILTERS, Pyramid
 from terrain_gl.comparison.tessellated import Edges
 from terrain_gl.error import ErrorTables
-from terrain_gl.lod import View
+from terrain_gl.lod import Goal, View
 from terrain_gl.mesh import captured_triangles
 from terrain_gl.methods import BASELINES, Selectors
 from terrain_gl.terrain import Terrain
@@ -39,7 +39,7 @@ class Scene:
 
     def select(self, method, camera, parameters, cull=True):
         near_m = 0.1 * min(self.heightmap.spacing_m)
-        return self.selectors[method].select(camera, self.size, near_m, parameters=parameters, cull=cull)
+        return self.selectors[method].select(camera, self.size, near_m, Goal(parameters=parameters, cull=cull))
 
     def release(self):
         for part in (self.selectors, self.tables, self.view, self.terrain):

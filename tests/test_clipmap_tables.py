@@ -11,7 +11,7 @@ from terrain_gl.files.maps import bundled
 from terrain_gl.gpu import layout
 from terrain_gl.gpu.context import create_context
 from terrain_gl.heightmap import Heightmap
-from terrain_gl.lod import ClipmapSelector, QuadtreeSelector
+from terrain_gl.lod import ClipmapSelector, Goal, QuadtreeSelector
 from terrain_gl.options import RenderOptions
 from terrain_gl.verify.measure import Measurement
 
@@ -97,7 +97,7 @@ def test_nodes_decide_nothing(ctx, scene):
     quadtree = QuadtreeSelector(scene.tables)
 
     def leaves():
-        selection = quadtree.select(camera, SIZE, scene.near_m, 1.0)
+        selection = quadtree.select(camera, SIZE, scene.near_m, Goal(1.0))
         return quadtree.patches.read(8 * selection.patches)
 
     of_nodes = leaves()
@@ -159,7 +159,7 @@ def test_rounds_look_at_all_that_may_change(ctx, scene):
         for tolerance in (0.2, 1.0):
             meshes = []
             for selector in (thorough, quick):
-                selection = selector.select(camera, SIZE, scene.near_m, tolerance)
+                selection = selector.select(camera, SIZE, scene.near_m, Goal(tolerance))
                 meshes.append(selector.patches.read(layout.RING_PATCH.itemsize * selection.patches))
             assert meshes[0] == meshes[1]
     thorough.release()
@@ -176,7 +176,7 @@ def test_no_pass_walks_the_map(ctx):
         east, north = heightmap.extent_m
         camera = Camera((0.5 * east, 0.5 * north, 200.0), (0.5 * east + 900, 0.5 * north, 0.0), 30.0)
         selector = Counted(clipmap_of(ctx, heightmap, SIZE).tables)
-        selector.select(camera, SIZE, 1.0, 1.0)
+        selector.select(camera, SIZE, 1.0, Goal(1.0))
         rings = selector._rings_of(camera, 8)
         summary = np.frombuffer(selector._buffers["summary"].read(layout.RING_SUMMARY.itemsize), layout.RING_SUMMARY)[0]
         blocks = summary["blocks"]

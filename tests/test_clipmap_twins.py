@@ -10,7 +10,7 @@ from maps import cameras, rough
 
 from terrain_gl.gpu import layout
 from terrain_gl.heightmap import Heightmap
-from terrain_gl.lod import ClipmapSelector
+from terrain_gl.lod import ClipmapSelector, Goal
 from terrain_gl.lod.rings import PATCH, rings_around
 from terrain_gl.reference import clipmap
 
@@ -129,7 +129,7 @@ LOOK = """block = Block(ivec2(b.xy), int(b.z), int(b.w));
 @pytest.mark.parametrize("view", ["default", "grazing", "far"])
 def test_squares_are_joined_as_the_reference_joins_them(ctx, scene, view):
     watched, camera = Watched(scene.tables), cameras(scene.heightmap)[view]
-    watched.select(camera, scene.size, scene.near_m, 0.5, cull=False)
+    watched.select(camera, scene.size, scene.near_m, Goal(0.5, cull=False))
     places = [(i % (1 << d), i >> d, d, 0) for d in range(4) for i in range(4**d)]
     blocks = watched.blocks[: sum(n for _, n in watched.rounds)]
     about = np.column_stack([blocks["origin"], blocks["unit_log2"], blocks["ring"]])

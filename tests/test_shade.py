@@ -13,7 +13,7 @@ from terrain_gl.gpu.context import create_context
 from terrain_gl.gpu.gl import use_default_framebuffer
 from terrain_gl.heightmap import Heightmap
 from terrain_gl.light.ground import HeightSums
-from terrain_gl.lod import QuadtreeSelector
+from terrain_gl.lod import Goal, QuadtreeSelector
 from terrain_gl.shade import STYLES, Look, Picture
 from terrain_gl.terrain import Terrain
 
@@ -64,7 +64,7 @@ class Scene:
         self.near_m = 0.1 * min(heightmap.spacing_m)
 
     def draw(self, camera, tolerance_px=1.0, style="shaded", sun=(300, 35), voids="fill"):
-        selection = self.levels.select(camera, self.size, self.near_m, tolerance_px)
+        selection = self.levels.select(camera, self.size, self.near_m, Goal(tolerance_px))
         self.picture.draw(selection, camera, Look(style, sun, voids=voids))
         return self.picture.read()
 

@@ -7,11 +7,12 @@ that of every method. `fitting` finds the best parameters for a number of triang
 from __future__ import annotations
 
 from collections.abc import Callable
+from dataclasses import replace
 from typing import Any
 
 from ..camera import Camera
 from ..filling import Rect
-from ..lod import Selection
+from ..lod import Goal, Selection
 from ..methods import Selectors
 from .clipmap import Clipmap, Rings
 from .pyramid import Pyramid
@@ -28,13 +29,10 @@ class Baseline:
     ----------
     surface
         The baseline.
-    default
-        Makes the default parameters.
     """
 
-    def __init__(self, surface: Clipmap | Tessellated, default: Callable[[], Parameters]) -> None:
-        self.surface: Any = surface
-        self._default = default
+    def __init__(self, surface: Clipmap | Tessellated) -> None:
+        self.surface = surface
         self._fitted: tuple[Any, Parameters] | None = None  # a view, and the parameters found for it
 
     @property
@@ -42,28 +40,15 @@ class Baseline:
         """GPU memory of blocks or patches."""
         return int(self.surface.bytes)
 
-    def select(
-        self,
-        camera: Camera,
-        size: tuple[int, int],
-        near_m: float,
-        tolerance_px: float = 0.0,
-        metric: str = "max",
-        cull: bool = True,
-        triangles: int | None = None,
-        parameters: Parameters | None = None,
-    ) -> Selection:
+    def select(self, camera: Camera, size: tuple[int, int], near_m: float, goal: Goal) -> Selection:
         """Choose the mesh for a picture of `size`; the metric is not used."""
-        if triangles and not parameters:
-            parameters = self._fit(camera, size, near_m, triangles)
-        how = parameters or self._default()
-        selection: Selection = self.surface.select(camera, size, near_m, how, tolerance_px=tolerance_px, cull=cull)
-        return selection
+        if goal.triangles and not goal.parameters:
+            goal = replace(goal, parameters=self._fit(camera, size, near_m, goal.triangles))
+        return self.surface.select(camera, size, near_m, goal)
 
     def candidates(self, camera: Camera, size: tuple[int, int], near_m: float, triangles: int) -> list[Parameters]:
         """Parameters that give about so many triangles, the best guess first."""
-        found: list[Parameters] = self.surface.candidates(camera, size, near_m, triangles)
-        return found
+        return [*self.surface.candidates(camera, size, near_m, triangles)]
 
     def update(self, posts: Rect) -> None:
         """Follow an edit: parameters are fitted anew."""
@@ -87,9 +72,9 @@ def pyramid(selectors: Selectors) -> Pyramid:
 
 def clipmap(selectors: Selectors) -> Baseline:
     """Geometry clipmaps."""
-    return Baseline(Clipmap(selectors.terrain, selectors.view, selectors.shared(pyramid)), Rings)
+    return Baseline(Clipmap(selectors.terrain, selectors.view, selectors.shared(pyramid)))
 
 
 def tessellated(selectors: Selectors) -> Baseline:
     """Clipmaps with hardware tessellation."""
-    return Baseline(Tessellated(selectors.terrain, selectors.view, selectors.shared(pyramid)), Edges)
+    return Baseline(Tessellated(selectors.terrain, selectors.view, selectors.shared(pyramid)))

@@ -24,7 +24,7 @@ import numpy as np
 from ..camera import Camera
 from ..filling import Rect
 from ..gpu import gl
-from ..lod import QuadtreeSelector, Selection
+from ..lod import Goal, QuadtreeSelector, Selection
 from ..methods import Selectors, quadtree
 
 FINER = 2  # segments for each segment of a full-resolution patch
@@ -67,14 +67,12 @@ class Bilinear:
         """GPU memory of the draw commands."""
         return self.draws.size
 
-    def select(
-        self, camera: Camera, size: tuple[int, int], near_m: float, cull: bool = True, **unused: Any
-    ) -> Selection:
+    def select(self, camera: Camera, size: tuple[int, int], near_m: float, goal: Goal) -> Selection:
         """Choose every patch in the picture. Triangles are counted as two for each cell of the map.
 
-        Nothing is certified: errors are measured against this surface. Other options of a selector are not used.
+        Nothing is certified: errors are measured against this surface. The rest of the goal is not used.
         """
-        full = self.selector.select(camera, size, near_m, 0.0, cull=cull)
+        full = self.selector.select(camera, size, near_m, Goal(cull=goal.cull))
         commands = np.array(list(_commands(full.counts)) or [(0,) * 5], "u4")
         self.draws.release()
         self.draws = self.ctx.buffer(commands.tobytes())

@@ -28,7 +28,7 @@ from ..exceptions import UsageError
 from ..gpu import gl, layout
 from ..gpu.bindings import bind
 from ..heightmap import Heightmap
-from ..lod import Selection, View
+from ..lod import Goal, Selection, View
 from ..terrain import Terrain
 from .pyramid import Pyramid
 
@@ -73,9 +73,6 @@ class Rings:
             raise UsageError(f"finest level must be from 0 to {layout.MAX_LEVELS - 1}, got {self.finest}")
         if not 0 <= self.transition <= 0.25:
             raise UsageError(f"transition must be from 0 to 0.25 of a ring's side, got {self.transition:g}")
-
-
-_DEFAULT = Rings()
 
 
 class Ring(NamedTuple):
@@ -217,18 +214,11 @@ class Clipmap:
         self.view.bind()
         bind("clipmap/ring.vert", Clipmap=self._block)
 
-    def select(
-        self,
-        camera: Camera,
-        size: tuple[int, int],
-        near_m: float,
-        rings: Rings = _DEFAULT,
-        cull: bool = True,
-        **settings: Any,
-    ) -> Selection:
-        """Choose the blocks for a picture of `size`; `settings` are further fields of the `View` block."""
-        self.view.write(self.terrain, camera, size, near_m, cull=cull, **settings)
-        chosen, blocks = self._blocks_in(camera, size, near_m, rings, cull)
+    def select(self, camera: Camera, size: tuple[int, int], near_m: float, goal: Goal) -> Selection:
+        """Choose the blocks for a picture of `size`, by the parameters of the goal or by default ones."""
+        rings: Rings = goal.parameters or Rings()
+        self.view.write(self.terrain, camera, size, near_m, tolerance_px=goal.tolerance_px, cull=goal.cull)
+        chosen, blocks = self._blocks_in(camera, size, near_m, rings, goal.cull)
         self._write(blocks, rings, chosen[-1].level)
         draws, most = -(-len(blocks) // _DRAW), 2 * BLOCK**2 * len(blocks)
         return Selection(self, (len(blocks),), self._count(blocks), most, 0, None, draws)

@@ -26,7 +26,7 @@ from ..camera import Camera, boxes_in_picture
 from ..exceptions import UsageError
 from ..gpu import gl, shaders
 from ..gpu.bindings import bind
-from ..lod import Selection, View
+from ..lod import Goal, Selection, View
 from ..terrain import Terrain
 from .clipmap import Ring, rings_of
 from .pyramid import Pyramid
@@ -74,7 +74,6 @@ class Edges:
             raise UsageError(f"ring must be an even number of patches from 8 on, got {self.ring}")
 
 
-_DEFAULT = Edges()
 _CANDIDATES = ((16, 128), (8, 128), (16, 64))  # posts along a patch, patches along a ring
 _TRIES = 30  # bisections of the range of edge lengths
 
@@ -143,17 +142,10 @@ class Tessellated:
         self.view.bind()
         bind("tessellated/measures.glsl", Tessellated=self._measures)
 
-    def select(
-        self,
-        camera: Camera,
-        size: tuple[int, int],
-        near_m: float,
-        edges: Edges = _DEFAULT,
-        cull: bool = True,
-        **settings: Any,
-    ) -> Selection:
-        """Choose and cut the patches for a picture of `size`; `settings` are further fields of the `View` block."""
-        places = self._look(camera, size, near_m, edges, cull, **settings)
+    def select(self, camera: Camera, size: tuple[int, int], near_m: float, goal: Goal) -> Selection:
+        """Choose and cut the patches for a picture of `size`, by the parameters of the goal or by default ones."""
+        edges: Edges = goal.parameters or Edges()
+        places = self._look(camera, size, near_m, edges, goal.cull, goal.tolerance_px)
         triangles = self._cut(len(places), edges)
         commands = [(min(_DRAW, len(places) - first), 1, first, 0, 0) for first in range(0, len(places), _DRAW)]
         self.draws = gl.at_least(self.ctx, self.draws, gl.COMMAND_STRIDE * len(commands))
@@ -170,7 +162,7 @@ class Tessellated:
 
     def _fit(self, camera: Camera, size: tuple[int, int], near_m: float, triangles: int, edges: Edges) -> Edges:
         """The length of edges that gives about `triangles` triangles in the picture."""
-        patches = len(self._look(camera, size, near_m, edges, cull=True))
+        patches = len(self._look(camera, size, near_m, edges))
         short, long, tried = 1e-3, 1e6, []
         for _ in range(_TRIES):
             middle = replace(edges, edge_px=math.sqrt(short * long))
@@ -187,10 +179,16 @@ class Tessellated:
             resource.release()
 
     def _look(
-        self, camera: Camera, size: tuple[int, int], near_m: float, edges: Edges, cull: bool, **settings: Any
+        self,
+        camera: Camera,
+        size: tuple[int, int],
+        near_m: float,
+        edges: Edges,
+        cull: bool = True,
+        tolerance_px: float = 0.0,
     ) -> np.ndarray:
         """Find the patches in the picture, and upload them and the view."""
-        self.view.write(self.terrain, camera, size, near_m, cull=cull, **settings)
+        self.view.write(self.terrain, camera, size, near_m, tolerance_px=tolerance_px, cull=cull)
         cells, finest = np.array([edges.ring, edges.ring]), edges.patch.bit_length() - 1
         rings = rings_of(self.terrain.heightmap, camera.eye, cells, finest)
         places = np.concatenate([places_of(ring) for ring in rings])

@@ -7,6 +7,6 @@ quadtree   the fewest triangles; the error records of single nodes decide (metho
 from ..view import View
 from .clipmap import ClipmapSelector
 from .quadtree import QuadtreeSelector
-from .selection import METRES, METRICS, Selection
+from .selection import METRES, METRICS, Goal, Selection
 
-__all__ = ["METRES", "METRICS", "ClipmapSelector", "QuadtreeSelector", "Selection", "View"]
+__all__ = ["METRES", "METRICS", "ClipmapSelector", "Goal", "QuadtreeSelector", "Selection", "View"]

@@ -28,7 +28,7 @@ from ..filling import Rect
 from ..gpu import gl, layout, shaders
 from ..view import View
 from .rings import PATCH, PATCHES, Ring, patches_for, rings_around
-from .selection import INFINITE_PX, METRICS, Selection, float_below
+from .selection import INFINITE_PX, Goal, Selection
 
 SETTLING = 4  # rounds of neighbours between two looks at whether they are over
 ROUNDS = 3  # of blocks within blocks: each divides units by eight
@@ -93,29 +93,16 @@ class ClipmapSelector:
         """A patch is one vertex."""
         return [(self.patches, "4i4", "in_patch")]
 
-    def select(
-        self,
-        camera: Camera,
-        size: tuple[int, int],
-        near_m: float,
-        tolerance_px: float = 0.0,
-        metric: str = "max",
-        cull: bool = True,
-        triangles: int | None = None,
-        parameters: None = None,
-    ) -> Selection:
-        """Choose the patches for a picture of `size` (width, height); there are no further `parameters`.
+    def select(self, camera: Camera, size: tuple[int, int], near_m: float, goal: Goal) -> Selection:
+        """Choose the patches for a picture of `size` (width, height).
 
-        No point of the surface is then drawn further than `tolerance_px` from where it belongs; or, with the metric
-        "rms", the root mean square of all distances is within it. Patches outside the picture are left out, unless
-        `cull` is False.
-
-        With a number of `triangles`, at least 2, the tolerance says nothing: the squared errors on the screen, weighted
-        by `reference.post_weights`, are then as little in sum as so many triangles of such patches can make them.
+        With a tolerance, the screen error of the surface is at most `goal.tolerance_px`; with the metric "rms", its
+        root mean square is. With a number of triangles, the mesh minimises the sum of the squared screen errors,
+        weighted by `reference.post_weights`, with at most so many triangles of such patches.
         """
-        settings = {"tolerance_px": float_below(tolerance_px), "metric": METRICS.index(metric), "cull": cull}
-        self.view.write(self.terrain, camera, size, near_m, **settings)
-        self._variant = "budget" if triangles else metric
+        self.view.write(self.terrain, camera, size, near_m, **goal.settings)
+        triangles = goal.triangles
+        self._variant = "budget" if triangles else goal.metric
         if not triangles:
             return self._keep(self._rings_of(camera, PATCHES))
         for left_out in range(self.terrain.top_level):  # the fewest triangles of all rings may be too many

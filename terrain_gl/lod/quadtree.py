@@ -30,7 +30,7 @@ from ..filling import Rect
 from ..gpu import gl, layout, shaders
 from ..gpu.bindings import bind
 from ..view import View
-from .selection import INFINITE_PX, METRES, METRICS, Selection, float_below
+from .selection import INFINITE_PX, METRES, Goal, Selection
 
 ROUNDS = 16  # the most prices tried for a budget; usually three to five are enough
 AGREEING = 8  # rounds of `agree` before Python checks whether more are needed; usually three to six are enough
@@ -89,41 +89,25 @@ class QuadtreeSelector:
         buffers = (self._split, self._active, self._offsets, self._summary, self.patches, self.draws)
         return sum(buffer.size for buffer in buffers)
 
-    def select(
-        self,
-        camera: Camera,
-        size: tuple[int, int],
-        near_m: float,
-        tolerance_px: float = 0.0,
-        metric: str = "max",
-        cull: bool = True,
-        triangles: int | None = None,
-        parameters: None = None,
-    ) -> Selection:
-        """Choose the patches for a picture of `size` (width, height); there are no further `parameters`.
+    def select(self, camera: Camera, size: tuple[int, int], near_m: float, goal: Goal) -> Selection:
+        """Choose the patches for a picture of `size` (width, height).
 
-        The screen error of the surface is then at most `tolerance_px`; with the metric "rms", its root mean square is.
-        Patches outside the picture are left out, unless `cull` is False. With a tolerance of 0 every cell in the
-        picture is drawn at full resolution.
+        With a tolerance, the screen error of the surface is at most `goal.tolerance_px`; with the metric "rms", its
+        root mean square is. With a tolerance of 0 every cell in the picture is drawn at full resolution.
 
-        With a number of `triangles`, at least 2, there is no tolerance. The mesh then minimises the sum of the squared
+        With a number of triangles, the mesh minimises the sum of the squared
         screen errors of all posts in the picture, weighted by `reference.post_weights`, with at most so many triangles.
         Cells close to the eye become fans if that lowers the error between posts (`reference.cell_squares`).
         """
-        settings = {
-            "tolerance_px": float_below(tolerance_px),
-            "metric": (*METRICS, METRES).index(metric),
-            "cull": cull,
-        }
-        self.view.write(self.terrain, camera, size, near_m, **settings)
+        self.view.write(self.terrain, camera, size, near_m, **goal.settings)
         self._bind()
-        self._summary.write(np.float32(0 if triangles else -1).tobytes(), offset=_offset("price"))
-        self._summary.write(np.uint32(triangles or 0).tobytes(), offset=_offset("budget"))
-        if triangles:
+        self._summary.write(np.float32(0 if goal.triangles else -1).tobytes(), offset=_offset("price"))
+        self._summary.write(np.uint32(goal.triangles or 0).tobytes(), offset=_offset("budget"))
+        if goal.triangles:
             self._search()
         else:
             self._grow_tree()
-        if not triangles and tolerance_px > 0 and metric != "rms":
+        if not goal.triangles and goal.tolerance_px > 0 and goal.metric != "rms":
             summary = self._agree()
         else:
             self._list_tiles()
@@ -142,7 +126,7 @@ class QuadtreeSelector:
         There is no camera. The certified error is in metres, too.
         """
         anywhere = Camera.default(self.terrain.heightmap)
-        return self.select(anywhere, (1, 1), 1.0, max_error_m, METRES, cull=False)
+        return self.select(anywhere, (1, 1), 1.0, Goal(max_error_m, METRES, cull=False))
 
     @property
     def feed(self) -> list[tuple[Any, ...]]:

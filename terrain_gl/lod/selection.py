@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 from dataclasses import dataclass, field
+from typing import Any
 
 import numpy as np
 
@@ -11,6 +12,37 @@ from ..surface import Surface
 METRICS = ("max", "rms")  # what a tolerance in pixels bounds; for a tolerance in metres there is `METRES`
 METRES = "metres"
 INFINITE_PX = 9e29  # errors above this are infinite: a little less than in glsl/lod/project.glsl
+
+
+@dataclass(frozen=True)
+class Goal:
+    """What a mesh is chosen for: a tolerance, a number of triangles, or a baseline's own parameters.
+
+    Attributes
+    ----------
+    tolerance_px
+        The largest screen error, or root mean square, in pixels; in metres with `METRES`. 0 asks for every post.
+    metric
+        What the tolerance bounds: one of `METRICS`, or `METRES`.
+    cull
+        Leave out patches outside the picture.
+    triangles
+        Instead of a tolerance: the largest number of triangles, at least 2.
+    parameters
+        Instead of both: the parameters of a baseline. Other methods have none.
+    """
+
+    tolerance_px: float = 0.0
+    metric: str = "max"
+    cull: bool = True
+    triangles: int | None = None
+    parameters: Any = None
+
+    @property
+    def settings(self) -> dict[str, Any]:
+        """The fields of the `View` block that shaders choose by."""
+        metric = (*METRICS, METRES).index(self.metric)
+        return {"tolerance_px": _float_below(self.tolerance_px), "metric": metric, "cull": self.cull}
 
 
 @dataclass(frozen=True)
@@ -53,7 +85,7 @@ class Selection:
         return sum(self.counts)
 
 
-def float_below(value: float) -> np.float32:
+def _float_below(value: float) -> np.float32:
     """The largest float32 that is not above a value."""
     nearest = np.float32(value)
     return nearest if float(nearest) <= value else np.nextafter(nearest, np.float32(0))
