@@ -7,7 +7,7 @@ from typing import Any
 
 import numpy as np
 
-from .checking import HERE, NOT_RUN, WRONG, Finding, compare
+from .checking import BLANK, HERE, NOT_RUN, WRONG, Finding, compare
 from .remote import Student, StudentError
 
 RUNNER = HERE / "box" / "shaders.py"
@@ -24,19 +24,21 @@ def missing() -> str:
     return ""
 
 
+def ready(texts: Any, names: set[str]) -> Finding | None:
+    """Why shaders cannot run: they are blank, or there is no OpenGL here; None if they can."""
+    if not isinstance(texts, dict) or set(texts) != names or not all(isinstance(text, str) for text in texts.values()):
+        return Finding("shaders", WRONG, f"expected a dict of the texts of {', '.join(sorted(names))}")
+    if any("write this" in text for text in texts.values()):
+        return Finding("shaders", BLANK, "not written yet")
+    why = missing()
+    return Finding("shaders", NOT_RUN, why) if why else None
+
+
 def prefix_sums(texts: Any, maps: list[np.ndarray]) -> Iterator[Finding]:
     """Compare the tables that reduce, scan and propagate make of maps of uint32."""
-    if not isinstance(texts, dict) or set(texts) != {"reduce", "scan", "propagate"}:
-        yield Finding("shaders", WRONG, "expected a dict of the texts of reduce, scan and propagate")
-        return
-    if any("write this" in text for text in texts.values()):
-        from .checking import BLANK
-
-        yield Finding("shaders", BLANK, "not written yet")
-        return
-    why = missing()
-    if why:
-        yield Finding("shaders", NOT_RUN, why)
+    hindrance = ready(texts, {"reduce", "scan", "propagate"})
+    if hindrance is not None:
+        yield hindrance
         return
     with Student(RUNNER, SECONDS) as runner:
         for values in maps:

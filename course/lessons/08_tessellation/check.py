@@ -1,0 +1,113 @@
+"""Check of lesson 8: levels and triangles as the driver has made them, captured."""
+
+import numpy as np
+
+from course.checking import compare, holds, task
+from course.land import land
+from course.remote import Student
+from course.shaders import RUNNER, SECONDS, ready
+from terrain_gl import reference
+
+TITLE = "Tessellation hardware"
+NAMES = {"control", "evaluation"}
+
+
+@task("8.1 control: the levels", points=3)
+def control(student, rng):
+    """Edges in their places; what is not drawn has none."""
+    texts = student.shaders()
+    hindrance = ready({"control": texts["control"]}, {"control"})
+    if hindrance is not None:
+        yield hindrance
+        return
+    n = 40
+    squares = np.column_stack([rng.integers(0, 100, (n, 2)), np.full(n, 24), rng.random(n) < 0.7]).astype(np.int32)
+    edges, inner = rng.integers(1, 33, (n, 4)).astype(np.int32), rng.integers(2, 33, n).astype(np.int32)
+    north, east, south, west = edges.T
+    want = np.column_stack([west, north, east, south, inner, inner]) * squares[:, 3:]
+    with Student(RUNNER, SECONDS) as runner:
+        got = runner.levels(texts["control"], squares, edges, inner)
+    yield compare("outer and inner levels", got.astype(int), want, axes=("patch", "level"))
+
+
+def lattice(squares, inner, size):
+    """Posts of patches with the same segments everywhere."""
+    found = set()
+    for (x, y, side, _), n in zip(squares.tolist(), inner.tolist(), strict=True):
+        at = np.arange(n + 1) * (side // n)
+        found |= {(min(x + i, size - 1), min(y + j, size - 1)) for i in at.tolist() for j in at.tolist()}
+    return np.array(sorted(found))
+
+
+@task("8.2 evaluation: the vertices", points=4)
+def evaluation(student, rng):
+    """Every vertex on its post, for all numbers of segments; triangles the right way round; the map's end."""
+    texts = student.shaders()
+    hindrance = ready({"evaluation": texts["evaluation"]}, {"evaluation"})
+    if hindrance is not None:
+        yield hindrance
+        return
+    with Student(RUNNER, SECONDS) as runner:
+        for segments in (2, 3, 5, 6, 7, 11, 13, 24, 31):
+            side = segments * int(rng.integers(1, 4))
+            size = 2 * side + (1 if segments % 2 else -side // 3)  # odd ones fit; the others pass the map's end
+            heights = land(rng, size, size).astype(np.float32)
+            squares = np.array([(x, y, side, 1) for y in (0, side) for x in (0, side)], np.int32)
+            inner = np.full(4, segments, np.int32)
+            got = runner.mesh(None, texts["evaluation"], heights, squares, np.ones((4, 4), np.int32), inner)
+            name = f"{segments} segments"
+            vertices = np.unique(got.reshape(-1, 3), axis=0) if len(got) else np.zeros((0, 3))
+            want = lattice(squares, inner, size)
+            want = np.column_stack([want, heights[want[:, 1], want[:, 0]]])
+            yield compare(f"{name}: column, row and height of the vertices", vertices, want, axes=("vertex", "number"))
+            areas = reference.areas(got[..., :2].astype(float))
+            turned = int((areas < 0).sum())
+            yield holds(f"{name}: turned", turned == 0, f"{turned} triangles are clockwise seen from above")
+            yield compare(f"{name}: the area in cells", float(np.abs(areas).sum()), float((size - 1) ** 2))
+
+
+def blocks(rng, segments):
+    """4 × 4 blocks, some of them cut in four; an edge has twice the segments where the neighbour is cut."""
+    base = 2 * segments
+    cut = np.pad(rng.random((4, 4)) < 0.5, 1)
+    squares, edges = [], []
+    for y, x in np.ndindex(4, 4):
+        if cut[y + 1, x + 1]:
+            squares += [(2 * base * x + dx, 2 * base * y + dy, base, 1) for dy in (0, base) for dx in (0, base)]
+            edges += [(segments,) * 4] * 4
+        else:
+            beside = cut[y, x + 1], cut[y + 1, x + 2], cut[y + 2, x + 1], cut[y + 1, x]
+            squares.append((2 * base * x, 2 * base * y, 2 * base, 1))
+            edges.append(tuple(segments * (2 if finer else 1) for finer in beside))
+    return np.array(squares, np.int32), np.array(edges, np.int32), 8 * base + 1
+
+
+@task("8.3 both: no cracks", points=3)
+def both(student, rng):
+    """Patches of unlike size: every edge inside is shared by two triangles."""
+    texts = student.shaders()
+    hindrance = ready(texts, NAMES)
+    if hindrance is not None:
+        yield hindrance
+        return
+    with Student(RUNNER, SECONDS) as runner:
+        for segments in (3, 4, 5, 7):
+            squares, edges, size = blocks(rng, segments)
+            heights = land(rng, size, size).astype(np.float32)
+            inner = np.full(len(squares), segments, np.int32)
+            got = runner.mesh(texts["control"], texts["evaluation"], heights, squares, edges, inner)
+            name = f"{segments} segments"
+            yield compare(
+                f"{name}: the area in cells",
+                float(np.abs(reference.areas(got[..., :2].astype(float))).sum()),
+                float((size - 1) ** 2),
+            )
+            ends = np.stack([got, np.roll(got, -1, 1)], 2).reshape(-1, 2, 3)
+            order = np.lexsort(ends.transpose(1, 2, 0)[:, :2].reshape(-1, len(ends))) if len(ends) else []
+            _, bits = np.unique(ends.reshape(-1, 3), axis=0, return_inverse=True)
+            pairs = np.sort(bits.reshape(-1, 2), 1)[order]
+            unique, uses = np.unique(pairs, axis=0, return_counts=True)
+            places = np.unique(ends.reshape(-1, 3), axis=0)[unique][..., :2]
+            rim = ((places[:, 0] == places[:, 1]) & np.isin(places[:, 0], (0, size - 1))).any(1)
+            loose = int((uses != np.where(rim, 1, 2)).sum())
+            yield holds(f"{name}: edges", loose == 0, f"{loose} edges are not shared by two triangles")
