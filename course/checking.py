@@ -113,15 +113,18 @@ def load(path: Path) -> ModuleType:
 
 def check(found: Lesson, file: Path, seed: int, seconds: float = 60.0, walled: bool = False) -> Iterator[Outcome]:
     """Check a student's file task by task. The maps, sizes and voids follow from the seed."""
-    for index, each in enumerate(found.tasks):
-        if seconds <= 0:
-            yield Outcome(each, WRONG, [Finding(each.title, WRONG, "the time limit is over")])
-            continue
-        rng = np.random.default_rng([seed, found.number, index])
-        with Student(file, seconds, walled) as student:
-            outcome = outcome_of(each, student, rng)
-            seconds = student.seconds_left
-        yield outcome
+    student = Student(file, seconds, walled)
+    try:
+        for index, each in enumerate(found.tasks):
+            if student.seconds_left <= 0:
+                yield Outcome(each, WRONG, [Finding(each.title, WRONG, "the time limit is over")])
+                continue
+            if student.ended:
+                student.close()
+                student = Student(file, student.seconds_left, walled)
+            yield outcome_of(each, student, np.random.default_rng([seed, found.number, index]))
+    finally:
+        student.close()
 
 
 def outcome_of(each: Task, student: Student, rng: np.random.Generator) -> Outcome:

@@ -44,11 +44,11 @@ class Student:
     """
 
     def __init__(self, file: Path, seconds: float = 60.0, walled: bool = False) -> None:
-        self._left, self._over = seconds, False
+        self._left, self._over, self._broken, self._told = seconds, False, False, 0
         self._folder = Path(tempfile.mkdtemp(prefix="course-"))
         copy = self._folder / file.name
         shutil.copyfile(file, copy)
-        words = [sys.executable, "-I", "-B", str(WORKER), str(copy), "walled" if walled else "open"]
+        words = [sys.executable, "-I", "-B", "-u", str(WORKER), str(copy), "walled" if walled else "open"]
         self._process = subprocess.Popen(
             walls.command(words, self._folder) if walled else words,
             stdin=subprocess.PIPE,
@@ -71,9 +71,11 @@ class Student:
         try:
             answer = self._ask(wire.pack((name, args, kwargs)))
         except (OSError, EOFError):
+            self._broken = True
             why = "the time limit is over" if self._over else "the process ended (memory, processor time or exit)"
             raise StudentError(f"{name}(): {why}") from None
         except (ValueError, KeyError, TypeError) as error:
+            self._broken = True  # what follows in the pipe belongs to no request
             raise StudentError(f"{name}(): the answer cannot be read: {error}") from None
         finally:
             alarm.cancel()
@@ -100,11 +102,20 @@ class Student:
 
     @property
     def printed(self) -> str:
-        """What the code has printed so far, cut off."""
+        """What the code has printed since this was asked last, cut off."""
         try:
-            return (self._folder / "printed").read_bytes()[:PRINTED].decode("utf-8", "replace")
+            with open(self._folder / "printed", "rb") as file:
+                file.seek(self._told)
+                text = file.read(PRINTED).decode("utf-8", "replace")
+                self._told = file.seek(0, os.SEEK_END)
+                return text
         except OSError:
             return ""
+
+    @property
+    def ended(self) -> bool:
+        """Whether the process is over: it was ended, or ended itself."""
+        return self._broken or self._process.poll() is not None
 
     @property
     def seconds_left(self) -> float:

@@ -162,3 +162,11 @@ def test_the_index_and_the_course_name_each_lesson(number):
     folder = checking.lesson(number).folder
     assert f"(lessons/{folder.name}/page.md)" in (ROOT / "course" / "README.md").read_text(encoding="utf-8")
     assert (folder / "figure.png").read_bytes().startswith(b"\x89PNG")
+
+
+def test_a_task_whose_process_ends_does_not_end_the_next(tmp_path):
+    text = solved(2).replace("def shift_px(", "def shift_px(*a):\n    import os\n    os._exit(0)\n\n\ndef unused(")
+    (tmp_path / "student.py").write_text("print('hello')\n" + text)
+    found = list(checking.check(checking.lesson(2), tmp_path / "student.py", 3))
+    assert [outcome.verdict for outcome in found] == [checking.WRONG, checking.EXACT, checking.EXACT]
+    assert [outcome.printed for outcome in found] == ["hello\n", "hello\n", ""]
