@@ -18,7 +18,7 @@ from terrain_gl.place import Place
 from terrain_gl.readers import How, Raster, Spacing, open_raster
 from terrain_gl.readers.georeference import Georeference
 from terrain_gl.readers.objects import raster_of
-from terrain_gl.readers.plausible import plausible_scale
+from terrain_gl.readers.plausible import plausible_scale, plausible_spacing
 from terrain_gl.readers.values import ENCODINGS, read_heights
 
 MAX_POSTS = 16384 * 16384
@@ -199,6 +199,9 @@ class Heightmap:
             extent_m = max((cols - 1) * spacing[0], (rows - 1) * spacing[1])
             factor, words = plausible_scale(raster, heights, extent_m)
             scales, notes = (scales[0] * factor, scales[1]), notes + words
+            if spacing_m is None and raster.spacing_m is None and not words:
+                chosen_m, words = plausible_spacing(heights)
+                spacing, notes = (chosen_m, chosen_m), notes + words
         heightmap = cls(heights, spacing, raster.name)
         heightmap.assumes_spacing = spacing_m is None and raster.spacing_m is None
         heightmap.scales, heightmap.notes = scales, notes

@@ -206,6 +206,20 @@ def test_values_that_cannot_be_metres_get_a_scale_and_a_line(tmp_path):
     assert Heightmap.open(tmp_path / "game.r16", spacing_m=30).range_m[1] == pytest.approx(0.02 * 65535)
 
 
+def test_relief_and_extent_that_cannot_both_be_right_get_a_spacing_and_a_line(tmp_path):
+    """4000 m on 300 m of land: 30 m between posts; 15,000 m need more. What is told, or may be, stays as it is."""
+    ramp = np.linspace(0, 1, 301 * 280).reshape(301, 280)
+    for relief, spacing in ((4000, 30), (15000, 270), (140, 1)):
+        np.save(tmp_path / "a.npy", (ramp * relief).astype("f4"))
+        terrain = Heightmap.open(tmp_path / "a.npy")
+        assert terrain.spacing_m == (spacing, spacing) and terrain.range_m == (0, relief) and terrain.assumes_spacing
+        assert [f"--spacing {spacing:g} is chosen" in note for note in terrain.notes] == [True] * (spacing > 1)
+        for told in ({"spacing_m": 2.0}, {"z_scale": 1.0}):
+            assert Heightmap.open(tmp_path / "a.npy", **told).spacing_m == (told.get("spacing_m", 1.0),) * 2
+    image(tmp_path / "a.png", (ramp * 4000).astype("u2"))
+    assert Heightmap.open(tmp_path / "a.png").spacing_m == (30, 30)
+
+
 def test_a_description_that_makes_no_sense_is_as_if_it_were_not_there(tmp_path):
     about = "read with --spacing -3 --z-scale 0 --z-offset 1e999 --nodata abc"
     image(tmp_path / "a.png", U2, ImageDescription=about)

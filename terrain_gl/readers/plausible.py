@@ -1,4 +1,4 @@
-"""A scale of heights for files that tell none and whose values cannot be metres."""
+"""A scale for files that tell none, and whose values and number of posts cannot both be metres."""
 
 from __future__ import annotations
 
@@ -11,6 +11,9 @@ from terrain_gl.readers.raster import Raster
 HIGHEST_RELIEF_M = 20_000.0  # more than between Everest and the deepest sea
 USUAL_RELIEF_M = 3000.0
 USUAL_SLOPE = 0.2  # relief over extent
+STEEPEST = 0.5  # relief over extent of a whole map
+USUAL_SPACING_M = 30.0  # of free maps of the whole Earth
+LEAST_SIDE = 256  # posts: smaller maps may be anything
 
 
 def plausible_scale(raster: Raster, heights: np.ndarray, extent_m: float) -> tuple[float, tuple[str, ...]]:
@@ -37,6 +40,25 @@ def plausible_scale(raster: Raster, heights: np.ndarray, extent_m: float) -> tup
     np.multiply(heights, scale, out=heights, dtype=np.float64, casting="same_kind")  # rounded once
     cannot = f"values {low:g} to {high:g} over {extent_m / 1000:.3g} km cannot be metres"
     return scale, (f"{cannot}: --z-scale {scale:g} is chosen; say --z-scale and --spacing",)
+
+
+def plausible_spacing(heights: np.ndarray) -> tuple[float, tuple[str, ...]]:
+    """Metres between posts where nobody said them: 1, or more if the relief cannot stand on so little land.
+
+    Returns
+    -------
+    (float, tuple of str)
+        The spacing, and a line that says what was chosen; 1 and nothing where that may be right.
+    """
+    side = max(heights.shape) - 1
+    low, high = float(np.fmin.reduce(heights, None)), float(np.fmax.reduce(heights, None))
+    if side < LEAST_SIDE - 1 or not STEEPEST * side < high - low <= HIGHEST_RELIEF_M:
+        return 1.0, ()
+    spacing_m = USUAL_SPACING_M
+    while high - low > STEEPEST * side * spacing_m:
+        spacing_m *= 3
+    both = f"heights {low:g} to {high:g} m cannot stand on {side:,} m"
+    return spacing_m, (f"{both}: --spacing {spacing_m:g} is chosen; say --spacing, or --z-scale",)
 
 
 def _round(value: float) -> float:
