@@ -65,15 +65,29 @@ class Camera:
         It shows the middle half of the map; of a narrow map nearly all.
         """
         (east, north), (low, high) = terrain.extent_m, terrain.range_m
-        yaw, pitch = math.radians(105.0 if north > 1.5 * east else 15.0), math.radians(17.0)
+        yaw_deg = 105.0 if north > 1.5 * east else 15.0
+        share = 0.45 if max(east, north) < 3 * min(east, north) else 0.9
+        middle = (0.5 * east, 0.5 * north, 0.5 * (low + high))
+        return cls.over(middle, (share * east, share * north, high - low), fov_deg, yaw_deg)
+
+    @classmethod
+    def over(cls, middle: Vector, size_m: Vector, fov_deg: float = 45.0, yaw_deg: float = 15.0) -> Camera:
+        """A view down on a box, which fills a picture of 16:9.
+
+        Parameters
+        ----------
+        middle, size_m
+            Of the box, in world metres.
+        yaw_deg
+            Where the camera looks, clockwise from north.
+        """
+        yaw, pitch = math.radians(yaw_deg), math.radians(17.0)
         forward = (math.sin(yaw) * math.cos(pitch), math.cos(yaw) * math.cos(pitch), -math.sin(pitch))
         view = cls((0.0, 0.0, 0.0), forward, fov_deg)
-        share = 0.45 if max(east, north) < 3 * min(east, north) else 0.9
-        corners = (np.indices((2, 2, 2)).reshape(3, 8) - 0.5) * [[share * east], [share * north], [high - low]]
+        corners = (np.indices((2, 2, 2)).reshape(3, 8) - 0.5) * np.asarray(size_m)[:, None]
         x, y, z = view.axes @ corners
         tan_x, tan_y = view.half_extent((16, 9))
         away = float(np.max([np.abs(x) / tan_x - z, np.abs(y) / tan_y - z]))
-        middle = (0.5 * east, 0.5 * north, 0.5 * (low + high))
         eye = (middle[0] - away * forward[0], middle[1] - away * forward[1], middle[2] - away * forward[2])
         return cls(eye, middle, fov_deg)
 

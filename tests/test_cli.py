@@ -17,6 +17,7 @@ from terrain_gl import cli
 from terrain_gl.cli import options
 from terrain_gl.files.export import FORMATS
 from terrain_gl.files.maps import bundled, find_bundled
+from terrain_gl.files.views import standard_view
 from terrain_gl.image import read_image
 from terrain_gl.shade import STYLES
 
@@ -142,7 +143,7 @@ def test_options_come_before_what_is_bundled():
     seen = scene("canyon", "--spacing", "10,20")
     assert seen.heightmap.spacing_m == (10, 20)
     assert seen.heightmap.range_m == scene("canyon").heightmap.range_m
-    assert seen.camera == tg.Camera.default(seen.heightmap)
+    assert seen.camera == standard_view(seen.heightmap)
     seen = scene("canyon", "--fov", "30", "--target", "0,0,0", "--sun", "10,20")
     known = bundled()["canyon"].camera
     assert (seen.camera.eye, seen.camera.target, seen.camera.fov_deg) == (known.eye, (0, 0, 0), 30)

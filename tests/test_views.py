@@ -115,3 +115,43 @@ def test_command_line(tmp_path):
         turned = replace(standard_view(heightmap, "ridge"), fov_deg=90.0)
         assert main([*command, "--fov", "90", "-o", str(tmp_path / "turned.png")]) == 0
         assert (read_image(tmp_path / "turned.png")[..., :3] == r.render(turned).image[..., :3]).all()
+
+
+def island(n=160):
+    """A mountain in the north-east of a plain, and data in half of the map alone."""
+    y, x = np.mgrid[:n, :n]
+    heights = np.maximum(0, 900 - 30 * np.hypot(x - 115, y - 50)) + rough(n, n, 1, 20.0)
+    heights[:, :60] = np.nan
+    return tg.Heightmap(heights, 30.0)
+
+
+def test_the_first_view_shows_the_summit_and_land_with_data():
+    heightmap = island()
+    camera = standard_view(heightmap)
+    row, col = np.unravel_index(np.nanargmax(heightmap.heights), heightmap.heights.shape)
+    summit = np.array([[col * 30.0, (159 - row) * 30.0, np.nanmax(heightmap.heights)]])
+    assert screen_shift_px(camera, SIZE, summit, np.zeros(1), 1.0)[1].all()
+    assert camera.target[0] > 0.5 * heightmap.extent_m[0]  # towards the land
+    assert posts_seen(heightmap, camera) > 0.2
+
+
+@pytest.mark.parametrize("view", ["valley", "ridge"])
+def test_nobody_stands_on_a_fragment(view):
+    """A peak that voids have cut out is no place to stand."""
+    heights = rough(200, 200, 4, 300.0)
+    heights[80:120, 80:120] = np.nan
+    heights[99:102, 99:102] = 5000.0
+    heightmap = tg.Heightmap(heights, 20.0)
+    x, y, _ = standard_view(heightmap, view).eye
+    assert np.hypot(x - 2000, y - 1990) > 300
+
+
+def test_an_eye_under_the_ground_is_told(tmp_path, capsys):
+    heights = rough(65, 65, 1, 100.0) - rough(65, 65, 1, 100.0).min() + 500
+    np.save(tmp_path / "a.npy", heights)
+    words = ["shot", str(tmp_path / "a.npy"), "--spacing", "10", "-o", str(tmp_path / "a.png"), "--size", "32x18"]
+    assert main([*words, "--eye", "300,300,100", "--target", "300,600,100"]) == 0
+    said = capsys.readouterr().err
+    assert "under the ground" in said and said.count("\n") == 1
+    assert main([*words, "--eye", "300,300,900", "--target", "300,600,100"]) == 0
+    assert "under the ground" not in capsys.readouterr().err

@@ -17,7 +17,7 @@ from ..camera import Camera
 from ..exceptions import TerrainError, UsageError
 from ..files import maps
 from ..files.maps import BundledMap, bundled
-from ..files.views import VIEWS, drawn_near, look_at, stand_at, standard_view
+from ..files.views import VIEWS, depth_below_ground, drawn_near, look_at, stand_at, standard_view
 from ..heightmap import Heightmap
 from ..light.sun import sun_position
 from ..options import OPTIONS, RenderOptions
@@ -185,7 +185,13 @@ def open_scene(
     tell_notes(heightmap)
     args.sun = args.sun or clock_sun(args, heightmap)
     start = known.camera if known and not args.view else standard_view(heightmap, args.view or "default")
-    return Scene(heightmap, _camera(args, heightmap, start), args.sun or (known.sun if known else SUN))
+    camera = _camera(args, heightmap, start)
+    if (below_m := depth_below_ground(heightmap, camera)) > 0:
+        print(
+            f"terrain-gl: note: the eye stands {below_m:.3g} m under the ground: give --eye more height",
+            file=sys.stderr,
+        )
+    return Scene(heightmap, camera, args.sun or (known.sun if known else SUN))
 
 
 def check_outputs(args: argparse.Namespace, source: str | None) -> None:

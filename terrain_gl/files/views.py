@@ -3,7 +3,7 @@
 valley   low down where the land around rises most, looking up at the highest place of it that is in sight
 ridge    high up where the land falls off most, looking out over the lowest place near
 high     far above, looking down obliquely over the middle of the map
-default  from outside, over the middle half (`Camera.default`)
+default  from outside, over the part of the map with the most relief and few voids
 """
 
 from __future__ import annotations
@@ -21,6 +21,10 @@ from ..heightmap import Heightmap
 _BLOCKS = 64  # blocks of posts a side in which places are looked for
 _INSIDE = 1 / 8  # of the map, on every side, is left out: there is land all around where the eye stands
 _REACH = 1 / 8  # of the longer side: how far a view looks for what rises, or falls off
+_READABLE = 0.07  # relief over extent that a picture of all the land shows well
+_SOLID = 0.9  # share of data in a block and beside it where one may stand
+_LEAST_PART, _MOST_PART = 0.3, 0.75  # of the map's sides: what the first view looks at
+_IN_FRAME = 0.62  # of that part, whose corners are in the picture for sure
 _TRIES = 64  # places that are tried for a free sight
 Post = tuple[int, int]
 
@@ -29,6 +33,28 @@ def standard_view(heightmap: Heightmap, name: str = "default", fov_deg: float = 
     """The camera of a standard view, one of `VIEWS`; on a map too narrow to stand on, the default."""
     narrow = min(heightmap.rows, heightmap.cols) < 3
     return VIEWS["default" if narrow else name](heightmap, fov_deg)
+
+
+def overview(heightmap: Heightmap, fov_deg: float = 45.0) -> Camera:
+    """Look from the south over the part with the most relief, the whole of its height in the picture.
+
+    The flatter a map is, the smaller is that part, so that relief can be seen. Of a long map it is `Camera.default`.
+    """
+    (east, north), (low_m, high_m) = heightmap.extent_m, heightmap.range_m
+    if min(heightmap.rows, heightmap.cols) < 3 or max(east, north) > 3 * min(east, north):
+        return Camera.default(heightmap, fov_deg)
+    blocks = _Blocks(heightmap)
+    share = float(np.clip((high_m - low_m) / (_READABLE * max(east, north)), _LEAST_PART, _MOST_PART))
+    (top, left), (rows, cols) = blocks.roughest(share)
+    lows, highs = (of[top : top + rows, left : left + cols] for of in (blocks.low, blocks.high))
+    block_m = np.multiply(heightmap.spacing_m, blocks.side)
+    middle_x = min((left + cols / 2) * block_m[0], east)
+    middle_y = max(north - (top + rows / 2) * block_m[1], 0.0)
+    low_m, high_m = float(lows[np.isfinite(lows)].min()), float(highs[np.isfinite(highs)].max())
+    size = _IN_FRAME * cols * block_m[0], _IN_FRAME * rows * block_m[1], high_m - low_m
+    camera = Camera.over((middle_x, middle_y, (low_m + high_m) / 2), size, fov_deg)
+    x, y, z = camera.eye
+    return replace(camera, eye=(x, y, max(z, blocks.highest_around(x, y) + 2 * max(heightmap.spacing_m))))
 
 
 def valley(heightmap: Heightmap, fov_deg: float = 45.0) -> Camera:
@@ -92,8 +118,18 @@ def drawn_near(heightmap: Heightmap, camera: Camera, share: float = 1 / 4) -> Ca
     return replace(camera, eye=(float(x), float(y), float(max(z, clear))))
 
 
+def depth_below_ground(heightmap: Heightmap, camera: Camera) -> float:
+    """Metres that the eye stands under all four posts around it; 0 above them, beside voids and off the map."""
+    (x, y, z), (east, north) = camera.eye, heightmap.spacing_m
+    col, row = math.floor(x / east), heightmap.rows - 2 - math.floor(y / north)
+    if not (0 <= col < heightmap.cols - 1 and 0 <= row < heightmap.rows - 1):
+        return 0.0
+    ground_m = float(heightmap.heights[row : row + 2, col : col + 2].min())
+    return max(0.0, ground_m - z) if math.isfinite(ground_m) else 0.0
+
+
 VIEWS: dict[str, Callable[[Heightmap, float], Camera]] = {
-    "default": Camera.default,
+    "default": overview,
     "valley": valley,
     "ridge": ridge,
     "high": high,
@@ -114,11 +150,40 @@ class _Blocks:
         self.off_middle = np.hypot(x, y)
         self.inside = np.maximum(np.abs(x), np.abs(y)) <= 1 - 2 * _INSIDE
         self.inside &= np.isfinite(self.low)
+        solid = self.inside & (self._data(rows, cols) > _SOLID)  # not on a fragment between voids
+        self.inside = solid if solid.any() else self.inside
         if not self.inside.any():
             self.inside = np.isfinite(self.low)
 
     def _reduce(self, reduce: np.ufunc, rows: np.ndarray, cols: np.ndarray) -> np.ndarray:
         return reduce.reduceat(reduce.reduceat(self.heightmap.heights, rows, axis=0), cols, axis=1).astype(np.float64)
+
+    def _data(self, rows: np.ndarray, cols: np.ndarray) -> np.ndarray:
+        """Share of the posts with data, in each block the least of its own and of those beside it."""
+        if not self.heightmap.voids:
+            return np.ones((len(rows), len(cols)))
+        known = ~np.isnan(self.heightmap.heights)
+        sums = np.add.reduceat(np.add.reduceat(known, rows, axis=0, dtype=np.float64), cols, axis=1)
+        counts = np.outer(np.diff([*rows, self.heightmap.rows]), np.diff([*cols, self.heightmap.cols]))
+        return -self.around(-sums / counts, 1 / max(sums.shape))
+
+    def roughest(self, share: float) -> tuple[Post, Post]:
+        """First block, and rows and columns of blocks, of the part of the map with the most relief and few voids."""
+        size = tuple(max(1, round(share * n)) for n in self.low.shape)
+        windows = [np.lib.stride_tricks.sliding_window_view(of, size) for of in (self.low, self.high)]
+        relief = windows[1].max((2, 3)) - windows[0].min((2, 3))
+        land = np.isfinite(windows[0]).mean((2, 3))
+        middle = np.lib.stride_tricks.sliding_window_view(self.off_middle, size).mean((2, 3))
+        score = np.where(np.isfinite(relief), relief, 0.0) * land**2 * (1.2 - 0.2 * middle)
+        at = np.unravel_index(int(score.argmax()), score.shape)
+        return (int(at[0]), int(at[1])), (size[0], size[1])
+
+    def highest_around(self, x: float, y: float) -> float:
+        """The highest post of the blocks around a place in world metres; -inf off the map."""
+        east, north = self.heightmap.spacing_m
+        col, row = int(x / east) // self.side, int(self.heightmap.rows - 1 - y / north) // self.side
+        part = self.high[max(0, row - 1) : max(0, row + 2), max(0, col - 1) : max(0, col + 2)]
+        return float(part.max()) if part.size else -math.inf
 
     def around(self, values: np.ndarray, share: float) -> np.ndarray:
         """The largest value within a share of the map's longer side, as a square."""

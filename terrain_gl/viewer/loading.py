@@ -15,6 +15,7 @@ import numpy as np
 from ..camera import Camera
 from ..exceptions import TerrainError
 from ..files.maps import open_map
+from ..files.views import standard_view
 from ..heightmap import Heightmap
 from ..renderer import Renderer
 from ..shade import SUN
@@ -60,7 +61,7 @@ def file_opener(path: str) -> Opener:
         heightmap, known = open_map(path, progress=progress)
         if known:
             return Opened(heightmap, known.camera, known.sun, known.name)
-        return Opened(heightmap, Camera.default(heightmap), key=path)
+        return Opened(heightmap, standard_view(heightmap), key=path)
 
     return opened
 

@@ -8,7 +8,7 @@ from dataclasses import replace
 
 import moderngl
 
-from ..camera import Camera
+from ..files.views import standard_view
 from ..heightmap import Heightmap
 from ..renderer import Renderer
 from .frame_budget import FrameBudget
@@ -90,7 +90,7 @@ class MapLoader:
             spaced = Heightmap(plain.heights, spacing_m, plain.name)
             spaced.opened = plain.opened and plain.opened | {"spacing_m": spacing_m}
             spaced.scales, spaced.georeference = plain.scales, plain.georeference
-            return replace(opened, heightmap=spaced, camera=Camera.default(spaced), camera_given=True)
+            return replace(opened, heightmap=spaced, camera=standard_view(spaced), camera_given=True)
 
         self.load(plain.name, opener)
 

@@ -6,6 +6,7 @@ from collections.abc import Callable
 from typing import Any
 
 from ..camera import Camera
+from ..files.views import standard_view
 from ..gpu.context import from_glfw_window
 from ..heightmap import Heightmap
 from ..options import RenderOptions
@@ -88,9 +89,7 @@ def run(
 
 def _opener(heightmap: Heightmap, camera: Camera | None, options: dict[str, Any]) -> Opener:
     sun = {"sun": options["sun"]} if "sun" in options else {}
-    opened = Opened(
-        heightmap, camera or Camera.default(heightmap), **sun, key=heightmap.name, camera_given=bool(camera)
-    )
+    opened = Opened(heightmap, camera or standard_view(heightmap), **sun, key=heightmap.name, camera_given=bool(camera))
     return lambda progress: opened
 
 
