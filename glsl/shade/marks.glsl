@@ -1,5 +1,5 @@
 // shade/marks.glsl — marks of posts: voids that are filled, and water.
-// Provides MARKED, marked_at().   Python twin: terrain.VOID, terrain.WATER
+// Provides MARKED, marked_at().   The bits are terrain.VOID and terrain.WATER
 
 #include "blocks/terrain.glsl"
 
