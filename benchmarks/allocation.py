@@ -29,7 +29,7 @@ heightmap = scene.heightmap
 with options.make_renderer(args, scene) as renderer:
     drawn = []
     for budget in budgets:
-        renderer.draw(scene.camera, triangles=budget)
+        renderer.draw(scene.camera, triangles=budget, method="quadtree")
         drawn.append(renderer.measure())
     filled = renderer.terrain.filled.astype(np.float64)
 

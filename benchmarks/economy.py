@@ -33,7 +33,7 @@ def scene(name: str) -> tuple[Heightmap, Camera]:
 def compare(heightmap: Heightmap, camera: Camera, max_error_px: float) -> tuple[int, int, int]:
     """Triangles drawn, of the ideal restricted quadtree, and of the ideal quadtree without restriction."""
     with Renderer(heightmap, SIZE) as renderer:
-        drawn = renderer.draw(camera, max_error_px, style=UNLIT)["triangles"]
+        drawn = renderer.draw(camera, max_error_px, style=UNLIT, method="quadtree")["triangles"]
         filled = renderer.terrain.filled.astype(np.float64)
     near_m = near_plane_m(heightmap)
     void = np.isnan(heightmap.heights) if heightmap.voids else None
