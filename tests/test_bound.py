@@ -30,6 +30,16 @@ def test_how_far_a_cell_strays_between_its_posts():
     assert bilinear_squares(heights, lambda s, t: four_planes(heights, s, t)) == pytest.approx(fan, rel=1e-3)
 
 
+@pytest.mark.parametrize("n", [1, 2, 3, 4, 5, 8, 32])
+def test_mean_over_the_measured_places_of_a_cell(n):
+    """At most t²/64 over n⁴ over 4 × 4 places, and as an integral, for either diagonal of n × n parts."""
+    for places in (4, 200):
+        t, s = np.indices((places, places)) / places
+        u, v = n * s % 1, n * t % 1
+        for bend in (np.minimum(u, v) - u * v, np.maximum(u + v - 1, 0) - u * v):
+            assert np.square(bend / n**2).mean() <= (1 + 1e-9) / 64 / n**4
+
+
 def four_planes(heights, s, t):
     """Heights over a cell drawn as a fan around the mean of its corners."""
     (a, b), (c, d) = heights

@@ -172,22 +172,24 @@ def test_edges_are_the_references(ctx, scene, view):
 
 
 def test_strips_are_the_references(ctx, scene):
-    """Twice what the tables say of the row of cells along a side."""
+    """What the tables say of the row of cells along a side, and how far the new vertices of the edge move."""
     levels, last, n = class_levels(scene), scene.terrain.all_posts[2:], 300
     step = RNG.integers(1, 4, n)
-    side_log2 = step + RNG.integers(0, 4, n)
+    side_log2, edge = step + RNG.integers(0, 4, n), RNG.integers(0, step)
     low, side = RNG.integers(0, 80, (n, 2)) >> step[:, None] << step[:, None], RNG.integers(0, 4, n)
     statement = """Leaf leaf = Leaf(leaf_word(0, int(a.w)), ivec2(a.xy), int(a.z), 0);
-    ivec4 strip = strip_of(leaf, int(b.x));
-    return vec4(strip_error_m(strip, int(a.w)), is_strip(strip, int(a.w), int(a.w) - 1), 0.0, 0.0);"""
+    bool is_one = is_strip(strip_of(leaf, int(b.x)), int(a.w), int(b.y));
+    return vec4(strip_error_m(leaf, int(b.x), int(b.y)), is_one, edge_move_m(leaf, int(b.x), int(b.y)), 0.0);"""
     asked = np.column_stack([low, side_log2, step])
-    sides = np.column_stack([side] * 4)
+    sides = np.column_stack([side, edge, edge, edge])
     got = ask(ctx, "rings/strip.glsl", statement, asked, sides, bind=lambda kernel: scene.levels._bind())
-    on_map = got[:, 1] > 0
+    on_map = (got[:, 1] > 0) & (low < last).all(1)
+    heights = scene.terrain.filled.astype("f8")
     for k in np.flatnonzero(on_map):
         leaf = clipmap.Leaf((int(low[k, 0]), int(low[k, 1])), int(side_log2[k]), int(step[k]))
-        assert got[k, 0] == pytest.approx(clipmap.strip_error(levels, leaf, int(side[k]), last), rel=1e-5)
-    assert on_map.sum() > 100 and len(np.unique(got[on_map, 0])) > 5
+        expected = clipmap.strip_error(levels, leaf, int(side[k]), heights, 1 << int(edge[k]))
+        assert got[k, 0] == pytest.approx(expected, rel=1e-4, abs=1e-4)
+    assert on_map.sum() > 100 and (got[on_map, 2] > 1).sum() > 50
 
 
 @settings(max_examples=20)

@@ -161,7 +161,7 @@ def test_gain_of_a_split_by_hand():
     heights[1, 1] = 8.0
     assert reference.split_gains(heights)[0].item() == pytest.approx(0, abs=1e-12)  # the fan does it for less
     heights[0, 1] = 2.0  # two cells with the twist 6 have a post that the fan misses by 2, and it is split for 4 more
-    left = 2**2 + 2 * 2 * 2 * (6 / 90**0.5)
+    left = 2**2 + 2 * 2 * 2 * (6 / 8)
     assert reference.split_gains(heights)[0].item() == pytest.approx(left / (8 - 4))
 
 
@@ -196,7 +196,7 @@ def test_reference_quad_and_fan_by_hand():
     assert (
         errors.fan_max.item() == 2 + 6 / 4
     )  # the centre is drawn; the middle of the north edge is not, if it is whole
-    north, south = 6 / 90**0.5, 8 / 90**0.5
+    north, south = 6 / 8, 8 / 8
     quad = 64 + 4 + 2 * north * (2 * 8 + north) + 2 * south * (2 * 8 + south)
     assert errors.quad_square.item() == pytest.approx(quad / 9)
     assert errors.fan_square.item() == pytest.approx((4 + 2 * north * (2 * 2 + north) + 2 * south**2) / 9)
@@ -274,7 +274,7 @@ def node_bounds(terrain, level):
     if level == 0:
         solid = ~(void[1:, 1:] | void[1:, :-1] | void[:-1, 1:] | void[:-1, :-1])
         twist = np.abs(reference.twists(terrain.filled.astype("f8"))) * solid
-        return twist / 4, twist**2 / 90, (twist * MEAN_HALF) ** 2 / 90
+        return twist / 4, twist**2 / 64, (twist * MEAN_HALF) ** 2 / 64
     worst = reference.node_errors(terrain.filled, level, void).quad_max
     posts = own_posts(np.ones(void.shape, bool), level)
     rms = np.sqrt(reference.squared_errors(terrain.filled, level, void)[0] / posts)

@@ -121,6 +121,18 @@ def test_promise_holds_on_hard_maps(ctx, name):
 
 
 @pytest.mark.parametrize("name", MAPS)
+def test_promise_of_the_clipmap_holds_on_hard_maps(ctx, name):
+    renderer = tg.Renderer(MAPS[name](), (320, 180), ctx=ctx)
+    for view, camera in cameras(renderer.heightmap, renderer.size).items():
+        for metric in METRICS:
+            stats = renderer.draw(camera, 1.0, metric=metric, style=UNLIT) | renderer.measure()
+            assert stats["method"] == "sat"
+            assert stats[f"{metric}_error_px"] <= stats["certified_max_error_px"], (view, metric)
+            assert stats["holes"] == 0
+    renderer.release()
+
+
+@pytest.mark.parametrize("name", MAPS)
 def test_no_sky_shows_through_hard_maps(ctx, name):
     heightmap = MAPS[name]()
     renderer = tg.Renderer(heightmap, SIZE, ctx=ctx)

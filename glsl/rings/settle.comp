@@ -1,6 +1,6 @@
 // rings/settle.comp — a round of neighbours: leaves next to finer ones.
-//   A finer neighbour cuts the common edge. Then the strip along it errs by twice its cells' error, at most (rings/strip.glsl):
-//   where that is not within the tolerance, the leaf itself takes a finer spacing. Where the edge would need more than 64
+//   A finer neighbour cuts the common edge. Then the strip along it may err by more (rings/strip.glsl): where that is not
+//   within the tolerance, the leaf itself takes a finer spacing. Where the edge would need more than 64
 //   segments, the leaf is split in four, and each part asks the tables for itself.
 //   All threads look at the leaves as the round before left them, so their order does not matter. Leaves only ever grow
 //   finer, so the rounds come to an end. The first round looks at all leaves, the next ones at those that have changed and
@@ -25,10 +25,12 @@ bool stands(Leaf leaf, ivec4 edge_steps_log2, Projection p) {
     if (any(lessThan(edge_steps_log2, ivec4(step_log2))) && leaf.side_log2 == step_log2) return false;
     if (u_budget) return true;
     if (has_mean(p)) return leaf_px(leaf, edge_steps_log2, p) <= u_tolerance_px;
-    float half_m = 0.5 * error_within_m(p);
+    float within_m = error_within_m(p);
     for (int side = 0; side < 4; side++) {
         ivec4 strip = strip_of(leaf, side);
-        if (is_strip(strip, step_log2, edge_steps_log2[side]) && !is_within_m(strip.xy, strip.zw, step_log2, half_m)) return false;
+        if (!is_strip(strip, step_log2, edge_steps_log2[side])) continue;
+        float left_m = within_m - edge_move_m(leaf, side, edge_steps_log2[side]);
+        if (left_m <= 0.0 || !is_within_m(strip.xy, strip.zw, step_log2, left_m)) return false;
     }
     return true;
 }

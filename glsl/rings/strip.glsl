@@ -1,11 +1,12 @@
 // rings/strip.glsl — the strip of cells along an edge that is cut more finely than the leaf.
 //   Every triangle of the strip stays in one cell of the leaf, and its corners are corners of that cell or new vertices of
-//   the edge. Move the new vertices down to the straight line between the cell's corners: what is drawn then lies between
-//   the cell's two diagonals, and errs by at most e, the cell's error. That line is a side of either diagonal's triangles,
-//   so a new vertex has moved by at most e, too. Moved back, it takes no place further with it:
-//       error ≤ 2 e                                                          (docs/guarantee.md, section 4)
-//   Between two posts the truth is straight, so vertices there do not move.
-// Provides strip_of(), is_strip(), strip_error_m(), leaf_px().   Python twin: reference.clipmap.strip_error
+//   the edge. Move the new vertices to the straight line between the cell's corners: what is drawn then lies between the
+//   cell's two diagonals, and errs by at most e, the cell's error. Move them back, each by d at most. No place moves
+//   further than the vertices around it:
+//       error ≤ e + d                                                        (docs/guarantee.md, section 4)
+//   The tables say e of all cells of the strip. d is read off the map. Between two posts the truth is straight, so vertices
+//   there do not move.
+// Provides strip_of(), is_strip(), edge_move_m(), strip_error_m(), leaf_px().   Python twin: reference.clipmap.strip_error
 
 #include "rings/leaf.glsl"
 
@@ -26,7 +27,36 @@ bool is_strip(ivec4 strip, int step_log2, int edge_step_log2) {
     return on_map && step_log2 > 0 && edge_step_log2 < step_log2;
 }
 
-float strip_error_m(ivec4 strip, int step_log2) { return 2.0 * largest_m(strip.xy, strip.zw, step_log2); }
+// The largest d between two posts of an edge along an axis, with a vertex every 2^step_log2 posts.
+float move_m(ivec2 low, ivec2 high, int axis, int step_log2) {
+    float h0 = height_m(low), rise = (height_m(high) - h0) / float(high[axis] - low[axis]), worst_m = 0.0;
+    ivec2 post = low;
+    for (post[axis] += 1 << step_log2; post[axis] < high[axis]; post[axis] += 1 << step_log2)
+        worst_m = max(worst_m, abs(height_m(post) - h0 - rise * float(post[axis] - low[axis])));
+    return worst_m * (1.0 + exp2(-18.0)) + u_span_m * exp2(-22.0);
+}
+
+// The largest d along a whole side of a leaf.
+float edge_move_m(Leaf leaf, int side, int edge_step_log2) {
+    int axis = side == 0 || side == 2 ? 1 : 0, step_log2 = step_log2_of(leaf.word), length_ = 1 << leaf.side_log2;
+    if (step_log2 <= 0) return 0.0;
+    ivec2 low = max(leaf.origin, ivec2(0));
+    if (side >= 2) low[1 - axis] = min(leaf.origin[1 - axis] + length_, u_last_post[1 - axis]);
+    int end = min(leaf.origin[axis] + length_, u_last_post[axis]);
+    float worst_m = 0.0;
+    while (low[axis] < end) {
+        ivec2 high = low;
+        high[axis] = min(low[axis] + (1 << step_log2), u_last_post[axis]);
+        worst_m = max(worst_m, move_m(low, high, axis, max(edge_step_log2, 0)));
+        low = high;
+    }
+    return worst_m;
+}
+
+float strip_error_m(Leaf leaf, int side, int edge_step_log2) {
+    ivec4 strip = strip_of(leaf, side);
+    return largest_m(strip.xy, strip.zw, step_log2_of(leaf.word)) + edge_move_m(leaf, side, edge_step_log2);
+}
 
 // What the tables certify of a leaf with its edges, in pixels, in the metric asked for. A strip is one row of cells of the
 // leaf: it adds that share of its largest square to the mean of all.
@@ -38,7 +68,7 @@ float leaf_px(Leaf leaf, ivec4 edge_steps_log2, Projection p) {
     for (int side = 0; side < 4; side++) {
         ivec4 strip = strip_of(leaf, side);
         if (!is_strip(strip, step_log2, edge_steps_log2[side])) continue;
-        float strip_m = strip_error_m(strip, step_log2);
+        float strip_m = strip_error_m(leaf, side, edge_steps_log2[side]);
         strips_m = max(strips_m, strip_m);
         squares += row * strip_m * strip_m;
     }

@@ -188,9 +188,8 @@ def _beside(leaves: Sequence[Leaf], over: np.ndarray, i: int, side: int) -> set[
     return set(cells[cells >= 0].tolist())
 
 
-# A finer edge moves vertices of the strip beside it, away from the straight line between the cell's corners. That line
-# errs by no more than the cell, e, and the vertices end on the truth: so they move by e at most.
-#   error ≤ e + e
+# A finer edge moves vertices of the strip beside it by d at most, away from the straight line between the cell's corners.
+#   error ≤ e + d
 
 
 def largest(levels: Sequence[Level], low: Post, end: Post, last: Post, step_log2: int) -> float:
@@ -212,9 +211,23 @@ def strip_of(leaf: Leaf, side: int) -> tuple[Post, Post]:
     )
 
 
-def strip_error(levels: Sequence[Level], leaf: Leaf, side: int, last: Post) -> float:
-    """Bound of the error in metres of the cells of a leaf along a side that is cut more finely."""
-    return 2.0 * largest(levels, *strip_of(leaf, side), last, leaf.step_log2)
+def edge_move(line: np.ndarray, cell: int, step: int) -> float:
+    """The largest d: heights along an edge, with cells of `cell` posts and a vertex every `step` posts."""
+    moves = [0.0]
+    for first in range(0, len(line) - 1, cell):
+        part = line[first : first + cell + 1]
+        moves.append(np.abs(part - np.linspace(part[0], part[-1], len(part)))[::step].max())
+    return float(max(moves))
+
+
+def strip_error(levels: Sequence[Level], leaf: Leaf, side: int, heights: np.ndarray, edge_step: int) -> float:
+    """Bound of the error in metres of the cells of a leaf along a side with a vertex every `edge_step` ≥ 1 posts."""
+    last = heights.shape[1] - 1, heights.shape[0] - 1
+    (x, y), (x1, y1) = leaf.low, (min(at + (1 << leaf.side_log2), end) for at, end in zip(leaf.low, last, strict=True))
+    lines = {WEST: heights[y : y1 + 1, x], EAST: heights[y : y1 + 1, x1]}
+    lines |= {NORTH: heights[y, x : x1 + 1], SOUTH: heights[y1, x : x1 + 1]}
+    cells_m = largest(levels, *strip_of(leaf, side), last, leaf.step_log2)
+    return cells_m + edge_move(lines[side], 1 << leaf.step_log2, edge_step)
 
 
 # With a budget, the price λ of a triangle decides:   cost(square) = min over T of  E(T) + λ (2 T² + 16)
