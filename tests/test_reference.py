@@ -21,6 +21,7 @@ WITHOUT = {  # no equation: bookkeeping, declarations, or passes of what another
     "error/classes.glsl",
     "horizon/blocks.glsl",
     "light/air.glsl",
+    "light/around.glsl",
     "light/lit.glsl",
     "light/shown.glsl",
     "light/water.glsl",

@@ -5,13 +5,32 @@ import pytest
 from asking import ask
 from test_layout import member, members, read_back, writes
 
-from terrain_gl import reference
+from terrain_gl import reference, terrain
 from terrain_gl.comparison import clipmap, tessellated
 from terrain_gl.gpu import bindings, layout, shaders
 from terrain_gl.light.gaussians import LIGHTS, LOBE
 from terrain_gl.light.horizon import sun_uniforms
 
 RNG = np.random.default_rng(2)
+
+
+def test_marks_of_posts_are_the_terrains(ctx):
+    """Shares of voids and of water, bilinear between four posts."""
+    marks = np.array([[0, terrain.VOID], [terrain.WATER, terrain.VOID | terrain.WATER]], "u1")
+    texture, block = ctx.texture((2, 2), 1, marks.tobytes(), dtype="u1", alignment=1), np.zeros((), layout.TERRAIN)
+    block["last_post"], block["has_voids"] = 1, 1
+    buffer, at = ctx.buffer(block.tobytes()), RNG.uniform(0, 1, (50, 2))
+
+    def bind(kernel):
+        bindings.bind("shade/marks.glsl", u_marks=texture, Terrain=buffer)
+
+    asked = np.concatenate([at, at], 1)
+    got = ask(
+        ctx, "shade/marks.glsl", "return vec4(marked_at(a.xy), 0.0, 0.0);", asked, defines={"MARKED": "true"}, bind=bind
+    )
+    assert got[:, :2] == pytest.approx(at, abs=1e-5)  # voids lie east, water south
+    texture.release()
+    buffer.release()
 
 
 def seeded(kernel):
