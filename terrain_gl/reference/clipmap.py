@@ -188,7 +188,7 @@ def _beside(leaves: Sequence[Leaf], over: np.ndarray, i: int, side: int) -> set[
     return set(cells[cells >= 0].tolist())
 
 
-# A finer edge moves vertices of the strip beside it by d at most, away from the straight line between the cell's corners.
+# A finer edge moves vertices of the strip beside it by d at most, off the straight line between the cell's corners.
 #   error ≤ e + d
 
 

@@ -227,8 +227,8 @@ def _bends(heights: np.ndarray, level: int) -> list[np.ndarray]:
 
 
 # M = max e over the closed node,   Σ e² over the node's own posts,   e the worse of both ways to draw it.
-# Each crossed cell adds m (2 worst + m) to Σ e², m = |t|/8 + kink. The mean square along a diagonal is t²/90 as an integral,
-# and at most t²/64 over the 4 × 4 places of a cell that are measured.
+# Each crossed cell adds m (2 worst + m) to Σ e², m = |t|/8 + kink. The mean square along a diagonal is t²/90 as an
+# integral, and at most t²/64 over the 4 × 4 places of a cell that are measured.
 
 
 def node_errors(heights: np.ndarray, level: int, void: np.ndarray | None = None) -> NodeErrors:
