@@ -3,6 +3,7 @@
 Build: python -m sphinx -W --keep-going -c docs . build/site
 """
 
+import base64
 import os
 import subprocess
 import sys
@@ -34,6 +35,26 @@ def draw_figures(app):
     subprocess.run([sys.executable, "-m", "course", "figures"], cwd=ROOT, env=environment, check=True)
 
 
+def write_map(app):
+    """The widgets' map: 257 × 257 heights of a bundled one, a byte each."""
+    from matplotlib import pyplot as plt
+
+    h = plt.imread(ROOT / "heightmaps" / "alpine.png")[500:757, 600:857]
+    data = base64.b64encode((255 * (h - h.min()) / (h.max() - h.min())).round().astype("u1").tobytes()).decode()
+    (ROOT / "docs" / "_static" / "map.js").write_text(
+        f'const MAP = {{ n: 257, base64: "{data}" }};\n', encoding="utf-8"
+    )
+
+
+def add_widgets(app, pagename, templatename, context, doctree):
+    """Pages with a widget load its code."""
+    if 'class="widget"' in context.get("body", ""):
+        for name in ("map.js", "widgets.js"):
+            app.add_js_file(name, loading_method="defer")
+
+
 def setup(app):
-    """Figures come before the pages that show them."""
+    """Figures and the map come before the pages that show them."""
     app.connect("builder-inited", draw_figures)
+    app.connect("builder-inited", write_map)
+    app.connect("html-page-context", add_widgets)

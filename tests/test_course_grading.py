@@ -128,3 +128,4 @@ def test_no_cell_is_a_formula(tmp_path):
     rows = [{"student": "=HYPERLINK(1)", "lesson 2": "-1", "sum": "0", "notes": ""}]
     grading.write_table(rows, [LESSON], 1, tmp_path / "p.csv")
     assert "'=HYPERLINK(1)" in (tmp_path / "p.csv").read_text() and ",-1," in (tmp_path / "p.csv").read_text()
+    assert (tmp_path / "p.csv").read_text().splitlines()[-1].endswith(",0,")
