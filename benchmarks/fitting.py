@@ -102,7 +102,7 @@ near_m = near_plane_m(scene.heightmap, args.near_m)
 print(f"{'triangles':>10}{'rms px':>9}{'fitted':>9}{'ratio':>7}{'max px':>9}{'fitted':>9}")
 with options.make_renderer(args, scene) as renderer:
     for budget in map(int, args.budgets.split(",")):
-        stats = renderer.draw(scene.camera, triangles=budget)
+        stats = renderer.draw(scene.camera, triangles=budget, method="quadtree")
         mesh = drawn_mesh(renderer, scene.camera, near_m)
         both = [errors_px(mesh, z, scene.camera, args.size, near_m) for z in (mesh.vertices, fit(mesh))]
         rms, most = ([float(of(e)) for e in both] for of in (lambda e: np.sqrt(np.square(e).mean()), np.max))
