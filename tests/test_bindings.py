@@ -70,13 +70,10 @@ def test_a_name_that_the_shader_does_not_declare_is_refused(ctx):
         bindings.bind("sat/query.comp", Answers=ctx.buffer(reserve=4))
 
 
-KNOWN = {"lod/clipmap.py"}  # it is being rewritten
-
-
 def test_python_states_no_binding_number():
     found = {
         path.relative_to(PACKAGE).as_posix()
         for path in PACKAGE.rglob("*.py")
         if LITERAL.search(path.read_text(encoding="utf-8"))
     }
-    assert found <= KNOWN
+    assert found == set()

@@ -5,31 +5,16 @@
 
 #include "blocks/terrain.glsl"
 #include "lod/tiles.glsl"
+#include "lod/scan.glsl"
 
-#define THREADS 256
-
-layout(local_size_x = THREADS) in;
-
-shared uint s_sum[THREADS];
-
-// The sum of all ranges before each thread's own (Hillis, Steele 1986).
-uint scan(int thread, uint own) {
-    s_sum[thread] = own;
-    for (int reach = 1; reach < THREADS; reach *= 2) {
-        barrier();
-        uint before = thread >= reach ? s_sum[thread - reach] : 0u;
-        barrier();
-        s_sum[thread] += before;
-    }
-    return s_sum[thread] - own;
-}
+layout(local_size_x = SCANNERS) in;
 
 void main() {
     int thread = int(gl_LocalInvocationIndex), n = SIZES * tiles_in_all();
-    int stretch = (n + THREADS - 1) / THREADS, first = thread * stretch, end = min(first + stretch, n);
+    int stretch = (n + SCANNERS - 1) / SCANNERS, first = thread * stretch, end = min(first + stretch, n);
     uint sum = 0u;
     for (int i = first; i < end; i++) sum += offset[i];
-    uint before = scan(thread, sum);
+    uint before = sum_before(thread, sum);
     for (int i = first; i < end; i++) {
         uint count = offset[i];
         offset[i] = before;

@@ -1,13 +1,13 @@
 // rings/place.comp — where each block's patches go: counts become the sums of all counts before them, block after block,
 // size after size; then the draw commands, each with so many patches that tessellation makes at most MOST_VERTICES.
-// Reduce, scan, propagate as in sat/, by one work group: each thread owns one stretch of counts.
+// Reduce, scan and propagate as in sat/, in one work group: each thread owns one range of counts.
 
 #include "rings/shapes.glsl"
+#include "lod/scan.glsl"
 
 #ifndef MOST_VERTICES
 #define MOST_VERTICES 65535  // gl.MOST_VERTICES
 #endif
-#define SCANNERS 256
 
 layout(local_size_x = SCANNERS) in;
 
@@ -17,20 +17,6 @@ struct DrawArrays {
 layout(std430, binding = 5) writeonly buffer Draws { DrawArrays draws[]; };
 
 uniform int u_most_draws;
-
-shared uint s_sum[SCANNERS];
-
-// What stands before each thread's stretch (Hillis, Steele 1986).
-uint scan(int thread, uint own) {
-    s_sum[thread] = own;
-    for (int reach = 1; reach < SCANNERS; reach *= 2) {
-        barrier();
-        uint before = thread >= reach ? s_sum[thread - reach] : 0u;
-        barrier();
-        s_sum[thread] += before;
-    }
-    return s_sum[thread] - own;
-}
 
 // Inside T × T segments; and an edge of T may have up to 64.
 uint most_in_draw(int size) {
@@ -55,7 +41,7 @@ void main() {
     int stretch = (n + SCANNERS - 1) / SCANNERS, first = min(thread * stretch, n), end = min(first + stretch, n);
     uint sum = 0u;
     for (int i = first; i < end; i++) sum += s_offset[i / blocks * u_most_blocks + i % blocks];
-    uint before = scan(thread, sum);
+    uint before = sum_before(thread, sum);
     for (int i = first; i < end; i++) {
         int at = i / blocks * u_most_blocks + i % blocks;
         uint count = s_offset[at];

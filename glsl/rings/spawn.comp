@@ -2,27 +2,11 @@
 // the same blocks. One work group; each thread owns one stretch of the round's blocks.
 
 #include "rings/rings.glsl"
-
-#define SCANNERS 256
+#include "lod/scan.glsl"
 
 layout(local_size_x = SCANNERS) in;
 
 uniform int u_round;  // the one that has been decided
-
-shared uint s_sum[SCANNERS];
-
-// What stands before each thread's stretch (Hillis, Steele 1986).
-uint scan(int thread, uint own) {
-    s_sum[thread] = own;
-    for (int reach = 1; reach < SCANNERS; reach *= 2) {
-        barrier();
-        uint before = thread >= reach ? s_sum[thread - reach] : 0u;
-        barrier();
-        s_sum[thread] += before;
-    }
-    barrier();
-    return s_sum[thread] - own;
-}
 
 void spawn(int id, int child) {
     bool has_room = child < u_most_blocks;  // if not, the view is chosen again with more
@@ -36,11 +20,11 @@ void main() {
     int stretch = (n + SCANNERS - 1) / SCANNERS, from = min(thread * stretch, n), end = min(from + stretch, n);
     uint units = 0u;
     for (int id = UNITS * (first + from); id < UNITS * (first + end); id++) units += cell[id] >> 31;
-    int child = first + n + int(scan(thread, units));
+    int child = first + n + int(sum_before(thread, units));
     for (int id = UNITS * (first + from); id < UNITS * (first + end); id++)
         if ((cell[id] & IS_BLOCK) != 0u) spawn(id, child++);
     if (thread > 0) return;
-    int children = int(s_sum[SCANNERS - 1]), room = max(u_most_blocks - first - n, 0);
+    int children = int(sum_of_all()), room = max(u_most_blocks - first - n, 0);
     b_round[u_round + 1] = Work(uint(min(children, room)), 1u, 1u, uint(first + n));
     b_all.count = max(b_all.count, uint(first + n + children));
 }

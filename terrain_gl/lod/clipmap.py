@@ -26,6 +26,7 @@ from ..camera import Camera
 from ..error import ErrorTables
 from ..filling import Rect
 from ..gpu import gl, layout, shaders
+from ..gpu.bindings import bind
 from ..view import View
 from .rings import PATCH, PATCHES, Ring, patches_for, rings_around
 from .selection import INFINITE_PX, Goal, Selection
@@ -155,8 +156,7 @@ class ClipmapSelector:
         """Weigh every square, and count the triangles of many prices at once."""
         self._weights = gl.at_least(self.ctx, self._weights, 4 * SQUARES * layout.SIZES * blocks)
         self._tried.write(bytes(self._tried.size))
-        self._weights.bind_to_storage_buffer(4)
-        self._tried.bind_to_storage_buffer(7)
+        bind("rings/prices.glsl", Weights=self._weights, Tried=self._tried)
         if weigh:
             self._run("weigh", _work("round"))
         for i in range(PASSES):
@@ -225,11 +225,11 @@ class ClipmapSelector:
                 self._run("settle", _work("queue", over % layout.RING_QUEUES), settled=over, budget=budget)
                 over += 1
             self._buffers["summary"].write(nothing)
-            self._buffers["shapes"].bind_to_storage_buffer(4)
+            bind("rings/shapes.glsl", Shapes=self._buffers["shapes"])
             self._run("count", _work("leaves"), settled=over)
-            self.draws.bind_to_storage_buffer(5)
+            bind("rings/place.comp", Draws=self.draws)
             self._run("place", settled=over, most_draws=self.draws.size // gl.COMMAND_STRIDE)
-            self.patches.bind_to_storage_buffer(5)
+            bind("rings/emit.comp", Patches=self.patches)
             self._run("emit", _work("all"), settled=over, most_patches=self.patches.size // layout.RING_PATCH.itemsize)
             data = self._buffers["summary"].read(layout.RING_SUMMARY.itemsize)
             summary = np.frombuffer(data, layout.RING_SUMMARY)[0]
@@ -237,7 +237,7 @@ class ClipmapSelector:
                 self._last_stamp += over
                 return summary
             self._forget_queues(over)
-            self._buffers["lists"].bind_to_storage_buffer(5)
+            bind("rings/lists.glsl", Lists=self._buffers["lists"])
 
     def _forget_queues(self, over: int) -> None:
         """Empty those of the rounds that are over, for the rounds to come."""
@@ -248,10 +248,11 @@ class ClipmapSelector:
 
     def _bind(self) -> None:
         self.bind()
-        self._rings.bind_to_uniform_block(2)
         self.tables.bind()
-        for name, place in {"blocks": 0, "cells": 1, "lists": 5, "summary": 7}.items():
-            self._buffers[name].bind_to_storage_buffer(place)
+        buffers = self._buffers
+        bind("rings/rings.glsl", Rings=self._rings, Blocks=buffers["blocks"], Cells=buffers["cells"])
+        bind("rings/lists.glsl", Lists=buffers["lists"])
+        bind("rings/shapes.glsl", Summary=buffers["summary"])
 
     def _kernel(self, name: str) -> Any:
         """A pass, compiled when it is first needed: passes that ask for errors have a shader for each metric."""
