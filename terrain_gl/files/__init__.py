@@ -1,1 +1,1 @@
-"""Files of all kinds: what is written, the bundled maps, generated land."""
+"""Files: writers of maps and meshes, the bundled maps, generated land."""

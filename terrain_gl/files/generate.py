@@ -1,10 +1,9 @@
-"""Heightmaps out of nothing: seeded land of any size, from rolling hills to canyons, made by a compute shader.
+"""Generated heightmaps: land of any size from a seed, from rolling hills to canyons, made by a compute shader.
 
-Gradient noise in octaves, moved about by more of it, gives the great forms; stripes that follow the slopes cut gullies;
-a staircase over elevation makes benches and cliffs. A post's height depends on its place alone, counted from the
-north-west corner: neither the size of the map nor the bands that it is made in change it. And the shader only adds,
-multiplies and compares (glsl/generate/exact.glsl), so that one seed gives the same bytes on every driver that
-rounds as GLSL demands; heights are rounded to a step besides.
+Gradient noise in octaves, with domain warping, gives the large forms. Stripes along the slopes cut gullies. A staircase
+over elevation makes benches and cliffs. A post's height depends only on its place, counted from the north-west corner;
+the size of the map and the bands in which it is made do not change it. The shader only adds, multiplies and compares
+(glsl/generate/exact.glsl), and heights are rounded to steps. So one seed gives the same bytes on every driver.
 
 Specification: `reference.land`.
 """
@@ -29,38 +28,37 @@ from .writers import FORMATS, format_of, heightmap_file, least_step
 
 MAX_SIDE = 16384
 MAX_OCTAVES = 16
-MAX_SEED = 2**24 - 1  # more would meet the noise's layers in the hash
+MAX_SEED = 2**24 - 1  # larger seeds would collide with the noise's layers in the hash
 RECIPES = ("canyon", "alpine")  # numbered as in glsl/generate/land.glsl
 RELIEFS_PER_UNIT = 8  # the longest waves, in reliefs
-FINER = 64  # steps of a float file in one of a PNG
+FINER = 64  # a step of a PNG is 64 steps of a float file
 GROUP = 64  # threads of a work group, as in glsl/generate
-BAND_POSTS = 2**20  # made at once: 4 MiB of GPU memory, and a moment even in software
+BAND_POSTS = 2**20  # posts of a band: 4 MiB of GPU memory, fast even in software
 
 Progress = Callable[[float], None]
 
 
 @dataclass(frozen=True)
 class Land:
-    """What to make.
+    """The parameters of generated land.
 
     Attributes
     ----------
     cols, rows
         Posts, 2 to 16384.
     seed
-        0 to 16777215; each is another land.
+        0 to 16777215; each gives another land.
     cliffs
         0, rolling hills, to 1, tablelands cut by canyons.
     octaves
-        Scales of detail, 1 to 16: the longest is 8 reliefs, each further one half as long. By default those that the
+        Scales of detail, 1 to 16: the longest is 8 reliefs, each further one half as long. By default as many as the
         spacing can show.
     relief_m
-        Metres from the lowest plain to the highest summit there can be; land that is twice as high is twice as wide,
-        so that slopes stay what they are.
+        The largest possible height difference. Lengths on the map scale with it, so that slopes do not depend on it.
     spacing_m
         Metres between posts, at most the relief.
     recipe
-        "canyon", or "alpine": ranges of ridges, whatever the cliffs.
+        "canyon", or "alpine": ranges of ridges, which do not depend on the cliffs.
 
     Raises
     ------
@@ -92,7 +90,7 @@ class Land:
 
     @property
     def octaves_made(self) -> int:
-        """Octaves asked for, or those whose gullies are six posts wide or more."""
+        """The requested octaves; by default those whose gullies are at least six posts wide."""
         shown = math.floor(math.log2(RELIEFS_PER_UNIT * self.relief_m / (2 * self.spacing_m)))
         return self.octaves or min(max(shown, 1), MAX_OCTAVES)
 
@@ -112,7 +110,7 @@ class Land:
 
 
 def generate(ctx: moderngl.Context, land: Land, progress: Progress | None = None) -> Heightmap:
-    """Make the land in memory; heights as a float file would have them."""
+    """Make the land in memory, with the heights of a float file."""
     bands = bands_of(ctx, land, progress)
     return Heightmap(np.concatenate([stored(band, land, ".tif") for band in bands]), land.spacing_m, land.words)
 
@@ -125,8 +123,8 @@ def write_land(
     Parameters
     ----------
     path
-        `.png`: 16 bits, of `land.z_scale` metres each; `.tif`, `.tiff`, `.exr`: metres. How to open it stands in
-        the file's description.
+        `.png`: 16 bits, in steps of `land.z_scale` metres; `.tif`, `.tiff`, `.exr`: metres. The file's description has
+        the options for opening it.
     progress
         Called with the part done, 0 to 1.
 
@@ -150,7 +148,7 @@ def write_land(
 
 
 def open_options(land: Land, suffix: str) -> str:
-    """Options under which the other commands read the file as it was meant."""
+    """The options with which other commands read the right heights."""
     scale = land.z_scale if FORMATS[suffix] == "uint16" else 1
     return f"--spacing {land.spacing_m:.12g} --z-scale {scale:g} --z-offset 0"
 

@@ -1,9 +1,9 @@
-"""Readers: a raster file as blocks of raw pixel values, so that a large map never stands in memory twice.
+"""Readers: a raster file as blocks of raw pixel values, so that a large map is never in memory twice.
 
-The first bytes of a file tell its kind, never its name (.hgt, which has no mark of its own, excepted):
-OpenImageIO reads PNG, EXR, HDR, PNM and, without rasterio, TIFF; numpy reads .npy and .hgt; rasterio (GDAL) reads
-TIFF with its tags and other local rasters; mosaics (.vrt) are put together from those.
-Opening a map reads that file, its headers beside it and, of a mosaic, the files beside and below it. Nothing else.
+The first bytes of a file decide its kind, not its name (except .hgt files, which have no header). OpenImageIO reads
+PNG, EXR, HDR, PNM and, without rasterio, TIFF. numpy reads .npy and .hgt. rasterio (GDAL) reads TIFF with its tags and
+other local rasters. Mosaics (.vrt) are assembled from these. Opening a map reads that file, its headers beside it and,
+for a mosaic, the files beside and below it; nothing else.
 """
 
 from __future__ import annotations
@@ -31,7 +31,7 @@ _PNM = re.compile(rb"P[1-6Ff]\s")
 
 
 class How(NamedTuple):
-    """What a user may say of how a file is read.
+    """The user's choices for reading a file.
 
     Attributes
     ----------
@@ -40,7 +40,7 @@ class How(NamedTuple):
     band : int, optional
         The band or channel that holds the heights, from 1.
     raw : (int, int), optional
-        The file is bare posts, of so many columns and rows.
+        Columns and rows of a file without a header.
     """
 
     trusted: bool = False
@@ -79,7 +79,7 @@ def _one_raster(path: str, name: str, head: bytes, how: How) -> Raster:
 
 
 def files_of(path: str | os.PathLike[str]) -> list[str]:
-    """The real paths of all files that are read when a map is opened, as far as they are named: a mosaic's sources."""
+    """The real paths of all named files that opening a map reads: the file itself, or the sources of a mosaic."""
     path = os.fspath(path)
     try:
         is_vrt = _first_bytes(path, path).lstrip().startswith(_VRT)

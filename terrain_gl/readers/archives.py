@@ -1,4 +1,4 @@
-"""Maps inside .zip and .gz files: unpacked into a folder of their own, which goes when the map is read."""
+"""Maps inside .zip and .gz files: unpacked to a temporary folder, which is removed after reading."""
 
 from __future__ import annotations
 
@@ -24,7 +24,7 @@ Opener = Callable[[str], Raster]
 
 
 def open_gzip(path: str, name: str, opener: Opener) -> Raster:
-    """Open the file that a .gz holds: its name is the archive's without .gz."""
+    """Open the file in a .gz; its name is that of the archive without .gz."""
     inner = os.path.basename(path)
     inner = inner[:-3] if inner.lower().endswith(".gz") else inner
 
@@ -37,7 +37,7 @@ def open_gzip(path: str, name: str, opener: Opener) -> Raster:
 
 
 def open_zip(path: str, name: str, opener: Opener) -> Raster:
-    """Open the one map that a .zip holds, with the files of the same folder beside it."""
+    """Open the only map in a .zip, together with the files of the same folder."""
 
     def unpack(folder: str) -> str:
         with zipfile.ZipFile(path) as archive:
@@ -78,7 +78,7 @@ def _then_cleanup(blocks: Blocks, folder: tempfile.TemporaryDirectory[str]) -> B
 
 
 def _copy(packed: gzip.GzipFile | IO[bytes], path: str, name: str) -> None:
-    """Unpack a file; a few kilobytes may grow to a full disk."""
+    """Unpack a file, up to a limit: a few kilobytes may expand to fill the disk."""
     left = min(MOST_BYTES, shutil.disk_usage(os.path.dirname(path)).free // 2)
     with open(path, "wb") as file:
         while piece := packed.read(1 << 20):

@@ -39,7 +39,7 @@ def open_npy(path: str, name: str) -> Raster:
 
 
 def _npy_blocks(path: str, dtype: np.dtype, shape: tuple[int, int, int], offset: int, c_order: bool) -> Blocks:
-    """Read by pieces, not through the memory map, whose pages would all stay resident."""
+    """Read in pieces, not through a memory map: all of its pages would stay in memory."""
     rows, cols, channels = shape if c_order else (shape[1], shape[0], shape[2])
     step = rows_at_once(cols)
     with open(path, "rb") as file:
@@ -64,7 +64,7 @@ def open_hgt(path: str, name: str) -> Raster:
 
 
 def _hgt_place(path: str, side: int) -> tuple[Spacing | None, Georeference | None]:
-    """Metres between posts, and where they lie: the outermost posts stand on whole degrees."""
+    """Spacing and georeference of a tile: its outermost posts are on whole degrees."""
     corner = re.match(r"([NS])(\d\d)([EW])(\d\d\d)", os.path.basename(path).upper())
     if corner is None or side < 2:
         return None, None
@@ -80,12 +80,12 @@ _RAW_TYPES = {1: "u1", 2: "<u2", 4: "<f4"}
 
 
 def open_raw(path: str, name: str, size: tuple[int, int] | None) -> Raster:
-    """Bare posts, row after row, as game engines write them: 8 or 16 bits without sign, or 32-bit floats.
+    """A file without a header, row after row, as game engines write it: 8 or 16 bits unsigned, or 32-bit floats.
 
     Parameters
     ----------
     size : (int, int), optional
-        Columns and rows; without it, those of a square of 16-bit posts, or of floats in a .r32.
+        Columns and rows; by default a square of 16-bit posts, or of floats for .r32.
     """
     length = os.path.getsize(path)
     if size is None:

@@ -1,4 +1,4 @@
-"""What a file's description says of its scale: our own writers end it with the options that read the file."""
+"""The scale in a file's description: our own writers put the options for reading the file at its end."""
 
 from __future__ import annotations
 
@@ -21,7 +21,7 @@ class Said(NamedTuple):
 
 
 def said_in(text: str) -> Said:
-    """Find the options behind "read with"; what makes no sense is as if it were not there."""
+    """Find the options after "read with"; invalid options are ignored."""
     options = dict(_OPTION.findall(text.partition("read with ")[2]))
     spacing = _numbers(options.get("spacing", ""))
     z_scale, z_offset, nodata = (_numbers(options.get(name, "")) for name in ("z-scale", "z-offset", "nodata"))

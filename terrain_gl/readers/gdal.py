@@ -1,7 +1,7 @@
 """TIFF with its tags, and the other local rasters that GDAL reads, through rasterio (the [geo] extra).
 
-GDAL has drivers that follow a file to the network, or to any other file of the machine. So a map is opened by the
-drivers of `DRIVERS` alone, which read the named file and its headers beside it.
+Some drivers of GDAL follow a file to the network, or to other files of the machine. So a map is opened only with the
+drivers in `DRIVERS`, which read the named file and its headers beside it.
 """
 
 from __future__ import annotations
@@ -42,7 +42,7 @@ DRIVERS = (
     *("EHdr", "ENVI", "SAGA", "RST", "ROI_PAC", "PCRaster"),
     *("SRTMHGT", "DTED", "USGSDEM", "BT", "Terragen", "Leveller", "RMF"),
 )
-# Every way of GDAL to the network, closed: a driver that still asks for a remote file gets none.
+# Closes every way of GDAL to the network: a driver that asks for a remote file gets an error.
 OFFLINE = {
     "CPL_VSIL_CURL_ALLOWED_FILENAME": "/vsicurl/none",
     "CPL_VSIL_CURL_ALLOWED_EXTENSIONS": "{none}",
@@ -69,11 +69,11 @@ def open_gdal(path: str, name: str, trusted: bool = False, band: int | None = No
     path : str
         The file.
     name : str
-        The file as messages call it.
+        The file's name in messages.
     trusted : bool
-        Let GDAL use all its drivers: they may read other files and the network.
+        Let GDAL use all its drivers, which may read other files and the network.
     band : int, optional
-        The one that is read, from 1; all, up to four, if None.
+        The band to read, from 1; by default all, up to four.
 
     Raises
     ------
@@ -92,7 +92,7 @@ def open_gdal(path: str, name: str, trusted: bool = False, band: int | None = No
 
 
 def open_dataset(data: Any, name: str, band: int | None = None) -> Raster:
-    """A dataset that the caller has opened by rasterio, and closes: the first band, if none is named."""
+    """A dataset that the caller opened with rasterio and closes later; by default its first band."""
     raster = _raster(data, name, True, band or 1)
 
     def blocks() -> Blocks:
@@ -139,13 +139,13 @@ def _has_alpha(data: Any, bands: Sequence[int]) -> bool:
 
 
 def open_local(path: str, name: str) -> Any:
-    """Open a regular file by the allowed drivers, as a rasterio dataset.
+    """Open a regular file with the allowed drivers, as a rasterio dataset.
 
     Raises
     ------
     TerrainError
-        A file beside it, of the same name but for its ending, is a pipe, a device or a link to another folder;
-        or the file is of a kind that may name other files as its data.
+        A file beside it with the same name and another ending is a pipe, a device or a link to another folder; or the
+        file is of a kind that may name other files as its data.
     rasterio.errors.RasterioError
         No allowed driver reads it.
     """
@@ -176,7 +176,7 @@ def _environment(trusted: bool) -> AbstractContextManager[Any]:
 
 @contextmanager
 def closed_environment() -> Iterator[None]:
-    """Let GDAL work without the network, without anyone's credentials, and without words of its own."""
+    """Run GDAL without the network, without credentials, and without its own messages."""
     import rasterio
     from rasterio.session import DummySession
 
@@ -185,7 +185,7 @@ def closed_environment() -> Iterator[None]:
 
 
 def _check_companions(path: str, name: str) -> None:
-    """Refuse headers and tags beside a map that GDAL would wait for, or that stand elsewhere."""
+    """Refuse headers beside a map that are pipes or devices, or that link to another folder."""
     folder, file = os.path.split(os.path.realpath(path))
     stem = os.path.splitext(file)[0].lower()
     with os.scandir(folder) as entries:
@@ -198,7 +198,7 @@ def _check_companions(path: str, name: str) -> None:
 
 
 def _check_own_data(path: str, name: str) -> None:
-    """Refuse the kinds of files that may name any other file as their data."""
+    """Refuse kinds of files that can name any other file as their data."""
     with open(path, "rb") as file, mmap.mmap(file.fileno(), 0, access=mmap.ACCESS_READ) as data:
         if data[: len(_HDF5)] == _HDF5:
             raise TerrainError(f"{name}: is HDF5 (netCDF-4), whose data may stand in any other file: {TRUST}")
@@ -251,7 +251,7 @@ def _description(data: Any) -> str:
 
 
 def _crs(data: Any) -> Any:
-    """The dataset's coordinate system; None where rasterio cannot make one of it."""
+    """The dataset's coordinate system; None if rasterio cannot parse it."""
     try:
         return data.crs
     except gdal_failures():

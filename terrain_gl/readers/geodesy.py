@@ -12,8 +12,8 @@ def metres_per_degree(
 ) -> tuple[float, float]:
     """Length of one degree east and one degree north on an ellipsoid, in metres.
 
-    N cos φ and M in radians' worth, with the radii of curvature N = a / √(1 − e² sin² φ) of the prime vertical
-    and M = a (1 − e²) / (1 − e² sin² φ)^{3/2} of the meridian (Snyder 1987, Map Projections, eqs. 4-19 to 4-21).
+    These are N cos φ and M times π/180. N = a / √(1 − e² sin² φ) and M = a (1 − e²) / (1 − e² sin² φ)^{3/2} are the
+    radii of curvature of the prime vertical and of the meridian (Snyder 1987, Map Projections, eqs. 4-19 to 4-21).
     """
     flattening = 1 / inverse_flattening if inverse_flattening else 0.0
     e2 = flattening * (2 - flattening)

@@ -11,7 +11,7 @@ from terrain_gl.exceptions import TerrainError
 from terrain_gl.readers.geodesy import WGS84, metres_per_degree
 from terrain_gl.readers.raster import Spacing, gdal_failures
 
-LEAST_STEP, LARGEST_STEP = 1e-9, 1e6  # between posts, in any unit, that are taken for meant
+LEAST_STEP, LARGEST_STEP = 1e-9, 1e6  # accepted distances between posts, in any unit
 FINEST_DEGREES = 0.1  # without a CRS, a step below this may be degrees
 DEGREES = "EPSG:4326"  # longitude and latitude on WGS 84
 WORLD_FILES = (".wld", ".pgw", ".pngw", ".tfw", ".tifw", ".tiffw", ".jgw", ".bpw", ".exrw", ".hdrw")
@@ -29,7 +29,7 @@ class Grid(NamedTuple):
 
     @property
     def tells_nothing(self) -> bool:
-        """Whether it is the one of rasters without a place."""
+        """Whether this is the default transform of rasters without a georeference."""
         return self == Grid()
 
     @property
@@ -49,7 +49,7 @@ class Georeference(NamedTuple):
     size: tuple[int, int]
 
     def kept(self) -> Georeference | None:
-        """The same to stay with the map, whose first row is the northern one; None if it tells nothing."""
+        """The georeference to keep with the map, with the northern row first; None if it has no information."""
         grid, (cols, rows) = self.grid, self.size
         if grid.tells_nothing or spacing_of(self, "")[0] is None:
             return None
@@ -59,7 +59,7 @@ class Georeference(NamedTuple):
         return Georeference(grid, crs if crs is None or isinstance(crs, str) else _wkt(crs), (cols, rows))
 
     def resampled(self, cols: int, rows: int) -> Georeference:
-        """The same land under other numbers of posts; the outermost posts stay where they are."""
+        """The georeference for another number of posts over the same land; the outermost posts keep their places."""
         grid, (across, down) = self.grid, self.size
         a, e = grid.a * (across - 1) / (cols - 1), grid.e * (down - 1) / (rows - 1)
         return Georeference(
@@ -195,7 +195,7 @@ def vertical_unit_m(unit: str | None, crs: Any) -> tuple[float, tuple[str, ...]]
 
 
 def world_file(path: str) -> Grid | None:
-    """The grid that a world file beside an image states: a, d, b, e, and x, y of the first post's middle."""
+    """The grid in a world file beside an image: a, d, b, e, and x, y of the first post's centre."""
     stem = os.path.splitext(path)[0]
     for ending in WORLD_FILES:
         for name in (stem + ending, stem + ending.upper()):

@@ -1,4 +1,4 @@
-"""Rasters that other libraries hold: xarray's DataArray, with rioxarray or without, and rasterio's datasets."""
+"""Rasters of other libraries: xarray's DataArray, with or without rioxarray, and rasterio's datasets."""
 
 from __future__ import annotations
 
@@ -18,7 +18,7 @@ _EVEN = 1e-3  # of a step: how far coordinates of even posts may be off
 
 
 def raster_of(source: Any, name: str) -> Raster | None:
-    """A DataArray or a rasterio dataset as a raster; None of anything else.
+    """A DataArray or a rasterio dataset as a raster; None for any other object.
 
     Raises
     ------
@@ -87,7 +87,7 @@ def _dimension(array: Any, names: tuple[str, ...]) -> Hashable | None:
 
 
 def _coordinates(array: Any, dim: Hashable, name: str) -> np.ndarray | None:
-    """Where the posts stand along a dimension, if the array tells."""
+    """Coordinates of the posts along a dimension, if the array has them."""
     if dim not in array.coords or len(array[dim]) < 2:
         return None
     values = np.asarray(array[dim].values)

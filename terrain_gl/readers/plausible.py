@@ -1,4 +1,4 @@
-"""A scale for files that tell none, and whose values and number of posts cannot both be metres."""
+"""A guess of the scale for files without one, if their values cannot be metres."""
 
 from __future__ import annotations
 
@@ -17,7 +17,7 @@ LEAST_SIDE = 256  # posts: smaller maps may be anything
 
 
 def plausible_scale(raster: Raster, heights: np.ndarray, extent_m: float) -> tuple[float, tuple[str, ...]]:
-    """Scale heights in place where they cannot be metres: whole numbers that fill 16 bits, as game engines write them.
+    """Scale heights in place if they cannot be metres: whole numbers that fill 16 bits, as game engines write them.
 
     Parameters
     ----------
@@ -29,7 +29,7 @@ def plausible_scale(raster: Raster, heights: np.ndarray, extent_m: float) -> tup
     Returns
     -------
     (float, tuple of str)
-        Metres per unit, and a line that says what was chosen; 1 and nothing where the values may be metres.
+        Metres per unit, and a note on the choice; 1 and no note if the values may be metres.
     """
     if raster.dtype.newbyteorder("=") != np.uint16 or (raster.scale, raster.offset_m) != (1.0, 0.0):
         return 1.0, ()
@@ -43,12 +43,12 @@ def plausible_scale(raster: Raster, heights: np.ndarray, extent_m: float) -> tup
 
 
 def plausible_spacing(heights: np.ndarray) -> tuple[float, tuple[str, ...]]:
-    """Metres between posts where nobody said them: 1, or more if the relief cannot stand on so little land.
+    """The spacing if none is given: 1 m, or more if the relief is too large for the map's extent.
 
     Returns
     -------
     (float, tuple of str)
-        The spacing, and a line that says what was chosen; 1 and nothing where that may be right.
+        The spacing, and a note on the choice; 1 and no note if that may be right.
     """
     side = max(heights.shape) - 1
     low, high = float(np.fmin.reduce(heights, None)), float(np.fmax.reduce(heights, None))

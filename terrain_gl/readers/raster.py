@@ -1,4 +1,4 @@
-"""A raster file, opened: what every reader gives, and what the readers share."""
+"""An open raster file: the result of every reader, and functions that the readers share."""
 
 from __future__ import annotations
 
@@ -18,18 +18,18 @@ INSTALL_GEO = "pip install 'terrain-gl[geo]'"
 TRUST = "if you trust it, let GDAL follow it to other files and the network with --trust"
 
 Spacing = tuple[float, float]
-# Where in the map (an index into rows and columns), and pixels (rows, cols, channels).
+# An index into rows and columns of the map, and pixels (rows, cols, channels).
 Blocks = Generator[tuple[Any, np.ndarray], None, None]
 
 
 @dataclass
 class Raster:
-    """A raster file, opened; its pixels come block by block.
+    """An open raster file; its pixels come in blocks.
 
     Attributes
     ----------
     name : str
-        The file as messages call it.
+        The file's name in messages.
     shape : tuple of int
         rows, cols, channels.
     dtype : numpy.dtype
@@ -45,9 +45,9 @@ class Raster:
     scale, offset_m : float
         A height is value · scale + offset_m metres, as the file tells.
     notes : tuple of str
-        What the user should know of how the file was understood.
+        Notes for the user on how the file was interpreted.
     bands_chosen : bool
-        The blocks hold the asked band alone.
+        The blocks have only the requested band.
     georeference : Georeference or None
         Where the map lies, north up, if the file tells.
     """
@@ -72,14 +72,14 @@ class Raster:
 
 
 def north_up(blocks: Blocks, rows: int) -> Blocks:
-    """Turn blocks of whole rows that come from south to north."""
+    """Reverse blocks of whole rows that come from south to north."""
     with contextlib.closing(blocks):
         for where, pixels in blocks:
             yield slice(rows - where.stop, rows - where.start), pixels[::-1]
 
 
 def one_band(raster: Raster, band: int) -> Raster:
-    """Keep one channel, counted from 1; and opacity as it is.
+    """Keep one channel, counted from 1, and the opacity.
 
     Raises
     ------
@@ -106,7 +106,7 @@ def rows_at_once(cols: int, unit: int = 1) -> int:
 
 
 def damaged(name: str, reason: str) -> TerrainError:
-    """Word the error of a file whose data do not decode."""
+    """The error for a file whose data do not decode."""
     advice = "download or export it again"
     if name.lower().endswith((".tif", ".tiff")) and not has_rasterio():
         advice += f", or, if it is whole, let GDAL read it: {INSTALL_GEO}"
@@ -128,7 +128,7 @@ def utf8(path: str, name: str) -> str:
 
 
 def gdal_failures() -> tuple[type[Exception], ...]:
-    """What rasterio raises when GDAL fails; it quotes a file's bytes as they are, which may not be UTF-8."""
+    """Exceptions of rasterio if GDAL fails. They may quote bytes of the file that are not valid UTF-8."""
     from rasterio._err import CPLE_BaseError
     from rasterio.errors import CRSError, RasterioError
 

@@ -30,7 +30,7 @@ def read_heights(
     encoding : str
         One of `ENCODINGS`.
     progress : function, optional
-        Told the part done, 0 to 1.
+        Called with the progress, 0 to 1.
     """
     heights = np.empty(raster.shape[:2], np.float32)
     marks = _void_marks(raster, nodata)
@@ -48,7 +48,7 @@ def read_heights(
 
 
 def _void_marks(raster: Raster, nodata: float | None) -> list[float]:
-    """The stored values that mean "no data", as the pixels' own type rounds them."""
+    """The stored values that mean "no data", rounded to the type of the pixels."""
     own = raster.nodata
     if own is None and raster.dtype.newbyteorder("=") == np.int16:
         own = SRTM_VOID
@@ -58,7 +58,7 @@ def _void_marks(raster: Raster, nodata: float | None) -> list[float]:
 
 
 def _metres(values: np.ndarray, marks: list[float], z_scale: float, z_offset_m: float) -> np.ndarray:
-    """Scale in float64, so that centimetres survive at 8848 m, and round to float32 once."""
+    """Scale in float64 and round to float32 once, which keeps centimetres at 8848 m."""
     with np.errstate(all="ignore"):
         heights = (values * z_scale + z_offset_m).astype(np.float32)
     void = ~np.isfinite(heights)
@@ -69,7 +69,7 @@ def _metres(values: np.ndarray, marks: list[float], z_scale: float, z_offset_m: 
 
 
 def _plain(pixels: np.ndarray, raster: Raster) -> np.ndarray:
-    """One channel of values; or the colours of a float image, where HDR has no grey, if they are all equal."""
+    """One channel of values. HDR has no grey: three equal channels of a float image count as one."""
     grey = pixels[..., 0].astype(np.float64)
     others = pixels[..., 1 : raster.colours]
     first = np.broadcast_to(pixels[..., :1], others.shape)

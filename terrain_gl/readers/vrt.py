@@ -1,7 +1,7 @@
 """GDAL's virtual rasters (.vrt): mosaics of local files, put together here.
 
-GDAL would open whatever a .vrt names, on the network too. This reader opens each source itself, and only files beside
-or below the .vrt. It knows mosaics as gdalbuildvrt makes them, and refuses the rest.
+GDAL would open any file that a .vrt names, even on the network. This reader opens each source itself, and only files
+beside or below the .vrt. It reads mosaics of gdalbuildvrt, and refuses others.
 Format: https://gdal.org/drivers/raster/vrt.html
 """
 
@@ -77,7 +77,7 @@ def open_vrt(path: str, name: str) -> Raster:
     Raises
     ------
     TerrainError
-        No mosaic of files beside or below it, or one that takes more than this reader knows.
+        Not a mosaic of files beside or below it, or one with features that this reader does not support.
     """
     if not has_rasterio():
         raise TerrainError(f"{name}: is a .vrt: {INSTALL_GEO}")
@@ -89,14 +89,14 @@ def open_vrt(path: str, name: str) -> Raster:
 
 
 def sources_of(path: str, name: str) -> list[str]:
-    """The files that a mosaic names, and that are read with it."""
+    """The files that a mosaic names."""
     bands = _parsed(path, name).findall("VRTRasterBand")
     names = [element for band in bands for element in band.iter("SourceFilename")]
     return [os.path.realpath(_named(element, os.path.dirname(os.path.realpath(path)))) for element in names]
 
 
 def _parsed(path: str, name: str) -> ElementTree.Element:
-    """The XML of a .vrt. Entities are refused: a few lines of them grow to gigabytes."""
+    """The XML of a .vrt. Entities are refused: a few lines of them can expand to gigabytes."""
     if os.path.getsize(path) > LONGEST:
         raise TerrainError(f"{name}: is a .vrt of more than {LONGEST >> 20} MiB: convert it with gdal_translate")
     with open(path, "rb") as file:
@@ -140,7 +140,7 @@ def _raster(root: ElementTree.Element, path: str, name: str) -> Raster:
 
 
 def _know(element: ElementTree.Element, known: set[str], name: str) -> None:
-    """Refuse what this reader does not understand, rather than leave it out."""
+    """Refuse elements that this reader does not support; ignoring them could give wrong heights."""
     unknown = {child.tag for child in element} - known
     if element.get("subClass") or unknown:
         what = element.get("subClass") or ", ".join(sorted(unknown))
@@ -153,7 +153,7 @@ def _georeference(root: ElementTree.Element, size: tuple[int, int]) -> Georefere
 
 
 def _crs(text: str) -> Any:
-    """A CRS from its number or its WKT; no other text, for GDAL takes addresses, too."""
+    """A CRS from its number or its WKT. Other text is refused: GDAL would accept network addresses, too."""
     import rasterio
 
     number = text.upper().removeprefix("EPSG:")
@@ -192,13 +192,13 @@ def _source(element: ElementTree.Element, folder: str, name: str) -> Source:
 
 
 def _named(filename: ElementTree.Element, folder: str) -> str:
-    """The path that a source is named by; relative to the .vrt or to the working folder."""
+    """The path of a source, relative to the .vrt or to the working folder."""
     text = filename.text or ""
     return os.path.join(folder, text) if filename.get("relativeToVRT", "0") == "1" else os.path.abspath(text)
 
 
 def _inside(path: str, folder: str, name: str) -> str:
-    """The real path of a source, if that is a regular file beside or below the .vrt."""
+    """The real path of a source, which must be a regular file beside or below the .vrt."""
     real = os.path.realpath(path)
     if os.path.commonpath([real, folder]) != folder or not os.path.isfile(real):
         raise TerrainError(
@@ -208,7 +208,7 @@ def _inside(path: str, folder: str, name: str) -> str:
 
 
 def _box(element: ElementTree.Element | None) -> Box:
-    """A rectangle; whole numbers where it is off them by rounding alone."""
+    """A rectangle; numbers that differ from whole numbers only by rounding are rounded."""
     if element is None:
         raise ValueError("a source without SrcRect and DstRect")
     values = [float(element.attrib[key]) for key in ("xOff", "yOff", "xSize", "ySize")]
@@ -234,7 +234,7 @@ def _blocks(shape: tuple[int, int], dtype: np.dtype, fill: float, bands: list[li
 
 
 def _paste(pixels: np.ndarray, row: int, source: Source, files: _Files) -> None:
-    """Copy what a source has for the rows from `row` on."""
+    """Copy the part of a source that lies in the rows from `row` on."""
     place = source.place
     top, bottom = max(row, round(place.y)), min(row + len(pixels), round(place.y + place.height))
     left, right = max(0, round(place.x)), min(pixels.shape[1], round(place.x + place.width))
@@ -254,7 +254,7 @@ def _equal(values: np.ndarray, nodata: float) -> np.ndarray:
 
 
 class _Files:
-    """The sources' datasets, of which the last used stay open."""
+    """The datasets of the sources; those used last stay open."""
 
     def __init__(self, name: str) -> None:
         self.name = name
