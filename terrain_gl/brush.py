@@ -243,6 +243,7 @@ class Sculptor:
     most_bytes: int = MOST_BYTES
     _done: list[list[_Change]] = field(default_factory=list)
     _undone: list[list[_Change]] = field(default_factory=list)
+    _oldest: object = None  # the land before the strokes that are kept
 
     @property
     def can_undo(self) -> int:
@@ -253,6 +254,11 @@ class Sculptor:
     def can_redo(self) -> int:
         """How many strokes can be redone."""
         return len(self._undone)
+
+    @property
+    def land(self) -> object:
+        """What tells lands apart: the same object whenever the heights are the same again; None before any change."""
+        return next((stroke[-1] for stroke in reversed(self._done) if stroke), self._oldest)
 
     @property
     def bytes(self) -> int:
@@ -288,7 +294,7 @@ class Sculptor:
         self._undone.clear()
         self._remember(_Change(rows, cols, before, self.surface.heightmap.heights[rows, cols].copy()))
         while self.bytes > self.most_bytes and len(self._done) > 1:
-            self._done.pop(0)
+            self._oldest = next(reversed(self._done.pop(0)), self._oldest)
 
     def undo(self) -> bool:
         """Undo the last stroke; False if there is none."""

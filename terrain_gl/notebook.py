@@ -243,7 +243,9 @@ class View(RemoteFrameBuffer):  # type: ignore[misc]  # jupyter_rfb states no ty
 
     def _on_wheel(self, event: dict[str, Any]) -> None:
         dx, dy = -event["dx"] / NOTCH_PX, -event["dy"] / NOTCH_PX
-        self.app.wheel(dx, dy, *self._place(event), zoom="Control" in event["modifiers"])
+        actions = {"Control": "zoom", "Shift": "speed"}
+        action = next((actions[key] for key in event["modifiers"] if key in actions), "")
+        self.app.wheel(dx, dy, *self._place(event), action)
 
     def _on_key_down(self, event: dict[str, Any]) -> None:
         key, held = _key_name(event["key"]), set(event["modifiers"])

@@ -123,10 +123,12 @@ def test_mouse(view):
     browser.event("pointer_move", x=0, y=0)
     assert view.viewer.scene.controller.azimuth_deg == pytest.approx(2.0)
     before = view.viewer.scene.controller.speed_m_s
-    browser.event("wheel", dx=0, dy=-200)
+    browser.event("wheel", dx=0, dy=-200, modifiers=["Shift"])
     assert view.viewer.scene.controller.speed_m_s == pytest.approx(before * 1.25**2)
     browser.event("wheel", dx=0, dy=-100, modifiers=["Control"])
-    assert view.camera.fov_deg == pytest.approx(45.0)
+    assert view.camera.fov_deg == pytest.approx(45.0) and view.camera.eye == CAMERA.eye
+    browser.event("wheel", dx=0, dy=-100, x=80, y=60)
+    assert view.camera.eye[2] < CAMERA.eye[2]
 
 
 @pytest.mark.parametrize("ratio", [1.0, 2.0])

@@ -16,7 +16,7 @@ pointer, scene                 where the mouse points; the map and the camera
 loading, light_builder         tables and light, made in steps
 brush_tool, map_writer, filming, box_sum, explain_text, memory
 gui, widgets, gui_draw, theme  Dear ImGui
-controller, settings, window_state, frame_budget, frame_stats, canvas, lines, legend
+controller, pose, settings, window_state, frame_budget, frame_stats, canvas, lines, legend
 """
 
 from .loading import Opened, Opener

@@ -169,9 +169,9 @@ class App:
         over_panels = not self.captured and self.gui.covers(x, y)
         self.viewer.mouse.move(x, y, look=self.captured, over_panels=over_panels)
 
-    def wheel(self, dx: float, dy: float, x: float, y: float, zoom: bool) -> None:
-        """The wheel turns; `zoom`: with Ctrl."""
+    def wheel(self, dx: float, dy: float, x: float, y: float, action: str = "") -> None:
+        """The wheel turns; `action`: "zoom" with Ctrl, "speed" with Shift."""
         if not self.captured and self.gui.covers(x, y):
             self.gui.wheel(dx, dy)
         else:
-            self.viewer.mouse.wheel(dy, zoom)
+            self.viewer.mouse.wheel(dy or dx, x, y, action)

@@ -63,6 +63,7 @@ class BrushTool:
         self.waits_for_headroom = True
         self._range_m = heightmap.quantised_m  # of the tables before the brush was taken
         self._sculptor = Sculptor(renderer)
+        self._land_before: object = None  # when this brush was taken
         self._last: tuple[float, float] | None = None
         self._dabbed_s = float("-inf")
         self._begins = True
@@ -71,6 +72,7 @@ class BrushTool:
         """Take the settings of the brush before; the land is `factor` times as high as it was."""
         self.tool, self.radius_m, self.share, self.edits = before.tool, before.radius_m, before.share, before.edits
         self.strength_m, self.azimuth_deg = factor * before.strength_m, before.azimuth_deg
+        self._land_before = before.land
 
     # --- Settings -----------------------------------------------------------------------------------------------------
 
@@ -134,6 +136,11 @@ class BrushTool:
     def strokes(self) -> tuple[int, int]:
         """How many strokes can be undone, and how many can be done again."""
         return self._sculptor.can_undo, self._sculptor.can_redo
+
+    @property
+    def land(self) -> object:
+        """What tells lands apart: the same object after a stroke is undone; None before any change."""
+        return self._sculptor.land or self._land_before
 
     def undo(self) -> bool:
         """Undo the last stroke, with its dabs that are still due; False if there is none."""

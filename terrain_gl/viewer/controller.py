@@ -8,13 +8,14 @@ middle of the picture, and `walk` on the ground at eye height.
 from __future__ import annotations
 
 import math
-from dataclasses import astuple, dataclass, field
+from dataclasses import dataclass, field
 
 import numpy as np
 
-from ..camera import Camera, Vector
+from ..camera import Camera
 from ..heightmap import Heightmap
 from ..verify.holes import ground_m
+from .pose import Pose, hit_ground, not_too_steep, vector
 
 MODES = ("fly", "orbit", "walk")
 EASE_S = 0.12  # τ
@@ -23,55 +24,17 @@ LOOK_DEG = 0.1  # per pixel of mouse
 ORBIT_DEG = 0.3
 TURN_DEG_S = 40.0  # of arrow keys, and of orbiting by keys
 APPROACH = 0.6  # in orbit, the distance falls by a factor of e^0.6 each second
-WHEEL = 1.25  # speed factor of one notch
+WHEEL = 1.25  # factor of speed, or of the distance to the place under the cursor, of one notch
+HEIGHTS_S = 0.4  # heights above the ground flown in a second
+LOWEST = 5.0  # height above the ground, in spacings, below which flying gets no slower
+NEARER = 0.3  # of the distance to a place is left when the camera has flown there
+FARTHEST_PAN = 4.0  # times the distance of the place taken hold of: how far a drag towards the horizon may reach
 FAST = 5.0  # speed factor of Shift
 CLEARANCE = 0.3  # least height above ground, in spacings: three times the distance of the near plane
 EYE_HEIGHT_M = 1.7  # of a walker; less on maps with a small spacing
-STEEPEST_DEG = 89.9
 _MOVES = {"w": (0, 0, 1), "s": (0, 0, -1), "d": (1, 0, 0), "a": (-1, 0, 0), "e": (0, 1, 0), "q": (0, -1, 0)}
 _TURNS = {"left": (-1, 0), "right": (1, 0), "up": (0, 1), "down": (0, -1)}
 MOVE_KEYS = (*_MOVES, *_TURNS, "shift")
-
-
-@dataclass(frozen=True)
-class Pose:
-    """Place and direction of the camera: metres; degrees, azimuth clockwise from north."""
-
-    eye: Vector
-    azimuth_deg: float
-    elevation_deg: float
-    fov_deg: float
-
-    @classmethod
-    def of(cls, camera: Camera) -> Pose:
-        """The pose of a camera that is not rolled."""
-        east, north, up = camera.forward
-        _, top, _ = camera.axes
-        steep = math.hypot(east, north) < 1e-6  # straight down: the top of the picture gives the azimuth
-        azimuth = math.degrees(math.atan2(*(top[:2] if steep else (east, north))))
-        return cls(camera.eye, azimuth, _not_too_steep(math.degrees(math.asin(up))), camera.fov_deg)
-
-    @property
-    def axes(self) -> np.ndarray:
-        """(3, 3): world directions right, up and forward, one a row."""
-        a, e = math.radians(self.azimuth_deg), math.radians(self.elevation_deg)
-        right = np.array([math.cos(a), -math.sin(a), 0.0])
-        forward = np.array([math.sin(a) * math.cos(e), math.cos(a) * math.cos(e), math.sin(e)])
-        return np.stack([right, np.cross(right, forward), forward])
-
-    @property
-    def camera(self) -> Camera:
-        """The camera with this pose."""
-        x, y, z = np.asarray(self.eye) + self.axes[2]
-        return Camera(self.eye, (x, y, z), self.fov_deg)
-
-    def towards(self, other: Pose, share: float) -> Pose:
-        """A pose on the way to another, `share` 0 to 1; the camera turns the short way."""
-        before, after = np.array([*self.eye, *astuple(self)[1:]]), np.array([*other.eye, *astuple(other)[1:]])
-        turn = after - before
-        turn[3] = (turn[3] + 180) % 360 - 180
-        x, y, z, azimuth, elevation, fov = (float(v) for v in before + share * turn)
-        return Pose((x, y, z), azimuth % 360, elevation, fov)
 
 
 @dataclass
@@ -106,7 +69,7 @@ class Controller:
 
     def __post_init__(self) -> None:
         afoot = max(2.0, max(self.heightmap.spacing_m)) if self.eye_height_m == EYE_HEIGHT_M else self.eye_height_m
-        self._speeds_m_s = {"fly": 0.03 * max(self.heightmap.extent_m), "walk": afoot}
+        self._paces = {"fly": HEIGHTS_S, "walk": afoot}  # heights above the ground, or metres, a second
         self.pose = Pose.of(self.start)
 
     @property
@@ -144,12 +107,22 @@ class Controller:
 
     @property
     def speed_m_s(self) -> float:
-        """Speed of the moving keys; a walker has another one."""
-        return self._speeds_m_s["walk" if self.mode == "walk" else "fly"]
+        """Speed of the moving keys: it follows the height above the ground. A walker has one of its own."""
+        return self._paces["walk"] if self.mode == "walk" else self._paces["fly"] * self._altitude_m
 
     @speed_m_s.setter
     def speed_m_s(self, speed: float) -> None:
-        self._speeds_m_s["walk" if self.mode == "walk" else "fly"] = speed
+        if self.mode == "walk":
+            self._paces["walk"] = speed
+        else:
+            self._paces["fly"] = speed / self._altitude_m
+
+    @property
+    def _altitude_m(self) -> float:
+        """Height above the ground that the speed follows; off the map and over voids, above the map's lowest place."""
+        height_m = self.height_above_ground_m
+        height_m = float(self.eye[2]) - self.heightmap.range_m[0] if math.isnan(height_m) else height_m
+        return max(abs(height_m), LOWEST * min(self.heightmap.spacing_m))
 
     @property
     def eye_height_m(self) -> float:
@@ -175,9 +148,7 @@ class Controller:
     def go_to(self, number: int) -> bool:
         """Travel to a bookmark; False if it is not set."""
         if number in self.bookmarks:
-            self.mode = "fly"
-            self.pivot = None
-            self._travel = self.pose, self.bookmarks[number], 0.0
+            self.travel_to(self.bookmarks[number])
         return number in self.bookmarks
 
     def change_mode(self, mode: str) -> None:
@@ -237,6 +208,52 @@ class Controller:
         """Change the speed; positive notches are faster."""
         reach = max(self.heightmap.extent_m)
         self.speed_m_s = min(max(self.speed_m_s * WHEEL**notches, 1e-5 * reach), 10 * reach)
+
+    def approach(self, x: float, y: float, notches: float) -> None:
+        """Come nearer to the ground at a point of the picture, which stays where it is; tangents as of `grab`.
+
+        In orbit the pivot is that place. A walker keeps to the ground.
+        """
+        if self.mode == "walk":
+            return
+        self._travel = None
+        kept = self.pivot
+        if self.mode != "orbit":
+            self.grab(x, y)
+        self._swing(0.0, 0.0, notches * math.log(WHEEL))
+        self.pivot = kept
+
+    def pan(self, x: float, y: float) -> None:
+        """Move level, so that the pivot is seen at a point of the picture; tangents as of `grab`."""
+        if self.pivot is None:
+            self.grab(x, y)
+        assert self.pivot is not None
+        if self.mode == "walk":
+            return
+        away, ray = self.pivot - self.eye, np.array([x, y, 1.0]) @ self.axes
+        farthest = FARTHEST_PAN * float(np.linalg.norm(away))
+        # where the ray comes to the pivot's height; beyond the horizon, as far away as a drag may reach
+        reach = away[2] / ray[2] if away[2] * ray[2] > 0 else math.inf
+        reach = min(reach, farthest / float(np.linalg.norm(ray)))
+        moved = away - reach * ray
+        self.eye = self.eye + [moved[0], moved[1], 0.0]
+        self._stay_above_ground()
+
+    def fly_to(self, x: float, y: float) -> bool:
+        """Travel to the ground at a point of the picture, and look at it; False if there is only sky."""
+        place = hit_ground(self.heightmap, self.eye, np.array([x, y, 1.0]) @ self.axes)
+        if place is None or self.mode == "walk":
+            return False
+        eye = place + NEARER * (self.eye - place)
+        lowest = np.fmax(ground_m(self.heightmap, eye[:2])[0], place[2]) + 2 * min(self.heightmap.spacing_m)
+        eye[2] = np.fmax(eye[2], lowest)
+        self.travel_to(Pose.of(Camera(vector(eye), vector(place), self.fov_deg)))
+        return True
+
+    def travel_to(self, pose: Pose) -> None:
+        """Travel to a pose, flying."""
+        self.mode, self.pivot = "fly", None
+        self._travel = self.pose, pose, 0.0
 
     # --- Time ---------------------------------------------------------------------------------------------------------
 
@@ -301,7 +318,7 @@ class Controller:
 
     def _turn(self, azimuth_deg: float, elevation_deg: float) -> None:
         self.azimuth_deg = (self.azimuth_deg + azimuth_deg) % 360
-        self.elevation_deg = _not_too_steep(self.elevation_deg + elevation_deg)
+        self.elevation_deg = not_too_steep(self.elevation_deg + elevation_deg)
 
     def _swing(self, azimuth_deg: float, elevation_deg: float, closer: float) -> None:
         """Turn around the pivot, and divide the distance by e^closer; the pivot keeps its place in the picture."""
@@ -321,24 +338,3 @@ class Controller:
         ground = ground_m(self.heightmap, eye[:2])[0]
         if np.isfinite(ground):
             self.eye = np.array([eye[0], eye[1], ground + self.eye_height_m])
-
-
-def _not_too_steep(elevation_deg: float) -> float:
-    return min(max(elevation_deg, -STEEPEST_DEG), STEEPEST_DEG)
-
-
-def hit_ground(heightmap: Heightmap, eye: np.ndarray, ray: np.ndarray) -> np.ndarray | None:
-    """The first place where a ray meets the ground, or None: ray marching with growing steps, then bisection."""
-    near, far = min(heightmap.spacing_m), 4 * np.hypot(*heightmap.extent_m) + 2 * np.linalg.norm(eye)
-    t = np.geomspace(near, max(far, 2 * near), 4000) / np.linalg.norm(ray)
-    points = eye + t[:, None] * ray
-    below = np.flatnonzero(points[:, 2] < ground_m(heightmap, points[:, :2]))
-    if not len(below):
-        return None
-    first, last = t[max(below[0] - 1, 0)], t[below[0]]
-    for _ in range(30):
-        middle = 0.5 * (first + last)
-        point = eye + middle * ray
-        under = point[2] < ground_m(heightmap, point[:2])[0]
-        first, last = (first, middle) if under else (middle, last)
-    return eye + last * ray

@@ -20,8 +20,8 @@ class MapWriter:
         The file; its ending names the format.
     heightmap, exaggeration
         The map, and the factor that its heights are divided by before they are written.
-    edits
-        How often the map has been edited.
+    land
+        What tells this map from others, for who asks later.
 
     Attributes
     ----------
@@ -36,9 +36,9 @@ class MapWriter:
         No format has this ending.
     """
 
-    def __init__(self, path: str, heightmap: Heightmap, exaggeration: float = 1.0, edits: int = 0) -> None:
+    def __init__(self, path: str, heightmap: Heightmap, exaggeration: float = 1.0, land: object = None) -> None:
         format_of(path)
-        self.path, self.message, self.done, self.edits = path, "", False, edits
+        self.path, self.message, self.done, self.land = path, "", False, land
         plain = Heightmap(heightmap.heights / np.float32(exaggeration), heightmap.spacing_m, heightmap.name)
         plain.georeference = heightmap.georeference
         self._thread = threading.Thread(target=self._write, args=(plain,), name=f"writing {path}")

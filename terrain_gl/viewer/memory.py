@@ -15,7 +15,7 @@ from typing import Any
 from ..exceptions import TerrainError
 from ..image import replacing
 from ..options import RenderOptions
-from .controller import Pose
+from .pose import Pose
 
 MOST_MAPS = 50
 _PANELS = ("panel",)

@@ -10,6 +10,7 @@ from .scene import Scene
 from .sculpting import Sculpting
 
 CLICK_PX = 4.0  # a press that moves further than this is a drag
+DOUBLE_S = 0.3  # a click waits so long for a second one
 
 
 class Mouse:
@@ -18,12 +19,12 @@ class Mouse:
     Parameters
     ----------
     on_click
-        Is called with the pixel of a click on the land.
+        Is called with the pixel of a click on the land that no second one follows.
 
     Attributes
     ----------
     drag
-        What the drag does: "orbit", "look", "brush" or "divider"; "" without a drag.
+        What the drag does: "orbit", "look", "pan", "brush" or "divider"; "" without a drag.
     """
 
     def __init__(
@@ -33,6 +34,23 @@ class Mouse:
         self.drag = ""
         self._button = ""  # that drags
         self._pressed_at = (0.0, 0.0)
+        self._clicked_at: tuple[float, float] | None = None  # that waits for a second click
+        self._waits_until_s: float | None = None
+
+    @property
+    def waits(self) -> bool:
+        """Whether a click waits for a second one."""
+        return self._clicked_at is not None
+
+    def step(self, now_s: float) -> None:
+        """Tell of a click when no second one has followed."""
+        if self._clicked_at is None:
+            return
+        if self._waits_until_s is None:
+            self._waits_until_s = now_s + DOUBLE_S
+        elif now_s >= self._waits_until_s:
+            at, self._clicked_at = self._clicked_at, None
+            self._on_click(*at)
 
     def press(self, button: str, x: float, y: float) -> None:
         """A button goes down over the land; other buttons do nothing until it comes up."""
@@ -44,6 +62,9 @@ class Mouse:
             self.drag = self._begin_left(x, y)
         elif button == "right":
             self.drag = "look"
+        elif button == "middle":
+            self._scene.controller.grab(*self._pointer.tangents(x, y))
+            self.drag = "pan"
 
     def _begin_left(self, x: float, y: float) -> str:
         if self._pointer.is_on_divider(x):
@@ -68,7 +89,15 @@ class Mouse:
             self._sculpting.end()
         clicked = math.dist((x, y), self._pressed_at) < CLICK_PX * self._scene.window.scale
         if button == "left" and drag in ("orbit", "look") and clicked and self._scene.is_visible:
-            self._on_click(x, y)
+            self._click(x, y)
+
+    def _click(self, x: float, y: float) -> None:
+        """The second click at a place flies there."""
+        first, self._clicked_at, self._waits_until_s = self._clicked_at, None, None
+        if first and math.dist(first, (x, y)) < 2 * CLICK_PX * self._scene.window.scale:
+            self._scene.controller.fly_to(*self._pointer.tangents(x, y))
+        else:
+            self._clicked_at = x, y
 
     def move(self, x: float, y: float, look: bool = False, over_panels: bool = False) -> None:
         """The cursor moves.
@@ -94,17 +123,22 @@ class Mouse:
             self._scene.controller.look(dx, dy)
         elif drag == "orbit":
             self._scene.controller.orbit(dx, dy)
+        elif drag == "pan":
+            self._scene.controller.pan(*self._pointer.tangents(x, y))
         elif settings.split and not over_panels:
             settings.active = pointer.side_at(x)
         if settings.lens or settings.sums or self._sculpting.brushing:
             window.refresh()
 
-    def wheel(self, notches: float, zoom: bool = False) -> None:
-        """Change the speed, or the field of view."""
+    def wheel(self, notches: float, x: float, y: float, action: str = "") -> None:
+        """Come nearer to the place under the cursor; or change the field of view, "zoom", or the "speed"."""
         if not self._scene.has_map:
             return
-        if zoom:
-            self._scene.controller.zoom(notches)
+        controller = self._scene.controller
+        if action == "zoom":
+            controller.zoom(notches)
+        elif action == "speed" or controller.mode == "walk":
+            controller.wheel(notches)
         else:
-            self._scene.controller.wheel(notches)
+            controller.approach(*self._pointer.tangents(x, y), notches)
         self._scene.window.refresh()

@@ -6,7 +6,7 @@ import math
 
 import numpy as np
 
-from .controller import hit_ground
+from .pose import hit_ground
 from .scene import Scene
 
 DIVIDER_PX = 8.0  # how near to the divider of a split picture one may take hold of it

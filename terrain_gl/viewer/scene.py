@@ -11,8 +11,9 @@ from ..options import RenderOptions
 from ..readers.georeference import Georeference
 from ..renderer import Renderer
 from ..shade import UNLIT, Look
-from .controller import Controller, Pose
+from .controller import Controller
 from .loading import Opened
+from .pose import Pose
 from .settings import Settings
 from .window_state import Size, WindowState
 

@@ -16,6 +16,7 @@ from .pointer import Pointer
 from .scene import Scene
 
 MESSAGE_S = 10.0
+_NO_LAND = object()
 
 
 class Sculpting:
@@ -52,15 +53,15 @@ class Sculpting:
         self.writer: MapWriter | None = None
         self.save_as: str | None = None
         self._taking = False  # the brush is taken when there is headroom
-        self._saved = 0  # edits that are in a file
-        self._warned = -1  # edits when the user was warned that they are not
+        self._saved: object = None  # the land that is in a file
+        self._warned: object = _NO_LAND  # the land when the user was warned that it is not
 
     def new_map(self, tool: BrushTool | None, factor: float | None = None) -> None:
         """Sculpt another map from now on; with a factor, the same map that many times as high."""
         self.cancel()
         before, self.tool = self.tool, tool
         if not factor:
-            self._saved, self._warned = 0, -1
+            self._saved, self._warned = None, _NO_LAND
         elif before and tool:
             tool.take_over(before, factor)
             if before.strokes[0]:
@@ -68,14 +69,14 @@ class Sculpting:
 
     @property
     def unsaved(self) -> bool:
-        """Whether the map has been sculpted since it was written to a file."""
-        return self.tool is not None and (self.tool.edits != self._saved or bool(self.tool.due))
+        """Whether the map is another one than in a file; a stroke that is undone leaves none."""
+        return self.tool is not None and (self.tool.land is not self._saved or bool(self.tool.due))
 
     def may_leave(self) -> bool:
         """Whether the map may be left: all edits are saved, or the user has been warned before. Else warn."""
-        if not self.tool or not self.unsaved or self._warned == self.tool.edits:
+        if not self.tool or not self.unsaved or self._warned is self.tool.land:
             return True
-        self._warned = self.tool.edits
+        self._warned = self.tool.land
         self._window.say("the sculpted map is not saved: Ctrl S saves it; repeat to leave without saving", MESSAGE_S)
         return False
 
@@ -245,7 +246,7 @@ class Sculpting:
             self._window.say("the brush is still at work" if self.tool else "the map is still being loaded")
         else:
             try:
-                self.writer = MapWriter(path, self._scene.heightmap, self._scene.exaggeration, self.tool.edits)
+                self.writer = MapWriter(path, self._scene.heightmap, self._scene.exaggeration, self.tool.land)
             except TerrainError as error:
                 self._window.say(str(error))
 
@@ -254,7 +255,7 @@ class Sculpting:
         self._make_headroom()
         if self.writer and self.writer.message:
             self._window.say(self.writer.message, MESSAGE_S)
-            self._saved = self.writer.edits if self.writer.done else self._saved
+            self._saved = self.writer.land if self.writer.done else self._saved
             self.writer = None
 
     def join(self) -> None:

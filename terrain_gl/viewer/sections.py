@@ -242,7 +242,15 @@ def camera_section(ui: Widgets, controller: Controller, press: Press) -> None:
     if mode:
         controller.change_mode(mode)
     extent, form = max(controller.heightmap.extent_m), _metres_form(controller.speed_m_s) + "/s"
-    speed = ui.slide("speed", controller.speed_m_s, 1e-5 * extent, extent, "Of W A S D (wheel).", form, True)
+    speed = ui.slide(
+        "speed",
+        controller.speed_m_s,
+        1e-5 * extent,
+        extent,
+        "Of W A S D (Shift wheel). It follows the height above ground.",
+        form,
+        True,
+    )
     if speed is not None:
         controller.speed_m_s = speed
     fov = ui.slide("field of view", controller.fov_deg, 1.0, 120.0, "Vertical angle (Ctrl wheel).", "%.0f°")

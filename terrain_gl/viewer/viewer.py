@@ -138,6 +138,11 @@ class Viewer:
             hint = "set the spacing under Map, or with --spacing"
             self.window.say(f"{name} gives no distance between its posts, 1 m is assumed: {hint}", HINT_S)
 
+    @property
+    def title(self) -> str:
+        """Name of the map, with a star while it is not saved."""
+        return self.painter.frame.name + "*" * self.sculpting.unsaved
+
     def _remember_map(self) -> None:
         if self.scene.has_map:
             controller = self.scene.controller
@@ -217,6 +222,8 @@ class Viewer:
         """Seconds until a frame may be due without any event."""
         if (self.loader.job and not self.loader.job.opened) or self.images.busy:
             return 0.03
+        if self.mouse.waits:
+            return 0.05
         waits = self.window.message or (self.scene.has_map and self.painter.waits_for_rest)
         return REST_S / 2 if waits else 1.0
 
@@ -250,6 +257,7 @@ class Viewer:
         self.window.end_message()
         self.sculpting.step()
         self.images.step()
+        self.mouse.step(now_s)
         if self.scene.has_map and not self.saver.step():
             self._move()
             self._paint()

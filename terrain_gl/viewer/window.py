@@ -102,6 +102,7 @@ class Window:
         self.ctx = from_glfw_window(self._handle)
         self._glfw.swap_interval(1)
         self._cursor = self._glfw.get_cursor_pos(self._handle)
+        self._title = name
 
     def show(
         self, job: LoadJob, settings: Settings, memory: Memory, line_of: Callable[..., str] | None = None
@@ -141,6 +142,10 @@ class Window:
             self._glfw.wait_events_timeout(self._app.wait_s)
 
     def _frame(self) -> None:
+        viewer = self._app.viewer
+        if viewer.scene.has_map and viewer.title != self._title:
+            self._title = viewer.title
+            self._glfw.set_window_title(self._handle, f"{self._title} – terrain-gl")
         if self._app.frame(self._glfw.get_time()):
             self._glfw.swap_buffers(self._handle)
 
@@ -212,9 +217,14 @@ class Window:
         self._app.mouse_move(*self._cursor_px)
 
     def _on_scroll(self, _: Any, dx: float, dy: float) -> None:
-        keys = (self._glfw.KEY_LEFT_CONTROL, self._glfw.KEY_RIGHT_CONTROL)
-        zoom = any(self._glfw.get_key(self._handle, key) == self._glfw.PRESS for key in keys)
-        self._app.wheel(dx, dy, *self._cursor_px, zoom)
+        glfw = self._glfw
+
+        def held(*keys: int) -> bool:
+            return any(glfw.get_key(self._handle, key) == glfw.PRESS for key in keys)
+
+        speed = "speed" if held(glfw.KEY_LEFT_SHIFT, glfw.KEY_RIGHT_SHIFT) else ""
+        action = "zoom" if held(glfw.KEY_LEFT_CONTROL, glfw.KEY_RIGHT_CONTROL) else speed
+        self._app.wheel(dx, dy, *self._cursor_px, action)
 
 
 # --- Names of buttons and keys ----------------------------------------------------------------------------------------

@@ -92,6 +92,68 @@ def test_wheel_changes_speed_within_limits(controller):
     assert math.isfinite(controller.speed_m_s)
 
 
+def seen_at(controller, place):
+    """Tangents right and up of the point of the picture where a place is seen."""
+    right, up, forward = controller.axes @ (place - controller.eye)
+    return right / forward, up / forward
+
+
+@pytest.mark.parametrize("at", [(0.0, 0.0), (0.25, -0.1), (-0.3, 0.05)])
+def test_the_wheel_comes_nearer_to_what_is_under_the_cursor(controller, at):
+    place = hit_ground(controller.heightmap, controller.eye, np.array([*at, 1.0]) @ controller.axes)
+    away = np.linalg.norm(place - controller.eye)
+    controller.approach(*at, 2)
+    assert np.linalg.norm(place - controller.eye) == pytest.approx(away / WHEEL**2, rel=1e-6)
+    assert seen_at(controller, place) == pytest.approx(at, abs=1e-6)
+    controller.approach(*at, -2)
+    assert controller.eye == pytest.approx(controller.start.eye, abs=0.1)
+    controller.approach(*at, 60)
+    assert controller.height_above_ground_m >= CLEARANCE * 10 - 1e-6
+
+
+def test_the_wheel_in_the_sky_goes_on(controller):
+    controller.look(0, -1000)
+    before = controller.eye.copy()
+    controller.approach(0.0, 0.0, 1)
+    assert (controller.eye - before) @ controller.axes[2] > 0 and controller.pivot is None
+
+
+@pytest.mark.parametrize("to", [(0.3, -0.2), (-0.1, 0.05), (0.0, -0.35)])
+def test_a_middle_drag_takes_the_land_along(controller, to):
+    """Level, and the place stays under the cursor."""
+    controller.grab(0.05, -0.1)
+    place, height = controller.pivot, controller.eye[2]
+    controller.pan(*to)
+    assert seen_at(controller, place) == pytest.approx(to, abs=1e-9) and controller.eye[2] == height
+    controller.pan(0.0, 5.0)  # the sky: no further than a few times the distance
+    assert np.linalg.norm(controller.eye - place) < 6 * np.linalg.norm(np.subtract(controller.start.eye, place))
+
+
+def test_flying_to_a_place_ends_near_it_and_above_the_ground(controller):
+    at = (0.2, -0.1)
+    place = hit_ground(controller.heightmap, controller.eye, np.array([*at, 1.0]) @ controller.axes)
+    away = np.linalg.norm(place - controller.eye)
+    assert controller.fly_to(*at) and controller.moving
+    controller.step(2 * TRAVEL_S)
+    assert np.linalg.norm(place - controller.eye) < 0.4 * away and controller.height_above_ground_m > 0
+    assert seen_at(controller, place) == pytest.approx((0, 0), abs=1e-6)
+    controller.look(0, -1000)
+    assert not controller.fly_to(0.0, 0.0)
+
+
+def test_speed_follows_the_height_above_the_ground(controller):
+    controller.eye = np.array([640.0, 640.0, 2000.0])
+    high, height = controller.speed_m_s, controller.height_above_ground_m
+    controller.eye[2] = 300.0
+    assert controller.speed_m_s / high == pytest.approx(controller.height_above_ground_m / height)
+    controller.wheel(3)
+    assert controller.speed_m_s / high == pytest.approx(WHEEL**3 * controller.height_above_ground_m / height)
+    controller.eye[2] = 0.0  # in the ground it is not zero
+    assert controller.speed_m_s > 0
+    controller.eye = np.array([-5000.0, 640.0, 900.0])  # off the map, above its lowest place
+    assert controller.speed_m_s / high == pytest.approx(WHEEL**3 * (900 - controller.heightmap.range_m[0]) / height)
+
+
 def test_look_turns_and_stops_short_of_the_vertical(controller):
     controller.look(100, 0)
     assert controller.azimuth_deg == pytest.approx(10)

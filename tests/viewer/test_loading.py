@@ -131,6 +131,27 @@ def test_an_assumed_spacing_is_said_and_can_be_set(empty, tmp_path):
         assert "spacing" in said.pop() and empty.scene.renderer.heightmap.spacing_m == (30.0, 30.0)
 
 
+def test_undone_strokes_are_not_unsaved_land(viewer, tmp_path, monkeypatch):
+    monkeypatch.chdir(tmp_path)
+    with_a_stroke(viewer)
+    assert viewer.sculpting.unsaved
+    press(viewer, "ctrl+z")
+    assert not viewer.sculpting.unsaved and viewer.sculpting.may_leave()
+    press(viewer, "ctrl+shift+z")
+    assert viewer.sculpting.unsaved
+    viewer.sculpting.save("land.tif")
+    viewer.sculpting.join()
+    later(viewer)
+    assert not viewer.sculpting.unsaved
+    press(viewer, "ctrl+z")
+    assert viewer.sculpting.unsaved and not viewer.sculpting.may_leave()  # the file has the stroke
+    press(viewer, "ctrl+y")
+    assert not viewer.sculpting.unsaved
+    viewer.exaggerate(2.0)
+    settle(viewer)
+    assert not viewer.sculpting.unsaved
+
+
 def test_edits_are_not_lost_without_a_warning(viewer, tmp_path, monkeypatch):
     monkeypatch.chdir(tmp_path)
     with_a_stroke(viewer)

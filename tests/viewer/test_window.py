@@ -67,7 +67,9 @@ class Telling(window.Window):
             state |= {"frozen": bool(scene.frozen), "explained": bool(viewer.explainer.explanation)}
             state |= {"strokes": viewer.sculpting.tool.strokes}
             state |= {"eye": list(scene.controller.eye), "mode": scene.controller.mode, "size": viewer.window.size}
-            state |= {"measured": frame.measured_px, "bound": frame.certified_px}
+            state |= {"measured": frame.measured_px, "bound": frame.certified_px, "fov": scene.controller.fov_deg}
+            state |= {"speed": scene.controller.speed_m_s, "pivot": scene.controller.pivot is not None}
+            state |= {"moving": scene.controller.moving, "place": list(viewer.pointer.place_under(160, 180))}
         with open("state.part", "w") as file:
             json.dump(state, file)
         os.replace("state.part", "state.json")
@@ -170,12 +172,32 @@ def test_a_run_with_real_events(screen, tmp_path):
         does(lambda s: not s["recording"], "key", "r")
         does(lambda s: s["mode"] == "walk", "key", "v")
         does(lambda s: s["mode"] == "fly", "key", "Home")
+        does(lambda s: not s["moving"])
+        before = state()
+        does(lambda s: s["eye"][2] < 0.9 * before["eye"][2], "mousemove", 160, 180, "click", "--repeat", 2, 4)
+        assert np.allclose(state()["place"], before["place"], atol=2.0)  # is still under the cursor
+        does(lambda s: np.allclose(s["eye"], before["eye"], atol=2.0), "click", "--repeat", 2, 5)
+        does(lambda s: s["fov"] < before["fov"], "keydown", "ctrl", "click", 4, "keyup", "ctrl")
+        does(lambda s: s["fov"] > 0.99 * before["fov"], "keydown", "ctrl", "click", 5, "keyup", "ctrl")
+        does(lambda s: s["speed"] > 1.2 * before["speed"], "keydown", "shift", "click", 4, "keyup", "shift")
+        held = state()["eye"]
+        screen.do("mousemove", 160, 180, "mousedown", 2, "mousemove", 200, 180, "mousemove", 220, 190, "mouseup", 2)
+        does(lambda s: s["eye"][0] < held[0] - 1 and s["eye"][2] == held[2])
+        panned = state()["eye"]
+        does(
+            lambda s: not s["moving"] and s["eye"][2] < 0.8 * panned[2],
+            *("mousemove", 160, 180, "click", "--repeat", 2, "--delay", 60, 1),
+        )
+        assert not state()["explained"]
+        does(lambda s: s["eye"] == start, "key", "Home")
         does(lambda s: s["explained"], "mousemove", 160, 180, "click", 1)
         does(lambda s: "brush" in s["message"], "key", "b")
         screen.do("mousemove", 140, 180, "mousedown", 1, "mousemove", 180, 185, "sleep", 0.2, "mouseup", 1)
         does(lambda s: s["strokes"] == [1, 0])
         does(lambda s: s["measured"] and s["measured"]["max"] <= s["bound"] <= 1)
+        screen.do("search", "--sync", "--name", r"hills\* . terrain-gl")
         does(lambda s: s["strokes"] == [0, 1], "key", "ctrl+z")
+        screen.do("search", "--sync", "--name", "^hills . terrain-gl")
         does(lambda s: s["strokes"] == [1, 0], "key", "ctrl+shift+z")
         does(lambda s: s["sides"] == 2, "key", "b", "key", "t")
         does(lambda s: s["frozen"], "key", "l")
@@ -186,6 +208,7 @@ def test_a_run_with_real_events(screen, tmp_path):
         does(lambda s: "not saved" in s["message"] and s["name"] == "hills")
         (tmp_path / "drop").write_text("")
         does(lambda s: s["name"] == "dropped.npy" and not s["busy"])
+        screen.do("search", "--sync", "--name", "dropped.npy")
         screen.do("key", "Escape")
         assert end_of(process) == CLEAN
     assert list(tmp_path.glob("hills-001*"))  # the film, or a folder of pictures

@@ -67,7 +67,8 @@ def settle(either):
     viewer.window.refresh()
     for _ in range(20_000):
         wait_for_threads(viewer)
-        if not (later(either) or either.busy or viewer.painter.waits_for_rest) and viewer.settled:
+        waits = viewer.painter.waits_for_rest or viewer.mouse.waits
+        if not (later(either) or either.busy or waits) and viewer.settled:
             return
     raise AssertionError("the viewer does not come to rest")
 

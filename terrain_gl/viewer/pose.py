@@ -1,0 +1,83 @@
+"""Place and direction of the camera, and where a line of sight meets the ground."""
+
+from __future__ import annotations
+
+import math
+from dataclasses import astuple, dataclass
+
+import numpy as np
+
+from ..camera import Camera, Vector
+from ..heightmap import Heightmap
+from ..verify.holes import ground_m
+
+STEEPEST_DEG = 89.9
+
+
+@dataclass(frozen=True)
+class Pose:
+    """Place and direction of the camera: metres; degrees, azimuth clockwise from north."""
+
+    eye: Vector
+    azimuth_deg: float
+    elevation_deg: float
+    fov_deg: float
+
+    @classmethod
+    def of(cls, camera: Camera) -> Pose:
+        """The pose of a camera that is not rolled."""
+        east, north, up = camera.forward
+        _, top, _ = camera.axes
+        steep = math.hypot(east, north) < 1e-6  # straight down: the top of the picture gives the azimuth
+        azimuth = math.degrees(math.atan2(*(top[:2] if steep else (east, north))))
+        return cls(camera.eye, azimuth, not_too_steep(math.degrees(math.asin(up))), camera.fov_deg)
+
+    @property
+    def axes(self) -> np.ndarray:
+        """(3, 3): world directions right, up and forward, one a row."""
+        a, e = math.radians(self.azimuth_deg), math.radians(self.elevation_deg)
+        right = np.array([math.cos(a), -math.sin(a), 0.0])
+        forward = np.array([math.sin(a) * math.cos(e), math.cos(a) * math.cos(e), math.sin(e)])
+        return np.stack([right, np.cross(right, forward), forward])
+
+    @property
+    def camera(self) -> Camera:
+        """The camera with this pose."""
+        x, y, z = np.asarray(self.eye) + self.axes[2]
+        return Camera(self.eye, (x, y, z), self.fov_deg)
+
+    def towards(self, other: Pose, share: float) -> Pose:
+        """A pose on the way to another, `share` 0 to 1; the camera turns the short way."""
+        before, after = np.array([*self.eye, *astuple(self)[1:]]), np.array([*other.eye, *astuple(other)[1:]])
+        turn = after - before
+        turn[3] = (turn[3] + 180) % 360 - 180
+        x, y, z, azimuth, elevation, fov = (float(v) for v in before + share * turn)
+        return Pose((x, y, z), azimuth % 360, elevation, fov)
+
+
+def vector(place: np.ndarray) -> Vector:
+    """Three plain numbers."""
+    x, y, z = (float(v) for v in place)
+    return x, y, z
+
+
+def not_too_steep(elevation_deg: float) -> float:
+    """Short of straight up and down, where there is no azimuth."""
+    return min(max(elevation_deg, -STEEPEST_DEG), STEEPEST_DEG)
+
+
+def hit_ground(heightmap: Heightmap, eye: np.ndarray, ray: np.ndarray) -> np.ndarray | None:
+    """The first place where a ray meets the ground, or None: ray marching with growing steps, then bisection."""
+    near, far = min(heightmap.spacing_m), 4 * np.hypot(*heightmap.extent_m) + 2 * np.linalg.norm(eye)
+    t = np.geomspace(near, max(far, 2 * near), 4000) / np.linalg.norm(ray)
+    points = eye + t[:, None] * ray
+    below = np.flatnonzero(points[:, 2] < ground_m(heightmap, points[:, :2]))
+    if not len(below):
+        return None
+    first, last = t[max(below[0] - 1, 0)], t[below[0]]
+    for _ in range(30):
+        middle = 0.5 * (first + last)
+        point = eye + middle * ray
+        under = point[2] < ground_m(heightmap, point[:2])[0]
+        first, last = (first, middle) if under else (middle, last)
+    return eye + last * ray
