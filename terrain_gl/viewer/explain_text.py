@@ -27,6 +27,13 @@ def title(patch: Explanation) -> str:
     return f"A patch of {quads}, {patch.chosen.step:g} post{'s' * (patch.chosen.step > 1)} apart"
 
 
+def plain(patch: Explanation) -> str:
+    """How well it is drawn, without terms."""
+    px = patch.chosen.px if patch.bound_px is None else max(patch.bound_px, patch.chosen.px)
+    allowed = f"; {patch.tolerance_px:.3g} px allowed" if np.isfinite(patch.tolerance_px) else ""
+    return f"drawn at most {px:.2g} px off{allowed}" if patch.in_picture else "outside the picture"
+
+
 def rows(patch: Explanation) -> list[tuple[str, str, str, str, str]]:
     """The levels that it could have, one a row under `HEADINGS`."""
     return [_row(patch, choice) for choice in patch.choices]

@@ -2,6 +2,8 @@
 
 from __future__ import annotations
 
+import numpy as np
+
 from ..methods import CERTIFIED, METHODS, REGISTRY
 from ..verify.explain import Explanation
 from .box_sum import BoxSum, box_under
@@ -19,6 +21,8 @@ class Explainer:
     ----------
     explanation
         Of the patch that was clicked; None if there is none.
+    place
+        Where it was clicked last, in world metres; None for the sky.
     box
         The box of the summed-area table under the cursor; None if there is none.
     """
@@ -27,6 +31,7 @@ class Explainer:
         self._scene, self._pointer, self._painter = scene, pointer, painter
         self._settings, self._window = scene.settings, scene.window
         self.explanation: Explanation | None = None
+        self.place: np.ndarray | None = None
         self.box: BoxSum | None = None
 
     def forget(self) -> None:
@@ -83,7 +88,7 @@ class Explainer:
         """Explain the patch at a pixel; where there is no land, end the explanation."""
         self.explanation = None
         self._window.refresh()
-        place = self._pointer.place_under(x, y)
+        place = self.place = self._pointer.place_under(x, y)
         if place is None or self._painter.drawn is None:
             return
         if self._scene.is_preview:

@@ -127,7 +127,7 @@ class Mouse:
             self._scene.controller.pan(*self._pointer.tangents(x, y))
         elif settings.split and not over_panels:
             settings.active = pointer.side_at(x)
-        if settings.lens or settings.sums or self._sculpting.brushing:
+        if settings.lens or settings.sums or settings.panel or self._sculpting.brushing:
             window.refresh()
 
     def wheel(self, notches: float, x: float, y: float, action: str = "") -> None:

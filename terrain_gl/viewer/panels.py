@@ -5,7 +5,7 @@ from __future__ import annotations
 from collections.abc import Callable
 
 from ..verify.explain import Explanation
-from . import charts, explain_text, help_page, sections
+from . import charts, explain_text, help_page, orientation, sections
 from .viewer import Progress, Viewer
 from .widgets import Widgets
 from .window_state import Size
@@ -35,6 +35,7 @@ class Panels:
         self._draft = sections.PictureDraft()
         self._foot = 0.0  # height in pixels of what stands under the sections
         self._status_px = 0.0  # height of the status window, with its margin
+        self._map_px = 0.0  # the same of the window that tells where one is
         self._sections = self._make_sections()
         self.opened = {title: title in _OPEN for title in self._sections}
 
@@ -70,6 +71,7 @@ class Panels:
             with ui.window("Save the map##save", (middle, 0.6), size, on_close=lambda: self._press("escape")):
                 self._ask_path(ui)
         elif self._viewer.scene.has_map:
+            self._orientation(ui, size)
             self._explanations(ui, size)
 
     # --- The panel at the left ----------------------------------------------------------------------------------------
@@ -128,6 +130,25 @@ class Panels:
         with ui.wrapped():
             ui.imgui.text_disabled(ui.hovered_hint or "Point at a control to read what it does.")
 
+    # --- Where one is, at the lower right -----------------------------------------------------------------------------
+
+    def _orientation(self, ui: Widgets, size: Size) -> None:
+        """North, scale, and the place under the cursor; hidden with the panel."""
+        self._map_px = 0.0
+        if not self._shows_panel(ui, size) or not self._viewer.scene.is_visible:
+            return
+        scene, pointer = self._viewer.scene, self._viewer.pointer
+        anchor = 1 - MARGIN * ui.scale / size[0], (size[1] - self._status_px - MARGIN * ui.scale) / size[1]
+        with ui.window("##map", anchor, size, pivot=(1.0, 1.0), takes_mouse=False):
+            bar = orientation.scale_bar(scene.controller, size, orientation.longest_px(ui))
+            orientation.show(ui, scene.controller.azimuth_deg, bar)
+            place = pointer.place_under(*pointer.over_land) if pointer.over_land else None
+            for line in (
+                orientation.place_lines(scene.heightmap, place, scene.exaggeration) if place is not None else []
+            ):
+                ui.imgui.text_disabled(line)
+            self._map_px = ui.imgui.get_window_size()[1] + MARGIN * ui.scale
+
     # --- Explanations at the right ------------------------------------------------------------------------------------
 
     def _explanations(self, ui: Widgets, size: Size) -> None:
@@ -135,7 +156,7 @@ class Panels:
             for side in range(len(self._viewer.painter.side_stats[:2])):
                 self._side(ui, size, side)
         if patch := self._viewer.explainer.explanation:
-            bottom = (size[1] - self._status_px - MARGIN * ui.scale) / size[1]
+            bottom = (size[1] - self._status_px - self._map_px - MARGIN * ui.scale) / size[1]
             with ui.window("##patch", (0.99, bottom), size, pivot=(1.0, 1.0)):
                 self._patch(ui, patch)
         elif self._settings.sums:
@@ -168,6 +189,10 @@ class Panels:
         """Why a patch is drawn as it is."""
         imgui = ui.imgui
         accent = imgui.get_style_color_vec4(imgui.Col_.check_mark)
+        scene, place = self._viewer.scene, self._viewer.explainer.place
+        if place is not None:
+            imgui.text(", ".join(orientation.place_lines(scene.heightmap, place, scene.exaggeration)))
+        imgui.text(explain_text.plain(patch))
         imgui.text_colored(accent, explain_text.title(patch))
         if imgui.begin_table("choices", len(explain_text.HEADINGS), imgui.TableFlags_.sizing_fixed_fit):
             for heading in explain_text.HEADINGS:

@@ -68,7 +68,7 @@ def not_too_steep(elevation_deg: float) -> float:
 
 def hit_ground(heightmap: Heightmap, eye: np.ndarray, ray: np.ndarray) -> np.ndarray | None:
     """The first place where a ray meets the ground, or None: ray marching with growing steps, then bisection."""
-    near, far = min(heightmap.spacing_m), 4 * np.hypot(*heightmap.extent_m) + 2 * np.linalg.norm(eye)
+    near, far = 0.1 * min(heightmap.spacing_m), 4 * np.hypot(*heightmap.extent_m) + 2 * np.linalg.norm(eye)
     t = np.geomspace(near, max(far, 2 * near), 4000) / np.linalg.norm(ray)
     points = eye + t[:, None] * ray
     below = np.flatnonzero(points[:, 2] < ground_m(heightmap, points[:, :2]))
