@@ -24,7 +24,7 @@ from .light.climate import AUTO, LOOKS
 from .light.climate import NAMES as LOOK_NAMES
 from .lod import METRICS, Goal
 from .methods import EVERY_POST, METHODS, REGISTRY
-from .shade import EDGES, STYLES, SUN, VOIDS, Look
+from .shade import EDGES, GRAINS, STYLES, SUN, VOIDS, Look
 
 NEAR = 0.1  # default distance of the near plane, in spacings
 
@@ -114,6 +114,8 @@ class RenderOptions:
         Posts without data: "fill" draws a smooth surface through their rim, "hole" nothing. They count in no error.
     edge
         "block": the map is cut out of the ground, and stands on a plain or in its sea; "none": it hangs in the sky.
+    grain
+        "on": near the eye the shading has bumps and specks below the posts' spacing; the mesh has none.
     sky, material, water_m
         As `terrain_gl.shade.Look` has them: files, and metres.
     near_m
@@ -185,6 +187,12 @@ class RenderOptions:
         Flag("--surroundings", "choice", "block: the map stands on a plain, or in its sea; none: it hangs in the sky"),
         choices=EDGES,
     )
+    grain: str = _option(
+        "on",
+        "picture",
+        Flag("--grain", "choice", "bumps below the posts' spacing, in the light alone"),
+        choices=GRAINS,
+    )
     near_m: float | None = _option(
         None, "technical", Flag("--near", "positive", "near plane (default: 0.1 spacings)", "M")
     )
@@ -241,9 +249,8 @@ class RenderOptions:
     @property
     def shading(self) -> Look:
         """The options of shading."""
-        return Look(
-            self.style, self.sun, self.sky, self.material, self.water_m, self.wires, self.look, self.voids, self.edge
-        )
+        first = self.style, self.sun, self.sky, self.material, self.water_m, self.wires
+        return Look(*first, land=self.look, voids=self.voids, edge=self.edge, grain=self.grain)
 
     @property
     def goal(self) -> Goal:

@@ -34,6 +34,7 @@ _OF_MESH = ("wireframe", "lod", "segments", "promise", "error")  # styles that s
 STYLES = (*_LIT, "lambert", *_OF_MESH, "normals", "voids", "depth")
 EDGES = ("block", "none")  # what stands around the map: glsl/shade/edge.glsl
 BLOCK = 0.025  # of the map's longer side: how far the block reaches below the lowest post
+GRAINS = ("on", "off")
 VOIDS = ("fill", "hole")  # what posts without data are drawn as
 UNLIT = "depth"  # the cheapest style, when only the mesh matters
 TILE_PX = (256, 64)  # pixels that one step of `shade_steps` shades
@@ -69,6 +70,8 @@ class Look:
         What posts without data are drawn as, one of `VOIDS`.
     edge
         What stands around the map in the style "shaded", one of `EDGES`.
+    grain
+        Whether the style "shaded" shows grain below the posts' spacing, one of `GRAINS`.
     """
 
     style: str = "shaded"
@@ -80,6 +83,7 @@ class Look:
     land: str = AUTO
     voids: str = "fill"
     edge: str = "block"
+    grain: str = "on"
 
     @property
     def is_lit(self) -> bool:
@@ -113,7 +117,7 @@ class Picture:
         self._seeing: dict[tuple[str, bool], MeshDraws] = {}  # by fragment shader, and whether voids are holes
         self._programs: dict[tuple[object, ...], tuple[Any, Any]] = {}
         self._targets: list[Any] = []
-        self._edge = False  # whether what stands around the map is drawn now
+        self._extras = {"EDGE": False, "GRAIN": False}  # what is drawn now besides the map itself
         self.resize(size)
 
     waits_for_light = True
@@ -214,13 +218,14 @@ class Picture:
         """Colour the pixels inside the scissor, one kind after the other."""
         style, wet, sun = f"shade/{look.style}.frag", look.water_m is not None, towards_sun(*look.sun)
         self._listed.write(_NOTHING_LISTED)
-        self._edge = look.edge != "none" and look.style == "shaded"
+        shaded = look.style == "shaded"
+        self._extras = {"EDGE": shaded and look.edge != "none", "GRAIN": shaded and look.grain == "on"}
         uniforms = {"sun": sun} | self._edge_of(look)
         self._fill(self._kind, "shade/kind.frag", depth="1", **uniforms)
         for kind in ("SKY", "NEAR"):
             self._fill(self._screen, style, kind, wet, depth="==", **uniforms)
         self._run_listed(style, wet, **uniforms)
-        self._edge = False
+        self._extras = dict.fromkeys(self._extras, False)
         if look.wires and look.style != "wireframe":
             self.ctx.enable(moderngl.BLEND)
             self.ctx.blend_func = moderngl.SRC_ALPHA, moderngl.ONE_MINUS_SRC_ALPHA
@@ -361,13 +366,8 @@ class Picture:
 
     def _program(self, fragment: str, kind: str = "ANY", wet: bool = False) -> tuple[Any, Any]:
         """The program of a style for one kind of pixels, compiled at its first use, and its vertex array."""
-        defines: dict[str, object] = {
-            "SAMPLES": self.samples,
-            "WATER_LEVEL": wet,
-            "PIXELS": KINDS[kind],
-            "EDGE": self._edge,
-        }
-        defines |= self.lighting.defines
+        defines: dict[str, object] = {"SAMPLES": self.samples, "WATER_LEVEL": wet, "PIXELS": KINDS[kind]}
+        defines |= self._extras | self.lighting.defines
         key = fragment, *defines.values()
         if key not in self._programs:
             self._programs[key] = self._compiled(fragment, defines, listed=kind == "MIXED")

@@ -6,6 +6,7 @@
 
 #include "shade/footprint.glsl"
 #include "light/merged.glsl"
+#include "shade/grain.glsl"
 #include "light/lean.glsl"
 #include "light/dome.glsl"
 #include "horizon/visible.glsl"
@@ -26,7 +27,12 @@ Merged blended(Merged a, Merged b, float t) {
 Merged merged_ground(Ground g) {
     float far = farness(g.extent);
     Merged near_, far_;
-    if (far < 1.0) near_ = merged_at(normal_of(g.fine.slope), material_of(g.post, g.extent, g.fine));
+    if (far < 1.0) {
+        Material material = material_of(g.post, g.extent, g.fine);
+        Grain grain = grain_of(g.post, g.extent, grain_strength(g.post, length(g.fine.slope), material.albedo));
+        material.albedo *= 1.0 + grain.speck;
+        near_ = merged_at(normal_of(g.fine.slope + grain.slope), material);
+    }
     if (MAY_BE_FAR && far > 0.0) far_ = merged_over(g.post, g.piece, g.along, g.pieces);
     return far == 0.0 ? near_ : far == 1.0 ? far_ : blended(near_, far_, far);
 }
@@ -67,15 +73,19 @@ void add_sky(inout Lit l, Ground g) {
 }
 
 // V ⟨n, sun⟩ of one place, and ⟨n, sun⟩.
-vec2 sun_at(vec2 post) { return max(dot(normal_of(slope_of_cells(post)), u_sun.axis), 0.0) * vec2(sun_share(post), 1.0); }
+vec2 sun_at(vec2 post, vec2 extent, float grained) {
+    vec2 slope = slope_of_cells(post) + grain_of(post, extent, grained).slope;
+    return max(dot(normal_of(slope), u_sun.axis), 0.0) * vec2(sun_share(post), 1.0);
+}
 
 // The mean over the parts of the footprint; each covers an equal part of the picture. Near the eye, a part is the place that
 // one sample sees.
 void add_sun(inout Lit l, Ground g, vec2 lean) {
     float far = farness(g.extent);
     vec2 near_ = vec2(0.0), far_ = vec2(0.0, cosine_of(l.lobe, u_sun));  // with shadows, and without
+    float grained = far < 1.0 ? grain_strength(g.post, length(g.fine.slope), l.lobe.albedo) : 0.0;
     for (int i = 0; i < g.parts; i++) {
-        if (far < 1.0) near_ += sun_at(g.part[i]) / float(g.parts);
+        if (far < 1.0) near_ += sun_at(g.part[i], PART * g.extent, grained) / float(g.parts);
         if (MAY_BE_FAR && far > 0.0) far_.x += sun_over(g.part[i], PART * g.extent, lean) / float(g.parts);
     }
     vec2 sun = mix(near_, far_, far);

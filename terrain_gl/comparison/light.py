@@ -53,7 +53,7 @@ def compare_light(
     Comparison
         Its entries have `image_rmse` and `flip` as stats, and the difference of each pixel, 0 to 1, as `error_px`.
     """
-    options |= {"method": "full", "style": "shaded", "edge": "none"}  # light of the land alone
+    options |= {"method": "full", "style": "shaded", "edge": "none", "grain": "off"}  # light of the land alone
     chosen = RenderOptions(**options)
     image = truth
     if image is None:

@@ -1,0 +1,48 @@
+// shade/grain.glsl — what ground looks like below the posts' spacing: bumps and specks in the shading alone, never geometry.
+//   Five octaves of value noise, 2 to 89 bumps between two posts. An octave whose bumps are smaller than a pixel's footprint
+//   fades into its mean, which is 0: near the eye there is grain, far away the light is as without.
+//   The lattice is counted in whole numbers from post 0, so that the same map has the same grain, at any distance.
+// Provides GRAIN, Grain, grain_of(), grain_strength().
+
+#include "shade/cover.glsl"
+
+#ifndef GRAIN
+#define GRAIN 0  // 1 where it is drawn
+#endif
+
+struct Grain {
+    vec2 slope;   // metres up per metre east, north
+    float speck;  // share by which the albedo differs
+};
+
+const int BUMPS[5] = int[5](2, 5, 13, 34, 89);  // between two posts
+
+// Value noise of mean 0 around a place in a cell of the lattice, and its slope in cells.
+vec3 bump(ivec2 at, vec2 t) {
+    vec2 u = t * t * t * (t * (t * 6.0 - 15.0) + 10.0), du = 30.0 * t * t * (t * (t - 2.0) + 1.0);
+    float a = hashed(at), b = hashed(at + ivec2(1, 0)), c = hashed(at + ivec2(0, 1)), d = hashed(at + 1), twist = a - b - c + d;
+    return vec3(du * (vec2(b - a, c - a) + twist * u.yx), a + (b - a) * u.x + (c - a) * u.y + twist * u.x * u.y - 0.5);
+}
+
+Grain grain_of(vec2 post, vec2 extent, float strength) {
+    Grain g = Grain(vec2(0.0), 0.0);
+    if (GRAIN == 0 || strength <= 0.0) return g;
+    ivec2 at = ivec2(floor(post));
+    for (int k = 0; k < 5; k++) {
+        vec2 wide = extent * float(BUMPS[k]), p = fract(post) * float(BUMPS[k]);
+        float seen = 1.03 * exp(-0.125 * dot(wide, wide)) - 0.03;  // as noise() of shade/cover.glsl fades
+        if (seen <= 0.0) break;
+        vec3 b = bump(at * BUMPS[k] + ivec2(floor(p)) + 7919 * k, fract(p)) * (seen * strength * (1.0 - 0.12 * float(k)));
+        g.slope += vec2(b.x, -b.y);
+        g.speck += 1.2 * b.z;
+    }
+    return g;
+}
+
+// Rock is rough, meadows less, snow hardly; water and ground that nobody knows are smooth, and so are diagrams.
+float grain_strength(vec2 post, float steep, vec3 albedo) {
+    if (GRAIN == 0 || LOOK >= GREY) return 0.0;
+    vec2 marked = MARKED ? marked_at(post) : vec2(0.0);
+    float bright = smoothstep(0.45, 0.75, albedo.g);
+    return mix(0.16, 0.42, smoothstep(0.25, 0.9, steep)) * (1.0 - 0.75 * bright) * (1.0 - max(marked.x, marked.y));
+}
