@@ -128,6 +128,14 @@ def depth_below_ground(heightmap: Heightmap, camera: Camera) -> float:
     return max(0.0, ground_m - z) if math.isfinite(ground_m) else 0.0
 
 
+def straight_down(heightmap: Heightmap, fov_deg: float = 45.0) -> Camera:
+    """Look straight down at the middle, the whole map in the picture and north up."""
+    width, depth = heightmap.extent_m
+    top = heightmap.range_m[1]
+    away = 0.55 * max(width, depth) / math.tan(math.radians(0.5 * fov_deg))
+    return Camera((width / 2, depth / 2, top + away), (width / 2, depth / 2, top), fov_deg)
+
+
 VIEWS: dict[str, Callable[[Heightmap, float], Camera]] = {
     "default": overview,
     "valley": valley,

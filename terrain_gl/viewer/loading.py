@@ -5,6 +5,7 @@ Only reading has a thread, because OpenGL belongs to one thread. Nothing here bl
 
 from __future__ import annotations
 
+import os
 import threading
 from collections.abc import Callable
 from dataclasses import dataclass
@@ -61,7 +62,7 @@ def file_opener(path: str) -> Opener:
         heightmap, known = open_map(path, progress=progress)
         if known:
             return Opened(heightmap, known.camera, known.sun, known.name)
-        return Opened(heightmap, standard_view(heightmap), key=path)
+        return Opened(heightmap, standard_view(heightmap), key=os.path.realpath(path))
 
     return opened
 

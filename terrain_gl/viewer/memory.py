@@ -18,6 +18,7 @@ from ..options import RenderOptions
 from .pose import Pose
 
 MOST_MAPS = 50
+MOST_RECENT = 8
 _PANELS = ("panel",)
 _REMEMBERED = ("max_error_px", "triangles", "metric", "method", "style")
 
@@ -103,6 +104,11 @@ class Memory:
         maps.pop(key, None)
         maps[key] = {"pose": _flat(pose), "bookmarks": {str(n): _flat(p) for n, p in bookmarks.items()}}
         self._data["maps"] = dict(list(maps.items())[-MOST_MAPS:])
+
+    def recent(self, besides: str = "") -> list[str]:
+        """Paths of the maps that were shown last, the latest first, as far as they are still there."""
+        paths = [key for key in reversed(self._part("maps")) if key != besides and os.path.isabs(key)]
+        return [path for path in paths if os.path.isfile(path)][:MOST_RECENT]
 
     def save(self) -> None:
         """Write the file."""

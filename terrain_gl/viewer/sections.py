@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import os
 from collections.abc import Callable
 from dataclasses import dataclass
 from datetime import datetime
@@ -10,6 +11,7 @@ from typing import Any
 from ..brush import SHARES, TOOLS
 from ..files.export import FORMATS
 from ..files.maps import bundled
+from ..files.views import VIEWS, straight_down
 from ..light.sun import sun_position
 from ..methods import BASELINES, REGISTRY
 from ..options import CHOICES
@@ -17,6 +19,7 @@ from .brush_tool import BrushTool
 from .controller import MODES, Controller
 from .legend import COLOURS, legend
 from .painter import Painter
+from .pose import Pose
 from .saver import SIZES, Saver
 from .scene import Scene
 from .sculpting import Sculpting
@@ -33,6 +36,8 @@ TOLERANCE_HINTS = {
 BASELINE_HINT = "What this method aims at; it has no certified bound (+ and -)."
 BUDGET_HINT = "At most so many triangles, where they reduce the error most. Changing the tolerance ends it."
 METRIC_HINT = "What the tolerance bounds (M): the largest error of the surface, or the root mean square of all errors."
+PRESETS = {"first": VIEWS["default"], "above": straight_down} | {n: view for n, view in VIEWS.items() if n != "default"}
+_RECENT = "files shown before"
 _PATH = "a path, then Enter"
 _LATITUDE_DEG = 46.0  # where the time of day sets the sun
 _DAY = datetime(2025, 8, 1)
@@ -45,6 +50,9 @@ def map_section(ui: Widgets, viewer: Viewer) -> None:
     now = opened.key if opened.key in bundled() else shown
     if name := ui.choose("map", now, names, "The maps that come with the program."):
         viewer.open(name)
+    recent = {os.path.basename(path): path for path in viewer.memory.recent(opened.key)}
+    if recent and (name := ui.choose("recent", _RECENT, (_RECENT, *recent), "Files that were shown before.")) in recent:
+        viewer.open(recent[name])
     hint = "PNG, TIFF, EXR, HDR, NPY or HGT. You can also drop a file on the window."
     if path := ui.enter("file", viewer.loader.refused, _PATH, hint):
         viewer.open(path)
@@ -238,6 +246,9 @@ def _water(ui: Widgets, scene: Scene) -> None:
 
 def camera_section(ui: Widgets, controller: Controller, press: Press) -> None:
     """How the camera moves."""
+    names = ("fly to a view", *PRESETS)
+    if (name := ui.choose("view", names[0], names, "Standard views of the map; the camera travels there.")) in PRESETS:
+        controller.travel_to(Pose.of(PRESETS[name](controller.heightmap, controller.fov_deg)))
     mode = ui.choose("mode", controller.mode, MODES, "Fly anywhere, orbit the middle, walk at eye height (V).")
     if mode:
         controller.change_mode(mode)

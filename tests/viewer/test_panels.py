@@ -13,6 +13,7 @@ from terrain_gl.lod import METRICS
 from terrain_gl.methods import METHODS
 from terrain_gl.viewer import legend, run
 from terrain_gl.viewer.commands import shown_lines
+from terrain_gl.viewer.pose import Pose
 
 
 def drag(app, start, end):
@@ -80,6 +81,36 @@ def test_a_box_is_ticked_and_a_choice_made(app):
         drag(app, place, place)
     drawing = app.viewer.settings.options
     assert (drawing.style, drawing.metric, drawing.method) == (list(legend.COLOURS)[1], METRICS[1], METHODS[1])
+
+
+def test_a_view_is_chosen_and_travelled_to(app):
+    app.panels.opened |= {"Camera": True, "Detail": False, "Understand": False}
+    controller = app.viewer.scene.controller
+    controller.pose = Pose((100.0, 200.0, 900.0), 77.0, -20.0, 45.0)
+    settle(app)
+    left, top, right, bottom = slider(app, "view")
+    drag(app, *[(left + 20, (top + bottom) / 2)] * 2)
+    drag(app, *[(left + 20, bottom + 2.6 * (bottom - top))] * 2)  # the third of the list
+    settle(app)
+    assert controller.elevation_deg < -89 and controller.eye[:2] == pytest.approx([640, 640], abs=2)
+    assert controller.eye[2] > 1000 and not controller.moving
+
+
+def test_files_shown_before_are_offered(app, tmp_path, monkeypatch):
+    paths = [str(tmp_path / name) for name in ("one.npy", "two.npy", "gone.npy")]
+    for path in paths[:2]:
+        np.save(path, np.add.outer(np.arange(40.0), np.arange(30.0)))
+    memory, pose = app.viewer.memory, app.viewer.scene.controller.pose
+    for path in (*paths, "canyon"):
+        memory.note_map(path, pose, {})
+    assert memory.recent() == [paths[1], paths[0]] and memory.recent(paths[1]) == [paths[0]]
+    app.panels.opened |= {"Map": True, "Detail": False, "Understand": False}
+    settle(app)
+    left, top, right, bottom = slider(app, "recent")
+    drag(app, *[(left + 20, (top + bottom) / 2)] * 2)
+    drag(app, *[(left + 20, bottom + 1.6 * (bottom - top))] * 2)
+    settle(app)
+    assert app.viewer.painter.frame.name == "two.npy"
 
 
 def test_esc_closes_a_list_and_nothing_else(app):
