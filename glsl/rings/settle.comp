@@ -1,7 +1,7 @@
 // rings/settle.comp — a round of neighbours: leaves next to finer ones.
-//   A finer neighbour cuts the common edge. Then the strip along it may err by more (rings/strip.glsl): where that is not
-//   within the tolerance, the leaf itself takes a finer spacing. Where the edge would need more than 64
-//   segments, the leaf is split in four, and each part asks the tables for itself.
+//   A finer neighbour cuts the common edge. Then the strip along it may err by more (rings/strip.glsl). Where that is not
+//   within the tolerance, the leaf is split in four, and the parts along the edge take a finer spacing; a small leaf takes
+//   it as a whole. Where the edge would need more than 64 segments, the leaf is split as well.
 //   All threads look at the leaves as the round before left them, so their order does not matter. Leaves only ever grow
 //   finer, so the rounds come to an end. The first round looks at all leaves, the next ones at those that have changed and
 //   at those along their edges.   A thread is a leaf.
@@ -16,6 +16,7 @@ layout(local_size_x = LEAF_GROUP) in;
 uniform bool u_budget;  // nothing is promised: only edges of more than 64 segments matter
 
 #define SPLIT 0x10000000u
+#define SPLIT_FROM 2  // leaves of that many segments, as a logarithm, are split before they are refined as a whole
 
 // Whether a leaf stands its edges. Next to a finer edge OpenGL draws a single segment as a fan around a vertex in the
 // middle: of that the tables say nothing, save that in a cell of the map it only helps (|t|/16).
@@ -44,6 +45,9 @@ uint judge(Leaf leaf, int ring, bool can_split) {
     if (leaf.side_log2 - finest > MOST_SEGMENTS_LOG2) return can_split ? leaf.word | SPLIT : leaf.word;
     Projection p = project_square(leaf.origin, leaf.side_log2);
     Leaf now = leaf;
+    // in parts, only those along the edge grow finer
+    bool is_large = units_log2 > 0 && leaf.side_log2 - own >= SPLIT_FROM;
+    if (is_large && !u_budget && !stands(now, edge, p)) return leaf.word | SPLIT;
     while (!stands(now, edge, p)) {
         int step_log2 = step_log2_of(now.word) - 1;
         if (!u_budget) step_log2 = next_step(leaf.origin, leaf.side_log2, ring, step_log2, p);
