@@ -9,9 +9,11 @@ from datetime import datetime
 from typing import Any
 
 from ..brush import SHARES, TOOLS
+from ..exceptions import TerrainError
 from ..files.export import FORMATS
 from ..files.maps import bundled
 from ..files.views import VIEWS, straight_down
+from ..heightmap import Heightmap
 from ..light.sun import sun_position
 from ..methods import BASELINES, REGISTRY
 from ..options import CHOICES
@@ -39,7 +41,7 @@ METRIC_HINT = "What the tolerance bounds (M): the largest error of the surface, 
 PRESETS = {"first": VIEWS["default"], "above": straight_down} | {n: view for n, view in VIEWS.items() if n != "default"}
 _RECENT = "files shown before"
 _PATH = "a path, then Enter"
-_LATITUDE_DEG = 46.0  # where the time of day sets the sun
+_LATITUDE_DEG = 46.0  # where the time of day sets the sun, if the map does not say where it lies
 _DAY = datetime(2025, 8, 1)
 
 
@@ -188,7 +190,7 @@ def picture_section(ui: Widgets, viewer: Viewer, draft: PictureDraft) -> None:
         hint = f"{viewer.scene.heightmap.voids:,} posts have no data. They are filled from their rim, or holes."
         if voids := ui.choose("voids", settings.options.voids, CHOICES["voids"], hint):
             settings.change_all(voids=voids)
-    _light(ui, settings, draft)
+    _light(ui, settings, draft, latitude_of(viewer.scene.heightmap))
     _water(ui, viewer.scene)
     hint = "Light from an equirectangular .hdr or .exr image; empty: a clear sky. Type a path, or drop a file here."
     if (path := ui.enter("sky image", settings.options.sky or "", _PATH, hint)) is not None:
@@ -209,27 +211,43 @@ def _exaggeration(ui: Widgets, viewer: Viewer, draft: PictureDraft) -> None:
         draft.exaggeration = None
 
 
-def _light(ui: Widgets, settings: Settings, draft: PictureDraft) -> None:
+def latitude_of(heightmap: Heightmap) -> float:
+    """Degrees of latitude that the time of day is for."""
+    try:
+        known = heightmap.place and heightmap.place.crs and heightmap.place.middle
+    except TerrainError:  # pyproj is missing
+        known = None
+    return known[1] if known else _LATITUDE_DEG
+
+
+def _light(ui: Widgets, settings: Settings, draft: PictureDraft, latitude_deg: float) -> None:
     options = settings.options
     if options.sky:
         ui.imgui.text_disabled("The sky image has its own sun.")
         return
     azimuth, elevation = options.sun
-    form = "%.1f h" if options.sun == _sun_at(draft.hour) else "as below"
-    hour = ui.slide("time of day", draft.hour, 4.0, 20.0, "The sun on a summer day in the Alps.", form)
+    form = "%.1f h" if options.sun == _sun_at(draft.hour, latitude_deg) else "as below"
+    hour = ui.slide(
+        "time of day",
+        draft.hour,
+        4.0,
+        20.0,
+        "The sun on a day of August, at the latitude of the map if it tells, else of the Alps.",
+        form,
+    )
     turned = ui.slide("sun azimuth", azimuth % 360, 0.0, 360.0, "Where the sun is, clockwise from north.", "%.0f°")
     raised = ui.slide("sun elevation", elevation, -10.0, 90.0, "How high the sun is above the horizon.", "%.0f°")
     if hour is not None:
         draft.hour = hour
-        settings.change_all(sun=_sun_at(hour))
+        settings.change_all(sun=_sun_at(hour, latitude_deg))
     elif turned is not None or raised is not None:
         sun = azimuth % 360 if turned is None else turned, elevation if raised is None else raised
         settings.change_all(sun=sun)
 
 
-def _sun_at(hour: float) -> tuple[float, float]:
+def _sun_at(hour: float, latitude_deg: float) -> tuple[float, float]:
     """Azimuth and elevation in degrees."""
-    azimuth, elevation = sun_position(_DAY.replace(hour=int(hour), minute=int(60 * (hour % 1))), _LATITUDE_DEG)
+    azimuth, elevation = sun_position(_DAY.replace(hour=int(hour), minute=int(60 * (hour % 1))), latitude_deg)
     return azimuth, elevation
 
 

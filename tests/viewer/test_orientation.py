@@ -4,7 +4,7 @@ import math
 
 import numpy as np
 import pytest
-from viewers import hills, settle, texts
+from viewers import hills, later, settle, texts
 
 from terrain_gl.camera import Camera
 from terrain_gl.heightmap import Heightmap
@@ -74,3 +74,21 @@ def test_a_popup_begins_with_plain_words(app):
     assert app.viewer.explainer.explanation
     plain = shown.index("drawn at most ")
     assert "px allowed" in shown and shown.index("height ") < plain < shown.index("posts apart")
+
+
+def test_the_time_of_day_is_that_of_the_map(app):
+    """South of the equator the sun of midday stands in the north."""
+    app.viewer.scene.heightmap.georeference = Georeference(Grid(0.001, 0, 20.0, 0, -0.001, -34.0), DEGREES, (129, 129))
+    app.panels.opened |= {"Picture": True, "Detail": False, "Understand": False}
+    settle(app)
+    left, top, right, bottom = app.gui.widgets.places["time of day"]
+    at = left + 0.4 * (right - left), (top + bottom) / 2  # about midday
+    for event in (
+        lambda: app.gui.move(*at),
+        lambda: app.gui.button("left", True),
+        lambda: app.gui.button("left", False),
+    ):
+        event()
+        later(app, 0.1)
+    azimuth, elevation = app.viewer.settings.options.sun
+    assert math.cos(math.radians(azimuth)) > 0.3 and 10 < elevation < 60
