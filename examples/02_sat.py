@@ -1,4 +1,4 @@
-"""Lesson 2, the summed-area table: the mean of any box of heights costs four fetches, whatever the box's size.
+"""Lesson 2, the summed-area table: the mean of any box of heights costs four fetches, for any size of box.
 
     S(x, y) = sum of all values above and to the left          (built once, by prefix sums along rows, then columns)
     box     = S(x1, y1) - S(x0, y1) - S(x1, y0) + S(x0, y0)    (Crow 1984)

@@ -2,8 +2,8 @@
 
 A metre of error is many pixels nearby and none far away. A clipmap stands around the eye: ring l has cells of 2^l
 posts. Each of its blocks is cut into squares, and every square asks the summed-area tables how coarse it may be: "no
-cell of this box is above class c" is four fetches, wherever the ring stands. All of it is decided on the GPU, anew for
-every frame, from nothing but the tables and the camera.
+cell of this box is above class c" is four fetches, wherever the ring stands. The GPU decides all of it in every frame,
+from the tables and the camera alone.
 
 The picture looks straight down on the map: every patch in the colour of its spacing, from red (every post) to blue. The
 eye is the white dot above the middle. One view sees a quarter of the horizon, so four of them make the picture; black

@@ -1,7 +1,7 @@
 """Where a map lies on the Earth: world metres, coordinates of its file, longitude and latitude.
 
-World metres count from the south-west post: x east, y north. Between them and the file's coordinates stand columns and
-rows alone, so that a place is exact whatever the spacing was measured at.
+World metres count from the south-west post: x east, y north. They become columns and rows, and these become the file's
+coordinates. So a place is exact, and does not depend on how the spacing was measured.
 """
 
 from __future__ import annotations

@@ -187,7 +187,7 @@ class RecordedTable(ABC):
 
     def build_steps(self) -> Steps[None]:
         """Incremental `build`; yields progress from 0 to 1. The old table stays in use until the end."""
-        fresh, height = gl.reserve(self.ctx, self.buffer.size, "a table that is made anew"), self.table.height
+        fresh, height = gl.reserve(self.ctx, self.buffer.size, "a table that is built again"), self.table.height
         step = max(1, PORTION // self.table.width)
         try:
             for row in range(0, height, step):

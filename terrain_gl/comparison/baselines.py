@@ -51,7 +51,7 @@ class Baseline:
         return [*self.surface.candidates(camera, size, near_m, triangles)]
 
     def update(self, posts: Rect) -> None:
-        """Follow an edit: parameters are fitted anew."""
+        """Follow an edit: parameters are fitted again."""
         self._fitted = None
 
     def release(self) -> None:

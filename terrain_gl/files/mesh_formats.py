@@ -86,7 +86,7 @@ class Mesh:
 
     @property
     def origin(self) -> dict[str, Any] | None:
-        """How world metres become coordinates: crs, and for each axis coordinate = origin + scale · metres."""
+        """From world metres to coordinates: `crs`, and for each axis coordinate = origin + scale · metres."""
         if self.place is None:
             return None
         (x, y), (east, north) = self.place.to_map(0.0, 0.0), self.place.to_map(*self.spacing_m)
@@ -95,7 +95,7 @@ class Mesh:
 
     @property
     def remarks(self) -> list[str]:
-        """The same in lines for people and programs; each has ASCII characters alone."""
+        """The origin as lines of ASCII text, for a comment in a file."""
         if not (origin := self.origin):
             return []
         (x, y), (across, up) = origin["origin"], origin["scale"]

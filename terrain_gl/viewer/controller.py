@@ -1,4 +1,4 @@
-"""Moves the camera by keys and mouse; it knows no window.
+"""Moves the camera by keys and mouse, independent of the window system.
 
 Events set the wanted velocity, and `step` moves the camera in time. The motion is the exact solution of
 v' = (wanted − v) / τ, so it is the same at any frame rate. There are three modes: `fly` anywhere, `orbit` around the

@@ -1,4 +1,4 @@
-"""Dear ImGui: takes events, asks for controls, and draws them with moderngl. What the panels show is in panels.py."""
+"""Dear ImGui: takes events, builds the controls, and draws them with moderngl. panels.py has the content of the panels."""
 
 from __future__ import annotations
 

@@ -21,7 +21,7 @@ class MapWriter:
     heightmap, exaggeration
         The map, and the factor that its heights are divided by before they are written.
     land
-        What tells this map from others, for who asks later.
+        An object that identifies the map that was written.
 
     Attributes
     ----------
