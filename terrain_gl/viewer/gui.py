@@ -1,4 +1,4 @@
-"""Dear ImGui: takes events, builds the controls, and draws them with moderngl. panels.py has the content of the panels."""
+"""Dear ImGui: takes events, builds the controls, and draws them with moderngl. Their content is in panels.py."""
 
 from __future__ import annotations
 
