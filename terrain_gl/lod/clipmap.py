@@ -7,8 +7,8 @@
     place    prefix sums, and draw commands
     emit     patches
 
-A frame takes twelve dispatches, eight more where neighbours settle late. It looks at the blocks of the rings alone, never
-at the whole map.
+A frame takes twelve dispatches, eight more where neighbours settle late. It looks at the blocks of the rings alone,
+never at the whole map.
 Specification: `reference.clipmap`.
 """
 
