@@ -23,6 +23,7 @@ from terrain_gl.shade import STYLES
 
 COMMANDS = ("info", "shot", "view", "measure", "mesh", "bench", "generate", "fly")
 FRAME_KEYS = {
+    "voids",
     *("method", "metric", "triangles", "patches", "splits", "certified_max_error_px", "requested_max_error_px"),
     *(
         "width",
@@ -208,7 +209,7 @@ def test_shot_is_what_the_api_draws(dem, run):
     assert stats["ms"].keys() >= {"sat", "error", "lod", "draw", "frame"}
     heightmap = tg.Heightmap.open(dem)
     with tg.Renderer(heightmap, (96, 64)) as renderer:
-        image = renderer.render(tg.Camera.default(heightmap)).image
+        image = renderer.render(standard_view(heightmap)).image
     assert np.array_equal(read_image("out.png"), image)
 
 

@@ -161,7 +161,7 @@ def test_gain_of_a_split_by_hand():
     heights[1, 1] = 8.0
     assert reference.split_gains(heights)[0].item() == pytest.approx(0, abs=1e-12)  # the fan does it for less
     heights[0, 1] = 2.0  # two cells with the twist 6 have a post that the fan misses by 2, and it is split for 4 more
-    left = 2**2 + 2 * 2 * 2 * (6 / 8)
+    left = 2**2 + 2 * 2 * 2 * (6 / 90**0.5)
     assert reference.split_gains(heights)[0].item() == pytest.approx(left / (8 - 4))
 
 
@@ -196,7 +196,7 @@ def test_reference_quad_and_fan_by_hand():
     assert (
         errors.fan_max.item() == 2 + 6 / 4
     )  # the centre is drawn; the middle of the north edge is not, if it is whole
-    north, south = 6 / 8, 8 / 8
+    north, south = 6 / 90**0.5, 8 / 90**0.5
     quad = 64 + 4 + 2 * north * (2 * 8 + north) + 2 * south * (2 * 8 + south)
     assert errors.quad_square.item() == pytest.approx(quad / 9)
     assert errors.fan_square.item() == pytest.approx((4 + 2 * north * (2 * 2 + north) + 2 * south**2) / 9)

@@ -63,9 +63,9 @@ class Scene:
         self.picture = Picture(tables, levels.view, size, samples)
         self.near_m = 0.1 * min(heightmap.spacing_m)
 
-    def draw(self, camera, tolerance_px=1.0, style="shaded", sun=(300, 35), voids="fill"):
+    def draw(self, camera, tolerance_px=1.0, style="shaded", sun=(300, 35), **look):
         selection = self.levels.select(camera, self.size, self.near_m, Goal(tolerance_px))
-        self.picture.draw(selection, camera, Look(style, sun, voids=voids))
+        self.picture.draw(selection, camera, Look(style, sun, **look))
         return self.picture.read()
 
     def release(self):
@@ -258,7 +258,7 @@ def test_shading_does_not_depend_on_the_mesh(scene):
     s = scene(heightmap, size=(320, 180), samples=1)
     seen = []
     for tolerance_px in (0.25, 1.0):
-        picture = s.draw(Camera.default(heightmap), tolerance_px)[..., :3].astype(int)
+        picture = s.draw(Camera.default(heightmap), tolerance_px, grain="off")[..., :3].astype(int)
         places = s.picture.places()[0]
         seen.append((picture, places))
     (fine, place), (coarse, other) = seen

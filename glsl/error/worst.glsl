@@ -44,7 +44,7 @@ void gather_post(inout Worst w, Node n, ivec2 post) {
 }
 
 // Errors between posts: docs/guarantee.md, section 1. If one triangle covers a cell, its error is largest at a post. If an
-// edge crosses the cell, the twist t of its posts adds at most |t|/4, and |t|/8 in the root mean square. Edges run
+// edge crosses the cell, the twist t of its posts adds at most |t|/4, and |t|/sqrt(90) in the root mean square. Edges run
 // along the diagonals of a square node. In a node that the map's rim cuts off they may cross any cell, and add kink_m.
 void gather_cell(inout Worst w, Node n, ivec2 cell, vec2 kink_m) {
     if (is_hole(cell)) return;
@@ -66,7 +66,7 @@ void gather_cell(inout Worst w, Node n, ivec2 cell, vec2 kink_m) {
         w.whole_m[wedge] = max(w.whole_m[wedge], (fan_worst.x + bend.y) * (1.0 + exp2(-20.0)) + n.rounding_m);
         w.split_m[wedge] = max(w.split_m[wedge], (fan_worst.y + bend.y) * (1.0 + exp2(-20.0)) + n.rounding_m);
     }
-    vec2 mean = 0.125 * twist + kink_m;
+    vec2 mean = vec2(twist * 0.10541) + kink_m;
     w.squares += mean * (2.0 * worst + mean);
 }
 
@@ -101,7 +101,7 @@ uint nest_range(uint a, uint b) { return min(a & 0xffffu, b & 0xffffu) | max(a >
 // A cell of the map, as two triangles: it has errors only between its posts.
 float cell_square_m2(ivec2 cell) {
     float t_m = is_hole(cell) ? 0.0 : twist_m(cell);
-    return t_m * t_m / 64.0;
+    return t_m * t_m / 90.0;
 }
 
 void settle_node(ivec2 at, Node n, Worst w) {

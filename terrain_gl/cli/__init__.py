@@ -15,7 +15,6 @@ from importlib import import_module
 
 from .. import __version__
 from ..exceptions import TerrainError, UsageError
-from ..files.maps import bundled
 from . import signals
 from .parsing import Parser, join_negative, unknown, with_command
 from .text import printable
@@ -34,9 +33,10 @@ def main(argv: Sequence[str] | None = None) -> int:
                 stream.reconfigure(errors="backslashreplace")
         signals.listen()
     try:
-        words = with_command(join_negative(sys.argv[1:] if argv is None else argv), COMMANDS, tuple(bundled()))
+        names = tuple(import_module("..files.maps", __package__).bundled())  # numpy; signals are quiet from here on
+        words = with_command(join_negative(sys.argv[1:] if argv is None else argv), COMMANDS, names)
         if words and words[0] not in COMMANDS and not words[0].startswith("-"):
-            raise UsageError(unknown(words[0], COMMANDS, tuple(bundled())))
+            raise UsageError(unknown(words[0], COMMANDS, names))
         args = parser().parse_args(words)
         args.command_line = shlex.join(["terrain-gl", *words])
         status = args.run(args)

@@ -11,7 +11,7 @@ from typing import NamedTuple
 
 import numpy as np
 
-from .bound import twists
+from .bound import cell_squares, twists
 
 
 class Nodes(NamedTuple):
@@ -227,8 +227,7 @@ def _bends(heights: np.ndarray, level: int) -> list[np.ndarray]:
 
 
 # M = max e over the closed node,   Σ e² over the node's own posts,   e the worse of both ways to draw it.
-# Each crossed cell adds m (2 worst + m) to Σ e², m = |t|/8 + kink. The mean square along a diagonal is t²/90 as an
-# integral, and at most t²/64 over the 4 × 4 places of a cell that are measured.
+# Each crossed cell adds m (2 worst + m) to Σ e², m = |t|/√90 + kink.
 
 
 def node_errors(heights: np.ndarray, level: int, void: np.ndarray | None = None) -> NodeErrors:
@@ -252,7 +251,7 @@ def squared_errors(heights: np.ndarray, level: int, void: np.ndarray | None = No
     own, crossed = _own(heights, level, void), crossed_cells(heights.shape, level, void)
     twist, found = _cell_twists(heights, level), []
     for pair, kink in zip(_both(heights, level), kinks(heights, level), strict=True):
-        errors, mean = _worse(pair), twist / 8 + kink[:, None, :, None]
+        errors, mean = _worse(pair), twist / np.sqrt(90) + kink[:, None, :, None]
         between = mean * (2 * _worst_corner(errors) + mean) * crossed
         found.append(np.square(errors * own).sum((1, 3)) + between.sum((1, 3)))
     return found[0], found[1]
@@ -290,7 +289,7 @@ def split_gains(heights: np.ndarray, void: np.ndarray | None = None) -> list[np.
     gains: list[np.ndarray] = []
     holes = np.zeros(heights.shape, bool) if void is None else void
     solid = ~(holes[1:, 1:] | holes[1:, :-1] | holes[:-1, 1:] | holes[:-1, :-1])
-    parts = np.where(solid, np.square(twists(heights.astype(np.float64)) / 8), 0.0)  # cells err between their posts
+    parts = np.where(solid, cell_squares(heights.astype(np.float64))[0], 0.0)  # cells err between their posts
     nested = fan_mean = np.zeros(parts.shape)
     for level in range(1, top_level(heights.shape) + 1):
         y, x = node_axes(heights.shape, level)
