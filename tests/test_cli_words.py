@@ -217,6 +217,12 @@ def test_a_picture_of_too_many_pixels_is_refused_unread():
 # --- Ends -------------------------------------------------------------------------------------------------------------
 
 
+def hear_signals():
+    """A child of `nohup` is deaf to SIGHUP."""
+    for name in ("SIGHUP", "SIGQUIT", "SIGINT", "SIGTERM"):
+        signal.signal(getattr(signal, name), signal.SIG_DFL)
+
+
 @pytest.mark.parametrize(
     "first, second",
     [("SIGHUP", None), ("SIGQUIT", None), ("SIGTERM", "SIGTERM"), ("SIGHUP", "SIGTERM"), ("SIGINT", "SIGTERM")],
@@ -224,7 +230,7 @@ def test_a_picture_of_too_many_pixels_is_refused_unread():
 def test_signals_leave_no_file_behind(dem, first, second):
     """A second one, while the first cleans up, too."""
     command = [sys.executable, "-m", "terrain_gl", "fly", dem, "-o", "film.gif", "--size", "64x64", "--seconds", "900"]
-    flying = subprocess.Popen(command, stderr=subprocess.PIPE)
+    flying = subprocess.Popen(command, stderr=subprocess.PIPE, preexec_fn=hear_signals)
     while not list(Path().glob(".film-*")):
         assert flying.poll() is None
         time.sleep(0.05)
