@@ -69,7 +69,8 @@ class Telling(window.Window):
             state |= {"eye": list(scene.controller.eye), "mode": scene.controller.mode, "size": viewer.window.size}
             state |= {"measured": frame.measured_px, "bound": frame.certified_px, "fov": scene.controller.fov_deg}
             state |= {"speed": scene.controller.speed_m_s, "pivot": scene.controller.pivot is not None}
-            state |= {"moving": scene.controller.moving, "place": list(viewer.pointer.place_under(160, 180) or ())}
+            place = viewer.pointer.place_under(160, 180)
+            state |= {"moving": scene.controller.moving, "place": [] if place is None else list(place)}
         with open("state.part", "w") as file:
             json.dump(state, file)
         os.replace("state.part", "state.json")
