@@ -11,9 +11,9 @@ from dataclasses import dataclass
 from functools import lru_cache
 from typing import Any
 
-from terrain_gl.exceptions import TerrainError, UsageError
-from terrain_gl.readers.georeference import DEGREES, Georeference
-from terrain_gl.readers.raster import INSTALL_GEO, Spacing
+from .exceptions import TerrainError, UsageError
+from .readers.georeference import DEGREES, Georeference
+from .readers.raster import INSTALL_GEO, Spacing
 
 Point = tuple[float, float]
 
@@ -121,9 +121,9 @@ def flat_crs(crs: Any) -> Any:
 @lru_cache(maxsize=16)
 def _to_degrees(crs: str) -> Any:
     """The transformer to longitude and latitude: on WGS 84, or on the own ellipsoid of another planet."""
+    flat = flat_crs(crs)  # says so if pyproj is missing
     import pyproj
 
-    flat = flat_crs(crs)
     try:
         return pyproj.Transformer.from_crs(flat, DEGREES, always_xy=True)
     except pyproj.exceptions.ProjError:

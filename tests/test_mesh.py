@@ -92,7 +92,7 @@ def test_hard_maps_are_watertight(ctx, name):
     scene.release()
 
 
-@settings(max_examples=8)
+@settings(max_examples=15)
 @given(st.integers(2, 80), st.integers(2, 80), st.integers(0, 10**6))
 def test_any_map_is_watertight_from_anywhere(ctx, rows, cols, seed):
     rng = np.random.default_rng(seed)

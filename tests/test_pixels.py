@@ -45,8 +45,8 @@ def kinds_of(picture):
 
 
 def shaded(renderer, camera, **options):
-    """The land alone: no surroundings, no grain."""
-    return renderer.render(camera, sun=SUN, edge="none", grain="off", **options).image[..., :3].astype(int)
+    """The land alone, in a colour that light shows on: no surroundings, no grain."""
+    return renderer.render(camera, sun=SUN, look="earth", edge="none", grain="off", **options).image[..., :3].astype(int)
 
 
 def test_places_lie_where_rays_meet_the_ground(renderer):
@@ -141,4 +141,4 @@ def test_every_table_of_light_shows(renderer, table):
     changed = (np.abs(shaded(renderer, camera) - before).max(-1) > 2)[land].mean()
     mend()
     assert np.array_equal(shaded(renderer, camera), before)
-    assert changed > 0.1, f"{changed:.1%} of the land"
+    assert changed > 0.2, f"{changed:.1%} of the land"

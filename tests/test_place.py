@@ -1,6 +1,7 @@
 """Where a map lies on the Earth: it is read, kept through everything, and told in degrees and in metres."""
 
 import json
+import sys
 from datetime import datetime
 
 import numpy as np
@@ -202,3 +203,10 @@ def test_without_a_coordinate_system_there_are_no_degrees(folder):
     assert place.to_map(0, 0) == (500_015, 5_150_000 - 30 * ROWS + 15)
     with pytest.raises(UsageError, match="no coordinate system"):
         place.to_lonlat(0, 0)
+
+
+def test_without_pyproj_a_line_says_what_to_install(folder, monkeypatch):
+    heightmap = tg.Heightmap.open(geotiff("a.tif", "EPSG:32633"))
+    monkeypatch.setitem(sys.modules, "pyproj", None)
+    with pytest.raises(TerrainError, match="coordinate systems need pyproj"):
+        heightmap.place.to_lonlat(0.0, 0.0)
