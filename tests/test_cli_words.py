@@ -12,7 +12,6 @@ import numpy as np
 import OpenImageIO as oiio
 import pytest
 
-from terrain_gl import cli
 from terrain_gl.exceptions import TerrainError
 from terrain_gl.film.record import Recorder
 from terrain_gl.image import read_image
@@ -27,17 +26,6 @@ def dem(tmp_path, monkeypatch):
     monkeypatch.chdir(tmp_path)
     np.save("dem.npy", np.add.outer(np.arange(33.0), np.arange(49.0)))
     return "dem.npy"
-
-
-@pytest.fixture
-def run(capsys):
-    """Give a function that runs the command line here: status, standard output, standard error."""
-
-    def run(*words):
-        status = cli.main([str(word) for word in words])
-        return status, *capsys.readouterr()
-
-    return run
 
 
 def spawn(*words, **settings):

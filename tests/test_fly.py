@@ -12,7 +12,6 @@ import numpy as np
 import pytest
 
 import terrain_gl as tg
-from terrain_gl import cli
 from terrain_gl.film.path import CameraPath, Keyframe
 from terrain_gl.film.tour import tour
 from terrain_gl.image import read_image
@@ -26,15 +25,6 @@ def folder(tmp_path, monkeypatch):
     y, x = np.mgrid[0:65, 0:97]
     np.save("dem.npy", (40 * np.exp(-((x - 50) ** 2 + (y - 30) ** 2) / 300) + 0.1 * x).astype("f4"))
     return tmp_path
-
-
-@pytest.fixture
-def run(capsys):
-    def run(*words):
-        status = cli.main([str(word) for word in words])
-        return status, *capsys.readouterr()
-
-    return run
 
 
 @pytest.fixture

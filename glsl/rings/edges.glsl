@@ -5,13 +5,7 @@
 
 #include "rings/rings.glsl"
 
-#define WEST 0  // gl_TessLevelOuter's order
-#define NORTH 1
-#define EAST 2
-#define SOUTH 3
-
 int opposite(int side) { return side ^ 2; }
-int axis_of(int side) { return side == WEST || side == EAST ? 1 : 0; }  // along the side
 
 // The longer of the leaves that meet along a side, and the stretch of cells just outside it: none beyond the map.
 struct Edge {
@@ -23,7 +17,7 @@ struct Edge {
 
 ivec2 outside(Leaf leaf, int side) {
     ivec2 post = leaf.origin;
-    post[1 - axis_of(side)] += side == WEST || side == NORTH ? -1 : 1 << leaf.side_log2;
+    post[1 - axis_of(side)] += is_far(side) ? 1 << leaf.side_log2 : -1;
     return post;
 }
 

@@ -32,7 +32,6 @@ struct Ring {
 
 layout(std140, binding = 2) uniform Rings {
     int u_rings;        // finest first
-    int u_root_blocks;  // of all rings; blocks of single units follow
     int u_most_blocks;  // for which there is room
     Ring u_ring[MAX_LEVELS];
 };
@@ -75,6 +74,14 @@ uint leaf_word(int side_log2, int step_log2) { return IS_LEAF | uint(side_log2) 
 int side_units_log2(uint word) { return int(word >> 8 & 3u); }
 int step_log2_of(uint word) { return int(word & 63u) - 16; }
 bool is_leaf(uint word) { return (word & IS_LEAF) != 0u; }
+
+#define WEST 0  // sides, in gl_TessLevelOuter's order
+#define NORTH 1
+#define EAST 2
+#define SOUTH 3
+
+int axis_of(int side) { return side == WEST || side == EAST ? 1 : 0; }  // along the side
+bool is_far(int side) { return side == EAST || side == SOUTH; }         // at the square's end
 
 ivec2 unit_at(int unit) { return ivec2(unit & 7, unit >> 3); }
 

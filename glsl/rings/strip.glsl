@@ -14,10 +14,9 @@
 ivec4 strip_of(Leaf leaf, int side) {
     ivec2 low = leaf.origin, end = leaf.origin + (1 << leaf.side_log2);
     int width = 1 << max(step_log2_of(leaf.word), 0);
-    if (side == 0) end.x = low.x + width;
-    if (side == 1) end.y = low.y + width;
-    if (side == 2) low.x = end.x - width;
-    if (side == 3) low.y = end.y - width;
+    int across = 1 - axis_of(side);
+    if (is_far(side)) low[across] = end[across] - width;
+    else end[across] = low[across] + width;
     return ivec4(low, end);
 }
 
@@ -38,10 +37,10 @@ float move_m(ivec2 low, ivec2 high, int axis, int step_log2) {
 
 // The largest d along a whole side of a leaf.
 float edge_move_m(Leaf leaf, int side, int edge_step_log2) {
-    int axis = side == 0 || side == 2 ? 1 : 0, step_log2 = step_log2_of(leaf.word), length_ = 1 << leaf.side_log2;
+    int axis = axis_of(side), step_log2 = step_log2_of(leaf.word), length_ = 1 << leaf.side_log2;
     if (step_log2 <= 0) return 0.0;
     ivec2 low = max(leaf.origin, ivec2(0));
-    if (side >= 2) low[1 - axis] = min(leaf.origin[1 - axis] + length_, u_last_post[1 - axis]);
+    if (is_far(side)) low[1 - axis] = min(leaf.origin[1 - axis] + length_, u_last_post[1 - axis]);
     int end = min(leaf.origin[axis] + length_, u_last_post[axis]);
     float worst_m = 0.0;
     while (low[axis] < end) {

@@ -148,7 +148,8 @@ class ClipmapSelector:
             self._bind()
             self._price(blocks, target, weigh)
             self._run("spend", _work("round"), target=target)
-            summary = self._finish(budget=True)
+            self._bind()  # prices stood in the places of others
+            summary = self._finish()
             selection = replace(self._selection(summary), price=self._price_found(target))
             if self._has_room(int(summary["blocks"]), selection):
                 return selection
@@ -204,7 +205,7 @@ class ClipmapSelector:
         for i, ring in enumerate(rings):
             block["ring"][i] = ring.origin, ring.patches, ring.level, first, (0, 0)
             first += ring.patches[0] * ring.patches[1]
-        block["rings"], block["root_blocks"], block["most_blocks"] = len(rings), first, self._most_blocks
+        block["rings"], block["most_blocks"] = len(rings), self._most_blocks
         self._rings.write(block.tobytes())
         work = np.zeros((), layout.RING_WORK)
         for name in layout.RING_WORK.names or ():
@@ -213,13 +214,12 @@ class ClipmapSelector:
         self._buffers["blocks"].write(work.tobytes())
         return first
 
-    def _finish(self, budget: bool = False) -> np.void:
+    def _finish(self) -> np.void:
         """Settle with neighbours, and turn leaves into patches.
 
         Returns a record `layout.RING_SUMMARY`: the only thing that a frame waits for.
         """
-        nothing = bytes(self._buffers["summary"].size)
-        self._bind()
+        nothing, budget = bytes(self._buffers["summary"].size), self._variant == "budget"
         over = 0
         while True:
             for _ in range(SETTLING):
