@@ -11,7 +11,7 @@ from terrain_gl.files.maps import bundled
 from terrain_gl.gpu import layout
 from terrain_gl.gpu.context import create_context
 from terrain_gl.heightmap import Heightmap
-from terrain_gl.lod import ClipmapSelector, Goal, QuadtreeSelector
+from terrain_gl.lod import ClipmapSelector, Goal, QuadtreeSelector, clipmap
 from terrain_gl.options import RenderOptions
 from terrain_gl.verify.measure import Measurement
 
@@ -164,6 +164,21 @@ def test_rounds_look_at_all_that_may_change(ctx, scene):
             assert meshes[0] == meshes[1]
     thorough.release()
     quick.release()
+
+
+def test_leaves_beside_finer_ones_are_split_to_save_triangles(ctx, monkeypatch):
+    """Refined as a whole they keep the promise, too, but all of their cells grow finer: a sharp ridge on smooth land."""
+    y, x = np.mgrid[:257, :257].astype("f4")
+    heights = 400 * np.exp(-np.abs(x - 128 - 20 * np.sin(y / 30)) / 30) + 50 * np.sin(x / 9) * np.sin(y / 11)
+    scene, spent = clipmap_of(ctx, Heightmap(heights, 30.0), (640, 360)), []
+    for defines in ({}, {"SPLIT_FROM": 7}):
+        monkeypatch.setitem(clipmap._ASKING, "settle", {"max": defines})
+        selector = ClipmapSelector(scene.tables)
+        camera = cameras(scene.heightmap)["default"]
+        spent.append(selector.select(camera, scene.size, scene.near_m, Goal(0.5)).triangles)
+        selector.release()
+    scene.release()
+    assert spent[0] < 0.9 * spent[1]
 
 
 def test_no_pass_walks_the_map(ctx):

@@ -132,6 +132,16 @@ def test_promise_of_the_clipmap_holds_on_hard_maps(ctx, name):
     renderer.release()
 
 
+def test_mean_over_measured_places_is_certified(ctx):
+    """Of cells along whose diagonals many of the places lie: their mean is above the integral."""
+    size, heightmap = (1280, 720), MAPS["checkerboard"]()
+    renderer = tg.Renderer(heightmap, size, ctx=ctx)
+    renderer.draw(cameras(heightmap, size)["far"], 1.0, metric="rms", style=UNLIT)
+    stats = renderer.measure()
+    assert 0.8 * stats["certified_max_error_px"] < stats["rms_error_px"] <= stats["certified_max_error_px"]
+    renderer.release()
+
+
 @pytest.mark.parametrize("name", MAPS)
 def test_no_sky_shows_through_hard_maps(ctx, name):
     heightmap = MAPS[name]()

@@ -46,7 +46,9 @@ def kinds_of(picture):
 
 def shaded(renderer, camera, **options):
     """The land alone, in a colour that light shows on: no surroundings, no grain."""
-    return renderer.render(camera, sun=SUN, look="earth", edge="none", grain="off", **options).image[..., :3].astype(int)
+    return (
+        renderer.render(camera, sun=SUN, look="earth", edge="none", grain="off", **options).image[..., :3].astype(int)
+    )
 
 
 def test_places_lie_where_rays_meet_the_ground(renderer):

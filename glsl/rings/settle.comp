@@ -16,7 +16,9 @@ layout(local_size_x = LEAF_GROUP) in;
 uniform bool u_budget;  // nothing is promised: only edges of more than 64 segments matter
 
 #define SPLIT 0x10000000u
+#ifndef SPLIT_FROM
 #define SPLIT_FROM 2  // leaves of that many segments, as a logarithm, are split before they are refined as a whole
+#endif
 
 // Whether a leaf stands its edges. Next to a finer edge OpenGL draws a single segment as a fan around a vertex in the
 // middle: of that the tables say nothing, save that in a cell of the map it only helps (|t|/16).
