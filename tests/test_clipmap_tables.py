@@ -167,7 +167,7 @@ def test_rounds_look_at_all_that_may_change(ctx, scene):
 
 
 def test_leaves_beside_finer_ones_are_split_to_save_triangles(ctx, monkeypatch):
-    """Refined as a whole they keep the promise, too, but all of their cells grow finer: a sharp ridge on smooth land."""
+    """On smooth land with a sharp ridge. Refined as a whole they keep the promise, too, but all cells grow finer."""
     y, x = np.mgrid[:257, :257].astype("f4")
     heights = 400 * np.exp(-np.abs(x - 128 - 20 * np.sin(y / 30)) / 30) + 50 * np.sin(x / 9) * np.sin(y / 11)
     scene, spent = clipmap_of(ctx, Heightmap(heights, 30.0), (640, 360)), []

@@ -1,8 +1,8 @@
 // rings/decide.comp — into which squares a block is cut, and how finely each is tessellated.
 //   A square asks the summed-area tables for the coarsest spacing that holds its own box within the tolerance. From the
-//   units up, squares are joined wherever one is not dearer than its four parts:
+//   units up, four parts are joined wherever the whole square costs no more than they do:
 //       cost(square) = min( 2 T² + PATCH_COST,  sum of its parts' costs )        T segments a side
-//   Four parts cost at least 4 (2 + PATCH_COST), so a square of few segments is drawn in one piece, and its parts ask nothing.
+//   Four parts cost at least 4 (2 + PATCH_COST), so a square of few segments is drawn in one piece, and its parts are not looked at.
 //   A group is a block; its THREADS share the squares that ask.   Python twin: reference.clipmap.cut_block
 
 #include "rings/squares.glsl"

@@ -20,7 +20,8 @@ void append_leaf(int id) {
     atomicMax(b_leaves.groups, k / uint(LEAF_GROUP) + 1u);
 }
 
-// Once a round, whoever asks. The square of 2^units_log2 units from `id` on is looked at: a leaf, or what was one.
+// Queue a leaf for a round, at most once. The round looks at the square of 2^units_log2 units from `id` on; by then the leaf
+// may have been split.
 void append_to_queue(int round_, int id, int units_log2) {
     uint stamp = u_first_stamp + uint(round_);
     if (atomicMax(list[list_at(3) + id], stamp) == stamp) return;

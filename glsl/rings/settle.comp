@@ -20,9 +20,9 @@ uniform bool u_budget;  // nothing is promised: only edges of more than 64 segme
 #define SPLIT_FROM 2  // leaves of that many segments, as a logarithm, are split before they are refined as a whole
 #endif
 
-// Whether a leaf stands its edges. Next to a finer edge OpenGL draws a single segment as a fan around a vertex in the
+// Whether a leaf keeps the tolerance with these edges. Next to a finer edge OpenGL draws a single segment as a fan around a vertex in the
 // middle: of that the tables say nothing, save that in a cell of the map it only helps (|t|/16).
-bool stands(Leaf leaf, ivec4 edge_steps_log2, Projection p) {
+bool keeps_tolerance(Leaf leaf, ivec4 edge_steps_log2, Projection p) {
     int step_log2 = step_log2_of(leaf.word);
     if (step_log2 <= 0) return true;
     if (any(lessThan(edge_steps_log2, ivec4(step_log2))) && leaf.side_log2 == step_log2) return false;
@@ -49,8 +49,8 @@ uint judge(Leaf leaf, int ring, bool can_split) {
     Leaf now = leaf;
     // in parts, only those along the edge grow finer
     bool is_large = units_log2 > 0 && leaf.side_log2 - own >= SPLIT_FROM;
-    if (is_large && !u_budget && !stands(now, edge, p)) return leaf.word | SPLIT;
-    while (!stands(now, edge, p)) {
+    if (is_large && !u_budget && !keeps_tolerance(now, edge, p)) return leaf.word | SPLIT;
+    while (!keeps_tolerance(now, edge, p)) {
         int step_log2 = step_log2_of(now.word) - 1;
         if (!u_budget) step_log2 = next_step(leaf.origin, leaf.side_log2, ring, step_log2, p);
         if (step_log2 == NO_STEP) return can_split ? leaf.word | SPLIT : leaf.word | IS_BROKEN;
@@ -112,7 +112,7 @@ void queue_around(Leaf leaf) {
     }
 }
 
-// What is no leaf stays as it is: what the round before made of it stands in one plane alone.
+// A unit that is no leaf never changes again. The round before wrote it to one plane; copy it to the other.
 void keep_square(int id, int units_log2) {
     for (int i = 0; i < 1 << 2 * units_log2; i++) {
         int at = id + (i >> units_log2) * 8 + (i & (1 << units_log2) - 1);

@@ -1,6 +1,6 @@
 // rings/squares.glsl — the squares of a block, and which of them is drawn in one piece.
 //   Depth d has 2^d × 2^d squares of 8 >> d units a side. A group is a block. First each square has a cost of its own; then,
-//   from the units up, four parts are joined wherever the square is not dearer than they are.
+//   from the units up, four parts are joined wherever the whole square costs no more than they do.
 // Provides block, root_block(), square_index(), low_of(), is_nothing(), meets_finer_ring(), join_all(), word_of_unit(), write_unit().
 // Python twin: reference.clipmap.cut_block
 

@@ -148,7 +148,7 @@ class ClipmapSelector:
             self._bind()
             self._price(blocks, target, weigh)
             self._run("spend", _work("round"), target=target)
-            self._bind()  # prices stood in the places of others
+            self._bind()  # the passes of prices use some of the same binding points
             summary = self._finish()
             selection = replace(self._selection(summary), price=self._price_found(target))
             if self._has_room(int(summary["blocks"]), selection):
