@@ -42,7 +42,8 @@ class Screen:
 
     def do(self, *words):
         """Run xdotool."""
-        subprocess.run(["xdotool", *map(str, words)], env=self.environment, check=True, stdout=subprocess.DEVNULL)
+        words = ["xdotool", *map(str, words)]
+        subprocess.run(words, env=self.environment, check=True, stdout=subprocess.DEVNULL, timeout=120)
 
     @contextlib.contextmanager
     def running(self, *arguments, cwd):
