@@ -37,6 +37,7 @@ def bound_px(corners, v, focal_px, error_m):
     """2.3 Pixels that no point of a box can exceed if it rises or falls by at most error_m.
 
     corners   (3, 8) the corners of the box in camera coordinates; all are in the picture
+    error_m   metres; no point of the box moves behind the eye
     returns   a number
     """
     raise NotImplementedError("write this")

@@ -58,7 +58,9 @@ def squares(student, rng):
         inside = (
             (found[:, 0] > -(1 << found[:, 2])) & (found[:, 1] > -(1 << found[:, 2])) & (found[:, :2] < size - 1).all(1)
         )
-        yield holds(f"eye {i}: on the map", bool(inside.all()), f"{(~inside).sum()} squares lie outside the map")
+        first = "" if inside.all() else f", such as x, y, level = {found[~inside][0].tolist()}"
+        outside = f"{(~inside).sum()} squares lie outside the map, posts 0 to {size - 1}{first}"
+        yield holds(f"eye {i}: on the map", bool(inside.all()), outside)
         count = cover(found, size)
         yield compare(f"eye {i}: squares over each cell", count, np.ones_like(count), axes=("row", "column"))
         finest = np.full((size - 1, size - 1), levels)

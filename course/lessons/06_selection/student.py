@@ -24,7 +24,7 @@ def ring_squares(eye, cells, levels, size):
 
     cells     ring cells a side of each ring, a multiple of 4
     levels    number of rings, 0 to levels - 1
-    size      posts a side of the map; squares that lie wholly outside the map are left out
+    size      posts a side of the map: it spans the posts 0 to size - 1; squares wholly outside are left out
     returns   (n, 3) whole numbers x, y, level: ring cells with their north-west post, in any order
     """
     raise NotImplementedError("write this")

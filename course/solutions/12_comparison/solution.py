@@ -91,7 +91,7 @@ def places():
     return {
         "ROAM": (1997, "bintree", "error"),
         "geometry clipmaps": (2004, "rings", "distance"),
-        "CDLOD": (2010, "quadtree", "distance"),
+        "CDLOD": (2009, "quadtree", "distance"),
         "CBT": (2020, "bintree", "edge length"),
     }
     # end
