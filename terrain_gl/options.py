@@ -116,6 +116,8 @@ class RenderOptions:
         "block": the map is cut out of the ground, and stands on a plain or in its sea; "none": it hangs in the sky.
     grain
         "on": near the eye the shading has bumps and specks below the posts' spacing; the mesh has none.
+    contour_m
+        Metres between contour lines over any style; 0 for an interval that suits the map's relief. By default none.
     sky, material, water_m
         As `terrain_gl.shade.Look` has them: files, and metres.
     near_m
@@ -193,6 +195,11 @@ class RenderOptions:
         Flag("--grain", "choice", "bumps below the posts' spacing, in the light alone"),
         choices=GRAINS,
     )
+    contour_m: float | None = _option(
+        None,
+        "picture",
+        Flag("--contours", "interval", "contour lines every M metres, or auto; each fifth is heavy", "M"),
+    )
     near_m: float | None = _option(
         None, "technical", Flag("--near", "positive", "near plane (default: 0.1 spacings)", "M")
     )
@@ -206,6 +213,8 @@ class RenderOptions:
             raise UsageError(f"near plane must stand more than 0 and less than 1e9 metres away, got {self.near_m:g}")
         if not (np.shape(self.sun) == (2,) and np.isfinite(self.sun).all() and -90 <= self.sun[1] <= 90):
             raise UsageError(f"sun: expected azimuth and elevation, -90 to 90 degrees, got {self.sun}")
+        if self.contour_m is not None and not 0 <= self.contour_m < 1e9:
+            raise UsageError(f"contours: expected metres between them, or 0 for auto, got {self.contour_m:g}")
         if self.water_m is not None and not math.isfinite(self.water_m):
             raise UsageError(f"water must stand at a finite height in metres, got {self.water_m:g}")
         for name, known in CHOICES.items():
@@ -250,7 +259,9 @@ class RenderOptions:
     def shading(self) -> Look:
         """The options of shading."""
         first = self.style, self.sun, self.sky, self.material, self.water_m, self.wires
-        return Look(*first, land=self.look, voids=self.voids, edge=self.edge, grain=self.grain)
+        return Look(
+            *first, land=self.look, voids=self.voids, edge=self.edge, grain=self.grain, contour_m=self.contour_m
+        )
 
     @property
     def goal(self) -> Goal:

@@ -15,6 +15,7 @@ from typing import Any, TypeVar
 import moderngl
 import numpy as np
 
+from . import contours
 from .camera import Camera
 from .error import ErrorTables
 from .filling import Rect
@@ -72,6 +73,8 @@ class Look:
         What stands around the map in the style "shaded", one of `EDGES`.
     grain
         Whether the style "shaded" shows grain below the posts' spacing, one of `GRAINS`.
+    contour_m
+        Metres between contour lines over any style; 0 for an interval that suits the relief, None for no lines.
     """
 
     style: str = "shaded"
@@ -84,6 +87,7 @@ class Look:
     voids: str = "fill"
     edge: str = "block"
     grain: str = "on"
+    contour_m: float | None = None
 
     @property
     def is_lit(self) -> bool:
@@ -117,7 +121,7 @@ class Picture:
         self._seeing: dict[tuple[str, bool], MeshDraws] = {}  # by fragment shader, and whether voids are holes
         self._programs: dict[tuple[object, ...], tuple[Any, Any]] = {}
         self._targets: list[Any] = []
-        self._extras = {"EDGE": False, "GRAIN": False}  # what is drawn now besides the map itself
+        self._extras = {"EDGE": False, "GRAIN": False, "CONTOURS": False}  # what is drawn now besides the map itself
         self.resize(size)
 
     waits_for_light = True
@@ -220,7 +224,10 @@ class Picture:
         self._listed.write(_NOTHING_LISTED)
         shaded = look.style == "shaded"
         self._extras = {"EDGE": shaded and look.edge != "none", "GRAIN": shaded and look.grain == "on"}
+        self._extras["CONTOURS"] = look.contour_m is not None
         uniforms = {"sun": sun} | self._edge_of(look)
+        if look.contour_m is not None:
+            uniforms |= contours.uniforms(self.terrain, look.contour_m, look.water_m)
         self._fill(self._kind, "shade/kind.frag", depth="1", **uniforms)
         for kind in ("SKY", "NEAR"):
             self._fill(self._screen, style, kind, wet, depth="==", **uniforms)

@@ -22,6 +22,7 @@ LAYERS = (
     ("place",),
     ("heightmap",),
     ("camera", "terrain", "brush"),
+    ("contours",),
     ("sat", "view"),
     ("error", "light"),
     ("surface",),

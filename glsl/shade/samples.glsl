@@ -4,10 +4,13 @@
 // The including file defines ground_colour() and sky_colour(), in display-linear light.
 // Provides pixel_colour(), Ground.
 
-#include "shade/footprint.glsl"
+#include "shade/contours.glsl"
 
 vec3 ground_colour(Ground g, int sample_);
 vec3 sky_colour(vec3 direction);
+
+// Ground with its contour lines.
+vec3 drawn_colour(Ground g, int sample_) { return contoured(ground_colour(g, sample_), g); }
 
 // The samples, as bits, that see ground inside the footprint of this place.
 int samples_near(Ground g) {
@@ -58,7 +61,7 @@ vec3 around_colour(int samples) {
 #if PIXELS == SKY
 vec3 pixel_colour() { return EDGE == 0 ? sky_colour(view_ray(vec2(0.0))) : around_colour(ALL) / float(SAMPLES); }
 #elif PIXELS == NEAR
-vec3 pixel_colour() { return ground_colour(ground_of(ALL), 0); }
+vec3 pixel_colour() { return drawn_colour(ground_of(ALL), 0); }
 #else
 vec3 pixel_colour() {
     int left = 0;
@@ -69,7 +72,7 @@ vec3 pixel_colour() {
         int sample_ = findLSB(left);
         int alike = left & (samples_near(footprint_at(post_of_sample(sample_))) | 1 << sample_);
         left &= ~alike;
-        sum += float(bitCount(alike)) * ground_colour(ground_of(alike), sample_);
+        sum += float(bitCount(alike)) * drawn_colour(ground_of(alike), sample_);
     } while (left != 0);
     return sum / float(SAMPLES);
 }

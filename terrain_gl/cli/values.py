@@ -35,6 +35,14 @@ def positive(text: str) -> float:
     return value
 
 
+def interval(text: str) -> float:
+    """Metres above 0, or "auto" (or 0), which is 0."""
+    value = 0.0 if text == "auto" else _numbers(text, "metres above 0, or auto", 1)[0]
+    if value < 0:
+        raise _expected("metres above 0, or auto", text)
+    return value
+
+
 def count(text: str) -> int:
     """A whole number above 0."""
     if not re.fullmatch(r"\d{1,9}", text) or int(text) < 1:

@@ -65,3 +65,18 @@ def spline_relief(
     x, y = post[0] - i, post[1] - j
     slope = np.array([weights(y) @ h @ slopes(x), -(slopes(y) @ h @ weights(x))])
     return float(weights(y) @ h @ weights(x)), slope / spacing_m
+
+
+def contour_cover(level: float, rise: float, width_px: float) -> float:
+    """The share of a pixel that a contour line covers, 0 to 1.
+
+    Parameters
+    ----------
+    level
+        Height in intervals of contour lines: a line stands where it is a whole number.
+    rise
+        Levels that one pixel spans. Where it is above 0.16, lines fade; from 0.3 on there are none.
+    """
+    t = min(max((rise - 0.16) / (0.3 - 0.16), 0.0), 1.0)
+    aside_px = abs(level - np.round(level)) / max(rise, 1e-7)
+    return min(max(0.5 * width_px + 0.5 - aside_px, 0.0), 1.0) * (1 - t * t * (3 - 2 * t))

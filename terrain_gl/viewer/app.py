@@ -10,7 +10,7 @@ from .frame_budget import FrameBudget
 from .gui import Gui
 from .memory import Memory
 from .panels import Panels
-from .sections import IMAGES
+from .picture_section import IMAGES
 from .settings import Settings
 from .viewer import Viewer
 from .window_state import Size

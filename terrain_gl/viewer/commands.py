@@ -66,6 +66,15 @@ def _capture_mouse(viewer: Viewer) -> None:
     viewer.window.say("the mouse looks around: C or Esc frees it" if captured else "the mouse is free")
 
 
+def _toggle_ruler(viewer: Viewer) -> None:
+    if viewer.sculpting.brushing:
+        viewer.sculpting.toggle()
+    viewer.explainer.explanation = None
+    if viewer.ruler.toggle():
+        viewer.settings.panel = True  # it shows the lengths
+        viewer.window.say("ruler: click on the land; a double click ends the line, Esc puts it away")
+
+
 def _toggle_panel(viewer: Viewer) -> None:
     viewer.settings.panel = not viewer.settings.panel
 
@@ -84,6 +93,8 @@ def _escape(viewer: Viewer) -> None:
         viewer.sculpting.save_as = None
     elif viewer.sculpting.brushing:
         viewer.sculpting.brushing = False
+    elif viewer.ruler.taken:
+        viewer.ruler.toggle()
     elif viewer.explainer.explanation:
         viewer.explainer.explanation = None
     elif not viewer.explainer.close_one():
@@ -134,6 +145,7 @@ GROUPS: dict[str, list[Command]] = {
     "See": [
         Command("Tab  J", "next style; Shift Tab: the style before", ("tab", "j"), lambda s: _cycle(s, "style")),
         Command("", "", ("shift+tab", "shift+j"), lambda s: _cycle(s, "style", -1)),
+        Command("Shift C", "contour lines, or none", ("shift+c",), lambda s: s.settings.toggle_contours()),
         Command("+ -", "change the tolerance by a factor of √2", PLUS, lambda s: s.settings.loosen(1), True),
         Command("", "", ("-",), lambda s: s.settings.loosen(-1), True),
         Command("M", "metric: what the tolerance bounds", ("m",), lambda s: _cycle(s, "metric")),
@@ -141,6 +153,7 @@ GROUPS: dict[str, list[Command]] = {
     ],
     "Understand": [
         Command("click", "explain the patch under the cursor"),
+        Command("Shift R", "ruler: lengths, climb, profile", ("shift+r",), _toggle_ruler),
         Command("N", "draw the mesh over the picture", ("n",), lambda s: s.explainer.toggle_wires()),
         Command("L", "freeze the levels, and fly around them", ("l",), lambda s: s.explainer.toggle_freeze()),
         Command("T", "split the picture: two methods or settings", ("t",), lambda s: s.explainer.toggle_split()),

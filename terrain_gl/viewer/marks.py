@@ -4,19 +4,26 @@ from __future__ import annotations
 
 import math
 
+import numpy as np
+
 from ..heightmap import Heightmap
 from .explainer import Explainer
-from .lines import Line, frustum, outline, ring
+from .lines import Line, frustum, on_land, outline, ring
 from .pointer import Pointer
+from .ruler import Ruler
 from .scene import Scene
 from .sculpting import Sculpting
 from .window_state import Size
 
 _FRUSTUM, _PICKED, _BRUSH = (255, 205, 120, 255), (255, 120, 90, 255), (255, 255, 255, 230)
+_RULER = (255, 235, 90, 255)
+_CORNER = 0.008  # radius of the ring around a corner of the ruler, as a part of the distance
 Frame = tuple[int, int, int, int]
 
 
-def lines_on_land(scene: Scene, pointer: Pointer, explainer: Explainer, sculpting: Sculpting) -> list[Line]:
+def lines_on_land(
+    scene: Scene, pointer: Pointer, explainer: Explainer, sculpting: Sculpting, ruler: Ruler
+) -> list[Line]:
     """All lines of this frame."""
     lines: list[Line] = []
     heightmap = scene.heightmap
@@ -28,6 +35,11 @@ def lines_on_land(scene: Scene, pointer: Pointer, explainer: Explainer, sculptin
     place = pointer.place if sculpting.brushing and pointer.over_land else None
     if sculpting.tool and place is not None:
         lines.append((ring(heightmap, float(place[0]), float(place[1]), sculpting.tool.radius_m), _BRUSH))
+    if measured := ruler.profile(heightmap):
+        lines.append((on_land(heightmap, measured.places), _RULER))
+    for corner in on_land(heightmap, np.reshape(ruler.corners, (-1, 2))):
+        radius_m = _CORNER * float(np.linalg.norm(corner - scene.controller.eye))
+        lines.append((ring(heightmap, float(corner[0]), float(corner[1]), radius_m, 24), _RULER))
     if explainer.box:
         x0, y0, x1, y1 = explainer.box.box
         lines.append((outline(heightmap, (x0, y0), (x1 - x0 - 1, y1 - y0 - 1)), _PICKED))

@@ -6,6 +6,7 @@ import math
 from collections.abc import Callable
 
 from .pointer import Pointer
+from .ruler import Ruler
 from .scene import Scene
 from .sculpting import Sculpting
 
@@ -28,14 +29,21 @@ class Mouse:
     """
 
     def __init__(
-        self, scene: Scene, pointer: Pointer, sculpting: Sculpting, on_click: Callable[[float, float], None]
+        self,
+        scene: Scene,
+        pointer: Pointer,
+        sculpting: Sculpting,
+        ruler: Ruler,
+        on_click: Callable[[float, float], None],
     ) -> None:
+        self._ruler = ruler
         self._scene, self._pointer, self._sculpting, self._on_click = scene, pointer, sculpting, on_click
         self.drag = ""
         self._button = ""  # that drags
         self._pressed_at = (0.0, 0.0)
         self._clicked_at: tuple[float, float] | None = None  # that waits for a second click
         self._waits_until_s: float | None = None
+        self._measured_at = (0.0, 0.0)  # the last click with the ruler
 
     @property
     def waits(self) -> bool:
@@ -92,12 +100,24 @@ class Mouse:
             self._click(x, y)
 
     def _click(self, x: float, y: float) -> None:
-        """The second click at a place flies there."""
+        """The second click at a place flies there; with the ruler, it ends the line."""
+        if self._ruler.taken:
+            self._measure(x, y)
+            return
         first, self._clicked_at, self._waits_until_s = self._clicked_at, None, None
         if first and math.dist(first, (x, y)) < 2 * CLICK_PX * self._scene.window.scale:
             self._scene.controller.fly_to(*self._pointer.tangents(x, y))
         else:
             self._clicked_at = x, y
+
+    def _measure(self, x: float, y: float) -> None:
+        """Set a corner of the ruler's line, or end it where the last one stands."""
+        self._scene.window.refresh()
+        last, self._measured_at = self._measured_at, (x, y)
+        if self._ruler.corners and math.dist(last, (x, y)) < 2 * CLICK_PX * self._scene.window.scale:
+            self._ruler.end()
+        elif (place := self._pointer.place_under(x, y)) is not None:
+            self._ruler.add(float(place[0]), float(place[1]))
 
     def move(self, x: float, y: float, look: bool = False, over_panels: bool = False) -> None:
         """The cursor moves.

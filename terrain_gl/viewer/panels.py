@@ -5,7 +5,7 @@ from __future__ import annotations
 from collections.abc import Callable
 
 from ..verify.explain import Explanation
-from . import charts, explain_text, help_page, orientation, sections
+from . import charts, explain_text, help_page, orientation, picture_section, profile_plot, sections
 from .viewer import Progress, Viewer
 from .widgets import Widgets
 from .window_state import Size
@@ -32,7 +32,7 @@ class Panels:
 
     def __init__(self, viewer: Viewer, press: sections.Press) -> None:
         self._viewer, self._settings, self._press = viewer, viewer.settings, press
-        self._draft = sections.PictureDraft()
+        self._draft = picture_section.PictureDraft()
         self._foot = 0.0  # height in pixels of what stands under the sections
         self._status_px = 0.0  # height of the status window, with its margin
         self._map_px = 0.0  # the same of the window that tells where one is
@@ -46,7 +46,7 @@ class Panels:
             "Detail": lambda ui: sections.detail_section(ui, s.settings, s.painter),
             "Understand": lambda ui: sections.understand_section(ui, s.scene, press),
             "Sculpt": lambda ui: sections.sculpt_section(ui, s.sculpting, press),
-            "Picture": lambda ui: sections.picture_section(ui, s, self._draft),
+            "Picture": lambda ui: picture_section.picture_section(ui, s, self._draft),
             "Camera": lambda ui: sections.camera_section(ui, s.scene.controller, press),
             "Save": lambda ui: sections.save_section(ui, s.saver, s.scene.controller, press),
         }
@@ -100,6 +100,9 @@ class Panels:
             imgui.set_next_window_size_constraints((0, 0), (width, max(most, 4 * ui.em)))
             imgui.begin_child("body", (0, 0), imgui.ChildFlags_.auto_resize_y)  # this part scrolls
             imgui.push_item_width(0.56 * width)
+            if (viewer := self._viewer).ruler.taken:
+                measured = viewer.ruler.profile(viewer.scene.heightmap, viewer.scene.exaggeration)
+                profile_plot.show(ui, measured)
             charts.show(ui, self._viewer.painter, self._viewer.scene.controller)
             self._show_sections(ui)
             imgui.pop_item_width()

@@ -5,7 +5,7 @@ from __future__ import annotations
 import shlex
 import threading
 from collections.abc import Callable
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 from pathlib import Path
 from typing import Any
 
@@ -217,9 +217,10 @@ class Saver:
         """Copy the command line that draws this view."""
         if not self.line_of:
             return
-        spec = self._scene.frame_spec(SIZES[self.size])
+        spec, settings = self._scene.frame_spec(SIZES[self.size]), self._scene.settings
+        options = replace(settings.options, contour_m=spec.sides[settings.active].contour_m)
         try:
-            line = self.line_of(self._scene.heightmap, spec.camera, spec.size, self._scene.settings.options)
+            line = self.line_of(self._scene.heightmap, spec.camera, spec.size, options)
         except TerrainError as error:
             self._window.say(str(error))
         else:

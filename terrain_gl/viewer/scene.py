@@ -6,6 +6,7 @@ from dataclasses import dataclass, replace
 from typing import Any
 
 from ..camera import Camera, Vector
+from ..contours import interval_m
 from ..heightmap import Heightmap
 from ..options import RenderOptions
 from ..readers.georeference import Georeference
@@ -126,11 +127,16 @@ class Scene:
             changes["near_m"] = near_m
         if self.frozen:
             changes |= {"chosen_for": self.frozen, "cull": False}
-        sides = [replace(side, **changes, **self._preview_style(side)) for side in self.settings.sides]
+        sides = [replace(side, **changes, **self._of_map(side)) for side in self.settings.sides]
         return FrameSpec(self.controller.camera, size or self.window.size, tuple(sides), self.settings.divider)
 
-    def _preview_style(self, side: RenderOptions) -> dict[str, Any]:
-        return {"style": "lambert"} if self.is_preview and side.style in _OF_ERROR else {}
+    def _of_map(self, side: RenderOptions) -> dict[str, Any]:
+        """Options that the map decides: a style that a preview can show, and contour lines of heights as they are."""
+        changes: dict[str, Any] = {"style": "lambert"} if self.is_preview and side.style in _OF_ERROR else {}
+        if side.contour_m is not None and self.exaggeration != 1:
+            low_m, high_m = (height_m / self.exaggeration for height_m in self.heightmap.range_m)
+            changes["contour_m"] = self.exaggeration * (side.contour_m or interval_m(low_m, high_m))
+        return changes
 
 
 def raised(place: Vector, factor: float) -> Vector:

@@ -4,17 +4,12 @@ from __future__ import annotations
 
 import os
 from collections.abc import Callable
-from dataclasses import dataclass
-from datetime import datetime
 from typing import Any
 
 from ..brush import SHARES, TOOLS
-from ..exceptions import TerrainError
 from ..files.export import FORMATS
 from ..files.maps import bundled
 from ..files.views import VIEWS, straight_down
-from ..heightmap import Heightmap
-from ..light.sun import sun_position
 from ..methods import BASELINES, REGISTRY
 from ..options import CHOICES
 from .brush_tool import BrushTool
@@ -27,10 +22,9 @@ from .scene import Scene
 from .sculpting import Sculpting
 from .settings import BUDGETS, TOLERANCES_PX, Settings
 from .viewer import Viewer
-from .widgets import Widgets
+from .widgets import PATH, Widgets
 
 Press = Callable[[str], None]  # does the command of a key
-IMAGES = {"sky image": "sky", "ground image": "material"}  # fields that a file can be dropped on, and their options
 TOLERANCE_HINTS = {
     "max": "The largest error of the surface on the screen (+ and -).",
     "rms": "The root mean square of the surface's errors on the screen (+ and -).",
@@ -40,9 +34,6 @@ BUDGET_HINT = "At most so many triangles, where they reduce the error most. Chan
 METRIC_HINT = "What the tolerance bounds (M): the largest error of the surface, or the root mean square of all errors."
 PRESETS = {"first": VIEWS["default"], "above": straight_down} | {n: view for n, view in VIEWS.items() if n != "default"}
 _RECENT = "files shown before"
-_PATH = "a path, then Enter"
-_LATITUDE_DEG = 46.0  # where the time of day sets the sun, if the map does not say where it lies
-_DAY = datetime(2025, 8, 1)
 
 
 def map_section(ui: Widgets, viewer: Viewer) -> None:
@@ -56,7 +47,7 @@ def map_section(ui: Widgets, viewer: Viewer) -> None:
     if recent and (name := ui.choose("recent", _RECENT, (_RECENT, *recent), "Files that were shown before.")) in recent:
         viewer.open(recent[name])
     hint = "PNG, TIFF, EXR, HDR, NPY or HGT. You can also drop a file on the window."
-    if path := ui.enter("file", viewer.loader.refused, _PATH, hint):
+    if path := ui.enter("file", viewer.loader.refused, PATH, hint):
         viewer.open(path)
     east, north = opened.heightmap.spacing_m
     hint = "Metres between posts. Set it if the file does not give it, or gives a wrong one."
@@ -143,14 +134,14 @@ def _brush_sliders(ui: Widgets, tool: BrushTool) -> None:
     heightmap = tool.renderer.heightmap
     least, most = min(heightmap.spacing_m), 0.5 * max(heightmap.extent_m)
     hint = "Of the ring on the land ([ and ])."
-    radius = ui.slide("radius", tool.radius_m, least, most, hint, _metres_form(tool.radius_m), True)
+    radius = ui.slide("radius", tool.radius_m, least, most, hint, metres_form(tool.radius_m), True)
     tool.radius_m = tool.radius_m if radius is None else radius
     if tool.tool in SHARES:
         share = ui.slide("strength", tool.share, 0.01, 1.0, "Share of the way for each dab (, and .).", "%.2f")
         tool.share = tool.share if share is None else share
     else:
         relief = max(heightmap.range_m[1] - heightmap.range_m[0], 1.0)
-        form = _metres_form(tool.strength_m)
+        form = metres_form(tool.strength_m)
         hint = "Metres in the middle for each dab (, and .)."
         strength = ui.slide("strength", tool.strength_m, 1e-4 * relief, 0.5 * relief, hint, form, True)
         tool.strength_m = tool.strength_m if strength is None else strength
@@ -164,102 +155,9 @@ def _method_hint(method: str) -> str:
     return f"How detail is chosen (F). {method}: {REGISTRY[method].help}."
 
 
-def _metres_form(metres: float) -> str:
+def metres_form(metres: float) -> str:
     """How a slider writes metres: never as powers of ten."""
     return "%.0f m" if metres >= 100 else "%.3g m"
-
-
-@dataclass
-class PictureDraft:
-    """What the sliders of the picture hold while they are being moved: the time of day, and a new exaggeration."""
-
-    hour: float = 12.0
-    exaggeration: float | None = None
-
-
-def picture_section(ui: Widgets, viewer: Viewer, draft: PictureDraft) -> None:
-    """How the picture looks."""
-    settings = viewer.settings
-    style = ui.choose("style", settings.options.style, CHOICES["style"], "What the colours show (Tab, J).")
-    if style:
-        settings.change(style=style)
-    hint = "The colours of the land. auto: by what the file says of its place; they do not change with edits."
-    if look := ui.choose("look", settings.options.look, CHOICES["look"], hint):
-        settings.change_all(look=look)
-    if viewer.scene.has_map and viewer.scene.heightmap.voids:
-        hint = f"{viewer.scene.heightmap.voids:,} posts have no data. They are filled from their rim, or holes."
-        if voids := ui.choose("voids", settings.options.voids, CHOICES["voids"], hint):
-            settings.change_all(voids=voids)
-    _light(ui, settings, draft, latitude_of(viewer.scene.heightmap))
-    _water(ui, viewer.scene)
-    hint = "Light from an equirectangular .hdr or .exr image; empty: a clear sky. Type a path, or drop a file here."
-    if (path := ui.enter("sky image", settings.options.sky or "", _PATH, hint)) is not None:
-        viewer.images.read("sky", path)
-    hint = "Colours of the ground from an image of the map, north up; empty: colours from height and slope."
-    if (path := ui.enter("ground image", settings.options.material or "", _PATH, hint)) is not None:
-        viewer.images.read("material", path)
-    _exaggeration(ui, viewer, draft)
-
-
-def _exaggeration(ui: Widgets, viewer: Viewer, draft: PictureDraft) -> None:
-    scene = viewer.scene
-    now = draft.exaggeration or scene.pending_exaggeration or scene.exaggeration
-    factor = ui.slide("exaggeration", now, 0.25, 8.0, "All heights are multiplied by this.", "× %.2f", True)
-    draft.exaggeration = factor or draft.exaggeration
-    if ui.imgui.is_item_deactivated_after_edit() and draft.exaggeration:
-        viewer.exaggerate(draft.exaggeration)
-        draft.exaggeration = None
-
-
-def latitude_of(heightmap: Heightmap) -> float:
-    """Degrees of latitude that the time of day is for."""
-    try:
-        known = heightmap.place and heightmap.place.crs and heightmap.place.middle
-    except TerrainError:  # pyproj is missing
-        known = None
-    return known[1] if known else _LATITUDE_DEG
-
-
-def _light(ui: Widgets, settings: Settings, draft: PictureDraft, latitude_deg: float) -> None:
-    options = settings.options
-    if options.sky:
-        ui.imgui.text_disabled("The sky image has its own sun.")
-        return
-    azimuth, elevation = options.sun
-    form = "%.1f h" if options.sun == _sun_at(draft.hour, latitude_deg) else "as below"
-    hour = ui.slide(
-        "time of day",
-        draft.hour,
-        4.0,
-        20.0,
-        "The sun on a day of August, at the latitude of the map if it tells, else of the Alps.",
-        form,
-    )
-    turned = ui.slide("sun azimuth", azimuth % 360, 0.0, 360.0, "Where the sun is, clockwise from north.", "%.0f°")
-    raised = ui.slide("sun elevation", elevation, -10.0, 90.0, "How high the sun is above the horizon.", "%.0f°")
-    if hour is not None:
-        draft.hour = hour
-        settings.change_all(sun=_sun_at(hour, latitude_deg))
-    elif turned is not None or raised is not None:
-        sun = azimuth % 360 if turned is None else turned, elevation if raised is None else raised
-        settings.change_all(sun=sun)
-
-
-def _sun_at(hour: float, latitude_deg: float) -> tuple[float, float]:
-    """Azimuth and elevation in degrees."""
-    azimuth, elevation = sun_position(_DAY.replace(hour=int(hour), minute=int(60 * (hour % 1))), latitude_deg)
-    return azimuth, elevation
-
-
-def _water(ui: Widgets, scene: Scene) -> None:
-    settings, water_m = scene.settings, scene.settings.options.water_m
-    low, high = scene.heightmap.range_m
-    if ui.tick("water", water_m is not None, "Standing water up to a level."):
-        settings.change_all(water_m=low + 0.1 * (high - low) if water_m is None else None)
-    elif water_m is not None:
-        level = ui.slide("water level", water_m, low, high, "Metres, as in the heights of the map.", "%.0f m")
-        if level is not None:
-            settings.change_all(water_m=level)
 
 
 def camera_section(ui: Widgets, controller: Controller, press: Press) -> None:
@@ -270,7 +168,7 @@ def camera_section(ui: Widgets, controller: Controller, press: Press) -> None:
     mode = ui.choose("mode", controller.mode, MODES, "Fly anywhere, orbit the middle, walk at eye height (V).")
     if mode:
         controller.change_mode(mode)
-    extent, form = max(controller.heightmap.extent_m), _metres_form(controller.speed_m_s) + "/s"
+    extent, form = max(controller.heightmap.extent_m), metres_form(controller.speed_m_s) + "/s"
     speed = ui.slide(
         "speed",
         controller.speed_m_s,

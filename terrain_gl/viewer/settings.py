@@ -60,6 +60,10 @@ class Settings:
         """Change options of all sides."""
         self.sides = [side.otherwise(**changes) for side in self.sides]
 
+    def toggle_contours(self) -> None:
+        """Draw contour lines at an interval that suits the map, or none."""
+        self.change_all(contour_m=0.0 if self.options.contour_m is None else None)
+
     def cycle(self, option: str, step: int = 1) -> str:
         """Take the next choice of an option of `RenderOptions`, and return it."""
         choices = [choice for choice in CHOICES[option] if choice not in EVERY_POST or not self.options.triangles]

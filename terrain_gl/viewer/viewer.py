@@ -25,6 +25,7 @@ from .memory import Memory
 from .mouse import Mouse
 from .painter import REST_S, Painter
 from .pointer import Pointer
+from .ruler import Ruler
 from .saver import Saver
 from .scene import Scene
 from .sculpting import Sculpting
@@ -83,7 +84,8 @@ class Viewer:
         self.saver = Saver(self.scene, self.painter, self.budget)
         self.images = ImageReader(settings, self.window, self.scene.georeference)
         self.sculpting = Sculpting(self.scene, self.pointer, self.budget, self._edited)
-        self.mouse = Mouse(self.scene, self.pointer, self.sculpting, self._clicked)
+        self.ruler = Ruler()
+        self.mouse = Mouse(self.scene, self.pointer, self.sculpting, self.ruler, self._clicked)
         self._lines: Lines | None = None
         self._moved_s: float | None = None
 
@@ -132,6 +134,7 @@ class Viewer:
             scene.enter_exaggerated(opened, scene.pending_exaggeration)
             return
         self.loader.map_shown(opened)
+        self.ruler.clear()
         scene.enter(opened, self.memory.bookmarks(opened.key), self.memory.last_pose(opened.key))
         if opened.heightmap.assumes_spacing:
             name = Path(opened.heightmap.name).name
@@ -299,7 +302,7 @@ class Viewer:
             film.add(canvas.read(), self.window.now_s)
         canvas.show(self.target, self._lens, self.settings.divider if self.settings.split else None)
         self.explainer.follow_cursor()
-        if lines := lines_on_land(scene, self.pointer, self.explainer, self.sculpting):
+        if lines := lines_on_land(scene, self.pointer, self.explainer, self.sculpting, self.ruler):
             self._lines = self._lines or Lines(self.ctx, scene.renderer.picture.samples)
             width_px = 2 * self.window.scale
             self._lines.draw(scene.renderer, scene.controller.camera, self.target, self.window.size, lines, width_px)

@@ -10,6 +10,7 @@ from .legend import Legend
 from .window_state import Size
 
 Box = tuple[float, float, float, float]
+PATH = "a path, then Enter"  # in an empty field for a file
 
 
 class Widgets:

@@ -251,3 +251,18 @@ def test_nothing_overlaps(make_app, size):
         viewer.mouse.move(*place)
         settle(app)
         assert overlaps(app) == [], keys
+
+
+def test_contour_lines_keep_their_heights_in_exaggerated_land(app):
+    app.panels.opened |= {"Picture": True, "Detail": False, "Understand": False}
+    before = seen(app)
+    app.press("shift+c")
+    settle(app)
+    assert 0.005 < changed(seen(app), before) < 0.3
+    heights = [app.viewer.scene.frame_spec().sides[0].contour_m]
+    app.viewer.exaggerate(2.0)
+    settle(app)
+    heights.append(app.viewer.scene.frame_spec().sides[0].contour_m)
+    assert heights == [0.0, 10.0]  # of 120 m of relief every 5 m, drawn twice as high
+    app.press("shift+c")
+    assert app.viewer.scene.frame_spec().sides[0].contour_m is None

@@ -1,0 +1,115 @@
+"""The ruler: a line of clicks on the land, its length on the map and along the ground, and its profile."""
+
+from __future__ import annotations
+
+import math
+from typing import NamedTuple
+
+import numpy as np
+
+from ..heightmap import Heightmap
+from ..verify.holes import ground_m
+
+MOST = 2000  # places of a profile
+
+
+class Profile(NamedTuple):
+    """Heights along a line.
+
+    Attributes
+    ----------
+    places
+        (n, 2) metres east and north.
+    along_m, height_m
+        (n,) the way on the map, and the height, NaN where there is no land.
+    length_m, ground_m
+        The length of the whole line on the map, and along the ground.
+    climb_m, descent_m
+        The sums of all rises and of all falls.
+    """
+
+    places: np.ndarray
+    along_m: np.ndarray
+    height_m: np.ndarray
+    length_m: float
+    ground_m: float
+    climb_m: float
+    descent_m: float
+
+
+def profile(heightmap: Heightmap, corners: np.ndarray, exaggeration: float = 1.0) -> Profile:
+    """The profile along straight legs.
+
+    Parameters
+    ----------
+    heightmap
+        The land; its heights are divided by `exaggeration`.
+    corners
+        (m, 2) the ends of the legs, in metres east and north, at least two. Places stand where a leg crosses a row or
+        a column of posts; on long lines at equal distances, so that there are at most about `MOST`.
+    """
+    most = MOST // (len(corners) - 1) + 1
+    legs = zip(corners, corners[1:], strict=False)
+    places = np.concatenate([*(_leg(a, b, heightmap.spacing_m, most) for a, b in legs), corners[-1:]])
+    along_m = np.concatenate([[0.0], np.cumsum(np.linalg.norm(np.diff(places, axis=0), axis=1))])
+    height_m = ground_m(heightmap, places) / exaggeration
+    known = np.isfinite(height_m)  # a gap is crossed straight
+    rises, runs = np.diff(height_m[known]), np.diff(along_m[known])
+    outside_m = along_m[-1] - runs.sum()
+    ground = float(np.hypot(rises, runs).sum() + outside_m)
+    climb, descent = float(rises[rises > 0].sum()), float(-rises[rises < 0].sum())
+    return Profile(places, along_m, height_m, float(along_m[-1]), ground, climb, descent)
+
+
+def _leg(start: np.ndarray, end: np.ndarray, spacing_m: tuple[float, float], most: int) -> np.ndarray:
+    """(n, 2) places of a leg, from its start on, without its end."""
+    cells = np.stack([start, end]) / spacing_m
+    shares = [np.zeros(1)]
+    for a, b in cells.T:
+        lines = np.arange(math.floor(min(a, b)) + 1, math.ceil(max(a, b)))
+        shares.append((lines - a) / (b - a) if a != b else np.zeros(0))
+    share = np.unique(np.concatenate(shares))
+    share = np.linspace(0, 1, most, endpoint=False) if len(share) > most else share
+    return start + share[:, None] * (end - start)
+
+
+class Ruler:
+    """What the user measures.
+
+    Attributes
+    ----------
+    taken
+        Whether clicks set its corners.
+    corners
+        Metres east and north.
+    """
+
+    def __init__(self) -> None:
+        self.taken = False
+        self.corners: list[tuple[float, float]] = []
+        self._ended = False
+
+    def toggle(self) -> bool:
+        """Take it, or put it away with its line; returns whether it is taken."""
+        self.taken = not self.taken
+        self.clear()
+        return self.taken
+
+    def clear(self) -> None:
+        """Forget the line."""
+        self.corners, self._ended = [], False
+
+    def add(self, east_m: float, north_m: float) -> None:
+        """Set the next corner; after `end`, the first one of a new line."""
+        if self._ended:
+            self.clear()
+        if (east_m, north_m) not in self.corners[-1:]:
+            self.corners.append((east_m, north_m))
+
+    def end(self) -> None:
+        """End the line; the next corner begins another one."""
+        self._ended = len(self.corners) > 1
+
+    def profile(self, heightmap: Heightmap, exaggeration: float = 1.0) -> Profile | None:
+        """The profile along the line; None before it has two corners."""
+        return profile(heightmap, np.array(self.corners), exaggeration) if len(self.corners) > 1 else None

@@ -1,0 +1,110 @@
+"""Contour lines: where they stand, how dense they are, and that they change nothing else."""
+
+import numpy as np
+import pytest
+from asking import ask
+
+from terrain_gl import cli, reference
+from terrain_gl.camera import Camera
+from terrain_gl.contours import MOST, interval_m
+from terrain_gl.exceptions import UsageError
+from terrain_gl.heightmap import Heightmap
+from terrain_gl.options import RenderOptions
+from terrain_gl.renderer import Renderer
+
+SIZE = (240, 120)
+PLANE = Heightmap(np.broadcast_to(310.0 + 2.0 * np.arange(241.0), (121, 241)).astype("f4"), 10.0, "plane")
+
+
+def shown(heightmap, camera, **options):
+    with Renderer(heightmap, SIZE) as renderer:
+        return renderer.render(camera, style="lambert", **options).image[..., :3].astype(int)
+
+
+def from_above(heightmap, up_m=4000.0):
+    x, y = (0.5 * side for side in heightmap.extent_m)
+    return Camera((x, y, up_m), (x, y, 0.0), 20.0, up=(0, 1, 0))
+
+
+def columns_of_lines(picture):
+    """Middles of the dark columns of a picture's middle row, and how dark each is."""
+    row = picture[SIZE[1] // 2].sum(-1)
+    dark = np.concatenate([[0], (row < row.max() - 30).astype(int), [0]])
+    starts, ends = np.flatnonzero(np.diff(dark) == 1), np.flatnonzero(np.diff(dark) == -1)
+    lines = [(np.arange(a, b) + 0.5, row.max() - row[a:b]) for a, b in zip(starts, ends, strict=True)]
+    return (
+        np.array([np.average(at, weights=ink) for at, ink in lines]),
+        np.array([ink.sum() for _, ink in lines]),
+    )
+
+
+def test_lines_stand_where_the_plane_has_their_height_and_each_fifth_is_heavy():
+    camera = from_above(PLANE)
+    found, weight = columns_of_lines(shown(PLANE, camera, contour_m=20.0))
+    tan = np.tan(np.radians(10.0)) / (SIZE[1] / 2)
+    heights = np.arange(320.0, 800.0, 20.0)
+    expected = SIZE[0] / 2 + ((heights - 310.0) / 2.0 * 10.0 - camera.eye[0]) / (camera.eye[2] - heights) / tan
+    seen = (expected > 2) & (expected < SIZE[0] - 2)
+    assert seen.sum() > 10 and np.allclose(found, expected[seen], atol=0.3)
+    heavy = heights[seen] % 100 == 0
+    assert weight[heavy].min() > 1.5 * weight[~heavy].max()
+
+
+def test_without_the_option_nothing_changes_and_lines_are_lines_alone():
+    camera = from_above(PLANE)
+    plain, lined = shown(PLANE, camera), shown(PLANE, camera, contour_m=0.0)
+    same = (plain == lined).all(-1)
+    assert 0.6 < same.mean() < 0.97 and (lined <= plain).all()
+
+
+def test_a_plain_at_the_height_of_a_line_is_no_line():
+    flat = np.zeros((121, 241), "f4")
+    flat[:, 200:] = 70.0
+    picture = shown(Heightmap(flat, 10.0), from_above(Heightmap(flat, 10.0)), contour_m=10.0)
+    assert (picture[20:100, 40:160].reshape(-1, 3) == picture[60, 100]).all()
+
+
+def test_lines_that_would_be_a_grey_fade_away():
+    camera = from_above(PLANE)
+    plain = shown(PLANE, camera)
+    assert np.array_equal(shown(PLANE, camera, contour_m=0.4), plain)
+    assert np.abs(shown(PLANE, camera, contour_m=20.0) - plain).max() > 50
+
+
+def test_there_are_none_under_water():
+    camera = from_above(PLANE)
+    dry, wet = (shown(PLANE, camera, contour_m=20.0, water_m=water_m) for water_m in (None, 540.0))
+    plain = shown(PLANE, camera)
+    assert np.array_equal(wet[:, :100], plain[:, :100]) and np.array_equal(wet[:, 140:], dry[:, 140:])
+    assert not np.array_equal(wet[:, 140:], plain[:, 140:])
+
+
+@pytest.mark.parametrize("relief_m", [0.03, 1.0, 39.9, 40.0, 41.0, 812.0, 8848.0])
+def test_the_interval_is_round_and_suits_the_relief(relief_m):
+    chosen = interval_m(100.0, 100.0 + relief_m)
+    digit = chosen / 10 ** np.floor(np.log10(chosen * 1.001))
+    assert round(digit, 6) in (1, 2, 5)
+    assert MOST / 2.6 < relief_m / chosen <= MOST * 1.0001
+
+
+def test_cover_is_the_twins(ctx):
+    random = np.random.default_rng(1)
+    asked = np.stack([random.uniform(-3, 3, 300), 10 ** random.uniform(-4, 0, 300), random.uniform(0.5, 3, 300)], -1)
+    asked = np.concatenate([asked, np.zeros((300, 1))], -1).astype("f4")
+    statement = "return vec4(contour_cover(a.x, a.y, a.z));"
+    answers = ask(ctx, "shade/contours.glsl", statement, asked, defines={"LISTED": 1})[:, 0]
+    expected = [reference.contour_cover(*map(float, each[:3])) for each in asked]
+    # half a step of float32 at level 3, in pixels
+    assert np.abs(answers - expected).max() <= 4e-7 / asked[:, 1].min()
+
+
+@pytest.mark.parametrize("contour_m", [-1.0, float("nan"), float("inf")])
+def test_what_is_no_interval_is_refused(contour_m):
+    with pytest.raises(UsageError, match="contours"):
+        RenderOptions(contour_m=contour_m)
+
+
+def test_the_command_line_takes_metres_or_auto(capsys):
+    words = ["shot", "alpine", "-o", "p.png", "--contours"]
+    assert [cli.parser().parse_args([*words, text]).contour_m for text in ("auto", "25")] == [0.0, 25.0]
+    assert cli.main([*words, "-5"]) == 2 and "auto" in capsys.readouterr().err
