@@ -30,9 +30,10 @@ napoleon_use_rtype = False
 
 
 def draw_figures(app):
-    """Draw every lesson's figure by its own code."""
+    """Draw every lesson's figure by its own code, and the chapters' figures."""
     environment = os.environ | {"MPLBACKEND": "Agg"}
-    subprocess.run([sys.executable, "-m", "course", "figures"], cwd=ROOT, env=environment, check=True)
+    for command in (["-m", "course", "figures"], ["docs/figures.py"]):
+        subprocess.run([sys.executable, *command], cwd=ROOT, env=environment, check=True)
 
 
 def write_map(app):

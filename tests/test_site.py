@@ -1,0 +1,80 @@
+"""The site: its figures are drawn by code, its tables and checksums are those of the files."""
+
+import hashlib
+import importlib.util
+import os
+import re
+from pathlib import Path
+
+import pytest
+
+ROOT = Path(__file__).parent.parent
+DOCS = ROOT / "docs"
+
+
+def load(path):
+    """A script as a module."""
+    spec = importlib.util.spec_from_file_location(path.stem, path)
+    module = importlib.util.module_from_spec(spec)
+    spec.loader.exec_module(module)
+    return module
+
+
+def checksums(page):
+    """File name -> the (beginning of the) checksum that a page's table gives."""
+    return dict(re.findall(r"^\| `([^`]+)` \|.*\| `([0-9a-f]+)…?` \|$", page.read_text(encoding="utf-8"), re.MULTILINE))
+
+
+@pytest.fixture(scope="module")
+def figures():
+    """The script that draws the chapters' figures."""
+    pytest.importorskip("matplotlib").use("Agg")
+    return load(DOCS / "figures.py")
+
+
+def test_each_figure_of_a_chapter_is_drawn_by_the_script_and_shown(figures):
+    pages = "".join(path.read_text(encoding="utf-8") for path in DOCS.glob("*.md"))
+    shown = set(re.findall(r"\]\(figures/([^)]+)\)", pages))
+    assert shown == set(figures.FIGURES) == {path.name for path in (DOCS / "figures").iterdir()}
+
+
+def test_figures_are_drawn_alike_twice(figures, tmp_path, monkeypatch):
+    monkeypatch.setattr(figures, "FIGURES", {name: figures.FIGURES[name] for name in ("fan.svg", "footprint.svg")})
+    drawn = []
+    for folder in (tmp_path / "first", tmp_path / "second"):
+        figures.main(folder)
+        drawn.append([path.read_bytes() for path in sorted(folder.iterdir())])
+    assert drawn[0] == drawn[1] and all(picture.startswith(b"<?xml") for picture in drawn[0])
+
+
+def test_the_squares_of_the_drawn_rings_cover_each_place_once(figures):
+    import numpy as np
+
+    worst = [np.zeros((64 >> j, 64 >> j)) for j in range(4)]
+    worst[1][8:12, 8:12] = worst[2][4:6, 4:6] = worst[3][2:3, 2:3] = 9.0
+    count = np.zeros((64, 64), int)
+    hole = (24, 24, 16)
+    for y in range(0, 64, 16):
+        for x in range(0, 64, 16):
+            for left, top, side, spacing in figures.cut(worst, x, y, 16, 1, hole, lambda *_: 1.0)[0]:
+                count[top : top + side, left : left + side] += 1
+                assert worst[spacing][top >> spacing, left >> spacing] <= 1.0
+    assert (count[24:40, 24:40] == 0).all()
+    count[24:40, 24:40] = 1
+    assert (count == 1).all()
+
+
+@pytest.mark.parametrize("page, folder", [("heightmaps/README.md", "heightmaps"), ("docs/maps.md", "TERRAIN_GL_DEM")])
+def test_checksums_of_maps(page, folder):
+    listed = checksums(ROOT / page)
+    if folder == "heightmaps":
+        assert set(listed) == {path.name for path in (ROOT / folder).glob("*.png")}
+        folder = ROOT / folder
+    elif folder not in os.environ:
+        pytest.skip("TERRAIN_GL_DEM names no folder of real maps")
+    else:
+        folder = Path(os.environ[folder])
+    assert listed
+    for name, checksum in listed.items():
+        if (folder / name).exists():
+            assert hashlib.sha256((folder / name).read_bytes()).hexdigest().startswith(checksum), name
