@@ -190,7 +190,7 @@ class Terrain:
         Parameters
         ----------
         low, high
-            (n, 2) columns and rows of their north-west and south-east posts; `high` may lie beyond the map.
+            (n, 2) columns and rows of their north-west and south-east corners; `high` may lie beyond the map.
         heights_m
             (n, 2) lowest and highest height above the base.
         """

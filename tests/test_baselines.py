@@ -386,3 +386,44 @@ def test_errors_of_levels_are_what_they_miss(ctx):
         assert errors_m[level] == pytest.approx(np.sqrt(np.square(fine[:-1, :-1] - drawn).mean()), rel=0.03)
     for part in (pyramid, terrain):
         part.release()
+
+
+# --- vertices between posts -------------------------------------------------------------------------------------------
+
+BETWEEN = [
+    *(("clipmap", rings) for rings in (Rings(15, finest=-3), Rings(33, finest=-1))),
+    *(("tessellated", edges) for edges in (Edges(3, 16, 8, 2), Edges(1, 4, 8, 8), Edges(2, 8, 8, 3))),
+]
+
+
+@pytest.mark.parametrize("name", ["odd", "two", "long"])
+@pytest.mark.parametrize(("method", "parameters"), BETWEEN, ids=str)
+def test_cells_cut_in_parts_are_watertight(ctx, method, parameters, name):
+    scene = Scene(ctx, MAPS[name]())
+    for view in ("grazing", "down"):  # the eye is above the map
+        camera = cameras(scene.heightmap)[view]
+        mesh = scene.select(method, camera, parameters, cull=False)
+        posts, _ = captured_triangles(mesh)
+        assert len(posts) == mesh.triangles and (posts != np.floor(posts)).any()
+        check_watertight(posts, scene.heightmap)
+    scene.release()
+
+
+@pytest.mark.parametrize(
+    ("method", "whole", "cut"),
+    [
+        ("clipmap", Rings(8 * 203 + 1, finest=0), Rings(8 * 203 + 1, finest=-1)),
+        ("tessellated", Edges(0.01, 4), Edges(0.01, 4, parts=2)),
+    ],
+)
+def test_parts_of_cells_are_nearer_to_the_truth(ctx, method, whole, cut):
+    """Every cell as two triangles errs by a quarter of its twist, cut in 2 × 2 parts by a sixteenth; posts are exact."""
+    renderer = tg.Renderer(MAPS["odd"](), SIZE, ctx=ctx)
+    errors = []
+    for parameters in (whole, cut):
+        renderer.draw(cameras(renderer.heightmap)["default"], method=method, parameters=parameters)
+        stats = renderer.measure()
+        assert (stats["max_error_posts_px"], stats["holes"]) == (0, 0)
+        errors.append(stats["max_error_px"])
+    assert errors[1] == pytest.approx(errors[0] / 4, rel=0.3)  # places are a quarter of a cell apart
+    renderer.release()

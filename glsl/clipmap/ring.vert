@@ -46,10 +46,10 @@ float coarser_m(int level, ivec2 at) {
     return 0.5 * (sample_m(level + 1, low) + sample_m(level + 1, high));
 }
 
-float alpha(int level, ivec2 post) {
+float alpha(int level, ivec2 post, vec2 between) {
     if (level == u_coarsest) return 0.0;
-    vec2 away_m = vec2(post - u_middle) * vec2(1.0, -1.0) * u_spacing_m - u_middle_m;
-    vec2 from_eye = abs(away_m) / (u_spacing_m * float(1 << level));
+    vec2 away_m = (vec2(post - u_middle) + between) * vec2(1.0, -1.0) * u_spacing_m - u_middle_m;
+    vec2 from_eye = abs(away_m) / (u_spacing_m * exp2(float(level)));
     vec2 share = clamp((from_eye - (u_reach - u_transition - 1.0)) / u_transition, 0.0, 1.0);
     return max(share.x, share.y);
 }
@@ -58,9 +58,10 @@ void main() {
     ivec2 cell = min(ivec2(gl_VertexID % (BLOCK + 1), gl_VertexID / (BLOCK + 1)), in_cells.zw), at = in_cells.xy + cell;
     bvec2 along = bvec2(at.y == in_border.y || at.y == in_border.w, at.x == in_border.x || at.x == in_border.z);
     at = on_coarse_edge(at, along, last_sample(in_level));
-    ivec2 post = post_of_sample(in_level, at);
-    float a = alpha(in_level, post), h_m = any(along) ? sample_m(in_level + 1, at + 1 >> 1) : sample_m(in_level, at);
+    ivec2 place = place_of_sample(in_level, at), post = place >> 6;
+    vec2 between = vec2(place & 63) / 64.0;
+    float a = alpha(in_level, post, between), h_m = any(along) ? sample_m(in_level + 1, at + 1 >> 1) : sample_m(in_level, at);
     if (a > 0.0 && !any(along)) h_m = mix(h_m, coarser_m(in_level, at), a);
-    ivec2 low = post_of_sample(in_level, in_cells.xy & ~1), high = post_of_sample(in_level, in_cells.xy + in_cells.zw);
-    put_vertex(post, h_m, Patch(low, high, float(in_level), false, 0u, -1.0));
+    ivec2 low = place_of_sample(in_level, in_cells.xy & ~1) >> 6, high = place_of_sample(in_level, in_cells.xy + in_cells.zw) + 63 >> 6;
+    put_vertex_between(post, between, h_m, Patch(low, high, float(in_level), false, 0u, -1.0));
 }

@@ -1,7 +1,8 @@
 // tessellated/levels.comp — the levels of each patch: every edge is cut by its length on the screen.
 //   An edge's length on screen is the projected diameter of its bounding sphere, which is the same from all sides:
 //       T = ⌈ K |b − a| / z / edge_px ⌉,   a, b its ends on the ground, z the depth of its middle, K the focal length in pixels
-//   (Cantlay 2011, "DirectX 11 Terrain Tessellation", NVIDIA). No segment is shorter than the spacing of the posts.
+//   (Cantlay 2011, "DirectX 11 Terrain Tessellation", NVIDIA). No segment is shorter than the spacing of the posts, or than a
+//   whole part of it: see tessellated/measures.glsl.
 //   Both patches at an edge compute the same number. If the neighbour is finer, each half of the edge is an edge of its own.
 
 #include "tessellated/patch.glsl"
@@ -17,7 +18,7 @@ layout(std430, binding = 2) buffer Count { uint triangles; };
 
 uniform int u_patches;
 
-vec3 ground_from_eye_m(ivec2 post) { return from_middle_m(post, height_m(post)); }
+vec3 ground_from_eye_m(ivec2 post) { return from_middle_m(post, vec2(0.0), height_m(post)); }
 
 // The distance from the eye: the depth in the middle of the picture, an upper bound of the depth elsewhere.
 float depth_of(vec3 from_eye) {
@@ -28,7 +29,8 @@ float depth_of(vec3 from_eye) {
 int segments(ivec2 a, ivec2 b) {
     vec3 from = ground_from_eye_m(a), to = ground_from_eye_m(b);
     float wanted = ceil(distance(from, to) / (u_edge * depth_of(0.5 * (from + to))));
-    return int(clamp(wanted, 1.0, float(min(MOST, b.x - a.x + b.y - a.y))));
+    int posts = b.x - a.x + b.y - a.y;
+    return whole_parts(int(clamp(wanted, 1.0, float(min(MOST, posts * u_parts)))), posts, MOST);
 }
 
 // Edge i from a to b; if it consists of two halves, the first has `half_` posts.
@@ -54,5 +56,5 @@ void main() {
     cut_edge(c, 2, north_east, high, (p.w & 4) != 0, side / 2);
     cut_edge(c, 3, south_west, high, (p.w & 8) != 0, side / 2);
     cut[i] = words_of(c);
-    atomicAdd(triangles, uint(triangles_in(c)));
+    atomicAdd(triangles, uint(triangles_in(c, u_parts == 1)));
 }

@@ -10,7 +10,7 @@ patch out uvec4 v_patch;
 void main() {
     v_patch = v_cut[0];
     Cut c = cut_of(v_patch);
-    ivec2 inner = inner_levels(c.outer);
+    ivec2 inner = inner_levels(c);
     for (int edge = 0; edge < 4; edge++) gl_TessLevelOuter[edge] = float(c.outer[edge]);
     gl_TessLevelInner[0] = float(inner.x);
     gl_TessLevelInner[1] = float(inner.y);

@@ -12,7 +12,7 @@ from ..comparison import figures
 from ..comparison.compare import FINE, LABELS
 from ..comparison.light import LIGHT_LABELS, compare_light
 from ..comparison.light_truth import FINE as FINE_LIGHT
-from ..comparison.study import Study, study
+from ..comparison.study import VERTICES, Study, study
 from ..exceptions import UsageError
 from . import options, report, values
 
@@ -49,6 +49,12 @@ def add(commands: Any) -> None:
     asked.add_argument("--triangles", type=values.count, metavar="N", help=f"for each method (default: {TRIANGLES})")
     asked.add_argument("--max-error", type=values.positive, metavar="PX", help="the error to certify and to achieve")
     options.add_option(group, "metric")
+    group.add_argument(
+        "--baseline-vertices",
+        choices=VERTICES,
+        default=VERTICES[0],
+        help="between: baselines may have vertices between posts, as ours have (default); posts: on posts alone",
+    )
     group.add_argument("--curve", action="store_true", help="also plot the error at other numbers of triangles")
     group.add_argument(
         "--supersample",
@@ -78,7 +84,8 @@ def run(args: argparse.Namespace) -> int:
             found = Study(compare_light(renderer, scene.camera, args.supersample, progress, **look(args, scene)))
         else:
             asked = args.triangles or TRIANGLES, args.max_error, args.curve, args.supersample
-            found = study(renderer, scene.camera, *asked, progress, **look(args, scene))
+            between = args.baseline_vertices == "between"
+            found = study(renderer, scene.camera, *asked, progress, between, **look(args, scene))
     with report.json_output(args.json, about(args, scene) | found.record()):
         words = figures.OF_LIGHT if args.what == "light" else figures.OF_MESHES
         figures.figure(args.output, found, caption(args, scene), words)

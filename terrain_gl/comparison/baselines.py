@@ -46,9 +46,14 @@ class Baseline:
             goal = replace(goal, parameters=self._fit(camera, size, near_m, goal.triangles))
         return self.surface.select(camera, size, near_m, goal)
 
-    def candidates(self, camera: Camera, size: tuple[int, int], near_m: float, triangles: int) -> list[Parameters]:
-        """Parameters that give about so many triangles, the best guess first."""
-        return [*self.surface.candidates(camera, size, near_m, triangles)]
+    def candidates(
+        self, camera: Camera, size: tuple[int, int], near_m: float, triangles: int, between: bool = False
+    ) -> list[Parameters]:
+        """Parameters that give about so many triangles, the best guess first.
+
+        With `between`, also parameters with vertices between posts.
+        """
+        return [*self.surface.candidates(camera, size, near_m, triangles, between)]
 
     def update(self, posts: Rect) -> None:
         """Follow an edit: parameters are fitted again."""

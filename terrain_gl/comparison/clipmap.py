@@ -9,7 +9,8 @@
     └───────────────┘     (glsl/clipmap/ring.vert). Levels much smaller than the eye's height are left out.
 
 The mesh depends on the position of the eye and not on the land, so a clipmap certifies no error. Rings are cut into
-blocks, and blocks outside the picture are left out.
+blocks, and blocks outside the picture are left out. Levels below 0 cut the cells of the map in parts, with heights that
+are bilinear between posts: the same vertices between posts that our own methods have.
 """
 
 from __future__ import annotations
@@ -33,6 +34,8 @@ from ..terrain import Terrain
 from .pyramid import Pyramid
 
 SMALLEST_RING = 13
+FINEST = -6  # the finest level: vertices are on 64ths of a post
+FINEST_TRIED = -3  # among the candidates for a number of triangles
 BLOCK = 8  # cells a side of a block
 HIGH = 2.5  # a level is left out if its side is smaller than this times the eye's height above the ground
 _DRAW = 1024  # blocks in a draw
@@ -52,6 +55,7 @@ class Rings:
         Vertices along a ring's side; with an even number, some sides have one more or one less.
     finest
         The finest level; by default the first whose side is at least `HIGH` times the eye's height above the ground.
+        Below 0, cells of the map are cut in 2^-finest parts a side.
     transition
         The part of a ring's side over which it blends into the coarser ring; a tenth in GPU Gems 2.
 
@@ -69,8 +73,8 @@ class Rings:
     def __post_init__(self) -> None:
         if not SMALLEST_RING <= self.ring < 2**20:
             raise UsageError(f"ring must be a number of vertices from {SMALLEST_RING} on, got {self.ring}")
-        if self.finest is not None and not 0 <= self.finest < layout.MAX_LEVELS:
-            raise UsageError(f"finest level must be from 0 to {layout.MAX_LEVELS - 1}, got {self.finest}")
+        if self.finest is not None and not FINEST <= self.finest < layout.MAX_LEVELS:
+            raise UsageError(f"finest level must be from {FINEST} to {layout.MAX_LEVELS - 1}, got {self.finest}")
         if not 0 <= self.transition <= 0.25:
             raise UsageError(f"transition must be from 0 to 0.25 of a ring's side, got {self.transition:g}")
 
@@ -104,7 +108,7 @@ def rings_of(heightmap: Heightmap, eye: tuple[float, ...], cells: np.ndarray, fi
     top = max(1, int(max(last) - 1).bit_length())
     rings, hole = [], np.zeros(4, int)
     for level in range(min(finest, top), top + 1):
-        rim = -(-last // 2**level)
+        rim = rim_of(last, level)
         low = 2 * np.round((at / 2**level - cells / 2) / 2).astype(int)
         high = low + cells
         if level == top:
@@ -117,6 +121,11 @@ def rings_of(heightmap: Heightmap, eye: tuple[float, ...], cells: np.ndarray, fi
         if (low <= 0).all() and (high >= rim).all():
             break
     return rings
+
+
+def rim_of(last: np.ndarray, level: int) -> np.ndarray:
+    """Last column and row of a level's lattice, (2,); `last` are those of the posts."""
+    return -(-last // 2**level) if level >= 0 else last * 2**-level
 
 
 def blocks_of(ring: Ring) -> np.ndarray:
@@ -223,14 +232,18 @@ class Clipmap:
         draws, most = -(-len(blocks) // _DRAW), 2 * BLOCK**2 * len(blocks)
         return Selection(self, (len(blocks),), self._count(blocks), most, 0, None, draws)
 
-    def candidates(self, camera: Camera, size: tuple[int, int], near_m: float, triangles: int) -> list[Rings]:
+    def candidates(
+        self, camera: Camera, size: tuple[int, int], near_m: float, triangles: int, between: bool = False
+    ) -> list[Rings]:
         """Rings with about `triangles` triangles in the picture: few levels of wide rings, or more of narrow ones.
+
+        With `between`, also levels below 0, which have vertices between posts.
 
         The best come first, judged by each level's mean error over the map. Candidates that miss the number by more
         than 2 per cent are left out if there are better ones.
         """
         found = []
-        for finest in range(len(self.terrain.levels)):
+        for finest in range(FINEST_TRIED if between else 0, len(self.terrain.levels)):
             rings, off = self._fit_ring(camera, size, near_m, triangles, finest)
             _, blocks = self._blocks_in(camera, size, near_m, rings, cull=True)
             found.append((max(off, 0.02), self._expected(camera, blocks), rings.finest, rings))
@@ -252,7 +265,10 @@ class Clipmap:
         def count(ring: int) -> int:
             return self._count(self._blocks_in(camera, size, near_m, Rings(ring, finest), cull=True)[1])
 
-        low, high = SMALLEST_RING, 2 ** (len(self.terrain.levels) + 2)
+        low, high = SMALLEST_RING, 2 * SMALLEST_RING
+        widest = 2 ** (len(self.terrain.levels) + 2)
+        while high < widest and count(high) < triangles:  # wide rings take long to count
+            low, high = high + 1, 2 * high
         while low < high:
             middle = (low + high) // 2
             low, high = (low, middle) if count(middle) >= triangles else (middle + 1, high)
@@ -266,11 +282,13 @@ class Clipmap:
         nearest_m = self._spacing_m() * 2.0 ** blocks["level"]
         distance_m = np.maximum(np.linalg.norm((low + high) / 2 - camera.eye, axis=1), nearest_m)
         area = (high - low)[:, :2].prod(1)
-        errors_m = self.pyramid.errors_m()[blocks["level"]]
+        errors_m = self.pyramid.errors_m()[np.maximum(blocks["level"], 0)]
         return float((area * (errors_m / distance_m) ** 2).sum() / max(area.sum(), 1e-30))
 
     def _count(self, blocks: np.ndarray) -> int:
-        return int(triangles_of(blocks, (np.array(self.pyramid.sizes) - 1)[blocks["level"]]).sum())
+        last = np.array(self.pyramid.sizes[0]) - 1
+        rims = np.array([rim_of(last, level) for level in range(FINEST, len(self.pyramid.sizes))])
+        return int(triangles_of(blocks, rims[blocks["level"] - FINEST]).sum())
 
     def _finest(self, camera: Camera, ring: int) -> int:
         """The first level whose side is at least `HIGH` times the eye's height above the ground."""
@@ -307,8 +325,9 @@ class Clipmap:
         """World boxes around the blocks: smallest and largest corners, (n, 3) metres."""
         first, last, step = blocks["cells"][:, :2], blocks["cells"][:, :2] + blocks["cells"][:, 2:], blocks["level"]
         ranges = self.pyramid.ranges(first // BLOCK, step + BLOCK.bit_length() - 1)
+        side = 2.0 ** step[:, None]
         # a vertex on a border may be moved by one place
-        return self.terrain.boxes((first // 2 * 2) << step[:, None], last << step[:, None], ranges)
+        return self.terrain.boxes(first // 2 * 2 * side, last * side, ranges)
 
     def _write(self, blocks: np.ndarray, rings: Rings, coarsest: int) -> None:
         """Upload blocks, draw commands and the sizes of the rings."""

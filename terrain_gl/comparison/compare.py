@@ -4,13 +4,17 @@ For the mesh that each method draws, we report its triangles, its screen error o
 (`Renderer.measure`), and the difference of its picture from the true one (`likeness`). The truth is every post of the
 map with the bilinear surface in between (`bilinear`). All pictures are supersampled: each pixel is drawn as 4 × 4
 pixels of 4 samples. Shading reads the map and not the mesh, so only the geometry differs.
+
+A baseline has several parameters for a number of triangles. Its screen error is that of those with the smallest RMS
+screen error; its picture is that of those whose picture is nearest to the truth.
 """
 
 from __future__ import annotations
 
-from collections.abc import Sequence
-from dataclasses import dataclass
+from collections.abc import Mapping, Sequence
+from dataclasses import asdict, dataclass
 from statistics import median
+from types import MappingProxyType
 from typing import Any
 
 import numpy as np
@@ -61,7 +65,8 @@ class Entry:
     Attributes
     ----------
     stats
-        Stats of its frame, its achieved error, `image_rmse`, `flip`, `skyline_px`, `max_skyline_px`: docs/stats.md.
+        Stats of its frame, its achieved error, `image_rmse`, `flip`, `skyline_px`, `max_skyline_px`; of a baseline also
+        `parameters` and `picture_parameters`: docs/stats.md.
     image
         (height, width, 3) uint8 sRGB.
     error_px
@@ -100,6 +105,7 @@ def compare(
     details: dict[str, dict[str, Any]],
     fine: int = FINE,
     progress: Progress | None = None,
+    tried: Mapping[str, Sequence[dict[str, Any]]] = MappingProxyType({}),
     **options: Any,
 ) -> Comparison:
     """Draw the truth and each method, and measure them.
@@ -112,15 +118,21 @@ def compare(
         Each pixel of the compared pictures is drawn as fine × fine pixels.
     progress
         Called with the progress, 0 to 1.
+    tried
+        For a baseline, all options with as many triangles: its picture is drawn with the best of them.
     options
         Further fields of `RenderOptions`, the same for all methods.
     """
     parts = len(details) + 1
     truth = truth_of(renderer, camera, fine, part(progress, 0, parts), **options)
-    entries = [
-        entry_of(renderer, camera, truth, method, fine, part(progress, i, parts), **detail, **options)
-        for i, (method, detail) in enumerate(details.items(), 1)
-    ]
+    entries = []
+    for i, (method, detail) in enumerate(details.items(), 1):
+        pictured = best_pictured(renderer, camera, truth, method, tried.get(method, [detail]), **options)
+        entries.append(
+            entry_of(
+                renderer, camera, truth, method, fine, part(progress, i, parts), pictured=pictured, **detail, **options
+            )
+        )
     return Comparison(truth.image, truth.stats, entries, inset_of(truth, [entry.image for entry in entries]))
 
 
@@ -138,15 +150,34 @@ def entry_of(
     method: str,
     fine: int = FINE,
     progress: Progress | None = None,
+    pictured: dict[str, Any] | None = None,
     **options: Any,
 ) -> Entry:
-    """Draw and measure one method; `options` are fields of `RenderOptions`."""
+    """Draw and measure one method; `options` are fields of `RenderOptions`. For its picture, `pictured` replaces some."""
     times = [renderer.render(camera, method=method, **options).stats["ms"] for _ in range(_FRAMES)]
     stats = dict(renderer.measure())
     stats["ms"] = {stage: median(ms[stage] for ms in times) for stage in times[0]}
     error_px = renderer.inspector.error_map()
-    image, likeness = likeness_of(renderer, camera, truth, fine, progress, method=method, **options)
+    shown = options | (pictured or {})
+    image, likeness = likeness_of(renderer, camera, truth, fine, progress, method=method, **shown)
+    if options.get("parameters"):
+        stats |= {"parameters": asdict(options["parameters"]), "picture_parameters": asdict(shown["parameters"])}
     return Entry(method, stats | likeness, image, error_px)
+
+
+def best_pictured(
+    renderer: Renderer,
+    camera: Camera,
+    truth: Truth,
+    method: str,
+    tried: Sequence[dict[str, Any]],
+    **options: Any,
+) -> dict[str, Any]:
+    """Those of the options `tried` whose picture has the smallest RMSE, without supersampling."""
+    if len(tried) == 1:
+        return tried[0]
+    off = [likeness_of(renderer, camera, truth, 1, method=method, **each, **options)[1]["image_rmse"] for each in tried]
+    return tried[int(np.argmin(off))]
 
 
 def likeness_of(

@@ -17,7 +17,7 @@ from ..steps import Progress
 from ..verify.measure import posts_of
 from . import ideal
 from .compare import COMPARED, measured
-from .fitting import best_parameters, candidates
+from .fitting import best_of, candidates
 
 BUDGETS = (1 / 16, 1 / 8, 1 / 4, 1 / 2, 1, 2, 4)  # the curves' points, as parts of the requested number of triangles
 EQUAL = 0.02  # numbers of triangles count as equal up to this relative difference
@@ -25,11 +25,24 @@ FEWEST = 200  # the smallest number of triangles that is requested of a method
 _BLOCK = 256  # posts a side
 
 
-def detail_of(renderer: Renderer, camera: Camera, method: str, triangles: int, **options: Any) -> dict[str, Any]:
-    """Options with which a method draws `triangles` triangles; for a baseline, its best parameters."""
-    if method not in BASELINES:
-        return {"triangles": triangles}
-    return {"parameters": best_parameters(renderer, camera, method, triangles, **options)}
+def detail_of(
+    renderer: Renderer, camera: Camera, method: str, triangles: int, between: bool = True, **options: Any
+) -> dict[str, Any]:
+    """Options with which a method draws `triangles` triangles; for a baseline, its best parameters.
+
+    `between`: whether baselines may have vertices between posts.
+    """
+    tried = details_of(renderer, camera, method, triangles, options.get("near_m"), between)
+    return best_detail(renderer, camera, method, tried, **options)
+
+
+def best_detail(
+    renderer: Renderer, camera: Camera, method: str, tried: list[dict[str, Any]], **options: Any
+) -> dict[str, Any]:
+    """Those of the options `tried` with the smallest RMS screen error."""
+    if len(tried) == 1:
+        return tried[0]
+    return {"parameters": best_of(renderer, camera, method, [each["parameters"] for each in tried], **options)}
 
 
 def drawable(renderer: Renderer, camera: Camera, triangles: int, **options: Any) -> int:
@@ -39,7 +52,7 @@ def drawable(renderer: Renderer, camera: Camera, triangles: int, **options: Any)
         return triangles
     counts = []
     for method in COMPARED:
-        detail = _details(renderer, camera, method, most, options.get("near_m"))[0]
+        detail = details_of(renderer, camera, method, most, options.get("near_m"), between=False)[0]
         counts.append(renderer.choose(camera, method=method, **detail, **options)["triangles"])
     return max(1, min(counts))
 
@@ -50,13 +63,14 @@ def curve(
     methods: Sequence[str],
     budgets: Sequence[int],
     progress: Progress | None = None,
+    between: bool = True,
     **options: Any,
 ) -> dict[str, list[dict[str, Any]]]:
-    """The achieved error of each method at each budget: lists of stats by method."""
+    """The achieved error of each method at each budget: lists of stats by method. `between` as for `detail_of`."""
     achieved: dict[str, list[dict[str, Any]]] = {method: [] for method in methods}
     for i, triangles in enumerate(budgets):
         for method in methods:
-            detail = detail_of(renderer, camera, method, triangles, **options)
+            detail = detail_of(renderer, camera, method, triangles, between, **options)
             achieved[method].append(measured(renderer, camera, method=method, **detail, **options))
         if progress:
             progress((i + 1) / len(budgets))
@@ -77,7 +91,14 @@ def ideal_curve(renderer: Renderer, camera: Camera, budgets: Sequence[int], near
 
 
 def fewest(
-    renderer: Renderer, camera: Camera, method: str, max_error_px: float, start: int, most: int, **options: Any
+    renderer: Renderer,
+    camera: Camera,
+    method: str,
+    max_error_px: float,
+    start: int,
+    most: int,
+    between: bool = True,
+    **options: Any,
 ) -> dict[str, Any] | None:
     """Stats of the frame with the fewest triangles, within 2 %, that *achieves* an error; None if there is none.
 
@@ -87,12 +108,14 @@ def fewest(
         The first number of triangles; it is doubled until it is enough.
     most
         The largest number to try: the triangles of every post.
+    between
+        Whether baselines may have vertices between posts.
     """
 
     error = f"{options.get('metric', 'max')}_error_px"
 
     def holds(triangles: float) -> dict[str, Any] | None:
-        for detail in _details(renderer, camera, method, round(triangles), options.get("near_m")):
+        for detail in details_of(renderer, camera, method, round(triangles), options.get("near_m"), between):
             stats = measured(renderer, camera, method=method, **detail, **options)
             if stats[error] <= max_error_px:
                 return dict(stats)
@@ -129,10 +152,11 @@ def _seen_part(heightmap: Heightmap, camera: Camera, size: tuple[int, int], near
     return slice(first, min(last, heightmap.rows)), slice(int(left), int(min(right, heightmap.cols)))
 
 
-def _details(
-    renderer: Renderer, camera: Camera, method: str, triangles: int, near_m: float | None
+def details_of(
+    renderer: Renderer, camera: Camera, method: str, triangles: int, near_m: float | None, between: bool
 ) -> list[dict[str, Any]]:
-    """The sets of options with which a method draws `triangles` triangles."""
+    """All options with which a method draws `triangles` triangles; `between` as for `detail_of`."""
     if method not in BASELINES:
         return [{"triangles": triangles}]
-    return [{"parameters": parameters} for parameters in candidates(renderer, camera, method, triangles, near_m)]
+    found = candidates(renderer, camera, method, triangles, near_m, between)
+    return [{"parameters": parameters} for parameters in found]

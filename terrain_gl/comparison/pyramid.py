@@ -96,14 +96,14 @@ class Pyramid:
         at
             (n, 2) columns and rows of the cells on the lattice of their level.
         level
-            (n,) levels, `FIRST_RANGES` or above.
+            (n,) levels; below `FIRST_RANGES`, the range is that of the larger cell around.
         """
         if not self._ranges:
             self._ranges = _ranges(self.read())
         found = np.empty((len(at), 2))
         for j in np.unique(level):
-            known = min(j, FIRST_RANGES + len(self._ranges) - 1)
-            col, row = at[level == j].T >> j - known
+            known = min(max(j, FIRST_RANGES), FIRST_RANGES + len(self._ranges) - 1)
+            col, row = at[level == j].T >> abs(j - known)
             found[level == j] = self._ranges[known - FIRST_RANGES][row, col]
         return found
 

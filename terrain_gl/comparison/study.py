@@ -10,8 +10,10 @@ from ..camera import Camera
 from ..renderer import Renderer
 from ..steps import Progress
 from .compare import COMPARED, FINE, Comparison, compare, measured, part
-from .curves import BUDGETS, EQUAL, FEWEST, curve, detail_of, drawable, fewest, ideal_curve
+from .curves import BUDGETS, EQUAL, FEWEST, best_detail, curve, details_of, drawable, fewest, ideal_curve
 
+VERTICES = ("between", "posts")  # where a baseline's vertices may be: also between posts, or on posts alone
+MANY = 4  # with vertices between posts, a baseline may take so many times the triangles of every post for an error
 _NUMBERS = (  # label, key of an entry's stats, format
     ("triangles", "triangles", ",d"),
     ("RMS screen error, px", "rms_error_px", ".3f"),
@@ -46,6 +48,8 @@ class Study:
     ----------
     triangles
         The number of triangles for each method, if one was requested.
+    between
+        Whether the baselines could have vertices between posts, as our own methods have them.
     curves, ideal
         The results of `curve` and `ideal_curve`, if they were requested.
     max_error_px, needed
@@ -59,6 +63,7 @@ class Study:
     max_error_px: float | None = None
     needed: dict[str, dict[str, Any] | None] | None = None
     triangles: int | None = None
+    between: bool = True
 
     def uneven(self) -> dict[str, float]:
         """The relative difference from the requested triangles, for methods where it is larger than `EQUAL`."""
@@ -87,6 +92,7 @@ class Study:
         found["methods"] = [entry.stats for entry in self.comparison.entries]
         if self.triangles:
             found["triangles"] = self.triangles
+            found["baseline_vertices"] = VERTICES[not self.between]
         if self.curves:
             found["curves"] = self.curves
             points = zip(self.ideal.triangles, self.ideal.rms_px, strict=True)
@@ -102,6 +108,7 @@ def study(
     with_curves: bool = False,
     fine: int = FINE,
     progress: Progress | None = None,
+    between: bool = True,
     **options: Any,
 ) -> Study:
     """Compare all methods in one view.
@@ -113,28 +120,33 @@ def study(
         certifies this error.
     with_curves
         Measure other numbers of triangles, too: `BUDGETS` times this one.
+    between
+        Whether the baselines may have vertices between posts.
     fine, progress, options
         As for `compare`.
     """
     certified = {"method": "sat", "max_error_px": max_error_px} | options
     own = measured(renderer, camera, **certified) if max_error_px else None
     triangles = max(own["triangles"], FEWEST) if own else drawable(renderer, camera, triangles, **options)
-    details = {method: detail_of(renderer, camera, method, triangles, **options) for method in COMPARED}
+    tried = {m: details_of(renderer, camera, m, triangles, options.get("near_m"), between) for m in COMPARED}
+    details = {method: best_detail(renderer, camera, method, tried[method], **options) for method in COMPARED}
     if own:
         details["sat"] = {"max_error_px": max_error_px}
+        del tried["sat"]
     parts = 1 + with_curves + bool(own)
-    comparison = compare(renderer, camera, details, fine, part(progress, 0, parts), **options)
-    found = Study(comparison, max_error_px=max_error_px, triangles=triangles)
+    comparison = compare(renderer, camera, details, fine, part(progress, 0, parts), tried, **options)
+    found = Study(comparison, max_error_px=max_error_px, triangles=triangles, between=between)
     most = comparison.stats["triangles"]
     if with_curves:
         budgets = [max(FEWEST, round(triangles * share)) for share in BUDGETS if triangles * share < most]
         found.ideal = ideal_curve(renderer, camera, budgets, options.get("near_m"))
-        found.curves = curve(renderer, camera, COMPARED, budgets, part(progress, 1, parts), **options)
+        found.curves = curve(renderer, camera, COMPARED, budgets, part(progress, 1, parts), between, **options)
     if own and max_error_px:
         found.needed = {"sat": own}
         for method in COMPARED:
             if method != "sat":
-                found.needed[method] = fewest(renderer, camera, method, max_error_px, triangles, most, **options)
+                asked = max_error_px, triangles, MANY * most if between else most, between
+                found.needed[method] = fewest(renderer, camera, method, *asked, **options)
     if progress:
         progress(1.0)
     return found

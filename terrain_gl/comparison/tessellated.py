@@ -32,10 +32,8 @@ from .clipmap import Ring, rings_of
 from .pyramid import Pyramid
 
 MOST = 32  # segments of an edge, as in glsl/tessellated/levels.comp
-_VERTICES = (MOST - 1) ** 2 + 4 * 2 * MOST  # at most, of a patch
-_DRAW = gl.MOST_VERTICES // _VERTICES  # patches in a draw
 _PLACE = np.dtype([("at", "2i4"), ("level", "i4"), ("finer", "i4")])
-MEASURES = np.dtype([("middle_m", "3f4"), ("edge", "f4"), ("middle", "2i4"), ("_", "2i4")])
+MEASURES = np.dtype([("middle_m", "3f4"), ("edge", "f4"), ("middle", "2i4"), ("parts", "i4"), ("_", "i4")])
 _BARRIER = (
     moderngl.SHADER_STORAGE_BARRIER_BIT | moderngl.VERTEX_ATTRIB_ARRAY_BARRIER_BIT | moderngl.BUFFER_UPDATE_BARRIER_BIT
 )
@@ -53,6 +51,9 @@ class Edges:
         Posts along a side of the finest patches, a power of two.
     ring
         Patches along a ring's side, even.
+    parts
+        The most parts that a side of a cell of the map is cut into, with heights that are bilinear between posts: the
+        same vertices between posts that our own methods have. With 1, all vertices are on posts.
 
     Raises
     ------
@@ -64,6 +65,7 @@ class Edges:
     edge_px: float = 8.0
     patch: int = 16
     ring: int = 128
+    parts: int = 1
 
     def __post_init__(self) -> None:
         if not 0 < self.edge_px < 1e9:
@@ -72,10 +74,19 @@ class Edges:
             raise UsageError(f"patch must be 4, 8, 16 or 32 posts, got {self.patch}")
         if self.ring % 2 or not 8 <= self.ring < 2**16:
             raise UsageError(f"ring must be an even number of patches from 8 on, got {self.ring}")
+        if not 1 <= self.parts <= MOST:
+            raise UsageError(f"parts of a cell must be from 1 to {MOST}, got {self.parts}")
 
 
 _CANDIDATES = ((16, 128), (8, 128), (16, 64))  # posts along a patch, patches along a ring
+_BETWEEN = ((16, 128), (8, 128), (4, 128))  # the same with vertices between posts: MOST segments a side of a patch
 _TRIES = 30  # bisections of the range of edge lengths
+
+
+def _patches_in_draw(edges: Edges) -> int:
+    """Patches that one draw takes. The inner levels are means of opposite edges, and an edge may have two halves."""
+    inner = MOST if edges.parts == 1 else 2 * MOST  # on posts, both halves together have no more segments than posts
+    return gl.MOST_VERTICES // ((inner - 1) ** 2 + 4 * 2 * MOST)
 
 
 def places_of(ring: Ring) -> np.ndarray:
@@ -147,18 +158,22 @@ class Tessellated:
         edges: Edges = goal.parameters or Edges()
         places = self._look(camera, size, near_m, edges, goal.cull, goal.tolerance_px)
         triangles = self._cut(len(places), edges)
-        commands = [(min(_DRAW, len(places) - first), 1, first, 0, 0) for first in range(0, len(places), _DRAW)]
+        most = _patches_in_draw(edges)
+        commands = [(min(most, len(places) - first), 1, first, 0, 0) for first in range(0, len(places), most)]
         self.draws = gl.at_least(self.ctx, self.draws, gl.COMMAND_STRIDE * len(commands))
         self.draws.write(np.array(commands or [(0,) * 5], "u4").tobytes())
-        most = triangles + 4 * MOST * len(places)
-        return Selection(self, (len(places),), triangles, most, 0, None, len(commands))
+        return Selection(self, (len(places),), triangles, triangles + 4 * MOST * len(places), 0, None, len(commands))
 
-    def candidates(self, camera: Camera, size: tuple[int, int], near_m: float, triangles: int) -> list[Edges]:
+    def candidates(
+        self, camera: Camera, size: tuple[int, int], near_m: float, triangles: int, between: bool = False
+    ) -> list[Edges]:
         """Edges with about `triangles` triangles in the picture: many small patches, or fewer large ones.
 
-        The best come first: more patches fit the land better.
+        The best come first: more patches fit the land better. With `between`, also edges with vertices between posts.
         """
-        return [self._fit(camera, size, near_m, triangles, Edges(patch=n, ring=ring)) for n, ring in _CANDIDATES]
+        tried = [Edges(patch=n, ring=ring) for n, ring in _CANDIDATES]
+        tried += [Edges(patch=n, ring=ring, parts=MOST // n) for n, ring in _BETWEEN] if between else []
+        return [self._fit(camera, size, near_m, triangles, each) for each in tried]
 
     def _fit(self, camera: Camera, size: tuple[int, int], near_m: float, triangles: int, edges: Edges) -> Edges:
         """The length of edges that gives about `triangles` triangles in the picture."""
@@ -207,7 +222,7 @@ class Tessellated:
     def _cut(self, patches: int, edges: Edges) -> int:
         """Compute the levels of all edges; returns the number of triangles."""
         middle, offset_m, z_m = self.view.eye
-        measures = np.array(((*offset_m, z_m), edges.edge_px / self.view.focal_px, middle, (0, 0)), MEASURES)
+        measures = np.array(((*offset_m, z_m), edges.edge_px / self.view.focal_px, middle, edges.parts, 0), MEASURES)
         self._measures.write(measures.tobytes())
         self._count.write(bytes(4))
         self.bind()
