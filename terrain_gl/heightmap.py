@@ -208,11 +208,12 @@ class Heightmap:
         heightmap.georeference = raster.georeference
         return heightmap
 
-    def copy(self) -> Heightmap:
-        """A copy of the map with its own heights."""
-        own = Heightmap(self.heights.copy(), self.spacing_m, self.name)
-        for name in ("quantised_m", "opened", "scales", "georeference", "look", "assumes_spacing"):
+    def copy(self, heights: np.ndarray | None = None) -> Heightmap:
+        """A copy of the map with its own heights, or with `heights` instead, (rows, cols) metres."""
+        own = Heightmap(self.heights.copy() if heights is None else heights, self.spacing_m, self.name)
+        for name in ("opened", "scales", "georeference", "look", "assumes_spacing"):
             setattr(own, name, getattr(self, name))
+        own.quantised_m = min(self.quantised_m[0], own.range_m[0]), max(self.quantised_m[1], own.range_m[1])
         return own
 
     def write(self, x: int, y: int, heights: ArrayLike) -> tuple[slice, slice] | None:

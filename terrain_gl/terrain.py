@@ -40,7 +40,8 @@ class Terrain:
         self.ctx, self.heightmap = ctx, heightmap
         self.edits = 0
         self._own = False  # whether `heightmap` is this terrain's alone, to be written to
-        self._filling: Filling | None = like._filling if like else None
+        same = like is not None and like.heightmap.heights is heightmap.heights
+        self._filling: Filling | None = like._filling if like and same else None
         self._water: Water | None = like._water if like else Water.of(heightmap.heights)
         size = (heightmap.cols, heightmap.rows)
         most = gl.limits(ctx)["texture_size"]
@@ -170,6 +171,10 @@ class Terrain:
             self.heightmap.quantised_m = quantised_m
             return None
         return Terrain(self.ctx, other, self)
+
+    def with_heights(self, heights: np.ndarray) -> Terrain:
+        """The same posts with other heights, (rows, cols) metres, NaN for voids. Water stays where it stands."""
+        return Terrain(self.ctx, self.heightmap.copy(heights), self)
 
     def take(self, other: Terrain) -> None:
         """Exchange quantisation ranges, textures and blocks with what `with_headroom` or `with_range` returned."""

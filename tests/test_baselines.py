@@ -417,7 +417,7 @@ def test_cells_cut_in_parts_are_watertight(ctx, method, parameters, name):
     ],
 )
 def test_parts_of_cells_are_nearer_to_the_truth(ctx, method, whole, cut):
-    """Every cell as two triangles errs by a quarter of its twist, cut in 2 × 2 parts by a sixteenth; posts are exact."""
+    """Every cell as two triangles errs by a quarter of its twist, in 2 × 2 parts by a sixteenth; posts are exact."""
     renderer = tg.Renderer(MAPS["odd"](), SIZE, ctx=ctx)
     errors = []
     for parameters in (whole, cut):

@@ -13,15 +13,19 @@ from terrain_gl.cli import main
 from terrain_gl.cli.compare import in_lines, uneven_text
 from terrain_gl.comparison import compare as comparing
 from terrain_gl.comparison import curves, ideal
+from terrain_gl.comparison.clipmap import Rings
 from terrain_gl.comparison.compare import (
     COMPARED,
     Comparison,
     Entry,
     Truth,
+    best_pictured,
     entry_of,
+    likeness_of,
     truth_of,
 )
 from terrain_gl.comparison.curves import EQUAL, curve, fewest, ideal_curve
+from terrain_gl.comparison.own_surface import drawn_heights
 from terrain_gl.comparison.study import Study, study
 from terrain_gl.files.views import standard_view
 from terrain_gl.image import read_image
@@ -138,6 +142,52 @@ def test_fewest_finds_the_threshold(renderer, camera, monkeypatch):
     assert max(asked) <= 80_000
 
 
+def test_a_baseline_shaded_from_its_own_mesh(renderer, camera):
+    """Coarse rings are shaded otherwise than the map; rings with every post give the map's picture to the bit."""
+    truth = truth_of(renderer, camera, fine=1)
+    coarse, every_post = Rings(33, finest=1), Rings(8 * 128 + 1, finest=0)
+    for parameters, differs in ((coarse, True), (every_post, False)):
+        drawing = {"method": "clipmap", "parameters": parameters}
+        (by_map, of_map), (by_mesh, of_mesh) = (
+            likeness_of(renderer, camera, truth, 1, from_mesh=from_mesh, **drawing) for from_mesh in (False, True)
+        )
+        assert np.array_equal(by_map, by_mesh) != differs
+        assert of_mesh["image_rmse"] > of_map["image_rmse"] or not differs
+        assert of_mesh["skyline_px"] == of_map["skyline_px"], "the mesh is the same"
+    again, _ = likeness_of(renderer, camera, truth, 1, **drawing)
+    assert np.array_equal(again, by_map), "afterwards pictures are shaded from the map"
+
+
+def test_drawn_heights_are_those_of_the_mesh(ctx):
+    """Voids stay voids; where the mesh has a vertex on a post, its height is the drawn one."""
+    heights = cliffs(70).heights.copy()
+    heights[20:25, 30:40] = np.nan
+    r = tg.Renderer(tg.Heightmap(heights, 10.0), SIZE, ctx=ctx)
+    camera, drawing = tg.Camera.default(r.heightmap), {"method": "clipmap", "parameters": Rings(13, finest=1)}
+    drawn = drawn_heights(r, camera, **drawing)
+    r.choose(camera, cull=False, **drawing)
+    expected = r.inspector.drawn_heights()
+    on_mesh = expected != r.terrain.filled  # no vertex, or one at the true height
+    on_mesh &= ~np.isnan(heights)
+    assert on_mesh.sum() > 100 and np.abs(drawn - expected)[on_mesh].max() < 1e-4
+    assert np.array_equal(np.isnan(drawn), np.isnan(heights))
+    r.release()
+
+
+def test_the_picture_of_a_baseline_is_that_of_its_best_parameters(renderer, camera):
+    """Two rings with as many triangles: the order does not matter, and the worse one is not chosen."""
+    truth = truth_of(renderer, camera, fine=1)
+    tried = [{"parameters": Rings(13, finest=2)}, {"parameters": Rings(8 * 128 + 1, finest=0)}]
+    for order in (tried, tried[::-1]):
+        assert best_pictured(renderer, camera, truth, "clipmap", order) == tried[1]
+    entry = entry_of(renderer, camera, truth, "clipmap", 1, pictured=tried[1], **tried[0])
+    assert (entry.stats["parameters"]["ring"], entry.stats["picture_parameters"]["ring"]) == (13, 1025)
+    assert (
+        entry.stats["image_rmse"]
+        == likeness_of(renderer, camera, truth, 1, method="clipmap", **tried[1])[1]["image_rmse"]
+    )
+
+
 def test_curves_fall(renderer, camera):
     points = curve(renderer, camera, ["sat"], [500, 1500, 7500])["sat"]
     errors = [point["rms_error_px"] for point in points]
@@ -192,6 +242,7 @@ def test_command_writes_a_figure_a_table_and_numbers(tmp_path, command, capsys):
     out = capsys.readouterr().out
     assert "RMS screen error, px" in out and "Ideal quadtree" in out
     numbers = json.loads((tmp_path / "numbers.json").read_text())
+    assert (numbers["baseline_vertices"], numbers["baseline_shading"]) == ("between", "map")
     assert numbers["command"].startswith("terrain-gl compare") and numbers["view"]["fov_deg"] == 45
     assert {stats["method"] for stats in numbers["methods"]} == set(COMPARED)
     for stats in numbers["methods"]:

@@ -12,7 +12,7 @@ from ..comparison import figures
 from ..comparison.compare import FINE, LABELS
 from ..comparison.light import LIGHT_LABELS, compare_light
 from ..comparison.light_truth import FINE as FINE_LIGHT
-from ..comparison.study import VERTICES, Study, study
+from ..comparison.study import SHADING, VERTICES, Study, study
 from ..exceptions import UsageError
 from . import options, report, values
 
@@ -55,6 +55,12 @@ def add(commands: Any) -> None:
         default=VERTICES[0],
         help="between: baselines may have vertices between posts, as ours have (default); posts: on posts alone",
     )
+    group.add_argument(
+        "--baseline-shading",
+        choices=SHADING,
+        default=SHADING[0],
+        help="map: all are shaded alike (default); mesh: baselines are shaded from the surface that they draw",
+    )
     group.add_argument("--curve", action="store_true", help="also plot the error at other numbers of triangles")
     group.add_argument(
         "--supersample",
@@ -84,8 +90,8 @@ def run(args: argparse.Namespace) -> int:
             found = Study(compare_light(renderer, scene.camera, args.supersample, progress, **look(args, scene)))
         else:
             asked = args.triangles or TRIANGLES, args.max_error, args.curve, args.supersample
-            between = args.baseline_vertices == "between"
-            found = study(renderer, scene.camera, *asked, progress, between, **look(args, scene))
+            own = args.baseline_vertices == "between", args.baseline_shading == "mesh"
+            found = study(renderer, scene.camera, *asked, progress, *own, **look(args, scene))
     with report.json_output(args.json, about(args, scene) | found.record()):
         words = figures.OF_LIGHT if args.what == "light" else figures.OF_MESHES
         figures.figure(args.output, found, caption(args, scene), words)

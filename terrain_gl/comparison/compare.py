@@ -3,7 +3,8 @@
 For the mesh that each method draws, we report its triangles, its screen error over the surface in the picture
 (`Renderer.measure`), and the difference of its picture from the true one (`likeness`). The truth is every post of the
 map with the bilinear surface in between (`bilinear`). All pictures are supersampled: each pixel is drawn as 4 × 4
-pixels of 4 samples. Shading reads the map and not the mesh, so only the geometry differs.
+pixels of 4 samples. Shading reads the map and not the mesh, so only the geometry differs, unless baselines are to be
+shaded from their own meshes (`own_surface`).
 
 A baseline has several parameters for a number of triangles. Its screen error is that of those with the smallest RMS
 screen error; its picture is that of those whose picture is nearest to the truth.
@@ -12,6 +13,7 @@ screen error; its picture is that of those whose picture is nearest to the truth
 from __future__ import annotations
 
 from collections.abc import Mapping, Sequence
+from contextlib import nullcontext
 from dataclasses import asdict, dataclass
 from statistics import median
 from types import MappingProxyType
@@ -20,11 +22,13 @@ from typing import Any
 import numpy as np
 
 from ..camera import Camera
+from ..methods import BASELINES
 from ..pieces import Piece
 from ..renderer import Renderer
 from ..shade import UNLIT
 from ..steps import Progress, drain
 from .likeness import difference_of, flip, rmse, skyline
+from .own_surface import shaded_from_mesh
 
 LABELS = {
     "clipmap": "Geometry clipmaps",
@@ -106,6 +110,7 @@ def compare(
     fine: int = FINE,
     progress: Progress | None = None,
     tried: Mapping[str, Sequence[dict[str, Any]]] = MappingProxyType({}),
+    from_mesh: bool = False,
     **options: Any,
 ) -> Comparison:
     """Draw the truth and each method, and measure them.
@@ -120,6 +125,8 @@ def compare(
         Called with the progress, 0 to 1.
     tried
         For a baseline, all options with as many triangles: its picture is drawn with the best of them.
+    from_mesh
+        Shade each baseline from the surface that it draws (`own_surface`), not from the map.
     options
         Further fields of `RenderOptions`, the same for all methods.
     """
@@ -127,12 +134,10 @@ def compare(
     truth = truth_of(renderer, camera, fine, part(progress, 0, parts), **options)
     entries = []
     for i, (method, detail) in enumerate(details.items(), 1):
-        pictured = best_pictured(renderer, camera, truth, method, tried.get(method, [detail]), **options)
-        entries.append(
-            entry_of(
-                renderer, camera, truth, method, fine, part(progress, i, parts), pictured=pictured, **detail, **options
-            )
-        )
+        seen = {"from_mesh": from_mesh and method in BASELINES} | options
+        pictured = best_pictured(renderer, camera, truth, method, tried.get(method, [detail]), **seen)
+        step = part(progress, i, parts)
+        entries.append(entry_of(renderer, camera, truth, method, fine, step, pictured, **detail, **seen))
     return Comparison(truth.image, truth.stats, entries, inset_of(truth, [entry.image for entry in entries]))
 
 
@@ -151,15 +156,16 @@ def entry_of(
     fine: int = FINE,
     progress: Progress | None = None,
     pictured: dict[str, Any] | None = None,
+    from_mesh: bool = False,
     **options: Any,
 ) -> Entry:
-    """Draw and measure one method; `options` are fields of `RenderOptions`. For its picture, `pictured` replaces some."""
+    """Draw and measure one method; `options` are fields of `RenderOptions`, replaced by `pictured` for its picture."""
     times = [renderer.render(camera, method=method, **options).stats["ms"] for _ in range(_FRAMES)]
     stats = dict(renderer.measure())
     stats["ms"] = {stage: median(ms[stage] for ms in times) for stage in times[0]}
     error_px = renderer.inspector.error_map()
     shown = options | (pictured or {})
-    image, likeness = likeness_of(renderer, camera, truth, fine, progress, method=method, **shown)
+    image, likeness = likeness_of(renderer, camera, truth, fine, progress, from_mesh, method=method, **shown)
     if options.get("parameters"):
         stats |= {"parameters": asdict(options["parameters"]), "picture_parameters": asdict(shown["parameters"])}
     return Entry(method, stats | likeness, image, error_px)
@@ -181,10 +187,17 @@ def best_pictured(
 
 
 def likeness_of(
-    renderer: Renderer, camera: Camera, truth: Truth, fine: int, progress: Progress | None = None, **options: Any
+    renderer: Renderer,
+    camera: Camera,
+    truth: Truth,
+    fine: int,
+    progress: Progress | None = None,
+    from_mesh: bool = False,
+    **options: Any,
 ) -> tuple[np.ndarray, dict[str, Any]]:
     """A picture, (height, width, 3) uint8, supersampled like the truth, and its difference from the truth."""
-    image, sky, _ = _picture(renderer, camera, fine, progress, **options)
+    with shaded_from_mesh(renderer, camera, **options) if from_mesh else nullcontext():
+        image, sky, _ = _picture(renderer, camera, fine, progress, **options)
     off = skyline(truth.sky, sky)
     shapes = {"skyline_px": off.mean_px, "max_skyline_px": off.max_px}
     return image, {"image_rmse": rmse(truth.image, image), "flip": flip(truth.image, image)} | shapes

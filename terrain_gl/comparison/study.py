@@ -14,6 +14,7 @@ from .curves import BUDGETS, EQUAL, FEWEST, best_detail, curve, details_of, draw
 
 VERTICES = ("between", "posts")  # where a baseline's vertices may be: also between posts, or on posts alone
 MANY = 4  # with vertices between posts, a baseline may take so many times the triangles of every post for an error
+SHADING = ("map", "mesh")  # what a baseline's picture is shaded from
 _NUMBERS = (  # label, key of an entry's stats, format
     ("triangles", "triangles", ",d"),
     ("RMS screen error, px", "rms_error_px", ".3f"),
@@ -50,6 +51,8 @@ class Study:
         The number of triangles for each method, if one was requested.
     between
         Whether the baselines could have vertices between posts, as our own methods have them.
+    from_mesh
+        Whether the baselines' pictures are shaded from their own meshes.
     curves, ideal
         The results of `curve` and `ideal_curve`, if they were requested.
     max_error_px, needed
@@ -64,6 +67,7 @@ class Study:
     needed: dict[str, dict[str, Any] | None] | None = None
     triangles: int | None = None
     between: bool = True
+    from_mesh: bool = False
 
     def uneven(self) -> dict[str, float]:
         """The relative difference from the requested triangles, for methods where it is larger than `EQUAL`."""
@@ -93,6 +97,7 @@ class Study:
         if self.triangles:
             found["triangles"] = self.triangles
             found["baseline_vertices"] = VERTICES[not self.between]
+            found["baseline_shading"] = SHADING[self.from_mesh]
         if self.curves:
             found["curves"] = self.curves
             points = zip(self.ideal.triangles, self.ideal.rms_px, strict=True)
@@ -109,6 +114,7 @@ def study(
     fine: int = FINE,
     progress: Progress | None = None,
     between: bool = True,
+    from_mesh: bool = False,
     **options: Any,
 ) -> Study:
     """Compare all methods in one view.
@@ -122,6 +128,8 @@ def study(
         Measure other numbers of triangles, too: `BUDGETS` times this one.
     between
         Whether the baselines may have vertices between posts.
+    from_mesh
+        Shade the baselines' pictures from their own meshes, not from the map.
     fine, progress, options
         As for `compare`.
     """
@@ -134,8 +142,8 @@ def study(
         details["sat"] = {"max_error_px": max_error_px}
         del tried["sat"]
     parts = 1 + with_curves + bool(own)
-    comparison = compare(renderer, camera, details, fine, part(progress, 0, parts), tried, **options)
-    found = Study(comparison, max_error_px=max_error_px, triangles=triangles, between=between)
+    comparison = compare(renderer, camera, details, fine, part(progress, 0, parts), tried, from_mesh, **options)
+    found = Study(comparison, max_error_px=max_error_px, triangles=triangles, between=between, from_mesh=from_mesh)
     most = comparison.stats["triangles"]
     if with_curves:
         budgets = [max(FEWEST, round(triangles * share)) for share in BUDGETS if triangles * share < most]

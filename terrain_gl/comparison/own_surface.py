@@ -1,0 +1,64 @@
+"""Pictures that are shaded from the surface that a method draws, instead of the map's own posts.
+
+Our shading reads the map through each pixel's footprint, whatever the mesh. A renderer without such tables has nothing
+but its mesh. So the drawn heights at all posts become a map of their own: normals, cover, horizons and shadows are made
+of it, by the same code. Where a mesh has the true height at every post, the picture is the same to the bit.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Iterator
+from contextlib import contextmanager
+from typing import Any
+
+import numpy as np
+
+from ..camera import Camera
+from ..gpu.layout import PLACES
+from ..light.ground import HeightSums
+from ..light.lighting import Lighting
+from ..options import RenderOptions
+from ..renderer import Renderer
+from ..verify.measure import TILE, Measurement, places_of
+
+
+@contextmanager
+def shaded_from_mesh(renderer: Renderer, camera: Camera, **options: Any) -> Iterator[None]:
+    """Inside this context, the renderer shades from the surface that these options draw. The last frame is lost.
+
+    Parameters
+    ----------
+    options
+        Fields of `RenderOptions`: the method and its level of detail.
+    """
+    picture = renderer.picture
+    terrain = renderer.terrain.with_heights(drawn_heights(renderer, camera, **options))
+    sums = HeightSums(terrain)
+    lighting = Lighting(terrain, sums)
+    kept = picture.terrain, picture.sums, picture.lighting
+    picture.terrain, picture.sums, picture.lighting = terrain, sums, lighting
+    try:
+        yield
+    finally:
+        picture.terrain, picture.sums, picture.lighting = kept
+        for made in (lighting, sums, terrain):
+            made.release()
+
+
+def drawn_heights(renderer: Renderer, camera: Camera, **options: Any) -> np.ndarray:
+    """(rows, cols) float32 metres: the drawn surface at every post of the map, NaN over voids."""
+    chosen = RenderOptions(**(options | {"cull": False}))
+    selection = renderer.select(camera, renderer.size, chosen).selection
+    measurement = Measurement(renderer.terrain)
+    drawn = renderer.terrain.filled.copy()
+    cols, rows = places_of(renderer.heightmap)
+    side = PLACES * TILE
+    for y in range(0, rows, side):
+        for x in range(0, cols, side):
+            errors_m = measurement.errors_m(selection, (x, y, min(side, cols - x), min(side, rows - y)))
+            errors_m = errors_m[::PLACES, ::PLACES]
+            here = drawn[y // PLACES :, x // PLACES :][: errors_m.shape[0], : errors_m.shape[1]]
+            here += np.nan_to_num(errors_m)
+    measurement.release()
+    drawn[np.isnan(renderer.heightmap.heights)] = np.nan
+    return drawn
