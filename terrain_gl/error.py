@@ -86,6 +86,11 @@ class ErrorTables:
         """Compute everything from the terrain's heights."""
         self.update(self.terrain.all_posts)
 
+    def build_nodes(self, last: int) -> None:
+        """Compute the records and ranges of levels 1 to `last` alone."""
+        for j in range(1, last + 1):
+            self._update_nodes(j, (0, 0, *self.terrain.levels[j].size), self.terrain.all_posts)
+
     def build_steps(self) -> Iterator[float]:
         """Incremental `build`; yields progress from 0 to 1."""
         last = len(self.terrain.levels) - 1

@@ -36,7 +36,9 @@ class Terrain:
         The number of edits that have changed the map.
     """
 
-    def __init__(self, ctx: moderngl.Context, heightmap: Heightmap, like: Terrain | None = None) -> None:
+    def __init__(
+        self, ctx: moderngl.Context, heightmap: Heightmap, like: Terrain | None = None, least_top: int = 1
+    ) -> None:
         self.ctx, self.heightmap = ctx, heightmap
         self.edits = 0
         self._own = False  # whether `heightmap` is this terrain's alone, to be written to
@@ -49,7 +51,7 @@ class Terrain:
             raise TerrainError(
                 f"{heightmap.name}: {size[0]}x{size[1]} posts, but this GPU's textures end at {most}: use a smaller map"
             )
-        self.levels = layout.quadtree(*size)
+        self.levels = layout.quadtree(*size, least_top)
         self.heights = self._texture(size, "f4")
         self.marks = self._texture(size if self.is_marked else (1, 1), "u1")
         self.block = ctx.buffer(reserve=layout.TERRAIN.itemsize)

@@ -31,7 +31,7 @@ LAYERS = (
     ("shade",),
     ("options", "gpu_resources"),
     ("frame", "edit"),
-    ("verify", "files"),
+    ("verify", "files", "store"),
     ("renderer",),
     ("film", "plan"),
     ("comparison",),

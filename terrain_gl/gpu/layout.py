@@ -142,9 +142,12 @@ class Level(NamedTuple):
         return COUNT_TILE if self.first_tile else 2 * COUNT_TILE
 
 
-def quadtree(cols: int, rows: int) -> list[Level]:
-    """Levels of the quadtree over a map of cols × rows posts, from its cells to one node over all of it."""
-    top = max(1, (max(cols, rows) - 2).bit_length())
+def quadtree(cols: int, rows: int, least_top: int = 1) -> list[Level]:
+    """Levels of the quadtree over a map of cols × rows posts, from its cells to one node over all of it.
+
+    There are `least_top` levels above the cells, or more.
+    """
+    top = max(least_top, (max(cols, rows) - 2).bit_length())
     levels: list[Level] = []
     node = word = tile = count = 0
     for j in range(top + 1):

@@ -22,7 +22,7 @@ from terrain_gl.readers.images import open_oiio
 from terrain_gl.readers.raster import Raster, Spacing, has_rasterio, one_band
 from terrain_gl.readers.vrt import open_vrt, sources_of
 
-__all__ = ["SRTM_VOID", "How", "Raster", "Spacing", "files_of", "open_raster"]
+__all__ = ["SRTM_VOID", "How", "Raster", "Spacing", "files_of", "has_windows", "open_raster"]
 
 _ZIP, _GZIP = b"PK\x03\x04", b"\x1f\x8b"
 _VRT = b"<VRTDataset"
@@ -64,6 +64,14 @@ def open_raster(path: str | os.PathLike[str], how: How = How()) -> Raster:  # no
     if head.startswith(_GZIP):
         return open_gzip(path, name, partial(_unpacked, how=how))
     return _one_raster(path, name, head, how)
+
+
+def has_windows(path: str | os.PathLike[str], how: How = How()) -> bool:  # noqa: B008  immutable
+    """Whether GDAL opens this file here, and reads windows of it: not archives, mosaics, pictures, bare posts."""
+    path = os.fspath(path)
+    head = _first_bytes(path, os.fsencode(path).decode("utf-8", "replace"))
+    is_packed = head.startswith((_ZIP, _GZIP))
+    return not is_packed and _opens_with_gdal(path, head, how) and has_rasterio()
 
 
 def _unpacked(path: str, how: How) -> Raster:
@@ -110,9 +118,18 @@ def _opened(path: str, name: str, head: bytes, how: How) -> Raster:
         return open_hgt(path, name)
     if head.startswith(b"\x93NUMPY"):
         return open_npy(path, name)
-    is_tiff = head.startswith((b"II*\0", b"MM\0*", b"II+\0", b"MM\0+"))
-    if head.startswith(_IMAGE) or _PNM.match(head) or (is_tiff and not has_rasterio()):
-        return open_oiio(path, name)
     if head.lstrip().startswith(_VRT) and not how.trusted:
         return open_vrt(path, name)
+    if not _opens_with_gdal(path, head, how):
+        return open_oiio(path, name)
     return open_gdal(path, name, how.trusted, how.band)
+
+
+def _opens_with_gdal(path: str, head: bytes, how: How) -> bool:
+    """Whether nothing else here reads this kind of file."""
+    ending = os.path.splitext(path)[1].lower()
+    if how.raw or ending in (*RAW_ENDINGS, ".hgt") or head.startswith(b"\x93NUMPY"):
+        return False
+    is_tiff = head.startswith((b"II*\0", b"MM\0*", b"II+\0", b"MM\0+"))
+    is_image = head.startswith(_IMAGE) or bool(_PNM.match(head)) or (is_tiff and not has_rasterio())
+    return not is_image and (how.trusted or not head.lstrip().startswith(_VRT))

@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 from collections.abc import Hashable
+from dataclasses import replace
 from typing import Any
 
 import numpy as np
@@ -10,7 +11,7 @@ import numpy as np
 from terrain_gl.exceptions import TerrainError
 from terrain_gl.readers.gdal import open_dataset
 from terrain_gl.readers.georeference import DEGREES, Georeference, Grid, spacing_of, vertical_unit_m
-from terrain_gl.readers.raster import Blocks, Raster, gdal_failures, has_rasterio, north_up
+from terrain_gl.readers.raster import Blocks, Raster, gdal_failures, has_rasterio
 
 _ACROSS = ("x", "lon", "longitude", "easting", "projection_x_coordinate")
 _DOWN = ("y", "lat", "latitude", "northing", "projection_y_coordinate")
@@ -27,9 +28,14 @@ def raster_of(source: Any, name: str) -> Raster | None:
     """
     if _has(source, "read", "transform", "nodatavals", "descriptions"):
         return open_dataset(source, name)
-    if _has(source, "dims", "coords", "attrs", "transpose"):
+    if is_labelled(source):
         return _of_array(source, name)
     return None
+
+
+def is_labelled(source: Any) -> bool:
+    """Whether this is a DataArray of xarray."""
+    return _has(source, "dims", "coords", "attrs", "transpose")
 
 
 def _has(source: Any, *names: str) -> bool:
@@ -38,6 +44,18 @@ def _has(source: Any, *names: str) -> bool:
 
 def _of_array(array: Any, name: str) -> Raster:
     """Of xarray: heights, coordinates, unit and no-data value. What is lazy is computed here."""
+    array, raster = lazy_array(array, name)
+    return replace(raster, blocks=_blocks(np.asarray(array.values)))
+
+
+def lazy_array(array: Any, name: str) -> tuple[Any, Raster]:
+    """A DataArray with the rows from north to south, and what it says of itself: nothing is computed.
+
+    Raises
+    ------
+    TerrainError
+        More than two dimensions, or posts that are not evenly spaced.
+    """
     across, down = _dimension(array, _ACROSS), _dimension(array, _DOWN)
     extra = {dim: n for dim, n in zip(array.dims, array.shape, strict=True) if dim not in (across, down)}
     if None in (across, down) or any(n != 1 for n in extra.values()):
@@ -46,24 +64,24 @@ def _of_array(array: Any, name: str) -> Raster:
             f"{name}: expected dimensions y and x, got ({dims}): select one layer, as with .isel(band=0)"
         )
     array = array.isel(dict.fromkeys(extra, 0)).transpose(down, across)
-    heights = np.asarray(array.values)
     x, y = (_coordinates(array, dim, name) for dim in (across, down))
     if x is not None and x[-1] < x[0]:
-        x, heights = x[::-1], heights[:, ::-1]
+        x, array = x[::-1], array.isel({across: slice(None, None, -1)})
     grid = _grid(x, y)
-    rows, cols = heights.shape
+    if grid.is_south_up:
+        array = array.isel({down: slice(None, None, -1)})
+    rows, cols = array.shape
     place = Georeference(grid, _crs_of(array, across), (cols, rows))
     spacing_m, notes = spacing_of(place, name)
     unit_m, of_unit = vertical_unit_m(array.attrs.get("units"), place.crs)
-    blocks = _blocks(heights)
     # attributes speak of values that are still as they are stored (CF conventions)
     nodata = array.attrs.get("_FillValue", array.attrs.get("missing_value"))
     scale, offset = (float(array.attrs.get(key, usual)) for key, usual in (("scale_factor", 1), ("add_offset", 0)))
-    return Raster(
+    raster = Raster(
         name,
         (rows, cols, 1),
-        heights.dtype,
-        north_up(blocks, rows) if grid.is_south_up else blocks,
+        array.dtype,
+        _blocks(np.empty((0, cols))),
         nodata=None if nodata is None else float(np.ravel(nodata)[0]),
         spacing_m=spacing_m,
         scale=scale * unit_m,
@@ -71,6 +89,7 @@ def _of_array(array: Any, name: str) -> Raster:
         notes=notes + of_unit,
         georeference=place.kept(),
     )
+    return array, raster
 
 
 def _blocks(heights: np.ndarray) -> Blocks:

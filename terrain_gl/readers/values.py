@@ -33,17 +33,27 @@ def read_heights(
         Called with the progress, 0 to 1.
     """
     heights = np.empty(raster.shape[:2], np.float32)
-    marks = _void_marks(raster, nodata)
     done = 0
     with contextlib.closing(raster.blocks) as blocks:
         for where, pixels in blocks:
-            values = ENCODINGS[encoding](pixels, raster)
-            heights[where] = _metres(values, marks, *scales)
-            if raster.has_alpha:
-                heights[where][pixels[..., -1] == 0] = np.nan
-            done += values.size
+            heights[where] = heights_of(pixels, raster, scales, nodata, encoding)
+            done += heights[where].size
             if progress:
                 progress(done / heights.size)
+    return heights
+
+
+def heights_of(
+    pixels: np.ndarray,
+    raster: Raster,
+    scales: tuple[float, float],
+    nodata: float | None = None,
+    encoding: str = "plain",
+) -> np.ndarray:
+    """Metres of a block of pixels, (rows, cols, channels), NaN where void; arguments as of `read_heights`."""
+    heights = _metres(ENCODINGS[encoding](pixels, raster), _void_marks(raster, nodata), *scales)
+    if raster.has_alpha:
+        heights[pixels[..., -1] == 0] = np.nan
     return heights
 
 

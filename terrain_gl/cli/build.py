@@ -1,0 +1,71 @@
+"""`terrain-gl build`: a store beside a map, for maps beyond memory."""
+
+from __future__ import annotations
+
+import argparse
+import os
+from typing import Any
+
+from ..exceptions import UsageError
+from ..files import maps
+from ..readers import How
+from ..readers.windows import Reading
+from ..store import build
+from . import options, report, values
+
+
+def add(commands: Any) -> None:
+    """Add the command."""
+    command = options.add_command(
+        commands,
+        "build",
+        run,
+        help="a store beside a map, for maps beyond memory",
+        description="Read a map once, by windows, and write heights and error records of all levels into a Zarr\n"
+        "store. The map stays as it is. The same command goes on with a build that was ended. Extra [store].",
+        example="build tiles/*.tif -o land.zarr --workers 2",
+    )
+    command.add_argument("map", metavar="MAP", nargs="+", help="heightmap file, or several files on one grid")
+    command.add_argument("-o", "--output", metavar="STORE", required=True, help="the folder to write")
+    options.add_map_options(command)
+    group = command.add_argument_group("build")
+    what = "the height of void posts; without it a map with voids is refused"
+    group.add_argument("--fill", type=values.number, metavar="M", help=what)
+    group.add_argument(
+        "--workers", type=values.count, metavar="N", default=1, help="processes of this machine (default: 1)"
+    )
+    group.add_argument("--scheduler", metavar="ADDRESS", help="a Dask scheduler, like tcp://host:8786; extra [dask]")
+    options.add_json(command)
+
+
+def run(args: argparse.Namespace) -> int:
+    """Run the command."""
+    options.check_writable(args.json)
+    paths = [_path(args, name) for name in args.map]
+    if os.path.realpath(args.output) in {os.path.realpath(path) for path in paths}:
+        raise UsageError(f"{args.output}: is also an input: name another folder")
+    how = How(args.trusted, args.band, args.raw)
+    reading = Reading(how, args.z_scale, args.z_offset, args.nodata, args.encoding)
+    with report.progress_bar("building") as progress:
+        about = build(paths, args.output, args.spacing, reading, args.fill, args.workers, args.scheduler, progress)
+    report.write_json(args.json, {"store": args.output} | about)
+    report.say(args.json, f"{report.shown(args.output)}: {summary(about)}")
+    return 0
+
+
+def _path(args: argparse.Namespace, name: str) -> str:
+    """The file of a map; a bundled one brings its scales."""
+    known = None if os.path.exists(name) else maps.find_bundled(name)
+    if known is None:
+        return name
+    for option, own in (("spacing", known.spacing_m), ("z_scale", known.z_scale), ("z_offset", known.z_offset_m)):
+        if getattr(args, option) is None:
+            setattr(args, option, own)
+    return known.path
+
+
+def summary(about: dict[str, Any]) -> str:
+    """A store in one line."""
+    (low, high), filled = about["range_m"], about["filled_voids"]
+    voids = f", {filled:,} voids filled with {about['fill_m']:g} m" if filled else ""
+    return f"{about['cols']} x {about['rows']} posts, {low:g} to {high:g} m{voids}"

@@ -1,0 +1,246 @@
+"""Maps that are read by windows, never as a whole: files, mosaics of files, and objects with `shape` and slices.
+
+A window is (rows, cols) float32 metres with the northern row first, NaN where void.
+"""
+
+from __future__ import annotations
+
+import os
+import threading
+from collections.abc import Sequence
+from dataclasses import dataclass, field, fields
+from typing import Any, Protocol
+
+import numpy as np
+
+from terrain_gl.exceptions import TerrainError, UsageError
+from terrain_gl.readers import How, has_windows, open_raster
+from terrain_gl.readers.gdal import closed_environment, open_local, open_trusted
+from terrain_gl.readers.georeference import Georeference
+from terrain_gl.readers.objects import is_labelled, lazy_array
+from terrain_gl.readers.raster import Blocks, Raster, Spacing, damaged, gdal_failures, one_line, utf8
+from terrain_gl.readers.values import heights_of
+
+_EVEN = 1e-3  # of a post: how far the files of a mosaic may be off its grid
+
+
+class Windows(Protocol):
+    """A map that is read by windows."""
+
+    @property
+    def name(self) -> str:
+        """The map's name in messages."""
+
+    @property
+    def shape(self) -> tuple[int, int]:
+        """Rows and columns."""
+
+    @property
+    def spacing_m(self) -> Spacing | None:
+        """Metres between posts, east and north; None if nothing tells."""
+
+    @property
+    def georeference(self) -> Georeference | None:
+        """Where the map lies; None if nothing tells."""
+
+    @property
+    def notes(self) -> tuple[str, ...]:
+        """Notes for the user on how the source was interpreted."""
+
+    @property
+    def identity(self) -> Any:
+        """What tells this source from another, as JSON: names, sizes and times of files; None for an object."""
+
+    def read(self, rows: slice, cols: slice) -> np.ndarray:
+        """The heights of a window that lies on the map."""
+
+
+@dataclass(frozen=True)
+class Reading:
+    """How the values of a file become metres; arguments of `Heightmap.open`."""
+
+    how: How = field(default_factory=How)
+    z_scale: float | None = None
+    z_offset_m: float | None = None
+    nodata: float | None = None
+    encoding: str = "plain"
+
+    def heights(self, pixels: np.ndarray, raster: Raster) -> np.ndarray:
+        """Pixels (rows, cols, channels) as metres."""
+        scales = (
+            raster.scale if self.z_scale is None else self.z_scale,
+            raster.offset_m if self.z_offset_m is None else self.z_offset_m,
+        )
+        return heights_of(pixels, raster, scales, self.nodata, self.encoding)
+
+
+def open_windows(paths: Sequence[str | os.PathLike[str]], reading: Reading | None = None) -> Windows:
+    """Open a file, or several files as one mosaic.
+
+    Raises
+    ------
+    TerrainError
+        A file cannot be read by windows, or does not lie on the grid of the first one.
+    """
+    files = [RasterFile(os.fspath(path), reading or Reading()) for path in paths]
+    if len(files) == 1:
+        return files[0]
+    return Mosaic(files)
+
+
+def windows_of(source: Any, name: str) -> Windows:
+    """A DataArray of xarray, or any 2-D object with `shape` and slices: of numpy, Dask, Zarr, h5py, or your own."""
+    if is_labelled(source):
+        array, raster = lazy_array(source, name)
+        return Sliced(name, array, raster)
+    shape = getattr(source, "shape", None)
+    if shape is None or len(shape) != 2 or not hasattr(source, "__getitem__"):
+        raise UsageError(f"{name}: expected a 2-D array, or an object with shape and slices, got {type(source)}")
+    rows, cols = (int(n) for n in shape)
+    dtype = np.dtype(getattr(source, "dtype", np.float64))
+    return Sliced(name, source, Raster(name, (rows, cols, 1), dtype, _no_blocks()))
+
+
+def _no_blocks() -> Blocks:
+    yield from ()
+
+
+class Sliced:
+    """An object with `shape` and slices; each window is computed when it is read."""
+
+    def __init__(self, name: str, source: Any, raster: Raster) -> None:
+        self.name, self._source, self._raster = name, source, raster
+        self.shape = raster.shape[:2]
+        self.spacing_m, self.georeference, self.notes = raster.spacing_m, raster.georeference, raster.notes
+        self.spacing_m = self.spacing_m or getattr(source, "spacing_m", None)
+
+    @property
+    def identity(self) -> Any:
+        """What the object says; by default None: nothing tells whether it is still the same."""
+        return getattr(self._source, "identity", None)
+
+    def read(self, rows: slice, cols: slice) -> np.ndarray:
+        """The heights of a window."""
+        values = np.ma.filled(np.ma.asanyarray(np.asanyarray(self._source[rows, cols]), np.float64), np.nan)
+        return heights_of(values[..., None], self._raster, (self._raster.scale, self._raster.offset_m))
+
+
+class RasterFile:
+    """A file that GDAL reads by windows; any other kind of file is held in memory as a whole.
+
+    Each thread, and each process that this object is sent to, opens the file for itself.
+    """
+
+    def __init__(self, path: str, reading: Reading) -> None:
+        self.path, self.reading = path, reading
+        self.name = os.fsencode(path).decode("utf-8", "replace")
+        raster = open_raster(path, reading.how)
+        raster.blocks.close()
+        self.shape = raster.shape[:2]
+        self.spacing_m, self.georeference, self.notes = raster.spacing_m, raster.georeference, raster.notes
+        self._raster = raster
+        self._by_window = has_windows(path, reading.how)
+        self._open = threading.local()
+
+    @property
+    def identity(self) -> Any:
+        """The file's name, its size, and when it was last written."""
+        status = os.stat(self.path)
+        return [os.path.basename(self.path), status.st_size, status.st_mtime_ns]
+
+    def read(self, rows: slice, cols: slice) -> np.ndarray:
+        """The heights of a window."""
+        return self.reading.heights(self._pixels(rows, cols), self._raster)
+
+    def __getstate__(self) -> dict[str, Any]:
+        """All but what is open: generators and files cannot be sent."""
+        about = {each.name: getattr(self._raster, each.name) for each in fields(Raster) if each.name != "blocks"}
+        return {key: value for key, value in self.__dict__.items() if key != "_open"} | {"_raster": about}
+
+    def __setstate__(self, state: dict[str, Any]) -> None:
+        """The same file, not open yet."""
+        raster = Raster(blocks=_no_blocks(), **state["_raster"])
+        self.__dict__.update(state, _raster=raster, _open=threading.local())
+
+    def _pixels(self, rows: slice, cols: slice) -> np.ndarray:
+        if not self._by_window:
+            return self._whole()[rows, cols]
+        how, data = self.reading.how, self._dataset()
+        south_up = data.transform.e > 0 and not data.transform.is_identity
+        window = slice(data.height - rows.stop, data.height - rows.start) if south_up else rows
+        bands = list(range(1, data.count + 1)) if how.band is None else [how.band]
+        try:
+            with closed_environment():
+                pixels = data.read(bands, window=((window.start, window.stop), (cols.start, cols.stop)))
+        except gdal_failures() as error:
+            raise damaged(self.name, one_line(error.__cause__ or error)) from None
+        return np.moveaxis(pixels[:, ::-1] if south_up else pixels, 0, -1)
+
+    def _dataset(self) -> Any:
+        if not hasattr(self._open, "data"):
+            opened = open_trusted if self.reading.how.trusted else open_local
+            self._open.data = opened(utf8(self.path, self.name), self.name)
+        return self._open.data
+
+    def _whole(self) -> np.ndarray:
+        if not hasattr(self._open, "pixels"):
+            raster = open_raster(self.path, self.reading.how)
+            self._open.pixels = np.empty(raster.shape, raster.dtype)
+            for where, block in raster.blocks:
+                self._open.pixels[where] = block
+        return self._open.pixels
+
+
+class Mosaic:
+    """Files on one grid. Where they overlap, the last one that has a height there counts."""
+
+    def __init__(self, files: Sequence[RasterFile]) -> None:
+        self.files, first = files, files[0]
+        if first.georeference is None:
+            raise TerrainError(f"{first.name}: does not say where it lies: a mosaic needs files with a georeference")
+        places = [self._place(file, first) for file in files]
+        left, top = (min(place[i] for place in places) for i in (0, 1))
+        self._corners = [(x - left, y - top) for x, y in places]
+        ends = [(x + f.shape[1], y + f.shape[0]) for (x, y), f in zip(self._corners, files, strict=True)]
+        self.shape = max(y for _, y in ends), max(x for x, _ in ends)
+        grid = first.georeference.grid
+        grid = grid._replace(c=grid.c + left * grid.a, f=grid.f + top * grid.e)
+        self.georeference = Georeference(grid, first.georeference.crs, (self.shape[1], self.shape[0]))
+        self.name = f"{first.name} and {len(files) - 1} more"
+        self.spacing_m, self.notes = first.spacing_m, first.notes
+
+    @property
+    def identity(self) -> Any:
+        """Of all files."""
+        return [file.identity for file in self.files]
+
+    def read(self, rows: slice, cols: slice) -> np.ndarray:
+        """The heights of a window."""
+        heights = np.full((rows.stop - rows.start, cols.stop - cols.start), np.nan, np.float32)
+        for file, (x, y) in zip(self.files, self._corners, strict=True):
+            across, down = _common(cols, x, file.shape[1]), _common(rows, y, file.shape[0])
+            if across is None or down is None:
+                continue
+            part = file.read(slice(down.start - y, down.stop - y), slice(across.start - x, across.stop - x))
+            at = np.s_[
+                down.start - rows.start : down.stop - rows.start, across.start - cols.start : across.stop - cols.start
+            ]
+            np.copyto(heights[at], part, where=~np.isnan(part))
+        return heights
+
+    @staticmethod
+    def _place(file: RasterFile, first: RasterFile) -> tuple[int, int]:
+        """Column and row of a file's first post on the first file's grid."""
+        assert first.georeference is not None
+        mine, grid = file.georeference and file.georeference.grid, first.georeference.grid
+        if mine is None or abs(mine.a / grid.a - 1) > 1e-6 or abs(mine.e / grid.e - 1) > 1e-6:
+            raise TerrainError(f"{file.name}: has no posts {grid.a:g} apart as {first.name} has: resample it first")
+        x, y = (mine.c - grid.c) / grid.a, (mine.f - grid.f) / grid.e
+        if max(abs(x - round(x)), abs(y - round(y))) > _EVEN:
+            raise TerrainError(f"{file.name}: its posts lie beside those of {first.name}: resample it first")
+        return round(x), round(y)
+
+
+def _common(window: slice, first: int, n: int) -> slice | None:
+    start, stop = max(window.start, first), min(window.stop, first + n)
+    return slice(start, stop) if start < stop else None

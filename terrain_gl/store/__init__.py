@@ -1,0 +1,12 @@
+"""Stores: maps beyond memory, as a Zarr v3 group of lattice heights and error records for every level.
+
+pyramid                     sizes of levels, arrays and shards
+format                      the arrays on disk, and what a store says of itself
+crop                        error records of a part of the map, the same bits as the whole map's
+tasks, scheduling, build    from a source to a store, in parallel and resumable
+"""
+
+from .build import build
+from .format import MissingTileError, is_store
+
+__all__ = ["MissingTileError", "build", "is_store"]

@@ -1,0 +1,229 @@
+"""Build a store beside a map. A build that was ended goes on where it stopped, and ends with the same bytes."""
+
+from __future__ import annotations
+
+import hashlib
+import json
+import os
+import shutil
+from collections.abc import Callable, Iterator, Sequence
+from dataclasses import replace
+from pathlib import Path
+from typing import Any
+
+from .. import __version__
+from ..exceptions import TerrainError, UsageError
+from ..readers.raster import Spacing
+from ..readers.windows import Reading, Windows, open_windows, windows_of
+from .format import VERSION, Arrays, describe, is_store, read_about, zarr_library
+from .pyramid import SHARD, TILE, Pyramid
+from .scheduling import scheduler
+from .tasks import WORK, Job, Task, perform, phases
+
+Progress = Callable[[float], None]
+
+
+def build(
+    source: Any,
+    output: str | os.PathLike[str],
+    spacing_m: float | Spacing | None = None,
+    reading: Reading | None = None,
+    fill_m: float | None = None,
+    workers: int = 1,
+    address: str | None = None,
+    progress: Progress | None = None,
+    tile: int = TILE,
+    shard: int = SHARD,
+) -> dict[str, Any]:
+    """Build a store beside a map of any size; the source is read once, by windows, and stays as it is.
+
+    Parameters
+    ----------
+    source
+        A file, a list of files on one grid, a DataArray of xarray, or any 2-D object with `shape` and slices, such as a
+        Dask array. An object may have `spacing_m`.
+    output
+        The store's folder. One that was begun from the same source is continued.
+    spacing_m
+        Metres between posts; by default what the source tells, else 1.
+    reading
+        How the values of files become metres.
+    fill_m
+        The height that void posts get; without it a map with voids is refused.
+    workers, address
+        Processes of this machine; or the address of a Dask scheduler.
+    tile, shard
+        Posts a side of a tile, and of the part that one task writes; powers of two.
+
+    Returns
+    -------
+    dict
+        What the store says of itself.
+
+    Raises
+    ------
+    TerrainError
+        The source cannot be read or has voids, the folder holds something else, or the disk is full.
+    """
+    zarr_library()
+    path = os.fspath(output)
+    windows = _opened(source, reading)
+    if workers > 1 and windows.identity is None and not address:
+        raise UsageError("an object in memory is built in this process: leave workers at 1")
+    if min(windows.shape) < 2:
+        raise TerrainError(
+            f"{windows.name}: has {windows.shape[1]} x {windows.shape[0]} posts: expected at least 2 x 2"
+        )
+    if tile & tile - 1 or shard & shard - 1 or not 8 <= tile <= shard:
+        raise UsageError(f"tile and shard must be powers of two, 8 ≤ tile ≤ shard, got {tile} and {shard}")
+    spacing = _spacing(spacing_m, windows)
+    job = Job(path, Pyramid(*windows.shape, tile, shard), windows, spacing, fill_m)
+    journal = Journal(job)
+    if journal.is_finished:
+        return read_about(path)
+    runner = scheduler(workers, address)
+    try:
+        return _run(job, journal, runner, progress)
+    finally:
+        runner.close()
+
+
+def _opened(source: Any, reading: Reading | None) -> Windows:
+    if isinstance(source, str | os.PathLike):
+        return open_windows([source], reading)
+    if isinstance(source, Sequence) and source and isinstance(source[0], str | os.PathLike):
+        return open_windows(source, reading)
+    return windows_of(source, str(getattr(source, "name", None) or type(source).__name__))
+
+
+def _spacing(spacing_m: float | Spacing | None, windows: Windows) -> Spacing:
+    chosen: Any = spacing_m if spacing_m is not None else windows.spacing_m or 1.0
+    east, north = chosen if isinstance(chosen, tuple | list) else (chosen, chosen)
+    return float(east), float(north)
+
+
+def _run(job: Job, journal: Journal, runner: Any, progress: Progress | None) -> dict[str, Any]:
+    todo = list(phases(job.pyramid))
+    total, done = sum(map(_cost, todo)), 0.0
+    for tasks in todo:
+        if tasks[0].phase == "errors" and job.range_m is None:
+            job = replace(job, range_m=journal.range_m)
+        left = [task for task in tasks if task not in journal.results]
+        each = _cost(tasks) / len(tasks)
+        done += each * (len(tasks) - len(left))
+        for task, result in runner.run(perform, job, left):
+            journal.add(task, result)
+            done += each
+            if progress:
+                progress(done / total)
+    return journal.finish()
+
+
+def _cost(tasks: list[Task]) -> float:
+    """Of a phase, about: measuring errors takes longest."""
+    weight = {("heights", 0): 1.0, ("errors", 0): 6.0}.get((tasks[0].phase, tasks[0].level), 0.3)
+    return weight * len(tasks)
+
+
+class Journal:
+    """Which tasks of a build are done: one line each, written after the task's shards."""
+
+    def __init__(self, job: Job) -> None:
+        self.job = job
+        self.folder = Path(job.path) / WORK
+        self._built = self.folder.with_name(".built")
+        self.results: dict[Task, dict[str, Any]] = {}
+        self.is_finished = False
+        identity = {
+            "format": VERSION,
+            "written_by": __version__,
+            "source": job.source.identity,
+            **job.pyramid._asdict(),
+            "spacing_m": list(job.spacing_m),
+            "fill_m": job.fill_m,
+        }
+        self._identity = json.loads(json.dumps(identity))
+        if is_store(job.path) and not self.folder.is_dir():
+            self._check_finished()
+        else:
+            self._begin_or_continue()
+
+    @property
+    def range_m(self) -> tuple[float, float]:
+        """Lowest and highest height of the map."""
+        ranges = [self.results[task]["range_m"] for task in self._of_source()]
+        return min(low for low, _ in ranges), max(high for _, high in ranges)
+
+    def add(self, task: Task, result: dict[str, Any]) -> None:
+        """Note a task that is done."""
+        self.results[task] = result
+        with open(self.folder / "done", "a", encoding="utf-8") as file:
+            file.write(json.dumps([task, result]) + "\n")
+
+    def finish(self) -> dict[str, Any]:
+        """Say what the store is, and remove what only the build needed."""
+        job, tasks = self.job, list(self._of_source())
+        hashes = "".join(self.results[task]["sha256"] for task in tasks)
+        about = describe(job.pyramid, job.source.name, job.spacing_m, self.range_m, job.source.georeference)
+        about |= {
+            "filled_voids": sum(self.results[task]["voids"] for task in tasks),
+            "fill_m": job.fill_m,
+            "source": job.source.identity,
+            "sha256": hashlib.sha256(hashes.encode()).hexdigest(),
+        }
+        for partial in Path(job.path).rglob("*.partial"):  # of tasks that were killed
+            partial.unlink()
+        Arrays(job.path, job.pyramid).write_about(about)
+        os.replace(self.folder, self._built)  # in one step: a half removed folder would say nothing
+        shutil.rmtree(self._built)
+        return read_about(job.path)
+
+    def _of_source(self) -> Iterator[Task]:
+        return (task for tasks in phases(self.job.pyramid) for task in tasks if task[:2] == ("heights", 0))
+
+    def _check_finished(self) -> None:
+        about = read_about(self.job.path)
+        same = all(
+            json.loads(json.dumps(about.get(key))) == self._identity[key]
+            for key in (*Pyramid._fields, "spacing_m", "fill_m", "source")
+        )
+        if not same or self.job.source.identity is None:
+            raise TerrainError(
+                f"{self.job.path}: is a store of another map, or of one that has changed: remove it first"
+            )
+        self.is_finished = True
+        shutil.rmtree(self._built, ignore_errors=True)
+
+    def _begin_or_continue(self) -> None:
+        path = Path(self.job.path)
+        begun = self.folder / "identity.json"
+        if begun.is_file():
+            if json.loads(begun.read_text("utf-8")) != self._identity or self._identity["source"] is None:
+                raise TerrainError(f"{path}: was begun from another map, or with other options: remove it first")
+            self._read()
+        else:
+            if path.is_dir() and any(entry.name != WORK for entry in path.iterdir()):
+                raise TerrainError(f"{path}: is a folder that holds something else: name another one")
+            self._begin(begun)
+        Arrays(self.job.path, self.job.pyramid).create()
+
+    def _begin(self, begun: Path) -> None:
+        try:
+            self.folder.mkdir(parents=True, exist_ok=True)
+            beside = begun.with_suffix(".partial")
+            beside.write_text(json.dumps(self._identity), "utf-8")
+            os.replace(beside, begun)
+        except OSError as error:
+            raise TerrainError(f"{self.job.path}: cannot write: {error.strerror or error}") from None
+
+    def _read(self) -> None:
+        """The tasks that are done; a line that was cut short does not count."""
+        journal = self.folder / "done"
+        if not journal.is_file():
+            return
+        lines = journal.read_bytes().split(b"\n")
+        whole = [line for line in lines[:-1] if line]
+        for line in whole:
+            task, result = json.loads(line)
+            self.results[Task(*task)] = result
+        journal.write_bytes(b"".join(line + b"\n" for line in whole))

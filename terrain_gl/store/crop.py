@@ -1,0 +1,69 @@
+"""Error records of a part of a map, the same bits as in the tables of the whole map.
+
+A record depends on the posts of its closed node, on whether these are the map's last ones, and on the map's
+quantisation range. So a part of the map gets one post more than its last nodes need, and the range of the whole.
+"""
+
+from __future__ import annotations
+
+import threading
+from typing import NamedTuple
+
+import numpy as np
+
+from ..error import ErrorTables
+from ..gpu.context import create_context
+from ..heightmap import Heightmap
+from ..readers.raster import Spacing
+from ..terrain import Terrain
+
+APRON = 2  # posts beyond the first post of the next part: the far side of the last nodes, and one more
+_of_thread = threading.local()
+
+
+class Records(NamedTuple):
+    """Of the nodes of one level."""
+
+    errors: np.ndarray  # (4, rows, cols) uint32
+    ranges: np.ndarray  # (2, rows, cols) uint16
+
+
+def records_of(heights: np.ndarray, spacing_m: Spacing, range_m: tuple[float, float], levels: int) -> list[Records]:
+    """Records of levels 1 to `levels`, of all nodes of these posts; those that the apron cuts off are not the map's.
+
+    Parameters
+    ----------
+    heights
+        (rows, cols) float32 metres without voids; the first post is a corner of all levels' nodes.
+    range_m
+        Lowest and highest height of the whole map.
+    """
+    blank = _blank_tables()
+    part = Heightmap(heights, spacing_m, "a part of the map")
+    part.quantised_m = range_m
+    terrain = Terrain(blank.ctx, part, like=blank.terrain, least_top=levels)
+    try:
+        tables = blank.beside(terrain)
+        try:
+            tables.build_nodes(levels)
+            return [_records(tables, level) for level in range(1, levels + 1)]
+        finally:
+            tables.release_tables()
+    finally:
+        terrain.release()
+
+
+def _records(tables: ErrorTables, level: int) -> Records:
+    nodes = tables.read_nodes(level)
+    words = nodes.view("<u4").reshape(*nodes.shape, 4)
+    return Records(np.moveaxis(words, -1, 0), np.moveaxis(tables.read_ranges(level), -1, 0))
+
+
+def _blank_tables() -> ErrorTables:
+    """Tables in this thread's own context: those of every part share their shaders."""
+    if not hasattr(_of_thread, "tables"):
+        ctx = create_context("auto")
+        _of_thread.tables = ErrorTables(Terrain(ctx, Heightmap(np.zeros((3, 3), np.float32))), build=False)
+    tables: ErrorTables = _of_thread.tables
+    tables.ctx.__enter__()  # type: ignore[no-untyped-call]
+    return tables

@@ -1,0 +1,214 @@
+"""A store on disk: a Zarr v3 group with one array for each level and field.
+
+    heights/l   float32 metres, every 2^l-th post                                  (rows, cols)
+    errors/l    the four words of each node's error record, levels ≥ 1             (4, rows, cols)
+    ranges/l    lowest and highest height of each node, levels ≥ 1                 (2, rows, cols)
+
+Records are those of glsl/error/nodes.glsl, bit for bit. Each tile has a checksum (crc32c). A tile that was never
+written, or whose checksum does not fit, is missing.
+"""
+
+from __future__ import annotations
+
+import json
+import os
+import warnings
+from pathlib import Path
+from typing import Any
+
+import numpy as np
+
+from .. import __version__
+from ..exceptions import TerrainError
+from ..readers.georeference import Georeference, Grid
+from ..readers.raster import Spacing
+from .pyramid import Area, Pyramid
+
+INSTALL = "pip install 'terrain-gl[store]'"
+VERSION = 1
+_KEY = "terrain_gl"
+_RAW = "https://raw.githubusercontent.com/zarr-conventions/multiscales/refs/tags/v0.1/schema.json"
+_CONVENTION = {
+    "uuid": "d35379db-88df-4056-af3a-620245f8e347",
+    "name": "multiscales",
+    "schema_url": _RAW,
+    "spec_url": "https://github.com/zarr-conventions/multiscales/blob/v0.1/README.md",
+    "description": "Multiscale layout of zarr datasets",
+}
+FIELDS: dict[str, tuple[str, Any, int]] = {  # type, value of what was never written, words of an entry
+    "heights": ("float32", np.nan, 1),
+    "errors": ("uint32", 0xFFFFFFFF, 4),
+    "ranges": ("uint16", 0xFFFF, 2),
+}
+
+
+class MissingTileError(TerrainError):
+    """A tile that was never written, is damaged, or cannot be read."""
+
+
+class Arrays:
+    """The arrays of a store, to read and to write.
+
+    Parameters
+    ----------
+    path
+        The folder.
+    pyramid
+        Sizes.
+    """
+
+    def __init__(self, path: str | os.PathLike[str], pyramid: Pyramid) -> None:
+        self.path, self.pyramid = Path(path), pyramid
+        self._open: dict[str, Any] = {}
+
+    def create(self) -> None:
+        """Make the group and its arrays, all empty; those that are there stay."""
+        zarr = zarr_library()
+        group = zarr.open_group(str(self.path), mode="a", zarr_format=3)
+        for level in range(self.pyramid.top + 1):
+            for name in FIELDS if level else ("heights",):
+                if f"{name}/{level}" not in group:
+                    self._create(group, name, level)
+
+    def _create(self, group: Any, name: str, level: int) -> None:
+        from zarr.codecs import BloscCodec, Crc32cCodec
+
+        pyramid, (dtype, missing, words) = self.pyramid, FIELDS[name]
+        shape = pyramid.posts(level) if name == "heights" else pyramid.nodes(level)
+        shard = pyramid.shard if name == "heights" else pyramid.node_shard(level)
+        words_of = (words,) if words > 1 else ()
+        group.create_array(
+            f"{name}/{level}",
+            shape=(*words_of, *shape),
+            dtype=dtype,
+            chunks=(*(1 for _ in words_of), pyramid.tile, pyramid.tile),
+            shards=(*words_of, shard, shard),
+            compressors=[BloscCodec(cname="zstd", clevel=5, shuffle="bitshuffle"), Crc32cCodec()],
+            fill_value=missing,
+        )
+
+    def write(self, name: str, level: int, where: Area, values: np.ndarray) -> None:
+        """Write whole shards."""
+        self._array(name, level)[(Ellipsis, *where)] = values
+
+    def read(self, name: str, level: int, where: Area, words: slice = slice(None)) -> np.ndarray:
+        """Read an area; of records, only some words.
+
+        Raises
+        ------
+        MissingTileError
+            A tile of it was never written, is damaged, or cannot be read.
+        """
+        of_words = (words,) if FIELDS[name][2] > 1 else ()
+        try:
+            values = np.asarray(self._array(name, level)[(*of_words, *where)])
+        except (ValueError, OSError, RuntimeError, KeyError) as error:
+            reason = "its checksum does not fit" if "checksum" in str(error) else " ".join(str(error).split())[:80]
+            raise MissingTileError(f"{self.path}: {_called(name, level, where)}: {reason}") from None
+        known = ~np.isnan(values) if name == "heights" else values != FIELDS[name][1]
+        if name != "ranges" and not known.all():
+            raise MissingTileError(f"{self.path}: {_called(name, level, where)}: was never written")
+        return values
+
+    def _array(self, name: str, level: int) -> Any:
+        key = f"{name}/{level}"
+        if key not in self._open:
+            self._open[key] = zarr_library().open_array(str(self.path / name / str(level)), mode="r+", zarr_format=3)
+        return self._open[key]
+
+    def write_about(self, about: dict[str, Any]) -> None:
+        """Write what the store says of itself: the last step of a build."""
+        layout = [{"asset": "heights/0", "scale": [1.0, 1.0], "translation": [0.0, 0.0]}]
+        for level in range(1, self.pyramid.top + 1):
+            finer = f"heights/{level - 1}"
+            layout.append(
+                {"asset": f"heights/{level}", "derived_from": finer, "scale": [2.0, 2.0], "translation": [0.0, 0.0]}
+            )
+        group = zarr_library().open_group(str(self.path), mode="r+", zarr_format=3)
+        group.attrs.put(
+            {
+                "zarr_conventions": [_CONVENTION],
+                "multiscales": {"layout": layout, "resampling_method": "nearest"},
+                _KEY: {"format": VERSION, "written_by": f"terrain-gl {__version__}", **about},
+            }
+        )
+
+
+def _called(name: str, level: int, where: Area) -> str:
+    rows, cols = where
+    return f"{name}/{level}, rows {rows.start} to {rows.stop - 1}, columns {cols.start} to {cols.stop - 1}"
+
+
+def is_store(path: str | os.PathLike[str]) -> bool:
+    """Whether this is the folder of a Zarr v3 group."""
+    return os.path.isfile(os.path.join(path, "zarr.json"))
+
+
+def read_about(path: str | os.PathLike[str]) -> dict[str, Any]:
+    """What a finished store says of itself.
+
+    Raises
+    ------
+    TerrainError
+        Not a store, not finished, or of a later version.
+    """
+    name = os.fspath(path)
+    try:
+        with open(os.path.join(path, "zarr.json"), encoding="utf-8") as file:
+            attributes = json.load(file).get("attributes", {})
+    except (OSError, ValueError, AttributeError):
+        raise TerrainError(f"{name}: is not a store: make one with terrain-gl build") from None
+    about = attributes.get(_KEY) if isinstance(attributes, dict) else None
+    if about is None:
+        raise TerrainError(f"{name}: is not a finished store: build it with terrain-gl build MAP -o {name}")
+    if about.get("format") != VERSION:
+        raise TerrainError(f"{name}: is a store of format {about.get('format')}, not {VERSION}: build it again")
+    return dict(about)
+
+
+def describe(
+    pyramid: Pyramid,
+    name: str,
+    spacing_m: Spacing,
+    range_m: tuple[float, float],
+    georeference: Georeference | None,
+) -> dict[str, Any]:
+    """The part of `write_about` that `pyramid_of` and `georeference_of` read again."""
+    place = {"transform": list(georeference.grid), "crs": georeference.crs} if georeference else None
+    return {
+        "name": name,
+        **pyramid._asdict(),
+        "spacing_m": list(spacing_m),
+        "range_m": list(range_m),
+        "georeference": place,
+    }
+
+
+def pyramid_of(about: dict[str, Any]) -> Pyramid:
+    """The sizes of a store."""
+    return Pyramid(*(int(about[name]) for name in Pyramid._fields))
+
+
+def georeference_of(about: dict[str, Any]) -> Georeference | None:
+    """Where the map of a store lies."""
+    place = about["georeference"]
+    size = (int(about["cols"]), int(about["rows"]))
+    return Georeference(Grid(*place["transform"]), place["crs"], size) if place else None
+
+
+def zarr_library() -> Any:
+    """The module `zarr`.
+
+    Raises
+    ------
+    TerrainError
+        It is not installed, or older than 3.
+    """
+    try:
+        import zarr
+    except ImportError:
+        raise TerrainError(f"stores need zarr: {INSTALL}") from None
+    if int(zarr.__version__.split(".")[0]) < 3:
+        raise TerrainError(f"stores need zarr 3, this is {zarr.__version__}: {INSTALL}")
+    warnings.filterwarnings("ignore", module="zarr")
+    return zarr

@@ -1,0 +1,318 @@
+"""Stores: records equal the whole map's tables bit for bit, whatever the source, the shards and the interruptions."""
+
+import hashlib
+import os
+import random
+import resource
+import shutil
+import signal
+import subprocess
+import sys
+import time
+from pathlib import Path
+
+import numpy as np
+import pytest
+from commands import refused, spawn
+from maps import rough
+
+from terrain_gl.error import ErrorTables
+from terrain_gl.exceptions import TerrainError
+from terrain_gl.heightmap import Heightmap
+from terrain_gl.readers.windows import open_windows
+from terrain_gl.terrain import Terrain
+
+pytest.importorskip("zarr")
+from terrain_gl.store import MissingTileError, build
+from terrain_gl.store.build import Journal
+from terrain_gl.store.format import Arrays, pyramid_of, read_about
+
+SMALL = {"tile": 16, "shard": 64}
+EVERYTHING = np.s_[:, :]
+
+
+def arrays_of(path):
+    return Arrays(path, pyramid_of(read_about(path)))
+
+
+def whole(arrays, name, level):
+    rows, cols = (arrays.pyramid.posts if name == "heights" else arrays.pyramid.nodes)(level)
+    return arrays.read(name, level, (slice(0, rows), slice(0, cols)))
+
+
+def digest(path):
+    """Names and bytes of all files of a store, but for the time at which its source was written."""
+    files = sorted(file for file in Path(path).rglob("*") if file.is_file())
+    return {str(file.relative_to(path)): hashlib.sha256(file.read_bytes()).hexdigest() for file in files}
+
+
+def write_tiff(path, heights, west=0.0, north=1000.0, **more):
+    rasterio = pytest.importorskip("rasterio")
+    transform = rasterio.transform.from_origin(west, north, 10.0, 10.0)
+    profile = {"driver": "GTiff", "height": heights.shape[0], "width": heights.shape[1], "count": 1}
+    profile |= {"dtype": heights.dtype, "crs": "EPSG:32632", "transform": transform} | more
+    with rasterio.open(path, "w", **profile) as file:
+        file.write(heights, 1)
+
+
+# --- What is stored ---------------------------------------------------------------------------------------------------
+
+
+@pytest.mark.parametrize("shape", [(300, 421), (129, 65), (130, 257), (64, 64), (2, 90)])
+def test_records_are_those_of_the_whole_map(ctx, tmp_path, shape):
+    heights = rough(*shape, seed=shape[0])
+    arrays = arrays_of_built(heights, tmp_path / "s")
+    tables = ErrorTables(Terrain(ctx, Heightmap(heights, 2.0)))
+    for level in range(1, arrays.pyramid.top + 1):
+        nodes = tables.read_nodes(level)
+        words = np.moveaxis(nodes.view("<u4").reshape(*nodes.shape, 4), -1, 0)
+        np.testing.assert_array_equal(whole(arrays, "errors", level), words)
+        np.testing.assert_array_equal(np.moveaxis(whole(arrays, "ranges", level), 0, -1), tables.read_ranges(level))
+    tables.release()
+    tables.terrain.release()
+
+
+def arrays_of_built(heights, path, **options):
+    build(heights, path, spacing_m=2.0, **SMALL | options)
+    return arrays_of(path)
+
+
+def test_a_lattice_has_every_other_post_and_the_last(tmp_path):
+    heights = rough(100, 150)
+    arrays = arrays_of_built(heights, tmp_path / "s")
+    for level in range(arrays.pyramid.top + 1):
+        rows, cols = (
+            np.minimum(np.arange(n) << level, last)
+            for n, last in zip(arrays.pyramid.posts(level), (99, 149), strict=True)
+        )
+        np.testing.assert_array_equal(whole(arrays, "heights", level), heights[np.ix_(rows, cols)])
+
+
+def test_other_programs_find_the_levels(tmp_path):
+    import zarr
+
+    build(rough(70, 90), tmp_path / "s", **SMALL)
+    group = zarr.open_group(tmp_path / "s", mode="r")
+    layout = group.attrs["multiscales"]["layout"]
+    assert [entry["asset"] for entry in layout] == [f"heights/{level}" for level in range(len(layout))]
+    assert all(entry["asset"] in group for entry in layout)
+
+
+# --- Sources ----------------------------------------------------------------------------------------------------------
+
+
+def test_files_and_arrays_alike(tmp_path):
+    heights = rough(150, 200)
+    write_tiff(tmp_path / "whole.tif", heights, tiled=True, blockxsize=64, blockysize=64)
+    for row, col in ((0, 0), (0, 1), (1, 0), (1, 1)):
+        part = heights[80 * row : 80 * row + 80, 90 * col : 90 * col + 110]  # they overlap
+        write_tiff(tmp_path / f"{row}{col}.tif", part, 900.0 * col, 1000.0 - 800.0 * row)
+    build(tmp_path / "whole.tif", tmp_path / "a", **SMALL)
+    build([tmp_path / f"{at}.tif" for at in ("11", "00", "01", "10")], tmp_path / "b", **SMALL)
+    build(heights, tmp_path / "c", spacing_m=10.0, **SMALL)
+    first = read_about(tmp_path / "a")
+    assert first["spacing_m"] == [10.0, 10.0] and first["georeference"]["transform"][2] == 0.0
+    for other in ("b", "c"):
+        about = read_about(tmp_path / other)
+        assert all(about[key] == first[key] for key in ("rows", "cols", "sha256", "range_m", "spacing_m"))
+    assert read_about(tmp_path / "b")["georeference"] == first["georeference"]
+    mine, others = digest(tmp_path / "a"), digest(tmp_path / "c")
+    assert {name: mine[name] for name in mine if name != "zarr.json"} == {
+        name: others[name] for name in others if name != "zarr.json"
+    }
+
+
+def test_a_file_is_read_by_windows_as_a_whole_would_be(tmp_path):
+    heights = rough(90, 70)
+    rasterio = pytest.importorskip("rasterio")
+    south_up = rasterio.Affine(10, 0, 0, 0, 10, 0)
+    write_tiff(tmp_path / "up.tif", np.round(heights).astype("i2")[::-1], transform=south_up, nodata=-7)
+    np.save(tmp_path / "whole.npy", heights)
+    for name in ("up.tif", "whole.npy"):
+        read = open_windows([tmp_path / name]).read(slice(10, 50), slice(20, 60))
+        np.testing.assert_array_equal(read, Heightmap.open(tmp_path / name).heights[10:50, 20:60])
+
+
+def test_lazy_arrays_are_never_whole_in_memory(tmp_path):
+    dask = pytest.importorskip("dask.array")
+    xarray = pytest.importorskip("xarray")
+    heights = rough(150, 200)
+    largest = 0
+
+    class Lazy:
+        shape, spacing_m = heights.shape, (3.0, 4.0)
+
+        def __getitem__(self, window):
+            nonlocal largest
+            largest = max(largest, heights[window].size)
+            return heights[window]
+
+    y = np.arange(150)[::-1] * 4.0
+    lazy = xarray.DataArray(dask.from_array(heights, 50), dims=("y", "x"), coords={"y": y, "x": np.arange(200) * 3.0})
+    for name, source in (("a", Lazy()), ("b", dask.from_array(heights, 50)), ("c", lazy), ("d", lazy[::-1])):
+        about = build(source, tmp_path / name, **SMALL)
+        assert about["sha256"] == read_about(tmp_path / "a")["sha256"], name
+    assert read_about(tmp_path / "a")["spacing_m"] == [3.0, 4.0] == read_about(tmp_path / "d")["spacing_m"]
+    assert largest <= 64 * 64
+
+
+def test_voids_are_refused_or_filled(tmp_path, monkeypatch):
+    monkeypatch.chdir(tmp_path)
+    heights = rough(40, 50)
+    heights[30, 20] = np.nan
+    np.save("dem.npy", heights)
+    refused(spawn("build", "dem.npy", "-o", "s"), 1, "dem.npy", "row 30, column 20", "--fill")
+    assert build("dem.npy", "t", fill_m=-5.0)["filled_voids"] == 1
+    assert arrays_of("t").read("heights", 0, (slice(30, 31), slice(20, 21))) == -5.0
+
+
+# --- Interruptions and faults -----------------------------------------------------------------------------------------
+
+BUILD = """
+import sys
+from terrain_gl import exceptions
+from terrain_gl.store import build
+try:
+    build(sys.argv[1], sys.argv[2], tile=16, shard=64, workers=int(sys.argv[3]))
+except exceptions.TerrainError as error:
+    sys.exit(str(error))
+"""
+
+
+def building(output, workers=1, **settings):
+    command = [sys.executable, "-c", BUILD, "dem.npy", output, str(workers)]
+    return subprocess.Popen(command, stderr=subprocess.PIPE, text=True, start_new_session=True, **settings)
+
+
+@pytest.fixture
+def undisturbed(tmp_path, monkeypatch):
+    """Files of a store of dem.npy that nothing disturbed."""
+    monkeypatch.chdir(tmp_path)
+    np.save("dem.npy", rough(300, 280))
+    build("dem.npy", "undisturbed", **SMALL)
+    return digest("undisturbed")
+
+
+@pytest.mark.slow
+def test_killed_at_any_moment_it_goes_on_to_the_same_bytes(undisturbed):
+    rng, kills = random.Random(1), 0
+    while True:
+        run = building("s", workers=1 + kills % 2)
+        try:
+            run.wait(1.5 + 5 * rng.random() + kills)  # importing takes more than a second
+            break
+        except subprocess.TimeoutExpired:
+            os.killpg(run.pid, signal.SIGKILL)
+            run.wait()
+            kills += 1
+    assert run.returncode == 0, run.stderr.read()
+    assert kills >= 2
+    assert digest("s") == undisturbed
+
+
+def test_a_build_that_was_cut_off_leaves_nothing_behind(undisturbed, monkeypatch):
+    """As if killed after any write: of shards, of the journal, of what the store says of itself."""
+    writes = 0
+
+    def counted(write):
+        def written(*args, **settings):
+            nonlocal writes
+            writes += 1
+            write(*args, **settings)
+            if writes % 7 == 0:  # a task has fewer
+                if Path("s/.build").is_dir():
+                    Path("s/heights/0/c/9.partial").write_bytes(b"cut")
+                raise KeyboardInterrupt
+
+        return written
+
+    monkeypatch.setattr(Arrays, "write", counted(Arrays.write))
+    monkeypatch.setattr(Journal, "add", counted(Journal.add))
+    monkeypatch.setattr(shutil, "rmtree", counted(shutil.rmtree))
+    runs = 0
+    while runs < 100:
+        runs += 1
+        try:
+            build("dem.npy", "s", **SMALL)
+            break
+        except KeyboardInterrupt:
+            continue
+    assert 5 < runs < 100
+    assert digest("s") == undisturbed
+
+
+def test_two_processes_write_the_same_bytes(undisturbed):
+    run = building("s", workers=2)
+    assert run.wait(120) == 0, run.stderr.read()
+    assert digest("s") == undisturbed
+
+
+@pytest.mark.slow
+def test_a_cluster_writes_the_same_bytes_though_a_worker_dies(undisturbed):
+    distributed = pytest.importorskip("distributed")
+    with distributed.LocalCluster(2, threads_per_worker=1, dashboard_address=None, host="127.0.0.1") as cluster:
+        victim = cluster.workers[0].pid
+        started = time.monotonic()
+
+        def progress(_):
+            nonlocal victim
+            if victim and time.monotonic() - started > 1:
+                os.kill(victim, signal.SIGKILL)
+                victim = None
+
+        build("dem.npy", "s", address=cluster.scheduler_address, progress=progress, **SMALL)
+        assert victim is None
+    assert digest("s") == undisturbed
+
+
+def test_a_full_disk_is_one_line_and_can_be_continued(undisturbed):
+    def small_files():
+        resource.setrlimit(resource.RLIMIT_FSIZE, (6000, 6000))
+
+    run = building("s", preexec_fn=small_files)
+    assert run.wait(120) == 1
+    told = run.stderr.read()
+    assert told.count("\n") == 1 and "disk is full" in told and "again" in told
+    with pytest.raises(TerrainError, match="not a finished store"):
+        read_about("s")
+    build("dem.npy", "s", **SMALL)
+    assert digest("s") == undisturbed
+
+
+def test_a_store_of_another_map_is_kept(undisturbed):
+    np.save("dem.npy", rough(300, 280, seed=5))
+    with pytest.raises(TerrainError, match="another map"):
+        build("dem.npy", "undisturbed", **SMALL)
+    assert digest("undisturbed") == undisturbed
+    Path("other").mkdir()
+    Path("other/file").write_text("mine")
+    with pytest.raises(TerrainError, match="holds something else"):
+        build("dem.npy", "other", **SMALL)
+
+
+@pytest.mark.parametrize("harm", ["change", "cut", "remove"])
+def test_a_damaged_tile_is_missing_and_named(undisturbed, harm):
+    shard = Path("undisturbed/heights/0/c/1/2")
+    data = bytearray(shard.read_bytes())
+    if harm == "remove":
+        shard.unlink()
+    elif harm == "cut":
+        shard.write_bytes(data[: len(data) // 2])
+    else:
+        data[5] ^= 1  # in its first tile
+        shard.write_bytes(data)
+    arrays = arrays_of("undisturbed")
+    with pytest.raises(MissingTileError, match="heights/0, rows 64 to 79, columns 128 to 143"):
+        arrays.read("heights", 0, (slice(64, 80), slice(128, 144)))
+    arrays.read("heights", 0, (slice(0, 64), slice(0, 280)))
+    if harm == "change":
+        arrays.read("heights", 0, (slice(64, 80), slice(144, 160)))
+
+
+def test_the_command_builds_and_tells(tmp_path, monkeypatch):
+    monkeypatch.chdir(tmp_path)
+    np.save("dem.npy", rough(60, 80))
+    done = spawn("build", "dem.npy", "-o", "s", "--spacing", "5")
+    assert (done.returncode, done.stderr) == (0, "") and "80 x 60 posts" in done.stdout
+    refused(spawn("build", "none.tif", "-o", "t"), 1, "none.tif")
+    refused(spawn("build", "dem.npy", "-o", "t", "--scheduler", "tcp://127.0.0.1:9"), 1, "no Dask scheduler")
