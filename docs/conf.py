@@ -10,11 +10,14 @@ import sys
 from pathlib import Path
 
 ROOT = Path(__file__).parent.parent
-sys.path.insert(0, str(ROOT))
+sys.path[:0] = [str(ROOT), str(ROOT / "docs")]
+
+from pictures import Arguments, Scraper  # noqa: E402
 
 project, author = "terrain-gl", "The terrain-gl authors"
 root_doc = "docs/index"
 extensions = ["myst_parser", "sphinx.ext.autodoc", "sphinx.ext.napoleon", "sphinx-mathjax-offline"]
+extensions += ["sphinx_gallery.gen_gallery"]
 include_patterns = ["docs/**", "course/**", "*.md", "examples/README.md", "glsl/README.md", "heightmaps/README.md"]
 exclude_patterns = ["course/solutions/**", "**/__pycache__/**"]
 myst_enable_extensions = ["dollarmath", "amsmath"]
@@ -27,6 +30,19 @@ autodoc_typehints = "description"
 autodoc_member_order = "bysource"
 napoleon_google_docstring = False
 napoleon_use_rtype = False
+sphinx_gallery_conf = {  # an example is drawn anew if it has changed, or if docs/examples is not there
+    "examples_dirs": "examples",
+    "gallery_dirs": "docs/examples",
+    "filename_pattern": r"/\d\d_",
+    "within_subsection_order": "FileNameSortKey",
+    "image_scrapers": (Scraper(),),
+    "reset_argv": Arguments(),
+    "abort_on_example_error": True,
+    "download_all_examples": False,
+    "show_memory": False,
+    "show_signature": False,
+    "write_computation_times": False,
+}
 
 
 def draw_figures(app):

@@ -1,6 +1,9 @@
-"""Lesson 1, the heightmap: metres on a grid of posts, row 0 in the north. Seen from above, lit from the north-west.
+"""Example 1: the heightmap
+========================
 
-Run: python 01_heightmap.py [PICTURE.png [MAP]]
+Metres on a grid of posts, row 0 in the north. The picture shows them from above, lit from the north-west.
+
+Run: ``python 01_heightmap.py [PICTURE.png [MAP]]``
 """
 
 import sys

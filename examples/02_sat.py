@@ -1,12 +1,17 @@
-"""Lesson 2, the summed-area table: the mean of any box of heights costs four fetches, for any size of box.
+"""Example 2: the summed-area table
+================================
+
+The mean of a box of heights takes four fetches, for any size of box.
+
+::
 
     S(x, y) = sum of all values above and to the left          (built once, by prefix sums along rows, then columns)
-    box     = S(x1, y1) - S(x0, y1) - S(x1, y0) + S(x0, y0)    (Crow 1984)
+    box     = S(x1, y1) - S(x1, y0) - S(x0, y1) + S(x0, y0)    (Crow 1984)
 
-The picture shows the map as it is, and averaged over boxes of 8, 32 and 128 posts. The table is in whole numbers that
-wrap around: unlike floating-point sums they lose nothing, however large the map.
+The picture shows the map as it is, and its means over boxes of 9, 33 and 129 posts a side. The table holds whole
+numbers that wrap around. Sums of floats lose digits; these lose nothing, however large the map is.
 
-Run: python 02_sat.py [PICTURE.png [MAP]]
+Run: ``python 02_sat.py [PICTURE.png [MAP]]``
 """
 
 import sys
@@ -38,7 +43,7 @@ print(f"table of {cols} x {rows} posts: {1e3 * (time.perf_counter() - start):.1f
 
 
 def box_means(size):
-    """Mean of the box of `size` posts around every post, cut off at the map's edges."""
+    """Mean of the box of `size` posts a side around every post, cut off at the map's edges; size is odd."""
     y, x = np.mgrid[:rows, :cols].reshape(2, -1)
     x0, y0 = np.maximum(x - size // 2, 0), np.maximum(y - size // 2, 0)
     x1, y1 = np.minimum(x + size // 2 + 1, cols), np.minimum(y + size // 2 + 1, rows)
@@ -46,7 +51,7 @@ def box_means(size):
     tables.box_sums(buffer, table, boxes)  # once unmeasured: memory that is touched for the first time costs more
     start = time.perf_counter()
     sums = tables.box_sums(buffer, table, boxes)
-    print(f"{len(sums)} boxes of {size + 1} x {size + 1}: {1e3 * (time.perf_counter() - start):.1f} ms")
+    print(f"{len(sums)} boxes of {size} x {size}: {1e3 * (time.perf_counter() - start):.1f} ms")
     return (sums / ((x1 - x0) * (y1 - y0))).reshape(rows, cols)
 
 
@@ -57,7 +62,7 @@ def hillshade(heights):
     return (255 * np.clip(light, 0, 1)).astype(np.uint8)
 
 
-means = [values.astype(float)] + [box_means(size) for size in (8, 32, 128)]
+means = [values.astype(float)] + [box_means(size) for size in (9, 33, 129)]
 panels = [hillshade(heights) for heights in means]
 write_png(picture, np.vstack([np.hstack(panels[:2]), np.hstack(panels[2:])]))
 print("wrote", picture)

@@ -1,12 +1,15 @@
-"""Lesson 3, the error: how far the ground strays from a coarse drawing of it.
+"""Example 3: the error
+====================
 
-A quadtree lies over the map. A node of level j covers 2^j x 2^j cells; drawn as two triangles through its four corners
-it misses the posts inside. The table keeps the worst miss of each node, in metres, whichever diagonal the GPU takes.
-It depends on the map alone: it is computed once, in compute shaders, and every view is served from it.
+A coarse drawing of the ground misses posts. This example shows by how much.
+
+A quadtree lies over the map. A node of level j covers 2^j x 2^j cells. It is drawn as two triangles through its four
+corners, so it misses the posts inside. The table keeps the largest error of each node in metres, whichever diagonal
+the GPU takes. The errors depend on the map alone. Compute shaders find them once, and every view uses them.
 
 The picture shows levels 2, 4 and 6: black is a tenth of a metre or less, white a kilometre.
 
-Run: python 03_error.py [PICTURE.png [MAP]]
+Run: ``python 03_error.py [PICTURE.png [MAP]]``
 """
 
 import sys

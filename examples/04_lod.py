@@ -1,15 +1,18 @@
-"""Lesson 4, levels of detail: from the tables and a camera to patches.
+"""Example 4: levels of detail
+===========================
+
+The tables and a camera give patches.
 
 A metre of error is many pixels nearby and none far away. A clipmap stands around the eye: ring l has cells of 2^l
-posts. Each of its blocks is cut into squares, and every square asks the summed-area tables how coarse it may be: "no
-cell of this box is above class c" is four fetches, wherever the ring stands. The GPU decides all of it in every frame,
+posts. Each of its blocks is cut into squares. Every square asks the summed-area tables how coarse it may be: "no cell
+of this box is above class c" takes four fetches, wherever the ring stands. The GPU decides all this in every frame,
 from the tables and the camera alone.
 
-The picture looks straight down on the map: every patch in the colour of its spacing, from red (every post) to blue. The
-eye is the white dot above the middle. One view sees a quarter of the horizon, so four of them make the picture; black
-is what lies below all four.
+The picture looks straight down on the map. Every patch has the colour of its spacing, from red (every post) to blue.
+The eye is the white dot above the middle. One view sees a quarter of the horizon, so four views make the picture. What
+lies below all four is black.
 
-Run: python 04_lod.py [PICTURE.png [MAP]]
+Run: ``python 04_lod.py [PICTURE.png [MAP]]``
 """
 
 import sys

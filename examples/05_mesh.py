@@ -1,13 +1,16 @@
-"""Lesson 5, the mesh: patches become triangles in the tessellation shaders.
+"""Example 5: the mesh
+===================
 
-A patch is one vertex. The control shader says how often each edge is divided, the evaluation shader puts every new
-vertex on a post of the map. Whole numbers round alike on both sides of an edge, so neighbours meet without cracks, even
-where a fine patch meets a coarse one.
+Patches become triangles in the tessellation shaders.
+
+A patch is one vertex. The control shader says into how many parts each edge is divided. The evaluation shader puts
+every new vertex on a post of the map. Both sides of an edge compute the same whole numbers. So neighbours meet without
+cracks, even where a fine patch meets a coarse one.
 
 The picture is the wireframe of the first view at 4 pixels of tolerance: large triangles on smooth land, small ones on
 ridges.
 
-Run: python 05_mesh.py [PICTURE.png [MAP]]
+Run: ``python 05_mesh.py [PICTURE.png [MAP]]``
 """
 
 import sys

@@ -1,11 +1,16 @@
-"""Lesson 6, the picture: the whole line at once, and the proof.
+"""Example 6: the picture
+======================
+
+The whole line at once, and the measured error beside the certified one.
+
+::
 
     heightmap -> sat -> error -> lod -> mesh -> shade -> image
 
-The renderer promises that no post of the map is drawn further than one pixel from where it belongs. Then it measures:
-that very mesh, drawn from straight above, against every post in the picture.
+The renderer certifies that no point of the surface is drawn further than one pixel from its true place. Then it
+measures: it draws the same mesh from straight above, and compares it with the map.
 
-Run: python 06_picture.py [PICTURE.png [MAP]]
+Run: ``python 06_picture.py [PICTURE.png [MAP]]``
 """
 
 import sys

@@ -1,12 +1,17 @@
-"""Lesson 7, light: one mountain at six hours of a day in June.
+"""Example 7: light
+================
+
+One mountain at six hours of a day in June.
+
+::
 
     date, hour, latitude -> sun -> sky -> lobes -> light
 
-The sun's place follows from the clock. A clear sky is computed for it and fitted by nine fixed lobes; what the land
-hides of each of them, and the mean of its own lobes under every pixel, come from summed-area tables made once a map. So
-from hour to hour only ten colours and the sun's own shadows are new.
+The place of the sun follows from the clock. A clear sky is computed for it, and nine fixed lobes are fitted to the
+sky. Summed-area tables hold how much of each lobe the land hides, and the mean of the ground's own lobes under every
+pixel. They are made once for a map. So from hour to hour only ten colours and the sun's shadows are new.
 
-Run: python 07_light.py [PICTURE.png [MAP]]
+Run: ``python 07_light.py [PICTURE.png [MAP]]``
 """
 
 import sys

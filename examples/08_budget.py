@@ -1,14 +1,17 @@
-"""Lesson 8, a budget: so many triangles, where they help most.
+"""Example 8: a budget
+===================
 
-A price for a triangle, one for the whole picture, decides everywhere: what takes away more squared pixels of error than
-it costs is drawn. The GPU looks for the price that makes the number of triangles asked for. With four times the
-triangles each buys about a fifteenth of what it did: the dearest errors go first.
+So many triangles, where they help most.
 
-The picture shows one view with 1,000, 4,000, 16,000 and 64,000 triangles. A tolerance spreads its triangles
-otherwise: it cuts everywhere down to the same largest error, and what is printed beside each budget is what the same
-number of triangles achieves in that way.
+One price for a triangle decides everywhere in the picture: a triangle is drawn if it removes more squared pixels of
+error than the price. The GPU looks for the price that gives the number of triangles asked for. With four times as many
+triangles, the last ones remove about a fifteenth as much.
 
-Run: python 08_budget.py [PICTURE.png [MAP]]
+The picture shows one view with 1,000, 4,000, 16,000 and 64,000 triangles. A tolerance uses its triangles in another
+way: it keeps the largest error the same everywhere. What is printed beside each budget is the error of a tolerance
+with the same number of triangles.
+
+Run: ``python 08_budget.py [PICTURE.png [MAP]]``
 """
 
 import sys

@@ -1,12 +1,15 @@
-"""Lesson 9, geometry clipmaps: rings around the eye, and no look at the land (Losasso, Hoppe 2004).
+"""Example 9: geometry clipmaps
+============================
 
-Each ring is a regular grid, twice as coarse as the one inside it: vertices are about equally far apart in the picture.
-Heights come from a pyramid of filtered maps. That is all there is to it; and so plains get as many triangles as cliffs.
+A baseline: rings around the eye that do not depend on the land (Losasso, Hoppe 2004).
 
-Above, the rings from straight above the eye: a ring has a colour, and its border, where it becomes its coarser
-neighbour, is T-junction free. Below, the wireframe of the same clipmap in perspective.
+Each ring is a regular grid, twice as coarse as the one inside it. So vertices have about equal distances in the
+picture. Heights come from a pyramid of filtered maps. Plains get as many triangles as cliffs.
 
-Run: python 09_clipmap.py [PICTURE.png [MAP]]
+Above are the rings from straight above the eye. Each ring has a colour. At its border, where it becomes its coarser
+neighbour, there are no T-junctions. Below is the wireframe of the same clipmap in perspective.
+
+Run: ``python 09_clipmap.py [PICTURE.png [MAP]]``
 """
 
 import sys
@@ -44,7 +47,7 @@ with Renderer(terrain, size=(1280, 720)) as renderer:
         achieved = renderer.measure()
         print(f"{achieved['triangles']:7,} triangles, {achieved['rms_error_px']:.3f} px rms: {each}")
 
-    # And where there is something to see (lesson 8).
+    # And where there is something to see (example 8).
     renderer.draw(eye, triangles=50_000, style="normals")
     achieved = renderer.measure()
     print(f"{achieved['triangles']:7,} triangles, {achieved['rms_error_px']:.3f} px rms: by summed-area tables")

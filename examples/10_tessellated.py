@@ -1,12 +1,15 @@
-"""Lesson 10, a clipmap with hardware tessellation: rings of patches, each edge cut by its length in the picture.
+"""Example 10: a clipmap with hardware tessellation
+================================================
 
-A patch is a square with four numbers, the segments of its edges; the tessellator does the rest. An edge is as long as
-the sphere around it is wide, and both of its patches count alike. Where a ring meets a coarser one, the coarse edge has
-as many segments as the two fine ones together (Song, Yang, Ji 2017; Cantlay 2011).
+A baseline: rings of patches, each edge cut by its length in the picture.
 
-The picture is the wireframe for edges of 12 pixels, and below it the patches, in the colours of their triangles' size.
+A patch is a square with four numbers, the segments of its edges. An edge's length on screen is the projected diameter
+of its bounding sphere, so the patches on both sides get the same number. Where a ring meets a coarser one, the coarse
+edge has as many segments as the two fine edges together (Song, Yang, Ji 2017; Cantlay 2011).
 
-Run: python 10_tessellated.py [PICTURE.png [MAP]]
+The picture is the wireframe for edges of 12 pixels. Below it are the patches, coloured by the size of their triangles.
+
+Run: ``python 10_tessellated.py [PICTURE.png [MAP]]``
 """
 
 import sys

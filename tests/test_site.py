@@ -4,6 +4,8 @@ import hashlib
 import importlib.util
 import os
 import re
+import subprocess
+import sys
 from pathlib import Path
 
 import pytest
@@ -78,3 +80,47 @@ def test_checksums_of_maps(page, folder):
     for name, checksum in listed.items():
         if (folder / name).exists():
             assert hashlib.sha256((folder / name).read_bytes()).hexdigest().startswith(checksum), name
+
+
+def build(folder):
+    """Build a site of one example with the gallery's own scraper; return the picture's bytes."""
+    (folder / "conf.py").write_text(
+        f"import sys\nsys.path.insert(0, {str(DOCS)!r})\nfrom pictures import Arguments, Scraper\n"
+        "extensions = ['sphinx_gallery.gen_gallery']\nexclude_patterns = ['examples']\n"
+        "sphinx_gallery_conf = dict(examples_dirs='examples', gallery_dirs='shown', filename_pattern='/01',\n"
+        "    image_scrapers=(Scraper(),), reset_argv=Arguments(), abort_on_example_error=True,\n"
+        "    write_computation_times=False)\n"
+    )
+    (folder / "index.rst").write_text("Site\n====\n\n.. toctree::\n\n   shown/index\n")
+    command = [sys.executable, "-m", "sphinx", "-q", "-W", str(folder), str(folder / "site")]
+    done = subprocess.run(command, capture_output=True, text=True)
+    assert done.returncode == 0, done.stderr
+    (picture,) = (folder / "shown" / "images").glob("*01_grey*.png")
+    return picture.read_bytes()
+
+
+def test_the_gallery_draws_a_changed_example_anew_and_no_other(tmp_path):
+    pytest.importorskip("sphinx_gallery")
+    script = tmp_path / "examples" / "01_grey.py"
+    script.parent.mkdir()
+    (script.parent / "GALLERY_HEADER.txt").write_text("Shown\n=====\n\nOne.\n")
+    text = (
+        '"""Grey\n====\n\nA square.\n"""\n\nimport sys\n\nimport numpy as np\n'
+        "from terrain_gl.image import write_png\n\nopen('runs', 'a').write('.')\n"
+        "write_png(sys.argv[1], np.full((64, 64, 3), 80, np.uint8))\n"
+    )
+    script.write_text(text)
+    first = build(tmp_path)
+    assert build(tmp_path) == first and (script.parent / "runs").read_text() == "."
+    script.write_text(text.replace("80", "200"))
+    assert build(tmp_path) != first and (script.parent / "runs").read_text() == ".."
+
+
+def test_the_gallery_draws_every_example():
+    conf = (DOCS / "conf.py").read_text(encoding="utf-8")
+    pattern = re.search(r'"filename_pattern": r"([^"]+)"', conf)[1]
+    scripts = list((ROOT / "examples").glob("*.py"))
+    assert scripts and all(re.search(pattern, str(path)) for path in scripts)
+    for path in scripts:
+        title, line = path.read_text(encoding="utf-8").splitlines()[:2]
+        assert line == "=" * (len(title) - 3), f"{path.name}: the title is underlined"
