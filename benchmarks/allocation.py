@@ -1,8 +1,8 @@
-"""Screen error for a number of triangles, next to the best that any quadtree could do with as many.
+"""Screen error for a number of triangles, next to quadtrees of two triangles a leaf with as many.
 
-The best knows the true error of every post from the eye at hand (ideal.ideal_allocation, on the CPU: minutes for
+They know the true error of every post from the eye at hand (pruned.pruned_quads, on the CPU: minutes for
 maps of 4096 posts a side); restricted: neighbours within one level, as a mesh without cracks needs it; plain: without.
-A factor is the root mean square error drawn over that of the best.
+A factor is the root mean square error drawn, over the surface, divided by theirs, over posts. They are no bound.
 
 Run: python benchmarks/allocation.py MAP [--spacing M ...] [--view NAME] [--budgets N,N,...]
 """
@@ -14,7 +14,7 @@ import time
 import numpy as np
 
 from terrain_gl.cli import options
-from terrain_gl.comparison import ideal
+from terrain_gl.comparison import pruned
 from terrain_gl.options import near_plane_m
 
 parser = argparse.ArgumentParser(description=__doc__, formatter_class=argparse.RawDescriptionHelpFormatter)
@@ -36,7 +36,7 @@ with options.make_renderer(args, scene) as renderer:
 started = time.perf_counter()
 near_m = near_plane_m(heightmap, args.near_m)
 void = np.isnan(heightmap.heights) if heightmap.voids else None
-best = ideal.ideal_allocation(filled, heightmap.spacing_m, scene.camera, args.size, near_m, budgets, void)
+best = pruned.pruned_quads(filled, heightmap.spacing_m, scene.camera, args.size, near_m, budgets, void)
 print(f"{heightmap.name}: {time.perf_counter() - started:.0f} s for the best", file=sys.stderr)
 
 columns = ("budget", "drawn", "lambda", "rms px", "max px", "ms", "restricted", "factor", "plain", "factor")

@@ -7,7 +7,7 @@
     pixel    triangles that it takes to be within one pixel
     puget    a view of ps_height_1k.png whose numbers are known of other methods
 
-Beside the RMS screen error of each stands that of the ideal restricted quadtree. It takes hours on a software renderer:
+Beside the RMS screen error of each stands that of the pruned quadtree of quads. It takes hours on a software renderer:
 each number is written to a file as soon as it is there, and a run that is started again goes on where it was.
 
 Run: python benchmarks/baselines.py FOLDER [land|others|real|pixel|puget|tables ...]
@@ -100,9 +100,9 @@ class Case:
         """How far the picture of the dense mesh is from the truth: what diagonals are about."""
         return self.know("full picture", lambda: self._picture(method="full"))
 
-    def ideal(self, budgets):
-        """RMS error of the ideal restricted quadtree, by number of triangles."""
-        return self.know(f"ideal {budgets}", lambda: self._ideal(budgets))
+    def pruned(self, budgets):
+        """RMS error of the pruned quadtree of quads, by number of triangles."""
+        return self.know(f"pruned {budgets}", lambda: self._pruned(budgets))
 
     def within(self, max_error_px):
         """Triangles certified to be within an error, and those that each baseline needs to achieve it."""
@@ -136,8 +136,8 @@ class Case:
         self.truth = self.truth or compare.truth_of(self.renderer, self.camera, FINE)
         return compare.likeness_of(self.renderer, self.camera, self.truth, FINE, **drawing)[1]
 
-    def _ideal(self, budgets):
-        found = curves.ideal_curve(self.renderer, self.camera, budgets)
+    def _pruned(self, budgets):
+        found = curves.pruned_curve(self.renderer, self.camera, budgets)
         return [[int(n), float(px)] for n, px in zip(found.triangles, found.rms_px, strict=True)]
 
     def _within(self, max_error_px):
@@ -190,7 +190,7 @@ def work(part, case):
     if part == "pixel":
         case.within(1.0)
     if part in ("land", "others", "real"):
-        case.ideal(budgets)
+        case.pruned(budgets)
     if part in ("land", "real"):
         for triangles in budgets:
             for method in compare.COMPARED:
@@ -253,16 +253,16 @@ def puget_rows(_, found):
 
 
 def budget_rows(part, found):
-    """Errors at equal triangles: the methods', the ideal's, and how many times the baselines' are larger."""
+    """Errors at equal triangles: the methods', the pruned quadtree's, and how many times the baselines' are larger."""
     ours, methods = "sat", compare.COMPARED
-    rows = [["view or map", "triangles", *(f"{m} RMS px" for m in methods), "ideal", "sat / ideal"]]
+    rows = [["view or map", "triangles", *(f"{m} RMS px" for m in methods), "quads, pruned", "sat / pruned"]]
     rows[0] += [f"{m} / {ours}" for m in BASELINES]
     for case in found:
         for triangles in budgets_of(part, case):
             px = {m: case.known.get(f"{m} {triangles}", {}).get("rms_error_px") for m in methods}
-            ideal_px = ideal_at(case, budgets_of(part, case), triangles)
-            ratios = [ratio(px[ours], ideal_px), *(ratio(px[m], px[ours]) for m in BASELINES)]
-            rows += [[case.name, f"{triangles:,}", *map(shown, px.values()), shown(ideal_px), *ratios]]
+            pruned_px = pruned_at(case, budgets_of(part, case), triangles)
+            ratios = [ratio(px[ours], pruned_px), *(ratio(px[m], px[ours]) for m in BASELINES)]
+            rows += [[case.name, f"{triangles:,}", *map(shown, px.values()), shown(pruned_px), *ratios]]
     return rows
 
 
@@ -280,9 +280,9 @@ def picture_rows(part, found):
     return rows
 
 
-def ideal_at(case, budgets, triangles):
-    """RMS error of the ideal with so many triangles, if it is known."""
-    found = case.known.get(f"ideal {budgets}")
+def pruned_at(case, budgets, triangles):
+    """RMS error of the pruned quadtree with so many triangles, if it is known."""
+    found = case.known.get(f"pruned {budgets}")
     return found[budgets.index(triangles)][1] if found else None
 
 

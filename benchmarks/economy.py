@@ -1,6 +1,6 @@
-"""Triangles drawn for a certified error, next to the ideal restricted quadtree for the same map, view and tolerance.
+"""Triangles drawn for a certified error, next to a restricted quadtree of quads for the same map, view and tolerance.
 
-The ideal knows the true error of every post from every eye; it is computed in numpy (ideal.ideal_quadtrees), in
+That quadtree knows the true error of every post from every eye; it is computed in numpy (pruned.quads_within), in
 time and memory that grow with the whole map: maps are cropped to their middle 1025 × 1025 posts.
 
 Run: python benchmarks/economy.py [MAP ...]    (bundled names or files; spacing as their tags say)
@@ -11,7 +11,7 @@ import sys
 import numpy as np
 
 from terrain_gl import Camera, Heightmap, Renderer
-from terrain_gl.comparison import ideal
+from terrain_gl.comparison import pruned
 from terrain_gl.files.maps import bundled, open_map
 from terrain_gl.options import near_plane_m
 from terrain_gl.shade import UNLIT
@@ -31,13 +31,13 @@ def scene(name: str) -> tuple[Heightmap, Camera]:
 
 
 def compare(heightmap: Heightmap, camera: Camera, max_error_px: float) -> tuple[int, int, int]:
-    """Triangles drawn, of the ideal restricted quadtree, and of the ideal quadtree without restriction."""
+    """Triangles drawn, of the restricted quadtree of quads, and of the same without restriction."""
     with Renderer(heightmap, SIZE) as renderer:
         drawn = renderer.draw(camera, max_error_px, style=UNLIT, method="quadtree")["triangles"]
         filled = renderer.terrain.filled.astype(np.float64)
     near_m = near_plane_m(heightmap)
     void = np.isnan(heightmap.heights) if heightmap.voids else None
-    restricted, plain = ideal.ideal_quadtrees(filled, heightmap.spacing_m, camera, SIZE, near_m, max_error_px, void)
+    restricted, plain = pruned.quads_within(filled, heightmap.spacing_m, camera, SIZE, near_m, max_error_px, void)
     return drawn, restricted.triangles, plain.triangles
 
 

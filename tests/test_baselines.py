@@ -10,11 +10,10 @@ from maps import MAPS, REAL, SIZE, cameras, random_camera, rough
 from test_mesh import check_watertight
 
 import terrain_gl as tg
-from terrain_gl.comparison import ideal
 from terrain_gl.comparison.baselines import PARAMETERS
 from terrain_gl.comparison.clipmap import BLOCK, Rings, blocks_of, rings_of
 from terrain_gl.comparison.fitting import best_parameters
-from terrain_gl.comparison.pyramid import FILTERS, Pyramid
+from terrain_gl.comparison.pyramid import FILTERS, Pyramid, halve
 from terrain_gl.comparison.tessellated import Edges
 from terrain_gl.error import ErrorTables
 from terrain_gl.lod import Goal, View
@@ -78,7 +77,7 @@ def test_pyramid_is_the_specification(ctx, shape, kind):
     level, *above = pyramid.read()
     expected = level.astype("f8")
     for got in above:
-        expected = ideal.halve(expected, FILTERS[kind])
+        expected = halve(expected, FILTERS[kind])
         assert got.shape == expected.shape
         # 25 products and sums in float32, of numbers below 2500, a level
         assert np.abs(got - expected).max() <= len(above) * 30 * 2500 * 2**-24

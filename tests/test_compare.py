@@ -12,7 +12,7 @@ import terrain_gl as tg
 from terrain_gl.cli import main
 from terrain_gl.cli.compare import in_lines, uneven_text
 from terrain_gl.comparison import compare as comparing
-from terrain_gl.comparison import curves, ideal
+from terrain_gl.comparison import curves, pruned
 from terrain_gl.comparison.clipmap import Rings
 from terrain_gl.comparison.compare import (
     COMPARED,
@@ -24,7 +24,7 @@ from terrain_gl.comparison.compare import (
     likeness_of,
     truth_of,
 )
-from terrain_gl.comparison.curves import EQUAL, curve, fewest, ideal_curve
+from terrain_gl.comparison.curves import EQUAL, curve, fewest, pruned_curve
 from terrain_gl.comparison.own_surface import drawn_heights
 from terrain_gl.comparison.study import Study, study
 from terrain_gl.files.views import standard_view
@@ -195,7 +195,7 @@ def test_curves_fall(renderer, camera):
     assert [point["triangles"] for point in points] == pytest.approx([500, 1500, 7500], rel=0.03)
 
 
-def test_ideal_curve_is_that_of_the_whole_map(ctx):
+def test_pruned_curve_is_that_of_the_whole_map(ctx):
     heights = rough(300, 600, 5)
     heights[200:230, 400:420] = np.nan
     heightmap = tg.Heightmap(heights, (10.0, 12.0))
@@ -205,8 +205,8 @@ def test_ideal_curve_is_that_of_the_whole_map(ctx):
     assert (rows, cols) != (slice(0, 300), slice(0, 600)), "the test is of a part of the map"
     filled = r.terrain.filled.astype(np.float64)
     budgets = [500, 4000]
-    whole = ideal.ideal_allocation(filled, (10.0, 12.0), camera, SIZE, 1.0, budgets, np.isnan(heights))[0]
-    part = ideal_curve(r, camera, budgets)
+    whole = pruned.pruned_quads(filled, (10.0, 12.0), camera, SIZE, 1.0, budgets, np.isnan(heights))[0]
+    part = pruned_curve(r, camera, budgets)
     r.release()
     assert part.triangles == pytest.approx(whole.triangles, rel=0.01)
     assert part.rms_px == pytest.approx(whole.rms_px, rel=0.01)
@@ -240,7 +240,7 @@ def test_command_writes_a_figure_a_table_and_numbers(tmp_path, command, capsys):
     pytest.importorskip("matplotlib", reason="matplotlib, of the extra [compare], is not installed")
     assert main([*command, "--triangles", "1500", "--curve", "--json", str(tmp_path / "numbers.json")]) == 0
     out = capsys.readouterr().out
-    assert "RMS screen error, px" in out and "Ideal quadtree" in out
+    assert "RMS screen error, px" in out and "Quads alone, pruned" in out
     numbers = json.loads((tmp_path / "numbers.json").read_text())
     assert (numbers["baseline_vertices"], numbers["baseline_shading"]) == ("between", "map")
     assert numbers["command"].startswith("terrain-gl compare") and numbers["view"]["fov_deg"] == 45

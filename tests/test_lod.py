@@ -11,7 +11,7 @@ from maps import MAPS, Scene, cameras, plane, rough, tessellation_ends
 
 from terrain_gl import reference
 from terrain_gl.camera import Camera, screen_shift_px
-from terrain_gl.comparison import ideal
+from terrain_gl.comparison import pruned
 from terrain_gl.exceptions import TerrainError
 from terrain_gl.gpu import layout, shaders
 from terrain_gl.gpu.context import create_context
@@ -337,7 +337,7 @@ def test_zero_tolerance_draws_every_cell_in_the_picture(ctx, scene):
     for camera in cameras(scene.heightmap).values():
         selection = scene.select(camera, 0.0)
         levels = leaf_levels(scene, selection)
-        seen = ideal.ideal_quadtrees(
+        seen = pruned.quads_within(
             scene.terrain.filled.astype("f8"), scene.heightmap.spacing_m, camera, scene.size, scene.near_m, np.inf
         )[0].seen[0]
         assert (levels[seen] == 0).all()
@@ -521,7 +521,7 @@ def weighed_px(scene, selection, camera, weights):
 
 @pytest.mark.parametrize("name", ["odd", "holes", "long"])
 def test_a_budget_is_spent_almost_as_well_as_can_be(ctx, name):
-    """Within a quarter of the rms error of the best restricted quadtree, near posts counting more than once.
+    """Within a quarter of the rms error of the pruned quadtree of quads, near posts counting more than once.
 
     That is of posts, and knows nothing of what is between them: it has no triangles for middles of cells.
     """
@@ -532,11 +532,11 @@ def test_a_budget_is_spent_almost_as_well_as_can_be(ctx, name):
     for view in ("default", "down", "wide"):
         camera = cameras(heightmap)[view]
         ask = heightmap.spacing_m, camera, scene.size, scene.near_m
-        weights = reference.post_weights(filled, heightmap.spacing_m, ideal.view_of(*ask[1:]))
+        weights = reference.post_weights(filled, heightmap.spacing_m, pruned.view_of(*ask[1:]))
         got = [weighed_px(scene, used(scene, camera, budget), camera, weights) for budget in budgets]
-        best = ideal.ideal_allocation(filled, *ask, [count for count, _ in got], void, weights)[0]
+        best = pruned.pruned_quads(filled, *ask, [count for count, _ in got], void, weights)[0]
         for (count, rms_px), best_px in zip(got, best.rms_px, strict=True):
-            # few triangles are spent between posts too, which the ideal does not count: 1.28 at 300 of them, measured
+            # few triangles are spent between posts too, which the pruned tree does not count: 1.28 at 300 of them, measured
             assert rms_px <= (1.3 if count < 500 else 1.25) * best_px + 1e-6, (view, count)
     scene.release()
 
@@ -582,5 +582,5 @@ def test_a_post_counts_as_often_as_it_is_pixels_across():
     heights = np.zeros((9, 9))
     for high, pixels in ((100.0, 4 * 360**2 * 3 / 100**2), (2000.0, 4 * 360**2 * 3 / 2000**2)):
         camera = Camera((2, 8, high), (2, 8, 0), 60.0)  # K = 360 / tan 30°
-        weights = reference.post_weights(heights, (1.0, 4.0), ideal.view_of(camera, (1280, 720), 0.1))
+        weights = reference.post_weights(heights, (1.0, 4.0), pruned.view_of(camera, (1280, 720), 0.1))
         assert weights == pytest.approx(max(1.0, math.sqrt(pixels)))

@@ -9,7 +9,7 @@ from test_lod import ASK, INFINITE_PX, projection, random_boxes, random_posts, r
 
 from terrain_gl import reference
 from terrain_gl.camera import screen_shift_px
-from terrain_gl.comparison.ideal import view_of
+from terrain_gl.comparison.pruned import view_of
 
 __all__ = ["projection"]  # a fixture
 

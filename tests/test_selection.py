@@ -6,7 +6,7 @@ from maps import MAPS, Scene, cameras
 from test_lod import patches_of
 
 from terrain_gl import reference
-from terrain_gl.comparison.ideal import view_of
+from terrain_gl.comparison.pruned import view_of
 from terrain_gl.gpu import layout
 from terrain_gl.mesh import vertex_heights
 

@@ -159,9 +159,9 @@ def curves_text(found: Study) -> str:
     """RMS error by number of triangles; empty without --curve."""
     if not found.curves:
         return ""
-    rows = [["RMS px at triangles", *(LABELS[method] for method in found.curves), "Ideal quadtree"]]
-    for i, ideal_px in enumerate(found.ideal.rms_px):
+    rows = [["RMS px at triangles", *(LABELS[method] for method in found.curves), "Quads alone, pruned"]]
+    for i, pruned_px in enumerate(found.pruned.rms_px):
         points = [points[i] for points in found.curves.values()]
         cells = [f"{point['rms_error_px']:.3f} ({point['triangles']:,})" for point in points]
-        rows += [[f"{found.ideal.triangles[i]:,}", *cells, f"{ideal_px:.3f}"]]
+        rows += [[f"{found.pruned.triangles[i]:,}", *cells, f"{pruned_px:.3f}"]]
     return "\n\n" + report.table(rows)

@@ -15,7 +15,7 @@ from ..options import near_plane_m
 from ..renderer import Renderer
 from ..steps import Progress
 from ..verify.measure import posts_of
-from . import ideal
+from . import pruned
 from .compare import COMPARED, measured
 from .fitting import best_of, candidates
 
@@ -77,8 +77,8 @@ def curve(
     return achieved
 
 
-def ideal_curve(renderer: Renderer, camera: Camera, budgets: Sequence[int], near_m: float | None = None) -> Any:
-    """The smallest RMS error of any restricted quadtree at each budget: `ideal.ideal_allocation`."""
+def pruned_curve(renderer: Renderer, camera: Camera, budgets: Sequence[int], near_m: float | None = None) -> Any:
+    """The RMS error over posts of the pruned quadtree at each budget: `pruned.pruned_quads`."""
     heightmap = renderer.heightmap
     near_m = near_plane_m(heightmap, near_m)
     rows, cols = _seen_part(heightmap, camera, renderer.size, near_m)
@@ -87,7 +87,7 @@ def ideal_curve(renderer: Renderer, camera: Camera, budgets: Sequence[int], near
     filled = renderer.terrain.filled[rows, cols].astype(np.float64)
     void = np.isnan(heightmap.heights[rows, cols]) if heightmap.voids else None
     near = replace(camera, eye=eye, target=target)
-    return ideal.ideal_allocation(filled, heightmap.spacing_m, near, renderer.size, near_m, budgets, void)[0]
+    return pruned.pruned_quads(filled, heightmap.spacing_m, near, renderer.size, near_m, budgets, void)[0]
 
 
 def fewest(
@@ -136,7 +136,7 @@ def fewest(
 def _seen_part(heightmap: Heightmap, camera: Camera, size: tuple[int, int], near_m: float) -> tuple[slice, slice]:
     """Rows and columns of the blocks of the map that have posts in the picture; the rest would only cost time.
 
-    Blocks are nodes of the whole map's quadtree. Larger nodes are never leaves of an ideal tree.
+    Blocks are nodes of the whole map's quadtree. Larger nodes are never leaves of a pruned tree.
     """
     seen = []
     for row in range(0, heightmap.rows, _BLOCK):

@@ -18,7 +18,7 @@ from .study import Study
 
 FORMATS = (".png", ".jpg", ".pdf", ".svg")
 # Okabe, Ito 2008, "Color universal design": distinct for all kinds of colour vision; each also has its own marker
-COLOURS = {"clipmap": "#D55E00", "tessellated": "#E69F00", "sat": "#0072B2", "quadtree": "#009E73", "ideal": "#555555"}
+COLOURS = {"clipmap": "#D55E00", "tessellated": "#E69F00", "sat": "#0072B2", "quadtree": "#009E73", "pruned": "#555555"}
 _MARKERS = {"clipmap": "s", "tessellated": "^", "sat": "o", "quadtree": "D"}
 _WIDTH_IN, _DPI = 16.0, 150
 _HEAT = "inferno"  # perceptually uniform, from black, none
@@ -99,7 +99,7 @@ def figure(
         sheet = Figure(figsize=(_WIDTH_IN, layout.height_in), dpi=_DPI, facecolor="white")
         _side_by_side(sheet, layout, found.comparison, caption, words)
         if found.curves:
-            _curves(sheet, layout, found.curves, found.ideal)
+            _curves(sheet, layout, found.curves, found.pruned)
             _table(sheet, layout, found)
         # into memory first: on a full disk matplotlib's writers print tracebacks
         sheet.savefig(whole := io.BytesIO(), **_file_options(path))
@@ -211,7 +211,7 @@ def _legend(sheet: Any, layout: _Layout, shown: Any, scale_px: float, caption: S
     layout.write(sheet, left, top + 0.95, "\n".join(caption[1:]), size=11, linespacing=1.35, color="0.15")
 
 
-def _curves(sheet: Any, layout: _Layout, curves: Mapping[str, Sequence[Mapping[str, Any]]], ideal: Any) -> None:
+def _curves(sheet: Any, layout: _Layout, curves: Mapping[str, Sequence[Mapping[str, Any]]], pruned: Any) -> None:
     """RMS screen error against triangles, both logarithmic."""
     left, top = layout.margin + 0.7, layout.below + 0.15
     axes = layout.at(sheet, left, top, 2 * layout.width + layout.gap - 0.7, layout.curves_in - 0.95)
@@ -219,9 +219,9 @@ def _curves(sheet: Any, layout: _Layout, curves: Mapping[str, Sequence[Mapping[s
         line = {"color": COLOURS[method], "marker": _MARKERS[method], "label": LABELS[method]}
         x, y = ([point[key] for point in points] for key in ("triangles", "rms_error_px"))
         axes.plot(x, y, markersize=6.5, linewidth=1.8, **line)
-    if ideal is not None:
-        dashed: Any = {"color": COLOURS["ideal"], "linestyle": (0, (4, 2)), "label": "Ideal restricted quadtree"}
-        axes.plot(ideal.triangles, ideal.rms_px, linewidth=1.4, **dashed)
+    if pruned is not None:
+        dashed: Any = {"color": COLOURS["pruned"], "linestyle": (0, (4, 2)), "label": "Quads alone, pruned"}
+        axes.plot(pruned.triangles, pruned.rms_px, linewidth=1.4, **dashed)
     axes.set(xscale="log", yscale="log", xlabel="triangles", ylabel="RMS screen error, pixels")
     for axis in (axes.xaxis, axes.yaxis):
         axis.set_major_formatter(_plain)

@@ -3,7 +3,7 @@
     level 0  the map itself
     level j  sample i is at post min(i · 2^j, last); there are ceil((posts − 1) / 2^j) + 1 samples, for any size of map
 
-Specification: `comparison.ideal.halve`.
+Specification: `halve`.
 """
 
 from __future__ import annotations
@@ -120,6 +120,23 @@ class Pyramid:
         """Release GPU resources."""
         for resource in (self._texture, self._block, self._halve):
             resource.release()
+
+
+# g(i) = w₀ f(2i) + w₁ (f(2i − 1) + f(2i + 1)) + w₂ (f(2i − 2) + f(2i + 2)); near the rim pairs of taps move in.
+
+
+def halve(heights: np.ndarray, weights: tuple[float, float, float]) -> np.ndarray:
+    """Every second sample after a symmetric filter along both axes; the last sample is at the last post."""
+    for axis in (0, 1):
+        lines = np.moveaxis(heights.astype(np.float64), axis, 0)
+        last = len(lines) - 1
+        middle = np.minimum(2 * np.arange(-(-last // 2) + 1), last)
+        reach = [np.minimum(d, np.minimum(middle, last - middle)) for d in (1, 2)]
+        halved = weights[0] * lines[middle]
+        for weight, d in zip(weights[1:], reach, strict=True):
+            halved += weight * (lines[middle - d] + lines[middle + d])
+        heights = np.moveaxis(halved, 0, axis)
+    return heights
 
 
 def _places(sizes: list[tuple[int, int]]) -> list[tuple[int, int]]:

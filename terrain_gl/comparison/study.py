@@ -10,7 +10,7 @@ from ..camera import Camera
 from ..renderer import Renderer
 from ..steps import Progress
 from .compare import COMPARED, FINE, Comparison, compare, measured, part
-from .curves import BUDGETS, EQUAL, FEWEST, best_detail, curve, details_of, drawable, fewest, ideal_curve
+from .curves import BUDGETS, EQUAL, FEWEST, best_detail, curve, details_of, drawable, fewest, pruned_curve
 
 VERTICES = ("between", "posts")  # where a baseline's vertices may be: also between posts, or on posts alone
 MANY = 4  # with vertices between posts, a baseline may take so many times the triangles of every post for an error
@@ -53,8 +53,8 @@ class Study:
         Whether the baselines could have vertices between posts, as our own methods have them.
     from_mesh
         Whether the baselines' pictures are shaded from their own meshes.
-    curves, ideal
-        The results of `curve` and `ideal_curve`, if they were requested.
+    curves, pruned
+        The results of `curve` and `pruned_curve`, if they were requested.
     max_error_px, needed
         The requested error, if any; and by method the stats with the fewest triangles that achieve it, None if no
         number does.
@@ -62,7 +62,7 @@ class Study:
 
     comparison: Comparison
     curves: dict[str, list[dict[str, Any]]] | None = None
-    ideal: Any = None
+    pruned: Any = None
     max_error_px: float | None = None
     needed: dict[str, dict[str, Any] | None] | None = None
     triangles: int | None = None
@@ -100,7 +100,7 @@ class Study:
             found["baseline_shading"] = SHADING[self.from_mesh]
         if self.curves:
             found["curves"] = self.curves
-            points = zip(self.ideal.triangles, self.ideal.rms_px, strict=True)
+            points = zip(self.pruned.triangles, self.pruned.rms_px, strict=True)
             found["ideal"] = [{"triangles": int(n), "rms_error_px": float(px)} for n, px in points]
         return found | ({"max_error_px": self.max_error_px, "needed": self.needed} if self.needed else {})
 
@@ -147,7 +147,7 @@ def study(
     most = comparison.stats["triangles"]
     if with_curves:
         budgets = [max(FEWEST, round(triangles * share)) for share in BUDGETS if triangles * share < most]
-        found.ideal = ideal_curve(renderer, camera, budgets, options.get("near_m"))
+        found.pruned = pruned_curve(renderer, camera, budgets, options.get("near_m"))
         found.curves = curve(renderer, camera, COMPARED, budgets, part(progress, 1, parts), between, **options)
     if own and max_error_px:
         found.needed = {"sat": own}

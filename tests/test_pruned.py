@@ -1,4 +1,4 @@
-"""The ideal quadtrees: by hand, against all quadtrees of a small map, and next to ours on real maps."""
+"""Pruned quadtrees: by hand, against all quadtrees of a small map, and next to ours on real maps."""
 
 import functools
 import itertools
@@ -9,12 +9,12 @@ from maps import MAPS, REAL, Scene, cameras
 
 from terrain_gl import reference
 from terrain_gl.camera import Camera, screen_shift_px
-from terrain_gl.comparison import ideal
+from terrain_gl.comparison import pruned
 from terrain_gl.heightmap import Heightmap
 
 
 @pytest.mark.parametrize("name", REAL)
-def test_real_maps_take_little_more_than_the_ideal_quadtree(ctx, dem, name):
+def test_real_maps_take_little_more_than_quads_alone(ctx, dem, name):
     whole = Heightmap.open(dem / name, **REAL[name])
     row, col = max(0, (whole.rows - 1025) // 2), max(0, (whole.cols - 1025) // 2)
     heightmap = Heightmap(whole.heights[row : row + 1025, col : col + 1025], whole.spacing_m, name)
@@ -22,17 +22,19 @@ def test_real_maps_take_little_more_than_the_ideal_quadtree(ctx, dem, name):
     camera = cameras(heightmap, scene.size)["default"]
     triangles = scene.select(camera, 1.0).triangles
     filled = scene.terrain.filled.astype("f8")
-    best, plain = ideal.ideal_quadtrees(
+    best, plain = pruned.quads_within(
         filled, heightmap.spacing_m, camera, scene.size, scene.near_m, 1.0, np.isnan(heightmap.heights)
     )
     ratios = triangles / best.triangles, triangles / plain.triangles
-    print(f"{name}: {triangles} triangles, {ratios[0]:.2f} x ideal restricted quadtree, {ratios[1]:.2f} x unrestricted")
+    print(
+        f"{name}: {triangles} triangles, {ratios[0]:.2f} x restricted quadtree of quads, {ratios[1]:.2f} x unrestricted"
+    )
     assert triangles <= 1.6 * best.triangles
     scene.release()
 
 
 def test_reference_quadtree_of_a_flat_map_is_one_leaf():
-    best, plain = ideal.ideal_quadtrees(np.zeros((17, 17)), (1.0, 1.0), Camera((8, 8, 30), (8, 8, 0)), (64, 64), 0.1, 1)
+    best, plain = pruned.quads_within(np.zeros((17, 17)), (1.0, 1.0), Camera((8, 8, 30), (8, 8, 0)), (64, 64), 0.1, 1)
     assert best.triangles == plain.triangles == 2
 
 
@@ -41,7 +43,7 @@ def test_reference_quadtree_around_a_spike():
     heights = np.zeros((65, 65))
     heights[29, 29] = 10.0
     camera = Camera((32, 32, 400), (32, 32, 0), 20.0)
-    best, plain = ideal.ideal_quadtrees(heights, (1.0, 1.0), camera, (640, 640), 0.1, 0.01)
+    best, plain = pruned.quads_within(heights, (1.0, 1.0), camera, (640, 640), 0.1, 0.01)
     assert [int(level.sum()) for level in plain.splits] == [0, 1, 1, 1, 1, 1, 1]
     assert plain.triangles == 2 * (4 + 3 * 5)
     for fine, coarse in zip(best.splits[1:], best.splits[2:], strict=False):
@@ -82,8 +84,8 @@ def test_reference_allocation_is_the_best_of_all_quadtrees(seed):
     every = [(2 * len(leaves), sum(square(*leaf) for leaf in leaves)) for leaves in trees(2, 0, 0)]
     assert len(every) == 17
     budgets = [2, 8, 14, 20, 26, 32]
-    _, plain = ideal.ideal_allocation(heights, (1.0, 1.0), camera, size, 0.1, budgets)
-    seen = reference.screen_scale(ideal.view_of(camera, size, 0.1), reference.world_m(heights, (1.0, 1.0))).seen.sum()
+    _, plain = pruned.pruned_quads(heights, (1.0, 1.0), camera, size, 0.1, budgets)
+    seen = reference.screen_scale(pruned.view_of(camera, size, 0.1), reference.world_m(heights, (1.0, 1.0))).seen.sum()
     for budget, n, rms_px in zip(budgets, *plain, strict=True):
         assert n <= budget
         assert rms_px == pytest.approx(np.sqrt(min(e for m, e in every if m <= n) / seen), rel=1e-9, abs=1e-12)
@@ -96,7 +98,7 @@ def test_reference_allocation_restricted_is_never_better_than_plain():
     void[5:9, 3:30] = True
     budgets = [2, 100, 400, 1600, 10**9]
     for camera in cameras(heightmap).values():
-        restricted, plain = ideal.ideal_allocation(heights, heightmap.spacing_m, camera, (320, 180), 0.1, budgets, void)
+        restricted, plain = pruned.pruned_quads(heights, heightmap.spacing_m, camera, (320, 180), 0.1, budgets, void)
         assert (plain.triangles <= budgets).all()
         assert (np.diff(plain.rms_px) <= 1e-12).all() and (np.diff(restricted.rms_px) <= 1e-12).all()
         assert (restricted.rms_px >= plain.rms_px * (1 - 1e-9)).all()
@@ -108,10 +110,10 @@ def test_bands_of_a_map_are_its_whole_node_rows(monkeypatch):
     heightmap = MAPS["odd"]()
     heights, camera = heightmap.heights.astype("f8"), cameras(heightmap)["default"]
     ask = (heightmap.spacing_m, camera, (320, 180), 0.1)
-    whole = ideal.ideal_allocation(heights, *ask, [50, 500])
-    whole_bands = ideal.bands
-    monkeypatch.setattr(ideal, "bands", lambda heights, level: whole_bands(heights, level, 1))
-    assert len(ideal.bands(heights, 3)) == -(-(len(heights) - 1) // 8)
-    for one, other in zip(whole, ideal.ideal_allocation(heights, *ask, [50, 500]), strict=True):
+    whole = pruned.pruned_quads(heights, *ask, [50, 500])
+    whole_bands = pruned.bands
+    monkeypatch.setattr(pruned, "bands", lambda heights, level: whole_bands(heights, level, 1))
+    assert len(pruned.bands(heights, 3)) == -(-(len(heights) - 1) // 8)
+    for one, other in zip(whole, pruned.pruned_quads(heights, *ask, [50, 500]), strict=True):
         assert (one.triangles == other.triangles).all()
         assert one.rms_px == pytest.approx(other.rms_px, rel=1e-12)

@@ -1,6 +1,7 @@
-"""Ideals and baselines in float64 numpy: the best possible quadtrees, and the filter of geometry clipmaps.
+"""Quadtrees of quads in float64 numpy, pruned with the true error of every post for a view, to compare our meshes with.
 
-The ideal quadtrees know the true error of every post for the given view; an error table cannot know that.
+An error table cannot know these errors. But a leaf has two triangles here, and only posts count. Our meshes also have
+fans, cut edges, and vertices between posts. So these trees are no bound for them: ours may have a smaller error.
 """
 
 from __future__ import annotations
@@ -27,7 +28,7 @@ class Quadtree(NamedTuple):
 
 
 class Allocation(NamedTuple):
-    """The triangles and errors of the best quadtrees of a view, one number for each budget."""
+    """The triangles and errors of the pruned quadtrees of a view, one number for each budget."""
 
     triangles: np.ndarray  # at most the budget, unless the coarsest tree has more
     rms_px: np.ndarray
@@ -38,7 +39,7 @@ def view_of(camera: Camera, size: tuple[int, int], near_m: float) -> View:
     return View(np.asarray(camera.eye), camera.axes, camera.focal_px(size[1]), camera.half_extent(size), near_m)
 
 
-def ideal_quadtrees(
+def quads_within(
     heights: np.ndarray,
     spacing_m: tuple[float, float],
     camera: Camera,
@@ -62,7 +63,7 @@ def ideal_quadtrees(
     return _count(_restricted(coarse), seen), _count(plain, seen, extra=0)
 
 
-def ideal_allocation(
+def pruned_quads(
     heights: np.ndarray,
     spacing_m: tuple[float, float],
     camera: Camera,
@@ -72,12 +73,13 @@ def ideal_allocation(
     void: np.ndarray | None = None,
     weights: np.ndarray | None = None,
 ) -> tuple[Allocation, Allocation]:
-    """Smallest root mean square screen error of quadtrees with given triangles: restricted and unrestricted.
+    """Root mean square screen error over posts of pruned quadtrees with given triangles: restricted and unrestricted.
 
     A leaf is two triangles with the better diagonal; its error is the true error of its posts in the picture. The tree
     that minimises error² + λ · triangles is found from the leaves up: a node is split if its best subtree costs less
     (Breiman, Friedman, Olshen, Stone 1984; Chou, Lookabaugh, Gray 1989). λ is found by bisection. Without restriction
-    this is the optimum on the lower convex hull. The restricted tree is that tree, balanced as in `ideal_quadtrees`.
+    no other quadtree of quads has a smaller error, on the lower convex hull. The restricted tree is that tree, balanced
+    afterwards as in `quads_within`: it may not be the best restricted one.
 
     Parameters
     ----------
@@ -223,20 +225,3 @@ def _count(splits: list[np.ndarray], seen: list[np.ndarray], extra: int = 1) -> 
         leaves = exists & ~split & in_picture
         triangles += 2 * int(leaves.sum()) + extra * sum(int((leaves & finer).sum()) for finer in neighbours(split))
     return Quadtree(splits, seen, triangles)
-
-
-# g(i) = w₀ f(2i) + w₁ (f(2i − 1) + f(2i + 1)) + w₂ (f(2i − 2) + f(2i + 2)); near the rim pairs of taps move in.
-
-
-def halve(heights: np.ndarray, weights: tuple[float, float, float]) -> np.ndarray:
-    """Every second sample after a symmetric filter along both axes; the last sample is at the last post."""
-    for axis in (0, 1):
-        lines = np.moveaxis(heights.astype(np.float64), axis, 0)
-        last = len(lines) - 1
-        middle = np.minimum(2 * np.arange(-(-last // 2) + 1), last)
-        reach = [np.minimum(d, np.minimum(middle, last - middle)) for d in (1, 2)]
-        halved = weights[0] * lines[middle]
-        for weight, d in zip(weights[1:], reach, strict=True):
-            halved += weight * (lines[middle - d] + lines[middle + d])
-        heights = np.moveaxis(halved, 0, axis)
-    return heights
