@@ -536,7 +536,7 @@ def test_a_budget_is_spent_almost_as_well_as_can_be(ctx, name):
         got = [weighed_px(scene, used(scene, camera, budget), camera, weights) for budget in budgets]
         best = pruned.pruned_quads(filled, *ask, [count for count, _ in got], void, weights)[0]
         for (count, rms_px), best_px in zip(got, best.rms_px, strict=True):
-            # few triangles are spent between posts too, which the pruned tree does not count: 1.28 at 300 of them, measured
+            # few triangles are spent between posts too: 1.28 at 300 of them, measured
             assert rms_px <= (1.3 if count < 500 else 1.25) * best_px + 1e-6, (view, count)
     scene.release()
 
