@@ -5,6 +5,7 @@ import subprocess
 import sys
 
 import courses
+import numpy as np
 import pytest
 from courses import NUMBERS, ROOT, checking, outcomes, solved, solving, told
 
@@ -136,8 +137,6 @@ def test_findings():
 
 
 def test_messages_carry_values_and_refuse_objects():
-    import numpy as np
-
     wire = courses.wire
     value = {"a": [1, 2.5, None, True], 3: (np.arange(6, dtype=np.uint32).reshape(2, 3), np.float64(1.5)), "n": 2**70}
     back = wire.unpack(wire.pack(value)[8:])
@@ -170,3 +169,42 @@ def test_a_task_whose_process_ends_does_not_end_the_next(tmp_path):
     found = list(checking.check(checking.lesson(2), tmp_path / "student.py", 3))
     assert [outcome.verdict for outcome in found] == [checking.WRONG, checking.EXACT, checking.EXACT]
     assert [outcome.printed for outcome in found] == ["hello\n", "hello\n", ""]
+
+
+def fault_of_lesson_12(key, value, worse):
+    """An answer to 12.6 that takes one row under another condition."""
+    row = f"next(r for r in measured if r['method'] == {worse!r} and r[{key!r}] == {value!r})"
+    pair = f"[{row}, measured[1]]" if worse == "ours" else f"[measured[0], {row}]"
+    return f"def doctored(measured):\n    return {pair}\n"
+
+
+@pytest.mark.parametrize(
+    "key, value, worse, fault",
+    [
+        ("tuned", False, "theirs", "tuning"),
+        ("metric", "max", "theirs", "metric"),
+        ("measured", "certified", "theirs", "own metric"),
+        ("map", "alpine", "ours", "inputs"),
+        ("view", "high", "ours", "inputs"),
+    ],
+)
+def test_a_comparison_can_be_broken_in_each_way_and_a_peer_finds_it(tmp_path, key, value, worse, fault):
+    lesson = checking.lesson(12)
+    breaking, finding = (next(t for t in lesson.tasks if t.title.startswith(n)) for n in ("12.6", "12.7"))
+    text = fault_of_lesson_12(key, value, worse)
+    found = checking.outcome_of(breaking, courses.answer(text, lesson), np.random.default_rng(6))
+    assert found.verdict == checking.EXACT, told([found])
+    (tmp_path / "student.py").write_text(text)
+    command = [sys.executable, str(lesson.folder / "hand_out.py"), str(tmp_path / "student.py")]
+    table = subprocess.run(command, capture_output=True, text=True, check=True).stdout
+    for said, verdict in ((fault, checking.EXACT), ("budgets", checking.WRONG)):
+        peer = courses.answer(f"def verdict():\n    return {table!r}, {said!r}\n", lesson)
+        assert checking.outcome_of(finding, peer, np.random.default_rng(0)).verdict == verdict
+
+
+def test_a_table_that_is_not_written_yet_is_one_line(tmp_path):
+    lesson = checking.lesson(12)
+    command = [sys.executable, str(lesson.folder / "hand_out.py")]
+    done = subprocess.run(command, capture_output=True, text=True, cwd=tmp_path)
+    assert done.returncode == 1 and done.stdout == "" and "12.6 is not written yet" in done.stderr
+    assert len(done.stderr.splitlines()) == 1

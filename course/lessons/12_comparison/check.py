@@ -1,4 +1,7 @@
-"""Check of lesson 12: curves that are known, and comparisons with faults that are planted."""
+"""Check of lesson 12: known curves, comparisons with planted faults, and a referee for those that students plant."""
+
+import csv
+import io
 
 import numpy as np
 
@@ -128,3 +131,121 @@ def places(student, rng):
         )
         yield holds(f"{name}: made of", fits and said[1] == made, "what is cut, and how?")
         yield holds(f"{name}: decided by", fits and said[2] == decides, "what does the program ask before it splits?")
+
+
+LABELS = ("method", "map", "view", "size", "metric", "measured", "tuned")
+CONDITIONS = (  # what differs from the fair rows, and how many times as large errors are
+    ({"tuned": False}, (1.4, 1.7)),
+    ({"metric": "max"}, (5.0, 7.0)),
+    ({"measured": "certified"}, (1.4, 1.6)),
+    ({"map": "alpine"}, (0.5, 0.65)),
+    ({"view": "high"}, (0.55, 0.7)),
+)
+
+
+def measured(rng):
+    """Rows of two methods: the fair pair first, then each method under every condition."""
+    budgets = np.rint(np.geomspace(2000, 128_000, 13)).astype(int)
+    rows = {}
+    for method, scale in (("ours", 5.0), ("theirs", 5.0 * rng.uniform(1.1, 1.4))):
+        errors = scale * budgets ** -rng.uniform(0.5, 0.6) * rng.uniform(0.97, 1.03, len(budgets))
+        for change, (low, high) in (({}, (1.0, 1.0)), *CONDITIONS):
+            row = {"map": "canyon", "view": "ridge", "size": (640, 360), "metric": "rms", "measured": "achieved"}
+            row |= {"method": method, "tuned": True} | change
+            row["points"] = [
+                (int(n), float(f"{e:.4g}")) for n, e in zip(budgets, errors * rng.uniform(low, high), strict=True)
+            ]
+            rows.setdefault(method, []).append(row)
+    return [row for pair in zip(*rows.values(), strict=True) for row in pair]
+
+
+def found_in(rows):
+    """The faults of a comparison: the referee."""
+    counts = list(zip(*([n for n, _ in row["points"]] for row in rows), strict=False))
+    labels = {key: {str(row[key]) for row in rows} for key in LABELS}
+    held = {
+        "inputs": max(len(labels[key]) for key in ("map", "view", "size")) > 1,
+        "metric": len(labels["metric"]) > 1,
+        "own metric": labels["measured"] != {"achieved"},
+        "triangles": any(max(n) > 1.02 * min(n) for n in counts),
+        "budgets": min(len(row["points"]) for row in rows) < 5,
+        "tuning": len(labels["tuned"]) > 1,
+    }
+    return [name for name, is_there in held.items() if is_there]
+
+
+def advantage(rows):
+    """How many times as large the second row's errors look, line by line: the median."""
+    pairs = zip(rows[0]["points"], rows[1]["points"], strict=False)
+    return float(np.median([theirs / ours for (_, ours), (_, theirs) in pairs]))
+
+
+def is_measured(row, known):
+    """Whether all labels and points of a row belong to one row that was measured."""
+    points = [tuple(point) for point in row["points"]]
+    return bool(points) and any(
+        all(row[key] == each[key] for key in LABELS)
+        and [point for point in each["points"] if point in points] == points
+        for each in known
+    )
+
+
+@task("12.6 break the fairness", points=3)
+def doctored(student, rng):
+    """True numbers, one fault, and a reader who is misled."""
+    for name in ("one comparison", "another one"):
+        known = measured(rng)
+        got = student.doctored([dict(row) for row in known])
+        rows = [{**row, "size": tuple(row["size"])} for row in got]
+        methods = [row["method"] for row in rows]
+        yield holds(f"{name}: rows", methods == ["ours", "theirs"], f"expected rows of ours and theirs, got {methods}")
+        if methods != ["ours", "theirs"]:
+            continue
+        for row in rows:
+            true = is_measured(row, known)
+            yield holds(
+                f"{name}: {row['method']}", true, "a label or a point is not as it was measured: that is forgery"
+            )
+            if not true:
+                return
+        found = found_in(rows)
+        yield holds(f"{name}: faults", len(found) == 1, f"expected one fault, there are {found}")
+        gain = advantage(rows) / advantage(known[:2])
+        yield holds(
+            f"{name}: the reader", gain >= 1.3, f"ours looks {gain:.2f} times as good as in the fair pair, not 1.3"
+        )
+
+
+def read_table(text):
+    """The rows of a table that a fellow student has handed over."""
+    rows = {}
+    for line in list(csv.DictReader(io.StringIO(text.strip())))[:200]:
+        row = rows.setdefault(tuple(line[key] for key in LABELS), {**{key: line[key] for key in LABELS}, "points": []})
+        row["points"].append((int(line["triangles"]), float(line["error"])))
+    return list(rows.values())
+
+
+def as_table(rows):
+    """The same, the other way."""
+    out = io.StringIO()
+    table = csv.writer(out, lineterminator="\n")
+    table.writerow([*LABELS, "triangles", "error"])
+    for row in rows:
+        labels = {**row, "size": "x".join(map(str, row["size"]))}
+        table.writerows([*(labels[key] for key in LABELS), *point] for point in row["points"])
+    return out.getvalue()
+
+
+@task("12.7 find the fault", points=1)
+def verdict(student, rng):
+    """The fault that the table really has."""
+    table, fault = student.verdict()
+    try:
+        rows = read_table(str(table))
+    except (KeyError, TypeError, ValueError, csv.Error):
+        rows = []
+    yield holds("the table", len(rows) == 2, "expected a fellow student's table, with its first line and two methods")
+    if len(rows) == 2:
+        found = found_in(rows)
+        yield holds("the table: faults", len(found) == 1, "it has no fault, or several: hand it back")
+        yield holds("your verdict", found == [fault], f"{fault!r} is not what is wrong with it: look again")

@@ -55,3 +55,25 @@ def places():
               land on the screen, "distance" from the eye alone, or "edge length" on the screen.
     """
     raise NotImplementedError("write this")
+
+
+def doctored(measured):
+    """12.6 Break the fairness of a comparison once, so that a quick reader takes ours for better than it is.
+
+    measured  rows as in 12.4. The first two are a fair pair, ours and theirs. The others are the same two methods
+              under other conditions: look at their labels. Every row is honest on its own.
+
+    returns   two rows, ours and then theirs, with exactly one fault of 12.4. You may take any of the rows, and leave
+              points out. You may not change a label or a number, or put points in another order. The reader goes down
+              both lists of points and divides their errors, theirs by ours: the median of these ratios must be at
+              least 1.3 times that of the fair pair.
+    """
+    raise NotImplementedError("write this")
+
+
+def verdict():
+    """12.7 What is wrong with a fellow student's comparison.
+
+    returns   (table, fault): the whole text of the table that you were given, and the name of its fault as in 12.4
+    """
+    raise NotImplementedError("write this")

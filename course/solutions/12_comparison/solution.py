@@ -95,3 +95,41 @@ def places():
         "CBT": (2020, "bintree", "edge length"),
     }
     # end
+
+
+def doctored(measured):
+    """12.6 Break the fairness of a comparison once, so that a quick reader takes ours for better than it is.
+
+    measured  rows as in 12.4. The first two are a fair pair, ours and theirs. The others are the same two methods
+              under other conditions: look at their labels. Every row is honest on its own.
+
+    returns   two rows, ours and then theirs, with exactly one fault of 12.4. You may take any of the rows, and leave
+              points out. You may not change a label or a number, or put points in another order. The reader goes down
+              both lists of points and divides their errors, theirs by ours: the median of these ratios must be at
+              least 1.3 times that of the fair pair.
+    """
+    # solution
+    ours, theirs = measured[:2]
+    return [{**ours, "points": ours["points"][2:]}, {**theirs, "points": theirs["points"][:-2]}]
+    # end
+
+
+def verdict():
+    """12.7 What is wrong with a fellow student's comparison.
+
+    returns   (table, fault): the whole text of the table that you were given, and the name of its fault as in 12.4
+    """
+    # solution
+    table = """method,map,view,size,metric,measured,tuned,triangles,error
+ours,canyon,ridge,640x360,rms,achieved,True,2000,0.05343
+ours,canyon,ridge,640x360,rms,achieved,True,5657,0.02886
+ours,canyon,ridge,640x360,rms,achieved,True,16000,0.01618
+ours,canyon,ridge,640x360,rms,achieved,True,45255,0.00854
+ours,canyon,ridge,640x360,rms,achieved,True,128000,0.004567
+theirs,canyon,ridge,640x360,rms,achieved,False,2000,0.09225
+theirs,canyon,ridge,640x360,rms,achieved,False,5657,0.04975
+theirs,canyon,ridge,640x360,rms,achieved,False,16000,0.02598
+theirs,canyon,ridge,640x360,rms,achieved,False,45255,0.01422
+theirs,canyon,ridge,640x360,rms,achieved,False,128000,0.00742"""
+    return table, "tuning"
+    # end
