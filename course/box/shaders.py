@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import sys
 from functools import cache
+from typing import Any
 
 import moderngl
 import numpy as np
@@ -13,9 +14,8 @@ import numpy as np
 def context() -> moderngl.Context:
     """A context without a window: the driver's, or Mesa's software."""
     if sys.platform.startswith("linux"):
-        return moderngl.create_context(
-            standalone=True, backend="egl", require=430, libgl="libGL.so.1", libegl="libEGL.so.1"
-        )
+        libraries: dict[str, Any] = {"backend": "egl", "libgl": "libGL.so.1", "libegl": "libEGL.so.1"}
+        return moderngl.create_context(standalone=True, require=430, **libraries)
     return moderngl.create_context(standalone=True, require=430)
 
 
@@ -127,9 +127,12 @@ def _draw(
 ) -> None:
     """Draw patches into nothing; the shaders write to a buffer."""
     ctx = context()
-    names = "vertex_shader", "tess_control_shader", "tess_evaluation_shader", "geometry_shader"
-    texts = (text.strip() if text else None for text in (VERTEX, control, evaluation, geometry))
-    program = ctx.program(**dict(zip(names, texts, strict=True)))
+    program = ctx.program(
+        vertex_shader=VERTEX.strip(),
+        tess_control_shader=control.strip(),
+        tess_evaluation_shader=evaluation.strip(),
+        geometry_shader=geometry.strip() if geometry else None,
+    )
     data = {"in_square": (squares, "4i"), "in_edges": (edges, "4i"), "in_inner": (inner, "1i")}
     content = [
         (ctx.buffer(np.ascontiguousarray(values, np.int32).tobytes()), kind, name)

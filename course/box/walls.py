@@ -91,7 +91,7 @@ def landlock(folder: Path) -> bool:
     rules = _Rules(everything, 0b11 if version >= 4 else 0, 0b11 if version >= 6 else 0)
     size = 24 if version >= 6 else 16 if version >= 4 else 8
     handle = libc.syscall(_CREATE, ctypes.byref(rules), size, 0)
-    for path, access in [(folder, everything), *((path, _READ) for path in _readable())]:
+    for path, access in [(str(folder), everything), *((path, _READ) for path in _readable())]:
         try:
             at = os.open(path, os.O_PATH | os.O_CLOEXEC)
         except OSError:

@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 import json
-from typing import Any, BinaryIO
+from typing import IO, Any
 
 import numpy as np
 
@@ -24,7 +24,7 @@ def unpack(body: bytes) -> Any:
     return _value(json.loads(text), memoryview(data))
 
 
-def read(stream: BinaryIO) -> Any:
+def read(stream: IO[bytes]) -> Any:
     """Read the next message; EOFError at the end."""
     return unpack(exactly(stream, message_length(exactly(stream, 8))))
 
@@ -37,7 +37,7 @@ def message_length(head: bytes) -> int:
     return length
 
 
-def exactly(stream: BinaryIO, count: int) -> bytes:
+def exactly(stream: IO[bytes], count: int) -> bytes:
     """Read so many bytes."""
     data = stream.read(count)
     if len(data) < count:

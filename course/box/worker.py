@@ -12,7 +12,7 @@ import traceback
 from collections.abc import Callable
 from functools import partial
 from pathlib import Path
-from typing import BinaryIO
+from typing import Any, BinaryIO
 
 HERE = Path(__file__).parent
 WITHOUT = ("terrain_gl", "course")  # a lesson is to be written, not to be looked up
@@ -35,7 +35,7 @@ def main() -> None:
 
     sys.path.remove(str(HERE))
     sys.modules.update(dict.fromkeys(WITHOUT))  # type: ignore[arg-type]
-    names: dict = {"__name__": "student", "__file__": str(file)}
+    names: dict[str, Any] = {"__name__": "student", "__file__": str(file)}
     problem = _attempt(lambda: exec(compile(file.read_text(encoding="utf-8"), file.name, "exec"), names), file)
     while True:
         try:
@@ -65,13 +65,13 @@ def _own_streams(printed: Path) -> tuple[BinaryIO, BinaryIO]:
     return requests, answers
 
 
-def _call(names: dict, name: str, args: tuple, kwargs: dict) -> object:
+def _call(names: dict[str, Any], name: str, args: tuple[Any, ...], kwargs: dict[str, Any]) -> object:
     if name not in names:
         raise NameError(f"there is no function {name}()")
     return names[name](*args, **kwargs)
 
 
-def _attempt(action: Callable[[], object], file: Path) -> dict:
+def _attempt(action: Callable[[], object], file: Path) -> dict[str, Any]:
     """The value of an action, or what went wrong and in which line of the student's file."""
     try:
         return {"value": action()}
