@@ -14,6 +14,17 @@ Steps = Generator[float, None, Result]
 Progress = Callable[[float], None]
 
 
+def portion(steps: Steps[Result], number: int, count: int) -> Steps[Result]:
+    """The same steps as number `number` of `count` equal parts of some work, from 0 on."""
+    while True:
+        try:
+            share = next(steps)
+        except StopIteration as end:
+            result: Result = end.value
+            return result
+        yield (number + share) / count
+
+
 def drain(steps: Steps[Result], progress: Progress | None = None) -> Result:
     """Take all steps and return their result.
 

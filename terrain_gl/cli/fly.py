@@ -11,16 +11,17 @@ import numpy as np
 
 from ..camera import Vector
 from ..exceptions import UsageError
+from ..film.flight import FPS, flight_steps
 from ..film.path import CameraPath, Pose
 from ..film.record import CODECS, Recorder, is_folder
 from ..film.tour import FOV_DEG, tour
 from ..heightmap import Heightmap
 from ..renderer import Renderer
+from ..steps import Steps, drain
 from ..verify.holes import ground_m
 from . import options, report, values
 
 SECONDS = 12.0
-FPS = 30.0
 MAX_FRAMES = 1_000_000
 _OF_FLIGHT = (
     *("method", "metric", "requested_max_error_px", "width", "height"),
@@ -102,15 +103,17 @@ def _fly(
     frames: list[dict[str, Any]] = []
     stats: dict[str, Any] = {}
     keys = _OF_FRAME + (_MEASURED if args.measure else ())
+
+    def draw(pose: Pose) -> Steps[np.ndarray]:
+        nonlocal stats
+        of_path = {"camera": pose.camera} | ({"sun": pose.sun} if pose.sun and not args.sun else {})
+        frame = yield from renderer.render_steps(gradual=False, **view | of_path)
+        stats = renderer.measure() if args.measure else frame.stats
+        frames.append({"frame": len(frames), "eye": pose.camera.eye} | {key: stats[key] for key in keys})
+        return frame.image
+
     with report.progress_bar("flying") as progress:
-        for camera, sun in poses:
-            of_path = {"camera": camera} | ({"sun": sun} if sun and not args.sun else {})
-            frame = renderer.render(**view | of_path)
-            recorder.append(frame.image)
-            stats = renderer.measure() if args.measure else frame.stats
-            frames.append({"frame": len(frames), "eye": camera.eye} | {key: stats[key] for key in keys})
-            if progress:
-                progress(len(frames) / count)
+        drain(flight_steps(poses, count, draw, recorder), progress)
     return frames, stats
 
 

@@ -5,7 +5,7 @@ The modules from top to bottom. Each imports only from its own line and the line
 window, glfw_window            the GLFW window: events in, frames out
 app                            a viewer with panels; sends input to a panel, the camera or a command
 panels, sections, picture_section  what stands over the picture
-charts, help_page, orientation, profile_plot  the graphs, the page of keys, north and scale
+charts, file_list, help_page, orientation, profile_plot  the graphs, the page of keys, north and scale
 commands                       every key and what it does
 viewer                         connects the parts below, frame by frame; knows neither window nor panels
 mouse, marks                   clicks and drags; lines over the land
@@ -14,7 +14,7 @@ map_loader, image_reader       maps, sky and ground images on their way
 painter                        draws the picture, in motion and at rest
 pointer, scene                 where the mouse points; the map and the camera
 loading, light_builder         tables and light, made in steps
-brush_tool, map_writer, filming, box_sum, explain_text, memory
+brush_tool, map_writer, filming, file_dialog, box_sum, explain_text, memory
 gui, widgets, gui_draw, theme  Dear ImGui
 controller, pose, settings, window_state, frame_budget, frame_stats, canvas, lines, legend, ruler
 """

@@ -5,7 +5,6 @@ from __future__ import annotations
 from typing import Any
 
 import moderngl
-import numpy as np
 
 from ..gpu import gl, shaders
 from ..gpu.bindings import bind
@@ -55,11 +54,6 @@ class Canvas:
         self.ctx.enable_only(moderngl.NOTHING)
         bind("view/canvas.frag", u_canvas=self._texture)
         vao.render(vertices=3)
-
-    def read(self) -> np.ndarray:
-        """(height, width, 3) uint8, first row on top."""
-        data = self._framebuffer.read(components=3, alignment=1)
-        return np.frombuffer(data, np.uint8).reshape(self.size[1], self.size[0], 3)[::-1]
 
     def show_sums(self, renderer: Renderer, target: moderngl.Framebuffer, frame: Frame, box: Frame) -> None:
         """Draw the summed-area table of heights into a frame (left, bottom, width, height), a box of posts over it."""

@@ -87,6 +87,8 @@ def _escape(viewer: Viewer) -> None:
     """Cancel what is being done, else close what is open, one at a time, else quit."""
     if viewer.cancel():
         return
+    if viewer.files.close():
+        return
     if viewer.settings.help:
         viewer.settings.help = False
     elif viewer.sculpting.save_as is not None:
@@ -173,10 +175,11 @@ GROUPS: dict[str, list[Command]] = {
     ],
     "Save": [
         Command("P", "save the picture as PNG", ("p",), lambda s: s.saver.save_picture()),
-        Command("R", "record what is seen as a film, or stop", ("r",), lambda s: s.saver.toggle_recording()),
+        Command("R", "record the flight, or stop and draw its film", ("r",), lambda s: s.saver.toggle_recording()),
         Command("Y", "copy the command line that draws this view", ("y",), lambda s: s.saver.copy_line()),
         Command("O", "save the mesh that is drawn: GLB, PLY or OBJ", ("o",), lambda s: s.saver.save_mesh()),
         Command("K", "save bookmarks as a path for terrain-gl fly", ("k",), lambda s: s.saver.save_path()),
+        Command("Ctrl O", "open a map", ("ctrl+o",), lambda s: s.files.open(s.scene.opened.key)),
         Command("drop a file", "open a map: drop its file on the window"),
     ],
     "Window": [

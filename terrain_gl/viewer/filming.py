@@ -1,80 +1,72 @@
-"""Records films of what is seen. A film is finished in a thread."""
+"""Records how the user flies: views and their times, from which a film is drawn afterwards."""
 
 from __future__ import annotations
 
 import importlib.util
-import threading
-from collections.abc import Callable
-from pathlib import Path
+from collections.abc import Iterator
 
-import numpy as np
+from ..camera import Camera
+from ..film.path import CameraPath, Keyframe
 
-from ..exceptions import TerrainError
-from ..film.record import Recorder
+EVERY_S = 0.1  # a key frame, or more where that would be more than
+MOST = 2000  # key frames
+LEAST_S = 0.2  # of a film
+
+Sun = tuple[float, float]
 
 
 class Filming:
-    """Records at most one film at a time.
+    """Records at most one flight at a time.
 
-    Parameters
+    Attributes
     ----------
-    say
-        Shows a message.
+    near_m
+        Distance of the nearest near plane of the flight; None for the usual one.
     """
 
-    def __init__(self, say: Callable[[str], None]) -> None:
-        self._say = say
-        self._recorder: Recorder | None = None
-        self._begun_s = 0.0
-        self._finishing: list[threading.Thread] = []
+    def __init__(self) -> None:
+        self.near_m: float | None = None
+        self._views: list[tuple[float, Camera, Sun]] | None = None
 
     @property
     def running(self) -> bool:
-        """Whether a film is being recorded."""
-        return self._recorder is not None
+        """Whether a flight is being recorded."""
+        return self._views is not None
 
-    def begin(self, path: Path, now_s: float) -> None:
-        """Begin a film, or say why it cannot begin."""
-        try:
-            self._recorder, self._begun_s = Recorder(path), now_s
-        except TerrainError as error:
-            self._say(str(error))
-        else:
-            self._say(f"recording {path}: R stops")
+    def begin(self) -> None:
+        """Begin a flight."""
+        self._views, self.near_m = [], None
 
-    def add(self, image: np.ndarray, now_s: float) -> None:
-        """Add a frame, (height, width, 3) uint8; if that fails, the film ends."""
-        assert self._recorder
-        try:
-            self._recorder.append(image, now_s - self._begun_s, wait=False)
-        except TerrainError as error:
-            self._recorder.cancel()
-            self._recorder = None
-            self._say(f"recording ended: {error}")
-
-    def stop(self) -> None:
-        """Finish the film in a thread, because encoders take their time."""
-        if self._recorder is None:
+    def note(self, now_s: float, camera: Camera, sun: Sun, near_m: float | None) -> None:
+        """Note the view of a frame; its time is later than that of the one before, or it takes its place."""
+        if self._views is None:
             return
-        recorder, self._recorder = self._recorder, None
-        thread = threading.Thread(target=self._finish, args=(recorder,), name=f"finishing {recorder.path}")
-        self._finishing = [t for t in self._finishing if t.is_alive()] + [thread]
-        thread.start()
+        if self._views and now_s <= self._views[-1][0]:
+            self._views.pop()
+        self._views.append((now_s, camera, sun))
+        self.near_m = min((near for near in (self.near_m, near_m) if near), default=None)
 
-    def join(self) -> None:
-        """Wait until all films are finished."""
-        for thread in self._finishing:
-            thread.join()
+    def stop(self) -> CameraPath | None:
+        """End the flight, and return it as a path; None if it is too short."""
+        views, self._views = self._views or [], None
+        if len(views) < 2 or views[-1][0] - views[0][0] < LEAST_S:
+            return None
+        begun_s, moving_sun = views[0][0], len({sun for _, _, sun in views}) > 1
+        return CameraPath(
+            [Keyframe(camera, now_s - begun_s, sun if moving_sun else None) for now_s, camera, sun in _thinned(views)]
+        )
 
-    def _finish(self, recorder: Recorder) -> None:
-        try:
-            recorder.close()
-        except (TerrainError, OSError) as error:
-            self._say(f"recording failed: {error}")
-        else:
-            path = Path(recorder.path).absolute()
-            film = "" if path.suffix else ", a folder of pictures (pip install 'terrain-gl[video]' for films)"
-            self._say(f"recorded {path}{film}: {recorder.frames} frames")
+
+def _thinned(views: list[tuple[float, Camera, Sun]]) -> Iterator[tuple[float, Camera, Sun]]:
+    """The first, the last, and of the others one at a time."""
+    step_s = max(EVERY_S, (views[-1][0] - views[0][0]) / MOST)
+    last_s = views[0][0]
+    yield views[0]
+    for view in views[1:-1]:
+        if view[0] - last_s >= step_s and views[-1][0] - view[0] >= 0.5 * step_s:
+            last_s = view[0]
+            yield view
+    yield views[-1]
 
 
 def film_suffix() -> str:

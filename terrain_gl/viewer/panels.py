@@ -5,7 +5,7 @@ from __future__ import annotations
 from collections.abc import Callable
 
 from ..verify.explain import Explanation
-from . import charts, explain_text, help_page, orientation, picture_section, profile_plot, sections
+from . import charts, explain_text, file_list, help_page, orientation, picture_section, profile_plot, sections
 from .viewer import Progress, Viewer
 from .widgets import Widgets
 from .window_state import Size
@@ -42,7 +42,7 @@ class Panels:
     def _make_sections(self) -> dict[str, Callable[[Widgets], None]]:
         s, press = self._viewer, self._press
         return {
-            "Map": lambda ui: sections.map_section(ui, s),
+            "Map": lambda ui: sections.map_section(ui, s, press),
             "Detail": lambda ui: sections.detail_section(ui, s.settings, s.painter),
             "Understand": lambda ui: sections.understand_section(ui, s.scene, press),
             "Sculpt": lambda ui: sections.sculpt_section(ui, s.sculpting, press),
@@ -67,6 +67,9 @@ class Panels:
             above = size[0], round(size[1] - self._status_px)
             with ui.window("Help", (middle, 0.5), above, lambda: self._press("h"), (0.5, 0.5)):
                 help_page.show(ui)
+        elif self._viewer.files.folder:
+            with ui.window("Open a map##open", (middle, 0.5), size, lambda: self._press("escape"), (0.5, 0.5)):
+                file_list.show(ui, self._viewer.files, size)
         elif self._viewer.sculpting.save_as is not None:
             with ui.window("Save the map##save", (middle, 0.6), size, on_close=lambda: self._press("escape")):
                 self._ask_path(ui)

@@ -14,9 +14,12 @@ import numpy as np
 from ..exceptions import TerrainError
 from ..files.export import FORMATS, Mesh, make_mesh, write_mesh
 from ..files.records import json_text
+from ..film.flight import FPS, flight_steps
 from ..film.path import CameraPath, Keyframe
+from ..film.path import Pose as PathPose
+from ..film.record import Recorder
 from ..image import replacing, write_png
-from ..steps import Steps
+from ..steps import Steps, portion
 from .filming import Filming, film_suffix
 from .frame_budget import FrameBudget
 from .painter import Painter
@@ -35,11 +38,17 @@ MESSAGE_S = 15.0
 
 @dataclass
 class Shot:
-    """A picture that is being drawn for a file; `share` of it is done, 0 to 1."""
+    """A picture or a film that is being drawn for a file; `share` of it is done, 0 to 1."""
 
     path: Path
     steps: Steps[None]
     share: float = 0.0
+    is_film: bool = False
+
+    @property
+    def words(self) -> str:
+        """What is being drawn."""
+        return f"drawing the film {self.path}: {self.share:.0%}" if self.is_film else f"drawing {self.path}"
 
 
 class Saver:
@@ -54,7 +63,7 @@ class Saver:
     shot
         The picture that is being drawn; None if there is none.
     filming
-        Records films.
+        Records flights, which become films.
     line_of
         Returns the command line of a view, from heightmap, camera, size and options; None where there is no command.
     on_copy
@@ -66,18 +75,20 @@ class Saver:
         self.size = next(iter(SIZES))
         self.mesh_format = next(iter(FORMATS))
         self.shot: Shot | None = None
-        self.filming = Filming(self._window.say)
+        self.filming = Filming()
         self.line_of: Callable[..., str] | None = None
         self.on_copy: Callable[[str], None] = lambda text: None
         self._writing: threading.Thread | None = None
+        self._warned: Shot | None = None  # the film that the user may leave undone
 
     @property
     def busy(self) -> bool:
         """Whether the next frame should come at once."""
-        return self.shot is not None or self.filming.running
+        return self.shot is not None
 
     def step(self) -> bool:
         """Draw the picture that is to be saved for a while; returns whether this frame has no time for another."""
+        self._note_view()
         shot = self.shot
         if not shot:
             return False
@@ -86,7 +97,12 @@ class Saver:
                 self.cancel("the picture was not saved: the light has changed")
             return False
         self._window.refresh()
-        if self._budget.run(shot.steps, self._tell):
+        try:
+            done = self._budget.run(shot.steps, self._tell)
+        except (TerrainError, OSError) as error:
+            self.cancel(str(error))
+            return True
+        if done:
             self.shot = None
             self._painter.forget()
         return True
@@ -99,15 +115,16 @@ class Saver:
             self._painter.forget()
             self._window.say(message)
 
-    def map_changed(self) -> None:
-        """Stop drawing the picture: it would show two different maps."""
+    def map_changed(self, is_new: bool = False) -> None:
+        """Stop drawing the picture: it would show two different maps. Another map ends a recording, too."""
+        if is_new and self.filming.running:
+            self.filming.stop()
+            self._window.say("the recording has ended without a film: the map has changed")
         self.cancel("the picture was not saved: the map has changed")
 
     def release(self) -> None:
         """Stop drawing, and finish all files that are being written."""
         self.cancel()
-        self.filming.stop()
-        self.filming.join()
         self.join()
 
     def join(self) -> None:
@@ -141,22 +158,21 @@ class Saver:
 
     def _picture_steps(self, path: Path, spec: FrameSpec) -> Steps[None]:
         """Draw all sides in full size, then write them in a thread; yields progress from 0 to 1."""
+        picture, stats = yield from self._drawn_steps(spec)
+        self._in_thread(self._write_picture, path, picture, stats)
+
+    def _drawn_steps(self, spec: FrameSpec) -> Steps[tuple[np.ndarray, list[dict[str, Any]]]]:
+        """Draw all sides in full size; returns the picture, (height, width, 4), and the stats of each side."""
         self._painter.interrupt()
         picture = np.zeros((spec.size[1], spec.size[0], 4), np.uint8)
         stats = []
         for side, options in enumerate(spec.sides):
             steps = self._scene.renderer.render_steps(spec.camera, size=spec.size, **vars(options))
-            while True:
-                try:
-                    share = next(steps)
-                except StopIteration as end:
-                    frame = end.value
-                    break
-                yield (side + share) / len(spec.sides)
+            frame = yield from portion(steps, side, len(spec.sides))
             first, last = (round(edge * spec.size[0]) for edge in spec.part(side))
             picture[:, first:last] = frame.image[:, first:last]
             stats.append(frame.stats)
-        self._in_thread(self._write_picture, path, picture, stats)
+        return picture, stats
 
     def _in_thread(self, write: Callable[..., None], path: Path, *what: Any) -> None:
         """Write a file after the one before."""
@@ -206,12 +222,79 @@ class Saver:
     # --- Films, command lines, camera paths ---------------------------------------------------------------------------
 
     def toggle_recording(self) -> None:
-        """Record what is seen, without panels, or stop."""
+        """Record the flight, or stop, and draw it as a film in full quality."""
         if self.filming.running:
-            self.filming.stop()
+            self._note_view()
+            self._film(self.filming.stop())
+        elif self._may_save():
+            self.filming.begin()
+            self._window.say("recording the flight: R stops, and the film is drawn")
+
+    def _note_view(self) -> None:
+        if self.filming.running:
+            scene = self._scene
+            sun = scene.settings.options.sun
+            self.filming.note(self._window.now_s, scene.controller.camera, sun, scene.controller.near_m)
+
+    def _film(self, flight: CameraPath | None) -> None:
+        """Save a flight as a path, and begin to draw its film."""
+        if flight is None:
+            self._window.say("the recording was too short for a film")
+            return
+        name, spec = self._scene.heightmap.name, self._scene.frame_spec(SIZES[self.size])
+        path, saved = free_path(name, film_suffix()), free_path(name, "-path.json")
+        if near_m := self.filming.near_m:
+            spec = replace(spec, sides=tuple(replace(side, near_m=near_m) for side in spec.sides))
+        try:
+            flight.save(str(saved))
+            recorder = Recorder(path, FPS)
+        except (TerrainError, OSError) as error:
+            self._window.say(str(error))
+            return
+        self.shot = Shot(path, self._film_steps(recorder, flight, spec), is_film=True)
+
+    def _film_steps(self, recorder: Recorder, flight: CameraPath, spec: FrameSpec) -> Steps[None]:
+        """Draw and record each view of a flight; the film is finished in a thread. Yields progress from 0 to 1."""
+
+        def draw(pose: PathPose) -> Steps[np.ndarray]:
+            view = replace(spec, camera=pose.camera)
+            if pose.sun:
+                view = replace(view, sides=tuple(replace(side, sun=pose.sun) for side in spec.sides))
+                for _ in self._scene.renderer.picture.light_steps(view.lit_look):
+                    yield 0.0
+            picture, _ = yield from self._drawn_steps(view)
+            return picture
+
+        count = max(2, round((flight.seconds or 0.0) * FPS))
+        try:
+            yield from flight_steps(flight.poses(count), count, draw, recorder, wait=False)
+        except BaseException:
+            recorder.cancel()
+            raise
+        finally:
+            if flight.keyframes[0].sun:
+                self._painter.light.stop()  # the light is that of the last view
+        self._in_thread(self._finish_film, Path(recorder.path), recorder)
+
+    def _finish_film(self, path: Path, recorder: Recorder) -> None:
+        """Finish a film; encoders take their time."""
+        try:
+            recorder.close()
+        except (TerrainError, OSError) as error:
+            self._window.say(str(error))
         else:
-            path = free_path(self._scene.heightmap.name, film_suffix())
-            self.filming.begin(path, self._window.now_s)
+            film = "" if path.suffix else ", a folder of pictures (pip install 'terrain-gl[video]' for films)"
+            self._window.say(f"saved {path.absolute()}{film}: {recorder.frames} frames", MESSAGE_S)
+
+    def may_leave(self) -> bool:
+        """Whether the map may be left: no film is under way, or the user has been warned before. Else warn."""
+        if self.filming.running:
+            self.toggle_recording()
+        if not self.shot or not self.shot.is_film or self._warned is self.shot:
+            return True
+        self._warned = self.shot
+        self._window.say(f"{self.shot.path} is still being drawn; repeat to leave without it", MESSAGE_S)
+        return False
 
     def copy_line(self) -> None:
         """Copy the command line that draws this view."""

@@ -36,7 +36,7 @@ PRESETS = {"first": VIEWS["default"], "above": straight_down} | {n: view for n, 
 _RECENT = "files shown before"
 
 
-def map_section(ui: Widgets, viewer: Viewer) -> None:
+def map_section(ui: Widgets, viewer: Viewer, press: Press) -> None:
     """Which map is shown."""
     opened, shown = viewer.scene.opened, viewer.painter.frame.name
     names = [*bundled(), *([] if opened.key in bundled() else [shown])]
@@ -46,6 +46,8 @@ def map_section(ui: Widgets, viewer: Viewer) -> None:
     recent = {os.path.basename(path): path for path in viewer.memory.recent(opened.key)}
     if recent and (name := ui.choose("recent", _RECENT, (_RECENT, *recent), "Files that were shown before.")) in recent:
         viewer.open(recent[name])
+    if ui.button("Open a file", "Choose a file from a folder (Ctrl O)."):
+        press("ctrl+o")
     hint = "PNG, TIFF, EXR, HDR, NPY or HGT. You can also drop a file on the window."
     if path := ui.enter("file", viewer.loader.refused, PATH, hint):
         viewer.open(path)
@@ -209,7 +211,7 @@ def save_section(ui: Widgets, saver: Saver, controller: Controller, press: Press
     if ui.button("Save the picture", "As PNG in the working directory, with its numbers as JSON beside it (P)."):
         press("p")
     recording = "Stop recording" if saver.filming.running else "Record a film"
-    if ui.button(recording, "Record what is seen, without panels (R)."):
+    if ui.button(recording, "Record the flight; then its film is drawn in full quality, at this size (R)."):
         press("r")
     if ui.button("Copy the command line", "The terrain-gl shot command that draws this picture (Y)."):
         press("y")

@@ -14,6 +14,7 @@ from ..gpu.timing import Stopwatch
 from ..renderer import Renderer
 from .brush_tool import BrushTool
 from .explainer import Explainer
+from .file_dialog import FileDialog
 from .frame_budget import FrameBudget
 from .frame_stats import FrameStats
 from .image_reader import ImageReader
@@ -84,7 +85,7 @@ class Viewer:
         self.saver = Saver(self.scene, self.painter, self.budget)
         self.images = ImageReader(settings, self.window, self.scene.georeference)
         self.sculpting = Sculpting(self.scene, self.pointer, self.budget, self._edited)
-        self.ruler = Ruler()
+        self.ruler, self.files = Ruler(), FileDialog(self.window, self.open)
         self.mouse = Mouse(self.scene, self.pointer, self.sculpting, self.ruler, self._clicked)
         self._lines: Lines | None = None
         self._moved_s: float | None = None
@@ -93,6 +94,7 @@ class Viewer:
         """Release resources, end all threads, and remember what the next run needs."""
         self.sculpting.cancel()
         self.saver.release()
+        self.files.close()
         self.painter.release()
         self.sculpting.join()
         self.images.join()
@@ -116,7 +118,7 @@ class Viewer:
         self._remember_map()
         self.painter.interrupt()
         self.sculpting.new_map(None if is_preview else BrushTool(renderer), factor and factor / scene.exaggeration)
-        self.saver.map_changed()
+        self.saver.map_changed(is_new=True)
         before = scene.replace_renderer(renderer, is_preview)
         posts = opened.heightmap.cols, opened.heightmap.rows
         self.painter.new_map(FrameStats(Path(opened.heightmap.name).name, posts, is_preview))
@@ -153,7 +155,7 @@ class Viewer:
 
     def open(self, name: str) -> None:
         """Load a bundled map or a file, unless edits would be lost."""
-        if self.sculpting.may_leave():
+        if self.saver.may_leave() and self.sculpting.may_leave():
             self.loader.open(name)
 
     def exaggerate(self, factor: float) -> None:
@@ -202,7 +204,7 @@ class Viewer:
 
     def quit(self) -> None:
         """Close the window, unless edits would be lost; the second call closes it anyway."""
-        self.window.closing = self.window.closing or self.sculpting.may_leave()
+        self.window.closing = self.window.closing or (self.saver.may_leave() and self.sculpting.may_leave())
 
     # --- Frames -------------------------------------------------------------------------------------------------------
 
@@ -223,9 +225,9 @@ class Viewer:
     @property
     def wait_s(self) -> float:
         """Seconds until a frame may be due without any event."""
-        if (self.loader.job and not self.loader.job.opened) or self.images.busy:
+        if (self.loader.job and not self.loader.job.opened) or self.images.busy or self.files.busy:
             return 0.03
-        if self.mouse.waits:
+        if self.mouse.waits or self.saver.filming.running:
             return 0.05
         waits = self.window.message or (self.scene.has_map and self.painter.waits_for_rest)
         return REST_S / 2 if waits else 1.0
@@ -240,7 +242,7 @@ class Viewer:
         if self.painter.light.share is not None:
             return Progress("computing light and shadow", self.painter.light.share, False)
         if shot := self.saver.shot:
-            return Progress(f"drawing {shot.path}", shot.share, True)
+            return Progress(shot.words, shot.share, True)
         return None
 
     def frame(self, now_s: float) -> bool:
@@ -260,6 +262,7 @@ class Viewer:
         self.window.end_message()
         self.sculpting.step()
         self.images.step()
+        self.files.step()
         self.mouse.step(now_s)
         if self.scene.has_map and not self.saver.step():
             self._move()
@@ -297,9 +300,7 @@ class Viewer:
             self.window.refresh()
 
     def _draw_scene(self) -> None:
-        scene, canvas, film = self.scene, self.painter.canvas, self.saver.filming
-        if film.running:
-            film.add(canvas.read(), self.window.now_s)
+        scene, canvas = self.scene, self.painter.canvas
         canvas.show(self.target, self._lens, self.settings.divider if self.settings.split else None)
         self.explainer.follow_cursor()
         if lines := lines_on_land(scene, self.pointer, self.explainer, self.sculpting, self.ruler):

@@ -114,6 +114,7 @@ class Window:
         viewer.window.capture_mouse = self._capture_mouse
         viewer.saver.on_copy = lambda text: self._glfw.set_clipboard_string(self._handle, text)
         viewer.saver.line_of = line_of
+        viewer.files.has_desktop = True
         viewer.window.say(memory.complaint or "H shows all keys; drop a file here to open a map")
         self._listen()
         try:

@@ -78,40 +78,113 @@ def test_a_map_that_cannot_be_saved_gives_a_message(viewer, tmp_path):
         )
 
 
-def test_a_film_is_recorded(viewer, tmp_path, monkeypatch):
+def fly(viewer, frames=8):
+    """Record a short flight sideways; returns the first camera and the last."""
+    settle(viewer)
+    press(viewer, "r")
+    later(viewer, 0.1)
+    first = viewer.scene.controller.camera
+    viewer.scene.controller.press("d")
+    for _ in range(frames):
+        later(viewer, 0.05)
+    viewer.scene.controller.let_go_all()
+    press(viewer, "r")
+    return first, viewer.scene.controller.camera
+
+
+def finish(viewer):
+    """Go on until the film is drawn and written."""
+    while viewer.saver.shot:
+        later(viewer)
+    viewer.saver.join()
+
+
+def test_a_film_is_drawn_in_full_quality_along_the_flown_path(viewer, tmp_path, monkeypatch):
     pytest.importorskip("av", reason="the extra [video] is not installed")
+    import av
+
+    monkeypatch.chdir(tmp_path)
+    monkeypatch.setitem(SIZES, "large", (450, 260))
+    viewer.saver.size = "large"
+    first, last = fly(viewer)
+    assert viewer.saver.shot and "film hills-001.mp4" in viewer.progress.text and viewer.progress.can_cancel
+    finish(viewer)
+    with av.open("hills-001.mp4") as film:
+        frames = [frame.to_ndarray(format="rgb24").astype(int) for frame in film.decode(video=0)]
+    path = CameraPath.open("hills-001-path.json")
+    assert len(frames) == round(path.seconds * 30) >= 10 and "saved" in viewer.window.message
+    assert np.allclose(path.keyframes[0].camera.eye, first.eye) and np.allclose(path.keyframes[-1].camera.eye, last.eye)
+    with Renderer(viewer.scene.renderer.heightmap, (450, 260), ctx=viewer.ctx) as renderer:
+        for camera, frame in ((first, frames[0]), (last, frames[-1])):
+            truth = renderer.render(camera, **vars(viewer.settings.options)).image[..., :3].astype(int)
+            assert np.abs(frame - truth).mean() < 4  # what H.264 makes of it
+    assert changed(frames[-1], frames[0]) > 0.01
+
+
+def test_a_film_is_cancelled_and_leaves_nothing_half_written(viewer, tmp_path, monkeypatch):
+    monkeypatch.chdir(tmp_path)
+    monkeypatch.setattr("terrain_gl.viewer.saver.film_suffix", lambda: "")
+    fly(viewer)
+    set_budget(viewer, slow())
+    later(viewer)
+    press(viewer, "escape")
+    assert not viewer.saver.shot and viewer.window.message == "cancelled" and not viewer.window.closing
+    assert [path.name for path in tmp_path.iterdir()] == ["hills-001-path.json"]
+
+
+def test_a_window_that_closes_warns_of_a_film_under_way(viewer, tmp_path, monkeypatch):
     monkeypatch.chdir(tmp_path)
     settle(viewer)
     press(viewer, "r")
-    viewer.scene.controller.press("d")
-    for _ in range(12):
+    for _ in range(5):
         later(viewer, 0.1)
-    viewer.scene.controller.let_go_all()
-    press(viewer, "r")
-    viewer.saver.filming.join()
-    import av
+    viewer.quit()
+    assert not viewer.window.closing and viewer.saver.shot and "repeat" in viewer.window.message
+    viewer.quit()
+    assert viewer.window.closing
 
-    with av.open(str(tmp_path / "hills-001.mp4")) as film:
-        frames = [frame.to_ndarray(format="rgb24") for frame in film.decode(video=0)]
-    assert len(frames) > 5 and frames[0].shape == (200, 320, 3)
-    assert changed(frames[-1].astype(int), frames[0].astype(int)) > 0.01
+
+def test_the_sun_of_a_film_moves_as_it_moved(viewer, tmp_path, monkeypatch):
+    monkeypatch.chdir(tmp_path)
+    monkeypatch.setattr("terrain_gl.viewer.saver.film_suffix", lambda: "")
+    settle(viewer)
+    viewer.settings.change_all(sun=(120.0, 60.0))
+    settle(viewer)
+    press(viewer, "r")
+    for elevation in (60.0, 35.0, 10.0):
+        viewer.settings.change_all(sun=(120.0, elevation))
+        later(viewer, 0.12)
+    press(viewer, "r")
+    assert [frame.sun for frame in CameraPath.open("hills-001-path.json").keyframes][-1] == (120.0, 10.0)
+    finish(viewer)
+    pictures = sorted((tmp_path / "hills-001").iterdir())
+    with Renderer(viewer.scene.renderer.heightmap, (320, 200), ctx=viewer.ctx) as renderer:
+        lit = renderer.render(viewer.scene.controller.camera, sun=(120.0, 60.0)).image[..., :3].astype(int)
+    assert changed(load(pictures[0]), lit) < 0.01 < 0.3 < changed(load(pictures[-1]), lit)
+    settle(viewer)
+    assert np.array_equal(seen(viewer), drawn_at_once(viewer))  # the window has its own light again
 
 
 def test_a_film_that_cannot_be_written_gives_a_message(viewer, tmp_path, monkeypatch):
     monkeypatch.chdir(tmp_path)
     settle(viewer)
+    press(viewer, "r")
+    later(viewer, 0.05)
+    press(viewer, "r")
+    assert not viewer.saver.filming.running and "too short" in viewer.window.message
     monkeypatch.setattr("terrain_gl.viewer.saver.free_path", lambda *_: tmp_path / "nowhere" / "film.mp4")
+    fly(viewer)
+    assert not viewer.saver.filming.running and not viewer.saver.shot and "nowhere" in viewer.window.message
+
+
+def test_another_map_ends_a_recording(viewer, tmp_path, monkeypatch):
+    monkeypatch.chdir(tmp_path)
+    settle(viewer)
     press(viewer, "r")
-    for _ in range(5):
-        later(viewer)
-    assert not viewer.saver.filming.running and viewer.window.message
-    monkeypatch.setattr("terrain_gl.viewer.saver.free_path", lambda *_: tmp_path / "pictures")
-    press(viewer, "r")
-    later(viewer)
-    viewer.window.resize((300, 180))  # a film has one size
-    for _ in range(5):
-        later(viewer)
-    assert not viewer.saver.filming.running and "ended" in viewer.window.message
+    later(viewer, 0.1)
+    viewer.exaggerate(2.0)
+    settle(viewer)
+    assert not viewer.saver.filming.running and not list(tmp_path.iterdir())
 
 
 def test_the_view_is_copied_as_a_command_line(viewer):

@@ -52,7 +52,7 @@ def wait_for_threads(viewer):
     """Wait until everything is read and written."""
     if viewer.loader.job:
         viewer.loader.job.join()
-    for thread in (viewer.sculpting, viewer.images, viewer.saver, viewer.saver.filming):
+    for thread in (viewer.sculpting, viewer.images, viewer.saver):
         thread.join()
 
 

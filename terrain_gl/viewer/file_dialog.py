@@ -1,0 +1,156 @@
+"""Asks for a map's file: by the system's dialog where there is one, else by a list of a folder's maps in the window.
+
+Nothing here blocks: the system's dialog is a process of its own, and a thread reads the folder.
+"""
+
+from __future__ import annotations
+
+import os
+import shutil
+import sys
+import threading
+from collections.abc import Callable
+from pathlib import Path
+from typing import Any, NamedTuple
+
+from ..readers.archives import MAPS
+from .window_state import WindowState
+
+ENDINGS = (*MAPS, ".r32", ".zip", ".gz")
+MOST = 2000  # lines of a list
+_HELPERS = ("zenity", "matedialog", "qarma", "kdialog")  # that portable-file-dialogs runs on Linux
+
+
+class Entry(NamedTuple):
+    """A line of the list."""
+
+    name: str
+    is_folder: bool
+
+
+class FileDialog:
+    """At most one dialog at a time.
+
+    Parameters
+    ----------
+    on_choice
+        Is called with the path of the file that the user has chosen.
+
+    Attributes
+    ----------
+    has_desktop
+        Whether the user sits at this machine: only then may the system's dialog be used.
+    folder
+        What the list shows; None while no list is open.
+    entries
+        Its folders and maps; None while they are being read.
+    """
+
+    def __init__(self, window: WindowState, on_choice: Callable[[str], None]) -> None:
+        self._window, self._on_choice = window, on_choice
+        self.has_desktop = False
+        self.folder: Path | None = None
+        self.entries: list[Entry] | None = None
+        self._last = Path.cwd()
+        self._system: Any = None
+        self._reading: threading.Thread | None = None
+
+    @property
+    def busy(self) -> bool:
+        """Whether an answer may come without any event."""
+        return self._system is not None or (self.folder is not None and self.entries is None)
+
+    def open(self, beside: str = "") -> None:
+        """Ask for a file; the folder of the file `beside` is shown first."""
+        if self._system or self.folder:
+            return
+        if os.path.isfile(beside):
+            self._last = Path(beside).resolve().parent
+        self._system = _system_dialog(self._last) if self.has_desktop else None
+        if not self._system:
+            self.go(self._last)
+
+    def step(self) -> None:
+        """Take the answer of the system's dialog, if there is one."""
+        if self._system and self._system.ready(0):
+            chosen, self._system = self._system.result(), None
+            if chosen:
+                self._take(Path(chosen[0]))
+
+    def go(self, folder: Path) -> None:
+        """List a folder."""
+        self.folder, self.entries = folder, None
+        self._reading = threading.Thread(target=self._read, args=(folder,), name=f"listing {folder}", daemon=True)
+        self._reading.start()
+        self._window.refresh()
+
+    def choose(self, entry: Entry) -> None:
+        """Go into a folder of the list, or take a file."""
+        assert self.folder
+        path = self.folder.parent if entry.name == ".." else self.folder / entry.name
+        if entry.is_folder:
+            self.go(path)
+        else:
+            self._take(path)
+
+    def close(self) -> bool:
+        """Close the dialog; returns whether there was one."""
+        was_open = self.folder is not None or self._system is not None
+        if self._system:
+            self._system.kill()
+        self._system = self.folder = self.entries = None
+        return was_open
+
+    def join(self) -> None:
+        """Wait until the folder is read."""
+        if self._reading:
+            self._reading.join()
+
+    def _take(self, path: Path) -> None:
+        self._last = path.parent
+        self.folder = self.entries = None
+        self._on_choice(str(path))
+
+    def _read(self, folder: Path) -> None:
+        entries, words = maps_in(folder)
+        if self.folder == folder:  # the user has not gone on
+            self.entries = entries
+            if words:
+                self._window.say(words)
+            self._window.refresh()
+
+
+def maps_in(folder: Path) -> tuple[list[Entry], str]:
+    """The parent, the folders and the maps of a folder by name, and what is wrong with it in a line, if anything."""
+    found: list[Entry] = []
+    words = ""
+    try:
+        with os.scandir(folder) as entries:
+            for entry in entries:
+                if not entry.name.startswith(".") and (_is_folder(entry) or entry.name.lower().endswith(ENDINGS)):
+                    found.append(Entry(entry.name, _is_folder(entry)))
+    except OSError as error:
+        words = f"{folder}: {error.strerror}"
+    found.sort(key=lambda entry: (not entry.is_folder, entry.name.lower()))
+    if len(found) > MOST:
+        words = f"{folder}: the first {MOST:,} of {len(found):,} are shown; type a path under Map"
+    return [Entry("..", True), *found[:MOST]], words
+
+
+def _is_folder(entry: os.DirEntry[str]) -> bool:
+    try:
+        return entry.is_dir()
+    except OSError:
+        return False
+
+
+def _system_dialog(folder: Path) -> Any:
+    """The system's dialog, under way; None if the system has none."""
+    if sys.platform == "linux" and not any(map(shutil.which, _HELPERS)):
+        return None
+    try:
+        from imgui_bundle import portable_file_dialogs as dialogs
+    except ImportError:
+        return None
+    kinds = " ".join(f"*{ending}" for ending in ENDINGS)
+    return dialogs.open_file("Open a map", f"{folder}{os.sep}", ["Maps", kinds, "All files", "*"])

@@ -1,0 +1,28 @@
+"""The list of a folder's maps, where the system has no dialog."""
+
+from __future__ import annotations
+
+from .file_dialog import FileDialog
+from .widgets import Widgets
+from .window_state import Size
+
+WIDTH_EM = 28.0
+
+
+def show(ui: Widgets, files: FileDialog, size: Size) -> None:
+    """Build it in the present window."""
+    imgui = ui.imgui
+    width = min(WIDTH_EM * ui.em, 0.5 * size[0])
+    with ui.wrapped(width):
+        imgui.text_disabled(str(files.folder))
+    imgui.begin_child("maps", (width, 0.5 * size[1]))
+    for entry in files.entries or []:
+        name = f"{entry.name}/" if entry.is_folder else entry.name
+        chosen, _ = imgui.selectable(name, False)
+        ui.hint(name, "Go into this folder." if entry.is_folder else "Open this map.")
+        if chosen:
+            files.choose(entry)
+            break
+    if files.entries is None:
+        imgui.text_disabled("…")
+    imgui.end_child()
