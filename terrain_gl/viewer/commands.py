@@ -158,7 +158,7 @@ GROUPS: dict[str, list[Command]] = {
         Command("Shift R", "ruler: lengths, climb, profile", ("shift+r",), _toggle_ruler),
         Command("N", "draw the mesh over the picture", ("n",), lambda s: s.explainer.toggle_wires()),
         Command("L", "freeze the levels, and fly around them", ("l",), lambda s: s.explainer.toggle_freeze()),
-        Command("T", "split the picture: two methods or settings", ("t",), lambda s: s.explainer.toggle_split()),
+        Command("T", "split the picture: two methods, equal triangles", ("t",), lambda s: s.explainer.toggle_split()),
         Command("Z", "magnifying glass", ("z",), lambda s: s.explainer.toggle_lens()),
         Command("U", "the summed-area table, and a box of it", ("u",), lambda s: s.explainer.toggle_sums()),
     ],

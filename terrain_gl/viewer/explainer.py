@@ -2,14 +2,19 @@
 
 from __future__ import annotations
 
+from dataclasses import replace
+from typing import Any
+
 import numpy as np
 
-from ..methods import CERTIFIED, METHODS, REGISTRY
+from ..methods import BASELINES, CERTIFIED, METHODS, REGISTRY
+from ..options import RenderOptions
 from ..verify.explain import Explanation
 from .box_sum import BoxSum, box_under
 from .painter import Painter
 from .pointer import Pointer
 from .scene import Scene
+from .settings import BUDGETS
 
 LENS = 6.0  # magnification
 
@@ -33,6 +38,9 @@ class Explainer:
         self.explanation: Explanation | None = None
         self.place: np.ndarray | None = None
         self.box: BoxSum | None = None
+        self._split_from: tuple[RenderOptions, RenderOptions] | None = (
+            None  # the options of one picture, and of its left side
+        )
 
     def forget(self) -> None:
         """Forget explanation and box: the map has changed."""
@@ -66,15 +74,32 @@ class Explainer:
         )
 
     def toggle_split(self) -> None:
-        """Show two sides to compare, or one."""
+        """Show two sides, or one: at first the errors of a certified method and of a baseline with as many triangles."""
         settings = self._settings
         if settings.split:
-            settings.sides, settings.active = [settings.sides[0]], 0
+            settings.sides, settings.active = [self.unsplit], 0
             self._window.say("one picture again")
-        else:
-            other = next(method for method in METHODS if method != settings.options.method)
-            settings.sides = [settings.options, settings.options.otherwise(method=other, triangles=None)]
-            self._window.say("two sides: controls change the side under the cursor; drag the divider")
+            return
+        before = settings.options
+        least, most = BUDGETS
+        drawn = self._painter.frame.stats.get("triangles", least)
+        left = before.otherwise(triangles=min(max(drawn, least), most), style="error")
+        settings.sides = [left, left.otherwise(method=BASELINES[0] if left.method not in BASELINES else METHODS[0])]
+        self._split_from = before, left
+        self._window.say("as many triangles on both sides; controls change the side under the cursor; drag the divider")
+
+    @property
+    def unsplit(self) -> RenderOptions:
+        """The options of one picture: what the split has changed, and nobody since, is as before."""
+        now = self._settings.sides[0]
+        if not self._settings.split or not self._split_from:
+            return now
+        before, split = self._split_from
+        back: dict[str, Any] = {"style": before.style} if now.style == split.style else {}
+        detail = ("triangles", "max_error_px", "method", "parameters")
+        if all(getattr(now, name) == getattr(split, name) for name in detail):
+            back |= {name: getattr(before, name) for name in detail}
+        return replace(now, **back)
 
     def toggle_lens(self) -> None:
         """Show a magnifying glass under the cursor, or not."""

@@ -104,7 +104,7 @@ class Viewer:
             self.scene.renderer.release()
         if self._lines:
             self._lines.release()
-        self.memory.options = self.settings.sides[0]
+        self.memory.options = self.explainer.unsplit
         self.memory.panels = {"panel": self.settings.panel}
         self.memory.save()
 

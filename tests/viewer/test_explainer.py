@@ -5,7 +5,8 @@ import pytest
 from viewers import changed, seen, settle
 
 from terrain_gl.camera import Camera
-from terrain_gl.methods import METHODS
+from terrain_gl.methods import BASELINES, METHODS
+from terrain_gl.options import RenderOptions
 from terrain_gl.viewer import explain_text
 from terrain_gl.viewer.box_sum import box_around
 from terrain_gl.viewer.commands import press
@@ -65,7 +66,7 @@ def test_a_split_picture_shows_two_settings(viewer):
     settle(viewer)
     plain = seen(viewer)
     press(viewer, "t")
-    assert [side.method for side in viewer.settings.sides] == ["sat", [m for m in METHODS if m != "sat"][0]]
+    viewer.settings.sides = [RenderOptions(), RenderOptions()]
     viewer.settings.active = 1
     viewer.settings.change(style="normals", method="quadtree")
     viewer.window.message = ""
@@ -92,6 +93,22 @@ def test_a_split_picture_shows_two_settings(viewer):
     viewer.explainer.explanation, viewer.window.message = None, ""
     settle(viewer)
     assert np.array_equal(seen(viewer), plain)
+
+
+def test_a_split_begins_with_equal_triangles_and_error_colours(viewer):
+    viewer.settings.change(max_error_px=0.5)
+    settle(viewer)
+    before, count = viewer.settings.options, viewer.painter.frame.stats["triangles"]
+    press(viewer, "t")
+    settle(viewer)
+    left, right = viewer.settings.sides
+    assert (left.method, right.method, left.style, right.style) == ("sat", BASELINES[0], "error", "error")
+    drawn = [stats["triangles"] for stats in viewer.painter.side_stats]
+    assert left.triangles == right.triangles == count and all(0.7 * count <= n <= 1.1 * count for n in drawn)
+    assert viewer.explainer.unsplit == before
+    viewer.settings.change(style="lod")
+    press(viewer, "t")
+    assert viewer.settings.options == before.otherwise(style="lod")
 
 
 def test_only_methods_with_a_bound_explain_patches(viewer):

@@ -241,7 +241,7 @@ def test_a_picture_of_any_size_is_what_the_renderer_draws(viewer, tmp_path, monk
     for split in (False, True):
         if split:
             press(viewer, "t")
-            viewer.settings.sides[1] = RenderOptions(style="normals")
+            viewer.settings.sides = [RenderOptions(), RenderOptions(style="normals")]
             viewer.settings.divider = 0.4
         press(viewer, "p")
         while viewer.saver.shot:
