@@ -4,7 +4,7 @@ The modules from top to bottom. Each imports only from its own line and the line
 
 window, glfw_window            the GLFW window: events in, frames out
 app                            a viewer with panels; sends input to a panel, the camera or a command
-panels, sections, picture_section  what stands over the picture
+panels, sections, map_section, picture_section  what stands over the picture
 charts, file_list, help_page, orientation, profile_plot  the graphs, the page of keys, north and scale
 commands                       every key and what it does
 viewer                         connects the parts below, frame by frame; knows neither window nor panels

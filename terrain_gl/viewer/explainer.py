@@ -74,7 +74,7 @@ class Explainer:
         )
 
     def toggle_split(self) -> None:
-        """Show two sides, or one: at first the errors of a certified method and of a baseline with as many triangles."""
+        """Show two sides, at first the errors of the method and of a baseline with as many triangles; or one."""
         settings = self._settings
         if settings.split:
             settings.sides, settings.active = [self.unsplit], 0

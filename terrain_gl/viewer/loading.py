@@ -179,20 +179,21 @@ def _sample(n: int) -> np.ndarray:
     return np.round(np.linspace(0, n - 1, min(n, PREVIEW_POSTS))).astype(int)
 
 
-def scaled(heightmap: Heightmap, factor: float, progress: Progress | None = None) -> Heightmap:
-    """The map with all heights multiplied.
+def scaled(heightmap: Heightmap, factor: float, progress: Progress | None = None, added_m: float = 0.0) -> Heightmap:
+    """The map with all heights multiplied, and metres added.
 
     A map of a file is read again with another scale, so that a command line can still name the file.
     """
-    if factor == 1:
+    if factor == 1 and added_m == 0:
         return heightmap
     if heightmap.opened is None:
-        higher = Heightmap(heightmap.heights * np.float32(factor), heightmap.spacing_m, heightmap.name)
-        higher.georeference = heightmap.georeference
-        return higher
-    how = dict(heightmap.opened)
-    scale, offset_m = heightmap.scales
-    how |= {"z_scale": factor * scale, "z_offset_m": factor * offset_m}
-    again = Heightmap.open(**how, progress=progress)
-    again.name, again.spacing_m = heightmap.name, heightmap.spacing_m
+        heights = heightmap.heights * np.float32(factor) + np.float32(added_m)
+        again = Heightmap(heights, heightmap.spacing_m, heightmap.name)
+        again.georeference = heightmap.georeference
+    else:
+        scale, offset_m = heightmap.scales
+        how = heightmap.opened | {"z_scale": factor * scale, "z_offset_m": factor * offset_m + added_m}
+        again = Heightmap.open(**how, progress=progress)
+        again.name, again.spacing_m = heightmap.name, heightmap.spacing_m
+    again.look = heightmap.look
     return again

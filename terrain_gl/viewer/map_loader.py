@@ -16,6 +16,7 @@ from .loading import LoadJob, Opened, Opener, file_opener, preview, scaled
 from .scene import Scene, raised
 from .window_state import Size
 
+Pair = tuple[float, float]
 ERROR_S = 10.0  # how long the window says why there is no map
 
 
@@ -80,17 +81,23 @@ class MapLoader:
         self.load(f"{scene.heightmap.name} × {factor:.2f}", opener)
         scene.pending_exaggeration, self._plain = factor, plain
 
-    def set_spacing(self, spacing_m: float) -> None:
-        """Begin to load the same posts with another distance between them."""
+    def rescale(self, spacing_m: Pair | None = None, range_m: Pair | None = None) -> None:
+        """Begin to load the same posts with other distances between them, or another lowest and highest height."""
         if not self._scene.has_map or self._scene.is_preview:
             return
         plain, opened = self._plain_map(), self._scene.opened
+        low_m, high_m = plain.range_m
+        if (spacing_m or plain.spacing_m, range_m or plain.range_m) == (plain.spacing_m, plain.range_m):
+            return
 
         def opener(progress: Callable[[float], None]) -> Opened:
-            spaced = Heightmap(plain.heights, spacing_m, plain.name)
-            spaced.opened = plain.opened and plain.opened | {"spacing_m": spacing_m}
-            spaced.scales, spaced.georeference = plain.scales, plain.georeference
-            return replace(opened, heightmap=spaced, camera=standard_view(spaced), camera_given=True)
+            rescaled = plain
+            if range_m and high_m > low_m:
+                factor = (range_m[1] - range_m[0]) / (high_m - low_m)
+                rescaled = scaled(plain, factor, progress, range_m[0] - factor * low_m)
+            if spacing_m:
+                rescaled = _spaced(rescaled, spacing_m)
+            return replace(opened, heightmap=rescaled, camera=standard_view(rescaled), camera_given=True)
 
         self.load(plain.name, opener)
 
@@ -138,3 +145,11 @@ class MapLoader:
         """A size of pictures that any GPU can draw; the first frame sets the window's."""
         width, height = self._scene.window.size
         return max(1, width // 4), max(1, height // 4)
+
+
+def _spaced(heightmap: Heightmap, spacing_m: Pair) -> Heightmap:
+    """The same posts with other distances between them."""
+    spaced = Heightmap(heightmap.heights, spacing_m, heightmap.name)
+    spaced.opened = heightmap.opened and heightmap.opened | {"spacing_m": spacing_m}
+    spaced.scales, spaced.georeference, spaced.look = heightmap.scales, heightmap.georeference, heightmap.look
+    return spaced

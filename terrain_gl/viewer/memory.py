@@ -14,7 +14,7 @@ from typing import Any
 
 from ..exceptions import TerrainError
 from ..image import replacing
-from ..options import RenderOptions
+from ..options import CHOICES, RenderOptions
 from .pose import Pose
 
 MOST_MAPS = 50
@@ -30,7 +30,7 @@ def state_path() -> Path:
 
 
 class Memory:
-    """The size of the window, render options, and the views of each map.
+    """The size of the window, render options, and the views and look of each map.
 
     Parameters
     ----------
@@ -98,11 +98,17 @@ class Memory:
         """The last view of a map."""
         return _pose(self._map(key).get("pose"))
 
-    def note_map(self, key: str, pose: Pose, bookmarks: dict[int, Pose]) -> None:
-        """Note the views of a map; only the latest maps are remembered."""
+    def look(self, key: str) -> str | None:
+        """How a map's land was coloured last, one of `light.climate.NAMES`; None if that is not known."""
+        stored = self._map(key).get("look")
+        return stored if stored in CHOICES["look"] else None
+
+    def note_map(self, key: str, pose: Pose, bookmarks: dict[int, Pose], look: str) -> None:
+        """Note the views and the look of a map; only the latest maps are remembered."""
         maps = self._part("maps")
         maps.pop(key, None)
-        maps[key] = {"pose": _flat(pose), "bookmarks": {str(n): _flat(p) for n, p in bookmarks.items()}}
+        views = {"pose": _flat(pose), "bookmarks": {str(n): _flat(p) for n, p in bookmarks.items()}}
+        maps[key] = views | {"look": look}
         self._data["maps"] = dict(list(maps.items())[-MOST_MAPS:])
 
     def recent(self, besides: str = "") -> list[str]:

@@ -5,7 +5,17 @@ from __future__ import annotations
 from collections.abc import Callable
 
 from ..verify.explain import Explanation
-from . import charts, explain_text, file_list, help_page, orientation, picture_section, profile_plot, sections
+from . import (
+    charts,
+    explain_text,
+    file_list,
+    help_page,
+    map_section,
+    orientation,
+    picture_section,
+    profile_plot,
+    sections,
+)
 from .viewer import Progress, Viewer
 from .widgets import Widgets
 from .window_state import Size
@@ -42,7 +52,7 @@ class Panels:
     def _make_sections(self) -> dict[str, Callable[[Widgets], None]]:
         s, press = self._viewer, self._press
         return {
-            "Map": lambda ui: sections.map_section(ui, s, press),
+            "Map": lambda ui: map_section.map_section(ui, s, press),
             "Detail": lambda ui: sections.detail_section(ui, s.settings, s.painter),
             "Understand": lambda ui: sections.understand_section(ui, s.scene, press),
             "Sculpt": lambda ui: sections.sculpt_section(ui, s.sculpting, press),

@@ -2,13 +2,11 @@
 
 from __future__ import annotations
 
-import os
 from collections.abc import Callable
 from typing import Any
 
 from ..brush import SHARES, TOOLS
 from ..files.export import FORMATS
-from ..files.maps import bundled
 from ..files.views import VIEWS, straight_down
 from ..methods import BASELINES, REGISTRY
 from ..options import CHOICES
@@ -21,8 +19,7 @@ from .saver import SIZES, Saver
 from .scene import Scene
 from .sculpting import Sculpting
 from .settings import BUDGETS, TOLERANCES_PX, Settings
-from .viewer import Viewer
-from .widgets import PATH, Widgets
+from .widgets import Widgets
 
 Press = Callable[[str], None]  # does the command of a key
 TOLERANCE_HINTS = {
@@ -33,29 +30,6 @@ BASELINE_HINT = "What this method aims at; it has no certified bound (+ and -)."
 BUDGET_HINT = "At most so many triangles, where they reduce the error most. Changing the tolerance ends it."
 METRIC_HINT = "What the tolerance bounds (M): the largest error of the surface, or the root mean square of all errors."
 PRESETS = {"first": VIEWS["default"], "above": straight_down} | {n: view for n, view in VIEWS.items() if n != "default"}
-_RECENT = "files shown before"
-
-
-def map_section(ui: Widgets, viewer: Viewer, press: Press) -> None:
-    """Which map is shown."""
-    opened, shown = viewer.scene.opened, viewer.painter.frame.name
-    names = [*bundled(), *([] if opened.key in bundled() else [shown])]
-    now = opened.key if opened.key in bundled() else shown
-    if name := ui.choose("map", now, names, "The maps that come with the program."):
-        viewer.open(name)
-    recent = {os.path.basename(path): path for path in viewer.memory.recent(opened.key)}
-    if recent and (name := ui.choose("recent", _RECENT, (_RECENT, *recent), "Files that were shown before.")) in recent:
-        viewer.open(recent[name])
-    if ui.button("Open a file", "Choose a file from a folder (Ctrl O)."):
-        press("ctrl+o")
-    hint = "PNG, TIFF, EXR, HDR, NPY or HGT. You can also drop a file on the window."
-    if path := ui.enter("file", viewer.loader.refused, PATH, hint):
-        viewer.open(path)
-    east, north = opened.heightmap.spacing_m
-    hint = "Metres between posts. Set it if the file does not give it, or gives a wrong one."
-    spacing = ui.enter("spacing", f"{east:g}" if east == north else f"{east:g} × {north:g}", "metres, then Enter", hint)
-    if spacing:
-        viewer.set_spacing(spacing)
 
 
 def detail_section(ui: Widgets, settings: Settings, painter: Painter) -> None:

@@ -11,6 +11,7 @@ from typing import NamedTuple
 import moderngl
 
 from ..gpu.timing import Stopwatch
+from ..light.climate import AUTO
 from ..renderer import Renderer
 from .brush_tool import BrushTool
 from .explainer import Explainer
@@ -89,6 +90,7 @@ class Viewer:
         self.mouse = Mouse(self.scene, self.pointer, self.sculpting, self.ruler, self._clicked)
         self._lines: Lines | None = None
         self._moved_s: float | None = None
+        self._entered = False  # whether there was a map
 
     def close(self) -> None:
         """Release resources, end all threads, and remember what the next run needs."""
@@ -137,6 +139,9 @@ class Viewer:
             return
         self.loader.map_shown(opened)
         self.ruler.clear()
+        if self._entered or self.settings.options.look == AUTO:  # a look that was asked for holds for the first map
+            self.settings.change_all(look=self.memory.look(opened.key) or AUTO)
+        self._entered = True
         scene.enter(opened, self.memory.bookmarks(opened.key), self.memory.last_pose(opened.key))
         if opened.heightmap.assumes_spacing:
             name = Path(opened.heightmap.name).name
@@ -151,7 +156,8 @@ class Viewer:
     def _remember_map(self) -> None:
         if self.scene.has_map:
             controller = self.scene.controller
-            self.memory.note_map(self.scene.opened.key, controller.pose, controller.bookmarks)
+            look = self.settings.options.look
+            self.memory.note_map(self.scene.opened.key, controller.pose, controller.bookmarks, look)
 
     def open(self, name: str) -> None:
         """Load a bundled map or a file, unless edits would be lost."""
@@ -172,8 +178,12 @@ class Viewer:
         except ValueError:
             self.window.say(f"spacing: expected a number of metres, got {text!r}")
             return
-        if self.sculpting.may_leave():
-            self.loader.set_spacing(spacing_m)
+        self.rescale(spacing_m=(spacing_m, spacing_m))
+
+    def rescale(self, **scale: tuple[float, float]) -> None:
+        """Show the same posts with other distances or heights, as `MapLoader.rescale` takes them."""
+        if self.saver.may_leave() and self.sculpting.may_leave():
+            self.loader.rescale(**scale)
 
     def _edited(self, settled: bool) -> None:
         """The land has changed; `settled`: the stroke is done."""

@@ -9,6 +9,8 @@ from viewers import hills, later, set_budget, settle, slow, swift, with_a_stroke
 from terrain_gl.camera import Camera
 from terrain_gl.exceptions import TerrainError
 from terrain_gl.heightmap import Heightmap
+from terrain_gl.options import RenderOptions
+from terrain_gl.viewer import map_section
 from terrain_gl.viewer.commands import press
 from terrain_gl.viewer.loading import PREVIEW_POSTS, Opened, file_opener, preview
 from terrain_gl.viewer.settings import Settings
@@ -178,3 +180,58 @@ def test_edits_are_not_lost_without_a_warning(viewer, tmp_path, monkeypatch):
     press(viewer, "escape")
     press(viewer, "escape")
     assert viewer.window.closing
+
+
+def test_size_and_heights_are_set(empty, tmp_path):
+    heights = hills().heights
+    np.save(tmp_path / "plain.npy", heights)
+    empty.open(str(tmp_path / "plain.npy"))
+    settle(empty)
+    empty.exaggerate(2.0)
+    settle(empty)
+    map_section._set_size(empty, "2.56 × 5.12 km")
+    settle(empty)
+    assert empty.scene.heightmap.spacing_m == (20.0, 40.0) and empty.scene.exaggeration == 1.0
+    map_section._set_heights(empty, "-100 to 1100")
+    settle(empty)
+    now, low = empty.scene.heightmap, heights.min()
+    factor = 1200.0 / np.ptp(heights)
+    assert now.spacing_m == (20.0, 40.0) and now.range_m == pytest.approx((-100.0, 1100.0), abs=1e-3)
+    assert np.allclose(now.heights, factor * (heights - low) - 100.0, atol=1e-3)
+    again = Heightmap.open(**now.opened)  # a command line names the same land
+    assert np.array_equal(again.heights, now.heights) and again.spacing_m == now.spacing_m
+    assert empty.painter.frame.measured_px["max"] <= 1
+    for set_, words in ((map_section._set_size, ("", "-3", "1 2 3")), (map_section._set_heights, ("5", "9 2", "a b"))):
+        for typed in words:
+            empty.window.message = ""
+            set_(empty, typed)
+            assert "expected metres" in empty.window.message and not empty.loader.job
+
+
+def test_numbers_as_users_type_them():
+    assert map_section.numbers("812 to 2431") == [812.0, 2431.0] and map_section.numbers("-28.5 .. 1e3") == [
+        -28.5,
+        1000,
+    ]
+    assert map_section.numbers("5.1 x 6 km") == [5100.0, 6000.0] and map_section.numbers("none") == []
+
+
+def test_the_look_is_remembered_for_each_map(empty, tmp_path):
+    for name in ("one", "two"):
+        np.save(tmp_path / f"{name}.npy", hills().heights)
+    seen = []
+    for name, look in (("one", "green"), ("two", None), ("one", None)):
+        empty.open(str(tmp_path / f"{name}.npy"))
+        settle(empty)
+        seen.append(empty.settings.options.look)
+        empty.settings.change_all(look=look or seen[-1])
+    assert seen == ["auto", "auto", "green"]
+
+
+def test_a_look_that_was_asked_for_holds_for_the_first_map(ctx, target, tmp_path):
+    np.save(tmp_path / "one.npy", hills().heights)
+    viewer = Viewer(ctx, target((32, 20)), (32, 20), Settings([RenderOptions(look="tint")]), budget=swift())
+    viewer.open(str(tmp_path / "one.npy"))
+    settle(viewer)
+    assert viewer.settings.options.look == "tint"
+    viewer.close()

@@ -102,7 +102,7 @@ def test_files_shown_before_are_offered(app, tmp_path, monkeypatch):
         np.save(path, np.add.outer(np.arange(40.0), np.arange(30.0)))
     memory, pose = app.viewer.memory, app.viewer.scene.controller.pose
     for path in (*paths, "canyon"):
-        memory.note_map(path, pose, {})
+        memory.note_map(path, pose, {}, "auto")
     assert memory.recent() == [paths[1], paths[0]] and memory.recent(paths[1]) == [paths[0]]
     app.panels.opened |= {"Map": True, "Detail": False, "Understand": False}
     settle(app)

@@ -22,13 +22,14 @@ def test_memory_comes_back(tmp_path):
         RenderOptions(2.5, style="lod", sun=(1, 2)),
         {"panel": False},
     )
-    memory.note_map("hills", pose, {3: pose})
+    memory.note_map("hills", pose, {3: pose}, "green")
     memory.save()
     again = Memory(tmp_path / "deep" / "view.json")
     assert memory.complaint == again.complaint == ""
     assert again.window == (800, 600) and again.panels == {"panel": False}
     assert again.options == {"max_error_px": 2.5, "metric": "max", "method": "sat", "style": "lod"}
     assert again.bookmarks("hills") == {3: pose} and again.last_pose("hills") == pose
+    assert again.look("hills") == "green" and again.look("other") is None
     assert again.bookmarks("other") == {} and again.last_pose("other") is None
 
 

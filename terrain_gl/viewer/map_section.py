@@ -1,0 +1,75 @@
+"""The section of the panel on the map: which one it is, and its scale."""
+
+from __future__ import annotations
+
+import os
+import re
+from collections.abc import Callable
+
+from ..files.maps import bundled
+from .viewer import Viewer
+from .widgets import PATH, Widgets
+
+_RECENT = "files shown before"
+_NUMBER = r"[-−+]?\d*\.?\d+(?:e[-+]?\d+)?"
+
+
+def map_section(ui: Widgets, viewer: Viewer, press: Callable[[str], None]) -> None:
+    """Which map is shown."""
+    opened, shown = viewer.scene.opened, viewer.painter.frame.name
+    names = [*bundled(), *([] if opened.key in bundled() else [shown])]
+    now = opened.key if opened.key in bundled() else shown
+    if name := ui.choose("map", now, names, "The maps that come with the program."):
+        viewer.open(name)
+    recent = {os.path.basename(path): path for path in viewer.memory.recent(opened.key)}
+    if recent and (name := ui.choose("recent", _RECENT, (_RECENT, *recent), "Files that were shown before.")) in recent:
+        viewer.open(recent[name])
+    if ui.button("Open a file", "Choose a file from a folder (Ctrl O)."):
+        press("ctrl+o")
+    hint = "PNG, TIFF, EXR, HDR, NPY or HGT. You can also drop a file on the window."
+    if path := ui.enter("file", viewer.loader.refused, PATH, hint):
+        viewer.open(path)
+    east, north = opened.heightmap.spacing_m
+    hint = "Metres between posts. Set it if the file does not give it, or gives a wrong one."
+    spacing = ui.enter("spacing", f"{east:g}" if east == north else f"{east:g} × {north:g}", "metres, then Enter", hint)
+    if spacing:
+        viewer.set_spacing(spacing)
+    _scale(ui, viewer)
+
+
+def _scale(ui: Widgets, viewer: Viewer) -> None:
+    """Fields for what the file does not tell, or tells wrong: how large the map is, and how high."""
+    heightmap, factor = viewer.scene.heightmap, viewer.scene.exaggeration
+    east, north = heightmap.extent_m
+    hint = "Metres east and north, or east alone, between the map's outer posts; with km they are kilometres."
+    typed = ui.enter("map size", f"{east:.6g} × {north:.6g}", "metres, then Enter", hint)
+    if typed is not None:
+        _set_size(viewer, typed)
+    low, high = (height / factor for height in heightmap.range_m)
+    hint = "Metres of the lowest and of the highest post. All heights between follow."
+    typed = ui.enter("heights", f"{low:.6g} to {high:.6g}", "lowest to highest", hint)
+    if typed is not None:
+        _set_heights(viewer, typed)
+
+
+def numbers(text: str) -> list[float]:
+    """The numbers in what the user typed, in metres where "km" follows them."""
+    unit = 1000.0 if "km" in text else 1.0
+    return [unit * float(number.replace("−", "-")) for number in re.findall(_NUMBER, text, re.IGNORECASE)]
+
+
+def _set_size(viewer: Viewer, typed: str) -> None:
+    heightmap, sides = viewer.scene.heightmap, numbers(typed)
+    if not 1 <= len(sides) <= 2 or min(sides) <= 0:
+        viewer.window.say(f"map size: expected metres east, or east and north, above 0, got {typed!r}")
+        return
+    east = sides[0] / (heightmap.cols - 1)
+    viewer.rescale(spacing_m=(east, sides[1] / (heightmap.rows - 1) if len(sides) > 1 else east))
+
+
+def _set_heights(viewer: Viewer, typed: str) -> None:
+    ends = numbers(typed)
+    if len(ends) != 2 or ends[0] >= ends[1]:
+        viewer.window.say(f"heights: expected metres of the lowest and of the highest post, got {typed!r}")
+    else:
+        viewer.rescale(range_m=(ends[0], ends[1]))
