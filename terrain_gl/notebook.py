@@ -35,6 +35,7 @@ from .gpu.context import create_context
 from .heightmap import Heightmap
 from .image import png_bytes
 from .options import RenderOptions
+from .overlay import Overlay
 from .renderer import Renderer
 from .shade import SUN
 from .viewer.app import App
@@ -65,6 +66,8 @@ class View(RemoteFrameBuffer):  # type: ignore[misc]  # jupyter_rfb states no ty
         Whether the panel is shown at first; the key I shows and hides it.
     backend
         As for `Renderer`.
+    overlays
+        Lines and points over the land, of `overlay.read_overlay`.
     options
         Fields of `RenderOptions` by name: how the map is drawn at first.
 
@@ -91,6 +94,7 @@ class View(RemoteFrameBuffer):  # type: ignore[misc]  # jupyter_rfb states no ty
         size: Size = (640, 360),
         panels: bool = False,
         backend: str = "auto",
+        overlays: tuple[Overlay, ...] = (),
         **options: Any,
     ) -> None:
         heightmap, known = (source, None) if isinstance(source, Heightmap) else open_map(os.fspath(source))
@@ -109,7 +113,7 @@ class View(RemoteFrameBuffer):  # type: ignore[misc]  # jupyter_rfb states no ty
             self.app = App(self.ctx, self._target, size, settings)
             start = camera or (known.camera if known else standard_view(heightmap))
             self._closed = False
-            opened = Opened(heightmap, start, sun, heightmap.name, True)
+            opened = Opened(heightmap, start, sun, heightmap.name, True, overlays)
             self.viewer.show(Renderer(heightmap, size, ctx=self.ctx), opened)
 
     # --- What it shows ------------------------------------------------------------------------------------------------

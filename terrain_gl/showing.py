@@ -10,6 +10,7 @@ from .camera import Camera
 from .files.maps import find_bundled, open_map
 from .files.views import standard_view
 from .heightmap import Heightmap
+from .overlay import read_overlay
 from .readers import Spacing
 
 
@@ -19,6 +20,7 @@ def show(
     *,
     spacing_m: float | Spacing | None = None,
     size: tuple[int, int] | None = None,
+    overlays: Any = (),
     **options: Any,
 ) -> Any:
     """Show a map: in a notebook as a view, else in a window until the user closes it.
@@ -34,6 +36,9 @@ def show(
         Metres between posts; by default what the source tells.
     size
         Width and height in pixels.
+    overlays
+        What is drawn over the land, one or several: paths of GeoJSON files, GeoDataFrames, geometries of shapely; see
+        `overlay.read_overlay`.
     options
         Fields of `RenderOptions` by name: how the map is drawn at first. `material`, a picture of the ground with
         coordinates, is laid where it belongs.
@@ -60,13 +65,15 @@ def show(
     first = camera or (known.camera if known else standard_view(heightmap))
     if known:
         options.setdefault("sun", known.sun)
+    several = overlays if isinstance(overlays, list | tuple) else [overlays]
+    laid = tuple(read_overlay(each, heightmap) for each in several)
     if _in_notebook():
         from .notebook import View
 
-        return View(heightmap, first, **options | ({"size": size} if size else {}))
+        return View(heightmap, first, overlays=laid, **options | ({"size": size} if size else {}))
     from .viewer import run
 
-    return run(heightmap, first, size=size, **options)
+    return run(heightmap, first, size=size, overlays=laid, **options)
 
 
 def _opened(source: Any, spacing_m: float | Spacing | None) -> Heightmap:

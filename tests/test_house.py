@@ -21,7 +21,7 @@ LAYERS = (
     ("readers", "filling", "flats"),
     ("place",),
     ("heightmap",),
-    ("camera", "terrain", "brush"),
+    ("camera", "terrain", "brush", "overlay"),
     ("contours",),
     ("sat", "view"),
     ("error", "light"),

@@ -11,6 +11,7 @@ from typing import Any
 from ..exceptions import UsageError
 from ..files.maps import bundled, find_bundled
 from ..options import RenderOptions
+from ..overlay import read_overlay
 from . import options, report
 from .line import command_line
 
@@ -34,6 +35,13 @@ def add(commands: Any) -> None:
     options.add_rendering(command)
     command.add_argument("--fresh", action="store_true", help="ignore the settings of earlier windows")
     command.add_argument("--plain", action="store_true", help="hide the panel at first; the key I shows it")
+    command.add_argument(
+        "--overlay",
+        metavar="FILE",
+        action="append",
+        default=[],
+        help="lines and points over the land, GeoJSON; may be given several times",
+    )
     lasting = [action.dest for action in command._actions if action.dest in REMEMBERED]
     command.set_defaults(**dict.fromkeys(lasting))
 
@@ -51,7 +59,8 @@ def run(args: argparse.Namespace) -> int:
         scene = options.open_scene(args, name, progress)
         key = known.name if known else os.path.realpath(name)
         asked = bool(args.view or options.camera_options(args))
-        return viewer.Opened(scene.heightmap, scene.camera, scene.sun, key, asked)
+        overlays = tuple(read_overlay(path, scene.heightmap) for path in args.overlay)
+        return viewer.Opened(scene.heightmap, scene.camera, scene.sun, key, asked, overlays)
 
     given = {key: value for key, value in options.render_options(args).items() if value is not None and key != "sun"}
     title = known.name if known else os.path.basename(name)

@@ -8,7 +8,7 @@ panels, sections, map_section, picture_section  what stands over the picture
 charts, file_list, help_page, orientation, profile_plot  the graphs, the page of keys, north and scale
 commands                       every key and what it does
 viewer                         connects the parts below, frame by frame; knows neither window nor panels
-mouse, marks                   clicks and drags; lines over the land
+mouse, marks, draped           clicks and drags; lines over the land
 sculpting, saver, explainer    the brush; files; how detail is chosen
 map_loader, image_reader       maps, sky and ground images on their way
 painter                        draws the picture, in motion and at rest

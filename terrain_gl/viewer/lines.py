@@ -15,7 +15,7 @@ from ..renderer import Renderer
 from ..verify.holes import ground_m
 
 PIECE = np.dtype([("a_m", "3f4"), ("b_m", "3f4"), ("color", "4u1")])  # glsl/view/lines.vert
-MOST = 8192
+FEW = 8192  # pieces that there is room for at first
 Color = tuple[int, int, int, int]
 Line = tuple[np.ndarray, Color]  # points (n, 3) in world metres
 
@@ -27,9 +27,14 @@ class Lines:
         self.ctx = ctx
         files = {"vertex": "view/lines.vert", "fragment": "view/lines.frag"}
         self._program = shaders.program(ctx, **files, defines={"SAMPLES": samples})
-        self._pieces = ctx.buffer(reserve=MOST * PIECE.itemsize, dynamic=True)
+        self._reserve(FEW)
+
+    def _reserve(self, count: int) -> None:
+        """Make room for pieces."""
+        self._room = count
+        self._pieces = self.ctx.buffer(reserve=count * PIECE.itemsize, dynamic=True)
         content = [(self._pieces, "3f4 3f4 4f1 /i", "in_a_m", "in_b_m", "in_color")]
-        self._vao = ctx.vertex_array(self._program, content)
+        self._vao = self.ctx.vertex_array(self._program, content)
 
     def draw(
         self,
@@ -43,9 +48,13 @@ class Lines:
     ) -> None:
         """Draw lines into a target of `size`, as `camera` sees them; hidden parts have the opacity `hidden`."""
         parts = [_pieces(points, color, camera) for points, color in lines]
-        pieces = np.concatenate(parts or [np.zeros(0, PIECE)])[:MOST]
+        pieces = np.concatenate(parts or [np.zeros(0, PIECE)])
         if not len(pieces):
             return
+        if len(pieces) > self._room:
+            self._vao.release()
+            self._pieces.release()
+            self._reserve(2 * len(pieces))
         self._pieces.write(pieces.tobytes())
         self._program["u_window_px"], self._program["u_width_px"], self._program["u_hidden"] = size, width_px, hidden
         renderer.resources.view.bind()

@@ -18,6 +18,7 @@ from ..exceptions import TerrainError
 from ..files.maps import open_map
 from ..files.views import standard_view
 from ..heightmap import Heightmap
+from ..overlay import Overlay
 from ..renderer import Renderer
 from ..shade import SUN
 from .frame_budget import FrameBudget
@@ -38,6 +39,8 @@ class Opened:
         The name under which the window remembers the map: of a bundled map, or the path of a file.
     camera_given
         Whether the user asked for this camera.
+    overlays
+        Lines and points to be drawn over it.
     """
 
     heightmap: Heightmap
@@ -45,6 +48,7 @@ class Opened:
     sun: tuple[float, float] = SUN
     key: str = ""
     camera_given: bool = False
+    overlays: tuple[Overlay, ...] = ()
 
 
 Progress = Callable[[float], None]

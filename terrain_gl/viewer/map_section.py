@@ -42,13 +42,15 @@ def _scale(ui: Widgets, viewer: Viewer) -> None:
     heightmap, factor = viewer.scene.heightmap, viewer.scene.exaggeration
     east, north = heightmap.extent_m
     hint = "Metres east and north, or east alone, between the map's outer posts; with km they are kilometres."
-    typed = ui.enter("map size", f"{east:.6g} × {north:.6g}", "metres, then Enter", hint)
-    if typed is not None:
+    now = f"{east:.6g} × {north:.6g}"
+    typed = ui.enter("map size", now, "metres, then Enter", hint)
+    if typed is not None and typed != now:
         _set_size(viewer, typed)
     low, high = (height / factor for height in heightmap.range_m)
     hint = "Metres of the lowest and of the highest post. All heights between follow."
-    typed = ui.enter("heights", f"{low:.6g} to {high:.6g}", "lowest to highest", hint)
-    if typed is not None:
+    now = f"{low:.6g} to {high:.6g}"
+    typed = ui.enter("heights", now, "lowest to highest", hint)
+    if typed is not None and typed != now:
         _set_heights(viewer, typed)
 
 

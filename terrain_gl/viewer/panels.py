@@ -23,6 +23,15 @@ from .window_state import Size
 PANEL_EM = 22.0  # width of the panel, in heights of the typeface
 MARGIN = 10.0  # around the panel, in units of length
 _RECORDING = (1.0, 0.45, 0.40, 1.0)
+_ABOUT = {
+    "Map": "Which map is shown, and its scale.",
+    "Detail": "How fine the mesh is.",
+    "Understand": "How detail is chosen.",
+    "Sculpt": "A brush that changes the land.",
+    "Picture": "How the picture looks.",
+    "Camera": "Views, and how the camera moves.",
+    "Save": "Pictures, films, meshes and paths.",
+}
 _OPEN = ("Detail", "Understand")  # sections, at first
 
 
@@ -133,6 +142,7 @@ class Panels:
         for title, show in self._sections.items():
             ui.imgui.set_next_item_open(self.opened[title])
             self.opened[title] = ui.imgui.collapsing_header(title)
+            ui.hint(title, _ABOUT[title])
             if self.opened[title]:
                 show(ui)
 

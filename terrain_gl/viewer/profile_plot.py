@@ -12,6 +12,7 @@ from .ruler import Profile
 from .widgets import Widgets
 
 LINE, LAND, GRID = (1.0, 0.80, 0.47, 1.0), (1.0, 0.80, 0.47, 0.18), (1.0, 1.0, 1.0, 0.14)
+FLATTEST = 0.02  # of the length: a smaller range of heights does not fill the graph
 _HINT = "Click on the land: each click adds a leg, a double click ends the line. Esc puts the ruler away."
 
 
@@ -25,7 +26,7 @@ def show(ui: Widgets, measured: Profile | None) -> None:
             imgui.text(_HINT)
         return
     imgui.text(f"{metres(measured.length_m)} on the map")
-    climb = f"{metres(measured.climb_m)} up, {metres(measured.descent_m)} down"
+    climb = f"{metres(round(measured.climb_m, 2))} up, {metres(round(measured.descent_m, 2))} down"
     for name, value in (("Ground", f"{metres(measured.ground_m)} along the ground"), ("Climb", climb)):
         imgui.text_disabled(name)
         imgui.same_line(4.5 * ui.em)
@@ -46,9 +47,9 @@ def _plot(ui: Widgets, measured: Profile) -> None:
     if not known.any():
         return
     low, high = float(measured.height_m[known].min()), float(measured.height_m[known].max())
-    high = max(high, low + 1e-3 * max(measured.length_m, 1.0))  # level land is a line at the foot
+    high = max(high, low + FLATTEST * measured.length_m)
     heights, ways = ticks(low, high), ticks(0.0, measured.length_m)
-    words = [metres(height) for height in heights]
+    words = [f"{round(height, 6):,g} m" for height in heights]
     margin = max(imgui.calc_text_size(word)[0] for word in [*words, "0"]) + 0.4 * em
     across, tall = imgui.get_content_region_avail()[0], 5.0 * em
     left, top = imgui.get_cursor_screen_pos()

@@ -50,7 +50,7 @@ def profile(heightmap: Heightmap, corners: np.ndarray, exaggeration: float = 1.0
     """
     most = MOST // (len(corners) - 1) + 1
     legs = zip(corners, corners[1:], strict=False)
-    places = np.concatenate([*(_leg(a, b, heightmap.spacing_m, most) for a, b in legs), corners[-1:]])
+    places = np.concatenate([*(leg(a, b, heightmap.spacing_m, most) for a, b in legs), corners[-1:]])
     along_m = np.concatenate([[0.0], np.cumsum(np.linalg.norm(np.diff(places, axis=0), axis=1))])
     height_m = ground_m(heightmap, places) / exaggeration
     known = np.isfinite(height_m)  # a gap is crossed straight
@@ -61,7 +61,7 @@ def profile(heightmap: Heightmap, corners: np.ndarray, exaggeration: float = 1.0
     return Profile(places, along_m, height_m, float(along_m[-1]), ground, climb, descent)
 
 
-def _leg(start: np.ndarray, end: np.ndarray, spacing_m: tuple[float, float], most: int) -> np.ndarray:
+def leg(start: np.ndarray, end: np.ndarray, spacing_m: tuple[float, float], most: int) -> np.ndarray:
     """(n, 2) places of a leg, from its start on, without its end."""
     cells = np.stack([start, end]) / spacing_m
     shares = [np.zeros(1)]

@@ -96,6 +96,8 @@ class Saver:
             if shot.share > 0:
                 self.cancel("the picture was not saved: the light has changed")
             return False
+        if shot.is_film and shot.share == 0 and not self._painter.is_done(self._scene.frame_spec()):
+            return False  # the window shows its last picture as long as the film is drawn
         self._window.refresh()
         try:
             done = self._budget.run(shot.steps, self._tell)

@@ -14,12 +14,13 @@ from ..gpu.timing import Stopwatch
 from ..light.climate import AUTO
 from ..renderer import Renderer
 from .brush_tool import BrushTool
+from .draped import draped
 from .explainer import Explainer
 from .file_dialog import FileDialog
 from .frame_budget import FrameBudget
 from .frame_stats import FrameStats
 from .image_reader import ImageReader
-from .lines import Lines
+from .lines import Line, Lines
 from .loading import Opened
 from .map_loader import MapLoader
 from .marks import Frame, lines_on_land, sums_frame
@@ -89,6 +90,7 @@ class Viewer:
         self.ruler, self.files = Ruler(), FileDialog(self.window, self.open)
         self.mouse = Mouse(self.scene, self.pointer, self.sculpting, self.ruler, self._clicked)
         self._lines: Lines | None = None
+        self._draped: list[Line] | None = None  # the overlays; None if the land has changed
         self._moved_s: float | None = None
         self._entered = False  # whether there was a map
 
@@ -119,6 +121,7 @@ class Viewer:
         replaces_preview = scene.has_map and scene.is_preview
         self._remember_map()
         self.painter.interrupt()
+        self._draped = None
         self.sculpting.new_map(None if is_preview else BrushTool(renderer), factor and factor / scene.exaggeration)
         self.saver.map_changed(is_new=True)
         before = scene.replace_renderer(renderer, is_preview)
@@ -188,6 +191,7 @@ class Viewer:
     def _edited(self, settled: bool) -> None:
         """The land has changed; `settled`: the stroke is done."""
         self.painter.forget(at_once=True)
+        self._draped = None
         self.saver.map_changed()
         self.explainer.explanation = None
         if self.sculpting.unsaved:
@@ -313,7 +317,10 @@ class Viewer:
         scene, canvas = self.scene, self.painter.canvas
         canvas.show(self.target, self._lens, self.settings.divider if self.settings.split else None)
         self.explainer.follow_cursor()
-        if lines := lines_on_land(scene, self.pointer, self.explainer, self.sculpting, self.ruler):
+        if self._draped is None:
+            self._draped = draped(scene.opened.overlays, scene.heightmap)
+        lines = lines_on_land(scene, self.pointer, self.explainer, self.sculpting, self.ruler)
+        if lines := [*self._draped, *lines]:
             self._lines = self._lines or Lines(self.ctx, scene.renderer.picture.samples)
             width_px = 2 * self.window.scale
             self._lines.draw(scene.renderer, scene.controller.camera, self.target, self.window.size, lines, width_px)

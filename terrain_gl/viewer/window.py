@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 from collections.abc import Callable
+from dataclasses import replace
 from typing import Any
 
 from ..camera import Camera
@@ -10,6 +11,7 @@ from ..files.views import standard_view
 from ..gpu.context import from_glfw_window
 from ..heightmap import Heightmap
 from ..options import RenderOptions
+from ..overlay import Overlay
 from .app import App
 from .glfw_window import library, open_window
 from .gui import load_imgui
@@ -30,6 +32,7 @@ def run(
     fresh: bool = False,
     panel: bool | None = None,
     line_of: Callable[..., str] | None = None,
+    overlays: tuple[Overlay, ...] = (),
     **options: Any,
 ) -> dict[str, Any]:
     """Show a map in a window until the user closes it.
@@ -52,6 +55,8 @@ def run(
         Whether the panel is shown at first; by default as it was left.
     line_of
         Returns the command line of a view, from heightmap, camera, size and options.
+    overlays
+        Lines and points over a `source` that is a map; an opener brings its own.
     options
         Fields of `RenderOptions` by name: how the map is drawn at first.
 
@@ -72,7 +77,7 @@ def run(
     memory = Memory(None if fresh else state_path())
     settings = Settings([RenderOptions(**memory.options).otherwise(**options)], **memory.panels)
     settings.panel = settings.panel if panel is None else panel
-    opener = _opener(source, camera, options) if isinstance(source, Heightmap) else source
+    opener = _opener(source, camera, options, overlays) if isinstance(source, Heightmap) else source
     name = name or (source.name if isinstance(source, Heightmap) else "terrain")
     job = LoadJob(name, opener)
     try:
@@ -87,9 +92,12 @@ def run(
         window.close()
 
 
-def _opener(heightmap: Heightmap, camera: Camera | None, options: dict[str, Any]) -> Opener:
+def _opener(
+    heightmap: Heightmap, camera: Camera | None, options: dict[str, Any], overlays: tuple[Overlay, ...]
+) -> Opener:
     sun = {"sun": options["sun"]} if "sun" in options else {}
     opened = Opened(heightmap, camera or standard_view(heightmap), **sun, key=heightmap.name, camera_given=bool(camera))
+    opened = replace(opened, overlays=overlays)
     return lambda progress: opened
 
 

@@ -126,7 +126,7 @@ def load(path):
     return read_image(path)[..., :3].astype(int)
 
 
-class _Listening:
+class Listening:
     """Dear ImGui's module, but texts and windows are noted: title, left, top, right, bottom."""
 
     def __init__(self, imgui):
@@ -157,7 +157,7 @@ class _Listening:
 def listen(app):
     """Do a frame, and return what the panels have asked of Dear ImGui."""
     widgets = app.gui.widgets
-    imgui, widgets.imgui = widgets.imgui, _Listening(widgets.imgui)
+    imgui, widgets.imgui = widgets.imgui, Listening(widgets.imgui)
     app.viewer.window.refresh()
     later(app, 0.0)
     heard, widgets.imgui = widgets.imgui, imgui

@@ -1,0 +1,157 @@
+"""Lines and points to be drawn over a map: GeoJSON, or objects of geopandas and shapely, by their coordinate system."""
+
+from __future__ import annotations
+
+import json
+import os
+from collections.abc import Iterator, Mapping
+from typing import Any, NamedTuple
+
+import numpy as np
+
+from .exceptions import TerrainError
+from .heightmap import Heightmap
+from .inputs import check_input
+from .place import flat_crs
+from .readers.georeference import DEGREES
+
+MAX_BYTES = 1 << 28  # largest file
+_DEEPEST = 10  # collections inside collections
+
+
+class Overlay(NamedTuple):
+    """Lines and points in columns and rows of a map; a polygon is its rings.
+
+    Attributes
+    ----------
+    lines
+        Each (n, 2).
+    points
+        (m, 2).
+    """
+
+    lines: tuple[np.ndarray, ...]
+    points: np.ndarray
+
+
+def read_overlay(source: Any, heightmap: Heightmap) -> Overlay:
+    """Place lines and points on a map.
+
+    Parameters
+    ----------
+    source
+        The path of a GeoJSON file, a GeoJSON mapping, or any object with `__geo_interface__`, such as a GeoDataFrame or
+        a geometry of shapely. GeoJSON is in degrees (RFC 7946), unless it has a member "crs". Objects have their `crs`;
+        without one they are in the map's own coordinates, or, if it has none, in metres from its south-west post.
+
+    Raises
+    ------
+    TerrainError
+        No GeoJSON, or coordinates that cannot be brought to the map; the message names the file.
+    """
+    name, content, crs = _loaded(source)
+    try:
+        shapes = list(_shapes(content))
+        lines = [shape for shape in shapes if shape.ndim == 2 and len(shape) > 1]
+        points = [shape[None] if shape.ndim == 1 else shape for shape in shapes if shape.ndim == 1 or len(shape) == 1]
+        return Overlay(
+            tuple(_posts(line, crs, heightmap) for line in lines),
+            _posts(np.concatenate([*points, np.zeros((0, 2))]), crs, heightmap),
+        )
+    except (KeyError, TypeError, ValueError, IndexError, AttributeError) as error:
+        raise TerrainError(f"{name}: is no GeoJSON of lines and points: {_reason(error)}") from None
+    except TerrainError as error:
+        raise TerrainError(f"{name}: {error}") from None
+
+
+def _reason(error: Exception) -> str:
+    words = " ".join(str(error).split())[:80]
+    return f"{words} is missing" if isinstance(error, KeyError) else words
+
+
+def _loaded(source: Any) -> tuple[str, Any, Any]:
+    """Name, GeoJSON and coordinate system of a source; None for that of the map."""
+    if isinstance(source, str | os.PathLike):
+        name = os.fspath(source)
+        check_input(name, "name a GeoJSON file", MAX_BYTES)
+        try:
+            with open(name, encoding="utf-8") as file:
+                content = json.load(file)
+        except (ValueError, RecursionError, OSError) as error:
+            raise TerrainError(f"{name}: is no GeoJSON: {' '.join(str(error).split())[:80]}") from None
+        return name, content, _crs_of(content)
+    if isinstance(source, Mapping):
+        return "overlay", source, _crs_of(source)
+    if hasattr(source, "__geo_interface__"):
+        return "overlay", source.__geo_interface__, getattr(source, "crs", None)
+    raise TerrainError(
+        f"overlay: expected a GeoJSON file or an object with __geo_interface__, got {type(source).__name__}"
+    )
+
+
+def _crs_of(content: Any) -> Any:
+    crs = content.get("crs") if isinstance(content, Mapping) else None
+    named = crs.get("properties", {}).get("name") if isinstance(crs, Mapping) else None
+    return named or DEGREES
+
+
+def _shapes(content: Any, depth: int = 0) -> Iterator[np.ndarray]:
+    """The lines (n, 2) and points (2,) of a GeoJSON object."""
+    if depth > _DEEPEST:
+        raise ValueError("too many collections inside each other")
+    kind = content["type"]
+    if kind in ("FeatureCollection", "GeometryCollection"):
+        for part in content["features" if kind == "FeatureCollection" else "geometries"]:
+            yield from _shapes(part, depth + 1)
+    elif kind == "Feature":
+        if content["geometry"]:
+            yield from _shapes(content["geometry"], depth + 1)
+    else:
+        nested = {"Point": 0, "MultiPoint": 1, "LineString": 0, "MultiLineString": 1, "Polygon": 1, "MultiPolygon": 2}
+        if kind not in nested:
+            raise ValueError(f"type {str(kind)[:40]!r}")
+        yield from _unpacked(content["coordinates"], nested[kind])
+
+
+def _unpacked(coordinates: Any, nested: int) -> Iterator[np.ndarray]:
+    if nested:
+        for part in coordinates:
+            yield from _unpacked(part, nested - 1)
+        return
+    if len(coordinates):
+        shape = np.asarray(coordinates, float)[..., :2]  # a third number is a height, and the land has its own
+        if shape.shape[-1] != 2 or not np.isfinite(shape).all():
+            raise ValueError("coordinates are not pairs of numbers")
+        yield shape
+
+
+def _posts(at: np.ndarray, crs: Any, heightmap: Heightmap) -> np.ndarray:
+    """(n, 2) columns and rows of coordinates (n, 2)."""
+    place, (east_m, north_m) = heightmap.place, heightmap.spacing_m
+    x, y = at[:, 0], at[:, 1]
+    if place is None:
+        if crs is not None:
+            raise TerrainError("the map does not say where it lies: give coordinates in metres from its corner")
+    elif crs is not None:
+        x, y = _to_crs(x, y, crs, place.crs)
+    if place is not None:
+        x, y = place.from_map(x, y)  # type: ignore[arg-type, assignment]  # arrays, too
+    return np.stack([x / east_m, heightmap.rows - 1 - y / north_m], -1)
+
+
+def _to_crs(x: np.ndarray, y: np.ndarray, crs: Any, own: str | None) -> tuple[np.ndarray, np.ndarray]:
+    """Coordinates of one system in another."""
+    if own is None:
+        raise TerrainError("the map has no coordinate system: give it one with gdal_translate -a_srs")
+    if crs == own or not len(x):
+        return x, y
+    source, target = flat_crs(crs), flat_crs(own)  # says so if pyproj is missing
+    import pyproj
+
+    try:
+        turned = pyproj.Transformer.from_crs(source, target, always_xy=True).transform(x, y)
+    except pyproj.exceptions.ProjError as error:
+        raise TerrainError(f"cannot be brought to the map's coordinates: {' '.join(str(error).split())[:80]}") from None
+    if not np.isfinite(turned).all():
+        raise TerrainError("some coordinates have no place in the map's coordinate system")
+    return turned[0], turned[1]

@@ -1,0 +1,50 @@
+"""Overlays on the land: lines follow it between its posts, points are rings."""
+
+from __future__ import annotations
+
+import numpy as np
+
+from ..heightmap import Heightmap
+from ..overlay import Overlay
+from .lines import Color, Line, on_land
+from .ruler import leg
+
+COLOURS: tuple[Color, ...] = ((255, 70, 50, 255), (60, 200, 255, 255), (255, 220, 60, 255), (200, 130, 255, 255))
+MOST = 512  # places of a leg
+RING_POSTS = 0.004  # radius of a point's ring, as a part of the map's longer side
+_TURN = np.linspace(0, 2 * np.pi, 13)
+
+
+def draped(overlays: tuple[Overlay, ...], heightmap: Heightmap) -> list[Line]:
+    """The overlays as polylines in world metres, each overlay in a colour of its own."""
+    lines: list[Line] = []
+    radius = RING_POSTS * max(heightmap.cols, heightmap.rows)
+    for i, overlay in enumerate(overlays):
+        around = radius * np.stack([np.cos(_TURN), np.sin(_TURN)], -1)
+        rings = [point + around for point in overlay.points if _is_near(point[None], heightmap)]
+        for line in (*overlay.lines, *rings):
+            lines += [(run, COLOURS[i % len(COLOURS)]) for run in _runs(line, heightmap)]
+    return lines
+
+
+def _is_near(posts: np.ndarray, heightmap: Heightmap) -> bool:
+    """Whether the box around some posts meets the map."""
+    low, high = posts.min(0), posts.max(0)
+    return bool((high >= 0).all() and (low <= (heightmap.cols - 1, heightmap.rows - 1)).all())
+
+
+def _runs(line: np.ndarray, heightmap: Heightmap) -> list[np.ndarray]:
+    """The parts (n, 3) of a line that are over land, in world metres."""
+    east, north = heightmap.spacing_m
+    nowhere = np.full((1, 3), np.nan)
+    parts = [nowhere]
+    for a, b in zip(line, line[1:], strict=False):
+        if not _is_near(np.stack([a, b]), heightmap):
+            parts.append(nowhere)
+            continue
+        posts = np.concatenate([leg(a, b, (1.0, 1.0), MOST), b[None]])
+        places = np.stack([posts[:, 0] * east, (heightmap.rows - 1 - posts[:, 1]) * north], -1)
+        parts.append(on_land(heightmap, places))
+    points = np.concatenate(parts)
+    runs = np.split(points, np.flatnonzero(~np.isfinite(points[:, 2])))
+    return [run[np.isfinite(run[:, 2])] for run in runs if len(run) > 2]

@@ -1,0 +1,62 @@
+"""The real window on a map, which tells its state: python telling.py MAP WIDTHxHEIGHT STYLE.
+
+Each turn it writes what a test looks at to state.json in the working directory: the viewer's state, the places of the
+controls in pixels, and the windows of the panels.
+"""
+
+import json
+import os
+import sys
+
+from viewers import Listening
+
+from terrain_gl.cli.line import command_line
+from terrain_gl.viewer import window
+from terrain_gl.viewer.loading import file_opener
+
+
+def state_of(app, listening):
+    """What a test looks at."""
+    viewer = app.viewer
+    scene, frame = viewer.scene, viewer.painter.frame
+    told = {"busy": viewer.busy or not viewer.settled, "message": viewer.window.message, "error": app.viewer.ctx.error}
+    told |= {"windows": listening.windows, "texts": listening.texts, "places": app.gui.widgets.places}
+    told |= {"recording": viewer.saver.filming.running, "drawing": bool(viewer.saver.shot)}
+    if scene.has_map:
+        controller, options = scene.controller, viewer.settings.options
+        told |= {"title": viewer.title, "eye": list(controller.eye), "speed": controller.speed_m_s}
+        told |= {"moving": controller.moving, "mode": controller.mode, "elevation": controller.elevation_deg}
+        told |= {"fov": controller.fov_deg, "contour_m": options.contour_m, "style": options.style}
+        told |= {"explained": bool(viewer.explainer.explanation), "corners": len(viewer.ruler.corners)}
+        told |= {"ruler": viewer.ruler.taken, "sides": [s["triangles"] for s in viewer.painter.side_stats]}
+        told |= {"measured": frame.measured_px, "bound": frame.certified_px, "folder": bool(viewer.files.folder)}
+        told |= {"height": controller.height_above_ground_m, "strokes": viewer.sculpting.tool.strokes}
+        place = viewer.pointer.place
+        told |= {"cursor": viewer.pointer.last}
+        told |= {"place": None if place is None else list(place)}
+    return told
+
+
+class Telling(window.Window):
+    """A window that writes its state each turn."""
+
+    def _frame(self):
+        widgets = self._app.gui.widgets
+        if not isinstance(widgets.imgui, Listening):
+            widgets.imgui = Listening(widgets.imgui)
+        listening = widgets.imgui
+        listening.texts, listening.windows, before = [], [], (listening.texts, listening.windows)
+        super()._frame()
+        if not listening.windows:  # nothing was drawn
+            listening.texts, listening.windows = before
+        if self._app.viewer.sculpting.tool or not self._app.viewer.scene.has_map:
+            with open("state.part", "w", encoding="utf-8") as file:
+                json.dump(state_of(self._app, listening), file)
+            os.replace("state.part", "state.json")
+
+
+if __name__ == "__main__":
+    path, size, style = sys.argv[1:]
+    window.Window = Telling
+    width, height = map(int, size.split("x"))
+    window.run(file_opener(path), size=(width, height), line_of=command_line, style=style, look="auto")

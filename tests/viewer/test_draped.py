@@ -1,0 +1,57 @@
+"""Overlays on the land."""
+
+from dataclasses import replace
+
+import numpy as np
+import pytest
+from viewers import changed, hills, seen, settle, with_a_stroke
+
+from terrain_gl.camera import Camera
+from terrain_gl.heightmap import Heightmap
+from terrain_gl.overlay import Overlay
+from terrain_gl.renderer import Renderer
+from terrain_gl.viewer.draped import draped
+from terrain_gl.viewer.loading import Opened
+
+ACROSS = Overlay((np.array([[4.0, 100.0], [124.0, 70.0]]),), np.array([[60.0, 60.0], [-500.0, 3.0]]))
+
+
+def test_lines_lie_on_the_land_between_their_ends():
+    heightmap = hills()
+    lines = draped((ACROSS,), heightmap)
+    assert len(lines) == 2  # the line, and the ring of the point that is on the map
+    points = lines[0][0]
+    for x, y, z in points[:: len(points) // 20]:
+        assert z == pytest.approx(heightmap.height_at(x, y), abs=0.05)
+    assert np.ptp(points[:, 2]) > 20 and len(points) > 120
+
+
+def test_a_line_is_cut_at_gaps_and_at_the_edge():
+    heights = np.zeros((40, 60), "f4")
+    heights[:, 20:30] = np.nan
+    line = Overlay((np.array([[-20.0, 10.0], [80.0, 10.5]]),), np.zeros((0, 2)))
+    runs = [points for points, _ in draped((line,), Heightmap(heights, 10.0))]
+    assert len(runs) == 2 and all(np.isfinite(run).all() for run in runs)
+    assert all((np.diff(run[:, 0]) <= 10.001).all() for run in runs)  # nothing crosses the gap
+
+
+def test_an_overlay_is_drawn_and_follows_the_land(empty):
+    heightmap = hills()
+    opened = Opened(heightmap, Camera.default(heightmap), key="hills")
+    empty.settings.change_all(style="lambert")
+    empty.show(Renderer(heightmap, (320, 200), ctx=empty.ctx), opened)
+    settle(empty)
+    bare = seen(empty)
+    long = np.stack([60 + 50 * np.cos(np.linspace(0, 6000, 9001)), 60 + 50 * np.sin(np.linspace(0, 6000, 9001))], -1)
+    both = (ACROSS, Overlay((long,), np.zeros((0, 2))))  # more pieces than there is room for at first
+    empty.show(Renderer(heightmap, (320, 200), ctx=empty.ctx), replace(opened, overlays=both))
+    settle(empty)
+    assert changed(seen(empty), bare) > 0.02
+    red = (np.abs(seen(empty) - [255, 70, 50]).max(-1) < 60).sum()
+    assert red > 30 and empty.ctx.error == "GL_NO_ERROR"
+    before, after = with_a_stroke(empty)
+    assert not np.array_equal(before, after)
+    now, then = (draped(both, land) for land in (empty.scene.heightmap, hills()))
+    shown = empty._draped
+    assert all(np.array_equal(a, b) for (a, _), (b, _) in zip(shown, now, strict=True))
+    assert not all(np.array_equal(a, b) for (a, _), (b, _) in zip(shown, then, strict=True))
