@@ -76,6 +76,7 @@ class Tour:
         """Save the screen, when the picture is complete and nothing overlaps."""
         if settled:
             self.does(lambda s: not s["busy"] and not s["moving"])
+        self.screen.do("sleep", 1)  # panels take a few frames to find their size
         self.screen.wait(lambda: self.overlaps() == [], f"panels apart: {self.overlaps()}", 20)
         self.number += 1
         self.save(name)
