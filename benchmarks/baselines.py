@@ -1,16 +1,19 @@
-"""The three methods at equal triangles, on generated land and on real maps, as tables for docs/comparison.md.
+"""All methods at equal triangles, on generated land and on real maps, as tables for docs/comparison.md.
 
     land     4096² posts of `generate --seed 7 --cliffs 0.7`: three views, 0.1, 0.3 and 1 million triangles
     others   other seeds, other cliffs and the other recipe, 1025² posts: three smaller numbers
     real     every map of the folder that TERRAIN_GL_DEM names, from outside and from a ridge: six numbers, from a 64th
              of all posts' triangles to half
+    small    the same for maps of up to two million posts and the bundled ones, three numbers: a 32nd, an eighth, half;
+             screen errors alone
+    pictures the pictures of these
     pixel    triangles that it takes to be within one pixel
     puget    a view of ps_height_1k.png whose numbers are known of other methods
 
 Beside the RMS screen error of each stands that of the pruned quadtree of quads. It takes hours on a software renderer:
 each number is written to a file as soon as it is there, and a run that is started again goes on where it was.
 
-Run: python benchmarks/baselines.py FOLDER [land|others|real|pixel|puget|tables ...]
+Run: python benchmarks/baselines.py FOLDER [land|others|real|small|pictures|pixel|puget|tables ...]
 """
 
 import json
@@ -24,11 +27,13 @@ from terrain_gl import Camera, Heightmap, Renderer
 from terrain_gl.comparison import compare, curves
 from terrain_gl.comparison.baselines import PARAMETERS
 from terrain_gl.files.generate import Land, write_land
+from terrain_gl.files.maps import bundled, open_map
 from terrain_gl.files.views import standard_view
 from terrain_gl.gpu.context import create_context
 from terrain_gl.image import replacing
 
-BASELINES = [method for method in compare.COMPARED if method != "sat"]
+OURS = ("sat", "quadtree")
+BASELINES = [method for method in compare.COMPARED if method not in OURS]
 VIEWS = ("valley", "ridge", "high")
 FINE = 2  # pixels drawn for one in pictures, along a side
 LAND = {"cols": 4096, "rows": 4096, "seed": 7, "cliffs": 0.7}
@@ -50,6 +55,7 @@ REAL = {
     "ps_height_1k.png": {"spacing_m": 160, "z_scale": 0.1},
     "N37W123.hgt": {"spacing_m": (73, 93)},
 }
+SMALL = ("mt_rainier_90m.tif", "ps_height_1k.png", "N37W123.hgt", "greenriver.tif")
 PUGET = Camera((81920, 30000, 9000), (81920, 110000, 0), 60)
 KEPT = ("triangles", "max_error_px", "rms_error_px", "image_rmse", "flip", "skyline_px", "max_skyline_px", "ms")
 
@@ -129,12 +135,17 @@ class Case:
     def _likeness(self, method, triangles):
         detail = {"triangles": triangles}
         if method in PARAMETERS:
-            detail = {"parameters": PARAMETERS[method](**self.achieved(method, triangles)["parameters"])}
-        return self._picture(method=method, **detail)
+            tried = curves.details_of(self.renderer, self.camera, method, triangles)
+            detail = compare.best_pictured(self.renderer, self.camera, self._truth(), method, tried)
+        found = self._picture(method=method, **detail)
+        return found | ({"parameters": asdict(detail["parameters"])} if "parameters" in detail else {})
 
     def _picture(self, **drawing):
+        return compare.likeness_of(self.renderer, self.camera, self._truth(), FINE, **drawing)[1]
+
+    def _truth(self):
         self.truth = self.truth or compare.truth_of(self.renderer, self.camera, FINE)
-        return compare.likeness_of(self.renderer, self.camera, self.truth, FINE, **drawing)[1]
+        return self.truth
 
     def _pruned(self, budgets):
         found = curves.pruned_curve(self.renderer, self.camera, budgets)
@@ -175,23 +186,31 @@ def cases(folder):
     maps = [
         Case(folder, f"{view}-{name}", opened[name], view, (640, 360)) for view in ("default", "ridge") for name in real
     ]
+    few = {name: opened[name] for name in SMALL if name in opened}
+    few |= {name: lambda name=name: open_map(name)[0] for name in bundled()}
+    small = [
+        Case(folder, f"small-{view}-{name}", open_it, view, (640, 360))
+        for view in ("ridge", "default")
+        for name, open_it in few.items()
+    ]
     pixel = [Case(folder, f"pixel-{name}", opened[name], "ridge") for name in real]
     puget = [Case(folder, "puget", opened["ps_height_1k.png"], PUGET)] if "ps_height_1k.png" in real else []
-    return {"land": [*land.values()], "others": others, "real": maps, "pixel": [land["ridge"], *pixel], "puget": puget}
+    known = {"land": [*land.values()], "others": others, "real": maps, "small": small, "pictures": small}
+    return known | {"pixel": [land["ridge"], *pixel], "puget": puget}
 
 
 def work(part, case):
     """Find all numbers of a case."""
     case.full()
     budgets = budgets_of(part, case)
-    for triangles in budgets:
+    for triangles in budgets if part != "pictures" else ():
         for method in compare.COMPARED:
             case.achieved(method, triangles)
     if part == "pixel":
         case.within(1.0)
     if part in ("land", "others", "real"):
         case.pruned(budgets)
-    if part in ("land", "real"):
+    if part in ("land", "real", "pictures"):
         for triangles in budgets:
             for method in compare.COMPARED:
                 case.likeness(method, triangles)
@@ -204,8 +223,8 @@ def work(part, case):
 
 def budgets_of(part, case):
     """Numbers of triangles to ask for."""
-    if part == "real":
-        return [round(case.known["full"] / 2**k) for k in (6, 5, 4, 3, 2, 1)]
+    if part in ("real", "small", "pictures"):
+        return [round(case.known["full"] / 2**k) for k in ((6, 5, 4, 3, 2, 1) if part == "real" else (5, 3, 1))]
     return {"land": [100_000, 300_000, 1_000_000], "others": [10_000, 30_000, 100_000], "puget": [103_040]}.get(
         part, []
     )
@@ -228,7 +247,7 @@ def markdown(rows):
 
 def tables(part, found):
     """What is known of a part, as text."""
-    rows = {"pixel": pixel_rows, "puget": puget_rows}.get(part, budget_rows)(part, found)
+    rows = {"pixel": pixel_rows, "puget": puget_rows, "pictures": picture_rows}.get(part, budget_rows)(part, found)
     pictures = picture_rows(part, found) if part in ("land", "real") else []
     return "\n\n".join(markdown(table) for table in (rows, pictures) if len(table) > 1)
 
@@ -256,12 +275,13 @@ def budget_rows(part, found):
     """Errors at equal triangles: the methods', the pruned quadtree's, and how many times the baselines' are larger."""
     ours, methods = "sat", compare.COMPARED
     rows = [["view or map", "triangles", *(f"{m} RMS px" for m in methods), "quads, pruned", "sat / pruned"]]
-    rows[0] += [f"{m} / {ours}" for m in BASELINES]
+    rows[0] += [*(f"{m} / {ours}" for m in BASELINES), "sat / quadtree"]
     for case in found:
         for triangles in budgets_of(part, case):
             px = {m: case.known.get(f"{m} {triangles}", {}).get("rms_error_px") for m in methods}
             pruned_px = pruned_at(case, budgets_of(part, case), triangles)
             ratios = [ratio(px[ours], pruned_px), *(ratio(px[m], px[ours]) for m in BASELINES)]
+            ratios += [ratio(px[ours], px["quadtree"])]
             rows += [[case.name, f"{triangles:,}", *map(shown, px.values()), shown(pruned_px), *ratios]]
     return rows
 
