@@ -2,13 +2,15 @@
 
     visibility   visible fractions of sun and sky beside marching, on pieces of two generated and two real maps
     pictures     shaded pictures beside light by brute force, and other ways to prefilter, by posts under a pixel
+    steps        from our shading to the supplement's own, step by step
+    lobes        where the table of the ground's lobes should enter: RMSE by the posts under a pixel
     horizons     time to build all horizons, and to follow the sun, by size of the map
     memory       bytes a post
 
 Real maps come from the folder that TERRAIN_GL_DEM names. Pictures take minutes each on a software renderer: each number
 is written to a file as soon as it is there, and a run that is started again goes on where it was.
 
-Run: python benchmarks/light.py FOLDER [visibility|pictures|horizons|memory ...]
+Run: python benchmarks/light.py FOLDER [visibility|pictures|steps|lobes|horizons|memory ...]
 """
 
 import itertools
@@ -22,13 +24,18 @@ from pathlib import Path
 import numpy as np
 
 from terrain_gl import Camera, Heightmap, Renderer, reference
-from terrain_gl.comparison.light import LIGHT_LABELS, compare_light
+from terrain_gl.comparison.light import LIGHT_LABELS, PRINTED, compare_light, shade_as_printed
+from terrain_gl.comparison.light_truth import render_light_truth
+from terrain_gl.comparison.likeness import rmse
 from terrain_gl.files.generate import Land, write_land
+from terrain_gl.files.maps import bundled, open_map
 from terrain_gl.gpu.context import create_context
 from terrain_gl.image import read_image, replacing, write_png
 from terrain_gl.light.gaussians import SKY_AXES, SKY_SHARPNESS
 from terrain_gl.light.ground import towards_sun
 from terrain_gl.light.horizon import SUN_RADIUS, TEXEL, SkyVisibility, SunVisibility, Visibility, lattice_direction
+from terrain_gl.light.lighting import Lighting
+from terrain_gl.options import RenderOptions
 from terrain_gl.terrain import Terrain
 
 LANDS = {
@@ -44,6 +51,7 @@ SUN = (300.0, 30.0)
 FOOTPRINTS = {1000: 28, 30: 20, 1: 12}  # posts under a pixel, and places that the truth lights for it along a side
 LARGEST = 2049  # posts a side, of what is shaded
 PIECE = 65  # posts a side, of what is marched over
+LOBES_FROM = (1.2, 1.5, 2.0, 3.0, 4.5, 6.0, 1e6)  # posts across a footprint
 SIDES = (512, 1024, 2048, 4096)
 
 
@@ -209,6 +217,67 @@ def camera_over(heightmap, posts, pitch_deg=35.0, yaw_deg=15.0, fov_deg=45.0):
     return Camera(tuple(middle - away * forward), tuple(middle), fov_deg)
 
 
+class Entering(Lighting):
+    """Our light, with the table of lobes from footprints of so many posts on."""
+
+    posts = 3.0
+
+    @property
+    def defines(self):
+        return super().defines | {"LOBES_FROM": self.posts}
+
+
+def steps(kept: Kept) -> None:
+    """RMSE of our shading, and of each step towards the printed one."""
+    print("| map | posts a pixel | ours |" + "".join(f" step {i} |" for i in range(1, PRINTED + 1)))
+    print("|---" * (3 + PRINTED) + "|")
+    for name, posts in itertools.product(bundled(), (30, 3, 1)):
+        numbers = kept.of(f"steps {name} {posts}", lambda name=name, posts=posts: of_view(kept, name, posts, steps_of))
+        print(f"| {name} | {posts} | " + " | ".join(f"{number:.4f}" for number in numbers) + " |", flush=True)
+
+
+def lobes(kept: Kept) -> None:
+    """RMSE by where the table of lobes enters."""
+    print("| map | posts a pixel |" + "".join(f" from {each:g} |" for each in LOBES_FROM))
+    print("|---" * (2 + len(LOBES_FROM)) + "|")
+    for name, posts in itertools.product(bundled(), (30, 12, 6, 3)):
+        numbers = kept.of(f"lobes {name} {posts}", lambda name=name, posts=posts: of_view(kept, name, posts, lobes_of))
+        print(f"| {name} | {posts} | " + " | ".join(f"{number:.5f}" for number in numbers) + " |", flush=True)
+
+
+def of_view(kept, name, posts, measure):
+    """Numbers of one view of a bundled map; the truth is kept beside them."""
+    heightmap, look = open_map(name)[0], RenderOptions(method="full", sun=SUN, edge="none", grain="off")
+    camera, known = camera_over(heightmap, posts), kept.folder / f"view-{name}-{posts}-truth.png"
+    with Renderer(heightmap, SIZE) as renderer:
+        if not known.exists():
+            write_png(known, render_light_truth(renderer, camera, SIZE, 12, look)[..., :3])
+            renderer.resize(SIZE)
+        renderer.draw(camera, method="full", style="shaded", sun=SUN, edge="none", grain="off")
+        return measure(renderer.picture, camera, look.shading, read_image(known)[..., :3])
+
+
+def steps_of(picture, camera, look, truth):
+    """RMSE of our shading, and after each step."""
+    found = [rmse(truth, picture.read()[..., :3])]
+    for step in range(1, PRINTED + 1):
+        shade_as_printed(picture, camera, look, step)
+        found.append(rmse(truth, picture.read()[..., :3]))
+    return found
+
+
+def lobes_of(picture, camera, look, truth):
+    """RMSE for each of `LOBES_FROM`."""
+    ours, found = picture.lighting, []
+    picture.lighting = Entering(picture.terrain, picture.sums)
+    for Entering.posts in LOBES_FROM:
+        picture.shade(camera, look)
+        found.append(rmse(truth, picture.read()[..., :3]))
+    picture.lighting.release()
+    picture.lighting = ours
+    return found
+
+
 def horizons(kept: Kept) -> None:
     """Seconds for the tables of the sky and of the sun."""
     print("| posts | sky, s | sun, s | sky, ns a post |\n|---|---|---|---|")
@@ -247,7 +316,8 @@ def memory(kept: Kept) -> None:
         )
 
 
-TABLES = {"visibility": visibility, "pictures": pictures, "horizons": horizons, "memory": memory}
+TABLES = {"visibility": visibility, "pictures": pictures, "steps": steps, "lobes": lobes}
+TABLES |= {"horizons": horizons, "memory": memory}
 
 if __name__ == "__main__":
     if len(sys.argv) < 2 or set(sys.argv[2:]) - set(TABLES):

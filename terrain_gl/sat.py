@@ -12,6 +12,7 @@ Lookups in shaders: `glsl/sat/box.glsl`. Specification: `reference.sat`, `refere
 from __future__ import annotations
 
 from abc import ABC, abstractmethod
+from collections.abc import Mapping
 from typing import Any, NamedTuple
 
 import moderngl
@@ -161,12 +162,16 @@ class RecordedTable(ABC):
         Path of the compute shader that writes the values.
     name
         The table's name in an error message about memory.
+    defines
+        Macros for that shader.
     """
 
-    def __init__(self, ctx: moderngl.Context, table: Table, record: str, name: str) -> None:
+    def __init__(
+        self, ctx: moderngl.Context, table: Table, record: str, name: str, defines: Mapping[str, object] | None = None
+    ) -> None:
         self.ctx, self.table = ctx, table
         self._sat = SummedAreaTables(ctx, 32)
-        self._record: Any = shaders.compute(ctx, record)
+        self._record: Any = shaders.compute(ctx, record, dict(defines or {}))
         self.buffer = gl.reserve(ctx, 4 * table.words, name)
         self._texture = gl.WordTexture(ctx)
 

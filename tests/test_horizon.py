@@ -176,6 +176,30 @@ def test_visible_fractions_of_real_land(ctx, keep, dem, name):
     assert_visibility(ctx, keep, real_crops(dem)[name])
 
 
+def test_visibility_without_a_cosine_as_the_paper_has_it(ctx, keep):
+    """A.5 for the sky's lobes; ours, weighted by the cosine, are other numbers."""
+    heightmap = Heightmap(rough(31, 34, seed=5, relief=80.0), (12.0, 10.0))
+    terrain, spacing = keep(Terrain(ctx, heightmap)), heightmap.spacing_m
+    printed, ours = (keep(SkyVisibility(terrain, AXES, SHARPNESS, step)) for step in (2, 0))
+    for sky in (printed, ours):
+        sky.build()
+    truth = [reference.visible_shares(heightmap.heights, a, s, spacing) for a, s in zip(AXES, SHARPNESS, strict=True)]
+    texels = np.reshape(truth, (len(AXES), 10, TEXEL, 11, TEXEL)).mean((2, 4))
+    assert np.abs(printed.read() - texels).mean() <= 0.03 < np.abs(ours.read() - texels).mean()
+
+
+def test_a_sun_without_a_cosine_as_the_paper_has_it(ctx, keep):
+    """As half a sun on a level horizon, above: its share alone."""
+    heights = np.zeros((5, 400))
+    heights[:, -1] = 1000 * math.tan(math.radians(20.0))
+    sun = keep(SunVisibility(keep(Terrain(ctx, Heightmap(heights, 10.0))), 2))
+    sun.build(towards_sun(90, 20.0))
+    assert sun.read()[0, :, (399 - 101) // 2].mean() == pytest.approx(
+        0.5, abs=0.088
+    )  # above: 0.03 of a cosine of 0.342
+    assert sun.read()[0, :, 170:195].max() == 0 and sun.read()[0, :, :125].min() == pytest.approx(1.0, abs=1e-3)
+
+
 def test_shares_of_a_valley_are_those_of_its_horizons(ctx, keep):
     """Between two endless walls every azimuth's horizon is known: no marching, no tables."""
     heights = np.tile(

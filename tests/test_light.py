@@ -144,6 +144,35 @@ def test_the_papers_diffuse_lobe_is_too_bright():
     assert reference.cosine_mean(0.0, 1.0) == 0
 
 
+@pytest.mark.parametrize("sharpness", [0.3, 2.133, 9.0, 60.0, 900.0])
+def test_the_papers_cubic_both_ways(ask, sharpness):
+    length = reference.cubic_length(sharpness)
+    assert reference.cubic_sharpness(length) == pytest.approx(sharpness, rel=1e-6)
+    told = ask("light/vmf.glsl", "vec4(cubic_length(a.x), cubic_sharpness(a.y), 0.0, 0.0)", [sharpness, length, 0, 0])[
+        0
+    ]
+    assert told[0] == pytest.approx(length, abs=2e-6)
+    assert told[1] == pytest.approx(sharpness, rel=1e-3)  # of a float's 24 bits, 1 − |r|² has as many as κ leaves
+
+
+def test_the_papers_diffuse_light(ask):
+    """B.3, merged: the shader as the twin; for one normal that is B.3 itself over π, 8 % too bright in all."""
+    axes, normals = random_axes(40, 8), random_axes(40, 9) * np.linspace(0.02, 1.0, 40)[:, None]
+    sharpness = np.geomspace(1.0, 90_000.0, 40)
+    call = "vec4(printed_diffuse(Lobe(a.xyz, a.w, vec3(1.0)), b.xyz).x)"
+    told = ask("light/brdf.glsl", call, np.column_stack([axes, sharpness]), np.column_stack([normals, np.zeros(40)]))[
+        :, 0
+    ]
+    expected = [reference.printed_diffuse(*each) for each in zip(axes, sharpness, normals, strict=True)]
+    assert told == pytest.approx(expected, rel=2e-3, abs=1e-8)
+    up, sun = np.array([0, 0, 1.0]), 90_000.0
+    cosines = np.linspace(-1, 1, 201)
+    towards = np.stack([np.sqrt(1 - cosines**2), 0 * cosines, cosines], -1)
+    light = [reference.printed_diffuse(each, sun, up) / reference.sg_integral(sun) for each in towards]
+    assert light == pytest.approx(1.170 * np.exp(2.133 * (cosines - 1)) / np.pi, rel=1e-3)
+    assert 2 * np.pi * np.trapezoid(light, cosines) == pytest.approx(3.398 / np.pi, rel=1e-3)
+
+
 def test_reflection_of_half_vectors(ask):
     """The warped lobe lies where the mirrored half-vectors do, as wide as they are."""
     eye = np.array([0.5, 0.0, np.sqrt(0.75)])

@@ -5,7 +5,8 @@
 //     V_l(texel) = Σ over cells Σ over a n · M / Σ over cells C_l(n)
 //   is the mean visibility, weighted by the light that each cell would get without a horizon.
 // Runs once for each batch of azimuths; until the last one, sums are stored as floats in the place of the shares.
-// Python twin: reference.skylit
+// For comparison only, PRINTED 2 is A.5 without the cosine: V_l = ∫ SG_l V dω / ∫ SG_l dω, both above the level horizon.
+// Python twins: reference.skylit, reference.visible_shares
 
 #include "horizon/lines.glsl"
 #include "horizon/cell.glsl"
@@ -17,6 +18,9 @@
 #define BATCH 4      // azimuths
 #define TEXEL 3      // cells a side
 #define FULL 4095.0  // share of 1
+#endif
+#ifndef PRINTED
+#define PRINTED 0  // light/printed.glsl
 #endif
 
 layout(local_size_x = 64) in;
@@ -32,6 +36,7 @@ uniform ivec2 u_texels;
 uniform int u_first_row;
 uniform int u_batch;
 uniform bool u_is_last;
+uniform float u_above[LOBES];  // share of each lobe above the level horizon
 
 float open_to(int lobe, vec3 normal) {
     float at = clamp(0.5 + 0.5 * dot(normal, u_axes[lobe]), 0.0, 1.0) * float(COSINES);
@@ -39,7 +44,7 @@ float open_to(int lobe, vec3 normal) {
     return mix(open_share[i], open_share[i + 1], at - floor(min(at, float(COSINES - 1))));
 }
 
-vec3 moment(int row, int lobe) { return texelFetch(u_moments, ivec2(lobe, row), 0).xyz; }
+vec4 moment(int row, int lobe) { return texelFetch(u_moments, ivec2(lobe, row), 0); }
 
 // Where the ground's own plane meets the sky: n · ω = 0. Below it the cosine counts as zero.
 float own_horizon(vec3 n, vec2 towards) {
@@ -60,13 +65,16 @@ void main() {
         vec3 n = normal_of_cell(cell);
         for (int a = 0; a < BATCH; a++) {
             float record = record_near(a, u_directions[a], vec2(cell) + 0.5);
-            float at = max(record, own_horizon(n, u_directions[a])) * float(SINES);
+            float at = max(record, PRINTED >= 2 ? 0.5 : own_horizon(n, u_directions[a])) * float(SINES);
             int below = min(int(at), SINES - 1), row = (u_batch * BATCH + a) * (SINES + 1) + below;
             float t = at - float(below);
-            for (int l = 0; l < LOBES; l++) sum[l] += dot(n, mix(moment(row, l), moment(row + 1, l), t));
+            for (int l = 0; l < LOBES; l++) {
+                vec4 m = mix(moment(row, l), moment(row + 1, l), t);
+                sum[l] += PRINTED >= 2 ? m.w : dot(n, m.xyz);
+            }
         }
         if (u_is_last)
-            for (int l = 0; l < LOBES; l++) unshadowed[l] += open_to(l, n);
+            for (int l = 0; l < LOBES; l++) unshadowed[l] += PRINTED >= 2 ? u_above[l] : open_to(l, n);
     }
     for (int l = 0; l < LOBES; l++) {
         int at = (l * u_texels.y + texel.y) * u_texels.x + texel.x;

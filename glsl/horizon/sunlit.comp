@@ -4,12 +4,17 @@
 //     1, 2  E s                   E × the slope s, east and north
 //     3, 4  s
 //   Products are stored because the mean of a product is not the product of the means: slopes that turn away from the sun
-//   are the ones in shadow, and an eye sees more of the slopes that face it. Python twin: reference.sunlit
+//   are the ones in shadow, and an eye sees more of the slopes that face it. For comparison only, PRINTED 2 leaves the cosine
+//   out, as A.5 does: E = V.   Python twins: reference.sunlit, reference.visible_shares
 
 #include "horizon/lines.glsl"
 #include "horizon/cell.glsl"
 #include "horizon/disc.glsl"
 #include "horizon/blocks.glsl"
+
+#ifndef PRINTED
+#define PRINTED 0  // light/printed.glsl
+#endif
 
 layout(local_size_x = 64) in;
 layout(r16, binding = 3) readonly uniform image2DArray u_horizons;
@@ -30,7 +35,7 @@ void main() {
         vec3 n = normal_of_cell(cell);
         vec2 slope = clamp(-n.xy / n.z / STEEPEST, -1.0, 1.0);
         float share = disc_share(sine_of(record_near(0, u_towards, vec2(cell) + 0.5)), 0.0);
-        float light = share * max(dot(n, u_sun), 0.0);
+        float light = PRINTED >= 2 ? share : share * max(dot(n, u_sun), 0.0);
         float values[SUN_LAYERS] = float[SUN_LAYERS](light, light * slope.x, light * slope.y, slope.x, slope.y);
         for (int i = 0; i < SUN_LAYERS; i++) sum[i] += values[i];
         cells += 1.0;

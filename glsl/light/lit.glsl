@@ -25,7 +25,7 @@ Merged blended(Merged a, Merged b, float t) {
 }
 
 Merged merged_ground(Ground g) {
-    float far = farness(g.extent);
+    float far = farness_from(LOBES_FROM, g.extent);
     Merged near_, far_;
     if (far < 1.0) {
         Material material = material_of(g.post, g.extent, g.fine);

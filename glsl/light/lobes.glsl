@@ -20,7 +20,7 @@ struct Merged {
 
 // One place, for footprints smaller than a cell.
 Merged merged_at(vec3 normal, Material material) {
-    return Merged(normal, mean_length(sharpness_of_roughness(material.roughness)) * normal, material.albedo);
+    return Merged(normal, lobe_length(sharpness_of_roughness(material.roughness)) * normal, material.albedo);
 }
 
 ivec2 lobe_blocks() { return (u_last_post + 1) / 2; }

@@ -6,7 +6,7 @@
 //   The places that samples see are on small bumps, and would jump when the eye moves. So they are moved along their rays to
 //   the mean ground: for the centre, the plane of the whole footprint; for each sample, the plane of its part of the
 //   footprint. The parts follow the curvature of the ground, and cover equal parts of the picture.
-// Provides Ground, footprint_at(), is_near(), ground_under(), add_part().
+// Provides Ground, footprint_at(), farness(), farness_from(), is_near(), ground_under(), add_part().
 
 #include "shade/relief.glsl"
 #include "shade/seen.glsl"
@@ -32,10 +32,18 @@ struct Ground {
 #define GRAZING 0.1    // below this cosine footprints do not grow any more
 #define MOST_PIECES 4
 
+// Posts across from which on a footprint is a mean over the map: of sunlight, and of the ground's lobes.
+#ifndef LOBES_FROM
+#define LOBES_FROM 3.0
+#endif
+#define SUN_FROM 3.0
+
 // 0 if a footprint is one place, 1 if it is a mean over the map; in between, a blend.
-float farness(vec2 extent) {
-    return MAY_BE_FAR ? smoothstep(3.0, 6.0, max(extent.x, extent.y)) : 0.0;
+float farness_from(float posts, vec2 extent) {
+    return MAY_BE_FAR ? smoothstep(posts, 2.0 * posts, max(extent.x, extent.y)) : 0.0;
 }
+
+float farness(vec2 extent) { return farness_from(SUN_FROM, extent); }
 
 #define RELIEF 1.3  // sides of the box for its relief, relative to the footprint's
 

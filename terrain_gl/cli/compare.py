@@ -18,7 +18,7 @@ from . import options, report, values
 
 TRIANGLES = 100_000
 NARROWEST = 8
-_CAPTION = 52  # characters in a line
+_CAPTION = 46  # characters in a line
 
 
 def add(commands: Any) -> None:
@@ -120,7 +120,8 @@ def caption(args: argparse.Namespace, scene: options.Scene) -> list[str]:
         f"{os.path.basename(report.shown(heightmap.name))}: {heightmap.cols} × {heightmap.rows} posts",
         f"eye {place[0]} m, target {place[1]} m",
         f"{camera.fov_deg:g}°, {args.size[0]} × {args.size[1]} pixels",
-        "in brackets: RMSE of the picture, black 0 to white 1",
+        "in brackets: RMSE of the picture,",
+        "black 0 to white 1",
         "",
     ]
     return lines + in_lines(report.shown(args.command_line))

@@ -52,7 +52,7 @@ class Words(NamedTuple):
 def _counts(entry: Entry) -> str:
     stats = entry.stats
     return (
-        f"{stats['triangles']:,} triangles, {stats['rms_error_px']:.3f} px RMS, {stats['max_error_px']:.2f} px at most"
+        f"{stats['triangles']:,} triangles\n{stats['rms_error_px']:.3f} px RMS, {stats['max_error_px']:.2f} px at most"
     )
 
 
@@ -109,7 +109,7 @@ def figure(
 class _Layout:
     """Positions in inches from the upper left."""
 
-    margin, gap, title = 0.25, 0.12, 0.62
+    margin, gap, title = 0.25, 0.12, 0.82
 
     def __init__(self, comparison: Comparison, with_curves: bool, lines: int) -> None:
         self.columns = len(comparison.entries) + 1

@@ -1,6 +1,7 @@
 """Our shading next to the truth and to other prefilters of normals, in the same frame, so that nothing else differs.
 
-The truth is `light_truth`; the other prefilters are in `prefilter`. All draw every post, so the mesh adds no error.
+The truth is `light_truth`; the other prefilters are in `prefilter`. `shade_as_printed` is the supplement's own shading.
+All draw every post, so the mesh adds no error.
 """
 
 from __future__ import annotations
@@ -10,16 +11,20 @@ from typing import Any
 import numpy as np
 
 from ..camera import Camera
+from ..light.lighting import Lighting
 from ..options import RenderOptions
 from ..renderer import Renderer
+from ..shade import Look, Picture
 from ..steps import Progress
 from .compare import Comparison, Entry, Truth, inset_of
 from .light_truth import FINE, render_light_truth
 from .likeness import difference_of, flip, rmse
 from .prefilter import BASELINES, Mipmaps, shade_as
 
+PRINTED = 3  # the last step towards the supplement's own shading
 LIGHT_LABELS = {
     "lobes": "Merged lobes",
+    "printed": "Supplement",
     "mip": "Mipmapped normals",
     "toksvig": "Toksvig",
     "leadr": "LEADR moments",
@@ -62,6 +67,8 @@ def compare_light(
     renderer.draw(camera, **options)
     picture = renderer.picture
     images = {"lobes": picture.read()}
+    shade_as_printed(picture, camera, chosen.shading)
+    images["printed"] = picture.read()
     of_view = Truth(image, picture.sky_share(), {"places": fine * fine})
     mipmaps = Mipmaps(picture)
     for baseline in BASELINES:
@@ -70,6 +77,25 @@ def compare_light(
     mipmaps.release()
     entries = [_entry(name, image, images[name][..., :3]) for name in LIGHT_LABELS]
     return Comparison(image, of_view.stats, entries, inset_of(of_view, [entry.image for entry in entries]))
+
+
+def shade_as_printed(picture: Picture, camera: Camera, look: Look, step: int = PRINTED) -> None:
+    """Shade the last result of `Picture.see` as the supplement has it, or by a step towards that.
+
+    Parameters
+    ----------
+    step
+        1: facets are not weighted by how the eye sees them. 2: also, visibility is separate from the cosine (A.5).
+        3: also, the cosine is the lobe of B.3, merged by C.1 to C.4. See glsl/light/printed.glsl.
+    """
+    ours = picture.lighting
+    picture.lighting = Lighting(picture.terrain, picture.sums, step)
+    try:
+        picture.light(camera, look)
+        picture.colour("prefilter/printed.frag")
+    finally:
+        picture.lighting.release()
+        picture.lighting = ours
 
 
 def _entry(name: str, truth: np.ndarray, image: np.ndarray) -> Entry:

@@ -21,19 +21,18 @@ from ..sat import SummedAreaTables, Table
 from ..steps import Progress, Steps, drain
 from ..terrain import Terrain
 from .gaussians import SUN_RADIUS_DEG
+from .moments import COSINES, SINES, Direction, open_shares, sector_moments
 
 AZIMUTHS, BATCH = 16, 4  # in all, and of one run of fold.comp
 TEXEL = 3  # cells a side of a texel of the sky's tables
 PORTION = 2**19  # posts that one step of `Visibility.follow_steps` sweeps
 FOLDED = PORTION // 128  # texels that one step folds
-SINES, COSINES = 64, 64  # entries of the tables over the horizon's sine and over n · axis
 SUN_LAYERS, SUN_STEPS = 5, 8191  # glsl/horizon/blocks.glsl
 FULL = 4095  # stands for a share of 1: a sum of 2^20 texels fits a word
 SUN_RADIUS = math.radians(SUN_RADIUS_DEG)
 HULL_BYTES = 2**26  # the most scratch memory that a sweep takes
 _HULL_POINT = 8
 _BARRIER = moderngl.SHADER_STORAGE_BARRIER_BIT | moderngl.SHADER_IMAGE_ACCESS_BARRIER_BIT
-Direction = tuple[float, float]
 
 
 class Sweep:
@@ -86,14 +85,14 @@ class SkyVisibility:
         (K, 3) unit vectors and (K,) of the lobes, exp(sharpness (axis · ω − 1)).
     """
 
-    def __init__(self, terrain: Terrain, axes: np.ndarray, sharpness: np.ndarray) -> None:
+    def __init__(self, terrain: Terrain, axes: np.ndarray, sharpness: np.ndarray, printed: int = 0) -> None:
         self.ctx, self.terrain = terrain.ctx, terrain
         self.axes, self.sharpness = np.asarray(axes, "f8"), np.asarray(sharpness, "f8")
         cols, rows = terrain.heightmap.cols, terrain.heightmap.rows
         self.table = Table(-(-(cols - 1) // TEXEL), -(-(rows - 1) // TEXEL), len(self.axes))
         self.directions = lattice_directions(AZIMUTHS)
         defines = {"LOBES": len(self.axes), "SINES": SINES, "COSINES": COSINES, "BATCH": BATCH, "TEXEL": TEXEL}
-        self._fold = shaders.compute(self.ctx, "horizon/fold.comp", defines | {"FULL": f"{FULL}.0"})
+        self._fold = shaders.compute(self.ctx, "horizon/fold.comp", defines | {"FULL": f"{FULL}.0", "PRINTED": printed})
         self._sweep, self._sat = Sweep(terrain), SummedAreaTables(self.ctx, 32)
         self._pack = shaders.compute(self.ctx, "horizon/pack.comp", {"LOBES": len(self.axes), "FULL": f"{FULL}.0"})
         self.buffer = gl.reserve(self.ctx, 4 * self.table.words, "tables of the visible sky")
@@ -119,6 +118,8 @@ class SkyVisibility:
         at_once = max(1, FOLDED * posts // PORTION // self.table.width)
         fresh, packed = gl.reserve(self.ctx, self.buffer.size, "tables of the visible sky"), self._texture()
         moments = sector_moments(self.axes, self.sharpness, self.directions, self.terrain.heightmap.spacing_m)
+        if "u_above" in self._fold:
+            self._fold["u_above"] = moments[:, SINES // 2, :, 3].sum(0).tolist()
         rows = AZIMUTHS * (SINES + 1)
         moment_table = self.ctx.texture((len(self.axes), rows), 4, moments.astype("f4").tobytes(), dtype="f4")
         moment_table.filter = (moderngl.NEAREST, moderngl.NEAREST)
@@ -176,9 +177,8 @@ class SkyVisibility:
     ) -> None:
         self.terrain.bind()
         bind("horizon/fold.comp", u_horizons=horizons, **tables)
-        axes = self._fold["u_axes"]
-        assert isinstance(axes, moderngl.Uniform)
-        axes.write(self.axes.astype("f4").tobytes())
+        if isinstance(axes := self._fold.get("u_axes", None), moderngl.Uniform):
+            axes.write(self.axes.astype("f4").tobytes())
         self._fold["u_texels"], self._fold["u_first_row"] = self.table[:2], row
         self._fold["u_directions"] = directions
         self._fold["u_batch"], self._fold["u_is_last"] = batch, batch == AZIMUTHS // BATCH - 1
@@ -189,14 +189,14 @@ class SkyVisibility:
 class SunVisibility:
     """The sun's horizon at every post, and the table of the sunlight that reaches the cells."""
 
-    def __init__(self, terrain: Terrain) -> None:
+    def __init__(self, terrain: Terrain, printed: int = 0) -> None:
         self.ctx, self.terrain = terrain.ctx, terrain
         self.table = Table(terrain.heightmap.cols // 2, terrain.heightmap.rows // 2, SUN_LAYERS)
         self.horizon = horizon_texture(terrain, 1)
         self.buffer = gl.reserve(self.ctx, 4 * self.table.words, "a table of sunlight")
         self.texture = gl.WordTexture(self.ctx)
         self._sweep, self._sat = Sweep(terrain), SummedAreaTables(self.ctx, 32)
-        self._sunlit = shaders.compute(self.ctx, "horizon/sunlit.comp")
+        self._sunlit = shaders.compute(self.ctx, "horizon/sunlit.comp", {"PRINTED": printed})
         self.towards: Direction = (1.0, 0.0)
 
     def build(self, sun: Vector, radius: float = SUN_RADIUS) -> None:
@@ -237,9 +237,10 @@ class SunVisibility:
         """Write the sunlight of `count` rows of blocks from `row` on."""
         self.terrain.bind()
         bind("horizon/sunlit.comp", u_horizons=horizon, Sunlit=buffer)
-        for name, value in sun_uniforms(sun, radius).items():
-            self._sunlit[name] = value
-        self._sunlit["u_towards"], self._sunlit["u_sun"], self._sunlit["u_first_row"] = towards, sun, row
+        uniforms: dict[str, object] = {"u_towards": towards, "u_sun": sun, "u_first_row": row}
+        for name, value in (sun_uniforms(sun, radius) | uniforms).items():
+            if name in self._sunlit:
+                self._sunlit[name] = value
         self._sunlit.run(-(-self.table.width // 64), count)
         self.ctx.memory_barrier(_BARRIER)
 
@@ -263,10 +264,13 @@ class Visibility:
     ----------
     lobe_axes, lobe_sharpness
         (K, 3) unit vectors and (K,) of the sky's lobes, exp(sharpness (axis · ω − 1)).
+    printed
+        For comparison: 0 for our visibility, 2 and 3 for that of A.5 (glsl/light/printed.glsl).
     """
 
-    def __init__(self, terrain: Terrain, lobe_axes: np.ndarray, lobe_sharpness: np.ndarray) -> None:
-        self.sky, self.sun = SkyVisibility(terrain, lobe_axes, lobe_sharpness), SunVisibility(terrain)
+    def __init__(self, terrain: Terrain, lobe_axes: np.ndarray, lobe_sharpness: np.ndarray, printed: int = 0) -> None:
+        self.sky = SkyVisibility(terrain, lobe_axes, lobe_sharpness, printed)
+        self.sun = SunVisibility(terrain, printed)
         self._edits = 0  # a count: further edits may come while tables are built in steps
         self._sky_of = self._sun_of = -1  # how many edits each table includes
         self._at: tuple[Vector, float] | None = None
@@ -356,45 +360,3 @@ def lattice_directions(count: int) -> list[Direction]:
     quarter = eighth + [(i / fine, 1.0) for i in range(fine, 0, -1)]
     half = quarter + [(-y, x) for x, y in quarter]
     return [(x, -y) for x, y in half] + [(-x, y) for x, y in half]
-
-
-def sector_moments(
-    axes: np.ndarray, sharpness: np.ndarray, directions: list[Direction], spacing_m: tuple[float, float]
-) -> np.ndarray:
-    """Moments of the lobes over the part of each sector of azimuth above a horizon: M of glsl/horizon/fold.comp.
-
-    Returns
-    -------
-    moments
-        (sectors, SINES + 1, K, 4): ∫ SG ω dω, then ∫ SG dω, over that part of the sector, each divided by the lobe's
-        whole integral. The second axis is the horizon's sine, from -1 to 1.
-    """
-    azimuth = np.array([math.atan2(-y * spacing_m[1], x * spacing_m[0]) for x, y in directions])
-    width = np.diff(np.append(azimuth, azimuth[0])) % (2 * np.pi)  # to the next sector's middle
-    begin, end = azimuth - np.roll(width, 1) / 2, azimuth + width / 2
-    across, up = (np.arange(16) + 0.5) / 16, 8
-    phi = begin[:, None] + (end - begin)[:, None] * across
-    z = -1 + (np.arange(SINES * up) + 0.5) * 2 / (SINES * up)
-    flat = np.sqrt(1 - z * z)[None, :, None]
-    w = np.stack(np.broadcast_arrays(flat * np.cos(phi[:, None]), flat * np.sin(phi[:, None]), z[:, None]), -1)
-    lobe = np.exp(sharpness * (w @ axes.T - 1))  # (sectors, sines, across, K)
-    area = ((end - begin) / 16)[:, None, None] * 2 / (SINES * up)
-    moment = np.concatenate([np.einsum("azpk,azpc->azkc", lobe, w), lobe.sum(2)[..., None]], -1) * area[..., None]
-    moment = moment.reshape(len(directions), SINES, up, -1, 4).sum(2)
-    above = np.cumsum(moment[:, ::-1], 1)[:, ::-1]
-    above = np.concatenate([above, np.zeros_like(above[:, :1])], 1)
-    return above / above[:, 0, :, 3].sum(0)[:, None]
-
-
-def open_shares(sharpness: np.ndarray) -> np.ndarray:
-    """(K, COSINES + 1): ∫ SG ⟨n, ω⟩ dω / ∫ SG dω, for n · axis from -1 to 1; ⟨⟩ is the cosine, at least 0.
-
-    C of glsl/horizon/fold.comp.
-    """
-    x = -1 + (np.arange(256) + 0.5) / 128
-    phi = (np.arange(64) + 0.5) * np.pi / 64
-    cosine = np.linspace(-1, 1, COSINES + 1)[:, None, None]
-    aside = np.sqrt(1 - cosine * cosine) * np.sqrt(1 - x * x)[:, None] * np.cos(phi)
-    seen = np.maximum(cosine * x[:, None] + aside, 0).mean(2)  # mean over the circle at angle acos x from the axis
-    lobe = np.exp(np.multiply.outer(sharpness, x - 1))
-    return np.einsum("kx,cx->kc", lobe, seen) / lobe.sum(1)[:, None]

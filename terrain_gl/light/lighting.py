@@ -55,14 +55,17 @@ class Lighting:
     ----------
     terrain, sums
         The map, and the sums of its heights.
+    printed
+        For comparison: 0 for our light, 1 to 3 for steps towards the supplement's own (glsl/light/printed.glsl).
     """
 
-    def __init__(self, terrain: Terrain, sums: HeightSums) -> None:
+    def __init__(self, terrain: Terrain, sums: HeightSums, printed: int = 0) -> None:
         self.ctx, self.terrain, self.sums = terrain.ctx, terrain, sums
         most_words = LAYERS * terrain.heightmap.rows * terrain.heightmap.cols // 4
         self._words = {"WORDS_IN_TEXTURES": 1} if most_words <= limits(self.ctx)["texture_buffer_texels"] else {}
+        self._printed = printed
         self.cover = Cover(terrain)
-        self.visibility = Visibility(terrain, SKY_AXES, SKY_SHARPNESS)
+        self.visibility = Visibility(terrain, SKY_AXES, SKY_SHARPNESS, printed)
         self.block = self.ctx.buffer(reserve=LIGHTS.itemsize)
         self.lobes: LobeTables | None = None
         self.dome: moderngl.Texture | None = None
@@ -78,7 +81,8 @@ class Lighting:
     @property
     def defines(self) -> dict[str, object]:
         """Macros for shaders that include glsl/light/lit.glsl."""
-        return self.visibility.defines | self.cover.defines | self._words
+        printed = {"PRINTED": self._printed} if self._printed else {}
+        return self.visibility.defines | self.cover.defines | self._words | printed
 
     def update(self, posts: Rect, moved: bool = True) -> None:
         """Follow an edit of posts, (x0, y0, x1, y1), after the sums of heights did.
@@ -117,7 +121,7 @@ class Lighting:
             self._lobes_wanted += 1
             yield 0.01
         if (wanted := self._lobes_wanted) != self._lobes_of:
-            self.lobes = self.lobes or LobeTables(self.terrain, self.sums, self.cover, build=False)
+            self.lobes = self.lobes or LobeTables(self.terrain, self.sums, self.cover, False, self._printed)
             for share in self.lobes.build_steps():
                 yield 0.01 + 0.07 * share
             self._lobes_of = wanted

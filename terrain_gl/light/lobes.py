@@ -84,9 +84,9 @@ class Cover:
 class LobeTables(RecordedTable):
     """The summed-area tables of nine values of each block: 9 bytes a post."""
 
-    def __init__(self, terrain: Terrain, sums: HeightSums, cover: Cover, build: bool = True) -> None:
+    def __init__(self, terrain: Terrain, sums: HeightSums, cover: Cover, build: bool = True, printed: int = 0) -> None:
         size = Table(terrain.heightmap.cols // 2, terrain.heightmap.rows // 2, LAYERS)
-        super().__init__(terrain.ctx, size, "light/record.comp", "tables of lobes")
+        super().__init__(terrain.ctx, size, "light/record.comp", "tables of lobes", {"PRINTED": printed})
         self.terrain, self.sums, self.cover = terrain, sums, cover
         if build:
             self.build()

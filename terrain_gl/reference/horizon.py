@@ -83,6 +83,26 @@ def skylit(
     return got / total, of_all / total
 
 
+# A.5   ∫ SG(ω) V(ω) dω / ∫ SG(ω) dω,   both over ω_z > 0
+
+
+def visible_shares(
+    heights: np.ndarray, axis: np.ndarray, sharpness: float, spacing_m: tuple[float, float], azimuths: int = 32
+) -> np.ndarray:
+    """Share of a lobe's light above the level horizon that each cell sees, without a cosine, (rows - 1, cols - 1)."""
+    middles = middles_of_cells(heights)
+    z = (np.arange(100) + 0.5) / 100
+    got, total = np.zeros(middles.shape[:2]), 0.0
+    for azimuth in (np.arange(azimuths) + 0.5) * 2 * np.pi / azimuths:
+        east, north = np.cos(azimuth), np.sin(azimuth)
+        step = np.array([east / spacing_m[0], -north / spacing_m[1]])
+        horizon = horizon_sines(heights, middles, tuple(step / np.abs(step).max()), spacing_m)
+        for w in np.stack([np.sqrt(1 - z * z) * east, np.sqrt(1 - z * z) * north, z], -1):
+            gaussian = np.exp(sharpness * (w @ np.asarray(axis) - 1))
+            got, total = got + gaussian * (w[2] > horizon), total + gaussian
+    return got / total
+
+
 def pack_shares(shares: np.ndarray) -> np.ndarray:
     """Shares (lobes, rows, cols) of 0 to 1, three to a word of ten bits each: (rows, cols, 4) uint32."""
     steps = np.rint(1023 * shares).astype(np.uint32)

@@ -60,6 +60,30 @@ def cubic_length(sharpness: float) -> float:
     return float(next(root.real for root in roots if abs(root.imag) < 1e-9 and 0 <= root.real < 1))
 
 
+def cubic_sharpness(length: float) -> float:
+    """Sharpness that equation C.1 gives a mean vector of this length."""
+    return (3 * length - length**3) / (1 - length**2)
+
+
+# B.3   ρ_n = mean of 1.170 e^{2.133 (ω · n − 1)} = W mean of vMF(ω; n, 2.133)   ≈ W vMF(ω; r_M)   (C.1 to C.4)
+
+
+def printed_diffuse(axis: np.ndarray, sharpness: float, mean_normal: np.ndarray) -> float:
+    """Radiance of white ground under a Gaussian of amplitude 1, as the supplement has it; B.3 times the BRDF's 1/π.
+
+    Parameters
+    ----------
+    mean_normal
+        (3,) mean of the footprint's unit normals.
+    """
+    r = cubic_length(2.133) * np.asarray(mean_normal, float)
+    length = float(np.linalg.norm(r))
+    merged_sharpness = cubic_sharpness(length)
+    _, product, amplitude = sg_product(axis, sharpness, r / length, merged_sharpness)
+    weight = 1.170 * sg_integral(2.133) / sg_integral(merged_sharpness)
+    return weight * amplitude * sg_integral(product) / np.pi
+
+
 # C.3   r = Σ w_i r_i / Σ w_i
 
 

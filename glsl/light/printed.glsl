@@ -1,0 +1,48 @@
+// light/printed.glsl — the shading of the supplement of Li et al. 2021 as printed, to compare ours with.
+//   L   = Σ over lights l of  V_l · ∫ SG_l(ω) ρ_n(ω) dω                                                        (A.5, A.6)
+//   V_l = mean over the footprint of ∫ SG_l V dω / ∫ SG_l dω, without a cosine, above the level horizon           (A.5)
+//   ρ_n = mean of 1.170 e^(2.133 (ω·n − 1)), the cosine as a lobe: κ = 2.133 around each normal, weight 3.398    (B.3, B.4)
+//   r   = |r| n with (3 |r| − |r|³) / (1 − |r|²) = κ;  r_M = mean of r;  ρ_n = weight · vMF(ω; r_M)              (C.1 to C.4)
+//   Printed B.3 has no 1/π of the BRDF 1/π that it stands for. We keep that factor: else all would be π times as bright.
+//   Steps from our shading to the printed one, each with those before it:
+//     PRINTED 1   facets are not weighted by how the eye sees them: E alone, without E·s (light/lean.glsl)
+//     PRINTED 2   A.5: visibility is separate from the cosine, for the sun and for the sky
+//     PRINTED 3   B.3, B.4, C.1 to C.4: the lobe of κ = 2.133 instead of the closed mean of the cosine
+//   Specular light is ours, with the visibility and C.1 of these steps.
+// Provides lit_as_printed().   Python twins: reference.printed_diffuse, reference.visible_shares
+
+#include "light/lit.glsl"
+
+vec3 diffuse_from(Light light, vec3 amplitude, Merged m) {
+    if (PRINTED >= 3) return printed_diffuse(Lobe(light.axis, light.sharpness, amplitude), m.normal);
+    return amplitude * (light.integral / PI * cosine_of(m, light));
+}
+
+// Mean visible share of the sun's disc over the footprint.
+float sun_visible(Ground g) {
+    float far = farness(g.extent), share = 0.0;
+    for (int i = 0; i < g.parts; i++) {
+        float near_ = far < 1.0 ? sun_share(g.part[i]) : 0.0;
+        float far_ = MAY_BE_FAR && far > 0.0 ? sun_over(g.part[i], PART * g.extent, vec2(0.0)) : 0.0;
+        share += mix(near_, far_, far) / float(g.parts);
+    }
+    return share;
+}
+
+Lit lit_as_printed(Ground g) {
+    Lit l;
+    l.lobe = merged_ground(g);
+    add_sun(l, g, vec2(0.0));
+    if (PRINTED >= 2) {
+        l.unshadowed = diffuse_from(u_sun, vec3(PI / u_sun.integral), l.lobe).x;
+        l.sun = sun_visible(g) * l.unshadowed;
+    }
+    add_sky(l, g);
+    if (PRINTED < 3) return l;
+    l.ambient = u_around * (0.5 - 0.5 * l.lobe.normal.z);
+    for (int i = 0; i < SKY_LOBES; i++) {
+        float visible = sky_visible(i, g.post, g.extent);
+        l.ambient += diffuse_from(u_sky[i], sky_through(u_sky[i], visible), l.lobe);
+    }
+    return l;
+}
