@@ -3,6 +3,7 @@
 Run: python docs/figures.py [FOLDER]
 """
 
+import csv
 import json
 import sys
 from pathlib import Path
@@ -11,6 +12,7 @@ import numpy as np
 from matplotlib import pyplot as plt
 from matplotlib.collections import LineCollection
 from matplotlib.patches import Ellipse, Polygon, Rectangle
+from matplotlib.ticker import LogLocator
 
 from terrain_gl import reference
 from terrain_gl.reference.clipmap import ring_origin
@@ -289,7 +291,61 @@ def footprint():
     return figure
 
 
+# --- Next to its baselines --------------------------------------------------------------------------------------------
+
+STYLES = {
+    "clipmap": {"color": "#d98324", "marker": "s"},
+    "tessellated": {"color": "#4c9a5b", "marker": "^"},
+    "quadtree": {"color": BLUE, "marker": "o"},
+    "sat": {"color": "#7a3fa0", "marker": "D"},
+    "pruned": {"color": GREY, "linestyle": "--"},
+    "dense mesh": {"color": "k", "linestyle": ":"},
+}
+
+
+def table(name):
+    """A table of docs/tables/: (view, map) -> column -> numbers; NaN where there is none."""
+    found = {}
+    with open(ROOT / "docs" / "tables" / name, encoding="utf-8", newline="") as file:
+        for row in csv.DictReader(file):
+            columns = found.setdefault((row.pop("view"), row.pop("map")), {})
+            for column, number in row.items():
+                columns.setdefault(column, []).append(float(number) if number else np.nan)
+    return found
+
+
+def panels(name, unit, ending=""):
+    """One panel for each map and view of a table: the columns with this ending against triangles."""
+    found = table(name)
+    rows = -(-len(found) // 4)
+    figure, axes = plt.subplots(rows, 4, figsize=(11, 2.5 * rows), constrained_layout=True)
+    for ax, ((view, land_name), columns) in zip(axes.flat, found.items(), strict=False):
+        for method, style in STYLES.items():
+            numbers = np.array(columns.get(method + ending, []))
+            if len(numbers):
+                drawn = numbers > 0  # an error of 0 has no logarithm
+                ax.plot(np.array(columns["triangles"])[drawn], numbers[drawn], markersize=4, label=method, **style)
+        ax.set(title=f"{land_name}, {view}", xscale="log", yscale="log")
+        ax.xaxis.set_major_locator(LogLocator(subs=(1, 3)))
+        ax.xaxis.set_major_formatter(lambda value, _: f"{value / 1000:g}k")
+        ax.yaxis.set_major_locator(LogLocator(subs=(1, 2, 5)))
+        ax.yaxis.set_major_formatter(lambda value, _: f"{value:g}")
+        ax.grid(True, which="major", linewidth=0.3)
+        ax.minorticks_off()
+    for ax in axes.flat[len(found) :]:
+        ax.set_axis_off()
+    figure.legend(*axes.flat[0].get_legend_handles_labels(), loc="outside upper center", ncols=6, frameon=False)
+    figure.supxlabel("triangles")
+    figure.supylabel(unit)
+    return figure
+
+
 FIGURES = {"cell.svg": cell, "fan.svg": fan, "rings.png": rings, "price.svg": price, "footprint.svg": footprint}
+FIGURES |= {
+    "screen_error.svg": lambda: panels("screen_error.csv", "RMS screen error, px"),
+    "picture_rmse.svg": lambda: panels("pictures.csv", "RMSE", " RMSE"),
+    "picture_flip.svg": lambda: panels("pictures.csv", "FLIP", " FLIP"),
+}
 
 
 def main(folder):

@@ -8,6 +8,7 @@ import subprocess
 import sys
 from pathlib import Path
 
+import numpy as np
 import pytest
 
 ROOT = Path(__file__).parent.parent
@@ -50,8 +51,6 @@ def test_figures_are_drawn_alike_twice(figures, tmp_path, monkeypatch):
 
 
 def test_the_squares_of_the_drawn_rings_cover_each_place_once(figures):
-    import numpy as np
-
     worst = [np.zeros((64 >> j, 64 >> j)) for j in range(4)]
     worst[1][8:12, 8:12] = worst[2][4:6, 4:6] = worst[3][2:3, 2:3] = 9.0
     count = np.zeros((64, 64), int)
@@ -124,3 +123,22 @@ def test_the_gallery_draws_every_example():
     for path in scripts:
         title, line = path.read_text(encoding="utf-8").splitlines()[:2]
         assert line == "=" * (len(title) - 3), f"{path.name}: the title is underlined"
+
+
+def test_the_comparison_says_what_its_tables_hold(figures):
+    page = (DOCS / "comparison.md").read_text(encoding="utf-8")
+    assert set(re.findall(r"\]\(tables/([^)]+)\)", page)) == {path.name for path in (DOCS / "tables").iterdir()}
+    errors, pictures = figures.table("screen_error.csv"), figures.table("pictures.csv")
+    assert errors.keys() >= pictures.keys() and len(errors) > 5
+    factors = []
+    for columns in [*errors.values(), *pictures.values()]:
+        assert (np.diff(columns["triangles"]) > 0).all()
+        for ending in ("", " RMSE", " FLIP"):
+            for baseline in ("clipmap", "tessellated"):  # "No baseline has a smaller error than ours in any row"
+                ours, theirs = columns.get(f"quadtree{ending}", []), columns.get(f"{baseline}{ending}", [])
+                assert len(ours) == len(theirs) and (np.array(ours) <= theirs).all()
+        factors += [
+            q / p for q, p in zip(columns.get("quadtree", []), columns.get("pruned", []), strict=False) if p > 0
+        ]
+    (most,) = re.findall(r"our error is up to ([\d.]+) times that of the pruned", page)
+    assert max(factors) == pytest.approx(float(most), abs=0.006)
