@@ -56,6 +56,8 @@ class DrawnFrame:
         Whether the renderer's picture shows this mesh.
     stats
         As `Frame.stats`.
+    loaded
+        What of a store is there for this view: `streaming.choose_complete`. Empty for other maps.
     """
 
     camera: Camera
@@ -66,6 +68,7 @@ class DrawnFrame:
     selection: Selection
     has_picture: bool = False
     stats: dict[str, Any] = field(default_factory=dict)
+    loaded: dict[str, Any] = field(default_factory=dict)
 
     @cached_property
     def triangles(self) -> tuple[np.ndarray, np.ndarray]:

@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 from contextlib import AbstractContextManager
+from typing import Any, cast
 
 from .error import ErrorTables
 from .exceptions import UsageError
@@ -12,6 +13,7 @@ from .gpu.timing import StageTimer
 from .heightmap import Heightmap
 from .lod import QuadtreeSelector, View
 from .methods import Selectors, quadtree
+from .pages import PagedMap, PagedTables, PagedTerrain
 from .pieces import Piece
 from .shade import Picture
 from .steps import Steps
@@ -92,6 +94,9 @@ class GpuResources:
     def gpu_bytes(self) -> dict[str, int]:
         """GPU memory in bytes, by content: heights, summed-area tables, error table, shading, and the total."""
         heightmap, tables = self.terrain.heightmap, self.tables
+        if isinstance(tables, PagedTables):
+            paged = {"heights": tables.terrain.bytes, "sat": tables.bytes, "error": 0, "shade": 0}
+            return paged | {"total": sum(paged.values()) + self.selectors.bytes}
         heights = heightmap.rows * heightmap.cols * (5 if self.terrain.is_marked else 4)
         sat = tables.counters.size + tables.squares.size
         error = tables.nodes.size + tables.gains.size + tables.blocks.size
@@ -100,6 +105,10 @@ class GpuResources:
 
     def _table_steps(self, heightmap: Heightmap) -> Steps[None]:
         """Upload the heights and build the error tables; yields progress as a part of `build_steps`."""
+        if isinstance(heightmap, PagedMap):
+            paged: Any = self.session.keep(PagedTerrain(self.session.ctx, heightmap))
+            self.terrain, self.tables = paged, self.session.keep(cast(Any, PagedTables(paged)))
+            return
         self.terrain = self.session.keep(Terrain(self.session.ctx, heightmap))
         yield 0.05
         with self.timer.stage("error"):
@@ -110,6 +119,8 @@ class GpuResources:
 
     def _memory_for_map(self, heightmap: Heightmap) -> AbstractContextManager[None]:
         posts = heightmap.rows * heightmap.cols
+        if isinstance(heightmap, PagedMap):
+            return self.session.needs_memory(f"{heightmap.name}: needs", heightmap.gpu_bytes, "give less --gpu-memory")
         what = f"{heightmap.name}: its {posts} posts need"
         return self.session.needs_memory(what, 16 * posts, "use a smaller map")
 

@@ -23,6 +23,7 @@ import numpy as np
 from .camera import Camera
 from .edit import Editor
 from .error import ErrorTables
+from .exceptions import UsageError
 from .frame import DrawnFrame, Frame
 from .gpu.context import backend_name, create_context
 from .gpu.session import Session, in_session, steps_in_session
@@ -31,9 +32,11 @@ from .heightmap import Heightmap
 from .image import png_bytes, reduced
 from .methods import Selectors
 from .options import RenderOptions, near_plane_m
+from .pages import PagedTables
 from .pieces import Piece, cut
 from .shade import TILE_PX, Picture
 from .steps import Progress, Steps, drain
+from .streaming import choose_complete
 from .terrain import Terrain
 from .verify.inspector import Inspector
 
@@ -242,11 +245,21 @@ class Renderer:
         self.forget()
         near_m = near_plane_m(self.heightmap, options.near_m)
         chosen_for = options.chosen_for or camera
+        goal = options.goal
+        loaded: dict[str, Any] = {}
         with self.timer.stage("lod"):
-            selection = self.selectors[options.method].select(chosen_for, size, near_m, options.goal)
+            if isinstance(self.tables, PagedTables) and options.method != "sat":
+                raise UsageError(f"a store is drawn by the method sat, not by {options.method}")
+            selector = self.selectors[options.method]
+            if isinstance(self.tables, PagedTables):
+                selection, loaded = choose_complete(
+                    self.tables, lambda: selector.select(chosen_for, size, near_m, goal), chosen_for, goal
+                )
+            else:
+                selection = selector.select(chosen_for, size, near_m, goal)
         if options.chosen_for:
             self.resources.view.move(self.terrain, camera, size, near_m)
-        return DrawnFrame(chosen_for, camera, size, near_m, options, selection)
+        return DrawnFrame(chosen_for, camera, size, near_m, options, selection, loaded=loaded)
 
     def forget(self) -> None:
         """Forget the last frame: the map has changed, or its mesh will be overwritten."""
@@ -311,5 +324,5 @@ class Renderer:
         """Give a frame its stats."""
         times = {"ms": dict(self.timer.ms), "ms_clock": self.timer.clock}
         known = {"voids": self.heightmap.voids, "gpu_bytes": self.resources.gpu_bytes}
-        frame.stats = frame.summary() | self._gl | times | known
+        frame.stats = frame.summary() | frame.loaded | self._gl | times | known
         return frame

@@ -23,8 +23,8 @@ from .gpu import gl, shaders
 from .gpu.bindings import bind
 from .gpu.textures import depth_texture, from_top
 from .light.climate import AUTO
-from .light.ground import HeightSums, towards_sun
-from .light.lighting import Lighting
+from .light.ground import towards_sun
+from .light.unlit import light_of
 from .lod import Selection, View
 from .mesh import MeshDraw, MeshDraws
 from .steps import Steps, drain
@@ -116,8 +116,7 @@ class Picture:
     def __init__(self, tables: ErrorTables, view: View, size: Size, samples: int = 4) -> None:
         self.ctx, self.tables, self.terrain, self.view = tables.ctx, tables, tables.terrain, view
         self.samples = max(1, min(samples, self.ctx.max_samples))
-        self.sums = HeightSums(self.terrain)
-        self.lighting = Lighting(self.terrain, self.sums)
+        self.sums, self.lighting = light_of(self.terrain)
         self._seeing: dict[tuple[str, bool], MeshDraws] = {}  # by fragment shader, and whether voids are holes
         self._programs: dict[tuple[object, ...], tuple[Any, Any]] = {}
         self._targets: list[Any] = []
@@ -188,7 +187,7 @@ class Picture:
         """Incremental `shade`, one tile (width, height) a step; yields progress from 0 to 1."""
         if look.style in _LIT and self.waits_for_light:
             self.lighting.follow(look.sun, look.sky, look.material, look.land)
-        elif look.style in _LIT and not self.lighting.is_there:
+        if look.style in _LIT and not self.lighting.is_there:
             look = replace(look, style="lambert")
         if look.style in _LIT:
             self.lighting.describe(self._haze_m(camera), look.water_m)
@@ -364,7 +363,7 @@ class Picture:
                 program[f"u_{name}"] = value
         self.terrain.bind()
         self.view.bind()
-        bind("shade/relief.glsl", HeightSums=self.sums.buffer, u_height_sums=self.sums.texture)
+        self.sums.bind()
         bind("shade/seen.glsl", Listed=self._listed, u_depth=self._depth)
         if self._drawn:
             bind("shade/drawn.glsl", u_drawn=self._drawn)

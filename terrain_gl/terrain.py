@@ -68,6 +68,11 @@ class Terrain:
         return len(self.levels) - 1
 
     @property
+    def coarsest_ring(self) -> int:
+        """The coarsest ring of the clipmap that the map needs."""
+        return self.top_level
+
+    @property
     def headroom_m(self) -> tuple[float, float]:
         """How far edits may go below the lowest post and above the highest before everything is rebuilt, in metres.
 

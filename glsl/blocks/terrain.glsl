@@ -28,7 +28,11 @@ layout(binding = 1) uniform usampler2D u_marks;  // bits of posts
 #define VOID 1u
 #define WET 2u
 
+#ifdef PAGED
+#include "blocks/pages.glsl"
+#else
 float height_m(ivec2 post) { return texelFetch(u_heights, post, 0).x; }
+#endif
 
 // Mesa's software renderer fetches texels even in branches that are not taken. So maps without voids define NO_VOIDS.
 #ifdef NO_VOIDS

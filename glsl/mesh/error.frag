@@ -12,12 +12,21 @@ layout(r32f, binding = 0) uniform writeonly image2D u_error_m;
 
 double doubled_area(dvec2 a, dvec2 b, dvec2 c) { return (b.x - a.x) * (c.y - a.y) - (b.y - a.y) * (c.x - a.x); }
 
+// Of a map that is there in pages, the truth comes window by window.
+#ifdef PAGED
+layout(binding = 13) uniform sampler2D u_truth;
+uniform ivec2 u_truth_first;  // its first post
+float true_m(ivec2 post) { return texelFetch(u_truth, post - u_truth_first, 0).x; }
+#else
+float true_m(ivec2 post) { return height_m(post); }
+#endif
+
 // The truth: bilinear between four posts.
 double truth_m(ivec2 place) {
     ivec2 post = place / PLACES, next = min(post + 1, u_last_post);
     dvec2 t = dvec2(place % PLACES) / double(PLACES);
-    double north = mix(double(height_m(post)), double(height_m(ivec2(next.x, post.y))), t.x);
-    double south = mix(double(height_m(ivec2(post.x, next.y))), double(height_m(next)), t.x);
+    double north = mix(double(true_m(post)), double(true_m(ivec2(next.x, post.y))), t.x);
+    double south = mix(double(true_m(ivec2(post.x, next.y))), double(true_m(next)), t.x);
     return mix(north, south, t.y);
 }
 

@@ -36,7 +36,8 @@ uint look(int depth, ivec2 at, out float cost) {
         step_log2 = next_step(low, side_log2, block.ring, min(min(side_log2, block.unit_log2), u_top_level), p);
     bool is_held = step_log2 != NO_STEP;
     cost = is_held ? 2.0 * exp2(2.0 * float(side_log2 - step_log2)) + PATCH_COST : NEVER;
-    bool refine = depth == 3 && can_refine() && (!is_held || side_log2 - step_log2 >= REFINE_FROM);
+    int level;
+    bool refine = depth == 3 && can_refine() && (is_held ? side_log2 - step_log2 >= REFINE_FROM : !is_waiting(low, side_log2, level));
     if (refine) cost *= REFINED;
     return uint(step_log2 + 16) | (refine ? REFINE : cost <= LEAST_PARTS || (depth == 3 && is_held) ? WHOLE : OPEN);
 }

@@ -15,6 +15,18 @@ layout(std430, binding = 6) readonly buffer Ranges { uint range[]; };
 #define PATCH_COST 16.0  // triangles that a patch costs by itself
 #endif
 
+#ifdef PAGED
+// Of the node, or of the one above it whose page is there.
+int range_index(int level, ivec2 at) {
+    int slot = slot_of(level, at >> PAGE_LOG2);
+    while (slot < 0) slot = slot_of(++level, (at >>= 1) >> PAGE_LOG2);
+    ivec2 in_page = at & PAGE - 1;
+    return (slot * PAGE + in_page.y) * PAGE + in_page.x;
+}
+#else
+int range_index(int level, ivec2 at) { return node_index(level, at); }
+#endif
+
 // Lowest and highest height of a square: those of the largest nodes that it is made of, wherever it stands.
 vec2 range_of_square_m(ivec2 low, int side_log2) {
     int level = clamp(findLSB(low.x | low.y | 1 << side_log2), 1, u_top_level);
@@ -22,7 +34,7 @@ vec2 range_of_square_m(ivec2 low, int side_log2) {
     vec2 range_m = vec2(NEVER, -NEVER);
     for (int y = first.y; y < end.y; y++)
         for (int x = first.x; x < end.x; x++) {
-            vec2 node_m = unpack_range(range[node_index(level, ivec2(x, y))]);
+            vec2 node_m = unpack_range(range[range_index(level, ivec2(x, y))]);
             range_m = vec2(min(range_m.x, node_m.x), max(range_m.y, node_m.y));
         }
     return range_m;
@@ -59,6 +71,24 @@ int finest_step(int side_log2, int ring) {
     return max(side_log2 - MOST_SEGMENTS_LOG2, u_ring[ring].level == 0 ? FINEST : FINEST + 1);
 }
 
+#ifdef PAGED
+// The level at which all of a square is on the GPU; none if it is at all spacings that the square may have.
+bool is_waiting(ivec2 low, int side_log2, out int level) {
+    bool is_mixed;
+    int finest = max(side_log2 - MOST_SEGMENTS_LOG2, 0);
+    level = resident_level(low, low + (1 << side_log2), finest, is_mixed);
+    return level > finest;
+}
+#else
+bool is_waiting(ivec2 low, int side_log2, out int level) { return false; }
+#endif
+
+// The finest spacing that gains anything: finer triangles of the same posts do not.
+int finest_of(ivec2 low, int side_log2, int ring, int coarsest) {
+    int level, finest = finest_step(side_log2, ring);
+    return is_waiting(low, side_log2, level) ? max(finest, min(level, coarsest)) : finest;
+}
+
 // Whether the tables hold the cells of a square within the tolerance.
 bool holds(ivec2 low, ivec2 end, int step_log2, Projection p) {
     if (!has_mean(p)) return is_within_m(low, end, step_log2, error_within_m(p));
@@ -67,7 +97,8 @@ bool holds(ivec2 low, ivec2 end, int step_log2, Projection p) {
 
 // The coarsest spacing from `coarsest` down that the tables allow, or NO_STEP.
 int next_step(ivec2 low, int side_log2, int ring, int coarsest, Projection p) {
-    for (int step_log2 = coarsest; step_log2 >= finest_step(side_log2, ring); step_log2--)
+    int finest = finest_of(low, side_log2, ring, coarsest);
+    for (int step_log2 = coarsest; step_log2 >= finest; step_log2--)
         if (holds(low, low + (1 << side_log2), step_log2, p)) return step_log2;
     return NO_STEP;
 }

@@ -45,6 +45,9 @@ uint judge(Leaf leaf, int ring, bool can_split) {
     for (int side = 0; side < 4; side++) finest = min(finest, edge[side] = edge_step_log2(leaf, side));
     if (finest == own) return leaf.word;
     if (leaf.side_log2 - finest > MOST_SEGMENTS_LOG2) return can_split ? leaf.word | SPLIT : leaf.word;
+    int level;
+    if (is_waiting(leaf.origin, leaf.side_log2, level) && own <= level)  // its error waits for finer posts; no fan, though
+        return leaf.side_log2 == own && own > 0 ? leaf_word(units_log2, own - 1) : leaf.word;
     Projection p = project_square(leaf.origin, leaf.side_log2);
     Leaf now = leaf;
     // in parts, only those along the edge grow finer
@@ -71,7 +74,7 @@ void write_part(int id, Leaf whole, int part_units_log2, ivec2 low, int ring, Pr
     bool is_on_map = all(lessThan(low, u_last_post)) && all(greaterThan(low + (1 << side_log2), ivec2(0)));
     int step_log2 = min(step_log2_of(whole.word), side_log2);
     if (!u_budget) step_log2 = next_step(low, side_log2, ring, step_log2, p);
-    if (step_log2 == NO_STEP) step_log2 = finest_step(side_log2, ring);
+    if (step_log2 == NO_STEP) step_log2 = finest_of(low, side_log2, ring, side_log2);
     write_square(id, part_units_log2, is_on_map ? leaf_word(part_units_log2, step_log2) : NOTHING);
     if (is_on_map && is_new) append_leaf(id);
     append_to_queue(u_settled + 1, id, part_units_log2);

@@ -75,7 +75,7 @@ uint word_of_unit(ivec2 at) {
         if ((square & REFINE) != 0u) return IS_BLOCK;  // rings/spawn.comp says which
         if ((square & WHOLE) != 0u) return leaf_word(3 - depth, int(square & 63u) - 16);
     }
-    return leaf_word(0, finest_step(block.unit_log2, block.ring)) | IS_BROKEN;
+    return leaf_word(0, finest_of(low_of(3, at), block.unit_log2, block.ring, block.unit_log2)) | IS_BROKEN;
 }
 
 void write_unit(int b, int unit) {

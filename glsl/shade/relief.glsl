@@ -15,6 +15,9 @@
 #include "shade/steps.glsl"
 #include "shade/kind.glsl"
 
+#ifdef PAGED
+#include "shade/relief_of_pages.glsl"
+#else
 // A storage block, or the same buffer as a texture: software renderers read a texture in a third of the time, but it may hold
 // fewer words.
 #ifdef WORDS_IN_TEXTURES
@@ -166,3 +169,4 @@ vec2 rough_slope(vec2 post, vec2 extent) {
     vec2 east_south = vec2(box_mean_m(ivec2(m.x, a.y), c), box_mean_m(ivec2(a.x, m.y), c));
     return (east_south - west_north) * vec2(2.0, -2.0) / (vec2(c - a) * u_spacing_m);
 }
+#endif

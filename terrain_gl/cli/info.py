@@ -13,6 +13,7 @@ from ..gpu import gl
 from ..gpu.context import Probe, create_context, probe_backends
 from ..heightmap import Heightmap
 from ..place import Place, degrees
+from ..store import StoredMap, is_store
 from . import options, report
 
 _LIMITS = ("texture_size", "viewport_size", "tess_level", "samples", "storage_block_bytes")
@@ -36,13 +37,20 @@ def add(commands: Any) -> None:
 def run(args: argparse.Namespace) -> int:
     """Run the command."""
     options.check_outputs(args, args.map)
-    about_map = describe(options.open_map(args)[0]) if args.map is not None else None
+    about_map = _about(args) if args.map is not None else None
     probes = probe_backends()
     found = {"version": __version__, "backends": [probe._asdict() for probe in probes], "limits": limits()}
     found |= {"map": about_map} if about_map else {"maps": list(bundled())}
     report.write_json(args.json, found)
     report.say(args.json, text(probes, found))
     return 0
+
+
+def _about(args: argparse.Namespace) -> dict[str, Any]:
+    if not is_store(args.map):
+        return describe(options.open_map(args)[0])
+    stored = StoredMap(args.map)
+    return describe(stored) | {"store": {key: value for key, value in stored.about.items() if key != "georeference"}}
 
 
 def describe(heightmap: Heightmap) -> dict[str, Any]:

@@ -22,6 +22,7 @@ def add(commands: Any) -> None:
     )
     options.add_map(command)
     options.add_rendering(command)
+    options.add_store(command)
 
 
 def run(args: argparse.Namespace) -> int:
@@ -32,7 +33,7 @@ def run(args: argparse.Namespace) -> int:
         stats = {"map": scene.heightmap.name} | renderer.measure()
     report.write_json(args.json, stats)
     report.say(args.json, text(stats))
-    return 0
+    return options.status_of(stats)
 
 
 def text(stats: dict[str, Any]) -> str:

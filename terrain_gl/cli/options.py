@@ -24,6 +24,7 @@ from ..options import OPTIONS, RenderOptions
 from ..readers.values import ENCODINGS
 from ..renderer import Renderer
 from ..shade import SUN
+from ..store import StoredMap, is_store
 from . import report, values
 from .parsing import HelpAll
 
@@ -181,17 +182,69 @@ def open_scene(
     check_outputs(args, name)
     if args.time is None and args.latitude is not None:
         raise UsageError("--time and --latitude go together: give both, or --sun")
-    heightmap, known = maps.open_map(name, **map_options(args), progress=progress)
-    tell_notes(heightmap)
+    heightmap, known, seen = _opened(args, name, progress)
     args.sun = args.sun or clock_sun(args, heightmap)
-    start = known.camera if known and not args.view else standard_view(heightmap, args.view or "default")
+    start = known.camera if known and not args.view else standard_view(seen, args.view or "default")
     camera = _camera(args, heightmap, start)
-    if (below_m := depth_below_ground(heightmap, camera)) > 0:
+    if (below_m := depth_below_ground(seen, camera)) > 0:
         print(
             f"terrain-gl: note: the eye stands {below_m:.3g} m under the ground: give --eye more height",
             file=sys.stderr,
         )
     return Scene(heightmap, camera, args.sun or (known.sun if known else SUN))
+
+
+def _opened(
+    args: argparse.Namespace, name: str, progress: Callable[[float], None] | None
+) -> tuple[Heightmap, BundledMap | None, Heightmap]:
+    """The map, the bundled map that it is, and a map to choose a view by."""
+    if is_store(name):
+        stored = open_store(args, name)
+        return stored, None, stored.coarse()
+    heightmap, known = maps.open_map(name, **map_options(args), progress=progress)
+    tell_notes(heightmap)
+    return heightmap, known, heightmap
+
+
+def add_store(command: Any) -> None:
+    """The map may be a store, too."""
+    what = "of a store (terrain-gl build): MiB of GPU memory for its tiles, at most (default: 512)"
+    command.add_argument_group("store").add_argument(
+        "--gpu-memory", type=values.count, metavar="MIB", default=512, help=what
+    )
+
+
+def open_store(args: argparse.Namespace, name: str) -> StoredMap:
+    """The store of that name, for a command that can draw it.
+
+    Raises
+    ------
+    TerrainError
+        The command cannot, or the store is not finished.
+    UsageError
+        Options that say how a map's values are read.
+    """
+    if not hasattr(args, "gpu_memory"):
+        raise TerrainError(f"{report.shown(name)}: is a store: only shot, measure and info read stores yet")
+    given = {key: value for key, value in map_options(args).items() if value not in (None, False, "plain")}
+    if given:
+        raise UsageError(f"{report.shown(name)}: is a store, which has its own scales: build it anew with other ones")
+    stored = StoredMap(name)
+    stored.gpu_bytes = args.gpu_memory << 20
+    return stored
+
+
+def status_of(stats: dict[str, Any]) -> int:
+    """The exit status of a drawn frame: 1, and a line that says why, if tiles of a store are missing."""
+    if stats.get("complete", True):
+        return 0
+    tiles, px = stats["tiles_missing"], stats["certified_max_error_px"]
+    print(
+        f"terrain-gl: {report.shown(stats['map'])}: not complete: {len(tiles)} tiles are missing, the error is at most "
+        f"{px:.3g} px; {tiles[0]['tile']}: {tiles[0]['reason']}",
+        file=sys.stderr,
+    )
+    return 1
 
 
 def check_outputs(args: argparse.Namespace, source: str | None) -> None:

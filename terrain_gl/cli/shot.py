@@ -33,6 +33,7 @@ def add(commands: Any) -> None:
     options.add_map(command)
     options.add_output(command, "picture: .png, or .jpg, .tif, .exr")
     options.add_rendering(command)
+    options.add_store(command)
 
 
 def run(args: argparse.Namespace) -> int:
@@ -49,7 +50,7 @@ def run(args: argparse.Namespace) -> int:
         with report.json_output(args.json, stats):
             picture.close()
     report.say(args.json, f"{report.shown(args.output)}: {summary(stats)}")
-    return 0
+    return options.status_of(stats)
 
 
 def _draw(renderer: Renderer, args: argparse.Namespace, scene: options.Scene, write: Rows) -> dict[str, Any]:

@@ -47,9 +47,19 @@ def source(path: str, defines: Defines = _NONE) -> str:
     return _text(_load(path, defines))
 
 
+def define(ctx: moderngl.Context, **defines: object) -> None:
+    """Macros for all shaders that are compiled in a context from now on."""
+    extra: dict[str, Any] = ctx.extra if isinstance(ctx.extra, dict) else {}
+    ctx.extra = extra | {"defines": {**_of(ctx), **defines}}
+
+
+def _of(ctx: moderngl.Context) -> Defines:
+    return ctx.extra.get("defines", _NONE) if isinstance(ctx.extra, dict) else _NONE
+
+
 def compute(ctx: moderngl.Context, path: str, defines: Defines = _NONE) -> moderngl.ComputeShader:
     """Compile the compute shader `path`; raises `ShaderError` with file and line."""
-    lines = _load(path, defines)
+    lines = _load(path, {**_of(ctx), **defines})
     try:
         return ctx.compute_shader(_text(lines))
     except moderngl.Error as error:
@@ -78,7 +88,7 @@ def program(
         "geometry_shader": geometry,
         "fragment_shader": fragment,
     }
-    stages = {stage: _load(path, defines) for stage, path in paths.items() if path}
+    stages = {stage: _load(path, {**_of(ctx), **defines}) for stage, path in paths.items() if path}
     texts: dict[str, Any] = {stage: _text(lines) for stage, lines in stages.items()}
     try:
         return ctx.program(**texts, varyings=tuple(varyings))

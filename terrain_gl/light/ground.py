@@ -26,6 +26,10 @@ class HeightSums(RecordedTable):
         """Follow an edit of the posts of columns x0 to x1 and rows y0 to y1, (x0, y0, x1, y1)."""
         self._rewrite(posts[0], posts[1], posts[2] - posts[0] + 1, posts[3] - posts[1] + 1)
 
+    def bind(self) -> None:
+        """Bind the sums for shaders that read relief."""
+        bind("shade/relief.glsl", HeightSums=self.buffer, u_height_sums=self.texture)
+
     def _write(self, buffer: moderngl.Buffer, first: tuple[int, int], at: Table, rows: range | None = None) -> None:
         rows = rows or range(at.height)
         self.terrain.bind()

@@ -193,7 +193,7 @@ class ClipmapSelector:
         ground_m = float(self.terrain.filled[round(nearest[1]), round(nearest[0])])
         beside_m = math.hypot((post[0] - nearest[0]) * east, (post[1] - nearest[1]) * north)
         away_m = max(beside_m, abs(camera.eye[2] - ground_m))
-        return rings_around(post, away_m, last, (east, north), self.terrain.top_level, across, left_out)
+        return rings_around(post, away_m, last, (east, north), self.terrain.coarsest_ring, across, left_out)
 
     def _write_rings(self, rings: list[Ring]) -> int:
         """Describe the rings to the shaders; returns the number of their blocks."""

@@ -3,10 +3,12 @@
 pyramid                     sizes of levels, arrays and shards
 format                      the arrays on disk, and what a store says of itself
 crop                        error records of a part of the map, the same bits as the whole map's
+opened                      a store as a map to draw
 tasks, scheduling, build    from a source to a store, in parallel and resumable
 """
 
 from .build import build
 from .format import MissingTileError, is_store
+from .opened import StoredMap
 
-__all__ = ["MissingTileError", "build", "is_store"]
+__all__ = ["MissingTileError", "StoredMap", "build", "is_store"]

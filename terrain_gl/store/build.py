@@ -164,7 +164,9 @@ class Journal:
         """Say what the store is, and remove what only the build needed."""
         job, tasks = self.job, list(self._of_source())
         hashes = "".join(self.results[task]["sha256"] for task in tasks)
-        about = describe(job.pyramid, job.source.name, job.spacing_m, self.range_m, job.source.georeference)
+        about = describe(
+            job.pyramid, os.path.basename(job.source.name), job.spacing_m, self.range_m, job.source.georeference
+        )
         about |= {
             "filled_voids": sum(self.results[task]["voids"] for task in tasks),
             "fill_m": job.fill_m,

@@ -78,6 +78,8 @@ class Measurement:
         self._errors = self.ctx.texture((cols, rows), 1, dtype="f4")
         self._nowhere = self.ctx.framebuffer(self.ctx.renderbuffer((cols, rows), 1))
         self._nothing = np.full((rows, cols), np.nan, "f4").tobytes()
+        is_whole = isinstance(terrain, Terrain)
+        self._truth = None if is_whole else self.ctx.texture((cols // PLACES + 2, rows // PLACES + 2), 1, dtype="f4")
 
     def errors_m(self, selection: Selection, region: Region) -> np.ndarray:
         """Drawn minus true height, in metres, at the places of a region (x, y, w, h).
@@ -85,6 +87,8 @@ class Measurement:
         Returns (h, w) float32; NaN where nothing is drawn.
         """
         draw = self._draws.of(selection.surface)
+        if self._truth:
+            self._write_truth(draw, region)
         for flip in _FLIPS:
             first = flip == _FLIPS[0]
             errors = self._pass(draw, selection, region, flip, clear=first)
@@ -162,6 +166,20 @@ class Measurement:
         gl.release_with_pixels(self._nowhere)
         self._draws.release()
         self._errors.release()
+        if self._truth:
+            self._truth.release()
+
+    def _write_truth(self, draw: MeshDraw, region: Region) -> None:
+        """Give the shader the true heights under a region: those of a map in pages are not on the GPU."""
+        assert self._truth
+        heightmap = self.terrain.heightmap
+        x, y = region[0] // PLACES, region[1] // PLACES
+        posts = heightmap.heights[y : y + self._truth.height, x : x + self._truth.width] - np.float32(
+            self.terrain.base_m
+        )
+        self._truth.write(np.ascontiguousarray(posts), viewport=(0, 0, posts.shape[1], posts.shape[0]))
+        bind("mesh/error.frag", u_truth=self._truth)
+        draw.program["u_truth_first"] = x, y
 
     def _pass(
         self, draw: MeshDraw, selection: Selection, region: Region, flip: tuple[int, int], clear: bool
@@ -266,8 +284,9 @@ def truth_m(heightmap: Heightmap, region: Region) -> np.ndarray:
     """(h, w) float64: true heights at a region's places, bilinear between posts; NaN over voids."""
     x, y, width, height = region
     cols = np.s_[x // PLACES : (x + width - 1) // PLACES + 2]
-    rows = _finer(heightmap.heights[:, cols], y, height)
-    return _finer(rows.T, x - PLACES * cols.start, width).T
+    rows = np.s_[y // PLACES : (y + height - 1) // PLACES + 2]
+    fine = _finer(heightmap.heights[rows, cols], y - PLACES * rows.start, height)
+    return _finer(fine.T, x - PLACES * cols.start, width).T
 
 
 def _finer(heights: np.ndarray, first: int, n: int) -> np.ndarray:

@@ -1,0 +1,68 @@
+// blocks/pages.glsl — a map of which only some tiles are on the GPU (docs/stores.md).
+//   A page is a tile of PAGE × PAGE nodes of one level, with the posts at their corners. It stands in a slot of a pool. If a
+//   page is there, so are those above it. A post has the height that the finest page over it gives: its own on the lattice
+//   of that page, else the bilinear height between four posts of the lattice. So every post has one height, whoever asks.
+//   Page tables: for each level the slot of each page, + 1; then, for each page of level 0, the finest one over it.
+// Provides height_m(), PAGE, slot_of(), pages_of(), resident_level().   Python twin: pages.PagedTerrain
+
+#define PAGE (1 << PAGE_LOG2)
+#define PAGE_ROW 1024  // words of a row of the tables' texture
+
+layout(binding = 12) uniform usampler2D u_pages;
+
+uint page_word(int i) { return texelFetch(u_pages, ivec2(i % PAGE_ROW, i / PAGE_ROW), 0).x; }
+
+ivec2 pages_of(int level) { return (u_level[level].size + PAGE - 1) >> PAGE_LOG2; }
+
+// -1: not there.
+int slot_of(int level, ivec2 page) {
+    return int(page_word(u_level[level].first_word + page.y * pages_of(level).x + page.x)) - 1;
+}
+
+float height_in_slot_m(int slot, ivec2 at) {
+    return texelFetch(u_heights, ivec2(slot % SLOTS_ACROSS, slot / SLOTS_ACROSS) * (PAGE + 1) + at, 0).x;
+}
+
+float height_m(ivec2 post) {
+    ivec2 pages = pages_of(0), fine = min(post >> PAGE_LOG2, pages - 1);
+    uint word = page_word(u_level[0].first_node + fine.y * pages.x + fine.x);
+    int level = int(word >> 24), slot = int(word & 0xffffffu);
+    ivec2 first = (fine >> level) << (PAGE_LOG2 + level), at = (post - first) >> level;
+    ivec2 low = first + (at << level), high = min(low + (1 << level), u_last_post);
+    bvec2 is_high = bvec2(low.x < high.x && post.x == high.x, low.y < high.y && post.y == high.y);  // the map's last posts
+    at += ivec2(is_high);
+    if ((post.x == low.x || is_high.x) && (post.y == low.y || is_high.y)) return height_in_slot_m(slot, at);
+    vec2 t = vec2(post - low) / vec2(max(high - low, ivec2(1)));
+    if (is_high.x || post.x == low.x) t.x = 0.0;
+    if (is_high.y || post.y == low.y) t.y = 0.0;
+    ivec2 next = at + ivec2(t.x > 0.0, t.y > 0.0);
+    float north = mix(height_in_slot_m(slot, at), height_in_slot_m(slot, ivec2(next.x, at.y)), t.x);
+    float south = mix(height_in_slot_m(slot, ivec2(at.x, next.y)), height_in_slot_m(slot, next), t.x);
+    return mix(north, south, t.y);
+}
+
+// First and last page of a level that has a post of a closed box.
+ivec4 pages_over(ivec2 low, ivec2 end, int level) {
+    ivec2 most = pages_of(level) - 1;
+    return ivec4(min(max(low, ivec2(0)) >> PAGE_LOG2 + level, most), min(min(end, u_last_post) >> PAGE_LOG2 + level, most));
+}
+
+// The finest level, from `level` on, of which all pages over a closed box are there. `is_mixed`: parts of the box have
+// another one.
+int resident_level(ivec2 low, ivec2 end, int level, out bool is_mixed) {
+    is_mixed = false;
+    for (; level < u_top_level; level++) {
+        ivec4 pages = pages_over(low, end, level);
+        bool all_there = true;
+        for (int y = pages.y; y <= pages.w; y++)
+            for (int x = pages.x; x <= pages.z; x++) {
+                bool is_there = slot_of(level, ivec2(x, y)) >= 0;
+                all_there = all_there && is_there;
+                is_mixed = is_mixed || is_there;
+            }
+        if (all_there) break;
+    }
+    ivec4 pages = pages_over(low, end, level);
+    is_mixed = is_mixed || any(notEqual(pages.xy, pages.zw));
+    return level;
+}

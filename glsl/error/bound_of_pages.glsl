@@ -1,0 +1,89 @@
+// error/bound_of_pages.glsl — error/bound.glsl for a map of which only some pages are on the GPU (blocks/pages.glsl).
+//   Each page has its own tables. Where all pages over a closed box are there at its spacing, the answer is that of the
+//   whole map's tables. Elsewhere the heights are bilinear between the posts of a coarser page, of level l > j:
+//     - Inside one page. Bilinear heights lie between both diagonals of the page's cells, and so does every mesh through
+//       them. So its error is at most M_l, however fine its triangles are.
+//     - Across pages. A cell in page A may have corners in page B. With A's heights there it would err by at most M_A; they
+//       differ from B's by at most M_A + M_B. So its error is at most 2 M_A + M_B ≤ 3 max M.       (docs/stores.md)
+// Provides is_within_m(), largest_m(), squares_m2().
+
+#define PAGE_WORDS ((CLASSES / 4) * (PAGE / COUNT_TILE) * (PAGE / COUNT_TILE))
+
+Table counts_of_page(int slot, int level) { return Table(uint(slot * PAGE_WORDS), ivec2(PAGE / count_tile(level))); }
+
+// First and last node of a level that a box of posts meets.
+ivec4 nodes_over(ivec2 low, ivec2 end, int level) {
+    return ivec4(max(low, ivec2(0)) >> level, (min(end, u_last_post) - 1) >> level);
+}
+
+ivec4 tiles_in_page(ivec4 nodes, ivec2 page, int level) {
+    ivec2 origin = page << PAGE_LOG2, first = max(nodes.xy - origin, ivec2(0)), last = min(nodes.zw - origin, ivec2(PAGE - 1));
+    return ivec4(first / count_tile(level), last / count_tile(level) + 1);
+}
+
+// No node of the box in a page that is there is above a class.
+bool none_above_in_pages(int level, ivec4 nodes, int c) {
+    for (int y = nodes.y >> PAGE_LOG2; y <= nodes.w >> PAGE_LOG2; y++)
+        for (int x = nodes.x >> PAGE_LOG2; x <= nodes.z >> PAGE_LOG2; x++) {
+            int slot = slot_of(level, ivec2(x, y));
+            if (slot < 0) continue;
+            if (!none_above(counts_of_page(slot, level), tiles_in_page(nodes, ivec2(x, y), level), c)) return false;
+        }
+    return true;
+}
+
+float largest_of_level_m(ivec2 low, ivec2 end, int level) {
+    ivec4 nodes = nodes_over(low, end, level);
+    int sure = -1, beyond = CLASSES;
+    while (beyond - sure > 1) {
+        int c = (sure + beyond) / 2;
+        if (none_above_in_pages(level, nodes, c)) sure = c;
+        else beyond = c;
+    }
+    return sure < 0 ? u_span_m : class_limit_m(sure) * (1.0 + exp2(-18.0));
+}
+
+// Of heights that are not all there: `level` is the finest that is.
+float largest_of_coarse_m(ivec2 low, ivec2 end, int from, int level, bool is_mixed) {
+    float worst_m = largest_of_level_m(low, end, level);
+    if (!is_mixed) return worst_m;
+    for (int finer = from; finer < level; finer++) worst_m = max(worst_m, largest_of_level_m(low, end, finer));
+    return min(3.0 * worst_m, u_span_m);
+}
+
+bool is_within_m(ivec2 low, ivec2 end, int step_log2, float error_m) {
+    bool is_mixed;
+    int from = max(step_log2, 0), level = resident_level(low, end, from, is_mixed);
+    if (level > from) return largest_of_coarse_m(low, end, from, level, is_mixed) <= error_m;
+    int c = class_within(step_log2 < 0 ? error_m * exp2(-2.0 * float(step_log2)) : error_m);
+    return c < 0 ? c == -2 : none_above_in_pages(level, nodes_over(low, end, level), c);
+}
+
+float largest_m(ivec2 low, ivec2 end, int step_log2) {
+    bool is_mixed;
+    int from = max(step_log2, 0), level = resident_level(low, end, from, is_mixed);
+    if (level > from) return largest_of_coarse_m(low, end, from, level, is_mixed);
+    float error_m = largest_of_level_m(low, end, level);
+    return step_log2 < 0 ? error_m * exp2(2.0 * float(step_log2)) : error_m;
+}
+
+float squares_m2(ivec2 low, ivec2 end, int step_log2) {
+    bool is_mixed;
+    int from = max(step_log2, 0), level = resident_level(low, end, from, is_mixed);
+    if (level > from) {
+        vec2 cells = vec2(min(end, u_last_post) - max(low, ivec2(0)));
+        float worst_m = largest_of_coarse_m(low, end, from, level, is_mixed);
+        return worst_m * worst_m * cells.x * cells.y;
+    }
+    ivec4 nodes = nodes_over(low, end, level);
+    uvec2 total = uvec2(0u);
+    for (int y = nodes.y >> PAGE_LOG2; y <= nodes.w >> PAGE_LOG2; y++)
+        for (int x = nodes.x >> PAGE_LOG2; x <= nodes.z >> PAGE_LOG2; x++) {
+            Table table = counts_of_page(slot_of(level, ivec2(x, y)), level);
+            table.first /= uint(CLASSES / 4);
+            ivec4 tiles = tiles_in_page(nodes, ivec2(x, y), level);
+            total = add64(total, square_sum(table, 0, tiles.xy, tiles.zw));
+        }
+    float sum = word_float(total) * exp2(-35.0) * u_span_m * u_span_m;
+    return step_log2 < 0 ? sum * exp2(4.0 * float(step_log2)) : sum;
+}

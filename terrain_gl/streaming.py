@@ -1,0 +1,92 @@
+"""Load what a view needs: choose the mesh, ask its patches over tolerance for finer pages, until none asks any more.
+
+The certificate holds at every moment: pages that are not there are bounded by the records of those above them.
+"""
+
+from __future__ import annotations
+
+import math
+from collections.abc import Callable
+from typing import Any
+
+import numpy as np
+
+from .camera import Camera
+from .exceptions import UsageError
+from .gpu import layout
+from .lod import Goal, Selection
+from .pages import PagedTables, PagedTerrain, PageKey
+
+MOST_LEVELS = 3  # that a patch skips at once
+MOST_PAGES = 32  # that a patch asks for at once
+
+
+def choose_complete(
+    tables: PagedTables, choose: Callable[[], Selection], camera: Camera, goal: Goal
+) -> tuple[Selection, dict[str, Any]]:
+    """Choose a mesh, load pages until it keeps its tolerance, and say what is missing.
+
+    Returns
+    -------
+    Selection
+        The last mesh that was chosen.
+    dict
+        `complete`, `tiles_resident`, `tiles_missing`: docs/stats.md.
+    """
+    if goal.triangles:
+        raise UsageError("a store is drawn within a tolerance: give --max-error, not --triangles")
+    terrain = tables.terrain
+    while True:
+        selection = choose()
+        wanted = pages_wanted(terrain, selection, camera, goal.tolerance_px)
+        if not wanted or not tables.load(wanted):
+            break
+    there = terrain.slot_of.keys() | terrain.missing.keys()
+    left_out = [key for key in wanted if key not in there]
+    missing = [{"tile": _called(key), "reason": reason} for key, reason in terrain.missing.items()]
+    missing += [{"tile": _called(key), "reason": "no room (--gpu-memory)"} for key in left_out]
+    told = {"complete": not wanted, "tiles_resident": len(terrain.slot_of), "tiles_missing": missing}
+    return selection, told
+
+
+def pages_wanted(terrain: PagedTerrain, selection: Selection, camera: Camera, tolerance_px: float) -> list[PageKey]:
+    """Pages under patches over tolerance that would make them finer, the most useful first.
+
+    A page's worth is certified pixels times projected area, of all patches that want it.
+    """
+    worth: dict[PageKey, float] = {}
+    last = terrain.heightmap.cols - 1, terrain.heightmap.rows - 1
+    (east, north), eye = terrain.heightmap.spacing_m, np.asarray(camera.eye)
+    for x, y, side_log2, bound_px in _over(selection, tolerance_px):
+        low = max(x, 0), max(y, 0)
+        end = min(x + (1 << side_log2), last[0]), min(y + (1 << side_log2), last[1])
+        finest = terrain.resident_level(low, end, max(0, side_log2 - 6))
+        if finest == 0:
+            continue  # all posts are there: tessellation ends
+        steps = min(max(1, math.ceil(math.log2(min(bound_px / tolerance_px, 2.0**MOST_LEVELS)))), finest)
+        keys = terrain.over(low, end, finest - steps)
+        while len(keys) > MOST_PAGES and steps > 1:
+            steps -= 1
+            keys = terrain.over(low, end, finest - steps)
+        middle = np.array([(low[0] + end[0]) / 2 * east, (last[1] - (low[1] + end[1]) / 2) * north, eye[2]])
+        away = max(float(np.linalg.norm((middle - eye)[:2])), 1.0)
+        gain = bound_px * ((1 << side_log2) * max(east, north) / away) ** 2
+        for key in keys:
+            if key not in terrain.slot_of:
+                worth[key] = worth.get(key, 0.0) + gain
+    return sorted(worth, key=lambda key: (-worth[key], key))
+
+
+def _over(selection: Selection, tolerance_px: float) -> list[tuple[int, int, int, float]]:
+    """Corner, log2 of the side, and bound of the patches over tolerance."""
+    surface: Any = selection.surface
+    data = surface.patches.read(selection.patches * layout.RING_PATCH.itemsize) if selection.patches else b""
+    patches = layout.unpack_ring_patches(np.frombuffer(data, layout.RING_PATCH))
+    over = patches.bound_px > tolerance_px
+    columns = patches.corner[over, 0], patches.corner[over, 1], patches.side_log2[over], patches.bound_px[over]
+    return list(zip(*(column.tolist() for column in columns), strict=True))
+
+
+def _called(key: PageKey) -> str:
+    level, row, col = key
+    return f"level {level}, row {row}, column {col}"

@@ -1,0 +1,295 @@
+"""Maps in pages: the certificate holds whatever pages are there; with all of them the mesh is that of the whole map."""
+
+import json
+import math
+import shutil
+from pathlib import Path
+
+import numpy as np
+import pytest
+from commands import refused, spawn
+from maps import cliff, rough, spike
+
+from terrain_gl.camera import Camera
+from terrain_gl.exceptions import TerrainError, UsageError
+from terrain_gl.files.views import standard_view
+from terrain_gl.gpu import layout
+from terrain_gl.heightmap import Heightmap
+from terrain_gl.options import RenderOptions
+from terrain_gl.renderer import Renderer
+
+pytest.importorskip("zarr")
+from terrain_gl.pages import Page, PagedMap
+from terrain_gl.store import build
+from terrain_gl.store.opened import StoredMap
+
+SIZE = (160, 90)
+SMALL = {"tile": 16, "shard": 64, "spacing_m": 2.0}
+
+
+@pytest.fixture(scope="module", params=["rough", "cliff", "spike"])
+def maps(request, tmp_path_factory):
+    """A map as a whole, and its store."""
+    heights = {"rough": lambda: rough(200, 261, relief=60), "cliff": cliff, "spike": spike}[request.param]()
+    path = tmp_path_factory.mktemp("store") / "s"
+    build(np.asarray(heights, np.float32), path, **SMALL)
+    return Heightmap(heights, 2.0), path
+
+
+@pytest.fixture(scope="module")
+def hills(tmp_path_factory):
+    """A map as a whole, and its store."""
+    heights = rough(200, 261, relief=60)
+    path = tmp_path_factory.mktemp("store") / "s"
+    build(heights, path, **SMALL)
+    return Heightmap(heights, 2.0), path
+
+
+def random_view(heightmap, rng):
+    """From anywhere around the map, close to the ground or high above, at a place on it."""
+    (width, depth), (low, high) = heightmap.extent_m, heightmap.range_m
+    x, y = rng.uniform(-0.2, 1.2, 2) * (width, depth)
+    z = high + rng.choice([2.0, 20.0, 200.0]) * rng.random()
+    target = (*(rng.random(2) * (width, depth)), low)
+    return Camera((x, y, z), target, rng.uniform(20, 70))
+
+
+def all_pages(heightmap):
+    return [
+        (level, row, col)
+        for level in range(heightmap.top, -1, -1)
+        for row in range(heightmap.pages(level)[0])
+        for col in range(heightmap.pages(level)[1])
+    ]
+
+
+def choose(renderer, camera, **options):
+    """Choose a mesh of the pages that are there, and no others; returns its certified error."""
+    frame = renderer.inspector.frame = renderer.select(camera, renderer.size, RenderOptions(**options))
+    return frame.selection
+
+
+def patches_of(renderer):
+    renderer.session.enter()
+    selection = renderer.inspector.frame.selection
+    return selection.surface.patches.read(selection.patches * layout.RING_PATCH.itemsize)
+
+
+def load(renderer, keys):
+    renderer.session.enter()
+    renderer.tables.load(keys)
+
+
+def seen_by(renderer):
+    """The place of the map that each sample of the last picture sees: its depth."""
+    renderer.session.enter()
+    return renderer.picture.places()
+
+
+def achieved(renderer):
+    steps = renderer.inspector.measure_steps()
+    while True:
+        try:
+            next(steps)
+        except StopIteration as end:
+            return end.value
+
+
+@pytest.fixture
+def alone(monkeypatch):
+    """Nothing is loaded while a mesh is chosen."""
+    monkeypatch.setattr("terrain_gl.renderer.choose_complete", lambda tables, select, *_: (select(), {}))
+
+
+# --- What is certified ------------------------------------------------------------------------------------------------
+
+
+@pytest.mark.parametrize("metric", ["max", "rms"])
+def test_with_all_pages_the_mesh_is_that_of_the_whole_map(maps, metric):
+    whole, path = maps
+    rng = np.random.default_rng(3)
+    with Renderer(whole, SIZE) as one, Renderer(StoredMap(path), SIZE) as other:
+        load(other, all_pages(other.heightmap))
+        assert len(other.terrain.slot_of) == len(all_pages(other.heightmap))
+        for _ in range(6):
+            camera, error_px = random_view(whole, rng), float(rng.choice([0.3, 1.0, 4.0]))
+            first = one.draw(camera, error_px, metric=metric, style="depth")
+            second = other.draw(camera, error_px, metric=metric, style="depth")
+            assert patches_of(one) == patches_of(other)
+            assert second["certified_max_error_px"] == first["certified_max_error_px"]
+            np.testing.assert_array_equal(seen_by(other), seen_by(one))
+
+
+@pytest.mark.parametrize("metric", ["max", "rms"])
+def test_whatever_is_there_achieves_what_is_certified(maps, metric, alone):
+    whole, path = maps
+    rng = np.random.default_rng(7)
+    with Renderer(whole, SIZE) as one:
+        for _ in range(2):
+            with Renderer(StoredMap(path), SIZE) as other:
+                keys = all_pages(other.heightmap)
+                for _ in range(3):
+                    load(other, [keys[i] for i in rng.integers(0, len(keys), 6)])
+                    camera, error_px = random_view(whole, rng), float(rng.choice([0.3, 1.0, 4.0]))
+                    selection = choose(other, camera, max_error_px=error_px, metric=metric)
+                    found = achieved(other)
+                    most_px = found.max_px if metric == "max" else found.rms_px
+                    assert most_px <= selection.certified_px
+                    assert found.uncovered == 0
+                    choose(one, camera, max_error_px=error_px, metric=metric)
+                    assert found.posts == achieved(one).posts
+
+
+def test_a_view_loads_what_it_needs_and_no_more(hills):
+    whole, path = hills
+    camera = standard_view(whole, "default")
+    with Renderer(StoredMap(path), SIZE) as renderer:
+        for error_px, least in ((8.0, 0), (0.4, 1)):
+            before = len(renderer.terrain.slot_of)
+            stats = renderer.draw(camera, error_px)
+            assert stats["complete"] and stats["tiles_missing"] == []
+            assert renderer.measure()["max_error_px"] <= stats["certified_max_error_px"] <= error_px
+            assert stats["tiles_resident"] >= before + least
+        assert stats["tiles_resident"] < len(all_pages(renderer.heightmap))
+
+
+def test_a_small_pool_is_never_exceeded_and_says_what_has_no_room(hills):
+    whole, path = hills
+    stored = StoredMap(path)
+    stored.gpu_bytes = 300 << 10
+    with Renderer(stored, SIZE) as renderer:
+        stats = renderer.draw(standard_view(whole, "default"), 0.2)
+        assert renderer.terrain.slots < len(all_pages(stored))
+        assert stats["tiles_resident"] <= renderer.terrain.slots
+        assert stats["gpu_bytes"]["heights"] + stats["gpu_bytes"]["sat"] <= 300 << 10
+        assert not stats["complete"] and "no room" in stats["tiles_missing"][0]["reason"]
+        assert 0.2 < stats["certified_max_error_px"] >= renderer.measure()["max_error_px"]
+
+
+# --- Faults -----------------------------------------------------------------------------------------------------------
+
+
+class Faulty(StoredMap):
+    """A store of which every third fine tile fails."""
+
+    def page(self, key):
+        if key[0] < 2 and sum(key) % 3 == 0:
+            raise TerrainError(f"{key}: its checksum does not fit")
+        return super().page(key)
+
+
+def test_tiles_that_fail_are_named_and_bounded_by_coarser_ones(hills):
+    whole, path = hills
+    rng = np.random.default_rng(5)
+    with Renderer(Faulty(path), SIZE) as renderer:
+        named = False
+        for _ in range(6):
+            stats = renderer.draw(random_view(whole, rng), 0.5)
+            assert renderer.measure()["max_error_px"] <= stats["certified_max_error_px"]
+            assert stats["complete"] or stats["tiles_missing"]
+            named = named or any("checksum" in tile["reason"] for tile in stats["tiles_missing"])
+        assert named
+
+
+def test_budgets_and_other_methods_are_refused(hills):
+    _, path = hills
+    with Renderer(StoredMap(path), SIZE) as renderer:
+        camera = Camera((100, 100, 300), (100, 200, 0))
+        for options in ({"triangles": 1000}, {"max_error_px": 1, "method": "quadtree"}):
+            with pytest.raises(UsageError, match="store"):
+                renderer.draw(camera, **options)
+
+
+# --- Maps larger than any memory --------------------------------------------------------------------------------------
+
+
+class Waves(PagedMap):
+    """200,000 × 90,000 posts of sin x + sin y that answer any window at any stride; its records bound its curvature."""
+
+    rows_, cols_, tile, top = 90_000, 200_000, 64, 11
+    gpu_bytes = 64 << 20
+
+    def __init__(self):
+        self.name, self.spacing_m, self.range_m = "waves", (30.0, 30.0), (-2000.0, 2000.0)
+        self.quantised_m, self.georeference, self.voids, self.look = self.range_m, None, 0, "auto"
+        self.assumes_spacing, self.opened, self.scales, self.notes = False, None, (1.0, 0.0), ()
+        self.heights = self
+        self.shape, self.most = (self.rows_, self.cols_), 0
+
+    def __getitem__(self, index):
+        row, col = index
+        if isinstance(row, slice):
+            row, col = np.arange(*row.indices(self.rows_))[:, None], np.arange(*col.indices(self.cols_))
+        self.most = max(self.most, np.size(row) * np.size(col))
+        return (1000 * np.sin(row / 500.0) + 1000 * np.sin(col / 900.0)).astype(np.float32)
+
+    def page(self, key):
+        level, row, col = key
+        rows, cols = self.nodes(level)
+        row, col = np.arange(row * 64, min(row * 64 + 64, rows) + 1), np.arange(col * 64, min(col * 64 + 64, cols) + 1)
+        at = np.minimum(row << level, self.rows_ - 1)[:, None], np.minimum(col << level, self.cols_ - 1)
+        heights, shape = self[at], (len(row) - 1, len(col) - 1)
+        if level == 0:
+            return Page(heights, np.zeros((2, 0, 0), np.uint32), np.zeros((2, 0, 0), np.uint16))
+        # along an axis a chord of length n misses a sine by n²/8 of its curvature; float32 adds some 1e-4 m
+        n = 1 << level
+        error_m = min(2000.0, 1000 * n * n / 8 * (1 / 500.0**2 + 1 / 900.0**2) * 2 + 1e-3)
+        half = np.float16(min(error_m / 4096.0 * 1.01, 1.0) * 2**14).view(np.uint16)
+        errors = np.full((2, *shape), int(half) * 0x10001, np.uint32)
+        slack = 1000 * n * (1 / 500.0 + 1 / 900.0)
+        corners = [heights[:-1, :-1], heights[1:, :-1], heights[:-1, 1:], heights[1:, 1:]]
+        low, high = np.minimum.reduce(corners) - slack, np.maximum.reduce(corners) + slack
+        steps = [np.clip((h + 2048) / 4096 * 65535, 0, 65535) for h in (low, high)]
+        return Page(heights, errors, np.stack([np.floor(steps[0]), np.ceil(steps[1])]).astype(np.uint16))
+
+
+def test_a_map_of_eighteen_thousand_million_posts_is_drawn_and_measured():
+    waves = Waves()
+    with Renderer(waves, SIZE) as renderer:
+        for eye in ((3e6, 1.3e6, 6000.0), (1.5e6, 2e5, 40_000.0)):
+            stats = renderer.draw(Camera(eye, (eye[0] + 5000, eye[1] + 9000, 0)), 1.0, style="lambert")
+            assert stats["complete"] and stats["certified_max_error_px"] <= 1.0
+            assert stats["tiles_resident"] <= renderer.terrain.slots < 2000
+        assert waves.most <= 66**2
+    assert math.prod(waves.shape) == 18_000_000_000
+
+
+# --- The command line -------------------------------------------------------------------------------------------------
+
+
+@pytest.fixture
+def store(hills, tmp_path, monkeypatch):
+    """A store in the working folder."""
+    monkeypatch.chdir(tmp_path)
+    shutil.copytree(hills[1], "s")
+    return "s"
+
+
+def test_commands_read_stores(store):
+    done = spawn("measure", store, "--size", "96x64", "--max-error", "2", "--json", "-")
+    stats = json.loads(done.stdout)
+    assert done.returncode == 0 and stats["complete"]
+    assert stats["max_error_px"] <= stats["certified_max_error_px"] <= 2 and stats["holes"] == 0
+    told = json.loads(spawn("info", store, "--json", "-").stdout)["map"]
+    assert (told["cols"], told["rows"], told["store"]["tile"]) == (261, 200, 16)
+
+
+def test_a_damaged_tile_ends_a_shot_with_one_line(store):
+    for shard in Path(store, "heights/0/c").rglob("*"):
+        if shard.is_file():
+            shard.write_bytes(shard.read_bytes()[:100])
+    done = spawn(
+        "shot", store, "-o", "p.png", "--size", "96x64", "--max-error", "0.05", "--view", "ridge", "--json", "n.json"
+    )
+    assert done.returncode == 1 and done.stderr.count("\n") == 1 and "not complete" in done.stderr
+    stats = json.loads(Path("n.json").read_text())
+    assert not stats["complete"] and stats["certified_max_error_px"] > 0.05
+    assert all("heights/0" in tile["reason"] for tile in stats["tiles_missing"])
+
+
+def test_what_cannot_read_stores_says_so(store):
+    refused(spawn("mesh", store, "-o", "m.glb"), 1, "is a store", "shot, measure and info")
+    refused(spawn("shot", store, "-o", "p.png", "--spacing", "3"), 2, "has its own scales")
+    refused(spawn("shot", store, "-o", "p.png", "--triangles", "300"), 2, "--max-error")
+    Path(store, "zarr.json").write_text("{}")
+    refused(spawn("info", store), 1, "not a finished store")
