@@ -325,13 +325,7 @@ def panels(name, unit, ending=""):
             if len(numbers):
                 drawn = numbers > 0  # an error of 0 has no logarithm
                 ax.plot(np.array(columns["triangles"])[drawn], numbers[drawn], markersize=4, label=method, **style)
-        ax.set(title=f"{land_name}, {view}", xscale="log", yscale="log")
-        ax.xaxis.set_major_locator(LogLocator(subs=(1, 3)))
-        ax.xaxis.set_major_formatter(lambda value, _: f"{value / 1000:g}k")
-        ax.yaxis.set_major_locator(LogLocator(subs=(1, 2, 5)))
-        ax.yaxis.set_major_formatter(lambda value, _: f"{value:g}")
-        ax.grid(True, which="major", linewidth=0.3)
-        ax.minorticks_off()
+        plain(ax, f"{land_name}, {view}")
     for ax in axes.flat[len(found) :]:
         ax.set_axis_off()
     figure.legend(*axes.flat[0].get_legend_handles_labels(), loc="outside upper center", ncols=6, frameon=False)
@@ -340,11 +334,44 @@ def panels(name, unit, ending=""):
     return figure
 
 
+def other_programs():
+    """Triangles of whole maps against the error in metres: ours, and two other programs'."""
+    found = {}
+    with open(ROOT / "docs" / "tables" / "other_programs.csv", encoding="utf-8", newline="") as file:
+        for row in csv.DictReader(file):
+            curves = found.setdefault(row["map"], {"terrain-gl": [], "pydelatin": [], "pymartini": []})
+            metres, theirs = float(row["metres"]), float(row["pymartini metres"])
+            curves["terrain-gl"] += [(metres, int(row["terrain-gl"])), (theirs, int(row["terrain-gl there"]))]
+            curves["pydelatin"].append((metres, int(row["pydelatin"])))
+            curves["pymartini"].append((theirs, int(row["pymartini"])))
+    styles = {"terrain-gl": STYLES["quadtree"], "pydelatin": STYLES["tessellated"], "pymartini": STYLES["clipmap"]}
+    figure, axes = plt.subplots(3, 3, figsize=(10, 7.5), constrained_layout=True)
+    for ax, (name, curves) in zip(axes.flat, found.items(), strict=True):
+        for program, points in curves.items():
+            ax.plot(*zip(*sorted(points), strict=True), markersize=4, label=program, **styles[program])
+        plain(ax, name)
+    figure.legend(*axes.flat[0].get_legend_handles_labels(), loc="outside upper center", ncols=3, frameon=False)
+    figure.supxlabel("error, m")
+    figure.supylabel("triangles")
+    return figure
+
+
+def plain(ax, title):
+    """Logarithmic axes with plain numbers."""
+    ax.set(title=title, xscale="log", yscale="log")
+    for axis, steps in ((ax.xaxis, (1, 3)), (ax.yaxis, (1, 2, 5))):
+        axis.set_major_locator(LogLocator(subs=steps))
+        axis.set_major_formatter(lambda value, _: f"{value / 1000:g}k" if value >= 1000 else f"{value:g}")
+    ax.grid(True, which="major", linewidth=0.3)
+    ax.minorticks_off()
+
+
 FIGURES = {"cell.svg": cell, "fan.svg": fan, "rings.png": rings, "price.svg": price, "footprint.svg": footprint}
 FIGURES |= {
     "screen_error.svg": lambda: panels("screen_error.csv", "RMS screen error, px"),
     "picture_rmse.svg": lambda: panels("pictures.csv", "RMSE", " RMSE"),
     "picture_flip.svg": lambda: panels("pictures.csv", "FLIP", " FLIP"),
+    "other_programs.svg": other_programs,
 }
 
 

@@ -1,5 +1,6 @@
 """The site: its figures are drawn by code, its tables and checksums are those of the files."""
 
+import csv
 import hashlib
 import importlib.util
 import os
@@ -125,9 +126,26 @@ def test_the_gallery_draws_every_example():
         assert line == "=" * (len(title) - 3), f"{path.name}: the title is underlined"
 
 
+def test_each_table_is_linked_from_a_page():
+    pages = "".join(path.read_text(encoding="utf-8") for path in DOCS.glob("*.md"))
+    assert set(re.findall(r"\]\(tables/([^)]+)\)", pages)) == {path.name for path in (DOCS / "tables").iterdir()}
+
+
+def test_the_page_on_performance_says_what_its_table_holds():
+    with open(DOCS / "tables" / "other_programs.csv", encoding="utf-8", newline="") as file:
+        rows = list(csv.DictReader(file))
+    page = (DOCS / "performance.md").read_text(encoding="utf-8")
+    (numbers,) = re.findall(
+        r"have ([\d.]+) to ([\d.]+) times as many.*?and ([\d.]+) to ([\d.]+) times", page, re.DOTALL
+    )
+    delaunay = [int(row["terrain-gl"]) / int(row["pydelatin"]) for row in rows]
+    martini = [int(row["terrain-gl there"]) / int(row["pymartini"]) for row in rows]
+    said = [min(delaunay), max(delaunay), min(martini), max(martini)]
+    assert said == pytest.approx([float(number) for number in numbers], abs=0.06)
+
+
 def test_the_comparison_says_what_its_tables_hold(figures):
     page = (DOCS / "comparison.md").read_text(encoding="utf-8")
-    assert set(re.findall(r"\]\(tables/([^)]+)\)", page)) == {path.name for path in (DOCS / "tables").iterdir()}
     errors, pictures = figures.table("screen_error.csv"), figures.table("pictures.csv")
     assert errors.keys() >= pictures.keys() and len(errors) > 5
     factors = []
