@@ -8,6 +8,7 @@ after the one above it.
 from __future__ import annotations
 
 import math
+from collections.abc import Iterable
 from dataclasses import dataclass
 from typing import Any, NamedTuple
 
@@ -131,6 +132,7 @@ class PagedTerrain:
         self.heights = self._texture((across * (side + 1), across * (side + 1)), "f4")
         self.marks = self._texture((1, 1), "u1")
         self.slot_of: dict[PageKey, int] = {}
+        self._free = list(range(self.slots))[::-1]
         self.missing: dict[PageKey, str] = {}
         self._tables, self._finest, self._first = self._empty_tables()
         self.table = self._texture((ROW, -(-len(self._words()) // ROW)), "u4")
@@ -163,9 +165,9 @@ class PagedTerrain:
 
     def place(self, key: PageKey, heights: np.ndarray) -> int | None:
         """Put a page's heights into a slot; None if all are taken. `send` makes it visible."""
-        if len(self.slot_of) >= self.slots:
+        if not self._free:
             return None
-        slot = self.slot_of[key] = len(self.slot_of)
+        slot = self.slot_of[key] = self._free.pop()
         level, row, col = key
         side, whole = self.heightmap.tile + 1, np.empty((self.heightmap.tile + 1,) * 2, np.float32)
         whole[...] = np.pad(heights, [(0, side - n) for n in heights.shape], mode="edge")
@@ -176,6 +178,22 @@ class PagedTerrain:
         part = self._finest[row << level : row + 1 << level, col << level : col + 1 << level]
         part[part >> 24 >= level] = slot | level << 24
         return slot
+
+    def keep(self, keys: Iterable[PageKey]) -> int:
+        """Free the slots of all pages but these, those above them, and the pinned ones; returns how many."""
+        kept = set(self.pinned())
+        for level, row, col in keys:
+            while (level, row, col) not in kept and level <= self.top_level:
+                kept.add((level, row, col))
+                level, row, col = level + 1, row // 2, col // 2
+        gone = [key for key in self.slot_of if key not in kept]
+        for key in sorted(gone):  # finest first: the finest page left over a place is the one above
+            self._free.append(self.slot_of.pop(key))
+            level, row, col = key
+            self._tables[level][row, col] = 0
+            above = self.slot_of[level + 1, row // 2, col // 2] | level + 1 << 24
+            self._finest[row << level : row + 1 << level, col << level : col + 1 << level] = above
+        return len(gone)
 
     def send(self) -> None:
         """Make all pages visible that have been placed."""

@@ -35,11 +35,16 @@ def choose_complete(
     """
     if goal.triangles:
         raise UsageError("a store is drawn within a tolerance: give --max-error, not --triangles")
-    terrain = tables.terrain
+    terrain, has_evicted = tables.terrain, False
     while True:
         selection = choose()
         wanted = pages_wanted(terrain, selection, camera, goal.tolerance_px)
-        if not wanted or not tables.load(wanted):
+        if not wanted:
+            break
+        if not has_evicted and len(terrain.slot_of) + len(wanted) > terrain.slots:
+            has_evicted = True  # once a view: what it loads from now on, it needs
+            terrain.keep(pages_used(terrain, selection))
+        if not tables.load(wanted):
             break
     there = terrain.slot_of.keys() | terrain.missing.keys()
     left_out = [key for key in wanted if key not in there]
@@ -77,11 +82,27 @@ def pages_wanted(terrain: PagedTerrain, selection: Selection, camera: Camera, to
     return sorted(worth, key=lambda key: (-worth[key], key))
 
 
-def _over(selection: Selection, tolerance_px: float) -> list[tuple[int, int, int, float]]:
-    """Corner, log2 of the side, and bound of the patches over tolerance."""
+def pages_used(terrain: PagedTerrain, selection: Selection) -> set[PageKey]:
+    """The pages at the spacing of each patch, as far as they are there."""
+    last, used = (terrain.heightmap.cols - 1, terrain.heightmap.rows - 1), set()
+    patches = _patches(selection)
+    for (x, y), side, step_log2 in zip(
+        patches.corner.tolist(), patches.side.tolist(), patches.step_log2.tolist(), strict=True
+    ):
+        end = min(x + side, last[0]), min(y + side, last[1])
+        used.update(terrain.over((x, y), end, min(max(step_log2, 0), terrain.top_level)))
+    return used & terrain.slot_of.keys()
+
+
+def _patches(selection: Selection) -> layout.RingPatches:
     surface: Any = selection.surface
     data = surface.patches.read(selection.patches * layout.RING_PATCH.itemsize) if selection.patches else b""
-    patches = layout.unpack_ring_patches(np.frombuffer(data, layout.RING_PATCH))
+    return layout.unpack_ring_patches(np.frombuffer(data, layout.RING_PATCH))
+
+
+def _over(selection: Selection, tolerance_px: float) -> list[tuple[int, int, int, float]]:
+    """Corner, log2 of the side, and bound of the patches over tolerance."""
+    patches = _patches(selection)
     over = patches.bound_px > tolerance_px
     columns = patches.corner[over, 0], patches.corner[over, 1], patches.side_log2[over], patches.bound_px[over]
     return list(zip(*(column.tolist() for column in columns), strict=True))

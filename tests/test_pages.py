@@ -166,6 +166,22 @@ def test_a_small_pool_is_never_exceeded_and_says_what_has_no_room(hills):
         assert 0.2 < stats["certified_max_error_px"] >= renderer.measure()["max_error_px"]
 
 
+def test_a_pool_that_is_full_of_other_places_makes_room(hills):
+    whole, path = hills
+    stored = StoredMap(path)
+    stored.gpu_bytes = 420 << 10
+    width, depth = whole.extent_m
+    with Renderer(stored, SIZE) as renderer:
+        seen = set()
+        for x, y in ((0.1, 0.1), (0.9, 0.1), (0.9, 0.9), (0.1, 0.9), (0.1, 0.1)):
+            eye = x * width, y * depth, whole.range_m[1] + 20
+            stats = renderer.draw(Camera(eye, (eye[0] + 1, eye[1], 0)), 0.5)
+            assert stats["complete"] and stats["tiles_resident"] <= renderer.terrain.slots
+            assert renderer.measure()["max_error_px"] <= stats["certified_max_error_px"] <= 0.5
+            seen |= renderer.terrain.slot_of.keys()
+        assert len(seen) > renderer.terrain.slots
+
+
 # --- Faults -----------------------------------------------------------------------------------------------------------
 
 
