@@ -21,7 +21,8 @@ import numpy as np
 from .gpu import gl, shaders
 from .steps import Steps
 
-STRIP = 64  # words that one thread adds up
+STRIP = 64  # words that one thread of a GPU adds up
+WHOLE = 2**24  # longer than any line: a strip that is the whole line
 PORTION = 2**17  # words of a layer that one step of `RecordedTable.build_steps` records
 GROUP = 64  # threads of a work group, as in glsl/sat
 _WORD_DTYPES = {8: "<u1", 16: "<u2", 32: "<u4", 64: "<u8"}
@@ -48,15 +49,19 @@ class SummedAreaTables:
     ----------
     bits
         32, 64 (a uvec2, low half first), or 16 or 8: two or four independent sums side by side in a 32-bit word.
+    strip
+        Words that one thread adds up. By default `STRIP`, so that a GPU has many threads. A software renderer has few
+        cores: there it is the whole line, which needs no sums of strips and reads each word once instead of twice.
     """
 
-    def __init__(self, ctx: moderngl.Context, bits: int = 32) -> None:
+    def __init__(self, ctx: moderngl.Context, bits: int = 32, strip: int | None = None) -> None:
         if bits not in _WORD_DTYPES:
             raise ValueError(f"bits: expected 8, 16, 32 or 64, got {bits}")
         self.ctx, self.bits = ctx, bits
+        self.strip = strip or (WHOLE if gl.is_software(ctx) else STRIP)
         self.word_bytes = max(bits, 32) // 8
         names = ("reduce", "scan", "propagate", "difference", "spread", "query")
-        defines = {"BITS": bits, "STRIP": STRIP}
+        defines = {"BITS": bits, "STRIP": self.strip}
         self._kernels = {name: shaders.compute(ctx, f"sat/{name}.comp", defines) for name in names}
 
     def build(self, buffer: moderngl.Buffer, table: Table) -> None:
@@ -91,7 +96,7 @@ class SummedAreaTables:
         place = {"size": table[:2], "edit_at": (x, y), "edit_size": at[:2], "first": table.first}
         self._run("difference", blocks, (at.width, at.height, at.layers), **place)
         self.build(values, at)
-        strips = -(-(table.height - y) // STRIP)
+        strips = -(-(table.height - y) // self.strip)
         self._run("spread", blocks, (table.width - x, strips, table.layers), **place)
 
     def box_sums(self, buffer: moderngl.Buffer, table: Table, boxes: np.ndarray, layer: int = 0) -> np.ndarray:
@@ -126,11 +131,12 @@ class SummedAreaTables:
         return np.frombuffer(data, _WORD_DTYPES[self.bits])
 
     def _sum_lines(self, buffer: moderngl.Buffer, table: Table, **lines: int) -> None:
-        """Reduce, scan, propagate along parallel lines of words."""
-        strips = -(-lines["length"] // STRIP)
+        """Reduce, scan, propagate along parallel lines of words; a line that is one strip needs no sums of strips."""
+        strips = -(-lines["length"] // self.strip)
         sums = self.ctx.buffer(reserve=lines["lines"] * strips * table.layers * self.word_bytes)
         blocks = {"Words": buffer, "StripSums": sums}
-        for phase, rows in (("reduce", strips), ("scan", 1), ("propagate", strips)):
+        phases = (("reduce", strips), ("scan", 1), ("propagate", strips))
+        for phase, rows in phases if strips > 1 else phases[2:]:
             self._run(phase, blocks, (lines["lines"], rows, table.layers), first=table.first, **lines)
         sums.release()
 

@@ -8,17 +8,18 @@ from hypothesis import strategies as st
 from terrain_gl import reference
 from terrain_gl.exceptions import TerrainError
 from terrain_gl.gpu import gl
-from terrain_gl.sat import STRIP, SummedAreaTables, Table
+from terrain_gl.sat import STRIP, WHOLE, SummedAreaTables, Table
 
 BITS = (8, 16, 32, 64)
 SMALL = [(1, 1), (1, 6), (6, 1), (12, 19), (49, 2)]  # rows, cols
 LARGE = [(100, 300), (1000, 37), (4097, 33), (STRIP, STRIP + 1), (2 * STRIP, 2 * STRIP - 1)]
 
 
-@pytest.fixture(scope="module")
-def tables(session_context):
+@pytest.fixture(scope="module", params=[STRIP, WHOLE], ids=["strips", "whole lines"])
+def tables(session_context, request):
+    """The kernels of each word size, as GPUs and as software renderers run them."""
     with session_context:
-        yield {bits: SummedAreaTables(session_context, bits) for bits in BITS}
+        yield {bits: SummedAreaTables(session_context, bits, request.param) for bits in BITS}
 
 
 def random_words(shape, bits, seed=0):

@@ -7,6 +7,8 @@
 //   line 1 │ • • • • → │ • • • • → │ • • • →          they load neighbouring words; along rows each thread uses
 //   line 2 │ • • • • → │ • • • • → │ • • • →          all words of its own cache lines.
 //
+//   Where a strip is as long as a line, rows and columns take one pass each, sat/propagate.comp.
+//
 // Provides word[], strip_sum[], word_index(), strip_index(), strips().
 // Python twin: reference.sat
 

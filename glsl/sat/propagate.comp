@@ -8,7 +8,7 @@ void main() {
     uint line = gl_GlobalInvocationID.x, strip = gl_GlobalInvocationID.y, layer = gl_GlobalInvocationID.z;
     if (line >= u_lines) return;
 
-    WORD sum = strip_sum[strip_index(line, strip, layer)];
+    WORD sum = strip == 0u ? WORD(0) : strip_sum[strip_index(line, strip, layer)];
     uint end = min((strip + 1u) * STRIP, u_length);
     uint at = word_index(line, strip * STRIP, layer);
     for (uint i = strip * STRIP; i < end; i++, at += u_word_step) {

@@ -50,6 +50,11 @@ def function(ctx: moderngl.Context, name: str, result: Any, *arguments: Any) -> 
     return ctypes.CFUNCTYPE(result, *arguments)(address)
 
 
+def is_software(ctx: moderngl.Context) -> bool:
+    """Whether the processor draws: it has few cores, and every work group has a cost of its own."""
+    return str(ctx.info["GL_RENDERER"]).startswith(SOFTWARE)
+
+
 def clip_control_zero_to_one(ctx: moderngl.Context) -> bool:
     """Make clip-space depth run from 0 to 1, as reversed depth needs; False if the driver cannot."""
     if ctx.version_code < 450 and "GL_ARB_clip_control" not in ctx.extensions:

@@ -260,8 +260,7 @@ class ClipmapSelector:
         variant = self._variant if name in _ASKING else ""
         if (name, variant) not in self._kernels:
             # a software renderer starts every thread of a group in turn, and runs eight of them side by side
-            software = self.ctx.info["GL_RENDERER"].startswith(gl.SOFTWARE)
-            defines = {"MOST_VERTICES": gl.MOST_VERTICES, "THREADS": 8 if software else 64}
+            defines = {"MOST_VERTICES": gl.MOST_VERTICES, "THREADS": 8 if gl.is_software(self.ctx) else 64}
             self._kernels[name, variant] = shaders.compute(
                 self.ctx, f"rings/{name}.comp", defines | _ASKING.get(name, {}).get(variant, {})
             )
