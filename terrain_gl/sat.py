@@ -22,7 +22,7 @@ from .gpu import gl, shaders
 from .steps import Steps
 
 STRIP = 64  # words that one thread of a GPU adds up
-WHOLE = 2**24  # longer than any line: a strip that is the whole line
+WHOLE = 2**15  # longer than any line of a map; llvmpipe ends a thread's loops, without a word, after 2^16 iterations
 PORTION = 2**17  # words of a layer that one step of `RecordedTable.build_steps` records
 GROUP = 64  # threads of a work group, as in glsl/sat
 _WORD_DTYPES = {8: "<u1", 16: "<u2", 32: "<u4", 64: "<u8"}
@@ -146,11 +146,9 @@ class SummedAreaTables:
         """Run one kernel over `threads`; blocks and uniforms that it does not declare are left out."""
         kernel: Any = self._kernels[name]
         for block, buffer in blocks.items():
-            if block in kernel:
+            if gl.has(kernel, block):
                 buffer.bind_to_storage_buffer(kernel[block].binding)
-        for key, value in uniforms.items():
-            if f"u_{key}" in kernel:
-                kernel[f"u_{key}"] = value
+        gl.write_uniforms(kernel, **uniforms)
         kernel.run(-(-threads[0] // GROUP), *threads[1:])
         self.ctx.memory_barrier(moderngl.SHADER_STORAGE_BARRIER_BIT | moderngl.BUFFER_UPDATE_BARRIER_BIT)
 

@@ -358,16 +358,14 @@ class Picture:
 
     def _bind(self, program: Any, uniforms: dict[str, Any]) -> None:
         """Bind everything that shading reads."""
-        for name, value in uniforms.items():
-            if f"u_{name}" in program:
-                program[f"u_{name}"] = value
+        gl.write_uniforms(program, **uniforms)
         self.terrain.bind()
         self.view.bind()
         self.sums.bind()
         bind("shade/seen.glsl", Listed=self._listed, u_depth=self._depth)
         if self._drawn:
             bind("shade/drawn.glsl", u_drawn=self._drawn)
-        if "Lights" in program:
+        if gl.has(program, "Lights"):
             self.lighting.bind(program)
 
     def _program(self, fragment: str, kind: str = "ANY", wet: bool = False) -> tuple[Any, Any]:

@@ -7,7 +7,7 @@ from test_layout import member, members, read_back, writes
 
 from terrain_gl import reference, terrain
 from terrain_gl.comparison import clipmap, tessellated
-from terrain_gl.gpu import bindings, layout, shaders
+from terrain_gl.gpu import bindings, gl, layout, shaders
 from terrain_gl.light.gaussians import LIGHTS, LOBE
 from terrain_gl.light.horizon import sun_uniforms
 
@@ -69,8 +69,7 @@ def test_share_of_the_suns_disc(ctx, elevation):
     horizons = elevation + radius * np.linspace(-2, 2, 81)
 
     def bind(kernel):
-        for name, value in sun_uniforms((0.0, np.cos(elevation), np.sin(elevation)), radius).items():
-            kernel[name] = value
+        gl.write_uniforms(kernel, **sun_uniforms((0.0, np.cos(elevation), np.sin(elevation)), radius))
 
     asked = np.sin(horizons)[:, None].repeat(4, 1)
     got = ask(ctx, "horizon/disc.glsl", "return vec4(disc_share(a.x, 0.0));", asked, bind=bind)[:, 0]

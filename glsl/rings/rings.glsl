@@ -52,6 +52,8 @@ layout(std430, binding = 0) buffer Blocks {
     Work b_all;       // blocks of all rounds; count: how many there should be room for
     Work b_leaves;    // all leaves: rings/count.comp
     Work b_queue[8];  // leaves that round r of rings/settle.comp looks at: r modulo 8
+    uint b_rounds;    // of rings/settle.comp that have changed something
+    uint b_pad[3];
     Block b_block[];
 };
 // What each unit of each block is: a leaf, a block, or nothing. Two planes: round r of rings/settle.comp reads plane r

@@ -138,7 +138,10 @@ void main() {
     Leaf leaf = leaf_at(b, id, word);
     near_ring = b.ring;
     uint verdict = judge(leaf, b.ring, side_units_log2(word) > 0 || b.unit_log2 >= 3);
-    if (verdict != word) queue_around(leaf);
+    if (verdict != word) {
+        queue_around(leaf);
+        atomicMax(b_rounds, uint(u_settled) + 1u);
+    }
     if ((verdict & SPLIT) != 0u) split(leaf, b);
     else if (verdict != cell[plane(u_settled + 1) + id]) write_square(id, side_units_log2(word), verdict);
 }

@@ -15,7 +15,8 @@ layout(std430, binding = 7) buffer Summary {
     uint s_worst_px;    // float bits: the largest bound among the patches
     uint s_blocks;      // for which there must be room
     uint s_unsettled;   // leaves that a further round of rings/settle.comp would look at
-    uint s_pad[3];
+    uint s_rounds;      // of rings/settle.comp that have changed something
+    uint s_pad[2];
     uint s_offset[];    // patches of a size in a block; then those before them
 };
 

@@ -11,7 +11,7 @@ from __future__ import annotations
 import moderngl
 
 from ..camera import Camera
-from ..gpu import shaders
+from ..gpu import gl, shaders
 from ..gpu.bindings import bind
 from ..gpu.session import Resource
 from ..light.horizon import SUN_RADIUS, Sweep, horizon_texture, lattice_direction, sun_uniforms
@@ -37,9 +37,7 @@ class Mipmaps:
         self._sweep.run(towards, self._horizon)
         self.terrain.bind()
         bind("prefilter/record.comp", u_horizons=self._horizon, **dict(zip(_TEXTURES, self.textures, strict=True)))
-        for name, value in sun_uniforms(sun, radius).items():
-            self._record[name] = value
-        self._record["u_towards"] = towards
+        gl.write_uniforms(self._record, **sun_uniforms(sun, radius), towards=towards)
         self._record.run(-(-self.textures[0].width // 64), self.textures[0].height)
         self.ctx.memory_barrier(moderngl.TEXTURE_FETCH_BARRIER_BIT | moderngl.TEXTURE_UPDATE_BARRIER_BIT)
         for texture in self.textures:

@@ -55,6 +55,20 @@ def is_software(ctx: moderngl.Context) -> bool:
     return str(ctx.info["GL_RENDERER"]).startswith(SOFTWARE)
 
 
+def has(program: Any, name: str) -> bool:
+    """Whether a program has a uniform or a block of that name; its names are listed once."""
+    if program.extra is None:
+        program.extra = frozenset(program)
+    return name in program.extra
+
+
+def write_uniforms(program: Any, **values: Any) -> None:
+    """Give a program the uniforms `u_<name>`; those that it does not have are left out."""
+    for name, value in values.items():
+        if has(program, f"u_{name}"):
+            program[f"u_{name}"] = value
+
+
 def clip_control_zero_to_one(ctx: moderngl.Context) -> bool:
     """Make clip-space depth run from 0 to 1, as reversed depth needs; False if the driver cannot."""
     if ctx.version_code < 450 and "GL_ARB_clip_control" not in ctx.extensions:

@@ -198,7 +198,16 @@ RINGS = np.dtype([("rings", "i4"), ("most_blocks", "i4"), ("pad", "2i4"), ("ring
 
 WORK = np.dtype([("groups", "u4"), ("one", "2u4"), ("count", "u4")])
 RING_QUEUES = 8
-RING_WORK = np.dtype([("round", WORK, 3), ("all", WORK), ("leaves", WORK), ("queue", WORK, RING_QUEUES)])
+RING_WORK = np.dtype(
+    [
+        ("round", WORK, 3),
+        ("all", WORK),
+        ("leaves", WORK),
+        ("queue", WORK, RING_QUEUES),
+        ("rounds", "u4"),
+        ("pad", "3u4"),
+    ]
+)
 RING_BLOCK = np.dtype([("origin", "2i4"), ("unit_log2", "i4"), ("ring", "i4")])
 
 # glsl/rings/shapes.glsl, glsl/mesh/ring.glsl
@@ -237,6 +246,7 @@ RING_SUMMARY = np.dtype(
         ("worst_px", "f4"),
         ("blocks", "u4"),
         ("unsettled", "u4"),
-        ("pad", "3u4"),
+        ("rounds", "u4"),
+        ("pad", "2u4"),
     ]
 )

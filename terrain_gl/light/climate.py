@@ -123,6 +123,7 @@ def _is_earth(crs: str | None) -> bool:
     return ellipsoid is None or _EARTH_M[0] < ellipsoid.semi_major_metre < _EARTH_M[1]
 
 
+@lru_cache(maxsize=64)
 def climate_of(latitude: float, longitude: float | None = None) -> Climate:
     """The climate of a place on the Earth, degrees north and east; without a longitude, of land with rain."""
     trees, snow = (float(np.interp(abs(latitude), _LATITUDES, metres)) for metres in (_TREES_M, _SNOW_M))

@@ -237,10 +237,7 @@ class SunVisibility:
         """Write the sunlight of `count` rows of blocks from `row` on."""
         self.terrain.bind()
         bind("horizon/sunlit.comp", u_horizons=horizon, Sunlit=buffer)
-        uniforms: dict[str, object] = {"u_towards": towards, "u_sun": sun, "u_first_row": row}
-        for name, value in (sun_uniforms(sun, radius) | uniforms).items():
-            if name in self._sunlit:
-                self._sunlit[name] = value
+        gl.write_uniforms(self._sunlit, **sun_uniforms(sun, radius), towards=towards, sun=sun, first_row=row)
         self._sunlit.run(-(-self.table.width // 64), count)
         self.ctx.memory_barrier(_BARRIER)
 
@@ -323,9 +320,7 @@ class Visibility:
             "horizon/visible.glsl", Shares=sky.buffer, Sunlit=sun.buffer, u_packed=sky.packed, u_sun_horizon=sun.horizon
         )
         bind("horizon/visible.glsl", u_shares=sky.texture.of(sky.buffer), u_sunlit=sun.texture.of(sun.buffer))
-        for name, value in {**sun_uniforms(*self._at), "u_sun_towards": self.sun.towards}.items():
-            if name in program:
-                program[name] = value
+        gl.write_uniforms(program, **sun_uniforms(*self._at), sun_towards=self.sun.towards)
 
     def release(self) -> None:
         """Release GPU resources."""
@@ -343,7 +338,7 @@ def horizon_texture(terrain: Terrain, layers: int) -> moderngl.TextureArray:
 
 def sun_uniforms(sun: Vector, radius: float) -> dict[str, float]:
     """Uniforms of horizon/disc.glsl."""
-    return {"u_sun_elevation": math.asin(max(-1.0, min(1.0, sun[2]))), "u_sun_radius": max(radius, 1e-4)}
+    return {"sun_elevation": math.asin(max(-1.0, min(1.0, sun[2]))), "sun_radius": max(radius, 1e-4)}
 
 
 def lattice_direction(towards: Vector, spacing_m: tuple[float, float]) -> Direction:

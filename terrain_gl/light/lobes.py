@@ -9,6 +9,7 @@ import moderngl
 import numpy as np
 
 from ..filling import Rect
+from ..gpu import gl
 from ..gpu.bindings import bind
 from ..sat import RecordedTable, Table
 from ..terrain import Terrain
@@ -70,9 +71,7 @@ class Cover:
         """Bind the cover to a program that includes glsl/shade/cover.glsl."""
         values = {"climate": list(self.climates), "base_m": self.terrain.base_m, "look": LOOKS[self.look].shader}
         values |= {"pictured": self.picture is not None, "marked": self.terrain.is_marked}
-        for name, value in values.items():
-            if f"u_{name}" in program:
-                program[f"u_{name}"] = value
+        gl.write_uniforms(program, **values)
         bind("shade/cover.glsl", u_albedo=self.picture or self._none)
 
     def release(self) -> None:

@@ -17,6 +17,7 @@ from __future__ import annotations
 import math
 from collections.abc import Mapping
 from dataclasses import replace
+from functools import cache
 from types import MappingProxyType
 from typing import Any
 
@@ -32,7 +33,7 @@ from ..view import View
 from .rings import PATCH, PATCHES, Ring, patches_for, rings_around
 from .selection import INFINITE_PX, Goal, Selection
 
-SETTLING = 4  # rounds of neighbours between two looks at whether they are over
+SETTLING = 4  # rounds of neighbours: at least so many in a frame, and in a row without emptying their queues
 ROUNDS = 3  # of blocks within blocks: each divides units by eight
 SQUARES = 85  # squares of a block: glsl/rings/rings.glsl
 _UNITS = PATCH * PATCH
@@ -79,6 +80,7 @@ class ClipmapSelector:
         self._kernels: dict[tuple[str, str], Any] = {}
         self._variant = "max"
         self._last_stamp = 0
+        self._rounds = SETTLING  # of neighbours that the view before needed
         self._tried = ctx.buffer(reserve=4 * PRICES * PASSES)
         self._weights = ctx.buffer(reserve=4)
         self._rings = ctx.buffer(reserve=layout.RINGS.itemsize)
@@ -207,9 +209,7 @@ class ClipmapSelector:
             first += ring.patches[0] * ring.patches[1]
         block["rings"], block["most_blocks"] = len(rings), self._most_blocks
         self._rings.write(block.tobytes())
-        work = np.zeros((), layout.RING_WORK)
-        for name in layout.RING_WORK.names or ():
-            work[name]["one"] = 1
+        work = _NO_WORK.copy()
         work["round"]["groups"][0] = work["all"]["count"] = first
         self._buffers["blocks"].write(work.tobytes())
         return first
@@ -219,12 +219,9 @@ class ClipmapSelector:
 
         Returns a record `layout.RING_SUMMARY`: the only thing that a frame waits for.
         """
-        nothing, budget = bytes(self._buffers["summary"].size), self._variant == "budget"
-        over = 0
+        nothing, over = bytes(self._buffers["summary"].size), 0
         while True:
-            for _ in range(SETTLING):
-                self._run("settle", _work("queue", over % layout.RING_QUEUES), settled=over, budget=budget)
-                over += 1
+            over = self._settle(over)
             self._buffers["summary"].write(nothing)
             bind("rings/shapes.glsl", Shapes=self._buffers["shapes"])
             self._run("count", _work("leaves"), settled=over)
@@ -235,17 +232,24 @@ class ClipmapSelector:
             data = self._buffers["summary"].read(layout.RING_SUMMARY.itemsize)
             summary = np.frombuffer(data, layout.RING_SUMMARY)[0]
             if not summary["unsettled"]:
+                self._rounds = int(summary["rounds"]) + 1
                 self._last_stamp += over
                 return summary
-            self._forget_queues(over)
-            bind("rings/lists.glsl", Lists=self._buffers["lists"])
+
+    def _settle(self, over: int) -> int:
+        """Further rounds of neighbours, as many as the view before needed; returns how many are over then."""
+        bind("rings/lists.glsl", Lists=self._buffers["lists"])
+        for r in range(over, over + SETTLING * -(-self._rounds // SETTLING)):
+            if r and r % SETTLING == 0:
+                self._forget_queues(r)
+            self._run("settle", _work("queue", r % layout.RING_QUEUES), settled=r, budget=self._variant == "budget")
+            over = r + 1
+        return over
 
     def _forget_queues(self, over: int) -> None:
         """Empty those of the rounds that are over, for the rounds to come."""
-        empty = np.zeros((), layout.WORK)
-        empty["one"] = 1
         for r in range(over - SETTLING, over):
-            self._buffers["blocks"].write(empty.tobytes(), offset=_work("queue", r % layout.RING_QUEUES))
+            self._buffers["blocks"].write(_EMPTY, offset=_work("queue", r % layout.RING_QUEUES))
 
     def _bind(self) -> None:
         self.bind()
@@ -268,9 +272,7 @@ class ClipmapSelector:
 
     def _run(self, name: str, indirect: int | None = None, **uniforms: Any) -> None:
         kernel = self._kernel(name)
-        for key, value in ({"first_stamp": self._last_stamp + 1} | uniforms).items():
-            if f"u_{key}" in kernel:
-                kernel[f"u_{key}"] = value
+        gl.write_uniforms(kernel, first_stamp=self._last_stamp + 1, **uniforms)
         if indirect is None:
             kernel.run(1)
         else:
@@ -313,6 +315,18 @@ class ClipmapSelector:
         self._most_blocks = blocks
 
 
+def _no_work() -> np.ndarray:
+    work = np.zeros((), layout.RING_WORK)
+    for name in ("round", "all", "leaves", "queue"):
+        work[name]["one"] = 1
+    return work
+
+
+_NO_WORK = _no_work()
+_EMPTY = _NO_WORK["all"].tobytes()
+
+
+@cache
 def _work(name: str, i: int = 0) -> int:
     """Where a dispatch is described in the buffer of blocks: bytes."""
     fields = layout.RING_WORK.fields
