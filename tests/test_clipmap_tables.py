@@ -166,6 +166,21 @@ def test_rounds_look_at_all_that_may_change(ctx, scene):
     quick.release()
 
 
+def test_a_second_frame_knows_how_many_rounds_it_needs(ctx):
+    """The first frame looks after every four rounds whether more are needed, and counts patches each time."""
+    scene = clipmap_of(ctx, Heightmap(rough(257, 257, 5), 10.0), (640, 360))
+    camera, selector = cameras(scene.heightmap)["default"], Counted(scene.tables)
+    seen = []
+    for _ in range(2):
+        selector.dispatches = 0
+        selection = selector.select(camera, scene.size, scene.near_m, Goal(0.3))
+        seen.append((selector.dispatches, selector.patches.read(layout.RING_PATCH.itemsize * selection.patches)))
+    selector.release()
+    scene.release()
+    assert 12 < seen[1][0] < seen[0][0]
+    assert seen[0][1] == seen[1][1]
+
+
 def test_leaves_beside_finer_ones_are_split_to_save_triangles(ctx, monkeypatch):
     """On smooth land with a sharp ridge. Refined as a whole they keep the promise, too, but all cells grow finer."""
     y, x = np.mgrid[:257, :257].astype("f4")
