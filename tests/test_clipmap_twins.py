@@ -8,10 +8,11 @@ from hypothesis import given, settings
 from hypothesis import strategies as st
 from maps import cameras, rough
 
+from terrain_gl.camera import Camera
 from terrain_gl.gpu import layout
 from terrain_gl.heightmap import Heightmap
 from terrain_gl.lod import ClipmapSelector, Goal
-from terrain_gl.lod.rings import PATCH, rings_around
+from terrain_gl.lod.rings import PATCH, PATCHES, rings_around
 from terrain_gl.reference import clipmap
 
 RNG = np.random.default_rng(8)
@@ -26,17 +27,39 @@ def scene(session_context):
         scene.release()
 
 
-@given(st.floats(-50, 900), st.floats(-50, 900), st.integers(1, 900), st.integers(1, 900), st.floats(0, 1e5))
-def test_rings_stand_where_the_reference_puts_them(x, y, cols, rows, away_m):
-    top = max(1, (max(cols, rows) - 1).bit_length())
-    rings = rings_around((x, y), away_m, (cols, rows), (10.0, 13.0), top)
-    eye = min(max(x, 0), cols), min(max(y, 0), rows)
+@given(
+    st.tuples(st.floats(-50, 900), st.floats(-50, 900)),
+    st.tuples(st.integers(1, 900), st.integers(1, 900)),
+    st.tuples(st.floats(0.01, 100), st.floats(0.01, 100)),
+    st.floats(0, 1e5),
+)
+def test_rings_stand_where_the_reference_puts_them(at, last, spacing_m, away_m):
+    top = max(1, (max(last) - 1).bit_length())
+    rings = rings_around(at, away_m, last, spacing_m, top)
+    eye = tuple(min(max(a, 0), float(end)) for a, end in zip(at, last, strict=True))
+    across = [max(PATCHES, round(PATCHES * max(spacing_m) / s)) for s in spacing_m]
     for ring in rings:
-        assert ring.origin == clipmap.ring_origin(eye, ring.patches, ring.level)
+        origin, side = clipmap.ring_origin(eye, across, ring.level), PATCH << ring.level
+        for i in range(2):
+            rows = clipmap.rows_on_map(origin[i], across[i], ring.level, last[i])
+            assert (ring.origin[i], ring.patches[i]) == (origin[i] + side * rows[0], len(rows))
     for finer, ring in zip(rings, rings[1:], strict=False):
         assert ring.level == finer.level + 1
-        assert all(ring.origin[i] <= finer.origin[i] and ring.end[i] >= finer.end[i] for i in range(2))
-        assert all(at % (1 << ring.level) == 0 for at in (*finer.origin, *finer.end))
+        for i in range(2):
+            assert max(ring.origin[i], 0) <= max(finer.origin[i], 0)
+            assert min(ring.end[i], last[i]) >= min(finer.end[i], last[i])
+        assert all(place % (1 << ring.level) == 0 for place in (*finer.origin, *finer.end))
+
+
+def test_rings_have_no_more_blocks_than_the_map(ctx):
+    """Posts a thousand times as far apart one way as the other: a ring as wide as it is high has half a million blocks."""
+    heightmap = Heightmap(rough(54, 30, 3), (0.01, 80.0))
+    scene = clipmap_of(ctx, heightmap, (64, 64))
+    camera = Camera((0.15, -3000.0, 2000.0), (0.15, 2000.0, 0.0), 60.0)
+    rings = rings_around((15.0, 27.0), 1.0, (29, 53), heightmap.spacing_m, scene.terrain.top_level)
+    assert sum(ring.patches[0] * ring.patches[1] for ring in rings) < 100
+    assert scene.select(camera, 1.0).triangles > 2
+    scene.release()
 
 
 def class_levels(scene):

@@ -24,7 +24,7 @@ class Ring(NamedTuple):
     origin
         Column and row of its north-west post; may lie beyond the map.
     patches
-        Columns and rows of patches, those that the finer ring covers too.
+        Columns and rows of patches, those that the finer ring covers too; none lies beyond the map.
     """
 
     level: int
@@ -70,7 +70,7 @@ def rings_around(
     finest = min(top_level, max(0, math.floor(math.log2(max(away_m, half_m) / half_m))) + left_out)
     rings = []
     for level in range(finest, top_level + 1):
-        rings.append(_ring_at(level, centre, patches))
+        rings.append(_on_map(_ring_at(level, centre, patches), last_post))
         if _covers(rings[-1], last_post):
             break
     return rings
@@ -87,6 +87,16 @@ def _ring_at(level: int, centre: list[float], patches: tuple[int, int]) -> Ring:
     corner = [at - 0.5 * n * (PATCH << level) for at, n in zip(centre, patches, strict=True)]
     col, row = (step * math.floor(at / step + 0.5) for at in corner)
     return Ring(level, (col, row), patches)
+
+
+def _on_map(ring: Ring, last_post: tuple[int, int]) -> Ring:
+    """The ring without the rows and columns of patches that lie beyond the map."""
+    side = PATCH << ring.level
+    first = [max(0, -start // side) for start in ring.origin]
+    end = [min(n, -((start - last) // side)) for n, start, last in zip(ring.patches, ring.origin, last_post, strict=True)]
+    col, row = (start + side * i for start, i in zip(ring.origin, first, strict=True))
+    cols, rows = (max(1, b - a) for a, b in zip(first, end, strict=True))
+    return Ring(ring.level, (col, row), (cols, rows))
 
 
 def _covers(ring: Ring, last_post: tuple[int, int]) -> bool:

@@ -47,6 +47,13 @@ def ring_origin(eye: tuple[float, float], patches: tuple[int, int], level: int) 
     return col, row
 
 
+def rows_on_map(origin: int, patches: int, level: int, last: int) -> range:
+    """Which of a ring's rows of patches, or of its columns, lie on the map: those that meet its posts 0 to last."""
+    side = PATCH << level
+    meet = [i for i in range(patches) if origin + side * i < last and origin + side * (i + 1) > 0]
+    return range(meet[0], meet[-1] + 1)
+
+
 # A tile of nodes is one entry of a level's tables, tile · 2^j posts wide. A box is widened to whole tiles.
 
 
