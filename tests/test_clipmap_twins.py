@@ -52,7 +52,7 @@ def test_rings_stand_where_the_reference_puts_them(at, last, spacing_m, away_m):
 
 
 def test_rings_have_no_more_blocks_than_the_map(ctx):
-    """Posts a thousand times as far apart one way as the other: a ring as wide as it is high has half a million blocks."""
+    """Posts lie far apart one way and close the other: a ring as wide as it is high has half a million blocks."""
     heightmap = Heightmap(rough(54, 30, 3), (0.01, 80.0))
     scene = clipmap_of(ctx, heightmap, (64, 64))
     camera = Camera((0.15, -3000.0, 2000.0), (0.15, 2000.0, 0.0), 60.0)

@@ -93,7 +93,8 @@ def _on_map(ring: Ring, last_post: tuple[int, int]) -> Ring:
     """The ring without the rows and columns of patches that lie beyond the map."""
     side = PATCH << ring.level
     first = [max(0, -start // side) for start in ring.origin]
-    end = [min(n, -((start - last) // side)) for n, start, last in zip(ring.patches, ring.origin, last_post, strict=True)]
+    starts = zip(ring.patches, ring.origin, last_post, strict=True)
+    end = [min(n, -((start - last) // side)) for n, start, last in starts]
     col, row = (start + side * i for start, i in zip(ring.origin, first, strict=True))
     cols, rows = (max(1, b - a) for a, b in zip(first, end, strict=True))
     return Ring(ring.level, (col, row), (cols, rows))
