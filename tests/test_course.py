@@ -203,9 +203,9 @@ def test_a_comparison_can_be_broken_in_each_way_and_a_peer_finds_it(tmp_path, ke
         assert checking.outcome_of(finding, peer, np.random.default_rng(0)).verdict == verdict
 
 
-def test_a_table_that_is_not_written_yet_is_one_line(tmp_path):
-    lesson = checking.lesson(12)
-    command = [sys.executable, str(lesson.folder / "hand_out.py")]
+@pytest.mark.parametrize("words, told", [([], "12.6 is not written yet"), (["nothing.py"], "nothing.py: no such file")])
+def test_a_table_that_cannot_be_written_is_one_line(tmp_path, words, told):
+    command = [sys.executable, str(checking.lesson(12).folder / "hand_out.py"), *words]
     done = subprocess.run(command, capture_output=True, text=True, cwd=tmp_path)
-    assert done.returncode == 1 and done.stdout == "" and "12.6 is not written yet" in done.stderr
+    assert done.returncode == 1 and done.stdout == "" and told in done.stderr
     assert len(done.stderr.splitlines()) == 1

@@ -16,6 +16,8 @@ from course.remote import BlankError, Student, StudentError  # noqa: E402
 
 def main(file):
     """Print the table, or say what is missing."""
+    if not file.is_file():
+        sys.exit(f"{file}: no such file")
     check = load(FOLDER / "check.py")
     with Student(file, 60.0) as student:
         try:
