@@ -75,16 +75,15 @@ def patch(app: App) -> None:
 
 
 def split(app: App) -> None:
-    """One pixel and eight, side by side, under the magnifying glass."""
+    """The split as it begins, as many triangles on both sides and their errors, under the magnifying glass."""
     app.press("escape")
     app.press("n")
-    app.viewer.settings.change(style="lod", method="sat")
+    app.viewer.settings.change(method="sat", max_error_px=4.0)
+    settle(app)
     app.press("t")
-    app.viewer.settings.active = 1
-    app.viewer.settings.change(method="sat", max_error_px=8.0)
     app.viewer.settings.divider = 0.62
     app.press("z")
-    app.viewer.mouse.move(640, 400)
+    app.viewer.mouse.move(760, 230)
 
 
 def promise(app: App) -> None:
@@ -93,7 +92,7 @@ def promise(app: App) -> None:
     app.viewer.settings.active = 0
     app.viewer.settings.change(style="promise", max_error_px=2.0)
     app.viewer.settings.active = 1
-    app.viewer.settings.change(style="error", max_error_px=2.0)
+    app.viewer.settings.change(style="error", method="sat", max_error_px=2.0)
 
 
 def frozen(app: App) -> None:
@@ -139,6 +138,17 @@ def sculpt(app: App) -> None:
     app.viewer.mouse.release("left", 740, 440)
 
 
+def ruler(app: App) -> None:
+    """Contour lines, and a line across the canyon with its profile."""
+    app.press("b")
+    app.press("shift+c")
+    app.press("shift+r")
+    for at in ((480, 300), (760, 380), (600, 470)):
+        app.mouse_down("left", *at)
+        app.mouse_up("left", *at)
+        app.frame(app.viewer.window.now_s + 0.1)
+
+
 def open_sections(app: App, *titles: str) -> None:
     """Open these sections of the panel, and close the others."""
     app.panels.opened = {title: title in titles for title in app.panels.opened}
@@ -153,6 +163,7 @@ SCENES: dict[str, Callable[[App], None]] = {
     "sums": sums,
     "light": light,
     "sculpt": sculpt,
+    "ruler": ruler,
 }
 
 

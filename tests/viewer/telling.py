@@ -21,6 +21,7 @@ def state_of(app, listening):
     scene, frame = viewer.scene, viewer.painter.frame
     told = {"busy": viewer.busy or not viewer.settled, "message": viewer.window.message, "error": app.viewer.ctx.error}
     told |= {"windows": listening.windows, "texts": listening.texts, "places": app.gui.widgets.places}
+    told |= {"opened": app.panels.opened, "list": app.gui.covers(-1, -1)}  # an open list covers everything
     told |= {"recording": viewer.saver.filming.running, "drawing": bool(viewer.saver.shot)}
     if scene.has_map:
         controller, options = scene.controller, viewer.settings.options

@@ -10,6 +10,7 @@ import json
 import math
 import sys
 import tempfile
+import time
 from pathlib import Path
 
 import numpy as np
@@ -60,9 +61,27 @@ class Tour:
 
     def click_on(self, label, down=0.0):
         """Click on a control, or as many of its heights below it."""
-        left, top, right, bottom = self.state["places"][label]
+        left, top, right, bottom = self.place_of(label)
         y = (top + bottom) / 2 + down * (bottom - top)
         self.screen.do("mousemove", round(left + 12), round(y), "sleep", 0.2, "click", 1, "sleep", 0.3)
+
+    def choose(self, label, down):
+        """Open a list, and choose what stands so many heights of the control below it."""
+        self.click_on(label)
+        self.does(lambda s: s["list"])
+        self.click_on(label, down)
+        self.does(lambda s: not s["list"])
+
+    def place_of(self, label):
+        """Left, top, right and bottom of a control that keeps its place."""
+        before = None
+        while True:
+            self.does(lambda s: label in s["places"])
+            now = self.state["places"][label]
+            if now == before:
+                return now
+            before = now
+            time.sleep(0.5)
 
     def overlaps(self):
         """Pairs of panels that overlap."""
@@ -156,8 +175,7 @@ class Tour:
         """The list of views travels: straight down."""
         self.fold("Detail", "Understand")
         self.fold("Camera")
-        self.click_on("view")
-        self.click_on("view", down=3.1)  # the third of the list: from above
+        self.choose("view", 3.1)  # the third of the list: from above
         self.does(lambda s: s["elevation"] < -89)
         self.shoot("views")
         self.fold("Camera")
@@ -166,22 +184,22 @@ class Tour:
     def fold(self, *sections):
         """Open or close sections of the panel by clicks on their titles."""
         for section in sections:
+            was_open = self.state["opened"][section]
             self.click_on(section)
+            self.does(lambda s, name=section, before=was_open: s["opened"][name] is not before)
 
     def step_files(self):
         """Ctrl O lists the folder's maps; the map that is chosen is shown, with its name in the title."""
         start = self.state["title"]
-        self.does(lambda s: s["folder"] and "other.npy" in s["places"], "key", "ctrl+o")
+        self.does(lambda s: s["folder"], "key", "ctrl+o")
+        self.place_of("other.npy")
         self.shoot("files")
         self.click_on("other.npy")
         self.does(lambda s: s["title"] == "other.npy")
         self.screen.do("search", "--sync", "--name", "other.npy")
         self.fold("Map")
-        self.does(lambda s: "recent" in s["places"])
-        self.screen.do("sleep", 0.5)
         self.shoot("recent")
-        self.click_on("recent")
-        self.click_on("recent", down=2.1)
+        self.choose("recent", 2.1)
         self.does(lambda s: s["title"] == start and not s["busy"])
         self.fold("Map")
         self.home()
@@ -251,7 +269,7 @@ class Tour:
         self.screen.do("key", "h", "sleep", 1)
         self.shoot("keys")
         self.screen.do("key", "h", "sleep", 0.5)
-        self.fold("Sculpt", "Picture") if {"Sculpt", "Picture"} <= set(self.state["places"]) else None
+        self.fold("Sculpt", "Picture")
         self.shoot("sections")
         assert self.state["error"] == "GL_NO_ERROR"
 
