@@ -19,6 +19,7 @@ from .filling import Rect, hull
 from .gpu.session import in_session, steps_in_session
 from .gpu_resources import GpuResources
 from .heightmap import real_heights
+from .pages import PagedMap
 from .steps import Steps, drain
 from .terrain import Terrain
 
@@ -63,6 +64,8 @@ class Editor:
         TerrainError
             Heights out of range, or voids alone; the map is then unchanged.
         """
+        if isinstance(self.resources.terrain.heightmap, PagedMap):
+            raise UsageError("a store cannot be edited: edit the map, and build it again")
         new = real_heights(heights, "edit")
         shape = self.resources.terrain.heightmap.heights.shape
         y, x = _chosen(shape[0], rows, "rows"), _chosen(shape[1], cols, "cols")

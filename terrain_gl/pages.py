@@ -225,6 +225,7 @@ class PagedTerrain:
 
     def release(self) -> None:
         """Release GPU resources."""
+        shaders.undefine(self.ctx, "PAGED", "PAGE_LOG2", "SLOTS_ACROSS")
         for resource in (self.heights, self.marks, self.table, self.block):
             resource.release()
 

@@ -7,6 +7,7 @@ from pathlib import Path
 
 import numpy as np
 import pytest
+from clipmaps import doubled_areas
 from commands import refused, spawn
 from maps import cliff, rough, spike
 
@@ -95,6 +96,16 @@ def achieved(renderer):
             return end.value
 
 
+def check_sides_agree(corners, heights_m):
+    """A place has one height, whichever triangle has it as a corner: so there are no cracks."""
+    assert (doubled_areas(corners) > 0).all()
+    places, which = np.unique(corners.reshape(-1, 2), axis=0, return_inverse=True)
+    lowest, highest = np.full(len(places), np.inf), np.full(len(places), -np.inf)
+    np.minimum.at(lowest, which.ravel(), heights_m.ravel())
+    np.maximum.at(highest, which.ravel(), heights_m.ravel())
+    assert (lowest == highest).all()
+
+
 @pytest.fixture
 def alone(monkeypatch):
     """Nothing is loaded while a mesh is chosen."""
@@ -136,6 +147,7 @@ def test_whatever_is_there_achieves_what_is_certified(maps, metric, alone):
                     most_px = found.max_px if metric == "max" else found.rms_px
                     assert most_px <= selection.certified_px
                     assert found.uncovered == 0
+                    check_sides_agree(*other.inspector.frame.triangles)
                     choose(one, camera, max_error_px=error_px, metric=metric)
                     assert found.posts == achieved(one).posts
 
@@ -207,13 +219,27 @@ def test_tiles_that_fail_are_named_and_bounded_by_coarser_ones(hills):
         assert named
 
 
-def test_budgets_and_other_methods_are_refused(hills):
+def test_budgets_edits_and_other_methods_are_refused(hills):
     _, path = hills
     with Renderer(StoredMap(path), SIZE) as renderer:
         camera = Camera((100, 100, 300), (100, 200, 0))
         for options in ({"triangles": 1000}, {"max_error_px": 1, "method": "quadtree"}):
             with pytest.raises(UsageError, match="store"):
                 renderer.draw(camera, **options)
+        with pytest.raises(UsageError, match="store"):
+            renderer.edit(3, 3, 1.0)
+
+
+def test_a_context_draws_whole_maps_after_a_store(ctx, hills):
+    whole, path = hills
+    camera = standard_view(whole, "default")
+    with Renderer(whole, SIZE, ctx=ctx) as renderer:
+        expected = renderer.draw(camera, 1.0, style="depth")["triangles"]
+    with Renderer(StoredMap(path), SIZE, ctx=ctx) as renderer:
+        renderer.draw(camera, 1.0, style="depth")
+    with Renderer(whole, SIZE, ctx=ctx) as renderer:
+        assert renderer.draw(camera, 1.0, style="depth")["triangles"] == expected
+        assert renderer.measure()["max_error_px"] <= 1.0
 
 
 # --- Maps larger than any memory --------------------------------------------------------------------------------------

@@ -53,6 +53,12 @@ def define(ctx: moderngl.Context, **defines: object) -> None:
     ctx.extra = extra | {"defines": {**_of(ctx), **defines}}
 
 
+def undefine(ctx: moderngl.Context, *names: str) -> None:
+    """Take back what `define` said."""
+    if isinstance(ctx.extra, dict):
+        ctx.extra["defines"] = {name: value for name, value in _of(ctx).items() if name not in names}
+
+
 def _of(ctx: moderngl.Context) -> Defines:
     return ctx.extra.get("defines", _NONE) if isinstance(ctx.extra, dict) else _NONE
 
