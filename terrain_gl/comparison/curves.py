@@ -153,7 +153,12 @@ def _seen_part(heightmap: Heightmap, camera: Camera, size: tuple[int, int], near
 
 
 def details_of(
-    renderer: Renderer, camera: Camera, method: str, triangles: int, near_m: float | None, between: bool
+    renderer: Renderer,
+    camera: Camera,
+    method: str,
+    triangles: int,
+    near_m: float | None = None,
+    between: bool = True,
 ) -> list[dict[str, Any]]:
     """All options with which a method draws `triangles` triangles; `between` as for `detail_of`."""
     if method not in BASELINES:
