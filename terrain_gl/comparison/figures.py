@@ -103,7 +103,7 @@ def figure(
             _table(sheet, layout, found)
         # into memory first: on a full disk matplotlib's writers print tracebacks
         sheet.savefig(whole := io.BytesIO(), **_file_options(path))
-        beside.write_bytes(whole.getbuffer())
+        beside.write_bytes(whole.getvalue())  # a view of it would outlive it in an error
 
 
 class _Layout:
