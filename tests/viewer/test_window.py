@@ -143,7 +143,10 @@ def test_window(screen, tmp_path):
         screen.do("search", "--name", "hills", "windowsize", 500, 300)
         screen.wait(lambda: screen.pixels()[310:, 510:].max() == 0, "the smaller window")
         assert picture(4).shape[:2] == (300, 500)
-        assert screen.pixels()[20:280, 15:200].mean() < 100 < screen.pixels()[20:280, 260:490].mean()  # a dark panel
+        panel, land = np.s_[20:280, 15:200], np.s_[20:280, 260:490]
+        screen.wait(
+            lambda: screen.pixels()[panel].mean() < 100 < screen.pixels()[land].mean(), "a dark panel beside the land"
+        )
 
         screen.do("key", "Escape")
         assert end_of(process) == CLEAN
