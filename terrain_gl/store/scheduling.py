@@ -58,13 +58,16 @@ class Cluster:
         except ImportError:
             raise TerrainError("--scheduler needs Dask: pip install 'terrain-gl[dask]'") from None
         try:
-            self._client: Any = Client(address, timeout="20s", set_as_default=False)
+            connect: Any = Client  # distributed has no types
+            self._client: Any = connect(address, timeout="20s", set_as_default=False)
         except (OSError, ValueError) as error:
             raise TerrainError(f"{address}: no Dask scheduler answers there ({one_line(error)})") from None
 
     def run(self, perform: Callable[..., Any], job: Any, tasks: Iterable[Any]) -> Iterator[tuple[Any, Any]]:
         """Pairs of a task and its result, as they end."""
-        from distributed import as_completed as completed
+        from distributed import as_completed
+
+        completed: Any = as_completed
 
         # the job goes with each task: what is scattered is lost with the workers that hold it
         running = {self._client.submit(perform, job, task, pure=False, retries=3): task for task in tasks}
