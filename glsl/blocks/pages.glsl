@@ -3,7 +3,7 @@
 //   page is there, so are those above it. A post has the height that the finest page over it gives: its own on the lattice
 //   of that page, else the bilinear height between four posts of the lattice. So every post has one height, whoever asks.
 //   Page tables: for each level the slot of each page, + 1; then, for each page of level 0, the finest one over it.
-// Provides height_m(), PAGE, slot_of(), pages_of(), resident_level().   Python twin: pages.PagedTerrain
+// Provides height_m(), PAGE, slot_of(), pages_of(), resident_level().
 
 #define PAGE (1 << PAGE_LOG2)
 #define PAGE_ROW 1024  // words of a row of the tables' texture

@@ -3,6 +3,7 @@
 import os
 import stat
 import threading
+import time
 from pathlib import Path
 
 import numpy as np
@@ -93,6 +94,7 @@ def test_the_systems_dialog_answers_later(tmp_path, monkeypatch):
     assert files.busy and files.folder is None and chosen == []
     Path("answered").touch()
     while files.busy:
+        time.sleep(0.05)  # a frame
         files.step()
     assert chosen == ["/maps/chosen.tif"]
 

@@ -173,7 +173,12 @@ def test_a_run_with_real_events(screen, tmp_path):
         does(lambda s: s["eye"] != start, "keydown", "w", "sleep", 0.3, "keyup", "w")
         does(lambda s: s["recording"], "key", "r")
         does(lambda s: s["mode"] == "orbit", "key", "v")
+        screen.do("keydown", "w", "sleep", 0.6, "keyup", "w")
         does(lambda s: not s["recording"], "key", "r")
+        film, pictures = tmp_path / "hills-001.mp4", tmp_path / "hills-001"
+        screen.wait(
+            lambda: (film.exists() or pictures.is_dir()) and not state()["busy"], "the film, or a folder of pictures"
+        )
         does(lambda s: s["mode"] == "walk", "key", "v")
         does(lambda s: s["mode"] == "fly", "key", "Home")
         does(lambda s: not s["moving"])
