@@ -11,7 +11,6 @@ compare the latter. `--pyvista` needs pyvista and imageio; both are used by this
 from __future__ import annotations
 
 import argparse
-import os
 import resource
 import subprocess
 import sys
@@ -99,7 +98,7 @@ def processes(args: argparse.Namespace) -> None:
 def run(command: list[str]) -> tuple[float, float]:
     """Seconds of a process by the clock, and of the processor."""
     before, clock = resource.getrusage(resource.RUSAGE_CHILDREN), time.perf_counter()
-    subprocess.run(command, check=True, capture_output=True, env=os.environ)
+    subprocess.run(command, check=True, capture_output=True)
     after = resource.getrusage(resource.RUSAGE_CHILDREN)
     return time.perf_counter() - clock, after.ru_utime + after.ru_stime - before.ru_utime - before.ru_stime
 

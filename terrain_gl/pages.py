@@ -19,7 +19,7 @@ from .exceptions import TerrainError
 from .gpu import gl, layout, shaders
 from .gpu.bindings import bind
 from .heightmap import Heightmap
-from .terrain import quantisation_range
+from .terrain import block_of, quantisation_range
 
 ROW = 1024  # words of a row of the page tables' texture
 PINNED = 0.25  # of the pool: levels of which all pages fit in this part are always there
@@ -129,13 +129,13 @@ class PagedTerrain:
             self._across = across = math.isqrt(most - 1) + 1
             self.slots = min(self.slots, across**2)
         shaders.define(ctx, PAGED=1, PAGE_LOG2=side.bit_length() - 1, SLOTS_ACROSS=across)
-        self.heights = self._texture((across * (side + 1), across * (side + 1)), "f4")
-        self.marks = self._texture((1, 1), "u1")
+        self.heights = gl.texel_texture(self.ctx, (across * (side + 1), across * (side + 1)), "f4")
+        self.marks = gl.texel_texture(self.ctx, (1, 1), "u1")
         self.slot_of: dict[PageKey, int] = {}
         self._free = list(range(self.slots))[::-1]
         self.missing: dict[PageKey, str] = {}
         self._tables, self._finest, self._first = self._empty_tables()
-        self.table = self._texture((ROW, -(-len(self._words()) // ROW)), "u4")
+        self.table = gl.texel_texture(self.ctx, (ROW, -(-len(self._words()) // ROW)), "u4")
         self.block = ctx.buffer(self._describe().tobytes())
 
     @property
@@ -237,18 +237,8 @@ class PagedTerrain:
     def _words(self) -> np.ndarray:
         return np.concatenate([*(table.ravel() for table in self._tables), self._finest.ravel()])
 
-    def _texture(self, size: tuple[int, int], dtype: str) -> moderngl.Texture:
-        texture = self.ctx.texture(size, 1, dtype=dtype)
-        texture.filter = (moderngl.NEAREST, moderngl.NEAREST)
-        texture.repeat_x = texture.repeat_y = False
-        return texture
-
     def _describe(self) -> np.ndarray:
-        block = np.zeros((), layout.TERRAIN)
-        block["last_post"] = self.heightmap.cols - 1, self.heightmap.rows - 1
-        block["spacing_m"] = self.heightmap.spacing_m
-        block["top_level"] = self.top_level
-        block["low_m"], block["span_m"] = self._low_m - self.base_m, self.span_m
+        block = block_of(self.heightmap, self.top_level, self._low_m - self.base_m, self.span_m)
         for level in range(self.top_level + 1):
             block["level"][level]["size"] = self.heightmap.nodes(level)[::-1]
             block["level"][level]["first_word"] = self._first[level]

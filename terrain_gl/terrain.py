@@ -52,8 +52,8 @@ class Terrain:
                 f"{heightmap.name}: {size[0]}x{size[1]} posts, but this GPU's textures end at {most}: use a smaller map"
             )
         self.levels = layout.quadtree(*size, least_top)
-        self.heights = self._texture(size, "f4")
-        self.marks = self._texture(size if self.is_marked else (1, 1), "u1")
+        self.heights = gl.texel_texture(self.ctx, size, "f4")
+        self.marks = gl.texel_texture(self.ctx, size if self.is_marked else (1, 1), "u1")
         self.block = ctx.buffer(reserve=layout.TERRAIN.itemsize)
         self._send()
 
@@ -140,7 +140,7 @@ class Terrain:
             self._widen_range()
         if not in_range or has_voids != had_voids:
             self.marks.release()
-            self.marks = self._texture(self.heights.size if self.is_marked else (1, 1), "u1")
+            self.marks = gl.texel_texture(self.ctx, self.heights.size if self.is_marked else (1, 1), "u1")
             self.upload()
             return self.all_posts
         rect = cols.start, rows.start, cols.stop - 1, rows.stop - 1
@@ -233,12 +233,6 @@ class Terrain:
             high + headroom_m if high > self._low_m + self.span_m else held_high,
         )
 
-    def _texture(self, size: tuple[int, int], dtype: str) -> moderngl.Texture:
-        texture = self.ctx.texture(size, 1, dtype=dtype)
-        texture.filter = (moderngl.NEAREST, moderngl.NEAREST)
-        texture.repeat_x = texture.repeat_y = False  # gathers beyond the rim repeat the rim
-        return texture
-
     def _write(self, rect: Rect) -> None:
         x0, y0, x1, y1 = rect
         part = np.s_[y0 : y1 + 1, x0 : x1 + 1]
@@ -253,15 +247,21 @@ class Terrain:
             self.marks.write(marks, viewport=viewport, alignment=1)
 
     def _describe(self) -> np.ndarray:
-        block = np.zeros((), layout.TERRAIN)
-        block["last_post"] = self.heightmap.cols - 1, self.heightmap.rows - 1
-        block["spacing_m"] = self.heightmap.spacing_m
-        block["top_level"] = self.top_level
-        block["low_m"], block["span_m"] = self._low_m - self.base_m, self.span_m
-        block["has_voids"] = self.heightmap.voids > 0
+        block = block_of(self.heightmap, self.top_level, self._low_m - self.base_m, self.span_m)
         for j, level in enumerate(self.levels):
             block["level"][j] = tuple(level)
         return block
+
+
+def block_of(heightmap: Heightmap, top_level: int, low_m: float, span_m: float) -> np.ndarray:
+    """The block `layout.TERRAIN` of a map, without its levels; `low_m` is the low end of the range, above `base_m`."""
+    block = np.zeros((), layout.TERRAIN)
+    block["last_post"] = heightmap.cols - 1, heightmap.rows - 1
+    block["spacing_m"] = heightmap.spacing_m
+    block["top_level"] = top_level
+    block["low_m"], block["span_m"] = low_m, span_m
+    block["has_voids"] = heightmap.voids > 0
+    return block
 
 
 class Water(NamedTuple):

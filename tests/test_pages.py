@@ -18,6 +18,7 @@ from terrain_gl.gpu import layout
 from terrain_gl.heightmap import Heightmap
 from terrain_gl.options import RenderOptions
 from terrain_gl.renderer import Renderer
+from terrain_gl.steps import drain
 
 pytest.importorskip("zarr")
 from terrain_gl.pages import Page, PagedMap
@@ -88,12 +89,7 @@ def seen_by(renderer):
 
 
 def achieved(renderer):
-    steps = renderer.inspector.measure_steps()
-    while True:
-        try:
-            next(steps)
-        except StopIteration as end:
-            return end.value
+    return drain(renderer.inspector.measure_steps())
 
 
 def check_sides_agree(corners, heights_m):

@@ -69,6 +69,14 @@ def write_uniforms(program: Any, **values: Any) -> None:
             program[f"u_{name}"] = value
 
 
+def texel_texture(ctx: moderngl.Context, size: tuple[int, int], dtype: str) -> moderngl.Texture:
+    """A texture of one value a texel, read without interpolation; what lies beyond the rim repeats the rim."""
+    texture = ctx.texture(size, 1, dtype=dtype)
+    texture.filter = (moderngl.NEAREST, moderngl.NEAREST)
+    texture.repeat_x = texture.repeat_y = False
+    return texture
+
+
 def clip_control_zero_to_one(ctx: moderngl.Context) -> bool:
     """Make clip-space depth run from 0 to 1, as reversed depth needs; False if the driver cannot."""
     if ctx.version_code < 450 and "GL_ARB_clip_control" not in ctx.extensions:

@@ -235,10 +235,10 @@ class ClipmapSelector:
                 self._rounds = int(summary["rounds"]) + 1
                 self._last_stamp += over
                 return summary
+            bind("rings/lists.glsl", Lists=self._buffers["lists"])  # draws and patches stood there
 
     def _settle(self, over: int) -> int:
         """Further rounds of neighbours, as many as the view before needed; returns how many are over then."""
-        bind("rings/lists.glsl", Lists=self._buffers["lists"])
         for r in range(over, over + SETTLING * -(-self._rounds // SETTLING)):
             if r and r % SETTLING == 0:
                 self._forget_queues(r)

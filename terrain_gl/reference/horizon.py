@@ -2,6 +2,8 @@
 
 from __future__ import annotations
 
+from collections.abc import Iterator
+
 import numpy as np
 
 from .heightmap import bilinear_heights, normals_of
@@ -69,17 +71,12 @@ def skylit(
     heights: np.ndarray, axis: np.ndarray, sharpness: float, spacing_m: tuple[float, float], azimuths: int = 32
 ) -> tuple[np.ndarray, np.ndarray]:
     """Light that each cell gets of a lobe of the sky: with the horizons, and with its own plane as the only one."""
-    n, middles = normals_of(heights, spacing_m), middles_of_cells(heights)
+    n = normals_of(heights, spacing_m)
     z = -1 + (np.arange(100) + 0.5) / 50
     got, of_all, total = np.zeros(n.shape[:2]), np.zeros(n.shape[:2]), 0.0
-    for azimuth in (np.arange(azimuths) + 0.5) * 2 * np.pi / azimuths:
-        east, north = np.cos(azimuth), np.sin(azimuth)
-        step = np.array([east / spacing_m[0], -north / spacing_m[1]])
-        horizon = horizon_sines(heights, middles, tuple(step / np.abs(step).max()), spacing_m)
-        for w in np.stack([np.sqrt(1 - z * z) * east, np.sqrt(1 - z * z) * north, z], -1):
-            gaussian = np.exp(sharpness * (w @ np.asarray(axis) - 1))
-            cosine = gaussian * np.maximum(n @ w, 0)
-            got, of_all, total = got + cosine * (w[2] > horizon), of_all + cosine, total + gaussian
+    for gaussian, w, seen in _rays(heights, axis, sharpness, spacing_m, z, azimuths):
+        cosine = gaussian * np.maximum(n @ w, 0)
+        got, of_all, total = got + cosine * seen, of_all + cosine, total + gaussian
     return got / total, of_all / total
 
 
@@ -90,17 +87,29 @@ def visible_shares(
     heights: np.ndarray, axis: np.ndarray, sharpness: float, spacing_m: tuple[float, float], azimuths: int = 32
 ) -> np.ndarray:
     """Share of a lobe's light above the level horizon that each cell sees, without a cosine, (rows - 1, cols - 1)."""
-    middles = middles_of_cells(heights)
     z = (np.arange(100) + 0.5) / 100
-    got, total = np.zeros(middles.shape[:2]), 0.0
+    got, total = np.zeros((heights.shape[0] - 1, heights.shape[1] - 1)), 0.0
+    for gaussian, _, seen in _rays(heights, axis, sharpness, spacing_m, z, azimuths):
+        got, total = got + gaussian * seen, total + gaussian
+    return got / total
+
+
+def _rays(
+    heights: np.ndarray,
+    axis: np.ndarray,
+    sharpness: float,
+    spacing_m: tuple[float, float],
+    sines: np.ndarray,
+    azimuths: int,
+) -> Iterator[tuple[float, np.ndarray, np.ndarray]]:
+    """A lobe's value along each ray, the ray, and the cells whose horizon is below it."""
+    middles, flat = middles_of_cells(heights), np.sqrt(1 - sines * sines)
     for azimuth in (np.arange(azimuths) + 0.5) * 2 * np.pi / azimuths:
         east, north = np.cos(azimuth), np.sin(azimuth)
         step = np.array([east / spacing_m[0], -north / spacing_m[1]])
         horizon = horizon_sines(heights, middles, tuple(step / np.abs(step).max()), spacing_m)
-        for w in np.stack([np.sqrt(1 - z * z) * east, np.sqrt(1 - z * z) * north, z], -1):
-            gaussian = np.exp(sharpness * (w @ np.asarray(axis) - 1))
-            got, total = got + gaussian * (w[2] > horizon), total + gaussian
-    return got / total
+        for w in np.stack([flat * east, flat * north, sines], -1):
+            yield np.exp(sharpness * (w @ np.asarray(axis) - 1)), w, w[2] > horizon
 
 
 def pack_shares(shares: np.ndarray) -> np.ndarray:
