@@ -15,11 +15,11 @@ from typing import Any
 import numpy as np
 
 from .exceptions import TerrainError, UsageError
-from .filling import Rect, hull
 from .gpu.session import in_session, steps_in_session
 from .gpu_resources import GpuResources
 from .heightmap import real_heights
 from .pages import PagedMap
+from .rect import Rect, hull
 from .steps import Steps, drain
 from .terrain import Terrain
 
@@ -88,11 +88,6 @@ class Editor:
         if self._unlit:
             self.resources.picture.settle(self._unlit)
             self._unlit = None
-
-    @property
-    def is_settled(self) -> bool:
-        """Whether the light includes all edits."""
-        return self._unlit is None
 
     @property
     def headroom_m(self) -> tuple[float, float]:

@@ -4,13 +4,9 @@ from __future__ import annotations
 
 import numpy as np
 
-Rect = tuple[int, int, int, int]
+from .rect import Rect, hull
+
 SWEEPS = 6  # of relaxation at each level: more change the surface by less than can be seen
-
-
-def hull(a: Rect, b: Rect) -> Rect:
-    """The least rectangle that holds two."""
-    return min(a[0], b[0]), min(a[1], b[1]), max(a[2], b[2]), max(a[3], b[3])
 
 
 def fill_voids(heights: np.ndarray) -> np.ndarray:

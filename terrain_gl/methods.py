@@ -12,8 +12,8 @@ from typing import Any, NamedTuple, Protocol, TypeVar
 
 from .camera import Camera
 from .error import ErrorTables
-from .filling import Rect
 from .lod import ClipmapSelector, Goal, QuadtreeSelector, Selection, View
+from .rect import Rect
 from .terrain import Terrain
 
 CERTIFIED, BASELINE, EXACT = "certified", "baseline", "exact"

@@ -18,7 +18,6 @@ import numpy as np
 from . import contours
 from .camera import Camera
 from .error import ErrorTables
-from .filling import Rect
 from .gpu import gl, shaders
 from .gpu.bindings import bind
 from .gpu.textures import depth_texture, from_top
@@ -27,6 +26,7 @@ from .light.ground import towards_sun
 from .light.unlit import light_of
 from .lod import Selection, View
 from .mesh import MeshDraw, MeshDraws
+from .rect import Rect
 from .steps import Steps, drain
 
 SUN = (300.0, 35.0)  # azimuth, clockwise from north, and elevation, in degrees

@@ -10,11 +10,12 @@ import moderngl
 import numpy as np
 
 from .exceptions import TerrainError, UsageError
-from .filling import Filling, Rect
+from .filling import Filling
 from .flats import water_posts
 from .gpu import gl, layout
 from .gpu.bindings import bind
 from .heightmap import MAX_HEIGHT_M, Heightmap
+from .rect import Rect
 
 VOID, WATER = 1, 2  # marks of posts: glsl/blocks/terrain.glsl
 SEA = 0.1  # of the rim that stands in water of one height: then that is the sea

@@ -16,7 +16,7 @@ PACKAGE = TESTS.parent / "terrain_gl"
 # Each row imports from the rows above it alone. A folder is one entry, and has an order of its own.
 LAYERS = (
     ("exceptions",),
-    ("resources", "inputs", "steps", "pieces", "reference"),
+    ("resources", "inputs", "rect", "steps", "pieces", "reference"),
     ("image", "gpu"),
     ("readers", "filling", "flats"),
     ("place",),

@@ -118,7 +118,8 @@ def test_an_edit_equals_a_rebuild(ctx):
 @pytest.mark.parametrize("rough", [0.0, 40.0], ids=["plain", "hills"])
 def test_white_furnace(ctx, monkeypatch, rough):
     """White land without shadows under the same light from everywhere sends back what it gets, within 1 %."""
-    monkeypatch.setattr("terrain_gl.light.lighting.sky_seen", lambda sun, path: sky.uniform_sky())
+    uniform = sky.Sky(np.ones((*sky.SHAPE, 3)), sky.NO_SUN)
+    monkeypatch.setattr("terrain_gl.light.lighting.sky_seen", lambda sun, path: uniform)
     monkeypatch.setattr("terrain_gl.light.lighting.exposure", lambda sky: 1.0)
     read = shaders._read
 

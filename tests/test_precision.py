@@ -3,11 +3,11 @@
 import numpy as np
 import pytest
 from maps import MAPS, SIZE, Scene, cameras
+from rounding import CLIP_ROUNDINGS, rounding_px
 
 from terrain_gl.camera import Camera, clip_from_eye
 from terrain_gl.heightmap import Heightmap
 from terrain_gl.mesh import MeshDraw, vertex_heights
-from terrain_gl.verify.precision import CLIP_ROUNDINGS, rounding_px
 
 DRAWN = np.dtype([("post", "2f4"), ("clip", "4f4")])
 

@@ -11,9 +11,9 @@ from dataclasses import replace
 from typing import Any
 
 from ..camera import Camera
-from ..filling import Rect
 from ..lod import Goal, Selection
 from ..methods import Selectors
+from ..rect import Rect
 from .clipmap import Clipmap, Rings
 from .pyramid import Pyramid
 from .tessellated import Edges, Tessellated

@@ -22,10 +22,10 @@ import moderngl
 import numpy as np
 
 from ..camera import Camera
-from ..filling import Rect
 from ..gpu import gl
 from ..lod import Goal, QuadtreeSelector, Selection
 from ..methods import Selectors, quadtree
+from ..rect import Rect
 
 FINER = 2  # segments for each segment of a full-resolution patch
 

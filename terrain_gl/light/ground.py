@@ -7,8 +7,8 @@ import math
 import moderngl
 
 from ..camera import Vector
-from ..filling import Rect
 from ..gpu.bindings import bind
+from ..rect import Rect
 from ..sat import RecordedTable, Table
 from ..terrain import Terrain
 

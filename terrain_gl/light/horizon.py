@@ -13,10 +13,10 @@ import moderngl
 import numpy as np
 
 from ..camera import Vector
-from ..filling import Rect
 from ..gpu import bindings, gl, shaders
 from ..gpu.bindings import bind
 from ..gpu.session import Resource
+from ..rect import Rect
 from ..sat import SummedAreaTables, Table
 from ..steps import Progress, Steps, drain
 from ..terrain import Terrain

@@ -9,10 +9,10 @@ from typing import NamedTuple
 import moderngl
 import numpy as np
 
-from ..filling import Rect
 from ..gpu.bindings import bind
 from ..gpu.gl import limits
 from ..readers.georeference import Georeference
+from ..rect import Rect
 from ..steps import Steps, drain
 from ..terrain import Terrain
 from .atmosphere import LUMINANCE

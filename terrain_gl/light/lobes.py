@@ -8,9 +8,9 @@ from __future__ import annotations
 import moderngl
 import numpy as np
 
-from ..filling import Rect
 from ..gpu import gl
 from ..gpu.bindings import bind
+from ..rect import Rect
 from ..sat import RecordedTable, Table
 from ..terrain import Terrain
 from .climate import AUTO, LOOKS, Climate, climates, look_of

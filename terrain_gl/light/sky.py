@@ -129,11 +129,6 @@ def slopes(count: int, steepest_deg: float = 80.0) -> np.ndarray:
     return np.stack([np.sin(tilt) * np.sin(turn), np.sin(tilt) * np.cos(turn), np.cos(tilt)], -1)
 
 
-def uniform_sky(radiance: float = 1.0) -> Sky:
-    """The same light from all directions, without a sun: the white furnace of tests."""
-    return Sky(np.full((*SHAPE, 3), radiance), NO_SUN)
-
-
 def clear_sky(azimuth_deg: float, elevation_deg: float, sun_radius_deg: float = SUN_RADIUS_DEG) -> Sky:
     """A clear sky and its sun; azimuth clockwise from north. If the sun is below the horizon, it is dusk or night."""
     azimuth, elevation = math.radians(azimuth_deg), math.radians(elevation_deg)

@@ -26,9 +26,9 @@ import numpy as np
 
 from ..camera import Camera
 from ..error import ErrorTables
-from ..filling import Rect
 from ..gpu import gl, layout, shaders
 from ..gpu.bindings import bind
+from ..rect import Rect
 from ..view import View
 from .rings import PATCH, PATCHES, Ring, patches_for, rings_around
 from .selection import INFINITE_PX, Goal, Selection

@@ -55,11 +55,6 @@ class Pyramid(NamedTuple):
         """Nodes a side of a shard of error records."""
         return self.shard >> level if level <= self.fine else self.shard
 
-    def tiles(self, level: int) -> tuple[int, int]:
-        """Rows and columns of tiles of a level's nodes."""
-        rows, cols = self.nodes(level)
-        return -(-rows // self.tile), -(-cols // self.tile)
-
 
 def areas(shape: tuple[int, int], side: int) -> Iterator[tuple[int, int]]:
     """Row and column of each square of an array."""

@@ -1,10 +1,8 @@
 """A bound of how far float32 rounding on the GPU moves a vertex on the screen; derived in docs/precision.md."""
 
-from __future__ import annotations
-
 import numpy as np
 
-from ..camera import Camera
+from terrain_gl.camera import Camera
 
 ROUNDING = 2.0**-24  # relative error of one float32 operation
 CLIP_ROUNDINGS = 9  # roundings of a clip coordinate: 3 of a position, 5 of a matrix product, 1 for their products

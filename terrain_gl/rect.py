@@ -1,0 +1,10 @@
+"""Rectangles of posts: what an edit changed, and what must be computed again."""
+
+from __future__ import annotations
+
+Rect = tuple[int, int, int, int]  # first column and row, last column and row: all four belong to it
+
+
+def hull(a: Rect, b: Rect) -> Rect:
+    """The smallest rectangle that holds two."""
+    return min(a[0], b[0]), min(a[1], b[1]), max(a[2], b[2]), max(a[3], b[3])
