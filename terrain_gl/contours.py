@@ -7,22 +7,22 @@ from typing import Any
 
 from .terrain import Terrain
 
-MOST = 40  # lines from the lowest to the highest post: fewer than half of that is possible
-INDEX_EVERY = 5  # lines; such a line is heavy
-_ASIDE = 1e-3  # intervals that a line stands above its height: a plain of just that height is no line
+MOST = 40  # most lines from the lowest to the highest post
+INDEX_EVERY = 5  # each fifth line is heavy
+_ASIDE = 1e-3  # lines are drawn this part of an interval too high: else a plain at that height would be all line
 
 
 def interval_m(low_m: float, high_m: float) -> float:
-    """The smallest of 1, 2 and 5 times a power of ten that cuts a relief into at most `MOST` parts."""
+    """The interval: the smallest of 1, 2 and 5 times a power of ten that gives at most `MOST` parts."""
     least = max(high_m - low_m, 1e-6) / MOST
     power = 10.0 ** math.floor(math.log10(least))
     return next(digit * power for digit in (1, 2, 5, 10) if digit * power >= least * (1 - 1e-9))
 
 
 def uniforms(terrain: Terrain, asked_m: float, water_m: float | None) -> dict[str, Any]:
-    """The uniform of contour lines every `asked_m` metres, 0 for `interval_m`; there are none under water."""
+    """The uniform for contour lines every `asked_m` metres; 0 takes `interval_m`. Under water there are none."""
     metres = asked_m or interval_m(*terrain.heightmap.range_m)
-    aside_m = max(_ASIDE * metres, terrain.span_m / 65535)  # a step of the heights that shading sums
+    aside_m = max(_ASIDE * metres, terrain.span_m / 65535)  # at least one step of the heights that shading reads
     added_m = (terrain.base_m - aside_m) % (INDEX_EVERY * metres)
     least_m = -math.inf if water_m is None else water_m - terrain.base_m
     return {"contours": (metres, added_m, max(least_m, -1e30))}

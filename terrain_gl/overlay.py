@@ -1,4 +1,4 @@
-"""Lines and points to be drawn over a map: GeoJSON, or objects of geopandas and shapely, by their coordinate system."""
+"""Lines and points to be drawn over a map, from GeoJSON or from objects of geopandas and shapely."""
 
 from __future__ import annotations
 
@@ -16,11 +16,11 @@ from .place import flat_crs
 from .readers.georeference import DEGREES
 
 MAX_BYTES = 1 << 28  # largest file
-_DEEPEST = 10  # collections inside collections
+_DEEPEST = 10  # most collections inside each other
 
 
 class Overlay(NamedTuple):
-    """Lines and points in columns and rows of a map; a polygon is its rings.
+    """Lines and points in columns and rows of a map; a polygon is given by its rings.
 
     Attributes
     ----------
@@ -41,13 +41,13 @@ def read_overlay(source: Any, heightmap: Heightmap) -> Overlay:
     ----------
     source
         The path of a GeoJSON file, a GeoJSON mapping, or any object with `__geo_interface__`, such as a GeoDataFrame or
-        a geometry of shapely. GeoJSON is in degrees (RFC 7946), unless it has a member "crs". Objects have their `crs`;
-        without one they are in the map's own coordinates, or, if it has none, in metres from its south-west post.
+        a geometry of shapely. GeoJSON is in degrees (RFC 7946), unless it has a member "crs". Objects are in their
+        `crs`; without one, in the map's own coordinates; if the map has none, in metres from its south-west post.
 
     Raises
     ------
     TerrainError
-        No GeoJSON, or coordinates that cannot be brought to the map; the message names the file.
+        No GeoJSON, or coordinates that cannot be converted to the map's; the message names the file.
     """
     name, content, crs = _loaded(source)
     try:
@@ -70,7 +70,7 @@ def _reason(error: Exception) -> str:
 
 
 def _loaded(source: Any) -> tuple[str, Any, Any]:
-    """Name, GeoJSON and coordinate system of a source; None for that of the map."""
+    """Name, GeoJSON and coordinate system of a source; None for the map's coordinate system."""
     if isinstance(source, str | os.PathLike):
         name = os.fspath(source)
         check_input(name, "name a GeoJSON file", MAX_BYTES)
@@ -119,7 +119,7 @@ def _unpacked(coordinates: Any, nested: int) -> Iterator[np.ndarray]:
             yield from _unpacked(part, nested - 1)
         return
     if len(coordinates):
-        shape = np.asarray(coordinates, float)[..., :2]  # a third number is a height, and the land has its own
+        shape = np.asarray(coordinates, float)[..., :2]  # a third number is a height; the line lies on the land instead
         if shape.shape[-1] != 2 or not np.isfinite(shape).all():
             raise ValueError("coordinates are not pairs of numbers")
         yield shape
@@ -145,13 +145,13 @@ def _to_crs(x: np.ndarray, y: np.ndarray, crs: Any, own: str | None) -> tuple[np
         raise TerrainError("the map has no coordinate system: give it one with gdal_translate -a_srs")
     if crs == own or not len(x):
         return x, y
-    source, target = flat_crs(crs), flat_crs(own)  # says so if pyproj is missing
+    source, target = flat_crs(crs), flat_crs(own)  # raises an error if pyproj is missing
     import pyproj
 
     try:
         turned = pyproj.Transformer.from_crs(source, target, always_xy=True).transform(x, y)
     except pyproj.exceptions.ProjError as error:
-        raise TerrainError(f"cannot be brought to the map's coordinates: {' '.join(str(error).split())[:80]}") from None
+        raise TerrainError(f"cannot be converted to map coordinates: {' '.join(str(error).split())[:80]}") from None
     if not np.isfinite(turned).all():
         raise TerrainError("some coordinates have no place in the map's coordinate system")
     return turned[0], turned[1]

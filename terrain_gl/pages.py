@@ -1,8 +1,8 @@
-"""A map of which only some tiles are on the GPU: pages in a fixed pool of slots, and what they certify.
+"""A map of which only some tiles are on the GPU: pages in a fixed pool of slots, and the error tables of each page.
 
 A page is a tile of nodes of one level, with the posts at their corners (glsl/blocks/pages.glsl). Pages of the coarsest
-levels are always there, so that every place has a height and a bound (glsl/error/bound_of_pages.glsl). A page is loaded
-after the one above it.
+levels are always loaded, so that every place has a height and a bound (glsl/error/bound_of_pages.glsl). A page is
+loaded only if the page above it, of the next coarser level, is loaded.
 """
 
 from __future__ import annotations
@@ -22,7 +22,7 @@ from .heightmap import Heightmap
 from .terrain import block_of, quantisation_range
 
 ROW = 1024  # words of a row of the page tables' texture
-PINNED = 0.25  # of the pool: levels of which all pages fit in this part are always there
+PINNED = 0.25  # part of the pool for pages that are always loaded: whole levels, from the coarsest down
 FINEST_RECORD = 2  # words of an error record that bounds read: largest error, root mean square
 PageKey = tuple[int, int, int]  # level, row and column of a page
 
@@ -46,7 +46,7 @@ class Page(NamedTuple):
 
 
 class PagedMap(Heightmap):
-    """A map that is read by pages.
+    """A map that is read page by page.
 
     Attributes
     ----------
@@ -84,7 +84,7 @@ class PagedMap(Heightmap):
 
 @dataclass(frozen=True)
 class Ground:
-    """Heights at single posts; of one that is missing, the map's highest."""
+    """Heights at single posts; for a post that cannot be read, the map's highest."""
 
     heightmap: PagedMap
 
@@ -96,14 +96,14 @@ class Ground:
 
 
 class PagedTerrain:
-    """The pool, its page tables, and the `Terrain` block: what `Terrain` is for a map that is there as a whole.
+    """The pool, its page tables, and the `Terrain` block. It takes the place of `Terrain` for a paged map.
 
     Attributes
     ----------
     slots
-        Pages that the pool holds.
+        Pages that the pool has room for.
     slot_of
-        The slot of each page that is there.
+        The slot of each loaded page.
     missing
         Pages that cannot be read, and why.
     """
@@ -140,7 +140,7 @@ class PagedTerrain:
 
     @property
     def filled(self) -> Ground:
-        """Heights at single posts, to place the rings by."""
+        """Heights at single posts, from which the rings get their place."""
         return Ground(self.heightmap)
 
     @property
@@ -154,7 +154,7 @@ class PagedTerrain:
         return 4 * (self.heights.width * self.heights.height + self.table.width * self.table.height)
 
     def pinned(self) -> list[PageKey]:
-        """Pages that are always there: whole levels from the coarsest down, as many as fit into a part of the pool."""
+        """Pages that are always loaded: whole levels from the coarsest down, as many as fit into a part of the pool."""
         found: list[PageKey] = []
         for level in range(self.top_level, -1, -1):
             rows, cols = self.heightmap.pages(level)
@@ -164,7 +164,7 @@ class PagedTerrain:
         return found
 
     def place(self, key: PageKey, heights: np.ndarray) -> int | None:
-        """Put a page's heights into a slot; None if all are taken. `send` makes it visible."""
+        """Put a page's heights into a free slot; None if there is none. `send` makes the page visible."""
         if not self._free:
             return None
         slot = self.slot_of[key] = self._free.pop()
@@ -180,7 +180,7 @@ class PagedTerrain:
         return slot
 
     def keep(self, keys: Iterable[PageKey]) -> int:
-        """Free the slots of all pages but these, those above them, and the pinned ones; returns how many."""
+        """Keep these pages, those above them, and the pinned ones; free all other slots, and return their number."""
         kept = set(self.pinned())
         for level, row, col in keys:
             while (level, row, col) not in kept and level <= self.top_level:
@@ -196,14 +196,14 @@ class PagedTerrain:
         return len(gone)
 
     def send(self) -> None:
-        """Make all pages visible that have been placed."""
+        """Upload the page tables: shaders then see all pages that were placed."""
         words = np.zeros(self.table.width * self.table.height, np.uint32)
         known = self._words()
         words[: len(known)] = known
         self.table.write(words)
 
     def resident_level(self, low: tuple[int, int], end: tuple[int, int], level: int) -> int:
-        """The finest level, from `level` on, of which all pages over a closed box of (column, row) posts are there."""
+        """The finest level, from `level` up, whose pages over a closed box of (column, row) posts are all loaded."""
         while level < self.top_level and not self._is_there(low, end, level):
             level += 1
         return level
@@ -247,7 +247,7 @@ class PagedTerrain:
 
 
 class PagedTables:
-    """Summed-area tables of each page that is there: what `ErrorTables` is for a map that is there as a whole."""
+    """Summed-area tables of each loaded page. They take the place of `ErrorTables` for a paged map."""
 
     def __init__(self, terrain: PagedTerrain) -> None:
         self.ctx, self.terrain = terrain.ctx, terrain
@@ -269,12 +269,12 @@ class PagedTables:
         bind("lod/promise.glsl", **tables)
 
     def load(self, keys: list[PageKey], must: bool = False) -> int:
-        """Load pages, and those above them first; returns how many came.
+        """Load pages, each after the one above it; returns how many were loaded.
 
         Raises
         ------
         TerrainError
-            With `must`, for a page that is missing.
+            With `must`, if a page is missing.
         """
         came = sum(self._load(key, must) for key in keys)
         if came:
@@ -344,7 +344,7 @@ def _of_cells(page: Page, terrain: PagedTerrain) -> tuple[np.ndarray, np.ndarray
 
 
 def _of_records(page: Page, key: PageKey, terrain: PagedTerrain) -> tuple[np.ndarray, np.ndarray]:
-    """The same of nodes: by their records, as quads."""
+    """The same for nodes drawn as quads, from their records."""
     level, row, col = key
     unit, span = np.float32(terrain.span_m) * np.float32(2.0**-14), np.float32(terrain.span_m)
     most, rms = ((words & 0x7FFF).astype(np.uint16).view(np.float16).astype(np.float32) * unit for words in page.errors)

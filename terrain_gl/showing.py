@@ -1,4 +1,4 @@
-"""Show a map in one line: in a window from a script, in a view from a notebook."""
+"""Show a map with one line of code: in a window from a script, in a view from a notebook."""
 
 from __future__ import annotations
 
@@ -33,15 +33,15 @@ def show(
     camera
         The first view; by default the map's own.
     spacing_m : float or (east, north), optional
-        Metres between posts; by default what the source tells.
+        Metres between posts; by default the spacing in the source.
     size
         Width and height in pixels.
     overlays
-        What is drawn over the land, one or several: paths of GeoJSON files, GeoDataFrames, geometries of shapely; see
+        One or several things to draw over the land: paths of GeoJSON files, GeoDataFrames, geometries of shapely; see
         `overlay.read_overlay`.
     options
         Fields of `RenderOptions` by name: how the map is drawn at first. `material`, a picture of the ground with
-        coordinates, is laid where it belongs.
+        coordinates, is placed by them.
 
     Returns
     -------

@@ -1,6 +1,6 @@
-"""Load what a view needs: choose the mesh, ask its patches over tolerance for finer pages, until none asks any more.
+"""Load what a view needs: choose a mesh, load finer pages under its patches over tolerance, and choose again.
 
-The certificate holds at every moment: pages that are not there are bounded by the records of those above them.
+The certificate holds at every moment: where a page is missing, the records of a coarser page bound the error.
 """
 
 from __future__ import annotations
@@ -17,14 +17,14 @@ from .gpu import layout
 from .lod import Goal, Selection
 from .pages import PagedTables, PagedTerrain, PageKey
 
-MOST_LEVELS = 3  # that a patch skips at once
-MOST_PAGES = 32  # that a patch asks for at once
+MOST_LEVELS = 3  # most levels that a patch skips at once
+MOST_PAGES = 32  # most pages that a patch requests at once
 
 
 def choose_complete(
     tables: PagedTables, choose: Callable[[], Selection], camera: Camera, goal: Goal
 ) -> tuple[Selection, dict[str, Any]]:
-    """Choose a mesh, load pages until it keeps its tolerance, and say what is missing.
+    """Choose a mesh, and load pages until it is within the tolerance; report what is missing.
 
     Returns
     -------
@@ -42,7 +42,7 @@ def choose_complete(
         if not wanted:
             break
         if not has_evicted and len(terrain.slot_of) + len(wanted) > terrain.slots:
-            has_evicted = True  # once a view: what it loads from now on, it needs
+            has_evicted = True  # only once in a view: all pages that come later are needed
             terrain.keep(pages_used(terrain, selection))
         if not tables.load(wanted):
             break
@@ -57,7 +57,7 @@ def choose_complete(
 def pages_wanted(terrain: PagedTerrain, selection: Selection, camera: Camera, tolerance_px: float) -> list[PageKey]:
     """Pages under patches over tolerance that would make them finer, the most useful first.
 
-    A page's worth is certified pixels times projected area, of all patches that want it.
+    The worth of a page is certified pixels times projected area, summed over all patches that want it.
     """
     worth: dict[PageKey, float] = {}
     last = terrain.heightmap.cols - 1, terrain.heightmap.rows - 1
@@ -67,7 +67,7 @@ def pages_wanted(terrain: PagedTerrain, selection: Selection, camera: Camera, to
         end = min(x + (1 << side_log2), last[0]), min(y + (1 << side_log2), last[1])
         finest = terrain.resident_level(low, end, max(0, side_log2 - 6))
         if finest == 0:
-            continue  # all posts are there: tessellation ends
+            continue  # all posts are loaded, so finer pages cannot help
         steps = min(max(1, math.ceil(math.log2(min(bound_px / tolerance_px, 2.0**MOST_LEVELS)))), finest)
         keys = terrain.over(low, end, finest - steps)
         while len(keys) > MOST_PAGES and steps > 1:
@@ -83,7 +83,7 @@ def pages_wanted(terrain: PagedTerrain, selection: Selection, camera: Camera, to
 
 
 def pages_used(terrain: PagedTerrain, selection: Selection) -> set[PageKey]:
-    """The pages at the spacing of each patch, as far as they are there."""
+    """The loaded pages at the spacing of each patch."""
     last, used = (terrain.heightmap.cols - 1, terrain.heightmap.rows - 1), set()
     patches = _patches(selection)
     for (x, y), side, step_log2 in zip(

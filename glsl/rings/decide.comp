@@ -1,21 +1,21 @@
-// rings/decide.comp — into which squares a block is cut, and how finely each is tessellated.
-//   A square asks the summed-area tables for the coarsest spacing that holds its own box within the tolerance. From the
-//   units up, four parts are joined wherever the whole square costs no more than they do:
+// rings/decide.comp — decides into which squares a block is cut, and how many segments each has.
+//   For each square, the summed-area tables give the coarsest spacing whose error in this square is within the tolerance. From
+//   the units up, four parts are joined wherever the whole square costs no more than they do:
 //       cost(square) = min( 2 T² + PATCH_COST,  sum of its parts' costs )        T segments a side
-//   Four parts cost at least 4 (2 + PATCH_COST), so a square of few segments is drawn in one piece, and its parts are not looked at.
-//   A group is a block; its THREADS share the squares that ask.   Python twin: reference.clipmap.cut_block
+//   Four parts cost at least 4 (2 + PATCH_COST). If a square costs no more than that, its parts are not tried.
+//   One work group handles one block; its THREADS share the squares.   Python twin: reference.clipmap.cut_block
 
 #include "rings/squares.glsl"
 
 #ifndef THREADS
-#define THREADS 64  // as many as the hardware runs side by side (lod/clipmap.py)
+#define THREADS 64  // threads that the hardware runs at the same time (lod/clipmap.py)
 #endif
 
 layout(local_size_x = THREADS) in;
 
 uniform int u_round;
 
-// Units of that many segments, as a logarithm, are cut up themselves; what they cost then, about.
+// A unit of 2^REFINE_FROM segments or more becomes a block. Its cost is then about REFINED times what it was.
 #define REFINE_FROM 3
 #define REFINED 0.5
 #define LEAST_PARTS (4.0 * (2.0 + PATCH_COST))
@@ -56,7 +56,7 @@ void main() {
     int thread = int(gl_LocalInvocationIndex), b = int(b_round[u_round].count + gl_WorkGroupID.x);
     block = u_round == 0 ? root_block(b) : b_block[b];
     if (u_round == 0 && thread == 0) b_block[b] = block;
-    if (thread < FIRST[2]) s_asking[thread] = uint(thread);  // depths 0 and 1 ask side by side
+    if (thread < FIRST[2]) s_asking[thread] = uint(thread);  // begin with depths 0 and 1 together: more threads have work
     for (int i = FIRST[2] + thread; i < FIRST[3]; i += THREADS) s_square[i] = 0u;
     s_asked = FIRST[2];
     barrier();

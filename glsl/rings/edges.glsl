@@ -1,17 +1,17 @@
-// rings/edges.glsl — both sides of an edge derive its spacing alike.
-//   Where leaves of unlike size meet, the longer side is the edge. All leaves along it, on either side, take the finest
-//   spacing among them: so both sides have the same vertices.
+// rings/edges.glsl — the leaves on both sides of an edge compute the same spacing for it.
+//   Where leaves of different sizes meet, the longer side is the edge. Its spacing is the finest among all leaves along
+//   it, on both sides. So both sides have the same vertices.
 // Provides edge_step_log2(); Edge, edge_of(), next_along().   Python twin: reference.clipmap.edge_step_log2
 
 #include "rings/rings.glsl"
 
 int opposite(int side) { return side ^ 2; }
 
-// The longer of the leaves that meet along a side, and the stretch of cells just outside it: none beyond the map.
+// The longer of the leaves that meet along a side, and the row of cells just outside it; that row is empty at the map's rim.
 struct Edge {
     Leaf leaf;
     int axis;   // along it
-    ivec2 at;   // first post of the stretch
+    ivec2 at;   // first post of the row
     int end;
 };
 
@@ -33,14 +33,14 @@ Edge edge_of(Leaf leaf, int side) {
     return Edge(leaf, axis, at, is_on_map ? min(leaf.origin[axis] + (1 << leaf.side_log2), u_last_post[axis]) : at[axis]);
 }
 
-// The leaf over the stretch's first cell; the stretch begins behind it then.
+// The leaf over the row's first cell. Afterwards the row begins behind that leaf.
 Leaf next_along(inout Edge edge) {
     Leaf other = leaf_over(edge.at);
     edge.at[edge.axis] = max(edge.at[edge.axis] + 1, other.origin[edge.axis] + (1 << other.side_log2));
     return other;
 }
 
-// log2 of the posts between the vertices of a leaf's edge.
+// log2 of the posts between two vertices on a leaf's edge.
 int edge_step_log2(Leaf leaf, int side) {
     Edge edge = edge_of(leaf, side);
     int finest = min(step_log2_of(leaf.word), step_log2_of(edge.leaf.word));

@@ -1,5 +1,5 @@
-// rings/emit.comp — leaves to patches, each at its place: the same view gives the same list.
-// A thread is a block.
+// rings/emit.comp — writes a patch for each leaf, at the place that rings/place.comp computed. So the same view always gives
+// the same list. One thread handles one block.
 
 #include "rings/shapes.glsl"
 
@@ -24,7 +24,7 @@ void main() {
         if (!is_leaf(word) || !begins_leaf(unit_at(unit), word)) continue;
         uvec2 mine = shape[UNITS * b + unit];
         uint place = s_offset[segments_log2_of(mine.x) * u_most_blocks + b]++;
-        if (place < uint(u_most_patches))  // if there is no room, the view is chosen again with more
+        if (place < uint(u_most_patches))  // without room, the view is chosen again with larger buffers
             patches[place] = RingPatch(block.origin + (unit_at(unit) << block.unit_log2), mine.x, uintBitsToFloat(mine.y));
     }
 }

@@ -1,17 +1,17 @@
-// rings/explain.comp — a patch of the clipmap, and how far off it would be with T = 1, 2, 4, ... 64 segments a side: what the
-// tables say of its cells. One thread a T.
+// rings/explain.comp — what the tables say about a patch of the clipmap: its error with T = 1, 2, 4, ... 64 segments a side.
+// One thread for each T.
 
 #include "rings/leaf.glsl"
 
 layout(local_size_x = SIZES) in;
 layout(std430, binding = 4) writeonly buffer Answer {
-    vec4 projection;     // least depth in metres, stretch, wholly in the picture, wholly outside
-    vec4 range_m;        // lowest and highest
-    vec4 choice[SIZES];  // largest error and root mean square in metres, pixels; 0 if the tables do not know this spacing
+    vec4 projection;     // least depth in metres, stretch, whether wholly in the picture, whether wholly outside
+    vec4 range_m;        // lowest and highest height
+    vec4 choice[SIZES];  // largest error in metres, RMS error in metres, bound in pixels, 1; all 0 without tables for the spacing
 };
 
 uniform ivec2 u_low;      // post of the patch's north-west corner
-uniform int u_side_log2;  // posts
+uniform int u_side_log2;  // log2 of its side in posts
 
 void main() {
     int k = int(gl_LocalInvocationIndex), step_log2 = u_side_log2 - k;

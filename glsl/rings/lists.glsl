@@ -1,16 +1,17 @@
-// rings/lists.glsl — leaves side by side, so that neighbouring threads all have work.
-//   A leaf is named by the unit of its north-west corner. All leaves stand in one list, each once; a round of
+// rings/lists.glsl — lists of leaves without gaps, so that all threads of a group have work.
+//   A leaf's number is that of the unit at its north-west corner. One list holds every leaf once. Each round of
 //   rings/settle.comp has a list of its own, its queue.
 // Provides append_leaf(), append_to_queue(), queued(), LEAF_GROUP.
 
 #include "rings/rings.glsl"
 
-#define LEAF_GROUP 64  // leaves of a work group
+#define LEAF_GROUP 64  // leaves that one work group handles
 
-// UNITS * u_most_blocks words each: all leaves, the queues of even and of odd rounds, and the last round that queued a leaf.
+// Four parts of UNITS * u_most_blocks words: all leaves; the queue of even rounds; that of odd rounds; a stamp for each leaf,
+// which tells the last round that it was queued for.
 layout(std430, binding = 5) buffer Lists { uint list[]; };
 
-uniform uint u_first_stamp;  // of this view's rounds: stamps of other views are lower
+uniform uint u_first_stamp;  // stamp of this view's first round; all stamps of earlier views are lower
 
 int list_at(int which) { return which * UNITS * u_most_blocks; }
 
@@ -20,8 +21,8 @@ void append_leaf(int id) {
     atomicMax(b_leaves.groups, k / uint(LEAF_GROUP) + 1u);
 }
 
-// Queue a leaf for a round, at most once. The round looks at the square of 2^units_log2 units from `id` on; by then the leaf
-// may have been split.
+// Queue a leaf for a round, at most once. The leaf may be split before the round begins. So the queue says which square the
+// leaf covers now: 2^units_log2 units a side, from `id` on.
 void append_to_queue(int round_, int id, int units_log2) {
     uint stamp = u_first_stamp + uint(round_);
     if (atomicMax(list[list_at(3) + id], stamp) == stamp) return;

@@ -1,6 +1,6 @@
-// rings/place.comp — where each block's patches go: counts become the sums of all counts before them, block after block,
-// size after size; then the draw commands, each with so many patches that tessellation makes at most MOST_VERTICES.
-// Reduce, scan and propagate as in sat/, in one work group: each thread owns one range of counts.
+// rings/place.comp — where each block's patches go in the list. Each count is replaced by the sum of all counts before it: sizes
+// in order, and blocks in order within a size. Then come the draw commands: tessellation makes at most MOST_VERTICES vertices of
+// each. One work group does it all, by reduce, scan and propagate as in sat/; each thread owns one range of counts.
 
 #include "rings/shapes.glsl"
 #include "lod/scan.glsl"
@@ -12,13 +12,13 @@
 layout(local_size_x = SCANNERS) in;
 
 struct DrawArrays {
-    uint count, instances, first, base_instance, unused;  // moderngl strides 20 bytes
+    uint count, instances, first, base_instance, unused;  // moderngl reads one command every 20 bytes
 };
 layout(std430, binding = 5) writeonly buffer Draws { DrawArrays draws[]; };
 
 uniform int u_most_draws;
 
-// Inside T × T segments; and an edge of T may have up to 64.
+// Patches that fit into one draw. A patch has (T + 1)² vertices, and each edge may be cut into 64 segments.
 uint most_in_draw(int size) {
     uint side = (1u << size) + 1u;
     return uint(MOST_VERTICES) / (side * side + 4u * uint(64 - (1 << size)));

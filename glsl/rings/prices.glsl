@@ -1,7 +1,8 @@
-// rings/prices.glsl — the price of a triangle that spends a budget: least Σ w² E(p, T) + λ (2 T² + PATCH_COST) over all patches.
+// rings/prices.glsl — the price λ of a triangle at which a mesh fits the budget. For a price, each patch p takes the T with the
+//   least   w² E(p, T) + λ (2 T² + PATCH_COST).
 //   Everett 1963, "Generalized Lagrange multiplier method": no other mesh of these patches with as few triangles has a smaller
-//   sum. Triangles fall as λ rises; PASSES times, all blocks count what each of PRICES prices makes, and the next pass looks
-//   between the last price that makes too many and the first that does not.
+//   sum of errors. A higher price gives fewer triangles. A pass tries PRICES prices at once: all blocks count the triangles of
+//   each. The next pass tries prices between the last one with too many triangles and the first one that fits.
 // Provides price(), cheapest().   Python twins: reference.clipmap.cheapest, reference.clipmap.bracket
 
 #include "rings/leaf.glsl"
@@ -12,14 +13,14 @@
 #define LOWEST_LOG2 -60.0
 #define HIGHEST_LOG2 60.0
 
-layout(std430, binding = 4) buffer Weights { float weight[]; };  // squared pixels: SIZES_LOG2 of each of a block's SQUARES
-layout(std430, binding = 7) buffer Tried { uint tried[]; };      // triangles of each price, PRICES of each pass
+layout(std430, binding = 4) buffer Weights { float weight[]; };  // squared pixels: SIZES_LOG2 for each of a block's SQUARES
+layout(std430, binding = 7) buffer Tried { uint tried[]; };      // triangles at each price: PRICES for each pass
 
 uniform uint u_target;  // triangles
 
 int u_first;  // the block's first square in weight[]
 
-// Between which prices a pass looks, as logarithms.
+// log2 of the lowest and the highest price of a pass.
 vec2 bracket(int pass_) {
     vec2 ends = vec2(LOWEST_LOG2, HIGHEST_LOG2);
     for (int before = 0; before < pass_; before++) {
@@ -36,10 +37,10 @@ float price_at(int pass_, int k) {
     return exp2(mix(ends.x, ends.y, float(k) / float(PRICES - 1)));
 }
 
-// The one that has been found: the cheapest that keeps to the target.
+// The result after pass_ passes: the lowest price tried with at most u_target triangles.
 float price(int pass_) { return exp2(bracket(pass_).y); }
 
-// The least cost of a square in one piece, and its triangles. Both are 0 where there is nothing to draw.
+// The least cost of a square drawn as one leaf, and its triangles. Both are 0 where there is nothing to draw.
 vec2 cheapest(int square, float price_, out int segments_log2) {
     vec2 best = vec2(NEVER, 0.0);
     segments_log2 = 0;

@@ -1,9 +1,8 @@
 // rings/rings.glsl — a clipmap around the eye, and the patches that it is cut into.
-//   Ring l stands on the lattice of 2^l posts. It is a rectangle of patches, PATCH × PATCH ring cells each, and the next
-//   finer ring fills its middle. A ring begins at an even place of its lattice, wherever the eye puts it: so its patches
-//   are no nodes of the error tables' tree.
-//   A block is a patch, cut into units of one ring cell. Squares of 8, 4, 2 or 1 units are drawn in one piece, a leaf.
-//   A unit that 64 segments cannot hold becomes a block of its own, with units an eighth as large.
+//   Ring l has cells of 2^l posts. It is a rectangle of blocks of PATCH × PATCH ring cells, and the next finer ring fills its
+//   middle. A ring follows the eye in steps of two of its cells. So its blocks need not be nodes of the error tables' tree.
+//   A block is divided into units of one ring cell. A leaf is a square of 8, 4, 2 or 1 units a side that becomes one patch.
+//   If a unit needs more than 64 segments a side, it becomes a block of its own, with units an eighth as large.
 //
 //        block, 8 × 8 units                 a ring of blocks, and the finer ring in its middle
 //       ┌───────┬───┬───┐                        ┌────┬────┬────┬────┐
@@ -17,11 +16,11 @@
 
 #include "blocks/view.glsl"
 
-#define PATCH 8           // ring cells a side: the numbers below follow from it
+#define PATCH 8           // ring cells along a block's side; UNITS and SQUARES follow from it
 #define UNITS 64          // units of a block
 #define SQUARES 85        // squares of 8, 4, 2 and 1 units in a block: 1 + 4 + 16 + 64
 #define MOST_SEGMENTS_LOG2 6  // OpenGL's 64
-#define FINEST -5         // log2 of the least spacing: 32 segments between two posts
+#define FINEST -5         // log2 of the smallest spacing: 32 segments between two posts
 
 struct Ring {
     ivec2 origin;   // post of the north-west corner
@@ -32,41 +31,41 @@ struct Ring {
 
 layout(std140, binding = 2) uniform Rings {
     int u_rings;        // finest first
-    int u_most_blocks;  // for which there is room
+    int u_most_blocks;  // blocks that the buffers have room for
     Ring u_ring[MAX_LEVELS];
 };
 
 struct Block {
     ivec2 origin;
     int unit_log2;  // posts a side of a unit
-    int ring;       // that it lies in
+    int ring;       // index of the ring that it lies in
 };
 
 struct Work {
-    uint groups, one_y, one_z;  // of an indirect dispatch
-    uint count;                 // of the things that it looks at
+    uint groups, one_y, one_z;  // the command of an indirect dispatch
+    uint count;                 // leaves or blocks that the dispatch handles
 };
 
 layout(std430, binding = 0) buffer Blocks {
-    Work b_round[3];  // blocks of each round of rings/decide.comp; count: those of the rounds before
-    Work b_all;       // blocks of all rounds; count: how many there should be room for
+    Work b_round[3];  // blocks of each round of rings/decide.comp; here `count` is the number of blocks of earlier rounds
+    Work b_all;       // blocks of all rounds; `count` may exceed u_most_blocks: then the view is chosen again
     Work b_leaves;    // all leaves: rings/count.comp
-    Work b_queue[8];  // leaves that round r of rings/settle.comp looks at: r modulo 8
-    uint b_rounds;    // of rings/settle.comp that have changed something
+    Work b_queue[8];  // leaves that round r of rings/settle.comp handles, at index r modulo 8
+    uint b_rounds;    // the last round of rings/settle.comp that changed something, counted from 1
     uint b_pad[3];
     Block b_block[];
 };
-// What each unit of each block is: a leaf, a block, or nothing. Two planes: round r of rings/settle.comp reads plane r
-// modulo 2 and writes the other. They differ only where the round before changed something.
+// A word for each unit of each block: leaf, block, or nothing. There are two planes. Round r of rings/settle.comp reads plane
+// r modulo 2 and writes the other. They differ only where the round before changed something.
 layout(std430, binding = 1) buffer Cells { uint cell[]; };
 
-uniform int u_settled;  // rounds of rings/settle.comp that are over
+uniform int u_settled;  // finished rounds of rings/settle.comp
 
 int plane(int round_) { return (round_ & 1) * UNITS * u_most_blocks; }
 int blocks_in_all() { return min(int(b_all.count), u_most_blocks); }
 
-// A leaf: log2 of its side in units, log2 of the posts between its vertices, and whether the tables hold it within the
-// tolerance.
+// A leaf's word: log2 of its side in units, log2 of the posts between its vertices. IS_BROKEN: the tables prove no bound
+// within the tolerance.
 #define NOTHING 0u
 #define IS_BLOCK 0x80000000u
 #define IS_LEAF 0x40000000u
@@ -82,24 +81,24 @@ bool is_leaf(uint word) { return (word & IS_LEAF) != 0u; }
 #define EAST 2
 #define SOUTH 3
 
-int axis_of(int side) { return side == WEST || side == EAST ? 1 : 0; }  // along the side
-bool is_far(int side) { return side == EAST || side == SOUTH; }         // at the square's end
+int axis_of(int side) { return side == WEST || side == EAST ? 1 : 0; }  // the axis along which the side runs
+bool is_far(int side) { return side == EAST || side == SOUTH; }         // the side has the square's larger coordinate
 
 ivec2 unit_at(int unit) { return ivec2(unit & 7, unit >> 3); }
 
-// Posts where a ring begins and ends.
+// The post where a ring ends.
 ivec2 ring_end(Ring ring) { return ring.origin + ring.patches * (PATCH << ring.level); }
 
 bool is_within(ivec2 post, ivec2 low, ivec2 end) {
     return all(greaterThanEqual(post, low)) && all(lessThan(post, end));
 }
 
-// A leaf, and where it is.
+// A leaf and its place.
 struct Leaf {
     uint word;
     ivec2 origin;
-    int side_log2;  // posts
-    int id;         // unit of its north-west corner: UNITS a block
+    int side_log2;  // log2 of its side in posts
+    int id;         // number of the unit at its north-west corner: each block has UNITS numbers
 };
 
 const Leaf NO_LEAF = Leaf(NOTHING, ivec2(-1 << 28), 0, -1);
@@ -110,9 +109,9 @@ Leaf leaf_at(Block b, int id, uint word) {
 
 bool begins_leaf(ivec2 unit, uint word) { return all(equal(unit & (1 << side_units_log2(word)) - 1, ivec2(0))); }
 
-int near_ring;  // where leaf_over() begins to look: a neighbour of a ring's leaf lies in it, or in one of the two next to it
+int near_ring;  // ring of the leaf whose neighbours leaf_over() finds: they lie in this ring, or in the next finer or coarser one
 
-// The leaf over the map's cell south-east of a post.
+// The leaf that covers the cell south-east of a post.
 Leaf leaf_over(ivec2 post) {
     int r = max(near_ring - 1, 0);
     while (r < u_rings && !is_within(post, u_ring[r].origin, ring_end(u_ring[r]))) r++;

@@ -1,23 +1,23 @@
 // rings/shapes.glsl — the patches of a view, from its leaves.
 //   shape   bits 0-4   log2 of the side in posts        5-10  log2 of the posts between vertices, + 16
 //               11-22  log2 of the segments of each edge, 3 bits each: gl_TessLevelOuter's order
-// Provides shapes, and what the view's mesh comes to.   Python twins: gpu.layout.RING_PATCH, gpu.layout.RING_SUMMARY
+// Provides shapes, and the numbers of the view's mesh.   Python twins: gpu.layout.RING_PATCH, gpu.layout.RING_SUMMARY
 
 #include "rings/rings.glsl"
 
-#define BLOCK_GROUP 64  // blocks of a work group of rings/emit.comp
+#define BLOCK_GROUP 64  // blocks that one work group of rings/emit.comp handles
 
-layout(std430, binding = 4) buffer Shapes { uvec2 shape[]; };  // of the unit at a leaf's corner, and its bound in pixels
+layout(std430, binding = 4) buffer Shapes { uvec2 shape[]; };  // at a leaf's number: its shape, and its bound in pixels
 layout(std430, binding = 7) buffer Summary {
     uint s_count[8];    // patches of each size
     uint s_triangles;
-    uint s_splits;      // leaves that are no whole block
-    uint s_worst_px;    // float bits: the largest bound among the patches
-    uint s_blocks;      // for which there must be room
-    uint s_unsettled;   // leaves that a further round of rings/settle.comp would look at
-    uint s_rounds;      // of rings/settle.comp that have changed something
+    uint s_splits;      // leaves smaller than their block
+    uint s_worst_px;    // the largest bound among the patches, as the bits of a float
+    uint s_blocks;      // blocks that the view needs room for
+    uint s_unsettled;   // leaves that are queued for a further round of rings/settle.comp
+    uint s_rounds;      // the last round of rings/settle.comp that changed something, counted from 1
     uint s_pad[2];
-    uint s_offset[];    // patches of a size in a block; then those before them
+    uint s_offset[];    // patches of each size in each block; rings/place.comp replaces them by the number of patches before
 };
 
 int segments_log2_of(uint word) { return int(word & 31u) - (int(word >> 5 & 63u) - 16); }

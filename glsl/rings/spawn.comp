@@ -1,15 +1,15 @@
-// rings/spawn.comp — units that 64 segments cannot hold become blocks, in the order of their places: the same input gives
-// the same blocks. One work group; each thread owns one stretch of the round's blocks.
+// rings/spawn.comp — makes blocks of the units that need more than 64 segments a side. The blocks keep the order of the units,
+// so the same input gives the same blocks. One work group; each thread owns one range of the round's blocks.
 
 #include "rings/rings.glsl"
 #include "lod/scan.glsl"
 
 layout(local_size_x = SCANNERS) in;
 
-uniform int u_round;  // the one that has been decided
+uniform int u_round;  // the last round of rings/decide.comp
 
 void spawn(int id, int child) {
-    bool has_room = child < u_most_blocks;  // if not, the view is chosen again with more
+    bool has_room = child < u_most_blocks;  // without room, the view is chosen again with larger buffers
     cell[plane(0) + id] = cell[plane(1) + id] = has_room ? IS_BLOCK | uint(child) : NOTHING;
     Block b = b_block[id / UNITS];
     if (has_room) b_block[child] = Block(b.origin + (unit_at(id % UNITS) << b.unit_log2), b.unit_log2 - 3, b.ring);

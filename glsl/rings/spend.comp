@@ -1,6 +1,6 @@
-// rings/spend.comp — into which squares a block is cut, and how finely each is tessellated, by the price λ of a triangle:
-//       cost(square) = min over T of ( squared error + λ (2 T² + PATCH_COST) ),  or the sum of its parts' costs
-//   A group is a block, a thread one of its units.   Python twins: reference.clipmap.cheapest, reference.clipmap.cut_block
+// rings/spend.comp — like rings/decide.comp, but for a budget: the price λ of a triangle decides.
+//       cost(square) = min( min over T of ( squared error + λ (2 T² + PATCH_COST) ),  sum of its parts' costs )
+//   One work group handles one block, one thread a unit.   Python twins: reference.clipmap.cheapest, reference.clipmap.cut_block
 
 #include "rings/squares.glsl"
 #include "rings/prices.glsl"

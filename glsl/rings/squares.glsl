@@ -1,6 +1,6 @@
-// rings/squares.glsl — the squares of a block, and which of them is drawn in one piece.
-//   Depth d has 2^d × 2^d squares of 8 >> d units a side. A group is a block. First each square has a cost of its own; then,
-//   from the units up, four parts are joined wherever the whole square costs no more than they do.
+// rings/squares.glsl — the squares of a block, and which of them become leaves.
+//   Depth d has 2^d × 2^d squares of 8 >> d units a side. One work group handles one block. First each square gets a cost of
+//   its own. Then, from the units up, four parts are joined wherever the whole square costs no more than they do.
 // Provides block, root_block(), square_index(), low_of(), is_nothing(), meets_finer_ring(), join_all(), word_of_unit(), write_unit().
 // Python twin: reference.clipmap.cut_block
 
@@ -9,7 +9,8 @@
 
 const int FIRST[4] = int[4](0, 1, 5, 21);  // squares of each depth: 8, 4, 2, 1 units a side
 
-// A square: log2 of the spacing of its vertices, + 16, and one of these. OPEN: its parts say more.
+// A square's word: log2 of the spacing of its vertices, + 16, and one of these states. WHOLE: it is drawn as one leaf. OPEN: its
+// parts decide. REFINE: a unit that becomes a block.
 #define EMPTY 0x100u
 #define WHOLE 0x200u
 #define OPEN 0x400u
@@ -24,7 +25,7 @@ int side_log2_at(int depth) { return block.unit_log2 + 3 - depth; }
 ivec2 low_of(int depth, ivec2 at) { return block.origin + (at << side_log2_at(depth)); }
 ivec2 square_at(int depth, int i) { return ivec2(i & (1 << depth) - 1, i >> depth); }
 
-// The rings' own blocks, ring after ring.
+// Block number b of the rings, which are numbered ring after ring.
 Block root_block(int b) {
     int r = 0;
     while (r + 1 < u_rings && b >= u_ring[r + 1].first_block) r++;
@@ -35,7 +36,7 @@ Block root_block(int b) {
 
 bool has_finer_ring() { return block.ring > 0; }
 
-// Beyond the map, or where the finer ring is drawn.
+// Whether a square lies beyond the map, or where the finer ring is drawn.
 bool is_nothing(ivec2 low, ivec2 end) {
     if (any(greaterThanEqual(low, u_last_post)) || any(lessThanEqual(end, ivec2(0)))) return true;
     if (!has_finer_ring()) return false;
@@ -43,7 +44,7 @@ bool is_nothing(ivec2 low, ivec2 end) {
     return all(greaterThanEqual(low, finer.origin)) && all(lessThanEqual(end, ring_end(finer)));
 }
 
-// Whether a square meets the finer ring in its middle, edges counted.
+// Whether a square overlaps the finer ring, or touches it.
 bool meets_finer_ring(ivec2 low, ivec2 end) {
     if (!has_finer_ring()) return false;
     Ring finer = u_ring[block.ring - 1];
@@ -67,12 +68,12 @@ void join_all(int thread, int threads) {
     barrier();
 }
 
-// What the largest square in one piece that holds a unit makes of it.
+// The word of a unit: that of the largest WHOLE square which contains it.
 uint word_of_unit(ivec2 at) {
     for (int depth = 0; depth <= 3; depth++) {
         uint square = s_square[square_index(depth, at >> (3 - depth))];
         if ((square & EMPTY) != 0u) return NOTHING;
-        if ((square & REFINE) != 0u) return IS_BLOCK;  // rings/spawn.comp says which
+        if ((square & REFINE) != 0u) return IS_BLOCK;  // rings/spawn.comp adds the block's number
         if ((square & WHOLE) != 0u) return leaf_word(3 - depth, int(square & 63u) - 16);
     }
     return leaf_word(0, finest_of(low_of(3, at), block.unit_log2, block.ring, block.unit_log2)) | IS_BROKEN;

@@ -1,5 +1,5 @@
-// rings/try.comp — how many triangles a block takes at each of PRICES prices: squares joined from the units up, as
-// rings/decide.comp does it. A group is a block, a thread a price.
+// rings/try.comp — counts a block's triangles at each of PRICES prices. Squares are joined from the units up, as in
+// rings/decide.comp. One work group handles one block, one thread a price.
 
 #include "rings/squares.glsl"
 #include "rings/prices.glsl"
@@ -8,7 +8,7 @@ layout(local_size_x = PRICES) in;
 
 uniform int u_pass;
 
-// Cost and triangles of a square: in one piece, or as its parts.
+// Cost and triangles of a square: as one leaf, or as its parts.
 vec2 cheaper(vec2 whole, vec2 parts) { return whole.x <= parts.x ? whole : parts; }
 
 vec2 whole_at(int depth, ivec2 at, float price_) {

@@ -24,7 +24,7 @@ COMMANDS = ("info", "generate", "build", "shot", "view", "measure", "mesh", "com
 
 def main(argv: Sequence[str] | None = None) -> int:
     """Run one command; returns the exit status."""
-    # None if the caller has closed them; the next file to be opened would then take their place
+    # they are None if the caller has closed them; the next file that is opened would then become standard output
     sys.stdout = sys.stdout or open(os.devnull, "w")  # noqa: SIM115
     sys.stderr = sys.stderr or open(os.devnull, "w")  # noqa: SIM115
     if argv is None:
@@ -33,7 +33,9 @@ def main(argv: Sequence[str] | None = None) -> int:
                 stream.reconfigure(errors="backslashreplace")
         signals.listen()
     try:
-        names = tuple(import_module("..files.maps", __package__).bundled())  # numpy; signals are quiet from here on
+        names = tuple(
+            import_module("..files.maps", __package__).bundled()
+        )  # imports numpy; from here on signals are handled
         words = with_command(join_negative(sys.argv[1:] if argv is None else argv), COMMANDS, names)
         if words and words[0] not in COMMANDS and not words[0].startswith("-"):
             raise UsageError(unknown(words[0], COMMANDS, names))

@@ -1,4 +1,4 @@
-"""`terrain-gl build`: a store beside a map, for maps beyond memory."""
+"""`terrain-gl build`: a store beside a map, for maps larger than memory."""
 
 from __future__ import annotations
 
@@ -20,9 +20,9 @@ def add(commands: Any) -> None:
         commands,
         "build",
         run,
-        help="a store beside a map, for maps beyond memory",
-        description="Read a map once, by windows, and write heights and error records of all levels into a Zarr\n"
-        "store. The map stays as it is. The same command goes on with a build that was ended. Extra [store].",
+        help="a store beside a map, for maps larger than memory",
+        description="Read a map once, window by window, and write heights and error records of all levels into\n"
+        "a Zarr store. The map does not change. The same command continues an interrupted build. Extra [store].",
         example="build tiles/*.tif -o land.zarr --workers 2",
     )
     command.add_argument("map", metavar="MAP", nargs="+", help="heightmap file, or several files on one grid")

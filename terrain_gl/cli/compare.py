@@ -59,7 +59,7 @@ def add(commands: Any) -> None:
         "--baseline-shading",
         choices=SHADING,
         default=SHADING[0],
-        help="map: all are shaded alike (default); mesh: baselines are shaded from the surface that they draw",
+        help="map: same shading for all (default); mesh: baselines are shaded from the surface that they draw",
     )
     group.add_argument("--curve", action="store_true", help="also plot the error at other numbers of triangles")
     group.add_argument(

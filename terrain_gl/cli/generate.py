@@ -27,7 +27,9 @@ def add(commands: Any) -> None:
     )
     command.add_argument("output", metavar="OUT", help=f"heightmap, {', '.join(FORMATS)}")
     command.add_argument("--size", type=size, metavar="N or WxH", default=(1025, 1025), help="posts (default: 1025)")
-    command.add_argument("--seed", type=whole, metavar="S", default=0, help="another land for each (default: 0)")
+    command.add_argument(
+        "--seed", type=whole, metavar="S", default=0, help="each number gives another land (default: 0)"
+    )
     command.add_argument(
         "--cliffs", type=values.number, metavar="C", default=0.5, help="0 rolling hills, 1 canyons (default: 0.5)"
     )

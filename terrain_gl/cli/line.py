@@ -49,7 +49,7 @@ def command_line(
         The map was not opened from a file, or was edited since.
     """
     if heightmap.opened is None:
-        raise UsageError(f"{heightmap.name} is not as it is in a file: save it, and open that")
+        raise UsageError(f"{heightmap.name} differs from its file: save it, and open that file")
     told = dict(heightmap.opened)
     known = find_bundled(path := told.pop("path"))
     if known and all(told[name] in (getattr(known, name), (getattr(known, name),) * 2) for name in SCALES):
@@ -59,7 +59,7 @@ def command_line(
         path, start, sun = os.path.abspath(path), standard_view(heightmap), SUN
         usual = inspect.signature(Heightmap.open).parameters
         told = {name: value for name, value in told.items() if known or value != usual[name].default}
-        if known:  # whose own scales are to be overruled
+        if known:  # the line must replace the bundled map's own scales
             told["spacing_m"], (told["z_scale"], told["z_offset_m"]) = heightmap.spacing_m, heightmap.scales
     told |= {name: value for name, value in vars(camera).items() if name in _CAMERA and value != getattr(start, name)}
     told |= {name: value for name, value in vars(chosen).items() if value != getattr(RenderOptions(sun=sun), name)}
@@ -67,7 +67,7 @@ def command_line(
 
 
 def _words(told: dict[str, Any]) -> list[str]:
-    """Options and their values, in the order of the help, where they are not what is meant without."""
+    """Options and their values, in the order of the help, without those that have their default value."""
     command = argparse.ArgumentParser()
     options.add_map_options(command)
     options.add_rendering(command)
@@ -94,7 +94,7 @@ def _parameter(parameters: Parameters) -> dict[str, Any]:
 
 
 def _text(name: str, value: Any) -> list[str]:
-    """A value as the option takes it: with every digit that tells it from its neighbours; none for a switch."""
+    """A value as the option takes it, with enough digits to give exactly this number again; nothing for a switch."""
     if isinstance(value, bool):
         return []
     if isinstance(value, tuple):

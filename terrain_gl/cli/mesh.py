@@ -1,4 +1,4 @@
-"""`terrain-gl mesh`: the very triangles that the GPU draws, as a file."""
+"""`terrain-gl mesh`: a file with exactly the triangles that the GPU draws."""
 
 from __future__ import annotations
 
@@ -17,8 +17,8 @@ from ..renderer import Renderer
 from ..shade import UNLIT
 from . import options, report, values
 
-RELIEF_SHARE = 5e-3  # of the map's relief: how far a mesh may be off, if nobody says
-_METHOD = "quadtree"  # the fewest triangles
+RELIEF_SHARE = 5e-3  # default error of a mesh, as a part of the map's relief
+_METHOD = "quadtree"  # it needs the fewest triangles
 _OF_VIEW = ("max_error_px", "triangles", "parameters", "cull", "view", "eye", "target", "at", "stand")
 
 
@@ -30,30 +30,30 @@ def add(commands: Any) -> None:
         run,
         help="the map as triangles: a .ply, .glb, .obj or .stl file",
         description="Write the triangles that the GPU draws, in world metres: x east, y north, z up (.glb: y up, as\n"
-        "glTF wants it). The whole map, so many metres exact everywhere; or, with a camera or an error in\n"
-        "pixels, what is drawn for a view. .stl is a solid with a base in millimetres, for a printer.",
+        "glTF requires). The whole map, within an error in metres; or, with a camera or an error in pixels,\n"
+        "the mesh of a view. .stl is a solid with a base, in millimetres, for a printer.",
         example="mesh dem.tif --spacing 30 -o dem.glb --max-error-m 5 --texture",
     )
     options.add_map(command)
     options.add_output(command, f"mesh, {', '.join(FORMATS)}")
-    what = f"of height, everywhere (default: {100 * RELIEF_SHARE:g} %% of the relief)"
+    what = f"largest error of height (default: {100 * RELIEF_SHARE:g} %% of the relief)"
     command.add_argument("--max-error-m", type=values.positive, metavar="M", help=what)
     what = f"the look from above, N pixels long (default: {LONGEST_PX})"
     command.add_argument("--texture", type=values.count, metavar="N", nargs="?", const=LONGEST_PX, help=what)
-    what = "triangles share vertices (default), or have three each"
+    what = "triangles share vertices (default), or each has three of its own"
     command.add_argument("--weld", action=argparse.BooleanOptionalAction, default=True, help=what)
     what = f".stl: longer side in millimetres (default: {PRINT_MM:g})"
     command.add_argument("--print-mm", type=values.positive, metavar="MM", default=PRINT_MM, help=what)
-    command.add_argument("--cull", action="store_true", help="of a view: leave out what is outside the picture")
+    command.add_argument("--cull", action="store_true", help="of a view: leave out patches outside the picture")
     options.add_rendering(command)
     command.set_defaults(method=_METHOD)
 
 
 def run(args: argparse.Namespace) -> int:
-    """Draw, capture, write, tell."""
+    """Run the command."""
     mesh_format(args.output)
     if args.max_error_m and (args.triangles or args.max_error_px):
-        raise UsageError("--max-error-m is for no view: leave out --triangles and --max-error")
+        raise UsageError("--max-error-m is for the whole map, not for a view: leave out --triangles and --max-error")
     if args.texture:
         options.check_writable(*map(str, files_beside(args.output)))
     scene = options.open_scene(args)
@@ -74,7 +74,7 @@ def run(args: argparse.Namespace) -> int:
 
 
 def _has_view(args: argparse.Namespace) -> bool:
-    """Whether the mesh is to be that of a view."""
+    """Whether the options ask for the mesh of a view."""
     return not args.max_error_m and (args.method != _METHOD or any(getattr(args, name) for name in _OF_VIEW))
 
 

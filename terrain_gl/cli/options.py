@@ -64,7 +64,7 @@ def add_map_options(command: Any) -> None:
     group.add_argument("--z-offset", type=values.number, metavar="M", help="height of value 0 in metres")
     group.add_argument("--nodata", type=values.nodata, metavar="V", help="value that marks a void")
     group.add_argument("--encoding", choices=tuple(ENCODINGS), default="plain", help="how pixels hold heights")
-    group.add_argument("--band", type=values.count, metavar="N", help="the band that holds the heights, of several")
+    group.add_argument("--band", type=values.count, metavar="N", help="the band that holds the heights")
     what = "MAP is bare posts, row after row (.raw and .r16 of a square need no size)"
     group.add_argument("--raw", type=values.size, metavar="WxH", help=what)
     what = "let GDAL follow MAP to other files and to the network: only for maps that you trust"
@@ -84,13 +84,13 @@ def add_camera(command: Any, moving: bool = False) -> None:
     if moving:
         command.set_defaults(view=None, eye=None, target=None, up=None, at=None, stand=None)
     else:
-        group.add_argument("--view", choices=tuple(VIEWS), help="a standard view, which --eye and --target change")
+        group.add_argument("--view", choices=tuple(VIEWS), help="a standard view; --eye and --target change it")
         eye, target = group.add_mutually_exclusive_group(), group.add_mutually_exclusive_group()
         eye.add_argument("--eye", type=values.point, metavar="X,Y,Z", help="the camera: metres east, north, up")
         what = "the camera, M metres above the ground (default: 2 posts)"
         eye.add_argument("--from", type=values.lonlat, metavar="LON,LAT[,M]", dest="stand", help=what)
         target.add_argument("--target", type=values.point, metavar="X,Y,Z", help="the point in mid-picture")
-        what = "the point in mid-picture; with no eye, from near by"
+        what = "the point in mid-picture; without an eye, seen from nearby"
         target.add_argument("--at", type=values.lonlat, metavar="LON,LAT[,M]", help=what)
         group.add_argument("--up", type=values.point, metavar="X,Y,Z", help="up in the picture (default: 0,0,1)")
     group.add_argument("--fov", type=values.number, metavar="DEG", help="vertical field of view")
@@ -146,7 +146,7 @@ def _add_sun(group: Any) -> None:
 
 
 def add_rendering(command: Any, moving: bool = False) -> None:
-    """All options that commands without a window share; commands with a `moving` camera add its options themselves."""
+    """All options that commands without a window share; a command with a `moving` camera adds the camera's itself."""
     add_view(command, moving)
     add_technical(command)
 
@@ -162,7 +162,9 @@ def add_technical(command: Any) -> None:
         default="auto",
         help="OpenGL from egl, osmesa, glfw, or auto (default)",
     )
-    group.add_argument("--seed", type=int, metavar="N", help="accepted for scripts; nothing in the drawing is random")
+    group.add_argument(
+        "--seed", type=int, metavar="N", help="has no effect: nothing in the drawing is random; accepted for scripts"
+    )
     add_json(group)
 
 
@@ -176,7 +178,7 @@ def open_scene(
 ) -> Scene:
     """Open the map, by file or bundled name, and choose camera and sun by the options.
 
-    Without options a bundled map has its own scales, view and sun; other maps have `views.standard_view`.
+    A bundled map brings default scales, view and sun. The default view of other maps is `views.standard_view`.
     """
     name = args.map if name is None else name
     check_outputs(args, name)
@@ -188,7 +190,7 @@ def open_scene(
     camera = _camera(args, heightmap, start)
     if (below_m := depth_below_ground(seen, camera)) > 0:
         print(
-            f"terrain-gl: note: the eye stands {below_m:.3g} m under the ground: give --eye more height",
+            f"terrain-gl: note: the eye is {below_m:.3g} m under the ground: give --eye more height",
             file=sys.stderr,
         )
     return Scene(heightmap, camera, args.sun or (known.sun if known else SUN))
@@ -197,7 +199,7 @@ def open_scene(
 def _opened(
     args: argparse.Namespace, name: str, progress: Callable[[float], None] | None
 ) -> tuple[Heightmap, BundledMap | None, Heightmap]:
-    """The map, the bundled map that it is, and a map to choose a view by."""
+    """The map; its record if it is a bundled one; and a map from which a view is chosen."""
     if is_store(name):
         stored = open_store(args, name)
         return stored, None, stored.coarse()
@@ -207,7 +209,7 @@ def _opened(
 
 
 def add_store(command: Any) -> None:
-    """The map may be a store, too."""
+    """Options of commands whose map may be a store."""
     what = "of a store (terrain-gl build): MiB of GPU memory for its tiles, at most (default: 512)"
     command.add_argument_group("store").add_argument(
         "--gpu-memory", type=values.count, metavar="MIB", default=512, help=what
@@ -220,15 +222,15 @@ def open_store(args: argparse.Namespace, name: str) -> StoredMap:
     Raises
     ------
     TerrainError
-        The command cannot, or the store is not finished.
+        The command cannot draw stores, or the store is not finished.
     UsageError
-        Options that say how a map's values are read.
+        Options for a map's values were given, which a store does not take.
     """
     if not hasattr(args, "gpu_memory"):
         raise TerrainError(f"{report.shown(name)}: is a store: only shot, measure and info read stores yet")
     given = {key: value for key, value in map_options(args).items() if value not in (None, False, "plain")}
     if given:
-        raise UsageError(f"{report.shown(name)}: is a store, which has its own scales: build it anew with other ones")
+        raise UsageError(f"{report.shown(name)}: is a store, which has its own scales: to change them, build it again")
     stored = StoredMap(name)
     stored.gpu_bytes = args.gpu_memory << 20
     return stored
@@ -265,7 +267,7 @@ def clock_sun(args: argparse.Namespace, heightmap: Heightmap) -> tuple[float, fl
     latitude, longitude = args.latitude, args.longitude
     if latitude is None:
         if heightmap.place is None or heightmap.place.crs is None:
-            raise UsageError("--time and --latitude go together, as the map does not say where it lies; or give --sun")
+            raise UsageError("--time and --latitude go together, as the place of the map is not known; or give --sun")
         middle = heightmap.place.middle
         latitude, longitude = middle[1], middle[0] if longitude is None else longitude
     if args.time.tzinfo is not None and longitude is None:
@@ -274,7 +276,7 @@ def clock_sun(args: argparse.Namespace, heightmap: Heightmap) -> tuple[float, fl
 
 
 def camera_options(args: argparse.Namespace) -> dict[str, Any]:
-    """The camera options that were given, by the names of `Camera`, and places in degrees."""
+    """The camera options that were given, by the names of `Camera`; and the options for places in degrees."""
     given = {"eye": args.eye, "target": args.target, "fov_deg": args.fov, "up": args.up}
     return {key: value for key, value in (given | {"at": args.at, "stand": args.stand}).items() if value is not None}
 
@@ -295,7 +297,7 @@ def _camera(args: argparse.Namespace, heightmap: Heightmap, start: Camera) -> Ca
 
 
 def open_map(args: argparse.Namespace, name: str | None = None) -> tuple[Heightmap, BundledMap | None]:
-    """The map; also its `BundledMap`, if it is one and no option changes its scales."""
+    """The map; and its `BundledMap`, if it is a bundled map whose scales no option changes."""
     heightmap, known = maps.open_map(args.map if name is None else name, **map_options(args))
     tell_notes(heightmap)
     return heightmap, known

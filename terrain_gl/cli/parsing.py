@@ -13,7 +13,7 @@ from typing import Any, NoReturn
 
 from .text import printable
 
-# Options of a map and a picture that the short help shows. A command's own options are all in it.
+# Shared options that the short help shows, together with all of a command's own options.
 COMMON = {
     *("--spacing", "--z-scale", "--view", "--eye", "--target", "--at", "--size", "--max-error", "--triangles"),
     *("--method", "--style", "--look", "--sun", "--material", "--json"),
@@ -23,7 +23,7 @@ SHARED = ("map", "camera", "detail", "picture", "technical")  # groups whose opt
 
 
 class Parser(argparse.ArgumentParser):
-    """An argument parser with errors in one line. It takes no abbreviations: a new option could break them.
+    """An argument parser with errors in one line. It accepts no abbreviations, because new options could break them.
 
     `--help` shows what most people need; `--help-all`, where a command has it, shows every option.
     """

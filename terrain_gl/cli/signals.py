@@ -1,8 +1,8 @@
-"""Requests to end (Ctrl-C, kill, a closed terminal): handled once, and only where that is safe.
+"""Requests to end (Ctrl-C, kill, a closed terminal): handled once, and only when that is safe.
 
-A signal raises an exception in the Python code that runs. That is unsafe in two places. If C called the Python code and
-does not check for exceptions (moderngl does so for every uniform of a shader), the process dies. During an import the
-exception may end the process or get lost. So a signal waits, usually for milliseconds, until neither is running. All
+A signal raises an exception in the Python code that runs. That is unsafe in two cases. Some C code calls Python and
+does not check for exceptions (moderngl, for every uniform of a shader): then the process dies. During an import, the
+exception may end the process or get lost. So a signal waits until neither is running, usually for milliseconds. All
 signals after the first are ignored: they would interrupt the removal of half-written files.
 """
 
@@ -18,7 +18,7 @@ _ending: list[int] = []  # the signal that ends the process
 
 
 def listen() -> None:
-    """Let Ctrl-C raise KeyboardInterrupt and other requests to end SystemExit: half-written files are then removed."""
+    """Make Ctrl-C raise KeyboardInterrupt, and other requests SystemExit. So half-written files are removed."""
     for number in _REQUESTS:
         if signal.getsignal(number) != signal.SIG_IGN:  # nohup ignores SIGHUP on purpose
             signal.signal(number, _heard)
@@ -27,7 +27,7 @@ def listen() -> None:
 
 
 def rest() -> None:
-    """Drop a signal that still waits: there is nothing left to end."""
+    """Drop a signal that still waits, because the work is done."""
     if hasattr(signal, "setitimer"):
         signal.setitimer(signal.ITIMER_REAL, 0)
 

@@ -40,7 +40,7 @@ def add(commands: Any) -> None:
         metavar="FILE",
         action="append",
         default=[],
-        help="lines and points over the land, GeoJSON; may be given several times",
+        help="GeoJSON file with lines and points over the land; may be given several times",
     )
     lasting = [action.dest for action in command._actions if action.dest in REMEMBERED]
     command.set_defaults(**dict.fromkeys(lasting))

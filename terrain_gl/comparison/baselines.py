@@ -64,7 +64,7 @@ class Baseline:
         self.surface.release()
 
     def _fit(self, *view: Any) -> Parameters:
-        """Find parameters; those of the last call are used again for the same view."""
+        """Find parameters; for the same view, return those of the last call."""
         if self._fitted is None or self._fitted[0] != view:
             self._fitted = view, self.candidates(*view)[0]
         return self._fitted[1]

@@ -1,4 +1,4 @@
-"""Times of every stage, next to numpy's cumulative sums of the same data and a dense drawing of the same view."""
+"""Times of every stage. For comparison: numpy's cumulative sums of the same data, and a drawing of every post."""
 
 from __future__ import annotations
 
@@ -17,7 +17,7 @@ from ..film.tour import tour
 from ..renderer import Renderer
 
 _IN_THE_MIDDLE = 5  # dabs in the middle of the map; their median is reported
-ENOUGH_S = 4.0  # seconds after which one measurement is not repeated again
+ENOUGH_S = 4.0  # a measurement that has taken longer is not repeated again
 
 
 def bench(renderer: Renderer, frames: int = 7, dense: bool = True, **view: Any) -> dict[str, Any]:
@@ -112,7 +112,7 @@ def flight(renderer: Renderer, frames: int = 1000, dab_every: int = 10, **view: 
 
 
 def _rebuild(renderer: Renderer) -> None:
-    """Do for the whole map what an edit does for its rectangle."""
+    """Update the tables of the whole map, as an edit updates those of its rectangle."""
     renderer.terrain.upload()
     renderer.tables.build()
     renderer.picture.update((0, 0, renderer.heightmap.cols - 1, renderer.heightmap.rows - 1))
@@ -167,7 +167,7 @@ def _ms(work: Callable[[], Any], finish: Callable[[], Any]) -> float:
 
 
 def _python_ms(work: Callable[[], Any]) -> float:
-    """Time in Python and numpy during `work`, without OpenGL calls and without the profiler's own time."""
+    """Milliseconds in Python and numpy during `work`, without OpenGL calls and without the profiler's own time."""
     calls = _profile(work)
     own = sum(own for (_, _, name), (_, _, own, _, _) in calls.items() if "'mgl." not in name)
     return 1e3 * max(0.0, own - sum(n for _, n, *_ in calls.values()) * _profiler_s())
@@ -175,7 +175,7 @@ def _python_ms(work: Callable[[], Any]) -> float:
 
 def _profile(work: Callable[[], Any]) -> dict[Any, Any]:
     """Calls of each function as in pstats: (file, line, name) to (calls, all calls, own s, total s, callers)."""
-    profile = cProfile.Profile(time.thread_time)  # this thread's own time: other programs add nothing
+    profile = cProfile.Profile(time.thread_time)  # this thread's own time: other programs do not change it
     profile.runcall(work)
     return pstats.Stats(profile).stats  # type: ignore[attr-defined]
 

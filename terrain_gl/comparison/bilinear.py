@@ -1,8 +1,8 @@
-"""The true surface, drawn: every post, and nearly the bilinear surface between four posts.
+"""The truth as a mesh: every post, and nearly the bilinear surface between four posts.
 
 A cell can be drawn as two triangles in two ways. One diagonal lies as far above the bilinear surface as the other lies
-below it, and the driver chooses the diagonal. Near the eye the difference is many pixels. So the truth cuts each cell
-in four; heights at the middles of its edges and at its centre are means of its posts.
+below it, and the driver chooses the diagonal. Near the eye the difference is many pixels. So we cut each cell in four;
+the heights at the middles of its edges and at its centre are means of its posts.
 
     ┌───────┐      ┌───┬───┐       Posts and edges are the same as in the full resolution of every method.
     │     ╱ │      │ ╱ │ ╱ │
@@ -70,7 +70,7 @@ class Bilinear:
     def select(self, camera: Camera, size: tuple[int, int], near_m: float, goal: Goal) -> Selection:
         """Choose every patch in the picture. Triangles are counted as two for each cell of the map.
 
-        Nothing is certified: errors are measured against this surface. The rest of the goal is not used.
+        Nothing is certified, because errors are measured against this surface. The rest of the goal is not used.
         """
         full = self.selector.select(camera, size, near_m, Goal(cull=goal.cull))
         commands = np.array(list(_commands(full.counts)) or [(0,) * 5], "u4")

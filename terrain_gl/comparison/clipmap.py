@@ -9,8 +9,8 @@
     └───────────────┘     (glsl/clipmap/ring.vert). Levels much smaller than the eye's height are left out.
 
 The mesh depends on the position of the eye and not on the land, so a clipmap certifies no error. Rings are cut into
-blocks, and blocks outside the picture are left out. Levels below 0 cut the cells of the map in parts, with heights that
-are bilinear between posts: the same vertices between posts that our own methods have.
+blocks, and blocks outside the picture are left out. Levels below 0 cut the cells of the map into parts. Their heights
+are bilinear between posts. Our own methods have such vertices, too.
 """
 
 from __future__ import annotations
@@ -52,12 +52,12 @@ class Rings:
     Attributes
     ----------
     ring
-        Vertices along a ring's side; with an even number, some sides have one more or one less.
+        Vertices along a ring's side. If the number is even, some sides have one more or one less.
     finest
         The finest level; by default the first whose side is at least `HIGH` times the eye's height above the ground.
-        Below 0, cells of the map are cut in 2^-finest parts a side.
+        If it is below 0, each side of a cell of the map is cut into 2^-finest parts.
     transition
-        The part of a ring's side over which it blends into the coarser ring; a tenth in GPU Gems 2.
+        The part of a ring's side over which it blends into the coarser ring. GPU Gems 2 takes a tenth.
 
     Raises
     ------
@@ -99,7 +99,7 @@ class Ring(NamedTuple):
 
 
 def rings_of(heightmap: Heightmap, eye: tuple[float, ...], cells: np.ndarray, finest: int) -> list[Ring]:
-    """The rings around an eye, from level `finest` on; `cells` is a ring's size, even numbers of columns and rows.
+    """The rings around an eye, from level `finest` up; `cells` is a ring's size, even numbers of columns and rows.
 
     The last ring is the first that covers the whole map.
     """
@@ -248,7 +248,7 @@ class Clipmap:
             _, blocks = self._blocks_in(camera, size, near_m, rings, cull=True)
             found.append((max(off, 0.02), self._expected(camera, blocks), rings.finest, rings))
             if off > 0.02 and finest > 0:
-                break  # the whole map at this level has fewer
+                break  # even the whole map at this level has fewer triangles
         best = min(found)[0]
         return [each[-1] for each in sorted(found) if each[0] == best]
 
@@ -260,19 +260,23 @@ class Clipmap:
     def _fit_ring(
         self, camera: Camera, size: tuple[int, int], near_m: float, triangles: int, finest: int
     ) -> tuple[Rings, float]:
-        """The ring size, from level `finest` on, whose count is nearest to `triangles`; and the relative difference."""
+        """The ring size with about `triangles` triangles, from level `finest` up; and the relative difference."""
 
         def count(ring: int) -> int:
             return self._count(self._blocks_in(camera, size, near_m, Rings(ring, finest), cull=True)[1])
 
         low, high = SMALLEST_RING, 2 * SMALLEST_RING
         widest = 2 ** (len(self.terrain.levels) + 2)
-        while high < widest and count(high) < triangles:  # wide rings take long to count
+        while (
+            high < widest and count(high) < triangles
+        ):  # rings grow step by step, because counting wide ones takes long
             low, high = high + 1, 2 * high
         while low < high:
             middle = (low + high) // 2
             low, high = (low, middle) if count(middle) >= triangles else (middle + 1, high)
-        near = range(max(SMALLEST_RING, low - 4), low + 5)  # culling makes counts uneven
+        near = range(
+            max(SMALLEST_RING, low - 4), low + 5
+        )  # the count does not always grow with the ring, because of culling
         off, ring = min((abs(count(ring) / triangles - 1), ring) for ring in near)
         return Rings(ring, finest), off
 
@@ -306,9 +310,11 @@ class Clipmap:
         return chosen, blocks
 
     def _cells(self, ring: int) -> np.ndarray:
-        """Cells along a ring's sides, even numbers: both sides have about the same length in metres."""
+        """Columns and rows of a ring's cells, even numbers. Both sides have about the same length in metres."""
         half = (ring - 1) / 2 * self._spacing_m() / np.array(self.terrain.heightmap.spacing_m)
-        whole = np.floor(half + [0.5, 0.499]).astype(int)  # a half is rounded up on one side only: sizes grow evenly
+        whole = np.floor(half + [0.5, 0.499]).astype(
+            int
+        )  # halves are rounded up on one axis only, so that the number of cells grows in small steps
         return 2 * np.maximum(whole, SMALLEST_RING // 2)
 
     def _spacing_m(self) -> float:

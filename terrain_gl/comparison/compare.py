@@ -3,11 +3,11 @@
 For the mesh that each method draws, we report its triangles, its screen error over the surface in the picture
 (`Renderer.measure`), and the difference of its picture from the true one (`likeness`). The truth is every post of the
 map with the bilinear surface in between (`bilinear`). All pictures are supersampled: each pixel is drawn as 4 × 4
-pixels of 4 samples. Shading reads the map and not the mesh, so only the geometry differs, unless baselines are to be
-shaded from their own meshes (`own_surface`).
+pixels of 4 samples. Shading reads the map and not the mesh, so pictures differ only by geometry. `own_surface` can
+shade baselines from their own meshes instead.
 
-A baseline has several parameters for a number of triangles. Its screen error is that of those with the smallest RMS
-screen error; its picture is that of those whose picture is nearest to the truth.
+Many parameters of a baseline give the same number of triangles. We report the smallest RMS screen error among all
+of them, and the picture nearest to the truth.
 """
 
 from __future__ import annotations
@@ -124,7 +124,7 @@ def compare(
     progress
         Called with the progress, 0 to 1.
     tried
-        For a baseline, all options with as many triangles: its picture is drawn with the best of them.
+        For a baseline, all options with this number of triangles. Its picture is drawn with the best of them.
     from_mesh
         Shade each baseline from the surface that it draws (`own_surface`), not from the map.
     options

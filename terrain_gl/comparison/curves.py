@@ -21,7 +21,7 @@ from .fitting import best_of, candidates
 
 BUDGETS = (1 / 16, 1 / 8, 1 / 4, 1 / 2, 1, 2, 4)  # the curves' points, as parts of the requested number of triangles
 EQUAL = 0.02  # numbers of triangles count as equal up to this relative difference
-FEWEST = 200  # the smallest number of triangles that is requested of a method
+FEWEST = 200  # the smallest number of triangles that is requested from a method
 _BLOCK = 256  # posts a side
 
 
@@ -100,7 +100,9 @@ def fewest(
     between: bool = True,
     **options: Any,
 ) -> dict[str, Any] | None:
-    """Stats of the frame with the fewest triangles, within 2 %, that *achieves* an error; None if there is none.
+    """Stats of the frame with the fewest triangles that *achieves* an error; None if no number does.
+
+    The number is found to within 2 %.
 
     Parameters
     ----------

@@ -1,4 +1,4 @@
-"""Figures for print: methods side by side, and error against triangles. Drawn with matplotlib, an extra."""
+"""Figures for print by matplotlib: methods side by side, and error against triangles."""
 
 from __future__ import annotations
 
@@ -17,11 +17,11 @@ from .light import LIGHT_LABELS
 from .study import Study
 
 FORMATS = (".png", ".jpg", ".pdf", ".svg")
-# Okabe, Ito 2008, "Color universal design": distinct for all kinds of colour vision; each also has its own marker
+# Okabe, Ito 2008, "Color universal design": colours that people with any colour vision can tell apart
 COLOURS = {"clipmap": "#D55E00", "tessellated": "#E69F00", "sat": "#0072B2", "quadtree": "#009E73", "pruned": "#555555"}
 _MARKERS = {"clipmap": "s", "tessellated": "^", "sat": "o", "quadtree": "D"}
 _WIDTH_IN, _DPI = 16.0, 150
-_HEAT = "inferno"  # perceptually uniform, from black, none
+_HEAT = "inferno"  # perceptually uniform; black means no error
 _STYLE: Any = {
     "font.family": "serif",
     "font.serif": ["STIXGeneral"],  # comes with matplotlib: the same everywhere
@@ -101,9 +101,9 @@ def figure(
         if found.curves:
             _curves(sheet, layout, found.curves, found.pruned)
             _table(sheet, layout, found)
-        # into memory first: on a full disk matplotlib's writers print tracebacks
+        # into memory first, because matplotlib prints tracebacks if the disk is full
         sheet.savefig(whole := io.BytesIO(), **_file_options(path))
-        beside.write_bytes(whole.getvalue())  # a view of it would outlive it in an error
+        beside.write_bytes(whole.getvalue())  # getbuffer() would keep the memory in use after an error
 
 
 class _Layout:
@@ -195,7 +195,7 @@ def _heat(axes: Any, error_px: np.ndarray, scale_px: float) -> Any:
     from matplotlib.colors import PowerNorm
 
     colours = matplotlib.colormaps[_HEAT].with_extremes(bad="0.85")
-    by_root = PowerNorm(0.5, 0, scale_px)  # makes small errors visible
+    by_root = PowerNorm(0.5, 0, scale_px)  # a square root makes small errors visible
     return axes.imshow(np.ma.masked_invalid(error_px), cmap=colours, norm=by_root, aspect="auto")
 
 
@@ -265,7 +265,7 @@ def _table(sheet: Any, layout: _Layout, found: Study) -> None:
 
 def _file_options(path: str | os.PathLike[str]) -> dict[str, Any]:
     suffix = Path(path).suffix.lower()
-    options: dict[str, dict[str, Any]] = {  # without dates: the same input, the same bytes
+    options: dict[str, dict[str, Any]] = {  # no dates: the same input gives the same bytes
         ".jpg": {"pil_kwargs": {"quality": 92, "optimize": True}},
         ".pdf": {"metadata": {"CreationDate": None}},
         ".svg": {"metadata": {"Date": None}},

@@ -80,7 +80,7 @@ def compare_light(
 
 
 def shade_as_printed(picture: Picture, camera: Camera, look: Look, step: int = PRINTED) -> None:
-    """Shade the last result of `Picture.see` as the supplement has it, or by a step towards that.
+    """Shade the last result of `Picture.see` as the supplement prints it, or by a step towards that.
 
     Parameters
     ----------

@@ -1,7 +1,7 @@
 """Ground truth for light: outgoing radiance by brute force (A.2).
 
-Every pixel is drawn as many pixels, on the full-resolution mesh. Each of these is lit at the one place that it sees,
-with the true cosine and material, by the sun's disc and the sky, through rays that march the map
+Every pixel is drawn as many small pixels, on the full-resolution mesh. Each of these sees one place, which is lit with
+the true cosine and material. Rays that march the map find how much of the sun's disc and of the sky it sees
 (glsl/truth/light.frag). This is slow: use small pictures.
 """
 
@@ -83,7 +83,7 @@ def render_light_truth(
 
 
 def rays_of(fine: int) -> int:
-    """Rays to the sky for one place: an even number, smaller if there are more places."""
+    """Rays to the sky for one place: an even number, smaller if a pixel has more places."""
     return 2 * max(1, round(RAYS / fine**2 / 2))
 
 

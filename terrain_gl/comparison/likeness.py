@@ -3,7 +3,7 @@
 rmse      root mean square difference over all channels; channels run from 0, black, to 1, as displayed (sRGB)
 flip      the difference that people see when the two pictures alternate (Andersson et al. 2020, "FLIP: a difference
           evaluator for alternating images"), 0 to 1, mean over the picture, at 67 pixels per degree
-skyline   the distance between the two lines of the horizon, in pixels, from the share of sky in each pixel
+skyline   the distance between the skylines of the two pictures in pixels, computed from the share of sky in each pixel
 """
 
 from __future__ import annotations

@@ -1,8 +1,9 @@
 """Pictures that are shaded from the surface that a method draws, instead of the map's own posts.
 
-Our shading reads the map through each pixel's footprint, whatever the mesh. A renderer without such tables has nothing
-but its mesh. So the drawn heights at all posts become a map of their own: normals, cover, horizons and shadows are made
-of it, by the same code. Where a mesh has the true height at every post, the picture is the same to the bit.
+Our shading reads the map in each pixel's footprint, and does not depend on the mesh. A renderer without such tables can
+only shade its mesh. To imitate it, we make a second map from the drawn heights at all posts. The same code computes
+normals, cover, horizons and shadows from that map. If a mesh has the true height at every post, the picture is the
+same, bit for bit.
 """
 
 from __future__ import annotations

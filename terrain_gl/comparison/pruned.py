@@ -1,7 +1,8 @@
-"""Quadtrees of quads in float64 numpy, pruned with the true error of every post for a view, to compare our meshes with.
+"""Quadtrees of quads in float64 numpy, pruned by the true error of every post in a view: a comparison for our meshes.
 
-An error table cannot know these errors. But a leaf has two triangles here, and only posts count. Our meshes also have
-fans, cut edges, and vertices between posts. So these trees are no bound for them: ours may have a smaller error.
+No error table has these errors, because they depend on the view. On the other hand, a leaf here is always two
+triangles, and only posts are measured. Our meshes also have fans, cut edges, and vertices between posts. So they can
+have a smaller error than these trees.
 """
 
 from __future__ import annotations
@@ -22,9 +23,9 @@ from ..reference.tree import balance, existing, grow, neighbours, unsplit
 class Quadtree(NamedTuple):
     """A quadtree over a map for one view."""
 
-    splits: list[np.ndarray]  # of each level (rows, cols) bool, none at level 0
+    splits: list[np.ndarray]  # for each level, (rows, cols) bool; level 0 has no splits
     seen: list[np.ndarray]  # nodes that are in the picture
-    triangles: int  # two for each leaf in the picture, and one more for each of its edges where the neighbour is finer
+    triangles: int  # two for each leaf in the picture, and one more for each of its edges with a finer neighbour
 
 
 class Allocation(NamedTuple):
@@ -48,7 +49,7 @@ def quads_within(
     tolerance_px: float,
     void: np.ndarray | None = None,
 ) -> tuple[Quadtree, Quadtree]:
-    """The coarsest restricted quadtree that holds a view's tolerance, and the same without the restriction.
+    """The coarsest restricted quadtree within a view's tolerance, and the coarsest unrestricted one.
 
     A node is drawn as two triangles through its corners if the true error of each of its posts in the picture is within
     the tolerance, for both diagonals. Else it is split. Restricted (Von Herzen, Barr 1987) means that neighbours differ
@@ -73,18 +74,18 @@ def pruned_quads(
     void: np.ndarray | None = None,
     weights: np.ndarray | None = None,
 ) -> tuple[Allocation, Allocation]:
-    """Root mean square screen error over posts of pruned quadtrees with given triangles: restricted and unrestricted.
+    """RMS screen error over posts of pruned quadtrees with given numbers of triangles: restricted and unrestricted.
 
     A leaf is two triangles with the better diagonal; its error is the true error of its posts in the picture. The tree
     that minimises error² + λ · triangles is found from the leaves up: a node is split if its best subtree costs less
-    (Breiman, Friedman, Olshen, Stone 1984; Chou, Lookabaugh, Gray 1989). λ is found by bisection. Without restriction
-    no other quadtree of quads has a smaller error, on the lower convex hull. The restricted tree is that tree, balanced
-    afterwards as in `quads_within`: it may not be the best restricted one.
+    (Breiman, Friedman, Olshen, Stone 1984; Chou, Lookabaugh, Gray 1989). λ is found by bisection. Without restriction,
+    no other quadtree of quads with as few triangles has a smaller error. The restricted tree is that tree, balanced
+    afterwards as in `quads_within`. It may not be the best restricted one.
 
     Parameters
     ----------
     heights, void
-        (rows, cols) metres with voids filled, and where those are.
+        (rows, cols) metres with voids filled, and whether each post is a void.
     triangles
         Budgets.
     weights
@@ -111,7 +112,7 @@ def pruned_quads(
 
 
 def _restricted(coarse: list[np.ndarray]) -> list[np.ndarray]:
-    """Split the nodes that are too coarse, then others until neighbours are within one level."""
+    """Split the nodes that are too coarse, then others until neighbours differ by at most one level."""
     tree = [np.zeros(level.shape, bool) for level in coarse]
     grow(tree, coarse)
     while balance(tree):
@@ -181,7 +182,7 @@ def bands(heights: np.ndarray, level: int, posts: int = 1 << 21) -> list[slice]:
 
 
 def _prune(squares: list[np.ndarray], seen: list[np.ndarray], price: float) -> tuple[list[np.ndarray], int, float]:
-    """Nodes that cost more than their best subtrees; triangles and squared error of the best tree."""
+    """The nodes to split, because their best subtrees cost less; triangles and squared error of the best tree."""
     error, count = squares[0], 2 * seen[0].astype(np.int64)
     pays = [np.zeros(seen[0].shape, bool)]
     for level in range(1, len(seen)):

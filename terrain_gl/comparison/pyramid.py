@@ -96,7 +96,7 @@ class Pyramid:
         at
             (n, 2) columns and rows of the cells on the lattice of their level.
         level
-            (n,) levels; below `FIRST_RANGES`, the range is that of the larger cell around.
+            (n,) levels. Below `FIRST_RANGES`, the range of the larger cell around is returned.
         """
         if not self._ranges:
             self._ranges = _ranges(self.read())
@@ -122,7 +122,7 @@ class Pyramid:
             resource.release()
 
 
-# g(i) = w₀ f(2i) + w₁ (f(2i − 1) + f(2i + 1)) + w₂ (f(2i − 2) + f(2i + 2)); near the rim pairs of taps move in.
+# g(i) = w₀ f(2i) + w₁ (f(2i − 1) + f(2i + 1)) + w₂ (f(2i − 2) + f(2i + 2)); near the rim pairs of taps move inwards.
 
 
 def halve(heights: np.ndarray, weights: tuple[float, float, float]) -> np.ndarray:

@@ -13,7 +13,7 @@ from .compare import COMPARED, FINE, Comparison, compare, measured, part
 from .curves import BUDGETS, EQUAL, FEWEST, best_detail, curve, details_of, drawable, fewest, pruned_curve
 
 VERTICES = ("between", "posts")  # where a baseline's vertices may be: also between posts, or on posts alone
-MANY = 4  # with vertices between posts, a baseline may take so many times the triangles of every post for an error
+MANY = 4  # with vertices between posts, most triangles that are tried, in multiples of those of every post
 SHADING = ("map", "mesh")  # what a baseline's picture is shaded from
 _NUMBERS = (  # label, key of an entry's stats, format
     ("triangles", "triangles", ",d"),
@@ -56,8 +56,8 @@ class Study:
     curves, pruned
         The results of `curve` and `pruned_curve`, if they were requested.
     max_error_px, needed
-        The requested error, if any; and by method the stats with the fewest triangles that achieve it, None if no
-        number does.
+        The requested error, if any. For each method, the stats of the mesh with the fewest triangles that achieves it;
+        None if no mesh does.
     """
 
     comparison: Comparison
@@ -70,7 +70,7 @@ class Study:
     from_mesh: bool = False
 
     def uneven(self) -> dict[str, float]:
-        """The relative difference from the requested triangles, for methods where it is larger than `EQUAL`."""
+        """The relative difference from the requested triangles, for methods in which it is larger than `EQUAL`."""
         if not self.triangles:
             return {}
         off = {entry.method: entry.stats["triangles"] / self.triangles - 1 for entry in self.comparison.entries}
@@ -122,10 +122,10 @@ def study(
     Parameters
     ----------
     triangles
-        The number for each method, reduced to what all can draw (`drawable`). With `max_error_px`, the number that
-        certifies this error.
+        The number for each method, reduced to a number that all can draw (`drawable`). With `max_error_px`, the number
+        with which method "sat" certifies this error.
     with_curves
-        Measure other numbers of triangles, too: `BUDGETS` times this one.
+        Also measure `BUDGETS` times this number of triangles.
     between
         Whether the baselines may have vertices between posts.
     from_mesh

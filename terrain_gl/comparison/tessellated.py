@@ -1,4 +1,4 @@
-"""Clipmaps with hardware tessellation: nested rings of patches, each cut by how long its edges are in the picture.
+"""Clipmaps with hardware tessellation: nested rings of patches, whose edges are cut by their length on the screen.
 
     ┌───┬───┬───┬───┐     Song, Yang, Ji 2017, "Geometry clipmaps terrain rendering using hardware tessellation", IEICE
     ├───┼─┬─┼─┬─┼───┤     Transactions on Information and Systems E100-D (2); levels of edges after Cantlay 2011,
@@ -8,7 +8,7 @@
     ├───┼─┴─┼─┴─┼───┤     two rings has as many segments as both of the finer ones together
     └───┴───┴───┴───┘     (glsl/tessellated/levels.comp).
 
-The mesh depends on the view and hardly on the land: no error is certified.
+The mesh depends on the view and hardly on the land, so no error is certified.
 """
 
 from __future__ import annotations
@@ -52,8 +52,8 @@ class Edges:
     ring
         Patches along a ring's side, even.
     parts
-        The most parts that a side of a cell of the map is cut into, with heights that are bilinear between posts: the
-        same vertices between posts that our own methods have. With 1, all vertices are on posts.
+        The most parts that a side of a cell of the map is cut into. The heights are bilinear between posts. With 1, all
+        vertices are on posts.
 
     Raises
     ------
@@ -84,7 +84,7 @@ _TRIES = 30  # bisections of the range of edge lengths
 
 
 def _patches_in_draw(edges: Edges) -> int:
-    """Patches that one draw takes. The inner levels are means of opposite edges, and an edge may have two halves."""
+    """Patches in one draw. Inner tessellation levels are means of opposite edges, and an edge may have two halves."""
     inner = MOST if edges.parts == 1 else 2 * MOST  # on posts, both halves together have no more segments than posts
     return gl.MOST_VERTICES // ((inner - 1) ** 2 + 4 * 2 * MOST)
 

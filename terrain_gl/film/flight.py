@@ -1,4 +1,4 @@
-"""A flight becomes a film: each view of a path is drawn, and recorded."""
+"""Make a film of a flight: draw and record each view of a path."""
 
 from __future__ import annotations
 
@@ -10,7 +10,7 @@ from ..steps import Steps, portion
 from .path import Pose
 from .record import Recorder
 
-FPS = 30.0  # of a film that nobody gave a rate
+FPS = 30.0  # default frames a second
 Draw = Callable[[Pose], Steps[np.ndarray]]
 
 
@@ -22,9 +22,9 @@ def flight_steps(poses: Iterable[Pose], count: int, draw: Draw, recorder: Record
     poses
         The views, `count` of them.
     draw
-        Incremental: draws a view, and returns its picture.
+        Draws a view in steps, and returns its picture.
     wait
-        Whether a step may wait for the encoder; else it is asked again with the next step.
+        Whether a step may wait for the encoder. If not, the next step offers the frame again.
     """
     for number, pose in enumerate(poses):
         image = yield from portion(draw(pose), number, count)

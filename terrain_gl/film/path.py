@@ -21,7 +21,7 @@ from ..image import replacing
 from ..inputs import check_input
 from . import spline
 
-PIECES = 512  # straight pieces between two keyframes: the deviation from the curve is a millionth of the leg
+PIECES = 512  # straight pieces between two keyframes; they deviate from the curve by a millionth of its length
 LEVEL_DEG = 70.0  # the horizon stays level if the view is less steep than this
 MAX_KEYFRAMES = 10_000
 MAX_BYTES = 1 << 24  # largest file of keyframes
@@ -182,7 +182,7 @@ class CameraPath:
 
 
 def _padded(values: np.ndarray, closed: bool, blend: spline.Blend) -> np.ndarray:
-    """Values (n, k) with one more at each end: the other end's value if closed, else extrapolated."""
+    """Values (n, k) with one more at each end: from the other end if the path is closed, else extrapolated."""
     if closed:
         return np.concatenate([values[-1:], values, values[:2]])
     before, after = blend(values[1], values[0], np.array(2.0)), blend(values[-2], values[-1], np.array(2.0))
@@ -247,8 +247,8 @@ def _load(name: str) -> Any:
             return json.load(file)
     except json.JSONDecodeError as error:
         raise UsageError(f"not JSON: line {error.lineno}, column {error.colno}: {error.msg}") from None
-    except (ValueError, RecursionError):  # no UTF-8; a number of thousands of digits
-        raise UsageError("not JSON: no such text") from None
+    except (ValueError, RecursionError):  # no UTF-8, a number of thousands of digits, or too many brackets
+        raise UsageError("not JSON: its text cannot be read") from None
     except OSError as error:
         raise UsageError(f"cannot read: {error.strerror}") from None
 

@@ -39,11 +39,11 @@ class Codec(NamedTuple):
     container_options: dict[str, str] = {}
 
 
-_BT709, _LIMITED = 1, 1  # as ITU-T H.273 numbers them
+_BT709, _LIMITED = 1, 1  # their numbers in ITU-T H.273
 CODECS = {
     ".mp4": Codec("mp4", "libx264", "yuv420p", {"crf": "18", "preset": "fast"}, {"movflags": "+faststart"}),
     ".gif": Codec("gif", "gif", "pal8"),
-    # not libwebp_anim: in slow gradients, such as skies, it leaves blocks of earlier frames
+    # libwebp_anim leaves blocks of earlier frames in smooth gradients such as skies, so we do not use it
     ".webp": Codec("webp", "libwebp", "yuv420p", {"quality": "75", "compression_level": "4"}, {"loop": "0"}),
     ".png": Codec("apng", "apng", "rgb24", {}, {"plays": "0"}),
 }
@@ -114,9 +114,7 @@ class Recorder:
         self._raise_error()
         self._shape = self._shape or image.shape
         if image.shape != self._shape or image.ndim != 3 or image.dtype != np.uint8:
-            raise TerrainError(
-                f"{self.path}: a frame of {image.shape} {image.dtype} does not follow {self._shape} uint8"
-            )
+            raise TerrainError(f"{self.path}: expected a frame of {self._shape} uint8, got {image.shape} {image.dtype}")
         number = self._last + 1 if at_s is None else round(at_s * self.fps)
         if number <= self._last:
             return True
@@ -157,7 +155,7 @@ class Recorder:
     def _put(self, item: tuple[np.ndarray, int] | None, wait: bool) -> bool:
         while self._thread.is_alive():
             try:
-                self._queue.put(item, wait, 0.1)  # wait shortly: the thread may end before it takes the frame
+                self._queue.put(item, wait, 0.1)  # a short wait only: the thread may end before it takes the frame
                 return True
             except queue.Full:
                 if not wait:
@@ -178,7 +176,7 @@ class Recorder:
                 if self._cancelled:
                     raise _CancelledError
                 if not self.frames:
-                    raise TerrainError(f"{self.path}: no frames, no film")
+                    raise TerrainError(f"{self.path}: a film needs at least one frame")
         except _CancelledError:
             pass
         except Exception as error:

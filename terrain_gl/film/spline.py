@@ -21,7 +21,7 @@ def centripetal_knots(points: np.ndarray) -> np.ndarray:
     Catmull-Rom curves").
     """
     steps = np.sqrt(np.linalg.norm(np.diff(points, axis=0), axis=1))
-    least = 1e-6 * steps.max(initial=0.0) or 1.0  # the curve rests if two points are the same
+    least = 1e-6 * steps.max(initial=0.0) or 1.0  # avoids a division by 0 where two points are equal
     return np.concatenate([[0.0], np.cumsum(np.maximum(steps, least))])
 
 
@@ -77,7 +77,7 @@ def axes_from_quaternion(q: np.ndarray) -> np.ndarray:
 
 
 def the_short_way(quaternions: np.ndarray) -> np.ndarray:
-    """The same orientations (n, 4), each with the sign nearer to the one before: q and −q are the same rotation."""
+    """The same orientations (n, 4) with signs that make neighbours close: q and −q are the same rotation."""
     signs = np.where(np.sum(quaternions[1:] * quaternions[:-1], -1) < 0, -1.0, 1.0)
     return quaternions * np.cumprod(np.concatenate([[1.0], signs]))[:, None]
 
@@ -85,8 +85,8 @@ def the_short_way(quaternions: np.ndarray) -> np.ndarray:
 def monotone(x: np.ndarray, y: np.ndarray, at: float) -> float:
     """A rising curve through rising points, with a continuous first derivative (Fritsch & Butland 1984).
 
-    Where two secants d and e meet, over widths g and h, the slope is their weighted harmonic mean, 3(g + h) divided by
-    (2h + g)/d + (h + 2g)/e. It is at most three times the smaller secant, so the cubic never falls.
+    At a point between secants of slopes d and e over widths g and h, the curve's slope is their weighted harmonic mean,
+    3(g + h) / ((2h + g)/d + (h + 2g)/e). It is at most three times the smaller of d and e, so the cubic never falls.
     """
     widths, secants = np.diff(x), np.diff(y) / np.diff(x)
     d, e, g, h = secants[:-1], secants[1:], widths[:-1], widths[1:]

@@ -1,14 +1,14 @@
-"""Level of detail by summed-area tables: a clipmap around the eye whose patches ask the tables how coarse they may be.
+"""Level of detail by summed-area tables: a clipmap around the eye. The tables give the spacing of each patch.
 
-    decide   cut each block into squares, and ask the tables for the spacing of each     glsl/rings/decide.comp
-    spawn    units that 64 segments cannot hold become blocks, to be decided in turn     (three rounds)
-    settle   leaves with finer neighbours: strips stay within the tolerance, edges agree   (four rounds, or eight, ...)
-    count    each leaf's shape and bound
-    place    prefix sums, and draw commands
-    emit     patches
+    decide   cut each block into squares, and look up the spacing of each     glsl/rings/decide.comp, three rounds
+    spawn    make blocks of units that need more than 64 segments a side      after each of these rounds but the last
+    settle   follow finer neighbours: edges agree, strips keep the tolerance  four rounds, or eight, ...
+    count    compute each leaf's shape and bound
+    place    compute prefix sums, and write draw commands
+    emit     write the patches
 
-A frame takes twelve dispatches, eight more where neighbours settle late. It looks at the blocks of the rings alone,
-never at the whole map.
+A frame takes twelve dispatches; further rounds of `settle` add more. Only blocks of the rings are visited, never the
+whole map.
 Specification: `reference.clipmap`.
 """
 
@@ -33,8 +33,8 @@ from ..view import View
 from .rings import PATCH, PATCHES, Ring, patches_for, rings_around
 from .selection import INFINITE_PX, Goal, Selection
 
-SETTLING = 4  # rounds of neighbours: at least so many in a frame, and in a row without emptying their queues
-ROUNDS = 3  # of blocks within blocks: each divides units by eight
+SETTLING = 4  # rounds of `settle` that run before their queues are emptied; a frame has at least so many
+ROUNDS = 3  # rounds of `decide`: in each, the blocks have units an eighth as large
 SQUARES = 85  # squares of a block: glsl/rings/rings.glsl
 _UNITS = PATCH * PATCH
 _BARRIER = (
@@ -43,11 +43,11 @@ _BARRIER = (
     | moderngl.VERTEX_ATTRIB_ARRAY_BARRIER_BIT
     | moderngl.BUFFER_UPDATE_BARRIER_BIT
 )
-PATCH_COST_OF_BUDGET = 4.0  # triangles that a patch costs: less than for a tolerance, measured in docs/allocation.md
+PATCH_COST_OF_BUDGET = 4.0  # cost of a patch in triangles; smaller than for a tolerance: docs/allocation.md
 _Variants = dict[str, dict[str, object]]
 _MEAN: _Variants = {"rms": {"MEAN": 1}}
 _BUDGET: _Variants = {"budget": {"PATCH_COST": PATCH_COST_OF_BUDGET}}
-_ASKING: dict[str, _Variants] = {  # passes that differ between metrics, or for a budget
+_ASKING: dict[str, _Variants] = {  # passes with other shaders for the metric "rms", or for a budget
     "decide": _MEAN,
     "settle": _MEAN,
     "count": _MEAN,
@@ -55,11 +55,11 @@ _ASKING: dict[str, _Variants] = {  # passes that differ between metrics, or for 
     "try": _BUDGET,
     "spend": _BUDGET,
 }
-PRICES, PASSES = 32, 3  # tried at once, and how often: glsl/rings/prices.glsl
+PRICES, PASSES = 32, 3  # prices tried at once, and how many times: glsl/rings/prices.glsl
 LOWEST_LOG2, HIGHEST_LOG2 = -60.0, 60.0
-CHEAPEST, DEAREST = 2.0**LOWEST_LOG2, 2.0 ** (HIGHEST_LOG2 - 1)  # all that gains anything; as few as there can be
-CLOSE = 0.985  # of a budget: near enough
-TRIES = 5  # of a target, until the edges that it did not know of fit the budget too
+CHEAPEST, DEAREST = 2.0**LOWEST_LOG2, 2.0 ** (HIGHEST_LOG2 - 1)  # give the most triangles, and the fewest
+CLOSE = 0.985  # a mesh with this part of the budget is accepted
+TRIES = 5  # targets that are tried, because a price does not count the triangles along edges
 
 
 class ClipmapSelector:
@@ -80,7 +80,7 @@ class ClipmapSelector:
         self._kernels: dict[tuple[str, str], Any] = {}
         self._variant = "max"
         self._last_stamp = 0
-        self._rounds = SETTLING  # of neighbours that the view before needed
+        self._rounds = SETTLING  # rounds of `settle` that the last view needed
         self._tried = ctx.buffer(reserve=4 * PRICES * PASSES)
         self._weights = ctx.buffer(reserve=4)
         self._rings = ctx.buffer(reserve=layout.RINGS.itemsize)
@@ -100,23 +100,23 @@ class ClipmapSelector:
     def select(self, camera: Camera, size: tuple[int, int], near_m: float, goal: Goal) -> Selection:
         """Choose the patches for a picture of `size` (width, height).
 
-        With a tolerance, the screen error of the surface is at most `goal.tolerance_px`; with the metric "rms", its
-        root mean square is. With a number of triangles, the mesh minimises the sum of the squared screen errors,
-        weighted by `reference.post_weights`, with at most so many triangles of such patches.
+        With a tolerance, the screen error of the surface is at most `goal.tolerance_px`; with the metric "rms", the
+        root mean square of that error. With a number of triangles, the mesh has at most so many. Among such meshes
+        of the rings' squares it minimises the sum of squared screen errors, weighted by `reference.post_weights`.
         """
         self.view.write(self.terrain, camera, size, near_m, **goal.settings)
         triangles = goal.triangles
         self._variant = "budget" if triangles else goal.metric
         if not triangles:
             return self._keep(self._rings_of(camera, PATCHES))
-        for left_out in range(self.terrain.top_level):  # the fewest triangles of all rings may be too many
+        for left_out in range(self.terrain.top_level):  # with all rings, even the fewest triangles may be too many
             selection = self._spend(self._rings_of(camera, patches_for(triangles), left_out), triangles)
             if selection.triangles <= triangles:
                 break
         return selection
 
     def update(self, posts: Rect) -> None:
-        """Follow an edit: there is nothing to do, the tables are asked anew in every frame."""
+        """Follow an edit: there is nothing to do, because every frame reads the tables again."""
 
     def _keep(self, rings: list[Ring]) -> Selection:
         """Choose for the tolerance."""
@@ -133,7 +133,11 @@ class ClipmapSelector:
                 return selection
 
     def _spend(self, rings: list[Ring], triangles: int) -> Selection:
-        """Choose for a budget. A price does not know of the edges that neighbours cut: its target is corrected."""
+        """Choose for a budget.
+
+        Finer neighbours cut edges, which adds triangles that no price counts. So the target is corrected until the
+        mesh fits.
+        """
         target, best = triangles, 2
         for attempt in range(TRIES):
             selection = self._at_target(rings, target, weigh=attempt == 0)
@@ -150,14 +154,14 @@ class ClipmapSelector:
             self._bind()
             self._price(blocks, target, weigh)
             self._run("spend", _work("round"), target=target)
-            self._bind()  # the passes of prices use some of the same binding points
+            self._bind()  # the passes for prices bound other buffers at some of these points
             summary = self._finish()
             selection = replace(self._selection(summary), price=self._price_found(target))
             if self._has_room(int(summary["blocks"]), selection):
                 return selection
 
     def _price(self, blocks: int, target: int, weigh: bool) -> None:
-        """Weigh every square, and count the triangles of many prices at once."""
+        """Compute the error of every square, and find the price: each pass counts triangles at many prices at once."""
         self._weights = gl.at_least(self.ctx, self._weights, 4 * SQUARES * layout.SIZES * blocks)
         self._tried.write(bytes(self._tried.size))
         bind("rings/prices.glsl", Weights=self._weights, Tried=self._tried)
@@ -167,17 +171,17 @@ class ClipmapSelector:
             self._run("try", _work("round"), **{"pass": i, "target": target})
 
     def _price_found(self, target: int) -> float:
-        """The price that rings/prices.glsl settles on."""
+        """The price that glsl/rings/prices.glsl finds."""
         tried = np.frombuffer(self._tried.read(), "u4").reshape(PASSES, PRICES)
         low, high = LOWEST_LOG2, HIGHEST_LOG2
         for counts in tried:
             k = next((k for k in range(PRICES - 1) if counts[k] <= target), PRICES - 1)
             step = (high - low) / (PRICES - 1)
             low, high = low + step * max(k - 1, 0), low + step * k
-        return 2.0**high if high > LOWEST_LOG2 else 0.0  # 0: no triangle more would gain anything
+        return 2.0**high if high > LOWEST_LOG2 else 0.0  # 0: further triangles would gain nothing
 
     def bind(self) -> None:
-        """Make all that the stages read visible to them."""
+        """Bind everything that the stages read."""
         self.terrain.bind()
         self.view.bind()
 
@@ -198,7 +202,7 @@ class ClipmapSelector:
         return rings_around(post, away_m, last, (east, north), self.terrain.coarsest_ring, across, left_out)
 
     def _write_rings(self, rings: list[Ring]) -> int:
-        """Describe the rings to the shaders; returns the number of their blocks."""
+        """Upload the rings; returns the number of their blocks."""
         blocks = sum(ring.patches[0] * ring.patches[1] for ring in rings)
         if blocks > self._most_blocks:
             self._has_room(blocks, Selection(self, (), 0, 0, 0, None, 0))
@@ -215,9 +219,9 @@ class ClipmapSelector:
         return first
 
     def _finish(self) -> np.void:
-        """Settle with neighbours, and turn leaves into patches.
+        """Let neighbours agree on their edges, and turn leaves into patches.
 
-        Returns a record `layout.RING_SUMMARY`: the only thing that a frame waits for.
+        Returns a record `layout.RING_SUMMARY`. Reading it is the only time that a frame waits for the GPU.
         """
         nothing, over = bytes(self._buffers["summary"].size), 0
         while True:
@@ -235,10 +239,10 @@ class ClipmapSelector:
                 self._rounds = int(summary["rounds"]) + 1
                 self._last_stamp += over
                 return summary
-            bind("rings/lists.glsl", Lists=self._buffers["lists"])  # draws and patches stood there
+            bind("rings/lists.glsl", Lists=self._buffers["lists"])  # draws and patches took its binding point
 
     def _settle(self, over: int) -> int:
-        """Further rounds of neighbours, as many as the view before needed; returns how many are over then."""
+        """Run as many rounds of `settle` as the last view needed, from round `over` on; returns how many are done."""
         for r in range(over, over + SETTLING * -(-self._rounds // SETTLING)):
             if r and r % SETTLING == 0:
                 self._forget_queues(r)
@@ -247,7 +251,7 @@ class ClipmapSelector:
         return over
 
     def _forget_queues(self, over: int) -> None:
-        """Empty those of the rounds that are over, for the rounds to come."""
+        """Empty the queues of past rounds: later rounds use them again."""
         for r in range(over - SETTLING, over):
             self._buffers["blocks"].write(_EMPTY, offset=_work("queue", r % layout.RING_QUEUES))
 
@@ -260,10 +264,10 @@ class ClipmapSelector:
         bind("rings/shapes.glsl", Summary=buffers["summary"])
 
     def _kernel(self, name: str) -> Any:
-        """A pass, compiled when it is first needed: passes that ask for errors have a shader for each metric."""
+        """A pass, compiled when it is first needed. Passes that read errors have a shader for each metric."""
         variant = self._variant if name in _ASKING else ""
         if (name, variant) not in self._kernels:
-            # a software renderer starts every thread of a group in turn, and runs eight of them side by side
+            # a software renderer runs eight threads at a time, and more threads cost more to start
             defines = {"MOST_VERTICES": gl.MOST_VERTICES, "THREADS": 8 if gl.is_software(self.ctx) else 64}
             self._kernels[name, variant] = shaders.compute(
                 self.ctx, f"rings/{name}.comp", defines | _ASKING.get(name, {}).get(variant, {})
@@ -288,7 +292,7 @@ class ClipmapSelector:
         return Selection(self, counts, int(summary["triangles"]), most, int(summary["splits"]), certified_px, draws)
 
     def _has_room(self, blocks: int, selection: Selection) -> bool:
-        """Whether all of it fitted; if not, make room for it."""
+        """Whether all of it fitted into the buffers; if not, make them larger."""
         room = self.patches.size // layout.RING_PATCH.itemsize, self.draws.size // gl.COMMAND_STRIDE
         if blocks <= self._most_blocks and selection.patches <= room[0] and selection.draws <= room[1]:
             return True
@@ -328,12 +332,12 @@ _EMPTY = _NO_WORK["all"].tobytes()
 
 @cache
 def _work(name: str, i: int = 0) -> int:
-    """Where a dispatch is described in the buffer of blocks: bytes."""
+    """Byte offset of a dispatch's command in the buffer of blocks."""
     fields = layout.RING_WORK.fields
     assert fields
     return int(fields[name][1]) + i * layout.WORK.itemsize
 
 
 def _most_in_draw(size: int) -> int:
-    """Patches of 2^size segments a side that one draw takes: as glsl/rings/place.comp counts them."""
+    """Patches of 2^size segments a side in one draw, as glsl/rings/place.comp counts them."""
     return gl.MOST_VERTICES // ((2**size + 1) ** 2 + 4 * (64 - 2**size))

@@ -1,8 +1,8 @@
-"""Where the rings of the clipmap stand: nested rectangles of patches around the eye.
+"""Where the rings of the clipmap are: nested rectangles of blocks around the eye.
 
-Ring l has cells of 2^l posts. Its patches are 8 × 8 cells, and `across` of them reach across it in metres, as far north
-as east. It begins at an even place of its lattice, so it follows the eye in steps of two cells, and the next finer ring
-ends on its lattice (Asirvatham & Hoppe 2005, "Terrain rendering using GPU-based geometry clipmaps").
+Ring l has cells of 2^l posts. A block is 8 × 8 cells. A ring is about square in metres, and `across` blocks wide along
+the axis with the larger spacing. It follows the eye in steps of two of its cells, so the next finer ring ends on
+its lattice (Asirvatham & Hoppe 2005, "Terrain rendering using GPU-based geometry clipmaps").
 """
 
 from __future__ import annotations
@@ -10,8 +10,8 @@ from __future__ import annotations
 import math
 from typing import NamedTuple
 
-PATCH = 8  # ring cells a side of a patch
-PATCHES = 8  # patches across a ring, along the axis with the larger spacing
+PATCH = 8  # ring cells along a block's side
+PATCHES = 8  # blocks across a ring, along the axis with the larger spacing
 
 
 class Ring(NamedTuple):
@@ -24,7 +24,7 @@ class Ring(NamedTuple):
     origin
         Column and row of its north-west post; may lie beyond the map.
     patches
-        Columns and rows of patches, those that the finer ring covers too; none lies beyond the map.
+        Columns and rows of blocks, including those that the finer ring covers. All of them overlap the map.
     """
 
     level: int
@@ -52,17 +52,17 @@ def rings_around(
     Parameters
     ----------
     eye_post
-        Column and row below the eye; outside the map the nearest place on it counts.
+        Column and row below the eye. For an eye beside the map, the nearest place on the map is taken.
     away_m
-        Distance from the eye to the ground, about: rings that all lie nearer than that are left out.
+        Rough distance from the eye to the ground. Rings that would lie wholly within it are left out.
     last_post
         Last column and row of the map.
     top_level
-        Of the error tables: no ring is coarser.
+        Coarsest level of the error tables, and of the rings.
     across
-        Patches across a ring, along the axis with the larger spacing.
+        Blocks across a ring, along the axis with the larger spacing.
     left_out
-        Leave out so many of the finest rings.
+        How many of the finest rings to leave out.
     """
     patches = _patches_across(spacing_m, across)
     centre = [min(max(at, 0.0), float(last)) for at, last in zip(eye_post, last_post, strict=True)]
@@ -90,7 +90,7 @@ def _ring_at(level: int, centre: list[float], patches: tuple[int, int]) -> Ring:
 
 
 def _on_map(ring: Ring, last_post: tuple[int, int]) -> Ring:
-    """The ring without the rows and columns of patches that lie beyond the map."""
+    """The ring without the rows and columns of blocks that lie beyond the map."""
     side = PATCH << ring.level
     first = [max(0, -start // side) for start in ring.origin]
     starts = zip(ring.patches, ring.origin, last_post, strict=True)
@@ -105,5 +105,5 @@ def _covers(ring: Ring, last_post: tuple[int, int]) -> bool:
 
 
 def patches_for(triangles: int) -> int:
-    """Patches across a ring for a budget: units are not cut further there, so many triangles want small ones."""
+    """Blocks across a ring for a budget: no unit becomes a block there, so many triangles need many units."""
     return 16 if triangles >= 60_000 else 8 if triangles >= 12_000 else 4

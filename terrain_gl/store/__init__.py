@@ -1,8 +1,8 @@
-"""Stores: maps beyond memory, as a Zarr v3 group of lattice heights and error records for every level.
+"""Stores: maps larger than memory, as a Zarr v3 group with heights and error records for every level.
 
 pyramid                     sizes of levels, arrays and shards
-format                      the arrays on disk, and what a store says of itself
-crop                        error records of a part of the map, the same bits as the whole map's
+format                      the arrays on disk, and the store's description
+crop                        error records of a part of the map, bit for bit those of the whole map
 opened                      a store as a map to draw
 tasks, scheduling, build    from a source to a store, in parallel and resumable
 """

@@ -1,4 +1,4 @@
-"""Build a store beside a map. A build that was ended goes on where it stopped, and ends with the same bytes."""
+"""Build a store beside a map. An interrupted build continues where it stopped, and gives the same bytes."""
 
 from __future__ import annotations
 
@@ -35,7 +35,7 @@ def build(
     tile: int = TILE,
     shard: int = SHARD,
 ) -> dict[str, Any]:
-    """Build a store beside a map of any size; the source is read once, by windows, and stays as it is.
+    """Build a store beside a map of any size. The source is read once, window by window, and does not change.
 
     Parameters
     ----------
@@ -45,20 +45,20 @@ def build(
     output
         The store's folder. One that was begun from the same source is continued.
     spacing_m
-        Metres between posts; by default what the source tells, else 1.
+        Metres between posts; by default the spacing in the source, else 1.
     reading
-        How the values of files become metres.
+        How values of files are converted to metres.
     fill_m
         The height that void posts get; without it a map with voids is refused.
     workers, address
-        Processes of this machine; or the address of a Dask scheduler.
+        Number of processes of this machine; or the address of a Dask scheduler.
     tile, shard
         Posts a side of a tile, and of the part that one task writes; powers of two.
 
     Returns
     -------
     dict
-        What the store says of itself.
+        The store's description.
 
     Raises
     ------
@@ -120,13 +120,13 @@ def _run(job: Job, journal: Journal, runner: Any, progress: Progress | None) -> 
 
 
 def _cost(tasks: list[Task]) -> float:
-    """Of a phase, about: measuring errors takes longest."""
+    """Rough cost of a phase; measuring errors takes longest."""
     weight = {("heights", 0): 1.0, ("errors", 0): 6.0}.get((tasks[0].phase, tasks[0].level), 0.3)
     return weight * len(tasks)
 
 
 class Journal:
-    """Which tasks of a build are done: one line each, written after the task's shards."""
+    """The finished tasks of a build: one line each, written after the task's shards."""
 
     def __init__(self, job: Job) -> None:
         self.job = job
@@ -155,13 +155,13 @@ class Journal:
         return min(low for low, _ in ranges), max(high for _, high in ranges)
 
     def add(self, task: Task, result: dict[str, Any]) -> None:
-        """Note a task that is done."""
+        """Note a finished task."""
         self.results[task] = result
         with open(self.folder / "done", "a", encoding="utf-8") as file:
             file.write(json.dumps([task, result]) + "\n")
 
     def finish(self) -> dict[str, Any]:
-        """Say what the store is, and remove what only the build needed."""
+        """Write the store's description, and remove what only the build needed."""
         job, tasks = self.job, list(self._of_source())
         hashes = "".join(self.results[task]["sha256"] for task in tasks)
         about = describe(
@@ -173,10 +173,10 @@ class Journal:
             "source": job.source.identity,
             "sha256": hashlib.sha256(hashes.encode()).hexdigest(),
         }
-        for partial in Path(job.path).rglob("*.partial"):  # of tasks that were killed
+        for partial in Path(job.path).rglob("*.partial"):  # left by tasks that were killed
             partial.unlink()
         Arrays(job.path, job.pyramid).write_about(about)
-        os.replace(self.folder, self._built)  # in one step: a half removed folder would say nothing
+        os.replace(self.folder, self._built)  # in one step: nobody can tell what a half removed folder is
         shutil.rmtree(self._built)
         return read_about(job.path)
 
@@ -219,7 +219,7 @@ class Journal:
             raise TerrainError(f"{self.job.path}: cannot write: {error.strerror or error}") from None
 
     def _read(self) -> None:
-        """The tasks that are done; a line that was cut short does not count."""
+        """The finished tasks; an incomplete line does not count."""
         journal = self.folder / "done"
         if not journal.is_file():
             return

@@ -1,4 +1,4 @@
-"""Error records of a part of a map, the same bits as in the tables of the whole map.
+"""Error records of a part of a map, bit for bit those of the whole map's tables.
 
 A record depends on the posts of its closed node, on whether these are the map's last ones, and on the map's
 quantisation range. So a part of the map gets one post more than its last nodes need, and the range of the whole.
@@ -17,19 +17,19 @@ from ..heightmap import Heightmap
 from ..readers.raster import Spacing
 from ..terrain import Terrain
 
-APRON = 2  # posts beyond the first post of the next part: the far side of the last nodes, and one more
+APRON = 2  # posts that a part has beyond its own: one at the far side of its last nodes, and one more
 _of_thread = threading.local()
 
 
 class Records(NamedTuple):
-    """Of the nodes of one level."""
+    """Error records and height ranges of the nodes of one level."""
 
     errors: np.ndarray  # (4, rows, cols) uint32
     ranges: np.ndarray  # (2, rows, cols) uint16
 
 
 def records_of(heights: np.ndarray, spacing_m: Spacing, range_m: tuple[float, float], levels: int) -> list[Records]:
-    """Records of levels 1 to `levels`, of all nodes of these posts; those that the apron cuts off are not the map's.
+    """Records of levels 1 to `levels` for all nodes over these posts. Nodes that end inside the apron are no map nodes.
 
     Parameters
     ----------
@@ -60,7 +60,7 @@ def _records(tables: ErrorTables, level: int) -> Records:
 
 
 def _blank_tables() -> ErrorTables:
-    """Tables in this thread's own context: those of every part share their shaders."""
+    """Tables in this thread's own context; the tables of all parts share their shaders."""
     if not hasattr(_of_thread, "tables"):
         ctx = create_context("auto")
         _of_thread.tables = ErrorTables(Terrain(ctx, Heightmap(np.zeros((3, 3), np.float32))), build=False)

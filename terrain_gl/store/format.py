@@ -35,7 +35,7 @@ _CONVENTION = {
     "spec_url": "https://github.com/zarr-conventions/multiscales/blob/v0.1/README.md",
     "description": "Multiscale layout of zarr datasets",
 }
-FIELDS: dict[str, tuple[str, Any, int]] = {  # type, value of what was never written, words of an entry
+FIELDS: dict[str, tuple[str, Any, int]] = {  # type, value of entries that were never written, words of an entry
     "heights": ("float32", np.nan, 1),
     "errors": ("uint32", 0xFFFFFFFF, 4),
     "ranges": ("uint16", 0xFFFF, 2),
@@ -62,7 +62,7 @@ class Arrays:
         self._open: dict[str, Any] = {}
 
     def create(self) -> None:
-        """Make the group and its arrays, all empty; those that are there stay."""
+        """Make the group and its arrays, all empty; arrays that exist already stay as they are."""
         zarr = zarr_library()
         group = zarr.open_group(str(self.path), mode="a", zarr_format=3)
         for level in range(self.pyramid.top + 1):
@@ -92,12 +92,12 @@ class Arrays:
         self._array(name, level)[(Ellipsis, *where)] = values
 
     def read(self, name: str, level: int, where: Area, words: slice = slice(None)) -> np.ndarray:
-        """Read an area; of records, only some words.
+        """Read an area; `words` selects words of records.
 
         Raises
         ------
         MissingTileError
-            A tile of it was never written, is damaged, or cannot be read.
+            A tile of the area was never written, is damaged, or cannot be read.
         """
         of_words = (words,) if FIELDS[name][2] > 1 else ()
         try:
@@ -117,7 +117,7 @@ class Arrays:
         return self._open[key]
 
     def write_about(self, about: dict[str, Any]) -> None:
-        """Write what the store says of itself: the last step of a build."""
+        """Write the store's description: the last step of a build."""
         layout = [{"asset": "heights/0", "scale": [1.0, 1.0], "translation": [0.0, 0.0]}]
         for level in range(1, self.pyramid.top + 1):
             finer = f"heights/{level - 1}"
@@ -145,12 +145,12 @@ def is_store(path: str | os.PathLike[str]) -> bool:
 
 
 def read_about(path: str | os.PathLike[str]) -> dict[str, Any]:
-    """What a finished store says of itself.
+    """The description of a finished store.
 
     Raises
     ------
     TerrainError
-        Not a store, not finished, or of a later version.
+        It is no store, an unfinished one, or one of a later version.
     """
     name = os.fspath(path)
     try:

@@ -1,4 +1,4 @@
-"""A store as a map: its heights are read where they are asked for, its pages when the picture needs them."""
+"""A store as a map: heights and pages are read when they are needed."""
 
 from __future__ import annotations
 
@@ -13,8 +13,8 @@ from ..heightmap import Heightmap
 from ..pages import FINEST_RECORD, Page, PagedMap, PageKey
 from .format import Arrays, MissingTileError, georeference_of, pyramid_of, read_about
 
-KEPT = 256  # tiles of heights that stay in memory
-COARSE_POSTS = 1 << 20  # of the coarse map that chooses a first view
+KEPT = 256  # most tiles of heights that stay in memory
+COARSE_POSTS = 1 << 20  # most posts of the coarse map from which a first view is chosen
 
 
 class StoredMap(PagedMap):
@@ -28,7 +28,7 @@ class StoredMap(PagedMap):
     Attributes
     ----------
     about
-        What it says of itself.
+        Its description.
     """
 
     def __init__(self, path: str | os.PathLike[str]) -> None:
@@ -49,7 +49,7 @@ class StoredMap(PagedMap):
         return cls(path)
 
     def coarse(self) -> Heightmap:
-        """The map at its finest level of at most a million posts, to choose a view by."""
+        """A coarse map for choosing a view: the finest level with at most a million posts."""
         level = 0
         while level < self.top and np.prod(self.arrays.pyramid.posts(level)) > COARSE_POSTS:
             level += 1
@@ -58,7 +58,7 @@ class StoredMap(PagedMap):
             try:
                 heights = self.arrays.read("heights", level, (slice(0, rows), slice(0, cols)))
                 break
-            except MissingTileError:  # a coarser level will do
+            except MissingTileError:  # a coarser level serves as well
                 if level == self.top:
                     raise
                 level += 1
@@ -79,7 +79,7 @@ class StoredMap(PagedMap):
 
 
 class LazyHeights:
-    """All posts of a store, as an array that reads the tiles that a slice or an index needs."""
+    """All posts of a store, as an array. A slice or an index reads the tiles that it needs."""
 
     dtype, ndim = np.dtype(np.float32), 2
 
@@ -95,7 +95,7 @@ class LazyHeights:
 
     @property
     def nbytes(self) -> int:
-        """Bytes that all of them would take."""
+        """Bytes that all posts would take in memory."""
         return 4 * self.size
 
     def __getitem__(self, index: Any) -> Any:

@@ -1,7 +1,7 @@
 """Sizes of a store: levels, their arrays, and the shards that each task writes.
 
-Level l has every 2^l-th post, and the last one of each row and column: post i of the lattice is post
-min(i · 2^l, last) of the map. Its nodes are the cells between these posts.
+Level l has every 2^l-th post, and the last one of each row and column. These posts are its lattice: post i of the
+lattice is post min(i · 2^l, last) of the map. The nodes of the level are the cells of the lattice.
 """
 
 from __future__ import annotations
@@ -23,9 +23,9 @@ class Pyramid(NamedTuple):
     rows, cols
         Posts of the map.
     tile
-        Posts a side of a tile: the chunk of an array, which is read, checked and drawn as a whole. A power of two.
+        Posts along a side of a tile, a power of two. A tile is a chunk of an array: it is read and checked as a whole.
     shard
-        Posts a side of a shard: the file that one task writes. A power of two.
+        Posts along a side of a shard, a power of two. A shard is the file that one task writes.
     """
 
     rows: int
@@ -35,12 +35,12 @@ class Pyramid(NamedTuple):
 
     @property
     def top(self) -> int:
-        """The coarsest level: of the whole map's tree, or that whose nodes are as large as a shard."""
+        """The coarsest level: the top of the map's tree, or the level whose nodes are as large as a shard."""
         return min(len(quadtree(self.cols, self.rows)) - 1, self.shard.bit_length() - 1)
 
     @property
     def fine(self) -> int:
-        """The last level of which a task over one shard of posts writes a whole shard of nodes."""
+        """The coarsest level at which one task, over a shard of posts, writes a whole shard of nodes."""
         return min((self.shard // self.tile).bit_length() - 1, self.top)
 
     def posts(self, level: int) -> tuple[int, int]:
@@ -52,7 +52,7 @@ class Pyramid(NamedTuple):
         return -(-(self.rows - 1) >> level), -(-(self.cols - 1) >> level)
 
     def node_shard(self, level: int) -> int:
-        """Nodes a side of a shard of error records."""
+        """Nodes along a side of a shard of error records."""
         return self.shard >> level if level <= self.fine else self.shard
 
 
@@ -64,6 +64,6 @@ def areas(shape: tuple[int, int], side: int) -> Iterator[tuple[int, int]]:
 
 
 def area(shape: tuple[int, int], side: int, at: tuple[int, int], beyond: int = 0) -> Area:
-    """One square of an array, `beyond` entries more at its far sides, cut at the array's rim."""
+    """One square of an array, with `beyond` more entries at its far sides, cut at the array's rim."""
     rows, cols = (slice(k * side, min((k + 1) * side + beyond, n)) for k, n in zip(at, shape, strict=True))
     return rows, cols

@@ -1,4 +1,4 @@
-"""Run tasks in this process, in several, or on a Dask cluster; results come as tasks end."""
+"""Run tasks in this process, in several processes, or on a Dask cluster; each result comes when its task ends."""
 
 from __future__ import annotations
 
@@ -15,7 +15,7 @@ Run = Callable[[Callable[..., Any], Any, Iterable[Any]], Iterator[tuple[Any, Any
 
 
 class Here:
-    """One task after the other, in this thread."""
+    """Run one task after the other, in this thread."""
 
     def run(self, perform: Callable[..., Any], job: Any, tasks: Iterable[Any]) -> Iterator[tuple[Any, Any]]:
         """Pairs of a task and its result."""
@@ -50,7 +50,7 @@ class Processes:
 
 
 class Cluster:
-    """Workers of a Dask scheduler that see the same files. A worker that dies costs its tasks' time alone."""
+    """Workers of a Dask scheduler that see the same files. If a worker dies, only its tasks run again."""
 
     def __init__(self, address: str) -> None:
         try:
@@ -69,7 +69,7 @@ class Cluster:
 
         completed: Any = as_completed
 
-        # the job goes with each task: what is scattered is lost with the workers that hold it
+        # each task carries the job: data scattered to workers are lost when these workers die
         running = {self._client.submit(perform, job, task, pure=False, retries=3): task for task in tasks}
         try:
             for done in completed(running, loop=self._client.loop):
@@ -83,7 +83,7 @@ class Cluster:
 
 
 def scheduler(workers: int, address: str | None = None) -> Here | Processes | Cluster:
-    """The scheduler that the options ask for."""
+    """The scheduler for these options."""
     if address:
         return Cluster(address)
     return Here() if workers == 1 else Processes(workers)

@@ -1,11 +1,11 @@
-"""The tasks of a build: each writes whole shards, and depends on finished phases alone.
+"""The tasks of a build: each writes whole shards, and depends only on finished phases.
 
     heights 0     read a window of the source, check it, write it
     heights l     every other post of level l − 1
-    errors 0      records of all nodes over one shard of posts: fine levels to their shards, coarse ones to a part
-    errors l      a shard of a coarse level, from those parts
+    errors 0      records of all nodes over one shard of posts; those of coarse levels go to a file of their own
+    errors l      a shard of a coarse level, from these files
 
-A task that is killed leaves its shard as it was, or whole; it is done again.
+A killed task leaves its shard unchanged or complete; the task is done again.
 """
 
 from __future__ import annotations
@@ -52,7 +52,7 @@ class Job:
     fill_m
         The height of void posts; None to refuse them.
     range_m
-        Lowest and highest height; known when all heights are.
+        Lowest and highest height; None until all heights are read.
     """
 
     path: str
@@ -74,7 +74,7 @@ class Job:
 
 
 def phases(pyramid: Pyramid) -> Iterator[list[Task]]:
-    """All tasks, phase after phase; the tasks of a phase do not depend on each other."""
+    """All tasks, phase by phase; the tasks of a phase do not depend on each other."""
     for level in range(pyramid.top + 1):
         yield [Task("heights", level, *at) for at in areas(pyramid.posts(level), pyramid.shard)]
     yield [Task("errors", 0, *at) for at in areas(pyramid.nodes(0), pyramid.shard)]
@@ -83,7 +83,7 @@ def phases(pyramid: Pyramid) -> Iterator[list[Task]]:
 
 
 def perform(job: Job, task: Task) -> dict[str, Any]:
-    """Do one task; returns what the build has to know of it.
+    """Do one task; returns what the build must know about its result.
 
     Raises
     ------
@@ -104,7 +104,7 @@ def perform(job: Job, task: Task) -> dict[str, Any]:
 
 
 def read_source(job: Job, task: Task) -> dict[str, Any]:
-    """A window of the source: its range, its voids, and the hash of its heights."""
+    """Write a window of the source; returns its range, its number of voids, and the hash of its heights."""
     pyramid = job.pyramid
     where = area(pyramid.posts(0), pyramid.shard, (task.row, task.col))
     heights = np.ascontiguousarray(job.source.read(*where), np.float32)
@@ -128,7 +128,7 @@ def read_source(job: Job, task: Task) -> dict[str, Any]:
 
 
 def thin_out(job: Job, task: Task) -> dict[str, Any]:
-    """Every other post of the finer level, and the last one of each row and column."""
+    """Write a level's heights: every other post of the finer level, and the last one of each row and column."""
     pyramid, arrays = job.pyramid, job.arrays
     where = area(pyramid.posts(task.level), pyramid.shard, (task.row, task.col))
     finer = pyramid.posts(task.level - 1)
@@ -140,7 +140,7 @@ def thin_out(job: Job, task: Task) -> dict[str, Any]:
 
 
 def measure(job: Job, task: Task) -> dict[str, Any]:
-    """The error records of all nodes over a shard of posts."""
+    """Write the error records of all nodes over a shard of posts."""
     assert job.range_m is not None
     pyramid, arrays, at = job.pyramid, job.arrays, (task.row, task.col)
     heights = arrays.read("heights", 0, area(pyramid.posts(0), pyramid.shard, at, beyond=APRON))
@@ -161,7 +161,7 @@ def measure(job: Job, task: Task) -> dict[str, Any]:
 
 
 def gather(job: Job, task: Task) -> dict[str, Any]:
-    """A shard of a coarse level, from the parts that lie in it."""
+    """Write a shard of a coarse level, from the files of the shards of posts under it."""
     pyramid, arrays = job.pyramid, job.arrays
     where = area(pyramid.nodes(task.level), pyramid.shard, (task.row, task.col))
     side = pyramid.shard >> task.level  # nodes of a part

@@ -4,13 +4,13 @@ The modules from top to bottom. Each imports only from its own line and the line
 
 window, glfw_window            the GLFW window: events in, frames out
 app                            a viewer with panels; sends input to a panel, the camera or a command
-panels, sections, map_section, picture_section  what stands over the picture
+panels, sections, map_section, picture_section  the panels over the picture
 charts, file_list, help_page, orientation, profile_plot  the graphs, the page of keys, north and scale
 commands                       every key and what it does
 viewer                         connects the parts below, frame by frame; knows neither window nor panels
 mouse, marks, draped           clicks and drags; lines over the land
 sculpting, saver, explainer    the brush; files; how detail is chosen
-map_loader, image_reader       maps, sky and ground images on their way
+map_loader, image_reader       load maps, read sky and ground images
 painter                        draws the picture, in motion and at rest
 pointer, scene                 where the mouse points; the map and the camera
 loading, light_builder         tables and light, made in steps

@@ -52,7 +52,7 @@ class App:
         self.viewer.window.scale = scale
         self.panels = Panels(self.viewer, self.press)
         self.captured = False
-        self._echoes = 0  # frames after a change, because panels take a frame or two to find their size
+        self._echoes = 0  # frames still to draw after a change: panels find their size in one or two
 
     def close(self) -> None:
         """Release resources, and remember what the next run needs."""
@@ -86,14 +86,14 @@ class App:
     # --- The window ---------------------------------------------------------------------------------------------------
 
     def resize(self, size: Size, scale: float) -> None:
-        """The target has another size in pixels, or another scale."""
+        """Follow a new size of the target in pixels, or a new scale."""
         self.viewer.window.scale = scale
         if scale != self.gui.scale:
             self.gui.scale = scale
         self.viewer.window.resize(size)
 
     def drop(self, path: str, x: float, y: float) -> None:
-        """A file is dropped: on a field for an image, or on the land."""
+        """Take a file that the user drops on a field for an image, or on the land."""
         option = IMAGES.get(self.gui.widgets.at(x, y))
         if option:
             self.viewer.images.read(option, path)
@@ -103,7 +103,7 @@ class App:
     # --- Keys: named by their place on a US keyboard ------------------------------------------------------------------
 
     def press(self, key: str, repeated: bool = False) -> None:
-        """Do the command of a key, such as "ctrl+z"."""
+        """Execute the command of a key, such as "ctrl+z"."""
         if key == "escape" and self.gui.close_list():
             return
         commands.press(self.viewer, key, repeated)
@@ -142,7 +142,7 @@ class App:
         self.gui.write(character)
 
     def lose_keyboard(self) -> None:
-        """Another window has the keyboard: no key will come up here."""
+        """Release all keys: another window has the keyboard now."""
         if self.viewer.scene.has_map:
             self.viewer.scene.controller.let_go_all()
 

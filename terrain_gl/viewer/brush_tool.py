@@ -1,4 +1,4 @@
-"""The brush in the window: its settings, the dabs that it still has to do, and the strokes that can be undone.
+"""The brush in the window: its settings, the dabs still to do, and the strokes that can be undone.
 
 A stroke is all dabs from one press of the button to its release. Each dab updates the tables on the GPU, so the
 certified bound holds during the stroke.
@@ -18,8 +18,8 @@ from ..brush import SHARES, TOOLS, Brush, Sculptor, places
 from ..renderer import Renderer
 from ..steps import Steps
 
-STEP = 2**0.25  # of radius and strength
-DAB_S = 0.1  # between two dabs of a brush that is held still
+STEP = 2**0.25  # factor of one step of radius or strength
+DAB_S = 0.1  # seconds between two dabs of a brush that is held still
 NEAR_RADII = 2.0  # dabs that are nearer than this are done together
 
 
@@ -28,7 +28,7 @@ class Dab(NamedTuple):
 
     brush: Brush
     place: tuple[float, float]  # world metres
-    begins: bool  # a stroke
+    begins: bool  # whether it begins a stroke
 
 
 class BrushTool:
@@ -41,7 +41,7 @@ class BrushTool:
     strength_m
         Metres of each dab, for tools that move the ground.
     share
-        Share of the way of each dab, 0 to 1, for the other tools.
+        For the other tools: how far a dab moves the ground towards its goal, 0 to 1.
     due
         Dabs that are still to be done, the next one first.
     edits
@@ -61,15 +61,15 @@ class BrushTool:
         self.edits = 0
         self.due: deque[Dab] = deque()
         self.waits_for_headroom = True
-        self._range_m = heightmap.quantised_m  # of the tables before the brush was taken
+        self._range_m = heightmap.quantised_m  # quantisation range before the brush was taken
         self._sculptor = Sculptor(renderer)
-        self._land_before: object = None  # when this brush was taken
+        self._land_before: object = None  # the land when this brush was taken
         self._last: tuple[float, float] | None = None
         self._dabbed_s = float("-inf")
         self._begins = True
 
     def take_over(self, before: BrushTool, factor: float) -> None:
-        """Take the settings of the brush before; the land is `factor` times as high as it was."""
+        """Take the settings of the last map's brush; the new land is `factor` times as high."""
         self.tool, self.radius_m, self.share, self.edits = before.tool, before.radius_m, before.share, before.edits
         self.strength_m, self.azimuth_deg = factor * before.strength_m, before.azimuth_deg
         self._land_before = before.land
@@ -139,7 +139,7 @@ class BrushTool:
 
     @property
     def land(self) -> object:
-        """What tells lands apart: the same object after a stroke is undone; None before any change."""
+        """An object that identifies the present land. Undoing a stroke brings the same object back; None at first."""
         return self._sculptor.land or self._land_before
 
     def undo(self) -> bool:
@@ -152,7 +152,7 @@ class BrushTool:
         return not self.due and self._step_back(self._sculptor.redo)
 
     def _forget_last(self) -> bool:
-        """Forget the dabs that are due of the last stroke; returns whether none of that stroke was done."""
+        """Forget the last stroke's dabs that are still due; returns whether none of its dabs was done."""
         while self.due:
             if self.due.pop().begins:
                 return True
@@ -172,14 +172,14 @@ class BrushTool:
         return not self.due or self._next_count() > 0
 
     def headroom_steps(self) -> Steps[None]:
-        """Build tables that can hold half the relief more, and at least four dabs; yields progress from 0 to 1."""
+        """Build tables with headroom for half the relief, and for at least four dabs; yields progress from 0 to 1."""
         low, high = self.renderer.heightmap.range_m
         strongest = max(brush.strength for brush in (self.brush, *(dab.brush for dab in self.due)))
         more_m = max(0.5 * (high - low), 4 * strongest)
         return self.renderer.editor.headroom_steps(more_m, more_m)
 
     def give_back_steps(self) -> Steps[None] | None:
-        """Build tables as they were before the brush was taken, to the bit; None once the map has been changed."""
+        """Build tables with the range from before the brush was taken; None once the map has been changed."""
         return None if self.edits else self.renderer.editor.range_steps(self._range_m)
 
     def _next_count(self) -> int:

@@ -1,4 +1,4 @@
-"""The canvas on which the picture is composed, one side or two, before it is shown in the window."""
+"""The canvas: one or two sides are composed on it to a picture before the window shows it."""
 
 from __future__ import annotations
 

@@ -102,7 +102,7 @@ def _errors(ui: Widgets, records: list[Record]) -> None:
 
 
 def _right_aligned(values: list[Any]) -> Iterator[tuple[int, Any]]:
-    """Numbered so that the last one is at the right edge."""
+    """Values with their columns: the last value is at the right edge."""
     return enumerate(values, FRAMES - len(values))
 
 

@@ -1,4 +1,4 @@
-"""Every key and what it does, in one table: the window obeys it, and the help page shows it."""
+"""Every key and what it does, in one table, which the window executes and the help page shows."""
 
 from __future__ import annotations
 
@@ -15,15 +15,15 @@ class Command(NamedTuple):
     Attributes
     ----------
     shown
-        The keys as the help page shows them; "" if another line tells of them.
+        The keys as the help page shows them; "" if another line already shows them.
     help
         What they do, in a line.
     keys
-        Names of the keys, such as "ctrl+shift+z"; none if the camera or the mouse listens itself.
+        Names of the keys, such as "ctrl+shift+z"; empty if the camera or the mouse handles them.
     act
-        Does it.
+        Executes the command.
     repeats
-        Whether a key that is held does it again and again.
+        Whether a held key repeats the command.
     """
 
     shown: str
@@ -34,7 +34,7 @@ class Command(NamedTuple):
 
 
 def press(viewer: Viewer, key: str, repeated: bool = False) -> None:
-    """Do the command of a key; `repeated`: the key is held. Without a visible map, only Esc does anything."""
+    """Execute the command of a key; `repeated`: the key is held. Without a visible map, only Esc does anything."""
     command = BY_KEY.get(key)
     if not command or not command.act or (repeated and not command.repeats):
         return
@@ -84,7 +84,7 @@ def _toggle_help(viewer: Viewer) -> None:
 
 
 def _escape(viewer: Viewer) -> None:
-    """Cancel what is being done, else close what is open, one at a time, else quit."""
+    """Cancel one piece of work; if there is none, close one thing that is open; else quit."""
     if viewer.cancel():
         return
     if viewer.files.close():

@@ -19,19 +19,19 @@ from .pose import Pose, hit_ground, not_too_steep, vector
 
 MODES = ("fly", "orbit", "walk")
 EASE_S = 0.12  # τ
-TRAVEL_S = 0.8  # to a bookmark
+TRAVEL_S = 0.8  # duration of a travel to a bookmark
 LOOK_DEG = 0.1  # per pixel of mouse
 ORBIT_DEG = 0.3
-TURN_DEG_S = 40.0  # of arrow keys, and of orbiting by keys
+TURN_DEG_S = 40.0  # speed of turning, or orbiting, by keys
 APPROACH = 0.6  # in orbit, the distance falls by a factor of e^0.6 each second
-WHEEL = 1.25  # factor of speed, or of the distance to the place under the cursor, of one notch
-HEIGHTS_S = 0.4  # heights above the ground flown in a second
+WHEEL = 1.25  # factor of one notch: of the speed, or of the distance to the place under the cursor
+HEIGHTS_S = 0.4  # speed of flying: heights above the ground in a second
 LOWEST = 5.0  # height above the ground, in spacings, below which flying gets no slower
-NEARER = 0.3  # of the distance to a place is left when the camera has flown there
-FARTHEST_PAN = 4.0  # times the distance of the place taken hold of: how far a drag towards the horizon may reach
+NEARER = 0.3  # part of the distance that is left after flying to a place
+FARTHEST_PAN = 4.0  # a drag reaches at most so many times the distance of the place where it began
 FAST = 5.0  # speed factor of Shift
 CLEARANCE = 0.3  # least height above ground, in spacings: three times the distance of the near plane
-EYE_HEIGHT_M = 1.7  # of a walker; less on maps with a small spacing
+EYE_HEIGHT_M = 1.7  # height of a walker's eye; less on maps with a small spacing
 _MOVES = {"w": (0, 0, 1), "s": (0, 0, -1), "d": (1, 0, 0), "a": (-1, 0, 0), "e": (0, 1, 0), "q": (0, -1, 0)}
 _TURNS = {"left": (-1, 0), "right": (1, 0), "up": (0, 1), "down": (0, -1)}
 MOVE_KEYS = (*_MOVES, *_TURNS, "shift")
@@ -69,7 +69,7 @@ class Controller:
 
     def __post_init__(self) -> None:
         afoot = max(2.0, max(self.heightmap.spacing_m)) if self.eye_height_m == EYE_HEIGHT_M else self.eye_height_m
-        self._paces = {"fly": HEIGHTS_S, "walk": afoot}  # heights above the ground, or metres, a second
+        self._paces = {"fly": HEIGHTS_S, "walk": afoot}  # in a second: heights above the ground, or metres
         self.pose = Pose.of(self.start)
 
     @property
@@ -107,7 +107,7 @@ class Controller:
 
     @property
     def speed_m_s(self) -> float:
-        """Speed of the moving keys: it follows the height above the ground. A walker has one of its own."""
+        """Speed of the keys that move the camera: it grows with the height above the ground, except for a walker."""
         return self._paces["walk"] if self.mode == "walk" else self._paces["fly"] * self._altitude_m
 
     @speed_m_s.setter
@@ -119,7 +119,7 @@ class Controller:
 
     @property
     def _altitude_m(self) -> float:
-        """Height above the ground that the speed follows; off the map and over voids, above the map's lowest place."""
+        """Height that sets the speed: above the ground, or above the map's lowest post where there is no ground."""
         height_m = self.height_above_ground_m
         height_m = float(self.eye[2]) - self.heightmap.range_m[0] if math.isnan(height_m) else height_m
         return max(abs(height_m), LOWEST * min(self.heightmap.spacing_m))
@@ -224,7 +224,7 @@ class Controller:
         self.pivot = kept
 
     def pan(self, x: float, y: float) -> None:
-        """Move level, so that the pivot is seen at a point of the picture; tangents as of `grab`."""
+        """Move horizontally until the pivot is seen at a point of the picture; tangents as of `grab`."""
         if self.pivot is None:
             self.grab(x, y)
         assert self.pivot is not None
@@ -232,7 +232,7 @@ class Controller:
             return
         away, ray = self.pivot - self.eye, np.array([x, y, 1.0]) @ self.axes
         farthest = FARTHEST_PAN * float(np.linalg.norm(away))
-        # where the ray comes to the pivot's height; beyond the horizon, as far away as a drag may reach
+        # where the ray reaches the pivot's height; above the horizon, as far away as a drag may reach
         reach = away[2] / ray[2] if away[2] * ray[2] > 0 else math.inf
         reach = min(reach, farthest / float(np.linalg.norm(ray)))
         moved = away - reach * ray
@@ -300,7 +300,7 @@ class Controller:
 
     @property
     def _turning(self) -> tuple[int, int] | None:
-        """Right and up, −1 to 1, by the arrow keys; None if they hold still."""
+        """Right and up, −1 to 1, by the arrow keys; None if none is held."""
         turns = [_TURNS[key] for key in self.held if key in _TURNS]
         right, up = (sum(turn[i] for turn in turns) for i in (0, 1))
         return (right, up) if right or up else None

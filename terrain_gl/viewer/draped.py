@@ -10,7 +10,7 @@ from .lines import Color, Line, on_land
 from .ruler import leg
 
 COLOURS: tuple[Color, ...] = ((255, 70, 50, 255), (60, 200, 255, 255), (255, 220, 60, 255), (200, 130, 255, 255))
-MOST = 512  # places of a leg
+MOST = 512  # most places along a leg
 RING_POSTS = 0.004  # radius of a point's ring, as a part of the map's longer side
 _TURN = np.linspace(0, 2 * np.pi, 13)
 

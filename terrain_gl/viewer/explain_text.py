@@ -1,4 +1,4 @@
-"""Why a patch is drawn as it is, and what a side of a split picture takes, in words and numbers."""
+"""Texts of the window: why a patch is drawn as it is, and a line for each side of a split picture."""
 
 from __future__ import annotations
 
@@ -28,7 +28,7 @@ def title(patch: Explanation) -> str:
 
 
 def plain(patch: Explanation) -> str:
-    """How well it is drawn, without terms."""
+    """How accurately it is drawn, without technical terms."""
     px = patch.chosen.px if patch.bound_px is None else max(patch.bound_px, patch.chosen.px)
     allowed = f"; {patch.tolerance_px:.3g} px allowed" if np.isfinite(patch.tolerance_px) else ""
     return f"drawn at most {px:.2g} px off{allowed}" if patch.in_picture else "outside the picture"
@@ -74,7 +74,7 @@ def _edges(patch: Explanation) -> list[str]:
 
 
 def side_line(options: RenderOptions, stats: dict[str, Any], is_preview: bool = False) -> str:
-    """A side of a split picture in a line: what was asked for, and what it took."""
+    """A line about a side of a split picture: what the user requested, the triangles, and the bound."""
     tolerance = f"{options.max_error_px:.3g} px {options.metric}" if options.max_error_px else ""
     budget = f"{options.triangles:,} triangles" if options.triangles else tolerance
     asked = "every post" if options.method in EVERY_POST else f"{options.method}, {budget}"

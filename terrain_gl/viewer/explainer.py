@@ -1,4 +1,4 @@
-"""Shows how detail is chosen: frozen levels, two sides, a patch that is explained, a box of the summed-area table."""
+"""Shows how detail is chosen: frozen levels, a split picture, an explained patch, a box of the summed-area table."""
 
 from __future__ import annotations
 
@@ -25,7 +25,7 @@ class Explainer:
     Attributes
     ----------
     explanation
-        Of the patch that was clicked; None if there is none.
+        Explanation of the patch that was clicked; None if there is none.
     place
         Where it was clicked last, in world metres; None for the sky.
     box
@@ -43,7 +43,7 @@ class Explainer:
         )
 
     def forget(self) -> None:
-        """Forget explanation and box: the map has changed."""
+        """Forget explanation and box, because the map has changed."""
         self.explanation = self.box = None
 
     def close_one(self) -> bool:
@@ -74,7 +74,7 @@ class Explainer:
         )
 
     def toggle_split(self) -> None:
-        """Show two sides, at first the errors of the method and of a baseline with as many triangles; or one."""
+        """Split the picture, or join it. At first its sides show the errors of two methods with equal triangles."""
         settings = self._settings
         if settings.split:
             settings.sides, settings.active = [self.unsplit], 0
@@ -86,11 +86,11 @@ class Explainer:
         left = before.otherwise(triangles=min(max(drawn, least), most), style="error")
         settings.sides = [left, left.otherwise(method=BASELINES[0] if left.method not in BASELINES else METHODS[0])]
         self._split_from = before, left
-        self._window.say("as many triangles on both sides; controls change the side under the cursor; drag the divider")
+        self._window.say("equal triangles on both sides; controls change the side under the cursor; drag the divider")
 
     @property
     def unsplit(self) -> RenderOptions:
-        """The options of one picture: what the split has changed, and nobody since, is as before."""
+        """The left side's options. Those that the split changed, and the user did not, are as before the split."""
         now = self._settings.sides[0]
         if not self._settings.split or not self._split_from:
             return now
@@ -110,7 +110,7 @@ class Explainer:
         self._settings.sums = not self._settings.sums
 
     def explain(self, x: float, y: float) -> None:
-        """Explain the patch at a pixel; where there is no land, end the explanation."""
+        """Explain the patch at a pixel; without land there, close the explanation."""
         self.explanation = None
         self._window.refresh()
         place = self.place = self._pointer.place_under(x, y)

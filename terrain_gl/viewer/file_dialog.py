@@ -1,4 +1,4 @@
-"""Asks for a map's file: by the system's dialog where there is one, else by a list of a folder's maps in the window.
+"""Asks for a map's file: by the system's dialog if there is one, else by a list of a folder's maps in the window.
 
 Nothing here blocks: the system's dialog is a process of its own, and a thread reads the folder.
 """
@@ -17,8 +17,8 @@ from ..readers.archives import MAPS
 from .window_state import WindowState
 
 ENDINGS = (*MAPS, ".r32", ".zip", ".gz")
-MOST = 2000  # lines of a list
-_HELPERS = ("zenity", "matedialog", "qarma", "kdialog")  # that portable-file-dialogs runs on Linux
+MOST = 2000  # most lines of a list
+_HELPERS = ("zenity", "matedialog", "qarma", "kdialog")  # programs that portable-file-dialogs starts on Linux
 
 
 class Entry(NamedTuple):
@@ -113,7 +113,7 @@ class FileDialog:
 
     def _read(self, folder: Path) -> None:
         entries, words = maps_in(folder)
-        if self.folder == folder:  # the user has not gone on
+        if self.folder == folder:  # the user has not gone to another folder
             self.entries = entries
             if words:
                 self._window.say(words)
@@ -121,7 +121,7 @@ class FileDialog:
 
 
 def maps_in(folder: Path) -> tuple[list[Entry], str]:
-    """The parent, the folders and the maps of a folder by name, and what is wrong with it in a line, if anything."""
+    """The parent, the folders and the maps of a folder by name; and a line about a problem, "" if there is none."""
     found: list[Entry] = []
     words = ""
     try:
@@ -145,7 +145,7 @@ def _is_folder(entry: os.DirEntry[str]) -> bool:
 
 
 def _system_dialog(folder: Path) -> Any:
-    """The system's dialog, under way; None if the system has none."""
+    """Open the system's dialog; None if the system has none."""
     if sys.platform == "linux" and not any(map(shutil.which, _HELPERS)):
         return None
     try:

@@ -10,7 +10,7 @@ WIDTH_EM = 28.0
 
 
 def show(ui: Widgets, files: FileDialog, size: Size) -> None:
-    """Build it in the present window."""
+    """Build the list in the present window."""
     imgui = ui.imgui
     width = min(WIDTH_EM * ui.em, 0.5 * size[0])
     with ui.wrapped(width):

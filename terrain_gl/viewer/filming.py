@@ -8,9 +8,9 @@ from collections.abc import Iterator
 from ..camera import Camera
 from ..film.path import CameraPath, Keyframe
 
-EVERY_S = 0.1  # a key frame, or more where that would be more than
-MOST = 2000  # key frames
-LEAST_S = 0.2  # of a film
+EVERY_S = 0.1  # seconds between keyframes; more in flights that would else have more than `MOST` keyframes
+MOST = 2000
+LEAST_S = 0.2  # duration of the shortest film
 
 Sun = tuple[float, float]
 
@@ -21,7 +21,7 @@ class Filming:
     Attributes
     ----------
     near_m
-        Distance of the nearest near plane of the flight; None for the usual one.
+        The smallest near plane distance of the flight; None for the default.
     """
 
     def __init__(self) -> None:
@@ -38,7 +38,7 @@ class Filming:
         self._views, self.near_m = [], None
 
     def note(self, now_s: float, camera: Camera, sun: Sun, near_m: float | None) -> None:
-        """Note the view of a frame; its time is later than that of the one before, or it takes its place."""
+        """Note the view of a frame. If its time is not later than that of the last view, it replaces that view."""
         if self._views is None:
             return
         if self._views and now_s <= self._views[-1][0]:
@@ -58,7 +58,7 @@ class Filming:
 
 
 def _thinned(views: list[tuple[float, Camera, Sun]]) -> Iterator[tuple[float, Camera, Sun]]:
-    """The first, the last, and of the others one at a time."""
+    """The first and the last view, and others between them at equal distances in time."""
     step_s = max(EVERY_S, (views[-1][0] - views[0][0]) / MOST)
     last_s = views[0][0]
     yield views[0]

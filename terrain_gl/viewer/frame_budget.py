@@ -6,7 +6,7 @@ import time
 from collections.abc import Callable, Iterator
 from dataclasses import dataclass
 
-HURRIED = 0.2  # share of the time that work gets beside a frame in motion
+HURRIED = 0.2  # share of the time that work gets while the picture moves
 
 
 @dataclass
@@ -47,7 +47,7 @@ class FrameBudget:
         work
             Yields its progress, from 0 to 1, after each step.
         tell
-            Is told that progress.
+            Called with that progress.
         hurried
             Take only a fraction of the time, because a frame in motion waits.
 

@@ -1,4 +1,4 @@
-"""What the window knows of its last frames: times, triangles, bounds and achieved errors, and how they are written."""
+"""Numbers of the last frames, and their text: times, triangles, bounds and achieved errors."""
 
 from __future__ import annotations
 
@@ -10,17 +10,17 @@ from typing import Any
 from ..gpu import gl
 
 STAGES = ("lod", "draw", "shade")
-FRAMES = 120  # that are remembered
+FRAMES = 120  # frames that the graphs show
 
 
 @dataclass
 class FrameStats:
-    """What is known of the last frame.
+    """Numbers of the last frame.
 
     Attributes
     ----------
     name, posts
-        Of the map; its columns and rows.
+        The map's name, and its columns and rows.
     is_preview
         Whether the frame shows a coarse sample of the map. Then nothing is certified or measured.
     fps
@@ -30,9 +30,9 @@ class FrameStats:
     measured_px
         Achieved error by metric; None until it is measured.
     height_m
-        Of the eye above the ground; NaN where there is no ground.
+        Height of the eye above the ground; NaN where there is no ground.
     speed_m_s
-        Of the moving keys.
+        Speed of the keys that move the camera.
     shrunk
         Window pixels across one pixel of the picture.
     """
@@ -54,7 +54,7 @@ class FrameStats:
 
     @property
     def achieved_px(self) -> float | None:
-        """The achieved error, in the metric of the bound; a budget's bound is of the largest error."""
+        """The achieved error in the metric of the bound; for a budget that is the largest error."""
         if not self.measured_px:
             return None
         of_largest = self.stats.get("requested_triangles") and self.certified_px is not None
@@ -62,7 +62,7 @@ class FrameStats:
 
 
 def without_bounds(stats: dict[str, Any]) -> dict[str, Any]:
-    """The stats of a preview: it is not the whole map, so nothing is certified."""
+    """The stats of a preview. Because it is not the whole map, nothing is certified."""
     return stats | {"certified_max_error_px": None, "complete": False}
 
 
@@ -72,7 +72,7 @@ def drawing_ms(stats: dict[str, Any]) -> float:
 
 
 def clock(stats: dict[str, Any]) -> tuple[str, str]:
-    """What measured the milliseconds, in a word and in a phrase."""
+    """The clock that measured the milliseconds, in a word and in a phrase."""
     if stats["ms_clock"] == "cpu":
         return "CPU", "by the CPU's clock: this driver has no timer queries"
     renderer = stats["gl_renderer"].split()[0]
@@ -95,7 +95,7 @@ def seconds(ms: float) -> str:
 
 @dataclass
 class Record:
-    """What the graphs show of one frame; `bound_px` is None or 0 where nothing is certified."""
+    """One frame in the graphs; `bound_px` is None or 0 if nothing is certified."""
 
     ms: dict[str, float]
     triangles: int

@@ -13,8 +13,8 @@ from .gui_draw import GuiDraw
 from .widgets import Widgets
 from .window_state import Size
 
-LIVELY_S = 0.8  # after an event, for controls to change and hints to appear
-LIVELY_FRAMES = 8  # at least, because ImGui takes quick events one a frame
+LIVELY_S = 0.8  # time to draw frames after an event: controls change, hints appear
+LIVELY_FRAMES = 8  # least number of these frames: ImGui handles one of several quick events in a frame
 _BUTTONS = {"left": 0, "right": 1, "middle": 2}
 _KEYS = {
     "tab": "tab",
@@ -135,7 +135,7 @@ class Gui:
 
     @property
     def takes_text(self) -> bool:
-        """Whether what is typed goes into a field."""
+        """Whether typed text goes into a field."""
         return self._io().want_text_input
 
     def close_list(self) -> bool:
@@ -156,7 +156,7 @@ class Gui:
         return now_s < self._lively_until_s or self._frames_due > 0
 
     def draw(self, build: Callable[[Widgets], None], target: moderngl.Framebuffer, size: Size, now_s: float) -> None:
-        """Have the controls built, and draw them over the picture in the target."""
+        """Build the controls by `build`, and draw them over the picture in the target."""
         io = self._io(touch=False)
         io.display_size = size
         io.delta_time = min(max(now_s - self._drawn_s, 1e-4), 0.5)

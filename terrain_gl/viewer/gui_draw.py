@@ -72,7 +72,7 @@ class GuiDraw:
                 resource.release()
             self._make_buffers(2 * len(vertices) + _FIRST_BYTES, 2 * len(indices) + _FIRST_BYTES)
         for buffer, data in ((self._vertices, vertices), (self._indices, indices)):
-            buffer.orphan()  # the GPU may still read the triangles before
+            buffer.orphan()  # the GPU may still read the triangles of the last frame
             buffer.write(data)
 
     def _follow(self, texture: Any) -> None:

@@ -1,11 +1,11 @@
-"""The help page: every key, from the table of commands, and what the window shows."""
+"""The help page: every key, from the table of commands, and a short text about the program."""
 
 from __future__ import annotations
 
 from .commands import GROUPS, shown_lines
 from .widgets import Widgets
 
-WIDTH_EM = 48.0  # of two columns, in heights of the typeface
+WIDTH_EM = 48.0  # width of two columns, in heights of the typeface
 ABOUT = (
     "The program draws terrain with few triangles. It keeps a certified bound: on the screen, no point of the surface"
     " is drawn further from its true place than the tolerance.",

@@ -1,4 +1,4 @@
-"""Sky and ground images: each is read once in a thread, so that the window goes on and errors become messages."""
+"""Sky and ground images. Each is read once, in a thread: the window does not wait, and errors become messages."""
 
 from __future__ import annotations
 
@@ -14,12 +14,12 @@ from .window_state import WindowState
 
 
 class ImageReader:
-    """Reads a sky or ground image, then has the scene drawn with it.
+    """Reads a sky or ground image; then the scene is drawn with it.
 
     Parameters
     ----------
     place_of
-        Tells where the map lies.
+        Returns where the map lies.
     """
 
     def __init__(self, settings: Settings, window: WindowState, place_of: Callable[[], Georeference | None]) -> None:
@@ -33,7 +33,7 @@ class ImageReader:
         return self._thread is not None
 
     def read(self, option: str, path: str) -> None:
-        """Read a file for an option of `RenderOptions`, "sky" or "material"; an empty path takes the default."""
+        """Read a file for an option of `RenderOptions`, "sky" or "material"; an empty path sets the default."""
         self.join()
         path = os.path.expanduser(path.strip())
         self._result = None
@@ -41,7 +41,7 @@ class ImageReader:
         self._thread.start()
 
     def step(self) -> None:
-        """Use the image that has been read, or say what is wrong with it."""
+        """Use an image that has been read, or show its error."""
         if not self._result:
             return
         (option, path, error), self._result, self._thread = self._result, None, None

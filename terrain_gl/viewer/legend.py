@@ -1,4 +1,4 @@
-"""What the colours of a style mean: a ramp and the words at its ends. Twin: glsl/shade/drawn.glsl."""
+"""The legend of a style: a ramp of colours, and the words at its ends. Twin: glsl/shade/drawn.glsl."""
 
 from __future__ import annotations
 

@@ -17,9 +17,9 @@ class LightBuilder:
     Attributes
     ----------
     share
-        How much of it is made, 0 to 1; None while none is being made.
+        Progress, 0 to 1; None while no light is being made.
     lit
-        The look that light was last made for, perhaps on the land before an edit.
+        The look that light was last made for. The land may have been edited since.
     """
 
     def __init__(self, budget: FrameBudget) -> None:
@@ -30,11 +30,11 @@ class LightBuilder:
         self._making: tuple[Look, Steps[None]] | None = None
 
     def is_due(self, look: Look) -> bool:
-        """Whether light for a look is missing, or may be."""
+        """Whether light for a look must be made, or may have to be."""
         return self.share is not None or self._making is None or self._making[0] != look
 
     def step(self, picture: Picture, look: Look, hurried: bool = False) -> bool:
-        """Make light for a while, at least one step; returns whether it has just become complete."""
+        """Make light for a while, at least one step; returns whether this call has completed it."""
         if self._making is None or self._making[0] != look:
             self.stop()
             self._making = look, self._steps(picture, look)
@@ -70,7 +70,7 @@ class LightBuilder:
         self._thread.shutdown(cancel_futures=True)
 
     def stop(self) -> None:
-        """Drop the light that is half made, because the land has changed."""
+        """Drop unfinished light, because the land has changed."""
         if self._making:
             self._making[1].close()
         self._making = self.share = None

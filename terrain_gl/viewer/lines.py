@@ -15,7 +15,7 @@ from ..renderer import Renderer
 from ..verify.holes import ground_m
 
 PIECE = np.dtype([("a_m", "3f4"), ("b_m", "3f4"), ("color", "4u1")])  # glsl/view/lines.vert
-FEW = 8192  # pieces that there is room for at first
+FEW = 8192  # pieces that the first buffer has room for
 Color = tuple[int, int, int, int]
 Line = tuple[np.ndarray, Color]  # points (n, 3) in world metres
 

@@ -1,4 +1,4 @@
-"""A map on its way to the screen: it is read in a thread, then its tables are built in steps between frames.
+"""Load a map: read it in a thread, then build its tables in steps between frames.
 
 Only reading has a thread, because OpenGL belongs to one thread. Nothing here blocks.
 """
@@ -24,7 +24,7 @@ from ..shade import SUN
 from .frame_budget import FrameBudget
 
 PREVIEW_POSTS = 193  # along the longer side of a preview
-_READING = 0.3  # share of the progress bar
+_READING = 0.3  # part of the progress bar for reading
 
 
 @dataclass(frozen=True)
@@ -56,11 +56,11 @@ Opener = Callable[[Progress], Opened]
 
 
 class CancelledError(Exception):
-    """The map is not wanted any more."""
+    """The load was cancelled."""
 
 
 def file_opener(path: str) -> Opener:
-    """Open a bundled map or a file with what the file itself says."""
+    """A function that opens a bundled map, or a file with the scale that the file gives."""
 
     def opened(progress: Progress) -> Opened:
         heightmap, known = open_map(path, progress=progress)
@@ -79,8 +79,8 @@ class LoadJob:
     name
         What messages call the map.
     opener
-        Reads the map, in a thread. It is given a function that it tells its progress, from 0 to 1; an exception of
-        that function ends the reading.
+        Reads the map, in a thread. It gets a function, and calls it with its progress, from 0 to 1. If that function
+        raises an exception, reading ends.
 
     Attributes
     ----------
@@ -132,7 +132,7 @@ class LoadJob:
         return renderer
 
     def cancel(self) -> None:
-        """Stop, and release what was made; a thread that still reads ends soon."""
+        """Stop, and release unfinished tables; a thread that still reads ends soon."""
         self._cancelled = True
         if self._building:
             self._building.build_steps.close()
@@ -142,7 +142,7 @@ class LoadJob:
             self.renderer = None
 
     def join(self) -> None:
-        """Wait for the thread. While it reads an image, it keeps libraries from writing to standard error."""
+        """Wait for the thread, which silences standard error while it reads an image."""
         self._thread.join()
 
     def _open(self) -> None:

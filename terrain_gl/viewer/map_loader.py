@@ -26,9 +26,9 @@ class MapLoader:
     Attributes
     ----------
     job
-        The map on its way; None if there is none.
+        The load in progress; None if there is none.
     refused
-        The file that was asked for last, as long as it is not shown.
+        The file that was requested last, as long as it is not shown.
     """
 
     def __init__(self, ctx: moderngl.Context, scene: Scene, budget: FrameBudget) -> None:
@@ -105,15 +105,15 @@ class MapLoader:
         return self._plain or scaled(self._scene.heightmap, 1 / self._scene.exaggeration)
 
     def map_edited(self) -> None:
-        """Forget the map that was read: the land has been sculpted since."""
+        """Forget the map without exaggeration, because the land has been sculpted since."""
         self._plain = None
 
     def map_shown(self, opened: Opened) -> None:
-        """Note that a map has arrived, and is shown without exaggeration."""
+        """Note that a map is now shown, without exaggeration."""
         self._plain, self.refused = opened.heightmap, ""
 
     def step(self) -> tuple[Renderer, Opened] | None:
-        """Load for a while; returns a map that is to be shown now, or a preview of it.
+        """Load for a while; returns a map to show now, or a preview of it.
 
         Raises
         ------

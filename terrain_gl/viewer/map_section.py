@@ -1,4 +1,4 @@
-"""The section of the panel on the map: which one it is, and its scale."""
+"""The section of the panel on the map: its name and its scale."""
 
 from __future__ import annotations
 
@@ -38,7 +38,7 @@ def map_section(ui: Widgets, viewer: Viewer, press: Callable[[str], None]) -> No
 
 
 def _scale(ui: Widgets, viewer: Viewer) -> None:
-    """Fields for what the file does not tell, or tells wrong: how large the map is, and how high."""
+    """Fields for a scale that the file lacks, or gives wrong: the size of the map, and its heights."""
     heightmap, factor = viewer.scene.heightmap, viewer.scene.exaggeration
     east, north = heightmap.extent_m
     hint = "Metres east and north, or east alone, between the map's outer posts; with km they are kilometres."
@@ -47,7 +47,7 @@ def _scale(ui: Widgets, viewer: Viewer) -> None:
     if typed is not None and typed != now:
         _set_size(viewer, typed)
     low, high = (height / factor for height in heightmap.range_m)
-    hint = "Metres of the lowest and of the highest post. All heights between follow."
+    hint = "Metres of the lowest and of the highest post. All heights in between are scaled."
     now = f"{low:.6g} to {high:.6g}"
     typed = ui.enter("heights", now, "lowest to highest", hint)
     if typed is not None and typed != now:
@@ -55,7 +55,7 @@ def _scale(ui: Widgets, viewer: Viewer) -> None:
 
 
 def numbers(text: str) -> list[float]:
-    """The numbers in what the user typed, in metres where "km" follows them."""
+    """The numbers in a text that the user typed; with "km" they become metres."""
     unit = 1000.0 if "km" in text else 1.0
     return [unit * float(number.replace("−", "-")) for number in re.findall(_NUMBER, text, re.IGNORECASE)]
 

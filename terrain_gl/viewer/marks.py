@@ -1,4 +1,4 @@
-"""What is drawn over the land: a frozen camera's frustum, an explained patch, the brush's ring, a box of the table."""
+"""Lines over the land: a frozen camera's frustum, an explained patch, the brush's ring, a box of the table."""
 
 from __future__ import annotations
 

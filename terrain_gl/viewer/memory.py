@@ -40,7 +40,7 @@ class Memory:
     Attributes
     ----------
     complaint
-        What is wrong with the file, in a line; "" if nothing is.
+        A line about a problem with the file; "" if there is none.
     """
 
     def __init__(self, path: Path | None) -> None:
@@ -99,7 +99,7 @@ class Memory:
         return _pose(self._map(key).get("pose"))
 
     def look(self, key: str) -> str | None:
-        """How a map's land was coloured last, one of `light.climate.NAMES`; None if that is not known."""
+        """The last look of a map's land, one of `light.climate.NAMES`; None if it is not known."""
         stored = self._map(key).get("look")
         return stored if stored in CHOICES["look"] else None
 

@@ -1,4 +1,4 @@
-"""The mouse over the land: what a button, a motion and the wheel do. Pixels count from the upper left."""
+"""The mouse over the land: buttons, motion and wheel. Pixels count from the upper left."""
 
 from __future__ import annotations
 
@@ -11,7 +11,7 @@ from .scene import Scene
 from .sculpting import Sculpting
 
 CLICK_PX = 4.0  # a press that moves further than this is a drag
-DOUBLE_S = 0.3  # a click waits so long for a second one
+DOUBLE_S = 0.3  # longest time between the clicks of a double click
 
 
 class Mouse:
@@ -20,7 +20,7 @@ class Mouse:
     Parameters
     ----------
     on_click
-        Is called with the pixel of a click on the land that no second one follows.
+        Is called with the pixel of a single click on the land.
 
     Attributes
     ----------
@@ -39,19 +39,19 @@ class Mouse:
         self._ruler = ruler
         self._scene, self._pointer, self._sculpting, self._on_click = scene, pointer, sculpting, on_click
         self.drag = ""
-        self._button = ""  # that drags
+        self._button = ""  # the button that drags
         self._pressed_at = (0.0, 0.0)
-        self._clicked_at: tuple[float, float] | None = None  # that waits for a second click
+        self._clicked_at: tuple[float, float] | None = None  # a click that may become a double click
         self._waits_until_s: float | None = None
         self._measured_at = (0.0, 0.0)  # the last click with the ruler
 
     @property
     def waits(self) -> bool:
-        """Whether a click waits for a second one."""
+        """Whether a click may still become a double click."""
         return self._clicked_at is not None
 
     def step(self, now_s: float) -> None:
-        """Tell of a click when no second one has followed."""
+        """Report a click once it can no longer become a double click."""
         if self._clicked_at is None:
             return
         if self._waits_until_s is None:
@@ -86,7 +86,7 @@ class Mouse:
         return "orbit"
 
     def release(self, button: str, x: float, y: float) -> None:
-        """A button comes up; near the place where it went down, that is a click."""
+        """A button comes up. If the mouse has hardly moved since it went down, this is a click."""
         if button != self._button:
             return
         drag, self.drag = self.drag, ""
@@ -100,7 +100,7 @@ class Mouse:
             self._click(x, y)
 
     def _click(self, x: float, y: float) -> None:
-        """The second click at a place flies there; with the ruler, it ends the line."""
+        """Handle a click. A double click flies to its place; with the ruler, it ends the line."""
         if self._ruler.taken:
             self._measure(x, y)
             return
@@ -111,7 +111,7 @@ class Mouse:
             self._clicked_at = x, y
 
     def _measure(self, x: float, y: float) -> None:
-        """Set a corner of the ruler's line, or end it where the last one stands."""
+        """Set a corner of the ruler's line, or end the line at its last corner."""
         self._scene.window.refresh()
         last, self._measured_at = self._measured_at, (x, y)
         if self._ruler.corners and math.dist(last, (x, y)) < 2 * CLICK_PX * self._scene.window.scale:
@@ -151,7 +151,7 @@ class Mouse:
             window.refresh()
 
     def wheel(self, notches: float, x: float, y: float, action: str = "") -> None:
-        """Come nearer to the place under the cursor; or change the field of view, "zoom", or the "speed"."""
+        """Approach the place under the cursor. Action "zoom" changes the field of view, action "speed" the speed."""
         if not self._scene.has_map:
             return
         controller = self._scene.controller

@@ -1,4 +1,4 @@
-"""Where one is: north, the scale in the middle of the picture, the place under the cursor."""
+"""Orientation: north, the scale in the middle of the picture, the place under the cursor."""
 
 from __future__ import annotations
 
@@ -15,11 +15,11 @@ from .pose import hit_ground
 from .widgets import Widgets
 from .window_state import Size
 
-_LONGEST_EM = 8.0  # of the scale bar, in heights of the typeface
+_LONGEST_EM = 8.0  # longest scale bar, in heights of the typeface
 
 
 def scale_bar(controller: Controller, size: Size, longest_px: float) -> tuple[float, float] | None:
-    """A round length across the picture where its middle shows the ground: metres and pixels; None for the sky."""
+    """A round length on the ground in the middle of the picture: metres and pixels; None for the sky."""
     place = hit_ground(controller.heightmap, controller.eye, controller.axes[2])
     if place is None:
         return None
@@ -46,7 +46,7 @@ def place_lines(heightmap: Heightmap, place: np.ndarray, exaggeration: float = 1
 
 
 def arrow(azimuth_deg: float) -> np.ndarray:
-    """(3, 2) corners, right and down, of an arrow to the north for a camera that looks so far east of it: tip, base."""
+    """(3, 2) corners, right and down, of an arrow to the north, for a camera of this azimuth: tip, base."""
     a = math.radians(-azimuth_deg)
     tip, side = np.array([math.sin(a), -math.cos(a)]), np.array([math.cos(a), math.sin(a)])
     return np.stack([0.9 * tip, -0.6 * tip + 0.5 * side, -0.6 * tip - 0.5 * side])

@@ -1,11 +1,11 @@
-"""Draws the picture that should be shown, if it is not the one that was drawn last.
+"""Draws the picture, if it is not the one that was drawn last.
 
-    in motion, or without light    at once, smaller where full pictures take long        (frame_budget.py)
+    in motion, or without light    at once, smaller if full pictures take long           (frame_budget.py)
     at rest                        in full size, in steps if it takes long
     then                           light is made, in steps; the picture is drawn again with it
     then                           its error is measured, in steps
 
-What a picture depends on is one record, `FrameSpec`. After an edit, the light of the land before is used until the new
+The record `FrameSpec` holds everything that a picture depends on. After an edit, the old light is used until the new
 light is made. A preview of a map gets no light, no bound and no measurement.
 """
 
@@ -25,8 +25,8 @@ from .light_builder import LightBuilder
 from .scene import FrameSpec
 from .window_state import Size
 
-REST_S = 0.25  # without a change, until the full picture is drawn
-MEASURED_POSTS = 256  # along the side of a block that is measured in one step
+REST_S = 0.25  # the full picture is drawn after this time without a change
+MEASURED_POSTS = 256  # posts along the side of a block that is measured in one step
 
 
 class Painter:
@@ -35,9 +35,9 @@ class Painter:
     Attributes
     ----------
     frame
-        What is known of the last picture.
+        Numbers of the last picture.
     history, side_stats
-        What is known of the pictures before, and of each side of the last picture.
+        Numbers of the pictures before, and of each side of the last picture.
     light
         Makes the light.
     drawn
@@ -59,7 +59,7 @@ class Painter:
         self._measuring: Steps[Achieved] | None = None
         self._unmeasured = False
 
-    # --- What happens to it -------------------------------------------------------------------------------------------
+    # --- Changes from outside -----------------------------------------------------------------------------------------
 
     def new_map(self, frame: FrameStats) -> None:
         """Forget everything: another map is shown."""
@@ -93,7 +93,7 @@ class Painter:
     # --- Its state ----------------------------------------------------------------------------------------------------
 
     def choose_levels(self, renderer: Renderer, spec: FrameSpec, side: int) -> None:
-        """Have the renderer choose the mesh of one side in full size."""
+        """Let the renderer choose the mesh of one side in full size."""
         self.interrupt()
         _resize(renderer, spec.size)
         renderer.choose(spec.camera, **vars(spec.sides[side]))
@@ -183,7 +183,7 @@ class Painter:
         self._note(spec, stats[::-1], 1)
 
     def _note(self, spec: FrameSpec, stats: list[dict[str, Any]], shrunk: int) -> None:
-        """Note what was drawn."""
+        """Store the numbers of the drawn picture."""
         if self.frame.is_preview:
             stats = [without_bounds(each) for each in stats]
         self.drawn, self.side_stats, self.has_picture = spec, stats, True

@@ -1,4 +1,4 @@
-"""What stands over the picture: the panel at the left, help, explanations, progress and messages."""
+"""All panels over the picture: controls at the left, help, explanations, progress and messages."""
 
 from __future__ import annotations
 
@@ -32,7 +32,7 @@ _ABOUT = {
     "Camera": "Views, and how the camera moves.",
     "Save": "Pictures, films, meshes and paths.",
 }
-_OPEN = ("Detail", "Understand")  # sections, at first
+_OPEN = ("Detail", "Understand")  # sections that are open at first
 
 
 class Panels:
@@ -41,7 +41,7 @@ class Panels:
     Parameters
     ----------
     press
-        Does the command of a key.
+        Executes the command of a key.
 
     Attributes
     ----------
@@ -52,9 +52,9 @@ class Panels:
     def __init__(self, viewer: Viewer, press: sections.Press) -> None:
         self._viewer, self._settings, self._press = viewer, viewer.settings, press
         self._draft = picture_section.PictureDraft()
-        self._foot = 0.0  # height in pixels of what stands under the sections
+        self._foot = 0.0  # height in pixels of the part under the sections
         self._status_px = 0.0  # height of the status window, with its margin
-        self._map_px = 0.0  # the same of the window that tells where one is
+        self._map_px = 0.0  # the same of the window with north and scale
         self._sections = self._make_sections()
         self.opened = {title: title in _OPEN for title in self._sections}
 
@@ -156,7 +156,7 @@ class Panels:
         with ui.wrapped():
             ui.imgui.text_disabled(ui.hovered_hint or "Point at a control to read what it does.")
 
-    # --- Where one is, at the lower right -----------------------------------------------------------------------------
+    # --- North and scale, at the lower right --------------------------------------------------------------------------
 
     def _orientation(self, ui: Widgets, size: Size) -> None:
         """North, scale, and the place under the cursor; hidden with the panel."""
@@ -240,7 +240,7 @@ class Panels:
     # --- Messages, progress and questions -----------------------------------------------------------------------------
 
     def _status(self, ui: Widgets, size: Size, middle: float) -> None:
-        """What goes on now, in one window at the bottom: a recording, a message, and long work."""
+        """One window at the bottom with everything that is going on: a recording, a message, and long work."""
         progress, message = self._viewer.progress, self._viewer.window.message
         recording = self._viewer.saver.filming.running
         self._status_px = 0.0

@@ -16,9 +16,9 @@ from .viewer import Viewer
 from .widgets import PATH, Widgets
 
 IMAGES = {"sky image": "sky", "ground image": "material"}  # fields that a file can be dropped on, and their options
-_LATITUDE_DEG = 46.0  # where the time of day sets the sun, if the map does not say where it lies
+_LATITUDE_DEG = 46.0  # latitude for the time of day, if the map does not give its place
 _DAY = datetime(2025, 8, 1)
-_ROWS = {  # label and option of choices that need no more than a line
+_ROWS = {  # label and option of choices that need no further code
     ("surroundings", "edge"): "block: the map stands on a plain or in its sea; none: it hangs in the sky.",
     ("grain", "grain"): "Bumps below the posts' spacing near the eye, in the light alone; no geometry.",
 }
@@ -42,7 +42,7 @@ def picture_section(ui: Widgets, viewer: Viewer, draft: PictureDraft) -> None:
     if look := ui.choose("look", settings.options.look, CHOICES["look"], hint):
         settings.change_all(look=look)
     if viewer.scene.has_map and viewer.scene.heightmap.voids:
-        hint = f"{viewer.scene.heightmap.voids:,} posts have no data. They are filled from their rim, or holes."
+        hint = f"{viewer.scene.heightmap.voids:,} posts have no data. fill: a smooth surface; hole: they are left out."
         if voids := ui.choose("voids", settings.options.voids, CHOICES["voids"], hint):
             settings.change_all(voids=voids)
     for option, hint in _ROWS.items():
@@ -66,7 +66,7 @@ def _contours(ui: Widgets, viewer: Viewer) -> None:
         settings.toggle_contours()
     elif contour_m is not None:
         suits_m = interval_m(*(height / viewer.scene.exaggeration for height in viewer.scene.heightmap.range_m))
-        hint = "Metres between contour lines; auto: what suits the relief of the map."
+        hint = "Metres between contour lines; auto: an interval that suits the relief of the map."
         typed = ui.enter("interval", f"{contour_m:g}" if contour_m else f"auto: {suits_m:g} m", "auto", hint)
         if typed is not None:
             _set_contours(viewer, typed)
@@ -111,7 +111,7 @@ def _light(ui: Widgets, settings: Settings, draft: PictureDraft, latitude_deg: f
         draft.hour,
         4.0,
         20.0,
-        "The sun on a day of August, at the latitude of the map if it tells, else of the Alps.",
+        "The sun on a day of August, at the latitude of the map; of the Alps if the map gives none.",
         form,
     )
     turned = ui.slide("sun azimuth", azimuth % 360, 0.0, 360.0, "Where the sun is, clockwise from north.", "%.0f°")

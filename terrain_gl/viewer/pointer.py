@@ -9,7 +9,7 @@ import numpy as np
 from .pose import hit_ground
 from .scene import Scene
 
-DIVIDER_PX = 8.0  # how near to the divider of a split picture one may take hold of it
+DIVIDER_PX = 8.0  # a press this close to the divider of a split picture drags it
 
 
 class Pointer:

@@ -62,7 +62,7 @@ def vector(place: np.ndarray) -> Vector:
 
 
 def not_too_steep(elevation_deg: float) -> float:
-    """Short of straight up and down, where there is no azimuth."""
+    """The elevation, kept away from straight up and down, where no azimuth is defined."""
     return min(max(elevation_deg, -STEEPEST_DEG), STEEPEST_DEG)
 
 

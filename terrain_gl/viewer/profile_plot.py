@@ -12,7 +12,7 @@ from .ruler import Profile
 from .widgets import Widgets
 
 LINE, LAND, GRID = (1.0, 0.80, 0.47, 1.0), (1.0, 0.80, 0.47, 0.18), (1.0, 1.0, 1.0, 0.14)
-FLATTEST = 0.02  # of the length: a smaller range of heights does not fill the graph
+FLATTEST = 0.02  # smallest range of heights that fills the graph, as a part of the length
 _HINT = "Click on the land: each click adds a leg, a double click ends the line. Esc puts the ruler away."
 
 

@@ -10,7 +10,7 @@ import numpy as np
 from ..heightmap import Heightmap
 from ..verify.holes import ground_m
 
-MOST = 2000  # places of a profile
+MOST = 2000  # rough limit of places in a profile
 
 
 class Profile(NamedTuple):
@@ -21,7 +21,7 @@ class Profile(NamedTuple):
     places
         (n, 2) metres east and north.
     along_m, height_m
-        (n,) the way on the map, and the height, NaN where there is no land.
+        (n,) distance along the line on the map, and height; NaN where there is no land.
     length_m, ground_m
         The length of the whole line on the map, and along the ground.
     climb_m, descent_m
@@ -45,15 +45,15 @@ def profile(heightmap: Heightmap, corners: np.ndarray, exaggeration: float = 1.0
     heightmap
         The land; its heights are divided by `exaggeration`.
     corners
-        (m, 2) the ends of the legs, in metres east and north, at least two. Places stand where a leg crosses a row or
-        a column of posts; on long lines at equal distances, so that there are at most about `MOST`.
+        (m, 2) the ends of the legs, in metres east and north, at least two. The profile has a place wherever a leg
+        crosses a row or a column of posts. On long lines, places have equal distances, and are about `MOST`.
     """
     most = MOST // (len(corners) - 1) + 1
     legs = zip(corners, corners[1:], strict=False)
     places = np.concatenate([*(leg(a, b, heightmap.spacing_m, most) for a, b in legs), corners[-1:]])
     along_m = np.concatenate([[0.0], np.cumsum(np.linalg.norm(np.diff(places, axis=0), axis=1))])
     height_m = ground_m(heightmap, places) / exaggeration
-    known = np.isfinite(height_m)  # a gap is crossed straight
+    known = np.isfinite(height_m)  # the length crosses a gap in a straight line
     rises, runs = np.diff(height_m[known]), np.diff(along_m[known])
     outside_m = along_m[-1] - runs.sum()
     ground = float(np.hypot(rises, runs).sum() + outside_m)
@@ -62,7 +62,7 @@ def profile(heightmap: Heightmap, corners: np.ndarray, exaggeration: float = 1.0
 
 
 def leg(start: np.ndarray, end: np.ndarray, spacing_m: tuple[float, float], most: int) -> np.ndarray:
-    """(n, 2) places of a leg, from its start on, without its end."""
+    """(n, 2) places of a leg, from its start up to, but without, its end."""
     cells = np.stack([start, end]) / spacing_m
     shares = [np.zeros(1)]
     for a, b in cells.T:
@@ -74,7 +74,7 @@ def leg(start: np.ndarray, end: np.ndarray, spacing_m: tuple[float, float], most
 
 
 class Ruler:
-    """What the user measures.
+    """The line that the user measures.
 
     Attributes
     ----------

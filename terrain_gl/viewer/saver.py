@@ -1,4 +1,4 @@
-"""Saves what is seen: pictures of any size, the mesh, films, a command line, and bookmarks as a camera path."""
+"""Saves pictures of any size, meshes, films, a command line, and bookmarks as a camera path."""
 
 from __future__ import annotations
 
@@ -38,7 +38,7 @@ MESSAGE_S = 15.0
 
 @dataclass
 class Shot:
-    """A picture or a film that is being drawn for a file; `share` of it is done, 0 to 1."""
+    """A picture or a film that is being drawn for a file; `share` is its progress, 0 to 1."""
 
     path: Path
     steps: Steps[None]
@@ -57,15 +57,15 @@ class Saver:
     Attributes
     ----------
     size
-        Of saved pictures: a key of `SIZES`.
+        Size of saved pictures: a key of `SIZES`.
     mesh_format
-        Ending of saved meshes.
+        Ending of the names of saved meshes.
     shot
         The picture that is being drawn; None if there is none.
     filming
         Records flights, which become films.
     line_of
-        Returns the command line of a view, from heightmap, camera, size and options; None where there is no command.
+        Returns the command line of a view, from heightmap, camera, size and options; None if there is no command line.
     on_copy
         Copies a text to the clipboard.
     """
@@ -79,7 +79,7 @@ class Saver:
         self.line_of: Callable[..., str] | None = None
         self.on_copy: Callable[[str], None] = lambda text: None
         self._writing: threading.Thread | None = None
-        self._warned: Shot | None = None  # the film that the user may leave undone
+        self._warned: Shot | None = None  # the film about whose loss the user was warned
 
     @property
     def busy(self) -> bool:
@@ -87,7 +87,7 @@ class Saver:
         return self.shot is not None
 
     def step(self) -> bool:
-        """Draw the picture that is to be saved for a while; returns whether this frame has no time for another."""
+        """Draw a picture to be saved, for a while; returns whether this frame has no time left for the window's own."""
         self._note_view()
         shot = self.shot
         if not shot:
@@ -97,7 +97,7 @@ class Saver:
                 self.cancel("the picture was not saved: the light has changed")
             return False
         if shot.is_film and shot.share == 0 and not self._painter.is_done(self._scene.frame_spec()):
-            return False  # the window shows its last picture as long as the film is drawn
+            return False  # the window keeps its last picture while the film is drawn
         self._window.refresh()
         try:
             done = self._budget.run(shot.steps, self._tell)
@@ -144,7 +144,7 @@ class Saver:
         self.shot = Shot(path, self._picture_steps(path, self._scene.frame_spec(SIZES[self.size])))
 
     def _may_save(self) -> bool:
-        """Whether a file can be saved now; if not, say why. Waits for the file before, which takes a free name."""
+        """Whether a file can be saved now; if not, a message says why. Waits for the last file, which takes a name."""
         if self.shot:
             self._window.say(f"{self.shot.path} is still being drawn: Esc cancels it")
             return False
@@ -177,7 +177,7 @@ class Saver:
         return picture, stats
 
     def _in_thread(self, write: Callable[..., None], path: Path, *what: Any) -> None:
-        """Write a file after the one before."""
+        """Write a file in the thread, after all earlier files."""
         self.join()
         self._writing = threading.Thread(target=write, args=(path, *what), name=f"writing {path}")
         self._writing.start()
@@ -279,7 +279,7 @@ class Saver:
         self._in_thread(self._finish_film, Path(recorder.path), recorder)
 
     def _finish_film(self, path: Path, recorder: Recorder) -> None:
-        """Finish a film; encoders take their time."""
+        """Finish a film; the encoder may take a while."""
         try:
             recorder.close()
         except (TerrainError, OSError) as error:
@@ -289,7 +289,7 @@ class Saver:
             self._window.say(f"saved {path.absolute()}{film}: {recorder.frames} frames", MESSAGE_S)
 
     def may_leave(self) -> bool:
-        """Whether the map may be left: no film is under way, or the user has been warned before. Else warn."""
+        """Whether the map may be left: no film is being drawn, or the user has been warned before. Else warn."""
         if self.filming.running:
             self.toggle_recording()
         if not self.shot or not self.shot.is_film or self._warned is self.shot:

@@ -1,4 +1,4 @@
-"""What is seen: the map, the camera, and how both are drawn. The parts of the window read and change this state."""
+"""The scene: the map, the camera, and how they are drawn. The parts of the window read and change this state."""
 
 from __future__ import annotations
 
@@ -53,9 +53,9 @@ class Scene:
     is_preview
         Whether a coarse sample of the map is shown, because the tables of the whole map are not ready.
     exaggeration
-        What all heights are multiplied by.
+        Factor of all heights.
     pending_exaggeration
-        The factor of the same map on its way; None if there is none.
+        The new factor while the map is loaded with it; None otherwise.
     controller
         Moves the camera. There is one for each map.
     frozen
@@ -90,7 +90,7 @@ class Scene:
         return self._renderer is not None
 
     def georeference(self) -> Georeference | None:
-        """Where the map lies, if there is one and that is known."""
+        """Where the map lies; None without a map, or if this is not known."""
         return self.heightmap.georeference if self.has_map else None
 
     @property
@@ -99,12 +99,12 @@ class Scene:
         return self.has_map and self.window.is_visible
 
     def replace_renderer(self, renderer: Renderer, is_preview: bool) -> Renderer | None:
-        """Show another map from now on; returns the renderer of the map before, if any."""
+        """Show another map from now on; returns the renderer of the last map, if any."""
         before, self._renderer, self.is_preview = self._renderer, renderer, is_preview
         return before
 
     def enter(self, opened: Opened, bookmarks: dict[int, Pose], last_pose: Pose | None) -> None:
-        """Begin with a new map: where the user left it last, or in its first view."""
+        """Begin with a new map: at its last view in an earlier run, or at its first view."""
         self.opened, self.exaggeration = opened, 1.0
         self.controller = Controller(opened.heightmap, opened.camera, bookmarks=bookmarks)
         if last_pose and not opened.camera_given:
@@ -112,7 +112,7 @@ class Scene:
         self.settings.change_all(sun=opened.sun)
 
     def enter_exaggerated(self, opened: Opened, factor: float) -> None:
-        """Go on with the same map, its heights multiplied by `factor`: the eye moves with the land."""
+        """Continue with the same map, its heights multiplied by `factor`; the eye keeps its place over the land."""
         before = self.controller
         now = Controller(opened.heightmap, opened.camera, before.above_ground, before.bookmarks, before.held)
         now.pose = replace(before.pose, eye=raised(before.pose.eye, factor / self.exaggeration))
@@ -131,7 +131,7 @@ class Scene:
         return FrameSpec(self.controller.camera, size or self.window.size, tuple(sides), self.settings.divider)
 
     def _of_map(self, side: RenderOptions) -> dict[str, Any]:
-        """Options that the map decides: a style that a preview can show, and contour lines of heights as they are."""
+        """Options that depend on the map: a style that a preview can show, and contour lines at true heights."""
         changes: dict[str, Any] = {"style": "lambert"} if self.is_preview and side.style in _OF_ERROR else {}
         if side.contour_m is not None and self.exaggeration != 1:
             low_m, high_m = (height_m / self.exaggeration for height_m in self.heightmap.range_m)

@@ -25,7 +25,7 @@ class Sculpting:
     Parameters
     ----------
     on_edit
-        Is called after each change of the land, with True when the stroke is done and light may follow.
+        Is called after each change of the land; with True when the stroke is done, so that light can be made.
 
     Attributes
     ----------
@@ -36,11 +36,11 @@ class Sculpting:
     held
         Whether the button of a stroke is down.
     headroom, share
-        Tables for higher and deeper land that are being built, and how much of them is done.
+        The steps that build tables with more headroom, and their progress.
     writer
         Writes the map to a file; None if nothing is being written.
     save_as
-        The path that the user is being asked for; None if there is no question.
+        The path in the dialog that asks where to save; None while there is no dialog.
     """
 
     def __init__(self, scene: Scene, pointer: Pointer, budget: FrameBudget, on_edit: Callable[[bool], None]) -> None:
@@ -69,7 +69,7 @@ class Sculpting:
 
     @property
     def unsaved(self) -> bool:
-        """Whether the map is another one than in a file; a stroke that is undone leaves none."""
+        """Whether the land differs from its file. It does not if all strokes are undone."""
         return self.tool is not None and (self.tool.land is not self._saved or bool(self.tool.due))
 
     def may_leave(self) -> bool:
@@ -82,7 +82,7 @@ class Sculpting:
 
     @property
     def at_work(self) -> bool:
-        """Whether the brush is on the land, or has dabs to do."""
+        """Whether a stroke is being drawn, or dabs are still to do."""
         return self.held or bool(self.tool and self.tool.due)
 
     # --- The brush ----------------------------------------------------------------------------------------------------
@@ -92,7 +92,7 @@ class Sculpting:
         if self.tool and (self.brushing or self._taking):
             self.brushing = False
             self.cancel()
-            self.headroom = self.tool.give_back_steps()  # the picture is again as it was
+            self.headroom = self.tool.give_back_steps()  # then the picture is exactly as before
             return
         self._drop_headroom()
         if not self.tool:
@@ -103,7 +103,7 @@ class Sculpting:
 
     @property
     def task(self) -> str:
-        """What tables are built for."""
+        """Why tables are built."""
         return "preparing the brush" if self.brushing or self._taking else "putting the brush away"
 
     def cancel(self) -> None:
@@ -124,7 +124,7 @@ class Sculpting:
         """Build tables for a while; the brush is taken when they are complete."""
         if not self.headroom or not self.tool:
             return
-        message = "drag on the land to sculpt; the right button looks around; B puts the brush away"
+        message = "drag on the land to sculpt; the right button turns the camera; B puts the brush away"
         try:
             if not self._budget.run(self.headroom, self._tell_headroom) and self.share < 1.0:
                 return
@@ -169,7 +169,7 @@ class Sculpting:
         return True
 
     def work(self) -> None:
-        """Follow the cursor and do dabs for a while; a dab beyond the range of the tables waits for new ones."""
+        """Follow the cursor and do dabs for a while; a dab beyond the quantisation range waits for new tables."""
         tool = self.tool
         if not tool or self.headroom:
             return
@@ -251,7 +251,7 @@ class Sculpting:
                 self._window.say(str(error))
 
     def step(self) -> None:
-        """Build headroom for a while, and tell the outcome of writing."""
+        """Build headroom for a while, and report the outcome of writing."""
         self._make_headroom()
         if self.writer and self.writer.message:
             self._window.say(self.writer.message, MESSAGE_S)

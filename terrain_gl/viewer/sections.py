@@ -21,12 +21,12 @@ from .sculpting import Sculpting
 from .settings import BUDGETS, TOLERANCES_PX, Settings
 from .widgets import Widgets
 
-Press = Callable[[str], None]  # does the command of a key
+Press = Callable[[str], None]  # executes the command of a key
 TOLERANCE_HINTS = {
     "max": "The largest error of the surface on the screen (+ and -).",
     "rms": "The root mean square of the surface's errors on the screen (+ and -).",
 }
-BASELINE_HINT = "What this method aims at; it has no certified bound (+ and -)."
+BASELINE_HINT = "The error that this method aims at; it has no certified bound (+ and -)."
 BUDGET_HINT = "At most so many triangles, where they reduce the error most. Changing the tolerance ends it."
 METRIC_HINT = "What the tolerance bounds (M): the largest error of the surface, or the root mean square of all errors."
 PRESETS = {"first": VIEWS["default"], "above": straight_down} | {n: view for n, view in VIEWS.items() if n != "default"}
@@ -109,20 +109,20 @@ def sculpt_section(ui: Widgets, sculpting: Sculpting, press: Press) -> None:
 def _brush_sliders(ui: Widgets, tool: BrushTool) -> None:
     heightmap = tool.renderer.heightmap
     least, most = min(heightmap.spacing_m), 0.5 * max(heightmap.extent_m)
-    hint = "Of the ring on the land ([ and ])."
+    hint = "Radius of the ring on the land ([ and ])."
     radius = ui.slide("radius", tool.radius_m, least, most, hint, metres_form(tool.radius_m), True)
     tool.radius_m = tool.radius_m if radius is None else radius
     if tool.tool in SHARES:
-        share = ui.slide("strength", tool.share, 0.01, 1.0, "Share of the way for each dab (, and .).", "%.2f")
+        share = ui.slide("strength", tool.share, 0.01, 1.0, "How far a dab goes (, and .).", "%.2f")
         tool.share = tool.share if share is None else share
     else:
         relief = max(heightmap.range_m[1] - heightmap.range_m[0], 1.0)
         form = metres_form(tool.strength_m)
-        hint = "Metres in the middle for each dab (, and .)."
+        hint = "Metres by which a dab moves the middle of the ring (, and .)."
         strength = ui.slide("strength", tool.strength_m, 1e-4 * relief, 0.5 * relief, hint, form, True)
         tool.strength_m = tool.strength_m if strength is None else strength
     if tool.tool == "cliff":
-        hint = "Where the face of the cliff looks, clockwise from north."
+        hint = "The direction that the cliff faces, clockwise from north."
         azimuth = ui.slide("face", tool.azimuth_deg, 0.0, 360.0, hint, "%.0f°")
         tool.azimuth_deg = tool.azimuth_deg if azimuth is None else azimuth
 
@@ -132,7 +132,7 @@ def _method_hint(method: str) -> str:
 
 
 def metres_form(metres: float) -> str:
-    """How a slider writes metres: never as powers of ten."""
+    """The format of a slider's metres: never with powers of ten."""
     return "%.0f m" if metres >= 100 else "%.3g m"
 
 
@@ -150,7 +150,7 @@ def camera_section(ui: Widgets, controller: Controller, press: Press) -> None:
         controller.speed_m_s,
         1e-5 * extent,
         extent,
-        "Of W A S D (Shift wheel). It follows the height above ground.",
+        "Speed of W A S D (Shift wheel). It grows with the height above ground.",
         form,
         True,
     )
@@ -180,7 +180,7 @@ def _bookmarks(ui: Widgets, controller: Controller, press: Press) -> None:
 
 def save_section(ui: Widgets, saver: Saver, controller: Controller, press: Press) -> None:
     """What can be saved."""
-    hint = "Of saved pictures; it does not depend on the window."
+    hint = "Size of saved pictures; it does not depend on the window."
     saver.size = ui.choose("size", saver.size, list(SIZES), hint) or saver.size
     if ui.button("Save the picture", "As PNG in the working directory, with its numbers as JSON beside it (P)."):
         press("p")
@@ -189,7 +189,7 @@ def save_section(ui: Widgets, saver: Saver, controller: Controller, press: Press
         press("r")
     if ui.button("Copy the command line", "The terrain-gl shot command that draws this picture (Y)."):
         press("y")
-    saver.mesh_format = ui.choose("format", saver.mesh_format, list(FORMATS), "Of saved meshes.") or saver.mesh_format
+    saver.mesh_format = ui.choose("format", saver.mesh_format, list(FORMATS), "Format of meshes.") or saver.mesh_format
     if ui.button("Save the mesh", "The triangles that are drawn, in metres (O)."):
         press("o")
     hint = "The bookmarks as a camera path; terrain-gl fly makes a film of it (K)."

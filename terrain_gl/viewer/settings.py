@@ -8,9 +8,9 @@ from typing import Any
 from ..methods import EVERY_POST
 from ..options import CHOICES, RenderOptions
 
-STEP = 2**0.5  # of the tolerance
+STEP = 2**0.5  # factor of one step of the tolerance
 TOLERANCES_PX = (2.0**-5, 2.0**8)
-BUDGETS = (100, 10_000_000)  # triangles
+BUDGETS = (100, 10_000_000)  # fewest and most triangles
 
 
 @dataclass
@@ -44,7 +44,7 @@ class Settings:
 
     @property
     def options(self) -> RenderOptions:
-        """Of the active side."""
+        """Render options of the active side."""
         return self.sides[self.active]
 
     @property
@@ -75,7 +75,7 @@ class Settings:
         """Multiply the tolerance by √2 for each step; a budget of triangles is divided instead."""
         least, most = TOLERANCES_PX
         if now_px := self.options.max_error_px:
-            looser = now_px * STEP**steps if steps > 0 else now_px / STEP**-steps  # back and forth gives the same
+            looser = now_px * STEP**steps if steps > 0 else now_px / STEP**-steps  # a step back undoes it
             self.change(max_error_px=min(max(looser, least), most))
         elif self.options.triangles:
             least, most = BUDGETS

@@ -36,7 +36,7 @@ from .settings import Settings
 from .window_state import Size, WindowState
 
 HINT_S = 10.0
-_LONGEST_S = 0.25  # the camera never moves further in one frame, even after a long frame
+_LONGEST_S = 0.25  # most seconds that the camera moves in one frame, even after a longer frame
 _BACKGROUND = (0.16, 0.19, 0.23)
 _NO_LENS = (0.0, 0.0, 0.0, 1.0)
 _LENS_PX = 110
@@ -142,7 +142,7 @@ class Viewer:
             return
         self.loader.map_shown(opened)
         self.ruler.clear()
-        if self._entered or self.settings.options.look == AUTO:  # a look that was asked for holds for the first map
+        if self._entered or self.settings.options.look == AUTO:  # a look that the user gave applies to the first map
             self.settings.change_all(look=self.memory.look(opened.key) or AUTO)
         self._entered = True
         scene.enter(opened, self.memory.bookmarks(opened.key), self.memory.last_pose(opened.key))
@@ -153,7 +153,7 @@ class Viewer:
 
     @property
     def title(self) -> str:
-        """Name of the map, with a star while it is not saved."""
+        """Name of the map, with a star while it has unsaved edits."""
         return self.painter.frame.name + "*" * self.sculpting.unsaved
 
     def _remember_map(self) -> None:
@@ -189,7 +189,7 @@ class Viewer:
             self.loader.rescale(**scale)
 
     def _edited(self, settled: bool) -> None:
-        """The land has changed; `settled`: the stroke is done."""
+        """Follow a change of the land; `settled`: the stroke is done."""
         self.painter.forget(at_once=True)
         self._draped = None
         self.saver.map_changed()
@@ -200,7 +200,7 @@ class Viewer:
             self.painter.light.stop()
 
     def _clicked(self, x: float, y: float) -> None:
-        if not self.saver.shot:  # the renderer is at work on another picture
+        if not self.saver.shot:  # otherwise the renderer is drawing another picture
             self.explainer.explain(x, y)
 
     def cancel(self) -> bool:
@@ -248,7 +248,7 @@ class Viewer:
 
     @property
     def progress(self) -> Progress | None:
-        """The work that takes long; None if there is none."""
+        """Long work in progress; None if there is none."""
         if job := self.loader.job:
             return Progress(job.text, job.progress, self.loader.can_cancel)
         if self.sculpting.headroom:

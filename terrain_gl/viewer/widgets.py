@@ -10,7 +10,7 @@ from .legend import Legend
 from .window_state import Size
 
 Box = tuple[float, float, float, float]
-PATH = "a path, then Enter"  # in an empty field for a file
+PATH = "a path, then Enter"  # shown in an empty field for a file
 
 
 class Widgets:
@@ -21,7 +21,7 @@ class Widgets:
     scale
         Pixels per unit of length.
     hints, places
-        Of the controls of the last frame, by label: the line of help; left, top, right and bottom in pixels.
+        For each control of the last frame, by label: its line of help; its left, top, right and bottom in pixels.
     covered
         Left, top, right and bottom of each window of the last frame.
     hovered_hint
@@ -35,10 +35,10 @@ class Widgets:
         self.places: dict[str, Box] = {}
         self.covered: list[Box] = []
         self.hovered_hint = ""
-        self._texts: dict[str, str] = {}  # that are being typed, by label
+        self._texts: dict[str, str] = {}  # texts that the user is typing, by label
 
     def begin_frame(self) -> None:
-        """Forget the controls of the frame before."""
+        """Forget the controls of the last frame."""
         self.hints, self.places, self.covered = {}, {}, []
         self.hovered_hint = ""
 
@@ -69,13 +69,13 @@ class Widgets:
         Parameters
         ----------
         anchor
-            Where it stands in the picture of `size`, from 0 to 1.
+            Its place in the picture of `size`, from 0 to 1.
         on_close
             Is called by its close button; without it the window has no title.
         pivot
-            The point of the window that stands there, from 0 to 1; by default the same as the anchor.
+            The point of the window that is at this place, from 0 to 1; by default the same as the anchor.
         takes_mouse
-            Whether clicks on it are its own; else they reach the land behind it.
+            Whether it takes the clicks on it; else they reach the land behind it.
         """
         imgui, flags = self.imgui, self.imgui.WindowFlags_
         imgui.set_next_window_pos((anchor[0] * size[0], anchor[1] * size[1]), imgui.Cond_.always, pivot or anchor)

@@ -1,4 +1,4 @@
-"""The GLFW window: it opens, hands its events to the app, and shows frames."""
+"""The GLFW window: opens it, hands its events to the app, and shows frames."""
 
 from __future__ import annotations
 
@@ -42,17 +42,17 @@ def run(
     source
         The map, or a function that reads it (`viewer.Opener`). It runs in a thread while the window opens.
     camera
-        The first view. By default it is the last view of this map, or the map's own.
+        The first view; by default the last view of this map in an earlier run, or the map's own view.
     size
-        Width and height of the window in screen coordinates; by default the last ones.
+        Width and height of the window in screen coordinates; by default as in the last run.
     name
         The title of the window; by default the name of the map.
     backend
-        What makes the OpenGL context: "egl", "glfw" for the system's own way, or "auto" for the first that works.
+        How the OpenGL context is made: "egl", "glfw" for the system's own way, or "auto" for the first that works.
     fresh
-        Ignore what earlier runs have left.
+        Ignore the settings of earlier runs.
     panel
-        Whether the panel is shown at first; by default as it was left.
+        Whether the panel is shown at first; by default as in the last run.
     line_of
         Returns the command line of a view, from heightmap, camera, size and options.
     overlays
@@ -168,7 +168,7 @@ class Window:
 
     @property
     def _cursor_px(self) -> tuple[float, float]:
-        """The cursor in pixels of the picture; they may be finer than screen coordinates."""
+        """The cursor in pixels of the picture, which may be smaller than the units of screen coordinates."""
         width, height = self._glfw.get_window_size(self._handle)
         return self._cursor[0] * self._size_px[0] / max(1, width), self._cursor[1] * self._size_px[1] / max(1, height)
 
@@ -268,7 +268,7 @@ def _key_name(glfw: Any, key: int) -> str:
 
 
 def _combination(glfw: Any, key: int, scancode: int, mods: int) -> str:
-    """The key with its modifiers, as commands name it; a letter counts as it is printed on the key."""
+    """The key with its modifiers, as commands name it. A letter key is named by the letter printed on it."""
     name = _key_name(glfw, key)
     label = glfw.get_key_name(key, scancode) or ""
     name = label if len(name) == 1 and not name.isdigit() and label.isascii() and label else name

@@ -9,7 +9,7 @@ MESSAGE_S = 5.0
 
 
 class WindowState:
-    """What a part knows of the window, and what it may ask of it.
+    """What the parts know about the window, and what they can request from it.
 
     Attributes
     ----------
@@ -20,7 +20,7 @@ class WindowState:
     now_s
         Time of the present frame, in seconds.
     message
-        One line that is shown for a while; "" for none.
+        One line that the window shows for a while; "" for none.
     stale
         Whether the window must be drawn again.
     closing
@@ -36,7 +36,7 @@ class WindowState:
         self.stale = True
         self.closing = False
         self.capture_mouse: Callable[[], bool] = lambda: False
-        self._seconds: float | None = None  # that a new message stays; its time begins with the next frame
+        self._seconds: float | None = None  # duration of a new message; it begins with the next frame
         self._until_s = 0.0
 
     @property
@@ -63,7 +63,7 @@ class WindowState:
         self.now_s = now_s
 
     def end_message(self) -> None:
-        """Take the message away when its time is over."""
+        """Remove the message when its time is over."""
         if self._seconds is not None:
             self._until_s, self._seconds = self.now_s + self._seconds, None
         if self.message and self.now_s > self._until_s:
