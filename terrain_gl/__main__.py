@@ -3,7 +3,7 @@
 import signal
 import sys
 
-# Python answers Ctrl-C with a traceback. Until the command line handles it, Ctrl-C simply ends the process.
+# By default Ctrl-C prints a traceback. Until the command line handles it, it ends the process without one.
 if signal.getsignal(signal.SIGINT) is signal.default_int_handler:
     signal.signal(signal.SIGINT, signal.SIG_DFL)
 

@@ -40,13 +40,14 @@ class Brush:
     radius_m
         Radius of the footprint, a circle on the map.
     strength
-        For raise, lower and cliff: metres in the middle. For smooth and flatten: the share of the way, 0 to 1.
+        For raise, lower and cliff: metres in the middle. For smooth and flatten: how far the ground moves towards its
+        goal, 0 to 1.
     falloff
         The share of the radius, from the rim inwards, over which the strength fades out: 0 (a hard edge) to 1.
     level_m
         The height that "flatten" moves towards; by default the height in the middle.
     azimuth_deg
-        The direction that the face of a "cliff" looks to, clockwise from north.
+        The direction that a "cliff" faces, clockwise from north.
 
     Raises
     ------
@@ -150,7 +151,7 @@ def _press(ground: Patch, heightmap: Heightmap, brush: Brush, half: tuple[int, i
 
 
 def places(start: tuple[float, float], end: tuple[float, float], step_m: float) -> Iterator[tuple[float, float]]:
-    """Places from `start` (excluded) to `end`, at most a step apart: a pointer that moves fast leaves no gaps."""
+    """Places from `start` (excluded) to `end`, at most a step apart, so that a fast pointer leaves no gaps."""
     count = max(1, math.ceil(math.dist(start, end) / step_m))
     for i in range(1, count + 1):
         yield start[0] + (end[0] - start[0]) * i / count, start[1] + (end[1] - start[1]) * i / count
@@ -177,7 +178,7 @@ def _around(reach: np.ndarray) -> tuple[int, int]:
 
 
 def _means(ground: Patch, shape: tuple[int, int], rows: slice, cols: slice, half: tuple[int, int]) -> np.ndarray:
-    """Mean of the known heights in the box around each post, by summed-area tables: its size costs no time."""
+    """Mean of the known heights in the box around each post. With summed-area tables, large boxes cost no more time."""
     y = np.arange(rows.start - half[1], rows.stop + half[1])
     x = np.arange(cols.start - half[0], cols.stop + half[0])
     inside = ((y >= 0) & (y < shape[0]))[:, None] & ((x >= 0) & (x < shape[1]))
@@ -243,7 +244,7 @@ class Sculptor:
     most_bytes: int = MOST_BYTES
     _done: list[list[_Change]] = field(default_factory=list)
     _undone: list[list[_Change]] = field(default_factory=list)
-    _oldest: object = None  # the land before the strokes that are kept
+    _oldest: object = None  # identifies the heights before the first stroke in memory
 
     @property
     def can_undo(self) -> int:
@@ -257,7 +258,7 @@ class Sculptor:
 
     @property
     def land(self) -> object:
-        """What tells lands apart: the same object whenever the heights are the same again; None before any change."""
+        """An object that identifies the heights: the same object when undo or redo restores them; None at first."""
         return next((stroke[-1] for stroke in reversed(self._done) if stroke), self._oldest)
 
     @property
@@ -329,7 +330,7 @@ class Sculptor:
         if 2 * after.nbytes > old.bytes + new.bytes:
             return None
         before = after.copy()
-        for change in (new, old):  # where both overlap, the older heights are the ones before
+        for change in (new, old):  # where both overlap, keep the older heights as those before the stroke
             before[_within(change.rows, rows), _within(change.cols, cols)] = change.before
         return _Change(rows, cols, before, after.copy())
 

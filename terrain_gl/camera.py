@@ -62,7 +62,7 @@ class Camera:
     def default(cls, terrain: Heightmap, fov_deg: float = 45.0) -> Camera:
         """A view over the middle of the map, from the south; from the west if the map is long from south to north.
 
-        It shows the middle half of the map; of a narrow map nearly all.
+        It shows the middle half of the map, or nearly all of a narrow map.
         """
         (east, north), (low, high) = terrain.extent_m, terrain.range_m
         yaw_deg = 105.0 if north > 1.5 * east else 15.0
@@ -77,9 +77,9 @@ class Camera:
         Parameters
         ----------
         middle, size_m
-            Of the box, in world metres.
+            Middle and size of the box, in world metres.
         yaw_deg
-            Where the camera looks, clockwise from north.
+            The direction of the view, clockwise from north.
         """
         yaw, pitch = math.radians(yaw_deg), math.radians(17.0)
         forward = (math.sin(yaw) * math.cos(pitch), math.cos(yaw) * math.cos(pitch), -math.sin(pitch))

@@ -124,7 +124,7 @@ class Editor:
 
     @steps_in_session
     def range_steps(self, quantised_m: tuple[float, float]) -> Steps[None]:
-        """Give headroom back: tables of another quantisation range, as `headroom_steps` builds them.
+        """Remove headroom: build tables for a smaller quantisation range in steps, like `headroom_steps`.
 
         Parameters
         ----------
@@ -150,7 +150,7 @@ class Editor:
             yield 0.0
             for share in tables.build_steps():
                 self._check_unedited(edits)
-                self.session.ctx.finish()  # a step is done when the GPU has done it
+                self.session.ctx.finish()  # a step ends when the GPU has finished it
                 yield 0.9 * share
             self._check_unedited(edits)
             moved = terrain.base_m != mine.base_m
@@ -164,7 +164,7 @@ class Editor:
         yield 1.0
 
     def _follow_new_range(self, moved: bool) -> None:
-        """Follow a new quantisation range; `moved`: heights count from another base."""
+        """Follow a new quantisation range; `moved`: heights are relative to a new base."""
         self._forget()
         everything, picture = self.resources.terrain.all_posts, self.resources.picture
         if moved:

@@ -23,8 +23,8 @@ from .rect import Rect
 from .sat import SummedAreaTables, Table
 from .terrain import Terrain
 
-FINE_LEVELS = 5  # up to this level one thread computes a node; in coarser levels, a block of the node of this size
-PORTION = 2**18  # posts that one step of `ErrorTables.build_steps` looks at
+FINE_LEVELS = 5  # one thread computes a node up to this level, or a block of this level in coarser nodes
+PORTION = 2**18  # posts that one step of `ErrorTables.build_steps` visits
 GATHERED_BYTES = 60  # glsl/error/coarse.glsl
 _BUFFERS = ("nodes", "ranges", "gains", "counters", "squares", "blocks")
 _BARRIER = moderngl.SHADER_STORAGE_BARRIER_BIT
@@ -45,7 +45,7 @@ class ErrorTables:
         Summed-area tables of the class counters (8 bits, four classes a word) and of squared errors (64 bits): one
         table for each level, over tiles of nodes (`layout.Level.count_tile`).
     blocks
-        The share of each block of posts in its node of each coarse level (glsl/error/coarse.glsl). Edits need it.
+        What each block of posts contributes to its node of each coarse level (glsl/error/coarse.glsl). Edits need it.
     """
 
     def __init__(self, terrain: Terrain, build: bool = True) -> None:
@@ -62,7 +62,7 @@ class ErrorTables:
         last, coarse = levels[-1], levels[FINE_LEVELS + 1 :]
         nodes, tiles = last.first_node + last.nodes, last.first_count // layout.CLASS_WORDS + 1
         blocks = levels[FINE_LEVELS].nodes * len(coarse) if coarse else 1
-        with ExitStack() as made:  # release what was made if memory is too short for the rest
+        with ExitStack() as made:  # if memory does not suffice for all of them, release those that were made
 
             def reserve(size: int, what: str) -> moderngl.Buffer:
                 buffer = gl.reserve(self.ctx, size, what)
@@ -150,7 +150,7 @@ class ErrorTables:
         bind("lod/promise.glsl", **tables)
 
     def release_tables(self) -> None:
-        """Release the tables alone: the shaders belong to others."""
+        """Release the tables but not the shaders, which other tables use."""
         for buffer in self._buffers:
             buffer.release()
 

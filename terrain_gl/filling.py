@@ -6,7 +6,7 @@ import numpy as np
 
 from .rect import Rect, hull
 
-SWEEPS = 6  # of relaxation at each level: more change the surface by less than can be seen
+SWEEPS = 6  # relaxation sweeps at each level; more of them make no visible difference
 
 
 def fill_voids(heights: np.ndarray) -> np.ndarray:
@@ -17,11 +17,11 @@ def fill_voids(heights: np.ndarray) -> np.ndarray:
 class Filling:
     """Heights with voids filled, and ready for edits.
 
-    Pull-push (Gortler et al. 1996, "The lumigraph") gives the first guess at each level: a level up is half as
-    large, its posts the means of the known ones below; down again, what is void takes the surface above. Then each
-    void post becomes the mean of its four neighbours, a few times: from level to level this comes close to the
-    harmonic surface, the membrane that is held by the rim (Bornemann and Deuflhard 1996, "The cascadic multigrid
-    method for elliptic problems").
+    Pull-push (Gortler et al. 1996, "The lumigraph") gives a first guess at each level. Pull: each coarser level is half
+    as large, and its posts are the means of the known posts below. Push: from the coarsest level down, void posts take
+    heights from the level above. Then each void post becomes the mean of its four neighbours, a few times. Together
+    the levels approximate the harmonic surface, a membrane that is fixed at the rim of the voids (Bornemann and
+    Deuflhard 1996, "The cascadic multigrid method for elliptic problems").
 
         known   5 ·     pull    5        push    5 5     relax
                 · ·      →                →      5 5
@@ -29,7 +29,7 @@ class Filling:
     Attributes
     ----------
     known, filled
-        Levels from the map, (rows, cols), up to a single post; NaN in `known` where void.
+        Levels from the map, (rows, cols), up to a single post; `known` has NaN at voids.
     """
 
     def __init__(self, heights: np.ndarray) -> None:
@@ -41,7 +41,7 @@ class Filling:
             self.filled.insert(0, _push(known, self.filled[0], _all_of(known)))
 
     def update(self, posts: Rect) -> Rect:
-        """Follow new heights of the map in a rectangle (x0, y0, x1, y1); returns the one in which `filled` differs."""
+        """Follow new heights in a rectangle (x0, y0, x1, y1); returns the rectangle in which `filled` changes."""
         rects = [posts]
         for below, known in zip(self.known, self.known[1:], strict=False):
             x0, y0, x1, y1 = (i // 2 for i in rects[-1])
@@ -54,7 +54,7 @@ class Filling:
         return changed
 
     def _push_again(self, level: int, posts: Rect, above: Rect) -> Rect:
-        """Fill one level anew around what changed here and above; returns the rectangle that differs with `posts`."""
+        """Fill a level again around changes in it and above; returns a rectangle with `posts` and all changes."""
         known, filled = self.known[level], self.filled[level]
         below = 2 * above[0] - 1, 2 * above[1] - 1, 2 * above[2] + 2, 2 * above[3] + 2
         around = _grown(hull(posts, below), SWEEPS, known)
@@ -74,7 +74,7 @@ def _all_of(heights: np.ndarray) -> Rect:
 
 
 def _grown(rect: Rect, by: int, within: np.ndarray) -> Rect:
-    """A rectangle with so many more posts on each side, as far as there are any."""
+    """A rectangle with `by` more posts on each side, cut at the rim of the level."""
     x0, y0, x1, y1 = rect
     return max(x0 - by, 0), max(y0 - by, 0), min(x1 + by, within.shape[1] - 1), min(y1 + by, within.shape[0] - 1)
 
@@ -82,8 +82,8 @@ def _grown(rect: Rect, by: int, within: np.ndarray) -> Rect:
 def _push(known: np.ndarray, above: np.ndarray, rect: Rect) -> np.ndarray:
     """Fill the voids of a rectangle of a level from the level above, and relax them.
 
-    What lies around has the same values as if the whole level were filled: a sweep looks one post far, so as many posts
-    around are filled, too, and left out of the result.
+    The result is the same as if the whole level were filled. A sweep reads one post on each side. So we also fill
+    `SWEEPS` posts around the rectangle, and leave them out of the result.
     """
     x0, y0, x1, y1 = _grown(rect, SWEEPS, known)
     part = known[y0 : y1 + 1, x0 : x1 + 1]
@@ -109,7 +109,7 @@ def _surface(above: np.ndarray, first: tuple[int, int], shape: tuple[int, ...]) 
     values = above
     for axis in (0, 1):
         i = np.arange(first[axis], first[axis] + shape[axis])
-        near = i // 2  # a post above stands in the middle of two by two
+        near = i // 2  # a post of the level above is in the middle of 2 × 2 posts
         next_ = np.clip(near + np.where(i % 2, 1, -1), 0, above.shape[axis] - 1)
         a, b = values.take(near, axis), values.take(next_, axis)
         values = a + np.float32(0.25) * (b - a)
@@ -117,7 +117,7 @@ def _surface(above: np.ndarray, first: tuple[int, int], shape: tuple[int, ...]) 
 
 
 def _pull(heights: np.ndarray) -> np.ndarray:
-    """Halve a map: the mean of the known ones of each 2 × 2 heights."""
+    """Halve a map: the mean of the known heights in each block of 2 × 2 posts."""
     rows, cols = heights.shape
     padded = np.pad(heights, ((0, rows % 2), (0, cols % 2)), constant_values=np.nan)
     blocks = padded.reshape(padded.shape[0] // 2, 2, padded.shape[1] // 2, 2)

@@ -1,22 +1,22 @@
-"""Water that a map shows by itself: large areas of one exact height that no rim lets run off.
+"""Water in a map's own heights: large areas of exactly one height from which water cannot run off.
 
-Maps store lakes and the sea as one height. But whole numbers make terraces of gentle land, too: a terrace ends in a
-step up on one side and in a step down on the other. Water has no side that goes down, but for an outlet.
+Maps store lakes and the sea as one height. But heights in whole metres also make terraces of gentle land. A terrace has
+a step up on one side and a step down on the other. Water has no side with a step down, except at an outlet.
 """
 
 from __future__ import annotations
 
 import numpy as np
 
-LEAST_SIDE = 8  # posts a side of the tiles that areas are made of
-MOST_TILES = 512  # a side of the map: tiles of larger maps are larger
-LEAST_TILES = 100  # of one height, side by side: 6400 posts; less may be the bed of a dry basin
-LEAST_OF_SEA = 24  # at height 0
-OUTLET = 0.08  # share of the tiles around an area that may lie lower, none of their posts higher
+LEAST_SIDE = 8  # posts along a side of a tile, at least; areas are sets of tiles
+MOST_TILES = 512  # tiles along a side of the map, at most: larger maps have larger tiles
+LEAST_TILES = 100  # tiles of an area (6400 posts), at least; smaller ones may be the bed of a dry basin
+LEAST_OF_SEA = 24  # the same for areas at height 0
+OUTLET = 0.08  # the share of the tiles around an area that may be lower, with no post above the area
 
 
 def water_posts(heights: np.ndarray) -> np.ndarray | None:
-    """(rows, cols) bool, the posts that stand in water; None if none do.
+    """(rows, cols) bool, the posts in water; None if there is no water.
 
     Parameters
     ----------
@@ -39,14 +39,14 @@ def water_posts(heights: np.ndarray) -> np.ndarray | None:
 
 
 def _of_tiles(of: np.ufunc, heights: np.ndarray, side: int) -> np.ndarray:
-    """What a ufunc makes of each whole tile; NaN where it has a void post."""
+    """Reduce each whole tile with a ufunc; NaN for a tile with a void post."""
     rows, cols = (n // side for n in heights.shape)
     tiles = heights[: rows * side, : cols * side].reshape(rows, side, cols, side)
     return of.reduce(of.reduce(tiles, 3), 1)
 
 
 def _areas(flat: np.ndarray, level: np.ndarray) -> list[np.ndarray]:
-    """Tiles, (n, 2) rows and columns, that lie side by side on one level."""
+    """Areas of neighbouring tiles at one height: (n, 2) rows and columns each."""
     areas, seen = [], ~flat
     for start in zip(*np.nonzero(flat), strict=True):
         if seen[start]:
@@ -66,7 +66,7 @@ def _areas(flat: np.ndarray, level: np.ndarray) -> list[np.ndarray]:
 
 
 def _holds_water(tiles: np.ndarray, low: np.ndarray, high: np.ndarray) -> bool:
-    """Whether the land around an area nowhere falls away from it, but for an outlet, and somewhere rises."""
+    """Whether the land around an area is nowhere lower, except at an outlet, and somewhere higher."""
     level = low[tuple(tiles[0])]
     steps = np.array([[i, j] for i in (-1, 0, 1) for j in (-1, 0, 1)])
     around = np.unique((tiles[:, None] + steps).reshape(-1, 2), axis=0)
@@ -78,7 +78,7 @@ def _holds_water(tiles: np.ndarray, low: np.ndarray, high: np.ndarray) -> bool:
 
 
 def _posts_of(found: np.ndarray, heights: np.ndarray, side: int) -> np.ndarray:
-    """Posts on the level of a watery tile that they belong to, or that lies beside their own."""
+    """Posts at the height of the water in their own tile, or in a tile beside it."""
     rows, cols = heights.shape
     padded = np.pad(found, 1, constant_values=np.nan)
     tile_row = np.minimum(np.arange(rows) // side, found.shape[0] - 1) + 1

@@ -34,7 +34,7 @@ class Frame:
     stats: dict[str, Any]
 
     def _repr_png_(self) -> bytes:
-        """The picture, where a notebook shows a frame."""
+        """The picture, for notebooks."""
         return png_bytes(self.image)
 
 
@@ -57,7 +57,7 @@ class DrawnFrame:
     stats
         As `Frame.stats`.
     loaded
-        What of a store is there for this view: `streaming.choose_complete`. Empty for other maps.
+        For a store, which of its tiles are loaded and missing (`streaming.choose_complete`). Empty for other maps.
     """
 
     camera: Camera

@@ -114,7 +114,7 @@ class GpuResources:
         with self.timer.stage("error"):
             self.tables = self.session.keep(ErrorTables(self.terrain, build=False))
             for share in self.tables.build_steps():
-                self.session.ctx.finish()  # a step is done when the GPU has done it
+                self.session.ctx.finish()  # a step ends when the GPU has finished it
                 yield 0.05 + 0.75 * share
 
     def _memory_for_map(self, heightmap: Heightmap) -> AbstractContextManager[None]:

@@ -89,7 +89,7 @@ class Heightmap:
         self._mark_voids(void)
         self.range_m = self._checked(np.fmin.reduce(self.heights, None), np.fmax.reduce(self.heights, None))
         self.quantised_m = self.range_m
-        self._lows: np.ndarray | None = None  # of blocks of RANGE_BLOCK posts a side
+        self._lows: np.ndarray | None = None  # lowest heights of blocks of RANGE_BLOCK posts a side
         self._highs: np.ndarray | None = None
 
     @classmethod
@@ -149,21 +149,21 @@ class Heightmap:
 
     @classmethod
     def of(cls, source: Any, spacing_m: float | Spacing | None = None, name: str | None = None) -> Heightmap:
-        """A map from whatever holds one.
+        """A map from any object that holds one.
 
         Parameters
         ----------
         source
             A `Heightmap`; a path; a DataArray of xarray, with rioxarray or without; a dataset of rasterio; or an array.
         spacing_m : float or (east, north), optional
-            Metres between posts; by default what the source tells, else 1.
+            Metres between posts; by default the spacing in the source, else 1.
         name : str, optional
-            What messages call the map.
+            The map's name in messages.
 
         Raises
         ------
         TerrainError, UsageError
-            As of `open` and of an array.
+            The same as those of `open` and of an array.
         """
         if isinstance(source, cls):
             return source
@@ -242,7 +242,7 @@ class Heightmap:
         new[~np.isfinite(new)] = np.nan
         place = np.s_[y : y + new.shape[0], x : x + new.shape[1]]
         old = self.heights[place]
-        # compare bits: undo must also restore the sign of 0. All NaN count as equal
+        # compare bits, because undo must also restore the sign of 0; all NaN are equal
         changed = (old.view(np.uint32) != new.view(np.uint32)) & ~(np.isnan(old) & np.isnan(new))
         if not changed.any():
             return None
@@ -269,7 +269,7 @@ class Heightmap:
 
     @property
     def place(self) -> Place | None:
-        """Where the map lies on the Earth; None if nothing tells."""
+        """Where the map lies on the Earth; None if this is not known."""
         return Place(self.georeference, self.spacing_m) if self.georeference else None
 
     @property
@@ -340,7 +340,7 @@ def real_heights(heights: ArrayLike, name: str) -> np.ndarray:
     try:
         values: np.ndarray = heights if isinstance(heights, np.ma.MaskedArray) else np.asarray(heights)
     except ValueError:
-        raise UsageError(f"{name}: expected real heights, got rows of unlike length: {heights!r:.60}") from None
+        raise UsageError(f"{name}: expected real heights, got rows of different lengths: {heights!r:.60}") from None
     if values.dtype.kind not in "iufb":
         raise UsageError(f"{name}: expected real heights, got {values.dtype}: {values.ravel()[:3]!s:.60}")
     return np.ma.filled(values.astype(np.float64), np.nan) if isinstance(values, np.ma.MaskedArray) else values

@@ -66,7 +66,7 @@ def _remove(beside: Path) -> None:
 
 @atexit.register
 def _remove_all() -> None:
-    """Remove files that are left if a signal interrupts the removal."""
+    """Remove unfinished files, also those whose removal was interrupted by a signal."""
     for beside in tuple(_BESIDE):
         _remove(beside)
 
@@ -268,7 +268,7 @@ def _opened(to: Path, name: str | os.PathLike[str], shape: tuple[int, int, int],
 
 
 def make_sure_of_space(to: Path, pixel_bytes: int) -> None:
-    """Reserve space by writing as many bytes: on a full disk libpng reports nothing, and libjpeg ends the process."""
+    """Check for space by writing as many bytes: on a full disk, libpng reports nothing and libjpeg ends the process."""
     left = pixel_bytes + pixel_bytes // 8 + 65536
     if left > shutil.disk_usage(to.parent).free:
         raise OSError(errno.ENOSPC, os.strerror(errno.ENOSPC))

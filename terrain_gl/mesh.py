@@ -20,7 +20,7 @@ from .lod import Selection
 from .surface import Surface
 from .terrain import Terrain
 
-MOST_CAPTURED = 2**31 - 1  # bytes; drivers count them in 32 bits with a sign, and end the process beyond
+MOST_CAPTURED = 2**31 - 1  # bytes; drivers count them in a signed 32-bit number, and crash if there are more
 _VERTEX = np.dtype([("col", "f4"), ("row", "f4"), ("height_m", "f4")])
 
 
@@ -109,7 +109,7 @@ class MeshDraws:
         self._made: dict[Surface, MeshDraw] = {}
 
     def of(self, surface: Surface) -> MeshDraw:
-        """The one for this surface."""
+        """The `MeshDraw` for a surface."""
         if surface not in self._made:
             self._made[surface] = MeshDraw(surface, self._to, defines=self._defines, **self._stages)
         return self._made[surface]
@@ -132,7 +132,7 @@ def vertex_heights(heights: np.ndarray, places: np.ndarray) -> np.ndarray:
 def _stand_on_map(terrain: Any, posts: np.ndarray, heights_m: np.ndarray) -> bool:
     """Whether vertices have the heights of their places: exactly on posts, up to rounding between them.
 
-    Of a map in pages, some posts may have the height of a coarser page: not looked at.
+    A paged map is not tested, because its posts may have heights of coarser pages.
     """
     if not isinstance(terrain, Terrain):
         return True
@@ -167,7 +167,7 @@ def captured_triangles(selection: Selection) -> tuple[np.ndarray, np.ndarray]:
     vertices = np.frombuffer(data, _VERTEX).reshape(-1, 3)
     posts = np.stack([vertices["col"], vertices["row"]], -1)
     if surface.on_heights and not _stand_on_map(surface.terrain, posts, vertices["height_m"]):
-        raise TerrainError("the GPU drew vertices beside their posts: this driver's tessellation is not exact")
+        raise TerrainError("the GPU drew vertices at wrong heights: this driver's tessellation is not exact")
     a, b, c = (64 * posts[:, i].astype(np.float64) for i in range(3))
     area = (b[:, 0] - a[:, 0]) * (c[:, 1] - a[:, 1]) - (b[:, 1] - a[:, 1]) * (c[:, 0] - a[:, 0])
     return posts[area != 0], vertices["height_m"][area != 0]

@@ -25,7 +25,7 @@ class Method(NamedTuple):
     Attributes
     ----------
     kind
-        A CERTIFIED method keeps the tolerance, a BASELINE certifies nothing, an EXACT method draws every post.
+        A CERTIFIED method is within the tolerance, a BASELINE certifies nothing, an EXACT method draws every post.
     factory
         "module:function" inside this package: a function from `Selectors` to a `Selector`. The module is imported when
         the method is first used.
@@ -39,7 +39,7 @@ class Method(NamedTuple):
 
 
 REGISTRY = {
-    "sat": Method(CERTIFIED, "methods:clipmap_of_tables", "a clipmap whose patches ask the summed-area tables"),
+    "sat": Method(CERTIFIED, "methods:clipmap_of_tables", "a clipmap, its detail chosen by summed-area tables"),
     "clipmap": Method(BASELINE, "comparison.baselines:clipmap", "geometry clipmaps"),
     "tessellated": Method(BASELINE, "comparison.baselines:tessellated", "clipmaps with hardware tessellation"),
     "quadtree": Method(CERTIFIED, "methods:quadtree", "a restricted quadtree: the fewest triangles"),
@@ -129,5 +129,5 @@ def quadtree(selectors: Selectors) -> QuadtreeSelector:
 
 
 def clipmap_of_tables(selectors: Selectors) -> ClipmapSelector:
-    """The clipmap whose patches ask the summed-area tables: method "sat"."""
+    """The clipmap whose detail the summed-area tables decide: method "sat"."""
     return ClipmapSelector(selectors.tables, selectors.view)

@@ -51,7 +51,7 @@ _NAMED = {"ArrowLeft": "left", "ArrowRight": "right", "ArrowUp": "up", "ArrowDow
 _DIGITS = dict(zip("!@#$%^&*(", "123456789", strict=True))  # with Shift, on most keyboards
 
 
-class View(RemoteFrameBuffer):  # type: ignore[misc]  # jupyter_rfb states no types
+class View(RemoteFrameBuffer):  # type: ignore[misc]  # jupyter_rfb has no types
     """A map in a widget.
 
     Parameters
@@ -106,7 +106,7 @@ class View(RemoteFrameBuffer):  # type: ignore[misc]  # jupyter_rfb states no ty
         self._started_s = time.monotonic()
         self._timer: asyncio.TimerHandle | None = None
         self._welcomed = False
-        self._ratio = 1.0  # pixels of the picture for one of the page
+        self._ratio = 1.0  # pixels of the picture for one pixel of the page
         self.ctx = create_context(backend)
         with self.ctx:
             self._target = self._framebuffer(size)
@@ -142,7 +142,7 @@ class View(RemoteFrameBuffer):  # type: ignore[misc]  # jupyter_rfb states no ty
         """(height, width, 3) uint8: what the widget shows, drawn in full size and lit."""
         with self.ctx:
             self._fit_target()
-            for _ in range(3):  # panels take a frame or two to find their size
+            for _ in range(3):  # panels need one or two frames to find their size
                 self.app.frame(self._now_s)
             while not (self.viewer.settled or self.viewer.scene.controller.moving):
                 self.app.frame(self._now_s)
@@ -153,7 +153,7 @@ class View(RemoteFrameBuffer):  # type: ignore[misc]  # jupyter_rfb states no ty
         if not self._closed:
             super().close(*args, **kwargs)
 
-    # --- What jupyter_rfb asks for ------------------------------------------------------------------------------------
+    # --- What jupyter_rfb calls ---------------------------------------------------------------------------------------
 
     def get_frame(self) -> np.ndarray | None:
         """The pixels of the next frame; None if nothing has changed."""

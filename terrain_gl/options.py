@@ -5,7 +5,7 @@ with their help. A new option changes at most four files:
 
 1. this one: the field with its declaration, a line in `Attributes`, and a check in `__post_init__` if it has a range;
 2. the code that uses it (for an option of shading, a field of `shade.Look` and the GLSL that reads it);
-3. `viewer/sections.py`, if the panel shall show it;
+3. `viewer/sections.py`, if the panel should show it;
 4. `cli/values.py`, if its value needs a new parser.
 """
 
@@ -80,7 +80,7 @@ class Parameters(Protocol):
 
 
 def near_plane_m(heightmap: Heightmap, near_m: float | None = None) -> float:
-    """Distance of the near plane: the one asked for, or a tenth of the map's smaller spacing."""
+    """Distance of the near plane: `near_m` if given, else a tenth of the map's smaller spacing."""
     return near_m or NEAR * min(heightmap.spacing_m)
 
 
@@ -109,17 +109,17 @@ class RenderOptions:
     sun
         Azimuth, clockwise from north, and elevation, in degrees.
     look
-        How the land is coloured, one of `terrain_gl.light.climate.NAMES`; "auto": by what the file says of its place.
+        How the land is coloured, one of `terrain_gl.light.climate.NAMES`; "auto": by the place that the file gives.
     voids
         Posts without data: "fill" draws a smooth surface through their rim, "hole" nothing. They count in no error.
     edge
-        "block": the map is cut out of the ground, and stands on a plain or in its sea; "none": it hangs in the sky.
+        "block": the map is a block of ground on a plain or in its sea; "none": there is only sky around it.
     grain
         "on": near the eye the shading has bumps and specks below the posts' spacing; the mesh has none.
     contour_m
         Metres between contour lines over any style; 0 for an interval that suits the map's relief. By default none.
     sky, material, water_m
-        As `terrain_gl.shade.Look` has them: files, and metres.
+        See `terrain_gl.shade.Look`: files, and metres.
     near_m
         Distance of the near plane; by default a tenth of the smaller spacing.
     cull
@@ -141,7 +141,7 @@ class RenderOptions:
     triangles: int | None = _option(
         None,
         "detail",
-        Flag("--triangles", "count", "at most N, where they take away most error; of baselines about N", "N"),
+        Flag("--triangles", "count", "at most N, where they reduce the error most; of baselines about N", "N"),
     )
     parameters: Parameters | None = _option(
         None,
@@ -186,7 +186,7 @@ class RenderOptions:
     edge: str = _option(
         "block",
         "picture",
-        Flag("--surroundings", "choice", "block: the map stands on a plain, or in its sea; none: it hangs in the sky"),
+        Flag("--surroundings", "choice", "block: the map is on a plain, or in its sea; none: only sky is around it"),
         choices=EDGES,
     )
     grain: str = _option(
@@ -210,13 +210,13 @@ class RenderOptions:
     def __post_init__(self) -> None:
         self._check_detail()
         if self.near_m is not None and not 0 < self.near_m < 1e9:
-            raise UsageError(f"near plane must stand more than 0 and less than 1e9 metres away, got {self.near_m:g}")
+            raise UsageError(f"near plane must be more than 0 and less than 1e9 metres away, got {self.near_m:g}")
         if not (np.shape(self.sun) == (2,) and np.isfinite(self.sun).all() and -90 <= self.sun[1] <= 90):
             raise UsageError(f"sun: expected azimuth and elevation, -90 to 90 degrees, got {self.sun}")
         if self.contour_m is not None and not 0 <= self.contour_m < 1e9:
             raise UsageError(f"contours: expected metres between them, or 0 for auto, got {self.contour_m:g}")
         if self.water_m is not None and not math.isfinite(self.water_m):
-            raise UsageError(f"water must stand at a finite height in metres, got {self.water_m:g}")
+            raise UsageError(f"water must have a finite height in metres, got {self.water_m:g}")
         for name, known in CHOICES.items():
             if (value := getattr(self, name)) not in known:
                 raise UsageError(f"{name}: expected one of {', '.join(known)}, got {value!r}")
@@ -232,9 +232,9 @@ class RenderOptions:
                     f"max error must be more than 0 and less than 1,000,000 pixels, got {self.max_error_px:g}"
                 )
         elif self.parameters:
-            raise UsageError("triangles and a baseline's own parameters: give one of them, the other follows")
+            raise UsageError("triangles and a baseline's own parameters: give only one of them, it decides the other")
         elif self.max_error_px is not None:
-            raise UsageError("max error and triangles: give one of them, the other follows")
+            raise UsageError("max error and triangles: give only one of them, it decides the other")
         elif self.method in EVERY_POST:
             raise UsageError(
                 f"triangles: method {self.method} draws every post; choose another method or leave triangles out"
@@ -243,7 +243,7 @@ class RenderOptions:
             raise UsageError(f"triangles must be a whole number from 2 on and less than 2^31, got {self.triangles}")
 
     def otherwise(self, **changes: Any) -> RenderOptions:
-        """The same options with `changes`; earlier choices that exclude them go back to their defaults."""
+        """The same options with `changes`. Options that are not allowed together with them get their defaults."""
         dropped: dict[str, Any] = {}
         method = changes.get("method", self.method)
         if changes.get("triangles") is not None:
@@ -270,7 +270,7 @@ class RenderOptions:
 
     @property
     def tolerance_px(self) -> float:
-        """The tolerance that the mesh must keep; 0 for every post."""
+        """The tolerance of the mesh; 0 for every post."""
         return 0.0 if self.method in EVERY_POST or self.max_error_px is None else self.max_error_px
 
 

@@ -1,7 +1,7 @@
 """Where a map lies on the Earth: world metres, coordinates of its file, longitude and latitude.
 
-World metres count from the south-west post: x east, y north. They become columns and rows, and these become the file's
-coordinates. So a place is exact, and does not depend on how the spacing was measured.
+World metres count from the south-west post: x east, y north. They are converted to columns and rows, and these to the
+file's coordinates. So a place is exact, and does not depend on how the spacing was measured.
 """
 
 from __future__ import annotations
@@ -73,12 +73,12 @@ class Place:
         return self._turned(self.to_map(x, y), "FORWARD")
 
     def from_lonlat(self, lon: float, lat: float) -> Point:
-        """World metres of a place in degrees of longitude and latitude; errors as of `to_lonlat`."""
+        """World metres of a place in degrees of longitude and latitude. Raises the same errors as `to_lonlat`."""
         return self.from_map(*self._turned((lon, lat), "INVERSE"))
 
     @property
     def middle(self) -> Point:
-        """Degrees of longitude and latitude of the map's middle; errors as of `to_lonlat`."""
+        """Degrees of longitude and latitude of the map's middle. Raises the same errors as `to_lonlat`."""
         (cols, rows), (east, north) = self.georeference.size, self.spacing_m
         return self.to_lonlat((cols - 1) * east / 2, (rows - 1) * north / 2)
 
@@ -94,7 +94,7 @@ class Place:
 
 
 def degrees(lon: float, lat: float) -> str:
-    """Longitude and latitude for people: 46.50000° N 7.10000° E."""
+    """Longitude and latitude as text: 46.50000° N 7.10000° E."""
     lon = (lon + 180) % 360 - 180
     return f"{abs(lat):.5f}° {'N' if lat >= 0 else 'S'} {abs(lon):.5f}° {'E' if lon >= 0 else 'W'}"
 
@@ -120,8 +120,8 @@ def flat_crs(crs: Any) -> Any:
 
 @lru_cache(maxsize=16)
 def _to_degrees(crs: str) -> Any:
-    """The transformer to longitude and latitude: on WGS 84, or on the own ellipsoid of another planet."""
-    flat = flat_crs(crs)  # says so if pyproj is missing
+    """The transformer to longitude and latitude: on WGS 84, or on the ellipsoid of another planet."""
+    flat = flat_crs(crs)  # raises an error if pyproj is missing
     import pyproj
 
     try:

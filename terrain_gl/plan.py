@@ -10,7 +10,7 @@ import numpy as np
 from .camera import Camera
 from .renderer import Renderer
 
-AWAY = 450.0  # times the map's depth: the eye's distance; further off, the field of view is below the least of a camera
+AWAY = 450.0  # the eye's distance, in multiples of the map's depth; further away, the field of view would be too small
 LONGEST_PX = 2048
 
 
@@ -43,9 +43,9 @@ def plan(renderer: Renderer, longest_px: int = LONGEST_PX, **look: Any) -> np.nd
 
 
 def _inside(pixels: int, posts: int) -> np.ndarray:
-    """For each pixel of a line itself, or the next that shows land: half a cell beyond the outermost posts is none."""
+    """For each pixel of a line, the nearest one that shows only land: the picture ends half a cell beyond the map."""
     at = (np.arange(pixels) + 0.5) / pixels * posts - 0.5
-    whole = posts / pixels  # the pixel on the rim is in part sky
+    whole = posts / pixels  # a pixel at the rim is partly sky
     good = np.flatnonzero((at > whole) & (at < posts - 1 - whole))
     if not len(good):
         return np.arange(pixels)

@@ -7,8 +7,8 @@ There is one way to draw, `Renderer.draw_steps`:
     shade     the colour of each of its pixels                          shade: `Picture.shade_steps`
     receive   pass on the piece's pixels                                image
 
-`draw` takes all steps at once, `render` also reads the pixels, and `choose` ends with the mesh. `edit` changes the map;
-`verify.inspector` answers questions about the last frame.
+`draw` takes all steps at once, `render` also reads the pixels, and `choose` stops after the first. `edit` changes the
+map; `verify.inspector` answers questions about the last frame.
 """
 
 from __future__ import annotations
@@ -90,7 +90,7 @@ class Renderer:
     ) -> None:
         self.session = Session(ctx or create_context(backend), owned=ctx is None)
         self.ctx = self.session.ctx
-        # asked once: the context looks up dozens of limits for its name
+        # read once, because the context looks up dozens of limits for its name
         self._gl = {"gl_renderer": self.ctx.info["GL_RENDERER"], "backend": backend_name(self.ctx)}
         self.resources = GpuResources(self.session)
         self.timer = self.resources.timer
@@ -142,7 +142,7 @@ class Renderer:
     def render(
         self, camera: Camera, max_error_px: float | None = None, progress: Progress | None = None, **options: Any
     ) -> Frame:
-        """Draw a picture whose geometric error is at most `max_error_px`, or the smallest that `triangles` allow.
+        """Draw a picture whose geometric error is at most `max_error_px`, or the smallest with `triangles` triangles.
 
         Parameters
         ----------

@@ -22,7 +22,7 @@ from .gpu import gl, shaders
 from .steps import Steps
 
 STRIP = 64  # words that one thread of a GPU adds up
-WHOLE = 2**15  # longer than any line of a map; llvmpipe ends a thread's loops, without a word, after 2^16 iterations
+WHOLE = 2**15  # longer than any line of a map; llvmpipe silently ends a thread's loops after 2^16 iterations
 PORTION = 2**17  # words of a layer that one step of `RecordedTable.build_steps` records
 GROUP = 64  # threads of a work group, as in glsl/sat
 _WORD_DTYPES = {8: "<u1", 16: "<u2", 32: "<u4", 64: "<u8"}
@@ -50,8 +50,8 @@ class SummedAreaTables:
     bits
         32, 64 (a uvec2, low half first), or 16 or 8: two or four independent sums side by side in a 32-bit word.
     strip
-        Words that one thread adds up. By default `STRIP`, so that a GPU has many threads. A software renderer has few
-        cores: there it is the whole line, which needs no sums of strips and reads each word once instead of twice.
+        Words that one thread adds up. By default `STRIP`, so that a GPU has many threads. For a software renderer,
+        which has few cores, it is the whole line: this needs no sums of strips, and reads each word once, not twice.
     """
 
     def __init__(self, ctx: moderngl.Context, bits: int = 32, strip: int | None = None) -> None:
@@ -118,7 +118,7 @@ class SummedAreaTables:
         return self._words(data).reshape(shape + (32 // self.bits,) if self.bits < 32 else shape)
 
     def values(self, buffer: moderngl.Buffer, table: Table) -> np.ndarray:
-        """(layers, height, width) values, recovered from a table of 32 or 64 bits: its differences, which wrap back."""
+        """(layers, height, width) values, recovered from the differences in a table of 32 or 64 bits."""
         sums = np.pad(self.read(buffer, table), ((0, 0), (1, 0), (1, 0)))
         return np.diff(np.diff(sums, axis=1), axis=2)
 

@@ -33,13 +33,13 @@ SUN = (300.0, 35.0)  # azimuth, clockwise from north, and elevation, in degrees
 _LIT = ("shaded", "visibility", "ambient", "direct", "lobes")  # styles that need light
 _OF_MESH = ("wireframe", "lod", "segments", "promise", "error")  # styles that show the mesh
 STYLES = (*_LIT, "lambert", *_OF_MESH, "normals", "voids", "depth")
-EDGES = ("block", "none")  # what stands around the map: glsl/shade/edge.glsl
-BLOCK = 0.025  # of the map's longer side: how far the block reaches below the lowest post
+EDGES = ("block", "none")  # the surroundings of the map: glsl/shade/edge.glsl
+BLOCK = 0.025  # how far the block reaches below the lowest post, as a part of the map's longer side
 GRAINS = ("on", "off")
-VOIDS = ("fill", "hole")  # what posts without data are drawn as
+VOIDS = ("fill", "hole")  # how posts without data are drawn
 UNLIT = "depth"  # the cheapest style, when only the mesh matters
 TILE_PX = (256, 64)  # pixels that one step of `shade_steps` shades
-KINDS = {"ANY": 0, "SKY": 1, "NEAR": 2, "MIXED": 3}  # of pixels: glsl/shade/kind.glsl
+KINDS = {"ANY": 0, "SKY": 1, "NEAR": 2, "MIXED": 3}  # kinds of pixels: glsl/shade/kind.glsl
 AIR_M = 70e3  # distance over which clear air absorbs all but 1/e of the light
 HAZE = 2.0  # the same for haze over a map too large for clear air, in diagonals of the map
 _NOTHING_LISTED = np.array([0, 1, 1, 0], "u4").tobytes()  # the head of `Listed` in glsl/shade/seen.glsl
@@ -68,9 +68,9 @@ class Look:
     land
         How the land is coloured, one of `light.climate.NAMES`.
     voids
-        What posts without data are drawn as, one of `VOIDS`.
+        How posts without data are drawn, one of `VOIDS`.
     edge
-        What stands around the map in the style "shaded", one of `EDGES`.
+        The surroundings of the map in the style "shaded", one of `EDGES`.
     grain
         Whether the style "shaded" shows grain below the posts' spacing, one of `GRAINS`.
     contour_m
@@ -120,7 +120,7 @@ class Picture:
         self._seeing: dict[tuple[str, bool], MeshDraws] = {}  # by fragment shader, and whether voids are holes
         self._programs: dict[tuple[object, ...], tuple[Any, Any]] = {}
         self._targets: list[Any] = []
-        self._extras = {"EDGE": False, "GRAIN": False, "CONTOURS": False}  # what is drawn now besides the map itself
+        self._extras = {"EDGE": False, "GRAIN": False, "CONTOURS": False}  # what is drawn besides the map
         self.resize(size)
 
     waits_for_light = True
@@ -140,7 +140,7 @@ class Picture:
     def resize(self, size: Size) -> None:
         """Change the picture's size; what was drawn is lost."""
         self._release_targets()
-        self.size = (0, 0)  # stays so if memory does not suffice
+        self.size = (0, 0)  # this remains if memory does not suffice
         samples = self.samples if self.samples > 1 else 0
         self._depth = self._target(depth_texture(self.ctx, size, samples))
         self._kinds = self._target(depth_texture(self.ctx, size, 0))
@@ -239,7 +239,7 @@ class Picture:
             self.ctx.disable(moderngl.BLEND)
 
     def _edge_of(self, look: Look) -> dict[str, Any]:
-        """How high what surrounds the map lies: the sea that the map or the user has, else the foot of a block."""
+        """Height of the surroundings: of the sea that the map has or the user gives, else of the foot of the block."""
         heightmap, base_m = self.terrain.heightmap, self.terrain.base_m
         sea_m = look.water_m if look.water_m is not None else self.terrain.sea_m
         plain_m = heightmap.range_m[0] - BLOCK * max(heightmap.extent_m)
@@ -322,7 +322,7 @@ class Picture:
 
     def _draw_mesh(self, mesh: MeshDraw, target: moderngl.Framebuffer, selection: Selection, part: slice) -> None:
         self.tables.bind()
-        gl.clip_control_zero_to_one(self.ctx)  # without it depths far away are coarser, but still in order
+        gl.clip_control_zero_to_one(self.ctx)  # without it, distant depths are less precise, but still in order
         target.use()
         self.ctx.enable_only(moderngl.DEPTH_TEST)
         self.ctx.depth_func = ">="

@@ -1,7 +1,7 @@
 """Work in steps: the one convention for everything that takes longer than a frame.
 
 A function `something_steps()` is a generator. It yields its progress, from 0 to 1, after each step, and returns its
-result at the end. Whoever must not wait takes a few steps at a time; whoever can wait calls `drain`.
+result at the end. A caller that must not wait takes a few steps at a time; others call `drain`.
 """
 
 from __future__ import annotations
@@ -15,7 +15,7 @@ Progress = Callable[[float], None]
 
 
 def portion(steps: Steps[Result], number: int, count: int) -> Steps[Result]:
-    """The same steps as number `number` of `count` equal parts of some work, from 0 on."""
+    """The same steps, as part `number` (from 0) of `count` equal parts of some work."""
     while True:
         try:
             share = next(steps)

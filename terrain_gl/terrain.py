@@ -18,7 +18,7 @@ from .heightmap import MAX_HEIGHT_M, Heightmap
 from .rect import Rect
 
 VOID, WATER = 1, 2  # marks of posts: glsl/blocks/terrain.glsl
-SEA = 0.1  # of the rim that stands in water of one height: then that is the sea
+SEA = 0.1  # if this part of the rim is in water of one height, that water is the sea
 HEADROOM = 0.5  # headroom for further edits when the quantisation range is widened, as a part of the relief
 
 
@@ -42,7 +42,7 @@ class Terrain:
     ) -> None:
         self.ctx, self.heightmap = ctx, heightmap
         self.edits = 0
-        self._own = False  # whether `heightmap` is this terrain's alone, to be written to
+        self._own = False  # whether `heightmap` is a copy of our own, which may be changed
         same = like is not None and like.heightmap.heights is heightmap.heights
         self._filling: Filling | None = like._filling if like and same else None
         self._water: Water | None = like._water if like else Water.of(heightmap.heights)
@@ -85,12 +85,12 @@ class Terrain:
 
     @property
     def has_water(self) -> bool:
-        """Whether the map shows water by itself: `flats.water_posts`."""
+        """Whether there is water in the map's own heights: `flats.water_posts`."""
         return self._water is not None
 
     @property
     def sea_m(self) -> float | None:
-        """Height of the sea that goes on beyond the map; None if no water reaches far along its rim."""
+        """Height of the sea that continues beyond the map; None if the map has no sea."""
         return self._water.sea_m if self._water else None
 
     @property
@@ -181,11 +181,11 @@ class Terrain:
         return Terrain(self.ctx, other, self)
 
     def with_heights(self, heights: np.ndarray) -> Terrain:
-        """The same posts with other heights, (rows, cols) metres, NaN for voids. Water stays where it stands."""
+        """The same posts with other heights, (rows, cols) metres, NaN for voids. Water keeps its place and height."""
         return Terrain(self.ctx, self.heightmap.copy(heights), self)
 
     def take(self, other: Terrain) -> None:
-        """Exchange quantisation ranges, textures and blocks with what `with_headroom` or `with_range` returned."""
+        """Exchange quantisation ranges, textures and blocks with a result of `with_headroom` or `with_range`."""
         mine, theirs = self.heightmap, other.heightmap
         mine.quantised_m, theirs.quantised_m = theirs.quantised_m, mine.quantised_m
         for name in ("heights", "marks", "block", "base_m", "_low_m", "span_m"):
@@ -266,7 +266,7 @@ def block_of(heightmap: Heightmap, top_level: int, low_m: float, span_m: float) 
 
 
 class Water(NamedTuple):
-    """Which posts stood in water when the map came, and at which heights: a post that an edit lifts is dry."""
+    """The posts in water when the map was opened, and the water's heights. A post that an edit lifts is dry."""
 
     posts: np.ndarray
     levels_m: np.ndarray
@@ -274,7 +274,7 @@ class Water(NamedTuple):
 
     @classmethod
     def of(cls, heights: np.ndarray) -> Water | None:
-        """The water that a map shows by itself."""
+        """The water in a map's own heights."""
         posts = water_posts(heights)
         if posts is None:
             return None
@@ -284,7 +284,7 @@ class Water(NamedTuple):
         return cls(posts, np.unique(heights[posts]), float(levels[counts.argmax()]) if is_sea else None)
 
     def stands(self, part: tuple[slice, slice], heights: np.ndarray) -> np.ndarray:
-        """Which posts of a part of the map stand in water now."""
+        """Which posts of a part of the map are in water now."""
         return self.posts[part] & np.isin(heights, self.levels_m)
 
 

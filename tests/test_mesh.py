@@ -156,7 +156,7 @@ def test_heights_are_those_of_the_posts(ctx, monkeypatch):
     selection = scene.select(cameras(heightmap)["default"], 1.0)
     scene.triangles(selection)  # compares them, to the bit
     scene.terrain.heightmap.heights[:] += np.float32(0.01)
-    with pytest.raises(TerrainError, match="beside their posts"):
+    with pytest.raises(TerrainError, match="at wrong heights"):
         captured_triangles(selection)
     scene.release()
 

@@ -173,7 +173,7 @@ def test_a_place_alone_is_seen_from_near_by(folder, post):
     ("words", "status", "text"),
     [
         (("a.tif", "--at", "0,0"), 2, "lies off the map"),
-        (("a.npy", "--at", "9,46"), 2, "does not say where on the Earth"),
+        (("a.npy", "--at", "9,46"), 2, "its place on the Earth is not known"),
         (("a.tif", "--at", "9,95"), 2, "expected degrees"),
         (("a.tif", "--at", "9,46", "--target", "1,2,3"), 2, "not allowed with"),
         (("a.npy", "--time", "2026-06-21T12:00"), 2, "--latitude"),

@@ -1,6 +1,6 @@
 """Triangle meshes for files: indexed vertices with normals and texture coordinates, written as PLY, glTF, OBJ or STL.
 
-Vertices are posts of the map, or middles of its cells, so every position is exact. The formats stand in
+Vertices are posts of the map, or middles of its cells, so every position is exact. The formats are in
 `files/mesh_formats.py`.
 """
 
@@ -27,30 +27,30 @@ def make_mesh(
     weld: bool = True,
     place: Place | None = None,
 ) -> Mesh:
-    """Mesh of captured triangles, which share the vertices in one place, or have three each unless `weld`.
+    """Mesh of captured triangles. With `weld`, triangles share vertices; without, each has three of its own.
 
     Parameters
     ----------
     triangles
         (m, 3, 2) columns and rows.
     heights
-        (rows, cols) float32 metres; voids filled, for a vertex may stand on one.
+        (rows, cols) float32 metres. Voids must be filled, because vertices may be on them.
     place
-        Where the map lies, to be recorded.
+        Where the map lies; it is recorded in the file.
     """
     posts = triangles.reshape(-1, 2)
     if not weld:
         return Mesh(posts, np.arange(len(posts), dtype="u4").reshape(-1, 3), heights, spacing_m, place)
-    places = np.rint(64 * posts).astype(np.int64)  # vertices stand on 64ths between posts
+    places = np.rint(64 * posts).astype(np.int64)  # vertices are on 64ths between posts
     used, number = np.unique(places[:, 1] << 32 | places[:, 0], return_inverse=True)
     shared = np.stack([used & 0xFFFFFFFF, used >> 32], -1) / 64
     return Mesh(shared, number.astype("u4").reshape(-1, 3), heights, spacing_m, place)
 
 
 def write_mesh(path: str | os.PathLike[str], mesh: Mesh, progress: Callable[[float], None] | None = None) -> None:
-    """Write a mesh; the ending of the name, one of `FORMATS`, says how. The file appears whole or not at all.
+    """Write a mesh; the ending of the name, one of `FORMATS`, is its format. The file appears only when it is complete.
 
-    A texture stands in a .glb; beside a .ply or .obj it is a file of its own, `files_beside`.
+    The texture is inside a .glb file; beside a .ply or .obj it is a file of its own, `files_beside`.
 
     Parameters
     ----------
@@ -62,7 +62,7 @@ def write_mesh(path: str | os.PathLike[str], mesh: Mesh, progress: Callable[[flo
     TerrainError
         The file cannot be written, or the mesh is too large for its format.
     UsageError
-        No such format, or a texture in a format that holds none.
+        An unknown format, or a texture in a format without textures.
     """
     path = Path(path)
     pieces = mesh_format(path)(mesh, path.stem)
@@ -78,7 +78,7 @@ def write_mesh(path: str | os.PathLike[str], mesh: Mesh, progress: Callable[[flo
 
 
 def mesh_format(path: str | os.PathLike[str]) -> Format:
-    """The function that turns a mesh into the bytes of the format that a file's name ends in."""
+    """The format for the ending of a file's name: the function that makes a file's bytes from a mesh."""
     ending = os.path.splitext(os.fspath(path))[1].lower()
     if ending not in FORMATS:
         raise UsageError(f"{os.fspath(path)}: a mesh file's name must end in one of {', '.join(FORMATS)}")

@@ -30,7 +30,7 @@ MAX_SIDE = 16384
 MAX_OCTAVES = 16
 MAX_SEED = 2**24 - 1  # larger seeds would collide with the noise's layers in the hash
 RECIPES = ("canyon", "alpine")  # numbered as in glsl/generate/land.glsl
-RELIEFS_PER_UNIT = 8  # the longest waves, in reliefs
+RELIEFS_PER_UNIT = 8  # length of the longest waves, as a multiple of the relief
 FINER = 64  # a step of a PNG is 64 steps of a float file
 GROUP = 64  # threads of a work group, as in glsl/generate
 BAND_POSTS = 2**20  # posts of a band: 4 MiB of GPU memory, fast even in software
@@ -49,10 +49,10 @@ class Land:
     seed
         0 to 16777215; each gives another land.
     cliffs
-        0, rolling hills, to 1, tablelands cut by canyons.
+        From 0 (rolling hills) to 1 (tablelands cut by canyons).
     octaves
-        Scales of detail, 1 to 16: the longest is 8 reliefs, each further one half as long. By default as many as the
-        spacing can show.
+        Scales of detail, 1 to 16. The longest is 8 times the relief; each further one is half as long. By default as
+        many as the spacing can show.
     relief_m
         The largest possible height difference. Lengths on the map scale with it, so that slopes do not depend on it.
     spacing_m
@@ -96,7 +96,7 @@ class Land:
 
     @property
     def z_scale(self) -> float:
-        """Metres per unit of a 16-bit file: the least 1, 2 or 5 times a power of ten that reaches the relief."""
+        """Metres per unit of a 16-bit file: the smallest of 1, 2 and 5 times a power of ten that covers the relief."""
         return least_step(self.relief_m, 65535)
 
     @property
@@ -162,7 +162,7 @@ def shot_command(land: Land, path: str) -> str:
 def bands_of(
     ctx: moderngl.Context, land: Land, progress: Progress | None = None, posts: int = BAND_POSTS
 ) -> Iterator[np.ndarray]:
-    """Heights as parts of the relief, float32 (rows, cols) from 0 to 1, in bands from north to south."""
+    """Yield bands from north to south: float32 (rows, cols), heights as parts of the relief, 0 to 1."""
     kernel = shaders.compute(ctx, "generate/heights.comp")
     rows = max(1, posts // land.cols)
     buffer = ctx.buffer(reserve=4 * land.cols * min(rows, land.rows))
@@ -182,7 +182,7 @@ def bands_of(
 
 
 def stored(band: np.ndarray, land: Land, suffix: str) -> np.ndarray:
-    """Parts of the relief as the file has them: whole steps in 16 bits, or float32 metres of steps 64 times finer."""
+    """Convert parts of the relief to the file's values: whole steps in 16 bits, or metres in 64 times finer steps."""
     steps = band.astype(np.float64) * (land.relief_m / land.z_scale)
     if FORMATS[suffix] == "uint16":
         return np.rint(steps).astype(np.uint16)
@@ -197,7 +197,7 @@ def _set(kernel: Any, land: Land, size: tuple[int, int], first_row: int) -> None
 
 
 def step_of(land: Land) -> float:
-    """From post to post, in the units of the noise."""
+    """The distance between posts, in the units of the noise."""
     return land.spacing_m / (RELIEFS_PER_UNIT * land.relief_m)
 
 

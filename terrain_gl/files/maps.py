@@ -1,4 +1,4 @@
-"""The bundled heightmaps, by name, each with the scales it is stored in and the view it is first seen in."""
+"""The bundled heightmaps, by name. Each has its scales and its first view."""
 
 from __future__ import annotations
 
@@ -47,7 +47,7 @@ class BundledMap:
 
     @property
     def camera(self) -> Camera:
-        """The view in which the map is first seen."""
+        """The map's first view."""
         return Camera(self.eye, self.target, self.fov_deg)
 
 
@@ -60,7 +60,7 @@ def bundled() -> dict[str, BundledMap]:
 
 
 def find_bundled(name_or_path: str) -> BundledMap | None:
-    """The bundled map of that name, or the one that the file of that path is a copy of; an existing file comes first.
+    """The bundled map of a name, or of a file that is a copy of it. If both a file and a map match, the file counts.
 
     Raises
     ------
@@ -82,12 +82,12 @@ def files_read(name_or_path: str) -> list[str]:
 
 
 def open_map(name_or_path: str, **options: Any) -> tuple[Heightmap, BundledMap | None]:
-    """Open a bundled map or a file, and tell which bundled map it is, unless options give it another shape.
+    """Open a bundled map or a file; also returns the bundled map that it is, unless options change its scales.
 
     Parameters
     ----------
     options
-        As `Heightmap.open` takes them; those that are None are as if not given.
+        Arguments of `Heightmap.open`; None counts as not given.
     """
     known = find_bundled(name_or_path)
     given = {key: value for key, value in options.items() if value is not None}
@@ -108,5 +108,5 @@ def _bundled(name: str, path: str, entry: dict[str, Any]) -> BundledMap:
 def _same_file(known: str, path: str) -> bool:
     try:
         return os.path.isfile(path) and filecmp.cmp(known, path, shallow=False)
-    except OSError:  # unreadable: the reader will say so
+    except OSError:  # unreadable: the reader reports it
         return False

@@ -1,7 +1,7 @@
 """Formats of triangle meshes: binary PLY, binary glTF, Wavefront OBJ, binary STL.
 
-PLY holds float64 world metres. glTF holds columns, heights and rows with the spacing in the node's scale: nothing is
-rounded. OBJ holds decimals that round to the same numbers. STL holds millimetres of a solid for a printer.
+PLY holds float64 world metres. glTF holds columns, heights and rows, and the node's scale is the spacing, so nothing is
+rounded. OBJ holds decimals that round to the same numbers. STL holds a solid in millimetres, for a printer.
 """
 
 from __future__ import annotations
@@ -18,10 +18,10 @@ from ..exceptions import TerrainError
 from ..mesh import vertex_heights
 from ..place import Place
 
-CHUNK = 1 << 17  # vertices or faces that are turned into bytes at a time
+CHUNK = 1 << 17  # vertices or faces that are converted to bytes at a time
 GLB_LIMIT = 2**32 - 1
 PRINT_MM = 150.0  # longer side of a solid
-BASE = 0.02  # of that side: how thick a solid is under its lowest place
+BASE = 0.02  # thickness of a solid under its lowest place, as a part of that side
 _FACE = np.dtype([("n", "u1"), ("vertices", "<u4", 3)])
 _VERTEX = np.dtype([("place", "<f8", 3), ("normal", "<f4", 3), ("texture", "<f4", 2)])
 _STL = np.dtype([("normal", "<f4", 3), ("corners", "<f4", (3, 3)), ("attributes", "<u2")])
@@ -42,9 +42,9 @@ class Mesh:
     spacing_m
         Metres between posts, east and north.
     place
-        Where the map lies, to be recorded.
+        Where the map lies; it is recorded in the file.
     texture
-        A PNG file of the map from straight above, whose edges are those of the outermost posts' cells.
+        A PNG file: the map seen from straight above, up to the outer edges of the outermost posts' cells.
     print_mm
         Longer side of the map in a format for printing.
     """
@@ -107,7 +107,7 @@ Format = Callable[[Mesh, str], Iterator[bytes]]
 
 
 def parts_of(ending: str, mesh: Mesh) -> int:
-    """In how many pieces a file is made, after the first."""
+    """The number of pieces of a file, without its header."""
     passes = {".glb": 3, ".stl": 0}.get(ending, 1)
     return passes * _chunks(len(mesh.posts)) + _chunks(len(mesh.faces))
 
@@ -161,7 +161,7 @@ def _ascii(name: str) -> str:
 
 
 def _obj(mesh: Mesh, name: str) -> Iterator[bytes]:
-    """Wavefront OBJ, three lines a vertex; 9 digits tell float32 heights apart, 15 name places."""
+    """Wavefront OBJ, three lines a vertex. Heights have 9 digits, enough for any float32; places have 15."""
     lines = ["# metres: x east, y north, z up", *(f"# {remark}" for remark in mesh.remarks)]
     lines += [f"mtllib {_ascii(name)}.mtl", "usemtl land"] if mesh.texture else []
     yield ("\n".join(lines) + "\n").encode("ascii")
@@ -175,7 +175,7 @@ def _obj(mesh: Mesh, name: str) -> Iterator[bytes]:
 
 
 def _mtl(mesh: Mesh, name: str) -> bytes:
-    """The material of an OBJ: light is in the picture already."""
+    """The material of an OBJ, without shading: the texture already includes light."""
     return f"newmtl land\nillum 0\nKd 1 1 1\nmap_Kd {_ascii(name)}.png\n".encode("ascii")
 
 
@@ -202,7 +202,7 @@ def _lattice(mesh: Mesh, part: slice) -> np.ndarray:
 
 
 def _lattice_normals(mesh: Mesh, part: slice) -> np.ndarray:
-    """(k, 3) normals that the node's scale, east and north, turns into those of the land."""
+    """(k, 3) normals that become those of the land by the node's scale."""
     (east, north), (x, y, z) = mesh.spacing_m, mesh.normals(part).T
     return _unit(np.stack([east * x, z, -north * y], -1))
 
@@ -260,7 +260,7 @@ def _gltf(mesh: Mesh, sizes: list[int]) -> dict[str, object]:
 
 
 def _materials(mesh: Mesh) -> dict[str, object]:
-    """Rough ground; or the texture as it is, for light is in it already."""
+    """Rough ground; or the texture without shading, because it already includes light."""
     rough: dict[str, object] = {"metallicFactor": 0.0, "roughnessFactor": 1.0}
     if not mesh.texture:
         return {"materials": [{"pbrMetallicRoughness": rough | {"baseColorFactor": [0.55, 0.5, 0.42, 1.0]}}]}
@@ -297,7 +297,7 @@ def _stl(mesh: Mesh, name: str) -> Iterator[bytes]:
 
 
 def _shared(mesh: Mesh) -> Mesh:
-    """The mesh with one vertex in one place."""
+    """The mesh with shared vertices: only one at each place."""
     posts, number = np.unique(mesh.posts, axis=0, return_inverse=True)
     return replace(mesh, posts=posts, faces=number.reshape(-1)[mesh.faces].astype("u4"))
 
@@ -311,7 +311,7 @@ def _millimetres(mesh: Mesh) -> np.ndarray:
 
 
 def _rim(faces: np.ndarray) -> np.ndarray:
-    """(k, 2) edges of one face alone, in its direction."""
+    """(k, 2) edges that belong to only one face, in the direction of that face."""
     edges = faces[:, [[0, 1], [1, 2], [2, 0]]].reshape(-1, 2)
     n = int(faces.max()) + 1
     return edges[~np.isin(edges @ [n, 1], edges @ [1, n])]

@@ -8,7 +8,7 @@ from typing import Any
 
 
 def json_text(value: Any) -> str:
-    """`value` as JSON, a line at the end; null for infinities and what is no number, which JSON does not have."""
+    """`value` as JSON with a newline at its end. Infinities and NaN, which JSON lacks, become null."""
     return json.dumps(_finite(value), indent=2, allow_nan=False) + "\n"
 
 

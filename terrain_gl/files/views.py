@@ -1,7 +1,7 @@
-"""Standard views: where to stand on a map that nobody has seen yet. The same map gives the same views.
+"""Standard views: interesting cameras for any map. They depend on the map alone.
 
-valley   low down where the land around rises most, looking up at the highest place of it that is in sight
-ridge    high up where the land falls off most, looking out over the lowest place near
+valley   low, where the land around rises most; looks up at the highest place in sight
+ridge    high, where the land falls most; looks out over the lowest place nearby
 high     far above, looking down obliquely over the middle of the map
 default  from outside, over the part of the map with the most relief and few voids
 """
@@ -18,27 +18,27 @@ from ..camera import Camera
 from ..exceptions import UsageError
 from ..heightmap import Heightmap
 
-_BLOCKS = 64  # blocks of posts a side in which places are looked for
-_INSIDE = 1 / 8  # of the map, on every side, is left out: there is land all around where the eye stands
-_REACH = 1 / 8  # of the longer side: how far a view looks for what rises, or falls off
-_READABLE = 0.07  # relief over extent that a picture of all the land shows well
-_SOLID = 0.9  # share of data in a block and beside it where one may stand
-_LEAST_PART, _MOST_PART = 0.3, 0.75  # of the map's sides: what the first view looks at
-_IN_FRAME = 0.62  # of that part, whose corners are in the picture for sure
-_TRIES = 64  # places that are tried for a free sight
+_BLOCKS = 64  # blocks of posts along a side of the map: a view is searched block by block
+_INSIDE = 1 / 8  # part of the map along each rim where no eye is placed, so that there is land on all sides
+_REACH = 1 / 8  # how far away rising or falling land is searched, as a part of the map's longer side
+_READABLE = 0.07  # relief over extent at which a picture of the whole map shows the relief well
+_SOLID = 0.9  # least share of posts with data, in a block and its neighbours, for a place of the eye
+_LEAST_PART, _MOST_PART = 0.3, 0.75  # size of the part that the first view looks at, relative to the map
+_IN_FRAME = 0.62  # share of that part whose corners are certainly in the picture
+_TRIES = 64  # places that are tried until the sight is free
 Post = tuple[int, int]
 
 
 def standard_view(heightmap: Heightmap, name: str = "default", fov_deg: float = 45.0) -> Camera:
-    """The camera of a standard view, one of `VIEWS`; on a map too narrow to stand on, the default."""
+    """The camera of a standard view, one of `VIEWS`; on a very narrow map, the default view."""
     narrow = min(heightmap.rows, heightmap.cols) < 3
     return VIEWS["default" if narrow else name](heightmap, fov_deg)
 
 
 def overview(heightmap: Heightmap, fov_deg: float = 45.0) -> Camera:
-    """Look from the south over the part with the most relief, the whole of its height in the picture.
+    """Look from the south over the part with the most relief; all of its heights are in the picture.
 
-    The flatter a map is, the smaller is that part, so that relief can be seen. Of a long map it is `Camera.default`.
+    The flatter the map, the smaller this part, so that relief is visible. For a long map, this is `Camera.default`.
     """
     (east, north), (low_m, high_m) = heightmap.extent_m, heightmap.range_m
     if min(heightmap.rows, heightmap.cols) < 3 or max(east, north) > 3 * min(east, north):
@@ -91,12 +91,12 @@ def high(heightmap: Heightmap, fov_deg: float = 45.0) -> Camera:
 
 
 def stand_at(heightmap: Heightmap, camera: Camera, lon: float, lat: float, above_m: float | None = None) -> Camera:
-    """The camera moved to degrees of longitude and latitude, so many metres above the ground there (2 posts' spacings).
+    """The camera, moved to a longitude and latitude in degrees, `above_m` above the ground (default: two spacings).
 
     Raises
     ------
     UsageError
-        The place lies off the map, or the map does not know where it lies.
+        The place is off the map, or the place of the map is not known.
     """
     x, y = _on_map(heightmap, lon, lat)
     above_m = 2 * max(heightmap.spacing_m) if above_m is None else above_m
@@ -104,13 +104,13 @@ def stand_at(heightmap: Heightmap, camera: Camera, lon: float, lat: float, above
 
 
 def look_at(heightmap: Heightmap, camera: Camera, lon: float, lat: float, above_m: float = 0.0) -> Camera:
-    """The camera turned to degrees of longitude and latitude, so many metres above the ground there."""
+    """The camera, turned to a longitude and latitude in degrees, `above_m` above the ground there."""
     x, y = _on_map(heightmap, lon, lat)
     return replace(camera, target=(x, y, _ground_m(heightmap, x, y) + above_m))
 
 
 def drawn_near(heightmap: Heightmap, camera: Camera, share: float = 1 / 4) -> Camera:
-    """The camera on its own line of sight, a share of the map's longer side from its target, and above the ground."""
+    """The camera, moved along its line of sight to `share` of the map's longer side from its target, above ground."""
     target, eye = np.asarray(camera.target, np.float64), np.asarray(camera.eye, np.float64)
     back = (eye - target) / max(float(np.linalg.norm(eye - target)), 1e-9)
     x, y, z = target + share * max(heightmap.extent_m) * back
@@ -119,7 +119,7 @@ def drawn_near(heightmap: Heightmap, camera: Camera, share: float = 1 / 4) -> Ca
 
 
 def depth_below_ground(heightmap: Heightmap, camera: Camera) -> float:
-    """Metres that the eye stands under all four posts around it; 0 above them, beside voids and off the map."""
+    """How far the eye is below all four posts around it, in metres; 0 above them, beside voids and off the map."""
     (x, y, z), (east, north) = camera.eye, heightmap.spacing_m
     col, row = math.floor(x / east), heightmap.rows - 2 - math.floor(y / north)
     if not (0 <= col < heightmap.cols - 1 and 0 <= row < heightmap.rows - 1):
@@ -158,7 +158,7 @@ class _Blocks:
         self.off_middle = np.hypot(x, y)
         self.inside = np.maximum(np.abs(x), np.abs(y)) <= 1 - 2 * _INSIDE
         self.inside &= np.isfinite(self.low)
-        solid = self.inside & (self._data(rows, cols) > _SOLID)  # not on a fragment between voids
+        solid = self.inside & (self._data(rows, cols) > _SOLID)  # no small pieces of land between voids
         self.inside = solid if solid.any() else self.inside
         if not self.inside.any():
             self.inside = np.isfinite(self.low)
@@ -167,7 +167,7 @@ class _Blocks:
         return reduce.reduceat(reduce.reduceat(self.heightmap.heights, rows, axis=0), cols, axis=1).astype(np.float64)
 
     def _data(self, rows: np.ndarray, cols: np.ndarray) -> np.ndarray:
-        """Share of the posts with data, in each block the least of its own and of those beside it."""
+        """Share of the posts with data: for each block, the smallest among itself and its neighbours."""
         if not self.heightmap.voids:
             return np.ones((len(rows), len(cols)))
         known = ~np.isnan(self.heightmap.heights)
@@ -203,7 +203,7 @@ class _Blocks:
         return values
 
     def best(self, score: np.ndarray) -> list[Post]:
-        """Blocks in falling order of score; of equal ones, that nearest to the middle first."""
+        """Blocks in falling order of score; among equal ones, the one nearest to the middle first."""
         order = np.lexsort((self.off_middle.ravel(), -score.ravel()))
         return [(int(i) // score.shape[1], int(i) % score.shape[1]) for i in order]
 
@@ -215,7 +215,7 @@ class _Blocks:
         return row + at // heights.shape[1], col + at % heights.shape[1]
 
     def floor(self, block: Post) -> Post:
-        """Row and column of a block's post that is lowest with its neighbours: not at the foot of a wall."""
+        """Row and column of the post in a block whose neighbourhood is lowest, so not at the foot of a cliff."""
         row, col = self.side * block[0], self.side * block[1]
         heights = self.heightmap.heights[max(0, row - 1) : row + self.side + 1, max(0, col - 1) : col + self.side + 1]
         solid = np.where(np.isnan(heights), np.inf, heights)
@@ -228,11 +228,11 @@ class _Blocks:
         return max(0, row - 1) + 1 + at // walls.shape[1], max(0, col - 1) + 1 + at % walls.shape[1]
 
     def highest(self, post: Post, nearest: float, farthest: float) -> Post:
-        """The highest post of the blocks between two shares of the map's longer side away."""
+        """The highest post of all blocks between two distances, given as shares of the map's longer side."""
         return self._extreme(self.high, post, nearest, farthest, lowest=False)
 
     def lowest_inward(self, post: Post, nearest: float, farthest: float) -> Post:
-        """The lowest such post, not farther from the map's middle: where there is more land to see."""
+        """The lowest such post in the direction of the map's middle, where there is more land to see."""
         off_middle = self.off_middle[post[0] // self.side, post[1] // self.side]
         score = np.where(self.off_middle <= off_middle, -self.low, -np.inf)
         return self._extreme(score, post, nearest, farthest, lowest=True)
@@ -249,7 +249,7 @@ def _on_map(heightmap: Heightmap, lon: float, lat: float) -> tuple[float, float]
     """World metres of a place on the map."""
     place = heightmap.place
     if place is None:
-        raise UsageError(f"{heightmap.name}: does not say where on the Earth it lies: name places in metres, X,Y,Z")
+        raise UsageError(f"{heightmap.name}: its place on the Earth is not known: give places in metres, X,Y,Z")
     x, y = place.from_lonlat(lon, lat)
     width, depth = heightmap.extent_m
     if not (0 <= x <= width and 0 <= y <= depth):
@@ -262,7 +262,7 @@ def _on_map(heightmap: Heightmap, lon: float, lat: float) -> tuple[float, float]
 
 
 def _ground_m(heightmap: Heightmap, x: float, y: float) -> float:
-    """Height of the post next to a place, or next to where one leaves the map; of a void, the map's lowest height."""
+    """Height of the post nearest to a place, which may be off the map; the map's lowest height for a void."""
     (east, north), (rows, cols) = heightmap.spacing_m, heightmap.heights.shape
     row, col = rows - 1 - round(y / north), round(x / east)
     height = float(heightmap.heights[min(max(row, 0), rows - 1), min(max(col, 0), cols - 1)])
@@ -294,7 +294,7 @@ def _stand(heightmap: Heightmap, post: Post) -> np.ndarray:
 
 
 def _in_sight(heightmap: Heightmap, eye: Post, target: Post) -> bool:
-    """Whether the ground is below the line from eye to target, up to close before it."""
+    """Whether the ground is below the line from eye to target, except close to the target."""
     t = np.linspace(0.02, 0.95, 128)
     rows, cols = (np.round(a + t * (b - a)).astype(int) for a, b in zip(eye, target, strict=True))
     a, b = _stand(heightmap, eye)[2], _world(heightmap, target)[2]

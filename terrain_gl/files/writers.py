@@ -1,6 +1,6 @@
-"""Heightmap files, written row by row: 16-bit PNG, float TIFF or EXR. They appear whole or not at all.
+"""Heightmap files, written row by row: 16-bit PNG, float TIFF or EXR. A file appears only when it is complete.
 
-A TIFF of a map that knows where it lies is a GeoTIFF, if rasterio is installed.
+If the place of the map is known and rasterio is installed, a TIFF is a GeoTIFF.
 """
 
 from __future__ import annotations
@@ -24,9 +24,9 @@ from ..readers.georeference import DEGREES, Georeference
 from ..readers.raster import gdal_failures, has_rasterio, one_line
 
 FORMATS = {".png": "uint16", ".tif": "float", ".tiff": "float", ".exr": "float"}
-MOST_STEPS = 65534  # of a 16-bit file with voids
+MOST_STEPS = 65534  # most steps of a 16-bit file with voids
 VOID = 65535
-BAND_POSTS = 2**20  # written at once
+BAND_POSTS = 2**20  # posts that are written at once
 
 Progress = Callable[[float], None]
 
@@ -34,20 +34,20 @@ Progress = Callable[[float], None]
 def write_heightmap(
     path: str | os.PathLike[str], heightmap: Heightmap, progress: Progress | None = None
 ) -> dict[str, Any]:
-    """Write a map, voids and all.
+    """Write a map, voids included.
 
     Parameters
     ----------
     path
-        `.tif`, `.tiff`, `.exr`: float32 metres, bit by bit, voids NaN. `.png`: 16-bit steps, rounded to the nearest,
-        as fine as `least_step` finds them; voids 65535. A TIFF has the map's coordinate system and grid.
+        `.tif`, `.tiff`, `.exr`: float32 metres, exact; voids are NaN. `.png`: 16-bit steps of the size that
+        `least_step` gives, rounded to the nearest; voids are 65535. A TIFF has the map's coordinate system and grid.
     progress
         Called with the part done, 0 to 1.
 
     Returns
     -------
     dict
-        What `Heightmap.open` needs besides the path to have the same map again.
+        Arguments of `Heightmap.open`, besides the path, that give the same map again.
 
     Raises
     ------
@@ -71,7 +71,7 @@ def write_heightmap(
 
 
 def opening_of(heightmap: Heightmap, suffix: str) -> dict[str, Any]:
-    """What `Heightmap.open` needs to read a file of these heights."""
+    """Arguments of `Heightmap.open` for a file of these heights."""
     spacing = {"spacing_m": heightmap.spacing_m}
     if FORMATS[suffix] == "float":
         return spacing
@@ -90,14 +90,14 @@ def as_options(opening: dict[str, Any]) -> str:
 
 
 def least_step(relief_m: float, steps: int = MOST_STEPS) -> float:
-    """The least 1, 2 or 5 times a power of ten of which so many steps reach a relief."""
+    """The smallest of 1, 2 and 5 times a power of ten with which `steps` steps cover a relief."""
     least = max(relief_m, 1e-3) / steps
     exponent = math.floor(math.log10(least))
     return next(step for digit in (1, 2, 5, 10) if (step := float(f"{digit}e{exponent}")) >= least)
 
 
 def format_of(path: str | os.PathLike[str]) -> str:
-    """Ending of the file's name, in small letters; `UsageError` if it is none of `FORMATS`."""
+    """Ending of the file's name, in lower case; `UsageError` if it is none of `FORMATS`."""
     suffix = Path(path).suffix.lower()
     if suffix not in FORMATS:
         raise UsageError(f"{path}: a heightmap's name must end in one of {', '.join(FORMATS)}")
@@ -108,7 +108,7 @@ def format_of(path: str | os.PathLike[str]) -> str:
 def heightmap_file(
     path: str | os.PathLike[str], cols: int, rows: int, description: str, place: Georeference | None = None
 ) -> Iterator[HeightmapFile | GeoTiff]:
-    """Give a file to write all rows of a map to; it takes the place of `path` when the block ends without an error.
+    """Yield a file that takes all rows of a map. It replaces `path` when the block ends without an error.
 
     Parameters
     ----------
@@ -142,7 +142,7 @@ class HeightmapFile:
         spec.attribute("ImageDescription", description)
         spec.attribute("compression", "zip")
         if dtype == "float":
-            spec.attribute("DateTime", "1970:01:01 00:00:00")  # today's would be written, and no two files be the same
+            spec.attribute("DateTime", "1970:01:01 00:00:00")  # today's date would make equal maps differ
         self.file: Any = oiio.ImageOutput.create(os.fspath(beside))
         self._ensure(self.file is not None and self.file.open(os.fspath(beside), spec))
 
@@ -150,7 +150,7 @@ class HeightmapFile:
         return self
 
     def write(self, rows: np.ndarray) -> None:
-        """Add rows below those that there are, in the file's own type."""
+        """Add rows below the earlier ones, in the file's own type."""
         end = self.row + len(rows)
         self._ensure(self.file.write_scanlines(self.row, end, 0, rows[..., None]))
         self.row = end
@@ -172,7 +172,7 @@ class GeoTiff:
         import rasterio
 
         self.path, self.row, (self.cols, rows) = path, 0, place.size
-        # heights are metres, so the vertical part of the map's system, which may be feet, is left out
+        # heights are metres, so we leave out the vertical part of the map's system, which may be in feet
         crs = place.crs if place.crs in (None, DEGREES) else flat_crs(place.crs).to_wkt()
         profile = {"driver": "GTiff", "width": self.cols, "height": rows, "count": 1, "dtype": "float32"}
         profile |= {"transform": rasterio.Affine(*place.grid), "crs": crs, "nodata": math.nan}
@@ -185,7 +185,7 @@ class GeoTiff:
         return self
 
     def write(self, rows: np.ndarray) -> None:
-        """Add rows below those that there are."""
+        """Add rows below the earlier ones."""
         end = self.row + len(rows)
         with self._failing():
             self.file.write(rows, 1, window=((self.row, end), (0, self.cols)))

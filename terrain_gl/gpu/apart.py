@@ -1,7 +1,7 @@
 """Try a back end in a separate process first, because a missing or broken driver may end the process.
 
 Mesa ends the process if GALLIUM_DRIVER names a driver that it does not have, such as d3d12 of WSL. EGL, the first
-choice, normally reports an error instead. It is tried apart only if the environment names a driver.
+choice, normally reports an error instead. It is tried in a separate process only if the environment names a driver.
 """
 
 from __future__ import annotations
@@ -37,7 +37,7 @@ def may_crash(name: str) -> bool:
 
 
 def try_apart(name: str) -> tuple[str, str]:
-    """Renderer and version of a back end, asked in a separate process.
+    """Renderer and version of a back end, found out in a separate process.
 
     Raises
     ------
@@ -72,4 +72,4 @@ def _how(status: int) -> str:
 
 def _advice() -> str:
     named = [f"{variable}={value}" for variable in _DRIVERS if (value := os.environ.get(variable))]
-    return f"; the environment says {', '.join(named)}: unset it" if named else ""
+    return f"; the environment sets {', '.join(named)}: unset it" if named else ""

@@ -18,7 +18,7 @@ from .loaders import OSMesaLoader, WindowLoader, glfw_error, glfw_library
 
 REQUIRED = 430  # compute shaders and storage buffers
 _WANTED = (450, REQUIRED)
-_OLDEST = 330  # asked for only to find out which version an old driver has
+_OLDEST = 330  # requested only to find out which version an old driver has
 
 _PACKAGES = {
     "egl": "libegl1 libgl1 libgl1-mesa-dri",

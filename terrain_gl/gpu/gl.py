@@ -51,7 +51,7 @@ def function(ctx: moderngl.Context, name: str, result: Any, *arguments: Any) -> 
 
 
 def is_software(ctx: moderngl.Context) -> bool:
-    """Whether the processor draws: it has few cores, and every work group has a cost of its own."""
+    """Whether the processor draws. It has few cores, and every work group takes time to start."""
     return str(ctx.info["GL_RENDERER"]).startswith(SOFTWARE)
 
 
@@ -63,14 +63,14 @@ def has(program: Any, name: str) -> bool:
 
 
 def write_uniforms(program: Any, **values: Any) -> None:
-    """Give a program the uniforms `u_<name>`; those that it does not have are left out."""
+    """Set the uniforms `u_<name>` of a program; names that it does not have are ignored."""
     for name, value in values.items():
         if has(program, f"u_{name}"):
             program[f"u_{name}"] = value
 
 
 def texel_texture(ctx: moderngl.Context, size: tuple[int, int], dtype: str) -> moderngl.Texture:
-    """A texture of one value a texel, read without interpolation; what lies beyond the rim repeats the rim."""
+    """A texture of one value a texel, read without interpolation; beyond its rim the rim is repeated."""
     texture = ctx.texture(size, 1, dtype=dtype)
     texture.filter = (moderngl.NEAREST, moderngl.NEAREST)
     texture.repeat_x = texture.repeat_y = False
@@ -263,7 +263,7 @@ def _nowhere(ctx: moderngl.Context) -> Iterator[None]:
 
 @contextmanager
 def _counter(ctx: moderngl.Context, target: int) -> Iterator[c_uint]:
-    """Count, inside the block, what the query `target` counts; the result is set when the block ends."""
+    """Run a query `target` over the block; the result is set when the block ends."""
     query, result = c_uint(), c_uint()
     function(ctx, "glGenQueries", None, c_int, POINTER(c_uint))(1, byref(query))
     function(ctx, "glBeginQuery", None, c_uint, c_uint)(target, query)

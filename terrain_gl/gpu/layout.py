@@ -138,7 +138,7 @@ class Level(NamedTuple):
 
     @property
     def count_tile(self) -> int:
-        """Nodes a side that one class counter stands for."""
+        """Nodes along a side of the tile that one class counter covers."""
         return COUNT_TILE if self.first_tile else 2 * COUNT_TILE
 
 

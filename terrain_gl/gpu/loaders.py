@@ -95,7 +95,7 @@ class OSMesaLoader:
 
 
 def _let_go_of_egl() -> None:
-    """Release EGL's current context: EGL does not notice OSMesa's, and would not switch back to its own later."""
+    """Release EGL's current context. EGL does not notice OSMesa's, and later would not make its own current again."""
     with contextlib.suppress(OSError):
         ctypes.CDLL("libEGL.so.1").eglReleaseThread()
 

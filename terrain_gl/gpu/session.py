@@ -89,7 +89,7 @@ class Session:
 
     @contextmanager
     def needs_memory(self, what: str, needed: int, advice: str) -> Iterator[None]:
-        """Report a lack of GPU memory in one line: what needs how many bytes, and what to do.
+        """Report a lack of GPU memory in one line: the object, the bytes that it needs, and what to do.
 
         Raises
         ------

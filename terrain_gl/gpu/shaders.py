@@ -54,7 +54,7 @@ def define(ctx: moderngl.Context, **defines: object) -> None:
 
 
 def undefine(ctx: moderngl.Context, *names: str) -> None:
-    """Take back what `define` said."""
+    """Remove macros that `define` has set."""
     if isinstance(ctx.extra, dict):
         ctx.extra["defines"] = {name: value for name, value in _of(ctx).items() if name not in names}
 

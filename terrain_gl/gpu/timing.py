@@ -134,7 +134,7 @@ class StageTimer:
         Whether to wait for the GPU after each stage and time it on the CPU. If not, `ms` are the GPU's own times, a
         frame or more late.
     queries
-        Whether to use the GPU's clock even with `waits`. `ms` are then times of the GPU alone, without Python and the
+        Whether to use the GPU's clock even with `waits`. Then `ms` are times of the GPU alone, without Python and the
         driver. Needs a driver for which `Stopwatch.works`.
     """
 

@@ -12,7 +12,7 @@ from ..inputs import check_input
 from ..readers.images import open_oiio
 
 MOST_SIDE = 8192  # texels of the texture that shading samples
-MOST_PIXELS = 1 << 29  # of the file
+MOST_PIXELS = 1 << 29  # most pixels of a file
 _SRGB_8 = linear_from_srgb(np.arange(256)).astype("f4")
 
 
@@ -34,7 +34,7 @@ def read_albedo(path: str | os.PathLike[str], most_side: int = MOST_SIDE) -> np.
         raise TerrainError(f"{name}: has {cols} x {rows} pixels, more than {MOST_PIXELS:,}: reduce the picture")
     n = -(-max(rows, cols) // most_side)
     albedo = np.zeros((-(-rows // n), -(-cols // n), 3), "f4" if n > 1 else "f2")
-    with np.errstate(under="ignore"):  # half floats end at 6e-8
+    with np.errstate(under="ignore"):  # the smallest half float is 6e-8
         for where, pixels in raster.blocks:
             colour = linear_albedo(pixels[..., : 3 if raster.colours >= 3 else 1], name)
             if n == 1:
@@ -51,7 +51,7 @@ def linear_albedo(pixels: np.ndarray, name: str) -> np.ndarray:
     if pixels.dtype.kind == "u":
         return linear_from_srgb(pixels * (255 / np.iinfo(pixels.dtype).max)).astype("f4")
     if not np.isfinite(pixels).all():
-        raise TerrainError(f"{name}: has values that are not finite: mend the picture")
+        raise TerrainError(f"{name}: has values that are not finite: correct the picture")
     return np.clip(pixels, 0, 1).astype("f4")
 
 

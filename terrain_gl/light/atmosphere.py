@@ -2,7 +2,7 @@
 
 After Hillaire 2020, "A scalable and production ready sky and atmosphere rendering technique". Single scattering is
 integrated along each ray. All higher orders are one isotropic term, a geometric series. Lengths are kilometres. The sun
-may stand at any elevation, also below the horizon: the upper air is then still lit.
+may have any elevation, also below the horizon: then it still lights the upper air.
 """
 
 from __future__ import annotations
@@ -20,7 +20,7 @@ RAYLEIGH_KM, MIE_KM = 8.0, 1.2  # scale heights: density falls to 1/e
 ASYMMETRY = 0.8  # of haze: g of the Henyey-Greenstein phase function
 GROUND_ALBEDO = np.array([0.16, 0.165, 0.15])
 EYE_KM = 1.0
-COLOURFULNESS = 0.72  # three wavelengths alone make skies too blue and dusks too red: mix in some grey
+COLOURFULNESS = 0.72  # with only three wavelengths, skies are too blue and dusks too red, so we mix in some grey
 LUMINANCE = np.array([0.2126, 0.7152, 0.0722])
 
 
@@ -150,7 +150,7 @@ def _lookup(table: np.ndarray, h: np.ndarray, mu: np.ndarray) -> np.ndarray:
 @cache
 def _transmittance_table(steps: int = 60) -> np.ndarray:
     h, mu = np.meshgrid(*_axes(_SIZE), indexing="ij")
-    mu = np.maximum(mu, _horizon(h))  # below the horizon as along it: the disc's upper half is still seen
+    mu = np.maximum(mu, _horizon(h))  # below the horizon, use the value at the horizon
     r = EARTH_KM + h
     reach = -r * mu + np.sqrt(np.maximum(0, (r * mu) ** 2 - r * r + TOP_KM**2))
     depth = np.zeros((*h.shape, 3))
@@ -163,7 +163,7 @@ def _transmittance_table(steps: int = 60) -> np.ndarray:
 
 @cache
 def _often_table(directions: int = 40, steps: int = 20) -> np.ndarray:
-    """Hillaire's geometric series: a share f of the light L is scattered again each time, in sum L / (1 - f)."""
+    """Hillaire's geometric series: each time, a share f of the light L is scattered again; the sum is L / (1 - f)."""
     heights, mus = _axes(_OFTEN_SIZE)
     rays = spread(directions)
     z = rays[:, 2]

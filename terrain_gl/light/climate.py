@@ -1,7 +1,7 @@
-"""Looks of the land, by name; and what a place's latitude says of where trees end, snow stays, and little grows.
+"""Looks of the land, by name; and the climate of a place: its tree line, its snow line, and how dry it is.
 
-All is told in metres above the sea and by the place on the Earth, never by the map's own range of heights: a part of a
-map looks as it does in the whole, and an edit elsewhere changes nothing.
+Colours depend on metres above the sea and on the place on the Earth, never on the map's own range of heights. So a part
+of a map has the same colours as in the whole map, and edits elsewhere do not change them.
 """
 
 from __future__ import annotations
@@ -19,8 +19,8 @@ from ..readers.georeference import DEGREES
 AUTO = "auto"
 _NATURAL, _EARTH, _GREY, _TINT, _VIRIDIS = range(5)  # glsl/shade/cover.glsl
 _EARTH_M = 6.3e6, 6.4e6  # semi-major axes
-LATITUDE_DEG = 46.0  # where nobody knows the latitude: that of the Alps
-# Latitudes, and metres of the highest trees and of snow in early summer there: round numbers of our own choice.
+LATITUDE_DEG = 46.0  # used if the latitude is not known: that of the Alps
+# Latitude, and heights in metres of the tree line and of the snow line in early summer: rough values of our own choice.
 _LATITUDES = 0, 20, 30, 40, 46, 52, 60, 70, 78, 90
 _TREES_M = 3800, 4000, 3900, 3000, 1950, 1600, 900, 150, -200, -400
 _SNOW_M = 4800, 5600, 5300, 3500, 2450, 2000, 1300, 600, 200, -200
@@ -48,7 +48,7 @@ _DESERTS = np.array(
     ),
     np.float64,
 )
-_RIM = 0.25  # of an ellipse: how far out of it dryness ends
+_RIM = 0.25  # dryness fades out over this part of the half axes, outside an ellipse
 
 
 class Climate(NamedTuple):
@@ -60,7 +60,7 @@ class Climate(NamedTuple):
 
 
 class Kind(NamedTuple):
-    """A look: how glsl/shade/cover.glsl colours the land, and the climate of natural land; None: that of the place."""
+    """A look: how glsl/shade/cover.glsl colours the land, and the climate; None takes the climate of the place."""
 
     shader: int
     climate: Climate | None
@@ -80,7 +80,7 @@ NAMES = (AUTO, *LOOKS)
 
 
 def look_of(heightmap: Heightmap) -> str:
-    """The look that "auto" stands for: what the map says of itself, else what its place does."""
+    """The look that "auto" stands for: by the map's own description, else by its place."""
     if heightmap.look != AUTO:
         return heightmap.look
     if heightmap.place is None:
@@ -113,7 +113,7 @@ def _corners(place: Place) -> tuple[tuple[float, float], ...] | None:
 
 @lru_cache(maxsize=64)
 def _is_earth(crs: str | None) -> bool:
-    """Whether a coordinate system is of the Earth; what nobody knows is taken for it."""
+    """Whether a coordinate system is of the Earth; an unknown one counts as such."""
     if crs is None or crs == DEGREES:
         return True
     try:

@@ -1,8 +1,8 @@
 """Visibility: how much of the sky's lobes and of the sun each place sees, in summed-area tables.
 
-A sweep finds the horizon of every post in 16 azimuths (glsl/horizon/sweep.comp). From these follows the visible share
-of each sky lobe, one texel for 3 × 3 cells (fold.comp). The sun has its own horizon and table (sunlit.comp): if it
-moves, only these are built again. Python twins: `reference.horizon`.
+A sweep finds the horizon of every post in 16 azimuths (glsl/horizon/sweep.comp). From the horizons we compute the
+visible share of each sky lobe, one texel for 3 × 3 cells (fold.comp). The sun has its own horizon and table
+(sunlit.comp): if it moves, only these are built again. Python twins: `reference.horizon`.
 """
 
 from __future__ import annotations
@@ -23,12 +23,12 @@ from ..terrain import Terrain
 from .gaussians import SUN_RADIUS_DEG
 from .moments import COSINES, SINES, Direction, open_shares, sector_moments
 
-AZIMUTHS, BATCH = 16, 4  # in all, and of one run of fold.comp
+AZIMUTHS, BATCH = 16, 4  # number of azimuths: in total, and in one run of fold.comp
 TEXEL = 3  # cells a side of a texel of the sky's tables
 PORTION = 2**19  # posts that one step of `Visibility.follow_steps` sweeps
 FOLDED = PORTION // 128  # texels that one step folds
 SUN_LAYERS, SUN_STEPS = 5, 8191  # glsl/horizon/blocks.glsl
-FULL = 4095  # stands for a share of 1: a sum of 2^20 texels fits a word
+FULL = 4095  # the integer for a share of 1; the sum of 2^20 texels fits into a word
 SUN_RADIUS = math.radians(SUN_RADIUS_DEG)
 HULL_BYTES = 2**26  # the most scratch memory that a sweep takes
 _HULL_POINT = 8
@@ -268,8 +268,8 @@ class Visibility:
     def __init__(self, terrain: Terrain, lobe_axes: np.ndarray, lobe_sharpness: np.ndarray, printed: int = 0) -> None:
         self.sky = SkyVisibility(terrain, lobe_axes, lobe_sharpness, printed)
         self.sun = SunVisibility(terrain, printed)
-        self._edits = 0  # a count: further edits may come while tables are built in steps
-        self._sky_of = self._sun_of = -1  # how many edits each table includes
+        self._edits = 0  # number of edits; more may come while tables are built in steps
+        self._sky_of = self._sun_of = -1  # number of edits that each table includes
         self._at: tuple[Vector, float] | None = None
 
     @property

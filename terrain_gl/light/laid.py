@@ -1,4 +1,4 @@
-"""Pictures of the ground that say where on the Earth they lie, laid onto a map that says so, too."""
+"""Pictures of the ground with coordinates, resampled to the place of a map with coordinates."""
 
 from __future__ import annotations
 
@@ -17,7 +17,7 @@ from ..readers.georeference import Georeference, Grid
 from ..readers.raster import gdal_failures, has_rasterio, one_line, rows_at_once
 from .albedo import MOST_SIDE, added_to, linear_albedo, mean_of, read_albedo
 
-_SAME_PLANE = "EPSG:3857"  # stands for both systems where neither is known: any other would do
+_SAME_PLANE = "EPSG:3857"  # taken for both systems if neither is known; any other would give the same result
 
 
 def read_ground(path: str, onto: Georeference | None = None, most_side: int = MOST_SIDE) -> np.ndarray:
@@ -32,13 +32,13 @@ def read_ground(path: str, onto: Georeference | None = None, most_side: int = MO
     -------
     albedo
         (rows, cols, 3) of a picture that covers the map from edge to edge, as `read_albedo` reads it; or
-        (rows, cols, 4) of one with coordinates, where the last is the share of a texel that the picture covers. The
-        colours are multiplied by it.
+        (rows, cols, 4) of a picture with coordinates. The last channel is the share of a texel that the picture
+        covers; the colours are multiplied by it.
 
     Raises
     ------
     TerrainError
-        As of `read_albedo`, or the picture lies off the map.
+        The same errors as `read_albedo`; or the picture lies off the map.
     """
     if onto is not None and has_rasterio():
         check_input(path, "name a picture")
@@ -51,7 +51,7 @@ def read_ground(path: str, onto: Georeference | None = None, most_side: int = MO
 
 @contextmanager
 def _placed(path: str, name: str) -> Iterator[Any]:
-    """Give the rasterio dataset of a picture that says where it lies; None of any other."""
+    """Yield the rasterio dataset of a picture with coordinates; None for other pictures."""
     try:
         with closed_environment():
             data = open_local(path, name)
@@ -63,7 +63,7 @@ def _placed(path: str, name: str) -> Iterator[Any]:
 
 
 def _laid(picture: Any, name: str, onto: Georeference, most_side: int) -> np.ndarray:
-    """(rows, cols, 4) of a picture laid onto a map, read a few rows at a time."""
+    """(rows, cols, 4) of a picture, resampled to the map, read a few rows at a time."""
     import rasterio
     from rasterio.vrt import WarpedVRT
 
@@ -87,22 +87,22 @@ def _laid(picture: Any, name: str, onto: Georeference, most_side: int) -> np.nda
                     added_to(albedo, first, n, np.concatenate([colour, covered], -1))
             return mean_of(albedo, rows, cols, n)
     except gdal_failures() as error:
-        raise TerrainError(f"{name}: cannot be laid onto the map ({one_line(error.__cause__ or error)})") from None
+        raise TerrainError(f"{name}: cannot be resampled to the map ({one_line(error.__cause__ or error)})") from None
 
 
 def _target(picture: Any, name: str, onto: Georeference, most_side: int) -> dict[str, Any]:
-    """What WarpedVRT makes of a picture: the map's extent at the picture's resolution, n × n pixels a texel."""
+    """Arguments of WarpedVRT: the map's extent at the picture's resolution, n × n pixels a texel."""
     import rasterio
     from rasterio.warp import transform_bounds
 
-    # a system that is not known is taken for the other's
+    # if only one system is known, it is taken for both
     known = picture.crs or onto.crs or _SAME_PLANE, onto.crs or picture.crs or _SAME_PLANE
     source, target = (rasterio.crs.CRS.from_user_input(crs) for crs in known)
     grid, (cols, rows) = onto.grid, onto.size
     width, height = cols * grid.a, rows * -grid.e
     west, south, east, north = transform_bounds(source, target, *picture.bounds)
     if not (west < grid.c + width and east > grid.c and south < grid.f and north > grid.f - height):
-        raise TerrainError(f"{name}: lies off the map: take another picture")
+        raise TerrainError(f"{name}: lies off the map: choose another picture")
     pixels = width / (east - west) * picture.width, height / (north - south) * picture.height
     n = max(1, math.ceil(max(pixels) / most_side))
     across, down = (max(1, min(most_side * n, round(size))) for size in pixels)

@@ -24,9 +24,9 @@ from .laid import read_ground
 from .lobes import LAYERS, Cover, LobeTables
 from .sky import Sky, clear_sky, read_sky
 
-# How bright a surface in full light is shown: the log mean of the bundled map's default view is mid-grey, 0.18.
+# Displayed brightness of a surface in full light: the log mean of the bundled default view becomes 0.18, mid-grey.
 KEY = 13.0
-ADAPTATION = 0.83  # of the eye to the light: with 1, night would look as bright as noon
+ADAPTATION = 0.83  # how much the eye adapts to the light; with 1, night would look as bright as noon
 DUSK = 2.0  # irradiance when the sun has just set
 FULL_LIGHT = 22.0  # irradiance at which the picture is exposed by KEY alone
 
@@ -100,7 +100,7 @@ class Lighting:
     def follow(
         self, sun: tuple[float, float], sky: str | None = None, material: str | None = None, look: str = AUTO
     ) -> None:
-        """Make what is missing for a sun (azimuth, elevation), a sky's file, a picture of the ground and a look."""
+        """Make the missing light for a sun (azimuth, elevation), a sky's file, a picture of the ground and a look."""
         heightmap = self.terrain.heightmap
         drain(self.follow_steps(sun, sky, material, look, heightmap.rows * heightmap.cols))
 
@@ -170,7 +170,7 @@ class Lighting:
         if self.dome:
             self.dome.release()
         rows, cols = radiance.shape[:2]
-        # half floats end at 65,504
+        # the largest half float is 65,504
         texels = np.ones((rows, cols, 4), "f2")
         texels[..., :3] = np.minimum(radiance[::-1], 6e4)
         self.dome = self.ctx.texture((cols, rows), 4, texels.tobytes(), dtype="f2")
@@ -197,7 +197,7 @@ def sky_seen(sun: tuple[float, float], path: str | None) -> Sky:
 
 
 def ground_seen(path: str, onto: Georeference | None = None) -> np.ndarray:
-    """Half floats: a picture of the ground, as linear albedo, as `read_ground` has it. Needs no OpenGL."""
+    """A picture of the ground as linear albedo, in half floats: see `read_ground`. Needs no OpenGL."""
     return _ground_of(Version.of(path), onto)
 
 

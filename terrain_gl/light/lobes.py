@@ -17,7 +17,7 @@ from .climate import AUTO, LOOKS, Climate, climates, look_of
 from .ground import HeightSums
 
 LAYERS = 9
-HOLLOW = 8  # posts around a cell that its cover depends on: glsl/shade/cover.glsl asks of boxes up to 13 wide
+HOLLOW = 8  # the cover of a cell depends on posts up to this far away: boxes in glsl/shade/cover.glsl are up to 13 wide
 
 
 class Cover:
@@ -30,7 +30,7 @@ class Cover:
         self._none = self.ctx.texture((1, 1), 3)
 
     def take_look(self, look: str) -> bool:
-        """Show the land by a look, one of `climate.NAMES`; returns whether it is another one."""
+        """Colour the land by a look, one of `climate.NAMES`; returns whether this is a change."""
         before, self.look = self.look, look_of(self.terrain.heightmap) if look == AUTO else look
         return before != self.look
 
@@ -61,7 +61,7 @@ class Cover:
 
     @property
     def defines(self) -> dict[str, object]:
-        """Macros for a program that serves this cover alone, and leaves the code for others out."""
+        """Macros for a program that only contains the code for this kind of cover."""
         dry = [each.dryness for each in self.climates]
         known = {"PICTURED": self.picture is not None, "MARKED": self.terrain.is_marked}
         known |= {"GREEN": min(dry) < 1, "ARID": max(dry) > 0}
@@ -98,7 +98,7 @@ class LobeTables(RecordedTable):
         self._rewrite(x0, y0, x1 - x0 + 1, y1 - y0 + 1)
 
     def read(self) -> np.ndarray:
-        """(9, rows, cols) values of the blocks, taken out of the sums."""
+        """(9, rows, cols) values of the blocks, recovered from the sums."""
         return self.values().view("i4") / 32767.0
 
     def _write(self, buffer: moderngl.Buffer, first: tuple[int, int], at: Table, rows: range | None = None) -> None:

@@ -16,12 +16,12 @@ from .atmosphere import LUMINANCE
 from .gaussians import SKY_AXES, SKY_SHARPNESS, SUN_RADIUS_DEG, Lights, lobes, non_negative_least_squares, sun_sharpness
 
 SUNLIGHT = 20.0  # irradiance of the sun above the air, in the units of all radiance here
-NIGHT = np.array([0.9, 1.2, 1.8]) * 2e-4  # light without any sun: stars and airglow, brighter than they are
+NIGHT = np.array([0.9, 1.2, 1.8]) * 2e-4  # light of stars and airglow, brighter than in reality
 SHAPE = (192, 128)  # rows and columns of a computed dome
-SHAPE_READ = (512, 1024)  # of one that is read from a picture
-MOST_PIXELS = 1 << 25  # of such a picture: 8192 x 4096
+SHAPE_READ = (512, 1024)  # the same for a dome that is read from a picture
+MOST_PIXELS = 1 << 25  # most pixels of such a picture: 8192 x 4096
 NO_SUN = lobes(np.array([[0.0, 0.0, 1.0]]), np.array([sun_sharpness()]), np.zeros((1, 3)))[0]
-_SUN_TIMES_MEDIAN = 100.0  # a picture's brightest spot is a sun if it is so many times brighter than the median
+_SUN_TIMES_MEDIAN = 100.0  # a spot that is this many times brighter than the median is the sun
 
 
 @dataclass(frozen=True)
@@ -163,13 +163,13 @@ def read_sky(path: str | os.PathLike[str]) -> Sky:
             f"{path}: a sky must be twice as wide as high, got {cols}x{rows}: use an equirectangular one"
         )
     if pixels.dtype.kind != "f":
-        raise TerrainError(f"{path}: holds {pixels.dtype} colours, in which a sky has no sun: use .hdr or .exr")
+        raise TerrainError(f"{path}: holds {pixels.dtype} colours, which are too dark for a sun: use .hdr or .exr")
     light = pixels[..., :3].astype(np.float64)
     light = np.repeat(light[..., :1], 3, -1) if light.shape[2] < 3 else light
     if not np.isfinite(light).all():
-        raise TerrainError(f"{path}: has values that are not finite: mend the picture")
+        raise TerrainError(f"{path}: has values that are not finite: correct the picture")
     if light.min() < 0:
-        raise TerrainError(f"{path}: has negative light, down to {light.min():.3g}: mend the picture")
+        raise TerrainError(f"{path}: has negative light, down to {light.min():.3g}: correct the picture")
     light, sun = _take_sun(light)
     light = light.repeat(-(-SHAPE[1] // cols), 1)  # lobes cannot be fitted to a dome of few pixels
     shape = min(max(rows, SHAPE[0]), SHAPE_READ[0]), min(light.shape[1], SHAPE_READ[1])
@@ -193,7 +193,7 @@ def _take_sun(light: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
     weights = (np.cos(elevation) * (np.pi / rows) * (2 * np.pi / cols) + 0 * azimuth)[spot]
     extra = np.maximum(light[spot] - around, 0) * weights[:, None]
     direction = (directions[spot] * (extra @ LUMINANCE)[:, None]).sum(0)
-    # a spot of few pixels does not tell the sun's size
+    # the sun's size cannot be found from a spot of a few pixels
     radius_deg = max(SUN_RADIUS_DEG, math.degrees(math.sqrt(float(weights.sum()) / math.pi)))
     rest = light.copy()
     rest[spot] = around

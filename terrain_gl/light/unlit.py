@@ -1,4 +1,4 @@
-"""The light of a map that is there in pages: none yet (docs/stores.md). Lit styles are drawn as "lambert" then."""
+"""The light of a paged map: there is none yet (docs/stores.md), so lit styles are drawn as "lambert"."""
 
 from __future__ import annotations
 
@@ -12,7 +12,7 @@ from .lighting import Lighting
 
 
 class Unlit:
-    """Stands for `HeightSums` and `Lighting`, and does nothing."""
+    """Takes the place of `HeightSums` and `Lighting`, and does nothing."""
 
     bytes = 0
     is_there = False

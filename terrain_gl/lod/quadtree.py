@@ -1,9 +1,9 @@
 """The restricted quadtree: few triangles for a tolerance, chosen by compute shaders.
 
     refine    split the nodes in the picture that are too coarse, from the root down     (one dispatch for each level)
-    balance   split more nodes, until neighbours are within one level                    (one dispatch for each level)
+    balance   split more nodes, until neighbours differ by at most one level             (one dispatch for each level)
     agree     leaves that are still too coarse ask neighbours to cut edges, or ask to be split
-    commit    do what was asked
+    commit    grant all these requests
     again     if anything changed, balance and agree run again
     tiles     list the tiles of 32 × 32 nodes that contain leaves
     patches   count the patches of each tile; after `offsets`, write them
@@ -92,12 +92,12 @@ class QuadtreeSelector:
     def select(self, camera: Camera, size: tuple[int, int], near_m: float, goal: Goal) -> Selection:
         """Choose the patches for a picture of `size` (width, height).
 
-        With a tolerance, the screen error of the surface is at most `goal.tolerance_px`; with the metric "rms", its
-        root mean square is. With a tolerance of 0 every cell in the picture is drawn at full resolution.
+        With a tolerance, the screen error of the surface is at most `goal.tolerance_px`; with the metric "rms", the
+        root mean square of that error. With a tolerance of 0, every cell in the picture is drawn at full resolution.
 
-        With a number of triangles, the mesh minimises the sum of the squared
-        screen errors of all posts in the picture, weighted by `reference.post_weights`, with at most so many triangles.
-        Cells close to the eye become fans if that lowers the error between posts (`reference.cell_squares`).
+        With a number of triangles, the mesh has at most so many. It minimises the sum of the squared screen errors of
+        all posts in the picture, weighted by `reference.post_weights`. Cells close to the eye become fans if that
+        lowers the error between posts (`reference.cell_squares`).
         """
         self.view.write(self.terrain, camera, size, near_m, **goal.settings)
         self._bind()
@@ -183,7 +183,7 @@ class QuadtreeSelector:
                 self._run(name, -(-columns // (layout.TILE * layout.GROUP)), rows)
 
     def _agree(self) -> np.void:
-        """Let leaves that are too coarse cut edges or split; when all leaves pass, the GPU skips the remaining rounds.
+        """Let leaves over tolerance cut edges or split. When no leaf is over tolerance, the GPU skips further rounds.
 
         Returns the summary of the mesh. The tiles of the last round are those of the mesh: no new list is needed.
         """
@@ -241,7 +241,7 @@ class QuadtreeSelector:
         self.ctx.memory_barrier(_BARRIER)
 
     def _run_as_told(self, name: str, groups: str, i: int = 0) -> None:
-        """Run a pass with the number of groups in the summary: none if its loop is over."""
+        """Run a pass with the number of groups in the summary, which is 0 if its loop has ended."""
         self._kernels[name].run_indirect(self._summary, _offset(groups) + 16 * i)
         self.ctx.memory_barrier(_BARRIER)
 

@@ -40,7 +40,7 @@ class Goal:
 
     @property
     def settings(self) -> dict[str, Any]:
-        """The fields of the `View` block that shaders choose by."""
+        """The fields of the `View` block that decide the level of detail."""
         metric = (*METRICS, METRES).index(self.metric)
         return {"tolerance_px": _float_below(self.tolerance_px), "metric": metric, "cull": self.cull}
 

@@ -54,7 +54,7 @@ def open_raster(path: str | os.PathLike[str], how: How = How()) -> Raster:  # no
     Raises
     ------
     TerrainError
-        The file is missing, unreadable, empty, damaged, or of a kind that nothing here reads.
+        The file is missing, unreadable, empty, damaged, or of an unknown kind.
     """
     path = os.fspath(path)
     name = os.fsencode(path).decode("utf-8", "replace")
@@ -67,7 +67,7 @@ def open_raster(path: str | os.PathLike[str], how: How = How()) -> Raster:  # no
 
 
 def has_windows(path: str | os.PathLike[str], how: How = How()) -> bool:  # noqa: B008  immutable
-    """Whether GDAL opens this file here, and reads windows of it: not archives, mosaics, pictures, bare posts."""
+    """Whether GDAL reads windows of this file. It does not for archives, mosaics, pictures and headerless files."""
     path = os.fspath(path)
     head = _first_bytes(path, os.fsencode(path).decode("utf-8", "replace"))
     is_packed = head.startswith((_ZIP, _GZIP))
@@ -76,7 +76,7 @@ def has_windows(path: str | os.PathLike[str], how: How = How()) -> bool:  # noqa
 
 def _unpacked(path: str, how: How) -> Raster:
     head = _first_bytes(path, path)
-    if head.startswith((_ZIP, _GZIP)):  # some archives hold themselves
+    if head.startswith((_ZIP, _GZIP)):  # some archives contain themselves
         raise TerrainError(f"{path}: is an archive in an archive: unpack it first")
     return _one_raster(path, path, head, how)
 
@@ -92,12 +92,12 @@ def files_of(path: str | os.PathLike[str]) -> list[str]:
     try:
         is_vrt = _first_bytes(path, path).lstrip().startswith(_VRT)
         return [os.path.realpath(path), *(sources_of(path, path) if is_vrt else ())]
-    except TerrainError:  # opening the map will say why
+    except TerrainError:  # opening the map reports the reason
         return [os.path.realpath(path)]
 
 
 def _first_bytes(path: str, name: str) -> bytes:
-    """Read the bytes that tell the kind of a regular file."""
+    """Read the bytes by which the kind of a regular file is recognised."""
     check_input(path, "name a heightmap file")
     try:
         with open(path, "rb") as file:
@@ -126,7 +126,7 @@ def _opened(path: str, name: str, head: bytes, how: How) -> Raster:
 
 
 def _opens_with_gdal(path: str, head: bytes, how: How) -> bool:
-    """Whether nothing else here reads this kind of file."""
+    """Whether GDAL is the only reader for this kind of file."""
     ending = os.path.splitext(path)[1].lower()
     if how.raw or ending in (*RAW_ENDINGS, ".hgt") or head.startswith(b"\x93NUMPY"):
         return False

@@ -15,7 +15,7 @@ from typing import IO
 from terrain_gl.exceptions import TerrainError
 from terrain_gl.readers.raster import Blocks, Raster, one_line
 
-MOST_BYTES = 1 << 32  # unpacked
+MOST_BYTES = 1 << 32  # most bytes of the unpacked files
 MAPS = (
     *(".tif", ".tiff", ".png", ".exr", ".hdr", ".npy", ".hgt", ".asc", ".img", ".nc", ".grd", ".bil", ".flt"),
     *(".dem", ".dt0", ".dt1", ".dt2", ".pgm", ".r16", ".raw", ".xyz", ".vrt"),
@@ -78,11 +78,11 @@ def _then_cleanup(blocks: Blocks, folder: tempfile.TemporaryDirectory[str]) -> B
 
 
 def _copy(packed: gzip.GzipFile | IO[bytes], path: str, name: str) -> None:
-    """Unpack a file, up to a limit: a few kilobytes may expand to fill the disk."""
+    """Unpack a file, up to a limit, because a few kilobytes may expand to fill the disk."""
     left = min(MOST_BYTES, shutil.disk_usage(os.path.dirname(path)).free // 2)
     with open(path, "wb") as file:
         while piece := packed.read(1 << 20):
             left -= len(piece)
             if left < 0:
-                raise TerrainError(f"{name}: unpacks to more than fits: unpack it yourself")
+                raise TerrainError(f"{name}: unpacks to more than 4 GiB or half the free disk: unpack it yourself")
             file.write(piece)

@@ -39,7 +39,7 @@ def open_npy(path: str, name: str) -> Raster:
 
 
 def _npy_blocks(path: str, dtype: np.dtype, shape: tuple[int, int, int], offset: int, c_order: bool) -> Blocks:
-    """Read in pieces, not through a memory map: all of its pages would stay in memory."""
+    """Read in pieces. A memory map is not used, because all of its pages would stay in memory."""
     rows, cols, channels = shape if c_order else (shape[1], shape[0], shape[2])
     step = rows_at_once(cols)
     with open(path, "rb") as file:

@@ -42,7 +42,7 @@ DRIVERS = (
     *("EHdr", "ENVI", "SAGA", "RST", "ROI_PAC", "PCRaster"),
     *("SRTMHGT", "DTED", "USGSDEM", "BT", "Terragen", "Leveller", "RMF"),
 )
-# Closes every way of GDAL to the network: a driver that asks for a remote file gets an error.
+# These settings close all ways of GDAL to the network: a driver that opens a remote file gets an error.
 OFFLINE = {
     "CPL_VSIL_CURL_ALLOWED_FILENAME": "/vsicurl/none",
     "CPL_VSIL_CURL_ALLOWED_EXTENSIONS": "{none}",
@@ -92,7 +92,7 @@ def open_gdal(path: str, name: str, trusted: bool = False, band: int | None = No
 
 
 def open_dataset(data: Any, name: str, band: int | None = None) -> Raster:
-    """A dataset that the caller opened with rasterio and closes later; by default its first band."""
+    """Read a dataset that the caller has opened with rasterio, and closes later; by default its first band."""
     raster = _raster(data, name, True, band or 1)
 
     def blocks() -> Blocks:
@@ -160,7 +160,7 @@ def open_local(path: str, name: str) -> Any:
 
 
 def open_trusted(path: str, name: str) -> Any:
-    """Open whatever GDAL opens."""
+    """Open any file that GDAL can open."""
     import rasterio
 
     with warnings.catch_warnings():
@@ -201,9 +201,9 @@ def _check_own_data(path: str, name: str) -> None:
     """Refuse kinds of files that can name any other file as their data."""
     with open(path, "rb") as file, mmap.mmap(file.fileno(), 0, access=mmap.ACCESS_READ) as data:
         if data[: len(_HDF5)] == _HDF5:
-            raise TerrainError(f"{name}: is HDF5 (netCDF-4), whose data may stand in any other file: {TRUST}")
+            raise TerrainError(f"{name}: is HDF5 (netCDF-4), whose data may be in any other file: {TRUST}")
         if data[: len(_ERDAS)] == _ERDAS and data.find(_ERDAS_ELSEWHERE) >= 0:
-            raise TerrainError(f"{name}: is an ERDAS image whose data stand in another file: {TRUST}")
+            raise TerrainError(f"{name}: is an ERDAS image whose data are in another file: {TRUST}")
 
 
 def _is_companion(entry: os.DirEntry[str], folder: str) -> bool:
@@ -211,7 +211,7 @@ def _is_companion(entry: os.DirEntry[str], folder: str) -> bool:
         return True
     try:
         regular = stat.S_ISREG(os.stat(entry.path).st_mode)
-    except OSError:  # a link to nothing: nothing can be read there
+    except OSError:  # a broken link: nothing can be read from it
         return True
     return regular and (not entry.is_symlink() or os.path.dirname(os.path.realpath(entry.path)) == folder)
 

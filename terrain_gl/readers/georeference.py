@@ -73,10 +73,10 @@ class Georeference(NamedTuple):
 
 
 def spacing_of(place: Georeference, name: str) -> tuple[Spacing | None, tuple[str, ...]]:
-    """Metres between posts, east and north, if the file tells; and notes for the user.
+    """Metres between posts, east and north, or None if the file does not give them; and notes for the user.
 
-    Degrees, and the metres of Web Mercator, are measured at the map's middle latitude. Without a usable CRS, the map's
-    own units count as metres.
+    Degrees, and the metres of Web Mercator, are converted at the map's middle latitude. Without a usable CRS, the map's
+    own units are read as metres.
 
     Raises
     ------
@@ -133,7 +133,7 @@ def _is_web_mercator(crs: Any) -> bool:
 
 
 def _web_mercator_scale(place: Georeference) -> Spacing:
-    """Metres on the ground for a metre of the map: x = a λ, y = a artanh(sin φ) (Snyder 1987, eqs. 7-1 and 7-2)."""
+    """Ground metres for each metre of the map: x = a λ, y = a artanh(sin φ) (Snyder 1987, eqs. 7-1 and 7-2)."""
     latitude = math.degrees(math.asin(math.tanh(place.middle_y / WGS84[0])))
     east, north = metres_per_degree(latitude)
     degree = math.radians(1) * WGS84[0]

@@ -17,7 +17,7 @@ from terrain_gl.readers.raster import INSTALL_GEO, MAX_CHANNELS, Blocks, Raster,
 def open_oiio(path: str, name: str) -> Raster:
     """Open an image of one height per pixel, or of packed colours."""
     config = oiio.ImageSpec()
-    config.attribute("oiio:UnassociatedAlpha", 1)  # else heights come back multiplied by their opacity
+    config.attribute("oiio:UnassociatedAlpha", 1)  # otherwise heights are multiplied by their opacity
     with quiet_stderr():
         image = oiio.ImageInput.open(utf8(path, name), config)
     if image is None:
@@ -26,7 +26,7 @@ def open_oiio(path: str, name: str) -> Raster:
     if spec.deep or spec.depth > 1 or spec.nchannels > MAX_CHANNELS:
         raise TerrainError(f"{name}: is a deep, volume or many-channel image: keep one channel of heights")
     bits = spec.get_int_attribute("oiio:BitsPerSample", 0)
-    if spec.tile_width and bits > 16 and bits != 32:  # seen in OpenImageIO 3.0 to 3.2: memory left as it was, no error
+    if spec.tile_width and bits > 16 and bits != 32:  # OpenImageIO 3.0 to 3.2 reads nothing, without an error
         raise TerrainError(
             f"{name}: is a tiled TIFF of {bits}-bit values, which only GDAL reads rightly: {INSTALL_GEO}"
         )

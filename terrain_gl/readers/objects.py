@@ -15,7 +15,7 @@ from terrain_gl.readers.raster import Blocks, Raster, gdal_failures, has_rasteri
 
 _ACROSS = ("x", "lon", "longitude", "easting", "projection_x_coordinate")
 _DOWN = ("y", "lat", "latitude", "northing", "projection_y_coordinate")
-_EVEN = 1e-3  # of a step: how far coordinates of even posts may be off
+_EVEN = 1e-3  # tolerance for evenly spaced coordinates, as a part of a step
 
 
 def raster_of(source: Any, name: str) -> Raster | None:
@@ -43,13 +43,13 @@ def _has(source: Any, *names: str) -> bool:
 
 
 def _of_array(array: Any, name: str) -> Raster:
-    """Of xarray: heights, coordinates, unit and no-data value. What is lazy is computed here."""
+    """Heights, coordinates, unit and no-data value of an xarray object. Lazy arrays are computed here."""
     array, raster = lazy_array(array, name)
     return replace(raster, blocks=_blocks(np.asarray(array.values)))
 
 
 def lazy_array(array: Any, name: str) -> tuple[Any, Raster]:
-    """A DataArray with the rows from north to south, and what it says of itself: nothing is computed.
+    """A DataArray with its rows from north to south, and its description; nothing is computed.
 
     Raises
     ------
@@ -74,7 +74,7 @@ def lazy_array(array: Any, name: str) -> tuple[Any, Raster]:
     place = Georeference(grid, _crs_of(array, across), (cols, rows))
     spacing_m, notes = spacing_of(place, name)
     unit_m, of_unit = vertical_unit_m(array.attrs.get("units"), place.crs)
-    # attributes speak of values that are still as they are stored (CF conventions)
+    # attributes describe the values as they are stored (CF conventions)
     nodata = array.attrs.get("_FillValue", array.attrs.get("missing_value"))
     scale, offset = (float(array.attrs.get(key, usual)) for key, usual in (("scale_factor", 1), ("add_offset", 0)))
     raster = Raster(
@@ -97,7 +97,7 @@ def _blocks(heights: np.ndarray) -> Blocks:
 
 
 def _dimension(array: Any, names: tuple[str, ...]) -> Hashable | None:
-    """The dimension of one of these names; of a 2-D array without any such, the last two in order."""
+    """The dimension with one of these names; in a 2-D array without such names, the last two in order."""
     for dim in array.dims:
         if str(dim).lower() in names:
             return dim
@@ -120,7 +120,7 @@ def _coordinates(array: Any, dim: Hashable, name: str) -> np.ndarray | None:
 
 
 def _grid(x: np.ndarray | None, y: np.ndarray | None) -> Grid:
-    """The transform of posts in the middles of cells; without coordinates, none."""
+    """The transform for posts in the middles of cells; the default transform without coordinates."""
     if x is None or y is None:
         return Grid()
     a, e = (float(values[-1] - values[0]) / (len(values) - 1) for values in (x, y))
@@ -128,7 +128,7 @@ def _grid(x: np.ndarray | None, y: np.ndarray | None) -> Grid:
 
 
 def _crs_of(array: Any, across: Hashable) -> Any:
-    """A rasterio CRS from what rioxarray and CF conventions say, else from the names of the dimensions."""
+    """A rasterio CRS by rioxarray or CF conventions, else by the names of the dimensions."""
     text = next(
         (
             str(told)

@@ -8,12 +8,12 @@ import numpy as np
 
 from terrain_gl.readers.raster import Raster
 
-HIGHEST_RELIEF_M = 20_000.0  # more than between Everest and the deepest sea
+HIGHEST_RELIEF_M = 20_000.0  # about the height of Everest above the deepest sea floor
 USUAL_RELIEF_M = 3000.0
 USUAL_SLOPE = 0.2  # relief over extent
 STEEPEST = 0.5  # relief over extent of a whole map
-USUAL_SPACING_M = 30.0  # of free maps of the whole Earth
-LEAST_SIDE = 256  # posts: smaller maps may be anything
+USUAL_SPACING_M = 30.0  # spacing of free maps of the whole Earth
+LEAST_SIDE = 256  # posts a side; for smaller maps we do not guess
 
 
 def plausible_scale(raster: Raster, heights: np.ndarray, extent_m: float) -> tuple[float, tuple[str, ...]]:
@@ -39,7 +39,7 @@ def plausible_scale(raster: Raster, heights: np.ndarray, extent_m: float) -> tup
     scale = _round(min(USUAL_SLOPE * extent_m, USUAL_RELIEF_M) / (high - low))
     np.multiply(heights, scale, out=heights, dtype=np.float64, casting="same_kind")  # rounded once
     cannot = f"values {low:g} to {high:g} over {extent_m / 1000:.3g} km cannot be metres"
-    return scale, (f"{cannot}: --z-scale {scale:g} is chosen; say --z-scale and --spacing",)
+    return scale, (f"{cannot}: --z-scale {scale:g} is chosen; give --z-scale and --spacing",)
 
 
 def plausible_spacing(heights: np.ndarray) -> tuple[float, tuple[str, ...]]:
@@ -57,8 +57,8 @@ def plausible_spacing(heights: np.ndarray) -> tuple[float, tuple[str, ...]]:
     spacing_m = USUAL_SPACING_M
     while high - low > STEEPEST * side * spacing_m:
         spacing_m *= 3
-    both = f"heights {low:g} to {high:g} m cannot stand on {side:,} m"
-    return spacing_m, (f"{both}: --spacing {spacing_m:g} is chosen; say --spacing, or --z-scale",)
+    both = f"heights {low:g} to {high:g} m are too steep over {side:,} m"
+    return spacing_m, (f"{both}: --spacing {spacing_m:g} is chosen; give --spacing, or --z-scale",)
 
 
 def _round(value: float) -> float:

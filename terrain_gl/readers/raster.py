@@ -33,23 +33,23 @@ class Raster:
     shape : tuple of int
         rows, cols, channels.
     dtype : numpy.dtype
-        Of the stored pixels.
+        Type of the stored pixels.
     blocks : generator of (index, pixels)
         `index` selects rows and columns of the map, `pixels` is (rows, cols, channels). Each comes once.
     has_alpha : bool
         The last channel is opacity.
     nodata : float or None
-        The stored value that marks a void, if the file names one.
+        The stored value that marks a void, if the file gives one.
     spacing_m : (east, north) or None
-        Metres between posts, if the file tells.
+        Metres between posts, if the file gives them.
     scale, offset_m : float
-        A height is value · scale + offset_m metres, as the file tells.
+        A height is value · scale + offset_m metres; from the file.
     notes : tuple of str
         Notes for the user on how the file was interpreted.
     bands_chosen : bool
         The blocks have only the requested band.
     georeference : Georeference or None
-        Where the map lies, north up, if the file tells.
+        Where the map lies, north up, if the file gives it.
     """
 
     name: str
@@ -136,7 +136,7 @@ def gdal_failures() -> tuple[type[Exception], ...]:
 
 
 def has_rasterio() -> bool:
-    """Tell whether the [geo] extra is installed."""
+    """Whether the [geo] extra is installed."""
     try:
         import rasterio  # noqa: F401
     except ImportError:

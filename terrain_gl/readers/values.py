@@ -26,7 +26,7 @@ def read_heights(
     scales : (float, float)
         A height is value · scale + offset, in metres.
     nodata : float, optional
-        A value that marks voids, beside the raster's own.
+        A value that marks voids, in addition to the raster's own.
     encoding : str
         One of `ENCODINGS`.
     progress : function, optional
@@ -50,7 +50,7 @@ def heights_of(
     nodata: float | None = None,
     encoding: str = "plain",
 ) -> np.ndarray:
-    """Metres of a block of pixels, (rows, cols, channels), NaN where void; arguments as of `read_heights`."""
+    """Metres of a block of pixels, (rows, cols, channels), NaN where void; arguments as for `read_heights`."""
     heights = _metres(ENCODINGS[encoding](pixels, raster), _void_marks(raster, nodata), *scales)
     if raster.has_alpha:
         heights[pixels[..., -1] == 0] = np.nan

@@ -1,4 +1,4 @@
-"""GDAL's virtual rasters (.vrt): mosaics of local files, put together here.
+"""GDAL's virtual rasters (.vrt): mosaics of local files, assembled by our own reader.
 
 GDAL would open any file that a .vrt names, even on the network. This reader opens each source itself, and only files
 beside or below the .vrt. It reads mosaics of gdalbuildvrt, and refuses others.
@@ -202,7 +202,7 @@ def _inside(path: str, folder: str, name: str) -> str:
     real = os.path.realpath(path)
     if os.path.commonpath([real, folder]) != folder or not os.path.isfile(real):
         raise TerrainError(
-            f"{name}: names {path[-80:]!r}, which is no file beside or below it: move it there, or {TRUST}"
+            f"{name}: names {path[-80:]!r}, which is not a file beside or below it: move it there, or {TRUST}"
         )
     return real
 

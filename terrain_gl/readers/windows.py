@@ -1,4 +1,4 @@
-"""Maps that are read by windows, never as a whole: files, mosaics of files, and objects with `shape` and slices.
+"""Maps that are read window by window, never as a whole: files, mosaics, and objects with `shape` and slices.
 
 A window is (rows, cols) float32 metres with the northern row first, NaN where void.
 """
@@ -21,11 +21,11 @@ from terrain_gl.readers.objects import is_labelled, lazy_array
 from terrain_gl.readers.raster import Blocks, Raster, Spacing, damaged, gdal_failures, one_line, utf8
 from terrain_gl.readers.values import heights_of
 
-_EVEN = 1e-3  # of a post: how far the files of a mosaic may be off its grid
+_EVEN = 1e-3  # how far the files of a mosaic may be off its grid, in posts
 
 
 class Windows(Protocol):
-    """A map that is read by windows."""
+    """A map that is read window by window."""
 
     @property
     def name(self) -> str:
@@ -37,11 +37,11 @@ class Windows(Protocol):
 
     @property
     def spacing_m(self) -> Spacing | None:
-        """Metres between posts, east and north; None if nothing tells."""
+        """Metres between posts, east and north; None if they are not known."""
 
     @property
     def georeference(self) -> Georeference | None:
-        """Where the map lies; None if nothing tells."""
+        """Where the map lies; None if this is not known."""
 
     @property
     def notes(self) -> tuple[str, ...]:
@@ -49,7 +49,7 @@ class Windows(Protocol):
 
     @property
     def identity(self) -> Any:
-        """What tells this source from another, as JSON: names, sizes and times of files; None for an object."""
+        """JSON that identifies the source: names, sizes and times of files; None for an object without identity."""
 
     def read(self, rows: slice, cols: slice) -> np.ndarray:
         """The heights of a window that lies on the map."""
@@ -57,7 +57,7 @@ class Windows(Protocol):
 
 @dataclass(frozen=True)
 class Reading:
-    """How the values of a file become metres; arguments of `Heightmap.open`."""
+    """How values of a file are converted to metres; arguments of `Heightmap.open`."""
 
     how: How = field(default_factory=How)
     z_scale: float | None = None
@@ -80,7 +80,7 @@ def open_windows(paths: Sequence[str | os.PathLike[str]], reading: Reading | Non
     Raises
     ------
     TerrainError
-        A file cannot be read by windows, or does not lie on the grid of the first one.
+        A file cannot be read, or is not on the grid of the first one.
     """
     files = [RasterFile(os.fspath(path), reading or Reading()) for path in paths]
     if len(files) == 1:
@@ -116,7 +116,7 @@ class Sliced:
 
     @property
     def identity(self) -> Any:
-        """What the object says; by default None: nothing tells whether it is still the same."""
+        """The object's `identity`; None if it has none."""
         return getattr(self._source, "identity", None)
 
     def read(self, rows: slice, cols: slice) -> np.ndarray:
@@ -126,7 +126,7 @@ class Sliced:
 
 
 class RasterFile:
-    """A file that GDAL reads by windows; any other kind of file is held in memory as a whole.
+    """A file that GDAL reads window by window; any other kind of file is held in memory as a whole.
 
     Each thread, and each process that this object is sent to, opens the file for itself.
     """
@@ -153,7 +153,7 @@ class RasterFile:
         return self.reading.heights(self._pixels(rows, cols), self._raster)
 
     def __getstate__(self) -> dict[str, Any]:
-        """All but what is open: generators and files cannot be sent."""
+        """Everything except open files and generators, which cannot be sent to another process."""
         about = {each.name: getattr(self._raster, each.name) for each in fields(Raster) if each.name != "blocks"}
         return {key: value for key, value in self.__dict__.items() if key != "_open"} | {"_raster": about}
 
@@ -192,12 +192,12 @@ class RasterFile:
 
 
 class Mosaic:
-    """Files on one grid. Where they overlap, the last one that has a height there counts."""
+    """Files on one grid. Where they overlap, the last one with a height is used."""
 
     def __init__(self, files: Sequence[RasterFile]) -> None:
         self.files, first = files, files[0]
         if first.georeference is None:
-            raise TerrainError(f"{first.name}: does not say where it lies: a mosaic needs files with a georeference")
+            raise TerrainError(f"{first.name}: its place is not known: a mosaic needs files with a georeference")
         places = [self._place(file, first) for file in files]
         left, top = (min(place[i] for place in places) for i in (0, 1))
         self._corners = [(x - left, y - top) for x, y in places]
@@ -211,7 +211,7 @@ class Mosaic:
 
     @property
     def identity(self) -> Any:
-        """Of all files."""
+        """The identities of all files."""
         return [file.identity for file in self.files]
 
     def read(self, rows: slice, cols: slice) -> np.ndarray:
@@ -234,10 +234,10 @@ class Mosaic:
         assert first.georeference is not None
         mine, grid = file.georeference and file.georeference.grid, first.georeference.grid
         if mine is None or abs(mine.a / grid.a - 1) > 1e-6 or abs(mine.e / grid.e - 1) > 1e-6:
-            raise TerrainError(f"{file.name}: has no posts {grid.a:g} apart as {first.name} has: resample it first")
+            raise TerrainError(f"{file.name}: its posts are not {grid.a:g} apart as in {first.name}: resample it first")
         x, y = (mine.c - grid.c) / grid.a, (mine.f - grid.f) / grid.e
         if max(abs(x - round(x)), abs(y - round(y))) > _EVEN:
-            raise TerrainError(f"{file.name}: its posts lie beside those of {first.name}: resample it first")
+            raise TerrainError(f"{file.name}: its posts are not on the grid of {first.name}: resample it first")
         return round(x), round(y)
 
 
