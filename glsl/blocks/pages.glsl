@@ -1,8 +1,8 @@
 // blocks/pages.glsl — a map of which only some tiles are on the GPU (docs/stores.md).
-//   A page is a tile of PAGE × PAGE nodes of one level, with the posts at their corners. It stands in a slot of a pool. If a
-//   page is there, so are those above it. A post has the height that the finest page over it gives: its own on the lattice
-//   of that page, else the bilinear height between four posts of the lattice. So every post has one height, whoever asks.
-//   Page tables: for each level the slot of each page, + 1; then, for each page of level 0, the finest one over it.
+//   A page is a tile of PAGE × PAGE nodes of one level, with the posts at their corners. A loaded page is in a slot of a pool,
+//   and all pages above it are loaded, too. The finest loaded page over a post gives its height: the post's own height if it is
+//   on the lattice of that page, else the bilinear height between four posts of the lattice. So all shaders see the same height.
+//   Page tables: for each level the slot of each page, + 1; then, for each page of level 0, the finest loaded one over it.
 // Provides height_m(), PAGE, slot_of(), pages_of(), resident_level().
 
 #define PAGE (1 << PAGE_LOG2)
@@ -14,7 +14,7 @@ uint page_word(int i) { return texelFetch(u_pages, ivec2(i % PAGE_ROW, i / PAGE_
 
 ivec2 pages_of(int level) { return (u_level[level].size + PAGE - 1) >> PAGE_LOG2; }
 
-// -1: not there.
+// -1 if the page is not loaded.
 int slot_of(int level, ivec2 page) {
     return int(page_word(u_level[level].first_word + page.y * pages_of(level).x + page.x)) - 1;
 }
@@ -41,14 +41,13 @@ float height_m(ivec2 post) {
     return mix(north, south, t.y);
 }
 
-// First and last page of a level that has a post of a closed box.
+// First and last page of a level that contain posts of a closed box.
 ivec4 pages_over(ivec2 low, ivec2 end, int level) {
     ivec2 most = pages_of(level) - 1;
     return ivec4(min(max(low, ivec2(0)) >> PAGE_LOG2 + level, most), min(min(end, u_last_post) >> PAGE_LOG2 + level, most));
 }
 
-// The finest level, from `level` on, of which all pages over a closed box are there. `is_mixed`: parts of the box have
-// another one.
+// The finest level, from `level` up, whose pages over a closed box are all loaded. `is_mixed`: parts of the box have finer pages.
 int resident_level(ivec2 low, ivec2 end, int level, out bool is_mixed) {
     is_mixed = false;
     for (; level < u_top_level; level++) {

@@ -2,7 +2,7 @@
 // GPU Gems 2, chapter 2.
 //   z = (1 − α) z_fine + α z_coarse
 //   α = max(α_x, α_y),   α_x = clamp((|x − eye_x| − (reach − w − 1)) / w, 0, 1)
-// with z_coarse the height of the coarser level's surface at this place. On the ring's border α = 1, and each odd vertex is
+// where z_coarse is the height of the coarser level's surface at this place. On the ring's border α = 1, and each odd vertex is
 // moved to its even neighbour. So fine and coarse edges are equal, and there is no T-junction:
 //      │ ╱│ ╱│ ╱│ ╱│        │ ╱│ ╱│ ╱│ ╱│
 //      ┼──┼──┼──┼──┼   →    ┼──┼──┼──┼──┼

@@ -1,12 +1,12 @@
 // error/bound.glsl — the bound of any rectangle of cells, from summed-area tables, in four fetches.
-//   Maximum: "no tile of this rectangle is above class c" is one box count equal to zero (integral histogram, Porikli
+//   Maximum: if the count of class c over the rectangle is zero, no tile of it is above this class (integral histogram, Porikli
 //   2005, "Integral histogram: a fast way to extract histograms in Cartesian spaces").
 //   Sum of squares: the box sum itself, exact.
 //   The entries are for tiles of count_tile() nodes a side. A rectangle is widened to whole tiles.
 //   Counters have 8 bits, four classes in a word. They are exact for boxes of up to 255 tiles. A larger rectangle is looked
 //   up in parts of 15 × 15 tiles.
-//   For spacings below 1 a cell of the map is cut in n × n parts, n = 2^-j. Its error is |t|/(4 n²), t its twist: the table
-//   of level 0 answers, with n² times the tolerance.
+//   For a spacing 2^j below 1, a cell of the map is cut into n × n parts, n = 2^-j. Its error is |t|/(4 n²), where t is its twist.
+//   So the table of level 0 is used with n² times the tolerance.
 // Provides is_within_m(), largest_m(), squares_m2().   Python twins: reference.class_tables, reference.box_sum
 
 #include "blocks/terrain.glsl"

@@ -1,10 +1,10 @@
 // error/bound_of_pages.glsl — error/bound.glsl for a map of which only some pages are on the GPU (blocks/pages.glsl).
-//   Each page has its own tables. Where all pages over a closed box are there at its spacing, the answer is that of the
-//   whole map's tables. Elsewhere the heights are bilinear between the posts of a coarser page, of level l > j:
+//   Each page has its own tables. If all pages over a closed box are loaded at its spacing, the bound is that of the whole
+//   map's tables. Elsewhere the heights are bilinear between the posts of a coarser page, of level l > j:
 //     - Inside one page. Bilinear heights lie between both diagonals of the page's cells, and so does every mesh through
 //       them. So its error is at most M_l, however fine its triangles are.
-//     - Across pages. A cell in page A may have corners in page B. With A's heights there it would err by at most M_A; they
-//       differ from B's by at most M_A + M_B. So its error is at most 2 M_A + M_B ≤ 3 max M.       (docs/stores.md)
+//     - Across pages. A cell in page A may have corners in page B. With A's heights there, its error would be at most M_A; these
+//       heights differ from B's by at most M_A + M_B. So its error is at most 2 M_A + M_B ≤ 3 max M.       (docs/stores.md)
 // Provides is_within_m(), largest_m(), squares_m2().   Python twins: reference.class_tables, reference.box_sum
 
 #define PAGE_WORDS ((CLASSES / 4) * (PAGE / COUNT_TILE) * (PAGE / COUNT_TILE))
@@ -21,7 +21,7 @@ ivec4 tiles_in_page(ivec4 nodes, ivec2 page, int level) {
     return ivec4(first / count_tile(level), last / count_tile(level) + 1);
 }
 
-// No node of the box in a page that is there is above a class.
+// Whether no node of the box, in the loaded pages of a level, is above a class.
 bool none_above_in_pages(int level, ivec4 nodes, int c) {
     for (int y = nodes.y >> PAGE_LOG2; y <= nodes.w >> PAGE_LOG2; y++)
         for (int x = nodes.x >> PAGE_LOG2; x <= nodes.z >> PAGE_LOG2; x++) {
@@ -43,7 +43,7 @@ float largest_of_level_m(ivec2 low, ivec2 end, int level) {
     return sure < 0 ? u_span_m : class_limit_m(sure) * (1.0 + exp2(-18.0));
 }
 
-// Of heights that are not all there: `level` is the finest that is.
+// The bound for a box whose pages are not all loaded at its spacing; `level` is the finest level that is.
 float largest_of_coarse_m(ivec2 low, ivec2 end, int from, int level, bool is_mixed) {
     float worst_m = largest_of_level_m(low, end, level);
     if (!is_mixed) return worst_m;

@@ -33,4 +33,4 @@ int block_index(ivec2 block) {
     return ((u_which_level - FINE_LEVELS - 1) * size.y + block.y) * size.x + block.x;
 }
 
-int blocks_in_node() { return 1 << (u_which_level - FINE_LEVELS); }  // a side
+int blocks_in_node() { return 1 << (u_which_level - FINE_LEVELS); }  // along a side

@@ -43,7 +43,7 @@ Node node_at(int level, ivec2 at) {
     return n;
 }
 
-// In the functions below the triangle of a post selects numbers, not branches: neighbouring threads do not diverge.
+// The functions below select numbers by the triangle of a post, and have no branches, so that neighbouring threads do not diverge.
 
 float quad_error_m(Node n, ivec2 post, float h) {
     vec2 t = vec2(post - n.low) * n.per_side;

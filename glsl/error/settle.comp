@@ -1,4 +1,4 @@
-// error/settle.comp — the coarse levels of the error table: from the gathered results to the table.
+// error/settle.comp — the coarse levels of the error table: write the records of nodes from the gathered results.
 // Python twins: reference.node_errors, reference.wedge_errors
 
 #include "error/coarse.glsl"

@@ -1,5 +1,5 @@
-// light/around.glsl — the light of what stands around the map (shade/edge.glsl): its cut sides, the plain, the sea, the sky.
-//   They are lit as open ground is: no shadows, all of the sky. Near its foot the block keeps light from the plain.
+// light/around.glsl — the light of the map's surroundings (shade/edge.glsl): its cut sides, the plain, the sea, the sky.
+//   They are lit like open ground: without shadows, by the whole sky. Near its foot the block hides light from the plain.
 // Provides sky_colour() where EDGE is 1.
 
 #include "shade/edge.glsl"
@@ -32,7 +32,7 @@ Material plain_material(vec2 place) {
     return Material(mix(vec3(0.090, 0.104, 0.048), vec3(0.205, 0.165, 0.110), climate_at(place).dryness), 0.95);
 }
 
-// Soil and layers of rock, of the thickness that the wall has room for.
+// Soil and layers of rock, whose thickness depends on the height of the wall.
 vec3 wall_light(vec2 place, float up_m, float depth_m, vec3 towards_eye) {
     float high_m = max(rim_m_at(place) - u_edge_m, 1e-3), thick_m = 0.25 * u_span_m + 1e-3, footprint = depth_m * 2.0 * u_half_extent.y / float(u_size_px.y);
     float layer = noise(vec2(up_m / thick_m * 3.0, 7.0), 1.0, vec2(3.0 * footprint / thick_m, 0.0)) + 0.6 * noise(vec2(up_m / thick_m * 9.0, 3.0), 1.0, vec2(9.0 * footprint / thick_m, 0.0));
@@ -52,7 +52,7 @@ vec3 plain_light(vec2 at_m, vec3 towards_eye) {
 
 #if EDGE == 1
 vec3 sky_colour(vec3 direction) {
-    vec3 ray = direction / dot(direction, u_forward.xyz);  // 1 long along the view
+    vec3 ray = direction / dot(direction, u_forward.xyz);  // its component along the view is 1
     vec2 place;
     float wall = wall_depth(ray, place), plain = plain_depth(ray);
     if (wall < 0.0 && plain < 0.0) return tone_mapped(u_exposure * (sky_light(direction) + sun_disc(direction)));
@@ -60,7 +60,7 @@ vec3 sky_colour(vec3 direction) {
     float up_m = ray.z * depth + u_eye_z_m + u_eye_z_rest_m;
     vec3 light = wall > 0.0 ? wall_light(place, up_m, depth, -direction) : plain_light(ray.xy * depth, -direction);
     light = hazed(light, direction, distance_m);
-    vec3 horizon = sky_light(normalize(vec3(direction.xy, 0.01 * length(direction.xy))));  // where both meet they are one
+    vec3 horizon = sky_light(normalize(vec3(direction.xy, 0.01 * length(direction.xy))));  // the plain fades into it, so there is no line at the horizon
     return tone_mapped(u_exposure * mix(light, horizon, smoothstep(0.7, 6.0, distance_m / u_haze_m)));
 }
 #endif

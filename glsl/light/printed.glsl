@@ -3,7 +3,7 @@
 //   V_l = mean over the footprint of ∫ SG_l V dω / ∫ SG_l dω, without a cosine, above the level horizon           (A.5)
 //   ρ_n = mean of 1.170 e^(2.133 (ω·n − 1)), the cosine as a lobe: κ = 2.133 around each normal, weight 3.398    (B.3, B.4)
 //   r   = |r| n with (3 |r| − |r|³) / (1 − |r|²) = κ;  r_M = mean of r;  ρ_n = weight · vMF(ω; r_M)              (C.1 to C.4)
-//   Printed B.3 has no 1/π of the BRDF 1/π that it stands for. We keep that factor: else all would be π times as bright.
+//   B.3 as printed lacks the factor 1/π of the diffuse BRDF. We include it; else the ground would be π times as bright.
 //   Steps from our shading to the printed one, each with those before it:
 //     PRINTED 1   facets are not weighted by how the eye sees them: E alone, without E·s (light/lean.glsl)
 //     PRINTED 2   A.5: visibility is separate from the cosine, for the sun and for the sky

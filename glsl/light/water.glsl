@@ -6,7 +6,7 @@
 #include "light/lit.glsl"
 
 #define RIPPLES 3000.0  // sharpness of the ripples' lobe
-const vec3 ABSORBED = vec3(0.35, 0.075, 0.045), SCATTERED = vec3(0.004, 0.015, 0.018);  // per metre; of light from above
+const vec3 ABSORBED = vec3(0.35, 0.075, 0.045), SCATTERED = vec3(0.004, 0.015, 0.018);  // absorbed per metre; scattered, as a share of the light from above
 
 bool is_under_water(Ground g) { return g.fine.height_m < u_water_m && up_from_eye_m(u_water_m) < 0.0; }
 

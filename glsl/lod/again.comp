@@ -1,5 +1,5 @@
-// lod/again.comp — decide whether another round of lod/agree.comp is needed: yes, if lod/commit.comp changed the tree. Then
-// the tiles are listed again. If nothing changed, the last list is that of the final tree. One thread.
+// lod/again.comp — decide whether another round of lod/agree.comp is needed. If lod/commit.comp changed the tree, it is, and
+// the tiles are listed again. If not, the last list is that of the final tree. One thread.
 // Python twin: reference.lod.agree
 
 #include "lod/dispatch.glsl"

@@ -21,7 +21,7 @@ struct Box {
 
 struct Projection {
     bool outside;     // no part of the box is in the picture
-    bool inside;      // the whole box is
+    bool inside;      // the whole box is in the picture
     float nearest_m;  // smallest depth of a point in the picture
     float stretch;    // largest value of the third factor
     float middle_m;   // depth of the box's centre, at least nearest_m

@@ -2,7 +2,7 @@
 // remaining dispatches get no groups, so only the GPU waits.
 //   The number of triangles N falls about like λ^-0.6 on any terrain: nearly a straight line with logarithmic axes. The
 //   search is false position between a lower bracket, a λ with too many triangles, and an upper bracket, a λ within the
-//   budget. If one end stays twice, its distance from the budget is halved, so that it cannot stay for ever (the Illinois
+//   budget. If one end stays the same twice, its distance from the budget is halved, so that it moves later (the Illinois
 //   method: Dowell, Jarratt 1971).
 //
 //     log N │ ╲ lower bracket

@@ -4,7 +4,7 @@
 
 #include "blocks/terrain.glsl"
 
-// `t` is the way from the post to the next one, east and south: exact on the post itself.
+// `t` is the fraction of the way from the post to the next one, east and south. On the post itself the result is exact.
 float bilinear_m(ivec2 post, vec2 t) {
     if (t == vec2(0.0)) return height_m(post);
     ivec2 next = min(post + 1, u_last_post);

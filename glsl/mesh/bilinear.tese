@@ -11,7 +11,7 @@
 #define FINER 2
 #endif
 
-// rows run south, so the tessellator's plane is mirrored
+// rows count to the south, so the tessellator's plane is mirrored
 layout(quads, equal_spacing, cw) in;
 
 patch in uvec2 v_shape;

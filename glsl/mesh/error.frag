@@ -12,7 +12,7 @@ layout(r32f, binding = 0) uniform writeonly image2D u_error_m;
 
 double doubled_area(dvec2 a, dvec2 b, dvec2 c) { return (b.x - a.x) * (c.y - a.y) - (b.y - a.y) * (c.x - a.x); }
 
-// Of a map that is there in pages, the truth comes window by window.
+// For a paged map, the truth is uploaded window by window.
 #ifdef PAGED
 layout(binding = 13) uniform sampler2D u_truth;
 uniform ivec2 u_truth_first;  // its first post

@@ -5,7 +5,7 @@
 #include "mesh/between.glsl"
 #include "mesh/vertex.glsl"
 
-// rows run south, so the plane of tessellation is seen from below
+// rows count to the south, so the plane of tessellation is seen from below
 layout(quads, equal_spacing, cw) in;
 
 patch in uvec2 v_shape;

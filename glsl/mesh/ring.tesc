@@ -1,5 +1,5 @@
-// mesh/ring.tesc — the tessellation levels of a patch of the clipmap: inside as its record says, at each edge as the finer of
-// both sides.
+// mesh/ring.tesc — the tessellation levels of a patch of the clipmap, from its record: inside, its own; at each edge, those of
+// the finer side.
 
 #include "mesh/ring.glsl"
 #include "mesh/to.glsl"

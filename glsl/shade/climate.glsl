@@ -9,7 +9,7 @@ struct Climate {
 };
 
 uniform vec3 u_climate[4];  // north-west, north-east, south-west, south-east
-uniform float u_base_m;     // what the map's heights count from
+uniform float u_base_m;     // the height that the map's heights are relative to
 
 Climate climate_at(vec2 post) {
     vec2 t = clamp(post / vec2(u_last_post), 0.0, 1.0);
@@ -19,8 +19,8 @@ Climate climate_at(vec2 post) {
 
 float metres_up(float height_m) { return height_m + u_base_m; }
 
-#define TREES_END 0.33  // zones: 0 at the sea, here no trees any more,
-#define SNOW_STAYS 0.60 // and from here on snow
+#define TREES_END 0.33  // zones are numbers from 0, at the sea; trees end at this one,
+#define SNOW_STAYS 0.60 // and snow begins at this one
 
 float zone_of(float up_m, Climate c) {
     if (up_m < c.trees_m) return TREES_END * up_m / max(c.trees_m, 100.0);

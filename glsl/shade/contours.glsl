@@ -2,7 +2,7 @@
 //   level  = height / interval                        a line stands where it is a whole number, an index line at every fifth
 //   rise   = levels that one pixel spans              length of the slope along the pixel's sides u and v
 //   cover  = width/2 + 1/2 − |level − round| / rise   the share of the pixel that a line of this width covers (box filter)
-//   Where lines come closer than a few pixels they fade; the index lines remain five times as far.
+//   Lines fade where they are only a few pixels apart; index lines fade where lines are five times closer.
 // Provides contoured().   Python twin: reference.contour_cover
 
 #include "shade/footprint.glsl"
@@ -14,8 +14,8 @@
 #define CONTOUR_PX 1.2
 #define INDEX_PX 2.2
 #define INDEX_EVERY 5.0
-#define DENSE 0.16   // levels a pixel from which lines fade, and
-#define DENSEST 0.3  // where they are gone
+#define DENSE 0.16   // lines fade from this number of levels in a pixel on,
+#define DENSEST 0.3  // and end here
 
 uniform vec3 u_contours;  // interval; what is added to heights, modulo an index interval; least height with lines: metres
 

@@ -21,8 +21,8 @@ const Material FILLED = Material(vec3(0.20, 0.20, 0.21), 0.95);  // ground witho
 #define TINT 3
 #define VIRIDIS 4
 
-// Macros for a program that serves one map, so that it leaves the rest out: whether a picture covers the land, its look,
-// whether it is dry.
+// Macros for a program that serves one map, and leaves out all other code: whether a picture covers the land, the look of the
+// land, whether it is dry.
 #ifndef PICTURED
 uniform bool u_pictured;
 uniform int u_look;
@@ -75,8 +75,8 @@ float patchiness(vec2 post, vec2 extent) {
            0.3 * noise(post, 1.1, extent) + 0.2 * noise(post, 0.31, extent);
 }
 
-// Layers of rock at the same heights everywhere. Layers that are thin compared with the footprint fade early: on cliffs the
-// height of its centre is not known better.
+// Layers of rock at the same heights everywhere. Layers that are thin compared with the footprint fade early, because on cliffs
+// the height of its centre is not accurate.
 float strata(float up_m, float footprint_m) {
     float sum = 0.0;
     for (float thick_m = 145.0; thick_m > 2.0; thick_m /= 2.7)
@@ -138,7 +138,7 @@ Material natural_land(vec2 post, vec2 extent, Relief fine, float hollow) {
     return mixed(land, SNOW, snowy);
 }
 
-vec3 between_stops(vec4 stops[10], float v) {  // xyz colour, w its position
+vec3 between_stops(vec4 stops[10], float v) {  // xyz: a colour; w: its position
     for (int i = 1; i < 10; i++)
         if (v < stops[i].w) return mix(stops[i - 1].rgb, stops[i].rgb, clamp((v - stops[i - 1].w) / (stops[i].w - stops[i - 1].w), 0.0, 1.0));
     return stops[9].rgb;

@@ -1,5 +1,5 @@
-// shade/edge.glsl — what stands around the map: it is a block of ground, cut off at its rim, on a plain or in the sea that
-// reaches to the horizon. Neither is part of the mesh: a ray meets them in closed form.
+// shade/edge.glsl — the surroundings of the map. The map is a block of ground, cut off at its rim, on a plain or in a sea that
+// reaches to the horizon. These are no part of the mesh: a formula gives the point where a ray meets them.
 //
 //        eye ·-._                        rim     a ray that enters the map's rectangle below the rim meets the wall there;
 //                 `-._       ____/‾‾\__ /         one that comes down to the plain before meets the plain
@@ -13,15 +13,15 @@
 #define EDGE 0  // 1 where they are drawn
 #endif
 
-uniform float u_edge_m;  // height of the plain or the sea, above what heights count from
+uniform float u_edge_m;  // height of the plain or the sea, above the base of the map's heights
 
-// Along a ray that is 1 long along the view: how far away in depth is the plain; negative if it is not met.
+// The view depth at which a ray meets the plain; negative if it does not. The ray's component along the view is 1.
 float plain_depth(vec3 ray) {
     float down_m = up_from_eye_m(u_edge_m);
     return down_m < 0.0 && ray.z < 0.0 ? down_m / ray.z : -1.0;
 }
 
-vec2 rim_place(vec2 at_m, vec2 corner_m) {  // from the eye, and from there to the south-western post: a place on the map
+vec2 rim_place(vec2 at_m, vec2 corner_m) {  // from metres relative to the eye to a place on the map; corner_m is the south-western post
     vec2 post = (at_m - corner_m) / u_spacing_m;
     return clamp(vec2(post.x, float(u_last_post.y) - post.y), vec2(0.0), vec2(u_last_post));
 }
@@ -32,7 +32,7 @@ float rim_m_at(vec2 place) {
     return mix(mix(height_m(at), height_m(at + ivec2(1, 0)), t.x), mix(height_m(at + ivec2(0, 1)), height_m(at + 1), t.x), t.y);
 }
 
-// The same for the wall below the rim, and where it is met; the eye over the map meets none.
+// The same for the wall below the rim, and the place where the ray meets it. From an eye above the map, no ray does.
 float wall_depth(vec3 ray, out vec2 place) {
     vec2 low = post_from_eye_m(ivec2(0, u_last_post.y)), high = post_from_eye_m(ivec2(u_last_post.x, 0));
     place = vec2(0.0);

@@ -1,7 +1,7 @@
-// shade/grain.glsl — what ground looks like below the posts' spacing: bumps and specks in the shading alone, never geometry.
+// shade/grain.glsl — detail below the posts' spacing: bumps and specks in the shading, without geometry.
 //   Five octaves of value noise, 2 to 89 bumps between two posts. An octave whose bumps are smaller than a pixel's footprint
-//   fades into its mean, which is 0: near the eye there is grain, far away the light is as without.
-//   The lattice is counted in whole numbers from post 0, so that the same map has the same grain, at any distance.
+//   fades to its mean, which is 0. So near the eye there is grain, and far away the light is the same as without grain.
+//   The noise is a function of the post number, so a map has the same grain at any distance.
 // Provides GRAIN, Grain, grain_of(), grain_strength().
 
 #include "shade/cover.glsl"
@@ -30,7 +30,7 @@ Grain grain_of(vec2 post, vec2 extent, float strength) {
     ivec2 at = ivec2(floor(post));
     for (int k = 0; k < 5; k++) {
         vec2 wide = extent * float(BUMPS[k]), p = fract(post) * float(BUMPS[k]);
-        float seen = 1.03 * exp(-0.125 * dot(wide, wide)) - 0.03;  // as noise() of shade/cover.glsl fades
+        float seen = 1.03 * exp(-0.125 * dot(wide, wide)) - 0.03;  // the same as in noise() of shade/cover.glsl
         if (seen <= 0.0) break;
         vec3 b = bump(at * BUMPS[k] + ivec2(floor(p)) + 7919 * k, fract(p)) * (seen * strength * (1.0 - 0.12 * float(k)));
         g.slope += vec2(b.x, -b.y);
@@ -39,7 +39,7 @@ Grain grain_of(vec2 post, vec2 extent, float strength) {
     return g;
 }
 
-// Rock is rough, meadows less, snow hardly; water and ground that nobody knows are smooth, and so are diagrams.
+// Rock is rough, meadows less so, and snow hardly. Water, filled voids and diagrams are smooth.
 float grain_strength(vec2 post, float steep, vec3 albedo) {
     if (GRAIN == 0 || LOOK >= GREY) return 0.0;
     vec2 marked = MARKED ? marked_at(post) : vec2(0.0);

@@ -3,7 +3,7 @@
 
 #include "blocks/terrain.glsl"
 
-#ifndef MARKED  // whether the map has any; a macro in programs that serve one map
+#ifndef MARKED  // whether the map has any marks; a macro in programs that serve one map
 uniform bool u_marked;
 #define MARKED u_marked
 #endif

@@ -1,5 +1,5 @@
-// shade/relief_of_pages.glsl — shade/relief.glsl for a map of which only some pages are on the GPU: there are no sums of all
-// heights. A mean is that of 3 × 3 places of the box.
+// shade/relief_of_pages.glsl — shade/relief.glsl for a map of which only some pages are on the GPU. There is no table of heights,
+// so a mean is taken over 3 × 3 places of the box.
 // Provides Relief, relief_of(), rough_slope(), box_mean_m().
 
 #define LARGEST_BOX_POSTS 250.0

@@ -49,7 +49,7 @@ Ground ground_of(int samples) {
 
 #define ALL ((1 << SAMPLES) - 1)
 
-// The sky and what stands around the map, which has edges of its own: `samples` as bits.
+// The sky and the surroundings of the map, which have edges of their own; `samples` are bits.
 vec3 around_colour(int samples) {
     if (EDGE == 0) return float(bitCount(samples)) * sky_colour(view_ray(vec2(0.0)));
     vec3 sum = vec3(0.0);
@@ -68,7 +68,7 @@ vec3 pixel_colour() {
     for (int i = 0; i < SAMPLES; i++) left |= is_sky(post_of_sample(i)) ? 0 : 1 << i;
     vec3 sum = left == ALL ? vec3(0.0) : around_colour(ALL ^ left);
     if (left == 0) return sum / float(SAMPLES);
-    do {  // with the test first, software renderers run one more pass
+    do {  // with the test at the start, software renderers would run one more pass
         int sample_ = findLSB(left);
         int alike = left & (samples_near(footprint_at(post_of_sample(sample_))) | 1 << sample_);
         left &= ~alike;

@@ -46,14 +46,14 @@ vec3 ray_at(vec2 offset_px) {
 
 vec3 view_ray(vec2 offset_px) { return normalize(ray_at(offset_px)); }
 
-// Column and row of the place on the map; negative for the sky, and for what stands around the map.
+// Column and row of the place on the map; negative for the sky, and for the surroundings of the map.
 vec2 post_of_sample(int i) {
     float depth = texelFetch(u_depth, ivec2(FRAG_COORD.xy), i).x;
     vec2 from_eye_m = ray_at(offset_of_sample(i)).xy * (near_m() / max(depth, 1e-30)) + u_eye_offset_m;
     vec2 post = vec2(u_eye_post) + vec2(from_eye_m.x, -from_eye_m.y) / u_spacing_m;
 #if EDGE == 1
     vec2 place;
-    if (wall_depth(ray_at(offset_of_sample(i)), place) > 0.0) return vec2(-1.0);  // what it hides is not seen
+    if (wall_depth(ray_at(offset_of_sample(i)), place) > 0.0) return vec2(-1.0);  // the wall hides the map there
 #endif
     return depth > 0.0 ? clamp(post, vec2(0.0), vec2(u_last_post)) : vec2(-1.0);
 }

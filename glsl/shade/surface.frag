@@ -6,8 +6,8 @@
 in vec2 v_post;
 flat in uvec4 v_of_patch;
 
-// The place at the centre of the samples that the triangle covers. The place of the pixel's centre may be outside the
-// triangle: over a void behind a ridge, or cells away on small, flat triangles in the distance.
+// The place at the centre of the samples that the triangle covers. The place of the pixel's centre may be outside the triangle:
+// over a void behind a ridge, or, on small, flat triangles in the distance, several cells away.
 vec2 covered_place() {
     int covered = gl_SampleMaskIn[0] & 15;
     vec3 at = vec3(v_post, 1.0) * gl_FragCoord.w;  // linear on the screen

@@ -3,7 +3,7 @@
 
 #include "blocks/colour.glsl"
 
-#define WHITE 2.2  // the luminance that is shown as white
+#define WHITE 2.2  // the luminance that is displayed as white
 
 // Reinhard et al. 2002, "Photographic tone reproduction for digital images", equation 4, on luminance.
 vec3 tone_mapped(vec3 light) {

@@ -1,5 +1,5 @@
 // tessellated/levels.comp — the levels of each patch: every edge is cut by its length on the screen.
-//   An edge's length on screen is the projected diameter of its bounding sphere, which is the same from all sides:
+//   An edge's length on the screen is the projected diameter of its bounding sphere, which is the same from all directions:
 //       T = ⌈ K |b − a| / z / edge_px ⌉,   a, b its ends on the ground, z the depth of its middle, K the focal length in pixels
 //   (Cantlay 2011, "DirectX 11 Terrain Tessellation", NVIDIA). No segment is shorter than the spacing of the posts, or than a
 //   whole part of it: see tessellated/measures.glsl.
