@@ -18,7 +18,7 @@ from .exceptions import TerrainError, UsageError
 from .gpu.session import in_session, steps_in_session
 from .gpu_resources import GpuResources
 from .heightmap import real_heights
-from .pages import PagedMap
+from .paged_map import PagedMap
 from .rect import Rect, hull
 from .steps import Steps, drain
 from .terrain import Terrain

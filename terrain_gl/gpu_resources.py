@@ -13,10 +13,12 @@ from .gpu.timing import StageTimer
 from .heightmap import Heightmap
 from .lod import QuadtreeSelector, View
 from .methods import Selectors, quadtree
-from .pages import PagedMap, PagedTables, PagedTerrain
+from .paged_map import PagedMap
+from .pages import PagedTables, PagedTerrain
 from .pieces import Piece
 from .shade import Picture
 from .steps import Steps
+from .streaming import Streaming
 from .terrain import Terrain
 
 Size = tuple[int, int]
@@ -31,6 +33,8 @@ class GpuResources:
         The OpenGL context, and times of all stages.
     terrain, tables, view, selectors, picture
         Made by `build_steps`, in this order.
+    streaming
+        Loads what views need of a map in pages; None for other maps.
     """
 
     terrain: Terrain
@@ -38,6 +42,7 @@ class GpuResources:
     view: View
     selectors: Selectors
     picture: Picture
+    streaming: Streaming | None = None
 
     def __init__(self, session: Session) -> None:
         self.session = session
@@ -107,7 +112,9 @@ class GpuResources:
         """Upload the heights and build the error tables; yields progress as a part of `build_steps`."""
         if isinstance(heightmap, PagedMap):
             paged: Any = self.session.keep(PagedTerrain(self.session.ctx, heightmap))
-            self.terrain, self.tables = paged, self.session.keep(cast(Any, PagedTables(paged)))
+            tables = self.session.keep(PagedTables(paged))
+            self.terrain, self.tables = paged, cast(Any, tables)
+            self.streaming = self.session.keep(Streaming(tables))
             return
         self.terrain = self.session.keep(Terrain(self.session.ctx, heightmap))
         yield 0.05

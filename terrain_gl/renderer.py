@@ -30,13 +30,13 @@ from .gpu.session import Session, in_session, steps_in_session
 from .gpu_resources import GpuResources
 from .heightmap import Heightmap
 from .image import png_bytes, reduced
+from .lod import Selection
 from .methods import Selectors
 from .options import RenderOptions, near_plane_m
-from .pages import PagedTables
 from .pieces import Piece, cut
 from .shade import TILE_PX, Picture
 from .steps import Progress, Steps, drain
-from .streaming import choose_complete
+from .streaming import Streaming
 from .terrain import Terrain
 from .verify.inspector import Inspector
 
@@ -125,6 +125,11 @@ class Renderer:
     def picture(self) -> Picture:
         """The picture on the GPU."""
         return self.resources.picture
+
+    @property
+    def streaming(self) -> Streaming | None:
+        """Loads what views need of a store, and waits for it or not; None for other maps."""
+        return self.resources.streaming
 
     @property
     def size(self) -> Size:
@@ -248,15 +253,17 @@ class Renderer:
         goal = options.goal
         loaded: dict[str, Any] = {}
         with self.timer.stage("lod"):
-            if isinstance(self.tables, PagedTables) and options.method != "sat":
+            if self.streaming and options.method != "sat":
                 raise UsageError(f"a store is drawn by the method sat, not by {options.method}")
             selector = self.selectors[options.method]
-            if isinstance(self.tables, PagedTables):
-                selection, loaded = choose_complete(
-                    self.tables, lambda: selector.select(chosen_for, size, near_m, goal), chosen_for, goal
-                )
+
+            def choose(camera: Camera) -> Selection:
+                return selector.select(camera, size, near_m, goal)
+
+            if self.streaming:
+                selection, loaded = self.streaming.select(choose, chosen_for, goal)
             else:
-                selection = selector.select(chosen_for, size, near_m, goal)
+                selection = choose(chosen_for)
         if options.chosen_for:
             self.resources.view.move(self.terrain, camera, size, near_m)
         return DrawnFrame(chosen_for, camera, size, near_m, options, selection, loaded=loaded)

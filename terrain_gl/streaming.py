@@ -1,113 +1,214 @@
-"""Load what a view needs: choose a mesh, load finer pages under its patches over tolerance, and choose again.
+"""Keep the pages on the GPU that a view needs: choose a mesh, ask its patches over tolerance for finer pages.
 
-The certificate holds at every moment: where a page is missing, the records of a coarser page bound the error.
+A picture that waits is chosen again until no patch asks any more. A flight never waits: pages come while it goes on,
+first those of the present view, then those of the view a moment ahead. The certificate holds at every moment: what is
+not there is bounded by the records of the pages above it.
 """
 
 from __future__ import annotations
 
 import math
-from collections.abc import Callable
+import time
+from collections.abc import Callable, Iterable
+from dataclasses import dataclass, replace
 from typing import Any
 
 import numpy as np
 
 from .camera import Camera
 from .exceptions import UsageError
-from .gpu import layout
+from .loader import Loader
 from .lod import Goal, Selection
-from .pages import PagedTables, PagedTerrain, PageKey
+from .paged_map import PageKey, above, called
+from .pages import PagedTables
+from .wanted import Patches
 
-MOST_LEVELS = 3  # most levels that a patch skips at once
-MOST_PAGES = 32  # most pages that a patch requests at once
+AHEAD_S = 1.0  # how far ahead of its motion a flight looks
+LONGEST_S = 1.0  # between two frames of one motion
+UPLOAD_S = 0.004  # of a frame, for pages that have come
+WAIT_S = 0.05
+NO_ROOM, LOADING = "no room (--gpu-memory)", "loading"
+
+Choose = Callable[[Camera], Selection]
 
 
-def choose_complete(
-    tables: PagedTables, choose: Callable[[], Selection], camera: Camera, goal: Goal
-) -> tuple[Selection, dict[str, Any]]:
-    """Choose a mesh, and load pages until it is within the tolerance; report what is missing.
+class Streaming:
+    """Loads pages for the views of one map.
 
-    Returns
-    -------
-    Selection
-        The last mesh that was chosen.
-    dict
-        `complete`, `tiles_resident`, `tiles_missing`: docs/stats.md.
+    Attributes
+    ----------
+    waits
+        Whether `select` waits until all pages are there that can be. If not, call it for each frame of a flight.
+    progress
+        Called with the share that is loaded, 0 to 1, while `select` waits; None for nobody.
+    clock
+        Tells the time of a frame in seconds.
     """
-    if goal.triangles:
-        raise UsageError("a store is drawn within a tolerance: give --max-error, not --triangles")
-    terrain, has_evicted = tables.terrain, False
-    while True:
-        selection = choose()
-        wanted = pages_wanted(terrain, selection, camera, goal.tolerance_px)
-        if not wanted:
-            break
-        if not has_evicted and len(terrain.slot_of) + len(wanted) > terrain.slots:
-            has_evicted = True  # only once in a view: all pages that come later are needed
-            terrain.keep(pages_used(terrain, selection))
-        if not tables.load(wanted):
-            break
-    there = terrain.slot_of.keys() | terrain.missing.keys()
-    left_out = [key for key in wanted if key not in there]
-    missing = [{"tile": _called(key), "reason": reason} for key, reason in terrain.missing.items()]
-    missing += [{"tile": _called(key), "reason": "no room (--gpu-memory)"} for key in left_out]
-    told = {"complete": not wanted, "tiles_resident": len(terrain.slot_of), "tiles_missing": missing}
-    return selection, told
+
+    def __init__(self, tables: PagedTables) -> None:
+        self._tables, self.terrain = tables, tables.terrain
+        self.loader = Loader(self.terrain.heightmap)
+        self.waits = True
+        self.progress: Callable[[float], None] | None = None
+        self.clock: Callable[[], float] = time.monotonic
+        self._motion = Motion()
+        self._is_complete = False
+
+    @property
+    def has_news(self) -> bool:
+        """Whether pages have come that the next `select` will use."""
+        return self.loader.has_ready
+
+    @property
+    def is_loading(self) -> bool:
+        """Whether the last view waits for pages that may still come."""
+        return not self._is_complete and self.loader.is_busy
+
+    def select(self, choose: Choose, camera: Camera, goal: Goal) -> tuple[Selection, dict[str, Any]]:
+        """Choose the mesh of a view, and say what is missing.
+
+        Returns
+        -------
+        Selection
+            The mesh.
+        dict
+            `complete`, `within_tolerance`, `tiles_resident`, `tiles_missing`: docs/stats.md.
+        """
+        if goal.triangles:
+            raise UsageError("a store is drawn within a tolerance: give --max-error, not --triangles")
+        return (self._wait if self.waits else self._fly)(choose, camera, goal)
+
+    def release(self) -> None:
+        """End the threads."""
+        self.loader.release()
+
+    # --- A picture that waits -----------------------------------------------------------------------------------------
+
+    def _wait(self, choose: Choose, camera: Camera, goal: Goal) -> tuple[Selection, dict[str, Any]]:
+        terrain, loaded = self.terrain, 0
+        terrain.begin()
+        while True:
+            selection = choose(camera)
+            patches = Patches(terrain, selection, camera)
+            patches.use()
+            wanted = self._keys(patches, goal)
+            missing = self._with_those_above(wanted)
+            batch = missing[: terrain.make_room(len(missing))]
+            if not batch:
+                return selection, self._told(patches, goal, wanted, NO_ROOM)
+            self._load(batch, loaded)
+            loaded += len(batch)
+
+    def _load(self, batch: list[PageKey], loaded: int) -> None:
+        """Wait for all of these pages, those above others first; some may fail."""
+        left = set(batch)
+        self.loader.want(batch)
+        while left:
+            self.loader.wait(WAIT_S)
+            self._place_ready()
+            left -= self.terrain.slot_of.keys() | self.loader.failed.keys()
+            left = {key for key in left if not self._has_failed(key)}
+            if self.progress:
+                self.progress(1 - len(left) / (loaded + len(batch)))
+        self.loader.want(())
+        self.terrain.send()
+
+    # --- A flight that never waits ------------------------------------------------------------------------------------
+
+    def _fly(self, choose: Choose, camera: Camera, goal: Goal) -> tuple[Selection, dict[str, Any]]:
+        terrain = self.terrain
+        self._place_ready(UPLOAD_S)
+        terrain.send()
+        terrain.begin()
+        later: list[PageKey] = []
+        ahead = self._motion.ahead(camera, self.clock())
+        if ahead:  # first: the mesh of the view itself is the one that is drawn
+            patches = Patches(terrain, choose(ahead), ahead)
+            patches.use()
+            later = self._with_those_above(self._keys(patches, goal))
+        selection = choose(camera)
+        patches = Patches(terrain, selection, camera)
+        patches.use()
+        wanted = self._keys(patches, goal)
+        room = terrain.free + len(terrain.spare())
+        now = list(dict.fromkeys([*self._with_those_above(wanted), *later]))[:room]
+        self.loader.want(now)
+        return selection, self._told(patches, goal, wanted, LOADING, set(now))
+
+    # --- Both ---------------------------------------------------------------------------------------------------------
+
+    def _place_ready(self, seconds: float = math.inf) -> None:
+        """Put pages that have come into the pool, at least one; those whose page above is not there yet wait."""
+        end, terrain = time.perf_counter() + seconds, self.terrain
+        for key, sums in self.loader.take():
+            if key in terrain.slot_of:
+                continue
+            is_late = time.perf_counter() > end
+            if is_late or above(key) not in terrain.slot_of or not terrain.make_room(1):
+                self.loader.put_back(key, sums)
+                continue
+            self._tables.put(key, sums)
+
+    def _keys(self, patches: Patches, goal: Goal) -> list[PageKey]:
+        """Pages that patches ask for, the most useful first."""
+        return [self.terrain.numbering.key(number) for number in patches.wanted(goal.tolerance_px)[0].tolist()]
+
+    def _with_those_above(self, wanted: Iterable[PageKey]) -> list[PageKey]:
+        """Pages that can be loaded, each after those above it that are not there either."""
+        found: dict[PageKey, None] = {}
+        for key in wanted:
+            if self._has_failed(key):
+                continue
+            chain = [key]
+            while (coarser := above(chain[-1])) not in self.terrain.slot_of:
+                chain.append(coarser)
+            self.terrain.hold(coarser)
+            found.update(dict.fromkeys(reversed(chain)))
+        return list(found)
+
+    def _has_failed(self, key: PageKey) -> str:
+        """Why a page, or one above it, cannot be read; "" if nothing is known against it."""
+        while key not in self.terrain.slot_of:
+            if key in self.loader.failed:
+                return self.loader.failed[key]
+            key = above(key)
+        return ""
+
+    def _told(
+        self, patches: Patches, goal: Goal, wanted: list[PageKey], reason: str, coming: set[PageKey] | None = None
+    ) -> dict[str, Any]:
+        def why(key: PageKey) -> str:
+            return self._has_failed(key) or (reason if coming is None or key in coming else NO_ROOM)
+
+        self._is_complete = not wanted
+        return {
+            "complete": not wanted,
+            "within_tolerance": patches.within(goal.tolerance_px) if wanted else 1.0,
+            "tiles_resident": len(self.terrain.slot_of),
+            "tiles_missing": [{"tile": called(key), "reason": why(key)} for key in wanted],
+        }
 
 
-def pages_wanted(terrain: PagedTerrain, selection: Selection, camera: Camera, tolerance_px: float) -> list[PageKey]:
-    """Pages under patches over tolerance that would make them finer, the most useful first.
+@dataclass
+class Motion:
+    """The camera's motion over the last two frames."""
 
-    The worth of a page is certified pixels times projected area, summed over all patches that want it.
-    """
-    worth: dict[PageKey, float] = {}
-    last = terrain.heightmap.cols - 1, terrain.heightmap.rows - 1
-    (east, north), eye = terrain.heightmap.spacing_m, np.asarray(camera.eye)
-    for x, y, side_log2, bound_px in _over(selection, tolerance_px):
-        low = max(x, 0), max(y, 0)
-        end = min(x + (1 << side_log2), last[0]), min(y + (1 << side_log2), last[1])
-        finest = terrain.resident_level(low, end, max(0, side_log2 - 6))
-        if finest == 0:
-            continue  # all posts are loaded, so finer pages cannot help
-        steps = min(max(1, math.ceil(math.log2(min(bound_px / tolerance_px, 2.0**MOST_LEVELS)))), finest)
-        keys = terrain.over(low, end, finest - steps)
-        while len(keys) > MOST_PAGES and steps > 1:
-            steps -= 1
-            keys = terrain.over(low, end, finest - steps)
-        middle = np.array([(low[0] + end[0]) / 2 * east, (last[1] - (low[1] + end[1]) / 2) * north, eye[2]])
-        away = max(float(np.linalg.norm((middle - eye)[:2])), 1.0)
-        gain = bound_px * ((1 << side_log2) * max(east, north) / away) ** 2
-        for key in keys:
-            if key not in terrain.slot_of:
-                worth[key] = worth.get(key, 0.0) + gain
-    return sorted(worth, key=lambda key: (-worth[key], key))
+    camera: Camera | None = None
+    at_s: float = 0.0
+
+    def ahead(self, camera: Camera, now_s: float) -> Camera | None:
+        """The view `AHEAD_S` ahead, if the camera goes on as it does; None if it stands still."""
+        before, since_s = self.camera, now_s - self.at_s
+        self.camera, self.at_s = camera, now_s
+        if before is None or before == camera or not 0 < since_s < LONGEST_S:
+            return None
+        times = AHEAD_S / since_s
+        eye, eye_before = np.asarray(camera.eye), np.asarray(before.eye)
+        look, look_before = _unit(np.subtract(camera.target, eye)), _unit(np.subtract(before.target, eye_before))
+        eye = eye + times * (eye - eye_before)
+        turned = look + np.clip(times * (look - look_before), -1, 1)
+        return replace(camera, eye=tuple(eye.tolist()), target=tuple((eye + turned).tolist()), up=None)
 
 
-def pages_used(terrain: PagedTerrain, selection: Selection) -> set[PageKey]:
-    """The loaded pages at the spacing of each patch."""
-    last, used = (terrain.heightmap.cols - 1, terrain.heightmap.rows - 1), set()
-    patches = _patches(selection)
-    for (x, y), side, step_log2 in zip(
-        patches.corner.tolist(), patches.side.tolist(), patches.step_log2.tolist(), strict=True
-    ):
-        end = min(x + side, last[0]), min(y + side, last[1])
-        used.update(terrain.over((x, y), end, min(max(step_log2, 0), terrain.top_level)))
-    return used & terrain.slot_of.keys()
-
-
-def _patches(selection: Selection) -> layout.RingPatches:
-    surface: Any = selection.surface
-    data = surface.patches.read(selection.patches * layout.RING_PATCH.itemsize) if selection.patches else b""
-    return layout.unpack_ring_patches(np.frombuffer(data, layout.RING_PATCH))
-
-
-def _over(selection: Selection, tolerance_px: float) -> list[tuple[int, int, int, float]]:
-    """Corner, log2 of the side, and bound of the patches over tolerance."""
-    patches = _patches(selection)
-    over = patches.bound_px > tolerance_px
-    columns = patches.corner[over, 0], patches.corner[over, 1], patches.side_log2[over], patches.bound_px[over]
-    return list(zip(*(column.tolist() for column in columns), strict=True))
-
-
-def _called(key: PageKey) -> str:
-    level, row, col = key
-    return f"level {level}, row {row}, column {col}"
+def _unit(vector: np.ndarray) -> np.ndarray:
+    return vector / np.linalg.norm(vector)

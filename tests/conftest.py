@@ -6,10 +6,12 @@ from pathlib import Path
 import numpy as np
 import pytest
 from hypothesis import HealthCheck, settings
+from maps import rough
 
 from terrain_gl import cli
 from terrain_gl.exceptions import TerrainError
 from terrain_gl.gpu.context import create_context
+from terrain_gl.heightmap import Heightmap
 
 np.seterr(all="raise")
 settings.register_profile(
@@ -62,6 +64,17 @@ def run(capsys):
         return status, *capsys.readouterr()
 
     return run
+
+
+@pytest.fixture(scope="session")
+def hills(tmp_path_factory):
+    """A map as a whole, and its store, which nobody may change."""
+    pytest.importorskip("zarr")
+    from terrain_gl.store import build
+
+    heights, path = rough(200, 261, relief=60), tmp_path_factory.mktemp("store") / "s"
+    build(heights, path, tile=16, shard=64, spacing_m=2.0)
+    return Heightmap(heights, 2.0), path
 
 
 @pytest.fixture(scope="session")

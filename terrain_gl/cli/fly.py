@@ -10,7 +10,7 @@ from typing import Any
 import numpy as np
 
 from ..camera import Vector
-from ..exceptions import UsageError
+from ..exceptions import TerrainError, UsageError
 from ..film.flight import FPS, flight_steps
 from ..film.path import CameraPath, Pose
 from ..film.record import CODECS, Recorder, is_folder
@@ -27,7 +27,7 @@ _OF_FLIGHT = (
     *("method", "metric", "requested_max_error_px", "width", "height"),
     *("gl_renderer", "backend", "gpu_bytes"),
 )
-_OF_FRAME = ("triangles", "patches", "splits", "certified_max_error_px", "ms")
+_OF_FRAME = ("triangles", "patches", "splits", "certified_max_error_px", "complete", "tiles_missing", "ms")
 _MEASURED = ("max_error_px", "rms_error_px", "max_error_posts_px", "posts_measured", "holes")
 
 
@@ -50,6 +50,7 @@ def add(commands: Any) -> None:
     group.add_argument("--fps", type=values.positive, metavar="N", default=FPS, help="frames a second (default: 30)")
     group.add_argument("--measure", action="store_true", help="measure the error of every frame, too")
     options.add_rendering(command, moving=True)
+    options.add_store(command)
 
 
 def run(args: argparse.Namespace) -> int:
@@ -59,16 +60,17 @@ def run(args: argparse.Namespace) -> int:
         args.output = None  # the checks that follow are for files
     with Recorder(output, args.fps) as recorder:
         try:
-            about = _record(recorder, args)
+            about, incomplete = _record(recorder, args)
         except KeyboardInterrupt:
             recorder.cancel()
             _tell_what_is_left(recorder)
             raise
     report.say(args.json, _text(report.shown(output), about))
-    return 0
+    return options.status_of(incomplete)
 
 
-def _record(recorder: Recorder, args: argparse.Namespace) -> dict[str, Any]:
+def _record(recorder: Recorder, args: argparse.Namespace) -> tuple[dict[str, Any], dict[str, Any]]:
+    """Draw and record all frames; returns the numbers of the flight, and the first frame that lacks tiles, if any."""
     scene = options.open_scene(args)
     fov_deg = scene.camera.fov_deg if args.path or args.fov else FOV_DEG
     path = CameraPath.open(args.path, fov_deg) if args.path else tour(scene.heightmap, fov_deg)
@@ -81,7 +83,8 @@ def _record(recorder: Recorder, args: argparse.Namespace) -> dict[str, Any]:
     about |= {key: last[key] for key in _OF_FLIGHT}
     with report.json_output(args.json, about | {"frames": frames}):
         recorder.close()
-    return about
+    lacking = next((frame for frame in frames if not frame.get("complete", True)), {})
+    return about, lacking | {"map": scene.heightmap.name}
 
 
 def _count(seconds: float, fps: float) -> int:
@@ -109,7 +112,9 @@ def _fly(
         of_path = {"camera": pose.camera} | ({"sun": pose.sun} if pose.sun and not args.sun else {})
         frame = yield from renderer.render_steps(gradual=False, **view | of_path)
         stats = renderer.measure() if args.measure else frame.stats
-        frames.append({"frame": len(frames), "eye": pose.camera.eye} | {key: stats[key] for key in keys})
+        frames.append(
+            {"frame": len(frames), "eye": pose.camera.eye} | {key: stats[key] for key in keys if key in stats}
+        )
         return frame.image
 
     with report.progress_bar("flying") as progress:
@@ -121,7 +126,11 @@ def _places(heightmap: Heightmap, way: Sequence[Vector]) -> dict[str, int]:
     """How many frames are outside the map, and how many under its surface."""
     eyes = np.array(way)
     inside = np.all((eyes[:, :2] >= 0) & (eyes[:, :2] <= heightmap.extent_m), axis=1)
-    under = np.nan_to_num(ground_m(heightmap, eyes[:, :2]), nan=-np.inf) > eyes[:, 2]
+    try:
+        ground = ground_m(heightmap, eyes[:, :2])
+    except TerrainError:  # a tile of a store is damaged: frames that need it have named it
+        ground = np.full(len(eyes), np.nan)
+    under = np.nan_to_num(ground, nan=-np.inf) > eyes[:, 2]
     return {"frames_outside": int(np.sum(~inside)), "frames_under_ground": int(np.sum(under))}
 
 

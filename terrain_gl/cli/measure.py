@@ -29,7 +29,8 @@ def run(args: argparse.Namespace) -> int:
     """Run the command."""
     scene = options.open_scene(args)
     with options.make_renderer(args, scene) as renderer:
-        renderer.draw(**options.view_of(args, scene) | {"style": UNLIT})
+        with options.loading(renderer):
+            renderer.draw(**options.view_of(args, scene) | {"style": UNLIT})
         stats = {"map": scene.heightmap.name} | renderer.measure()
     report.write_json(args.json, stats)
     report.say(args.json, text(stats))

@@ -5,7 +5,8 @@ from __future__ import annotations
 import argparse
 import os
 import sys
-from collections.abc import Callable
+from collections.abc import Callable, Iterator
+from contextlib import contextmanager
 from dataclasses import dataclass, fields, replace
 from pathlib import Path
 from typing import Any
@@ -210,10 +211,11 @@ def _opened(
 
 def add_store(command: Any) -> None:
     """Options of commands whose map may be a store."""
+    group = command.add_argument_group("store")
     what = "of a store (terrain-gl build): MiB of GPU memory for its tiles, at most (default: 512)"
-    command.add_argument_group("store").add_argument(
-        "--gpu-memory", type=values.count, metavar="MIB", default=512, help=what
-    )
+    group.add_argument("--gpu-memory", type=values.count, metavar="MIB", default=512, help=what)
+    what = "of a store: MiB of memory for its tiles, at most (default: 512)"
+    group.add_argument("--memory", type=values.count, metavar="MIB", default=512, help=what)
 
 
 def open_store(args: argparse.Namespace, name: str) -> StoredMap:
@@ -227,12 +229,12 @@ def open_store(args: argparse.Namespace, name: str) -> StoredMap:
         Options for a map's values were given, which a store does not take.
     """
     if not hasattr(args, "gpu_memory"):
-        raise TerrainError(f"{report.shown(name)}: is a store: only shot, measure and info read stores yet")
+        raise TerrainError(f"{report.shown(name)}: is a store: shot, measure, fly, view and info read stores")
     given = {key: value for key, value in map_options(args).items() if value not in (None, False, "plain")}
     if given:
         raise UsageError(f"{report.shown(name)}: is a store, which has its own scales: to change them, build it again")
     stored = StoredMap(name)
-    stored.gpu_bytes = args.gpu_memory << 20
+    stored.limit(args.gpu_memory << 20, args.memory << 20)
     return stored
 
 
@@ -324,6 +326,17 @@ def map_options(args: argparse.Namespace) -> dict[str, Any]:
 def make_renderer(args: argparse.Namespace, scene: Scene) -> Renderer:
     """A renderer for the scene."""
     return Renderer(scene.heightmap, args.size, args.backend)
+
+
+@contextmanager
+def loading(renderer: Renderer) -> Iterator[None]:
+    """Show a progress bar while a picture waits for tiles of a store."""
+    if renderer.streaming is None:
+        yield
+        return
+    with report.progress_bar("loading") as renderer.streaming.progress:
+        yield
+    renderer.streaming.progress = None
 
 
 def view_of(args: argparse.Namespace, scene: Scene) -> dict[str, Any]:

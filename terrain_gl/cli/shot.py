@@ -67,6 +67,8 @@ def _draw(renderer: Renderer, args: argparse.Namespace, scene: options.Scene, wr
             write(rows)
 
     steps = renderer.draw_steps(size=args.size, receive=receive, gradual=False, **options.view_of(args, scene))
+    with options.loading(renderer):
+        next(steps)
     with report.progress_bar("drawing") as progress:
         return drain(steps, progress)
 

@@ -11,6 +11,8 @@ from dataclasses import replace
 from pathlib import Path
 from typing import Any
 
+import numpy as np
+
 from .. import __version__
 from ..exceptions import TerrainError, UsageError
 from ..readers.raster import Spacing
@@ -19,6 +21,7 @@ from .format import VERSION, Arrays, describe, is_store, read_about, zarr_librar
 from .pyramid import SHARD, TILE, Pyramid
 from .scheduling import scheduler
 from .tasks import WORK, Job, Task, perform, phases
+from .tiles import Checks
 
 Progress = Callable[[float], None]
 
@@ -163,6 +166,7 @@ class Journal:
     def finish(self) -> dict[str, Any]:
         """Write the store's description, and remove what only the build needed."""
         job, tasks = self.job, list(self._of_source())
+        checks = self._checks()
         hashes = "".join(self.results[task]["sha256"] for task in tasks)
         about = describe(
             job.pyramid, os.path.basename(job.source.name), job.spacing_m, self.range_m, job.source.georeference
@@ -172,13 +176,23 @@ class Journal:
             "fill_m": job.fill_m,
             "source": job.source.identity,
             "sha256": hashlib.sha256(hashes.encode()).hexdigest(),
+            "checks_sha256": checks.sha256,
         }
         for partial in Path(job.path).rglob("*.partial"):  # left by tasks that were killed
             partial.unlink()
-        Arrays(job.path, job.pyramid).write_about(about)
-        os.replace(self.folder, self._built)  # in one step: nobody can tell what a half removed folder is
+        arrays = Arrays(job.path, job.pyramid)
+        arrays.write_checks(checks.values)
+        arrays.write_about(about)
+        os.replace(self.folder, self._built)  # in one step: a half removed folder would say nothing
         shutil.rmtree(self._built)
         return read_about(job.path)
+
+    def _checks(self) -> Checks:
+        checks = Checks(self.job.pyramid)
+        for result in self.results.values():
+            for name, level, row, col, noted in result["checks"]:
+                checks.note(name, level, (slice(row, None), slice(col, None)), np.array(noted), self.job.pyramid.tile)
+        return checks
 
     def _of_source(self) -> Iterator[Task]:
         return (task for tasks in phases(self.job.pyramid) for task in tasks if task[:2] == ("heights", 0))

@@ -4,8 +4,10 @@
     errors/l    the four words of each node's error record, levels ≥ 1             (4, rows, cols)
     ranges/l    lowest and highest height of each node, levels ≥ 1                 (2, rows, cols)
 
-Records are those of glsl/error/nodes.glsl, bit for bit. Each tile has a checksum (crc32c). A tile that was never
-written, or whose checksum does not fit, is missing.
+    checks      a checksum of each tile of all these arrays (store/tiles.py)           (n)
+
+Records are those of glsl/error/nodes.glsl, bit for bit. A tile that was never written, or whose checksum does not fit,
+is missing.
 """
 
 from __future__ import annotations
@@ -25,7 +27,7 @@ from ..readers.raster import Spacing
 from .pyramid import Area, Pyramid
 
 INSTALL = "pip install 'terrain-gl[store]'"
-VERSION = 1
+VERSION = 2
 _KEY = "terrain_gl"
 _RAW = "https://raw.githubusercontent.com/zarr-conventions/multiscales/refs/tags/v0.1/schema.json"
 _CONVENTION = {
@@ -104,11 +106,37 @@ class Arrays:
             values = np.asarray(self._array(name, level)[(*of_words, *where)])
         except (ValueError, OSError, RuntimeError, KeyError) as error:
             reason = "its checksum does not fit" if "checksum" in str(error) else " ".join(str(error).split())[:80]
-            raise MissingTileError(f"{self.path}: {_called(name, level, where)}: {reason}") from None
+            raise MissingTileError(f"{self.called(name, level, where)}: {reason}") from None
         known = ~np.isnan(values) if name == "heights" else values != FIELDS[name][1]
         if name != "ranges" and not known.all():
-            raise MissingTileError(f"{self.path}: {_called(name, level, where)}: was never written")
+            raise MissingTileError(f"{self.called(name, level, where)}: was never written")
         return values
+
+    def called(self, name: str, level: int, where: Area) -> str:
+        """An area in words."""
+        rows, cols = where
+        where_ = f"rows {rows.start} to {rows.stop - 1}, columns {cols.start} to {cols.stop - 1}"
+        return f"{self.path}: {name}/{level}, {where_}"
+
+    def write_checks(self, values: np.ndarray) -> None:
+        """Write the checksums of all tiles."""
+        group = zarr_library().open_group(str(self.path), mode="r+", zarr_format=3)
+        group.create_array("checks", data=values, chunks=values.shape, overwrite=True)
+
+    def read_checks(self) -> np.ndarray:
+        """The checksums of all tiles.
+
+        Raises
+        ------
+        TerrainError
+            They cannot be read.
+        """
+        try:
+            return np.asarray(zarr_library().open_array(str(self.path / "checks"), mode="r", zarr_format=3)[:])
+        except (ValueError, OSError, RuntimeError, KeyError) as error:
+            reason = " ".join(str(error).split())[:80]
+            reason = f"its list of checksums cannot be read ({reason}): build it again"
+            raise TerrainError(f"{self.path}: {reason}") from None
 
     def _array(self, name: str, level: int) -> Any:
         key = f"{name}/{level}"
@@ -132,11 +160,6 @@ class Arrays:
                 _KEY: {"format": VERSION, "written_by": f"terrain-gl {__version__}", **about},
             }
         )
-
-
-def _called(name: str, level: int, where: Area) -> str:
-    rows, cols = where
-    return f"{name}/{level}, rows {rows.start} to {rows.stop - 1}, columns {cols.start} to {cols.stop - 1}"
 
 
 def is_store(path: str | os.PathLike[str]) -> bool:

@@ -3,17 +3,18 @@
 from __future__ import annotations
 
 import os
-import threading
-from collections import OrderedDict
 from typing import Any
 
 import numpy as np
 
+from ..exceptions import TerrainError
 from ..heightmap import Heightmap
-from ..pages import FINEST_RECORD, Page, PagedMap, PageKey
+from ..paged_map import Page, PagedMap, PageKey
 from .format import Arrays, MissingTileError, georeference_of, pyramid_of, read_about
+from .pyramid import Pyramid
+from .tiles import FINEST_RECORD, Checks, Tiles
 
-KEPT = 256  # most tiles of heights that stay in memory
+OF_TILES = 0.25  # of the memory for tiles: those read last
 COARSE_POSTS = 1 << 20  # most posts of the coarse map from which a first view is chosen
 
 
@@ -34,6 +35,10 @@ class StoredMap(PagedMap):
     def __init__(self, path: str | os.PathLike[str]) -> None:
         about = self.about = read_about(path)
         self.arrays = Arrays(path, pyramid_of(about))
+        checks = Checks(self.arrays.pyramid, self.arrays.read_checks())
+        if checks.sha256 != about["checks_sha256"]:
+            raise TerrainError(f"{os.fspath(path)}: its list of checksums is damaged: build it again")
+        self.tiles = Tiles(self.arrays, checks, self._most_bytes)
         self.name = os.fspath(path)
         self.tile, self.top = self.arrays.pyramid.tile, self.arrays.pyramid.top
         self.spacing_m = about["spacing_m"][0], about["spacing_m"][1]
@@ -41,12 +46,21 @@ class StoredMap(PagedMap):
         self.georeference = georeference_of(about)
         self.voids, self.look, self.assumes_spacing = 0, "auto", False
         self.opened, self.scales, self.notes = None, (1.0, 0.0), ()
-        self.heights = LazyHeights(self.arrays)  # type: ignore[assignment]
+        self.heights = LazyHeights(self.tiles, self.arrays.pyramid)  # type: ignore[assignment]
 
     @classmethod
     def open(cls, path: str | os.PathLike[str], *_: Any, **__: Any) -> StoredMap:
         """Open a store."""
         return cls(path)
+
+    @property
+    def _most_bytes(self) -> int:
+        return int(OF_TILES * self.memory_bytes)
+
+    def limit(self, gpu_bytes: int, memory_bytes: int) -> None:
+        """Set how much memory its tiles may take."""
+        self.gpu_bytes, self.memory_bytes = gpu_bytes, memory_bytes
+        self.tiles.most_bytes = self._most_bytes
 
     def coarse(self) -> Heightmap:
         """A coarse map for choosing a view: the finest level with at most a million posts."""
@@ -56,7 +70,7 @@ class StoredMap(PagedMap):
         while True:
             rows, cols = self.arrays.pyramid.posts(level)
             try:
-                heights = self.arrays.read("heights", level, (slice(0, rows), slice(0, cols)))
+                heights = self.tiles.area("heights", level, (slice(0, rows), slice(0, cols)))
                 break
             except MissingTileError:  # a coarser level serves as well
                 if level == self.top:
@@ -71,11 +85,16 @@ class StoredMap(PagedMap):
         side, (rows, cols) = self.tile, self.nodes(level)
         ends = min((row + 1) * side, rows), min((col + 1) * side, cols)
         nodes = slice(row * side, ends[0]), slice(col * side, ends[1])
-        heights = self.arrays.read("heights", level, tuple(slice(s.start, s.stop + 1) for s in nodes))  # type: ignore[arg-type]
+        heights = self.tiles.area("heights", level, (_one_more(nodes[0]), _one_more(nodes[1])))
         if level == 0:
             return Page(heights, np.zeros((FINEST_RECORD, 0, 0), np.uint32), np.zeros((2, 0, 0), np.uint16))
-        errors = self.arrays.read("errors", level, nodes, slice(0, FINEST_RECORD))
-        return Page(heights, errors, self.arrays.read("ranges", level, nodes))
+        errors = self.tiles.area("errors", level, nodes)
+        return Page(heights, errors, self.tiles.area("ranges", level, nodes))
+
+
+def _one_more(nodes: slice) -> slice:
+    """The posts of nodes."""
+    return slice(nodes.start, nodes.stop + 1)
 
 
 class LazyHeights:
@@ -83,10 +102,8 @@ class LazyHeights:
 
     dtype, ndim = np.dtype(np.float32), 2
 
-    def __init__(self, arrays: Arrays) -> None:
-        self._arrays, self.shape = arrays, arrays.pyramid.posts(0)
-        self._tiles: OrderedDict[tuple[int, int], np.ndarray] = OrderedDict()
-        self._lock = threading.Lock()
+    def __init__(self, tiles: Tiles, pyramid: Pyramid) -> None:
+        self._tiles, self.shape, self._side = tiles, pyramid.posts(0), pyramid.tile
 
     @property
     def size(self) -> int:
@@ -102,41 +119,13 @@ class LazyHeights:
         """Posts at (rows, columns): two slices, two numbers, or two arrays of numbers."""
         rows, cols = index
         if isinstance(rows, slice) and isinstance(cols, slice):
-            return self._window(*(slice(*s.indices(n)) for s, n in zip((rows, cols), self.shape, strict=True)))
+            where = [slice(*s.indices(n)) for s, n in zip((rows, cols), self.shape, strict=True)]
+            return self._tiles.area("heights", 0, (where[0], where[1]))
         row, col = np.broadcast_arrays(rows, cols)
         found = np.empty(row.shape, np.float32)
         tiles = np.stack([row // self._side, col // self._side], -1)
         for at in np.unique(tiles.reshape(-1, 2), axis=0):
             mine = (tiles == at).all(-1)
-            tile = self._tile((int(at[0]), int(at[1])))
+            tile = self._tiles.tile(("heights", 0, int(at[0]), int(at[1])))
             found[mine] = tile[row[mine] % self._side, col[mine] % self._side]
         return found if found.ndim else found[()]
-
-    @property
-    def _side(self) -> int:
-        return self._arrays.pyramid.tile
-
-    def _window(self, rows: slice, cols: slice) -> np.ndarray:
-        found = np.empty((max(0, rows.stop - rows.start), max(0, cols.stop - cols.start)), np.float32)
-        side = self._side
-        for y in range(rows.start // side, -(-rows.stop // side)):
-            for x in range(cols.start // side, -(-cols.stop // side)):
-                tile = self._tile((y, x))
-                top, left = max(rows.start, y * side), max(cols.start, x * side)
-                end, right = min(rows.stop, y * side + tile.shape[0]), min(cols.stop, x * side + tile.shape[1])
-                part = tile[top - y * side : end - y * side, left - x * side : right - x * side]
-                found[top - rows.start : end - rows.start, left - cols.start : right - cols.start] = part
-        return found
-
-    def _tile(self, at: tuple[int, int]) -> np.ndarray:
-        with self._lock:
-            if at in self._tiles:
-                self._tiles.move_to_end(at)
-                return self._tiles[at]
-        rows, cols = (slice(i * self._side, min((i + 1) * self._side, n)) for i, n in zip(at, self.shape, strict=True))
-        tile = self._arrays.read("heights", 0, (rows, cols))
-        with self._lock:
-            self._tiles[at] = tile
-            while len(self._tiles) > KEPT:
-                self._tiles.popitem(last=False)
-        return tile

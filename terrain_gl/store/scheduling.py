@@ -11,6 +11,7 @@ from typing import Any
 from ..exceptions import TerrainError
 from ..readers.raster import one_line
 
+CONNECT = "20s"  # until a scheduler must have answered
 Run = Callable[[Callable[..., Any], Any, Iterable[Any]], Iterator[tuple[Any, Any]]]
 
 
@@ -59,7 +60,7 @@ class Cluster:
             raise TerrainError("--scheduler needs Dask: pip install 'terrain-gl[dask]'") from None
         try:
             connect: Any = Client  # distributed has no types
-            self._client: Any = connect(address, timeout="20s", set_as_default=False)
+            self._client: Any = connect(address, timeout=CONNECT, set_as_default=False)
         except (OSError, ValueError) as error:
             raise TerrainError(f"{address}: no Dask scheduler answers there ({one_line(error)})") from None
 

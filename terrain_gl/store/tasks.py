@@ -27,6 +27,7 @@ from ..readers.windows import Windows
 from .crop import APRON, Records, records_of
 from .format import Arrays
 from .pyramid import Area, Pyramid, area, areas
+from .tiles import checksums
 
 WORK = ".build"  # folder of a build that is not finished
 _FULL = (errno.ENOSPC, errno.EDQUOT, errno.EFBIG)
@@ -66,6 +67,12 @@ class Job:
     def arrays(self) -> Arrays:
         """The store's arrays."""
         return Arrays(self.path, self.pyramid)
+
+    def write(self, name: str, level: int, where: Area, values: np.ndarray) -> dict[str, Any]:
+        """Write whole shards; returns what is noted of their tiles: field, level, first row and column, checksums."""
+        self.arrays.write(name, level, where, values)
+        noted = checksums(values, self.pyramid.tile).tolist()
+        return {"checks": [[name, level, where[0].start, where[1].start, noted]]}
 
     @property
     def parts(self) -> Path:
@@ -123,8 +130,8 @@ def read_source(job: Job, task: Task) -> dict[str, Any]:
             f"{job.source.name}: heights run from {low:.9g} to {high:.9g} m, beyond ±{MAX_HEIGHT_M:g}: "
             "name the no-data value (--nodata) or scale them (--z-scale)"
         )
-    job.arrays.write("heights", 0, where, heights)
-    return {"range_m": [low, high], "voids": voids, "sha256": hashlib.sha256(heights.tobytes()).hexdigest()}
+    noted = job.write("heights", 0, where, heights)
+    return {"range_m": [low, high], "voids": voids, "sha256": hashlib.sha256(heights.tobytes()).hexdigest()} | noted
 
 
 def thin_out(job: Job, task: Task) -> dict[str, Any]:
@@ -135,8 +142,7 @@ def thin_out(job: Job, task: Task) -> dict[str, Any]:
     index = [np.minimum(2 * np.arange(s.start, s.stop), n - 1) for s, n in zip(where, finer, strict=True)]
     rows, cols = (slice(int(i[0]), int(i[-1]) + 1) for i in index)
     heights = arrays.read("heights", task.level - 1, (rows, cols))
-    arrays.write("heights", task.level, where, heights[np.ix_(index[0] - rows.start, index[1] - cols.start)])
-    return {}
+    return job.write("heights", task.level, where, heights[np.ix_(index[0] - rows.start, index[1] - cols.start)])
 
 
 def measure(job: Job, task: Task) -> dict[str, Any]:
@@ -146,23 +152,24 @@ def measure(job: Job, task: Task) -> dict[str, Any]:
     heights = arrays.read("heights", 0, area(pyramid.posts(0), pyramid.shard, at, beyond=APRON))
     found = records_of(heights, job.spacing_m, job.range_m, pyramid.top)
     part: dict[str, np.ndarray] = {}
+    noted: dict[str, Any] = {"checks": []}
     for level, records in enumerate(found, 1):
         where = _nodes_over(pyramid, level, at)
         rows, cols = (s.stop - s.start for s in where)
         mine = Records(records.errors[:, :rows, :cols], records.ranges[:, :rows, :cols])
         for name, values in mine._asdict().items():
             if level <= pyramid.fine:
-                arrays.write(name, level, where, values)
+                noted["checks"] += job.write(name, level, where, values)["checks"]
             else:
                 part[f"{name}{level}"] = values
     if part:
         _write_part(job.parts / f"{task.row}.{task.col}.npz", part)
-    return {}
+    return noted
 
 
 def gather(job: Job, task: Task) -> dict[str, Any]:
     """Write a shard of a coarse level, from the files of the shards of posts under it."""
-    pyramid, arrays = job.pyramid, job.arrays
+    pyramid = job.pyramid
     where = area(pyramid.nodes(task.level), pyramid.shard, (task.row, task.col))
     side = pyramid.shard >> task.level  # nodes of a part
     rows, cols = (s.stop - s.start for s in where)
@@ -174,9 +181,8 @@ def gather(job: Job, task: Task) -> dict[str, Any]:
                 for name, values in whole._asdict().items():
                     mine = part[f"{name}{task.level}"]
                     values[:, y : y + mine.shape[1], x : x + mine.shape[2]] = mine
-    for name, values in whole._asdict().items():
-        arrays.write(name, task.level, where, values)
-    return {}
+    written = [job.write(name, task.level, where, values)["checks"] for name, values in whole._asdict().items()]
+    return {"checks": sum(written, [])}
 
 
 def _nodes_over(pyramid: Pyramid, level: int, at: tuple[int, int]) -> Area:

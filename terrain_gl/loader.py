@@ -1,0 +1,151 @@
+"""Threads that read pages, check them, and prepare them for the GPU. OpenGL belongs to another thread.
+
+The list of wanted pages is replaced whenever the view changes: what it no longer holds is not begun any more, and what
+has come of it is dropped. A page that cannot be read is tried once more, then it counts as missing.
+"""
+
+from __future__ import annotations
+
+import threading
+import time
+from collections.abc import Sequence
+
+from .exceptions import TerrainError
+from .page_sums import Sums, bytes_at_work, sums_of
+from .paged_map import PagedMap, PageKey
+
+THREADS = 8  # a disk far away answers late: some wait while others work
+TRIES = 2
+PATIENCE_S = 30.0  # without an answer: then a page counts as missing
+OF_WORK = 0.25  # of the memory for tiles: pages on their way
+
+
+class Loader:
+    """Reads pages in threads.
+
+    Attributes
+    ----------
+    failed
+        Pages that cannot be read, and why.
+    patience_s
+        Seconds after which a page that gives no answer counts as missing.
+    """
+
+    def __init__(self, heightmap: PagedMap, threads: int = THREADS, patience_s: float = PATIENCE_S) -> None:
+        self._heightmap, self.patience_s = heightmap, patience_s
+        self._most = max(1, int(OF_WORK * heightmap.memory_bytes) // bytes_at_work(heightmap.tile))
+        self._threads = min(threads, self._most)
+        self._wanted: list[PageKey] = []
+        self._wants: set[PageKey] = set()
+        self._begun: dict[PageKey, float] = {}  # when
+        self._ready: dict[PageKey, Sums] = {}
+        self.failed: dict[PageKey, str] = {}
+        self._changed = threading.Condition()
+        self._closed, self._running, self._has_news = False, 0, False
+
+    @property
+    def is_busy(self) -> bool:
+        """Whether a page is on its way."""
+        with self._changed:
+            return bool(self._begun or self._ready or self._wanted)
+
+    @property
+    def has_ready(self) -> bool:
+        """Whether a page has come since the last `take`."""
+        with self._changed:
+            return self._has_news
+
+    @property
+    def bytes(self) -> int:
+        """Memory of pages on their way, about."""
+        with self._changed:
+            return bytes_at_work(self._heightmap.tile) * (len(self._ready) + len(self._begun))
+
+    def want(self, keys: Sequence[PageKey]) -> None:
+        """Read these pages, in this order, and no others."""
+        with self._changed:
+            self._wants = set(keys)
+            for key in self._ready.keys() - self._wants:
+                del self._ready[key]
+            known = self._begun.keys() | self._ready.keys() | self.failed.keys()
+            self._wanted = [key for key in keys if key not in known][::-1]
+            self._give_up()
+            while self._running < self._threads and self._running < len(self._wanted):
+                self._start()
+            self._changed.notify_all()
+
+    def take(self) -> list[tuple[PageKey, Sums]]:
+        """The pages that have come, coarse ones first; the caller puts them where they belong, or back."""
+        with self._changed:
+            ready, self._ready, self._has_news = self._ready, {}, False
+            self._changed.notify_all()
+        return sorted(ready.items(), key=lambda item: (-item[0][0], item[0]))
+
+    def put_back(self, key: PageKey, sums: Sums) -> None:
+        """Keep a page that has no place yet."""
+        with self._changed:
+            self._ready[key] = sums
+
+    def wait(self, seconds: float) -> None:
+        """Wait until a page has come or failed, or for some seconds."""
+        with self._changed:
+            if not self._has_news:
+                self._changed.wait(seconds)
+            self._give_up()
+
+    def release(self) -> None:
+        """End the threads; one that reads ends when it has an answer."""
+        with self._changed:
+            self._closed = True
+            self._wanted, self._ready = [], {}
+            self._changed.notify_all()
+
+    def _start(self) -> None:
+        self._running += 1
+        threading.Thread(target=self._work, name="reading pages", daemon=True).start()
+
+    def _give_up(self) -> None:
+        """Count pages as missing that give no answer; other threads take the place of those that wait for them."""
+        late = time.monotonic() - self.patience_s
+        for key in [key for key, begun in self._begun.items() if begun < late]:
+            del self._begun[key]
+            self.failed[key] = f"no answer for {self.patience_s:g} s"
+            self._running, self._has_news = self._running - 1, True
+
+    def _work(self) -> None:
+        while (key := self._next()) is not None:
+            try:
+                sums, reason = self._read(key), ""
+            except Exception as error:  # a thread must not end without a word
+                words = " ".join(str(error).split())
+                sums, reason = None, words if isinstance(error, TerrainError) else f"{type(error).__name__}: {words}"
+            with self._changed:
+                if key not in self._begun:
+                    return  # it came too late: another thread has taken the place of this one
+                del self._begun[key]
+                if sums is None:
+                    self.failed[key] = reason
+                elif key in self._wants and not self._closed:
+                    self._ready[key] = sums
+                self._has_news = True
+                self._changed.notify_all()
+
+    def _read(self, key: PageKey) -> Sums:
+        for left in range(TRIES - 1, -1, -1):
+            try:
+                return sums_of(self._heightmap.page(key), key, self._heightmap)
+            except Exception:
+                if not left:
+                    raise
+        raise AssertionError("there is at least one try")
+
+    def _next(self) -> PageKey | None:
+        """The next page to read; None when the loader is closed."""
+        with self._changed:
+            while not self._closed and not (self._wanted and len(self._ready) + len(self._begun) < self._most):
+                self._changed.wait()
+            if self._closed:
+                return None
+            key = self._wanted.pop()
+            self._begun[key] = time.monotonic()
+            return key

@@ -1,0 +1,106 @@
+"""What the GPU gets of a page: heights, and summed-area tables of its own errors, ready to be copied into a slot."""
+
+from __future__ import annotations
+
+from typing import NamedTuple
+
+import numpy as np
+
+from .gpu import layout
+from .paged_map import Page, PagedMap, PageKey
+from .terrain import quantisation_range
+
+
+class Sums(NamedTuple):
+    """The content of a slot.
+
+    Attributes
+    ----------
+    heights
+        (side + 1, side + 1) float32 metres; beyond the page, its rim is repeated.
+    counters, squares
+        Summed-area tables of class counters and squared errors.
+    ranges
+        (side, side) uint32: lowest and highest height of each node; None for level 0.
+    """
+
+    heights: np.ndarray
+    counters: np.ndarray
+    squares: np.ndarray
+    ranges: np.ndarray | None
+
+
+def bytes_of_slot(tile: int) -> int:
+    """GPU memory of a slot."""
+    words = counter_words(tile)
+    return 4 * (tile + 1) ** 2 + 4 * words + words // 2 + 4 * tile**2
+
+
+def bytes_at_work(tile: int) -> int:
+    """Memory that a page needs while it is read and prepared, about."""
+    return 3 * bytes_of_slot(tile)
+
+
+def counter_words(tile: int) -> int:
+    """Words of class counters in a slot."""
+    return layout.CLASS_WORDS * (tile // layout.COUNT_TILE) ** 2
+
+
+def sums_of(page: Page, key: PageKey, heightmap: PagedMap) -> Sums:
+    """Summed-area tables of a page, as glsl/error/count.comp counts class counters and squared errors."""
+    level, side = key[0], heightmap.tile
+    base_m, _, span_m = quantisation_range(*heightmap.quantised_m)
+    span, tile = np.float32(span_m), layout.COUNT_TILE * (1 if level else 2)
+    n = side // tile
+    worst, square = _of_cells(page, base_m, span) if level == 0 else _of_records(page, key, heightmap, span)
+    per_tile = _padded(worst, side).reshape(n, tile, n, tile).max((1, 3))
+    c = np.arange(layout.CLASSES, dtype=np.float32)
+    limits = span * np.exp2(np.float32(-0.25) * c - np.float32(0.25))
+    counts = (per_tile > limits[:, None, None]).astype(np.uint8)
+    sums = counts.cumsum(1, dtype=np.uint8).cumsum(2, dtype=np.uint8)
+    counters = np.ascontiguousarray(sums.reshape(layout.CLASS_WORDS, 4, n, n).transpose(0, 2, 3, 1))
+    squares = _padded(_square_up(square), side).reshape(n, tile, n, tile).sum((1, 3), dtype=np.uint64)
+    squares = squares.cumsum(0, dtype=np.uint64).cumsum(1, dtype=np.uint64)
+    heights = np.pad(page.heights, [(0, side + 1 - n) for n in page.heights.shape], mode="edge").astype(np.float32)
+    return Sums(heights, counters, squares, _ranges(page, side) if level else None)
+
+
+def _ranges(page: Page, side: int) -> np.ndarray:
+    words = np.zeros((side, side), np.uint32)
+    rows, cols = page.ranges.shape[1:]
+    words[:rows, :cols] = page.ranges[0] | page.ranges[1].astype(np.uint32) << 16
+    return words
+
+
+def _of_cells(page: Page, base_m: float, span: np.float32) -> tuple[np.ndarray, np.ndarray]:
+    """Largest error in metres, and squared error in units of span², of cells of the map: by their twist."""
+    h = page.heights - np.float32(base_m)
+    twist = (h[:-1, :-1] - h[:-1, 1:]) - (h[1:, :-1] - h[1:, 1:])
+    t = twist / span
+    return np.float32(0.25) * np.abs(twist) * np.float32(1 + 2.0**-20), t * t / np.float32(64)
+
+
+def _of_records(page: Page, key: PageKey, heightmap: PagedMap, span: np.float32) -> tuple[np.ndarray, np.ndarray]:
+    """The same of nodes: by their records, as quads."""
+    level, row, col = key
+    unit = span * np.float32(2.0**-14)
+    most, rms = ((words & 0x7FFF).astype(np.uint16).view(np.float16).astype(np.float32) * unit for words in page.errors)
+    posts = []
+    for first, n, last in ((row, most.shape[0], heightmap.rows - 1), (col, most.shape[1], heightmap.cols - 1)):
+        low = (first * heightmap.tile + np.arange(n)) << level
+        high = np.minimum(low + (1 << level), last)
+        posts.append((high - low + (high == last)).astype(np.float32))
+    share = rms / span
+    return most, share * share * (posts[0][:, None] * posts[1])
+
+
+def _square_up(share: np.ndarray) -> np.ndarray:
+    """Units of span² in 64-bit fixed point, rounded up: glsl/error/nodes.glsl."""
+    s = share * np.float32(8) * np.float32(1 + 2.0**-18)
+    high = np.floor(s)
+    fixed = ((s - high) * np.float32(2.0**32)).astype(np.uint64) + (high.astype(np.uint64) << np.uint64(32))
+    return np.where(share == 0, np.uint64(0), fixed + np.uint64(1))
+
+
+def _padded(values: np.ndarray, side: int) -> np.ndarray:
+    return np.pad(values, [(0, side - n) for n in values.shape])

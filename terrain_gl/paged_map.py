@@ -1,0 +1,154 @@
+"""Maps that are read by pages, and how pages are numbered.
+
+A page is a tile of nodes of one level, with the posts at their corners (glsl/blocks/pages.glsl). Its number counts the
+pages of level 0, row after row, then those of level 1, and so on.
+"""
+
+from __future__ import annotations
+
+from functools import cached_property
+from typing import NamedTuple
+
+import numpy as np
+
+from .heightmap import Heightmap
+
+PageKey = tuple[int, int, int]  # level, row and column of a page
+
+
+class Page(NamedTuple):
+    """A tile of a level.
+
+    Attributes
+    ----------
+    heights
+        (rows + 1, cols + 1) float32 metres at the corners of its nodes.
+    errors
+        (2, rows, cols) uint32: the first words of the nodes' records; empty for level 0.
+    ranges
+        (2, rows, cols) uint16: lowest and highest height of the nodes; empty for level 0.
+    """
+
+    heights: np.ndarray
+    errors: np.ndarray
+    ranges: np.ndarray
+
+
+class PagedMap(Heightmap):
+    """A map that is read by pages.
+
+    Attributes
+    ----------
+    tile
+        Nodes a side of a page, a power of two.
+    top
+        The coarsest level.
+    gpu_bytes, memory_bytes
+        GPU memory for pages, and memory for tiles in this process, at most.
+    """
+
+    tile: int
+    top: int
+    gpu_bytes: int = 512 << 20
+    memory_bytes: int = 512 << 20
+
+    def page(self, key: PageKey) -> Page:
+        """Read a page; several threads may do so at the same time.
+
+        Raises
+        ------
+        TerrainError
+            It is missing or damaged; the message says which one, and why.
+        """
+        raise NotImplementedError
+
+    def nodes(self, level: int) -> tuple[int, int]:
+        """Rows and columns of a level's nodes."""
+        return -(-(self.rows - 1) >> level), -(-(self.cols - 1) >> level)
+
+    def pages(self, level: int) -> tuple[int, int]:
+        """Rows and columns of a level's pages."""
+        rows, cols = self.nodes(level)
+        return -(-rows // self.tile), -(-cols // self.tile)
+
+    @cached_property
+    def numbering(self) -> Numbering:
+        """The numbers of its pages."""
+        return Numbering(self)
+
+
+class Boxes(NamedTuple):
+    """Closed boxes of posts, one entry each."""
+
+    low: np.ndarray  # (n, 2) column and row
+    end: np.ndarray
+
+    def some(self, which: np.ndarray) -> Boxes:
+        """Some of them."""
+        return Boxes(self.low[which], self.end[which])
+
+
+class Numbering:
+    """Numbers of the pages of a map.
+
+    Attributes
+    ----------
+    size
+        Rows and columns of pages of each level, (levels, 2).
+    first
+        Number of the first page of each level, and the number of all pages.
+    """
+
+    def __init__(self, heightmap: PagedMap) -> None:
+        self.size = np.array([heightmap.pages(level) for level in range(heightmap.top + 1)], np.int64)
+        self.first = np.concatenate([[0], np.cumsum(self.size.prod(1))])
+        self._log2 = heightmap.tile.bit_length() - 1
+
+    @property
+    def total(self) -> int:
+        """Pages of all levels."""
+        return int(self.first[-1])
+
+    def number(self, key: PageKey) -> int:
+        """The number of a page."""
+        level, row, col = key
+        return int(self.first[level] + row * self.size[level, 1] + col)
+
+    def key(self, number: int) -> PageKey:
+        """The page of a number."""
+        level = int(np.searchsorted(self.first, number, "right")) - 1
+        row, col = divmod(int(number - self.first[level]), int(self.size[level, 1]))
+        return level, row, col
+
+    def over(self, boxes: Boxes, level: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
+        """All pages over each box at its level: which box, and the page's number."""
+        first, last = self._corners(boxes, level)
+        (cols, rows) = (last - first + 1).T
+        count = rows * cols
+        box = np.repeat(np.arange(len(count)), count)
+        within = np.arange(len(box)) - np.repeat(np.cumsum(count) - count, count)
+        row, col = first[box, 1] + within // cols[box], first[box, 0] + within % cols[box]
+        return box, self.first[level[box]] + row * self.size[level[box], 1] + col
+
+    def count(self, boxes: Boxes, level: np.ndarray) -> np.ndarray:
+        """How many pages are over each box at its level."""
+        first, last = self._corners(boxes, level)
+        return (last - first + 1).prod(1)
+
+    def _corners(self, boxes: Boxes, level: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
+        """Column and row of the first and of the last page over each box."""
+        shift, most = (level + self._log2)[:, None], self.size[level][:, ::-1] - 1
+        first, last = (np.minimum(np.maximum(at, 0) >> shift, most) for at in boxes)
+        return first, last
+
+
+def called(key: PageKey) -> str:
+    """A page in words."""
+    level, row, col = key
+    return f"level {level}, row {row}, column {col}"
+
+
+def above(key: PageKey) -> PageKey:
+    """The page of the next coarser level over a page."""
+    level, row, col = key
+    return level + 1, row // 2, col // 2

@@ -1,0 +1,86 @@
+"""The heights that the pages give which are there: what is drawn at each post. Nothing here waits for a disk.
+
+Numpy twin of `height_m` in glsl/blocks/pages.glsl.
+"""
+
+from __future__ import annotations
+
+from typing import Any
+
+import numpy as np
+
+from .paged_map import PagedMap
+
+
+class ResidentHeights:
+    """All posts of a map, as an array that is computed where it is read.
+
+    Parameters
+    ----------
+    finest
+        For each page of level 0 the finest page over it that is there: its slot, and its level << 24.
+
+    Attributes
+    ----------
+    copies
+        (slots, side + 1, side + 1) float32 metres: the heights in each slot.
+    """
+
+    dtype, ndim = np.dtype(np.float32), 2
+
+    def __init__(self, heightmap: PagedMap, finest: np.ndarray, slots: int) -> None:
+        self.shape, self._finest = (heightmap.rows, heightmap.cols), finest
+        self._log2 = heightmap.tile.bit_length() - 1
+        self.copies = np.empty((slots, heightmap.tile + 1, heightmap.tile + 1), np.float32)
+
+    @property
+    def size(self) -> int:
+        """Posts."""
+        return self.shape[0] * self.shape[1]
+
+    @property
+    def nbytes(self) -> int:
+        """Bytes that all of them would take."""
+        return 4 * self.size
+
+    def __getitem__(self, index: Any) -> Any:
+        """Posts at (rows, columns): slices, numbers, or arrays of numbers; numbers count from the beginning."""
+        rows, cols = (
+            np.arange(*each.indices(n)) if isinstance(each, slice) else each
+            for each, n in zip(index, self.shape, strict=True)
+        )
+        if isinstance(index[0], slice) and isinstance(index[1], slice):
+            rows = rows[:, None]
+        found = self._at(np.asarray(rows), np.asarray(cols))
+        return found if found.ndim else found[()]
+
+    def _at(self, rows: np.ndarray, cols: np.ndarray) -> np.ndarray:
+        posts = np.broadcast_arrays(rows, cols)
+        fine = [np.minimum(p >> self._log2, n - 1) for p, n in zip(posts, self._finest.shape, strict=True)]
+        word = self._finest[fine[0], fine[1]]
+        level, slot = (word >> 24).astype(np.int64), (word & 0xFFFFFF).astype(np.int64)
+        places = [
+            _between(p, (f >> level) << self._log2 + level, level, n - 1)
+            for p, f, n in zip(posts, fine, self.shape, strict=True)
+        ]
+        (y, down, v), (x, right, u) = places
+        north = _mix(self.copies[slot, y, x], self.copies[slot, y, right], u)
+        south = _mix(self.copies[slot, down, x], self.copies[slot, down, right], u)
+        return _mix(north, south, v)
+
+
+def _between(
+    post: np.ndarray, first: np.ndarray, level: np.ndarray, last: int
+) -> tuple[np.ndarray, np.ndarray, np.ndarray]:
+    """Along one axis: the places on the page's lattice at and after a post, and how far it is between them."""
+    at = (post - first) >> level
+    low = first + (at << level)
+    high = np.minimum(low + (1 << level), last)
+    is_high = (low < high) & (post == high)  # the map's last posts
+    share = np.where(is_high, 0, post - low) / np.maximum(high - low, 1)
+    at = at + is_high
+    return at, at + (share > 0), share.astype(np.float32)
+
+
+def _mix(a: np.ndarray, b: np.ndarray, t: np.ndarray) -> np.ndarray:
+    return (a * (1 - t) + b * t).astype(np.float32)

@@ -1,0 +1,143 @@
+"""Tiles of a store, verified: each is compared with the checksum that was noted when the store was built.
+
+The checksum is of the values (CRC-32), and it belongs to one place of one store. So it finds what the checksum inside a
+shard cannot: a tile of another place, or of an earlier store. The list of all checksums has a hash of its own, among
+what the store says of itself.
+"""
+
+from __future__ import annotations
+
+import hashlib
+import threading
+import zlib
+from collections import OrderedDict
+from collections.abc import Iterator
+
+import numpy as np
+
+from .format import FIELDS, Arrays, MissingTileError
+from .pyramid import Area, Pyramid
+
+FINEST_RECORD = 2  # words of an error record that bounds read: largest error, root mean square
+At = tuple[str, int, int, int]  # field, level, row and column of a tile
+
+
+def shape_of(pyramid: Pyramid, name: str, level: int) -> tuple[int, int, int]:
+    """Words, rows and columns of the tiles of an array."""
+    posts = pyramid.posts(level) if name == "heights" else pyramid.nodes(level)
+    rows, cols = (-(-n // pyramid.tile) for n in posts)
+    return FIELDS[name][2], rows, cols
+
+
+def arrays_of(pyramid: Pyramid) -> Iterator[tuple[str, int]]:
+    """Field and level of all arrays."""
+    for level in range(pyramid.top + 1):
+        for name in FIELDS if level else ("heights",):
+            yield name, level
+
+
+def checksums(values: np.ndarray, tile: int) -> np.ndarray:
+    """Of each tile of (..., rows, cols) values: (words, rows, cols) uint32."""
+    whole = values.reshape(-1, *values.shape[-2:])
+    words, rows, cols = whole.shape[0], -(-whole.shape[1] // tile), -(-whole.shape[2] // tile)
+    found = np.empty((words, rows, cols), np.uint32)
+    for word, row, col in np.ndindex(found.shape):
+        part = whole[word, row * tile : (row + 1) * tile, col * tile : (col + 1) * tile]
+        found[word, row, col] = zlib.crc32(np.ascontiguousarray(part).tobytes())
+    return found
+
+
+class Checks:
+    """The checksums of all tiles.
+
+    Attributes
+    ----------
+    of
+        (words, rows, cols) uint32 of each field and level.
+    """
+
+    def __init__(self, pyramid: Pyramid, values: np.ndarray | None = None) -> None:
+        shapes = {at: shape_of(pyramid, *at) for at in arrays_of(pyramid)}
+        ends = np.cumsum([np.prod(shape) for shape in shapes.values()])
+        self.values = np.zeros(ends[-1], np.uint32) if values is None else np.ascontiguousarray(values, np.uint32)
+        parts = np.split(self.values, ends[:-1])
+        self.of = {at: part.reshape(shape) for (at, shape), part in zip(shapes.items(), parts, strict=True)}
+
+    def note(self, name: str, level: int, where: Area, noted: np.ndarray, tile: int) -> None:
+        """Note those of an area that begins with a whole tile."""
+        row, col = (s.start // tile for s in where)
+        _, rows, cols = noted.shape
+        self.of[name, level][:, row : row + rows, col : col + cols] = noted
+
+    @property
+    def sha256(self) -> str:
+        """Of all of them."""
+        return hashlib.sha256(self.values.astype("<u4").tobytes()).hexdigest()
+
+
+class Tiles:
+    """Reads tiles from any thread; those read last stay in memory.
+
+    Parameters
+    ----------
+    most_bytes
+        Memory for them, at most.
+    """
+
+    def __init__(self, arrays: Arrays, checks: Checks, most_bytes: int) -> None:
+        self._arrays, self._checks, self._pyramid = arrays, checks, arrays.pyramid
+        self.most_bytes, self.bytes = most_bytes, 0
+        self._kept: OrderedDict[At, np.ndarray] = OrderedDict()
+        self._lock = threading.Lock()
+
+    def area(self, name: str, level: int, where: Area) -> np.ndarray:
+        """Values of an area, (rows, cols); of records (words, rows, cols), those words that bounds read.
+
+        Raises
+        ------
+        MissingTileError
+            A tile of it is missing or damaged.
+        """
+        side, (rows, cols) = self._pyramid.tile, where
+        words = (_words(name),) if FIELDS[name][2] > 1 else ()
+        found = np.empty((*words, max(0, rows.stop - rows.start), max(0, cols.stop - cols.start)), FIELDS[name][0])
+        for y in range(rows.start // side, -(-rows.stop // side)):
+            for x in range(cols.start // side, -(-cols.stop // side)):
+                tile = self.tile((name, level, y, x))
+                top, left = max(rows.start, y * side), max(cols.start, x * side)
+                end, right = min(rows.stop, y * side + tile.shape[-2]), min(cols.stop, x * side + tile.shape[-1])
+                part = tile[..., top - y * side : end - y * side, left - x * side : right - x * side]
+                found[..., top - rows.start : end - rows.start, left - cols.start : right - cols.start] = part
+        return found
+
+    def tile(self, at: At) -> np.ndarray:
+        """One tile, as `area` returns it."""
+        with self._lock:
+            if at in self._kept:
+                self._kept.move_to_end(at)
+                return self._kept[at]
+        tile = self._read(at)
+        with self._lock:
+            if at not in self._kept:
+                self._kept[at] = tile
+                self.bytes += tile.nbytes
+            while self.bytes > self.most_bytes:
+                self.bytes -= self._kept.popitem(last=False)[1].nbytes
+        return tile
+
+    def _read(self, at: At) -> np.ndarray:
+        name, level, row, col = at
+        side = self._pyramid.tile
+        shape = self._pyramid.posts(level) if name == "heights" else self._pyramid.nodes(level)
+        where = slice(row * side, min((row + 1) * side, shape[0])), slice(col * side, min((col + 1) * side, shape[1]))
+        tile = self._arrays.read(name, level, where, slice(0, _words(name)))
+        size = tuple(s.stop - s.start for s in where)
+        noted = self._checks.of[name, level][: _words(name), row : row + 1, col : col + 1]
+        if tile.shape[-2:] != size or not np.array_equal(checksums(tile, side), noted):
+            raise MissingTileError(self._arrays.called(name, level, where) + ": is not the tile that was built")
+        return tile
+
+
+def _words(name: str) -> int:
+    """Words of an entry that are read."""
+    return min(FIELDS[name][2], FINEST_RECORD)

@@ -1,0 +1,87 @@
+"""Which pages a mesh asks for, and which it uses: numpy over the patches that the GPU chose."""
+
+from __future__ import annotations
+
+from typing import Any
+
+import numpy as np
+
+from .camera import Camera
+from .gpu import layout
+from .lod import Selection
+from .paged_map import Boxes
+from .pages import PagedTerrain
+
+MOST_LEVELS = 3  # that a patch skips at once
+MOST_PAGES = 32  # that a patch asks for at once
+FLAT = 0.05  # least slope of a sight line for the area of a patch: hills stand up
+
+
+class Patches:
+    """The patches of a selection.
+
+    Attributes
+    ----------
+    boxes
+        Their posts, on the map.
+    bound_px
+        Their certified errors.
+    """
+
+    def __init__(self, terrain: PagedTerrain, selection: Selection, camera: Camera) -> None:
+        self.terrain = terrain
+        surface: Any = selection.surface
+        size = selection.patches * layout.RING_PATCH.itemsize
+        records = np.frombuffer(surface.patches.read(size) if size else b"", layout.RING_PATCH)
+        patches = layout.unpack_ring_patches(records)
+        last = np.array([terrain.heightmap.cols - 1, terrain.heightmap.rows - 1])
+        low, end = np.maximum(patches.corner, 0), np.minimum(patches.corner + patches.side[:, None], last)
+        self.boxes, self.bound_px = Boxes(low, end), patches.bound_px
+        self._side_log2, self._step_log2 = patches.side_log2, patches.step_log2
+        self._camera = camera
+
+    def use(self) -> None:
+        """Note the pages that they need, at the spacing of each."""
+        self.terrain.use(self.boxes, np.clip(self._step_log2, 0, self.terrain.top_level))
+
+    def areas(self) -> np.ndarray:
+        """Their size in the picture, about, in any unit: their area as the eye sees it, over its distance squared."""
+        terrain = self.terrain
+        heightmap = terrain.heightmap
+        (east, north), eye = heightmap.spacing_m, np.asarray(self._camera.eye)
+        low, end = self.boxes
+        col, row = ((low + end) // 2).T
+        away = np.stack([col * east - eye[0], (heightmap.rows - 1 - row) * north - eye[1]])
+        up = np.abs(terrain.filled[row, col] - eye[2])
+        flat = np.hypot(*away)
+        distance = np.maximum(np.hypot(flat, up), 0.5 * min(east, north))
+        return np.prod(end - low, 1) * east * north * np.maximum(up, FLAT * distance) / distance**3
+
+    def within(self, tolerance_px: float) -> float:
+        """Share of the picture, about, whose patches are within the tolerance; hidden ones count, too."""
+        areas = self.areas()
+        return float(areas[self.bound_px <= tolerance_px].sum() / max(areas.sum(), 1e-300)) if len(areas) else 1.0
+
+    def wanted(self, tolerance_px: float) -> tuple[np.ndarray, np.ndarray]:
+        """Numbers of pages that would make patches over tolerance finer, the most useful first, and their worth.
+
+        A page's worth is certified pixels times area in the picture, of all patches that want it.
+        """
+        terrain, numbering = self.terrain, self.terrain.numbering
+        over = self.bound_px > tolerance_px
+        boxes, bound_px = self.boxes.some(over), np.minimum(self.bound_px[over], 1e12)
+        finest = terrain.resident_level(boxes, np.clip(self._side_log2[over] - 6, 0, terrain.top_level))
+        open_ = finest > 0  # where all posts are there, tessellation ends
+        boxes, bound_px, finest = boxes.some(open_), bound_px[open_], finest[open_]
+        steps = np.ceil(np.log2(bound_px / tolerance_px)).astype(np.int64)
+        steps = np.minimum(np.clip(steps, 1, MOST_LEVELS), finest)
+        for _ in range(MOST_LEVELS - 1):
+            steps -= (numbering.count(boxes, finest - steps) > MOST_PAGES) & (steps > 1)
+        box, numbers = numbering.over(boxes, finest - steps)
+        gain = (bound_px * self.areas()[over][open_])[box]
+        numbers, which = np.unique(numbers, return_inverse=True)
+        worth = np.bincount(which, gain, minlength=len(numbers))
+        new = ~terrain.is_there(numbers)
+        numbers, worth = numbers[new], worth[new]
+        order = np.argsort(-worth, kind="stable")
+        return numbers[order], worth[order]
