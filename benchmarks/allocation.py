@@ -1,8 +1,9 @@
-"""Screen error for a number of triangles, next to quadtrees of two triangles a leaf with as many.
+"""Screen error for a number of triangles, compared with pruned quadtrees of quads with as many triangles.
 
-They know the true error of every post from the eye at hand (pruned.pruned_quads, on the CPU: minutes for
-maps of 4096 posts a side); restricted: neighbours within one level, as a mesh without cracks needs it; plain: without.
-A factor is the root mean square error drawn, over the surface, divided by theirs, over posts. They are no bound.
+The quadtrees are pruned by the true error of every post in the view (`pruned.pruned_quads`, in numpy: minutes for maps
+of 4096 posts a side). Restricted: neighbours differ by at most one level, so there are no cracks. Plain: without this
+restriction. A factor is our root mean square error over the surface divided by theirs over posts. They are no lower
+limit for our error.
 
 Run: python benchmarks/allocation.py MAP [--spacing M ...] [--view NAME] [--budgets N,N,...]
 """

@@ -2,16 +2,16 @@
 
     land     4096² posts of `generate --seed 7 --cliffs 0.7`: three views, 0.1, 0.3 and 1 million triangles
     others   other seeds, other cliffs and the other recipe, 1025² posts: three smaller numbers
-    real     every map of the folder that TERRAIN_GL_DEM names, from outside and from a ridge: six numbers, from a 64th
-             of all posts' triangles to half
-    small    the same for maps of up to two million posts and the bundled ones, three numbers: a 32nd, an eighth, half;
+    real     every map in the folder TERRAIN_GL_DEM, from outside and from a ridge: six numbers, from 1/64 to 1/2 of
+             the triangles of every post
+    small    the same for maps of up to two million posts and the bundled ones, three numbers: 1/32, 1/8 and 1/2;
              screen errors alone
     pictures the pictures of these
-    pixel    triangles that it takes to be within one pixel
-    puget    a view of ps_height_1k.png whose numbers are known of other methods
+    pixel    triangles that are needed for an error of at most one pixel
+    puget    a view of ps_height_1k.png for which numbers of other methods are published
 
-Beside the RMS screen error of each stands that of the pruned quadtree of quads. It takes hours on a software renderer:
-each number is written to a file as soon as it is there, and a run that is started again goes on where it was.
+The tables also have the RMS screen error of the pruned quadtree of quads. All of it takes hours on a software renderer.
+Each number is written to a file at once, and a run that is started again continues.
 
 Run: python benchmarks/baselines.py FOLDER [land|others|real|small|pictures|pixel|puget|tables ...]
 """
@@ -35,7 +35,7 @@ from terrain_gl.image import replacing
 OURS = ("sat", "quadtree")
 BASELINES = [method for method in compare.COMPARED if method not in OURS]
 VIEWS = ("valley", "ridge", "high")
-FINE = 2  # pixels drawn for one in pictures, along a side
+FINE = 2  # each pixel of a picture is drawn as FINE × FINE pixels
 LAND = {"cols": 4096, "rows": 4096, "seed": 7, "cliffs": 0.7}
 OTHERS = {
     f"{recipe}-{seed}-{cliffs}": {"cols": 1025, "rows": 1025, "seed": seed, "cliffs": cliffs, "recipe": recipe}
@@ -61,14 +61,14 @@ KEPT = ("triangles", "max_error_px", "rms_error_px", "image_rmse", "flip", "skyl
 
 
 class Case:
-    """One view of one map: what is known of it, in a file, and what it takes to know more.
+    """One view of one map: its numbers so far, in a file, and functions that find further ones.
 
     Parameters
     ----------
     folder, name
         Where the file is.
     open_map
-        Gives the heightmap; called when something is not known yet.
+        Opens the heightmap; called when a number is missing.
     view
         A standard view, or a camera.
     """
@@ -80,7 +80,7 @@ class Case:
         self.renderer = self.truth = None
 
     def know(self, key, work):
-        """What is known under a key, or what the work gives, which is known from then on."""
+        """The number under a key; if it is missing, the result of `work`, which is stored."""
         if key not in self.known:
             started = time.monotonic()
             self._open()
@@ -95,15 +95,15 @@ class Case:
         return self.know("full", lambda: self.renderer.draw(self.camera, method="full")["triangles"])
 
     def achieved(self, method, triangles):
-        """Stats of a method with so many triangles."""
+        """Stats of a method with this number of triangles."""
         return self.know(f"{method} {triangles}", lambda: self._measured(method, triangles))
 
     def likeness(self, method, triangles):
-        """How far its picture is from the truth."""
+        """The difference of its picture from the truth."""
         return self.know(f"{method} {triangles} picture", lambda: self._likeness(method, triangles))
 
     def dense(self):
-        """How far the picture of the dense mesh is from the truth: what diagonals are about."""
+        """The difference of the dense mesh's picture from the truth, which comes from the diagonals of cells."""
         return self.know("full picture", lambda: self._picture(method="full"))
 
     def pruned(self, budgets):
@@ -115,7 +115,7 @@ class Case:
         return self.know(f"within {max_error_px}", lambda: self._within(max_error_px))
 
     def close(self):
-        """Give the memory back."""
+        """Release GPU resources."""
         if self.renderer:
             self.renderer.release()
         self.renderer = self.truth = None
@@ -161,7 +161,7 @@ class Case:
 
 
 def generated(folder, **land):
-    """A land, made once."""
+    """Generated land; its file is made once."""
 
     def open_map():
         made = Land(**land)
@@ -222,7 +222,7 @@ def work(part, case):
 
 
 def budgets_of(part, case):
-    """Numbers of triangles to ask for."""
+    """The numbers of triangles of a case."""
     if part in ("real", "small", "pictures"):
         return [round(case.known["full"] / 2**k) for k in ((6, 5, 4, 3, 2, 1) if part == "real" else (5, 3, 1))]
     return {"land": [100_000, 300_000, 1_000_000], "others": [10_000, 30_000, 100_000], "puget": [103_040]}.get(
@@ -231,7 +231,7 @@ def budgets_of(part, case):
 
 
 def certified(case, max_error_px):
-    """Stats of the promise."""
+    """Stats of a frame with a certified error."""
     stats = compare.measured(case.renderer, case.camera, method="sat", max_error_px=max_error_px)
     return {key: stats[key] for key in KEPT if key in stats}
 
@@ -246,14 +246,14 @@ def markdown(rows):
 
 
 def tables(part, found):
-    """What is known of a part, as text."""
+    """The tables of a part, as text."""
     rows = {"pixel": pixel_rows, "puget": puget_rows, "pictures": picture_rows}.get(part, budget_rows)(part, found)
     pictures = picture_rows(part, found) if part in ("land", "real") else []
     return "\n\n".join(markdown(table) for table in (rows, pictures) if len(table) > 1)
 
 
 def pixel_rows(_, found):
-    """Triangles to be within a pixel."""
+    """Rows: triangles for an error of at most one pixel."""
     rows = [["map", "every post", "SAT, certified", "achieved, px", *(f"{m}, achieved" for m in BASELINES)]]
     for case in found:
         if needed := case.known.get("within 1.0"):
@@ -263,7 +263,7 @@ def pixel_rows(_, found):
 
 
 def puget_rows(_, found):
-    """The view that is known of other methods."""
+    """Rows: the view with published numbers of other methods."""
     rows = [["asked", "triangles", "largest error, px", "RMS error, px"]]
     for case in found:
         for key, stats in (each for each in case.known.items() if each[0] != "full"):
@@ -272,7 +272,7 @@ def puget_rows(_, found):
 
 
 def budget_rows(part, found):
-    """Errors at equal triangles: the methods', the pruned quadtree's, and how many times the baselines' are larger."""
+    """Rows: errors at equal triangles of all methods and of the pruned quadtree, and ratios of errors."""
     ours, methods = "sat", compare.COMPARED
     rows = [["view or map", "triangles", *(f"{m} RMS px" for m in methods), "quads, pruned", "sat / pruned"]]
     rows[0] += [*(f"{m} / {ours}" for m in BASELINES), "sat / quadtree"]
@@ -287,7 +287,7 @@ def budget_rows(part, found):
 
 
 def picture_rows(part, found):
-    """How far the methods' pictures are from the truth, and the dense mesh's: what the diagonals of cells are about."""
+    """Rows: differences of pictures from the truth, of all methods and of the dense mesh."""
     drawn = (*compare.COMPARED, "full")
     rows = [["view or map", "triangles", *(f"{m} {what}" for what in ("RMSE", "FLIP") for m in drawn)]]
     for case in found:
@@ -301,23 +301,23 @@ def picture_rows(part, found):
 
 
 def pruned_at(case, budgets, triangles):
-    """RMS error of the pruned quadtree with so many triangles, if it is known."""
+    """RMS error of the pruned quadtree with this number of triangles, if it is known."""
     found = case.known.get(f"pruned {budgets}")
     return found[budgets.index(triangles)][1] if found else None
 
 
 def shown(value):
-    """A number, or nothing."""
+    """A number as text; empty for None."""
     return "" if value is None else f"{value:.4f}"
 
 
 def ratio(a, b):
-    """A ratio, or nothing."""
+    """A ratio as text; empty if a number is missing."""
     return f"{a / b:.2f}" if a and b else ""
 
 
 def main(folder, *parts):
-    """Find what is asked for, print what is known."""
+    """Find the requested numbers, and print the tables."""
     folder = Path(folder)
     folder.mkdir(parents=True, exist_ok=True)
     known = cases(folder)

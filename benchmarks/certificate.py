@@ -1,13 +1,14 @@
-"""The certificate, map by map: achieved ≤ certified ≤ asked, and no holes, on the whole surface, between posts too.
+"""The certificate, map by map: achieved ≤ certified ≤ tolerance, and no holes, on the whole surface.
 
     python benchmarks/certificate.py                  the synthetic worst cases
     python benchmarks/certificate.py FOLDER           then the real maps of the folder
     python benchmarks/certificate.py --random 1000    views from anywhere, of random maps; with --seed, others
 
-Both certified methods, both metrics, eight cameras, four errors. `--maps`, `--cameras`, `--methods`, `--metrics` and
-`--errors` take fewer. Prints a line a map, method and metric: the largest share of the certified error that was
-achieved, and of the asked error that was certified; the views where the certificate is above the asked error, which it
-may be very near the ground; broken views, holes, posts, triangles. Ends with status 1 if a view is broken.
+It tests both certified methods, both metrics, eight cameras and four tolerances. `--maps`, `--cameras`, `--methods`,
+`--metrics` and `--errors` select some of them. There is one line for each map, method and metric: the largest ratio of
+achieved to certified error, and of certified error to tolerance; the number of views in which the certified error is
+above the tolerance, which is allowed very near the ground; broken views, holes, posts, triangles. The exit status is 1
+if a view is broken.
 """
 
 from __future__ import annotations
@@ -34,12 +35,12 @@ SIZE = (1280, 720)
 ERRORS_PX = (0.5, 1.0, 2.0, 4.0)
 METRICS = ("max", "rms")
 METHODS = ("sat", "quadtree")
-VIEWS_A_MAP = 10  # of random ones
+VIEWS_A_MAP = 10  # views of each random map
 
 
 @dataclass
 class Tally:
-    """What came of some views."""
+    """Results of several views."""
 
     views: int = 0
     achieved: float = 0.0

@@ -1,9 +1,9 @@
-"""Triangles drawn for a certified error, next to a restricted quadtree of quads for the same map, view and tolerance.
+"""Triangles for a certified error, compared with a restricted quadtree of quads for the same map, view and tolerance.
 
-That quadtree knows the true error of every post from every eye; it is computed in numpy (pruned.quads_within), in
-time and memory that grow with the whole map: maps are cropped to their middle 1025 × 1025 posts.
+That quadtree is built from the true error of every post in the view (`pruned.quads_within`, in numpy). Its time and
+memory grow with the whole map, so maps are cropped to their middle 1025 × 1025 posts.
 
-Run: python benchmarks/economy.py [MAP ...]    (bundled names or files; spacing as their tags say)
+Run: python benchmarks/economy.py [MAP ...]    (bundled names or files; the spacing is taken from the file)
 """
 
 import sys
@@ -21,7 +21,7 @@ POSTS = 1025
 
 
 def scene(name: str) -> tuple[Heightmap, Camera]:
-    """A bundled map by its name and the view it is first seen in, or a file; its middle if it is large."""
+    """A bundled map with its first view, or a file; only the middle of a large map."""
     whole, known = open_map(name)
     if known:
         return whole, known.camera

@@ -1,8 +1,8 @@
-"""How much vertices would gain that fit the surface around them, instead of standing on its posts.
+"""How much smaller the error would be if vertices were fitted to the surface around them, instead of lying on it.
 
-Takes the very triangles that are drawn for a number of them, and gives each vertex the height that makes the sum of
-the squared screen errors of all posts in the picture least (weighted least squares over the mesh as a whole, by
-conjugate gradients). No scheme that computes heights in advance, or node by node, can do better with this mesh.
+We take the triangles that are drawn for a budget. Each vertex gets the height that minimises the sum of the squared
+screen errors of all posts in the picture (weighted least squares over the whole mesh, by conjugate gradients). No
+scheme that computes heights in advance, or node by node, can do better with this mesh.
 
 Run: python benchmarks/fitting.py MAP [--spacing M ...] [--view NAME] [--budgets N,N,...]    (needs scipy)
 """
@@ -25,7 +25,7 @@ def posts_in(triangles: np.ndarray) -> tuple[np.ndarray, np.ndarray, np.ndarray]
     """Posts in each triangle: which triangle, the posts' columns and rows (n, 2), and their three weights (n, 3)."""
     low, high = triangles.min(1), triangles.max(1)
     found = []
-    for size in np.unique(high - low, axis=0):  # powers of two: few
+    for size in np.unique(high - low, axis=0):  # sides are powers of two, so there are few sizes
         same = np.flatnonzero((high - low == size).all(1))
         across, along = (np.arange(int(side) + 1) for side in size)
         offsets = np.stack(np.meshgrid(across, along), -1).reshape(-1, 2)
@@ -41,7 +41,7 @@ def posts_in(triangles: np.ndarray) -> tuple[np.ndarray, np.ndarray, np.ndarray]
             triangle, i = np.nonzero(inside)
             found.append((part[triangle], posts[triangle, i], (parts / np.where(area, area, 1))[triangle, i]))
     which, posts, weights = (np.concatenate(columns) for columns in zip(*found, strict=True))
-    _, first = np.unique(posts[:, 1] << 20 | posts[:, 0], return_index=True)  # on an edge either triangle will do
+    _, first = np.unique(posts[:, 1] << 20 | posts[:, 0], return_index=True)  # on an edge, either triangle serves
     return which[first], posts[first], weights[first]
 
 
@@ -50,16 +50,16 @@ def _cross(a: np.ndarray, b: np.ndarray) -> np.ndarray:
 
 
 class Mesh(NamedTuple):
-    """What is drawn, as equations: `drawn_by` times the vertices' heights are the heights drawn at the posts seen."""
+    """The mesh as equations: `drawn_by` times the vertices' heights gives the drawn heights of the posts in view."""
 
     drawn_by: csr_array  # (posts, vertices)
-    vertices: np.ndarray  # heights in their places
+    vertices: np.ndarray  # the vertices' true heights
     points: np.ndarray  # the posts in world metres
-    px_per_m: np.ndarray  # and how far an error of a metre is on the screen there
+    px_per_m: np.ndarray  # pixels for a metre of error at each post
 
 
 def drawn_mesh(renderer: Renderer, camera: Camera, near_m: float) -> Mesh:
-    """Take the last frame's triangles apart."""
+    """The equations of the last frame's triangles."""
     heightmap, truth = renderer.heightmap, renderer.terrain.filled.astype(np.float64)
     triangles = renderer.triangles()
     which, posts, weights = posts_in(triangles)
@@ -77,7 +77,7 @@ def drawn_mesh(renderer: Renderer, camera: Camera, near_m: float) -> Mesh:
 
 
 def fit(mesh: Mesh) -> np.ndarray:
-    """Heights of the vertices that make the sum of squared pixels least."""
+    """The heights of vertices that minimise the sum of squared pixels."""
     weights = np.square(mesh.px_per_m)
     normal = mesh.drawn_by.T @ diags_array(weights) @ mesh.drawn_by
     normal = (normal + diags_array(np.full(len(mesh.vertices), 1e-6 * normal.diagonal().mean()))).tocsr()
@@ -87,7 +87,7 @@ def fit(mesh: Mesh) -> np.ndarray:
 
 
 def errors_px(mesh: Mesh, heights: np.ndarray, camera: Camera, size: tuple[int, int], near_m: float) -> np.ndarray:
-    """Screen error of every post, with vertices at those heights."""
+    """Screen error of every post with vertices at `heights`."""
     return screen_shift_px(camera, size, mesh.points, mesh.drawn_by @ heights - mesh.points[:, 2], near_m)[0]
 
 

@@ -1,11 +1,11 @@
-"""A fixed flight, frame by frame: whether it is even, and what it leaves behind.
+"""A fixed flight, frame by frame: how much frame times vary, and whether memory and OpenGL objects remain.
 
     python benchmarks/flight.py [MAP [FRAMES [WIDTHxHEIGHT]]]      a bundled map or a file; canyon, 1000, 320x180
 
-The tour around the map (terrain_gl/film/tour.py) is flown three times: as it is, with a stroke of radius 16 posts
-under the eye in every frame, and recorded as a folder of pictures. Prints the middle and the slowest of a thousand
-times, what share of them the recorder takes, and the process's memory and OpenGL's objects after a tenth of the
-frames and at the end.
+The tour around the map (terrain_gl/film/tour.py) is flown three times: alone, with a stroke of radius 16 posts under
+the eye in every frame, and recorded as a folder of pictures. The output has the median and the 99.9th percentile of
+frame times, the share of them that the recorder takes, and the memory of the process and the number of OpenGL objects
+after a tenth of the frames and at the end.
 """
 
 from __future__ import annotations
@@ -25,12 +25,12 @@ from terrain_gl.film.record import Recorder
 from terrain_gl.film.tour import tour
 from terrain_gl.gpu import gl
 
-RADIUS = 16  # of a stroke, in posts
-NAMES = 20_000  # of OpenGL's objects that are looked at
+RADIUS = 16  # radius of a stroke, in posts
+NAMES = 20_000  # largest number of an OpenGL object that is tested
 
 
 def main() -> int:
-    """Fly, and print what came of it."""
+    """Fly, and print the table."""
     name, frames, size = (*sys.argv[1:], *("canyon", "1000", "320x180")[len(sys.argv) - 1 :])
     heightmap, _ = open_map(name)
     width, height = map(int, size.split("x"))
@@ -61,7 +61,7 @@ def fly(renderer: tg.Renderer, count: int, strokes: bool, film: Path | None) -> 
             early = memory(), objects(renderer.ctx)
     if recorder:
         recorder.close()
-    times = times[1:]  # the first makes what lasts
+    times = times[1:]  # the first frame compiles shaders
     median, slowest = np.median(times), np.percentile(times, 99.9)
     what = "a stroke in each" if strokes else "recorded" if film else "as it is"
     print(f"{what:18} median {median:7.1f} ms   p99.9 {slowest:7.1f} ms   ratio {slowest / median:5.2f}", end="")
@@ -72,7 +72,7 @@ def fly(renderer: tg.Renderer, count: int, strokes: bool, film: Path | None) -> 
 
 
 def stroke(renderer: tg.Renderer, eye: tuple[float, float, float], number: int) -> None:
-    """Raise the land under the eye, or lower what was raised."""
+    """Raise the land under the eye, or lower it again."""
     land = renderer.heightmap
     col, row = int(eye[0] / land.spacing_m[0]), int(land.rows - 1 - eye[1] / land.spacing_m[1])
     part = tuple(slice(max(0, at - RADIUS), at + RADIUS + 1) for at in (row, col))
@@ -83,13 +83,13 @@ def stroke(renderer: tg.Renderer, eye: tuple[float, float, float], number: int) 
 
 
 def memory() -> float:
-    """MiB that the process holds."""
+    """Memory of the process in MiB."""
     pages = int(Path("/proc/self/statm").read_text().split()[1])
     return pages * 4096 / 2**20
 
 
 def objects(ctx: moderngl.Context) -> dict[str, int]:
-    """How many of OpenGL's objects there are, by kind."""
+    """The number of OpenGL objects, by kind."""
     kinds = ("Texture", "Buffer", "Framebuffer", "Renderbuffer", "VertexArray", "Program", "Query")
     asks = {kind: gl.function(ctx, f"glIs{kind}", c_ubyte, c_uint) for kind in kinds}
     return {kind: sum(bool(ask(name)) for name in range(1, NAMES)) for kind, ask in asks.items()}

@@ -1,8 +1,8 @@
-"""Everything that only a machine with a GPU can show, in about ten minutes: writes docs/gpu.md.
+"""Measurements that need a GPU, in about ten minutes; they are written to docs/gpu.md.
 
-Both certified methods at 1080p and 4k (`lod`, `draw`, `shade`), summed-area and error tables of 4096² posts, a dab of
-the brush, and the golden pictures beside this machine's. Software OpenGL runs it too: `--small` takes pictures of
-320 × 180 and a map of 513² posts.
+They are: both certified methods at 1080p and 4k (`lod`, `draw`, `shade`), summed-area and error tables of 4096² posts,
+a dab of the brush, and the difference of the golden pictures from those of this machine. The script also runs with
+software OpenGL: `--small` takes pictures of 320 × 180 and a map of 513² posts.
 
 Run: python benchmarks/gpu.py [--small] [-o docs/gpu.md]
 """
@@ -30,7 +30,7 @@ GOLDEN = Path(__file__).parents[1] / "tests" / "golden"
 
 
 def milliseconds(work: Callable[[], object], renderer: tg.Renderer, runs: int = FRAMES) -> float:
-    """Median of some runs, each waited for."""
+    """Median time of several runs; each waits for the GPU."""
     times = []
     for _ in range(runs):
         renderer.ctx.finish()
@@ -42,7 +42,7 @@ def milliseconds(work: Callable[[], object], renderer: tg.Renderer, runs: int = 
 
 
 def frames(sizes: dict[str, tuple[int, int]]) -> list[str]:
-    """Stages of a frame, method by method."""
+    """Times of the stages of a frame, for each method."""
     lines = [
         "| map | picture | method | triangles | patches | lod | draw | shade |",
         "|---|---|---|---|---|---|---|---|",
@@ -62,7 +62,7 @@ def frames(sizes: dict[str, tuple[int, int]]) -> list[str]:
 
 
 def tables(posts: int) -> list[str]:
-    """Once a map: the tables; and a dab of the brush."""
+    """Times of the tables, which are built once for a map, and of a dab of the brush."""
     rng = np.random.default_rng(1)
     steps = rng.normal(size=(posts, posts)).cumsum(0).cumsum(1).astype("f4")
     heightmap = tg.Heightmap(steps / np.abs(steps).max() * 2000, 30.0)

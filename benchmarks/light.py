@@ -1,14 +1,14 @@
-"""Light beside the truth, and what it costs, as tables for docs/light.md.
+"""Light compared with the truth, and its cost, as tables for docs/light.md.
 
-    visibility   visible fractions of sun and sky beside marching, on pieces of two generated and two real maps
-    pictures     shaded pictures beside light by brute force, and other ways to prefilter, by posts under a pixel
+    visibility   visible fractions of sun and sky against ray marching, on pieces of two generated and two real maps
+    pictures     pictures of all prefilters against light by brute force, by posts under a pixel
     steps        from our shading to the supplement's own, step by step
-    lobes        where the table of the ground's lobes should enter: RMSE by the posts under a pixel
+    lobes        from which footprint on the table of the ground's lobes should be used: RMSE by posts under a pixel
     horizons     time to build all horizons, and to follow the sun, by size of the map
     memory       bytes a post
 
-Real maps come from the folder that TERRAIN_GL_DEM names. Pictures take minutes each on a software renderer: each number
-is written to a file as soon as it is there, and a run that is started again goes on where it was.
+Real maps are in the folder TERRAIN_GL_DEM. A picture takes minutes on a software renderer. Each number is written to a
+file at once, and a run that is started again continues.
 
 Run: python benchmarks/light.py FOLDER [visibility|pictures|steps|lobes|horizons|memory ...]
 """
@@ -49,8 +49,8 @@ REAL = {
 SIZE = (64, 36)
 SUN = (300.0, 30.0)
 FOOTPRINTS = {1000: 28, 30: 20, 1: 12}  # posts under a pixel, and places that the truth lights for it along a side
-LARGEST = 2049  # posts a side, of what is shaded
-PIECE = 65  # posts a side, of what is marched over
+LARGEST = 2049  # posts a side of the shaded part of a map
+PIECE = 65  # posts a side of a piece for ray marching
 LOBES_FROM = (1.2, 1.5, 2.0, 3.0, 4.5, 6.0, 1e6)  # posts across a footprint
 SIDES = (512, 1024, 2048, 4096)
 
@@ -63,7 +63,7 @@ def main(folder: str, *wanted: str) -> None:
 
 
 class Kept:
-    """Numbers that are known already, in a file."""
+    """Numbers that were measured before, in a file."""
 
     def __init__(self, folder: Path) -> None:
         folder.mkdir(parents=True, exist_ok=True)
@@ -71,7 +71,7 @@ class Kept:
         self.numbers = json.loads(self.path.read_text("utf-8")) if self.path.exists() else {}
 
     def of(self, key, measure):
-        """The number of that key; measured if it is not there."""
+        """The number under a key; it is measured if it is missing."""
         if key not in self.numbers:
             self.numbers[key] = measure()
             with replacing(self.path) as beside:
@@ -79,7 +79,7 @@ class Kept:
         return self.numbers[key]
 
     def maps(self):
-        """Maps by name, and how each is opened."""
+        """Maps by name, with the options for opening them."""
         for name, land in LANDS.items():
             path = self.folder / f"{name}.tif"
             if not path.exists():
@@ -91,7 +91,7 @@ class Kept:
 
 
 def visibility(kept: Kept) -> None:
-    """Mean absolute errors of visible fractions, weighted by the cosine, beside marching in quarters of a post."""
+    """Mean absolute errors of visible fractions, weighted by the cosine; the truth marches in quarters of a post."""
     print("| map | slope, mean | sun at 12° | sun at 35° | sky | sky, by texels |\n|---|---|---|---|---|---|")
     for name, path, scales in kept.maps():
         heightmap = Heightmap.open(path, **scales)
@@ -133,7 +133,7 @@ def visibility_of(heightmap):
 
 
 def blocks(cells, side):
-    """Means over blocks of side × side; cells that make no whole block are left out."""
+    """Means over blocks of side × side; incomplete blocks are left out."""
     rows, cols = (n // side for n in cells.shape)
     return cells[: rows * side, : cols * side].reshape(rows, side, cols, side).mean((1, 3))
 
@@ -162,7 +162,7 @@ def is_whole(heightmap, row, col):
 
 
 def piece(heightmap, row, col):
-    """`PIECE` posts a side from there."""
+    """The piece of `PIECE` posts a side whose first post this is."""
     heights = heightmap.heights[row : row + PIECE, col : col + PIECE]
     return Heightmap(np.ascontiguousarray(heights), heightmap.spacing_m)
 
@@ -206,7 +206,7 @@ def middle_of(heightmap):
 
 
 def camera_over(heightmap, posts, pitch_deg=35.0, yaw_deg=15.0, fov_deg=45.0):
-    """Look down at the map's middle from where a pixel is as large as so many posts."""
+    """Look down at the map's middle from a distance at which a pixel covers `posts` posts."""
     pitch, yaw = math.radians(pitch_deg), math.radians(yaw_deg)
     forward = np.array([math.sin(yaw) * math.cos(pitch), math.cos(yaw) * math.cos(pitch), -math.sin(pitch)])
     focal_px = 0.5 * SIZE[1] / math.tan(math.radians(fov_deg) / 2)
@@ -218,7 +218,7 @@ def camera_over(heightmap, posts, pitch_deg=35.0, yaw_deg=15.0, fov_deg=45.0):
 
 
 class Entering(Lighting):
-    """Our light, with the table of lobes from footprints of so many posts on."""
+    """Our light, with the table of lobes for all footprints from a given size on."""
 
     posts = 3.0
 
@@ -237,7 +237,7 @@ def steps(kept: Kept) -> None:
 
 
 def lobes(kept: Kept) -> None:
-    """RMSE by where the table of lobes enters."""
+    """RMSE for each size of footprint from which the table of lobes is used."""
     print("| map | posts a pixel |" + "".join(f" from {each:g} |" for each in LOBES_FROM))
     print("|---" * (2 + len(LOBES_FROM)) + "|")
     for name, posts in itertools.product(bundled(), (30, 12, 6, 3)):
@@ -290,7 +290,7 @@ def horizons(kept: Kept) -> None:
 
 
 def horizons_of(heights):
-    """Seconds to build, once compiled."""
+    """Seconds to build the tables, without compiling shaders."""
     ctx = create_context()
     terrain = Terrain(ctx, Heightmap(heights, 20.0))
     tables = Visibility(terrain, SKY_AXES, SKY_SHARPNESS)
@@ -307,7 +307,7 @@ def horizons_of(heights):
 
 
 def memory(kept: Kept) -> None:
-    """Bytes a post of all that shading keeps of a map."""
+    """Bytes a post of all tables for shading."""
     rng = np.random.default_rng(0)
     with Renderer(Heightmap(rng.normal(size=(513, 513)).cumsum(0), 10.0), (64, 36)) as renderer:
         renderer.render(Camera.default(renderer.heightmap))

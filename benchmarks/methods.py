@@ -1,8 +1,8 @@
-"""The clipmap that the tables steer next to the quadtree: triangles, patches and milliseconds for one certified pixel.
+"""Method sat compared with the quadtree: triangles, patches and milliseconds for one certified pixel.
 
 Three views of every map: the first view, from a ridge, and in a valley. `from T ≥ 4` is the share of the clipmap's
-triangles that come from patches of four or more segments a side. Milliseconds are those of `lod` and `draw`, the best
-of three frames, as a ratio: machines are noisy.
+triangles that come from patches of four or more segments a side. Milliseconds are the sum of `lod` and `draw`, the best
+of three frames, and are given as a ratio, because times vary with the load of the machine.
 
 Run: python benchmarks/methods.py [FOLDER]    the bundled maps, and the real maps of the folder
 """

@@ -3,8 +3,8 @@
     pip install pyvista
     python benchmarks/pyvista_frame.py ps_height_1k.png --spacing 160 --z-scale 0.1
 
-Both draw off screen, read the picture back, and take turns, so that both meet the same load. Each line states the
-samples a pixel of both; pyvista is drawn with none and with four. pyvista is needed by this benchmark alone.
+Both draw off screen and read the picture back. They take turns, so that the load is the same for both. Each line gives
+the samples a pixel; pyvista is drawn with one and with four. Only this benchmark needs pyvista.
 """
 
 from __future__ import annotations
@@ -71,7 +71,7 @@ def plotter_of(heightmap: tg.Heightmap, camera: tg.Camera, samples: int) -> pyvi
 
 
 def frame_of(plotter: pyvista.Plotter) -> Callable[[], object]:
-    """Return what draws the picture anew and reads it."""
+    """Return a function that draws the picture again and reads it."""
 
     def draw() -> object:
         plotter.render()
@@ -81,7 +81,7 @@ def frame_of(plotter: pyvista.Plotter) -> Callable[[], object]:
 
 
 def times_of(draws: dict[tuple[str, int], Callable[[], object]], frames: int) -> dict[tuple[str, int], list[float]]:
-    """Milliseconds of each frame, all in turn; the first round is not counted."""
+    """Milliseconds of each frame, drawn alternately; the first round is not counted."""
     times: dict[tuple[str, int], list[float]] = {name: [] for name in draws}
     for _ in range(frames + 1):
         for name, draw in draws.items():
@@ -92,7 +92,7 @@ def times_of(draws: dict[tuple[str, int], Callable[[], object]], frames: int) ->
 
 
 def print_table(draws: dict[tuple[str, int], Callable[[], object]], times: dict[tuple[str, int], list[float]]) -> None:
-    """Medians, and their ratio to pyvista's frame of as many samples."""
+    """Medians, and their ratio to pyvista's frame with as many samples."""
     print("| | samples | ms, median | least | of pyvista's |\n|---|---|---|---|---|")
     for name, samples in draws:
         same = times.get(("pyvista, every post", samples), times["pyvista, every post", 1])

@@ -1,13 +1,13 @@
-"""Damaged files by the thousand, and commands that are ended at any moment: one line, no half-written file, no hang.
+"""Thousands of damaged files, and commands that are ended at random moments: one line, no half-written file, no hang.
 
-    python benchmarks/robustness.py                        10,000 files and 300 ends
+    python benchmarks/robustness.py                        10,000 files and 300 commands
     python benchmarks/robustness.py --files 500 --ends 20 --seed 7
 
-Files: each is a good file of some kind with bytes flipped, cut out, repeated or swapped with those of another.
+Files: each is a good file of some kind with bytes flipped, cut out, repeated or swapped with those of another file.
 A process reads them, one after the other.
-Ends: a command gets SIGINT, SIGTERM or SIGHUP at a random moment, or two in a row, or a disk that is full, for which a
-limit on the size of files stands.
-Prints what happened how often; ends with status 1 if anything did that must not.
+Ends: a command gets SIGINT, SIGTERM or SIGHUP at a random moment, or two signals in a row, or a full disk, which is
+simulated by a limit on the size of files.
+The output counts the outcomes. The exit status is 1 if there is an outcome that is not allowed.
 """
 
 from __future__ import annotations
@@ -30,7 +30,7 @@ from pathlib import Path
 import numpy as np
 import OpenImageIO as oiio
 
-LONGEST_S = 240.0  # for what takes seconds: other work may fill the machine
+LONGEST_S = 240.0  # time limit; a file or a command takes seconds, but the machine may be busy
 READ = """
 import json, os, sys
 from terrain_gl.exceptions import TerrainError
@@ -85,7 +85,7 @@ def _image(path: Path, pixels: np.ndarray) -> None:
 
 
 def _through_gdal(folder: Path, heights: np.ndarray) -> None:
-    """Kinds that GDAL writes, if it is here."""
+    """Kinds that GDAL writes, if it is installed."""
     try:
         import rasterio
     except ImportError:
@@ -105,7 +105,7 @@ def _through_gdal(folder: Path, heights: np.ndarray) -> None:
 
 
 def damaged(data: bytes, other: bytes, chance: random.Random) -> bytes:
-    """A file with something wrong with it, mostly near its start, where the headers are."""
+    """A damaged copy of a file; most damage is near its start, where the headers are."""
     spoilt = bytearray(data)
     for _ in range(chance.choice((1, 1, 2, 5, 20))):
         at = int(len(spoilt) * chance.random() ** 3)
@@ -127,14 +127,14 @@ def damaged(data: bytes, other: bytes, chance: random.Random) -> bytes:
 
 
 class Reader:
-    """A process that reads files, one at a time, started anew when it dies."""
+    """A process that reads files, one at a time; it is started again if it dies."""
 
     def __init__(self) -> None:
         self._process: subprocess.Popen[bytes] | None = None
         self._noise = tempfile.TemporaryFile()  # noqa: SIM115  as long as this lives
 
     def read(self, path: Path) -> str:
-        """What came of a file."""
+        """The outcome of reading a file."""
         process = self._process = self._process or self._start()
         assert process.stdin and process.stdout
         process.stdin.write(os.fsencode(path) + b"\n")
@@ -167,7 +167,7 @@ class Reader:
 
 
 def read_damaged(count: int, seed: int, folder: Path) -> Iterator[tuple[str, str, Path]]:
-    """Damage and read files: kind, what came of it, and the file."""
+    """Damage and read files: yields the kind, the outcome and the file."""
     chance = random.Random(seed)
     good = folder / "good"
     good.mkdir()
@@ -210,7 +210,7 @@ KEPT = b"what was there before"
 
 
 def end_commands(count: int, seed: int, folder: Path) -> Iterator[tuple[str, str, Path]]:
-    """End commands: how, what came of it, and the folder."""
+    """End commands: yields the way, the outcome and the folder."""
     chance = random.Random(seed)
     heights = np.random.default_rng(1).random((200, 200)).astype("f4")
     for i in range(count):
@@ -251,7 +251,7 @@ def _ended(command: str, how: str, after_s: float, place: Path, chance: random.R
 
 
 def _left(place: Path, output: str, kept: bool, error: bytes, status: int) -> str:
-    """What a command left behind."""
+    """The outcome of a command, by the files that it has left."""
     if b"KeyboardInterrupt" in error and b"/terrain_gl/cli/" not in error:
         return "python's own start"  # before the command line listens; nothing is written yet
     if b"Traceback" in error or error.count(b"\n") > 1:
@@ -287,7 +287,7 @@ def _whole(path: Path, kept: bool) -> bool:
 
 
 def tally(results: Iterator[tuple[str, str, Path]], total: int) -> tuple[Counter[str], list[str]]:
-    """Count what happened, and list what must not."""
+    """Count the outcomes, and list those that are not allowed."""
     seen: Counter[str] = Counter()
     wrong = []
     for i, (kind, told, path) in enumerate(results, 1):
@@ -304,7 +304,7 @@ FINE = ("read", "refused", "done", "ended", "python's own start")
 
 
 def main() -> int:
-    """Damage, end, tell."""
+    """Run both parts, and print the counts."""
     parser = argparse.ArgumentParser(description=__doc__, formatter_class=argparse.RawDescriptionHelpFormatter)
     parser.add_argument("--files", type=int, default=10_000)
     parser.add_argument("--ends", type=int, default=300)

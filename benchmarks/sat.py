@@ -1,4 +1,4 @@
-"""Time summed-area tables of a 4096² map beside numpy's two cumulative sums and the memory's own floor.
+"""Time summed-area tables of a 4096² map, and compare with numpy's cumulative sums and with the speed of the memory.
 
 Run: python benchmarks/sat.py [SIZE]. Each number is the best of five in one run: compare ratios, not milliseconds.
 """
@@ -24,7 +24,7 @@ def best_ms(work, finish=lambda: None, repeats=5):
 
 
 def measure(ctx, size, bits):
-    """Milliseconds of the table, of numpy, and of copying as many bytes as the kernels move."""
+    """Milliseconds of the table, of numpy, and of copies of as many bytes as the kernels move."""
     values = np.random.default_rng(0).integers(0, 65536, (size, size), dtype=f"u{bits // 8}")
     buffer, tables = ctx.buffer(values.tobytes()), SummedAreaTables(ctx, bits)
     table = best_ms(lambda: tables.build(buffer, Table(size, size)), ctx.finish)

@@ -1,7 +1,7 @@
 """Time frames of growing crops of one terrain, each seen from the same height above its middle.
 
 Run: python benchmarks/scale.py [SIZE ...]; by default 1025, 2049, 4097 and 8193 posts a side of the bundled range,
-mirrored as often as it takes. Numbers are medians of one run: compare ratios, not milliseconds.
+mirrored until it is large enough. Numbers are medians of one run: compare ratios, not milliseconds.
 """
 
 import sys
@@ -43,7 +43,7 @@ def measure(heights, spacing_m, posts):
 
 
 def main():
-    """Print a line a size."""
+    """Print a line for each size."""
     sizes = [int(word) for word in sys.argv[1:]] or [1025, 2049, 4097, 8193]
     known = bundled()["alpine"]
     land = tg.Heightmap.open(known.path, known.spacing_m, known.z_scale, known.z_offset_m)

@@ -1,11 +1,11 @@
-"""From the start of a process to a picture in a file: what each step takes, and pyvista (VTK) beside it.
+"""From the start of a process to a picture in a file: the time of each step, and a comparison with pyvista (VTK).
 
     python benchmarks/start.py                                                  alpine, step by step
     python benchmarks/start.py ps_height_1k.png --spacing 160 --z-scale 0.1 --pyvista   whole processes in turn, too
 
-Steps run in one process. Whole processes are started in turn, so that all meet the same load; a shader cache on disk
-is warm after the first. Each line has seconds by the clock and processor seconds of all threads: on a busy machine
-compare the latter. `--pyvista` needs pyvista and imageio; both are used by this line alone.
+Steps run in one process. Whole processes are started alternately, so that the load is the same for all; a shader cache
+on disk is warm after the first. Each line has elapsed seconds and processor seconds of all threads: on a busy machine
+compare the latter. Only `--pyvista` needs pyvista and imageio.
 """
 
 from __future__ import annotations
@@ -96,7 +96,7 @@ def processes(args: argparse.Namespace) -> None:
 
 
 def run(command: list[str]) -> tuple[float, float]:
-    """Seconds of a process by the clock, and of the processor."""
+    """Elapsed seconds and processor seconds of a process."""
     before, clock = resource.getrusage(resource.RUSAGE_CHILDREN), time.perf_counter()
     subprocess.run(command, check=True, capture_output=True)
     after = resource.getrusage(resource.RUSAGE_CHILDREN)
@@ -104,7 +104,7 @@ def run(command: list[str]) -> tuple[float, float]:
 
 
 def main() -> None:
-    """Time the steps; with --pyvista whole processes, too."""
+    """Time the steps; with --pyvista, also whole processes."""
     parser = argparse.ArgumentParser(description=(__doc__ or "").split("\n")[0])
     parser.add_argument("map", nargs="?", default="alpine")
     parser.add_argument("--spacing", type=float)

@@ -1,11 +1,11 @@
-"""Frames of the app, without a window: how even their times are, and whether memory stays constant.
+"""Frames of the app, without a window: how much their times vary, and whether memory stays constant.
 
     python benchmarks/viewer_frames.py [FRAMES [WIDTHxHEIGHT [MAP]]]      10000, 160x120, canyon
 
 The camera circles over the map, and rests. There is a brush stroke every hundred frames, and now and then the mesh, a
-split picture and frozen levels. For each kind of frame this prints the median and the 99.9th percentile: of the work of
-all cores, which does not depend on the load of the machine, and by the clock. Then it prints the memory of the process
-and the number of OpenGL objects.
+split picture and frozen levels. For each kind of frame this prints the median and the 99.9th percentile, both of the
+processor time of all cores, which does not depend on the load of the machine, and of elapsed time. Then it prints the
+memory of the process and the number of OpenGL objects.
 """
 
 from __future__ import annotations
@@ -47,7 +47,7 @@ def main(frames: str = "10000", size: str = "160x120", name: str = "canyon") -> 
 
 
 def fly(app: App, count: int) -> tuple[Times, dict[int, tuple[float, dict[str, int]]]]:
-    """Milliseconds of each frame, by the clock and of work; now and then MiB, and OpenGL objects by kind."""
+    """Elapsed and processor milliseconds of each frame; from time to time MiB, and OpenGL objects by kind."""
     times: Times = {}
     held: dict[int, tuple[float, dict[str, int]]] = {}
     app.viewer.scene.controller.change_mode("orbit")
@@ -64,7 +64,7 @@ def fly(app: App, count: int) -> tuple[Times, dict[int, tuple[float, dict[str, i
 
 
 def doing(app: App) -> str:
-    """What the next frame shows, and what work is done beside it."""
+    """The kind of the next frame: what it shows, and what other work it does."""
     settings, sculpts = app.viewer.settings, app.viewer.sculpting.at_work
     shows = "two sides" if settings.split else "the mesh" if settings.options.wires else "the land"
     due = app.viewer.painter.light.is_due(app.viewer.scene.frame_spec().lit_look)
@@ -73,7 +73,7 @@ def doing(app: App) -> str:
 
 
 def act(app: App, number: int) -> None:
-    """Do what a restless user does at this frame."""
+    """Act like a busy user at this frame."""
     keys = {10: "b", 20: "n", 30: "n", 40: "t", 50: "t", 60: "l", 70: "l", 80: "u", 90: "u"}
     if number % 100 == 84:
         app.viewer.scene.controller.let_go("d")

@@ -1,10 +1,10 @@
-"""How long a user waits for the window: the time of each frame, by what was done in it. It needs no window.
+"""How long a user waits for the window: the time of each frame, by the work that is done in it. It needs no window.
 
     python benchmarks/viewer_latency.py [WIDTHxHEIGHT [MAP]]      1280x720, alpine
 
 An event waits for the present frame, and the next frame shows it. So the longest step (of loading, light, the full
-picture, measuring) should take no longer than a frame in motion. This prints both, in milliseconds by the clock and of
-the work of all cores, which does not depend on the load of the machine.
+picture, measuring) should take no longer than a frame in motion. This prints both, in elapsed milliseconds and in
+processor milliseconds of all cores, which do not depend on the load of the machine.
 """
 
 from __future__ import annotations
@@ -48,19 +48,19 @@ def main(size: str = "1280x720", name: str = "alpine") -> int:
 
 
 def come_to_rest(app: App, times: Times) -> None:
-    """Do frames until there is nothing more to do."""
+    """Draw frames until there is nothing more to do."""
     while app.busy or not app.viewer.settled:
         frame(app, times, doing(app))
 
 
 def frame(app: App, times: Times, what: str) -> None:
-    """Do one frame, and note its milliseconds, by the clock and of work."""
+    """Draw one frame, and note its elapsed and processor milliseconds."""
     took = time_of(partial(app.frame, time.perf_counter()), app.viewer.ctx.finish)
     times.setdefault(what, []).append(took)
 
 
 def doing(app: App) -> str:
-    """What the next frame will probably do."""
+    """The kind of work that the next frame will probably do."""
     if app.viewer.loader.job or not app.viewer.scene.has_map:
         return "loading"
     if app.viewer.painter.light.is_due(app.viewer.scene.frame_spec().lit_look):

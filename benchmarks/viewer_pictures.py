@@ -23,7 +23,7 @@ MAP = "canyon"
 
 
 def main(folder: str = "docs") -> None:
-    """Draw all pictures; each begins where the one before ended."""
+    """Draw all pictures; each begins in the state that the last one has left."""
     app = first_app()
     for name, change in SCENES.items():
         change(app)
@@ -41,7 +41,7 @@ def first_app() -> App:
 
 
 def settle(app: App) -> None:
-    """Do frames until nothing changes any more."""
+    """Draw frames until nothing changes any more."""
     app.viewer.window.message = ""
     app.viewer.window.refresh()
     while (
@@ -54,7 +54,7 @@ def settle(app: App) -> None:
 
 
 def pixels(app: App) -> np.ndarray:
-    """(height, width, 3): what a window would show."""
+    """(height, width, 3): the pixels that a window would show."""
     data = app.viewer.target.read(components=3, alignment=1)
     return np.frombuffer(data, np.uint8).reshape(SIZE[1], SIZE[0], 3)[::-1]
 
@@ -75,7 +75,7 @@ def patch(app: App) -> None:
 
 
 def split(app: App) -> None:
-    """The split as it begins, as many triangles on both sides and their errors, under the magnifying glass."""
+    """The split picture as it begins: equal triangles on both sides, and their errors, under the magnifying glass."""
     app.press("escape")
     app.press("n")
     app.viewer.settings.change(method="sat", max_error_px=4.0)

@@ -1,4 +1,4 @@
-"""The app of the window without a window: what the benchmarks of the window share."""
+"""The app without a window: functions that the benchmarks of the window share."""
 
 from __future__ import annotations
 
@@ -13,7 +13,7 @@ from terrain_gl.viewer.settings import Settings
 
 
 def open_app(size: tuple[int, int]) -> App:
-    """An app that draws into a framebuffer of its own; it has no map yet."""
+    """An app that draws into its own framebuffer; it has no map yet."""
     ctx = create_context()
     return App(ctx, ctx.framebuffer([ctx.texture(size, 4)]), size, Settings())
 
@@ -26,7 +26,7 @@ def opened(name: str) -> Opened:
 
 
 def time_of(work: Callable[[], object], finish: Callable[[], object]) -> tuple[float, float]:
-    """Milliseconds until some work is done on the GPU: by the clock, and of all cores."""
+    """Milliseconds until some work is done on the GPU: elapsed time, and processor time of all cores."""
     begun, worked = time.perf_counter(), time.process_time()
     work()
     finish()

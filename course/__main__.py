@@ -52,17 +52,17 @@ def _lecturers(commands: argparse._SubParsersAction[argparse.ArgumentParser]) ->
     many.add_argument("folder", type=Path, help="a folder with one folder for each student")
     many.add_argument("-o", "--output", type=Path, required=True, help="the table of points, CSV")
     many.add_argument("--lessons", default="", help="numbers with commas; left out: all")
-    many.add_argument("--seed", type=int, help="left out: a random one, which the table tells")
+    many.add_argument("--seed", type=int, help="left out: a random one, which the table records")
     many.add_argument("--seconds", type=float, default=60.0, help="time for a student's lesson")
     many.add_argument("--jobs", type=int, default=max(1, (os.cpu_count() or 2) // 2), help="students at once")
-    many.add_argument("--trust", action="store_true", help="grade although walls are missing on this system")
+    many.add_argument("--trust", action="store_true", help="grade although the sandbox is incomplete on this system")
     many.set_defaults(run=_grade)
     tree = commands.add_parser("strip", help="copy the course without solutions, for students")
     tree.add_argument("folder", type=Path, help="a new folder")
     tree.set_defaults(run=_strip)
-    blanks = commands.add_parser("blanks", help="write every lesson's blanks anew from its solution")
+    blanks = commands.add_parser("blanks", help="write every lesson's blanks again from its solution")
     blanks.set_defaults(run=_blanks)
-    figures = commands.add_parser("figures", help="draw every lesson's figure anew")
+    figures = commands.add_parser("figures", help="draw every lesson's figure again")
     figures.set_defaults(run=_figures)
 
 
@@ -128,7 +128,7 @@ def _strip(options: argparse.Namespace) -> int:
     from .solving import students_tree
 
     if options.folder.exists():
-        raise UsageError(f"{options.folder}: it is there already")
+        raise UsageError(f"{options.folder}: exists already")
     students_tree(options.folder)
     print(f"wrote {options.folder}")
     return 0

@@ -1,4 +1,4 @@
-"""Checks: what a student's functions return, beside the truth.
+"""Checks: a student's results are compared with the truth.
 
 A check is a list of tasks. A task is a generator: it calls the student's functions and yields findings.
 
@@ -26,7 +26,7 @@ from .remote import BlankError, Student, StudentError
 HERE = Path(__file__).parent
 LESSONS = HERE / "lessons"
 EXACT, CLOSE, NOT_RUN, WRONG, BLANK = ORDER = ("exact", "close", "not run", "wrong", "blank")
-ROUNDING = 1e-9  # of the largest expected value: a few thousand roundings of float64
+ROUNDING = 1e-9  # relative to the largest expected value: room for a few million roundings of float64
 
 
 @dataclass
@@ -35,7 +35,7 @@ class Finding:
 
     what: str
     verdict: str
-    text: str = ""  # the largest difference, and where; or what is wrong
+    text: str = ""  # the largest difference and its place; or the mistake
     got: np.ndarray | None = None
     want: np.ndarray | None = None
 
@@ -51,7 +51,7 @@ class Task:
 
 @dataclass
 class Outcome:
-    """What became of a task."""
+    """The result of a task."""
 
     task: Task
     verdict: str
@@ -179,7 +179,7 @@ def compare(what: str, got: Any, want: Any, close: float = 0.0, axes: tuple[str,
 
 
 def at_least(what: str, got: Any, floor: Any, axes: tuple[str, ...] = ()) -> Finding:
-    """Numbers that must not be below others, but for rounding: a bound and what it bounds."""
+    """Check that numbers are not below others, except for rounding: a bound and the errors that it bounds."""
     floor = np.asarray(floor, float)
     found, problem = _numbers(got, floor.shape)
     if found is None:
@@ -196,7 +196,7 @@ def at_least(what: str, got: Any, floor: Any, axes: tuple[str, ...] = ()) -> Fin
 
 
 def at_most(what: str, got: Any, ceiling: Any, axes: tuple[str, ...] = ()) -> Finding:
-    """Numbers that must not be above others, but for rounding."""
+    """Check that numbers are not above others, except for rounding."""
     turned = at_least(what, -np.asarray(got, float), -np.asarray(ceiling, float), axes)
     if turned.verdict == EXACT or turned.got is None:
         return turned
@@ -208,7 +208,7 @@ def at_most(what: str, got: Any, ceiling: Any, axes: tuple[str, ...] = ()) -> Fi
 
 
 def holds(what: str, condition: bool, text: str) -> Finding:
-    """A fact that is there or not; the text says what is wrong."""
+    """Check a condition; `text` describes the mistake if it is false."""
     return Finding(what, EXACT if condition else WRONG, "" if condition else text)
 
 

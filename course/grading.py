@@ -1,4 +1,4 @@
-"""Grade folders of submissions: each file runs behind walls, with hidden seeds; a table of points comes out."""
+"""Grade folders of submissions: each file runs in a sandbox, with hidden seeds; the result is a table of points."""
 
 from __future__ import annotations
 
@@ -19,7 +19,7 @@ DEPTH = 6  # folders below a submission that are searched
 
 
 def open_walls() -> list[str]:
-    """What a student's code can do here that it should not; empty where all walls stand."""
+    """The forbidden things that a student's code can do on this machine; empty if the sandbox works."""
     with tempfile.TemporaryDirectory() as beside:
         Path(beside, "kept").write_text("kept")
         with Student(HERE / "box" / "probe.py", 20.0, walled=True) as probe:
@@ -46,7 +46,7 @@ def handed_in(student: Path, lesson: Lesson) -> Path | str:
 
 
 def grade_lesson(student: Path, lesson: Lesson, seed: int, seconds: float) -> tuple[float, str]:
-    """Points of a student in a lesson, and a note if something other than the answer is wrong."""
+    """Points of a student in a lesson, and a note on problems other than a wrong answer."""
     file = handed_in(student, lesson)
     if isinstance(file, str):
         return 0.0, file
@@ -75,7 +75,7 @@ def grade(
 
 
 def write_table(rows: list[dict[str, str]], lessons: list[Lesson], seed: int, path: Path) -> None:
-    """Write the table as CSV, beside its place first; its first row has the most points, its last the seed."""
+    """Write the table as CSV, complete or not at all. Its first row has the most points, and the seed."""
     most = {f"lesson {lesson.number}": str(lesson.points) for lesson in lessons}
     first = {"student": "(most)", **most, "sum": str(sum(lesson.points for lesson in lessons)), "notes": f"seed {seed}"}
     beside = path.with_name(f".{path.name}.part")
@@ -87,7 +87,7 @@ def write_table(rows: list[dict[str, str]], lessons: list[Lesson], seed: int, pa
 
 
 def _harmless(text: str) -> str:
-    """A cell that no spreadsheet takes for a formula."""
+    """The text of a cell, changed so that no spreadsheet reads it as a formula."""
     return (
         f"'{text}"
         if text.startswith(("=", "+", "-", "@", "\t", "\r")) and not text.lstrip("-").replace(".", "").isdigit()

@@ -1,4 +1,4 @@
-"""A student's file in a process of its own: its functions are called, and only values come back."""
+"""A student's file in a separate process: its functions are called there, and only values come back."""
 
 from __future__ import annotations
 
@@ -36,11 +36,11 @@ class Student:
     Parameters
     ----------
     file
-        What the student wrote. A copy of it runs.
+        The student's file. A copy of it runs.
     seconds
         Time for all calls together.
     walled
-        Keep the code from files, network and processes, where the system can.
+        Deny the code files, network and other processes, as far as the system can.
     """
 
     def __init__(self, file: Path, seconds: float = 60.0, walled: bool = False) -> None:
@@ -75,7 +75,7 @@ class Student:
             why = "the time limit is over" if self._over else "the process ended (memory, processor time or exit)"
             raise StudentError(f"{name}(): {why}") from None
         except (ValueError, KeyError, TypeError) as error:
-            self._broken = True  # what follows in the pipe belongs to no request
+            self._broken = True  # the rest of the pipe cannot be assigned to a request
             raise StudentError(f"{name}(): the answer cannot be read: {error}") from None
         finally:
             alarm.cancel()
@@ -95,14 +95,14 @@ class Student:
         return answer
 
     def _end(self) -> None:
-        """Kill the process and all that it started."""
+        """Kill the process and all processes that it has started."""
         self._over = True
         if self._process.poll() is None:
             os.killpg(self._process.pid, signal.SIGKILL) if hasattr(os, "killpg") else self._process.kill()
 
     @property
     def printed(self) -> str:
-        """What the code has printed since this was asked last, cut off."""
+        """The text that the code has printed since the last call, cut to `PRINTED` characters."""
         try:
             with open(self._folder / "printed", "rb") as file:
                 file.seek(self._told)
@@ -114,7 +114,7 @@ class Student:
 
     @property
     def ended(self) -> bool:
-        """Whether the process is over: it was ended, or ended itself."""
+        """Whether the process has ended."""
         return self._broken or self._process.poll() is not None
 
     @property

@@ -1,4 +1,4 @@
-"""Findings about students' shaders. They run beside this process; without OpenGL they do not run."""
+"""Findings about students' shaders. They run in a separate process; without OpenGL they do not run."""
 
 from __future__ import annotations
 
@@ -35,7 +35,7 @@ def ready(texts: Any, names: set[str]) -> Finding | None:
 
 
 def prefix_sums(texts: Any, maps: list[np.ndarray]) -> Iterator[Finding]:
-    """Compare the tables that reduce, scan and propagate make of maps of uint32."""
+    """Compare the tables that reduce, scan and propagate compute from maps of uint32."""
     hindrance = ready(texts, {"reduce", "scan", "propagate"})
     if hindrance is not None:
         yield hindrance

@@ -1,6 +1,6 @@
-"""Solutions, the students' blanks that are made of them, and the wrong answers that every check rejects.
+"""Solutions, the students' blanks that are made from them, and the wrong answers that every check rejects.
 
-A solution stands between two comments; the blank has one line instead:
+A solution is between two comments; the blank has one line instead:
 
     # solution            →    raise NotImplementedError("write this")
     ...
@@ -49,7 +49,7 @@ def blank(text: str) -> str:
 
 
 def wrong_answers(folder: Path) -> list[Wrong]:
-    """Wrong answers on file for a lesson; each changes text that stands in the solution once."""
+    """The wrong answers in a lesson's file; each replaces a text that occurs once in the solution."""
     text = clean(solution(folder).read_text(encoding="utf-8"))
     listed = tomllib.loads((SOLUTIONS / folder.name / "wrong.toml").read_text(encoding="utf-8"))
     found = []
@@ -57,14 +57,14 @@ def wrong_answers(folder: Path) -> list[Wrong]:
         old, new = entry["old"].strip("\n"), entry["new"].strip("\n")
         if text.count(old) != 1:
             raise ValueError(
-                f"{folder.name}/wrong.toml: [{name}]: its old text stands {text.count(old)} times, not once"
+                f"{folder.name}/wrong.toml: [{name}]: its old text occurs {text.count(old)} times, not once"
             )
         found.append(Wrong(name, entry["why"], text.replace(old, new)))
     return found
 
 
 def write_blanks() -> list[Path]:
-    """Write the student's file of every lesson anew; return those that changed."""
+    """Write the student's file of every lesson again; return those that changed."""
     changed = []
     for folder in lessons():
         source = solution(folder)

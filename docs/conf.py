@@ -30,7 +30,7 @@ autodoc_typehints = "description"
 autodoc_member_order = "bysource"
 napoleon_google_docstring = False
 napoleon_use_rtype = False
-sphinx_gallery_conf = {  # an example is drawn anew if it has changed, or if docs/examples is not there
+sphinx_gallery_conf = {  # an example is drawn again if it has changed, or if docs/examples is missing
     "examples_dirs": "examples",
     "gallery_dirs": "docs/examples",
     "filename_pattern": r"/\d\d_",
@@ -71,7 +71,7 @@ def add_widgets(app, pagename, templatename, context, doctree):
 
 
 def setup(app):
-    """Figures and the map come before the pages that show them."""
+    """Make figures and the map before the pages that show them."""
     app.connect("builder-inited", draw_figures)
     app.connect("builder-inited", write_map)
     app.connect("html-page-context", add_widgets)

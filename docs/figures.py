@@ -127,7 +127,7 @@ def worst_cells(heights, levels):
 
 
 def cut(worst, x, y, side, level, hole, allowed):
-    """Squares x, y, side, spacing of a block, and their cost: joined where the whole costs no more than its parts."""
+    """Squares x, y, side, spacing of a block, and their cost; four are joined if the whole costs no more."""
     shared = [min(at + side, low + hole[2]) - max(at, low) for at, low in ((x, hole[0]), (y, hole[1]))]
     if min(shared) >= side:
         return [], 0  # the finer ring covers it
@@ -213,7 +213,7 @@ def strip(ax):
 
 
 def price():
-    """Trees as points; a price is a slope, and its tree the first point that the line meets."""
+    """Trees as points. A price is the slope of a line, and its tree is the first point that the line touches."""
     rng = np.random.default_rng(4)
     n = rng.uniform(2, 60, 260)
     error = 600 / (n + 9) - 6 + rng.gamma(1.6, 4.5, len(n))
@@ -252,7 +252,7 @@ def _above(hull, i, n, error):
 
 
 def footprint():
-    """A pixel from the side, its footprint on the map, and the boxes that stand for it."""
+    """A pixel from the side, its footprint on the map, and the boxes that replace it."""
     figure, (side, above, boxes) = plt.subplots(1, 3, figsize=(11, 3.4), constrained_layout=True)
     x = np.linspace(0, 10, 200)
     ground = 0.25 * np.sin(1.7 * x) + 0.12 * np.sin(5 * x + 1) + 0.04 * x

@@ -1,4 +1,4 @@
-"""What the gallery of examples needs: a name for each picture, and a scraper that takes it."""
+"""Helpers for the gallery of examples: a name for each picture, and a scraper that collects it."""
 
 import shutil
 from pathlib import Path

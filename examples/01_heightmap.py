@@ -22,7 +22,7 @@ known = bundled()[name]
 terrain = Heightmap.open(known.path, known.spacing_m, known.z_scale, known.z_offset_m)
 print(terrain)
 
-# Slopes are differences over the spacing. y points north while rows run south, hence the minus.
+# Slopes are differences divided by the spacing. y points north but rows count to the south, hence the minus.
 to_south, to_east = np.gradient(terrain.heights, terrain.spacing_m[1], terrain.spacing_m[0])
 normal = np.stack([-to_east, to_south, np.ones_like(to_east)], -1)  # (rows, cols, 3): east, north, up
 normal /= np.linalg.norm(normal, axis=-1, keepdims=True)

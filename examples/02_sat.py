@@ -8,8 +8,8 @@ The mean of a box of heights takes four fetches, for any size of box.
     S(x, y) = sum of all values above and to the left          (built once, by prefix sums along rows, then columns)
     box     = S(x1, y1) - S(x1, y0) - S(x0, y1) + S(x0, y0)    (Crow 1984)
 
-The picture shows the map as it is, and its means over boxes of 9, 33 and 129 posts a side. The table holds whole
-numbers that wrap around. Sums of floats lose digits; these lose nothing, however large the map is.
+The picture shows the map, and its means over boxes of 9, 33 and 129 posts a side. The table holds whole numbers that
+wrap around. Sums of floats lose digits; these sums are exact for maps of any size.
 
 Run: ``python 02_sat.py [PICTURE.png [MAP]]``
 """
@@ -48,7 +48,7 @@ def box_means(size):
     x0, y0 = np.maximum(x - size // 2, 0), np.maximum(y - size // 2, 0)
     x1, y1 = np.minimum(x + size // 2 + 1, cols), np.minimum(y + size // 2 + 1, rows)
     boxes = np.stack([x0, y0, x1, y1], -1)
-    tables.box_sums(buffer, table, boxes)  # once unmeasured: memory that is touched for the first time costs more
+    tables.box_sums(buffer, table, boxes)  # once without timing, because the first use of memory takes longer
     start = time.perf_counter()
     sums = tables.box_sums(buffer, table, boxes)
     print(f"{len(sums)} boxes of {size} x {size}: {1e3 * (time.perf_counter() - start):.1f} ms")

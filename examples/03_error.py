@@ -4,8 +4,8 @@
 A coarse drawing of the ground misses posts. This example shows by how much.
 
 A quadtree lies over the map. A node of level j covers 2^j x 2^j cells. It is drawn as two triangles through its four
-corners, so it misses the posts inside. The table keeps the largest error of each node in metres, whichever diagonal
-the GPU takes. The errors depend on the map alone. Compute shaders find them once, and every view uses them.
+corners, so it misses the posts inside. The table stores the largest error of each node in metres, for both diagonals
+that the GPU may take. The errors depend only on the map. Compute shaders find them once, and every view uses them.
 
 The picture shows levels 2, 4 and 6: black is a tenth of a metre or less, white a kilometre.
 

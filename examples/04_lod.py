@@ -3,14 +3,13 @@
 
 The tables and a camera give patches.
 
-A metre of error is many pixels nearby and none far away. A clipmap stands around the eye: ring l has cells of 2^l
-posts. Each of its blocks is cut into squares. Every square asks the summed-area tables how coarse it may be: "no cell
-of this box is above class c" takes four fetches, wherever the ring stands. The GPU decides all this in every frame,
-from the tables and the camera alone.
+A metre of error is many pixels nearby and none far away. A clipmap surrounds the eye: ring l has cells of 2^l posts.
+Each of its blocks is cut into squares. The summed-area tables say how coarse each square may be: four fetches decide
+whether any cell of a box is above an error class. The GPU repeats this in every frame, from the tables and the camera.
 
 The picture looks straight down on the map. Every patch has the colour of its spacing, from red (every post) to blue.
-The eye is the white dot above the middle. One view sees a quarter of the horizon, so four views make the picture. What
-lies below all four is black.
+The eye is the white dot above the middle. One view sees a quarter of the horizon, so four views make the picture. Land
+below all four views is black.
 
 Run: ``python 04_lod.py [PICTURE.png [MAP]]``
 """

@@ -3,7 +3,7 @@
 
 Patches become triangles in the tessellation shaders.
 
-A patch is one vertex. The control shader says into how many parts each edge is divided. The evaluation shader puts
+A patch is one vertex. The control shader sets the number of segments of each edge. The evaluation shader puts
 every new vertex on a post of the map. Both sides of an edge compute the same whole numbers. So neighbours meet without
 cracks, even where a fine patch meets a coarse one.
 
@@ -29,7 +29,7 @@ terrain = Heightmap.open(known.path, known.spacing_m, known.z_scale, known.z_off
 with Renderer(terrain, size=(1280, 720)) as renderer:
     frame = renderer.render(known.camera, max_error_px=4.0, style="wireframe")
 
-    # The very triangles of that frame, captured from the GPU: (n, 3, 2) columns and rows of posts.
+    # The triangles of this frame, captured from the GPU: (n, 3, 2) columns and rows of posts.
     triangles = renderer.triangles()
 
 a, b, c = (triangles[:, i].astype(int) for i in range(3))

@@ -1,7 +1,7 @@
 """Example 6: the picture
 ======================
 
-The whole line at once, and the measured error beside the certified one.
+All stages at once, and the measured error beside the certified one.
 
 ::
 
@@ -30,9 +30,9 @@ with Renderer(terrain, size=(1280, 720)) as renderer:
 
 print(f"drawn by {stats['gl_renderer']}")
 print(f"{stats['triangles']} triangles in {stats['patches']} patches")
-print("asked for  at most {requested_max_error_px:.3f} px".format(**stats))
-print("promised   at most {certified_max_error_px:.3f} px".format(**stats))
-print("measured           {max_error_px:.3f} px, {rms_error_px:.3f} px rms, {posts_measured} posts".format(**stats))
+print("tolerance  at most {requested_max_error_px:.3f} px".format(**stats))
+print("certified  at most {certified_max_error_px:.3f} px".format(**stats))
+print("achieved           {max_error_px:.3f} px, {rms_error_px:.3f} px rms, {posts_measured} posts".format(**stats))
 print("holes              {holes}".format(**stats))
 for stage, ms in stats["ms"].items():
     print(f"{stage:6} {ms:8.1f} ms")

@@ -1,15 +1,15 @@
 """Example 8: a budget
 ===================
 
-So many triangles, where they help most.
+A given number of triangles, where they help most.
 
 One price for a triangle decides everywhere in the picture: a triangle is drawn if it removes more squared pixels of
-error than the price. The GPU looks for the price that gives the number of triangles asked for. With four times as many
-triangles, the last ones remove about a fifteenth as much.
+error than the price. The GPU searches for the price that gives the requested number of triangles. With four times as
+many triangles, the last ones remove about a fifteenth as much.
 
 The picture shows one view with 1,000, 4,000, 16,000 and 64,000 triangles. A tolerance uses its triangles in another
-way: it keeps the largest error the same everywhere. What is printed beside each budget is the error of a tolerance
-with the same number of triangles.
+way: it keeps the largest error the same everywhere. Beside each budget, the output has the error of a tolerance with
+the same number of triangles.
 
 Run: ``python 08_budget.py [PICTURE.png [MAP]]``
 """
@@ -30,7 +30,7 @@ heightmap, camera = open_map(name)[0], bundled()[name].camera
 
 
 def tolerance_for(renderer, triangles):
-    """The tolerance in pixels that about as many triangles hold, by bisection."""
+    """The tolerance in pixels that needs about as many triangles, by bisection."""
     low, high = 0.01, 1000.0
     for _ in range(12):
         middle = (low * high) ** 0.5
@@ -43,7 +43,7 @@ print("triangles   price px²   rms px   with a tolerance")
 shots = []
 with Renderer(heightmap, size=(480, 270)) as renderer:
     for budget in BUDGETS:
-        renderer.draw(camera, tolerance_for(renderer, budget), style="normals")  # nobody looks at it
+        renderer.draw(camera, tolerance_for(renderer, budget), style="normals")  # only the mesh is measured
         by_tolerance = renderer.measure()["rms_error_px"]
         shots.append(renderer.render(camera, triangles=budget, style="wireframe").image)
         stats = renderer.measure()

@@ -41,13 +41,13 @@ with Renderer(terrain, size=(1280, 720)) as renderer:
     achieved = renderer.measure()
     print(f"{achieved['triangles']:7,} triangles, {achieved['rms_error_px']:.3f} px rms: {rings}")
 
-    # As many triangles, spent otherwise: few levels of wide rings, or many of narrow ones.
+    # The same number of triangles in other rings: few levels of wide ones, or many levels of narrow ones.
     for each in candidates(renderer, eye, "clipmap", 50_000):
-        renderer.draw(eye, method="clipmap", parameters=each, style="normals")  # nobody looks at it
+        renderer.draw(eye, method="clipmap", parameters=each, style="normals")  # only the mesh is measured
         achieved = renderer.measure()
         print(f"{achieved['triangles']:7,} triangles, {achieved['rms_error_px']:.3f} px rms: {each}")
 
-    # And where there is something to see (example 8).
+    # And with the triangles of example 8, placed where they help most.
     renderer.draw(eye, triangles=50_000, style="normals")
     achieved = renderer.measure()
     print(f"{achieved['triangles']:7,} triangles, {achieved['rms_error_px']:.3f} px rms: by summed-area tables")

@@ -32,7 +32,7 @@ with Renderer(terrain, size=(1280, 720)) as renderer:
         for style in ("wireframe", "lod")
     )
     for edge_px in (24, 12, 6, 3):
-        options = {"method": "tessellated", "parameters": Edges(edge_px), "style": "normals"}  # nobody looks at it
+        options = {"method": "tessellated", "parameters": Edges(edge_px), "style": "normals"}  # for the mesh alone
         renderer.draw(known.camera, **options)
         achieved = renderer.measure()
         print("edges of {:4} px: {triangles:9,} triangles, {rms_error_px:.3f} px rms".format(edge_px, **achieved))

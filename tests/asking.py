@@ -1,4 +1,4 @@
-"""Functions of GLSL files called from a test: one invocation a question, the answers read back."""
+"""Call functions of GLSL files from a test: one invocation for each argument; the results are read back."""
 
 import numpy as np
 

@@ -1,4 +1,4 @@
-"""Captured meshes of method sat, and what is measured on them: coverage, edges, the surface's error in pixels."""
+"""Captured meshes of method sat, and measurements on them: coverage, edges, the surface's error in pixels."""
 
 from dataclasses import dataclass
 

@@ -1,4 +1,4 @@
-"""The command line, called from a test: in this process or in one of its own, on a small map."""
+"""Call the command line from a test: in this process or in a separate one, on a small map."""
 
 import os
 import subprocess

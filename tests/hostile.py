@@ -1,4 +1,4 @@
-"""Files that make GDAL reach for the network or for files that are not the user's map, and a listener that counts."""
+"""Files that make GDAL use the network or read other files than the map, and a listener that counts connections."""
 
 import os
 import socket

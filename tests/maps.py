@@ -1,4 +1,4 @@
-"""Synthetic maps that are hard in one way each, cameras to look at any map from, and a scene that draws them."""
+"""Synthetic maps, each difficult in one way; cameras for any map; and a scene that draws them."""
 
 from dataclasses import dataclass
 

@@ -1,4 +1,4 @@
-"""Clipmap and tessellated: watertight from anywhere, counted exactly, measured rightly, as large as asked for."""
+"""Clipmap and tessellated: watertight meshes from any eye, exact counts, correct errors, the requested triangles."""
 
 from dataclasses import replace
 

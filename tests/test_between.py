@@ -1,4 +1,4 @@
-"""The error tables against the surface itself: sampled finely between the posts, quads and fans never err by more."""
+"""The error tables against samples between the posts: errors of quads and fans are never above the tables."""
 
 import itertools
 

@@ -1,4 +1,4 @@
-"""The truth as a surface: every post, bilinear between them, seen from above the full resolution itself."""
+"""The truth as a mesh: every post, bilinear in between; from above it equals the full resolution."""
 
 import numpy as np
 import pytest

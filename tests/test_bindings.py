@@ -1,4 +1,4 @@
-"""Binding numbers: what is read from the source is what the driver reports, and names reach their blocks."""
+"""Binding numbers: those in the source are those that the driver reports, and names reach their blocks."""
 
 import re
 from pathlib import Path

@@ -1,4 +1,4 @@
-"""Brushes: what each does to the ground, strokes undone and redone to the bit, and the promise while one sculpts."""
+"""Brushes: how each changes the ground, exact undo and redo of strokes, and the certified bound during strokes."""
 
 import numpy as np
 import pytest

@@ -1,4 +1,4 @@
-"""Cameras: axes, projection and the exact screen shift, against the picture that the matrix makes."""
+"""Cameras: axes, projection and the exact screen shift, compared with the projection matrix."""
 
 import numpy as np
 import pytest

@@ -1,4 +1,4 @@
-"""The command line as a user meets it: every subcommand, its help, its words and its numbers."""
+"""The command line as a user sees it: every subcommand, its help, its texts and its numbers."""
 
 import json
 import os

@@ -1,4 +1,4 @@
-"""Ctrl-C, termination and readers that go away: quiet ends, and no half-written file."""
+"""Ctrl-C, termination and closed pipes: commands end quietly, and leave no half-written file."""
 
 import os
 import shlex

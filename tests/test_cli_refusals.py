@@ -1,4 +1,4 @@
-"""Every wrong use, every bad map and every output that cannot be written: one line, and nothing left behind."""
+"""Wrong use, bad maps and outputs that cannot be written: one line, and no file is left."""
 
 import os
 import resource

@@ -1,4 +1,4 @@
-"""Names and values that a command line may meet: nothing hangs, nothing is ignored, one line tells."""
+"""Unusual names and values on the command line: nothing hangs, nothing is ignored, errors are one line."""
 
 import os
 import resource

@@ -1,4 +1,4 @@
-"""Method sat: its meshes are whole, and keep what they certify everywhere on the surface."""
+"""Method sat: its meshes have no holes, and their error is within the certified bound on the whole surface."""
 
 import numpy as np
 import pytest

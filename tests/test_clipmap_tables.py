@@ -1,4 +1,4 @@
-"""Method sat is a function of the tables and the camera: other tables, another mesh; the same ones, the same mesh."""
+"""Method sat is a function of tables and camera: other tables give another mesh, equal tables an equal mesh."""
 
 import numpy as np
 import pytest

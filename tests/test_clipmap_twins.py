@@ -1,4 +1,4 @@
-"""The shaders of method sat beside `reference.clipmap`: rings, classes, the join of squares, edges, strips, prices."""
+"""The shaders of method sat against `reference.clipmap`: rings, classes, joined squares, edges, strips, prices."""
 
 import numpy as np
 import pytest

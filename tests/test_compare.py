@@ -1,4 +1,4 @@
-"""Comparisons: equal triangles, the truth at distance 0 of itself, curves, what it takes to be within a pixel."""
+"""Comparisons: equal triangles, no difference of the truth from itself, curves, triangles for one pixel."""
 
 import json
 import sys

@@ -1,4 +1,4 @@
-"""Contour lines: where they stand, how dense they are, and that they change nothing else."""
+"""Contour lines: where they are, how dense they are, and that they change nothing else."""
 
 import numpy as np
 import pytest

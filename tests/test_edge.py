@@ -1,4 +1,4 @@
-"""What stands around the map: a block's sides, a plain or the sea, a horizon; none of it is measured."""
+"""The surroundings of the map: a block's sides, a plain or the sea, a horizon; none of it is measured."""
 
 import numpy as np
 import pytest

@@ -1,4 +1,4 @@
-"""Error tables against the reference: never below the truth, close above it, and the same after edits as when new."""
+"""Error tables against the reference: never below the truth, close above it, and equal after edits and rebuilds."""
 
 import moderngl
 import numpy as np

@@ -1,4 +1,4 @@
-"""Every example runs alone, without a window, and leaves a picture of something."""
+"""Every example runs alone, without a window, and writes a picture that is not blank."""
 
 import os
 import subprocess

@@ -1,4 +1,4 @@
-"""Mesh files: read back by parsers of their own, they hold the surface that was drawn, every number exact."""
+"""Mesh files: read by independent parsers, they contain exactly the surface that was drawn."""
 
 import json
 import struct

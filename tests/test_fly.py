@@ -1,4 +1,4 @@
-"""`terrain-gl fly` as a user meets it: films, pictures, what is told of each frame, every wrong use."""
+"""`terrain-gl fly` as a user sees it: films, pictures, the numbers of each frame, wrong use."""
 
 import json
 import os

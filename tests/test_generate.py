@@ -1,4 +1,4 @@
-"""Generated land: the same bits as the reference and on every driver, whatever the bands; and that it is land."""
+"""Generated land: the same bits as the reference, on every driver, for any bands; and it looks like land."""
 
 import json
 import os

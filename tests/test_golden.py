@@ -1,6 +1,7 @@
 """Pictures of the bundled maps, against those in tests/golden/.
 
-Only Mesa's software renderer is compared: its bytes are the same everywhere. `pytest --regenerate` writes them anew.
+Only Mesa's software renderer is compared, because its bytes are the same everywhere. `pytest --regenerate` writes the
+pictures again.
 """
 
 import json

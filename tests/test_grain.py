@@ -1,4 +1,4 @@
-"""Grain below the posts' spacing: in the shading near the eye, prefiltered, the same each time, never geometry."""
+"""Grain below the posts' spacing: only in the shading near the eye, prefiltered, the same each time."""
 
 import numpy as np
 import pytest

@@ -1,4 +1,4 @@
-"""Visibility: horizons against marching, shares of lobes and of the sun, sums, edits, any size of map."""
+"""Visibility: horizons against ray marching, shares of lobes and of the sun, sums, edits, maps of any size."""
 
 import math
 

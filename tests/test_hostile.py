@@ -1,4 +1,4 @@
-"""Opening a map reaches neither the network nor files that are not its own, whatever the file says."""
+"""Opening a map never uses the network or other files than its own, also if the file asks for it."""
 
 import json
 import os

@@ -1,4 +1,4 @@
-"""The house keeps its order: imports run one way, and no module, class or test file is too long to read at once."""
+"""The structure of the package: imports run one way, and no module, class or test file is too long."""
 
 import ast
 import configparser

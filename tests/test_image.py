@@ -1,4 +1,4 @@
-"""Image files: what is written is what is read, and a file is whole or not there."""
+"""Image files: pixels are read as they were written, and a file is complete or does not exist."""
 
 import os
 

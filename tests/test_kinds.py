@@ -1,4 +1,4 @@
-"""The kinds of files that people bring: each opened by its name alone, with size and range in metres."""
+"""Common kinds of map files: each opens by its name alone, with its size and range in metres."""
 
 import gzip
 import zipfile

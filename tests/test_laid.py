@@ -1,4 +1,4 @@
-"""A picture of the ground lies where its own coordinates say, whatever the map's are."""
+"""A picture of the ground is placed by its own coordinates, for any coordinate system of the map."""
 
 from pathlib import Path
 

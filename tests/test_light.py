@@ -1,4 +1,4 @@
-"""Lobes of light and ground: spherical Gaussians, their merging, and what footprints send back, against integration."""
+"""Lobes of light and ground: spherical Gaussians, merged lobes, and light from footprints, against integration."""
 
 import asking
 import numpy as np

@@ -1,4 +1,4 @@
-"""Ground truth for light: rays, directions, what is averaged; and how near to it ways to prefilter come."""
+"""Ground truth for light: rays, directions, averages; and the difference of each prefilter from it."""
 
 import math
 

@@ -1,4 +1,4 @@
-"""Measures of likeness, against pictures whose distance is known by hand."""
+"""Measures of likeness, for pictures whose difference is computed by hand."""
 
 import numpy as np
 import pytest

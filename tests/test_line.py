@@ -1,4 +1,4 @@
-"""The command line that a view is told as draws the very same picture."""
+"""The command line of a view draws exactly the same picture."""
 
 import shlex
 import shutil

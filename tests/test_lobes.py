@@ -1,4 +1,4 @@
-"""The ground's merged lobes: tables against integration, any footprint, edits; what the whole shade makes of them."""
+"""The ground's merged lobes: tables against integration, any footprint, edits, and the shaded result."""
 
 import os
 

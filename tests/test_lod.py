@@ -1,4 +1,4 @@
-"""The quadtree: projection bounds, the choice is a pure function and a restricted tree, draws stay small, economy."""
+"""The quadtree: bounds of projection, a pure function, a restricted tree, small draws, few triangles."""
 
 import math
 from types import SimpleNamespace

@@ -1,4 +1,4 @@
-"""The land's colours: by its place and height, the same in a part and after an edit, and no water is invented."""
+"""The land's colours: by place and height, the same in a part of a map and after an edit; water only where it is."""
 
 import numpy as np
 import pytest

@@ -1,4 +1,4 @@
-"""The promise: achieved ≤ certified ≤ asked, and no holes, for hard maps, real and random ones, from many places."""
+"""The certificate: achieved ≤ certified ≤ tolerance, and no holes, for hard maps, real and random ones."""
 
 import numpy as np
 import pytest

@@ -1,4 +1,4 @@
-"""Meshes as the GPU draws them, captured: vertices in their places, watertight, no flipped or overlapping triangles."""
+"""Captured meshes: vertices at their places, watertight, no flipped or overlapping triangles."""
 
 import itertools
 

@@ -1,4 +1,4 @@
-"""The view in a notebook: the browser's events fly it, frames come when something changes, and a still stands by."""
+"""The view in a notebook: events of the browser move it, frames come when something changes, and a still picture."""
 
 import asyncio
 import base64

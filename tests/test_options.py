@@ -1,4 +1,4 @@
-"""Options of a frame: what one choice does to earlier ones that do not go with it."""
+"""Options of a frame: a choice resets earlier choices that are not allowed with it."""
 
 import itertools
 
@@ -37,7 +37,7 @@ def test_what_goes_with_the_change_stays():
 
 
 def test_choices_that_exclude_each_other_are_refused_together():
-    with pytest.raises(UsageError, match="give one of them"):
+    with pytest.raises(UsageError, match="give only one of them"):
         RenderOptions().otherwise(triangles=500, max_error_px=2.0)
     with pytest.raises(UsageError, match="draws every post"):
         RenderOptions().otherwise(triangles=500, method="full")

@@ -1,4 +1,4 @@
-"""What is read is never written over, and a clone runs as it stands."""
+"""Input files are never overwritten, and a clone runs without installation."""
 
 import os
 import shutil

@@ -1,4 +1,4 @@
-"""Maps in pages: the certificate holds whatever pages are there; with all of them the mesh is that of the whole map."""
+"""Paged maps: the certificate holds for any loaded pages; with all pages, the mesh is that of the whole map."""
 
 import json
 import math

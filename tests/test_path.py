@@ -1,4 +1,4 @@
-"""Camera paths: through every keyframe, at constant speed, smooth, out of files that may be anything."""
+"""Camera paths: through every keyframe, at constant speed, smooth; and files with any content."""
 
 import json
 import math

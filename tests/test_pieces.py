@@ -1,4 +1,4 @@
-"""Pieces: they tile the picture, see what the whole sees, and are drawn with its mesh."""
+"""Pieces: they tile the picture, show the same as the whole picture, and are drawn with its mesh."""
 
 import numpy as np
 import pytest

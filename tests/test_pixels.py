@@ -1,4 +1,4 @@
-"""What a pixel is made of: places from depths, kinds of pixels, and the tables that each kind looks up."""
+"""The parts of a pixel: places from depths, kinds of pixels, and the tables that each kind looks up."""
 
 import numpy as np
 import pytest

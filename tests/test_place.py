@@ -1,4 +1,4 @@
-"""Where a map lies on the Earth: it is read, kept through everything, and told in degrees and in metres."""
+"""The place of a map on the Earth: it is read, never lost, and reported in degrees and in metres."""
 
 import json
 import sys

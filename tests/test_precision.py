@@ -1,4 +1,4 @@
-"""What float32 adds: gl_Position of every vertex that the GPU draws, held against float64 and a derived bound."""
+"""The error of float32: gl_Position of every drawn vertex, compared with float64 and a derived bound."""
 
 import numpy as np
 import pytest

@@ -1,4 +1,4 @@
-"""Pruned quadtrees: by hand, against all quadtrees of a small map, and next to ours on real maps."""
+"""Pruned quadtrees: by hand, against all quadtrees of a small map, and compared with ours on real maps."""
 
 import functools
 import itertools

@@ -1,4 +1,4 @@
-"""Films: what goes in comes out, whole or not at all, and nobody waits for the encoder who does not want to."""
+"""Films: they contain the recorded frames, are complete or do not exist, and recording need not wait."""
 
 import os
 import signal

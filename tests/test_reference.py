@@ -1,4 +1,4 @@
-"""The reference: it imports numpy alone, and what the shaders name as their twins is there and is compared with."""
+"""The reference: it imports numpy alone, and the twins that shaders name exist and are used in tests."""
 
 import ast
 import functools

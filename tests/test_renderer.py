@@ -1,4 +1,4 @@
-"""The renderer: what it promises between frames, edits, sizes and contexts."""
+"""The renderer: frames, edits, sizes and contexts in any order."""
 
 import ctypes
 import itertools

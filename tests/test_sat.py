@@ -1,4 +1,4 @@
-"""Summed-area tables against Python integers: every box of small maps, random ones of large maps, past any overflow."""
+"""Summed-area tables against Python integers: every box of small maps, random boxes of large maps, overflow."""
 
 import numpy as np
 import pytest

@@ -1,4 +1,4 @@
-"""The selection on the GPU and the reference's, from the same tables: the same leaves."""
+"""The selection on the GPU and in the reference: from the same tables, they choose the same leaves."""
 
 import numpy as np
 import pytest

@@ -1,4 +1,4 @@
-"""Shading: means and slopes of footprints, the sun, orientation, holes, and what must not depend on the mesh."""
+"""Shading: means and slopes of footprints, the sun, orientation, holes; and colours do not depend on the mesh."""
 
 import moderngl
 import numpy as np

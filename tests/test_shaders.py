@@ -1,4 +1,4 @@
-"""The GLSL loader, as text; every shader compiles with the driver, and with the reference compiler."""
+"""The GLSL loader; and every shader compiles with the driver, and with the reference compiler."""
 
 import re
 import shutil

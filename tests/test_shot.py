@@ -1,4 +1,4 @@
-"""`terrain-gl shot` of any size: pieces that were written as they came are the picture drawn in one."""
+"""`terrain-gl shot` of any size: a picture written in pieces equals the same picture drawn at once."""
 
 import json
 import os

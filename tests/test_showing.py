@@ -1,4 +1,4 @@
-"""Maps that other libraries hold are taken as they are, and one line shows them: in a window, or in a notebook."""
+"""One line of code shows maps of other libraries: in a window, or in a notebook."""
 
 import sys
 import types

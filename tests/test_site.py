@@ -1,4 +1,4 @@
-"""The site: its figures are drawn by code, its tables and checksums are those of the files."""
+"""The site: code draws its figures, and its tables and checksums are those of the files."""
 
 import csv
 import hashlib

@@ -1,4 +1,4 @@
-"""Skies: the sun's place, clear skies at any hour, pictures of skies, and the lobes that stand for them."""
+"""Skies: the sun's position, clear skies at any hour, pictures of skies, and the lobes that approximate them."""
 
 from datetime import datetime, timedelta, timezone
 

@@ -1,4 +1,4 @@
-"""A camera that crawls towards far, rough mountains: what is shaded must not shimmer."""
+"""A camera that moves slowly towards distant, rough mountains: their shading must not flicker."""
 
 import numpy as np
 

@@ -1,4 +1,4 @@
-"""Stores: records equal the whole map's tables bit for bit, whatever the source, the shards and the interruptions."""
+"""Stores: records equal the whole map's tables bit for bit, for all sources, shards and interruptions."""
 
 import hashlib
 import os

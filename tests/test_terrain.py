@@ -1,4 +1,4 @@
-"""The heightmap on the GPU: exact heights, voids filled, spans that small edits do not move."""
+"""The heightmap on the GPU: exact heights, filled voids, quantisation ranges that small edits do not move."""
 
 import numpy as np
 import pytest

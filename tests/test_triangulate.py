@@ -1,4 +1,4 @@
-"""Meshes within metres of height: certified, and checked at every post and at places between, in numpy."""
+"""Meshes with a tolerance in metres: the certified error is checked at every post and in between, in numpy."""
 
 import numpy as np
 import pytest

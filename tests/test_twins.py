@@ -1,4 +1,4 @@
-"""Small shader functions and uniform blocks, next to their Python twins."""
+"""Small shader functions and uniform blocks, compared with their Python twins."""
 
 import numpy as np
 import pytest

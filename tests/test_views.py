@@ -1,4 +1,4 @@
-"""Standard views: on any map the eye stands above the ground and has the map before it."""
+"""Standard views: on any map, the eye is above the ground and sees the map."""
 
 from dataclasses import replace
 

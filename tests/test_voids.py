@@ -1,4 +1,4 @@
-"""Posts without data: filled smoothly from their rim, or holes; marked, counted, and in no promise."""
+"""Posts without data: filled smoothly from their rim, or holes; marked, counted, and not certified."""
 
 import numpy as np
 import pytest

@@ -1,4 +1,4 @@
-"""Heightmaps written and read again, voids and all, and nothing half-written."""
+"""Heightmaps written and read again, voids included; no half-written files."""
 
 import numpy as np
 import pytest

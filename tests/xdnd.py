@@ -1,12 +1,12 @@
 """Drag and drop as a file manager does it: the source's side of the XDND protocol, version 5.
 
     source                                   target (the window)
-    XdndEnter: what there is to be had   →
-    XdndPosition: where the cursor is    →
-                                         ←   XdndStatus: whether it may be dropped here
+    XdndEnter: the types of data         →
+    XdndPosition: the cursor             →
+                                         ←   XdndStatus: whether a drop is accepted
     XdndDrop                             →
-                                         ←   SelectionRequest: as text/uri-list, please
-    SelectionNotify: it lies there       →
+                                         ←   SelectionRequest: asks for text/uri-list
+    SelectionNotify: the data are ready  →
                                          ←   XdndFinished
 
 https://freedesktop.org/wiki/Specifications/XDND/

@@ -1,1 +1,1 @@
-"""The box: what runs beside a student's code, in a process of its own. It imports numpy and nothing of the course."""
+"""The box: code that runs in the separate process of a student's code. It imports numpy and nothing of the course."""

@@ -12,7 +12,7 @@ from pathlib import Path
 
 
 def escapes(beside: str, parent: int) -> list[str]:
-    """What goes through, of: write, delete, chmod, read, network, signal, fork."""
+    """The forbidden actions that succeed, among: write, delete, chmod, read, network, signal, fork."""
 
     def fork() -> None:
         subprocess.Popen([sys.executable, "-c", "pass"]).wait()

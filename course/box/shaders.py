@@ -1,4 +1,4 @@
-"""Run a student's shaders in a process of their own: a shader that never ends ends that process alone."""
+"""Run a student's shaders in a separate process, so that a shader without end only ends that process."""
 
 from __future__ import annotations
 
@@ -93,7 +93,7 @@ void main() {
 
 
 def levels(control: str, squares: np.ndarray, edges: np.ndarray, inner: np.ndarray) -> np.ndarray:
-    """Levels that a control shader gives each patch, (n, 6): four outer and two inner; 0 where nothing is drawn."""
+    """Levels that a control shader sets for each patch, (n, 6): four outer, two inner; 0 for patches not drawn."""
     out = context().buffer(bytes(4 * 6 * len(squares)))
     _draw(control, LEVELS, None, squares, edges, inner, out, {})
     return np.frombuffer(out.read(), np.float32).reshape(-1, 6)
@@ -107,7 +107,7 @@ def mesh(
     edges: np.ndarray,
     inner: np.ndarray,
 ) -> np.ndarray:
-    """Triangles that both shaders make of patches, (m, 3, 3): column, row, height of each vertex."""
+    """Triangles that both shaders make from patches, (m, 3, 3): column, row, height of each vertex."""
     texture = context().texture(heights.shape[::-1], 1, np.ascontiguousarray(heights, np.float32).tobytes(), dtype="f4")
     out = context().buffer(bytes(4 + 36 * 65536))
     _draw(control or UNIFORM, evaluation, CAPTURE, squares, edges, inner, out, {"u_heights": texture})

@@ -1,10 +1,10 @@
-"""Walls around a student's code: limits, and on Linux no writing outside, no network, no other processes.
+"""The sandbox of a student's code: limits, and on Linux no writing outside, no network, no other processes.
 
     limits       memory, processor time, size of files (POSIX)
     namespaces   no network, processes of its own, the file system read-only (unshare, Linux)
     Landlock     reads Python and the folder, writes the folder, signals nobody (Linux 5.13, all of it 6.12)
 
-Each is used where the system has it. `probe.py` tries them out; the grader looks at what it found.
+Each is used if the system has it. `probe.py` tries to break out, and reports to the grader what succeeded.
 """
 
 from __future__ import annotations
@@ -44,7 +44,7 @@ def namespaces() -> bool:
 
 
 def command(words: list[str], folder: Path) -> list[str]:
-    """A command as it runs behind the walls that stand before it."""
+    """The command that runs `words` with the walls that are set up before Python starts."""
     return [*_UNSHARE, "sh", "-c", _ENTER, "sh", str(folder), *words] if namespaces() else words
 
 
@@ -52,12 +52,12 @@ def limit(walled: bool, seconds: int = SECONDS) -> None:
     """Limit memory, processor time and the size of files of this process."""
     try:
         import resource
-    except ImportError:  # Windows: the time limit of the parent holds alone
+    except ImportError:  # Windows: only the time limit of the parent applies
         return
     wanted = {resource.RLIMIT_CPU: seconds, resource.RLIMIT_FSIZE: FILE, resource.RLIMIT_CORE: 0}
     if sys.platform != "darwin":  # macOS refuses a limit of memory
         wanted[resource.RLIMIT_AS] = MEMORY
-    if walled and os.getuid() != 0:  # no other process, where namespaces do not end them
+    if walled and os.getuid() != 0:  # no other processes, because without namespaces they would survive
         wanted[resource.RLIMIT_NPROC] = 0
     for kind, most in wanted.items():
         hard = resource.getrlimit(kind)[1]
@@ -65,7 +65,7 @@ def limit(walled: bool, seconds: int = SECONDS) -> None:
         resource.setrlimit(kind, (most, most))
 
 
-# Landlock: access rights by the number of the interface that knows them first (linux/landlock.h)
+# Landlock: access rights by the first version of the interface that has them (linux/landlock.h)
 _READ, _ALL = 0b1101, {1: (1 << 13) - 1, 2: 1 << 13, 3: 1 << 14, 5: 1 << 15}
 _CREATE, _ADD, _RESTRICT = 444, 445, 446
 
@@ -80,7 +80,7 @@ class _Beneath(ctypes.Structure):
 
 
 def landlock(folder: Path) -> bool:
-    """Let this process write below a folder alone, read that and Python alone, and signal nobody else."""
+    """Allow this process only to write below a folder, to read that folder and Python, and to signal itself."""
     if not sys.platform.startswith("linux"):
         return False
     libc = ctypes.CDLL(None, use_errno=True)
@@ -106,7 +106,7 @@ def landlock(folder: Path) -> bool:
 
 
 def _readable() -> list[str]:
-    """Python, its libraries and those of the system: not the lecturer's files."""
+    """Folders of Python, its libraries and those of the system; not the lecturer's files."""
     own = [sysconfig.get_path(name) for name in ("stdlib", "platstdlib", "purelib", "platlib")]
     linked = ["/usr/lib", "/usr/lib64", "/lib", "/lib64", "/etc/ld.so.cache", "/dev/urandom", "/proc/cpuinfo"]
     share = [os.path.join(sys.base_prefix, "lib")]

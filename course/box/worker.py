@@ -15,7 +15,7 @@ from pathlib import Path
 from typing import Any, BinaryIO
 
 HERE = Path(__file__).parent
-WITHOUT = ("terrain_gl", "course")  # a lesson is to be written, not to be looked up
+WITHOUT = ("terrain_gl", "course")  # cannot be imported: students write a lesson, and do not look it up
 
 
 def main() -> None:
@@ -24,7 +24,7 @@ def main() -> None:
     requests, answers = _own_streams(file.with_name("printed"))
     os.environ |= {
         f"{name}_NUM_THREADS": "1" for name in ("OPENBLAS", "OMP", "MKL")
-    }  # a thread from before has no wall
+    }  # a thread that started before has no walls
     sys.path.insert(0, str(HERE))
     import walls
 
@@ -72,7 +72,7 @@ def _call(names: dict[str, Any], name: str, args: tuple[Any, ...], kwargs: dict[
 
 
 def _attempt(action: Callable[[], object], file: Path) -> dict[str, Any]:
-    """The value of an action, or what went wrong and in which line of the student's file."""
+    """The value of an action, or the error and its line in the student's file."""
     try:
         return {"value": action()}
     except BaseException as error:

@@ -1,4 +1,4 @@
-"""An X server without a screen, for tests of the real window: its pixels, and keys and mouse by xdotool."""
+"""An X server without a screen for tests of the real window: reads pixels; sends keys and mouse by xdotool."""
 
 import contextlib
 import os

@@ -1,7 +1,7 @@
-"""The real window on a map, which tells its state: python telling.py MAP WIDTHxHEIGHT STYLE.
+"""The real window on a map, which reports its state: python telling.py MAP WIDTHxHEIGHT STYLE.
 
-Each turn it writes what a test looks at to state.json in the working directory: the viewer's state, the places of the
-controls in pixels, and the windows of the panels.
+In each frame it writes state.json to the working directory, for tests: the viewer's state, the places of the controls
+in pixels, and the windows of the panels.
 """
 
 import json

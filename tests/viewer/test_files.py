@@ -1,4 +1,4 @@
-"""The dialog for files: the list in the window, and the system's own."""
+"""The file dialog: the list in the window, and the system's own."""
 
 import os
 import stat

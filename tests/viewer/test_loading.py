@@ -1,4 +1,4 @@
-"""Maps on their way: read in a thread, previewed, cancelled, refused."""
+"""Loading maps: in a thread, with a preview; cancelled and refused loads."""
 
 import time
 

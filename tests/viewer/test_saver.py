@@ -1,4 +1,4 @@
-"""Pictures, meshes, films, maps, command lines and camera paths that are saved."""
+"""Saved pictures, meshes, films, maps, command lines and camera paths."""
 
 import json
 import shlex

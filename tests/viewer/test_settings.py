@@ -1,4 +1,4 @@
-"""Settings, commands and words."""
+"""Settings, commands and texts."""
 
 import math
 import re

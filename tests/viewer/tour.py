@@ -1,7 +1,7 @@
 """A tour of the real window with real wheel, drags and keys: python tests/viewer/tour.py FOLDER [MAP].
 
-Each step does what a user does, waits until the window has followed, sees that no panels overlap, and saves the screen
-as FOLDER/WIDTHxHEIGHT/NUMBER-name.png. It needs Xvfb and xdotool. tests/viewer/test_tour.py takes the same steps on a
+Each step acts like a user, waits until the window has followed, checks that no panels overlap, and saves the screen as
+FOLDER/WIDTHxHEIGHT/NUMBER-name.png. It needs Xvfb and xdotool. tests/viewer/test_tour.py takes the same steps on a
 small map.
 """
 
@@ -230,7 +230,7 @@ class Tour:
         self.does(lambda s: not s["explained"], "key", "Escape") if self.state["explained"] else None
 
     def step_split(self):
-        """A split picture: as many triangles on both sides, and the colours of their errors."""
+        """A split picture: equal triangles on both sides, and the colours of their errors."""
         self.does(lambda s: len(s["sides"]) == 2 and s["style"] == "error", "key", "t")
         self.does(lambda s: min(s["sides"]) > 0.7 * max(s["sides"]))
         self.shoot("split")

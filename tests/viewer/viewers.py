@@ -1,4 +1,4 @@
-"""What the tests of the viewer share: a map, budgets, and frames until nothing happens any more."""
+"""Helpers for tests of the viewer: a map, budgets, and frames until nothing happens any more."""
 
 import math
 from unittest import mock
