@@ -1,7 +1,7 @@
 """Threads that read pages, check them, and prepare them for the GPU. OpenGL belongs to another thread.
 
-The list of wanted pages is replaced whenever the view changes: what it no longer holds is not begun any more, and what
-has come of it is dropped. A page that cannot be read is tried once more, then it counts as missing.
+Every view replaces the list of wanted pages. A page that is no longer on the list is not read, and is dropped if it has
+been read. A page that cannot be read is tried once more; then it counts as missing.
 """
 
 from __future__ import annotations
@@ -14,10 +14,10 @@ from .exceptions import TerrainError
 from .page_sums import Sums, bytes_at_work, sums_of
 from .paged_map import PagedMap, PageKey
 
-THREADS = 8  # a disk far away answers late: some wait while others work
+THREADS = 8  # several, because a remote disk answers late: some wait while others work
 TRIES = 2
-PATIENCE_S = 30.0  # without an answer: then a page counts as missing
-OF_WORK = 0.25  # of the memory for tiles: pages on their way
+PATIENCE_S = 30.0  # a page without an answer for this long counts as missing
+OF_WORK = 0.25  # part of the memory for tiles that pages in progress may take
 
 
 class Loader:
@@ -37,7 +37,7 @@ class Loader:
         self._threads = min(threads, self._most)
         self._wanted: list[PageKey] = []
         self._wants: set[PageKey] = set()
-        self._begun: dict[PageKey, float] = {}  # when
+        self._begun: dict[PageKey, float] = {}  # start times
         self._ready: dict[PageKey, Sums] = {}
         self.failed: dict[PageKey, str] = {}
         self._changed = threading.Condition()
@@ -45,19 +45,19 @@ class Loader:
 
     @property
     def is_busy(self) -> bool:
-        """Whether a page is on its way."""
+        """Whether a page is being read or waits to be read."""
         with self._changed:
             return bool(self._begun or self._ready or self._wanted)
 
     @property
     def has_ready(self) -> bool:
-        """Whether a page has come since the last `take`."""
+        """Whether a page has been read since the last `take`."""
         with self._changed:
             return self._has_news
 
     @property
     def bytes(self) -> int:
-        """Memory of pages on their way, about."""
+        """Approximate memory of pages in progress."""
         with self._changed:
             return bytes_at_work(self._heightmap.tile) * (len(self._ready) + len(self._begun))
 
@@ -75,26 +75,26 @@ class Loader:
             self._changed.notify_all()
 
     def take(self) -> list[tuple[PageKey, Sums]]:
-        """The pages that have come, coarse ones first; the caller puts them where they belong, or back."""
+        """The pages that have been read, coarse ones first. The caller uses them or puts them back."""
         with self._changed:
             ready, self._ready, self._has_news = self._ready, {}, False
             self._changed.notify_all()
         return sorted(ready.items(), key=lambda item: (-item[0][0], item[0]))
 
     def put_back(self, key: PageKey, sums: Sums) -> None:
-        """Keep a page that has no place yet."""
+        """Return a page for which there is no slot yet."""
         with self._changed:
             self._ready[key] = sums
 
     def wait(self, seconds: float) -> None:
-        """Wait until a page has come or failed, or for some seconds."""
+        """Wait until a page has been read or has failed, at most for some seconds."""
         with self._changed:
             if not self._has_news:
                 self._changed.wait(seconds)
             self._give_up()
 
     def release(self) -> None:
-        """End the threads; one that reads ends when it has an answer."""
+        """End the threads; a thread that reads ends when the read returns."""
         with self._changed:
             self._closed = True
             self._wanted, self._ready = [], {}
@@ -105,7 +105,7 @@ class Loader:
         threading.Thread(target=self._work, name="reading pages", daemon=True).start()
 
     def _give_up(self) -> None:
-        """Count pages as missing that give no answer; other threads take the place of those that wait for them."""
+        """Count pages without an answer as missing; new threads replace those that wait for them."""
         late = time.monotonic() - self.patience_s
         for key in [key for key, begun in self._begun.items() if begun < late]:
             del self._begun[key]
@@ -116,12 +116,12 @@ class Loader:
         while (key := self._next()) is not None:
             try:
                 sums, reason = self._read(key), ""
-            except Exception as error:  # a thread must not end without a word
+            except Exception as error:  # a thread must report every error
                 words = " ".join(str(error).split())
                 sums, reason = None, words if isinstance(error, TerrainError) else f"{type(error).__name__}: {words}"
             with self._changed:
                 if key not in self._begun:
-                    return  # it came too late: another thread has taken the place of this one
+                    return  # too late: another thread has replaced this one
                 del self._begun[key]
                 if sums is None:
                     self.failed[key] = reason

@@ -1,4 +1,4 @@
-"""What the GPU gets of a page: heights, and summed-area tables of its own errors, ready to be copied into a slot."""
+"""The data of a page for the GPU: heights, and summed-area tables of its own errors, ready to copy into a slot."""
 
 from __future__ import annotations
 
@@ -17,7 +17,7 @@ class Sums(NamedTuple):
     Attributes
     ----------
     heights
-        (side + 1, side + 1) float32 metres; beyond the page, its rim is repeated.
+        (side + 1, side + 1) float32 metres; outside the page, its rim is repeated.
     counters, squares
         Summed-area tables of class counters and squared errors.
     ranges
@@ -37,7 +37,7 @@ def bytes_of_slot(tile: int) -> int:
 
 
 def bytes_at_work(tile: int) -> int:
-    """Memory that a page needs while it is read and prepared, about."""
+    """Approximate memory of a page while it is read and prepared."""
     return 3 * bytes_of_slot(tile)
 
 
@@ -81,7 +81,7 @@ def _of_cells(page: Page, base_m: float, span: np.float32) -> tuple[np.ndarray, 
 
 
 def _of_records(page: Page, key: PageKey, heightmap: PagedMap, span: np.float32) -> tuple[np.ndarray, np.ndarray]:
-    """The same of nodes: by their records, as quads."""
+    """The same for nodes drawn as quads, from their records."""
     level, row, col = key
     unit = span * np.float32(2.0**-14)
     most, rms = ((words & 0x7FFF).astype(np.uint16).view(np.float16).astype(np.float32) * unit for words in page.errors)

@@ -1,4 +1,4 @@
-"""Maps that are read by pages, and how pages are numbered.
+"""Maps that are read page by page, and the numbers of pages.
 
 A page is a tile of nodes of one level, with the posts at their corners (glsl/blocks/pages.glsl). Its number counts the
 pages of level 0, row after row, then those of level 1, and so on.
@@ -35,7 +35,7 @@ class Page(NamedTuple):
 
 
 class PagedMap(Heightmap):
-    """A map that is read by pages.
+    """A map that is read page by page.
 
     Attributes
     ----------
@@ -53,7 +53,7 @@ class PagedMap(Heightmap):
     memory_bytes: int = 512 << 20
 
     def page(self, key: PageKey) -> Page:
-        """Read a page; several threads may do so at the same time.
+        """Read a page; several threads may read at the same time.
 
         Raises
         ------
@@ -121,7 +121,7 @@ class Numbering:
         return level, row, col
 
     def over(self, boxes: Boxes, level: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
-        """All pages over each box at its level: which box, and the page's number."""
+        """All pages over each box at its level: the index of the box, and the number of the page."""
         first, last = self._corners(boxes, level)
         (cols, rows) = (last - first + 1).T
         count = rows * cols

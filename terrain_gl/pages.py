@@ -1,7 +1,8 @@
 """A map of which only some tiles are on the GPU: pages in a fixed pool of slots, and the error tables of each page.
 
-Pages of the coarsest level are always there, so that every place has a height and a bound
-(glsl/error/bound_of_pages.glsl). A page is put into the pool after the one above it. Nothing here waits for a disk.
+Pages of the coarsest level are always loaded, so that every place has a height and a bound
+(glsl/error/bound_of_pages.glsl). A page is put into the pool after the page above it, of the next coarser level.
+Nothing here waits for a disk.
 """
 
 from __future__ import annotations
@@ -21,7 +22,7 @@ from .resident import ResidentHeights
 from .terrain import block_of, quantisation_range
 
 ROW = 1024  # words of a row of the page tables' texture
-OF_COPIES = 0.5  # of the memory for tiles: heights of the pages that are there
+OF_COPIES = 0.5  # part of the memory for tiles that holds the heights of loaded pages
 
 
 class PagedTerrain:
@@ -32,9 +33,9 @@ class PagedTerrain:
     slots
         Pages that the pool has room for.
     slot_of
-        The slot of each page that is there.
+        The slot of each loaded page.
     filled
-        The heights that the pages give.
+        The heights of the loaded pages.
     """
 
     is_marked, has_water, sea_m, edits = False, False, None, 0
@@ -44,7 +45,7 @@ class PagedTerrain:
         self.base_m, self._low_m, self.span_m = quantisation_range(*heightmap.quantised_m)
         self.top_level, self.numbering = heightmap.top, heightmap.numbering
         self._make_tables()
-        self._changed = len(self._words), 0  # rows of the tables: the first one, and the one after the last
+        self._changed = len(self._words), 0  # first changed row of the tables, and the row after the last one
         self.slots, self._across = self._room()
         side, across = heightmap.tile + 1, self._across
         shaders.define(ctx, PAGED=1, PAGE_LOG2=heightmap.tile.bit_length() - 1, SLOTS_ACROSS=across)
@@ -70,14 +71,14 @@ class PagedTerrain:
 
     @property
     def roots(self) -> list[PageKey]:
-        """Pages that are always there: the coarsest level."""
+        """Pages that are always loaded: the coarsest level."""
         rows, cols = self.heightmap.pages(self.top_level)
         return [(self.top_level, row, col) for row in range(rows) for col in range(cols)]
 
     # --- Pages come and go --------------------------------------------------------------------------------------------
 
     def place(self, key: PageKey, heights: np.ndarray) -> int:
-        """Put a page's heights into a free slot, and return it. `send` makes it visible."""
+        """Put a page's heights into a free slot; returns the slot. `send` makes the page visible."""
         slot = self.slot_of[key] = self._free.pop()
         level, row, col = key
         side = self.heightmap.tile + 1
@@ -93,7 +94,7 @@ class PagedTerrain:
 
     @property
     def free(self) -> int:
-        """Slots that hold no page."""
+        """Number of slots without a page."""
         return len(self._free)
 
     def begin(self) -> None:
@@ -105,11 +106,11 @@ class PagedTerrain:
         self._stamps[np.unique(self.numbering.over(boxes, level)[1])] = self._stamp
 
     def hold(self, key: PageKey) -> None:
-        """Note that a view needs a page that is there."""
+        """Note that a view needs a loaded page."""
         self._stamps[self.numbering.number(key)] = self._stamp
 
     def spare(self) -> list[PageKey]:
-        """Pages that can go, those first whose last use is longest ago: not the roots, and not what this view uses."""
+        """Pages that can be removed, the least recently used first; never the roots, nor pages that this view uses."""
         stamps, roots = {key: int(self._stamps[self.numbering.number(key)]) for key in self.slot_of}, set(self.roots)
         for key in sorted(stamps):  # finest first: a page is in use while one below it is
             if key not in roots:
@@ -118,7 +119,7 @@ class PagedTerrain:
         return sorted(old, key=lambda key: (stamps[key], key))
 
     def make_room(self, pages: int) -> int:
-        """Free slots until so many pages have room, or nothing can go; returns how many have."""
+        """Free slots until there are `pages` of them, or no page can be removed; returns the number of free slots."""
         if pages > self.free:
             for key in self.spare()[: pages - self.free]:
                 self._remove(key)
@@ -133,7 +134,7 @@ class PagedTerrain:
         self._touch(key)
 
     def send(self) -> None:
-        """Make all pages visible that have been placed, and none that have gone."""
+        """Upload the page tables: shaders then see all pages that were placed, and none that were removed."""
         first, end = self._changed
         if first < end:
             self.table.write(np.ascontiguousarray(self._words[first:end]), viewport=(0, first, ROW, end - first))
@@ -146,7 +147,7 @@ class PagedTerrain:
         return self._slots_of[numbers] > 0
 
     def resident_level(self, boxes: Boxes, level: np.ndarray) -> np.ndarray:
-        """The finest level, from `level` on, of which all pages over a box are there."""
+        """The finest level, from `level` up, whose pages over a box are all loaded."""
         found = level.copy()
         open_ = np.arange(len(found))
         while len(open_):
@@ -179,7 +180,7 @@ class PagedTerrain:
         self._words = words.reshape(-1, ROW)
 
     def _touch(self, key: PageKey) -> None:
-        """Note the rows of the tables that say where a page is."""
+        """Note that the rows of the tables with a page have changed."""
         level, row, col = key
         across, first = int(self.numbering.size[0, 1]), self.numbering.total
         end = min((row + 1) << level, int(self.numbering.size[0, 0]))
@@ -192,7 +193,7 @@ class PagedTerrain:
         return self._finest[row << level : row + 1 << level, col << level : col + 1 << level]
 
     def _room(self) -> tuple[int, int]:
-        """Slots that the limits allow, and how many of them stand in a row."""
+        """The number of slots within the limits, and the number of slots in a row of the texture."""
         heightmap, limits, side = self.heightmap, gl.limits(self.ctx), self.heightmap.tile
         most = int((heightmap.gpu_bytes - self._words.nbytes) // bytes_of_slot(side))
         most = min(most, int(OF_COPIES * heightmap.memory_bytes) // (4 * (side + 1) ** 2))
@@ -243,7 +244,7 @@ class PagedTables:
         bind("lod/promise.glsl", **tables)
 
     def put(self, key: PageKey, sums: Sums) -> None:
-        """Put a page into a free slot; the page above it is there. `PagedTerrain.send` makes it visible."""
+        """Put a page into a free slot; the page above it must be loaded. `PagedTerrain.send` makes it visible."""
         slot = self.terrain.place(key, sums.heights)
         self.counters.write(sums.counters, offset=4 * self._words * slot)
         self.squares.write(sums.squares, offset=self._words // 2 * slot)
@@ -251,7 +252,7 @@ class PagedTables:
             self.ranges.write(sums.ranges, offset=sums.ranges.nbytes * slot)
 
     def load(self, keys: Iterable[PageKey]) -> int:
-        """Read pages here and now, those above them first; returns how many came. They are visible at once.
+        """Read pages in this thread, those above them first; returns how many were read. They are visible at once.
 
         Raises
         ------

@@ -1,4 +1,4 @@
-"""The heights that the pages give which are there: what is drawn at each post. Nothing here waits for a disk.
+"""The heights of the loaded pages, as they are drawn at each post. Nothing here waits for a disk.
 
 Numpy twin of `height_m` in glsl/blocks/pages.glsl.
 """
@@ -13,12 +13,12 @@ from .paged_map import PagedMap
 
 
 class ResidentHeights:
-    """All posts of a map, as an array that is computed where it is read.
+    """All posts of a map, as an array whose elements are computed when they are read.
 
     Parameters
     ----------
     finest
-        For each page of level 0 the finest page over it that is there: its slot, and its level << 24.
+        For each page of level 0, the finest loaded page over it: its slot, and its level << 24.
 
     Attributes
     ----------
@@ -40,7 +40,7 @@ class ResidentHeights:
 
     @property
     def nbytes(self) -> int:
-        """Bytes that all of them would take."""
+        """Bytes that all posts would take."""
         return 4 * self.size
 
     def __getitem__(self, index: Any) -> Any:
@@ -72,7 +72,7 @@ class ResidentHeights:
 def _between(
     post: np.ndarray, first: np.ndarray, level: np.ndarray, last: int
 ) -> tuple[np.ndarray, np.ndarray, np.ndarray]:
-    """Along one axis: the places on the page's lattice at and after a post, and how far it is between them."""
+    """Along one axis: the lattice places at and after each post, and the post's fraction of the way between them."""
     at = (post - first) >> level
     low = first + (at << level)
     high = np.minimum(low + (1 << level), last)

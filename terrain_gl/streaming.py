@@ -1,8 +1,8 @@
-"""Keep the pages on the GPU that a view needs: choose a mesh, ask its patches over tolerance for finer pages.
+"""Keep the pages on the GPU that a view needs: choose a mesh, and load finer pages under its patches over tolerance.
 
-A picture that waits is chosen again until no patch asks any more. A flight never waits: pages come while it goes on,
-first those of the present view, then those of the view a moment ahead. The certificate holds at every moment: what is
-not there is bounded by the records of the pages above it.
+If a picture waits, its mesh is chosen again until no patch needs another page. A flight never waits: pages arrive
+meanwhile, first those of the present view, then those of the view a moment ahead. The certificate holds at every
+moment: where a page is missing, the records of a coarser page bound the error.
 """
 
 from __future__ import annotations
@@ -24,8 +24,8 @@ from .pages import PagedTables
 from .wanted import Patches
 
 AHEAD_S = 1.0  # how far ahead of its motion a flight looks
-LONGEST_S = 1.0  # between two frames of one motion
-UPLOAD_S = 0.004  # of a frame, for pages that have come
+LONGEST_S = 1.0  # longest time between two frames of one motion
+UPLOAD_S = 0.004  # time in a frame for copying loaded pages to the GPU
 WAIT_S = 0.05
 NO_ROOM, LOADING = "no room (--gpu-memory)", "loading"
 
@@ -61,11 +61,11 @@ class Streaming:
 
     @property
     def is_loading(self) -> bool:
-        """Whether the last view waits for pages that may still come."""
+        """Whether pages that the last view needs are still being loaded."""
         return not self._is_complete and self.loader.is_busy
 
     def select(self, choose: Choose, camera: Camera, goal: Goal) -> tuple[Selection, dict[str, Any]]:
-        """Choose the mesh of a view, and say what is missing.
+        """Choose the mesh of a view, and report missing tiles.
 
         Returns
         -------
@@ -100,7 +100,7 @@ class Streaming:
             loaded += len(batch)
 
     def _load(self, batch: list[PageKey], loaded: int) -> None:
-        """Wait for all of these pages, those above others first; some may fail."""
+        """Load these pages, each after the page above it, and wait for all of them; some may fail."""
         left = set(batch)
         self.loader.want(batch)
         while left:
@@ -122,7 +122,7 @@ class Streaming:
         terrain.begin()
         later: list[PageKey] = []
         ahead = self._motion.ahead(camera, self.clock())
-        if ahead:  # first: the mesh of the view itself is the one that is drawn
+        if ahead:  # before the view's own mesh, which must be the last one because it is drawn
             patches = Patches(terrain, choose(ahead), ahead)
             patches.use()
             later = self._with_those_above(self._keys(patches, goal))
@@ -138,7 +138,7 @@ class Streaming:
     # --- Both ---------------------------------------------------------------------------------------------------------
 
     def _place_ready(self, seconds: float = math.inf) -> None:
-        """Put pages that have come into the pool, at least one; those whose page above is not there yet wait."""
+        """Put loaded pages into the pool, at least one; a page waits until the page above it is in the pool."""
         end, terrain = time.perf_counter() + seconds, self.terrain
         for key, sums in self.loader.take():
             if key in terrain.slot_of:
@@ -150,11 +150,11 @@ class Streaming:
             self._tables.put(key, sums)
 
     def _keys(self, patches: Patches, goal: Goal) -> list[PageKey]:
-        """Pages that patches ask for, the most useful first."""
+        """Pages that patches need, the most useful first."""
         return [self.terrain.numbering.key(number) for number in patches.wanted(goal.tolerance_px)[0].tolist()]
 
     def _with_those_above(self, wanted: Iterable[PageKey]) -> list[PageKey]:
-        """Pages that can be loaded, each after those above it that are not there either."""
+        """Pages that can be loaded; missing pages above a page come before it."""
         found: dict[PageKey, None] = {}
         for key in wanted:
             if self._has_failed(key):
@@ -167,7 +167,7 @@ class Streaming:
         return list(found)
 
     def _has_failed(self, key: PageKey) -> str:
-        """Why a page, or one above it, cannot be read; "" if nothing is known against it."""
+        """Why a page, or one above it, cannot be read; "" if no error is known."""
         while key not in self.terrain.slot_of:
             if key in self.loader.failed:
                 return self.loader.failed[key]
@@ -197,7 +197,7 @@ class Motion:
     at_s: float = 0.0
 
     def ahead(self, camera: Camera, now_s: float) -> Camera | None:
-        """The view `AHEAD_S` ahead, if the camera goes on as it does; None if it stands still."""
+        """The view `AHEAD_S` from now, if the camera continues its motion; None if it does not move."""
         before, since_s = self.camera, now_s - self.at_s
         self.camera, self.at_s = camera, now_s
         if before is None or before == camera or not 0 < since_s < LONGEST_S:

@@ -1,4 +1,4 @@
-"""Which pages a mesh asks for, and which it uses: numpy over the patches that the GPU chose."""
+"""The pages that a mesh needs, and those that it uses: numpy over the patches that the GPU chose."""
 
 from __future__ import annotations
 
@@ -12,9 +12,9 @@ from .lod import Selection
 from .paged_map import Boxes
 from .pages import PagedTerrain
 
-MOST_LEVELS = 3  # that a patch skips at once
-MOST_PAGES = 32  # that a patch asks for at once
-FLAT = 0.05  # least slope of a sight line for the area of a patch: hills stand up
+MOST_LEVELS = 3  # most levels that a patch skips at once
+MOST_PAGES = 32  # most pages that a patch requests at once
+FLAT = 0.05  # least slope of a sight line for the area of a patch, because hills face the eye
 
 
 class Patches:
@@ -41,11 +41,11 @@ class Patches:
         self._camera = camera
 
     def use(self) -> None:
-        """Note the pages that they need, at the spacing of each."""
+        """Note the pages that the patches use, each at its spacing."""
         self.terrain.use(self.boxes, np.clip(self._step_log2, 0, self.terrain.top_level))
 
     def areas(self) -> np.ndarray:
-        """Their size in the picture, about, in any unit: their area as the eye sees it, over its distance squared."""
+        """Approximate size of the patches in the picture, up to a factor: projected area over distance squared."""
         terrain = self.terrain
         heightmap = terrain.heightmap
         (east, north), eye = heightmap.spacing_m, np.asarray(self._camera.eye)
@@ -58,20 +58,20 @@ class Patches:
         return np.prod(end - low, 1) * east * north * np.maximum(up, FLAT * distance) / distance**3
 
     def within(self, tolerance_px: float) -> float:
-        """Share of the picture, about, whose patches are within the tolerance; hidden ones count, too."""
+        """Approximate share of the picture whose patches are within the tolerance; it includes hidden patches."""
         areas = self.areas()
         return float(areas[self.bound_px <= tolerance_px].sum() / max(areas.sum(), 1e-300)) if len(areas) else 1.0
 
     def wanted(self, tolerance_px: float) -> tuple[np.ndarray, np.ndarray]:
         """Numbers of pages that would make patches over tolerance finer, the most useful first, and their worth.
 
-        A page's worth is certified pixels times area in the picture, of all patches that want it.
+        The worth of a page is certified pixels times area in the picture, summed over all patches that want it.
         """
         terrain, numbering = self.terrain, self.terrain.numbering
         over = self.bound_px > tolerance_px
         boxes, bound_px = self.boxes.some(over), np.minimum(self.bound_px[over], 1e12)
         finest = terrain.resident_level(boxes, np.clip(self._side_log2[over] - 6, 0, terrain.top_level))
-        open_ = finest > 0  # where all posts are there, tessellation ends
+        open_ = finest > 0  # if all posts are loaded, finer pages cannot help
         boxes, bound_px, finest = boxes.some(open_), bound_px[open_], finest[open_]
         steps = np.ceil(np.log2(bound_px / tolerance_px)).astype(np.int64)
         steps = np.minimum(np.clip(steps, 1, MOST_LEVELS), finest)

@@ -346,7 +346,7 @@ def test_wrong_parameters_are_refused(ctx):
     for wrong, told in (
         ({"method": "sat", "parameters": Rings()}, "has no such parameter"),
         ({"method": "clipmap", "parameters": Edges()}, "has no such parameter"),
-        ({"method": "clipmap", "parameters": Rings(), "triangles": 10}, "give one of them"),
+        ({"method": "clipmap", "parameters": Rings(), "triangles": 10}, "give only one of them"),
     ):
         with pytest.raises(tg.UsageError, match=told):
             renderer.draw(camera, **wrong)

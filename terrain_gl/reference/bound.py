@@ -1,4 +1,4 @@
-"""error, continued: the bound of any box of nodes from summed-area tables, and the error between the posts."""
+"""error, continued: the bound over any box of nodes from summed-area tables, and the error between the posts."""
 
 from __future__ import annotations
 
@@ -51,8 +51,8 @@ def square_table(squares: np.ndarray, step_m2: float) -> np.ndarray:
     return sat(np.ceil(squares / step_m2).astype(np.uint64))
 
 
-# Between the posts the truth is bilinear. Over a cell with corners a, b, c, d and twist t = a − b − c + d the drawing
-# adds to the error at the posts at most
+# Between the posts the truth is bilinear. A cell has corners a, b, c, d and the twist t = a − b − c + d. Inside the
+# cell, the error is above that at its posts by at most
 #   |t| / 4         where a diagonal crosses the cell
 #   |t| / 16        as four triangles around the middle at (a + b + c + d) / 4
 #   |t| / (4 n²)    as n × n equal parts, two triangles each

@@ -1,7 +1,7 @@
-"""lod of method sat: a clipmap around the eye, whose patches ask the summed-area tables how coarse they may be.
+"""lod of method sat: a clipmap around the eye; the summed-area tables say how coarse each patch may be.
 
-rings    nested rectangles around the eye; ring l stands on the lattice of 2^l posts
-blocks   8 × 8 units of one ring cell; a unit that 64 segments cannot hold is a block itself
+rings    nested rectangles around the eye; ring l has cells of 2^l posts
+blocks   8 × 8 units of one ring cell; a unit that needs more than 64 segments a side is a block itself
 leaves   squares of 8, 4, 2 or 1 units: each is drawn as a patch of T × T segments
 edges    two leaves that meet take the finer spacing along their common edge
 """
@@ -18,11 +18,11 @@ from .sat import box_sum
 
 PATCH = 8  # units a side of a block
 MOST_SEGMENTS_LOG2 = 6  # OpenGL's 64
-FINEST = -5  # log2 of the least spacing in ring 0: 32 segments between two posts; elsewhere 16
-PATCH_COST = 16.0  # triangles that a patch costs by itself
+FINEST = -5  # log2 of the smallest spacing in ring 0: 32 segments between two posts; in other rings 16
+PATCH_COST = 16.0  # cost of a patch in triangles, besides its own triangles
 LEAST_PARTS = 4 * (2 + PATCH_COST)
-ROUNDS = 3  # of blocks within blocks
-REFINE_FROM, REFINED = 3, 0.5  # units of 2^3 segments become blocks, which halves their cost, about
+ROUNDS = 3  # depth of blocks inside blocks
+REFINE_FROM, REFINED = 3, 0.5  # units of 2^3 segments or more become blocks, which about halves their cost
 Post = tuple[int, int]  # column, row
 
 
@@ -34,7 +34,7 @@ class Leaf(NamedTuple):
     step_log2: int
 
 
-# Ring l has n patches of 8 · 2^l posts. It begins at an even place of its lattice, with its middle nearest to the eye:
+# Ring l is n blocks of 8 · 2^l posts wide. It begins at an even place of its lattice, its middle nearest to the eye:
 #   origin = 2 · 2^l · ⌊(eye − n · 8 · 2^l / 2) / (2 · 2^l) + 1/2⌋
 
 
@@ -48,7 +48,7 @@ def ring_origin(eye: tuple[float, float], patches: tuple[int, int], level: int) 
 
 
 def rows_on_map(origin: int, patches: int, level: int, last: int) -> range:
-    """Which of a ring's rows of patches, or of its columns, lie on the map: those that meet its posts 0 to last."""
+    """The rows (or columns) of a ring's blocks that overlap the map, whose posts are 0 to `last`."""
     side = PATCH << level
     meet = [i for i in range(patches) if origin + side * i < last and origin + side * (i + 1) > 0]
     return range(meet[0], meet[-1] + 1)
@@ -74,12 +74,12 @@ def tiles_over(level: Level, j: int, low: Post, end: Post, last: Post) -> tuple[
     return (x, y), (x1, y1)
 
 
-# All cells of the box err by at most ε if the count of a class with limit(c) ≤ ε is 0. Below spacing 1 a cell of the
-# map is cut in n × n parts, n = 2^−j: it errs 1/n² as much.
+# All cells of a box have errors of at most ε if the count of a class with limit(c) ≤ ε is 0. For a spacing 2^j below 1,
+# a cell of the map is cut into n × n parts, n = 2^−j, which divides its error by n².
 
 
 def is_within(levels: Sequence[Level], low: Post, end: Post, last: Post, step_log2: int, error_m: float) -> bool:
-    """Whether the tables hold every cell of spacing 2^step_log2 in a box within an error in metres."""
+    """Whether the tables prove that every cell of spacing 2^step_log2 in a box has an error of at most `error_m`."""
     j = max(step_log2, 0)
     level, allowed_m = levels[j], error_m * 4.0 ** max(-step_log2, 0)
     if allowed_m >= level.span_m:
@@ -89,17 +89,17 @@ def is_within(levels: Sequence[Level], low: Post, end: Post, last: Post, step_lo
 
 
 def finest_step(side_log2: int, ring_level: int) -> int:
-    """The least spacing, log2: 64 segments a side; between two posts 32 in ring 0, elsewhere 16."""
+    """log2 of the smallest spacing: at most 64 segments a side, and between two posts 32 in ring 0, elsewhere 16."""
     return max(side_log2 - MOST_SEGMENTS_LOG2, FINEST if ring_level == 0 else FINEST + 1)
 
 
 def next_step(coarsest: int, finest: int, holds: Callable[[int], bool]) -> int | None:
-    """The first spacing from the coarsest down that holds the tolerance; None if none does."""
+    """log2 of the coarsest spacing within the tolerance; None if there is none."""
     return next((step for step in range(coarsest, finest - 1, -1) if holds(step)), None)
 
 
 # From the units up:   cost(square) = min(2 T² + 16,  Σ cost of its four parts)
-# Four parts cost 4 (2 + 16) at least, so a square that costs no more is drawn in one piece.
+# Four parts cost at least 4 (2 + 16), so a square that costs no more becomes one leaf.
 
 
 def cut_block(steps: dict[tuple[int, int, int], int | None], unit_log2: int, can_refine: bool) -> np.ndarray:
@@ -108,8 +108,8 @@ def cut_block(steps: dict[tuple[int, int, int], int | None], unit_log2: int, can
     Parameters
     ----------
     steps
-        log2 of the spacing of each square (depth, column, row) in one piece; None if no spacing holds it. Squares of
-        depth d are 8 >> d units wide. Those with nothing to draw are missing.
+        log2 of the spacing of each square (depth, column, row) as one leaf; None if no spacing is within the tolerance.
+        Squares of depth d are 8 >> d units wide. Squares with nothing to draw are missing.
     unit_log2
         Posts along a unit, log2.
     can_refine
@@ -118,8 +118,8 @@ def cut_block(steps: dict[tuple[int, int, int], int | None], unit_log2: int, can
     Returns
     -------
     leaves
-        (8, 8, 2) of each unit, row after row: log2 of its leaf's units a side, and of its spacing. The first is −1
-        where there is nothing to draw, −2 where the unit becomes a block, −3 where no spacing holds the tolerance.
+        (8, 8, 2) for each unit, row after row: log2 of its leaf's units a side, and of its spacing. The first number is
+        −1 if there is nothing to draw, −2 if the unit becomes a block, −3 if no spacing is within the tolerance.
     """
     leaves = np.zeros((PATCH, PATCH, 2), int)
     _cut(steps, unit_log2, can_refine, (0, 0, 0), leaves)
@@ -158,8 +158,8 @@ def _cut(
     return parts
 
 
-# Where leaves of unlike size meet, the longer side is the edge. All leaves along it, on either side, take the finest
-# spacing among them.
+# Where leaves of different sizes meet, the longer side is the edge. Its spacing is the finest among all leaves along
+# it, on both sides.
 
 WEST, NORTH, EAST, SOUTH = range(4)
 
@@ -200,7 +200,7 @@ def _beside(leaves: Sequence[Leaf], over: np.ndarray, i: int, side: int) -> set[
 
 
 def largest(levels: Sequence[Level], low: Post, end: Post, last: Post, step_log2: int) -> float:
-    """The least error in metres that the tables certify of all cells of spacing 2^step_log2 ≥ 1 in a box."""
+    """The smallest bound in metres that the tables give for all cells of spacing 2^step_log2 ≥ 1 in a box."""
     level = levels[step_log2]
     tiles = tiles_over(level, step_log2, low, end, last)
     limits = class_limits(level.span_m, len(level.classes))
@@ -228,7 +228,7 @@ def edge_move(line: np.ndarray, cell: int, step: int) -> float:
 
 
 def strip_error(levels: Sequence[Level], leaf: Leaf, side: int, heights: np.ndarray, edge_step: int) -> float:
-    """Bound of the error in metres of the cells of a leaf along a side with a vertex every `edge_step` ≥ 1 posts."""
+    """Bound of the error in metres of a leaf's cells along a side that has a vertex every `edge_step` ≥ 1 posts."""
     last = heights.shape[1] - 1, heights.shape[0] - 1
     (x, y), (x1, y1) = leaf.low, (min(at + (1 << leaf.side_log2), end) for at, end in zip(leaf.low, last, strict=True))
     lines = {WEST: heights[y : y1 + 1, x], EAST: heights[y : y1 + 1, x1]}
@@ -238,7 +238,7 @@ def strip_error(levels: Sequence[Level], leaf: Leaf, side: int, heights: np.ndar
 
 
 # With a budget, the price λ of a triangle decides:   cost(square) = min over T of  E(T) + λ (2 T² + 16)
-# (Everett 1963, "Generalized Lagrange multiplier method"). Triangles fall as λ rises.
+# (Everett 1963, "Generalized Lagrange multiplier method"). A higher price gives fewer triangles.
 
 
 def cheapest(weights: np.ndarray, price: float) -> tuple[float, int]:
@@ -249,7 +249,7 @@ def cheapest(weights: np.ndarray, price: float) -> tuple[float, int]:
 
 
 def bracket(low: float, high: float, counts: np.ndarray, target: int) -> tuple[float, float]:
-    """Between which prices, log2, to look next: the last one tried that makes too many, the first that does not."""
+    """log2 of the next lowest and highest price: the last tried price with too many triangles, the first that fits."""
     k = int(np.argmax(counts <= target)) if (counts <= target).any() else len(counts) - 1
     prices = np.linspace(low, high, len(counts))
     return float(prices[max(k - 1, 0)]), float(prices[k])

@@ -129,18 +129,18 @@ def wedges_of_posts(heights: np.ndarray, level: int) -> np.ndarray:
     return np.where(north_or_south, np.where(north[:, :, None, None], 1, 3), np.where(west, 0, 2))
 
 
-# Between the posts the truth is bilinear. A cell that one triangle covers errs most at a post. Where an edge of the
-# drawing crosses a cell, drawn minus true is at most
+# Between the posts the truth is bilinear. In a cell that one triangle covers, the error is largest at a post. If an
+# edge of the mesh crosses a cell, drawn minus true is at most
 #   e = worst + |t|/4 + kink                and in the root mean square   worst + m,   m = |t|/√90 + kink
-# worst is the largest error at the cell's posts and t its twist. The diagonals of a square node run through posts: kink
-# is 0 there. In a node that the map's rim cuts off they cross any cell. The planes of a rectangle of w × h cells with
-# the twist τ differ by |τ| |x/w − y/h|, so by
+# worst is the largest error at the cell's posts, and t its twist. The diagonals of a square node run through posts, so
+# kink is 0. In a node that the map's rim cuts off, they may cross any cell. The planes of a rectangle of w × h cells
+# with the twist τ differ by |τ| |x/w − y/h|, so by
 #   kink = |τ| min(1/w + 1/h, 1)
 # at most within a cell that the diagonal crosses.
 
 
 def crossed_cells(shape: tuple[int, ...], level: int, void: np.ndarray | None = None) -> np.ndarray:
-    """Cells of each node that an edge of the drawing may cross, without holes: (node rows, cells, node cols, cells)."""
+    """Cells of each node that an edge of the mesh may cross, without holes: (node rows, cells, node cols, cells)."""
     y, x = node_axes(shape, level)
     row, col = (np.arange(axis.post.shape[1] - 1) for axis in (y, x))
     diagonal = (row[:, None, None] == col) | (row[:, None, None] + col == (1 << level) - 1)
@@ -221,7 +221,7 @@ def wedge_errors(heights: np.ndarray, level: int, void: np.ndarray | None = None
 
 
 def _bends(heights: np.ndarray, level: int) -> list[np.ndarray]:
-    """What an edge that crosses a cell adds to its largest error: |t|/4 + kink, as quad and as fan."""
+    """The increase of a cell's largest error by an edge that crosses it: |t|/4 + kink, as quad and as fan."""
     twist = _cell_twists(heights, level)
     return [twist / 4 + kink[:, None, :, None] for kink in kinks(heights, level)]
 
@@ -277,19 +277,19 @@ def _own(heights: np.ndarray, level: int, void: np.ndarray | None) -> np.ndarray
     return _measured(heights, level, void) & y.own[:, :, None, None] & x.own
 
 
-# A split turns one leaf into its parts. At a price of λ a triangle a leaf costs Σ e² + λ · triangles. It pays below
+# A split replaces a leaf by its parts. At a price of λ a triangle, a leaf costs Σ e² + λ · triangles. It pays below
 #   λ = (Σ e² of the leaf − Σ e² of its parts) / (triangles added)
 
 
 def split_gains(heights: np.ndarray, void: np.ndarray | None = None) -> list[np.ndarray]:
-    """Squared error that a split removes for each triangle that it adds, m², of each level from 1 on.
+    """Squared error that a split removes for each triangle that it adds, m², for each level from 1 on.
 
     Gains are nested: never below the gains of the node's children. Mean squares of fans are nested too.
     """
     gains: list[np.ndarray] = []
     holes = np.zeros(heights.shape, bool) if void is None else void
     solid = ~(holes[1:, 1:] | holes[1:, :-1] | holes[:-1, 1:] | holes[:-1, :-1])
-    parts = np.where(solid, cell_squares(heights.astype(np.float64))[0], 0.0)  # cells err between their posts
+    parts = np.where(solid, cell_squares(heights.astype(np.float64))[0], 0.0)  # cells have errors between their posts
     nested = fan_mean = np.zeros(parts.shape)
     for level in range(1, top_level(heights.shape) + 1):
         y, x = node_axes(heights.shape, level)

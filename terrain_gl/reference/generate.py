@@ -1,8 +1,8 @@
 """generate: terrain from a seed.
 
-Great forms (noise with bent coordinates), then gullies that run down the slope, octave by octave, then rock layers.
-Points p are (2, rows, cols), in units of 8 reliefs, east and south; heights are 0 to 1 of the relief. Operations are
-in the order of glsl/generate, so that float32 points give the GPU's bits.
+Large forms (noise with warped coordinates), then gullies that run down the slope, octave by octave, then rock layers.
+Points p are (2, rows, cols), in units of 8 times the relief, east and south; heights are parts of the relief, 0 to 1.
+Operations have the same order as in glsl/generate, so float32 points give the same bits as the GPU.
 """
 
 from __future__ import annotations
@@ -17,7 +17,7 @@ _WARPS = (0.22, 0.07, 0.03)
 
 
 class LandRecipe(NamedTuple):
-    """What a generated terrain depends on besides the points; see `terrain_gl.files.generate`."""
+    """The parameters of generated land; see `terrain_gl.files.generate`."""
 
     seed: int
     cliffs: float
@@ -50,7 +50,7 @@ def land(p: np.ndarray, recipe: LandRecipe) -> np.ndarray:
 
 
 def _forms_and_slope(p: np.ndarray, recipe: LandRecipe, cliffs: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
-    """The great forms, and their slope east and south by differences over 1/256."""
+    """The large forms, and their slope east and south by differences over 1/256."""
     beside = np.array([0, 1 / 256], p.dtype)[:, None, None]
     h, east, south = (_forms(p + d, recipe, cliffs) for d in (0 * beside, beside[::-1], beside))
     return h, (np.stack([east, south]) - h) * 256
@@ -185,7 +185,7 @@ def pcg3d(x: np.ndarray, y: np.ndarray, z: int) -> tuple[np.ndarray, np.ndarray,
 
 
 def signed_unit(bits: np.ndarray, dtype: np.dtype) -> np.ndarray:
-    """Number from −1 to 1 of the 24 highest bits."""
+    """Number from −1 to 1, from the 24 highest bits."""
     return (bits >> 8).astype(dtype) / 8388608 - 1
 
 

@@ -1,4 +1,4 @@
-"""heightmap: the truth. Posts carry heights; between four posts the surface is bilinear."""
+"""heightmap: the truth. Posts have heights; between four posts the surface is bilinear."""
 
 from __future__ import annotations
 
@@ -18,7 +18,7 @@ def bilinear_heights(heights: np.ndarray, x: np.ndarray, y: np.ndarray) -> np.nd
     return north * (1 - g) + south * g
 
 
-# Post (row, col) stands at   x = col · s_x,   y = (rows − 1 − row) · s_y,   z = h[row, col];   row 0 is the north edge.
+# Post (row, col) is at   x = col · s_x,   y = (rows − 1 − row) · s_y,   z = h[row, col];   row 0 is the north edge.
 
 
 def world_m(heights: np.ndarray, spacing_m: tuple[float, float]) -> np.ndarray:

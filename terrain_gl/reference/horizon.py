@@ -1,4 +1,4 @@
-"""horizon: how much of the sun and of the sky each place sees."""
+"""horizon: how much of the sun and of the sky is visible at each place."""
 
 from __future__ import annotations
 
@@ -14,7 +14,7 @@ from .heightmap import bilinear_heights, normals_of
 def horizon_sines(
     heights: np.ndarray, posts: np.ndarray, towards: tuple[float, float], spacing_m: tuple[float, float]
 ) -> np.ndarray:
-    """Sine of the horizon's elevation, by marching in quarters of a post; -1 where only sky lies ahead.
+    """Sine of the horizon's elevation, by marching in quarters of a post; -1 if there is only sky ahead.
 
     Parameters
     ----------
@@ -41,7 +41,7 @@ def horizon_sines(
 
 
 def disc_share(elevation: np.ndarray, horizon: np.ndarray, radius: float) -> np.ndarray:
-    """Share of a disc that stands above a straight horizon; all angles in radians."""
+    """Share of a disc above a straight horizon; all angles in radians."""
     x = np.clip((np.asarray(elevation) - horizon) / radius, -1, 1)
     return 0.5 + (x * np.sqrt(1 - x * x) + np.arcsin(x)) / np.pi
 
@@ -58,7 +58,7 @@ def middles_of_cells(heights: np.ndarray) -> np.ndarray:
 def sunlit(
     heights: np.ndarray, sun: np.ndarray, radius: float, towards: tuple[float, float], spacing_m: tuple[float, float]
 ) -> np.ndarray:
-    """Share of the sun's disc that each cell's middle sees, times the cosine, (rows - 1, cols - 1)."""
+    """Visible share of the sun's disc in the middle of each cell, times the cosine, (rows - 1, cols - 1)."""
     horizon = np.arcsin(horizon_sines(heights, middles_of_cells(heights), towards, spacing_m))
     cosine = np.maximum(normals_of(heights, spacing_m) @ np.asarray(sun), 0)
     return disc_share(np.arcsin(sun[2]), horizon, radius) * cosine
@@ -70,7 +70,7 @@ def sunlit(
 def skylit(
     heights: np.ndarray, axis: np.ndarray, sharpness: float, spacing_m: tuple[float, float], azimuths: int = 32
 ) -> tuple[np.ndarray, np.ndarray]:
-    """Light that each cell gets of a lobe of the sky: with the horizons, and with its own plane as the only one."""
+    """Light from a lobe of the sky for each cell: with the horizons, and with only the cell's own plane as horizon."""
     n = normals_of(heights, spacing_m)
     z = -1 + (np.arange(100) + 0.5) / 50
     got, of_all, total = np.zeros(n.shape[:2]), np.zeros(n.shape[:2]), 0.0
@@ -86,7 +86,7 @@ def skylit(
 def visible_shares(
     heights: np.ndarray, axis: np.ndarray, sharpness: float, spacing_m: tuple[float, float], azimuths: int = 32
 ) -> np.ndarray:
-    """Share of a lobe's light above the level horizon that each cell sees, without a cosine, (rows - 1, cols - 1)."""
+    """Visible share of a lobe's light above the level horizon at each cell, without a cosine, (rows - 1, cols - 1)."""
     z = (np.arange(100) + 0.5) / 100
     got, total = np.zeros((heights.shape[0] - 1, heights.shape[1] - 1)), 0.0
     for gaussian, _, seen in _rays(heights, axis, sharpness, spacing_m, z, azimuths):

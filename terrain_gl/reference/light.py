@@ -69,7 +69,7 @@ def cubic_sharpness(length: float) -> float:
 
 
 def printed_diffuse(axis: np.ndarray, sharpness: float, mean_normal: np.ndarray) -> float:
-    """Radiance of white ground under a Gaussian of amplitude 1, as the supplement has it; B.3 times the BRDF's 1/π.
+    """Radiance of white ground under a Gaussian of amplitude 1, as the supplement prints it: B.3 times the BRDF's 1/π.
 
     Parameters
     ----------
@@ -141,7 +141,7 @@ def lobe_values(heights: np.ndarray, spacing_m: tuple[float, float], albedo: flo
 
 
 def box_mean(values: np.ndarray, a: np.ndarray, c: np.ndarray) -> float:
-    """Mean of texels (rows, cols) over any box from a to c, (column, row): each counts by its share in the box."""
+    """Mean of texels (rows, cols) over any box from a to c, (column, row); weights are their areas inside the box."""
 
     def weights(low: float, high: float, count: int) -> np.ndarray:
         i = np.arange(count)

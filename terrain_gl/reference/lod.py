@@ -1,11 +1,11 @@
 """lod: the selection, a pure function of error tables and view.
 
-    refine    from the root down, split each node that holds the tolerance neither as quad nor as fan
-    balance   split more, until neighbours are within one level
+    refine    from the root down, split each node that is over tolerance both as quad and as fan
+    balance   split more nodes, until neighbours differ by at most one level
     agree     a leaf over tolerance asks to split some of its edges, or else to be split itself; balance; repeat
     leaf      draw each leaf in the picture as a quad or as a fan
 
-With a price instead of a tolerance: refine splits each node whose parts are worth their triangles; there is no agree.
+With a price instead of a tolerance, refine splits each node whose parts are worth their triangles; agree is left out.
 A level is an array over its nodes, (rows, cols). Edges have the order west, north, east, south.
 """
 
@@ -22,7 +22,7 @@ from .tree import balance, children_of, existing, grow, neighbours, unsplit
 
 
 class Errors(NamedTuple):
-    """What the selection knows of a level's nodes, (rows, cols): metres, of whatever view."""
+    """The tables of a level's nodes, (rows, cols): metres, which do not depend on the view."""
 
     quad_max: np.ndarray
     fan_max: np.ndarray  # nested: at least the children's
@@ -37,7 +37,7 @@ class Errors(NamedTuple):
 
 
 class Screen(NamedTuple):
-    """The same on the screen, pixels in the metric asked for."""
+    """The same on the screen: pixels in the requested metric."""
 
     outside: np.ndarray  # not in the picture
     quad_px: np.ndarray
@@ -48,7 +48,7 @@ class Screen(NamedTuple):
 
 
 class Selection(NamedTuple):
-    """What a view is drawn with, of each level."""
+    """The leaves of a view, for each level."""
 
     splits: list[np.ndarray]
     leaves: list[np.ndarray]  # drawn: leaves in the picture
@@ -126,7 +126,7 @@ def _screen(
     return Screen(p.outside, quad_px, whole_px, split_px, weight, across)
 
 
-# RMS says nothing of the visible part of a node that is partly outside: there the maximum replaces it.
+# If a node is partly outside the picture, its RMS says nothing about the visible part. We use the maximum instead.
 
 
 def metric_px(view: View, p: BoxProjection, max_m: np.ndarray, rms_m: np.ndarray, metric: str) -> np.ndarray:
@@ -136,7 +136,7 @@ def metric_px(view: View, p: BoxProjection, max_m: np.ndarray, rms_m: np.ndarray
 
 
 def select(screens: list[Screen], shape: tuple[int, ...], tolerance_px: float, metric: str = "max") -> Selection:
-    """Select the leaves that hold a tolerance, over a map of (rows, cols) posts."""
+    """Select the leaves for a tolerance, over a map of (rows, cols) posts."""
     splits = unsplit(shape, len(screens) - 1)
     cuts = [(np.zeros_like(level), np.zeros_like(level)) for level in splits]
     grow(splits, [~s.outside & ((_least_px(s, metric) > tolerance_px) | (tolerance_px == 0)) for s in screens])
@@ -148,7 +148,7 @@ def select(screens: list[Screen], shape: tuple[int, ...], tolerance_px: float, m
 
 
 def _least_px(s: Screen, metric: str) -> np.ndarray:
-    """Bound of the best way to draw a node. The RMS of fans is nested, that of quads is not: it must not decide."""
+    """Bound of the best way to draw a node. For the RMS only fans count: theirs is nested, that of quads is not."""
     fan_px = np.minimum(s.whole_px, s.split_px).max(-1)
     return fan_px if metric == "rms" else np.minimum(fan_px, s.quad_px)
 
@@ -157,7 +157,7 @@ def _least_px(s: Screen, metric: str) -> np.ndarray:
 
 
 def select_at_price(tables: list[Errors], screens: list[Screen], shape: tuple[int, ...], price: float) -> Selection:
-    """Select the leaves of least Σ weight · error² + price · triangles."""
+    """Select the leaves that minimise Σ weight · error² + price · triangles."""
     splits = unsplit(shape, len(screens) - 1)
     cuts = [(np.zeros_like(level), np.zeros_like(level)) for level in splits]
     pays = [~s.outside & (s.weight * errors.gain > price) for s, errors in zip(screens, tables, strict=True)]
@@ -176,7 +176,7 @@ def select_at_price(tables: list[Errors], screens: list[Screen], shape: tuple[in
 def price_for(
     tables: list[Errors], screens: list[Screen], shape: tuple[int, ...], triangles: int, steps: int = 40
 ) -> float:
-    """Lowest price that keeps the selection within a number of triangles, by bisection of its logarithm."""
+    """Lowest price with at most a given number of triangles, by bisection of its logarithm."""
     low, high = -60.0, 126.0
     for _ in range(steps):
         middle = 0.5 * (low + high)
@@ -185,7 +185,7 @@ def price_for(
     return float(2.0**high)
 
 
-Cuts = list[tuple[np.ndarray, np.ndarray]]  # of each level, nodes whose west and whose north edge is split by agreement
+Cuts = list[tuple[np.ndarray, np.ndarray]]  # for each level: nodes with a cut west edge, with a cut north edge
 
 
 def agree(

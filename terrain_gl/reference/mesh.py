@@ -18,14 +18,14 @@ def patch_triangles(corner: tuple[int, int], step: int, segments: int) -> np.nda
     return np.concatenate([cells + half for half in halves])
 
 
-# The rim of a fan is the ring of its corners and of the middles of its split edges. Each segment of the rim makes a
-# triangle with the centre.
+# The rim of a fan runs through its corners and the middles of its split edges. Each segment of the rim forms a triangle
+# with the centre.
 
 
 def fan_triangles(
     low: tuple[int, int], high: tuple[int, int], middle: tuple[float, float], edges: np.ndarray
 ) -> np.ndarray:
-    """Triangles of a fan, (n, 3, 2) posts, without those of no area.
+    """Triangles of a fan, (n, 3, 2) posts, without triangles that have no area.
 
     Parameters
     ----------

@@ -13,14 +13,14 @@ SIZES = 6  # a patch of quads has 2^0 to 2^5 segments a side
 
 
 def blocks(nodes: np.ndarray, n: int) -> np.ndarray:
-    """Cut an array of nodes into blocks of n × n, (rows, cols, n²); what is left at the rims is dropped."""
+    """Cut an array of nodes into blocks of n × n, (rows, cols, n²); incomplete blocks at the rims are dropped."""
     rows, cols = (size // n for size in nodes.shape)
     parts = nodes[: rows * n, : cols * n].reshape(rows, n, cols, n)
     return parts.transpose(0, 2, 1, 3).reshape(rows, cols, n * n)
 
 
 def join(selection: Selection) -> list[list[np.ndarray]]:
-    """Patches of quads: of each level and each s, which squares of 2^s × 2^s quads are one patch, (rows, cols)."""
+    """Patches of quads: for each level and each s, which squares of 2^s × 2^s quads are one patch, (rows, cols)."""
     found, cells = [], selection.splits[0].shape
     for level, (leaves, fans) in enumerate(zip(selection.leaves, selection.fans, strict=True)):
         sizes = [leaves & ~fans]
@@ -35,6 +35,6 @@ def join(selection: Selection) -> list[list[np.ndarray]]:
 
 
 def _on_map(shape: tuple[int, ...], level: int, cells: tuple[int, ...]) -> np.ndarray:
-    """Which nodes of a level lie on the map as a whole."""
+    """Which nodes of a level lie completely on the map."""
     y, x = (((np.arange(n) + 1) << level) <= size for n, size in zip(shape, cells, strict=True))
     return np.logical_and.outer(y, x)

@@ -21,11 +21,11 @@ class View(NamedTuple):
     axes: np.ndarray  # (3, 3) world directions right, up, forward, one a row
     focal_px: float  # K
     half_extent: tuple[float, float]  # largest |x/z| and |y/z| in the picture
-    near_m: float  # least depth in the picture
+    near_m: float  # smallest depth in the picture
 
 
 class ScreenScale(NamedTuple):
-    """What a view makes of a vertical shift at each of many points."""
+    """The factors by which a view converts vertical shifts to pixels, at each of many points."""
 
     px_m: np.ndarray  # K |(v_x − x/z v_z, v_y − y/z v_z)|
     depth_m: np.ndarray  # z
@@ -53,7 +53,7 @@ def screen_scale(view: View, points: np.ndarray) -> ScreenScale:
 
 
 def shift_px(scale: ScreenScale, rise_m: np.ndarray) -> np.ndarray:
-    """Screen shift in pixels of points that rise by so many metres; infinite where one moves behind the eye."""
+    """Screen shift in pixels of points that rise by `rise_m` metres; infinite for a point that moves behind the eye."""
     moved = scale.depth_m + rise_m * scale.forward
     return np.where(moved > 0, scale.px_m * np.abs(rise_m) / np.where(moved > 0, moved, 1.0), np.inf)
 
@@ -71,17 +71,17 @@ def post_weights(heights: np.ndarray, spacing_m: tuple[float, float], view: View
 
 
 class BoxProjection(NamedTuple):
-    """Bounds over each of many boxes, over the points in the picture."""
+    """Bounds for each of many boxes, over its points in the picture."""
 
-    outside: np.ndarray  # nothing of the box is in the picture
-    inside: np.ndarray  # all of it is
-    nearest_m: np.ndarray  # least depth
+    outside: np.ndarray  # no part of the box is in the picture
+    inside: np.ndarray  # the whole box is in the picture
+    nearest_m: np.ndarray  # smallest depth
     stretch: np.ndarray  # largest |(v_x − x/z v_z, v_y − y/z v_z)|
     middle_m: np.ndarray  # depth of the box's middle, at least `nearest_m`
 
 
 # |(v_x − x/z v_z, v_y − y/z v_z)| is convex in (x/z, y/z): over the rectangle of the picture that holds the box it is
-# largest at a corner. Depth is least at a corner of the box. Both end at the picture's edges and at the near plane.
+# largest at a corner. Depth is smallest at a corner of the box. Both are clipped at the picture's edges and near plane.
 
 
 def project_boxes(view: View, low: np.ndarray, high: np.ndarray) -> BoxProjection:

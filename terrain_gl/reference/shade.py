@@ -27,7 +27,7 @@ def relief(
 
 
 def _halves(sums: np.ndarray, a: np.ndarray, b: np.ndarray, c: np.ndarray) -> tuple[float, float, float]:
-    """Mean over the box from a to c; east half minus west half; south half minus north half. Sums start with zeros."""
+    """Mean over the box from a to c; east half minus west half; south half minus north half. `sums` begin with 0."""
 
     def S(x: float, y: float) -> float:
         i, j = min(int(x), sums.shape[1] - 2), min(int(y), sums.shape[0] - 2)
@@ -73,9 +73,9 @@ def contour_cover(level: float, rise: float, width_px: float) -> float:
     Parameters
     ----------
     level
-        Height in intervals of contour lines: a line stands where it is a whole number.
+        Height in units of the interval: there is a line at every whole number.
     rise
-        Levels that one pixel spans. Where it is above 0.16, lines fade; from 0.3 on there are none.
+        Levels that one pixel spans. Above 0.16 lines fade; from 0.3 on there are none.
     """
     t = min(max((rise - 0.16) / (0.3 - 0.16), 0.0), 1.0)
     aside_px = abs(level - np.round(level)) / max(rise, 1e-7)

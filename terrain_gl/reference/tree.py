@@ -21,7 +21,7 @@ def children_of(nodes: np.ndarray, shape: tuple[int, ...]) -> np.ndarray:
 
 
 def existing(splits: list[np.ndarray]) -> list[np.ndarray]:
-    """Of each level, the nodes that exist."""
+    """For each level, the nodes that exist."""
     found = [np.ones((1, 1), bool)]
     for fine, coarse in zip(splits[-2::-1], splits[:0:-1], strict=True):
         found.append(children_of(coarse, fine.shape))
@@ -36,8 +36,8 @@ def grow(splits: list[np.ndarray], coarse: list[np.ndarray]) -> None:
         exists = children_of(splits[level], splits[level - 1].shape)
 
 
-# Restricted (Von Herzen, Barr 1987): the parents of a split node's neighbours are split, so that neighbours are within
-# one level.
+# Restricted (Von Herzen, Barr 1987): the parents of a split node's neighbours are split, so neighbours differ by at
+# most one level.
 
 
 def balance(splits: list[np.ndarray]) -> bool:

@@ -183,7 +183,7 @@ class Journal:
         arrays = Arrays(job.path, job.pyramid)
         arrays.write_checks(checks.values)
         arrays.write_about(about)
-        os.replace(self.folder, self._built)  # in one step: a half removed folder would say nothing
+        os.replace(self.folder, self._built)  # in one step, so that no half removed folder is left
         shutil.rmtree(self._built)
         return read_about(job.path)
 

@@ -14,7 +14,7 @@ from .format import Arrays, MissingTileError, georeference_of, pyramid_of, read_
 from .pyramid import Pyramid
 from .tiles import FINEST_RECORD, Checks, Tiles
 
-OF_TILES = 0.25  # of the memory for tiles: those read last
+OF_TILES = 0.25  # part of the memory for tiles that holds the most recently read ones
 COARSE_POSTS = 1 << 20  # most posts of the coarse map from which a first view is chosen
 
 
@@ -93,7 +93,7 @@ class StoredMap(PagedMap):
 
 
 def _one_more(nodes: slice) -> slice:
-    """The posts of nodes."""
+    """The posts at the corners of nodes."""
     return slice(nodes.start, nodes.stop + 1)
 
 

@@ -11,7 +11,7 @@ from typing import Any
 from ..exceptions import TerrainError
 from ..readers.raster import one_line
 
-CONNECT = "20s"  # until a scheduler must have answered
+CONNECT = "20s"  # longest wait for a scheduler's answer
 Run = Callable[[Callable[..., Any], Any, Iterable[Any]], Iterator[tuple[Any, Any]]]
 
 

@@ -1,8 +1,8 @@
 """Tiles of a store, verified: each is compared with the checksum that was noted when the store was built.
 
-The checksum is of the values (CRC-32), and it belongs to one place of one store. So it finds what the checksum inside a
-shard cannot: a tile of another place, or of an earlier store. The list of all checksums has a hash of its own, among
-what the store says of itself.
+The checksum is of the values (CRC-32), and it belongs to one place of one store. So it finds errors that the checksum
+inside a shard cannot find: a tile of another place, or of an earlier store. The store's description has a hash of the
+list of all checksums.
 """
 
 from __future__ import annotations
@@ -37,7 +37,7 @@ def arrays_of(pyramid: Pyramid) -> Iterator[tuple[str, int]]:
 
 
 def checksums(values: np.ndarray, tile: int) -> np.ndarray:
-    """Of each tile of (..., rows, cols) values: (words, rows, cols) uint32."""
+    """Checksums of the tiles of (..., rows, cols) values: (words, rows, cols) uint32."""
     whole = values.reshape(-1, *values.shape[-2:])
     words, rows, cols = whole.shape[0], -(-whole.shape[1] // tile), -(-whole.shape[2] // tile)
     found = np.empty((words, rows, cols), np.uint32)
@@ -64,19 +64,19 @@ class Checks:
         self.of = {at: part.reshape(shape) for (at, shape), part in zip(shapes.items(), parts, strict=True)}
 
     def note(self, name: str, level: int, where: Area, noted: np.ndarray, tile: int) -> None:
-        """Note those of an area that begins with a whole tile."""
+        """Note the checksums of an area that begins with a whole tile."""
         row, col = (s.start // tile for s in where)
         _, rows, cols = noted.shape
         self.of[name, level][:, row : row + rows, col : col + cols] = noted
 
     @property
     def sha256(self) -> str:
-        """Of all of them."""
+        """Hash of all checksums."""
         return hashlib.sha256(self.values.astype("<u4").tobytes()).hexdigest()
 
 
 class Tiles:
-    """Reads tiles from any thread; those read last stay in memory.
+    """Reads tiles from any thread; the most recently read ones stay in memory.
 
     Parameters
     ----------
@@ -139,5 +139,5 @@ class Tiles:
 
 
 def _words(name: str) -> int:
-    """Words of an entry that are read."""
+    """The words of an entry that are read."""
     return min(FIELDS[name][2], FINEST_RECORD)

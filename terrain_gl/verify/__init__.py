@@ -1,1 +1,1 @@
-"""What holds of a drawn frame: its achieved error, its holes, why a patch has its level."""
+"""Facts about a drawn frame: its achieved error, its holes, why a patch has its level."""

@@ -7,7 +7,7 @@ import numpy as np
 from ..camera import Camera
 from ..heightmap import Heightmap
 
-# offsets up to a pixel from the middle, in steps of an eighth: a sample may lie anywhere there
+# offsets up to a pixel from the middle, in steps of an eighth: samples are somewhere in this area
 _AROUND = sorted(((i / 8, j / 8) for i in range(-8, 9) for j in range(-8, 9)), key=lambda at: np.hypot(*at))
 _PAIRS = (((0, 1), (0, -1)), ((1, 0), (-1, 0)), ((1, 1), (-1, -1)), ((1, -1), (-1, 1)))
 

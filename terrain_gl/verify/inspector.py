@@ -54,7 +54,7 @@ class Inspector:
         """
         frame = self._drawn()
         achieved = drain(self.measure_steps())
-        moved_px = max(frame.selection.certified_px or 0.0, achieved.max_px)  # the metric may be another
+        moved_px = max(frame.selection.certified_px or 0.0, achieved.max_px)  # the bound may be of another metric
         coverage = self.resources.picture.coverage()
         through = count_holes(coverage, self.heightmap, frame.camera, frame.size, frame.near_m, moved_px)
         frame.stats["max_error_px"], frame.stats["rms_error_px"] = achieved.max_px, achieved.rms_px
@@ -142,7 +142,7 @@ class Inspector:
         Returns
         -------
         triangles
-            (n, 3, 2) columns and rows, whole but for the parts of cells, counter-clockwise from above.
+            (n, 3, 2) columns and rows, counter-clockwise from above; whole numbers, except in cells that are cut.
         stats
             `triangles`, `patches`, `splits`, `requested_max_error_m`, `certified_max_error_m`: docs/stats.md.
 

@@ -92,7 +92,7 @@ class Measurement:
         for flip in _FLIPS:
             first = flip == _FLIPS[0]
             errors = self._pass(draw, selection, region, flip, clear=first)
-            # a place on the map's rim lies on a triangle's edge: the rasteriser covers it in one of the flips only
+            # a place on the map's rim is on a triangle's edge, and the rasteriser covers it in only one of the flips
             if not self._on_rim(region) or not np.isnan(errors).any():
                 break
         return errors
@@ -170,7 +170,7 @@ class Measurement:
             self._truth.release()
 
     def _write_truth(self, draw: MeshDraw, region: Region) -> None:
-        """Give the shader the true heights under a region: those of a map in pages are not on the GPU."""
+        """Upload the true heights under a region; those of a paged map are not all on the GPU."""
         assert self._truth
         heightmap = self.terrain.heightmap
         x, y = region[0] // PLACES, region[1] // PLACES
@@ -240,7 +240,7 @@ def _parts_in_picture(
     """Bands of rows, cut to the columns that may be in the picture.
 
     A side of the picture is a plane n · (p - eye) = d; the picture is where n · (p - eye) ≥ d. A column is left out if
-    no height of the map, in no row of the band, reaches that side.
+    no point in it, at any height of the map and in any row of the band, is on the picture's side of the plane.
     """
     x, y, width, height = region
     right, up, forward = camera.axes
