@@ -159,6 +159,38 @@ def test_nothing_is_too_long():
     assert list(long_ones()) == []
 
 
+# The stages of the line with what they stand on, and their shaders.
+LINE = "heightmap sat error lod mesh shade image gpu terrain camera view surface renderer"
+SHADERS = "sat error lod rings mesh shade blocks"
+
+
+def code_lines(path):
+    """Lines of a file without blank lines, comments and docstrings."""
+    text, left_out = path.read_text(encoding="utf-8"), set()
+    if path.suffix == ".py":
+        for node in ast.walk(ast.parse(text)):
+            if (
+                isinstance(node, ast.Expr)
+                and isinstance(node.value, ast.Constant)
+                and isinstance(node.value.value, str)
+            ):
+                left_out |= set(range(node.lineno, node.end_lineno + 1))
+    lines = (line.strip() for i, line in enumerate(text.splitlines(), 1) if i not in left_out)
+    return sum(bool(line) and not line.startswith(("#!", "# ", "//")) for line in lines)
+
+
+def test_the_line_stays_short():
+    """CONTRIBUTING.md says how long the line is, and why."""
+    entries = set(LINE.split())
+    files = [path for name, path in modules().items() if name and entry(name) in entries]
+    for folder in SHADERS.split():
+        files += [path for path in (TESTS.parent / "glsl" / folder).iterdir() if path.suffix not in (".py", ".pyc")]
+    files = [path for path in files if path.is_file()]
+    count = sum(map(code_lines, files))
+    print(f"\n{sum(len(path.read_bytes().splitlines()) for path in files):,} lines, {count:,} of them code")
+    assert 5000 < count <= 7000
+
+
 # --- What is installed ------------------------------------------------------------------------------------------------
 
 
