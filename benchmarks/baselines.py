@@ -111,7 +111,7 @@ class Case:
         return self.know(f"pruned {budgets}", lambda: self._pruned(budgets))
 
     def within(self, max_error_px):
-        """Triangles certified to be within an error, and those that each baseline needs to achieve it."""
+        """Triangles with which an error is certified, and those that each baseline needs to achieve it."""
         return self.know(f"within {max_error_px}", lambda: self._within(max_error_px))
 
     def close(self):

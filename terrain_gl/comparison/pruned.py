@@ -201,7 +201,7 @@ def _error_of(splits: list[np.ndarray], squares: list[np.ndarray]) -> float:
 def _at_budgets(
     curve: Callable[[float], tuple[int, float]], triangles: Sequence[int], enough: float = 0.998
 ) -> tuple[np.ndarray, np.ndarray]:
-    """Points of a falling curve log2 λ → (triangles, error²), just inside each budget."""
+    """The triangles and the squared error of the tree that just fits each budget; triangles fall with log2 λ."""
     known = {at: curve(at) for at in (-60.0, 60.0)}
     found = []
     for budget in triangles:

@@ -20,7 +20,7 @@ from ..heightmap import Heightmap
 
 _BLOCKS = 64  # blocks of posts along a side of the map: a view is searched block by block
 _INSIDE = 1 / 8  # part of the map along each rim where no eye is placed, so that there is land on all sides
-_REACH = 1 / 8  # how far away rising or falling land is searched, as a part of the map's longer side
+_REACH = 1 / 8  # land that rises or falls is searched within this part of the map's longer side
 _READABLE = 0.07  # relief over extent at which a picture of the whole map shows the relief well
 _SOLID = 0.9  # least share of posts with data, in a block and its neighbours, for a place of the eye
 _LEAST_PART, _MOST_PART = 0.3, 0.75  # size of the part that the first view looks at, relative to the map
@@ -58,7 +58,7 @@ def overview(heightmap: Heightmap, fov_deg: float = 45.0) -> Camera:
 
 
 def valley(heightmap: Heightmap, fov_deg: float = 45.0) -> Camera:
-    """Stand low, look up: at the highest place within an eighth of the map, where nothing stands before it."""
+    """Look up from a low place at the highest visible place within an eighth of the map."""
     blocks = _Blocks(heightmap)
     rise = blocks.around(blocks.high, _REACH) - blocks.low
     places = blocks.best(np.where(blocks.inside, rise, -np.inf))[:_TRIES]
@@ -71,7 +71,7 @@ def valley(heightmap: Heightmap, fov_deg: float = 45.0) -> Camera:
 
 
 def ridge(heightmap: Heightmap, fov_deg: float = 45.0) -> Camera:
-    """Stand high, look out: over the lowest place within an eighth of the map, 8 degrees below the horizon."""
+    """Look out from a high place over the lowest place within an eighth of the map, 8 degrees below the horizon."""
     blocks = _Blocks(heightmap)
     drop = blocks.high + blocks.around(-blocks.low, _REACH / 3)
     eye = blocks.post(blocks.best(np.where(blocks.inside, blocks.high + drop, -np.inf))[0], lowest=False)

@@ -41,7 +41,7 @@ def grow(splits: list[np.ndarray], coarse: list[np.ndarray]) -> None:
 
 
 def balance(splits: list[np.ndarray]) -> bool:
-    """From the cells up, split the parents of each split node and of its neighbours; return whether any was not yet."""
+    """From the cells up, split the parents of each split node and of its neighbours; returns whether any changed."""
     before = sum(int(level.sum()) for level in splits)
     for fine, coarse in zip(splits[1:], splits[2:], strict=False):
         around = fine | np.logical_or.reduce(neighbours(fine))

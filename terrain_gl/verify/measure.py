@@ -33,7 +33,7 @@ _FLIPS = ((0, 0), (1, 1), (1, 0), (0, 1))
 
 @dataclass(frozen=True)
 class Achieved:
-    """Screen error over the surface in a picture, voids aside.
+    """Screen error over the surface in a picture, without voids.
 
     Attributes
     ----------

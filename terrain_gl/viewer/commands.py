@@ -123,7 +123,7 @@ def _bookmarks() -> list[Command]:
     return [command for n in range(1, 10) for command in (goes(n), sets(n))]
 
 
-PLUS = "+", "=", "shift+=", "shift++"  # keyboards have it in different places
+PLUS = "+", "=", "shift+=", "shift++"  # the plus sign is on different keys of different keyboards
 
 GROUPS: dict[str, list[Command]] = {
     "Move": [

@@ -55,7 +55,7 @@ class MapWriter:
             self.message = f"saved {Path(self.path).absolute()}; to open it again: {as_options(opening)}"
         except MemoryError:
             self.message = "not enough memory"
-        except Exception as error:  # the window goes on and shows the line, whatever it is
+        except Exception as error:  # the window shows any error as one line and stays open
             self.message = str(error) or type(error).__name__
 
 
