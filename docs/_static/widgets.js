@@ -33,7 +33,7 @@ const picture = (() => {
         for (let x = 0; x < N; x++) {
             const dx = height(Math.min(x + 1, N - 1), y) - height(Math.max(x - 1, 0), y);
             const dy = height(x, Math.min(y + 1, N - 1)) - height(x, Math.max(y - 1, 0));
-            const light = 175 + 10 * (dx + dy);
+            const light = 165 + 5 * (dx + dy);
             pixels.data.set([light, light, light, 255], 4 * (y * N + x));
         }
     context.putImageData(pixels, 0, 0);
@@ -186,8 +186,23 @@ function budget(parent) {
         all.forEach(([n, e], i) => context[i ? "lineTo" : "moveTo"](across(n), down(e)));
         context.stroke();
     }
+    function axes() {
+        context.fillStyle = context.strokeStyle = "#777";
+        context.lineWidth = 1;
+        context.font = "12px sans-serif";
+        context.strokeRect(across(2), down(80), across(131072) - across(2), down(0.02) - down(80));
+        for (const [value, text] of [[10, "10"], [100, "100"], [1e3, "1,000"], [1e4, "10,000"], [1e5, "100,000"]]) {
+            context.fillRect(across(value), 464, 1, 6);
+            context.fillText(text, across(value) - 3 * text.length, 485);
+        }
+        for (const value of [0.1, 1, 10]) {
+            context.fillRect(560, down(value), 6, 1);
+            context.fillText(value, 538, down(value) + 4);
+        }
+    }
     function draw(found, name) {
         context.clearRect(0, 0, 900, 514);
+        axes();
         land(context, 0, 0, 514);
         outline(context, found, 0, 2);
         context.lineWidth = 2;
@@ -198,11 +213,11 @@ function budget(parent) {
         context.fillRect(across(n) - 4, down(e) - 4, 8, 8);
         context.fillStyle = "#777";
         context.font = "14px sans-serif";
-        context.fillText("rms error over triangles (both logarithmic)", 560, 500);
+        context.fillText("rms error in steps of height, over triangles", 560, 507);
         context.fillStyle = "#1f77b4";
-        context.fillText("by a price", 760, 30);
+        context.fillText("by a price", 760, 65);
         context.fillStyle = "#ff7f0e";
-        context.fillText("by a tolerance", 760, 50);
+        context.fillText("by a tolerance", 760, 85);
         told.textContent = `${name}: ${n} triangles, rms error ${e.toFixed(3)} steps of height`;
         parent.dataset.triangles = n;
     }
