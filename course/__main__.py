@@ -6,6 +6,7 @@ Run: python -m course check 2
 from __future__ import annotations
 
 import argparse
+import io
 import os
 import secrets
 import subprocess
@@ -13,6 +14,7 @@ import sys
 from pathlib import Path
 
 from .checking import EXACT, HERE, Lesson, check, lesson, lessons
+from .remote import StudentError
 
 PICTURE = "check_{number:02d}.png"
 
@@ -23,6 +25,9 @@ class UsageError(Exception):
 
 def main(arguments: list[str] | None = None) -> int:
     """Run a command; return the exit status."""
+    for stream in (sys.stdout, sys.stderr):
+        if isinstance(stream, io.TextIOWrapper):  # a pipe of Windows knows no κ
+            stream.reconfigure(errors="replace")
     options = _parser().parse_args(arguments)
     try:
         return options.run(options)
@@ -109,7 +114,10 @@ def _grade(options: argparse.Namespace) -> int:
         raise UsageError(f"{options.folder}: it has no folders; each student has one")
     if not options.output.parent.is_dir():
         raise UsageError(f"{options.output.parent}: no such folder")
-    missing = open_walls()
+    try:
+        missing = open_walls()
+    except StudentError as error:  # its Python may lie where no wall lets it be read, such as a link to another folder
+        raise UsageError(f"no code runs behind the walls with {sys.executable}: {error}") from None
     if missing and not options.trust:
         raise UsageError(f"on this system a student's code {', '.join(missing)}; use the container, or --trust")
     try:

@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 from collections.abc import Iterator
+from functools import cache
 from typing import Any
 
 import numpy as np
@@ -17,11 +18,17 @@ SECONDS = 20.0
 def missing() -> str:
     """Why there is no OpenGL 4.3 here; empty if there is."""
     try:
-        with Student(RUNNER, SECONDS) as runner:
-            runner.renderer()
+        _renderer()
     except StudentError as error:
         return f"this machine has no OpenGL 4.3: {error}"
     return ""
+
+
+@cache  # a failure is no answer, and is tried again: a busy machine may be late once
+def _renderer() -> str:
+    """Name of the driver."""
+    with Student(RUNNER, SECONDS) as runner:
+        return str(runner.renderer())
 
 
 def ready(texts: Any, names: set[str]) -> Finding | None:

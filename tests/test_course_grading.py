@@ -14,6 +14,7 @@ from courses import ROOT, checking, solved, solving
 pytest.importorskip("course.grading")
 from course import grading  # noqa: E402
 from course.box import walls  # noqa: E402
+from course.remote import StudentError  # noqa: E402
 
 LESSON = checking.lesson(2)
 BLANK = solving.blank(solving.solution(LESSON.folder).read_text(encoding="utf-8"))
@@ -32,6 +33,8 @@ MALICIOUS = {
     + "    import os\n    for n in range(3, 20):\n        try: os.write(n, bytes(64))\n        except OSError: pass\n",
     "huge_answer": HEAD + "    import numpy as np\n    return np.zeros(2**28)\n",
     "forks": HEAD + "    import os\n    os.fork()\n    os.setsid()\n    while True: pass\n",
+    "forks_on": HEAD + "    import os\n    while True:\n        try: os.fork()\n        except OSError: pass\n",
+    "threads": HEAD + "    import threading\n    while True: threading.Thread(target=input).start()\n",
     "raises": HEAD + "    raise SystemExit(0)\n",
     "object": HEAD + "    return object()\n",
     "unreadable": b"\xff\xfe\x00",
@@ -50,6 +53,7 @@ def graded(tmp_path_factory):
     root = tmp_path_factory.mktemp("class")
     folder, outside = root / "submissions", root / "outside"
     outside.mkdir()
+    (root / "scratch").mkdir()
     (outside / "kept").write_text("kept")
     hand_in(folder, "blank", BLANK)
     hand_in(folder, "right", solved(2))
@@ -64,7 +68,11 @@ def graded(tmp_path_factory):
     command = [sys.executable, "-m", "course", "grade", str(folder), "-o", str(root / "points.csv"), "--lessons", "2"]
     start = time.monotonic()
     done = subprocess.run(
-        [*command, "--seed", "4", "--seconds", "3", "--jobs", "2"], cwd=ROOT, capture_output=True, text=True
+        [*command, "--seed", "4", "--seconds", "3", "--jobs", "2"],
+        cwd=ROOT,
+        env=os.environ | {"TMPDIR": str(root / "scratch")},
+        capture_output=True,
+        text=True,
     )
     if "on this system" in done.stderr:
         pytest.skip(done.stderr)
@@ -97,12 +105,13 @@ def test_nothing_hangs_and_nothing_gets_out(graded):
     rows, seconds, outside, _ = graded
     assert seconds < 3 * 3 * len(rows)  # three tasks; most end at once
     assert (outside / "kept").read_text() == "kept"
-    assert "the time limit" in rows["endless"]["notes"]
+    assert "the time limit" in rows["endless"]["notes"] and "File too large" in rows["prints"]["notes"]
 
 
-def test_no_process_is_left(graded):
+def test_no_process_and_no_file_is_left(graded):
+    scratch = graded[2].parent / "scratch"
     commands = [path.read_bytes() for path in Path("/proc").glob("[0-9]*/cmdline") if os.access(path, os.R_OK)]
-    assert not any(b"worker.py" in words and b"course-" in words and b"walled" in words for words in commands)
+    assert not any(bytes(scratch) in words for words in commands) and not list(scratch.iterdir())
 
 
 def test_the_walls_stand_and_are_tried_out(tmp_path):
@@ -112,7 +121,17 @@ def test_the_walls_stand_and_are_tried_out(tmp_path):
     assert grading.open_walls() == []
     (tmp_path / "kept").write_text("kept")
     with courses.checking.Student(checking.HERE / "box" / "probe.py", 20.0) as probe:
-        assert len(probe.escapes(str(tmp_path), os.getpid())) == 6
+        assert len(probe.escapes(str(tmp_path), os.getpid())) == 7
+
+
+def test_the_walls_stand_where_the_grader_is_the_first_process():
+    """As in a container: the probe's own number in its namespace may be the grader's, too."""
+    if not walls.namespaces():
+        pytest.skip("this system has no user namespaces")
+    code = "import os\nfrom course.grading import open_walls\nprint(os.getpid(), open_walls())"
+    command = ["unshare", "--user", "--map-root-user", "--pid", "--fork", sys.executable, "-c", code]
+    done = subprocess.run(command, cwd=ROOT, capture_output=True, text=True)
+    assert done.stdout == "1 []\n", done.stderr
 
 
 def test_grading_stops_where_a_wall_is_missing(tmp_path, monkeypatch, capsys):
@@ -122,6 +141,18 @@ def test_grading_stops_where_a_wall_is_missing(tmp_path, monkeypatch, capsys):
     monkeypatch.setattr(grading, "open_walls", lambda: ["writes files"])
     assert main(["grade", str(tmp_path), "-o", str(tmp_path / "p.csv")]) == 2
     assert "writes files" in capsys.readouterr().err and not (tmp_path / "p.csv").exists()
+
+
+def test_a_python_that_no_wall_lets_run_is_one_line(tmp_path, monkeypatch, capsys):
+    from course.__main__ import main
+
+    def ends():
+        raise StudentError("the process ended")
+
+    hand_in(tmp_path, "anna", BLANK)
+    monkeypatch.setattr(grading, "open_walls", ends)
+    assert main(["grade", str(tmp_path), "-o", str(tmp_path / "p.csv")]) == 2
+    assert capsys.readouterr().err.endswith("the process ended\n") and not (tmp_path / "p.csv").exists()
 
 
 def test_no_cell_is_a_formula(tmp_path):

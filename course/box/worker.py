@@ -31,6 +31,7 @@ def main() -> None:
     walls.limit(walled)
     if walled:
         walls.landlock(file.parent)
+        walls.seccomp()
     import wire
 
     sys.path.remove(str(HERE))
