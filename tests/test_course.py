@@ -1,5 +1,6 @@
 """The course: blanks fail, solutions pass, wrong answers are rejected."""
 
+import os
 import re
 import subprocess
 import sys
@@ -69,6 +70,14 @@ def test_a_page_has_all_its_parts(number):
             assert (folder / target).resolve().exists(), target
 
 
+@pytest.mark.parametrize("number", NUMBERS)
+def test_a_page_counts_the_tasks_as_the_check_does(number):
+    lesson = checking.lesson(number)
+    page = (lesson.folder / "page.md").read_text(encoding="utf-8")
+    items = re.findall(r"^(\d+)\. `", page.split("## Task\n")[1].split("\nCheck it:")[0], re.MULTILINE)
+    assert [f"{number}.{item}" for item in items] == [task.title.split()[0] for task in lesson.tasks]
+
+
 def test_the_reference_imports_with_numpy_alone():
     blocked = "moderngl", "glfw", "OpenImageIO", "pyrr", "imgui_bundle", "matplotlib", "rasterio"
     code = f"""
@@ -119,6 +128,13 @@ def test_a_wrong_answer_that_changes_nothing_is_noticed(tmp_path, monkeypatch):
     (tmp_path / "02_screen_error" / "wrong.toml").write_text('[a]\nwhy = ""\nold = "y = 1"\nnew = "y = 2"\n')
     with pytest.raises(ValueError, match="0 times"):
         solving.wrong_answers(checking.lesson(2).folder)
+
+
+def test_a_console_without_greek_letters_is_no_hindrance(tmp_path):
+    (tmp_path / "answer.py").write_text(solved(10), encoding="utf-8")
+    command = [sys.executable, "-m", "course", "check", "10", str(tmp_path / "answer.py")]
+    done = subprocess.run(command, cwd=ROOT, capture_output=True, env=os.environ | {"PYTHONIOENCODING": "cp1252"})
+    assert done.returncode == 0 and b"A of your ?" in done.stdout, done.stderr
 
 
 def test_findings():

@@ -19,7 +19,7 @@ def main(path):
     boxes = truth.boxes_of(rng, errors.shape, 400)[2:]
     worst = truth.true_maximum(errors, boxes)
     squares = np.array([np.sqrt(np.square(errors[y0:y1, x0:x1]).sum()) for x0, y0, x1, y1 in boxes])
-    order = np.argsort(worst)
+    order = np.argsort(worst, kind="stable")
     figure, (left, right) = plt.subplots(1, 2, figsize=(12, 4), constrained_layout=True)
     shown = left.imshow(np.log2(errors + 0.1), cmap="magma")
     figure.colorbar(shown, ax=left, label="log2 of the error in metres", shrink=0.7)
