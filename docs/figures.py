@@ -5,6 +5,7 @@ Run: python docs/figures.py [FOLDER]
 
 import csv
 import json
+import re
 import sys
 from pathlib import Path
 
@@ -384,6 +385,16 @@ def main(folder):
             metadata = {"Date": None} if name.endswith(".svg") else {"Software": None}
             figure.savefig(folder / name, dpi=110, metadata=metadata)
             plt.close(figure)
+            if name.endswith(".svg"):
+                number_clips(folder / name)
+
+
+def number_clips(path):
+    """Number an SVG's clip paths: matplotlib names them by their coordinates' last digits, which differ by machine."""
+    text = path.read_text(encoding="utf-8")
+    for i, name in enumerate(re.findall(r'<clipPath id="(\w+)"', text)):
+        text = text.replace(f'id="{name}"', f'id="clip{i}"').replace(f"url(#{name})", f"url(#clip{i})")
+    path.write_text(text, encoding="utf-8")
 
 
 if __name__ == "__main__":
