@@ -1,8 +1,8 @@
 """Grade a class of forty, a quarter each blank, wrong, right and malicious, for the numbers in course/LECTURERS.md.
 
 Every student hands in all twelve lessons. A malicious one loops without end, deletes what it finds, prints a gigabyte,
-takes all memory, or starts processes, in every lesson. The table must have all points for the right answers and none for blank and malicious
-ones; what lies beside the folder of submissions must still be there, and no process may be left.
+takes all memory, or starts processes, in every lesson. The table must have all points for the right answers and none
+for blank and malicious ones; what lies beside the folder of submissions must still be there, and nothing may be left.
 
 Run: python benchmarks/grading.py FOLDER [STUDENTS [SECONDS]]
 """

@@ -22,7 +22,6 @@ _NUMBERS = (  # label, key of an entry's stats, format
     ("RMSE of the picture", "image_rmse", ".4f"),
     ("FLIP of the picture", "flip", ".4f"),
     ("skyline off, px", "skyline_px", ".3f"),
-    ("frame, ms", "frame", ".0f"),
 )
 
 
@@ -81,7 +80,7 @@ class Study:
         entries = self.comparison.entries
         lines = []
         for label, key, style in _NUMBERS:
-            values = [entry.stats["ms"]["frame"] if key == "frame" else entry.stats[key] for entry in entries]
+            values = [entry.stats[key] for entry in entries]
             lines.append(Line.of(label, values, style, compared=key != "triangles"))
         if self.needed:
             needed = [self.needed[entry.method] for entry in entries]
