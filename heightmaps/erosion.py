@@ -1,12 +1,12 @@
-"""Rivers that carve a landscape: the time step behind the bundled heightmaps, in numpy.
+"""Rivers that carve a landscape: the time step that made the bundled heightmaps, in numpy.
 
-One step, on a grid of square cells whose columns wrap around (east meets west); the first and last row are outlets:
+One step on a grid of square cells. The columns wrap around (east meets west); the first and last row are outlets:
 
     receivers   every cell drains to its steepest lower neighbour; a pit drains across its lowest pass
     drain       number the cells from the outlets upwards, so that every receiver comes before its donors
     gather      drained area and carried sediment: one sum from the leaves of that forest to its roots
-    carve       dh/dt = U - K A^m S + G Q/A, implicit in the slope S: steps of thousands of years stay stable
-    creep       diffusion of hillslopes
+    carve       dh/dt = U - K A^m S + G Q/A, implicit in the slope S, so steps of thousands of years stay stable
+    creep       slow diffusion of soil down the slopes
 
 Sources: J. Braun, S. Willett, "A very efficient O(n), implicit and parallel method to solve the stream power equation",
 Geomorphology 2013 (drain, carve); G. Cordonnier, B. Bovy, J. Braun, "A versatile, linear complexity algorithm for flow
@@ -20,15 +20,15 @@ from dataclasses import dataclass
 import numpy as np
 
 OFFSETS = [(-1, -1), (-1, 0), (-1, 1), (0, -1), (0, 1), (1, -1), (1, 0), (1, 1)]
-TRICKLE = 1e-4  # rise over run of the flattest water
+TRICKLE = 1e-4  # rise over run of the flattest stream
 
 
 @dataclass
 class Rock:
-    """What the land is made of and how fast it rises; each field a number or a (rows, cols) array.
+    """What the ground consists of and how fast it rises. Each field is a number or a (rows, cols) array.
 
-    uplift in m/yr; erodibility K in m^(1-2m)/yr; max_slope rise over run that stands without sliding; deposition G
-    without unit; creep in m^2/yr.
+    uplift in m/yr; erodibility K in m^(1-2m)/yr; max_slope: the steepest rise over run that does not slide;
+    deposition G without a unit; creep in m^2/yr.
     """
 
     uplift: np.ndarray | float
@@ -40,7 +40,7 @@ class Rock:
 
 
 class Grid:
-    """Neighbours of (rows, cols) square cells, `spacing` metres apart; columns wrap. Outlets keep their heights."""
+    """The neighbours of (rows, cols) square cells, `spacing` metres apart. Columns wrap; outlets keep their heights."""
 
     def __init__(self, outlet: np.ndarray, spacing: float):
         rows, cols = outlet.shape
@@ -52,7 +52,7 @@ class Grid:
         self.outlet = outlet.ravel()
 
     def distance(self, start: np.ndarray, end: np.ndarray) -> np.ndarray:
-        """Metres between cells, the short way around."""
+        """Metres between cells, the shorter way around the wrapped columns."""
         cols = self.shape[1]
         east = np.abs(start % cols - end % cols)
         return self.spacing * np.hypot(np.minimum(east, cols - east), start // cols - end // cols)
@@ -61,7 +61,7 @@ class Grid:
 def receivers(grid: Grid, height: np.ndarray, rng: np.random.Generator, wander: float) -> np.ndarray:
     """The cell that each cell drains to; outlets drain to themselves.
 
-    Slopes are weighted by random factors in 1 ± wander, for water on a grid would otherwise run in eight directions.
+    Slopes are multiplied by random factors in 1 ± wander: water on a grid would otherwise run in eight directions only.
     """
     best, receiver = np.zeros(height.size, np.float32), grid.cells.copy()
     for (rows, cols), neighbour in zip(OFFSETS, grid.neighbours, strict=True):
@@ -83,19 +83,19 @@ def cross_passes(grid: Grid, height: np.ndarray, receiver: np.ndarray) -> np.nda
         near, far = near[open_edge], far[open_edge]
         if not near.size:
             return receiver
-        # Equal passes are told apart by their cells, so that the choices form no ring longer than two.
+        # Among equally low passes the cells' numbers decide, so that the choices form no ring of more than two pits.
         low, high = np.minimum(near, far), np.maximum(near, far)
         order = np.lexsort((high, low, np.maximum(height[near], height[far]), basin[near]))
         pit, first = np.unique(basin[near][order], return_index=True)
         target = far[order][first]
         goal = grid.cells.copy()
         goal[pit] = basin[target]
-        mutual = (goal[goal[pit]] == pit) & (pit < goal[pit])  # of two that chose each other, one waits
+        mutual = (goal[goal[pit]] == pit) & (pit < goal[pit])  # of two pits that chose each other, one waits
         receiver[pit[~mutual]] = target[~mutual]
 
 
 def root_of(receiver: np.ndarray) -> np.ndarray:
-    """The last cell of each cell's way down, by pointer doubling."""
+    """The last cell on each cell's way down, by pointer doubling."""
     while True:
         further = receiver[receiver]
         if np.array_equal(further, receiver):
@@ -135,9 +135,9 @@ def gather(flow: Drainage, amount: np.ndarray) -> np.ndarray:
 
 
 def carve(flow: Drainage, height: np.ndarray, rate: np.ndarray, max_slope: np.ndarray) -> np.ndarray:
-    """Heights after one implicit step, h = (h0 + f h_r) / (1 + f) with f = K A^m dt / distance, h_r the receiver's.
+    """Heights after one implicit step: h = (h0 + f h_r) / (1 + f), f = K A^m dt / distance, h_r the receiver's height.
 
-    Then slopes steeper than allowed slide down to that limit, and pits fill with gravel to a trickle's fall.
+    Then slopes that are too steep slide down to the limit, and pits fill with gravel until their water can just flow.
     """
     factor = rate / np.maximum(flow.distance, 1)
     least, most = TRICKLE * flow.distance, max_slope * flow.distance
@@ -161,16 +161,16 @@ def creep(grid: Grid, height: np.ndarray, metres2: float) -> np.ndarray:
 
 
 def evolve(height, spacing, rock_at, years, steps, rng, outlet=None, inflow=0.0, wander=0.5):
-    """The land after so many years, in so many equal steps.
+    """The heights after `years` years, computed in `steps` equal steps.
 
     Parameters
     ----------
     height : (rows, cols) metres.
     spacing : metres between cells.
-    rock_at : function from heights to the `Rock` that lies open there.
+    rock_at : function from heights to the `Rock` at the surface there.
     rng : numpy Generator.
-    outlet : (rows, cols) bool, cells of fixed height where water leaves; the first and last row where not given.
-    inflow : (rows, cols) m^2, area drained beyond the map whose water enters at a cell.
+    outlet : (rows, cols) bool, cells of fixed height where water leaves; by default the first and last row.
+    inflow : (rows, cols) m^2, the drained area outside the map whose water enters at a cell.
     wander : see `receivers`.
     """
     if outlet is None:
@@ -189,7 +189,7 @@ def evolve(height, spacing, rock_at, years, steps, rng, outlet=None, inflow=0.0,
 def step(grid, flow, height, worn, rock, water, dt):
     """Heights after dt years, and the metres a year that each cell lost.
 
-    Sediment is what was worn away in the step before, so that the step stays one pass up the rivers and one down.
+    The sediment is what the step before wore away: so one pass up the rivers and one pass down are enough.
     """
     uplift, erodibility, max_slope = (
         np.broadcast_to(field, grid.shape).ravel() for field in (rock.uplift, rock.erodibility, rock.max_slope)

@@ -3,8 +3,8 @@
     python heightmaps/make_heightmaps.py            # every map, and maps.json
     python heightmaps/make_heightmaps.py canyon     # one map
 
-Each land starts on a coarse grid, where the great valleys form, and is then refined and eroded further, so that finer
-grids add the gullies between them. Numbers come from seeds: the same numpy makes the same land again.
+Each landscape starts on a coarse grid, where the large valleys form. Then the grid is refined and eroded further: finer
+grids add the gullies between them. Random numbers come from seeds: the same numpy makes the same landscape again.
 """
 
 import argparse
@@ -24,7 +24,7 @@ FOLDER = Path(__file__).parent
 
 
 def noise(shape, seed, longest, shortest, slope):
-    """Smooth noise of mean 0 and deviation 1: the same land at every resolution, repeating from edge to edge.
+    """Smooth noise of mean 0 and standard deviation 1: the same at every resolution, and repeating from edge to edge.
 
     Spectral synthesis: random waves between two wavelengths (fractions of the map), amplitude ~ wavelength^(1 + slope).
     """
@@ -60,7 +60,7 @@ def refine(height):
 
 
 def warp(height, seed, rms):
-    """Move the land about by smooth random distances of so many cells, so that no valley keeps a grid's direction."""
+    """Shift the land by smooth random distances of `rms` cells, so that no valley keeps the direction of a grid."""
     rows, cols = height.shape
     east, south = (rms * noise(height.shape, seed + i, 72 / cols, 24 / cols, 1.0) for i in (0, 1))
     y = np.clip(np.arange(rows)[:, None] + south, 0, rows - 1)
@@ -73,7 +73,7 @@ def warp(height, seed, rms):
 
 
 def finer(height, spacing, rms, rng):
-    """The start of the next finer grid: twice the cells, warped, with a little roughness for gullies to begin at."""
+    """The start of the next finer grid: twice the cells, warped, with a little roughness where gullies can begin."""
     cells = 2 * height.shape[1]
     height = warp(refine(height), cells, rms)
     return height + 0.02 * spacing * rng.standard_normal(height.shape)
@@ -135,7 +135,7 @@ STRATA = np.array(  # from the plateau down: thickness in metres, relative erodi
 
 
 def canyon_rock(height, dip):
-    """The layer that lies open at each height; `dip` (metres) bends the layers."""
+    """The layer of rock at each height; `dip` (metres) bends the layers."""
     thickness, erodibility, max_slope = STRATA.T
     depth = PLATEAU_M + dip - height
     layer = np.minimum(np.searchsorted(np.cumsum(thickness), depth), len(STRATA) - 1)
@@ -143,7 +143,7 @@ def canyon_rock(height, dip):
 
 
 def river_course(y):
-    """Where the great river runs, as fractions of the map: east of the western edge, for y south of the northern."""
+    """Where the large river runs, as fractions of the map: distance from the western edge, y from the northern edge."""
     return 0.5 + 0.14 * np.sin(2 * np.pi * (1.25 * y + 0.1)) + 0.05 * np.sin(2 * np.pi * (2.9 * y + 0.3))
 
 
@@ -172,7 +172,7 @@ def canyon():
 
 @dataclass(frozen=True)
 class Recipe:
-    """How a map is made and kept: height = value * z_scale + z_offset_m. The view is the one to look at it first."""
+    """How a map is made and stored: height = value * z_scale + z_offset_m. `view` is the first view of it."""
 
     make: Callable[[], np.ndarray]
     spacing_m: float
@@ -194,7 +194,7 @@ RECIPES = {
 
 
 def write_png(path, height, z_scale, z_offset_m):
-    """Write heights as 16-bit grey, the first column again after the last: the map repeats from east to west."""
+    """Write heights as 16-bit grey. The first column follows again after the last, as the map repeats to the east."""
     value = np.rint((np.hstack([height, height[:, :1]]) - z_offset_m) / z_scale)
     if not (value.min() >= 0 and value.max() <= 65535):
         raise SystemExit(f"{path}: heights {height.min():.0f} to {height.max():.0f} m do not fit 16 bits")
@@ -218,7 +218,7 @@ def describe(recipes):
 def main():
     """Make the maps named on the command line, or all."""
     parser = argparse.ArgumentParser(description="Make the bundled heightmaps.")
-    parser.add_argument("names", nargs="*", metavar="NAME", help=f"{', '.join(RECIPES)}; all where none is given")
+    parser.add_argument("names", nargs="*", metavar="NAME", help=f"{', '.join(RECIPES)}; without a name, all of them")
     names = parser.parse_args().names or list(RECIPES)
     if unknown := set(names) - set(RECIPES):
         parser.error(f"no map is called {', '.join(sorted(unknown))}; there are {', '.join(RECIPES)}")

@@ -33,7 +33,7 @@ class Scene:
     def __init__(self, ctx, heightmap, size=SIZE):
         self.heightmap, self.size = heightmap, size
         self.terrain, self.view = Terrain(ctx, heightmap), View(ctx)
-        self.tables = ErrorTables(self.terrain, build=False)  # which no baseline reads
+        self.tables = ErrorTables(self.terrain, build=False)  # no baseline reads the tables
         self.selectors = Selectors(self.tables, self.view)
 
     def select(self, method, camera, parameters, cull=True):
@@ -46,7 +46,7 @@ class Scene:
 
 
 def one_height_a_post(posts, heights_m, heightmap):
-    """Heights (rows, cols) of the posts where vertices stand, NaN elsewhere; asserts that a post has one height."""
+    """Heights (rows, cols) at posts with a vertex, NaN elsewhere; asserts that a post has one height."""
     col, row = posts.reshape(-1, 2).astype(int).T
     flat = row * heightmap.cols + col
     drawn = np.full(heightmap.rows * heightmap.cols, np.nan, "f4")
@@ -87,7 +87,7 @@ def test_pyramid_is_the_specification(ctx, shape, kind):
 
 
 def test_planes_stay_planes(ctx):
-    """Rim and all: filters are symmetric wherever they are."""
+    """At the rim, too: the filters are symmetric everywhere."""
     heightmap = MAPS["plane"]()
     terrain = Terrain(ctx, heightmap)
     pyramid = Pyramid(terrain, "spline")
@@ -161,7 +161,7 @@ def test_no_sky_shows_through(ctx, name, method, parameters):
 
 @pytest.mark.parametrize("method", BASELINES)
 def test_heights_drawn_are_those_of_the_pyramid(ctx, method):
-    """Posts where a vertex stands: from the least to the largest of what all levels say there and around."""
+    """At a vertex, the height lies between the lowest and the highest that any level has there and around it."""
     scene = Scene(ctx, MAPS["odd"]())
     camera = cameras(scene.heightmap)["default"]
     posts, heights_m = captured_triangles(scene.select(method, camera, PARAMETERS[method]()))
@@ -290,7 +290,7 @@ def test_best_parameters_are_no_worse_than_the_first(ctx, method):
 
 @pytest.mark.parametrize("method", BASELINES)
 def test_the_same_again(ctx, method):
-    """The same mesh and picture, whatever was drawn before, and by a renderer that never drew anything else."""
+    """The same mesh and picture, whatever was drawn before; a new renderer gives it, too."""
     heightmap = MAPS["odd"]()
     first, second = (tg.Renderer(heightmap, SIZE, ctx=ctx) for _ in range(2))
     camera = cameras(heightmap)["default"]
@@ -381,7 +381,7 @@ def test_errors_of_levels_are_what_they_miss(ctx):
         a, d = coarse[y, x], coarse[y + 1, x + 1]  # triangles share the diagonal from north-west
         b, c = coarse[y, x + 1], coarse[y + 1, x]
         drawn = np.where(u >= v, a + u * (b - a) + v * (d - b), a + v * (c - a) + u * (d - c))
-        # so many squares at random are within some per cent of all
+        # the mean over so many random squares is within a few per cent of the mean over all
         assert errors_m[level] == pytest.approx(np.sqrt(np.square(fine[:-1, :-1] - drawn).mean()), rel=0.03)
     for part in (pyramid, terrain):
         part.release()
@@ -416,7 +416,7 @@ def test_cells_cut_in_parts_are_watertight(ctx, method, parameters, name):
     ],
 )
 def test_parts_of_cells_are_nearer_to_the_truth(ctx, method, whole, cut):
-    """Every cell as two triangles errs by a quarter of its twist, in 2 × 2 parts by a sixteenth; posts are exact."""
+    """A cell as two triangles has an error of 1/4 of its twist, in 2 × 2 parts of 1/16; posts are exact."""
     renderer = tg.Renderer(MAPS["odd"](), SIZE, ctx=ctx)
     errors = []
     for parameters in (whole, cut):

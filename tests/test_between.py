@@ -32,7 +32,7 @@ def bilinear(heights):
 
 
 def measured(void):
-    """Samples that count: solid posts, and all places of cells without a void corner."""
+    """Which samples are compared: posts with a height, and all places in cells without a void corner."""
     n = 1 << FINER_LOG2
     solid = ~(void[1:, 1:] | void[1:, :-1] | void[:-1, 1:] | void[:-1, :-1])
     seen = np.zeros([n * (size - 1) + 1 for size in void.shape], bool)
@@ -96,7 +96,7 @@ def test_tables_bound_the_surface_between_the_posts(ctx, name):
 
 @pytest.mark.parametrize("name", ["12x19", "smooth", "cliff"])
 def test_errors_at_the_posts_alone_do_not_bound_the_surface(name):
-    """What crossed cells add is needed: without it some node errs by more between its posts than the table says."""
+    """The part for crossed cells is needed: without it some node's error between posts is above the table's."""
     heights = MAPS[name].astype("f8")
     truth, seen = bilinear(heights), measured(np.zeros(heights.shape, bool))
     for level in (1, 2):
@@ -105,7 +105,7 @@ def test_errors_at_the_posts_alone_do_not_bound_the_surface(name):
 
 
 def test_kinks_of_nodes_at_the_rim_are_needed(monkeypatch):
-    """A ridge at 10 m between two void corners, over flat land: it runs between posts, where nothing twists."""
+    """A ridge at 10 m between two void corners, over flat land: it runs between posts, in cells without a twist."""
     heights, void = np.zeros((4, 6)), np.zeros((4, 6), bool)
     heights[0, 0] = heights[3, 5] = 10.0
     void[0, 0] = void[3, 5] = True
@@ -117,7 +117,7 @@ def test_kinks_of_nodes_at_the_rim_are_needed(monkeypatch):
 
 
 def test_errors_of_the_steepest_maps_stay_finite(ctx):
-    """Halves end at four times the span: a rim's node of one cell twists by twice the span."""
+    """Half floats reach four times the span: a node of one cell at the rim can have a twist of twice the span."""
     for heights in ([[0, 9], [9, 0]], np.indices((4, 6)).sum(0) % 2 * 9.0, np.indices((6, 2)).sum(0) % 2 * 9.0):
         terrain = Terrain(ctx, Heightmap(heights, 1.0))
         tables = ErrorTables(terrain)

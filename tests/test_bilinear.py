@@ -26,7 +26,7 @@ def test_measured_and_captured_it_is_the_full_resolution(ctx, name):
 
 
 def heights_seen(renderer, camera, method):
-    """Heights at which the rays of a camera that looks straight down meet what is drawn, and places there."""
+    """Where the rays of a camera that looks straight down meet the drawn surface: heights and places."""
     renderer.draw(camera, method=method)
     places = renderer.picture.places()
     n = renderer.size[0]
@@ -48,7 +48,7 @@ def test_heights_between_posts_are_bilinear(ctx):
         assert len(seen) > 10000
         off[method] = np.abs(seen - bilinear(heights, col, row)).max()
     r.release()
-    # a diagonal is a quarter of the mixed difference off, here at most 150 m; in a cell cut in four, a quarter of that
+    # a diagonal has an error of a quarter of the twist, here at most 150 m; in a cell cut in four, a quarter of that
     assert off["truth"] <= 150 / 16 + 0.5
     assert off["full"] > 2 * off["truth"]
 

@@ -63,7 +63,7 @@ def worst_distance(heights, drawn, n=400):
 
 
 def falling(heights, s, t):
-    """A cell cut along its falling diagonal."""
+    """A cell drawn as two triangles along its falling diagonal."""
     (a, b), (c, d) = heights
     return np.where(s >= t, a + (b - a) * s + (d - b) * t, a + (c - a) * t + (d - c) * s)
 
@@ -123,7 +123,7 @@ def test_bounds_of_boxes_hold_and_are_tight(size, per_octave):
 
 
 def test_a_class_table_decides_the_bound():
-    """Counts overwritten with zeros: the bound falls to the last class."""
+    """When the counters are overwritten with zeros, the bound falls to the last class."""
     errors = np.full((4, 4), 50.0)
     tables = reference.class_tables(errors, 100.0)
     assert reference.bound_max_m(tables, (0, 0), (4, 4), 100.0) >= 50

@@ -108,7 +108,7 @@ def test_means_are_those_of_the_known_heights_around(rows, cols, across, along, 
 
 @pytest.mark.parametrize("seed", range(20))
 def test_dabs_at_once_are_dabs_one_after_the_other(seed):
-    """To the bit, also over voids, the map's edge and what earlier dabs did."""
+    """Bit by bit; over voids, at the map's edge and over earlier dabs, too."""
     rng = np.random.default_rng(seed)
     heights = rough(60, 47, seed)
     heights[rng.random(heights.shape) < 0.1] = np.nan
@@ -227,7 +227,7 @@ def tables_of(renderer):
 
 
 def check_rebuild(renderer):
-    """What the GPU has is what it would have, had it been given this map to begin with."""
+    """The GPU's resources equal those of a map that had these heights from the beginning."""
     with tg.Renderer(renderer.heightmap, SIZE) as fresh:
         expected = tables_of(fresh), fresh.picture.sums.buffer.read(), fresh.terrain.heights.read()
     with renderer.ctx:

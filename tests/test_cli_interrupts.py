@@ -55,8 +55,8 @@ sys.meta_path.insert(0, Finder())
 
 
 def interrupted(when, *words):
-    """Status and outputs of a command that gets a signal at the first moment that `when` describes."""
-    listening = "signal.signal(signal.SIGINT, signal.default_int_handler)"  # shells make background jobs deaf
+    """Status and outputs of a command that gets a signal as soon as `when` is true."""
+    listening = "signal.signal(signal.SIGINT, signal.default_int_handler)"  # shells let background jobs ignore Ctrl-C
     command = [sys.executable, "-c", INTERRUPTED.format(listening + when), *words]
     done = subprocess.run(command, capture_output=True, text=True, timeout=60)
     return done.returncode, done.stdout, done.stderr
@@ -65,7 +65,7 @@ def interrupted(when, *words):
 @pytest.mark.skipif(os.name != "posix", reason="signals are Unix's")
 @pytest.mark.parametrize("name, status", [("SIGINT", 130), ("SIGTERM", 143)])
 def test_signals_wait_until_moderngl_has_made_a_shader(dem, name, status):
-    """Which calls Python from C, and crashes where that raises."""
+    """Moderngl calls Python from C there, and crashes if Python raises an exception."""
     assert interrupted(IN_A_SHADER.format(f"signal.{name}"), "measure", dem) == (status, "", "")
 
 

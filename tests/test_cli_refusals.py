@@ -155,7 +155,7 @@ def test_folder_without_permission(dem, folder, run):
 
 @pytest.mark.parametrize("words", ["shot {} -o out.png --size 256x128", "mesh {} -o out.ply", "mesh {} -o out.obj"])
 def test_full_disk(dem, folder, words):
-    """A limit on the size of files stands for a disk that is full before the output is whole."""
+    """A limit on the size of files imitates a disk that becomes full before the output is complete."""
     limit = (4000, resource.RLIM_INFINITY)
     done = spawn(*words.format(dem).split(), preexec_fn=lambda: resource.setrlimit(resource.RLIMIT_FSIZE, limit))
     refused(done, 1, "out.", "File too large")

@@ -206,7 +206,7 @@ def test_a_picture_of_too_many_pixels_is_refused_unread():
 
 
 def hear_signals():
-    """A child of `nohup` is deaf to SIGHUP."""
+    """A child of `nohup` ignores SIGHUP."""
     for name in ("SIGHUP", "SIGQUIT", "SIGINT", "SIGTERM"):
         signal.signal(getattr(signal, name), signal.SIG_DFL)
 
@@ -216,7 +216,7 @@ def hear_signals():
     [("SIGHUP", None), ("SIGQUIT", None), ("SIGTERM", "SIGTERM"), ("SIGHUP", "SIGTERM"), ("SIGINT", "SIGTERM")],
 )
 def test_signals_leave_no_file_behind(dem, first, second):
-    """A second one, while the first cleans up, too."""
+    """Not even a second signal that arrives while the first cleans up."""
     command = [sys.executable, "-m", "terrain_gl", "fly", dem, "-o", "film.gif", "--size", "64x64", "--seconds", "900"]
     flying = subprocess.Popen(command, stderr=subprocess.PIPE, preexec_fn=hear_signals)
     while not list(Path().glob(".film-*")):

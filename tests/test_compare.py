@@ -143,7 +143,7 @@ def test_fewest_finds_the_threshold(renderer, camera, monkeypatch):
 
 
 def test_a_baseline_shaded_from_its_own_mesh(renderer, camera):
-    """Coarse rings are shaded otherwise than the map; rings with every post give the map's picture to the bit."""
+    """Coarse rings are shaded differently from the map; rings with every post give exactly the map's picture."""
     truth = truth_of(renderer, camera, fine=1)
     coarse, every_post = Rings(33, finest=1), Rings(8 * 128 + 1, finest=0)
     for parameters, differs in ((coarse, True), (every_post, False)):
@@ -175,7 +175,7 @@ def test_drawn_heights_are_those_of_the_mesh(ctx):
 
 
 def test_the_picture_of_a_baseline_is_that_of_its_best_parameters(renderer, camera):
-    """Two rings with as many triangles: the order does not matter, and the worse one is not chosen."""
+    """Two settings with equally many triangles: their order does not matter, and the worse one is not chosen."""
     truth = truth_of(renderer, camera, fine=1)
     tried = [{"parameters": Rings(13, finest=2)}, {"parameters": Rings(8 * 128 + 1, finest=0)}]
     for order in (tried, tried[::-1]):

@@ -145,7 +145,7 @@ LACKING = {"GALLIUM_DRIVER": "d3d12"}  # as WSL sets it
 
 
 def test_a_driver_that_mesa_lacks_ends_no_command():
-    """OSMesa ends the process then: it is tried in another one first."""
+    """OSMesa ends the process in that case, so it is tried in another process first."""
     alone = "from terrain_gl.gpu.context import newest; newest('osmesa')"
     ended = subprocess.run([sys.executable, "-c", alone], env=os.environ | LACKING, capture_output=True)
     if ended.returncode >= 0:

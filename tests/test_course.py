@@ -189,7 +189,7 @@ def test_a_task_whose_process_ends_does_not_end_the_next(tmp_path):
 
 
 def fault_of_lesson_12(key, value, worse):
-    """An answer to 12.6 that takes one row under another condition."""
+    """An answer to 12.6 that takes one row from another experiment."""
     row = f"next(r for r in measured if r['method'] == {worse!r} and r[{key!r}] == {value!r})"
     pair = f"[{row}, measured[1]]" if worse == "ours" else f"[measured[0], {row}]"
     return f"def doctored(measured):\n    return {pair}\n"

@@ -49,7 +49,7 @@ def hand_in(folder, name, text):
 
 @pytest.fixture(scope="module")
 def graded(tmp_path_factory):
-    """A class of blank, wrong, right and malicious answers, graded by the command; rows by name, and the seconds."""
+    """Blank, wrong, right and malicious answers of a class, graded by the command: rows by name, and the seconds."""
     root = tmp_path_factory.mktemp("class")
     folder, outside = root / "submissions", root / "outside"
     outside.mkdir()
@@ -115,7 +115,7 @@ def test_no_process_and_no_file_is_left(graded):
 
 
 def test_the_walls_stand_and_are_tried_out(tmp_path):
-    """The probe gets out where there are no walls, so that its silence means something."""
+    """Without walls the probe gets out, so its failure with walls means something."""
     if not walls.namespaces():
         pytest.skip("this system has no user namespaces")
     assert grading.open_walls() == []

@@ -16,13 +16,13 @@ def plateau(n=65):
 
 
 def coast(n=160):
-    """An island's end: the sea in the south and the west."""
+    """The corner of an island, with sea in the south and the west."""
     y, x = np.mgrid[:n, :n]
     return Heightmap(np.maximum(0, 8 * (x - 60) - 6 * (y - 60) + rough(n, n, 2, 60.0)).astype("f4"), 30.0)
 
 
 def outside(heightmap):
-    """From the south, above the rim's height."""
+    """View from the south, above the height of the rim."""
     east, north = heightmap.extent_m
     return Camera((east / 2, -1.2 * north, 900.0), (east / 2, north / 2, 450.0), 50.0)
 
@@ -53,7 +53,7 @@ def test_the_side_of_the_block_stands_below_the_rim(ctx):
 
 
 def test_the_sea_goes_on_beyond_the_map(ctx):
-    """No rim shows where the map ends in water."""
+    """No rim is visible where the map ends in water."""
     heightmap = coast()
     top = heightmap.range_m[1]
     camera = Camera((0.0, 0.0, 3 * top), (0.0, 1.0, 0.0), 40.0)  # straight down on the south-western corner
@@ -73,7 +73,7 @@ def test_land_without_water_at_its_rim_has_no_sea(ctx):
 
 
 def test_over_the_map_one_looks_out_on_a_plain_and_no_wall(ctx):
-    """From the middle, outward: land, then the plain, then the sky, each row of pixels of one kind."""
+    """View from the middle outward: land, then the plain, then the sky, one of them in each row of pixels."""
     heightmap = plateau()
     (east, north), top = heightmap.extent_m, heightmap.range_m[1]
     camera = Camera((east / 2, north / 2, top + 150), (east / 2, 3 * north, top), 40.0)

@@ -1,4 +1,4 @@
-// Widgets of the lessons: plain canvas, no library, nothing from the network. A page asks for one by
+// Widgets of the lessons: plain canvas, no library, nothing from the network. A page includes one by
 //   <div class="widget" data-widget="sums"></div>
 // MAP (map.js) holds 257 × 257 heights of a bundled map as bytes, 0 to 255.
 "use strict";
@@ -62,7 +62,7 @@ function slider(parent, label, low, high, value, changed) {
 
 function sums(parent) {
     const exact = new Uint32Array((N + 1) * (N + 1)), whole = new Float64Array((N + 1) * (N + 1));
-    const before = 5e11; // what may stand above and to the left in a map of 4096 × 4096 posts
+    const before = 5e11; // the sum of what lies above and to the left, as large as in a map of 4096 × 4096 posts
     for (let y = 1; y <= N; y++)
         for (let x = 1; x <= N; x++) {
             const at = y * (N + 1) + x, up = at - N - 1, value = height(x - 1, y - 1) * 257;
@@ -106,7 +106,7 @@ function sums(parent) {
 
 // --- Quadtrees for the two others -------------------------------------------------------------------------------------
 
-// Of each level the nodes' largest error and squared error as two triangles (both diagonals).
+// For each level: the nodes' largest error and squared error when drawn as two triangles (both diagonals).
 const levels = (() => {
     const found = [];
     for (let side = 1; side < N; side *= 2) {
@@ -143,7 +143,7 @@ function leaves(split) {
     return found;
 }
 
-// Of each level whether a node is split at a price: the best that its parts can do costs less.
+// For each level: whether a node is split at a price, because the best choice for its parts costs less.
 function pruned(price) {
     let best = levels[0].squares.map((e) => e + 2 * price);
     const splits = [null];
