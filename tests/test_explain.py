@@ -69,7 +69,7 @@ def test_a_patch_of_the_clipmap_is_certified_with_its_edges(renderer):
 
 
 def test_the_explanation_asks_the_tables(renderer):
-    """With the class counters overwritten, its errors are others."""
+    """With the class counters overwritten, it names other errors."""
     renderer.draw(CAMERA, 2.0, method="sat", cull=False)
     x, y = places(renderer, 1)[0]
     before = renderer.inspector.explain(x, y)
@@ -125,7 +125,7 @@ def test_a_frozen_mesh_is_explained_for_the_eye_it_was_chosen_for(renderer):
 
 
 def test_cells_before_the_eye_are_fans_when_triangles_are_asked_for(renderer):
-    """Posts are in place either way; how a cell is drawn is one of its two choices then."""
+    """The posts are exact in both cases; what is chosen then is how the cell is drawn: as two triangles or as a fan."""
     camera = tg.Camera((640.0, 600.0, renderer.height_at(640.0, 600.0) + 8.0), (640.0, 900.0, 0.0), 60.0)
     renderer.draw(camera, triangles=8000, method="quadtree")
     told = renderer.inspector.explain(645.0, 635.0)

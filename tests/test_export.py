@@ -102,11 +102,11 @@ READERS = {".ply": read_ply, ".obj": read_obj, ".glb": read_glb}
 
 
 def posts_of(places, heightmap):
-    """Columns and rows of world places, which must lie on 64ths between posts to the last bit but one."""
+    """Columns and rows of world places, which must be exact multiples of 1/64 of the spacing, but for the last bit."""
     east, north = heightmap.spacing_m
     col, row = np.rint(64 * places[:, 0] / east) / 64, heightmap.rows - 1 - np.rint(64 * places[:, 1] / north) / 64
     np.testing.assert_allclose(places[:, 0], col * east, rtol=1e-14, atol=0)
-    farthest = heightmap.rows * north  # a glTF node adds its translation, whose last bit is that of the whole extent
+    farthest = heightmap.rows * north  # a glTF node adds its translation: the sum's last bit is the whole extent's
     np.testing.assert_allclose(places[:, 1], (heightmap.rows - 1 - row) * north, rtol=0, atol=4e-16 * farthest)
     return np.stack([col, row], -1)
 
@@ -135,7 +135,7 @@ def test_count_is_that_of_the_stats(drawn, tmp_path):
 
 @pytest.mark.parametrize("ending", READERS)
 def test_welded_mesh_is_the_map_once(drawn, ending, tmp_path):
-    """Counter-clockwise triangles whose areas sum to the map's, and whose inner edges all have their reverse once."""
+    """Triangles are counter-clockwise, their areas sum to the map's, and each inner edge occurs once each way."""
     places, faces = saved(drawn, tmp_path / f"mesh{ending}")
     col, row = posts_of(places, drawn.heightmap).T
     assert len(np.unique(row * 2**16 + col)) == len(places), "a place is one vertex"
@@ -219,7 +219,7 @@ def test_normals_and_texture_places(ending, tmp_path):
 
 @pytest.mark.parametrize("ending", READERS)
 def test_normals_of_a_map_are_those_of_the_land(drawn, ending, tmp_path):
-    """Across the next posts on both sides, and upwards."""
+    """Slopes come from the next posts on both sides, and all normals point upwards."""
     mesh = make_mesh(drawn.triangles(), drawn.terrain.filled, drawn.heightmap.spacing_m)
     write_mesh(tmp_path / f"m{ending}", mesh)
     places, _, normals, _ = READERS[ending]((tmp_path / f"m{ending}").read_bytes())
@@ -267,7 +267,7 @@ def test_ply_and_obj_have_their_texture_beside_them(tmp_path):
 
 @pytest.mark.parametrize("ending", READERS)
 def test_the_origin_is_recorded(ending, tmp_path):
-    """From what the file says, a vertex's metres become its coordinates."""
+    """With the numbers in the file, a vertex's metres become its coordinates on the ground."""
     place = Place(Georeference(Grid(0.5, 0, 400_000.25, 0, -0.75, 5_000_000.0), "EPSG:32632", (13, 9)), (20.0, 30.0))
     write_mesh(tmp_path / f"m{ending}", make_mesh(*plane(), place=place))
     data = (tmp_path / f"m{ending}").read_bytes()

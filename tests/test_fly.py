@@ -148,7 +148,7 @@ def test_a_full_folder_is_not_mixed_with(run, path):
 
 @pytest.mark.parametrize("output", ["f/", "film.gif"])
 def test_interrupted(output):
-    """Ctrl-C in the middle: status 130, one line that says what is there, and nothing half-written."""
+    """Ctrl-C in the middle: status 130, one line that says which files exist, and no incomplete file."""
     if output != "f/":
         pytest.importorskip("av", reason="the extra [video] is not installed")
     command = [
@@ -164,7 +164,7 @@ def test_interrupted(output):
         "--seconds",
         "999",
     ]
-    listening = {"preexec_fn": lambda: signal.signal(signal.SIGINT, signal.SIG_DFL)}  # shells make background jobs deaf
+    listening = {"preexec_fn": lambda: signal.signal(signal.SIGINT, signal.SIG_DFL)}  # background jobs ignore Ctrl-C
     with subprocess.Popen(command, stdout=subprocess.PIPE, stderr=subprocess.PIPE, text=True, **listening) as process:
         try:
             deadline = time.monotonic() + 120

@@ -34,7 +34,7 @@ def parts(ctx, land, **settings):
 
 
 def twin(land, dtype):
-    """The reference's heights at the places that the shader has, which are float32."""
+    """The reference's heights at the shader's places, which are float32."""
     posts = np.stack(np.meshgrid(np.arange(land.cols), np.arange(land.rows))).astype(np.float32)
     places = posts * np.float32(generate.step_of(land))
     cliffs = float(np.float32(land.cliffs))
@@ -45,7 +45,7 @@ def twin(land, dtype):
 
 
 def slopes(heights, spacing_m):
-    """Metres of rise in a metre."""
+    """Slopes as rise over run."""
     return np.hypot(*np.gradient(heights.astype(np.float64), spacing_m))
 
 
@@ -59,7 +59,7 @@ def test_every_bit_is_the_reference_in_float32(ctx, land):
 
 @pytest.mark.parametrize("land", LANDS, ids=str)
 def test_float32_is_close_to_float64(ctx, land):
-    """Places, up to 5 units, are rounded by 2^-22 of a unit, and slopes taken over 1/256 unit by 2^-14: cliffs move."""
+    """Places, up to 5 units, are rounded by 2^-22 of a unit, and slopes over 1/256 unit by 2^-14: cliffs move a bit."""
     off = np.abs(parts(ctx, land) - twin(land, np.float64))
     assert np.median(off) < 1e-5 and off.max() < 5e-3
 
@@ -82,7 +82,7 @@ def test_the_same_bytes_again(ctx, tmp_path, suffix):
     for path in (one, other):
         write_land(ctx, land, path)
     assert one.read_bytes() == other.read_bytes()
-    assert suffix == ".png" or b"1970:01:01" in one.read_bytes()  # not the clock's date
+    assert suffix == ".png" or b"1970:01:01" in one.read_bytes()  # no date in the file
 
 
 @pytest.mark.skipif(not all(p.works for p in probe_backends() if p.name != "glfw"), reason="needs EGL and OSMesa")
@@ -245,7 +245,7 @@ def test_wrong_names_are_one_line(folder, capsys, name, status):
 
 
 def test_no_room_is_one_line(folder):
-    """A limit on the size of files stands in for a full disk."""
+    """A limit on the size of files imitates a full disk."""
     run = [sys.executable, "-m", "terrain_gl", "generate", "land.png", "--size", "300"]
     limit = lambda: resource.setrlimit(resource.RLIMIT_FSIZE, (20000, 20000))  # noqa: E731
     done = subprocess.run(

@@ -19,7 +19,7 @@ from terrain_gl.shade import STYLES
 
 GOLDEN = Path(__file__).parent / "golden"
 SIZE = (160, 90)
-OUTLIERS = 0.001  # share of pixels that may differ by more than 1/255: another LLVM rounds otherwise
+OUTLIERS = 0.001  # share of pixels that may differ by more than 1/255: another LLVM rounds differently
 MAPS = json.loads(files("terrain_gl.heightmaps").joinpath("maps.json").read_text())
 PICTURES = [("alpine", style) for style in STYLES] + [("canyon", "shaded"), ("canyon", "lod")]
 

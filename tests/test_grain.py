@@ -29,7 +29,7 @@ def shown(renderer, up_m, **options):
 def test_near_the_eye_there_is_grain_and_it_can_be_left_out(renderer):
     on, off = shown(renderer, 500.0), shown(renderer, 500.0, grain="off")
     assert np.abs(on - off).mean() > 3
-    assert np.abs(on.mean((0, 1)) - off.mean((0, 1))).max() < 3  # the light of all together is as it was
+    assert np.abs(on.mean((0, 1)) - off.mean((0, 1))).max() < 3  # the mean light is as it was
     assert np.array_equal(on, shown(renderer, 500.0))
 
 
@@ -38,7 +38,7 @@ def test_far_away_there_is_none(renderer):
 
 
 def test_it_fades_instead_of_flickering(renderer):
-    """Drawn with 16 times as many pixels and averaged, the picture is closer to this one than grain is strong."""
+    """With 16 times as many pixels, averaged, the picture differs from this one by less than the grain's strength."""
     for up_m in (500.0, 900.0, 1800.0):
         one, off = shown(renderer, up_m), shown(renderer, up_m, grain="off")
         fine, fine_off = (shown(renderer, up_m, size=SIZE, fine=4, grain=grain) for grain in ("on", "off"))

@@ -21,7 +21,7 @@ TYPES = {"float32": "float", "float64": "double"}  # as OpenImageIO calls them
 
 
 def posts(dtype="uint16", shape=(ROWS, COLS)):
-    """Heights without symmetry, so that a mirrored or transposed map cannot pass."""
+    """Heights without symmetry, so that a test fails for a mirrored or transposed map."""
     rng = np.random.default_rng(7)
     limit = 250 if np.dtype(dtype).itemsize == 1 else 9000
     return (rng.random(shape) * limit).astype(dtype)
@@ -68,7 +68,7 @@ def write_geotiff(rasterio, path, heights, transform, crs, nodata=None, **option
 
 
 def error_of(path, **options):
-    """The one line that opening `path` ends in; it names the file."""
+    """The one-line error message of opening `path`; it names the file."""
     with pytest.raises(TerrainError) as caught:
         Heightmap.open(path, **options)
     line = str(caught.value)
@@ -380,7 +380,7 @@ CRS_WITHOUT_UNITS_ON_A_MAP = {
 @pytest.mark.parametrize("kind", CRS_WITHOUT_UNITS_ON_A_MAP)
 @pytest.mark.parametrize("spacing_m", [None, 5])
 def test_a_crs_that_is_of_no_use_is_noted(tmp_path, rasterio, kind, spacing_m):
-    """As photogrammetry writes them."""
+    """Photogrammetry programs write such files."""
     crs = CRS_WITHOUT_UNITS_ON_A_MAP[kind]
     made = write_geotiff(rasterio, tmp_path / "map.tif", posts(), (2, 0, 100, 0, -3, 100), crs)
     terrain = Heightmap.open(made, spacing_m=spacing_m)
@@ -535,7 +535,7 @@ print(re.search(r"VmHWM:\\s+(\\d+) kB", open("/proc/self/status").read())[1])
 @pytest.mark.skipif(not Path("/proc/self/status").exists(), reason="peak memory is read from /proc")
 @pytest.mark.parametrize("kind", ["u16.png", "f32.tif", "tiled.tif", "f64.npy"])
 def test_8192_opens_within_three_times_its_heights(tmp_path, kind):
-    """VmHWM, not getrusage: ru_maxrss of a child starts at its parent's."""
+    """Measured by VmHWM, not getrusage: ru_maxrss of a child starts at its parent's value."""
     ramp = np.add.outer(np.arange(8192, dtype=np.uint16), np.arange(8192, dtype=np.uint16))
     path = tmp_path / kind
     if kind == "f64.npy":

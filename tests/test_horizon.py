@@ -23,7 +23,7 @@ STEPS = [(1, 0), (-1, 0), (0, 1), (0, -1), (1, -0.5), (-0.5, 1), (-1, 0.37), (0.
 
 @pytest.fixture
 def keep():
-    """Release what a test made, in the end."""
+    """Release what a test made, when it ends."""
     made = []
     yield lambda part: made.append(part) or part
     for part in made[::-1]:
@@ -51,7 +51,7 @@ def line_points(heightmap, towards):
 
 
 def real_crops(dem):
-    """The steepest pieces of 65 posts a side without voids."""
+    """The steepest pieces of 65 × 65 posts without voids."""
     rainier = Heightmap.open(dem / "mt_rainier_90m.tif", spacing_m=(64, 93))
     moon = Heightmap.open(dem / "moon_gld100_lon100-116_lat28-44_4096.png", spacing_m=(96, 118), z_offset_m=-10000.0)
     return {"rainier": piece(rainier, 0, 582), "moon": piece(moon, 3589, 3589)}
@@ -80,8 +80,8 @@ def test_horizons_are_those_of_marching(ctx, keep, name, towards):
     truth = reference.horizon_sines(heightmap.heights, points, towards, heightmap.spacing_m)
     off = np.degrees(np.abs(np.arcsin(np.clip(sines, -1, 1)) - np.arcsin(truth)))
     sees_land = (truth > -1) & (sines > -1)
-    # along columns and rows the very same; askew a line knows the ground where it crosses columns, not what bilinear
-    # cells make of it in between: up to a quarter of their mixed difference, 1.5 m in 28 here
+    # along columns and rows both are equal; an oblique line reads the ground where it crosses columns, not the bilinear
+    # surface in between: they differ by up to a quarter of the cells' twist, 1.5 m in 28 here
     straight = 0 in towards
     assert off[sees_land].max() < 0.01 if straight else off[sees_land].mean() < 1.0
     assert np.mean((truth > -1) != (sines > -1)) <= (0 if straight else 2 * sum(sines.shape) / sines.size)
@@ -177,7 +177,7 @@ def test_visible_fractions_of_real_land(ctx, keep, dem, name):
 
 
 def test_visibility_without_a_cosine_as_the_paper_has_it(ctx, keep):
-    """A.5 for the sky's lobes; ours, weighted by the cosine, are other numbers."""
+    """Equation A.5 for the sky's lobes; our values differ, as they are weighted by the cosine."""
     heightmap = Heightmap(rough(31, 34, seed=5, relief=80.0), (12.0, 10.0))
     terrain, spacing = keep(Terrain(ctx, heightmap)), heightmap.spacing_m
     printed, ours = (keep(SkyVisibility(terrain, AXES, SHARPNESS, step)) for step in (2, 0))
@@ -189,7 +189,7 @@ def test_visibility_without_a_cosine_as_the_paper_has_it(ctx, keep):
 
 
 def test_a_sun_without_a_cosine_as_the_paper_has_it(ctx, keep):
-    """As half a sun on a level horizon, above: its share alone."""
+    """Like the half sun on a level horizon above, but its share alone."""
     heights = np.zeros((5, 400))
     heights[:, -1] = 1000 * math.tan(math.radians(20.0))
     sun = keep(SunVisibility(keep(Terrain(ctx, Heightmap(heights, 10.0))), 2))
@@ -201,14 +201,15 @@ def test_a_sun_without_a_cosine_as_the_paper_has_it(ctx, keep):
 
 
 def test_shares_of_a_valley_are_those_of_its_horizons(ctx, keep):
-    """Between two endless walls every azimuth's horizon is known: no marching, no tables."""
+    """Between two endless walls the horizon of every azimuth is known without rays and tables."""
     heights = np.tile(
         np.abs(np.arange(91) - 45)[:, None] * 10.0, (1, 1501)
     )  # a V along east-west, slopes of 45 degrees
     terrain = keep(Terrain(ctx, Heightmap(heights, 10.0)))
     sky = keep(SkyVisibility(terrain, np.array([[0.0, 0.0, 1.0]]), np.array([1e-6])))
     sky.build()
-    # walls of equal width at a right angle: 1 - sin 45 degrees of what one sees is the other (Hottel's crossed strings)
+    # two walls of equal width at a right angle: each sees the other in 1 - sin 45 degrees of its view (Hottel's crossed
+    # strings)
     expected = math.sin(math.radians(45))
     middle = sky.read()[0, :, 250]
     assert middle.mean() == pytest.approx(expected, abs=0.02)
@@ -265,7 +266,7 @@ STATEMENTS = """
 
 
 def ask_visible(ctx, visibility, questions):
-    """Answers (n, 4) of horizon/visible.glsl: a sky lobe; the sun at a place, over a footprint, and seen aslant."""
+    """Results (n, 4) of horizon/visible.glsl: a sky lobe; the sun at a place, over a footprint, and seen obliquely."""
 
     def bind(kernel):
         visibility.sky.terrain.bind()
@@ -294,7 +295,7 @@ def test_lookups_are_means_over_boxes(ctx, keep):
 
 
 def test_what_the_eye_sees_is_weighted_by_projected_area(ctx, keep):
-    """Of ridges one side in the sun, the other in its own shade: seen from above half of each, from the side one."""
+    """Ridges with one side in the sun, one in shade: from above one sees half of each, from the side only one."""
     heights = np.tile(np.abs(np.arange(121) % 8 - 4.0), (81, 1))  # slopes of 1 and -1, east and west
     visibility = keep(Visibility(keep(Terrain(ctx, Heightmap(heights, 1.0))), AXES, SHARPNESS))
     visibility.follow(towards_sun(90, 45))  # in the east: slopes of -1 face it

@@ -40,7 +40,7 @@ def places(tmp_path):
 
 
 def opened(paths, trusted=False, port=0):
-    """What opening each file gives, in a process of its own: its range, or the line that refuses it."""
+    """What opening each file gives, in a separate process: its range of heights, or the error message."""
     cloud = {"AWS_S3_ENDPOINT": f"127.0.0.1:{port}", "AWS_HTTPS": "NO", "AWS_VIRTUAL_HOSTING": "FALSE"}
     keys = {"AWS_ACCESS_KEY_ID": "a", "AWS_SECRET_ACCESS_KEY": "b"}
     command = [sys.executable, "-c", OPEN, "trusted" if trusted else "", *map(str, paths)]
@@ -64,7 +64,7 @@ def test_hostile_files_reach_nothing(rasterio, places):
 
 
 def test_the_listener_counts_what_a_trusted_map_reaches_for(rasterio, places):
-    """Takes the protection away: the same files, trusted, do connect, and do show the other file."""
+    """Without the protection the same files, when trusted, do connect, and do show the other file."""
     with Listener() as listener:
         files = make_files(rasterio, *places, f"http://127.0.0.1:{listener.port}")
         names = ("curl.vrt", "wmts.xml", "s3.vrt", "outside.vrt")

@@ -103,7 +103,7 @@ def test_unwritable_folder(tmp_path, pixels):
 
 @pytest.mark.parametrize("suffix", [".png", ".jpg", ".exr"])
 def test_full_disk(tmp_path, monkeypatch, pixels, suffix):
-    """Writing a byte too many fails as the system makes it fail: a limit on file size stands in for the disk's end."""
+    """A limit on file size imitates a full disk: writing one byte too many fails with the system's own error."""
     resource = pytest.importorskip("resource")
     import signal
 

@@ -59,7 +59,7 @@ def geographic(step=SECOND):
 
 
 def mercator():
-    """The same for the metres of Web Mercator, which are longer than those on the ground by 1 / cos 46°."""
+    """The same for Web Mercator, where distances are 1 / cos 46° times as long as on the ground."""
     y = 6378137 * np.arctanh(np.sin(np.radians(46)))
     return (10, 0, 1e6, 0, -10, y + 5 * ROWS)
 
@@ -207,7 +207,7 @@ def test_values_that_cannot_be_metres_get_a_scale_and_a_line(tmp_path):
 
 
 def test_relief_and_extent_that_cannot_both_be_right_get_a_spacing_and_a_line(tmp_path):
-    """4000 m on 300 m of land: 30 m between posts; 15,000 m need more. What is told, or may be, stays as it is."""
+    """4000 m of relief on 300 m of land: 30 m between posts; 15,000 m need more. Given or possible values are kept."""
     ramp = np.linspace(0, 1, 301 * 280).reshape(301, 280)
     for relief, spacing in ((4000, 30), (15000, 270), (140, 1)):
         np.save(tmp_path / "a.npy", (ramp * relief).astype("f4"))

@@ -22,7 +22,7 @@ SPAN = N * STEP
 
 @pytest.fixture
 def heightmap(folder):
-    """A map that knows where it lies: level, so that its colour is the picture's."""
+    """A map with a place on the earth. It is level, so that its colour is the picture's."""
     profile = {"driver": "GTiff", "width": N, "height": N, "count": 1, "dtype": "float32", "crs": UTM}
     with rasterio.open("map.tif", "w", transform=rasterio.Affine(STEP, 0, WEST, 0, -STEP, NORTH), **profile) as out:
         out.write(np.zeros((N, N), "f4"), 1)
@@ -52,14 +52,14 @@ def picture(name, box, crs=UTM, pixels=160, alpha=None, **more):
 @pytest.mark.parametrize("crs", [UTM, "EPSG:4326", "EPSG:3857", "EPSG:2056"])
 @pytest.mark.parametrize("box", [(0, 0, SPAN, SPAN), (-900, -700, 800, 1500), (200, 300, 600, 640)])
 def test_colours_lie_where_they_belong(heightmap, crs, box):
-    """Each texel: its colour by its own place in the map, and covered where the picture reaches."""
+    """Each texel has the colour of its own place in the map, and is covered where the picture reaches."""
     albedo = read_ground(picture("p.tif", box, crs), heightmap.georeference).astype("f4")
     rows, cols = albedo.shape[:2]
     y, x = np.meshgrid(
         SPAN * (1 - (np.arange(rows) + 0.5) / rows), SPAN * (np.arange(cols) + 0.5) / cols, indexing="ij"
     )
     slack = 3 * max(SPAN / rows, SPAN / cols, (box[2] - box[0]) / 160)  # a few texels and pixels, and turned edges
-    slack += 0 if crs == UTM else 0.05 * SPAN  # its edges run askew
+    slack += 0 if crs == UTM else 0.05 * SPAN  # its edges are oblique
     inside = (x > box[0] + slack) & (x < box[2] - slack) & (y > box[1] + slack) & (y < box[3] - slack)
     outside = (x < box[0] - slack) | (x > box[2] + slack) | (y < box[1] - slack) | (y > box[3] + slack)
     assert inside.any() and np.all(albedo[inside, 3] == 1) and np.all(albedo[outside] == 0)
@@ -85,7 +85,7 @@ def test_opacity_and_pictures_without_coordinates(heightmap, folder):
     assert np.all(albedo[:, :78] == 0) and np.all(albedo[:, 82:, 3] == 1)
     write_image("plain.png", np.full((8, 8, 3), 200, "u1"))
     assert read_ground("plain.png", heightmap.georeference).shape == (8, 8, 3)
-    assert read_ground("p.tif", None).shape[:2] == (160, 160)  # a map that lies nowhere wears it from edge to edge
+    assert read_ground("p.tif", None).shape[:2] == (160, 160)  # a map without a place is covered from edge to edge
 
 
 def test_a_picture_of_other_land_is_refused(heightmap):

@@ -154,7 +154,7 @@ def test_nodes_decode_as_the_shader_does(ctx):
 
     got = read_back(ctx, source, len(floats) + 1, bind)
     found = layout.unpack_nodes(nodes, span_m)
-    ranges = steps * (span_m / 65535) + low_m  # as `ErrorTables.read_ranges` gives steps
+    ranges = steps * (span_m / 65535) + low_m  # as `ErrorTables.read_ranges` computes heights
     expected = [found.quad_max, found.fan_max, found.quad_rms, found.fan_rms, ranges]
     expected = np.concatenate([*expected, found.whole[0], found.split[0]])
     assert got[:-1].view("f4") == pytest.approx(expected, rel=1e-5)
@@ -176,12 +176,12 @@ def test_gathered_record_has_the_size_that_python_reserves(ctx):
 
 
 def glsl_number(path, name):
-    """The number that a shader defines a name as, of its own."""
+    """The number that a shader itself defines for a name."""
     text = (shaders.root() / path).read_text(encoding="utf-8")
     return float(re.search(rf"^#define {name} ([-\d.e]+)", text, re.MULTILINE)[1])
 
 
-# Numbers that a shader states as a default, or for itself, and that Python has too.
+# Numbers that a shader has as a default, or defines itself, and that Python has too.
 TWICE = [
     ("sat/lines.glsl", "STRIP", sat.STRIP),
     ("sat/spread.comp", "STRIP", sat.STRIP),

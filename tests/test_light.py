@@ -9,7 +9,7 @@ from terrain_gl import reference
 
 @pytest.fixture
 def ask(ctx):
-    """Answers (n, 4) of an expression over two vec4 a, b, in the words of a GLSL file."""
+    """Results (n, 4) of a GLSL expression of two vec4 a, b, with the functions of a GLSL file."""
 
     def answers(path, call, a, b=0.0):
         return asking.ask(ctx, path, f"return {call};", a, b)
@@ -18,7 +18,7 @@ def ask(ctx):
 
 
 def sphere(n=60_000):
-    """(n, 3) directions, evenly spread, each standing for 4π/n."""
+    """(n, 3) directions, evenly distributed; each stands for a solid angle of 4π/n."""
     i = np.arange(n) + 0.5
     z, turn = 1 - 2 * i / n, np.pi * (1 + 5**0.5) * i
     flat = np.sqrt(1 - z * z)
@@ -68,7 +68,7 @@ def test_product_and_inner_product(ask):
 
 
 def test_a_physical_sun_keeps_its_digits(ask):
-    """92,000 sharp, times a wide lobe: float32 sums alone would be off by percents."""
+    """A lobe of sharpness 92,000 times a wide one: plain float32 sums would have errors of several per cent."""
     axes, sun = random_axes(50, 4), np.array([0, 0.6, 0.8])
     sharpness, wide = 92_438.0, 2.133
     call = "vec4(sg_inner_product(Lobe(a.xyz, a.w, vec3(1.0)), Lobe(b.xyz, b.w, vec3(1.0))).x)"
@@ -87,7 +87,7 @@ def test_length_and_sharpness_both_ways(ask, sharpness):
     assert reference.sharpness_of_length(length) == pytest.approx(sharpness, rel=1e-4)
     told = ask("light/vmf.glsl", "vec4(mean_length(a.x), sharpness_of(a.y), 0.0, 0.0)", [sharpness, length, 0, 0])[0]
     assert told[0] == pytest.approx(length, rel=1e-3, abs=2e-7)
-    # of a float's 24 bits, 1/(1 - |r|) costs as many as the sharpness has
+    # 1/(1 - |r|) loses as many of a float's 24 bits as the sharpness has
     assert told[1] == pytest.approx(sharpness, rel=2e-3 + 2e-7 * sharpness)
 
 
@@ -123,7 +123,7 @@ def test_a_merged_lobe_has_the_mean_of_its_parts():
 
 @pytest.mark.parametrize("r", [0.0, 0.2, 0.5, 0.74, 0.76, 0.9, 0.99, 0.9999])
 def test_mean_cosine_of_a_footprint(ask, r):
-    """Against the normals' lobe itself: no more than 0.01 off, and no light lost: all directions sum to π."""
+    """Within 0.01 of the integral over the normals' lobe. No light is lost: all directions sum to π."""
     cosines = np.linspace(-1, 1, 401)
     told = ask("light/brdf.glsl", "vec4(cosine_mean(a.x, a.y))", [[r * c, r, 0, 0] for c in cosines])[:, 0]
     assert told == pytest.approx([reference.cosine_mean(r * c, r) for c in cosines], abs=1e-5)
@@ -137,7 +137,7 @@ def test_mean_cosine_of_a_footprint(ask, r):
 
 
 def test_the_papers_diffuse_lobe_is_too_bright():
-    """Equation B.3 integrates to 3.398, and lights what faces away by an eighth; ours does neither."""
+    """Equation B.3 integrates to 3.398, not π, and gives surfaces that face away an eighth; ours does neither."""
     lobe = 1.170 * sg(np.array([0, 0, 1.0]), 2.133)
     assert integrate(lobe) == pytest.approx(3.398, abs=1e-3)
     assert lobe[np.abs(SPHERE[:, 2]) < 0.01].mean() > 0.12
@@ -152,11 +152,11 @@ def test_the_papers_cubic_both_ways(ask, sharpness):
         0
     ]
     assert told[0] == pytest.approx(length, abs=2e-6)
-    assert told[1] == pytest.approx(sharpness, rel=1e-3)  # of a float's 24 bits, 1 − |r|² has as many as κ leaves
+    assert told[1] == pytest.approx(sharpness, rel=1e-3)  # 1 − |r|² has only those of a float's 24 bits that κ leaves
 
 
 def test_the_papers_diffuse_light(ask):
-    """B.3, merged: the shader as the twin; for one normal that is B.3 itself over π, 8 % too bright in all."""
+    """B.3, merged: the shader as its twin. For one normal that is B.3 itself over π, in total 8 % too bright."""
     axes, normals = random_axes(40, 8), random_axes(40, 9) * np.linspace(0.02, 1.0, 40)[:, None]
     sharpness = np.geomspace(1.0, 90_000.0, 40)
     call = "vec4(printed_diffuse(Lobe(a.xyz, a.w, vec3(1.0)), b.xyz).x)"
@@ -174,7 +174,7 @@ def test_the_papers_diffuse_light(ask):
 
 
 def test_reflection_of_half_vectors(ask):
-    """The warped lobe lies where the mirrored half-vectors do, as wide as they are."""
+    """The warped lobe has the direction and the width of the mirrored half-vectors."""
     eye = np.array([0.5, 0.0, np.sqrt(0.75)])
     axis, sharpness = np.array([0, 0, 1.0]), 200.0
     rng = np.random.default_rng(7)
@@ -185,7 +185,7 @@ def test_reflection_of_half_vectors(ask):
     mean = mirrored.mean(0)
     centre, width = reference.reflection_lobe(axis, sharpness, eye)
     assert mean / np.linalg.norm(mean) == pytest.approx(centre, abs=0.03)
-    # isotropic where the truth is stretched: the mean of both widths
+    # the lobe is isotropic, the true one is stretched: the mean of both widths
     assert reference.mean_length(width) == pytest.approx(float(np.linalg.norm(mean)), abs=0.006)
     r = reference.mean_length(sharpness) * axis
     call = "vec4(reflection_lobe(a.xyz, b.xyz).axis, reflection_lobe(a.xyz, b.xyz).sharpness)"

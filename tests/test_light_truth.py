@@ -103,7 +103,7 @@ def test_lobes_are_nearer_to_the_truth_than_any_rival(renderer):
     east, north = heightmap.extent_m
     eye, middle = (east / 2, -2.0 * north, 2.2 * north), (east / 2, north / 2, 450.0)
     shader = renderer(heightmap, (32, 24))
-    # far, where mipmapped normals lose most, and near, a post or so a pixel, where edges of shadows are all there is
+    # far, where mipmapped normals lose most, and near (about one post a pixel), where only the edges of shadows matter
     for fov_deg, fine, most in ((12.0, 12, 0.75), (1.2, 8, 0.9)):
         found = compare_light(shader, Camera(eye, middle, fov_deg), fine, sun=(300.0, 30.0))
         error = {entry.method: entry.stats["image_rmse"] for entry in found.entries}

@@ -51,7 +51,7 @@ GREY = np.full((1, 1, 3), 0.5)
 
 @pytest.mark.parametrize("size", [(2, 2), (3, 5), (37, 64), (130, 71)])
 def test_recorded_values(tables, size):
-    """Blocks of 2 × 2 cells: what reference.lobe_values says, but for rounding to 2^-15."""
+    """Blocks of 2 × 2 cells: as reference.lobe_values computes them, but for rounding to 2^-15."""
     heightmap = Heightmap(hills(*size), spacing_m=(30.0, 20.0))
     values = tables(heightmap, GREY).read()
     expected = reference.lobe_values(heightmap.heights, heightmap.spacing_m, 0.5, 0.8)
@@ -117,7 +117,7 @@ def test_an_edit_equals_a_rebuild(ctx):
 
 @pytest.mark.parametrize("rough", [0.0, 40.0], ids=["plain", "hills"])
 def test_white_furnace(ctx, monkeypatch, rough):
-    """White land without shadows under the same light from everywhere sends back what it gets, within 1 %."""
+    """White land without shadows, lit equally from all directions, reflects all the light it receives, within 1 %."""
     uniform = sky.Sky(np.ones((*sky.SHAPE, 3)), sky.NO_SUN)
     monkeypatch.setattr("terrain_gl.light.lighting.sky_seen", lambda sun, path: uniform)
     monkeypatch.setattr("terrain_gl.light.lighting.exposure", lambda sky: 1.0)
@@ -151,7 +151,7 @@ LANDS = {
 
 @pytest.mark.parametrize(("land", "spacing"), list(zip(LANDS, (1.0, 0.01, 30.0, 1000.0, 10.0), strict=True)))
 def test_no_pixel_is_ever_nan(ctx, land, spacing):
-    """Whatever the land, the sun, the water; colours are written to floats, where NaN would show."""
+    """For any land, sun and water. Colours are written as floats here, where a NaN would be seen."""
     heightmap = Heightmap(LANDS[land]().astype("f4"), spacing_m=spacing)
     cameras = Camera.default(heightmap), Camera((0, 0, 5 * spacing + 2e4), (spacing, spacing, 0))
     with Renderer(heightmap, size=(32, 18), ctx=ctx) as renderer:
@@ -178,7 +178,7 @@ def test_no_pixel_is_ever_nan(ctx, land, spacing):
 
 
 def test_a_picture_of_the_ground_lies_as_the_map_does(tmp_path, ctx):
-    """The north-eastern quarter is red: seen from above, up and to the right."""
+    """The north-eastern quarter is red: seen from above it is up and to the right."""
     colours = np.full((64, 64, 3), 128, "u1")
     colours[:32, 32:] = 250, 20, 20
     write_image(tmp_path / "ground.png", colours)

@@ -38,7 +38,7 @@ SIZES = [(640, 360), (360, 640), (1280, 720), (4096, 16)]
 
 @pytest.fixture(scope="module")
 def projection(session_context):
-    """Bounds by glsl/lod/project.glsl: (pixels, outside, inside) of boxes of posts on any grid, from any camera."""
+    """Results of glsl/lod/project.glsl, (pixels, outside, inside), for boxes of posts on any grid, from any camera."""
     with session_context as ctx:
         shader = ctx.compute_shader(shaders.source("lod/project.glsl") + ASK_PROJECTION)
         view, block = View(ctx), ctx.buffer(reserve=layout.TERRAIN.itemsize)
@@ -63,7 +63,7 @@ def projection(session_context):
 
 
 def random_view(rng):
-    """A grid of any spacing and relief, and a camera in it, above, beside, far away, or straight over it."""
+    """A grid of random spacing and relief, and a camera inside, above, beside, far away, or vertically above it."""
     spacing = 10 ** rng.uniform(-3, 3, 2) if rng.random() < 0.5 else np.full(2, 10 ** rng.uniform(-3, 3))
     cells = 2 ** int(rng.integers(1, 15))
     extent = cells * spacing.min()
@@ -92,7 +92,7 @@ def random_view(rng):
 
 
 def random_boxes(rng, grid, camera, count=256):
-    """Nodes of all levels, half of them around the eye; flat ones and tall ones; errors within their relief."""
+    """Nodes of all levels, half of them around the eye, flat and tall, with errors at most as large as their relief."""
     cells = grid.rows - 1
     asked = np.zeros(count, ASK)
     side = 1 << rng.integers(0, int(np.log2(cells)) + 1, count)
@@ -188,7 +188,7 @@ def leaf_levels(scene, selection):
 
 
 def leaves(scene, selection):
-    """The leaves that are drawn, squares of them taken apart: column, row, level, split edges of fans."""
+    """The drawn leaves: column, row, level, split edges of fans. A patch of several leaves counts as several."""
     p = patches_of(scene, selection)
     found = set()
     for col, row, step, side, fan, edges in zip(p.col, p.row, p.step, p.side, p.fan, p.edges, strict=True):
@@ -201,7 +201,7 @@ def leaves(scene, selection):
 
 
 def everything(scene, selection):
-    """All bytes that a view's mesh is made of."""
+    """All bytes of a view's mesh."""
     patches = scene.levels.patches.read(selection.patches * layout.PATCH.itemsize)
     return patches, draws_of(scene, selection).tobytes(), scene.triangles(selection).tobytes(), selection
 
@@ -400,9 +400,9 @@ def test_agreeing_ends_alike_however_many_rounds_are_dispatched_at_once(ctx, sce
 
 
 def used(scene, camera, triangles, **more):
-    """What a budget is drawn with; it keeps to it, and uses it unless the picture has no use for it.
+    """Triangles drawn with a budget: never more than it, and nearly as many unless the picture needs fewer.
 
-    One node may be worth the whole way to it: three leaves more a level, which come at one price.
+    The price of one node may split all nodes above it too: three more leaves a level, all at one price.
     """
     selection = scene.select(camera, triangles=triangles, **more)
     way = 6 * scene.terrain.top_level
@@ -429,7 +429,7 @@ def test_more_triangles_less_error(ctx, scene, view):
     found = [scene.achieved(used(scene, camera, n), camera) for n in budgets]
     errors = [achieved.rms_px for achieved in found]
     assert all(b <= 1.02 * a for a, b in zip(errors, errors[1:], strict=False)), errors
-    # with every post in its place, what is left lies between posts, where a fan is the most that a budget buys
+    # with every post drawn exactly, only errors between posts remain; a fan is the finest that a budget can buy there
     assert errors[-1] < 0.5 * errors[0] or found[-1].max_posts_px < 1e-3
 
 
@@ -478,7 +478,7 @@ def test_budgets_of_tiny_maps(ctx, shape):
 
 @pytest.mark.parametrize("name", ["flat", "comb"])
 def test_budgets_where_all_gains_are_alike(ctx, name):
-    """A plane has no use for triangles; of a map that repeats itself all nodes of a level have one gain."""
+    """A plane needs no triangles; in a map that repeats itself, all nodes of a level have the same gain."""
     rows, cols = np.indices((257, 257))
     heights = 0.25 * rows + 0.125 * cols if name == "flat" else 4.0 * ((rows % 2) ^ (cols % 2))
     scene = Scene.of(ctx, Heightmap(heights, 10.0))
@@ -493,7 +493,7 @@ def test_budgets_where_all_gains_are_alike(ctx, name):
 
 @pytest.mark.parametrize("seed", range(3))
 def test_budgets_amid_spikes(ctx, seed):
-    """Prices of what may pass the eye are beyond all others: triangles fall with the price in cliffs, far apart."""
+    """Nodes that may reach the eye have far higher prices than all others: the triangles fall in large steps."""
     rng = np.random.default_rng(seed)
     heights = np.where(rng.random((129, 129)) < 0.05, 1000.0, 0.0) + 0.01 * rng.standard_normal((129, 129))
     scene = Scene.of(ctx, Heightmap(heights, 1.0), (96, 96))
@@ -504,13 +504,13 @@ def test_budgets_amid_spikes(ctx, seed):
 
 
 def cells_as_fans(scene, selection):
-    """Which patches are cells drawn as fans around their middles."""
+    """Which patches are single cells, drawn as fans around their middles."""
     patches = patches_of(scene, selection)
     return patches.fan & (patches.step == 0)
 
 
 def weighed_px(scene, selection, camera, weights):
-    """Triangles but for middles of cells; root mean square screen error, posts counting as their weights say."""
+    """Triangles without those at middles of cells; rms screen error over the posts, with their weights."""
     triangles = selection.triangles - 2 * np.count_nonzero(cells_as_fans(scene, selection))
     rows, cols = np.indices(weights.shape)
     places = np.stack([cols.ravel(), rows.ravel()], -1)
@@ -521,9 +521,9 @@ def weighed_px(scene, selection, camera, weights):
 
 @pytest.mark.parametrize("name", ["odd", "holes", "long"])
 def test_a_budget_is_spent_almost_as_well_as_can_be(ctx, name):
-    """Within a quarter of the rms error of the pruned quadtree of quads, near posts counting more than once.
+    """The rms error is at most a quarter above that of the best pruned quadtree; near posts count more than once.
 
-    That is of posts, and knows nothing of what is between them: it has no triangles for middles of cells.
+    That tree counts errors at posts only, not between them: it spends no triangles on middles of cells.
     """
     heightmap = MAPS[name]()
     scene = Scene.of(ctx, heightmap)
@@ -536,14 +536,14 @@ def test_a_budget_is_spent_almost_as_well_as_can_be(ctx, name):
         got = [weighed_px(scene, used(scene, camera, budget), camera, weights) for budget in budgets]
         best = pruned.pruned_quads(filled, *ask, [count for count, _ in got], void, weights)[0]
         for (count, rms_px), best_px in zip(got, best.rms_px, strict=True):
-            # few triangles are spent between posts too: 1.28 at 300 of them, measured
+            # a small budget, too, spends some triangles between posts: 1.28 at 300 triangles, measured
             assert rms_px <= (1.3 if count < 500 else 1.25) * best_px + 1e-6, (view, count)
     scene.release()
 
 
 @pytest.mark.parametrize("view", ["grazing", "wide", "pit"])
 def test_cells_near_the_eye_are_fans_where_that_is_worth_its_price(ctx, view):
-    """What they gain is at least the price, where the shader's bounds, up to three times the truth, do not decide."""
+    """Their gain is at least the price, except where the shader's bounds (up to three times the true gain) decide."""
     heightmap = MAPS["holes"]()
     scene = Scene.of(ctx, heightmap, (640, 360))
     camera = cameras(heightmap, scene.size)[view]
@@ -564,7 +564,7 @@ def test_cells_near_the_eye_are_fans_where_that_is_worth_its_price(ctx, view):
 
 
 def cell_gains(scene, camera):
-    """Weighted squared pixels that each of two triangles more takes away; which cells are some way from the eye."""
+    """Weighted squared pixels that each of two more triangles removes; which cells are not close to the eye."""
     filled, (east, north) = scene.terrain.filled.astype("f8"), scene.heightmap.spacing_m
     middle = (filled[1:, 1:] + filled[1:, :-1] + filled[:-1, 1:] + filled[:-1, :-1]) / 4
     row, col = np.indices(middle.shape) + 0.5
@@ -578,7 +578,7 @@ def cell_gains(scene, camera):
 
 
 def test_a_post_counts_as_often_as_it_is_pixels_across():
-    """Straight above a plain, z metres up, a post covers K s_x / z times K s_y / z pixels."""
+    """Seen from z metres above a plain, a post covers K s_x / z times K s_y / z pixels."""
     heights = np.zeros((9, 9))
     for high, pixels in ((100.0, 4 * 360**2 * 3 / 100**2), (2000.0, 4 * 360**2 * 3 / 2000**2)):
         camera = Camera((2, 8, high), (2, 8, 0), 60.0)  # K = 360 / tan 30°

@@ -25,19 +25,19 @@ def picture(ctx, heightmap, camera, **options):
 
 
 def at(longitude, latitude, heightmap):
-    """A place for a map: its north-western corner."""
+    """A map with a place on the earth: that of its north-western corner."""
     return Georeference(Grid(1e-4, 0, longitude, 0, -1e-4, latitude), DEGREES, (heightmap.cols, heightmap.rows))
 
 
 def over(heightmap, row, col, up_m=6000.0, origin=(0, 0)):
-    """Look down at a post of a map, or of one that was cut out of it from `origin` on."""
+    """Look down at a post of a map, or at the same post of a part of it that begins at `origin`."""
     x, y = (col - origin[1]) * heightmap.spacing_m[0], (heightmap.rows - 1 - (row - origin[0])) * heightmap.spacing_m[1]
     return Camera((x, y, up_m), (x, y, 0.0), 15.0)
 
 
 @pytest.mark.parametrize("look", NAMES)
 def test_a_part_of_a_map_has_the_colours_of_the_whole(ctx, look):
-    """Cut out, the land keeps its colours, though its range of heights is another. Its grain lies elsewhere."""
+    """A part keeps the land's colours, though its range of heights differs. The grain of its colours may move."""
     heights = mountains()
     whole, part = Heightmap(heights, 30.0), Heightmap(heights[40:150, 60:190].copy(), 30.0)
     assert part.range_m[1] - part.range_m[0] < 0.9 * (whole.range_m[1] - whole.range_m[0])
@@ -102,7 +102,7 @@ def test_auto_is_what_the_map_says_of_itself():
 
 
 def test_climates_follow_the_corners_of_a_map():
-    """Down to the southern rim it grows warmer; the moon has no climate."""
+    """Towards the southern rim it becomes warmer; the moon has no climate."""
     pytest.importorskip("pyproj", reason="the [geo] extra is not installed")
     land = Heightmap(mountains(200, 20), 30.0)
     land.georeference = Georeference(Grid(0.01, 0, 9, 0, -0.01, 47), DEGREES, (20, 200))
@@ -140,7 +140,7 @@ def test_a_lake_is_water_and_terraces_are_none():
     assert water_posts(rough(200, 200)) is None
     coast = np.maximum(rough(200, 200, 1, 800.0), 0)
     assert np.array_equal(water_posts(coast), coast == 0) or (water_posts(coast) & ~(coast == 0)).sum() == 0
-    top = np.minimum(lake(), 41)  # a pit in a plain that was cut off: the plain is no water
+    top = np.minimum(lake(), 41)  # a plain with a pit that was cut off: the plain is not water
     assert not water_posts(top)[5, 5]
 
 

@@ -87,7 +87,7 @@ def test_measured_errors_are_those_of_the_captured_triangles(ctx, name, view, tr
     got = measured_m(scene.measurement, selection, drawn.shape)
     assert (np.isnan(got) == np.isnan(expected)).all()
     known = ~np.isnan(got)
-    # vertices between posts, and the answer, are float32
+    # vertices between posts and the result are float32
     slack = 1e-7 * np.abs(expected[known]) + 2.0**-20 * np.ptp(relief)
     assert (np.abs(got[known] - expected[known]) <= slack).all()
     scene.release()
@@ -95,7 +95,7 @@ def test_measured_errors_are_those_of_the_captured_triangles(ctx, name, view, tr
 
 @pytest.mark.parametrize("method", ["sat", "quadtree"])
 def test_the_surface_is_measured_between_the_posts_too(ctx, method):
-    """Two triangles a cell pass through every post of a twisted map, and miss the middles of its cells."""
+    """Two triangles a cell pass through every post of a twisted map, but not through the middles of its cells."""
     heightmap = MAPS["checkerboard"]()
     scene = Scene.of(ctx, heightmap, method=method)
     camera = Camera((480.0, -900.0, 200.0), (480.0, 480.0, 0.0), 40.0)
@@ -133,7 +133,7 @@ def test_promise_of_the_clipmap_holds_on_hard_maps(ctx, name):
 
 
 def test_mean_over_measured_places_is_certified(ctx):
-    """Of cells along whose diagonals many of the places lie: their mean is above the integral."""
+    """In cells where many measured places lie on a diagonal: their mean is above the integral."""
     size, heightmap = (1280, 720), MAPS["checkerboard"]()
     renderer = tg.Renderer(heightmap, size, ctx=ctx)
     renderer.draw(cameras(heightmap, size)["far"], 1.0, metric="rms", style=UNLIT)
@@ -170,7 +170,7 @@ def test_promise_holds_on_any_map_from_anywhere(ctx, rows, cols, seed):
 
 
 def test_promise_holds_on_a_large_plane(ctx):
-    """Thousands of posts a node: roundings must not add up to what is measured."""
+    """Nodes have thousands of posts: roundings must not add up to an error that is measured."""
     heightmap = Heightmap(plane(1025) + 3000, 5.0)
     scene = Scene.of(ctx, heightmap)
     for view in ("default", "grazing", "far"):
@@ -202,7 +202,7 @@ def test_promise_holds_on_large_real_maps(ctx, dem, name):
 
 @pytest.mark.parametrize("kind", ["heights", "voids", "span"])
 def test_promise_holds_after_an_edit(ctx, kind):
-    """And the mesh is that of a renderer that never knew another map."""
+    """And the mesh equals that of a new renderer with the edited map."""
     before = MAPS["holes"]()
     renderer = tg.Renderer(before, SIZE, ctx=ctx)
     camera = cameras(before)["default"]
@@ -225,7 +225,7 @@ def test_promise_holds_after_an_edit(ctx, kind):
 
 
 def test_missing_patches_are_noticed(ctx):
-    """Measure the same view with a draw command less: posts are uncovered."""
+    """The same view measured with one draw command less: some posts are not covered."""
     scene = Scene.of(ctx, MAPS["odd"]())
     camera = cameras(scene.heightmap)["default"]
     selection = scene.select(camera, 1.0)
@@ -269,7 +269,7 @@ def test_slit_in_the_picture_is_counted_and_the_sky_is_not(ctx):
 
 @pytest.mark.parametrize("seed", [1, 3, 5])
 def test_silhouettes_of_what_promises_nothing_are_no_holes(ctx, seed):
-    """Amid spikes a few triangles promise nothing: ground may be seen where the truth has sky, and the other way."""
+    """Among spikes, few triangles certify nothing: ground may be seen where the truth has sky, and vice versa."""
     rng = np.random.default_rng(seed)
     heights = np.where(rng.random((129, 129)) < 0.01, 1000.0, 0.0) + 0.01 * rng.standard_normal((129, 129))
     with tg.Renderer(Heightmap(heights, 1.0), (96, 96), ctx=ctx) as renderer:
@@ -310,7 +310,7 @@ def test_truth_is_bilinear_between_posts_and_unknown_beside_voids():
 
 
 def test_solid_posts_among_voids_are_within_the_certificate(ctx):
-    """A post whose cells are all holes is measured, and certified, all the same."""
+    """A post is measured and certified even if all cells around it are holes."""
     rng = np.random.default_rng(2)
     heights = rough(200, 200, 3, 400.0)
     heights[rng.random(heights.shape) < 0.3] = np.nan

@@ -30,7 +30,7 @@ SIZES = [
 
 def doubled_areas(triangles):
     """Positive where a triangle is counter-clockwise seen from above; rows run south."""
-    a, b, c = (triangles[:, i].astype("f8") for i in range(3))  # 64ths of a post are exact, and their products
+    a, b, c = (triangles[:, i].astype("f8") for i in range(3))  # multiples of 1/64 and their products are exact
     return -((b[:, 0] - a[:, 0]) * (c[:, 1] - a[:, 1]) - (b[:, 1] - a[:, 1]) * (c[:, 0] - a[:, 0]))
 
 
@@ -45,7 +45,7 @@ def directed_edges(triangles):
 def lone_edges(triangles):
     """Edges of one triangle only, (n, 2, 2) columns and rows; asserts that no edge has more than two, one each way.
 
-    An edge is one number, too: rows of an array are many times as slow to sort.
+    An edge is one number, too: sorting rows of an array takes many times as long.
     """
     edges = directed_edges(triangles)
     one_way, any_way = (ends[:, 0] << 32 | ends[:, 1] for ends in (edges, np.sort(edges, 1)))
@@ -57,7 +57,7 @@ def lone_edges(triangles):
 
 
 def check_watertight(triangles, heightmap):
-    """Every inner edge of two triangles, all outer ones along the map's rim, all of the map covered once."""
+    """Every inner edge belongs to two triangles, all outer edges are on the map's rim, and the map is covered once."""
     last = np.array([heightmap.cols - 1, heightmap.rows - 1])
     assert triangles.min() >= 0 and (triangles <= last).all()
     areas = doubled_areas(triangles)
@@ -130,7 +130,7 @@ def test_culled_mesh_has_no_gap_where_it_is_seen(ctx):
 
 
 def in_picture(scene, camera, places, edges, t):
-    """Whether points on drawn edges stand in the picture; (n, 2) columns and rows."""
+    """Whether points on drawn edges are in the picture; (n, 2) columns and rows."""
     heights = vertex_heights(scene.terrain.filled.astype("f8"), edges)
     up = heights[:, 0] * (1 - t) + heights[:, 1] * t
     east, north = scene.heightmap.spacing_m
@@ -154,7 +154,7 @@ def test_heights_are_those_of_the_posts(ctx, monkeypatch):
     heightmap = MAPS["offset"]()
     scene = Scene.of(ctx, heightmap)
     selection = scene.select(cameras(heightmap)["default"], 1.0)
-    scene.triangles(selection)  # compares them, to the bit
+    scene.triangles(selection)  # compares them bit by bit
     scene.terrain.heightmap.heights[:] += np.float32(0.01)
     with pytest.raises(TerrainError, match="at wrong heights"):
         captured_triangles(selection)
@@ -177,7 +177,7 @@ PLACE = np.dtype([("clip", "4f4"), ("post", "2f4")])
 
 @pytest.mark.parametrize("name", ["odd", "offset", "tiny", "huge", "long"])
 def test_vertices_stand_in_the_picture_where_they_belong(ctx, name):
-    """What the picture draws, against float64, to a hundredth of a pixel; near the eye and far away."""
+    """Drawn vertices are within a hundredth of a pixel of those in float64, near the eye and far away."""
     scene = Scene.of(ctx, MAPS[name]())
     draw = MeshDraw(scene.levels, "PICTURE", varyings=("gl_Position", "v_post"))
     scale = np.asarray(scene.size) / 2

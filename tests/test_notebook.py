@@ -36,7 +36,7 @@ def view(folder):
 
 
 class Browser:
-    """The other end of the wire: takes frames, says that it has, and sends events."""
+    """A stand-in for the browser: takes frames, confirms them, and sends events."""
 
     def __init__(self, view):
         self.view, self.sent = view, []
@@ -280,7 +280,7 @@ maps.open_map = with_fewer_posts
 
 
 def test_the_example_runs_without_a_front_end(monkeypatch):
-    """As CI runs it: every cell, no display, and a still picture where the widget would be."""
+    """As CI runs it: every cell, without a display, and with a still picture instead of the widget."""
     nbformat = pytest.importorskip("nbformat", reason="the extra [test] is not installed")
     nbclient = pytest.importorskip("nbclient", reason="the extra [test] is not installed")
     pytest.importorskip("ipykernel", reason="the extra [test] is not installed")

@@ -56,7 +56,7 @@ def test_what_is_no_number_is_refused(option):
 
 
 def test_the_command_line_is_made_from_the_declaration(monkeypatch, capsys):
-    """Each declared flag is there; a flag that is declared no more is refused."""
+    """Each declared flag is there; a flag whose declaration was removed is refused."""
     words = ["shot", "alpine", "-o", "picture.png"]
     told = cli.parser().parse_args([*words, "--water", "3", "--near", "2", "--edge", "4", "--metric", "rms"])
     assert (told.water_m, told.near_m, told.parameters, told.metric) == (3.0, 2.0, Edges(4.0), "rms")
@@ -66,7 +66,7 @@ def test_the_command_line_is_made_from_the_declaration(monkeypatch, capsys):
 
 
 def test_every_method_is_a_line_of_the_registry(monkeypatch):
-    """A method of one's own takes one line; without it, it is unknown."""
+    """Another method takes one line; without that line it is unknown."""
     mine = Method(CERTIFIED, "methods:quadtree", "mine")
     with tg.Renderer(tg.Heightmap(rough(33, 40), 10.0), (32, 24)) as renderer:
         with pytest.raises(KeyError):

@@ -40,7 +40,7 @@ def refused(capsys):
 
 @pytest.fixture
 def clone(work):
-    """Copy what a clone holds of the package, its shaders and its maps."""
+    """Copy the package, its shaders and its maps, as a clone holds them."""
     for source in (folder("glsl").parent / "terrain_gl", *map(folder, FOLDERS)):
         shutil.copytree(source, work / "clone" / source.name, ignore=shutil.ignore_patterns("__pycache__"))
     return work / "clone"
@@ -52,7 +52,7 @@ def run(clone, *words):
 
 
 def test_a_clone_finds_its_own_shaders_and_maps(clone):
-    """As it stands, though another copy is installed."""
+    """Without an installation, and though another copy is installed."""
     told = run(clone, "-c", "import terrain_gl.gpu.shaders as s; print(s.root())")
     assert Path(told.stdout.strip()) == clone / "glsl", told.stderr
     done = run(clone, "-m", "terrain_gl", "shot", "alpine", "-o", "a.png", *SIZE)

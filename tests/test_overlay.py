@@ -26,7 +26,7 @@ def utm():
 
 
 class Shape:
-    """As shapely and geopandas have it."""
+    """An object like those of shapely and geopandas."""
 
     def __init__(self, geometry, crs=None):
         self.__geo_interface__, self.crs = geometry, crs

@@ -40,7 +40,7 @@ def steep(request, tmp_path_factory):
 
 
 def random_view(heightmap, rng):
-    """From anywhere around the map, close to the ground or high above, at a place on it."""
+    """A camera anywhere around the map, close to the ground or high above it, that looks at a place on the map."""
     (width, depth), (low, high) = heightmap.extent_m, heightmap.range_m
     x, y = rng.uniform(-0.2, 1.2, 2) * (width, depth)
     z = high + rng.choice([2.0, 20.0, 200.0]) * rng.random()
@@ -58,7 +58,7 @@ def all_pages(heightmap):
 
 
 def choose(renderer, camera, **options):
-    """Choose a mesh of the pages that are there, and no others; returns its certified error."""
+    """Choose a mesh from the loaded pages only; returns its certified error."""
     frame = renderer.inspector.frame = renderer.select(camera, renderer.size, RenderOptions(**options))
     return frame.selection
 
@@ -85,7 +85,7 @@ def achieved(renderer):
 
 
 def check_sides_agree(corners, heights_m):
-    """A place has one height, whichever triangle has it as a corner: so there are no cracks."""
+    """Each vertex place has the same height in all its triangles: so there are no cracks."""
     assert (doubled_areas(corners) > 0).all()
     places, which = np.unique(corners.reshape(-1, 2), axis=0, return_inverse=True)
     lowest, highest = np.full(len(places), np.inf), np.full(len(places), -np.inf)
@@ -282,7 +282,7 @@ class Waves(PagedMap):
         heights, shape = self[at], (len(row) - 1, len(col) - 1)
         if level == 0:
             return Page(heights, np.zeros((2, 0, 0), np.uint32), np.zeros((2, 0, 0), np.uint16))
-        # along an axis a chord of length n misses a sine by n²/8 of its curvature; float32 adds some 1e-4 m
+        # along an axis a chord of length n differs from a sine by n²/8 of its curvature; float32 adds some 1e-4 m
         n = 1 << level
         error_m = min(2000.0, 1000 * n * n / 8 * (1 / 500.0**2 + 1 / 900.0**2) * 2 + 1e-3)
         half = np.float16(min(error_m / 4096.0 * 1.01, 1.0) * 2**14).view(np.uint16)

@@ -69,7 +69,9 @@ def test_speed_is_constant(keyframes, closed):
     ahead = np.array([path.at(part + step).camera.eye for part in parts])
     speeds = np.linalg.norm(ahead - [path.at(part).camera.eye for part in parts], axis=1) / step
     assert np.all(speeds <= path.length_m * 1.0001)
-    assert np.mean(np.abs(speeds / path.length_m - 1) < 0.01) > 0.98  # the rest cuts a bend as sharp as a keyframe's
+    assert (
+        np.mean(np.abs(speeds / path.length_m - 1) < 0.01) > 0.98
+    )  # the other steps cut across a sharp bend at a keyframe
     assert np.median(speeds) == pytest.approx(path.length_m, rel=1e-3)
 
 
@@ -84,7 +86,7 @@ def test_speed_is_constant_on_the_tour():
 @settings(max_examples=40)
 @given(keyframes(least=3), st.booleans())
 def test_no_jumps(keyframes, closed):
-    """The motion of one frame in four thousand: the eye goes its part, the head turns a little."""
+    """With four thousand frames, each frame moves the eye by its part of the way and turns it a little."""
     path = CameraPath(keyframes, closed)
     for part in (*path.parts, *np.linspace(0, 1, 50)):
         a, b = (path.at(min(max(part + step, 0), 1)).camera for step in (-1e-6, 1e-6))
@@ -291,7 +293,7 @@ def test_too_few_in_memory():
 
 
 def test_the_path_of_the_documentation():
-    """It opens, closes, and keeps 90 m above the land that it was made for."""
+    """It can be opened, is closed, and stays 90 m above the land that it was made for."""
     path = CameraPath.open(Path(__file__).parent.parent / "docs" / "alpine-flight.json")
     assert path.closed and path.seconds == 14
     known = bundled()["alpine"]

@@ -16,8 +16,8 @@ from terrain_gl.shade import STYLES
 
 SIZE = (150, 83)
 # Vertices are snapped to 1/256 of a pixel. Places computed through another matrix differ by a few 1e-4 pixels: one in
-# about fourteen snaps elsewhere. An edge that moved by 1/256 sweeps one of a pixel's four samples in 64 times; with
-# two edges of two ends each in a pixel, as here, 1/14 * 1/64 * 4 of the pixels take a sample from a neighbour.
+# about fourteen snaps to another place. An edge that moved by 1/256 sweeps one of a pixel's four samples in 64 times;
+# with two edges of two ends each in a pixel, as here, 1/14 * 1/64 * 4 of the pixels take a sample from a neighbour.
 OUTLIERS = 0.0045
 
 
@@ -108,7 +108,7 @@ def test_fine_pixels_are_the_mean_light_of_a_larger_picture(heightmap):
     with tg.Renderer(heightmap, (180, 120)) as r:
         light = linear_from_srgb(r.render(camera, 1.0, method="full").image[..., :3])
     mean = light.reshape(40, 3, 60, 3, 3).mean((1, 3))
-    # half a step of rounding, where the curve is steepest 12.92 × as much light
+    # half a step of rounding; where the curve is steepest, that is 12.92 times as much light
     assert np.abs(linear_from_srgb(fine[..., :3]) - mean).max() < 1 / 255
 
 

@@ -45,14 +45,14 @@ def kinds_of(picture):
 
 
 def shaded(renderer, camera, **options):
-    """The land alone, in a colour that light shows on: no surroundings, no grain."""
+    """The land alone, in a plain colour: no surroundings, no grain."""
     return (
         renderer.render(camera, sun=SUN, look="earth", edge="none", grain="off", **options).image[..., :3].astype(int)
     )
 
 
 def test_places_lie_where_rays_meet_the_ground(renderer):
-    """Of each sample: the ray through it, at the place that it sees, is as high as the ground there."""
+    """For each sample: at the place that it sees, the ray through it has the height of the ground."""
     heightmap, camera = renderer.heightmap, Camera.default(renderer.heightmap)
     renderer.draw(camera, method="full", style="depth")
     (right, up, forward), (half_x, half_y) = camera.axes, camera.half_extent(SIZE)
@@ -66,11 +66,11 @@ def test_places_lie_where_rays_meet_the_ground(renderer):
         along = np.linalg.norm(seen_m, axis=-1) / np.linalg.norm(ray[..., :2], axis=-1)
         truth_m = bilinear(heightmap.heights, place[..., 0].ravel(), place[..., 1].ravel()).reshape(land.shape)
         off_px = np.abs(camera.eye[2] + along * ray[..., 2] - truth_m) / (along * 2 * half_y / SIZE[1])
-        assert land.sum() > 2000 and np.median(off_px[land]) < 0.05  # a triangle is no bilinear patch
+        assert land.sum() > 2000 and np.median(off_px[land]) < 0.05  # a triangle is not a bilinear patch
 
 
 def test_pixels_with_edges_get_more_samples(renderer, monkeypatch):
-    """Without the list of mixed pixels these alone are lost; most pixels are not among them."""
+    """Without the list of mixed pixels only those pixels change; most pixels are not in the list."""
     camera = Camera.default(renderer.heightmap)
     whole = shaded(renderer, camera)
     kinds = kinds_of(renderer.picture)
@@ -134,7 +134,7 @@ def test_shares_side_by_side_are_the_reference(ctx):
 
 @pytest.mark.parametrize("table", TABLES)
 def test_every_table_of_light_shows(renderer, table):
-    """Overwritten with random words, it changes most of the land; written back, nothing is left of that."""
+    """A table overwritten with random words changes most of the land; written back, the picture is as before."""
     fov_deg, poison = TABLES[table]
     camera = view(renderer.heightmap, fov_deg)
     before = shaded(renderer, camera)
