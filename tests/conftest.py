@@ -68,7 +68,7 @@ def run(capsys):
 
 @pytest.fixture(scope="session")
 def hills(tmp_path_factory):
-    """A map as a whole, and its store, which nobody may change."""
+    """A map in memory, and its store, which no test may change."""
     pytest.importorskip("zarr")
     from terrain_gl.store import build
 

@@ -69,9 +69,7 @@ def test_speed_is_constant(keyframes, closed):
     ahead = np.array([path.at(part + step).camera.eye for part in parts])
     speeds = np.linalg.norm(ahead - [path.at(part).camera.eye for part in parts], axis=1) / step
     assert np.all(speeds <= path.length_m * 1.0001)
-    assert (
-        np.mean(np.abs(speeds / path.length_m - 1) < 0.01) > 0.98
-    )  # the other steps cut across a sharp bend at a keyframe
+    assert np.mean(np.abs(speeds / path.length_m - 1) < 0.01) > 0.98  # the others cut across a keyframe's sharp bend
     assert np.median(speeds) == pytest.approx(path.length_m, rel=1e-3)
 
 

@@ -36,7 +36,7 @@ def pixels(clip, size):
 def shares(scene, camera, size=SIZE):
     """How much of the bound each vertex in the picture uses, and how many pixels."""
     posts, clip = drawn_vertices(scene, camera)
-    whole = (posts == np.floor(posts)).all(1)  # the middles of cells have heights that round, too
+    whole = (posts == np.floor(posts)).all(1)  # heights at the middles of cells are rounded as well
     posts, clip = posts[whole], clip[whole]
     points = places(scene.heightmap, scene.terrain.filled, posts)
     near_m = scene.near_m
@@ -60,7 +60,7 @@ def test_float32_keeps_to_the_bound(ctx, name):
 
 
 def test_the_bound_does_not_grow_with_the_map(ctx):
-    """A map far from 0 in every way: heights of 8848 m, an eye 100,000 posts from the corner."""
+    """A map far from 0 in all coordinates: heights of 8848 m, an eye 100,000 posts from the corner."""
     heights = 8848 + MAPS["odd"]().heights
     scene = Scene.of(ctx, Heightmap(heights, 30.0))
     middle = np.divide(scene.heightmap.extent_m, 2)
@@ -72,7 +72,7 @@ def test_the_bound_does_not_grow_with_the_map(ctx):
 
 
 def test_the_test_would_see_a_worse_vertex(ctx):
-    """Takes the mechanism away: positions from the map's corner in float32 break the bound."""
+    """Without the mechanism, with float32 positions from the map's corner, the bound does not hold."""
     scene = Scene.of(ctx, MAPS["offset"]())  # at 8848 m
     heightmap = scene.heightmap
     camera = cameras(heightmap)["grazing"]
@@ -90,7 +90,7 @@ def test_the_test_would_see_a_worse_vertex(ctx):
 
 
 def test_the_number_of_roundings_is_that_of_the_shader():
-    """numpy's float32, operation by operation as in glsl/blocks/view.glsl, never rounds more than is counted."""
+    """numpy's float32 with the operations of glsl/blocks/view.glsl never rounds more often than the bound counts."""
     rng = np.random.default_rng(4)
     n, u = 20000, 2.0**-24
     steps = rng.integers(-3000, 3000, (n, 2)).astype("f8")

@@ -15,7 +15,7 @@ __all__ = ["projection"]  # a fixture
 
 
 def boxes_of(asked, grid):
-    """World corners (3, n) of the boxes of posts that are asked about."""
+    """World corners (3, n) of the given boxes of posts."""
     (east, north), (x0, y0, x1, y1) = grid.spacing_m, asked["posts"].T
     low, high = asked["range_m"].astype("f8").T
     return np.stack([x0 * east, (grid.rows - 1 - y1) * north, low]), np.stack(

@@ -39,7 +39,7 @@ def test_reference_quadtree_of_a_flat_map_is_one_leaf():
 
 
 def test_reference_quadtree_around_a_spike():
-    """A spike on a post that is odd in both directions: one node of each level holds it, one is split."""
+    """A spike on a post that is odd in both directions: one node of each level contains it and is split."""
     heights = np.zeros((65, 65))
     heights[29, 29] = 10.0
     camera = Camera((32, 32, 400), (32, 32, 0), 20.0)
@@ -61,7 +61,7 @@ def trees(level, row, col):
 
 
 def leaf_square(heights, camera, size, level, row, col):
-    """Squared screen error of a leaf, post by post, for the better diagonal; the last row and column are others'."""
+    """Squared screen error of a leaf's posts, for the better diagonal; the last row and column belong to others."""
     rows, cols = heights.shape
     side, last = 1 << level, np.array(heights.shape) - 1
     sums = [0.0, 0.0]
@@ -106,7 +106,7 @@ def test_reference_allocation_restricted_is_never_better_than_plain():
 
 
 def test_bands_of_a_map_are_its_whole_node_rows(monkeypatch):
-    """Large maps are looked at in bands: the same errors, and every post counted once."""
+    """Large maps are read in bands: the errors are the same, and every post is counted once."""
     heightmap = MAPS["odd"]()
     heights, camera = heightmap.heights.astype("f8"), cameras(heightmap)["default"]
     ask = (heightmap.spacing_m, camera, (320, 180), 0.1)

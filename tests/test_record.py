@@ -63,7 +63,7 @@ def frames_of(output):
 
 @contextmanager
 def disk_of(limit):
-    """A disk that is full after so many bytes of one file: a limit on file size stands in for its end."""
+    """A disk that is full after so many bytes of one file: a limit on file size imitates it."""
     resource = pytest.importorskip("resource")
     soft, hard = resource.getrlimit(resource.RLIMIT_FSIZE)
     handler = signal.signal(signal.SIGXFSZ, signal.SIG_IGN)
@@ -108,7 +108,7 @@ def test_odd_sizes(output, size):
 
 
 def test_slow_changes_are_shown(output):
-    """A sky that grows brighter, a step a frame: no frame repeats parts of the one before it."""
+    """A sky becomes brighter, one step a frame: no frame repeats parts of the one before it."""
     sky = np.add.outer(np.linspace(80, 130, 48), np.linspace(0, 20, 64))[..., None] + [0, 20, 40]
     with Recorder(output) as recorder:
         for i in range(12):
@@ -127,7 +127,7 @@ def test_no_film_of_one_pixel():
 
 
 def test_its_own_pace(output):
-    """Frames at odd moments: each stands until the next, and of two within one frame's time the first is taken."""
+    """Frames at irregular times: each is shown until the next; of two within one frame's time the first is taken."""
     with Recorder(output, fps=10) as recorder:
         for i, at_s in enumerate((0, 0.11, 0.12, 0.5, 0.61)):
             assert recorder.append(picture(i), at_s)
@@ -138,7 +138,7 @@ def test_its_own_pace(output):
 
 
 def test_the_encoder_is_not_waited_for(monkeypatch):
-    """A disk that takes its time: frames are dropped at once, and the film goes on."""
+    """With a slow disk frames are dropped without waiting, and the film goes on."""
     monkeypatch.setattr(record, "write_png", lambda *_: time.sleep(0.2))
     started = time.monotonic()
     recorder = Recorder("frames/")
@@ -190,7 +190,7 @@ def test_an_error_around_it_leaves_nothing(output):
 
 @pytest.mark.parametrize("limit", [1, 1000, 20_000, 1_000_000])
 def test_full_disk(output, limit):
-    """Wherever the disk ends: an error in one line and no film, or the whole film."""
+    """At whatever byte the disk is full: an error in one line and no film, or the whole film."""
     noise = np.random.default_rng(0).integers(0, 256, (COUNT, 48, 64, 3), dtype=np.uint8)
     whole = False
     with disk_of(limit):

@@ -17,7 +17,7 @@ SHADERS = sorted(
     path for path in ROOT.rglob("*") if path.suffix in {".glsl", ".comp", ".vert", ".tesc", ".tese", ".frag", ".geom"}
 )
 STAGES = {"sat", "error", "lod", "mesh", "generate", "horizon", "light"}  # folders of the line: each file has a twin
-WITHOUT = {  # no equation: bookkeeping, declarations, or passes of what another file states
+WITHOUT = {  # no equation: bookkeeping, declarations, or passes that use the functions of another file
     "error/classes.glsl",
     "horizon/blocks.glsl",
     "light/air.glsl",
@@ -65,7 +65,7 @@ def resolve(name):
 
 @functools.cache
 def words_of_tests():
-    """Every name that the tests use, this file aside."""
+    """Every name that the tests use, except this file."""
     files = (path for path in Path(__file__).parent.glob("*.py") if path.name != Path(__file__).name)
     return set(re.findall(r"\w+", " ".join(path.read_text(encoding="utf-8") for path in files)))
 

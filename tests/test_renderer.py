@@ -65,7 +65,7 @@ def test_height_over_a_void_is_nan():
 
 @pytest.mark.parametrize("base_m", [0.0, 9000.0])
 def test_room_is_made_beside_what_is_drawn(heightmap, base_m):
-    """Portion by portion; given up, all is as it was; gone through, tables and picture are those of a rebuild."""
+    """In steps. Given up, nothing has changed; finished, tables and picture equal those of a rebuild."""
     land = tg.Heightmap(heightmap.heights + base_m, (20.0, 30.0))
     camera = tg.Camera.default(land)
     with tg.Renderer(land, SIZE) as r:
@@ -113,7 +113,7 @@ def test_room_of_no_number_of_metres_is_refused(heightmap, up_m, down_m):
 
 @pytest.mark.parametrize("portions", [1, 2, 3, 9])
 def test_an_edit_ends_the_making_of_room(heightmap, portions):
-    """Were it not noticed, tables of mixed heights would be taken."""
+    """If the edit were not noticed, tables of mixed heights would be used."""
     place = np.s_[10:20], np.s_[10:30]
     with tg.Renderer(heightmap, SIZE) as r, tg.Renderer(heightmap, SIZE) as other:
         room = r.editor.headroom_steps(500.0, 100.0)
@@ -128,7 +128,7 @@ def test_an_edit_ends_the_making_of_room(heightmap, portions):
 
 
 def test_room_has_no_end_where_heights_have(heightmap):
-    """No edit goes beyond what a map may hold, so none leaves a span that ends there."""
+    """No edit can exceed the heights that a map may have, so none leaves a span that ends there."""
     with tg.Renderer(heightmap, SIZE) as r:
         r.editor.make_headroom(500.0, 100.0)
         assert all(least <= room < np.inf for room, least in zip(r.editor.headroom_m, (100.0, 500.0), strict=True))
@@ -271,7 +271,7 @@ def test_nothing_is_drawn_after_release(heightmap):
 
 
 def half_done(r):
-    """Everything that comes in portions, after the first of them."""
+    """All work that is done in steps, after the first step."""
     camera = tg.Camera.default(r.heightmap)
     r.draw(camera)
     room = r.editor.headroom_steps(500.0, 100.0)
@@ -358,7 +358,7 @@ def test_released_twice(heightmap):
 
 
 def in_turns(*works):
-    """Results of works in steps, of which a step of each is taken in turn."""
+    """Results of several generators of steps; each does one step in turn."""
     results, turns = {}, 0
     while len(results) < len(works):
         for i, steps in enumerate(works):
@@ -430,7 +430,7 @@ def test_tables_built_in_portions_equal_tables_built_at_once(ctx):
         parts = []
         for part in later.build_steps:
             parts.append(part)
-            at_once.draw(tg.Camera.default(heightmap), 8.0)  # what others draw meanwhile does not matter
+            at_once.draw(tg.Camera.default(heightmap), 8.0)  # what is drawn in between does not matter
         assert parts == sorted(parts) and parts[-1] == 1 and len(parts) > 20
         for table in ("nodes", "ranges", "counters", "squares"):
             assert getattr(later.tables, table).read() == getattr(at_once.tables, table).read()
@@ -455,10 +455,10 @@ def test_error_map_shows_the_measured_errors(heightmap):
         assert errors.shape == (150, 200)
         assert (
             np.isnan(errors) == (r.picture.sky_share() == 1)
-        ).mean() > 0.99  # a rim's truth may be out of the picture
+        ).mean() > 0.99  # at the rim the true place may be outside the picture
         assert 0.8 * achieved["max_error_px"] < np.nanmax(errors) <= achieved["max_error_px"] * (1 + 1e-6)
         r.draw(camera, method="full")
-        exact = r.measure()  # at posts; between them two triangles stray from the bilinear truth
+        exact = r.measure()  # at posts; between them two triangles differ from the bilinear truth
         assert exact["max_error_posts_px"] == 0
         assert np.nanmax(r.inspector.error_map()) <= exact["max_error_px"] * (1 + 1e-6)
 

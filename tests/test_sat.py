@@ -101,7 +101,7 @@ def test_16_bit_values_in_32_bit_words_stay_exact_after_many_wraps(ctx, tables):
 
 @pytest.mark.parametrize("bits", [8, 16])
 def test_parts_of_a_word_do_not_disturb_each_other(ctx, tables, bits):
-    """Sums that wrap on both sides of one that counts ones: no carry and no borrow goes from part to part."""
+    """A counter of ones between two sums that wrap: no carry and no borrow goes from one part of a word to another."""
     most, ones = np.full((1, 90, 90), 2**bits - 1), np.ones((1, 90, 90))
     values = np.stack([most, ones, ones, most][: 32 // bits], -1).astype(f"u{bits // 8}")
     kernels, buffer, table = built(ctx, tables, values)
@@ -112,7 +112,7 @@ def test_parts_of_a_word_do_not_disturb_each_other(ctx, tables, bits):
 
 
 def test_8_bit_counts_are_exact_up_to_255_and_wrap_above(ctx, tables):
-    """Why glsl/error/bound.glsl asks large boxes in parts of 15 × 15 tiles."""
+    """This is why glsl/error/bound.glsl divides large boxes into parts of 15 × 15 tiles."""
     kernels, buffer, table = built(ctx, tables, np.ones((1, 64, 64, 4), "u1"))
     boxes = np.array([[7, 9, 7 + 15, 9 + 15], [0, 0, 51, 5], [16, 16, 32, 32], [0, 0, 64, 64]])
     assert kernels.box_sums(buffer, table, boxes)[:, 0].tolist() == [225, 255, 0, 0]

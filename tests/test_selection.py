@@ -32,7 +32,7 @@ def gpu_tables(scene):
 
 
 def read_tables(scene):
-    """What the GPU's error table says, as the reference reads tables; gains and cells are the reference's own."""
+    """The GPU's error table in the form of the reference's tables; gains and cells are the reference's own."""
     own = reference.tables_of(scene.terrain.filled.astype("f8"), np.isnan(scene.heightmap.heights))
     low_m = float(np.frombuffer(scene.terrain.block.read(), layout.TERRAIN)[0]["low_m"]) + scene.terrain.base_m
     tables = [own[0]]
@@ -79,9 +79,9 @@ def test_selection_is_the_references(ctx, scene, view, tolerance, metric):
     expected = reference.select(screens, scene.heightmap.heights.shape, tolerance / BOUND_SLACK, metric)
     assert leaves(scene, selection) == leaves_of(expected)
     assert selection.splits == sum(int(level.sum()) for level in expected.splits)
-    if not (patches_of(scene, selection).step == 0).any():  # else cells are cut, for what lies between their posts
+    if not (patches_of(scene, selection).step == 0).any():  # otherwise cells are cut for the error between their posts
         assert selection.triangles == expected.triangles
-    if tolerance:  # what lies between the posts of cells comes on top of the reference's
+    if tolerance:  # the GPU counts errors between the posts of cells, too
         assert expected.certified_px <= selection.certified_px
 
 
@@ -109,7 +109,7 @@ def test_patches_are_the_references(ctx, scene, view, tolerance, metric):
 
 
 def test_without_agreeing_or_balance_the_reference_is_another(ctx, scene, monkeypatch):
-    """Both passes decide: taken out of the reference, its leaves are no longer the GPU's."""
+    """Both passes matter: without one of them in the reference, its leaves are no longer the GPU's."""
     camera = cameras(scene.heightmap)["corner"]
     got = leaves(scene, scene.select(camera, 0.5))
     view = view_of(camera, scene.size, scene.near_m)
@@ -161,7 +161,7 @@ def corners(triangles):
 
 @pytest.mark.parametrize("view", ["default", "grazing", "corner"])
 def test_captured_triangles_are_those_of_the_reference(ctx, scene, view):
-    """Fans to the triangle; quads but for their diagonal, which is the driver's; what is left lies in cells."""
+    """Fans are equal; quads, too, but for their diagonal (the driver's choice); other triangles are within cells."""
     selection = scene.select(cameras(scene.heightmap)[view], 0.5)
     last = np.array(scene.heightmap.heights.shape[::-1]) - 1
     got = corners(scene.triangles(selection))

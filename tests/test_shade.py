@@ -35,7 +35,7 @@ def queries(rows, cols, n, most=40.0, seed=2):
 
 
 def ask_relief(ctx, heightmap, call, questions):
-    """Answers (n, 3), height and slope, of a function in relief.glsl, of a post a.xy and an extent a.zw."""
+    """Height and slope (n, 3) from a function of relief.glsl, for a post a.xy and an extent a.zw."""
     terrain = Terrain(ctx, heightmap)
     sums = HeightSums(terrain)
 
@@ -101,7 +101,7 @@ def test_means_and_slopes_of_boxes(ctx, size):
     for (x, y, w, h), answer in zip(questions.astype(float), answers, strict=True):
         height, slope = reference.relief(heightmap.heights, (x, y), (w, h), heightmap.spacing_m)
         assert answer[0] == pytest.approx(height, abs=step_m)
-        # halves are half a step off each at most; they lie no closer than half a post
+        # half floats are off by at most half a step each; the posts are at least half a post apart
         assert np.all(np.abs(answer[1:] - slope) <= 2 * step_m / np.array(heightmap.spacing_m) + 1e-5)
 
 
@@ -129,7 +129,7 @@ def test_noise_over_a_footprint_is_the_best_that_its_middle_tells_of_the_mean(ct
         return ask(ctx, "shade/cover.glsl", statement, questions.reshape(-1, 4))[:, 0].reshape(posts.shape[:-1])
 
     middles, means = noise(at, (wide, high)), noise(boxes, (0.0, 0.0)).mean(1)
-    # least squares ask for a factor of 1; the Gaussian, brought to an end, is at most 0.03 less, chance adds 0.03
+    # least squares give a factor of 1; the Gaussian, which is cut off, gives up to 0.03 less, and chance adds 0.03
     assert middles @ means / (middles @ middles) == pytest.approx(1.0, abs=0.06)
 
 
@@ -253,7 +253,7 @@ def test_void_cells_are_holes_exactly(scene, tolerance_px):
 
 
 def test_shading_does_not_depend_on_the_mesh(scene):
-    """Where two meshes show the same place of the map in a pixel, they show the same colour."""
+    """Where two meshes show the same place of the map in a pixel, the colour is the same."""
     heightmap = Heightmap(hills(257, 257, relief=60.0), spacing_m=30.0)
     s = scene(heightmap, size=(320, 180), samples=1)
     seen = []
@@ -317,7 +317,7 @@ def test_odd_maps_and_suns(ctx, scene, heights, sun):
 
 
 def test_no_pixel_is_nan(ctx, scene):
-    """Colours are written to floats, where NaN would show."""
+    """Colours are written as floats here, where a NaN would be seen."""
     heights = hills(64, 64)
     heights[10:12, 10:12] = np.nan
     heightmap = Heightmap(heights, spacing_m=30.0)

@@ -18,7 +18,7 @@ from terrain_gl.image import FORMATS, read_image, write_image
 from terrain_gl.pieces import cut
 
 SIZE = (150, 83)
-OUTLIERS = 0.002  # as in test_pieces.py: edges in the picture that snap to another sample
+OUTLIERS = 0.002  # as in test_pieces.py: edges that snap to another sample
 
 
 @pytest.fixture(autouse=True)
@@ -70,7 +70,7 @@ def test_stats_are_of_the_whole(small_pieces, capsys):
 
 
 def test_beyond_what_the_gpu_draws(ctx):
-    """Wider than any viewport."""
+    """The picture is wider than any viewport."""
     size = (gl.limits(ctx)["viewport_size"] + 1000, 3)
     with pytest.raises(tg.UsageError, match="picture size"):
         tg.Renderer(tg.Heightmap.open("map.npy"), size, ctx=ctx)
@@ -93,7 +93,7 @@ def test_no_room_for_it(monkeypatch, capsys):
 
 @pytest.mark.slow
 def test_memory_does_not_grow_with_the_picture():
-    """Four times the rows, for not half as much memory as they would take."""
+    """Four times the rows need less than half of the memory that these rows would take."""
     peak = "import resource, sys; from terrain_gl import cli; cli.main(sys.argv[1:])"
     peak += "; print(resource.getrusage(resource.RUSAGE_SELF).ru_maxrss)"
     used = []

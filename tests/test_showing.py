@@ -59,7 +59,7 @@ def test_a_dataset_stored_from_south_to_north(folder):
 
 @pytest.mark.parametrize("masked", [True, False])
 def test_a_data_array_of_rioxarray(dem, masked):
-    """With its band of one layer, its coordinates and its coordinate system."""
+    """An array with one band, coordinates and a coordinate system."""
     with rioxarray.open_rasterio("dem.tif", masked=masked, mask_and_scale=masked) as array:
         same(tg.Heightmap.of(array), dem)
         same(tg.Heightmap.of(array.squeeze()), dem)
@@ -109,7 +109,7 @@ def test_arrays_that_are_no_map(array, text):
 
 @pytest.fixture
 def shown(monkeypatch):
-    """What the window is told, instead of opening."""
+    """The arguments that the window gets, instead of opening."""
     seen = []
     monkeypatch.setattr("terrain_gl.viewer.run", lambda *told, **options: seen.append((*told, options)) or {"shown": 1})
     return seen

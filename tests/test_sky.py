@@ -84,7 +84,7 @@ def test_turning_the_sun_turns_the_sky():
 
 
 def test_a_uniform_sky_lights_all_surfaces_alike():
-    """The white furnace of the lobes: within 1 % of 1 on any surface."""
+    """The lobes' white furnace test: within 1 % of 1 on any surface."""
     uniform = sky.Sky(np.ones((*sky.SHAPE, 3)), sky.NO_SUN)
     assert uniform.fit_error < 0.01
 
@@ -98,7 +98,7 @@ def test_sharp_lobes_carry_the_suns_light():
 
 @given(st.integers(1, 12), st.integers(0, 2**32 - 1))
 def test_least_squares_without_negatives(columns, seed):
-    """The conditions of Kuhn and Tucker: x ≥ 0, and no change that keeps it so makes the error smaller."""
+    """The conditions of Kuhn and Tucker: x ≥ 0, and no change that keeps x ≥ 0 makes the error smaller."""
     rng = np.random.default_rng(seed)
     A, b = rng.normal(size=(20, columns)), rng.normal(size=20)
     x = light.non_negative_least_squares(A, b)
@@ -126,7 +126,7 @@ def test_a_picture_of_a_sky(tmp_path):
     assert read.sun["axis"] == pytest.approx(towards_sun(90.0, 30.0), abs=0.02)
     solid_angle = 4 * np.radians(2) ** 2 * np.cos(np.radians(30))
     assert read.sun["amplitude"][0] * read.sun["integral"] == pytest.approx(5000 * solid_angle, rel=0.01)
-    assert read.radiance.max() == pytest.approx(1.0, abs=1e-6)  # the sun is out of it
+    assert read.radiance.max() == pytest.approx(1.0, abs=1e-6)  # without the sun
     assert read.radiance[10, 5] == pytest.approx((0.3, 0.5, 1.0)) and read.radiance[-10, 5] == pytest.approx(
         (0.2, 0.15, 0.1)
     )

@@ -28,7 +28,7 @@ def rough_mountains(n=513):
 
 
 def crawl(heightmap):
-    """Cameras far away, each so much nearer that the picture's rim moves by a tenth of a pixel."""
+    """Cameras far away, each a little nearer, so that the picture's rim moves by a tenth of a pixel."""
     east, north = heightmap.extent_m
     target, away = (east / 2, north / 2, 0.0), 4 * east
     step = 0.1 * away / (SIZE[0] / 2)
@@ -37,19 +37,19 @@ def crawl(heightmap):
 
 
 def luminance(picture, fine=1):
-    """(height, width) of a picture's linear light, `fine` × `fine` of its pixels in one."""
+    """(height, width) linear light of a picture, the mean of `fine` × `fine` pixels each."""
     light = linear_from_srgb(picture[..., :3]) @ LUMINANCE
     rows, cols = light.shape
     return light.reshape(rows // fine, fine, cols // fine, fine).mean((1, 3))
 
 
 def deviation(lights):
-    """Mean over the pixels of how far their luminance strays from its own mean in time: all that changes."""
+    """Mean over the pixels of how far their luminance is from its mean over time: it measures every change."""
     return float(np.stack(lights)[:, 4:-4, 4:-4].std(0, ddof=1).mean())
 
 
 def shimmer(lights):
-    """Mean distance of each pixel's luminance from the frames before and after it: what flickers, not what moves."""
+    """Mean distance of a pixel's luminance from the frames before and after: it measures flicker, not slow motion."""
     lights = np.stack(lights)[:, 4:-4, 4:-4]
     return float(np.abs(lights[1:-1] - (lights[:-2] + lights[2:]) / 2).mean())
 
@@ -75,7 +75,7 @@ def test_far_mountains_do_not_shimmer(ctx):
 
 
 def test_far_mountains_change_no_more_than_the_truth_does(ctx):
-    """The truth: each place in its own normal's light, 256 places a pixel, every tenth frame of sixty."""
+    """The truth: 256 places a pixel, each lit with its own normal, in every tenth of sixty frames."""
     heightmap = rough_mountains()
     cameras = crawl(heightmap)[::10]
     truth = deviation(lights_of(heightmap, ctx, cameras, "point", fine=8))

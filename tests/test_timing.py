@@ -14,7 +14,7 @@ SIZE = (160, 90)
 
 @pytest.fixture
 def work(ctx):
-    """A function that keeps the GPU busy, the longer the larger its argument."""
+    """A function that keeps the GPU busy; a larger argument takes longer."""
     shader = """#version 430
         layout(local_size_x = 64) in;
         layout(std430, binding = 0) buffer Out { float out_[]; };
@@ -91,7 +91,7 @@ def test_a_renderer_that_does_not_wait_draws_and_knows_the_same(monkeypatch):
         finished = []
         monkeypatch.setattr(renderer.timer, "ctx", Noting(renderer.ctx, finished))
         for _ in range(8):
-            frame = renderer.render(camera)  # reading the picture waits for the GPU, so that times come in
+            frame = renderer.render(camera)  # reading the picture waits for the GPU, so its times arrive
         assert not finished
         assert (frame.image == waited.image).all()
         assert frame.stats["triangles"] == waited.stats["triangles"]
@@ -124,11 +124,11 @@ def test_the_gpus_clock_times_the_very_frame_that_was_waited_for():
         next(given_up)
         next(given_up)
         given_up.close()
-        assert not renderer.timer.stopwatch._stages  # they are not the next frame's
+        assert not renderer.timer.stopwatch._stages  # they do not belong to the next frame
 
 
 class Noting:
-    """A context that notes who waits for it."""
+    """A context that records who waits for it."""
 
     def __init__(self, ctx, finished):
         self._ctx, self._finished = ctx, finished

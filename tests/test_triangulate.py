@@ -58,7 +58,7 @@ def _posts_under(corners: np.ndarray) -> tuple[np.ndarray, np.ndarray, np.ndarra
     for k in range(3):
         a, b = corners[which, k], corners[which, (k + 1) % 3]
         rise = b[:, 1] - a[:, 1]
-        most = (b[:, 0] - a[:, 0]) * (row - a[:, 1]) + rise * a[:, 0]  # rise · x is at most this
+        most = (b[:, 0] - a[:, 0]) * (row - a[:, 1]) + rise * a[:, 0]  # rise · x is at most this number
         quotient = most // np.where(rise == 0, 1, rise)
         high = np.where(rise > 0, np.minimum(high, quotient), high)
         low = np.where(rise < 0, np.maximum(low, -(most // np.where(rise == 0, 1, -rise))), low)
@@ -120,7 +120,7 @@ def test_a_mesh_that_misses_a_post_has_no_error_bound():
 
 
 def between_m(triangles: np.ndarray, heights: np.ndarray, rng: np.random.Generator) -> float:
-    """Largest difference in height between a mesh and the bilinear land, at places all over each triangle."""
+    """Largest difference in height between a mesh and the bilinear land, at many places of each triangle."""
     weights = np.concatenate([np.eye(3), 0.5 - 0.5 * np.eye(3), rng.dirichlet(np.ones(3), 12)])
     truth = vertex_heights(heights, triangles).astype(np.float64)  # at the corners
     largest = 0.0
@@ -136,7 +136,7 @@ def between_m(triangles: np.ndarray, heights: np.ndarray, rng: np.random.Generat
 
 @pytest.mark.parametrize("name", MAPS)
 def test_certified_metres_hold_everywhere(name):
-    """Over the whole surface; a map that the triangles cover once."""
+    """The bound holds on the whole surface, and the triangles cover the map once."""
     heightmap = MAPS[name]()
     filled = Heightmap(fill_voids(heightmap.heights), heightmap.spacing_m)
     relief = filled.range_m[1] - filled.range_m[0]
@@ -153,7 +153,7 @@ def test_certified_metres_hold_everywhere(name):
 
 
 def test_a_cell_is_cut_where_two_triangles_stray_between_its_posts():
-    """A twist of 8 m: two triangles are 2 m off between posts, although none of the posts is."""
+    """A twist of 8 m: two triangles are 2 m off between the posts, although all posts are exact."""
     heights = np.zeros((9, 9), "f4")
     heights[4, 4] = 8.0
     with Renderer(Heightmap(heights), (16, 16)) as renderer:
@@ -169,7 +169,7 @@ def test_no_metres_are_refused():
 
 
 def test_more_triangles_than_a_capture_holds_are_refused():
-    """Of a checkerboard 7000 a cell; the driver would end the process."""
+    """A checkerboard needs 7000 a cell; without the refusal, the driver would end the process."""
     board = np.indices((97, 97)).sum(0) % 2 * 9.0
     with Renderer(Heightmap(board), (16, 16)) as renderer, pytest.raises(TerrainError, match="allow a larger error"):
         renderer.inspector.triangulate(0.04)

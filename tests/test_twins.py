@@ -97,7 +97,7 @@ BLOCKS = {
 
 
 def words_of(dtype):
-    """GLSL of each word of a block, by its place in the record; padding, named "_", is left out."""
+    """GLSL for each word of a block, by its place in the record; padding, named "_", is left out."""
     found = {}
     for name in dtype.names:
         field, first = dtype.fields[name][:2]

@@ -71,7 +71,7 @@ def test_valley_looks_up_from_below_and_ridge_down_from_above():
 
 def test_valley_avoids_a_sight_that_is_blocked():
     heights = np.zeros((256, 256))
-    heights[60:62, 60:200] = 400.0  # a wall, and behind it a tower that only the far side sees
+    heights[60:62, 60:200] = 400.0  # a wall, and behind it a tower that is seen from the far side only
     heights[40, 130] = 500.0
     heightmap = tg.Heightmap(heights, 10.0)
     camera = standard_view(heightmap, "valley")
@@ -118,7 +118,7 @@ def test_command_line(tmp_path):
 
 
 def island(n=160):
-    """A mountain in the north-east of a plain, and data in half of the map alone."""
+    """A mountain in the north-east of a plain; half of the map has no data."""
     y, x = np.mgrid[:n, :n]
     heights = np.maximum(0, 900 - 30 * np.hypot(x - 115, y - 50)) + rough(n, n, 1, 20.0)
     heights[:, :60] = np.nan
@@ -137,7 +137,7 @@ def test_the_first_view_shows_the_summit_and_land_with_data():
 
 @pytest.mark.parametrize("view", ["valley", "ridge"])
 def test_nobody_stands_on_a_fragment(view):
-    """A peak that voids have cut out is no place to stand."""
+    """A peak that is surrounded by voids is never a place of the eye."""
     heights = rough(200, 200, 4, 300.0)
     heights[80:120, 80:120] = np.nan
     heights[99:102, 99:102] = 5000.0

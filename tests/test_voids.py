@@ -17,7 +17,7 @@ SIZE = (160, 90)
 
 
 def peak(void_radius=14, n=97):
-    """A mountain without its summit, as radar leaves it."""
+    """A mountain whose summit is missing, as in radar data."""
     y, x = np.mgrid[:n, :n]
     away = np.hypot(x - n // 2, y - n // 2)
     heights = 3000 - 40 * away + 20 * np.sin(x / 3) * np.cos(y / 5)
@@ -38,7 +38,7 @@ def test_a_fill_is_as_smooth_as_a_membrane():
 
 
 def test_a_fill_has_no_steps():
-    """Between neighbours it climbs no more than the land around does; blocks would climb many times as much."""
+    """Between neighbours its slope is no more than that of the land around; a fill of blocks would have large steps."""
     y, x = np.mgrid[:128, :128].astype("f4")
     plane = 3 * x - 2 * y
     heights = plane.copy()
@@ -51,7 +51,7 @@ def test_a_fill_has_no_steps():
 @settings(max_examples=40)
 @given(st.integers(2, 60), st.integers(2, 60), st.floats(0, 0.95), st.integers(0, 999))
 def test_edits_fill_as_a_new_start_does(rows, cols, share, seed):
-    """To the bit, whether they make voids or close them."""
+    """Bit by bit, whether the edits make voids or close them."""
     rng = np.random.default_rng(seed)
     heights = rough(rows, cols, seed)
     heights[rng.random(heights.shape) < share] = np.nan
@@ -100,7 +100,7 @@ def test_voids_are_drawn_unless_they_are_to_be_holes(ctx):
 
 
 def test_filled_ground_is_marked(ctx):
-    """Orange in the style of voids, of one grey in the light, and grey in the style of errors."""
+    """It is orange in the style of voids, one grey when lit, and grey in the style of errors."""
     heightmap = Heightmap(peak(), 30.0)
     with Renderer(heightmap, SIZE, ctx=ctx) as renderer:
         shown = {
@@ -118,7 +118,7 @@ def test_filled_ground_is_marked(ctx):
 @pytest.mark.parametrize("view", ["default", "grazing", "down", "pit"])
 @pytest.mark.parametrize("method", ["sat", "quadtree"])
 def test_the_promise_is_over_posts_with_data_alone(ctx, view, method):
-    """It holds, and is the same number, whatever is drawn where there are none."""
+    """The bound holds, and is the same number, whatever is drawn at the other posts."""
     heightmap = MAPS["holes"]()
     camera = cameras(heightmap)[view]
     with Renderer(heightmap, (320, 180), ctx=ctx) as renderer:
