@@ -81,7 +81,7 @@ def hand_in(student: Path, number: int, outside: Path) -> None:
             text = answers[number // len(KINDS) % len(answers)].text
         else:
             malice = list(MALICE.values())
-            text = f"OUTSIDE = {str(outside)!r}\n{malice[number // len(KINDS) % len(malice)]}{solving.clean(text)}"
+            text = f"OUTSIDE = {str(outside)!r}\n{malice[number // len(KINDS) % len(malice)]}"
         path = student / folder.name / "student.py"
         path.parent.mkdir(parents=True)
         path.write_text(text, encoding="utf-8")

@@ -15,7 +15,8 @@ from .remote import Student
 
 LARGEST = 1 << 20  # bytes of a student's file
 DEPTH = 6  # folders below a submission that are searched
-NOTED = ("the time limit", "the process ended", "File too large", "MemoryError")  # what a lecturer should know
+# A table's notes repeat messages with these words.
+NOTED = ("the time limit", "the process ended", "File too large", "MemoryError", "BlockingIOError")
 
 
 def open_walls() -> list[str]:
