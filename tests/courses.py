@@ -6,7 +6,7 @@ from pathlib import Path
 import numpy as np
 
 ROOT = Path(__file__).parent.parent
-sys.path.insert(0, str(ROOT))  # the course is no installed package
+sys.path.insert(0, str(ROOT))  # the course is not installed as a package
 
 from course import checking, solving  # noqa: E402
 from course.box import wire  # noqa: E402

@@ -235,7 +235,7 @@ def check_rebuild(renderer):
 
 
 @pytest.mark.slow
-def test_the_promise_holds_after_a_thousand_strokes():
+def test_the_bound_holds_after_a_thousand_strokes():
     before = Heightmap(holes(150), 10.0)
     rng = np.random.default_rng(5)
     with tg.Renderer(before, SIZE) as renderer:

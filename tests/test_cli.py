@@ -240,7 +240,7 @@ def test_a_budget_excludes_other_wishes(dem, run, more):
 
 @pytest.mark.parametrize("metric", ["max", "rms"])
 @pytest.mark.parametrize("tolerance", [0.5, 2])
-def test_measure_holds_what_is_promised(dem, run, metric, tolerance):
+def test_measure_finds_at_most_the_certified_error(dem, run, metric, tolerance):
     status, out, _ = run("measure", dem, *SIZE, "--max-error", tolerance, "--metric", metric, "--json", "-")
     stats = json.loads(out)
     assert status == 0 and stats.keys() == MEASURED_KEYS

@@ -60,7 +60,7 @@ def test_other_sums_give_another_mesh(ctx, scene, table, words):
     assert mesh_of(scene, camera, **settings) != before
 
 
-def test_without_counters_the_promise_breaks(ctx, scene):
+def test_without_counters_the_bound_breaks(ctx, scene):
     camera = cameras(scene.heightmap)["default"]
     kept = scene.select(camera, 1.0)
     assert surface_errors(scene, kept, camera).max_px <= kept.certified_px <= 1
@@ -69,7 +69,7 @@ def test_without_counters_the_promise_breaks(ctx, scene):
     assert surface_errors(scene, broken, camera).max_px > 1
 
 
-def test_without_squares_the_promise_of_the_mean_breaks(ctx, scene):
+def test_without_squares_the_bound_of_the_mean_breaks(ctx, scene):
     """The maximum is held where a patch is partly in the picture: so the whole map is in it."""
     east, north = scene.heightmap.extent_m
     camera = Camera((0.5 * east, -0.2 * north, north), (0.5 * east, 0.5 * north, 0.0), 70.0)
@@ -182,7 +182,7 @@ def test_a_second_frame_knows_how_many_rounds_it_needs(ctx):
 
 
 def test_leaves_beside_finer_ones_are_split_to_save_triangles(ctx, monkeypatch):
-    """On smooth land with a sharp ridge. Refined as a whole they keep the promise, too, but all cells grow finer."""
+    """On smooth land with a sharp ridge. Finer as a whole, they keep the bound, too, but with more triangles."""
     y, x = np.mgrid[:257, :257].astype("f4")
     heights = 400 * np.exp(-np.abs(x - 128 - 20 * np.sin(y / 30)) / 30) + 50 * np.sin(x / 9) * np.sin(y / 11)
     scene, spent = clipmap_of(ctx, Heightmap(heights, 30.0), (640, 360)), []

@@ -31,7 +31,7 @@ ASKED_PX = (0.5, 2.0)
 METRICS = ("max", "rms")
 
 
-def check_promise(scene, camera, asked_px, metric, label=""):
+def check_bound(scene, camera, asked_px, metric, label=""):
     selection = scene.select(camera, asked_px, metric)
     achieved = scene.achieved(selection, camera)
     got = achieved.max_px if metric == "max" else achieved.rms_px
@@ -110,18 +110,18 @@ def test_the_surface_is_measured_between_the_posts_too(ctx, method):
 
 
 @pytest.mark.parametrize("name", MAPS)
-def test_promise_holds_on_hard_maps(ctx, name):
+def test_bound_holds_on_hard_maps(ctx, name):
     heightmap = MAPS[name]()
     scene = Scene.of(ctx, heightmap)
     for view, camera in cameras(heightmap).items():
         for metric in METRICS:
             for asked_px in ASKED_PX:
-                check_promise(scene, camera, asked_px, metric, f"{view}, {metric}, {asked_px}")
+                check_bound(scene, camera, asked_px, metric, f"{view}, {metric}, {asked_px}")
     scene.release()
 
 
 @pytest.mark.parametrize("name", MAPS)
-def test_promise_of_the_clipmap_holds_on_hard_maps(ctx, name):
+def test_bound_of_the_clipmap_holds_on_hard_maps(ctx, name):
     renderer = tg.Renderer(MAPS[name](), (320, 180), ctx=ctx)
     for view, camera in cameras(renderer.heightmap, renderer.size).items():
         for metric in METRICS:
@@ -159,27 +159,27 @@ def test_no_sky_shows_through_hard_maps(ctx, name):
 
 @settings(max_examples=40)
 @given(st.integers(2, 120), st.integers(2, 120), st.integers(0, 10**6))
-def test_promise_holds_on_any_map_from_anywhere(ctx, rows, cols, seed):
+def test_bound_holds_on_any_map_from_anywhere(ctx, rows, cols, seed):
     rng = np.random.default_rng(seed)
     heightmap = random_map(rng, rows, cols)
     scene = Scene.of(ctx, heightmap, [(640, 360), (320, 700)][rng.integers(0, 2)])
     for _ in range(3):
         camera = random_camera(rng, heightmap)
-        check_promise(scene, camera, float(10 ** rng.uniform(-1.5, 1)), METRICS[rng.integers(0, 2)])
+        check_bound(scene, camera, float(10 ** rng.uniform(-1.5, 1)), METRICS[rng.integers(0, 2)])
     scene.release()
 
 
-def test_promise_holds_on_a_large_plane(ctx):
+def test_bound_holds_on_a_large_plane(ctx):
     """Nodes have thousands of posts: roundings must not add up to an error that is measured."""
     heightmap = Heightmap(plane(1025) + 3000, 5.0)
     scene = Scene.of(ctx, heightmap)
     for view in ("default", "grazing", "far"):
-        check_promise(scene, cameras(heightmap)[view], 0.5, "max")
+        check_bound(scene, cameras(heightmap)[view], 0.5, "max")
     scene.release()
 
 
 @pytest.mark.parametrize("name", SMALL_REAL)
-def test_promise_holds_on_real_maps(ctx, dem, name):
+def test_bound_holds_on_real_maps(ctx, dem, name):
     renderer = tg.Renderer(Heightmap.open(dem / name, **REAL[name]), (1280, 720), ctx=ctx)
     views = cameras(renderer.heightmap, renderer.size)
     for view, metric in (("default", "max"), ("grazing", "max"), ("pit", "rms")):
@@ -193,15 +193,15 @@ def test_promise_holds_on_real_maps(ctx, dem, name):
 
 @pytest.mark.slow
 @pytest.mark.parametrize("name", LARGE_REAL)
-def test_promise_holds_on_large_real_maps(ctx, dem, name):
+def test_bound_holds_on_large_real_maps(ctx, dem, name):
     scene = Scene.of(ctx, Heightmap.open(dem / name, **REAL[name]), (1280, 720))
-    achieved = check_promise(scene, cameras(scene.heightmap, scene.size)["grazing"], 1.0, "max")
+    achieved = check_bound(scene, cameras(scene.heightmap, scene.size)["grazing"], 1.0, "max")
     assert achieved.posts > 10**5
     scene.release()
 
 
 @pytest.mark.parametrize("kind", ["heights", "voids", "span"])
-def test_promise_holds_after_an_edit(ctx, kind):
+def test_bound_holds_after_an_edit(ctx, kind):
     """And the mesh equals that of a new renderer with the edited map."""
     before = MAPS["holes"]()
     renderer = tg.Renderer(before, SIZE, ctx=ctx)
@@ -268,7 +268,7 @@ def test_slit_in_the_picture_is_counted_and_the_sky_is_not(ctx):
 
 
 @pytest.mark.parametrize("seed", [1, 3, 5])
-def test_silhouettes_of_what_promises_nothing_are_no_holes(ctx, seed):
+def test_silhouettes_without_a_bound_are_no_holes(ctx, seed):
     """Among spikes, few triangles certify nothing: ground may be seen where the truth has sky, and vice versa."""
     rng = np.random.default_rng(seed)
     heights = np.where(rng.random((129, 129)) < 0.01, 1000.0, 0.0) + 0.01 * rng.standard_normal((129, 129))
@@ -319,5 +319,5 @@ def test_solid_posts_among_voids_are_within_the_certificate(ctx):
     scene = Scene.of(ctx, heightmap, method="sat")
     for view in ("default", "corner", "outside"):
         for asked_px in (0.5, 2.0, 5.0):
-            check_promise(scene, cameras(heightmap)[view], asked_px, "max", f"{view} at {asked_px}")
+            check_bound(scene, cameras(heightmap)[view], asked_px, "max", f"{view} at {asked_px}")
     scene.release()

@@ -117,7 +117,7 @@ def test_filled_ground_is_marked(ctx):
 
 @pytest.mark.parametrize("view", ["default", "grazing", "down", "pit"])
 @pytest.mark.parametrize("method", ["sat", "quadtree"])
-def test_the_promise_is_over_posts_with_data_alone(ctx, view, method):
+def test_the_bound_is_over_posts_with_data_alone(ctx, view, method):
     """The bound holds, and is the same number, whatever is drawn at the other posts."""
     heightmap = MAPS["holes"]()
     camera = cameras(heightmap)[view]

@@ -1,7 +1,7 @@
 // lod/explain.comp — the errors of one square of the map, drawn with 1, 2, 4, ... segments: the choices from which its level
 // was taken. One thread for each level.
 
-#include "lod/promise.glsl"
+#include "lod/patch_bound.glsl"
 
 layout(local_size_x = 16) in;
 

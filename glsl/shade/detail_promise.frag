@@ -2,9 +2,9 @@
 // the clipmap has it in its record. For a square of the quadtree the tables give it. A negative number means: no bound.
 
 #include "shade/detail.glsl"
-#include "lod/promise.glsl"
+#include "lod/patch_bound.glsl"
 
-float promise_px(Patch p) {
+float patch_bound_px(Patch p) {
     if (p.bound_px >= 0.0) return p.bound_px;
     int level = int(p.step_log2), side = p.high.x - p.low.x;
     if (level < 0) return 0.0;  // a cell drawn as a fan: its posts have no error
@@ -17,4 +17,4 @@ float promise_px(Patch p) {
     return projection.outside ? 0.0 : fan_px(projection, node_of(level + 1, p.low >> (level + 1)), p.split_edges);
 }
 
-void main() { put_detail(promise_px(patch_of(g_of_patch))); }
+void main() { put_detail(patch_bound_px(patch_of(g_of_patch))); }

@@ -1,5 +1,5 @@
-// lod/promise.glsl — the bound of 2^size × 2^size quads of a level, drawn as one patch: in metres, and in pixels. One quad and
-// 2 × 2 quads use their records; larger squares use the summed-area tables.
+// lod/patch_bound.glsl — the bound of 2^size × 2^size quads of a level, drawn as one patch, in metres and in pixels. One quad
+// and 2 × 2 quads use their records; larger squares use the summed-area tables.
 // Provides square_errors_m(), is_whole(), quads_px().   `at` is the square's north-west node, a multiple of its side
 // Python twins: reference.bound_max_m, reference.bound_rms_m
 
