@@ -18,7 +18,7 @@ from terrain_gl.place import Place
 from terrain_gl.readers import How, Raster, Spacing, open_raster
 from terrain_gl.readers.georeference import Georeference
 from terrain_gl.readers.objects import raster_of
-from terrain_gl.readers.plausible import plausible_scale, plausible_spacing
+from terrain_gl.readers.plausible import not_of_the_earth, plausible_scale, plausible_spacing
 from terrain_gl.readers.values import ENCODINGS, read_heights
 
 MAX_POSTS = 16384 * 16384
@@ -65,6 +65,8 @@ class Heightmap:
         Grid and coordinate system; `place` turns them into coordinates.
     look : str
         How the land is coloured by default, one of `light.climate.NAMES`.
+    of_earth : bool
+        False if a file tells nothing of its place, and has heights that no land on the Earth has.
 
     Raises
     ------
@@ -74,14 +76,15 @@ class Heightmap:
         Values that are not real numbers, or a spacing that is not positive.
     """
 
+    of_earth = True
+
     def __init__(self, heights: ArrayLike, spacing_m: float | Spacing = 1.0, name: str = "array"):
         self.name = name
         self.opened: dict[str, Any] | None = None
-        self.assumes_spacing = False
         self.scales = (1.0, 0.0)
         self.notes: tuple[str, ...] = ()
         self.georeference: Georeference | None = None
-        self.look = "auto"
+        self.assumes_spacing, self.look = False, "auto"
         self.spacing_m = _spacing(spacing_m)
         self.heights = _as_float32(real_heights(heights, name), name)
         void = ~np.isfinite(self.heights)
@@ -196,22 +199,23 @@ class Heightmap:
         heights = read_heights(raster, scales, nodata, encoding, progress)
         notes = raster.notes if spacing_m is None else ()
         if z_scale is None and z_offset_m is None and encoding == "plain":
-            extent_m = max((cols - 1) * spacing[0], (rows - 1) * spacing[1])
-            factor, words = plausible_scale(raster, heights, extent_m)
+            factor, words = plausible_scale(raster, heights, spacing)
             scales, notes = (scales[0] * factor, scales[1]), notes + words
             if spacing_m is None and raster.spacing_m is None and not words:
                 chosen_m, words = plausible_spacing(heights)
                 spacing, notes = (chosen_m, chosen_m), notes + words
         heightmap = cls(heights, spacing, raster.name)
         heightmap.assumes_spacing = spacing_m is None and raster.spacing_m is None
-        heightmap.scales, heightmap.notes = scales, notes
-        heightmap.georeference = raster.georeference
+        if heightmap.assumes_spacing and raster.georeference is z_scale is z_offset_m is None:
+            words = not_of_the_earth(heightmap.range_m)
+            heightmap.of_earth, notes = not words, notes + words
+        heightmap.scales, heightmap.notes, heightmap.georeference = scales, notes, raster.georeference
         return heightmap
 
     def copy(self, heights: np.ndarray | None = None) -> Heightmap:
         """A copy of the map with its own heights, or with `heights` instead, (rows, cols) metres."""
         own = Heightmap(self.heights.copy() if heights is None else heights, self.spacing_m, self.name)
-        for name in ("opened", "scales", "georeference", "look", "assumes_spacing"):
+        for name in ("opened", "scales", "georeference", "look", "assumes_spacing", "of_earth"):
             setattr(own, name, getattr(self, name))
         own.quantised_m = min(self.quantised_m[0], own.range_m[0]), max(self.quantised_m[1], own.range_m[1])
         return own
@@ -323,10 +327,9 @@ def _check_size(rows: int, cols: int, name: str) -> None:
     if rows < 2 or cols < 2:
         raise TerrainError(f"{name}: has {cols} x {rows} posts: a heightmap needs at least 2 x 2")
     if rows * cols > MAX_POSTS or max(rows, cols) > MAX_SIDE:
-        raise TerrainError(
-            f"{name}: has {cols} x {rows} posts, more than the {MAX_POSTS} (16384 x 16384) held in memory: "
-            "crop it or reduce it, for example with gdal_translate -outsize"
-        )
+        most = f"{MAX_SIDE} a side" if max(rows, cols) > MAX_SIDE else f"{MAX_POSTS} (16384 x 16384) in memory"
+        advice = "reduce it, for example with gdal_translate -outsize, or draw it from a store: terrain-gl build"
+        raise TerrainError(f"{name}: has {cols} x {rows} posts, more than {most}: crop it or {advice}")
 
 
 def real_heights(heights: ArrayLike, name: str) -> np.ndarray:

@@ -29,7 +29,7 @@ except ImportError as error:
 from .camera import Camera
 from .exceptions import UsageError
 from .files.maps import open_map
-from .files.views import standard_view
+from .files.views import standard_sun, standard_view
 from .gpu import gl
 from .gpu.context import create_context
 from .heightmap import Heightmap
@@ -37,7 +37,6 @@ from .image import png_bytes
 from .options import RenderOptions
 from .overlay import Overlay
 from .renderer import Renderer
-from .shade import SUN
 from .viewer.app import App
 from .viewer.loading import Opened
 from .viewer.settings import Settings
@@ -100,7 +99,7 @@ class View(RemoteFrameBuffer):  # type: ignore[misc]  # jupyter_rfb has no types
         heightmap, known = (source, None) if isinstance(source, Heightmap) else open_map(os.fspath(source))
         if min(size) < 1 or max(size) > MOST_PX:
             raise UsageError(f"the view's size must be from 1x1 to {MOST_PX}x{MOST_PX}, got {size[0]}x{size[1]}")
-        sun = options.pop("sun", known.sun if known else SUN)
+        sun = options.pop("sun", known.sun if known else standard_sun(heightmap))
         settings = Settings([RenderOptions(**options, sun=sun)], panel=panels)
         super().__init__(css_width=f"{size[0]}px", css_height=f"{size[1]}px")
         self._started_s = time.monotonic()

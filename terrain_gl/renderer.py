@@ -21,6 +21,7 @@ import moderngl
 import numpy as np
 
 from .camera import Camera
+from .draped import OverlayLines
 from .edit import Editor
 from .error import ErrorTables
 from .exceptions import UsageError
@@ -33,6 +34,7 @@ from .image import png_bytes, reduced
 from .lod import Selection
 from .methods import Selectors
 from .options import RenderOptions, near_plane_m
+from .overlay import Overlay
 from .pieces import Piece, cut
 from .shade import TILE_PX, Picture
 from .steps import Progress, Steps, drain
@@ -71,6 +73,8 @@ class Renderer:
         Answers questions about the last frame.
     editor
         Changes the map.
+    overlays
+        Lines and points over every picture, of `overlay.read_overlay`; set them when you like.
 
     Raises
     ------
@@ -96,6 +100,8 @@ class Renderer:
         self.timer = self.resources.timer
         self.inspector = Inspector(self.resources)
         self.editor = Editor(self.resources, self.forget)
+        self.overlays: tuple[Overlay, ...] = ()
+        self._laid = self.session.keep(OverlayLines(self.ctx))
         self._size = size
         self.build_steps = self.resources.build_steps(heightmap, size)
         if build:
@@ -326,6 +332,8 @@ class Renderer:
             yield 0.3 * share
         for share in self.timer.steps("shade", self.picture.shade_steps(frame.eye, look, tile)):
             yield 0.3 + 0.7 * share
+        if self.overlays:
+            self._laid.draw(self.overlays, self.picture, frame.eye, piece)
 
     def _complete(self, frame: DrawnFrame) -> DrawnFrame:
         """Give a frame its stats."""

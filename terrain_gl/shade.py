@@ -258,6 +258,11 @@ class Picture:
         """(height, width, 4) uint8 sRGB, first row on top."""
         return from_top(self._picture.read(alignment=1), "u1", self.size, 4)
 
+    @property
+    def target(self) -> moderngl.Framebuffer:
+        """The finished picture, to draw over it."""
+        return self._screen
+
     def light_steps(self, look: Look) -> Steps[None]:
         """Incremental `light`; yields progress from 0 to 1, or nothing if the light is there."""
         if look.style in _LIT:

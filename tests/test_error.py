@@ -16,11 +16,11 @@ from terrain_gl.sat import Table
 from terrain_gl.terrain import Terrain
 
 SHAPES = [(2, 2), (2, 7), (7, 2), (12, 19), (100, 300), (49, 2), (3, 1000), (65, 65)]
-HALF = 1 + 2.0**-10 + 2.0**-18  # a half float's last place, rounded up, and the bound's own roundings
-WIDER = 1 + 2.0**-17  # class limits are rounded twice
+HALF = 1 + 2.0**-10 + 2.0**-18  # a half's last place, rounded up, and the rounding of the bound's own arithmetic
+WIDER = 1 + 2.0**-17  # class limits, twice rounded
 MEAN_HALF = HALF + 2.0**-13  # sums of squares in float32
-ROUNDING = 2.0**-20  # rounding of a node's relief in float32, as a part of the span
-SQUARE_STEP = 2.0**-17  # root of the fixed-point step of squared errors, 2^-35 span², with a margin
+ROUNDING = 2.0**-20  # what float32 may lose in a node's relief, in spans
+SQUARE_STEP = 2.0**-17  # root of the fixed-point step of squared errors, 2^-35 span², and some
 
 
 def built(ctx, heightmap):
@@ -95,7 +95,7 @@ def check_wedges(terrain, tables):
         whole_nodes = [
             axis.high - axis.low == 2**level for axis in (reference.nodes_along(n, level) for n in void.shape)
         ]
-        regular = whole_nodes[0][:, None] & whole_nodes[1]  # elsewhere a post on a spoke may belong to either side
+        regular = whole_nodes[0][:, None] & whole_nodes[1]  # elsewhere a post on a spoke may count to either side
         for name, errors in zip(("whole", "split"), reference.wedge_errors(terrain.filled, level, void), strict=True):
             table = most[..., None] * 2.0 ** (nodes[name] / -16.0)
             assert (table[regular] >= errors[regular]).all(), (level, name)
@@ -133,7 +133,7 @@ def test_nodes_of_hard_maps_are_the_reference_rounded_up(ctx, name):
 
 
 def check_gains(terrain, tables):
-    """Gains are computed from the table's rounded errors: they may differ from the reference by as much."""
+    """Gains come from the table's errors, which are rounded: as much may they differ from the reference."""
     void = np.isnan(terrain.heightmap.heights)
     slack, step = np.zeros((0, 0)), SQUARE_STEP * terrain.span_m
     for level, gains in enumerate(reference.split_gains(terrain.filled, void), 1):
@@ -156,11 +156,11 @@ def test_gains_of_hard_maps_are_the_reference(ctx, name):
 
 
 def test_gain_of_a_split_by_hand():
-    """A spike at the middle: as a quad the node is 8 m off there; as a fan only between the posts, like its parts."""
+    """A spike at the middle: as quads the node errs by 8 m there; a fan errs as its parts do, between the posts."""
     heights = np.zeros((3, 3))
     heights[1, 1] = 8.0
-    assert reference.split_gains(heights)[0].item() == pytest.approx(0, abs=1e-12)  # the fan is cheaper
-    heights[0, 1] = 2.0  # at a post of two cells with the twist 6 the fan is 2 off; its edge is split, for 4 more
+    assert reference.split_gains(heights)[0].item() == pytest.approx(0, abs=1e-12)  # the fan does it for less
+    heights[0, 1] = 2.0  # two cells with the twist 6 have a post that the fan misses by 2, and it is split for 4 more
     left = 2**2 + 2 * 2 * 2 * (6 / 90**0.5)
     assert reference.split_gains(heights)[0].item() == pytest.approx(left / (8 - 4))
 
@@ -180,7 +180,7 @@ def test_nodes_of_any_map_are_the_reference_rounded_up(ctx, rows, cols, log_reli
 
 
 def test_small_errors_beside_a_large_one_are_not_lost(ctx):
-    """In float32 1000 squares just below half the last place of their sum are lost: the mean allows for that."""
+    """In float32 1000 squares just below half the last place of their sum vanish: the mean must allow for that."""
     heights = np.zeros((33, 32 * 200 + 1))
     heights[1:-1] = 0.98 * 2.0**-12.5
     heights[:, ::32] = 0.0
@@ -192,7 +192,7 @@ def test_reference_quad_and_fan_by_hand():
     h = np.zeros((3, 3))
     h[1, 1], h[0, 1] = 8.0, 2.0  # twists: 6 in the northern cells, 8 in the southern ones
     errors = reference.node_errors(h, 1)
-    assert errors.quad_max.item() == 8 + 8 / 4  # the centre, drawn at 0, and the diagonal's part beside it
+    assert errors.quad_max.item() == 8 + 8 / 4  # the centre, drawn at 0, and what the diagonal adds beside it
     assert (
         errors.fan_max.item() == 2 + 6 / 4
     )  # the centre is drawn; the middle of the north edge is not, if it is whole
@@ -244,7 +244,7 @@ void main() {
 
 
 def ask_bounds(ctx, tables, boxes):
-    """Largest error in m, sum of squares in m², and whether a box is within 1.0001 and 0.8 times that (n, 4)."""
+    """Largest error in m, sum of squares in m², and whether the box is within 1.0001 and 0.8 of that error, (n, 4)."""
     shader = ctx.compute_shader(shaders.source("error/bound.glsl") + ASK_BOUNDS)
     questions = np.zeros((len(boxes), 8), "i4")
     questions[:, :5] = boxes
@@ -298,7 +298,7 @@ def test_bound_of_a_box_holds_and_is_within_a_class(ctx, heights):
         part = tuple(np.s_[a // tile * tile : -(-b // tile) * tile] for a, b in zip(first, end, strict=True))
         worst, least, most = (values[part] for values in of_level[level])
         largest_m, squares_m2, within, within_less = told
-        worst_m = min(worst.max(), span)  # no surface through the posts can be further off
+        worst_m = min(worst.max(), span)  # no surface through the posts strays further
         assert worst_m <= largest_m
         assert largest_m <= max(worst_m * HALF * 2**0.25 * WIDER + 2 * ROUNDING * span, lowest)
         assert within and (not within_less or largest_m <= lowest)
@@ -314,7 +314,7 @@ def test_parts_of_a_cell_have_the_error_of_the_cell_over_n_squared(ctx):
 
 
 def test_a_box_of_more_tiles_than_8_bits_count_sees_them_all(ctx):
-    """256 tiles are above a class: one counter for all of them would wrap to zero, and the box would seem flat."""
+    """256 tiles that are all above a class: their count wraps to zero, and asked at once the box would seem flat."""
     n = 16 * 4 + 1
     heights = np.zeros((n, n))
     heights[2::4, 2::4] = 50.0  # a twist in each tile of 4 x 4 cells
@@ -353,7 +353,7 @@ def edited(heights, rect, seed, kind):
 
 
 def anew(terrain, heights):
-    """A map with the same heights that was never edited, and has the same range."""
+    """The same heights as a map that was never edited, but is to reach as far."""
     heightmap = Heightmap(heights, terrain.heightmap.spacing_m)
     heightmap.quantised_m = terrain.heightmap.quantised_m
     return heightmap
@@ -428,7 +428,7 @@ def test_edit_touches_only_what_it_bears_on(ctx, monkeypatch):
 
 @pytest.mark.parametrize("shape", [(1025, 1025), (1000, 1500), (513, 700)], ids=str)
 def test_tables_take_at_most_19_bytes_a_post(ctx, shape):
-    """A third of a node a post, 24 bytes each; 72 bytes a tile of 16 cells or of 4 nodes; half a byte for blocks."""
+    """A third of a node a post, 24 bytes each; 72 bytes a tile of 16 cells, and of 4 nodes; half a byte of blocks."""
     terrain, tables = built(ctx, Heightmap(rough(*shape)))
     assert tables.bytes <= (24 / 3 + 72 / 16 + 72 / 4 / 3 + 0.5) * shape[0] * shape[1] * 1.01
     assert tables.bytes == sum(buffer.size for buffer in tables._buffers)
@@ -440,7 +440,7 @@ def test_same_map_gives_the_same_bytes(ctx):
 
 
 def test_work_groups_stay_below_the_limit_on_the_largest_map(ctx, monkeypatch):
-    """The largest map allowed is too large for a test: compute what would be dispatched for it."""
+    """The largest map allowed is too large for a test: ask what would be dispatched for it."""
     scene = Scene.of(ctx, Heightmap(rough(5, 5)))
     most = 65535  # GL_MAX_COMPUTE_WORK_GROUP_COUNT, guaranteed
     scene.terrain.levels = layout.quadtree(16384, 16384)

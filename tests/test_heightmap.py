@@ -486,6 +486,8 @@ def test_more_posts_than_fit(tmp_path):
     path = tmp_path / "huge.npy"
     np.lib.format.open_memmap(path, "w+", "u1", (16384, 16385))  # sparse: no disk blocks behind it
     assert "16384" in error_of(path)
+    np.lib.format.open_memmap(path, "w+", "u1", (64, 20000))
+    assert "20000 x 64 posts, more than 16385 a side" in error_of(path)
 
 
 def test_npy_of_other_things(tmp_path):

@@ -32,6 +32,8 @@ LAYERS = (
     ("options", "gpu_resources"),
     ("frame", "edit"),
     ("verify", "files", "store"),
+    ("lines",),
+    ("draped",),
     ("renderer",),
     ("film", "plan"),
     ("comparison",),

@@ -104,10 +104,35 @@ def mosaic(path):
     )
 
 
+def tagged_beside(path):
+    """Nothing in the file: place, scale and unit stand in a header beside it."""
+    raster(path, STEPS, grid=None, crs=None)
+    transform = "5e5, 30, 0, 5.1e6, 0, -30"
+    band = '<PAMRasterBand band="1"><UnitType>ft</UnitType><Offset>328.0839895</Offset><Scale>0.3280839895</Scale>'
+    about = f"<SRS>EPSG:32632</SRS><GeoTransform>{transform}</GeoTransform>{band}</PAMRasterBand>"
+    path.with_name(path.name + ".aux.xml").write_text(f"<PAMDataset>{about}</PAMDataset>")
+
+
+def with_projection(path):
+    path.write_text(DEGREES_ASC)
+    from rasterio.crs import CRS
+
+    path.with_suffix(".prj").write_text(CRS.from_epsg(4326).to_wkt(version="WKT1_ESRI"))
+
+
+def netcdf(path):
+    """The classic format."""
+    import rasterio.shutil
+
+    raster(path.parent / "source.tif")
+    rasterio.shutil.copy(path.parent / "source.tif", path, driver="netCDF", FORMAT="NC")
+
+
 ASC = f"ncols {COLS}\nnrows {ROWS}\nxllcorner 0\nyllcorner 0\ncellsize 12.5\n" + "\n".join(
     " ".join(f"{value:g}" for value in row) for row in METRES
 )
 DEGREES_ASC = ASC.replace("cellsize 12.5", f"cellsize {SECOND:.12f}").replace("corner 0", "corner 46", 2)
+MOON = "+proj=eqc +R=1737400 +units=m"
 HGT = np.full((61, 61), 500, ">i2")
 U2, STEPS = METRES.astype("u2"), ((METRES - 100) / 0.1).astype("u2")
 
@@ -133,6 +158,13 @@ KINDS = {
     "plain.asc": (lambda p: p.write_text(ASC), 12.5, RANGE),
     "degrees.asc": (lambda p: p.write_text(DEGREES_ASC), np.multiply(metres_per_degree(46 + SECOND * ROWS / 2), SECOND),
                     RANGE),
+    "projection.asc": (with_projection, np.multiply(metres_per_degree(46 + SECOND * ROWS / 2), SECOND), RANGE),
+    "beside.tif": (tagged_beside, 30, RANGE),
+    "grid.nc": (netcdf, 30, RANGE),
+    "grid.flt": (lambda p: raster(p, driver="EHdr"), 30, RANGE),
+    "envi.dat": (lambda p: raster(p, driver="ENVI"), 30, RANGE),
+    "saga.sdat": (lambda p: raster(p, driver="SAGA"), 30, RANGE),
+    "moon.tif": (lambda p: raster(p, crs=MOON), 30, RANGE),
     "N46E009.hgt": (lambda p: HGT.tofile(p), np.divide(metres_per_degree(46.5), 60), (500, 500)),
     "world-file.png": (with_world_file, (25, 40), RANGE),
     "grey.png": (lambda p: image(p, U2), 1, RANGE),
@@ -203,7 +235,7 @@ def test_values_that_cannot_be_metres_get_a_scale_and_a_line(tmp_path):
         assert 50 <= terrain.range_m[1] <= 110 and terrain.scales == (0.001, 0.0)
         assert len(terrain.notes) == 1 and "--z-scale 0.001" in terrain.notes[0] and "--spacing" in terrain.notes[0]
         assert Heightmap.open(tmp_path / name, z_scale=0.5).notes == ()
-    assert Heightmap.open(tmp_path / "game.r16", spacing_m=30).range_m[1] == pytest.approx(0.02 * 65535)
+    assert Heightmap.open(tmp_path / "game.r16", spacing_m=30).range_m[1] == pytest.approx(0.04 * 65535)
 
 
 def test_relief_and_extent_that_cannot_both_be_right_get_a_spacing_and_a_line(tmp_path):
@@ -213,11 +245,46 @@ def test_relief_and_extent_that_cannot_both_be_right_get_a_spacing_and_a_line(tm
         np.save(tmp_path / "a.npy", (ramp * relief).astype("f4"))
         terrain = Heightmap.open(tmp_path / "a.npy")
         assert terrain.spacing_m == (spacing, spacing) and terrain.range_m == (0, relief) and terrain.assumes_spacing
-        assert [f"--spacing {spacing:g} is chosen" in note for note in terrain.notes] == [True] * (spacing > 1)
+        chosen = [f"--spacing {spacing:g} is chosen" in note for note in terrain.notes]
+        assert chosen == [True] * (spacing > 1) + [False] * (not terrain.of_earth)
+        assert terrain.of_earth == (relief < 9000)
         for told in ({"spacing_m": 2.0}, {"z_scale": 1.0}):
             assert Heightmap.open(tmp_path / "a.npy", **told).spacing_m == (told.get("spacing_m", 1.0),) * 2
     image(tmp_path / "a.png", (ramp * 4000).astype("u2"))
     assert Heightmap.open(tmp_path / "a.png").spacing_m == (30, 30)
+
+
+@pytest.mark.parametrize("spacing", [10.0, 30.0, 90.0])
+def test_land_too_steep_for_posts_of_one_metre_gets_a_spacing_by_its_slopes(tmp_path, spacing):
+    """A tenth of it is steeper than 0.4 at the spacing that it had."""
+    y, x = np.mgrid[:400, :420]
+    hills = (np.sin(x / 9) * np.cos(y / 11)).astype("f4")
+    slopes = np.hypot(np.diff(hills, axis=0)[:, 1:], np.diff(hills, axis=1)[1:])
+    np.save(tmp_path / "a.npy", hills * (0.4 * spacing / np.percentile(slopes, 90)))
+    terrain = Heightmap.open(tmp_path / "a.npy")
+    assert terrain.spacing_m == (spacing, spacing) and terrain.assumes_spacing and terrain.of_earth
+    assert len(terrain.notes) == 1 and f"--spacing {spacing:g} is chosen" in terrain.notes[0]
+    np.save(tmp_path / "a.npy", hills * 20)
+    assert Heightmap.open(tmp_path / "a.npy").spacing_m == (1, 1)
+
+
+def test_rough_values_of_16_bits_are_flattened_to_usual_slopes(tmp_path):
+    y, x = np.mgrid[:400, :420]
+    waves = (32000 * (1 + np.sin(x / 2) * np.cos(y / 3))).astype("u2")
+    waves[0, 0] = 65535
+    image(tmp_path / "a.png", waves)
+    heights = Heightmap.open(tmp_path / "a.png").heights
+    slopes = np.hypot(np.diff(heights, axis=0)[:, 1:], np.diff(heights, axis=1)[1:])
+    assert 0.4 < np.percentile(slopes, 90) <= 0.8  # the scale is rounded down to one digit
+
+
+def test_heights_that_no_land_has_are_not_of_the_earth(tmp_path):
+    ramp = np.linspace(5000, 12000, 300 * 300).reshape(300, 300)
+    image(tmp_path / "a.png", ramp.astype("u2"))
+    terrain = Heightmap.open(tmp_path / "a.png")
+    assert not terrain.of_earth and not terrain.copy().of_earth and "drawn in grey" in terrain.notes[-1]
+    for told in ({"z_scale": 1.0}, {"spacing_m": 30.0}, {"z_offset_m": -10000.0}):
+        assert Heightmap.open(tmp_path / "a.png", **told).of_earth
 
 
 def test_a_description_that_makes_no_sense_is_as_if_it_were_not_there(tmp_path):

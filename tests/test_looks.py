@@ -101,6 +101,26 @@ def test_auto_is_what_the_map_says_of_itself():
     assert look_of(land) == look_of(land.copy()) == "grey"
 
 
+def test_posts_far_apart_and_other_bodies_have_looks_of_their_own():
+    assert look_of(Heightmap(mountains(20, 20), 999.0)) == "alpine"
+    wide = Heightmap(mountains(20, 20), 1000.0)
+    assert look_of(wide) == "tint"
+    wide.of_earth = False
+    assert look_of(wide) == "grey"
+    wide.georeference = at(9.0, 47.0, wide)  # what a file says of its place counts more
+    assert look_of(wide) == "tint"
+
+
+def test_without_air_the_sky_is_black_and_there_is_no_haze(ctx):
+    heightmap = Heightmap(mountains(), 3000.0)
+    camera = Camera((400_000, -100_000, 60_000), (400_000, 300_000, 0), 45.0)
+    hazy = picture(ctx, heightmap, camera, look="grey", sun=(300, 30))
+    heightmap.of_earth = False
+    bare = picture(ctx, heightmap, camera, look="grey", sun=(300, 30))
+    assert (hazy[0] > 100).all() and (bare[0] < 12).all()
+    assert np.ptp(bare[-1], axis=-1).max() <= 12 < np.ptp(hazy[0], axis=-1).max()  # no blue without air
+
+
 def test_climates_follow_the_corners_of_a_map():
     """Towards the southern rim it becomes warmer; the moon has no climate."""
     pytest.importorskip("pyproj", reason="the [geo] extra is not installed")

@@ -11,6 +11,7 @@ import numpy as np
 import pytest
 
 import terrain_gl as tg
+from terrain_gl.files.views import standard_sun
 from terrain_gl.image import png_bytes, read_image
 from terrain_gl.shade import STYLES
 
@@ -190,8 +191,9 @@ def test_drawn_otherwise(view):
 
 
 def test_the_picture_is_the_renderers(view):
-    with tg.Renderer(view.viewer.scene.renderer.heightmap, (160, 90)) as renderer:
-        frame = renderer.render(CAMERA)
+    heightmap = view.viewer.scene.renderer.heightmap
+    with tg.Renderer(heightmap, (160, 90)) as renderer:
+        frame = renderer.render(CAMERA, sun=standard_sun(heightmap))
     differs = np.abs(view.picture().astype(int) - frame.image[..., :3]).max(-1) > 1
     assert differs.mean() < 0.002
 

@@ -103,3 +103,16 @@ def test_memory_does_not_grow_with_the_picture():
         assert done.returncode == 0, done.stderr
         used.append(int(done.stdout.split()[-1]) * 1024)
     assert used[1] - used[0] < 0.5 * 4 * 2000 * (8192 - 2048)
+
+
+def test_a_map_too_large_for_light_is_refused_before_its_tables_are_built(monkeypatch, run):
+    def build(*_, **__):
+        raise AssertionError("tables are built")
+
+    monkeypatch.setattr("terrain_gl.gpu_resources.ErrorTables", build)
+    monkeypatch.setattr("terrain_gl.gpu.gl.storage_block_bytes", lambda _: 100_000)  # lobes of 130 x 97 posts: 112,320
+    status, out, err = run("shot", "map.npy", "-o", "a.png", "--size", "64x36")
+    assert (status, out) == (1, "") and err.count("\n") == 1 and "map.npy: needs light, whose tables of lobes" in err
+    assert "--style lambert" in err and os.listdir() == ["map.npy"]
+    with pytest.raises(AssertionError, match="tables are built"):
+        run("shot", "map.npy", "-o", "a.png", "--size", "64x36", "--style", "lambert")

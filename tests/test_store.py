@@ -41,7 +41,7 @@ def whole(arrays, name, level):
 
 
 def digest(path):
-    """Names and bytes of all files of a store, except the time at which its source was written."""
+    """Names and bytes of all files of a store, but for the time at which its source was written."""
     files = sorted(file for file in Path(path).rglob("*") if file.is_file())
     return {str(file.relative_to(path)): hashlib.sha256(file.read_bytes()).hexdigest() for file in files}
 
@@ -186,7 +186,7 @@ def building(output, workers=1, **settings):
 
 @pytest.fixture
 def undisturbed(tmp_path, monkeypatch, once):
-    """Files of a store of dem.npy whose build was not interrupted."""
+    """Files of a store of dem.npy that nothing disturbed."""
     shutil.copytree(once, tmp_path, dirs_exist_ok=True)  # with the time at which dem.npy was written
     monkeypatch.chdir(tmp_path)
     return digest("undisturbed")
@@ -219,7 +219,7 @@ def test_killed_at_any_moment_it_goes_on_to_the_same_bytes(undisturbed):
 
 
 def test_a_build_that_was_cut_off_leaves_nothing_behind(undisturbed, monkeypatch):
-    """Killed after any write: of a shard, of the journal, of the store's own description."""
+    """As if killed after any write: of shards, of the journal, of what the store says of itself."""
     writes = 0
 
     def counted(write):

@@ -36,7 +36,7 @@ def other(tmp_path_factory):
 
 
 class Slow(StoredMap):
-    """A store whose pages wait until the test releases them."""
+    """A store whose pages wait until they are let go."""
 
     def __init__(self, path):
         super().__init__(path)
@@ -223,7 +223,7 @@ def test_motion_goes_on_as_it_was():
 
 @pytest.mark.parametrize("looks_ahead", [True, False])
 def test_a_flight_is_complete_more_often_if_it_looks_ahead(hills, looks_ahead, monkeypatch):
-    """Pages arrive between two frames; those of the view ahead are loaded before the camera arrives."""
+    """Pages come between two frames; those of the view ahead are there when the camera arrives."""
     if not looks_ahead:
         monkeypatch.setattr(Motion, "ahead", lambda *_: None)
     whole, path = hills
@@ -242,7 +242,7 @@ def test_a_flight_is_complete_more_often_if_it_looks_ahead(hills, looks_ahead, m
 
 
 class Bad:
-    """Reads of a store, some of which fail: always at the same places, except for delays and drops."""
+    """Reads of a store, some of which go wrong: always the same places, but for delays and drops."""
 
     def __init__(self, stored, harm, other):
         self._read, self.harm, self._rng = stored.arrays.read, harm, np.random.default_rng(4)
@@ -309,7 +309,7 @@ def test_whatever_the_source_does_the_bound_holds(hills, other, harm):
 
 
 def test_without_checks_a_stale_tile_breaks_the_bound(hills, other, monkeypatch):
-    """This shows that the checksums find it."""
+    """So it is the checksums that find it."""
     whole, path = hills
     monkeypatch.setattr("terrain_gl.store.tiles.checksums", lambda values, tile: None)
     monkeypatch.setattr("terrain_gl.store.tiles.np.array_equal", lambda *_: True)

@@ -9,7 +9,7 @@ from maps import MAPS, REAL, rough
 import terrain_gl as tg
 from terrain_gl.camera import screen_shift_px
 from terrain_gl.cli import main
-from terrain_gl.files.views import VIEWS, standard_view
+from terrain_gl.files.views import VIEWS, standard_sun, standard_view
 from terrain_gl.image import read_image
 from terrain_gl.verify.holes import bilinear
 from terrain_gl.verify.measure import posts_of
@@ -133,6 +133,13 @@ def test_the_first_view_shows_the_summit_and_land_with_data():
     assert screen_shift_px(camera, SIZE, summit, np.zeros(1), 1.0)[1].all()
     assert camera.target[0] > 0.5 * heightmap.extent_m[0]  # towards the land
     assert posts_seen(heightmap, camera) > 0.2
+
+
+def test_the_flatter_the_map_the_lower_the_sun():
+    suns = [standard_sun(tg.Heightmap(island().heights, spacing_m)) for spacing_m in (10.0, 100.0, 1e5)]
+    elevations = [elevation for _, elevation in suns]
+    assert elevations[0] == 35 and 15 < elevations[1] < 35 and elevations[2] == 15
+    assert standard_sun(tg.Heightmap(np.zeros((9, 9)), 1.0)) == (300, 35)
 
 
 @pytest.mark.parametrize("view", ["valley", "ridge"])

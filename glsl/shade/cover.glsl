@@ -173,7 +173,7 @@ Material material_of(vec2 post, vec2 extent, Relief fine) {
     Material land = land_of(post, extent, fine, hollow);
     if (MARKED) {
         vec2 marked = marked_at(post);
-        if (LOOK < GREY) land = mixed(land, WATER, smoothstep(0.3, 0.7, marked.y));
+        if (LOOK != GREY && LOOK != VIRIDIS) land = mixed(land, WATER, smoothstep(0.3, 0.7, marked.y));
         land = mixed(land, FILLED, smoothstep(0.0, 1.0, marked.x));
     }
     return mixed(land, pictured, picture.a);

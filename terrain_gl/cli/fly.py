@@ -19,7 +19,7 @@ from ..heightmap import Heightmap
 from ..renderer import Renderer
 from ..steps import Steps, drain
 from ..verify.holes import ground_m
-from . import options, report, values
+from . import options, overlays, report, values
 
 SECONDS = 12.0
 MAX_FRAMES = 1_000_000
@@ -49,6 +49,7 @@ def add(commands: Any) -> None:
     group.add_argument("--seconds", type=values.positive, metavar="S", help="how long (default: the path's, or 12)")
     group.add_argument("--fps", type=values.positive, metavar="N", default=FPS, help="frames a second (default: 30)")
     group.add_argument("--measure", action="store_true", help="measure the error of every frame, too")
+    overlays.add(command)
     options.add_rendering(command, moving=True)
     options.add_store(command)
 
@@ -56,6 +57,7 @@ def add(commands: Any) -> None:
 def run(args: argparse.Namespace) -> int:
     """Run the command."""
     output = args.output
+    overlays.lay_pictures(args)
     if is_folder(output):
         args.output = None  # the checks that follow are for files
     with Recorder(output, args.fps) as recorder:
@@ -77,7 +79,7 @@ def _record(recorder: Recorder, args: argparse.Namespace) -> tuple[dict[str, Any
     seconds = args.seconds or path.seconds or SECONDS
     count = _count(seconds, args.fps)
     flight = {"map": scene.heightmap.name, "seconds": seconds, "fps": args.fps, "length_m": path.length_m}
-    with options.make_renderer(args, scene) as renderer:
+    with options.make_renderer(args, scene, lit=True) as renderer:
         frames, last = _fly(renderer, path.poses(count), count, options.view_of(args, scene), recorder, args)
     about = flight | _places(scene.heightmap, [frame["eye"] for frame in frames]) | {"summary": _summary(frames)}
     about |= {key: last[key] for key in _OF_FLIGHT}

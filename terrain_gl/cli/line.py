@@ -13,10 +13,9 @@ from ..comparison.baselines import Parameters
 from ..comparison.clipmap import Rings
 from ..exceptions import UsageError
 from ..files.maps import SCALES, find_bundled
-from ..files.views import standard_view
+from ..files.views import standard_sun, standard_view
 from ..heightmap import Heightmap
 from ..options import RenderOptions
-from ..shade import SUN
 from . import options
 
 _CAMERA = ("eye", "target", "fov_deg", "up")
@@ -56,7 +55,7 @@ def command_line(
         path, start, sun = known.name, known.camera, known.sun
         told = {name: value for name, value in told.items() if name not in SCALES}
     else:
-        path, start, sun = os.path.abspath(path), standard_view(heightmap), SUN
+        path, start, sun = os.path.abspath(path), standard_view(heightmap), standard_sun(heightmap)
         usual = inspect.signature(Heightmap.open).parameters
         told = {name: value for name, value in told.items() if known or value != usual[name].default}
         if known:  # the line must replace the bundled map's own scales

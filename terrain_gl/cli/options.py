@@ -18,15 +18,17 @@ from ..camera import Camera
 from ..exceptions import TerrainError, UsageError
 from ..files import maps
 from ..files.maps import BundledMap, bundled
-from ..files.views import VIEWS, depth_below_ground, drawn_near, look_at, stand_at, standard_view
+from ..files.views import VIEWS, depth_below_ground, drawn_near, look_at, stand_at, standard_sun, standard_view
 from ..heightmap import Heightmap
+from ..light.lighting import check_room
 from ..light.sun import sun_position
 from ..options import OPTIONS, RenderOptions
 from ..readers.values import ENCODINGS
 from ..renderer import Renderer
-from ..shade import SUN
+from ..shade import Look
+from ..steps import drain
 from ..store import StoredMap, is_store
-from . import report, values
+from . import overlays, report, values
 from .parsing import HelpAll
 
 EXCLUSIVE = ("max_error_px", "triangles", "parameters")  # at most one of them chooses the level of detail
@@ -179,7 +181,7 @@ def open_scene(
 ) -> Scene:
     """Open the map, by file or bundled name, and choose camera and sun by the options.
 
-    A bundled map brings default scales, view and sun. The default view of other maps is `views.standard_view`.
+    A bundled map brings default scales, view and sun. The defaults of other maps are those of `views`.
     """
     name = args.map if name is None else name
     check_outputs(args, name)
@@ -194,7 +196,7 @@ def open_scene(
             f"terrain-gl: note: the eye is {below_m:.3g} m under the ground: give --eye more height",
             file=sys.stderr,
         )
-    return Scene(heightmap, camera, args.sun or (known.sun if known else SUN))
+    return Scene(heightmap, camera, args.sun or (known.sun if known else standard_sun(seen)))
 
 
 def _opened(
@@ -252,11 +254,12 @@ def status_of(stats: dict[str, Any]) -> int:
 
 
 def check_outputs(args: argparse.Namespace, source: str | None) -> None:
-    """Refuse outputs that cannot be written, or that are also inputs: the map, a path, a sky, a material."""
+    """Refuse outputs that cannot be written, or that are also inputs: the map, a path, a sky, a material, overlays."""
     outputs = getattr(args, "output", None), getattr(args, "json", None)
     check_writable(*outputs)
     written = {os.path.realpath(path) for path in outputs if path}
     others = [path for name in ("path", "sky", "material") if (path := getattr(args, name, None))]
+    others += getattr(args, "overlay", [])
     for read in (*(maps.files_read(source) if source else ()), *others):
         if os.path.realpath(read) in written:
             raise UsageError(f"{read}: is also an input: name another file for the output")
@@ -323,9 +326,21 @@ def map_options(args: argparse.Namespace) -> dict[str, Any]:
     }
 
 
-def make_renderer(args: argparse.Namespace, scene: Scene) -> Renderer:
-    """A renderer for the scene."""
-    return Renderer(scene.heightmap, args.size, args.backend)
+def make_renderer(
+    args: argparse.Namespace, scene: Scene, size: tuple[int, int] | None = None, lit: bool = False
+) -> Renderer:
+    """A renderer for the scene, with its overlays; if its pictures are to be `lit`, there must be room for light."""
+    laid = overlays.of(args, scene.heightmap) if hasattr(args, "overlay") else ()
+    renderer = Renderer(scene.heightmap, size or args.size, args.backend, build=False)
+    try:
+        if lit and Look(args.style).is_lit and not isinstance(scene.heightmap, StoredMap):
+            check_room(renderer.ctx, scene.heightmap)
+        drain(renderer.build_steps)
+    except BaseException:
+        renderer.release()
+        raise
+    renderer.overlays = laid
+    return renderer
 
 
 @contextmanager

@@ -14,7 +14,7 @@ from ..image import FORMATS, Rows, writing_image
 from ..pieces import LARGEST, Piece
 from ..renderer import Renderer
 from ..steps import drain
-from . import options, report
+from . import options, overlays, report
 
 MOST_PIXELS = 2**32
 
@@ -32,6 +32,7 @@ def add(commands: Any) -> None:
     )
     options.add_map(command)
     options.add_output(command, "picture: .png, or .jpg, .tif, .exr")
+    overlays.add(command)
     options.add_rendering(command)
     options.add_store(command)
 
@@ -42,9 +43,10 @@ def run(args: argparse.Namespace) -> int:
         raise UsageError(f"{report.shown(args.output)}: a picture's name must end in one of {', '.join(FORMATS)}")
     if args.size[0] * args.size[1] > MOST_PIXELS:
         raise UsageError(f"--size: expected at most {MOST_PIXELS:,} pixels, got {args.size[0]:,} x {args.size[1]:,}")
+    overlays.lay_pictures(args)
     scene = options.open_scene(args)
     size = min(args.size[0], LARGEST), min(args.size[1], LARGEST)
-    with ExitStack() as picture, Renderer(scene.heightmap, size, args.backend) as renderer:
+    with ExitStack() as picture, options.make_renderer(args, scene, size, lit=True) as renderer:
         write = picture.enter_context(writing_image(args.output, args.size))
         stats = {"map": scene.heightmap.name} | _draw(renderer, args, scene, write)
         with report.json_output(args.json, stats):

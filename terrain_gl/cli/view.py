@@ -11,8 +11,7 @@ from typing import Any
 from ..exceptions import UsageError
 from ..files.maps import bundled, find_bundled
 from ..options import RenderOptions
-from ..overlay import read_overlay
-from . import options, report
+from . import options, overlays, report
 from .line import command_line
 
 BACKENDS = ("auto", "egl", "glfw")
@@ -35,13 +34,7 @@ def add(commands: Any) -> None:
     options.add_rendering(command)
     command.add_argument("--fresh", action="store_true", help="ignore the settings of earlier windows")
     command.add_argument("--plain", action="store_true", help="hide the panel at first; the key I shows it")
-    command.add_argument(
-        "--overlay",
-        metavar="FILE",
-        action="append",
-        default=[],
-        help="GeoJSON file with lines and points over the land; may be given several times",
-    )
+    overlays.add(command)
     lasting = [action.dest for action in command._actions if action.dest in REMEMBERED]
     command.set_defaults(**dict.fromkeys(lasting))
 
@@ -51,6 +44,7 @@ def run(args: argparse.Namespace) -> int:
     if args.backend not in BACKENDS:
         raise UsageError(f"--backend {args.backend}: a window is made by one of {', '.join(BACKENDS)}")
     name = next(iter(bundled())) if args.map is None else args.map
+    overlays.lay_pictures(args)
     options.check_outputs(args, name)
     known = find_bundled(name)
     from .. import viewer  # imported here: it needs a window system
@@ -59,8 +53,8 @@ def run(args: argparse.Namespace) -> int:
         scene = options.open_scene(args, name, progress)
         key = known.name if known else os.path.realpath(name)
         asked = bool(args.view or options.camera_options(args))
-        overlays = tuple(read_overlay(path, scene.heightmap) for path in args.overlay)
-        return viewer.Opened(scene.heightmap, scene.camera, scene.sun, key, asked, overlays)
+        laid = overlays.of(args, scene.heightmap)
+        return viewer.Opened(scene.heightmap, scene.camera, scene.sun, key, asked, laid)
 
     given = {key: value for key, value in options.render_options(args).items() if value is not None and key != "sun"}
     title = known.name if known else os.path.basename(name)

@@ -17,12 +17,16 @@ import numpy as np
 from ..camera import Camera
 from ..exceptions import UsageError
 from ..heightmap import Heightmap
+from ..shade import SUN
 
 _BLOCKS = 64  # blocks of posts along a side of the map: a view is searched block by block
 _INSIDE = 1 / 8  # part of the map along each rim where no eye is placed, so that there is land on all sides
 _REACH = 1 / 8  # land that rises or falls is searched within this part of the map's longer side
 _READABLE = 0.07  # relief over extent at which a picture of the whole map shows the relief well
 _SOLID = 0.9  # least share of posts with data, in a block and its neighbours, for a place of the eye
+_STEEP = 0.12  # relief over extent of a map that the usual sun suits
+_LOWEST_SUN = 15.0  # degrees
+_FEW = 24  # posts a side of a small map, which the first view shows as a whole
 _LEAST_PART, _MOST_PART = 0.3, 0.75  # size of the part that the first view looks at, relative to the map
 _IN_FRAME = 0.62  # share of that part whose corners are certainly in the picture
 _TRIES = 64  # places that are tried until the sight is free
@@ -38,11 +42,14 @@ def standard_view(heightmap: Heightmap, name: str = "default", fov_deg: float = 
 def overview(heightmap: Heightmap, fov_deg: float = 45.0) -> Camera:
     """Look from the south over the part with the most relief; all of its heights are in the picture.
 
-    The flatter the map, the smaller this part, so that relief is visible. For a long map, this is `Camera.default`.
+    The flatter the map, the smaller this part, so that relief is visible. Of a map of few posts it is all. For a long
+    map, this is `Camera.default`.
     """
     (east, north), (low_m, high_m) = heightmap.extent_m, heightmap.range_m
     if min(heightmap.rows, heightmap.cols) < 3 or max(east, north) > 3 * min(east, north):
         return Camera.default(heightmap, fov_deg)
+    if max(heightmap.rows, heightmap.cols) <= _FEW:
+        return Camera.over((east / 2, north / 2, (low_m + high_m) / 2), (east, north, high_m - low_m), fov_deg)
     blocks = _Blocks(heightmap)
     share = float(np.clip((high_m - low_m) / (_READABLE * max(east, north)), _LEAST_PART, _MOST_PART))
     (top, left), (rows, cols) = blocks.roughest(share)
@@ -55,6 +62,17 @@ def overview(heightmap: Heightmap, fov_deg: float = 45.0) -> Camera:
     camera = Camera.over((middle_x, middle_y, (low_m + high_m) / 2), size, fov_deg)
     x, y, z = camera.eye
     return replace(camera, eye=(x, y, max(z, blocks.highest_around(x, y) + 2 * max(heightmap.spacing_m))))
+
+
+def standard_sun(heightmap: Heightmap) -> tuple[float, float]:
+    """Azimuth and elevation of the sun in a first picture: from the side, and the lower the flatter the map is.
+
+    A low sun shows gentle land, as a raking light does; steep land would lie in the dark.
+    """
+    low_m, high_m = heightmap.range_m
+    relief = (high_m - low_m) / max(heightmap.extent_m)
+    elevation = SUN[1] * (relief / _STEEP) ** (1 / 3) if relief > 0 else SUN[1]
+    return SUN[0], float(round(min(max(elevation, _LOWEST_SUN), SUN[1])))
 
 
 def valley(heightmap: Heightmap, fov_deg: float = 45.0) -> Camera:

@@ -19,6 +19,7 @@ from ..readers.georeference import DEGREES
 AUTO = "auto"
 _NATURAL, _EARTH, _GREY, _TINT, _VIRIDIS = range(5)  # glsl/shade/cover.glsl
 _EARTH_M = 6.3e6, 6.4e6  # semi-major axes
+ATLAS_M = 1000.0  # with posts this far apart, the colours are those of an atlas: woods and rocks are too small
 LATITUDE_DEG = 46.0  # used if the latitude is not known: that of the Alps
 # Latitude, and heights in metres of the tree line and of the snow line in early summer: rough values of our own choice.
 _LATITUDES = 0, 20, 30, 40, 46, 52, 60, 70, 78, 90
@@ -83,9 +84,16 @@ def look_of(heightmap: Heightmap) -> str:
     """The look that "auto" stands for: by the map's own description, else by its place."""
     if heightmap.look != AUTO:
         return heightmap.look
-    if heightmap.place is None:
-        return "earth" if heightmap.assumes_spacing else "alpine"
-    return "alpine" if _is_earth(heightmap.place.crs) else "grey"
+    if not is_of_earth(heightmap):
+        return "grey"
+    if min(heightmap.spacing_m) >= ATLAS_M:
+        return "tint"
+    return "earth" if heightmap.place is None and heightmap.assumes_spacing else "alpine"
+
+
+def is_of_earth(heightmap: Heightmap) -> bool:
+    """Whether a map may be of the Earth: by its coordinate system, else by its heights."""
+    return _is_earth(heightmap.place.crs) if heightmap.place else heightmap.of_earth
 
 
 def climates(heightmap: Heightmap, look: str) -> tuple[Climate, ...]:

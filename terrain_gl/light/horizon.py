@@ -35,6 +35,16 @@ _HULL_POINT = 8
 _BARRIER = moderngl.SHADER_STORAGE_BARRIER_BIT | moderngl.SHADER_IMAGE_ACCESS_BARRIER_BIT
 
 
+def sky_table(cols: int, rows: int, lobes: int) -> Table:
+    """The size of the tables of the visible sky."""
+    return Table(-(-(cols - 1) // TEXEL), -(-(rows - 1) // TEXEL), lobes)
+
+
+def sun_table(cols: int, rows: int) -> Table:
+    """The size of the table of sunlight."""
+    return Table(cols // 2, rows // 2, SUN_LAYERS)
+
+
 class Sweep:
     """Horizons of all posts towards one azimuth at a time."""
 
@@ -88,8 +98,7 @@ class SkyVisibility:
     def __init__(self, terrain: Terrain, axes: np.ndarray, sharpness: np.ndarray, printed: int = 0) -> None:
         self.ctx, self.terrain = terrain.ctx, terrain
         self.axes, self.sharpness = np.asarray(axes, "f8"), np.asarray(sharpness, "f8")
-        cols, rows = terrain.heightmap.cols, terrain.heightmap.rows
-        self.table = Table(-(-(cols - 1) // TEXEL), -(-(rows - 1) // TEXEL), len(self.axes))
+        self.table = sky_table(terrain.heightmap.cols, terrain.heightmap.rows, len(self.axes))
         self.directions = lattice_directions(AZIMUTHS)
         defines = {"LOBES": len(self.axes), "SINES": SINES, "COSINES": COSINES, "BATCH": BATCH, "TEXEL": TEXEL}
         self._fold = shaders.compute(self.ctx, "horizon/fold.comp", defines | {"FULL": f"{FULL}.0", "PRINTED": printed})
@@ -191,7 +200,7 @@ class SunVisibility:
 
     def __init__(self, terrain: Terrain, printed: int = 0) -> None:
         self.ctx, self.terrain = terrain.ctx, terrain
-        self.table = Table(terrain.heightmap.cols // 2, terrain.heightmap.rows // 2, SUN_LAYERS)
+        self.table = sun_table(terrain.heightmap.cols, terrain.heightmap.rows)
         self.horizon = horizon_texture(terrain, 1)
         self.buffer = gl.reserve(self.ctx, 4 * self.table.words, "a table of sunlight")
         self.texture = gl.WordTexture(self.ctx)

@@ -9,24 +9,28 @@ from typing import NamedTuple
 import moderngl
 import numpy as np
 
+from ..exceptions import TerrainError
+from ..gpu import gl
 from ..gpu.bindings import bind
-from ..gpu.gl import limits
+from ..heightmap import Heightmap
 from ..readers.georeference import Georeference
 from ..rect import Rect
+from ..sat import Table
 from ..steps import Steps, drain
 from ..terrain import Terrain
 from .atmosphere import LUMINANCE
-from .climate import AUTO
+from .climate import AUTO, is_of_earth
 from .gaussians import LIGHTS, SKY_AXES, SKY_SHARPNESS
 from .ground import HeightSums
-from .horizon import PORTION, Visibility
+from .horizon import PORTION, Visibility, sky_table, sun_table
 from .laid import read_ground
-from .lobes import LAYERS, Cover, LobeTables
-from .sky import Sky, clear_sky, read_sky
+from .lobes import LAYERS, Cover, LobeTables, lobe_table
+from .sky import Sky, black_sky, clear_sky, read_sky
 
 # Displayed brightness of a surface in full light: the log mean of the bundled default view becomes 0.18, mid-grey.
 KEY = 13.0
 ADAPTATION = 0.83  # how much the eye adapts to the light; with 1, night would look as bright as noon
+NO_HAZE_M = 1e18
 DUSK = 2.0  # irradiance when the sun has just set
 FULL_LIGHT = 22.0  # irradiance at which the picture is exposed by KEY alone
 
@@ -48,6 +52,19 @@ class Version(NamedTuple):
         return cls(path, state.st_mtime_ns, state.st_size)
 
 
+def check_room(ctx: moderngl.Context, heightmap: Heightmap) -> None:
+    """Raise `TerrainError` if the light's tables of a map are more than this driver's storage blocks hold."""
+    cols, rows = heightmap.cols, heightmap.rows
+    tables = {"tables of lobes": lobe_table(cols, rows), "tables of sunlight": sun_table(cols, rows)}
+    tables |= {"sums of heights": Table(cols, rows), "tables of the visible sky": sky_table(cols, rows, len(SKY_AXES))}
+    for what, table in tables.items():
+        most = gl.storage_block_bytes(ctx)
+        if 4 * table.words > most:
+            takes = f"take {4 * table.words >> 20} MiB, and this driver's storage blocks hold {most >> 20}"
+            advice = "use a smaller map, or --style lambert"
+            raise TerrainError(f"{heightmap.name}: needs light, whose {what} {takes}: {advice}")
+
+
 class Lighting:
     """Everything that shades a map, except its heights and their sums.
 
@@ -62,7 +79,7 @@ class Lighting:
     def __init__(self, terrain: Terrain, sums: HeightSums, printed: int = 0) -> None:
         self.ctx, self.terrain, self.sums = terrain.ctx, terrain, sums
         most_words = LAYERS * terrain.heightmap.rows * terrain.heightmap.cols // 4
-        self._words = {"WORDS_IN_TEXTURES": 1} if most_words <= limits(self.ctx)["texture_buffer_texels"] else {}
+        self._words = {"WORDS_IN_TEXTURES": 1} if most_words <= gl.limits(self.ctx)["texture_buffer_texels"] else {}
         self._printed = printed
         self.cover = Cover(terrain)
         self.visibility = Visibility(terrain, SKY_AXES, SKY_SHARPNESS, printed)
@@ -77,6 +94,11 @@ class Lighting:
     def bytes(self) -> int:
         """GPU memory that grows with the map: without the sky and a picture of the ground."""
         return self.visibility.bytes + (self.lobes.bytes if self.lobes else 0)
+
+    @property
+    def has_air(self) -> bool:
+        """Whether there is air over the land: the Earth has some, the Moon has none."""
+        return is_of_earth(self.terrain.heightmap)
 
     @property
     def defines(self) -> dict[str, object]:
@@ -125,7 +147,7 @@ class Lighting:
             for share in self.lobes.build_steps():
                 yield 0.01 + 0.07 * share
             self._lobes_of = wanted
-        lit_by = sky_seen(sun, sky)
+        lit_by = sky_seen(sun, sky, self.has_air)
         if lit_by is not self.sky:
             self._hang(lit_by.radiance)
             self.sky = lit_by
@@ -140,12 +162,12 @@ class Lighting:
         return self.sky is not None and self.visibility.is_there
 
     def describe(self, haze_m: float, water_m: float | None) -> None:
-        """Fill the block of lights."""
+        """Fill the block of lights; without air there is no haze."""
         assert self.sky
         lights, block = self.sky.lights, np.zeros((), LIGHTS)
         block["sun"], block["sky"], block["around"] = lights.sun, lights.sky, lights.around
         block["exposure"] = exposure(self.sky)
-        block["haze_m"] = haze_m
+        block["haze_m"] = haze_m if self.has_air else NO_HAZE_M
         block["water_m"] = -1e30 if water_m is None else water_m - self.terrain.base_m
         self.block.write(block.tobytes())
 
@@ -189,11 +211,11 @@ def exposure(sky: Sky) -> float:
     return KEY / FULL_LIGHT * (FULL_LIGHT / light) ** ADAPTATION * dim ** (0.5 * ADAPTATION)
 
 
-def sky_seen(sun: tuple[float, float], path: str | None) -> Sky:
+def sky_seen(sun: tuple[float, float], path: str | None, has_air: bool = True) -> Sky:
     """The clear sky of a sun, or the sky of a file with its own sun. Takes 0.3 s and no OpenGL."""
     if path is not None:
         return _sky_in(Version.of(path))
-    return _clear_sky(round(float(sun[0]), 6), round(float(sun[1]), 6))
+    return _computed_sky(round(float(sun[0]), 6), round(float(sun[1]), 6), has_air)
 
 
 def ground_seen(path: str, onto: Georeference | None = None) -> np.ndarray:
@@ -212,5 +234,5 @@ def _sky_in(file: Version) -> Sky:
 
 
 @lru_cache(maxsize=8)
-def _clear_sky(azimuth_deg: float, elevation_deg: float) -> Sky:
-    return clear_sky(azimuth_deg, elevation_deg)
+def _computed_sky(azimuth_deg: float, elevation_deg: float, has_air: bool) -> Sky:
+    return (clear_sky if has_air else black_sky)(azimuth_deg, elevation_deg)

@@ -80,11 +80,16 @@ class Cover:
         self._none.release()
 
 
+def lobe_table(cols: int, rows: int) -> Table:
+    """The size of the tables of a map."""
+    return Table(cols // 2, rows // 2, LAYERS)
+
+
 class LobeTables(RecordedTable):
     """The summed-area tables of nine values of each block: 9 bytes a post."""
 
     def __init__(self, terrain: Terrain, sums: HeightSums, cover: Cover, build: bool = True, printed: int = 0) -> None:
-        size = Table(terrain.heightmap.cols // 2, terrain.heightmap.rows // 2, LAYERS)
+        size = lobe_table(terrain.heightmap.cols, terrain.heightmap.rows)
         super().__init__(terrain.ctx, size, "light/record.comp", "tables of lobes", {"PRINTED": printed})
         self.terrain, self.sums, self.cover = terrain, sums, cover
         if build:

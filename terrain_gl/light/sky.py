@@ -17,6 +17,7 @@ from .gaussians import SKY_AXES, SKY_SHARPNESS, SUN_RADIUS_DEG, Lights, lobes, n
 
 SUNLIGHT = 20.0  # irradiance of the sun above the air, in the units of all radiance here
 NIGHT = np.array([0.9, 1.2, 1.8]) * 2e-4  # light of stars and airglow, brighter than in reality
+BARE_ALBEDO = 0.2  # of ground without plants
 SHAPE = (192, 128)  # rows and columns of a computed dome
 SHAPE_READ = (512, 1024)  # the same for a dome that is read from a picture
 MOST_PIXELS = 1 << 25  # most pixels of such a picture: 8192 x 4096
@@ -143,6 +144,18 @@ def clear_sky(azimuth_deg: float, elevation_deg: float, sun_radius_deg: float = 
     risen = _part_above_horizon(elevation_deg, sun_radius_deg)
     irradiance = SUNLIGHT * risen * atmosphere.sunlight(max(elevation_deg, 0.0))
     return Sky(SUNLIGHT * turned + NIGHT, _sun(direction, irradiance, sun_radius_deg))
+
+
+def black_sky(azimuth_deg: float, elevation_deg: float, sun_radius_deg: float = SUN_RADIUS_DEG) -> Sky:
+    """The sky of a body without air: a sun, a black sky, and below the horizon the light of its ground."""
+    azimuth, elevation = math.radians(azimuth_deg), math.radians(elevation_deg)
+    flat, up = math.cos(elevation), math.sin(elevation)
+    irradiance = SUNLIGHT * _part_above_horizon(elevation_deg, sun_radius_deg) * np.ones(3)
+    radiance = np.full((*SHAPE, 3), NIGHT)
+    radiance[SHAPE[0] // 2 :] += BARE_ALBEDO / np.pi * irradiance * max(up, 0.0)
+    return Sky(
+        radiance, _sun(np.array([flat * math.sin(azimuth), flat * math.cos(azimuth), up]), irradiance, sun_radius_deg)
+    )
 
 
 def read_sky(path: str | os.PathLike[str]) -> Sky:

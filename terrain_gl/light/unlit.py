@@ -16,6 +16,7 @@ class Unlit:
 
     bytes = 0
     is_there = False
+    has_air = True
     defines: Mapping[str, object] = MappingProxyType({})
 
     def follow_steps(self, *_: Any) -> Iterator[float]:

@@ -6,25 +6,32 @@ import math
 
 import numpy as np
 
-from terrain_gl.readers.raster import Raster
+from terrain_gl.readers.raster import Raster, Spacing
 
 HIGHEST_RELIEF_M = 20_000.0  # about the height of Everest above the deepest sea floor
+EARTH_M = -11_000.0, 8_900.0  # heights of the deepest sea floor and of Everest
 USUAL_RELIEF_M = 3000.0
-USUAL_SLOPE = 0.2  # relief over extent
-STEEPEST = 0.5  # relief over extent of a whole map
-USUAL_SPACING_M = 30.0  # spacing of free maps of the whole Earth
+USUAL_RELIEF = 0.2  # relief over extent
+USUAL_SLOPE = 0.4  # slope that a tenth of the land exceeds; of seven real maps 0.28 to 0.62
+BOLD_SLOPE = 0.8  # the same in maps of games
+STEEPEST_RELIEF, STEEPEST_SLOPE = 0.5, 3.0  # largest plausible relief over extent, and largest slope of that tenth
+SPACINGS_M = (10.0, 30.0, 90.0, 270.0, 810.0)  # spacings to choose from; free maps of the Earth have 30 and 90 m
 LEAST_SIDE = 256  # posts a side; for smaller maps we do not guess
+_SAMPLES = 1024  # places a side where the slope is measured
 
 
-def plausible_scale(raster: Raster, heights: np.ndarray, extent_m: float) -> tuple[float, tuple[str, ...]]:
+def plausible_scale(raster: Raster, heights: np.ndarray, spacing_m: Spacing) -> tuple[float, tuple[str, ...]]:
     """Scale heights in place if they cannot be metres: whole numbers that fill 16 bits, as game engines write them.
+
+    The relief becomes a fifth of the longer side, at most 3000 m, and less if a tenth of the land would be steeper than
+    `BOLD_SLOPE`.
 
     Parameters
     ----------
     heights : numpy.ndarray, float32, shape (rows, cols)
         The values as they are stored, NaN where void.
-    extent_m : float
-        The longer side of the map.
+    spacing_m : (east, north)
+        Metres between posts.
 
     Returns
     -------
@@ -36,14 +43,17 @@ def plausible_scale(raster: Raster, heights: np.ndarray, extent_m: float) -> tup
     low, high = float(np.fmin.reduce(heights, None)), float(np.fmax.reduce(heights, None))
     if not high - low > HIGHEST_RELIEF_M:
         return 1.0, ()
-    scale = _round(min(USUAL_SLOPE * extent_m, USUAL_RELIEF_M) / (high - low))
+    extent_m = max((n - 1) * step for n, step in zip(heights.shape, spacing_m[::-1], strict=True))
+    scale = min(USUAL_RELIEF * extent_m, USUAL_RELIEF_M) / (high - low)
+    steep = steep_slope(heights, spacing_m)
+    scale = _one_digit(min(scale, BOLD_SLOPE / steep) if steep > 0 else scale)
     np.multiply(heights, scale, out=heights, dtype=np.float64, casting="same_kind")  # rounded once
     cannot = f"values {low:g} to {high:g} over {extent_m / 1000:.3g} km cannot be metres"
     return scale, (f"{cannot}: --z-scale {scale:g} is chosen; give --z-scale and --spacing",)
 
 
 def plausible_spacing(heights: np.ndarray) -> tuple[float, tuple[str, ...]]:
-    """The spacing if none is given: 1 m, or more if the relief is too large for the map's extent.
+    """The spacing if none is given: 1 m, or more if the land would be too steep for that.
 
     Returns
     -------
@@ -52,16 +62,46 @@ def plausible_spacing(heights: np.ndarray) -> tuple[float, tuple[str, ...]]:
     """
     side = max(heights.shape) - 1
     low, high = float(np.fmin.reduce(heights, None)), float(np.fmax.reduce(heights, None))
-    if side < LEAST_SIDE - 1 or not STEEPEST * side < high - low <= HIGHEST_RELIEF_M:
+    if side < LEAST_SIDE - 1 or not 0 < high - low <= HIGHEST_RELIEF_M:
         return 1.0, ()
-    spacing_m = USUAL_SPACING_M
-    while high - low > STEEPEST * side * spacing_m:
-        spacing_m *= 3
-    both = f"heights {low:g} to {high:g} m are too steep over {side:,} m"
-    return spacing_m, (f"{both}: --spacing {spacing_m:g} is chosen; give --spacing, or --z-scale",)
+    steep = steep_slope(heights, (1.0, 1.0))
+    if high - low <= STEEPEST_RELIEF * side and steep <= STEEPEST_SLOPE:
+        return 1.0, ()
+    usual_m = max(steep / USUAL_SLOPE, SPACINGS_M[0])
+    nearest = min(SPACINGS_M, key=lambda choice: abs(math.log(choice / usual_m)))
+    enough = [m for m in SPACINGS_M if m >= nearest and high - low <= STEEPEST_RELIEF * side * m]
+    spacing_m = min(enough, default=SPACINGS_M[-1])
+    if high - low > STEEPEST_RELIEF * side:
+        cannot = f"heights {low:g} to {high:g} m are too steep over {side:,} m"
+    else:
+        cannot = f"posts 1 m apart would make a tenth of the land steeper than {_degrees(steep):.0f} degrees"
+    return spacing_m, (f"{cannot}: --spacing {spacing_m:g} is chosen; give --spacing, or --z-scale",)
 
 
-def _round(value: float) -> float:
-    """The largest 1, 2 or 5 times a power of ten that is not above a value."""
+def not_of_the_earth(range_m: tuple[float, float]) -> tuple[str, ...]:
+    """A note if no land on the Earth has such heights: then nothing is known of what grows there."""
+    if EARTH_M[0] <= range_m[0] and range_m[1] <= EARTH_M[1]:
+        return ()
+    heights = f"no land on the Earth has heights {range_m[0]:g} to {range_m[1]:g} m"
+    return (f"{heights}: drawn in grey, without air; give --z-scale, or --look",)
+
+
+def steep_slope(heights: np.ndarray, spacing_m: Spacing) -> float:
+    """The slope that a tenth of the land exceeds, from one post to the next; 0 for land that is void or flat."""
+    step = max(1, -(-max(heights.shape) // _SAMPLES))
+    rows, cols = (slice(0, n - 1, step) for n in heights.shape)
+    here, east, south = (heights[rows, cols], heights[rows, 1:][:, cols], heights[1:][rows][:, cols])
+    with np.errstate(invalid="ignore"):
+        slopes = np.hypot((east - here) / spacing_m[0], (south - here) / spacing_m[1])
+    known = slopes[np.isfinite(slopes)]
+    return float(np.percentile(known, 90)) if known.size else 0.0
+
+
+def _degrees(slope: float) -> float:
+    return math.degrees(math.atan(slope))
+
+
+def _one_digit(value: float) -> float:
+    """The largest digit times a power of ten that is not above a value."""
     power = 10.0 ** math.floor(math.log10(value))
-    return float(f"{max(digit for digit in (1, 2, 5) if digit * power <= value * 1.0001) * power:.12g}")
+    return float(f"{math.floor(value / power * 1.0001) * power:.12g}")

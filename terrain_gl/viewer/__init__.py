@@ -8,7 +8,7 @@ panels, sections, map_section, picture_section  the panels over the picture
 charts, file_list, help_page, orientation, profile_plot  the graphs, the page of keys, north and scale
 commands                       every key and what it does
 viewer                         connects the parts below, frame by frame; knows neither window nor panels
-mouse, marks, draped           clicks and drags; lines over the land
+mouse, marks                   clicks and drags; lines over the land
 sculpting, saver, explainer    the brush; files; how detail is chosen
 map_loader, image_reader       load maps, read sky and ground images
 painter                        draws the picture, in motion and at rest
@@ -16,7 +16,7 @@ pointer, scene                 where the mouse points; the map and the camera
 loading, light_builder         tables and light, made in steps
 brush_tool, map_writer, filming, file_dialog, box_sum, explain_text, memory
 gui, widgets, gui_draw, theme  Dear ImGui
-controller, pose, settings, window_state, frame_budget, frame_stats, canvas, lines, legend, ruler
+controller, pose, settings, window_state, frame_budget, frame_stats, canvas, legend, ruler
 """
 
 from .loading import Opened, Opener

@@ -5,6 +5,7 @@ from __future__ import annotations
 from .commands import GROUPS, shown_lines
 from .widgets import Widgets
 
+AROUND_ROWS = 6  # rows of text that title, tabs and margins of the page take
 WIDTH_EM = 48.0  # width of two columns, in heights of the typeface
 ABOUT = (
     "The program draws terrain with few triangles. It keeps a certified bound: on the screen, no point of the surface"
@@ -38,12 +39,24 @@ def show(ui: Widgets) -> None:
 
 
 def _keys(ui: Widgets) -> None:
-    """Keys and what they do, in two columns if the window is wide enough."""
+    """Keys and what they do, in two columns if the window is wide enough; close together if it is low."""
     imgui = ui.imgui
     lines = shown_lines()
     columns = [list(GROUPS)]
-    if imgui.get_io().display_size[0] > WIDTH_EM * ui.em:
-        columns = _halves({group: sum(line[0] == group for line in lines) + 2 for group in GROUPS})
+    sizes = {group: sum(line[0] == group for line in lines) + 2 for group in GROUPS}
+    width, height = imgui.get_io().display_size
+    if width > WIDTH_EM * ui.em:
+        columns = _halves(sizes)
+    longest = max(sum(sizes[group] for group in column) for column in columns)
+    spacing, room = imgui.get_style().item_spacing, height / (longest + AROUND_ROWS) - imgui.get_text_line_height()
+    imgui.push_style_var(imgui.StyleVar_.item_spacing, (spacing.x, min(max(room, 0.0), spacing.y)))
+    _table(ui, lines, columns)
+    imgui.pop_style_var()
+
+
+def _table(ui: Widgets, lines: list[tuple[str, str, str]], columns: list[list[str]]) -> None:
+    """A column of groups beside the other."""
+    imgui = ui.imgui
     if not imgui.begin_table("keys", len(columns)):
         return
     for half in columns:

@@ -16,7 +16,7 @@ import numpy as np
 from ..camera import Camera
 from ..exceptions import TerrainError
 from ..files.maps import open_map
-from ..files.views import standard_view
+from ..files.views import standard_sun, standard_view
 from ..heightmap import Heightmap
 from ..overlay import Overlay
 from ..renderer import Renderer
@@ -66,7 +66,7 @@ def file_opener(path: str) -> Opener:
         heightmap, known = open_map(path, progress=progress)
         if known:
             return Opened(heightmap, known.camera, known.sun, known.name)
-        return Opened(heightmap, standard_view(heightmap), key=os.path.realpath(path))
+        return Opened(heightmap, standard_view(heightmap), standard_sun(heightmap), key=os.path.realpath(path))
 
     return opened
 
@@ -199,5 +199,5 @@ def scaled(heightmap: Heightmap, factor: float, progress: Progress | None = None
         how = heightmap.opened | {"z_scale": factor * scale, "z_offset_m": factor * offset_m + added_m}
         again = Heightmap.open(**how, progress=progress)
         again.name, again.spacing_m = heightmap.name, heightmap.spacing_m
-    again.look = heightmap.look
+    again.look, again.of_earth = heightmap.look, heightmap.of_earth
     return again

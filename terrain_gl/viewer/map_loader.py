@@ -152,4 +152,5 @@ def _spaced(heightmap: Heightmap, spacing_m: Pair) -> Heightmap:
     spaced = Heightmap(heightmap.heights, spacing_m, heightmap.name)
     spaced.opened = heightmap.opened and heightmap.opened | {"spacing_m": spacing_m}
     spaced.scales, spaced.georeference, spaced.look = heightmap.scales, heightmap.georeference, heightmap.look
+    spaced.of_earth = heightmap.of_earth
     return spaced

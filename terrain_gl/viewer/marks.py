@@ -7,8 +7,8 @@ import math
 import numpy as np
 
 from ..heightmap import Heightmap
+from ..lines import Line, frustum, on_land, outline, ring
 from .explainer import Explainer
-from .lines import Line, frustum, on_land, outline, ring
 from .pointer import Pointer
 from .ruler import Ruler
 from .scene import Scene

@@ -2,12 +2,12 @@
 
 from __future__ import annotations
 
-import math
 from typing import NamedTuple
 
 import numpy as np
 
 from ..heightmap import Heightmap
+from ..lines import leg
 from ..verify.holes import ground_m
 
 MOST = 2000  # rough limit of places in a profile
@@ -59,18 +59,6 @@ def profile(heightmap: Heightmap, corners: np.ndarray, exaggeration: float = 1.0
     ground = float(np.hypot(rises, runs).sum() + outside_m)
     climb, descent = float(rises[rises > 0].sum()), float(-rises[rises < 0].sum())
     return Profile(places, along_m, height_m, float(along_m[-1]), ground, climb, descent)
-
-
-def leg(start: np.ndarray, end: np.ndarray, spacing_m: tuple[float, float], most: int) -> np.ndarray:
-    """(n, 2) places of a leg, from its start up to, but without, its end."""
-    cells = np.stack([start, end]) / spacing_m
-    shares = [np.zeros(1)]
-    for a, b in cells.T:
-        lines = np.arange(math.floor(min(a, b)) + 1, math.ceil(max(a, b)))
-        shares.append((lines - a) / (b - a) if a != b else np.zeros(0))
-    share = np.unique(np.concatenate(shares))
-    share = np.linspace(0, 1, most, endpoint=False) if len(share) > most else share
-    return start + share[:, None] * (end - start)
 
 
 class Ruler:

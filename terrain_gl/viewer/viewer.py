@@ -10,17 +10,17 @@ from typing import NamedTuple
 
 import moderngl
 
+from ..draped import draped
 from ..gpu.timing import Stopwatch
 from ..light.climate import AUTO
+from ..lines import Line, Lines
 from ..renderer import Renderer
 from .brush_tool import BrushTool
-from .draped import draped
 from .explainer import Explainer
 from .file_dialog import FileDialog
 from .frame_budget import FrameBudget
 from .frame_stats import FrameStats
 from .image_reader import ImageReader
-from .lines import Line, Lines
 from .loading import Opened
 from .map_loader import MapLoader
 from .marks import Frame, lines_on_land, sums_frame
@@ -149,7 +149,8 @@ class Viewer:
         if opened.heightmap.assumes_spacing:
             name = Path(opened.heightmap.name).name
             hint = "set the spacing under Map, or with --spacing"
-            self.window.say(f"{name} gives no distance between its posts, 1 m is assumed: {hint}", HINT_S)
+            assumed = f"{opened.heightmap.spacing_m[0]:g} m is assumed"
+            self.window.say(f"{name} gives no distance between its posts, {assumed}: {hint}", HINT_S)
 
     @property
     def title(self) -> str:
@@ -323,7 +324,9 @@ class Viewer:
         if lines := [*self._draped, *lines]:
             self._lines = self._lines or Lines(self.ctx, scene.renderer.picture.samples)
             width_px = 2 * self.window.scale
-            self._lines.draw(scene.renderer, scene.controller.camera, self.target, self.window.size, lines, width_px)
+            self._lines.draw(
+                scene.renderer.picture, scene.controller.camera, self.target, self.window.size, lines, width_px
+            )
         if (box := self.explainer.box) and not self.settings.help:
             canvas.show_sums(scene.renderer, self.target, self.sums_frame, box.box)
 

@@ -7,7 +7,7 @@ from dataclasses import replace
 from typing import Any
 
 from ..camera import Camera
-from ..files.views import standard_view
+from ..files.views import standard_sun, standard_view
 from ..gpu.context import from_glfw_window
 from ..heightmap import Heightmap
 from ..options import RenderOptions
@@ -95,8 +95,8 @@ def run(
 def _opener(
     heightmap: Heightmap, camera: Camera | None, options: dict[str, Any], overlays: tuple[Overlay, ...]
 ) -> Opener:
-    sun = {"sun": options["sun"]} if "sun" in options else {}
-    opened = Opened(heightmap, camera or standard_view(heightmap), **sun, key=heightmap.name, camera_given=bool(camera))
+    sun = options.get("sun") or standard_sun(heightmap)
+    opened = Opened(heightmap, camera or standard_view(heightmap), sun, key=heightmap.name, camera_given=bool(camera))
     opened = replace(opened, overlays=overlays)
     return lambda progress: opened
 

@@ -208,6 +208,18 @@ def test_the_help_page_is_read_to_its_end_in_a_small_window(app):
     assert np.array_equal(seen(app), bottom)  # there is an end
 
 
+@pytest.mark.parametrize("size", [(1000, 600), (1280, 720)])
+def test_the_help_page_fits_a_window_of_usual_size(make_app, size):
+    app = make_app(size)
+    app.press("h")
+    settle(app)
+    shown = seen(app)
+    app.gui.move(round(0.65 * size[0]), size[1] // 2)
+    app.gui.wheel(0, -5)
+    settle(app)
+    assert np.array_equal(seen(app), shown)
+
+
 def test_without_imgui_bundle_one_line_says_so(monkeypatch):
     monkeypatch.setitem(sys.modules, "imgui_bundle", None)
     with pytest.raises(TerrainError, match="pip install imgui-bundle") as error:

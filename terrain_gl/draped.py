@@ -2,17 +2,45 @@
 
 from __future__ import annotations
 
+import moderngl
 import numpy as np
 
-from ..heightmap import Heightmap
-from ..overlay import Overlay
-from .lines import Color, Line, on_land
-from .ruler import leg
+from .camera import Camera
+from .heightmap import Heightmap
+from .lines import Color, Line, Lines, leg, on_land
+from .overlay import Overlay
+from .pieces import Piece
+from .shade import Picture
 
 COLOURS: tuple[Color, ...] = ((255, 70, 50, 255), (60, 200, 255, 255), (255, 220, 60, 255), (200, 130, 255, 255))
+WIDTH_PX = 2.0  # width of a line, in a picture of up to 720 rows
 MOST = 512  # most places along a leg
 RING_POSTS = 0.004  # radius of a point's ring, as a part of the map's longer side
 _TURN = np.linspace(0, 2 * np.pi, 13)
+
+
+class OverlayLines:
+    """Draws overlays over pictures."""
+
+    def __init__(self, ctx: moderngl.Context) -> None:
+        self.ctx = ctx
+        self._lines: Lines | None = None
+        self._of: tuple[tuple[Overlay, ...], int] = (), 0  # overlays and edits that `_draped` was made for
+        self._draped: list[Line] = []
+
+    def draw(self, overlays: tuple[Overlay, ...], picture: Picture, eye: Camera, piece: Piece) -> None:
+        """Draw over a piece. In a picture higher than 720 rows lines are wider, so that they look the same."""
+        terrain = picture.terrain
+        if self._of[0] is not overlays or self._of[1] != terrain.edits:
+            self._of, self._draped = (overlays, terrain.edits), draped(overlays, terrain.heightmap)
+        self._lines = self._lines or Lines(self.ctx, picture.samples)
+        width_px = piece.fine * WIDTH_PX * max(1.0, piece.picture[1] / 720)
+        self._lines.draw(picture, eye, picture.target, piece.drawn_size, self._draped, width_px)
+
+    def release(self) -> None:
+        """Release GPU resources."""
+        if self._lines:
+            self._lines.release()
 
 
 def draped(overlays: tuple[Overlay, ...], heightmap: Heightmap) -> list[Line]:

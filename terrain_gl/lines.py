@@ -2,26 +2,29 @@
 
 from __future__ import annotations
 
+import math
 from collections.abc import Sequence
 
 import moderngl
 import numpy as np
 
-from ..camera import Camera
-from ..gpu import shaders
-from ..gpu.bindings import bind
-from ..heightmap import Heightmap
-from ..renderer import Renderer
-from ..verify.holes import ground_m
+from .camera import Camera
+from .gpu import shaders
+from .gpu.bindings import bind
+from .heightmap import Heightmap
+from .shade import Picture
+from .verify.holes import ground_m
 
 PIECE = np.dtype([("a_m", "3f4"), ("b_m", "3f4"), ("color", "4u1")])  # glsl/view/lines.vert
 FEW = 8192  # pieces that the first buffer has room for
 Color = tuple[int, int, int, int]
 Line = tuple[np.ndarray, Color]  # points (n, 3) in world metres
+# of colour, and of opacity: what lies below stays opaque
+_OVER = moderngl.SRC_ALPHA, moderngl.ONE_MINUS_SRC_ALPHA, moderngl.ONE, moderngl.ONE_MINUS_SRC_ALPHA
 
 
 class Lines:
-    """Draws polylines over a renderer's last picture."""
+    """Draws polylines over a picture."""
 
     def __init__(self, ctx: moderngl.Context, samples: int) -> None:
         self.ctx = ctx
@@ -38,7 +41,7 @@ class Lines:
 
     def draw(
         self,
-        renderer: Renderer,
+        picture: Picture,
         camera: Camera,
         target: moderngl.Framebuffer,
         size: tuple[int, int],
@@ -57,12 +60,12 @@ class Lines:
             self._reserve(2 * len(pieces))
         self._pieces.write(pieces.tobytes())
         self._program["u_window_px"], self._program["u_width_px"], self._program["u_hidden"] = size, width_px, hidden
-        renderer.resources.view.bind()
-        bind("view/lines.frag", u_depth=renderer.picture.depth)
+        picture.view.bind()
+        bind("view/lines.frag", u_depth=picture.depth)
         target.use()
         target.viewport = (0, 0, *size)
         self.ctx.enable_only(moderngl.BLEND)
-        self.ctx.blend_func = moderngl.SRC_ALPHA, moderngl.ONE_MINUS_SRC_ALPHA
+        self.ctx.blend_func = _OVER  # type: ignore[assignment]  # four are taken, too
         self._vao.render(moderngl.TRIANGLE_STRIP, vertices=4, instances=len(pieces))
         self.ctx.enable_only(moderngl.NOTHING)
 
@@ -111,3 +114,15 @@ def outline(heightmap: Heightmap, corner: tuple[int, int], size: tuple[int, int]
 def on_land(heightmap: Heightmap, places: np.ndarray) -> np.ndarray:
     """World places (n, 2) with the land's height; NaN where there is none."""
     return np.column_stack([places, ground_m(heightmap, places)])
+
+
+def leg(start: np.ndarray, end: np.ndarray, spacing_m: tuple[float, float], most: int) -> np.ndarray:
+    """(n, 2) places of a leg, from its start on, without its end."""
+    cells = np.stack([start, end]) / spacing_m
+    shares = [np.zeros(1)]
+    for a, b in cells.T:
+        lines = np.arange(math.floor(min(a, b)) + 1, math.ceil(max(a, b)))
+        shares.append((lines - a) / (b - a) if a != b else np.zeros(0))
+    share = np.unique(np.concatenate(shares))
+    share = np.linspace(0, 1, most, endpoint=False) if len(share) > most else share
+    return start + share[:, None] * (end - start)
