@@ -26,6 +26,7 @@ html_theme = "furo"
 html_title = "terrain-gl"
 html_static_path, html_css_files = ["_static"], ["course.css"]
 html_copy_source = False
+html_show_copyright = False
 autodoc_typehints = "description"
 autodoc_member_order = "bysource"
 napoleon_google_docstring = False

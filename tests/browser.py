@@ -1,6 +1,7 @@
 """Helper: a page in headless Chromium, driven over DevTools' pipe, with no network of its own."""
 
 import base64
+import fcntl
 import json
 import os
 import select
@@ -29,12 +30,21 @@ def apart():
     return APART if possible else []
 
 
+def high_pipe():
+    """A pipe whose numbers are none that DevTools takes, 3 and 4."""
+    low = os.pipe()
+    high = [fcntl.fcntl(number, fcntl.F_DUPFD_CLOEXEC, 10) for number in low]
+    for number in low:
+        os.close(number)
+    return high
+
+
 class Page:
     """One page. `requests` has all that it asked for, `complaints` what its console says is wrong."""
 
     def __init__(self, folder):
-        asked, self._ask = os.pipe()
-        self._told, tells = os.pipe()
+        asked, self._ask = high_pipe()
+        self._told, tells = high_pipe()
         words = [*apart(), CHROMIUM, f"--user-data-dir={folder}", *FLAGS, "about:blank"]
         plumbing = f'exec 3<&{asked} 4>&{tells} {asked}<&- {tells}>&-; exec "$@"'  # DevTools' pipe is 3 and 4
         self._process = subprocess.Popen(
