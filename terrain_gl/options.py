@@ -141,7 +141,7 @@ class RenderOptions:
     triangles: int | None = _option(
         None,
         "detail",
-        Flag("--triangles", "count", "at most N, where they reduce the error most; of baselines about N", "N"),
+        Flag("--triangles", "count", "at most N, for the least error; of baselines about N", "N"),
     )
     parameters: Parameters | None = _option(
         None,

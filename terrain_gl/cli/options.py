@@ -93,7 +93,7 @@ def add_camera(command: Any, moving: bool = False) -> None:
         what = "the camera, M metres above the ground (default: 2 posts)"
         eye.add_argument("--from", type=values.lonlat, metavar="LON,LAT[,M]", dest="stand", help=what)
         target.add_argument("--target", type=values.point, metavar="X,Y,Z", help="the point in mid-picture")
-        what = "the point in mid-picture; without an eye, seen from nearby"
+        what = "as --target; without an eye, seen from nearby"
         target.add_argument("--at", type=values.lonlat, metavar="LON,LAT[,M]", help=what)
         group.add_argument("--up", type=values.point, metavar="X,Y,Z", help="up in the picture (default: 0,0,1)")
     group.add_argument("--fov", type=values.number, metavar="DEG", help="vertical field of view")
