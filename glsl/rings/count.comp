@@ -1,5 +1,5 @@
-// rings/count.comp — each leaf's shape, with its edges; how many patches there are of each size; the largest bound.
-// A thread is a leaf.
+// rings/count.comp — each leaf's shape with its edges, the number of patches of each size, and the largest bound.
+// One thread handles one leaf.
 
 #include "rings/leaf.glsl"
 #include "rings/lists.glsl"
@@ -9,13 +9,13 @@
 
 layout(local_size_x = LEAF_GROUP) in;
 
-// Segments of a leaf along an axis that are on the map, at a spacing.
+// Segments of a leaf along an axis that are on the map, for a spacing.
 int segments_on_map(int from, int last, int side_log2, int step_log2) {
     int posts = clamp(last - from, 0, 1 << side_log2) - max(0, -from);
     return step_log2 >= 0 ? posts + (1 << step_log2) - 1 >> step_log2 : posts << -step_log2;
 }
 
-// Those with an area: every cell has two, and each cut of an edge makes one more.
+// Triangles with an area: every cell has two, and each additional segment of an edge makes one more.
 int triangles_of(Leaf leaf, int step_log2, ivec4 edge_steps_log2) {
     int x = segments_on_map(leaf.origin.x, u_last_post.x, leaf.side_log2, step_log2);
     int y = segments_on_map(leaf.origin.y, u_last_post.y, leaf.side_log2, step_log2), triangles = 2 * x * y;

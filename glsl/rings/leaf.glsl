@@ -1,4 +1,4 @@
-// rings/leaf.glsl — a leaf's box in the view, and the error in metres that it may have there.
+// rings/leaf.glsl — a leaf's box in the view, and the largest error in metres that is within the tolerance there.
 // Provides range_of_square_m(), project_square(), error_within_m(), has_mean(), rms_of_box_m(), next_step().
 // Python twins: reference.clipmap.next_step, reference.clipmap.finest_step
 
@@ -10,13 +10,13 @@
 layout(std430, binding = 6) readonly buffer Ranges { uint range[]; };
 
 #define NEVER 1e30
-#define NO_STEP 47  // as a word: 63
+#define NO_STEP 47  // its code in a unit's word is 63
 #ifndef PATCH_COST
-#define PATCH_COST 16.0  // triangles that a patch costs by itself
+#define PATCH_COST 16.0  // cost of a patch besides its triangles, counted in triangles
 #endif
 
 #ifdef PAGED
-// Of the node, or of the one above it whose page is there.
+// The index of a node's range. If its page is not loaded: that of the nearest node above it whose page is loaded.
 int range_index(int level, ivec2 at) {
     int slot = slot_of(level, at >> PAGE_LOG2);
     while (slot < 0) slot = slot_of(++level, (at >>= 1) >> PAGE_LOG2);
@@ -27,7 +27,7 @@ int range_index(int level, ivec2 at) {
 int range_index(int level, ivec2 at) { return node_index(level, at); }
 #endif
 
-// Lowest and highest height of a square: those of the largest nodes that it is made of, wherever it stands.
+// Lowest and highest height of a square at any place: the square consists of nodes, as large as possible.
 vec2 range_of_square_m(ivec2 low, int side_log2) {
     int level = clamp(findLSB(low.x | low.y | 1 << side_log2), 1, u_top_level);
     ivec2 first = max(low, ivec2(0)) >> level, end = (min(low + (1 << side_log2), u_last_post) - 1 >> level) + 1;
@@ -45,15 +45,16 @@ Projection project_square(ivec2 low, int side_log2) {
     return project(box_of(max(low, ivec2(0)), end, range_of_square_m(low, side_log2)), 1.0);
 }
 
-// The largest error in metres that makes no more pixels than the tolerance: error_px() solved for it.
+// The largest error in metres that is at most the tolerance in pixels: error_px() solved for the error.
 float error_within_m(Projection p) {
     if (p.outside) return NEVER;
     float per_m = u_focal_px * p.stretch * BOUND_SLACK;
     return u_tolerance_px * p.nearest_m / (per_m + u_tolerance_px * abs(u_forward.z)) * (1.0 - 1e-5);
 }
 
-// A root mean square says nothing of a square that is partly in the picture, or has voids: there the maximum is held.
-// Software renderers run both ways of a branch, so each metric has its shaders.
+// A root mean square over a square certifies nothing about a part of it. So if a square is partly outside the picture,
+// or if the map has voids, the maximum must be within the tolerance instead.
+// Software renderers execute both sides of a branch, so each metric has its own shaders.
 #ifdef MEAN
 bool has_mean(Projection p) { return p.inside && u_has_voids == 0; }
 #else
@@ -65,14 +66,14 @@ float rms_of_box_m(ivec2 low, ivec2 end, int step_log2) {
     return sqrt(squares_m2(low, end, step_log2) / (cells.x * cells.y)) * (1.0 + exp2(-18.0));
 }
 
-// Units of 1 posts in ring 0 meet ones of 2 posts at most. Elsewhere they meet ones of 4, which cannot be cut up: 64
-// segments along a side of 4 posts are 16 between two posts.
+// A unit of 1 post has neighbours of at most 2 posts in ring 0, and of 4 posts in other rings. These neighbours cannot be
+// split, and an edge has at most 64 segments: along a side of 4 posts that is 16 between two posts.
 int finest_step(int side_log2, int ring) {
     return max(side_log2 - MOST_SEGMENTS_LOG2, u_ring[ring].level == 0 ? FINEST : FINEST + 1);
 }
 
 #ifdef PAGED
-// The level at which all of a square is on the GPU; none if it is at all spacings that the square may have.
+// Whether finer posts of a square are not loaded yet; `level` is the finest level at which the whole square is loaded.
 bool is_waiting(ivec2 low, int side_log2, out int level) {
     bool is_mixed;
     int finest = max(side_log2 - MOST_SEGMENTS_LOG2, 0);
@@ -83,19 +84,19 @@ bool is_waiting(ivec2 low, int side_log2, out int level) {
 bool is_waiting(ivec2 low, int side_log2, out int level) { return false; }
 #endif
 
-// The finest spacing that gains anything: finer triangles of the same posts do not.
+// The finest spacing that can reduce the error: finer triangles between the same posts cannot.
 int finest_of(ivec2 low, int side_log2, int ring, int coarsest) {
     int level, finest = finest_step(side_log2, ring);
     return is_waiting(low, side_log2, level) ? max(finest, min(level, coarsest)) : finest;
 }
 
-// Whether the tables hold the cells of a square within the tolerance.
+// Whether the tables prove that the cells of a square are within the tolerance.
 bool holds(ivec2 low, ivec2 end, int step_log2, Projection p) {
     if (!has_mean(p)) return is_within_m(low, end, step_log2, error_within_m(p));
     return error_px(p, rms_of_box_m(low, end, step_log2), largest_m(low, end, step_log2)) <= u_tolerance_px * (1.0 - 1e-5);
 }
 
-// The coarsest spacing from `coarsest` down that the tables allow, or NO_STEP.
+// The coarsest spacing, from `coarsest` to finer ones, that the tables allow; or NO_STEP.
 int next_step(ivec2 low, int side_log2, int ring, int coarsest, Projection p) {
     int finest = finest_of(low, side_log2, ring, coarsest);
     for (int step_log2 = coarsest; step_log2 >= finest; step_log2--)

@@ -1,10 +1,10 @@
 // rings/settle.comp — a round of neighbours: leaves next to finer ones.
-//   A finer neighbour cuts the common edge. Then the strip along it may err by more (rings/strip.glsl). Where that is not
-//   within the tolerance, the leaf is split in four, and the parts along the edge take a finer spacing; a small leaf takes
-//   it as a whole. Where the edge would need more than 64 segments, the leaf is split as well.
-//   All threads look at the leaves as the round before left them, so their order does not matter. Leaves only ever grow
-//   finer, so the rounds come to an end. The first round looks at all leaves, the next ones at those that have changed and
-//   at those along their edges.   A thread is a leaf.
+//   A finer neighbour divides the common edge. Then the strip along the edge may have a larger error (rings/strip.glsl).
+//   If that is not within the tolerance, a large leaf is split in four, and the parts along the edge become finer; a small
+//   leaf becomes finer as a whole. A leaf is also split if the edge would need more than 64 segments.
+//   All threads read the leaves as the round before left them, so the order of threads does not matter. Leaves only become
+//   finer, so the rounds end. The first round visits all leaves; later rounds visit leaves that have changed and their
+//   neighbours.   One thread handles one leaf.
 
 #include "rings/leaf.glsl"
 #include "rings/lists.glsl"
@@ -13,15 +13,16 @@
 
 layout(local_size_x = LEAF_GROUP) in;
 
-uniform bool u_budget;  // nothing is promised: only edges of more than 64 segments matter
+uniform bool u_budget;  // no tolerance: only edges of more than 64 segments matter
 
 #define SPLIT 0x10000000u
 #ifndef SPLIT_FROM
-#define SPLIT_FROM 2  // leaves of that many segments, as a logarithm, are split before they are refined as a whole
+#define SPLIT_FROM 2  // log2 of segments a side: leaves with at least so many are split, smaller ones become finer as a whole
 #endif
 
-// Whether a leaf keeps the tolerance with these edges. Next to a finer edge OpenGL draws a single segment as a fan around a vertex in the
-// middle: of that the tables say nothing, save that in a cell of the map it only helps (|t|/16).
+// Whether a leaf is within the tolerance with these edges. If a leaf of one segment has a finer edge, OpenGL draws it as a
+// fan around a vertex in its middle. The tables have no bound for that, except in a cell of the map, where the fan is
+// closer to the truth (|t|/16).
 bool keeps_tolerance(Leaf leaf, ivec4 edge_steps_log2, Projection p) {
     int step_log2 = step_log2_of(leaf.word);
     if (step_log2 <= 0) return true;
@@ -38,7 +39,7 @@ bool keeps_tolerance(Leaf leaf, ivec4 edge_steps_log2, Projection p) {
     return true;
 }
 
-// The leaf's word, finer if it must be; SPLIT if no spacing will do.
+// The leaf's word, with a finer spacing if necessary; with SPLIT if no spacing is enough.
 uint judge(Leaf leaf, int ring, bool can_split) {
     int own = step_log2_of(leaf.word), finest = own, units_log2 = side_units_log2(leaf.word);
     ivec4 edge;
@@ -46,11 +47,12 @@ uint judge(Leaf leaf, int ring, bool can_split) {
     if (finest == own) return leaf.word;
     if (leaf.side_log2 - finest > MOST_SEGMENTS_LOG2) return can_split ? leaf.word | SPLIT : leaf.word;
     int level;
-    if (is_waiting(leaf.origin, leaf.side_log2, level) && own <= level)  // its error waits for finer posts; no fan, though
+    // only finer posts can reduce its error; but it must not be a fan
+    if (is_waiting(leaf.origin, leaf.side_log2, level) && own <= level)
         return leaf.side_log2 == own && own > 0 ? leaf_word(units_log2, own - 1) : leaf.word;
     Projection p = project_square(leaf.origin, leaf.side_log2);
     Leaf now = leaf;
-    // in parts, only those along the edge grow finer
+    // of a leaf in parts, only those along the edge become finer
     bool is_large = units_log2 > 0 && leaf.side_log2 - own >= SPLIT_FROM;
     if (is_large && !u_budget && !keeps_tolerance(now, edge, p)) return leaf.word | SPLIT;
     while (!keeps_tolerance(now, edge, p)) {
@@ -80,7 +82,7 @@ void write_part(int id, Leaf whole, int part_units_log2, ivec2 low, int ring, Pr
     append_to_queue(u_settled + 1, id, part_units_log2);
 }
 
-// The first of the units that a leaf's parts are made of; a single unit becomes a block. -1: there is no room for it.
+// The first unit of a leaf's parts; a leaf of a single unit becomes a block. -1: there is no room for another block.
 int units_for_parts(Leaf leaf, Block b) {
     if (side_units_log2(leaf.word) > 0) return leaf.id;
     int child = int(atomicAdd(b_all.count, 1u));
@@ -103,7 +105,7 @@ void split(Leaf leaf, Block b) {
     }
 }
 
-// All leaves along a leaf's edges take part in their spacing.
+// Put a leaf and all leaves along its edges into the next round's queue: its change may change their edges.
 void queue_around(Leaf leaf) {
     for (int side = 0; side < 4; side++) {
         Edge edge = edge_of(leaf, side);
@@ -115,7 +117,7 @@ void queue_around(Leaf leaf) {
     }
 }
 
-// A unit that is no leaf never changes again. The round before wrote it to one plane; copy it to the other.
+// A unit that is not a leaf never changes again. The round before wrote it to one plane; copy it to the other.
 void keep_square(int id, int units_log2) {
     for (int i = 0; i < 1 << 2 * units_log2; i++) {
         int at = id + (i >> units_log2) * 8 + (i & (1 << units_log2) - 1);

@@ -1,16 +1,16 @@
-// rings/strip.glsl — the strip of cells along an edge that is cut more finely than the leaf.
-//   Every triangle of the strip stays in one cell of the leaf, and its corners are corners of that cell or new vertices of
-//   the edge. Move the new vertices to the straight line between the cell's corners: what is drawn then lies between the
-//   cell's two diagonals, and errs by at most e, the cell's error. Move them back, each by d at most. No place moves
-//   further than the vertices around it:
+// rings/strip.glsl — the strip of cells along an edge that has more segments than the leaf.
+//   Every triangle of the strip stays in one cell of the leaf, and its corners are corners of that cell or new vertices on
+//   the edge. Move the new vertices onto the straight line between the cell's corners: then the surface is between those
+//   of the cell's two diagonals, and its error is at most e, the cell's error. Move the vertices back, each by at most d.
+//   No point of the surface moves further than the vertices around it:
 //       error ≤ e + d                                                        (docs/guarantee.md, section 4)
-//   The tables say e of all cells of the strip. d is read off the map. Between two posts the truth is straight, so vertices
-//   there do not move.
+//   The tables give e for all cells of the strip. The shader reads the map to find d. Between two posts the true edge is
+//   straight, so vertices there do not move.
 // Provides strip_of(), is_strip(), edge_move_m(), strip_error_m(), leaf_px().   Python twin: reference.clipmap.strip_error
 
 #include "rings/leaf.glsl"
 
-// The cells of a leaf along one of its sides: post where they begin, post where they end.
+// The cells of a leaf along one of its sides, as a rectangle: first and last post.
 ivec4 strip_of(Leaf leaf, int side) {
     ivec2 low = leaf.origin, end = leaf.origin + (1 << leaf.side_log2);
     int width = 1 << max(step_log2_of(leaf.word), 0);
@@ -20,7 +20,7 @@ ivec4 strip_of(Leaf leaf, int side) {
     return ivec4(low, end);
 }
 
-// Whether a strip errs by more than its cells do.
+// Whether a strip can have a larger error than its cells.
 bool is_strip(ivec4 strip, int step_log2, int edge_step_log2) {
     bool on_map = all(lessThan(strip.xy, u_last_post)) && all(greaterThan(strip.zw, ivec2(0)));
     return on_map && step_log2 > 0 && edge_step_log2 < step_log2;
@@ -57,8 +57,8 @@ float strip_error_m(Leaf leaf, int side, int edge_step_log2) {
     return largest_m(strip.xy, strip.zw, step_log2_of(leaf.word)) + edge_move_m(leaf, side, edge_step_log2);
 }
 
-// What the tables certify of a leaf with its edges, in pixels, in the metric asked for. A strip is one row of cells of the
-// leaf: it adds that share of its largest square to the mean of all.
+// The error in pixels that the tables certify for a leaf with its edges, in the chosen metric. For the mean, each strip,
+// one row of the leaf's cells, adds the square of its largest error, times its share of the leaf.
 float leaf_px(Leaf leaf, ivec4 edge_steps_log2, Projection p) {
     if (p.outside) return 0.0;
     int step_log2 = step_log2_of(leaf.word);

@@ -1,15 +1,15 @@
-// rings/weigh.comp — what every square of a block errs with 1, 2, 4, ... 64 segments a side: squared pixels, from the exact
-// sums of the tables.
-//   E(p, T) is the box sum of squared errors; an error of one metre makes at most w pixels. A post counts n times, n the
-//   width of a cell in pixels where it is more than one: n = max(1, K √(s_x s_y) / z).
-//   A group is a block, a thread one of its units.
+// rings/weigh.comp — the error of every square of a block with 1, 2, 4, ... 64 segments a side, in squared pixels, from
+// the exact sums of the tables.
+//   E(p, T) is the box sum of squared errors; an error of one metre makes at most w pixels. A post counts n times, where n
+//   is the width of a cell in pixels, or 1 if that is larger: n = max(1, K √(s_x s_y) / z).
+//   One work group handles one block, one thread one of its units.
 
 #include "rings/squares.glsl"
 #include "rings/prices.glsl"
 
 layout(local_size_x = UNITS) in;
 
-// Tiles may reach beyond the box: its own share of their sum.
+// The tables sum whole tiles, which may reach beyond the box: take the box's share of that sum.
 float squares_of_box_m2(ivec2 low, ivec2 end, int step_log2) {
     int tile = count_tile(max(step_log2, 0)) << max(step_log2, 0);
     ivec2 from = max(low, ivec2(0)), to = min(end, u_last_post);
