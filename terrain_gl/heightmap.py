@@ -20,10 +20,9 @@ from terrain_gl.readers.georeference import Georeference
 from terrain_gl.readers.objects import raster_of
 from terrain_gl.readers.plausible import not_of_the_earth, plausible_scale, plausible_spacing
 from terrain_gl.readers.values import ENCODINGS, read_heights
+from terrain_gl.size_limits import check_size
 
-MAX_POSTS = 16384 * 16384
 MIN_SPACING_M, MAX_SPACING_M = 1e-6, 1e6
-MAX_SIDE = 16385  # posts a side that a quadtree of 15 levels covers
 RANGE_BLOCK = 64  # posts a side of a block; an edited map keeps the lowest and highest height of each block
 MAX_HEIGHT_M = 1e7  # above it float32 has steps of a metre, and a value is most likely an unknown no-data mark
 
@@ -193,7 +192,7 @@ class Heightmap:
     ) -> Heightmap:
         """Read all posts of a raster; arguments as of `open`."""
         rows, cols, _ = raster.shape
-        _check_size(rows, cols, raster.name)
+        check_size(rows, cols, raster.name)
         spacing = _spacing(_first_known(spacing_m, raster.spacing_m, 1.0))
         scales = _first_known(z_scale, raster.scale), _first_known(z_offset_m, raster.offset_m)
         heights = read_heights(raster, scales, nodata, encoding, progress)
@@ -323,15 +322,6 @@ def _check_options(z_scale: float | None, z_offset_m: float | None, encoding: st
         raise UsageError(f"bands are counted from 1, got {band}")
 
 
-def _check_size(rows: int, cols: int, name: str) -> None:
-    if rows < 2 or cols < 2:
-        raise TerrainError(f"{name}: has {cols} x {rows} posts: a heightmap needs at least 2 x 2")
-    if rows * cols > MAX_POSTS or max(rows, cols) > MAX_SIDE:
-        most = f"{MAX_SIDE} a side" if max(rows, cols) > MAX_SIDE else f"{MAX_POSTS} (16384 x 16384) in memory"
-        advice = "reduce it, for example with gdal_translate -outsize, or draw it from a store: terrain-gl build"
-        raise TerrainError(f"{name}: has {cols} x {rows} posts, more than {most}: crop it or {advice}")
-
-
 def real_heights(heights: ArrayLike, name: str) -> np.ndarray:
     """Real numbers of any type as an array of any shape; masked values become NaN.
 
@@ -353,7 +343,7 @@ def _as_float32(heights: np.ndarray, name: str) -> np.ndarray:
     if heights.ndim != 2:
         raise TerrainError(f"{name}: expected heights of shape (rows, cols), got {heights.shape}")
     rows, cols = heights.shape
-    _check_size(rows, cols, name)
+    check_size(rows, cols, name)
     return _rounded(heights, name)
 
 

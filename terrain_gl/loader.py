@@ -81,10 +81,11 @@ class Loader:
             self._changed.notify_all()
         return sorted(ready.items(), key=lambda item: (-item[0][0], item[0]))
 
-    def put_back(self, key: PageKey, sums: Sums) -> None:
-        """Return a page for which there is no slot yet."""
+    def put_back(self, key: PageKey, sums: Sums, is_news: bool) -> None:
+        """Return a page for the next `take`; `is_news`: it needs nothing but time."""
         with self._changed:
             self._ready[key] = sums
+            self._has_news = self._has_news or is_news
 
     def wait(self, seconds: float) -> None:
         """Wait until a page has been read or has failed, at most for some seconds."""

@@ -261,6 +261,8 @@ class Renderer:
         with self.timer.stage("lod"):
             if self.streaming and options.method != "sat":
                 raise UsageError(f"a store is drawn by the method sat, not by {options.method}")
+            if self.streaming and options.style == "error":
+                raise UsageError("the true heights of a store are not on the GPU: use the style promise, or measure")
             selector = self.selectors[options.method]
 
             def choose(camera: Camera) -> Selection:

@@ -25,7 +25,7 @@ from .wanted import Patches
 
 AHEAD_S = 1.0  # how far ahead of its motion a flight looks
 LONGEST_S = 1.0  # longest time between two frames of one motion
-UPLOAD_S = 0.004  # time in a frame for copying loaded pages to the GPU
+UPLOAD_S, UPLOADS = 0.004, 0.2  # for copying loaded pages to the GPU: seconds of a frame, or this share of a long one
 WAIT_S = 0.05
 NO_ROOM, LOADING = "no room (--gpu-memory)", "loading"
 
@@ -52,12 +52,12 @@ class Streaming:
         self.progress: Callable[[float], None] | None = None
         self.clock: Callable[[], float] = time.monotonic
         self._motion = Motion()
-        self._is_complete = False
+        self._is_complete, self._flown_s = False, time.perf_counter()
 
     @property
     def has_news(self) -> bool:
-        """Whether pages have come that the next `select` will use."""
-        return self.loader.has_ready
+        """Whether pages have come that the last view lacks."""
+        return not self._is_complete and self.loader.has_ready
 
     @property
     def is_loading(self) -> bool:
@@ -116,8 +116,9 @@ class Streaming:
     # --- A flight that never waits ------------------------------------------------------------------------------------
 
     def _fly(self, choose: Choose, camera: Camera, goal: Goal) -> tuple[Selection, dict[str, Any]]:
-        terrain = self.terrain
-        self._place_ready(UPLOAD_S)
+        terrain, now_s = self.terrain, time.perf_counter()
+        self._place_ready(max(UPLOAD_S, UPLOADS * min(now_s - self._flown_s, LONGEST_S)))
+        self._flown_s = now_s
         terrain.send()
         terrain.begin()
         later: list[PageKey] = []
@@ -143,9 +144,9 @@ class Streaming:
         for key, sums in self.loader.take():
             if key in terrain.slot_of:
                 continue
-            is_late = time.perf_counter() > end
-            if is_late or above(key) not in terrain.slot_of or not terrain.make_room(1):
-                self.loader.put_back(key, sums)
+            is_early = above(key) not in terrain.slot_of
+            if is_early or time.perf_counter() > end or not terrain.make_room(1):
+                self.loader.put_back(key, sums, is_news=not is_early and terrain.free > 0)
                 continue
             self._tables.put(key, sums)
 

@@ -18,7 +18,7 @@ LAYERS = (
     ("exceptions",),
     ("resources", "inputs", "rect", "steps", "pieces", "reference"),
     ("image", "gpu"),
-    ("readers", "filling", "flats"),
+    ("readers", "filling", "flats", "size_limits"),
     ("place",),
     ("heightmap",),
     ("camera", "terrain", "brush", "overlay", "paged_map"),

@@ -19,7 +19,7 @@ from ..heightmap import Heightmap
 from ..renderer import Renderer
 from ..steps import Steps, drain
 from ..verify.holes import ground_m
-from . import options, overlays, report, values
+from . import options, overlays, report, stores, values
 
 SECONDS = 12.0
 MAX_FRAMES = 1_000_000
@@ -51,7 +51,7 @@ def add(commands: Any) -> None:
     group.add_argument("--measure", action="store_true", help="measure the error of every frame, too")
     overlays.add(command)
     options.add_rendering(command, moving=True)
-    options.add_store(command)
+    stores.add_options(command)
 
 
 def run(args: argparse.Namespace) -> int:
@@ -68,7 +68,7 @@ def run(args: argparse.Namespace) -> int:
             _tell_what_is_left(recorder)
             raise
     report.say(args.json, _text(report.shown(output), about))
-    return options.status_of(incomplete)
+    return stores.status_of(incomplete)
 
 
 def _record(recorder: Recorder, args: argparse.Namespace) -> tuple[dict[str, Any], dict[str, Any]]:

@@ -6,7 +6,7 @@ import argparse
 from typing import Any
 
 from ..shade import UNLIT
-from . import options, report
+from . import options, report, stores
 
 
 def add(commands: Any) -> None:
@@ -22,19 +22,19 @@ def add(commands: Any) -> None:
     )
     options.add_map(command)
     options.add_rendering(command)
-    options.add_store(command)
+    stores.add_options(command)
 
 
 def run(args: argparse.Namespace) -> int:
     """Run the command."""
     scene = options.open_scene(args)
     with options.make_renderer(args, scene) as renderer:
-        with options.loading(renderer):
+        with stores.loading(renderer):
             renderer.draw(**options.view_of(args, scene) | {"style": UNLIT})
         stats = {"map": scene.heightmap.name} | renderer.measure()
     report.write_json(args.json, stats)
     report.say(args.json, text(stats))
-    return options.status_of(stats)
+    return stores.status_of(stats)
 
 
 def text(stats: dict[str, Any]) -> str:

@@ -5,8 +5,7 @@ from __future__ import annotations
 import argparse
 import os
 import sys
-from collections.abc import Callable, Iterator
-from contextlib import contextmanager
+from collections.abc import Callable
 from dataclasses import dataclass, fields, replace
 from pathlib import Path
 from typing import Any
@@ -17,18 +16,22 @@ from .. import resources
 from ..camera import Camera
 from ..exceptions import TerrainError, UsageError
 from ..files import maps
+from ..files.huge import is_huge, sample
 from ..files.maps import BundledMap, bundled
 from ..files.views import VIEWS, depth_below_ground, drawn_near, look_at, stand_at, standard_sun, standard_view
 from ..heightmap import Heightmap
 from ..light.lighting import check_room
 from ..light.sun import sun_position
 from ..options import OPTIONS, RenderOptions
+from ..paged_map import PagedMap
+from ..readers import How
 from ..readers.values import ENCODINGS
+from ..readers.windows import Reading
 from ..renderer import Renderer
 from ..shade import Look
 from ..steps import drain
-from ..store import StoredMap, is_store
-from . import overlays, report, values
+from ..store import is_store
+from . import overlays, report, stores, values
 from .parsing import HelpAll
 
 EXCLUSIVE = ("max_error_px", "triangles", "parameters")  # at most one of them chooses the level of detail
@@ -199,58 +202,29 @@ def open_scene(
     return Scene(heightmap, camera, args.sun or (known.sun if known else standard_sun(seen)))
 
 
+def open_scene_or_sample(
+    args: argparse.Namespace, name: str, progress: Callable[[float], None] | None = None
+) -> tuple[Scene, str]:
+    """Open the scene; of a raster that needs a store a coarse sample, and a line that offers the store."""
+    reading = Reading(How(args.trusted, args.band, args.raw), args.z_scale, args.z_offset, args.nodata, args.encoding)
+    if not is_huge(name, reading):
+        return open_scene(args, name, progress), ""
+    few, offer = sample(name, reading)
+    print(f"terrain-gl: note: {offer}", file=sys.stderr)
+    camera = _camera(args, few, standard_view(few, args.view or "default"))
+    return Scene(few, camera, args.sun or clock_sun(args, few) or standard_sun(few)), offer
+
+
 def _opened(
     args: argparse.Namespace, name: str, progress: Callable[[float], None] | None
 ) -> tuple[Heightmap, BundledMap | None, Heightmap]:
     """The map; its record if it is a bundled one; and a map from which a view is chosen."""
     if is_store(name):
-        stored = open_store(args, name)
+        stored = stores.opened(args, name, map_options(args))
         return stored, None, stored.coarse()
     heightmap, known = maps.open_map(name, **map_options(args), progress=progress)
     tell_notes(heightmap)
     return heightmap, known, heightmap
-
-
-def add_store(command: Any) -> None:
-    """Options of commands whose map may be a store."""
-    group = command.add_argument_group("store")
-    what = "of a store (terrain-gl build): MiB of GPU memory for its tiles, at most (default: 512)"
-    group.add_argument("--gpu-memory", type=values.count, metavar="MIB", default=512, help=what)
-    what = "of a store: MiB of memory for its tiles, at most (default: 512)"
-    group.add_argument("--memory", type=values.count, metavar="MIB", default=512, help=what)
-
-
-def open_store(args: argparse.Namespace, name: str) -> StoredMap:
-    """The store of that name, for a command that can draw it.
-
-    Raises
-    ------
-    TerrainError
-        The command cannot draw stores, or the store is not finished.
-    UsageError
-        Options for a map's values were given, which a store does not take.
-    """
-    if not hasattr(args, "gpu_memory"):
-        raise TerrainError(f"{report.shown(name)}: is a store: shot, measure, fly, view and info read stores")
-    given = {key: value for key, value in map_options(args).items() if value not in (None, False, "plain")}
-    if given:
-        raise UsageError(f"{report.shown(name)}: is a store, which has its own scales: to change them, build it again")
-    stored = StoredMap(name)
-    stored.limit(args.gpu_memory << 20, args.memory << 20)
-    return stored
-
-
-def status_of(stats: dict[str, Any]) -> int:
-    """The exit status of a drawn frame: 1, and a line that says why, if tiles of a store are missing."""
-    if stats.get("complete", True):
-        return 0
-    tiles, px = stats["tiles_missing"], stats["certified_max_error_px"]
-    print(
-        f"terrain-gl: {report.shown(stats['map'])}: not complete: {len(tiles)} tiles are missing, the error is at most "
-        f"{px:.3g} px; {tiles[0]['tile']}: {tiles[0]['reason']}",
-        file=sys.stderr,
-    )
-    return 1
 
 
 def check_outputs(args: argparse.Namespace, source: str | None) -> None:
@@ -333,7 +307,7 @@ def make_renderer(
     laid = overlays.of(args, scene.heightmap) if hasattr(args, "overlay") else ()
     renderer = Renderer(scene.heightmap, size or args.size, args.backend, build=False)
     try:
-        if lit and Look(args.style).is_lit and not isinstance(scene.heightmap, StoredMap):
+        if lit and Look(args.style).is_lit and not isinstance(scene.heightmap, PagedMap):
             check_room(renderer.ctx, scene.heightmap)
         drain(renderer.build_steps)
     except BaseException:
@@ -341,17 +315,6 @@ def make_renderer(
         raise
     renderer.overlays = laid
     return renderer
-
-
-@contextmanager
-def loading(renderer: Renderer) -> Iterator[None]:
-    """Show a progress bar while a picture waits for tiles of a store."""
-    if renderer.streaming is None:
-        yield
-        return
-    with report.progress_bar("loading") as renderer.streaming.progress:
-        yield
-    renderer.streaming.progress = None
 
 
 def view_of(args: argparse.Namespace, scene: Scene) -> dict[str, Any]:

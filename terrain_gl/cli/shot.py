@@ -14,7 +14,7 @@ from ..image import FORMATS, Rows, writing_image
 from ..pieces import LARGEST, Piece
 from ..renderer import Renderer
 from ..steps import drain
-from . import options, overlays, report
+from . import options, overlays, report, stores
 
 MOST_PIXELS = 2**32
 
@@ -34,7 +34,7 @@ def add(commands: Any) -> None:
     options.add_output(command, "picture: .png, or .jpg, .tif, .exr")
     overlays.add(command)
     options.add_rendering(command)
-    options.add_store(command)
+    stores.add_options(command)
 
 
 def run(args: argparse.Namespace) -> int:
@@ -52,7 +52,7 @@ def run(args: argparse.Namespace) -> int:
         with report.json_output(args.json, stats):
             picture.close()
     report.say(args.json, f"{report.shown(args.output)}: {summary(stats)}")
-    return options.status_of(stats)
+    return stores.status_of(stats)
 
 
 def _draw(renderer: Renderer, args: argparse.Namespace, scene: options.Scene, write: Rows) -> dict[str, Any]:
@@ -69,7 +69,7 @@ def _draw(renderer: Renderer, args: argparse.Namespace, scene: options.Scene, wr
             write(rows)
 
     steps = renderer.draw_steps(size=args.size, receive=receive, gradual=False, **options.view_of(args, scene))
-    with options.loading(renderer):
+    with stores.loading(renderer):
         next(steps)
     with report.progress_bar("drawing") as progress:
         return drain(steps, progress)

@@ -11,7 +11,7 @@ from typing import Any
 from ..exceptions import UsageError
 from ..files.maps import bundled, find_bundled
 from ..options import RenderOptions
-from . import options, overlays, report
+from . import options, overlays, report, stores
 from .line import command_line
 
 BACKENDS = ("auto", "egl", "glfw")
@@ -32,6 +32,7 @@ def add(commands: Any) -> None:
     )
     options.add_map(command, optional=True)
     options.add_rendering(command)
+    stores.add_options(command)
     command.add_argument("--fresh", action="store_true", help="ignore the settings of earlier windows")
     command.add_argument("--plain", action="store_true", help="hide the panel at first; the key I shows it")
     overlays.add(command)
@@ -50,11 +51,11 @@ def run(args: argparse.Namespace) -> int:
     from .. import viewer  # imported here: it needs a window system
 
     def opened(progress: Callable[[float], None]) -> viewer.Opened:
-        scene = options.open_scene(args, name, progress)
+        scene, offer = options.open_scene_or_sample(args, name, progress)
         key = known.name if known else os.path.realpath(name)
         asked = bool(args.view or options.camera_options(args))
         laid = overlays.of(args, scene.heightmap)
-        return viewer.Opened(scene.heightmap, scene.camera, scene.sun, key, asked, laid)
+        return viewer.Opened(scene.heightmap, scene.camera, scene.sun, key, asked, laid, offer)
 
     given = {key: value for key, value in options.render_options(args).items() if value is not None and key != "sun"}
     title = known.name if known else os.path.basename(name)

@@ -21,6 +21,7 @@ from terrain_gl.readers.objects import is_labelled, lazy_array
 from terrain_gl.readers.raster import Blocks, Raster, Spacing, damaged, gdal_failures, one_line, utf8
 from terrain_gl.readers.values import heights_of
 
+_ALL = slice(None)
 _EVEN = 1e-3  # how far the files of a mosaic may be off its grid, in posts
 
 
@@ -152,6 +153,10 @@ class RasterFile:
         """The heights of a window."""
         return self.reading.heights(self._pixels(rows, cols), self._raster)
 
+    def sample(self, size: tuple[int, int]) -> np.ndarray | None:
+        """The heights at (rows, cols) posts spread over the whole map; None if GDAL does not read this file."""
+        return self.reading.heights(self._pixels(out=size), self._raster) if self._by_window else None
+
     def __getstate__(self) -> dict[str, Any]:
         """Everything except open files and generators, which cannot be sent to another process."""
         about = {each.name: getattr(self._raster, each.name) for each in fields(Raster) if each.name != "blocks"}
@@ -162,7 +167,9 @@ class RasterFile:
         raster = Raster(blocks=_no_blocks(), **state["_raster"])
         self.__dict__.update(state, _raster=raster, _open=threading.local())
 
-    def _pixels(self, rows: slice, cols: slice) -> np.ndarray:
+    def _pixels(self, rows: slice = _ALL, cols: slice = _ALL, out: tuple[int, int] | None = None) -> np.ndarray:
+        """Pixels of a window; `out`: only so many rows and columns of them."""
+        rows, cols = (slice(*s.indices(n)) for s, n in zip((rows, cols), self.shape, strict=True))
         if not self._by_window:
             return self._whole()[rows, cols]
         how, data = self.reading.how, self._dataset()
@@ -171,7 +178,8 @@ class RasterFile:
         bands = list(range(1, data.count + 1)) if how.band is None else [how.band]
         try:
             with closed_environment():
-                pixels = data.read(bands, window=((window.start, window.stop), (cols.start, cols.stop)))
+                area = ((window.start, window.stop), (cols.start, cols.stop))
+                pixels = data.read(bands, window=area, out_shape=(len(bands), *out) if out else None)
         except gdal_failures() as error:
             raise damaged(self.name, one_line(error.__cause__ or error)) from None
         return np.moveaxis(pixels[:, ::-1] if south_up else pixels, 0, -1)

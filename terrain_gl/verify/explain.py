@@ -89,9 +89,9 @@ class Explanation:
 class Explainer:
     """Explains patches of the last selection."""
 
-    def __init__(self, quadtree: QuadtreeSelector) -> None:
-        self.ctx, self.quadtree = quadtree.ctx, quadtree
-        self._kernel: Any = shaders.compute(self.ctx, "lod/explain.comp")
+    def __init__(self, ctx: moderngl.Context) -> None:
+        self.ctx = ctx
+        self._kernel: Any = None
         self._ring_kernel: Any = None
         self._answer = self.ctx.buffer(reserve=_ANSWER.itemsize)
 
@@ -106,7 +106,8 @@ class Explainer:
             return self._explain_ring(selection.surface, selection, post, tolerance_px, metric)
         if not isinstance(selection.surface, QuadtreeSelector):
             return None
-        data = self.quadtree.patches.read(selection.patches * layout.PATCH.itemsize) if selection.patches else b""
+        quadtree = selection.surface
+        data = quadtree.patches.read(selection.patches * layout.PATCH.itemsize) if selection.patches else b""
         patches = layout.unpack_patches(np.frombuffer(data, layout.PATCH))
         at = _over(patches, post)
         if at is None:
@@ -114,7 +115,7 @@ class Explainer:
         corner = int(patches.corner[at, 0]), int(patches.corner[at, 1])
         fan, size_log2 = bool(patches.fan[at]), int(patches.segments_log2[at])
         side_log2 = int(patches.side[at]).bit_length() - 1
-        answer = self._ask(corner, side_log2, int(patches.split_edges[at]))
+        answer = self._ask(quadtree, corner, side_log2, int(patches.split_edges[at]))
         choices = _choices(answer, side_log2, fan)
         segments = 0 if fan else 1 << size_log2
         chosen = next((choice for choice in choices if choice.segments == segments), None)
@@ -126,7 +127,7 @@ class Explainer:
             side_log2 if fan else side_log2 - size_log2,
             chosen,
             choices,
-            *_seen(answer, self.quadtree.view.focal_px),
+            *_seen(answer, quadtree.view.focal_px),
             tolerance_px,
             metric,
         )
@@ -159,14 +160,15 @@ class Explainer:
 
     def release(self) -> None:
         """Release GPU resources."""
-        self._kernel.release()
-        if self._ring_kernel:
-            self._ring_kernel.release()
+        for kernel in (self._kernel, self._ring_kernel):
+            if kernel:
+                kernel.release()
         self._answer.release()
 
-    def _ask(self, corner: tuple[int, int], side_log2: int, edges: int) -> np.ndarray:
-        self.quadtree.bind()
-        self.quadtree.tables.bind()
+    def _ask(self, quadtree: QuadtreeSelector, corner: tuple[int, int], side_log2: int, edges: int) -> np.ndarray:
+        self._kernel = self._kernel or shaders.compute(self.ctx, "lod/explain.comp")
+        quadtree.bind()
+        quadtree.tables.bind()
         bind("lod/explain.comp", Choices=self._answer)
         self._kernel["u_low"], self._kernel["u_side_log2"] = corner, side_log2
         self._kernel["u_edges"] = edges

@@ -88,7 +88,7 @@ class Inspector:
         """Why the patch over a place in world metres was drawn as it was; None where no patch can be explained."""
         frame = self._chosen()
         view, options = frame.selection.surface.view, frame.options
-        self._explainer = self._explainer or self.session.keep(Explainer(self.resources.quadtree))
+        self._explainer = self._explainer or self.session.keep(Explainer(self.session.ctx))
         tolerance_px = options.tolerance_px if options.triangles is None else math.inf
         view.move(self.terrain, frame.camera, frame.size, frame.near_m)  # the eye may be elsewhere
         try:
@@ -107,6 +107,8 @@ class Inspector:
     @in_session
     def drawn_heights(self) -> np.ndarray:
         """(rows, cols) float32 metres: the drawn height at posts with a vertex, the true height elsewhere."""
+        if self.resources.streaming:
+            raise UsageError("a store is too large for the heights of all its posts: ask for drawn_height_at")
         posts, heights_m = self._chosen().triangles
         drawn = self.terrain.filled.copy()
         on_post = (posts == np.floor(posts)).all(-1)
@@ -153,6 +155,8 @@ class Inspector:
         """
         if not 0 < max_error_m < 1e9:
             raise UsageError(f"max error must be more than 0 and less than 1e9 metres, got {max_error_m:g}")
+        if self.resources.streaming:
+            raise UsageError("a store has no mesh of the whole map: it is drawn for a view")
         self.frame = None
         selection = self.resources.quadtree.select_everywhere(max_error_m)
         triangles, _ = captured_triangles(selection)

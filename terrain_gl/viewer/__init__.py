@@ -9,7 +9,7 @@ charts, file_list, help_page, orientation, profile_plot  the graphs, the page of
 commands                       every key and what it does
 viewer                         connects the parts below, frame by frame; knows neither window nor panels
 mouse, marks                   clicks and drags; lines over the land
-sculpting, saver, explainer    the brush; files; how detail is chosen
+sculpting, saver, explainer, store_tiles  the brush; files; how detail is chosen; what is missing
 map_loader, image_reader       load maps, read sky and ground images
 painter                        draws the picture, in motion and at rest
 pointer, scene                 where the mouse points; the map and the camera

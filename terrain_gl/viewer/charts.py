@@ -43,6 +43,9 @@ def _frame_words(frame: FrameStats, timer: str) -> str:
 def _error_words(frame: FrameStats) -> str:
     if frame.is_preview:
         return "preview: nothing certified"
+    if "complete" in frame.stats:  # of a store, whose truth is on a disk
+        missing = len(frame.stats["tiles_missing"])
+        return f"bound {frame.certified_px:.3f} px, " + (f"missing tiles: {missing:,}" if missing else "complete")
     achieved = "…" if frame.achieved_px is None else f"{frame.achieved_px:.3f} px"
     bound = "no bound" if frame.certified_px is None else f"bound {frame.certified_px:.3f} px"
     return f"achieved {achieved}, {bound}"

@@ -76,6 +76,9 @@ class Explainer:
     def toggle_split(self) -> None:
         """Split the picture, or join it. At first its sides show the errors of two methods with equal triangles."""
         settings = self._settings
+        if self._scene.is_paged and not settings.split:
+            self._window.say("a store is drawn by one method: there is nothing to compare")
+            return
         if settings.split:
             settings.sides, settings.active = [self.unsplit], 0
             self._window.say("one picture again")
@@ -107,6 +110,9 @@ class Explainer:
 
     def toggle_sums(self) -> None:
         """Show the summed-area table, or not."""
+        if self._scene.is_paged and not self._settings.sums:
+            self._window.say("a store has a table for each tile, and none of the whole map")
+            return
         self._settings.sums = not self._settings.sums
 
     def explain(self, x: float, y: float) -> None:

@@ -23,6 +23,8 @@ class FrameStats:
         The map's name, and its columns and rows.
     is_preview
         Whether the frame shows a coarse sample of the map. Then nothing is certified or measured.
+    awaits_map
+        Whether the map itself comes soon, so that the sample needs no light.
     fps
         Frames a second in motion; None at rest.
     stats
@@ -40,6 +42,7 @@ class FrameStats:
     name: str
     posts: tuple[int, int]
     is_preview: bool = False
+    awaits_map: bool = False
     fps: float | None = None
     stats: dict[str, Any] = field(default_factory=dict)
     measured_px: dict[str, float] | None = None

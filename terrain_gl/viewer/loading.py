@@ -15,12 +15,16 @@ import numpy as np
 
 from ..camera import Camera
 from ..exceptions import TerrainError
+from ..files.huge import is_huge, sample
 from ..files.maps import open_map
 from ..files.views import standard_sun, standard_view
 from ..heightmap import Heightmap
 from ..overlay import Overlay
+from ..paged_map import PagedMap
+from ..readers.windows import Reading
 from ..renderer import Renderer
 from ..shade import SUN
+from ..store import StoredMap, is_store
 from .frame_budget import FrameBudget
 
 PREVIEW_POSTS = 193  # along the longer side of a preview
@@ -41,6 +45,8 @@ class Opened:
         Whether the user asked for this camera.
     overlays
         Lines and points to be drawn over it.
+    offer
+        One line if this is a coarse sample of a raster that needs a store; "" for a map.
     """
 
     heightmap: Heightmap
@@ -49,6 +55,7 @@ class Opened:
     key: str = ""
     camera_given: bool = False
     overlays: tuple[Overlay, ...] = ()
+    offer: str = ""
 
 
 Progress = Callable[[float], None]
@@ -63,6 +70,12 @@ def file_opener(path: str) -> Opener:
     """A function that opens a bundled map, or a file with the scale that the file gives."""
 
     def opened(progress: Progress) -> Opened:
+        if is_store(path):
+            stored = StoredMap(path)
+            return Opened(stored, standard_view(stored.coarse()), key=os.path.realpath(path))
+        if is_huge(path, Reading()):
+            few, offer = sample(path, Reading())
+            return Opened(few, standard_view(few), key=os.path.realpath(path), offer=offer)
         heightmap, known = open_map(path, progress=progress)
         if known:
             return Opened(heightmap, known.camera, known.sun, known.name)
@@ -166,7 +179,7 @@ class LoadJob:
 
 def preview(heightmap: Heightmap) -> Heightmap | None:
     """A coarse sample of a large map, to be shown while its tables are built; None if the map is small."""
-    if max(heightmap.rows, heightmap.cols) <= 4 * PREVIEW_POSTS:
+    if max(heightmap.rows, heightmap.cols) <= 4 * PREVIEW_POSTS or isinstance(heightmap, PagedMap):
         return None
     rows, cols = (_sample(n) for n in (heightmap.rows, heightmap.cols))
     east, north = heightmap.extent_m

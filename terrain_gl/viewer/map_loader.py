@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import os
+import shlex
 from collections.abc import Callable
 from dataclasses import replace
 
@@ -11,6 +12,7 @@ import moderngl
 from ..files.views import standard_view
 from ..heightmap import Heightmap
 from ..renderer import Renderer
+from ..store import is_store
 from .frame_budget import FrameBudget
 from .loading import LoadJob, Opened, Opener, file_opener, preview, scaled
 from .scene import Scene, raised
@@ -39,6 +41,9 @@ class MapLoader:
 
     def open(self, name: str) -> None:
         """Begin to load a bundled map, by its name, or a file."""
+        if self._scene.has_map and (self._scene.is_paged or is_store(name)):
+            self._scene.window.say(f"a store has a window of its own: terrain-gl view {shlex.quote(name)}", ERROR_S)
+            return
         self.refused = name
         self.load(os.path.basename(name), file_opener(name))
 
@@ -64,12 +69,12 @@ class MapLoader:
     @property
     def can_cancel(self) -> bool:
         """Whether a map is loading, and another map would still be shown without it."""
-        return self.job is not None and self._scene.has_map and not self._scene.is_preview
+        return self.job is not None and self._scene.has_map and not self._scene.awaits_map
 
     def exaggerate(self, factor: float) -> None:
         """Begin to load the same map with all heights multiplied by `factor`."""
         scene = self._scene
-        if not scene.has_map or scene.is_preview:
+        if not self._may_scale():
             return
         plain, start, ratio = self._plain_map(), scene.controller.start, factor / scene.exaggeration
         camera = replace(start, eye=raised(start.eye, ratio), target=raised(start.target, ratio))
@@ -83,7 +88,7 @@ class MapLoader:
 
     def rescale(self, spacing_m: Pair | None = None, range_m: Pair | None = None) -> None:
         """Begin to load the same posts with other distances between them, or another lowest and highest height."""
-        if not self._scene.has_map or self._scene.is_preview:
+        if not self._may_scale():
             return
         plain, opened = self._plain_map(), self._scene.opened
         low_m, high_m = plain.range_m
@@ -100,6 +105,13 @@ class MapLoader:
             return replace(opened, heightmap=rescaled, camera=standard_view(rescaled), camera_given=True)
 
         self.load(plain.name, opener)
+
+    def _may_scale(self) -> bool:
+        """Whether the map can be shown with another scale; of a store, a message says why not."""
+        if self._scene.is_paged:
+            self._scene.window.say("a store keeps its scale: build it again with another one", ERROR_S)
+            return False
+        return self._scene.has_map and not self._scene.is_preview
 
     def _plain_map(self) -> Heightmap:
         return self._plain or scaled(self._scene.heightmap, 1 / self._scene.exaggeration)
@@ -136,7 +148,7 @@ class MapLoader:
 
     def _fail(self, error: Exception) -> None:
         self._forget_job()
-        if not self._scene.has_map or self._scene.is_preview:
+        if not self._scene.has_map or self._scene.awaits_map:
             raise error
         self._scene.window.say(str(error) or "not enough memory", ERROR_S)
 

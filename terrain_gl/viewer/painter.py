@@ -137,7 +137,7 @@ class Painter:
             changed = self._rest(renderer, spec, now_s, measure=not unlit)
         else:
             changed = False
-        if unlit and not self.frame.is_preview and not fresh and not self._painting:  # a new picture is shown first
+        if unlit and not self.frame.awaits_map and not fresh and not self._painting:  # a new picture is shown first
             if self.light.step(renderer.picture, spec.lit_look, moving):
                 self.forget()
             changed = True
@@ -154,7 +154,7 @@ class Painter:
         for side in _last_first(spec):
             stats.append(renderer.draw(spec.camera, **vars(spec.sides[side])))
             self.canvas.compose(renderer, spec.size, *spec.part(side))
-        self._note(spec, stats[::-1], shrink)
+        self._note(spec, stats[::-1], shrink, renderer)
         self.frame.fps = self._smoothed_fps(now_s - self._drawn_s)
         self._drawn_s = now_s
 
@@ -180,15 +180,15 @@ class Painter:
         for side in _last_first(spec):
             stats.append((yield from renderer.draw_steps(spec.camera, **vars(spec.sides[side]))))
             self.canvas.compose(renderer, spec.size, *spec.part(side))
-        self._note(spec, stats[::-1], 1)
+        self._note(spec, stats[::-1], 1, renderer)
 
-    def _note(self, spec: FrameSpec, stats: list[dict[str, Any]], shrunk: int) -> None:
+    def _note(self, spec: FrameSpec, stats: list[dict[str, Any]], shrunk: int, renderer: Renderer) -> None:
         """Store the numbers of the drawn picture."""
         if self.frame.is_preview:
             stats = [without_bounds(each) for each in stats]
         self.drawn, self.side_stats, self.has_picture = spec, stats, True
         self.frame.stats, self.frame.shrunk, self.frame.measured_px = stats[0], shrunk, None
-        self._unmeasured = not self.frame.is_preview
+        self._unmeasured = not self.frame.is_preview and renderer.streaming is None  # a store's truth is on a disk
         self.history.add(stats[0])
         if shrunk == 1:
             self._budget.full_ms = sum(map(drawing_ms, stats))

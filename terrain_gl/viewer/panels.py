@@ -62,9 +62,9 @@ class Panels:
         s, press = self._viewer, self._press
         return {
             "Map": lambda ui: map_section.map_section(ui, s, press),
-            "Detail": lambda ui: sections.detail_section(ui, s.settings, s.painter),
+            "Detail": lambda ui: sections.detail_section(ui, s.settings, s.painter, s.scene),
             "Understand": lambda ui: sections.understand_section(ui, s.scene, press),
-            "Sculpt": lambda ui: sections.sculpt_section(ui, s.sculpting, press),
+            "Sculpt": lambda ui: sections.sculpt_section(ui, s.scene, s.sculpting, press),
             "Picture": lambda ui: picture_section.picture_section(ui, s, self._draft),
             "Camera": lambda ui: sections.camera_section(ui, s.scene.controller, press),
             "Save": lambda ui: sections.save_section(ui, s.saver, s.scene.controller, press),
@@ -242,9 +242,9 @@ class Panels:
     def _status(self, ui: Widgets, size: Size, middle: float) -> None:
         """One window at the bottom with everything that is going on: a recording, a message, and long work."""
         progress, message = self._viewer.progress, self._viewer.window.message
-        recording = self._viewer.saver.filming.running
+        recording, note = self._viewer.saver.filming.running, self._viewer.tiles.note
         self._status_px = 0.0
-        if not (recording or message or progress):
+        if not (recording or message or progress or note):
             return
         anchor, takes_mouse = (middle, 1 - MARGIN * ui.scale / size[1]), bool(progress and progress.can_cancel)
         with ui.window("##status", anchor, size, pivot=(0.5, 1.0), takes_mouse=takes_mouse):
@@ -253,12 +253,14 @@ class Panels:
                     ui.imgui.text_colored(_RECORDING, "recording: R stops")
                 if message:
                     ui.imgui.text(message)
+                if note:
+                    ui.imgui.text(note)
             if progress:
                 self._progress(ui, progress)
             self._status_px = ui.imgui.get_window_size()[1] + MARGIN * ui.scale
 
     def _progress(self, ui: Widgets, progress: Progress) -> None:
-        if self._viewer.scene.is_preview:
+        if self._viewer.loader.job and self._viewer.scene.is_preview:
             ui.imgui.text("preview: a coarse sample of the map, without a certified bound")
         ui.imgui.text(progress.text)
         ui.imgui.progress_bar(progress.share, (20 * ui.em, 0.5 * ui.em), "")

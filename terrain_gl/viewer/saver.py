@@ -4,7 +4,8 @@ from __future__ import annotations
 
 import shlex
 import threading
-from collections.abc import Callable
+from collections.abc import Callable, Iterator
+from contextlib import contextmanager
 from dataclasses import dataclass, replace
 from pathlib import Path
 from typing import Any
@@ -149,7 +150,8 @@ class Saver:
             self._window.say(f"{self.shot.path} is still being drawn: Esc cancels it")
             return False
         if self._scene.is_preview:
-            self._window.say("this is a preview: save when the tables are built")
+            offer = self._scene.opened.offer
+            self._window.say(offer or "this is a preview: save when the tables are built")
             return False
         self.join()
         return True
@@ -169,12 +171,25 @@ class Saver:
         picture = np.zeros((spec.size[1], spec.size[0], 4), np.uint8)
         stats = []
         for side, options in enumerate(spec.sides):
-            steps = self._scene.renderer.render_steps(spec.camera, size=spec.size, **vars(options))
-            frame = yield from portion(steps, side, len(spec.sides))
+            with self._waiting():
+                steps = self._scene.renderer.render_steps(spec.camera, size=spec.size, **vars(options))
+                frame = yield from portion(steps, side, len(spec.sides))
             first, last = (round(edge * spec.size[0]) for edge in spec.part(side))
             picture[:, first:last] = frame.image[:, first:last]
             stats.append(frame.stats)
         return picture, stats
+
+    @contextmanager
+    def _waiting(self) -> Iterator[None]:
+        """What is saved of a store waits for its tiles."""
+        streaming = self._scene.renderer.streaming
+        if streaming:
+            streaming.waits = True
+        try:
+            yield
+        finally:
+            if streaming:
+                streaming.waits = False
 
     def _in_thread(self, write: Callable[..., None], path: Path, *what: Any) -> None:
         """Write a file in the thread, after all earlier files."""
@@ -202,6 +217,9 @@ class Saver:
         if not self._may_save():
             return
         renderer = self._scene.renderer
+        if self._scene.is_paged:
+            self._window.say("the mesh of a store cannot be saved")
+            return
         path = free_path(self._scene.heightmap.name, self.mesh_format)
         self._painter.choose_levels(renderer, self._scene.frame_spec(), 0)
         triangles, heights = renderer.triangles(), renderer.inspector.drawn_heights()

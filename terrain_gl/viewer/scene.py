@@ -85,6 +85,16 @@ class Scene:
         return self.renderer.heightmap
 
     @property
+    def awaits_map(self) -> bool:
+        """Whether a preview is shown until the tables of its map are ready."""
+        return self.is_preview and not self.opened.offer
+
+    @property
+    def is_paged(self) -> bool:
+        """Whether the map is a store."""
+        return self.has_map and self.renderer.streaming is not None
+
+    @property
     def has_map(self) -> bool:
         """Whether there is a map yet."""
         return self._renderer is not None
@@ -133,10 +143,24 @@ class Scene:
     def _of_map(self, side: RenderOptions) -> dict[str, Any]:
         """Options that depend on the map: a style that a preview can show, and contour lines at true heights."""
         changes: dict[str, Any] = {"style": "lambert"} if self.is_preview and side.style in _OF_ERROR else {}
+        if self.is_paged:
+            changes = of_store(side)
         if side.contour_m is not None and self.exaggeration != 1:
             low_m, high_m = (height_m / self.exaggeration for height_m in self.heightmap.range_m)
             changes["contour_m"] = self.exaggeration * (side.contour_m or interval_m(low_m, high_m))
         return changes
+
+
+def of_store(side: RenderOptions) -> dict[str, Any]:
+    """What must change for a store to be drawn: no light, no budget, no method but sat."""
+    changes: dict[str, Any] = {"method": "sat", "parameters": None}
+    if side.shading.is_lit:
+        changes["style"] = "lambert"
+    elif side.style == "error":
+        changes["style"] = "promise"
+    if side.max_error_px is None:
+        changes |= {"triangles": None, "max_error_px": 1.0}
+    return changes
 
 
 def raised(place: Vector, factor: float) -> Vector:

@@ -16,6 +16,7 @@ from .pointer import Pointer
 from .scene import Scene
 
 MESSAGE_S = 10.0
+NO_STORE = "a store cannot be sculpted"
 _NO_LAND = object()
 
 
@@ -96,6 +97,8 @@ class Sculpting:
             return
         self._drop_headroom()
         if not self.tool:
+            if self._scene.is_paged:
+                self._window.say(NO_STORE)
             return
         self._taking = True
         self.headroom = self.tool.headroom_steps()  # before the first stroke, so that none has to wait

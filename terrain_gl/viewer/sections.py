@@ -10,6 +10,7 @@ from ..files.export import FORMATS
 from ..files.views import VIEWS, straight_down
 from ..methods import BASELINES, REGISTRY
 from ..options import CHOICES
+from ..store import StoredMap
 from .brush_tool import BrushTool
 from .controller import MODES, Controller
 from .legend import COLOURS, legend
@@ -17,7 +18,7 @@ from .painter import Painter
 from .pose import Pose
 from .saver import SIZES, Saver
 from .scene import Scene
-from .sculpting import Sculpting
+from .sculpting import NO_STORE, Sculpting
 from .settings import BUDGETS, TOLERANCES_PX, Settings
 from .widgets import Widgets
 
@@ -32,7 +33,7 @@ METRIC_HINT = "What the tolerance bounds (M): the largest error of the surface, 
 PRESETS = {"first": VIEWS["default"], "above": straight_down} | {n: view for n, view in VIEWS.items() if n != "default"}
 
 
-def detail_section(ui: Widgets, settings: Settings, painter: Painter) -> None:
+def detail_section(ui: Widgets, settings: Settings, painter: Painter, scene: Scene) -> None:
     """How fine the mesh is."""
     options = settings.options
     if settings.split:
@@ -43,12 +44,15 @@ def detail_section(ui: Widgets, settings: Settings, painter: Painter) -> None:
     changes: dict[str, Any] = {
         "max_error_px": ui.slide("tolerance", tolerance_px, *TOLERANCES_PX, hint, "%.3g px", True)
     }
-    triangles = options.triangles or stats.get("triangles", 1)
-    form = "at most %.0f" if options.triangles else "%.0f"
-    budget = ui.slide("triangles", triangles, *BUDGETS, BUDGET_HINT, form, True)
-    changes["triangles"] = None if budget is None else round(budget)
     changes["metric"] = ui.choose("metric", options.metric, CHOICES["metric"], METRIC_HINT)
-    changes["method"] = ui.choose("method", options.method, CHOICES["method"], _method_hint(options.method))
+    if scene.is_paged:
+        ui.imgui.text_disabled("A store is drawn by sat, within a tolerance.")
+    else:
+        triangles = options.triangles or stats.get("triangles", 1)
+        form = "at most %.0f" if options.triangles else "%.0f"
+        budget = ui.slide("triangles", triangles, *BUDGETS, BUDGET_HINT, form, True)
+        changes["triangles"] = None if budget is None else round(budget)
+        changes["method"] = ui.choose("method", options.method, CHOICES["method"], _method_hint(options.method))
     given = {name: value for name, value in changes.items() if value is not None}
     if given:
         settings.change(**given)
@@ -84,11 +88,11 @@ def understand_section(ui: Widgets, scene: Scene, press: Press) -> None:
     ui.imgui.text_disabled("Click on the land to see why it is drawn so.")
 
 
-def sculpt_section(ui: Widgets, sculpting: Sculpting, press: Press) -> None:
+def sculpt_section(ui: Widgets, scene: Scene, sculpting: Sculpting, press: Press) -> None:
     """The brush."""
     tool = sculpting.tool
     if tool is None:
-        ui.imgui.text_disabled("Ready when the tables are built.")
+        ui.imgui.text_disabled(f"{NO_STORE}." if scene.is_paged else "Ready when the tables are built.")
         return
     hint = "Drag on the land to change it. The certified bound holds during a stroke (B)."
     if ui.tick("brush", sculpting.brushing, hint):
@@ -140,7 +144,9 @@ def camera_section(ui: Widgets, controller: Controller, press: Press) -> None:
     """How the camera moves."""
     names = ("fly to a view", *PRESETS)
     if (name := ui.choose("view", names[0], names, "Standard views of the map; the camera travels there.")) in PRESETS:
-        controller.travel_to(Pose.of(PRESETS[name](controller.heightmap, controller.fov_deg)))
+        seen = controller.heightmap
+        seen = seen.coarse() if isinstance(seen, StoredMap) else seen
+        controller.travel_to(Pose.of(PRESETS[name](seen, controller.fov_deg)))
     mode = ui.choose("mode", controller.mode, MODES, "Fly anywhere, orbit the middle, walk at eye height (V).")
     if mode:
         controller.change_mode(mode)

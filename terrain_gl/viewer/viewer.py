@@ -33,6 +33,7 @@ from .saver import Saver
 from .scene import Scene
 from .sculpting import Sculpting
 from .settings import Settings
+from .store_tiles import StoreTiles, never_wait
 from .window_state import Size, WindowState
 
 HINT_S = 10.0
@@ -82,6 +83,7 @@ class Viewer:
         self.scene = Scene(settings, self.window)
         self.painter = Painter(ctx, self.budget)
         self.pointer = Pointer(self.scene)
+        self.tiles = StoreTiles(self.scene, self.painter)
         self.loader = MapLoader(ctx, self.scene, self.budget)
         self.explainer = Explainer(self.scene, self.pointer, self.painter)
         self.saver = Saver(self.scene, self.painter, self.budget)
@@ -117,16 +119,18 @@ class Viewer:
     def show(self, renderer: Renderer, opened: Opened) -> None:
         """Show a map from now on; the viewer releases its renderer."""
         scene, factor = self.scene, self.scene.pending_exaggeration
-        is_preview = renderer.heightmap is not opened.heightmap
-        replaces_preview = scene.has_map and scene.is_preview
+        is_preview = renderer.heightmap is not opened.heightmap or bool(opened.offer)
+        replaces_preview = scene.has_map and scene.awaits_map
+        never_wait(renderer)
         self._remember_map()
         self.painter.interrupt()
         self._draped = None
-        self.sculpting.new_map(None if is_preview else BrushTool(renderer), factor and factor / scene.exaggeration)
+        tool = None if is_preview or renderer.streaming else BrushTool(renderer)
+        self.sculpting.new_map(tool, factor and factor / scene.exaggeration)
         self.saver.map_changed(is_new=True)
         before = scene.replace_renderer(renderer, is_preview)
-        posts = opened.heightmap.cols, opened.heightmap.rows
-        self.painter.new_map(FrameStats(Path(opened.heightmap.name).name, posts, is_preview))
+        name, posts = Path(opened.heightmap.name).name, (opened.heightmap.cols, opened.heightmap.rows)
+        self.painter.new_map(FrameStats(name, posts, is_preview, is_preview and not opened.offer))
         if before:
             before.release()
         if not replaces_preview:
@@ -235,13 +239,16 @@ class Viewer:
     @property
     def settled(self) -> bool:
         """Whether the picture is complete: in full size and lit. Its error may not be measured yet."""
-        return self.scene.has_map and not self.loader.job and self.painter.is_done(self.scene.frame_spec())
+        is_there = self.scene.has_map and not self.loader.job and not self.tiles.are_coming
+        return is_there and self.painter.is_done(self.scene.frame_spec())
 
     @property
     def wait_s(self) -> float:
         """Seconds until a frame may be due without any event."""
         if (self.loader.job and not self.loader.job.opened) or self.images.busy or self.files.busy:
             return 0.03
+        if self.tiles.are_coming:
+            return 0.02
         if self.mouse.waits or self.saver.filming.running:
             return 0.05
         waits = self.window.message or (self.scene.has_map and self.painter.waits_for_rest)
@@ -258,7 +265,7 @@ class Viewer:
             return Progress("computing light and shadow", self.painter.light.share, False)
         if shot := self.saver.shot:
             return Progress(shot.words, shot.share, True)
-        return None
+        return Progress(self.tiles.text, self.tiles.share, False) if self.tiles.are_coming else None
 
     def frame(self, now_s: float) -> bool:
         """Do one frame at a time in seconds; returns whether the target shows a new picture."""
@@ -311,6 +318,8 @@ class Viewer:
             self.sculpting.work()
         scene = self.scene
         moving = scene.controller.moving or sculpts or (scene.is_preview and bool(self.loader.job))
+        self.tiles.step()
+        moving = moving or self.tiles.are_coming
         if self.painter.step(scene.renderer, scene.frame_spec(), self.window.now_s, moving):
             self.window.refresh()
 

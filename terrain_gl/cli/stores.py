@@ -1,0 +1,66 @@
+"""Commands whose map may be a store: their options, a progress bar while tiles come, and the exit status."""
+
+from __future__ import annotations
+
+import argparse
+import sys
+from collections.abc import Iterator
+from contextlib import contextmanager
+from typing import Any
+
+from ..exceptions import TerrainError, UsageError
+from ..renderer import Renderer
+from ..store import StoredMap
+from . import report, values
+
+
+def add_options(command: Any) -> None:
+    """Options of commands whose map may be a store."""
+    group = command.add_argument_group("store")
+    what = "of a store (terrain-gl build): MiB of GPU memory for its tiles, at most (default: 512)"
+    group.add_argument("--gpu-memory", type=values.count, metavar="MIB", default=512, help=what)
+    what = "of a store: MiB of memory for its tiles, at most (default: 512)"
+    group.add_argument("--memory", type=values.count, metavar="MIB", default=512, help=what)
+
+
+def opened(args: argparse.Namespace, name: str, of_map: dict[str, Any]) -> StoredMap:
+    """The store of that name, for a command that can draw it; `of_map`: options for a map's values.
+
+    Raises
+    ------
+    TerrainError
+        The command cannot draw stores, or the store is not finished.
+    UsageError
+        Options for a map's values were given, which a store does not take.
+    """
+    if not hasattr(args, "gpu_memory"):
+        raise TerrainError(f"{report.shown(name)}: is a store: shot, measure, fly, view and info read stores")
+    if any(value not in (None, False, "plain") for value in of_map.values()):
+        raise UsageError(f"{report.shown(name)}: is a store, which has its own scales: to change them, build it again")
+    stored = StoredMap(name)
+    stored.limit(args.gpu_memory << 20, args.memory << 20)
+    return stored
+
+
+@contextmanager
+def loading(renderer: Renderer) -> Iterator[None]:
+    """Show a progress bar while a picture waits for tiles of a store."""
+    if renderer.streaming is None:
+        yield
+        return
+    with report.progress_bar("loading") as renderer.streaming.progress:
+        yield
+    renderer.streaming.progress = None
+
+
+def status_of(stats: dict[str, Any]) -> int:
+    """The exit status of a drawn frame: 1, and a line that says why, if tiles of a store are missing."""
+    if stats.get("complete", True):
+        return 0
+    tiles, px = stats["tiles_missing"], stats["certified_max_error_px"]
+    print(
+        f"terrain-gl: {report.shown(stats['map'])}: not complete: {len(tiles)} tiles are missing, the error is at most "
+        f"{px:.3g} px; {tiles[0]['tile']}: {tiles[0]['reason']}",
+        file=sys.stderr,
+    )
+    return 1

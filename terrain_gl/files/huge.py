@@ -1,0 +1,43 @@
+"""Rasters too large to be held in memory: a coarse sample of one, and the command that makes a store of it."""
+
+from __future__ import annotations
+
+import math
+import os
+
+from ..exceptions import TerrainError
+from ..heightmap import Heightmap
+from ..readers import open_raster
+from ..readers.windows import RasterFile, Reading
+from ..size_limits import is_too_large, store_command
+
+LONGEST = 1025  # posts along the longer side of a sample
+
+
+def is_huge(path: str | os.PathLike[str], reading: Reading) -> bool:
+    """Whether a file has more posts than a map in memory may have; False for what is no file."""
+    if not os.path.isfile(path):
+        return False
+    raster = open_raster(path, reading.how)
+    raster.blocks.close()
+    return is_too_large(*raster.shape[:2])
+
+
+def sample(path: str | os.PathLike[str], reading: Reading) -> tuple[Heightmap, str]:
+    """A coarse sample of a huge raster, and one line that offers a store.
+
+    Raises
+    ------
+    TerrainError
+        Only GDAL can read a part of such a file, and it does not open this one.
+    """
+    file = RasterFile(os.fspath(path), reading)
+    rows, cols = file.shape
+    size = f"{file.name}: has {cols:,} x {rows:,} posts"
+    step = math.ceil(max(rows, cols) / LONGEST)
+    heights = file.sample((math.ceil(rows / step), math.ceil(cols / step)))
+    if heights is None:
+        raise TerrainError(f"{size}, too many to be held in memory: make a store of it with {store_command(file.name)}")
+    east, north = file.spacing_m or (1.0, 1.0)
+    few = Heightmap(heights, (east * cols / heights.shape[1], north * rows / heights.shape[0]), file.name)
+    return few, f"{size}; this is a coarse sample, without a certified bound. For all posts: {store_command(file.name)}"

@@ -1,0 +1,56 @@
+"""The tiles of a store in the window: whether they are still coming, and what is told of those that are missing."""
+
+from __future__ import annotations
+
+from ..renderer import Renderer
+from .painter import Painter
+from .scene import Scene
+
+
+class StoreTiles:
+    """What the window knows of the tiles of its map. A map in memory has none."""
+
+    def __init__(self, scene: Scene, painter: Painter) -> None:
+        self._scene, self._painter = scene, painter
+
+    @property
+    def are_coming(self) -> bool:
+        """Whether the picture lacks tiles that may still come."""
+        streaming = self._scene.renderer.streaming if self._scene.has_map else None
+        return streaming is not None and streaming.is_loading
+
+    def step(self) -> None:
+        """Have the picture drawn again if tiles have come that it lacks."""
+        streaming = self._scene.renderer.streaming
+        if streaming and streaming.has_news:
+            self._painter.forget()
+
+    @property
+    def text(self) -> str:
+        """What is being loaded."""
+        return f"loading: missing tiles: {len(self._missing):,}"
+
+    @property
+    def share(self) -> float:
+        """Share of the picture within its tolerance."""
+        return float(self._painter.frame.stats.get("within_tolerance", 0.0))
+
+    @property
+    def note(self) -> str:
+        """What the picture lacks for good, in one line; "" if it lacks nothing."""
+        if not self._scene.has_map or self.are_coming:
+            return ""
+        if missing := self._missing:
+            return f"not complete: missing tiles: {len(missing):,}; {missing[0]['tile']}: {missing[0]['reason']}"
+        return self._scene.opened.offer
+
+    @property
+    def _missing(self) -> list[dict[str, str]]:
+        return list(self._painter.frame.stats.get("tiles_missing", ()))
+
+
+def never_wait(renderer: Renderer) -> None:
+    """Have a window's renderer, and all that ask for heights of its map, take the tiles that are there."""
+    if renderer.streaming:
+        renderer.streaming.waits = False
+        renderer.heightmap.heights = renderer.terrain.filled

@@ -1,0 +1,195 @@
+"""A store in the window: it is flown over while tiles come; what a store cannot do is told in one line."""
+
+import threading
+import time
+
+import numpy as np
+import pytest
+from viewers import later, seen, settle, swift, texts
+
+from terrain_gl.camera import Camera
+from terrain_gl.files import huge
+from terrain_gl.files.views import standard_view
+from terrain_gl.heightmap import Heightmap
+from terrain_gl.options import RenderOptions
+from terrain_gl.readers.windows import Reading
+from terrain_gl.viewer.app import App
+from terrain_gl.viewer.loading import Opened, file_opener
+from terrain_gl.viewer.settings import Settings
+
+pytest.importorskip("zarr")
+from terrain_gl.store.opened import StoredMap
+
+SIZE = (360, 270)
+
+
+class Held(StoredMap):
+    """A store whose fine pages wait until they are let go."""
+
+    def __init__(self, path):
+        super().__init__(path)
+        self.gate = threading.Event()
+
+    def page(self, key):
+        if key[0] < self.top:
+            self.gate.wait(20)
+        return super().page(key)
+
+
+@pytest.fixture
+def shown(hills, session_context, target):
+    """An app that shows a store, of which only the coarsest tiles are there, in a context of its own."""
+    from terrain_gl.gpu.context import create_context
+
+    with create_context("egl") as ctx:
+        stored = Held(hills[1])
+        settings = Settings([RenderOptions(1.0, style="shaded")])
+        framebuffer = ctx.framebuffer([ctx.texture(SIZE, 4)])
+        app = App(ctx, framebuffer, SIZE, settings, budget=swift())
+        opened = Opened(stored, standard_view(stored.coarse()), key="s")
+        app.viewer.loader.load("s", lambda progress: opened)
+        app.viewer.loader.job.join()
+        while not app.viewer.painter.frame.stats:
+            later(app)
+        yield app, stored
+        stored.gate.set()
+        app.close()
+    session_context.__enter__()
+
+
+def until_complete(app):
+    end = time.monotonic() + 100
+    while not app.viewer.settled:
+        assert time.monotonic() < end
+        time.sleep(0.005)
+        later(app)
+
+
+def test_a_store_is_shown_at_once_and_fills_in(shown):
+    app, stored = shown
+    later(app)
+    stats = app.viewer.painter.frame.stats
+    assert not stats["complete"] and app.viewer.progress.text.startswith("loading: ")
+    assert "missing tiles: " in texts(app) and not app.viewer.settled
+    coarse = seen(app)
+    stored.gate.set()
+    until_complete(app)
+    stats = app.viewer.painter.frame.stats
+    assert stats["complete"] and stats["certified_max_error_px"] <= 1.0
+    assert app.viewer.progress is None and app.viewer.tiles.note == ""
+    words = texts(app)
+    assert "complete" in words and "achieved" not in words
+    assert np.abs(seen(app) - coarse).max() > 20
+
+
+def test_it_is_flown_over_while_nothing_comes(shown):
+    app, _ = shown
+    controller, before = app.viewer.scene.controller, app.viewer.scene.controller.camera
+    app.key_down("w", "w")
+    for _ in range(5):
+        later(app, 0.1)
+    app.key_up("w")
+    assert controller.camera != before and np.isfinite(controller.height_above_ground_m)
+    assert app.viewer.pointer.place_under(240, 200) is not None
+    assert not app.viewer.painter.frame.stats["complete"]
+
+
+def test_what_a_store_cannot_do_is_told(shown, tmp_path, monkeypatch):
+    app, stored = shown
+    stored.gate.set()
+    until_complete(app)
+    viewer = app.viewer
+    monkeypatch.chdir(tmp_path)
+
+    def said(action):
+        viewer.window.message = ""
+        action()
+        return viewer.window.message
+
+    assert "cannot be sculpted" in said(lambda: app.press("b"))
+    assert "method sat" in said(lambda: app.press("f"))
+    assert "one method" in said(lambda: app.press("t"))
+    assert "none of the whole map" in said(lambda: app.press("u"))
+    assert "mesh of a store" in said(lambda: app.press("o"))
+    assert "keeps its scale" in said(lambda: viewer.exaggerate(2.0))
+    assert "keeps its scale" in said(lambda: viewer.set_spacing("3"))
+    assert "window of its own" in said(lambda: viewer.open("canyon"))
+    viewer.settings.change(triangles=1000, style="error", method="quadtree")
+    spec = viewer.scene.frame_spec().sides[0]
+    assert (spec.method, spec.triangles, spec.style) == ("sat", None, "promise")
+    until_complete(app)
+    assert viewer.painter.frame.stats["complete"]
+
+
+def test_patches_are_explained_and_pictures_wait_for_their_tiles(shown, tmp_path, monkeypatch):
+    app, stored = shown
+    stored.gate.set()
+    monkeypatch.chdir(tmp_path)
+    until_complete(app)
+    app.viewer.explainer.explain(240, 200)
+    assert app.viewer.explainer.explanation.bound_px <= 1.0
+    app.press("p")
+    while app.viewer.saver.shot:
+        later(app)
+    app.viewer.saver.join()
+    assert list(tmp_path.glob("*.png")) and '"complete": true' in next(tmp_path.glob("*.json")).read_text()
+    assert not app.viewer.scene.renderer.streaming.waits
+
+
+def test_a_window_with_a_map_opens_no_store(app, hills):
+    app.viewer.open(str(hills[1]))
+    assert "window of its own" in app.viewer.window.message
+
+
+def test_a_dropped_store_is_opened_by_a_new_window(hills):
+    opened = file_opener(str(hills[1]))(lambda share: None)
+    assert isinstance(opened.heightmap, StoredMap) and isinstance(opened.camera, Camera)
+
+
+# --- Huge rasters without a store -------------------------------------------------------------------------------------
+
+
+@pytest.fixture
+def raster(tmp_path, monkeypatch):
+    """A raster that counts as huge, of 400 × 300 posts."""
+    rasterio = pytest.importorskip("rasterio")
+    y, x = np.mgrid[0:300, 0:400]
+    transform = rasterio.transform.from_origin(0, 3000, 10.0, 10.0)
+    profile = {"driver": "GTiff", "height": 300, "width": 400, "count": 1, "dtype": "float32", "crs": "EPSG:32632"}
+    with rasterio.open(tmp_path / "huge.tif", "w", transform=transform, **profile) as file:
+        file.write((x + 0.5 * y).astype("f4"), 1)
+    monkeypatch.setattr("terrain_gl.size_limits.MAX_SIDE", 350)
+    monkeypatch.setattr(huge, "LONGEST", 100)
+    monkeypatch.chdir(tmp_path)
+    return "huge.tif"
+
+
+def test_a_huge_raster_is_sampled_and_a_store_is_offered(raster):
+    few, offer = huge.sample(raster, Reading())
+    assert few.heights.shape == (75, 100) and few.spacing_m == (40.0, 40.0)
+    assert few.range_m[0] < 5 and few.range_m[1] > 540
+    assert "400 x 300 posts" in offer and "terrain-gl build huge.tif -o huge.zarr" in offer and "\n" not in offer
+
+
+def test_the_window_shows_the_sample_and_says_so(raster, make_app):
+    app = make_app(with_map=False)
+    app.viewer.open(raster)
+    settle(app)
+    words = texts(app)
+    assert "preview" in words and "terrain-gl build huge.tif" in words and "nothing certified" in words
+    assert app.viewer.painter.frame.stats["certified_max_error_px"] is None
+    app.press("p")
+    assert "terrain-gl build" in app.viewer.window.message
+    app.viewer.loader.load("m", lambda progress: Opened(*_map(), key="m"))  # another map takes its place
+    settle(app)
+    assert not app.viewer.scene.is_preview and app.viewer.tiles.note == ""
+
+
+def _map():
+    heightmap = Heightmap(np.add.outer(np.sin(np.arange(65.0) / 5), np.zeros(65)), 10.0, "m")
+    return heightmap, Camera.default(heightmap)
+
+
+def test_other_commands_name_the_command_that_builds(raster, run):
+    status, _, err = run("shot", raster, "-o", "p.png")
+    assert status == 1 and err.count("\n") == 1 and "terrain-gl build huge.tif -o huge.zarr" in err
