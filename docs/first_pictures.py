@@ -2,7 +2,7 @@
 
 Run: TERRAIN_GL_DEM=FOLDER python docs/first_pictures.py [NAME...]
 
-The real maps lie in the folder; docs/maps.md has their sources. The others are made here.
+The real maps are in the folder; docs/maps.md has their sources. The other maps are made here.
 """
 
 import os
@@ -49,7 +49,7 @@ def game(folder):
 
 
 def voids(folder):
-    """Hills without data on their summits and steep slopes, as a radar leaves them."""
+    """Hills without data on their summits and steep slopes, as in radar data."""
     heights = (900 * land(900, 900, seed=11, recipe="alpine", relief_m=1200.0, spacing_m=20.0)).astype("f4")
     steep = np.hypot(*np.gradient(heights, 20.0))
     heights[(steep > np.percentile(steep, 92)) | (heights > np.percentile(heights, 91))] = np.nan

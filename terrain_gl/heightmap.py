@@ -65,7 +65,7 @@ class Heightmap:
     look : str
         How the land is coloured by default, one of `light.climate.NAMES`.
     of_earth : bool
-        False if a file tells nothing of its place, and has heights that no land on the Earth has.
+        False if the file gives no place, and has heights that do not exist on the Earth.
 
     Raises
     ------

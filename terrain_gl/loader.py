@@ -82,7 +82,7 @@ class Loader:
         return sorted(ready.items(), key=lambda item: (-item[0][0], item[0]))
 
     def put_back(self, key: PageKey, sums: Sums, is_news: bool) -> None:
-        """Return a page for the next `take`; `is_news`: it needs nothing but time."""
+        """Return a page for the next `take`; `is_news`: whether the next frame can place it at once."""
         with self._changed:
             self._ready[key] = sums
             self._has_news = self._has_news or is_news

@@ -56,7 +56,7 @@ class Streaming:
 
     @property
     def has_news(self) -> bool:
-        """Whether pages have come that the last view lacks."""
+        """Whether pages have been read that the last view lacked."""
         return not self._is_complete and self.loader.has_ready
 
     @property

@@ -205,7 +205,7 @@ def open_scene(
 def open_scene_or_sample(
     args: argparse.Namespace, name: str, progress: Callable[[float], None] | None = None
 ) -> tuple[Scene, str]:
-    """Open the scene; of a raster that needs a store a coarse sample, and a line that offers the store."""
+    """Open the scene. If a raster is too large for memory: a coarse sample of it, and a line that offers a store."""
     reading = Reading(How(args.trusted, args.band, args.raw), args.z_scale, args.z_offset, args.nodata, args.encoding)
     if not is_huge(name, reading):
         return open_scene(args, name, progress), ""

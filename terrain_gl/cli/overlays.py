@@ -15,22 +15,22 @@ PICTURES = (".tif", ".tiff", ".png", ".jpg", ".jpeg", ".jp2", ".webp", ".exr", "
 
 
 def add(command: Any) -> None:
-    """What is laid over the land."""
-    what = "over the land, by its coordinates: lines and points, GeoJSON; or a picture of the ground. May be repeated"
+    """Declare `--overlay`."""
+    what = "draw over the land: lines and points of a GeoJSON file, or a picture of the ground; may be repeated"
     command.add_argument("--overlay", metavar="FILE", action="append", default=[], help=what)
 
 
 def lay_pictures(args: argparse.Namespace) -> None:
-    """Take a picture among the overlays for the picture of the ground.
+    """If an overlay is a picture, use it as the picture of the ground.
 
     Raises
     ------
     UsageError
-        There are several, or a `--material`, too.
+        There is more than one picture, `--material` included.
     """
     pictures = [path for path in args.overlay if os.path.splitext(path)[1].lower() in PICTURES]
     if len(pictures) + (args.material is not None) > 1:
-        raise UsageError("--overlay: one picture of the ground at most, and not beside --material")
+        raise UsageError("--overlay: at most one picture of the ground, and not together with --material")
     args.overlay = [path for path in args.overlay if path not in pictures]
     args.material = pictures[0] if pictures else args.material
 
@@ -41,10 +41,10 @@ def of(args: argparse.Namespace, heightmap: Heightmap) -> tuple[Overlay, ...]:
     Raises
     ------
     TerrainError
-        A file that holds none, or coordinates that cannot be brought to the map.
+        A file has none, or its coordinates cannot be converted to the map's.
     UsageError
         The map is a store.
     """
     if args.overlay and isinstance(heightmap, StoredMap):
-        raise UsageError("--overlay: lines and points cannot be laid over a store yet")
+        raise UsageError("--overlay: lines and points cannot be drawn over a store yet")
     return tuple(read_overlay(path, heightmap) for path in args.overlay)

@@ -15,7 +15,7 @@ LONGEST = 1025  # posts along the longer side of a sample
 
 
 def is_huge(path: str | os.PathLike[str], reading: Reading) -> bool:
-    """Whether a file has more posts than a map in memory may have; False for what is no file."""
+    """Whether a file has more posts than a map in memory may have; False if the path is not a file."""
     if not os.path.isfile(path):
         return False
     raster = open_raster(path, reading.how)

@@ -24,7 +24,7 @@ _INSIDE = 1 / 8  # part of the map along each rim where no eye is placed, so tha
 _REACH = 1 / 8  # land that rises or falls is searched within this part of the map's longer side
 _READABLE = 0.07  # relief over extent at which a picture of the whole map shows the relief well
 _SOLID = 0.9  # least share of posts with data, in a block and its neighbours, for a place of the eye
-_STEEP = 0.12  # relief over extent of a map that the usual sun suits
+_STEEP = 0.12  # relief over extent from which on the sun has its usual height
 _LOWEST_SUN = 15.0  # degrees
 _FEW = 24  # posts a side of a small map, which the first view shows as a whole
 _LEAST_PART, _MOST_PART = 0.3, 0.75  # size of the part that the first view looks at, relative to the map
@@ -42,8 +42,8 @@ def standard_view(heightmap: Heightmap, name: str = "default", fov_deg: float = 
 def overview(heightmap: Heightmap, fov_deg: float = 45.0) -> Camera:
     """Look from the south over the part with the most relief; all of its heights are in the picture.
 
-    The flatter the map, the smaller this part, so that relief is visible. Of a map of few posts it is all. For a long
-    map, this is `Camera.default`.
+    The flatter the map, the smaller this part, so that relief is visible. A map of few posts is shown as a whole. For a
+    long map, this is `Camera.default`.
     """
     (east, north), (low_m, high_m) = heightmap.extent_m, heightmap.range_m
     if min(heightmap.rows, heightmap.cols) < 3 or max(east, north) > 3 * min(east, north):
@@ -65,9 +65,9 @@ def overview(heightmap: Heightmap, fov_deg: float = 45.0) -> Camera:
 
 
 def standard_sun(heightmap: Heightmap) -> tuple[float, float]:
-    """Azimuth and elevation of the sun in a first picture: from the side, and the lower the flatter the map is.
+    """Azimuth and elevation of the sun in a first picture. It is at the side; the flatter the map, the lower it is.
 
-    A low sun shows gentle land, as a raking light does; steep land would lie in the dark.
+    A low sun makes gentle relief visible; steep land would be in shadow.
     """
     low_m, high_m = heightmap.range_m
     relief = (high_m - low_m) / max(heightmap.extent_m)

@@ -19,7 +19,7 @@ from ..readers.georeference import DEGREES
 AUTO = "auto"
 _NATURAL, _EARTH, _GREY, _TINT, _VIRIDIS = range(5)  # glsl/shade/cover.glsl
 _EARTH_M = 6.3e6, 6.4e6  # semi-major axes
-ATLAS_M = 1000.0  # with posts this far apart, the colours are those of an atlas: woods and rocks are too small
+ATLAS_M = 1000.0  # with posts at least this far apart, the colours are those of an atlas: woods are too small
 LATITUDE_DEG = 46.0  # used if the latitude is not known: that of the Alps
 # Latitude, and heights in metres of the tree line and of the snow line in early summer: rough values of our own choice.
 _LATITUDES = 0, 20, 30, 40, 46, 52, 60, 70, 78, 90

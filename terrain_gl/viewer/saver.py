@@ -181,7 +181,7 @@ class Saver:
 
     @contextmanager
     def _waiting(self) -> Iterator[None]:
-        """What is saved of a store waits for its tiles."""
+        """Let pictures of a store wait for its tiles while they are saved."""
         streaming = self._scene.renderer.streaming
         if streaming:
             streaming.waits = True

@@ -1,4 +1,4 @@
-"""The tiles of a store in the window: whether they are still coming, and what is told of those that are missing."""
+"""The tiles of a store in the window: whether they are still coming, and the message about missing ones."""
 
 from __future__ import annotations
 
@@ -8,7 +8,7 @@ from .scene import Scene
 
 
 class StoreTiles:
-    """What the window knows of the tiles of its map. A map in memory has none."""
+    """The state of the map's tiles, for the window. A map in memory has none."""
 
     def __init__(self, scene: Scene, painter: Painter) -> None:
         self._scene, self._painter = scene, painter
