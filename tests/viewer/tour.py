@@ -16,7 +16,7 @@ from pathlib import Path
 import numpy as np
 from screen import Screen, end_of
 
-from terrain_gl.files.maps import bundled
+from terrain_gl.files.maps import open_map
 from terrain_gl.image import write_image
 
 TELLING = Path(__file__).with_name("telling.py")
@@ -292,11 +292,15 @@ def take(map_path, size, shots, style="shaded"):
 
 
 def main(folder, map_path=""):
-    """The tour at each size."""
-    for size in SIZES:
-        shots = Path(folder) / f"{size[0]}x{size[1]}"
-        take(map_path or bundled()["canyon"].path, size, shots)
-        print(f"{shots}: {len(list(shots.glob('*.png')))} pictures")
+    """The tour at each size; by default over the land of a bundled map, in a file that is not that map's."""
+    with tempfile.TemporaryDirectory() as made:
+        if not map_path:
+            map_path = Path(made) / "land.npy"
+            np.save(map_path, open_map("canyon")[0].heights)
+        for size in SIZES:
+            shots = Path(folder) / f"{size[0]}x{size[1]}"
+            take(map_path, size, shots)
+            print(f"{shots}: {len(list(shots.glob('*.png')))} pictures")
 
 
 if __name__ == "__main__":
