@@ -20,7 +20,7 @@ class StoreTiles:
         return streaming is not None and streaming.is_loading
 
     def step(self) -> None:
-        """Have the picture drawn again if tiles have come that it lacks."""
+        """Let the picture be drawn again if tiles were read that it lacks."""
         streaming = self._scene.renderer.streaming
         if streaming and streaming.has_news:
             self._painter.forget()
@@ -37,7 +37,7 @@ class StoreTiles:
 
     @property
     def note(self) -> str:
-        """What the picture lacks for good, in one line; "" if it lacks nothing."""
+        """One line about tiles that cannot be loaded, or an offer to build a store; otherwise ""."""
         if not self._scene.has_map or self.are_coming:
             return ""
         if missing := self._missing:
@@ -50,7 +50,7 @@ class StoreTiles:
 
 
 def never_wait(renderer: Renderer) -> None:
-    """Have a window's renderer, and all that ask for heights of its map, take the tiles that are there."""
+    """Let a window's renderer, and all readers of its map's heights, use the loaded tiles without waiting."""
     if renderer.streaming:
         renderer.streaming.waits = False
         renderer.heightmap.heights = renderer.terrain.filled
