@@ -178,6 +178,16 @@ def test_pages_on_their_way_keep_the_limit_of_memory(hills):
     loader.release()
 
 
+def test_heights_of_resident_pages_keep_the_limit_of_memory(hills):
+    stored = StoredMap(hills[1])
+    stored.limit(8 << 20, 200 << 10)
+    with Renderer(stored, SIZE) as renderer:
+        stats = renderer.choose(standard_view(hills[0], "default"), 2.0)
+        assert renderer.terrain.filled.copies.nbytes <= 100 << 10
+        assert stats["gpu_bytes"]["heights"] + stats["gpu_bytes"]["sat"] <= 8 << 20
+        assert stats["tiles_resident"] <= renderer.terrain.slots < renderer.terrain.numbering.total
+
+
 # --- Flights ----------------------------------------------------------------------------------------------------------
 
 

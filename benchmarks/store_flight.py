@@ -1,0 +1,94 @@
+"""A flight over a store whose tiles come late: whether frames are even, and what is complete.
+
+    python benchmarks/store_flight.py [STORE [FRAMES [LATENCY_MS [WIDTHxHEIGHT]]]]     1000 frames, 200 ms, 320x180
+
+Without a store, one is built of the bundled canyon. Every read of a page waits for the latency. The tour around the map
+(terrain_gl/film/tour.py) is flown at 20 frames for each second of the tour's clock, without waiting for any tile.
+Prints the middle and the slowest of a thousand frame times, by the clock and by the processor time of the thread that
+draws; the share of complete frames, the most that is certified, and memory after a tenth of the frames and at the end.
+The first frames compile shaders, and do not count. With the option --still, nothing is ever read.
+"""
+
+from __future__ import annotations
+
+import resource
+import sys
+import tempfile
+import time
+from pathlib import Path
+
+import numpy as np
+
+import terrain_gl as tg
+from terrain_gl.files.maps import open_map
+from terrain_gl.film.tour import tour
+from terrain_gl.paged_map import Page, PageKey
+from terrain_gl.store import StoredMap, build
+
+FPS = 20.0
+WARM = 5  # frames that do not count
+
+
+class Late(StoredMap):
+    """A store whose pages come late."""
+
+    latency_s = 0.2
+
+    def page(self, key: PageKey) -> Page:
+        """Read a page, after a while."""
+        if key[0] < self.top:
+            time.sleep(self.latency_s)
+        return super().page(key)
+
+
+def main() -> int:
+    """Fly, and print what came of it."""
+    words = [word for word in sys.argv[1:] if word != "--still"]
+    store, frames, latency_ms, size = (*words, *("", "1000", "200", "320x180")[len(words) :])
+    with tempfile.TemporaryDirectory() as folder:
+        path = store or _canyon(folder)
+        stored = Late(path)
+        stored.latency_s = 1e9 if "--still" in sys.argv else float(latency_ms) / 1e3
+        width, height = map(int, size.split("x"))
+        fly(stored, int(frames), (width, height))
+    return 0
+
+
+def fly(stored: Late, count: int, size: tuple[int, int]) -> None:
+    """One flight, and its numbers."""
+    poses = [pose.camera for pose in tour(stored).poses(count)]
+    times, busy, complete, certified, memory = [], [], 0, [], []
+    with tg.Renderer(stored, size) as renderer:
+        assert renderer.streaming
+        renderer.streaming.waits = False
+        for number, camera in enumerate(poses):
+            renderer.streaming.clock = lambda number=number: number / FPS
+            started, worked = time.perf_counter(), time.thread_time()
+            stats = renderer.draw(camera, 1.0, style="lambert")
+            renderer.ctx.finish()
+            times.append(1e3 * (time.perf_counter() - started))
+            busy.append(1e3 * (time.thread_time() - worked))
+            time.sleep(max(0.0, 1 / FPS - times[-1] / 1e3))
+            complete += stats["complete"]
+            certified.append(stats["certified_max_error_px"])
+            if number in (count // 10, count - 1):
+                memory.append(resource.getrusage(resource.RUSAGE_SELF).ru_maxrss / 1024)
+    print(f"{stored.name}: {count} frames of {size[0]}x{size[1]}, {1e3 * stored.latency_s:g} ms a tile")
+    for name, each in (("clock ", times[WARM:]), ("thread", busy[WARM:])):
+        middle, slow = np.median(each), np.percentile(each, 99.9)
+        print(
+            f"{name} {middle:.1f} ms in the middle, {slow:.1f} ms the slowest of a thousand: {slow / middle:.2f} times"
+        )
+    print(f"tiles  {100 * complete / count:.1f} % of the frames complete, certified at most {max(certified):.2f} px")
+    print(f"memory at most {memory[0]:.0f} MiB after a tenth, {memory[-1]:.0f} MiB at the end")
+
+
+def _canyon(folder: str) -> Path:
+    heightmap, _ = open_map("canyon")
+    path = Path(folder) / "canyon.zarr"
+    build(heightmap.heights, path, spacing_m=heightmap.spacing_m, tile=64, shard=512)
+    return path
+
+
+if __name__ == "__main__":
+    sys.exit(main())
