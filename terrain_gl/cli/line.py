@@ -16,6 +16,7 @@ from ..files.maps import SCALES, find_bundled
 from ..files.views import standard_sun, standard_view
 from ..heightmap import Heightmap
 from ..options import RenderOptions
+from ..store import StoredMap
 from . import options
 
 _CAMERA = ("eye", "target", "fov_deg", "up")
@@ -31,7 +32,7 @@ def command_line(
     Parameters
     ----------
     heightmap
-        A map opened from a file.
+        A map opened from a file, or a store.
     size
         Width and height of the picture in pixels.
     output
@@ -47,15 +48,16 @@ def command_line(
     UsageError
         The map was not opened from a file, or was edited since.
     """
-    if heightmap.opened is None:
+    if heightmap.opened is None and not isinstance(heightmap, StoredMap):
         raise UsageError(f"{heightmap.name} differs from its file: save it, and open that file")
-    told = dict(heightmap.opened)
+    seen = heightmap.coarse() if isinstance(heightmap, StoredMap) else heightmap
+    told = dict(heightmap.opened or {"path": heightmap.name})
     known = find_bundled(path := told.pop("path"))
     if known and all(told[name] in (getattr(known, name), (getattr(known, name),) * 2) for name in SCALES):
         path, start, sun = known.name, known.camera, known.sun
         told = {name: value for name, value in told.items() if name not in SCALES}
     else:
-        path, start, sun = os.path.abspath(path), standard_view(heightmap), standard_sun(heightmap)
+        path, start, sun = os.path.abspath(path), standard_view(seen), standard_sun(seen)
         usual = inspect.signature(Heightmap.open).parameters
         told = {name: value for name, value in told.items() if known or value != usual[name].default}
         if known:  # the line must replace the bundled map's own scales

@@ -72,10 +72,11 @@ def file_opener(path: str) -> Opener:
     def opened(progress: Progress) -> Opened:
         if is_store(path):
             stored = StoredMap(path)
-            return Opened(stored, standard_view(stored.coarse()), key=os.path.realpath(path))
+            seen = stored.coarse()
+            return Opened(stored, standard_view(seen), standard_sun(seen), key=os.path.realpath(path))
         if is_huge(path, Reading()):
             few, offer = sample(path, Reading())
-            return Opened(few, standard_view(few), key=os.path.realpath(path), offer=offer)
+            return Opened(few, standard_view(few), standard_sun(few), key=os.path.realpath(path), offer=offer)
         heightmap, known = open_map(path, progress=progress)
         if known:
             return Opened(heightmap, known.camera, known.sun, known.name)

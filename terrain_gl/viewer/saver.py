@@ -24,7 +24,7 @@ from ..steps import Steps, portion
 from .filming import Filming, film_suffix
 from .frame_budget import FrameBudget
 from .painter import Painter
-from .scene import FrameSpec, Scene
+from .scene import FrameSpec, Scene, of_store
 from .window_state import Size
 
 SIZES: dict[str, Size | None] = {
@@ -322,6 +322,7 @@ class Saver:
             return
         spec, settings = self._scene.frame_spec(SIZES[self.size]), self._scene.settings
         options = replace(settings.options, contour_m=spec.sides[settings.active].contour_m)
+        options = replace(options, **of_store(options)) if self._scene.is_paged else options
         try:
             line = self.line_of(self._scene.heightmap, spec.camera, spec.size, options)
         except TerrainError as error:

@@ -8,6 +8,7 @@ import pytest
 from viewers import later, seen, settle, swift, texts
 
 from terrain_gl.camera import Camera
+from terrain_gl.cli.line import command_line
 from terrain_gl.files import huge
 from terrain_gl.files.views import standard_view
 from terrain_gl.heightmap import Heightmap
@@ -114,6 +115,10 @@ def test_what_a_store_cannot_do_is_told(shown, tmp_path, monkeypatch):
     assert "keeps its scale" in said(lambda: viewer.exaggerate(2.0))
     assert "keeps its scale" in said(lambda: viewer.set_spacing("3"))
     assert "window of its own" in said(lambda: viewer.open("canyon"))
+    copied = []
+    viewer.saver.line_of, viewer.saver.on_copy = command_line, copied.append
+    assert "copied" in said(lambda: app.press("y"))
+    assert copied[0].startswith(f"terrain-gl shot {stored.name} ") and "--style lambert" in copied[0]
     viewer.settings.change(triangles=1000, style="error", method="quadtree")
     spec = viewer.scene.frame_spec().sides[0]
     assert (spec.method, spec.triangles, spec.style) == ("sat", None, "promise")
