@@ -25,8 +25,9 @@ from .terrain import Terrain
 
 FINE_LEVELS = 5  # one thread computes a node up to this level, or a block of this level in coarser nodes
 PORTION = 2**18  # posts that one step of `ErrorTables.build_steps` visits
-GATHERED_BYTES = 60  # glsl/error/coarse.glsl
-_BUFFERS = ("nodes", "ranges", "gains", "counters", "squares", "blocks")
+GATHERED_BYTES = 72  # glsl/error/coarse.glsl
+CUT_BYTES = 8  # of each edge
+_BUFFERS = ("nodes", "ranges", "gains", "counters", "squares", "blocks", "cuts")
 _BARRIER = moderngl.SHADER_STORAGE_BARRIER_BIT
 
 
@@ -46,6 +47,8 @@ class ErrorTables:
         table for each level, over tiles of nodes (`layout.Level.count_tile`).
     blocks
         What each block of posts contributes to its node of each coarse level (glsl/error/coarse.glsl). Edits need it.
+    cuts
+        How far each coarse node's edges may move when they are cut (glsl/error/cut.comp). Edits need it.
     """
 
     def __init__(self, terrain: Terrain, build: bool = True) -> None:
@@ -75,6 +78,7 @@ class ErrorTables:
             self.counters = reserve(tiles * layout.CLASS_WORDS * 4, "a table of counters")
             self.squares = reserve(tiles * 8, "a table of squared errors")
             self.blocks = reserve(blocks * GATHERED_BYTES, "a table of blocks")
+            self.cuts = reserve(4 * CUT_BYTES * max(1, sum(level.nodes for level in coarse)), "a table of edges")
             made.pop_all()
 
     @property
@@ -174,12 +178,15 @@ class ErrorTables:
             self._run("fine", (-(-width // 8), -(-height // 8)), place)
             return
         gathering = self.ctx.buffer(bytes(width * height * GATHERED_BYTES))
-        bind("error/join.comp", Blocks=self.blocks, Gathering=gathering)
+        moved = self.ctx.buffer(bytes(width * height * 4))
+        bind("error/join.comp", Blocks=self.blocks, Gathering=gathering, Cuts=self.cuts, Moved=moved)
         blocks = 1 << j - FINE_LEVELS
+        self._run("cut", (-(-4 * width * height // 64), 1), place)
         self._run("gather", (-(-width * blocks // 8), -(-height * blocks // 8)), place | {"u_posts": posts})
         self._run("join", (-(-width // 8), -(-height * blocks // 8)), place)
         self._run("settle", (-(-width * height // 64), 1), place)
         gathering.release()
+        moved.release()
 
     def _update_tables(self, j: int, posts: Rect) -> None:
         """Recount a level's tiles that changed, and update the sums."""

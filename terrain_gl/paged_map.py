@@ -24,7 +24,7 @@ class Page(NamedTuple):
     heights
         (rows + 1, cols + 1) float32 metres at the corners of its nodes.
     errors
-        (2, rows, cols) uint32: the first words of the nodes' records; empty for level 0.
+        (1, rows, cols) uint32: the first word of the nodes' records; empty for level 0.
     ranges
         (2, rows, cols) uint16: lowest and highest height of the nodes; empty for level 0.
     """

@@ -136,3 +136,21 @@ def test_triangles_stay_in_a_cell_of_their_patch(ctx, scene, view):
         cell = np.round(64 * 2.0 ** corners["step_log2"][:, 0]).astype(int)[:, None]
         places = in_units(corners["post"])
         assert (places.max(1) <= (places.min(1) // cell + 1) * cell).all()
+
+
+@pytest.mark.parametrize("view", ["default", "wide"])
+def test_triangles_touch_new_vertices_of_one_edge_alone(ctx, scene, view):
+    """What the bound of cut edges supposes. New vertices stand on a patch's edge, off the lattice of its cells."""
+    camera, many = cameras(scene.heightmap, scene.size)[view], 0
+    for tolerance in TOLERANCES:
+        corners = corners_with_patches(scene, scene.select(camera, tolerance, cull=False))
+        cell = np.round(64 * 2.0 ** corners["step_log2"]).astype(int)
+        places, low, high = in_units(corners["post"]), 64 * corners["low"].astype(int), 64 * corners["high"].astype(int)
+        rim = 64 * np.array(scene.terrain.all_posts[2:])
+        off = (places % cell[..., None] != 0) & (places != rim)  # the lattice, along columns and along rows
+        on = [places[..., 0] == low[..., 0], places[..., 1] == low[..., 1]]
+        on += [places[..., 0] == high[..., 0], places[..., 1] == high[..., 1]]  # west, north, east, south
+        new = np.stack([on[side] & off[..., 1 - side % 2] for side in range(4)], -1).any(1)  # (triangles, sides)
+        assert (new.sum(1) <= 1).all()
+        many += int(new.any(1).sum())
+    assert many > 20 or scene.heightmap.range_m[1] < 10

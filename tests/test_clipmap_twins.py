@@ -143,9 +143,9 @@ LOOK = """block = Block(ivec2(b.xy), int(b.z), int(b.w));
     int depth = int(a.z);
     ivec2 low = low_of(depth, ivec2(a.xy)), end = low + (1 << side_log2_at(depth));
     if (is_nothing(low, end)) return vec4(-1.0);
-    int coarsest = min(min(side_log2_at(depth), block.unit_log2), u_top_level);
+    int coarsest = min(min(side_log2_at(depth), u_ring[block.ring].level), u_top_level);
     Projection p = project_square(low, side_log2_at(depth));
-    bool may = depth == 3 || !meets_finer_ring(low, end);
+    bool may = depth == 3 || fits_finer_ring(low, end);
     return vec4(may ? next_step(low, side_log2_at(depth), block.ring, coarsest, p) : NO_STEP);"""
 
 
@@ -174,7 +174,7 @@ def test_squares_are_joined_as_the_reference_joins_them(ctx, scene, view):
             leaf = got >= 0
             assert np.array_equal((words & 63)[leaf] - 16, expected[..., 1][leaf])
             seen |= set(got.ravel().tolist())
-    assert {-1, 0} < seen
+    assert -1 in seen and len(seen & {0, 1, 2, 3}) > 1
     watched.release()
 
 
@@ -192,27 +192,6 @@ def test_edges_are_the_references(ctx, scene, view):
         assert patches.edges_log2[i].tolist() == expected
         unequal += expected != [leaf.side_log2 - leaf.step_log2] * 4
     assert unequal > 5
-
-
-def test_strips_are_the_references(ctx, scene):
-    """What the tables say of the row of cells along a side, and how far the new vertices of the edge move."""
-    levels, last, n = class_levels(scene), scene.terrain.all_posts[2:], 300
-    step = RNG.integers(1, 4, n)
-    side_log2, edge = step + RNG.integers(0, 4, n), RNG.integers(0, step)
-    low, side = RNG.integers(0, 80, (n, 2)) >> step[:, None] << step[:, None], RNG.integers(0, 4, n)
-    statement = """Leaf leaf = Leaf(leaf_word(0, int(a.w)), ivec2(a.xy), int(a.z), 0);
-    bool is_one = is_strip(strip_of(leaf, int(b.x)), int(a.w), int(b.y));
-    return vec4(strip_error_m(leaf, int(b.x), int(b.y)), is_one, edge_move_m(leaf, int(b.x), int(b.y)), 0.0);"""
-    asked = np.column_stack([low, side_log2, step])
-    sides = np.column_stack([side, edge, edge, edge])
-    got = ask(ctx, "rings/strip.glsl", statement, asked, sides, bind=lambda kernel: scene.levels._bind())
-    on_map = (got[:, 1] > 0) & (low < last).all(1)
-    heights = scene.terrain.filled.astype("f8")
-    for k in np.flatnonzero(on_map):
-        leaf = clipmap.Leaf((int(low[k, 0]), int(low[k, 1])), int(side_log2[k]), int(step[k]))
-        expected = clipmap.strip_error(levels, leaf, int(side[k]), heights, 1 << int(edge[k]))
-        assert got[k, 0] == pytest.approx(expected, rel=1e-4, abs=1e-4)
-    assert on_map.sum() > 100 and (got[on_map, 2] > 1).sum() > 50
 
 
 @settings(max_examples=20)

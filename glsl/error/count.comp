@@ -17,11 +17,11 @@ uniform int u_first_square;
 uniform ivec2 u_first;  // first tile; then columns and rows of tiles
 uniform ivec2 u_count;
 
-// Largest error of a node as a quad, and the sum of its squared errors in units of span². A cell of the map, level 0, has
+// Largest error of a node as a cell of a patch, whatever edges of it are cut, and the sum of its squared errors in units of span². A cell of the map, level 0, has
 // errors only between its posts: at most |t|/4, and |t|/8 in the root mean square (t is its twist).
 float node_max_m(ivec2 at) {
     if (u_which_level == 0) return is_hole(at) ? 0.0 : 0.25 * abs(twist_m(at)) * (1.0 + exp2(-20.0));
-    return unpack_pair(node[node_index(u_which_level, at)].max_m).x;
+    return unpack_pair(node[node_index(u_which_level, at)].cut_m).x;
 }
 
 float node_squares(ivec2 at) {
@@ -29,7 +29,7 @@ float node_squares(ivec2 at) {
         float t = is_hole(at) ? 0.0 : twist_m(at) / u_span_m;
         return t * t / 64.0;
     }
-    float rms_m = texels_rms_m(node[node_index(u_which_level, at)]).x;
+    float rms_m = unpack_pair(node[node_index(u_which_level, at)].cut_m).y;
     return rms_m / u_span_m * (rms_m / u_span_m) * own_posts(u_which_level, at);
 }
 

@@ -9,9 +9,10 @@ void main() {
     if (any(greaterThanEqual(ivec2(gl_GlobalInvocationID.xy), u_count))) return;
     ivec2 at = u_first + ivec2(gl_GlobalInvocationID.xy);
     Node n = node_at(u_which_level, at);
+    CutEdges c = cut_edges_m(n);
     Worst w = worst_of_nothing();
     for (int y = n.low.y; y <= n.high.y; y++)
-        for (int x = n.low.x; x <= n.high.x; x++) gather_post(w, n, ivec2(x, y));
-    gather_cells(w, n, n.low, n.high);
+        for (int x = n.low.x; x <= n.high.x; x++) gather_post(w, n, c, ivec2(x, y));
+    gather_cells(w, n, c, n.low, n.high);
     settle_node(at, n, w);
 }

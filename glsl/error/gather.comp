@@ -21,6 +21,16 @@ bool moves(Node n) {
     return false;
 }
 
+CutEdges read_cuts(ivec2 at) {
+    CutEdges c;
+    for (int side = 0; side < 4; side++) {
+        vec2 edge = cut_edge[cut_index(at) + side];
+        c.above_m[side] = edge.x;
+        c.below_m[side] = edge.y;
+    }
+    return c;
+}
+
 void main() {
     ivec2 thread = ivec2(gl_GlobalInvocationID.xy), in_node = thread % blocks_in_node();
     ivec2 at = u_first + thread / blocks_in_node(), block = at * blocks_in_node() + in_node;
@@ -29,15 +39,18 @@ void main() {
     Node n = node_at(u_which_level, at);
     ivec2 low = block * BLOCK, end = min(low + BLOCK, n.high);
     end += ivec2(equal(end, n.high));  // the far edge
-    if (!holds(low, min(low + BLOCK, n.high)) && !moves(n)) return;
+    bool has_changed = has_moved[(at.y - u_first.y) * u_count.x + at.x - u_first.x] != 0u || moves(n);
+    if (!has_changed && !holds(low, min(low + BLOCK, n.high))) return;
+    CutEdges c = read_cuts(at);
 
     Worst w = worst_of_nothing();
     for (int y = low.y; y < end.y; y++)
-        for (int x = low.x; x < end.x; x++) gather_post(w, n, ivec2(x, y));
-    gather_cells(w, n, low, min(low + BLOCK, n.high));
+        for (int x = low.x; x < end.x; x++) gather_post(w, n, c, ivec2(x, y));
+    gather_cells(w, n, c, low, min(low + BLOCK, n.high));
     uvec2 max_m = floatBitsToUint(w.max_m);
-    uvec2 q = square_up(w.squares.x / u_span_m / u_span_m), f = square_up(w.squares.y / u_span_m / u_span_m);
-    Gathered g = Gathered(max_m.x, max_m.y, uint[4](q.x, q.y, f.x, f.y), w.voids, NO_ERRORS, NO_ERRORS);
+    vec3 share = w.squares / u_span_m / u_span_m;
+    uvec2 q = square_up(share.x), f = square_up(share.y), c2 = square_up(share.z);
+    Gathered g = Gathered(max_m.x, max_m.y, floatBitsToUint(w.cut_m), uint[6](q.x, q.y, f.x, f.y, c2.x, c2.y), w.voids, NO_ERRORS, NO_ERRORS);
     for (int wedge = 0; wedge < 4; wedge++) {
         g.whole[wedge] = floatBitsToUint(w.whole_m[wedge]);
         g.split[wedge] = floatBitsToUint(w.split_m[wedge]);

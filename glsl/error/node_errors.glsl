@@ -7,8 +7,8 @@
 //     │  ╱╲  │                     │  ╱   │   ╲  │        a post has two errors, in the wedge that contains it.
 //    0,2 ──── 2,2                 0,2 ── 1,2 ── 2,2
 //
-// Provides Node, node_at(), quad_error_m(), fan_errors_m(); is_square(), twist_m(), kinks_m() for places between posts.
-// Python twins: reference.node_errors, reference.twists, reference.kinks
+// Provides Node, node_at(), quad_errors_m(), fan_errors_m(), CutEdges, cut_edges_m(), cut_error_m(); is_square(), twist_m(), kinks_m() for places between posts.
+// Python twins: reference.node_errors, reference.cut_errors, reference.twists, reference.kinks
 
 #include "blocks/terrain.glsl"
 
@@ -45,7 +45,8 @@ Node node_at(int level, ivec2 at) {
 
 // The functions below select numbers by the triangle of a post, and have no branches, so that neighbouring threads do not diverge.
 
-float quad_error_m(Node n, ivec2 post, float h) {
+// Drawn minus true height: of the lower and of the higher diagonal.
+vec2 quad_errors_m(Node n, ivec2 post, float h) {
     vec2 t = vec2(post - n.low) * n.per_side;
     float h00 = n.h[0][0], h10 = n.h[0][2], h01 = n.h[2][0], h11 = n.h[2][2];
     vec2 falling = t.x >= t.y ? vec2(h10 - h00, h11 - h10) : vec2(h11 - h01, h01 - h00);
@@ -53,7 +54,7 @@ float quad_error_m(Node n, ivec2 post, float h) {
     vec2 rising = is_north ? vec2(h10 - h00, h01 - h00) : vec2(h01 - h11, h10 - h11), u = is_north ? t : 1.0 - t;
     float by_falling = h00 + (falling.x * t.x + falling.y * t.y);
     float by_rising = (is_north ? h00 : h11) + rising.x * u.x + rising.y * u.y;
-    return max(abs(by_falling - h), abs(by_rising - h));
+    return vec2(min(by_falling, by_rising), max(by_falling, by_rising)) - h;
 }
 
 // Height in the wedge between the centre and one edge; w is the centre's weight. a, m and b are the heights at one end, the
@@ -65,7 +66,7 @@ vec2 wedge_errors_m(Node n, int axis, vec3 edge, float w, float d, float h) {
     bool is_first = d <= 0.0;  // half of the edge
     float from = v * (is_first ? a : m), rise = is_first ? m - a : b - m;
     float halves = above + (from + rise * (is_first ? u : d) * (is_first ? n.per_before : n.per_after)[axis]);
-    return abs(vec2(whole, halves));
+    return vec2(whole, halves);
 }
 
 #define WEST 0  // wedges, in gl_TessLevelOuter's order
@@ -73,8 +74,8 @@ vec2 wedge_errors_m(Node n, int axis, vec3 edge, float w, float d, float h) {
 #define EAST 2
 #define SOUTH 3
 
-// The errors with the edge of the post's wedge whole, and with it split.
-vec2 fan_errors_m(Node n, ivec2 post, float h, out int wedge) {
+// Drawn minus true height with the edge of the post's wedge whole, and with it split. `weight` is the centre's.
+vec2 fan_errors_m(Node n, ivec2 post, float h, out int wedge, out float weight) {
     vec2 d = vec2(post - n.mid);
     bvec2 is_low = lessThanEqual(d, vec2(0.0));  // west, north of the centre
     vec2 w = 1.0 + mix(-d * n.per_after, d * n.per_before, is_low);
@@ -83,7 +84,49 @@ vec2 fan_errors_m(Node n, ivec2 post, float h, out int wedge) {
     vec3 edge = is_row ? (is_low.y ? n.h[0] : n.h[2]) : (is_low.x ? west : east);
     wedge = is_row ? (is_low.y ? NORTH : SOUTH) : (is_low.x ? WEST : EAST);
     int axis = is_row ? 0 : 1;
-    return wedge_errors_m(n, axis, edge, min(w.x, w.y), d[axis], h);
+    weight = min(w.x, w.y);
+    return wedge_errors_m(n, axis, edge, weight, d[axis], h);
+}
+
+// A finer neighbour cuts an edge: it gets more vertices, which are posts. They lie above and below the straight line between
+// the node's corners by so much at most, for each side.
+struct CutEdges { vec4 above_m, below_m; };
+
+vec2 cut_edge_m(Node n, int side) {
+    int axis = side == WEST || side == EAST ? 1 : 0, posts = n.high[axis] - n.low[axis];
+    ivec2 post = n.low, end = n.high;
+    post[1 - axis] = end[1 - axis] = (side == WEST || side == NORTH ? n.low : n.high)[1 - axis];
+    float from = height_m(post) - n.base_m, rise = (height_m(end) - n.base_m - from) * n.per_side[axis];
+    vec2 most = vec2(0.0);
+    for (int i = 1; i < posts; i++) {
+        post[axis]++;
+        float above = height_m(post) - n.base_m - from - rise * float(i);
+        most = max(most, vec2(above, -above));
+    }
+    return most * (1.0 + exp2(-20.0)) + n.rounding_m;
+}
+
+CutEdges cut_edges_m(Node n) {
+    CutEdges c;
+    for (int side = 0; side < 4; side++) {
+        vec2 move = cut_edge_m(n, side);
+        c.above_m[side] = move.x;
+        c.below_m[side] = move.y;
+    }
+    return c;
+}
+
+float largest_of(vec4 v) { return max(max(v.x, v.y), max(v.z, v.w)); }
+
+// The error of a cell of a patch with any of its edges cut, in any triangulation (docs/guarantee.md, section 4). With its new
+// vertices on the straight lines, the drawing lies between both diagonals, or is a fan if the patch is a single cell. Vertices
+// of one edge at most take part in a triangle; together they weigh 1 on their edge and 0 on the opposite side.
+float cut_error_m(Node n, CutEdges c, ivec2 post, vec2 quad, float fan, int wedge, float weight) {
+    vec2 t = vec2(post - n.low) * n.per_side;
+    vec4 of_edge = vec4(1.0 - t, t);  // west, north, east, south
+    float above = max(quad.y + largest_of(of_edge * c.above_m), fan + (1.0 - weight) * c.above_m[wedge]);
+    float below = max(largest_of(of_edge * c.below_m) - quad.x, (1.0 - weight) * c.below_m[wedge] - fan);
+    return max(above, below);
 }
 
 // Whether diagonals run through posts: not if the map's rim cuts the node off.

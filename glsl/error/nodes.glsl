@@ -18,7 +18,8 @@
 #define HAS_VOIDS 0x8000u
 
 struct PackedNode {
-    uint max_m, rms_m;  // half floats: quad low, fan high; rms_m may have HAS_VOIDS
+    uint cut_m;         // half floats, of a cell of a patch, whatever edges of it are cut: largest error low, root mean square high
+    uint rms_m, max_m;  // half floats: quad low, fan high; rms_m may have HAS_VOIDS
     uint whole, split;  // errors of the fan's wedges W, N, E, S, edge whole or split: one byte each, relative to the fan's max_m
 };
 

@@ -1,7 +1,7 @@
 // error/worst.glsl — collect the errors of a node's posts, then write its record and its gain.
 //   The order of the sum of squares depends on the node alone, so an edit gives the same bits as a rebuild.
 // Provides Worst, worst_of_nothing(), gather_post(), settle_node().
-// Python twins: reference.node_errors, reference.wedge_errors
+// Python twins: reference.node_errors, reference.cut_errors, reference.wedge_errors
 
 #include "error/nodes.glsl"
 #include "error/node_errors.glsl"
@@ -16,58 +16,66 @@ uniform ivec2 u_count;
 
 struct Worst {
     vec2 max_m;    // quad, fan
-    vec2 squares;  // quad, fan
+    float cut_m;   // of a cell of a patch, with any edges cut
+    vec3 squares;  // quad, fan, cell of a patch
     uint voids;
     vec4 whole_m, split_m;  // errors of the fan's wedges with whole and with split edges
 };
 
-Worst worst_of_nothing() { return Worst(vec2(0.0), vec2(0.0), 0u, vec4(0.0), vec4(0.0)); }
+Worst worst_of_nothing() { return Worst(vec2(0.0), 0.0, vec3(0.0), 0u, vec4(0.0), vec4(0.0)); }
 
 // Posts on the south and east edges belong to the neighbours, except on the map's rim.
 bool is_own(Node n, ivec2 post) {
     return all(lessThan(post, n.high + ivec2(equal(n.high, u_last_post))));
 }
 
-void gather_post(inout Worst w, Node n, ivec2 post) {
+float raised(Node n, float e) { return e * (1.0 + exp2(-20.0)) + n.rounding_m; }  // by what floats may have lost
+
+void gather_post(inout Worst w, Node n, CutEdges c, ivec2 post) {
     if (is_void(post)) {
         w.voids = 1u;
         return;
     }
-    float h = height_m(post) - n.base_m;
+    float h = height_m(post) - n.base_m, weight;
     int wedge;
-    vec2 fan = fan_errors_m(n, post, h, wedge) * (1.0 + exp2(-20.0)) + n.rounding_m;
-    vec2 e = vec2(quad_error_m(n, post, h) * (1.0 + exp2(-20.0)) + n.rounding_m, max(fan.x, fan.y));
+    vec2 quad = quad_errors_m(n, post, h), fan = fan_errors_m(n, post, h, wedge, weight);
+    vec2 e = vec2(raised(n, max(-quad.x, quad.y)), raised(n, max(abs(fan.x), abs(fan.y))));
     w.max_m = max(w.max_m, e);
-    w.whole_m[wedge] = max(w.whole_m[wedge], fan.x);
-    w.split_m[wedge] = max(w.split_m[wedge], fan.y);
-    if (is_own(n, post)) w.squares += e * e;
+    float cut = raised(n, cut_error_m(n, c, post, quad, fan.x, wedge, weight));
+    w.cut_m = max(w.cut_m, cut);
+    w.whole_m[wedge] = max(w.whole_m[wedge], raised(n, abs(fan.x)));
+    w.split_m[wedge] = max(w.split_m[wedge], raised(n, abs(fan.y)));
+    if (is_own(n, post)) w.squares += vec3(e * e, cut * cut);
 }
 
 // Errors between posts: docs/guarantee.md, section 1. If one triangle covers a cell, its error is largest at a post. If an
 // edge crosses the cell, the twist t of its posts adds at most |t|/4, and |t|/sqrt(90) in the root mean square. Edges run
 // along the diagonals of a square node. In a node that the map's rim cuts off they may cross any cell, and add kink_m.
-void gather_cell(inout Worst w, Node n, ivec2 cell, vec2 kink_m) {
+void gather_cell(inout Worst w, Node n, CutEdges c, ivec2 cell, vec2 kink_m) {
     if (is_hole(cell)) return;
     vec2 worst = vec2(0.0), fan_worst = vec2(0.0);
+    float cut = 0.0;
     bvec4 wedges = bvec4(false);
     for (int i = 0; i < 4; i++) {
         ivec2 post = cell + ivec2(i & 1, i >> 1);
-        float h = height_m(post) - n.base_m;
+        float h = height_m(post) - n.base_m, weight;
         int wedge;
-        vec2 fan = fan_errors_m(n, post, h, wedge);
+        vec2 quad = quad_errors_m(n, post, h), fan = fan_errors_m(n, post, h, wedge, weight);
         wedges[wedge] = true;
-        fan_worst = max(fan_worst, fan);
-        worst = max(worst, vec2(quad_error_m(n, post, h), max(fan.x, fan.y)));
+        cut = max(cut, cut_error_m(n, c, post, quad, fan.x, wedge, weight));
+        fan_worst = max(fan_worst, abs(fan));
+        worst = max(worst, vec2(max(-quad.x, quad.y), max(abs(fan.x), abs(fan.y))));
     }
     float twist = abs(twist_m(cell));
-    vec2 bend = 0.25 * twist + kink_m, e = (worst + bend) * (1.0 + exp2(-20.0)) + n.rounding_m;
-    w.max_m = max(w.max_m, e);
+    vec2 bend = 0.25 * twist + kink_m;
+    w.max_m = max(w.max_m, vec2(raised(n, worst.x + bend.x), raised(n, worst.y + bend.y)));
+    w.cut_m = max(w.cut_m, raised(n, cut + max(bend.x, bend.y)));
     for (int wedge = 0; wedge < 4; wedge++) if (wedges[wedge]) {
-        w.whole_m[wedge] = max(w.whole_m[wedge], (fan_worst.x + bend.y) * (1.0 + exp2(-20.0)) + n.rounding_m);
-        w.split_m[wedge] = max(w.split_m[wedge], (fan_worst.y + bend.y) * (1.0 + exp2(-20.0)) + n.rounding_m);
+        w.whole_m[wedge] = max(w.whole_m[wedge], raised(n, fan_worst.x + bend.y));
+        w.split_m[wedge] = max(w.split_m[wedge], raised(n, fan_worst.y + bend.y));
     }
-    vec2 mean = vec2(twist * 0.10541) + kink_m;
-    w.squares += mean * (2.0 * worst + mean);
+    vec3 mean = twist * 0.10541 + vec3(kink_m, max(kink_m.x, kink_m.y));
+    w.squares += mean * (2.0 * vec3(worst, cut) + mean);
 }
 
 bool is_crossed(Node n, ivec2 cell) {
@@ -76,11 +84,11 @@ bool is_crossed(Node n, ivec2 cell) {
 }
 
 // All cells of the node from post `low` up to post `end`.
-void gather_cells(inout Worst w, Node n, ivec2 low, ivec2 end) {
+void gather_cells(inout Worst w, Node n, CutEdges c, ivec2 low, ivec2 end) {
     vec2 kink = is_square(n) ? vec2(0.0) : kinks_m(n);
     for (int y = low.y; y < end.y; y++)
         for (int x = low.x; x < end.x; x++)
-            if (is_crossed(n, ivec2(x, y))) gather_cell(w, n, ivec2(x, y), kink);
+            if (is_crossed(n, ivec2(x, y))) gather_cell(w, n, c, ivec2(x, y), kink);
 }
 
 vec2 range_of_posts(Node n) {
@@ -107,9 +115,10 @@ float cell_square_m2(ivec2 cell) {
 void settle_node(ivec2 at, Node n, Worst w) {
     ivec2 own = n.high - n.low + ivec2(equal(n.high, u_last_post));
     // a thread adds up to 33 × 33 squares in floats: each addition may lose 2^-24 of the sum
-    vec2 rms_m = sqrt(w.squares / (float(own.x) * float(own.y))) * (1.0 + exp2(-14.0));
+    vec3 rms_m = sqrt(w.squares / (float(own.x) * float(own.y))) * (1.0 + exp2(-14.0));
     uint has_voids = w.voids != 0u ? HAS_VOIDS : 0u;
-    PackedNode settled = PackedNode(pack_pair(w.max_m), pack_pair(min(rms_m, w.max_m)) | has_voids, 0u, 0u);
+    uint rms = pack_pair(min(rms_m.xy, w.max_m)) | has_voids, cut = pack_pair(vec2(w.cut_m, min(rms_m.z, w.cut_m)));
+    PackedNode settled = PackedNode(cut, rms, pack_pair(w.max_m), 0u, 0u);
     uint heights = 0xffffu;
     ivec2 last = min(2 * at + 1, u_level[u_which_level - 1].size - 1), parts = last + 1 - 2 * at;
     float parts_m2 = 0.0, nested_gain = 0.0;

@@ -4,7 +4,6 @@
 #include "rings/leaf.glsl"
 #include "rings/lists.glsl"
 #include "rings/edges.glsl"
-#include "rings/strip.glsl"
 #include "rings/shapes.glsl"
 
 layout(local_size_x = LEAF_GROUP) in;
@@ -15,17 +14,33 @@ int segments_on_map(int from, int last, int side_log2, int step_log2) {
     return step_log2 >= 0 ? posts + (1 << step_log2) - 1 >> step_log2 : posts << -step_log2;
 }
 
+int edge_segments(Leaf leaf, int side, int step_log2) {
+    int axis = axis_of(side);
+    return segments_on_map(leaf.origin[axis], u_last_post[axis], leaf.side_log2, step_log2);
+}
+
+// A single cell with a cut edge is a fan: a triangle for every segment of its edges. Where the map ends before the fan's
+// middle, the middle is on the rim, and that edge has none.
+int triangles_of_fan(Leaf leaf, ivec4 edge_steps_log2) {
+    ivec2 mid = leaf.origin + (1 << leaf.side_log2 - 1);
+    int triangles = 0;
+    for (int side = 0; side < 4; side++) {
+        int across = 1 - axis_of(side);
+        bool is_flat = is_far(side) ? mid[across] >= u_last_post[across] : mid[across] <= 0;
+        triangles += is_flat ? 0 : edge_segments(leaf, side, edge_steps_log2[side]);
+    }
+    return triangles;
+}
+
 // Triangles with an area: every cell has two, and each additional segment of an edge makes one more.
 int triangles_of(Leaf leaf, int step_log2, ivec4 edge_steps_log2) {
-    int x = segments_on_map(leaf.origin.x, u_last_post.x, leaf.side_log2, step_log2);
-    int y = segments_on_map(leaf.origin.y, u_last_post.y, leaf.side_log2, step_log2), triangles = 2 * x * y;
-    for (int side = 0; side < 4; side++) {
-        int axis = side == WEST || side == EAST ? 1 : 0;
-        int edge = segments_on_map(leaf.origin[axis], u_last_post[axis], leaf.side_log2, edge_steps_log2[side]);
-        triangles += edge - (axis == 1 ? y : x);
-    }
-    bool fan = leaf.side_log2 == step_log2 && any(lessThan(edge_steps_log2, ivec4(step_log2)));
-    return fan ? triangles + 2 : triangles;
+    bool is_cut = any(lessThan(edge_steps_log2, ivec4(step_log2)));
+    if (is_cut && leaf.side_log2 == step_log2 && step_log2 > 0) return triangles_of_fan(leaf, edge_steps_log2);
+    ivec2 cells = ivec2(edge_segments(leaf, NORTH, step_log2), edge_segments(leaf, WEST, step_log2));
+    int triangles = 2 * cells.x * cells.y;
+    for (int side = 0; side < 4; side++)
+        triangles += edge_segments(leaf, side, edge_steps_log2[side]) - cells[axis_of(side)];
+    return is_cut && leaf.side_log2 == step_log2 ? triangles + 2 : triangles;
 }
 
 void main() {
@@ -40,7 +55,7 @@ void main() {
     int step_log2 = step_log2_of(word);
     ivec4 steps;
     for (int side = 0; side < 4; side++) steps[side] = edge_step_log2(leaf, side);
-    uint px = floatBitsToUint(leaf_px(leaf, steps, project_square(leaf.origin, leaf.side_log2)));
+    uint px = floatBitsToUint(leaf_px(leaf, project_square(leaf.origin, leaf.side_log2)));
     shape[id] = uvec2(shape_word(leaf.side_log2, step_log2, min(leaf.side_log2 - steps, MOST_SEGMENTS_LOG2)), px);
     atomicAdd(s_offset[(leaf.side_log2 - step_log2) * u_most_blocks + id / UNITS], 1u);
     atomicAdd(s_count[leaf.side_log2 - step_log2], 1u);

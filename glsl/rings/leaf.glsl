@@ -1,5 +1,5 @@
 // rings/leaf.glsl — a leaf's box in the view, and the largest error in metres that is within the tolerance there.
-// Provides range_of_square_m(), project_square(), error_within_m(), has_mean(), rms_of_box_m(), next_step().
+// Provides range_of_square_m(), project_square(), error_within_m(), has_mean(), rms_of_box_m(), next_step(), leaf_px().
 // Python twins: reference.clipmap.next_step, reference.clipmap.finest_step
 
 #include "rings/rings.glsl"
@@ -102,4 +102,13 @@ int next_step(ivec2 low, int side_log2, int ring, int coarsest, Projection p) {
     for (int step_log2 = coarsest; step_log2 >= finest; step_log2--)
         if (holds(low, low + (1 << side_log2), step_log2, p)) return step_log2;
     return NO_STEP;
+}
+
+// What the tables certify of a leaf, in pixels, in the metric asked for.
+float leaf_px(Leaf leaf, Projection p) {
+    if (p.outside) return 0.0;
+    ivec2 end = leaf.origin + (1 << leaf.side_log2);
+    int step_log2 = step_log2_of(leaf.word);
+    float max_m = largest_m(leaf.origin, end, step_log2);
+    return error_px(p, has_mean(p) ? min(rms_of_box_m(leaf.origin, end, step_log2), max_m) : max_m, max_m);
 }

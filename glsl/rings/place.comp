@@ -52,6 +52,5 @@ void main() {
     if (thread > 0) return;
     b_all.groups = uint(blocks + BLOCK_GROUP - 1) / uint(BLOCK_GROUP);
     s_unsettled = b_queue[u_settled & 7].count;
-    s_rounds = b_rounds;
     s_blocks = b_all.count;
 }

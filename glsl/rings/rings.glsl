@@ -51,8 +51,6 @@ layout(std430, binding = 0) buffer Blocks {
     Work b_all;       // blocks of all rounds; `count` may exceed u_most_blocks: then the view is chosen again
     Work b_leaves;    // all leaves: rings/count.comp
     Work b_queue[8];  // leaves that round r of rings/settle.comp handles, at index r modulo 8
-    uint b_rounds;    // the last round of rings/settle.comp that changed something, counted from 1
-    uint b_pad[3];
     Block b_block[];
 };
 // A word for each unit of each block: leaf, block, or nothing. There are two planes. Round r of rings/settle.comp reads plane

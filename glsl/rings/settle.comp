@@ -1,67 +1,22 @@
 // rings/settle.comp — a round of neighbours: leaves next to finer ones.
-//   A finer neighbour divides the common edge. Then the strip along the edge may have a larger error (rings/strip.glsl).
-//   If that is not within the tolerance, a large leaf is split in four, and the parts along the edge become finer; a small
-//   leaf becomes finer as a whole. A leaf is also split if the edge would need more than 64 segments.
-//   All threads read the leaves as the round before left them, so the order of threads does not matter. Leaves only become
-//   finer, so the rounds end. The first round visits all leaves; later rounds visit leaves that have changed and their
-//   neighbours.   One thread handles one leaf.
+//   A finer neighbour cuts the common edge. The bound of a leaf holds whatever edges are cut (error/node_errors.glsl), so most
+//   leaves stay as they are. But an edge has at most 64 segments: a leaf that would need more is split in four.
+//   All threads look at the leaves as the round before left them, so their order does not matter. Leaves only ever grow
+//   finer, so the rounds come to an end. The first round looks at all leaves, the next ones at those that have changed and
+//   at those along their edges.   One thread handles one leaf.
 
 #include "rings/leaf.glsl"
 #include "rings/lists.glsl"
 #include "rings/edges.glsl"
-#include "rings/strip.glsl"
 
 layout(local_size_x = LEAF_GROUP) in;
 
-uniform bool u_budget;  // no tolerance: only edges of more than 64 segments matter
+uniform bool u_budget;  // no tolerance: parts keep the spacing of the whole
 
-#define SPLIT 0x10000000u
-#ifndef SPLIT_FROM
-#define SPLIT_FROM 2  // log2 of segments a side: leaves with at least so many are split, smaller ones become finer as a whole
-#endif
-
-// Whether a leaf is within the tolerance with these edges. If a leaf of one segment has a finer edge, OpenGL draws it as a
-// fan around a vertex in its middle. The tables have no bound for that, except in a cell of the map, where the fan is
-// closer to the truth (|t|/16).
-bool keeps_tolerance(Leaf leaf, ivec4 edge_steps_log2, Projection p) {
-    int step_log2 = step_log2_of(leaf.word);
-    if (step_log2 <= 0) return true;
-    if (any(lessThan(edge_steps_log2, ivec4(step_log2))) && leaf.side_log2 == step_log2) return false;
-    if (u_budget) return true;
-    if (has_mean(p)) return leaf_px(leaf, edge_steps_log2, p) <= u_tolerance_px;
-    float within_m = error_within_m(p);
-    for (int side = 0; side < 4; side++) {
-        ivec4 strip = strip_of(leaf, side);
-        if (!is_strip(strip, step_log2, edge_steps_log2[side])) continue;
-        float left_m = within_m - edge_move_m(leaf, side, edge_steps_log2[side]);
-        if (left_m <= 0.0 || !is_within_m(strip.xy, strip.zw, step_log2, left_m)) return false;
-    }
-    return true;
-}
-
-// The leaf's word, with a finer spacing if necessary; with SPLIT if no spacing is enough.
-uint judge(Leaf leaf, int ring, bool can_split) {
-    int own = step_log2_of(leaf.word), finest = own, units_log2 = side_units_log2(leaf.word);
-    ivec4 edge;
-    for (int side = 0; side < 4; side++) finest = min(finest, edge[side] = edge_step_log2(leaf, side));
-    if (finest == own) return leaf.word;
-    if (leaf.side_log2 - finest > MOST_SEGMENTS_LOG2) return can_split ? leaf.word | SPLIT : leaf.word;
-    int level;
-    // only finer posts can reduce its error; but it must not be a fan
-    if (is_waiting(leaf.origin, leaf.side_log2, level) && own <= level)
-        return leaf.side_log2 == own && own > 0 ? leaf_word(units_log2, own - 1) : leaf.word;
-    Projection p = project_square(leaf.origin, leaf.side_log2);
-    Leaf now = leaf;
-    // of a leaf in parts, only those along the edge become finer
-    bool is_large = units_log2 > 0 && leaf.side_log2 - own >= SPLIT_FROM;
-    if (is_large && !u_budget && !keeps_tolerance(now, edge, p)) return leaf.word | SPLIT;
-    while (!keeps_tolerance(now, edge, p)) {
-        int step_log2 = step_log2_of(now.word) - 1;
-        if (!u_budget) step_log2 = next_step(leaf.origin, leaf.side_log2, ring, step_log2, p);
-        if (step_log2 == NO_STEP) return can_split ? leaf.word | SPLIT : leaf.word | IS_BROKEN;
-        now.word = leaf_word(units_log2, step_log2);
-    }
-    return now.word == leaf_word(units_log2, own) ? leaf.word : now.word;
+bool has_long_edge(Leaf leaf) {
+    int finest = step_log2_of(leaf.word);
+    for (int side = 0; side < 4; side++) finest = min(finest, edge_step_log2(leaf, side));
+    return leaf.side_log2 - finest > MOST_SEGMENTS_LOG2;
 }
 
 void write_square(int id, int units_log2, uint word) {
@@ -139,11 +94,11 @@ void main() {
     Block b = b_block[id / UNITS];
     Leaf leaf = leaf_at(b, id, word);
     near_ring = b.ring;
-    uint verdict = judge(leaf, b.ring, side_units_log2(word) > 0 || b.unit_log2 >= 3);
-    if (verdict != word) {
+    bool can_split = side_units_log2(word) > 0 || b.unit_log2 >= 3;
+    if (can_split && has_long_edge(leaf)) {
         queue_around(leaf);
-        atomicMax(b_rounds, uint(u_settled) + 1u);
+        split(leaf, b);
+    } else if (word != cell[plane(u_settled + 1) + id]) {
+        write_square(id, side_units_log2(word), word);
     }
-    if ((verdict & SPLIT) != 0u) split(leaf, b);
-    else if (verdict != cell[plane(u_settled + 1) + id]) write_square(id, side_units_log2(word), verdict);
 }

@@ -15,8 +15,7 @@ layout(std430, binding = 7) buffer Summary {
     uint s_worst_px;    // the largest bound among the patches, as the bits of a float
     uint s_blocks;      // blocks that the view needs room for
     uint s_unsettled;   // leaves that are queued for a further round of rings/settle.comp
-    uint s_rounds;      // the last round of rings/settle.comp that changed something, counted from 1
-    uint s_pad[2];
+    uint s_pad[3];
     uint s_offset[];    // patches of each size in each block; rings/place.comp replaces them by the number of patches before
 };
 

@@ -1,7 +1,7 @@
 // rings/squares.glsl — the squares of a block, and which of them become leaves.
 //   Depth d has 2^d × 2^d squares of 8 >> d units a side. One work group handles one block. First each square gets a cost of
 //   its own. Then, from the units up, four parts are joined wherever the whole square costs no more than they do.
-// Provides block, root_block(), square_index(), low_of(), is_nothing(), meets_finer_ring(), join_all(), word_of_unit(), write_unit().
+// Provides block, root_block(), square_index(), low_of(), is_nothing(), fits_finer_ring(), join_all(), word_of_unit(), write_unit().
 // Python twin: reference.clipmap.cut_block
 
 #include "rings/leaf.glsl"
@@ -44,11 +44,15 @@ bool is_nothing(ivec2 low, ivec2 end) {
     return all(greaterThanEqual(low, finer.origin)) && all(lessThanEqual(end, ring_end(finer)));
 }
 
-// Whether a square overlaps the finer ring, or touches it.
-bool meets_finer_ring(ivec2 low, ivec2 end) {
-    if (!has_finer_ring()) return false;
+// Whether a square may be one leaf beside the finer ring. Of two leaves that meet, one must have the whole common edge. So a
+// square that touches the finer ring must stand on the lattice of that ring's squares.
+bool fits_finer_ring(ivec2 low, ivec2 end) {
+    if (!has_finer_ring()) return true;
     Ring finer = u_ring[block.ring - 1];
-    return all(lessThanEqual(low, ring_end(finer))) && all(greaterThanEqual(end, finer.origin));
+    ivec2 finer_end = ring_end(finer), side = min(end - low, ivec2(PATCH << finer.level));
+    if (any(greaterThan(low, finer_end)) || any(lessThan(end, finer.origin))) return true;
+    bool overlaps = all(lessThan(low, finer_end)) && all(greaterThan(end, finer.origin));
+    return !overlaps && all(equal(low - finer.origin & side - 1, ivec2(0)));
 }
 
 void join_parts(int depth, ivec2 at) {

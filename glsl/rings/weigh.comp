@@ -21,7 +21,7 @@ void weigh_square(int depth, ivec2 at) {
     int i = square_index(depth, at), first = SIZES_LOG2 * (u_first + i), side_log2 = side_log2_at(depth);
     ivec2 low = low_of(depth, at), end = low + (1 << side_log2);
     Projection p = project_square(low, side_log2);
-    bool nothing = is_nothing(low, end) || (p.outside && u_cull != 0), allowed = depth == 3 || !meets_finer_ring(low, end);
+    bool nothing = is_nothing(low, end) || (p.outside && u_cull != 0), allowed = depth == 3 || fits_finer_ring(low, end);
     float px_per_m = u_focal_px * p.stretch / p.nearest_m;
     float across = u_focal_px / p.middle_m * sqrt(u_spacing_m.x * u_spacing_m.y);
     for (int k = 0; k < SIZES_LOG2; k++) {

@@ -39,7 +39,7 @@ TERRAIN = np.dtype(
 )
 
 # glsl/error/nodes.glsl
-NODE = np.dtype([("max_m", "2f2"), ("rms_m", "2f2"), ("whole", "4u1"), ("split", "4u1")])
+NODE = np.dtype([("cut_m", "2f2"), ("rms_m", "2f2"), ("max_m", "2f2"), ("whole", "4u1"), ("split", "4u1")])
 
 
 class NodeErrors(NamedTuple):
@@ -52,6 +52,8 @@ class NodeErrors(NamedTuple):
     whole: np.ndarray  # (..., 4) errors of the fan's wedges west, north, east, south if their edge is whole
     split: np.ndarray  # the same if the edge is split
     has_voids: np.ndarray
+    cut_max: np.ndarray  # of a cell of a patch, whatever edges of it are cut
+    cut_rms: np.ndarray
 
 
 def unpack_nodes(records: np.ndarray, span_m: float) -> NodeErrors:
@@ -61,7 +63,8 @@ def unpack_nodes(records: np.ndarray, span_m: float) -> NodeErrors:
     quad_rms, fan_rms = np.moveaxis(np.abs(records["rms_m"].astype(np.float64)) * unit_m, -1, 0)
     whole, split = (fan_max[..., None] * 2.0 ** (records[name] / -16.0) for name in ("whole", "split"))
     has_voids = np.signbit(records["rms_m"][..., 0])
-    return NodeErrors(quad_max, fan_max, quad_rms, fan_rms, whole, split, has_voids)
+    cut_max, cut_rms = np.moveaxis(records["cut_m"].astype(np.float64) * unit_m, -1, 0)
+    return NodeErrors(quad_max, fan_max, quad_rms, fan_rms, whole, split, has_voids, cut_max, cut_rms)
 
 
 # glsl/blocks/view.glsl
@@ -204,8 +207,6 @@ RING_WORK = np.dtype(
         ("all", WORK),
         ("leaves", WORK),
         ("queue", WORK, RING_QUEUES),
-        ("rounds", "u4"),
-        ("pad", "3u4"),
     ]
 )
 RING_BLOCK = np.dtype([("origin", "2i4"), ("unit_log2", "i4"), ("ring", "i4")])
@@ -246,7 +247,6 @@ RING_SUMMARY = np.dtype(
         ("worst_px", "f4"),
         ("blocks", "u4"),
         ("unsettled", "u4"),
-        ("rounds", "u4"),
-        ("pad", "2u4"),
+        ("pad", "3u4"),
     ]
 )

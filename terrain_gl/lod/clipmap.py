@@ -2,12 +2,12 @@
 
     decide   cut each block into squares, and look up the spacing of each     glsl/rings/decide.comp, three rounds
     spawn    make blocks of units that need more than 64 segments a side      after each of these rounds but the last
-    settle   follow finer neighbours: edges agree, strips keep the tolerance  four rounds, or eight, ...
+    settle   split leaves with an edge of more than 64 segments               two rounds, or four, ...
     count    compute each leaf's shape and bound
     place    compute prefix sums, and write draw commands
     emit     write the patches
 
-A frame takes twelve dispatches; further rounds of `settle` add more. Only blocks of the rings are visited, never the
+A frame takes ten dispatches; further rounds of `settle` add more. Only blocks of the rings are visited, never the
 whole map.
 Specification: `reference.clipmap`.
 """
@@ -33,7 +33,7 @@ from ..view import View
 from .rings import PATCH, PATCHES, Ring, patches_for, rings_around
 from .selection import INFINITE_PX, Goal, Selection
 
-SETTLING = 4  # rounds of `settle` that run before their queues are emptied; a frame has at least so many
+SETTLING = 2  # rounds of `settle` that run before their queues are emptied; a frame has at least so many
 ROUNDS = 3  # rounds of `decide`: in each, the blocks have units an eighth as large
 SQUARES = 85  # squares of a block: glsl/rings/rings.glsl
 _UNITS = PATCH * PATCH
@@ -80,7 +80,6 @@ class ClipmapSelector:
         self._kernels: dict[tuple[str, str], Any] = {}
         self._variant = "max"
         self._last_stamp = 0
-        self._rounds = SETTLING  # rounds of `settle` that the last view needed
         self._tried = ctx.buffer(reserve=4 * PRICES * PASSES)
         self._weights = ctx.buffer(reserve=4)
         self._rings = ctx.buffer(reserve=layout.RINGS.itemsize)
@@ -236,19 +235,17 @@ class ClipmapSelector:
             data = self._buffers["summary"].read(layout.RING_SUMMARY.itemsize)
             summary = np.frombuffer(data, layout.RING_SUMMARY)[0]
             if not summary["unsettled"]:
-                self._rounds = int(summary["rounds"]) + 1
                 self._last_stamp += over
                 return summary
             bind("rings/lists.glsl", Lists=self._buffers["lists"])  # draws and patches took its binding point
 
     def _settle(self, over: int) -> int:
-        """Run as many rounds of `settle` as the last view needed, from round `over` on; returns how many are done."""
-        for r in range(over, over + SETTLING * -(-self._rounds // SETTLING)):
-            if r and r % SETTLING == 0:
-                self._forget_queues(r)
+        """Run further rounds of `settle`, from round `over` on; returns how many are done."""
+        if over:
+            self._forget_queues(over)
+        for r in range(over, over + SETTLING):
             self._run("settle", _work("queue", r % layout.RING_QUEUES), settled=r, budget=self._variant == "budget")
-            over = r + 1
-        return over
+        return over + SETTLING
 
     def _forget_queues(self, over: int) -> None:
         """Empty the queues of past rounds: later rounds use them again."""

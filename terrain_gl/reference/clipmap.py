@@ -195,48 +195,6 @@ def _beside(leaves: Sequence[Leaf], over: np.ndarray, i: int, side: int) -> set[
     return set(cells[cells >= 0].tolist())
 
 
-# A finer edge moves vertices of the strip beside it by d at most, off the straight line between the cell's corners.
-#   error ≤ e + d
-
-
-def largest(levels: Sequence[Level], low: Post, end: Post, last: Post, step_log2: int) -> float:
-    """The smallest bound in metres that the tables give for all cells of spacing 2^step_log2 ≥ 1 in a box."""
-    level = levels[step_log2]
-    tiles = tiles_over(level, step_log2, low, end, last)
-    limits = class_limits(level.span_m, len(level.classes))
-    held = [limit for limit, counts in zip(limits, level.classes, strict=True) if box_sum(counts, *tiles) == 0]
-    return float(min(held, default=level.span_m))
-
-
-def strip_of(leaf: Leaf, side: int) -> tuple[Post, Post]:
-    """First post, and the one after the last, of the cells of a leaf along one of its sides."""
-    (x, y), length, width = leaf.low, 1 << leaf.side_log2, 1 << max(leaf.step_log2, 0)
-    low = x + (length - width if side == EAST else 0), y + (length - width if side == SOUTH else 0)
-    return low, (
-        low[0] + (width if side in (WEST, EAST) else length),
-        low[1] + (length if side in (WEST, EAST) else width),
-    )
-
-
-def edge_move(line: np.ndarray, cell: int, step: int) -> float:
-    """The largest d: heights along an edge, with cells of `cell` posts and a vertex every `step` posts."""
-    moves = [0.0]
-    for first in range(0, len(line) - 1, cell):
-        part = line[first : first + cell + 1]
-        moves.append(np.abs(part - np.linspace(part[0], part[-1], len(part)))[::step].max())
-    return float(max(moves))
-
-
-def strip_error(levels: Sequence[Level], leaf: Leaf, side: int, heights: np.ndarray, edge_step: int) -> float:
-    """Bound of the error in metres of a leaf's cells along a side that has a vertex every `edge_step` ≥ 1 posts."""
-    last = heights.shape[1] - 1, heights.shape[0] - 1
-    (x, y), (x1, y1) = leaf.low, (min(at + (1 << leaf.side_log2), end) for at, end in zip(leaf.low, last, strict=True))
-    lines = {WEST: heights[y : y1 + 1, x], EAST: heights[y : y1 + 1, x1]}
-    lines |= {NORTH: heights[y, x : x1 + 1], SOUTH: heights[y1, x : x1 + 1]}
-    cells_m = largest(levels, *strip_of(leaf, side), last, leaf.step_log2)
-    return cells_m + edge_move(lines[side], 1 << leaf.step_log2, edge_step)
-
-
 # With a budget, the price λ of a triangle decides:   cost(square) = min over T of  E(T) + λ (2 T² + 16)
 # (Everett 1963, "Generalized Lagrange multiplier method"). A higher price gives fewer triangles.
 

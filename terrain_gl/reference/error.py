@@ -220,6 +220,76 @@ def wedge_errors(heights: np.ndarray, level: int, void: np.ndarray | None = None
     return found[0], found[1]
 
 
+# A finer neighbour cuts an edge of a cell: it gets more vertices. They are posts. They lie between −below and above
+# off the straight line between the cell's corners. With the vertices on that line the drawing lies between both
+# diagonals, or is the fan if the patch is a single cell. Only vertices of one cut edge take part in a triangle. Their
+# weights at a place sum to v: 1 on their edge, 0 on the opposite side (of a fan: 0 at the centre). So for each edge
+#   highest diagonal − h + v · above   and   h − lowest diagonal + v · below     (of a fan: the same of its wedge)
+# bound the error of every triangulation. Both are linear where the diagonals are, so crossed cells add |t|/4 + kink.
+
+SIDES = ("west", "north", "east", "south")
+
+
+def cut_moves(heights: np.ndarray, level: int) -> tuple[np.ndarray, np.ndarray]:
+    """How far the posts of each node's edges lie above, and below, the line between its corners.
+
+    Arrays (4, rows, cols) of nodes, metres; sides as in `SIDES`.
+    """
+    h, (y, x) = heights.astype(np.float64), node_axes(heights.shape, level)
+    north, south = (_off_lines(h[rows], x) for rows in (y.low, y.high))
+    west, east = (_off_lines(h.T[cols], y).transpose(0, 2, 1) for cols in (x.low, x.high))
+    sides = np.stack([west, north, east, south], 1)
+    return sides[0], sides[1]
+
+
+def _off_lines(lines: np.ndarray, axis: Nodes) -> np.ndarray:
+    """Of lines of posts (n, posts): (2, n, nodes), the most above and below the line between each node's ends."""
+    share = (axis.post - axis.low[:, None]) / (axis.high - axis.low)[:, None]
+    low, high = lines[:, axis.low, None], lines[:, axis.high, None]
+    off = lines[:, axis.post] - low - (high - low) * share
+    return np.stack([off.max(-1), -off.min(-1)])
+
+
+def cut_errors(heights: np.ndarray, level: int, void: np.ndarray | None = None) -> tuple[np.ndarray, np.ndarray]:
+    """Errors of each node as a cell of a patch, whatever edges of it are cut, (rows, cols) of nodes.
+
+    Returns
+    -------
+    largest
+        Metres.
+    squares
+        Sums over the node's own posts and its crossed cells, m².
+    """
+    errors, crossed = _cut_at_posts(heights, level), crossed_cells(heights.shape, level, void)
+    corner, measured = _worst_corner(errors), _measured(heights, level, void)
+    cells = (corner + np.maximum(*_bends(heights, level))) * crossed
+    largest = np.maximum((errors * measured).max((1, 3)), cells.max((1, 3)))
+    mean = _cell_twists(heights, level) / np.sqrt(90) + np.maximum(*kinks(heights, level))[:, None, :, None]
+    between = (mean * (2 * corner + mean) * crossed).sum((1, 3))
+    return largest, np.square(errors * _own(heights, level, void)).sum((1, 3)) + between
+
+
+def _cut_at_posts(heights: np.ndarray, level: int) -> np.ndarray:
+    """The bound at each post of each node, (node rows, posts, node cols, posts)."""
+    y, x = node_axes(heights.shape, level)
+    t = ((x.post - x.low[:, None]) / (x.high - x.low)[:, None])[None, None]
+    s = ((y.post - y.low[:, None]) / (y.high - y.low)[:, None])[:, :, None, None]
+    pair, fan = quad_errors(heights, level), fan_errors(heights, level)[0]
+    weights = np.stack(np.broadcast_arrays(1 - t, 1 - s, t, s, fan)[:4])
+    above, below = (move[:, :, None, :, None] for move in cut_moves(heights, level))
+    up = np.maximum(*pair) + (weights * above).max(0)
+    down = -np.minimum(*pair) + (weights * below).max(0)
+    wedge, outward = wedges_of_posts(heights, level)[None], 1 - _centre_weights(heights.shape, level)
+    of_wedge = [np.take_along_axis(np.broadcast_to(m, weights.shape), wedge, 0)[0] for m in (above, below)]
+    return np.maximum.reduce([up, down, fan + outward * of_wedge[0], -fan + outward * of_wedge[1]])
+
+
+def _centre_weights(shape: tuple[int, ...], level: int) -> np.ndarray:
+    """Weight of a fan's centre at each post of each node, (node rows, posts, node cols, posts)."""
+    of_y, of_x = (_from_middle(axis)[1] for axis in node_axes(shape, level))
+    return np.minimum(of_y[:, :, None, None], of_x)
+
+
 def _bends(heights: np.ndarray, level: int) -> list[np.ndarray]:
     """The increase of a cell's largest error by an edge that crosses it: |t|/4 + kink, as quad and as fan."""
     twist = _cell_twists(heights, level)

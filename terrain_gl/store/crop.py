@@ -24,7 +24,7 @@ _of_thread = threading.local()
 class Records(NamedTuple):
     """Error records and height ranges of the nodes of one level."""
 
-    errors: np.ndarray  # (4, rows, cols) uint32
+    errors: np.ndarray  # (5, rows, cols) uint32
     ranges: np.ndarray  # (2, rows, cols) uint16
 
 
@@ -55,7 +55,7 @@ def records_of(heights: np.ndarray, spacing_m: Spacing, range_m: tuple[float, fl
 
 def _records(tables: ErrorTables, level: int) -> Records:
     nodes = tables.read_nodes(level)
-    words = nodes.view("<u4").reshape(*nodes.shape, 4)
+    words = nodes.view("<u4").reshape(*nodes.shape, -1)
     return Records(np.moveaxis(words, -1, 0), np.moveaxis(tables.read_ranges(level), -1, 0))
 
 

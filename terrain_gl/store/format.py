@@ -1,7 +1,7 @@
 """A store on disk: a Zarr v3 group with one array for each level and field.
 
     heights/l   float32 metres, every 2^l-th post                                  (rows, cols)
-    errors/l    the four words of each node's error record, levels ≥ 1             (4, rows, cols)
+    errors/l    the five words of each node's error record, levels ≥ 1             (5, rows, cols)
     ranges/l    lowest and highest height of each node, levels ≥ 1                 (2, rows, cols)
 
     checks      a checksum of each tile of all these arrays (store/tiles.py)           (n)
@@ -39,7 +39,7 @@ _CONVENTION = {
 }
 FIELDS: dict[str, tuple[str, Any, int]] = {  # type, value of entries that were never written, words of an entry
     "heights": ("float32", np.nan, 1),
-    "errors": ("uint32", 0xFFFFFFFF, 4),
+    "errors": ("uint32", 0xFFFFFFFF, 5),
     "ranges": ("uint16", 0xFFFF, 2),
 }
 

@@ -25,7 +25,7 @@ from ..heightmap import MAX_HEIGHT_M
 from ..readers.raster import Spacing
 from ..readers.windows import Windows
 from .crop import APRON, Records, records_of
-from .format import Arrays
+from .format import FIELDS, Arrays
 from .pyramid import Area, Pyramid, area, areas
 from .tiles import checksums
 
@@ -173,7 +173,7 @@ def gather(job: Job, task: Task) -> dict[str, Any]:
     where = area(pyramid.nodes(task.level), pyramid.shard, (task.row, task.col))
     side = pyramid.shard >> task.level  # nodes of a part
     rows, cols = (s.stop - s.start for s in where)
-    whole = Records(np.zeros((4, rows, cols), np.uint32), np.zeros((2, rows, cols), np.uint16))
+    whole = Records(np.zeros((FIELDS["errors"][2], rows, cols), np.uint32), np.zeros((2, rows, cols), np.uint16))
     for row in range(where[0].start // side, -(-where[0].stop // side)):
         for col in range(where[1].start // side, -(-where[1].stop // side)):
             y, x = row * side - where[0].start, col * side - where[1].start

@@ -18,7 +18,7 @@ import numpy as np
 from .format import FIELDS, Arrays, MissingTileError
 from .pyramid import Area, Pyramid
 
-FINEST_RECORD = 2  # words of an error record that bounds read: largest error, root mean square
+FINEST_RECORD = 1  # words of an error record that bounds read: largest error with any edges cut, root mean square
 At = tuple[str, int, int, int]  # field, level, row and column of a tile
 
 
@@ -140,4 +140,4 @@ class Tiles:
 
 def _words(name: str) -> int:
     """The words of an entry that are read."""
-    return min(FIELDS[name][2], FINEST_RECORD)
+    return FINEST_RECORD if name == "errors" else FIELDS[name][2]
