@@ -169,8 +169,8 @@ def test_rounds_look_at_all_that_may_change(ctx, scene):
 def test_without_cut_edges_the_bound_breaks(ctx):
     """With the error of cells whose edges are whole, places beside finer patches are further off than certified.
 
-    In the south, every sixteenth row has hills where the others have hollows; the north needs small cells. A cell beside
-    the north has new vertices on the hills, and rises over the hollows.
+    In the south, every sixteenth row has hills where the others have hollows. The north needs small cells. A cell
+    beside the north has new vertices on the hills, and rises over the hollows.
     """
     y, x = np.mgrid[:129, :129]
     heights = np.where(y % 16 == 0, 2.0, -2.0) * np.sin(np.pi * x / 16) ** 2
