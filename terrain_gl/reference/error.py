@@ -227,13 +227,11 @@ def wedge_errors(heights: np.ndarray, level: int, void: np.ndarray | None = None
 #   highest diagonal − h + v · above   and   h − lowest diagonal + v · below     (of a fan: the same of its wedge)
 # bound the error of every triangulation. Both are linear where the diagonals are, so crossed cells add |t|/4 + kink.
 
-SIDES = ("west", "north", "east", "south")
-
 
 def cut_moves(heights: np.ndarray, level: int) -> tuple[np.ndarray, np.ndarray]:
-    """How far the posts of each node's edges lie above, and below, the line between its corners.
+    """How far the posts of each node's west, north, east and south edge lie above, and below, the line between its ends.
 
-    Arrays (4, rows, cols) of nodes, metres; sides as in `SIDES`.
+    Arrays (4, rows, cols) of nodes, metres.
     """
     h, (y, x) = heights.astype(np.float64), node_axes(heights.shape, level)
     north, south = (_off_lines(h[rows], x) for rows in (y.low, y.high))
@@ -253,12 +251,7 @@ def _off_lines(lines: np.ndarray, axis: Nodes) -> np.ndarray:
 def cut_errors(heights: np.ndarray, level: int, void: np.ndarray | None = None) -> tuple[np.ndarray, np.ndarray]:
     """Errors of each node as a cell of a patch, whatever edges of it are cut, (rows, cols) of nodes.
 
-    Returns
-    -------
-    largest
-        Metres.
-    squares
-        Sums over the node's own posts and its crossed cells, m².
+    The largest, in metres, and the sum of squares over the node's own posts and its crossed cells, m².
     """
     errors, crossed = _cut_at_posts(heights, level), crossed_cells(heights.shape, level, void)
     corner, measured = _worst_corner(errors), _measured(heights, level, void)
