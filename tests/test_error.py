@@ -8,7 +8,7 @@ from hypothesis import strategies as st
 from maps import MAPS, Scene, checkerboard, cliff, holes, rough
 
 from terrain_gl import reference
-from terrain_gl.error import ErrorTables
+from terrain_gl.error import FINE_LEVELS, ErrorTables
 from terrain_gl.exceptions import TerrainError
 from terrain_gl.gpu import gl, layout, shaders
 from terrain_gl.heightmap import Heightmap
@@ -117,6 +117,18 @@ def check_cut_edges(terrain, tables):
         assert (table.cut_max <= largest * HALF + 4 * ROUNDING * terrain.span_m).all(), level
         assert (table.cut_rms >= np.minimum(mean, largest)).all(), level
         assert (table.cut_rms <= mean * MEAN_HALF + SQUARE_STEP * terrain.span_m).all(), level
+
+
+def test_cut_edges_of_coarse_nodes_are_the_references(ctx):
+    terrain, tables = built(ctx, Heightmap(rough(150, 203, seed=5), 10.0))
+    moves, first = np.frombuffer(tables.cuts.read(), "f4").reshape(-1, 4, 2), 0
+    for level in range(FINE_LEVELS + 1, len(terrain.levels)):
+        above, below = reference.cut_moves(terrain.filled, level)
+        nodes = above[0].size
+        expected = np.stack([above, below], -1).reshape(4, nodes, 2).transpose(1, 0, 2)
+        assert moves[first : first + nodes] == pytest.approx(expected, rel=1e-4, abs=1e-3)
+        first += nodes
+    assert first == len(moves) > 20 and moves.max() > 1
 
 
 def check_tables(terrain, tables):

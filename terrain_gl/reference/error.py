@@ -229,7 +229,7 @@ def wedge_errors(heights: np.ndarray, level: int, void: np.ndarray | None = None
 
 
 def cut_moves(heights: np.ndarray, level: int) -> tuple[np.ndarray, np.ndarray]:
-    """How far the posts of each node's west, north, east and south edge lie above, and below, the line between its ends.
+    """How far the posts of each node's west, north, east and south edge lie above, and below, a straight edge.
 
     Arrays (4, rows, cols) of nodes, metres.
     """
