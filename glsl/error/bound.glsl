@@ -7,7 +7,7 @@
 //   up in parts of 15 × 15 tiles.
 //   For a spacing 2^j below 1, a cell of the map is cut into n × n parts, n = 2^-j. Its error is |t|/(4 n²), where t is its twist.
 //   So the table of level 0 is used with n² times the tolerance.
-// Provides is_within_m(), largest_m(), squares_m2().   Python twins: reference.class_tables, reference.box_sum
+// Provides is_within_m(), largest_m(), squares_m2().   Python twins: reference.bound_max_m, reference.class_tables, reference.box_sum
 
 #include "blocks/terrain.glsl"
 #include "error/classes.glsl"

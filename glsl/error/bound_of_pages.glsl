@@ -5,7 +5,7 @@
 //       them. So its error is at most M_l, however fine its triangles are.
 //     - Across pages. A cell in page A may have corners in page B. With A's heights there, its error would be at most M_A; these
 //       heights differ from B's by at most M_A + M_B. So its error is at most 2 M_A + M_B ≤ 3 max M.       (docs/stores.md)
-// Provides is_within_m(), largest_m(), squares_m2().   Python twins: reference.class_tables, reference.box_sum
+// Provides is_within_m(), largest_m(), squares_m2().   Python twins: reference.bound_max_m, reference.class_tables, reference.box_sum
 
 #define PAGE_WORDS ((CLASSES / 4) * (PAGE / COUNT_TILE) * (PAGE / COUNT_TILE))
 

@@ -118,7 +118,7 @@ CutEdges cut_edges_m(Node n) {
 
 float largest_of(vec4 v) { return max(max(v.x, v.y), max(v.z, v.w)); }
 
-// The error of a cell of a patch with any of its edges cut, in any triangulation (docs/guarantee.md, section 4). With its new
+// The error of a cell of a patch with any of its edges cut, in any triangulation (docs/guarantee.md, section 3). With its new
 // vertices on the straight lines, the drawing lies between both diagonals, or is a fan if the patch is a single cell. Vertices
 // of one edge at most take part in a triangle; together they weigh 1 on their edge and 0 on the opposite side.
 float cut_error_m(Node n, CutEdges c, ivec2 post, vec2 quad, float fan, int wedge, float weight) {
