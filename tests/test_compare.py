@@ -189,10 +189,13 @@ def test_the_picture_of_a_baseline_is_that_of_its_best_parameters(renderer, came
 
 
 def test_curves_fall(renderer, camera):
-    points = curve(renderer, camera, ["sat"], [500, 1500, 7500])["sat"]
+    """Between some counts there is no price: a mesh of 500 triangles has jumps of a hundred."""
+    budgets = [500, 1500, 3000, 7500]
+    points = curve(renderer, camera, ["sat"], budgets)["sat"]
     errors = [point["rms_error_px"] for point in points]
     assert errors == sorted(errors, reverse=True)
-    assert [point["triangles"] for point in points] == pytest.approx([500, 1500, 7500], rel=0.03)
+    assert 400 < points[0]["triangles"] <= 500
+    assert [point["triangles"] for point in points[1:]] == pytest.approx(budgets[1:], rel=0.03)
 
 
 def test_pruned_curve_is_that_of_the_whole_map(ctx):
