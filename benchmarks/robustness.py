@@ -278,7 +278,10 @@ def _whole(path: Path, kept: bool) -> bool:
     if path.suffix == ".ply":
         head, _, body = data.partition(b"end_header\n")
         counts = [int(line.split()[-1]) for line in head.split(b"\n") if line.startswith(b"element")]
-        return len(body) == 24 * counts[0] + 13 * counts[1]
+        of_vertex = sum(
+            {b"double": 8, b"float": 4}.get(line.split()[1], 0) for line in head.split(b"\n") if b"property" in line
+        )
+        return len(body) == of_vertex * counts[0] + 13 * counts[1]
     image = oiio.ImageBuf(str(path))
     return bool(image.read(0, 0, True)) and not image.has_error
 
