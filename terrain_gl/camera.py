@@ -6,7 +6,7 @@ import math
 from collections.abc import Sequence
 from dataclasses import dataclass
 from functools import cached_property
-from typing import TYPE_CHECKING
+from typing import TYPE_CHECKING, Any
 
 import numpy as np
 import pyrr
@@ -144,8 +144,12 @@ def _text(vector: Vector) -> str:
     return ",".join(f"{v:g}" for v in vector)
 
 
-def _parallel(a: Vector, b: np.ndarray) -> bool:
-    return bool(np.linalg.norm(np.cross(a, b)) <= 1e-6 * np.linalg.norm(a) * np.linalg.norm(b))
+def _parallel(a: Any, b: Any) -> bool:
+    return math.hypot(*_cross(a, b)) <= 1e-6 * math.hypot(*a) * math.hypot(*b)
+
+
+def _cross(a: Any, b: Any) -> Vector:
+    return a[1] * b[2] - a[2] * b[1], a[2] * b[0] - a[0] * b[2], a[0] * b[1] - a[1] * b[0]
 
 
 def screen_shift_px(

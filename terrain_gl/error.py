@@ -237,7 +237,7 @@ class ErrorTables:
     def _kernel(self, name: str) -> Any:
         has_voids = self.terrain.heightmap.voids > 0
         if (name, has_voids) not in self._kernels:
-            defines = {"CLASSES": layout.CLASSES, "COUNT_TILE": layout.COUNT_TILE, "FINE_LEVELS": FINE_LEVELS}
+            defines = {"CLASSES": layout.CLASSES, "COUNT_TILE_LOG2": layout.COUNT_TILE_LOG2, "FINE_LEVELS": FINE_LEVELS}
             defines |= {} if has_voids else {"NO_VOIDS": 1}
             self._kernels[name, has_voids] = shaders.compute(self.ctx, f"error/{name}.comp", defines)
         return self._kernels[name, has_voids]

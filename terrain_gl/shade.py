@@ -227,9 +227,10 @@ class Picture:
         uniforms = {"sun": sun} | self._edge_of(look)
         if look.contour_m is not None:
             uniforms |= contours.uniforms(self.terrain, look.contour_m, look.water_m)
-        self._fill(self._kind, "shade/kind.frag", depth="1", **uniforms)
+        self._bind()  # all these passes read the same
+        self._pass(self._kind, "shade/kind.frag", "ANY", depth="1", **uniforms)
         for kind in ("SKY", "NEAR"):
-            self._fill(self._screen, style, kind, wet, depth="==", **uniforms)
+            self._pass(self._screen, style, kind, wet, depth="==", **uniforms)
         self._run_listed(style, wet, **uniforms)
         self._extras = dict.fromkeys(self._extras, False)
         if look.wires and look.style != "wireframe":
@@ -333,18 +334,14 @@ class Picture:
         self.ctx.depth_func = ">="
         mesh.draw(selection, part)
 
-    def _fill(
-        self,
-        target: moderngl.Framebuffer,
-        fragment: str,
-        kind: str = "ANY",
-        wet: bool = False,
-        depth: str | None = None,
-        **uniforms: Any,
-    ) -> None:
+    def _fill(self, target: moderngl.Framebuffer, fragment: str, kind: str = "ANY", **uniforms: Any) -> None:
+        """Run a fragment shader over all pixels of one of `KINDS`."""
+        self._bind()
+        self._pass(target, fragment, kind, **uniforms)
+
+    def _pass(self, target: Any, fragment: str, kind: str, wet: bool = False, depth: str = "", **uniforms: Any) -> None:
         """Run a fragment shader, made for one of `KINDS`, over the pixels that pass the depth test."""
-        program, vao = self._program(fragment, kind, wet)
-        self._bind(program, uniforms)
+        _, vao = self._program(fragment, kind, wet, **uniforms)
         target.use()
         self.ctx.disable(moderngl.DEPTH_TEST)
         if depth:
@@ -354,33 +351,33 @@ class Picture:
 
     def _run_listed(self, fragment: str, wet: bool, **uniforms: Any) -> None:
         """Colour the pixels that shade/kind.frag has listed."""
-        kernel, _ = self._program(fragment, "MIXED", wet)
-        self._bind(kernel, uniforms)
+        kernel, _ = self._program(fragment, "MIXED", wet, **uniforms)
         bind("shade/lambert.frag", u_picture=self._picture)
         self.ctx.memory_barrier()
         kernel.run_indirect(self._listed)
         self.ctx.memory_barrier()
 
-    def _bind(self, program: Any, uniforms: dict[str, Any]) -> None:
-        """Bind everything that shading reads."""
-        gl.write_uniforms(program, **uniforms)
+    def _bind(self) -> None:
+        """Bind everything that shading reads, but the light."""
         self.terrain.bind()
         self.view.bind()
         self.sums.bind()
         bind("shade/seen.glsl", Listed=self._listed, u_depth=self._depth)
         if self._drawn:
             bind("shade/drawn.glsl", u_drawn=self._drawn)
-        if gl.has(program, "Lights"):
-            self.lighting.bind(program)
 
-    def _program(self, fragment: str, kind: str = "ANY", wet: bool = False) -> tuple[Any, Any]:
-        """The program of a style for one kind of pixels, compiled at its first use, and its vertex array."""
+    def _program(self, fragment: str, kind: str = "ANY", wet: bool = False, **uniforms: Any) -> tuple[Any, Any]:
+        """The program of a style for one kind of pixels, ready to run, and its vertex array."""
         defines: dict[str, object] = {"SAMPLES": self.samples, "WATER_LEVEL": wet, "PIXELS": KINDS[kind]}
         defines |= self._extras | self.lighting.defines
         key = fragment, *defines.values()
         if key not in self._programs:
             self._programs[key] = self._compiled(fragment, defines, listed=kind == "MIXED")
-        return self._programs[key]
+        program, vao = self._programs[key]
+        gl.write_uniforms(program, **uniforms)
+        if gl.has(program, "Lights"):
+            self.lighting.bind(program)
+        return program, vao
 
     def _compiled(self, fragment: str, defines: dict[str, object], listed: bool) -> tuple[Any, Any]:
         if listed:

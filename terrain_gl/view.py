@@ -21,6 +21,7 @@ class View:
         self.block = ctx.buffer(reserve=layout.VIEW.itemsize)
         self._written = np.zeros((), layout.VIEW)
         self._clip_from_eye = np.eye(4)
+        self._piece: Piece | None = None  # what the buffer holds
 
     def write(self, terrain: Terrain, camera: Camera, size: tuple[int, int], near_m: float, **settings: Any) -> None:
         """Write a camera to the block; `settings` are its fields tolerance_px, metric and cull."""
@@ -39,7 +40,7 @@ class View:
         block["focal_px"] = camera.focal_px(size[1])
         for name, value in settings.items():
             block[name] = value
-        self._written, self._clip_from_eye = block, clip_from_eye(camera, size, near_m)
+        self._written, self._clip_from_eye, self._piece = block, clip_from_eye(camera, size, near_m), None
         self.crop(Piece.whole(size))
 
     @property
@@ -59,11 +60,14 @@ class View:
 
     def crop(self, piece: Piece) -> None:
         """Select the piece of the picture to draw next, with the mesh of the whole picture."""
-        block = self._written.copy()
+        if piece == self._piece:
+            return
+        block, fine = self._written, piece.fine
         block["clip_from_eye"] = (piece.clip_from_picture @ self._clip_from_eye).T.ravel()
-        block["size_px"] = np.multiply(piece.picture, piece.fine)
-        block["first_px"] = np.multiply(piece.corner, piece.fine)
+        block["size_px"] = piece.picture[0] * fine, piece.picture[1] * fine
+        block["first_px"] = piece.corner[0] * fine, piece.corner[1] * fine
         self.block.write(block.tobytes())
+        self._piece = piece
 
     def bind(self) -> None:
         """Bind the view for all shaders."""

@@ -2,7 +2,7 @@
 //   Maximum: if the count of class c over the rectangle is zero, no tile of it is above this class (integral histogram, Porikli
 //   2005, "Integral histogram: a fast way to extract histograms in Cartesian spaces").
 //   Sum of squares: the box sum itself, exact.
-//   The entries are for tiles of count_tile() nodes a side. A rectangle is widened to whole tiles.
+//   The entries are for tiles of 2^tile_log2() nodes a side. A rectangle is widened to whole tiles.
 //   Counters have 8 bits, four classes in a word. They are exact for boxes of up to 255 tiles. A larger rectangle is looked
 //   up in parts of 15 × 15 tiles.
 //   For a spacing 2^j below 1, a cell of the map is cut into n × n parts, n = 2^-j. Its error is |t|/(4 n²), where t is its twist.
@@ -21,11 +21,11 @@ BOX_SUM(square_sum, uvec2, square, sub64)
 
 // The tiles of a level over a rectangle of posts: first column and row, then the column and row after the last.
 ivec4 tiles_over(ivec2 low, ivec2 end, int level, out Table counts) {
-    int tile = count_tile(level);
-    ivec2 tiles = (u_level[level].size + tile - 1) / tile;
+    int tile = tile_log2(level);
+    ivec2 tiles = (u_level[level].size - 1 >> tile) + 1;
     counts = Table(uint(u_level[level].first_count), tiles);
     ivec2 first = max(low, ivec2(0)) >> level, last = (min(end, u_last_post) - 1) >> level;
-    return ivec4(first / tile, min(last / tile + 1, tiles));
+    return ivec4(first >> tile, min((last >> tile) + 1, tiles));
 }
 
 // The class with the largest limit that is not above an error; -1 if even the last class is above it. (The product may round

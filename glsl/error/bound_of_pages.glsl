@@ -7,9 +7,9 @@
 //       heights differ from B's by at most M_A + M_B. So its error is at most 2 M_A + M_B ≤ 3 max M.       (docs/stores.md)
 // Provides is_within_m(), largest_m(), squares_m2().   Python twins: reference.bound_max_m, reference.class_tables, reference.box_sum
 
-#define PAGE_WORDS ((CLASSES / 4) * (PAGE / COUNT_TILE) * (PAGE / COUNT_TILE))
+#define PAGE_WORDS ((CLASSES / 4) * (PAGE >> COUNT_TILE_LOG2) * (PAGE >> COUNT_TILE_LOG2))
 
-Table counts_of_page(int slot, int level) { return Table(uint(slot * PAGE_WORDS), ivec2(PAGE / count_tile(level))); }
+Table counts_of_page(int slot, int level) { return Table(uint(slot * PAGE_WORDS), ivec2(PAGE >> tile_log2(level))); }
 
 // First and last node of a level that a box of posts meets.
 ivec4 nodes_over(ivec2 low, ivec2 end, int level) {
@@ -18,7 +18,7 @@ ivec4 nodes_over(ivec2 low, ivec2 end, int level) {
 
 ivec4 tiles_in_page(ivec4 nodes, ivec2 page, int level) {
     ivec2 origin = page << PAGE_LOG2, first = max(nodes.xy - origin, ivec2(0)), last = min(nodes.zw - origin, ivec2(PAGE - 1));
-    return ivec4(first / count_tile(level), last / count_tile(level) + 1);
+    return ivec4(first >> tile_log2(level), (last >> tile_log2(level)) + 1);
 }
 
 // Whether no node of the box, in the loaded pages of a level, is above a class.

@@ -37,7 +37,7 @@ void main() {
     ivec2 tile = ivec2(gl_GlobalInvocationID.xy);
     if (any(greaterThanEqual(tile, u_count))) return;
     int i = tile.y * u_count.x + tile.x;
-    int side = count_tile(u_which_level);
+    int side = 1 << tile_log2(u_which_level);
     ivec2 low = (u_first + tile) * side, high = min(low + side, u_level[u_which_level].size);
     float worst_m = 0.0;
     uvec2 squares = uvec2(0u);

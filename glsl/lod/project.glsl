@@ -37,26 +37,22 @@ vec3 to_camera(vec3 p) { return vec3(dot(u_right.xyz, p), dot(u_up.xyz, p), dot(
 // `margin` ≥ 1 widens the frustum: a box outside a wide frustum is outside a narrow one, in spite of rounding.
 Projection project(Box box, float margin) {
     if (u_metric == METRIC_METRES) return Projection(false, true, 0.0, 0.0, 0.0);  // there is no picture, so nothing is outside
-    bvec4 all_beyond = bvec4(true), any_beyond = bvec4(false);  // the picture's right, left, top, bottom
-    bool all_near = true, any_near = false;
+    vec4 least_beyond = vec4(1e30), most_beyond = vec4(-1e30);  // of the corners, beyond the picture's right, top, left, bottom
+    float nearest = 1e30, farthest = -1e30, near = near_m();
     vec2 low = vec2(1e30), high = vec2(-1e30);
-    float nearest = 1e30, near = near_m();
     for (int i = 0; i < 8; i++) {
         vec3 p = mix(box.low, box.high, vec3(i & 1, i >> 1 & 1, i >> 2));
         vec3 q = to_camera(p);
         float slack = COORDINATE_SLACK * margin * (abs(p.x) + abs(p.y) + abs(p.z));
-        vec2 edge = u_half_extent * q.z;
-        vec4 beyond = vec4(q.xy, -q.xy) - edge.xyxy;
-        for (int side = 0; side < 4; side++) {
-            all_beyond[side] = all_beyond[side] && beyond[side] > slack * (1.0 + u_half_extent[side & 1]);
-            any_beyond[side] = any_beyond[side] || beyond[side] > -slack * (1.0 + u_half_extent[side & 1]);
-        }
-        all_near = all_near && q.z < near - slack;
-        any_near = any_near || q.z < near + slack;
+        vec4 beyond = vec4(q.xy, -q.xy) - (u_half_extent * q.z).xyxy, slack_beyond = slack * (1.0 + u_half_extent.xyxy);
+        least_beyond = min(least_beyond, beyond - slack_beyond);
+        most_beyond = max(most_beyond, beyond + slack_beyond);
         nearest = min(nearest, q.z - slack);
+        farthest = max(farthest, q.z + slack);
         low = min(low, q.xy / q.z);
         high = max(high, q.xy / q.z);
     }
+    bool all_near = farthest < near, any_near = nearest < near;
     vec2 extent = u_half_extent * 1.0001;
     if (any_near) {
         low = -extent;
@@ -67,8 +63,8 @@ Projection project(Box box, float margin) {
     vec3 v = vec3(u_right.z, u_up.z, u_forward.z);
     vec2 a = abs(v.xy - low * v.z), b = abs(v.xy - high * v.z);
     Projection projection;
-    projection.outside = all_near || any(all_beyond);
-    projection.inside = !any_near && !any(any_beyond);
+    projection.outside = all_near || any(greaterThan(least_beyond, vec4(0.0)));
+    projection.inside = !any_near && all(lessThanEqual(most_beyond, vec4(0.0)));
     projection.nearest_m = max(nearest, 0.999 * near);
     projection.middle_m = max(projection.nearest_m, dot(u_forward.xyz, 0.5 * (box.low + box.high)));
     // if the view is vertical the two parts of the difference cancel, but not their rounding errors

@@ -68,5 +68,6 @@ void main() {
         barrier();
     }
     join_all(thread, THREADS);
-    for (int unit = thread; unit < UNITS; unit += THREADS) write_unit(b, unit);
+    for (int unit = thread; unit < UNITS; unit += THREADS)
+        if (write_unit(b, unit) == IS_BLOCK) atomicAdd(b_round[u_round + 1].groups, 1u);  // rings/spawn.comp makes these blocks
 }

@@ -16,6 +16,7 @@ void spawn(int id, int child) {
 }
 
 void main() {
+    if (b_round[u_round + 1].groups == 0u) return;
     int thread = int(gl_LocalInvocationIndex), first = int(b_round[u_round].count), n = int(b_round[u_round].groups);
     int stretch = (n + SCANNERS - 1) / SCANNERS, from = min(thread * stretch, n), end = min(from + stretch, n);
     uint units = 0u;

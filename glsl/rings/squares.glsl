@@ -83,11 +83,14 @@ uint word_of_unit(ivec2 at) {
     return leaf_word(0, finest_of(low_of(3, at), block.unit_log2, block.ring, block.unit_log2)) | IS_BROKEN;
 }
 
-void write_unit(int b, int unit) {
+// Returns the unit's word.
+uint write_unit(int b, int unit) {
     uint word = word_of_unit(unit_at(unit));
     int id = UNITS * b + unit;
     cell[plane(0) + id] = cell[plane(1) + id] = word;
-    if (!is_leaf(word) || !begins_leaf(unit_at(unit), word)) return;
-    append_leaf(id);
-    append_to_queue(0, id, side_units_log2(word));
+    if (is_leaf(word) && begins_leaf(unit_at(unit), word)) {
+        append_leaf(id);
+        append_to_queue(0, id, side_units_log2(word));
+    }
+    return word;
 }

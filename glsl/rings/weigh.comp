@@ -11,9 +11,9 @@ layout(local_size_x = UNITS) in;
 
 // The tables sum whole tiles, which may reach beyond the box: take the box's share of that sum.
 float squares_of_box_m2(ivec2 low, ivec2 end, int step_log2) {
-    int tile = count_tile(max(step_log2, 0)) << max(step_log2, 0);
+    int tile = max(step_log2, 0) + tile_log2(max(step_log2, 0));
     ivec2 from = max(low, ivec2(0)), to = min(end, u_last_post);
-    vec2 own = vec2(to - from), asked = vec2(((to + tile - 1) / tile - from / tile) * tile);
+    vec2 own = vec2(to - from), asked = vec2((to - 1 >> tile) + 1 - (from >> tile) << tile);
     return squares_m2(low, end, step_log2) * own.x / asked.x * own.y / asked.y;
 }
 

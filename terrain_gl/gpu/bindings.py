@@ -11,7 +11,7 @@ from __future__ import annotations
 
 import re
 from functools import cache
-from typing import NamedTuple
+from typing import Any, NamedTuple
 
 import moderngl
 
@@ -51,8 +51,8 @@ def _place(match: re.Match[str]) -> Place:
     return Place(kind, int(match["number"]), "writeonly" not in words, "readonly" not in words)
 
 
-def bind(path: str, **resources: Resource) -> None:
-    """Bind buffers and textures to the places that the shader `path` declares for them.
+def bind(path: str, **resources: Any) -> None:
+    """Bind buffers, textures and `gl.WordTexture`s to the places that the shader `path` declares for them.
 
     Raises
     ------
@@ -63,14 +63,12 @@ def bind(path: str, **resources: Resource) -> None:
     for name, resource in resources.items():
         if name not in declared:
             raise shaders.ShaderError(f"glsl/{path} has no binding for {name}; it declares {', '.join(declared)}")
-        _bind(declared[name], resource)
-
-
-def _bind(place: Place, resource: Resource) -> None:
-    if isinstance(resource, moderngl.Buffer):
-        storage = place.kind == "storage block"
-        (resource.bind_to_storage_buffer if storage else resource.bind_to_uniform_block)(place.number)
-    elif place.kind == "image" and not isinstance(resource, gl.WordTexture):
-        resource.bind_to_image(place.number, read=place.read, write=place.write)
-    else:
-        resource.use(place.number)
+        kind, number, read, write = declared[name]
+        if kind == "storage block":
+            resource.bind_to_storage_buffer(number)
+        elif kind == "uniform block":
+            resource.bind_to_uniform_block(number)
+        elif kind == "image":
+            resource.bind_to_image(number, read=read, write=write)
+        else:
+            resource.use(number)

@@ -57,16 +57,26 @@ def is_software(ctx: moderngl.Context) -> bool:
 
 def has(program: Any, name: str) -> bool:
     """Whether a program has a uniform or a block of that name; its names are listed once."""
-    if program.extra is None:
-        program.extra = frozenset(program)
-    return name in program.extra
+    return name in _written(program)
 
 
 def write_uniforms(program: Any, **values: Any) -> None:
-    """Set the uniforms `u_<name>` of a program; names that it does not have are ignored."""
+    """Set the uniforms `u_<name>` of a program; names that it does not have are ignored.
+
+    A value that was written last time is not written again: only this function may set these uniforms.
+    """
+    written = _written(program)
     for name, value in values.items():
-        if has(program, f"u_{name}"):
-            program[f"u_{name}"] = value
+        name = f"u_{name}"
+        if name in written and (written[name] is None or written[name] != value):
+            program[name] = written[name] = value
+
+
+def _written(program: Any) -> dict[str, Any]:
+    """The names of a program's uniforms and blocks, with the values that were written last."""
+    if program.extra is None:
+        program.extra = dict.fromkeys(program)
+    return program.extra
 
 
 def texel_texture(ctx: moderngl.Context, size: tuple[int, int], dtype: str) -> moderngl.Texture:

@@ -10,7 +10,8 @@ MAX_LEVELS = 15  # a map of 16384 posts a side has levels 0 to 14
 TILE = 32  # nodes a side of the tile that one work group turns into patches; a row is one word with a bit for each node
 SIZES = 7  # patches have 2^0 to 2^6 segments a side
 GROUP = 64  # threads of a work group that processes words
-COUNT_TILE = 2  # nodes a side of the tile that one class counter covers; on level 0, the cells, twice as many
+COUNT_TILE_LOG2 = 1  # log2 of the side in nodes of a tile that one class counter covers; one more on level 0, the cells
+COUNT_TILE = 1 << COUNT_TILE_LOG2
 CLASSES = 64  # error classes, a quarter of an octave each
 PLACES = 4  # places along a side of a cell that `verify.measure` compares
 CLASS_WORDS = CLASSES // 4  # words for a tile's counters, 8 bits each
@@ -171,7 +172,7 @@ DEFINES = {
     "TILE": TILE,
     "SIZES": SIZES,
     "GROUP": GROUP,
-    "COUNT_TILE": COUNT_TILE,
+    "COUNT_TILE_LOG2": COUNT_TILE_LOG2,
     "CLASSES": CLASSES,
     "PLACES": PLACES,
 }
