@@ -31,7 +31,7 @@ def measure(ctx, size, bits):
     numpy = best_ms(lambda: values.cumsum(1, values.dtype).cumsum(0, values.dtype))
     copied = ctx.buffer(reserve=buffer.size)
     copy = best_ms(lambda: ctx.copy_buffer(copied, buffer), ctx.finish)
-    floor = copy / 2 * 6  # a copy is one read and one write; rows and columns take two reads and one write each
+    floor = 2 * copy  # rows, then columns: every word is read and written once in each direction
     for each in (buffer, copied, tables):
         each.release()
     return table, numpy, floor
