@@ -34,6 +34,9 @@ class Camera:
         Vertical field of view in degrees.
     up
         The direction that points up in the picture; by default z, and north when the camera looks straight down or up.
+    bend_per_m
+        How the ground is bent: at the distance r it is drawn ``bend_per_m · r²`` lower. `Renderer` sets it, from the
+        options `curvature` and `refraction`.
 
     Raises
     ------
@@ -45,6 +48,7 @@ class Camera:
     target: Vector
     fov_deg: float = 50.0
     up: Vector | None = None
+    bend_per_m: float = 0.0
 
     def __post_init__(self) -> None:
         for name in ("eye", "target", "up"):
@@ -113,6 +117,14 @@ class Camera:
         tan_y = math.tan(0.5 * math.radians(self.fov_deg))
         return tan_y * size[0] / size[1], tan_y
 
+    def drop_m(self, x: np.ndarray, y: np.ndarray) -> np.ndarray:
+        """How much lower the posts at these world places are drawn: the Earth is round."""
+        return self.bend_per_m * (np.square(x - self.eye[0]) + np.square(y - self.eye[1]))
+
+    def lowered(self, points: np.ndarray) -> np.ndarray:
+        """World points (n, 3) as they are drawn: lower by their drop."""
+        return points - np.stack([0 * points[:, 0], 0 * points[:, 1], self.drop_m(points[:, 0], points[:, 1])], -1)
+
 
 def clip_from_eye(camera: Camera, size: tuple[int, int], near_m: float) -> np.ndarray:
     """(4, 4) float64 projection of column vectors, world metres relative to the eye, to clip space.
@@ -171,7 +183,7 @@ def screen_shift_px(
     seen
         (n,) bool, whether the point is in the picture.
     """
-    at = camera.axes @ (points - np.asarray(camera.eye)).T
+    at = camera.axes @ (camera.lowered(points) - np.asarray(camera.eye)).T
     seen = in_picture(camera, size, [*at], near_m)
     return shift_px(camera, size, [*np.where(seen, at, np.array([[0.0], [0.0], [1.0]]))], rise_m), seen
 
@@ -200,8 +212,12 @@ def boxes_in_picture(
     low, high
         (n, 3) world metres, smallest and largest corners.
     """
-    which = np.indices((2, 2, 2)).reshape(3, 8).T[:, None, :]
-    corners = np.where(which, high, low) - np.asarray(camera.eye)
+    which, eye = np.indices((2, 2, 2)).reshape(3, 8).T[:, None, :], np.asarray(camera.eye)
+    nearest, farthest = np.clip(eye, low, high), np.where(eye - low > high - eye, low, high)
+    low, high = np.array(low, float), np.array(high, float)
+    low[:, 2] -= camera.drop_m(*farthest.T[:2])
+    high[:, 2] -= camera.drop_m(*nearest.T[:2])
+    corners = np.where(which, high, low) - eye
     x, y, z = np.moveaxis(corners @ camera.axes.T, -1, 0)
     tan_x, tan_y = camera.half_extent(size)
     slack = 1e-6 * np.abs(corners).sum(-1)  # the GPU places vertices in float32

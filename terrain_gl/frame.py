@@ -9,6 +9,7 @@ from typing import Any
 import numpy as np
 
 from .camera import Camera
+from .curvature import radius_of
 from .image import png_bytes
 from .lod import Selection
 from .mesh import captured_triangles
@@ -88,6 +89,7 @@ class DrawnFrame:
             "requested_max_error_px": None if options.method in BASELINES else options.max_error_px,
             "requested_triangles": options.triangles,
             "lambda": selection.price,
+            "curvature_radius_m": radius_of(self.camera.bend_per_m),
             "width": self.size[0],
             "height": self.size[1],
         }

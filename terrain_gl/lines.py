@@ -76,7 +76,7 @@ class Lines:
 
 
 def _pieces(points: np.ndarray, color: Color, camera: Camera) -> np.ndarray:
-    from_eye = (points - np.asarray(camera.eye)).astype("f4")
+    from_eye = (camera.lowered(points) - np.asarray(camera.eye)).astype("f4")
     from_eye = from_eye[np.isfinite(from_eye).all(1)]
     pieces = np.zeros(max(0, len(from_eye) - 1), PIECE)
     pieces["a_m"], pieces["b_m"], pieces["color"] = from_eye[:-1], from_eye[1:], color

@@ -18,6 +18,8 @@ from typing import Any, NamedTuple, Protocol
 import numpy as np
 
 from .camera import Camera
+from .curvature import MODES as CURVATURES
+from .curvature import bend_per_m
 from .exceptions import UsageError
 from .heightmap import Heightmap
 from .light.climate import AUTO, LOOKS
@@ -118,6 +120,12 @@ class RenderOptions:
         "on": near the eye the shading has bumps and specks below the posts' spacing; the mesh has none.
     contour_m
         Metres between contour lines over any style; 0 for an interval that suits the map's relief. By default none.
+    curvature
+        Whether land far away is drawn lower, because the Earth is round: "on", "off", or "auto", which is "on" for maps
+        with a coordinate system whose longer side is at least 50 km, and at most the radius of their planet.
+    refraction
+        The coefficient k of refraction: air bends light, so the radius in effect is R / (1 - k). 0.13 is usual on the
+        Earth.
     sky, material, water_m
         See `terrain_gl.shade.Look`: files, and metres.
     near_m
@@ -200,6 +208,15 @@ class RenderOptions:
         "picture",
         Flag("--contours", "interval", "contour lines every M metres, or auto; each fifth is heavy", "M"),
     )
+    curvature: str = _option(
+        "auto",
+        "picture",
+        Flag("--curvature", "choice", "the Earth is round; auto: for maps with coordinates, 50 km and larger"),
+        choices=CURVATURES,
+    )
+    refraction: float | None = _option(
+        None, "picture", Flag("--refraction", "number", "air bends light; 0.13 on the Earth (default: 0)", "K")
+    )
     near_m: float | None = _option(
         None, "technical", Flag("--near", "positive", "near plane (default: 0.1 spacings)", "M")
     )
@@ -215,6 +232,8 @@ class RenderOptions:
             raise UsageError(f"sun: expected azimuth and elevation, -90 to 90 degrees, got {self.sun}")
         if self.contour_m is not None and not 0 <= self.contour_m < 1e9:
             raise UsageError(f"contours: expected metres between them, or 0 for auto, got {self.contour_m:g}")
+        if self.refraction is not None and not 0 <= self.refraction < 1:
+            raise UsageError(f"refraction must be from 0 on and below 1, got {self.refraction:g}")
         if self.water_m is not None and not math.isfinite(self.water_m):
             raise UsageError(f"water must have a finite height in metres, got {self.water_m:g}")
         for name, known in CHOICES.items():
@@ -262,6 +281,10 @@ class RenderOptions:
         return Look(
             *first, land=self.look, voids=self.voids, edge=self.edge, grain=self.grain, contour_m=self.contour_m
         )
+
+    def seen(self, heightmap: Heightmap, camera: Camera) -> Camera:
+        """The camera that sees the map's ground bent, as the options say."""
+        return replace(camera, bend_per_m=bend_per_m(heightmap, self.curvature, self.refraction or 0.0))
 
     @property
     def goal(self) -> Goal:

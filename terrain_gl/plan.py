@@ -37,7 +37,7 @@ def plan(renderer: Renderer, longest_px: int = LONGEST_PX, **look: Any) -> np.nd
     away, level = AWAY * depth, float(np.mean(heightmap.range_m))
     x, y = (cols - 1) * east / 2, (rows - 1) * north / 2
     camera = Camera((x, y, level + away), (x, y, level), math.degrees(2 * math.atan(depth / 2 / away)))
-    image = renderer.render(camera, size=size, **look | {"near_m": away / 2}).image
+    image = renderer.render(camera, size=size, **look | {"near_m": away / 2, "curvature": "off"}).image
     inside = [_inside(size[1], rows), _inside(size[0], cols)]
     return image[np.ix_(*inside)][..., :3]
 

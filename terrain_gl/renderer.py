@@ -255,7 +255,8 @@ class Renderer:
         """Choose the mesh of a picture of `size`, and set the view; the last frame is lost."""
         self.forget()
         near_m = near_plane_m(self.heightmap, options.near_m)
-        chosen_for = options.chosen_for or camera
+        camera = options.seen(self.heightmap, camera)
+        chosen_for = options.seen(self.heightmap, options.chosen_for) if options.chosen_for else camera
         goal = options.goal
         loaded: dict[str, Any] = {}
         with self.timer.stage("lod"):

@@ -38,6 +38,9 @@ class View:
         block["eye_z_m"] = eye_z_m = camera.eye[2] - terrain.base_m
         block["eye_z_rest_m"] = eye_z_m - float(block["eye_z_m"])
         block["focal_px"] = camera.focal_px(size[1])
+        block["bend_per_m"] = camera.bend_per_m
+        block["bulge_m"] = camera.bend_per_m * spacing**2
+        block["sag_m"] = camera.bend_per_m * np.square(spacing).sum() / 4 * (1 + 1e-6)
         for name, value in settings.items():
             block[name] = value
         self._written, self._clip_from_eye, self._piece = block, clip_from_eye(camera, size, near_m), None

@@ -36,6 +36,7 @@ FRAME_KEYS = {
         "map",
         "requested_triangles",
         "lambda",
+        "curvature_radius_m",
     ),
 }
 MEASURED_KEYS = FRAME_KEYS | {"max_error_px", "rms_error_px", "max_error_posts_px", "posts_measured", "holes"}

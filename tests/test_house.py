@@ -22,7 +22,7 @@ LAYERS = (
     ("place",),
     ("heightmap",),
     ("camera", "terrain", "brush", "overlay", "paged_map"),
-    ("contours",),
+    ("contours", "curvature"),
     ("sat", "view", "page_sums", "resident"),
     ("error", "light", "pages", "loader"),
     ("surface",),

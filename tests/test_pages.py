@@ -103,7 +103,7 @@ def alone(monkeypatch):
 # --- What is certified ------------------------------------------------------------------------------------------------
 
 
-def check_equal(maps, views, metrics):
+def check_equal(maps, views, metrics, **options):
     """With all pages, patches, certificates and depths are those of the whole map."""
     whole, path = maps
     rng = np.random.default_rng(3)
@@ -112,14 +112,14 @@ def check_equal(maps, views, metrics):
         assert len(other.terrain.slot_of) == len(all_pages(other.heightmap))
         for number in range(views):
             camera, error_px = random_view(whole, rng), float(rng.choice([0.3, 1.0, 4.0]))
-            how = {"metric": metrics[number % len(metrics)], "style": "depth"}
+            how = {"metric": metrics[number % len(metrics)], "style": "depth"} | options
             first, second = (renderer.draw(camera, error_px, **how) for renderer in (one, other))
             assert patches_of(one) == patches_of(other)
             assert second["certified_max_error_px"] == first["certified_max_error_px"]
             np.testing.assert_array_equal(seen_by(other), seen_by(one))
 
 
-def check_bounds(maps, rounds, views, metrics):
+def check_bounds(maps, rounds, views, metrics, **options):
     """With any pages, achieved ≤ certified, and there are no holes."""
     whole, path = maps
     rng = np.random.default_rng(7)
@@ -131,14 +131,22 @@ def check_bounds(maps, rounds, views, metrics):
                     load(other, [keys[i] for i in rng.integers(0, len(keys), 6)])
                     camera, error_px = random_view(whole, rng), float(rng.choice([0.3, 1.0, 4.0]))
                     metric = metrics[number % len(metrics)]
-                    selection = choose(other, camera, max_error_px=error_px, metric=metric)
+                    selection = choose(other, camera, max_error_px=error_px, metric=metric, **options)
                     found = achieved(other)
                     most_px = found.max_px if metric == "max" else found.rms_px
                     assert most_px <= selection.certified_px
                     assert found.uncovered == 0
                     check_sides_agree(*other.inspector.frame.triangles)
-                    choose(one, camera, max_error_px=error_px, metric=metric)
+                    choose(one, camera, max_error_px=error_px, metric=metric, **options)
                     assert found.posts == achieved(one).posts
+
+
+def test_on_a_round_earth_stores_are_drawn_and_certified_as_whole_maps(hills, alone, monkeypatch):
+    """A planet of 3 km: the map is 500 m wide, so land at its other side is drawn 50 m lower."""
+    monkeypatch.setattr("terrain_gl.curvature.WGS84", (3000.0, 0.0))
+    round_ = {"curvature": "on"}
+    check_equal(hills, 2, METRICS, **round_)
+    check_bounds(hills, 1, 3, METRICS, **round_)
 
 
 def test_with_all_pages_the_mesh_is_that_of_the_whole_map(hills):

@@ -57,7 +57,7 @@ vec3 sky_colour(vec3 direction) {
     float wall = wall_depth(ray, place), plain = plain_depth(ray);
     if (wall < 0.0 && plain < 0.0) return tone_mapped(u_exposure * (sky_light(direction) + sun_disc(direction)));
     float depth = wall > 0.0 ? wall : plain, distance_m = depth * length(ray);
-    float up_m = ray.z * depth + u_eye_z_m + u_eye_z_rest_m;
+    float up_m = ray.z * depth + drop_m(ray.xy * depth) + u_eye_z_m + u_eye_z_rest_m;
     vec3 light = wall > 0.0 ? wall_light(place, up_m, depth, -direction) : plain_light(ray.xy * depth, -direction);
     light = hazed(light, direction, distance_m);
     vec3 horizon = sky_light(normalize(vec3(direction.xy, 0.01 * length(direction.xy))));  // the plain fades into it, so there is no line at the horizon

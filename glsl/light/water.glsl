@@ -8,11 +8,14 @@
 #define RIPPLES 3000.0  // sharpness of the ripples' lobe
 const vec3 ABSORBED = vec3(0.35, 0.075, 0.045), SCATTERED = vec3(0.004, 0.015, 0.018);  // absorbed per metre; scattered, as a share of the light from above
 
+// How far the eye is above the water, measured where it meets the land: the water has the drop of the land there.
+float above_water_m(Ground g) { return drop_m(g.from_eye_m.xy) - up_from_eye_m(u_water_m); }
+
 bool is_under_water(Ground g) { return g.fine.height_m < u_water_m && up_from_eye_m(u_water_m) < 0.0; }
 
 // Radiance towards the eye; surface_m is the distance to the water.
 vec3 water_light(Ground g, Lit l, vec3 floor_light, out float surface_m) {
-    float down_m = -up_from_eye_m(u_water_m), slant = max(g.towards_eye.z, 1e-4);
+    float down_m = above_water_m(g), slant = max(g.towards_eye.z, 1e-4);
     surface_m = min(down_m / slant, g.distance_m);
     float sun_seen = min(l.sun / max(l.unshadowed, 1e-3), 1.0);
     vec3 from_above = u_sun.amplitude * (u_sun.integral / PI * max(u_sun.axis.z, 0.0) * sun_seen);

@@ -32,10 +32,10 @@ void main() {
     ivec2 at = u_low >> level;
     choice[level].quads = vec4(0.0);
     choice[level].fan = vec4(0.0);
-    if (size == 0 || is_whole(size, level, at)) choice[level].quads = vec4(square_errors_m(size, level, at), quads_px(size, level, at), 1.0);
+    if (size == 0 || is_whole(size, level, at)) choice[level].quads = vec4(square_errors_m(size, level, at) + sag_m(level), quads_px(size, level, at), 1.0);
     if (size == 0 && level > 0) {
         PackedNode n = node_of(level, at);
         Projection p = project_node(level, at, 1.0);
-        choice[level].fan = vec4(fan_max_m(n, u_edges), posts_rms_m(n).y, p.outside ? 0.0 : fan_px(p, n, u_edges), 1.0);
+        choice[level].fan = vec4(vec2(fan_max_m(n, u_edges), posts_rms_m(n).y) + p.sag_m, p.outside ? 0.0 : fan_px(p, n, u_edges), 1.0);
     }
 }

@@ -28,6 +28,7 @@ bool is_whole(int size, int level, ivec2 at) {
 
 float quads_px(int size, int level, ivec2 at) {
     Projection p = project_node(level + size, at >> size, 1.0);
+    p.sag_m = sag_m(level);
     vec2 errors_m = square_errors_m(size, level, at);
     return p.outside ? 0.0 : metric_px(p, errors_m.x, errors_m.y);
 }

@@ -10,7 +10,9 @@
 //       t² / 90     as a quad, with either diagonal,
 //       t² / 1440   as a fan around its centre, (a + b + c + d) / 4.
 //   So each of the fan's two additional triangles removes (n − 1) t² (1/90 − 1/1440) / 2 = (n − 1) t² / 192.
-// Provides pays(), quad_pays(), cell_fan_pays().   Python twins: reference.post_weights (n), reference.cell_squares (t²)
+//   The mean square of a node's sag is about half the square of its largest value G. A split divides the sag by four, and adds
+//   six triangles. So each removes about n (1 - 1/16) G² / 12 over the n posts of the node.
+// Provides pays(), split_pays(), quad_pays(), cell_fan_pays().   Python twins: reference.post_weights (n), reference.cell_squares (t²)
 
 #include "error/node_errors.glsl"
 #include "lod/tree.glsl"
@@ -23,6 +25,10 @@ float post_weight(Projection p) { return max(1.0, pixels_across(p)); }
 bool pays(Projection p, float gain_m2) {
     float w = u_focal_px * p.stretch / p.nearest_m;
     return post_weight(p) * w * w * gain_m2 > s_price;
+}
+
+bool split_pays(Projection p, float gain_m2, int level, ivec2 at) {
+    return pays(p, gain_m2 + own_posts(level, at) * p.sag_m * p.sag_m * (15.0 / 192.0));
 }
 
 // Whether a quad costs less than a fan with this number of triangles.

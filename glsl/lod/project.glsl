@@ -4,7 +4,7 @@
 //       K |δ| |(v_x − x/z · v_z, v_y − y/z · v_z)| / z',      z' = z + δ v_z,     K the focal length in pixels.
 //   Over a box: the third factor is convex in (x/z, y/z), so it is largest at a corner of the rectangle around the box's
 //   projection. z' is at least the nearest corner's depth minus |δ v_z|. Only points in the picture count, so the rectangle
-//   ends at the picture's edges, and the depth at the near plane.
+//   ends at the picture's edges, and the depth at the near plane. A box holds its posts as they are drawn, with their drop.
 // Provides Box, Projection, project(), error_px().
 // Python twins: reference.project_boxes, reference.error_px; of a point camera.screen_shift_px
 
@@ -25,18 +25,20 @@ struct Projection {
     float nearest_m;  // smallest depth of a point in the picture
     float stretch;    // largest value of the third factor
     float middle_m;   // depth of the box's centre, at least nearest_m
+    float sag_m;      // what the Earth's curvature adds to errors in the box: 0, unless the caller sets it
 };
 
 Box box_of(ivec2 low_post, ivec2 high_post, vec2 range_m) {
-    vec2 a = post_from_eye_m(low_post), b = post_from_eye_m(high_post);
-    return Box(vec3(a.x, b.y, up_from_eye_m(range_m.x)), vec3(b.x, a.y, up_from_eye_m(range_m.y)));
+    vec2 a = post_from_eye_m(low_post), b = post_from_eye_m(high_post), low = vec2(a.x, b.y), high = vec2(b.x, a.y);
+    vec2 nearest = clamp(vec2(0.0), low, high), farthest = max(abs(low), abs(high));
+    return Box(vec3(low, up_from_eye_m(range_m.x) - drop_m(farthest)), vec3(high, up_from_eye_m(range_m.y) - drop_m(nearest)));
 }
 
 vec3 to_camera(vec3 p) { return vec3(dot(u_right.xyz, p), dot(u_up.xyz, p), dot(u_forward.xyz, p)); }
 
 // `margin` ≥ 1 widens the frustum: a box outside a wide frustum is outside a narrow one, in spite of rounding.
 Projection project(Box box, float margin) {
-    if (u_metric == METRIC_METRES) return Projection(false, true, 0.0, 0.0, 0.0);  // there is no picture, so nothing is outside
+    if (u_metric == METRIC_METRES) return Projection(false, true, 0.0, 0.0, 0.0, 0.0);  // there is no picture, so nothing is outside
     vec4 least_beyond = vec4(1e30), most_beyond = vec4(-1e30);  // of the corners, beyond the picture's right, top, left, bottom
     float nearest = 1e30, farthest = -1e30, near = near_m();
     vec2 low = vec2(1e30), high = vec2(-1e30);
@@ -67,15 +69,17 @@ Projection project(Box box, float margin) {
     projection.inside = !any_near && all(lessThanEqual(most_beyond, vec4(0.0)));
     projection.nearest_m = max(nearest, 0.999 * near);
     projection.middle_m = max(projection.nearest_m, dot(u_forward.xyz, 0.5 * (box.low + box.high)));
+    projection.sag_m = 0.0;
     // if the view is vertical the two parts of the difference cancel, but not their rounding errors
     projection.stretch = length(max(a, b)) + COORDINATE_SLACK * (1.0 + dot(extent, extent));
     return projection;
 }
 
-// Pixels for an error of size_m; max_m is the largest error of the box.
+// Pixels for an error of size_m; max_m is the largest error of the box. Both are without the sag.
 float error_px(Projection p, float size_m, float max_m) {
+    size_m += p.sag_m;
     if (size_m == 0.0) return 0.0;
-    float depth = p.nearest_m - max_m * abs(u_forward.z);
+    float depth = p.nearest_m - (max_m + p.sag_m) * abs(u_forward.z);
     return depth <= 0.0 ? INFINITE_PX : u_focal_px * size_m * p.stretch / depth * BOUND_SLACK;
 }
 

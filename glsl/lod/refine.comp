@@ -14,7 +14,7 @@ uniform int u_which_level;
 bool must_split(ivec2 at) {
     Projection p = project_node(u_which_level, at, 2.0);
     if (p.outside) return false;
-    if (has_budget()) return pays(p, gain[node_index(u_which_level, at)]);
+    if (has_budget()) return split_pays(p, gain[node_index(u_which_level, at)], u_which_level, at);
     if (u_tolerance_px == 0.0) return true;
     PackedNode n = node_of(u_which_level, at);
     // the fan's mean is never below the means of its children as quads; for the maximum that need not hold

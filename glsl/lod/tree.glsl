@@ -80,7 +80,9 @@ Projection project_node(int level, ivec2 at, float margin) {
     ivec2 low = at << level, high = min(low + (1 << level), u_last_post);
     int known = max(level, 1);
     vec2 range_m = range_of(known, at >> (known - level));
-    return project(box_of(low, high, range_m), margin);
+    Projection p = project(box_of(low, high, range_m), margin);
+    p.sag_m = sag_m(level);
+    return p;
 }
 
 vec4 wedges_m(PackedNode n, uint shares) { return unpack_shares(shares, unpack_pair(n.max_m).y); }

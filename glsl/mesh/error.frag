@@ -1,11 +1,13 @@
 // mesh/error.frag — the error of the drawn triangle at one place, in metres: positive if it is above the truth.
 //   Each pixel is one place: a cell has PLACES × PLACES places, posts included. Vertices are on 64ths of a post. In this
 //   unit all coordinates and areas are integers below 2^53, so they are exact in double precision.
+//   The triangle is drawn with the drop of its corners, and the truth has the drop of the place (blocks/view.glsl). A plane
+//   that is added to both changes nothing. So the drops may be those of an eye at the place itself, where they are small.
 
 #undef TO
 #define TO ABOVE  // this shader is only used from above
 #include "mesh/to.glsl"
-#include "blocks/terrain.glsl"
+#include "blocks/view.glsl"
 
 flat in vec3 v_a, v_b, v_c;  // column, row, metres above base
 layout(r32f, binding = 0) uniform writeonly image2D u_error_m;
@@ -30,6 +32,12 @@ double truth_m(ivec2 place) {
     return mix(north, south, t.y);
 }
 
+// The drop at a vertex, or at another place, less that at an eye above `at`; in 64ths of a post.
+double drop_near_m(dvec2 vertex, dvec2 at) {
+    dvec2 away = (vertex - at) / 64.0 * dvec2(u_spacing_m), between = fract(vertex / 64.0);
+    return double(u_bend_per_m) * dot(away, away) + dot(dvec2(u_bulge_m), between * (1.0 - between));
+}
+
 void main() {
     ivec2 pixel = ivec2(gl_FragCoord.xy);
     pixel = ivec2(u_flip.x != 0 ? u_tile_size.x - 1 - pixel.x : pixel.x,
@@ -37,6 +45,7 @@ void main() {
     ivec2 place = u_tile + pixel;
     dvec2 at = dvec2(place * (64 / PLACES)), a = dvec2(64.0 * v_a.xy), b = dvec2(64.0 * v_b.xy), c = dvec2(64.0 * v_c.xy);
     double wa = doubled_area(at, b, c), wb = doubled_area(a, at, c), wc = doubled_area(a, b, at);
-    double drawn_m = (wa * double(v_a.z) + wb * double(v_b.z) + wc * double(v_c.z)) / (wa + wb + wc);
-    imageStore(u_error_m, pixel, vec4(float(drawn_m - truth_m(place))));
+    double a_m = double(v_a.z) - drop_near_m(a, at), b_m = double(v_b.z) - drop_near_m(b, at), c_m = double(v_c.z) - drop_near_m(c, at);
+    double drawn_m = (wa * a_m + wb * b_m + wc * c_m) / (wa + wb + wc);
+    imageStore(u_error_m, pixel, vec4(float(drawn_m - (truth_m(place) - drop_near_m(at, at)))));
 }

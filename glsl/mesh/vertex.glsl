@@ -14,7 +14,8 @@ flat out uvec4 v_of_patch;
 // A vertex that is a part of a cell east and south of its post.
 void put_vertex_between(ivec2 post, vec2 between, float h_m, Patch p) {
     v_post = vec2(post) + between;
-    v_from_eye_m = from_eye_m(post, h_m) + vec3(between.x, -between.y, 0.0) * vec3(u_spacing_m, 0.0);
+    vec2 at_m = post_from_eye_m(post) + vec2(between.x, -between.y) * u_spacing_m;
+    v_from_eye_m = vec3(at_m, up_from_eye_m(h_m) - drop_between_m(at_m, between));
     v_of_patch = words_of(p);
     gl_Position = u_clip_from_eye * vec4(v_from_eye_m, 1.0);
 }

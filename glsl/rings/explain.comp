@@ -24,6 +24,7 @@ void main() {
     bool known = step_log2 <= u_top_level && step_log2 >= FINEST && all(equal(u_low & (1 << max(step_log2, 0)) - 1, ivec2(0)));
     choice[k] = vec4(0.0);
     if (!known) return;
+    p.sag_m = sag_m(step_log2);
     float max_m = largest_m(u_low, end, step_log2), rms_m = min(rms_of_box_m(u_low, end, step_log2), max_m);
-    choice[k] = vec4(max_m, rms_m, p.outside ? 0.0 : error_px(p, u_metric == METRIC_RMS && has_mean(p) ? rms_m : max_m, max_m), 1.0);
+    choice[k] = vec4(vec2(max_m, rms_m) + p.sag_m, p.outside ? 0.0 : error_px(p, u_metric == METRIC_RMS && has_mean(p) ? rms_m : max_m, max_m), 1.0);
 }

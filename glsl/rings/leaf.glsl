@@ -92,7 +92,9 @@ int finest_of(ivec2 low, int side_log2, int ring, int coarsest) {
 
 // Whether the tables prove that the cells of a square are within the tolerance.
 bool holds(ivec2 low, ivec2 end, int step_log2, Projection p) {
-    if (!has_mean(p)) return is_within_m(low, end, step_log2, error_within_m(p));
+    p.sag_m = sag_m(step_log2);
+    float allowed_m = error_within_m(p) - p.sag_m;
+    if (!has_mean(p)) return allowed_m >= 0.0 && is_within_m(low, end, step_log2, allowed_m);
     return error_px(p, rms_of_box_m(low, end, step_log2), largest_m(low, end, step_log2)) <= u_tolerance_px * (1.0 - 1e-5);
 }
 
@@ -109,6 +111,7 @@ float leaf_px(Leaf leaf, Projection p) {
     if (p.outside) return 0.0;
     ivec2 end = leaf.origin + (1 << leaf.side_log2);
     int step_log2 = step_log2_of(leaf.word);
+    p.sag_m = sag_m(step_log2);
     float max_m = largest_m(leaf.origin, end, step_log2);
     return error_px(p, has_mean(p) ? min(rms_of_box_m(leaf.origin, end, step_log2), max_m) : max_m, max_m);
 }

@@ -2,6 +2,7 @@
 // the exact sums of the tables.
 //   E(p, T) is the box sum of squared errors; an error of one metre makes at most w pixels. A post counts n times, where n
 //   is the width of a cell in pixels, or 1 if that is larger: n = max(1, K √(s_x s_y) / z).
+//   The mean square of the sag over a cell is about half the square of its largest value.
 //   One work group handles one block, one thread one of its units.
 
 #include "rings/squares.glsl"
@@ -14,7 +15,8 @@ float squares_of_box_m2(ivec2 low, ivec2 end, int step_log2) {
     int tile = max(step_log2, 0) + tile_log2(max(step_log2, 0));
     ivec2 from = max(low, ivec2(0)), to = min(end, u_last_post);
     vec2 own = vec2(to - from), asked = vec2((to - 1 >> tile) + 1 - (from >> tile) << tile);
-    return squares_m2(low, end, step_log2) * own.x / asked.x * own.y / asked.y;
+    float sag = sag_m(step_log2);
+    return squares_m2(low, end, step_log2) * own.x / asked.x * own.y / asked.y + 0.5 * sag * sag * own.x * own.y;
 }
 
 void weigh_square(int depth, ivec2 at) {

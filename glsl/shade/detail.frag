@@ -22,5 +22,6 @@ float error_px(vec3 drawn_m, float d) {
 void main() {
     bool inside = min(min(g_weights.x, g_weights.y), g_weights.z) >= 0.0;  // else the place belongs to the neighbour's fragment
     vec2 post = place_in_patch(g_post, patch_of(g_of_patch));
-    put_detail(inside ? error_px(g_from_eye_m, error_m(post, g_from_eye_m.z + u_eye_z_m + u_eye_z_rest_m)) : 0.0);
+    float drop = drop_between_m(g_from_eye_m.xy, fract(post)), drawn_m = g_from_eye_m.z + drop + u_eye_z_m + u_eye_z_rest_m;
+    put_detail(inside ? error_px(g_from_eye_m, error_m(post, drawn_m)) : 0.0);
 }

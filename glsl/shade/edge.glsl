@@ -15,10 +15,11 @@
 
 uniform float u_edge_m;  // height of the plain or the sea, above the base of the map's heights
 
-// The view depth at which a ray meets the plain; negative if it does not. The ray's component along the view is 1.
+// The view depth t at which a ray meets the plain; negative if it does not. The ray's component along the view is 1. The plain
+// has the drop of the land, so t is the smaller solution of   u_bend_per_m (x² + y²) t² + z t = u_edge_m - eye.
 float plain_depth(vec3 ray) {
-    float down_m = up_from_eye_m(u_edge_m);
-    return down_m < 0.0 && ray.z < 0.0 ? down_m / ray.z : -1.0;
+    float down_m = up_from_eye_m(u_edge_m), inside = ray.z * ray.z + 4.0 * drop_m(ray.xy) * down_m;
+    return down_m < 0.0 && ray.z < 0.0 && inside >= 0.0 ? 2.0 * down_m / (ray.z - sqrt(inside)) : -1.0;
 }
 
 vec2 rim_place(vec2 at_m, vec2 corner_m) {  // from metres relative to the eye to a place on the map; corner_m is the south-western post
@@ -42,5 +43,5 @@ float wall_depth(vec3 ray, out vec2 place) {
     float near = max(first.x, first.y), plain = plain_depth(ray);
     if (near <= 0.0 || near >= min(last.x, last.y) || (plain > 0.0 && plain < near)) return -1.0;
     place = rim_place(near * ray.xy, low);
-    return ray.z * near < up_from_eye_m(rim_m_at(place)) ? near : -1.0;
+    return ray.z * near < up_from_eye_m(rim_m_at(place)) - drop_m(near * ray.xy) ? near : -1.0;
 }

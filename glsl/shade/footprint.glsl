@@ -53,8 +53,12 @@ vec3 normal_of(vec2 slope) { return normalize(vec3(-slope, 1.0)); }
 
 vec3 place_from_eye_m(vec2 post, float h_m) {
     vec2 d = post - vec2(u_eye_post);
-    return vec3(vec2(d.x, -d.y) * u_spacing_m - u_eye_offset_m, up_from_eye_m(h_m));
+    vec2 at_m = vec2(d.x, -d.y) * u_spacing_m - u_eye_offset_m;
+    return vec3(at_m, up_from_eye_m(h_m) - drop_m(at_m));
 }
+
+// The normal in the picture: the Earth's curvature tilts land far away.
+vec3 seen_normal(vec2 slope, vec3 place_m) { return normal_of(slope - 2.0 * u_bend_per_m * place_m.xy); }
 
 // A side of the pixel, projected along the ray onto the plane, in posts.
 vec2 slide_to_ground(vec3 side_m, vec3 ray, vec3 normal) {
@@ -83,7 +87,7 @@ Ground footprint_at(vec2 post) {
     vec3 place_m = place_from_eye_m(post, height_m(ivec2(post)));
     float pixel_m = max(dot(place_m, u_forward.xyz), near_m()) * 2.0 * u_half_extent.y / float(u_size_px.y);
     vec2 around = max(vec2(4.0), 3.0 * pixel_m / u_spacing_m);
-    vec3 ray = normalize(place_m), normal = normal_of(rough_slope(post, around));
+    vec3 ray = normalize(place_m), normal = seen_normal(rough_slope(post, around), place_m);
     g.u = slide_to_ground(u_right.xyz * pixel_m, ray, normal);
     g.v = slide_to_ground(u_up.xyz * pixel_m, ray, normal);
     g.extent = clamp(sqrt(g.u * g.u + g.v * g.v), vec2(1e-4), vec2(LARGEST_BOX_POSTS));
@@ -93,7 +97,7 @@ Ground footprint_at(vec2 post) {
 
 // The offset from a place to the point where the ray meets the mean ground; 0 near the eye, where the place itself is used.
 vec2 shift_to_plane(vec2 post, float h_m, vec2 slope, vec3 ray, vec2 extent) {
-    vec3 place_m = place_from_eye_m(post, h_m), normal = normal_of(slope);
+    vec3 place_m = place_from_eye_m(post, h_m), normal = seen_normal(slope, place_m);
     vec3 aside = ray * (dot(place_m, normal) / min(dot(ray, normal), -GRAZING)) - place_m;
     vec2 shift = vec2(aside.x, -aside.y) / u_spacing_m;
     return shift * min(1.0, 1.0 / max(length(shift / extent), 1e-6)) * farness(extent);

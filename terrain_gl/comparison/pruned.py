@@ -37,7 +37,8 @@ class Allocation(NamedTuple):
 
 def view_of(camera: Camera, size: tuple[int, int], near_m: float) -> View:
     """A camera and its picture as a `View` of the reference."""
-    return View(np.asarray(camera.eye), camera.axes, camera.focal_px(size[1]), camera.half_extent(size), near_m)
+    extent = camera.half_extent(size)
+    return View(np.asarray(camera.eye), camera.axes, camera.focal_px(size[1]), extent, near_m, camera.bend_per_m)
 
 
 def quads_within(

@@ -86,6 +86,9 @@ VIEW = np.dtype(
         ("tolerance_px", "f4"),
         ("metric", "i4"),
         ("cull", "i4"),
+        ("bend_per_m", "f4"),
+        ("sag_m", "f4"),
+        ("bulge_m", "2f4"),
     ]
 )
 

@@ -3,7 +3,8 @@
     heightmap   the truth: posts, and the surface between them
     sat         summed-area tables, and the sum over a box
     error       the error of each node; `bound`: of any box of nodes, and between the posts
-    project     from metres to pixels; `tree`, `lod` and `patches`: the selection; `clipmap`: that of method sat
+    project     from metres to pixels; `curvature`: the Earth is round
+    lod         the selection, with `tree` and `patches`; `clipmap`: that of method sat
     mesh        the triangles of a patch
     shade       mean height and mean slope under a pixel
     light       lobes of light; `horizon`: what each place sees of sun and sky
@@ -12,8 +13,24 @@
 The tests compare the shaders with these functions. They import numpy alone.
 """
 
-from . import bound, clipmap, error, generate, heightmap, horizon, light, lod, mesh, patches, project, shade, tree
+from . import (
+    bound,
+    clipmap,
+    curvature,
+    error,
+    generate,
+    heightmap,
+    horizon,
+    light,
+    lod,
+    mesh,
+    patches,
+    project,
+    shade,
+    tree,
+)
 from .bound import *
+from .curvature import *
 from .error import *
 from .generate import *
 from .heightmap import *

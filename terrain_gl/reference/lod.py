@@ -16,6 +16,7 @@ from typing import NamedTuple
 import numpy as np
 
 from .bound import cell_squares
+from .curvature import drop_range_m, largest_sag_m, sag_gain_m2
 from .error import max_children, node_axes, node_errors, per_node, split_gains, top_level, wedge_errors
 from .project import BoxProjection, View, error_px, project_boxes
 from .tree import balance, children_of, existing, grow, neighbours, unsplit
@@ -45,6 +46,7 @@ class Screen(NamedTuple):
     split_px: np.ndarray
     weight: np.ndarray  # n w², px²/m²
     across: np.ndarray  # width of a cell in pixels, seen from above
+    sag_gain: np.ndarray  # squared error of the sag that a split removes for each triangle it adds, m²
 
 
 class Selection(NamedTuple):
@@ -109,21 +111,27 @@ def _screen(
 ) -> Screen:
     if view is None:
         one = np.ones(errors.solid.shape)
-        return Screen(one < 0, errors.quad_max, errors.whole, errors.split, one, one)
+        return Screen(one < 0, errors.quad_max, errors.whole, errors.split, one, one, 0 * one)
     y, x = node_axes(shape, level)
-    box = (
+    low, high = (
         np.stack(np.broadcast_arrays(cols * spacing_m[0], (shape[0] - 1 - rows)[:, None] * spacing_m[1], z))
         for cols, rows, z in ((x.low, y.high, errors.low_m), (x.high, y.low, errors.high_m))
     )
-    p = project_boxes(view, *box)
+    least_m, most_m = drop_range_m(low, high, view.eye, view.bend_per_m)
+    low[2], high[2] = low[2] - most_m, high[2] - least_m
+    p, sag = project_boxes(view, low, high), largest_sag_m(level, spacing_m, view.bend_per_m)
     each = BoxProjection(*(field[..., None] for field in p))
-    quad_px = metric_px(view, p, errors.quad_max, np.where(errors.solid, errors.quad_rms, errors.quad_max), metric)
+    quad_rms = np.where(errors.solid, errors.quad_rms, errors.quad_max)
+    quad_px = metric_px(view, p, errors.quad_max + sag, quad_rms + sag, metric)
     fan_rms = np.where(errors.solid, errors.fan_rms, errors.fan_max)[..., None]
     wedges = (errors.whole, errors.split) if metric == "max" else [errors.fan_max[..., None].repeat(4, -1)] * 2
-    whole_px, split_px = (metric_px(view, each, wedge, np.minimum(fan_rms, wedge), metric) for wedge in wedges)
+    whole_px, split_px = (
+        metric_px(view, each, wedge + sag, np.minimum(fan_rms, wedge) + sag, metric) for wedge in wedges
+    )
     across = view.focal_px / p.middle_m * np.sqrt(spacing_m[0] * spacing_m[1])
     weight = np.maximum(1.0, across) * np.square(view.focal_px * p.stretch / p.nearest_m)
-    return Screen(p.outside, quad_px, whole_px, split_px, weight, across)
+    gain = sag_gain_m2(sag, y.own.sum(1)[:, None] * x.own.sum(1))
+    return Screen(p.outside, quad_px, whole_px, split_px, weight, across, gain)
 
 
 # If a node is partly outside the picture, its RMS says nothing about the visible part. We use the maximum instead.
@@ -160,7 +168,9 @@ def select_at_price(tables: list[Errors], screens: list[Screen], shape: tuple[in
     """Select the leaves that minimise Σ weight · error² + price · triangles."""
     splits = unsplit(shape, len(screens) - 1)
     cuts = [(np.zeros_like(level), np.zeros_like(level)) for level in splits]
-    pays = [~s.outside & (s.weight * errors.gain > price) for s, errors in zip(screens, tables, strict=True)]
+    pays = [
+        ~s.outside & (s.weight * (errors.gain + s.sag_gain) > price) for s, errors in zip(screens, tables, strict=True)
+    ]
     grow(splits, pays)
     balance(splits)
     cells = screens[0].weight * np.maximum(1 - 1 / screens[0].across, 0) * tables[0].gain

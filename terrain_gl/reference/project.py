@@ -22,6 +22,7 @@ class View(NamedTuple):
     focal_px: float  # K
     half_extent: tuple[float, float]  # largest |x/z| and |y/z| in the picture
     near_m: float  # smallest depth in the picture
+    bend_per_m: float = 0.0  # 1 / 2R: see `curvature`
 
 
 class ScreenScale(NamedTuple):

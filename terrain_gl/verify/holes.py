@@ -5,6 +5,7 @@ from __future__ import annotations
 import numpy as np
 
 from ..camera import Camera
+from ..curvature import drop_between_m
 from ..heightmap import Heightmap
 
 # offsets up to a pixel from the middle, in steps of an eighth: samples are somewhere in this area
@@ -66,21 +67,22 @@ def _meets_ground(
     right, up, forward = camera.axes[:, 2]
     stretch = np.hypot(right - picture[:, 0] * forward, up - picture[:, 1] * forward)
     slack = slack_px / (focal * np.maximum(stretch, 1e-9))  # metres up or down, per metre of depth
-    eye, rays = np.asarray(camera.eye), picture @ camera.axes
-    return np.array([_ray_meets_ground(heightmap, eye, *ray, near_m) for ray in zip(rays, slack, strict=True)], bool)
+    rays = picture @ camera.axes
+    return np.array([_ray_meets_ground(heightmap, camera, *ray, near_m) for ray in zip(rays, slack, strict=True)], bool)
 
 
-def _ray_meets_ground(heightmap: Heightmap, eye: np.ndarray, ray: np.ndarray, slack: float, near_m: float) -> bool:
+def _ray_meets_ground(heightmap: Heightmap, camera: Camera, ray: np.ndarray, slack: float, near_m: float) -> bool:
     """Follow a ray from cell to cell.
 
     It meets the ground if it goes from more than the slack above it to more than the slack below it, or the other way
     round, with no void in between. Heights are compared on cell edges, where they do not depend on diagonals.
     """
     to_posts = np.array([1.0, -1.0]) / heightmap.spacing_m
+    eye = np.asarray(camera.eye)
     start = np.array([0.0, heightmap.rows - 1.0]) + eye[:2] * to_posts
     step = ray[:2] * to_posts
     depth, x, y = _edges_crossed(start, step, heightmap, near_m)
-    above_m = eye[2] + depth * ray[2] - bilinear(heightmap.heights, x, y)
+    above_m = eye[2] + depth * ray[2] + drop_between_m(camera, heightmap, x, y) - bilinear(heightmap.heights, x, y)
     low, high = heightmap.range_m
     side = np.sign(above_m) * (np.abs(above_m) > np.minimum(slack * depth, high - low))
     middle = (depth[1:] + depth[:-1]) / 2

@@ -7,6 +7,7 @@ from typing import Any
 
 import numpy as np
 
+from ..curvature import drop_between_m
 from ..exceptions import TerrainError, UsageError
 from ..frame import DrawnFrame
 from ..gpu.session import in_session, steps_in_session
@@ -133,7 +134,10 @@ class Inspector:
         if not len(inside) or is_hole:
             return float("nan")
         weight = weights[inside[0]] / weights[inside[0]].sum()
-        return float(weight @ heights_m[inside[0]].astype(np.float64)) + self.terrain.base_m
+        cols, rows = np.vstack([triangles[inside[0]], post]).astype(np.float64).T
+        drop_m = drop_between_m(self._chosen().eye, self.heightmap, cols, rows)
+        sag_m = float(weight @ drop_m[:3] - drop_m[3])
+        return float(weight @ heights_m[inside[0]].astype(np.float64)) - sag_m + self.terrain.base_m
 
     @in_session
     def triangulate(self, max_error_m: float) -> tuple[np.ndarray, dict[str, Any]]:

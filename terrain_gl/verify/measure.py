@@ -15,6 +15,7 @@ import moderngl
 import numpy as np
 
 from ..camera import Camera, in_picture, shift_px
+from ..curvature import drop_between_m
 from ..gpu import gl
 from ..gpu.bindings import bind
 from ..gpu.layout import PLACES
@@ -248,11 +249,12 @@ def _parts_in_picture(
     planes = [(tan_x * forward + right, 0.0), (tan_x * forward - right, 0.0)]
     planes += [(tan_y * forward + up, 0.0), (tan_y * forward - up, 0.0), (forward, near_m)]
     (east, north), last = _steps_m(heightmap), places_of(heightmap)[1] - 1
+    heights_m = _drawn_range_m(heightmap, region, camera)
     for top in range(y, y + height, _BAND):
         rows = np.array([top, min(top + _BAND, y + height) - 1])
         first, end = float(x), float(x + width)
         for n, d in planes:
-            most = max(n[1] * (last - rows) * north) + max(n[2] * np.array(heightmap.range_m)) - n @ camera.eye - d
+            most = max(n[1] * (last - rows) * north) + max(n[2] * heights_m) - n @ camera.eye - d
             if n[0] == 0:
                 end = end if most >= 0 else first
             elif n[0] > 0:
@@ -261,6 +263,14 @@ def _parts_in_picture(
                 end = min(end, np.ceil(-most / (n[0] * east)) + 2)
         if first < end:
             yield int(first), top, int(end - first), int(rows[1] - rows[0]) + 1
+
+
+def _drawn_range_m(heightmap: Heightmap, region: Region, camera: Camera) -> np.ndarray:
+    """Lowest and highest height at which the places of a region may be drawn: the largest drop is at a corner."""
+    x, y, width, height = region
+    cols, rows = (np.array([first, first + n - 1]) / PLACES for first, n in ((x, width), (y, height)))
+    drop_m = drop_between_m(camera, heightmap, np.floor(cols) + [0, 1], np.floor(rows[:, None]) + [[0], [1]])
+    return np.array(heightmap.range_m) - [drop_m.max(), 0.0]
 
 
 def _spans(n: int, tile: int) -> Iterator[tuple[int, int]]:
@@ -308,5 +318,6 @@ def _from_camera(heightmap: Heightmap, region: Region, camera: Camera) -> list[n
     step, last = _steps_m(heightmap), places_of(heightmap)[1] - 1
     east = (x + np.arange(width)) * step[0] - camera.eye[0]
     north = ((last - y - np.arange(height)) * step[1] - camera.eye[1])[:, None]
-    up = truth_m(heightmap, region) - camera.eye[2]
+    cols, rows = (x + np.arange(width)) / PLACES, (y + np.arange(height))[:, None] / PLACES
+    up = truth_m(heightmap, region) - drop_between_m(camera, heightmap, cols, rows) - camera.eye[2]
     return [axis[0] * east + axis[1] * north + axis[2] * up for axis in camera.axes]

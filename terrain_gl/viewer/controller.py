@@ -15,7 +15,7 @@ import numpy as np
 from ..camera import Camera
 from ..heightmap import Heightmap
 from ..verify.holes import ground_m
-from .pose import Pose, hit_ground, not_too_steep, vector
+from .pose import Pose, hit_ground, not_too_steep, on_map, vector
 
 MODES = ("fly", "orbit", "walk")
 EASE_S = 0.12  # τ
@@ -62,6 +62,7 @@ class Controller:
     bookmarks: dict[int, Pose] = field(default_factory=dict)
     held: set[str] = field(default_factory=set)
     mode: str = "fly"
+    bend_per_m: float = 0.0  # of the ground in the picture: `Camera.bend_per_m`
     eye: np.ndarray = field(init=False)
     azimuth_deg: float = field(init=False)
     elevation_deg: float = field(init=False)
@@ -185,8 +186,7 @@ class Controller:
 
         In the sky, the pivot is the ground in the middle; without that, a point as far away as the map is wide.
         """
-        rays = ((x, y), (0.0, 0.0))
-        hits = (hit_ground(self.heightmap, self.eye, np.array([*at, 1.0]) @ self.axes) for at in rays)
+        hits = (_ground_at(self, *at) for at in ((x, y), (0.0, 0.0)))
         beyond = self.eye + max(self.heightmap.extent_m) * self.axes[2]
         self.pivot = next((hit for hit in hits if hit is not None), beyond)
 
@@ -241,9 +241,9 @@ class Controller:
 
     def fly_to(self, x: float, y: float) -> bool:
         """Travel to the ground at a point of the picture, and look at it; False if there is only sky."""
-        place = hit_ground(self.heightmap, self.eye, np.array([x, y, 1.0]) @ self.axes)
-        if place is None or self.mode == "walk":
+        if (seen := _ground_at(self, x, y)) is None or self.mode == "walk":
             return False
+        place = on_map(seen, self.eye, self.bend_per_m)
         eye = place + NEARER * (self.eye - place)
         lowest = np.fmax(ground_m(self.heightmap, eye[:2])[0], place[2]) + 2 * min(self.heightmap.spacing_m)
         eye[2] = np.fmax(eye[2], lowest)
@@ -338,3 +338,9 @@ class Controller:
         ground = ground_m(self.heightmap, eye[:2])[0]
         if np.isfinite(ground):
             self.eye = np.array([eye[0], eye[1], ground + self.eye_height_m])
+
+
+def _ground_at(controller: Controller, x: float, y: float) -> np.ndarray | None:
+    """The ground at a point of the picture, as it is drawn; tangents as of `Controller.grab`."""
+    ray = np.array([x, y, 1.0]) @ controller.axes
+    return hit_ground(controller.heightmap, controller.eye, ray, controller.bend_per_m)

@@ -20,7 +20,7 @@ _LONGEST_EM = 8.0  # longest scale bar, in heights of the typeface
 
 def scale_bar(controller: Controller, size: Size, longest_px: float) -> tuple[float, float] | None:
     """A round length on the ground in the middle of the picture: metres and pixels; None for the sky."""
-    place = hit_ground(controller.heightmap, controller.eye, controller.axes[2])
+    place = hit_ground(controller.heightmap, controller.eye, controller.axes[2], controller.bend_per_m)
     if place is None:
         return None
     depth_m = float(np.linalg.norm(place - controller.eye))

@@ -6,7 +6,7 @@ import math
 
 import numpy as np
 
-from .pose import hit_ground
+from .pose import hit_ground, on_map
 from .scene import Scene
 
 DIVIDER_PX = 8.0  # a press this close to the divider of a split picture drags it
@@ -37,7 +37,8 @@ class Pointer:
         """The place of the land at a pixel, in world metres; None for the sky."""
         controller = self._scene.controller
         ray = np.array([*self.tangents(x, y), 1.0]) @ controller.axes
-        return hit_ground(controller.heightmap, controller.eye, ray)
+        seen = hit_ground(controller.heightmap, controller.eye, ray, controller.bend_per_m)
+        return None if seen is None else on_map(seen, controller.eye, controller.bend_per_m)
 
     def side_at(self, x: float) -> int:
         """The side of a split picture at a column of pixels."""

@@ -66,18 +66,27 @@ def not_too_steep(elevation_deg: float) -> float:
     return min(max(elevation_deg, -STEEPEST_DEG), STEEPEST_DEG)
 
 
-def hit_ground(heightmap: Heightmap, eye: np.ndarray, ray: np.ndarray) -> np.ndarray | None:
-    """The first place where a ray meets the ground, or None: ray marching with growing steps, then bisection."""
+def hit_ground(heightmap: Heightmap, eye: np.ndarray, ray: np.ndarray, bend_per_m: float = 0.0) -> np.ndarray | None:
+    """The first place where a ray meets the ground, or None: ray marching with growing steps, then bisection.
+
+    The place is on the ray. Land far away is drawn lower by its drop (`Camera.bend_per_m`); `on_map` adds it.
+    """
     near, far = 0.1 * min(heightmap.spacing_m), 4 * np.hypot(*heightmap.extent_m) + 2 * np.linalg.norm(eye)
     t = np.geomspace(near, max(far, 2 * near), 4000) / np.linalg.norm(ray)
     points = eye + t[:, None] * ray
-    below = np.flatnonzero(points[:, 2] < ground_m(heightmap, points[:, :2]))
+    below = np.flatnonzero(on_map(points, eye, bend_per_m)[:, 2] < ground_m(heightmap, points[:, :2]))
     if not len(below):
         return None
     first, last = t[max(below[0] - 1, 0)], t[below[0]]
     for _ in range(30):
         middle = 0.5 * (first + last)
         point = eye + middle * ray
-        under = point[2] < ground_m(heightmap, point[:2])[0]
+        under = on_map(point, eye, bend_per_m)[2] < ground_m(heightmap, point[:2])[0]
         first, last = (first, middle) if under else (middle, last)
     return eye + last * ray
+
+
+def on_map(places: np.ndarray, eye: np.ndarray, bend_per_m: float) -> np.ndarray:
+    """Places (..., 3) as they are drawn, with their heights on the map."""
+    drop_m = bend_per_m * np.square(places[..., :2] - eye[:2]).sum(-1)
+    return places + np.stack([0 * drop_m, 0 * drop_m, drop_m], -1)

@@ -138,6 +138,7 @@ class Scene:
         if self.frozen:
             changes |= {"chosen_for": self.frozen, "cull": False}
         sides = [replace(side, **changes, **self._of_map(side)) for side in self.settings.sides]
+        self.controller.bend_per_m = sides[0].seen(self.heightmap, self.controller.camera).bend_per_m
         return FrameSpec(self.controller.camera, size or self.window.size, tuple(sides), self.settings.divider)
 
     def _of_map(self, side: RenderOptions) -> dict[str, Any]:

@@ -10,6 +10,7 @@ from terrain_gl.camera import Camera
 from terrain_gl.heightmap import Heightmap
 from terrain_gl.verify.holes import ground_m
 from terrain_gl.viewer.controller import CLEARANCE, FAST, TRAVEL_S, WHEEL, Controller, Pose, hit_ground
+from terrain_gl.viewer.pose import on_map
 
 
 @pytest.fixture
@@ -216,6 +217,16 @@ def test_hit_ground_finds_the_first_hill():
     hit = hit_ground(heightmap, eye, np.array([0.0, 2.0, -0.8]))
     assert hit[2] == pytest.approx(ground_m(heightmap, hit[:2])[0], abs=1e-3)
     assert hit_ground(heightmap, eye, np.array([0.0, 0.0, 1.0])) is None
+
+
+def test_hit_ground_finds_land_that_is_drawn_lower():
+    """On a round Earth, with 1 / 2R = 1e-4, land 600 m away is 36 m lower."""
+    heightmap, eye, bend_per_m = hills(), np.array([640.0, -200.0, 400.0]), 1e-4
+    seen = hit_ground(heightmap, eye, np.array([0.0, 2.0, -0.8]), bend_per_m)
+    place = on_map(seen, eye, bend_per_m)
+    assert place[2] == pytest.approx(ground_m(heightmap, place[:2])[0], abs=1e-3)
+    assert place[2] - seen[2] == pytest.approx(bend_per_m * (seen[1] + 200) ** 2)
+    assert seen[2] - 400 == pytest.approx(-0.4 * (seen[1] + 200))
 
 
 def test_home_comes_back(controller):

@@ -1,0 +1,49 @@
+"""lod, continued: the Earth is round, so land far away is drawn lower.
+
+R is the radius in effect, b = 1 / 2R the bend. Everything is drawn lower by a drop, the surface and the truth alike.
+"""
+
+from __future__ import annotations
+
+import numpy as np
+
+# A post at the place (x, y) from the eye has the drop   q = b (x² + y²).   Between posts the drop is bilinear, like
+# the heights. q has no mixed part x y, so within a cell of the map the drop is a plane.
+
+
+def drop_m(shape: tuple[int, ...], spacing_m: tuple[float, float], eye: np.ndarray, bend_per_m: float) -> np.ndarray:
+    """Drop of each post of a map of (rows, cols) posts, metres."""
+    rows, cols = np.indices(shape)
+    x, y = cols * spacing_m[0] - eye[0], (shape[0] - 1 - rows) * spacing_m[1] - eye[1]
+    return bend_per_m * (np.square(x) + np.square(y))
+
+
+# A triangle inside a cell of 2^j posts draws the weighted mean of the drops of its corners; the truth under it has the
+# drop of the place. The difference is the sag:   0 ≤ sag ≤ b · (half the cell's diagonal)² = b 4^j (s_x² + s_y²) / 4
+
+
+def largest_sag_m(level: int, spacing_m: tuple[float, float], bend_per_m: float) -> float:
+    """Bound of the sag in cells of 2^level posts, metres; 0 for the map's own cells and parts of them."""
+    return bend_per_m * 4.0**level * (spacing_m[0] ** 2 + spacing_m[1] ** 2) / 4 if level > 0 else 0.0
+
+
+# A box of the map is drawn between its lowest height less its largest drop, and its highest less its smallest.
+
+
+def drop_range_m(
+    low: np.ndarray, high: np.ndarray, eye: np.ndarray, bend_per_m: float
+) -> tuple[np.ndarray, np.ndarray]:
+    """Smallest and largest drop in boxes between world points low and high, (3, ...)."""
+    at = eye[:2].reshape(2, *[1] * (low.ndim - 1))
+    a, b = low[:2] - at, high[:2] - at
+    nearest, farthest = np.clip(0, a, b), np.maximum(np.abs(a), np.abs(b))
+    return bend_per_m * np.square(nearest).sum(0), bend_per_m * np.square(farthest).sum(0)
+
+
+# A split divides the sag G of a node by four, and adds six triangles. The mean square of a sag is about G² / 2. So each
+# triangle removes about   (1 − 1/16) G² / 12   over each of the node's posts.
+
+
+def sag_gain_m2(sag_m: float, posts: np.ndarray) -> np.ndarray:
+    """Squared error of the sag that each triangle of a split removes, over the posts of nodes."""
+    return posts * sag_m**2 * 15 / 192
