@@ -56,8 +56,10 @@ def render_light_truth(
         (height, width, 4) uint8 sRGB, first row on top.
     """
     options = options or RenderOptions()
-    bent = {"curvature": options.curvature, "refraction": options.refraction}
-    frame = renderer.select(camera, size, RenderOptions(method="full", near_m=options.near_m, **bent))
+    ground = RenderOptions(
+        method="full", near_m=options.near_m, curvature=options.curvature, refraction=options.refraction
+    )
+    frame = renderer.select(camera, size, ground)
     parts = cut(size, fine, largest=2048)  # each draws the whole mesh
     image = np.empty((size[1], size[0], 4), np.uint8)
     for i, piece in enumerate(parts):
