@@ -106,4 +106,4 @@ def _covers(ring: Ring, last_post: tuple[int, int]) -> bool:
 
 def patches_for(triangles: int) -> int:
     """Blocks across a ring for a budget: no unit becomes a block there, so many triangles need many units."""
-    return 16 if triangles >= 60_000 else 8 if triangles >= 12_000 else 4
+    return next((across for least, across in ((200_000, 24), (60_000, 16), (16_000, 8)) if triangles >= least), 4)
