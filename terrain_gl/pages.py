@@ -33,7 +33,7 @@ class PagedTerrain:
     slots
         Pages that the pool has room for.
     slot_of
-        The slot of each loaded page.
+        The slot of each loaded page that is not hidden.
     filled
         The heights of the loaded pages.
     """
@@ -52,6 +52,7 @@ class PagedTerrain:
         self.heights = gl.texel_texture(self.ctx, (across * side, across * side), "f4")
         self.marks = gl.texel_texture(self.ctx, (1, 1), "u1")
         self.slot_of: dict[PageKey, int] = {}
+        self._hidden: dict[PageKey, int] = {}
         self.table = gl.texel_texture(self.ctx, (ROW, len(self._words)), "u4")
         self.table.write(self._words)
         self.block = ctx.buffer(self._describe().tobytes())
@@ -79,23 +80,52 @@ class PagedTerrain:
 
     def place(self, key: PageKey, heights: np.ndarray) -> int:
         """Put a page's heights into a free slot; returns the slot. `send` makes the page visible."""
-        slot = self.slot_of[key] = self._free.pop()
-        level, row, col = key
-        side = self.heightmap.tile + 1
+        slot, side = self._free_slot(key), self.heightmap.tile + 1
         corner = slot % self._across * side, slot // self._across * side
         self.heights.write(heights - np.float32(self.base_m), viewport=(*corner, side, side))
         self.filled.copies[slot] = heights
-        number = self.numbering.number(key)
+        self._enter(key, slot)
+        return slot
+
+    def hide(self) -> None:
+        """Hide all pages but the roots, as if they were not loaded; they keep their slots while there is room."""
+        for key in self.slot_of.keys() - set(self.roots):
+            self._hidden[key] = self.slot_of.pop(key)
+            self._slots_of[self.numbering.number(key)] = 0
+            self._touch(key)
+        for root in self.roots:
+            self._fine_under(root)[...] = self.slot_of[root] | root[0] << 24
+
+    def show(self, keys: Iterable[PageKey]) -> None:
+        """End the hiding of pages; a page comes after the page above it."""
+        for key in keys:
+            if key in self._hidden:
+                self._enter(key, self._hidden.pop(key))
+
+    def show_all(self) -> None:
+        """End the hiding of all pages."""
+        self.show(sorted(self._hidden, reverse=True))
+
+    def _free_slot(self, key: PageKey) -> int:
+        """A slot without a page, or else that of the hidden page whose last use is longest ago."""
+        if self._free and key not in self._hidden:
+            return self._free.pop()
+        old = min(self._hidden, key=lambda other: (other != key, self._stamps[self.numbering.number(other)]))
+        return self._hidden.pop(old)
+
+    def _enter(self, key: PageKey, slot: int) -> None:
+        """Enter a page into the tables."""
+        level, number = key[0], self.numbering.number(key)
+        self.slot_of[key] = slot
         self._slots_of[number], self._stamps[number] = slot + 1, self._stamp
         part = self._fine_under(key)
         part[part >> 24 >= level] = slot | level << 24
         self._touch(key)
-        return slot
 
     @property
     def free(self) -> int:
-        """Number of slots without a page."""
-        return len(self._free)
+        """Number of slots without a page that is shown."""
+        return len(self._free) + len(self._hidden)
 
     def begin(self) -> None:
         """Begin a view: from now on `make_room` frees only slots of pages that are not used again."""

@@ -39,6 +39,9 @@ class Streaming:
     ----------
     waits
         Whether `select` waits until all pages are there that can be. If not, call it for each frame of a flight.
+    is_repeatable
+        Whether a view that waits starts from the coarsest pages, whatever is loaded. Then its picture is the same after
+        any earlier views. Else finer pages of earlier views stay, and normals are taken from them.
     progress
         Called with the share that is loaded, 0 to 1, while `select` waits; None for nobody.
     clock
@@ -48,7 +51,7 @@ class Streaming:
     def __init__(self, tables: PagedTables) -> None:
         self._tables, self.terrain = tables, tables.terrain
         self.loader = Loader(self.terrain.heightmap)
-        self.waits = True
+        self.waits, self.is_repeatable = True, False
         self.progress: Callable[[float], None] | None = None
         self.clock: Callable[[], float] = time.monotonic
         self._motion = Motion()
@@ -87,6 +90,8 @@ class Streaming:
     def _wait(self, choose: Choose, camera: Camera, goal: Goal) -> tuple[Selection, dict[str, Any]]:
         terrain, loaded = self.terrain, 0
         terrain.begin()
+        (terrain.hide if self.is_repeatable else terrain.show_all)()
+        terrain.send()
         while True:
             selection = choose(camera)
             patches = Patches(terrain, selection, camera)
@@ -101,8 +106,9 @@ class Streaming:
 
     def _load(self, batch: list[PageKey], loaded: int) -> None:
         """Load these pages, each after the page above it, and wait for all of them; some may fail."""
-        left = set(batch)
-        self.loader.want(batch)
+        self.terrain.show(batch)
+        self.loader.want([key for key in batch if key not in self.terrain.slot_of])
+        left = set(batch) - self.terrain.slot_of.keys()
         while left:
             self.loader.wait(WAIT_S)
             self._place_ready()
@@ -117,6 +123,7 @@ class Streaming:
 
     def _fly(self, choose: Choose, camera: Camera, goal: Goal) -> tuple[Selection, dict[str, Any]]:
         terrain, now_s = self.terrain, time.perf_counter()
+        terrain.show_all()
         self._place_ready(max(UPLOAD_S, UPLOADS * min(now_s - self._flown_s, LONGEST_S)))
         self._flown_s = now_s
         terrain.send()

@@ -1,6 +1,7 @@
 """`terrain-gl fly` as a user sees it: films, pictures, the numbers of each frame, wrong use."""
 
 import json
+import multiprocessing
 import os
 import signal
 import subprocess
@@ -12,9 +13,13 @@ import numpy as np
 import pytest
 
 import terrain_gl as tg
+from terrain_gl.cli import frames
+from terrain_gl.exceptions import TerrainError
 from terrain_gl.film.path import CameraPath, Keyframe
+from terrain_gl.film.record import JOURNAL, Recorder
 from terrain_gl.film.tour import tour
 from terrain_gl.image import read_image
+from terrain_gl.store import scheduling
 
 SMALL = ("--size", "64x36", "--fps", "5", "--seconds", "1")
 
@@ -181,7 +186,170 @@ def test_interrupted(output):
     if output == "film.gif":
         assert os.listdir() == ["dem.npy"] and "nothing is written" in err
     else:
-        names = sorted(os.listdir("f"))
+        assert os.path.isfile(f"f/{JOURNAL}") and "the same command continues" in err
+        names = sorted(set(os.listdir("f")) - {JOURNAL})
         assert f"the first {len(names)} pictures are complete" in err
         assert names == [f"frame-{i + 1:05d}.png" for i in range(len(names))]
         assert read_image(f"f/{names[-1]}").shape == (36, 64, 3)
+
+
+# --- Interrupted flights, and many workers ----------------------------------------------------------------------------
+
+
+def pictures(folder):
+    """Names and bytes of all files in a folder."""
+    return {name: Path(folder, name).read_bytes() for name in os.listdir(folder)}
+
+
+def told(path):
+    """The numbers of a flight, without times."""
+    about = json.loads(Path(path).read_text())
+    del about["summary"]["ms"]
+    return about | {"frames": [frame | {"ms": None} for frame in about["frames"]]}
+
+
+@pytest.fixture
+def undisturbed(run, path):
+    """The words of a flight; its pictures and numbers if nothing disturbs it."""
+    words = ("fly", "dem.npy", "--path", path, *SMALL)
+    assert run(*words, "-o", "whole", "--json", "whole.json")[0] == 0
+    return words, pictures("whole"), told("whole.json")
+
+
+def interrupt(monkeypatch, after):
+    """Let the drawing of frames be interrupted after some of them; returns the views that are drawn."""
+    drawn, steps = [], frames.Drawing.steps
+
+    def counted(self, pose):
+        if len(drawn) == after:
+            raise KeyboardInterrupt
+        drawn.append(pose)
+        return steps(self, pose)
+
+    monkeypatch.setattr(frames.Drawing, "steps", counted)
+    return drawn
+
+
+def test_an_interrupted_folder_is_continued(undisturbed, run, monkeypatch):
+    words, expected, numbers = undisturbed
+    words = (*words, "-o", "f", "--json", "n.json")
+    with monkeypatch.context() as patch:
+        interrupt(patch, 3)
+        assert run(*words)[0] == 130
+    left = len(pictures("f")) - 1  # those that were written, and the journal
+    assert 1 <= left <= 3
+    refused(run(*words, "--style", "normals"), 1, "f: holds frames of another flight")
+    with open(f"f/{JOURNAL}", "a") as file:
+        file.write('{"cut')
+    drawn = interrupt(monkeypatch, 99)
+    assert run(*words)[0] == 0
+    assert (pictures("f"), told("n.json"), len(drawn)) == (expected, numbers, 5 - left)
+
+
+def test_a_folder_that_lacks_only_its_numbers_is_continued(undisturbed, run, monkeypatch):
+    words, expected, numbers = undisturbed
+    words = (*words, "-o", "f", "--json", "n.json")
+    with monkeypatch.context() as patch:
+        patch.setattr("terrain_gl.film.journal.Journal.end", lambda _: None)
+        assert run(*words)[0] == 0
+    drawn = interrupt(monkeypatch, 0)
+    assert run(*words)[0] == 0
+    assert (pictures("f"), told("n.json"), drawn) == (expected, numbers, [])
+    refused(run(*words), 1, "holds frames already")
+
+
+def test_a_flight_over_another_map_is_not_mixed_with(undisturbed, run, monkeypatch):
+    words = (*undisturbed[0], "-o", "f")
+    with monkeypatch.context() as patch:
+        interrupt(patch, 3)
+        assert run(*words)[0] == 130
+    np.save("dem.npy", 2 * np.load("dem.npy"))
+    refused(run(*words), 1, "f: holds frames of another flight")
+    for name in pictures("f").keys() - {JOURNAL}:
+        os.remove(f"f/{name}")
+    assert run(*words)[0] == 0
+
+
+def test_an_interrupted_flight_without_pictures_leaves_nothing(run, path, monkeypatch):
+    interrupt(monkeypatch, 0)
+    assert run("fly", "dem.npy", "--path", path, "-o", "f", *SMALL)[0] == 130
+    assert not os.path.exists("f")
+
+
+def kill_after(monkeypatch, frames, victim):
+    """Kill a worker after some frames."""
+    append, count = Recorder.append, 0
+
+    def counted(*args, **settings):
+        nonlocal count
+        count += 1
+        if count == frames:
+            os.kill(victim(), signal.SIGKILL)
+        return append(*args, **settings)
+
+    monkeypatch.setattr(Recorder, "append", counted)
+
+
+def test_two_processes_draw_the_same_though_one_dies(undisturbed, run, monkeypatch):
+    words, expected, numbers = undisturbed
+    kill_after(monkeypatch, 2, lambda: multiprocessing.active_children()[0].pid)
+    assert run(*words, "-o", "f", "--workers", "2", "--json", "n.json")[0] == 0
+    assert (pictures("f"), told("n.json")) == (expected, numbers)
+    assert multiprocessing.active_children() == []
+
+
+@pytest.mark.slow
+def test_a_cluster_draws_the_same_though_a_worker_dies(undisturbed, run, monkeypatch):
+    distributed = pytest.importorskip("distributed")
+    words, expected, numbers = undisturbed
+    with distributed.LocalCluster(2, threads_per_worker=1, dashboard_address=None, host="127.0.0.1") as cluster:
+        kill_after(monkeypatch, 2, lambda: cluster.workers[0].pid)
+        assert run(*words, "-o", "f", "--scheduler", cluster.scheduler_address, "--json", "n.json")[0] == 0
+    assert (pictures("f"), told("n.json")) == (expected, numbers)
+
+
+def test_an_error_of_a_worker_is_one_line(run, path):
+    words = ("--workers", "2", "--material", "none.png")
+    refused(run("fly", "dem.npy", "--path", path, "-o", "f", *SMALL, *words), 1, "none.png")
+    assert sorted(os.listdir()) == ["dem.npy", "path.json"]
+
+
+class Promised:
+    """What will have a result; the first `deaths` times it fails, as if its worker had died."""
+
+    def __init__(self, task, deaths):
+        self.task, self.deaths = task, deaths
+
+    def result(self):
+        if self.exception():
+            raise self.exception()
+        return 10 * self.task
+
+    def done(self):
+        return True
+
+    def exception(self):
+        return ChildProcessError() if self.deaths else None
+
+    def cancel(self):
+        pass
+
+
+@pytest.mark.parametrize("workers", [1, 3])
+def test_results_come_in_order_and_few_are_begun_ahead(workers):
+    begun, taken = [], 0
+
+    def begin(task):
+        begun.append(task)
+        return Promised(task, deaths=task == 4 and begun.count(4) < scheduling.TRIES)
+
+    for number, result in enumerate(scheduling._in_order(range(20), begin, lambda: workers, ChildProcessError)):
+        assert result == 10 * number
+        taken += 1
+        assert max(begun) < taken + scheduling.AHEAD * workers
+    assert taken == 20 and begun.count(4) == scheduling.TRIES and begun.count(5) == 1
+
+
+def test_a_task_that_ends_every_worker_ends_the_flight():
+    with pytest.raises(TerrainError, match="again to go on"):
+        list(scheduling._in_order(range(3), lambda task: Promised(task, 1), lambda: 2, ChildProcessError))

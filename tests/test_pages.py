@@ -14,8 +14,10 @@ from maps import cliff, spike
 from terrain_gl.camera import Camera
 from terrain_gl.exceptions import TerrainError, UsageError
 from terrain_gl.files.views import standard_view
+from terrain_gl.film.tour import tour
 from terrain_gl.gpu import layout
 from terrain_gl.heightmap import Heightmap
+from terrain_gl.image import read_image
 from terrain_gl.options import RenderOptions
 from terrain_gl.renderer import Renderer
 from terrain_gl.steps import drain
@@ -182,6 +184,32 @@ def test_a_view_loads_what_it_needs_and_no_more(hills):
         assert stats["tiles_resident"] < len(all_pages(renderer.heightmap))
 
 
+@pytest.mark.parametrize("gpu_kib", [4000, 420])
+def test_a_repeatable_picture_does_not_depend_on_earlier_ones(hills, gpu_kib):
+    whole, path = hills
+    stored = StoredMap(path)
+    stored.gpu_bytes = gpu_kib << 10
+    width, depth = whole.extent_m
+    above, here = (Camera((0.5 * width, 0.5 * depth, z), (0.5 * width + 1, 0.6 * depth, 0)) for z in (300, 90))
+
+    def picture():
+        return renderer.render(above, 2.0, style="normals").image
+
+    with Renderer(stored, SIZE) as renderer:
+        alone = picture()
+        renderer.draw(here, 0.3)
+        changed = picture()
+        renderer.streaming.is_repeatable = True
+        same = picture()
+        resident = renderer.draw(here, 0.3)["tiles_resident"]
+        assert resident <= renderer.terrain.slots
+        np.testing.assert_array_equal(picture(), alone)
+        renderer.streaming.is_repeatable = False
+        assert renderer.draw(above, 2.0)["tiles_resident"] >= resident
+    np.testing.assert_array_equal(same, alone)
+    assert (changed != alone).any()
+
+
 def test_a_small_pool_is_never_exceeded_and_says_what_has_no_room(hills):
     whole, path = hills
     stored = StoredMap(path)
@@ -339,6 +367,16 @@ def test_a_flight_over_a_store_waits_for_each_frame(store, run):
     frames = json.loads(Path("n.json").read_text())["frames"]
     assert (status, err, len(list(Path("frames").glob("*.png")))) == (0, "", 2)
     assert all(frame["complete"] and frame["max_error_px"] <= frame["certified_max_error_px"] <= 2 for frame in frames)
+
+
+def test_frames_over_a_store_are_pictures_of_their_own(store, run):
+    words = ("--size", "96x54", "--seconds", "0.3", "--fps", "10", "--max-error", "2", "--style", "normals")
+    assert run("fly", store, "-o", "frames/", *words)[0] == 0
+    stored = StoredMap(store)
+    *_, last = tour(stored).poses(3)
+    with Renderer(stored, (96, 54)) as renderer:
+        alone = renderer.render(last.camera, max_error_px=2, style="normals").image
+    np.testing.assert_array_equal(read_image("frames/frame-00003.png"), alone[..., :3])
 
 
 def damage(store):

@@ -122,6 +122,22 @@ def test_files_and_arrays_alike(tmp_path):
     }
 
 
+class Ramp:
+    """A map that is computed when it is read."""
+
+    shape, spacing_m, identity = (90, 140), 3.0, "ramp"
+
+    def __getitem__(self, window):
+        rows, cols = (np.arange(s.stop, dtype=np.float32)[s] for s in window)
+        return rows[:, None] * cols
+
+
+def test_an_object_with_an_identity_is_read_by_other_processes(tmp_path):
+    build(Ramp(), tmp_path / "s", workers=2, **SMALL)
+    build(Ramp()[:90, :140], tmp_path / "t", spacing_m=3.0, **SMALL)
+    assert read_about(tmp_path / "s")["sha256"] == read_about(tmp_path / "t")["sha256"]
+
+
 def test_a_file_is_read_by_windows_as_a_whole_would_be(tmp_path):
     heights = rough(90, 70)
     rasterio = pytest.importorskip("rasterio")

@@ -31,10 +31,7 @@ def add(commands: Any) -> None:
     group = command.add_argument_group("build")
     what = "the height of void posts; without it a map with voids is refused"
     group.add_argument("--fill", type=values.number, metavar="M", help=what)
-    group.add_argument(
-        "--workers", type=values.count, metavar="N", default=1, help="processes of this machine (default: 1)"
-    )
-    group.add_argument("--scheduler", metavar="ADDRESS", help="a Dask scheduler, like tcp://host:8786; extra [dask]")
+    options.add_workers(group)
     options.add_json(command)
 
 

@@ -3,32 +3,26 @@
 from __future__ import annotations
 
 import argparse
+import contextlib
 import sys
-from collections.abc import Iterator, Sequence
+from collections.abc import Sequence
 from typing import Any
 
 import numpy as np
 
 from ..camera import Vector
 from ..exceptions import TerrainError, UsageError
-from ..film.flight import FPS, flight_steps
-from ..film.path import CameraPath, Pose
+from ..film.flight import FPS
+from ..film.journal import Journal
+from ..film.path import CameraPath
 from ..film.record import CODECS, Recorder, is_folder
 from ..film.tour import FOV_DEG, tour
 from ..heightmap import Heightmap
-from ..renderer import Renderer
-from ..steps import Steps, drain
 from ..verify.holes import ground_m
-from . import options, overlays, report, stores, values
+from . import frames, options, overlays, report, stores, values
 
 SECONDS = 12.0
 MAX_FRAMES = 1_000_000
-_OF_FLIGHT = (
-    *("method", "metric", "requested_max_error_px", "width", "height"),
-    *("gl_renderer", "backend", "gpu_bytes"),
-)
-_OF_FRAME = ("triangles", "patches", "splits", "certified_max_error_px", "complete", "tiles_missing", "ms")
-_MEASURED = ("max_error_px", "rms_error_px", "max_error_posts_px", "posts_measured", "holes")
 
 
 def add(commands: Any) -> None:
@@ -39,7 +33,7 @@ def add(commands: Any) -> None:
         run,
         help="a flight over a map as a film, or as a folder of pictures",
         description="Fly over a map along a path of keyframes; without a path, on a tour that stays above the ground.\n"
-        "docs/flight.md describes path files.",
+        "docs/flight.md describes path files. The same command continues an interrupted folder of pictures.",
         example="fly canyon -o canyon.mp4 --size 1280x720 --seconds 20",
     )
     options.add_map(command)
@@ -49,6 +43,7 @@ def add(commands: Any) -> None:
     group.add_argument("--seconds", type=values.positive, metavar="S", help="how long (default: the path's, or 12)")
     group.add_argument("--fps", type=values.positive, metavar="N", default=FPS, help="frames a second (default: 30)")
     group.add_argument("--measure", action="store_true", help="measure the error of every frame, too")
+    options.add_workers(group)
     overlays.add(command)
     options.add_rendering(command, moving=True)
     stores.add_options(command)
@@ -58,11 +53,13 @@ def run(args: argparse.Namespace) -> int:
     """Run the command."""
     output = args.output
     overlays.lay_pictures(args)
+    journal = None
     if is_folder(output):
         args.output = None  # the checks that follow are for files
-    with Recorder(output, args.fps) as recorder:
+        journal = Journal(output, frames.identity(args))
+    with Recorder(output, args.fps, len(journal.done) if journal else 0) as recorder:
         try:
-            about, incomplete = _record(recorder, args)
+            about, incomplete = _record(recorder, journal, args)
         except KeyboardInterrupt:
             recorder.cancel()
             _tell_what_is_left(recorder)
@@ -71,21 +68,23 @@ def run(args: argparse.Namespace) -> int:
     return stores.status_of(incomplete)
 
 
-def _record(recorder: Recorder, args: argparse.Namespace) -> tuple[dict[str, Any], dict[str, Any]]:
+def _record(
+    recorder: Recorder, journal: Journal | None, args: argparse.Namespace
+) -> tuple[dict[str, Any], dict[str, Any]]:
     """Draw and record all frames; returns the numbers of the flight, and the first frame that lacks tiles, if any."""
     scene = options.open_scene(args)
     fov_deg = scene.camera.fov_deg if args.path or args.fov else FOV_DEG
     path = CameraPath.open(args.path, fov_deg) if args.path else tour(scene.heightmap, fov_deg)
     seconds = args.seconds or path.seconds or SECONDS
-    count = _count(seconds, args.fps)
-    flight = {"map": scene.heightmap.name, "seconds": seconds, "fps": args.fps, "length_m": path.length_m}
-    with options.make_renderer(args, scene, lit=True) as renderer:
-        frames, last = _fly(renderer, path.poses(count), count, options.view_of(args, scene), recorder, args)
-    about = flight | _places(scene.heightmap, [frame["eye"] for frame in frames]) | {"summary": _summary(frames)}
-    about |= {key: last[key] for key in _OF_FLIGHT}
-    with report.json_output(args.json, about | {"frames": frames}):
+    flight = frames.Flight(args, scene, path, _count(seconds, args.fps))
+    numbers, shared = _fly(flight, recorder, journal)
+    about = {"map": scene.heightmap.name, "seconds": seconds, "fps": args.fps, "length_m": path.length_m}
+    about |= _places(scene.heightmap, [frame["eye"] for frame in numbers]) | {"summary": _summary(numbers)} | shared
+    with report.json_output(args.json, about | {"frames": numbers}):
         recorder.close()
-    lacking = next((frame for frame in frames if not frame.get("complete", True)), {})
+    if journal:
+        journal.end()
+    lacking = next((frame for frame in numbers if not frame.get("complete", True)), {})
     return about, lacking | {"map": scene.heightmap.name}
 
 
@@ -97,31 +96,23 @@ def _count(seconds: float, fps: float) -> int:
 
 
 def _fly(
-    renderer: Renderer,
-    poses: Iterator[Pose],
-    count: int,
-    view: dict[str, Any],
-    recorder: Recorder,
-    args: argparse.Namespace,
+    flight: frames.Flight, recorder: Recorder, journal: Journal | None
 ) -> tuple[list[dict[str, Any]], dict[str, Any]]:
-    """Draw and record each frame; returns the numbers of each frame, and all stats of the last one."""
-    frames: list[dict[str, Any]] = []
-    stats: dict[str, Any] = {}
-    keys = _OF_FRAME + (_MEASURED if args.measure else ())
-
-    def draw(pose: Pose) -> Steps[np.ndarray]:
-        nonlocal stats
-        of_path = {"camera": pose.camera} | ({"sun": pose.sun} if pose.sun and not args.sun else {})
-        frame = yield from renderer.render_steps(gradual=False, **view | of_path)
-        stats = renderer.measure() if args.measure else frame.stats
-        frames.append(
-            {"frame": len(frames), "eye": pose.camera.eye} | {key: stats[key] for key in keys if key in stats}
-        )
-        return frame.image
-
-    with report.progress_bar("flying") as progress:
-        drain(flight_steps(poses, count, draw, recorder), progress)
-    return frames, stats
+    """Draw and record the frames that are not there yet; returns the numbers of each frame, and those of all frames."""
+    numbers: list[dict[str, Any]] = []
+    shared: dict[str, Any] = {}
+    if journal:
+        journal.begin()
+        numbers = [mine for mine, _ in journal.done]
+        shared = journal.done[-1][1] if numbers else {}
+    with report.progress_bar("flying") as show, contextlib.closing(flight.frames(len(numbers), show)) as drawn:
+        for frame in drawn:
+            numbers.append({"frame": len(numbers)} | frame.numbers)
+            shared = frame.about
+            if journal:
+                journal.add((numbers[-1], shared))
+            recorder.append(frame.image)
+    return numbers, shared
 
 
 def _places(heightmap: Heightmap, way: Sequence[Vector]) -> dict[str, int]:
@@ -169,5 +160,7 @@ def _text(output: str, about: dict[str, Any]) -> str:
 
 
 def _tell_what_is_left(recorder: Recorder) -> None:
-    left = f"the first {recorder.frames} pictures are complete" if is_folder(recorder.path) else "nothing is written"
+    left = "nothing is written"
+    if is_folder(recorder.path):
+        left = f"the first {recorder.frames} pictures are complete, and the same command continues"
     print(f"terrain-gl: {report.shown(recorder.path)}: stopped, {left}", file=sys.stderr)

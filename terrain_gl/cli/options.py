@@ -327,6 +327,13 @@ def render_options(args: argparse.Namespace) -> dict[str, Any]:
     return {option.name: getattr(args, option.name) for option in fields(RenderOptions) if hasattr(args, option.name)}
 
 
+def add_workers(group: Any) -> None:
+    """Who does the work: processes of this machine, or a cluster."""
+    what = "processes of this machine (default: 1)"
+    group.add_argument("--workers", type=values.count, metavar="N", default=1, help=what)
+    group.add_argument("--scheduler", metavar="ADDRESS", help="a Dask scheduler, like tcp://host:8786; extra [dask]")
+
+
 def add_output(command: Any, what: str) -> None:
     """The option for the file that the command writes."""
     command.add_argument("-o", "--output", metavar="OUT", required=True, help=what)

@@ -26,6 +26,7 @@ from ..image import replacing, write_png
 WAITING = 4  # frames in the queue
 MAX_FPS = 1000.0
 GIF_FPS = 50.0  # browsers play a faster GIF at ten frames a second
+JOURNAL = ".flight"  # in a folder of pictures that is not complete (terrain_gl/film/journal.py)
 Write = Callable[[np.ndarray, int], None]
 
 
@@ -59,13 +60,15 @@ class Recorder:
         without an ending, or with a slash at its end. A missing folder is created.
     fps
         Frames a second.
+    first
+        Number of pictures that the folder holds already; the next ones follow them.
 
     Raises
     ------
     UsageError
         An unknown ending, or a frame rate out of range.
     TerrainError
-        The file or folder cannot be written, the folder already holds frames, or PyAV is missing.
+        The file or folder cannot be written, the folder holds other frames, or PyAV is missing.
 
     Examples
     --------
@@ -74,12 +77,12 @@ class Recorder:
     ...         recorder.append(renderer.render(camera).image)
     """
 
-    def __init__(self, path: str | os.PathLike[str], fps: float = 30.0) -> None:
+    def __init__(self, path: str | os.PathLike[str], fps: float = 30.0, first: int = 0) -> None:
         self.path, self.fps = os.fspath(path), fps
         if not 0 < fps <= MAX_FPS:
             raise UsageError(f"frames a second must be more than 0 and at most {MAX_FPS:g}, got {fps:g}")
-        writing = _pictures(Path(path)) if is_folder(path) else _film(Path(path), fps)
-        self.frames = 0
+        writing = _pictures(Path(path), first) if is_folder(path) else _film(Path(path), fps)
+        self.frames = first
         self._shape: tuple[int, ...] | None = None
         self._last = -1
         self._cancelled = False
@@ -196,7 +199,12 @@ def is_folder(path: str | os.PathLike[str]) -> bool:
 # --- Pictures ---------------------------------------------------------------------------------------------------------
 
 
-def _pictures(folder: Path) -> AbstractContextManager[Write]:
+def picture_name(number: int) -> str:
+    """File name of a picture; `number` counts from 0."""
+    return f"frame-{number + 1:05d}.png"
+
+
+def _pictures(folder: Path, first: int) -> AbstractContextManager[Write]:
     made = not folder.is_dir()
     try:
         folder.mkdir(exist_ok=True)
@@ -205,10 +213,10 @@ def _pictures(folder: Path) -> AbstractContextManager[Write]:
     if not os.access(folder, os.W_OK | os.X_OK):
         raise TerrainError(f"{folder}: no permission to write there: choose another folder")
     lock = _locked(folder)
-    if any(folder.glob("frame-*.png")):
+    if not first and any(folder.glob("frame-*.png")):
         os.close(lock)
         raise TerrainError(f"{folder}: holds frames already: name another folder, or empty it")
-    return _numbered(folder, made, lock)
+    return _numbered(folder, made, lock, first)
 
 
 def _locked(folder: Path) -> int:
@@ -225,14 +233,14 @@ def _locked(folder: Path) -> int:
 
 
 @contextmanager
-def _numbered(folder: Path, made: bool, lock: int) -> Iterator[Write]:
+def _numbered(folder: Path, made: bool, lock: int, first: int) -> Iterator[Write]:
     """Write numbered files to a folder; a new folder that stays empty is removed."""
-    done = 0
+    done = first
 
     def write(image: np.ndarray, _: int) -> None:
         nonlocal done
         try:
-            write_png(folder / f"frame-{done + 1:05d}.png", image)
+            write_png(folder / picture_name(done), image)
         except TerrainError as error:
             raise TerrainError(f"{error}; the {done} pictures before it are complete") from None
         done += 1
@@ -243,6 +251,7 @@ def _numbered(folder: Path, made: bool, lock: int) -> Iterator[Write]:
         os.close(lock)
         if made and not done:
             with contextlib.suppress(OSError):
+                (folder / JOURNAL).unlink(missing_ok=True)
                 folder.rmdir()
 
 

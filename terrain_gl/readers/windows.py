@@ -106,6 +106,11 @@ def _no_blocks() -> Blocks:
     yield from ()
 
 
+def _without_blocks(raster: Raster) -> dict[str, Any]:
+    """A description of a map as it can be sent to another process; generators cannot."""
+    return {each.name: getattr(raster, each.name) for each in fields(Raster) if each.name != "blocks"}
+
+
 class Sliced:
     """An object with `shape` and slices; each window is computed when it is read."""
 
@@ -119,6 +124,14 @@ class Sliced:
     def identity(self) -> Any:
         """The object's `identity`; None if it has none."""
         return getattr(self._source, "identity", None)
+
+    def __getstate__(self) -> dict[str, Any]:
+        """Everything that can be sent to another process."""
+        return self.__dict__ | {"_raster": _without_blocks(self._raster)}
+
+    def __setstate__(self, state: dict[str, Any]) -> None:
+        """The same object, in another process."""
+        self.__dict__.update(state, _raster=Raster(blocks=_no_blocks(), **state["_raster"]))
 
     def read(self, rows: slice, cols: slice) -> np.ndarray:
         """The heights of a window."""
@@ -159,8 +172,8 @@ class RasterFile:
 
     def __getstate__(self) -> dict[str, Any]:
         """Everything except open files and generators, which cannot be sent to another process."""
-        about = {each.name: getattr(self._raster, each.name) for each in fields(Raster) if each.name != "blocks"}
-        return {key: value for key, value in self.__dict__.items() if key != "_open"} | {"_raster": about}
+        state = {key: value for key, value in self.__dict__.items() if key != "_open"}
+        return state | {"_raster": _without_blocks(self._raster)}
 
     def __setstate__(self, state: dict[str, Any]) -> None:
         """The same file, not open yet."""

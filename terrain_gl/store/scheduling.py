@@ -1,27 +1,49 @@
-"""Run tasks in this process, in several processes, or on a Dask cluster; each result comes when its task ends."""
+"""Run tasks in this process, in several processes, or on a Dask cluster; results come as tasks end, or in order."""
 
 from __future__ import annotations
 
+import contextlib
 import multiprocessing
+import os
+import signal
+import threading
+from collections import deque
 from collections.abc import Callable, Iterable, Iterator
 from concurrent.futures import ProcessPoolExecutor, as_completed
 from concurrent.futures.process import BrokenProcessPool
+from dataclasses import dataclass
+from itertools import islice
+from multiprocessing.connection import Connection
 from typing import Any
 
 from ..exceptions import TerrainError
 from ..readers.raster import one_line
 
 CONNECT = "20s"  # longest wait for a scheduler's answer
-Run = Callable[[Callable[..., Any], Any, Iterable[Any]], Iterator[tuple[Any, Any]]]
+TRIES = 4  # times that a task is tried whose worker dies
+AHEAD = 2  # tasks for each worker that are begun before their results are due
+Perform = Callable[[Any, Any], Any]  # from a job and a task to a result
+
+
+@dataclass
+class Begun:
+    """A task, and what will have its result."""
+
+    task: Any
+    future: Any
 
 
 class Here:
     """Run one task after the other, in this thread."""
 
-    def run(self, perform: Callable[..., Any], job: Any, tasks: Iterable[Any]) -> Iterator[tuple[Any, Any]]:
+    def run(self, perform: Perform, job: Any, tasks: Iterable[Any]) -> Iterator[tuple[Any, Any]]:
         """Pairs of a task and its result."""
         for task in tasks:
             yield task, perform(job, task)
+
+    def in_order(self, perform: Perform, job: Any, tasks: Iterable[Any]) -> Iterator[Any]:
+        """Results in the order of their tasks."""
+        return (perform(job, task) for task in tasks)
 
     def close(self) -> None:
         """Nothing to end."""
@@ -31,9 +53,10 @@ class Processes:
     """Several processes of this machine, each with an OpenGL context of its own."""
 
     def __init__(self, workers: int) -> None:
-        self._pool = ProcessPoolExecutor(workers, multiprocessing.get_context("spawn"))
+        self._workers = workers
+        self._begin()
 
-    def run(self, perform: Callable[..., Any], job: Any, tasks: Iterable[Any]) -> Iterator[tuple[Any, Any]]:
+    def run(self, perform: Perform, job: Any, tasks: Iterable[Any]) -> Iterator[tuple[Any, Any]]:
         """Pairs of a task and its result, as they end."""
         running = {self._pool.submit(perform, job, task): task for task in tasks}
         try:
@@ -45,9 +68,28 @@ class Processes:
             for future in running:
                 future.cancel()
 
+    def in_order(self, perform: Perform, job: Any, tasks: Iterable[Any]) -> Iterator[Any]:
+        """Results in the order of their tasks. If a process dies, other ones do its tasks."""
+
+        def begin(task: Any) -> Any:
+            try:
+                return self._pool.submit(perform, job, task)
+            except BrokenProcessPool:
+                self.close()
+                self._begin()
+                return self._pool.submit(perform, job, task)
+
+        return _in_order(tasks, begin, lambda: self._workers, BrokenProcessPool)
+
     def close(self) -> None:
-        """End the processes."""
+        """End the processes, whatever they do: a process that was killed may have left a lock that others wait for."""
+        self._lifeline.close()
         self._pool.shutdown(wait=True, cancel_futures=True)
+
+    def _begin(self) -> None:
+        context = multiprocessing.get_context("spawn")
+        theirs, self._lifeline = context.Pipe(duplex=False)
+        self._pool = ProcessPoolExecutor(self._workers, context, _begin_process, (theirs,))
 
 
 class Cluster:
@@ -64,23 +106,36 @@ class Cluster:
         except (OSError, ValueError) as error:
             raise TerrainError(f"{address}: no Dask scheduler answers there ({one_line(error)})") from None
 
-    def run(self, perform: Callable[..., Any], job: Any, tasks: Iterable[Any]) -> Iterator[tuple[Any, Any]]:
+    def run(self, perform: Perform, job: Any, tasks: Iterable[Any]) -> Iterator[tuple[Any, Any]]:
         """Pairs of a task and its result, as they end."""
         from distributed import as_completed
 
         completed: Any = as_completed
 
-        # each task carries the job: data scattered to workers are lost when these workers die
-        running = {self._client.submit(perform, job, task, pure=False, retries=3): task for task in tasks}
+        running = {self._begin(perform, job, task): task for task in tasks}
         try:
             for done in completed(running, loop=self._client.loop):
                 yield running[done], done.result()
         finally:
             self._client.cancel(list(running))
 
+    def in_order(self, perform: Perform, job: Any, tasks: Iterable[Any]) -> Iterator[Any]:
+        """Results in the order of their tasks."""
+        from distributed import KilledWorker
+
+        return _in_order(tasks, lambda task: self._begin(perform, job, task), self._count, KilledWorker)
+
     def close(self) -> None:
         """Leave the cluster."""
         self._client.close()
+
+    def _begin(self, perform: Perform, job: Any, task: Any) -> Any:
+        # each task carries the job: data scattered to workers are lost when these workers die
+        return self._client.submit(perform, job, task, pure=False, retries=TRIES - 1)
+
+    def _count(self) -> int:
+        """Threads of all workers, now."""
+        return sum(self._client.nthreads().values())
 
 
 def scheduler(workers: int, address: str | None = None) -> Here | Processes | Cluster:
@@ -88,3 +143,46 @@ def scheduler(workers: int, address: str | None = None) -> Here | Processes | Cl
     if address:
         return Cluster(address)
     return Here() if workers == 1 else Processes(workers)
+
+
+def _in_order(
+    tasks: Iterable[Any], begin: Callable[[Any], Any], count_workers: Callable[[], int], died: type[Exception]
+) -> Iterator[Any]:
+    """Results in the order of their tasks. Only a few tasks are begun ahead, so results need little memory."""
+    waiting, begun = iter(tasks), deque[Begun]()
+    try:
+        while True:
+            room = AHEAD * max(1, count_workers()) - len(begun)
+            begun.extend(Begun(task, begin(task)) for task in islice(waiting, max(room, 1 - len(begun))))
+            if not begun:
+                return
+            result = _first_result(begun, begin, died)
+            begun.popleft()
+            yield result
+    finally:
+        for each in begun:
+            each.future.cancel()
+
+
+def _first_result(begun: deque[Begun], begin: Callable[[Any], Any], died: type[Exception]) -> Any:
+    """The result of the first task; tasks whose worker has died begin again."""
+    for _ in range(TRIES):
+        try:
+            return begun[0].future.result()
+        except died:
+            for each in begun:
+                if each is begun[0] or (each.future.done() and isinstance(each.future.exception(), died)):
+                    each.future = begin(each.task)
+    raise TerrainError(f"{TRIES} workers in a row ended early: run the same command again to go on")
+
+
+def _begin_process(lifeline: Connection) -> None:
+    """In a new process: leave Ctrl-C to the process that began it, and end when that one closes its end of a pipe."""
+    signal.signal(signal.SIGINT, signal.SIG_IGN)
+    threading.Thread(target=_end_with, args=(lifeline,), daemon=True).start()
+
+
+def _end_with(lifeline: Connection) -> None:
+    with contextlib.suppress(EOFError, OSError):
+        lifeline.recv_bytes()
+    os._exit(1)

@@ -1,0 +1,148 @@
+"""The frames of a flight in their order: drawn by this process, by several ones, or by the workers of a Dask cluster.
+
+Each worker has its own renderer. A frame does not depend on the frames before it, so all of them draw the same pixels.
+"""
+
+from __future__ import annotations
+
+import argparse
+import contextlib
+import io
+import os
+import threading
+import uuid
+from collections.abc import Callable, Generator
+from dataclasses import dataclass
+from itertools import islice
+from typing import Any, NamedTuple
+
+import numpy as np
+
+from .. import __version__
+from ..files import maps
+from ..film.path import CameraPath, Pose
+from ..steps import Steps, drain, portion
+from ..store import is_store
+from ..store.scheduling import scheduler
+from . import options
+
+OF_FLIGHT = (
+    *("method", "metric", "requested_max_error_px", "width", "height"),
+    *("gl_renderer", "backend", "gpu_bytes"),
+)
+OF_FRAME = ("triangles", "patches", "splits", "certified_max_error_px", "complete", "tiles_missing", "ms")
+MEASURED = ("max_error_px", "rms_error_px", "max_error_posts_px", "posts_measured", "holes")
+_READ = ("map", "path", "sky", "material")  # options that name files to read
+_NO_PIXELS = ("output", "json", "run", "command_line", "workers", "scheduler", "memory")  # options of no picture
+_of_thread = threading.local()
+
+
+class Drawn(NamedTuple):
+    """A frame.
+
+    Attributes
+    ----------
+    numbers
+        Its own numbers.
+    about
+        The numbers that all frames share.
+    """
+
+    image: np.ndarray
+    numbers: dict[str, Any]
+    about: dict[str, Any]
+
+
+class Job(NamedTuple):
+    """What the workers of a flight share; `key` belongs to one run."""
+
+    key: str
+    args: argparse.Namespace
+
+
+class Drawing:
+    """A renderer that draws the frames of a flight, each as if it were the only one."""
+
+    def __init__(self, args: argparse.Namespace, scene: options.Scene) -> None:
+        self._args, self._view = args, options.view_of(args, scene)
+        self._renderer = options.make_renderer(args, scene, lit=True)
+        if self._renderer.streaming:
+            self._renderer.streaming.is_repeatable = True
+
+    def steps(self, pose: Pose) -> Steps[Drawn]:
+        """Draw a frame in steps."""
+        args = self._args
+        of_path = {"camera": pose.camera} | ({"sun": pose.sun} if pose.sun and not args.sun else {})
+        frame = yield from self._renderer.render_steps(gradual=False, **self._view | of_path)
+        stats = self._renderer.measure() if args.measure else frame.stats
+        keys = OF_FRAME + (MEASURED if args.measure else ())
+        numbers = {"eye": pose.camera.eye} | {key: stats[key] for key in keys if key in stats}
+        return Drawn(frame.image[..., :3], numbers, {key: stats[key] for key in OF_FLIGHT})
+
+    def close(self) -> None:
+        """Release GPU resources."""
+        self._renderer.release()
+
+
+@dataclass(frozen=True)
+class Flight:
+    """`count` frames along a path."""
+
+    args: argparse.Namespace
+    scene: options.Scene
+    path: CameraPath
+    count: int
+
+    def frames(self, first: int, show: Callable[[float], None] | None) -> Generator[Drawn, None, None]:
+        """Draw the frames from number `first` on; `show` is called with the progress, 0 to 1."""
+        args, poses = self.args, islice(self.path.poses(self.count), first, None)
+        if args.workers == 1 and not args.scheduler:
+            with contextlib.closing(Drawing(args, self.scene)) as drawing:
+                for number, pose in enumerate(poses, first):
+                    yield drain(portion(drawing.steps(pose), number, self.count), show)
+            return
+        with contextlib.closing(scheduler(args.workers, args.scheduler)) as runner:
+            for number, frame in enumerate(runner.in_order(draw, _job(args), poses), first):
+                yield frame
+                if show:
+                    show((number + 1) / self.count)
+
+
+def draw(job: Job, pose: Pose) -> Drawn:
+    """Draw one frame, in a worker. Its thread keeps the map and the renderer until another flight comes."""
+    if getattr(_of_thread, "key", None) != job.key:
+        if hasattr(_of_thread, "drawing"):
+            _of_thread.drawing.close()
+            del _of_thread.drawing, _of_thread.key
+        with contextlib.redirect_stderr(io.StringIO()):  # notes on the map were printed already
+            _of_thread.drawing = Drawing(job.args, options.open_scene(job.args))
+        _of_thread.key = job.key
+    frame = drain(_of_thread.drawing.steps(pose))
+    return frame._replace(image=np.ascontiguousarray(frame.image))
+
+
+def _job(args: argparse.Namespace) -> Job:
+    """The options for workers: no outputs, and files by their whole names."""
+    sent = argparse.Namespace(**vars(args) | {"output": None, "json": None, "run": None})
+    for name in _READ:
+        if (path := getattr(sent, name)) and os.path.exists(path):
+            setattr(sent, name, os.path.abspath(path))
+    sent.overlay = [os.path.abspath(path) for path in args.overlay]
+    return Job(uuid.uuid4().hex, sent)
+
+
+def identity(args: argparse.Namespace) -> Any:
+    """JSON that changes if the pictures of a flight change: its options, and the files that it reads."""
+    given = {name: value for name, value in vars(args).items() if name not in _NO_PIXELS}
+    of_map = [os.path.join(args.map, "zarr.json")] if is_store(args.map) else maps.files_read(args.map)
+    files = [*of_map, *(path for name in _READ[1:] if (path := getattr(args, name))), *args.overlay]
+    return {"version": __version__, "options": given, "files": [[path, *_status(path)] for path in files]}
+
+
+def _status(path: str) -> list[int]:
+    """Size of a file and when it was last written; nothing if it cannot be read."""
+    try:
+        status = os.stat(path)
+    except OSError:
+        return []
+    return [status.st_size, status.st_mtime_ns]

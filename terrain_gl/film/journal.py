@@ -1,0 +1,70 @@
+"""What is noted beside the pictures of a flight, so that an interrupted flight can be continued.
+
+The first line of the file is the flight's identity, and each further line belongs to one picture. A picture
+counts as complete if its file is there: it got its name when it was complete.
+"""
+
+from __future__ import annotations
+
+import contextlib
+import json
+import os
+from pathlib import Path
+from typing import Any
+
+from ..exceptions import TerrainError
+from .record import JOURNAL, picture_name
+
+
+class Journal:
+    """The journal of a flight in a folder of pictures.
+
+    Parameters
+    ----------
+    folder
+        The folder; it may be missing.
+    identity
+        JSON that is the same for the same pictures.
+
+    Attributes
+    ----------
+    done
+        What was noted of each complete picture, from the first one on.
+
+    Raises
+    ------
+    TerrainError
+        The folder holds pictures of another flight.
+    """
+
+    def __init__(self, folder: str | os.PathLike[str], identity: Any) -> None:
+        self._path = Path(folder) / JOURNAL
+        self._identity = json.dumps(identity, default=str, sort_keys=True)
+        self.done: list[Any] = []
+        if not (self._path.is_file() and self._picture(0).is_file()):
+            return
+        begun, *lines = self._path.read_text("utf-8").split("\n")[:-1]  # an incomplete line does not count
+        if begun != self._identity:
+            raise TerrainError(f"{os.fspath(folder)}: holds frames of another flight: name another folder, or empty it")
+        for line in lines:
+            if not self._picture(len(self.done)).is_file():
+                break
+            self.done.append(json.loads(line))
+
+    def begin(self) -> None:
+        """Write the file anew, with the pictures that are complete."""
+        lines = [self._identity, *map(json.dumps, self.done)]
+        self._path.write_text("".join(line + "\n" for line in lines), "utf-8")
+
+    def add(self, noted: Any) -> None:
+        """Note something of the next picture, before it is written."""
+        with open(self._path, "a", encoding="utf-8") as file:
+            file.write(json.dumps(noted) + "\n")
+
+    def end(self) -> None:
+        """Remove the file: all pictures are complete."""
+        with contextlib.suppress(OSError):
+            self._path.unlink()
+
+    def _picture(self, number: int) -> Path:
+        return self._path.with_name(picture_name(number))
