@@ -7,6 +7,9 @@ from collections.abc import Callable, Iterator
 from dataclasses import dataclass
 
 HURRIED = 0.2  # share of the time that work gets while the picture moves
+COARSEST = 4  # most window pixels across one pixel of a picture in motion
+POWER = 4 / 3  # a picture of 1/s of the width and height takes about s^-POWER of the time: benchmarks/motion.py
+CALM = 0.8  # a larger picture has to fit this part of the time, so that sizes do not alternate
 
 
 @dataclass
@@ -19,23 +22,37 @@ class FrameBudget:
         Measures the work, in seconds. It is not the time at which frames are shown.
     work_s
         Seconds of a frame that go to long work, such as building tables.
-    smooth_ms, coarse_ms
-        In motion, a picture is drawn at half its size if the full one takes longer than `smooth_ms`, and at a quarter
-        if it takes longer than `coarse_ms`.
+    motion_ms
+        Milliseconds that a picture in motion may take. It is drawn in the largest size that fits.
     full_ms
-        Milliseconds of the last full picture. It is infinite at first, so that the first picture comes quickly.
+        Milliseconds that a full picture takes, as the last picture suggests. It is infinite at first, so that the first
+        picture comes quickly.
+    shrink
+        Window pixels across one pixel of the next picture in motion: 1 to COARSEST.
     """
 
     clock: Callable[[], float] = time.perf_counter
     work_s: float = 0.03
-    smooth_ms: float = 50.0
-    coarse_ms: float = 200.0
+    motion_ms: float = 150.0
     full_ms: float = float("inf")
+    shrink: int = COARSEST
 
-    @property
-    def shrink(self) -> int:
-        """Window pixels across one pixel of the picture in motion."""
-        return 1 + (self.full_ms > self.smooth_ms) + 2 * (self.full_ms > self.coarse_ms)
+    def __post_init__(self) -> None:
+        """Begin small, if time is limited."""
+        self.forget()
+
+    def note(self, drawn_ms: float, shrink: int) -> None:
+        """Learn from the time of a picture of 1/shrink of the width and height; choose the size of the next one."""
+        self.full_ms = drawn_ms * shrink**POWER
+        sizes = range(1, COARSEST + 1)
+        self.shrink = next((s for s in sizes if self._fits(s, CALM if s < self.shrink else 1.0)), COARSEST)
+
+    def forget(self) -> None:
+        """Know nothing about the next picture: it comes in the smallest size."""
+        self.note(float("inf"), 1)
+
+    def _fits(self, shrink: int, share: float) -> bool:
+        return self.full_ms / shrink**POWER <= share * self.motion_ms
 
     def run(
         self, work: Iterator[float], tell: Callable[[float], None] = lambda share: None, hurried: bool = False

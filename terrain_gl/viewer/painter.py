@@ -66,7 +66,7 @@ class Painter:
         self.frame = frame
         self.forget()
         self.light.stop()
-        self._budget.full_ms = float("inf")
+        self._budget.forget()
 
     def forget(self, at_once: bool = False) -> None:
         """Note that the land or its light has changed.
@@ -190,8 +190,7 @@ class Painter:
         self.frame.stats, self.frame.shrunk, self.frame.measured_px = stats[0], shrunk, None
         self._unmeasured = not self.frame.is_preview and renderer.streaming is None  # a store's truth is on a disk
         self.history.add(stats[0])
-        if shrunk == 1:
-            self._budget.full_ms = sum(map(drawing_ms, stats))
+        self._budget.note(sum(map(drawing_ms, stats)), shrunk)
 
     def _smoothed_fps(self, seconds: float) -> float | None:
         fps = self.frame.fps

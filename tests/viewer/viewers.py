@@ -30,12 +30,12 @@ class Ticking:
 
 def swift():
     """The budget of a machine that does everything at once."""
-    return FrameBudget(Ticking(), work_s=math.inf, smooth_ms=math.inf, coarse_ms=math.inf)
+    return FrameBudget(Ticking(), work_s=math.inf, motion_ms=math.inf)
 
 
 def slow():
     """The budget of a machine that does one step of work a frame, and draws motion at a quarter of the size."""
-    return FrameBudget(Ticking(), smooth_ms=-1.0, coarse_ms=-1.0)
+    return FrameBudget(Ticking(), motion_ms=-1.0)
 
 
 def set_budget(viewer, budget):
