@@ -182,7 +182,7 @@ class RenderOptions:
         Flag("--sky", "file", "light from an equirectangular .hdr or .exr, north in the middle; its sun, too", "FILE"),
     )
     material: str | None = _option(
-        None, "picture", Flag("--material", "file", "colour of the ground from a picture of the map, north up", "FILE")
+        None, "picture", Flag("--material", "file", "colour of the ground: a picture of the map, north up", "FILE")
     )
     water_m: float | None = _option(None, "picture", Flag("--water", "number", "height of standing water", "M"))
     voids: str = _option(

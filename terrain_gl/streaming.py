@@ -77,9 +77,10 @@ class Streaming:
         dict
             `complete`, `within_tolerance`, `tiles_resident`, `tiles_missing`: docs/stats.md.
         """
-        if goal.triangles:
-            raise UsageError("a store is drawn within a tolerance: give --max-error, not --triangles")
-        return (self._wait if self.waits else self._fly)(choose, camera, goal)
+        selection, loaded = (self._wait if self.waits else self._fly)(choose, camera, goal)
+        if goal.triangles and selection.triangles > goal.triangles:
+            raise UsageError(f"this view of a store needs at least {selection.triangles:,} triangles: allow more")
+        return selection, loaded
 
     def release(self) -> None:
         """End the threads."""
@@ -159,7 +160,7 @@ class Streaming:
 
     def _keys(self, patches: Patches, goal: Goal) -> list[PageKey]:
         """Pages that patches need, the most useful first."""
-        return [self.terrain.numbering.key(number) for number in patches.wanted(goal.tolerance_px)[0].tolist()]
+        return [self.terrain.numbering.key(number) for number in patches.wanted(goal)[0].tolist()]
 
     def _with_those_above(self, wanted: Iterable[PageKey]) -> list[PageKey]:
         """Pages that can be loaded; missing pages above a page come before it."""
@@ -191,7 +192,7 @@ class Streaming:
         self._is_complete = not wanted
         return {
             "complete": not wanted,
-            "within_tolerance": patches.within(goal.tolerance_px) if wanted else 1.0,
+            "within_tolerance": patches.within(goal) if wanted else 1.0,
             "tiles_resident": len(self.terrain.slot_of),
             "tiles_missing": [{"tile": called(key), "reason": why(key)} for key in wanted],
         }

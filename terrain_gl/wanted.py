@@ -8,7 +8,7 @@ import numpy as np
 
 from .camera import Camera
 from .gpu import layout
-from .lod import Selection
+from .lod import Goal, Selection
 from .paged_map import Boxes
 from .pages import PagedTerrain
 
@@ -52,33 +52,45 @@ class Patches:
         low, end = self.boxes
         col, row = ((low + end) // 2).T
         away = np.stack([col * east - eye[0], (heightmap.rows - 1 - row) * north - eye[1]])
-        up = np.abs(terrain.filled[row, col] - eye[2])
+        drop_m = self._camera.drop_m(col * east, (heightmap.rows - 1 - row) * north)
+        up = np.abs(terrain.filled[row, col] - drop_m - eye[2])
         flat = np.hypot(*away)
         distance = np.maximum(np.hypot(flat, up), 0.5 * min(east, north))
         return np.prod(end - low, 1) * east * north * np.maximum(up, FLAT * distance) / distance**3
 
-    def within(self, tolerance_px: float) -> float:
-        """Approximate share of the picture whose patches are within the tolerance; it includes hidden patches."""
-        areas = self.areas()
-        return float(areas[self.bound_px <= tolerance_px].sum() / max(areas.sum(), 1e-300)) if len(areas) else 1.0
+    def open_to(self, goal: Goal) -> tuple[np.ndarray, np.ndarray]:
+        """Which patches may profit from finer pages, and the finest level that is loaded under each patch.
 
-    def wanted(self, tolerance_px: float) -> tuple[np.ndarray, np.ndarray]:
-        """Numbers of pages that would make patches over tolerance finer, the most useful first, and their worth.
+        With a tolerance: patches over it. With a budget: patches whose spacing is as fine as their pages allow; those
+        with finer pages had the choice. If all posts are loaded, finer pages cannot help.
+        """
+        finest = self.terrain.resident_level(self.boxes, np.clip(self._side_log2 - 6, 0, self.terrain.top_level))
+        budget = (self._step_log2 <= finest) & (self.bound_px > 0)
+        return (budget if goal.triangles else self.bound_px > goal.tolerance_px) & (finest > 0), finest
+
+    def within(self, goal: Goal) -> float:
+        """Approximate share of the picture whose patches are within the tolerance; it includes hidden patches.
+
+        With a budget: whose patches want no finer pages.
+        """
+        areas = self.areas()
+        good = ~self.open_to(goal)[0] if goal.triangles else self.bound_px <= goal.tolerance_px
+        return float(areas[good].sum() / max(areas.sum(), 1e-300)) if len(areas) else 1.0
+
+    def wanted(self, goal: Goal) -> tuple[np.ndarray, np.ndarray]:
+        """Numbers of pages that would make patches finer (`open_to`), the most useful first, and their worth.
 
         The worth of a page is certified pixels times area in the picture, summed over all patches that want it.
         """
         terrain, numbering = self.terrain, self.terrain.numbering
-        over = self.bound_px > tolerance_px
-        boxes, bound_px = self.boxes.some(over), np.minimum(self.bound_px[over], 1e12)
-        finest = terrain.resident_level(boxes, np.clip(self._side_log2[over] - 6, 0, terrain.top_level))
-        open_ = finest > 0  # if all posts are loaded, finer pages cannot help
-        boxes, bound_px, finest = boxes.some(open_), bound_px[open_], finest[open_]
-        steps = np.ceil(np.log2(bound_px / tolerance_px)).astype(np.int64)
-        steps = np.minimum(np.clip(steps, 1, MOST_LEVELS), finest)
+        open_, finest = self.open_to(goal)
+        boxes, bound_px, finest = self.boxes.some(open_), np.minimum(self.bound_px[open_], 1e12), finest[open_]
+        over = np.log2(bound_px / goal.tolerance_px) if goal.tolerance_px else np.zeros(len(bound_px))
+        steps = np.minimum(np.clip(np.ceil(over).astype(np.int64), 1, MOST_LEVELS), finest)
         for _ in range(MOST_LEVELS - 1):
             steps -= (numbering.count(boxes, finest - steps) > MOST_PAGES) & (steps > 1)
         box, numbers = numbering.over(boxes, finest - steps)
-        gain = (bound_px * self.areas()[over][open_])[box]
+        gain = (bound_px * self.areas()[open_])[box]
         numbers, which = np.unique(numbers, return_inverse=True)
         worth = np.bincount(which, gain, minlength=len(numbers))
         new = ~terrain.is_there(numbers)

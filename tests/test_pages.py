@@ -264,13 +264,14 @@ def test_tiles_that_fail_are_named_and_bounded_by_coarser_ones(hills):
         assert named
 
 
-def test_budgets_edits_and_other_methods_are_refused(hills):
+def test_edits_other_methods_and_too_few_triangles_are_refused(hills):
     _, path = hills
     with Renderer(StoredMap(path), SIZE) as renderer:
         camera = Camera((100, 100, 300), (100, 200, 0))
-        for options in ({"triangles": 1000}, {"max_error_px": 1, "method": "quadtree"}):
-            with pytest.raises(UsageError, match="store"):
-                renderer.draw(camera, **options)
+        with pytest.raises(UsageError, match="store"):
+            renderer.draw(camera, 1, method="quadtree")
+        with pytest.raises(UsageError, match="triangles: allow more"):
+            renderer.draw(camera, triangles=2)
         with pytest.raises(UsageError, match="store"):
             renderer.edit(3, 3, 1.0)
 
@@ -408,9 +409,9 @@ def test_a_damaged_tile_ends_a_measurement_and_a_flight_with_one_line(store, run
 
 
 def test_what_cannot_read_stores_says_so(store, run):
-    refused(run("mesh", store, "-o", "m.glb"), 1, "is a store", "shot, measure, fly, view and info")
+    refused(run("compare", store, "-o", "f.png"), 1, "is a store", "shot, measure, mesh, fly, view and info")
     refused(run("shot", store, "-o", "p.png", "--spacing", "3"), 2, "has its own scales")
-    refused(run("shot", store, "-o", "p.png", "--triangles", "300"), 2, "--max-error")
+    refused(run("shot", store, "-o", "p.png", "--triangles", "2"), 2, "allow more")
     refused(run("shot", store, "-o", "p.png", "--gpu-memory", "1", "--memory", "1", "--method", "full"), 2, "sat")
     Path(store, "zarr.json").write_text("{}")
     refused(run("info", store), 1, "not a finished store")

@@ -13,6 +13,7 @@ from terrain_gl.camera import Camera
 from terrain_gl.exceptions import TerrainError
 from terrain_gl.files.views import standard_view
 from terrain_gl.loader import Loader
+from terrain_gl.lod import Goal
 from terrain_gl.options import RenderOptions
 from terrain_gl.renderer import Renderer
 from terrain_gl.steps import drain
@@ -112,7 +113,7 @@ def test_what_patches_ask_for_is_what_loops_find(hills):
             renderer.streaming.select = lambda choose, camera, goal: (choose(camera), {})
             selection = renderer.select(camera, SIZE, RenderOptions(0.5)).selection
             patches = Patches(terrain, selection, camera)
-            numbers, worth = patches.wanted(0.5)
+            numbers, worth = patches.wanted(Goal(0.5))
             expected = wanted_by_loops(terrain, patches, 0.5)
             assert expected
             assert {terrain.numbering.key(int(n)) for n in numbers} == set(expected)

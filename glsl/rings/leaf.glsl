@@ -47,6 +47,7 @@ Projection project_square(ivec2 low, int side_log2) {
 
 // The largest error in metres that is at most the tolerance in pixels: error_px() solved for the error.
 float error_within_m(Projection p) {
+    if (u_metric == METRIC_METRES) return u_tolerance_px;
     if (p.outside) return NEVER;
     float per_m = u_focal_px * p.stretch * BOUND_SLACK;
     return u_tolerance_px * p.nearest_m / (per_m + u_tolerance_px * abs(u_forward.z)) * (1.0 - 1e-5);
@@ -106,12 +107,13 @@ int next_step(ivec2 low, int side_log2, int ring, int coarsest, Projection p) {
     return NO_STEP;
 }
 
-// What the tables certify of a leaf, in pixels, in the metric asked for.
+// What the tables certify of a leaf, in the metric asked for: pixels, or metres over the whole map.
 float leaf_px(Leaf leaf, Projection p) {
     if (p.outside) return 0.0;
     ivec2 end = leaf.origin + (1 << leaf.side_log2);
     int step_log2 = step_log2_of(leaf.word);
     p.sag_m = sag_m(step_log2);
     float max_m = largest_m(leaf.origin, end, step_log2);
+    if (u_metric == METRIC_METRES) return max_m;
     return error_px(p, has_mean(p) ? min(rms_of_box_m(leaf.origin, end, step_log2), max_m) : max_m, max_m);
 }

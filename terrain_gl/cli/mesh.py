@@ -15,7 +15,7 @@ from ..image import png_bytes
 from ..plan import LONGEST_PX, plan
 from ..renderer import Renderer
 from ..shade import UNLIT
-from . import options, report, values
+from . import options, report, stores, values
 
 RELIEF_SHARE = 5e-3  # default error of a mesh, as a part of the map's relief
 _METHOD = "quadtree"  # it needs the fewest triangles
@@ -40,11 +40,12 @@ def add(commands: Any) -> None:
     command.add_argument("--max-error-m", type=values.positive, metavar="M", help=what)
     what = f"the look from above, N pixels long (default: {LONGEST_PX})"
     command.add_argument("--texture", type=values.count, metavar="N", nargs="?", const=LONGEST_PX, help=what)
-    what = "triangles share vertices (default), or each has three of its own"
+    what = "share vertices (default), or three for each triangle"
     command.add_argument("--weld", action=argparse.BooleanOptionalAction, default=True, help=what)
     what = f".stl: longer side in millimetres (default: {PRINT_MM:g})"
     command.add_argument("--print-mm", type=values.positive, metavar="MM", default=PRINT_MM, help=what)
     command.add_argument("--cull", action="store_true", help="of a view: leave out patches outside the picture")
+    stores.add_options(command)
     options.add_rendering(command)
     command.set_defaults(method=_METHOD)
 
@@ -57,12 +58,12 @@ def run(args: argparse.Namespace) -> int:
     if args.texture:
         options.check_writable(*map(str, files_beside(args.output)))
     scene = options.open_scene(args)
-    with options.make_renderer(args, scene) as renderer:
+    with options.make_renderer(args, scene) as renderer, stores.loading(renderer):
+        texture = _texture(renderer, args, scene) if args.texture else None
         triangles, heights, stats = _of_view(renderer, args, scene) if _has_view(args) else _of_map(renderer, args)
         if not len(triangles):
             raise TerrainError(f"{scene.heightmap.name}: no triangles in this view: turn the camera or drop --cull")
         mesh = make_mesh(triangles, heights, scene.heightmap.spacing_m, args.weld, scene.heightmap.place)
-        texture = _texture(renderer, args, scene) if args.texture else None
     mesh = replace(mesh, texture=texture, print_mm=args.print_mm)
     about = {"map": scene.heightmap.name} | stats | {"vertices": len(mesh.posts)}
     with report.json_output(args.json, about), report.progress_bar("writing") as progress:
@@ -70,7 +71,7 @@ def run(args: argparse.Namespace) -> int:
     within = f", within {stats['certified_max_error_m']:.3g} m" if "certified_max_error_m" in stats else ""
     counts = f"{len(mesh.faces):,} triangles, {len(mesh.posts):,} vertices"
     report.say(args.json, f"{report.shown(args.output)}: {counts}{within}")
-    return 0
+    return stores.status_of(about)
 
 
 def _has_view(args: argparse.Namespace) -> bool:
@@ -81,8 +82,12 @@ def _has_view(args: argparse.Namespace) -> bool:
 def _of_view(
     renderer: Renderer, args: argparse.Namespace, scene: options.Scene
 ) -> tuple[np.ndarray, np.ndarray, dict[str, Any]]:
-    stats = renderer.draw(**options.view_of(args, scene) | {"style": UNLIT})
-    return renderer.triangles(), renderer.inspector.drawn_heights(), stats
+    asked = options.view_of(args, scene) | {"style": UNLIT}
+    if not renderer.streaming:
+        stats = renderer.draw(**asked)
+        return renderer.triangles(), renderer.inspector.drawn_heights(), stats
+    stats = renderer.draw(**asked | ({"method": "sat"} if args.method == _METHOD else {}))
+    return renderer.triangles(), renderer.terrain.filled, stats
 
 
 def _of_map(renderer: Renderer, args: argparse.Namespace) -> tuple[np.ndarray, np.ndarray, dict[str, Any]]:

@@ -17,9 +17,9 @@ from . import report, values
 def add_options(command: Any) -> None:
     """Options of commands whose map may be a store."""
     group = command.add_argument_group("store")
-    what = "of a store (terrain-gl build): MiB of GPU memory for its tiles, at most (default: 512)"
+    what = "of a store: MiB of GPU memory for tiles (default: 512)"
     group.add_argument("--gpu-memory", type=values.count, metavar="MIB", default=512, help=what)
-    what = "of a store: MiB of memory for its tiles, at most (default: 512)"
+    what = "of a store: MiB of memory for tiles (default: 512)"
     group.add_argument("--memory", type=values.count, metavar="MIB", default=512, help=what)
 
 
@@ -34,7 +34,7 @@ def opened(args: argparse.Namespace, name: str, of_map: dict[str, Any]) -> Store
         Options for a map's values were given, which a store does not take.
     """
     if not hasattr(args, "gpu_memory"):
-        raise TerrainError(f"{report.shown(name)}: is a store: shot, measure, fly, view and info read stores")
+        raise TerrainError(f"{report.shown(name)}: is a store: shot, measure, mesh, fly, view and info read stores")
     if any(value not in (None, False, "plain") for value in of_map.values()):
         raise UsageError(f"{report.shown(name)}: is a store, which has its own scales: to change them, build it again")
     stored = StoredMap(name)
@@ -57,10 +57,12 @@ def status_of(stats: dict[str, Any]) -> int:
     """The exit status of a drawn frame: 1, and a line that says why, if tiles of a store are missing."""
     if stats.get("complete", True):
         return 0
-    tiles, px = stats["tiles_missing"], stats["certified_max_error_px"]
+    tiles = stats["tiles_missing"]
+    unit = "px" if "certified_max_error_px" in stats else "m"
+    error = f"{stats[f'certified_max_error_{unit}']:.3g} {unit}"
     print(
         f"terrain-gl: {report.shown(stats['map'])}: not complete: {len(tiles)} tiles are missing, the error is at most "
-        f"{px:.3g} px; {tiles[0]['tile']}: {tiles[0]['reason']}",
+        f"{error}; {tiles[0]['tile']}: {tiles[0]['reason']}",
         file=sys.stderr,
     )
     return 1

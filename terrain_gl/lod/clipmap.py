@@ -30,8 +30,8 @@ from ..gpu import gl, layout, shaders
 from ..gpu.bindings import bind
 from ..rect import Rect
 from ..view import View
-from .rings import PATCH, PATCHES, Ring, patches_for, rings_around
-from .selection import INFINITE_PX, Goal, Selection
+from .rings import PATCH, PATCHES, Ring, patches_for, ring_over, rings_around
+from .selection import INFINITE_PX, METRES, Goal, Selection
 
 SETTLING = 2  # rounds of `settle` that run before their queues are emptied; a frame has at least so many
 ROUNDS = 3  # rounds of `decide`: in each, the blocks have units an eighth as large
@@ -108,11 +108,23 @@ class ClipmapSelector:
         self._variant = "budget" if triangles else goal.metric
         if not triangles:
             return self._keep(self._rings_of(camera, PATCHES))
-        for left_out in range(self.terrain.top_level):  # with all rings, even the fewest triangles may be too many
+        for left_out in range(self.terrain.coarsest_ring):  # with all rings, even the fewest triangles may be too many
             selection = self._spend(self._rings_of(camera, patches_for(triangles), left_out), triangles)
             if selection.triangles <= triangles:
                 break
         return selection
+
+    def select_everywhere(self, max_error_m: float) -> Selection:
+        """Choose patches over the whole map whose surface is nowhere further than `max_error_m` from the truth.
+
+        There is no camera. The certified error is in metres, too.
+        """
+        heightmap = self.terrain.heightmap
+        goal = Goal(max_error_m, METRES, cull=False)
+        self.view.write(self.terrain, Camera.default(heightmap), (1, 1), 1.0, **goal.settings)
+        self._variant = METRES
+        last_post = heightmap.cols - 1, heightmap.rows - 1
+        return self._keep(ring_over(last_post, heightmap.spacing_m, self.terrain.coarsest_ring))
 
     def update(self, posts: Rect) -> None:
         """Follow an edit: there is nothing to do, because every frame reads the tables again."""

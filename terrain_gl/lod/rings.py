@@ -76,6 +76,19 @@ def rings_around(
     return rings
 
 
+def ring_over(last_post: tuple[int, int], spacing_m: tuple[float, float], top_level: int) -> list[Ring]:
+    """One ring over the whole map, for a mesh without an eye.
+
+    A unit becomes a block at most twice, and then has at most 64 segments a side. So the ring needs more units the
+    longer the map is: its finest triangles are then a quarter of a post, or smaller.
+    """
+    reach = PATCH * PATCH * PATCH * 64
+    across = 2 << max(0, math.ceil(math.log2(2 * max(last_post) / reach)))
+    centre, patches = [0.5 * last for last in last_post], _patches_across(spacing_m, across)
+    rings = (_on_map(_ring_at(level, centre, patches), last_post) for level in range(top_level + 1))
+    return next([ring] for ring in rings if _covers(ring, last_post))
+
+
 def _patches_across(spacing_m: tuple[float, float], across: int) -> tuple[int, int]:
     largest = max(spacing_m)
     east, north = (max(across, round(across * largest / spacing)) for spacing in spacing_m)

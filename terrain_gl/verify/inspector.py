@@ -7,12 +7,14 @@ from typing import Any
 
 import numpy as np
 
+from ..camera import Camera
 from ..curvature import drop_between_m
 from ..exceptions import TerrainError, UsageError
 from ..frame import DrawnFrame
 from ..gpu.session import in_session, steps_in_session
 from ..gpu_resources import GpuResources
 from ..heightmap import Heightmap
+from ..lod import METRES, ClipmapSelector, Goal, Selection
 from ..mesh import captured_triangles
 from ..steps import Steps, drain
 from ..terrain import Terrain
@@ -150,7 +152,8 @@ class Inspector:
         triangles
             (n, 3, 2) columns and rows, counter-clockwise from above; whole numbers, except in cells that are cut.
         stats
-            `triangles`, `patches`, `splits`, `requested_max_error_m`, `certified_max_error_m`: docs/stats.md.
+            `triangles`, `patches`, `splits`, `requested_max_error_m`, `certified_max_error_m`; of a store, also its
+            missing tiles: docs/stats.md.
 
         Raises
         ------
@@ -159,14 +162,22 @@ class Inspector:
         """
         if not 0 < max_error_m < 1e9:
             raise UsageError(f"max error must be more than 0 and less than 1e9 metres, got {max_error_m:g}")
-        if self.resources.streaming:
-            raise UsageError("a store has no mesh of the whole map: it is drawn for a view")
         self.frame = None
-        selection = self.resources.quadtree.select_everywhere(max_error_m)
+        selection, loaded = self._everywhere(max_error_m)
         triangles, _ = captured_triangles(selection)
         counts = {"triangles": len(triangles), "patches": selection.patches, "splits": selection.splits}
         bound = {"requested_max_error_m": max_error_m, "certified_max_error_m": selection.certified_px}
-        return triangles, counts | bound
+        return triangles, counts | bound | loaded
+
+    def _everywhere(self, max_error_m: float) -> tuple[Selection, dict[str, Any]]:
+        """The mesh of the whole map: by the quadtree, or for a store by the clipmap, which waits for its tiles."""
+        if not self.resources.streaming:
+            return self.resources.quadtree.select_everywhere(max_error_m), {}
+        clipmap = self.resources.selectors["sat"]
+        assert isinstance(clipmap, ClipmapSelector)
+        goal = Goal(max_error_m, METRES, cull=False)
+        above = Camera.default(self.resources.terrain.heightmap)
+        return self.resources.streaming.select(lambda _: clipmap.select_everywhere(max_error_m), above, goal)
 
     def _post(self, x: float, y: float) -> tuple[float, float]:
         """Column and row of a place in world metres."""

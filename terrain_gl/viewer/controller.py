@@ -8,7 +8,7 @@ middle of the picture, and `walk` on the ground at eye height.
 from __future__ import annotations
 
 import math
-from dataclasses import dataclass, field
+from dataclasses import dataclass, field, replace
 
 import numpy as np
 
@@ -89,7 +89,7 @@ class Controller:
     @property
     def camera(self) -> Camera:
         """The camera; at first exactly the one that was given, to the last digit."""
-        return self.start if self.pose == Pose.of(self.start) else self.pose.camera
+        return replace(self.start if self.pose == Pose.of(self.start) else self.pose.camera, bend_per_m=self.bend_per_m)
 
     @property
     def axes(self) -> np.ndarray:
