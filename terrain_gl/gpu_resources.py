@@ -100,7 +100,7 @@ class GpuResources:
         """GPU memory in bytes, by content: heights, summed-area tables, error table, shading, and the total."""
         heightmap, tables = self.terrain.heightmap, self.tables
         if isinstance(tables, PagedTables):
-            paged = {"heights": tables.terrain.bytes, "sat": tables.bytes, "error": 0, "shade": 0}
+            paged = {"heights": tables.terrain.bytes, "sat": tables.bytes, "error": 0, "shade": self.picture.bytes}
             return paged | {"total": sum(paged.values()) + self.selectors.bytes}
         heights = heightmap.rows * heightmap.cols * (5 if self.terrain.is_marked else 4)
         sat = tables.counters.size + tables.squares.size

@@ -62,6 +62,32 @@ class PagedMap(Heightmap):
         """
         raise NotImplementedError
 
+    def lattice_heights(self, level: int, rows: slice, cols: slice) -> np.ndarray:
+        """Heights of posts of a level's lattice, (rows, cols) float32 metres; several threads may read.
+
+        Raises
+        ------
+        TerrainError
+            A tile of them is missing or damaged.
+        """
+        found = np.empty((rows.stop - rows.start, cols.stop - cols.start), np.float32)
+        most = self.pages(level)
+        first = min(rows.start // self.tile, most[0] - 1), min(cols.start // self.tile, most[1] - 1)
+        for row in range(first[0], min((rows.stop - 1) // self.tile + 1, most[0])):
+            for col in range(first[1], min((cols.stop - 1) // self.tile + 1, most[1])):
+                heights = self.page((level, row, col)).heights
+                y, x = row * self.tile, col * self.tile
+                top, left = max(rows.start, y), max(cols.start, x)
+                part = heights[top - y : rows.stop - y, left - x : cols.stop - x]
+                top, left = top - rows.start, left - cols.start
+                found[top : top + part.shape[0], left : left + part.shape[1]] = part
+        return found
+
+    def posts(self, level: int) -> tuple[int, int]:
+        """Rows and columns of a level's lattice."""
+        rows, cols = self.nodes(level)
+        return rows + 1, cols + 1
+
     def nodes(self, level: int) -> tuple[int, int]:
         """Rows and columns of a level's nodes."""
         return -(-(self.rows - 1) >> level), -(-(self.cols - 1) >> level)

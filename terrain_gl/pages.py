@@ -17,11 +17,13 @@ from .exceptions import TerrainError
 from .gpu import gl, layout, shaders
 from .gpu.bindings import bind
 from .page_sums import Sums, bytes_of_slot, counter_words, sums_of
+from .page_windows import light_bytes, scratch_bytes
 from .paged_map import Boxes, PagedMap, PageKey, above
 from .resident import ResidentHeights
 from .terrain import block_of, quantisation_range
 
 ROW = 1024  # words of a row of the page tables' texture
+LIT = 1 << 31  # bit of a page with light: glsl/blocks/pages.glsl
 OF_COPIES = 0.5  # part of the memory for tiles that holds the heights of loaded pages
 
 
@@ -30,12 +32,16 @@ class PagedTerrain:
 
     Attributes
     ----------
-    slots
-        Pages that the pool has room for.
+    slots, across
+        Pages that the pool has room for, and slots in a row of its textures.
     slot_of
         The slot of each loaded page that is not hidden.
     filled
         The heights of the loaded pages.
+    eye_m
+        The eye of the present view.
+    waits
+        Whether a picture waits for all that it needs.
     """
 
     is_marked, has_water, sea_m, edits = False, False, None, 0
@@ -46,8 +52,8 @@ class PagedTerrain:
         self.top_level, self.numbering = heightmap.top, heightmap.numbering
         self._make_tables()
         self._changed = len(self._words), 0  # first changed row of the tables, and the row after the last one
-        self.slots, self._across = self._room()
-        side, across = heightmap.tile + 1, self._across
+        self.slots, self.across = self._room()
+        side, across = heightmap.tile + 1, self.across
         shaders.define(ctx, PAGED=1, PAGE_LOG2=heightmap.tile.bit_length() - 1, SLOTS_ACROSS=across)
         self.heights = gl.texel_texture(self.ctx, (across * side, across * side), "f4")
         self.marks = gl.texel_texture(self.ctx, (1, 1), "u1")
@@ -57,6 +63,8 @@ class PagedTerrain:
         self.table.write(self._words)
         self.block = ctx.buffer(self._describe().tobytes())
         self._free = list(range(self.slots))[::-1]
+        self.eye_m: tuple[float, float, float] = (0.0, 0.0, 0.0)
+        self.waits = True
         self._stamps, self._stamp = np.zeros(self.numbering.total, np.int64), 0
         self.filled = ResidentHeights(heightmap, self._finest, self.slots)
 
@@ -81,7 +89,7 @@ class PagedTerrain:
     def place(self, key: PageKey, heights: np.ndarray) -> int:
         """Put a page's heights into a free slot; returns the slot. `send` makes the page visible."""
         slot, side = self._free_slot(key), self.heightmap.tile + 1
-        corner = slot % self._across * side, slot // self._across * side
+        corner = slot % self.across * side, slot // self.across * side
         self.heights.write(heights - np.float32(self.base_m), viewport=(*corner, side, side))
         self.filled.copies[slot] = heights
         self._enter(key, slot)
@@ -138,6 +146,35 @@ class PagedTerrain:
     def hold(self, key: PageKey) -> None:
         """Note that a view needs a loaded page."""
         self._stamps[self.numbering.number(key)] = self._stamp
+
+    def light(self, key: PageKey) -> None:
+        """Note that a loaded page has light. `send` makes it visible."""
+        number = self.numbering.number(key)
+        self._slots_of[number] |= np.uint32(LIT)
+        row = number // ROW
+        self._changed = min(self._changed[0], row), max(self._changed[1], row + 1)
+
+    def is_lit(self, key: PageKey) -> bool:
+        """Whether a loaded page has light."""
+        return bool(self._slots_of[self.numbering.number(key)] & np.uint32(LIT))
+
+    def in_use(self) -> list[PageKey]:
+        """Loaded pages that the present view uses, and those above them; the largest in the picture first."""
+        used = set(self.roots)
+        for key in self.slot_of:
+            if self._stamps[self.numbering.number(key)] >= self._stamp:
+                while key not in used:
+                    used.add(key)
+                    key = above(key)
+        return sorted(used, key=lambda key: (-self._width(key), key))
+
+    def _width(self, key: PageKey) -> float:
+        """Approximate width of a page in the picture, up to a factor."""
+        level, row, col = key
+        (east, north), size = self.heightmap.spacing_m, self.heightmap.tile << level
+        x, y = (col + 0.5) * size * east, (self.heightmap.rows - 1 - (row + 0.5) * size) * north
+        away_m = math.dist((x, y, self.base_m), self.eye_m)
+        return size * east / max(away_m, 0.5 * size * east)
 
     def spare(self) -> list[PageKey]:
         """Pages that can be removed, the least recently used first; never the roots, nor pages that this view uses."""
@@ -225,7 +262,8 @@ class PagedTerrain:
     def _room(self) -> tuple[int, int]:
         """The number of slots within the limits, and the number of slots in a row of the texture."""
         heightmap, limits, side = self.heightmap, gl.limits(self.ctx), self.heightmap.tile
-        most = int((heightmap.gpu_bytes - self._words.nbytes) // bytes_of_slot(side))
+        most = heightmap.gpu_bytes - self._words.nbytes - scratch_bytes(heightmap)
+        most = int(most // (bytes_of_slot(side) + light_bytes(side)))
         most = min(most, int(OF_COPIES * heightmap.memory_bytes) // (4 * (side + 1) ** 2))
         most = min(most, gl.storage_block_bytes(self.ctx) // (4 * counter_words(side)))
         across = min(math.isqrt(max(most, 0)), limits["texture_size"] // (side + 1))

@@ -340,6 +340,8 @@ class Renderer:
 
     def _complete(self, frame: DrawnFrame) -> DrawnFrame:
         """Give a frame its stats."""
+        if self.streaming and frame.options.shading.is_lit:
+            frame.loaded["tiles_unlit"] = self.picture.lighting.missing
         times = {"ms": dict(self.timer.ms), "ms_clock": self.timer.clock}
         known = {"voids": self.heightmap.voids, "gpu_bytes": self.resources.gpu_bytes}
         frame.stats = frame.summary() | frame.loaded | self._gl | times | known

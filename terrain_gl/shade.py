@@ -23,9 +23,9 @@ from .gpu.bindings import bind
 from .gpu.textures import depth_texture, from_top
 from .light.climate import AUTO
 from .light.ground import towards_sun
-from .light.unlit import light_of
 from .lod import Selection, View
 from .mesh import MeshDraw, MeshDraws
+from .page_light import light_of
 from .rect import Rect
 from .steps import Steps, drain
 

@@ -38,7 +38,7 @@ class Streaming:
     Attributes
     ----------
     waits
-        Whether `select` waits until all pages are there that can be. If not, call it for each frame of a flight.
+        Whether pictures wait until all pages are there that can be. If not, call `select` for each frame of a flight.
     is_repeatable
         Whether a view that waits starts from the coarsest pages, whatever is loaded. Then its picture is the same after
         any earlier views. Else finer pages of earlier views stay, and normals are taken from them.
@@ -51,11 +51,20 @@ class Streaming:
     def __init__(self, tables: PagedTables) -> None:
         self._tables, self.terrain = tables, tables.terrain
         self.loader = Loader(self.terrain.heightmap)
-        self.waits, self.is_repeatable = True, False
+        self.is_repeatable = False
         self.progress: Callable[[float], None] | None = None
         self.clock: Callable[[], float] = time.monotonic
         self._motion = Motion()
         self._is_complete, self._flown_s = False, time.perf_counter()
+
+    @property
+    def waits(self) -> bool:
+        """Whether `select` waits until all pages are there that can be."""
+        return self.terrain.waits
+
+    @waits.setter
+    def waits(self, waits: bool) -> None:
+        self.terrain.waits = waits
 
     @property
     def has_news(self) -> bool:
@@ -77,6 +86,7 @@ class Streaming:
         dict
             `complete`, `within_tolerance`, `tiles_resident`, `tiles_missing`: docs/stats.md.
         """
+        self.terrain.eye_m = camera.eye
         selection, loaded = (self._wait if self.waits else self._fly)(choose, camera, goal)
         if goal.triangles and selection.triangles > goal.triangles:
             raise UsageError(f"this view of a store needs at least {selection.triangles:,} triangles: allow more")

@@ -177,7 +177,7 @@ def test_a_view_loads_what_it_needs_and_no_more(hills):
     with Renderer(StoredMap(path), SIZE) as renderer:
         for error_px, least in ((8.0, 0), (0.4, 1)):
             before = len(renderer.terrain.slot_of)
-            stats = renderer.draw(camera, error_px)
+            stats = renderer.draw(camera, error_px, style="lambert")
             assert stats["complete"] and stats["tiles_missing"] == []
             assert renderer.measure()["max_error_px"] <= stats["certified_max_error_px"] <= error_px
             assert stats["tiles_resident"] >= before + least
@@ -215,7 +215,7 @@ def test_a_small_pool_is_never_exceeded_and_says_what_has_no_room(hills):
     stored = StoredMap(path)
     stored.gpu_bytes = 300 << 10
     with Renderer(stored, SIZE) as renderer:
-        stats = renderer.draw(standard_view(whole, "default"), 0.2)
+        stats = renderer.draw(standard_view(whole, "default"), 0.2, style="lambert")
         assert renderer.terrain.slots < len(all_pages(stored))
         assert stats["tiles_resident"] <= renderer.terrain.slots
         assert stats["gpu_bytes"]["heights"] + stats["gpu_bytes"]["sat"] <= 300 << 10
@@ -232,7 +232,7 @@ def test_a_pool_that_is_full_of_other_places_makes_room(hills):
         seen = set()
         for x, y in ((0.1, 0.1), (0.9, 0.1), (0.9, 0.9), (0.1, 0.9), (0.1, 0.1)):
             eye = x * width, y * depth, whole.range_m[1] + 20
-            stats = renderer.draw(Camera(eye, (eye[0] + 1, eye[1], 0)), 0.5)
+            stats = renderer.draw(Camera(eye, (eye[0] + 1, eye[1], 0)), 0.5, style="lambert")
             assert stats["complete"] and stats["tiles_resident"] <= renderer.terrain.slots
             assert renderer.measure()["max_error_px"] <= stats["certified_max_error_px"] <= 0.5
             seen |= renderer.terrain.slot_of.keys()
@@ -257,7 +257,7 @@ def test_tiles_that_fail_are_named_and_bounded_by_coarser_ones(hills):
     with Renderer(Faulty(path), SIZE) as renderer:
         named = False
         for _ in range(4):
-            stats = renderer.draw(random_view(whole, rng), 0.5)
+            stats = renderer.draw(random_view(whole, rng), 0.5, style="lambert")
             assert renderer.measure()["max_error_px"] <= stats["certified_max_error_px"]
             assert stats["complete"] or stats["tiles_missing"]
             named = named or any("checksum" in tile["reason"] for tile in stats["tiles_missing"])

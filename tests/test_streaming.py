@@ -197,7 +197,7 @@ def test_a_frame_never_waits_and_its_bound_holds(hills):
     stored = Slow(path)
     camera = standard_view(whole, "default")
     with flying(stored) as renderer:
-        stats = renderer.draw(camera, 0.4)  # every page below the roots is held back
+        stats = renderer.draw(camera, 0.4, style="lambert")  # every page below the roots is held back
         assert not stats["complete"] and 0 <= stats["within_tolerance"] < 1
         assert {tile["reason"] for tile in stats["tiles_missing"]} == {"loading"}
         assert largest_px(renderer) <= stats["certified_max_error_px"]
@@ -206,7 +206,7 @@ def test_a_frame_never_waits_and_its_bound_holds(hills):
         shares = []
         while not stats["complete"]:
             until(lambda: renderer.streaming.has_news)
-            stats = renderer.draw(camera, 0.4)
+            stats = renderer.draw(camera, 0.4, style="lambert")
             shares.append(stats["within_tolerance"])
             assert renderer.streaming.is_loading or stats["complete"]
         assert largest_px(renderer) <= stats["certified_max_error_px"] <= 0.4
@@ -217,9 +217,9 @@ def test_a_flight_ends_with_the_mesh_of_a_picture_that_waits(hills):
     whole, path = hills
     camera = standard_view(whole, "ridge")
     with Renderer(StoredMap(path), SIZE) as one, flying(StoredMap(path)) as other:
-        waited = one.draw(camera, 0.5)
-        until(lambda: other.draw(camera, 0.5)["complete"])
-        assert abs(other.draw(camera, 0.5)["triangles"] / waited["triangles"] - 1) < 0.1
+        waited = one.draw(camera, 0.5, style="lambert")
+        until(lambda: other.draw(camera, 0.5, style="lambert")["complete"])
+        assert abs(other.draw(camera, 0.5, style="lambert")["triangles"] / waited["triangles"] - 1) < 0.1
 
 
 def test_motion_goes_on_as_it_was():
@@ -244,7 +244,8 @@ def test_a_flight_is_complete_more_often_if_it_looks_ahead(hills, looks_ahead, m
         for frame in range(24):
             eye = width * (0.1 + 0.033 * frame), 0.2 * depth, high + 15
             renderer.streaming.clock = lambda frame=frame: 0.25 * frame
-            complete += renderer.draw(Camera(eye, (eye[0] + 20, eye[1] + 30, 0)), 1.0)["complete"]
+            camera = Camera(eye, (eye[0] + 20, eye[1] + 30, 0))
+            complete += renderer.draw(camera, 1.0, style="lambert")["complete"]
             until(lambda: not renderer.streaming.loader._begun and not renderer.streaming.loader._wanted)
     assert (complete > 12) == looks_ahead, complete
 

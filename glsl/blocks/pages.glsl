@@ -2,8 +2,8 @@
 //   A page is a tile of PAGE × PAGE nodes of one level, with the posts at their corners. A loaded page is in a slot of a pool,
 //   and all pages above it are loaded, too. The finest loaded page over a post gives its height: the post's own height if it is
 //   on the lattice of that page, else the bilinear height between four posts of the lattice. So all shaders see the same height.
-//   Page tables: for each level the slot of each page, + 1; then, for each page of level 0, the finest loaded one over it.
-// Provides height_m(), PAGE, slot_of(), pages_of(), resident_level().
+//   Page tables: for each level the slot of each page, + 1, and whether it has light; then, for each page of level 0, the finest loaded one over it.
+// Provides height_m(), PAGE, slot_of(), lit_slot_of(), pages_of(), resident_level().
 
 #define PAGE (1 << PAGE_LOG2)
 #define PAGE_ROW 1024  // words of a row of the tables' texture
@@ -14,9 +14,17 @@ uint page_word(int i) { return texelFetch(u_pages, ivec2(i % PAGE_ROW, i / PAGE_
 
 ivec2 pages_of(int level) { return (u_level[level].size + PAGE - 1) >> PAGE_LOG2; }
 
+#define LIT 0x80000000u  // bit of a page with light
+
+uint word_of_page(int level, ivec2 page) { return page_word(u_level[level].first_word + page.y * pages_of(level).x + page.x); }
+
 // -1 if the page is not loaded.
-int slot_of(int level, ivec2 page) {
-    return int(page_word(u_level[level].first_word + page.y * pages_of(level).x + page.x)) - 1;
+int slot_of(int level, ivec2 page) { return int(word_of_page(level, page) & ~LIT) - 1; }
+
+// -1 if the page is not loaded, or has no light yet.
+int lit_slot_of(int level, ivec2 page) {
+    uint word = word_of_page(level, page);
+    return (word & LIT) != 0u ? int(word & ~LIT) - 1 : -1;
 }
 
 float height_in_slot_m(int slot, ivec2 at) {

@@ -36,6 +36,9 @@ uniform ivec2 u_texels;
 uniform int u_first_row;
 uniform int u_batch;
 uniform bool u_is_last;
+#ifdef WINDOW
+uniform ivec2 u_first_cell;  // of the first texel
+#endif
 uniform float u_above[LOBES];  // share of each lobe above the level horizon
 
 float open_to(int lobe, vec3 normal) {
@@ -61,7 +64,11 @@ void main() {
     for (int l = 0; l < LOBES; l++) sum[l] = unshadowed[l] = 0.0;
     for (int k = 0; k < TEXEL * TEXEL; k++) {
         ivec2 cell = texel * TEXEL + ivec2(k % TEXEL, k / TEXEL);
+#ifdef WINDOW
+        cell = clamp(cell + u_first_cell, first_inside(), last_inside() - 1);
+#else
         if (any(greaterThanEqual(cell, u_last_post))) continue;
+#endif
         vec3 n = normal_of_cell(cell);
         for (int a = 0; a < BATCH; a++) {
             float record = record_near(a, u_directions[a], vec2(cell) + 0.5);

@@ -10,10 +10,19 @@
 //                    ·   ·   \ ·   ·   ·         a record. In a column all lines have the same offset, slack(i), from
 //                    ·   ·   ·  \  ·   ·         their posts: records are evenly spaced, and bilinear lookups are easy.
 //
-// Provides on_axes(), step_of(), post_at(), slide(), base(), slack(), record_near(), sine_of().
+// Provides first_inside(), last_inside(), on_axes(), step_of(), post_at(), slide(), base(), slack(), record_near(), sine_of().
 // Python twin: reference.horizon_sines
 
 #include "blocks/terrain.glsl"
+
+#ifdef WINDOW
+uniform ivec4 u_inside;  // first and last post of the map in the window
+ivec2 first_inside() { return u_inside.xy; }
+ivec2 last_inside() { return u_inside.zw; }
+#else
+ivec2 first_inside() { return ivec2(0); }
+ivec2 last_inside() { return u_last_post; }
+#endif
 
 bool by_column(vec2 towards) { return abs(towards.x) >= abs(towards.y); }
 
@@ -39,23 +48,23 @@ ivec2 post_at(vec2 towards, int step_, int place) {
 // GLSL cannot pass images to functions. So the including file defines these functions for its own image:
 //   record_of(layer, …)      one record                record_across()   of one column, linear between its lines
 //   record_near(layer, …)    at any place, bilinear
-#define RECORDS_IN(records)                                                                                          \
-    float record_of(int layer, vec2 towards, int step_, int place) {                                                 \
-        ivec2 post = post_at(towards, step_, clamp(place, 0, on_axes(towards, u_last_post).y));                      \
-        return imageLoad(records, ivec3(post, layer)).x;                                                             \
-    }                                                                                                                \
-    float record_across(int layer, vec2 towards, int step_, float across) {                                          \
-        float y = across - slack(towards, step_);                                                                    \
-        int place = int(floor(y));                                                                                   \
-        return mix(record_of(layer, towards, step_, place), record_of(layer, towards, step_, place + 1), y - floor(y)); \
-    }                                                                                                                \
-    float record_near(int layer, vec2 towards, vec2 post) {                                                          \
-        vec2 at = on_axes(towards, post);                                                                            \
-        int last = on_axes(towards, u_last_post).x;                                                                  \
-        float steps = is_backward(towards) ? float(last) - at.x : at.x;                                              \
-        int before = clamp(int(floor(steps)), 0, last - 1);                                                          \
-        float t = clamp(steps - float(before), 0.0, 1.0);                                                            \
-        return mix(record_across(layer, towards, before, at.y), record_across(layer, towards, before + 1, at.y), t); \
+#define RECORDS_IN(records)                                                                                                        \
+    float record_of(int layer, vec2 towards, int step_, int place) {                                                               \
+        ivec2 post = post_at(towards, step_, clamp(place, on_axes(towards, first_inside()).y, on_axes(towards, last_inside()).y)); \
+        return imageLoad(records, ivec3(post, layer)).x;                                                                           \
+    }                                                                                                                              \
+    float record_across(int layer, vec2 towards, int step_, float across) {                                                        \
+        float y = across - slack(towards, step_);                                                                                  \
+        int place = int(floor(y));                                                                                                 \
+        return mix(record_of(layer, towards, step_, place), record_of(layer, towards, step_, place + 1), y - floor(y));            \
+    }                                                                                                                              \
+    float record_near(int layer, vec2 towards, vec2 post) {                                                                        \
+        vec2 at = on_axes(towards, post);                                                                                          \
+        int last = on_axes(towards, u_last_post).x;                                                                                \
+        float steps = is_backward(towards) ? float(last) - at.x : at.x;                                                            \
+        int before = clamp(int(floor(steps)), 0, last - 1);                                                                        \
+        float t = clamp(steps - float(before), 0.0, 1.0);                                                                          \
+        return mix(record_across(layer, towards, before, at.y), record_across(layer, towards, before + 1, at.y), t);               \
     }
 
 float sine_of(float record) { return 2.0 * record - 1.0; }

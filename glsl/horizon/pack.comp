@@ -11,13 +11,20 @@ layout(local_size_x = 64) in;
 layout(std430, binding = 0) readonly buffer Shares { uint share[]; };
 layout(rgba32ui, binding = 0) uniform writeonly uimage2D u_packed;
 
+#ifdef WINDOW
+uniform ivec2 u_texels, u_corner;  // a page's texels are a part of a larger texture
+#else
+#define u_texels imageSize(u_packed)
+#define u_corner ivec2(0)
+#endif
+
 void main() {
-    ivec2 texel = ivec2(gl_GlobalInvocationID.xy), size = imageSize(u_packed);
+    ivec2 texel = ivec2(gl_GlobalInvocationID.xy), size = u_texels;
     if (texel.x >= size.x) return;
     uvec4 words = uvec4(0u);
     for (int l = 0; l < LOBES; l++) {
         float part = float(share[(l * size.y + texel.y) * size.x + texel.x]) / FULL;
         words[l / 3] |= uint(round(1023.0 * part)) << 10 * (l % 3);
     }
-    imageStore(u_packed, texel, words);
+    imageStore(u_packed, u_corner + texel, words);
 }

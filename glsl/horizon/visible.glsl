@@ -20,6 +20,18 @@
 #endif
 #define LARGEST_SUM_POSTS 1000.0  // 2^20 texels of 12 bits are exact
 
+vec3 unpacked(uint word) { return vec3(word & 1023u, word >> 10 & 1023u, word >> 20 & 1023u) / 1023.0; }
+
+float of_lobe(mat4x3 visible, int l) {
+    vec3 three = l < 3 ? visible[0] : l < 6 ? visible[1] : l < 9 ? visible[2] : visible[3];
+    return l % 3 == 0 ? three.x : l % 3 == 1 ? three.y : three.z;
+}
+
+#ifdef PAGED
+#include "horizon/visible_of_pages.glsl"
+#else
+const bool HAS_SUMS = true;
+
 #ifdef WORDS_IN_TEXTURES
 layout(binding = 14) uniform usamplerBuffer u_shares;
 #define SHARE(i) texelFetch(u_shares, i).x
@@ -96,9 +108,7 @@ vec3 covered(float a, float c, float first) {
     return max(min(vec3(c), low + 1.0) - max(vec3(a), low), 0.0);
 }
 
-vec3 unpacked(uint word) { return vec3(word & 1023u, word >> 10 & 1023u, word >> 20 & 1023u) / 1023.0; }
-
-mat4x3 sky_visible_near(vec2 post) {
+mat4x3 sky_visible_near(vec2 post, vec2 extent) {
     vec4 box = box_of(post, vec2(0.0), LEAST_SKY_POSTS) / float(TEXEL);
     vec2 a = box.xy, c = min(box.zw, vec2(share_texels())), first = floor(a);
     vec3 x = covered(a.x, c.x, first.x) / (c.x - a.x), y = covered(a.y, c.y, first.y) / (c.y - a.y);
@@ -111,12 +121,7 @@ mat4x3 sky_visible_near(vec2 post) {
     return visible;
 }
 
-float of_lobe(mat4x3 visible, int l) {
-    vec3 three = l < 3 ? visible[0] : l < 6 ? visible[1] : l < 9 ? visible[2] : visible[3];
-    return l % 3 == 0 ? three.x : l % 3 == 1 ? three.y : three.z;
-}
-
-float sun_share(vec2 post) { return disc_share(sine_of(record_near(0, u_sun_towards, post)), 0.0); }
+float sun_share(vec2 post, vec2 extent) { return disc_share(sine_of(record_near(0, u_sun_towards, post)), 0.0); }
 
 // In the picture, facets of slope s have the weight 1 − lean · (s − s̄): see lean_of(). So the mean of E over the picture is
 // Ē − lean · (mean of E s − Ē s̄).
@@ -127,3 +132,4 @@ float sun_over(vec2 post, vec2 extent, vec2 lean) {
     vec2 together = vec2(mean[1], mean[2]) - mean[0] * vec2(mean[3], mean[4]);
     return clamp(mean[0] - STEEPEST * dot(lean, together), 0.0, 1.0);
 }
+#endif

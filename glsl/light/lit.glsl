@@ -25,7 +25,7 @@ Merged blended(Merged a, Merged b, float t) {
 }
 
 Merged merged_ground(Ground g) {
-    float far = farness_from(LOBES_FROM, g.extent);
+    float far = HAS_SUMS ? farness_from(LOBES_FROM, g.extent) : 0.0;
     Merged near_, far_;
     if (far < 1.0) {
         Material material = material_of(g.post, g.extent, g.fine);
@@ -33,7 +33,7 @@ Merged merged_ground(Ground g) {
         material.albedo *= 1.0 + grain.speck;
         near_ = merged_at(normal_of(g.fine.slope + grain.slope), material);
     }
-    if (MAY_BE_FAR && far > 0.0) far_ = merged_over(g.post, g.piece, g.along, g.pieces);
+    if (HAS_SUMS && MAY_BE_FAR && far > 0.0) far_ = merged_over(g.post, g.piece, g.along, g.pieces);
     return far == 0.0 ? near_ : far == 1.0 ? far_ : blended(near_, far_, far);
 }
 
@@ -57,10 +57,11 @@ void add_sky(inout Lit l, Ground g) {
     l.ambient = vec3(0.0);
     l.sky = 0.0;
     mat4x3 near_;
-    if (!MAY_BE_FAR) near_ = sky_visible_near(g.post);
+    bool is_near = !HAS_SUMS || !MAY_BE_FAR;
+    if (is_near) near_ = sky_visible_near(g.post, g.extent);
     for (int i = 0; i < SKY_LOBES; i++) {
         Light lobe = u_sky[i];
-        float visible = MAY_BE_FAR ? sky_visible(i, g.post, g.extent) : of_lobe(near_, i), width = lobe.integral * lobe.axis.z;
+        float visible = is_near ? of_lobe(near_, i) : sky_visible(i, g.post, g.extent), width = lobe.integral * lobe.axis.z;
         vec3 light = sky_through(lobe, visible);
         l.ambient += light * (lobe.integral / PI * cosine_of(l.lobe, lobe));
         l.mirrored += sg_inner_product(Lobe(lobe.axis, lobe.sharpness, light), mirror);
@@ -74,19 +75,19 @@ void add_sky(inout Lit l, Ground g) {
 
 // V ⟨n, sun⟩ of one place, and ⟨n, sun⟩.
 vec2 sun_at(vec2 post, vec2 extent, float grained) {
-    vec2 slope = slope_of_cells(post) + grain_of(post, extent, grained).slope;
-    return max(dot(normal_of(slope), u_sun.axis), 0.0) * vec2(sun_share(post), 1.0);
+    vec2 slope = slope_of_cells(post, extent) + grain_of(post, extent, grained).slope;
+    return max(dot(normal_of(slope), u_sun.axis), 0.0) * vec2(sun_share(post, extent), 1.0);
 }
 
 // The mean over the parts of the footprint; each covers an equal part of the picture. Near the eye, a part is the place that
 // one sample sees.
 void add_sun(inout Lit l, Ground g, vec2 lean) {
-    float far = farness(g.extent);
+    float far = HAS_SUMS ? farness(g.extent) : 0.0;
     vec2 near_ = vec2(0.0), far_ = vec2(0.0, cosine_of(l.lobe, u_sun));  // with shadows, and without
     float grained = far < 1.0 ? grain_strength(g.post, length(g.fine.slope), l.lobe.albedo) : 0.0;
     for (int i = 0; i < g.parts; i++) {
         if (far < 1.0) near_ += sun_at(g.part[i], PART * g.extent, grained) / float(g.parts);
-        if (MAY_BE_FAR && far > 0.0) far_.x += sun_over(g.part[i], PART * g.extent, lean) / float(g.parts);
+        if (HAS_SUMS && MAY_BE_FAR && far > 0.0) far_.x += sun_over(g.part[i], PART * g.extent, lean) / float(g.parts);
     }
     vec2 sun = mix(near_, far_, far);
     l.sun = sun.x;

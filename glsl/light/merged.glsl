@@ -11,6 +11,9 @@
 
 #include "light/lobes.glsl"
 
+#ifdef PAGED
+Merged merged_over(vec2 post, vec2 extent, vec2 along, int pieces) { return Merged(vec3(0.0), vec3(0.0), vec3(0.0)); }  // never called: HAS_SUMS
+#else
 #define LARGEST_BLOCKS 255.0  // a side of a box: 65,536 blocks of 16 bits are exact
 
 #ifdef WORDS_IN_TEXTURES
@@ -65,3 +68,4 @@ Merged merged_over(vec2 post, vec2 extent, vec2 along, int pieces) {
     vec3 albedo = max(vec3(sum[6], sum[7], sum[8]), 0.0);
     return Merged(vec3(sum[0], sum[1], sum[2]) / max(dot(albedo, LUMINANCE), 1e-4), vec3(sum[3], sum[4], sum[5]), albedo);
 }
+#endif

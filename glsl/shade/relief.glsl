@@ -136,7 +136,7 @@ Relief relief_of_spline(vec2 post) {
 vec4 one_of_two(vec3 weights, bool second) { return second ? vec4(0.0, weights) : vec4(weights, 0.0); }
 
 // Slopes of cells, bilinear between their centres: the finest slopes, for averages over several places.
-vec2 slope_of_cells(vec2 post) {
+vec2 slope_of_cells(vec2 post, vec2 extent) {
     vec2 p = clamp(post - 0.5, vec2(0.0), vec2(u_last_post - 1)), t = fract(p);
     ivec2 first = ivec2(floor(post)) - 1;
     bvec2 second = greaterThan(ivec2(p), first);

@@ -1,6 +1,6 @@
 // shade/relief_of_pages.glsl — shade/relief.glsl for a map of which only some pages are on the GPU. There is no table of heights,
 // so a mean is taken over 3 × 3 places of the box.
-// Provides Relief, relief_of(), rough_slope(), box_mean_m().
+// Provides Relief, relief_of(), slope_of_cells(), rough_slope(), box_mean_m().
 
 #define LARGEST_BOX_POSTS 250.0
 #define FINEST_BOX_POSTS 1.5
@@ -28,6 +28,13 @@ Relief relief_of(vec2 post, vec2 extent) {
             slope += h_m * vec2(x, -y) * vec2(2 - abs(y), 2 - abs(x));
         }
     return Relief(sum_m / 16.0, slope / (8.0 * half_extent * u_spacing_m));
+}
+
+// Slope over a place's own extent.
+vec2 slope_of_cells(vec2 post, vec2 extent) {
+    vec2 aside = max(0.5 * extent, vec2(0.5)), a = clamp(post - aside, vec2(0.0), vec2(u_last_post)), b = clamp(post + aside, vec2(0.0), vec2(u_last_post));
+    vec2 east = vec2(surface_m(vec2(a.x, post.y)), surface_m(vec2(b.x, post.y))), south = vec2(surface_m(vec2(post.x, a.y)), surface_m(vec2(post.x, b.y)));
+    return vec2(east.y - east.x, south.x - south.y) / (max(b - a, vec2(1e-3)) * u_spacing_m);
 }
 
 vec2 rough_slope(vec2 post, vec2 extent) { return relief_of(post, min(extent, LARGEST_BOX_POSTS)).slope; }

@@ -13,6 +13,8 @@ GROUP = 64  # threads of a work group that processes words
 COUNT_TILE_LOG2 = 1  # log2 of the side in nodes of a tile that one class counter covers; one more on level 0, the cells
 COUNT_TILE = 1 << COUNT_TILE_LOG2
 CLASSES = 64  # error classes, a quarter of an octave each
+SKY_TEXEL = 3  # cells a side of a texel of the sky's visibility
+MAX_WINDOWS = 16  # windows around a page of a store, of which each is half as fine as the last
 PLACES = 4  # places along a side of a cell that `verify.measure` compares
 CLASS_WORDS = CLASSES // 4  # words for a tile's counters, 8 bits each
 
@@ -178,6 +180,7 @@ DEFINES = {
     "COUNT_TILE_LOG2": COUNT_TILE_LOG2,
     "CLASSES": CLASSES,
     "PLACES": PLACES,
+    "MAX_WINDOWS": MAX_WINDOWS,
 }
 
 # glsl/lod/summary.glsl

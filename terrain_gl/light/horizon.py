@@ -13,7 +13,7 @@ import moderngl
 import numpy as np
 
 from ..camera import Vector
-from ..gpu import bindings, gl, shaders
+from ..gpu import bindings, gl, layout, shaders
 from ..gpu.bindings import bind
 from ..gpu.session import Resource
 from ..rect import Rect
@@ -24,7 +24,7 @@ from .gaussians import SUN_RADIUS_DEG
 from .moments import COSINES, SINES, Direction, open_shares, sector_moments
 
 AZIMUTHS, BATCH = 16, 4  # number of azimuths: in total, and in one run of fold.comp
-TEXEL = 3  # cells a side of a texel of the sky's tables
+TEXEL = layout.SKY_TEXEL
 PORTION = 2**19  # posts that one step of `Visibility.follow_steps` sweeps
 FOLDED = PORTION // 128  # texels that one step folds
 SUN_LAYERS, SUN_STEPS = 5, 8191  # glsl/horizon/blocks.glsl

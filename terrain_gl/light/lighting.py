@@ -76,19 +76,25 @@ class Lighting:
         For comparison: 0 for our light, 1 to 3 for steps towards the supplement's own (glsl/light/printed.glsl).
     """
 
+    has_lobes = True  # whether there are tables of the ground's lobes
+    missing = 0  # pages of a paged map in the picture without their own light
+
     def __init__(self, terrain: Terrain, sums: HeightSums, printed: int = 0) -> None:
         self.ctx, self.terrain, self.sums = terrain.ctx, terrain, sums
         most_words = LAYERS * terrain.heightmap.rows * terrain.heightmap.cols // 4
         self._words = {"WORDS_IN_TEXTURES": 1} if most_words <= gl.limits(self.ctx)["texture_buffer_texels"] else {}
         self._printed = printed
         self.cover = Cover(terrain)
-        self.visibility = Visibility(terrain, SKY_AXES, SKY_SHARPNESS, printed)
+        self.visibility = self._visibility()
         self.block = self.ctx.buffer(reserve=LIGHTS.itemsize)
         self.lobes: LobeTables | None = None
         self.dome: moderngl.Texture | None = None
         self.sky: Sky | None = None
         self._material: Version | None = None
         self._lobes_wanted, self._lobes_of = 1, 0  # versions of the lobes: the one needed, and the one that exists
+
+    def _visibility(self) -> Visibility:
+        return Visibility(self.terrain, SKY_AXES, SKY_SHARPNESS, self._printed)
 
     @property
     def bytes(self) -> int:
@@ -142,12 +148,14 @@ class Lighting:
             self._material = version
             self._lobes_wanted += 1
             yield 0.01
-        if (wanted := self._lobes_wanted) != self._lobes_of:
+        if (wanted := self._lobes_wanted) != self._lobes_of and self.has_lobes:
             self.lobes = self.lobes or LobeTables(self.terrain, self.sums, self.cover, False, self._printed)
             for share in self.lobes.build_steps():
                 yield 0.01 + 0.07 * share
             self._lobes_of = wanted
-        lit_by = sky_seen(sun, sky, self.has_air)
+        lit_by = self._sky_of(sun, sky)
+        if lit_by is None:
+            return
         if lit_by is not self.sky:
             self._hang(lit_by.radiance)
             self.sky = lit_by
@@ -155,6 +163,10 @@ class Lighting:
         east, north, up = (float(v) for v in lit_by.sun["axis"])
         for share in self.visibility.follow_steps((east, north, up), posts=posts):
             yield 0.1 + 0.9 * share
+
+    def _sky_of(self, sun: tuple[float, float], path: str | None) -> Sky | None:
+        """The sky of a sun or of a file; None if it is not ready yet."""
+        return sky_seen(sun, path, self.has_air)
 
     @property
     def is_there(self) -> bool:

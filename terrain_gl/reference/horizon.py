@@ -36,6 +36,47 @@ def horizon_sines(
     return np.where(np.isinf(slope), -1.0, seen / np.hypot(1, seen))
 
 
+def windowed_sines(
+    windows: tuple[np.ndarray, np.ndarray, np.ndarray],
+    posts: np.ndarray,
+    towards: tuple[float, float],
+    spacing_m: tuple[float, float],
+) -> np.ndarray:
+    """`horizon_sines` from windows around a page, at the points where a line crosses their columns.
+
+    Parameters
+    ----------
+    windows
+        Heights, shifts and parts inside the map: `page_windows.Windows`.
+    posts
+        (..., 2) columns and rows of the places, in posts of the first window.
+    """
+    axis = 0 if abs(towards[0]) >= abs(towards[1]) else 1  # the light's axis; rows take the place of columns
+    heights = [h.astype(np.float64).T if axis == 0 else h.astype(np.float64) for h in windows[0]]  # (column, place)
+    shift, low, high = (np.roll(each, -axis, 1) for each in (windows[1], windows[2][:, :2], windows[2][:, 2:]))
+    along, across = posts[..., axis].astype(np.float64), posts[..., 1 - axis].astype(np.float64)
+    side, slope = len(heights[0]) - 1, np.full(along.shape, -np.inf)
+    step_m = float(np.hypot(towards[0] * spacing_m[0], towards[1] * spacing_m[1]))
+    on_map = across.clip(low[0, 1], high[0, 1])
+    place = np.floor(on_map).astype(int).clip(0, side - 1)
+    own = [heights[0][along.astype(int), place + i] for i in (0, 1)]
+    own_m = own[0] + (on_map - place) * (own[1] - own[0])
+    for k, (window, first) in enumerate(zip(heights, shift, strict=True)):
+        for column in range(low[k, 0], high[k, 0] + 1):
+            at = column * 2.0**k + first[0]
+            if k and shift[k - 1, 0] <= at <= shift[k - 1, 0] + side * 2 ** (k - 1):
+                continue  # the finer window has it
+            steps = (at - along) * towards[axis]
+            crossed = (across + towards[1 - axis] * steps - first[1]) / 2.0**k
+            inside = (steps > 0) & (crossed >= low[k, 1] - 0.5) & (crossed < high[k, 1] + 0.5)
+            rise_m = np.interp(
+                crossed, np.arange(low[k, 1], high[k, 1] + 1), window[column, low[k, 1] : high[k, 1] + 1]
+            )
+            slope = np.where(inside, np.maximum(slope, (rise_m - own_m) / np.where(inside, steps * step_m, 1)), slope)
+    seen = np.where(np.isinf(slope), 0.0, slope)
+    return np.where(np.isinf(slope), -1.0, seen / np.hypot(1, seen))
+
+
 # Share of a disc of radius ρ above a straight horizon, x = (elevation − horizon) / ρ in [−1, 1]:
 #   1/2 + (x √(1 − x²) + arcsin x) / π
 

@@ -91,6 +91,10 @@ class StoredMap(PagedMap):
         errors = self.tiles.area("errors", level, nodes)
         return Page(heights, errors, self.tiles.area("ranges", level, nodes))
 
+    def lattice_heights(self, level: int, rows: slice, cols: slice) -> np.ndarray:
+        """Heights of posts of a level's lattice."""
+        return self.tiles.area("heights", level, (rows, cols))
+
 
 def _one_more(nodes: slice) -> slice:
     """The posts at the corners of nodes."""

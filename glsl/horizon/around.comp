@@ -1,0 +1,79 @@
+// horizon/around.comp — the height of the horizon towards a light, at the posts of a page of a store and a few around it.
+//   As in horizon/sweep.comp one thread marches along one line, and keeps the upper convex hull of what it has passed. But a
+//   line begins far outside the page, in the coarsest window (terrain_gl/page_windows.py), and goes on in finer ones:
+//
+//      light ←   ·       ·       ·   ·   ·   · · · · · · · · p p p p p
+//                window 2        window 1    window 0        the page
+//
+//   So the horizon is that of the window's own posts, or of coarser land beyond it.
+// Python twin: reference.windowed_sines
+
+#include "horizon/lines.glsl"
+
+layout(local_size_x = 64) in;
+layout(r16, binding = 0) uniform writeonly image2DArray u_horizon;  // sine of the horizon's height: 0 for −1, 1 for 1
+
+struct Point {
+    float height_m;
+    float at;  // steps along the line
+};
+
+layout(std430, binding = 0) buffer Hulls { Point hull[]; };  // one hull for each line: points × lines
+
+uniform vec2 u_towards;             // see lines.glsl
+uniform int u_layer;                // layer of the image
+uniform int u_first_line, u_lines;  // first line of this run, and their number
+uniform int u_windows;              // number of windows; they are below each other in u_heights
+uniform ivec2 u_shift[MAX_WINDOWS];   // of Windows
+uniform ivec4 u_within[MAX_WINDOWS];
+uniform ivec2 u_core;               // first and last column, and row, whose horizons are stored
+
+// The step at which a line crosses a column of a window; columns are counted from the light's side.
+int step_at(int window, int column) {
+    bool back = is_backward(u_towards);
+    int side = u_last_post.x;
+    int along = ((back ? side - column : column) << window) + on_axes(u_towards, u_shift[window]).x;
+    return back ? side - along : along;
+}
+
+// Height where a line crosses a column, between two posts; −1e30 outside the map.
+float line_height_m(int line, int window, int column, int step_) {
+    int side = u_last_post.x, along = is_backward(u_towards) ? side - column : column;
+    float across = (float(line) + slide(u_towards) * float(step_) - float(on_axes(u_towards, u_shift[window]).y)) / float(1 << window);
+    int nearest = int(floor(across + 0.5)), place = int(floor(across));
+    ivec2 low = on_axes(u_towards, u_within[window].xy), high = on_axes(u_towards, u_within[window].zw);
+    if (nearest < low.y || nearest > high.y || along < low.x || along > high.x) return -1e30;
+    ivec2 here = on_axes(u_towards, ivec2(along, max(place, low.y))), next = on_axes(u_towards, ivec2(along, min(place + 1, high.y)));
+    int first_row = window * (side + 1);
+    return mix(height_m(here + ivec2(0, first_row)), height_m(next + ivec2(0, first_row)), across - float(place));
+}
+
+void main() {
+    int own = int(gl_GlobalInvocationID.x), line = u_first_line + own, points = 0, side = u_last_post.x;
+    if (own >= u_lines) return;
+    int first = is_backward(u_towards) ? side - u_core.y : u_core.x, end = is_backward(u_towards) ? side - u_core.x : u_core.y;
+    for (int window = u_windows - 1; window >= 0; window--) {
+        int until = window > 0 ? step_at(window - 1, 0) - 1 : end;
+        for (int column = 0; column <= side; column++) {
+            int at = step_at(window, column);
+            if (at > until) break;
+            float h_m = line_height_m(line, window, column, at), rise = -1e30;
+            if (h_m < -1e29) continue;
+            int tangent = -1;
+            for (int q = points - 1; q >= 0; q--) {
+                Point p = hull[q * u_lines + own];
+                float rise_to = (p.height_m - h_m) / (float(at) - p.at);
+                if (tangent >= 0 && rise_to < rise) break;
+                rise = rise_to;
+                tangent = q;
+            }
+            points = tangent + 1;
+            hull[points * u_lines + own] = Point(h_m, float(at));
+            points++;
+            int place = line + base(u_towards, at);
+            if (window > 0 || at < first || place < u_core.x || place > u_core.y) continue;
+            float slope = rise / step_m(u_towards), sine = tangent < 0 ? -1.0 : slope * inversesqrt(1.0 + slope * slope);
+            imageStore(u_horizon, ivec3(post_at(u_towards, at, place), u_layer), vec4(0.5 + 0.5 * sine));
+        }
+    }
+}

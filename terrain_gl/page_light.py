@@ -1,0 +1,377 @@
+"""Light of a paged map: the sun's horizon and the visible sky of each page, made page by page from its windows.
+
+A thread reads the windows around a page (`page_windows`). Then the GPU sweeps them in 16 azimuths and towards the sun
+(glsl/horizon/around.comp), and keeps the results in the page's slot. A page gets its light once; if the sun moves to
+another azimuth, only its own horizon is made again. A page without light is drawn with the light of a coarser page.
+
+A picture that waits makes the light of all pages that it uses. A flight makes some of it in each frame: first the pages
+that are large in the picture.
+"""
+
+from __future__ import annotations
+
+import time
+from collections.abc import Iterator
+from concurrent.futures import FIRST_COMPLETED, Future, ThreadPoolExecutor, wait
+from typing import Any, cast
+
+import moderngl
+import numpy as np
+
+from .camera import Vector
+from .gpu import gl, layout, shaders
+from .gpu.bindings import bind
+from .light.gaussians import SKY_AXES, SKY_SHARPNESS
+from .light.ground import HeightSums
+from .light.horizon import (
+    AZIMUTHS,
+    BATCH,
+    FULL,
+    SUN_RADIUS,
+    TEXEL,
+    Visibility,
+    lattice_direction,
+    lattice_directions,
+    sun_uniforms,
+)
+from .light.lighting import Lighting, sky_seen
+from .light.moments import COSINES, SINES, Direction, open_shares, sector_moments
+from .light.sky import Sky
+from .page_windows import (
+    BORDER,
+    MARGIN,
+    Windows,
+    hull_bytes,
+    most_windows,
+    scratch_bytes,
+    side_of,
+    sky_side,
+    windows_of,
+)
+from .paged_map import PageKey
+from .pages import PagedTerrain
+from .steps import Steps
+
+THREADS = 4
+OF_WINDOWS = 0.05  # part of the memory for tiles that windows may take
+LIGHT_S, LIGHTS = 0.004, 0.2  # for the light of pages: seconds of a frame of a flight, or this share of a long one
+LONGEST_S = 1.0
+PATIENCE_S = 30.0  # windows without an answer for this long are not waited for
+_BARRIER = moderngl.SHADER_STORAGE_BARRIER_BIT | moderngl.SHADER_IMAGE_ACCESS_BARRIER_BIT
+
+
+class PageSweep:
+    """Makes the light of one page after the other, into pools with a place for each slot.
+
+    Attributes
+    ----------
+    sun
+        Sines of the sun's horizon: (side + 1)² posts of each slot, 16 bits.
+    sky
+        Visible shares of the sky's lobes: texels of 3 × 3 cells, with a border of one texel.
+    """
+
+    def __init__(self, terrain: PagedTerrain) -> None:
+        self.ctx, self.terrain = terrain.ctx, terrain
+        tile = self._tile = terrain.heightmap.tile
+        self._side, across = side_of(tile), terrain.across
+        self.sun = self.ctx.texture((across * (tile + 1),) * 2, 1, dtype="nu2")
+        self.sky = self.ctx.texture((across * sky_side(tile),) * 2, 4, dtype="u4")
+        for texture in (self.sun, self.sky):
+            texture.filter = (moderngl.NEAREST, moderngl.NEAREST)
+        self._directions = lattice_directions(AZIMUTHS)
+        self._make_kernels()
+        self._make_scratch()
+
+    @property
+    def bytes(self) -> int:
+        """GPU memory of the pools, and of the scratch memory for one page."""
+        pools = 2 * self.sun.width * self.sun.height + 16 * self.sky.width * self.sky.height
+        return pools + scratch_bytes(self.terrain.heightmap)
+
+    def send(self, windows: Windows, level: int) -> None:
+        """Copy windows to the GPU; `level` is that of the first one."""
+        count, posts = len(windows.heights), self._side + 1
+        self._heights.write(np.ascontiguousarray(windows.heights), viewport=(0, 0, posts, posts * count))
+        block = np.zeros((), layout.TERRAIN)
+        spacing = self.terrain.heightmap.spacing_m
+        block["last_post"], block["spacing_m"] = self._side, (spacing[0] * 2**level, spacing[1] * 2**level)
+        self._block.write(block.tobytes())
+        shift, within = np.zeros((2, layout.MAX_WINDOWS, 4), "i4")
+        shift[:count, :2], within[:count] = windows.shift, windows.inside
+        self._around["u_shift"].write(np.ascontiguousarray(shift[:, :2]).tobytes())  # type: ignore[union-attr]
+        self._around["u_within"].write(within.tobytes())  # type: ignore[union-attr]
+        self._around["u_windows"] = count
+        inside = tuple(windows.inside[0].tolist())
+        for kernel in (self._around, self._fold, self._keep):
+            gl.write_uniforms(kernel, inside=inside)
+
+    def sun_steps(self, slot: int, towards: Direction) -> Steps[None]:
+        """The sun's horizon of a page whose windows were sent; yields progress from 0 to 1."""
+        self._sweep(towards, 0, self._tile)
+        side = self._tile + 1
+        bind("horizon/keep.comp", u_horizons=self._horizons, u_kept=self.sun)
+        corner = slot % self.terrain.across * side, slot // self.terrain.across * side
+        gl.write_uniforms(self._keep, towards=towards, corner=corner, side=side, apron=(self._side - self._tile) // 2)
+        self._keep.run(-(-side // 64), side)
+        self.ctx.memory_barrier(_BARRIER)
+        yield 1.0
+
+    def sky_steps(self, slot: int) -> Steps[None]:
+        """The visible sky of a page whose windows from 1 on were sent; yields progress from 0 to 1."""
+        texels = sky_side(self._tile)
+        first = (self._side - self._tile // 2) // 2 - BORDER * TEXEL
+        for batch in range(AZIMUTHS // BATCH):
+            directions = self._directions[batch * BATCH : (batch + 1) * BATCH]
+            for layer, towards in enumerate(directions):
+                self._sweep(towards, layer, self._tile // 2)
+                yield (batch + layer / BATCH) * BATCH / AZIMUTHS
+            self._bind_window()
+            bind("horizon/fold.comp", u_horizons=self._horizons, **self._tables)
+            gl.write_uniforms(self._fold, texels=(texels, texels), first_row=0, first_cell=(first, first))
+            gl.write_uniforms(self._fold, directions=directions, batch=batch, is_last=batch == AZIMUTHS // BATCH - 1)
+            self._fold.run(-(-texels // 64), texels)
+            self.ctx.memory_barrier(_BARRIER)
+            yield (batch + 1) * BATCH / AZIMUTHS
+        bind("horizon/pack.comp", Shares=self._tables["Shares"], u_packed=self.sky)
+        corner = slot % self.terrain.across * texels, slot // self.terrain.across * texels
+        gl.write_uniforms(self._pack, texels=(texels, texels), corner=corner)
+        self._pack.run(-(-texels // 64), texels)
+        self.ctx.memory_barrier(_BARRIER)
+        yield 1.0
+
+    def release(self) -> None:
+        """Release GPU resources."""
+        parts = (self.sun, self.sky, self._heights, self._block, self._horizons, self._hulls, *self._tables.values())
+        for resource in (*parts, self._around, self._fold, self._pack, self._keep):
+            resource.release()
+
+    def _bind_window(self) -> None:
+        bind("blocks/terrain.glsl", Terrain=self._block, u_heights=self._heights)
+
+    def _sweep(self, towards: Direction, layer: int, cells: int) -> None:
+        """Horizons of the posts of a page of so many cells and its margin, in one azimuth."""
+        low, high = (self._side - cells) // 2 - MARGIN, (self._side + cells) // 2 + MARGIN
+        ahead, aside = towards if abs(towards[0]) >= abs(towards[1]) else towards[::-1]
+        steps = (self._side - high, self._side - low) if ahead > 0 else (low, high)  # glsl/horizon/lines.glsl
+        drift = sorted(-aside * step for step in steps)
+        first, end = low - int(np.ceil(drift[1])) - 1, high - int(np.floor(drift[0])) + 1
+        self._bind_window()
+        bind("horizon/around.comp", u_horizon=self._horizons, Hulls=self._hulls)
+        gl.write_uniforms(self._around, towards=towards, layer=layer, first_line=first, lines=end - first + 1)
+        gl.write_uniforms(self._around, core=(low, high))
+        self._around.run(-(-(end - first + 1) // 64))
+        self.ctx.memory_barrier(_BARRIER)
+
+    def _make_kernels(self) -> None:
+        window = {"WINDOW": 1, "LOBES": len(SKY_AXES), "FULL": f"{FULL}.0"}
+        tables = {"SINES": SINES, "COSINES": COSINES, "BATCH": BATCH, "TEXEL": TEXEL}
+        self._around, self._keep, self._pack = (
+            shaders.compute(self.ctx, f"horizon/{name}.comp", window) for name in ("around", "keep", "pack")
+        )
+        self._fold = shaders.compute(self.ctx, "horizon/fold.comp", window | tables)
+        axes = self._fold["u_axes"]
+        assert isinstance(axes, moderngl.Uniform)
+        axes.write(SKY_AXES.astype("f4").tobytes())
+
+    def _make_scratch(self) -> None:
+        heightmap, posts = self.terrain.heightmap, self._side + 1
+        count = most_windows(heightmap)
+        self._heights = gl.texel_texture(self.ctx, (posts, posts * count), "f4")
+        self._block = self.ctx.buffer(reserve=layout.TERRAIN.itemsize)
+        self._horizons = self.ctx.texture_array((posts, posts, BATCH), 1, dtype="nu2")
+        self._hulls = gl.reserve(self.ctx, hull_bytes(heightmap), "hulls of horizons")
+        moments = sector_moments(SKY_AXES, SKY_SHARPNESS, self._directions, heightmap.spacing_m)
+        table = self.ctx.texture((len(SKY_AXES), AZIMUTHS * (SINES + 1)), 4, moments.astype("f4").tobytes(), dtype="f4")
+        table.filter = (moderngl.NEAREST, moderngl.NEAREST)
+        shares = self.ctx.buffer(reserve=4 * len(SKY_AXES) * sky_side(self._tile) ** 2)
+        opened = self.ctx.buffer(open_shares(SKY_SHARPNESS).astype("f4").tobytes())
+        self._tables: dict[str, Any] = {"Shares": shares, "u_moments": table, "Open": opened}
+
+
+class PageVisibility:
+    """Takes the place of `Visibility` for a paged map.
+
+    Attributes
+    ----------
+    missing
+        Number of pages of the present view without their own light.
+    """
+
+    def __init__(self, terrain: PagedTerrain) -> None:
+        self.terrain = terrain
+        self.sweep: PageSweep | None = None
+        self._at: tuple[Vector, float] | None = None
+        self._sun_of: dict[PageKey, Direction] = {}
+        self._threads = ThreadPoolExecutor(THREADS, "windows")
+        self._reading: dict[PageKey, Future[Windows]] = {}
+        self._failed: set[PageKey] = set()
+        self._making: tuple[PageKey, int, Iterator[float]] | None = None
+        self.missing, self._flown_s = 0, time.perf_counter()
+
+    @property
+    def bytes(self) -> int:
+        """GPU memory of light."""
+        return self.sweep.bytes if self.sweep else 0
+
+    @property
+    def defines(self) -> dict[str, object]:
+        """Macros for shaders that include horizon/visible.glsl."""
+        side = sky_side(self.terrain.heightmap.tile)
+        return {"LOBES": len(SKY_AXES), "TEXEL": TEXEL, "FULL": f"{FULL}.0", "SKY_SIDE": side, "SKY_BORDER": BORDER}
+
+    @property
+    def is_there(self) -> bool:
+        """Whether every place has light, at least that of a coarsest page."""
+        return self._at is not None and all(map(self.terrain.is_lit, self.terrain.roots))
+
+    def follow_steps(self, sun: Vector, radius: float = SUN_RADIUS, posts: int = 0) -> Steps[None]:
+        """Make the light of pages in use for this sun: all of it, or as much as a frame of a flight allows."""
+        self._at = sun, radius
+        self.sweep = self.sweep or PageSweep(self.terrain)
+        now_s = time.perf_counter()
+        end_s = now_s + max(LIGHT_S, LIGHTS * min(now_s - self._flown_s, LONGEST_S))
+        left = self._left()
+        first = len(left)
+        while left:
+            has_worked = self._step(left)
+            yield 1 - len(left) / first
+            self.sweep.ctx.finish()
+            if not self.terrain.waits and (not has_worked or time.perf_counter() > end_s):
+                break
+            if self._making is None:
+                left = self._left()
+        self._flown_s, self.missing = time.perf_counter(), len(left) + len(self._failed & set(self.terrain.in_use()))
+        self.terrain.send()
+
+    def bind(self, program: moderngl.Program) -> None:
+        """Make the light visible to a program that includes horizon/visible.glsl."""
+        assert self._at and self.sweep
+        bind("horizon/visible_of_pages.glsl", u_sun_horizon=self.sweep.sun, u_packed=self.sweep.sky)
+        gl.write_uniforms(program, **sun_uniforms(*self._at))
+
+    def update(self, *_: Any) -> None:
+        """Paged maps have no edits."""
+
+    def release(self) -> None:
+        """Release GPU resources, and end the threads."""
+        self._threads.shutdown(wait=False, cancel_futures=True)
+        if self.sweep:
+            self.sweep.release()
+
+    @property
+    def _towards(self) -> Direction:
+        assert self._at
+        return lattice_direction(self._at[0], self.terrain.heightmap.spacing_m)
+
+    def _left(self) -> list[PageKey]:
+        """Pages in use without their light, the most wanted first."""
+        lit, towards = self.terrain.is_lit, self._towards
+        pages = (key for key in self.terrain.in_use() if key not in self._failed)
+        return [key for key in pages if not lit(key) or self._sun_of.get(key) != towards]
+
+    def _step(self, left: list[PageKey]) -> bool:
+        """Take a step towards the light of the first page whose windows are read; returns whether there was one."""
+        if self._making is None or self.terrain.slot_of.get(self._making[0]) != self._making[1]:
+            self._making = self._begin(left)
+        if self._making is None:
+            return False
+        key, _, steps = self._making
+        if next(steps, None) is None:
+            self._making = None
+            if not self.terrain.is_lit(key):
+                self.terrain.light(key)
+        return True
+
+    def _begin(self, left: list[PageKey]) -> tuple[PageKey, int, Iterator[float]] | None:
+        """Begin the light of a page whose windows are read, the most wanted first; wait a moment if there is none."""
+        most = max(1, int(OF_WINDOWS * self.terrain.heightmap.memory_bytes) // self._bytes_of_windows)
+        coming = left[:most]
+        for key in [key for key in self._reading if key not in coming]:
+            self._reading.pop(key).cancel()
+        for key in coming:
+            if key not in self._reading:
+                self._reading[key] = self._threads.submit(windows_of, self.terrain.heightmap, key)
+        if self.terrain.waits and not wait([self._reading[key] for key in coming], PATIENCE_S, FIRST_COMPLETED).done:
+            self._failed.update(coming)
+        done = next((key for key in coming if self._reading[key].done()), None)
+        if done is None:
+            return None
+        try:
+            windows = self._reading.pop(done).result()
+        except Exception:  # a disk may fail in any way: the light of a coarser page remains
+            self._failed.add(done)
+            return None
+        slot = self.terrain.slot_of[done]
+        return done, slot, self._light_steps(done, slot, windows)
+
+    @property
+    def _bytes_of_windows(self) -> int:
+        return 4 * (side_of(self.terrain.heightmap.tile) + 1) ** 2 * most_windows(self.terrain.heightmap)
+
+    def _light_steps(self, key: PageKey, slot: int, windows: Windows) -> Iterator[float]:
+        assert self.sweep
+        towards, is_new = self._towards, not self.terrain.is_lit(key)
+        self.sweep.send(windows, key[0])
+        yield from self.sweep.sun_steps(slot, towards)
+        self._sun_of[key] = towards
+        if is_new:
+            self.sweep.send(windows.coarser(), key[0] + 1)
+            yield from self.sweep.sky_steps(slot)
+
+
+class NoSums:
+    """Takes the place of `HeightSums`: a paged map has no sums of heights."""
+
+    bytes = 0
+
+    def nothing(self, *_: Any) -> None:
+        """There is nothing to bind, to update or to release."""
+
+    bind = update = release = nothing
+
+
+def light_of(terrain: Any) -> tuple[HeightSums, Lighting]:
+    """The sums of heights and the light of a map."""
+    if isinstance(terrain, PagedTerrain):
+        return cast(HeightSums, NoSums()), PagedLighting(terrain)
+    sums = HeightSums(terrain)
+    return sums, Lighting(terrain, sums)
+
+
+class PagedLighting(Lighting):
+    """Takes the place of `Lighting` for a paged map: no tables of lobes, and the visibility of pages."""
+
+    has_lobes = False
+
+    def __init__(self, terrain: PagedTerrain) -> None:
+        self._thread = ThreadPoolExecutor(1, "sky")
+        self._coming: tuple[object, Future[Sky]] | None = None
+        self._is_late = False  # whether the last picture used an earlier sky, or none
+        super().__init__(cast(Any, terrain), cast(HeightSums, NoSums()))
+
+    @property
+    def missing(self) -> int:  # type: ignore[override]
+        """Pages of the present view without their own light of the sky that was asked for."""
+        terrain: Any = self.terrain
+        return len(terrain.in_use()) if self._is_late else int(cast(Any, self.visibility).missing)
+
+    def release(self) -> None:
+        """Release GPU resources, and end the thread."""
+        self._thread.shutdown(wait=False, cancel_futures=True)
+        super().release()
+
+    def _visibility(self) -> Visibility:
+        return cast(Visibility, PageVisibility(cast(Any, self.terrain)))
+
+    def _sky_of(self, sun: tuple[float, float], path: str | None) -> Sky | None:
+        """The sky. A flight does not wait for it: until it is ready, the last one is used."""
+        terrain: Any = self.terrain
+        self._is_late = False
+        if terrain.waits:
+            return super()._sky_of(sun, path)
+        asked = sun, path
+        if self._coming is None or self._coming[0] != asked:
+            self._coming = asked, self._thread.submit(sky_seen, sun, path, self.has_air)
+        self._is_late = not self._coming[1].done()
+        return self.sky if self._is_late else self._coming[1].result()

@@ -1,0 +1,167 @@
+"""The heights that a page's horizons need: windows around the page, each twice as wide and half as fine as the last.
+
+Window 0 has the page's own spacing: the page and an apron around it. Window k has the spacing of the level k above the
+page. So far mountains cost little, and are as exact as their distance needs. All windows have the same number of posts.
+
+          ┌───────────────┐
+          │   ┌───────┐   │      the horizon of a post in the page P: heights of window 0 as far as it reaches,
+          │   │ ┌─┐   │   │      then those of window 1 outside window 0, and so on
+          │   │ │P│   │   │
+          │   │ └─┘   │   │
+          │   └───────┘   │
+          └───────────────┘
+
+They are a function of the map alone: it does not matter which pages are loaded. The sun's horizon begins with window 0,
+that of the sky with window 1: the sky's light is soft, and this takes a quarter of the time.
+"""
+
+from __future__ import annotations
+
+from typing import NamedTuple
+
+import numpy as np
+
+from .exceptions import TerrainError
+from .gpu import layout
+from .paged_map import PagedMap, PageKey
+
+LEAST_APRON = 16  # posts
+BORDER = 1  # texels of the sky around a page's own, so that lookups are bilinear up to its rim
+
+MARGIN = 2 * layout.SKY_TEXEL + 1  # posts around a page whose horizons the texels of its border need
+
+
+class Windows(NamedTuple):
+    """Windows around a page.
+
+    Attributes
+    ----------
+    heights
+        (windows, side + 1, side + 1) float32 metres; outside the map, its rim is repeated.
+    shift
+        (windows, 2) columns and rows from the first post of a window to the first post of window 0, in the page's
+        posts; negative.
+    inside
+        (windows, 4) first column and row on the map, then the last ones, in posts of the window.
+    """
+
+    heights: np.ndarray
+    shift: np.ndarray
+    inside: np.ndarray
+
+    def coarser(self) -> Windows:
+        """Windows from the next one on."""
+        return Windows(self.heights[1:], (self.shift[1:] - self.shift[1]) >> 1, self.inside[1:])
+
+
+def side_of(tile: int) -> int:
+    """Cells a side of a window."""
+    return tile + 2 * max(LEAST_APRON, tile // 4)
+
+
+def sky_side(tile: int) -> int:
+    """Texels of the sky a side of a page, with the border: each has 3 × 3 cells of window 1."""
+    return -(-(tile // 2) // layout.SKY_TEXEL) + 2 * BORDER
+
+
+def light_bytes(tile: int) -> int:
+    """GPU memory for the light of a page: the sun's horizon of each post, and the texels of the sky."""
+    return 2 * (tile + 1) ** 2 + 16 * sky_side(tile) ** 2
+
+
+def scratch_bytes(heightmap: PagedMap) -> int:
+    """GPU memory for making the light of one page: its windows, four horizons of window 0, and hulls."""
+    posts, count = side_of(heightmap.tile) + 1, most_windows(heightmap)
+    return 4 * posts**2 * count + 8 * posts**2 + hull_bytes(heightmap)
+
+
+def hull_bytes(heightmap: PagedMap) -> int:
+    """Hulls of the lines over a page: points times lines."""
+    side, count = side_of(heightmap.tile), most_windows(heightmap)
+    points = side + 1 + count * (side // 4 + 2)
+    return 8 * points * 2 * (heightmap.tile + 2 * MARGIN + 4)
+
+
+def most_windows(heightmap: PagedMap) -> int:
+    """Windows of the pages that have the most."""
+    return max(window_count(heightmap, level) for level in range(heightmap.top + 1))
+
+
+def window_count(heightmap: PagedMap, level: int) -> int:
+    """Windows of a page of a level: the last one holds the whole map, or is of the coarsest level."""
+    count, side = 2, side_of(heightmap.tile)
+    while level + count <= heightmap.top and count < layout.MAX_WINDOWS:
+        if side << level + count - 1 >= 2 * max(heightmap.rows, heightmap.cols):
+            break
+        count += 1
+    return count
+
+
+def windows_of(heightmap: PagedMap, key: PageKey) -> Windows:
+    """Read the windows around a page. Where a tile is missing, the next coarser window takes its place.
+
+    Raises
+    ------
+    TerrainError
+        A tile of the coarsest window is missing.
+    """
+    level, row, col = key
+    side, count = side_of(heightmap.tile), window_count(heightmap, level)
+    corner = np.array([col, row]) * heightmap.tile
+    first = [((corner + heightmap.tile // 2) >> k) - side // 2 for k in range(count)]  # columns and rows
+    heights = np.empty((count, side + 1, side + 1), np.float32)
+    inside = np.empty((count, 4), np.int32)
+    for k in range(count - 1, -1, -1):
+        last = np.array(heightmap.posts(level + k)[::-1]) - 1
+        low, high = np.clip(-first[k], 0, side), np.clip(last - first[k], 0, side)
+        inside[k] = *low, *high
+        coarser = None if k == count - 1 else _finer(heights[k + 1], first[k + 1], first[k], low, high)
+        part = _read(heightmap, level + k, first[k] + low, first[k] + high, coarser)
+        around = [(low[i], side - high[i]) for i in (1, 0)]
+        heights[k] = np.pad(part, around, mode="edge")
+    shift = np.array([(first[k] << k) - first[0] for k in range(count)], np.int32)
+    return Windows(heights, shift, inside)
+
+
+def _read(heightmap: PagedMap, level: int, low: np.ndarray, high: np.ndarray, coarser: np.ndarray | None) -> np.ndarray:
+    """Posts from `low` to `high`, columns and rows; those of missing tiles are taken from `coarser`."""
+    rows, cols = (slice(int(low[i]), int(high[i]) + 1) for i in (1, 0))
+    if level > heightmap.top:
+        return _above(heightmap, level - heightmap.top, rows, cols)
+    if coarser is None:
+        return heightmap.lattice_heights(level, rows, cols)
+    side, found = heightmap.tile, coarser
+    for y in range(rows.start // side, (rows.stop - 1) // side + 1):
+        for x in range(cols.start // side, (cols.stop - 1) // side + 1):
+            top, left = max(rows.start, y * side), max(cols.start, x * side)
+            end, right = min(rows.stop, (y + 1) * side), min(cols.stop, (x + 1) * side)
+            part = slice(top - rows.start, end - rows.start), slice(left - cols.start, right - cols.start)
+            try:
+                found[part] = heightmap.lattice_heights(level, slice(top, end), slice(left, right))
+            except TerrainError:
+                continue  # the coarser heights stay
+    return found
+
+
+def _above(heightmap: PagedMap, levels: int, rows: slice, cols: slice) -> np.ndarray:
+    """Posts of a lattice that is coarser than the coarsest level."""
+    posts = heightmap.posts(heightmap.top)
+    at = [np.minimum(np.arange(s.start, s.stop) << levels, n - 1) for s, n in zip((rows, cols), posts, strict=True)]
+    where = [slice(int(each[0]), int(each[-1]) + 1) for each in at]
+    heights = heightmap.lattice_heights(heightmap.top, *where)
+    return heights[np.ix_(at[0] - at[0][0], at[1] - at[1][0])]
+
+
+def _finer(
+    coarse: np.ndarray, first: np.ndarray, fine_first: np.ndarray, low: np.ndarray, high: np.ndarray
+) -> np.ndarray:
+    """Heights of a window between the posts of the next coarser one, from `low` to `high`."""
+    (x, u), (y, v) = (_halves(low[i] + fine_first[i], high[i] + fine_first[i], first[i]) for i in (0, 1))
+    rows = coarse[y] * (1 - v)[:, None] + coarse[y + 1] * v[:, None]
+    return rows[:, x] * (1 - u) + rows[:, x + 1] * u
+
+
+def _halves(low: int, high: int, first: int) -> tuple[np.ndarray, np.ndarray]:
+    """Places in the coarser window at or before each post, and the shares of the way to the next place."""
+    post = np.arange(low, high + 1)
+    return (post >> 1) - first, (0.5 * (post & 1)).astype(np.float32)
