@@ -21,6 +21,7 @@ import numpy as np
 from .camera import Vector
 from .gpu import gl, layout, shaders
 from .gpu.bindings import bind
+from .light.climate import AUTO
 from .light.gaussians import SKY_AXES, SKY_SHARPNESS
 from .light.ground import HeightSums
 from .light.horizon import (
@@ -54,8 +55,10 @@ from .steps import Steps
 
 THREADS = 4
 OF_WINDOWS = 0.05  # part of the memory for tiles that windows may take
+GROUP = 16  # pages that are lit before a window shows them
 LIGHT_S, LIGHTS = 0.004, 0.2  # for the light of pages: seconds of a frame of a flight, or this share of a long one
 LONGEST_S = 1.0
+WAIT_S = 0.05
 PATIENCE_S = 30.0  # windows without an answer for this long are not waited for
 _BARRIER = moderngl.SHADER_STORAGE_BARRIER_BIT | moderngl.SHADER_IMAGE_ACCESS_BARRIER_BIT
 
@@ -194,8 +197,8 @@ class PageVisibility:
 
     Attributes
     ----------
-    missing
-        Number of pages of the present view without their own light.
+    is_idle
+        Whether the last step had nothing to do but wait for a disk.
     """
 
     def __init__(self, terrain: PagedTerrain) -> None:
@@ -204,10 +207,10 @@ class PageVisibility:
         self._at: tuple[Vector, float] | None = None
         self._sun_of: dict[PageKey, Direction] = {}
         self._threads = ThreadPoolExecutor(THREADS, "windows")
-        self._reading: dict[PageKey, Future[Windows]] = {}
+        self._reading: dict[PageKey, tuple[Future[Windows], float]] = {}
         self._failed: set[PageKey] = set()
         self._making: tuple[PageKey, int, Iterator[float]] | None = None
-        self.missing, self._flown_s = 0, time.perf_counter()
+        self.is_idle = False
 
     @property
     def bytes(self) -> int:
@@ -226,23 +229,31 @@ class PageVisibility:
         return self._at is not None and all(map(self.terrain.is_lit, self.terrain.roots))
 
     def follow_steps(self, sun: Vector, radius: float = SUN_RADIUS, posts: int = 0) -> Steps[None]:
-        """Make the light of pages in use for this sun: all of it, or as much as a frame of a flight allows."""
+        """Make the light of pages in use for this sun: of all, or of a group of them if pictures do not wait."""
         self._at = sun, radius
         self.sweep = self.sweep or PageSweep(self.terrain)
-        now_s = time.perf_counter()
-        end_s = now_s + max(LIGHT_S, LIGHTS * min(now_s - self._flown_s, LONGEST_S))
         left = self._left()
         first = len(left)
-        while left:
-            has_worked = self._step(left)
-            yield 1 - len(left) / first
-            self.sweep.ctx.finish()
-            if not self.terrain.waits and (not has_worked or time.perf_counter() > end_s):
-                break
-            if self._making is None:
-                left = self._left()
-        self._flown_s, self.missing = time.perf_counter(), len(left) + len(self._failed & set(self.terrain.in_use()))
-        self.terrain.send()
+        try:
+            while left:
+                self.is_idle = not self._step(left)
+                yield 1 - len(left) / first
+                if self._making is None:
+                    left = self._left()
+                if not self.terrain.waits and first - len(left) >= GROUP:
+                    break
+        finally:
+            self.terrain.send()
+
+    @property
+    def missing(self) -> int:
+        """Number of pages of the present view without their own light."""
+        return sum(not self._has_light(key) for key in self.terrain.in_use()) if self._at else 0
+
+    @property
+    def is_coming(self) -> bool:
+        """Whether light is missing that can still be made."""
+        return self._at is not None and bool(self._left())
 
     def bind(self, program: moderngl.Program) -> None:
         """Make the light visible to a program that includes horizon/visible.glsl."""
@@ -266,9 +277,10 @@ class PageVisibility:
 
     def _left(self) -> list[PageKey]:
         """Pages in use without their light, the most wanted first."""
-        lit, towards = self.terrain.is_lit, self._towards
-        pages = (key for key in self.terrain.in_use() if key not in self._failed)
-        return [key for key in pages if not lit(key) or self._sun_of.get(key) != towards]
+        return [key for key in self.terrain.in_use() if key not in self._failed and not self._has_light(key)]
+
+    def _has_light(self, key: PageKey) -> bool:
+        return self.terrain.is_lit(key) and self._sun_of.get(key) == self._towards
 
     def _step(self, left: list[PageKey]) -> bool:
         """Take a step towards the light of the first page whose windows are read; returns whether there was one."""
@@ -285,25 +297,32 @@ class PageVisibility:
 
     def _begin(self, left: list[PageKey]) -> tuple[PageKey, int, Iterator[float]] | None:
         """Begin the light of a page whose windows are read, the most wanted first; wait a moment if there is none."""
-        most = max(1, int(OF_WINDOWS * self.terrain.heightmap.memory_bytes) // self._bytes_of_windows)
-        coming = left[:most]
-        for key in [key for key in self._reading if key not in coming]:
-            self._reading.pop(key).cancel()
-        for key in coming:
-            if key not in self._reading:
-                self._reading[key] = self._threads.submit(windows_of, self.terrain.heightmap, key)
-        if self.terrain.waits and not wait([self._reading[key] for key in coming], PATIENCE_S, FIRST_COMPLETED).done:
-            self._failed.update(coming)
-        done = next((key for key in coming if self._reading[key].done()), None)
+        coming = self._ask(left)
+        wait([self._reading[key][0] for key in coming], WAIT_S if self.terrain.waits else 0.002, FIRST_COMPLETED)
+        done = next((key for key in coming if self._reading[key][0].done()), None)
+        late_s = time.perf_counter() - PATIENCE_S
         if done is None:
+            self._failed.update(key for key in coming if self._reading[key][1] < late_s)
             return None
         try:
-            windows = self._reading.pop(done).result()
+            windows = self._reading.pop(done)[0].result()
         except Exception:  # a disk may fail in any way: the light of a coarser page remains
             self._failed.add(done)
             return None
         slot = self.terrain.slot_of[done]
         return done, slot, self._light_steps(done, slot, windows)
+
+    def _ask(self, left: list[PageKey]) -> list[PageKey]:
+        """Let threads read the windows of the first pages, and of no others; returns these pages."""
+        most = max(1, int(OF_WINDOWS * self.terrain.heightmap.memory_bytes) // self._bytes_of_windows)
+        coming = left[:most]
+        for key in [key for key in self._reading if key not in coming]:
+            self._reading.pop(key)[0].cancel()
+        for key in coming:
+            if key not in self._reading:
+                read = self._threads.submit(windows_of, self.terrain.heightmap, key)
+                self._reading[key] = read, time.perf_counter()
+        return coming
 
     @property
     def _bytes_of_windows(self) -> int:
@@ -348,13 +367,41 @@ class PagedLighting(Lighting):
         self._thread = ThreadPoolExecutor(1, "sky")
         self._coming: tuple[object, Future[Sky]] | None = None
         self._is_late = False  # whether the last picture used an earlier sky, or none
+        self._flown_s = time.perf_counter()
         super().__init__(cast(Any, terrain), cast(HeightSums, NoSums()))
 
     @property
     def missing(self) -> int:  # type: ignore[override]
         """Pages of the present view without their own light of the sky that was asked for."""
-        terrain: Any = self.terrain
-        return len(terrain.in_use()) if self._is_late else int(cast(Any, self.visibility).missing)
+        return len(self._terrain.in_use()) if self._is_late else self._pages.missing
+
+    @property
+    def is_coming(self) -> bool:  # type: ignore[override]
+        """Whether light is missing that can still be made."""
+        return self._is_late or self._pages.is_coming
+
+    def follow(
+        self, sun: tuple[float, float], sky: str | None = None, material: str | None = None, look: str = AUTO
+    ) -> None:
+        """Make the missing light; if pictures do not wait, as much as a frame allows."""
+        now_s = time.perf_counter()
+        end_s = now_s + max(LIGHT_S, LIGHTS * min(now_s - self._flown_s, LONGEST_S))
+        steps = self.follow_steps(sun, sky, material, look)
+        for _ in steps:
+            if not self._terrain.waits:
+                self.ctx.finish()
+                if self._pages.is_idle or time.perf_counter() > end_s:
+                    break
+        steps.close()
+        self._flown_s = time.perf_counter()
+
+    @property
+    def _pages(self) -> PageVisibility:
+        return cast(PageVisibility, self.visibility)
+
+    @property
+    def _terrain(self) -> PagedTerrain:
+        return cast(PagedTerrain, self.terrain)
 
     def release(self) -> None:
         """Release GPU resources, and end the thread."""
@@ -362,13 +409,12 @@ class PagedLighting(Lighting):
         super().release()
 
     def _visibility(self) -> Visibility:
-        return cast(Visibility, PageVisibility(cast(Any, self.terrain)))
+        return cast(Visibility, PageVisibility(self._terrain))
 
     def _sky_of(self, sun: tuple[float, float], path: str | None) -> Sky | None:
         """The sky. A flight does not wait for it: until it is ready, the last one is used."""
-        terrain: Any = self.terrain
         self._is_late = False
-        if terrain.waits:
+        if self._terrain.waits:
             return super()._sky_of(sun, path)
         asked = sun, path
         if self._coming is None or self._coming[0] != asked:

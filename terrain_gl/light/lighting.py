@@ -78,6 +78,7 @@ class Lighting:
 
     has_lobes = True  # whether there are tables of the ground's lobes
     missing = 0  # pages of a paged map in the picture without their own light
+    is_coming = False  # whether there will be more light, without a change of the look
 
     def __init__(self, terrain: Terrain, sums: HeightSums, printed: int = 0) -> None:
         self.ctx, self.terrain, self.sums = terrain.ctx, terrain, sums

@@ -153,11 +153,9 @@ class Scene:
 
 
 def of_store(side: RenderOptions) -> dict[str, Any]:
-    """What must change for a store to be drawn: no light, no budget, no method but sat."""
+    """What must change for a store to be drawn: no budget, no method but sat."""
     changes: dict[str, Any] = {"method": "sat", "parameters": None}
-    if side.shading.is_lit:
-        changes["style"] = "lambert"
-    elif side.style == "error":
+    if side.style == "error":
         changes["style"] = "promise"
     if side.max_error_px is None:
         changes |= {"triangles": None, "max_error_px": 1.0}

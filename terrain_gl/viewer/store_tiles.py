@@ -20,10 +20,21 @@ class StoreTiles:
         return streaming is not None and streaming.is_loading
 
     def step(self) -> None:
-        """Let the picture be drawn again if tiles were read that it lacks."""
-        streaming = self._scene.renderer.streaming
-        if streaming and streaming.has_news:
+        """Let the picture be drawn again if tiles were read that it lacks; else let their light be made."""
+        renderer = self._scene.renderer
+        if not renderer.streaming:
+            return
+        if renderer.streaming.has_news:
             self._painter.forget()
+        elif self.lacks_light and not self._painter.light.is_due(self._scene.frame_spec().lit_look):
+            self._painter.light.stop()  # it begins anew, with the tiles that have come
+
+    @property
+    def lacks_light(self) -> bool:
+        """Whether tiles in the picture still get light of their own."""
+        if not self._scene.has_map or self._scene.renderer.streaming is None:
+            return False
+        return self._scene.frame_spec().lit_look.is_lit and self._scene.renderer.picture.lighting.is_coming
 
     @property
     def text(self) -> str:

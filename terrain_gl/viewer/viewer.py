@@ -240,7 +240,7 @@ class Viewer:
     def settled(self) -> bool:
         """Whether the picture is complete: in full size and lit. Its error may not be measured yet."""
         is_there = self.scene.has_map and not self.loader.job and not self.tiles.are_coming
-        return is_there and self.painter.is_done(self.scene.frame_spec())
+        return is_there and self.painter.is_done(self.scene.frame_spec()) and not self.tiles.lacks_light
 
     @property
     def wait_s(self) -> float:

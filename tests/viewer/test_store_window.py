@@ -78,6 +78,7 @@ def test_a_store_is_shown_at_once_and_fills_in(shown):
     stats = app.viewer.painter.frame.stats
     assert stats["complete"] and stats["certified_max_error_px"] <= 1.0
     assert app.viewer.progress is None and app.viewer.tiles.note == ""
+    assert app.viewer.scene.renderer.picture.lighting.missing == 0
     words = texts(app)
     assert "complete" in words and "achieved" not in words
     assert np.abs(seen(app) - coarse).max() > 20
@@ -118,7 +119,7 @@ def test_what_a_store_cannot_do_is_told(shown, tmp_path, monkeypatch):
     copied = []
     viewer.saver.line_of, viewer.saver.on_copy = command_line, copied.append
     assert "copied" in said(lambda: app.press("y"))
-    assert copied[0].startswith(f"terrain-gl shot {stored.name} ") and "--style lambert" in copied[0]
+    assert copied[0].startswith(f"terrain-gl shot {stored.name} ") and "--style" not in copied[0]
     viewer.settings.change(triangles=1000, style="error", method="quadtree")
     spec = viewer.scene.frame_spec().sides[0]
     assert (spec.method, spec.triangles, spec.style) == ("sat", None, "promise")
