@@ -59,6 +59,7 @@ class PagedTerrain:
         self.marks = gl.texel_texture(self.ctx, (1, 1), "u1")
         self.slot_of: dict[PageKey, int] = {}
         self._hidden: dict[PageKey, int] = {}
+        self._lit = np.zeros(self.slots, bool)
         self.table = gl.texel_texture(self.ctx, (ROW, len(self._words)), "u4")
         self.table.write(self._words)
         self.block = ctx.buffer(self._describe().tobytes())
@@ -91,7 +92,7 @@ class PagedTerrain:
         slot, side = self._free_slot(key), self.heightmap.tile + 1
         corner = slot % self.across * side, slot // self.across * side
         self.heights.write(heights - np.float32(self.base_m), viewport=(*corner, side, side))
-        self.filled.copies[slot] = heights
+        self.filled.copies[slot], self._lit[slot] = heights, False
         self._enter(key, slot)
         return slot
 
@@ -125,7 +126,7 @@ class PagedTerrain:
         """Enter a page into the tables."""
         level, number = key[0], self.numbering.number(key)
         self.slot_of[key] = slot
-        self._slots_of[number], self._stamps[number] = slot + 1, self._stamp
+        self._slots_of[number], self._stamps[number] = slot + 1 | (LIT if self._lit[slot] else 0), self._stamp
         part = self._fine_under(key)
         part[part >> 24 >= level] = slot | level << 24
         self._touch(key)
@@ -151,6 +152,7 @@ class PagedTerrain:
         """Note that a loaded page has light. `send` makes it visible."""
         number = self.numbering.number(key)
         self._slots_of[number] |= np.uint32(LIT)
+        self._lit[self.slot_of[key]] = True
         row = number // ROW
         self._changed = min(self._changed[0], row), max(self._changed[1], row + 1)
 

@@ -13,6 +13,7 @@ from terrain_gl.files.views import standard_view
 from terrain_gl.heightmap import Heightmap
 from terrain_gl.light.ground import towards_sun
 from terrain_gl.light.horizon import lattice_direction
+from terrain_gl.page_sweep import PageSweep
 from terrain_gl.page_windows import MARGIN, windows_of
 from terrain_gl.paged_map import PagedMap
 from terrain_gl.renderer import Renderer
@@ -88,7 +89,7 @@ def test_horizons_of_a_page_are_those_of_its_twin(hills, towards):
     stored = StoredMap(path)
     with Renderer(stored, SIZE) as renderer:
         renderer.session.enter()
-        sweep = page_light.PageSweep(renderer.terrain)
+        sweep = PageSweep(renderer.terrain)
         for key in ((0, 6, 7), (0, 0, 0), (1, 2, 8), (2, 1, 1)):
             windows = windows_of(stored, key)
             sweep.send(windows, key[0])
@@ -260,26 +261,27 @@ class Held(StoredMap):
 
     def lattice_heights(self, level, rows, cols):
         if level < self.top:
-            self.gate.wait(20)
+            self.gate.wait(100)
         return super().lattice_heights(level, rows, cols)
 
 
-def test_a_flight_does_not_wait_for_light_and_gets_it(hills):
+def test_a_flight_does_not_wait_for_light_and_gets_it(hills, monkeypatch):
+    monkeypatch.setattr(page_light, "PATIENCE_S", 600.0)
     whole, path = hills
     camera = standard_view(whole, "default")
     stored = Held(path)
     with Renderer(stored, SIZE) as renderer, Renderer(StoredMap(path), SIZE) as other:
         renderer.streaming.waits = False
-        end = time.monotonic() + 20
-        while not renderer.draw(camera, 1.0, **LIT)["complete"]:
+        end = time.monotonic() + 80
+        while not renderer.draw(camera, 1.0, sun=(300, 12), **LIT)["complete"]:
             assert time.monotonic() < end
-        dark = renderer.render(camera, 1.0, **LIT)
+        dark = renderer.render(camera, 1.0, sun=(300, 12), **LIT)
         assert dark.stats["tiles_unlit"] > 3  # pages whose surroundings nobody has read
         stored.gate.set()
-        while renderer.draw(camera, 1.0, **LIT)["tiles_unlit"]:
+        while renderer.draw(camera, 1.0, sun=(300, 12), **LIT)["tiles_unlit"]:
             assert time.monotonic() < end
-        lit = renderer.render(camera, 1.0, **LIT).image
-        expected = other.render(camera, 1.0, **LIT).image
+        lit = renderer.render(camera, 1.0, sun=(300, 12), **LIT).image
+        expected = other.render(camera, 1.0, sun=(300, 12), **LIT).image
         assert difference(lit, expected) < 2.0 < difference(dark.image, expected)
 
 
