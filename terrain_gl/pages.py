@@ -98,7 +98,9 @@ class PagedTerrain:
 
     def hide(self) -> None:
         """Hide all pages but the roots, as if they were not loaded; they keep their slots while there is room."""
-        for key in self.slot_of.keys() - set(self.roots):
+        stamps, number = self._stamps, self.numbering.number
+        for key in sorted(self.slot_of.keys() - set(self.roots)):  # finest first: a page stays while one below it does
+            stamps[number(above(key))] = max(stamps[number(above(key))], stamps[number(key)])
             self._hidden[key] = self.slot_of.pop(key)
             self._slots_of[self.numbering.number(key)] = 0
             self._touch(key)
@@ -106,10 +108,12 @@ class PagedTerrain:
             self._fine_under(root)[...] = self.slot_of[root] | root[0] << 24
 
     def show(self, keys: Iterable[PageKey]) -> None:
-        """End the hiding of pages; a page comes after the page above it."""
+        """End the hiding of pages; a page comes after the page above it, or is removed if that one is gone."""
         for key in keys:
-            if key in self._hidden:
+            if key in self._hidden and above(key) in self.slot_of:
                 self._enter(key, self._hidden.pop(key))
+            elif key in self._hidden:
+                self._free.append(self._hidden.pop(key))
 
     def show_all(self) -> None:
         """End the hiding of all pages."""
@@ -119,7 +123,7 @@ class PagedTerrain:
         """A slot without a page, or else that of the hidden page whose last use is longest ago."""
         if self._free and key not in self._hidden:
             return self._free.pop()
-        old = min(self._hidden, key=lambda other: (other != key, self._stamps[self.numbering.number(other)]))
+        old = min(self._hidden, key=lambda other: (other != key, self._stamps[self.numbering.number(other)], other))
         return self._hidden.pop(old)
 
     def _enter(self, key: PageKey, slot: int) -> None:

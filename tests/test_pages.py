@@ -24,6 +24,7 @@ from terrain_gl.steps import drain
 
 pytest.importorskip("zarr")
 from terrain_gl.paged_map import Page, PagedMap
+from terrain_gl.paged_map import above as page_above
 from terrain_gl.store import build
 from terrain_gl.store.opened import StoredMap
 
@@ -206,6 +207,8 @@ def test_a_repeatable_picture_does_not_depend_on_earlier_ones(hills, gpu_kib):
         np.testing.assert_array_equal(picture(), alone)
         renderer.streaming.is_repeatable = False
         assert renderer.draw(above, 2.0)["tiles_resident"] >= resident
+        loaded = renderer.terrain.slot_of
+        assert all(key in renderer.terrain.roots or page_above(key) in loaded for key in loaded)
     np.testing.assert_array_equal(same, alone)
     assert (changed != alone).any()
 
