@@ -215,6 +215,11 @@ class PagedTerrain:
 
     # --- What is there ------------------------------------------------------------------------------------------------
 
+    @property
+    def levels(self) -> np.ndarray:
+        """The level of the finest loaded page over each page of level 0: (rows, columns)."""
+        return self._finest >> 24
+
     def is_there(self, numbers: np.ndarray) -> np.ndarray:
         """Whether pages are in the pool, by their numbers."""
         return self._slots_of[numbers] > 0

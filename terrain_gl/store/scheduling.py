@@ -21,6 +21,7 @@ from ..readers.raster import one_line
 
 CONNECT = "20s"  # longest wait for a scheduler's answer
 TRIES = 4  # times that a task is tried whose worker dies
+GRACE_S = 5.0  # how long a process may go on with its task at the end
 AHEAD = 2  # tasks for each worker that are begun before their results are due
 Perform = Callable[[Any, Any], Any]  # from a job and a task to a result
 
@@ -82,9 +83,12 @@ class Processes:
         return _in_order(tasks, begin, lambda: self._workers, BrokenProcessPool)
 
     def close(self) -> None:
-        """End the processes, whatever they do: a process that was killed may have left a lock that others wait for."""
+        """End the processes. They may finish a task, but not wait for a lock that a killed process has left behind."""
+        ending = threading.Thread(target=self._pool.shutdown, kwargs={"wait": True, "cancel_futures": True})
+        ending.start()
+        ending.join(GRACE_S)
         self._lifeline.close()
-        self._pool.shutdown(wait=True, cancel_futures=True)
+        ending.join()
 
     def _begin(self) -> None:
         context = multiprocessing.get_context("spawn")

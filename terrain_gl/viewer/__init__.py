@@ -5,7 +5,7 @@ The modules from top to bottom. Each imports only from its own line and the line
 window, glfw_window            the GLFW window: events in, frames out
 app                            a viewer with panels; sends input to a panel, the camera or a command
 panels, sections, map_section, picture_section  the panels over the picture
-charts, file_list, help_page, orientation, profile_plot  the graphs, the page of keys, north and scale
+charts, file_list, help_page, orientation, profile_plot, tile_map  graphs, keys, north and scale, loaded tiles
 commands                       every key and what it does
 viewer                         connects the parts below, frame by frame; knows neither window nor panels
 mouse, marks                   clicks and drags; lines over the land

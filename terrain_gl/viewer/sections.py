@@ -3,14 +3,16 @@
 from __future__ import annotations
 
 from collections.abc import Callable
-from typing import Any
+from typing import Any, cast
 
 from ..brush import SHARES, TOOLS
 from ..files.export import FORMATS
 from ..files.views import VIEWS, straight_down
 from ..methods import BASELINES, REGISTRY
 from ..options import CHOICES
+from ..pages import PagedTerrain
 from ..store import StoredMap
+from . import tile_map
 from .brush_tool import BrushTool
 from .controller import MODES, Controller
 from .legend import COLOURS, legend
@@ -47,6 +49,7 @@ def detail_section(ui: Widgets, settings: Settings, painter: Painter, scene: Sce
     changes["metric"] = ui.choose("metric", options.metric, CHOICES["metric"], METRIC_HINT)
     if scene.is_paged:
         ui.imgui.text_disabled("A store is drawn by sat, within a tolerance.")
+        tile_map.show(ui, cast(PagedTerrain, scene.renderer.terrain), scene.controller)
     else:
         triangles = options.triangles or stats.get("triangles", 1)
         form = "at most %.0f" if options.triangles else "%.0f"

@@ -14,14 +14,16 @@ from terrain_gl.files.views import standard_view
 from terrain_gl.heightmap import Heightmap
 from terrain_gl.options import RenderOptions
 from terrain_gl.readers.windows import Reading
+from terrain_gl.viewer import tile_map
 from terrain_gl.viewer.app import App
+from terrain_gl.viewer.legend import VIRIDIS
 from terrain_gl.viewer.loading import Opened, file_opener
 from terrain_gl.viewer.settings import Settings
 
 pytest.importorskip("zarr")
 from terrain_gl.store.opened import StoredMap
 
-SIZE = (360, 270)
+SIZE = (360, 640)
 
 
 class Held(StoredMap):
@@ -82,6 +84,42 @@ def test_a_store_is_shown_at_once_and_fills_in(shown):
     words = texts(app)
     assert "complete" in words and "achieved" not in words
     assert np.abs(seen(app) - coarse).max() > 20
+
+
+def test_the_panel_has_a_map_of_the_loaded_tiles(shown):
+    app, stored = shown
+    top = app.viewer.scene.renderer.terrain.top_level
+    coarsest = 255 * np.array(tile_map.colour_of(top, top))
+
+    def share():
+        """Share of the map that has the colour of the coarsest tiles."""
+        later(app)
+        later(app)
+        left, first, right, end = (round(side) for side in app.gui.widgets.places["tiles"])
+        inside = seen(app)[first + 1 : end - 1, left + 1 : right - 1]
+        return np.mean(np.abs(inside - coarsest).max(-1) < 12)
+
+    assert "Tiles that are loaded" in texts(app) and share() > 0.9
+    stored.gate.set()
+    until_complete(app)
+    app.viewer.window.refresh()
+    assert share() < 0.5
+
+
+def test_levels_of_a_map_of_tiles():
+    levels = np.random.default_rng(2).integers(0, 5, (23, 50))
+    few = tile_map.finest_levels(levels, 10)
+    assert few.shape == (5, 10)
+    for (row, col), level in np.ndenumerate(few):
+        assert level == levels[5 * row : 5 * row + 5, 5 * col : 5 * col + 5].min()
+    np.testing.assert_array_equal(tile_map.finest_levels(levels), levels)
+    painted = np.full(levels.shape, -1)
+    for row, first, end, level in tile_map.runs(levels):
+        assert (painted[row, first:end] == -1).all() and (end == 50 or levels[row, end] != level)
+        painted[row, first:end] = level
+    np.testing.assert_array_equal(painted, levels)
+    ends = (tile_map.colour_of(level, 8) for level in (0, 2, 8))
+    np.testing.assert_allclose(list(ends), [VIRIDIS[0], VIRIDIS[1], VIRIDIS[-1]])
 
 
 def test_it_is_flown_over_while_nothing_comes(shown):

@@ -1,0 +1,143 @@
+"""Whether a store draws what the same map in memory draws: random views over small tiles.
+
+    python benchmarks/store_equal.py [VIEWS [PICTURES [MAP …]]]      1000 views and 100 pictures of each map
+
+A map is alpine, canyon, or a file; of a large one, the 1000 rows and 900 columns in the middle are used, in tiles of
+32 posts. Views stand close to the ground or high above it, also outside the map; tolerances are 0.3, 1 and 4 px, and
+both metrics are used in turn.
+
+All tiles are loaded: each view must have the same patches, bit for bit, and the same certificate; in each picture all
+samples (four a pixel) must see the same place of the map, bit for bit. Colours differ: normals come from the tiles.
+Few slots: a pool for half of the tiles, which change with the views. Each view must be certified within its tolerance,
+unless it needs more tiles than there are slots; it is then not complete. How many have the patches of the map in memory
+is counted: where a finer tile is not loaded, the bound of a coarser one may choose another patch. Exit status 1 if a
+view is not as it must be.
+"""
+
+from __future__ import annotations
+
+import sys
+import tempfile
+from collections import Counter
+from collections.abc import Iterator
+from pathlib import Path
+from typing import Any
+
+import numpy as np
+
+import terrain_gl as tg
+from terrain_gl.camera import Camera
+from terrain_gl.files.maps import open_map
+from terrain_gl.gpu import layout
+from terrain_gl.page_sums import bytes_of_slot
+from terrain_gl.paged_map import PageKey
+from terrain_gl.store import StoredMap, build
+from terrain_gl.streaming import NO_ROOM
+
+SIZE, PART, TILE, SHARD = (160, 90), (1000, 900), 32, 256
+
+
+def main() -> int:
+    """Compare, and print a row for each map."""
+    views, pictures = (int(word) for word in (*sys.argv[1:3], *("1000", "100")[len(sys.argv[1:3]) :]))
+    print("| map | posts | tiles | views | equal | pictures | equal | few slots | complete | with equal patches |")
+    print("|---|---|---|---|---|---|---|---|---|---|")
+    bad = sum(compare(name, views, pictures) for name in sys.argv[3:] or ["alpine", "canyon"])
+    return int(bad > 0)
+
+
+def compare(name: str, views: int, pictures: int) -> int:
+    """One map: print its row; returns how many views are not as they must be."""
+    opened, _ = open_map(name)
+    row, col = (max(0, (n - most) // 2) for n, most in zip((opened.rows, opened.cols), PART, strict=True))
+    heights = np.nan_to_num(opened.heights[row : row + PART[0], col : col + PART[1]], nan=opened.range_m[0])
+    whole = tg.Heightmap(heights, opened.spacing_m)
+    with tempfile.TemporaryDirectory() as folder, tg.Renderer(whole, SIZE) as one:
+        build(heights, Path(folder) / "s", spacing_m=opened.spacing_m, tile=TILE, shard=SHARD)
+        stored, few = StoredMap(Path(folder) / "s"), StoredMap(Path(folder) / "s")
+        counts = Counter[str]()
+        with tg.Renderer(stored, SIZE) as other:
+            load_all(other)
+            for number, view in enumerate(random_views(whole, views)):
+                counts["equal"] += same_mesh(one, other, view)
+                counts["pictures"] += number < pictures and same_picture(one, other, view)
+        pages = stored.numbering.total
+        few.gpu_bytes = bytes_for(few, pages // 2)
+        with tg.Renderer(few, SIZE) as other:
+            slots = other.resources.terrain.slots
+            for view in random_views(whole, views):
+                stats = other.choose(**view)
+                counts["complete"] += stats["complete"]
+                counts["kept"] += is_kept(stats)
+                counts["alike"] += same_mesh(one, other, view)
+    print(
+        f"| {Path(name).stem} | {whole.cols} × {whole.rows} | {pages} | {views} | {counts['equal']} | {pictures} | "
+        f"{counts['pictures']} | {slots} | {counts['complete']} | {counts['alike']} |",
+        flush=True,
+    )
+    return 2 * views + pictures - counts["equal"] - counts["kept"] - counts["pictures"]
+
+
+def random_views(heightmap: tg.Heightmap, count: int) -> Iterator[dict[str, Any]]:
+    """Cameras anywhere around the map, close to the ground or high above it, with tolerances and metrics."""
+    rng, (width, depth), (low, high) = np.random.default_rng(3), heightmap.extent_m, heightmap.range_m
+    for number in range(count):
+        x, y = rng.uniform(-0.2, 1.2, 2) * (width, depth)
+        z = high + 0.2 * width * rng.choice([0.01, 0.1, 1.0]) * rng.random()
+        target = (*(rng.random(2) * (width, depth)), low)
+        camera = Camera((x, y, z), target, rng.uniform(20, 70))
+        metric = ("max", "rms")[number % 2]
+        yield {"camera": camera, "max_error_px": float(rng.choice([0.3, 1.0, 4.0])), "metric": metric}
+
+
+def load_all(renderer: tg.Renderer) -> None:
+    """Load all tiles."""
+    terrain = renderer.heightmap
+    assert isinstance(terrain, StoredMap)
+    keys: list[PageKey] = [terrain.numbering.key(number) for number in range(terrain.numbering.total)]
+    renderer.session.enter()
+    tables: Any = renderer.tables
+    tables.load(keys[::-1])
+    assert len(tables.terrain.slot_of) == len(keys), "the pool is too small"
+
+
+def same_mesh(one: tg.Renderer, other: tg.Renderer, view: dict[str, Any]) -> bool:
+    """Whether both choose the same patches with the same certificate."""
+    found = [(r.choose(**view)["certified_max_error_px"], patches_of(r)) for r in (one, other)]
+    return found[0] == found[1]
+
+
+def patches_of(renderer: tg.Renderer) -> bytes:
+    """The records of the patches of the last mesh."""
+    renderer.session.enter()
+    frame: Any = renderer.inspector.frame
+    selection = frame.selection
+    return bytes(selection.surface.patches.read(selection.patches * layout.RING_PATCH.itemsize))
+
+
+def same_picture(one: tg.Renderer, other: tg.Renderer, view: dict[str, Any]) -> bool:
+    """Whether the samples of both pictures see the same places."""
+    return np.array_equal(*(seen_by(r, view) for r in (one, other)))
+
+
+def seen_by(renderer: tg.Renderer, view: dict[str, Any]) -> np.ndarray:
+    """The place on the map that each sample of a picture sees."""
+    renderer.draw(**view, style="depth")
+    renderer.session.enter()
+    return renderer.picture.places()
+
+
+def is_kept(stats: dict[str, Any]) -> bool:
+    """Whether a view keeps its tolerance, or tells that the pool is too small for it."""
+    if stats["complete"]:
+        return bool(stats["certified_max_error_px"] <= stats["requested_max_error_px"])
+    return all(tile["reason"] == NO_ROOM for tile in stats["tiles_missing"])
+
+
+def bytes_for(stored: StoredMap, slots: int) -> int:
+    """GPU memory with room for about so many tiles."""
+    return slots * bytes_of_slot(stored.tile) + 8 * stored.numbering.total
+
+
+if __name__ == "__main__":
+    sys.exit(main())
