@@ -34,6 +34,29 @@ class Page(NamedTuple):
     ranges: np.ndarray
 
 
+class PostsOnDemand:
+    """All posts of a map as an array, whose elements are found when they are read.
+
+    Attributes
+    ----------
+    shape
+        Rows and columns.
+    """
+
+    dtype, ndim = np.dtype(np.float32), 2
+    shape: tuple[int, int]
+
+    @property
+    def size(self) -> int:
+        """Posts."""
+        return self.shape[0] * self.shape[1]
+
+    @property
+    def nbytes(self) -> int:
+        """Bytes that all posts would take in memory."""
+        return 4 * self.size
+
+
 class PagedMap(Heightmap):
     """A map that is read page by page.
 

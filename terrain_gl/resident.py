@@ -9,11 +9,11 @@ from typing import Any
 
 import numpy as np
 
-from .paged_map import PagedMap
+from .paged_map import PagedMap, PostsOnDemand
 
 
-class ResidentHeights:
-    """All posts of a map, as an array whose elements are computed when they are read.
+class ResidentHeights(PostsOnDemand):
+    """All posts of a map, computed from the loaded pages.
 
     Parameters
     ----------
@@ -26,22 +26,10 @@ class ResidentHeights:
         (slots, side + 1, side + 1) float32 metres: the heights in each slot.
     """
 
-    dtype, ndim = np.dtype(np.float32), 2
-
     def __init__(self, heightmap: PagedMap, finest: np.ndarray, slots: int) -> None:
         self.shape, self._finest = (heightmap.rows, heightmap.cols), finest
         self._log2 = heightmap.tile.bit_length() - 1
         self.copies = np.empty((slots, heightmap.tile + 1, heightmap.tile + 1), np.float32)
-
-    @property
-    def size(self) -> int:
-        """Posts."""
-        return self.shape[0] * self.shape[1]
-
-    @property
-    def nbytes(self) -> int:
-        """Bytes that all posts would take."""
-        return 4 * self.size
 
     def __getitem__(self, index: Any) -> Any:
         """Posts at (rows, columns): slices, numbers, or arrays of numbers; numbers count from the beginning."""

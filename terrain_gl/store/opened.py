@@ -9,7 +9,7 @@ import numpy as np
 
 from ..exceptions import TerrainError
 from ..heightmap import Heightmap
-from ..paged_map import Page, PagedMap, PageKey
+from ..paged_map import Page, PagedMap, PageKey, PostsOnDemand
 from .format import Arrays, MissingTileError, georeference_of, pyramid_of, read_about
 from .pyramid import Pyramid
 from .tiles import FINEST_RECORD, Checks, Tiles
@@ -101,23 +101,11 @@ def _one_more(nodes: slice) -> slice:
     return slice(nodes.start, nodes.stop + 1)
 
 
-class LazyHeights:
+class LazyHeights(PostsOnDemand):
     """All posts of a store, as an array. A slice or an index reads the tiles that it needs."""
-
-    dtype, ndim = np.dtype(np.float32), 2
 
     def __init__(self, tiles: Tiles, pyramid: Pyramid) -> None:
         self._tiles, self.shape, self._side = tiles, pyramid.posts(0), pyramid.tile
-
-    @property
-    def size(self) -> int:
-        """Posts."""
-        return self.shape[0] * self.shape[1]
-
-    @property
-    def nbytes(self) -> int:
-        """Bytes that all posts would take in memory."""
-        return 4 * self.size
 
     def __getitem__(self, index: Any) -> Any:
         """Posts at (rows, columns): two slices, two numbers, or two arrays of numbers."""
