@@ -1,4 +1,4 @@
-"""Budgets that would pay for every post: is the mesh as good as the one that draws them all?
+"""Budgets that would pay for every post, compared with the mesh that draws them all.
 
 Crops of real maps, three views each. `full` draws every post, two triangles a cell. `sat` gets 1, 1.05 and 1.3 times as
 many triangles. Errors are root mean squares over the whole surface in pixels, 640 × 360.
