@@ -50,17 +50,26 @@ vec3 plain_light(vec2 at_m, vec3 towards_eye) {
     return open_light(plain_material(rim_place(at_m, low)), vec3(0.0, 0.0, 1.0), towards_eye) * (1.0 - shaded);
 }
 
+// The sky just above the horizontal.
+vec3 low_sky(vec3 direction) { return sky_light(normalize(vec3(direction.xy, 0.01 * length(direction.xy)))); }
+
+// Over a round Earth, the horizon is below the horizontal, and the sky reaches down to it.
+vec3 open_sky(vec3 direction) {
+    bool is_low = u_bend_per_m > 0.0 && direction.z < 0.01 * length(direction.xy);
+    return (is_low ? low_sky(direction) : sky_light(direction)) + sun_disc(direction);
+}
+
 #if EDGE == 1
 vec3 sky_colour(vec3 direction) {
     vec3 ray = direction / dot(direction, u_forward.xyz);  // its component along the view is 1
     vec2 place;
     float wall = wall_depth(ray, place), plain = plain_depth(ray);
-    if (wall < 0.0 && plain < 0.0) return tone_mapped(u_exposure * (sky_light(direction) + sun_disc(direction)));
+    if (wall < 0.0 && plain < 0.0) return tone_mapped(u_exposure * open_sky(direction));
     float depth = wall > 0.0 ? wall : plain, distance_m = depth * length(ray);
     float up_m = ray.z * depth + drop_m(ray.xy * depth) + u_eye_z_m + u_eye_z_rest_m;
     vec3 light = wall > 0.0 ? wall_light(place, up_m, depth, -direction) : plain_light(ray.xy * depth, -direction);
     light = hazed(light, direction, distance_m);
-    vec3 horizon = sky_light(normalize(vec3(direction.xy, 0.01 * length(direction.xy))));  // the plain fades into it, so there is no line at the horizon
-    return tone_mapped(u_exposure * mix(light, horizon, smoothstep(0.7, 6.0, distance_m / u_haze_m)));
+    // the plain fades into the sky, so there is no line at the horizon
+    return tone_mapped(u_exposure * mix(light, low_sky(direction), smoothstep(0.7, 6.0, distance_m / u_haze_m)));
 }
 #endif
