@@ -1,4 +1,4 @@
-"""From the start of the process to the first picture in the window, and to the complete one.
+"""From the start of the process to the first picture in the window, to all tiles of a store, and to full light.
 
     xvfb-run -s "-screen 0 1280x800x24" python benchmarks/viewer_start.py MAP [OPTION …]     options of terrain-gl view
 
@@ -28,9 +28,11 @@ def main() -> int:
         painter = app.viewer.painter
         if painter.has_picture and app.viewer.scene.has_map:
             note("first picture", seen, lambda: told(app))
-            if app.viewer.settled and painter.frame.stats.get("complete", True):
-                note("complete", seen, lambda: told(app))
-                app.viewer.quit()
+            if painter.frame.stats.get("complete", bool(painter.frame.stats)):
+                note("all tiles", seen, lambda: told(app))
+                if app.viewer.settled:
+                    note("full size and light", seen, lambda: told(app))
+                    app.viewer.quit()
         return is_new
 
     App.frame = watched  # type: ignore[method-assign]

@@ -23,7 +23,7 @@ from terrain_gl.readers.windows import open_windows
 from terrain_gl.terrain import Terrain
 
 pytest.importorskip("zarr")
-from terrain_gl.store import MissingTileError, build, scheduling
+from terrain_gl.store import MissingTileError, StoredMap, build, scheduling
 from terrain_gl.store.build import Journal
 from terrain_gl.store.format import Arrays, pyramid_of, read_about
 
@@ -130,6 +130,12 @@ class Ramp:
     def __getitem__(self, window):
         rows, cols = (np.arange(s.stop, dtype=np.float32)[s] for s in window)
         return rows[:, None] * cols
+
+
+def test_heights_that_no_land_on_the_earth_has_are_told_from_others(tmp_path):
+    for name, lift_m in (("earth", 0), ("moon", 12_000)):
+        build(rough(40, 50) + np.float32(lift_m), tmp_path / name, **SMALL)
+        assert StoredMap(tmp_path / name).of_earth == (name == "earth")
 
 
 def test_an_object_with_an_identity_is_read_by_other_processes(tmp_path):

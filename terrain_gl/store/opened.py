@@ -10,6 +10,7 @@ import numpy as np
 from ..exceptions import TerrainError
 from ..heightmap import Heightmap
 from ..paged_map import Page, PagedMap, PageKey, PostsOnDemand
+from ..readers.plausible import not_of_the_earth
 from .format import Arrays, MissingTileError, georeference_of, pyramid_of, read_about
 from .pyramid import Pyramid
 from .tiles import FINEST_RECORD, Checks, Tiles
@@ -45,6 +46,7 @@ class StoredMap(PagedMap):
         self.range_m = self.quantised_m = about["range_m"][0], about["range_m"][1]
         self.georeference = georeference_of(about)
         self.voids, self.look, self.assumes_spacing = 0, "auto", False
+        self.of_earth = self.georeference is not None or not not_of_the_earth(self.range_m)
         self.opened, self.scales, self.notes = None, (1.0, 0.0), ()
         self.heights = LazyHeights(self.tiles, self.arrays.pyramid)  # type: ignore[assignment]
 
