@@ -1,4 +1,4 @@
-"""From the start of the process to the first picture in the window, to all tiles of a store, and to full light.
+"""From the start of the process to the first picture in the window, and to one in full size and light.
 
     xvfb-run -s "-screen 0 1280x800x24" python benchmarks/viewer_start.py MAP [OPTION …]     options of terrain-gl view
 
@@ -28,8 +28,8 @@ def main() -> int:
         painter = app.viewer.painter
         if painter.has_picture and app.viewer.scene.has_map:
             note("first picture", seen, lambda: told(app))
-            if painter.frame.stats.get("complete", bool(painter.frame.stats)):
-                note("all tiles", seen, lambda: told(app))
+            if painter.frame.shrunk == 1 and painter.frame.stats.get("complete", True):
+                note("full size, all tiles", seen, lambda: told(app))
                 if app.viewer.settled:
                     note("full size and light", seen, lambda: told(app))
                     app.viewer.quit()
