@@ -314,3 +314,16 @@ def test_maps_that_only_have_pages_answer_for_their_lattice(hills):
     for level, rows, cols in ((0, slice(5, 40), slice(250, 261)), (1, slice(90, 101), slice(0, 131))):
         ours = PagedMap.lattice_heights(stored, level, rows, cols)
         np.testing.assert_array_equal(ours, stored.lattice_heights(level, rows, cols))
+
+
+def test_normals_of_coarse_pages_have_no_steps(tmp_path, monkeypatch):
+    """On a parabola the slope grows evenly. With boxes smaller than a cell it would jump at every 8th post."""
+    x = np.arange(129, dtype=np.float32) - 64
+    build(np.broadcast_to(0.005 * x * x, (129, 129)).copy(), tmp_path / "s", tile=16, shard=64, spacing_m=1.0)
+    monkeypatch.setattr("terrain_gl.streaming.Streaming.select", lambda _, choose, camera, goal: (choose(camera), {}))
+    with Renderer(StoredMap(tmp_path / "s"), (96, 54)) as renderer:
+        assert renderer.terrain.top_level >= 3  # the coarsest pages alone
+        above = Camera((64, 64, 120), (64, 64.01, 0), fov_deg=40)
+        red = renderer.render(above, 1.0, style="normals").image[27, 8:-8, 0].astype(int)
+    steps = np.abs(np.diff(red))
+    assert np.ptp(red) > 40 and steps.max() <= 6  # 3; with jumps, 61

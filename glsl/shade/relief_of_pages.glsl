@@ -1,5 +1,6 @@
 // shade/relief_of_pages.glsl — shade/relief.glsl for a map of which only some pages are on the GPU. There is no table of heights,
-// so a mean is taken over 3 × 3 places of the box.
+// so a mean is taken over 3 × 3 places of the box. Where pages are coarse, their cells are bilinear, and slopes would jump from cell to
+// cell. So the box is not smaller than such a cell.
 // Provides Relief, relief_of(), slope_of_cells(), rough_slope(), box_mean_m().
 
 #define LARGEST_BOX_POSTS 250.0
@@ -19,7 +20,7 @@ float surface_m(vec2 post) {
 }
 
 Relief relief_of(vec2 post, vec2 extent) {
-    vec2 half_extent = max(0.5 * extent, vec2(1.0)), slope = vec2(0.0);
+    vec2 half_extent = max(0.5 * extent, vec2(max(0.5 * spacing_at(ivec2(post)), 1.0))), slope = vec2(0.0);
     float sum_m = 0.0;
     for (int y = -1; y <= 1; y++)
         for (int x = -1; x <= 1; x++) {
@@ -32,7 +33,7 @@ Relief relief_of(vec2 post, vec2 extent) {
 
 // Slope over a place's own extent.
 vec2 slope_of_cells(vec2 post, vec2 extent) {
-    vec2 aside = max(0.5 * extent, vec2(0.5)), a = clamp(post - aside, vec2(0.0), vec2(u_last_post)), b = clamp(post + aside, vec2(0.0), vec2(u_last_post));
+    vec2 aside = max(0.5 * extent, vec2(0.5 * spacing_at(ivec2(post)))), a = clamp(post - aside, vec2(0.0), vec2(u_last_post)), b = clamp(post + aside, vec2(0.0), vec2(u_last_post));
     vec2 east = vec2(surface_m(vec2(a.x, post.y)), surface_m(vec2(b.x, post.y))), south = vec2(surface_m(vec2(post.x, a.y)), surface_m(vec2(post.x, b.y)));
     return vec2(east.y - east.x, south.x - south.y) / (max(b - a, vec2(1e-3)) * u_spacing_m);
 }
