@@ -227,6 +227,7 @@ class Picture:
         uniforms = {"sun": sun} | self._edge_of(look)
         if look.contour_m is not None:
             uniforms |= contours.uniforms(self.terrain, look.contour_m, look.water_m)
+        gl.clip_control_zero_to_one(self.ctx)  # the kinds are told apart by a depth test; perhaps no mesh was drawn
         self._bind()  # all these passes read the same
         self._pass(self._kind, "shade/kind.frag", "ANY", depth="1", **uniforms)
         for kind in ("SKY", "NEAR"):

@@ -144,3 +144,11 @@ def test_every_table_of_light_shows(renderer, table):
     mend()
     assert np.array_equal(shaded(renderer, camera), before)
     assert changed > 0.2, f"{changed:.1%} of the land"
+
+
+def test_a_first_picture_of_the_sky_alone_is_not_black():
+    """A context of its own, in which no mesh was drawn before."""
+    with Renderer(Heightmap(rough(33, 33, 2, 50), 10.0), SIZE) as alone:
+        frame = alone.render(Camera((160.0, 160.0, 900.0), (160.0, 400.0, 2000.0)), style="lambert")
+    assert frame.stats["triangles"] == 0 and (frame.image == frame.image[0, 0]).all()
+    assert frame.image[0, 0, 3] == 255 and frame.image[0, 0, 2] > 100
