@@ -258,7 +258,7 @@ def test_progress_goes_from_nothing_to_all(ctx, keep):
 
 STATEMENTS = """
     vec2 post = a.xy, extent = a.zw;
-    float here = 0.7 * sun_share(post);
+    float here = 0.7 * sun_share(post, vec2(0.0));
     float over = sun_over(post, extent, vec2(0.0));
     float aslant = sun_over(post, extent, vec2(0.4, -0.3));
     return vec4(sky_visible(1, post, extent), here, over, aslant);

@@ -147,7 +147,7 @@ def test_splines(ctx, size):
 def test_slopes_of_cells_are_bilinear_between_their_middles(ctx, size):
     heightmap = Heightmap(hills(*size), spacing_m=(30.0, 20.0))
     questions = queries(*size, 200)
-    answers = ask_relief(ctx, heightmap, "Relief(0.0, slope_of_cells(a.xy))", questions)[:, 1:]
+    answers = ask_relief(ctx, heightmap, "Relief(0.0, slope_of_cells(a.xy, vec2(0.0)))", questions)[:, 1:]
     normals = reference.normals_of(heightmap.heights, heightmap.spacing_m)
     slopes = -normals[..., :2] / normals[..., 2:]
     rows, cols = slopes.shape[:2]
