@@ -223,20 +223,31 @@ def once(tmp_path_factory):
     return folder
 
 
-@pytest.mark.slow
-def test_killed_at_any_moment_it_goes_on_to_the_same_bytes(undisturbed):
-    rng, kills = random.Random(1), 0
-    while True:
-        run = building("s", workers=1 + kills % 2)
-        try:
-            run.wait(1 + 0.5 * rng.random() + 0.4 * kills**1.5)  # importing takes about a second
-            break
-        except subprocess.TimeoutExpired:
+def killed_at_work(run, done):
+    """Kill a build a moment after it has finished a further task; the number of finished tasks, or None if it ended."""
+    while run.poll() is None:
+        if (now := finished_tasks("s")) > done:
+            time.sleep(0.01 * random.Random(done).random())
             os.killpg(run.pid, signal.SIGKILL)
             run.wait()
-            kills += 1
-    assert run.returncode == 0, run.stderr.read()
-    assert kills >= 2
+            return now
+        time.sleep(0.001)
+    return None
+
+
+def finished_tasks(store):
+    journal = Path(store, ".build/done")
+    return journal.read_bytes().count(b"\n") if journal.exists() else 0
+
+
+@pytest.mark.slow
+def test_killed_at_any_moment_it_goes_on_to_the_same_bytes(undisturbed):
+    done = 0
+    for workers in (1, 2):
+        done = killed_at_work(building("s", workers=workers), done)
+        assert done
+    run = building("s")
+    assert run.wait(120) == 0, run.stderr.read()
     assert digest("s") == undisturbed
 
 
