@@ -15,6 +15,7 @@ import pytest
 import terrain_gl as tg
 from terrain_gl.cli import frames
 from terrain_gl.exceptions import TerrainError
+from terrain_gl.film.journal import Journal
 from terrain_gl.film.path import CameraPath, Keyframe
 from terrain_gl.film.record import JOURNAL, Recorder
 from terrain_gl.film.tour import tour
@@ -244,6 +245,28 @@ def test_an_interrupted_folder_is_continued(undisturbed, run, monkeypatch):
     drawn = interrupt(monkeypatch, 99)
     assert run(*words)[0] == 0
     assert (pictures("f"), told("n.json"), len(drawn)) == (expected, numbers, 5 - left)
+
+
+def test_a_journal_that_was_cut_off_is_refused_in_one_line(undisturbed, run, monkeypatch):
+    words = (*undisturbed[0], "-o", "f")
+    with monkeypatch.context() as patch:
+        interrupt(patch, 3)
+        assert run(*words)[0] == 130
+    Path(f"f/{JOURNAL}").write_bytes(b"")
+    refused(run(*words), 1, "f: holds frames of another flight")
+
+
+def test_a_journal_is_whole_while_it_is_begun_again(tmp_path, monkeypatch):
+    """As if killed in the moment before the new file replaces the old one."""
+    (tmp_path / "frame-00001.png").write_bytes(b"")
+    journal = Journal(tmp_path, "flight")
+    journal.begin()
+    journal.add("first")
+    with monkeypatch.context() as patch:
+        patch.setattr("os.replace", lambda *_: (_ for _ in ()).throw(KeyboardInterrupt))
+        with pytest.raises(KeyboardInterrupt):
+            Journal(tmp_path, "flight").begin()
+    assert Journal(tmp_path, "flight").done == ["first"]
 
 
 def test_a_folder_that_lacks_only_its_numbers_is_continued(undisturbed, run, monkeypatch):

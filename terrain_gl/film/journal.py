@@ -13,6 +13,7 @@ from pathlib import Path
 from typing import Any
 
 from ..exceptions import TerrainError
+from ..image import replacing
 from .record import JOURNAL, picture_name
 
 
@@ -43,10 +44,10 @@ class Journal:
         self.done: list[Any] = []
         if not (self._path.is_file() and self._picture(0).is_file()):
             return
-        begun, *lines = self._path.read_text("utf-8").split("\n")[:-1]  # an incomplete line does not count
+        begun, *lines = self._path.read_text("utf-8", errors="replace").split("\n")
         if begun != self._identity:
             raise TerrainError(f"{os.fspath(folder)}: holds frames of another flight: name another folder, or empty it")
-        for line in lines:
+        for line in lines[:-1]:  # what follows the last line's end is not complete
             if not self._picture(len(self.done)).is_file():
                 break
             self.done.append(json.loads(line))
@@ -54,7 +55,8 @@ class Journal:
     def begin(self) -> None:
         """Write the file anew, with the pictures that are complete."""
         lines = [self._identity, *map(json.dumps, self.done)]
-        self._path.write_text("".join(line + "\n" for line in lines), "utf-8")
+        with replacing(self._path) as part:  # if this is killed, the old file is still whole
+            part.write_text("".join(line + "\n" for line in lines), "utf-8")
 
     def add(self, noted: Any) -> None:
         """Note something of the next picture, before it is written."""
