@@ -157,6 +157,8 @@ def random_map(rng, rows=None, cols=None):
 
 def _solid_post(heightmap, row, col):
     """The post nearest to (row, col) that is not void."""
+    if not np.isnan(heightmap.heights[row, col]):
+        return row, col
     rows, cols = np.nonzero(~np.isnan(heightmap.heights))
     i = np.argmin(np.hypot(rows - row, cols - col))
     return rows[i], cols[i]
@@ -165,6 +167,27 @@ def _solid_post(heightmap, row, col):
 def _world(heightmap, row, col):
     east, north = heightmap.spacing_m
     return col * east, (heightmap.rows - 1 - row) * north, float(heightmap.heights[row, col])
+
+
+def surface_m(corners, corners_m, shape):
+    """Heights (rows, cols) at whole places in triangles, from their corners' heights; NaN where there is none.
+
+    Corners (n, 3, 2) are columns and rows, heights (n, 3).
+    """
+    drawn = np.full(shape, np.nan)
+    low = np.ceil(corners.min(1)).astype(int)
+    size = corners.max(1).astype(int) - low + 1
+    for width, height in np.unique(size[(size > 0).all(1)], axis=0):  # all triangles of a size at once
+        of_size = (size == (width, height)).all(1)
+        rows, cols = np.indices((height, width)).reshape(2, -1)
+        x, y = low[of_size, 0, None] + cols, low[of_size, 1, None] + rows
+        a, b, c = (corners[of_size, i].astype("f8").T[..., None] for i in range(3))
+        weights = [(q[0] - x) * (r[1] - y) - (q[1] - y) * (r[0] - x) for q, r in ((b, c), (c, a), (a, b))]
+        inside = np.logical_and.reduce([w <= 0 for w in weights])
+        heights = (corners_m[of_size, i, None].astype("f8") for i in range(3))
+        at_places = sum(w * h for w, h in zip(weights, heights, strict=True)) / sum(weights)
+        drawn[y[inside], x[inside]] = at_places[inside]
+    return drawn
 
 
 @dataclass

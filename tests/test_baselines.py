@@ -6,7 +6,7 @@ import numpy as np
 import pytest
 from hypothesis import given, settings
 from hypothesis import strategies as st
-from maps import MAPS, REAL, SIZE, cameras, random_camera, rough
+from maps import MAPS, REAL, SIZE, cameras, random_camera, rough, surface_m
 from test_mesh import check_watertight
 
 import terrain_gl as tg
@@ -19,6 +19,7 @@ from terrain_gl.error import ErrorTables
 from terrain_gl.lod import Goal, View
 from terrain_gl.mesh import captured_triangles
 from terrain_gl.methods import BASELINES, Selectors
+from terrain_gl.shade import UNLIT
 from terrain_gl.terrain import Terrain
 
 PARAMETER_SETS = [
@@ -182,7 +183,7 @@ def test_a_ring_as_large_as_the_map_is_the_map_itself(ctx):
     views = cameras(renderer.heightmap)
     del views["far"]  # whose rings are far from the map, too
     for view, camera in views.items():
-        renderer.draw(camera, method="clipmap", parameters=Rings(4 * 203 + 1, finest=0))
+        renderer.draw(camera, method="clipmap", parameters=Rings(4 * 203 + 1, finest=0), style=UNLIT)
         stats = renderer.measure()
         assert (stats["max_error_posts_px"], stats["holes"]) == (0, 0) and stats["posts_measured"] > 20, view
     renderer.release()
@@ -232,17 +233,10 @@ def test_measured_errors_are_those_of_the_captured_triangles(ctx, method, view):
     renderer = tg.Renderer(MAPS["holes"](), SIZE, ctx=ctx)
     heightmap = renderer.heightmap
     parameters = PARAMETERS[method](33 if method == "clipmap" else 20.0)
-    renderer.draw(cameras(heightmap)[view], method=method, parameters=parameters, cull=False)
+    renderer.draw(cameras(heightmap)[view], method=method, parameters=parameters, cull=False, style=UNLIT)
     selection = renderer.inspector.frame.selection
     posts, heights_m = captured_triangles(selection)
-    drawn = np.full(heightmap.heights.shape, np.nan)
-    for corners, z in zip(posts.astype(int), heights_m.astype("f8"), strict=True):
-        low, high = corners.min(0), corners.max(0)
-        x, y = np.meshgrid(np.arange(low[0], high[0] + 1), np.arange(low[1], high[1] + 1))
-        a, b, c = corners
-        weights = [(q[0] - x) * (r[1] - y) - (q[1] - y) * (r[0] - x) for q, r in ((b, c), (c, a), (a, b))]
-        inside = np.logical_and.reduce([w <= 0 for w in weights])
-        drawn[y[inside], x[inside]] = (sum(w * h for w, h in zip(weights, z, strict=True)) / sum(weights))[inside]
+    drawn = surface_m(posts, heights_m, heightmap.heights.shape)
     renderer.measure()
     rows, cols = drawn.shape
     got = renderer.inspector._measurement.errors_m(selection, (1, 1, 4 * cols - 5, 4 * rows - 5))[3::4, 3::4]
@@ -257,7 +251,7 @@ def test_measured_errors_are_those_of_the_captured_triangles(ctx, method, view):
 @pytest.mark.parametrize("view", ["default", "wide", "outside", "grazing"])
 def test_as_many_triangles_as_asked_for(ctx, method, triangles, view):
     renderer = tg.Renderer(tg.Heightmap(rough(300, 410, 8, 300.0), 10.0), SIZE, ctx=ctx)
-    stats = renderer.draw(cameras(renderer.heightmap)[view], method=method, triangles=triangles)
+    stats = renderer.draw(cameras(renderer.heightmap)[view], method=method, triangles=triangles, style=UNLIT)
     assert stats["triangles"] == pytest.approx(triangles, rel=0.02)
     assert stats["requested_triangles"] == triangles and stats["certified_max_error_px"] is None
     renderer.release()
@@ -269,7 +263,7 @@ def test_more_triangles_are_nearer_to_the_truth(ctx, method):
     camera = cameras(renderer.heightmap)["default"]
     errors = []
     for triangles in (2000, 8000, 32000):
-        renderer.draw(camera, method=method, triangles=triangles)
+        renderer.draw(camera, method=method, triangles=triangles, style=UNLIT)
         errors.append(renderer.measure()["rms_error_px"])
     assert errors[0] > 1.5 * errors[1] > 2.25 * errors[2] > 0
     renderer.release()
@@ -279,10 +273,10 @@ def test_more_triangles_are_nearer_to_the_truth(ctx, method):
 def test_best_parameters_are_no_worse_than_the_first(ctx, method):
     renderer = tg.Renderer(tg.Heightmap(rough(300, 410, 8, 300.0), 10.0), SIZE, ctx=ctx)
     camera = cameras(renderer.heightmap)["default"]
-    renderer.draw(camera, method=method, triangles=10000)
+    renderer.draw(camera, method=method, triangles=10000, style=UNLIT)
     first = renderer.measure()["rms_error_px"]
     best = best_parameters(renderer, camera, method, 10000)
-    stats = renderer.draw(camera, method=method, parameters=best)
+    stats = renderer.draw(camera, method=method, parameters=best, style=UNLIT)
     assert stats["triangles"] == pytest.approx(10000, rel=0.02)
     assert renderer.measure()["rms_error_px"] <= first
     renderer.release()
@@ -310,15 +304,15 @@ def test_edits_are_followed(ctx, method, kind):
     before = MAPS["holes"]()
     renderer = tg.Renderer(before, SIZE, ctx=ctx)
     camera = cameras(before)["default"]
-    renderer.draw(camera, method=method)
+    renderer.draw(camera, method=method, style=UNLIT)
     rng = np.random.default_rng(1)
     new = rng.normal(size=(20, 30)) * 20 + (3000 if kind == "span" else 0)
     if kind == "voids":
         new[rng.random(new.shape) < 0.2] = np.nan
     renderer.edit(np.s_[80:100], np.s_[60:90], new)
-    renderer.draw(camera, method=method)
+    renderer.draw(camera, method=method, style=UNLIT)
     fresh = tg.Renderer(renderer.heightmap, SIZE, ctx=ctx)
-    fresh.draw(camera, method=method)
+    fresh.draw(camera, method=method, style=UNLIT)
     drawn, expected = renderer.inspector.drawn_heights(), fresh.inspector.drawn_heights()
     base_m = renderer.terrain.base_m - fresh.terrain.base_m
     assert np.array_equal(renderer.triangles(), fresh.triangles())
@@ -332,7 +326,7 @@ def test_real_map(ctx, dem, method):
     name = "ps_height_1k.png"
     renderer = tg.Renderer(tg.Heightmap.open(dem / name, **REAL[name]), (1280, 720), ctx=ctx)
     camera = tg.Camera((81920, 30000, 9000), (81920, 110000, 0), 60.0)
-    renderer.draw(camera, method=method, triangles=103040)
+    renderer.draw(camera, method=method, triangles=103040, style=UNLIT)
     stats = renderer.measure()
     assert stats["triangles"] == pytest.approx(103040, rel=0.02)
     assert stats["posts_measured"] == 599970 and stats["holes"] == 0
@@ -360,9 +354,9 @@ def test_wrong_parameters_are_refused(ctx):
 def test_meshes_chosen_for_one_eye_are_the_same_to_another(ctx, method):
     renderer = tg.Renderer(MAPS["odd"](), SIZE, ctx=ctx)
     views = cameras(renderer.heightmap)
-    renderer.draw(views["default"], method=method)
+    renderer.draw(views["default"], method=method, style=UNLIT)
     chosen, heights = renderer.triangles(), renderer.inspector.drawn_heights()
-    renderer.draw(views["outside"], method=method, chosen_for=views["default"])
+    renderer.draw(views["outside"], method=method, chosen_for=views["default"], style=UNLIT)
     assert np.array_equal(renderer.triangles(), chosen) and np.array_equal(renderer.inspector.drawn_heights(), heights)
     renderer.release()
 
@@ -420,7 +414,7 @@ def test_parts_of_cells_are_nearer_to_the_truth(ctx, method, whole, cut):
     renderer = tg.Renderer(MAPS["odd"](), SIZE, ctx=ctx)
     errors = []
     for parameters in (whole, cut):
-        renderer.draw(cameras(renderer.heightmap)["default"], method=method, parameters=parameters)
+        renderer.draw(cameras(renderer.heightmap)["default"], method=method, parameters=parameters, style=UNLIT)
         stats = renderer.measure()
         assert (stats["max_error_posts_px"], stats["holes"]) == (0, 0)
         errors.append(stats["max_error_px"])

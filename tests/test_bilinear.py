@@ -6,6 +6,7 @@ from maps import MAPS, cameras, rough
 
 import terrain_gl as tg
 from terrain_gl.comparison.bilinear import FINER, _commands
+from terrain_gl.shade import UNLIT
 from terrain_gl.verify.holes import bilinear
 
 AT = -0.125, -0.375  # of the first sample, from the middle of its pixel: right, up
@@ -16,9 +17,9 @@ def test_measured_and_captured_it_is_the_full_resolution(ctx, name):
     heightmap = MAPS[name]()
     camera = cameras(heightmap)["default"]
     r = tg.Renderer(heightmap, (160, 90), ctx=ctx)
-    r.draw(camera, method="full")
+    r.draw(camera, method="full", style=UNLIT)
     full = len(r.triangles())
-    stats = r.draw(camera, method="truth")
+    stats = r.draw(camera, method="truth", style=UNLIT)
     assert len(r.triangles()) == full == stats["triangles"]
     measured = r.measure()
     assert measured["max_error_posts_px"] == 0 and measured["holes"] == 0
@@ -27,7 +28,7 @@ def test_measured_and_captured_it_is_the_full_resolution(ctx, name):
 
 def heights_seen(renderer, camera, method):
     """Where the rays of a camera that looks straight down meet the drawn surface: heights and places."""
-    renderer.draw(camera, method=method)
+    renderer.draw(camera, method=method, style=UNLIT)
     places = renderer.picture.places()
     n = renderer.size[0]
     right = np.arange(n) + 0.5 - n / 2
@@ -69,6 +70,6 @@ def test_a_rough_map_has_no_holes_in_it(ctx):
     heightmap = tg.Heightmap(rough(90, 70, 3), 10.0)
     r = tg.Renderer(heightmap, (320, 180), ctx=ctx)
     for name, camera in cameras(heightmap, (320, 180)).items():
-        r.draw(camera, method="truth")
+        r.draw(camera, method="truth", style=UNLIT)
         assert r.measure()["holes"] == 0, name
     r.release()

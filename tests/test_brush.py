@@ -1,5 +1,7 @@
 """Brushes: how each changes the ground, exact undo and redo of strokes, and the certified bound during strokes."""
 
+import os
+
 import numpy as np
 import pytest
 from hypothesis import given
@@ -13,6 +15,7 @@ from terrain_gl.heightmap import Heightmap
 from terrain_gl.shade import UNLIT
 
 SIZE = (96, 54)
+STROKES = int(os.environ.get("TERRAIN_GL_STROKES", "240"))
 
 
 class Plain:
@@ -235,15 +238,15 @@ def check_rebuild(renderer):
 
 
 @pytest.mark.slow
-def test_the_bound_holds_after_a_thousand_strokes():
+def test_the_bound_holds_after_many_strokes():
     before = Heightmap(holes(150), 10.0)
     rng = np.random.default_rng(5)
     with tg.Renderer(before, SIZE) as renderer:
         sculptor = Sculptor(renderer)
-        for i in range(1000):
+        for i in range(STROKES):
             sculptor.begin()
             sculptor.dab(random_brush(rng, renderer.heightmap), *random_place(rng, renderer.heightmap))
-            if i % 250 == 249:
+            if 4 * (i + 1) % STROKES == 0:
                 renderer.draw(tg.Camera.default(renderer.heightmap), 1.0, style=UNLIT)
                 stats = renderer.measure()
                 assert stats["max_error_px"] <= stats["certified_max_error_px"] <= 1.0

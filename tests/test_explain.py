@@ -8,6 +8,7 @@ from maps import MAPS, rough
 
 import terrain_gl as tg
 from terrain_gl.camera import screen_shift_px
+from terrain_gl.shade import UNLIT
 
 SIZE = (320, 200)
 CAMERA = tg.Camera((600.0, -300.0, 260.0), (640.0, 640.0, 0.0))
@@ -25,7 +26,7 @@ def places(renderer, count=40):
 
 
 def test_what_was_chosen_keeps_the_tolerance_and_is_among_the_choices(renderer):
-    renderer.draw(CAMERA, 2.0, cull=False)
+    renderer.draw(CAMERA, 2.0, cull=False, style=UNLIT)
     kinds = set()
     for x, y in places(renderer, 150):
         told = renderer.inspector.explain(x, y)
@@ -41,7 +42,7 @@ def test_what_was_chosen_keeps_the_tolerance_and_is_among_the_choices(renderer):
 
 @pytest.mark.parametrize("method", ["sat", "quadtree"])
 def test_errors_bound_the_truth_and_shrink_with_more_segments(renderer, method):
-    renderer.draw(CAMERA, 2.0, cull=False, method=method)
+    renderer.draw(CAMERA, 2.0, cull=False, method=method, style=UNLIT)
     heights = renderer.heightmap.heights.astype(np.float64)
     for x, y in places(renderer, 15):
         told = renderer.inspector.explain(x, y)
@@ -60,7 +61,7 @@ def test_errors_bound_the_truth_and_shrink_with_more_segments(renderer, method):
 
 def test_a_patch_of_the_clipmap_is_certified_with_its_edges(renderer):
     """The bound in its record is no less than what the tables say of its cells."""
-    stats = renderer.draw(CAMERA, 2.0, method="sat", cull=False)
+    stats = renderer.draw(CAMERA, 2.0, method="sat", cull=False, style=UNLIT)
     told = [renderer.inspector.explain(x, y) for x, y in places(renderer, 80)]
     told = [each for each in told if each.in_picture]
     assert all(0 < each.bound_px <= stats["certified_max_error_px"] for each in told)
@@ -70,7 +71,7 @@ def test_a_patch_of_the_clipmap_is_certified_with_its_edges(renderer):
 
 def test_the_explanation_asks_the_tables(renderer):
     """With the class counters overwritten, it names other errors."""
-    renderer.draw(CAMERA, 2.0, method="sat", cull=False)
+    renderer.draw(CAMERA, 2.0, method="sat", cull=False, style=UNLIT)
     x, y = places(renderer, 1)[0]
     before = renderer.inspector.explain(x, y)
     counters = renderer.inspector.frame.selection.surface.tables.counters
@@ -94,7 +95,7 @@ def true_error(part, step):
 
 
 def test_a_metre_makes_at_most_as_many_pixels_as_told(renderer):
-    renderer.draw(CAMERA, 2.0)
+    renderer.draw(CAMERA, 2.0, style=UNLIT)
     for x, y in places(renderer, 15):
         told = renderer.inspector.explain(x, y)
         if told is None:
@@ -111,14 +112,14 @@ def test_a_metre_makes_at_most_as_many_pixels_as_told(renderer):
 
 def test_a_frozen_mesh_is_explained_for_the_eye_it_was_chosen_for(renderer):
     x, y = 640.0, 500.0
-    renderer.draw(CAMERA, 2.0, cull=False)
+    renderer.draw(CAMERA, 2.0, cull=False, style=UNLIT)
     told = renderer.inspector.explain(x, y)
     elsewhere = tg.Camera((-900.0, 200.0, 900.0), (640.0, 640.0, 0.0))
-    stats = renderer.draw(elsewhere, 2.0, cull=False, chosen_for=CAMERA)
+    stats = renderer.draw(elsewhere, 2.0, cull=False, chosen_for=CAMERA, style=UNLIT)
     picture = renderer.picture.read()
     assert renderer.inspector.explain(x, y) == told
-    assert stats["triangles"] == renderer.draw(CAMERA, 2.0, cull=False)["triangles"]
-    renderer.draw(elsewhere, 2.0, cull=False, chosen_for=CAMERA)
+    assert stats["triangles"] == renderer.draw(CAMERA, 2.0, cull=False, style=UNLIT)["triangles"]
+    renderer.draw(elsewhere, 2.0, cull=False, chosen_for=CAMERA, style=UNLIT)
     renderer.inspector.explain(x, y)
     assert np.array_equal(renderer.picture.read(), picture)
     assert renderer.measure()["max_error_px"] <= 2.0
@@ -127,16 +128,16 @@ def test_a_frozen_mesh_is_explained_for_the_eye_it_was_chosen_for(renderer):
 def test_cells_before_the_eye_are_fans_when_triangles_are_asked_for(renderer):
     """The posts are exact in both cases; what is chosen then is how the cell is drawn: as two triangles or as a fan."""
     camera = tg.Camera((640.0, 600.0, renderer.height_at(640.0, 600.0) + 8.0), (640.0, 900.0, 0.0), 60.0)
-    renderer.draw(camera, triangles=8000, method="quadtree")
+    renderer.draw(camera, triangles=8000, method="quadtree", style=UNLIT)
     told = renderer.inspector.explain(645.0, 635.0)
     assert (told.side, told.level, told.chosen.segments, told.chosen.step, told.chosen.px) == (1, 0, 0, 1, 0.0)
     assert [choice.segments for choice in told.choices] == [1, 0]
 
 
 def test_nothing_is_explained_outside_the_map_or_the_picture(renderer):
-    renderer.draw(CAMERA, 2.0)
+    renderer.draw(CAMERA, 2.0, style=UNLIT)
     assert renderer.inspector.explain(-500.0, 100.0) is None
-    renderer.draw(tg.Camera((600.0, -300.0, 260.0), (600.0, -900.0, 260.0)), 2.0)
+    renderer.draw(tg.Camera((600.0, -300.0, 260.0), (600.0, -900.0, 260.0)), 2.0, style=UNLIT)
     assert renderer.inspector.explain(640.0, 640.0) is None
 
 
@@ -144,7 +145,7 @@ def test_nothing_is_explained_outside_the_map_or_the_picture(renderer):
 def test_every_map_is_explained(ctx, name):
     heightmap = MAPS[name]()
     with tg.Renderer(heightmap, SIZE, ctx=ctx) as renderer:
-        renderer.draw(tg.Camera.default(heightmap), 1.0, cull=False)
+        renderer.draw(tg.Camera.default(heightmap), 1.0, cull=False, style=UNLIT)
         for share in (0.0, 0.3, 0.99):
             told = renderer.inspector.explain(*(share * side for side in heightmap.extent_m))
             assert told.chosen.px <= 1.0

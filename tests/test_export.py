@@ -14,6 +14,7 @@ from terrain_gl.image import png_bytes
 from terrain_gl.mesh import vertex_heights
 from terrain_gl.place import Place
 from terrain_gl.readers.georeference import Georeference, Grid
+from terrain_gl.shade import UNLIT
 
 SMALL = ("odd", "holes", "two", "cliff", "long", "offset")
 VIEW = Camera((1340, 1566, 119), (5380, -50, 19), 100.0)  # of "odd", close above the ground
@@ -26,9 +27,9 @@ def drawn(request, ctx):
     heightmap = MAPS["odd" if budget else request.param]()
     renderer = Renderer(heightmap, (320, 180), ctx=ctx)
     if budget:
-        renderer.draw(VIEW, triangles=5000, cull=False, method="quadtree")
+        renderer.draw(VIEW, triangles=5000, cull=False, method="quadtree", style=UNLIT)
     else:
-        renderer.draw(Camera.default(heightmap), 2.0, cull=False)
+        renderer.draw(Camera.default(heightmap), 2.0, cull=False, style=UNLIT)
     assert (renderer.triangles() % 1).any() or not budget
     yield renderer
     renderer.release()

@@ -34,26 +34,24 @@ def doubled_areas(triangles):
     return -((b[:, 0] - a[:, 0]) * (c[:, 1] - a[:, 1]) - (b[:, 1] - a[:, 1]) * (c[:, 0] - a[:, 0]))
 
 
-def directed_edges(triangles):
-    """Both ends of every triangle's sides, (n, 2): a place is one number, row and column in 64ths of a post."""
-    places = (64 * triangles).astype("u8")
-    assert (places == 64 * triangles).all() and places.max() < 1 << 16
-    posts = places[..., 1] << 16 | places[..., 0]
-    return np.concatenate([np.stack([posts[:, i], posts[:, (i + 1) % 3]], 1) for i in range(3)])
-
-
 def lone_edges(triangles):
     """Edges of one triangle only, (n, 2, 2) columns and rows; asserts that no edge has more than two, one each way.
 
-    An edge is one number, too: sorting rows of an array takes many times as long.
+    An edge is one number, so one sort finds them all: the numbers of both its ends, places in 64ths of a post, and one
+    bit for the way in which its triangle goes around it.
     """
-    edges = directed_edges(triangles)
-    one_way, any_way = (ends[:, 0] << 32 | ends[:, 1] for ends in (edges, np.sort(edges, 1)))
-    assert len(np.unique(one_way)) == len(edges), "two triangles on one side of an edge"
-    whole, count = np.unique(any_way, return_counts=True)
-    lone = whole[count == 1]
-    posts = np.stack([lone >> 32, lone & 0xFFFFFFFF], -1)
-    return np.stack([posts & 0xFFFF, posts >> 16], -1) / 64
+    places = (64 * triangles).astype("u8")
+    assert (places == 64 * triangles).all()
+    width = places[..., 0].max() + np.uint64(1)
+    ends = places[..., 1] * width + places[..., 0]
+    assert ends.max() < 1 << 31
+    a, b = ends.ravel(), np.roll(ends, -1, 1).ravel()
+    edges = np.sort(np.minimum(a, b) << 32 | np.maximum(a, b) << 1 | (a > b))
+    assert (edges[1:] != edges[:-1]).all(), "two triangles on one side of an edge"
+    shared = (edges[1:] >> 1) == (edges[:-1] >> 1)
+    lone = edges[~(np.append(shared, False) | np.append(False, shared))]
+    ends = np.stack([lone >> 32, lone >> 1 & 0x7FFFFFFF], -1)
+    return np.stack([ends % width, ends // width], -1) / 64
 
 
 def check_watertight(triangles, heightmap):

@@ -15,7 +15,7 @@ from terrain_gl.comparison.fitting import candidates
 from terrain_gl.exceptions import TerrainError, UsageError
 from terrain_gl.gpu import gl
 from terrain_gl.heightmap import MAX_HEIGHT_M
-from terrain_gl.shade import Look
+from terrain_gl.shade import UNLIT, Look
 from terrain_gl.steps import drain
 
 SIZE = (64, 48)
@@ -33,7 +33,7 @@ def read_tables(renderer):
 
 def test_drawn_height_is_the_truth_at_full_resolution(heightmap):
     with tg.Renderer(heightmap, SIZE) as r:
-        r.draw(tg.Camera((960, 960, 5000), (960, 960, 0)), method="full")
+        r.draw(tg.Camera((960, 960, 5000), (960, 960, 0)), method="full", style=UNLIT)
         for row, col in ((10, 20), (33, 5), (60, 90)):
             x, y = col * 20.0, (64 - row) * 30.0
             assert r.height_at(x, y) == pytest.approx(heightmap.heights[row, col])
@@ -94,7 +94,7 @@ def test_room_for_heights_that_no_edit_may_have_ends_where_edits_do(heightmap, m
     with tg.Renderer(heightmap, SIZE) as r:
         r.editor.make_headroom(metres, 10.0)
         assert r.terrain.heightmap.quantised_m == (r.heightmap.range_m[0] - 10.0, MAX_HEIGHT_M)
-        r.draw(camera, 4.0)
+        r.draw(camera, 4.0, style=UNLIT)
         errors = r.measure()
         assert errors["max_error_px"] <= errors["certified_max_error_px"]
         r.edit(3, 4, 0.9 * MAX_HEIGHT_M)
@@ -449,7 +449,7 @@ def test_building_given_up_leaves_nothing(ctx):
 def test_error_map_shows_the_measured_errors(heightmap):
     camera = tg.Camera((960, 960, 4000), (960, 961, 0))
     with tg.Renderer(heightmap, (200, 150)) as r:
-        r.draw(camera, 4.0)
+        r.draw(camera, 4.0, style=UNLIT)
         achieved = r.measure()
         errors = r.inspector.error_map()
         assert errors.shape == (150, 200)
@@ -457,7 +457,7 @@ def test_error_map_shows_the_measured_errors(heightmap):
             np.isnan(errors) == (r.picture.sky_share() == 1)
         ).mean() > 0.99  # at the rim the true place may be outside the picture
         assert 0.8 * achieved["max_error_px"] < np.nanmax(errors) <= achieved["max_error_px"] * (1 + 1e-6)
-        r.draw(camera, method="full")
+        r.draw(camera, method="full", style=UNLIT)
         exact = r.measure()  # at posts; between them two triangles differ from the bilinear truth
         assert exact["max_error_posts_px"] == 0
         assert np.nanmax(r.inspector.error_map()) <= exact["max_error_px"] * (1 + 1e-6)

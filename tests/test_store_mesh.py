@@ -14,6 +14,7 @@ from terrain_gl.files.views import standard_view
 from terrain_gl.mesh import vertex_heights
 from terrain_gl.reference import bilinear_heights
 from terrain_gl.renderer import Renderer
+from terrain_gl.shade import UNLIT
 
 pytest.importorskip("zarr")
 from terrain_gl.store.opened import StoredMap
@@ -46,7 +47,7 @@ def test_a_budget_of_a_store_is_spent_about_as_well_as_that_of_the_whole_map(hil
     with Renderer(whole, SIZE) as one, Renderer(StoredMap(path), SIZE) as other:
         for budget in (300, 3000):
             for renderer in (one, other):
-                renderer.draw(camera, triangles=budget)
+                renderer.draw(camera, triangles=budget, style=UNLIT)
             best, found = one.measure(), other.measure()
             assert found["complete"] and found["within_tolerance"] == 1
             assert 0.9 * best["triangles"] <= found["triangles"] <= budget == found["requested_triangles"]
@@ -58,7 +59,7 @@ def test_a_budget_loads_no_more_than_it_can_use(hills):
     whole, path = hills
     camera = standard_view(whole, "default")
     with Renderer(StoredMap(path), SIZE) as renderer:
-        few, many = (renderer.draw(camera, triangles=n)["tiles_resident"] for n in (300, 6000))
+        few, many = (renderer.draw(camera, triangles=n, style=UNLIT)["tiles_resident"] for n in (300, 6000))
         assert len(renderer.terrain.roots) < few < many
 
 
@@ -67,7 +68,7 @@ def test_a_budget_whose_tiles_have_no_room_says_so(hills):
     stored = StoredMap(path)
     stored.gpu_bytes = 300 << 10
     with Renderer(stored, SIZE) as renderer:
-        renderer.draw(standard_view(whole, "default"), triangles=6000)
+        renderer.draw(standard_view(whole, "default"), triangles=6000, style=UNLIT)
         stats = renderer.measure()
         assert not stats["complete"] and "no room" in stats["tiles_missing"][0]["reason"]
         assert stats["within_tolerance"] < 1 and stats["max_error_px"] <= stats["certified_max_error_px"]
@@ -78,7 +79,7 @@ def test_a_flight_that_does_not_wait_keeps_to_its_budget(hills):
     with Renderer(StoredMap(path), SIZE) as renderer:
         renderer.streaming.waits = False
         for x in np.linspace(100, 300, 6):
-            stats = renderer.draw(Camera((x, 50, whole.range_m[1] + 40), (x, 300, 0)), triangles=2000)
+            stats = renderer.draw(Camera((x, 50, whole.range_m[1] + 40), (x, 300, 0)), triangles=2000, style=UNLIT)
             assert stats["triangles"] <= 2000
             assert renderer.measure()["max_error_px"] <= stats["certified_max_error_px"]
 

@@ -104,7 +104,13 @@ def program(
 
 def _load(path: str, defines: Defines) -> list[Line]:
     head = [VERSION] + [f"#define {name} {_literal(value)}" for name, value in {**DEFINES, **defines}.items()]
-    return [Line(text, "(loader)", i + 1) for i, text in enumerate(head)] + list(_expand(path, set(), "(loader)"))
+    return [Line(text, "(loader)", i + 1) for i, text in enumerate(head)] + _lines(path, root())
+
+
+@cache  # every renderer loads its own shaders
+def _lines(path: str, _root: Path) -> list[Line]:
+    """Lines of `path` with its includes in place."""
+    return _expand(path, set(), "(loader)")
 
 
 def _expand(path: str, seen: set[str], included_from: str) -> list[Line]:
