@@ -90,20 +90,20 @@ class ErrorTables:
         """Compute everything from the terrain's heights."""
         self.update(self.terrain.all_posts)
 
-    def build_nodes(self, last: int) -> None:
-        """Compute the records and ranges of levels 1 to `last` alone."""
-        for j in range(1, last + 1):
-            self._update_nodes(j, (0, 0, *self.terrain.levels[j].size), self.terrain.all_posts)
-
-    def build_steps(self) -> Iterator[float]:
-        """Incremental `build`; yields progress from 0 to 1."""
-        last = len(self.terrain.levels) - 1
+    def node_steps(self, last: int) -> Iterator[float]:
+        """Compute the records and ranges of levels 1 to `last` alone; yields progress from 0 to 1."""
         for j in range(1, last + 1):
             columns, rows = self.terrain.levels[j].size
             height = max(1, (PORTION >> 2 * j) // columns)
             for y in range(0, rows, height):
                 self._update_nodes(j, (0, y, columns, min(height, rows - y)), self.terrain.all_posts)
-                yield 0.9 * (j - 1 + y / rows) / last
+                yield (j - 1 + y / rows) / last
+
+    def build_steps(self) -> Iterator[float]:
+        """Incremental `build`; yields progress from 0 to 1."""
+        last = len(self.terrain.levels) - 1
+        for share in self.node_steps(last):
+            yield 0.9 * share
         for j in range(last + 1):
             self._update_tables(j, self.terrain.all_posts)
             yield 0.9 + 0.1 * j / last

@@ -2,7 +2,6 @@
 
 pyramid                     sizes of levels, arrays and shards
 format                      the arrays on disk, and the store's description
-crop                        error records of a part of the map, bit for bit those of the whole map
 opened                      a store as a map to draw
 tasks, scheduling, build    from a source to a store, in parallel and resumable
 """

@@ -20,11 +20,11 @@ from typing import Any, NamedTuple
 
 import numpy as np
 
+from ..crop import APRON, Records, records_of
 from ..exceptions import TerrainError
 from ..heightmap import MAX_HEIGHT_M
 from ..readers.raster import Spacing
 from ..readers.windows import Windows
-from .crop import APRON, Records, records_of
 from .format import FIELDS, Arrays
 from .pyramid import Area, Pyramid, area, areas
 from .tiles import checksums

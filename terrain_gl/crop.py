@@ -11,11 +11,12 @@ from typing import NamedTuple
 
 import numpy as np
 
-from ..error import ErrorTables
-from ..gpu.context import create_context
-from ..heightmap import Heightmap
-from ..readers.raster import Spacing
-from ..terrain import Terrain
+from .error import ErrorTables
+from .gpu.context import create_context
+from .heightmap import Heightmap
+from .readers.raster import Spacing
+from .steps import Steps, drain
+from .terrain import Terrain
 
 APRON = 2  # posts that a part has beyond its own: one at the far side of its last nodes, and one more
 _of_thread = threading.local()
@@ -29,7 +30,16 @@ class Records(NamedTuple):
 
 
 def records_of(heights: np.ndarray, spacing_m: Spacing, range_m: tuple[float, float], levels: int) -> list[Records]:
-    """Records of levels 1 to `levels` for all nodes over these posts. Nodes that end inside the apron are no map nodes.
+    """Records of a part of a map: see `record_steps`."""
+    return drain(record_steps(heights, spacing_m, range_m, levels))
+
+
+def record_steps(
+    heights: np.ndarray, spacing_m: Spacing, range_m: tuple[float, float], levels: int
+) -> Steps[list[Records]]:
+    """Records of levels 1 to `levels` for all nodes over these posts; yields progress from 0 to 1.
+
+    Nodes that end inside the apron are no map nodes. Between two steps, OpenGL's context must stay that of this thread.
 
     Parameters
     ----------
@@ -45,12 +55,21 @@ def records_of(heights: np.ndarray, spacing_m: Spacing, range_m: tuple[float, fl
     try:
         tables = blank.beside(terrain)
         try:
-            tables.build_nodes(levels)
+            for share in tables.node_steps(levels):
+                tables.ctx.finish()
+                yield share
             return [_records(tables, level) for level in range(1, levels + 1)]
         finally:
             tables.release_tables()
     finally:
         terrain.release()
+
+
+def release_context() -> None:
+    """Release this thread's context, if it has made one."""
+    if hasattr(_of_thread, "tables"):
+        _of_thread.tables.ctx.release()
+        del _of_thread.tables
 
 
 def _records(tables: ErrorTables, level: int) -> Records:
