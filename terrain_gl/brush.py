@@ -103,7 +103,7 @@ def dabs(heightmap: Heightmap, brush: Brush, middles_m: Sequence[tuple[float, fl
     rows, cols = reduce(_hull, (each.rows for each in touched)), reduce(_hull, (each.cols for each in touched))
     half = _around(reach)
     around = _grown(rows, half[1], heightmap.rows), _grown(cols, half[0], heightmap.cols)
-    ground = Patch(*around, heightmap.heights[around].copy())
+    ground = Patch(*around, heightmap.part(*around).copy())
     for each in touched:
         _press(ground, heightmap, brush, half, each)
     return Patch(rows, cols, ground.part(rows, cols).copy())
@@ -290,10 +290,10 @@ class Sculptor:
         """Give a rectangle of posts new heights, as part of the stroke."""
         if not self._done:
             self.begin()
-        before = self.surface.heightmap.heights[rows, cols].copy()
+        before = self.surface.heightmap.part(rows, cols).copy()
         self.surface.edit(rows, cols, heights, settle=False)
         self._undone.clear()
-        self._remember(_Change(rows, cols, before, self.surface.heightmap.heights[rows, cols].copy()))
+        self._remember(_Change(rows, cols, before, self.surface.heightmap.part(rows, cols).copy()))
         while self.bytes > self.most_bytes and len(self._done) > 1:
             self._oldest = next(reversed(self._done.pop(0)), self._oldest)
 
@@ -326,7 +326,7 @@ class Sculptor:
 
     def _joined(self, old: _Change, new: _Change) -> _Change | None:
         rows, cols = _hull(old.rows, new.rows), _hull(old.cols, new.cols)
-        after = self.surface.heightmap.heights[rows, cols]
+        after = self.surface.heightmap.part(rows, cols)
         if 2 * after.nbytes > old.bytes + new.bytes:
             return None
         before = after.copy()

@@ -18,10 +18,11 @@ from .exceptions import TerrainError, UsageError
 from .gpu.session import in_session, steps_in_session
 from .gpu_resources import GpuResources
 from .heightmap import real_heights
-from .paged_map import PagedMap
 from .rect import Rect, hull
 from .steps import Steps, drain
 from .terrain import Terrain
+
+MOST_POSTS = 1 << 24  # most posts of a store that one edit may change
 
 
 class Editor:
@@ -44,6 +45,8 @@ class Editor:
     def edit(self, rows: slice | int, cols: slice | int, heights: Any, settle: bool = True) -> None:
         """Give a rectangle of posts new heights, NaN for voids; all tables become the same as after a rebuild.
 
+        A store has no voids, and its bounds are wide until `rebuild_steps` (docs/stores.md).
+
         The time grows with the rectangle, and with the part of the map south-east of it, where sums change. If heights
         leave the quantisation range, everything is rebuilt: see `make_headroom`.
 
@@ -64,30 +67,52 @@ class Editor:
         TerrainError
             Heights out of range, or voids alone; the map is then unchanged.
         """
-        if isinstance(self.resources.terrain.heightmap, PagedMap):
-            raise UsageError("a store cannot be edited: edit the map, and build it again")
         new = real_heights(heights, "edit")
         shape = self.resources.terrain.heightmap.heights.shape
         y, x = _chosen(shape[0], rows, "rows"), _chosen(shape[1], cols, "cols")
         if not (len(y) and len(x)):
             return
-        patch = self._patch(y, x, new)
+        if self.resources.streaming:
+            _check_for_store(y, x, new)
+        self.write(int(x.min()), int(y.min()), self._patch(y, x, new), settle)
+
+    @in_session
+    def write(self, x: int, y: int, heights: np.ndarray, settle: bool = True) -> None:
+        """Give the posts from column x and row y on new heights: `edit`, but NaN leaves a post of a store as it is."""
         self._forget()
-        with self.resources.timer.stage("edit"):
-            if rect := self.resources.terrain.edit(int(x.min()), int(y.min()), patch):
-                self.resources.tables.update(rect)
-                self.resources.selectors.update(rect)
-                self.resources.picture.update(rect)
+        resources = self.resources
+        with resources.timer.stage("edit"):
+            if rect := resources.terrain.edit(x, y, heights):
+                resources.tables.update(rect)
+                resources.selectors.update(rect)
+                resources.picture.update(rect)
                 self._unlit = hull(self._unlit or rect, rect)
+        if resources.streaming:
+            resources.streaming.follow(more_follow=not settle)
         if settle:
             self.settle()
 
     @in_session
     def settle(self) -> None:
         """Update the light after edits with `settle=False`."""
+        if self.resources.streaming:
+            self.resources.streaming.follow()
         if self._unlit:
             self.resources.picture.settle(self._unlit)
             self._unlit = None
+
+    @steps_in_session
+    def rebuild_steps(self) -> Steps[None]:
+        """Compute the records of edited nodes of a store anew, in a thread; yields progress from 0 to 1.
+
+        Raises
+        ------
+        TerrainError
+            A tile cannot be read, or there is no OpenGL for the thread. Bounds stay wide, and hold.
+        """
+        if self.resources.streaming:
+            self._forget()
+            yield from self.resources.streaming.rebuild_steps()
 
     @property
     def headroom_m(self) -> tuple[float, float]:
@@ -120,7 +145,8 @@ class Editor:
         TerrainError
             The map was edited since the last step. The map is as the edit left it.
         """
-        yield from self._take_steps(self.resources.terrain.with_headroom(up_m, down_m))
+        if not self.resources.streaming:  # an edit of a store makes headroom by itself
+            yield from self._take_steps(self.resources.terrain.with_headroom(up_m, down_m))
 
     @steps_in_session
     def range_steps(self, quantised_m: tuple[float, float]) -> Steps[None]:
@@ -136,7 +162,8 @@ class Editor:
         TerrainError
             The map was edited since the last step. The map is as the edit left it.
         """
-        yield from self._take_steps(self.resources.terrain.with_range(quantised_m))
+        if not self.resources.streaming:
+            yield from self._take_steps(self.resources.terrain.with_range(quantised_m))
 
     def _take_steps(self, terrain: Terrain | None) -> Steps[None]:
         """Build tables for the same map with another quantisation range, then use both."""
@@ -174,7 +201,7 @@ class Editor:
 
     def _patch(self, y: np.ndarray, x: np.ndarray, new: np.ndarray) -> np.ndarray:
         """The heights of the smallest rectangle that holds rows y and columns x, with the new ones in place."""
-        patch = self.resources.terrain.heightmap.heights[y.min() : y.max() + 1, x.min() : x.max() + 1]
+        patch = self.resources.terrain.heightmap.part(slice(y.min(), y.max() + 1), slice(x.min(), x.max() + 1))
         patch = patch.astype(np.result_type(patch, new))
         try:
             patch[np.ix_(y - y.min(), x - x.min())] = new
@@ -185,6 +212,13 @@ class Editor:
     def _check_unedited(self, edits: int) -> None:
         if self.resources.terrain.edits != edits:  # a part of the new tables would hold the old heights
             raise TerrainError("the map was edited while headroom was made for edits: begin again")
+
+
+def _check_for_store(y: np.ndarray, x: np.ndarray, new: np.ndarray) -> None:
+    if not np.isfinite(new).all():
+        raise UsageError("edit: a store has no voids: give every post a height")
+    if (posts := int(np.ptp(y) + 1) * int(np.ptp(x) + 1)) > MOST_POSTS:
+        raise UsageError(f"edit: at most {MOST_POSTS:,} posts of a store at once, got {posts:,}: edit it in parts")
 
 
 def _chosen(n: int, which: Any, name: str) -> np.ndarray:

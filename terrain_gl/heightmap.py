@@ -260,6 +260,10 @@ class Heightmap:
         self._follow_range(rows, cols)
         return rows, cols
 
+    def part(self, rows: slice, cols: slice) -> np.ndarray:
+        """The true heights of a rectangle of posts, (rows, cols) float32 metres. They may be a view."""
+        return self.heights[rows, cols]
+
     @property
     def rows(self) -> int:
         """Posts north to south."""

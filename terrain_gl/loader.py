@@ -39,6 +39,7 @@ class Loader:
         self._wants: set[PageKey] = set()
         self._begun: dict[PageKey, float] = {}  # start times
         self._ready: dict[PageKey, Sums] = {}
+        self._read_as: dict[PageKey, int] = {}  # versions of pages that were read
         self.failed: dict[PageKey, str] = {}
         self._changed = threading.Condition()
         self._closed, self._running, self._has_news = False, 0, False
@@ -60,6 +61,16 @@ class Loader:
         """Approximate memory of pages in progress."""
         with self._changed:
             return bytes_at_work(self._heightmap.tile) * (len(self._ready) + len(self._begun))
+
+    def follow(self, heightmap: PagedMap) -> None:
+        """Read an edited map from now on, and forget pages that have changed since they were read.
+
+        A page that is being read now is read again if it has changed.
+        """
+        with self._changed:
+            self._heightmap = heightmap
+            for key in [key for key in self._ready if self._read_as[key] != heightmap.version(key)]:
+                del self._ready[key]
 
     def want(self, keys: Sequence[PageKey]) -> None:
         """Read these pages, in this order, and no others."""
@@ -114,7 +125,8 @@ class Loader:
             self._running, self._has_news = self._running - 1, True
 
     def _work(self) -> None:
-        while (key := self._next()) is not None:
+        while (begun := self._next()) is not None:
+            key, version = begun
             try:
                 sums, reason = self._read(key), ""
             except Exception as error:  # a thread must report every error
@@ -124,24 +136,28 @@ class Loader:
                 if key not in self._begun:
                     return  # too late: another thread has replaced this one
                 del self._begun[key]
-                if sums is None:
+                if version != self._heightmap.version(key):
+                    if key in self._wants:
+                        self._wanted.append(key)
+                elif sums is None:
                     self.failed[key] = reason
                 elif key in self._wants and not self._closed:
-                    self._ready[key] = sums
+                    self._ready[key], self._read_as[key] = sums, version
                 self._has_news = True
                 self._changed.notify_all()
 
     def _read(self, key: PageKey) -> Sums:
         for left in range(TRIES - 1, -1, -1):
+            heightmap = self._heightmap
             try:
-                return sums_of(self._heightmap.page(key), key, self._heightmap)
+                return sums_of(heightmap.page(key), key, heightmap)
             except Exception:
                 if not left:
                     raise
         raise AssertionError("there is at least one try")
 
-    def _next(self) -> PageKey | None:
-        """The next page to read; None when the loader is closed."""
+    def _next(self) -> tuple[PageKey, int] | None:
+        """The next page to read, and its version; None when the loader is closed."""
         with self._changed:
             while not self._closed and not (self._wanted and len(self._ready) + len(self._begun) < self._most):
                 self._changed.wait()
@@ -149,4 +165,4 @@ class Loader:
                 return None
             key = self._wanted.pop()
             self._begun[key] = time.monotonic()
-            return key
+            return key, self._heightmap.version(key)

@@ -38,6 +38,7 @@ from .page_sweep import PageSweep
 from .page_windows import (
     BORDER,
     Windows,
+    holds,
     most_windows,
     side_of,
     sky_side,
@@ -45,6 +46,7 @@ from .page_windows import (
 )
 from .paged_map import PageKey
 from .pages import PagedTerrain
+from .rect import Rect
 from .steps import Steps
 
 THREADS = 4
@@ -73,6 +75,7 @@ class PageVisibility:
         self._threads = ThreadPoolExecutor(THREADS, "windows")
         self._reading: dict[PageKey, tuple[Future[Windows], float]] = {}
         self._failed: set[PageKey] = set()
+        self._stale: set[PageKey] = set()  # pages whose light is that of the map before an edit
         self._making: tuple[PageKey, int, Iterator[float]] | None = None
         self.is_idle = False
 
@@ -125,8 +128,16 @@ class PageVisibility:
         bind("horizon/visible_of_pages.glsl", u_sun_horizon=self.sweep.sun, u_packed=self.sweep.sky)
         gl.write_uniforms(program, **sun_uniforms(*self._at))
 
-    def update(self, *_: Any) -> None:
-        """Paged maps have no edits."""
+    def update(self, posts: Rect) -> None:
+        """Follow an edit: pages whose windows hold edited posts get new light. Until then they keep the old one."""
+        heightmap = self.terrain.heightmap
+        waiting = {self._making[0]} if self._making else set()
+        for key in [key for key in {*self.terrain.slot_of, *self._reading, *waiting} if holds(heightmap, key, posts)]:
+            self._stale.add(key)
+            if key in self._reading:
+                self._reading.pop(key)[0].cancel()
+            if key in waiting:
+                self._making = None
 
     def release(self) -> None:
         """Release GPU resources, and end the threads."""
@@ -144,7 +155,9 @@ class PageVisibility:
         return [key for key in self.terrain.in_use() if key not in self._failed and not self._has_light(key)]
 
     def _has_light(self, key: PageKey) -> bool:
-        return self._at is not None and self.terrain.is_lit(key) and self._sun_of.get(key) == self._towards
+        if self._at is None or key in self._stale or not self.terrain.is_lit(key):
+            return False
+        return self._sun_of.get(key) == self._towards
 
     def _step(self, left: list[PageKey]) -> bool:
         """Take a step towards the light of the first page whose windows are read; returns whether there was one."""
@@ -155,6 +168,7 @@ class PageVisibility:
         key, _, steps = self._making
         if next(steps, None) is None:
             self._making = None
+            self._stale.discard(key)
             if not self.terrain.is_lit(key):
                 self.terrain.light(key)
         return True
@@ -194,7 +208,7 @@ class PageVisibility:
 
     def _light_steps(self, key: PageKey, slot: int, windows: Windows) -> Iterator[float]:
         assert self.sweep
-        towards, is_new = self._towards, not self.terrain.is_lit(key)
+        towards, is_new = self._towards, key in self._stale or not self.terrain.is_lit(key)
         self.sweep.send(windows, key[0])
         yield from self.sweep.sun_steps(slot, towards)
         self._sun_of[key] = towards

@@ -24,6 +24,7 @@ import numpy as np
 from .exceptions import TerrainError
 from .gpu import layout
 from .paged_map import PagedMap, PageKey
+from .rect import Rect
 
 LEAST_APRON = 16  # posts
 BORDER = 1  # texels of the sky around a page's own, so that lookups are bilinear up to its rim
@@ -105,10 +106,9 @@ def windows_of(heightmap: PagedMap, key: PageKey) -> Windows:
     TerrainError
         A tile of the coarsest window is missing.
     """
-    level, row, col = key
-    side, count = side_of(heightmap.tile), window_count(heightmap, level)
-    corner = np.array([col, row]) * heightmap.tile
-    first = [((corner + heightmap.tile // 2) >> k) - side // 2 for k in range(count)]  # columns and rows
+    level = key[0]
+    side, first = side_of(heightmap.tile), _first_posts(heightmap, key)
+    count = len(first)
     heights = np.empty((count, side + 1, side + 1), np.float32)
     inside = np.empty((count, 4), np.int32)
     for k in range(count - 1, -1, -1):
@@ -121,6 +121,27 @@ def windows_of(heightmap: PagedMap, key: PageKey) -> Windows:
         heights[k] = np.pad(part, around, mode="edge")
     shift = np.array([(first[k] << k) - first[0] for k in range(count)], np.int32)
     return Windows(heights, shift, inside)
+
+
+def holds(heightmap: PagedMap, key: PageKey, posts: Rect) -> bool:
+    """Whether a window of a page holds one of the posts of a rectangle."""
+    side, last = side_of(heightmap.tile), np.array([heightmap.cols - 1, heightmap.rows - 1])
+    for k, first in enumerate(_first_posts(heightmap, key), key[0]):
+        low = np.minimum(np.maximum(first, 0) << k, last)
+        high = np.minimum(np.maximum(first + side, 0) << k, last)
+        begin, end = np.maximum(low, posts[:2]), np.minimum(high, posts[2:])
+        on_lattice = (-(-begin >> k) << k <= end) | (end == last)
+        if (begin <= end).all() and on_lattice.all():
+            return True
+    return False
+
+
+def _first_posts(heightmap: PagedMap, key: PageKey) -> list[np.ndarray]:
+    """Column and row of the first post of each window, on the lattice of its level."""
+    level, row, col = key
+    middle = np.array([col, row]) * heightmap.tile + heightmap.tile // 2
+    half = side_of(heightmap.tile) // 2
+    return [(middle >> k) - half for k in range(window_count(heightmap, level))]
 
 
 def _read(heightmap: PagedMap, level: int, low: np.ndarray, high: np.ndarray, coarser: np.ndarray | None) -> np.ndarray:

@@ -11,9 +11,11 @@ from typing import NamedTuple
 
 import numpy as np
 
+from .exceptions import TerrainError
 from .heightmap import Heightmap
 
 PageKey = tuple[int, int, int]  # level, row and column of a page
+COARSE_POSTS = 1 << 20  # most posts of the coarse map from which a first view is chosen
 
 
 class Page(NamedTuple):
@@ -105,6 +107,42 @@ class PagedMap(Heightmap):
                 top, left = top - rows.start, left - cols.start
                 found[top : top + part.shape[0], left : left + part.shape[1]] = part
         return found
+
+    def part(self, rows: slice, cols: slice) -> np.ndarray:
+        """The true heights of a rectangle of posts, (rows, cols) float32 metres; may wait for a disk."""
+        return self.lattice_heights(0, rows, cols)
+
+    def version(self, key: PageKey) -> int:
+        """The number of the last change of a page; 0 without any."""
+        return 0
+
+    @property
+    def identity(self) -> str:
+        """A hash of all heights; "" if it is not known."""
+        return ""
+
+    def coarse(self) -> Heightmap:
+        """A coarse map for choosing a view: the finest level with at most a million posts.
+
+        Raises
+        ------
+        TerrainError
+            No coarse tiles can be read.
+        """
+        level = 0
+        while level < self.top and np.prod(self.posts(level)) > COARSE_POSTS:
+            level += 1
+        while True:
+            rows, cols = self.posts(level)
+            try:
+                heights = self.lattice_heights(level, slice(0, rows), slice(0, cols))
+                break
+            except TerrainError:  # a coarser level serves as well
+                if level == self.top:
+                    raise
+                level += 1
+        (width, depth) = self.extent_m
+        return Heightmap(heights, (width / (cols - 1), depth / (rows - 1)), self.name)
 
     def posts(self, level: int) -> tuple[int, int]:
         """Rows and columns of a level's lattice."""

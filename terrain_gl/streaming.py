@@ -16,11 +16,14 @@ from typing import Any
 import numpy as np
 
 from .camera import Camera
-from .exceptions import UsageError
+from .edited_map import EditedMap
+from .exceptions import TerrainError, UsageError
 from .loader import Loader
 from .lod import Goal, Selection
 from .paged_map import PageKey, above, called
 from .pages import PagedTables
+from .rebuilding import Rebuilder
+from .steps import Steps
 from .wanted import Patches
 
 AHEAD_S = 1.0  # how far ahead of its motion a flight looks
@@ -46,6 +49,10 @@ class Streaming:
         Called with the share that is loaded, 0 to 1, while `select` waits; None for nobody.
     clock
         Tells the time of a frame in seconds.
+    rebuilder
+        Computes the records of edited nodes anew; None before the first time.
+    holds_back
+        Whether a flight does not begin to rebuild, because more edits follow at once.
     """
 
     def __init__(self, tables: PagedTables) -> None:
@@ -54,6 +61,8 @@ class Streaming:
         self.is_repeatable = False
         self.progress: Callable[[float], None] | None = None
         self.clock: Callable[[], float] = time.monotonic
+        self.rebuilder: Rebuilder | None = None
+        self.holds_back = False
         self._motion = Motion()
         self._is_complete, self._flown_s = False, time.perf_counter()
 
@@ -69,7 +78,8 @@ class Streaming:
     @property
     def has_news(self) -> bool:
         """Whether pages have been read that the last view lacked."""
-        return not self._is_complete and self.loader.has_ready
+        has_records = self.rebuilder is not None and self.rebuilder.has_ready
+        return has_records or (not self._is_complete and self.loader.has_ready)
 
     @property
     def is_loading(self) -> bool:
@@ -95,6 +105,72 @@ class Streaming:
     def release(self) -> None:
         """End the threads."""
         self.loader.release()
+        if self.rebuilder:
+            self.rebuilder.release()
+
+    # --- Edits --------------------------------------------------------------------------------------------------------
+
+    def follow(self, more_follow: bool = False) -> None:
+        """Follow an edit: what threads have read before does not count. `more_follow`: more edits come at once."""
+        self.holds_back = more_follow
+        self.loader.follow(self.terrain.heightmap)
+        if self.rebuilder:
+            self.rebuilder.failed = ""
+
+    @property
+    def is_rebuilding(self) -> bool:
+        """Whether records of edited nodes are being computed anew."""
+        return self.rebuilder is not None and self.rebuilder.is_busy
+
+    @property
+    def is_wide(self) -> bool:
+        """Whether bounds anywhere on the map are wider than they will be after `rebuild_steps`."""
+        heightmap = self.terrain.heightmap
+        return isinstance(heightmap, EditedMap) and bool(heightmap.wide)
+
+    @property
+    def wide(self) -> int:
+        """Tiles of the present view whose bounds are wider than they will be after `rebuild_steps`."""
+        heightmap = self.terrain.heightmap
+        return sum(map(heightmap.is_wide, self.terrain.in_use())) if isinstance(heightmap, EditedMap) else 0
+
+    def rebuild_steps(self) -> Steps[None]:
+        """Compute the records of edited nodes anew, in a thread; yields progress from 0 to 1. Then bounds are exact.
+
+        Raises
+        ------
+        TerrainError
+            A tile cannot be read, or there is no OpenGL for the thread; the bounds stay wide, and hold.
+        """
+        heightmap, first = self.terrain.heightmap, 0
+        while isinstance(heightmap, EditedMap) and heightmap.wide:
+            first = max(first, len(heightmap.wide))
+            self._start_rebuilding(heightmap)
+            assert self.rebuilder
+            self.rebuilder.wait(WAIT_S)
+            self._take_rebuilt(heightmap)
+            if self.rebuilder.failed:
+                raise TerrainError(f"{heightmap.name}: its bounds stay wide: {self.rebuilder.failed}")
+            yield 1 - len(heightmap.wide) / first
+
+    def _start_rebuilding(self, heightmap: EditedMap) -> None:
+        self.rebuilder = self.rebuilder or Rebuilder()
+        self.rebuilder.want(heightmap)
+
+    def _take_rebuilt(self, heightmap: EditedMap) -> None:
+        """Note records that are ready, and replace the pages that hold them."""
+        if self.rebuilder and (keys := self.rebuilder.take(heightmap)):
+            self._tables.renew(keys)
+            self.loader.follow(heightmap)
+
+    def _rebuild(self) -> None:
+        """Let records be computed while a flight goes on."""
+        heightmap = self.terrain.heightmap
+        if not isinstance(heightmap, EditedMap):
+            return
+        self._take_rebuilt(heightmap)
+        if not self.holds_back and not (self.rebuilder and self.rebuilder.failed):
+            self._start_rebuilding(heightmap)
 
     # --- A picture that waits -----------------------------------------------------------------------------------------
 
@@ -135,6 +211,7 @@ class Streaming:
     def _fly(self, choose: Choose, camera: Camera, goal: Goal) -> tuple[Selection, dict[str, Any]]:
         terrain, now_s = self.terrain, time.perf_counter()
         terrain.show_all()
+        self._rebuild()
         self._place_ready(max(UPLOAD_S, UPLOADS * min(now_s - self._flown_s, LONGEST_S)))
         self._flown_s = now_s
         terrain.send()
@@ -204,6 +281,7 @@ class Streaming:
             "complete": not wanted,
             "within_tolerance": patches.within(goal) if wanted else 1.0,
             "tiles_resident": len(self.terrain.slot_of),
+            "tiles_wide": self.wide,
             "tiles_missing": [{"tile": called(key), "reason": why(key)} for key in wanted],
         }
 

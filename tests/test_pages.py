@@ -267,7 +267,7 @@ def test_tiles_that_fail_are_named_and_bounded_by_coarser_ones(hills):
         assert named
 
 
-def test_edits_other_methods_and_too_few_triangles_are_refused(hills):
+def test_other_methods_and_too_few_triangles_are_refused(hills):
     _, path = hills
     with Renderer(StoredMap(path), SIZE) as renderer:
         camera = Camera((100, 100, 300), (100, 200, 0))
@@ -275,8 +275,6 @@ def test_edits_other_methods_and_too_few_triangles_are_refused(hills):
             renderer.draw(camera, 1, method="quadtree")
         with pytest.raises(UsageError, match="triangles: allow more"):
             renderer.draw(camera, triangles=2)
-        with pytest.raises(UsageError, match="store"):
-            renderer.edit(3, 3, 1.0)
 
 
 def test_a_context_draws_whole_maps_after_a_store(ctx, hills):

@@ -2,7 +2,7 @@
 
     heightmap   the truth: posts, and the surface between them
     sat         summed-area tables, and the sum over a box
-    error       the error of each node; `bound`: of any box of nodes, and between the posts
+    error       the error of each node; `bound`: of any box of nodes, and between the posts; `widening`: after an edit
     project     from metres to pixels; `curvature`: the Earth is round
     lod         the selection, with `tree` and `patches`; `clipmap`: that of method sat
     mesh        the triangles of a patch
@@ -28,6 +28,7 @@ from . import (
     project,
     shade,
     tree,
+    widening,
 )
 from .bound import *
 from .curvature import *
@@ -43,3 +44,4 @@ from .project import *
 from .sat import *
 from .shade import *
 from .tree import *
+from .widening import *

@@ -8,15 +8,13 @@ from typing import Any
 import numpy as np
 
 from ..exceptions import TerrainError
-from ..heightmap import Heightmap
 from ..paged_map import Page, PagedMap, PageKey, PostsOnDemand
 from ..readers.plausible import not_of_the_earth
-from .format import Arrays, MissingTileError, georeference_of, pyramid_of, read_about
+from .format import Arrays, georeference_of, pyramid_of, read_about
 from .pyramid import Pyramid
 from .tiles import FINEST_RECORD, Checks, Tiles
 
 OF_TILES = 0.25  # part of the memory for tiles that holds the most recently read ones
-COARSE_POSTS = 1 << 20  # most posts of the coarse map from which a first view is chosen
 
 
 class StoredMap(PagedMap):
@@ -64,22 +62,10 @@ class StoredMap(PagedMap):
         self.gpu_bytes, self.memory_bytes = gpu_bytes, memory_bytes
         self.tiles.most_bytes = self._most_bytes
 
-    def coarse(self) -> Heightmap:
-        """A coarse map for choosing a view: the finest level with at most a million posts."""
-        level = 0
-        while level < self.top and np.prod(self.arrays.pyramid.posts(level)) > COARSE_POSTS:
-            level += 1
-        while True:
-            rows, cols = self.arrays.pyramid.posts(level)
-            try:
-                heights = self.tiles.area("heights", level, (slice(0, rows), slice(0, cols)))
-                break
-            except MissingTileError:  # a coarser level serves as well
-                if level == self.top:
-                    raise
-                level += 1
-        (width, depth) = self.extent_m
-        return Heightmap(heights, (width / (cols - 1), depth / (rows - 1)), self.name)
+    @property
+    def identity(self) -> str:
+        """The hash of all heights."""
+        return str(self.about["sha256"])
 
     def page(self, key: PageKey) -> Page:
         """Read a page."""

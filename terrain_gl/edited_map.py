@@ -1,0 +1,320 @@
+"""An edited store: new heights over those on disk, in this process. The store itself is never written.
+
+    heights, each level    the edited posts of the level's lattice; NaN elsewhere
+    records                of nodes: wide at once, exact when they are computed anew (edited_records.py)
+
+Each page has a version, which grows with every change: so a page that a thread read before an edit is recognised.
+One thread edits; any thread may read.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Iterable
+from copy import copy
+from typing import Any, NamedTuple
+
+import numpy as np
+
+from .edited_records import EditedRecords, span
+from .exceptions import TerrainError
+from .heightmap import MAX_HEIGHT_M
+from .paged_map import Page, PagedMap, PageKey, PostsOnDemand
+from .rect import Rect
+from .sheet import Area, Sheet
+from .terrain import HEADROOM, quantisation_range
+from .widening import Scale, moves, touched
+
+
+class Square(NamedTuple):
+    """A node of a level; its record and those of all nodes inside it are computed anew together."""
+
+    level: int
+    row: int
+    col: int
+
+
+class EditedMap(PagedMap):
+    """A paged map with edits.
+
+    Parameters
+    ----------
+    base
+        The map; it does not change.
+
+    Attributes
+    ----------
+    edits, changes
+        The number of edits; and that of all changes, of records as well.
+    saved_as
+        The file that holds all edits; "" if there is none.
+    wide
+        The squares whose records are still wide, and the number of the last edit that touched each.
+    """
+
+    def __init__(self, base: PagedMap) -> None:
+        self.__dict__.update(base.__dict__)
+        self.base = base
+        self.heights = EditedHeights(self)  # type: ignore[assignment]
+        side, levels = base.tile, range(base.top + 1)
+        self._heights = [Sheet(side, np.nan) for _ in levels]
+        self._records = EditedRecords(side, base.top, (base.rows - 1, base.cols - 1), _scale(base))
+        self._roots: dict[PageKey, Page] = {}
+        self._versions: dict[PageKey, int] = {}
+        self._epoch = 0  # the change of all pages
+        self.edits = self.changes = 0
+        self.saved_as = ""
+        self.wide: dict[Square, int] = {}
+
+    def copy(self, heights: np.ndarray | None = None) -> EditedMap:
+        """A copy with its own edits."""
+        assert heights is None
+        own = copy(self)
+        own.heights = EditedHeights(own)  # type: ignore[assignment]
+        own._heights, own._records = [sheet.copy() for sheet in self._heights], self._records.copy()
+        own._roots, own._versions, own.wide = dict(self._roots), dict(self._versions), dict(self.wide)
+        return own
+
+    @property
+    def rows(self) -> int:
+        """Posts north to south."""
+        return self.base.rows
+
+    @property
+    def cols(self) -> int:
+        """Posts west to east."""
+        return self.base.cols
+
+    @property
+    def identity(self) -> str:
+        """The hash of the map without edits."""
+        return self.base.identity
+
+    @property
+    def scale(self) -> Scale:
+        """The quantisation range of its records."""
+        return _scale(self)
+
+    @property
+    def bytes(self) -> int:
+        """Memory of the edits."""
+        return self._records.bytes + sum(sheet.bytes for sheet in self._heights)
+
+    # --- Editing ------------------------------------------------------------------------------------------------------
+
+    def write(self, x: int, y: int, heights: Any) -> tuple[slice, slice] | None:
+        """Give posts new heights; records of nodes around are wide from now on.
+
+        Parameters
+        ----------
+        x, y
+            Column and row of the first post.
+        heights : (rows, cols) float32
+            Metres; NaN leaves a post as it is.
+
+        Returns
+        -------
+        (slice, slice), optional
+            The smallest rectangle of rows and columns with all changed posts; None if no post changed.
+
+        Raises
+        ------
+        TerrainError
+            Heights beyond `MAX_HEIGHT_M`, no memory for more edits, or a tile that cannot be read. The map is then
+            unchanged.
+        """
+        area = slice(y, y + heights.shape[0]), slice(x, x + heights.shape[1])
+        old = self.part(*area)
+        new = np.where(np.isnan(heights), old, heights).astype(np.float32)
+        changed = old.view(np.uint32) != new.view(np.uint32)
+        if not changed.any():
+            return None
+        self._check(new)
+        rows, cols = (span(changed.any(axis)) for axis in (1, 0))
+        old, new, changed = (each[rows, cols] for each in (old, new, changed))
+        at = area[0].start + rows.start, area[1].start + cols.start
+        self._keep_roots()
+        self._widen_range(float(new.min()), float(new.max()))
+        self.edits, self.changes, self.saved_as = self.edits + 1, self.changes + 1, ""
+        for level in range(self.top + 1):
+            self._write_level(level, at, old, new, changed)
+        where = slice(at[0], at[0] + new.shape[0]), slice(at[1], at[1] + new.shape[1])
+        self._note_wide(where)
+        return where
+
+    def _check(self, new: np.ndarray) -> None:
+        low, high = float(new.min()), float(new.max())
+        if max(-low, high) > MAX_HEIGHT_M:
+            raise TerrainError(f"{self.name}: heights run from {low:.9g} to {high:.9g} m, beyond ±{MAX_HEIGHT_M:g}")
+        if self.bytes + 32 * new.size > self.memory_bytes:
+            raise TerrainError(
+                f"{self.name}: its edits need more than {self.memory_bytes >> 20} MiB: save them, and build the store "
+                "again, or give more --memory"
+            )
+
+    def _write_level(
+        self, level: int, at: tuple[int, int], old: np.ndarray, new: np.ndarray, changed: np.ndarray
+    ) -> None:
+        last = self.rows - 1, self.cols - 1
+        posts, within = zip(*(_lattice(at[i], new.shape[i], level, last[i]) for i in (0, 1)), strict=True)
+        if posts[0].stop > posts[0].start and posts[1].stop > posts[1].start:
+            few = np.ix_(*within)
+            self._heights[level].put(posts, np.where(changed[few], new[few], np.nan), _newer)
+        if level:
+            nodes = self.nodes_at(at, new.shape, level)
+            self._records.move(level, nodes, moves(old, new, at, level, last))
+        for key in self.pages_over((at[1], at[0], at[1] + new.shape[1] - 1, at[0] + new.shape[0] - 1), level):
+            self._versions[key] = self.changes
+
+    def _keep_roots(self) -> None:
+        """Read the coarsest pages before the first edit: whatever the disk does later, there is a bound everywhere."""
+        rows, cols = self.pages(self.top)
+        for key in ((self.top, row, col) for row in range(rows) for col in range(cols)):
+            if key not in self._roots:
+                self._roots[key] = self.base.page(key)
+
+    def _widen_range(self, low: float, high: float) -> None:
+        """Widen the range of heights; if they leave the quantisation range, all records are converted."""
+        self.range_m = min(self.range_m[0], low), max(self.range_m[1], high)
+        before, held = self.scale, self.quantised_m
+        if before.low_m <= low and high <= before.low_m + before.span_m:
+            return
+        more_m = HEADROOM * (max(high, held[1]) - min(low, held[0]))
+        self.quantised_m = (
+            low - more_m if low < before.low_m else held[0],
+            high + more_m if high > before.low_m + before.span_m else held[1],
+        )
+        self._records.rescale(self.scale)
+        self._epoch = self.changes + 1
+
+    def _note_wide(self, where: Area) -> None:
+        rows, cols = where
+        for level in sorted({min(self.tile.bit_length() - 1, self.top), self.top} - {0}):
+            nodes = self.nodes_at((rows.start, cols.start), (rows.stop - rows.start, cols.stop - cols.start), level)
+            for row in range(nodes[0].start, nodes[0].stop):
+                for col in range(nodes[1].start, nodes[1].stop):
+                    self.wide[Square(level, row, col)] = self.edits
+
+    # --- What was edited ----------------------------------------------------------------------------------------------
+
+    def nodes_at(self, at: tuple[int, int], shape: tuple[int, ...], level: int) -> Area:
+        """The nodes of a level that a rectangle of posts touches."""
+        last = self.rows - 1, self.cols - 1
+        rows, cols = (slice(*touched(at[i], at[i] + shape[i], level, last[i])) for i in (0, 1))
+        return rows, cols
+
+    def pages_over(self, rect: Rect, level: int) -> list[PageKey]:
+        """The pages of a level that posts of columns x0 to x1 and rows y0 to y1 change."""
+        x0, y0, x1, y1 = rect
+        return self._pages_of(self.nodes_at((y0, x0), (y1 - y0 + 1, x1 - x0 + 1), level), level)
+
+    def version(self, key: PageKey) -> int:
+        """The number of the last change of a page."""
+        return max(self._epoch, self._versions.get(key, 0))
+
+    def is_wide(self, key: PageKey) -> bool:
+        """Whether bounds of a page are wider than they will be when its records are computed anew."""
+        level, row, col = key
+        area = slice(row * self.tile, (row + 1) * self.tile), slice(col * self.tile, (col + 1) * self.tile)
+        return level > 0 and self._records.is_wide(level, area)
+
+    def edited(self) -> dict[tuple[int, int], np.ndarray]:
+        """The edited posts: tiles of `tile` posts a side, by their row and column; NaN for posts without an edit."""
+        return {at: tile.copy() for at, tile in self._heights[0].tiles.items()}
+
+    # --- Records that were computed anew ------------------------------------------------------------------------------
+
+    def take(self, square: Square, levels: Iterable[tuple[np.ndarray, np.ndarray]]) -> list[PageKey]:
+        """Note the first words of records and the ranges of all nodes inside a square; returns the pages that change.
+
+        They are made by the present heights, level by level from 1.
+        """
+        keys: list[PageKey] = []
+        self.changes += 1
+        for level, (errors, ranges) in enumerate(levels, 1):
+            area = self._inside(square, level)
+            rows, cols = (s.stop - s.start for s in area)
+            if nodes := self._records.note_exact(level, area, errors[:rows, :cols], ranges[:, :rows, :cols]):
+                keys += self._pages_of(nodes, level)
+        self._versions.update(dict.fromkeys(keys, self.changes))
+        for other in [each for each in self.wide if each.level <= square.level]:
+            more = square.level - other.level
+            if (other.row >> more, other.col >> more) == (square.row, square.col):
+                del self.wide[other]
+        return keys
+
+    def _inside(self, square: Square, level: int) -> Area:
+        """The nodes of a level inside a square, and on the map."""
+        more = square.level - level
+        places = zip((square.row, square.col), self.nodes(level), strict=True)
+        rows, cols = (slice(k << more, min((k + 1) << more, n)) for k, n in places)
+        return rows, cols
+
+    def _pages_of(self, nodes: Area, level: int) -> list[PageKey]:
+        rows, cols = (range(s.start // self.tile, (s.stop - 1) // self.tile + 1) for s in nodes)
+        return [(level, row, col) for row in rows for col in cols]
+
+    # --- Reading ------------------------------------------------------------------------------------------------------
+
+    def page(self, key: PageKey) -> Page:
+        """Read a page with its edits."""
+        level, row, col = key
+        page = self._roots[key] if key in self._roots else self.base.page(key)
+        rows, cols = (
+            slice(k * self.tile, k * self.tile + n - 1) for k, n in zip((row, col), page.heights.shape, strict=True)
+        )
+        posts = slice(rows.start, rows.stop + 1), slice(cols.start, cols.stop + 1)
+        heights = self._patched(page.heights, level, posts)
+        if level == 0:
+            return page._replace(heights=heights)
+        errors, ranges = self._records.of(page, level, (rows, cols))
+        return Page(heights, errors, ranges)
+
+    def lattice_heights(self, level: int, rows: slice, cols: slice) -> np.ndarray:
+        """Heights of posts of a level's lattice, with edits."""
+        return self._patched(self.base.lattice_heights(level, rows, cols), level, (rows, cols))
+
+    def _patched(self, heights: np.ndarray, level: int, posts: Area) -> np.ndarray:
+        patch = self._heights[level].get(posts)
+        return heights if patch is None else np.where(np.isnan(patch), heights, patch)
+
+
+class EditedHeights(PostsOnDemand):
+    """All posts of an edited map, as an array. A slice or an index reads the tiles that it needs."""
+
+    def __init__(self, edited: EditedMap) -> None:
+        self._edited, self.shape = edited, (edited.rows, edited.cols)
+
+    def __getitem__(self, index: Any) -> Any:
+        """Posts at (rows, columns): two slices, two numbers, or two arrays of numbers."""
+        rows, cols = index
+        if isinstance(rows, slice) and isinstance(cols, slice):
+            (y, end, down), (x, right, across) = (s.indices(n) for s, n in zip((rows, cols), self.shape, strict=True))
+            if down > 0 and across > 0:
+                return self._edited.lattice_heights(0, slice(y, max(y, end)), slice(x, max(x, right)))[::down, ::across]
+            rows, cols = np.arange(y, end, down)[:, None], np.arange(x, right, across)
+        found = np.array(self._edited.base.heights[rows, cols])
+        row, col = np.broadcast_arrays(rows, cols)
+        sheet = self._edited._heights[0]
+        for at, tile in list(sheet.tiles.items()):
+            mine = (row // sheet.side == at[0]) & (col // sheet.side == at[1])
+            if mine.any():
+                edits = tile[row[mine] % sheet.side, col[mine] % sheet.side]
+                found[mine] = np.where(np.isnan(edits), found[mine], edits)
+        return found if found.ndim else found[()]
+
+
+def _scale(heightmap: PagedMap) -> Scale:
+    _, low_m, span_m = quantisation_range(*heightmap.quantised_m)
+    return Scale(low_m, span_m)
+
+
+def _lattice(first: int, count: int, level: int, last: int) -> tuple[slice, np.ndarray]:
+    """Lattice posts of a level inside an edit, along one axis; and their places in the edit."""
+    start, stop = -(-first >> level), ((first + count - 1) >> level) + 1
+    if first + count - 1 == last:
+        stop = -(-last >> level) + 1
+    return slice(start, stop), np.minimum(np.arange(start, stop) << level, last) - first
+
+
+def _newer(old: np.ndarray, new: np.ndarray) -> np.ndarray:
+    return np.where(np.isnan(new), old, new)

@@ -1,0 +1,137 @@
+"""Records of an edited store: those on disk, widened where posts have moved, or computed anew.
+
+moved, each level    how far posts of each node have moved: they widen its record (widening.py)
+errors, ranges       records that were computed anew (rebuilding.py)
+"""
+
+from __future__ import annotations
+
+import numpy as np
+
+from .paged_map import Page
+from .sheet import Area, Sheet
+from .widening import Moves, Scale, rescaled, rescaled_ranges, widened, widened_ranges
+
+UNKNOWN = 0xFFFFFFFF  # no record
+
+
+class EditedRecords:
+    """Records of all levels from 1 on.
+
+    Parameters
+    ----------
+    tile, top
+        Nodes a side of a page; the coarsest level.
+    last
+        Row and column of the map's last post.
+    scale
+        The quantisation range of the records on disk.
+    """
+
+    def __init__(self, tile: int, top: int, last: tuple[int, int], scale: Scale) -> None:
+        self._last, self._base_scale, self._scale = last, scale, scale
+        levels = range(top + 1)
+        fills = Moves(*(np.array(fill) for fill in (0.0, 0.0, np.inf, -np.inf)))
+        self._moved = [[Sheet(tile, float(fill)) for fill in fills] for _ in levels]  # as `Moves`
+        self._errors = [Sheet(tile, UNKNOWN, "u4") for _ in levels]
+        self._ranges = [Sheet(tile, 0, "u4") for _ in levels]
+
+    def copy(self) -> EditedRecords:
+        """Records of their own, with the same content."""
+        own = EditedRecords(self._errors[0].side, len(self._errors) - 1, self._last, self._base_scale)
+        own._scale = self._scale
+        own._moved = [[sheet.copy() for sheet in sheets] for sheets in self._moved]
+        own._errors, own._ranges = ([sheet.copy() for sheet in sheets] for sheets in (self._errors, self._ranges))
+        return own
+
+    @property
+    def bytes(self) -> int:
+        """Memory."""
+        return sum(sheet.bytes for sheets in (*self._moved, self._errors, self._ranges) for sheet in sheets)
+
+    def move(self, level: int, nodes: Area, moved: Moves) -> None:
+        """Widen the records of nodes whose posts have moved, again and again if need be."""
+        for sheet, values, by in zip(self._moved[level], moved, (np.add, np.add, np.minimum, np.maximum), strict=True):
+            sheet.put(nodes, values, by)
+
+    def rescale(self, scale: Scale) -> None:
+        """Convert everything to another quantisation range."""
+        for errors, ranges in zip(self._errors, self._ranges, strict=True):
+            for at, words in errors.tiles.items():
+                errors.tiles[at] = np.where(words == UNKNOWN, words, rescaled(words, self._scale, scale))
+                ranges.tiles[at] = _packed(rescaled_ranges(_unpacked(ranges.tiles[at]), self._scale, scale))
+        self._scale = scale
+
+    def note_exact(self, level: int, area: Area, errors: np.ndarray, ranges: np.ndarray) -> Area | None:
+        """Note the records of all nodes of an area, made by the present heights.
+
+        Parameters
+        ----------
+        errors
+            (rows, cols) uint32: first words of the records.
+        ranges
+            (2, rows, cols) uint16.
+
+        Returns
+        -------
+        Area, optional
+            The nodes whose records were wide; None if there are none.
+        """
+        truth = self._moved[level][0].get(area)
+        if truth is None or not np.any(truth > 0):
+            return None
+        wide = np.greater(truth, 0)
+        rows, cols = (span(np.asarray(wide.any(axis))) for axis in (1, 0))
+        mine = _shifted(area[0], rows), _shifted(area[1], cols)
+        self._errors[level].put(mine, errors[rows, cols])
+        self._ranges[level].put(mine, _packed(ranges[:, rows, cols]))
+        for sheet in self._moved[level]:
+            sheet.clear(mine)
+        return mine
+
+    def is_wide(self, level: int, area: Area) -> bool:
+        """Whether records of an area are wide."""
+        truth = self._moved[level][0].get(area)
+        return truth is not None and bool(np.any(truth > 0))
+
+    def of(self, page: Page, level: int, area: Area) -> tuple[np.ndarray, np.ndarray]:
+        """Records and ranges of the nodes of a page on disk, which are those of an area."""
+        errors, ranges = page.errors[0], page.ranges
+        if self._scale != self._base_scale:
+            errors = rescaled(errors, self._base_scale, self._scale)
+            ranges = rescaled_ranges(ranges, self._base_scale, self._scale)
+        exact, packed = self._errors[level].get(area), self._ranges[level].get(area)
+        if exact is not None and packed is not None:
+            errors = np.where(exact == UNKNOWN, errors, exact)
+            ranges = np.where(exact == UNKNOWN, ranges, _unpacked(packed))
+        found = [values for sheet in self._moved[level] if (values := sheet.get(area)) is not None]
+        if len(found) == len(Moves._fields):
+            moved = Moves(*found)
+            errors = widened(errors, moved, self._squares(level, area), level, self._scale)
+            ranges = widened_ranges(ranges, moved, self._scale)
+        return errors[None], ranges
+
+    def _squares(self, level: int, area: Area) -> np.ndarray:
+        """Which nodes the map's rim leaves whole."""
+        rows, cols = (
+            (np.arange(s.start, s.stop) + 1) << level <= last for s, last in zip(area, self._last, strict=True)
+        )
+        return rows[:, None] & cols
+
+
+def span(flags: np.ndarray) -> slice:
+    """The slice from the first to the last flag that is set."""
+    where = np.flatnonzero(flags)
+    return slice(int(where[0]), int(where[-1]) + 1)
+
+
+def _shifted(whole: slice, part: slice) -> slice:
+    return slice(whole.start + part.start, whole.start + part.stop)
+
+
+def _packed(ranges: np.ndarray) -> np.ndarray:
+    return ranges[0] | ranges[1].astype(np.uint32) << np.uint32(16)
+
+
+def _unpacked(words: np.ndarray) -> np.ndarray:
+    return np.stack([words & np.uint32(0xFFFF), words >> np.uint32(16)]).astype(np.uint16)

@@ -1,0 +1,300 @@
+"""Pages of a map on the GPU, in a fixed pool of slots, and the tables that say where each page is.
+
+Pages of the coarsest level are always loaded, so that every place has a height and a bound
+(glsl/error/bound_of_pages.glsl). A page is put into the pool after the page above it, of the next coarser level.
+Nothing here waits for a disk.
+"""
+
+from __future__ import annotations
+
+import math
+from collections.abc import Iterable
+
+import moderngl
+import numpy as np
+
+from .exceptions import TerrainError
+from .gpu import gl, layout, shaders
+from .gpu.bindings import bind
+from .page_sums import bytes_of_slot, counter_words
+from .page_windows import light_bytes, scratch_bytes
+from .paged_map import Boxes, PagedMap, PageKey, above
+from .resident import ResidentHeights
+from .terrain import block_of, quantisation_range
+
+ROW = 1024  # words of a row of the page tables' texture
+LIT = 1 << 31  # bit of a page with light: glsl/blocks/pages.glsl
+OF_COPIES = 0.5  # part of the memory for tiles that holds the heights of loaded pages
+
+
+class PagePool:
+    """The pool, its page tables, and the `Terrain` block.
+
+    Attributes
+    ----------
+    slots, across
+        Pages that the pool has room for, and slots in a row of its textures.
+    slot_of
+        The slot of each loaded page that is not hidden.
+    filled
+        The heights of the loaded pages.
+    eye_m
+        The eye of the present view.
+    waits
+        Whether a picture waits for all that it needs.
+    """
+
+    def __init__(self, ctx: moderngl.Context, heightmap: PagedMap) -> None:
+        self.ctx, self.heightmap = ctx, heightmap
+        self.base_m, self._low_m, self.span_m = quantisation_range(*heightmap.quantised_m)
+        self.top_level, self.numbering = heightmap.top, heightmap.numbering
+        self._make_tables()
+        self._changed = len(self._words), 0  # first changed row of the tables, and the row after the last one
+        self.slots, self.across = self._room()
+        side, across = heightmap.tile + 1, self.across
+        shaders.define(ctx, PAGED=1, PAGE_LOG2=heightmap.tile.bit_length() - 1, SLOTS_ACROSS=across)
+        self.heights = gl.texel_texture(self.ctx, (across * side, across * side), "f4")
+        self.marks = gl.texel_texture(self.ctx, (1, 1), "u1")
+        self.slot_of: dict[PageKey, int] = {}
+        self._hidden: dict[PageKey, int] = {}
+        self._lit = np.zeros(self.slots, bool)
+        self.table = gl.texel_texture(self.ctx, (ROW, len(self._words)), "u4")
+        self.table.write(self._words)
+        self.block = ctx.buffer(self._describe().tobytes())
+        self._free = list(range(self.slots))[::-1]
+        self.eye_m: tuple[float, float, float] = (0.0, 0.0, 0.0)
+        self.waits = True
+        self._stamps, self._stamp = np.zeros(self.numbering.total, np.int64), 0
+        self.filled = ResidentHeights(heightmap, self._finest, self.slots)
+
+    @property
+    def coarsest_ring(self) -> int:
+        """The coarsest ring of the clipmap that the map needs."""
+        return min(layout.MAX_LEVELS - 1, (max(self.heightmap.rows, self.heightmap.cols) - 2).bit_length())
+
+    @property
+    def bytes(self) -> int:
+        """GPU memory of heights and page tables."""
+        return 4 * (self.heights.width * self.heights.height + self.table.width * self.table.height)
+
+    @property
+    def roots(self) -> list[PageKey]:
+        """Pages that are always loaded: the coarsest level."""
+        rows, cols = self.heightmap.pages(self.top_level)
+        return [(self.top_level, row, col) for row in range(rows) for col in range(cols)]
+
+    # --- Pages come and go --------------------------------------------------------------------------------------------
+
+    def place(self, key: PageKey, heights: np.ndarray) -> int:
+        """Put a page's heights into a free slot; returns the slot. `send` makes the page visible."""
+        slot = self._free_slot(key)
+        self._write(slot, heights)
+        self._lit[slot] = False
+        self._enter(key, slot)
+        return slot
+
+    def _write(self, slot: int, heights: np.ndarray) -> None:
+        side = self.heightmap.tile + 1
+        corner = slot % self.across * side, slot // self.across * side
+        self.heights.write(heights - np.float32(self.base_m), viewport=(*corner, side, side))
+        self.filled.copies[slot] = heights
+
+    def hide(self) -> None:
+        """Hide all pages but the roots, as if they were not loaded; they keep their slots while there is room."""
+        stamps, number = self._stamps, self.numbering.number
+        for key in sorted(self.slot_of.keys() - set(self.roots)):  # finest first: a page stays while one below it does
+            stamps[number(above(key))] = max(stamps[number(above(key))], stamps[number(key)])
+            self._hidden[key] = self.slot_of.pop(key)
+            self._slots_of[self.numbering.number(key)] = 0
+            self._touch(key)
+        for root in self.roots:
+            self._fine_under(root)[...] = self.slot_of[root] | root[0] << 24
+
+    def show(self, keys: Iterable[PageKey]) -> None:
+        """End the hiding of pages; a page comes after the page above it, or is removed if that one is gone."""
+        for key in keys:
+            if key in self._hidden and above(key) in self.slot_of:
+                self._enter(key, self._hidden.pop(key))
+            elif key in self._hidden:
+                self._free.append(self._hidden.pop(key))
+
+    def show_all(self) -> None:
+        """End the hiding of all pages."""
+        self.show(sorted(self._hidden, reverse=True))
+
+    def _free_slot(self, key: PageKey) -> int:
+        """A slot without a page, or else that of the hidden page whose last use is longest ago."""
+        if self._free and key not in self._hidden:
+            return self._free.pop()
+        old = min(self._hidden, key=lambda other: (other != key, self._stamps[self.numbering.number(other)], other))
+        return self._hidden.pop(old)
+
+    def _enter(self, key: PageKey, slot: int) -> None:
+        """Enter a page into the tables."""
+        level, number = key[0], self.numbering.number(key)
+        self.slot_of[key] = slot
+        self._slots_of[number], self._stamps[number] = slot + 1 | (LIT if self._lit[slot] else 0), self._stamp
+        part = self._fine_under(key)
+        part[part >> 24 >= level] = slot | level << 24
+        self._touch(key)
+
+    @property
+    def free(self) -> int:
+        """Number of slots without a page that is shown."""
+        return len(self._free) + len(self._hidden)
+
+    def begin(self) -> None:
+        """Begin a view: from now on `make_room` frees only slots of pages that are not used again."""
+        self._stamp += 1
+
+    def use(self, boxes: Boxes, level: np.ndarray) -> None:
+        """Note that a view needs the pages over boxes, each at its level, and all those above them."""
+        self._stamps[np.unique(self.numbering.over(boxes, level)[1])] = self._stamp
+
+    def hold(self, key: PageKey) -> None:
+        """Note that a view needs a loaded page."""
+        self._stamps[self.numbering.number(key)] = self._stamp
+
+    def light(self, key: PageKey) -> None:
+        """Note that a loaded page has light. `send` makes it visible."""
+        number = self.numbering.number(key)
+        self._slots_of[number] |= np.uint32(LIT)
+        self._lit[self.slot_of[key]] = True
+        row = number // ROW
+        self._changed = min(self._changed[0], row), max(self._changed[1], row + 1)
+
+    def is_lit(self, key: PageKey) -> bool:
+        """Whether a loaded page has light."""
+        return bool(self._slots_of[self.numbering.number(key)] & np.uint32(LIT))
+
+    def in_use(self) -> list[PageKey]:
+        """Loaded pages that the present view uses, and those above them; the largest in the picture first."""
+        used = set(self.roots)
+        for key in self.slot_of:
+            if self._stamps[self.numbering.number(key)] >= self._stamp:
+                while key not in used:
+                    used.add(key)
+                    key = above(key)
+        return sorted(used, key=lambda key: (-self._width(key), key))
+
+    def _width(self, key: PageKey) -> float:
+        """Approximate width of a page in the picture, up to a factor."""
+        level, row, col = key
+        (east, north), size = self.heightmap.spacing_m, self.heightmap.tile << level
+        x, y = (col + 0.5) * size * east, (self.heightmap.rows - 1 - (row + 0.5) * size) * north
+        away_m = math.dist((x, y, self.base_m), self.eye_m)
+        return size * east / max(away_m, 0.5 * size * east)
+
+    def spare(self) -> list[PageKey]:
+        """Pages that can be removed, the least recently used first; never the roots, nor pages that this view uses."""
+        stamps, roots = {key: int(self._stamps[self.numbering.number(key)]) for key in self.slot_of}, set(self.roots)
+        for key in sorted(stamps):  # finest first: a page is in use while one below it is
+            if key not in roots:
+                stamps[above(key)] = max(stamps[above(key)], stamps[key])
+        old = (key for key, stamp in stamps.items() if stamp < self._stamp and key not in roots)
+        return sorted(old, key=lambda key: (stamps[key], key))
+
+    def make_room(self, pages: int) -> int:
+        """Free slots until there are `pages` of them, or no page can be removed; returns the number of free slots."""
+        if pages > self.free:
+            for key in self.spare()[: pages - self.free]:
+                self._remove(key)
+        return min(pages, self.free)
+
+    def _remove(self, key: PageKey) -> None:
+        slot = self.slot_of.pop(key)
+        self._free.append(slot)
+        self._slots_of[self.numbering.number(key)] = 0
+        part, coarser = self._fine_under(key), above(key)
+        part[part == (slot | key[0] << 24)] = self.slot_of[coarser] | coarser[0] << 24
+        self._touch(key)
+
+    def send(self) -> None:
+        """Upload the page tables: shaders then see all pages that were placed, and none that were removed."""
+        first, end = self._changed
+        if first < end:
+            self.table.write(np.ascontiguousarray(self._words[first:end]), viewport=(0, first, ROW, end - first))
+        self._changed = len(self._words), 0
+
+    # --- What is there ------------------------------------------------------------------------------------------------
+
+    @property
+    def levels(self) -> np.ndarray:
+        """The level of the finest loaded page over each page of level 0: (rows, columns)."""
+        return self._finest >> 24
+
+    def is_there(self, numbers: np.ndarray) -> np.ndarray:
+        """Whether pages are in the pool, by their numbers."""
+        return self._slots_of[numbers] > 0
+
+    def resident_level(self, boxes: Boxes, level: np.ndarray) -> np.ndarray:
+        """The finest level, from `level` up, whose pages over a box are all loaded."""
+        found = level.copy()
+        open_ = np.arange(len(found))
+        while len(open_):
+            box, numbers = self.numbering.over(boxes.some(open_), found[open_])
+            lacks = np.bincount(box, ~self.is_there(numbers), minlength=len(open_)) > 0
+            open_ = open_[lacks & (found[open_] < self.top_level)]
+            found[open_] += 1
+        return found
+
+    # --- On the GPU ---------------------------------------------------------------------------------------------------
+
+    def bind(self) -> None:
+        """Bind the map for all shaders."""
+        bind("blocks/terrain.glsl", Terrain=self.block, u_heights=self.heights, u_marks=self.marks)
+        bind("blocks/pages.glsl", u_pages=self.table)
+
+    def release(self) -> None:
+        """Release GPU resources."""
+        shaders.undefine(self.ctx, "PAGED", "PAGE_LOG2", "SLOTS_ACROSS")
+        for resource in (self.heights, self.marks, self.table, self.block):
+            resource.release()
+
+    def _make_tables(self) -> None:
+        """The slot of each page, + 1, by its number; then the finest page over each page of level 0."""
+        total, fine = self.numbering.total, int(self.numbering.first[1])
+        words = np.zeros(-(-(total + fine) // ROW) * ROW, np.uint32)
+        self._slots_of, finest = words[:total], words[total : total + fine]
+        finest[:] = 0xFF000000
+        self._finest = finest.reshape(self.numbering.size[0])
+        self._words = words.reshape(-1, ROW)
+
+    def _touch(self, key: PageKey) -> None:
+        """Note that the rows of the tables with a page have changed."""
+        level, row, col = key
+        across, first = int(self.numbering.size[0, 1]), self.numbering.total
+        end = min((row + 1) << level, int(self.numbering.size[0, 0]))
+        words = self.numbering.number(key), first + (row << level) * across, first + end * across - 1
+        rows = [word // ROW for word in words]
+        self._changed = min(self._changed[0], *rows), max(self._changed[1], max(rows) + 1)
+
+    def _fine_under(self, key: PageKey) -> np.ndarray:
+        level, row, col = key
+        return self._finest[row << level : row + 1 << level, col << level : col + 1 << level]
+
+    def _room(self) -> tuple[int, int]:
+        """The number of slots within the limits, and the number of slots in a row of the texture."""
+        heightmap, limits, side = self.heightmap, gl.limits(self.ctx), self.heightmap.tile
+        most = heightmap.gpu_bytes - self._words.nbytes - scratch_bytes(heightmap)
+        most = int(most // (bytes_of_slot(side) + light_bytes(side)))
+        most = min(most, int(OF_COPIES * heightmap.memory_bytes) // (4 * (side + 1) ** 2))
+        most = min(most, gl.storage_block_bytes(self.ctx) // (4 * counter_words(side)))
+        across = min(math.isqrt(max(most, 0)), limits["texture_size"] // (side + 1))
+        slots = across**2
+        if slots < self.numbering.total and slots < 4 * len(self.roots):
+            raise TerrainError(
+                f"{heightmap.name}: needs more memory for its coarsest tiles: give more --gpu-memory and --memory"
+            )
+        if slots > self.numbering.total:
+            across = math.isqrt(self.numbering.total - 1) + 1
+            slots = min(slots, across**2)
+        return slots, across
+
+    def _describe(self) -> np.ndarray:
+        block = block_of(self.heightmap, self.top_level, self._low_m - self.base_m, self.span_m)
+        for level in range(self.top_level + 1):
+            block["level"][level]["size"] = self.heightmap.nodes(level)[::-1]
+            block["level"][level]["first_word"] = self.numbering.first[level]
+        block["level"][0]["first_node"] = self.numbering.total
+        return block

@@ -1,0 +1,176 @@
+"""Wider bounds for nodes with edited posts: valid at once, before their records are computed anew.
+
+Let all posts of a closed node change by at most t metres, and its possible vertices by at most v: the posts of its four
+edges, and its middle. Every mesh in the node then moves by at most v, because each of its places is a weighted mean of
+vertices. The truth moves by at most t. So the largest error grows by at most s = t + v.
+
+    max' = max + s        rms'² = (rms + 5/2 s)² + 2^(1−level) max t, and at most max'²
+
+The proof is in docs/guarantee.md, section 9. Specification: `reference.node_moves`, `reference.widened_errors`.
+"""
+
+from __future__ import annotations
+
+from typing import NamedTuple
+
+import numpy as np
+
+ROUNDED = 1 + 2.0**-15  # for rounding errors of float32, which grow with the relief
+UNIT = 2.0**-14  # of an error in a record, as a part of the span: glsl/error/nodes.glsl
+
+
+class Scale(NamedTuple):
+    """A quantisation range: its lowest height and its width in metres."""
+
+    low_m: float
+    span_m: float
+
+
+class Moves(NamedTuple):
+    """How far the posts of nodes have moved: (rows, cols) of each.
+
+    Attributes
+    ----------
+    truth, vertices
+        Metres that any post of the node has moved, and any possible vertex.
+    low, high
+        The lowest and highest new height; inf and −inf without one.
+    """
+
+    truth: np.ndarray
+    vertices: np.ndarray
+    low: np.ndarray
+    high: np.ndarray
+
+
+Span = tuple[int, int]  # first node and the one after the last
+
+
+def touched(first: int, end: int, level: int, last: int) -> Span:
+    """The closed nodes, along one axis, that hold one of the posts from `first` up to `end`; `last`: of the map."""
+    nodes = -(-last >> level)
+    return max(0, first - 1) >> level, min((end - 1) >> level, nodes - 1) + 1
+
+
+def moves(old: np.ndarray, new: np.ndarray, at: tuple[int, int], level: int, last: tuple[int, int]) -> Moves:
+    """How far the nodes of a level move that an edit touches.
+
+    Parameters
+    ----------
+    old, new
+        (rows, cols) metres of a rectangle of posts.
+    at, last
+        Row and column of the first of these posts, and of the map's last post.
+    """
+    moved = np.abs(new.astype(np.float64) - old)
+    spans = [touched(at[i], at[i] + old.shape[i], level, last[i]) for i in (0, 1)]
+    rows, cols = ([_inside(node, at[i], level, last[i]) for node in range(*spans[i])] for i in (0, 1))
+    edges_y, edges_x = (_edges(span, at[i], old.shape[i], level, last[i]) for i, span in enumerate(spans))
+    along_row = _of(np.maximum, _lines(moved, edges_y, 0), cols, 1)
+    along_col = _of(np.maximum, _lines(moved, edges_x, 1), rows, 0)
+    vertices = np.maximum.reduce([along_row[:-1], along_row[1:], along_col[:, :-1], along_col[:, 1:]])
+    middles = [_middles(span, at[i], old.shape[i], level, last[i]) for i, span in enumerate(spans)]
+    middle = _lines(_lines(moved, middles[0], 0), middles[1], 1)
+    changed = moved > 0
+    return Moves(
+        _of(np.maximum, _of(np.maximum, moved, rows, 0), cols, 1),
+        np.maximum(vertices, middle),
+        _of(np.minimum, _of(np.minimum, np.where(changed, new, np.inf), rows, 0), cols, 1),
+        _of(np.maximum, _of(np.maximum, np.where(changed, new, -np.inf), rows, 0), cols, 1),
+    )
+
+
+def widened(words: np.ndarray, moved: Moves, square: np.ndarray, level: int, scale: Scale) -> np.ndarray:
+    """First words of records that bound the errors after edits; those of nodes without an edit stay as they are.
+
+    Parameters
+    ----------
+    words
+        (rows, cols) uint32: largest error in the low half, root mean square in the high half.
+    square
+        Whether the map's rim leaves a node whole.
+    """
+    most, rms = errors_m(words, scale)
+    truth, vertices = (np.asarray(m, np.float64) * ROUNDED for m in (moved.truth, moved.vertices))
+    more = truth + vertices
+    wide = np.minimum(most + more, scale.span_m)
+    mean = np.sqrt((rms + 2.5 * more) ** 2 + 2.0 ** (1 - level) * most * truth)
+    found = packed(wide, np.where(square, np.minimum(mean, wide), wide), scale)
+    return np.where(more > 0, found, words)
+
+
+def widened_ranges(ranges: np.ndarray, moved: Moves, scale: Scale) -> np.ndarray:
+    """Ranges (2, rows, cols) of nodes that hold their new heights, too."""
+    low, high = _steps(moved.low, np.floor, -0.1, scale), _steps(moved.high, np.ceil, 0.1, scale)
+    return np.stack([np.minimum(ranges[0], low), np.maximum(ranges[1], high)]).astype(np.uint16)
+
+
+def rescaled(words: np.ndarray, old: Scale, new: Scale) -> np.ndarray:
+    """First words of records in another quantisation range, rounded up."""
+    return packed(*errors_m(words, old), new)
+
+
+def rescaled_ranges(ranges: np.ndarray, old: Scale, new: Scale) -> np.ndarray:
+    """Ranges (2, rows, cols) in another quantisation range, rounded outwards."""
+    low, high = ranges / 65535.0 * old.span_m + old.low_m
+    return np.stack([_steps(low, np.floor, -0.1, new), _steps(high, np.ceil, 0.1, new)]).astype(np.uint16)
+
+
+def errors_m(words: np.ndarray, scale: Scale) -> tuple[np.ndarray, np.ndarray]:
+    """The largest error and the root mean square of records, in metres."""
+    halves = words & 0xFFFF, words >> 16
+    most, rms = (half.astype(np.uint16).view(np.float16).astype(np.float64) for half in halves)
+    return most * scale.span_m * UNIT, rms * scale.span_m * UNIT
+
+
+def packed(most_m: np.ndarray, rms_m: np.ndarray, scale: Scale) -> np.ndarray:
+    """First words of records, rounded up: `pack_pair` in glsl/error/nodes.glsl."""
+    most, rms = (_half_up(np.asarray(m) / (scale.span_m * UNIT)) for m in (most_m, rms_m))
+    return most | rms << np.uint32(16)
+
+
+def _half_up(values: np.ndarray) -> np.ndarray:
+    values = np.where(values > 0, np.maximum(values * (1 + 2.0**-22), UNIT), 0.0)
+    halves = values.astype(np.float16)
+    bits = halves.view(np.uint16)
+    return np.where(halves.astype(np.float64) < values, bits + 1, bits).astype(np.uint32)
+
+
+def _steps(heights_m: np.ndarray, outwards: np.ufunc, by: float, scale: Scale) -> np.ndarray:
+    """Heights in 16-bit steps of a range: `pack_range` in glsl/error/nodes.glsl."""
+    steps = (np.clip(heights_m, -1e9, 1e9) - scale.low_m) / scale.span_m * 65535.0
+    return np.clip(outwards(steps + by), 0, 65535)
+
+
+# --- Along one axis ---------------------------------------------------------------------------------------------------
+
+
+def _inside(node: int, first: int, level: int, last: int) -> slice:
+    """The posts of a closed node, counted from the edit's first post."""
+    low = node << level
+    return slice(max(low - first, 0), max(min(low + (1 << level), last) + 1 - first, 0))
+
+
+def _of(function: np.ufunc, values: np.ndarray, parts: list[slice], axis: int) -> np.ndarray:
+    """Reduce each part along an axis."""
+    whole = (slice(None),) * axis
+    return np.stack([function.reduce(values[(*whole, part)], axis=axis) for part in parts], axis)
+
+
+def _edges(span: Span, first: int, count: int, level: int, last: int) -> np.ndarray:
+    return _known(np.minimum(np.arange(span[0], span[1] + 1) << level, last) - first, count)
+
+
+def _middles(span: Span, first: int, count: int, level: int, last: int) -> np.ndarray:
+    return _known(np.minimum((np.arange(*span) << level) + (1 << level - 1), last) - first, count)
+
+
+def _known(at: np.ndarray, count: int) -> np.ndarray:
+    """Places inside the edit; −1 for others."""
+    return np.where((at >= 0) & (at < count), at, -1)
+
+
+def _lines(moved: np.ndarray, at: np.ndarray, axis: int) -> np.ndarray:
+    """The lines at some places; 0 at −1."""
+    lines = np.take(moved, at, axis)
+    return np.where(at.reshape([-1 if i == axis else 1 for i in (0, 1)]) < 0, 0.0, lines)
