@@ -13,6 +13,7 @@ map; `verify.inspector` answers questions about the last frame.
 
 from __future__ import annotations
 
+import os
 from collections.abc import Callable
 from types import TracebackType
 from typing import Any
@@ -25,6 +26,7 @@ from .draped import OverlayLines
 from .edit import Editor
 from .error import ErrorTables
 from .exceptions import UsageError
+from .files.edits import apply_edits, write_edits
 from .frame import DrawnFrame, Frame
 from .gpu.context import backend_name, create_context
 from .gpu.session import Session, in_session, steps_in_session
@@ -166,10 +168,9 @@ class Renderer:
         progress
             Called with the progress, 0 to 1.
         options
-            The other fields of `RenderOptions`, by name: triangles, metric, method, style, sun, near_m, cull. Also
-            `size`, width and height in pixels, for a picture of another size than `Renderer.size`. It may be larger
-            than the GPU can draw at once: it is drawn in pieces of one mesh, and cannot be measured afterwards. With
-            `fine`, each pixel is the mean light of fine × fine pixels.
+            The other fields of `RenderOptions`, by name. Also `size`, width and height in pixels, for a picture of any
+            size: one larger than the GPU can draw at once comes in pieces of one mesh. It cannot be measured
+            afterwards. With `fine`, each pixel is the mean light of fine × fine pixels.
 
         Raises
         ------
@@ -241,10 +242,7 @@ class Renderer:
 
     @in_session
     def choose(self, camera: Camera, max_error_px: float | None = None, **options: Any) -> dict[str, Any]:
-        """Choose the mesh like `draw`, but draw no picture; returns the stats.
-
-        `inspector` then answers questions about that mesh.
-        """
+        """Choose the mesh like `draw`, but draw no picture; returns the stats. `inspector` then knows that mesh."""
         with self.timer.frame():
             frame = self.select(camera, self.size, RenderOptions(max_error_px, **options))
         self.inspector.frame = self._complete(frame)
@@ -258,7 +256,6 @@ class Renderer:
         camera = options.seen(self.heightmap, camera)
         chosen_for = options.seen(self.heightmap, options.chosen_for) if options.chosen_for else camera
         goal = options.goal
-        loaded: dict[str, Any] = {}
         with self.timer.stage("lod"):
             if self.streaming and options.method != "sat":
                 raise UsageError(f"a store is drawn by the method sat, not by {options.method}")
@@ -269,10 +266,8 @@ class Renderer:
             def choose(camera: Camera) -> Selection:
                 return selector.select(camera, size, near_m, goal)
 
-            if self.streaming:
-                selection, loaded = self.streaming.select(choose, chosen_for, goal)
-            else:
-                selection = choose(chosen_for)
+            loading = self.streaming
+            selection, loaded = loading.select(choose, chosen_for, goal) if loading else (choose(chosen_for), {})
         if options.chosen_for:
             self.resources.view.move(self.terrain, camera, size, near_m)
         return DrawnFrame(chosen_for, camera, size, near_m, options, selection, loaded=loaded)
@@ -282,11 +277,7 @@ class Renderer:
         self.inspector.frame = None
 
     def measure(self) -> dict[str, Any]:
-        """The last frame's stats with its achieved error: its mesh is compared with the whole surface in the picture.
-
-        Adds `max_error_px` and `rms_error_px` over 4 × 4 places a cell, `max_error_posts_px` over posts alone,
-        `posts_measured`, and `holes`: the pixels and places where the sky shows through.
-        """
+        """The last frame's stats with its achieved error: see `Inspector.measure`."""
         return self.inspector.measure()
 
     def triangles(self) -> np.ndarray:
@@ -308,6 +299,18 @@ class Renderer:
     def settle(self) -> None:
         """Update the light after edits with `settle=False`."""
         self.editor.settle()
+
+    def rebuild(self, progress: Progress | None = None) -> None:
+        """After edits of a store, make its bounds exact; for a map in memory they are. See `Editor.rebuild_steps`."""
+        drain(self.editor.rebuild_steps(), progress)
+
+    def save_edits(self, path: str | os.PathLike[str]) -> None:
+        """Write the edits of a store, .tif or .npz: see `files.edits.write_edits`."""
+        write_edits(path, self.heightmap)
+
+    def load_edits(self, path: str | os.PathLike[str]) -> None:
+        """Apply the edits of a file to a store: see `files.edits.apply_edits`."""
+        apply_edits(path, self.editor)
 
     def release(self) -> None:
         """Release GPU resources."""
@@ -342,7 +345,6 @@ class Renderer:
         """Give a frame its stats."""
         if self.streaming and frame.options.shading.is_lit:
             frame.loaded["tiles_unlit"] = self.picture.lighting.missing
-        times = {"ms": dict(self.timer.ms), "ms_clock": self.timer.clock}
-        known = {"voids": self.heightmap.voids, "gpu_bytes": self.resources.gpu_bytes}
-        frame.stats = frame.summary() | frame.loaded | self._gl | times | known
+        times = {"ms": dict(self.timer.ms), "ms_clock": self.timer.clock, "voids": self.heightmap.voids}
+        frame.stats = frame.summary() | frame.loaded | self._gl | times | {"gpu_bytes": self.resources.gpu_bytes}
         return frame

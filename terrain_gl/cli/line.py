@@ -11,16 +11,17 @@ from typing import Any
 from ..camera import Camera
 from ..comparison.baselines import Parameters
 from ..comparison.clipmap import Rings
+from ..edited_map import EditedMap
 from ..exceptions import UsageError
 from ..files.maps import SCALES, find_bundled
 from ..files.views import standard_sun, standard_view
 from ..heightmap import Heightmap
 from ..options import RenderOptions
-from ..store import StoredMap
-from . import options
+from ..paged_map import PagedMap
+from . import options, stores
 
 _CAMERA = ("eye", "target", "fov_deg", "up")
-_FILES = ("sky", "material")
+_FILES = ("sky", "material", "edits")
 _NAMES = {"spacing_m": "spacing", "z_offset_m": "z_offset", "fov_deg": "fov"}  # options with names of their own
 
 
@@ -48,9 +49,11 @@ def command_line(
     UsageError
         The map was not opened from a file, or was edited since.
     """
-    if heightmap.opened is None and not isinstance(heightmap, StoredMap):
+    if heightmap.opened is None and not isinstance(heightmap, PagedMap):
         raise UsageError(f"{heightmap.name} differs from its file: save it, and open that file")
-    seen = heightmap.coarse() if isinstance(heightmap, StoredMap) else heightmap
+    seen = heightmap.coarse() if isinstance(heightmap, PagedMap) else heightmap
+    if isinstance(heightmap, EditedMap) and not heightmap.saved_as:
+        raise UsageError(f"{heightmap.name} has edits that are in no file: save them first")
     told = dict(heightmap.opened or {"path": heightmap.name})
     known = find_bundled(path := told.pop("path"))
     if known and all(told[name] in (getattr(known, name), (getattr(known, name),) * 2) for name in SCALES):
@@ -62,6 +65,8 @@ def command_line(
         told = {name: value for name, value in told.items() if known or value != usual[name].default}
         if known:  # the line must replace the bundled map's own scales
             told["spacing_m"], (told["z_scale"], told["z_offset_m"]) = heightmap.spacing_m, heightmap.scales
+    if isinstance(heightmap, EditedMap):
+        told["edits"] = heightmap.saved_as
     told |= {name: value for name, value in vars(camera).items() if name in _CAMERA and value != getattr(start, name)}
     told |= {name: value for name, value in vars(chosen).items() if value != getattr(RenderOptions(sun=sun), name)}
     return shlex.join(["terrain-gl", "shot", path, "-o", output, *_words(told | {"size": size})])
@@ -72,6 +77,7 @@ def _words(told: dict[str, Any]) -> list[str]:
     command = argparse.ArgumentParser()
     options.add_map_options(command)
     options.add_rendering(command)
+    stores.add_options(command)
     if parameters := told.pop("parameters", None):
         told |= _parameter(parameters)
     values = {_NAMES.get(name, name): value for name, value in told.items() if value is not None and name != "cull"}

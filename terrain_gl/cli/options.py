@@ -209,6 +209,7 @@ def open_scene_or_sample(
     reading = Reading(How(args.trusted, args.band, args.raw), args.z_scale, args.z_offset, args.nodata, args.encoding)
     if not is_huge(name, reading):
         return open_scene(args, name, progress), ""
+    stores.check_no_edits(args, name)
     few, offer = sample(name, reading)
     print(f"terrain-gl: note: {offer}", file=sys.stderr)
     camera = _camera(args, few, standard_view(few, args.view or "default"))
@@ -222,6 +223,7 @@ def _opened(
     if is_store(name):
         stored = stores.opened(args, name, map_options(args))
         return stored, None, stored.coarse()
+    stores.check_no_edits(args, name)
     heightmap, known = maps.open_map(name, **map_options(args), progress=progress)
     tell_notes(heightmap)
     return heightmap, known, heightmap
@@ -232,7 +234,7 @@ def check_outputs(args: argparse.Namespace, source: str | None) -> None:
     outputs = getattr(args, "output", None), getattr(args, "json", None)
     check_writable(*outputs)
     written = {os.path.realpath(path) for path in outputs if path}
-    others = [path for name in ("path", "sky", "material") if (path := getattr(args, name, None))]
+    others = [path for name in ("path", "sky", "material", "edits") if (path := getattr(args, name, None))]
     others += getattr(args, "overlay", [])
     for read in (*(maps.files_read(source) if source else ()), *others):
         if os.path.realpath(read) in written:
@@ -310,6 +312,7 @@ def make_renderer(
         if lit and Look(args.style).is_lit and not isinstance(scene.heightmap, PagedMap):
             check_room(renderer.ctx, scene.heightmap)
         drain(renderer.build_steps)
+        stores.rebuild(renderer)
     except BaseException:
         renderer.release()
         raise

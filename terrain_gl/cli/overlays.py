@@ -9,7 +9,7 @@ from typing import Any
 from ..exceptions import UsageError
 from ..heightmap import Heightmap
 from ..overlay import Overlay, read_overlay
-from ..store import StoredMap
+from ..paged_map import PagedMap
 
 PICTURES = (".tif", ".tiff", ".png", ".jpg", ".jpeg", ".jp2", ".webp", ".exr", ".vrt")
 
@@ -45,6 +45,6 @@ def of(args: argparse.Namespace, heightmap: Heightmap) -> tuple[Overlay, ...]:
     UsageError
         The map is a store.
     """
-    if args.overlay and isinstance(heightmap, StoredMap):
+    if args.overlay and isinstance(heightmap, PagedMap):
         raise UsageError("--overlay: lines and points cannot be drawn over a store yet")
     return tuple(read_overlay(path, heightmap) for path in args.overlay)

@@ -8,7 +8,10 @@ from collections.abc import Iterator
 from contextlib import contextmanager
 from typing import Any
 
+from ..edited_map import EditedMap
 from ..exceptions import TerrainError, UsageError
+from ..files.edits import read_edits
+from ..paged_map import PagedMap
 from ..renderer import Renderer
 from ..store import StoredMap
 from . import report, values
@@ -21,9 +24,11 @@ def add_options(command: Any) -> None:
     group.add_argument("--gpu-memory", type=values.count, metavar="MIB", default=512, help=what)
     what = "of a store: MiB of memory for tiles (default: 512)"
     group.add_argument("--memory", type=values.count, metavar="MIB", default=512, help=what)
+    what = "edits of a store, .tif or .npz: they are drawn, and the store stays as it is"
+    group.add_argument("--edits", metavar="FILE", help=what)
 
 
-def opened(args: argparse.Namespace, name: str, of_map: dict[str, Any]) -> StoredMap:
+def opened(args: argparse.Namespace, name: str, of_map: dict[str, Any]) -> PagedMap:
     """The store of that name, for a command that can draw it; `of_map`: options for a map's values.
 
     Raises
@@ -39,7 +44,30 @@ def opened(args: argparse.Namespace, name: str, of_map: dict[str, Any]) -> Store
         raise UsageError(f"{report.shown(name)}: is a store, which has its own scales: to change them, build it again")
     stored = StoredMap(name)
     stored.limit(args.gpu_memory << 20, args.memory << 20)
-    return stored
+    if not args.edits:
+        return stored
+    edited = EditedMap(stored)
+    for x, y, heights in read_edits(args.edits, stored):
+        edited.write(x, y, heights)
+    edited.saved_as = args.edits
+    return edited
+
+
+def check_no_edits(args: argparse.Namespace, name: str) -> None:
+    """Refuse --edits for a map that is no store."""
+    if getattr(args, "edits", None):
+        raise UsageError(f"--edits: edits are for a store, and {report.shown(name)} is none")
+
+
+def rebuild(renderer: Renderer) -> None:
+    """Compute the records of edited nodes anew; if that fails, say so: wide bounds hold, too."""
+    if renderer.streaming is None or not isinstance(renderer.heightmap, EditedMap):
+        return
+    try:
+        with report.progress_bar("measuring edits") as progress:
+            renderer.rebuild(progress)
+    except TerrainError as error:
+        print(f"terrain-gl: note: {error}", file=sys.stderr)
 
 
 @contextmanager

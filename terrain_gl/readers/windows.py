@@ -219,7 +219,7 @@ class Mosaic:
         self.files, first = files, files[0]
         if first.georeference is None:
             raise TerrainError(f"{first.name}: its place is not known: a mosaic needs files with a georeference")
-        places = [self._place(file, first) for file in files]
+        places = [corner_on(file, first) for file in files]
         left, top = (min(place[i] for place in places) for i in (0, 1))
         self._corners = [(x - left, y - top) for x, y in places]
         ends = [(x + f.shape[1], y + f.shape[0]) for (x, y), f in zip(self._corners, files, strict=True)]
@@ -249,17 +249,35 @@ class Mosaic:
             np.copyto(heights[at], part, where=~np.isnan(part))
         return heights
 
-    @staticmethod
-    def _place(file: RasterFile, first: RasterFile) -> tuple[int, int]:
-        """Column and row of a file's first post on the first file's grid."""
-        assert first.georeference is not None
-        mine, grid = file.georeference and file.georeference.grid, first.georeference.grid
-        if mine is None or abs(mine.a / grid.a - 1) > 1e-6 or abs(mine.e / grid.e - 1) > 1e-6:
-            raise TerrainError(f"{file.name}: its posts are not {grid.a:g} apart as in {first.name}: resample it first")
-        x, y = (mine.c - grid.c) / grid.a, (mine.f - grid.f) / grid.e
-        if max(abs(x - round(x)), abs(y - round(y))) > _EVEN:
-            raise TerrainError(f"{file.name}: its posts are not on the grid of {first.name}: resample it first")
-        return round(x), round(y)
+
+class Placed(Protocol):
+    """A map with a name and a place."""
+
+    @property
+    def name(self) -> str:
+        """Its name in messages."""
+
+    @property
+    def georeference(self) -> Georeference | None:
+        """Where it lies."""
+
+
+def corner_on(file: Placed, first: Placed) -> tuple[int, int]:
+    """Column and row of a file's first post on the grid of another map, whose place is known.
+
+    Raises
+    ------
+    TerrainError
+        The file is not on that grid.
+    """
+    assert first.georeference is not None
+    mine, grid = file.georeference and file.georeference.grid, first.georeference.grid
+    if mine is None or abs(mine.a / grid.a - 1) > 1e-6 or abs(mine.e / grid.e - 1) > 1e-6:
+        raise TerrainError(f"{file.name}: its posts are not {grid.a:g} apart as in {first.name}: resample it first")
+    x, y = (mine.c - grid.c) / grid.a, (mine.f - grid.f) / grid.e
+    if max(abs(x - round(x)), abs(y - round(y))) > _EVEN:
+        raise TerrainError(f"{file.name}: its posts are not on the grid of {first.name}: resample it first")
+    return round(x), round(y)
 
 
 def _common(window: slice, first: int, n: int) -> slice | None:

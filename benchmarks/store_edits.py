@@ -1,0 +1,77 @@
+"""Edits of a store: what a dab of the brush costs, how wide bounds are, and how long it takes to make them exact.
+
+    python benchmarks/store_edits.py [POSTS]     generated land of 4096 posts a side, in tiles of 256
+
+Times are processor time of this process, threads included. The view looks down at the edit from 4 km. Triangles and
+tiles are those of a picture within 1 px: before the edit, with wide bounds, and with exact ones.
+"""
+
+from __future__ import annotations
+
+import sys
+import tempfile
+import time
+from pathlib import Path
+
+import numpy as np
+
+import terrain_gl as tg
+from terrain_gl.brush import Brush, Sculptor
+from terrain_gl.camera import Camera
+from terrain_gl.edited_map import EditedMap
+from terrain_gl.files.generate import Land, generate
+from terrain_gl.gpu.context import create_context
+from terrain_gl.store import StoredMap, build
+
+SIZE = (640, 360)
+SPACING_M = 30.0
+DABS = 10
+RADII_POSTS = (10, 50, 200)
+
+
+def main() -> int:
+    """Edit with brushes of several radii, and print."""
+    posts = int(sys.argv[1]) if len(sys.argv) > 1 else 4096
+    with tempfile.TemporaryDirectory() as folder:
+        path = Path(folder) / "s"
+        with create_context() as ctx:
+            land = generate(ctx, Land(posts, posts, seed=1, relief_m=2000.0, spacing_m=SPACING_M))
+        build(land.heights, path, spacing_m=SPACING_M)
+        print("radius  ms a dab  triangles: before, wide, exact  tiles: before, wide, exact  rebuild s  edits MiB")
+        for radius in RADII_POSTS:
+            edit(path, radius)
+    return 0
+
+
+def edit(path: Path, radius: int) -> None:
+    """A stroke with a radius in posts."""
+    with tg.Renderer(StoredMap(path), SIZE) as renderer:
+        width, depth = renderer.heightmap.extent_m
+        middle = 0.55 * width, 0.55 * depth
+        camera = Camera((middle[0], middle[1] - 6000.0, renderer.heightmap.range_m[1] + 4000.0), (*middle, 0.0))
+        drawn = [renderer.choose(camera, 1.0)]
+        sculptor, brush = Sculptor(renderer), Brush("raise", radius * SPACING_M, 20.0)
+        sculptor.begin()
+        ms = []
+        for x in np.linspace(-1000, 1000, DABS):
+            ms.append(1000 * spent(lambda x=x: sculptor.dab(brush, middle[0] + x, middle[1])))
+        sculptor.end()
+        drawn.append(renderer.choose(camera, 1.0))
+        rebuild_s = spent(renderer.rebuild)
+        drawn.append(renderer.choose(camera, 1.0))
+        assert isinstance(renderer.heightmap, EditedMap)
+        counts = [", ".join(f"{stats[key]:,}" for stats in drawn) for key in ("triangles", "tiles_resident")]
+        held = renderer.heightmap.bytes / 2**20
+        print(f"{radius:6} {np.median(ms):9.0f}  {counts[0]:>31} {counts[1]:>27} {rebuild_s:10.1f} {held:10.1f}")
+
+
+def spent(work: object) -> float:
+    """Processor time of a piece of work, in seconds."""
+    assert callable(work)
+    start = time.process_time()
+    work()
+    return time.process_time() - start
+
+
+if __name__ == "__main__":
+    sys.exit(main())

@@ -1,0 +1,217 @@
+"""Edits of a store as files: a GeoTIFF window, or a patch file for stores whose place is not known.
+
+A GeoTIFF has the smallest rectangle with all edits, on the store's grid; posts without an edit are void. So `build`
+makes the edited store from the map and this file. A patch file (.npz) has the tiles with edits, and the hash of the
+store that they belong to. Both can be read again.
+"""
+
+from __future__ import annotations
+
+import os
+import zipfile
+from collections.abc import Iterator
+from pathlib import Path
+from typing import Any, NamedTuple
+
+import numpy as np
+
+from ..edit import Editor
+from ..edited_map import EditedMap
+from ..exceptions import TerrainError, UsageError
+from ..heightmap import Heightmap
+from ..image import replacing
+from ..paged_map import PagedMap
+from ..readers.georeference import Georeference
+from ..readers.raster import has_rasterio
+from ..readers.windows import RasterFile, Reading, corner_on
+from .writers import heightmap_file
+
+PATCH, WINDOW = (".npz",), (".tif", ".tiff")
+_FORMAT = 1
+Tiles = dict[tuple[int, int], np.ndarray]
+
+
+class Patch(NamedTuple):
+    """New heights of a rectangle of posts.
+
+    Attributes
+    ----------
+    x, y
+        Column and row of the first post.
+    heights
+        (rows, cols) float32 metres; NaN for posts without an edit.
+    """
+
+    x: int
+    y: int
+    heights: np.ndarray
+
+
+def edits_of(heightmap: Heightmap) -> EditedMap:
+    """A map as a store with edits.
+
+    Raises
+    ------
+    UsageError
+        It is no store, or has no edits.
+    """
+    if not isinstance(heightmap, PagedMap):
+        raise UsageError(f"{heightmap.name}: is no store: save the whole map")
+    if not isinstance(heightmap, EditedMap) or not heightmap.edits:
+        raise UsageError(f"{heightmap.name}: has no edits to save")
+    return heightmap
+
+
+def check_edits_name(path: str | os.PathLike[str], heightmap: Heightmap) -> None:
+    """Refuse a name that edits of a store cannot be saved under.
+
+    Raises
+    ------
+    UsageError
+        An unknown ending, or a GeoTIFF of a store whose place is not known.
+    TerrainError
+        A GeoTIFF needs rasterio.
+    """
+    suffix = Path(path).suffix.lower()
+    if suffix not in (*PATCH, *WINDOW):
+        raise UsageError(f"{path}: the name of a file of edits must end in {', '.join((*WINDOW, *PATCH))}")
+    if suffix in WINDOW and heightmap.georeference is None:
+        raise UsageError(f"{path}: the place of {heightmap.name} is not known: save its edits as .npz")
+    if suffix in WINDOW and not has_rasterio():
+        raise TerrainError(f"{path}: a GeoTIFF needs rasterio (pip install 'terrain-gl[geo]'), or save .npz")
+
+
+def write_edits(path: str | os.PathLike[str], heightmap: Heightmap) -> None:
+    """Write the edits of a store. The file appears only when it is complete.
+
+    Parameters
+    ----------
+    path
+        `.tif`, `.tiff`: a GeoTIFF window of float32 metres. `.npz`: a patch file.
+
+    Raises
+    ------
+    UsageError
+        There are no edits, or the name does not fit: see `check_edits_name`.
+    TerrainError
+        The file cannot be written.
+    """
+    edited = edits_of(heightmap)
+    check_edits_name(path, edited)
+    write_tiles(path, edited, edited.edited())
+    edited.saved_as = os.path.abspath(path)
+
+
+def write_tiles(path: str | os.PathLike[str], heightmap: EditedMap, tiles: Tiles) -> None:
+    """Write tiles of edits, which a thread may do while the map is edited further: see `write_edits`."""
+    if Path(path).suffix.lower() in WINDOW:
+        _write_window(path, heightmap, tiles)
+        return
+    about = {"format": _FORMAT, "store": heightmap.identity, "shape": (heightmap.rows, heightmap.cols)}
+    places = sorted(tiles)
+    heights = np.stack([tiles[at] for at in places])
+    with replacing(path) as part, open(part, "wb") as file:
+        np.savez_compressed(file, tiles=np.array(places), heights=heights, **about)  # type: ignore[arg-type]
+
+
+def _write_window(path: str | os.PathLike[str], heightmap: EditedMap, tiles: Tiles) -> None:
+    side, place = heightmap.tile, heightmap.georeference
+    assert place is not None
+    rows, cols = _hull(tiles, side, (heightmap.rows, heightmap.cols))
+    grid = place.grid._replace(c=place.grid.c + cols.start * place.grid.a, f=place.grid.f + rows.start * place.grid.e)
+    window = Georeference(grid, place.crs, (cols.stop - cols.start, rows.stop - rows.start))
+    with heightmap_file(path, *window.size, f"edits of {os.path.basename(heightmap.name)}", window) as file:
+        for row in range(rows.start // side, -(-rows.stop // side)):
+            first, end = max(rows.start, row * side), min(rows.stop, (row + 1) * side)
+            band = np.full((end - first, cols.stop - cols.start), np.nan, np.float32)
+            for at, tile in tiles.items():
+                if at[0] == row:
+                    left, right = max(cols.start, at[1] * side), min(cols.stop, (at[1] + 1) * side)
+                    part = tile[first - row * side : end - row * side, left - at[1] * side : right - at[1] * side]
+                    band[:, left - cols.start : right - cols.start] = part
+            file.write(band)
+
+
+def _hull(tiles: Tiles, side: int, shape: tuple[int, int]) -> tuple[slice, slice]:
+    """The smallest rectangle with all edits, and with two posts at least along each side."""
+    found = []
+    for axis in (0, 1):
+        places = [at[axis] * side + np.flatnonzero(~np.isnan(tile).all(1 - axis)) for at, tile in tiles.items()]
+        posts = np.concatenate(places)
+        first, last = int(posts.min()), int(posts.max())
+        first = min(first, shape[axis] - 2)
+        found.append(slice(first, max(last, first + 1) + 1))
+    return found[0], found[1]
+
+
+def read_edits(path: str | os.PathLike[str], heightmap: Heightmap) -> list[Patch]:
+    """Read a file of edits for a store.
+
+    Raises
+    ------
+    UsageError
+        The map is no store, or the file's name has an unknown ending.
+    TerrainError
+        The file cannot be read, or belongs to another store.
+    """
+    if not isinstance(heightmap, PagedMap):
+        raise UsageError(f"{path}: edits are for a store, and {heightmap.name} is none")
+    check_edits_name(path, heightmap)
+    if not os.path.isfile(path):
+        raise TerrainError(f"{path}: there is no such file")
+    return list((_of_window if Path(path).suffix.lower() in WINDOW else _of_tiles)(os.fspath(path), heightmap))
+
+
+def apply_edits(path: str | os.PathLike[str], editor: Editor) -> None:
+    """Apply the edits of a file to the store of a renderer. Exceptions are those of `read_edits` and `Editor.write`."""
+    terrain: Any = editor.resources.terrain
+    before = terrain.heightmap
+    for x, y, heights in read_edits(path, before):
+        editor.write(x, y, heights, settle=False)
+    editor.settle()
+    if isinstance(terrain.heightmap, EditedMap) and not isinstance(before, EditedMap):
+        terrain.heightmap.saved_as = os.path.abspath(path)
+
+
+def _of_window(path: str, heightmap: PagedMap) -> Iterator[Patch]:
+    """The edits of a GeoTIFF, a band of a tile's height after the other."""
+    file = RasterFile(path, Reading())
+    x, y = corner_on(file, heightmap)
+    rows, cols = file.shape
+    if x < 0 or y < 0 or x + cols > heightmap.cols or y + rows > heightmap.rows:
+        raise TerrainError(f"{path}: reaches beyond {heightmap.name}: it belongs to another map")
+    for first in range(0, rows, heightmap.tile):
+        yield Patch(x, y + first, file.read(slice(first, min(first + heightmap.tile, rows)), slice(0, cols)))
+
+
+def _of_tiles(path: str, heightmap: PagedMap) -> Iterator[Patch]:
+    found = _arrays(path)
+    shape = heightmap.rows, heightmap.cols
+    if str(found["store"]) != heightmap.identity or tuple(found["shape"]) != shape:
+        raise TerrainError(f"{path}: holds edits of another store than {heightmap.name}")
+    side = found["heights"].shape[-1]
+    for (row, col), heights in zip(found["tiles"].tolist(), found["heights"], strict=True):
+        y, x = row * side, col * side
+        if not (0 <= y < shape[0] and 0 <= x < shape[1]):
+            raise TerrainError(f"{path}: is damaged: a tile lies beyond the map")
+        yield Patch(x, y, heights[: shape[0] - y, : shape[1] - x])
+
+
+def _arrays(path: str) -> dict[str, Any]:
+    """The arrays of a patch file, checked."""
+    try:
+        with np.load(path) as file:
+            found = {name: file[name] for name in ("format", "store", "shape", "tiles", "heights")}
+        heights, tiles = found["heights"], found["tiles"]
+        fits = heights.ndim == 3 and heights.dtype == np.float32 and tiles.shape == (len(heights), 2)
+        if (
+            not fits
+            or heights.shape[1] != heights.shape[2]
+            or tiles.dtype.kind != "i"
+            or int(found["format"]) != _FORMAT
+        ):
+            raise ValueError("its arrays do not fit together")
+    except (OSError, ValueError, KeyError, EOFError, TypeError, zipfile.BadZipFile) as error:
+        reason = " ".join(str(error).split())[:80]
+        raise TerrainError(f"{path}: is not a file of edits ({reason}): save_edits writes one") from None
+    return found

@@ -1,0 +1,489 @@
+"""Edits of stores: a valid bound at once, the exact one after a rebuild; pages, light and files follow."""
+
+import json
+import threading
+import time
+
+import numpy as np
+import pytest
+from commands import refused
+from hypothesis import given, settings
+from hypothesis import strategies as st
+from maps import rough
+
+from terrain_gl import reference
+from terrain_gl.camera import Camera
+from terrain_gl.exceptions import TerrainError, UsageError
+from terrain_gl.files.views import standard_view
+from terrain_gl.gpu import layout
+from terrain_gl.heightmap import Heightmap
+from terrain_gl.options import RenderOptions
+from terrain_gl.renderer import Renderer
+from terrain_gl.sheet import Sheet
+from terrain_gl.steps import drain
+from terrain_gl.terrain import quantisation_range
+from terrain_gl.widening import Moves, Scale, errors_m, moves, packed, widened, widened_ranges
+
+pytest.importorskip("zarr")
+from terrain_gl.edited_map import EditedMap
+from terrain_gl.store import build
+from terrain_gl.store.opened import StoredMap
+
+SIZE = (160, 90)
+SMALL = {"tile": 32, "shard": 128, "spacing_m": 2.0}
+ROWS, COLS = 150, 201
+
+
+@pytest.fixture(scope="module")
+def land(tmp_path_factory):
+    """Heights, with room for edits in their range; and their store."""
+    heights = rough(ROWS, COLS, relief=60)
+    heights[0, 0], heights[-1, -1] = -40, 40
+    path = tmp_path_factory.mktemp("land") / "s"
+    build(heights, path, **SMALL)
+    return heights, path
+
+
+def bumped(heights, rows, cols, rise_m=9.0, seed=0):
+    """The map with noise on a rectangle, still inside its range; and the new heights of the rectangle."""
+    new = heights.copy()
+    noise = np.random.default_rng(seed).uniform(-rise_m, rise_m, new[rows, cols].shape)
+    new[rows, cols] = np.clip(new[rows, cols] + noise, -40, 40).astype(np.float32)
+    return new, new[rows, cols].copy()
+
+
+def chosen(renderer, camera, error_px, metric="max"):
+    frame = renderer.inspector.frame = renderer.select(camera, SIZE, RenderOptions(error_px, metric=metric))
+    return frame.selection
+
+
+def achieved_px(renderer, metric="max"):
+    found = drain(renderer.inspector.measure_steps())
+    assert found.uncovered == 0
+    return found.max_px if metric == "max" else found.rms_px
+
+
+def random_view(rng, z_m=60.0):
+    x, y = rng.uniform(-0.1, 1.1, 2) * (2.0 * COLS, 2.0 * ROWS)
+    target = (*(rng.random(2) * (2.0 * COLS, 2.0 * ROWS)), -40.0)
+    return Camera((x, y, 40 + z_m * rng.random()), target, rng.uniform(20, 70))
+
+
+def patches_of(renderer):
+    renderer.session.enter()
+    selection = renderer.inspector.frame.selection
+    return selection.surface.patches.read(selection.patches * layout.RING_PATCH.itemsize)
+
+
+@pytest.fixture
+def alone(monkeypatch):
+    """Nothing is loaded while a mesh is chosen."""
+    monkeypatch.setattr("terrain_gl.streaming.Streaming.select", lambda _, choose, camera, goal: (choose(camera), {}))
+
+
+def load_some(renderer, rng):
+    numbering = renderer.terrain.numbering
+    renderer.session.enter()
+    renderer.tables.load([numbering.key(int(n)) for n in rng.integers(0, numbering.total, 6)])
+
+
+# --- Sheets and moves -------------------------------------------------------------------------------------------------
+
+
+@given(st.integers(0, 10**6))
+@settings(max_examples=30)
+def test_a_sheet_is_an_array_that_appears_where_it_is_written(seed):
+    rng = np.random.default_rng(seed)
+    whole, sheet = np.full((40, 50), 7.0, np.float32), Sheet(8, 7.0)
+    for _ in range(4):
+        y, x = (np.sort(rng.integers(0, n, 2)) + (0, 1) for n in whole.shape)
+        area = slice(*y.tolist()), slice(*x.tolist())
+        values = rng.uniform(-9, 9, whole[area].shape).astype(np.float32)
+        if rng.random() < 0.3:
+            sheet.clear(area)
+            whole[area] = 7.0
+        else:
+            sheet.put(area, values, np.maximum)
+            whole[area] = np.maximum(whole[area], values)
+        found = sheet.get((slice(3, 37), slice(5, 50)))
+        np.testing.assert_array_equal(whole[3:37, 5:50] if found is not None else 7.0, 7.0 if found is None else found)
+    assert sheet.bytes == 4 * 64 * len(sheet.tiles)
+
+
+@given(st.integers(0, 10**6))
+@settings(max_examples=40)
+def test_moves_are_those_of_the_specification(seed):
+    rng = np.random.default_rng(seed)
+    shape = tuple(rng.integers(2, 40, 2).tolist())
+    first = [int(rng.integers(0, n)) for n in shape]
+    end = [int(rng.integers(low + 1, n + 1)) for low, n in zip(first, shape, strict=True)]
+    area = slice(first[0], end[0]), slice(first[1], end[1])
+    old, new = rng.uniform(-5, 5, (2, *shape)).astype(np.float32)
+    after = old.copy()
+    after[area] = np.where(rng.random(old[area].shape) < 0.4, new[area], old[area])
+    for level in range(1, 6):
+        truth, vertices = reference.node_moves(after.astype(np.float64) - old, level)
+        found = moves(old[area], after[area], (first[0], first[1]), level, (shape[0] - 1, shape[1] - 1))
+        rows, cols = (
+            np.flatnonzero(
+                (reference.nodes_along(shape[i], level).high >= first[i])
+                & (reference.nodes_along(shape[i], level).low < end[i])
+            )
+            for i in (0, 1)
+        )
+        near = np.ix_(rows, cols)
+        np.testing.assert_array_equal(found.truth, truth[near])
+        np.testing.assert_array_equal(found.vertices, vertices[near])
+        far = np.ones(truth.shape, bool)
+        far[near] = False
+        assert not truth[far].any()
+
+
+def test_wide_records_are_those_of_the_specification_rounded_up():
+    rng, scale = np.random.default_rng(0), Scale(-32.0, 96.0)
+    most = rng.uniform(0, 30, (9, 11))
+    words = packed(most, most * rng.random(most.shape), scale)
+    truth = np.where(rng.random(most.shape) < 0.5, rng.uniform(0, 5, most.shape), 0).astype(np.float32)
+    vertices = truth * rng.random(most.shape).astype(np.float32)
+    moved = Moves(truth, vertices, np.where(truth > 0, -20.0, np.inf), np.where(truth > 0, 33.0, -np.inf))
+    square = np.arange(11) < 9
+    found = errors_m(widened(words, moved, square & (most > 0), 2, scale), scale)
+    expected = reference.widened_errors(*errors_m(words, scale), truth, vertices, 2)
+    for ours, theirs in zip(found, expected, strict=True):
+        inside = np.broadcast_to(square, theirs.shape)
+        assert (ours >= theirs)[inside].all() and (ours <= theirs * 1.003 + 0.001)[inside].all()
+    assert (found[1][:, 9:] == found[0][:, 9:])[truth[:, 9:] > 0].all()  # at the rim, the mean is the largest error
+    np.testing.assert_array_equal(widened(words, moved, square, 2, scale)[truth == 0], words[truth == 0])
+    ranges = np.full((2, 9, 11), 30000, np.uint16)
+    low, high = widened_ranges(ranges, moved, scale) / 65535 * 96.0 - 32.0
+    assert (low[truth > 0] <= -20).all() and (high[truth > 0] >= 33).all()
+    assert (widened_ranges(ranges, moved, scale)[:, truth == 0] == 30000).all()
+
+
+# --- What is certified ------------------------------------------------------------------------------------------------
+
+
+def random_edit(rng):
+    """A rectangle anywhere: at rims, at borders of tiles, single posts, and large ones."""
+    kind = rng.integers(0, 4)
+    if kind == 0:
+        first = rng.choice([0, 31, 32, 63, 64, ROWS - 1]), rng.choice([0, 32, 64, 127, 128, COLS - 1])
+        size = 1, 1
+    else:
+        first = rng.integers(0, ROWS), rng.integers(0, COLS)
+        size = rng.integers(1, (3, 12, 60)[kind - 1], 2)
+    rows, cols = (slice(int(a), int(min(a + n, most))) for a, n, most in zip(first, size, (ROWS, COLS), strict=True))
+    return rows, cols
+
+
+def check_bounds(land, seed, metric, rounds=3):
+    """Edits, views and loaded pages at random; returns the largest achieved error as a part of the certified one."""
+    heights, path = land
+    rng, worst = np.random.default_rng(seed), 0.0
+    with Renderer(StoredMap(path), SIZE) as renderer:
+        for number in range(rounds):
+            rows, cols = random_edit(rng)
+            heights, new = bumped(heights, rows, cols, rng.choice([0.5, 5.0, 60.0]), seed + number)
+            load_some(renderer, rng)
+            renderer.edit(rows, cols, new)
+            np.testing.assert_array_equal(renderer.heightmap.heights[:, :], heights)
+            for _ in range(2):
+                selection = chosen(renderer, random_view(rng), float(rng.choice([0.3, 1.0, 4.0])), metric)
+                found = achieved_px(renderer, metric)
+                worst = max(worst, found / max(selection.certified_px, 1e-9))
+                load_some(renderer, rng)
+    return worst
+
+
+@pytest.mark.parametrize("metric", ["max", "rms"])
+@given(seed=st.integers(0, 10**6))
+@settings(max_examples=3)
+def test_right_after_an_edit_the_bound_holds(land, alone, metric, seed):
+    assert check_bounds(land, seed, metric) <= 1
+
+
+def test_without_wide_records_the_bound_breaks(land, alone, monkeypatch):
+    monkeypatch.setattr("terrain_gl.edited_records.widened", lambda words, *_: words)
+    assert max(check_bounds(land, seed, "max", 2) for seed in range(3)) > 1
+
+
+def test_after_a_rebuild_a_store_is_that_of_the_edited_map(land, tmp_path):
+    heights, path = land
+    heights, new = bumped(heights, slice(25, 40), slice(60, 130))
+    heights, corner = bumped(heights, slice(ROWS - 3, ROWS), slice(COLS - 2, COLS))
+    build(heights, tmp_path / "t", **SMALL)
+    rng = np.random.default_rng(5)
+    with Renderer(StoredMap(path), SIZE) as one, Renderer(StoredMap(tmp_path / "t"), SIZE) as other:
+        one.draw(standard_view(one.heightmap.coarse()), 1.0, style="shaded")
+        one.edit(slice(25, 40), slice(60, 130), new)
+        one.edit(slice(ROWS - 3, None), slice(COLS - 2, None), corner)
+        assert one.draw(random_view(rng), 0.5, style="depth")["tiles_wide"] > 0
+        shares = []
+        one.rebuild(shares.append)
+        assert shares[-1] == 1 and np.all(np.diff(shares) >= 0)
+        assert one.draw(random_view(rng), 0.5, style="depth")["tiles_wide"] == 0
+        for renderer in (one, other):
+            renderer.streaming.is_repeatable = True
+        for number in range(5):
+            camera, how = random_view(rng), {"metric": ("max", "rms")[number % 2], "style": "shaded"}
+            first, second = (renderer.render(camera, 0.5, **how) for renderer in (one, other))
+            assert patches_of(one) == patches_of(other)
+            assert first.stats["certified_max_error_px"] == second.stats["certified_max_error_px"]
+            np.testing.assert_array_equal(first.image, second.image)  # so light has followed, too
+
+
+@pytest.mark.parametrize("follows", [True, False])
+def test_light_follows_an_edit(land, follows, monkeypatch):
+    """A wall throws a shadow on tiles that were lit before."""
+    if not follows:
+        monkeypatch.setattr("terrain_gl.page_light.PageVisibility.update", lambda *_: None)
+    stored = StoredMap(land[1])
+    camera, how = Camera((200, 150, 150), (200.1, 150, 0)), {"style": "shaded", "sun": (90.0, 20.0)}
+    edited = EditedMap(stored)
+    edited.write(100, 40, np.full((70, 3), 40, np.float32))
+    with Renderer(stored, (96, 54)) as renderer:
+        renderer.streaming.is_repeatable = True
+        renderer.draw(camera, 0.1, **how)
+        renderer.edit(slice(40, 110), slice(100, 103), 40.0)
+        pixels = renderer.render(camera, 0.1, **how).image.astype(int)
+    with Renderer(edited, (96, 54)) as renderer:
+        fresh = renderer.render(camera, 0.1, **how).image
+    assert (np.abs(pixels - fresh).max() <= 2) == follows
+
+
+def test_an_edit_during_a_rebuild_is_not_lost(land):
+    heights, path = land
+    edited = EditedMap(StoredMap(path))
+    from terrain_gl.rebuilding import Rebuilder
+
+    rebuilder = Rebuilder()
+    edited.write(40, 40, np.full((5, 5), 20, np.float32))
+    rebuilder.want(edited)
+    edited.write(44, 44, np.full((5, 5), -20, np.float32))
+    rebuilder.wait(20)
+    assert rebuilder.take(edited) == [] and edited.wide
+    while edited.wide:
+        rebuilder.want(edited)
+        rebuilder.wait(20)
+        rebuilder.take(edited)
+    assert not any(edited.is_wide(edited.numbering.key(n)) for n in range(edited.numbering.total))
+    rebuilder.release()
+
+
+def test_heights_out_of_the_range_are_converted_and_bounded(land, alone):
+    heights, path = land
+    rng = np.random.default_rng(2)
+    with Renderer(StoredMap(path), SIZE) as renderer:
+        load_some(renderer, rng)
+        before = renderer.heightmap.quantised_m
+        renderer.edit(70, slice(90, 94), 33.0)
+        renderer.edit(slice(70, 75), slice(90, 99), 400.0)
+        assert renderer.heightmap.range_m == (-40.0, 400.0)
+        assert quantisation_range(*renderer.heightmap.quantised_m) != quantisation_range(*before)
+        assert set(renderer.terrain.slot_of) == set(renderer.terrain.roots)
+        for metric in ("max", "rms", "max"):
+            load_some(renderer, rng)
+            selection = chosen(renderer, random_view(rng, 600), 2.0, metric)
+            assert achieved_px(renderer, metric) <= selection.certified_px
+        renderer.rebuild()
+        for metric in ("max", "rms"):
+            selection = chosen(renderer, random_view(rng, 600), 2.0, metric)
+            assert achieved_px(renderer, metric) <= selection.certified_px
+        assert renderer.height_at(2.0 * 92, 2.0 * (ROWS - 1 - 72)) == 400.0
+
+
+def test_the_callers_map_does_not_change(land):
+    heights, path = land
+    stored = StoredMap(path)
+    with Renderer(stored, SIZE) as renderer:
+        renderer.edit(3, 4, 5.0)
+        assert renderer.heightmap.heights[3, 4] == 5.0 != stored.heights[3, 4]
+        edited = renderer.heightmap
+    with Renderer(edited, SIZE) as renderer:
+        renderer.edit(3, 4, 6.0)
+        rows, cols = np.array([3, 0, 149]), np.array([4, 0, 200])
+        np.testing.assert_array_equal(renderer.heightmap.heights[rows, cols], [6, heights[0, 0], heights[149, 200]])
+    assert edited.heights[3, 4] == 5.0 and stored.heights[3, 4] == heights[3, 4]
+    with Renderer(StoredMap(path), SIZE) as renderer:
+        renderer.edit(3, 4, heights[3, 4])
+        assert not isinstance(renderer.heightmap, EditedMap)
+
+
+# --- Pages that come late ---------------------------------------------------------------------------------------------
+
+
+class Slow(StoredMap):
+    """A store whose finest pages are read at once, and arrive when they are let go."""
+
+    def __init__(self, path):
+        super().__init__(path)
+        self.gate, self.read = threading.Event(), []
+
+    def page(self, key):
+        page = super().page(key)
+        if key[0] == 0:
+            self.read.append(key)
+            self.gate.wait(20)
+        return page
+
+
+def late_page_px(path, heights):
+    """Edit while pages are being read, then let them arrive; returns achieved and certified error."""
+    stored = Slow(path)
+    with Renderer(stored, SIZE) as renderer:
+        renderer.streaming.waits = False
+        camera = Camera((150, 180, 60), (210, 200, 0), 50)
+        renderer.session.enter()
+        renderer.tables.load(
+            key for n in range(renderer.terrain.numbering.total) if (key := renderer.terrain.numbering.key(n))[0]
+        )
+        renderer.choose(camera, 0.3)
+        loader, end = renderer.streaming.loader, time.monotonic() + 20
+        while not stored.read and time.monotonic() < end:
+            time.sleep(0.002)
+        new = np.where(np.indices((60, 80)).sum(0) % 2, 30.0, -30.0)
+        renderer.edit(slice(20, 80), slice(60, 140), new, settle=False)
+        stored.gate.set()
+        stats = renderer.choose(camera, 0.3)
+        while not stats["complete"] and time.monotonic() < end:
+            loader.wait(0.05)
+            stats = renderer.choose(camera, 0.3)
+        assert stats["complete"]
+        return achieved_px(renderer), stats["certified_max_error_px"]
+
+
+def test_a_page_that_was_read_before_an_edit_does_not_arrive_after_it(land):
+    heights, path = land
+    achieved, certified = late_page_px(path, heights)
+    assert achieved <= certified
+
+
+def test_without_versions_it_does(land, monkeypatch):
+    heights, path = land
+    monkeypatch.setattr(EditedMap, "version", lambda self, key: 0)
+    achieved, certified = late_page_px(path, heights)
+    assert achieved > certified
+
+
+def test_a_flight_rebuilds_by_itself(land):
+    heights, path = land
+    with Renderer(StoredMap(path), SIZE) as renderer:
+        renderer.streaming.waits = False
+        camera = Camera((150, 180, 60), (210, 200, 0), 50)
+        renderer.edit(slice(20, 80), slice(60, 140), 11.0, settle=False)
+        renderer.choose(camera, 1.0)
+        assert not renderer.streaming.is_rebuilding  # the stroke is not over
+        renderer.settle()
+        end = time.monotonic() + 30
+        while renderer.heightmap.wide and time.monotonic() < end:
+            stats = renderer.choose(camera, 1.0)
+            assert achieved_px(renderer) <= stats["certified_max_error_px"]
+        assert not renderer.heightmap.wide
+
+
+# --- Files ------------------------------------------------------------------------------------------------------------
+
+
+@pytest.fixture
+def placed(tmp_path, monkeypatch):
+    """A GeoTIFF and its store in the working folder."""
+    rasterio = pytest.importorskip("rasterio")
+    monkeypatch.chdir(tmp_path)
+    heights = rough(90, 120, relief=60)
+    profile = {"driver": "GTiff", "height": 90, "width": 120, "count": 1, "dtype": "float32", "crs": "EPSG:32632"}
+    with rasterio.open("dem.tif", "w", transform=rasterio.transform.from_origin(500, 9000, 10, 10), **profile) as file:
+        file.write(heights, 1)
+    build("dem.tif", "s", tile=32, shard=128)
+    return heights
+
+
+def edit_twice(renderer):
+    renderer.edit(slice(30, 35), slice(40, 42), [[1, 2]] * 5)
+    renderer.edit(70, 100, 3.25)
+
+
+def test_edits_as_a_geotiff_make_the_edited_store(placed):
+    heights = placed.copy()
+    heights[30:35, 40:42], heights[70, 100] = [1, 2], 3.25
+    with Renderer(StoredMap("s"), SIZE) as renderer:
+        edit_twice(renderer)
+        renderer.save_edits("edits.tif")
+    window = Heightmap.open("edits.tif")
+    assert window.heights.shape == (41, 61) and window.voids == 41 * 61 - 11
+    about = build(["dem.tif", "edits.tif"], "t", tile=32, shard=128)
+    assert about["sha256"] == build(heights, "u", spacing_m=10.0, tile=32, shard=128)["sha256"]
+    for name in ("edits.npz", "edits.tif"):
+        with Renderer(StoredMap("s"), SIZE) as renderer:
+            if name.endswith("npz"):
+                edit_twice(renderer)
+                renderer.save_edits(name)
+        with Renderer(StoredMap("s"), SIZE) as renderer:
+            renderer.load_edits(name)
+            np.testing.assert_array_equal(renderer.heightmap.heights[:, :], heights)
+
+
+def test_an_edit_of_one_post_at_the_rim_is_saved(placed):
+    with Renderer(StoredMap("s"), SIZE) as renderer:
+        renderer.edit(89, 119, 4.0)
+        renderer.save_edits("edits.tif")
+    with Renderer(StoredMap("s"), SIZE) as renderer:
+        renderer.load_edits("edits.tif")
+        assert renderer.heightmap.heights[89, 119] == 4.0
+        assert np.count_nonzero(renderer.heightmap.heights[:, :] != placed) == 1
+
+
+def test_files_of_edits_are_refused_in_a_line(placed, land, tmp_path):
+    _, path = land
+    with Renderer(StoredMap(path), SIZE) as other:
+        with pytest.raises(UsageError, match="has no edits"):
+            other.save_edits("edits.npz")
+        other.edit(3, 3, 1.0)
+        with pytest.raises(UsageError, match=r"place of .* is not known: save its edits as \.npz"):
+            other.save_edits("edits.tif")
+        other.save_edits("other.npz")
+    with Renderer(StoredMap("s"), SIZE) as renderer:
+        for name, match in {
+            "other.npz": "edits of another store",
+            "none.npz": "no such file",
+            "edits.png": "must end in .tif, .tiff, .npz",
+        }.items():
+            with pytest.raises(TerrainError, match=match):
+                renderer.load_edits(name)
+        (tmp_path / "torn.npz").write_bytes((tmp_path / "other.npz").read_bytes()[:200])
+        with pytest.raises(TerrainError, match=r"torn.npz: is not a file of edits"):
+            renderer.load_edits("torn.npz")
+        assert not isinstance(renderer.heightmap, EditedMap)
+
+
+def test_edits_are_checked(land):
+    with Renderer(StoredMap(land[1]), SIZE) as renderer:
+        for rows, heights, error in (
+            (3, np.nan, "has no voids"),
+            (3, 2e7, "beyond"),
+            (3, 1j, "real heights"),
+            (900, 1.0, "rows must be"),
+            (slice(0, 2), [[1, 2, 3]], "edit: "),
+        ):
+            with pytest.raises((UsageError, TerrainError), match=error):
+                renderer.edit(rows, slice(0, 2), heights)
+        assert renderer.heightmap.heights[3, 0] == land[0][3, 0]
+
+
+# --- The command line -------------------------------------------------------------------------------------------------
+
+
+def test_commands_draw_edits(placed, run):
+    with Renderer(StoredMap("s"), SIZE) as renderer:
+        renderer.edit(slice(20, 60), slice(30, 90), np.indices((40, 60)).sum(0) % 2 * 20.0)
+        renderer.save_edits("edits.tif")
+    build(["dem.tif", "edits.tif"], "t", tile=32, shard=128)
+    words = ("--size", "96x64", "--max-error", "1", "--eye", "800,300,120", "--target", "600,500,0", "--json", "-")
+    numbers = []
+    for store, edits in (("s", ()), ("s", ("--edits", "edits.tif")), ("t", ())):
+        status, out, _ = run("measure", store, *edits, *words)
+        numbers.append(json.loads(out))
+        assert status == 0 and numbers[-1]["max_error_px"] <= numbers[-1]["certified_max_error_px"] <= 1
+    without, edited, built = ({key: each[key] for key in ("triangles", "max_error_px")} for each in numbers)
+    assert edited == built != without and numbers[1]["tiles_wide"] == 0
+    refused(run("measure", "dem.tif", "--edits", "edits.tif"), 2, "dem.tif is none")
+    refused(run("measure", "s", "--edits", "nothing.tif"), 1, "nothing.tif")
