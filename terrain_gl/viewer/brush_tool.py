@@ -15,11 +15,13 @@ from typing import NamedTuple
 import numpy as np
 
 from ..brush import SHARES, TOOLS, Brush, Sculptor, places
+from ..paged_map import PagedMap
 from ..renderer import Renderer
 from ..steps import Steps
 
 STEP = 2**0.25  # factor of one step of radius or strength
 DAB_S = 0.1  # seconds between two dabs of a brush that is held still
+MOST_POSTS = 512  # largest radius on a store, in posts
 NEAR_RADII = 2.0  # dabs that are nearer than this are done together
 
 
@@ -55,7 +57,7 @@ class BrushTool:
         heightmap = renderer.heightmap
         low, high = heightmap.range_m
         self.tool = TOOLS[0]
-        self.radius_m = 0.04 * min(heightmap.extent_m)
+        self.radius_m = min(0.04 * min(heightmap.extent_m), 0.1 * self.most_radius_m)
         self.strength_m, self.share = max(0.02 * (high - low), 1e-3), 0.3
         self.azimuth_deg = 180.0
         self.edits = 0
@@ -74,6 +76,13 @@ class BrushTool:
         self.strength_m, self.azimuth_deg = factor * before.strength_m, before.azimuth_deg
         self._land_before = before.land
 
+    @property
+    def most_radius_m(self) -> float:
+        """The largest radius; a dab on a store reads all posts under it."""
+        heightmap = self.renderer.heightmap
+        posts_m = MOST_POSTS * min(heightmap.spacing_m) if isinstance(heightmap, PagedMap) else math.inf
+        return min(max(heightmap.extent_m), posts_m)
+
     # --- Settings -----------------------------------------------------------------------------------------------------
 
     @property
@@ -89,8 +98,8 @@ class BrushTool:
 
     def widen(self, steps: float) -> None:
         """Multiply the radius by ⁴√2 for each step."""
-        least, most = min(self.renderer.heightmap.spacing_m), max(self.renderer.heightmap.extent_m)
-        self.radius_m = min(max(self.radius_m * STEP**steps, least), most)
+        least = min(self.renderer.heightmap.spacing_m)
+        self.radius_m = min(max(self.radius_m * STEP**steps, least), self.most_radius_m)
 
     def strengthen(self, steps: float) -> None:
         """Multiply the strength by ⁴√2 for each step."""

@@ -1,14 +1,19 @@
-"""Writes the sculpted map to a file, in a thread."""
+"""Writes the sculpted map to a file, in a thread; of a store, its edits."""
 
 from __future__ import annotations
 
+import shlex
 import threading
+from collections.abc import Callable
 from pathlib import Path
 
 import numpy as np
 
+from ..files.edits import check_edits_name, edits_of, write_tiles
 from ..files.writers import as_options, format_of, write_heightmap
 from ..heightmap import Heightmap
+from ..paged_map import PagedMap
+from ..readers.raster import has_rasterio
 
 
 class MapWriter:
@@ -33,36 +38,63 @@ class MapWriter:
     Raises
     ------
     TerrainError
-        No format has this ending.
+        No format has this ending, or a store has no edits.
     """
 
     def __init__(self, path: str, heightmap: Heightmap, exaggeration: float = 1.0, land: object = None) -> None:
-        format_of(path)
+        write = (
+            self._edits(path, heightmap)
+            if isinstance(heightmap, PagedMap)
+            else self._map(path, heightmap, exaggeration)
+        )
         self.path, self.message, self.done, self.land = path, "", False, land
-        plain = Heightmap(heightmap.heights / np.float32(exaggeration), heightmap.spacing_m, heightmap.name)
-        plain.georeference = heightmap.georeference
-        self._thread = threading.Thread(target=self._write, args=(plain,), name=f"writing {path}")
+        self._thread = threading.Thread(target=self._write, args=(write,), name=f"writing {path}")
         self._thread.start()
 
     def join(self) -> None:
         """Wait for the thread."""
         self._thread.join()
 
-    def _write(self, heightmap: Heightmap) -> None:
+    @staticmethod
+    def _map(path: str, heightmap: Heightmap, exaggeration: float) -> Callable[[], str]:
+        """A function that writes the whole map, and returns how it is opened again."""
+        format_of(path)
+        plain = Heightmap(heightmap.heights / np.float32(exaggeration), heightmap.spacing_m, heightmap.name)
+        plain.georeference = heightmap.georeference
+        return lambda: as_options(write_heightmap(path, plain))
+
+    @staticmethod
+    def _edits(path: str, heightmap: PagedMap) -> Callable[[], str]:
+        """A function that writes the edits as they are now, and returns how they are drawn again."""
+        check_edits_name(path, heightmap)
+        edited = edits_of(heightmap)
+        tiles, edits = edited.edited(), edited.edits
+
+        def write() -> str:
+            write_tiles(path, edited, tiles)
+            if edited.edits == edits:
+                edited.saved_as = str(Path(path).absolute())
+            return f"terrain-gl view {shlex.quote(edited.name)} --edits {shlex.quote(path)}"
+
+        return write
+
+    def _write(self, write: Callable[[], str]) -> None:
         try:
-            opening = write_heightmap(self.path, heightmap)
+            again = write()
             self.done = True
-            self.message = f"saved {Path(self.path).absolute()}; to open it again: {as_options(opening)}"
+            self.message = f"saved {Path(self.path).absolute()}; to open it again: {again}"
         except MemoryError:
             self.message = "not enough memory"
         except Exception as error:  # the window shows any error as one line and stays open
             self.message = str(error) or type(error).__name__
 
 
-def suggested_path(map_name: str) -> str:
+def suggested_path(heightmap: Heightmap) -> str:
     """A file name in the working directory that is free."""
-    stem = Path(map_name).stem or "terrain"
+    stem = Path(heightmap.name).stem or "terrain"
+    is_window = heightmap.georeference is not None and has_rasterio()
+    ending = ".npz" if isinstance(heightmap, PagedMap) and not is_window else ".tif"
     number = 1
-    while Path(name := f"{stem}-edited-{number}.tif").exists():
+    while Path(name := f"{stem}-edited-{number}{ending}").exists():
         number += 1
     return name

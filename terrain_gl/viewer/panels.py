@@ -22,6 +22,7 @@ from .window_state import Size
 
 PANEL_EM = 22.0  # width of the panel, in heights of the typeface
 MARGIN = 10.0  # around the panel, in units of length
+_ENDINGS_OF_EDITS = "name.tif: a window of the map   name.npz: for this store alone"
 _RECORDING = (1.0, 0.45, 0.40, 1.0)
 _ABOUT = {
     "Map": "Which map is shown, and its scale.",
@@ -271,7 +272,8 @@ class Panels:
         """Ask where to save the map."""
         imgui, sculpting = ui.imgui, self._viewer.sculpting
         assert sculpting.save_as is not None
-        imgui.text_disabled("name.png: 16-bit steps   name.tif, name.exr: metres")
+        is_store = self._viewer.scene.is_paged
+        imgui.text_disabled(_ENDINGS_OF_EDITS if is_store else "name.png: 16-bit steps   name.tif, name.exr: metres")
         imgui.set_next_item_width(26 * ui.em)
         if imgui.is_window_appearing():
             imgui.set_keyboard_focus_here()

@@ -16,7 +16,6 @@ from .pointer import Pointer
 from .scene import Scene
 
 MESSAGE_S = 10.0
-NO_STORE = "a store cannot be sculpted"
 _NO_LAND = object()
 
 
@@ -97,8 +96,6 @@ class Sculpting:
             return
         self._drop_headroom()
         if not self.tool:
-            if self._scene.is_paged:
-                self._window.say(NO_STORE)
             return
         self._taking = True
         self.headroom = self.tool.headroom_steps()  # before the first stroke, so that none has to wait
@@ -181,7 +178,11 @@ class Sculpting:
         if not tool.has_headroom:
             self.headroom = tool.headroom_steps()
             return
-        self._budget.run(tool.dab_steps(), hurried=True)
+        try:
+            self._budget.run(tool.dab_steps(), hurried=True)
+        except TerrainError as error:  # a tile of a store cannot be read, or its edits need too much memory
+            tool.due.clear()
+            self._window.say(str(error), MESSAGE_S)
         self._edited(settled=False)
         if not self.held and not tool.due:
             self._finish()
@@ -222,10 +223,13 @@ class Sculpting:
         if self._is_blocked():
             return
         self._drop_headroom()
-        if self.tool and step(self.tool):
-            self._edited(settled=True)
-        else:
-            self._window.say(nothing)
+        try:
+            if self.tool and step(self.tool):
+                self._edited(settled=True)
+            else:
+                self._window.say(nothing)
+        except TerrainError as error:
+            self._window.say(str(error), MESSAGE_S)
 
     def _is_blocked(self) -> bool:
         """Whether an edit would be lost, because the map is being loaded with another exaggeration. Then say so."""
@@ -238,7 +242,7 @@ class Sculpting:
 
     def ask_to_save(self) -> None:
         """Ask for a path."""
-        self.save_as = suggested_path(self._scene.heightmap.name)
+        self.save_as = suggested_path(self._scene.heightmap)
 
     def save(self, path: str) -> None:
         """Write the map to a file, in a thread."""

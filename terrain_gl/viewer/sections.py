@@ -10,8 +10,8 @@ from ..files.export import FORMATS
 from ..files.views import VIEWS, straight_down
 from ..methods import BASELINES, REGISTRY
 from ..options import CHOICES
+from ..paged_map import PagedMap
 from ..pages import PagedTerrain
-from ..store import StoredMap
 from . import tile_map
 from .brush_tool import BrushTool
 from .controller import MODES, Controller
@@ -20,7 +20,7 @@ from .painter import Painter
 from .pose import Pose
 from .saver import SIZES, Saver
 from .scene import Scene
-from .sculpting import NO_STORE, Sculpting
+from .sculpting import Sculpting
 from .settings import BUDGETS, TOLERANCES_PX, Settings
 from .widgets import Widgets
 
@@ -32,6 +32,8 @@ TOLERANCE_HINTS = {
 BASELINE_HINT = "The error that this method aims at; it has no certified bound (+ and -)."
 BUDGET_HINT = "At most so many triangles, where they reduce the error most. Changing the tolerance ends it."
 METRIC_HINT = "What the tolerance bounds (M): the largest error of the surface, or the root mean square of all errors."
+SAVE_MAP = "Save the map", "As 16-bit PNG, float TIFF or EXR: the ending of the name decides (Ctrl S)."
+SAVE_EDITS = "Save the edits", "As GeoTIFF, or as .npz: the store stays as it is (Ctrl S)."
 PRESETS = {"first": VIEWS["default"], "above": straight_down} | {n: view for n, view in VIEWS.items() if n != "default"}
 
 
@@ -95,7 +97,7 @@ def sculpt_section(ui: Widgets, scene: Scene, sculpting: Sculpting, press: Press
     """The brush."""
     tool = sculpting.tool
     if tool is None:
-        ui.imgui.text_disabled(f"{NO_STORE}." if scene.is_paged else "Ready when the tables are built.")
+        ui.imgui.text_disabled("Ready when the tables are built.")
         return
     hint = "Drag on the land to change it. The certified bound holds during a stroke (B)."
     if ui.tick("brush", sculpting.brushing, hint):
@@ -109,13 +111,16 @@ def sculpt_section(ui: Widgets, scene: Scene, sculpting: Sculpting, press: Press
     if ui.button("Redo", f"Redo the last of {redone} undone strokes (Ctrl Shift Z).", redone > 0):
         press("ctrl+shift+z")
     ui.imgui.same_line()
-    if ui.button("Save the map", "As 16-bit PNG, float TIFF or EXR: the ending of the name decides (Ctrl S)."):
+    name, hint = SAVE_EDITS if scene.is_paged else SAVE_MAP
+    if ui.button(name, hint):
         press("ctrl+s")
+    if (streaming := scene.renderer.streaming) and streaming.is_wide:
+        ui.imgui.text_disabled("Bounds are wider until the edits are measured.")
 
 
 def _brush_sliders(ui: Widgets, tool: BrushTool) -> None:
     heightmap = tool.renderer.heightmap
-    least, most = min(heightmap.spacing_m), 0.5 * max(heightmap.extent_m)
+    least, most = min(heightmap.spacing_m), min(0.5 * max(heightmap.extent_m), tool.most_radius_m)
     hint = "Radius of the ring on the land ([ and ])."
     radius = ui.slide("radius", tool.radius_m, least, most, hint, metres_form(tool.radius_m), True)
     tool.radius_m = tool.radius_m if radius is None else radius
@@ -148,7 +153,7 @@ def camera_section(ui: Widgets, controller: Controller, press: Press) -> None:
     names = ("fly to a view", *PRESETS)
     if (name := ui.choose("view", names[0], names, "Standard views of the map; the camera travels there.")) in PRESETS:
         seen = controller.heightmap
-        seen = seen.coarse() if isinstance(seen, StoredMap) else seen
+        seen = seen.coarse() if isinstance(seen, PagedMap) else seen
         controller.travel_to(Pose.of(PRESETS[name](seen, controller.fov_deg)))
     mode = ui.choose("mode", controller.mode, MODES, "Fly anywhere, orbit the middle, walk at eye height (V).")
     if mode:

@@ -19,6 +19,12 @@ class StoreTiles:
         streaming = self._scene.renderer.streaming if self._scene.has_map else None
         return streaming is not None and streaming.is_loading
 
+    @property
+    def is_rebuilding(self) -> bool:
+        """Whether bounds are wide after edits, and become exact soon."""
+        streaming = self._scene.renderer.streaming if self._scene.has_map else None
+        return streaming is not None and streaming.is_rebuilding
+
     def step(self) -> None:
         """Let the picture be drawn again if tiles were read that it lacks; else let their light be made."""
         renderer = self._scene.renderer

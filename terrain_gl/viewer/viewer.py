@@ -125,7 +125,7 @@ class Viewer:
         self._remember_map()
         self.painter.interrupt()
         self._draped = None
-        tool = None if is_preview or renderer.streaming else BrushTool(renderer)
+        tool = None if is_preview else BrushTool(renderer)
         self.sculpting.new_map(tool, factor and factor / scene.exaggeration)
         self.saver.map_changed(is_new=True)
         before = scene.replace_renderer(renderer, is_preview)
@@ -240,6 +240,7 @@ class Viewer:
     def settled(self) -> bool:
         """Whether the picture is complete: in full size and lit. Its error may not be measured yet."""
         is_there = self.scene.has_map and not self.loader.job and not self.tiles.are_coming
+        is_there = is_there and not self.tiles.is_rebuilding
         return is_there and self.painter.is_done(self.scene.frame_spec()) and not self.tiles.lacks_light
 
     @property
@@ -247,7 +248,7 @@ class Viewer:
         """Seconds until a frame may be due without any event."""
         if (self.loader.job and not self.loader.job.opened) or self.images.busy or self.files.busy:
             return 0.03
-        if self.tiles.are_coming:
+        if self.tiles.are_coming or self.tiles.is_rebuilding:
             return 0.02
         if self.mouse.waits or self.saver.filming.running:
             return 0.05

@@ -9,7 +9,10 @@ from viewers import later, seen, settle, swift, texts
 
 from terrain_gl.camera import Camera
 from terrain_gl.cli.line import command_line
+from terrain_gl.edited_map import EditedMap
+from terrain_gl.exceptions import TerrainError
 from terrain_gl.files import huge
+from terrain_gl.files.edits import read_edits
 from terrain_gl.files.views import standard_view
 from terrain_gl.heightmap import Heightmap
 from terrain_gl.options import RenderOptions
@@ -146,7 +149,6 @@ def test_what_a_store_cannot_do_is_told(shown, tmp_path, monkeypatch):
         action()
         return viewer.window.message
 
-    assert "cannot be sculpted" in said(lambda: app.press("b"))
     assert "method sat" in said(lambda: app.press("f"))
     assert "one method" in said(lambda: app.press("t"))
     assert "none of the whole map" in said(lambda: app.press("u"))
@@ -163,6 +165,73 @@ def test_what_a_store_cannot_do_is_told(shown, tmp_path, monkeypatch):
     assert (spec.method, spec.triangles, spec.style) == ("sat", None, "promise")
     until_complete(app)
     assert viewer.painter.frame.stats["complete"]
+
+
+def test_a_store_is_sculpted_and_its_edits_are_saved(shown, hills, tmp_path, monkeypatch):
+    app, stored = shown
+    stored.gate.set()
+    monkeypatch.chdir(tmp_path)
+    until_complete(app)
+    viewer, before = app.viewer, seen(app)
+    app.panels.opened["Sculpt"] = True
+
+    def heights():
+        return viewer.scene.heightmap.part(slice(0, 200), slice(0, 261)).copy()
+
+    app.press("b")
+    until_complete(app)
+    viewer.sculpting.tool.strength_m = 20.0
+    viewer.mouse.press("left", 240, 200)
+    later(app)
+    stats = viewer.painter.frame.stats
+    assert stats["tiles_wide"] > 0 and "Bounds are wider" in texts(app) and viewer.title.endswith("*")
+    viewer.mouse.release("left", 240, 200)
+    until_complete(app)
+    stats, after = viewer.painter.frame.stats, heights()
+    assert stats["tiles_wide"] == 0 and stats["complete"] and "Bounds are wider" not in texts(app)
+    assert (after - hills[0].heights).max() > 10 and np.abs(seen(app) - before).max() > 20
+    viewer.saver.line_of = command_line
+    app.press("y")
+    assert "in no file" in viewer.window.message
+    viewer.quit()
+    assert not viewer.window.closing and "not saved" in viewer.window.message
+    app.press("ctrl+s")
+    assert viewer.sculpting.save_as == "s-edited-1.npz"
+    viewer.sculpting.save("edits.npz")
+    viewer.sculpting.join()
+    later(app)
+    assert "--edits edits.npz" in viewer.window.message and not viewer.sculpting.unsaved
+    app.press("y")
+    assert "--edits" in viewer.window.message
+    edited = EditedMap(StoredMap(hills[1]))
+    for x, y, patch in read_edits("edits.npz", edited):
+        edited.write(x, y, patch)
+    np.testing.assert_array_equal(edited.part(slice(0, 200), slice(0, 261)), after)
+    app.press("ctrl+z")
+    until_complete(app)
+    np.testing.assert_array_equal(heights(), hills[0].heights)
+    assert viewer.sculpting.unsaved  # the file has the stroke
+    app.press("ctrl+shift+z")
+    until_complete(app)
+    np.testing.assert_array_equal(heights(), after)
+
+
+def test_a_brush_over_a_tile_that_cannot_be_read_says_so(shown, monkeypatch):
+    app, stored = shown
+    stored.gate.set()
+    until_complete(app)
+    app.press("b")
+    until_complete(app)
+
+    def fail(*_):
+        raise TerrainError("its checksum does not fit")
+
+    monkeypatch.setattr(stored, "lattice_heights", fail)
+    app.viewer.mouse.press("left", 240, 200)
+    later(app)
+    app.viewer.mouse.release("left", 240, 200)
+    later(app)
+    assert "checksum" in app.viewer.window.message and not app.viewer.sculpting.unsaved
 
 
 def test_patches_are_explained_and_pictures_wait_for_their_tiles(shown, tmp_path, monkeypatch):
