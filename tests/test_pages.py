@@ -198,15 +198,15 @@ def test_a_repeatable_picture_does_not_depend_on_earlier_ones(hills, gpu_kib):
 
     with Renderer(stored, SIZE) as renderer:
         alone = picture()
-        renderer.draw(here, 0.3)
+        renderer.draw(here, 0.3, style="normals")
         changed = picture()
         renderer.streaming.is_repeatable = True
         same = picture()
-        resident = renderer.draw(here, 0.3)["tiles_resident"]
+        resident = renderer.draw(here, 0.3, style="normals")["tiles_resident"]
         assert resident <= renderer.terrain.slots
         np.testing.assert_array_equal(picture(), alone)
         renderer.streaming.is_repeatable = False
-        assert renderer.draw(above, 2.0)["tiles_resident"] >= resident
+        assert renderer.draw(above, 2.0, style="normals")["tiles_resident"] >= resident
         loaded = renderer.terrain.slot_of
         assert all(key in renderer.terrain.roots or page_above(key) in loaded for key in loaded)
     np.testing.assert_array_equal(same, alone)
@@ -364,7 +364,7 @@ def test_commands_read_stores(store, run):
 
 
 def test_a_flight_over_a_store_waits_for_each_frame(store, run):
-    size = ("--size", "64x48", "--seconds", "0.2", "--fps", "10", "--max-error", "2")
+    size = ("--size", "64x48", "--seconds", "0.2", "--fps", "10", "--max-error", "2", "--style", "lambert")
     status, _, err = run("fly", store, "-o", "frames/", *size, "--measure", "--json", "n.json")
     frames = json.loads(Path("n.json").read_text())["frames"]
     assert (status, err, len(list(Path("frames").glob("*.png")))) == (0, "", 2)
@@ -390,9 +390,8 @@ def damage(store):
 
 def test_a_damaged_tile_ends_a_shot_with_one_line(store):
     damage(store)
-    done = spawn(
-        "shot", store, "-o", "p.png", "--size", "96x64", "--max-error", "0.05", "--view", "ridge", "--json", "n.json"
-    )
+    words = ("--size", "96x64", "--max-error", "0.05", "--view", "ridge", "--style", "lambert", "--json", "n.json")
+    done = spawn("shot", store, "-o", "p.png", *words)
     assert done.returncode == 1 and done.stderr.count("\n") == 1 and "not complete" in done.stderr
     stats = json.loads(Path("n.json").read_text())
     assert not stats["complete"] and stats["certified_max_error_px"] > 0.05 and stats["within_tolerance"] < 1

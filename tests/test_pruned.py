@@ -16,8 +16,8 @@ from terrain_gl.heightmap import Heightmap
 @pytest.mark.parametrize("name", REAL)
 def test_real_maps_take_little_more_than_quads_alone(ctx, dem, name):
     whole = Heightmap.open(dem / name, **REAL[name])
-    row, col = max(0, (whole.rows - 1025) // 2), max(0, (whole.cols - 1025) // 2)
-    heightmap = Heightmap(whole.heights[row : row + 1025, col : col + 1025], whole.spacing_m, name)
+    row, col = max(0, (whole.rows - 769) // 2), max(0, (whole.cols - 769) // 2)
+    heightmap = Heightmap(whole.heights[row : row + 769, col : col + 769], whole.spacing_m, name)
     scene = Scene.of(ctx, heightmap, (1280, 720))
     camera = cameras(heightmap, scene.size)["default"]
     triangles = scene.select(camera, 1.0).triangles

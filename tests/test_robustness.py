@@ -19,7 +19,7 @@ def test_damaged_files_are_read_or_refused_in_one_line(tmp_path):
 @pytest.mark.slow
 @pytest.mark.skipif(os.name != "posix", reason="signals are Unix's")
 def test_ended_commands_leave_nothing_half_written(tmp_path):
-    seen, wrong = tally(end_commands(12, 3, tmp_path), 12)
+    seen, wrong = tally(end_commands(8, 3, tmp_path), 8)
     assert not wrong and set(seen) <= set(FINE) and seen["ended"]
 
 

@@ -9,6 +9,7 @@ from viewers import changed, hills, seen, settle, with_a_stroke
 from terrain_gl.camera import Camera
 from terrain_gl.draped import draped
 from terrain_gl.heightmap import Heightmap
+from terrain_gl.lines import FEW
 from terrain_gl.overlay import Overlay
 from terrain_gl.renderer import Renderer
 from terrain_gl.verify.holes import ground_m
@@ -43,8 +44,10 @@ def test_an_overlay_is_drawn_and_follows_the_land(empty):
     empty.show(Renderer(heightmap, (320, 200), ctx=empty.ctx), opened)
     settle(empty)
     bare = seen(empty)
-    long = np.stack([60 + 50 * np.cos(np.linspace(0, 6000, 9001)), 60 + 50 * np.sin(np.linspace(0, 6000, 9001))], -1)
-    both = (ACROSS, Overlay((long,), np.zeros((0, 2))))  # more pieces than there is room for at first
+    turn = 3.0 * np.arange(121)  # across and across a circle
+    long = np.stack([60 + 50 * np.cos(turn), 60 + 50 * np.sin(turn)], -1)
+    both = (ACROSS, Overlay((long,), np.zeros((0, 2))))
+    assert sum(len(run) for run, _ in draped(both, heightmap)) > FEW, "more pieces than there is room for at first"
     empty.show(Renderer(heightmap, (320, 200), ctx=empty.ctx), replace(opened, overlays=both))
     settle(empty)
     assert changed(seen(empty), bare) > 0.02

@@ -43,13 +43,13 @@ class Held(StoredMap):
 
 
 @pytest.fixture
-def shown(hills, session_context, target):
+def shown(hills, session_context, target, request):
     """An app that shows a store, of which only the coarsest tiles are there, in a context of its own."""
     from terrain_gl.gpu.context import create_context
 
     with create_context("egl") as ctx:
         stored = Held(hills[1])
-        settings = Settings([RenderOptions(1.0, style="shaded")])
+        settings = Settings([RenderOptions(1.0, style=getattr(request, "param", "lambert"))])
         framebuffer = ctx.framebuffer([ctx.texture(SIZE, 4)])
         app = App(ctx, framebuffer, SIZE, settings, budget=swift())
         opened = Opened(stored, standard_view(stored.coarse()), key="s")
@@ -71,6 +71,7 @@ def until_complete(app):
         later(app)
 
 
+@pytest.mark.parametrize("shown", ["shaded"], indirect=True)
 def test_a_store_is_shown_at_once_and_fills_in(shown):
     app, stored = shown
     later(app)
@@ -137,6 +138,7 @@ def test_it_is_flown_over_while_nothing_comes(shown):
     assert not app.viewer.painter.frame.stats["complete"]
 
 
+@pytest.mark.parametrize("shown", ["shaded"], indirect=True)
 def test_what_a_store_cannot_do_is_told(shown, tmp_path, monkeypatch):
     app, stored = shown
     stored.gate.set()
