@@ -261,6 +261,7 @@ def block_of(heightmap: Heightmap, top_level: int, low_m: float, span_m: float) 
     block["spacing_m"] = heightmap.spacing_m
     block["top_level"] = top_level
     block["low_m"], block["span_m"] = low_m, span_m
+    block["class_octaves"] = layout.class_octaves(span_m, heightmap.spacing_m)
     block["has_voids"] = heightmap.voids > 0
     return block
 

@@ -4,6 +4,7 @@ import numpy as np
 import pytest
 
 from terrain_gl import reference
+from terrain_gl.gpu import layout
 
 
 def bilinear_squares(heights, drawn):
@@ -105,16 +106,18 @@ def test_largest_errors_between_posts_are_reached_and_not_passed(seed):
 @pytest.mark.parametrize("size", [(1, 6), (6, 1), (12, 19), (33, 20)])
 def test_bounds_of_boxes_hold_and_are_tight(size, per_octave):
     rng = np.random.default_rng(size[0])
-    errors, span_m = 100 * 2 ** rng.uniform(-19, 0, size), 100.0
+    span_m = 100.0
+    limits_m = span_m * 2.0 ** (-(np.arange(20 * per_octave) + 1) / per_octave)
+    errors = span_m * 2 ** rng.uniform(-19, 0, size)
     squares, step_m2 = rng.uniform(0, 9, size), 2.0**-20
     tables, table = (
-        reference.class_tables(errors, span_m, 20 * per_octave, per_octave),
+        reference.class_tables(errors, limits_m),
         reference.square_table(squares, step_m2),
     )
     for _ in range(60):
         (x0, x1), (y0, y1) = (np.sort(rng.choice(n + 1, 2, replace=False)) for n in size[::-1])
         worst = errors[y0:y1, x0:x1].max()
-        bound = reference.bound_max_m(tables, (x0, y0), (x1, y1), span_m, per_octave)
+        bound = reference.bound_max_m(tables, (x0, y0), (x1, y1), span_m, limits_m)
         assert worst <= bound <= worst * 2 ** (1 / per_octave) * (1 + 1e-12)
         posts = (y1 - y0) * (x1 - x0)
         rms = np.sqrt(squares[y0:y1, x0:x1].mean())
@@ -125,7 +128,18 @@ def test_bounds_of_boxes_hold_and_are_tight(size, per_octave):
 def test_a_class_table_decides_the_bound():
     """When the counters are overwritten with zeros, the bound falls to the last class."""
     errors = np.full((4, 4), 50.0)
-    tables = reference.class_tables(errors, 100.0)
-    assert reference.bound_max_m(tables, (0, 0), (4, 4), 100.0) >= 50
+    limits_m = reference.class_limits(100.0, (1.0, 1.0))
+    tables = reference.class_tables(errors, limits_m)
+    assert reference.bound_max_m(tables, (0, 0), (4, 4), 100.0, limits_m) >= 50
     empty = [np.zeros_like(table) for table in tables]
-    assert reference.bound_max_m(empty, (0, 0), (4, 4), 100.0) == reference.class_limits(100.0)[-1]
+    assert reference.bound_max_m(empty, (0, 0), (4, 4), 100.0, limits_m) == limits_m[-1]
+
+
+@pytest.mark.parametrize("span_m, spacing_m", [(3000.0, (30.0, 25.0)), (5.0, (30.0, 30.0)), (2000.0, (0.5, 0.5))])
+def test_limits_are_dense_where_decisions_are_made(span_m, spacing_m):
+    limits_m = reference.class_limits(span_m, spacing_m)
+    assert np.allclose(layout.class_limits_m(span_m, spacing_m), limits_m, rtol=2.0**-18)
+    assert len(limits_m) == layout.CLASSES and limits_m[0] < span_m and (np.diff(limits_m) < 0).all()
+    top_m = min(16 * np.sqrt(spacing_m[0] * spacing_m[1]), span_m / 4)
+    dense = (limits_m <= top_m * 1.001) & (limits_m >= top_m / 128 * 0.999)
+    assert np.allclose(-np.diff(np.log2(limits_m[dense])), 1 / 8)

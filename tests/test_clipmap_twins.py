@@ -8,6 +8,7 @@ from hypothesis import given, settings
 from hypothesis import strategies as st
 from maps import cameras, rough
 
+from terrain_gl import reference
 from terrain_gl.camera import Camera
 from terrain_gl.gpu import layout
 from terrain_gl.heightmap import Heightmap
@@ -65,11 +66,12 @@ def test_rings_have_no_more_blocks_than_the_map(ctx):
 def class_levels(scene):
     """The GPU's counters as the reference reads them."""
     words, levels = np.frombuffer(scene.tables.counters.read(), "u4"), []
+    limits_m = reference.class_limits(scene.terrain.span_m, scene.heightmap.spacing_m)
     for level in scene.terrain.levels:
         cols, rows = level.counts
         part = words[level.first_count :][: layout.CLASS_WORDS * cols * rows].reshape(-1, rows, cols)
         classes = [(four >> 8 * k & 255).astype("u1") for four in part for k in range(4)]
-        levels.append(clipmap.Level(classes, level.count_tile, scene.terrain.span_m))
+        levels.append(clipmap.Level(classes, level.count_tile, scene.terrain.span_m, limits_m))
     return levels
 
 

@@ -317,7 +317,8 @@ def test_bound_of_a_box_holds_and_is_within_a_class(ctx, heights):
     terrain, tables = built(ctx, Heightmap(heights, 10.0))
     span, boxes = terrain.span_m, random_boxes(terrain)
     of_level = [node_bounds(terrain, level) for level in range(len(terrain.levels))]
-    lowest = reference.class_limits(span)[-1] * WIDER
+    limits = reference.class_limits(span, (10.0, 10.0))
+    lowest = limits[-1] * WIDER
     for (x0, y0, x1, y1, level), told in zip(boxes.tolist(), ask_bounds(ctx, tables, boxes), strict=True):
         tile = terrain.levels[level].count_tile
         first, end = (y0 >> level, x0 >> level), ((y1 - 1 >> level) + 1, (x1 - 1 >> level) + 1)
@@ -326,7 +327,8 @@ def test_bound_of_a_box_holds_and_is_within_a_class(ctx, heights):
         largest_m, squares_m2, within, within_less = told
         worst_m = min(worst.max(), span)  # no surface through the posts strays further
         assert worst_m <= largest_m
-        assert largest_m <= max(worst_m * HALF * 2**0.25 * WIDER + 2 * ROUNDING * span, lowest)
+        stored_m = worst_m * HALF * WIDER + 2 * ROUNDING * span
+        assert largest_m <= max(min(limits[limits * WIDER >= stored_m], default=span) * WIDER, lowest)
         assert within and (not within_less or largest_m <= lowest)
         rounding = worst.size * 2.0**-34 * span**2  # a step of the fixed point for each node
         assert least.sum() * (1 - 2.0**-20) <= squares_m2 <= most.sum() * (1 + 2.0**-16) + rounding

@@ -19,6 +19,7 @@ layout(std140, binding = 0) uniform Terrain {
     float u_low_m;         // low end of the quantisation range
     float u_span_m;        // width of the quantisation range
     int u_has_voids;
+    vec4 u_class_octaves;  // where the narrow error classes begin; octaves of a class above them, of a narrow one, of one below
     Level u_level[MAX_LEVELS];
 };
 

@@ -28,11 +28,11 @@ ivec4 tiles_over(ivec2 low, ivec2 end, int level, out Table counts) {
     return ivec4(first >> tile, min((last >> tile) + 1, tiles));
 }
 
-// The class with the largest limit that is not above an error; -1 if even the last class is above it. (The product may round
+// The class with the largest limit that is not above an error; -1 if even the last class is above it. (It may round
 // up, hence the check.)
 int class_within(float error_m) {
     if (error_m >= u_span_m) return -2;
-    int c = max(0, int(ceil(4.0 * log2(u_span_m / error_m) - 1.0)));
+    int c = max(0, int(ceil(class_of_octave(log2(u_span_m / error_m)))));
     if (class_limit_m(c) * (1.0 + exp2(-18.0)) > error_m) c++;
     return c < CLASSES ? c : -1;
 }

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import math
 from typing import NamedTuple
 
 import numpy as np
@@ -12,7 +13,10 @@ SIZES = 7  # patches have 2^0 to 2^6 segments a side
 GROUP = 64  # threads of a work group that processes words
 COUNT_TILE_LOG2 = 1  # log2 of the side in nodes of a tile that one class counter covers; one more on level 0, the cells
 COUNT_TILE = 1 << COUNT_TILE_LOG2
-CLASSES = 64  # error classes, a quarter of an octave each
+CLASSES = 64  # error classes: glsl/error/classes.glsl
+WIDE_CLASSES, NARROW_CLASSES = 4, 56
+NARROW_OCTAVES, LAST_OCTAVES = 0.125, 1.75  # of a narrow class, and of each of the last four
+NARROW_CELLS = 16.0  # narrow classes begin at this number of cells of the map
 SKY_TEXEL = 3  # cells a side of a texel of the sky's visibility
 MAX_WINDOWS = 16  # windows around a page of a store, of which each is half as fine as the last
 PLACES = 4  # places along a side of a cell that `verify.measure` compares
@@ -37,9 +41,28 @@ TERRAIN = np.dtype(
         ("low_m", "f4"),
         ("span_m", "f4"),
         ("has_voids", "i4"),
+        ("class_octaves", "4f4"),
         ("level", LEVEL, MAX_LEVELS),
     ]
 )
+
+
+def class_octaves(span_m: float, spacing_m: tuple[float, float]) -> np.ndarray:
+    """The octave below the span at which the narrow error classes begin; octaves of a class above, there, and below."""
+    cell_m = math.sqrt(spacing_m[0] * spacing_m[1])
+    begin = max(2.0, math.log2(span_m / (NARROW_CELLS * cell_m)))
+    return np.array([begin, begin / WIDE_CLASSES, NARROW_OCTAVES, LAST_OCTAVES], np.float32)
+
+
+def class_limits_m(span_m: float, spacing_m: tuple[float, float]) -> np.ndarray:
+    """Limits of all error classes in float32 metres, as the shaders compute them."""
+    _, above, narrow, below = class_octaves(span_m, spacing_m)
+    k = np.arange(1, CLASSES + 1, dtype=np.float32)
+    octaves = np.minimum(k, np.float32(WIDE_CLASSES)) * above
+    octaves += np.clip(k - WIDE_CLASSES, 0, NARROW_CLASSES, dtype=np.float32) * narrow
+    octaves += np.maximum(k - WIDE_CLASSES - NARROW_CLASSES, np.float32(0)) * below
+    return np.float32(span_m) * np.exp2(-octaves)
+
 
 # glsl/error/nodes.glsl
 NODE = np.dtype([("cut_m", "2f2"), ("rms_m", "2f2"), ("max_m", "2f2"), ("whole", "4u1"), ("split", "4u1")])

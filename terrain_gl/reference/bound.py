@@ -6,36 +6,34 @@ import numpy as np
 
 from .sat import box_sum, sat
 
-CLASSES, PER_OCTAVE = 64, 4
+WIDE, NARROW, LAST = 4, 56, 4  # classes; the narrow ones are an eighth of an octave each
 
-# Class c counts the nodes with M > limit(c),   limit(c) = span · 2^(−(c + 1)/n),   n classes an octave.
+# Class c counts the nodes with M > limit(c) = span · 2^−o(c + 1). The function o is linear from 0 at 0 to z at 4, from
+# there to z + 7 at 60, and from there to z + 14 at 64. Most decisions are about errors below 16 cells of the map:
+#   z = max(2, log2(span / (16 √(s_x s_y))))
 # The box holds no such node if and only if its count is 0 (integral histogram, Porikli 2005). So
 #   M of the box ≤ limit(c),   c the last class with count 0;   and M ≤ span if there is none.
 
 
-def class_limits(span_m: float, classes: int = CLASSES, per_octave: int = PER_OCTAVE) -> np.ndarray:
+def class_limits(span_m: float, spacing_m: tuple[float, float]) -> np.ndarray:
     """Error limit of each class in metres, from the largest down."""
-    return span_m * 2.0 ** (-(np.arange(classes) + 1) / per_octave)
+    z = max(2.0, np.log2(span_m / (16 * np.sqrt(spacing_m[0] * spacing_m[1]))))
+    ends = np.cumsum([0, WIDE, NARROW, LAST])
+    return span_m * 2.0 ** -np.interp(np.arange(1, ends[-1] + 1), ends, [0, z, z + 7, z + 14])
 
 
-def class_tables(
-    errors: np.ndarray, span_m: float, classes: int = CLASSES, per_octave: int = PER_OCTAVE
-) -> list[np.ndarray]:
+def class_tables(errors: np.ndarray, limits_m: np.ndarray) -> list[np.ndarray]:
     """Summed-area table of each class's counts for maximum errors (rows, cols), metres."""
-    return [sat((errors > limit).astype(np.uint32)) for limit in class_limits(span_m, classes, per_octave)]
+    return [sat((errors > limit).astype(np.uint32)) for limit in limits_m]
 
 
 def bound_max_m(
-    tables: list[np.ndarray],
-    a: tuple[int, int],
-    b: tuple[int, int],
-    span_m: float,
-    per_octave: int = PER_OCTAVE,
+    tables: list[np.ndarray], a: tuple[int, int], b: tuple[int, int], span_m: float, limits_m: np.ndarray
 ) -> float:
     """Bound of the maximum error in metres over a box of table entries, columns a[0] to b[0] and rows a[1] to b[1]."""
     empty = [box_sum(table, a, b) == 0 for table in tables]
     sure = max((c for c in range(len(tables)) if empty[c]), default=None)
-    return span_m if sure is None else float(class_limits(span_m, len(tables), per_octave)[sure])
+    return span_m if sure is None else float(limits_m[sure])
 
 
 # RMS of a box = √(Σ E / n),   E the squared error of each entry,   n the posts of the box

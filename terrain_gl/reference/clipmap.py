@@ -13,7 +13,6 @@ from typing import NamedTuple
 
 import numpy as np
 
-from .bound import class_limits
 from .sat import box_sum
 
 PATCH = 8  # units a side of a block
@@ -63,6 +62,7 @@ class Level(NamedTuple):
     classes: Sequence[np.ndarray]  # summed-area tables, (rows, cols) of tiles
     tile: int  # nodes a side of a tile
     span_m: float
+    limits_m: np.ndarray  # of the classes
 
 
 def tiles_over(level: Level, j: int, low: Post, end: Post, last: Post) -> tuple[Post, Post]:
@@ -84,7 +84,7 @@ def is_within(levels: Sequence[Level], low: Post, end: Post, last: Post, step_lo
     level, allowed_m = levels[j], error_m * 4.0 ** max(-step_log2, 0)
     if allowed_m >= level.span_m:
         return True
-    below = np.flatnonzero(class_limits(level.span_m, len(level.classes)) <= allowed_m)
+    below = np.flatnonzero(level.limits_m <= allowed_m)
     return len(below) > 0 and box_sum(level.classes[below[0]], *tiles_over(level, j, low, end, last)) == 0
 
 

@@ -4,10 +4,10 @@ import numpy as np
 
 from course.checking import at_least, at_most, compare, task
 from course.land import land
-from terrain_gl import reference
 
 TITLE = "Integral histograms"
 SPAN_M, CLASSES, PER_OCTAVE = 500.0, 48, 4
+LIMITS_M = SPAN_M * 2.0 ** (-(np.arange(CLASSES) + 1) / PER_OCTAVE)
 
 
 def errors_of(rng):
@@ -15,7 +15,7 @@ def errors_of(rng):
     rows, cols = int(rng.integers(70, 110)), int(rng.integers(270, 330))
     errors = np.abs(np.diff(np.diff(land(rng, rows + 2, cols + 2), axis=0), axis=1))[:rows, :cols]
     errors *= 0.9 * SPAN_M / errors.max() * 0.1
-    limits = reference.class_limits(SPAN_M, CLASSES, PER_OCTAVE)
+    limits = LIMITS_M
     errors[rng.random(errors.shape) < 0.02] = limits[20]
     errors[40, 5:261] = 450.0
     return errors, limits
@@ -53,7 +53,7 @@ def class_limits(student, rng):
 @task("4.2 the class of an error", points=2)
 def class_of(student, rng):
     """Rounded up: the limit of its class is never below an error."""
-    limits = reference.class_limits(SPAN_M, CLASSES, PER_OCTAVE)
+    limits = LIMITS_M
     errors = np.concatenate([SPAN_M * 2.0 ** -rng.uniform(0, 14, 400), limits, [0.0, SPAN_M]])
     want = [sum(e <= limit for limit in limits) - 1 for e in errors]
     got = student.class_of(errors, limits)
