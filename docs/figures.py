@@ -139,7 +139,7 @@ def cut(worst, x, y, side, level, hole, allowed):
             own = j
             break
     segments = side >> own
-    whole = [(x, y, side, own)], 2 * segments**2 + 16 if segments <= 64 else np.inf
+    whole = [(x, y, side, own)], 2 * segments**2 + 24 if segments <= 64 else np.inf
     beside = min(shared) <= 0
     if side <= 1 << level or (segments <= 4 and beside):
         return whole

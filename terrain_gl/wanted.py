@@ -35,7 +35,7 @@ class Patches:
         records = np.frombuffer(surface.patches.read(size) if size else b"", layout.RING_PATCH)
         patches = layout.unpack_ring_patches(records)
         last = np.array([terrain.heightmap.cols - 1, terrain.heightmap.rows - 1])
-        low, end = np.maximum(patches.corner, 0), np.minimum(patches.corner + patches.side[:, None], last)
+        low, end = np.maximum(patches.corner, 0), np.minimum(patches.corner + patches.size, last)
         self.boxes, self.bound_px = Boxes(low, end), patches.bound_px
         self._side_log2, self._step_log2 = patches.side_log2, patches.step_log2
         self._camera = camera

@@ -2,7 +2,7 @@
 
 import numpy as np
 import pytest
-from clipmaps import clipmap_of, surface_errors
+from clipmaps import clipmap_of, patches_of, surface_errors
 from maps import cameras, rough
 
 from terrain_gl import Renderer
@@ -191,6 +191,15 @@ def test_without_cut_edges_the_bound_breaks(ctx):
         scene.tables._update_tables(level, scene.terrain.all_posts)
     assert max(achieved()) > 1
     scene.release()
+
+
+def test_pairs_save_patches(ctx, scene):
+    """Each pair is a patch less. Pairs lie along both axes, and are never single cells."""
+    patches = patches_of(scene, scene.select(cameras(scene.heightmap)["default"], 0.3, cull=False))
+    wide, tall = patches.pair.T.astype(bool)
+    assert not (wide & tall).any() and wide.any() and tall.any()
+    assert (wide | tall).sum() > 0.1 * len(wide)
+    assert (patches.side_log2 > patches.step_log2)[wide | tall].all()
 
 
 def test_no_pass_walks_the_map(ctx):

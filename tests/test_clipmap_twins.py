@@ -140,7 +140,7 @@ class Watched(ClipmapSelector):
         super()._run(name, *args, **uniforms)
 
 
-NEVER_STEP = 47  # NO_STEP of glsl/rings/leaf.glsl
+NEVER_STEP, ALONE = 47, 48  # NO_STEP of glsl/rings/leaf.glsl; a square that may not be a leaf
 LOOK = """block = Block(ivec2(b.xy), int(b.z), int(b.w));
     int depth = int(a.z);
     ivec2 low = low_of(depth, ivec2(a.xy)), end = low + (1 << side_log2_at(depth));
@@ -148,7 +148,7 @@ LOOK = """block = Block(ivec2(b.xy), int(b.z), int(b.w));
     int coarsest = min(min(side_log2_at(depth), u_ring[block.ring].level), u_top_level);
     Projection p = project_square(low, side_log2_at(depth));
     bool may = depth == 3 || fits_finer_ring(low, end);
-    return vec4(may ? next_step(low, side_log2_at(depth), block.ring, coarsest, p) : NO_STEP);"""
+    return vec4(may ? next_step(low, side_log2_at(depth), block.ring, coarsest, p) : 48);"""
 
 
 @pytest.mark.parametrize("view", ["default", "grazing", "far"])
@@ -160,23 +160,27 @@ def test_squares_are_joined_as_the_reference_joins_them(ctx, scene, view):
     about = np.column_stack([blocks["origin"], blocks["unit_log2"], blocks["ring"]])
     asked = np.repeat(about, len(places), 0).astype("f4"), np.tile(places, (len(blocks), 1)).astype("f4")
     steps = ask(ctx, "rings/squares.glsl", LOOK, asked[1], asked[0], bind=lambda kernel: watched._bind())[:, 0]
-    steps, seen = steps.reshape(len(blocks), -1).astype(int), set()
+    steps, seen, pairs = steps.reshape(len(blocks), -1).astype(int), set(), set()
     for r, (first, n) in enumerate(watched.rounds):
         for b in range(first, first + n):
             unit_log2, words, squares = int(blocks["unit_log2"][b]), watched.words[b].astype(int), {}
+            alone = {(d, x, y) for (x, y, d, _), step in zip(places, steps[b], strict=True) if step == ALONE}
             drawn = words != 0
             for (x, y, depth, _), step in zip(places, steps[b], strict=True):
                 side = PATCH >> depth
                 if drawn[y * side : (y + 1) * side, x * side : (x + 1) * side].any():
-                    squares[depth, x, y] = None if step == NEVER_STEP else int(step)
-            expected = clipmap.cut_block(squares, unit_log2, unit_log2 >= 3 and r < clipmap.ROUNDS - 1)
+                    squares[depth, x, y] = None if step in (NEVER_STEP, ALONE) else int(step)
+            can_refine = unit_log2 >= 3 and r < clipmap.ROUNDS - 1
+            expected = clipmap.cut_block(squares, unit_log2, can_refine, frozenset(alone))
             block, broken = words >> 31 != 0, words >> 29 & 1 != 0
             got = np.where(broken, -3, np.where(block, -2, np.where(drawn, words >> 8 & 3, -1)))
             assert np.array_equal(got, expected[..., 0])
             leaf = got >= 0
             assert np.array_equal((words & 63)[leaf] - 16, expected[..., 1][leaf])
+            assert np.array_equal((words >> 10 & 3)[leaf], expected[..., 2][leaf])
+            pairs |= set((words >> 10 & 3)[leaf].tolist())
             seen |= set(got.ravel().tolist())
-    assert -1 in seen and len(seen & {0, 1, 2, 3}) > 1
+    assert -1 in seen and len(seen & {0, 1, 2, 3}) > 1 and pairs == {0, 1, 2}
     watched.release()
 
 
@@ -185,14 +189,17 @@ def test_edges_are_the_references(ctx, scene, view):
     selection = scene.select(cameras(scene.heightmap)[view], 0.5, cull=False)
     patches = patches_of(scene, selection)
     leaves = [
-        clipmap.Leaf((int(x), int(y)), int(side), int(step))
-        for (x, y), side, step in zip(patches.corner, patches.side_log2, patches.step_log2, strict=True)
+        clipmap.Leaf(tuple(low.tolist()), tuple(size.tolist()), int(step))
+        for low, size, step in zip(
+            patches.corner, patches.side_log2[:, None] + patches.pair, patches.step_log2, strict=True
+        )
     ]
     over, unequal = clipmap.leaf_map(leaves, scene.heightmap.heights.shape), 0
     for i, leaf in enumerate(leaves):
-        expected = [leaf.side_log2 - clipmap.edge_step_log2(leaves, over, i, side) for side in range(4)]
+        sides = [leaf.size_log2[side % 2 == 0] for side in range(4)]  # west, north, east, south
+        expected = [log2 - clipmap.edge_step_log2(leaves, over, i, side) for side, log2 in enumerate(sides)]
         assert patches.edges_log2[i].tolist() == expected
-        unequal += expected != [leaf.side_log2 - leaf.step_log2] * 4
+        unequal += expected != [log2 - leaf.step_log2 for log2 in sides]
     assert unequal > 5
 
 

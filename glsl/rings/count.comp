@@ -16,13 +16,13 @@ int segments_on_map(int from, int last, int side_log2, int step_log2) {
 
 int edge_segments(Leaf leaf, int side, int step_log2) {
     int axis = axis_of(side);
-    return segments_on_map(leaf.origin[axis], u_last_post[axis], leaf.side_log2, step_log2);
+    return segments_on_map(leaf.origin[axis], u_last_post[axis], leaf.size_log2[axis], step_log2);
 }
 
 // A single cell with a cut edge is a fan: a triangle for every segment of its edges. Where the map ends before the fan's
 // middle, the middle is on the rim, and that edge has none.
 int triangles_of_fan(Leaf leaf, ivec4 edge_steps_log2) {
-    ivec2 mid = leaf.origin + (1 << leaf.side_log2 - 1);
+    ivec2 mid = leaf.origin + (ivec2(1) << leaf.size_log2 - 1);
     int triangles = 0;
     for (int side = 0; side < 4; side++) {
         int across = 1 - axis_of(side);
@@ -34,13 +34,13 @@ int triangles_of_fan(Leaf leaf, ivec4 edge_steps_log2) {
 
 // Triangles with an area: every cell has two, and each additional segment of an edge makes one more.
 int triangles_of(Leaf leaf, int step_log2, ivec4 edge_steps_log2) {
-    bool is_cut = any(lessThan(edge_steps_log2, ivec4(step_log2)));
-    if (is_cut && leaf.side_log2 == step_log2 && step_log2 > 0) return triangles_of_fan(leaf, edge_steps_log2);
+    bool is_cut = any(lessThan(edge_steps_log2, ivec4(step_log2))), is_cell = side_log2_of(leaf) == step_log2;
+    if (is_cut && is_cell && step_log2 > 0) return triangles_of_fan(leaf, edge_steps_log2);
     ivec2 cells = ivec2(edge_segments(leaf, NORTH, step_log2), edge_segments(leaf, WEST, step_log2));
     int triangles = 2 * cells.x * cells.y;
     for (int side = 0; side < 4; side++)
         triangles += edge_segments(leaf, side, edge_steps_log2[side]) - cells[axis_of(side)];
-    return is_cut && leaf.side_log2 == step_log2 ? triangles + 2 : triangles;
+    return is_cut && is_cell ? triangles + 2 : triangles;
 }
 
 void main() {
@@ -55,10 +55,11 @@ void main() {
     int step_log2 = step_log2_of(word);
     ivec4 steps;
     for (int side = 0; side < 4; side++) steps[side] = edge_step_log2(leaf, side);
-    uint px = floatBitsToUint(leaf_px(leaf, project_square(leaf.origin, leaf.side_log2)));
-    shape[id] = uvec2(shape_word(leaf.side_log2, step_log2, min(leaf.side_log2 - steps, MOST_SEGMENTS_LOG2)), px);
-    atomicAdd(s_offset[(leaf.side_log2 - step_log2) * u_most_blocks + id / UNITS], 1u);
-    atomicAdd(s_count[leaf.side_log2 - step_log2], 1u);
+    uint px = floatBitsToUint(leaf_px(leaf));
+    int segments_log2 = side_log2_of(leaf) - step_log2;
+    shape[id] = uvec2(shape_word(leaf, min(leaf.size_log2.yxyx - steps, MOST_SEGMENTS_LOG2)), px);
+    atomicAdd(s_offset[segments_log2 * u_most_blocks + id / UNITS], 1u);
+    atomicAdd(s_count[segments_log2], 1u);
     atomicAdd(s_triangles, uint(triangles_of(leaf, step_log2, steps)));
     atomicAdd(s_splits, side_units_log2(word) < 3 ? 1u : 0u);
     atomicMax(s_worst_px, px);

@@ -1,8 +1,8 @@
 // rings/decide.comp — decides into which squares a block is cut, and how many segments each has.
 //   For each square, the summed-area tables give the coarsest spacing whose error in this square is within the tolerance. From
 //   the units up, four parts are joined wherever the whole square costs no more than they do:
-//       cost(square) = min( 2 T² + PATCH_COST,  sum of its parts' costs )        T segments a side
-//   Four parts cost at least 4 (2 + PATCH_COST). If a square costs no more than that, its parts are not tried.
+//       cost(square) = min( 2 T² + PATCH_COST,  sum of its parts' costs − PATCH_COST for each pair )        T segments a side
+//   Four single cells, or two pairs of 2 × 2 cells, are the cheapest parts. If a square costs no more, its parts are not tried.
 //   One work group handles one block; its THREADS share the squares.   Python twin: reference.clipmap.cut_block
 
 #include "rings/squares.glsl"
@@ -18,7 +18,7 @@ uniform int u_round;
 // A unit of 2^REFINE_FROM segments or more becomes a block. Its cost is then about REFINED times what it was.
 #define REFINE_FROM 3
 #define REFINED 0.5
-#define LEAST_PARTS (4.0 * (2.0 + PATCH_COST))
+#define LEAST_PARTS min(4.0 * (2.0 + PATCH_COST), 4.0 * 8.0 + 2.0 * PATCH_COST)
 
 shared uint s_asking[SQUARES];
 shared int s_asked;

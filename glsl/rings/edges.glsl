@@ -17,26 +17,27 @@ struct Edge {
 
 ivec2 outside(Leaf leaf, int side) {
     ivec2 post = leaf.origin;
-    post[1 - axis_of(side)] += is_far(side) ? 1 << leaf.side_log2 : -1;
+    int across = 1 - axis_of(side);
+    post[across] += is_far(side) ? 1 << leaf.size_log2[across] : -1;
     return post;
 }
 
 Edge edge_of(Leaf leaf, int side) {
+    int axis = axis_of(side);
     Leaf other = leaf_over(outside(leaf, side));
-    if (is_leaf(other.word) && other.side_log2 > leaf.side_log2) {
+    if (is_leaf(other.word) && other.size_log2[axis] > leaf.size_log2[axis]) {
         leaf = other;
         side = opposite(side);
     }
-    int axis = axis_of(side);
     ivec2 at = outside(leaf, side);
     bool is_on_map = at[1 - axis] >= 0 && at[1 - axis] < u_last_post[1 - axis];
-    return Edge(leaf, axis, at, is_on_map ? min(leaf.origin[axis] + (1 << leaf.side_log2), u_last_post[axis]) : at[axis]);
+    return Edge(leaf, axis, at, is_on_map ? min(leaf.origin[axis] + (1 << leaf.size_log2[axis]), u_last_post[axis]) : at[axis]);
 }
 
 // The leaf over the row's first cell. Afterwards the row begins behind that leaf.
 Leaf next_along(inout Edge edge) {
     Leaf other = leaf_over(edge.at);
-    edge.at[edge.axis] = max(edge.at[edge.axis] + 1, other.origin[edge.axis] + (1 << other.side_log2));
+    edge.at[edge.axis] = max(edge.at[edge.axis] + 1, other.origin[edge.axis] + (1 << other.size_log2[edge.axis]));
     return other;
 }
 

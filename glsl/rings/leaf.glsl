@@ -12,7 +12,7 @@ layout(std430, binding = 6) readonly buffer Ranges { uint range[]; };
 #define NEVER 1e30
 #define NO_STEP 47  // its code in a unit's word is 63
 #ifndef PATCH_COST
-#define PATCH_COST 16.0  // cost of a patch besides its triangles, counted in triangles
+#define PATCH_COST 24.0  // cost of a patch besides its triangles, counted in triangles
 #endif
 
 #ifdef PAGED
@@ -107,13 +107,23 @@ int next_step(ivec2 low, int side_log2, int ring, int coarsest, Projection p) {
     return NO_STEP;
 }
 
-// What the tables certify of a leaf, in the metric asked for: pixels, or metres over the whole map.
-float leaf_px(Leaf leaf, Projection p) {
+// What the tables certify of a square, in the metric asked for: pixels, or metres over the whole map.
+float square_px(ivec2 low, int side_log2, int step_log2) {
+    Projection p = project_square(low, side_log2);
     if (p.outside) return 0.0;
-    ivec2 end = leaf.origin + (1 << leaf.side_log2);
-    int step_log2 = step_log2_of(leaf.word);
+    ivec2 end = low + (1 << side_log2);
     p.sag_m = sag_m(step_log2);
-    float max_m = largest_m(leaf.origin, end, step_log2);
+    float max_m = largest_m(low, end, step_log2);
     if (u_metric == METRIC_METRES) return max_m;
-    return error_px(p, has_mean(p) ? min(rms_of_box_m(leaf.origin, end, step_log2), max_m) : max_m, max_m);
+    return error_px(p, has_mean(p) ? min(rms_of_box_m(low, end, step_log2), max_m) : max_m, max_m);
+}
+
+// The largest of that over a leaf's squares.
+float leaf_px(Leaf leaf) {
+    int side_log2 = side_log2_of(leaf);
+    ivec2 last = (ivec2(1) << leaf.size_log2 - side_log2) - 1;
+    float px = 0.0;
+    for (int k = 0; k <= last.x + last.y; k++)
+        px = max(px, square_px(leaf.origin + (min(ivec2(k), last) << side_log2), side_log2, step_log2_of(leaf.word)));
+    return px;
 }

@@ -22,15 +22,15 @@ void append_leaf(int id) {
 }
 
 // Queue a leaf for a round, at most once. The leaf may be split before the round begins. So the queue says which square the
-// leaf covers now: 2^units_log2 units a side, from `id` on.
-void append_to_queue(int round_, int id, int units_log2) {
+// leaf covers now: the shape of its word, from `id` on.
+void append_to_queue(int round_, int id, uint word) {
     uint stamp = u_first_stamp + uint(round_);
     if (atomicMax(list[list_at(3) + id], stamp) == stamp) return;
     uint k = atomicAdd(b_queue[round_ & 7].count, 1u);
-    list[list_at(1 + (round_ & 1)) + k] = uint(id) | uint(units_log2) << 28;
+    list[list_at(1 + (round_ & 1)) + k] = uint(id) | (word >> 8 & 15u) << 28;
     atomicMax(b_queue[round_ & 7].groups, k / uint(LEAF_GROUP) + 1u);
 }
 
 uint queued(int round_, uint k) { return list[list_at(1 + (round_ & 1)) + k]; }
 int queued_id(uint entry) { return int(entry & 0xfffffffu); }
-int queued_units_log2(uint entry) { return int(entry >> 28); }
+uint queued_shape(uint entry) { return entry >> 28 << 8; }  // as the word of a leaf has it

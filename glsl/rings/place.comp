@@ -18,10 +18,10 @@ layout(std430, binding = 5) writeonly buffer Draws { DrawArrays draws[]; };
 
 uniform int u_most_draws;
 
-// Patches that fit into one draw. A patch has (T + 1)² vertices, and each edge may be cut into 64 segments.
+// Patches that fit into one draw. A pair has (2 T + 1) (T + 1) vertices, and each edge may be cut into 64 segments.
 uint most_in_draw(int size) {
     uint side = (1u << size) + 1u;
-    return uint(MOST_VERTICES) / (side * side + 4u * uint(64 - (1 << size)));
+    return uint(MOST_VERTICES) / (side * (2u * side - 1u) + 4u * uint(64 - (1 << size)));
 }
 
 void write_draws(int thread) {

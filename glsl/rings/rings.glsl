@@ -1,7 +1,8 @@
 // rings/rings.glsl — a clipmap around the eye, and the patches that it is cut into.
 //   Ring l has cells of 2^l posts. It is a rectangle of blocks of PATCH × PATCH ring cells, and the next finer ring fills its
 //   middle. A ring follows the eye in steps of two of its cells. So its blocks need not be nodes of the error tables' tree.
-//   A block is divided into units of one ring cell. A leaf is a square of 8, 4, 2 or 1 units a side that becomes one patch.
+//   A block is divided into units of one ring cell. A leaf is a square of 8, 4, 2 or 1 units a side that becomes one patch, or a
+//   pair: two such squares side by side, halves of a larger square, with the same spacing.
 //   If a unit needs more than 64 segments a side, it becomes a block of its own, with units an eighth as large.
 //
 //        block, 8 × 8 units                 a ring of blocks, and the finer ring in its middle
@@ -62,15 +63,19 @@ uniform int u_settled;  // finished rounds of rings/settle.comp
 int plane(int round_) { return (round_ & 1) * UNITS * u_most_blocks; }
 int blocks_in_all() { return min(int(b_all.count), u_most_blocks); }
 
-// A leaf's word: log2 of its side in units, log2 of the posts between its vertices. IS_BROKEN: the tables prove no bound
-// within the tolerance.
+// A leaf's word: log2 of its side in units, log2 of the posts between its vertices. IS_WIDE, IS_TALL: a pair of squares from
+// west to east, or from north to south. IS_BROKEN: the tables prove no bound within the tolerance.
 #define NOTHING 0u
 #define IS_BLOCK 0x80000000u
 #define IS_LEAF 0x40000000u
 #define IS_BROKEN 0x20000000u
+#define IS_WIDE 0x400u
+#define IS_TALL 0x800u
 
 uint leaf_word(int side_log2, int step_log2) { return IS_LEAF | uint(side_log2) << 8 | uint(step_log2 + 16); }
-int side_units_log2(uint word) { return int(word >> 8 & 3u); }
+int side_units_log2(uint word) { return int(word >> 8 & 3u); }  // of each square
+ivec2 size_units_log2(uint word) { return side_units_log2(word) + ivec2(word >> 10 & 1u, word >> 11 & 1u); }
+bool is_pair(uint word) { return (word & (IS_WIDE | IS_TALL)) != 0u; }
 int step_log2_of(uint word) { return int(word & 63u) - 16; }
 bool is_leaf(uint word) { return (word & IS_LEAF) != 0u; }
 
@@ -95,17 +100,19 @@ bool is_within(ivec2 post, ivec2 low, ivec2 end) {
 struct Leaf {
     uint word;
     ivec2 origin;
-    int side_log2;  // log2 of its side in posts
+    ivec2 size_log2;  // log2 of its width and height in posts
     int id;         // number of the unit at its north-west corner: each block has UNITS numbers
 };
 
-const Leaf NO_LEAF = Leaf(NOTHING, ivec2(-1 << 28), 0, -1);
+const Leaf NO_LEAF = Leaf(NOTHING, ivec2(-1 << 28), ivec2(0), -1);
+
+int side_log2_of(Leaf leaf) { return min(leaf.size_log2.x, leaf.size_log2.y); }  // of each square
 
 Leaf leaf_at(Block b, int id, uint word) {
-    return Leaf(word, b.origin + (unit_at(id % UNITS) << b.unit_log2), b.unit_log2 + side_units_log2(word), id);
+    return Leaf(word, b.origin + (unit_at(id % UNITS) << b.unit_log2), b.unit_log2 + size_units_log2(word), id);
 }
 
-bool begins_leaf(ivec2 unit, uint word) { return all(equal(unit & (1 << side_units_log2(word)) - 1, ivec2(0))); }
+bool begins_leaf(ivec2 unit, uint word) { return all(equal(unit & (ivec2(1) << size_units_log2(word)) - 1, ivec2(0))); }
 
 int near_ring;  // ring of the leaf whose neighbours leaf_over() finds: they lie in this ring, or in the next finer or coarser one
 
@@ -126,7 +133,7 @@ Leaf leaf_over(ivec2 post) {
         block = int(word & ~IS_BLOCK);
         word = cell[now + UNITS * block + unit.y * 8 + unit.x];
     }
-    int units_log2 = side_units_log2(word);
+    ivec2 units_log2 = size_units_log2(word);
     ivec2 corner = unit >> units_log2 << units_log2;
     return Leaf(word, post - in_block + (corner << unit_log2), unit_log2 + units_log2, UNITS * block + corner.y * 8 + corner.x);
 }

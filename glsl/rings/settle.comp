@@ -14,27 +14,31 @@ layout(local_size_x = LEAF_GROUP) in;
 uniform bool u_budget;  // no tolerance: parts keep the spacing of the whole
 
 bool has_long_edge(Leaf leaf) {
-    int finest = step_log2_of(leaf.word);
-    for (int side = 0; side < 4; side++) finest = min(finest, edge_step_log2(leaf, side));
-    return leaf.side_log2 - finest > MOST_SEGMENTS_LOG2;
+    int most_log2 = 0;
+    for (int side = 0; side < 4; side++)
+        most_log2 = max(most_log2, leaf.size_log2[axis_of(side)] - edge_step_log2(leaf, side));
+    return most_log2 > MOST_SEGMENTS_LOG2;
 }
 
-void write_square(int id, int units_log2, uint word) {
+// Unit i of a rectangle of units, as an offset from its first one.
+int unit_in(ivec2 units_log2, int i) { return (i >> units_log2.x) * 8 + (i & (1 << units_log2.x) - 1); }
+
+void write_units(int id, ivec2 units_log2, uint word) {
     int first = plane(u_settled + 1) + id;
-    for (int i = 0; i < 1 << 2 * units_log2; i++)
-        cell[first + (i >> units_log2) * 8 + (i & (1 << units_log2) - 1)] = word;
+    for (int i = 0; i < 1 << units_log2.x + units_log2.y; i++) cell[first + unit_in(units_log2, i)] = word;
 }
 
 // A quarter of a leaf that is split: within the tolerance of the whole, or finer.
 void write_part(int id, Leaf whole, int part_units_log2, ivec2 low, int ring, Projection p, bool is_new) {
-    int side_log2 = whole.side_log2 - 1;
+    int side_log2 = whole.size_log2.x - 1;
     bool is_on_map = all(lessThan(low, u_last_post)) && all(greaterThan(low + (1 << side_log2), ivec2(0)));
     int step_log2 = min(step_log2_of(whole.word), side_log2);
     if (!u_budget) step_log2 = next_step(low, side_log2, ring, step_log2, p);
     if (step_log2 == NO_STEP) step_log2 = finest_of(low, side_log2, ring, side_log2);
-    write_square(id, part_units_log2, is_on_map ? leaf_word(part_units_log2, step_log2) : NOTHING);
+    uint word = leaf_word(part_units_log2, step_log2);
+    write_units(id, ivec2(part_units_log2), is_on_map ? word : NOTHING);
     if (is_on_map && is_new) append_leaf(id);
-    append_to_queue(u_settled + 1, id, part_units_log2);
+    append_to_queue(u_settled + 1, id, word);
 }
 
 // The first unit of a leaf's parts; a leaf of a single unit becomes a block. -1: there is no room for another block.
@@ -43,20 +47,36 @@ int units_for_parts(Leaf leaf, Block b) {
     int child = int(atomicAdd(b_all.count, 1u));
     if (child >= u_most_blocks) return -1;  // the view is chosen again with more
     b_block[child] = Block(leaf.origin, b.unit_log2 - 3, b.ring);
-    write_square(leaf.id, 0, IS_BLOCK | uint(child));
-    append_to_queue(u_settled + 1, leaf.id, 0);
+    write_units(leaf.id, ivec2(0), IS_BLOCK | uint(child));
+    append_to_queue(u_settled + 1, leaf.id, leaf.word);
     return UNITS * child;
 }
 
+// A pair becomes its two squares.
+void split_pair(Leaf leaf) {
+    uint word = leaf.word & ~(IS_WIDE | IS_TALL);
+    ivec2 units_log2 = ivec2(side_units_log2(word));
+    int second = leaf.id + ((leaf.word & IS_WIDE) != 0u ? 1 << units_log2.x : 8 << units_log2.x);
+    write_units(leaf.id, units_log2, word);
+    write_units(second, units_log2, word);
+    append_leaf(second);
+    append_to_queue(u_settled + 1, leaf.id, word);
+    append_to_queue(u_settled + 1, second, word);
+}
+
 void split(Leaf leaf, Block b) {
+    if (is_pair(leaf.word)) {
+        split_pair(leaf);
+        return;
+    }
     bool in_block = side_units_log2(leaf.word) > 0;
     int part_units_log2 = in_block ? side_units_log2(leaf.word) - 1 : 2, first = units_for_parts(leaf, b);
     if (first < 0) return;
-    Projection p = project_square(leaf.origin, leaf.side_log2);
+    Projection p = project_square(leaf.origin, leaf.size_log2.x);
     for (int k = 0; k < 4; k++) {
         ivec2 at = ivec2(k & 1, k >> 1);
         int id = first + (at.y * 8 + at.x << part_units_log2);
-        write_part(id, leaf, part_units_log2, leaf.origin + (at << leaf.side_log2 - 1), b.ring, p, k > 0 || !in_block);
+        write_part(id, leaf, part_units_log2, leaf.origin + (at << leaf.size_log2.x - 1), b.ring, p, k > 0 || !in_block);
     }
 }
 
@@ -64,18 +84,18 @@ void split(Leaf leaf, Block b) {
 void queue_around(Leaf leaf) {
     for (int side = 0; side < 4; side++) {
         Edge edge = edge_of(leaf, side);
-        append_to_queue(u_settled + 1, edge.leaf.id, side_units_log2(edge.leaf.word));
+        append_to_queue(u_settled + 1, edge.leaf.id, edge.leaf.word);
         while (edge.at[edge.axis] < edge.end) {
             Leaf other = next_along(edge);
-            if (is_leaf(other.word)) append_to_queue(u_settled + 1, other.id, side_units_log2(other.word));
+            if (is_leaf(other.word)) append_to_queue(u_settled + 1, other.id, other.word);
         }
     }
 }
 
 // A unit that is not a leaf never changes again. The round before wrote it to one plane; copy it to the other.
-void keep_square(int id, int units_log2) {
-    for (int i = 0; i < 1 << 2 * units_log2; i++) {
-        int at = id + (i >> units_log2) * 8 + (i & (1 << units_log2) - 1);
+void keep_units(int id, ivec2 units_log2) {
+    for (int i = 0; i < 1 << units_log2.x + units_log2.y; i++) {
+        int at = id + unit_in(units_log2, i);
         uint word = cell[plane(u_settled) + at];
         if (!is_leaf(word)) cell[plane(u_settled + 1) + at] = word;
     }
@@ -88,17 +108,17 @@ void main() {
     int id = queued_id(entry);
     uint word = cell[plane(u_settled) + id];
     if (!is_leaf(word)) {
-        keep_square(id, queued_units_log2(entry));
+        keep_units(id, size_units_log2(queued_shape(entry)));
         return;
     }
     Block b = b_block[id / UNITS];
     Leaf leaf = leaf_at(b, id, word);
     near_ring = b.ring;
-    bool can_split = side_units_log2(word) > 0 || b.unit_log2 >= 3;
+    bool can_split = is_pair(word) || side_units_log2(word) > 0 || b.unit_log2 >= 3;
     if (can_split && has_long_edge(leaf)) {
         queue_around(leaf);
         split(leaf, b);
     } else if (word != cell[plane(u_settled + 1) + id]) {
-        write_square(id, side_units_log2(word), word);
+        write_units(id, size_units_log2(word), word);
     }
 }

@@ -1,6 +1,7 @@
 // rings/shapes.glsl — the patches of a view, from its leaves.
-//   shape   bits 0-4   log2 of the side in posts        5-10  log2 of the posts between vertices, + 16
+//   shape   bits 0-4   log2 of the side of each square in posts      5-10  log2 of the posts between vertices, + 16
 //               11-22  log2 of the segments of each edge, 3 bits each: gl_TessLevelOuter's order
+//               23     a pair from west to east                      24    a pair from north to south
 // Provides shapes, and the numbers of the view's mesh.   Python twins: gpu.layout.RING_PATCH, gpu.layout.RING_SUMMARY
 
 #include "rings/rings.glsl"
@@ -22,7 +23,7 @@ layout(std430, binding = 7) buffer Summary {
 int segments_log2_of(uint word) { return int(word & 31u) - (int(word >> 5 & 63u) - 16); }
 int edge_log2_of(uint word, int side) { return int(word >> (11 + 3 * side) & 7u); }
 
-uint shape_word(int side_log2, int step_log2, ivec4 edges_log2) {
-    return uint(side_log2) | uint(step_log2 + 16) << 5 | uint(edges_log2[0]) << 11 | uint(edges_log2[1]) << 14 |
-           uint(edges_log2[2]) << 17 | uint(edges_log2[3]) << 20;
+uint shape_word(Leaf leaf, ivec4 edges_log2) {
+    uint edges = uint(edges_log2[0]) | uint(edges_log2[1]) << 3 | uint(edges_log2[2]) << 6 | uint(edges_log2[3]) << 9;
+    return uint(side_log2_of(leaf)) | (leaf.word & 63u) << 5 | edges << 11 | (leaf.word >> 10 & 3u) << 23;
 }

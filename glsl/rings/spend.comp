@@ -2,6 +2,7 @@
 //       cost(square) = min( min over T of ( squared error + λ (2 T² + PATCH_COST) ),  sum of its parts' costs )
 //   One work group handles one block, one thread a unit.   Python twins: reference.clipmap.cheapest, reference.clipmap.cut_block
 
+#define PAIR_GAIN 0.0  // rings/try.comp counts no pairs
 #include "rings/squares.glsl"
 #include "rings/prices.glsl"
 

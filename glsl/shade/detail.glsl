@@ -34,7 +34,8 @@ void put_detail(float px) {
     Patch p = patch_of(g_of_patch);
     vec2 post_per_px = fwidth(g_post);
     if (is_in_hole(place_in_patch(g_post, p))) discard;
-    float segments_log2 = round(log2(float(p.high.x - p.low.x)) - p.step_log2);
+    ivec2 size = p.high - p.low;
+    float segments_log2 = round(log2(float(min(size.x, size.y))) - p.step_log2);
     float border = segments_log2 + min(border_line(g_post, p, post_per_px), 0.99);
     out_drawn = vec4((p.step_log2 + 2.0) * (p.fan ? -1.0 : 1.0), edge_line(), border, min(px, 6e4));
 }

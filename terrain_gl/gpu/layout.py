@@ -135,6 +135,11 @@ class Patches(NamedTuple):
         """Posts along a side."""
         return 1 << (self.step_log2 + self.segments_log2 - 6)
 
+    @property
+    def size(self) -> np.ndarray:
+        """Columns and rows of posts that each covers, (n, 1)."""
+        return self.side[:, None]
+
 
 def unpack_patches(records: np.ndarray) -> Patches:
     """Decode records `PATCH`, (n,)."""
@@ -249,24 +254,25 @@ class RingPatches(NamedTuple):
     """Decoded ring patch records, one entry a patch."""
 
     corner: np.ndarray  # (n, 2) column and row of the north-west post; may lie beyond the map
-    side_log2: np.ndarray  # log2 of the posts along a side
+    side_log2: np.ndarray  # log2 of the posts along a side of each of its squares
+    pair: np.ndarray  # (n, 2) 1 where two squares lie side by side, from west to east or from north to south
     step_log2: np.ndarray  # log2 of the posts between vertices: negative if cells are cut
     edges_log2: np.ndarray  # (n, 4) log2 of the segments of the west, north, east and south edge
     bound_px: np.ndarray
 
     @property
-    def side(self) -> np.ndarray:
-        """Posts along a side."""
-        return 1 << self.side_log2
+    def size(self) -> np.ndarray:
+        """Columns and rows of posts that each covers, (n, 2)."""
+        return 1 << self.side_log2[:, None] + self.pair
 
 
 def unpack_ring_patches(records: np.ndarray) -> RingPatches:
     """Decode records `RING_PATCH`, (n,)."""
     shape = records["shape"].astype(np.int64)
     edges = np.stack([shape >> first & 7 for first in (11, 14, 17, 20)], -1)
-    return RingPatches(
-        records["corner"].astype(np.int64), shape & 31, (shape >> 5 & 63) - 16, edges, records["bound_px"].astype(float)
-    )
+    pair = np.stack([shape >> bit & 1 for bit in (23, 24)], -1)
+    corner, bound_px = records["corner"].astype(np.int64), records["bound_px"].astype(float)
+    return RingPatches(corner, shape & 31, pair, (shape >> 5 & 63) - 16, edges, bound_px)
 
 
 RING_SUMMARY = np.dtype(

@@ -1,6 +1,6 @@
 """Level of detail by summed-area tables: a clipmap around the eye. The tables give the spacing of each patch.
 
-    decide   cut each block into squares, and look up the spacing of each     glsl/rings/decide.comp, three rounds
+    decide   cut each block into squares and pairs, look up their spacing     glsl/rings/decide.comp, three rounds
     spawn    make blocks of units that need more than 64 segments a side      after each of these rounds but the last
     settle   split leaves with an edge of more than 64 segments               two rounds, or four, ...
     count    compute each leaf's shape and bound
@@ -295,7 +295,7 @@ class ClipmapSelector:
     def _selection(self, summary: np.void) -> Selection:
         counts = tuple(int(n) for n in summary["count"][: layout.SIZES])
         draws = sum(-(-n // _most_in_draw(s)) for s, n in enumerate(counts))
-        most = sum(n * (2 * 4**s + 4 * (64 - 2**s)) for s, n in enumerate(counts))
+        most = sum(n * (4 * 4**s + 4 * (64 - 2**s)) for s, n in enumerate(counts))  # as if all were pairs
         worst_px = float(summary["worst_px"])
         certified_px = worst_px if worst_px < INFINITE_PX else math.inf
         return Selection(self, counts, int(summary["triangles"]), most, int(summary["splits"]), certified_px, draws)
@@ -349,4 +349,4 @@ def _work(name: str, i: int = 0) -> int:
 
 def _most_in_draw(size: int) -> int:
     """Patches of 2^size segments a side in one draw, as glsl/rings/place.comp counts them."""
-    return gl.MOST_VERTICES // ((2**size + 1) ** 2 + 4 * (64 - 2**size))
+    return gl.MOST_VERTICES // ((2**size + 1) * (2 ** (size + 1) + 1) + 4 * (64 - 2**size))

@@ -54,7 +54,7 @@ class Selection:
     surface
         Draws the patches.
     counts
-        Number of patches by size: 1, 2, 4, ... segments a side. Fans count as 2.
+        Number of patches by size: 1, 2, 4, ... segments along the shorter side. Fans count as 2.
     triangles
         Triangles of the patches, without those that have no area.
     most_triangles

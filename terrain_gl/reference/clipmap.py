@@ -2,7 +2,7 @@
 
 rings    nested rectangles around the eye; ring l has cells of 2^l posts
 blocks   8 × 8 units of one ring cell; a unit that needs more than 64 segments a side is a block itself
-leaves   squares of 8, 4, 2 or 1 units: each is drawn as a patch of T × T segments
+leaves   squares of 8, 4, 2 or 1 units: each is drawn as a patch of T × T segments; two of them may make a pair
 edges    two leaves that meet take the finer spacing along their common edge
 """
 
@@ -18,18 +18,19 @@ from .sat import box_sum
 PATCH = 8  # units a side of a block
 MOST_SEGMENTS_LOG2 = 6  # OpenGL's 64
 FINEST = -5  # log2 of the smallest spacing in ring 0: 32 segments between two posts; in other rings 16
-PATCH_COST = 16.0  # cost of a patch in triangles, besides its own triangles
-LEAST_PARTS = 4 * (2 + PATCH_COST)
+PATCH_COST = 24.0  # cost of a patch in triangles, besides its own triangles
+LEAST_PARTS = min(4 * (2 + PATCH_COST), 4 * 8 + 2 * PATCH_COST)  # four single cells, or two pairs of 2 × 2 cells
 ROUNDS = 3  # depth of blocks inside blocks
 REFINE_FROM, REFINED = 3, 0.5  # units of 2^3 segments or more become blocks, which about halves their cost
 Post = tuple[int, int]  # column, row
+Square = tuple[int, int, int]  # depth, column, row of a square of a block
 
 
 class Leaf(NamedTuple):
-    """A square that is drawn as one patch: its north-west post, log2 of its side and of its spacing in posts."""
+    """A patch: its north-west post, log2 of its width and height, and of its spacing, in posts."""
 
     low: Post
-    side_log2: int
+    size_log2: tuple[int, int]
     step_log2: int
 
 
@@ -98,11 +99,14 @@ def next_step(coarsest: int, finest: int, holds: Callable[[int], bool]) -> int |
     return next((step for step in range(coarsest, finest - 1, -1) if holds(step)), None)
 
 
-# From the units up:   cost(square) = min(2 T² + 16,  Σ cost of its four parts)
-# Four parts cost at least 4 (2 + 16), so a square that costs no more becomes one leaf.
+# From the units up:   cost(square) = min(2 T² + 24,  Σ cost of its four parts − 24 for each pair)
+# Two parts side by side with the same spacing become a pair, one patch, unless they are single cells. If a square costs
+# no more than the cheapest parts, it becomes one leaf.
 
 
-def cut_block(steps: dict[tuple[int, int, int], int | None], unit_log2: int, can_refine: bool) -> np.ndarray:
+def cut_block(
+    steps: dict[Square, int | None], unit_log2: int, can_refine: bool, alone: frozenset[Square] = frozenset()
+) -> np.ndarray:
     """Cut a block into leaves.
 
     Parameters
@@ -114,23 +118,27 @@ def cut_block(steps: dict[tuple[int, int, int], int | None], unit_log2: int, can
         Posts along a unit, log2.
     can_refine
         Whether units may become blocks.
+    alone
+        Squares that touch the finer ring and are not on its lattice: their parts make no pairs.
 
     Returns
     -------
     leaves
-        (8, 8, 2) for each unit, row after row: log2 of its leaf's units a side, and of its spacing. The first number is
-        −1 if there is nothing to draw, −2 if the unit becomes a block, −3 if no spacing is within the tolerance.
+        (8, 8, 3) for each unit, row after row: log2 of its square's units a side, and of its spacing; 1 if the square
+        is one of a pair from west to east, 2 from north to south, 0 if it is none. The first number is −1 if there is
+        nothing to draw, −2 if the unit becomes a block, −3 if no spacing is within the tolerance.
     """
-    leaves = np.zeros((PATCH, PATCH, 2), int)
-    _cut(steps, unit_log2, can_refine, (0, 0, 0), leaves)
+    leaves = np.zeros((PATCH, PATCH, 3), int)
+    _cut(steps, unit_log2, can_refine, alone, (0, 0, 0), leaves)
     return leaves
 
 
 def _cut(
-    steps: dict[tuple[int, int, int], int | None],
+    steps: dict[Square, int | None],
     unit_log2: int,
     can_refine: bool,
-    square: tuple[int, int, int],
+    alone: frozenset[Square],
+    square: Square,
     leaves: np.ndarray,
 ) -> float:
     """Cost of a square in triangles; its units are written to `leaves`."""
@@ -138,24 +146,44 @@ def _cut(
     side = PATCH >> depth
     own = leaves[y * side : (y + 1) * side, x * side : (x + 1) * side]
     if square not in steps:
-        own[...] = -1, 0
+        own[...] = -1, 0, 0
         return 0.0
     step = steps[square]
     segments_log2 = unit_log2 + 3 - depth - step if step is not None else 0
     whole = np.inf if step is None else 2.0 * 4.0**segments_log2 + PATCH_COST
     if depth == 3:
         refine = can_refine and (step is None or segments_log2 >= REFINE_FROM)
-        own[...] = (-2, 0) if refine else (-3, 0) if step is None else (0, step)
+        own[...] = (-2, 0, 0) if refine else (-3, 0, 0) if step is None else (0, step, 0)
         return whole * (REFINED if refine else 1.0)
     if whole <= LEAST_PARTS:
-        own[...] = 3 - depth, step
+        own[...] = 3 - depth, step, 0
         return whole
     at = [(depth + 1, 2 * x + k % 2, 2 * y + k // 2) for k in range(4)]
-    parts = sum(_cut(steps, unit_log2, can_refine, part, leaves) for part in at)
+    parts = sum(_cut(steps, unit_log2, can_refine, alone, part, leaves) for part in at)
+    pairs = [] if square in alone else _pairs(own, unit_log2)
+    parts -= PATCH_COST * len(pairs)
     if step is not None and whole <= parts:
-        own[...] = 3 - depth, step
+        own[...] = 3 - depth, step, 0
         return whole
+    for pair, flag in pairs:
+        own[pair][..., 2] = flag
     return parts
+
+
+def _pairs(own: np.ndarray, unit_log2: int) -> list[tuple[tuple[slice, slice], int]]:
+    """Pairs among the four parts of a square's units: where they are, and 1 or 2; along the axis with more of them."""
+    half = len(own) // 2
+    size, first = half.bit_length() - 1, [slice(0, half), slice(half, None)]
+    wide = [(part, slice(None)) for part in first]
+    tall = [(slice(None), part) for part in first]
+
+    def is_pair(units: np.ndarray) -> bool:
+        step = units[0, 0, 1]
+        same = (units == (size, step, 0)).all()
+        return bool(same) and 0 < unit_log2 + size - step < MOST_SEGMENTS_LOG2
+
+    found = [[(at, flag) for at in ways if is_pair(own[at])] for ways, flag in ((wide, 1), (tall, 2))]
+    return found[0] if len(found[0]) >= len(found[1]) else found[1]
 
 
 # Where leaves of different sizes meet, the longer side is the edge. Its spacing is the finest among all leaves along
@@ -168,15 +196,16 @@ def leaf_map(leaves: Sequence[Leaf], shape: tuple[int, int]) -> np.ndarray:
     """Index of the leaf over each cell of a map with (rows, cols) posts; −1 where there is none."""
     over = np.full((shape[0] - 1, shape[1] - 1), -1)
     for i, leaf in enumerate(leaves):
-        (x, y), side = leaf.low, 1 << leaf.side_log2
-        over[max(y, 0) : y + side, max(x, 0) : x + side] = i
+        (x, y), (width, height) = leaf.low, (1 << log2 for log2 in leaf.size_log2)
+        over[max(y, 0) : y + height, max(x, 0) : x + width] = i
     return over
 
 
 def edge_step_log2(leaves: Sequence[Leaf], over: np.ndarray, i: int, side: int) -> int:
     """log2 of the posts between the vertices along a side of leaf i."""
     own, beside = leaves[i], _beside(leaves, over, i, side)
-    larger = [k for k in beside if leaves[k].side_log2 > own.side_log2]
+    axis = 0 if side in (NORTH, SOUTH) else 1
+    larger = [k for k in beside if leaves[k].size_log2[axis] > own.size_log2[axis]]
     if larger:
         own = leaves[larger[0]]
         beside = _beside(leaves, over, larger[0], side ^ 2)
@@ -185,17 +214,17 @@ def edge_step_log2(leaves: Sequence[Leaf], over: np.ndarray, i: int, side: int) 
 
 def _beside(leaves: Sequence[Leaf], over: np.ndarray, i: int, side: int) -> set[int]:
     """Leaves along a side, just outside it."""
-    (x, y), length = leaves[i].low, 1 << leaves[i].side_log2
-    along, rows, cols = slice(max(x, 0), x + length), *over.shape
-    row, col = (y - 1 if side == NORTH else y + length), (x - 1 if side == WEST else x + length)
+    (x, y), (width, height) = leaves[i].low, (1 << log2 for log2 in leaves[i].size_log2)
+    along, rows, cols = slice(max(x, 0), x + width), *over.shape
+    row, col = (y - 1 if side == NORTH else y + height), (x - 1 if side == WEST else x + width)
     if side in (NORTH, SOUTH):
         cells = over[row, along] if 0 <= row < rows else np.empty(0, int)
     else:
-        cells = over[max(y, 0) : y + length, col] if 0 <= col < cols else np.empty(0, int)
+        cells = over[max(y, 0) : y + height, col] if 0 <= col < cols else np.empty(0, int)
     return set(cells[cells >= 0].tolist())
 
 
-# With a budget, the price λ of a triangle decides:   cost(square) = min over T of  E(T) + λ (2 T² + 16)
+# With a budget, the price λ of a triangle decides:   cost(square) = min over T of  E(T) + λ (2 T² + 24)
 # (Everett 1963, "Generalized Lagrange multiplier method"). A higher price gives fewer triangles.
 
 

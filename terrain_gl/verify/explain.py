@@ -145,8 +145,10 @@ class Explainer:
         at = _over(patches, post)
         if at is None:
             return None
-        corner = int(patches.corner[at, 0]), int(patches.corner[at, 1])
         side_log2, step_log2 = int(patches.side_log2[at]), int(patches.step_log2[at])
+        half = np.minimum((np.asarray(post) - patches.corner[at]) // (1 << side_log2), patches.pair[at])  # of a pair
+        col, row = patches.corner[at] + (half.astype(int) << side_log2)
+        corner = int(col), int(row)
         answer = self._ask_ring(surface, corner, side_log2)
         choices = tuple(
             Choice(1 << k, 2.0 ** (side_log2 - k), *(float(v) for v in each[:3]))
@@ -188,9 +190,9 @@ class Explainer:
 
 
 def _over(patches: layout.Patches | layout.RingPatches, post: tuple[float, float]) -> int | None:
-    """Index of the first patch whose square holds a place."""
+    """Index of the first patch that holds a place."""
     offset = np.asarray(post) - patches.corner
-    found = np.flatnonzero(((offset >= 0) & (offset <= patches.side[:, None])).all(1))
+    found = np.flatnonzero(((offset >= 0) & (offset <= patches.size)).all(1))
     return int(found[0]) if len(found) else None
 
 
