@@ -17,6 +17,8 @@ that of the sky with window 1: the sky's light is soft, and this takes a quarter
 
 from __future__ import annotations
 
+from collections.abc import Callable
+from functools import partial
 from typing import NamedTuple
 
 import numpy as np
@@ -115,7 +117,7 @@ def windows_of(heightmap: PagedMap, key: PageKey) -> Windows:
         last = np.array(heightmap.posts(level + k)[::-1]) - 1
         low, high = np.clip(-first[k], 0, side), np.clip(last - first[k], 0, side)
         inside[k] = *low, *high
-        coarser = None if k == count - 1 else _finer(heights[k + 1], first[k + 1], first[k], low, high)
+        coarser = None if k == count - 1 else partial(_finer, heights[k + 1], first[k + 1], first[k], low, high)
         part = _read(heightmap, level + k, first[k] + low, first[k] + high, coarser)
         around = [(low[i], side - high[i]) for i in (1, 0)]
         heights[k] = np.pad(part, around, mode="edge")
@@ -144,14 +146,17 @@ def _first_posts(heightmap: PagedMap, key: PageKey) -> list[np.ndarray]:
     return [(middle >> k) - half for k in range(window_count(heightmap, level))]
 
 
-def _read(heightmap: PagedMap, level: int, low: np.ndarray, high: np.ndarray, coarser: np.ndarray | None) -> np.ndarray:
-    """Posts from `low` to `high`, columns and rows; those of missing tiles are taken from `coarser`."""
+def _read(
+    heightmap: PagedMap, level: int, low: np.ndarray, high: np.ndarray, coarser: Callable[[], np.ndarray] | None
+) -> np.ndarray:
+    """Posts from `low` to `high`, columns and rows; those of missing tiles are taken from what `coarser` returns."""
     rows, cols = (slice(int(low[i]), int(high[i]) + 1) for i in (1, 0))
     if level > heightmap.top:
         return _above(heightmap, level - heightmap.top, rows, cols)
     if coarser is None:
         return heightmap.lattice_heights(level, rows, cols)
-    side, found = heightmap.tile, coarser
+    side, missing = heightmap.tile, []
+    found = np.empty((rows.stop - rows.start, cols.stop - cols.start), np.float32)
     for y in range(rows.start // side, (rows.stop - 1) // side + 1):
         for x in range(cols.start // side, (cols.stop - 1) // side + 1):
             top, left = max(rows.start, y * side), max(cols.start, x * side)
@@ -160,7 +165,11 @@ def _read(heightmap: PagedMap, level: int, low: np.ndarray, high: np.ndarray, co
             try:
                 found[part] = heightmap.lattice_heights(level, slice(top, end), slice(left, right))
             except TerrainError:
-                continue  # the coarser heights stay
+                missing.append(part)
+    if missing:
+        instead = coarser()
+        for part in missing:
+            found[part] = instead[part]
     return found
 
 

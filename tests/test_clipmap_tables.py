@@ -166,6 +166,42 @@ def test_rounds_look_at_all_that_may_change(ctx, scene):
     quick.release()
 
 
+class Everywhere(ClipmapSelector):
+    """A selector that keeps all rings, and looks at all of their blocks."""
+
+    def _seen(self, rings, *_):
+        return rings
+
+    def _run(self, name, indirect=None, **uniforms):
+        super()._run(name, indirect, **uniforms)
+        if name == "cull":
+            data = self._buffers["blocks"].read(layout.RING_WORK.itemsize)
+            work = np.frombuffer(data, layout.RING_WORK)[0]
+            self.blocks, self.seen = int(work["all"]["count"]), int(work["seen"]["groups"])
+
+
+class Seen(Everywhere):
+    """One that leaves out what nobody sees, and counts the same."""
+
+    def _seen(self, *args):
+        return ClipmapSelector._seen(self, *args)
+
+
+def test_rings_and_blocks_that_nobody_sees_change_nothing(ctx, scene):
+    all_, quick, least = Everywhere(scene.tables), Seen(scene.tables), np.ones(2)
+    for camera in cameras(scene.heightmap).values():
+        meshes = []
+        for selector in (all_, quick):
+            selection = selector.select(camera, SIZE, scene.near_m, Goal(0.3))
+            patches = selector.patches.read(layout.RING_PATCH.itemsize * selection.patches)
+            meshes.append((selection.certified_px, selection.triangles, patches))
+        assert meshes[0] == meshes[1]
+        least = np.minimum(least, (quick.blocks / all_.blocks, quick.seen / quick.blocks))
+    assert (least < 0.75).all()
+    all_.release()
+    quick.release()
+
+
 def test_without_cut_edges_the_bound_breaks(ctx):
     """With the error of cells whose edges are whole, places beside finer patches are further off than certified.
 
@@ -221,7 +257,7 @@ def test_no_pass_walks_the_map(ctx):
         assert more_rings <= rings + 2
         assert roots <= 64 * more_rings
         assert more_parts == parts
-        assert dispatches == 10
+        assert dispatches == 11
 
 
 @pytest.fixture(scope="module")

@@ -26,7 +26,7 @@ from terrain_gl.heightmap import Heightmap
 from terrain_gl.mesh import vertex_heights
 from terrain_gl.shade import UNLIT
 from terrain_gl.verify.holes import bilinear, count_holes
-from terrain_gl.verify.measure import PLACES, _parts_in_picture, places_of, truth_m
+from terrain_gl.verify.measure import PLACES, _parts_in_picture, _regions_in_picture, places_of, truth_m
 
 ASKED_PX = (0.5, 2.0)
 METRICS = ("max", "rms")
@@ -267,8 +267,10 @@ def test_no_place_in_the_picture_is_outside_the_parts_that_are_measured(name):
     for view, camera in cameras(heightmap).items():
         _, seen = screen_shift_px(camera, SIZE, points, np.zeros(len(points)), 1.0)
         outside = (seen & np.isfinite(points[:, 2])).reshape(rows, cols)
-        parts = list(_parts_in_picture(heightmap, (0, 0, cols, rows), camera, SIZE, 1.0))
-        for x, y, width, height in parts:
+        regions = list(_regions_in_picture(heightmap, 64, camera, SIZE, 1.0))
+        for x, y, width, height in (
+            part for region in regions for part in _parts_in_picture(heightmap, region, camera, SIZE, 1.0)
+        ):
             assert width > 0 and x >= 0 and x + width <= cols
             outside[y : y + height, x : x + width] = False
         assert not outside.any(), view

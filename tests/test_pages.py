@@ -3,6 +3,7 @@
 import json
 import math
 import shutil
+import sys
 from pathlib import Path
 
 import numpy as np
@@ -23,10 +24,13 @@ from terrain_gl.renderer import Renderer
 from terrain_gl.steps import drain
 
 pytest.importorskip("zarr")
-from terrain_gl.paged_map import Page, PagedMap
 from terrain_gl.paged_map import above as page_above
 from terrain_gl.store import build
 from terrain_gl.store.opened import StoredMap
+from terrain_gl.terrain import quantisation_range
+
+sys.path.insert(0, str(Path(__file__).parents[1] / "benchmarks"))
+from huge import Endless, over_middle
 
 SIZE = (160, 90)
 METRICS = ["max", "rms"]
@@ -292,55 +296,60 @@ def test_a_context_draws_whole_maps_after_a_store(ctx, hills):
 # --- Maps larger than any memory --------------------------------------------------------------------------------------
 
 
-class Waves(PagedMap):
-    """200,000 × 90,000 posts of sin x + sin y that answer any window at any stride; its records bound its curvature."""
+class Watched(Endless):
+    """200,000 × 90,000 posts in small pages; it remembers the largest window that was read."""
 
-    rows_, cols_, tile, top = 90_000, 200_000, 64, 11
-    gpu_bytes = 64 << 20
+    tile, gpu_bytes, most = 64, 64 << 20, 0
 
-    def __init__(self):
-        self.name, self.spacing_m, self.range_m = "waves", (30.0, 30.0), (-2000.0, 2000.0)
-        self.quantised_m, self.georeference, self.voids, self.look = self.range_m, None, 0, "auto"
-        self.assumes_spacing, self.opened, self.scales, self.notes = False, None, (1.0, 0.0), ()
-        self.heights = self
-        self.shape, self.most = (self.rows_, self.cols_), 0
-
-    def __getitem__(self, index):
-        row, col = index
-        if isinstance(row, slice):
-            row, col = np.arange(*row.indices(self.rows_))[:, None], np.arange(*col.indices(self.cols_))
-        self.most = max(self.most, np.size(row) * np.size(col))
-        return (1000 * np.sin(row / 500.0) + 1000 * np.sin(col / 900.0)).astype(np.float32)
-
-    def page(self, key):
-        level, row, col = key
-        rows, cols = self.nodes(level)
-        row, col = np.arange(row * 64, min(row * 64 + 64, rows) + 1), np.arange(col * 64, min(col * 64 + 64, cols) + 1)
-        at = np.minimum(row << level, self.rows_ - 1)[:, None], np.minimum(col << level, self.cols_ - 1)
-        heights, shape = self[at], (len(row) - 1, len(col) - 1)
-        if level == 0:
-            return Page(heights, np.zeros((2, 0, 0), np.uint32), np.zeros((2, 0, 0), np.uint16))
-        # along an axis a chord of length n differs from a sine by n²/8 of its curvature; float32 adds some 1e-4 m
-        n = 1 << level
-        error_m = min(2000.0, 1000 * n * n / 8 * (1 / 500.0**2 + 1 / 900.0**2) * 2 + 1e-3)
-        half = np.float16(min(error_m / 4096.0 * 1.01, 1.0) * 2**14).view(np.uint16)
-        errors = np.full((2, *shape), int(half) * 0x10001, np.uint32)
-        slack = 1000 * n * (1 / 500.0 + 1 / 900.0)
-        corners = [heights[:-1, :-1], heights[1:, :-1], heights[:-1, 1:], heights[1:, 1:]]
-        low, high = np.minimum.reduce(corners) - slack, np.maximum.reduce(corners) + slack
-        steps = [np.clip((h + 2048) / 4096 * 65535, 0, 65535) for h in (low, high)]
-        return Page(heights, errors, np.stack([np.floor(steps[0]), np.ceil(steps[1])]).astype(np.uint16))
+    def lattice_heights(self, level, rows, cols):
+        self.most = max(self.most, (rows.stop - rows.start) * (cols.stop - cols.start))
+        return super().lattice_heights(level, rows, cols)
 
 
-def test_a_map_of_eighteen_thousand_million_posts_is_drawn():
-    waves = Waves()
-    with Renderer(waves, SIZE) as renderer:
-        for eye in ((3e6, 1.3e6, 6000.0), (1.5e6, 2e5, 40_000.0)):
-            stats = renderer.draw(Camera(eye, (eye[0] + 5000, eye[1] + 9000, 0)), 2.0, style="lambert")
+def test_a_map_of_eighteen_thousand_million_posts_is_drawn_and_measured():
+    endless = Watched()
+    assert math.prod(endless.heights.shape) == 18_000_000_000
+    with Renderer(endless, SIZE) as renderer:
+        for camera in (over_middle(endless, 300.0, 500.0), over_middle(endless, 40_000.0, 9000.0)):
+            stats = renderer.draw(camera, 2.0, style="lambert")
             assert stats["complete"] and stats["certified_max_error_px"] <= 2.0
             assert stats["tiles_resident"] <= renderer.terrain.slots < 2000
-        assert waves.most <= 66**2
-    assert math.prod(waves.shape) == 18_000_000_000
+        renderer.draw(over_middle(endless, 300.0, 500.0), 2.0, style="lambert")
+        assert 0 < renderer.measure()["max_error_px"] <= stats["certified_max_error_px"]
+    assert endless.most <= 66**2
+
+
+def off_two_triangles(posts):
+    """How far posts lie off two triangles between their four corners, with either diagonal."""
+    u, v = np.meshgrid(*[np.linspace(0, 1, len(posts))] * 2)
+    for h in (posts.astype(float), posts[:, ::-1].astype(float)):
+        (a, b), (c, d) = h[:: len(h) - 1, :: len(h) - 1]
+        drawn = np.where(u >= v, a + u * (b - a) + v * (d - b), a + v * (c - a) + u * (d - c))
+        yield np.abs(drawn - h).max()
+
+
+def test_the_records_of_the_endless_land_hold():
+    """On random nodes: windows of any stride have the same posts; errors and ranges are within the records."""
+    endless, rng = Endless(), np.random.default_rng(3)
+    _, low_m, span_m = quantisation_range(*endless.quantised_m)
+    tightest = np.inf
+    for level in (1, 2, 3, 4, 6):
+        n = 1 << level
+        for row, col in rng.integers(0, np.array(endless.nodes(level)) - 1, (10, 2)):
+            page = endless.page((level, int(row) // endless.tile, int(col) // endless.tile))
+            y, x = row % endless.tile, col % endless.tile
+            posts = endless.heights[row * n : row * n + n + 1, col * n : col * n + n + 1]
+            assert (page.heights[y : y + 2, x : x + 2] == posts[::n, ::n]).all()
+            assert (
+                endless.heights[row * n : row * n + n + 1 : n, col * n : col * n + n + 1 : 2] == posts[::n, ::2]
+            ).all()
+            largest_m = float(np.uint16(page.errors[0, y, x] & 0xFFFF).view(np.float16)) * span_m * 2.0**-14
+            found_m = max(off_two_triangles(posts))
+            assert found_m <= largest_m
+            tightest = min(tightest, largest_m / found_m)
+            lowest_m, highest_m = page.ranges[:, y, x] / 65535 * span_m + low_m
+            assert lowest_m <= posts.min() and posts.max() <= highest_m
+    assert tightest < 5  # the bounds say something
 
 
 # --- The command line -------------------------------------------------------------------------------------------------

@@ -54,8 +54,8 @@ void ask(int i) {
 
 void main() {
     int thread = int(gl_LocalInvocationIndex), b = int(b_round[u_round].count + gl_WorkGroupID.x);
-    block = u_round == 0 ? root_block(b) : b_block[b];
-    if (u_round == 0 && thread == 0) b_block[b] = block;
+    if (u_round == 0) b = int(list[list_at(2) + b]);  // rings/cull.comp
+    block = b_block[b];
     if (thread < FIRST[2]) s_asking[thread] = uint(thread);  // begin with depths 0 and 1 together: more threads have work
     for (int i = FIRST[2] + thread; i < FIRST[3]; i += THREADS) s_square[i] = 0u;
     s_asked = FIRST[2];

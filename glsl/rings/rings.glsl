@@ -49,6 +49,7 @@ struct Work {
 
 layout(std430, binding = 0) buffer Blocks {
     Work b_round[3];  // blocks of each round of rings/decide.comp; here `count` is the number of blocks of earlier rounds
+    Work b_seen;      // blocks of the rings that may have a leaf: rings/cull.comp; only `groups` is used
     Work b_all;       // blocks of all rounds; `count` may exceed u_most_blocks: then the view is chosen again
     Work b_leaves;    // all leaves: rings/count.comp
     Work b_queue[8];  // leaves that round r of rings/settle.comp handles, at index r modulo 8

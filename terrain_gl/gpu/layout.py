@@ -239,6 +239,7 @@ RING_QUEUES = 8
 RING_WORK = np.dtype(
     [
         ("round", WORK, 3),
+        ("seen", WORK),
         ("all", WORK),
         ("leaves", WORK),
         ("queue", WORK, RING_QUEUES),

@@ -1,5 +1,6 @@
 """Level of detail by summed-area tables: a clipmap around the eye. The tables give the spacing of each patch.
 
+    cull     list the blocks that are in the picture                          glsl/rings/cull.comp
     decide   cut each block into squares and pairs, look up their spacing     glsl/rings/decide.comp, three rounds
     spawn    make blocks of units that need more than 64 segments a side      after each of these rounds but the last
     settle   split leaves with an edge of more than 64 segments               two rounds, or four, ...
@@ -7,7 +8,7 @@
     place    compute prefix sums, and write draw commands
     emit     write the patches
 
-A frame takes ten dispatches; further rounds of `settle` add more. Only blocks of the rings are visited, never the
+A frame takes eleven dispatches; further rounds of `settle` add more. Only blocks of the rings are visited, never the
 whole map.
 Specification: `reference.clipmap`.
 """
@@ -24,7 +25,7 @@ from typing import Any
 import moderngl
 import numpy as np
 
-from ..camera import Camera
+from ..camera import Camera, boxes_in_picture
 from ..error import ErrorTables
 from ..gpu import gl, layout, shaders
 from ..gpu.bindings import bind
@@ -80,6 +81,8 @@ class ClipmapSelector:
         self._kernels: dict[tuple[str, str], Any] = {}
         self._variant = "max"
         self._last_stamp = 0
+        # a software renderer runs eight threads at a time, and more threads cost more to start
+        self._threads = 8 if gl.is_software(ctx) else 64
         self._tried = ctx.buffer(reserve=4 * PRICES * PASSES)
         self._weights = ctx.buffer(reserve=4)
         self._rings = ctx.buffer(reserve=layout.RINGS.itemsize)
@@ -106,10 +109,15 @@ class ClipmapSelector:
         self.view.write(self.terrain, camera, size, near_m, **goal.settings)
         triangles = goal.triangles
         self._variant = "budget" if triangles else goal.metric
+
+        def rings(across: int, left_out: int = 0) -> list[Ring]:
+            rings = self._rings_of(camera, across, left_out)
+            return self._seen(rings, camera, size, near_m) if goal.cull else rings
+
         if not triangles:
-            return self._keep(self._rings_of(camera, PATCHES))
+            return self._keep(rings(PATCHES))
         for left_out in range(self.terrain.coarsest_ring):  # with all rings, even the fewest triangles may be too many
-            selection = self._spend(self._rings_of(camera, patches_for(triangles), left_out), triangles)
+            selection = self._spend(rings(patches_for(triangles), left_out), triangles)
             if selection.triangles <= triangles:
                 break
         return selection
@@ -132,10 +140,11 @@ class ClipmapSelector:
     def _keep(self, rings: list[Ring]) -> Selection:
         """Choose for the tolerance."""
         while True:
-            self._write_rings(rings)
+            blocks = self._write_rings(rings)
             self._bind()
+            self._run("cull", groups=-(-blocks // self._threads))
             for r in range(ROUNDS):
-                self._run("decide", _work("round", r), round=r)
+                self._run("decide", _work("round", r) if r else _work("seen"), round=r)
                 if r + 1 < ROUNDS:
                     self._run("spawn", round=r)
             summary = self._finish()
@@ -212,6 +221,19 @@ class ClipmapSelector:
         away_m = max(beside_m, abs(camera.eye[2] - ground_m))
         return rings_around(post, away_m, last, (east, north), self.terrain.coarsest_ring, across, left_out)
 
+    def _seen(self, rings: list[Ring], camera: Camera, size: tuple[int, int], near_m: float) -> list[Ring]:
+        """The rings up to the first one beyond which no land is in the picture."""
+        heightmap = self.terrain.heightmap
+        strips = np.array([ring.beyond((heightmap.cols - 1, heightmap.rows - 1)) for ring in rings[:-1]]).reshape(-1, 4)
+        west, north, east, south = strips.T * np.tile(heightmap.spacing_m, 2)[:, None]
+        low_m, high_m = (np.full(len(strips), height_m) for height_m in heightmap.quantised_m)
+        low, high = (
+            np.stack([x, heightmap.extent_m[1] - y, z], -1) for x, y, z in ((west, south, low_m), (east, north, high_m))
+        )
+        is_seen = boxes_in_picture(camera, size, near_m, low, high) & (west < east) & (north < south)
+        needed = is_seen.reshape(-1, 4).any(1)
+        return rings[: int(np.argmin(needed)) + 1] if not needed.all() else rings
+
     def _write_rings(self, rings: list[Ring]) -> int:
         """Upload the rings; returns the number of their blocks."""
         blocks = sum(ring.patches[0] * ring.patches[1] for ring in rings)
@@ -276,18 +298,17 @@ class ClipmapSelector:
         """A pass, compiled when it is first needed. Passes that read errors have a shader for each metric."""
         variant = self._variant if name in _ASKING else ""
         if (name, variant) not in self._kernels:
-            # a software renderer runs eight threads at a time, and more threads cost more to start
-            defines = {"MOST_VERTICES": gl.MOST_VERTICES, "THREADS": 8 if gl.is_software(self.ctx) else 64}
+            defines = {"MOST_VERTICES": gl.MOST_VERTICES, "THREADS": self._threads}
             self._kernels[name, variant] = shaders.compute(
                 self.ctx, f"rings/{name}.comp", defines | _ASKING.get(name, {}).get(variant, {})
             )
         return self._kernels[name, variant]
 
-    def _run(self, name: str, indirect: int | None = None, **uniforms: Any) -> None:
+    def _run(self, name: str, indirect: int | None = None, groups: int = 1, **uniforms: Any) -> None:
         kernel = self._kernel(name)
         gl.write_uniforms(kernel, first_stamp=self._last_stamp + 1, **uniforms)
         if indirect is None:
-            kernel.run(1)
+            kernel.run(groups)
         else:
             kernel.run_indirect(self._buffers["blocks"], indirect)
         self.ctx.memory_barrier(_BARRIER)
@@ -330,7 +351,7 @@ class ClipmapSelector:
 
 def _no_work() -> np.ndarray:
     work = np.zeros((), layout.RING_WORK)
-    for name in ("round", "all", "leaves", "queue"):
+    for name in ("round", "seen", "all", "leaves", "queue"):
         work[name]["one"] = 1
     return work
 

@@ -37,6 +37,12 @@ class Ring(NamedTuple):
         side = PATCH << self.level
         return self.origin[0] + self.patches[0] * side, self.origin[1] + self.patches[1] * side
 
+    def beyond(self, last_post: tuple[int, int]) -> list[tuple[int, int, int, int]]:
+        """The map outside the ring, as four strips: first column and row, last column and row. Some may be empty."""
+        (west, north), (east, south), (last_col, last_row) = self.origin, self.end, last_post
+        sides = [(0, 0, west, last_row), (east, 0, last_col, last_row)]
+        return [*sides, (0, 0, last_col, north), (0, south, last_col, last_row)]
+
 
 def rings_around(
     eye_post: tuple[float, float],

@@ -14,7 +14,7 @@ from typing import NamedTuple
 import moderngl
 import numpy as np
 
-from ..camera import Camera, in_picture, shift_px
+from ..camera import Camera, boxes_in_picture, in_picture, shift_px
 from ..curvature import drop_between_m
 from ..gpu import gl
 from ..gpu.bindings import bind
@@ -108,7 +108,7 @@ class Measurement:
         """Incremental `achieved`, in regions of at most `tile` posts a side; yields progress from 0 to 1."""
         largest = largest_at_posts = total = 0.0
         places = posts = uncovered = 0
-        regions = list(_regions(*places_of(self.terrain.heightmap), PLACES * min(tile, TILE)))
+        regions = list(_regions_in_picture(self.terrain.heightmap, PLACES * min(tile, TILE), camera, size, near_m))
         for done, region in enumerate(regions, 1):
             for part in self._parts(selection, region, camera, size, near_m):
                 drawn, at_posts = (px[~np.isnan(px)] for px in (part.px, part.at_posts().px))
@@ -211,11 +211,19 @@ def places_of(heightmap: Heightmap) -> tuple[int, int]:
     return PLACES * (heightmap.cols - 1) + 1, PLACES * (heightmap.rows - 1) + 1
 
 
-def _regions(cols: int, rows: int, tile: int) -> Iterator[Region]:
-    """The map's four rims, one place wide, and the rest of the map in tiles."""
+def _regions_in_picture(
+    heightmap: Heightmap, tile: int, camera: Camera, size: tuple[int, int], near_m: float
+) -> Iterator[Region]:
+    """The map's four rims, one place wide, and the rest of the map in tiles: those that may be in the picture."""
+    cols, rows = places_of(heightmap)
+    (east, north), (low_m, high_m) = _steps_m(heightmap), heightmap.range_m
+    low_m -= 0.25 * camera.bend_per_m * PLACES**2 * (east**2 + north**2)  # between posts: `drop_between_m`
+    y, height = np.array(list(_spans(rows, tile))).T
     for x, width in _spans(cols, tile):
-        for y, height in _spans(rows, tile):
-            yield x, y, width, height
+        low = np.stack(np.broadcast_arrays(x * east, (rows - y - height) * north, low_m), -1)
+        high = np.stack(np.broadcast_arrays((x + width - 1) * east, (rows - 1 - y) * north, high_m), -1)
+        for i in np.flatnonzero(boxes_in_picture(camera, size, near_m, low, high)):
+            yield x, int(y[i]), width, int(height[i])
 
 
 def _overlapping(cols: int, rows: int, tile: int) -> Iterator[Region]:

@@ -3,6 +3,7 @@
     in motion, or without light    at once, smaller if full pictures take long           (frame_budget.py)
     at rest                        in full size, in steps if it takes long
     then                           light is made, in steps; the picture is drawn again with it
+                                   (the tiles of a store get light before the picture is drawn in full size)
     then                           its error is measured, in steps
 
 The record `FrameSpec` holds everything that a picture depends on. After an edit, the old light is used until the new
@@ -26,6 +27,8 @@ from .scene import FrameSpec
 from .window_state import Size
 
 REST_S = 0.25  # the full picture is drawn after this time without a change
+RIPE_S = 10.0  # it waits so long, at most, for the light of the tiles of a store: it would have to be drawn again
+TOLD_S = 1.0  # how often the window shows the progress of light: drawing its panels takes time, too
 MEASURED_POSTS = 256  # posts along the side of a block that is measured in one step
 
 
@@ -54,7 +57,8 @@ class Painter:
         self.drawn: FrameSpec | None = None
         self.has_picture = False
         self._asked: FrameSpec | None = None
-        self._asked_s = self._drawn_s = float("-inf")
+        self._asked_s = self._drawn_s = self._told_s = float("-inf")
+        self._unripe_s: float | None = None  # since when tiles in the picture get light
         self._painting: tuple[FrameSpec, Steps[None]] | None = None
         self._measuring: Steps[Achieved] | None = None
         self._unmeasured = False
@@ -129,7 +133,7 @@ class Painter:
             self._asked, self._asked_s = spec, now_s
         unlit, fresh = self.light.is_due(spec.lit_look), self.drawn is None
         dark = unlit and not (self.light.lit == spec.lit_look and renderer.picture.lighting.is_there)
-        hurried = moving or dark or now_s - self._asked_s < REST_S
+        hurried = moving or dark or now_s - self._asked_s < REST_S or self._ripens(renderer, spec, now_s)
         if hurried and spec != self.drawn:
             self._draw(renderer, spec, now_s)
             changed = True
@@ -140,8 +144,21 @@ class Painter:
         if unlit and not self.frame.awaits_map and not fresh and not self._painting:  # a new picture is shown first
             if self.light.step(renderer.picture, spec.lit_look, moving):
                 self.forget()
-            changed = True
+                changed = True
+            elif now_s - self._told_s >= TOLD_S:
+                self._told_s, changed = now_s, True
         return changed
+
+    def _ripens(self, renderer: Renderer, spec: FrameSpec, now_s: float) -> bool:
+        """Whether tiles of a store get light of their own, since less than `RIPE_S`."""
+        if not (spec.lit_look.is_lit and renderer.picture.lighting.is_coming):
+            self._unripe_s = None
+        elif self._unripe_s is None:
+            self._unripe_s = now_s
+        if self._unripe_s is None or now_s - self._unripe_s >= RIPE_S:
+            return False
+        self.interrupt()  # a full picture has just chosen its tiles, and some of them lack light
+        return True
 
     # --- Drawing ------------------------------------------------------------------------------------------------------
 
@@ -166,6 +183,9 @@ class Painter:
         if not self._painting and (spec != self.drawn or self.frame.shrunk > 1):
             self.interrupt()
             self._painting = spec, self._draw_steps(renderer, spec)
+            if renderer.streaming:  # it chooses its tiles, and goes on if all of them have light
+                next(self._painting[1])
+                return was_moving
         if self._painting:
             if not self._budget.run(self._painting[1]):
                 return was_moving

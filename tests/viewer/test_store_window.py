@@ -1,11 +1,12 @@
 """A store in the window: it is flown over while tiles come; what a store cannot do is told in one line."""
 
+import math
 import threading
 import time
 
 import numpy as np
 import pytest
-from viewers import later, seen, settle, swift, texts
+from viewers import Ticking, later, seen, set_budget, settle, swift, texts
 
 from terrain_gl.camera import Camera
 from terrain_gl.cli.line import command_line
@@ -17,8 +18,9 @@ from terrain_gl.files.views import standard_view
 from terrain_gl.heightmap import Heightmap
 from terrain_gl.options import RenderOptions
 from terrain_gl.readers.windows import Reading
-from terrain_gl.viewer import tile_map
+from terrain_gl.viewer import painter, tile_map
 from terrain_gl.viewer.app import App
+from terrain_gl.viewer.frame_budget import FrameBudget
 from terrain_gl.viewer.legend import VIRIDIS
 from terrain_gl.viewer.loading import Opened, file_opener
 from terrain_gl.viewer.settings import Settings
@@ -308,3 +310,24 @@ def _map():
 def test_other_commands_name_the_command_that_builds(raster, run):
     status, _, err = run("shot", raster, "-o", "p.png")
     assert status == 1 and err.count("\n") == 1 and "terrain-gl build huge.tif -o huge.zarr" in err
+
+
+@pytest.mark.parametrize("ripe_s", [math.inf, 0.0])
+def test_a_full_picture_waits_for_the_light_of_its_tiles(shown, monkeypatch, ripe_s):
+    """Otherwise it is drawn again for each group of tiles that gets light."""
+    app, stored = shown
+    unlit = []
+
+    def noted(self, spec, stats, shrunk, renderer):
+        if shrunk == 1 and stats[0]["complete"]:
+            unlit.append(stats[0]["tiles_unlit"])
+        note(self, spec, stats, shrunk, renderer)
+
+    note = painter.Painter._note
+    monkeypatch.setattr(painter.Painter, "_note", noted)
+    monkeypatch.setattr(painter, "RIPE_S", ripe_s)
+    set_budget(app.viewer, FrameBudget(Ticking(), work_s=math.inf, motion_ms=-1.0))  # motion is drawn smaller
+    app.viewer.settings.change_all(max_error_px=3.0)
+    stored.gate.set()
+    until_complete(app)
+    assert (unlit == [0]) == (ripe_s > 0)

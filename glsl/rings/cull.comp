@@ -1,0 +1,28 @@
+// rings/cull.comp — finds the blocks of the rings that rings/decide.comp looks at. One thread handles one block.
+//   A block that is outside the picture, beyond the map or wholly under the finer ring has no leaf: its units become NOTHING
+//   here. So land that nobody sees costs one projection for each block, however large the map is.
+// Python twin: reference.clipmap.cut_block
+
+#include "rings/squares.glsl"
+
+#ifndef THREADS
+#define THREADS 64
+#endif
+
+layout(local_size_x = THREADS) in;
+
+bool has_leaf(int b) {
+    ivec2 end = block.origin + (PATCH << block.unit_log2);
+    if (is_nothing(block.origin, end)) return false;
+    return u_cull == 0 || !project_square(block.origin, side_log2_at(0)).outside;
+}
+
+void main() {
+    int b = int(gl_GlobalInvocationID.x);
+    if (b >= int(b_all.count)) return;
+    block = root_block(b);
+    b_block[b] = block;
+    if (has_leaf(b)) list[list_at(2) + int(atomicAdd(b_seen.groups, 1u))] = uint(b);  // before round 1 of rings/settle.comp this queue is free
+    else
+        for (int id = UNITS * b; id < UNITS * b + UNITS; id++) cell[plane(0) + id] = cell[plane(1) + id] = NOTHING;
+}
