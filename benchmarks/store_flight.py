@@ -1,12 +1,15 @@
 """A flight over a store whose tiles come late: whether frames are even, and what is complete.
 
-    python benchmarks/store_flight.py [STORE [FRAMES [LATENCY_MS [WIDTHxHEIGHT]]]]     1000 frames, 200 ms, 320x180
+    python benchmarks/store_flight.py [STORE [FRAMES [LATENCY_MS [WIDTHxHEIGHT]]]] [--lit] [--still]
+
+Defaults: 1000 frames, 200 ms, 320x180.
 
 Without a store, one is built of the bundled canyon. Every read of a page waits for the latency. The tour around the map
 (terrain_gl/film/tour.py) is flown at 20 frames for each second of the tour's clock, without waiting for any tile.
 Prints the middle and the slowest of a thousand frame times, by the clock and by the processor time of the thread that
 draws; the share of complete frames, the most that is certified, and memory after a tenth of the frames and at the end.
-The first frames compile shaders, and do not count. With the option --still, nothing is ever read.
+The first frames compile shaders, and do not count. With --lit, the style is `shaded`, and tiles get light; else it is
+`lambert`. With --still, nothing is ever read.
 """
 
 from __future__ import annotations
@@ -43,43 +46,47 @@ class Late(StoredMap):
 
 def main() -> int:
     """Fly, and print what came of it."""
-    words = [word for word in sys.argv[1:] if word != "--still"]
+    words = [word for word in sys.argv[1:] if not word.startswith("--")]
+    style = "shaded" if "--lit" in sys.argv else "lambert"
     store, frames, latency_ms, size = (*words, *("", "1000", "200", "320x180")[len(words) :])
     with tempfile.TemporaryDirectory() as folder:
         path = store or _canyon(folder)
         stored = Late(path)
         stored.latency_s = 1e9 if "--still" in sys.argv else float(latency_ms) / 1e3
         width, height = map(int, size.split("x"))
-        fly(stored, int(frames), (width, height))
+        fly(stored, int(frames), (width, height), style)
     return 0
 
 
-def fly(stored: Late, count: int, size: tuple[int, int]) -> None:
+def fly(stored: Late, count: int, size: tuple[int, int], style: str) -> None:
     """One flight, and its numbers."""
     poses = [pose.camera for pose in tour(stored).poses(count)]
-    times, busy, complete, certified, memory = [], [], 0, [], []
+    times, busy, complete, unlit, certified, memory = [], [], 0, 0, [], []
     with tg.Renderer(stored, size) as renderer:
         assert renderer.streaming
         renderer.streaming.waits = False
         for number, camera in enumerate(poses):
             renderer.streaming.clock = lambda number=number: number / FPS
             started, worked = time.perf_counter(), time.thread_time()
-            stats = renderer.draw(camera, 1.0, style="lambert")
+            stats = renderer.draw(camera, 1.0, style=style)
             renderer.ctx.finish()
             times.append(1e3 * (time.perf_counter() - started))
             busy.append(1e3 * (time.thread_time() - worked))
             time.sleep(max(0.0, 1 / FPS - times[-1] / 1e3))
             complete += stats["complete"]
+            unlit += stats.get("tiles_unlit", 0) > 0
             certified.append(stats["certified_max_error_px"])
             if number in (count // 10, count - 1):
                 memory.append(resource.getrusage(resource.RUSAGE_SELF).ru_maxrss / 1024)
-    print(f"{stored.name}: {count} frames of {size[0]}x{size[1]}, {1e3 * stored.latency_s:g} ms a tile")
+    print(f"{stored.name}: {count} frames of {size[0]}x{size[1]} in {style}, {1e3 * stored.latency_s:g} ms a tile")
     for name, each in (("clock ", times[WARM:]), ("thread", busy[WARM:])):
         middle, slow = np.median(each), np.percentile(each, 99.9)
         print(
             f"{name} {middle:.1f} ms in the middle, {slow:.1f} ms the slowest of a thousand: {slow / middle:.2f} times"
         )
     print(f"tiles  {100 * complete / count:.1f} % of the frames complete, certified at most {max(certified):.2f} px")
+    if style == "shaded":
+        print(f"light  {100 * (1 - unlit / count):.1f} % of the frames have all of their light")
     print(f"memory at most {memory[0]:.0f} MiB after a tenth, {memory[-1]:.0f} MiB at the end")
 
 

@@ -16,6 +16,7 @@ from concurrent.futures import FIRST_COMPLETED, Future, ThreadPoolExecutor, wait
 from typing import Any, cast
 
 import moderngl
+import numpy as np
 
 from .camera import Vector
 from .gpu import gl
@@ -33,11 +34,12 @@ from .light.horizon import (
 )
 from .light.lighting import Lighting, sky_seen
 from .light.moments import Direction
-from .light.sky import Sky
+from .light.sky import SHAPE, Sky
 from .page_sweep import PageSweep
 from .page_windows import (
     BORDER,
     Windows,
+    flat_windows,
     holds,
     most_windows,
     side_of,
@@ -47,7 +49,7 @@ from .page_windows import (
 from .paged_map import PageKey
 from .pages import PagedTerrain
 from .rect import Rect
-from .steps import Steps
+from .steps import Steps, drain
 
 THREADS = 4
 OF_WINDOWS = 0.05  # part of the memory for tiles that windows may take
@@ -77,6 +79,7 @@ class PageVisibility:
         self._failed: set[PageKey] = set()
         self._stale: set[PageKey] = set()  # pages whose light is that of the map before an edit
         self._making: tuple[PageKey, int, Iterator[float]] | None = None
+        self._is_rehearsed = False
         self.is_idle = False
 
     @property
@@ -111,6 +114,18 @@ class PageVisibility:
                     break
         finally:
             self.terrain.send()
+
+    def rehearse(self) -> bool:
+        """Run all passes for flat land, once, where no page has light yet; a root's slot takes what they make."""
+        if self._is_rehearsed or self.terrain.waits:
+            return False
+        self._is_rehearsed, self._making = True, None  # a page whose light was begun begins anew
+        self._at, self.sweep = self._at or ((0.0, 0.0, 1.0), SUN_RADIUS), self.sweep or PageSweep(self.terrain)
+        flat, slot = flat_windows(self.terrain.heightmap), self.terrain.slot_of[self.terrain.roots[0]]
+        self.sweep.send(flat, 0)
+        drain(self.sweep.sun_steps(slot, (1.0, 0.0)))
+        drain(self.sweep.sky_steps(slot))
+        return True
 
     @property
     def missing(self) -> int:
@@ -273,6 +288,14 @@ class PagedLighting(Lighting):
         steps.close()
         self._flown_s = time.perf_counter()
 
+    def rehearse(self) -> bool:
+        """Make the light of flat land, once; under a black sky if there is none yet."""
+        if not self._pages.rehearse():
+            return False
+        if not self.dome:
+            self._hang(np.zeros((*SHAPE, 3)))
+        return True
+
     @property
     def _pages(self) -> PageVisibility:
         return cast(PageVisibility, self.visibility)
@@ -296,6 +319,13 @@ class PagedLighting(Lighting):
             return super()._sky_of(sun, path)
         asked = sun, path
         if self._coming is None or self._coming[0] != asked:
-            self._coming = asked, self._thread.submit(sky_seen, sun, path, self.has_air)
+            self._coming = asked, self._thread.submit(_fitted_sky, sun, path, self.has_air)
         self._is_late = not self._coming[1].done()
         return self.sky if self._is_late else self._coming[1].result()
+
+
+def _fitted_sky(*asked: Any) -> Sky:
+    """A sky with its lobes, which are otherwise fitted when the first picture needs them."""
+    sky = sky_seen(*asked)
+    _ = sky.lights
+    return sky

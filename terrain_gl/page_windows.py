@@ -146,6 +146,15 @@ def _first_posts(heightmap: PagedMap, key: PageKey) -> list[np.ndarray]:
     return [(middle >> k) - half for k in range(window_count(heightmap, level))]
 
 
+def flat_windows(heightmap: PagedMap) -> Windows:
+    """Two windows of level ground: the least that a page has."""
+    side = side_of(heightmap.tile)
+    inside = np.array([[0, 0, side, side]] * 2, np.int32)
+    return Windows(
+        np.zeros((2, side + 1, side + 1), np.float32), np.array([[0, 0], [-side // 2] * 2], np.int32), inside
+    )
+
+
 def _read(
     heightmap: PagedMap, level: int, low: np.ndarray, high: np.ndarray, coarser: Callable[[], np.ndarray] | None
 ) -> np.ndarray:

@@ -188,6 +188,8 @@ class Picture:
         if look.style in _LIT and self.waits_for_light:
             self.lighting.follow(look.sun, look.sky, look.material, look.land)
         if look.style in _LIT and not self.lighting.is_there:
+            if self.waits_for_light and self.lighting.rehearse():
+                self._colour(look)  # compiles its programs
             look = replace(look, style="lambert")
         if look.style in _LIT:
             self.lighting.describe(self._haze_m(camera), look.water_m)

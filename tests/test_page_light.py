@@ -285,6 +285,27 @@ def test_a_flight_does_not_wait_for_light_and_gets_it(hills, monkeypatch):
         assert difference(lit, expected) < 2.0 < difference(dark.image, expected)
 
 
+@pytest.mark.parametrize("rehearses", [True, False])
+def test_a_flight_compiles_nothing_when_light_comes(hills, monkeypatch, rehearses):
+    """Its first picture runs all passes of light once; otherwise a frame in the middle would take much longer."""
+    if not rehearses:
+        monkeypatch.setattr(page_light.PageVisibility, "rehearse", lambda self: False)
+    whole, path = hills
+    camera = standard_view(whole, "default")
+    with Renderer(StoredMap(path), SIZE) as renderer:
+        renderer.streaming.waits = False
+        renderer.draw(camera, 4.0, **LIT)
+        picture, end = renderer.picture, time.monotonic() + 80
+        programs = len(picture._programs)
+        assert not picture.lighting.is_there
+        while renderer.draw(camera, 4.0, **LIT)["tiles_unlit"]:
+            assert time.monotonic() < end
+        assert (len(picture._programs) == programs) == rehearses
+        lit = renderer.render(camera, 4.0, **LIT).image
+    with Renderer(StoredMap(path), SIZE) as other:
+        assert difference(lit, other.render(camera, 4.0, **LIT).image) < 2.0
+
+
 def test_a_page_that_comes_is_lit_by_the_page_above_until_it_has_light(hills):
     whole, path = hills
     camera = Camera((200, 150, 200), (260, 200, 0))

@@ -174,6 +174,13 @@ class Lighting:
         """Whether there is light to draw with. It may still be that of an earlier sun, or of the map before an edit."""
         return self.sky is not None and self.visibility.is_there
 
+    def rehearse(self) -> bool:
+        """Run all passes that make light, once, for nothing; returns whether they ran.
+
+        A flight that never waits would compile them in the middle. Other maps have light before their first picture.
+        """
+        return False
+
     def describe(self, haze_m: float, water_m: float | None) -> None:
         """Fill the block of lights; without air there is no haze."""
         assert self.sky
