@@ -82,9 +82,11 @@ def alone(monkeypatch):
 
 
 def load_some(renderer, rng):
-    numbering = renderer.terrain.numbering
+    """Load six pages, or all of them."""
+    total = renderer.terrain.numbering.total
+    numbers = rng.integers(0, total, 6) if rng.random() < 0.5 else np.arange(total)
     renderer.session.enter()
-    renderer.tables.load([numbering.key(int(n)) for n in rng.integers(0, numbering.total, 6)])
+    renderer.tables.load([renderer.terrain.numbering.key(int(n)) for n in numbers])
 
 
 # --- Sheets and moves -------------------------------------------------------------------------------------------------
@@ -268,6 +270,36 @@ def test_an_edit_during_a_rebuild_is_not_lost(land):
         rebuilder.take(edited)
     assert not any(edited.is_wide(edited.numbering.key(n)) for n in range(edited.numbering.total))
     rebuilder.release()
+
+
+def test_a_rebuild_that_fails_leaves_wide_bounds_that_hold(land, monkeypatch):
+    with Renderer(StoredMap(land[1]), SIZE) as renderer:
+        renderer.edit(slice(40, 80), slice(50, 90), 12.0)
+        with monkeypatch.context() as torn:
+            torn.setattr("terrain_gl.rebuilding.record_steps", lambda *_: (_ for _ in ()).throw(OSError("no disk")))
+            with pytest.raises(TerrainError, match="bounds stay wide: OSError: no disk"):
+                renderer.rebuild()
+            camera = Camera((150, 180, 60), (210, 200, 0), 50)
+            stats = renderer.choose(camera, 0.5)
+            assert stats["tiles_wide"] and achieved_px(renderer) <= stats["certified_max_error_px"]
+            renderer.streaming.waits = False
+            renderer.choose(camera, 0.5)
+            assert not renderer.streaming.is_rebuilding  # it does not try again and again
+            renderer.streaming.waits = True
+        renderer.rebuild()
+        assert renderer.choose(camera, 0.5)["tiles_wide"] == 0
+
+
+def test_edits_keep_the_limit_of_memory(land):
+    stored = StoredMap(land[1])
+    stored.limit(8 << 20, 300 << 10)
+    edited = EditedMap(stored)
+    with pytest.raises(TerrainError, match="edits need more than .* MiB: save them"):
+        for row in range(0, 150, 10):
+            edited.write(0, row, np.full((10, COLS), 7, np.float32))
+    assert edited.bytes <= 300 << 10
+    rows = int((edited.heights[:, 5:6] == 7).sum())
+    assert 0 < rows < 150 and rows % 10 == 0
 
 
 def test_heights_out_of_the_range_are_converted_and_bounded(land, alone):

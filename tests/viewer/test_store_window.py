@@ -200,7 +200,7 @@ def test_a_store_is_sculpted_and_its_edits_are_saved(shown, hills, tmp_path, mon
     viewer.quit()
     assert not viewer.window.closing and "not saved" in viewer.window.message
     app.press("ctrl+s")
-    assert viewer.sculpting.save_as == "s-edited-1.npz"
+    assert viewer.sculpting.save_as == "s-edited-1.npz" and "name.npz" in texts(app)
     viewer.sculpting.save("edits.npz")
     viewer.sculpting.join()
     later(app)
