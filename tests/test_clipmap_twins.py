@@ -109,7 +109,7 @@ def test_next_step_asks_from_the_coarsest_down(ctx, scene):
     low = RNG.integers(0, 60, (n, 2)) >> side_log2[:, None] << side_log2[:, None]
     nearest_m = 10 ** RNG.uniform(1, 5, n)
     statement = """Projection p = Projection(false, true, b.x, 1.0, b.x, 0.0);
-    return vec4(next_step(ivec2(a.xy), int(a.z), 0, int(a.w), p), error_within_m(p), 0.0, 0.0);"""
+    return vec4(next_step(ivec2(a.xy), int(a.z), 0, int(a.w), NO_STEP, p), error_within_m(p), 0.0, 0.0);"""
 
     def bind(kernel):
         scene.levels._bind()
@@ -141,14 +141,14 @@ class Watched(ClipmapSelector):
 
 
 NEVER_STEP, ALONE = 47, 48  # NO_STEP of glsl/rings/leaf.glsl; a square that may not be a leaf
-LOOK = """block = Block(ivec2(b.xy), int(b.z), int(b.w));
+LOOK = """block = Block(ivec2(b.xy), int(b.z), int(b.w), NO_STEP);
     int depth = int(a.z);
     ivec2 low = low_of(depth, ivec2(a.xy)), end = low + (1 << side_log2_at(depth));
     if (is_nothing(low, end)) return vec4(-1.0);
     int coarsest = min(min(side_log2_at(depth), u_ring[block.ring].level), u_top_level);
     Projection p = project_square(low, side_log2_at(depth));
     bool may = depth == 3 || fits_finer_ring(low, end);
-    return vec4(may ? next_step(low, side_log2_at(depth), block.ring, coarsest, p) : 48);"""
+    return vec4(may ? next_step(low, side_log2_at(depth), block.ring, coarsest, NO_STEP, p) : 48);"""
 
 
 @pytest.mark.parametrize("view", ["default", "grazing", "far"])

@@ -33,7 +33,7 @@ uint look(int depth, ivec2 at, out float cost) {
     Projection p = project_square(low, side_log2);
     if (p.outside && u_cull != 0) return EMPTY;
     if (depth == 3 || fits_finer_ring(low, end))
-        step_log2 = next_step(low, side_log2, block.ring, min(min(side_log2, u_ring[block.ring].level), u_top_level), p);
+        step_log2 = next_step(low, side_log2, block.ring, min(min(side_log2, u_ring[block.ring].level), u_top_level), block.known_log2, p);
     bool is_held = step_log2 != NO_STEP;
     cost = is_held ? 2.0 * exp2(2.0 * float(side_log2 - step_log2)) + PATCH_COST : NEVER;
     int level;
@@ -56,6 +56,9 @@ void main() {
     int thread = int(gl_LocalInvocationIndex), b = int(b_round[u_round].count + gl_WorkGroupID.x);
     if (u_round == 0) b = int(list[list_at(2) + b]);  // rings/cull.comp
     block = b_block[b];
+#if defined(MEAN) || defined(PAGED)
+    block.known_log2 = NO_STEP;  // parts may have a larger mean, or other pages
+#endif
     if (thread < FIRST[2]) s_asking[thread] = uint(thread);  // begin with depths 0 and 1 together: more threads have work
     for (int i = FIRST[2] + thread; i < FIRST[3]; i += THREADS) s_square[i] = 0u;
     s_asked = FIRST[2];
@@ -69,5 +72,5 @@ void main() {
     }
     join_all(thread, THREADS);
     for (int unit = thread; unit < UNITS; unit += THREADS)
-        if (write_unit(b, unit) == IS_BLOCK) atomicAdd(b_round[u_round + 1].groups, 1u);  // rings/spawn.comp makes these blocks
+        if ((write_unit(b, unit) & IS_BLOCK) != 0u) atomicAdd(b_round[u_round + 1].groups, 1u);  // rings/spawn.comp makes these blocks
 }

@@ -10,7 +10,6 @@
 layout(std430, binding = 6) readonly buffer Ranges { uint range[]; };
 
 #define NEVER 1e30
-#define NO_STEP 47  // its code in a unit's word is 63
 #ifndef PATCH_COST
 #define PATCH_COST 24.0  // cost of a patch besides its triangles, counted in triangles
 #endif
@@ -99,12 +98,12 @@ bool holds(ivec2 low, ivec2 end, int step_log2, Projection p) {
     return error_px(p, rms_of_box_m(low, end, step_log2), largest_m(low, end, step_log2)) <= u_tolerance_px * (1.0 - 1e-5);
 }
 
-// The coarsest spacing, from `coarsest` to finer ones, that the tables allow; or NO_STEP.
-int next_step(ivec2 low, int side_log2, int ring, int coarsest, Projection p) {
-    int finest = finest_of(low, side_log2, ring, coarsest);
+// The coarsest spacing, from `coarsest` to finer ones, that the tables allow. `known` is one that they allow, or NO_STEP.
+int next_step(ivec2 low, int side_log2, int ring, int coarsest, int known, Projection p) {
+    int finest = known != NO_STEP ? known + 1 : finest_of(low, side_log2, ring, coarsest);
     for (int step_log2 = coarsest; step_log2 >= finest; step_log2--)
         if (holds(low, low + (1 << side_log2), step_log2, p)) return step_log2;
-    return NO_STEP;
+    return known;
 }
 
 // What the tables certify of a square, in the metric asked for: pixels, or metres over the whole map.

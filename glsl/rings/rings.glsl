@@ -40,7 +40,10 @@ struct Block {
     ivec2 origin;
     int unit_log2;  // posts a side of a unit
     int ring;       // index of the ring that it lies in
+    int known_log2; // log2 of a spacing that the tables allow in all of it, or NO_STEP
 };
+
+#define NO_STEP 47  // its code in a unit's word is 63
 
 struct Work {
     uint groups, one_y, one_z;  // the command of an indirect dispatch

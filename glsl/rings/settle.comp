@@ -33,7 +33,7 @@ void write_part(int id, Leaf whole, int part_units_log2, ivec2 low, int ring, Pr
     int side_log2 = whole.size_log2.x - 1;
     bool is_on_map = all(lessThan(low, u_last_post)) && all(greaterThan(low + (1 << side_log2), ivec2(0)));
     int step_log2 = min(step_log2_of(whole.word), side_log2);
-    if (!u_budget) step_log2 = next_step(low, side_log2, ring, step_log2, p);
+    if (!u_budget) step_log2 = next_step(low, side_log2, ring, step_log2, NO_STEP, p);
     if (step_log2 == NO_STEP) step_log2 = finest_of(low, side_log2, ring, side_log2);
     uint word = leaf_word(part_units_log2, step_log2);
     write_units(id, ivec2(part_units_log2), is_on_map ? word : NOTHING);
@@ -46,7 +46,7 @@ int units_for_parts(Leaf leaf, Block b) {
     if (side_units_log2(leaf.word) > 0) return leaf.id;
     int child = int(atomicAdd(b_all.count, 1u));
     if (child >= u_most_blocks) return -1;  // the view is chosen again with more
-    b_block[child] = Block(leaf.origin, b.unit_log2 - 3, b.ring);
+    b_block[child] = Block(leaf.origin, b.unit_log2 - 3, b.ring, NO_STEP);
     write_units(leaf.id, ivec2(0), IS_BLOCK | uint(child));
     append_to_queue(u_settled + 1, leaf.id, leaf.word);
     return UNITS * child;

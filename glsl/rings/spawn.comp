@@ -9,10 +9,12 @@ layout(local_size_x = SCANNERS) in;
 uniform int u_round;  // the last round of rings/decide.comp
 
 void spawn(int id, int child) {
+    int known_log2 = step_log2_of(cell[plane(0) + id]);
     bool has_room = child < u_most_blocks;  // without room, the view is chosen again with larger buffers
     cell[plane(0) + id] = cell[plane(1) + id] = has_room ? IS_BLOCK | uint(child) : NOTHING;
     Block b = b_block[id / UNITS];
-    if (has_room) b_block[child] = Block(b.origin + (unit_at(id % UNITS) << b.unit_log2), b.unit_log2 - 3, b.ring);
+    ivec2 origin = b.origin + (unit_at(id % UNITS) << b.unit_log2);
+    if (has_room) b_block[child] = Block(origin, b.unit_log2 - 3, b.ring, known_log2);
 }
 
 void main() {

@@ -11,13 +11,14 @@
 const int FIRST[4] = int[4](0, 1, 5, 21);  // squares of each depth: 8, 4, 2, 1 units a side
 
 // A square's word: log2 of the spacing of its vertices, + 16, and one of these states. WHOLE: it is drawn as one leaf. OPEN: its
-// parts decide. REFINE: a unit that becomes a block. WIDE, TALL: one of a pair.
+// parts decide. REFINE: a unit that becomes a block. WIDE, WIDE << 1: its northern, southern parts are a pair. TALL, TALL << 1: its
+// western, eastern ones.
 #define EMPTY 0x100u
 #define WHOLE 0x200u
 #define OPEN 0x400u
 #define REFINE 0x800u
 #define WIDE 0x1000u
-#define TALL 0x2000u
+#define TALL 0x4000u
 #ifndef PAIR_GAIN
 #define PAIR_GAIN PATCH_COST  // a pair is one patch, two squares are two
 #endif
@@ -37,7 +38,7 @@ Block root_block(int b) {
     while (r + 1 < u_rings && b >= u_ring[r + 1].first_block) r++;
     Ring ring = u_ring[r];
     ivec2 at = ivec2((b - ring.first_block) % ring.patches.x, (b - ring.first_block) / ring.patches.x);
-    return Block(ring.origin + at * (PATCH << ring.level), ring.level, r);
+    return Block(ring.origin + at * (PATCH << ring.level), ring.level, r, NO_STEP);
 }
 
 bool has_finer_ring() { return block.ring > 0; }
@@ -61,43 +62,32 @@ bool fits_finer_ring(ivec2 low, ivec2 end) {
     return !overlaps && all(equal(low - finer.origin & side - 1, ivec2(0)));
 }
 
-// Whether two squares side by side become one leaf, a pair: they have the same spacing. Single cells do not: the tessellator would
-// add a vertex between them.
-bool is_pairing(int depth, ivec2 first, ivec2 second) {
-    uint a = s_square[square_index(depth, first)], b = s_square[square_index(depth, second)];
-    int segments_log2 = side_log2_at(depth) - (int(a & 63u) - 16);
+// Whether two parts of a square become one leaf, a pair: they have the same spacing. Single cells do not: the tessellator would add
+// a vertex between them.
+bool is_pairing(uint a, uint b, int side_log2) {
+    int segments_log2 = side_log2 - (int(a & 63u) - 16);
     return (a & b & WHOLE) != 0u && ((a ^ b) & 63u) == 0u && segments_log2 > 0 && segments_log2 < MOST_SEGMENTS_LOG2;
 }
 
-// How many pairs along an axis the four parts of a square make; their words get the flag.
-int pair_along(int depth, ivec2 at, ivec2 axis, uint flag) {
-    int pairs = 0;
-    for (int k = 0; k < 2; k++) {
-        ivec2 first = 2 * at + k * axis.yx, second = first + axis;
-        if (!is_pairing(depth, first, second)) continue;
-        pairs++;
-        s_square[square_index(depth, first)] |= flag;
-        s_square[square_index(depth, second)] |= flag;
-    }
-    return pairs;
+// The pairs that the four parts of a square make, along the axis with more of them.
+uint pairs_of(uvec4 part, int side_log2) {
+    bool north = is_pairing(part.x, part.y, side_log2), south = is_pairing(part.z, part.w, side_log2);
+    bool west = is_pairing(part.x, part.z, side_log2), east = is_pairing(part.y, part.w, side_log2);
+    bool is_wide = int(north) + int(south) >= int(west) + int(east);
+    return is_wide ? (north ? WIDE : 0u) | (south ? WIDE << 1 : 0u) : (west ? TALL : 0u) | (east ? TALL << 1 : 0u);
 }
 
 void join_parts(int depth, ivec2 at) {
-    int i = square_index(depth, at);
-    if ((s_square[i] & OPEN) == 0u) return;
-    float parts = 0.0;
-    for (int k = 0; k < 4; k++) parts += s_cost[square_index(depth + 1, 2 * at + ivec2(k & 1, k >> 1))];
-    bool may_pair = fits_finer_ring(low_of(depth, at), low_of(depth, at) + (1 << side_log2_at(depth)));
-    int wide = may_pair ? pair_along(depth + 1, at, ivec2(1, 0), 0u) : 0;
-    int tall = may_pair ? pair_along(depth + 1, at, ivec2(0, 1), 0u) : 0;
-    parts -= PAIR_GAIN * float(max(wide, tall));
-    if (s_cost[i] <= parts && s_cost[i] < NEVER) {
-        s_square[i] |= WHOLE;
-        return;
-    }
-    if (tall > wide) pair_along(depth + 1, at, ivec2(0, 1), TALL);
-    else if (wide > 0) pair_along(depth + 1, at, ivec2(1, 0), WIDE);
-    s_cost[i] = min(parts, 1e20);
+    int i = square_index(depth, at), first = square_index(depth + 1, 2 * at), below = first + (2 << depth);
+    uint square = s_square[i];
+    if ((square & OPEN) == 0u) return;
+    ivec2 low = low_of(depth, at);
+    uint pairs = pairs_of(uvec4(s_square[first], s_square[first + 1], s_square[below], s_square[below + 1]), side_log2_at(depth + 1));
+    if (!fits_finer_ring(low, low + (1 << side_log2_at(depth)))) pairs = 0u;
+    float parts = s_cost[first] + s_cost[first + 1] + s_cost[below] + s_cost[below + 1] - PAIR_GAIN * float(bitCount(pairs));
+    bool is_whole = s_cost[i] <= parts && s_cost[i] < NEVER;
+    s_square[i] = square | (is_whole ? WHOLE : pairs);
+    s_cost[i] = is_whole ? s_cost[i] : min(parts, 1e20);
 }
 
 void join_all(int thread, int threads) {
@@ -110,11 +100,14 @@ void join_all(int thread, int threads) {
 
 // The word of a unit: that of the largest WHOLE square which contains it.
 uint word_of_unit(ivec2 at) {
+    uint square = 0u;
     for (int depth = 0; depth <= 3; depth++) {
-        uint square = s_square[square_index(depth, at >> (3 - depth))];
+        uint whole = square;
+        ivec2 part = at >> (3 - depth) & 1;
+        square = s_square[square_index(depth, at >> (3 - depth))];
         if ((square & EMPTY) != 0u) return NOTHING;
-        if ((square & REFINE) != 0u) return IS_BLOCK;  // rings/spawn.comp adds the block's number
-        uint pair = (square & WIDE) != 0u ? IS_WIDE : (square & TALL) != 0u ? IS_TALL : 0u;
+        if ((square & REFINE) != 0u) return IS_BLOCK | square & 63u;  // rings/spawn.comp replaces the spacing by the block's number
+        uint pair = (whole & WIDE << part.y) != 0u ? IS_WIDE : (whole & TALL << part.x) != 0u ? IS_TALL : 0u;
         if ((square & WHOLE) != 0u) return leaf_word(3 - depth, int(square & 63u) - 16) | pair;
     }
     return leaf_word(0, finest_of(low_of(3, at), block.unit_log2, block.ring, block.unit_log2)) | IS_BROKEN;

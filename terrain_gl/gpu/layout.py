@@ -245,7 +245,7 @@ RING_WORK = np.dtype(
         ("queue", WORK, RING_QUEUES),
     ]
 )
-RING_BLOCK = np.dtype([("origin", "2i4"), ("unit_log2", "i4"), ("ring", "i4")])
+RING_BLOCK = np.dtype([("origin", "2i4"), ("unit_log2", "i4"), ("ring", "i4"), ("known_log2", "i4"), ("pad", "i4")])
 
 # glsl/rings/shapes.glsl, glsl/mesh/ring.glsl
 RING_PATCH = np.dtype([("corner", "2i4"), ("shape", "u4"), ("bound_px", "f4")])
