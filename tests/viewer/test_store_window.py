@@ -312,6 +312,7 @@ def test_other_commands_name_the_command_that_builds(raster, run):
     assert status == 1 and err.count("\n") == 1 and "terrain-gl build huge.tif -o huge.zarr" in err
 
 
+@pytest.mark.parametrize("shown", ["shaded"], indirect=True)
 @pytest.mark.parametrize("ripe_s", [math.inf, 0.0])
 def test_a_full_picture_waits_for_the_light_of_its_tiles(shown, monkeypatch, ripe_s):
     """Otherwise it is drawn again for each group of tiles that gets light."""
