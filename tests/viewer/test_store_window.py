@@ -173,6 +173,7 @@ def test_what_a_store_cannot_do_is_told(shown, tmp_path, monkeypatch):
 
 def test_a_store_is_sculpted_and_its_edits_are_saved(shown, hills, tmp_path, monkeypatch):
     app, stored = shown
+    app.viewer.settings.change(style="lambert")  # light is slow, and test_edited_store.py looks at it
     stored.gate.set()
     monkeypatch.chdir(tmp_path)
     until_complete(app)
@@ -222,6 +223,7 @@ def test_a_store_is_sculpted_and_its_edits_are_saved(shown, hills, tmp_path, mon
 
 def test_a_brush_over_a_tile_that_cannot_be_read_says_so(shown, monkeypatch):
     app, stored = shown
+    app.viewer.settings.change(style="lambert")  # light is slow, and test_edited_store.py looks at it
     stored.gate.set()
     until_complete(app)
     app.press("b")
