@@ -2,7 +2,7 @@
 //       cost(square) = min( min over T of ( squared error + λ (2 T² + PATCH_COST) ),  sum of its parts' costs )
 //   One work group handles one block, one thread a unit.   Python twins: reference.clipmap.cheapest, reference.clipmap.cut_block
 
-#define PAIR_GAIN 0.0  // rings/try.comp counts no pairs
+#define MAY_PAIR false  // the long edge of a pair may have more vertices, and a budget is better spent inside
 #include "rings/squares.glsl"
 #include "rings/prices.glsl"
 

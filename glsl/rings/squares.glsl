@@ -19,8 +19,8 @@ const int FIRST[4] = int[4](0, 1, 5, 21);  // squares of each depth: 8, 4, 2, 1 
 #define REFINE 0x800u
 #define WIDE 0x1000u
 #define TALL 0x4000u
-#ifndef PAIR_GAIN
-#define PAIR_GAIN PATCH_COST  // a pair is one patch, two squares are two
+#ifndef MAY_PAIR
+#define MAY_PAIR true
 #endif
 shared uint s_square[SQUARES];
 shared float s_cost[SQUARES];
@@ -83,8 +83,8 @@ void join_parts(int depth, ivec2 at) {
     if ((square & OPEN) == 0u) return;
     ivec2 low = low_of(depth, at);
     uint pairs = pairs_of(uvec4(s_square[first], s_square[first + 1], s_square[below], s_square[below + 1]), side_log2_at(depth + 1));
-    if (!fits_finer_ring(low, low + (1 << side_log2_at(depth)))) pairs = 0u;
-    float parts = s_cost[first] + s_cost[first + 1] + s_cost[below] + s_cost[below + 1] - PAIR_GAIN * float(bitCount(pairs));
+    if (!MAY_PAIR || !fits_finer_ring(low, low + (1 << side_log2_at(depth)))) pairs = 0u;
+    float parts = s_cost[first] + s_cost[first + 1] + s_cost[below] + s_cost[below + 1] - PATCH_COST * float(bitCount(pairs));  // a pair is one patch
     bool is_whole = s_cost[i] <= parts && s_cost[i] < NEVER;
     s_square[i] = square | (is_whole ? WHOLE : pairs);
     s_cost[i] = is_whole ? s_cost[i] : min(parts, 1e20);
