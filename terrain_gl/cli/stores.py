@@ -24,7 +24,7 @@ def add_options(command: Any) -> None:
     group.add_argument("--gpu-memory", type=values.count, metavar="MIB", default=512, help=what)
     what = "of a store: MiB of memory for tiles (default: 512)"
     group.add_argument("--memory", type=values.count, metavar="MIB", default=512, help=what)
-    what = "edits of a store, .tif or .npz: they are drawn, and the store stays as it is"
+    what = "edits of a store to draw, .tif or .npz"
     group.add_argument("--edits", metavar="FILE", help=what)
 
 
