@@ -31,7 +31,7 @@ def add(commands: Any) -> None:
         help="the map as triangles: a .ply, .glb, .obj or .stl file",
         description="Write the triangles that the GPU draws, in metres: x east, y north, z up (.glb: y up). The\n"
         "whole map, within an error in metres; or, with a camera or an error in pixels, the mesh\n"
-        "of a view. .stl is a solid with a base, in millimetres, for a printer.",
+        "of a view. .stl is a solid with a base, for a printer.",
         example="mesh dem.tif --spacing 30 -o dem.glb --max-error-m 5 --texture",
     )
     options.add_map(command)
