@@ -218,7 +218,7 @@ def boxes_in_picture(
     low[:, 2] -= camera.drop_m(*farthest.T[:2])
     high[:, 2] -= camera.drop_m(*nearest.T[:2])
     corners = np.where(which, high, low) - eye
-    x, y, z = np.moveaxis(corners @ camera.axes.T, -1, 0)
+    x, y, z = (corners @ camera.axes.T).transpose(2, 0, 1)
     tan_x, tan_y = camera.half_extent(size)
     slack = 1e-6 * np.abs(corners).sum(-1)  # the GPU places vertices in float32
     sides = [side * v - tan * z for v, tan in ((x, tan_x), (y, tan_y)) for side in (1, -1)]
