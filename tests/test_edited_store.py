@@ -484,7 +484,51 @@ def test_files_of_edits_are_refused_in_a_line(placed, land, tmp_path):
         (tmp_path / "torn.npz").write_bytes((tmp_path / "other.npz").read_bytes()[:200])
         with pytest.raises(TerrainError, match=r"torn.npz: is not a file of edits"):
             renderer.load_edits("torn.npz")
+        (tmp_path / "text.npz").write_text("no archive")
+        with pytest.raises(TerrainError, match=r"text.npz: is not a file of edits \(it is no zip archive"):
+            renderer.load_edits("text.npz")
         assert not isinstance(renderer.heightmap, EditedMap)
+
+
+def rewritten(name, **changes):
+    """Another file with the arrays of edits.npz, some of them changed."""
+    with np.load("edits.npz") as file:
+        np.savez(name, **({each: file[each] for each in file.files} | changes))
+
+
+def test_a_patch_file_with_wrong_values_is_refused_as_a_whole(placed):
+    with Renderer(StoredMap("s"), SIZE) as renderer:
+        edit_twice(renderer)
+        renderer.save_edits("edits.npz")
+    with np.load("edits.npz") as file:
+        heights = file["heights"]
+    heights[-1, 0, 0] = np.inf  # the last tile; those before it are good
+    rewritten("high.npz", heights=heights)
+    rewritten("flat.npz", shape=np.array(5))
+    with Renderer(StoredMap("s"), SIZE) as renderer:
+        with pytest.raises(TerrainError, match=r"high.npz: has heights beyond"):
+            renderer.load_edits("high.npz")
+        with pytest.raises(TerrainError, match=r"flat.npz: holds edits of another store"):
+            renderer.load_edits("flat.npz")
+        assert not isinstance(renderer.heightmap, EditedMap)
+
+
+@pytest.mark.parametrize(("crs", "fits"), [("EPSG:32633", False), ("EPSG:4978", False), ("EPSG:25832", True)])
+def test_a_window_in_another_coordinate_system_is_refused(placed, crs, fits):
+    rasterio = pytest.importorskip("rasterio")
+    pytest.importorskip("pyproj")
+    with Renderer(StoredMap("s"), SIZE) as renderer:
+        edit_twice(renderer)
+        renderer.save_edits("edits.tif")
+    with rasterio.open("edits.tif", "r+") as file:
+        file.crs = crs
+    with Renderer(StoredMap("s"), SIZE) as renderer:
+        if fits:  # ETRS89 and WGS 84: the same place within a metre
+            renderer.load_edits("edits.tif")
+            assert renderer.heightmap.heights[70, 100] == 3.25
+            return
+        with pytest.raises(TerrainError, match=r"edits.tif: has another coordinate system than s"):
+            renderer.load_edits("edits.tif")
 
 
 def test_edits_are_checked(land):
@@ -519,3 +563,4 @@ def test_commands_draw_edits(placed, run):
     assert edited == built != without and numbers[1]["tiles_wide"] == 0
     refused(run("measure", "dem.tif", "--edits", "edits.tif"), 2, "dem.tif is none")
     refused(run("measure", "s", "--edits", "nothing.tif"), 1, "nothing.tif")
+    refused(run("measure", "s", "--edits", ""), 2, "must end in .tif")

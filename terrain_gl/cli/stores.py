@@ -44,7 +44,7 @@ def opened(args: argparse.Namespace, name: str, of_map: dict[str, Any]) -> Paged
         raise UsageError(f"{report.shown(name)}: is a store, which has its own scales: to change them, build it again")
     stored = StoredMap(name)
     stored.limit(args.gpu_memory << 20, args.memory << 20)
-    if not args.edits:
+    if args.edits is None:
         return stored
     edited = EditedMap(stored)
     for x, y, heights in read_edits(args.edits, stored):
@@ -55,7 +55,7 @@ def opened(args: argparse.Namespace, name: str, of_map: dict[str, Any]) -> Paged
 
 def check_no_edits(args: argparse.Namespace, name: str) -> None:
     """Refuse --edits for a map that is no store."""
-    if getattr(args, "edits", None):
+    if getattr(args, "edits", None) is not None:
         raise UsageError(f"--edits: edits are for a store, and {report.shown(name)} is none")
 
 

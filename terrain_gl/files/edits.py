@@ -18,9 +18,10 @@ import numpy as np
 from ..edit import Editor
 from ..edited_map import EditedMap
 from ..exceptions import TerrainError, UsageError
-from ..heightmap import Heightmap
+from ..heightmap import MAX_HEIGHT_M, Heightmap
 from ..image import replacing
 from ..paged_map import PagedMap
+from ..place import flat_crs
 from ..readers.georeference import Georeference
 from ..readers.raster import has_rasterio
 from ..readers.windows import RasterFile, Reading, corner_on
@@ -159,7 +160,12 @@ def read_edits(path: str | os.PathLike[str], heightmap: Heightmap) -> list[Patch
     check_edits_name(path, heightmap)
     if not os.path.isfile(path):
         raise TerrainError(f"{path}: there is no such file")
-    return list((_of_window if Path(path).suffix.lower() in WINDOW else _of_tiles)(os.fspath(path), heightmap))
+    read = _of_window if Path(path).suffix.lower() in WINDOW else _of_tiles
+    patches = list(read(os.fspath(path), heightmap))
+    for patch in patches:  # all of them, before the first is applied
+        if (np.abs(patch.heights) > MAX_HEIGHT_M).any():
+            raise TerrainError(f"{path}: has heights beyond ±{MAX_HEIGHT_M:g} m")
+    return patches
 
 
 def apply_edits(path: str | os.PathLike[str], editor: Editor) -> None:
@@ -177,6 +183,7 @@ def _of_window(path: str, heightmap: PagedMap) -> Iterator[Patch]:
     """The edits of a GeoTIFF, a band of a tile's height after the other."""
     file = RasterFile(path, Reading())
     x, y = corner_on(file, heightmap)
+    _check_crs(file, heightmap)
     rows, cols = file.shape
     if x < 0 or y < 0 or x + cols > heightmap.cols or y + rows > heightmap.rows:
         raise TerrainError(f"{path}: reaches beyond {heightmap.name}: it belongs to another map")
@@ -184,10 +191,27 @@ def _of_window(path: str, heightmap: PagedMap) -> Iterator[Patch]:
         yield Patch(x, y + first, file.read(slice(first, min(first + heightmap.tile, rows)), slice(0, cols)))
 
 
+def _check_crs(file: RasterFile, heightmap: PagedMap) -> None:
+    """Refuse the same numbers in another coordinate system, such as the next zone of UTM: they are another place."""
+    mine, grid = file.georeference, heightmap.georeference
+    if not (mine and grid and mine.crs and grid.crs) or mine.crs == grid.crs:
+        return
+    here = flat_crs(mine.crs), flat_crs(grid.crs)  # raises an error if pyproj is missing
+    import pyproj
+
+    corner = mine.grid.c, mine.grid.f
+    try:
+        x, y = pyproj.Transformer.from_crs(*here, always_xy=True).transform(*corner)
+    except pyproj.exceptions.ProjError:
+        x = y = np.inf
+    if not (abs(x - corner[0]) <= abs(grid.grid.a) and abs(y - corner[1]) <= abs(grid.grid.e)):
+        raise TerrainError(f"{file.name}: has another coordinate system than {heightmap.name}: convert it first")
+
+
 def _of_tiles(path: str, heightmap: PagedMap) -> Iterator[Patch]:
     found = _arrays(path)
     shape = heightmap.rows, heightmap.cols
-    if str(found["store"]) != heightmap.identity or tuple(found["shape"]) != shape:
+    if str(found["store"]) != heightmap.identity or found["shape"].tolist() != list(shape):
         raise TerrainError(f"{path}: holds edits of another store than {heightmap.name}")
     side = found["heights"].shape[-1]
     for (row, col), heights in zip(found["tiles"].tolist(), found["heights"], strict=True):
@@ -200,6 +224,8 @@ def _of_tiles(path: str, heightmap: PagedMap) -> Iterator[Patch]:
 def _arrays(path: str) -> dict[str, Any]:
     """The arrays of a patch file, checked."""
     try:
+        if not zipfile.is_zipfile(path):
+            raise ValueError("it is no zip archive")
         with np.load(path) as file:
             found = {name: file[name] for name in ("format", "store", "shape", "tiles", "heights")}
         heights, tiles = found["heights"], found["tiles"]
