@@ -14,6 +14,7 @@ from typing import Any
 from .exceptions import TerrainError, UsageError
 from .readers.georeference import DEGREES, Georeference
 from .readers.raster import INSTALL_GEO, Spacing
+from .readers.windows import Placed
 
 Point = tuple[float, float]
 
@@ -132,3 +133,28 @@ def _to_degrees(crs: str) -> Any:
         return pyproj.Transformer.from_crs(flat, flat.geodetic_crs, always_xy=True)
     except (pyproj.exceptions.ProjError, TypeError):
         raise TerrainError(f"{flat.name} has no longitude and latitude") from None
+
+
+def check_crs(file: Placed, other: Placed) -> None:
+    """Refuse the same numbers in another coordinate system, such as the next zone of UTM: they are another place.
+
+    Systems that differ by less than a post are accepted, and maps without one.
+
+    Raises
+    ------
+    TerrainError
+        The file has another coordinate system than the other map, or pyproj is missing.
+    """
+    mine, grid = file.georeference, other.georeference
+    if not (mine and grid and mine.crs and grid.crs) or mine.crs == grid.crs:
+        return
+    here = flat_crs(mine.crs), flat_crs(grid.crs)  # raises an error if pyproj is missing
+    import pyproj
+
+    corner = mine.grid.c, mine.grid.f
+    try:
+        x, y = pyproj.Transformer.from_crs(*here, always_xy=True).transform(*corner)
+    except pyproj.exceptions.ProjError:
+        x = y = math.inf
+    if not (abs(x - corner[0]) <= abs(grid.grid.a) and abs(y - corner[1]) <= abs(grid.grid.e)):
+        raise TerrainError(f"{file.name}: has another coordinate system than {other.name}: convert it first")

@@ -155,6 +155,18 @@ def test_a_file_is_read_by_windows_as_a_whole_would_be(tmp_path):
         np.testing.assert_array_equal(read, Heightmap.open(tmp_path / name).heights[10:50, 20:60])
 
 
+def test_files_in_two_zones_are_no_mosaic(tmp_path):
+    """The same numbers in the next zone of UTM are another place; ETRS89 and WGS 84 are the same within a metre."""
+    pytest.importorskip("pyproj")
+    heights = rough(64, 64)
+    for name, west, crs in (("a", 500_000.0, 32632), ("b", 500_640.0, 32633), ("c", 500_640.0, 25832)):
+        write_tiff(tmp_path / f"{name}.tif", heights, west=west, north=5.2e6, crs=f"EPSG:{crs}")
+    with pytest.raises(TerrainError, match="b.tif: has another coordinate system than"):
+        build([tmp_path / "a.tif", tmp_path / "b.tif"], tmp_path / "s", **SMALL)
+    assert not (tmp_path / "s").exists()
+    build([tmp_path / "a.tif", tmp_path / "c.tif"], tmp_path / "s", **SMALL)
+
+
 def test_lazy_arrays_are_never_whole_in_memory(tmp_path):
     dask = pytest.importorskip("dask.array")
     xarray = pytest.importorskip("xarray")

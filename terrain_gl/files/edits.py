@@ -21,7 +21,7 @@ from ..exceptions import TerrainError, UsageError
 from ..heightmap import MAX_HEIGHT_M, Heightmap
 from ..image import replacing
 from ..paged_map import PagedMap
-from ..place import flat_crs
+from ..place import check_crs
 from ..readers.georeference import Georeference
 from ..readers.raster import has_rasterio
 from ..readers.windows import RasterFile, Reading, corner_on
@@ -183,29 +183,12 @@ def _of_window(path: str, heightmap: PagedMap) -> Iterator[Patch]:
     """The edits of a GeoTIFF, a band of a tile's height after the other."""
     file = RasterFile(path, Reading())
     x, y = corner_on(file, heightmap)
-    _check_crs(file, heightmap)
+    check_crs(file, heightmap)
     rows, cols = file.shape
     if x < 0 or y < 0 or x + cols > heightmap.cols or y + rows > heightmap.rows:
         raise TerrainError(f"{path}: reaches beyond {heightmap.name}: it belongs to another map")
     for first in range(0, rows, heightmap.tile):
         yield Patch(x, y + first, file.read(slice(first, min(first + heightmap.tile, rows)), slice(0, cols)))
-
-
-def _check_crs(file: RasterFile, heightmap: PagedMap) -> None:
-    """Refuse the same numbers in another coordinate system, such as the next zone of UTM: they are another place."""
-    mine, grid = file.georeference, heightmap.georeference
-    if not (mine and grid and mine.crs and grid.crs) or mine.crs == grid.crs:
-        return
-    here = flat_crs(mine.crs), flat_crs(grid.crs)  # raises an error if pyproj is missing
-    import pyproj
-
-    corner = mine.grid.c, mine.grid.f
-    try:
-        x, y = pyproj.Transformer.from_crs(*here, always_xy=True).transform(*corner)
-    except pyproj.exceptions.ProjError:
-        x = y = np.inf
-    if not (abs(x - corner[0]) <= abs(grid.grid.a) and abs(y - corner[1]) <= abs(grid.grid.e)):
-        raise TerrainError(f"{file.name}: has another coordinate system than {heightmap.name}: convert it first")
 
 
 def _of_tiles(path: str, heightmap: PagedMap) -> Iterator[Patch]:
