@@ -15,13 +15,13 @@ from typing import Any, NamedTuple
 
 import numpy as np
 
-from .edited_records import EditedRecords, span
+from .edited_records import EditedRecords
 from .exceptions import TerrainError
 from .heightmap import MAX_HEIGHT_M
 from .paged_map import Page, PagedMap, PageKey, PostsOnDemand
-from .rect import Rect
+from .rect import Rect, span_of
 from .sheet import Area, Sheet
-from .terrain import HEADROOM, quantisation_range
+from .terrain import quantisation_range, widened_range
 from .widening import Scale, moves, touched
 
 
@@ -75,16 +75,6 @@ class EditedMap(PagedMap):
         return own
 
     @property
-    def rows(self) -> int:
-        """Posts north to south."""
-        return self.base.rows
-
-    @property
-    def cols(self) -> int:
-        """Posts west to east."""
-        return self.base.cols
-
-    @property
     def identity(self) -> str:
         """The hash of the map without edits."""
         return self.base.identity
@@ -102,19 +92,7 @@ class EditedMap(PagedMap):
     # --- Editing ------------------------------------------------------------------------------------------------------
 
     def write(self, x: int, y: int, heights: Any) -> tuple[slice, slice] | None:
-        """Give posts new heights; records of nodes around are wide from now on.
-
-        Parameters
-        ----------
-        x, y
-            Column and row of the first post.
-        heights : (rows, cols) float32
-            Metres; NaN leaves a post as it is.
-
-        Returns
-        -------
-        (slice, slice), optional
-            The smallest rectangle of rows and columns with all changed posts; None if no post changed.
+        """As `Heightmap.write`, but NaN leaves a post as it is. Records of nodes around are wide from now on.
 
         Raises
         ------
@@ -129,7 +107,7 @@ class EditedMap(PagedMap):
         if not changed.any():
             return None
         self._check(new)
-        rows, cols = (span(changed.any(axis)) for axis in (1, 0))
+        rows, cols = (span_of(changed.any(axis)) for axis in (1, 0))
         old, new, changed = (each[rows, cols] for each in (old, new, changed))
         at = area[0].start + rows.start, area[1].start + cols.start
         self._keep_roots()
@@ -175,14 +153,10 @@ class EditedMap(PagedMap):
     def _widen_range(self, low: float, high: float) -> None:
         """Widen the range of heights; if they leave the quantisation range, all records are converted."""
         self.range_m = min(self.range_m[0], low), max(self.range_m[1], high)
-        before, held = self.scale, self.quantised_m
-        if before.low_m <= low and high <= before.low_m + before.span_m:
+        ends_m = self.scale.low_m, self.scale.low_m + self.scale.span_m
+        if ends_m[0] <= low and high <= ends_m[1]:
             return
-        more_m = HEADROOM * (max(high, held[1]) - min(low, held[0]))
-        self.quantised_m = (
-            low - more_m if low < before.low_m else held[0],
-            high + more_m if high > before.low_m + before.span_m else held[1],
-        )
+        self.quantised_m = widened_range((low, high), self.quantised_m, ends_m)
         self._records.rescale(self.scale)
         self._epoch = self.changes + 1
 
@@ -282,7 +256,7 @@ class EditedHeights(PostsOnDemand):
     """All posts of an edited map, as an array. A slice or an index reads the tiles that it needs."""
 
     def __init__(self, edited: EditedMap) -> None:
-        self._edited, self.shape = edited, (edited.rows, edited.cols)
+        self._edited, self.shape = edited, (edited.base.rows, edited.base.cols)
 
     def __getitem__(self, index: Any) -> Any:
         """Posts at (rows, columns): two slices, two numbers, or two arrays of numbers."""

@@ -9,6 +9,7 @@ from __future__ import annotations
 import numpy as np
 
 from .paged_map import Page
+from .rect import span_of
 from .sheet import Area, Sheet
 from .widening import Moves, Scale, rescaled, rescaled_ranges, widened, widened_ranges
 
@@ -81,7 +82,7 @@ class EditedRecords:
         if truth is None or not np.any(truth > 0):
             return None
         wide = np.greater(truth, 0)
-        rows, cols = (span(np.asarray(wide.any(axis))) for axis in (1, 0))
+        rows, cols = (span_of(np.asarray(wide.any(axis))) for axis in (1, 0))
         mine = _shifted(area[0], rows), _shifted(area[1], cols)
         self._errors[level].put(mine, errors[rows, cols])
         self._ranges[level].put(mine, _packed(ranges[:, rows, cols]))
@@ -117,12 +118,6 @@ class EditedRecords:
             (np.arange(s.start, s.stop) + 1) << level <= last for s, last in zip(area, self._last, strict=True)
         )
         return rows[:, None] & cols
-
-
-def span(flags: np.ndarray) -> slice:
-    """The slice from the first to the last flag that is set."""
-    where = np.flatnonzero(flags)
-    return slice(int(where[0]), int(where[-1]) + 1)
 
 
 def _shifted(whole: slice, part: slice) -> slice:

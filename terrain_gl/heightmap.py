@@ -20,6 +20,7 @@ from terrain_gl.readers.georeference import Georeference
 from terrain_gl.readers.objects import raster_of
 from terrain_gl.readers.plausible import not_of_the_earth, plausible_scale, plausible_spacing
 from terrain_gl.readers.values import ENCODINGS, read_heights
+from terrain_gl.rect import span_of
 from terrain_gl.size_limits import check_size
 
 MIN_SPACING_M, MAX_SPACING_M = 1e-6, 1e6
@@ -256,7 +257,7 @@ class Heightmap:
         old[changed] = new[changed]
         self.opened = None
         self.voids = voids
-        rows, cols = (_span_of(changed.any(axis), first) for axis, first in ((1, y), (0, x)))
+        rows, cols = (span_of(changed.any(axis), first) for axis, first in ((1, y), (0, x)))
         self._follow_range(rows, cols)
         return rows, cols
 
@@ -382,12 +383,6 @@ def _of_blocks(of: np.ufunc, heights: np.ndarray) -> np.ndarray:
     for axis in (0, 1):
         heights = of.reduceat(heights, np.arange(0, heights.shape[axis], RANGE_BLOCK), axis)
     return heights
-
-
-def _span_of(flags: np.ndarray, first: int) -> slice:
-    """Slice from the first to the last flag that is set, shifted by `first`."""
-    where = np.flatnonzero(flags)
-    return slice(first + int(where[0]), first + int(where[-1]) + 1)
 
 
 def _first_known(*choices: Any) -> Any:

@@ -2,9 +2,17 @@
 
 from __future__ import annotations
 
+import numpy as np
+
 Rect = tuple[int, int, int, int]  # first column and row, last column and row: all four belong to it
 
 
 def hull(a: Rect, b: Rect) -> Rect:
     """The smallest rectangle that holds two."""
     return min(a[0], b[0]), min(a[1], b[1]), max(a[2], b[2]), max(a[3], b[3])
+
+
+def span_of(flags: np.ndarray, first: int = 0) -> slice:
+    """Slice from the first to the last flag that is set, shifted by `first`."""
+    where = np.flatnonzero(flags)
+    return slice(first + int(where[0]), first + int(where[-1]) + 1)

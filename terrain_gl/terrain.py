@@ -226,13 +226,8 @@ class Terrain:
 
     def _widen_range(self) -> None:
         """Widen the quantisation range on each side that heights have left, with headroom for further edits."""
-        low, high = self.heightmap.range_m
-        held_low, held_high = self.heightmap.quantised_m
-        headroom_m = HEADROOM * (max(high, held_high) - min(low, held_low))
-        self.heightmap.quantised_m = (
-            low - headroom_m if low < self._low_m else held_low,
-            high + headroom_m if high > self._low_m + self.span_m else held_high,
-        )
+        ends_m = self._low_m, self._low_m + self.span_m
+        self.heightmap.quantised_m = widened_range(self.heightmap.range_m, self.heightmap.quantised_m, ends_m)
 
     def _write(self, rect: Rect) -> None:
         x0, y0, x1, y1 = rect
@@ -292,6 +287,25 @@ class Water(NamedTuple):
 def _rim_of(values: np.ndarray) -> np.ndarray:
     """The values around a map."""
     return np.concatenate([values[0], values[-1], values[1:-1, 0], values[1:-1, -1]])
+
+
+def widened_range(
+    heights_m: tuple[float, float], held_m: tuple[float, float], ends_m: tuple[float, float]
+) -> tuple[float, float]:
+    """What a quantisation range must hold after heights have left it: with headroom on each side that they have left.
+
+    Parameters
+    ----------
+    heights_m
+        Lowest and highest height.
+    held_m
+        What the range must hold so far.
+    ends_m
+        The ends of the range.
+    """
+    (low, high), (held_low, held_high) = heights_m, held_m
+    headroom_m = HEADROOM * (max(high, held_high) - min(low, held_low))
+    return low - headroom_m if low < ends_m[0] else held_low, high + headroom_m if high > ends_m[1] else held_high
 
 
 def quantisation_range(low: float, high: float) -> tuple[float, float, float]:

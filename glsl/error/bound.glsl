@@ -28,8 +28,8 @@ ivec4 tiles_over(ivec2 low, ivec2 end, int level, out Table counts) {
     return ivec4(first >> tile, min((last >> tile) + 1, tiles));
 }
 
-// The class with the largest limit that is not above an error; -1 if even the last class is above it. (It may round
-// up, hence the check.)
+// The class with the largest limit that is not above an error; -1 if even the last class is above it. Rounding may
+// give a class whose limit is too large, hence the check.
 int class_within(float error_m) {
     if (error_m >= u_span_m) return -2;
     int c = max(0, int(ceil(class_of_octave(log2(u_span_m / error_m)))));

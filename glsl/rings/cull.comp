@@ -11,7 +11,7 @@
 
 layout(local_size_x = THREADS) in;
 
-bool has_leaf(int b) {
+bool has_leaf() {
     ivec2 end = block.origin + (PATCH << block.unit_log2);
     if (is_nothing(block.origin, end)) return false;
     return u_cull == 0 || !project_square(block.origin, side_log2_at(0)).outside;
@@ -22,7 +22,9 @@ void main() {
     if (b >= int(b_all.count)) return;
     block = root_block(b);
     b_block[b] = block;
-    if (has_leaf(b)) list[list_at(2) + int(atomicAdd(b_seen.groups, 1u))] = uint(b);  // before round 1 of rings/settle.comp this queue is free
-    else
-        for (int id = UNITS * b; id < UNITS * b + UNITS; id++) cell[plane(0) + id] = cell[plane(1) + id] = NOTHING;
+    if (has_leaf()) {
+        list[list_at(2) + int(atomicAdd(b_seen.groups, 1u))] = uint(b);  // a queue that rings/settle.comp does not need yet
+        return;
+    }
+    for (int id = UNITS * b; id < UNITS * b + UNITS; id++) cell[plane(0) + id] = cell[plane(1) + id] = NOTHING;
 }

@@ -14,9 +14,9 @@ GROUP = 64  # threads of a work group that processes words
 COUNT_TILE_LOG2 = 1  # log2 of the side in nodes of a tile that one class counter covers; one more on level 0, the cells
 COUNT_TILE = 1 << COUNT_TILE_LOG2
 CLASSES = 64  # error classes: glsl/error/classes.glsl
-WIDE_CLASSES, NARROW_CLASSES = 4, 56
+WIDE_CLASSES, NARROW_CLASSES = 4, 56  # the first of them, and those that follow
 NARROW_OCTAVES, LAST_OCTAVES = 0.125, 1.75  # of a narrow class, and of each of the last four
-NARROW_CELLS = 16.0  # narrow classes begin at this number of cells of the map
+NARROW_CELLS = 16.0  # narrow classes begin at the width of so many cells of the map
 SKY_TEXEL = 3  # cells a side of a texel of the sky's visibility
 MAX_WINDOWS = 16  # windows around a page of a store, of which each is half as fine as the last
 PLACES = 4  # places along a side of a cell that `verify.measure` compares
@@ -207,6 +207,8 @@ DEFINES = {
     "GROUP": GROUP,
     "COUNT_TILE_LOG2": COUNT_TILE_LOG2,
     "CLASSES": CLASSES,
+    "WIDE_CLASSES": WIDE_CLASSES,
+    "NARROW_CLASSES": NARROW_CLASSES,
     "PLACES": PLACES,
     "MAX_WINDOWS": MAX_WINDOWS,
 }

@@ -9,7 +9,7 @@ from .sat import box_sum, sat
 WIDE, NARROW, LAST = 4, 56, 4  # classes; the narrow ones are an eighth of an octave each
 
 # Class c counts the nodes with M > limit(c) = span · 2^−o(c + 1). The function o is linear from 0 at 0 to z at 4, from
-# there to z + 7 at 60, and from there to z + 14 at 64. Most decisions are about errors below 16 cells of the map:
+# there to z + 7 at 60, and from there to z + 14 at 64. Most decisions are about errors below the width of 16 cells:
 #   z = max(2, log2(span / (16 √(s_x s_y))))
 # The box holds no such node if and only if its count is 0 (integral histogram, Porikli 2005). So
 #   M of the box ≤ limit(c),   c the last class with count 0;   and M ≤ span if there is none.
