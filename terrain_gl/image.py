@@ -260,6 +260,7 @@ def _opened(to: Path, name: str | os.PathLike[str], shape: tuple[int, int, int],
     if kind == "uint8":
         spec.attribute("oiio:ColorSpace", "sRGB")
         spec.attribute("CompressionQuality", 95)
+        spec.attribute("png:compressionLevel", 4)  # level 6 takes three times as long for files 6 % smaller
     spec.attribute("oiio:UnassociatedAlpha", 1)
     file = oiio.ImageOutput.create(os.fspath(to))
     if file is None or not file.open(os.fspath(to), spec):

@@ -73,10 +73,9 @@ void main() {
         for (int a = 0; a < BATCH; a++) {
             float record = record_near(a, u_directions[a], vec2(cell) + 0.5);
             float at = max(record, PRINTED >= 2 ? 0.5 : own_horizon(n, u_directions[a])) * float(SINES);
-            int below = min(int(at), SINES - 1), row = (u_batch * BATCH + a) * (SINES + 1) + below;
-            float t = at - float(below);
+            int row = (u_batch * BATCH + a) * (SINES + 1) + int(at + 0.5);
             for (int l = 0; l < LOBES; l++) {
-                vec4 m = mix(moment(row, l), moment(row + 1, l), t);
+                vec4 m = moment(row, l);
                 sum[l] += PRINTED >= 2 ? m.w : dot(n, m.xyz);
             }
         }

@@ -27,7 +27,7 @@ LUMINANCE = np.array([0.2126, 0.7152, 0.0722])
 def sunlight(elevation_deg: float, height_km: float = EYE_KM) -> np.ndarray:
     """(3,) transmittance of sunlight, red, green and blue, through the air to an eye at that height."""
     h, mu = np.array([height_km]), np.array([math.sin(math.radians(elevation_deg))])
-    return _transmittance(h, np.maximum(mu, _horizon(h)))[0]
+    return _transmittance(h, np.maximum(mu, _horizon(h)))[:, 0]
 
 
 def sky_radiance(directions: np.ndarray, sun: np.ndarray, height_km: float = EYE_KM, steps: int = 40) -> np.ndarray:
@@ -40,20 +40,9 @@ def sky_radiance(directions: np.ndarray, sun: np.ndarray, height_km: float = EYE
     sun
         (3,) unit vector.
     """
-    mu = directions[:, 2]
-    reach, grounded = _reach(height_km, mu)
-    s = ((np.arange(steps) + 0.5) / steps) ** 2  # short steps near the eye, where the air is dense
-    widths = np.diff(((np.arange(steps + 1)) / steps) ** 2) * reach[:, None]  # (n, steps)
-    t = s * reach[:, None]
-    radius = np.sqrt((EARTH_KM + height_km) ** 2 + t * t + 2 * (EARTH_KM + height_km) * mu[:, None] * t)
-    mu_sun = np.clip(((EARTH_KM + height_km) * sun[2] + t * (directions @ sun)[:, None]) / radius, -1, 1)
-    h = np.clip(radius - EARTH_KM, 0, TOP_KM - EARTH_KM)
-    source = _source(h, mu_sun, (directions @ sun)[:, None])
-    depth = _extinction(h) * widths[..., None]
-    before = np.cumsum(depth, 1) - depth
-    through = _fall(before) * -np.expm1(-np.minimum(depth, 80)) / np.maximum(_extinction(h), 1e-12)
-    light = (source * through).sum(1)
-    light = light + np.where(grounded[:, None], _fall(depth.sum(1)) * _ground_light(float(sun[2])), 0)
+    # a part's arrays fit into the processor's cache
+    parts = np.array_split(directions, -(-len(directions) // _RAYS_AT_ONCE))
+    light = np.concatenate([_radiance(part, sun, height_km, steps) for part in parts])
     return COLOURFULNESS * light + (1 - COLOURFULNESS) * (light @ LUMINANCE)[:, None]
 
 
@@ -65,31 +54,50 @@ def spread(count: int) -> np.ndarray:
     return np.stack([flat * np.cos(turn), flat * np.sin(turn), z], -1)
 
 
+# Below, h are heights in km and mu sines of elevations, both of any shape; results per colour are (3, *shape).
+
+
+def _radiance(directions: np.ndarray, sun: np.ndarray, height_km: float, steps: int) -> np.ndarray:
+    """(n, 3) light of rays before grey is mixed in."""
+    mu = directions[:, 2]
+    reach, grounded = _reach(height_km, mu)
+    s = ((np.arange(steps) + 0.5) / steps) ** 2  # short steps near the eye, where the air is dense
+    widths = np.diff(((np.arange(steps + 1)) / steps) ** 2) * reach[:, None]  # (n, steps)
+    t = s * reach[:, None]
+    radius = np.sqrt((EARTH_KM + height_km) ** 2 + t * t + 2 * (EARTH_KM + height_km) * mu[:, None] * t)
+    mu_sun = np.clip(((EARTH_KM + height_km) * sun[2] + t * (directions @ sun)[:, None]) / radius, -1, 1)
+    h = np.clip(radius - EARTH_KM, 0, _HEIGHTS)
+    extinction = _extinction(h)
+    depth = extinction * widths
+    along = np.cumsum(depth, -1)
+    through = _fall(along - depth) * -np.expm1(-np.minimum(depth, 80)) / np.maximum(extinction, 1e-12)
+    light = (_source(h, mu_sun, (directions @ sun)[:, None]) * through).sum(-1)
+    return (light + grounded * _fall(along[..., -1]) * _ground_light(float(sun[2]))[:, None]).T
+
+
 def _source(h: np.ndarray, mu_sun: np.ndarray, cosine: np.ndarray) -> np.ndarray:
     """Light scattered towards the eye per km, for sunlight of irradiance 1."""
-    sunlit = _transmittance(h, mu_sun)
-    rayleigh, mie = _densities(h)
     g = ASYMMETRY
     forward = (1 - g * g) / (4 * np.pi * np.maximum(1 + g * g - 2 * g * cosine, 1e-6) ** 1.5)
-    once = rayleigh * RAYLEIGH * (3 / (16 * np.pi) * (1 + cosine**2))[..., None]
-    once = once + mie * MIE_SCATTERING * forward[..., None]
-    return sunlit * once + _often(h, mu_sun) * (rayleigh * RAYLEIGH + mie * MIE_SCATTERING)
+    rayleigh, mie = _scattering(h)
+    once = rayleigh * (3 / (16 * np.pi) * (1 + cosine**2)) + mie * forward
+    return _transmittance(h, mu_sun) * once + _often(h, mu_sun) * (rayleigh + mie)
 
 
 def _ground_light(mu_sun: float) -> np.ndarray:
     h, mu = np.zeros(1), np.array([mu_sun])
-    return GROUND_ALBEDO / np.pi * (_transmittance(h, mu)[0] * max(mu_sun, 0.0) + np.pi * _often(h, mu)[0])
+    return GROUND_ALBEDO / np.pi * (_transmittance(h, mu)[:, 0] * max(mu_sun, 0.0) + np.pi * _often(h, mu)[:, 0])
 
 
-def _densities(h: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
-    """Densities of air and haze relative to sea level, with an axis for colour."""
-    return np.exp(-h / RAYLEIGH_KM)[..., None], np.exp(-h / MIE_KM)[..., None]
+def _scattering(h: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
+    """Scattering per km by air, for each colour, and by haze, the same for all colours."""
+    return np.multiply.outer(RAYLEIGH, np.exp(-h / RAYLEIGH_KM)), MIE_SCATTERING * np.exp(-h / MIE_KM)
 
 
 def _extinction(h: np.ndarray) -> np.ndarray:
-    rayleigh, mie = _densities(h)
-    ozone = np.maximum(0, 1 - np.abs(h - 25) / 15)[..., None]
-    return rayleigh * RAYLEIGH + mie * MIE_EXTINCTION + ozone * OZONE
+    rayleigh, mie = _scattering(h)
+    ozone = np.maximum(0, 1 - np.abs(h - 25) / 15)
+    return rayleigh + MIE_EXTINCTION / MIE_SCATTERING * mie + np.multiply.outer(OZONE, ozone)
 
 
 def _fall(depth: np.ndarray) -> np.ndarray:
@@ -116,19 +124,20 @@ def _reach(height_km: float, mu: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
 _HEIGHTS = TOP_KM - EARTH_KM
 _SIZE = (32, 128)  # heights, spaced by square root; sines of elevations, spaced by signed square root
 _OFTEN_SIZE = (10, 28)
+_RAYS_AT_ONCE = 128
 
 
 def _transmittance(h: np.ndarray, mu: np.ndarray) -> np.ndarray:
-    """Transmittance (..., 3) from outside the atmosphere along a ray with sine of elevation `mu`; 0 through the Earth.
+    """Transmittance from outside the atmosphere along a ray with sine of elevation `mu`; 0 through the Earth.
 
     It falls to 0 over the width of the sun's disc as the disc sets.
     """
     over = (mu - _horizon(h)) / 0.0047
-    return _lookup(_transmittance_table(), h, mu) * np.clip(0.5 + 0.5 * over, 0, 1)[..., None]
+    return _lookup(_transmittance_table(), h, mu) * np.clip(0.5 + 0.5 * over, 0, 1)
 
 
 def _often(h: np.ndarray, mu_sun: np.ndarray) -> np.ndarray:
-    """Isotropic radiance (..., 3) of light that was scattered twice or more often."""
+    """Isotropic radiance of light that was scattered twice or more often."""
     return _lookup(_often_table(), h, mu_sun)
 
 
@@ -138,13 +147,15 @@ def _axes(size: tuple[int, int]) -> tuple[np.ndarray, np.ndarray]:
 
 
 def _lookup(table: np.ndarray, h: np.ndarray, mu: np.ndarray) -> np.ndarray:
-    x = np.sqrt(np.clip(h / _HEIGHTS, 0, 1)) * (table.shape[0] - 1)
-    y = (0.5 + 0.5 * np.sign(mu) * np.sqrt(np.abs(mu))) * (table.shape[1] - 1)
-    i = np.minimum(x.astype(int), table.shape[0] - 2)
-    j = np.minimum(y.astype(int), table.shape[1] - 2)
-    s, t = (x - i)[..., None], (y - j)[..., None]
-    low = table[i, j] * (1 - t) + table[i, j + 1] * t
-    return low * (1 - s) + (table[i + 1, j] * (1 - t) + table[i + 1, j + 1] * t) * s
+    """A table (3, heights, sines), bilinear."""
+    rows, cols = table.shape[1:]
+    x = np.sqrt(np.clip(h / _HEIGHTS, 0, 1)) * (rows - 1)
+    y = (0.5 + 0.5 * np.sign(mu) * np.sqrt(np.abs(mu))) * (cols - 1)
+    i, j = np.minimum(x.astype(int), rows - 2), np.minimum(y.astype(int), cols - 2)
+    at, s, t = i * cols + j, x - i, y - j
+    a, b, c, d = (np.take(table.reshape(3, -1), at + beside, 1) for beside in (0, 1, cols, cols + 1))
+    low, high = a + (b - a) * t, c + (d - c) * t
+    return low + (high - low) * s
 
 
 @cache
@@ -153,11 +164,11 @@ def _transmittance_table(steps: int = 60) -> np.ndarray:
     mu = np.maximum(mu, _horizon(h))  # below the horizon, use the value at the horizon
     r = EARTH_KM + h
     reach = -r * mu + np.sqrt(np.maximum(0, (r * mu) ** 2 - r * r + TOP_KM**2))
-    depth = np.zeros((*h.shape, 3))
+    depth = np.zeros((3, *h.shape))
     for k in range(steps):
         t = reach * ((k + 0.5) / steps) ** 2
         height = np.sqrt(r * r + t * t + 2 * r * mu * t) - EARTH_KM
-        depth += _extinction(np.clip(height, 0, _HEIGHTS)) * (reach * (2 * k + 1) / steps**2)[..., None]
+        depth += _extinction(np.clip(height, 0, _HEIGHTS)) * (reach * (2 * k + 1) / steps**2)
     return _fall(depth)
 
 
@@ -167,22 +178,21 @@ def _often_table(directions: int = 40, steps: int = 20) -> np.ndarray:
     heights, mus = _axes(_OFTEN_SIZE)
     rays = spread(directions)
     z = rays[:, 2]
-    table = np.zeros((*_OFTEN_SIZE, 3))
+    table = np.zeros((3, *_OFTEN_SIZE))
     for row, height in enumerate(np.minimum(heights, _HEIGHTS - 0.1)):
         reach, grounded = _reach(height, z)
         t = (np.arange(steps) + 0.5) / steps * reach[:, None]
         radius = np.sqrt((EARTH_KM + height) ** 2 + t * t + 2 * (EARTH_KM + height) * z[:, None] * t)
         h = np.clip(radius - EARTH_KM, 0, _HEIGHTS)
-        rayleigh, mie = _densities(h)
-        scattering = rayleigh * RAYLEIGH + mie * MIE_SCATTERING
-        depth = np.cumsum(_extinction(h) * (reach / steps)[:, None, None], 1)
-        share = _fall(depth) * scattering * (reach / steps)[:, None, None]
-        again = share.sum(1).mean(0)
+        depth = np.cumsum(_extinction(h) * (reach / steps)[:, None], -1)
+        rayleigh, mie = _scattering(h)
+        share = _fall(depth) * (rayleigh + mie) * (reach / steps)[:, None]
+        again = share.sum(-1).mean(-1)
         for column, mu in enumerate(mus):
             sun = np.array([math.sqrt(1 - mu * mu), 0, mu])
             mu_sun = np.clip(((EARTH_KM + height) * mu + t * (rays @ sun)[:, None]) / radius, -1, 1)
-            once = (share * _transmittance(h, mu_sun)).sum(1) / (4 * np.pi)
-            floor = _transmittance(np.zeros(1), np.array([mu]))[0] * max(mu, 0.0) * GROUND_ALBEDO / np.pi
-            once = once + np.where(grounded[:, None], _fall(depth[:, -1]) * floor, 0)
-            table[row, column] = once.mean(0) / (1 - again)
+            once = (share * _transmittance(h, mu_sun)).sum(-1) / (4 * np.pi)
+            floor = _transmittance(np.zeros(1), np.array([mu])) * max(mu, 0.0) * GROUND_ALBEDO[:, None] / np.pi
+            once = once + grounded * _fall(depth[..., -1]) * floor
+            table[:, row, column] = once.mean(-1) / (1 - again)
     return table
