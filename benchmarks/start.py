@@ -5,7 +5,8 @@
 
 Steps run in one process. Whole processes are started alternately, so that the load is the same for all; a shader cache
 on disk is warm after the first. Each line has elapsed seconds and processor seconds of all threads: on a busy machine
-compare the latter. Only `--pyvista` needs pyvista and imageio.
+compare the latter. Unset PYTHONDONTWRITEBYTECODE before: an installed package has its bytecode. Only `--pyvista` needs
+pyvista and imageio.
 """
 
 from __future__ import annotations

@@ -13,7 +13,7 @@
 
 #ifndef LOBES
 #define LOBES 4
-#define SINES 64     // steps of the sine from −1 to 1
+#define SINES 256    // steps of the sine from −1 to 1
 #define COSINES 64   // steps of n · axis from −1 to 1
 #define BATCH 4      // azimuths
 #define TEXEL 3      // cells a side
