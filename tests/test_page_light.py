@@ -253,15 +253,14 @@ def test_light_is_within_the_limit_of_memory(hills, kib):
 
 
 class Held(StoredMap):
-    """A store whose fine heights wait until they are let go, for light alone."""
+    """A store whose heights wait until they are let go, for light alone."""
 
     def __init__(self, path):
         super().__init__(path)
         self.gate = threading.Event()
 
     def lattice_heights(self, level, rows, cols):
-        if level < self.top:
-            self.gate.wait(100)
+        self.gate.wait(100)
         return super().lattice_heights(level, rows, cols)
 
 
