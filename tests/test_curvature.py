@@ -255,16 +255,18 @@ def test_rays_meet_the_plain_around_the_map_where_it_is(ctx):
     scene.release()
 
 
-def test_the_sky_reaches_down_to_the_horizon():
-    """Between the horizontal and the horizon of a round Earth there is no ground: the sky goes on."""
+def test_the_sky_reaches_down_to_the_horizon_and_covers_it():
+    """Between the horizontal and the horizon of a round Earth there is no ground: the sky goes on. The plain fades into it."""
     with Renderer(Heightmap(rough(33, 33, 1, 300.0), 500.0), (32, 180)) as renderer:
         camera = Camera((8e3, -1e3, 6000.0), (8e3, -2e3, 6000.0), 8.0)  # the map is behind
         renderer.draw(Camera((8e3, 1e3, 900.0), (8e3, 9e3, 0.0)), look="green")
         column = renderer.render(camera, curvature="on", look="green").image[:, 16, :3].astype(int)
     above_m = 6000.0 + BLOCK * 16e3  # above the plain at the foot of the block
     row = 90 + round(math.sqrt(2 * above_m / EARTH_M) * camera.focal_px(180))
-    assert np.abs(column[92 : row - 3] - column[88]).max() <= 3
-    assert np.abs(column[row + 3] - column[88]).max() > 3
+    steps = np.abs(np.diff(column, axis=0)).max(1)
+    assert steps[: row + 8].max() <= 3  # no line, neither at the horizontal nor at the horizon
+    assert np.abs(column[90] - column[row - 3]).max() > 4  # it grows pale as far as the horizon
+    assert np.abs(column[-1] - column[row - 3]).max() > 12
 
 
 def test_drawn_and_true_heights_stay_heights_of_the_map():

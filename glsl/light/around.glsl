@@ -50,13 +50,24 @@ vec3 plain_light(vec2 at_m, vec3 towards_eye) {
     return open_light(plain_material(rim_place(at_m, low)), vec3(0.0, 0.0, 1.0), towards_eye) * (1.0 - shaded);
 }
 
-// The sky just above the horizontal.
+// The plain of a round Earth ends at the limb. Its distance from the eye is r = √(h / bend), and its slope below the horizontal
+// is 2 √(h · bend), for an eye at the height h. Both are 0 on a flat Earth.
+float limb_root(float factor) { return sqrt(max(-up_from_eye_m(u_edge_m), 0.0) * factor); }
+
+// The sky just above the limb.
 vec3 low_sky(vec3 direction) { return sky_light(normalize(vec3(direction.xy, 0.01 * length(direction.xy)))); }
 
-// Over a round Earth, the horizon is below the horizontal, and the sky reaches down to it.
+// The sky of the dome ends at the horizontal. Near the limb it is drawn lower, so that it reaches down to it.
 vec3 open_sky(vec3 direction) {
-    bool is_low = u_bend_per_m > 0.0 && direction.z < 0.01 * length(direction.xy);
-    return (is_low ? low_sky(direction) : sky_light(direction)) + sun_disc(direction);
+    float flat_ = length(direction.xy), dip = 2.0 * limb_root(u_bend_per_m) * flat_, up = direction.z;
+    if (dip > 0.0) up = max(up + dip * exp(-0.5 * (up + dip) / dip), 0.01 * flat_);
+    return sky_light(normalize(vec3(direction.xy, up))) + sun_disc(direction);
+}
+
+// How much of the sky at the horizon covers the plain: it fades with the distance, and towards the limb.
+float plain_cover(float distance_m) {
+    float towards_limb = u_bend_per_m > 0.0 ? distance_m / max(limb_root(1.0 / u_bend_per_m), 1.0) : 0.0;
+    return max(smoothstep(0.7, 6.0, distance_m / u_haze_m), smoothstep(0.2, 1.0, towards_limb));
 }
 
 #if EDGE == 1
@@ -70,6 +81,6 @@ vec3 sky_colour(vec3 direction) {
     vec3 light = wall > 0.0 ? wall_light(place, up_m, depth, -direction) : plain_light(ray.xy * depth, -direction);
     light = hazed(light, direction, distance_m);
     // the plain fades into the sky, so there is no line at the horizon
-    return tone_mapped(u_exposure * mix(light, low_sky(direction), smoothstep(0.7, 6.0, distance_m / u_haze_m)));
+    return tone_mapped(u_exposure * mix(light, low_sky(direction), plain_cover(distance_m)));
 }
 #endif
