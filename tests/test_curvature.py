@@ -256,7 +256,7 @@ def test_rays_meet_the_plain_around_the_map_where_it_is(ctx):
 
 
 def test_the_sky_reaches_down_to_the_horizon_and_covers_it():
-    """Between the horizontal and the horizon of a round Earth there is no ground: the sky goes on. The plain fades into it."""
+    """There is no ground between the horizontal and the horizon of a round Earth. The plain fades into the sky."""
     with Renderer(Heightmap(rough(33, 33, 1, 300.0), 500.0), (32, 180)) as renderer:
         camera = Camera((8e3, -1e3, 6000.0), (8e3, -2e3, 6000.0), 8.0)  # the map is behind
         renderer.draw(Camera((8e3, 1e3, 900.0), (8e3, 9e3, 0.0)), look="green")
