@@ -1,20 +1,24 @@
 """The error of float32: gl_Position of every drawn vertex, compared with float64 and a derived bound."""
 
+import moderngl
 import numpy as np
 import pytest
 from maps import MAPS, SIZE, Scene, cameras
 from rounding import CLIP_ROUNDINGS, rounding_px
 
 from terrain_gl.camera import Camera, clip_from_eye
+from terrain_gl.gpu.gl import clip_control_zero_to_one
+from terrain_gl.gpu.textures import depth_texture
 from terrain_gl.heightmap import Heightmap
 from terrain_gl.mesh import MeshDraw, vertex_heights
+from terrain_gl.verify.holes import count_holes
 
 DRAWN = np.dtype([("post", "2f4"), ("clip", "4f4")])
 
 
-def drawn_vertices(scene, camera, tolerance_px=2.0):
+def drawn_vertices(scene, camera, tolerance_px=2.0, metric="max"):
     """Posts, (n, 2), and clip coordinates, (n, 4), as the picture's own shaders compute them."""
-    selection = scene.select(camera, tolerance_px)
+    selection = scene.select(camera, tolerance_px, metric)
     draw = MeshDraw(selection.surface, "PICTURE", varyings=("v_post", "gl_Position"))
     data = np.frombuffer(draw.capture(selection, DRAWN.itemsize), DRAWN)
     draw.release()
@@ -105,3 +109,52 @@ def test_the_number_of_roundings_is_that_of_the_shader():
     most = (np.abs(row) * (np.abs(exact) + np.c_[spacing, np.zeros(n)])).sum(1)
     used = np.abs(clip - (row * exact).sum(1)) / (u * most)
     assert 1 < used.max() <= CLIP_ROUNDINGS
+
+
+# --- Slivers ----------------------------------------------------------------------------------------------------------
+
+
+def covered(ctx, clip, size):
+    """Two of (height, width) bool, first row on top: pixels whose samples are covered, without and with a depth test.
+
+    With it, a sample is not covered if the depth of its fragment is below the empty buffer's.
+    """
+    program = ctx.program(
+        "#version 430\nin vec4 p; void main() { gl_Position = p; }",
+        "#version 430\nout vec4 c; void main() { c = vec4(1.0); }",
+    )
+    colours, seen, depths = ctx.texture(size, 4, samples=4), ctx.texture(size, 4), depth_texture(ctx, size, 4)
+    many, flat, one = ctx.framebuffer([colours], depths), ctx.framebuffer([colours]), ctx.framebuffer([seen])
+    buffer = ctx.buffer(clip.astype("f4").tobytes())
+    vao = ctx.vertex_array(program, [(buffer, "4f", "p")])
+    clip_control_zero_to_one(ctx)
+    ctx.enable_only(moderngl.DEPTH_TEST)
+    ctx.depth_func = ">="
+    pictures = []
+    for target in (flat, many):
+        target.use()
+        target.clear(depth=0.0)
+        vao.render(moderngl.TRIANGLES)
+        ctx.copy_framebuffer(one, flat)
+        pictures.append(np.frombuffer(seen.read(), "u1").reshape(size[1], size[0], 4)[::-1, :, 0] == 255)
+    for part in (vao, buffer, program, many, flat, one, colours, seen, depths):
+        part.release()
+    return pictures
+
+
+def test_a_sample_of_sky_between_slivers_is_a_lost_depth_and_no_crack(ctx):
+    """A triangle that is seen edge-on covers a sample, but software GL computes its depth as below 0.
+
+    The rasteriser rounds corners to 1/256 of a pixel, and depth comes from the corners before rounding.
+    """
+    size = (1280, 720)
+    heightmap = MAPS["checkerboard"]()
+    scene, camera = Scene.of(ctx, heightmap, size, "sat"), cameras(heightmap, size)["wide"]
+    clip = drawn_vertices(scene, camera, 1.0, "rms")[1]
+
+    without, tested = covered(ctx, clip, size)
+    assert 0.3 < without.mean() < 0.9
+    view = heightmap, camera, size, scene.near_m, 2.0
+    assert count_holes(without, *view) == 0
+    assert count_holes(tested, *view) <= 1  # 1 with Mesa 22
+    scene.release()
