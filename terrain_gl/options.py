@@ -26,7 +26,8 @@ from .light.climate import AUTO, LOOKS
 from .light.climate import NAMES as LOOK_NAMES
 from .lod import METRICS, Goal
 from .methods import EVERY_POST, METHODS, REGISTRY
-from .shade import EDGES, GRAINS, STYLES, SUN, VOIDS, Look
+from .shade import GRAINS, STYLES, SUN, VOIDS, Look
+from .surroundings import EDGES
 
 NEAR = 0.1  # default distance of the near plane, in spacings
 

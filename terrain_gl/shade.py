@@ -15,7 +15,7 @@ from typing import Any, TypeVar
 import moderngl
 import numpy as np
 
-from . import contours
+from . import contours, surroundings
 from .camera import Camera
 from .error import ErrorTables
 from .gpu import gl, shaders
@@ -33,13 +33,11 @@ SUN = (300.0, 35.0)  # azimuth, clockwise from north, and elevation, in degrees
 _LIT = ("shaded", "visibility", "ambient", "direct", "lobes")  # styles that need light
 _OF_MESH = ("wireframe", "lod", "segments", "promise", "error")  # styles that show the mesh
 STYLES = (*_LIT, "lambert", *_OF_MESH, "normals", "voids", "depth")
-EDGES = ("block", "none")  # the surroundings of the map: glsl/shade/edge.glsl
-BLOCK = 0.025  # how far the block reaches below the lowest post, as a part of the map's longer side
 GRAINS = ("on", "off")
 VOIDS = ("fill", "hole")  # how posts without data are drawn
 UNLIT = "depth"  # the cheapest style, when only the mesh matters
 TILE_PX = (256, 64)  # pixels that one step of `shade_steps` shades
-KINDS = {"ANY": 0, "SKY": 1, "NEAR": 2, "MIXED": 3}  # kinds of pixels: glsl/shade/kind.glsl
+KINDS = {"ANY": 0, "SKY": 1, "NEAR": 2, "MIXED": 3, "OPEN": 4}  # kinds of pixels: glsl/shade/kind.glsl
 AIR_M = 70e3  # distance over which clear air absorbs all but 1/e of the light
 HAZE = 2.0  # the same for haze over a map too large for clear air, in diagonals of the map
 _NOTHING_LISTED = np.array([0, 1, 1, 0], "u4").tobytes()  # the head of `Listed` in glsl/shade/seen.glsl
@@ -70,7 +68,7 @@ class Look:
     voids
         How posts without data are drawn, one of `VOIDS`.
     edge
-        The surroundings of the map in the style "shaded", one of `EDGES`.
+        The surroundings of the map in the style "shaded", one of `surroundings.EDGES`.
     grain
         Whether the style "shaded" shows grain below the posts' spacing, one of `GRAINS`.
     contour_m
@@ -120,7 +118,7 @@ class Picture:
         self._seeing: dict[tuple[str, bool], MeshDraws] = {}  # by fragment shader, and whether voids are holes
         self._programs: dict[tuple[object, ...], tuple[Any, Any]] = {}
         self._targets: list[Any] = []
-        self._extras = {"EDGE": False, "GRAIN": False, "CONTOURS": False}  # what is drawn besides the map
+        self._extras = {"EDGE": surroundings.NONE, "GRAIN": False, "CONTOURS": False}  # what is drawn besides the map
         self.resize(size)
 
     waits_for_light = True
@@ -187,16 +185,18 @@ class Picture:
         """Incremental `shade`, one tile (width, height) a step; yields progress from 0 to 1."""
         if look.style in _LIT and self.waits_for_light:
             self.lighting.follow(look.sun, look.sky, look.material, look.land)
+        around = look.style == "shaded" and look.edge != "none"
+        edge = surroundings.seen_from(camera, self.terrain) if around else surroundings.NONE
         if look.style in _LIT and not self.lighting.is_there:
             if self.waits_for_light and self.lighting.rehearse():
-                self._colour(look)  # compiles its programs
-            look = replace(look, style="lambert")
+                self._colour(look, edge)  # compiles its programs
+            look, edge = replace(look, style="lambert"), surroundings.NONE
         if look.style in _LIT:
             self.lighting.describe(self._haze_m(camera), look.water_m)
         corners = [(x, y) for y in range(0, self.size[1], tile[1]) for x in range(0, self.size[0], tile[0])]
         for done, corner in enumerate(corners, 1):
             self._scissor(*corner, *tile)
-            self._colour(look)
+            self._colour(look, edge)
             self._scissor(0, 0, *self.size)
             yield done / len(corners)
 
@@ -219,35 +219,27 @@ class Picture:
         """Restrict colouring to a part of the picture: column and row of its lower left corner, width, height."""
         self._screen.scissor = self._kind.scissor = tile
 
-    def _colour(self, look: Look) -> None:
+    def _colour(self, look: Look, edge: int) -> None:
         """Colour the pixels inside the scissor, one kind after the other."""
         style, wet, sun = f"shade/{look.style}.frag", look.water_m is not None, towards_sun(*look.sun)
         self._listed.write(_NOTHING_LISTED)
-        shaded = look.style == "shaded"
-        self._extras = {"EDGE": shaded and look.edge != "none", "GRAIN": shaded and look.grain == "on"}
-        self._extras["CONTOURS"] = look.contour_m is not None
-        uniforms = {"sun": sun} | self._edge_of(look)
+        grained = look.style == "shaded" and look.grain == "on"
+        self._extras = {"EDGE": edge, "GRAIN": grained, "CONTOURS": look.contour_m is not None}
+        uniforms = {"sun": sun} | surroundings.uniforms(self.terrain, look.water_m)
         if look.contour_m is not None:
             uniforms |= contours.uniforms(self.terrain, look.contour_m, look.water_m)
         gl.clip_control_zero_to_one(self.ctx)  # the kinds are told apart by a depth test; perhaps no mesh was drawn
         self._bind()  # all these passes read the same
         self._pass(self._kind, "shade/kind.frag", "ANY", depth="1", **uniforms)
-        for kind in ("SKY", "NEAR"):
+        for kind in ("OPEN", "SKY", "NEAR") if edge else ("SKY", "NEAR"):
             self._pass(self._screen, style, kind, wet, depth="==", **uniforms)
         self._run_listed(style, wet, **uniforms)
-        self._extras = dict.fromkeys(self._extras, False)
+        self._extras = dict.fromkeys(self._extras, 0)
         if look.wires and look.style != "wireframe":
             self.ctx.enable(moderngl.BLEND)
             self.ctx.blend_func = moderngl.SRC_ALPHA, moderngl.ONE_MINUS_SRC_ALPHA
             self._fill(self._screen, "shade/wires.frag")
             self.ctx.disable(moderngl.BLEND)
-
-    def _edge_of(self, look: Look) -> dict[str, Any]:
-        """Height of the surroundings: of the sea that the map has or the user gives, else of the foot of the block."""
-        heightmap, base_m = self.terrain.heightmap, self.terrain.base_m
-        sea_m = look.water_m if look.water_m is not None else self.terrain.sea_m
-        plain_m = heightmap.range_m[0] - BLOCK * max(heightmap.extent_m)
-        return {"edge_m": (plain_m if sea_m is None else sea_m) - base_m, "edge_is_sea": sea_m is not None}
 
     def light(self, camera: Camera, look: Look = PLAIN) -> None:
         """Make the light of a look, if it is missing."""
@@ -373,6 +365,8 @@ class Picture:
         """The program of a style for one kind of pixels, ready to run, and its vertex array."""
         defines: dict[str, object] = {"SAMPLES": self.samples, "WATER_LEVEL": wet, "PIXELS": KINDS[kind]}
         defines |= self._extras | self.lighting.defines
+        if defines["EDGE"]:  # an eye that crosses the map's rim needs no new program but the small one of kinds
+            defines["EDGE"] = surroundings.OF_KIND.get(kind, defines["EDGE"])
         key = fragment, *defines.values()
         if key not in self._programs:
             self._programs[key] = self._compiled(fragment, defines, listed=kind == "MIXED")

@@ -113,3 +113,22 @@ def test_pieces_of_a_picture_have_the_same_surroundings(ctx):
     with Renderer(heightmap, (100, 60), ctx=ctx) as renderer:
         pieces = shown(renderer, outside(heightmap), size=SIZE)
     assert np.abs(whole - pieces).max() <= 1
+
+
+@pytest.mark.parametrize("inside", [True, False])
+def test_pixels_of_the_surroundings_show_the_mean_of_what_is_in_them(ctx, inside):
+    """A pixel shades the plain, each wall and the sky once; a picture of 6 × 6 pixels for each has the same colours."""
+    heightmap = plateau()
+    (east, north), top = heightmap.extent_m, heightmap.range_m[1]
+    above = Camera((0.3 * east, 0.2 * north, top + 150), (0.6 * east, 3 * north, top), 60.0)
+    corner = Camera((-0.5 * east, -0.4 * north, 1.3 * top), (0.5 * east, 0.5 * north, 450.0), 50.0)
+    with Renderer(heightmap, SIZE, ctx=ctx) as renderer:
+        camera = above if inside else corner
+        drawn = shown(renderer, camera)
+        around = renderer.picture.sky_share() == 1
+        fine = shown(renderer, camera, size=SIZE, fine=6)
+        assert inside or len(np.unique(drawn[around], axis=0)) > 300  # two walls with layers, plain and sky
+    off = np.abs(drawn - fine).max(-1)[around]
+    assert (
+        around.mean() > 0.3 and (off > 3).mean() < 0.01 and off.mean() < 0.8
+    )  # two pictures with noise of half a step

@@ -22,7 +22,7 @@ LAYERS = (
     ("place",),
     ("heightmap",),
     ("camera", "terrain", "brush", "overlay", "paged_map"),
-    ("contours", "curvature", "page_windows"),
+    ("contours", "curvature", "page_windows", "surroundings"),
     ("sat", "view", "page_sums", "resident", "widening"),
     ("edited_records",),
     ("edited_map",),

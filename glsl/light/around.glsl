@@ -1,6 +1,6 @@
 // light/around.glsl — the light of the map's surroundings (shade/edge.glsl): its cut sides, the plain, the sea, the sky.
 //   They are lit like open ground: without shadows, by the whole sky. Near its foot the block hides light from the plain.
-// Provides sky_colour() where EDGE is 1.
+// Provides sky_colour() where EDGE is not 0.
 
 #include "shade/edge.glsl"
 #include "light/lit.glsl"
@@ -37,10 +37,8 @@ vec3 wall_light(vec2 place, float up_m, float depth_m, vec3 towards_eye) {
     float high_m = max(rim_m_at(place) - u_edge_m, 1e-3), thick_m = 0.25 * u_span_m + 1e-3, footprint = depth_m * 2.0 * u_half_extent.y / float(u_size_px.y);
     float layer = noise(vec2(up_m / thick_m * 3.0, 7.0), 1.0, vec2(3.0 * footprint / thick_m, 0.0)) + 0.6 * noise(vec2(up_m / thick_m * 9.0, 3.0), 1.0, vec2(9.0 * footprint / thick_m, 0.0));
     vec3 albedo = LOOK == GREY ? vec3(0.20) : mix(vec3(0.150, 0.120, 0.095), vec3(0.230, 0.195, 0.155), clamp(0.5 + layer, 0.0, 1.0));
-    vec2 last = vec2(u_last_post), off = min(place, last - place);
-    vec3 normal = off.x < off.y ? vec3(place.x < 0.5 * last.x ? -1.0 : 1.0, 0.0, 0.0) : vec3(0.0, place.y < 0.5 * last.y ? 1.0 : -1.0, 0.0);
     float foot = smoothstep(0.0, 0.5, (up_m - u_edge_m) / high_m);
-    return open_light(Material(albedo, 0.95), normal, towards_eye) * mix(0.55, 1.0, foot);
+    return open_light(Material(albedo, 0.95), wall_normal(place), towards_eye) * mix(0.55, 1.0, foot);
 }
 
 vec3 plain_light(vec2 at_m, vec3 towards_eye) {
@@ -70,7 +68,9 @@ float plain_cover(float distance_m) {
     return max(smoothstep(0.7, 6.0, distance_m / u_haze_m), smoothstep(0.2, 1.0, towards_limb));
 }
 
-#if EDGE == 1
+#if EDGE > 0 && PIXELS == OPEN
+vec3 sky_colour(vec3 direction) { return tone_mapped(u_exposure * open_sky(direction)); }
+#elif EDGE > 0
 vec3 sky_colour(vec3 direction) {
     vec3 ray = direction / dot(direction, u_forward.xyz);  // its component along the view is 1
     vec2 place;

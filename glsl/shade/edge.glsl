@@ -5,12 +5,12 @@
 //                 `-._       ____/‾‾\__ /         one that comes down to the plain before meets the plain
 //   ____________________`-._|__________|_______  u_edge_m
 //
-// Provides EDGE, wall_depth(), plain_depth(), rim_m_at().
+// Provides EDGE, NO_SURROUNDINGS, surroundings_at(), wall_depth(), may_meet_wall(), plain_depth(), rim_m_at().
 
 #include "blocks/view.glsl"
 
 #ifndef EDGE
-#define EDGE 0  // 1 where they are drawn
+#define EDGE 0  // 1 where the plain is drawn, 2 where the wall is, too: from an eye above the map no ray meets it
 #endif
 
 uniform float u_edge_m;  // height of the plain or the sea, above the base of the map's heights
@@ -33,15 +33,45 @@ float rim_m_at(vec2 place) {
     return mix(mix(height_m(at), height_m(at + ivec2(1, 0)), t.x), mix(height_m(at + ivec2(0, 1)), height_m(at + 1), t.x), t.y);
 }
 
-// The same for the wall below the rim, and the place where the ray meets it. From an eye above the map, no ray does.
-float wall_depth(vec3 ray, out vec2 place) {
+// The same for the map's rectangle: where a ray from outside enters it; negative if it does not, or meets the plain before.
+float entry_depth(vec3 ray) {
     vec2 low = post_from_eye_m(ivec2(0, u_last_post.y)), high = post_from_eye_m(ivec2(u_last_post.x, 0));
-    place = vec2(0.0);
     if (all(lessThan(low, vec2(0.0))) && all(greaterThan(high, vec2(0.0)))) return -1.0;
     vec2 along = mix(ray.xy, vec2(1e-12), lessThan(abs(ray.xy), vec2(1e-12)));
     vec2 a = low / along, b = high / along, first = min(a, b), last = max(a, b);
     float near = max(first.x, first.y), plain = plain_depth(ray);
-    if (near <= 0.0 || near >= min(last.x, last.y) || (plain > 0.0 && plain < near)) return -1.0;
-    place = rim_place(near * ray.xy, low);
-    return ray.z * near < up_from_eye_m(rim_m_at(place)) - drop_m(near * ray.xy) ? near : -1.0;
+    return near > 0.0 && near < min(last.x, last.y) && !(plain > 0.0 && plain < near) ? near : -1.0;
+}
+
+// Whether the ray enters the rectangle below this height.
+bool enters_below(float h_m, vec3 ray, float entry) {
+    return entry > 0.0 && ray.z * entry < up_from_eye_m(h_m) - drop_m(entry * ray.xy);
+}
+
+vec2 entry_place(vec3 ray, float entry) { return rim_place(entry * ray.xy, post_from_eye_m(ivec2(0, u_last_post.y))); }
+
+// The same for the wall below the rim, and the place where the ray meets it.
+float wall_depth(vec3 ray, out vec2 place) {
+    place = vec2(0.0);
+    if (EDGE < 2) return -1.0;
+    float entry = entry_depth(ray);
+    place = entry_place(ray, entry);
+    return enters_below(rim_m_at(place), ray, entry) ? entry : -1.0;
+}
+
+// Whether the ray may meet the wall: it enters the rectangle below the highest post.
+bool may_meet_wall(vec3 ray) { return EDGE == 2 && enters_below(u_span_m, ray, entry_depth(ray)); }
+
+vec3 wall_normal(vec2 place) {
+    vec2 last = vec2(u_last_post), off = min(place, last - place);
+    return off.x < off.y ? vec3(place.x < 0.5 * last.x ? -1.0 : 1.0, 0.0, 0.0) : vec3(0.0, place.y < 0.5 * last.y ? 1.0 : -1.0, 0.0);
+}
+
+#define NO_SURROUNDINGS 0
+
+// A number for what a ray meets that meets no land: nothing, the plain, or one of the four walls.
+int surroundings_at(vec3 ray) {
+    vec2 place;
+    if (EDGE == 2 && wall_depth(ray, place) > 0.0) return 4 + int(dot(wall_normal(place), vec3(1.0, 2.0, 0.0)));
+    return EDGE > 0 && plain_depth(ray) > 0.0 ? 1 : NO_SURROUNDINGS;
 }

@@ -4,6 +4,12 @@
 #include "shade/seen.glsl"
 #include "shade/footprint.glsl"
 
+bool is_open() {
+    bool open_ = EDGE > 0 && g_hidden == 0;
+    for (int i = 0; i < SAMPLES; i++) open_ = open_ && plain_depth(ray_at(offset_of_sample(i))) < 0.0;
+    return open_;
+}
+
 int kind_of_pixel() {
     vec2 middle = vec2(0.0);
     int land = 0;
@@ -13,7 +19,7 @@ int kind_of_pixel() {
         middle += post / float(SAMPLES);
         land++;
     }
-    if (land < SAMPLES) return land == 0 ? SKY : MIXED;
+    if (land < SAMPLES) return land > 0 ? MIXED : is_open() ? OPEN : SKY;
     Ground g = footprint_at(middle);
     bool is_one = true;
     for (int i = 0; i < SAMPLES; i++) is_one = is_one && all(lessThanEqual(abs(post_of_sample(i) - middle), 2.0 * g.extent));
@@ -21,6 +27,7 @@ int kind_of_pixel() {
 }
 
 void main() {
+    find_hidden();
     int kind = kind_of_pixel();
     gl_FragDepth = float(kind) / 8.0;
     if (kind != MIXED) return;

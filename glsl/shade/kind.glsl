@@ -1,4 +1,5 @@
 // shade/kind.glsl — kinds of pixels. Each kind has its own program, which leaves out code that its pixels never need.
+//   OPEN    all samples see the open sky, beyond the surroundings of the map
 //   SKY     no sample sees land
 //   NEAR    all samples see the same ground, and the footprint is smaller than a cell: splines, the cover of one place
 //   MIXED   an edge passes through the pixel, or the footprint is larger than a cell: means from tables
@@ -10,6 +11,7 @@
 #define SKY 1
 #define NEAR 2
 #define MIXED 3
+#define OPEN 4
 
 #ifndef PIXELS
 #define PIXELS ANY

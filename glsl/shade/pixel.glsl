@@ -12,6 +12,7 @@ void main() {
     if (i >= listed_count) return;
     ivec2 at = ivec2(listed[i] & 0xffffu, listed[i] >> 16);
     g_frag_coord = vec4(vec2(at) + 0.5, 0.0, 1.0);
+    find_hidden();
     imageStore(u_picture, at, colour_of_pixel());
 }
 
@@ -19,6 +20,9 @@ void main() {
 
 out vec4 out_colour;
 
-void main() { out_colour = colour_of_pixel(); }
+void main() {
+    find_hidden();
+    out_colour = colour_of_pixel();
+}
 
 #endif

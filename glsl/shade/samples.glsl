@@ -49,17 +49,29 @@ Ground ground_of(int samples) {
 
 #define ALL ((1 << SAMPLES) - 1)
 
-// The sky and the surroundings of the map, which have edges of their own; `samples` are bits.
+// The samples, as bits, that see this of the map's surroundings.
+int samples_around(int seen) {
+    int alike = 0;
+    for (int i = 0; i < SAMPLES; i++) alike |= int(surroundings_at(ray_at(offset_of_sample(i))) == seen) << i;
+    return alike;
+}
+
+// The sky and the surroundings of the map, which have edges of their own; `samples` are bits, at least one of them.
 vec3 around_colour(int samples) {
     if (EDGE == 0) return float(bitCount(samples)) * sky_colour(view_ray(vec2(0.0)));
     vec3 sum = vec3(0.0);
-    for (int i = 0; i < SAMPLES; i++)
-        if ((samples >> i & 1) != 0) sum += sky_colour(view_ray(offset_of_sample(i)));
+    do {
+        vec2 first = offset_of_sample(findLSB(samples));
+        int seen = surroundings_at(ray_at(first)), alike = samples & samples_around(seen);
+        vec2 centre = offset_of(alike);
+        samples &= ~alike;
+        sum += float(bitCount(alike)) * sky_colour(view_ray(surroundings_at(ray_at(centre)) == seen ? centre : first));
+    } while (samples != 0);
     return sum;
 }
 
-#if PIXELS == SKY
-vec3 pixel_colour() { return EDGE == 0 ? sky_colour(view_ray(vec2(0.0))) : around_colour(ALL) / float(SAMPLES); }
+#if PIXELS == SKY || PIXELS == OPEN
+vec3 pixel_colour() { return EDGE == 0 || PIXELS == OPEN ? sky_colour(view_ray(vec2(0.0))) : around_colour(ALL) / float(SAMPLES); }
 #elif PIXELS == NEAR
 vec3 pixel_colour() { return drawn_colour(ground_of(ALL), 0); }
 #else

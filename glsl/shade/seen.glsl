@@ -2,10 +2,11 @@
 // sample sees.
 //   depth d = near / z, and 0 for the sky         z: metres along the view
 //   place  = eye + z (forward + x right + y up)    x, y: where the sample is in the picture
-// Provides SAMPLES, SAMPLE_AT, FRAG_COORD, post_of_sample(), is_sky(), view_ray().
+// Provides SAMPLES, SAMPLE_AT, FRAG_COORD, find_hidden(), post_of_sample(), is_sky(), view_ray().
 
 #include "blocks/view.glsl"
 #include "shade/edge.glsl"
+#include "shade/kind.glsl"
 
 #ifndef SAMPLES
 #define SAMPLES 4
@@ -46,16 +47,29 @@ vec3 ray_at(vec2 offset_px) {
 
 vec3 view_ray(vec2 offset_px) { return normalize(ray_at(offset_px)); }
 
+int g_hidden = 0;  // samples, as bits, that see a wall of the map's block, and not the land behind it
+
+// Sets g_hidden; needed before the places of samples are asked for. Rims are looked up only for rays that may meet one.
+void find_hidden() {
+#if EDGE == 2 && PIXELS != NEAR
+    vec2 place;
+    int left = 0;
+    for (int i = 0; i < SAMPLES; i++) left |= int(may_meet_wall(ray_at(offset_of_sample(i)))) << i;
+    do {
+        int i = max(findLSB(left), 0);
+        g_hidden |= int(wall_depth(ray_at(offset_of_sample(i)), place) > 0.0) << i;
+        left &= left - 1;
+    } while (left != 0);
+#endif
+}
+
 // Column and row of the place on the map; negative for the sky, and for the surroundings of the map.
 vec2 post_of_sample(int i) {
     float depth = texelFetch(u_depth, ivec2(FRAG_COORD.xy), i).x;
     vec2 from_eye_m = ray_at(offset_of_sample(i)).xy * (near_m() / max(depth, 1e-30)) + u_eye_offset_m;
     vec2 post = vec2(u_eye_post) + vec2(from_eye_m.x, -from_eye_m.y) / u_spacing_m;
-#if EDGE == 1
-    vec2 place;
-    if (wall_depth(ray_at(offset_of_sample(i)), place) > 0.0) return vec2(-1.0);  // the wall hides the map there
-#endif
-    return depth > 0.0 ? clamp(post, vec2(0.0), vec2(u_last_post)) : vec2(-1.0);
+    bool is_land = depth > 0.0 && (g_hidden >> i & 1) == 0;
+    return is_land ? clamp(post, vec2(0.0), vec2(u_last_post)) : vec2(-1.0);
 }
 
 bool is_sky(vec2 post) { return post.x < 0.0; }

@@ -1,0 +1,33 @@
+"""The surroundings of the map: which of them a picture may show, and what the shader needs (glsl/shade/edge.glsl)."""
+
+from __future__ import annotations
+
+from typing import Any
+
+from .camera import Camera
+from .terrain import Terrain
+
+EDGES = ("block", "none")
+NONE, PLAIN, WALLS = 0, 1, 2  # EDGE of the shader: what is drawn; with walls, the plain too
+OF_KIND = {
+    "OPEN": PLAIN,
+    "SKY": WALLS,
+    "NEAR": NONE,
+    "MIXED": WALLS,
+}  # what the programs of kinds of pixels are made for
+BLOCK = 0.025  # how far the block reaches below the lowest post, as a part of the map's longer side
+
+
+def seen_from(camera: Camera, terrain: Terrain) -> int:
+    """`WALLS`, or `PLAIN` for an eye above the map: from there no ray meets a wall."""
+    (x, y), (east, north) = camera.eye[:2], terrain.heightmap.extent_m
+    margin_m = 1e-3 * min(terrain.heightmap.spacing_m)
+    return PLAIN if margin_m < x < east - margin_m and margin_m < y < north - margin_m else WALLS
+
+
+def uniforms(terrain: Terrain, water_m: float | None) -> dict[str, Any]:
+    """Height of the surroundings: of the sea that the map has or the user gives, else of the foot of the block."""
+    heightmap, base_m = terrain.heightmap, terrain.base_m
+    sea_m = water_m if water_m is not None else terrain.sea_m
+    plain_m = heightmap.range_m[0] - BLOCK * max(heightmap.extent_m)
+    return {"edge_m": (plain_m if sea_m is None else sea_m) - base_m, "edge_is_sea": sea_m is not None}
