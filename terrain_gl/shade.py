@@ -288,12 +288,13 @@ class Picture:
         return noted
 
     def show(self, framebuffer: moderngl.Framebuffer) -> None:
-        """Copy the finished picture to a window's framebuffer, stretched to its viewport."""
-        program, vao = self._program("shade/show.frag")
+        """Copy the finished picture to a window's framebuffer, enlarged to its viewport."""
+        copy = "shade/show.frag" if framebuffer.viewport[2:] == self.size else "shade/enlarge.frag"
+        program, vao = self._program(copy)
         framebuffer.use()
         self.ctx.disable(moderngl.DEPTH_TEST)
         program["u_window"] = framebuffer.viewport
-        bind("shade/show.frag", u_picture=self._picture)
+        bind(copy, u_picture=self._picture)
         vao.render(vertices=3)
 
     def release(self) -> None:

@@ -9,12 +9,7 @@ from .terrain import Terrain
 
 EDGES = ("block", "none")
 NONE, PLAIN, WALLS = 0, 1, 2  # EDGE of the shader: what is drawn; with walls, the plain too
-OF_KIND = {
-    "OPEN": PLAIN,
-    "SKY": WALLS,
-    "NEAR": NONE,
-    "MIXED": WALLS,
-}  # what the programs of kinds of pixels are made for
+OF_KIND = {"OPEN": PLAIN, "SKY": WALLS, "NEAR": NONE, "MIXED": WALLS}  # EDGE of the programs of kinds of pixels
 BLOCK = 0.025  # how far the block reaches below the lowest post, as a part of the map's longer side
 
 

@@ -129,6 +129,5 @@ def test_pixels_of_the_surroundings_show_the_mean_of_what_is_in_them(ctx, inside
         fine = shown(renderer, camera, size=SIZE, fine=6)
         assert inside or len(np.unique(drawn[around], axis=0)) > 300  # two walls with layers, plain and sky
     off = np.abs(drawn - fine).max(-1)[around]
-    assert (
-        around.mean() > 0.3 and (off > 3).mean() < 0.01 and off.mean() < 0.8
-    )  # two pictures with noise of half a step
+    assert around.mean() > 0.3 and (off > 3).mean() < 0.01
+    assert off.mean() < 0.8  # both pictures have noise of half a step

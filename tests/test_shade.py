@@ -368,6 +368,38 @@ def test_show_copies_the_picture(ctx, scene):
         target.release()
 
 
+def weights(kernel, drawn, shown):
+    """(shown, drawn) weights of drawn pixels in shown ones; beyond the rim the rim is repeated."""
+    at, rows = (np.arange(shown) + 0.5) * drawn / shown - 0.5, np.zeros((shown, drawn))
+    for k in range(-1, 3):
+        column = np.floor(at).astype(int) + k
+        np.add.at(rows, (np.arange(shown), np.clip(column, 0, drawn - 1)), kernel(np.abs(at - column)))
+    return rows
+
+
+def keys(t):
+    """Keys 1981, equation 15."""
+    return np.where(t < 1, 1 + t * t * (1.5 * t - 2.5), 2 + t * (-4 + t * (2.5 - 0.5 * t)))
+
+
+def test_a_small_picture_is_enlarged_by_cubic_convolution(ctx, scene):
+    """The corners of the kernel are left out, so it is not quite the same; linear enlargement is much further off."""
+    heightmap = Heightmap(hills(64, 65), spacing_m=30.0)
+    s = scene(heightmap, size=(80, 46))
+    drawn = s.draw(Camera.default(heightmap))[..., :3].astype(float)
+    target = ctx.simple_framebuffer((240, 138))
+    s.picture.show(target)
+    shown = np.frombuffer(target.read(components=3, alignment=1), "u1").reshape(138, 240, 3)[::-1].astype(float)
+    use_default_framebuffer(ctx)
+    target.release()
+
+    def off(kernel):
+        down, across = weights(kernel, 46, 138), weights(kernel, 80, 240)
+        return np.sqrt(np.mean((shown - np.clip(np.einsum("ij,jkc,lk->ilc", down, drawn, across), 0, 255)) ** 2))
+
+    assert off(keys) < 0.8 and off(keys) < 0.4 * off(lambda t: np.maximum(1 - t, 0))
+
+
 def test_memory_is_given_back(ctx):
     heightmap = Heightmap(hills(64, 65), spacing_m=30.0)
     s = Scene(ctx, heightmap)

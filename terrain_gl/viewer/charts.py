@@ -36,7 +36,7 @@ def show(ui: Widgets, painter: Painter, controller: Controller) -> None:
 
 def _frame_words(frame: FrameStats, timer: str) -> str:
     rate = "at rest" if frame.fps is None else f"{frame.fps:.{1 if frame.fps < 10 else 0}f} frames/s"
-    coarse = f", 1/{frame.shrunk} size" if frame.shrunk > 1 else ""
+    coarse = f", {frame.step.words}" if frame.step.words else ""
     return f"{seconds(drawing_ms(frame.stats))} {timer}, {rate}{coarse}"
 
 

@@ -1,15 +1,57 @@
-"""The time that one frame may take: long work is done in steps, and slow pictures are drawn smaller in motion."""
+"""The time that one frame may take: long work is done in steps, and slow pictures are drawn coarser in motion."""
 
 from __future__ import annotations
 
 import time
 from collections.abc import Callable, Iterator
 from dataclasses import dataclass
+from typing import NamedTuple
 
 HURRIED = 0.2  # share of the time that work gets while the picture moves
-COARSEST = 4  # most window pixels across one pixel of a picture in motion
-POWER = 4 / 3  # a picture of 1/s of the width and height takes about s^-POWER of the time: benchmarks/motion.py
-CALM = 0.8  # a larger picture has to fit this part of the time, so that sizes do not alternate
+CALM = 0.8  # a better picture has to fit this part of the time, so that pictures do not alternate
+
+
+class Step(NamedTuple):
+    """A way to draw a picture in motion.
+
+    Attributes
+    ----------
+    shrink
+        Window pixels across one pixel of the picture.
+    looser
+        Factor of the tolerance, in pixels of the picture.
+    share
+        Processor time, relative to the full picture.
+    """
+
+    shrink: int
+    looser: int
+    share: float
+
+    @property
+    def is_full(self) -> bool:
+        """Whether this is the picture that is drawn at rest."""
+        return self.shrink == self.looser == 1
+
+    @property
+    def words(self) -> str:
+        """How it is drawn, for panels; nothing for the full picture."""
+        size = f"1/{self.shrink} size, " if self.shrink > 1 else ""
+        return "" if self.is_full else f"{size}{self.shrink * self.looser} × tolerance"
+
+
+# Colours come from the map and not from the mesh, so a looser mesh costs the picture less than fewer pixels do.
+# Shares are means over the bundled maps: benchmarks/motion.py
+STEPS = (
+    Step(1, 1, 1.0),
+    Step(1, 2, 0.77),
+    Step(1, 4, 0.66),
+    Step(2, 2, 0.33),
+    Step(2, 4, 0.27),
+    Step(3, 2, 0.21),
+    Step(4, 2, 0.175),
+)
+FULL, COARSEST = STEPS[0], STEPS[-1]
 
 
 @dataclass
@@ -23,36 +65,36 @@ class FrameBudget:
     work_s
         Seconds of a frame that go to long work, such as building tables.
     motion_ms
-        Milliseconds that a picture in motion may take. It is drawn in the largest size that fits.
+        Milliseconds that a picture in motion may take. It is drawn in the best way that fits.
     full_ms
         Milliseconds that a full picture takes, as the last picture suggests. It is infinite at first, so that the first
         picture comes quickly.
-    shrink
-        Window pixels across one pixel of the next picture in motion: 1 to COARSEST.
+    step
+        How the next picture in motion is drawn.
     """
 
     clock: Callable[[], float] = time.perf_counter
     work_s: float = 0.03
     motion_ms: float = 150.0
     full_ms: float = float("inf")
-    shrink: int = COARSEST
+    step: Step = COARSEST
 
     def __post_init__(self) -> None:
-        """Begin small, if time is limited."""
+        """Begin coarse, if time is limited."""
         self.forget()
 
-    def note(self, drawn_ms: float, shrink: int) -> None:
-        """Learn from the time of a picture of 1/shrink of the width and height; choose the size of the next one."""
-        self.full_ms = drawn_ms * shrink**POWER
-        sizes = range(1, COARSEST + 1)
-        self.shrink = next((s for s in sizes if self._fits(s, CALM if s < self.shrink else 1.0)), COARSEST)
+    def note(self, drawn_ms: float, step: Step) -> None:
+        """Learn from the time of a picture; choose how the next one is drawn."""
+        self.full_ms = drawn_ms / step.share
+        self.step = next((each for each in STEPS if self._fits(each)), COARSEST)
 
     def forget(self) -> None:
-        """Know nothing about the next picture: it comes in the smallest size."""
-        self.note(float("inf"), 1)
+        """Know nothing about the next picture: it is drawn in the coarsest way."""
+        self.note(float("inf"), FULL)
 
-    def _fits(self, shrink: int, share: float) -> bool:
-        return self.full_ms / shrink**POWER <= share * self.motion_ms
+    def _fits(self, step: Step) -> bool:
+        is_better = step.share > self.step.share
+        return self.full_ms * step.share <= self.motion_ms * (CALM if is_better else 1.0)
 
     def run(
         self, work: Iterator[float], tell: Callable[[float], None] = lambda share: None, hurried: bool = False

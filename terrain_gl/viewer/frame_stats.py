@@ -8,6 +8,7 @@ from dataclasses import dataclass, field
 from typing import Any
 
 from ..gpu import gl
+from .frame_budget import FULL, Step
 
 STAGES = ("lod", "draw", "shade")
 FRAMES = 120  # frames that the graphs show
@@ -35,8 +36,8 @@ class FrameStats:
         Height of the eye above the ground; NaN where there is no ground.
     speed_m_s
         Speed of the keys that move the camera.
-    shrunk
-        Window pixels across one pixel of the picture.
+    step
+        How the picture is drawn: `frame_budget.FULL` at rest.
     """
 
     name: str
@@ -48,7 +49,7 @@ class FrameStats:
     measured_px: dict[str, float] | None = None
     height_m: float = math.nan
     speed_m_s: float = 0.0
-    shrunk: int = 1
+    step: Step = FULL
 
     @property
     def certified_px(self) -> float | None:
@@ -67,6 +68,12 @@ class FrameStats:
 def without_bounds(stats: dict[str, Any]) -> dict[str, Any]:
     """The stats of a preview. Because it is not the whole map, nothing is certified."""
     return stats | {"certified_max_error_px": None, "complete": False}
+
+
+def in_window_px(stats: dict[str, Any], shrink: int) -> dict[str, Any]:
+    """The stats of a picture that is shown `shrink` times as large: its bound in pixels of the window."""
+    bound_px = stats["certified_max_error_px"]
+    return stats if bound_px is None else stats | {"certified_max_error_px": shrink * bound_px}
 
 
 def drawing_ms(stats: dict[str, Any]) -> float:

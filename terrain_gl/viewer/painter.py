@@ -1,6 +1,6 @@
 """Draws the picture, if it is not the one that was drawn last.
 
-    in motion, or without light    at once, smaller if full pictures take long           (frame_budget.py)
+    in motion, or without light    at once, coarser if full pictures take long           (frame_budget.py)
     at rest                        in full size, in steps if it takes long
     then                           light is made, in steps; the picture is drawn again with it
                                    (the tiles of a store get light before the picture is drawn in full size)
@@ -12,16 +12,18 @@ light is made. A preview of a map gets no light, no bound and no measurement.
 
 from __future__ import annotations
 
+from dataclasses import replace
 from typing import Any
 
 import moderngl
 
+from ..options import RenderOptions
 from ..renderer import Renderer
 from ..steps import Steps
 from ..verify.measure import Achieved
 from .canvas import Canvas
-from .frame_budget import FrameBudget
-from .frame_stats import FrameStats, History, drawing_ms, without_bounds
+from .frame_budget import FULL, FrameBudget, Step
+from .frame_stats import FrameStats, History, drawing_ms, in_window_px, without_bounds
 from .light_builder import LightBuilder
 from .scene import FrameSpec
 from .window_state import Size
@@ -29,6 +31,7 @@ from .window_state import Size
 REST_S = 0.25  # the full picture is drawn after this time without a change
 RIPE_S = 10.0  # it waits so long, at most, for the light of the tiles of a store: it would have to be drawn again
 TOLD_S = 1.0  # how often the window shows the progress of light: drawing its panels takes time, too
+LARGEST_PX = 1e5  # the loosest tolerance in motion, far beyond any picture
 MEASURED_POSTS = 256  # posts along the side of a block that is measured in one step
 
 
@@ -78,7 +81,7 @@ class Painter:
         Parameters
         ----------
         at_once
-            Show the change in the next frame, in a smaller picture if need be.
+            Show the change in the next frame, in a coarser picture if need be.
         """
         self.drawn = None
         if at_once:
@@ -109,12 +112,12 @@ class Painter:
 
     def is_done(self, spec: FrameSpec) -> bool:
         """Whether this picture is drawn, in full size and lit. It may not be measured yet."""
-        return spec == self.drawn and self.frame.shrunk == 1 and not self.light.is_due(spec.lit_look)
+        return spec == self.drawn and self.frame.step.is_full and not self.light.is_due(spec.lit_look)
 
     @property
     def waits_for_rest(self) -> bool:
         """Whether there is more to do once nothing has changed for a while."""
-        return self.frame.shrunk > 1 or self.frame.fps is not None or self._unmeasured
+        return not self.frame.step.is_full or self.frame.fps is not None or self._unmeasured
 
     def step(self, renderer: Renderer, spec: FrameSpec, now_s: float, moving: bool) -> bool:
         """Work for a while.
@@ -163,15 +166,15 @@ class Painter:
     # --- Drawing ------------------------------------------------------------------------------------------------------
 
     def _draw(self, renderer: Renderer, spec: FrameSpec, now_s: float) -> None:
-        """Draw at once, smaller if need be."""
+        """Draw at once, coarser if need be."""
         self.interrupt()
-        shrink = self._budget.shrink
-        _resize(renderer, (max(1, spec.size[0] // shrink), max(1, spec.size[1] // shrink)))
+        step = self._budget.step
+        _resize(renderer, (max(1, spec.size[0] // step.shrink), max(1, spec.size[1] // step.shrink)))
         stats = []
         for side in _last_first(spec):
-            stats.append(renderer.draw(spec.camera, **vars(spec.sides[side])))
+            stats.append(renderer.draw(spec.camera, **vars(_loosened(spec.sides[side], step.looser))))
             self.canvas.compose(renderer, spec.size, *spec.part(side))
-        self._note(spec, stats[::-1], shrink, renderer)
+        self._note(spec, stats[::-1], step, renderer)
         self.frame.fps = self._smoothed_fps(now_s - self._drawn_s)
         self._drawn_s = now_s
 
@@ -180,7 +183,7 @@ class Painter:
         was_moving, self.frame.fps = self.frame.fps is not None, None
         if self._painting and self._painting[0] != spec:
             self.interrupt()
-        if not self._painting and (spec != self.drawn or self.frame.shrunk > 1):
+        if not self._painting and (spec != self.drawn or not self.frame.step.is_full):
             self.interrupt()
             self._painting = spec, self._draw_steps(renderer, spec)
             if renderer.streaming:  # it chooses its tiles, and goes on if all of them have light
@@ -200,17 +203,18 @@ class Painter:
         for side in _last_first(spec):
             stats.append((yield from renderer.draw_steps(spec.camera, **vars(spec.sides[side]))))
             self.canvas.compose(renderer, spec.size, *spec.part(side))
-        self._note(spec, stats[::-1], 1, renderer)
+        self._note(spec, stats[::-1], FULL, renderer)
 
-    def _note(self, spec: FrameSpec, stats: list[dict[str, Any]], shrunk: int, renderer: Renderer) -> None:
+    def _note(self, spec: FrameSpec, stats: list[dict[str, Any]], step: Step, renderer: Renderer) -> None:
         """Store the numbers of the drawn picture."""
         if self.frame.is_preview:
             stats = [without_bounds(each) for each in stats]
+        stats = [in_window_px(each, step.shrink) for each in stats]
         self.drawn, self.side_stats, self.has_picture = spec, stats, True
-        self.frame.stats, self.frame.shrunk, self.frame.measured_px = stats[0], shrunk, None
+        self.frame.stats, self.frame.step, self.frame.measured_px = stats[0], step, None
         self._unmeasured = not self.frame.is_preview and renderer.streaming is None  # a store's truth is on a disk
         self.history.add(stats[0])
-        self._budget.note(sum(map(drawing_ms, stats)), shrunk)
+        self._budget.note(sum(map(drawing_ms, stats)), step)
 
     def _smoothed_fps(self, seconds: float) -> float | None:
         fps = self.frame.fps
@@ -239,6 +243,13 @@ class Painter:
 def _last_first(spec: FrameSpec) -> range:
     """Draw the first side last, so that the renderer then measures and explains it."""
     return range(len(spec.sides) - 1, -1, -1)
+
+
+def _loosened(side: RenderOptions, factor: int) -> RenderOptions:
+    """The same side with a multiple of its tolerance, if it has one."""
+    if side.max_error_px is None:
+        return side
+    return replace(side, max_error_px=min(factor * side.max_error_px, LARGEST_PX))
 
 
 def _resize(renderer: Renderer, size: Size) -> None:
