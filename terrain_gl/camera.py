@@ -202,6 +202,9 @@ def shift_px(camera: Camera, size: tuple[int, int], at: Sequence[np.ndarray], ri
     return np.where(moved > 0, camera.focal_px(size[1]) * shift / np.where(moved > 0, moved, 1.0), np.inf)
 
 
+_CORNERS = np.indices((2, 2, 2)).reshape(3, 8).T[:, None, :].astype(bool)  # of a box: which coordinates are high
+
+
 def boxes_in_picture(
     camera: Camera, size: tuple[int, int], near_m: float, low: np.ndarray, high: np.ndarray
 ) -> np.ndarray:
@@ -212,12 +215,12 @@ def boxes_in_picture(
     low, high
         (n, 3) world metres, smallest and largest corners.
     """
-    which, eye = np.indices((2, 2, 2)).reshape(3, 8).T[:, None, :], np.asarray(camera.eye)
+    eye = np.asarray(camera.eye)
     nearest, farthest = np.clip(eye, low, high), np.where(eye - low > high - eye, low, high)
     low, high = np.array(low, float), np.array(high, float)
     low[:, 2] -= camera.drop_m(*farthest.T[:2])
     high[:, 2] -= camera.drop_m(*nearest.T[:2])
-    corners = np.where(which, high, low) - eye
+    corners = np.where(_CORNERS, high, low) - eye
     x, y, z = (corners @ camera.axes.T).transpose(2, 0, 1)
     tan_x, tan_y = camera.half_extent(size)
     slack = 1e-6 * np.abs(corners).sum(-1)  # the GPU places vertices in float32

@@ -285,7 +285,8 @@ class RenderOptions:
 
     def seen(self, heightmap: Heightmap, camera: Camera) -> Camera:
         """The camera that sees the map's ground bent, as the options say."""
-        return replace(camera, bend_per_m=bend_per_m(heightmap, self.curvature, self.refraction or 0.0))
+        bend = bend_per_m(heightmap, self.curvature, self.refraction or 0.0)
+        return camera if bend == camera.bend_per_m else replace(camera, bend_per_m=bend)  # which forgets its axes
 
     @property
     def goal(self) -> Goal:

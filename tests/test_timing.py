@@ -7,6 +7,7 @@ import pytest
 from maps import rough
 
 import terrain_gl as tg
+from terrain_gl.comparison.bench import bench
 from terrain_gl.gpu.timing import Stopwatch
 
 SIZE = (160, 90)
@@ -141,3 +142,26 @@ class Noting:
 
     def __enter__(self):
         return self._ctx.__enter__()
+
+
+def test_the_time_in_python_counts_python_and_not_opengl(ctx, work, monkeypatch):
+    """20 ms of Python in each frame are seen; as much work of the GPU is not."""
+    with tg.Renderer(tg.Heightmap(rough(65, 65, 1, 100.0), 30.0), SIZE, ctx=ctx) as renderer:
+        camera, select = tg.Camera.default(renderer.heightmap), renderer.select
+        plain_ms = bench(renderer, 3, dense=False, camera=camera)["ms"]["python"]
+
+        def slow(*arguments):
+            until = time.thread_time() + 0.02
+            while time.thread_time() < until:
+                pass
+            return select(*arguments)
+
+        def heavy(*arguments):
+            work(20000)
+            return select(*arguments)
+
+        monkeypatch.setattr(renderer, "select", slow)
+        assert bench(renderer, 3, dense=False, camera=camera)["ms"]["python"] > plain_ms + 15
+        monkeypatch.setattr(renderer, "select", heavy)
+        heavy_ms = bench(renderer, 3, dense=False, camera=camera)["ms"]
+        assert heavy_ms["frame"] > 15 and heavy_ms["python"] < plain_ms + 5

@@ -17,6 +17,7 @@ from ..film.tour import tour
 from ..renderer import Renderer
 
 _IN_THE_MIDDLE = 5  # dabs in the middle of the map; their median is reported
+TINY = (16, 16)  # size of the picture whose time in Python is measured
 ENOUGH_S = 4.0  # a measurement that has taken longer is not repeated again
 
 
@@ -37,7 +38,7 @@ def bench(renderer: Renderer, frames: int = 7, dense: bool = True, **view: Any) 
     """
     stages = _stages(renderer, frames)
     stats, frame_ms = _frames(renderer, frames, view)
-    python_ms = median(_repeat(lambda: _python_ms(lambda: renderer.draw(**view)), frames))
+    python_ms = _python_ms(renderer, 4 * frames, view)
     lambert_ms = _frames(renderer, frames, view | {"style": "lambert"})[1]["shade"]
     ms = frame_ms | stages | {"python": python_ms, "lambert": lambert_ms}
     ratio = {"sat_to_numpy": ms["sat"] / ms["numpy"], "shade_to_lambert": ms["shade"] / lambert_ms}
@@ -166,32 +167,50 @@ def _ms(work: Callable[[], Any], finish: Callable[[], Any]) -> float:
     return 1e3 * (time.perf_counter() - started)
 
 
-def _python_ms(work: Callable[[], Any]) -> float:
-    """Milliseconds in Python and numpy during `work`, without OpenGL calls and without the profiler's own time."""
-    calls = _profile(work)
-    own = sum(own for (_, _, name), (_, _, own, _, _) in calls.items() if "'mgl." not in name)
-    return 1e3 * max(0.0, own - sum(n for _, n, *_ in calls.values()) * _profiler_s())
+def _python_ms(renderer: Renderer, frames: int, view: dict[str, Any]) -> float:
+    """Milliseconds that the drawing thread computes in a frame, outside of OpenGL: in Python, numpy and moderngl.
+
+    The picture is tiny, so that the driver takes little; for Python it is a frame as any other.
+    """
+    size, draw = renderer.size, partial(renderer.draw, **view)
+    renderer.resize(TINY)
+    try:
+        draw()
+        whole_ms = median(_repeat(lambda: _thread_ms(draw), frames))
+        return max(0.0, whole_ms - median(_repeat(lambda: _opengl_ms(draw), frames)))
+    finally:
+        renderer.resize(size)
+
+
+def _thread_ms(work: Callable[[], Any]) -> float:
+    started = time.thread_time()  # other programs and threads do not change it
+    work()
+    return 1e3 * (time.thread_time() - started)
+
+
+def _opengl_ms(work: Callable[[], Any]) -> float:
+    """Milliseconds of this thread in moderngl's functions that call OpenGL."""
+    calls = [(n, own) for (_, _, name), (_, n, own, _, _) in _profile(work).items() if "'mgl." in name]
+    return 1e3 * (sum(own for _, own in calls) - sum(n for n, _ in calls) * _profiler_s())
 
 
 def _profile(work: Callable[[], Any]) -> dict[Any, Any]:
     """Calls of each function as in pstats: (file, line, name) to (calls, all calls, own s, total s, callers)."""
-    profile = cProfile.Profile(time.thread_time)  # this thread's own time: other programs do not change it
+    profile = cProfile.Profile(time.thread_time)
     profile.runcall(work)
     return pstats.Stats(profile).stats  # type: ignore[attr-defined]
 
 
 @cache
 def _profiler_s(calls: int = 20000) -> float:
-    """Seconds that the profiler adds to a call."""
-
-    def nothing() -> None:
-        pass
+    """Seconds that the profiler adds to a call of a function of C."""
+    nothing = (0).bit_length
 
     def many() -> None:
         for _ in range(calls):
             nothing()
 
     # the minimum of several: other programs can only add time
-    plain_ms = min(_ms(many, nothing) for _ in range(5))
-    profiled = min(sum(own for _, _, own, _, _ in _profile(many).values()) for _ in range(5))
-    return max(0.0, profiled - 1e-3 * plain_ms) / calls
+    return min(
+        own / n for _ in range(5) for (*_, name), (_, n, own, *_) in _profile(many).items() if "bit_length" in name
+    )

@@ -7,6 +7,7 @@ from collections.abc import Callable, Iterator, Sequence
 from contextlib import contextmanager
 from ctypes import POINTER, byref, c_int, c_int64, c_uint, c_void_p
 from typing import Any
+from weakref import WeakKeyDictionary
 
 import moderngl
 
@@ -87,12 +88,19 @@ def texel_texture(ctx: moderngl.Context, size: tuple[int, int], dtype: str) -> m
     return texture
 
 
+# every frame calls it, and extensions take long to list
+_clip_controls: WeakKeyDictionary[moderngl.Context, Callable[[int, int], None] | None] = WeakKeyDictionary()
+
+
 def clip_control_zero_to_one(ctx: moderngl.Context) -> bool:
     """Make clip-space depth run from 0 to 1, as reversed depth needs; False if the driver cannot."""
-    if ctx.version_code < 450 and "GL_ARB_clip_control" not in ctx.extensions:
-        return False
-    function(ctx, "glClipControl", None, c_uint, c_uint)(_LOWER_LEFT, _ZERO_TO_ONE)
-    return True
+    if ctx not in _clip_controls:
+        has_it = ctx.version_code >= 450 or "GL_ARB_clip_control" in ctx.extensions
+        _clip_controls[ctx] = function(ctx, "glClipControl", None, c_uint, c_uint) if has_it else None
+    control = _clip_controls[ctx]
+    if control:
+        control(_LOWER_LEFT, _ZERO_TO_ONE)
+    return control is not None
 
 
 def use_default_framebuffer(ctx: moderngl.Context) -> None:

@@ -91,6 +91,7 @@ class Lighting:
         self.lobes: LobeTables | None = None
         self.dome: moderngl.Texture | None = None
         self.sky: Sky | None = None
+        self._described: tuple[Sky | None, float, float] = (None, 0.0, 0.0)  # what the block of lights holds
         self._material: Version | None = None
         self._lobes_wanted, self._lobes_of = 1, 0  # versions of the lobes: the one needed, and the one that exists
 
@@ -184,12 +185,15 @@ class Lighting:
     def describe(self, haze_m: float, water_m: float | None) -> None:
         """Fill the block of lights; without air there is no haze."""
         assert self.sky
+        haze_m = haze_m if self.has_air else NO_HAZE_M
+        water_m = -1e30 if water_m is None else water_m - self.terrain.base_m
+        if self._described[0] is self.sky and self._described[1:] == (haze_m, water_m):
+            return
         lights, block = self.sky.lights, np.zeros((), LIGHTS)
         block["sun"], block["sky"], block["around"] = lights.sun, lights.sky, lights.around
-        block["exposure"] = exposure(self.sky)
-        block["haze_m"] = haze_m if self.has_air else NO_HAZE_M
-        block["water_m"] = -1e30 if water_m is None else water_m - self.terrain.base_m
+        block["exposure"], block["haze_m"], block["water_m"] = exposure(self.sky), haze_m, water_m
         self.block.write(block.tobytes())
+        self._described = self.sky, haze_m, water_m
 
     def bind(self, program: moderngl.Program) -> None:
         """Make all light visible to a program."""
