@@ -23,7 +23,7 @@ from terrain_gl.mesh import captured_triangles
 from terrain_gl.options import RenderOptions
 from terrain_gl.readers.georeference import Georeference, Grid
 from terrain_gl.renderer import Renderer
-from terrain_gl.shade import BLOCK
+from terrain_gl.surroundings import BLOCK
 from terrain_gl.verify.measure import _parts_in_picture, places_of, truth_m
 from terrain_gl.view import View
 
