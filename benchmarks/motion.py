@@ -2,7 +2,7 @@
 
 A picture of 1/s of the width and height, with a tolerance of t of its own pixels, takes a share of the processor time
 of the full picture. Enlarged to the full size it differs by `rmse` (steps of 1/255). The window uses those
-marked with *: `viewer.frame_budget.STEPS`.
+marked with *: `viewer.frame_budget.WAYS`.
 
 Run: python benchmarks/motion.py [MAP ...]    bundled maps; their first views at 1280 × 720
 """
@@ -15,11 +15,11 @@ from PIL import Image
 
 from terrain_gl import Camera, Renderer
 from terrain_gl.files.maps import bundled, open_map
-from terrain_gl.viewer.frame_budget import STEPS
+from terrain_gl.viewer.frame_budget import WAYS
 
 SIZE = (1280, 720)
 FRAMES = 5
-WAYS = [(1, 1), (1, 2), (1, 4), (2, 1), (2, 2), (2, 4), (3, 1), (3, 2), (4, 1), (4, 2)]
+TRIED = [(1, 1), (1, 2), (1, 4), (2, 1), (2, 2), (2, 4), (3, 1), (3, 2), (4, 1), (4, 2)]
 
 
 def best_ms(renderer, camera, tolerance):
@@ -47,10 +47,10 @@ def main():
         camera = bundled()[name].camera
         with Renderer(open_map(name)[0], SIZE) as renderer:
             full, full_ms = enlarged(renderer, camera, 1.0), best_ms(renderer, camera, 1.0)
-            for s, t in WAYS:
+            for s, t in TRIED:
                 renderer.resize((SIZE[0] // s, SIZE[1] // s))
                 ms, rmse = best_ms(renderer, camera, t), np.sqrt(np.mean((enlarged(renderer, camera, t) - full) ** 2))
-                used = "*" if any((s, t) == step[:2] for step in STEPS) else ""
+                used = "*" if any((s, t) == (way.shrink, way.looser) for way in WAYS) else ""
                 print(f"{name:10} {'1/' + str(s):>5} {t:>6} px {ms:>7.0f} {ms / full_ms:>6.2f} {rmse:>6.2f} {used}")
 
 

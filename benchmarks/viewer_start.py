@@ -28,7 +28,7 @@ def main() -> int:
         painter = app.viewer.painter
         if painter.has_picture and app.viewer.scene.has_map:
             note("first picture", seen, lambda: told(app))
-            if painter.frame.step.is_full and painter.frame.stats.get("complete", True):
+            if painter.frame.way.is_full and painter.frame.stats.get("complete", True):
                 note("full size, all tiles", seen, lambda: told(app))
                 if app.viewer.settled:
                     note("full size and light", seen, lambda: told(app))

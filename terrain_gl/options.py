@@ -87,6 +87,9 @@ def near_plane_m(heightmap: Heightmap, near_m: float | None = None) -> float:
     return near_m or NEAR * min(heightmap.spacing_m)
 
 
+LOOSEST_PX = 1e6  # tolerances are smaller
+
+
 @dataclass(frozen=True)
 class RenderOptions:
     """Options of one frame; the keywords of `Renderer.render` and `Renderer.draw`.
@@ -247,7 +250,7 @@ class RenderOptions:
         if self.triangles is None:
             if self.max_error_px is None:
                 object.__setattr__(self, "max_error_px", 1.0)
-            elif not 0 < self.max_error_px < 1e6:
+            elif not 0 < self.max_error_px < LOOSEST_PX:
                 raise UsageError(
                     f"max error must be more than 0 and less than 1,000,000 pixels, got {self.max_error_px:g}"
                 )

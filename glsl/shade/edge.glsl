@@ -5,7 +5,7 @@
 //                 `-._       ____/‾‾\__ /         one that comes down to the plain before meets the plain
 //   ____________________`-._|__________|_______  u_edge_m
 //
-// Provides EDGE, NO_SURROUNDINGS, surroundings_at(), wall_depth(), may_meet_wall(), plain_depth(), rim_m_at().
+// Provides EDGE, wall_normal(), surroundings_at(), wall_depth(), may_meet_wall(), plain_depth(), rim_m_at().
 
 #include "blocks/view.glsl"
 
@@ -67,11 +67,9 @@ vec3 wall_normal(vec2 place) {
     return off.x < off.y ? vec3(place.x < 0.5 * last.x ? -1.0 : 1.0, 0.0, 0.0) : vec3(0.0, place.y < 0.5 * last.y ? 1.0 : -1.0, 0.0);
 }
 
-#define NO_SURROUNDINGS 0
-
-// A number for what a ray meets that meets no land: nothing, the plain, or one of the four walls.
+// A number for what a ray meets that meets no land: 0 for nothing, 1 for the plain, others for the four walls.
 int surroundings_at(vec3 ray) {
     vec2 place;
     if (EDGE == 2 && wall_depth(ray, place) > 0.0) return 4 + int(dot(wall_normal(place), vec3(1.0, 2.0, 0.0)));
-    return EDGE > 0 && plain_depth(ray) > 0.0 ? 1 : NO_SURROUNDINGS;
+    return EDGE > 0 && plain_depth(ray) > 0.0 ? 1 : 0;
 }

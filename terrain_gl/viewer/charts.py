@@ -36,8 +36,8 @@ def show(ui: Widgets, painter: Painter, controller: Controller) -> None:
 
 def _frame_words(frame: FrameStats, timer: str) -> str:
     rate = "at rest" if frame.fps is None else f"{frame.fps:.{1 if frame.fps < 10 else 0}f} frames/s"
-    coarse = f", {frame.step.words}" if frame.step.words else ""
-    return f"{seconds(drawing_ms(frame.stats))} {timer}, {rate}{coarse}"
+    words = [rate, frame.way.words(frame.stats["requested_max_error_px"] is not None)]
+    return f"{seconds(drawing_ms(frame.stats))} {timer}, {', '.join(filter(None, words))}"
 
 
 def _error_words(frame: FrameStats) -> str:

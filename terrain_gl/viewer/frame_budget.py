@@ -11,7 +11,7 @@ HURRIED = 0.2  # share of the time that work gets while the picture moves
 CALM = 0.8  # a better picture has to fit this part of the time, so that pictures do not alternate
 
 
-class Step(NamedTuple):
+class Way(NamedTuple):
     """A way to draw a picture in motion.
 
     Attributes
@@ -33,25 +33,25 @@ class Step(NamedTuple):
         """Whether this is the picture that is drawn at rest."""
         return self.shrink == self.looser == 1
 
-    @property
-    def words(self) -> str:
-        """How it is drawn, for panels; nothing for the full picture."""
-        size = f"1/{self.shrink} size, " if self.shrink > 1 else ""
-        return "" if self.is_full else f"{size}{self.shrink * self.looser} × tolerance"
+    def words(self, has_tolerance: bool) -> str:
+        """How it is drawn, for panels; nothing if it is drawn as at rest. Budgets and baselines have no tolerance."""
+        size = [f"1/{self.shrink} size"] if self.shrink > 1 else []
+        loose = [f"{self.shrink * self.looser} × tolerance"] if has_tolerance and not self.is_full else []
+        return ", ".join(size + loose)
 
 
 # Colours come from the map and not from the mesh, so a looser mesh costs the picture less than fewer pixels do.
 # Shares are means over the bundled maps: benchmarks/motion.py
-STEPS = (
-    Step(1, 1, 1.0),
-    Step(1, 2, 0.77),
-    Step(1, 4, 0.66),
-    Step(2, 2, 0.33),
-    Step(2, 4, 0.27),
-    Step(3, 2, 0.21),
-    Step(4, 2, 0.175),
+WAYS = (
+    Way(1, 1, 1.0),
+    Way(1, 2, 0.77),
+    Way(1, 4, 0.66),
+    Way(2, 2, 0.33),
+    Way(2, 4, 0.27),
+    Way(3, 2, 0.21),
+    Way(4, 2, 0.175),
 )
-FULL, COARSEST = STEPS[0], STEPS[-1]
+FULL, COARSEST = WAYS[0], WAYS[-1]
 
 
 @dataclass
@@ -69,7 +69,7 @@ class FrameBudget:
     full_ms
         Milliseconds that a full picture takes, as the last picture suggests. It is infinite at first, so that the first
         picture comes quickly.
-    step
+    way
         How the next picture in motion is drawn.
     """
 
@@ -77,24 +77,24 @@ class FrameBudget:
     work_s: float = 0.03
     motion_ms: float = 150.0
     full_ms: float = float("inf")
-    step: Step = COARSEST
+    way: Way = COARSEST
 
     def __post_init__(self) -> None:
         """Begin coarse, if time is limited."""
         self.forget()
 
-    def note(self, drawn_ms: float, step: Step) -> None:
+    def note(self, drawn_ms: float, way: Way) -> None:
         """Learn from the time of a picture; choose how the next one is drawn."""
-        self.full_ms = drawn_ms / step.share
-        self.step = next((each for each in STEPS if self._fits(each)), COARSEST)
+        self.full_ms = drawn_ms / way.share
+        self.way = next((each for each in WAYS if self._fits(each)), COARSEST)
 
     def forget(self) -> None:
         """Know nothing about the next picture: it is drawn in the coarsest way."""
         self.note(float("inf"), FULL)
 
-    def _fits(self, step: Step) -> bool:
-        is_better = step.share > self.step.share
-        return self.full_ms * step.share <= self.motion_ms * (CALM if is_better else 1.0)
+    def _fits(self, way: Way) -> bool:
+        is_better = way.share > self.way.share
+        return self.full_ms * way.share <= self.motion_ms * (CALM if is_better else 1.0)
 
     def run(
         self, work: Iterator[float], tell: Callable[[float], None] = lambda share: None, hurried: bool = False

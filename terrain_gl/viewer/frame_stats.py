@@ -8,7 +8,7 @@ from dataclasses import dataclass, field
 from typing import Any
 
 from ..gpu import gl
-from .frame_budget import FULL, Step
+from .frame_budget import FULL, Way
 
 STAGES = ("lod", "draw", "shade")
 FRAMES = 120  # frames that the graphs show
@@ -36,7 +36,7 @@ class FrameStats:
         Height of the eye above the ground; NaN where there is no ground.
     speed_m_s
         Speed of the keys that move the camera.
-    step
+    way
         How the picture is drawn: `frame_budget.FULL` at rest.
     """
 
@@ -49,7 +49,7 @@ class FrameStats:
     measured_px: dict[str, float] | None = None
     height_m: float = math.nan
     speed_m_s: float = 0.0
-    step: Step = FULL
+    way: Way = FULL
 
     @property
     def certified_px(self) -> float | None:

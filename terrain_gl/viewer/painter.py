@@ -12,17 +12,18 @@ light is made. A preview of a map gets no light, no bound and no measurement.
 
 from __future__ import annotations
 
+import math
 from dataclasses import replace
 from typing import Any
 
 import moderngl
 
-from ..options import RenderOptions
+from ..options import LOOSEST_PX, RenderOptions
 from ..renderer import Renderer
 from ..steps import Steps
 from ..verify.measure import Achieved
 from .canvas import Canvas
-from .frame_budget import FULL, FrameBudget, Step
+from .frame_budget import FULL, FrameBudget, Way
 from .frame_stats import FrameStats, History, drawing_ms, in_window_px, without_bounds
 from .light_builder import LightBuilder
 from .scene import FrameSpec
@@ -31,7 +32,6 @@ from .window_state import Size
 REST_S = 0.25  # the full picture is drawn after this time without a change
 RIPE_S = 10.0  # it waits so long, at most, for the light of the tiles of a store: it would have to be drawn again
 TOLD_S = 1.0  # how often the window shows the progress of light: drawing its panels takes time, too
-LARGEST_PX = 1e5  # the loosest tolerance in motion, far beyond any picture
 MEASURED_POSTS = 256  # posts along the side of a block that is measured in one step
 
 
@@ -112,12 +112,12 @@ class Painter:
 
     def is_done(self, spec: FrameSpec) -> bool:
         """Whether this picture is drawn, in full size and lit. It may not be measured yet."""
-        return spec == self.drawn and self.frame.step.is_full and not self.light.is_due(spec.lit_look)
+        return spec == self.drawn and self.frame.way.is_full and not self.light.is_due(spec.lit_look)
 
     @property
     def waits_for_rest(self) -> bool:
         """Whether there is more to do once nothing has changed for a while."""
-        return not self.frame.step.is_full or self.frame.fps is not None or self._unmeasured
+        return not self.frame.way.is_full or self.frame.fps is not None or self._unmeasured
 
     def step(self, renderer: Renderer, spec: FrameSpec, now_s: float, moving: bool) -> bool:
         """Work for a while.
@@ -168,13 +168,13 @@ class Painter:
     def _draw(self, renderer: Renderer, spec: FrameSpec, now_s: float) -> None:
         """Draw at once, coarser if need be."""
         self.interrupt()
-        step = self._budget.step
-        _resize(renderer, (max(1, spec.size[0] // step.shrink), max(1, spec.size[1] // step.shrink)))
+        way = self._budget.way
+        _resize(renderer, (max(1, spec.size[0] // way.shrink), max(1, spec.size[1] // way.shrink)))
         stats = []
         for side in _last_first(spec):
-            stats.append(renderer.draw(spec.camera, **vars(_loosened(spec.sides[side], step.looser))))
+            stats.append(renderer.draw(spec.camera, **vars(_loosened(spec.sides[side], way.looser))))
             self.canvas.compose(renderer, spec.size, *spec.part(side))
-        self._note(spec, stats[::-1], step, renderer)
+        self._note(spec, stats[::-1], way, renderer)
         self.frame.fps = self._smoothed_fps(now_s - self._drawn_s)
         self._drawn_s = now_s
 
@@ -183,7 +183,7 @@ class Painter:
         was_moving, self.frame.fps = self.frame.fps is not None, None
         if self._painting and self._painting[0] != spec:
             self.interrupt()
-        if not self._painting and (spec != self.drawn or not self.frame.step.is_full):
+        if not self._painting and (spec != self.drawn or not self.frame.way.is_full):
             self.interrupt()
             self._painting = spec, self._draw_steps(renderer, spec)
             if renderer.streaming:  # it chooses its tiles, and goes on if all of them have light
@@ -205,16 +205,16 @@ class Painter:
             self.canvas.compose(renderer, spec.size, *spec.part(side))
         self._note(spec, stats[::-1], FULL, renderer)
 
-    def _note(self, spec: FrameSpec, stats: list[dict[str, Any]], step: Step, renderer: Renderer) -> None:
+    def _note(self, spec: FrameSpec, stats: list[dict[str, Any]], way: Way, renderer: Renderer) -> None:
         """Store the numbers of the drawn picture."""
         if self.frame.is_preview:
             stats = [without_bounds(each) for each in stats]
-        stats = [in_window_px(each, step.shrink) for each in stats]
+        stats = [in_window_px(each, way.shrink) for each in stats]
         self.drawn, self.side_stats, self.has_picture = spec, stats, True
-        self.frame.stats, self.frame.step, self.frame.measured_px = stats[0], step, None
+        self.frame.stats, self.frame.way, self.frame.measured_px = stats[0], way, None
         self._unmeasured = not self.frame.is_preview and renderer.streaming is None  # a store's truth is on a disk
         self.history.add(stats[0])
-        self._budget.note(sum(map(drawing_ms, stats)), step)
+        self._budget.note(sum(map(drawing_ms, stats)), way)
 
     def _smoothed_fps(self, seconds: float) -> float | None:
         fps = self.frame.fps
@@ -249,7 +249,7 @@ def _loosened(side: RenderOptions, factor: int) -> RenderOptions:
     """The same side with a multiple of its tolerance, if it has one."""
     if side.max_error_px is None:
         return side
-    return replace(side, max_error_px=min(factor * side.max_error_px, LARGEST_PX))
+    return replace(side, max_error_px=min(factor * side.max_error_px, math.nextafter(LOOSEST_PX, 0.0)))
 
 
 def _resize(renderer: Renderer, size: Size) -> None:

@@ -199,7 +199,8 @@ class Panels:
         painter = self._viewer.painter
         with ui.window(f"##side {side}", anchor, size, pivot=(1.0 - side, 0.0)), ui.wrapped(width):
             stats, frame = painter.side_stats[side], painter.frame
-            coarse = f"; in motion {frame.step.words}" if frame.step.words else ""
+            words = frame.way.words(stats["requested_max_error_px"] is not None)
+            coarse = f"; in motion {words}" if words else ""
             ui.imgui.text(explain_text.side_line(self._settings.sides[side], stats, frame.is_preview) + coarse)
 
     def _sums(self, ui: Widgets, size: Size) -> None:

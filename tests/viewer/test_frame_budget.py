@@ -4,20 +4,20 @@ import math
 
 import pytest
 
-from terrain_gl.viewer.frame_budget import COARSEST, FULL, STEPS, FrameBudget
+from terrain_gl.viewer.frame_budget import COARSEST, FULL, WAYS, FrameBudget
 
 
 def flown(budget, full_ms, frames=6):
-    """Steps of frames in motion over land whose full picture takes `full_ms`."""
-    steps = []
+    """Ways of frames in motion over land whose full picture takes `full_ms`."""
+    ways = []
     for _ in range(frames):
-        steps.append(budget.step)
-        budget.note(full_ms * budget.step.share, budget.step)
-    return steps
+        ways.append(budget.way)
+        budget.note(full_ms * budget.way.share, budget.way)
+    return ways
 
 
-def test_each_step_is_coarser_than_the_one_before():
-    for finer, coarser in zip(STEPS, STEPS[1:], strict=False):
+def test_each_way_is_coarser_than_the_one_before():
+    for finer, coarser in zip(WAYS, WAYS[1:], strict=False):
         assert coarser.share < finer.share
         assert coarser.shrink > finer.shrink or coarser.looser > finer.looser
 
@@ -25,22 +25,29 @@ def test_each_step_is_coarser_than_the_one_before():
 @pytest.mark.parametrize("full_ms, i", [(20, 0), (119, 0), (155, 1), (180, 2), (300, 3), (440, 4), (560, 5), (1e5, 6)])
 def test_the_best_picture_that_fits_is_drawn(full_ms, i):
     budget = FrameBudget(motion_ms=150.0)
-    steps = flown(budget, full_ms)
-    assert steps[0] == COARSEST and steps[1:] == [STEPS[i]] * 5
-    assert STEPS[i] == COARSEST or full_ms * STEPS[i].share <= 150
+    ways = flown(budget, full_ms)
+    assert ways[0] == COARSEST and ways[1:] == [WAYS[i]] * 5
+    assert WAYS[i] == COARSEST or full_ms * WAYS[i].share <= 150
 
 
-def test_steps_do_not_alternate_at_the_limit():
-    """Times of some per cent above and below the limit: the step stays, because a better picture needs a margin."""
+def test_ways_do_not_alternate_at_the_limit():
+    """Times of some per cent above and below the limit: the way stays, because a better picture needs a margin."""
     budget = FrameBudget(motion_ms=150.0)
     flown(budget, 145)
-    assert {step for full_ms in (145, 160) * 5 for step in flown(budget, full_ms, 1)} == {STEPS[1]}
+    assert {way for full_ms in (145, 160) * 5 for way in flown(budget, full_ms, 1)} == {WAYS[1]}
     assert flown(budget, 100)[-1] == FULL
 
 
 def test_a_new_map_begins_coarse():
     budget = FrameBudget()
     flown(budget, 10)
-    assert budget.step == FULL
+    assert budget.way == FULL
     budget.forget()
-    assert budget.step == COARSEST and budget.full_ms == math.inf
+    assert budget.way == COARSEST and budget.full_ms == math.inf
+
+
+def test_a_panel_names_what_is_coarser_than_at_rest():
+    """A budget of triangles has no tolerance, so only its picture's size changes."""
+    tolerant, budgeted = ([way.words(has_tolerance) for way in WAYS] for has_tolerance in (True, False))
+    assert tolerant[0] == "" and tolerant[1] == "2 × tolerance" and tolerant[3] == "1/2 size, 4 × tolerance"
+    assert budgeted[:4] == ["", "", "", "1/2 size"]

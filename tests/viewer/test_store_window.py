@@ -321,10 +321,10 @@ def test_a_full_picture_waits_for_the_light_of_its_tiles(shown, monkeypatch, rip
     app, stored = shown
     unlit = []
 
-    def noted(self, spec, stats, step, renderer):
-        if step.is_full and stats[0]["complete"]:
+    def noted(self, spec, stats, way, renderer):
+        if way.is_full and stats[0]["complete"]:
             unlit.append(stats[0]["tiles_unlit"])
-        note(self, spec, stats, step, renderer)
+        note(self, spec, stats, way, renderer)
 
     note = painter.Painter._note
     monkeypatch.setattr(painter.Painter, "_note", noted)

@@ -56,8 +56,8 @@ def test_undoing_is_seen_in_the_next_frame_and_soon_in_full(viewer):
     set_budget(viewer, slow())
     press(viewer, "ctrl+z")
     later(viewer, 0.01)
-    assert viewer.painter.drawn == viewer.scene.frame_spec() and not viewer.painter.frame.step.is_full
-    while not viewer.painter.frame.step.is_full:
+    assert viewer.painter.drawn == viewer.scene.frame_spec() and not viewer.painter.frame.way.is_full
+    while not viewer.painter.frame.way.is_full:
         assert viewer.painter.light.share is None
         later(viewer)
     settle(viewer)

@@ -19,16 +19,16 @@ def test_the_first_picture_comes_quickly_then_the_full_one(empty):
     set_budget(empty, slow())
     heightmap = hills()
     empty.show(Renderer(heightmap, (320, 200), ctx=empty.ctx), Opened(heightmap, Camera.default(heightmap)))
-    assert later(empty) and empty.painter.frame.step == COARSEST and empty.painter.frame.stats["width"] == 80
+    assert later(empty) and empty.painter.frame.way == COARSEST and empty.painter.frame.stats["width"] == 80
     later(empty)
     shares = []
     while empty.painter.light.share is not None:  # until there is light
         shares.append(empty.painter.light.share)
-        assert empty.busy and empty.painter.frame.step == COARSEST
+        assert empty.busy and empty.painter.frame.way == COARSEST
         later(empty, 0.01)
     assert len(shares) > 5 and shares == sorted(shares)
     frames = 0
-    while empty.painter.frame.step == COARSEST:  # the full picture comes in portions; between them come events
+    while empty.painter.frame.way == COARSEST:  # the full picture comes in portions; between them come events
         assert empty.busy and empty.painter.has_picture
         later(empty, 0.3)
         frames += 1
@@ -122,7 +122,7 @@ def test_motion_is_drawn_and_ends_in_a_full_frame(viewer):
     set_budget(viewer, slow())
     for key in ("w", "shift"):
         viewer.scene.controller.press(key)
-    assert later(viewer) and viewer.painter.frame.step == COARSEST and viewer.scene.renderer.size == (80, 50)
+    assert later(viewer) and viewer.painter.frame.way == COARSEST and viewer.scene.renderer.size == (80, 50)
     assert later(viewer, 0.1) and viewer.painter.frame.fps
     assert viewer.painter.frame.measured_px is None
     small = viewer.scene.renderer.inspector.frame
