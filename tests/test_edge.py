@@ -6,6 +6,7 @@ from maps import rough
 
 from terrain_gl.camera import Camera
 from terrain_gl.heightmap import Heightmap
+from terrain_gl.image import write_image
 from terrain_gl.renderer import Renderer
 
 SIZE = (192, 108)
@@ -50,6 +51,23 @@ def test_the_side_of_the_block_stands_below_the_rim(ctx):
     assert np.abs(wall - foot).max() > 8  # beside it lies the plain
     assert np.abs(block - none)[land].max() <= 2  # the land is as it was
     assert np.abs(block - none)[0].max() <= 2  # and so is the sky
+
+
+def test_a_wall_hides_the_land_behind_it(tmp_path, ctx):
+    """From beside a bowl, below its rim. Without the block one sees the inside of the bowl, which is red here."""
+    write_image(tmp_path / "red.png", np.full((8, 8, 3), (250, 0, 0), "u1"))
+    y, x = np.mgrid[:65, :65] / 32.0 - 1
+    heightmap = Heightmap((150 + 350 * np.maximum(np.abs(x), np.abs(y))).astype("f4"), 30.0)
+    east, north = heightmap.extent_m
+    camera = Camera((east / 2, -0.8 * north, 400.0), (east / 2, north / 2, 400.0), 50.0)
+    with Renderer(heightmap, SIZE, ctx=ctx) as renderer:
+        block, none = (shown(renderer, camera, edge=e, material=tmp_path / "red.png") for e in ("block", "none"))
+        land = renderer.picture.coverage()
+    (col, top), (_, foot) = (pixel_of(camera, (east / 2, 0.0, z)) for z in (490.0, 330.0))
+    wall = np.s_[top:foot, col - 20 : col + 20]
+    assert foot - top > 8 and land[wall].mean() > 0.9
+    redness = [(picture[wall][..., 0] > 2 * picture[wall][..., 1]).mean() for picture in (block, none)]
+    assert redness[0] == 0 and redness[1] > 0.9
 
 
 def test_the_sea_goes_on_beyond_the_map(ctx):

@@ -59,8 +59,8 @@ float wall_depth(vec3 ray, out vec2 place) {
     return enters_below(rim_m_at(place), ray, entry) ? entry : -1.0;
 }
 
-// Whether the ray may meet the wall: it enters the rectangle below the highest post.
-bool may_meet_wall(vec3 ray) { return EDGE == 2 && enters_below(u_span_m, ray, entry_depth(ray)); }
+// Whether the ray may meet the wall: it enters the rectangle below the top of the quantisation range.
+bool may_meet_wall(vec3 ray) { return EDGE == 2 && enters_below(u_low_m + u_span_m, ray, entry_depth(ray)); }
 
 vec3 wall_normal(vec2 place) {
     vec2 last = vec2(u_last_post), off = min(place, last - place);
