@@ -104,6 +104,18 @@ def test_errors_at_the_posts_alone_do_not_bound_the_surface(name):
         assert (sampled(truth, seen, level)[0] > at_posts * (1 + 1e-9)).any()
 
 
+@pytest.mark.parametrize("name", ["33x33", "smooth", "cliff"])
+def test_errors_of_quads_are_reached(name):
+    """Some sample comes as near as the top of a parabola is to a sample beside it. Nodes at the rim are left out."""
+    heights = MAPS[name].astype("f8")
+    truth, seen = bilinear(heights), measured(np.zeros(heights.shape, bool))
+    step = np.abs(reference.twists(heights)).max() / 4 * 4.0**-FINER_LOG2
+    for level in range(1, 5):
+        rows, cols = (n - 1 >> level for n in heights.shape)
+        most = reference.node_errors(heights, level).quad_max[:rows, :cols]
+        assert (most <= sampled(truth, seen, level)[0][:rows, :cols] + step).all()
+
+
 def test_kinks_of_nodes_at_the_rim_are_needed(monkeypatch):
     """A ridge at 10 m between two void corners, over flat land: it runs between posts, in cells without a twist."""
     heights, void = np.zeros((4, 6)), np.zeros((4, 6), bool)

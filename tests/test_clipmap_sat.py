@@ -28,7 +28,7 @@ LAND = {
     "offset": lambda: Heightmap(8848 + rough(40, 33, 3, 0.05).astype("f8"), 1.0),
 }
 VIEWS = ["default", "grazing", "down", "wide", "pit", "outside", "far", "corner"]
-TOLERANCES = [0.3, 1.0, 8.0]
+TOLERANCES = [0.1, 0.3, 1.0, 8.0]
 
 
 @pytest.fixture(scope="module", params=LAND)

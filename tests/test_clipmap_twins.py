@@ -99,6 +99,18 @@ def test_classes_of_any_box(ctx, scene):
     assert 0.1 < got[on_map].mean() < 0.9
 
 
+def test_coarsest_step_is_the_references(ctx, scene):
+    low, side_log2 = RNG.integers(-40, 40, (200, 2)) << RNG.integers(0, 5, (200, 1)), RNG.integers(0, 8, 200)
+    scene.select(cameras(scene.heightmap)["default"], 0.5)
+    asked = np.column_stack([low, side_log2, side_log2])
+    statement = "return vec4(coarsest_step(ivec2(a.xy), int(a.z)));"
+    got = ask(ctx, "rings/leaf.glsl", statement, asked, asked, bind=lambda kernel: scene.levels._bind())[:, 0]
+    top = scene.terrain.top_level
+    assert got.tolist() == [
+        clipmap.coarsest_step((int(x), int(y)), int(side), top) for (x, y), side in zip(low, side_log2, strict=True)
+    ]
+
+
 def test_next_step_asks_from_the_coarsest_down(ctx, scene):
     levels, last, n = class_levels(scene), scene.terrain.all_posts[2:], 300
     camera = cameras(scene.heightmap)["default"]
@@ -145,7 +157,7 @@ LOOK = """block = Block(ivec2(b.xy), int(b.z), int(b.w), NO_STEP);
     int depth = int(a.z);
     ivec2 low = low_of(depth, ivec2(a.xy)), end = low + (1 << side_log2_at(depth));
     if (is_nothing(low, end)) return vec4(-1.0);
-    int coarsest = min(min(side_log2_at(depth), u_ring[block.ring].level), u_top_level);
+    int coarsest = coarsest_step(low, side_log2_at(depth));
     Projection p = project_square(low, side_log2_at(depth));
     bool may = depth == 3 || fits_finer_ring(low, end);
     return vec4(may ? next_step(low, side_log2_at(depth), block.ring, coarsest, NO_STEP, p) : 48);"""

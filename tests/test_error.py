@@ -218,10 +218,8 @@ def test_reference_quad_and_fan_by_hand():
     h = np.zeros((3, 3))
     h[1, 1], h[0, 1] = 8.0, 2.0  # twists: 6 in the northern cells, 8 in the southern ones
     errors = reference.node_errors(h, 1)
-    assert errors.quad_max.item() == 8 + 8 / 4  # the centre, drawn at 0, and what the diagonal adds beside it
-    assert (
-        errors.fan_max.item() == 2 + 6 / 4
-    )  # the centre is drawn; the middle of the north edge is not, if it is whole
+    assert errors.quad_max.item() == 8  # the centre, drawn at 0; on the diagonals the error falls from there on
+    assert errors.fan_max.item() == 2  # the centre is drawn; the middle of the north edge is not, if it is whole
     north, south = 6 / 90**0.5, 8 / 90**0.5
     quad = 64 + 4 + 2 * north * (2 * 8 + north) + 2 * south * (2 * 8 + south)
     assert errors.quad_square.item() == pytest.approx(quad / 9)
@@ -231,7 +229,25 @@ def test_reference_quad_and_fan_by_hand():
 def test_reference_worse_diagonal():
     h = np.zeros((3, 3))
     h[0, 0] = h[2, 2] = 4.0  # the diagonals cross at 4 and at 0: the truth, 0, is 4 from one of them
-    assert reference.node_errors(h, 1).quad_max.item() == 4.0 + 4.0 / 4  # and the twist beside it is 4
+    assert reference.node_errors(h, 1).quad_max.item() == 4.0  # beside it the twist is 4, and the error is smaller
+
+
+def test_reference_error_is_largest_on_the_diagonal():
+    """Three posts of the falling diagonal lie on it; beside it the truth sags by a quarter of the cells' twist of 4."""
+    h = np.zeros((3, 3))
+    h[0, 1] = h[1, 0] = -2.0
+    h[0, 2] = h[2, 0] = -0.5
+    assert reference.quad_errors(h, 1)[0][0, 1, 0, 1] == 0
+    assert reference.node_errors(h, 1).quad_max.item() == max(4.0 / 4, 2.0 - 0.25)
+
+
+def test_crest_by_brute_force():
+    rng = np.random.default_rng(7)
+    a, b, t = rng.normal(size=(3, 500, 1))
+    s = np.linspace(0, 1, 2001)
+    brute = (a * (1 - s) + b * s + t * s * (1 - s)).max(1)
+    found = reference.crest(a, b, t)[:, 0]
+    assert (found >= brute - 1e-12).all() and found == pytest.approx(brute, abs=1e-6)
 
 
 @pytest.mark.parametrize("name", ["odd", "holes", "offset", "long"])

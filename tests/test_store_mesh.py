@@ -59,7 +59,7 @@ def test_a_budget_loads_no_more_than_it_can_use(hills):
     whole, path = hills
     camera = standard_view(whole, "default")
     with Renderer(StoredMap(path), SIZE) as renderer:
-        few, many = (renderer.draw(camera, triangles=n, style=UNLIT)["tiles_resident"] for n in (300, 6000))
+        few, many = (renderer.draw(camera, triangles=n, style=UNLIT)["tiles_resident"] for n in (900, 6000))
         assert len(renderer.terrain.roots) < few < many
 
 

@@ -7,8 +7,8 @@
 //     │  ╱╲  │                     │  ╱   │   ╲  │        a post has two errors, in the wedge that contains it.
 //    0,2 ──── 2,2                 0,2 ── 1,2 ── 2,2
 //
-// Provides Node, node_at(), quad_errors_m(), fan_errors_m(), CutEdges, cut_edges_m(), cut_error_m(); is_square(), twist_m(), kinks_m() for places between posts.
-// Python twins: reference.node_errors, reference.cut_errors, reference.twists, reference.kinks
+// Provides Node, node_at(), quad_errors_m(), fan_errors_m(), CutEdges, cut_edges_m(), cut_errors_m(); is_square(), twist_m(), crest_m(), kinks_m() for places between posts.
+// Python twins: reference.node_errors, reference.cut_errors, reference.twists, reference.crest, reference.kinks
 
 #include "blocks/terrain.glsl"
 
@@ -118,15 +118,13 @@ CutEdges cut_edges_m(Node n) {
 
 float largest_of(vec4 v) { return max(max(v.x, v.y), max(v.z, v.w)); }
 
-// The error of a cell of a patch with any of its edges cut, in any triangulation (docs/guarantee.md, section 3). With its new
-// vertices on the straight lines, the drawing lies between both diagonals, or is a fan if the patch is a single cell. Vertices
-// of one edge at most take part in a triangle; together they weigh 1 on their edge and 0 on the opposite side.
-float cut_error_m(Node n, CutEdges c, ivec2 post, vec2 quad, float fan, int wedge, float weight) {
-    vec2 t = vec2(post - n.low) * n.per_side;
+// Bounds above and below of a cell of a patch with any of its edges cut, in any triangulation (docs/guarantee.md, section 3): xy of one
+// of many cells, zw of a patch of a single cell, which is a fan. With its new vertices on the straight lines, the drawing lies between both
+// diagonals, or is the fan. Vertices of one edge at most take part in a triangle; together they weigh 1 on their edge and 0 on the opposite side.
+vec4 cut_errors_m(Node n, CutEdges c, ivec2 post, vec2 quad, float fan, int wedge, float weight) {
+    vec2 t = vec2(post - n.low) * n.per_side, of_fan = (1.0 - weight) * vec2(c.above_m[wedge], c.below_m[wedge]);
     vec4 of_edge = vec4(1.0 - t, t);  // west, north, east, south
-    float above = max(quad.y + largest_of(of_edge * c.above_m), fan + (1.0 - weight) * c.above_m[wedge]);
-    float below = max(largest_of(of_edge * c.below_m) - quad.x, (1.0 - weight) * c.below_m[wedge] - fan);
-    return max(above, below);
+    return vec4(quad.y + largest_of(of_edge * c.above_m), largest_of(of_edge * c.below_m) - quad.x, of_fan.x + fan, of_fan.y - fan);
 }
 
 // Whether diagonals run through posts: not if the map's rim cuts the node off.
@@ -140,6 +138,12 @@ bool is_square(Node n) {
 float twist_m(ivec2 cell) {
     ivec2 next = cell + 1;
     return (height_m(cell) - height_m(ivec2(next.x, cell.y))) - (height_m(ivec2(cell.x, next.y)) - height_m(next));
+}
+
+// The largest value of a (1 - s) + b s + t s (1 - s), 0 <= s <= 1: errors a and b at both ends of a diagonal, over a truth with the twist t.
+vec4 crest_m(vec4 a, vec4 b, vec4 t) {
+    vec4 d = abs(a - b), inside = 0.5 * (a + b) + 0.25 * t + d * d / (4.0 * max(t, 1e-30));
+    return mix(max(a, b), inside, greaterThan(t, d));
 }
 
 // A bound of the bend of two triangles along the diagonal of a rectangle of w × h cells with the twist τ: their planes differ

@@ -41,20 +41,25 @@ void gather_post(inout Worst w, Node n, CutEdges c, ivec2 post) {
     vec2 quad = quad_errors_m(n, post, h), fan = fan_errors_m(n, post, h, wedge, weight);
     vec2 e = vec2(raised(n, max(-quad.x, quad.y)), raised(n, max(abs(fan.x), abs(fan.y))));
     w.max_m = max(w.max_m, e);
-    float cut = raised(n, cut_error_m(n, c, post, quad, fan.x, wedge, weight));
+    float cut = raised(n, largest_of(cut_errors_m(n, c, post, quad, fan.x, wedge, weight)));
     w.cut_m = max(w.cut_m, cut);
     w.whole_m[wedge] = max(w.whole_m[wedge], raised(n, abs(fan.x)));
     w.split_m[wedge] = max(w.split_m[wedge], raised(n, abs(fan.y)));
     if (is_own(n, post)) w.squares += vec3(e * e, cut * cut);
 }
 
-// Errors between posts: docs/guarantee.md, section 1. If one triangle covers a cell, its error is largest at a post. If an
-// edge crosses the cell, the twist t of its posts adds at most |t|/4, and |t|/sqrt(90) in the root mean square. Edges run
-// along the diagonals of a square node. In a node that the map's rim cuts off they may cross any cell, and add kink_m.
+// Errors at the four posts of a crossed cell, above and below: of the quad and of the fan; of a cell with cut edges; of the fan's wedges with
+// whole and with split edges.
+struct Corner { vec4 drawn, cut, wedge; };
+
+// The largest of them over the cell: docs/guarantee.md, section 1. Within each half they are largest at a post or on the diagonal.
+vec4 over_halves(vec4 worst, vec4 a, vec4 b, float t) { return max(worst, crest_m(a, b, vec4(t, -t, t, -t))); }
+
+// If one triangle covers a cell, its error is largest at a post. This is for a cell that an edge of the mesh crosses: a diagonal of a square
+// node. In a node that the map's rim cuts off it may cross any cell, between its posts; then the twist adds |t|/4 at most, and the bend kink_m.
 void gather_cell(inout Worst w, Node n, CutEdges c, ivec2 cell, vec2 kink_m) {
     if (is_hole(cell)) return;
-    vec2 worst = vec2(0.0), fan_worst = vec2(0.0);
-    float cut = 0.0;
+    Corner corner[4], worst = Corner(vec4(-1e30), vec4(-1e30), vec4(-1e30));
     bvec4 wedges = bvec4(false);
     for (int i = 0; i < 4; i++) {
         ivec2 post = cell + ivec2(i & 1, i >> 1);
@@ -62,20 +67,27 @@ void gather_cell(inout Worst w, Node n, CutEdges c, ivec2 cell, vec2 kink_m) {
         int wedge;
         vec2 quad = quad_errors_m(n, post, h), fan = fan_errors_m(n, post, h, wedge, weight);
         wedges[wedge] = true;
-        cut = max(cut, cut_error_m(n, c, post, quad, fan.x, wedge, weight));
-        fan_worst = max(fan_worst, abs(fan));
-        worst = max(worst, vec2(max(-quad.x, quad.y), max(abs(fan.x), abs(fan.y))));
+        corner[i].drawn = vec4(quad.y, -quad.x, max(fan.x, fan.y), -min(fan.x, fan.y));
+        corner[i].cut = cut_errors_m(n, c, post, quad, fan.x, wedge, weight);
+        corner[i].wedge = vec4(fan.x, -fan.x, fan.y, -fan.y);
+        worst = Corner(max(worst.drawn, corner[i].drawn), max(worst.cut, corner[i].cut), max(worst.wedge, corner[i].wedge));
     }
-    float twist = abs(twist_m(cell));
-    vec2 bend = 0.25 * twist + kink_m;
-    w.max_m = max(w.max_m, vec2(raised(n, worst.x + bend.x), raised(n, worst.y + bend.y)));
-    w.cut_m = max(w.cut_m, raised(n, cut + max(bend.x, bend.y)));
+    float twist = twist_m(cell);
+    bool is_falling = cell.x - n.low.x == cell.y - n.low.y;
+    Corner a = is_falling ? corner[0] : corner[1], b = is_falling ? corner[3] : corner[2], most = worst;
+    float t = is_falling ? twist : -twist;
+    most.drawn = is_square(n) ? over_halves(worst.drawn, a.drawn, b.drawn, t) : worst.drawn + 0.25 * abs(twist) + kink_m.xxyy;
+    most.cut = is_square(n) ? over_halves(worst.cut, a.cut, b.cut, t) : worst.cut + 0.25 * abs(twist) + kink_m.xxyy;
+    most.wedge = is_square(n) ? over_halves(worst.wedge, a.wedge, b.wedge, t) : worst.wedge + 0.25 * abs(twist) + kink_m.y;
+    w.max_m = max(w.max_m, vec2(raised(n, max(most.drawn.x, most.drawn.y)), raised(n, max(most.drawn.z, most.drawn.w))));
+    w.cut_m = max(w.cut_m, raised(n, largest_of(most.cut)));
     for (int wedge = 0; wedge < 4; wedge++) if (wedges[wedge]) {
-        w.whole_m[wedge] = max(w.whole_m[wedge], raised(n, fan_worst.x + bend.y));
-        w.split_m[wedge] = max(w.split_m[wedge], raised(n, fan_worst.y + bend.y));
+        w.whole_m[wedge] = max(w.whole_m[wedge], raised(n, max(most.wedge.x, most.wedge.y)));
+        w.split_m[wedge] = max(w.split_m[wedge], raised(n, max(most.wedge.z, most.wedge.w)));
     }
-    vec3 mean = twist * 0.10541 + vec3(kink_m, max(kink_m.x, kink_m.y));
-    w.squares += mean * (2.0 * vec3(worst, cut) + mean);
+    vec3 mean = abs(twist) * 0.10541 + vec3(kink_m, max(kink_m.x, kink_m.y));
+    vec3 at_posts = vec3(max(worst.drawn.x, worst.drawn.y), max(worst.drawn.z, worst.drawn.w), largest_of(worst.cut));
+    w.squares += mean * (2.0 * at_posts + mean);
 }
 
 bool is_crossed(Node n, ivec2 cell) {

@@ -33,7 +33,7 @@ uint look(int depth, ivec2 at, out float cost) {
     Projection p = project_square(low, side_log2);
     if (p.outside && u_cull != 0) return EMPTY;
     if (depth == 3 || fits_finer_ring(low, end))
-        step_log2 = next_step(low, side_log2, block.ring, min(min(side_log2, u_ring[block.ring].level), u_top_level), block.known_log2, p);
+        step_log2 = next_step(low, side_log2, block.ring, coarsest_step(low, side_log2), block.known_log2, p);
     bool is_held = step_log2 != NO_STEP;
     cost = is_held ? 2.0 * exp2(2.0 * float(side_log2 - step_log2)) + PATCH_COST : NEVER;
     int level;

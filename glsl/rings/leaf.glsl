@@ -1,6 +1,6 @@
 // rings/leaf.glsl — a leaf's box in the view, and the largest error in metres that is within the tolerance there.
-// Provides range_of_square_m(), project_square(), error_within_m(), has_mean(), rms_of_box_m(), next_step(), leaf_px().
-// Python twins: reference.clipmap.next_step, reference.clipmap.finest_step
+// Provides range_of_square_m(), project_square(), error_within_m(), has_mean(), rms_of_box_m(), coarsest_step(), next_step(), leaf_px().
+// Python twins: reference.clipmap.next_step, reference.clipmap.coarsest_step, reference.clipmap.finest_step
 
 #include "rings/rings.glsl"
 #include "error/bound.glsl"
@@ -71,6 +71,9 @@ float rms_of_box_m(ivec2 low, ivec2 end, int step_log2) {
 int finest_step(int side_log2, int ring) {
     return max(side_log2 - MOST_SEGMENTS_LOG2, u_ring[ring].level == 0 ? FINEST : FINEST + 1);
 }
+
+// The coarsest spacing of a square: its corner is on the lattice of that spacing, so its cells are nodes of the tables.
+int coarsest_step(ivec2 low, int side_log2) { return min(findLSB(low.x | low.y | 1 << side_log2), u_top_level); }
 
 #ifdef PAGED
 // Whether finer posts of a square are not loaded yet; `level` is the finest level at which the whole square is loaded.

@@ -30,7 +30,7 @@ void weigh_square(int depth, ivec2 at) {
         int step_log2 = side_log2 - k;
         float e = NEVER;
         if (nothing) e = -1.0;
-        else if (allowed && step_log2 <= min(block.unit_log2, u_top_level) && step_log2 >= finest_step(side_log2, block.ring)) {
+        else if (allowed && step_log2 <= coarsest_step(low, side_log2) && step_log2 >= finest_step(side_log2, block.ring)) {
             float n = step_log2 > 0 ? max(1.0, across) : max(0.0, across - 1.0);
             e = p.outside ? 0.0 : n * px_per_m * px_per_m * squares_of_box_m2(low, end, step_log2);
         }

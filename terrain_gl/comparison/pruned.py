@@ -14,8 +14,9 @@ from typing import NamedTuple
 import numpy as np
 
 from ..camera import Camera
-from ..reference.error import node_axes, per_node, quad_errors, sum_children, top_level
+from ..reference.error import quad_errors, sum_children
 from ..reference.heightmap import world_m
+from ..reference.nodes import node_axes, per_node, top_level
 from ..reference.project import ScreenScale, View, screen_scale, shift_px, to_camera
 from ..reference.tree import balance, existing, grow, neighbours, unsplit
 

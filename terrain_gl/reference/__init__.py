@@ -2,7 +2,7 @@
 
     heightmap   the truth: posts, and the surface between them
     sat         summed-area tables, and the sum over a box
-    error       the error of each node; `bound`: of any box of nodes, and between the posts; `widening`: after an edit
+    error       the error of each of the `nodes`, also `between` posts; `bound`: of any box; `widening`: after an edit
     project     from metres to pixels; `curvature`: the Earth is round
     lod         the selection, with `tree` and `patches`; `clipmap`: that of method sat
     mesh        the triangles of a patch
@@ -14,6 +14,7 @@ The tests compare the shaders with these functions. They import numpy alone.
 """
 
 from . import (
+    between,
     bound,
     clipmap,
     curvature,
@@ -24,12 +25,14 @@ from . import (
     light,
     lod,
     mesh,
+    nodes,
     patches,
     project,
     shade,
     tree,
     widening,
 )
+from .between import *
 from .bound import *
 from .curvature import *
 from .error import *
@@ -39,6 +42,7 @@ from .horizon import *
 from .light import *
 from .lod import *
 from .mesh import *
+from .nodes import *
 from .patches import *
 from .project import *
 from .sat import *

@@ -89,6 +89,12 @@ def is_within(levels: Sequence[Level], low: Post, end: Post, last: Post, step_lo
     return len(below) > 0 and box_sum(level.classes[below[0]], *tiles_over(level, j, low, end, last)) == 0
 
 
+def coarsest_step(low: Post, side_log2: int, top_level: int) -> int:
+    """log2 of the coarsest spacing of a square: its corner is on the lattice of that spacing."""
+    bits = low[0] | low[1] | 1 << side_log2
+    return min((bits & -bits).bit_length() - 1, top_level)
+
+
 def finest_step(side_log2: int, ring_level: int) -> int:
     """log2 of the smallest spacing: at most 64 segments a side, and between two posts 32 in ring 0, elsewhere 16."""
     return max(side_log2 - MOST_SEGMENTS_LOG2, FINEST if ring_level == 0 else FINEST + 1)

@@ -17,7 +17,8 @@ import numpy as np
 
 from .bound import cell_squares
 from .curvature import drop_range_m, largest_sag_m, sag_gain_m2
-from .error import max_children, node_axes, node_errors, per_node, split_gains, top_level, wedge_errors
+from .error import max_children, node_errors, split_gains, wedge_errors
+from .nodes import node_axes, per_node, top_level
 from .project import BoxProjection, View, error_px, project_boxes
 from .tree import balance, children_of, existing, grow, neighbours, unsplit
 

@@ -4,7 +4,7 @@ from __future__ import annotations
 
 import numpy as np
 
-from .error import nodes_along
+from .nodes import nodes_along
 
 
 def node_moves(moved: np.ndarray, level: int) -> tuple[np.ndarray, np.ndarray]:

@@ -1,0 +1,109 @@
+"""error, continued: the errors of triangles between the posts, where the truth is bilinear."""
+
+from __future__ import annotations
+
+import numpy as np
+
+from .bound import twists
+from .nodes import node_axes, per_node
+
+# In a cell that one triangle covers, the error is largest at a post. A diagonal of a square node may cross a cell with
+# the corners a, b, c, d and the twist t = a − b − c + d. On the way from a to d, drawn minus true is
+#   e_a (1 − s) + e_d s + t s (1 − s)        with the errors e_a and e_d at both posts, and 0 ≤ s ≤ 1
+# (from b to c: −t). Within each half of the cell it is largest at a post or on the diagonal.
+# In a node that the map's rim cuts off, diagonals do not run through posts, and may cross any cell. The planes of a
+# rectangle of w × h cells with the twist τ differ by |τ| |x/w − y/h|. So the error is at most
+#   worst + |t|/4 + kink                     worst: the largest error at the cell's posts,  kink = |τ| min(1/w + 1/h, 1)
+# In the root mean square, a crossed cell adds m = |t|/√90 + kink.
+
+
+def crest(a: np.ndarray, b: np.ndarray, t: np.ndarray) -> np.ndarray:
+    """The largest value of a (1 − s) + b s + t s (1 − s) for 0 ≤ s ≤ 1."""
+    inside = t > np.abs(a - b)
+    bend = np.where(inside, t, 1.0)
+    return np.where(inside, (a + b) / 2 + bend / 4 + np.square(a - b) / (4 * bend), np.maximum(a, b))
+
+
+def crossed_cells(shape: tuple[int, ...], level: int, void: np.ndarray | None = None) -> np.ndarray:
+    """Cells of each node that an edge of the mesh may cross, without holes: (node rows, cells, node cols, cells)."""
+    y, x = node_axes(shape, level)
+    row, col = (np.arange(axis.post.shape[1] - 1) for axis in (y, x))
+    diagonal = (row[:, None, None] == col) | (row[:, None, None] + col == (1 << level) - 1)
+    square = _square_nodes(shape, level)[:, None, :, None]
+    of_node = (np.diff(y.post) > 0)[:, :, None, None] & (np.diff(x.post) > 0)
+    corners = of_corners(measured_posts(np.zeros(shape), level, void))
+    return of_node & (diagonal | ~square) & np.logical_and.reduce(corners)
+
+
+def kinks(heights: np.ndarray, level: int) -> tuple[np.ndarray, np.ndarray]:
+    """Largest bend of each node's diagonals within a cell, metres, (rows, cols) of nodes: as quad, and as fan."""
+    h, (y, x) = heights.astype(np.float64), node_axes(heights.shape, level)
+    ends_y, ends_x = ((axis.low, axis.high) for axis in (y, x))
+    at = {(i, j): h[np.ix_(rows, cols)] for i, rows in enumerate(ends_y) for j, cols in enumerate(ends_x)}
+    quad = _bend(at[0, 0] - at[0, 1] - at[1, 0] + at[1, 1], (y.high - y.low)[:, None], x.high - x.low)
+    share_y, share_x = ((axis.mid - axis.low) / (axis.high - axis.low) for axis in (y, x))
+    fan = np.zeros(quad.shape)
+    for i, j in at:  # the quarter between the centre and each corner, both of its outer edges whole or split
+        rows, cols = np.abs(y.mid - ends_y[i])[:, None], np.abs(x.mid - ends_x[j])
+        line_x = at[i, 0] + (at[i, 1] - at[i, 0]) * share_x
+        line_y = at[0, j] + (at[1, j] - at[0, j]) * share_y[:, None]
+        for along_x in (line_x, h[np.ix_(ends_y[i], x.mid)]):
+            for along_y in (line_y, h[np.ix_(y.mid, ends_x[j])]):
+                fan = np.maximum(fan, _bend(at[i, j] + h[np.ix_(y.mid, x.mid)] - along_x - along_y, rows, cols))
+    square = _square_nodes(heights.shape, level)
+    return np.where(square, 0.0, quad), np.where(square, 0.0, fan)
+
+
+def _bend(twist: np.ndarray, rows: np.ndarray, cols: np.ndarray) -> np.ndarray:
+    share = np.minimum(1 / np.maximum(rows, 1) + 1 / np.maximum(cols, 1), 1.0)
+    return np.where((rows > 0) & (cols > 0), np.abs(twist) * share, 0.0)
+
+
+def _square_nodes(shape: tuple[int, ...], level: int) -> np.ndarray:
+    """Nodes that the map's rim does not cut off, (rows, cols) of nodes."""
+    rows, cols = (axis.high - axis.low == 1 << level for axis in node_axes(shape, level))
+    return rows[:, None] & cols
+
+
+def of_corners(posts: np.ndarray) -> list[np.ndarray]:
+    """Values at the four posts of each cell, of an array (node rows, posts, node cols, posts)."""
+    ends = (np.s_[:-1], np.s_[1:])
+    return [posts[:, rows, :, cols] for rows in ends for cols in ends]
+
+
+def worst_corner(errors: np.ndarray) -> np.ndarray:
+    """Largest error at the four posts of each cell, of an array (node rows, posts, node cols, posts)."""
+    return np.maximum.reduce(of_corners(np.abs(errors)))
+
+
+def cell_twists(heights: np.ndarray, level: int) -> np.ndarray:
+    """Twist t of each cell of each node, (node rows, cells, node cols, cells)."""
+    y, x = (
+        np.minimum(axis.post[:, :-1], n - 2)
+        for axis, n in zip(node_axes(heights.shape, level), heights.shape, strict=True)
+    )
+    return twists(heights.astype(np.float64))[y[:, :, None, None], x]
+
+
+def over_cells(above: np.ndarray, below: np.ndarray, heights: np.ndarray, level: int, kink: np.ndarray) -> np.ndarray:
+    """Largest error in each cell that an edge of the mesh crosses, (node rows, cells, node cols, cells).
+
+    `above` and `below` are errors at the posts, drawn minus true and true minus drawn.
+    """
+    twist, square = cell_twists(heights, level), _square_nodes(heights.shape, level)[:, None, :, None]
+    row, col = (np.arange(axis.post.shape[1] - 1) for axis in node_axes(heights.shape, level))
+    falling = row[:, None, None] == col
+    found = []
+    for errors, t in ((above, twist), (below, -twist)):
+        nw, ne, sw, se = of_corners(errors)
+        on_diagonal = crest(np.where(falling, nw, ne), np.where(falling, se, sw), np.where(falling, t, -t))
+        worst = np.maximum.reduce([nw, ne, sw, se])
+        at_rim = worst + np.abs(twist) / 4 + kink[:, None, :, None]
+        found.append(np.where(square, np.maximum(worst, on_diagonal), at_rim))
+    return np.maximum(*found)
+
+
+def measured_posts(heights: np.ndarray, level: int, void: np.ndarray | None) -> np.ndarray:
+    """Which posts of each node are no voids, (node rows, posts, node cols, posts)."""
+    seen = np.ones(heights.shape, bool) if void is None else ~void
+    return seen[per_node(*node_axes(heights.shape, level))]
