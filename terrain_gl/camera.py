@@ -202,9 +202,6 @@ def shift_px(camera: Camera, size: tuple[int, int], at: Sequence[np.ndarray], ri
     return np.where(moved > 0, camera.focal_px(size[1]) * shift / np.where(moved > 0, moved, 1.0), np.inf)
 
 
-_CORNERS = np.indices((2, 2, 2)).reshape(3, 8).T[:, None, :].astype(bool)  # of a box: which coordinates are high
-
-
 def boxes_in_picture(
     camera: Camera, size: tuple[int, int], near_m: float, low: np.ndarray, high: np.ndarray
 ) -> np.ndarray:
@@ -216,14 +213,14 @@ def boxes_in_picture(
         (n, 3) world metres, smallest and largest corners.
     """
     eye = np.asarray(camera.eye)
-    nearest, farthest = np.clip(eye, low, high), np.where(eye - low > high - eye, low, high)
-    low, high = np.array(low, float), np.array(high, float)
-    low[:, 2] -= camera.drop_m(*farthest.T[:2])
-    high[:, 2] -= camera.drop_m(*nearest.T[:2])
-    corners = np.where(_CORNERS, high, low) - eye
-    x, y, z = (corners @ camera.axes.T).transpose(2, 0, 1)
-    tan_x, tan_y = camera.half_extent(size)
-    slack = 1e-6 * np.abs(corners).sum(-1)  # the GPU places vertices in float32
-    sides = [side * v - tan * z for v, tan in ((x, tan_x), (y, tan_y)) for side in (1, -1)]
-    outside = [(side > slack * (1 + tan_x + tan_y)).all(0) for side in sides] + [(z < near_m - slack).all(0)]
-    return ~np.any(outside, 0)
+    low, high = low - eye, high - eye
+    if camera.bend_per_m:
+        farthest, nearest = np.where(-low > high, low, high), np.clip(0.0, low, high)
+        low[:, 2] -= camera.bend_per_m * np.square(farthest[:, :2]).sum(1)
+        high[:, 2] -= camera.bend_per_m * np.square(nearest[:, :2]).sum(1)
+    (right, up, forward), (tan_x, tan_y) = camera.axes, camera.half_extent(size)
+    sides = [side * axis - tan * forward for axis, tan in ((right, tan_x), (up, tan_y)) for side in (1, -1)]
+    normals = np.array([*sides, -forward])[:, None]  # of the view's planes, outward; beyond one of them is no picture
+    slack = 1e-6 * np.array([1 + tan_x + tan_y] * 4 + [1.0])[:, None, None]  # the GPU places vertices in float32
+    least = np.minimum(*(normals * side - slack * np.abs(side) for side in (low, high))).sum(-1)  # of all corners
+    return ~(least > [[0.0]] * 4 + [[-near_m]]).any(0)

@@ -15,8 +15,6 @@ import math
 from dataclasses import dataclass, field, fields, replace
 from typing import Any, NamedTuple, Protocol
 
-import numpy as np
-
 from .camera import Camera
 from .curvature import MODES as CURVATURES
 from .curvature import bend_per_m
@@ -232,7 +230,7 @@ class RenderOptions:
         self._check_detail()
         if self.near_m is not None and not 0 < self.near_m < 1e9:
             raise UsageError(f"near plane must be more than 0 and less than 1e9 metres away, got {self.near_m:g}")
-        if not (np.shape(self.sun) == (2,) and np.isfinite(self.sun).all() and -90 <= self.sun[1] <= 90):
+        if not _is_direction(self.sun):
             raise UsageError(f"sun: expected azimuth and elevation, -90 to 90 degrees, got {self.sun}")
         if self.contour_m is not None and not 0 <= self.contour_m < 1e9:
             raise UsageError(f"contours: expected metres between them, or 0 for auto, got {self.contour_m:g}")
@@ -300,6 +298,15 @@ class RenderOptions:
     def tolerance_px(self) -> float:
         """The tolerance of the mesh; 0 for every post."""
         return 0.0 if self.method in EVERY_POST or self.max_error_px is None else self.max_error_px
+
+
+def _is_direction(sun: Any) -> bool:
+    """Whether a value is an azimuth and an elevation in degrees."""
+    try:
+        azimuth, elevation = sun
+        return math.isfinite(azimuth) and bool(-90 <= elevation <= 90)
+    except (TypeError, ValueError):
+        return False
 
 
 OPTIONS: dict[str, Option] = {each.name: each.metadata["option"] for each in fields(RenderOptions)}

@@ -15,11 +15,9 @@ from collections.abc import Iterator
 from concurrent.futures import FIRST_COMPLETED, Future, ThreadPoolExecutor, wait
 from typing import Any, cast
 
-import moderngl
 import numpy as np
 
 from .camera import Vector
-from .gpu import gl
 from .gpu.bindings import bind
 from .light.climate import AUTO
 from .light.gaussians import SKY_AXES
@@ -137,11 +135,16 @@ class PageVisibility:
         """Whether light is missing that can still be made."""
         return bool(self._left())
 
-    def bind(self, program: moderngl.Program) -> None:
-        """Make the light visible to a program that includes horizon/visible.glsl."""
-        assert self._at and self.sweep
+    @property
+    def uniforms(self) -> dict[str, float]:
+        """Uniforms of horizon/visible.glsl."""
+        assert self._at
+        return sun_uniforms(*self._at)
+
+    def bind(self) -> None:
+        """Bind the light for shaders that include horizon/visible.glsl."""
+        assert self.sweep
         bind("horizon/visible_of_pages.glsl", u_sun_horizon=self.sweep.sun, u_packed=self.sweep.sky)
-        gl.write_uniforms(program, **sun_uniforms(*self._at))
 
     def update(self, posts: Rect) -> None:
         """Follow an edit: pages whose windows hold edited posts get new light. Until then they keep the old one."""

@@ -67,13 +67,17 @@ class Piece:
         return slice(self.corner[0], self.corner[0] + self.size[0])
 
     @property
+    def window(self) -> tuple[tuple[float, float], tuple[float, float]]:
+        """Factor and offset from clip coordinates of the whole picture to those of the piece, across and up."""
+        (w, h), (x, y), (part_w, part_h) = self.picture, self.corner, self.size
+        return (w / part_w, (w - 2 * x - part_w) / part_w), (h / part_h, (h - 2 * y - part_h) / part_h)
+
+    @property
     def clip_from_picture(self) -> np.ndarray:
         """(4, 4) float64: from clip coordinates of the whole picture to those of the piece."""
         matrix = np.eye(4)
         for axis in (0, 1):
-            whole, first, part = self.picture[axis], self.corner[axis], self.size[axis]
-            matrix[axis, axis] = whole / part
-            matrix[axis, 3] = (whole - 2 * first - part) / part
+            matrix[axis, axis], matrix[axis, 3] = self.window[axis]
         return matrix
 
 

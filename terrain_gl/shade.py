@@ -18,7 +18,7 @@ import numpy as np
 from . import contours, surroundings
 from .camera import Camera
 from .error import ErrorTables
-from .gpu import gl, shaders
+from .gpu import gl
 from .gpu.bindings import bind
 from .gpu.textures import depth_texture, from_top
 from .light.climate import AUTO
@@ -26,6 +26,7 @@ from .light.ground import towards_sun
 from .lod import Selection, View
 from .mesh import MeshDraw, MeshDraws
 from .page_light import light_of
+from .pixel_programs import PixelPrograms, Wanted
 from .rect import Rect
 from .steps import Steps, drain
 
@@ -37,7 +38,6 @@ GRAINS = ("on", "off")
 VOIDS = ("fill", "hole")  # how posts without data are drawn
 UNLIT = "depth"  # the cheapest style, when only the mesh matters
 TILE_PX = (256, 64)  # pixels that one step of `shade_steps` shades
-KINDS = {"ANY": 0, "SKY": 1, "NEAR": 2, "MIXED": 3, "OPEN": 4}  # kinds of pixels: glsl/shade/kind.glsl
 AIR_M = 70e3  # distance over which clear air absorbs all but 1/e of the light
 HAZE = 2.0  # the same for haze over a map too large for clear air, in diagonals of the map
 _NOTHING_LISTED = np.array([0, 1, 1, 0], "u4").tobytes()  # the head of `Listed` in glsl/shade/seen.glsl
@@ -116,9 +116,8 @@ class Picture:
         self.samples = max(1, min(samples, self.ctx.max_samples))
         self.sums, self.lighting = light_of(self.terrain)
         self._seeing: dict[tuple[str, bool], MeshDraws] = {}  # by fragment shader, and whether voids are holes
-        self._programs: dict[tuple[object, ...], tuple[Any, Any]] = {}
+        self.programs = PixelPrograms(self.ctx, self.samples)
         self._targets: list[Any] = []
-        self._extras = {"EDGE": surroundings.NONE, "GRAIN": False, "CONTOURS": False}  # what is drawn besides the map
         self.resize(size)
 
     waits_for_light = True
@@ -221,20 +220,18 @@ class Picture:
 
     def _colour(self, look: Look, edge: int) -> None:
         """Colour the pixels inside the scissor, one kind after the other."""
-        style, wet, sun = f"shade/{look.style}.frag", look.water_m is not None, towards_sun(*look.sun)
+        style, wanted = f"shade/{look.style}.frag", self._wanted(look, edge)
         self._listed.write(_NOTHING_LISTED)
-        grained = look.style == "shaded" and look.grain == "on"
-        self._extras = {"EDGE": edge, "GRAIN": grained, "CONTOURS": look.contour_m is not None}
-        uniforms = {"sun": sun} | surroundings.uniforms(self.terrain, look.water_m)
-        if look.contour_m is not None:
-            uniforms |= contours.uniforms(self.terrain, look.contour_m, look.water_m)
         gl.clip_control_zero_to_one(self.ctx)  # the kinds are told apart by a depth test; perhaps no mesh was drawn
-        self._bind()  # all these passes read the same
-        self._pass(self._kind, "shade/kind.frag", "ANY", depth="1", **uniforms)
+        self._bind()
+        if look.style in _LIT:
+            self.lighting.bind()
+        self._write_over(self._kind, "1")
+        self.programs.of("shade/kind.frag", "ANY", wanted._replace(wet=False))[1].render(vertices=3)
+        self._write_over(self._screen, "==")
         for kind in ("OPEN", "SKY", "NEAR") if edge else ("SKY", "NEAR"):
-            self._pass(self._screen, style, kind, wet, depth="==", **uniforms)
-        self._run_listed(style, wet, **uniforms)
-        self._extras = dict.fromkeys(self._extras, 0)
+            self.programs.of(style, kind, wanted)[1].render(vertices=3)
+        self._run_listed(style, wanted)
         if look.wires and look.style != "wireframe":
             self.ctx.enable(moderngl.BLEND)
             self.ctx.blend_func = moderngl.SRC_ALPHA, moderngl.ONE_MINUS_SRC_ALPHA
@@ -290,7 +287,7 @@ class Picture:
     def show(self, framebuffer: moderngl.Framebuffer) -> None:
         """Copy the finished picture to a window's framebuffer, enlarged to its viewport."""
         copy = "shade/show.frag" if framebuffer.viewport[2:] == self.size else "shade/enlarge.frag"
-        program, vao = self._program(copy)
+        program, vao = self.programs.of(copy, "ANY", Wanted(self.lighting.defines, {}))
         framebuffer.use()
         self.ctx.disable(moderngl.DEPTH_TEST)
         program["u_window"] = framebuffer.viewport
@@ -304,10 +301,7 @@ class Picture:
             draws.release()
         self.sums.release()
         self.lighting.release()
-        for program, vao in self._programs.values():
-            program.release()
-            if vao:
-                vao.release()
+        self.programs.release()
 
     def _haze_m(self, camera: Camera) -> float:
         """Range of the haze: that of clear air, or more, so that the whole map is visible from the eye."""
@@ -333,21 +327,33 @@ class Picture:
     def _fill(self, target: moderngl.Framebuffer, fragment: str, kind: str = "ANY", **uniforms: Any) -> None:
         """Run a fragment shader over all pixels of one of `KINDS`."""
         self._bind()
-        self._pass(target, fragment, kind, **uniforms)
-
-    def _pass(self, target: Any, fragment: str, kind: str, wet: bool = False, depth: str = "", **uniforms: Any) -> None:
-        """Run a fragment shader, made for one of `KINDS`, over the pixels that pass the depth test."""
-        _, vao = self._program(fragment, kind, wet, **uniforms)
+        program, vao = self.programs.of(fragment, kind, Wanted(self.lighting.defines, uniforms))
+        if gl.has(program, "Lights"):
+            self.lighting.bind()
+            gl.write_uniforms(program, **self.lighting.uniforms)
         target.use()
         self.ctx.disable(moderngl.DEPTH_TEST)
-        if depth:
-            self.ctx.enable(moderngl.DEPTH_TEST)
-            self.ctx.depth_func = depth
         vao.render(vertices=3)
 
-    def _run_listed(self, fragment: str, wet: bool, **uniforms: Any) -> None:
+    def _wanted(self, look: Look, edge: int) -> Wanted:
+        """What the programs that colour a look have in common."""
+        uniforms = {"sun": towards_sun(*look.sun)} | surroundings.uniforms(self.terrain, look.water_m)
+        if look.contour_m is not None:
+            uniforms |= contours.uniforms(self.terrain, look.contour_m, look.water_m)
+        if look.style in _LIT:
+            uniforms |= self.lighting.uniforms
+        grained, lined = look.style == "shaded" and look.grain == "on", look.contour_m is not None
+        return Wanted(self.lighting.defines, uniforms, look.water_m is not None, edge, grained, lined)
+
+    def _write_over(self, target: moderngl.Framebuffer, depth_func: str) -> None:
+        """Let the next passes write the pixels of a target that pass a depth test."""
+        target.use()
+        self.ctx.enable(moderngl.DEPTH_TEST)
+        self.ctx.depth_func = depth_func
+
+    def _run_listed(self, fragment: str, wanted: Wanted) -> None:
         """Colour the pixels that shade/kind.frag has listed."""
-        kernel, _ = self._program(fragment, "MIXED", wet, **uniforms)
+        kernel, _ = self.programs.of(fragment, "MIXED", wanted)
         bind("shade/lambert.frag", u_picture=self._picture)
         self.ctx.memory_barrier()
         kernel.run_indirect(self._listed)
@@ -361,27 +367,6 @@ class Picture:
         bind("shade/seen.glsl", Listed=self._listed, u_depth=self._depth)
         if self._drawn:
             bind("shade/drawn.glsl", u_drawn=self._drawn)
-
-    def _program(self, fragment: str, kind: str = "ANY", wet: bool = False, **uniforms: Any) -> tuple[Any, Any]:
-        """The program of a style for one kind of pixels, ready to run, and its vertex array."""
-        defines: dict[str, object] = {"SAMPLES": self.samples, "WATER_LEVEL": wet, "PIXELS": KINDS[kind]}
-        defines |= self._extras | self.lighting.defines
-        if defines["EDGE"]:  # an eye that crosses the map's rim needs no new program but the small one of kinds
-            defines["EDGE"] = surroundings.OF_KIND.get(kind, defines["EDGE"])
-        key = fragment, *defines.values()
-        if key not in self._programs:
-            self._programs[key] = self._compiled(fragment, defines, listed=kind == "MIXED")
-        program, vao = self._programs[key]
-        gl.write_uniforms(program, **uniforms)
-        if gl.has(program, "Lights"):
-            self.lighting.bind(program)
-        return program, vao
-
-    def _compiled(self, fragment: str, defines: dict[str, object], listed: bool) -> tuple[Any, Any]:
-        if listed:
-            return shaders.compute(self.ctx, fragment, defines | {"LISTED": 1}), None
-        program = shaders.program(self.ctx, vertex="shade/screen.vert", fragment=fragment, defines=defines)
-        return program, self.ctx.vertex_array(program, [])
 
     def _target(self, made: Target) -> Target:
         """Keep a resource that depends on the picture's size, to release it at the next resize."""

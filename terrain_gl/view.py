@@ -13,63 +13,69 @@ from .gpu.bindings import bind
 from .pieces import Piece
 from .terrain import Terrain
 
+_FIELDS = layout.VIEW.names or ()
+_SETTINGS: dict[str, Any] = {"tolerance_px": 0.0, "metric": 0, "cull": False}
+
 
 class View:
     """The `View` block of glsl/blocks/view.glsl, in a buffer."""
 
     def __init__(self, ctx: moderngl.Context) -> None:
         self.block = ctx.buffer(reserve=layout.VIEW.itemsize)
-        self._written = np.zeros((), layout.VIEW)
-        self._clip_from_eye = np.eye(4)
+        self._values: dict[str, Any] = {}  # of the block, by field
+        self._clip_from_eye: list[list[float]] = []  # of the whole picture, row by row
         self._piece: Piece | None = None  # what the buffer holds
 
     def write(self, terrain: Terrain, camera: Camera, size: tuple[int, int], near_m: float, **settings: Any) -> None:
         """Write a camera to the block; `settings` are its fields tolerance_px, metric and cull."""
-        spacing = np.asarray(terrain.heightmap.spacing_m)
-        row_zero_north = (terrain.heightmap.rows - 1) * spacing[1]
-        eye_post = np.round([camera.eye[0], row_zero_north - camera.eye[1]] / spacing)
-        eye_post = np.clip(eye_post, -(2**30), 2**30)
-        block = np.zeros((), layout.VIEW)
-        for name, axis in zip(("right", "up", "forward"), camera.axes, strict=True):
-            block[name][:3] = axis
-        block["eye_post"] = eye_post
-        block["eye_offset_m"] = camera.eye[:2] - eye_post * spacing * [1, -1] - [0, row_zero_north]
-        block["half_extent"] = camera.half_extent(size)
-        block["eye_z_m"] = eye_z_m = camera.eye[2] - terrain.base_m
-        block["eye_z_rest_m"] = eye_z_m - float(block["eye_z_m"])
-        block["focal_px"] = camera.focal_px(size[1])
-        block["bend_per_m"] = camera.bend_per_m
-        block["bulge_m"] = camera.bend_per_m * spacing**2
-        block["sag_m"] = camera.bend_per_m * np.square(spacing).sum() / 4 * (1 + 1e-6)
-        for name, value in settings.items():
-            block[name] = value
-        self._written, self._clip_from_eye, self._piece = block, clip_from_eye(camera, size, near_m), None
+        (x, y, z), (east, north), bend_per_m = camera.eye, terrain.heightmap.spacing_m, camera.bend_per_m
+        row_zero_north, eye_z_m = (terrain.heightmap.rows - 1) * north, z - terrain.base_m
+        col, row = _post(x / east), _post((row_zero_north - y) / north)
+        right, up, forward = camera.axes.tolist()
+        values = {
+            "right": (*right, 0.0),
+            "up": (*up, 0.0),
+            "forward": (*forward, 0.0),
+            "eye_post": (col, row),
+            "eye_offset_m": (x - col * east, y + row * north - row_zero_north),
+            "half_extent": camera.half_extent(size),
+            "eye_z_m": eye_z_m,
+            "eye_z_rest_m": eye_z_m - float(np.float32(eye_z_m)),
+            "focal_px": camera.focal_px(size[1]),
+            "bend_per_m": bend_per_m,
+            "sag_m": bend_per_m * (east**2 + north**2) / 4 * (1 + 1e-6),
+            "bulge_m": (bend_per_m * east**2, bend_per_m * north**2),
+        }
+        self._values = _SETTINGS | settings | values
+        self._clip_from_eye, self._piece = clip_from_eye(camera, size, near_m).tolist(), None
         self.crop(Piece.whole(size))
 
     @property
-    def eye(self) -> tuple[np.ndarray, np.ndarray, float]:
+    def eye(self) -> tuple[tuple[int, int], tuple[float, float], float]:
         """Column and row of a post near the eye; metres east and north from there; its height above the base."""
-        return self._written["eye_post"], self._written["eye_offset_m"], float(self._written["eye_z_m"])
+        return self._values["eye_post"], self._values["eye_offset_m"], self._values["eye_z_m"]
 
     @property
     def focal_px(self) -> float:
         """Pixels per unit of x/z."""
-        return float(self._written["focal_px"])
+        return float(self._values["focal_px"])
 
     def move(self, terrain: Terrain, camera: Camera, size: tuple[int, int], near_m: float) -> None:
         """Look from another camera at the mesh that was chosen for the last one."""
-        settings = {name: self._written[name] for name in ("tolerance_px", "metric", "cull")}
+        settings = {name: self._values[name] for name in ("tolerance_px", "metric", "cull")}
         self.write(terrain, camera, size, near_m, **settings)
 
     def crop(self, piece: Piece) -> None:
         """Select the piece of the picture to draw next, with the mesh of the whole picture."""
         if piece == self._piece:
             return
-        block, fine = self._written, piece.fine
-        block["clip_from_eye"] = (piece.clip_from_picture @ self._clip_from_eye).T.ravel()
-        block["size_px"] = piece.picture[0] * fine, piece.picture[1] * fine
-        block["first_px"] = piece.corner[0] * fine, piece.corner[1] * fine
-        self.block.write(block.tobytes())
+        (x, y, z, w), values, fine = self._clip_from_eye, self._values, piece.fine
+        (wide, right), (high, up) = piece.window
+        columns = zip(x, y, z, w, strict=True)
+        values["clip_from_eye"] = [v for a, b, c, d in columns for v in (wide * a + right * d, high * b + up * d, c, d)]
+        values["size_px"] = piece.picture[0] * fine, piece.picture[1] * fine
+        values["first_px"] = piece.corner[0] * fine, piece.corner[1] * fine
+        self.block.write(np.array(tuple(values[name] for name in _FIELDS), layout.VIEW))
         self._piece = piece
 
     def bind(self) -> None:
@@ -79,3 +85,8 @@ class View:
     def release(self) -> None:
         """Release GPU resources."""
         self.block.release()
+
+
+def _post(at: float) -> int:
+    """The nearest post; an eye far beyond the map has one within the range of 32-bit numbers."""
+    return min(max(round(at), -(2**30)), 2**30)

@@ -5,7 +5,7 @@ import pytest
 from hypothesis import given
 from hypothesis import strategies as st
 
-from terrain_gl.camera import Camera, clip_from_eye, screen_shift_px
+from terrain_gl.camera import Camera, boxes_in_picture, clip_from_eye, screen_shift_px
 from terrain_gl.exceptions import UsageError
 from terrain_gl.heightmap import Heightmap
 
@@ -118,3 +118,20 @@ def test_bad_cameras_are_refused_in_one_line(arguments, message):
     with pytest.raises(UsageError, match=message) as error:
         Camera(*arguments)
     assert "\n" not in str(error.value)
+
+
+def test_boxes_outside_of_one_plane_are_not_in_the_picture():
+    """All eight corners of a box, as they are drawn, are beyond one plane of the view, but for rounding."""
+    rng = np.random.default_rng(3)
+    low = rng.uniform(-1500, 1500, (4000, 3)) * (1, 1, 0.2)
+    high = low + rng.uniform(0, 600, (4000, 3))
+    for bend_per_m in (0.0, 1e-4):
+        camera = Camera((10, -20, 30), (200, 300, -40), 60, bend_per_m=bend_per_m)
+        nearest, farthest = np.clip(camera.eye, low, high), np.where(camera.eye - low > high - camera.eye, low, high)
+        bottom, top = low[:, 2] - camera.drop_m(*farthest[:, :2].T), high[:, 2] - camera.drop_m(*nearest[:, :2].T)
+        corners = [(x, y, z) for x in (low, high) for y in (low, high) for z in (bottom, top)]
+        points = np.array([np.stack([x[:, 0], y[:, 1], z], -1) for x, y, z in corners]) - camera.eye
+        (x, y, z), (tan_x, tan_y) = np.moveaxis(points @ camera.axes.T, -1, 0), camera.half_extent(SIZE)
+        beyond = [x - tan_x * z, -x - tan_x * z, y - tan_y * z, -y - tan_y * z, 1.0 - z]
+        seen, margin = boxes_in_picture(camera, SIZE, 1.0, low, high), np.max([each.min(0) for each in beyond], 0)
+        assert seen[margin <= 0].all() and not seen[margin > 0.02].any() and 0.05 < seen.mean() < 0.95

@@ -153,7 +153,7 @@ class Watched(ClipmapSelector):
 
 
 NEVER_STEP, ALONE = 47, 48  # NO_STEP of glsl/rings/leaf.glsl; a square that may not be a leaf
-LOOK = """block = Block(ivec2(b.xy), int(b.z), int(b.w), NO_STEP);
+LOOK = """take_block(Block(ivec2(b.xy), int(b.z), int(b.w), NO_STEP));
     int depth = int(a.z);
     ivec2 low = low_of(depth, ivec2(a.xy)), end = low + (1 << side_log2_at(depth));
     if (is_nothing(low, end)) return vec4(-1.0);

@@ -9,6 +9,7 @@ from maps import MAPS, rough
 
 from terrain_gl import reference
 from terrain_gl.files.maps import bundled
+from terrain_gl.gpu import gl
 from terrain_gl.heightmap import Heightmap
 from terrain_gl.light import horizon
 from terrain_gl.light.ground import towards_sun
@@ -270,7 +271,8 @@ def ask_visible(ctx, visibility, questions):
 
     def bind(kernel):
         visibility.sky.terrain.bind()
-        visibility.bind(kernel)
+        visibility.bind()
+        gl.write_uniforms(kernel, **visibility.uniforms)
 
     return ask(ctx, "horizon/visible.glsl", STATEMENTS, questions, defines=visibility.defines, bind=bind)
 

@@ -29,7 +29,7 @@ LAYERS = (
     ("page_pool",),
     ("error", "light", "pages", "loader"),
     ("surface", "page_sweep", "crop"),
-    ("lod", "page_light", "rebuilding"),
+    ("lod", "page_light", "pixel_programs", "rebuilding"),
     ("mesh", "methods", "wanted"),
     ("shade", "streaming"),
     ("options", "gpu_resources"),

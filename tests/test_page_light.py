@@ -295,11 +295,11 @@ def test_a_flight_compiles_nothing_when_light_comes(hills, monkeypatch, rehearse
         renderer.streaming.waits = False
         renderer.draw(camera, 4.0, **LIT)
         picture, end = renderer.picture, time.monotonic() + 80
-        programs = len(picture._programs)
+        programs = len(picture.programs)
         assert not picture.lighting.is_there
         while renderer.draw(camera, 4.0, **LIT)["tiles_unlit"]:
             assert time.monotonic() < end
-        assert (len(picture._programs) == programs) == rehearses
+        assert (len(picture.programs) == programs) == rehearses
         lit = renderer.render(camera, 4.0, **LIT).image
     with Renderer(StoredMap(path), SIZE) as other:
         assert difference(lit, other.render(camera, 4.0, **LIT).image) < 2.0

@@ -13,19 +13,30 @@
 #include "error/classes.glsl"
 #include "sat/box.glsl"
 
+// A storage block, or the same buffer as a texture: see shade/relief.glsl.
+#ifdef COUNTERS_IN_TEXTURE
+layout(binding = 4) uniform usamplerBuffer u_counters;
+#define COUNTER(i) texelFetch(u_counters, int(i)).x
+#else
 layout(std430, binding = 2) readonly buffer Counters { uint counter[]; };
+#define COUNTER(i) counter[i]
+#endif
 layout(std430, binding = 3) readonly buffer Squares { uvec2 square[]; };
 
-BOX_SUM(count_sum, uint, counter, sub8)
 BOX_SUM(square_sum, uvec2, square, sub64)
+
+uint count_at(Table t, int layer, int x, int y) { return x == 0 || y == 0 ? 0u : COUNTER(sat_index(t, layer, x, y)); }
+
+uint count_sum(Table t, int layer, ivec2 a, ivec2 b) {
+    uint above = sub8(count_at(t, layer, b.x, a.y), count_at(t, layer, a.x, a.y));
+    return sub8(sub8(count_at(t, layer, b.x, b.y), count_at(t, layer, a.x, b.y)), above);
+}
 
 // The tiles of a level over a rectangle of posts: first column and row, then the column and row after the last.
 ivec4 tiles_over(ivec2 low, ivec2 end, int level, out Table counts) {
-    int tile = tile_log2(level);
-    ivec2 tiles = (u_level[level].size - 1 >> tile) + 1;
-    counts = Table(uint(u_level[level].first_count), tiles);
-    ivec2 first = max(low, ivec2(0)) >> level, last = (min(end, u_last_post) - 1) >> level;
-    return ivec4(first >> tile, min((last >> tile) + 1, tiles));
+    int side_log2 = level + tile_log2(level);
+    counts = Table(uint(u_level[level].first_count), (u_last_post - 1 >> side_log2) + 1);
+    return ivec4(max(low, ivec2(0)) >> side_log2, (min(end, u_last_post) - 1 >> side_log2) + 1);
 }
 
 // The class with the largest limit that is not above an error; -1 if even the last class is above it. Rounding may
@@ -37,12 +48,14 @@ int class_within(float error_m) {
     return c < CLASSES ? c : -1;
 }
 
+// A large rectangle is looked up in parts, row by row. The loops here are not nested: software renderers run one loop much faster.
+ivec2 next_part(ivec2 at, ivec4 tiles) { return at.x + 15 < tiles.z ? at + ivec2(15, 0) : ivec2(tiles.x, at.y + 15); }
+
 bool none_above(Table counts, ivec4 tiles, int c) {
-    for (int y = tiles.y; y < tiles.w; y += 15)
-        for (int x = tiles.x; x < tiles.z; x += 15) {
-            uint four = count_sum(counts, c >> 2, ivec2(x, y), min(ivec2(x, y) + 15, tiles.zw));
-            if ((four >> 8 * (c & 3) & 255u) != 0u) return false;
-        }
+    for (ivec2 at = tiles.xy; at.y < tiles.w; at = next_part(at, tiles)) {
+        uint four = count_sum(counts, c >> 2, at, min(at + 15, tiles.zw));
+        if ((four >> 8 * (c & 3) & 255u) != 0u) return false;
+    }
     return true;
 }
 
@@ -62,12 +75,20 @@ bool is_within_m(ivec2 low, ivec2 end, int step_log2, float error_m) {
 float largest_m(ivec2 low, ivec2 end, int step_log2) {
     Table counts;
     ivec4 tiles = tiles_over(low, end, max(step_log2, 0), counts);
-    int sure = -1, beyond = CLASSES;
-    while (beyond - sure > 1) {
-        int c = (sure + beyond) / 2;
-        if (none_above(counts, tiles, c)) sure = c;
-        else beyond = c;
+    int sure = -1, beyond = CLASSES / 4, layer = beyond / 2;  // layers of four classes
+    uint four = 1u, here = 0u;                                // of the layer `beyond`; of this layer, as far as it is known
+    for (ivec2 at = tiles.xy; beyond - sure > 1;) {
+        here |= count_sum(counts, layer, at, min(at + 15, tiles.zw));
+        at = next_part(at, tiles);
+        if (at.y < tiles.w) continue;
+        if (here == 0u) sure = layer;
+        else beyond = layer;
+        if (here != 0u) four = here;
+        layer = (sure + beyond) / 2;
+        here = 0u;
+        at = tiles.xy;
     }
+    sure = 4 * beyond - 1 + findLSB(four) / 8;  // the last class before the first byte that is not 0
     float error_m = sure < 0 ? u_span_m : class_limit_m(sure) * (1.0 + exp2(-18.0));  // exp2() may round differently here
     return step_log2 < 0 ? error_m * exp2(2.0 * float(step_log2)) : error_m;
 }

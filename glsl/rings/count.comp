@@ -1,9 +1,8 @@
-// rings/count.comp — each leaf's shape with its edges, the number of patches of each size, and the largest bound.
+// rings/count.comp — each leaf's bound, the number of patches of each size, and the largest bound.
 // One thread handles one leaf.
 
 #include "rings/leaf.glsl"
 #include "rings/lists.glsl"
-#include "rings/edges.glsl"
 #include "rings/shapes.glsl"
 
 layout(local_size_x = LEAF_GROUP) in;
@@ -51,13 +50,10 @@ void main() {
     if (!is_leaf(word)) return;
     Block b = b_block[id / UNITS];
     Leaf leaf = leaf_at(b, id, word);
-    near_ring = b.ring;
-    int step_log2 = step_log2_of(word);
-    ivec4 steps;
-    for (int side = 0; side < 4; side++) steps[side] = edge_step_log2(leaf, side);
-    uint px = floatBitsToUint(leaf_px(leaf));
-    int segments_log2 = side_log2_of(leaf) - step_log2;
-    shape[id] = uvec2(shape_word(leaf, min(leaf.size_log2.yxyx - steps, MOST_SEGMENTS_LOG2)), px);
+    int step_log2 = step_log2_of(word), segments_log2 = side_log2_of(leaf) - step_log2;
+    uint edges = shape[id].x;
+    ivec4 steps = leaf.size_log2.yxyx - ivec4(edge_log2_of(edges, WEST), edge_log2_of(edges, NORTH), edge_log2_of(edges, EAST), edge_log2_of(edges, SOUTH));
+    uint px = shape[id].y = floatBitsToUint(leaf_px(leaf));
     atomicAdd(s_offset[segments_log2 * u_most_blocks + id / UNITS], 1u);
     atomicAdd(s_count[segments_log2], 1u);
     atomicAdd(s_triangles, uint(triangles_of(leaf, step_log2, steps)));

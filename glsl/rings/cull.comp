@@ -20,7 +20,7 @@ bool has_leaf() {
 void main() {
     int b = int(gl_GlobalInvocationID.x);
     if (b >= int(b_all.count)) return;
-    block = root_block(b);
+    take_block(root_block(b));
     b_block[b] = block;
     if (has_leaf()) {
         list[list_at(2) + int(atomicAdd(b_seen.groups, 1u))] = uint(b);  // a queue that rings/settle.comp does not need yet

@@ -20,7 +20,7 @@ uniform int u_round;
 #define REFINED 0.5
 #define LEAST_PARTS min(4.0 * (2.0 + PATCH_COST), 4.0 * 8.0 + 2.0 * PATCH_COST)
 
-shared uint s_asking[SQUARES];
+shared int s_asking[SQUARES];  // squares in fours, each four by its first one
 shared int s_asked;
 
 bool can_refine() { return block.unit_log2 >= 3 && u_round < 2; }
@@ -32,8 +32,9 @@ uint look(int depth, ivec2 at, out float cost) {
     if (is_nothing(low, end)) return EMPTY;
     Projection p = project_square(low, side_log2);
     if (p.outside && u_cull != 0) return EMPTY;
-    if (depth == 3 || fits_finer_ring(low, end))
-        step_log2 = next_step(low, side_log2, block.ring, coarsest_step(low, side_log2), block.known_log2, p);
+    int coarsest = coarsest_step(low, side_log2);
+    if (depth == 0 && block.known_log2 != NO_STEP) coarsest = block.known_log2;  // the round before asked the same of this square
+    if (depth == 3 || fits_finer_ring(low, end)) step_log2 = next_step(low, side_log2, block.ring, coarsest, block.known_log2, p);
     bool is_held = step_log2 != NO_STEP;
     cost = is_held ? 2.0 * exp2(2.0 * float(side_log2 - step_log2)) + PATCH_COST : NEVER;
     int level;
@@ -42,35 +43,36 @@ uint look(int depth, ivec2 at, out float cost) {
     return uint(step_log2 + 16) | (refine ? REFINE : cost <= LEAST_PARTS || (depth == 3 && is_held) ? WHOLE : OPEN);
 }
 
-void ask(int i) {
-    int depth = i < FIRST[1] ? 0 : i < FIRST[2] ? 1 : i < FIRST[3] ? 2 : 3;
+// Looks at square k of four parts.
+void ask(int first, int k) {
+    int depth = first < FIRST[1] ? 0 : first < FIRST[2] ? 1 : first < FIRST[3] ? 2 : 3, i = first + (k & 1) + (k >> 1 << depth);
     ivec2 at = square_at(depth, i - FIRST[depth]);
     uint square = look(depth, at, s_cost[i]);
     s_square[i] = square;
     if (depth == 0 || depth == 3 || (square & OPEN) == 0u) return;
-    int place = atomicAdd(s_asked, 4);
-    for (int k = 0; k < 4; k++) s_asking[place + k] = uint(square_index(depth + 1, 2 * at + ivec2(k & 1, k >> 1)));
+    s_asking[atomicAdd(s_asked, 1)] = square_index(depth + 1, 2 * at);
 }
 
 void main() {
     int thread = int(gl_LocalInvocationIndex), b = int(b_round[u_round].count + gl_WorkGroupID.x);
     if (u_round == 0) b = int(list[list_at(2) + b]);  // rings/cull.comp
-    block = b_block[b];
+    take_block(b_block[b]);
 #if defined(MEAN) || defined(PAGED)
     block.known_log2 = NO_STEP;  // parts may have a larger mean, or other pages
 #endif
-    if (thread < FIRST[2]) s_asking[thread] = uint(thread);  // begin with depths 0 and 1 together: more threads have work
     for (int i = FIRST[2] + thread; i < FIRST[3]; i += THREADS) s_square[i] = 0u;
-    s_asked = FIRST[2];
+    s_asking[0] = FIRST[1];
+    s_asked = 1;
     barrier();
-    for (int begin = 0, end = FIRST[2]; begin < end;) {
-        for (int i = begin + thread; i < end; i += THREADS) ask(int(s_asking[i]));
+    int deepest = -1;
+    for (int begin = -1, end = 4; begin < end; deepest++) {  // begin with depths 0 and 1 together: more threads have work
+        for (int i = begin + thread; i < end; i += THREADS) ask(i < 0 ? 0 : s_asking[i >> 2], max(i, 0) & 3);
         barrier();
         begin = end;
-        end = s_asked;
+        end = 4 * s_asked;
         barrier();
     }
-    join_all(thread, THREADS);
-    for (int unit = thread; unit < UNITS; unit += THREADS)
-        if ((write_unit(b, unit) & IS_BLOCK) != 0u) atomicAdd(b_round[u_round + 1].groups, 1u);  // rings/spawn.comp makes these blocks
+    join_all(deepest, thread, THREADS);
+    write_units(b, thread, THREADS);
+    if (thread == 0 && s_refined > 0u) atomicAdd(b_round[u_round + 1].groups, s_refined);  // rings/spawn.comp makes these blocks
 }

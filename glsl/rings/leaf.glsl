@@ -31,11 +31,11 @@ vec2 range_of_square_m(ivec2 low, int side_log2) {
     int level = clamp(findLSB(low.x | low.y | 1 << side_log2), 1, u_top_level);
     ivec2 first = max(low, ivec2(0)) >> level, end = (min(low + (1 << side_log2), u_last_post) - 1 >> level) + 1;
     vec2 range_m = vec2(NEVER, -NEVER);
-    for (int y = first.y; y < end.y; y++)
-        for (int x = first.x; x < end.x; x++) {
-            vec2 node_m = unpack_range(range[range_index(level, ivec2(x, y))]);
-            range_m = vec2(min(range_m.x, node_m.x), max(range_m.y, node_m.y));
-        }
+    for (ivec2 at = first; at.y < end.y;) {
+        vec2 node_m = unpack_range(range[range_index(level, at)]);
+        range_m = vec2(min(range_m.x, node_m.x), max(range_m.y, node_m.y));
+        at = at.x + 1 < end.x ? at + ivec2(1, 0) : ivec2(first.x, at.y + 1);
+    }
     return range_m;
 }
 

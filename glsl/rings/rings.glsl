@@ -33,6 +33,7 @@ struct Ring {
 layout(std140, binding = 2) uniform Rings {
     int u_rings;        // finest first
     int u_most_blocks;  // blocks that the buffers have room for
+    uint u_first_stamp; // stamp of this view's first round: rings/lists.glsl
     Ring u_ring[MAX_LEVELS];
 };
 
@@ -118,14 +119,23 @@ Leaf leaf_at(Block b, int id, uint word) {
 
 bool begins_leaf(ivec2 unit, uint word) { return all(equal(unit & (ivec2(1) << size_units_log2(word)) - 1, ivec2(0))); }
 
-int near_ring;  // ring of the leaf whose neighbours leaf_over() finds: they lie in this ring, or in the next finer or coarser one
+// Where leaf_over() looks: the ring of a leaf, the next finer one and the next coarser one. All of the leaf's neighbours lie there.
+Ring near_finer, near_own, near_coarser;
+
+void look_around_in(int ring) {
+    near_finer = u_ring[max(ring - 1, 0)];
+    near_own = u_ring[ring];
+    near_coarser = u_ring[min(ring + 1, u_rings - 1)];
+}
+
+bool is_in(Ring ring, ivec2 post) { return is_within(post, ring.origin, ring_end(ring)); }
 
 // The leaf that covers the cell south-east of a post.
 Leaf leaf_over(ivec2 post) {
-    int r = max(near_ring - 1, 0);
-    while (r < u_rings && !is_within(post, u_ring[r].origin, ring_end(u_ring[r]))) r++;
-    if (r == u_rings) return NO_LEAF;
-    Ring ring = u_ring[r];
+    Ring ring = near_coarser;
+    if (is_in(near_own, post)) ring = near_own;
+    if (is_in(near_finer, post)) ring = near_finer;
+    if (!is_in(ring, post)) return NO_LEAF;
     ivec2 in_ring = post - ring.origin, at = in_ring >> (ring.level + 3);
     int block = ring.first_block + at.y * ring.patches.x + at.x, unit_log2 = ring.level, now = plane(u_settled);
     ivec2 in_block = in_ring - (at << (ring.level + 3)), unit = in_block >> unit_log2;

@@ -3,22 +3,16 @@
 //   leaves stay as they are. But an edge has at most 64 segments: a leaf that would need more is split in four.
 //   All threads look at the leaves as the round before left them, so their order does not matter. Leaves only ever grow
 //   finer, so the rounds come to an end. The first round looks at all leaves, the next ones at those that have changed and
-//   at those along their edges.   One thread handles one leaf.
+//   at those along their edges. So each leaf's last round notes its final edges.   One thread handles one leaf.
 
 #include "rings/leaf.glsl"
 #include "rings/lists.glsl"
 #include "rings/edges.glsl"
+#include "rings/shapes.glsl"
 
 layout(local_size_x = LEAF_GROUP) in;
 
 uniform bool u_budget;  // no tolerance: parts keep the spacing of the whole
-
-bool has_long_edge(Leaf leaf) {
-    int most_log2 = 0;
-    for (int side = 0; side < 4; side++)
-        most_log2 = max(most_log2, leaf.size_log2[axis_of(side)] - edge_step_log2(leaf, side));
-    return most_log2 > MOST_SEGMENTS_LOG2;
-}
 
 // Unit i of a rectangle of units, as an offset from its first one.
 int unit_in(ivec2 units_log2, int i) { return (i >> units_log2.x) * 8 + (i & (1 << units_log2.x) - 1); }
@@ -82,13 +76,10 @@ void split(Leaf leaf, Block b) {
 
 // Put a leaf and all leaves along its edges into the next round's queue: its change may change their edges.
 void queue_around(Leaf leaf) {
-    for (int side = 0; side < 4; side++) {
-        Edge edge = edge_of(leaf, side);
-        append_to_queue(u_settled + 1, edge.leaf.id, edge.leaf.word);
-        while (edge.at[edge.axis] < edge.end) {
-            Leaf other = next_along(edge);
-            if (is_leaf(other.word)) append_to_queue(u_settled + 1, other.id, other.word);
-        }
+    append_to_queue(u_settled + 1, leaf.id, leaf.word);
+    for (Walk walk = START; walk.side < 4;) {
+        Leaf other = next_leaf(walk, leaf);
+        if (is_leaf(other.word)) append_to_queue(u_settled + 1, other.id, other.word);
     }
 }
 
@@ -113,9 +104,11 @@ void main() {
     }
     Block b = b_block[id / UNITS];
     Leaf leaf = leaf_at(b, id, word);
-    near_ring = b.ring;
+    look_around_in(b.ring);
+    ivec4 edges_log2 = edges_log2_of(leaf);
     bool can_split = is_pair(word) || side_units_log2(word) > 0 || b.unit_log2 >= 3;
-    if (can_split && has_long_edge(leaf)) {
+    shape[id].x = shape_word(leaf, min(edges_log2, MOST_SEGMENTS_LOG2));
+    if (can_split && any(greaterThan(edges_log2, ivec4(MOST_SEGMENTS_LOG2)))) {
         queue_around(leaf);
         split(leaf, b);
     } else if (word != cell[plane(u_settled + 1) + id]) {

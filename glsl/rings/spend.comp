@@ -17,11 +17,11 @@ void weigh(int depth, ivec2 at) {
 
 void main() {
     int unit = int(gl_LocalInvocationIndex), b = int(gl_WorkGroupID.x);
-    block = root_block(b);
+    take_block(root_block(b));
     if (unit == 0) b_block[b] = block;
     u_first = SQUARES * b;
     for (int depth = 3; depth >= 0; depth--)
         if (unit < 1 << 2 * depth) weigh(depth, square_at(depth, unit));
-    join_all(unit, UNITS);
-    write_unit(b, unit);
+    join_all(2, unit, UNITS);
+    write_units(b, unit, UNITS);
 }

@@ -2,7 +2,7 @@
 //   Depth d has 2^d × 2^d squares of 8 >> d units a side. One work group handles one block. First each square gets a cost of
 //   its own. Then, from the units up, four parts are joined wherever the whole square costs no more than they do. Of parts that
 //   remain, two with the same spacing become a pair.
-// Provides block, root_block(), square_index(), low_of(), is_nothing(), fits_finer_ring(), join_all(), word_of_unit(), write_unit().
+// Provides block, root_block(), square_index(), low_of(), is_nothing(), fits_finer_ring(), join_all(), word_of_unit(), write_units().
 // Python twin: reference.clipmap.cut_block
 
 #include "rings/leaf.glsl"
@@ -26,6 +26,12 @@ shared uint s_square[SQUARES];
 shared float s_cost[SQUARES];
 
 Block block;
+Ring finer_ring;  // of the block; without meaning in the finest ring
+
+void take_block(Block b) {
+    block = b;
+    finer_ring = u_ring[max(b.ring - 1, 0)];
+}
 
 int square_index(int depth, ivec2 at) { return FIRST[depth] + (at.y << depth) + at.x; }
 int side_log2_at(int depth) { return block.unit_log2 + 3 - depth; }
@@ -46,20 +52,17 @@ bool has_finer_ring() { return block.ring > 0; }
 // Whether a square lies beyond the map, or where the finer ring is drawn.
 bool is_nothing(ivec2 low, ivec2 end) {
     if (any(greaterThanEqual(low, u_last_post)) || any(lessThanEqual(end, ivec2(0)))) return true;
-    if (!has_finer_ring()) return false;
-    Ring finer = u_ring[block.ring - 1];
-    return all(greaterThanEqual(low, finer.origin)) && all(lessThanEqual(end, ring_end(finer)));
+    return has_finer_ring() && all(greaterThanEqual(low, finer_ring.origin)) && all(lessThanEqual(end, ring_end(finer_ring)));
 }
 
 // Whether a square may be one leaf beside the finer ring. Of two leaves that meet, one must have the whole common edge. So a
 // square that touches the finer ring must stand on the lattice of that ring's squares; if not, its parts make no pairs.
 bool fits_finer_ring(ivec2 low, ivec2 end) {
     if (!has_finer_ring()) return true;
-    Ring finer = u_ring[block.ring - 1];
-    ivec2 finer_end = ring_end(finer), side = min(end - low, ivec2(PATCH << finer.level));
-    if (any(greaterThan(low, finer_end)) || any(lessThan(end, finer.origin))) return true;
-    bool overlaps = all(lessThan(low, finer_end)) && all(greaterThan(end, finer.origin));
-    return !overlaps && all(equal(low - finer.origin & side - 1, ivec2(0)));
+    ivec2 finer = finer_ring.origin, finer_end = ring_end(finer_ring), side = min(end - low, ivec2(PATCH << finer_ring.level));
+    if (any(greaterThan(low, finer_end)) || any(lessThan(end, finer))) return true;
+    bool overlaps = all(lessThan(low, finer_end)) && all(greaterThan(end, finer));
+    return !overlaps && all(equal(low - finer & side - 1, ivec2(0)));
 }
 
 // Whether two parts of a square become one leaf, a pair: they have the same spacing. Single cells do not: the tessellator would add
@@ -90,8 +93,9 @@ void join_parts(int depth, ivec2 at) {
     s_cost[i] = is_whole ? s_cost[i] : min(parts, 1e20);
 }
 
-void join_all(int thread, int threads) {
-    for (int depth = 2; depth >= 0; depth--) {
+// Joins squares from the given depth up; no deeper square has parts.
+void join_all(int deepest, int thread, int threads) {
+    for (int depth = deepest; depth >= 0; depth--) {
         barrier();
         for (int k = thread; k < 1 << 2 * depth; k += threads) join_parts(depth, square_at(depth, k));
     }
@@ -113,14 +117,22 @@ uint word_of_unit(ivec2 at) {
     return leaf_word(0, finest_of(low_of(3, at), block.unit_log2, block.ring, block.unit_log2)) | IS_BROKEN;
 }
 
-// Returns the unit's word.
-uint write_unit(int b, int unit) {
-    uint word = word_of_unit(unit_at(unit));
-    int id = UNITS * b + unit;
-    cell[plane(0) + id] = cell[plane(1) + id] = word;
-    if (is_leaf(word) && begins_leaf(unit_at(unit), word)) {
-        append_leaf(id);
-        append_to_queue(0, id, word);
+shared uint s_leaf[UNITS];      // units where the block's leaves begin
+shared uint s_leaves, s_first;  // number of these leaves; place of the first in the list of all leaves
+shared uint s_refined;          // units that become blocks
+
+// Writes the words of a block's units after join_all(), and appends its leaves to the list.
+void write_units(int b, int thread, int threads) {
+    if (thread == 0) s_leaves = s_refined = 0u;
+    barrier();
+    for (int unit = thread; unit < UNITS; unit += threads) {
+        uint word = word_of_unit(unit_at(unit));
+        cell[plane(0) + UNITS * b + unit] = cell[plane(1) + UNITS * b + unit] = word;
+        if (is_leaf(word) && begins_leaf(unit_at(unit), word)) s_leaf[atomicAdd(s_leaves, 1u)] = uint(unit);
+        if ((word & IS_BLOCK) != 0u) atomicAdd(s_refined, 1u);
     }
-    return word;
+    barrier();
+    if (thread == 0) s_first = append_leaves(s_leaves);
+    barrier();
+    for (uint i = uint(thread); i < s_leaves; i += uint(threads)) list[s_first + i] = uint(UNITS * b) + s_leaf[i];
 }

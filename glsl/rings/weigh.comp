@@ -40,7 +40,7 @@ void weigh_square(int depth, ivec2 at) {
 
 void main() {
     int unit = int(gl_LocalInvocationIndex), b = int(gl_WorkGroupID.x);
-    block = root_block(b);
+    take_block(root_block(b));
     u_first = SQUARES * b;
     for (int depth = 3; depth >= 0; depth--)
         if (unit < 1 << 2 * depth) weigh_square(depth, square_at(depth, unit));

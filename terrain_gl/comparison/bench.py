@@ -17,6 +17,7 @@ from ..film.tour import tour
 from ..renderer import Renderer
 
 _IN_THE_MIDDLE = 5  # dabs in the middle of the map; their median is reported
+_IN_A_ROUND = 5  # frames; the first one after the other kind of frames takes longer
 TINY = (16, 16)  # size of the picture whose time in Python is measured
 ENOUGH_S = 4.0  # a measurement that has taken longer is not repeated again
 
@@ -38,7 +39,7 @@ def bench(renderer: Renderer, frames: int = 7, dense: bool = True, **view: Any) 
     """
     stages = _stages(renderer, frames)
     stats, frame_ms = _frames(renderer, frames, view)
-    python_ms = _python_ms(renderer, 4 * frames, view)
+    python_ms = _python_ms(renderer, 3 * frames, view)
     lambert_ms = _frames(renderer, frames, view | {"style": "lambert"})[1]["shade"]
     ms = frame_ms | stages | {"python": python_ms, "lambert": lambert_ms}
     ratio = {"sat_to_numpy": ms["sat"] / ms["numpy"], "shade_to_lambert": ms["shade"] / lambert_ms}
@@ -167,17 +168,20 @@ def _ms(work: Callable[[], Any], finish: Callable[[], Any]) -> float:
     return 1e3 * (time.perf_counter() - started)
 
 
-def _python_ms(renderer: Renderer, frames: int, view: dict[str, Any]) -> float:
+def _python_ms(renderer: Renderer, rounds: int, view: dict[str, Any]) -> float:
     """Milliseconds that the drawing thread computes in a frame, outside of OpenGL: in Python, numpy and moderngl.
 
-    The picture is tiny, so that the driver takes little; for Python it is a frame as any other.
+    The picture is tiny, so that the driver takes little; for Python it is a frame as any other. Rounds of frames with
+    and without the profiler alternate, so that both meet the same load of the machine.
     """
     size, draw = renderer.size, partial(renderer.draw, **view)
     renderer.resize(TINY)
     try:
         draw()
-        whole_ms = median(_repeat(lambda: _thread_ms(draw), frames))
-        return max(0.0, whole_ms - median(_repeat(lambda: _opengl_ms(draw), frames)))
+        measures = _thread_ms, _opengl_ms
+        times = _repeat(lambda: [median(measure(draw) for _ in range(_IN_A_ROUND)) for measure in measures], rounds)
+        whole_ms, opengl_ms = (median(each) for each in zip(*times, strict=True))
+        return max(0.0, whole_ms - opengl_ms)
     finally:
         renderer.resize(size)
 
@@ -189,7 +193,10 @@ def _thread_ms(work: Callable[[], Any]) -> float:
 
 
 def _opengl_ms(work: Callable[[], Any]) -> float:
-    """Milliseconds of this thread in moderngl's functions that call OpenGL."""
+    """Milliseconds of this thread in moderngl's C functions, which call the driver.
+
+    Calls that the profiler does not see count as Python: attributes that are set, and OpenGL through ctypes.
+    """
     calls = [(n, own) for (_, _, name), (_, n, own, _, _) in _profile(work).items() if "'mgl." in name]
     return 1e3 * (sum(own for _, own in calls) - sum(n for n, _ in calls) * _profiler_s())
 

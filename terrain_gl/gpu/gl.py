@@ -67,14 +67,17 @@ def write_uniforms(program: Any, **values: Any) -> None:
     A value that was written last time is not written again: only this function may set these uniforms.
     """
     written = _written(program)
+    if written.get("last") == values:  # most programs get the same values in each frame; nothing in GLSL has this name
+        return
     for name, value in values.items():
         name = f"u_{name}"
         if name in written and (written[name] is None or written[name] != value):
             program[name] = written[name] = value
+    written["last"] = values
 
 
 def _written(program: Any) -> dict[str, Any]:
-    """The names of a program's uniforms and blocks, with the values that were written last."""
+    """The names of a program's uniforms and blocks, with the values that were written last; those of the last call."""
     if program.extra is None:
         program.extra = dict.fromkeys(program)
     return program.extra
@@ -163,6 +166,7 @@ class WordTexture:
         self._bind = function(ctx, "glBindTexture", None, c_uint, c_uint)
         self._attach = function(ctx, "glTexBuffer", None, c_uint, c_uint, c_uint)
         self._name = c_uint()
+        self._attached: moderngl.Buffer | None = None
         function(ctx, "glGenTextures", None, c_int, POINTER(c_uint))(1, byref(self._name))
 
     def of(self, buffer: moderngl.Buffer) -> WordTexture:
@@ -174,7 +178,9 @@ class WordTexture:
         """Make the buffer visible at a texture unit."""
         self._activate(_TEXTURE0 + location)
         self._bind(_TEXTURE_BUFFER, self._name.value)
-        self._attach(_TEXTURE_BUFFER, _R32UI, self._buffer.glo)
+        if self._attached is not self._buffer:
+            self._attach(_TEXTURE_BUFFER, _R32UI, self._buffer.glo)
+            self._attached = self._buffer
 
     def release(self) -> None:
         """Release GPU resources."""

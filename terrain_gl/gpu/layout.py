@@ -234,7 +234,9 @@ SUMMARY = np.dtype(
 
 # glsl/rings/rings.glsl
 RING = np.dtype([("origin", "2i4"), ("patches", "2i4"), ("level", "i4"), ("first_block", "i4"), ("pad", "2i4")])
-RINGS = np.dtype([("rings", "i4"), ("most_blocks", "i4"), ("pad", "2i4"), ("ring", RING, MAX_LEVELS)])
+RINGS = np.dtype(
+    [("rings", "i4"), ("most_blocks", "i4"), ("first_stamp", "u4"), ("pad", "i4"), ("ring", RING, MAX_LEVELS)]
+)
 
 WORK = np.dtype([("groups", "u4"), ("one", "2u4"), ("count", "u4")])
 RING_QUEUES = 8

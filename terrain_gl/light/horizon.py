@@ -8,6 +8,7 @@ visible share of each sky lobe, one texel for 3 × 3 cells (fold.comp). The sun 
 from __future__ import annotations
 
 import math
+from typing import Any
 
 import moderngl
 import numpy as np
@@ -321,15 +322,19 @@ class Visibility:
         """Follow an edit of posts, (x0, y0, x1, y1): tables are built again when they are next used."""
         self._edits += 1
 
-    def bind(self, program: moderngl.Program) -> None:
-        """Make the tables visible to a program that includes horizon/visible.glsl."""
+    @property
+    def uniforms(self) -> dict[str, Any]:
+        """Uniforms of horizon/visible.glsl."""
         assert self._at
+        return {**sun_uniforms(*self._at), "sun_towards": self.sun.towards}
+
+    def bind(self) -> None:
+        """Bind the tables for shaders that include horizon/visible.glsl."""
         sky, sun = self.sky, self.sun
         bind(
             "horizon/visible.glsl", Shares=sky.buffer, Sunlit=sun.buffer, u_packed=sky.packed, u_sun_horizon=sun.horizon
         )
         bind("horizon/visible.glsl", u_shares=sky.texture.of(sky.buffer), u_sunlit=sun.texture.of(sun.buffer))
-        gl.write_uniforms(program, **sun_uniforms(*self._at), sun_towards=self.sun.towards)
 
     def release(self) -> None:
         """Release GPU resources."""

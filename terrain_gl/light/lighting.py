@@ -4,7 +4,7 @@ from __future__ import annotations
 
 import os
 from functools import lru_cache
-from typing import NamedTuple
+from typing import Any, NamedTuple
 
 import moderngl
 import numpy as np
@@ -195,11 +195,16 @@ class Lighting:
         self.block.write(block.tobytes())
         self._described = self.sky, haze_m, water_m
 
-    def bind(self, program: moderngl.Program) -> None:
-        """Make all light visible to a program."""
+    @property
+    def uniforms(self) -> dict[str, Any]:
+        """Uniforms of shaders that include glsl/light/lit.glsl."""
+        return self.cover.uniforms | self.visibility.uniforms
+
+    def bind(self) -> None:
+        """Bind all light for all shaders."""
         bind("light/lights.glsl", Lights=self.block)
-        self.cover.bind(program)
-        self.visibility.bind(program)
+        self.cover.bind()
+        self.visibility.bind()
         if self.lobes:
             bind("light/merged.glsl", Lobes=self.lobes.buffer, u_lobe_sums=self.lobes.texture)
         if self.dome:

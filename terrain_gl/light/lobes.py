@@ -5,6 +5,8 @@ Values: glsl/light/record.comp. Lookups in shaders: glsl/light/merged.glsl. Spec
 
 from __future__ import annotations
 
+from typing import Any
+
 import moderngl
 import numpy as np
 
@@ -67,11 +69,14 @@ class Cover:
         known |= {"GREEN": min(dry) < 1, "ARID": max(dry) > 0}
         return {"LOOK": LOOKS[self.look].shader} | {name: str(is_so).lower() for name, is_so in known.items()}
 
-    def bind(self, program: moderngl.Program | moderngl.ComputeShader) -> None:
-        """Bind the cover to a program that includes glsl/shade/cover.glsl."""
+    @property
+    def uniforms(self) -> dict[str, Any]:
+        """Uniforms of glsl/shade/cover.glsl."""
         values = {"climate": list(self.climates), "base_m": self.terrain.base_m, "look": LOOKS[self.look].shader}
-        values |= {"pictured": self.picture is not None, "marked": self.terrain.is_marked}
-        gl.write_uniforms(program, **values)
+        return values | {"pictured": self.picture is not None, "marked": self.terrain.is_marked}
+
+    def bind(self) -> None:
+        """Bind the picture of the ground for shaders that include glsl/shade/cover.glsl."""
         bind("shade/cover.glsl", u_albedo=self.picture or self._none)
 
     def release(self) -> None:
@@ -110,7 +115,8 @@ class LobeTables(RecordedTable):
         rows = rows or range(at.height)
         self.terrain.bind()
         bind("light/record.comp", HeightSums=self.sums.buffer, Values=buffer)
-        self.cover.bind(self._record)
+        self.cover.bind()
+        gl.write_uniforms(self._record, **self.cover.uniforms)
         self._record["u_first"], self._record["u_count"], self._record["u_first_row"] = first, at[:2], rows.start
         self._record.run(-(-at.width // 64), len(rows))
         self.ctx.memory_barrier(moderngl.SHADER_STORAGE_BARRIER_BIT)

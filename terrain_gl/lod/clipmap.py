@@ -3,8 +3,8 @@
     cull     list the blocks that are in the picture                          glsl/rings/cull.comp
     decide   cut each block into squares and pairs, look up their spacing     glsl/rings/decide.comp, three rounds
     spawn    make blocks of units that need more than 64 segments a side      after each of these rounds but the last
-    settle   split leaves with an edge of more than 64 segments               two rounds, or four, ...
-    count    compute each leaf's shape and bound
+    settle   find the segments of edges, split leaves with more than 64       two rounds, or four, ...
+    count    compute each leaf's bound
     place    compute prefix sums, and write draw commands
     emit     write the patches
 
@@ -86,6 +86,10 @@ class ClipmapSelector:
         self._tried = ctx.buffer(reserve=4 * PRICES * PASSES)
         self._weights = ctx.buffer(reserve=4)
         self._rings = ctx.buffer(reserve=layout.RINGS.itemsize)
+        self._counters: Any = gl.WordTexture(ctx)
+        fits = tables.counters.size <= 4 * gl.limits(ctx)["texture_buffer_texels"]
+        self._defines = {"MOST_VERTICES": gl.MOST_VERTICES, "THREADS": self._threads}
+        self._defines |= {"COUNTERS_IN_TEXTURE": 1} if fits else {}
         self._buffers: dict[str, moderngl.Buffer] = {}
         self._reserve(blocks=1024, patches=16384, draws=256)
 
@@ -207,7 +211,8 @@ class ClipmapSelector:
 
     def release(self) -> None:
         """Release GPU resources."""
-        for resource in (self._rings, self._tried, self._weights, *self._buffers.values(), *self._kernels.values()):
+        own = self._rings, self._counters, self._tried, self._weights
+        for resource in (*own, *self._buffers.values(), *self._kernels.values()):
             resource.release()
 
     def _rings_of(self, camera: Camera, across: int, left_out: int = 0) -> list[Ring]:
@@ -223,44 +228,44 @@ class ClipmapSelector:
 
     def _seen(self, rings: list[Ring], camera: Camera, size: tuple[int, int], near_m: float) -> list[Ring]:
         """The rings up to the first one beyond which no land is in the picture."""
-        heightmap = self.terrain.heightmap
-        strips = np.array([ring.beyond((heightmap.cols - 1, heightmap.rows - 1)) for ring in rings[:-1]]).reshape(-1, 4)
-        west, north, east, south = strips.T * np.tile(heightmap.spacing_m, 2)[:, None]
-        low_m, high_m = (np.full(len(strips), height_m) for height_m in heightmap.quantised_m)
-        low, high = (
-            np.stack([x, heightmap.extent_m[1] - y, z], -1) for x, y, z in ((west, south, low_m), (east, north, high_m))
-        )
-        is_seen = boxes_in_picture(camera, size, near_m, low, high) & (west < east) & (north < south)
-        needed = is_seen.reshape(-1, 4).any(1)
-        return rings[: int(np.argmin(needed)) + 1] if not needed.all() else rings
+        heightmap, needed = self.terrain.heightmap, len(rings)
+        last_post = heightmap.cols - 1, heightmap.rows - 1
+        (dx, dy), (low_m, high_m) = heightmap.spacing_m, heightmap.quantised_m
+        while needed > 1:  # land beyond a ring is also beyond all finer ones
+            strips = [each for each in rings[needed - 2].beyond(last_post) if each[0] < each[2] and each[1] < each[3]]
+            low = np.array([(dx * west, dy * (last_post[1] - south), low_m) for west, _, _, south in strips])
+            high = np.array([(dx * east, dy * (last_post[1] - north), high_m) for _, north, east, _ in strips])
+            if strips and boxes_in_picture(camera, size, near_m, low, high).any():
+                break
+            needed -= 1
+        return rings[:needed]
 
     def _write_rings(self, rings: list[Ring]) -> int:
         """Upload the rings; returns the number of their blocks."""
-        blocks = sum(ring.patches[0] * ring.patches[1] for ring in rings)
+        blocks, records = 0, []
+        for level, origin, patches in rings:
+            records.append((origin, patches, level, blocks, (0, 0)))
+            blocks += patches[0] * patches[1]
         if blocks > self._most_blocks:
             self._has_room(blocks, Selection(self, (), 0, 0, 0, None, 0))
-        block = np.zeros((), layout.RINGS)
-        first = 0
-        for i, ring in enumerate(rings):
-            block["ring"][i] = ring.origin, ring.patches, ring.level, first, (0, 0)
-            first += ring.patches[0] * ring.patches[1]
-        block["rings"], block["most_blocks"] = len(rings), self._most_blocks
-        self._rings.write(block.tobytes())
-        work = _NO_WORK.copy()
-        work["round"]["groups"][0] = work["all"]["count"] = first
-        self._buffers["blocks"].write(work.tobytes())
-        return first
+        block, work = np.zeros((), layout.RINGS), _NO_WORK.copy()
+        block["ring"][: len(rings)] = records
+        block["rings"], block["most_blocks"], block["first_stamp"] = len(rings), self._most_blocks, self._last_stamp + 1
+        work["round"]["groups"][0] = work["all"]["count"] = blocks
+        self._rings.write(block)
+        self._buffers["blocks"].write(work)
+        return blocks
 
     def _finish(self) -> np.void:
         """Let neighbours agree on their edges, and turn leaves into patches.
 
         Returns a record `layout.RING_SUMMARY`. Reading it is the only time that a frame waits for the GPU.
         """
-        nothing, over = bytes(self._buffers["summary"].size), 0
+        bind("rings/shapes.glsl", Shapes=self._buffers["shapes"])
+        over = 0
         while True:
             over = self._settle(over)
-            self._buffers["summary"].write(nothing)
-            bind("rings/shapes.glsl", Shapes=self._buffers["shapes"])
+            self._buffers["summary"].write(self._nothing)
             self._run("count", _work("leaves"), settled=over)
             bind("rings/place.comp", Draws=self.draws)
             self._run("place", settled=over, most_draws=self.draws.size // gl.COMMAND_STRIDE)
@@ -290,6 +295,8 @@ class ClipmapSelector:
         self.bind()
         self.tables.bind()
         buffers = self._buffers
+        self.ctx.memory_barrier(moderngl.TEXTURE_FETCH_BARRIER_BIT)  # an edit may have written the counters
+        bind("error/bound.glsl", u_counters=self._counters.of(self.tables.counters))
         bind("rings/rings.glsl", Rings=self._rings, Blocks=buffers["blocks"], Cells=buffers["cells"])
         bind("rings/lists.glsl", Lists=buffers["lists"])
         bind("rings/shapes.glsl", Summary=buffers["summary"])
@@ -298,15 +305,13 @@ class ClipmapSelector:
         """A pass, compiled when it is first needed. Passes that read errors have a shader for each metric."""
         variant = self._variant if name in _ASKING else ""
         if (name, variant) not in self._kernels:
-            defines = {"MOST_VERTICES": gl.MOST_VERTICES, "THREADS": self._threads}
-            self._kernels[name, variant] = shaders.compute(
-                self.ctx, f"rings/{name}.comp", defines | _ASKING.get(name, {}).get(variant, {})
-            )
+            defines = self._defines | _ASKING.get(name, {}).get(variant, {})
+            self._kernels[name, variant] = shaders.compute(self.ctx, f"rings/{name}.comp", defines)
         return self._kernels[name, variant]
 
     def _run(self, name: str, indirect: int | None = None, groups: int = 1, **uniforms: Any) -> None:
         kernel = self._kernel(name)
-        gl.write_uniforms(kernel, first_stamp=self._last_stamp + 1, **uniforms)
+        gl.write_uniforms(kernel, **uniforms)
         if indirect is None:
             kernel.run(groups)
         else:
@@ -314,7 +319,7 @@ class ClipmapSelector:
         self.ctx.memory_barrier(_BARRIER)
 
     def _selection(self, summary: np.void) -> Selection:
-        counts = tuple(int(n) for n in summary["count"][: layout.SIZES])
+        counts = tuple(summary["count"][: layout.SIZES].tolist())
         draws = sum(-(-n // _most_in_draw(s)) for s, n in enumerate(counts))
         most = sum(n * (4 * 4**s + 4 * (64 - 2**s)) for s, n in enumerate(counts))  # as if all were pairs
         worst_px = float(summary["worst_px"])
@@ -345,6 +350,7 @@ class ClipmapSelector:
                 self._buffers[name].release()
             self._buffers[name] = self.ctx.buffer(reserve=size)
         self._buffers["lists"].write(bytes(sizes["lists"]))  # no stamps yet
+        self._nothing = bytes(sizes["summary"])
         self.patches, self.draws = self._buffers["patches"], self._buffers["draws"]
         self._most_blocks = blocks
 
@@ -368,6 +374,7 @@ def _work(name: str, i: int = 0) -> int:
     return int(fields[name][1]) + i * layout.WORK.itemsize
 
 
+@cache
 def _most_in_draw(size: int) -> int:
     """Patches of 2^size segments a side in one draw, as glsl/rings/place.comp counts them."""
     return gl.MOST_VERTICES // ((2**size + 1) * (2 ** (size + 1) + 1) + 4 * (64 - 2**size))

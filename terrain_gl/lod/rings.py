@@ -71,7 +71,7 @@ def rings_around(
         How many of the finest rings to leave out.
     """
     patches = _patches_across(spacing_m, across)
-    centre = [min(max(at, 0.0), float(last)) for at, last in zip(eye_post, last_post, strict=True)]
+    centre = min(max(eye_post[0], 0.0), float(last_post[0])), min(max(eye_post[1], 0.0), float(last_post[1]))
     half_m = 0.5 * across * PATCH * max(spacing_m)
     finest = min(top_level, max(0, math.floor(math.log2(max(away_m, half_m) / half_m))) + left_out)
     rings = []
@@ -90,37 +90,45 @@ def ring_over(last_post: tuple[int, int], spacing_m: tuple[float, float], top_le
     """
     reach = PATCH * PATCH * PATCH * 64
     across = 2 << max(0, math.ceil(math.log2(2 * max(last_post) / reach)))
-    centre, patches = [0.5 * last for last in last_post], _patches_across(spacing_m, across)
+    centre, patches = (0.5 * last_post[0], 0.5 * last_post[1]), _patches_across(spacing_m, across)
     rings = (_on_map(_ring_at(level, centre, patches), last_post) for level in range(top_level + 1))
     return next([ring] for ring in rings if _covers(ring, last_post))
 
 
 def _patches_across(spacing_m: tuple[float, float], across: int) -> tuple[int, int]:
     largest = max(spacing_m)
-    east, north = (max(across, round(across * largest / spacing)) for spacing in spacing_m)
-    return east, north
+    east, north = spacing_m
+    return max(across, round(across * largest / east)), max(across, round(across * largest / north))
 
 
-def _ring_at(level: int, centre: list[float], patches: tuple[int, int]) -> Ring:
+def _ring_at(level: int, centre: tuple[float, float], patches: tuple[int, int]) -> Ring:
+    origin = _start_of(level, centre[0], patches[0]), _start_of(level, centre[1], patches[1])
+    return Ring(level, origin, patches)
+
+
+def _start_of(level: int, centre: float, patches: int) -> int:
+    """Where a ring begins along one axis: about half its width before the centre."""
     step = 2 << level
-    corner = [at - 0.5 * n * (PATCH << level) for at, n in zip(centre, patches, strict=True)]
-    col, row = (step * math.floor(at / step + 0.5) for at in corner)
-    return Ring(level, (col, row), patches)
+    return step * math.floor((centre - 0.5 * patches * (PATCH << level)) / step + 0.5)
 
 
 def _on_map(ring: Ring, last_post: tuple[int, int]) -> Ring:
     """The ring without the rows and columns of blocks that lie beyond the map."""
-    side = PATCH << ring.level
-    first = [max(0, -start // side) for start in ring.origin]
-    starts = zip(ring.patches, ring.origin, last_post, strict=True)
-    end = [min(n, -((start - last) // side)) for n, start, last in starts]
-    col, row = (start + side * i for start, i in zip(ring.origin, first, strict=True))
-    cols, rows = (max(1, b - a) for a, b in zip(first, end, strict=True))
-    return Ring(ring.level, (col, row), (cols, rows))
+    (level, (col, row), (cols, rows)), (last_col, last_row) = ring, last_post
+    (col, cols), (row, rows) = _part_on_map(level, col, cols, last_col), _part_on_map(level, row, rows, last_row)
+    return Ring(level, (col, row), (cols, rows))
+
+
+def _part_on_map(level: int, start: int, patches: int, last: int) -> tuple[int, int]:
+    """The same along one axis: the first post, and the number of blocks."""
+    side = PATCH << level
+    first, end = max(0, -start // side), min(patches, -((start - last) // side))
+    return start + side * first, max(1, end - first)
 
 
 def _covers(ring: Ring, last_post: tuple[int, int]) -> bool:
-    return all(ring.origin[i] <= 0 and ring.end[i] >= last_post[i] for i in range(2))
+    (west, north), (east, south) = ring.origin, ring.end
+    return west <= 0 and north <= 0 and east >= last_post[0] and south >= last_post[1]
 
 
 def patches_for(triangles: int) -> int:

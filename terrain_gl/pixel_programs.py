@@ -1,0 +1,83 @@
+"""Programs that colour pixels: one for each style and kind of pixels, compiled when it is first needed."""
+
+from __future__ import annotations
+
+from typing import Any, NamedTuple
+
+import moderngl
+
+from . import surroundings
+from .gpu import gl, shaders
+
+KINDS = {"ANY": 0, "SKY": 1, "NEAR": 2, "MIXED": 3, "OPEN": 4}  # kinds of pixels: glsl/shade/kind.glsl
+
+
+class Wanted(NamedTuple):
+    """What all programs of one colouring have in common.
+
+    Attributes
+    ----------
+    light
+        Macros of the light.
+    uniforms
+        Their uniforms, by name without `u_`; a program may lack some of them.
+    wet, grained, contours
+        Whether there is a level of water, grain, and contour lines.
+    edge
+        The surroundings: `surroundings.NONE`, `PLAIN` or `WALLS`.
+    """
+
+    light: dict[str, object]
+    uniforms: dict[str, Any]
+    wet: bool = False
+    edge: int = surroundings.NONE
+    grained: bool = False
+    contours: bool = False
+
+
+class PixelPrograms:
+    """The programs over a picture's pixels.
+
+    Parameters
+    ----------
+    samples
+        Samples a pixel.
+    """
+
+    def __init__(self, ctx: moderngl.Context, samples: int) -> None:
+        self.ctx, self.samples = ctx, samples
+        self._made: dict[tuple[object, ...], tuple[Any, Any]] = {}
+
+    def __len__(self) -> int:
+        return len(self._made)
+
+    def of(self, fragment: str, kind: str, wanted: Wanted) -> tuple[Any, Any]:
+        """The program of a fragment shader for one of `KINDS` with its uniforms set, and its vertex array.
+
+        For the kind "MIXED", it is a compute shader over the listed pixels, without a vertex array.
+        """
+        light, uniforms, wet, edge, *extras = wanted
+        if edge:  # an eye that crosses the map's rim needs no new program but the small one of kinds
+            edge = surroundings.OF_KIND.get(kind, edge)
+        key = fragment, kind, wet, edge, *extras, *light.values()
+        if key not in self._made:
+            self._made[key] = self._compiled(fragment, kind, wanted._replace(edge=edge))
+        program, vao = self._made[key]
+        gl.write_uniforms(program, **uniforms)
+        return program, vao
+
+    def release(self) -> None:
+        """Release GPU resources."""
+        for program, vao in self._made.values():
+            program.release()
+            if vao:
+                vao.release()
+        self._made.clear()
+
+    def _compiled(self, fragment: str, kind: str, wanted: Wanted) -> tuple[Any, Any]:
+        defines: dict[str, object] = {"SAMPLES": self.samples, "WATER_LEVEL": wanted.wet, "PIXELS": KINDS[kind]}
+        defines |= {"EDGE": wanted.edge, "GRAIN": wanted.grained, "CONTOURS": wanted.contours, **wanted.light}
+        if kind == "MIXED":
+            return shaders.compute(self.ctx, fragment, defines | {"LISTED": 1}), None
+        program = shaders.program(self.ctx, vertex="shade/screen.vert", fragment=fragment, defines=defines)
+        return program, self.ctx.vertex_array(program, [])
