@@ -116,25 +116,28 @@ def _lines(path: str, _root: Path) -> list[Line]:
 def _expand(path: str, seen: set[str], included_from: str) -> list[Line]:
     """Lines of `path` with its includes in place, skipping files already seen."""
     seen.add(path)
+    try:
+        own = _own_lines(path, root())
+    except OSError:
+        raise ShaderError(f"{included_from}: there is no shader file glsl/{path}") from None
     lines: list[Line] = []
-    for number, text in enumerate(_read(path, included_from).split("\n"), 1):
-        include = _INCLUDE.match(text)
-        if include is None:
-            lines.append(Line(text, path, number))
-        elif include[1] not in seen:
-            lines += _expand(include[1], seen, f"{path}:{number}")
+    for line, included in own:
+        if included is None:
+            lines.append(line)
+        elif included not in seen:
+            lines += _expand(included, seen, f"{path}:{line.number}")
     return lines
 
 
-def _read(path: str, included_from: str) -> str:
-    try:
-        text = root().joinpath(*path.split("/")).read_text(encoding="utf-8")
-    except OSError:
-        raise ShaderError(f"{included_from}: there is no shader file glsl/{path}") from None
-    return _without_comments(text)
+@cache  # many shaders include the same files
+def _own_lines(path: str, folder_: Path) -> list[tuple[Line, str | None]]:
+    """Lines of one file without comments, each with the file that it includes."""
+    text = _without_comments(folder_.joinpath(*path.split("/")).read_text(encoding="utf-8"))
+    includes = [_INCLUDE.match(line) if "#" in line else None for line in text.split("\n")]
+    lines = [Line(line, path, number) for number, line in enumerate(text.split("\n"), 1)]
+    return [(line, match[1] if match else None) for line, match in zip(lines, includes, strict=True)]
 
 
-@cache
 def _without_comments(text: str) -> str:
     return _COMMENT.sub(lambda comment: re.sub(r"[^\n]", " ", comment[0]), text)
 
