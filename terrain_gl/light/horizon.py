@@ -52,10 +52,12 @@ class Sweep:
     def __init__(self, terrain: Terrain) -> None:
         self.ctx, self.terrain = terrain.ctx, terrain
         self._kernel = shaders.compute(self.ctx, "horizon/sweep.comp")
+        self._hulls: moderngl.Buffer | None = None  # scratch, from the first run to `rest`: new memory is slow
 
     def run(self, towards: Direction, into: moderngl.TextureArray, layer: int = 0) -> None:
         """Write the horizons' sines in the lattice direction `towards` (see `lattice_direction`) to a layer."""
         drain(self.run_steps(towards, into, layer, into.width * into.height))
+        self.rest()
 
     def run_steps(
         self, towards: Direction, into: moderngl.TextureArray, layer: int = 0, posts: int = PORTION
@@ -68,23 +70,33 @@ class Sweep:
         drift = math.ceil(abs(slide) * (steps - 1))
         first, lines = (-drift if slide > 0 else 0), places + drift
         at_once = min(lines, max(128, min(posts * lines // places, HULL_BYTES // _HULL_POINT) // steps))
-        hulls = gl.reserve(self.ctx, _HULL_POINT * steps * at_once, "hulls of horizons")
-        try:
-            for start in range(0, lines, at_once):
-                self.terrain.bind()
-                bind("horizon/sweep.comp", u_horizon=into, Hulls=hulls)
-                self._kernel["u_towards"], self._kernel["u_layer"] = towards, layer
-                self._kernel["u_first_line"] = first + start
-                self._kernel["u_lines"] = count = min(at_once, lines - start)
-                self._kernel.run(-(-count // 64))
-                self.ctx.memory_barrier(_BARRIER)  # the next lines use the same memory
-                yield (start + count) / lines
-        finally:
-            hulls.release()
+        hulls = self._reserve(_HULL_POINT * steps * at_once)
+        for start in range(0, lines, at_once):
+            self.terrain.bind()
+            bind("horizon/sweep.comp", u_horizon=into, Hulls=hulls)
+            self._kernel["u_towards"], self._kernel["u_layer"] = towards, layer
+            self._kernel["u_first_line"] = first + start
+            self._kernel["u_lines"] = count = min(at_once, lines - start)
+            self._kernel.run(-(-count // 64))
+            self.ctx.memory_barrier(_BARRIER)  # the next lines use the same memory
+            yield (start + count) / lines
+
+    def rest(self) -> None:
+        """Release the scratch memory until the next run."""
+        if self._hulls:
+            self._hulls.release()
+        self._hulls = None
 
     def release(self) -> None:
         """Release GPU resources."""
+        self.rest()
         self._kernel.release()
+
+    def _reserve(self, size: int) -> moderngl.Buffer:
+        if self._hulls is None or self._hulls.size < size:
+            self.rest()
+            self._hulls = gl.reserve(self.ctx, size, "hulls of horizons")
+        return self._hulls
 
 
 class SkyVisibility:
@@ -155,6 +167,7 @@ class SkyVisibility:
             self.buffer, fresh = fresh, self.buffer
             self.packed, packed = packed, self.packed
         finally:
+            self._sweep.rest()
             scratch: list[Resource] = [horizons, fresh, packed, moment_table, open_table]
             for resource in scratch:
                 resource.release()
@@ -234,6 +247,7 @@ class SunVisibility:
             self.horizon, horizon = horizon, self.horizon
             self.buffer, buffer = buffer, self.buffer
         finally:
+            self._sweep.rest()
             horizon.release()
             buffer.release()
 
