@@ -116,12 +116,8 @@ def _lines(path: str, _root: Path) -> list[Line]:
 def _expand(path: str, seen: set[str], included_from: str) -> list[Line]:
     """Lines of `path` with its includes in place, skipping files already seen."""
     seen.add(path)
-    try:
-        own = _own_lines(path, root())
-    except OSError:
-        raise ShaderError(f"{included_from}: there is no shader file glsl/{path}") from None
     lines: list[Line] = []
-    for line, included in own:
+    for line, included in _own_lines(path, _read(path, included_from)):
         if included is None:
             lines.append(line)
         elif included not in seen:
@@ -130,14 +126,21 @@ def _expand(path: str, seen: set[str], included_from: str) -> list[Line]:
 
 
 @cache  # many shaders include the same files
-def _own_lines(path: str, folder_: Path) -> list[tuple[Line, str | None]]:
-    """Lines of one file without comments, each with the file that it includes."""
-    text = _without_comments(folder_.joinpath(*path.split("/")).read_text(encoding="utf-8"))
-    includes = [_INCLUDE.match(line) if "#" in line else None for line in text.split("\n")]
-    lines = [Line(line, path, number) for number, line in enumerate(text.split("\n"), 1)]
-    return [(line, match[1] if match else None) for line, match in zip(lines, includes, strict=True)]
+def _own_lines(path: str, text: str) -> list[tuple[Line, str | None]]:
+    """Lines of one file, each with the file that it includes."""
+    matches = [(_INCLUDE.match(line), line) for line in text.split("\n")]
+    return [(Line(line, path, n), match[1] if match else None) for n, (match, line) in enumerate(matches, 1)]
 
 
+def _read(path: str, included_from: str) -> str:
+    try:
+        text = root().joinpath(*path.split("/")).read_text(encoding="utf-8")
+    except OSError:
+        raise ShaderError(f"{included_from}: there is no shader file glsl/{path}") from None
+    return _without_comments(text)
+
+
+@cache
 def _without_comments(text: str) -> str:
     return _COMMENT.sub(lambda comment: re.sub(r"[^\n]", " ", comment[0]), text)
 
