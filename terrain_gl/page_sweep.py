@@ -14,7 +14,7 @@ from .gpu import gl, layout, shaders
 from .gpu.bindings import bind
 from .light.gaussians import SKY_AXES, SKY_SHARPNESS
 from .light.horizon import AZIMUTHS, BATCH, FULL, TEXEL, lattice_directions
-from .light.moments import COSINES, SINES, Direction, open_shares, sector_moments
+from .light.moments import COSINES, SINES, Direction, moment_texels, open_shares, sector_moments
 from .page_windows import BORDER, MARGIN, Windows, hull_bytes, most_windows, scratch_bytes, side_of, sky_side
 from .pages import PagedTerrain
 from .steps import Steps
@@ -144,7 +144,8 @@ class PageSweep:
         self._horizons = self.ctx.texture_array((posts, posts, BATCH), 1, dtype="nu2")
         self._hulls = gl.reserve(self.ctx, hull_bytes(heightmap), "hulls of horizons")
         moments = sector_moments(SKY_AXES, SKY_SHARPNESS, self._directions, heightmap.spacing_m)
-        table = self.ctx.texture((len(SKY_AXES), AZIMUTHS * (SINES + 1)), 4, moments.astype("f4").tobytes(), dtype="f4")
+        texels = moment_texels(moments)
+        table = self.ctx.texture(texels.shape[1::-1], 4, texels.tobytes(), dtype="f4")
         table.filter = (moderngl.NEAREST, moderngl.NEAREST)
         shares = self.ctx.buffer(reserve=4 * len(SKY_AXES) * sky_side(self._tile) ** 2)
         opened = self.ctx.buffer(open_shares(SKY_SHARPNESS).astype("f4").tobytes())

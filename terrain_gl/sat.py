@@ -11,9 +11,7 @@ Lookups in shaders: `glsl/sat/box.glsl`. Specification: `reference.sat`, `refere
 
 from __future__ import annotations
 
-from abc import ABC, abstractmethod
-from collections.abc import Mapping
-from typing import Any, NamedTuple
+from typing import Any, NamedTuple, TypeAlias
 
 import moderngl
 import numpy as np
@@ -22,9 +20,14 @@ from .gpu import gl, shaders
 from .steps import Steps
 
 STRIP = 64  # words that one thread of a GPU adds up
-WHOLE = 2**15  # longer than any line of a map; llvmpipe silently ends a thread's loops after 2^16 iterations
-PORTION = 2**17  # words of a layer that one step of `RecordedTable.build_steps` records
+WHOLE = 2**15  # longer than any line of a map
+INT64 = "GL_ARB_gpu_shader_int64"
+LOOPS = 2**16 - 2  # iterations of a thread; llvmpipe silently ends its loops after one more
+BANDS = 8  # groups of threads that share the columns on a software renderer
+SIDE = 8  # threads of such a group, and rows that it sums at a time: THREADS of glsl/sat/columns.comp
 GROUP = 64  # threads of a work group, as in glsl/sat
+Blocks: TypeAlias = dict[str, moderngl.Buffer]
+Uniforms: TypeAlias = dict[str, Any]
 _WORD_DTYPES = {8: "<u1", 16: "<u2", 32: "<u4", 64: "<u8"}
 
 
@@ -51,7 +54,7 @@ class SummedAreaTables:
         32, 64 (a uvec2, low half first), or 16 or 8: two or four independent sums side by side in a 32-bit word.
     strip
         Words that one thread adds up. By default `STRIP`, so that a GPU has many threads. For a software renderer,
-        which has few cores, it is the whole line: this needs no sums of strips, and reads each word once, not twice.
+        which has few cores, it is `WHOLE`: one thread sums a row, and few groups walk down the columns.
     """
 
     def __init__(self, ctx: moderngl.Context, bits: int = 32, strip: int | None = None) -> None:
@@ -60,14 +63,18 @@ class SummedAreaTables:
         self.ctx, self.bits = ctx, bits
         self.strip = strip or (WHOLE if gl.is_software(ctx) else STRIP)
         self.word_bytes = max(bits, 32) // 8
-        names = ("reduce", "scan", "propagate", "difference", "spread", "query")
-        defines = {"BITS": bits, "STRIP": self.strip}
-        self._kernels = {name: shaders.compute(ctx, f"sat/{name}.comp", defines) for name in names}
+        self._has_whole_lines = self.strip == WHOLE and (bits < 64 or INT64 in ctx.extensions)
+        self._kernels: dict[str, Any] = {}
 
     def build(self, buffer: moderngl.Buffer, table: Table) -> None:
         """Turn the values in `buffer` into their table, in place: prefix sums along rows, then along columns."""
         self._check(buffer, table)
         width, height = table[:2]
+        if self._has_whole_lines:
+            rows = {"first": table.first, "lines": height, "length": width, "line_step": width, "word_step": 1}
+            self._run("propagate WHOLE_LINES", {"Words": buffer}, (height, 1, table.layers), GROUP, rows)
+            self._sum_columns(buffer, table)
+            return
         self._sum_lines(buffer, table, lines=height, length=width, line_step=width, word_step=1)
         self._sum_lines(buffer, table, lines=width, length=height, line_step=1, word_step=width)
 
@@ -94,10 +101,10 @@ class SummedAreaTables:
             raise ValueError(f"edit: {at} at ({x}, {y}) does not lie in {table}")
         blocks = {"Words": buffer, "Edits": values}
         place = {"size": table[:2], "edit_at": (x, y), "edit_size": at[:2], "first": table.first}
-        self._run("difference", blocks, (at.width, at.height, at.layers), **place)
+        self._run("difference", blocks, (at.width, at.height, at.layers), GROUP, place)
         self.build(values, at)
         strips = -(-(table.height - y) // self.strip)
-        self._run("spread", blocks, (table.width - x, strips, table.layers), **place)
+        self._run("spread", blocks, (table.width - x, strips, table.layers), GROUP, place)
 
     def box_sums(self, buffer: moderngl.Buffer, table: Table, boxes: np.ndarray, layer: int = 0) -> np.ndarray:
         """Sums over boxes (n, 4), each x0, y0, x1, y1, end excluded: (n,) words; (n, 32 / bits) below 32 bits."""
@@ -105,7 +112,8 @@ class SummedAreaTables:
         questions = self.ctx.buffer(corners.tobytes())
         answers = self.ctx.buffer(reserve=len(corners) * self.word_bytes)
         blocks = {"Words": buffer, "Boxes": questions, "Sums": answers}
-        self._run("query", blocks, (len(corners), 1, 1), first=table.first, size=table[:2], layer=layer)
+        place = {"first": table.first, "size": table[:2], "layer": layer}
+        self._run("query", blocks, (len(corners), 1, 1), GROUP, place)
         sums = self._words(answers.read()).reshape(len(corners), -1)
         questions.release()
         answers.release()
@@ -137,97 +145,39 @@ class SummedAreaTables:
         blocks = {"Words": buffer, "StripSums": sums}
         phases = (("reduce", strips), ("scan", 1), ("propagate", strips))
         for phase, rows in phases if strips > 1 else phases[2:]:
-            self._run(phase, blocks, (lines["lines"], rows, table.layers), first=table.first, **lines)
+            self._run(phase, blocks, (lines["lines"], rows, table.layers), GROUP, lines | {"first": table.first})
         sums.release()
 
-    def _run(
-        self, name: str, blocks: dict[str, moderngl.Buffer], threads: tuple[int, int, int], **uniforms: Any
-    ) -> None:
+    def _sum_columns(self, buffer: moderngl.Buffer, table: Table) -> None:
+        """Walk down bands of whole columns; a run ends before llvmpipe would end its loops."""
+        words = 4 if table.width % 4 == table.first % 4 == 0 else 1
+        width, height = table.width // words, table.height
+        band = -(-width // (SIDE * BANDS)) * SIDE
+        lines = {"first": table.first // words, "lines": width, "length": height, "line_step": 1, "word_step": width}
+        rows = LOOPS // (band // SIDE + 2) * SIDE  # each loop counts its last test, too
+        for row in range(1, height, rows):
+            lines |= {"band": band, "row": row, "end": min(row + rows, height)}
+            name = "columns WHOLE_LINES FOURS" if words == 4 else "columns WHOLE_LINES"
+            self._run(name, {"Words": buffer}, (width, 1, table.layers), band, lines)
+
+    def _run(self, name: str, blocks: Blocks, threads: tuple[int, int, int], group: int, uniforms: Uniforms) -> None:
         """Run one kernel over `threads`; blocks and uniforms that it does not declare are left out."""
-        kernel: Any = self._kernels[name]
+        kernel = self._kernel(name)
         for block, buffer in blocks.items():
             if gl.has(kernel, block):
                 buffer.bind_to_storage_buffer(kernel[block].binding)
         gl.write_uniforms(kernel, **uniforms)
-        kernel.run(-(-threads[0] // GROUP), *threads[1:])
+        kernel.run(-(-threads[0] // group), *threads[1:])
         self.ctx.memory_barrier(moderngl.SHADER_STORAGE_BARRIER_BIT | moderngl.BUFFER_UPDATE_BARRIER_BIT)
+
+    def _kernel(self, name: str) -> Any:
+        """A kernel, by its file and macros; it is compiled when it is first needed."""
+        if name not in self._kernels:
+            file, *macros = name.split()
+            defines = {"BITS": self.bits, "STRIP": self.strip, **dict.fromkeys(macros, 1)}
+            self._kernels[name] = shaders.compute(self.ctx, f"sat/{file}.comp", defines)
+        return self._kernels[name]
 
     def _check(self, buffer: moderngl.Buffer, table: Table) -> None:
         if min(table[:3]) < 1 or (table.first + table.words) * self.word_bytes > buffer.size:
             raise ValueError(f"{table} of {self.bits}-bit words does not fit a buffer of {buffer.size} bytes")
-
-
-class RecordedTable(ABC):
-    """A table of 32-bit words in its own buffer, and the kernel that writes the values it sums.
-
-    Parameters
-    ----------
-    record
-        Path of the compute shader that writes the values.
-    name
-        The table's name in an error message about memory.
-    defines
-        Macros for that shader.
-    """
-
-    def __init__(
-        self, ctx: moderngl.Context, table: Table, record: str, name: str, defines: Mapping[str, object] | None = None
-    ) -> None:
-        self.ctx, self.table = ctx, table
-        self._sat = SummedAreaTables(ctx, 32)
-        self._record: Any = shaders.compute(ctx, record, dict(defines or {}))
-        self.buffer = gl.reserve(ctx, 4 * table.words, name)
-        self._texture = gl.WordTexture(ctx)
-
-    @property
-    def texture(self) -> gl.WordTexture:
-        """The buffer, seen as a texture."""
-        return self._texture.of(self.buffer)
-
-    @property
-    def bytes(self) -> int:
-        """GPU memory of the table."""
-        return self.buffer.size
-
-    def build(self) -> None:
-        """Write all values and sum them."""
-        self._write(self.buffer, (0, 0), self.table)
-        self._sat.build(self.buffer, self.table)
-
-    def build_steps(self) -> Steps[None]:
-        """Incremental `build`; yields progress from 0 to 1. The old table stays in use until the end."""
-        fresh, height = gl.reserve(self.ctx, self.buffer.size, "a table that is built again"), self.table.height
-        step = max(1, PORTION // self.table.width)
-        try:
-            for row in range(0, height, step):
-                self._write(fresh, (0, 0), self.table, range(row, min(row + step, height)))
-                yield 0.7 * row / height
-            for share in self._sat.build_steps(fresh, self.table):
-                yield 0.7 + 0.3 * share
-            self.buffer, fresh = fresh, self.buffer
-        finally:
-            fresh.release()
-
-    def values(self) -> np.ndarray:
-        """(layers, height, width) values, recovered from the sums."""
-        return self._sat.values(self.buffer, self.table)
-
-    def release(self) -> None:
-        """Release GPU resources."""
-        for resource in (self.buffer, self._texture, self._sat, self._record):
-            resource.release()
-
-    def _rewrite(self, x: int, y: int, width: int, height: int) -> None:
-        """Write a rectangle's values again; the table becomes the same as after `build`."""
-        at = Table(width, height, self.table.layers)
-        if at == self.table:
-            self.build()
-            return
-        values = self.ctx.buffer(reserve=4 * at.words)
-        self._write(values, (x, y), at)
-        self._sat.edit(self.buffer, self.table, values, at, x, y)
-        values.release()
-
-    @abstractmethod
-    def _write(self, buffer: moderngl.Buffer, first: tuple[int, int], at: Table, rows: range | None = None) -> None:
-        """Write a rectangle's values, all layers, to the start of a buffer; all of its rows, or `rows` alone."""

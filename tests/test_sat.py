@@ -8,18 +8,23 @@ from hypothesis import strategies as st
 from terrain_gl import reference
 from terrain_gl.exceptions import TerrainError
 from terrain_gl.gpu import gl
-from terrain_gl.sat import STRIP, WHOLE, SummedAreaTables, Table
+from terrain_gl.sat import INT64, STRIP, WHOLE, SummedAreaTables, Table
 
 BITS = (8, 16, 32, 64)
 SMALL = [(1, 1), (1, 6), (6, 1), (12, 19), (49, 2)]  # rows, cols
 LARGE = [(100, 300), (1000, 37), (4097, 33), (STRIP, STRIP + 1), (2 * STRIP, 2 * STRIP - 1)]
 
 
-@pytest.fixture(scope="module", params=[STRIP, WHOLE], ids=["strips", "whole lines"])
+@pytest.fixture(scope="module", params=["strips", "whole lines", "without 64-bit integers"])
 def tables(session_context, request):
-    """The kernels of each word size, as GPUs and as software renderers run them."""
-    with session_context:
-        yield {bits: SummedAreaTables(session_context, bits, request.param) for bits in BITS}
+    """The kernels of each word size, as GPUs and as software renderers with and without 64-bit integers run them."""
+    with session_context, pytest.MonkeyPatch.context() as patch:
+        if request.param == "without 64-bit integers":
+            patch.setattr("terrain_gl.sat.INT64", "an extension that no driver has")
+        elif request.param == "whole lines" and INT64 not in session_context.extensions:
+            pytest.skip(f"the driver has no {INT64}")
+        strip = STRIP if request.param == "strips" else WHOLE
+        yield {bits: SummedAreaTables(session_context, bits, strip) for bits in BITS}
 
 
 def random_words(shape, bits, seed=0):
@@ -82,6 +87,22 @@ def test_any_size_equals_the_reference(ctx, tables, rows, cols, layers, bits, se
     kernels, buffer, table = built(ctx, tables, values)
     assert (kernels.read(buffer, table) == [reference.sat(layer) for layer in values]).all()
     buffer.release()
+
+
+def test_columns_summed_in_several_runs_equal_the_reference(ctx, tables, monkeypatch):
+    monkeypatch.setattr("terrain_gl.sat.LOOPS", 7)  # 16 rows in a run
+    for width in (40, 41):
+        values = random_words((2, 100, width), 64)
+        kernels, buffer, table = built(ctx, tables, values)
+        assert (kernels.read(buffer, table) == [reference.sat(layer) for layer in values]).all()
+
+
+def test_long_columns_of_wide_bands_are_summed_to_their_ends(ctx, tables, monkeypatch):
+    """On llvmpipe a run over all of these rows would silently end before the last ones."""
+    monkeypatch.setattr("terrain_gl.sat.BANDS", 1)
+    values = random_words((1, 4200, 1025), 32)
+    kernels, buffer, table = built(ctx, tables, values)
+    assert (kernels.read(buffer, table)[0] == reference.sat(values[0])).all()
 
 
 def test_reference_boxes_equal_python_integers():

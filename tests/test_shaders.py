@@ -102,6 +102,7 @@ VARIANTS = [  # macros that choose between parts of a file
     {"SAMPLES": 1, "WATER_LEVEL": 0},
     {"BITS": 16},
     {"BITS": 64},
+    {"WHOLE_LINES": 1, "BITS": 64},
 ]
 
 

@@ -16,12 +16,8 @@
 layout(local_size_x = 64) in;
 layout(r16, binding = 0) uniform writeonly image2DArray u_horizon;  // sine of the horizon's height: 0 for −1, 1 for 1
 
-struct Point {
-    float height_m;
-    int before;  // the hull's next point towards the light, as a step; −1 at its end
-};
-
-layout(std430, binding = 0) buffer Hulls { Point hull[]; };  // one hull for each line of this run: steps × lines
+// A point of a hull: its height in metres, as bits, and the hull's next point towards the light, as a step; −1 at its end.
+layout(std430, binding = 0) buffer Hulls { ivec2 hull[]; };  // one hull for each line of this run: steps × lines
 
 uniform vec2 u_towards;    // see lines.glsl
 uniform int u_layer;       // layer of the image
@@ -52,6 +48,7 @@ void main() {
 
     ivec2 last = on_axes(u_towards, u_last_post), cross_ = crossing(line, last);
     int newest = -1;
+    ivec2 point = ivec2(0, -1);  // the newest one: it needs no fetch
     for (int i = cross_.x; i <= cross_.y; i++) {
         int place = line + base(u_towards, i);
         if (place < 0 || place > last.y) continue;
@@ -59,14 +56,14 @@ void main() {
         float h_m = line_height_m(i, place), rise = -1e30;
         int tangent = -1;
         for (int q = newest; q >= 0;) {
-            Point p = hull[q * u_lines + own];
-            float rise_to = (p.height_m - h_m) / float(i - q);
+            float rise_to = (intBitsToFloat(point.x) - h_m) / float(i - q);
             if (tangent >= 0 && rise_to < rise) break;
             rise = rise_to;
             tangent = q;
-            q = p.before;
+            q = point.y;
+            if (q >= 0) point = hull[q * u_lines + own];
         }
-        hull[i * u_lines + own] = Point(h_m, tangent);
+        hull[i * u_lines + own] = point = ivec2(floatBitsToInt(h_m), tangent);
         newest = i;
         float slope = rise / step_m(u_towards), sine = tangent < 0 ? -1.0 : slope * inversesqrt(1.0 + slope * slope);
         imageStore(u_horizon, ivec3(post_at(u_towards, i, place), u_layer), vec4(0.5 + 0.5 * sine));

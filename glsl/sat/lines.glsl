@@ -7,7 +7,8 @@
 //   line 1 │ • • • • → │ • • • • → │ • • • →          they load neighbouring words; along rows each thread uses
 //   line 2 │ • • • • → │ • • • • → │ • • • →          all words of its own cache lines.
 //
-//   Where a strip is as long as a line, rows and columns take one pass each, sat/propagate.comp.
+//   A line that is not longer than a strip takes one pass, sat/propagate.comp. Software renderers, which have few threads, sum
+//   WHOLE_LINES: rows by propagate, mostly four words at a time; columns by sat/columns.comp.
 //
 // Provides word[], strip_sum[], word_index(), strip_index(), strips().
 // Python twin: reference.sat
@@ -18,8 +19,15 @@
 #define STRIP 64
 #endif
 
-layout(local_size_x = 64) in;
+#ifndef THREADS
+#define THREADS 64u
+#endif
+
+layout(local_size_x = THREADS) in;
 layout(std430, binding = 0) buffer Words { WORD word[]; };
+#ifdef WHOLE_LINES
+layout(std430, binding = 0) buffer Fours { FOUR four[]; };  // the same words
+#endif
 layout(std430, binding = 1) buffer StripSums { WORD strip_sum[]; };
 
 uniform uint u_first;      // word of the buffer where the table begins

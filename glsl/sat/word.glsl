@@ -1,8 +1,16 @@
 // sat/word.glsl — words that wrap: the unsigned integers of a table.
 //   32 bits: uint.   64 bits: uvec2, low half first.   16 or 8 bits: two or four independent sums side by side in one uint.
 //   All wrap modulo 2^bits, and differences of wrapped sums are exact while the true difference is below 2^bits.
-// Provides addN(), subN(), word_float(); for kernels that set BITS also WORD, ADD(), SUB().
+//   Kernels with WHOLE_LINES have uint64_t in place of uvec2. With FOURS, a word is a vector of four.
+// Provides addN(), subN(), word_float(); for kernels that set BITS also WORD, ADD(), SUB(), and FOUR for four words.
 // Python twin: reference.sat
+
+#ifndef BITS
+#define BITS 32
+#endif
+#if BITS == 64 && defined(WHOLE_LINES)
+#extension GL_ARB_gpu_shader_int64 : require
+#endif
 
 uint add32(uint a, uint b) { return a + b; }
 uint sub32(uint a, uint b) { return a - b; }
@@ -28,26 +36,38 @@ uint sub16(uint a, uint b) { return ((a - b) & 0xffffu) | ((a & 0xffff0000u) - (
 uint add8(uint a, uint b) { return ((a & 0x7f7f7f7fu) + (b & 0x7f7f7f7fu)) ^ ((a ^ b) & 0x80808080u); }
 uint sub8(uint a, uint b) { return ((a | 0x80808080u) - (b & 0x7f7f7f7fu)) ^ ((a ^ ~b) & 0x80808080u); }
 
+// Four words at once.
+uvec4 add32(uvec4 a, uvec4 b) { return a + b; }
+uvec4 add16(uvec4 a, uvec4 b) { return ((a + b) & 0xffffu) | ((a & 0xffff0000u) + (b & 0xffff0000u)); }
+uvec4 add8(uvec4 a, uvec4 b) { return ((a & 0x7f7f7f7fu) + (b & 0x7f7f7f7fu)) ^ ((a ^ b) & 0x80808080u); }
+
 float word_float(uint a) { return float(a); }
 float word_float(uvec2 a) { return float(a.y) * 4294967296.0 + float(a.x); }
 
-#ifndef BITS
-#define BITS 32
-#endif
-#if BITS == 64
+#if BITS == 64 && defined(WHOLE_LINES)
+#define WORD uint64_t
+#define FOUR u64vec4
+#define ADD(a, b) ((a) + (b))
+#define SUB(a, b) ((a) - (b))
+#elif BITS == 64
 #define WORD uvec2
 #define ADD add64
 #define SUB sub64
-#elif BITS == 32
+#else
 #define WORD uint
+#define FOUR uvec4
+#endif
+#if BITS == 32
 #define ADD add32
 #define SUB sub32
 #elif BITS == 16
-#define WORD uint
 #define ADD add16
 #define SUB sub16
-#else
-#define WORD uint
+#elif BITS == 8
 #define ADD add8
 #define SUB sub8
+#endif
+#ifdef FOURS
+#undef WORD
+#define WORD FOUR
 #endif

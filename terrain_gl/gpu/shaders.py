@@ -117,13 +117,19 @@ def _expand(path: str, seen: set[str], included_from: str) -> list[Line]:
     """Lines of `path` with its includes in place, skipping files already seen."""
     seen.add(path)
     lines: list[Line] = []
-    for number, text in enumerate(_read(path, included_from).split("\n"), 1):
-        include = _INCLUDE.match(text)
-        if include is None:
-            lines.append(Line(text, path, number))
-        elif include[1] not in seen:
-            lines += _expand(include[1], seen, f"{path}:{number}")
+    for line, included in _own_lines(path, _read(path, included_from)):
+        if included is None:
+            lines.append(line)
+        elif included not in seen:
+            lines += _expand(included, seen, f"{path}:{line.number}")
     return lines
+
+
+@cache  # many shaders include the same files
+def _own_lines(path: str, text: str) -> list[tuple[Line, str | None]]:
+    """Lines of one file, each with the file that it includes."""
+    matches = [(_INCLUDE.match(line), line) for line in text.split("\n")]
+    return [(Line(line, path, n), match[1] if match else None) for n, (match, line) in enumerate(matches, 1)]
 
 
 def _read(path: str, included_from: str) -> str:

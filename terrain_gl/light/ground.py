@@ -9,8 +9,9 @@ import moderngl
 from ..camera import Vector
 from ..gpu.bindings import bind
 from ..rect import Rect
-from ..sat import RecordedTable, Table
+from ..sat import Table
 from ..terrain import Terrain
+from .recorded import RecordedTable
 
 
 class HeightSums(RecordedTable):

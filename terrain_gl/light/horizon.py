@@ -22,9 +22,10 @@ from ..sat import SummedAreaTables, Table
 from ..steps import Progress, Steps, drain
 from ..terrain import Terrain
 from .gaussians import SUN_RADIUS_DEG
-from .moments import COSINES, SINES, Direction, open_shares, sector_moments
+from .moments import COSINES, SINES, Direction, moment_texels, open_shares, sector_moments
 
-AZIMUTHS, BATCH = 16, 4  # number of azimuths: in total, and in one run of fold.comp
+AZIMUTHS, BATCH = 16, 4  # number of azimuths: in total, and in one run of fold.comp on large maps
+BATCH_BYTES = 2**26  # the most memory of horizons for one run of all azimuths
 TEXEL = layout.SKY_TEXEL
 PORTION = 2**19  # posts that one step of `Visibility.follow_steps` sweeps
 FOLDED = PORTION // 128  # texels that one step folds
@@ -52,10 +53,12 @@ class Sweep:
     def __init__(self, terrain: Terrain) -> None:
         self.ctx, self.terrain = terrain.ctx, terrain
         self._kernel = shaders.compute(self.ctx, "horizon/sweep.comp")
+        self._hulls: moderngl.Buffer | None = None  # scratch, from the first run to `rest`: new memory is slow
 
     def run(self, towards: Direction, into: moderngl.TextureArray, layer: int = 0) -> None:
         """Write the horizons' sines in the lattice direction `towards` (see `lattice_direction`) to a layer."""
         drain(self.run_steps(towards, into, layer, into.width * into.height))
+        self.rest()
 
     def run_steps(
         self, towards: Direction, into: moderngl.TextureArray, layer: int = 0, posts: int = PORTION
@@ -68,23 +71,33 @@ class Sweep:
         drift = math.ceil(abs(slide) * (steps - 1))
         first, lines = (-drift if slide > 0 else 0), places + drift
         at_once = min(lines, max(128, min(posts * lines // places, HULL_BYTES // _HULL_POINT) // steps))
-        hulls = gl.reserve(self.ctx, _HULL_POINT * steps * at_once, "hulls of horizons")
-        try:
-            for start in range(0, lines, at_once):
-                self.terrain.bind()
-                bind("horizon/sweep.comp", u_horizon=into, Hulls=hulls)
-                self._kernel["u_towards"], self._kernel["u_layer"] = towards, layer
-                self._kernel["u_first_line"] = first + start
-                self._kernel["u_lines"] = count = min(at_once, lines - start)
-                self._kernel.run(-(-count // 64))
-                self.ctx.memory_barrier(_BARRIER)  # the next lines use the same memory
-                yield (start + count) / lines
-        finally:
-            hulls.release()
+        hulls = self._reserve(_HULL_POINT * steps * at_once)
+        for start in range(0, lines, at_once):
+            self.terrain.bind()
+            bind("horizon/sweep.comp", u_horizon=into, Hulls=hulls)
+            self._kernel["u_towards"], self._kernel["u_layer"] = towards, layer
+            self._kernel["u_first_line"] = first + start
+            self._kernel["u_lines"] = count = min(at_once, lines - start)
+            self._kernel.run(-(-count // 64))
+            self.ctx.memory_barrier(_BARRIER)  # the next lines use the same memory
+            yield (start + count) / lines
+
+    def rest(self) -> None:
+        """Release the scratch memory until the next run."""
+        if self._hulls:
+            self._hulls.release()
+        self._hulls = None
 
     def release(self) -> None:
         """Release GPU resources."""
+        self.rest()
         self._kernel.release()
+
+    def _reserve(self, size: int) -> moderngl.Buffer:
+        if self._hulls is None or self._hulls.size < size:
+            self.rest()
+            self._hulls = gl.reserve(self.ctx, size, "hulls of horizons")
+        return self._hulls
 
 
 class SkyVisibility:
@@ -101,7 +114,9 @@ class SkyVisibility:
         self.axes, self.sharpness = np.asarray(axes, "f8"), np.asarray(sharpness, "f8")
         self.table = sky_table(terrain.heightmap.cols, terrain.heightmap.rows, len(self.axes))
         self.directions = lattice_directions(AZIMUTHS)
-        defines = {"LOBES": len(self.axes), "SINES": SINES, "COSINES": COSINES, "BATCH": BATCH, "TEXEL": TEXEL}
+        is_small = 2 * AZIMUTHS * terrain.heightmap.cols * terrain.heightmap.rows <= BATCH_BYTES
+        self._batch, self._printed = AZIMUTHS if is_small else BATCH, printed
+        defines = {"LOBES": len(self.axes), "SINES": SINES, "COSINES": COSINES, "BATCH": self._batch, "TEXEL": TEXEL}
         self._fold = shaders.compute(self.ctx, "horizon/fold.comp", defines | {"FULL": f"{FULL}.0", "PRINTED": printed})
         self._sweep, self._sat = Sweep(terrain), SummedAreaTables(self.ctx, 32)
         self._pack = shaders.compute(self.ctx, "horizon/pack.comp", {"LOBES": len(self.axes), "FULL": f"{FULL}.0"})
@@ -125,33 +140,35 @@ class SkyVisibility:
 
         The old tables stay in use until the last step.
         """
-        at_once = max(1, FOLDED * posts // PORTION // self.table.width)
+        size = self._batch
+        at_once = max(1, FOLDED * BATCH * posts // PORTION // self.table.width // size)
         fresh, packed = gl.reserve(self.ctx, self.buffer.size, "tables of the visible sky"), self._texture()
         moments = sector_moments(self.axes, self.sharpness, self.directions, self.terrain.heightmap.spacing_m)
         if "u_above" in self._fold:
             self._fold["u_above"] = moments[:, SINES // 2, :, 3].sum(0).tolist()
-        rows = AZIMUTHS * (SINES + 1)
-        moment_table = self.ctx.texture((len(self.axes), rows), 4, moments.astype("f4").tobytes(), dtype="f4")
+        texels = moment_texels(moments, self._printed)
+        moment_table = self.ctx.texture(texels.shape[1::-1], 4, texels.tobytes(), dtype="f4")
         moment_table.filter = (moderngl.NEAREST, moderngl.NEAREST)
         open_table = self.ctx.buffer(open_shares(self.sharpness).astype("f4").tobytes())
         tables: dict[str, bindings.Resource] = {"Shares": fresh, "u_moments": moment_table, "Open": open_table}
-        horizons = horizon_texture(self.terrain, BATCH)
+        horizons = horizon_texture(self.terrain, size)
         try:
-            for batch in range(AZIMUTHS // BATCH):
-                directions = self.directions[batch * BATCH : (batch + 1) * BATCH]
+            for batch in range(AZIMUTHS // size):
+                directions = self.directions[batch * size : (batch + 1) * size]
                 for layer, towards in enumerate(directions):
                     for share in self._sweep.run_steps(towards, horizons, layer, posts):
-                        yield (batch + 0.5 * (layer + share) / BATCH) * BATCH / AZIMUTHS
+                        yield (batch + 0.5 * (layer + share) / size) * size / AZIMUTHS
                 for row in range(0, self.table.height, at_once):
                     count = min(at_once, self.table.height - row)
                     self._fold_batch(batch, row, count, directions, horizons, tables)
-                    yield (batch + 0.5 + 0.48 * (row + count) / self.table.height) * BATCH / AZIMUTHS
+                    yield (batch + 0.5 + 0.48 * (row + count) / self.table.height) * size / AZIMUTHS
             self._pack_shares(fresh, packed)
             for _ in self._sat.build_steps(fresh, self.table):
                 yield 0.998
             self.buffer, fresh = fresh, self.buffer
             self.packed, packed = packed, self.packed
         finally:
+            self._sweep.rest()
             scratch: list[Resource] = [horizons, fresh, packed, moment_table, open_table]
             for resource in scratch:
                 resource.release()
@@ -191,7 +208,7 @@ class SkyVisibility:
             axes.write(self.axes.astype("f4").tobytes())
         self._fold["u_texels"], self._fold["u_first_row"] = self.table[:2], row
         self._fold["u_directions"] = directions
-        self._fold["u_batch"], self._fold["u_is_last"] = batch, batch == AZIMUTHS // BATCH - 1
+        self._fold["u_batch"], self._fold["u_is_last"] = batch, batch == AZIMUTHS // self._batch - 1
         self._fold.run(-(-self.table.width // 64), count)
         self.ctx.memory_barrier(_BARRIER)
 
@@ -231,6 +248,7 @@ class SunVisibility:
             self.horizon, horizon = horizon, self.horizon
             self.buffer, buffer = buffer, self.buffer
         finally:
+            self._sweep.rest()
             horizon.release()
             buffer.release()
 

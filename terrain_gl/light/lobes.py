@@ -13,10 +13,11 @@ import numpy as np
 from ..gpu import gl
 from ..gpu.bindings import bind
 from ..rect import Rect
-from ..sat import RecordedTable, Table
+from ..sat import Table
 from ..terrain import Terrain
 from .climate import AUTO, LOOKS, Climate, climates, look_of
 from .ground import HeightSums
+from .recorded import RecordedTable
 
 LAYERS = 9
 HOLLOW = 8  # the cover of a cell depends on posts up to this far away: boxes in glsl/shade/cover.glsl are up to 13 wide

@@ -38,6 +38,15 @@ def sector_moments(
     return above / above[:, 0, :, 3].sum(0)[:, None]
 
 
+def moment_texels(moments: np.ndarray, printed: int = 0) -> np.ndarray:
+    """(rows, texels, 4) float32, a row for each azimuth and sine: x, y, z of all lobes; ∫ SG dω if `printed` ≥ 2."""
+    values = moments[..., 3:].repeat(3, -1) if printed >= 2 else moments[..., :3]
+    numbers = 3 * moments.shape[2]
+    texels = np.zeros((moments.shape[0] * moments.shape[1], -(-numbers // 4) * 4), "f4")
+    texels[:, :numbers] = values.reshape(len(texels), numbers)
+    return texels.reshape(len(texels), -1, 4)
+
+
 def open_shares(sharpness: np.ndarray) -> np.ndarray:
     """(K, COSINES + 1): ∫ SG ⟨n, ω⟩ dω / ∫ SG dω, for n · axis from -1 to 1; ⟨⟩ is the cosine, at least 0.
 

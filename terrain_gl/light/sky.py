@@ -98,13 +98,16 @@ def fit(directions: np.ndarray, weights: np.ndarray, light: np.ndarray) -> tuple
     normals = slopes(128)
     above = directions[:, 2:] >= 0
     values = np.concatenate([np.exp(SKY_SHARPNESS * (directions @ SKY_AXES.T - 1)) * above, ~above], 1)  # (n, 10)
-    cosines = np.maximum(normals @ directions.T, 0) * (weights / np.pi)  # (128, n)
-    lit, shaded = cosines @ light, shaded_light(normals)
+    weighted = light * (weights / np.pi)[:, None]
+    some = np.split(normals, 16)  # their cosines fit into the processor's cache
+    lit = np.concatenate([np.maximum(facing @ directions.T, 0) @ weighted for facing in some])
+    shaded = shaded_light(normals)
     roots = 0.03 * np.sqrt(weights / (4 * np.pi))[:, None]
+    rooted = values * roots
     amplitude = np.zeros((shaded.shape[1], 3))
     for channel, (of, radiance) in enumerate(zip(lit.T, light.T, strict=True)):
         share = of.mean() / np.maximum(of, 1e-3 * of.mean() + 1e-30)[:, None] / 16
-        system, right = [shaded * share, values * roots], [of * share[:, 0], radiance * roots[:, 0]]
+        system, right = [shaded * share, rooted], [of * share[:, 0], radiance * roots[:, 0]]
         amplitude[:, channel] = non_negative_least_squares(np.concatenate(system), np.concatenate(right))
     return amplitude, float(np.abs(shaded @ amplitude - lit).max() / max(lit.max(), 1e-30))
 

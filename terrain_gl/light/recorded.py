@@ -1,0 +1,92 @@
+"""A summed-area table with the kernel that writes its values: of heights, and of the ground's lobes."""
+
+from __future__ import annotations
+
+from abc import ABC, abstractmethod
+from collections.abc import Mapping
+from typing import Any
+
+import moderngl
+import numpy as np
+
+from ..gpu import gl, shaders
+from ..sat import SummedAreaTables, Table
+from ..steps import Steps
+
+PORTION = 2**17  # words of a layer that one step of `RecordedTable.build_steps` records
+
+
+class RecordedTable(ABC):
+    """A table of 32-bit words in its own buffer, and the kernel that writes the values it sums.
+
+    Parameters
+    ----------
+    record
+        Path of the compute shader that writes the values.
+    name
+        The table's name in an error message about memory.
+    defines
+        Macros for that shader.
+    """
+
+    def __init__(
+        self, ctx: moderngl.Context, table: Table, record: str, name: str, defines: Mapping[str, object] | None = None
+    ) -> None:
+        self.ctx, self.table = ctx, table
+        self._sat = SummedAreaTables(ctx, 32)
+        self._record: Any = shaders.compute(ctx, record, dict(defines or {}))
+        self.buffer = gl.reserve(ctx, 4 * table.words, name)
+        self._texture = gl.WordTexture(ctx)
+
+    @property
+    def texture(self) -> gl.WordTexture:
+        """The buffer, seen as a texture."""
+        return self._texture.of(self.buffer)
+
+    @property
+    def bytes(self) -> int:
+        """GPU memory of the table."""
+        return self.buffer.size
+
+    def build(self) -> None:
+        """Write all values and sum them."""
+        self._write(self.buffer, (0, 0), self.table)
+        self._sat.build(self.buffer, self.table)
+
+    def build_steps(self) -> Steps[None]:
+        """Incremental `build`; yields progress from 0 to 1. The old table stays in use until the end."""
+        fresh, height = gl.reserve(self.ctx, self.buffer.size, "a table that is built again"), self.table.height
+        step = max(1, PORTION // self.table.width)
+        try:
+            for row in range(0, height, step):
+                self._write(fresh, (0, 0), self.table, range(row, min(row + step, height)))
+                yield 0.7 * row / height
+            for share in self._sat.build_steps(fresh, self.table):
+                yield 0.7 + 0.3 * share
+            self.buffer, fresh = fresh, self.buffer
+        finally:
+            fresh.release()
+
+    def values(self) -> np.ndarray:
+        """(layers, height, width) values, recovered from the sums."""
+        return self._sat.values(self.buffer, self.table)
+
+    def release(self) -> None:
+        """Release GPU resources."""
+        for resource in (self.buffer, self._texture, self._sat, self._record):
+            resource.release()
+
+    def _rewrite(self, x: int, y: int, width: int, height: int) -> None:
+        """Write a rectangle's values again; the table becomes the same as after `build`."""
+        at = Table(width, height, self.table.layers)
+        if at == self.table:
+            self.build()
+            return
+        values = self.ctx.buffer(reserve=4 * at.words)
+        self._write(values, (x, y), at)
+        self._sat.edit(self.buffer, self.table, values, at, x, y)
+        values.release()
+
+    @abstractmethod
+    def _write(self, buffer: moderngl.Buffer, first: tuple[int, int], at: Table, rows: range | None = None) -> None:
+        """Write a rectangle's values, all layers, to the start of a buffer; all of its rows, or `rows` alone."""
