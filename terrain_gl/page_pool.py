@@ -16,7 +16,7 @@ import numpy as np
 from .exceptions import TerrainError
 from .gpu import gl, layout, shaders
 from .gpu.bindings import bind
-from .page_sums import bytes_of_slot, counter_words
+from .page_sums import Sums, bytes_of_slot, counter_words
 from .page_windows import light_bytes, scratch_bytes
 from .paged_map import Boxes, PagedMap, PageKey, above
 from .resident import ResidentHeights
@@ -53,7 +53,9 @@ class PagePool:
         self.slots, self.across = self._room()
         side, across = heightmap.tile + 1, self.across
         shaders.define(ctx, PAGED=1, PAGE_LOG2=heightmap.tile.bit_length() - 1, SLOTS_ACROSS=across)
-        self.heights = gl.texel_texture(self.ctx, (across * side, across * side), "f4")
+        self.heights, self.height_sums = (
+            gl.texel_texture(self.ctx, (across * side, across * side), dtype) for dtype in ("f4", "u4")
+        )
         self.marks = gl.texel_texture(self.ctx, (1, 1), "u1")
         self.slot_of: dict[PageKey, int] = {}
         self._hidden: dict[PageKey, int] = {}
@@ -74,8 +76,8 @@ class PagePool:
 
     @property
     def bytes(self) -> int:
-        """GPU memory of heights and page tables."""
-        return 4 * (self.heights.width * self.heights.height + self.table.width * self.table.height)
+        """GPU memory of heights, their sums, and page tables."""
+        return 4 * (2 * self.heights.width * self.heights.height + self.table.width * self.table.height)
 
     @property
     def roots(self) -> list[PageKey]:
@@ -85,19 +87,20 @@ class PagePool:
 
     # --- Pages come and go --------------------------------------------------------------------------------------------
 
-    def place(self, key: PageKey, heights: np.ndarray) -> int:
-        """Put a page's heights into a free slot; returns the slot. `send` makes the page visible."""
+    def place(self, key: PageKey, sums: Sums) -> int:
+        """Put a page's heights and their sums into a free slot; returns the slot. `send` makes the page visible."""
         slot = self._free_slot(key)
-        self._write(slot, heights)
+        self._write(slot, sums)
         self._lit[slot] = False
         self._enter(key, slot)
         return slot
 
-    def _write(self, slot: int, heights: np.ndarray) -> None:
+    def _write(self, slot: int, sums: Sums) -> None:
         side = self.heightmap.tile + 1
         corner = slot % self.across * side, slot // self.across * side
-        self.heights.write(heights - np.float32(self.base_m), viewport=(*corner, side, side))
-        self.filled.copies[slot] = heights
+        self.heights.write(sums.heights - np.float32(self.base_m), viewport=(*corner, side, side))
+        self.height_sums.write(sums.height_sums, viewport=(*corner, side, side))
+        self.filled.copies[slot] = sums.heights
 
     def hide(self) -> None:
         """Hide all pages but the roots, as if they were not loaded; they keep their slots while there is room."""
@@ -244,11 +247,12 @@ class PagePool:
         """Bind the map for all shaders."""
         bind("blocks/terrain.glsl", Terrain=self.block, u_heights=self.heights, u_marks=self.marks)
         bind("blocks/pages.glsl", u_pages=self.table)
+        bind("shade/posts_of_pages.glsl", u_page_sums=self.height_sums)
 
     def release(self) -> None:
         """Release GPU resources."""
         shaders.undefine(self.ctx, "PAGED", "PAGE_LOG2", "SLOTS_ACROSS")
-        for resource in (self.heights, self.marks, self.table, self.block):
+        for resource in (self.heights, self.height_sums, self.marks, self.table, self.block):
             resource.release()
 
     def _make_tables(self) -> None:
