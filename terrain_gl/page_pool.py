@@ -247,7 +247,7 @@ class PagePool:
         """Bind the map for all shaders."""
         bind("blocks/terrain.glsl", Terrain=self.block, u_heights=self.heights, u_marks=self.marks)
         bind("blocks/pages.glsl", u_pages=self.table)
-        bind("shade/posts_of_pages.glsl", u_page_sums=self.height_sums)
+        bind("pages/posts.glsl", u_page_sums=self.height_sums)
 
     def release(self) -> None:
         """Release GPU resources."""

@@ -1,6 +1,6 @@
 // shade/posts.glsl — what shade/relief.glsl reads: the heights of a lattice of posts, and sums of them over boxes.
 //   A map in memory has one lattice, that of level 0, and one summed-area table. Of a store, each level has a lattice, and each
-//   page a table of its own (shade/posts_of_pages.glsl). So a box lies in one part or in several:
+//   page a table of its own (pages/posts.glsl). So a box lies in one part or in several:
 //     Part part = first_part(level, low, end);
 //     do sum += sum_in(part, x, y); while (next_part(part));
 //   adds up to S(x, y) of a table of the whole lattice, less a number that is the same for all corners of the box.
@@ -9,7 +9,7 @@
 #include "blocks/terrain.glsl"
 
 #ifdef PAGED
-#include "shade/posts_of_pages.glsl"
+#include "pages/posts.glsl"
 #else
 // A storage block, or the same buffer as a texture: software renderers read a texture in a third of the time, but it may hold
 // fewer words.

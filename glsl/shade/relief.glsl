@@ -11,7 +11,7 @@
 //
 //   Smaller boxes use cubic B-splines over the heights, with continuous second derivatives. In between, the two are blended.
 //   Functions that end in _on are about the lattice of one level: places, extents and slopes are in its steps. A map in memory
-//   has level 0 alone; of a store, the loaded pages decide (shade/relief_of_pages.glsl).
+//   has level 0 alone; of a store, the loaded pages decide (pages/relief.glsl).
 // Provides Relief, relief_of(), slope_of_cells(), rough_slope(), box_mean_m().   Python twin: reference.relief
 
 #include "shade/steps.glsl"
@@ -162,7 +162,7 @@ vec2 rough_slope_on(int level, vec2 post, vec2 extent) {
 }
 
 #ifdef PAGED
-#include "shade/relief_of_pages.glsl"
+#include "pages/relief.glsl"
 #else
 Relief relief_of(vec2 post, vec2 extent) { return relief_on(0, post, extent); }
 

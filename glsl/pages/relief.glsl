@@ -1,4 +1,4 @@
-// shade/relief_of_pages.glsl — the relief of a map of which only some pages are on the GPU, from the lattices of their levels.
+// pages/relief.glsl — the relief of a map of which only some pages are on the GPU, from the lattices of their levels.
 //   It is that of the finest level whose pages are loaded under the footprint. Where a page beside it is not loaded, that level
 //   fades into the next coarser one:
 //     relief = w₀ R₀ + (1 − w₀) (w₁ R₁ + (1 − w₁) (…)),    w_l = distance to the nearest page that is not loaded, / FADE, 0 to 1
