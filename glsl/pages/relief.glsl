@@ -5,7 +5,7 @@
 //   So there are no steps where the level changes. If all pages are loaded, w₀ = 1: the relief is that of the map in memory.
 // Provides relief_of(), slope_of_cells(), rough_slope(), box_mean_m().   Python twin: reference.relief
 
-#define FADE (0.125 * float(PAGE))  // in posts of the level
+#define FADE 4.0  // in posts of the level
 
 #define MEAN 0  // what is asked for
 #define CELLS 1

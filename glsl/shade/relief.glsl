@@ -100,10 +100,22 @@ vec4 spline_slope(float t) {
     return vec4(-(1.0 - t) * (1.0 - t), t * (3.0 * t - 4.0), 1.0 + t * (2.0 - 3.0 * t), t * t) * 0.5;
 }
 
+// Coarse lattices of a store are sharper without a B-spline: heights are interpolated (Catmull, Rom 1974), and slopes are those
+// of single steps, linear between their middles.
+vec4 catmull_rom(float t) {
+    return 0.5 * vec4(((2.0 - t) * t - 1.0) * t, (3.0 * t - 5.0) * t * t + 2.0, ((4.0 - 3.0 * t) * t + 1.0) * t, (t - 1.0) * t * t);
+}
+
+vec4 tents(float t) { return max(1.0 - abs(t - vec4(-1.0, 0.0, 1.0, 2.0)), 0.0); }
+
+vec4 weights_on(int level, float t) { return level == 0 ? spline(t) : catmull_rom(t); }
+
+vec4 slope_weights_on(int level, float t) { return level == 0 ? spline_slope(t) : tents(t + 0.5) - tents(t - 0.5); }
+
 Relief relief_of_spline(int level, vec2 post) {
     ivec2 at = ivec2(floor(post));
     vec2 t = post - vec2(at);
-    vec4 wx = spline(t.x), dx = spline_slope(t.x), wy = spline(t.y), dy = spline_slope(t.y);
+    vec4 wx = weights_on(level, t.x), dx = slope_weights_on(level, t.x), wy = weights_on(level, t.y), dy = slope_weights_on(level, t.y);
     mat4 h = heights_from(level, at - 1);
     vec4 rows = wx * h;
     return Relief(dot(rows, wy), vec2(dot(dx * h, wy), -dot(rows, dy)) / u_spacing_m);
