@@ -53,9 +53,8 @@ class PagePool:
         self.slots, self.across = self._room()
         side, across = heightmap.tile + 1, self.across
         shaders.define(ctx, PAGED=1, PAGE_LOG2=heightmap.tile.bit_length() - 1, SLOTS_ACROSS=across)
-        self.heights, self.height_sums = (
-            gl.texel_texture(self.ctx, (across * side, across * side), dtype) for dtype in ("f4", "u4")
-        )
+        self.heights = gl.texel_texture(self.ctx, (across * side, across * side), "f4")
+        self.height_sums = gl.reserve(self.ctx, 4 * side**2 * self.slots, "a table of heights")
         self.marks = gl.texel_texture(self.ctx, (1, 1), "u1")
         self.slot_of: dict[PageKey, int] = {}
         self._hidden: dict[PageKey, int] = {}
@@ -77,7 +76,8 @@ class PagePool:
     @property
     def bytes(self) -> int:
         """GPU memory of heights, their sums, and page tables."""
-        return 4 * (2 * self.heights.width * self.heights.height + self.table.width * self.table.height)
+        heights, table = self.heights, self.table
+        return 4 * (heights.width * heights.height + table.width * table.height) + self.height_sums.size
 
     @property
     def roots(self) -> list[PageKey]:
@@ -99,7 +99,7 @@ class PagePool:
         side = self.heightmap.tile + 1
         corner = slot % self.across * side, slot // self.across * side
         self.heights.write(sums.heights - np.float32(self.base_m), viewport=(*corner, side, side))
-        self.height_sums.write(sums.height_sums, viewport=(*corner, side, side))
+        self.height_sums.write(sums.height_sums, offset=4 * side**2 * slot)
         self.filled.copies[slot] = sums.heights
 
     def hide(self) -> None:
@@ -247,7 +247,6 @@ class PagePool:
         """Bind the map for all shaders."""
         bind("blocks/terrain.glsl", Terrain=self.block, u_heights=self.heights, u_marks=self.marks)
         bind("blocks/pages.glsl", u_pages=self.table)
-        bind("pages/posts.glsl", u_page_sums=self.height_sums)
 
     def release(self) -> None:
         """Release GPU resources."""
@@ -283,7 +282,7 @@ class PagePool:
         most = heightmap.gpu_bytes - self._words.nbytes - scratch_bytes(heightmap)
         most = int(most // (bytes_of_slot(side) + light_bytes(side)))
         most = min(most, int(OF_COPIES * heightmap.memory_bytes) // (4 * (side + 1) ** 2))
-        most = min(most, gl.storage_block_bytes(self.ctx) // (4 * counter_words(side)))
+        most = min(most, gl.storage_block_bytes(self.ctx) // (4 * max(counter_words(side), (side + 1) ** 2)))
         across = min(math.isqrt(max(most, 0)), limits["texture_size"] // (side + 1))
         slots = across**2
         if slots < self.numbering.total and slots < 4 * len(self.roots):

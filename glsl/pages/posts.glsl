@@ -3,32 +3,27 @@
 //   pages have one row or column more. So the parts of a box in all pages add up to the box, exactly: words wrap.
 // Provides the same.   Python twins: reference.sat, page_sums.steps_of
 
-layout(binding = 10) uniform usampler2D u_page_sums;  // word (x, y) of a page: sum over its columns ≤ x and rows ≤ y
-
 struct Part {
     int level;
     ivec4 pages;   // first and last page under the box
     ivec2 page;
     ivec2 first;   // first post of the page, and how many are its own
     ivec2 count;
-    ivec2 texel;   // of the first post in the pool
+    int first_word;
 };
 
 ivec2 last_of(int level) { return u_level[level].size; }
 
 ivec2 page_at(int level, ivec2 at) { return min(at >> PAGE_LOG2, pages_of(level) - 1); }
 
-ivec2 texel_of(int level, ivec2 page) {
-    int slot = max(slot_of(level, page), 0);
-    return ivec2(slot % SLOTS_ACROSS, slot / SLOTS_ACROSS) * (PAGE + 1);
-}
+ivec2 texel_of(int level, ivec2 page) { return first_texel(max(slot_of(level, page), 0)); }
 
 void enter_page(inout Part part, ivec2 page) {
     part.page = page;
     part.first = page << PAGE_LOG2;
     ivec2 left = last_of(part.level) + 1 - part.first;
     part.count = ivec2(left.x > PAGE + 1 ? PAGE : left.x, left.y > PAGE + 1 ? PAGE : left.y);
-    part.texel = texel_of(part.level, page);
+    part.first_word = max(slot_of(part.level, page), 0) * (PAGE + 1) * (PAGE + 1);
 }
 
 Part first_part(int level, ivec2 low, ivec2 end) {
@@ -49,7 +44,7 @@ bool next_part(inout Part part) {
 // Sum over the page's own posts before column x and row y of the lattice.
 uint sum_in(Part part, int x, int y) {
     ivec2 at = clamp(ivec2(x, y) - part.first, ivec2(0), part.count) - 1;
-    return texelFetch(u_page_sums, part.texel + max(at, 0), 0).x & ~uint((at.x | at.y) >> 31);  // a mask is faster than a branch
+    return HEIGHT_SUM(part.first_word + max(at.y, 0) * (PAGE + 1) + max(at.x, 0)) & ~uint((at.x | at.y) >> 31);  // a mask is faster than a branch
 }
 
 // Heights of 4 × 4 posts, as in shade/posts.glsl. They lie in at most 2 × 2 pages.

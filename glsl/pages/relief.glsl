@@ -40,18 +40,10 @@ float share_of(int level, vec2 at, vec2 extent) {
     return level >= u_top_level ? 1.0 : share;
 }
 
-// Slopes for the sun: those of cells, or means over larger extents.
-vec2 lit_slope_on(int level, vec2 at, vec2 extent) {
-    float far = MAY_BE_FAR ? smoothstep(FINEST_BOX_POSTS, 3.0, max(extent.x, extent.y)) : 0.0;
-    vec2 near_ = vec2(0.0), far_ = near_;
-    if (far < 1.0) near_ = slope_of_cells_on(level, at);
-    if (far > 0.0) far_ = relief_on(level, at, extent).slope;
-    return mix(near_, far_, far);
-}
-
 Relief asked_on(int what, int level, vec2 at, vec2 extent) {
     if (what == MEAN) return relief_on(level, at, extent);
-    return Relief(0.0, what == CELLS ? lit_slope_on(level, at, extent) : rough_slope_on(level, at, extent));
+    if (what == ROUGH) return rough_relief_on(level, at, extent);
+    return Relief(0.0, slope_of_cells_on(level, at));
 }
 
 Relief relief_of_levels(int what, vec2 post, vec2 extent) {
@@ -60,17 +52,11 @@ Relief relief_of_levels(int what, vec2 post, vec2 extent) {
     int level = int(finest_over(min(ivec2(post) >> PAGE_LOG2, pages_of(0) - 1)) >> 24);
     do {
         vec2 step_ = step_around(level, post, extent), at = in_lattice(level, post);
-        float share = share_of(level, at, extent / step_);
-        while (share == 0.0) {
-            level++;
-            step_ = step_around(level, post, extent);
-            at = in_lattice(level, post);
-            share = share_of(level, at, extent / step_);
-        }
+        float share = left * share_of(level, at, extent / step_);
         Relief r = asked_on(what, level, at, extent / step_);
-        sum.height_m += left * share * r.height_m;
-        sum.slope += left * share * r.slope / step_;
-        left *= 1.0 - share;
+        sum.height_m += share * r.height_m;
+        sum.slope += share * r.slope / step_;
+        left -= share;
         level++;
     } while (left > 0.0);
     return sum;
@@ -78,12 +64,12 @@ Relief relief_of_levels(int what, vec2 post, vec2 extent) {
 
 Relief relief_of(vec2 post, vec2 extent) { return relief_of_levels(MEAN, post, extent); }
 
-vec2 slope_of_cells(vec2 post, vec2 extent) { return relief_of_levels(CELLS, post, extent).slope; }
+vec2 slope_of_cells(vec2 post) { return relief_of_levels(CELLS, post, vec2(0.0)).slope; }
 
 vec2 rough_slope(vec2 post, vec2 extent) { return relief_of_levels(ROUGH, post, extent).slope; }
 
 float box_mean_m(ivec2 a, ivec2 b) {
     vec2 middle = 0.5 * vec2(a + b - 1), extent = vec2(b - a);
     if (share_of(0, middle, extent) == 1.0) return box_mean_on(0, a, b);
-    return relief_of(middle, extent).height_m;
+    return relief_of_levels(ROUGH, middle, extent).height_m;
 }

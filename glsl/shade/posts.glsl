@@ -8,9 +8,6 @@
 
 #include "blocks/terrain.glsl"
 
-#ifdef PAGED
-#include "pages/posts.glsl"
-#else
 // A storage block, or the same buffer as a texture: software renderers read a texture in a third of the time, but it may hold
 // fewer words.
 #ifdef WORDS_IN_TEXTURES
@@ -21,6 +18,9 @@ layout(std430, binding = 0) readonly buffer HeightSums { uint height_sum[]; };
 #define HEIGHT_SUM(i) height_sum[i]
 #endif
 
+#ifdef PAGED
+#include "pages/posts.glsl"
+#else
 struct Part { int level; };
 
 ivec2 last_of(int level) { return u_last_post; }

@@ -159,18 +159,22 @@ float box_mean_on(int level, ivec2 a, ivec2 b) {
     return mean_m(sum, a, b);
 }
 
-// Mean slope over a box of whole posts, where the result need not be smooth.
-vec2 rough_slope_on(int level, vec2 post, vec2 extent) {
+// The relief over a box of whole posts, where the result need not be smooth.
+Relief rough_relief_on(int level, vec2 post, vec2 extent) {
     ivec2 half_extent = ivec2(max(round(0.5 * min(extent, LARGEST_BOX_POSTS)), 1.0)), m = ivec2(post + 0.5), end = last_of(level) + 1;
     ivec2 a = max(m - half_extent, 0), c = min(m + half_extent, end);
     m = clamp(m, a + 1, c - 1);
+    uint all_ = 0u;
     uvec4 sum = uvec4(0u);  // the western, northern, eastern and southern half
     Part part = first_part(level, a, c);
-    do sum += uvec4(box_sum_in(part, a, ivec2(m.x, c.y)), box_sum_in(part, a, ivec2(c.x, m.y)), box_sum_in(part, ivec2(m.x, a.y), c), box_sum_in(part, ivec2(a.x, m.y), c));
-    while (next_part(part));
+    do {
+        all_ += box_sum_in(part, a, c);
+        sum += uvec4(box_sum_in(part, a, ivec2(m.x, c.y)), box_sum_in(part, a, ivec2(c.x, m.y)), box_sum_in(part, ivec2(m.x, a.y), c), box_sum_in(part, ivec2(a.x, m.y), c));
+    } while (next_part(part));
     vec2 west_north = vec2(mean_m(sum.x, a, ivec2(m.x, c.y)), mean_m(sum.y, a, ivec2(c.x, m.y)));
     vec2 east_south = vec2(mean_m(sum.z, ivec2(m.x, a.y), c), mean_m(sum.w, ivec2(a.x, m.y), c));
-    return (east_south - west_north) * vec2(2.0, -2.0) / (vec2(c - a) * u_spacing_m);
+    vec2 slope = (east_south - west_north) * vec2(2.0, -2.0) / (vec2(c - a) * u_spacing_m), aside = post - 0.5 * vec2(a + c - 1);
+    return Relief(mean_m(all_, a, c) + dot(slope, vec2(aside.x, -aside.y) * u_spacing_m), slope);
 }
 
 #ifdef PAGED
@@ -178,9 +182,9 @@ vec2 rough_slope_on(int level, vec2 post, vec2 extent) {
 #else
 Relief relief_of(vec2 post, vec2 extent) { return relief_on(0, post, extent); }
 
-vec2 slope_of_cells(vec2 post, vec2 extent) { return slope_of_cells_on(0, post); }
+vec2 slope_of_cells(vec2 post) { return slope_of_cells_on(0, post); }
 
-vec2 rough_slope(vec2 post, vec2 extent) { return rough_slope_on(0, post, extent); }
+vec2 rough_slope(vec2 post, vec2 extent) { return rough_relief_on(0, post, extent).slope; }
 
 float box_mean_m(ivec2 a, ivec2 b) { return box_mean_on(0, a, b); }
 #endif
