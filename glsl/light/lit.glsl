@@ -73,9 +73,15 @@ void add_sky(inout Lit l, Ground g) {
     l.ambient += u_around * (0.5 - 0.5 * l.lobe.normal.z);
 }
 
-// V ⟨n, sun⟩ of one place, and ⟨n, sun⟩. `wide`: the slope of the whole footprint, where there are no means of the sun.
-vec2 sun_at(vec2 post, vec2 extent, vec3 wide, float grained) {
-    vec2 slope = mix(slope_of_cells(post), wide.xy, wide.z) + grain_of(post, extent, grained).slope;
+// The slope for the sun at one place. Without means of the sun, it is a mean over large extents.
+vec2 sun_slope(vec2 post, vec2 extent) {
+    vec2 slope = slope_of_cells(post);
+    return HAS_SUMS ? slope : mix(slope, rough_slope(post, extent), farness_from(PART * SUN_FROM, extent));
+}
+
+// V ⟨n, sun⟩ of one place, and ⟨n, sun⟩.
+vec2 sun_at(vec2 post, vec2 extent, float grained) {
+    vec2 slope = sun_slope(post, extent) + grain_of(post, extent, grained).slope;
     return max(dot(normal_of(slope), u_sun.axis), 0.0) * vec2(sun_share(post, extent), 1.0);
 }
 
@@ -84,10 +90,9 @@ vec2 sun_at(vec2 post, vec2 extent, vec3 wide, float grained) {
 void add_sun(inout Lit l, Ground g, vec2 lean) {
     float far = HAS_SUMS ? farness(g.extent) : 0.0;
     vec2 near_ = vec2(0.0), far_ = vec2(0.0, cosine_of(l.lobe, u_sun));  // with shadows, and without
-    vec3 wide = vec3(g.fine.slope, HAS_SUMS ? 0.0 : farness(g.extent));
     float grained = far < 1.0 ? grain_strength(g.post, length(g.fine.slope), l.lobe.albedo) : 0.0;
     for (int i = 0; i < g.parts; i++) {
-        if (far < 1.0) near_ += sun_at(g.part[i], PART * g.extent, wide, grained) / float(g.parts);
+        if (far < 1.0) near_ += sun_at(g.part[i], PART * g.extent, grained) / float(g.parts);
         if (HAS_SUMS && MAY_BE_FAR && far > 0.0) far_.x += sun_over(g.part[i], PART * g.extent, lean) / float(g.parts);
     }
     vec2 sun = mix(near_, far_, far);
