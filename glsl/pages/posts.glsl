@@ -1,7 +1,7 @@
 // pages/posts.glsl — shade/posts.glsl for a map of which only some pages are on the GPU (blocks/pages.glsl).
 //   Each page has the summed-area table of its own posts. A post on the border of two pages belongs to the second one; the last
 //   pages have one row or column more. So the parts of a box in all pages add up to the box, exactly: words wrap.
-// Provides the same.   Python twins: reference.sat, page_sums.steps_of
+// Provides the same.   Python twins: reference.sat, terrain.steps_of
 
 struct Part {
     int level;
