@@ -2,9 +2,9 @@
 
     python benchmarks/store_equal.py [VIEWS [PICTURES [MAP …]]]      1000 views and 100 pictures of each map
 
-A map is alpine, canyon, or a file, also one in the folder TERRAIN_GL_DEM; of a large one, the 1000 rows and 900 columns
-in the middle are used, in tiles of 32 posts. Views stand close to the ground or high above it, also outside the map; tolerances are 0.3, 1 and 4 px, and
-both metrics are used in turn.
+A map is alpine, canyon, or a file, also one in the folder TERRAIN_GL_DEM; of a large one, the 1000 rows and 900
+columns in the middle are used, in tiles of 32 posts. Views stand close to the ground or high above it, also outside
+the map; tolerances are 0.3, 1 and 4 px, and both metrics are used in turn.
 
 All tiles are loaded: each view must have the same patches, bit for bit, and the same certificate; in each picture all
 samples (four a pixel) must see the same place of the map, and all pixels must be equal in the styles `lambert` and
