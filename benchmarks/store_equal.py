@@ -2,12 +2,13 @@
 
     python benchmarks/store_equal.py [VIEWS [PICTURES [MAP …]]]      1000 views and 100 pictures of each map
 
-A map is alpine, canyon, or a file; of a large one, the 1000 rows and 900 columns in the middle are used, in tiles of
-32 posts. Views stand close to the ground or high above it, also outside the map; tolerances are 0.3, 1 and 4 px, and
-both metrics are used in turn.
+A map is alpine, canyon, or a file, also one in the folder TERRAIN_GL_DEM; of a large one, the 1000 rows and 900
+columns in the middle are used, in tiles of 32 posts. Views stand close to the ground or high above it, also outside
+the map; tolerances are 0.3, 1 and 4 px, and both metrics are used in turn.
 
 All tiles are loaded: each view must have the same patches, bit for bit, and the same certificate; in each picture all
-samples (four a pixel) must see the same place of the map, bit for bit. Colours differ: normals come from the tiles.
+samples (four a pixel) must see the same place of the map, and all pixels must be equal in the styles `lambert` and
+`normals`, bit for bit.
 Few slots: a pool for half of the tiles, which change with the views. Each view must be certified within its tolerance,
 unless it needs more tiles than there are slots; it is then not complete. How many have the patches of the map in memory
 is counted: where a finer tile is not loaded, the bound of a coarser one may choose another patch. Exit status 1 if a
@@ -16,6 +17,7 @@ view is not as it must be.
 
 from __future__ import annotations
 
+import os
 import sys
 import tempfile
 from collections import Counter
@@ -35,6 +37,7 @@ from terrain_gl.store import StoredMap, build
 from terrain_gl.streaming import NO_ROOM
 
 SIZE, PART, TILE, SHARD = (160, 90), (1000, 900), 32, 256
+STYLES = "lambert", "normals"
 
 
 def main() -> int:
@@ -48,7 +51,8 @@ def main() -> int:
 
 def compare(name: str, views: int, pictures: int) -> int:
     """One map: print its row; returns how many views are not as they must be."""
-    opened, _ = open_map(name)
+    file = Path(os.environ.get("TERRAIN_GL_DEM", "")) / name
+    opened, _ = open_map(str(file) if file.is_file() else name)
     row, col = (max(0, (n - most) // 2) for n, most in zip((opened.rows, opened.cols), PART, strict=True))
     heights = np.nan_to_num(opened.heights[row : row + PART[0], col : col + PART[1]], nan=opened.range_m[0])
     whole = tg.Heightmap(heights, opened.spacing_m)
@@ -116,8 +120,11 @@ def patches_of(renderer: tg.Renderer) -> bytes:
 
 
 def same_picture(one: tg.Renderer, other: tg.Renderer, view: dict[str, Any]) -> bool:
-    """Whether the samples of both pictures see the same places."""
-    return np.array_equal(*(seen_by(r, view) for r in (one, other)))
+    """Whether the samples of both pictures see the same places, and all pixels of two styles are equal."""
+    is_same = np.array_equal(*(seen_by(r, view) for r in (one, other)))
+    for style in STYLES:
+        is_same &= np.array_equal(*(r.render(**view, style=style).image for r in (one, other)))
+    return is_same
 
 
 def seen_by(renderer: tg.Renderer, view: dict[str, Any]) -> np.ndarray:

@@ -18,6 +18,7 @@ from typing import Any, cast
 import numpy as np
 
 from .camera import Vector
+from .gpu import gl
 from .gpu.bindings import bind
 from .light.climate import AUTO
 from .light.gaussians import SKY_AXES
@@ -144,7 +145,7 @@ class PageVisibility:
     def bind(self) -> None:
         """Bind the light for shaders that include horizon/visible.glsl."""
         assert self.sweep
-        bind("horizon/visible_of_pages.glsl", u_sun_horizon=self.sweep.sun, u_packed=self.sweep.sky)
+        bind("pages/visible.glsl", u_sun_horizon=self.sweep.sun, u_packed=self.sweep.sky)
 
     def update(self, posts: Rect) -> None:
         """Follow an edit: pages whose windows hold edited posts get new light. Until then they keep the old one."""
@@ -235,21 +236,32 @@ class PageVisibility:
             yield from self.sweep.sky_steps(slot)
 
 
-class NoSums:
-    """Takes the place of `HeightSums`: a paged map has no sums of heights."""
+class SumsOfPages:
+    """Takes the place of `HeightSums`: the sums of heights belong to the pages."""
 
     bytes = 0
 
-    def nothing(self, *_: Any) -> None:
-        """There is nothing to bind, to update or to release."""
+    def __init__(self, terrain: PagedTerrain) -> None:
+        self._terrain, self._texture = terrain, gl.WordTexture(terrain.ctx)
 
-    bind = update = release = nothing
+    def bind(self) -> None:
+        """Bind the sums for shaders that read relief."""
+        sums = self._terrain.height_sums
+        bind("shade/posts.glsl", HeightSums=sums, u_height_sums=self._texture.of(sums))
+
+    def update(self, posts: Rect) -> None:
+        """Follow an edit: the pages have done it."""
+
+    def release(self) -> None:
+        """Release GPU resources."""
+        self._texture.release()
 
 
 def light_of(terrain: Any) -> tuple[HeightSums, Lighting]:
     """The sums of heights and the light of a map."""
     if isinstance(terrain, PagedTerrain):
-        return cast(HeightSums, NoSums()), PagedLighting(terrain)
+        paged = cast(HeightSums, SumsOfPages(terrain))
+        return paged, PagedLighting(terrain, paged)
     sums = HeightSums(terrain)
     return sums, Lighting(terrain, sums)
 
@@ -259,12 +271,14 @@ class PagedLighting(Lighting):
 
     has_lobes = False
 
-    def __init__(self, terrain: PagedTerrain) -> None:
+    def __init__(self, terrain: PagedTerrain, sums: HeightSums) -> None:
         self._thread = ThreadPoolExecutor(1, "sky")
         self._coming: tuple[object, Future[Sky]] | None = None
         self._is_late = False  # whether the last picture used an earlier sky, or none
         self._flown_s = time.perf_counter()
-        super().__init__(cast(Any, terrain), cast(HeightSums, NoSums()))
+        super().__init__(cast(Any, terrain), sums)
+        words = terrain.height_sums.size // 4
+        self._words = {"WORDS_IN_TEXTURES": 1} if words <= gl.limits(self.ctx)["texture_buffer_texels"] else {}
 
     @property
     def missing(self) -> int:  # type: ignore[override]

@@ -1,7 +1,7 @@
 """Pages of a map on the GPU, in a fixed pool of slots, and the tables that say where each page is.
 
 Pages of the coarsest level are always loaded, so that every place has a height and a bound
-(glsl/error/bound_of_pages.glsl). A page is put into the pool after the page above it, of the next coarser level.
+(glsl/pages/bound.glsl). A page is put into the pool after the page above it, of the next coarser level.
 Nothing here waits for a disk.
 """
 
@@ -16,14 +16,14 @@ import numpy as np
 from .exceptions import TerrainError
 from .gpu import gl, layout, shaders
 from .gpu.bindings import bind
-from .page_sums import bytes_of_slot, counter_words
+from .page_sums import Sums, bytes_of_slot, counter_words
 from .page_windows import light_bytes, scratch_bytes
 from .paged_map import Boxes, PagedMap, PageKey, above
 from .resident import ResidentHeights
 from .terrain import block_of, quantisation_range
 
 ROW = 1024  # words of a row of the page tables' texture
-LIT = 1 << 31  # bit of a page with light: glsl/blocks/pages.glsl
+LIT = 1 << 31  # bit of a page with light: glsl/pages/pages.glsl
 OF_COPIES = 0.5  # part of the memory for tiles that holds the heights of loaded pages
 
 
@@ -54,6 +54,7 @@ class PagePool:
         side, across = heightmap.tile + 1, self.across
         shaders.define(ctx, PAGED=1, PAGE_LOG2=heightmap.tile.bit_length() - 1, SLOTS_ACROSS=across)
         self.heights = gl.texel_texture(self.ctx, (across * side, across * side), "f4")
+        self.height_sums = gl.reserve(self.ctx, 4 * side**2 * self.slots, "a table of heights")
         self.marks = gl.texel_texture(self.ctx, (1, 1), "u1")
         self.slot_of: dict[PageKey, int] = {}
         self._hidden: dict[PageKey, int] = {}
@@ -74,8 +75,9 @@ class PagePool:
 
     @property
     def bytes(self) -> int:
-        """GPU memory of heights and page tables."""
-        return 4 * (self.heights.width * self.heights.height + self.table.width * self.table.height)
+        """GPU memory of heights, their sums, and page tables."""
+        heights, table = self.heights, self.table
+        return 4 * (heights.width * heights.height + table.width * table.height) + self.height_sums.size
 
     @property
     def roots(self) -> list[PageKey]:
@@ -85,19 +87,20 @@ class PagePool:
 
     # --- Pages come and go --------------------------------------------------------------------------------------------
 
-    def place(self, key: PageKey, heights: np.ndarray) -> int:
-        """Put a page's heights into a free slot; returns the slot. `send` makes the page visible."""
+    def place(self, key: PageKey, sums: Sums) -> int:
+        """Put a page's heights and their sums into a free slot; returns the slot. `send` makes the page visible."""
         slot = self._free_slot(key)
-        self._write(slot, heights)
+        self._write(slot, sums)
         self._lit[slot] = False
         self._enter(key, slot)
         return slot
 
-    def _write(self, slot: int, heights: np.ndarray) -> None:
+    def _write(self, slot: int, sums: Sums) -> None:
         side = self.heightmap.tile + 1
         corner = slot % self.across * side, slot // self.across * side
-        self.heights.write(heights - np.float32(self.base_m), viewport=(*corner, side, side))
-        self.filled.copies[slot] = heights
+        self.heights.write(sums.heights - np.float32(self.base_m), viewport=(*corner, side, side))
+        self.height_sums.write(sums.height_sums, offset=4 * side**2 * slot)
+        self.filled.copies[slot] = sums.heights
 
     def hide(self) -> None:
         """Hide all pages but the roots, as if they were not loaded; they keep their slots while there is room."""
@@ -243,12 +246,12 @@ class PagePool:
     def bind(self) -> None:
         """Bind the map for all shaders."""
         bind("blocks/terrain.glsl", Terrain=self.block, u_heights=self.heights, u_marks=self.marks)
-        bind("blocks/pages.glsl", u_pages=self.table)
+        bind("pages/pages.glsl", u_pages=self.table)
 
     def release(self) -> None:
         """Release GPU resources."""
         shaders.undefine(self.ctx, "PAGED", "PAGE_LOG2", "SLOTS_ACROSS")
-        for resource in (self.heights, self.marks, self.table, self.block):
+        for resource in (self.heights, self.height_sums, self.marks, self.table, self.block):
             resource.release()
 
     def _make_tables(self) -> None:
@@ -279,7 +282,7 @@ class PagePool:
         most = heightmap.gpu_bytes - self._words.nbytes - scratch_bytes(heightmap)
         most = int(most // (bytes_of_slot(side) + light_bytes(side)))
         most = min(most, int(OF_COPIES * heightmap.memory_bytes) // (4 * (side + 1) ** 2))
-        most = min(most, gl.storage_block_bytes(self.ctx) // (4 * counter_words(side)))
+        most = min(most, gl.storage_block_bytes(self.ctx) // (4 * max(counter_words(side), (side + 1) ** 2)))
         across = min(math.isqrt(max(most, 0)), limits["texture_size"] // (side + 1))
         slots = across**2
         if slots < self.numbering.total and slots < 4 * len(self.roots):

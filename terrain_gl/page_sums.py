@@ -8,7 +8,7 @@ import numpy as np
 
 from .gpu import layout
 from .paged_map import Page, PagedMap, PageKey
-from .terrain import quantisation_range
+from .terrain import quantisation_range, steps_of
 
 
 class Sums(NamedTuple):
@@ -18,6 +18,8 @@ class Sums(NamedTuple):
     ----------
     heights
         (side + 1, side + 1) float32 metres; outside the page, its rim is repeated.
+    height_sums
+        (side + 1, side + 1) uint32: summed-area table of the heights in steps; it wraps.
     counters, squares
         Summed-area tables of class counters and squared errors.
     ranges
@@ -25,6 +27,7 @@ class Sums(NamedTuple):
     """
 
     heights: np.ndarray
+    height_sums: np.ndarray
     counters: np.ndarray
     squares: np.ndarray
     ranges: np.ndarray | None
@@ -33,7 +36,7 @@ class Sums(NamedTuple):
 def bytes_of_slot(tile: int) -> int:
     """GPU memory of a slot."""
     words = counter_words(tile)
-    return 4 * (tile + 1) ** 2 + 4 * words + words // 2 + 4 * tile**2
+    return 8 * (tile + 1) ** 2 + 4 * words + words // 2 + 4 * tile**2
 
 
 def bytes_at_work(tile: int) -> int:
@@ -49,7 +52,7 @@ def counter_words(tile: int) -> int:
 def sums_of(page: Page, key: PageKey, heightmap: PagedMap) -> Sums:
     """Summed-area tables of a page, as glsl/error/count.comp counts class counters and squared errors."""
     level, side = key[0], heightmap.tile
-    base_m, _, span_m = quantisation_range(*heightmap.quantised_m)
+    base_m, low_m, span_m = quantisation_range(*heightmap.quantised_m)
     span, tile = np.float32(span_m), layout.COUNT_TILE * (1 if level else 2)
     n = side // tile
     worst, square = _of_cells(page, base_m, span) if level == 0 else _of_records(page, key, heightmap, span)
@@ -61,7 +64,10 @@ def sums_of(page: Page, key: PageKey, heightmap: PagedMap) -> Sums:
     squares = _padded(_square_up(square), side).reshape(n, tile, n, tile).sum((1, 3), dtype=np.uint64)
     squares = squares.cumsum(0, dtype=np.uint64).cumsum(1, dtype=np.uint64)
     heights = np.pad(page.heights, [(0, side + 1 - n) for n in page.heights.shape], mode="edge").astype(np.float32)
-    return Sums(heights, counters, squares, _ranges(page, side) if level else None)
+    above = heights - np.float32(base_m)
+    steps = steps_of(above, low_m - base_m, span_m)
+    height_sums = steps.cumsum(0, dtype=np.uint32).cumsum(1, dtype=np.uint32)
+    return Sums(heights, height_sums, counters, squares, _ranges(page, side) if level else None)
 
 
 def _ranges(page: Page, side: int) -> np.ndarray:

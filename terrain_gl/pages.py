@@ -78,10 +78,10 @@ class PagedTerrain(PagePool):
         if key in self._hidden:
             self._free.append(self._hidden.pop(key))
 
-    def renew(self, key: PageKey, heights: np.ndarray) -> int:
+    def renew(self, key: PageKey, sums: Sums) -> int:
         """Give a loaded page new heights; returns its slot. Its light stays."""
         slot = self.slot_of[key]
-        self._write(slot, heights)
+        self._write(slot, sums)
         return slot
 
     def drop(self, key: PageKey) -> None:
@@ -129,7 +129,7 @@ class PagedTables:
 
     def put(self, key: PageKey, sums: Sums) -> None:
         """Put a page into a free slot; the page above it must be loaded. `PagedTerrain.send` makes it visible."""
-        self._write(self.terrain.place(key, sums.heights), sums)
+        self._write(self.terrain.place(key, sums), sums)
 
     def update(self, rect: Rect) -> None:
         """Follow a change of posts, or of the records of nodes over them: replace the loaded pages over a rectangle."""
@@ -150,7 +150,7 @@ class PagedTables:
         except Exception:  # a disk may fail in any way; an edited map has its coarsest pages in memory
             self.terrain.drop(key)
             return
-        self._write(self.terrain.renew(key, sums.heights), sums)
+        self._write(self.terrain.renew(key, sums), sums)
 
     def _write(self, slot: int, sums: Sums) -> None:
         self.counters.write(sums.counters, offset=4 * self._words * slot)

@@ -19,6 +19,7 @@ from .rect import Rect
 
 VOID, WATER = 1, 2  # marks of posts: glsl/blocks/terrain.glsl
 SEA = 0.1  # if this part of the rim is in water of one height, that water is the sea
+STEPS = 65535  # heights are summed as steps of 16 bits
 HEADROOM = 0.5  # headroom for further edits when the quantisation range is widened, as a part of the relief
 
 
@@ -306,6 +307,17 @@ def widened_range(
     (low, high), (held_low, held_high) = heights_m, held_m
     headroom_m = HEADROOM * (max(high, held_high) - min(low, held_low))
     return low - headroom_m if low < ends_m[0] else held_low, high + headroom_m if high > ends_m[1] else held_high
+
+
+def steps_per_m(span_m: float) -> float:
+    """Steps of heights in a metre: the quantisation range has 65,535 of them (glsl/shade/steps.glsl)."""
+    return STEPS / span_m
+
+
+def steps_of(heights: np.ndarray, low_m: float, span_m: float) -> np.ndarray:
+    """Heights above the base as steps, uint32; as glsl/shade/quantise.comp, bit for bit. `low_m` is above the base."""
+    steps = (heights.astype(np.float32) - np.float32(low_m)) * np.float32(steps_per_m(span_m))
+    return np.clip(np.rint(steps), 0, STEPS).astype(np.uint32)
 
 
 def quantisation_range(low: float, high: float) -> tuple[float, float, float]:

@@ -18,7 +18,7 @@ from terrain_gl.options import RenderOptions
 from terrain_gl.renderer import Renderer
 from terrain_gl.terrain import Terrain
 
-RAYS = "return vec4(sees(a.xy, ground_m(a.xy), b.xyz) ? 1.0 : 0.0, ground_m(a.xy), slope_of_cells(a.xy, vec2(0.0)));"
+RAYS = "return vec4(sees(a.xy, ground_m(a.xy), b.xyz) ? 1.0 : 0.0, ground_m(a.xy), slope_of_cells(a.xy));"
 
 DIRECTIONS = """
     vec2 u = point_of(int(b.x), vec2(0.3, 0.7));

@@ -10,8 +10,9 @@ import numpy as np
 import pytest
 from clipmaps import doubled_areas
 from commands import refused, spawn
-from maps import cliff, spike
+from maps import cliff, rough, spike
 
+from terrain_gl import reference
 from terrain_gl.camera import Camera
 from terrain_gl.exceptions import TerrainError, UsageError
 from terrain_gl.files.views import standard_view
@@ -19,15 +20,17 @@ from terrain_gl.film.tour import tour
 from terrain_gl.gpu import layout
 from terrain_gl.heightmap import Heightmap
 from terrain_gl.image import read_image
+from terrain_gl.light.ground import HeightSums
 from terrain_gl.options import RenderOptions
 from terrain_gl.renderer import Renderer
 from terrain_gl.steps import drain
 
 pytest.importorskip("zarr")
+from terrain_gl.page_sums import sums_of
 from terrain_gl.paged_map import above as page_above
 from terrain_gl.store import build
 from terrain_gl.store.opened import StoredMap
-from terrain_gl.terrain import quantisation_range
+from terrain_gl.terrain import Terrain, quantisation_range, steps_of
 
 sys.path.insert(0, str(Path(__file__).parents[1] / "benchmarks"))
 from huge import Endless, over_middle
@@ -111,7 +114,7 @@ def alone(monkeypatch):
 
 
 def check_equal(maps, views, metrics, **options):
-    """With all pages, patches, certificates and depths are those of the whole map."""
+    """With all pages, patches, certificates, depths and pictures are those of the whole map."""
     whole, path = maps
     rng = np.random.default_rng(3)
     with Renderer(whole, SIZE) as one, Renderer(StoredMap(path), SIZE) as other:
@@ -124,6 +127,12 @@ def check_equal(maps, views, metrics, **options):
             assert patches_of(one) == patches_of(other)
             assert second["certified_max_error_px"] == first["certified_max_error_px"]
             np.testing.assert_array_equal(seen_by(other), seen_by(one))
+            style = ("lambert", "normals", "lod")[number % 3]
+            np.testing.assert_array_equal(*(pixels(r, camera, error_px, how | {"style": style}) for r in (one, other)))
+
+
+def pixels(renderer, camera, error_px, how):
+    return renderer.render(camera, error_px, **how).image
 
 
 def check_bounds(maps, rounds, views, metrics, **options):
@@ -162,6 +171,55 @@ def test_with_all_pages_the_mesh_is_that_of_the_whole_map(hills):
 
 def test_whatever_is_there_achieves_what_is_certified(hills, alone):
     check_bounds(hills, 1, 4, METRICS)
+
+
+@pytest.mark.parametrize("style", ["lambert", "normals", "lod", "wireframe", "segments", "promise", "voids", "depth"])
+def test_with_all_pages_pictures_are_those_of_the_whole_map(hills, style):
+    whole, path = hills
+    camera = standard_view(whole, "default")
+    with Renderer(whole, SIZE) as one, Renderer(StoredMap(path), SIZE) as other:
+        load(other, all_pages(other.heightmap))
+        found = [renderer.render(camera, 1.0, style=style, contour_m=5.0).image for renderer in (one, other)]
+    np.testing.assert_array_equal(*found)
+
+
+def test_without_the_sums_of_its_pages_a_picture_is_another(hills):
+    whole, path = hills
+    camera = standard_view(whole, "default")
+    with Renderer(StoredMap(path), SIZE) as renderer:
+        load(renderer, all_pages(renderer.heightmap))
+        right = renderer.render(camera, 1.0, style="normals").image
+        sums = renderer.terrain.height_sums
+        renderer.session.enter()
+        sums.write(bytes(sums.size))
+        assert (renderer.render(camera, 1.0, style="normals").image != right).any(-1).mean() > 0.1
+
+
+@pytest.mark.parametrize("offset_m", [0.0, -3.7, 91234.0])
+def test_pages_sum_the_steps_of_the_map_in_memory(ctx, tmp_path, offset_m):
+    heights = rough(70, 93, relief=123.4) + np.float32(offset_m)
+    build(heights, tmp_path / "s", tile=16, shard=64, spacing_m=2.0)
+    stored, terrain = StoredMap(tmp_path / "s"), Terrain(ctx, Heightmap(heights, 2.0))
+    sums = HeightSums(terrain)
+    (found,) = sums.values()
+    above = heights - np.float32(terrain.base_m)
+    np.testing.assert_array_equal(found, steps_of(above, terrain._low_m - terrain.base_m, terrain.span_m))
+    rows, cols = stored.pages(0)
+    for row, col in np.ndindex(rows, cols):
+        table = sums_of(stored.page((0, row, col)), (0, row, col), stored).height_sums
+        part = found[16 * row : 16 * row + 17, 16 * col : 16 * col + 17]
+        expected = reference.sat(part.astype(np.int64))[-part.shape[0] :, -part.shape[1] :]
+        np.testing.assert_array_equal(table[: part.shape[0], : part.shape[1]], expected)
+    for resource in (sums, terrain):
+        resource.release()
+
+
+@pytest.mark.slow
+@pytest.mark.parametrize("name", ["mt_rainier_90m.tif", "greenriver.tif"])
+def test_with_all_pages_pictures_of_real_maps_are_those_of_the_whole_map(dem, tmp_path, name):
+    heights = np.nan_to_num(Heightmap.open(dem / name).heights[300:620, 200:500])
+    build(heights, tmp_path / "s", tile=32, shard=128, spacing_m=60.0)
+    check_equal((Heightmap(heights, 60.0), tmp_path / "s"), 6, METRICS)
 
 
 @pytest.mark.slow

@@ -32,7 +32,7 @@ layout(binding = 1) uniform usampler2D u_marks;  // bits of posts
 #if defined(WINDOW)  // the window around a page (terrain_gl/page_windows.py) takes the place of the map
 float height_m(ivec2 post) { return texelFetch(u_heights, post, 0).x; }
 #elif defined(PAGED)
-#include "blocks/pages.glsl"
+#include "pages/pages.glsl"
 #else
 float height_m(ivec2 post) { return texelFetch(u_heights, post, 0).x; }
 #endif

@@ -60,7 +60,7 @@ bool none_above(Table counts, ivec4 tiles, int c) {
 }
 
 #ifdef PAGED
-#include "error/bound_of_pages.glsl"
+#include "pages/bound.glsl"
 #else
 // Whether the error of every cell of spacing 2^step_log2 in a rectangle of posts is at most error_m.
 bool is_within_m(ivec2 low, ivec2 end, int step_log2, float error_m) {

@@ -28,7 +28,7 @@ float of_lobe(mat4x3 visible, int l) {
 }
 
 #ifdef PAGED
-#include "horizon/visible_of_pages.glsl"
+#include "pages/visible.glsl"
 #else
 const bool HAS_SUMS = true;
 

@@ -73,9 +73,15 @@ void add_sky(inout Lit l, Ground g) {
     l.ambient += u_around * (0.5 - 0.5 * l.lobe.normal.z);
 }
 
+// The slope for the sun at one place. Without means of the sun, it is a mean over large extents.
+vec2 sun_slope(vec2 post, vec2 extent) {
+    vec2 slope = slope_of_cells(post);
+    return HAS_SUMS ? slope : mix(slope, rough_slope(post, extent), farness_from(PART * SUN_FROM, extent));
+}
+
 // V ⟨n, sun⟩ of one place, and ⟨n, sun⟩.
 vec2 sun_at(vec2 post, vec2 extent, float grained) {
-    vec2 slope = slope_of_cells(post, extent) + grain_of(post, extent, grained).slope;
+    vec2 slope = sun_slope(post, extent) + grain_of(post, extent, grained).slope;
     return max(dot(normal_of(slope), u_sun.axis), 0.0) * vec2(sun_share(post, extent), 1.0);
 }
 

@@ -21,7 +21,7 @@ void main() {
         ivec2 cell = 2 * (u_first + at) + ivec2(i & 1, i >> 1);
         if (any(greaterThanEqual(cell, u_last_post))) continue;
         vec2 middle = vec2(cell) + 0.5;
-        Relief relief = relief_of_spline(middle);
+        Relief relief = relief_of_spline(0, middle);
         vec3 normal = normal_of_cell(cell);
         Merged m = merged_at(normal, material_of(middle, vec2(1.5), relief));
         vec3 weighted = dot(m.albedo, LUMINANCE) * m.normal;

@@ -10,23 +10,13 @@
 //       c  └───────┴───────┘        Each side needs two texels: 6 × 6 words together.
 //
 //   Smaller boxes use cubic B-splines over the heights, with continuous second derivatives. In between, the two are blended.
+//   Functions that end in _on are about the lattice of one level: places, extents and slopes are in its steps. A map in memory
+//   has level 0 alone; of a store, the loaded pages decide (pages/relief.glsl).
 // Provides Relief, relief_of(), slope_of_cells(), rough_slope(), box_mean_m().   Python twin: reference.relief
 
 #include "shade/steps.glsl"
+#include "shade/posts.glsl"
 #include "shade/kind.glsl"
-
-#ifdef PAGED
-#include "shade/relief_of_pages.glsl"
-#else
-// A storage block, or the same buffer as a texture: software renderers read a texture in a third of the time, but it may hold
-// fewer words.
-#ifdef WORDS_IN_TEXTURES
-layout(binding = 10) uniform usamplerBuffer u_height_sums;
-#define HEIGHT_SUM(i) texelFetch(u_height_sums, i).x
-#else
-layout(std430, binding = 0) readonly buffer HeightSums { uint height_sum[]; };
-#define HEIGHT_SUM(i) height_sum[i]
-#endif
 
 #define LARGEST_BOX_POSTS 250.0  // sums of 65,536 texels are exact; this leaves room for the rims
 #define FINEST_BOX_POSTS 1.5     // boxes up to this size use the spline alone
@@ -36,19 +26,22 @@ struct Relief {
     vec2 slope;  // metres up per metre east, north
 };
 
-uint sum_at(int x, int y) {
-    if (x == 0 || y == 0) return 0u;
-    return HEIGHT_SUM((y - 1) * (u_last_post.x + 1) + x - 1);
+// Sums up to each pair of six columns and six rows, less a number that is the same for all.
+void sums_on(int level, int x[6], int y[6], out uint sum[36]) {
+    for (int k = 0; k < 36; k++) sum[k] = 0u;
+    Part part = first_part(level, ivec2(x[0], y[0]), ivec2(x[5], y[5]));
+    do {
+        for (int j = 0; j < 6; j++)
+            for (int i = 0; i < 6; i++) sum[6 * j + i] += sum_in(part, x[i], y[j]);
+    } while (next_part(part));
 }
 
 // Sums along a row of words, relative to the western side, interpolated to the three sides a, b, c.
-vec3 sums_of_row(int x[6], vec3 part, int y, inout uint first[6], bool is_first) {
+vec3 sums_of_row(uint sum[36], int row, vec3 part) {
     float sums[6];
-    uint west = sum_at(x[0], y);
     for (int i = 0; i < 6; i++) {
-        uint sum = sum_at(x[i], y) - west;  // unsigned, wraps: exact however large the map
-        if (is_first) first[i] = sum;
-        sums[i] = float(sum - first[i]);
+        uint first = sum[i] - sum[0];  // unsigned, wraps: exact however large the map
+        sums[i] = float(sum[6 * row + i] - sum[6 * row] - first);
     }
     return mix(vec3(sums[0], sums[2], sums[4]), vec3(sums[1], sums[3], sums[5]), part);
 }
@@ -74,22 +67,21 @@ vec2 ramp_rise(vec3 xs, vec3 ys) { return vec2(stairs_rise(xs), stairs_rise(ys))
 
 vec2 ramp_mean(vec3 xs, vec3 ys) { return vec2(stairs_mean(xs), stairs_mean(ys)); }
 
-Relief relief_of_sums(vec2 post, vec2 extent) {
-    vec2 end = vec2(u_last_post + 1), half_extent = 0.5 * min(extent, LARGEST_BOX_POSTS);
-    vec2 a = clamp(post + 0.5 - half_extent, vec2(0.0), end), c = clamp(post + 0.5 + half_extent, vec2(0.0), end);
+Relief relief_of_sums(int level, vec2 post, vec2 extent) {
+    ivec2 end = last_of(level) + 1;
+    vec2 half_extent = 0.5 * min(extent, LARGEST_BOX_POSTS);
+    vec2 a = clamp(post + 0.5 - half_extent, vec2(0.0), vec2(end)), c = clamp(post + 0.5 + half_extent, vec2(0.0), vec2(end));
     vec3 xs = vec3(a.x, 0.5 * (a.x + c.x), c.x), ys = vec3(a.y, 0.5 * (a.y + c.y), c.y);
     int x[6], y[6];
     for (int i = 0; i < 6; i++) {
-        x[i] = min(int(xs[i / 2]) + i % 2, u_last_post.x + 1);
-        y[i] = min(int(ys[i / 2]) + i % 2, u_last_post.y + 1);
+        x[i] = min(int(xs[i / 2]) + i % 2, end.x);
+        y[i] = min(int(ys[i / 2]) + i % 2, end.y);
     }
-    uint first[6];
+    uint sum[36];
+    sums_on(level, x, y, sum);
     vec3 rows[3];
-    for (int j = 0; j < 3; j++) {
-        vec3 above = sums_of_row(x, fract(xs), y[2 * j], first, j == 0);
-        vec3 below = sums_of_row(x, fract(xs), y[2 * j + 1], first, false);
-        rows[j] = mix(above, below, fract(ys[j]));
-    }
+    for (int j = 0; j < 3; j++)
+        rows[j] = mix(sums_of_row(sum, 2 * j, fract(xs)), sums_of_row(sum, 2 * j + 1, fract(xs)), fract(ys[j]));
     vec3 all_rows = rows[2] - rows[0], north_rows = rows[1] - rows[0];
     float total = all_rows.z - all_rows.x, west = all_rows.y - all_rows.x, north = north_rows.z - north_rows.x;
     vec2 size = c - a;
@@ -108,26 +100,23 @@ vec4 spline_slope(float t) {
     return vec4(-(1.0 - t) * (1.0 - t), t * (3.0 * t - 4.0), 1.0 + t * (2.0 - 3.0 * t), t * t) * 0.5;
 }
 
-// Heights of 4 × 4 posts: rows from `first` on, each from west to east. Outside the map the rim is repeated.
-mat4 heights_from(ivec2 first) {
-    mat4 h;
-    vec2 texel = 1.0 / vec2(u_last_post + 1);
-    for (int k = 0; k < 4; k++) {
-        ivec2 at = 2 * ivec2(k & 1, k >> 1);
-        vec4 four = textureGather(u_heights, vec2(first + at + 1) * texel);  // counter-clockwise from the south-west
-        h[at.y][at.x] = four.w;
-        h[at.y][at.x + 1] = four.z;
-        h[at.y + 1][at.x] = four.x;
-        h[at.y + 1][at.x + 1] = four.y;
-    }
-    return h;
+// Coarse lattices of a store are sharper without a B-spline: heights are interpolated (Catmull, Rom 1974), and slopes are those
+// of single steps, linear between their middles.
+vec4 catmull_rom(float t) {
+    return 0.5 * vec4(((2.0 - t) * t - 1.0) * t, (3.0 * t - 5.0) * t * t + 2.0, ((4.0 - 3.0 * t) * t + 1.0) * t, (t - 1.0) * t * t);
 }
 
-Relief relief_of_spline(vec2 post) {
+vec4 tents(float t) { return max(1.0 - abs(t - vec4(-1.0, 0.0, 1.0, 2.0)), 0.0); }
+
+vec4 weights_on(int level, float t) { return level == 0 ? spline(t) : catmull_rom(t); }
+
+vec4 slope_weights_on(int level, float t) { return level == 0 ? spline_slope(t) : tents(t + 0.5) - tents(t - 0.5); }
+
+Relief relief_of_spline(int level, vec2 post) {
     ivec2 at = ivec2(floor(post));
     vec2 t = post - vec2(at);
-    vec4 wx = spline(t.x), dx = spline_slope(t.x), wy = spline(t.y), dy = spline_slope(t.y);
-    mat4 h = heights_from(at - 1);
+    vec4 wx = weights_on(level, t.x), dx = slope_weights_on(level, t.x), wy = weights_on(level, t.y), dy = slope_weights_on(level, t.y);
+    mat4 h = heights_from(level, at - 1);
     vec4 rows = wx * h;
     return Relief(dot(rows, wy), vec2(dot(dx * h, wy), -dot(rows, dy)) / u_spacing_m);
 }
@@ -136,37 +125,66 @@ Relief relief_of_spline(vec2 post) {
 vec4 one_of_two(vec3 weights, bool second) { return second ? vec4(0.0, weights) : vec4(weights, 0.0); }
 
 // Slopes of cells, bilinear between their centres: the finest slopes, for averages over several places.
-vec2 slope_of_cells(vec2 post, vec2 extent) {
-    vec2 p = clamp(post - 0.5, vec2(0.0), vec2(u_last_post - 1)), t = fract(p);
+vec2 slope_of_cells_on(int level, vec2 post) {
+    vec2 p = clamp(post - 0.5, vec2(0.0), vec2(last_of(level) - 1)), t = fract(p);
     ivec2 first = ivec2(floor(post)) - 1;
     bvec2 second = greaterThan(ivec2(p), first);
-    mat4 h = heights_from(first);
+    mat4 h = heights_from(level, first);
     vec4 across = one_of_two(0.5 * vec3(1.0 - t.x, 1.0, t.x), second.x), down = one_of_two(0.5 * vec3(1.0 - t.y, 1.0, t.y), second.y);
     vec4 east = one_of_two(vec3(t.x - 1.0, 1.0 - 2.0 * t.x, t.x), second.x), south = one_of_two(vec3(t.y - 1.0, 1.0 - 2.0 * t.y, t.y), second.y);
     return vec2(dot(east * h, down), -dot(across * h, south)) / u_spacing_m;
 }
 
-Relief relief_of(vec2 post, vec2 extent) {
-    if (!MAY_BE_FAR) return relief_of_spline(post);
+Relief relief_on(int level, vec2 post, vec2 extent) {
+    if (!MAY_BE_FAR) return relief_of_spline(level, post);
     float blend = smoothstep(FINEST_BOX_POSTS, 3.0, max(extent.x, extent.y));
     Relief near = Relief(0.0, vec2(0.0)), far = near;
-    if (blend < 1.0) near = relief_of_spline(post);
-    if (blend > 0.0) far = relief_of_sums(post, max(extent, 2.0));
+    if (blend < 1.0) near = relief_of_spline(level, post);
+    if (blend > 0.0) far = relief_of_sums(level, post, max(extent, 2.0));
     return Relief(mix(near.height_m, far.height_m, blend), mix(near.slope, far.slope, blend));
 }
 
-float box_mean_m(ivec2 a, ivec2 b) {
-    uint sum = (sum_at(b.x, b.y) - sum_at(a.x, b.y)) - (sum_at(b.x, a.y) - sum_at(a.x, a.y));
-    return m_from_steps(float(sum) / (float(b.x - a.x) * float(b.y - a.y)));
+// The part of a box's sum that lies in a part of the lattice.
+uint box_sum_in(Part part, ivec2 a, ivec2 b) {
+    return (sum_in(part, b.x, b.y) - sum_in(part, a.x, b.y)) - (sum_in(part, b.x, a.y) - sum_in(part, a.x, a.y));
 }
 
-// Mean slope over a box of whole posts, where the result need not be smooth.
-vec2 rough_slope(vec2 post, vec2 extent) {
-    ivec2 half_extent = ivec2(max(round(0.5 * min(extent, LARGEST_BOX_POSTS)), 1.0)), m = ivec2(post + 0.5), end = u_last_post + 1;
+float mean_m(uint sum, ivec2 a, ivec2 b) { return m_from_steps(float(sum) / (float(b.x - a.x) * float(b.y - a.y))); }
+
+float box_mean_on(int level, ivec2 a, ivec2 b) {
+    uint sum = 0u;
+    Part part = first_part(level, a, b);
+    do sum += box_sum_in(part, a, b);
+    while (next_part(part));
+    return mean_m(sum, a, b);
+}
+
+// The relief over a box of whole posts, where the result need not be smooth.
+Relief rough_relief_on(int level, vec2 post, vec2 extent) {
+    ivec2 half_extent = ivec2(max(round(0.5 * min(extent, LARGEST_BOX_POSTS)), 1.0)), m = ivec2(post + 0.5), end = last_of(level) + 1;
     ivec2 a = max(m - half_extent, 0), c = min(m + half_extent, end);
     m = clamp(m, a + 1, c - 1);
-    vec2 west_north = vec2(box_mean_m(a, ivec2(m.x, c.y)), box_mean_m(a, ivec2(c.x, m.y)));
-    vec2 east_south = vec2(box_mean_m(ivec2(m.x, a.y), c), box_mean_m(ivec2(a.x, m.y), c));
-    return (east_south - west_north) * vec2(2.0, -2.0) / (vec2(c - a) * u_spacing_m);
+    uint all_ = 0u;
+    uvec4 sum = uvec4(0u);  // the western, northern, eastern and southern half
+    Part part = first_part(level, a, c);
+    do {
+        all_ += box_sum_in(part, a, c);
+        sum += uvec4(box_sum_in(part, a, ivec2(m.x, c.y)), box_sum_in(part, a, ivec2(c.x, m.y)), box_sum_in(part, ivec2(m.x, a.y), c), box_sum_in(part, ivec2(a.x, m.y), c));
+    } while (next_part(part));
+    vec2 west_north = vec2(mean_m(sum.x, a, ivec2(m.x, c.y)), mean_m(sum.y, a, ivec2(c.x, m.y)));
+    vec2 east_south = vec2(mean_m(sum.z, ivec2(m.x, a.y), c), mean_m(sum.w, ivec2(a.x, m.y), c));
+    vec2 slope = (east_south - west_north) * vec2(2.0, -2.0) / (vec2(c - a) * u_spacing_m), aside = post - 0.5 * vec2(a + c - 1);
+    return Relief(mean_m(all_, a, c) + dot(slope, vec2(aside.x, -aside.y) * u_spacing_m), slope);
 }
+
+#ifdef PAGED
+#include "pages/relief.glsl"
+#else
+Relief relief_of(vec2 post, vec2 extent) { return relief_on(0, post, extent); }
+
+vec2 slope_of_cells(vec2 post) { return slope_of_cells_on(0, post); }
+
+vec2 rough_slope(vec2 post, vec2 extent) { return rough_relief_on(0, post, extent).slope; }
+
+float box_mean_m(ivec2 a, ivec2 b) { return box_mean_on(0, a, b); }
 #endif

@@ -5,6 +5,4 @@
 
 float step_m() { return u_span_m / 65535.0; }
 
-float steps_from_m(float h_m) { return (h_m - u_low_m) / step_m(); }
-
 float m_from_steps(float steps) { return u_low_m + steps * step_m(); }

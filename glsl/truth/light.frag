@@ -27,7 +27,7 @@ struct Place {
 
 Place place_at(vec2 post) {
     float h = ground_m(post);
-    vec2 slope = slope_of_cells(post, vec2(0.0));
+    vec2 slope = slope_of_cells(post);
     vec3 from_eye = place_from_eye_m(post, h);
     float distance_m = max(length(from_eye), 1e-6);
     return Place(post, h, normal_of(slope), -from_eye / distance_m, material_of(post, vec2(0.2), Relief(h, slope)), distance_m);

@@ -10,7 +10,7 @@ from ..camera import Vector
 from ..gpu.bindings import bind
 from ..rect import Rect
 from ..sat import Table
-from ..terrain import Terrain
+from ..terrain import Terrain, steps_per_m
 from .recorded import RecordedTable
 
 
@@ -29,13 +29,14 @@ class HeightSums(RecordedTable):
 
     def bind(self) -> None:
         """Bind the sums for shaders that read relief."""
-        bind("shade/relief.glsl", HeightSums=self.buffer, u_height_sums=self.texture)
+        bind("shade/posts.glsl", HeightSums=self.buffer, u_height_sums=self.texture)
 
     def _write(self, buffer: moderngl.Buffer, first: tuple[int, int], at: Table, rows: range | None = None) -> None:
         rows = rows or range(at.height)
         self.terrain.bind()
         bind("shade/quantise.comp", Words=buffer)
         self._record["u_first"], self._record["u_count"], self._record["u_first_row"] = first, at[:2], rows.start
+        self._record["u_steps_per_m"] = steps_per_m(self.terrain.span_m)
         self._record.run(-(-at.width // 64), len(rows))
         self.ctx.memory_barrier(moderngl.SHADER_STORAGE_BARRIER_BIT)
 

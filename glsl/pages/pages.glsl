@@ -1,9 +1,9 @@
-// blocks/pages.glsl — a map of which only some tiles are on the GPU (docs/stores.md).
+// pages/pages.glsl — a map of which only some tiles are on the GPU (docs/stores.md).
 //   A page is a tile of PAGE × PAGE nodes of one level, with the posts at their corners. A loaded page is in a slot of a pool,
 //   and all pages above it are loaded, too. The finest loaded page over a post gives its height: the post's own height if it is
 //   on the lattice of that page, else the bilinear height between four posts of the lattice. So all shaders see the same height.
 //   Page tables: for each level the slot of each page, + 1, and whether it has light; then, for each page of level 0, the finest loaded one over it.
-// Provides height_m(), spacing_at(), PAGE, slot_of(), lit_slot_of(), pages_of(), resident_level().
+// Provides height_m(), finest_over(), first_texel(), PAGE, slot_of(), lit_slot_of(), pages_of(), resident_level().
 
 #define PAGE (1 << PAGE_LOG2)
 #define PAGE_ROW 1024  // words of a row of the tables' texture
@@ -27,15 +27,12 @@ int lit_slot_of(int level, ivec2 page) {
     return (word & LIT) != 0u ? int(word & ~LIT) - 1 : -1;
 }
 
-float height_in_slot_m(int slot, ivec2 at) {
-    return texelFetch(u_heights, ivec2(slot % SLOTS_ACROSS, slot / SLOTS_ACROSS) * (PAGE + 1) + at, 0).x;
-}
+ivec2 first_texel(int slot) { return ivec2(slot % SLOTS_ACROSS, slot / SLOTS_ACROSS) * (PAGE + 1); }
+
+float height_in_slot_m(int slot, ivec2 at) { return texelFetch(u_heights, first_texel(slot) + at, 0).x; }
 
 // The finest loaded page over a page of level 0: its slot, and its level in the upper eight bits.
 uint finest_over(ivec2 fine) { return page_word(u_level[0].first_node + fine.y * pages_of(0).x + fine.x); }
-
-// Posts between the posts whose heights are known.
-float spacing_at(ivec2 post) { return float(1 << (finest_over(min(post >> PAGE_LOG2, pages_of(0) - 1)) >> 24)); }
 
 float height_m(ivec2 post) {
     ivec2 fine = min(post >> PAGE_LOG2, pages_of(0) - 1);

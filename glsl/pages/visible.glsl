@@ -1,4 +1,4 @@
-// horizon/visible_of_pages.glsl — horizon/visible.glsl for a map of which only some pages are on the GPU.
+// pages/visible.glsl — horizon/visible.glsl for a map of which only some pages are on the GPU.
 //   There are no sums. The light of a footprint is that of the page whose posts are as far apart as the footprint is wide; where
 //   it is missing, that of the finest page above it with light. Between two levels both are read and blended, so there is no
 //   edge where the level changes.

@@ -1,4 +1,4 @@
-// error/bound_of_pages.glsl — error/bound.glsl for a map of which only some pages are on the GPU (blocks/pages.glsl).
+// pages/bound.glsl — error/bound.glsl for a map of which only some pages are on the GPU (pages/pages.glsl).
 //   Each page has its own tables. If all pages over a closed box are loaded at its spacing, the bound is that of the whole
 //   map's tables. Elsewhere the heights are bilinear between the posts of a coarser page, of level l > j:
 //     - Inside one page. Bilinear heights lie between both diagonals of the page's cells, and so does every mesh through

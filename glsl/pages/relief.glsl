@@ -1,0 +1,75 @@
+// pages/relief.glsl — the relief of a map of which only some pages are on the GPU, from the lattices of their levels.
+//   It is that of the finest level whose pages are loaded under the footprint. Where a page beside it is not loaded, that level
+//   fades into the next coarser one:
+//     relief = w₀ R₀ + (1 − w₀) (w₁ R₁ + (1 − w₁) (…)),    w_l = distance to the nearest page that is not loaded, / FADE, 0 to 1
+//   So there are no steps where the level changes. If all pages are loaded, w₀ = 1: the relief is that of the map in memory.
+// Provides relief_of(), slope_of_cells(), rough_slope(), box_mean_m().   Python twin: reference.relief
+
+#define FADE 4.0  // in posts of the level
+
+#define MEAN 0  // what is asked for
+#define CELLS 1
+#define ROUGH 2
+
+float posts_of_step(int level) { return float(1 << level); }
+
+// A place in steps of a level's lattice. Its last step may be shorter than the others.
+vec2 in_lattice(int level, vec2 post) {
+    vec2 whole = vec2(last_of(level) - 1), low = whole * posts_of_step(level);
+    vec2 rest = clamp((post - low) / (vec2(u_last_post) - low), 0.0, 1.0);
+    return level == 0 ? post : min(post / posts_of_step(level), whole) + rest;
+}
+
+// Posts of a step, as a mean around a place.
+vec2 step_around(int level, vec2 post, vec2 extent) {
+    vec2 reach = max(0.5 * extent, posts_of_step(level)), a = max(post - reach, 0.0), b = min(post + reach, vec2(u_last_post));
+    return level == 0 ? vec2(1.0) : (b - a) / (in_lattice(level, b) - in_lattice(level, a));
+}
+
+// w_l: the share of a level in the relief of a box; places and extents are in its steps.
+float share_of(int level, vec2 at, vec2 extent) {
+    vec2 reach = 0.5 * max(min(extent, LARGEST_BOX_POSTS), 2.0) + 1.5, last = vec2(last_of(level));  // posts that are read
+    ivec2 low = page_at(level, ivec2(clamp(at - reach - FADE, vec2(0.0), last))), high = page_at(level, ivec2(clamp(at + reach + FADE, vec2(0.0), last)));
+    float share = 1.0;
+    for (int y = low.y; y <= high.y; y++)
+        for (int x = low.x; x <= high.x; x++) {
+            if (slot_of(level, ivec2(x, y)) >= 0) continue;
+            vec2 first = vec2(ivec2(x, y) << PAGE_LOG2), away = max(first - at, at - first - float(PAGE)) - reach;
+            share = min(share, max(max(away.x, away.y), 0.0) / FADE);
+        }
+    return level >= u_top_level ? 1.0 : share;
+}
+
+Relief asked_on(int what, int level, vec2 at, vec2 extent) {
+    if (what == MEAN) return relief_on(level, at, extent);
+    if (what == ROUGH) return rough_relief_on(level, at, extent);
+    return Relief(0.0, slope_of_cells_on(level, at));
+}
+
+Relief relief_of_levels(int what, vec2 post, vec2 extent) {
+    Relief sum = Relief(0.0, vec2(0.0));
+    float left = 1.0;
+    int level = int(finest_over(min(ivec2(post) >> PAGE_LOG2, pages_of(0) - 1)) >> 24);
+    do {
+        vec2 step_ = step_around(level, post, extent), at = in_lattice(level, post);
+        float share = left * share_of(level, at, extent / step_);
+        Relief r = asked_on(what, level, at, extent / step_);
+        sum.height_m += share * r.height_m;
+        sum.slope += share * r.slope / step_;
+        left -= share;
+        level++;
+    } while (left > 0.0);
+    return sum;
+}
+
+Relief relief_of(vec2 post, vec2 extent) { return relief_of_levels(MEAN, post, extent); }
+
+vec2 slope_of_cells(vec2 post) { return relief_of_levels(CELLS, post, vec2(0.0)).slope; }
+
+vec2 rough_slope(vec2 post, vec2 extent) { return relief_of_levels(ROUGH, post, extent).slope; }
+
+float box_mean_m(ivec2 a, ivec2 b) {
+    vec2 middle = 0.5 * vec2(a + b - 1), extent = vec2(b - a);
+    if (share_of(0, middle, extent) == 1.0) return box_mean_on(0, a, b);
+    return relief_of_levels(ROUGH, middle, extent).height_m;
+}
