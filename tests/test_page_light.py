@@ -212,9 +212,10 @@ def test_light_does_not_depend_on_what_came_before(hills):
             sweep, keys = renderer.picture.lighting.visibility.sweep, renderer.terrain.in_use()
             renderer.session.enter()
             found.append({k: [of_slot(renderer, t, k, d).copy() for t, d in pools(sweep)] for k in keys})
-    assert len(found[0]) > 9
-    for key, parts in found[0].items():
-        for part, other in zip(parts, found[1][key], strict=True):
+    both = found[0].keys() & found[1].keys()  # finer pages of the first view may be used in place of coarse ones
+    assert len(both) > 9
+    for key in both:
+        for part, other in zip(found[0][key], found[1][key], strict=True):
             np.testing.assert_array_equal(part, other)
 
 
@@ -264,6 +265,9 @@ class Held(StoredMap):
         return super().lattice_heights(level, rows, cols)
 
 
+FINE_PX = 0.05  # so fine that all pages in the picture are loaded, whatever came before
+
+
 def test_a_flight_does_not_wait_for_light_and_gets_it(hills, monkeypatch):
     monkeypatch.setattr(page_light, "PATIENCE_S", 600.0)
     whole, path = hills
@@ -272,16 +276,16 @@ def test_a_flight_does_not_wait_for_light_and_gets_it(hills, monkeypatch):
     with Renderer(stored, SIZE) as renderer, Renderer(StoredMap(path), SIZE) as other:
         renderer.streaming.waits = False
         end = time.monotonic() + 80
-        while not renderer.draw(camera, 1.0, sun=(300, 12), **LIT)["complete"]:
+        while not renderer.draw(camera, FINE_PX, sun=(300, 12), **LIT)["complete"]:
             assert time.monotonic() < end
-        dark = renderer.render(camera, 1.0, sun=(300, 12), **LIT)
+        dark = renderer.render(camera, FINE_PX, sun=(300, 12), **LIT)
         assert dark.stats["tiles_unlit"] > 3  # pages whose surroundings nobody has read
         stored.gate.set()
-        while renderer.draw(camera, 1.0, sun=(300, 12), **LIT)["tiles_unlit"]:
+        while renderer.draw(camera, FINE_PX, sun=(300, 12), **LIT)["tiles_unlit"]:
             assert time.monotonic() < end
-        lit = renderer.render(camera, 1.0, sun=(300, 12), **LIT).image
-        expected = other.render(camera, 1.0, sun=(300, 12), **LIT).image
-        assert difference(lit, expected) < 2.0 < difference(dark.image, expected)
+        lit = renderer.render(camera, FINE_PX, sun=(300, 12), **LIT).image
+        expected = other.render(camera, FINE_PX, sun=(300, 12), **LIT).image
+        assert difference(lit, expected) < 0.5 < 2.0 < difference(dark.image, expected)
 
 
 @pytest.mark.parametrize("rehearses", [True, False])
@@ -293,16 +297,16 @@ def test_a_flight_compiles_nothing_when_light_comes(hills, monkeypatch, rehearse
     camera = standard_view(whole, "default")
     with Renderer(StoredMap(path), SIZE) as renderer:
         renderer.streaming.waits = False
-        renderer.draw(camera, 4.0, **LIT)
+        renderer.draw(camera, FINE_PX, **LIT)
         picture, end = renderer.picture, time.monotonic() + 80
         programs = len(picture.programs)
         assert not picture.lighting.is_there
-        while renderer.draw(camera, 4.0, **LIT)["tiles_unlit"]:
+        while not (stats := renderer.draw(camera, FINE_PX, **LIT))["complete"] or stats["tiles_unlit"]:
             assert time.monotonic() < end
         assert (len(picture.programs) == programs) == rehearses
-        lit = renderer.render(camera, 4.0, **LIT).image
+        lit = renderer.render(camera, FINE_PX, **LIT).image
     with Renderer(StoredMap(path), SIZE) as other:
-        assert difference(lit, other.render(camera, 4.0, **LIT).image) < 2.0
+        assert difference(lit, other.render(camera, FINE_PX, **LIT).image) < 0.5
 
 
 def test_a_page_that_comes_is_lit_by_the_page_above_until_it_has_light(hills):
