@@ -90,17 +90,21 @@ void gather_cell(inout Worst w, Node n, CutEdges c, ivec2 cell, vec2 kink_m) {
     w.squares += mean * (2.0 * at_posts + mean);
 }
 
-bool is_crossed(Node n, ivec2 cell) {
-    ivec2 d = cell - n.low;
-    return !is_square(n) || d.x == d.y || d.x + d.y == n.high.x - n.low.x - 1;
-}
-
-// All cells of the node from post `low` up to post `end`.
+// The cells from post `low` up to post `end` that an edge of the mesh may cross: those on the diagonals of a square node; of a node that the
+// map's rim cuts off, all. Software renderers execute a branch for every cell, so the loop visits only these.
 void gather_cells(inout Worst w, Node n, CutEdges c, ivec2 low, ivec2 end) {
-    vec2 kink = is_square(n) ? vec2(0.0) : kinks_m(n);
-    for (int y = low.y; y < end.y; y++)
-        for (int x = low.x; x < end.x; x++)
-            if (is_crossed(n, ivec2(x, y))) gather_cell(w, n, c, ivec2(x, y), kink);
+    bool square = is_square(n);
+    vec2 kink = square ? vec2(0.0) : kinks_m(n);
+    ivec2 from = low - n.low, to = end - n.low;
+    int side = n.high.x - n.low.x, width = to.x - from.x;
+    int falling = max(from.x, from.y), rising = max(from.x, side - to.y);  // first columns on the diagonals
+    int on_falling = max(min(to.x, to.y) - falling, 0), on_rising = max(min(to.x, side - from.y) - rising, 0);
+    int cells = square ? on_falling + on_rising : width * (to.y - from.y);
+    for (int i = 0; i < cells; i++) {
+        int column = i < on_falling ? falling + i : rising + i - on_falling;
+        ivec2 on_diagonal = ivec2(column, i < on_falling ? column : side - 1 - column);
+        gather_cell(w, n, c, n.low + (square ? on_diagonal : from + ivec2(i % width, i / width)), kink);
+    }
 }
 
 vec2 range_of_posts(Node n) {
