@@ -23,14 +23,10 @@ layout(std430, binding = 2) readonly buffer Counters { uint counter[]; };
 #endif
 layout(std430, binding = 3) readonly buffer Squares { uvec2 square[]; };
 
-BOX_SUM(square_sum, uvec2, square, sub64)
+#define SQUARE(i) square[i]
 
-uint count_at(Table t, int layer, int x, int y) { return x == 0 || y == 0 ? 0u : COUNTER(sat_index(t, layer, x, y)); }
-
-uint count_sum(Table t, int layer, ivec2 a, ivec2 b) {
-    uint above = sub8(count_at(t, layer, b.x, a.y), count_at(t, layer, a.x, a.y));
-    return sub8(sub8(count_at(t, layer, b.x, b.y), count_at(t, layer, a.x, b.y)), above);
-}
+BOX_SUM(count_sum, uint, COUNTER, sub8)
+BOX_SUM(square_sum, uvec2, SQUARE, sub64)
 
 // The tiles of a level over a rectangle of posts: first column and row, then the column and row after the last.
 ivec4 tiles_over(ivec2 low, ivec2 end, int level, out Table counts) {

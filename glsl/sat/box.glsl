@@ -7,9 +7,10 @@
 //         │  box  │        the table is as large as the map.
 //   b.y   C───────D        box = (D − C) − (B − A)
 //
-// GLSL cannot pass buffers to functions: the including file declares the buffer and makes a function for it, as in
+// GLSL cannot pass buffers to functions: the including file declares the buffer, names its words, and makes a function, as in
 //     layout(std430, binding = 0) readonly buffer Squares { uvec2 square[]; };
-//     BOX_SUM(square_sum, uvec2, square, sub64)         gives  uvec2 square_sum(Table t, int layer, ivec2 a, ivec2 b)
+//     #define SQUARE(i) square[i]
+//     BOX_SUM(square_sum, uvec2, SQUARE, sub64)         gives  uvec2 square_sum(Table t, int layer, ivec2 a, ivec2 b)
 // Provides Table, BOX_SUM().   Python twin: reference.box_sum
 
 #include "sat/word.glsl"
@@ -23,11 +24,11 @@ uint sat_index(Table t, int layer, int x, int y) {
     return t.first + (uint(layer) * uint(t.size.y) + uint(y - 1)) * uint(t.size.x) + uint(x - 1);
 }
 
-#define SAT(WORD, array, t, layer, x, y) ((x) == 0 || (y) == 0 ? WORD(0) : array[sat_index(t, layer, x, y)])
+#define SAT(WORD, at, t, layer, x, y) ((x) == 0 || (y) == 0 ? WORD(0) : at(sat_index(t, layer, x, y)))
 
-#define BOX_SUM(name, WORD, array, sub)                                                          \
-    WORD name(Table t, int layer, ivec2 a, ivec2 b) {                                            \
-        WORD A = SAT(WORD, array, t, layer, a.x, a.y), B = SAT(WORD, array, t, layer, b.x, a.y); \
-        WORD C = SAT(WORD, array, t, layer, a.x, b.y), D = SAT(WORD, array, t, layer, b.x, b.y); \
-        return sub(sub(D, C), sub(B, A));                                                        \
+#define BOX_SUM(name, WORD, at, sub)                                                       \
+    WORD name(Table t, int layer, ivec2 a, ivec2 b) {                                      \
+        WORD A = SAT(WORD, at, t, layer, a.x, a.y), B = SAT(WORD, at, t, layer, b.x, a.y); \
+        WORD C = SAT(WORD, at, t, layer, a.x, b.y), D = SAT(WORD, at, t, layer, b.x, b.y); \
+        return sub(sub(D, C), sub(B, A));                                                  \
     }

@@ -3,7 +3,8 @@
 
 #include "sat/edit.glsl"
 
-BOX_SUM(old_sum, WORD, word, SUB)
+#define WORD_AT(i) word[i]
+BOX_SUM(old_sum, WORD, WORD_AT, SUB)
 
 void main() {
     ivec3 at = ivec3(gl_GlobalInvocationID);

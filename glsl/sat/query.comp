@@ -12,7 +12,8 @@ uniform uint u_first;
 uniform ivec2 u_size;
 uniform int u_layer;
 
-BOX_SUM(box_sum, WORD, word, SUB)
+#define WORD_AT(i) word[i]
+BOX_SUM(box_sum, WORD, WORD_AT, SUB)
 
 void main() {
     uint i = gl_GlobalInvocationID.x;

@@ -4,6 +4,7 @@
 #include "sat/box.glsl"
 
 layout(std430, binding = 0) readonly buffer Sums { uint sums[]; };
+#define SUMS(i) sums[i]
 
 uniform ivec4 u_frame_px;  // left, bottom, width, height in the window
 uniform ivec2 u_size;      // columns and rows of the table
@@ -18,7 +19,7 @@ void main() {
     vec2 place = vec2(share.x, 1.0 - share.y) * vec2(u_size);
     Table table = Table(0u, u_size);
     ivec2 at = clamp(ivec2(place), ivec2(0), u_size - 1) + 1;
-    uint s = SAT(uint, sums, table, 0, at.x, at.y);
+    uint s = SAT(uint, SUMS, table, 0, at.x, at.y);
     vec3 colour = shade(float(s) / 4294967296.0);
     vec2 low = vec2(u_box.xy), high = vec2(u_box.zw), posts_per_px = vec2(u_size) / vec2(u_frame_px.zw);
     vec2 inside = min(place - low, high - place) / posts_per_px;
