@@ -21,16 +21,6 @@ bool moves(Node n) {
     return false;
 }
 
-CutEdges read_cuts(ivec2 at) {
-    CutEdges c;
-    for (int side = 0; side < 4; side++) {
-        vec2 edge = cut_edge[cut_index(at) + side];
-        c.above_m[side] = edge.x;
-        c.below_m[side] = edge.y;
-    }
-    return c;
-}
-
 void main() {
     ivec2 thread = ivec2(gl_GlobalInvocationID.xy), in_node = thread % blocks_in_node();
     ivec2 at = u_first + thread / blocks_in_node(), block = at * blocks_in_node() + in_node;
@@ -41,16 +31,21 @@ void main() {
     end += ivec2(equal(end, n.high));  // the far edge
     bool has_changed = has_moved[(at.y - u_first.y) * u_count.x + at.x - u_first.x] != 0u || moves(n);
     if (!has_changed && !holds(low, min(low + BLOCK, n.high))) return;
-    CutEdges c = read_cuts(at);
+    int k = cut_index(at);
+    CutEdges c = cut_edges_of(n, cut_edge[k], cut_edge[k + 1], cut_edge[k + 2], cut_edge[k + 3]);
 
     Worst w = worst_of_nothing();
     for (int y = low.y; y < end.y; y++)
         for (int x = low.x; x < end.x; x++) gather_post(w, n, c, ivec2(x, y));
     gather_cells(w, n, c, low, min(low + BLOCK, n.high));
     uvec2 max_m = floatBitsToUint(w.max_m);
-    vec3 share = w.squares / u_span_m / u_span_m;
-    uvec2 q = square_up(share.x), f = square_up(share.y), c2 = square_up(share.z);
-    Gathered g = Gathered(max_m.x, max_m.y, floatBitsToUint(w.cut_m), uint[6](q.x, q.y, f.x, f.y, c2.x, c2.y), w.voids, NO_ERRORS, NO_ERRORS);
+    vec4 share = w.squares / u_span_m / u_span_m;
+    Gathered g = Gathered(max_m.x, max_m.y, floatBitsToUint(w.cut_m.x), floatBitsToUint(w.cut_m.y), NO_SQUARES, w.voids, NO_ERRORS, NO_ERRORS);
+    for (int i = 0; i < 4; i++) {
+        uvec2 fixed_ = square_up(share[i]);
+        g.squares[2 * i] = fixed_.x;
+        g.squares[2 * i + 1] = fixed_.y;
+    }
     for (int wedge = 0; wedge < 4; wedge++) {
         g.whole[wedge] = floatBitsToUint(w.whole_m[wedge]);
         g.split[wedge] = floatBitsToUint(w.split_m[wedge]);

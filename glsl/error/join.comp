@@ -20,29 +20,27 @@ void main() {
     ivec2 end = min(first + blocks_in_node(), u_level[FINE_LEVELS].size);
     if (first.y >= end.y) return;
 
-    Gathered row = Gathered(0u, 0u, 0u, NO_SQUARES, 0u, NO_ERRORS, NO_ERRORS);
-    uvec2 q = uvec2(0u), f = uvec2(0u), c = uvec2(0u);
+    Gathered row = Gathered(0u, 0u, 0u, 0u, NO_SQUARES, 0u, NO_ERRORS, NO_ERRORS);
+    uvec2 sums[4] = uvec2[4](uvec2(0u), uvec2(0u), uvec2(0u), uvec2(0u));
     for (int x = first.x; x < end.x; x++) {
         Gathered block = block_of[block_index(ivec2(x, first.y))];
         row.max_q = max(row.max_q, block.max_q);
         row.max_f = max(row.max_f, block.max_f);
         row.cut = max(row.cut, block.cut);
+        row.cut_fan = max(row.cut_fan, block.cut_fan);
         row.voids |= block.voids;
         for (int wedge = 0; wedge < 4; wedge++) {
             row.whole[wedge] = max(row.whole[wedge], block.whole[wedge]);
             row.split[wedge] = max(row.split[wedge], block.split[wedge]);
         }
-        q = add64(q, uvec2(block.squares[0], block.squares[1]));
-        f = add64(f, uvec2(block.squares[2], block.squares[3]));
-        c = add64(c, uvec2(block.squares[4], block.squares[5]));
+        for (int k = 0; k < 4; k++) sums[k] = add64(sums[k], uvec2(block.squares[2 * k], block.squares[2 * k + 1]));
     }
     int i = node_.y * u_count.x + node_.x;
     atomicMax(gathered[i].max_q, row.max_q);
     atomicMax(gathered[i].max_f, row.max_f);
     atomicMax(gathered[i].cut, row.cut);
-    add_squares(i, 0, q);
-    add_squares(i, 2, f);
-    add_squares(i, 4, c);
+    atomicMax(gathered[i].cut_fan, row.cut_fan);
+    for (int k = 0; k < 4; k++) add_squares(i, 2 * k, sums[k]);
     atomicOr(gathered[i].voids, row.voids);
     for (int wedge = 0; wedge < 4; wedge++) {
         atomicMax(gathered[i].whole[wedge], row.whole[wedge]);

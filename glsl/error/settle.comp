@@ -11,10 +11,10 @@ void main() {
     if (i >= u_count.x * u_count.y) return;
     ivec2 at = u_first + ivec2(i % u_count.x, i / u_count.x);
     Gathered g = gathered[i];
-    vec3 share;
-    for (int i = 0; i < 3; i++) share[i] = word_float(uvec2(g.squares[2 * i], g.squares[2 * i + 1]));
-    vec3 squares = share * exp2(-35.0) * u_span_m * u_span_m;
-    Worst w = Worst(uintBitsToFloat(uvec2(g.max_q, g.max_f)), uintBitsToFloat(g.cut), squares, g.voids, vec4(0.0), vec4(0.0));
+    vec4 share;
+    for (int i = 0; i < 4; i++) share[i] = word_float(uvec2(g.squares[2 * i], g.squares[2 * i + 1]));
+    vec4 squares = share * exp2(-35.0) * u_span_m * u_span_m;
+    Worst w = Worst(uintBitsToFloat(uvec2(g.max_q, g.max_f)), uintBitsToFloat(uvec2(g.cut, g.cut_fan)), squares, g.voids, vec4(0.0), vec4(0.0));
     for (int wedge = 0; wedge < 4; wedge++) {
         w.whole_m[wedge] = uintBitsToFloat(g.whole[wedge]);
         w.split_m[wedge] = uintBitsToFloat(g.split[wedge]);

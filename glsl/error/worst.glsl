@@ -8,7 +8,7 @@
 #include "error/gain.glsl"
 
 layout(std430, binding = 0) buffer Nodes { PackedNode node[]; };
-layout(std430, binding = 4) buffer Ranges { uint range[]; };
+layout(std430, binding = 4) buffer Ranges { NodeRange range[]; };
 
 uniform int u_which_level;
 uniform ivec2 u_first;  // first node to compute; then columns and rows of nodes
@@ -16,13 +16,13 @@ uniform ivec2 u_count;
 
 struct Worst {
     vec2 max_m;    // quad, fan
-    float cut_m;   // of a cell of a patch, with any edges cut
-    vec3 squares;  // quad, fan, cell of a patch
+    vec2 cut_m;    // with any edges cut: of a cell of a patch, of a patch of 2 × 2 segments
+    vec4 squares;  // quad, fan, and these two
     uint voids;
     vec4 whole_m, split_m;  // errors of the fan's wedges with whole and with split edges
 };
 
-Worst worst_of_nothing() { return Worst(vec2(0.0), 0.0, vec3(0.0), 0u, vec4(0.0), vec4(0.0)); }
+Worst worst_of_nothing() { return Worst(vec2(0.0), vec2(0.0), vec4(0.0), 0u, vec4(0.0), vec4(0.0)); }
 
 // Posts on the south and east edges belong to the neighbours, except on the map's rim.
 bool is_own(Node n, ivec2 post) {
@@ -36,16 +36,17 @@ void gather_post(inout Worst w, Node n, CutEdges c, ivec2 post) {
         w.voids = 1u;
         return;
     }
-    float h = height_m(post) - n.base_m, weight;
+    float h = height_m(post) - n.base_m;
     int wedge;
-    vec2 quad = quad_errors_m(n, post, h), fan = fan_errors_m(n, post, h, wedge, weight);
+    vec2 weights, quad = quad_errors_m(n, post, h), fan = fan_errors_m(n, post, h, wedge, weights);
     vec2 e = vec2(raised(n, max(-quad.x, quad.y)), raised(n, max(abs(fan.x), abs(fan.y))));
     w.max_m = max(w.max_m, e);
-    float cut = raised(n, largest_of(cut_errors_m(n, c, post, quad, fan.x, wedge, weight)));
+    vec4 bounds = cut_errors_m(n, c, post, quad, fan.y, weights);
+    vec2 cut = vec2(max(raised(n, largest_of(bounds)), e.y), raised(n, max(bounds.z, bounds.w)));  // a cell alone is a fan with any edges whole
     w.cut_m = max(w.cut_m, cut);
     w.whole_m[wedge] = max(w.whole_m[wedge], raised(n, abs(fan.x)));
     w.split_m[wedge] = max(w.split_m[wedge], raised(n, abs(fan.y)));
-    if (is_own(n, post)) w.squares += vec3(e * e, cut * cut);
+    if (is_own(n, post)) w.squares += vec4(e * e, cut * cut);
 }
 
 // Errors at the four posts of a crossed cell, above and below: of the quad and of the fan; of a cell with cut edges; of the fan's wedges with
@@ -63,12 +64,12 @@ void gather_cell(inout Worst w, Node n, CutEdges c, ivec2 cell, vec2 kink_m) {
     bvec4 wedges = bvec4(false);
     for (int i = 0; i < 4; i++) {
         ivec2 post = cell + ivec2(i & 1, i >> 1);
-        float h = height_m(post) - n.base_m, weight;
+        float h = height_m(post) - n.base_m;
         int wedge;
-        vec2 quad = quad_errors_m(n, post, h), fan = fan_errors_m(n, post, h, wedge, weight);
+        vec2 weights, quad = quad_errors_m(n, post, h), fan = fan_errors_m(n, post, h, wedge, weights);
         wedges[wedge] = true;
         corner[i].drawn = vec4(quad.y, -quad.x, max(fan.x, fan.y), -min(fan.x, fan.y));
-        corner[i].cut = cut_errors_m(n, c, post, quad, fan.x, wedge, weight);
+        corner[i].cut = cut_errors_m(n, c, post, quad, fan.y, weights);
         corner[i].wedge = vec4(fan.x, -fan.x, fan.y, -fan.y);
         worst = Corner(max(worst.drawn, corner[i].drawn), max(worst.cut, corner[i].cut), max(worst.wedge, corner[i].wedge));
     }
@@ -80,13 +81,14 @@ void gather_cell(inout Worst w, Node n, CutEdges c, ivec2 cell, vec2 kink_m) {
     most.cut = is_square(n) ? over_halves(worst.cut, a.cut, b.cut, t) : worst.cut + 0.25 * abs(twist) + kink_m.xxyy;
     most.wedge = is_square(n) ? over_halves(worst.wedge, a.wedge, b.wedge, t) : worst.wedge + 0.25 * abs(twist) + kink_m.y;
     w.max_m = max(w.max_m, vec2(raised(n, max(most.drawn.x, most.drawn.y)), raised(n, max(most.drawn.z, most.drawn.w))));
-    w.cut_m = max(w.cut_m, raised(n, largest_of(most.cut)));
+    w.cut_m = max(w.cut_m, vec2(raised(n, max(largest_of(most.cut), max(most.drawn.z, most.drawn.w))), raised(n, max(most.cut.z, most.cut.w))));
     for (int wedge = 0; wedge < 4; wedge++) if (wedges[wedge]) {
         w.whole_m[wedge] = max(w.whole_m[wedge], raised(n, max(most.wedge.x, most.wedge.y)));
         w.split_m[wedge] = max(w.split_m[wedge], raised(n, max(most.wedge.z, most.wedge.w)));
     }
-    vec3 mean = abs(twist) * 0.10541 + vec3(kink_m, max(kink_m.x, kink_m.y));
-    vec3 at_posts = vec3(max(worst.drawn.x, worst.drawn.y), max(worst.drawn.z, worst.drawn.w), largest_of(worst.cut));
+    vec4 mean = abs(twist) * 0.10541 + vec4(kink_m, max(kink_m.x, kink_m.y), kink_m.y);
+    vec4 at_posts = vec4(max(worst.drawn.x, worst.drawn.y), max(worst.drawn.z, worst.drawn.w), largest_of(worst.cut), max(worst.cut.z, worst.cut.w));
+    at_posts.z = max(at_posts.z, at_posts.y);
     w.squares += mean * (2.0 * at_posts + mean);
 }
 
@@ -131,9 +133,9 @@ float cell_square_m2(ivec2 cell) {
 void settle_node(ivec2 at, Node n, Worst w) {
     ivec2 own = n.high - n.low + ivec2(equal(n.high, u_last_post));
     // a thread adds up to 33 × 33 squares in floats: each addition may lose 2^-24 of the sum
-    vec3 rms_m = sqrt(w.squares / (float(own.x) * float(own.y))) * (1.0 + exp2(-14.0));
+    vec4 rms_m = sqrt(w.squares / (float(own.x) * float(own.y))) * (1.0 + exp2(-14.0));
     uint has_voids = w.voids != 0u ? HAS_VOIDS : 0u;
-    uint rms = pack_pair(min(rms_m.xy, w.max_m)) | has_voids, cut = pack_pair(vec2(w.cut_m, min(rms_m.z, w.cut_m)));
+    uint rms = pack_pair(min(rms_m.xy, w.max_m)) | has_voids, cut = pack_pair(vec2(w.cut_m.x, min(rms_m.z, w.cut_m.x)));
     PackedNode settled = PackedNode(cut, rms, pack_pair(w.max_m), 0u, 0u);
     uint heights = 0xffffu;
     ivec2 last = min(2 * at + 1, u_level[u_which_level - 1].size - 1), parts = last + 1 - 2 * at;
@@ -147,7 +149,7 @@ void settle_node(ivec2 at, Node n, Worst w) {
             }
             int i = node_index(u_which_level - 1, ivec2(x, y));
             nest_child(settled, node[i]);
-            heights = nest_range(heights, range[i]);
+            heights = nest_range(heights, range[i].heights);
             parts_m2 += squares_m2(node[i], u_which_level - 1, ivec2(x, y)).x;
             nested_gain = max(nested_gain, gain[i]);
         }
@@ -155,7 +157,7 @@ void settle_node(ivec2 at, Node n, Worst w) {
     settled.split = pack_shares(w.split_m, unpack_pair(settled.max_m).y);
     int i = node_index(u_which_level, at);
     node[i] = settled;
-    range[i] = heights;
+    range[i] = NodeRange(heights, pack_pair(vec2(w.cut_m.y, min(rms_m.w, w.cut_m.y))));
     // computed from the rounded record, so that a gain is always the same
     vec2 leaf_m2 = squares_m2(settled, u_which_level, at);
     float fan_triangles = 4.0 - float(n.mid.x == n.high.x) - float(n.mid.y == n.high.y);
