@@ -172,7 +172,7 @@ class Endless(PagedMap):
         return self.land.at(row[:, None], col)
 
     def _errors(self, level: int, rows: np.ndarray, cols: np.ndarray) -> np.ndarray:
-        """The words of records that bounds read: a half for the largest error, one for the root mean square, rounded up."""
+        """The words of records that bounds read: halves for the largest error and the root mean square, rounded up."""
         unit_m = quantisation_range(*self.quantised_m)[2] * 2.0**-14
         error = np.maximum(self.land.error_m(level, rows, cols) / unit_m, 2.0**-14)
         half = error.astype(np.float16)

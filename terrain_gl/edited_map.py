@@ -198,7 +198,7 @@ class EditedMap(PagedMap):
     # --- Records that were computed anew ------------------------------------------------------------------------------
 
     def take(self, square: Square, levels: Iterable[tuple[np.ndarray, np.ndarray]]) -> list[PageKey]:
-        """Note the words of records that bounds read and the ranges of all nodes inside a square; returns the pages that change.
+        """Note the records and ranges of all nodes inside a square; returns the pages that change.
 
         They are made by the present heights, level by level from 1.
         """

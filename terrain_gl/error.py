@@ -137,7 +137,7 @@ class ErrorTables:
         return np.frombuffer(data, layout.NODE).reshape(sizes.size[::-1])
 
     def read_ranges(self, level: int) -> np.ndarray:
-        """Records `layout.NODE_RANGE` of one level, (rows, cols): heights in steps of span / 65535 above the low end."""
+        """Records `layout.NODE_RANGE` of one level, (rows, cols); heights in steps of span / 65535 above the low."""
         sizes = self.terrain.levels[level]
         itemsize = layout.NODE_RANGE.itemsize
         data = self.ranges.read(itemsize * sizes.nodes, offset=itemsize * sizes.first_node)

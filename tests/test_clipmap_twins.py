@@ -170,7 +170,8 @@ LOOK = """take_block(Block(ivec2(b.xy), int(b.z), int(b.w), NO_STEP));
     Projection p = project_square(low, side_log2_at(depth));
     bool may = depth == 3 || fits_finer_ring(low, end);
     bool is_fan = false;
-    return vec4(may ? next_step(low, side_log2_at(depth), block.ring, coarsest, NO_STEP, p, is_fan) : 48, is_fan, 0.0, 0.0);"""
+    int step_log2 = may ? next_step(low, side_log2_at(depth), block.ring, coarsest, NO_STEP, p, is_fan) : 48;
+    return vec4(step_log2, is_fan, 0.0, 0.0);"""
 
 
 @pytest.mark.parametrize("view", ["default", "grazing", "far"])

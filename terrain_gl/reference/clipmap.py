@@ -96,11 +96,11 @@ def coarsest_step(low: Post, side_log2: int, top_level: int) -> int:
     return min((bits & -bits).bit_length() - 1, top_level)
 
 
-# A patch of 2 × 2 segments over a node of the quadtree is a fan, and has a bound of its own: `cut_errors(…).fan_largest`.
+# A patch of 2 × 2 segments over a node of the quadtree is a fan. It has a bound of its own: `cut_errors`.
 
 
 def fan_m(fans_m: Sequence[np.ndarray], low: Post, side_log2: int, step_log2: int) -> float:
-    """Largest error of a square of spacing 2^step_log2 as a fan; inf if it is none. `fans_m`: levels 1, 2, …"""
+    """Largest error of a square of spacing 2^step_log2 as a fan; inf if it is none. `fans_m` begins with level 1."""
     is_node = (low[0] | low[1]) & (1 << side_log2) - 1 == 0 and min(low) >= 0 and 1 <= side_log2 <= len(fans_m)
     col, row = (at >> side_log2 for at in low)
     return float(fans_m[side_log2 - 1][row, col]) if is_node and step_log2 == side_log2 - 1 else np.inf
@@ -117,8 +117,8 @@ def next_step(coarsest: int, finest: int, holds: Callable[[int], bool]) -> int |
 
 
 # From the units up:   cost(square) = min(2 T² + 24,  Σ cost of its four parts − 24 for each pair)
-# Two parts side by side with the same spacing become a pair, one patch, unless they are single cells or only hold as fans. If a square costs
-# no more than the cheapest parts, it becomes one leaf.
+# Two parts side by side with the same spacing become a pair, one patch, unless they are single cells or only hold as
+# fans. If a square costs no more than the cheapest parts, it becomes one leaf.
 
 
 def cut_block(

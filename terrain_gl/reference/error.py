@@ -117,15 +117,15 @@ def wedge_errors(heights: np.ndarray, level: int, void: np.ndarray | None = None
     return found[0], found[1]
 
 
-# A finer neighbour cuts an edge: it gets more vertices. They are posts. They lie between −below and above off a straight
-# line. Only vertices of one cut edge take part in a triangle; their weights at a place sum to v: 1 on their edge, 0 on
-# the opposite side (of a fan: 0 at the centre). So these bound the error of every triangulation:
-#   a cell of a patch         highest diagonal − h + v · above   and   h − lowest diagonal + v · below,  for each edge,
-#                             with the line between the cell's corners
-#   a patch of 2 × 2          fan with split edges − h + v · above   and   h − this fan + v · below,
-#   segments, which is a fan  with the lines between a corner and the middle of its edge
-# A patch of one cell is a fan whose edges are whole or cut: the larger error of the fan and of both bounds. All are linear
-# where the drawing is: between posts they are like errors.
+# A finer neighbour cuts an edge: it gets more vertices. They are posts. They lie between −below and above off a
+# straight line. Only vertices of one cut edge take part in a triangle; their weights at a place sum to v: 1 on their
+# edge, 0 on the opposite side (of a fan: 0 at the centre). So these bound the error of every triangulation:
+#   a cell of a patch       highest diagonal − h + v · above   and   h − lowest diagonal + v · below,  for each edge,
+#                           with the line between the cell's corners
+#   a patch of 2 × 2        fan with split edges − h + v · above   and   h − this fan + v · below,
+#   segments, i.e. a fan    with the lines between a corner and the middle of its edge
+# A patch of one cell is a fan whose edges are whole or cut: the larger error of the fan and of both bounds. All are
+# linear where the drawing is: between posts they are like errors.
 
 
 class CutErrors(NamedTuple):
@@ -143,8 +143,8 @@ def cut_moves(heights: np.ndarray, level: int) -> np.ndarray:
     Returns
     -------
     array
-        (4, 3, 2, rows, cols) of nodes, metres: the edges west, north, east, south; the line between the edge's ends, from
-        its first end to its middle, and from there to its other end; above, below.
+        (4, 3, 2, rows, cols) of nodes, metres: the edges west, north, east, south; the line between the edge's ends,
+        from its first end to its middle, and from there to its other end; above, below.
     """
     h, (y, x) = heights.astype(np.float64), node_axes(heights.shape, level)
     north, south = (_off_lines(h[rows], x) for rows in (y.low, y.high))
@@ -175,7 +175,7 @@ def cut_errors(heights: np.ndarray, level: int, void: np.ndarray | None = None) 
 def _over_node(
     heights: np.ndarray, level: int, void: np.ndarray | None, bounds: list[tuple[np.ndarray, ...]], bend: np.ndarray
 ) -> tuple[np.ndarray, np.ndarray]:
-    """The largest of bounds (above, below, kink), and the sum of squares over the node's own posts and crossed cells."""
+    """The largest of bounds (above, below, kink), and the sum of squares over own posts and crossed cells."""
     errors = np.maximum.reduce([each for above, below, _ in bounds for each in (above, below)])
     crossed = crossed_cells(heights.shape, level, void)
     corner, measured = worst_corner(errors), measured_posts(heights, level, void)
@@ -212,15 +212,9 @@ def _fan_moves(heights: np.ndarray, level: int) -> np.ndarray:
     of_y, of_x = of_y[:, :, None, None], of_x[None, None]
     down, right = ((axis.post - axis.mid[:, None]) for axis in (y, x))
     down, right = down[:, :, None, None], right[None, None]
-    most = np.zeros((2, *np.broadcast_shapes(down.shape, right.shape)))
-    for side, (along, across, inside) in enumerate(
-        [
-            (down, -right, of_x <= of_y),
-            (right, -down, of_y <= of_x),
-            (down, right, of_x <= of_y),
-            (right, down, of_y <= of_x),
-        ]
-    ):
+    most, in_row, in_column = np.zeros((2, *np.broadcast_shapes(down.shape, right.shape))), of_y <= of_x, of_x <= of_y
+    wedges = [(down, -right, in_column), (right, -down, in_row), (down, right, in_column), (right, down, in_row)]
+    for side, (along, across, inside) in enumerate(wedges):
         for half, sign in enumerate((-1, 1)):
             within = inside & (across >= 0) & (sign * along >= 0)
             most = np.where(within, np.maximum(most, moves[side, half]), most)
