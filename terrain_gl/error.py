@@ -175,7 +175,7 @@ class ErrorTables:
         self.terrain.bind()
         bind("error/fine.comp", Nodes=self.nodes, Gains=self.gains, Ranges=self.ranges)
         if j <= FINE_LEVELS:
-            self._run("fine", (-(-width // 8), -(-height // 8)), place)
+            self._run("fine" if j > 1 else "first", (-(-width // 8), -(-height // 8)), place)
             return
         gathering = self.ctx.buffer(bytes(width * height * GATHERED_BYTES))
         moved = self.ctx.buffer(bytes(width * height * 4))

@@ -1,7 +1,7 @@
-// error/fine.comp — the fine levels of the error table: one thread visits all posts of its node.
+// error/fine.comp — the other fine levels of the error table: one thread visits all posts of its node.
 // Python twins: reference.node_errors, reference.wedge_errors
 
-#include "error/worst.glsl"
+#include "error/record.glsl"
 
 layout(local_size_x = 8, local_size_y = 8) in;
 
@@ -14,5 +14,5 @@ void main() {
     for (int y = n.low.y; y <= n.high.y; y++)
         for (int x = n.low.x; x <= n.high.x; x++) gather_post(w, n, c, ivec2(x, y));
     gather_cells(w, n, c, n.low, n.high);
-    settle_node(at, n, w);
+    settle_node(at, n, w, parts_of_node(at));
 }

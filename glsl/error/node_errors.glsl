@@ -14,7 +14,8 @@
 
 struct Node {
     ivec2 low, mid, high;  // posts: north-west corner, centre, south-east corner
-    mat3 h;                // h[y][x]: heights relative to h[0][0], which keeps small differences exact
+    mat3 vertex_m;         // vertex_m[y][x]: heights of its vertices
+    mat3 h;                // the same, relative to the first, which keeps small differences exact
     float base_m;
     vec2 before, after;    // posts from the corner to the centre, and from there to the far corner
     vec2 per_before, per_after, per_side;  // their reciprocals, and that of their sum
@@ -26,13 +27,14 @@ Node node_at(int level, ivec2 at) {
     n.low = at << level;
     n.mid = min(n.low + (1 << (level - 1)), u_last_post);
     n.high = min(n.low + (1 << level), u_last_post);
-    n.base_m = height_m(n.low);
     for (int y = 0; y < 3; y++)
         for (int x = 0; x < 3; x++) {
             ivec2 post = ivec2(x == 0 ? n.low.x : x == 1 ? n.mid.x : n.high.x,
                                y == 0 ? n.low.y : y == 1 ? n.mid.y : n.high.y);
-            n.h[y][x] = height_m(post) - n.base_m;
+            n.vertex_m[y][x] = height_m(post);
         }
+    n.base_m = n.vertex_m[0][0];
+    for (int y = 0; y < 3; y++) n.h[y] = n.vertex_m[y] - n.base_m;
     n.before = vec2(n.mid - n.low);
     n.after = vec2(n.high - n.mid);
     n.per_before = 1.0 / n.before;

@@ -2,6 +2,7 @@
 // Python twins: reference.node_errors, reference.wedge_errors
 
 #include "error/coarse.glsl"
+#include "error/record.glsl"
 
 layout(local_size_x = 64) in;
 layout(std430, binding = 2) readonly buffer Gathering { Gathered gathered[]; };
@@ -19,5 +20,5 @@ void main() {
         w.whole_m[wedge] = uintBitsToFloat(g.whole[wedge]);
         w.split_m[wedge] = uintBitsToFloat(g.split[wedge]);
     }
-    settle_node(at, node_at(u_which_level, at), w);
+    settle_node(at, node_at(u_which_level, at), w, parts_of_node(at));
 }
