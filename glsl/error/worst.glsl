@@ -94,32 +94,32 @@ float gather_cell(inout Worst w, Node n, PostErrors a, PostErrors b, PostErrors 
     return twist;
 }
 
-// Cells along a diagonal from a post on, each with two posts on it. The second is the first of the next cell.
-void gather_diagonal(inout Worst w, Node n, CutEdges c, ivec2 post, ivec2 to_next, int cells) {
-    PostErrors a = errors_at(n, c, post);
-    for (int i = 0; i < cells; i++) {
-        PostErrors b = errors_at(n, c, post + to_next);
-        if (!is_hole(min(post, post + to_next)))
-            gather_cell(w, n, a, b, errors_at(n, c, post + ivec2(1, 0)), errors_at(n, c, post + ivec2(0, to_next.y)), vec2(0.0));
-        post += to_next;
-        a = b;
-    }
-}
+// A run of cells from a post on. The cell of a post goes to the post at `across`; the next cell's post is at `next`.
+struct Run { ivec2 post, across, next; int cells; };
 
 // The cells from post `low` up to post `end` that an edge of the mesh may cross: those on the diagonals of a square node; of a node that the
-// map's rim cuts off, all. Software renderers execute a branch for every cell, but no loop without cells, so the loops visit only these.
-void gather_cells(inout Worst w, Node n, CutEdges c, ivec2 low, ivec2 end) {
-    bool square = is_square(n);
+// map's rim cuts off, all, row by row. Software renderers execute a branch for every cell, so the loops visit only these.
+int runs_in(Node n, ivec2 low, ivec2 end) { return is_square(n) ? 2 : end.y - low.y; }
+
+Run run_at(Node n, ivec2 low, ivec2 end, int i) {
+    if (!is_square(n)) return Run(low + ivec2(0, i), ivec2(1), ivec2(1, 0), end.x - low.x);
     ivec2 from = low - n.low, to = end - n.low;
-    int side = n.high.x - n.low.x, width = to.x - from.x;
-    int falling = max(from.x, from.y), rising = max(from.x, side - to.y);  // first columns on the diagonals
-    gather_diagonal(w, n, c, n.low + falling, ivec2(1), square ? min(to.x, to.y) - falling : 0);
-    gather_diagonal(w, n, c, n.low + ivec2(rising, side - rising), ivec2(1, -1), square ? min(to.x, side - from.y) - rising : 0);
-    vec2 kink = kinks_m(n);
-    for (int i = 0; i < (square ? 0 : width * (to.y - from.y)); i++) {
-        ivec2 cell = low + ivec2(i % width, i / width), next = cell + 1;
-        if (is_hole(cell)) continue;
-        PostErrors ne = errors_at(n, c, ivec2(next.x, cell.y)), sw = errors_at(n, c, ivec2(cell.x, next.y));
-        gather_cell(w, n, errors_at(n, c, cell), errors_at(n, c, next), ne, sw, kink);
+    int side = n.high.x - n.low.x, falling = max(from.x, from.y), rising = max(from.x, side - to.y);  // first columns
+    if (i == 0) return Run(n.low + falling, ivec2(1), ivec2(1), min(to.x, to.y) - falling);
+    return Run(n.low + ivec2(rising, side - rising), ivec2(1, -1), ivec2(1, -1), min(to.x, side - from.y) - rising);
+}
+
+void gather_cells(inout Worst w, Node n, CutEdges cuts, ivec2 low, ivec2 end) {
+    vec2 kink = is_square(n) ? vec2(0.0) : kinks_m(n);
+    for (int i = 0; i < runs_in(n, low, end); i++) {
+        Run run = run_at(n, low, end, i);
+        PostErrors a = errors_at(n, cuts, run.post);
+        for (int k = 0; k < run.cells; k++) {
+            ivec2 post = run.post + k * run.next, other = post + run.across;
+            PostErrors b = errors_at(n, cuts, other);
+            PostErrors c = errors_at(n, cuts, ivec2(other.x, post.y)), d = errors_at(n, cuts, ivec2(post.x, other.y));
+            if (!is_hole(min(post, other))) gather_cell(w, n, a, b, c, d, kink);
+            a = run.next.y == 0 ? c : b;  // two posts of a cell are those of the next, or one
+        }
     }
 }
