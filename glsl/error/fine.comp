@@ -1,4 +1,4 @@
-// error/fine.comp — the other fine levels of the error table: one thread visits all posts of its node.
+// error/fine.comp — the fine levels of the error table: one thread visits all posts of its node.
 // Python twins: reference.node_errors, reference.wedge_errors
 
 #include "error/record.glsl"
@@ -11,8 +11,9 @@ void main() {
     Node n = node_at(u_which_level, at);
     CutEdges c = cut_edges_m(n);
     Worst w = worst_of_nothing();
-    for (int y = n.low.y; y <= n.high.y; y++)
-        for (int x = n.low.x; x <= n.high.x; x++) gather_post(w, n, c, ivec2(x, y));
-    gather_cells(w, n, c, n.low, n.high);
-    settle_node(at, n, w, parts_of_node(at));
+    ivec2 side = n.high - n.low;
+    for (int y = 0; y <= side.y; y++)
+        for (int x = 0; x <= side.x; x++) gather_post(w, n, errors_at(n, c, ivec2(x, y)), ivec2(x, y));
+    gather_cells(w, n, c, ivec2(0), side);
+    settle_node(at, n, w);
 }

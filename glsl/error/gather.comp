@@ -45,8 +45,8 @@ void main() {
 
     Worst w = worst_of_nothing();
     for (int y = low.y; y < end.y; y++)
-        for (int x = low.x; x < end.x; x++) gather_post(w, n, c, ivec2(x, y));
-    gather_cells(w, n, c, low, min(low + BLOCK, n.high));
+        for (int x = low.x; x < end.x; x++) gather_post(w, n, errors_at(n, c, ivec2(x, y) - n.low), ivec2(x, y) - n.low);
+    gather_cells(w, n, c, low - n.low, min(low + BLOCK, n.high) - n.low);
     uvec2 max_m = floatBitsToUint(w.max_m);
     vec3 share = w.squares / u_span_m / u_span_m;
     uvec2 q = square_up(share.x), f = square_up(share.y), c2 = square_up(share.z);

@@ -14,29 +14,35 @@
 
 struct Node {
     ivec2 low, mid, high;  // posts: north-west corner, centre, south-east corner
-    mat3 vertex_m;         // vertex_m[y][x]: heights of its vertices
-    mat3 h;                // the same, relative to the first, which keeps small differences exact
+    mat3 h;                // h[y][x]: heights relative to h[0][0], which keeps small differences exact
     float base_m;
     vec2 before, after;    // posts from the corner to the centre, and from there to the far corner
     vec2 per_before, per_after, per_side;  // their reciprocals, and that of their sum
     float rounding_m;      // bound of rounding errors: a few units in the last place of the node's relief
 };
 
+// Posts from a post to the map's rim. WHOLE_NODES stands for nodes that the rim does not cut off: their shape is a constant.
+#ifdef WHOLE_NODES
+ivec2 posts_beyond(ivec2 post) { return ivec2(1 << 30); }
+#else
+ivec2 posts_beyond(ivec2 post) { return u_last_post - post; }
+#endif
+
 Node node_at(int level, ivec2 at) {
     Node n;
     n.low = at << level;
-    n.mid = min(n.low + (1 << (level - 1)), u_last_post);
-    n.high = min(n.low + (1 << level), u_last_post);
+    ivec2 before = min(ivec2(1 << (level - 1)), posts_beyond(n.low)), side = min(ivec2(1 << level), posts_beyond(n.low));
+    n.mid = n.low + before;
+    n.high = n.low + side;
+    n.base_m = height_m(n.low);
     for (int y = 0; y < 3; y++)
         for (int x = 0; x < 3; x++) {
             ivec2 post = ivec2(x == 0 ? n.low.x : x == 1 ? n.mid.x : n.high.x,
                                y == 0 ? n.low.y : y == 1 ? n.mid.y : n.high.y);
-            n.vertex_m[y][x] = height_m(post);
+            n.h[y][x] = height_m(post) - n.base_m;
         }
-    n.base_m = n.vertex_m[0][0];
-    for (int y = 0; y < 3; y++) n.h[y] = n.vertex_m[y] - n.base_m;
-    n.before = vec2(n.mid - n.low);
-    n.after = vec2(n.high - n.mid);
+    n.before = vec2(before);
+    n.after = vec2(side - before);
     n.per_before = 1.0 / n.before;
     n.per_after = 1.0 / max(n.after, 1.0);
     n.per_side = 1.0 / (n.before + n.after);
@@ -47,9 +53,9 @@ Node node_at(int level, ivec2 at) {
 
 // The functions below select numbers by the triangle of a post, and have no branches, so that neighbouring threads do not diverge.
 
-// Drawn minus true height: of the lower and of the higher diagonal.
-vec2 quad_errors_m(Node n, ivec2 post, float h) {
-    vec2 t = vec2(post - n.low) * n.per_side;
+// Drawn minus true height: of the lower and of the higher diagonal. A place is in posts from the node's corner.
+vec2 quad_errors_m(Node n, vec2 place, float h) {
+    vec2 t = place * n.per_side;
     float h00 = n.h[0][0], h10 = n.h[0][2], h01 = n.h[2][0], h11 = n.h[2][2];
     vec2 falling = t.x >= t.y ? vec2(h10 - h00, h11 - h10) : vec2(h11 - h01, h01 - h00);
     bool is_north = t.x + t.y <= 1.0;  // of the rising diagonal
@@ -77,8 +83,8 @@ vec2 wedge_errors_m(Node n, int axis, vec3 edge, float w, float d, float h) {
 #define SOUTH 3
 
 // Drawn minus true height with the edge of the post's wedge whole, and with it split. `weight` is the centre's.
-vec2 fan_errors_m(Node n, ivec2 post, float h, out int wedge, out float weight) {
-    vec2 d = vec2(post - n.mid);
+vec2 fan_errors_m(Node n, vec2 place, float h, out int wedge, out float weight) {
+    vec2 d = place - n.before;
     bvec2 is_low = lessThanEqual(d, vec2(0.0));  // west, north of the centre
     vec2 w = 1.0 + mix(-d * n.per_after, d * n.per_before, is_low);
     vec3 west = vec3(n.h[0][0], n.h[1][0], n.h[2][0]), east = vec3(n.h[0][2], n.h[1][2], n.h[2][2]);
@@ -95,7 +101,7 @@ vec2 fan_errors_m(Node n, ivec2 post, float h, out int wedge, out float weight) 
 struct CutEdges { vec4 above_m, below_m; };
 
 vec2 cut_edge_m(Node n, int side) {
-    int axis = side == WEST || side == EAST ? 1 : 0, posts = n.high[axis] - n.low[axis];
+    int axis = side == WEST || side == EAST ? 1 : 0, posts = int(n.before[axis] + n.after[axis]);
     ivec2 post = n.low, end = n.high;
     post[1 - axis] = end[1 - axis] = (side == WEST || side == NORTH ? n.low : n.high)[1 - axis];
     float from = height_m(post) - n.base_m, rise = (height_m(end) - n.base_m - from) * n.per_side[axis];
@@ -123,16 +129,15 @@ float largest_of(vec4 v) { return max(max(v.x, v.y), max(v.z, v.w)); }
 // Bounds above and below of a cell of a patch with any of its edges cut, in any triangulation (docs/guarantee.md, section 3): xy of one
 // of many cells, zw of a patch of a single cell, which is a fan. With its new vertices on the straight lines, the drawing lies between both
 // diagonals, or is the fan. Vertices of one edge at most take part in a triangle; together they weigh 1 on their edge and 0 on the opposite side.
-vec4 cut_errors_m(Node n, CutEdges c, ivec2 post, vec2 quad, float fan, int wedge, float weight) {
-    vec2 t = vec2(post - n.low) * n.per_side, of_fan = (1.0 - weight) * vec2(c.above_m[wedge], c.below_m[wedge]);
+vec4 cut_errors_m(Node n, CutEdges c, vec2 place, vec2 quad, float fan, int wedge, float weight) {
+    vec2 t = place * n.per_side, of_fan = (1.0 - weight) * vec2(c.above_m[wedge], c.below_m[wedge]);
     vec4 of_edge = vec4(1.0 - t, t);  // west, north, east, south
     return vec4(quad.y + largest_of(of_edge * c.above_m), largest_of(of_edge * c.below_m) - quad.x, of_fan.x + fan, of_fan.y - fan);
 }
 
 // Whether diagonals run through posts: not if the map's rim cuts the node off.
 bool is_square(Node n) {
-    ivec2 side = n.high - n.low;
-    return side.x == side.y && 2 * (n.mid - n.low) == side;
+    return n.before == n.after && n.before.x == n.before.y;
 }
 
 // The twist h00 − h10 − h01 + h11 of a cell: 0 if its posts lie in a plane. Differences of similar heights are exact, even

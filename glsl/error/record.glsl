@@ -18,8 +18,21 @@ uint nest_fan(uint own, uint parts) { return (own & 0xffffu) | max(own >> 16, pa
 
 ivec2 last_part(ivec2 at) { return min(2 * at + 1, u_level[u_which_level - 1].size - 1); }
 
-// From level 2 on, parts are nodes.
-Parts parts_of_node(ivec2 at) {
+#if LEVEL == 1  // cells of the map, as two triangles: they have errors only between their posts
+Parts parts_of_node(Node n, ivec2 at) {
+    vec3 low = min(min(n.h[0], n.h[1]), n.h[2]), high = max(max(n.h[0], n.h[1]), n.h[2]);
+    vec2 range_m = vec2(min(min(low.x, low.y), low.z), max(max(high.x, high.y), high.z)) + n.base_m;
+    Parts p = Parts(0.0, 0.0, pack_range(range_m), 0u, 0u);
+    for (int i = 0; i < 4; i++) {
+        ivec2 cell = n.low + ivec2(i & 1, i >> 1);
+        bool is_part = all(lessThan(cell, n.high)) && !is_hole(cell);
+        float t_m = is_part ? twist_m(cell) : 0.0;
+        p.squares_m2 += t_m * t_m / 90.0;
+    }
+    return p;
+}
+#else
+Parts parts_of_node(Node n, ivec2 at) {
     Parts p = Parts(0.0, 0.0, 0xffffu, 0u, 0u);
     ivec2 last = last_part(at);
     for (int y = 2 * at.y; y <= last.y; y++)
@@ -33,8 +46,10 @@ Parts parts_of_node(ivec2 at) {
         }
     return p;
 }
+#endif
 
-void settle_node(ivec2 at, Node n, Worst w, Parts parts) {
+void settle_node(ivec2 at, Node n, Worst w) {
+    Parts parts = parts_of_node(n, at);
     ivec2 own = n.high - n.low + ivec2(equal(n.high, u_last_post)), many = last_part(at) + 1 - 2 * at;
     // a thread adds up to 33 × 33 squares in floats: each addition may lose 2^-24 of the sum
     vec3 rms_m = sqrt(w.squares / (float(own.x) * float(own.y))) * (1.0 + exp2(-14.0));

@@ -20,5 +20,5 @@ void main() {
         w.whole_m[wedge] = uintBitsToFloat(g.whole[wedge]);
         w.split_m[wedge] = uintBitsToFloat(g.split[wedge]);
     }
-    settle_node(at, node_at(u_which_level, at), w, parts_of_node(at));
+    settle_node(at, node_at(u_which_level, at), w);
 }

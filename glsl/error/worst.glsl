@@ -27,20 +27,19 @@ struct PostErrors {
     float height_m;
 };
 
-PostErrors errors_at(Node n, CutEdges c, ivec2 post, float height) {
+// `place` in posts from the node's corner.
+PostErrors errors_at(Node n, CutEdges c, ivec2 place) {
     PostErrors e;
-    float h = height - n.base_m, weight;
+    e.height_m = height_m(n.low + place);
+    float h = e.height_m - n.base_m, weight;
     int wedge;
-    vec2 quad = quad_errors_m(n, post, h), fan = fan_errors_m(n, post, h, wedge, weight);
+    vec2 quad = quad_errors_m(n, vec2(place), h), fan = fan_errors_m(n, vec2(place), h, wedge, weight);
     e.drawn = vec4(quad.y, -quad.x, max(fan.x, fan.y), -min(fan.x, fan.y));
-    e.cut = cut_errors_m(n, c, post, quad, fan.x, wedge, weight);
+    e.cut = cut_errors_m(n, c, vec2(place), quad, fan.x, wedge, weight);
     e.wedge = vec4(fan.x, -fan.x, fan.y, -fan.y);
     e.wedges = 1u << wedge;
-    e.height_m = height;
     return e;
 }
-
-PostErrors errors_at(Node n, CutEdges c, ivec2 post) { return errors_at(n, c, post, height_m(post)); }
 
 // Largest errors of the quad and of the fan, or of the wedge's two edges; of a cell with cut edges.
 vec2 larger(vec4 e) { return max(e.xz, e.yw); }
@@ -61,16 +60,17 @@ vec3 gather(inout Worst w, Node n, PostErrors e) {
 }
 
 // Posts on the south and east edges belong to the neighbours, except on the map's rim.
-ivec2 own_end(Node n) { return n.high + ivec2(equal(n.high, u_last_post)); }
-
-void gather_post(inout Worst w, Node n, PostErrors at, bool is_own) {
-    vec3 e = gather(w, n, at);
-    w.squares += is_own ? e * e : vec3(0.0);
+bool is_own(Node n, ivec2 place) {
+    return all(lessThan(place, n.high - n.low + ivec2(equal(n.high, u_last_post))));
 }
 
-void gather_post(inout Worst w, Node n, CutEdges c, ivec2 post) {
-    if (is_void(post)) w.voids = 1u;
-    else gather_post(w, n, errors_at(n, c, post), all(lessThan(post, own_end(n))));
+void gather_post(inout Worst w, Node n, PostErrors at, ivec2 place) {
+    if (is_void(n.low + place)) {
+        w.voids = 1u;
+        return;
+    }
+    vec3 e = gather(w, n, at);
+    if (is_own(n, place)) w.squares += e * e;
 }
 
 // The largest of them over the cell: docs/guarantee.md, section 1. Within each half they are largest at a post or on the diagonal from a to b.
@@ -78,7 +78,7 @@ vec4 over_halves(vec4 worst, vec4 a, vec4 b, float t) { return max(worst, crest_
 
 // If one triangle covers a cell, its error is largest at a post. This is for a cell that an edge of the mesh crosses: in a square node its diagonal
 // from a to b. In a node that the map's rim cuts off it may cross any cell, between its posts; then the twist adds |t|/4 at most, and the bend kink_m.
-float gather_cell(inout Worst w, Node n, PostErrors a, PostErrors b, PostErrors c, PostErrors d, vec2 kink_m) {
+void gather_cell(inout Worst w, Node n, PostErrors a, PostErrors b, PostErrors c, PostErrors d, vec2 kink_m) {
     PostErrors worst = a, most;
     worst.drawn = max(max(a.drawn, b.drawn), max(c.drawn, d.drawn));
     worst.cut = max(max(a.cut, b.cut), max(c.cut, d.cut));
@@ -91,35 +91,33 @@ float gather_cell(inout Worst w, Node n, PostErrors a, PostErrors b, PostErrors 
     gather(w, n, most);
     vec3 mean = abs(twist) * 0.10541 + vec3(kink_m, max(kink_m.x, kink_m.y));
     w.squares += mean * (2.0 * largest(worst.drawn, worst.cut) + mean);
-    return twist;
 }
 
-// A run of cells from a post on. The cell of a post goes to the post at `across`; the next cell's post is at `next`.
-struct Run { ivec2 post, across, next; int cells; };
+// A run of cells from a place on. The cell of a place goes to the place at `across`; the next cell's place is at `next`.
+struct Run { ivec2 place, across, next; int cells; };
 
-// The cells from post `low` up to post `end` that an edge of the mesh may cross: those on the diagonals of a square node; of a node that the
+// The cells from place `low` up to place `end` that an edge of the mesh may cross: those on the diagonals of a square node; of a node that the
 // map's rim cuts off, all, row by row. Software renderers execute a branch for every cell, so the loops visit only these.
 int runs_in(Node n, ivec2 low, ivec2 end) { return is_square(n) ? 2 : end.y - low.y; }
 
 Run run_at(Node n, ivec2 low, ivec2 end, int i) {
     if (!is_square(n)) return Run(low + ivec2(0, i), ivec2(1), ivec2(1, 0), end.x - low.x);
-    ivec2 from = low - n.low, to = end - n.low;
-    int side = n.high.x - n.low.x, falling = max(from.x, from.y), rising = max(from.x, side - to.y);  // first columns
-    if (i == 0) return Run(n.low + falling, ivec2(1), ivec2(1), min(to.x, to.y) - falling);
-    return Run(n.low + ivec2(rising, side - rising), ivec2(1, -1), ivec2(1, -1), min(to.x, side - from.y) - rising);
+    int side = n.high.x - n.low.x, falling = max(low.x, low.y), rising = max(low.x, side - end.y);  // first columns
+    if (i == 0) return Run(ivec2(falling), ivec2(1), ivec2(1), min(end.x, end.y) - falling);
+    return Run(ivec2(rising, side - rising), ivec2(1, -1), ivec2(1, -1), min(end.x, side - low.y) - rising);
 }
 
 void gather_cells(inout Worst w, Node n, CutEdges cuts, ivec2 low, ivec2 end) {
     vec2 kink = is_square(n) ? vec2(0.0) : kinks_m(n);
     for (int i = 0; i < runs_in(n, low, end); i++) {
         Run run = run_at(n, low, end, i);
-        PostErrors a = errors_at(n, cuts, run.post);
+        PostErrors a = errors_at(n, cuts, run.place);
         for (int k = 0; k < run.cells; k++) {
-            ivec2 post = run.post + k * run.next, other = post + run.across;
+            ivec2 place = run.place + k * run.next, other = place + run.across;
             PostErrors b = errors_at(n, cuts, other);
-            PostErrors c = errors_at(n, cuts, ivec2(other.x, post.y)), d = errors_at(n, cuts, ivec2(post.x, other.y));
-            if (!is_hole(min(post, other))) gather_cell(w, n, a, b, c, d, kink);
-            a = run.next.y == 0 ? c : b;  // two posts of a cell are those of the next, or one
+            PostErrors c = errors_at(n, cuts, ivec2(other.x, place.y)), d = errors_at(n, cuts, ivec2(place.x, other.y));
+            if (!is_hole(n.low + min(place, other))) gather_cell(w, n, a, b, c, d, kink);
+            a = run.next.y == 0 ? c : b;  // the next cell shares two posts of a row, or one of a diagonal
         }
     }
 }
