@@ -56,7 +56,9 @@ class ErrorTables:
     def __init__(self, terrain: Terrain, build: bool = True) -> None:
         ctx = self.ctx = terrain.ctx
         self.terrain = terrain
-        self._kernels: dict[tuple[str, int, bool], Any] = {}  # by name, level up to SMALL_LEVELS, and whether they handle voids
+        self._kernels: dict[
+            tuple[str, int, bool], Any
+        ] = {}  # by name, level up to SMALL_LEVELS, and whether they handle voids
         self._sat8, self._sat64 = SummedAreaTables(ctx, 8), SummedAreaTables(ctx, 64)
         self._reserve()
         if build:
@@ -178,10 +180,12 @@ class ErrorTables:
         bind("error/fine.comp", Nodes=self.nodes, Gains=self.gains, Ranges=self.ranges)
         if j <= FINE_LEVELS:
             last_x, last_y = self.terrain.all_posts[2:] if j <= SMALL_LEVELS else (0, 0)
-            columns, rows = np.clip(((last_x >> j) - x, (last_y >> j) - y), 0, (width, height)).tolist()  # no rim cuts off
-            self._run_nodes("small", j, (x, y, columns, rows))
-            self._run_nodes("fine", j, (x + columns, y, width - columns, height))
-            self._run_nodes("fine", j, (x, y + rows, columns, height - rows))
+            whole = np.clip(
+                ((last_x >> j) - x, (last_y >> j) - y), 0, (width, height)
+            ).tolist()  # nodes that no rim cuts off
+            self._run_nodes("small", j, x, y, *whole)
+            self._run_nodes("fine", j, x + whole[0], y, width - whole[0], height)
+            self._run_nodes("fine", j, x, y + whole[1], whole[0], height - whole[1])
             return
         gathering = self.ctx.buffer(bytes(width * height * GATHERED_BYTES))
         moved = self.ctx.buffer(bytes(width * height * 4))
@@ -194,8 +198,7 @@ class ErrorTables:
         gathering.release()
         moved.release()
 
-    def _run_nodes(self, name: str, j: int, nodes: tuple[int, int, int, int]) -> None:
-        x, y, width, height = nodes
+    def _run_nodes(self, name: str, j: int, x: int, y: int, width: int, height: int) -> None:
         if width and height:
             place = {"u_which_level": j, "u_first": (x, y), "u_count": (width, height)}
             self._run(name, (-(-width // 8), -(-height // 8)), place)

@@ -18,13 +18,12 @@
 #define BLOCK (1 << FINE_LEVELS)  // posts a side
 
 struct Gathered {
-    uint max_q, max_f, cut;  // float bits
+    uint most[11];      // float bits: quad, fan, cell of a patch; the fan's wedges with whole edges, and with split edges
     uint squares[6];    // quad low, high; fan low, high; cell of a patch low, high: fixed point (error/nodes.glsl)
     uint voids;
-    uint whole[4], split[4];  // float bits
 };
 
-const uint[4] NO_ERRORS = uint[4](0u, 0u, 0u, 0u);
+const uint[11] NO_ERRORS = uint[11](0u, 0u, 0u, 0u, 0u, 0u, 0u, 0u, 0u, 0u, 0u);
 const uint[6] NO_SQUARES = uint[6](0u, 0u, 0u, 0u, 0u, 0u);
 layout(std430, binding = 1) buffer Blocks { Gathered block_of[]; };
 

@@ -47,13 +47,10 @@ void main() {
     for (int y = low.y; y < end.y; y++)
         for (int x = low.x; x < end.x; x++) gather_post(w, n, errors_at(n, c, ivec2(x, y) - n.low), ivec2(x, y) - n.low);
     gather_cells(w, n, c, low - n.low, min(low + BLOCK, n.high) - n.low);
-    uvec2 max_m = floatBitsToUint(w.max_m);
+    uvec3 most = floatBitsToUint(vec3(w.max_m, w.cut_m));
+    uvec4 whole = floatBitsToUint(w.whole_m), split = floatBitsToUint(w.split_m);
     vec3 share = w.squares / u_span_m / u_span_m;
     uvec2 q = square_up(share.x), f = square_up(share.y), c2 = square_up(share.z);
-    Gathered g = Gathered(max_m.x, max_m.y, floatBitsToUint(w.cut_m), uint[6](q.x, q.y, f.x, f.y, c2.x, c2.y), w.voids, NO_ERRORS, NO_ERRORS);
-    for (int wedge = 0; wedge < 4; wedge++) {
-        g.whole[wedge] = floatBitsToUint(w.whole_m[wedge]);
-        g.split[wedge] = floatBitsToUint(w.split_m[wedge]);
-    }
-    block_of[block_index(block)] = g;
+    uint[11] errors = uint[11](most.x, most.y, most.z, whole.x, whole.y, whole.z, whole.w, split.x, split.y, split.z, split.w);
+    block_of[block_index(block)] = Gathered(errors, uint[6](q.x, q.y, f.x, f.y, c2.x, c2.y), w.voids);
 }

@@ -20,32 +20,20 @@ void main() {
     ivec2 end = min(first + blocks_in_node(), u_level[FINE_LEVELS].size);
     if (first.y >= end.y) return;
 
-    Gathered row = Gathered(0u, 0u, 0u, NO_SQUARES, 0u, NO_ERRORS, NO_ERRORS);
+    Gathered row = Gathered(NO_ERRORS, NO_SQUARES, 0u);
     uvec2 q = uvec2(0u), f = uvec2(0u), c = uvec2(0u);
     for (int x = first.x; x < end.x; x++) {
         Gathered block = block_of[block_index(ivec2(x, first.y))];
-        row.max_q = max(row.max_q, block.max_q);
-        row.max_f = max(row.max_f, block.max_f);
-        row.cut = max(row.cut, block.cut);
+        for (int k = 0; k < 11; k++) row.most[k] = max(row.most[k], block.most[k]);
         row.voids |= block.voids;
-        for (int wedge = 0; wedge < 4; wedge++) {
-            row.whole[wedge] = max(row.whole[wedge], block.whole[wedge]);
-            row.split[wedge] = max(row.split[wedge], block.split[wedge]);
-        }
         q = add64(q, uvec2(block.squares[0], block.squares[1]));
         f = add64(f, uvec2(block.squares[2], block.squares[3]));
         c = add64(c, uvec2(block.squares[4], block.squares[5]));
     }
     int i = node_.y * u_count.x + node_.x;
-    atomicMax(gathered[i].max_q, row.max_q);
-    atomicMax(gathered[i].max_f, row.max_f);
-    atomicMax(gathered[i].cut, row.cut);
+    for (int k = 0; k < 11; k++) atomicMax(gathered[i].most[k], row.most[k]);
     add_squares(i, 0, q);
     add_squares(i, 2, f);
     add_squares(i, 4, c);
     atomicOr(gathered[i].voids, row.voids);
-    for (int wedge = 0; wedge < 4; wedge++) {
-        atomicMax(gathered[i].whole[wedge], row.whole[wedge]);
-        atomicMax(gathered[i].split[wedge], row.split[wedge]);
-    }
 }

@@ -21,17 +21,15 @@ struct Node {
     float rounding_m;      // bound of rounding errors: a few units in the last place of the node's relief
 };
 
-// Posts from a post to the map's rim. WHOLE_NODES stands for nodes that the rim does not cut off: their shape is a constant.
-#ifdef WHOLE_NODES
-ivec2 posts_beyond(ivec2 post) { return ivec2(1 << 30); }
-#else
-ivec2 posts_beyond(ivec2 post) { return u_last_post - post; }
+#ifndef WHOLE_NODES  // true: for nodes that the map's rim does not cut off. Then their shape is a constant.
+#define WHOLE_NODES false
 #endif
 
 Node node_at(int level, ivec2 at) {
     Node n;
     n.low = at << level;
-    ivec2 before = min(ivec2(1 << (level - 1)), posts_beyond(n.low)), side = min(ivec2(1 << level), posts_beyond(n.low));
+    ivec2 beyond = WHOLE_NODES ? ivec2(1 << level) : u_last_post - n.low;  // posts up to the rim
+    ivec2 before = min(ivec2(1 << (level - 1)), beyond), side = min(ivec2(1 << level), beyond);
     n.mid = n.low + before;
     n.high = n.low + side;
     n.base_m = height_m(n.low);
@@ -136,9 +134,7 @@ vec4 cut_errors_m(Node n, CutEdges c, vec2 place, vec2 quad, float fan, int wedg
 }
 
 // Whether diagonals run through posts: not if the map's rim cuts the node off.
-bool is_square(Node n) {
-    return n.before == n.after && n.before.x == n.before.y;
-}
+bool is_square(Node n) { return n.before == n.after && n.before.x == n.before.y; }
 
 // The twist h00 − h10 − h01 + h11 of a cell: 0 if its posts lie in a plane. Differences of similar heights are exact, even
 // if the heights are large (Sterbenz 1974, "Floating-point computation").

@@ -15,10 +15,8 @@ void main() {
     vec3 share;
     for (int i = 0; i < 3; i++) share[i] = word_float(uvec2(g.squares[2 * i], g.squares[2 * i + 1]));
     vec3 squares = share * exp2(-35.0) * u_span_m * u_span_m;
-    Worst w = Worst(uintBitsToFloat(uvec2(g.max_q, g.max_f)), uintBitsToFloat(g.cut), squares, g.voids, vec4(0.0), vec4(0.0));
-    for (int wedge = 0; wedge < 4; wedge++) {
-        w.whole_m[wedge] = uintBitsToFloat(g.whole[wedge]);
-        w.split_m[wedge] = uintBitsToFloat(g.split[wedge]);
-    }
+    float m[11];
+    for (int i = 0; i < 11; i++) m[i] = uintBitsToFloat(g.most[i]);
+    Worst w = Worst(vec2(m[0], m[1]), m[2], squares, g.voids, vec4(m[3], m[4], m[5], m[6]), vec4(m[7], m[8], m[9], m[10]));
     settle_node(at, node_at(u_which_level, at), w);
 }

@@ -1,17 +1,12 @@
-// error/small.comp — nodes of 2 × 2 or 4 × 4 cells that the map's rim does not cut off. All loops have constant bounds. So compilers unroll them,
-// compute weights, read each height once, and keep the errors at each post for the four cells around it.
+// error/small.comp — nodes of 2 × 2 or 4 × 4 cells that the map's rim does not cut off. Loops have constant bounds, so compilers unroll them,
+// compute weights, and read each height once. The errors at each post are kept for the four cells around it.
+//   Mesa unrolls a loop of any length only if its variable is the index of an array of as many elements. So the last two loops begin at 0.
 // Python twins: reference.node_errors, reference.wedge_errors
 
-#define WHOLE_NODES
+#define WHOLE_NODES true
 #include "error/record.glsl"
 
 #define SIDE (1 << LEVEL)
-#define ROW (SIDE + 1)
-#if LEVEL == 1
-const ivec2 CELLS[4] = ivec2[4](ivec2(0, 0), ivec2(1, 1), ivec2(0, 1), ivec2(1, 0));
-#else
-const ivec2 CELLS[8] = ivec2[8](ivec2(0, 0), ivec2(1, 1), ivec2(2, 2), ivec2(3, 3), ivec2(0, 3), ivec2(1, 2), ivec2(2, 1), ivec2(3, 0));
-#endif
 
 layout(local_size_x = 8, local_size_y = 8) in;
 
@@ -19,20 +14,14 @@ void main() {
     if (any(greaterThanEqual(ivec2(gl_GlobalInvocationID.xy), u_count))) return;
     ivec2 at = u_first + ivec2(gl_GlobalInvocationID.xy);
     Node n = node_at(LEVEL, at);
-    CutEdges c = cut_edges_m(n);
+    CutEdges cuts = cut_edges_m(n);
     Worst w = worst_of_nothing();
-    PostErrors e[ROW * ROW];
-    for (int i = 0; i < ROW * ROW; i++) {
-        ivec2 place = ivec2(i % ROW, i / ROW);
-        e[i] = errors_at(n, c, place);
-        gather_post(w, n, e[i], place);
-    }
-    for (int i = 0; i < 2 * SIDE; i++) {  // first the cells of the falling diagonal
-        ivec2 cell = CELLS[i];
-        int a = cell.y * ROW + cell.x, b = a + 1, c = a + ROW, d = c + 1;
-        bool is_whole = !is_hole(n.low + cell);
-        if (is_whole && i < SIDE) gather_cell(w, n, e[a], e[d], e[b], e[c], vec2(0.0));
-        if (is_whole && i >= SIDE) gather_cell(w, n, e[c], e[b], e[d], e[a], vec2(0.0));
-    }
+    PostErrors e[SIDE + 1][SIDE + 1];
+    for (int y = 0; y <= SIDE; y++)
+        for (int x = 0; x <= SIDE; x++) gather_post(w, n, e[y][x] = errors_at(n, cuts, ivec2(x, y)), ivec2(x, y));
+    for (int x = 0; x <= SIDE; x++)  // cells on the falling diagonal, north-west of posts
+        if (x > 0 && !is_hole(n.low + x - 1)) gather_cell(w, n, e[x - 1][x - 1], e[x][x], e[x - 1][x], e[x][x - 1], vec2(0.0));
+    for (int x = 0, y = SIDE; x <= SIDE; x++, y--)  // on the rising one, south-west of posts
+        if (x > 0 && !is_hole(n.low + ivec2(x - 1, y))) gather_cell(w, n, e[y + 1][x - 1], e[y][x], e[y + 1][x], e[y][x - 1], vec2(0.0));
     settle_node(at, n, w);
 }

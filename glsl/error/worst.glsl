@@ -65,10 +65,8 @@ bool is_own(Node n, ivec2 place) {
 }
 
 void gather_post(inout Worst w, Node n, PostErrors at, ivec2 place) {
-    if (is_void(n.low + place)) {
-        w.voids = 1u;
-        return;
-    }
+    w.voids |= uint(is_void(n.low + place));
+    if (is_void(n.low + place)) return;
     vec3 e = gather(w, n, at);
     if (is_own(n, place)) w.squares += e * e;
 }
@@ -93,31 +91,21 @@ void gather_cell(inout Worst w, Node n, PostErrors a, PostErrors b, PostErrors c
     w.squares += mean * (2.0 * largest(worst.drawn, worst.cut) + mean);
 }
 
-// A run of cells from a place on. The cell of a place goes to the place at `across`; the next cell's place is at `next`.
-struct Run { ivec2 place, across, next; int cells; };
-
 // The cells from place `low` up to place `end` that an edge of the mesh may cross: those on the diagonals of a square node; of a node that the
-// map's rim cuts off, all, row by row. Software renderers execute a branch for every cell, so the loops visit only these.
-int runs_in(Node n, ivec2 low, ivec2 end) { return is_square(n) ? 2 : end.y - low.y; }
-
-Run run_at(Node n, ivec2 low, ivec2 end, int i) {
-    if (!is_square(n)) return Run(low + ivec2(0, i), ivec2(1), ivec2(1, 0), end.x - low.x);
-    int side = n.high.x - n.low.x, falling = max(low.x, low.y), rising = max(low.x, side - end.y);  // first columns
-    if (i == 0) return Run(ivec2(falling), ivec2(1), ivec2(1), min(end.x, end.y) - falling);
-    return Run(ivec2(rising, side - rising), ivec2(1, -1), ivec2(1, -1), min(end.x, side - low.y) - rising);
-}
-
+// map's rim cuts off, all. Software renderers execute a branch for every cell, so the loop visits only these.
 void gather_cells(inout Worst w, Node n, CutEdges cuts, ivec2 low, ivec2 end) {
-    vec2 kink = is_square(n) ? vec2(0.0) : kinks_m(n);
-    for (int i = 0; i < runs_in(n, low, end); i++) {
-        Run run = run_at(n, low, end, i);
-        PostErrors a = errors_at(n, cuts, run.place);
-        for (int k = 0; k < run.cells; k++) {
-            ivec2 place = run.place + k * run.next, other = place + run.across;
-            PostErrors b = errors_at(n, cuts, other);
-            PostErrors c = errors_at(n, cuts, ivec2(other.x, place.y)), d = errors_at(n, cuts, ivec2(place.x, other.y));
-            if (!is_hole(n.low + min(place, other))) gather_cell(w, n, a, b, c, d, kink);
-            a = run.next.y == 0 ? c : b;  // the next cell shares two posts of a row, or one of a diagonal
-        }
+    bool square = is_square(n);
+    vec2 kink = square ? vec2(0.0) : kinks_m(n);
+    int side = n.high.x - n.low.x, width = end.x - low.x;
+    int falling = max(low.x, low.y), rising = max(low.x, side - end.y);  // first columns on the diagonals
+    int on_falling = max(min(end.x, end.y) - falling, 0), on_rising = max(min(end.x, side - low.y) - rising, 0);
+    int cells = square ? on_falling + on_rising : width * (end.y - low.y);
+    for (int i = 0; i < cells; i++) {
+        int rises = int(square && i >= on_falling), column = i + (rises == 0 ? falling : rising - on_falling);
+        ivec2 cell = square ? ivec2(column, rises == 0 ? column : side - 1 - column) : low + ivec2(i % width, i / width);
+        if (is_hole(n.low + cell)) continue;
+        PostErrors a = errors_at(n, cuts, cell + ivec2(0, rises)), b = errors_at(n, cuts, cell + ivec2(1, 1 - rises));
+        PostErrors c = errors_at(n, cuts, cell + ivec2(1, rises)), d = errors_at(n, cuts, cell + ivec2(0, 1 - rises));
+        gather_cell(w, n, a, b, c, d, kink);
     }
 }
