@@ -23,8 +23,7 @@ from .rect import Rect
 from .sat import SummedAreaTables, Table
 from .terrain import Terrain
 
-SMALL_LEVELS = 2  # glsl/error/small.comp
-_BY_LEVEL = ("small", "fine")  # kernels that are compiled for level 1, whose parts are cells, and for level 2
+SMALL_LEVELS = 2  # levels of glsl/error/small.comp
 FINE_LEVELS = 5  # one thread computes a node up to this level, or a block of this level in coarser nodes
 PORTION = 2**18  # posts that one step of `ErrorTables.build_steps` visits
 GATHERED_BYTES = 72  # glsl/error/coarse.glsl
@@ -56,9 +55,7 @@ class ErrorTables:
     def __init__(self, terrain: Terrain, build: bool = True) -> None:
         ctx = self.ctx = terrain.ctx
         self.terrain = terrain
-        self._kernels: dict[
-            tuple[str, int, bool], Any
-        ] = {}  # by name, level up to SMALL_LEVELS, and whether they handle voids
+        self._kernels: dict[tuple[str, int, bool], Any] = {}  # by name, level (2 for all above), handling of voids
         self._sat8, self._sat64 = SummedAreaTables(ctx, 8), SummedAreaTables(ctx, 64)
         self._reserve()
         if build:
@@ -179,10 +176,9 @@ class ErrorTables:
         self.terrain.bind()
         bind("error/fine.comp", Nodes=self.nodes, Gains=self.gains, Ranges=self.ranges)
         if j <= FINE_LEVELS:
+            # the map's rim may cut off the last column and the last row of nodes
             last_x, last_y = self.terrain.all_posts[2:] if j <= SMALL_LEVELS else (0, 0)
-            whole = np.clip(
-                ((last_x >> j) - x, (last_y >> j) - y), 0, (width, height)
-            ).tolist()  # nodes that no rim cuts off
+            whole = np.clip(((last_x >> j) - x, (last_y >> j) - y), 0, (width, height)).tolist()
             self._run_nodes("small", j, x, y, *whole)
             self._run_nodes("fine", j, x + whole[0], y, width - whole[0], height)
             self._run_nodes("fine", j, x, y + whole[1], whole[0], height - whole[1])
@@ -201,7 +197,7 @@ class ErrorTables:
     def _run_nodes(self, name: str, j: int, x: int, y: int, width: int, height: int) -> None:
         if width and height:
             place = {"u_which_level": j, "u_first": (x, y), "u_count": (width, height)}
-            self._run(name, (-(-width // 8), -(-height // 8)), place)
+            self._run(name, (-(-width // 8), -(-height // 8)), place, min(j, SMALL_LEVELS))
 
     def _update_tables(self, j: int, posts: Rect) -> None:
         """Recount a level's tiles that changed, and update the sums."""
@@ -242,8 +238,8 @@ class ErrorTables:
         place |= {"u_first_counter": first_counter, "u_first_square": first_square}
         self._run("count", (-(-count[0] // 8), -(-count[1] // 8)), place)
 
-    def _run(self, name: str, groups: tuple[int, int], uniforms: dict[str, Any]) -> None:
-        kernel = self._kernel(name, min(uniforms["u_which_level"] if name in _BY_LEVEL else 2, 2))
+    def _run(self, name: str, groups: tuple[int, int], uniforms: dict[str, Any], level: int = SMALL_LEVELS) -> None:
+        kernel = self._kernel(name, level)
         for key, value in uniforms.items():
             kernel[key] = value
         kernel.run(*groups)

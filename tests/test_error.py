@@ -460,12 +460,12 @@ def test_edit_touches_only_what_it_bears_on(ctx, monkeypatch):
     asked = []
     run = tables._run
     monkeypatch.setattr(
-        tables, "_run", lambda name, groups, uniforms: (asked.append((name, uniforms)), run(name, groups, uniforms))
+        tables, "_run", lambda name, groups, at, *level: (asked.append((name, at)), run(name, groups, at, *level))
     )
     heights = terrain.heightmap.heights.copy()
     heights[70, 81] += 1.0
     tables.update(terrain.edit(0, 0, heights))
-    nodes = {u["u_which_level"]: u["u_count"] for name, u in asked if name in ("fine", "gather")}
+    nodes = {u["u_which_level"]: u["u_count"] for name, u in asked if name in ("small", "fine", "gather")}
     assert set(nodes) == set(range(1, len(terrain.levels)))
     assert max(w * h for w, h in nodes.values()) <= 4
 
@@ -489,11 +489,11 @@ def test_work_groups_stay_below_the_limit_on_the_largest_map(ctx, monkeypatch):
     most = 65535  # GL_MAX_COMPUTE_WORK_GROUP_COUNT, guaranteed
     scene.terrain.levels = layout.quadtree(16384, 16384)
     groups = []
-    monkeypatch.setattr(scene.tables, "_run", lambda name, count, uniforms: groups.append((name, *count)))
+    monkeypatch.setattr(scene.tables, "_run", lambda name, count, *_: groups.append((name, *count)))
     for name in ("build", "edit"):
         monkeypatch.setattr(scene.tables._sat8, name, lambda *_: None)
         monkeypatch.setattr(scene.tables._sat64, name, lambda *_: None)
     monkeypatch.setattr(scene.terrain.heightmap, "heights", np.broadcast_to(np.float32(0), (16384, 16384)))
     scene.tables.build()
-    assert {name for name, *_ in groups} == {"fine", "cut", "gather", "join", "settle", "count"}
+    assert {name for name, *_ in groups} == {"small", "fine", "cut", "gather", "join", "settle", "count"}
     assert max(max(count) for _, *count in groups) <= most

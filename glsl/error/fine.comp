@@ -11,9 +11,8 @@ void main() {
     Node n = node_at(u_which_level, at);
     CutEdges c = cut_edges_m(n);
     Worst w = worst_of_nothing();
-    ivec2 side = n.high - n.low;
-    for (int y = 0; y <= side.y; y++)
-        for (int x = 0; x <= side.x; x++) gather_post(w, n, errors_at(n, c, ivec2(x, y)), ivec2(x, y));
-    gather_cells(w, n, c, ivec2(0), side);
+    for (int y = 0; y <= n.high.y - n.low.y; y++)
+        for (int x = 0; x <= n.high.x - n.low.x; x++) gather_post(w, n, errors_at(n, c, ivec2(x, y)), ivec2(x, y));
+    gather_cells(w, n, c, ivec2(0), n.high - n.low);
     settle_node(at, n, w);
 }

@@ -8,6 +8,10 @@
 layout(std430, binding = 0) buffer Nodes { PackedNode node[]; };
 layout(std430, binding = 4) buffer Ranges { uint range[]; };
 
+#ifndef LEVEL
+#define LEVEL 2  // 1 or 2; 2 also stands for all higher ones
+#endif
+
 // What a node takes over from its parts: their squared errors, their range of heights, their largest errors as fans and their gains.
 struct Parts { float squares_m2, gain; uint heights, max_m, rms_m; };
 
@@ -25,9 +29,7 @@ Parts parts_of_node(Node n, ivec2 at) {
     Parts p = Parts(0.0, 0.0, pack_range(range_m), 0u, 0u);
     for (int i = 0; i < 4; i++) {
         ivec2 cell = n.low + ivec2(i & 1, i >> 1);
-        bool is_part = all(lessThan(cell, n.high)) && !is_hole(cell);
-        float t_m = is_part ? twist_m(cell) : 0.0;
-        p.squares_m2 += t_m * t_m / 90.0;
+        if (all(lessThan(cell, n.high)) && !is_hole(cell)) p.squares_m2 += twist_m(cell) * twist_m(cell) / 90.0;
     }
     return p;
 }
