@@ -65,8 +65,9 @@ bool is_own(Node n, ivec2 place) {
 }
 
 void gather_post(inout Worst w, Node n, PostErrors at, ivec2 place) {
-    w.voids |= uint(is_void(n.low + place));
-    if (is_void(n.low + place)) return;
+    bool is_filled = is_void(n.low + place);
+    w.voids |= uint(is_filled);
+    if (is_filled) return;
     vec3 e = gather(w, n, at);
     if (is_own(n, place)) w.squares += e * e;
 }
