@@ -21,7 +21,7 @@ struct Node {
     float rounding_m;      // bound of rounding errors: a few units in the last place of the node's relief
 };
 
-#ifndef WHOLE_NODES  // true: for nodes that the map's rim does not cut off. Then their shape is a constant.
+#ifndef WHOLE_NODES  // true: only nodes that the map's rim does not cut off. Then a node's shape is a constant.
 #define WHOLE_NODES false
 #endif
 
