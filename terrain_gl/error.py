@@ -23,6 +23,7 @@ from .rect import Rect
 from .sat import SummedAreaTables, Table
 from .terrain import Terrain
 
+SMALL_LEVELS = 2  # levels of glsl/error/small.comp
 FINE_LEVELS = 5  # one thread computes a node up to this level, or a block of this level in coarser nodes
 PORTION = 2**18  # posts that one step of `ErrorTables.build_steps` visits
 GATHERED_BYTES = 84  # glsl/error/coarse.glsl
@@ -54,7 +55,7 @@ class ErrorTables:
     def __init__(self, terrain: Terrain, build: bool = True) -> None:
         ctx = self.ctx = terrain.ctx
         self.terrain = terrain
-        self._kernels: dict[tuple[str, bool], Any] = {}  # by name, and whether they handle voids
+        self._kernels: dict[tuple[str, int, bool], Any] = {}  # by name, level (2 for all above), handling of voids
         self._sat8, self._sat64 = SummedAreaTables(ctx, 8), SummedAreaTables(ctx, 64)
         self._reserve()
         if build:
@@ -176,7 +177,12 @@ class ErrorTables:
         self.terrain.bind()
         bind("error/fine.comp", Nodes=self.nodes, Gains=self.gains, Ranges=self.ranges)
         if j <= FINE_LEVELS:
-            self._run("fine", (-(-width // 8), -(-height // 8)), place)
+            # the map's rim may cut off the last column and the last row of nodes
+            last_x, last_y = self.terrain.all_posts[2:] if j <= SMALL_LEVELS else (0, 0)
+            whole = np.clip(((last_x >> j) - x, (last_y >> j) - y), 0, (width, height)).tolist()
+            self._run_nodes("small", j, x, y, *whole)
+            self._run_nodes("fine", j, x + whole[0], y, width - whole[0], height)
+            self._run_nodes("fine", j, x, y + whole[1], whole[0], height - whole[1])
             return
         gathering = self.ctx.buffer(bytes(width * height * GATHERED_BYTES))
         moved = self.ctx.buffer(bytes(width * height * 4))
@@ -188,6 +194,11 @@ class ErrorTables:
         self._run("settle", (-(-width * height // 64), 1), place)
         gathering.release()
         moved.release()
+
+    def _run_nodes(self, name: str, j: int, x: int, y: int, width: int, height: int) -> None:
+        if width and height:
+            place = {"u_which_level": j, "u_first": (x, y), "u_count": (width, height)}
+            self._run(name, (-(-width // 8), -(-height // 8)), place, min(j, SMALL_LEVELS))
 
     def _update_tables(self, j: int, posts: Rect) -> None:
         """Recount a level's tiles that changed, and update the sums."""
@@ -228,20 +239,20 @@ class ErrorTables:
         place |= {"u_first_counter": first_counter, "u_first_square": first_square}
         self._run("count", (-(-count[0] // 8), -(-count[1] // 8)), place)
 
-    def _run(self, name: str, groups: tuple[int, int], uniforms: dict[str, Any]) -> None:
-        kernel = self._kernel(name)
+    def _run(self, name: str, groups: tuple[int, int], uniforms: dict[str, Any], level: int = SMALL_LEVELS) -> None:
+        kernel = self._kernel(name, level)
         for key, value in uniforms.items():
             kernel[key] = value
         kernel.run(*groups)
         self.ctx.memory_barrier(_BARRIER)
 
-    def _kernel(self, name: str) -> Any:
-        has_voids = self.terrain.heightmap.voids > 0
-        if (name, has_voids) not in self._kernels:
+    def _kernel(self, name: str, level: int) -> Any:
+        key = name, level, self.terrain.heightmap.voids > 0
+        if key not in self._kernels:
             defines = {"CLASSES": layout.CLASSES, "COUNT_TILE_LOG2": layout.COUNT_TILE_LOG2, "FINE_LEVELS": FINE_LEVELS}
-            defines |= {} if has_voids else {"NO_VOIDS": 1}
-            self._kernels[name, has_voids] = shaders.compute(self.ctx, f"error/{name}.comp", defines)
-        return self._kernels[name, has_voids]
+            defines |= {"LEVEL": level} | ({} if key[2] else {"NO_VOIDS": 1})
+            self._kernels[key] = shaders.compute(self.ctx, f"error/{name}.comp", defines)
+        return self._kernels[key]
 
 
 def _touched(level: Level, posts: Rect, j: int) -> tuple[int, int, int, int]:

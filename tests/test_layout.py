@@ -172,7 +172,7 @@ def _wedges():
 
 def test_gathered_record_has_the_size_that_python_reserves(ctx):
     buffer = ctx.buffer(bytes(3 * error.GATHERED_BYTES))
-    main = "layout(local_size_x = 1) in;\nvoid main() { block_of[0].split[3] = 1u; block_of[1].max_q = 7u; }\n"
+    main = "layout(local_size_x = 1) in;\nvoid main() { block_of[0].voids = 1u; block_of[1].most[0] = 7u; }\n"
     shader = ctx.compute_shader(shaders.source("error/coarse.glsl") + main)
     buffer.bind_to_storage_buffer(1)
     shader.run()

@@ -18,13 +18,12 @@
 #define BLOCK (1 << FINE_LEVELS)  // posts a side
 
 struct Gathered {
-    uint max_q, max_f, cut, cut_fan;  // float bits
-    uint squares[8];    // low and high of quad, fan, cell of a patch, patch of 2 × 2 segments: fixed point (error/nodes.glsl)
+    uint most[12];      // float bits: quad, fan, cell of a patch, patch of 2 × 2 segments; the fan's wedges with whole edges, and with split edges
+    uint squares[8];    // low and high of the first four: fixed point (error/nodes.glsl)
     uint voids;
-    uint whole[4], split[4];  // float bits
 };
 
-const uint[4] NO_ERRORS = uint[4](0u, 0u, 0u, 0u);
+const uint[12] NO_ERRORS = uint[12](0u, 0u, 0u, 0u, 0u, 0u, 0u, 0u, 0u, 0u, 0u, 0u);
 const uint[8] NO_SQUARES = uint[8](0u, 0u, 0u, 0u, 0u, 0u, 0u, 0u);
 layout(std430, binding = 1) buffer Blocks { Gathered block_of[]; };
 

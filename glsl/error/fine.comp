@@ -1,7 +1,8 @@
 // error/fine.comp — the fine levels of the error table: one thread visits all posts of its node.
+//   On levels 1 and 2 only nodes that the map's rim cuts off; error/small.comp has the others.
 // Python twins: reference.node_errors, reference.wedge_errors
 
-#include "error/worst.glsl"
+#include "error/record.glsl"
 
 layout(local_size_x = 8, local_size_y = 8) in;
 
@@ -11,8 +12,8 @@ void main() {
     Node n = node_at(u_which_level, at);
     CutEdges c = cut_edges_m(n);
     Worst w = worst_of_nothing();
-    for (int y = n.low.y; y <= n.high.y; y++)
-        for (int x = n.low.x; x <= n.high.x; x++) gather_post(w, n, c, ivec2(x, y));
-    gather_cells(w, n, c, n.low, n.high);
+    for (int y = 0; y <= n.high.y - n.low.y; y++)
+        for (int x = 0; x <= n.high.x - n.low.x; x++) gather_post(w, n, errors_at(n, c, ivec2(x, y)), ivec2(x, y));
+    gather_cells(w, n, c, ivec2(0), n.high - n.low);
     settle_node(at, n, w);
 }

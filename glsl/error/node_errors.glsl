@@ -7,7 +7,7 @@
 //     │  ╱╲  │                     │  ╱   │   ╲  │        a post has two errors, in the wedge that contains it.
 //    0,2 ──── 2,2                 0,2 ── 1,2 ── 2,2
 //
-// Provides Node, node_at(), quad_errors_m(), fan_errors_m(), Move, CutEdges, cut_edge_m(), cut_edges_m(), cut_errors_m(); is_square(), twist_m(), crest_m(), kinks_m() for places between posts.
+// Provides Node, node_at(), quad_errors_m(), fan_errors_m(), Move, CutEdges, cut_edge_m(), cut_edges_of(), cut_edges_m(), cut_errors_m(); is_square(), twist_m(), crest_m(), kinks_m() for places between posts.
 // Python twins: reference.node_errors, reference.cut_errors, reference.twists, reference.crest, reference.kinks
 
 #include "blocks/terrain.glsl"
@@ -21,11 +21,17 @@ struct Node {
     float rounding_m;      // bound of rounding errors: a few units in the last place of the node's relief
 };
 
+#ifndef WHOLE_NODES  // true: only nodes that the map's rim does not cut off. Then a node's shape is a constant.
+#define WHOLE_NODES false
+#endif
+
 Node node_at(int level, ivec2 at) {
     Node n;
     n.low = at << level;
-    n.mid = min(n.low + (1 << (level - 1)), u_last_post);
-    n.high = min(n.low + (1 << level), u_last_post);
+    ivec2 beyond = WHOLE_NODES ? ivec2(1 << level) : u_last_post - n.low;  // posts up to the rim
+    ivec2 before = min(ivec2(1 << (level - 1)), beyond), side = min(ivec2(1 << level), beyond);
+    n.mid = n.low + before;
+    n.high = n.low + side;
     n.base_m = height_m(n.low);
     for (int y = 0; y < 3; y++)
         for (int x = 0; x < 3; x++) {
@@ -33,8 +39,8 @@ Node node_at(int level, ivec2 at) {
                                y == 0 ? n.low.y : y == 1 ? n.mid.y : n.high.y);
             n.h[y][x] = height_m(post) - n.base_m;
         }
-    n.before = vec2(n.mid - n.low);
-    n.after = vec2(n.high - n.mid);
+    n.before = vec2(before);
+    n.after = vec2(side - before);
     n.per_before = 1.0 / n.before;
     n.per_after = 1.0 / max(n.after, 1.0);
     n.per_side = 1.0 / (n.before + n.after);
@@ -45,9 +51,9 @@ Node node_at(int level, ivec2 at) {
 
 // The functions below select numbers by the triangle of a post, and have no branches, so that neighbouring threads do not diverge.
 
-// Drawn minus true height: of the lower and of the higher diagonal.
-vec2 quad_errors_m(Node n, ivec2 post, float h) {
-    vec2 t = vec2(post - n.low) * n.per_side;
+// Drawn minus true height: of the lower and of the higher diagonal. A place is in posts from the node's corner.
+vec2 quad_errors_m(Node n, vec2 place, float h) {
+    vec2 t = place * n.per_side;
     float h00 = n.h[0][0], h10 = n.h[0][2], h01 = n.h[2][0], h11 = n.h[2][2];
     vec2 falling = t.x >= t.y ? vec2(h10 - h00, h11 - h10) : vec2(h11 - h01, h01 - h00);
     bool is_north = t.x + t.y <= 1.0;  // of the rising diagonal
@@ -75,8 +81,8 @@ vec2 wedge_errors_m(Node n, int axis, vec3 edge, float w, float d, float h) {
 #define SOUTH 3
 
 // Drawn minus true height with the edge of the post's wedge whole, and with it split. The smaller one of `w` is the centre's weight.
-vec2 fan_errors_m(Node n, ivec2 post, float h, out int wedge, out vec2 w) {
-    vec2 d = vec2(post - n.mid);
+vec2 fan_errors_m(Node n, vec2 place, float h, out int wedge, out vec2 w) {
+    vec2 d = place - n.before;
     bvec2 is_low = lessThanEqual(d, vec2(0.0));  // west, north of the centre
     w = 1.0 + mix(-d * n.per_after, d * n.per_before, is_low);
     vec3 west = vec3(n.h[0][0], n.h[1][0], n.h[2][0]), east = vec3(n.h[0][2], n.h[1][2], n.h[2][2]);
@@ -88,10 +94,7 @@ vec2 fan_errors_m(Node n, ivec2 post, float h, out int wedge, out vec2 w) {
 }
 
 // Whether diagonals run through posts: not if the map's rim cuts the node off.
-bool is_square(Node n) {
-    ivec2 side = n.high - n.low;
-    return side.x == side.y && 2 * (n.mid - n.low) == side;
-}
+bool is_square(Node n) { return n.before == n.after && n.before.x == n.before.y; }
 
 // A finer neighbour cuts an edge: it gets more vertices, which are posts. They lie above and below a straight line by so much at
 // most: the line between the node's corners (of a cell of a patch), or between a corner and the edge's middle (of a fan with split edges).
@@ -99,7 +102,7 @@ struct Move { vec2 whole_m, first_m, second_m; };  // above, below; of the whole
 struct CutEdges { vec4 above_m, below_m, first_above_m, first_below_m, second_above_m, second_below_m; };  // west, north, east, south
 
 Move cut_edge_m(Node n, int side) {
-    int axis = side == WEST || side == EAST ? 1 : 0, posts = n.high[axis] - n.low[axis], first = n.mid[axis] - n.low[axis];
+    int axis = side == WEST || side == EAST ? 1 : 0, first = int(n.before[axis]), posts = first + int(n.after[axis]);
     ivec2 post = n.low, mid = n.mid, end = n.high;
     post[1 - axis] = mid[1 - axis] = end[1 - axis] = (side == WEST || side == NORTH ? n.low : n.high)[1 - axis];
     float from = height_m(post) - n.base_m, middle = height_m(mid) - n.base_m, to = height_m(end) - n.base_m;
@@ -135,8 +138,8 @@ CutEdges cut_edges_m(Node n) {
 
 // How far cuts move a fan with split edges at a post, above and below. Spokes from the centre to corners and middles part the fan in
 // eight; a post on a spoke takes the larger move of both sides.
-vec2 fan_move_m(Node n, CutEdges c, ivec2 post, vec2 w) {
-    vec2 d = vec2(post - n.mid);
+vec2 fan_move_m(Node n, CutEdges c, vec2 place, vec2 w) {
+    vec2 d = place - n.before;
     bvec2 low = lessThanEqual(d, vec2(0.0)), high = greaterThanEqual(d, vec2(0.0));
     vec4 row = low.y ? vec4(c.first_above_m.y, c.first_below_m.y, c.second_above_m.y, c.second_below_m.y)
                      : vec4(c.first_above_m.w, c.first_below_m.w, c.second_above_m.w, c.second_below_m.w);
@@ -150,8 +153,8 @@ vec2 fan_move_m(Node n, CutEdges c, ivec2 post, vec2 w) {
 // Bounds above and below with any edges cut, in any triangulation (docs/guarantee.md, section 3): xy of a cell of a patch, zw of a patch of 2 × 2
 // segments, a fan with split edges. With its new vertices on the straight lines, the drawing lies between both diagonals, or is the fan.
 // Vertices of one edge at most take part in a triangle; together they weigh 1 on their edge and 0 on the opposite side, or at the centre.
-vec4 cut_errors_m(Node n, CutEdges c, ivec2 post, vec2 quad, float split, vec2 weights) {
-    vec2 t = vec2(post - n.low) * n.per_side, move = fan_move_m(n, c, post, weights);
+vec4 cut_errors_m(Node n, CutEdges c, vec2 place, vec2 quad, float split, vec2 weights) {
+    vec2 t = place * n.per_side, move = fan_move_m(n, c, place, weights);
     vec4 of_edge = vec4(1.0 - t, t);  // west, north, east, south
     return vec4(quad.y + largest_of(of_edge * c.above_m), largest_of(of_edge * c.below_m) - quad.x, split + move.x, move.y - split);
 }

@@ -2,6 +2,7 @@
 // Python twins: reference.node_errors, reference.wedge_errors
 
 #include "error/coarse.glsl"
+#include "error/record.glsl"
 
 layout(local_size_x = 64) in;
 layout(std430, binding = 2) readonly buffer Gathering { Gathered gathered[]; };
@@ -14,10 +15,8 @@ void main() {
     vec4 share;
     for (int i = 0; i < 4; i++) share[i] = word_float(uvec2(g.squares[2 * i], g.squares[2 * i + 1]));
     vec4 squares = share * exp2(-35.0) * u_span_m * u_span_m;
-    Worst w = Worst(uintBitsToFloat(uvec2(g.max_q, g.max_f)), uintBitsToFloat(uvec2(g.cut, g.cut_fan)), squares, g.voids, vec4(0.0), vec4(0.0));
-    for (int wedge = 0; wedge < 4; wedge++) {
-        w.whole_m[wedge] = uintBitsToFloat(g.whole[wedge]);
-        w.split_m[wedge] = uintBitsToFloat(g.split[wedge]);
-    }
+    float m[12];
+    for (int i = 0; i < 12; i++) m[i] = uintBitsToFloat(g.most[i]);
+    Worst w = Worst(vec2(m[0], m[1]), vec2(m[2], m[3]), squares, g.voids, vec4(m[4], m[5], m[6], m[7]), vec4(m[8], m[9], m[10], m[11]));
     settle_node(at, node_at(u_which_level, at), w);
 }

@@ -1,0 +1,70 @@
+// error/record.glsl — write the record and the gain of a node from its largest errors and its parts.
+// Provides Parts, parts_of_node(), settle_node().
+// Python twins: reference.node_errors, reference.split_gains
+
+#include "error/worst.glsl"
+#include "error/gain.glsl"
+
+layout(std430, binding = 0) buffer Nodes { PackedNode node[]; };
+layout(std430, binding = 4) buffer Ranges { NodeRange range[]; };
+
+#ifndef LEVEL
+#define LEVEL 2  // 1 or 2; 2 also stands for all higher ones
+#endif
+
+// What a node takes over from its parts: their squared errors, their range of heights, their largest errors as fans and their gains.
+struct Parts { float squares_m2, gain; uint heights, max_m, rms_m; };
+
+uint nest_range(uint a, uint b) { return min(a & 0xffffu, b & 0xffffu) | max(a >> 16, b >> 16) << 16; }
+
+// Positive half floats compare like integers. The fan's is the high one.
+uint nest_fan(uint own, uint parts) { return (own & 0xffffu) | max(own >> 16, parts >> 16) << 16; }
+
+ivec2 last_part(ivec2 at) { return min(2 * at + 1, u_level[u_which_level - 1].size - 1); }
+
+#if LEVEL == 1  // cells of the map, as two triangles: they have errors only between their posts
+Parts parts_of_node(Node n, ivec2 at) {
+    vec3 low = min(min(n.h[0], n.h[1]), n.h[2]), high = max(max(n.h[0], n.h[1]), n.h[2]);
+    vec2 range_m = vec2(min(min(low.x, low.y), low.z), max(max(high.x, high.y), high.z)) + n.base_m;
+    Parts p = Parts(0.0, 0.0, pack_range(range_m), 0u, 0u);
+    for (int i = 0; i < 4; i++) {
+        ivec2 cell = n.low + ivec2(i & 1, i >> 1);
+        if (all(lessThan(cell, n.high)) && !is_hole(cell)) p.squares_m2 += twist_m(cell) * twist_m(cell) / 90.0;
+    }
+    return p;
+}
+#else
+Parts parts_of_node(Node n, ivec2 at) {
+    Parts p = Parts(0.0, 0.0, 0xffffu, 0u, 0u);
+    ivec2 last = last_part(at);
+    for (int y = 2 * at.y; y <= last.y; y++)
+        for (int x = 2 * at.x; x <= last.x; x++) {
+            int i = node_index(u_which_level - 1, ivec2(x, y));
+            p.max_m = max(p.max_m, node[i].max_m);
+            p.rms_m = nest_fan(p.rms_m, node[i].rms_m);
+            p.heights = nest_range(p.heights, range[i].heights);
+            p.squares_m2 += squares_m2(node[i], u_which_level - 1, ivec2(x, y)).x;
+            p.gain = max(p.gain, gain[i]);
+        }
+    return p;
+}
+#endif
+
+void settle_node(ivec2 at, Node n, Worst w) {
+    Parts parts = parts_of_node(n, at);
+    ivec2 own = n.high - n.low + ivec2(equal(n.high, u_last_post)), many = last_part(at) + 1 - 2 * at;
+    // a thread adds up to 33 × 33 squares in floats: each addition may lose 2^-24 of the sum
+    vec4 rms_m = sqrt(w.squares / (float(own.x) * float(own.y))) * (1.0 + exp2(-14.0));
+    uint has_voids = w.voids != 0u ? HAS_VOIDS : 0u;
+    uint rms = pack_pair(min(rms_m.xy, w.max_m)) | has_voids, cut = pack_pair(vec2(w.cut_m.x, min(rms_m.z, w.cut_m.x)));
+    PackedNode settled = PackedNode(cut, nest_fan(rms, parts.rms_m), nest_fan(pack_pair(w.max_m), parts.max_m), 0u, 0u);
+    settled.whole = pack_shares(w.whole_m, unpack_pair(settled.max_m).y);
+    settled.split = pack_shares(w.split_m, unpack_pair(settled.max_m).y);
+    int i = node_index(u_which_level, at);
+    node[i] = settled;
+    range[i] = NodeRange(parts.heights, pack_pair(vec2(w.cut_m.y, min(rms_m.w, w.cut_m.y))));
+    // computed from the rounded record, so that a gain is always the same
+    vec2 leaf_m2 = squares_m2(settled, u_which_level, at);
+    float fan_triangles = 4.0 - float(n.mid.x == n.high.x) - float(n.mid.y == n.high.y), triangles = 2.0 * float(many.x * many.y);
+    gain[i] = max(parts.gain, split_gain(leaf_m2.x, leaf_m2.y, fan_triangles, parts.squares_m2, triangles));
+}
