@@ -342,7 +342,7 @@ def test_a_film_keeps_its_parts_when_the_disk_is_full(film, run, monkeypatch):
     full = OSError(errno.ENOSPC, os.strerror(errno.ENOSPC))
     with monkeypatch.context() as patch:
         patch.setattr(parts, "join", lambda *_: (_ for _ in ()).throw(full))
-        refused(run(*words), 1, "f.mp4: cannot write: No space left on device; the 4 pictures before it are complete")
+        refused(run(*words), 1, "f.mp4: cannot write: No space left on device; the first 5 pictures are complete")
     drawn = interrupt(monkeypatch, 0)
     assert run(*words)[0] == 0
     assert drawn == []

@@ -52,29 +52,31 @@ def writing(
     join
         Writes the film.
     """
-    done = first
+    done = complete = first
     try:
         with contextlib.ExitStack() as part:
             put: Write
 
             def write(image: np.ndarray, _: int) -> None:
-                nonlocal done, put
+                nonlocal done, complete, put
                 if done % FRAMES == 0:
                     put = part.enter_context(encode(part_of(film, done)))
                 put(image, done % FRAMES)
                 done += 1
                 if done % FRAMES == 0:
                     part.close()
+                    complete = done
 
             yield write
             part.close()
+            complete = done
         join([part_of(film, frame) for frame in range(0, done, FRAMES)])
         for file in folder_of(film).glob("*part-*.mp4"):
             file.unlink()
     except TerrainError as error:
-        if not kept(done):
+        if not complete:
             raise
-        raise TerrainError(f"{error}; the {kept(done)} pictures before it are complete") from None
+        raise TerrainError(f"{error}; the first {complete} pictures are complete") from None
     finally:
         _remove_empty(folder_of(film))
         os.close(lock)
