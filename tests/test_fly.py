@@ -393,7 +393,9 @@ def test_two_processes_draw_the_same_though_one_dies(undisturbed, run, monkeypat
 def test_a_cluster_draws_the_same_though_a_worker_dies(undisturbed, run, monkeypatch):
     distributed = pytest.importorskip("distributed")
     words, expected, numbers = undisturbed
-    with distributed.LocalCluster(n_workers=2, threads_per_worker=1, dashboard_address=None, host="127.0.0.1") as cluster:
+    with distributed.LocalCluster(
+        n_workers=2, threads_per_worker=1, dashboard_address=None, host="127.0.0.1"
+    ) as cluster:
         kill_after(monkeypatch, 2, lambda: cluster.workers[0].pid)
         assert run(*words, "-o", "f", "--scheduler", cluster.scheduler_address, "--json", "n.json")[0] == 0
     assert (pictures("f"), told("n.json")) == (expected, numbers)
