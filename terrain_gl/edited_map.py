@@ -1,6 +1,6 @@
 """An edited store: new heights over those on disk, in this process. The store itself is never written.
 
-    heights, each level    the edited posts of the level's lattice; NaN elsewhere
+    heights, each level    the edited posts of the level's lattice; NaN elsewhere, also where an edit was undone
     records                of nodes: wide at once, exact when they are computed anew (edited_records.py)
 
 Each page has a version, which grows with every change: so a page that a thread read before an edit is recognised.
@@ -101,20 +101,22 @@ class EditedMap(PagedMap):
             unchanged.
         """
         area = slice(y, y + heights.shape[0]), slice(x, x + heights.shape[1])
-        old = self.part(*area)
+        stored = self.base.part(*area)
+        old = self._patched(stored, 0, area)
         new = np.where(np.isnan(heights), old, heights).astype(np.float32)
         changed = old.view(np.uint32) != new.view(np.uint32)
         if not changed.any():
             return None
         self._check(new)
         rows, cols = (span_of(changed.any(axis)) for axis in (1, 0))
-        old, new, changed = (each[rows, cols] for each in (old, new, changed))
+        stored, old, new = (each[rows, cols] for each in (stored, old, new))
         at = area[0].start + rows.start, area[1].start + cols.start
         self._keep_roots()
         self._widen_range(float(new.min()), float(new.max()))
         self.edits, self.changes, self.saved_as = self.edits + 1, self.changes + 1, ""
+        edits = np.where(stored.view(np.uint32) == new.view(np.uint32), np.float32(np.nan), new)
         for level in range(self.top + 1):
-            self._write_level(level, at, old, new, changed)
+            self._write_level(level, at, old, new, edits)
         where = slice(at[0], at[0] + new.shape[0]), slice(at[1], at[1] + new.shape[1])
         self._note_wide(where)
         return where
@@ -130,13 +132,13 @@ class EditedMap(PagedMap):
             )
 
     def _write_level(
-        self, level: int, at: tuple[int, int], old: np.ndarray, new: np.ndarray, changed: np.ndarray
+        self, level: int, at: tuple[int, int], old: np.ndarray, new: np.ndarray, edits: np.ndarray
     ) -> None:
         last = self.rows - 1, self.cols - 1
         posts, within = zip(*(_lattice(at[i], new.shape[i], level, last[i]) for i in (0, 1)), strict=True)
         if posts[0].stop > posts[0].start and posts[1].stop > posts[1].start:
-            few = np.ix_(*within)
-            self._heights[level].put(posts, np.where(changed[few], new[few], np.nan), _newer)
+            self._heights[level].put(posts, edits[np.ix_(*within)])
+            self._heights[level].forget_empty(posts)
         if level:
             nodes = self.nodes_at(at, new.shape, level)
             self._records.move(level, nodes, moves(old, new, at, level, last))
@@ -190,6 +192,11 @@ class EditedMap(PagedMap):
         level, row, col = key
         area = slice(row * self.tile, (row + 1) * self.tile), slice(col * self.tile, (col + 1) * self.tile)
         return level > 0 and self._records.is_wide(level, area)
+
+    @property
+    def is_edited(self) -> bool:
+        """Whether a post differs from the store's."""
+        return bool(self._heights[0].tiles)
 
     def edited(self) -> dict[tuple[int, int], np.ndarray]:
         """The edited posts: tiles of `tile` posts a side, by their row and column; NaN for posts without an edit."""
@@ -288,7 +295,3 @@ def _lattice(first: int, count: int, level: int, last: int) -> tuple[slice, np.n
     if first + count - 1 == last:
         stop = -(-last >> level) + 1
     return slice(start, stop), np.minimum(np.arange(start, stop) << level, last) - first
-
-
-def _newer(old: np.ndarray, new: np.ndarray) -> np.ndarray:
-    return np.where(np.isnan(new), old, new)

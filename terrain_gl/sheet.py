@@ -64,8 +64,13 @@ class Sheet:
         for at, within, _ in self._parts(area):
             if at in self.tiles:
                 self.tiles[at][within] = self.fill
-                if (self.tiles[at] == self.fill).all():
-                    del self.tiles[at]
+        self.forget_empty(area)
+
+    def forget_empty(self, area: Area) -> None:
+        """Let tiles of an area leave the memory if they have no entries."""
+        for at, _, _ in self._parts(area):
+            if at in self.tiles and np.array_equal(self.tiles[at], np.full_like(self.tiles[at], self.fill), True):
+                del self.tiles[at]
 
     def _parts(self, area: Area) -> Iterator[tuple[tuple[int, int], Area, Area]]:
         """Each tile that meets an area: its row and column, the part inside the tile, and the part of the area."""

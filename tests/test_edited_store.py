@@ -13,6 +13,7 @@ from maps import rough
 
 from terrain_gl import reference
 from terrain_gl.camera import Camera
+from terrain_gl.cli.line import command_line
 from terrain_gl.exceptions import TerrainError, UsageError
 from terrain_gl.files.views import standard_view
 from terrain_gl.gpu import layout
@@ -462,6 +463,27 @@ def test_an_edit_of_one_post_at_the_rim_is_saved(placed):
         renderer.load_edits("edits.tif")
         assert renderer.heightmap.heights[89, 119] == 4.0
         assert np.count_nonzero(renderer.heightmap.heights[:, :] != placed) == 1
+
+
+def test_an_edit_undone_is_none(placed):
+    """Only the post that still differs is saved; without any, there is nothing to save, and the store is as it was."""
+    with Renderer(StoredMap("s"), SIZE) as renderer:
+        edit_twice(renderer)
+        renderer.edit(slice(30, 35), slice(40, 42), placed[30:35, 40:42])
+        np.testing.assert_array_equal(list(renderer.heightmap.edited()), [(70 // 32, 100 // 32)])
+        renderer.save_edits("edits.tif")
+        assert Heightmap.open("edits.tif").voids == 2 * 2 - 1
+        renderer.edit(70, 100, placed[70, 100])
+        np.testing.assert_array_equal(renderer.heightmap.heights[:, :], placed)
+        with pytest.raises(UsageError, match="has no edits"):
+            renderer.save_edits("none.tif")
+        camera = standard_view(renderer.heightmap.coarse())
+        assert "--edits" not in command_line(renderer.heightmap, camera, SIZE, RenderOptions())
+        renderer.rebuild()
+        with Renderer(StoredMap("s"), SIZE) as untouched:
+            frames = [each.render(camera, 0.5) for each in (renderer, untouched)]
+        np.testing.assert_array_equal(*(frame.image for frame in frames))
+        assert len({frame.stats["certified_max_error_px"] for frame in frames}) == 1
 
 
 def test_files_of_edits_are_refused_in_a_line(placed, land, tmp_path):

@@ -1,5 +1,6 @@
 """`terrain-gl fly` as a user sees it: films, pictures, the numbers of each frame, wrong use."""
 
+import errno
 import json
 import multiprocessing
 import os
@@ -7,6 +8,7 @@ import signal
 import subprocess
 import sys
 import time
+from fractions import Fraction
 from pathlib import Path
 
 import numpy as np
@@ -15,6 +17,7 @@ import pytest
 import terrain_gl as tg
 from terrain_gl.cli import frames
 from terrain_gl.exceptions import TerrainError
+from terrain_gl.film import parts
 from terrain_gl.film.journal import Journal
 from terrain_gl.film.path import CameraPath, Keyframe
 from terrain_gl.film.record import JOURNAL, Recorder
@@ -281,6 +284,71 @@ def test_a_folder_that_lacks_only_its_numbers_is_continued(undisturbed, run, mon
     refused(run(*words), 1, "holds frames already")
 
 
+@pytest.fixture
+def film(undisturbed, run, monkeypatch):
+    """The words of a film in parts of two frames, and its numbers if nothing disturbs it."""
+    pytest.importorskip("av", reason="the extra [video] is not installed")
+    monkeypatch.setattr(parts, "FRAMES", 2)
+    return (*undisturbed[0], "-o", "f.mp4", "--json", "n.json"), undisturbed[2]
+
+
+def assert_whole(film):
+    """A film has all pictures of the undisturbed flight, in order and in time."""
+    import av
+
+    with av.open(film) as file:
+        shown = [(frame.pts * frame.time_base, frame.to_ndarray(format="rgb24")) for frame in file.decode(video=0)]
+    assert [time_s for time_s, _ in shown] == [Fraction(i, 5) for i in range(5)]
+    for i, (_, frame) in enumerate(shown):
+        assert np.abs(frame.astype(int) - read_image(f"whole/frame-{i + 1:05d}.png")).mean() < 4
+
+
+@pytest.mark.parametrize("after", [0, 1, 3, 4])
+def test_an_interrupted_film_is_continued(film, run, monkeypatch, after):
+    words, numbers = film
+    before = set(os.listdir())
+    with monkeypatch.context() as patch:
+        interrupt(patch, after)
+        patch.setattr(Recorder, "cancel", cancel_when_written(after))
+        status, _, err = run(*words)
+    left = after - after % 2
+    assert status == 130 and (f"the first {left} pictures are complete" if left else "nothing is written") in err
+    assert set(os.listdir()) - before == ({"f.mp4.parts"} if left else set())
+    if left:
+        refused(run(*words, "--style", "normals"), 1, "f.mp4.parts: holds frames of another flight")
+        Path("f.mp4.parts/.part-00002-killed.mp4").write_bytes(b"cut")
+    drawn = interrupt(monkeypatch, 99)
+    assert run(*words)[0] == 0
+    assert (told("n.json"), len(drawn)) == (numbers, 5 - left)
+    assert_whole("f.mp4")
+    assert set(os.listdir()) - before == {"f.mp4", "n.json"}
+
+
+def cancel_when_written(count):
+    """`Recorder.cancel`, after `count` frames of the queue are written."""
+    cancel = Recorder.cancel
+
+    def later(recorder):
+        deadline = time.monotonic() + 30
+        while recorder.frames < count and time.monotonic() < deadline:
+            time.sleep(0.01)
+        cancel(recorder)
+
+    return later
+
+
+def test_a_film_keeps_its_parts_when_the_disk_is_full(film, run, monkeypatch):
+    words, _ = film
+    full = OSError(errno.ENOSPC, os.strerror(errno.ENOSPC))
+    with monkeypatch.context() as patch:
+        patch.setattr(parts, "join", lambda *_: (_ for _ in ()).throw(full))
+        refused(run(*words), 1, "f.mp4: cannot write: No space left on device; the first 5 pictures are complete")
+    drawn = interrupt(monkeypatch, 0)
+    assert run(*words)[0] == 0
+    assert drawn == []
+    assert_whole("f.mp4")
+
+
 def test_a_flight_over_another_map_is_not_mixed_with(undisturbed, run, monkeypatch):
     words = (*undisturbed[0], "-o", "f")
     with monkeypatch.context() as patch:
@@ -325,7 +393,9 @@ def test_two_processes_draw_the_same_though_one_dies(undisturbed, run, monkeypat
 def test_a_cluster_draws_the_same_though_a_worker_dies(undisturbed, run, monkeypatch):
     distributed = pytest.importorskip("distributed")
     words, expected, numbers = undisturbed
-    with distributed.LocalCluster(2, threads_per_worker=1, dashboard_address=None, host="127.0.0.1") as cluster:
+    with distributed.LocalCluster(
+        n_workers=2, threads_per_worker=1, dashboard_address=None, host="127.0.0.1"
+    ) as cluster:
         kill_after(monkeypatch, 2, lambda: cluster.workers[0].pid)
         assert run(*words, "-o", "f", "--scheduler", cluster.scheduler_address, "--json", "n.json")[0] == 0
     assert (pictures("f"), told("n.json")) == (expected, numbers)

@@ -10,7 +10,7 @@ import numpy as np
 import pytest
 
 from terrain_gl.exceptions import TerrainError, UsageError
-from terrain_gl.film import record
+from terrain_gl.film import parts, record
 from terrain_gl.film.record import CODECS, Recorder
 from terrain_gl.image import read_image
 
@@ -219,6 +219,20 @@ def test_a_folder_keeps_what_was_complete_when_the_disk_was_full():
     assert len(frames_of("frames/")[0]) == 1
     with pytest.raises(TerrainError, match="holds frames already"):
         Recorder("frames/")
+
+
+def test_a_film_keeps_its_complete_parts_when_the_disk_was_full(monkeypatch):
+    pytest.importorskip("av", reason="the extra [video] is not installed")
+    monkeypatch.setattr(parts, "FRAMES", 2)
+    recorder = Recorder("film.mp4", first=0)
+    for i in range(2):
+        recorder.append(picture(i))
+    while not os.path.exists("film.mp4.parts/part-00001.mp4"):
+        time.sleep(0.01)
+    with disk_of(1), pytest.raises(TerrainError, match="the first 2 pictures are complete"), recorder:
+        for i in range(1000):
+            recorder.append(picture(i))
+    assert (os.listdir(), os.listdir("film.mp4.parts")) == (["film.mp4.parts"], ["part-00001.mp4"])
 
 
 def test_a_folder_that_was_there_stays_when_nothing_is_recorded():

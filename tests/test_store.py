@@ -304,7 +304,9 @@ def test_two_processes_write_the_same_bytes(undisturbed):
 @pytest.mark.slow
 def test_a_cluster_writes_the_same_bytes_though_a_worker_dies(undisturbed):
     distributed = pytest.importorskip("distributed")
-    with distributed.LocalCluster(2, threads_per_worker=1, dashboard_address=None, host="127.0.0.1") as cluster:
+    with distributed.LocalCluster(
+        n_workers=2, threads_per_worker=1, dashboard_address=None, host="127.0.0.1"
+    ) as cluster:
         victim = cluster.workers[0].pid
         started = time.monotonic()
 

@@ -12,6 +12,7 @@ import numpy as np
 
 from ..camera import Vector
 from ..exceptions import TerrainError, UsageError
+from ..film import parts
 from ..film.flight import FPS
 from ..film.journal import Journal
 from ..film.path import CameraPath
@@ -33,7 +34,7 @@ def add(commands: Any) -> None:
         run,
         help="a flight over a map as a film, or as a folder of pictures",
         description="Fly over a map along a path of keyframes; without a path, on a tour that stays above the ground.\n"
-        "docs/flight.md describes path files. The same command continues an interrupted folder of pictures.",
+        "docs/flight.md describes path files. The same command continues an interrupted .mp4 or folder of pictures.",
         example="fly canyon -o canyon.mp4 --size 1280x720 --seconds 20",
     )
     options.add_map(command)
@@ -53,11 +54,11 @@ def run(args: argparse.Namespace) -> int:
     """Run the command."""
     output = args.output
     overlays.lay_pictures(args)
-    journal = None
+    can_continue = is_folder(output) or _has_parts(output)
+    journal = Journal(output, frames.identity(args)) if can_continue else None
     if is_folder(output):
         args.output = None  # the checks that follow are for files
-        journal = Journal(output, frames.identity(args))
-    with Recorder(output, args.fps, len(journal.done) if journal else 0) as recorder:
+    with Recorder(output, args.fps, len(journal.done) if journal else None) as recorder:
         try:
             about, incomplete = _record(recorder, journal, args)
         except KeyboardInterrupt:
@@ -160,7 +161,14 @@ def _text(output: str, about: dict[str, Any]) -> str:
 
 
 def _tell_what_is_left(recorder: Recorder) -> None:
-    left = "nothing is written"
-    if is_folder(recorder.path):
-        left = f"the first {recorder.frames} pictures are complete, and the same command continues"
+    left, count = "nothing is written", recorder.frames
+    if not is_folder(recorder.path):
+        count = parts.kept(count) if _has_parts(recorder.path) else 0
+    if count:
+        left = f"the first {count} pictures are complete, and the same command continues"
     print(f"terrain-gl: {report.shown(recorder.path)}: stopped, {left}", file=sys.stderr)
+
+
+def _has_parts(output: str) -> bool:
+    """Whether a film is written in parts. Those of other formats are short."""
+    return output.lower().endswith(".mp4")

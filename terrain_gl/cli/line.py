@@ -52,7 +52,8 @@ def command_line(
     if heightmap.opened is None and not isinstance(heightmap, PagedMap):
         raise UsageError(f"{heightmap.name} differs from its file: save it, and open that file")
     seen = heightmap.coarse() if isinstance(heightmap, PagedMap) else heightmap
-    if isinstance(heightmap, EditedMap) and not heightmap.saved_as:
+    edited = heightmap if isinstance(heightmap, EditedMap) and heightmap.is_edited else None
+    if edited and not edited.saved_as:
         raise UsageError(f"{heightmap.name} has edits that are in no file: save them first")
     told = dict(heightmap.opened or {"path": heightmap.name})
     known = find_bundled(path := told.pop("path"))
@@ -65,8 +66,8 @@ def command_line(
         told = {name: value for name, value in told.items() if known or value != usual[name].default}
         if known:  # the line must replace the bundled map's own scales
             told["spacing_m"], (told["z_scale"], told["z_offset_m"]) = heightmap.spacing_m, heightmap.scales
-    if isinstance(heightmap, EditedMap):
-        told["edits"] = heightmap.saved_as
+    if edited:
+        told["edits"] = edited.saved_as
     told |= {name: value for name, value in vars(camera).items() if name in _CAMERA and value != getattr(start, name)}
     told |= {name: value for name, value in vars(chosen).items() if value != getattr(RenderOptions(sun=sun), name)}
     return shlex.join(["terrain-gl", "shot", path, "-o", output, *_words(told | {"size": size})])

@@ -58,7 +58,7 @@ def edits_of(heightmap: Heightmap) -> EditedMap:
     """
     if not isinstance(heightmap, PagedMap):
         raise UsageError(f"{heightmap.name}: is no store: save the whole map")
-    if not isinstance(heightmap, EditedMap) or not heightmap.edits:
+    if not isinstance(heightmap, EditedMap) or not heightmap.is_edited:
         raise UsageError(f"{heightmap.name}: has no edits to save")
     return heightmap
 

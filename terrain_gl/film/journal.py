@@ -1,4 +1,4 @@
-"""What is noted beside the pictures of a flight, so that an interrupted flight can be continued.
+"""What is noted beside the pictures of a flight, or the parts of its film, so that it can be continued.
 
 The first line of the file is the flight's identity, and each further line belongs to one picture. A picture
 counts as complete if its file is there: it got its name when it was complete.
@@ -14,16 +14,18 @@ from typing import Any
 
 from ..exceptions import TerrainError
 from ..image import replacing
-from .record import JOURNAL, picture_name
+from . import parts
+from .parts import JOURNAL
+from .record import is_folder, picture_name
 
 
 class Journal:
-    """The journal of a flight in a folder of pictures.
+    """The journal of a flight.
 
     Parameters
     ----------
-    folder
-        The folder; it may be missing.
+    output
+        A folder of pictures, or a film in parts; it may be missing.
     identity
         JSON that is the same for the same pictures.
 
@@ -35,18 +37,21 @@ class Journal:
     Raises
     ------
     TerrainError
-        The folder holds pictures of another flight.
+        The folder holds pictures, or parts, of another flight.
     """
 
-    def __init__(self, folder: str | os.PathLike[str], identity: Any) -> None:
-        self._path = Path(folder) / JOURNAL
+    def __init__(self, output: str | os.PathLike[str], identity: Any) -> None:
+        self._output = None if is_folder(output) else output
+        folder = Path(output) if is_folder(output) else parts.folder_of(output)
+        self._path = folder / JOURNAL
         self._identity = json.dumps(identity, default=str, sort_keys=True)
         self.done: list[Any] = []
         if not (self._path.is_file() and self._picture(0).is_file()):
             return
         begun, *lines = self._path.read_text("utf-8", errors="replace").split("\n")
         if begun != self._identity:
-            raise TerrainError(f"{os.fspath(folder)}: holds frames of another flight: name another folder, or empty it")
+            name = "film, or remove it" if self._output else "folder, or empty it"
+            raise TerrainError(f"{folder}: holds frames of another flight: name another {name}")
         for line in lines[:-1]:  # what follows the last line's end is not complete
             if not self._picture(len(self.done)).is_file():
                 break
@@ -69,4 +74,7 @@ class Journal:
             self._path.unlink()
 
     def _picture(self, number: int) -> Path:
+        """The file with a picture."""
+        if self._output:
+            return parts.part_of(self._output, number)
         return self._path.with_name(picture_name(number))

@@ -1,7 +1,7 @@
 """Films: frames go in one at a time; the output is an MP4, GIF, animated WebP or PNG, or a folder of PNGs.
 
 A separate thread encodes the frames from a short queue, so that drawing need not wait. A film appears under its name
-only when it is complete. A folder keeps all complete pictures.
+only when it is complete. A folder keeps all complete pictures, and a film in parts keeps all complete parts.
 """
 
 from __future__ import annotations
@@ -11,9 +11,10 @@ import fcntl
 import os
 import queue
 import threading
-from collections.abc import Callable, Iterator
+from collections.abc import Callable, Iterator, Sequence
 from contextlib import AbstractContextManager, contextmanager
 from fractions import Fraction
+from functools import partial
 from pathlib import Path
 from types import TracebackType
 from typing import Any, NamedTuple
@@ -22,12 +23,13 @@ import numpy as np
 
 from ..exceptions import TerrainError, UsageError
 from ..image import replacing, write_png
+from . import parts
+from .parts import JOURNAL
 
 WAITING = 4  # frames in the queue
 MAX_FPS = 1000.0
 GIF_FPS = 50.0  # browsers play a faster GIF at ten frames a second
-JOURNAL = ".flight"  # in a folder of pictures that is not complete (terrain_gl/film/journal.py)
-Write = Callable[[np.ndarray, int], None]
+Write = parts.Write
 
 
 class Codec(NamedTuple):
@@ -61,7 +63,8 @@ class Recorder:
     fps
         Frames a second.
     first
-        Number of pictures that the folder holds already; the next ones follow them.
+        Number of frames that a folder, or parts of a film, hold already; the next ones follow them. With a number, 0 or
+        more, an MP4 is written in parts (terrain_gl/film/parts.py).
 
     Raises
     ------
@@ -77,12 +80,12 @@ class Recorder:
     ...         recorder.append(renderer.render(camera).image)
     """
 
-    def __init__(self, path: str | os.PathLike[str], fps: float = 30.0, first: int = 0) -> None:
+    def __init__(self, path: str | os.PathLike[str], fps: float = 30.0, first: int | None = None) -> None:
         self.path, self.fps = os.fspath(path), fps
         if not 0 < fps <= MAX_FPS:
             raise UsageError(f"frames a second must be more than 0 and at most {MAX_FPS:g}, got {fps:g}")
-        writing = _pictures(Path(path), first) if is_folder(path) else _film(Path(path), fps)
-        self.frames = first
+        writing = _pictures(Path(path), first or 0) if is_folder(path) else _film(Path(path), fps, first)
+        self.frames = first or 0
         self._shape: tuple[int, ...] | None = None
         self._last = -1
         self._cancelled = False
@@ -206,12 +209,6 @@ def picture_name(number: int) -> str:
 
 def _pictures(folder: Path, first: int) -> AbstractContextManager[Write]:
     made = not folder.is_dir()
-    try:
-        folder.mkdir(exist_ok=True)
-    except OSError as error:
-        raise TerrainError(f"{folder}: cannot make this folder: {error.strerror}") from None
-    if not os.access(folder, os.W_OK | os.X_OK):
-        raise TerrainError(f"{folder}: no permission to write there: choose another folder")
     lock = _locked(folder)
     if not first and any(folder.glob("frame-*.png")):
         os.close(lock)
@@ -220,7 +217,16 @@ def _pictures(folder: Path, first: int) -> AbstractContextManager[Write]:
 
 
 def _locked(folder: Path) -> int:
-    """Lock a folder against other recordings; returns the descriptor to close (the system closes it at exit)."""
+    """Lock a folder against other recordings; returns the descriptor to close (the system closes it at exit).
+
+    A missing folder is made.
+    """
+    try:
+        folder.mkdir(exist_ok=True)
+    except OSError as error:
+        raise TerrainError(f"{folder}: cannot make this folder: {error.strerror}") from None
+    if not os.access(folder, os.W_OK | os.X_OK):
+        raise TerrainError(f"{folder}: no permission to write there: choose another folder")
     descriptor = os.open(folder, os.O_RDONLY)
     try:
         fcntl.flock(descriptor, fcntl.LOCK_EX | fcntl.LOCK_NB)
@@ -258,7 +264,7 @@ def _numbered(folder: Path, made: bool, lock: int, first: int) -> Iterator[Write
 # --- Films ------------------------------------------------------------------------------------------------------------
 
 
-def _film(path: Path, fps: float) -> AbstractContextManager[Write]:
+def _film(path: Path, fps: float, first: int | None) -> AbstractContextManager[Write]:
     codec = CODECS.get(path.suffix.lower())
     if codec is None:
         raise UsageError(f"{path}: a film's name must end in one of {', '.join(CODECS)}, or name a folder, FRAMES/")
@@ -274,7 +280,16 @@ def _film(path: Path, fps: float) -> AbstractContextManager[Write]:
         raise TerrainError(f"{path}: there is no folder {path.parent}: make it first")
     if not os.access(path.parent, os.W_OK | os.X_OK):
         raise TerrainError(f"{path}: no permission to write in {path.parent}: choose another folder")
-    return _encoded(av, path, codec, Fraction(fps).limit_denominator(1001))
+    rate = Fraction(fps).limit_denominator(1001)
+    encode = partial(_encoded, av, codec=codec, rate=rate)
+    if first is None:
+        return encode(path)
+
+    def join(files: Sequence[Path]) -> None:
+        with replacing(path) as beside, _reasons(av, path):
+            parts.join(av, files, beside, rate, codec.container_options)
+
+    return parts.writing(path, first, _locked(parts.folder_of(path)), encode, join)
 
 
 @contextmanager
