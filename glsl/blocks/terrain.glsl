@@ -37,6 +37,9 @@ float height_m(ivec2 post) { return texelFetch(u_heights, post, 0).x; }
 float height_m(ivec2 post) { return texelFetch(u_heights, post, 0).x; }
 #endif
 
+// By how much the height of a vertex between posts may be rounded: three interpolations in float32, each of them rounds twice.
+float rounding_between_m() { return max(abs(u_low_m), abs(u_low_m + u_span_m)) * exp2(-22.0); }
+
 // Mesa's software renderer fetches texels even in branches that are not taken. So maps without voids define NO_VOIDS.
 #ifdef NO_VOIDS
 bool is_void(ivec2 post) { return false; }

@@ -86,6 +86,6 @@ float error_px(Projection p, float size_m, float max_m) {
 // Pixels of the active metric for a node or patch with these errors. If only a part of it is visible, its root mean square
 // says nothing about that part. The maximum replaces it then.
 float metric_px(Projection p, float max_m, float rms_m) {
-    if (u_metric == METRIC_METRES) return max_m;
+    if (u_metric == METRIC_METRES) return max_m + p.sag_m;
     return error_px(p, u_metric == METRIC_RMS && p.inside ? rms_m : max_m, max_m);
 }

@@ -81,7 +81,7 @@ Projection project_node(int level, ivec2 at, float margin) {
     int known = max(level, 1);
     vec2 range_m = range_of(known, at >> (known - level));
     Projection p = project(box_of(low, high, range_m), margin);
-    p.sag_m = sag_m(level);
+    p.sag_m = level > 0 ? sag_m(level) : rounding_between_m();
     return p;
 }
 

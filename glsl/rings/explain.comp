@@ -24,7 +24,7 @@ void main() {
     bool known = step_log2 <= u_top_level && step_log2 >= FINEST && all(equal(u_low & (1 << max(step_log2, 0)) - 1, ivec2(0)));
     choice[k] = vec4(0.0);
     if (!known) return;
-    p.sag_m = sag_m(step_log2);
+    p.sag_m = slack_m(step_log2);
     float max_m = largest_m(u_low, end, step_log2), rms_m = min(rms_of_box_m(u_low, end, step_log2), max_m);
     vec2 fan = fan_m(u_low, u_side_log2, step_log2);
     max_m = min(max_m, fan.x);

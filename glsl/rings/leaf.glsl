@@ -1,5 +1,5 @@
 // rings/leaf.glsl — a leaf's box in the view, and the largest error in metres that is within the tolerance there.
-// Provides range_of_square_m(), project_square(), error_within_m(), has_mean(), rms_of_box_m(), coarsest_step(), fan_m(), next_step(), leaf_px().
+// Provides range_of_square_m(), project_square(), error_within_m(), has_mean(), rms_of_box_m(), coarsest_step(), slack_m(), fan_m(), next_step(), leaf_px().
 // Python twins: reference.clipmap.next_step, reference.clipmap.coarsest_step, reference.clipmap.finest_step
 
 #include "rings/rings.glsl"
@@ -93,6 +93,9 @@ int finest_of(ivec2 low, int side_log2, int ring, int coarsest) {
     return is_waiting(low, side_log2, level) ? max(finest, min(level, coarsest)) : finest;
 }
 
+// What the tables do not know: the Earth's curvature, and the rounding of vertices between posts, which neighbours may have.
+float slack_m(int step_log2) { return sag_m(step_log2) + rounding_between_m(); }
+
 // A patch of 2 × 2 segments over a node of the quadtree is a fan with split edges. Its triangles are known, whatever edges are cut, so its
 // bound is much closer than that of its cells. Returns the largest error and the root mean square; the span if there is no such bound.
 vec2 fan_m(ivec2 low, int side_log2, int step_log2) {
@@ -113,14 +116,14 @@ float rms_of_fan_m(ivec2 low, int side_log2, float rms_m) {
 
 bool holds_as_fan(ivec2 low, int side_log2, int step_log2, Projection p) {
     vec2 fan = fan_m(low, side_log2, step_log2);
-    p.sag_m = sag_m(step_log2);
+    p.sag_m = slack_m(step_log2);
     if (!has_mean(p)) return fan.x <= error_within_m(p) - p.sag_m;
     return error_px(p, rms_of_fan_m(low, side_log2, fan.y), fan.x) <= u_tolerance_px * (1.0 - 1e-5);
 }
 
 // Whether the tables prove that the cells of a square are within the tolerance.
 bool holds(ivec2 low, ivec2 end, int step_log2, Projection p) {
-    p.sag_m = sag_m(step_log2);
+    p.sag_m = slack_m(step_log2);
     float allowed_m = error_within_m(p) - p.sag_m;
     if (!has_mean(p)) return allowed_m >= 0.0 && is_within_m(low, end, step_log2, allowed_m);
     return error_px(p, rms_of_box_m(low, end, step_log2), largest_m(low, end, step_log2)) <= u_tolerance_px * (1.0 - 1e-5);
@@ -140,7 +143,7 @@ int next_step(ivec2 low, int side_log2, int ring, int coarsest, int known, Proje
 }
 
 float bound_px(Projection p, float rms_m, float max_m) {
-    if (u_metric == METRIC_METRES) return max_m;
+    if (u_metric == METRIC_METRES) return max_m + p.sag_m;
     return error_px(p, has_mean(p) ? min(rms_m, max_m) : max_m, max_m);
 }
 
@@ -149,7 +152,7 @@ float square_px(ivec2 low, int side_log2, int step_log2, bool may_be_fan) {
     Projection p = project_square(low, side_log2);
     if (p.outside) return 0.0;
     ivec2 end = low + (1 << side_log2);
-    p.sag_m = sag_m(step_log2);
+    p.sag_m = slack_m(step_log2);
     float px = bound_px(p, rms_of_box_m(low, end, step_log2), largest_m(low, end, step_log2));
     vec2 fan = fan_m(low, side_log2, step_log2);
     return may_be_fan ? min(px, bound_px(p, rms_of_fan_m(low, side_log2, fan.y), fan.x)) : px;
