@@ -15,8 +15,7 @@ void main() {
     vec4 share;
     for (int i = 0; i < 4; i++) share[i] = word_float(uvec2(g.squares[2 * i], g.squares[2 * i + 1]));
     vec4 squares = share * exp2(-35.0) * u_span_m * u_span_m;
-    float m[12];
-    for (int i = 0; i < 12; i++) m[i] = uintBitsToFloat(g.most[i]);
-    Worst w = Worst(vec2(m[0], m[1]), vec2(m[2], m[3]), squares, g.voids, vec4(m[4], m[5], m[6], m[7]), vec4(m[8], m[9], m[10], m[11]));
-    settle_node(at, node_at(u_which_level, at), w);
+    vec4 most[3];  // quad, fan and both with cut edges; wedges, whole; wedges, split
+    for (int i = 0; i < 12; i++) most[i / 4][i % 4] = uintBitsToFloat(g.most[i]);
+    settle_node(at, node_at(u_which_level, at), Worst(most[0].xy, most[0].zw, squares, g.voids, most[1], most[2]));
 }
