@@ -172,12 +172,12 @@ class Endless(PagedMap):
         return self.land.at(row[:, None], col)
 
     def _errors(self, level: int, rows: np.ndarray, cols: np.ndarray) -> np.ndarray:
-        """The first word of records: a half for the largest error, one for the root mean square, rounded up."""
+        """The words of records that bounds read: halves for the largest error and the root mean square, rounded up."""
         unit_m = quantisation_range(*self.quantised_m)[2] * 2.0**-14
         error = np.maximum(self.land.error_m(level, rows, cols) / unit_m, 2.0**-14)
         half = error.astype(np.float16)
         half = np.where(half < error, np.nextafter(half, np.float16(np.inf)), half).view(np.uint16)
-        return (half.astype(np.uint32) * 0x10001)[None]
+        return np.stack(2 * [half.astype(np.uint32) * 0x10001])
 
     def _ranges(self, level: int, rows: np.ndarray, cols: np.ndarray) -> np.ndarray:
         """Lowest and highest heights in steps of the quantisation range, rounded outwards."""

@@ -73,9 +73,10 @@ def release_context() -> None:
 
 
 def _records(tables: ErrorTables, level: int) -> Records:
-    nodes = tables.read_nodes(level)
-    words = nodes.view("<u4").reshape(*nodes.shape, -1)
-    return Records(np.moveaxis(words, -1, 0), np.moveaxis(tables.read_ranges(level), -1, 0))
+    nodes, ranges = tables.read_nodes(level), tables.read_ranges(level)
+    cut, *others = np.moveaxis(nodes.view("<u4").reshape(*nodes.shape, -1), -1, 0)
+    fan = ranges["fan_m"].copy().view("<u4")[..., 0]
+    return Records(np.stack([cut, fan, *others]), np.moveaxis(ranges["heights"], -1, 0))
 
 
 def _blank_tables() -> ErrorTables:

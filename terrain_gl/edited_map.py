@@ -198,7 +198,7 @@ class EditedMap(PagedMap):
     # --- Records that were computed anew ------------------------------------------------------------------------------
 
     def take(self, square: Square, levels: Iterable[tuple[np.ndarray, np.ndarray]]) -> list[PageKey]:
-        """Note the first words of records and the ranges of all nodes inside a square; returns the pages that change.
+        """Note the records and ranges of all nodes inside a square; returns the pages that change.
 
         They are made by the present heights, level by level from 1.
         """
@@ -207,7 +207,7 @@ class EditedMap(PagedMap):
         for level, (errors, ranges) in enumerate(levels, 1):
             area = self._inside(square, level)
             rows, cols = (s.stop - s.start for s in area)
-            if nodes := self._records.note_exact(level, area, errors[:rows, :cols], ranges[:, :rows, :cols]):
+            if nodes := self._records.note_exact(level, area, errors[:, :rows, :cols], ranges[:, :rows, :cols]):
                 keys += self._pages_of(nodes, level)
         self._versions.update(dict.fromkeys(keys, self.changes))
         for other in [each for each in self.wide if each.level <= square.level]:

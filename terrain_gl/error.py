@@ -26,8 +26,8 @@ from .terrain import Terrain
 SMALL_LEVELS = 2  # levels of glsl/error/small.comp
 FINE_LEVELS = 5  # one thread computes a node up to this level, or a block of this level in coarser nodes
 PORTION = 2**18  # posts that one step of `ErrorTables.build_steps` visits
-GATHERED_BYTES = 72  # glsl/error/coarse.glsl
-CUT_BYTES = 8  # of each edge
+GATHERED_BYTES = 84  # glsl/error/coarse.glsl
+CUT_BYTES = 24  # of each edge
 _BUFFERS = ("nodes", "ranges", "gains", "counters", "squares", "blocks", "cuts")
 _BARRIER = moderngl.SHADER_STORAGE_BARRIER_BIT
 
@@ -40,7 +40,7 @@ class ErrorTables:
     nodes
         Records `layout.NODE` of all levels from 1 on.
     ranges
-        Lowest and highest height of each of these nodes, in 16-bit steps of the span, two in one word.
+        Records `layout.NODE_RANGE` of these nodes: lowest and highest height, and errors as a patch of 2 × 2 segments.
     gains
         For each of these nodes, float32: the squared metres that splitting removes for each triangle it adds.
     counters, squares
@@ -74,7 +74,7 @@ class ErrorTables:
                 return buffer
 
             self.nodes = reserve(nodes * layout.NODE.itemsize, "an error table")
-            self.ranges = reserve(nodes * 4, "a table of height ranges")
+            self.ranges = reserve(nodes * layout.NODE_RANGE.itemsize, "a table of height ranges")
             self.gains = reserve(nodes * 4, "a table of gains")
             self.counters = reserve(tiles * layout.CLASS_WORDS * 4, "a table of counters")
             self.squares = reserve(tiles * 8, "a table of squared errors")
@@ -138,10 +138,11 @@ class ErrorTables:
         return np.frombuffer(data, layout.NODE).reshape(sizes.size[::-1])
 
     def read_ranges(self, level: int) -> np.ndarray:
-        """Height ranges of one level, (rows, cols, 2) uint16: steps of span / 65535 above the map's low end."""
+        """Records `layout.NODE_RANGE` of one level, (rows, cols); heights in steps of span / 65535 above the low."""
         sizes = self.terrain.levels[level]
-        data = self.ranges.read(4 * sizes.nodes, offset=4 * sizes.first_node)
-        return np.frombuffer(data, "<u2").reshape(*sizes.size[::-1], 2)
+        itemsize = layout.NODE_RANGE.itemsize
+        data = self.ranges.read(itemsize * sizes.nodes, offset=itemsize * sizes.first_node)
+        return np.frombuffer(data, layout.NODE_RANGE).reshape(sizes.size[::-1])
 
     def read_gains(self, level: int) -> np.ndarray:
         """Gains of one level, (rows, cols) float32."""

@@ -23,7 +23,7 @@ class Sums(NamedTuple):
     counters, squares
         Summed-area tables of class counters and squared errors.
     ranges
-        (side, side) uint32: lowest and highest height of each node; None for level 0.
+        (side, side, 2) uint32: records `layout.NODE_RANGE` of the nodes; None for level 0.
     """
 
     heights: np.ndarray
@@ -36,7 +36,7 @@ class Sums(NamedTuple):
 def bytes_of_slot(tile: int) -> int:
     """GPU memory of a slot."""
     words = counter_words(tile)
-    return 8 * (tile + 1) ** 2 + 4 * words + words // 2 + 4 * tile**2
+    return 8 * (tile + 1) ** 2 + 4 * words + words // 2 + layout.NODE_RANGE.itemsize * tile**2
 
 
 def bytes_at_work(tile: int) -> int:
@@ -71,9 +71,10 @@ def sums_of(page: Page, key: PageKey, heightmap: PagedMap) -> Sums:
 
 
 def _ranges(page: Page, side: int) -> np.ndarray:
-    words = np.zeros((side, side), np.uint32)
+    words = np.zeros((side, side, 2), np.uint32)
     rows, cols = page.ranges.shape[1:]
-    words[:rows, :cols] = page.ranges[0] | page.ranges[1].astype(np.uint32) << 16
+    words[:rows, :cols, 0] = page.ranges[0] | page.ranges[1].astype(np.uint32) << 16
+    words[:rows, :cols, 1] = page.errors[1]
     return words
 
 

@@ -15,6 +15,7 @@ from .exceptions import TerrainError
 from .heightmap import Heightmap
 
 PageKey = tuple[int, int, int]  # level, row and column of a page
+RECORD_WORDS = 2  # words of an error record that bounds read: of a cell of a patch, and of a patch of 2 × 2 segments
 COARSE_POSTS = 1 << 20  # most posts of the coarse map from which a first view is chosen
 
 
@@ -26,7 +27,8 @@ class Page(NamedTuple):
     heights
         (rows + 1, cols + 1) float32 metres at the corners of its nodes.
     errors
-        (1, rows, cols) uint32: the first word of the nodes' records; empty for level 0.
+        (2, rows, cols) uint32: errors of the nodes as cells of a patch, and as patches of 2 × 2 segments, each as
+        `layout.NODE` has the first; empty for level 0.
     ranges
         (2, rows, cols) uint16: lowest and highest height of the nodes; empty for level 0.
     """

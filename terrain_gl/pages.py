@@ -9,7 +9,7 @@ import moderngl
 import numpy as np
 
 from .edited_map import EditedMap
-from .gpu import gl
+from .gpu import gl, layout
 from .gpu.bindings import bind
 from .page_pool import PagePool
 from .page_sums import Sums, counter_words, sums_of
@@ -111,7 +111,7 @@ class PagedTables:
         self._words = counter_words(side)
         self.counters = gl.reserve(self.ctx, 4 * self._words * slots, "a table of counters")
         self.squares = gl.reserve(self.ctx, self._words // 2 * slots, "a table of squared errors")
-        self.ranges = gl.reserve(self.ctx, 4 * side**2 * slots, "a table of height ranges")
+        self.ranges = gl.reserve(self.ctx, layout.NODE_RANGE.itemsize * side**2 * slots, "a table of height ranges")
         self.nodes = self.ctx.buffer(bytes(16))  # nothing reads records
         for key in terrain.roots:
             self.put(key, sums_of(terrain.heightmap.page(key), key, terrain.heightmap))

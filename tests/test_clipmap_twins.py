@@ -121,22 +121,31 @@ def test_next_step_asks_from_the_coarsest_down(ctx, scene):
     low = RNG.integers(0, 60, (n, 2)) >> side_log2[:, None] << side_log2[:, None]
     nearest_m = 10 ** RNG.uniform(1, 5, n)
     statement = """Projection p = Projection(false, true, b.x, 1.0, b.x, 0.0);
-    return vec4(next_step(ivec2(a.xy), int(a.z), 0, int(a.w), NO_STEP, p), error_within_m(p), 0.0, 0.0);"""
+    bool is_fan = false;
+    int step_log2 = next_step(ivec2(a.xy), int(a.z), 0, int(a.w), NO_STEP, p, is_fan);
+    return vec4(step_log2, error_within_m(p), is_fan, 0.0);"""
 
     def bind(kernel):
         scene.levels._bind()
 
     asked = np.column_stack([low, side_log2, coarsest])
     got = ask(ctx, "rings/leaf.glsl", statement, asked, np.column_stack([nearest_m] * 4), bind=bind)
+    fans = [scene.tables.read_ranges(level)["fan_m"][..., 0] for level in range(1, scene.terrain.top_level + 1)]
+    fans_m = [each.astype("f4") * np.float32(scene.terrain.span_m * 2.0**-14) for each in fans]
     for k in range(n):
-        end = tuple(low[k] + (1 << side_log2[k]))
-        expected = clipmap.next_step(
-            int(coarsest[k]),
-            clipmap.finest_step(int(side_log2[k]), finest_ring),
-            lambda step, k=k, end=end: clipmap.is_within(levels, tuple(low[k]), end, last, step, got[k, 1]),
-        )
+        place, side, within_m = tuple(low[k].tolist()), int(side_log2[k]), got[k, 1]
+
+        def by_cells(step, place=place, side=side, within_m=within_m):
+            return clipmap.is_within(levels, place, tuple(at + (1 << side) for at in place), last, step, within_m)
+
+        def by_fan(step, place=place, side=side, within_m=within_m):
+            return clipmap.fan_m(fans_m, place, side, step) <= within_m
+
+        finest = clipmap.finest_step(side, finest_ring)
+        expected = clipmap.next_step(int(coarsest[k]), finest, lambda step: by_cells(step) or by_fan(step))  # noqa: B023
         assert got[k, 0] == (NEVER_STEP if expected is None else expected)
-    assert len(np.unique(got[:, 0])) > 5
+        assert got[k, 2] == (expected is not None and not by_cells(expected))
+    assert len(np.unique(got[:, 0])) > 5 and 0 < got[:, 2].mean() < 1
 
 
 class Watched(ClipmapSelector):
@@ -160,7 +169,9 @@ LOOK = """take_block(Block(ivec2(b.xy), int(b.z), int(b.w), NO_STEP));
     int coarsest = coarsest_step(low, side_log2_at(depth));
     Projection p = project_square(low, side_log2_at(depth));
     bool may = depth == 3 || fits_finer_ring(low, end);
-    return vec4(may ? next_step(low, side_log2_at(depth), block.ring, coarsest, NO_STEP, p) : 48);"""
+    bool is_fan = false;
+    int step_log2 = may ? next_step(low, side_log2_at(depth), block.ring, coarsest, NO_STEP, p, is_fan) : 48;
+    return vec4(step_log2, is_fan, 0.0, 0.0);"""
 
 
 @pytest.mark.parametrize("view", ["default", "grazing", "far"])
@@ -171,19 +182,21 @@ def test_squares_are_joined_as_the_reference_joins_them(ctx, scene, view):
     blocks = watched.blocks[: sum(n for _, n in watched.rounds)]
     about = np.column_stack([blocks["origin"], blocks["unit_log2"], blocks["ring"]])
     asked = np.repeat(about, len(places), 0).astype("f4"), np.tile(places, (len(blocks), 1)).astype("f4")
-    steps = ask(ctx, "rings/squares.glsl", LOOK, asked[1], asked[0], bind=lambda kernel: watched._bind())[:, 0]
-    steps, seen, pairs = steps.reshape(len(blocks), -1).astype(int), set(), set()
+    steps = ask(ctx, "rings/squares.glsl", LOOK, asked[1], asked[0], bind=lambda kernel: watched._bind())
+    steps, is_fan = steps[:, :2].reshape(len(blocks), -1, 2).astype(int).transpose(2, 0, 1)
+    seen, pairs = set(), set()
     for r, (first, n) in enumerate(watched.rounds):
         for b in range(first, first + n):
             unit_log2, words, squares = int(blocks["unit_log2"][b]), watched.words[b].astype(int), {}
             alone = {(d, x, y) for (x, y, d, _), step in zip(places, steps[b], strict=True) if step == ALONE}
+            fans = {(d, x, y) for (x, y, d, _), fan in zip(places, is_fan[b], strict=True) if fan}
             drawn = words != 0
             for (x, y, depth, _), step in zip(places, steps[b], strict=True):
                 side = PATCH >> depth
                 if drawn[y * side : (y + 1) * side, x * side : (x + 1) * side].any():
                     squares[depth, x, y] = None if step in (NEVER_STEP, ALONE) else int(step)
             can_refine = unit_log2 >= 3 and r < clipmap.ROUNDS - 1
-            expected = clipmap.cut_block(squares, unit_log2, can_refine, frozenset(alone))
+            expected = clipmap.cut_block(squares, unit_log2, can_refine, frozenset(alone), frozenset(fans))
             block, broken = words >> 31 != 0, words >> 29 & 1 != 0
             got = np.where(broken, -3, np.where(block, -2, np.where(drawn, words >> 8 & 3, -1)))
             assert np.array_equal(got, expected[..., 0])

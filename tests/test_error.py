@@ -111,21 +111,27 @@ def check_cut_edges(terrain, tables):
     void = np.isnan(terrain.heightmap.heights)
     for level in range(1, len(terrain.levels)):
         table = layout.unpack_nodes(tables.read_nodes(level), terrain.span_m)
-        largest, squares = reference.cut_errors(terrain.filled, level, void)
-        mean = np.sqrt(squares / own_posts(np.ones(void.shape, bool), level))
-        assert (table.cut_max >= largest).all() and (table.cut_max >= table.quad_max).all(), level
-        assert (table.cut_max <= largest * HALF + 4 * ROUNDING * terrain.span_m).all(), level
-        assert (table.cut_rms >= np.minimum(mean, largest)).all(), level
-        assert (table.cut_rms <= mean * MEAN_HALF + SQUARE_STEP * terrain.span_m).all(), level
+        fans = tables.read_ranges(level)["fan_m"].astype(np.float64) * terrain.span_m * 2.0**-14
+        found, posts = reference.cut_errors(terrain.filled, level, void), own_posts(np.ones(void.shape, bool), level)
+        assert (table.cut_max >= table.quad_max).all() and (fans[..., 0] <= table.cut_max).all(), level
+        for most, rms, largest, squares in (
+            (table.cut_max, table.cut_rms, found.largest, found.squares),
+            (fans[..., 0], fans[..., 1], found.fan_largest, found.fan_squares),
+        ):
+            mean = np.sqrt(squares / posts)
+            assert (most >= largest).all(), level
+            assert (most <= largest * HALF + 4 * ROUNDING * terrain.span_m).all(), level
+            assert (rms >= np.minimum(mean, largest)).all(), level
+            assert (rms <= mean * MEAN_HALF + SQUARE_STEP * terrain.span_m).all(), level
 
 
 def test_cut_edges_of_coarse_nodes_are_the_references(ctx):
     terrain, tables = built(ctx, Heightmap(rough(150, 203, seed=5), 10.0))
-    moves, first = np.frombuffer(tables.cuts.read(), "f4").reshape(-1, 4, 2), 0
+    moves, first = np.frombuffer(tables.cuts.read(), "f4").reshape(-1, 4, 3, 2), 0
     for level in range(FINE_LEVELS + 1, len(terrain.levels)):
-        above, below = reference.cut_moves(terrain.filled, level)
-        nodes = above[0].size
-        expected = np.stack([above, below], -1).reshape(4, nodes, 2).transpose(1, 0, 2)
+        expected = reference.cut_moves(terrain.filled, level)
+        nodes = expected[0, 0, 0].size
+        expected = expected.reshape(4, 3, 2, nodes).transpose(3, 0, 1, 2)
         assert moves[first : first + nodes] == pytest.approx(expected, rel=1e-4, abs=1e-3)
         first += nodes
     assert first == len(moves) > 10 and moves.max() > 1
@@ -260,7 +266,7 @@ def test_ranges_hold_all_heights_drawn(ctx, name):
     for level in range(1, len(terrain.levels)):
         y, x = (reference.nodes_along(n, level).post for n in heights.shape)
         posts = heights[y[:, :, None, None], x[None, None]]
-        found = tables.read_ranges(level) * step + float(block["low_m"])
+        found = tables.read_ranges(level)["heights"] * step + float(block["low_m"])
         assert (found[..., 0] <= posts.min((1, 3)) + 1e-9 * abs(low_m)).all()
         assert (found[..., 1] >= posts.max((1, 3)) - 1e-9 * abs(low_m)).all()
         assert (found[..., 0] >= posts.min((1, 3)) - 1.15 * step).all()
@@ -317,7 +323,7 @@ def node_bounds(terrain, level):
         solid = ~(void[1:, 1:] | void[1:, :-1] | void[:-1, 1:] | void[:-1, :-1])
         twist = np.abs(reference.twists(terrain.filled.astype("f8"))) * solid
         return twist / 4, twist**2 / 64, (twist * MEAN_HALF) ** 2 / 64
-    worst, squares = reference.cut_errors(terrain.filled, level, void)
+    worst, squares = reference.cut_errors(terrain.filled, level, void)[:2]
     posts = own_posts(np.ones(void.shape, bool), level)
     rms = np.sqrt(squares / posts)
     most = rms * MEAN_HALF + SQUARE_STEP * terrain.span_m

@@ -38,7 +38,9 @@ def read_tables(scene):
     tables = [own[0]]
     for level in range(1, len(own)):
         e = layout.unpack_nodes(scene.tables.read_nodes(level), scene.terrain.span_m)
-        low, high = np.moveaxis(scene.tables.read_ranges(level) * (scene.terrain.span_m / 65535) + low_m, -1, 0)
+        low, high = np.moveaxis(
+            scene.tables.read_ranges(level)["heights"] * (scene.terrain.span_m / 65535) + low_m, -1, 0
+        )
         gain = scene.tables.read_gains(level).astype("f8")
         tables.append(reference.Errors(*e[:6], low, high, ~e.has_voids, gain))
     ranges = [reference.tree.children_of(v, own[0].solid.shape) for v in (tables[1].low_m, tables[1].high_m)]

@@ -18,17 +18,16 @@
 #define BLOCK (1 << FINE_LEVELS)  // posts a side
 
 struct Gathered {
-    uint most[11];      // float bits: quad, fan, cell of a patch; the fan's wedges with whole edges, and with split edges
-    uint squares[6];    // quad low, high; fan low, high; cell of a patch low, high: fixed point (error/nodes.glsl)
+    uint most[12];      // float bits: quad, fan, cell of a patch, patch of 2 × 2 segments; the fan's wedges with whole edges, and with split edges
+    uint squares[8];    // low and high of quad, fan, cell of a patch, patch of 2 × 2 segments: fixed point (error/nodes.glsl)
     uint voids;
 };
 
-const uint[11] NO_ERRORS = uint[11](0u, 0u, 0u, 0u, 0u, 0u, 0u, 0u, 0u, 0u, 0u);
-const uint[6] NO_SQUARES = uint[6](0u, 0u, 0u, 0u, 0u, 0u);
+const uint[12] NO_ERRORS = uint[12](0u, 0u, 0u, 0u, 0u, 0u, 0u, 0u, 0u, 0u, 0u, 0u);
+const uint[8] NO_SQUARES = uint[8](0u, 0u, 0u, 0u, 0u, 0u, 0u, 0u);
 layout(std430, binding = 1) buffer Blocks { Gathered block_of[]; };
 
-// How far the posts of a coarse node's edge lie above and below the line between its corners (error/cut.comp).
-layout(std430, binding = 5) buffer Cuts { vec2 cut_edge[]; };  // metres; four of each coarse node
+layout(std430, binding = 5) buffer Cuts { Move cut_edge[]; };  // four of each coarse node: error/cut.comp
 layout(std430, binding = 6) buffer Moved { uint has_moved[]; };  // whether this update has changed them, for each of its nodes
 
 int cut_index(ivec2 node_) { return 4 * (node_index(u_which_level, node_) - u_level[FINE_LEVELS + 1].first_node); }

@@ -10,8 +10,8 @@ void main() {
     int i = int(gl_GlobalInvocationID.x), node_ = i >> 2;
     if (node_ >= u_count.x * u_count.y) return;
     ivec2 at = u_first + ivec2(node_ % u_count.x, node_ / u_count.x);
-    vec2 move_m = cut_edge_m(node_at(u_which_level, at), i & 3);
+    Move move = cut_edge_m(node_at(u_which_level, at), i & 3);
     int k = cut_index(at) + (i & 3);
-    if (move_m != cut_edge[k]) has_moved[node_] = 1u;
-    cut_edge[k] = move_m;
+    if (move != cut_edge[k]) has_moved[node_] = 1u;
+    cut_edge[k] = move;
 }

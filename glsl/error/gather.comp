@@ -21,16 +21,6 @@ bool moves(Node n) {
     return false;
 }
 
-CutEdges read_cuts(ivec2 at) {
-    CutEdges c;
-    for (int side = 0; side < 4; side++) {
-        vec2 edge = cut_edge[cut_index(at) + side];
-        c.above_m[side] = edge.x;
-        c.below_m[side] = edge.y;
-    }
-    return c;
-}
-
 void main() {
     ivec2 thread = ivec2(gl_GlobalInvocationID.xy), in_node = thread % blocks_in_node();
     ivec2 at = u_first + thread / blocks_in_node(), block = at * blocks_in_node() + in_node;
@@ -41,16 +31,21 @@ void main() {
     end += ivec2(equal(end, n.high));  // the far edge
     bool has_changed = has_moved[(at.y - u_first.y) * u_count.x + at.x - u_first.x] != 0u || moves(n);
     if (!has_changed && !holds(low, min(low + BLOCK, n.high))) return;
-    CutEdges c = read_cuts(at);
+    int k = cut_index(at);
+    CutEdges c = cut_edges_of(n, cut_edge[k], cut_edge[k + 1], cut_edge[k + 2], cut_edge[k + 3]);
 
     Worst w = worst_of_nothing();
     for (int y = low.y; y < end.y; y++)
         for (int x = low.x; x < end.x; x++) gather_post(w, n, errors_at(n, c, ivec2(x, y) - n.low), ivec2(x, y) - n.low);
     gather_cells(w, n, c, low - n.low, min(low + BLOCK, n.high) - n.low);
-    uvec3 most = floatBitsToUint(vec3(w.max_m, w.cut_m));
-    uvec4 whole = floatBitsToUint(w.whole_m), split = floatBitsToUint(w.split_m);
-    vec3 share = w.squares / u_span_m / u_span_m;
-    uvec2 q = square_up(share.x), f = square_up(share.y), c2 = square_up(share.z);
-    uint[11] errors = uint[11](most.x, most.y, most.z, whole.x, whole.y, whole.z, whole.w, split.x, split.y, split.z, split.w);
-    block_of[block_index(block)] = Gathered(errors, uint[6](q.x, q.y, f.x, f.y, c2.x, c2.y), w.voids);
+    vec4 share = w.squares / u_span_m / u_span_m;
+    Gathered g = Gathered(NO_ERRORS, NO_SQUARES, w.voids);
+    vec4 most[3] = vec4[3](vec4(w.max_m, w.cut_m), w.whole_m, w.split_m);
+    for (int i = 0; i < 12; i++) g.most[i] = floatBitsToUint(most[i / 4][i % 4]);
+    for (int i = 0; i < 4; i++) {
+        uvec2 fixed_ = square_up(share[i]);
+        g.squares[2 * i] = fixed_.x;
+        g.squares[2 * i + 1] = fixed_.y;
+    }
+    block_of[block_index(block)] = g;
 }

@@ -21,19 +21,15 @@ void main() {
     if (first.y >= end.y) return;
 
     Gathered row = Gathered(NO_ERRORS, NO_SQUARES, 0u);
-    uvec2 q = uvec2(0u), f = uvec2(0u), c = uvec2(0u);
+    uvec2 sums[4] = uvec2[4](uvec2(0u), uvec2(0u), uvec2(0u), uvec2(0u));
     for (int x = first.x; x < end.x; x++) {
         Gathered block = block_of[block_index(ivec2(x, first.y))];
-        for (int k = 0; k < 11; k++) row.most[k] = max(row.most[k], block.most[k]);
+        for (int k = 0; k < 12; k++) row.most[k] = max(row.most[k], block.most[k]);
         row.voids |= block.voids;
-        q = add64(q, uvec2(block.squares[0], block.squares[1]));
-        f = add64(f, uvec2(block.squares[2], block.squares[3]));
-        c = add64(c, uvec2(block.squares[4], block.squares[5]));
+        for (int k = 0; k < 4; k++) sums[k] = add64(sums[k], uvec2(block.squares[2 * k], block.squares[2 * k + 1]));
     }
     int i = node_.y * u_count.x + node_.x;
-    for (int k = 0; k < 11; k++) atomicMax(gathered[i].most[k], row.most[k]);
-    add_squares(i, 0, q);
-    add_squares(i, 2, f);
-    add_squares(i, 4, c);
+    for (int k = 0; k < 12; k++) atomicMax(gathered[i].most[k], row.most[k]);
+    for (int k = 0; k < 4; k++) add_squares(i, 2 * k, sums[k]);
     atomicOr(gathered[i].voids, row.voids);
 }

@@ -7,7 +7,7 @@
 //     │  ╱╲  │                     │  ╱   │   ╲  │        a post has two errors, in the wedge that contains it.
 //    0,2 ──── 2,2                 0,2 ── 1,2 ── 2,2
 //
-// Provides Node, node_at(), quad_errors_m(), fan_errors_m(), CutEdges, cut_edges_m(), cut_errors_m(); is_square(), twist_m(), crest_m(), kinks_m() for places between posts.
+// Provides Node, node_at(), quad_errors_m(), fan_errors_m(), Move, CutEdges, cut_edge_m(), cut_edges_m(), cut_errors_m(); is_square(), twist_m(), crest_m(), kinks_m() for places between posts.
 // Python twins: reference.node_errors, reference.cut_errors, reference.twists, reference.crest, reference.kinks
 
 #include "blocks/terrain.glsl"
@@ -80,61 +80,84 @@ vec2 wedge_errors_m(Node n, int axis, vec3 edge, float w, float d, float h) {
 #define EAST 2
 #define SOUTH 3
 
-// Drawn minus true height with the edge of the post's wedge whole, and with it split. `weight` is the centre's.
-vec2 fan_errors_m(Node n, vec2 place, float h, out int wedge, out float weight) {
+// Drawn minus true height with the edge of the post's wedge whole, and with it split. The smaller one of `w` is the centre's weight.
+vec2 fan_errors_m(Node n, vec2 place, float h, out int wedge, out vec2 w) {
     vec2 d = place - n.before;
     bvec2 is_low = lessThanEqual(d, vec2(0.0));  // west, north of the centre
-    vec2 w = 1.0 + mix(-d * n.per_after, d * n.per_before, is_low);
+    w = 1.0 + mix(-d * n.per_after, d * n.per_before, is_low);
     vec3 west = vec3(n.h[0][0], n.h[1][0], n.h[2][0]), east = vec3(n.h[0][2], n.h[1][2], n.h[2][2]);
     bool is_row = w.y <= w.x;  // the edge runs along a row
     vec3 edge = is_row ? (is_low.y ? n.h[0] : n.h[2]) : (is_low.x ? west : east);
     wedge = is_row ? (is_low.y ? NORTH : SOUTH) : (is_low.x ? WEST : EAST);
     int axis = is_row ? 0 : 1;
-    weight = min(w.x, w.y);
-    return wedge_errors_m(n, axis, edge, weight, d[axis], h);
-}
-
-// A finer neighbour cuts an edge: it gets more vertices, which are posts. They lie above and below the straight line between
-// the node's corners by so much at most, for each side.
-struct CutEdges { vec4 above_m, below_m; };
-
-vec2 cut_edge_m(Node n, int side) {
-    int axis = side == WEST || side == EAST ? 1 : 0, posts = int(n.before[axis] + n.after[axis]);
-    ivec2 post = n.low, end = n.high;
-    post[1 - axis] = end[1 - axis] = (side == WEST || side == NORTH ? n.low : n.high)[1 - axis];
-    float from = height_m(post) - n.base_m, rise = (height_m(end) - n.base_m - from) * n.per_side[axis];
-    vec2 most = vec2(0.0);
-    for (int i = 1; i < posts; i++) {
-        post[axis]++;
-        float above = height_m(post) - n.base_m - from - rise * float(i);
-        most = max(most, vec2(above, -above));
-    }
-    return most * (1.0 + exp2(-20.0)) + n.rounding_m;
-}
-
-CutEdges cut_edges_m(Node n) {
-    CutEdges c;
-    for (int side = 0; side < 4; side++) {
-        vec2 move = cut_edge_m(n, side);
-        c.above_m[side] = move.x;
-        c.below_m[side] = move.y;
-    }
-    return c;
-}
-
-float largest_of(vec4 v) { return max(max(v.x, v.y), max(v.z, v.w)); }
-
-// Bounds above and below of a cell of a patch with any of its edges cut, in any triangulation (docs/guarantee.md, section 3): xy of one
-// of many cells, zw of a patch of a single cell, which is a fan. With its new vertices on the straight lines, the drawing lies between both
-// diagonals, or is the fan. Vertices of one edge at most take part in a triangle; together they weigh 1 on their edge and 0 on the opposite side.
-vec4 cut_errors_m(Node n, CutEdges c, vec2 place, vec2 quad, float fan, int wedge, float weight) {
-    vec2 t = place * n.per_side, of_fan = (1.0 - weight) * vec2(c.above_m[wedge], c.below_m[wedge]);
-    vec4 of_edge = vec4(1.0 - t, t);  // west, north, east, south
-    return vec4(quad.y + largest_of(of_edge * c.above_m), largest_of(of_edge * c.below_m) - quad.x, of_fan.x + fan, of_fan.y - fan);
+    return wedge_errors_m(n, axis, edge, min(w.x, w.y), d[axis], h);
 }
 
 // Whether diagonals run through posts: not if the map's rim cuts the node off.
 bool is_square(Node n) { return n.before == n.after && n.before.x == n.before.y; }
+
+// A finer neighbour cuts an edge: it gets more vertices, which are posts. They lie above and below a straight line by so much at
+// most: the line between the node's corners (of a cell of a patch), or between a corner and the edge's middle (of a fan with split edges).
+struct Move { vec2 whole_m, first_m, second_m; };  // above, below; of the whole edge and of its halves
+struct CutEdges { vec4 above_m, below_m, first_above_m, first_below_m, second_above_m, second_below_m; };  // west, north, east, south
+
+Move cut_edge_m(Node n, int side) {
+    int axis = side == WEST || side == EAST ? 1 : 0, posts = int(n.before[axis] + n.after[axis]), first = int(n.before[axis]);
+    ivec2 post = n.low, mid = n.mid, end = n.high;
+    post[1 - axis] = mid[1 - axis] = end[1 - axis] = (side == WEST || side == NORTH ? n.low : n.high)[1 - axis];
+    float from = height_m(post) - n.base_m, middle = height_m(mid) - n.base_m, to = height_m(end) - n.base_m;
+    float rise = (to - from) * n.per_side[axis], before = (middle - from) * n.per_before[axis], after = (to - middle) * n.per_after[axis];
+    Move most = Move(vec2(0.0), vec2(0.0), vec2(0.0));
+    for (int i = 1; i < posts; i++) {
+        post[axis]++;
+        float h = height_m(post) - n.base_m, off = h - from - rise * float(i);
+        float off_half = i < first ? h - from - before * float(i) : h - middle - after * float(i - first);
+        most.whole_m = max(most.whole_m, vec2(off, -off));
+        most.first_m = max(most.first_m, i < first ? vec2(off_half, -off_half) : vec2(0.0));
+        most.second_m = max(most.second_m, i > first ? vec2(off_half, -off_half) : vec2(0.0));
+    }
+    float more = 1.0 + exp2(-20.0);
+    return Move(most.whole_m * more + n.rounding_m, most.first_m * more + n.rounding_m, most.second_m * more + n.rounding_m);
+}
+
+float largest_of(vec4 v) { return max(max(v.x, v.y), max(v.z, v.w)); }
+
+CutEdges cut_edges_of(Node n, Move west, Move north, Move east, Move south) {
+    mat4x2 whole = mat4x2(west.whole_m, north.whole_m, east.whole_m, south.whole_m);
+    mat4x2 first = mat4x2(west.first_m, north.first_m, east.first_m, south.first_m);
+    mat4x2 second = mat4x2(west.second_m, north.second_m, east.second_m, south.second_m);
+    mat2x4 w = transpose(whole), f = transpose(first), s = transpose(second);
+    if (!is_square(n))  // spokes do not run through posts, so one bound serves all halves
+        for (int i = 0; i < 2; i++) f[i] = s[i] = vec4(largest_of(max(f[i], s[i])));
+    return CutEdges(w[0], w[1], f[0], f[1], s[0], s[1]);
+}
+
+CutEdges cut_edges_m(Node n) {
+    return cut_edges_of(n, cut_edge_m(n, WEST), cut_edge_m(n, NORTH), cut_edge_m(n, EAST), cut_edge_m(n, SOUTH));
+}
+
+// How far cuts move a fan with split edges at a post, above and below. Spokes from the centre to corners and middles part the fan in
+// eight; a post on a spoke takes the larger move of both sides.
+vec2 fan_move_m(Node n, CutEdges c, vec2 place, vec2 w) {
+    vec2 d = place - n.before;
+    bvec2 low = lessThanEqual(d, vec2(0.0)), high = greaterThanEqual(d, vec2(0.0));
+    vec4 row = low.y ? vec4(c.first_above_m.y, c.first_below_m.y, c.second_above_m.y, c.second_below_m.y)
+                     : vec4(c.first_above_m.w, c.first_below_m.w, c.second_above_m.w, c.second_below_m.w);
+    vec4 column = low.x ? vec4(c.first_above_m.x, c.first_below_m.x, c.second_above_m.x, c.second_below_m.x)
+                        : vec4(c.first_above_m.z, c.first_below_m.z, c.second_above_m.z, c.second_below_m.z);
+    vec2 of_row = max(low.x ? row.xy : vec2(0.0), high.x ? row.zw : vec2(0.0));
+    vec2 of_column = max(low.y ? column.xy : vec2(0.0), high.y ? column.zw : vec2(0.0));
+    return (1.0 - min(w.x, w.y)) * max(w.y <= w.x ? of_row : vec2(0.0), w.x <= w.y ? of_column : vec2(0.0));
+}
+
+// Bounds above and below with any edges cut, in any triangulation (docs/guarantee.md, section 3): xy of a cell of a patch, zw of a patch of 2 × 2
+// segments, a fan with split edges. With its new vertices on the straight lines, the drawing lies between both diagonals, or is the fan.
+// Vertices of one edge at most take part in a triangle; together they weigh 1 on their edge and 0 on the opposite side, or at the centre.
+vec4 cut_errors_m(Node n, CutEdges c, vec2 place, vec2 quad, float split, vec2 weights) {
+    vec2 t = place * n.per_side, move = fan_move_m(n, c, place, weights);
+    vec4 of_edge = vec4(1.0 - t, t);  // west, north, east, south
+    return vec4(quad.y + largest_of(of_edge * c.above_m), largest_of(of_edge * c.below_m) - quad.x, split + move.x, move.y - split);
+}
 
 // The twist h00 − h10 − h01 + h11 of a cell: 0 if its posts lie in a plane. Differences of similar heights are exact, even
 // if the heights are large (Sterbenz 1974, "Floating-point computation").

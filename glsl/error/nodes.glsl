@@ -8,7 +8,7 @@
 //   children are within the tolerance if the node was.
 // Errors are half floats in units of span · 2^-14, rounded up: all values of (0, span] are normal numbers.
 // Squared errors are 64-bit fixed point, rounded up: span² is 2^35, so 2^28 posts of the largest error do not overflow.
-// Provides pack_shares(), unpack_shares(), PackedNode, pack_pair(), unpack_pair(), pack_range(), unpack_range(), square_up(), node_index(),
+// Provides pack_shares(), unpack_shares(), PackedNode, NodeRange, pack_pair(), unpack_pair(), pack_range(), unpack_range(), square_up(), node_index(),
 // texels_rms_m(), posts_rms_m(), mean_is_known(), own_posts(), squares_m2().
 // Python twin: gpu.layout.NODE
 
@@ -21,6 +21,12 @@ struct PackedNode {
     uint cut_m;         // half floats, of a cell of a patch, whatever edges of it are cut: largest error low, root mean square high
     uint rms_m, max_m;  // half floats: quad low, fan high; rms_m may have HAS_VOIDS
     uint whole, split;  // errors of the fan's wedges W, N, E, S, edge whole or split: one byte each, relative to the fan's max_m
+};
+
+// What the clipmap reads of a node, beside its summed-area tables.
+struct NodeRange {
+    uint heights;  // lowest low, highest high: pack_range()
+    uint fan_m;    // half floats, of a patch of 2 × 2 segments over the node, whatever edges are cut: largest error low, root mean square high
 };
 
 float error_unit_m() { return u_span_m * exp2(-14.0); }

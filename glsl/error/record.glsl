@@ -6,7 +6,7 @@
 #include "error/gain.glsl"
 
 layout(std430, binding = 0) buffer Nodes { PackedNode node[]; };
-layout(std430, binding = 4) buffer Ranges { uint range[]; };
+layout(std430, binding = 4) buffer Ranges { NodeRange range[]; };
 
 #ifndef LEVEL
 #define LEVEL 2  // 1 or 2; 2 also stands for all higher ones
@@ -42,7 +42,7 @@ Parts parts_of_node(Node n, ivec2 at) {
             int i = node_index(u_which_level - 1, ivec2(x, y));
             p.max_m = max(p.max_m, node[i].max_m);
             p.rms_m = nest_fan(p.rms_m, node[i].rms_m);
-            p.heights = nest_range(p.heights, range[i]);
+            p.heights = nest_range(p.heights, range[i].heights);
             p.squares_m2 += squares_m2(node[i], u_which_level - 1, ivec2(x, y)).x;
             p.gain = max(p.gain, gain[i]);
         }
@@ -54,15 +54,15 @@ void settle_node(ivec2 at, Node n, Worst w) {
     Parts parts = parts_of_node(n, at);
     ivec2 own = n.high - n.low + ivec2(equal(n.high, u_last_post)), many = last_part(at) + 1 - 2 * at;
     // a thread adds up to 33 × 33 squares in floats: each addition may lose 2^-24 of the sum
-    vec3 rms_m = sqrt(w.squares / (float(own.x) * float(own.y))) * (1.0 + exp2(-14.0));
+    vec4 rms_m = sqrt(w.squares / (float(own.x) * float(own.y))) * (1.0 + exp2(-14.0));
     uint has_voids = w.voids != 0u ? HAS_VOIDS : 0u;
-    uint rms = pack_pair(min(rms_m.xy, w.max_m)) | has_voids, cut = pack_pair(vec2(w.cut_m, min(rms_m.z, w.cut_m)));
+    uint rms = pack_pair(min(rms_m.xy, w.max_m)) | has_voids, cut = pack_pair(vec2(w.cut_m.x, min(rms_m.z, w.cut_m.x)));
     PackedNode settled = PackedNode(cut, nest_fan(rms, parts.rms_m), nest_fan(pack_pair(w.max_m), parts.max_m), 0u, 0u);
     settled.whole = pack_shares(w.whole_m, unpack_pair(settled.max_m).y);
     settled.split = pack_shares(w.split_m, unpack_pair(settled.max_m).y);
     int i = node_index(u_which_level, at);
     node[i] = settled;
-    range[i] = parts.heights;
+    range[i] = NodeRange(parts.heights, pack_pair(vec2(w.cut_m.y, min(rms_m.w, w.cut_m.y))));
     // computed from the rounded record, so that a gain is always the same
     vec2 leaf_m2 = squares_m2(settled, u_which_level, at);
     float fan_triangles = 4.0 - float(n.mid.x == n.high.x) - float(n.mid.y == n.high.y), triangles = 2.0 * float(many.x * many.y);

@@ -12,11 +12,10 @@ void main() {
     if (i >= u_count.x * u_count.y) return;
     ivec2 at = u_first + ivec2(i % u_count.x, i / u_count.x);
     Gathered g = gathered[i];
-    vec3 share;
-    for (int i = 0; i < 3; i++) share[i] = word_float(uvec2(g.squares[2 * i], g.squares[2 * i + 1]));
-    vec3 squares = share * exp2(-35.0) * u_span_m * u_span_m;
-    float m[11];
-    for (int i = 0; i < 11; i++) m[i] = uintBitsToFloat(g.most[i]);
-    Worst w = Worst(vec2(m[0], m[1]), m[2], squares, g.voids, vec4(m[3], m[4], m[5], m[6]), vec4(m[7], m[8], m[9], m[10]));
-    settle_node(at, node_at(u_which_level, at), w);
+    vec4 share;
+    for (int i = 0; i < 4; i++) share[i] = word_float(uvec2(g.squares[2 * i], g.squares[2 * i + 1]));
+    vec4 squares = share * exp2(-35.0) * u_span_m * u_span_m;
+    vec4 most[3];  // quad, fan and both with cut edges; wedges, whole; wedges, split
+    for (int i = 0; i < 12; i++) most[i / 4][i % 4] = uintBitsToFloat(g.most[i]);
+    settle_node(at, node_at(u_which_level, at), Worst(most[0].xy, most[0].zw, squares, g.voids, most[1], most[2]));
 }

@@ -12,15 +12,15 @@ uniform ivec2 u_count;
 
 struct Worst {
     vec2 max_m;    // quad, fan
-    float cut_m;   // of a cell of a patch, with any edges cut
-    vec3 squares;  // quad, fan, cell of a patch
+    vec2 cut_m;    // with any edges cut: of a cell of a patch, of a patch of 2 × 2 segments
+    vec4 squares;  // quad, fan, and these two
     uint voids;
     vec4 whole_m, split_m;  // errors of the fan's wedges with whole and with split edges
 };
 
-Worst worst_of_nothing() { return Worst(vec2(0.0), 0.0, vec3(0.0), 0u, vec4(0.0), vec4(0.0)); }
+Worst worst_of_nothing() { return Worst(vec2(0.0), vec2(0.0), vec4(0.0), 0u, vec4(0.0), vec4(0.0)); }
 
-// Errors at a post, above and below: of the quad and of the fan; of a cell with cut edges; of the fan's wedge with a whole and with a split edge.
+// Errors at a post, above and below: of the quad and of the fan; of a cell and of a fan with cut edges; of the fan's wedge with a whole and with a split edge.
 struct PostErrors {
     vec4 drawn, cut, wedge;
     uint wedges;  // bits: the wedge that contains the post
@@ -31,44 +31,42 @@ struct PostErrors {
 PostErrors errors_at(Node n, CutEdges c, ivec2 place) {
     PostErrors e;
     e.height_m = height_m(n.low + place);
-    float h = e.height_m - n.base_m, weight;
+    float h = e.height_m - n.base_m;
     int wedge;
-    vec2 quad = quad_errors_m(n, vec2(place), h), fan = fan_errors_m(n, vec2(place), h, wedge, weight);
+    vec2 weights, quad = quad_errors_m(n, vec2(place), h), fan = fan_errors_m(n, vec2(place), h, wedge, weights);
     e.drawn = vec4(quad.y, -quad.x, max(fan.x, fan.y), -min(fan.x, fan.y));
-    e.cut = cut_errors_m(n, c, vec2(place), quad, fan.x, wedge, weight);
+    e.cut = cut_errors_m(n, c, vec2(place), quad, fan.y, weights);
     e.wedge = vec4(fan.x, -fan.x, fan.y, -fan.y);
     e.wedges = 1u << wedge;
     return e;
 }
 
-// Largest errors of the quad and of the fan, or of the wedge's two edges; of a cell with cut edges.
+// Largest errors of the quad and of the fan, or of the wedge's two edges; of both with cut edges. A cell alone is a fan with any edges whole.
 vec2 larger(vec4 e) { return max(e.xz, e.yw); }
-vec3 largest(vec4 drawn, vec4 cut) { return vec3(larger(drawn), largest_of(cut)); }
+vec4 largest(vec4 drawn, vec4 cut) { return vec4(larger(drawn), max(largest_of(cut), larger(drawn).y), larger(cut).y); }
 
 vec4 raised(Node n, vec4 e) { return e * (1.0 + exp2(-20.0)) + n.rounding_m; }  // by what floats may have lost
 
-// Returns the errors of quad, fan and cell of a patch.
-vec3 gather(inout Worst w, Node n, PostErrors e) {
-    vec3 most = raised(n, vec4(largest(e.drawn, e.cut), 0.0)).xyz;
+// Returns the errors of quad, fan, cell of a patch, and patch of 2 × 2 segments.
+vec4 gather(inout Worst w, Node n, PostErrors e) {
+    vec4 most = raised(n, largest(e.drawn, e.cut));
     vec4 wedge = raised(n, larger(e.wedge).xxyy);
     bvec4 within = notEqual(e.wedges & uvec4(1u, 2u, 4u, 8u), uvec4(0u));
     w.max_m = max(w.max_m, most.xy);
-    w.cut_m = max(w.cut_m, most.z);
+    w.cut_m = max(w.cut_m, most.zw);
     w.whole_m = mix(w.whole_m, max(w.whole_m, wedge.xxxx), within);
     w.split_m = mix(w.split_m, max(w.split_m, wedge.zzzz), within);
     return most;
 }
 
 // Posts on the south and east edges belong to the neighbours, except on the map's rim.
-bool is_own(Node n, ivec2 place) {
-    return all(lessThan(place, n.high - n.low + ivec2(equal(n.high, u_last_post))));
-}
+bool is_own(Node n, ivec2 place) { return all(lessThan(place, n.high - n.low + ivec2(equal(n.high, u_last_post)))); }
 
 void gather_post(inout Worst w, Node n, PostErrors at, ivec2 place) {
     bool is_filled = is_void(n.low + place);
     w.voids |= uint(is_filled);
     if (is_filled) return;
-    vec3 e = gather(w, n, at);
+    vec4 e = gather(w, n, at);
     if (is_own(n, place)) w.squares += e * e;
 }
 
@@ -88,7 +86,7 @@ void gather_cell(inout Worst w, Node n, PostErrors a, PostErrors b, PostErrors c
     most.wedge = is_square(n) ? over_halves(worst.wedge, a.wedge, b.wedge, twist) : worst.wedge + bend + kink_m.y;
     most.wedges = a.wedges | b.wedges | c.wedges | d.wedges;
     gather(w, n, most);
-    vec3 mean = abs(twist) * 0.10541 + vec3(kink_m, max(kink_m.x, kink_m.y));
+    vec4 mean = abs(twist) * 0.10541 + vec4(kink_m, max(kink_m.x, kink_m.y), kink_m.y);
     w.squares += mean * (2.0 * largest(worst.drawn, worst.cut) + mean);
 }
 

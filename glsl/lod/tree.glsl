@@ -8,7 +8,7 @@
 #include "lod/project.glsl"
 
 layout(std430, binding = 0) readonly buffer Nodes { PackedNode node[]; };
-layout(std430, binding = 6) readonly buffer Ranges { uint range[]; };
+layout(std430, binding = 6) readonly buffer Ranges { NodeRange range[]; };
 layout(std430, binding = 1) buffer Split { uint split[]; };  // six parts of equal size: split, CUT_WEST, CUT_NORTH, and the same three as requests
 
 #define CUT_WEST 1   // edges between leaves of the same size that are split
@@ -73,7 +73,7 @@ void ask_for_edges(int level, ivec2 at, uint edges) {
 
 PackedNode node_of(int level, ivec2 at) { return node[node_index(level, at)]; }
 
-vec2 range_of(int level, ivec2 at) { return unpack_range(range[node_index(level, at)]); }
+vec2 range_of(int level, ivec2 at) { return unpack_range(range[node_index(level, at)].heights); }
 
 // Cells have no record; their parent's range contains them.
 Projection project_node(int level, ivec2 at, float margin) {

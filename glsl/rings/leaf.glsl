@@ -1,5 +1,5 @@
 // rings/leaf.glsl — a leaf's box in the view, and the largest error in metres that is within the tolerance there.
-// Provides range_of_square_m(), project_square(), error_within_m(), has_mean(), rms_of_box_m(), coarsest_step(), next_step(), leaf_px().
+// Provides range_of_square_m(), project_square(), error_within_m(), has_mean(), rms_of_box_m(), coarsest_step(), fan_m(), next_step(), leaf_px().
 // Python twins: reference.clipmap.next_step, reference.clipmap.coarsest_step, reference.clipmap.finest_step
 
 #include "rings/rings.glsl"
@@ -7,7 +7,7 @@
 #include "lod/project.glsl"
 #include "error/nodes.glsl"
 
-layout(std430, binding = 6) readonly buffer Ranges { uint range[]; };
+layout(std430, binding = 6) readonly buffer Ranges { NodeRange range[]; };
 
 #define NEVER 1e30
 #ifndef PATCH_COST
@@ -32,7 +32,7 @@ vec2 range_of_square_m(ivec2 low, int side_log2) {
     ivec2 first = max(low, ivec2(0)) >> level, end = (min(low + (1 << side_log2), u_last_post) - 1 >> level) + 1;
     vec2 range_m = vec2(NEVER, -NEVER);
     for (ivec2 at = first; at.y < end.y;) {
-        vec2 node_m = unpack_range(range[range_index(level, at)]);
+        vec2 node_m = unpack_range(range[range_index(level, at)].heights);
         range_m = vec2(min(range_m.x, node_m.x), max(range_m.y, node_m.y));
         at = at.x + 1 < end.x ? at + ivec2(1, 0) : ivec2(first.x, at.y + 1);
     }
@@ -93,6 +93,31 @@ int finest_of(ivec2 low, int side_log2, int ring, int coarsest) {
     return is_waiting(low, side_log2, level) ? max(finest, min(level, coarsest)) : finest;
 }
 
+// A patch of 2 × 2 segments over a node of the quadtree is a fan with split edges. Its triangles are known, whatever edges are cut, so its
+// bound is much closer than that of its cells. Returns the largest error and the root mean square; the span if there is no such bound.
+vec2 fan_m(ivec2 low, int side_log2, int step_log2) {
+    bool is_node = all(equal(low & (1 << side_log2) - 1, ivec2(0))) && all(greaterThanEqual(low, ivec2(0))) && side_log2 <= u_top_level;
+    if (step_log2 != side_log2 - 1 || step_log2 < 0 || !is_node) return vec2(u_span_m);
+#ifdef PAGED
+    bool is_mixed;
+    if (resident_level(low, low + (1 << side_log2), step_log2, is_mixed) > step_log2) return vec2(u_span_m);
+#endif
+    return unpack_pair(range[range_index(side_log2, low >> side_log2)].fan_m);
+}
+
+// The mean over the cells on the map, from the mean over a node's posts. At the map's rim it has more of them.
+float rms_of_fan_m(ivec2 low, int side_log2, float rms_m) {
+    vec2 cells = vec2(min(low + (1 << side_log2), u_last_post) - low);
+    return rms_m * sqrt(own_posts(side_log2, low >> side_log2) / (cells.x * cells.y)) * (1.0 + exp2(-18.0));
+}
+
+bool holds_as_fan(ivec2 low, int side_log2, int step_log2, Projection p) {
+    vec2 fan = fan_m(low, side_log2, step_log2);
+    p.sag_m = sag_m(step_log2);
+    if (!has_mean(p)) return fan.x <= error_within_m(p) - p.sag_m;
+    return error_px(p, rms_of_fan_m(low, side_log2, fan.y), fan.x) <= u_tolerance_px * (1.0 - 1e-5);
+}
+
 // Whether the tables prove that the cells of a square are within the tolerance.
 bool holds(ivec2 low, ivec2 end, int step_log2, Projection p) {
     p.sag_m = sag_m(step_log2);
@@ -102,22 +127,32 @@ bool holds(ivec2 low, ivec2 end, int step_log2, Projection p) {
 }
 
 // The coarsest spacing, from `coarsest` to finer ones, that the tables allow. `known` is one that they allow, or NO_STEP.
-int next_step(ivec2 low, int side_log2, int ring, int coarsest, int known, Projection p) {
+// `is_fan`: only as a fan, so no pair of squares may have it.
+int next_step(ivec2 low, int side_log2, int ring, int coarsest, int known, Projection p, out bool is_fan) {
     int finest = known != NO_STEP ? known + 1 : finest_of(low, side_log2, ring, coarsest);
-    for (int step_log2 = coarsest; step_log2 >= finest; step_log2--)
-        if (holds(low, low + (1 << side_log2), step_log2, p)) return step_log2;
+    for (int step_log2 = coarsest; step_log2 >= finest; step_log2--) {
+        bool has_cells = holds(low, low + (1 << side_log2), step_log2, p);
+        is_fan = !has_cells && holds_as_fan(low, side_log2, step_log2, p);
+        if (has_cells || is_fan) return step_log2;
+    }
+    is_fan = false;
     return known;
 }
 
+float bound_px(Projection p, float rms_m, float max_m) {
+    if (u_metric == METRIC_METRES) return max_m;
+    return error_px(p, has_mean(p) ? min(rms_m, max_m) : max_m, max_m);
+}
+
 // What the tables certify of a square, in the metric asked for: pixels, or metres over the whole map.
-float square_px(ivec2 low, int side_log2, int step_log2) {
+float square_px(ivec2 low, int side_log2, int step_log2, bool may_be_fan) {
     Projection p = project_square(low, side_log2);
     if (p.outside) return 0.0;
     ivec2 end = low + (1 << side_log2);
     p.sag_m = sag_m(step_log2);
-    float max_m = largest_m(low, end, step_log2);
-    if (u_metric == METRIC_METRES) return max_m;
-    return error_px(p, has_mean(p) ? min(rms_of_box_m(low, end, step_log2), max_m) : max_m, max_m);
+    float px = bound_px(p, rms_of_box_m(low, end, step_log2), largest_m(low, end, step_log2));
+    vec2 fan = fan_m(low, side_log2, step_log2);
+    return may_be_fan ? min(px, bound_px(p, rms_of_fan_m(low, side_log2, fan.y), fan.x)) : px;
 }
 
 // The largest of that over a leaf's squares.
@@ -126,6 +161,6 @@ float leaf_px(Leaf leaf) {
     ivec2 last = (ivec2(1) << leaf.size_log2 - side_log2) - 1;
     float px = 0.0;
     for (int k = 0; k <= last.x + last.y; k++)
-        px = max(px, square_px(leaf.origin + (min(ivec2(k), last) << side_log2), side_log2, step_log2_of(leaf.word)));
+        px = max(px, square_px(leaf.origin + (min(ivec2(k), last) << side_log2), side_log2, step_log2_of(leaf.word), last == ivec2(0)));
     return px;
 }

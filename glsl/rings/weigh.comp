@@ -11,12 +11,14 @@
 layout(local_size_x = UNITS) in;
 
 // The tables sum whole tiles, which may reach beyond the box: take the box's share of that sum.
-float squares_of_box_m2(ivec2 low, ivec2 end, int step_log2) {
+float squares_of_box_m2(ivec2 low, int side_log2, int step_log2) {
+    ivec2 end = low + (1 << side_log2);
     int tile = max(step_log2, 0) + tile_log2(max(step_log2, 0));
     ivec2 from = max(low, ivec2(0)), to = min(end, u_last_post);
     vec2 own = vec2(to - from), asked = vec2((to - 1 >> tile) + 1 - (from >> tile) << tile);
     float sag = sag_m(step_log2);
-    return squares_m2(low, end, step_log2) * own.x / asked.x * own.y / asked.y + 0.5 * sag * sag * own.x * own.y;
+    float rms_m = rms_of_fan_m(low, side_log2, fan_m(low, side_log2, step_log2).y), posts = own.x * own.y;
+    return min(squares_m2(low, end, step_log2) * own.x / asked.x * own.y / asked.y, rms_m * rms_m * posts) + 0.5 * sag * sag * posts;
 }
 
 void weigh_square(int depth, ivec2 at) {
@@ -32,7 +34,7 @@ void weigh_square(int depth, ivec2 at) {
         if (nothing) e = -1.0;
         else if (allowed && step_log2 <= coarsest_step(low, side_log2) && step_log2 >= finest_step(side_log2, block.ring)) {
             float n = step_log2 > 0 ? max(1.0, across) : max(0.0, across - 1.0);
-            e = p.outside ? 0.0 : n * px_per_m * px_per_m * squares_of_box_m2(low, end, step_log2);
+            e = p.outside ? 0.0 : n * px_per_m * px_per_m * squares_of_box_m2(low, side_log2, step_log2);
         }
         weight[first + k] = e;
     }

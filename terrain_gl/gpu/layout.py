@@ -66,6 +66,7 @@ def class_limits_m(span_m: float, spacing_m: tuple[float, float]) -> np.ndarray:
 
 # glsl/error/nodes.glsl
 NODE = np.dtype([("cut_m", "2f2"), ("rms_m", "2f2"), ("max_m", "2f2"), ("whole", "4u1"), ("split", "4u1")])
+NODE_RANGE = np.dtype([("heights", "2u2"), ("fan_m", "2f2")])
 
 
 class NodeErrors(NamedTuple):

@@ -21,6 +21,7 @@ FINEST = -5  # log2 of the smallest spacing in ring 0: 32 segments between two p
 PATCH_COST = 24.0  # cost of a patch in triangles, besides its own triangles
 LEAST_PARTS = min(4 * (2 + PATCH_COST), 4 * 8 + 2 * PATCH_COST)  # four single cells, or two pairs of 2 × 2 cells
 ROUNDS = 3  # depth of blocks inside blocks
+_IN_NO_PAIR = -1  # mark of a square that only holds as a fan
 REFINE_FROM, REFINED = 3, 0.5  # units of 2^3 segments or more become blocks, which about halves their cost
 Post = tuple[int, int]  # column, row
 Square = tuple[int, int, int]  # depth, column, row of a square of a block
@@ -95,6 +96,16 @@ def coarsest_step(low: Post, side_log2: int, top_level: int) -> int:
     return min((bits & -bits).bit_length() - 1, top_level)
 
 
+# A patch of 2 × 2 segments over a node of the quadtree is a fan. It has a bound of its own: `cut_errors`.
+
+
+def fan_m(fans_m: Sequence[np.ndarray], low: Post, side_log2: int, step_log2: int) -> float:
+    """Largest error of a square of spacing 2^step_log2 as a fan; inf if it is none. `fans_m` begins with level 1."""
+    is_node = (low[0] | low[1]) & (1 << side_log2) - 1 == 0 and min(low) >= 0 and 1 <= side_log2 <= len(fans_m)
+    col, row = (at >> side_log2 for at in low)
+    return float(fans_m[side_log2 - 1][row, col]) if is_node and step_log2 == side_log2 - 1 else np.inf
+
+
 def finest_step(side_log2: int, ring_level: int) -> int:
     """log2 of the smallest spacing: at most 64 segments a side, and between two posts 32 in ring 0, elsewhere 16."""
     return max(side_log2 - MOST_SEGMENTS_LOG2, FINEST if ring_level == 0 else FINEST + 1)
@@ -106,12 +117,16 @@ def next_step(coarsest: int, finest: int, holds: Callable[[int], bool]) -> int |
 
 
 # From the units up:   cost(square) = min(2 T² + 24,  Σ cost of its four parts − 24 for each pair)
-# Two parts side by side with the same spacing become a pair, one patch, unless they are single cells. If a square costs
-# no more than the cheapest parts, it becomes one leaf.
+# Two parts side by side with the same spacing become a pair, one patch, unless they are single cells or only hold as
+# fans. If a square costs no more than the cheapest parts, it becomes one leaf.
 
 
 def cut_block(
-    steps: dict[Square, int | None], unit_log2: int, can_refine: bool, alone: frozenset[Square] = frozenset()
+    steps: dict[Square, int | None],
+    unit_log2: int,
+    can_refine: bool,
+    alone: frozenset[Square] = frozenset(),
+    fans: frozenset[Square] = frozenset(),
 ) -> np.ndarray:
     """Cut a block into leaves.
 
@@ -126,6 +141,8 @@ def cut_block(
         Whether units may become blocks.
     alone
         Squares that touch the finer ring and are not on its lattice: their parts make no pairs.
+    fans
+        Squares whose spacing is within the tolerance only as a fan: they are in no pair.
 
     Returns
     -------
@@ -135,7 +152,8 @@ def cut_block(
         nothing to draw, −2 if the unit becomes a block, −3 if no spacing is within the tolerance.
     """
     leaves = np.zeros((PATCH, PATCH, 3), int)
-    _cut(steps, unit_log2, can_refine, alone, (0, 0, 0), leaves)
+    _cut(steps, unit_log2, can_refine, alone, fans, (0, 0, 0), leaves)
+    leaves[leaves[..., 2] == _IN_NO_PAIR, 2] = 0
     return leaves
 
 
@@ -144,6 +162,7 @@ def _cut(
     unit_log2: int,
     can_refine: bool,
     alone: frozenset[Square],
+    fans: frozenset[Square],
     square: Square,
     leaves: np.ndarray,
 ) -> float:
@@ -157,19 +176,20 @@ def _cut(
     step = steps[square]
     segments_log2 = unit_log2 + 3 - depth - step if step is not None else 0
     whole = np.inf if step is None else 2.0 * 4.0**segments_log2 + PATCH_COST
+    leaf = 3 - depth, step, _IN_NO_PAIR if square in fans else 0
     if depth == 3:
         refine = can_refine and (step is None or segments_log2 >= REFINE_FROM)
-        own[...] = (-2, 0, 0) if refine else (-3, 0, 0) if step is None else (0, step, 0)
+        own[...] = (-2, 0, 0) if refine else (-3, 0, 0) if step is None else leaf
         return whole * (REFINED if refine else 1.0)
     if whole <= LEAST_PARTS:
-        own[...] = 3 - depth, step, 0
+        own[...] = leaf
         return whole
     at = [(depth + 1, 2 * x + k % 2, 2 * y + k // 2) for k in range(4)]
-    parts = sum(_cut(steps, unit_log2, can_refine, alone, part, leaves) for part in at)
+    parts = sum(_cut(steps, unit_log2, can_refine, alone, fans, part, leaves) for part in at)
     pairs = [] if square in alone else _pairs(own, unit_log2)
     parts -= PATCH_COST * len(pairs)
     if step is not None and whole <= parts:
-        own[...] = 3 - depth, step, 0
+        own[...] = leaf
         return whole
     for pair, flag in pairs:
         own[pair][..., 2] = flag

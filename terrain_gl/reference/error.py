@@ -117,69 +117,108 @@ def wedge_errors(heights: np.ndarray, level: int, void: np.ndarray | None = None
     return found[0], found[1]
 
 
-# A finer neighbour cuts an edge of a cell: it gets more vertices. They are posts. They lie between −below and above
-# off the straight line between the cell's corners. With the vertices on that line the drawing lies between both
-# diagonals, or is the fan if the patch is a single cell. Only vertices of one cut edge take part in a triangle. Their
-# weights at a place sum to v: 1 on their edge, 0 on the opposite side (of a fan: 0 at the centre). So for each edge
-#   highest diagonal − h + v · above   and   h − lowest diagonal + v · below     (of a fan: the same of its wedge)
-# bound the error of every triangulation. Both are linear where the diagonals are: between posts they are like errors.
+# A finer neighbour cuts an edge: it gets more vertices. They are posts. They lie between −below and above off a
+# straight line. Only vertices of one cut edge take part in a triangle; their weights at a place sum to v: 1 on their
+# edge, 0 on the opposite side (of a fan: 0 at the centre). So these bound the error of every triangulation:
+#   a cell of a patch       highest diagonal − h + v · above   and   h − lowest diagonal + v · below,  for each edge,
+#                           with the line between the cell's corners
+#   a patch of 2 × 2        fan with split edges − h + v · above   and   h − this fan + v · below,
+#   segments, i.e. a fan    with the lines between a corner and the middle of its edge
+# A patch of one cell is a fan whose edges are whole or cut: the larger error of the fan and of both bounds. All are
+# linear where the drawing is: between posts they are like errors.
 
 
-def cut_moves(heights: np.ndarray, level: int) -> tuple[np.ndarray, np.ndarray]:
-    """How far the posts of each node's west, north, east and south edge lie above, and below, a straight edge.
+class CutErrors(NamedTuple):
+    """Errors of each node whatever edges are cut, (rows, cols) of nodes: metres, and sums over own posts in m²."""
 
-    Arrays (4, rows, cols) of nodes, metres.
+    largest: np.ndarray  # as a cell of a patch, or a patch of one cell
+    squares: np.ndarray
+    fan_largest: np.ndarray  # as a patch of 2 × 2 segments
+    fan_squares: np.ndarray
+
+
+def cut_moves(heights: np.ndarray, level: int) -> np.ndarray:
+    """How far the posts of each node's edges lie above, and below, straight lines.
+
+    Returns
+    -------
+    array
+        (4, 3, 2, rows, cols) of nodes, metres: the edges west, north, east, south; the line between the edge's ends,
+        from its first end to its middle, and from there to its other end; above, below.
     """
     h, (y, x) = heights.astype(np.float64), node_axes(heights.shape, level)
     north, south = (_off_lines(h[rows], x) for rows in (y.low, y.high))
-    west, east = (_off_lines(h.T[cols], y).transpose(0, 2, 1) for cols in (x.low, x.high))
-    sides = np.stack([west, north, east, south], 1)
-    return sides[0], sides[1]
+    west, east = (_off_lines(h.T[cols], y).transpose(0, 1, 3, 2) for cols in (x.low, x.high))
+    return np.stack([west, north, east, south])
 
 
 def _off_lines(lines: np.ndarray, axis: Nodes) -> np.ndarray:
-    """Of lines of posts (n, posts): (2, n, nodes), the most above and below the line between each node's ends."""
-    share = (axis.post - axis.low[:, None]) / (axis.high - axis.low)[:, None]
-    low, high = lines[:, axis.low, None], lines[:, axis.high, None]
-    off = lines[:, axis.post] - low - (high - low) * share
-    return np.stack([off.max(-1), -off.min(-1)])
+    """Of lines of posts (n, posts): (3, 2, n, nodes)."""
+    found = []
+    for low, high in ((axis.low, axis.high), (axis.low, axis.mid), (axis.mid, axis.high)):
+        share = (axis.post - low[:, None]) / np.maximum(high - low, 1)[:, None]
+        off = lines[:, axis.post] - lines[:, low, None] - (lines[:, high] - lines[:, low])[..., None] * share
+        off = np.where((share >= 0) & (share <= 1) & (high > low)[:, None], off, 0.0)
+        found.append([off.max(-1), -off.min(-1)])
+    return np.array(found)
 
 
-def cut_errors(heights: np.ndarray, level: int, void: np.ndarray | None = None) -> tuple[np.ndarray, np.ndarray]:
-    """Errors of each node as a cell of a patch, whatever edges of it are cut, (rows, cols) of nodes.
+def cut_errors(heights: np.ndarray, level: int, void: np.ndarray | None = None) -> CutErrors:
+    """Errors of each node of a level ≥ 1 in any triangulation, whatever edges are cut."""
+    cell, fan, drawn = _cut_at_posts(heights, level)
+    of_quad, of_fan = kinks(heights, level)
+    bounds = [(*cell, of_quad), (*fan, of_fan), (*drawn, of_fan)]
+    largest, squares = _over_node(heights, level, void, bounds, np.maximum(of_quad, of_fan))
+    return CutErrors(largest, squares, *_over_node(heights, level, void, bounds[1:2], of_fan))
 
-    The largest, in metres, and the sum of squares over the node's own posts and its crossed cells, m².
-    """
-    pair, fan = _cut_at_posts(heights, level)
-    errors, crossed = np.maximum.reduce([*pair, *fan]), crossed_cells(heights.shape, level, void)
+
+def _over_node(
+    heights: np.ndarray, level: int, void: np.ndarray | None, bounds: list[tuple[np.ndarray, ...]], bend: np.ndarray
+) -> tuple[np.ndarray, np.ndarray]:
+    """The largest of bounds (above, below, kink), and the sum of squares over own posts and crossed cells."""
+    errors = np.maximum.reduce([each for above, below, _ in bounds for each in (above, below)])
+    crossed = crossed_cells(heights.shape, level, void)
     corner, measured = worst_corner(errors), measured_posts(heights, level, void)
-    bends = kinks(heights, level)
-    cells = [over_cells(up, down, heights, level, kink) for (up, down), kink in zip((pair, fan), bends, strict=True)]
-    largest = np.maximum((errors * measured).max((1, 3)), (np.maximum(*cells) * crossed).max((1, 3)))
-    mean = np.abs(cell_twists(heights, level)) / np.sqrt(90) + np.maximum(*bends)[:, None, :, None]
+    cells = [over_cells(above, below, heights, level, kink) for above, below, kink in bounds]
+    largest = np.maximum((errors * measured).max((1, 3)), (np.maximum.reduce(cells) * crossed).max((1, 3)))
+    mean = np.abs(cell_twists(heights, level)) / np.sqrt(90) + bend[:, None, :, None]
     between = (mean * (2 * corner + mean) * crossed).sum((1, 3))
     return largest, np.square(errors * _own(heights, level, void)).sum((1, 3)) + between
 
 
-def _cut_at_posts(heights: np.ndarray, level: int) -> tuple[list[np.ndarray], list[np.ndarray]]:
-    """Bounds above and below at each post, (node rows, posts, node cols, posts): of one of many cells; of a fan."""
+def _cut_at_posts(heights: np.ndarray, level: int) -> list[list[np.ndarray]]:
+    """Bounds above and below at each post, (node rows, posts, node cols, posts): cell, cut fan, fan."""
     y, x = node_axes(heights.shape, level)
     t = ((x.post - x.low[:, None]) / (x.high - x.low)[:, None])[None, None]
     s = ((y.post - y.low[:, None]) / (y.high - y.low)[:, None])[:, :, None, None]
-    pair, fan = quad_errors(heights, level), fan_errors(heights, level)[0]
-    weights = np.stack(np.broadcast_arrays(1 - t, 1 - s, t, s, fan)[:4])
-    above, below = (move[:, :, None, :, None] for move in cut_moves(heights, level))
-    up = np.maximum(*pair) + (weights * above).max(0)
-    down = -np.minimum(*pair) + (weights * below).max(0)
-    wedge, outward = wedges_of_posts(heights, level)[None], 1 - _centre_weights(heights.shape, level)
-    of_wedge = [np.take_along_axis(np.broadcast_to(m, weights.shape), wedge, 0)[0] for m in (above, below)]
-    return [up, down], [fan + outward * of_wedge[0], -fan + outward * of_wedge[1]]
+    pair, fan = quad_errors(heights, level), fan_errors(heights, level)
+    weights = np.stack(np.broadcast_arrays(1 - t, 1 - s, t, s, fan[0])[:4])
+    above, below = cut_moves(heights, level)[:, 0, :, :, None, :, None].swapaxes(0, 1)
+    cell = [np.maximum(*pair) + (weights * above).max(0), -np.minimum(*pair) + (weights * below).max(0)]
+    move = _fan_moves(heights, level)
+    return [cell, [fan[1] + move[0], move[1] - fan[1]], [np.maximum(*fan), -np.minimum(*fan)]]
 
 
-def _centre_weights(shape: tuple[int, ...], level: int) -> np.ndarray:
-    """Weight of a fan's centre at each post of each node, (node rows, posts, node cols, posts)."""
-    of_y, of_x = (_from_middle(axis)[1] for axis in node_axes(shape, level))
-    return np.minimum(of_y[:, :, None, None], of_x)
+def _fan_moves(heights: np.ndarray, level: int) -> np.ndarray:
+    """How far cuts move a fan with split edges at each post: above, below, (2, node rows, posts, node cols, posts).
+
+    Spokes from the centre to corners and middles part the fan in eight. A post on a spoke takes the larger move of both
+    sides. In a node that the map's rim cuts off, spokes run between posts; there one bound serves all eight.
+    """
+    moves, (y, x) = cut_moves(heights, level)[:, 1:], node_axes(heights.shape, level)
+    square = (y.high - y.low == 1 << level)[:, None] & (x.high - x.low == 1 << level)
+    moves = np.where(square, moves, moves.max((0, 1)))[:, :, :, :, None, :, None]
+    of_y, of_x = (_from_middle(axis)[1] for axis in (y, x))
+    of_y, of_x = of_y[:, :, None, None], of_x[None, None]
+    down, right = ((axis.post - axis.mid[:, None]) for axis in (y, x))
+    down, right = down[:, :, None, None], right[None, None]
+    most, in_row, in_column = np.zeros((2, *np.broadcast_shapes(down.shape, right.shape))), of_y <= of_x, of_x <= of_y
+    wedges = [(down, -right, in_column), (right, -down, in_row), (down, right, in_column), (right, down, in_row)]
+    for side, (along, across, inside) in enumerate(wedges):
+        for half, sign in enumerate((-1, 1)):
+            within = inside & (across >= 0) & (sign * along >= 0)
+            most = np.where(within, np.maximum(most, moves[side, half]), most)
+    return (1 - np.minimum(of_y, of_x)) * most
 
 
 # M = max e over the closed node,   Σ e² over the node's own posts,   e the worse of both ways to draw it.

@@ -27,7 +27,7 @@ from ..readers.raster import Spacing
 from .pyramid import Area, Pyramid
 
 INSTALL = "pip install 'terrain-gl[store]'"
-VERSION = 2
+VERSION = 3
 _KEY = "terrain_gl"
 _RAW = "https://raw.githubusercontent.com/zarr-conventions/multiscales/refs/tags/v0.1/schema.json"
 _CONVENTION = {
@@ -39,7 +39,7 @@ _CONVENTION = {
 }
 FIELDS: dict[str, tuple[str, Any, int]] = {  # type, value of entries that were never written, words of an entry
     "heights": ("float32", np.nan, 1),
-    "errors": ("uint32", 0xFFFFFFFF, 5),
+    "errors": ("uint32", 0xFFFFFFFF, 6),
     "ranges": ("uint16", 0xFFFF, 2),
 }
 

@@ -8,11 +8,11 @@ from typing import Any
 import numpy as np
 
 from ..exceptions import TerrainError
-from ..paged_map import Page, PagedMap, PageKey, PostsOnDemand
+from ..paged_map import RECORD_WORDS, Page, PagedMap, PageKey, PostsOnDemand
 from ..readers.plausible import not_of_the_earth
 from .format import Arrays, georeference_of, pyramid_of, read_about
 from .pyramid import Pyramid
-from .tiles import FINEST_RECORD, Checks, Tiles
+from .tiles import Checks, Tiles
 
 OF_TILES = 0.25  # part of the memory for tiles that holds the most recently read ones
 
@@ -75,7 +75,7 @@ class StoredMap(PagedMap):
         nodes = slice(row * side, ends[0]), slice(col * side, ends[1])
         heights = self.tiles.area("heights", level, (_one_more(nodes[0]), _one_more(nodes[1])))
         if level == 0:
-            return Page(heights, np.zeros((FINEST_RECORD, 0, 0), np.uint32), np.zeros((2, 0, 0), np.uint16))
+            return Page(heights, np.zeros((RECORD_WORDS, 0, 0), np.uint32), np.zeros((2, 0, 0), np.uint16))
         errors = self.tiles.area("errors", level, nodes)
         return Page(heights, errors, self.tiles.area("ranges", level, nodes))
 

@@ -15,10 +15,10 @@ from collections.abc import Iterator
 
 import numpy as np
 
+from ..paged_map import RECORD_WORDS
 from .format import FIELDS, Arrays, MissingTileError
 from .pyramid import Area, Pyramid
 
-FINEST_RECORD = 1  # words of an error record that bounds read: largest error with any edges cut, root mean square
 At = tuple[str, int, int, int]  # field, level, row and column of a tile
 
 
@@ -140,4 +140,4 @@ class Tiles:
 
 def _words(name: str) -> int:
     """The words of an entry that are read."""
-    return FINEST_RECORD if name == "errors" else FIELDS[name][2]
+    return RECORD_WORDS if name == "errors" else FIELDS[name][2]
