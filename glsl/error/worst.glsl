@@ -20,7 +20,7 @@ struct Worst {
 
 Worst worst_of_nothing() { return Worst(vec2(0.0), vec2(0.0), vec4(0.0), 0u, vec4(0.0), vec4(0.0)); }
 
-// Errors at a post, above and below: of the quad and of the fan; with cut edges, of a cell and of a fan; of the wedge with a whole and with a split edge.
+// Errors at a post, above and below: of the quad and of the fan; of a cell and of a fan with cut edges; of the wedge with a whole and with a split edge.
 struct PostErrors {
     vec4 drawn, cut, wedge;
     uint wedges;  // bits: the wedge that contains the post
@@ -41,13 +41,9 @@ PostErrors errors_at(Node n, CutEdges c, ivec2 place) {
     return e;
 }
 
+// Largest errors of the quad and of the fan, or of the wedge's two edges; of both with cut edges. A cell alone is a fan with any edges whole.
 vec2 larger(vec4 e) { return max(e.xz, e.yw); }
-
-// Largest errors of the quad and of the fan; of a cell of a patch, which is a fan if it is alone; of a patch of 2 × 2 segments.
-vec4 largest(vec4 drawn, vec4 cut) {
-    vec2 whole = larger(drawn), any = larger(cut);
-    return vec4(whole, max(max(any.x, any.y), whole.y), any.y);
-}
+vec4 largest(vec4 drawn, vec4 cut) { return vec4(larger(drawn), max(largest_of(cut), larger(drawn).y), larger(cut).y); }
 
 vec4 raised(Node n, vec4 e) { return e * (1.0 + exp2(-20.0)) + n.rounding_m; }  // by what floats may have lost
 
@@ -64,9 +60,7 @@ vec4 gather(inout Worst w, Node n, PostErrors e) {
 }
 
 // Posts on the south and east edges belong to the neighbours, except on the map's rim.
-bool is_own(Node n, ivec2 place) {
-    return all(lessThan(place, n.high - n.low + ivec2(equal(n.high, u_last_post))));
-}
+bool is_own(Node n, ivec2 place) { return all(lessThan(place, n.high - n.low + ivec2(equal(n.high, u_last_post)))); }
 
 void gather_post(inout Worst w, Node n, PostErrors at, ivec2 place) {
     bool is_filled = is_void(n.low + place);

@@ -299,12 +299,31 @@ def posts_of(heightmap: Heightmap, region: Region) -> np.ndarray:
 
 
 def truth_m(heightmap: Heightmap, region: Region) -> np.ndarray:
-    """(h, w) float64: true heights at a region's places, bilinear between posts; NaN over voids."""
+    """(h, w) float64: true heights at a region's places, bilinear between posts; NaN over voids.
+
+    A place between two posts is NaN as well if all cells beside it are holes: it belongs to no known surface.
+    """
     x, y, width, height = region
     cols = np.s_[x // PLACES : (x + width - 1) // PLACES + 2]
     rows = np.s_[y // PLACES : (y + height - 1) // PLACES + 2]
     fine = _finer(heightmap.heights[rows, cols], y - PLACES * rows.start, height)
-    return _finer(fine.T, x - PLACES * cols.start, width).T
+    truth = _finer(fine.T, x - PLACES * cols.start, width).T
+    return np.where(_between_holes(heightmap, region), np.nan, truth) if heightmap.voids else truth
+
+
+def _between_holes(heightmap: Heightmap, region: Region) -> np.ndarray:
+    """(h, w): places on the common edge of two holes, or of a hole and the map's rim."""
+    x, y, width, height = region
+    (row, part_y), (col, part_x) = (np.divmod(at + np.arange(n), PLACES) for at, n in ((y, height), (x, width)))
+    posts = [np.arange(axis[0] - 1, axis[-1] + 2) for axis in (row, col)]
+    inside = [(axis >= 0) & (axis < n) for axis, n in zip(posts, heightmap.heights.shape, strict=True)]
+    heights = heightmap.heights[np.ix_(*(np.where(kept, axis, 0) for axis, kept in zip(posts, inside, strict=True)))]
+    void = np.isnan(heights) | ~inside[0][:, None] | ~inside[1]
+    hole = void[1:, 1:] | void[1:, :-1] | void[:-1, 1:] | void[:-1, :-1]  # from the cell before the first post on
+    row, col = row - row[0], col - col[0]
+    along_row = (part_y == 0)[:, None] & (part_x > 0) & hole[np.ix_(row, col + 1)] & hole[np.ix_(row + 1, col + 1)]
+    along_col = (part_y > 0)[:, None] & (part_x == 0) & hole[np.ix_(row + 1, col)] & hole[np.ix_(row + 1, col + 1)]
+    return along_row | along_col
 
 
 def _finer(heights: np.ndarray, first: int, n: int) -> np.ndarray:
