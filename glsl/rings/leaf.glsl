@@ -98,12 +98,12 @@ float slack_m(int step_log2) { return sag_m(step_log2) + rounding_between_m(); }
 
 // A patch of 2 × 2 segments over a node of the quadtree is a fan with split edges. Its triangles are known, whatever edges are cut, so its
 // bound is much closer than that of its cells. Returns the largest error and the root mean square; the span if there is no such bound.
-vec2 fan_m(ivec2 low, int side_log2, int step_log2) {
+vec2 fan_m(ivec2 low, int side_log2) {
     bool is_node = all(equal(low & (1 << side_log2) - 1, ivec2(0))) && all(greaterThanEqual(low, ivec2(0))) && side_log2 <= u_top_level;
-    if (step_log2 != side_log2 - 1 || step_log2 < 0 || !is_node) return vec2(u_span_m);
+    if (side_log2 < 1 || !is_node) return vec2(u_span_m);
 #ifdef PAGED
     bool is_mixed;
-    if (resident_level(low, low + (1 << side_log2), step_log2, is_mixed) > step_log2) return vec2(u_span_m);
+    if (resident_level(low, low + (1 << side_log2), side_log2 - 1, is_mixed) >= side_log2) return vec2(u_span_m);
 #endif
     return unpack_pair(range[range_index(side_log2, low >> side_log2)].fan_m);
 }
@@ -114,17 +114,17 @@ float rms_of_fan_m(ivec2 low, int side_log2, float rms_m) {
     return rms_m * sqrt(own_posts(side_log2, low >> side_log2) / (cells.x * cells.y)) * (1.0 + exp2(-18.0));
 }
 
-bool holds_as_fan(ivec2 low, int side_log2, int step_log2, Projection p) {
-    vec2 fan = fan_m(low, side_log2, step_log2);
-    p.sag_m = slack_m(step_log2);
-    if (!has_mean(p)) return fan.x <= error_within_m(p) - p.sag_m;
+bool holds_as_fan(ivec2 low, int side_log2, Projection p, float within_m) {
+    vec2 fan = fan_m(low, side_log2);
+    p.sag_m = slack_m(side_log2 - 1);
+    if (!has_mean(p)) return fan.x <= within_m - p.sag_m;
     return error_px(p, rms_of_fan_m(low, side_log2, fan.y), fan.x) <= u_tolerance_px * (1.0 - 1e-5);
 }
 
 // Whether the tables prove that the cells of a square are within the tolerance.
-bool holds(ivec2 low, ivec2 end, int step_log2, Projection p) {
+bool holds(ivec2 low, ivec2 end, int step_log2, Projection p, float within_m) {
     p.sag_m = slack_m(step_log2);
-    float allowed_m = error_within_m(p) - p.sag_m;
+    float allowed_m = within_m - p.sag_m;
     if (!has_mean(p)) return allowed_m >= 0.0 && is_within_m(low, end, step_log2, allowed_m);
     return error_px(p, rms_of_box_m(low, end, step_log2), largest_m(low, end, step_log2)) <= u_tolerance_px * (1.0 - 1e-5);
 }
@@ -133,9 +133,11 @@ bool holds(ivec2 low, ivec2 end, int step_log2, Projection p) {
 // `is_fan`: only as a fan, so no pair of squares may have it.
 int next_step(ivec2 low, int side_log2, int ring, int coarsest, int known, Projection p, out bool is_fan) {
     int finest = known != NO_STEP ? known + 1 : finest_of(low, side_log2, ring, coarsest);
+    float within_m = error_within_m(p);
+    bool may_be_fan = holds_as_fan(low, side_log2, p, within_m);
     for (int step_log2 = coarsest; step_log2 >= finest; step_log2--) {
-        bool has_cells = holds(low, low + (1 << side_log2), step_log2, p);
-        is_fan = !has_cells && holds_as_fan(low, side_log2, step_log2, p);
+        bool has_cells = holds(low, low + (1 << side_log2), step_log2, p, within_m);
+        is_fan = may_be_fan && step_log2 == side_log2 - 1 && !has_cells;
         if (has_cells || is_fan) return step_log2;
     }
     is_fan = false;
@@ -154,8 +156,8 @@ float square_px(ivec2 low, int side_log2, int step_log2, bool may_be_fan) {
     ivec2 end = low + (1 << side_log2);
     p.sag_m = slack_m(step_log2);
     float px = bound_px(p, rms_of_box_m(low, end, step_log2), largest_m(low, end, step_log2));
-    vec2 fan = fan_m(low, side_log2, step_log2);
-    return may_be_fan ? min(px, bound_px(p, rms_of_fan_m(low, side_log2, fan.y), fan.x)) : px;
+    vec2 fan = fan_m(low, side_log2);
+    return may_be_fan && step_log2 == side_log2 - 1 ? min(px, bound_px(p, rms_of_fan_m(low, side_log2, fan.y), fan.x)) : px;
 }
 
 // The largest of that over a leaf's squares.

@@ -8,9 +8,11 @@
 
 layout(local_size_x = UNITS) in;
 
+shared float s_price;  // computed once: it takes a hundred reads
+
 void weigh(int depth, ivec2 at) {
     int i = square_index(depth, at), segments_log2;
-    vec2 best = cheapest(u_first + i, price(PASSES), segments_log2);
+    vec2 best = cheapest(u_first + i, s_price, segments_log2);
     s_cost[i] = best.x;
     s_square[i] = uint(side_log2_at(depth) - segments_log2 + 16) | (best == vec2(0.0) ? EMPTY : depth == 3 ? WHOLE : OPEN);
 }
@@ -19,7 +21,9 @@ void main() {
     int unit = int(gl_LocalInvocationIndex), b = int(gl_WorkGroupID.x);
     take_block(root_block(b));
     if (unit == 0) b_block[b] = block;
+    if (unit == 0) s_price = price(PASSES);
     u_first = SQUARES * b;
+    barrier();
     for (int depth = 3; depth >= 0; depth--)
         if (unit < 1 << 2 * depth) weigh(depth, square_at(depth, unit));
     join_all(2, unit, UNITS);

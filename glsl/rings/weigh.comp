@@ -17,8 +17,10 @@ float squares_of_box_m2(ivec2 low, int side_log2, int step_log2) {
     ivec2 from = max(low, ivec2(0)), to = min(end, u_last_post);
     vec2 own = vec2(to - from), asked = vec2((to - 1 >> tile) + 1 - (from >> tile) << tile);
     float sag = sag_m(step_log2);
-    float rms_m = rms_of_fan_m(low, side_log2, fan_m(low, side_log2, step_log2).y), posts = own.x * own.y;
-    return min(squares_m2(low, end, step_log2) * own.x / asked.x * own.y / asked.y, rms_m * rms_m * posts) + 0.5 * sag * sag * posts;
+    float posts = own.x * own.y, of_fan_m = rms_of_fan_m(low, side_log2, fan_m(low, side_log2).y);
+    float squares = squares_m2(low, end, step_log2) * own.x / asked.x * own.y / asked.y;
+    if (step_log2 == side_log2 - 1) squares = min(squares, of_fan_m * of_fan_m * posts);
+    return squares + 0.5 * sag * sag * posts;
 }
 
 void weigh_square(int depth, ivec2 at) {
