@@ -104,7 +104,7 @@ class GpuResources:
             return paged | {"total": sum(paged.values()) + self.selectors.bytes}
         heights = heightmap.rows * heightmap.cols * (5 if self.terrain.is_marked else 4)
         sat = tables.counters.size + tables.squares.size
-        error = tables.nodes.size + tables.gains.size + tables.blocks.size
+        error = tables.bytes - sat
         parts = {"heights": heights, "sat": sat, "error": error, "shade": self.picture.bytes}
         return parts | {"total": sum(parts.values()) + self.selectors.bytes}
 

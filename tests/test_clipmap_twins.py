@@ -122,7 +122,7 @@ def test_next_step_asks_from_the_coarsest_down(ctx, scene):
     nearest_m = 10 ** RNG.uniform(1, 5, n)
     statement = """Projection p = Projection(false, true, b.x, 1.0, b.x, 0.0);
     bool is_fan = false;
-    int step_log2 = next_step(ivec2(a.xy), int(a.z), 0, int(a.w), NO_STEP, p, is_fan);
+    int step_log2 = next_step_or_fan(ivec2(a.xy), int(a.z), 0, int(a.w), NO_STEP, p, is_fan);
     return vec4(step_log2, error_within_m(p), is_fan, 0.0);"""
 
     def bind(kernel):
@@ -170,7 +170,7 @@ LOOK = """take_block(Block(ivec2(b.xy), int(b.z), int(b.w), NO_STEP));
     Projection p = project_square(low, side_log2_at(depth));
     bool may = depth == 3 || fits_finer_ring(low, end);
     bool is_fan = false;
-    int step_log2 = may ? next_step(low, side_log2_at(depth), block.ring, coarsest, NO_STEP, p, is_fan) : 48;
+    int step_log2 = may ? next_step_or_fan(low, side_log2_at(depth), block.ring, coarsest, NO_STEP, p, is_fan) : 48;
     return vec4(step_log2, is_fan, 0.0, 0.0);"""
 
 

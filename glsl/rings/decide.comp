@@ -35,7 +35,7 @@ uint look(int depth, ivec2 at, out float cost) {
     int coarsest = coarsest_step(low, side_log2);
     if (depth == 0 && block.known_log2 != NO_STEP) coarsest = block.known_log2;  // the round before asked the same of this square
     bool is_fan = false;
-    if (depth == 3 || fits_finer_ring(low, end)) step_log2 = next_step(low, side_log2, block.ring, coarsest, block.known_log2, p, is_fan);
+    if (depth == 3 || fits_finer_ring(low, end)) step_log2 = next_step_or_fan(low, side_log2, block.ring, coarsest, block.known_log2, p, is_fan);
     bool is_held = step_log2 != NO_STEP;
     cost = is_held ? 2.0 * exp2(2.0 * float(side_log2 - step_log2)) + PATCH_COST : NEVER;
     int level;

@@ -1,5 +1,5 @@
 // rings/leaf.glsl — a leaf's box in the view, and the largest error in metres that is within the tolerance there.
-// Provides range_of_square_m(), project_square(), error_within_m(), has_mean(), rms_of_box_m(), coarsest_step(), slack_m(), fan_m(), next_step(), leaf_px().
+// Provides range_of_square_m(), project_square(), error_within_m(), has_mean(), rms_of_box_m(), coarsest_step(), slack_m(), fan_m(), next_step(), next_step_or_fan(), leaf_px().
 // Python twins: reference.clipmap.next_step, reference.clipmap.coarsest_step, reference.clipmap.finest_step
 
 #include "rings/rings.glsl"
@@ -114,10 +114,10 @@ float rms_of_fan_m(ivec2 low, int side_log2, float rms_m) {
     return rms_m * sqrt(own_posts(side_log2, low >> side_log2) / (cells.x * cells.y)) * (1.0 + exp2(-18.0));
 }
 
-bool holds_as_fan(ivec2 low, int side_log2, Projection p, float within_m) {
+bool holds_as_fan(ivec2 low, int side_log2, Projection p) {
     vec2 fan = fan_m(low, side_log2);
     p.sag_m = slack_m(side_log2 - 1);
-    if (!has_mean(p)) return fan.x <= within_m - p.sag_m;
+    if (!has_mean(p)) return fan.x <= error_within_m(p) - p.sag_m;
     return error_px(p, rms_of_fan_m(low, side_log2, fan.y), fan.x) <= u_tolerance_px * (1.0 - 1e-5);
 }
 
@@ -129,19 +129,22 @@ bool holds(ivec2 low, ivec2 end, int step_log2, Projection p, float within_m) {
     return error_px(p, rms_of_box_m(low, end, step_log2), largest_m(low, end, step_log2)) <= u_tolerance_px * (1.0 - 1e-5);
 }
 
-// The coarsest spacing, from `coarsest` to finer ones, that the tables allow. `known` is one that they allow, or NO_STEP.
-// `is_fan`: only as a fan, so no pair of squares may have it.
-int next_step(ivec2 low, int side_log2, int ring, int coarsest, int known, Projection p, out bool is_fan) {
-    int finest = known != NO_STEP ? known + 1 : finest_of(low, side_log2, ring, coarsest);
+// The coarsest spacing, from `coarsest` to `finest`, that the tables allow; NO_STEP if there is none.
+int next_step(ivec2 low, int side_log2, int coarsest, int finest, Projection p) {
     float within_m = error_within_m(p);
-    bool may_be_fan = holds_as_fan(low, side_log2, p, within_m);
-    for (int step_log2 = coarsest; step_log2 >= finest; step_log2--) {
-        bool has_cells = holds(low, low + (1 << side_log2), step_log2, p, within_m);
-        is_fan = may_be_fan && step_log2 == side_log2 - 1 && !has_cells;
-        if (has_cells || is_fan) return step_log2;
-    }
-    is_fan = false;
-    return known;
+    for (int step_log2 = coarsest; step_log2 >= finest; step_log2--)
+        if (holds(low, low + (1 << side_log2), step_log2, p, within_m)) return step_log2;
+    return NO_STEP;
+}
+
+// The same, but a square of two segments may also be a fan. `is_fan`: its cells do not hold, so no pair may have it. `known` is a spacing
+// that the tables allow, or NO_STEP.
+int next_step_or_fan(ivec2 low, int side_log2, int ring, int coarsest, int known, Projection p, out bool is_fan) {
+    int finest = known != NO_STEP ? known + 1 : finest_of(low, side_log2, ring, coarsest), of_fan = side_log2 - 1;
+    bool may_be_fan = of_fan >= finest && of_fan <= coarsest && holds_as_fan(low, side_log2, p);
+    int step_log2 = next_step(low, side_log2, coarsest, may_be_fan ? of_fan : finest, p);
+    is_fan = may_be_fan && step_log2 == NO_STEP;
+    return is_fan ? of_fan : step_log2 == NO_STEP ? known : step_log2;
 }
 
 float bound_px(Projection p, float rms_m, float max_m) {

@@ -27,8 +27,7 @@ void write_part(int id, Leaf whole, int part_units_log2, ivec2 low, int ring, Pr
     int side_log2 = whole.size_log2.x - 1;
     bool is_on_map = all(lessThan(low, u_last_post)) && all(greaterThan(low + (1 << side_log2), ivec2(0)));
     int step_log2 = min(step_log2_of(whole.word), side_log2);
-    bool is_fan;
-    if (!u_budget) step_log2 = next_step(low, side_log2, ring, step_log2, NO_STEP, p, is_fan);
+    if (!u_budget) step_log2 = next_step(low, side_log2, step_log2, finest_of(low, side_log2, ring, step_log2), p);
     if (step_log2 == NO_STEP) step_log2 = finest_of(low, side_log2, ring, side_log2);
     uint word = leaf_word(part_units_log2, step_log2);
     write_units(id, ivec2(part_units_log2), is_on_map ? word : NOTHING);
