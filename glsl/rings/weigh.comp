@@ -10,7 +10,8 @@
 
 layout(local_size_x = UNITS) in;
 
-// The tables sum whole tiles, which may reach beyond the box: take the box's share of that sum.
+// The tables sum whole tiles, which may reach beyond the box: take the box's share of that sum. It is an upper bound for every T. A fan has a
+// close one, but must not win over larger T by that alone: it takes the mean of both (docs/allocation.md, section 8).
 float squares_of_box_m2(ivec2 low, int side_log2, int step_log2) {
     ivec2 end = low + (1 << side_log2);
     int tile = max(step_log2, 0) + tile_log2(max(step_log2, 0));
@@ -19,7 +20,7 @@ float squares_of_box_m2(ivec2 low, int side_log2, int step_log2) {
     float sag = sag_m(step_log2);
     float posts = own.x * own.y, of_fan_m = rms_of_fan_m(low, side_log2, fan_m(low, side_log2).y);
     float squares = squares_m2(low, end, step_log2) * own.x / asked.x * own.y / asked.y;
-    if (step_log2 == side_log2 - 1) squares = min(squares, of_fan_m * of_fan_m * posts);
+    if (step_log2 == side_log2 - 1) squares = min(squares, 0.5 * (squares + of_fan_m * of_fan_m * posts));
     return squares + 0.5 * sag * sag * posts;
 }
 
