@@ -8,16 +8,10 @@ from maps import cameras, rough
 from terrain_gl import reference
 from terrain_gl.gpu import layout
 from terrain_gl.heightmap import Heightmap
+from terrain_gl.verify.holes import bilinear
 
 RNG = np.random.default_rng(12)
 ENDS = ("low", "mid", "high")
-
-
-def bilinear(heights, y, x):
-    row, col = np.minimum(y.astype(int), len(heights) - 2), np.minimum(x.astype(int), heights.shape[1] - 2)
-    v, u = y - row, x - col
-    north, south = (heights[row + i, col] * (1 - u) + heights[row + i, col + 1] * u for i in (0, 1))
-    return north * (1 - v) + south * v
 
 
 def drawn(heights, low, mid, high, vertices, y, x):
@@ -62,7 +56,7 @@ def test_no_cuts_of_a_fan_break_its_bound(shape):
             y, x = (axis.ravel() for axis in np.mgrid[low[0] : high[0] + 0.1 : 0.125, low[1] : high[1] + 0.1 : 0.125])
             for share in (0.0, 0.3, 1.0):
                 vertices = some_vertices(low, mid, high, share)
-                off = np.abs(drawn(heights, low, mid, high, vertices, y, x) - bilinear(heights, y, x)).max()
+                off = np.abs(drawn(heights, low, mid, high, vertices, y, x) - bilinear(heights, x, y)).max()
                 assert off <= bound[at] + 1e-9
                 closest[level] = max(closest[level], off / bound[at])
     assert closest[1:].min() > (0.8 if shape[0] == shape[1] else 0.5)  # the rim's nodes have looser bounds

@@ -11,8 +11,8 @@
 const int FIRST[4] = int[4](0, 1, 5, 21);  // squares of each depth: 8, 4, 2, 1 units a side
 
 // A square's word: log2 of the spacing of its vertices, + 16, and one of these states. WHOLE: it is drawn as one leaf. OPEN: its
-// parts decide. FAN: it is within the tolerance only as a patch of 2 × 2 segments of its own. REFINE: a unit that becomes a block. WIDE, WIDE << 1: its northern, southern parts are a pair. TALL, TALL << 1: its
-// western, eastern ones.
+// parts decide. REFINE: a unit that becomes a block. WIDE, WIDE << 1: its northern, southern parts are a pair. TALL, TALL << 1: its
+// western, eastern ones. FAN, beside another state: it is within the tolerance only as a patch of 2 × 2 segments, so in no pair.
 #define EMPTY 0x100u
 #define WHOLE 0x200u
 #define OPEN 0x400u
