@@ -289,6 +289,14 @@ def test_a_metre_above_high_land_the_bound_counts_rounding(ctx, method):
     assert stats["posts_measured"] > 0 and stats["max_error_px"] <= stats["certified_max_error_px"]
 
 
+@pytest.mark.parametrize("method", ["sat", "quadtree"])
+def test_no_mesh_with_vertices_between_posts_certifies_less_than_their_rounding(ctx, method):
+    heights = 250.0 * np.arange(33) + 0.01 * np.random.default_rng(7).standard_normal((33, 33))  # a slope up to 8000 m
+    scene = Scene.of(ctx, Heightmap(heights, 1.0), SIZE, method)
+    assert scene.levels.select_everywhere(1e-6).certified_px >= 7999 * 2.0**-22
+    scene.release()
+
+
 def test_truth_is_bilinear_between_posts_and_unknown_beside_voids():
     heightmap = MAPS["holes"]()
     cols, rows = places_of(heightmap)
