@@ -170,10 +170,11 @@ class Picture:
         """Incremental `see`, `commands` draw commands a step; yields progress from 0 to 1."""
         of_mesh = look.style in _OF_MESH or look.wires
         mesh, target = self._meshes(look).of(selection.surface), self._detail_target() if of_mesh else self._seen
+        sides = moderngl.NOTHING if self._may_show_underside(look) else moderngl.CULL_FACE
         target.use()
         target.clear(depth=0.0)  # infinitely far away: the sky
         for first in range(0, selection.draws, commands):
-            self._draw_mesh(mesh, target, selection, slice(first, first + commands))
+            self._draw_mesh(mesh, target, selection, slice(first, first + commands), sides)
             yield min(1.0, (first + commands) / selection.draws)
 
     def shade(self, camera: Camera, look: Look = PLAIN) -> None:
@@ -199,9 +200,12 @@ class Picture:
             self._scissor(0, 0, *self.size)
             yield done / len(corners)
 
+    def _has_holes(self, look: Look) -> bool:
+        return look.voids == "hole" and self.terrain.heightmap.voids > 0
+
     def _meshes(self, look: Look) -> MeshDraws:
         """The programs of the first pass that record what the style needs, and no more."""
-        holes = look.voids == "hole" and self.terrain.heightmap.voids > 0
+        holes = self._has_holes(look)
         if look.style == "promise":
             what = "detail_promise"
         elif look.style in _OF_MESH or look.wires:
@@ -316,11 +320,20 @@ class Picture:
             self._seen_detail = self._target(self.ctx.framebuffer([self._drawn], self._depth))
         return self._seen_detail
 
-    def _draw_mesh(self, mesh: MeshDraw, target: moderngl.Framebuffer, selection: Selection, part: slice) -> None:
+    def _may_show_underside(self, look: Look) -> bool:
+        """Whether a pixel may show the land from below: through a hole, or from an eye that is not above the ground."""
+        (col, row), _, up_m = self.view.eye
+        around = self.terrain.filled[max(row - 1, 0) : max(row + 2, 0), max(col - 1, 0) : max(col + 2, 0)]
+        highest_m = around.max() if around.size else self.terrain.heightmap.range_m[1]
+        return self._has_holes(look) or up_m + self.terrain.base_m <= highest_m
+
+    def _draw_mesh(
+        self, mesh: MeshDraw, target: moderngl.Framebuffer, selection: Selection, part: slice, sides: int
+    ) -> None:
         self.tables.bind()
         gl.clip_control_zero_to_one(self.ctx)  # without it, distant depths are less precise, but still in order
         target.use()
-        self.ctx.enable_only(moderngl.DEPTH_TEST)
+        self.ctx.enable_only(moderngl.DEPTH_TEST | sides)
         self.ctx.depth_func = ">="
         mesh.draw(selection, part)
 
