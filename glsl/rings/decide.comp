@@ -54,8 +54,18 @@ void ask(int first, int k) {
     s_asking[atomicAdd(s_asked, 1)] = square_index(depth + 1, 2 * at);
 }
 
+// Number k of n, dealt to two hands in turn.
+uint dealt(uint k, uint n) { return k < n + 1u >> 1 ? 2u * k : 2u * (k - (n + 1u >> 1)) + 1u; }
+
+// A software renderer gives each core one range of the groups. Blocks near the eye have more work, so they are dealt to eight ranges.
+uint dealt_group() {
+    uint k = gl_WorkGroupID.x;
+    for (int hands = 2; hands <= 8; hands *= 2) k = dealt(k, gl_NumWorkGroups.x);
+    return k;
+}
+
 void main() {
-    int thread = int(gl_LocalInvocationIndex), b = int(b_round[u_round].count + gl_WorkGroupID.x);
+    int thread = int(gl_LocalInvocationIndex), b = int(b_round[u_round].count + dealt_group());
     if (u_round == 0) b = int(list[list_at(2) + b]);  // rings/cull.comp
     take_block(b_block[b]);
 #if defined(MEAN) || defined(PAGED)
