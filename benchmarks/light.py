@@ -30,12 +30,13 @@ from terrain_gl.comparison.likeness import rmse
 from terrain_gl.files.generate import Land, write_land
 from terrain_gl.files.maps import bundled, open_map
 from terrain_gl.gpu.context import create_context
-from terrain_gl.image import read_image, replacing, write_png
+from terrain_gl.image import read_image, write_png
 from terrain_gl.light.gaussians import SKY_AXES, SKY_SHARPNESS
 from terrain_gl.light.ground import towards_sun
 from terrain_gl.light.horizon import SUN_RADIUS, TEXEL, SkyVisibility, SunVisibility, Visibility, lattice_direction
 from terrain_gl.light.lighting import Lighting
 from terrain_gl.options import RenderOptions
+from terrain_gl.replacing import replacing
 from terrain_gl.terrain import Terrain
 
 LANDS = {

@@ -1,16 +1,8 @@
-"""Image files: write pictures, read pictures, and compare two of them.
-
-A file appears under its name only when it is complete.
-"""
+"""Image files: write pictures, read pictures, and compare two of them."""
 
 from __future__ import annotations
 
-import atexit
-import contextlib
-import errno
 import os
-import secrets
-import shutil
 import tempfile
 from collections.abc import Callable, Iterator
 from contextlib import contextmanager
@@ -20,64 +12,13 @@ from typing import Any
 import numpy as np
 import OpenImageIO as oiio
 
-from . import resources
 from .exceptions import TerrainError
 from .inputs import check_input
+from .replacing import make_sure_of_space, replacing
 
 FORMATS = {".png": "uint8", ".jpg": "uint8", ".jpeg": "uint8", ".tif": "uint8", ".tiff": "uint8", ".exr": "float"}
 Rows = Callable[[np.ndarray], None]
 _OPAQUE = (".jpg", ".jpeg")  # formats without alpha
-_BESIDE: set[Path] = set()  # files that are being written
-
-
-@contextmanager
-def replacing(path: str | os.PathLike[str]) -> Iterator[Path]:
-    """Yield a temporary file name beside `path`. If the block ends without an error, that file replaces `path`.
-
-    Raises
-    ------
-    TerrainError
-        `path` is a folder or comes with terrain-gl, its folder is missing, or writing fails.
-    """
-    path = Path(path)
-    check_name(path)
-    if path.is_dir():
-        raise TerrainError(f"{path} is a folder: name a file in it")
-    if not path.parent.is_dir():
-        raise TerrainError(f"{path}: there is no folder {path.parent}: make it first")
-    if resources.holds(path):
-        raise TerrainError(f"{path}: comes with terrain-gl: name another file")
-    beside = path.with_name(f".{path.stem}-{secrets.token_hex(4)}{path.suffix}")
-    _BESIDE.add(beside)
-    try:
-        yield beside
-        os.replace(beside, path)
-    except OSError as error:
-        raise TerrainError(f"{path}: cannot write: {error.strerror or error}") from None
-    finally:
-        _remove(beside)
-
-
-def _remove(beside: Path) -> None:
-    with contextlib.suppress(OSError):
-        beside.unlink()
-    _BESIDE.discard(beside)
-
-
-@atexit.register
-def _remove_all() -> None:
-    """Remove unfinished files, also those whose removal was interrupted by a signal."""
-    for beside in tuple(_BESIDE):
-        _remove(beside)
-
-
-def check_name(path: str | os.PathLike[str]) -> None:
-    """Refuse a name that is not UTF-8: the libraries that write pictures accept only UTF-8."""
-    try:
-        os.fspath(path).encode("utf-8")
-    except UnicodeEncodeError:
-        shown = os.fsencode(path).decode("utf-8", "replace")
-        raise TerrainError(f"{shown}: its name is not valid UTF-8: choose another") from None
 
 
 def write_image(path: str | os.PathLike[str], pixels: np.ndarray) -> None:
@@ -266,16 +207,6 @@ def _opened(to: Path, name: str | os.PathLike[str], shape: tuple[int, int, int],
     if file is None or not file.open(os.fspath(to), spec):
         raise TerrainError(f"{name}: cannot write: {reason_of(file or oiio)}")
     return file
-
-
-def make_sure_of_space(to: Path, pixel_bytes: int) -> None:
-    """Check for space by writing as many bytes: on a full disk, libpng reports nothing and libjpeg ends the process."""
-    left = pixel_bytes + pixel_bytes // 8 + 65536
-    if left > shutil.disk_usage(to.parent).free:
-        raise OSError(errno.ENOSPC, os.strerror(errno.ENOSPC))
-    with open(to, "wb") as probe:
-        while left > 0:
-            left -= probe.write(bytes(min(left, 1 << 24)))
 
 
 def reason_of(source: Any) -> str:

@@ -17,6 +17,7 @@ PACKAGE = TESTS.parent / "terrain_gl"
 LAYERS = (
     ("exceptions",),
     ("resources", "inputs", "rect", "sheet", "steps", "pieces", "reference"),
+    ("replacing",),
     ("image", "gpu"),
     ("readers", "filling", "flats", "size_limits"),
     ("place",),

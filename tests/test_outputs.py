@@ -12,7 +12,7 @@ from hostile import vrt
 
 from terrain_gl import cli
 from terrain_gl.exceptions import TerrainError
-from terrain_gl.image import replacing
+from terrain_gl.replacing import replacing
 from terrain_gl.resources import FOLDERS, folder
 
 SIZE = ("--size", "64x48")

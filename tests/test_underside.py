@@ -51,4 +51,5 @@ def test_a_hole_shows_the_underside():
         filled = middle_row(renderer, camera, voids="fill")
         holed = middle_row(renderer, camera, voids="hole")
     inside = np.flatnonzero(filled != holed)[2:-2]  # without the hole's edges
-    assert len(inside) > 20 and (holed[inside] > 95).all()  # the cliff is 260 m away, the land behind it more than 350 m
+    # the cliff is 260 m away, the land behind it more than 350 m
+    assert len(inside) > 20 and (holed[inside] > 95).all()

@@ -9,8 +9,8 @@ from contextlib import contextmanager
 from typing import Any
 
 from ..files.records import json_text
-from ..image import replacing
 from ..methods import BASELINES
+from ..replacing import replacing
 from .text import printable
 from .text import shown as shown
 

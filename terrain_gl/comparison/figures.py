@@ -11,7 +11,7 @@ from typing import Any, NamedTuple
 import numpy as np
 
 from ..exceptions import TerrainError
-from ..image import replacing
+from ..replacing import replacing
 from .compare import LABELS, Comparison, Entry
 from .light import LIGHT_LABELS
 from .study import Study

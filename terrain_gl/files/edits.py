@@ -19,12 +19,12 @@ from ..edit import Editor
 from ..edited_map import EditedMap
 from ..exceptions import TerrainError, UsageError
 from ..heightmap import MAX_HEIGHT_M, Heightmap
-from ..image import replacing
 from ..paged_map import PagedMap
 from ..place import check_crs
 from ..readers.georeference import Georeference
 from ..readers.raster import has_rasterio
 from ..readers.windows import RasterFile, Reading, corner_on
+from ..replacing import replacing
 from .writers import heightmap_file
 
 PATCH, WINDOW = (".npz",), (".tif", ".tiff")

@@ -13,8 +13,8 @@ from pathlib import Path
 import numpy as np
 
 from ..exceptions import UsageError
-from ..image import replacing
 from ..place import Place
+from ..replacing import replacing
 from .mesh_formats import BESIDE, FORMATS, Format, Mesh, parts_of
 
 __all__ = ["FORMATS", "Mesh", "files_beside", "make_mesh", "mesh_format", "write_mesh"]

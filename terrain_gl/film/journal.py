@@ -13,7 +13,7 @@ from pathlib import Path
 from typing import Any
 
 from ..exceptions import TerrainError
-from ..image import replacing
+from ..replacing import replacing
 from . import parts
 from .parts import JOURNAL
 from .record import is_folder, picture_name

@@ -17,8 +17,8 @@ import numpy as np
 
 from ..camera import UP, Camera, Vector
 from ..exceptions import TerrainError, UsageError
-from ..image import replacing
 from ..inputs import check_input
+from ..replacing import replacing
 from . import spline
 
 PIECES = 512  # straight pieces between two keyframes; they deviate from the curve by a millionth of its length

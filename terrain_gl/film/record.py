@@ -22,7 +22,8 @@ from typing import Any, NamedTuple
 import numpy as np
 
 from ..exceptions import TerrainError, UsageError
-from ..image import replacing, write_png
+from ..image import write_png
+from ..replacing import replacing
 from . import parts
 from .parts import JOURNAL
 

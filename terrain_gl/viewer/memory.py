@@ -13,8 +13,8 @@ from pathlib import Path
 from typing import Any
 
 from ..exceptions import TerrainError
-from ..image import replacing
 from ..options import CHOICES, RenderOptions
+from ..replacing import replacing
 from .pose import Pose
 
 MOST_MAPS = 50

@@ -19,7 +19,8 @@ from ..film.flight import FPS, flight_steps
 from ..film.path import CameraPath, Keyframe
 from ..film.path import Pose as PathPose
 from ..film.record import Recorder
-from ..image import replacing, write_png
+from ..image import write_png
+from ..replacing import replacing
 from ..steps import Steps, portion
 from .filming import Filming, film_suffix
 from .frame_budget import FrameBudget
