@@ -64,6 +64,7 @@ class Streaming:
         self.rebuilder: Rebuilder | None = None
         self.holds_back = False
         self._motion = Motion()
+        self._later: list[PageKey] = []  # pages that the view ahead needs, as it was seen last
         self._is_complete, self._flown_s = False, time.perf_counter()
 
     @property
@@ -216,12 +217,14 @@ class Streaming:
         self._flown_s = now_s
         terrain.send()
         terrain.begin()
-        later: list[PageKey] = []
         ahead = self._motion.ahead(camera, self.clock())
-        if ahead:  # before the view's own mesh, which must be the last one because it is drawn
+        if ahead is None:
+            self._later = []
+        elif self._is_complete:  # before the view's own mesh, which must be the last one because it is drawn
             patches = Patches(terrain, choose(ahead), ahead)
             patches.use()
-            later = self._with_those_above(self._keys(patches, goal))
+            self._later = self._keys(patches, goal)
+        later = self._with_those_above(key for key in self._later if key not in terrain.slot_of)
         selection = choose(camera)
         patches = Patches(terrain, selection, camera)
         patches.use()

@@ -250,6 +250,25 @@ def test_a_flight_is_complete_more_often_if_it_looks_ahead(hills, looks_ahead, m
     assert (complete > 12) == looks_ahead, complete
 
 
+def test_a_flight_looks_ahead_once_its_own_tiles_are_there(hills):
+    """Until then, frames take half the time to choose; what was wanted ahead stays wanted, and is read once."""
+    whole, path = hills
+    (width, depth), high = whole.extent_m, whole.range_m[1]
+    with flying(StoredMap(path)) as renderer:
+        streaming, selector = renderer.streaming, renderer.selectors["sat"]
+        meshes, select, was_complete = [], selector.select, False
+        selector.select = lambda *args: meshes.append(args) or select(*args)
+        for frame in range(40):
+            eye = width * (0.1 + 0.004 * frame), 0.2 * depth, high + 15
+            streaming.clock = lambda frame=frame: 0.25 * frame
+            meshes.clear()
+            stats = renderer.draw(Camera(eye, (eye[0] + 20, eye[1] + 30, 0)), 1.0, style="lambert")
+            assert len(meshes) == (2 if was_complete else 1)
+            was_complete = stats["complete"]
+            assert not set(streaming.loader._wants) & renderer.terrain.slot_of.keys()
+            until(lambda: not streaming.loader._begun and not streaming.loader._wanted)
+
+
 # --- A bad source -----------------------------------------------------------------------------------------------------
 
 
