@@ -39,6 +39,7 @@ VOIDS = ("fill", "hole")  # how posts without data are drawn
 UNLIT = "depth"  # the cheapest style, when only the mesh matters
 TILE_PX = (256, 64)  # pixels that one step of `shade_steps` shades
 AIR_M = 70e3  # distance over which clear air absorbs all but 1/e of the light
+ROUGH_PX = 64.0  # a mesh with larger errors may be above an eye that is above the ground
 HAZE = 2.0  # the same for haze over a map too large for clear air, in diagonals of the map
 _NOTHING_LISTED = np.array([0, 1, 1, 0], "u4").tobytes()  # the head of `Listed` in glsl/shade/seen.glsl
 Size = tuple[int, int]
@@ -170,7 +171,7 @@ class Picture:
         """Incremental `see`, `commands` draw commands a step; yields progress from 0 to 1."""
         of_mesh = look.style in _OF_MESH or look.wires
         mesh, target = self._meshes(look).of(selection.surface), self._detail_target() if of_mesh else self._seen
-        sides = moderngl.NOTHING if self._may_show_underside(look) else moderngl.CULL_FACE
+        sides = moderngl.NOTHING if self._may_show_underside(look, selection) else moderngl.CULL_FACE
         target.use()
         target.clear(depth=0.0)  # infinitely far away: the sky
         for first in range(0, selection.draws, commands):
@@ -320,12 +321,10 @@ class Picture:
             self._seen_detail = self._target(self.ctx.framebuffer([self._drawn], self._depth))
         return self._seen_detail
 
-    def _may_show_underside(self, look: Look) -> bool:
-        """Whether a pixel may show the land from below: through a hole, or from an eye that is not above the ground."""
-        (col, row), _, up_m = self.view.eye
-        around = self.terrain.filled[max(row - 1, 0) : max(row + 2, 0), max(col - 1, 0) : max(col + 2, 0)]
-        highest_m = around.max() if around.size else self.terrain.heightmap.range_m[1]
-        return self._has_holes(look) or up_m + self.terrain.base_m <= highest_m
+    def _may_show_underside(self, look: Look, selection: Selection) -> bool:
+        """Whether a pixel may show the land from below: through a hole, or from an eye that is not above the mesh."""
+        is_above = surroundings.is_above_ground(self.terrain, self.view.eye, self.view.reach_m)
+        return self._has_holes(look) or not is_above or (selection.certified_px or 0.0) > ROUGH_PX
 
     def _draw_mesh(
         self, mesh: MeshDraw, target: moderngl.Framebuffer, selection: Selection, part: slice, sides: int

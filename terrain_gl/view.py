@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import math
 from typing import Any
 
 import moderngl
@@ -18,13 +19,20 @@ _SETTINGS: dict[str, Any] = {"tolerance_px": 0.0, "metric": 0, "cull": False}
 
 
 class View:
-    """The `View` block of glsl/blocks/view.glsl, in a buffer."""
+    """The `View` block of glsl/blocks/view.glsl, in a buffer.
+
+    Attributes
+    ----------
+    reach_m
+        Metres from the eye to the corners of the near plane.
+    """
 
     def __init__(self, ctx: moderngl.Context) -> None:
         self.block = ctx.buffer(reserve=layout.VIEW.itemsize)
         self._values: dict[str, Any] = {}  # of the block, by field
         self._clip_from_eye: list[list[float]] = []  # of the whole picture, row by row
         self._piece: Piece | None = None  # what the buffer holds
+        self.reach_m = 0.0
 
     def write(self, terrain: Terrain, camera: Camera, size: tuple[int, int], near_m: float, **settings: Any) -> None:
         """Write a camera to the block; `settings` are its fields tolerance_px, metric and cull."""
@@ -47,6 +55,8 @@ class View:
             "bulge_m": (bend_per_m * east**2, bend_per_m * north**2),
         }
         self._values = _SETTINGS | settings | values
+        wide, high = camera.half_extent(size)
+        self.reach_m = near_m * math.hypot(1.0, wide, high)
         self._clip_from_eye, self._piece = clip_from_eye(camera, size, near_m).tolist(), None
         self.crop(Piece.whole(size))
 

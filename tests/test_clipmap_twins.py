@@ -132,10 +132,15 @@ def test_next_step_asks_from_the_coarsest_down(ctx, scene):
     got = ask(ctx, "rings/leaf.glsl", statement, asked, np.column_stack([nearest_m] * 4), bind=bind)
     fans = [scene.tables.read_ranges(level)["fan_m"][..., 0] for level in range(1, scene.terrain.top_level + 1)]
     fans_m = [each.astype("f4") * np.float32(scene.terrain.span_m * 2.0**-14) for each in fans]
+    twists_m = reference.twists(scene.terrain.filled - np.float32(scene.terrain.base_m))
+    few = 0
     for k in range(n):
         place, side, within_m = tuple(low[k].tolist()), int(side_log2[k]), got[k, 1]
 
         def by_cells(step, place=place, side=side, within_m=within_m):
+            few_m = clipmap.few_cells_m(twists_m, place, side, step)
+            if few_m < np.inf:
+                return few_m <= within_m
             return clipmap.is_within(levels, place, tuple(at + (1 << side) for at in place), last, step, within_m)
 
         def by_fan(step, place=place, side=side, within_m=within_m):
@@ -145,7 +150,8 @@ def test_next_step_asks_from_the_coarsest_down(ctx, scene):
         expected = clipmap.next_step(int(coarsest[k]), finest, lambda step: by_cells(step) or by_fan(step))  # noqa: B023
         assert got[k, 0] == (NEVER_STEP if expected is None else expected)
         assert got[k, 2] == (expected is not None and not by_cells(expected))
-    assert len(np.unique(got[:, 0])) > 5 and 0 < got[:, 2].mean() < 1
+        few += expected is not None and expected <= 0 and side <= clipmap.FEW_LOG2
+    assert len(np.unique(got[:, 0])) > 5 and 0 < got[:, 2].mean() < 1 and few > 10
 
 
 class Watched(ClipmapSelector):

@@ -7,6 +7,7 @@ import terrain_gl as tg
 from terrain_gl.camera import Camera
 from terrain_gl.heightmap import Heightmap
 from terrain_gl.methods import METHODS
+from terrain_gl.shade import Picture
 
 SIZE = (64, 64)
 SPACING_M = 10.0
@@ -27,12 +28,43 @@ def middle_row(renderer, camera, **options):
     return image[:, SIZE[0] // 2, 0].astype(int)
 
 
-def test_an_eye_above_the_ground_looks_through_the_underside():
-    eye = (200.0, -50.0, 130.0)  # south of the rim; looks below it, at the cliff's inner side
+def samples_of(renderer, camera):
+    """The picture in the style "depth", and how many samples the mesh wrote."""
+    image = renderer.render(camera, style="depth").image
+    written = renderer.ctx.query(samples=True)
+    with written:
+        renderer.picture.see(renderer.inspector.frame.selection)
+    return image, written.samples
+
+
+def test_slopes_that_face_away_are_not_drawn(monkeypatch):
+    """The picture is the same without them, and they are hidden, because the eye is above the ground."""
+    y, x = np.mgrid[:60, :40]
+    hills = 40 * np.sin(0.9 * x) * np.sin(0.8 * y).astype("f4")
+    camera = Camera((200.0, 10.0, 90.0), (200.0, 300.0, 0.0))
+    with tg.Renderer(Heightmap(hills.astype("f4"), SPACING_M), SIZE) as renderer:
+        image, written = samples_of(renderer, camera)
+        monkeypatch.setattr(Picture, "_may_show_underside", lambda *_: True)
+        both_sides, more_written = samples_of(renderer, camera)
+    np.testing.assert_array_equal(image, both_sides)
+    assert written < 0.95 * more_written
+
+
+def test_an_eye_beside_the_map_sees_the_underside():
+    """It looks below the southern rim, at the inner side of a cliff."""
     with tg.Renderer(cliff(), SIZE) as renderer:
-        seen = middle_row(renderer, Camera(eye, (200.0, 0.0, 60.0), 20.0))
-        near = middle_row(renderer, Camera(eye, (200.0, 0.0, 60.0), 20.0), near_m=90.0)
-    np.testing.assert_allclose(seen, near, atol=1)  # as if the underside of the cliff were cut off
+        seen = middle_row(renderer, Camera((200.0, -50.0, 130.0), (200.0, 0.0, 60.0), 20.0))
+    assert (seen > 145).all()  # the cliff is 60 m away, the land behind it more than 150 m
+
+
+def test_a_near_plane_in_the_ground_shows_the_underside():
+    """It cuts a ridge, whose far slope is then seen from inside."""
+    heights = np.zeros((60, 40), "f4")
+    heights[29:40] = 400.0
+    camera = Camera((200.0, 100.0, 250.0), (200.0, 300.0, 250.0), 30.0)
+    with tg.Renderer(Heightmap(heights, SPACING_M), SIZE) as renderer:
+        assert (middle_row(renderer, camera, near_m=150.0) > 0).all()
+        assert renderer.measure()["holes"] == 0
 
 
 @pytest.mark.parametrize("method", METHODS)

@@ -15,7 +15,6 @@ uniform int u_side_log2;  // log2 of its side in posts
 
 void main() {
     int k = int(gl_LocalInvocationIndex), step_log2 = u_side_log2 - k;
-    ivec2 end = u_low + (1 << u_side_log2);
     Projection p = project_square(u_low, u_side_log2);
     if (k == 0) {
         projection = vec4(p.nearest_m, p.stretch, p.inside, p.outside);
@@ -25,7 +24,8 @@ void main() {
     choice[k] = vec4(0.0);
     if (!known) return;
     p.sag_m = slack_m(step_log2);
-    float max_m = largest_m(u_low, end, step_log2), rms_m = min(rms_of_box_m(u_low, end, step_log2), max_m);
+    vec2 cells = cells_m(u_low, u_side_log2, step_log2, few_cells_m(u_low, u_side_log2));
+    float max_m = cells.x, rms_m = min(cells.y, max_m);
     vec2 fan = k == 1 ? fan_m(u_low, u_side_log2) : vec2(max_m, rms_m);
     max_m = min(max_m, fan.x);
     rms_m = min(min(rms_m, rms_of_fan_m(u_low, u_side_log2, fan.y)), max_m);

@@ -1,9 +1,10 @@
 // rings/leaf.glsl — a leaf's box in the view, and the largest error in metres that is within the tolerance there.
-// Provides range_of_square_m(), project_square(), error_within_m(), has_mean(), rms_of_box_m(), coarsest_step(), slack_m(), fan_m(), next_step(), next_step_or_fan(), leaf_px().
+// Provides range_of_square_m(), project_square(), error_within_m(), has_mean(), few_cells_m(), cells_m(), rms_of_box_m(), coarsest_step(), slack_m(), fan_m(), next_step(), next_step_or_fan(), leaf_px().
 // Python twins: reference.clipmap.next_step, reference.clipmap.coarsest_step, reference.clipmap.finest_step
 
 #include "rings/rings.glsl"
 #include "error/bound.glsl"
+#include "error/node_errors.glsl"
 #include "lod/project.glsl"
 #include "error/nodes.glsl"
 
@@ -60,6 +61,31 @@ bool has_mean(Projection p) { return p.inside && u_has_voids == 0; }
 #else
 bool has_mean(Projection p) { return false; }
 #endif
+
+// A tile of the map's own cells has 4 × 4 of them. A smaller square looks at its cells themselves: four times as close a bound, or more.
+#ifndef FEW_LOG2
+#define FEW_LOG2 1
+#endif
+
+// Largest error and root mean square of such a square's cells, two triangles each; NEVER for other squares.
+vec2 few_cells_m(ivec2 low, int side_log2) {
+    ivec2 first = max(low, ivec2(0)), end = min(low + (1 << side_log2), u_last_post), cells = end - first;
+    bool are_few = side_log2 <= FEW_LOG2;
+#ifdef PAGED
+    bool is_mixed;
+    are_few = are_few && resident_level(low, low + (1 << side_log2), 0, is_mixed) == 0;
+#endif
+    float most_m = 0.0, squares_m2 = 0.0;
+    for (ivec2 at = first; are_few && at.y < end.y; at = at.x + 1 < end.x ? at + ivec2(1, 0) : ivec2(first.x, at.y + 1)) {
+        float t = is_hole(at) ? 0.0 : twist_m(at);
+        most_m = max(most_m, abs(t));
+        squares_m2 += t * t;
+    }
+    return are_few ? vec2(0.25 * most_m, 0.125 * sqrt(squares_m2 / float(cells.x * cells.y))) * (1.0 + exp2(-18.0)) : vec2(NEVER);
+}
+
+// The same for a spacing: below that of the posts, each cell of the map is cut into parts.
+vec2 few_parts_m(int step_log2, vec2 few_m) { return step_log2 > 0 || few_m.x >= NEVER ? vec2(NEVER) : few_m * exp2(2.0 * float(step_log2)); }
 
 float rms_of_box_m(ivec2 low, ivec2 end, int step_log2) {
     vec2 cells = vec2(min(end, u_last_post) - max(low, ivec2(0)));
@@ -121,19 +147,28 @@ bool holds_as_fan(ivec2 low, int side_log2, Projection p) {
     return error_px(p, rms_of_fan_m(low, side_log2, fan.y), fan.x) <= u_tolerance_px * (1.0 - 1e-5);
 }
 
-// Whether the tables prove that the cells of a square are within the tolerance.
-bool holds(ivec2 low, ivec2 end, int step_log2, Projection p, float within_m) {
+// Largest error and root mean square of a square's cells: from the tables, or of a few cells themselves.
+vec2 cells_m(ivec2 low, int side_log2, int step_log2, vec2 few_m) {
+    ivec2 end = low + (1 << side_log2);
+    vec2 of_few_m = few_parts_m(step_log2, few_m);
+    return of_few_m.x < NEVER ? of_few_m : vec2(largest_m(low, end, step_log2), rms_of_box_m(low, end, step_log2));
+}
+
+// Whether the cells of a square are within the tolerance.
+bool holds(ivec2 low, int side_log2, int step_log2, vec2 few_m, Projection p, float within_m) {
     p.sag_m = slack_m(step_log2);
-    float allowed_m = within_m - p.sag_m;
-    if (!has_mean(p)) return allowed_m >= 0.0 && is_within_m(low, end, step_log2, allowed_m);
-    return error_px(p, rms_of_box_m(low, end, step_log2), largest_m(low, end, step_log2)) <= u_tolerance_px * (1.0 - 1e-5);
+    float allowed_m = within_m - p.sag_m, of_few_m = few_parts_m(step_log2, few_m).x;
+    vec2 errors_m = cells_m(low, side_log2, step_log2, few_m);
+    if (has_mean(p)) return error_px(p, errors_m.y, errors_m.x) <= u_tolerance_px * (1.0 - 1e-5);
+    return allowed_m >= 0.0 && (of_few_m < NEVER ? of_few_m <= allowed_m : is_within_m(low, low + (1 << side_log2), step_log2, allowed_m));
 }
 
 // The coarsest spacing, from `coarsest` to `finest`, that the tables allow; NO_STEP if there is none.
 int next_step(ivec2 low, int side_log2, int coarsest, int finest, Projection p) {
     float within_m = error_within_m(p);
+    vec2 few_m = few_cells_m(low, side_log2);
     for (int step_log2 = coarsest; step_log2 >= finest; step_log2--)
-        if (holds(low, low + (1 << side_log2), step_log2, p, within_m)) return step_log2;
+        if (holds(low, side_log2, step_log2, few_m, p, within_m)) return step_log2;
     return NO_STEP;
 }
 
@@ -156,9 +191,9 @@ float bound_px(Projection p, float rms_m, float max_m) {
 float square_px(ivec2 low, int side_log2, int step_log2, bool may_be_fan) {
     Projection p = project_square(low, side_log2);
     if (p.outside) return 0.0;
-    ivec2 end = low + (1 << side_log2);
     p.sag_m = slack_m(step_log2);
-    float px = bound_px(p, rms_of_box_m(low, end, step_log2), largest_m(low, end, step_log2));
+    vec2 errors_m = cells_m(low, side_log2, step_log2, few_cells_m(low, side_log2));
+    float px = bound_px(p, errors_m.y, errors_m.x);
     vec2 fan = fan_m(low, side_log2);
     return may_be_fan && step_log2 == side_log2 - 1 ? min(px, bound_px(p, rms_of_fan_m(low, side_log2, fan.y), fan.x)) : px;
 }

@@ -78,7 +78,7 @@ class ClipmapSelector:
         ctx = self.ctx = tables.ctx
         self.tables, self.terrain = tables, tables.terrain
         self.view = view or View(ctx)
-        self._kernels: dict[tuple[str, str], Any] = {}
+        self._kernels: dict[tuple[str, str, bool], Any] = {}
         self._variant = "max"
         self._last_stamp = 0
         # a software renderer runs eight threads at a time, and more threads cost more to start
@@ -304,10 +304,11 @@ class ClipmapSelector:
     def _kernel(self, name: str) -> Any:
         """A pass, compiled when it is first needed. Passes that read errors have a shader for each metric."""
         variant = self._variant if name in _ASKING else ""
-        if (name, variant) not in self._kernels:
-            defines = self._defines | _ASKING.get(name, {}).get(variant, {})
-            self._kernels[name, variant] = shaders.compute(self.ctx, f"rings/{name}.comp", defines)
-        return self._kernels[name, variant]
+        key = name, variant, self.terrain.heightmap.voids > 0
+        if key not in self._kernels:
+            defines = self._defines | _ASKING.get(name, {}).get(variant, {}) | ({} if key[2] else {"NO_VOIDS": 1})
+            self._kernels[key] = shaders.compute(self.ctx, f"rings/{name}.comp", defines)
+        return self._kernels[key]
 
     def _run(self, name: str, indirect: int | None = None, groups: int = 1, **uniforms: Any) -> None:
         kernel = self._kernel(name)

@@ -20,6 +20,7 @@ MOST_SEGMENTS_LOG2 = 6  # OpenGL's 64
 FINEST = -5  # log2 of the smallest spacing in ring 0: 32 segments between two posts; in other rings 16
 PATCH_COST = 24.0  # cost of a patch in triangles, besides its own triangles
 LEAST_PARTS = min(4 * (2 + PATCH_COST), 4 * 8 + 2 * PATCH_COST)  # four single cells, or two pairs of 2 × 2 cells
+FEW_LOG2 = 1  # a square of so few cells a side looks at the cells themselves
 ROUNDS = 3  # depth of blocks inside blocks
 _IN_NO_PAIR = -1  # mark of a square that only holds as a fan
 REFINE_FROM, REFINED = 3, 0.5  # units of 2^3 segments or more become blocks, which about halves their cost
@@ -88,6 +89,18 @@ def is_within(levels: Sequence[Level], low: Post, end: Post, last: Post, step_lo
         return True
     below = np.flatnonzero(level.limits_m <= allowed_m)
     return len(below) > 0 and box_sum(level.classes[below[0]], *tiles_over(level, j, low, end, last)) == 0
+
+
+# A tile of the map's own cells has 4 × 4 of them. A square of at most 2 × 2 looks at its cells themselves, which is
+# closer: |t| / 4, and |t| / (4 n²) in n × n parts.
+
+
+def few_cells_m(twists_m: np.ndarray, low: Post, side_log2: int, step_log2: int) -> float:
+    """Largest error of the cells of a square of spacing 2^step_log2 ≤ 1; inf if it has more than 2 × 2 cells."""
+    if step_log2 > 0 or side_log2 > FEW_LOG2:
+        return np.inf
+    (x, x1), (y, y1) = ((max(at, 0), at + (1 << side_log2)) for at in low)
+    return float(np.abs(twists_m[y:y1, x:x1]).max(initial=0.0)) / 4 * 4.0**step_log2
 
 
 def coarsest_step(low: Post, side_log2: int, top_level: int) -> int:
