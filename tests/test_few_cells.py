@@ -1,4 +1,4 @@
-"""Near the eye, squares of at most 2 × 2 cells of the map look at the cells themselves: closer than a tile of the tables."""
+"""Near the eye, squares of at most 2 × 2 cells of the map look at the cells themselves: closer than the tables."""
 
 import numpy as np
 import pytest
