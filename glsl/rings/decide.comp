@@ -54,13 +54,11 @@ void ask(int first, int k) {
     s_asking[atomicAdd(s_asked, 1)] = square_index(depth + 1, 2 * at);
 }
 
-// Number k of n, dealt to two hands in turn.
-uint dealt(uint k, uint n) { return k < n + 1u >> 1 ? 2u * k : 2u * (k - (n + 1u >> 1)) + 1u; }
-
-// A software renderer gives each core one range of the groups. Blocks near the eye have more work, so they are dealt to eight ranges.
+// A software renderer gives each core one range of the groups. Blocks near the eye have more work. So they are dealt to two ranges in turn,
+// three times: then eight ranges have equal parts.
 uint dealt_group() {
-    uint k = gl_WorkGroupID.x;
-    for (int hands = 2; hands <= 8; hands *= 2) k = dealt(k, gl_NumWorkGroups.x);
+    uint k = gl_WorkGroupID.x, first_half = gl_NumWorkGroups.x + 1u >> 1;
+    for (int i = 0; i < 3; i++) k = k < first_half ? 2u * k : 2u * (k - first_half) + 1u;
     return k;
 }
 
