@@ -24,7 +24,7 @@ from .gpu.textures import depth_texture, from_top
 from .light.climate import AUTO
 from .light.ground import towards_sun
 from .lod import Selection, View
-from .mesh import MeshDraw, MeshDraws
+from .mesh import MeshDraws
 from .page_light import light_of
 from .pixel_programs import PixelPrograms, Wanted
 from .rect import Rect
@@ -175,7 +175,12 @@ class Picture:
         target.use()
         target.clear(depth=0.0)  # infinitely far away: the sky
         for first in range(0, selection.draws, commands):
-            self._draw_mesh(mesh, target, selection, slice(first, first + commands), sides)
+            self.tables.bind()
+            gl.clip_control_zero_to_one(self.ctx)  # without it, distant depths are less precise, but still in order
+            target.use()
+            self.ctx.enable_only(moderngl.DEPTH_TEST | sides)
+            self.ctx.depth_func = ">="
+            mesh.draw(selection, slice(first, first + commands))
             yield min(1.0, (first + commands) / selection.draws)
 
     def shade(self, camera: Camera, look: Look = PLAIN) -> None:
@@ -325,16 +330,6 @@ class Picture:
         """Whether a pixel may show the land from below: through a hole, or from an eye that is not above the mesh."""
         is_above = surroundings.is_above_ground(self.terrain, self.view.eye, self.view.reach_m)
         return self._has_holes(look) or not is_above or (selection.certified_px or 0.0) > ROUGH_PX
-
-    def _draw_mesh(
-        self, mesh: MeshDraw, target: moderngl.Framebuffer, selection: Selection, part: slice, sides: int
-    ) -> None:
-        self.tables.bind()
-        gl.clip_control_zero_to_one(self.ctx)  # without it, distant depths are less precise, but still in order
-        target.use()
-        self.ctx.enable_only(moderngl.DEPTH_TEST | sides)
-        self.ctx.depth_func = ">="
-        mesh.draw(selection, part)
 
     def _fill(self, target: moderngl.Framebuffer, fragment: str, kind: str = "ANY", **uniforms: Any) -> None:
         """Run a fragment shader over all pixels of one of `KINDS`."""

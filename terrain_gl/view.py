@@ -32,7 +32,6 @@ class View:
         self._values: dict[str, Any] = {}  # of the block, by field
         self._clip_from_eye: list[list[float]] = []  # of the whole picture, row by row
         self._piece: Piece | None = None  # what the buffer holds
-        self.reach_m = 0.0
 
     def write(self, terrain: Terrain, camera: Camera, size: tuple[int, int], near_m: float, **settings: Any) -> None:
         """Write a camera to the block; `settings` are its fields tolerance_px, metric and cull."""
@@ -55,8 +54,7 @@ class View:
             "bulge_m": (bend_per_m * east**2, bend_per_m * north**2),
         }
         self._values = _SETTINGS | settings | values
-        wide, high = camera.half_extent(size)
-        self.reach_m = near_m * math.hypot(1.0, wide, high)
+        self.reach_m = near_m * math.hypot(1.0, *camera.half_extent(size))
         self._clip_from_eye, self._piece = clip_from_eye(camera, size, near_m).tolist(), None
         self.crop(Piece.whole(size))
 
@@ -84,6 +82,7 @@ class View:
         columns = zip(x, y, z, w, strict=True)
         values["clip_from_eye"] = [v for a, b, c, d in columns for v in (wide * a + right * d, high * b + up * d, c, d)]
         values["size_px"] = piece.picture[0] * fine, piece.picture[1] * fine
+        values["piece_px"] = (*piece.drawn_size, 0, 0)
         values["first_px"] = piece.corner[0] * fine, piece.corner[1] * fine
         self.block.write(np.array(tuple(values[name] for name in _FIELDS), layout.VIEW))
         self._piece = piece

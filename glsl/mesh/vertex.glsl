@@ -11,13 +11,21 @@ out vec2 v_post;         // column and row on the map
 out vec3 v_from_eye_m;   // east, north, up
 flat out uvec4 v_of_patch;
 
+// Rasterisers round vertices to 1/256 of a pixel, but some compute depth from the vertices before. Then a triangle that is seen edge-on
+// may have a depth far outside that of its corners, even below 0, and loses its sample. So vertices are rounded here already.
+#ifdef AS_COMPUTED
+#define on_subpixel(clip) (clip)
+#else
+vec4 on_subpixel(vec4 clip) { return clip.w > 0.0 ? vec4(round(clip.xy / clip.w * 128.0 * u_piece_px.xy) / 128.0 / u_piece_px.xy * clip.w, clip.zw) : clip; }
+#endif
+
 // A vertex that is a part of a cell east and south of its post.
 void put_vertex_between(ivec2 post, vec2 between, float h_m, Patch p) {
     v_post = vec2(post) + between;
     vec2 at_m = post_from_eye_m(post) + vec2(between.x, -between.y) * u_spacing_m;
     v_from_eye_m = vec3(at_m, up_from_eye_m(h_m) - drop_between_m(at_m, between));
     v_of_patch = words_of(p);
-    gl_Position = u_clip_from_eye * vec4(v_from_eye_m, 1.0);
+    gl_Position = on_subpixel(u_clip_from_eye * vec4(v_from_eye_m, 1.0));
 }
 
 #else

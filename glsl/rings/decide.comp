@@ -23,8 +23,6 @@ uniform int u_round;
 shared int s_asking[SQUARES];  // squares in fours, each four by its first one
 shared int s_asked;
 
-bool can_refine() { return block.unit_log2 >= 3 && u_round < 2; }
-
 uint look(int depth, ivec2 at, out float cost) {
     int side_log2 = side_log2_at(depth), step_log2 = NO_STEP;
     ivec2 low = low_of(depth, at), end = low + (1 << side_log2);
@@ -39,7 +37,7 @@ uint look(int depth, ivec2 at, out float cost) {
     bool is_held = step_log2 != NO_STEP;
     cost = is_held ? 2.0 * exp2(2.0 * float(side_log2 - step_log2)) + PATCH_COST : NEVER;
     int level;
-    bool refine = depth == 3 && can_refine() && (is_held ? side_log2 - step_log2 >= REFINE_FROM : !is_waiting(low, side_log2, level));
+    bool refine = depth == 3 && block.unit_log2 >= 3 && u_round < 2 && (is_held ? side_log2 - step_log2 >= REFINE_FROM : !is_waiting(low, side_log2, level));
     if (refine) cost *= REFINED;
     return (is_fan ? FAN : 0u) | uint(step_log2 + 16) | (refine ? REFINE : cost <= LEAST_PARTS || (depth == 3 && is_held) ? WHOLE : OPEN);
 }

@@ -48,18 +48,16 @@ Block root_block(int b) {
     return Block(ring.origin + at * (PATCH << ring.level), ring.level, r, NO_STEP);
 }
 
-bool has_finer_ring() { return block.ring > 0; }
-
 // Whether a square lies beyond the map, or where the finer ring is drawn.
 bool is_nothing(ivec2 low, ivec2 end) {
     if (any(greaterThanEqual(low, u_last_post)) || any(lessThanEqual(end, ivec2(0)))) return true;
-    return has_finer_ring() && all(greaterThanEqual(low, finer_ring.origin)) && all(lessThanEqual(end, ring_end(finer_ring)));
+    return block.ring > 0 && all(greaterThanEqual(low, finer_ring.origin)) && all(lessThanEqual(end, ring_end(finer_ring)));
 }
 
 // Whether a square may be one leaf beside the finer ring. Of two leaves that meet, one must have the whole common edge. So a
 // square that touches the finer ring must stand on the lattice of that ring's squares; if not, its parts make no pairs.
 bool fits_finer_ring(ivec2 low, ivec2 end) {
-    if (!has_finer_ring()) return true;
+    if (block.ring == 0) return true;
     ivec2 finer = finer_ring.origin, finer_end = ring_end(finer_ring), side = min(end - low, ivec2(PATCH << finer_ring.level));
     if (any(greaterThan(low, finer_end)) || any(lessThan(end, finer))) return true;
     bool overlaps = all(lessThan(low, finer_end)) && all(greaterThan(end, finer));

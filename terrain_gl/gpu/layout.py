@@ -115,6 +115,7 @@ VIEW = np.dtype(
         ("bend_per_m", "f4"),
         ("sag_m", "f4"),
         ("bulge_m", "2f4"),
+        ("piece_px", "4i4"),
     ]
 )
 
