@@ -328,7 +328,7 @@ class Picture:
 
     def _may_show_underside(self, look: Look, selection: Selection) -> bool:
         """Whether a pixel may show the land from below: through a hole, or from an eye that is not above the mesh."""
-        is_above = surroundings.is_above_ground(self.terrain, self.view.eye, self.view.reach_m)
+        is_above = surroundings.is_above_ground(self.terrain, self.view.eye[0], self.view.eye[2], self.view.reach_m)
         return self._has_holes(look) or not is_above or (selection.certified_px or 0.0) > ROUGH_PX
 
     def _fill(self, target: moderngl.Framebuffer, fragment: str, kind: str = "ANY", **uniforms: Any) -> None:

@@ -20,18 +20,17 @@ def seen_from(camera: Camera, terrain: Terrain) -> int:
     return PLAIN if margin_m < x < east - margin_m and margin_m < y < north - margin_m else WALLS
 
 
-def is_above_ground(terrain: Terrain, eye: tuple[tuple[int, int], Any, float], reach_m: float) -> bool:
+def is_above_ground(terrain: Terrain, post: tuple[int, int], up_m: float, reach_m: float) -> bool:
     """Whether the eye is over the map, and all that is within `reach_m` of it is above the ground.
 
     Parameters
     ----------
-    eye
-        Column and row of the nearest post; anything; metres above the base.
+    post, up_m
+        Column and row of the post nearest to the eye, and the eye's metres above the base.
     reach_m
         How far the near plane reaches: from an eye above the ground, a near plane may still be below it.
     """
-    (col, row), _, up_m = eye
-    heightmap = terrain.heightmap
+    (col, row), heightmap = post, terrain.heightmap
     is_over_map = 0 < col < heightmap.cols - 1 and 0 < row < heightmap.rows - 1
     if not is_over_map or 2 * reach_m > min(heightmap.spacing_m):
         return False

@@ -67,6 +67,16 @@ def test_a_near_plane_in_the_ground_shows_the_underside():
         assert renderer.measure()["holes"] == 0
 
 
+def test_a_mesh_above_the_eye_shows_its_underside():
+    """The eye is in a pit, above its ground. Two triangles lie across the pit, above the eye."""
+    heights = np.full((65, 65), 100.0, "f4")
+    heights[16:49, 16:49] = 0.0
+    camera = Camera((320.0, 320.0, 20.0), (320.0, 420.0, 80.0), 30.0)
+    with tg.Renderer(Heightmap(heights, SPACING_M), SIZE) as renderer:
+        assert (middle_row(renderer, camera, triangles=2) > 0).all()
+        assert renderer.inspector.frame.selection.certified_px > 64
+
+
 @pytest.mark.parametrize("method", METHODS)
 def test_an_eye_under_the_ground_sees_the_underside(method):
     heights = np.full((60, 40), 50.0, "f4")
