@@ -25,7 +25,7 @@ _of_thread = threading.local()
 class Records(NamedTuple):
     """Error records and height ranges of the nodes of one level."""
 
-    errors: np.ndarray  # (5, rows, cols) uint32
+    errors: np.ndarray  # (3, rows, cols) uint32: as cells of a patch, as fans and as stars
     ranges: np.ndarray  # (2, rows, cols) uint16
 
 
@@ -74,9 +74,10 @@ def release_context() -> None:
 
 def _records(tables: ErrorTables, level: int) -> Records:
     nodes, ranges = tables.read_nodes(level), tables.read_ranges(level)
-    cut, *others = np.moveaxis(nodes.view("<u4").reshape(*nodes.shape, -1), -1, 0)
-    fan = ranges["fan_m"].copy().view("<u4")[..., 0]
-    return Records(np.stack([cut, fan, *others]), np.moveaxis(ranges["heights"], -1, 0))
+    errors = [nodes["cut_m"], ranges["fan_m"], ranges["stars_m"]]
+    return Records(
+        np.stack([each.copy().view("<u4")[..., 0] for each in errors]), np.moveaxis(ranges["heights"], -1, 0)
+    )
 
 
 def _blank_tables() -> ErrorTables:

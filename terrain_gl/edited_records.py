@@ -11,7 +11,7 @@ import numpy as np
 from .paged_map import RECORD_WORDS, Page
 from .rect import span_of
 from .sheet import Area, Sheet
-from .widening import Moves, Scale, rescaled, rescaled_ranges, widened, widened_ranges
+from .widening import Moves, Scale, rescaled, rescaled_ranges, widened, widened_ranges, widened_stars
 
 UNKNOWN = 0xFFFFFFFF  # no record
 
@@ -72,7 +72,7 @@ class EditedRecords:
         Parameters
         ----------
         errors
-            (2, rows, cols) uint32: first words of the records.
+            (`RECORD_WORDS`, rows, cols) uint32: first words of the records.
         ranges
             (2, rows, cols) uint16.
 
@@ -113,7 +113,8 @@ class EditedRecords:
         found = [values for sheet in self._moved[level] if (values := sheet.get(area)) is not None]
         if len(found) == len(Moves._fields):
             moved = Moves(*found)
-            errors = widened(errors, moved, self._squares(level, area), level, self._scale)
+            wide = widened(errors[:-1], moved, self._squares(level, area), level, self._scale)
+            errors = np.concatenate([wide, widened_stars(errors[-1:], moved, self._scale)])
             ranges = widened_ranges(ranges, moved, self._scale)
         return errors, ranges
 

@@ -26,7 +26,7 @@ from .terrain import Terrain
 SMALL_LEVELS = 2  # levels of glsl/error/small.comp
 FINE_LEVELS = 5  # one thread computes a node up to this level, or a block of this level in coarser nodes
 PORTION = 2**18  # posts that one step of `ErrorTables.build_steps` visits
-GATHERED_BYTES = 84  # glsl/error/coarse.glsl
+GATHERED_BYTES = 100  # glsl/error/coarse.glsl
 CUT_BYTES = 24  # of each edge
 _BUFFERS = ("nodes", "ranges", "gains", "counters", "squares", "blocks", "cuts")
 _BARRIER = moderngl.SHADER_STORAGE_BARRIER_BIT

@@ -7,7 +7,7 @@ from typing import NamedTuple
 import numpy as np
 
 from .gpu import layout
-from .paged_map import Page, PagedMap, PageKey
+from .paged_map import RECORD_WORDS, Page, PagedMap, PageKey
 from .terrain import quantisation_range, steps_of
 
 
@@ -23,7 +23,7 @@ class Sums(NamedTuple):
     counters, squares
         Summed-area tables of class counters and squared errors.
     ranges
-        (side, side, 2) uint32: records `layout.NODE_RANGE` of the nodes; None for level 0.
+        (side, side, 3) uint32: records `layout.NODE_RANGE` of the nodes; None for level 0.
     """
 
     heights: np.ndarray
@@ -71,10 +71,10 @@ def sums_of(page: Page, key: PageKey, heightmap: PagedMap) -> Sums:
 
 
 def _ranges(page: Page, side: int) -> np.ndarray:
-    words = np.zeros((side, side, 2), np.uint32)
+    words = np.zeros((side, side, RECORD_WORDS), np.uint32)
     rows, cols = page.ranges.shape[1:]
     words[:rows, :cols, 0] = page.ranges[0] | page.ranges[1].astype(np.uint32) << 16
-    words[:rows, :cols, 1] = page.errors[1]
+    words[:rows, :cols, 1:] = np.moveaxis(page.errors[1:], 0, -1)
     return words
 
 

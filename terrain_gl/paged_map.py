@@ -15,7 +15,7 @@ from .exceptions import TerrainError
 from .heightmap import Heightmap
 
 PageKey = tuple[int, int, int]  # level, row and column of a page
-RECORD_WORDS = 2  # words of an error record that bounds read: of a cell of a patch, and of a patch of 2 × 2 segments
+RECORD_WORDS = 3  # words of an error record that bounds read: of a cell of a patch, of a fan, and of stars
 COARSE_POSTS = 1 << 20  # most posts of the coarse map from which a first view is chosen
 
 
@@ -27,8 +27,8 @@ class Page(NamedTuple):
     heights
         (rows + 1, cols + 1) float32 metres at the corners of its nodes.
     errors
-        (2, rows, cols) uint32: errors of the nodes as cells of a patch, and as patches of 2 × 2 segments, each as
-        `layout.NODE` has the first; empty for level 0.
+        (3, rows, cols) uint32: errors of the nodes as cells of a patch, as fans and as stars, as in `layout.NODE` and
+        `layout.NODE_RANGE`; empty for level 0.
     ranges
         (2, rows, cols) uint16: lowest and highest height of the nodes; empty for level 0.
     """

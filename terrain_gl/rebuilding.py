@@ -14,7 +14,7 @@ from typing import NamedTuple
 from .crop import APRON, Records, record_steps, release_context
 from .edited_map import EditedMap, Square
 from .exceptions import TerrainError
-from .paged_map import RECORD_WORDS, PageKey
+from .paged_map import PageKey
 
 
 class Job(NamedTuple):
@@ -79,7 +79,7 @@ class Rebuilder:
         (of, square, edit), levels, range_m = found
         if of is not heightmap or heightmap.wide.get(square) != edit or heightmap.quantised_m != range_m:
             return []
-        return heightmap.take(square, ((records.errors[:RECORD_WORDS], records.ranges) for records in levels))
+        return heightmap.take(square, levels)
 
     def release(self) -> None:
         """End the thread, after the step that it is at."""

@@ -99,6 +99,14 @@ def widened(words: np.ndarray, moved: Moves, square: np.ndarray, level: int, sca
     return np.where(more > 0, found, words)
 
 
+def widened_stars(words: np.ndarray, moved: Moves, scale: Scale) -> np.ndarray:
+    """Words of stars: two largest errors. Their inner vertices may be any posts of the node."""
+    more = 2.0 * ROUNDED * np.asarray(moved.truth, np.float64)
+    small, large = (np.minimum(most + more, scale.span_m) for most in errors_m(words, scale))
+    found = packed(small, large, scale)
+    return np.where(more > 0, found, words)
+
+
 def widened_ranges(ranges: np.ndarray, moved: Moves, scale: Scale) -> np.ndarray:
     """Ranges (2, rows, cols) of nodes that hold their new heights, too."""
     low, high = _steps(moved.low, np.floor, -0.1, scale), _steps(moved.high, np.ceil, 0.1, scale)
@@ -117,7 +125,7 @@ def rescaled_ranges(ranges: np.ndarray, old: Scale, new: Scale) -> np.ndarray:
 
 
 def errors_m(words: np.ndarray, scale: Scale) -> tuple[np.ndarray, np.ndarray]:
-    """The largest error and the root mean square of records, in metres."""
+    """The two errors of a word, in metres: the largest and the root mean square, or those of two stars."""
     halves = words & 0xFFFF, words >> 16
     most, rms = (half.astype(np.uint16).view(np.float16).astype(np.float64) for half in halves)
     return most * scale.span_m * UNIT, rms * scale.span_m * UNIT

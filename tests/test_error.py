@@ -125,6 +125,27 @@ def check_cut_edges(terrain, tables):
             assert (rms <= mean * MEAN_HALF + SQUARE_STEP * terrain.span_m).all(), level
 
 
+def check_stars(terrain, tables):
+    """The errors of cells of stars, and of stars of 4 × 4 and of 8 × 8 segments."""
+    void, slack = np.isnan(terrain.heightmap.heights), 4 * ROUNDING * terrain.span_m
+    for level in range(1, len(terrain.levels)):
+        table = layout.unpack_nodes(tables.read_nodes(level), terrain.span_m)
+        stars = tables.read_ranges(level)["stars_m"].astype(np.float64) * terrain.span_m * 2.0**-14
+        expected = reference.turned_errors(terrain.filled, level, void)
+        least = table.cut_max[..., None] * 2.0 ** (-255 / 64)
+        close, whole = np.maximum(expected * HALF * 2.0 ** (1 / 64) + slack, 1.001 * least), np.isfinite(expected)
+        assert (table.turned >= expected)[whole].all() and (table.turned <= close)[whole].all(), level
+        for k in (2, 3):
+            found, span_m = stars[..., k - 2], terrain.span_m * (1 - 1e-6)
+            if level <= k:
+                assert (found >= span_m).all(), "finer patches have no such bound"
+                continue
+            expected = reference.star_errors(terrain.filled, level, k, void)
+            whole = np.isfinite(expected)
+            assert (found >= np.minimum(expected, span_m)).all(), (level, k)
+            assert not whole.any() or np.mean((found <= 1.02 * expected + slack)[whole]) > 0.97, (level, k)
+
+
 def test_cut_edges_of_coarse_nodes_are_the_references(ctx):
     terrain, tables = built(ctx, Heightmap(rough(150, 203, seed=5), 10.0))
     moves, first = np.frombuffer(tables.cuts.read(), "f4").reshape(-1, 4, 3, 2), 0
@@ -140,6 +161,7 @@ def test_cut_edges_of_coarse_nodes_are_the_references(ctx):
 def check_tables(terrain, tables):
     check_wedges(terrain, tables)
     check_cut_edges(terrain, tables)
+    check_stars(terrain, tables)
     span = terrain.span_m
     for level, max_m, rms_m, some_void in expected(terrain):
         table_max, table_rms, void_marks = table_m(tables, level)
@@ -477,10 +499,10 @@ def test_edit_touches_only_what_it_bears_on(ctx, monkeypatch):
 
 
 @pytest.mark.parametrize("shape", [(1025, 1025), (1000, 1500), (513, 700)], ids=str)
-def test_tables_take_at_most_22_bytes_a_post(ctx, shape):
-    """A third of a node a post, 32 bytes each; 72 bytes a tile of 16 cells, or of 4 nodes; 0.7 for blocks and edges."""
+def test_tables_take_at_most_25_bytes_a_post(ctx, shape):
+    """A third of a node a post, 40 bytes each; 72 bytes a tile of 16 cells, or of 4 nodes; 0.7 for blocks and edges."""
     terrain, tables = built(ctx, Heightmap(rough(*shape)))
-    assert tables.bytes <= (32 / 3 + 72 / 16 + 72 / 4 / 3 + 0.7) * shape[0] * shape[1] * 1.01
+    assert tables.bytes <= (40 / 3 + 72 / 16 + 72 / 4 / 3 + 0.7) * shape[0] * shape[1] * 1.01
     assert tables.bytes == sum(buffer.size for buffer in tables._buffers)
     assert tables.blocks.size + tables.cuts.size <= 0.7 * shape[0] * shape[1]
 

@@ -18,12 +18,12 @@
 #define BLOCK (1 << FINE_LEVELS)  // posts a side
 
 struct Gathered {
-    uint most[12];      // float bits: quad, fan, cell of a patch, patch of 2 × 2 segments; the fan's wedges with whole edges, and with split edges
+    uint most[16];      // float bits: quad, fan, cell of a patch, patch of 2 × 2 segments; the fan's wedges with whole edges, and with split edges; cells of a star
     uint squares[8];    // low and high of the first four: fixed point (error/nodes.glsl)
     uint voids;
 };
 
-const uint[12] NO_ERRORS = uint[12](0u, 0u, 0u, 0u, 0u, 0u, 0u, 0u, 0u, 0u, 0u, 0u);
+const uint[16] NO_ERRORS = uint[16](0u, 0u, 0u, 0u, 0u, 0u, 0u, 0u, 0u, 0u, 0u, 0u, 0u, 0u, 0u, 0u);
 const uint[8] NO_SQUARES = uint[8](0u, 0u, 0u, 0u, 0u, 0u, 0u, 0u);
 layout(std430, binding = 1) buffer Blocks { Gathered block_of[]; };
 

@@ -39,8 +39,8 @@ void main() {
         for (int x = low.x; x < end.x; x++) gather_post(w, n, errors_at(n, c, ivec2(x, y) - n.low), ivec2(x, y) - n.low);
     gather_cells(w, n, c, low - n.low, min(low + BLOCK, n.high) - n.low);
     vec4 share = w.squares / u_span_m / u_span_m;
-    uvec4 most = floatBitsToUint(vec4(w.max_m, w.cut_m)), whole = floatBitsToUint(w.whole_m), split = floatBitsToUint(w.split_m);
+    uvec4 most = floatBitsToUint(vec4(w.max_m, w.cut_m)), whole = floatBitsToUint(w.whole_m), split = floatBitsToUint(w.split_m), turned = floatBitsToUint(w.turned_m);
     uvec2 q = square_up(share.x), f = square_up(share.y), c2 = square_up(share.z), f2 = square_up(share.w);
-    uint[12] errors = uint[12](most.x, most.y, most.z, most.w, whole.x, whole.y, whole.z, whole.w, split.x, split.y, split.z, split.w);
+    uint[16] errors = uint[16](most.x, most.y, most.z, most.w, whole.x, whole.y, whole.z, whole.w, split.x, split.y, split.z, split.w, turned.x, turned.y, turned.z, turned.w);
     block_of[block_index(block)] = Gathered(errors, uint[8](q.x, q.y, f.x, f.y, c2.x, c2.y, f2.x, f2.y), w.voids);
 }

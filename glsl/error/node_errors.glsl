@@ -7,8 +7,8 @@
 //     │  ╱╲  │                     │  ╱   │   ╲  │        a post has two errors, in the wedge that contains it.
 //    0,2 ──── 2,2                 0,2 ── 1,2 ── 2,2
 //
-// Provides Node, node_at(), quad_errors_m(), fan_errors_m(), Move, CutEdges, cut_edge_m(), cut_edges_of(), cut_edges_m(), cut_errors_m(); is_square(), twist_m(), crest_m(), kinks_m() for places between posts.
-// Python twins: reference.node_errors, reference.cut_errors, reference.twists, reference.crest, reference.kinks
+// Provides Node, node_at(), quad_errors_m(), fan_errors_m(), Move, CutEdges, cut_edge_m(), cut_edges_of(), cut_edges_m(), cut_errors_m(), Turned, turned_errors_m(); is_square(), twist_m(), crest_m(), kinks_m() for places between posts.
+// Python twins: reference.node_errors, reference.cut_errors, reference.turned_errors, reference.twists, reference.crest, reference.kinks
 
 #include "blocks/terrain.glsl"
 
@@ -51,7 +51,7 @@ Node node_at(int level, ivec2 at) {
 
 // The functions below select numbers by the triangle of a post, and have no branches, so that neighbouring threads do not diverge.
 
-// Drawn minus true height: of the lower and of the higher diagonal. A place is in posts from the node's corner.
+// Drawn minus true height with the falling and with the rising diagonal. A place is in posts from the node's corner.
 vec2 quad_errors_m(Node n, vec2 place, float h) {
     vec2 t = place * n.per_side;
     float h00 = n.h[0][0], h10 = n.h[0][2], h01 = n.h[2][0], h11 = n.h[2][2];
@@ -60,7 +60,7 @@ vec2 quad_errors_m(Node n, vec2 place, float h) {
     vec2 rising = is_north ? vec2(h10 - h00, h01 - h00) : vec2(h01 - h11, h10 - h11), u = is_north ? t : 1.0 - t;
     float by_falling = h00 + (falling.x * t.x + falling.y * t.y);
     float by_rising = (is_north ? h00 : h11) + rising.x * u.x + rising.y * u.y;
-    return vec2(min(by_falling, by_rising), max(by_falling, by_rising)) - h;
+    return vec2(by_falling, by_rising) - h;
 }
 
 // Height in the wedge between the centre and one edge; w is the centre's weight. a, m and b are the heights at one end, the
@@ -157,6 +157,23 @@ vec4 cut_errors_m(Node n, CutEdges c, vec2 place, vec2 quad, float split, vec2 w
     vec2 t = place * n.per_side, move = fan_move_m(n, c, place, weights);
     vec4 of_edge = vec4(1.0 - t, t);  // west, north, east, south
     return vec4(quad.y + largest_of(of_edge * c.above_m), largest_of(of_edge * c.below_m) - quad.x, split + move.x, move.y - split);
+}
+
+// Bounds above and below of a cell of a star (docs/guarantee.md, section 3): its diagonal runs to the corner NW, NE, SE or SW, and the two edges
+// that meet there may be cut. Each edge is a leg of one of both triangles.
+struct Turned { vec4 above_m, below_m; };
+
+vec4 turned_moves_m(vec4 moves, vec4 of_falling, vec4 of_rising) {
+    vec4 f = moves * of_falling, r = moves * of_rising;  // west, north, east, south
+    return vec4(max(f.x, f.y), max(r.y, r.z), max(f.z, f.w), max(r.w, r.x));
+}
+
+Turned turned_errors_m(Node n, CutEdges c, vec2 place, vec2 drawn) {
+    vec2 t = place * n.per_side;
+    vec2 upper = vec2(greaterThanEqual(t, t.yx)), north = vec2(t.x + t.y <= 1.0, t.x + t.y >= 1.0);
+    vec4 of_edge = vec4(1.0 - t, t), of_falling = upper.yxxy, of_rising = north.xxyy;
+    vec4 above = turned_moves_m(of_edge * c.above_m, of_falling, of_rising), below = turned_moves_m(of_edge * c.below_m, of_falling, of_rising);
+    return Turned(above + drawn.xyxy, below - drawn.xyxy);
 }
 
 // The twist h00 − h10 − h01 + h11 of a cell: 0 if its posts lie in a plane. Differences of similar heights are exact, even

@@ -21,12 +21,14 @@ struct PackedNode {
     uint cut_m;         // half floats, of a cell of a patch, whatever edges of it are cut: largest error low, root mean square high
     uint rms_m, max_m;  // half floats: quad low, fan high; rms_m may have HAS_VOIDS
     uint whole, split;  // errors of the fan's wedges W, N, E, S, edge whole or split: one byte each, relative to the fan's max_m
+    uint turned;        // errors as a cell of a star, its diagonal to the corner NW, NE, SE, SW: one byte each, relative to cut_m
 };
 
 // What the clipmap reads of a node, beside its summed-area tables.
 struct NodeRange {
     uint heights;  // lowest low, highest high: pack_range()
     uint fan_m;    // half floats, of a patch of 2 × 2 segments over the node, whatever edges are cut: largest error low, root mean square high
+    uint stars_m;  // half floats, largest errors of patches of 4 × 4 (low) and of 8 × 8 segments (high); the span if there is no such bound
 };
 
 float error_unit_m() { return u_span_m * exp2(-14.0); }
@@ -42,15 +44,18 @@ uint pack_pair(vec2 e_m) {
     return half_up(e.x) | half_up(e.y) << 16;
 }
 
-// Sixteenths of an octave below the largest error, rounded so that no error becomes smaller.
-uint pack_shares(vec4 e_m, float most_m) {
+#define OF_WEDGES 16.0  // parts of an octave: steps of errors in a byte
+#define OF_STARS 64.0
+
+// Steps below the largest error, rounded so that no error becomes smaller.
+uint pack_shares(vec4 e_m, float most_m, float steps) {
     if (most_m == 0.0) return 0u;
-    uvec4 below = uvec4(clamp(floor(16.0 * log2(most_m / max(e_m, 1e-6 * most_m)) - 0.01), 0.0, 255.0));
+    uvec4 below = uvec4(clamp(floor(steps * log2(most_m / max(e_m, 1e-6 * most_m)) - 0.01), 0.0, 255.0));
     return below.x | below.y << 8 | below.z << 16 | below.w << 24;
 }
 
-vec4 unpack_shares(uint shares, float most_m) {
-    return most_m * exp2(vec4(uvec4(shares, shares >> 8, shares >> 16, shares >> 24) & 255u) / -16.0);
+vec4 unpack_shares(uint shares, float most_m, float steps) {
+    return most_m * exp2(vec4(uvec4(shares, shares >> 8, shares >> 16, shares >> 24) & 255u) / -steps);
 }
 
 vec2 unpack_pair(uint pair) { return unpackHalf2x16(pair) * error_unit_m(); }

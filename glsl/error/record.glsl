@@ -1,6 +1,6 @@
 // error/record.glsl — write the record and the gain of a node from its largest errors and its parts.
-// Provides Parts, parts_of_node(), settle_node().
-// Python twins: reference.node_errors, reference.split_gains
+// Provides Parts, parts_of_node(), star_m(), settle_node().
+// Python twins: reference.node_errors, reference.turned_errors, reference.star_errors, reference.split_gains
 
 #include "error/worst.glsl"
 #include "error/gain.glsl"
@@ -50,6 +50,23 @@ Parts parts_of_node(Node n, ivec2 at) {
 }
 #endif
 
+// The largest error of a star over the node: a patch of 4 × 4 or 8 × 8 segments, whose diagonals run to its middle. Its cells are finer nodes.
+// Their outer edges may be cut. An inner cell has no outer edge: then the smaller error of both cuts bounds it.
+float star_m(Node n, ivec2 at, int segments_log2) {
+    if (u_which_level <= segments_log2 || !is_square(n)) return u_span_m;
+    int segments = 1 << segments_log2;
+    float most_m = 0.0;
+    for (ivec2 cell = ivec2(0); cell.y < segments; cell = cell.x + 1 < segments ? cell + ivec2(1, 0) : ivec2(0, cell.y + 1)) {
+        PackedNode part = node[node_index(u_which_level - segments_log2, segments * at + cell)];
+        vec4 turned_m = unpack_shares(part.turned, unpack_pair(part.cut_m).x, OF_STARS);
+        ivec2 far = cell >> segments_log2 - 1;
+        int corner = far.y == 0 ? far.x : 3 - far.x;
+        bool is_inner = all(greaterThan(cell, ivec2(0))) && all(lessThan(cell, ivec2(segments - 1)));
+        most_m = max(most_m, is_inner ? min(turned_m[corner], turned_m[corner ^ 2]) : turned_m[corner]);
+    }
+    return most_m;
+}
+
 void settle_node(ivec2 at, Node n, Worst w) {
     Parts parts = parts_of_node(n, at);
     ivec2 own = n.high - n.low + ivec2(equal(n.high, u_last_post)), many = last_part(at) + 1 - 2 * at;
@@ -57,12 +74,13 @@ void settle_node(ivec2 at, Node n, Worst w) {
     vec4 rms_m = sqrt(w.squares / (float(own.x) * float(own.y))) * (1.0 + exp2(-14.0));
     uint has_voids = w.voids != 0u ? HAS_VOIDS : 0u;
     uint rms = pack_pair(min(rms_m.xy, w.max_m)) | has_voids, cut = pack_pair(vec2(w.cut_m.x, min(rms_m.z, w.cut_m.x)));
-    PackedNode settled = PackedNode(cut, nest_fan(rms, parts.rms_m), nest_fan(pack_pair(w.max_m), parts.max_m), 0u, 0u);
-    settled.whole = pack_shares(w.whole_m, unpack_pair(settled.max_m).y);
-    settled.split = pack_shares(w.split_m, unpack_pair(settled.max_m).y);
+    PackedNode settled = PackedNode(cut, nest_fan(rms, parts.rms_m), nest_fan(pack_pair(w.max_m), parts.max_m), 0u, 0u, 0u);
+    settled.whole = pack_shares(w.whole_m, unpack_pair(settled.max_m).y, OF_WEDGES);
+    settled.split = pack_shares(w.split_m, unpack_pair(settled.max_m).y, OF_WEDGES);
+    settled.turned = pack_shares(w.turned_m, unpack_pair(cut).x, OF_STARS);
     int i = node_index(u_which_level, at);
     node[i] = settled;
-    range[i] = NodeRange(parts.heights, pack_pair(vec2(w.cut_m.y, min(rms_m.w, w.cut_m.y))));
+    range[i] = NodeRange(parts.heights, pack_pair(vec2(w.cut_m.y, min(rms_m.w, w.cut_m.y))), pack_pair(vec2(star_m(n, at, 2), star_m(n, at, 3))));
     // computed from the rounded record, so that a gain is always the same
     vec2 leaf_m2 = squares_m2(settled, u_which_level, at);
     float fan_triangles = 4.0 - float(n.mid.x == n.high.x) - float(n.mid.y == n.high.y), triangles = 2.0 * float(many.x * many.y);

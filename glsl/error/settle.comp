@@ -15,7 +15,7 @@ void main() {
     vec4 share;
     for (int i = 0; i < 4; i++) share[i] = word_float(uvec2(g.squares[2 * i], g.squares[2 * i + 1]));
     vec4 squares = share * exp2(-35.0) * u_span_m * u_span_m;
-    vec4 most[3];  // quad, fan and both with cut edges; wedges, whole; wedges, split
-    for (int i = 0; i < 12; i++) most[i / 4][i % 4] = uintBitsToFloat(g.most[i]);
-    settle_node(at, node_at(u_which_level, at), Worst(most[0].xy, most[0].zw, squares, g.voids, most[1], most[2]));
+    vec4 most[4];  // quad, fan and both with cut edges; wedges, whole; wedges, split; as cells of a star
+    for (int i = 0; i < 16; i++) most[i / 4][i % 4] = uintBitsToFloat(g.most[i]);
+    settle_node(at, node_at(u_which_level, at), Worst(most[0].xy, most[0].zw, squares, g.voids, most[3], most[1], most[2]));
 }

@@ -15,14 +15,16 @@ struct Worst {
     vec2 cut_m;    // with any edges cut: of a cell of a patch, of a patch of 2 × 2 segments
     vec4 squares;  // quad, fan, and these two
     uint voids;
+    vec4 turned_m; // of a cell of a star, its diagonal toward each corner
     vec4 whole_m, split_m;  // errors of the fan's wedges with whole and with split edges
 };
 
-Worst worst_of_nothing() { return Worst(vec2(0.0), vec2(0.0), vec4(0.0), 0u, vec4(0.0), vec4(0.0)); }
+Worst worst_of_nothing() { return Worst(vec2(0.0), vec2(0.0), vec4(0.0), 0u, vec4(0.0), vec4(0.0), vec4(0.0)); }
 
 // Errors at a post, above and below: of the quad and of the fan; of a cell and of a fan with cut edges; of the wedge with a whole and with a split edge.
 struct PostErrors {
     vec4 drawn, cut, wedge;
+    Turned turned;
     uint wedges;  // bits: the wedge that contains the post
     float height_m;
 };
@@ -33,9 +35,10 @@ PostErrors errors_at(Node n, CutEdges c, ivec2 place) {
     e.height_m = height_m(n.low + place);
     float h = e.height_m - n.base_m;
     int wedge;
-    vec2 weights, quad = quad_errors_m(n, vec2(place), h), fan = fan_errors_m(n, vec2(place), h, wedge, weights);
+    vec2 weights, diagonals = quad_errors_m(n, vec2(place), h), quad = vec2(min(diagonals.x, diagonals.y), max(diagonals.x, diagonals.y)), fan = fan_errors_m(n, vec2(place), h, wedge, weights);
     e.drawn = vec4(quad.y, -quad.x, max(fan.x, fan.y), -min(fan.x, fan.y));
     e.cut = cut_errors_m(n, c, vec2(place), quad, fan.y, weights);
+    e.turned = turned_errors_m(n, c, vec2(place), diagonals);
     e.wedge = vec4(fan.x, -fan.x, fan.y, -fan.y);
     e.wedges = 1u << wedge;
     return e;
@@ -54,6 +57,7 @@ vec4 gather(inout Worst w, Node n, PostErrors e) {
     bvec4 within = notEqual(e.wedges & uvec4(1u, 2u, 4u, 8u), uvec4(0u));
     w.max_m = max(w.max_m, most.xy);
     w.cut_m = max(w.cut_m, most.zw);
+    w.turned_m = max(w.turned_m, raised(n, max(e.turned.above_m, e.turned.below_m)));
     w.whole_m = mix(w.whole_m, max(w.whole_m, wedge.xxxx), within);
     w.split_m = mix(w.split_m, max(w.split_m, wedge.zzzz), within);
     return most;
@@ -71,19 +75,24 @@ void gather_post(inout Worst w, Node n, PostErrors at, ivec2 place) {
 }
 
 // The largest of them over the cell: docs/guarantee.md, section 1. Within each half they are largest at a post or on the diagonal from a to b.
-vec4 over_halves(vec4 worst, vec4 a, vec4 b, float t) { return max(worst, crest_m(a, b, vec4(t, -t, t, -t))); }
+vec4 over_halves(vec4 worst, vec4 a, vec4 b, vec4 t) { return max(worst, crest_m(a, b, t)); }
 
 // If one triangle covers a cell, its error is largest at a post. This is for a cell that an edge of the mesh crosses: in a square node its diagonal
 // from a to b. In a node that the map's rim cuts off it may cross any cell, between its posts; then the twist adds |t|/4 at most, and the bend kink_m.
-void gather_cell(inout Worst w, Node n, PostErrors a, PostErrors b, PostErrors c, PostErrors d, vec2 kink_m) {
+void gather_cell(inout Worst w, Node n, PostErrors a, PostErrors b, PostErrors c, PostErrors d, bool falls, vec2 kink_m) {
     PostErrors worst = a, most;
     worst.drawn = max(max(a.drawn, b.drawn), max(c.drawn, d.drawn));
     worst.cut = max(max(a.cut, b.cut), max(c.cut, d.cut));
     worst.wedge = max(max(a.wedge, b.wedge), max(c.wedge, d.wedge));
+    Turned turned = Turned(max(max(a.turned.above_m, b.turned.above_m), max(c.turned.above_m, d.turned.above_m)), max(max(a.turned.below_m, b.turned.below_m), max(c.turned.below_m, d.turned.below_m)));
+    bvec4 crosses = falls ? bvec4(true, false, true, false) : bvec4(false, true, false, true);
     float twist = (a.height_m - c.height_m) - (d.height_m - b.height_m), bend = 0.25 * abs(twist);
-    most.drawn = is_square(n) ? over_halves(worst.drawn, a.drawn, b.drawn, twist) : worst.drawn + bend + kink_m.xxyy;
-    most.cut = is_square(n) ? over_halves(worst.cut, a.cut, b.cut, twist) : worst.cut + bend + kink_m.xxyy;
-    most.wedge = is_square(n) ? over_halves(worst.wedge, a.wedge, b.wedge, twist) : worst.wedge + bend + kink_m.y;
+    vec4 twists = vec4(twist, -twist, twist, -twist);
+    most.drawn = is_square(n) ? over_halves(worst.drawn, a.drawn, b.drawn, twists) : worst.drawn + bend + kink_m.xxyy;
+    most.cut = is_square(n) ? over_halves(worst.cut, a.cut, b.cut, twists) : worst.cut + bend + kink_m.xxyy;
+    most.wedge = is_square(n) ? over_halves(worst.wedge, a.wedge, b.wedge, twists) : worst.wedge + bend + kink_m.y;
+    most.turned.above_m = mix(turned.above_m, over_halves(turned.above_m, a.turned.above_m, b.turned.above_m, vec4(twist)), crosses);
+    most.turned.below_m = mix(turned.below_m, over_halves(turned.below_m, a.turned.below_m, b.turned.below_m, vec4(-twist)), crosses);
     most.wedges = a.wedges | b.wedges | c.wedges | d.wedges;
     gather(w, n, most);
     vec4 mean = abs(twist) * 0.10541 + vec4(kink_m, max(kink_m.x, kink_m.y), kink_m.y);
@@ -105,6 +114,6 @@ void gather_cells(inout Worst w, Node n, CutEdges cuts, ivec2 low, ivec2 end) {
         if (is_hole(n.low + cell)) continue;
         PostErrors a = errors_at(n, cuts, cell + ivec2(0, rises)), b = errors_at(n, cuts, cell + ivec2(1, 1 - rises));
         PostErrors c = errors_at(n, cuts, cell + ivec2(1, rises)), d = errors_at(n, cuts, cell + ivec2(0, 1 - rises));
-        gather_cell(w, n, a, b, c, d, kink);
+        gather_cell(w, n, a, b, c, d, rises == 0, kink);
     }
 }

@@ -32,14 +32,15 @@ uint look(int depth, ivec2 at, out float cost) {
     if (p.outside && u_cull != 0) return EMPTY;
     int coarsest = coarsest_step(low, side_log2);
     if (depth == 0 && block.known_log2 != NO_STEP) coarsest = block.known_log2;  // the round before asked the same of this square
-    bool is_fan = false;
-    if (depth == 3 || fits_finer_ring(low, end)) step_log2 = next_step_or_fan(low, side_log2, block.ring, coarsest, block.known_log2, p, is_fan);
+    bool is_alone = false;
+    if (depth == 3 || fits_finer_ring(low, end)) step_log2 = next_step_or_known(low, side_log2, block.ring, coarsest, block.known_log2, p, is_alone);
     bool is_held = step_log2 != NO_STEP;
     cost = is_held ? 2.0 * exp2(2.0 * float(side_log2 - step_log2)) + PATCH_COST : NEVER;
     int level;
     bool refine = depth == 3 && block.unit_log2 >= 3 && u_round < 2 && (is_held ? side_log2 - step_log2 >= REFINE_FROM : !is_waiting(low, side_log2, level));
     if (refine) cost *= REFINED;
-    return (is_fan ? FAN : 0u) | uint(step_log2 + 16) | (refine ? REFINE : cost <= LEAST_PARTS || (depth == 3 && is_held) ? WHOLE : OPEN);
+    if (refine && is_alone) step_log2 = NO_STEP;  // its parts need not hold
+    return (is_alone ? ALONE : 0u) | uint(step_log2 + 16) | (refine ? REFINE : cost <= LEAST_PARTS || (depth == 3 && is_held) ? WHOLE : OPEN);
 }
 
 // Looks at square k of four parts.

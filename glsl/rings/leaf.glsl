@@ -1,5 +1,5 @@
 // rings/leaf.glsl — a leaf's box in the view, and the largest error in metres that is within the tolerance there.
-// Provides range_of_square_m(), project_square(), error_within_m(), has_mean(), few_cells_m(), cells_m(), rms_of_box_m(), coarsest_step(), slack_m(), fan_m(), next_step(), next_step_or_fan(), leaf_px().
+// Provides range_of_square_m(), project_square(), error_within_m(), has_mean(), few_cells_m(), cells_m(), rms_of_box_m(), coarsest_step(), slack_m(), known_m(), next_step(), next_step_or_known(), leaf_px().
 // Python twins: reference.clipmap.next_step, reference.clipmap.coarsest_step, reference.clipmap.finest_step
 
 #include "rings/rings.glsl"
@@ -12,7 +12,7 @@ layout(std430, binding = 6) readonly buffer Ranges { NodeRange range[]; };
 
 #define NEVER 1e30
 #ifndef PATCH_COST
-#define PATCH_COST 24.0  // cost of a patch besides its triangles, counted in triangles
+#define PATCH_COST 30.0  // cost of a patch besides its triangles, counted in triangles
 #endif
 
 #ifdef PAGED
@@ -122,29 +122,39 @@ int finest_of(ivec2 low, int side_log2, int ring, int coarsest) {
 // What the tables do not know: the Earth's curvature, and the rounding of vertices between posts, which neighbours may have.
 float slack_m(int step_log2) { return sag_m(step_log2) + rounding_between_m(); }
 
-// A patch of 2 × 2 segments over a node of the quadtree is a fan with split edges. Its triangles are known, whatever edges are cut, so its
-// bound is much closer than that of its cells. Returns the largest error and the root mean square; the span if there is no such bound.
-vec2 fan_m(ivec2 low, int side_log2) {
-    bool is_node = all(equal(low & (1 << side_log2) - 1, ivec2(0))) && all(greaterThanEqual(low, ivec2(0))) && side_log2 <= u_top_level;
-    if (side_log2 < 1 || !is_node) return vec2(u_span_m);
+// A patch of 2 × 2 segments over a node of the quadtree is a fan. One of 4 × 4 or 8 × 8 is a star, if the tessellator turns its diagonals to the
+// middle (lod/star.py). Their triangles are known, whatever edges are cut, so their bounds are much closer than those of their cells.
+#ifdef STARS
+#define MOST_KNOWN_LOG2 3
+#else
+#define MOST_KNOWN_LOG2 1
+#endif
+
+// The largest error of a fan or star and its root mean square; the span if there is no such bound.
+vec2 known_m(ivec2 low, int side_log2, int step_log2) {
+    int segments_log2 = side_log2 - step_log2;
+    bool is_node = side_log2 >= 1 && side_log2 <= u_top_level && all(equal(low & (1 << side_log2) - 1, ivec2(0))) && all(greaterThanEqual(low, ivec2(0)));
+    if (segments_log2 < 1 || segments_log2 > MOST_KNOWN_LOG2 || !is_node) return vec2(u_span_m);
 #ifdef PAGED
     bool is_mixed;
-    if (resident_level(low, low + (1 << side_log2), side_log2 - 1, is_mixed) >= side_log2) return vec2(u_span_m);
+    if (resident_level(low, low + (1 << side_log2), step_log2, is_mixed) > step_log2) return vec2(u_span_m);
 #endif
-    return unpack_pair(range[range_index(side_log2, low >> side_log2)].fan_m);
+    NodeRange node = range[range_index(side_log2, low >> side_log2)];
+    vec2 stars_m = unpack_pair(node.stars_m);
+    return segments_log2 == 1 ? unpack_pair(node.fan_m) : segments_log2 == 2 ? stars_m.xx : stars_m.yy;
 }
 
 // The mean over the cells on the map, from the mean over a node's posts. At the map's rim it has more of them.
-float rms_of_fan_m(ivec2 low, int side_log2, float rms_m) {
+float rms_of_node_m(ivec2 low, int side_log2, float rms_m) {
     vec2 cells = vec2(min(low + (1 << side_log2), u_last_post) - low);
     return rms_m * sqrt(own_posts(side_log2, low >> side_log2) / (cells.x * cells.y)) * (1.0 + exp2(-18.0));
 }
 
-bool holds_as_fan(ivec2 low, int side_log2, Projection p) {
-    vec2 fan = fan_m(low, side_log2);
-    p.sag_m = slack_m(side_log2 - 1);
-    if (!has_mean(p)) return fan.x <= error_within_m(p) - p.sag_m;
-    return error_px(p, rms_of_fan_m(low, side_log2, fan.y), fan.x) <= u_tolerance_px * (1.0 - 1e-5);
+bool holds_as_known(ivec2 low, int side_log2, int step_log2, Projection p) {
+    vec2 errors_m = known_m(low, side_log2, step_log2);
+    p.sag_m = slack_m(step_log2);
+    if (!has_mean(p)) return errors_m.x <= error_within_m(p) - p.sag_m;
+    return error_px(p, rms_of_node_m(low, side_log2, errors_m.y), errors_m.x) <= u_tolerance_px * (1.0 - 1e-5);
 }
 
 // Largest error and root mean square of a square's cells: from the tables, or of a few cells themselves.
@@ -172,14 +182,15 @@ int next_step(ivec2 low, int side_log2, int coarsest, int finest, Projection p) 
     return NO_STEP;
 }
 
-// The same, but a square of two segments may also be a fan. `is_fan`: its cells do not hold, so no pair may have it. `known` is a spacing
+// The same, but a square may also be a fan or a star. `is_alone`: it holds only as such, so no pair may have it. `known` is a spacing
 // that the tables allow, or NO_STEP.
-int next_step_or_fan(ivec2 low, int side_log2, int ring, int coarsest, int known, Projection p, out bool is_fan) {
-    int finest = known != NO_STEP ? known + 1 : finest_of(low, side_log2, ring, coarsest), of_fan = side_log2 - 1;
-    bool may_be_fan = of_fan >= finest && of_fan <= coarsest && holds_as_fan(low, side_log2, p);
-    int step_log2 = next_step(low, side_log2, coarsest, may_be_fan ? of_fan : finest, p);
-    is_fan = may_be_fan && step_log2 == NO_STEP;
-    return is_fan ? of_fan : step_log2 == NO_STEP ? known : step_log2;
+int next_step_or_known(ivec2 low, int side_log2, int ring, int coarsest, int known, Projection p, out bool is_alone) {
+    int finest = known != NO_STEP ? known + 1 : finest_of(low, side_log2, ring, coarsest), alone = NO_STEP;
+    for (int k = 1; k <= MOST_KNOWN_LOG2 && alone == NO_STEP; k++)
+        if (side_log2 - k >= finest && side_log2 - k <= coarsest && holds_as_known(low, side_log2, side_log2 - k, p)) alone = side_log2 - k;
+    int step_log2 = next_step(low, side_log2, coarsest, alone != NO_STEP ? alone : finest, p);
+    is_alone = alone != NO_STEP && step_log2 == NO_STEP;
+    return is_alone ? alone : step_log2 == NO_STEP ? known : step_log2;
 }
 
 float bound_px(Projection p, float rms_m, float max_m) {
@@ -188,14 +199,16 @@ float bound_px(Projection p, float rms_m, float max_m) {
 }
 
 // What the tables certify of a square, in the metric asked for: pixels, or metres over the whole map.
-float square_px(ivec2 low, int side_log2, int step_log2, bool may_be_fan) {
+float square_px(ivec2 low, int side_log2, int step_log2, bool is_alone) {
     Projection p = project_square(low, side_log2);
     if (p.outside) return 0.0;
     p.sag_m = slack_m(step_log2);
     vec2 errors_m = cells_m(low, side_log2, step_log2, few_cells_m(low, side_log2));
-    float px = bound_px(p, errors_m.y, errors_m.x);
-    vec2 fan = fan_m(low, side_log2);
-    return may_be_fan && step_log2 == side_log2 - 1 ? min(px, bound_px(p, rms_of_fan_m(low, side_log2, fan.y), fan.x)) : px;
+    if (is_alone) {
+        vec2 of_known_m = known_m(low, side_log2, step_log2);
+        errors_m = min(errors_m, vec2(of_known_m.x, rms_of_node_m(low, side_log2, of_known_m.y)));
+    }
+    return bound_px(p, errors_m.y, errors_m.x);
 }
 
 // The largest of that over a leaf's squares.

@@ -12,14 +12,14 @@ const int FIRST[4] = int[4](0, 1, 5, 21);  // squares of each depth: 8, 4, 2, 1 
 
 // A square's word: log2 of the spacing of its vertices, + 16, and one of these states. WHOLE: it is drawn as one leaf. OPEN: its
 // parts decide. REFINE: a unit that becomes a block. WIDE, WIDE << 1: its northern, southern parts are a pair. TALL, TALL << 1: its
-// western, eastern ones. FAN, beside another state: it is within the tolerance only as a patch of 2 × 2 segments, so in no pair.
+// western, eastern ones. ALONE, beside another state: it is within the tolerance only as a fan or a star, so in no pair.
 #define EMPTY 0x100u
 #define WHOLE 0x200u
 #define OPEN 0x400u
 #define REFINE 0x800u
 #define WIDE 0x1000u
 #define TALL 0x4000u
-#define FAN 0x10000u
+#define ALONE 0x10000u
 #ifndef MAY_PAIR
 #define MAY_PAIR true
 #endif
@@ -68,7 +68,7 @@ bool fits_finer_ring(ivec2 low, ivec2 end) {
 // a vertex between them.
 bool is_pairing(uint a, uint b, int side_log2) {
     int segments_log2 = side_log2 - (int(a & 63u) - 16);
-    return (a & b & WHOLE) != 0u && ((a | b) & FAN) == 0u && ((a ^ b) & 63u) == 0u && segments_log2 > 0 && segments_log2 < MOST_SEGMENTS_LOG2;
+    return (a & b & WHOLE) != 0u && ((a | b) & ALONE) == 0u && ((a ^ b) & 63u) == 0u && segments_log2 > 0 && segments_log2 < MOST_SEGMENTS_LOG2;
 }
 
 // The pairs that the four parts of a square make, along the axis with more of them.

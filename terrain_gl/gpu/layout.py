@@ -65,8 +65,9 @@ def class_limits_m(span_m: float, spacing_m: tuple[float, float]) -> np.ndarray:
 
 
 # glsl/error/nodes.glsl
-NODE = np.dtype([("cut_m", "2f2"), ("rms_m", "2f2"), ("max_m", "2f2"), ("whole", "4u1"), ("split", "4u1")])
-NODE_RANGE = np.dtype([("heights", "2u2"), ("fan_m", "2f2")])
+_ERRORS = [("cut_m", "2f2"), ("rms_m", "2f2"), ("max_m", "2f2")]
+NODE = np.dtype([*_ERRORS, ("whole", "4u1"), ("split", "4u1"), ("turned", "4u1")])
+NODE_RANGE = np.dtype([("heights", "2u2"), ("fan_m", "2f2"), ("stars_m", "2f2")])
 
 
 class NodeErrors(NamedTuple):
@@ -81,6 +82,7 @@ class NodeErrors(NamedTuple):
     has_voids: np.ndarray
     cut_max: np.ndarray  # of a cell of a patch, whatever edges of it are cut
     cut_rms: np.ndarray
+    turned: np.ndarray  # (..., 4) of a cell of a star, its diagonal to the corner north-west, north-east, ...
 
 
 def unpack_nodes(records: np.ndarray, span_m: float) -> NodeErrors:
@@ -91,7 +93,8 @@ def unpack_nodes(records: np.ndarray, span_m: float) -> NodeErrors:
     whole, split = (fan_max[..., None] * 2.0 ** (records[name] / -16.0) for name in ("whole", "split"))
     has_voids = np.signbit(records["rms_m"][..., 0])
     cut_max, cut_rms = np.moveaxis(records["cut_m"].astype(np.float64) * unit_m, -1, 0)
-    return NodeErrors(quad_max, fan_max, quad_rms, fan_rms, whole, split, has_voids, cut_max, cut_rms)
+    turned = cut_max[..., None] * 2.0 ** (records["turned"] / -64.0)
+    return NodeErrors(quad_max, fan_max, quad_rms, fan_rms, whole, split, has_voids, cut_max, cut_rms, turned)
 
 
 # glsl/blocks/view.glsl

@@ -1,7 +1,7 @@
 """Where the rings of the clipmap are: nested rectangles of blocks around the eye.
 
 Ring l has cells of 2^l posts. A block is 8 × 8 cells. A ring is about square in metres, and `across` blocks wide along
-the axis with the larger spacing. It follows the eye in steps of two of its cells, so the next finer ring ends on
+the axis with the larger spacing. It follows the eye in steps of four of its cells, so the next finer ring ends on
 its lattice (Asirvatham & Hoppe 2005, "Terrain rendering using GPU-based geometry clipmaps").
 """
 
@@ -108,7 +108,7 @@ def _ring_at(level: int, centre: tuple[float, float], patches: tuple[int, int]) 
 
 def _start_of(level: int, centre: float, patches: int) -> int:
     """Where a ring begins along one axis: about half its width before the centre."""
-    step = 2 << level
+    step = 4 << level
     return step * math.floor((centre - 0.5 * patches * (PATCH << level)) / step + 0.5)
 
 

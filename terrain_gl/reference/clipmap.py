@@ -36,13 +36,13 @@ class Leaf(NamedTuple):
     step_log2: int
 
 
-# Ring l is n blocks of 8 · 2^l posts wide. It begins at an even place of its lattice, its middle nearest to the eye:
-#   origin = 2 · 2^l · ⌊(eye − n · 8 · 2^l / 2) / (2 · 2^l) + 1/2⌋
+# Ring l is n blocks of 8 · 2^l posts wide. It begins at each fourth place of its lattice, its middle nearest the eye:
+#   origin = 4 · 2^l · ⌊(eye − n · 8 · 2^l / 2) / (4 · 2^l) + 1/2⌋
 
 
 def ring_origin(eye: tuple[float, float], patches: tuple[int, int], level: int) -> Post:
     """First column and row of a ring around a place on the map, given in posts."""
-    step = 2 << level
+    step = 4 << level
     col, row = (
         step * int(np.floor((at - 0.5 * n * (PATCH << level)) / step + 0.5)) for at, n in zip(eye, patches, strict=True)
     )

@@ -11,7 +11,7 @@ from typing import NamedTuple
 
 import numpy as np
 
-from .between import cell_twists, crossed_cells, kinks, measured_posts, of_corners, over_cells, worst_corner
+from .between import cell_twists, crest, crossed_cells, kinks, measured_posts, of_corners, over_cells, worst_corner
 from .bound import cell_squares
 from .nodes import Nodes, at_nodes, node_axes, per_node, top_level
 
@@ -37,13 +37,18 @@ def quad_errors(heights: np.ndarray, level: int) -> tuple[np.ndarray, np.ndarray
     """
     h = heights.astype(np.float64)
     y, x = node_axes(h.shape, level)
-    t = ((x.post - x.low[:, None]) / (x.high - x.low)[:, None])[None, None]
-    s = ((y.post - y.low[:, None]) / (y.high - y.low)[:, None])[:, :, None, None]
+    t, s = _places(y, x)
     a, b, c, d = (at_nodes(h, rows, cols) for rows in (y.low, y.high) for cols in (x.low, x.high))
     falling = np.where(t >= s, a + (b - a) * t + (d - b) * s, a + (c - a) * s + (d - c) * t)
     rising = np.where(s + t <= 1, a + (b - a) * t + (c - a) * s, d + (c - d) * (1 - t) + (b - d) * (1 - s))
     truth = h[per_node(y, x)]
     return falling - truth, rising - truth
+
+
+def _places(y: Nodes, x: Nodes) -> tuple[np.ndarray, np.ndarray]:
+    """Place of each post in its node along x and along y, 0 to 1, in arrays that broadcast to those of errors."""
+    t, s = ((axis.post - axis.low[:, None]) / (axis.high - axis.low)[:, None] for axis in (x, y))
+    return t[None, None], s[:, :, None, None]
 
 
 # In the wedge between the centre, of height m, and an edge, the drawn height is
@@ -189,8 +194,7 @@ def _over_node(
 def _cut_at_posts(heights: np.ndarray, level: int) -> list[list[np.ndarray]]:
     """Bounds above and below at each post, (node rows, posts, node cols, posts): cell, cut fan, fan."""
     y, x = node_axes(heights.shape, level)
-    t = ((x.post - x.low[:, None]) / (x.high - x.low)[:, None])[None, None]
-    s = ((y.post - y.low[:, None]) / (y.high - y.low)[:, None])[:, :, None, None]
+    t, s = _places(y, x)
     pair, fan = quad_errors(heights, level), fan_errors(heights, level)
     weights = np.stack(np.broadcast_arrays(1 - t, 1 - s, t, s, fan[0])[:4])
     above, below = cut_moves(heights, level)[:, 0, :, :, None, :, None].swapaxes(0, 1)
@@ -219,6 +223,68 @@ def _fan_moves(heights: np.ndarray, level: int) -> np.ndarray:
             within = inside & (across >= 0) & (sign * along >= 0)
             most = np.where(within, np.maximum(most, moves[side, half]), most)
     return (1 - np.minimum(of_y, of_x)) * most
+
+
+# A patch of 4 × 4 segments is a star: every diagonal points to the middle of the patch. A cell of it has one diagonal,
+# and only the edges that meet in the diagonal's outer end may be cut. Each is a leg of one triangle. In this triangle v
+# is larger for this edge than for the other. So these bound the error of the cell:
+#   e + v · above   and   v · below − e        with the error e, drawn minus true, of the cell with this diagonal
+# Both are linear in each triangle: largest at a post, or on the diagonal.
+
+
+def turned_errors(heights: np.ndarray, level: int, void: np.ndarray | None = None) -> np.ndarray:
+    """Largest error of each node of a level ≥ 1 as one cell whose diagonal ends in one corner.
+
+    Both edges that meet in this corner may be cut.
+
+    Returns
+    -------
+    array
+        (rows, cols, 4) of nodes: the corners north-west, north-east, south-east, south-west. Metres; infinite in nodes
+        that the map's rim cuts off.
+    """
+    (y, x), side = node_axes(heights.shape, level), 1 << level
+    found = np.full((len(y.low), len(x.low), 4), np.inf)
+    if side >= min(heights.shape):
+        return found
+    t, s = _places(y, x)
+    pair, twist, weights = quad_errors(heights, level), cell_twists(heights, level), (1 - t, 1 - s, t, s)
+    moves = cut_moves(heights, level)[:, 0, :, :, None, :, None]
+    measured, crossed = measured_posts(heights, level, void), crossed_cells(heights.shape, level, void)
+    for k, (one, other) in enumerate([(0, 1), (1, 2), (2, 3), (3, 0)]):  # edges in the order of `cut_moves`
+        from_one, from_other = (weights[edge] * moves[edge] for edge in (one, other))
+        move = np.maximum(
+            np.where(weights[one] >= weights[other], from_one, 0),
+            np.where(weights[one] <= weights[other], from_other, 0),
+        )
+        rises, row = k % 2, np.arange(side + 1)
+        col, cell = (row[::-1], (row[:-1], row[-2::-1])) if rises else (row, (row[:-1], row[:-1]))
+        largest = np.zeros((len(y.low), len(x.low)))
+        for sign, off in zip((1, -1), move, strict=True):
+            errors = sign * pair[rises] + off
+            ends, bend = errors[:, row, :, col], sign * (-1) ** rises * twist[:, cell[0], :, cell[1]]
+            within = (crest(ends[:-1], ends[1:], bend) * crossed[:, cell[0], :, cell[1]]).max(0)
+            largest = np.maximum.reduce([largest, (errors * measured).max((1, 3)), within])
+        found[..., k] = largest
+    whole = (y.high - y.low == side)[:, None] & (x.high - x.low == side)
+    return np.where(whole[..., None], found, np.inf)
+
+
+def star_errors(heights: np.ndarray, level: int, segments_log2: int, void: np.ndarray | None = None) -> np.ndarray:
+    """Largest error of each node as a patch of 2^segments_log2 segments a side, whatever outer edges are cut.
+
+    Inner cells have no outer edge, so a bound with cuts at either end of the diagonal holds. Metres, (rows, cols) of
+    nodes of a level > segments_log2; infinite in nodes that the map's rim cuts off.
+    """
+    turned, (y, x) = turned_errors(heights, level - segments_log2, void), node_axes(heights.shape, level)
+    n = 1 << segments_log2
+    cells = np.full((n * len(y.low), n * len(x.low), 4), np.inf)
+    cells[: turned.shape[0], : turned.shape[1]] = turned
+    cells = cells.reshape(len(y.low), n, len(x.low), n, 4)
+    corner = np.kron([[0, 1], [3, 2]], np.ones((n // 2, n // 2), int))[None, :, None, :, None]
+    outer, inner = (np.take_along_axis(cells, at, -1)[..., 0] for at in (corner, (corner + 2) % 4))
+    outer[:, 1:-1, :, 1:-1] = np.minimum(outer, inner)[:, 1:-1, :, 1:-1]
+    return outer.max((1, 3))
 
 
 # M = max e over the closed node,   Σ e² over the node's own posts,   e the worse of both ways to draw it.

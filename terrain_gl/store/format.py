@@ -22,12 +22,13 @@ import numpy as np
 
 from .. import __version__
 from ..exceptions import TerrainError
+from ..paged_map import RECORD_WORDS
 from ..readers.georeference import Georeference, Grid
 from ..readers.raster import Spacing
 from .pyramid import Area, Pyramid
 
 INSTALL = "pip install 'terrain-gl[store]'"
-VERSION = 3
+VERSION = 4
 _KEY = "terrain_gl"
 _RAW = "https://raw.githubusercontent.com/zarr-conventions/multiscales/refs/tags/v0.1/schema.json"
 _CONVENTION = {
@@ -39,7 +40,7 @@ _CONVENTION = {
 }
 FIELDS: dict[str, tuple[str, Any, int]] = {  # type, value of entries that were never written, words of an entry
     "heights": ("float32", np.nan, 1),
-    "errors": ("uint32", 0xFFFFFFFF, 6),
+    "errors": ("uint32", 0xFFFFFFFF, RECORD_WORDS),
     "ranges": ("uint16", 0xFFFF, 2),
 }
 

@@ -15,7 +15,6 @@ from collections.abc import Iterator
 
 import numpy as np
 
-from ..paged_map import RECORD_WORDS
 from .format import FIELDS, Arrays, MissingTileError
 from .pyramid import Area, Pyramid
 
@@ -99,7 +98,7 @@ class Tiles:
             A tile of it is missing or damaged.
         """
         side, (rows, cols) = self._pyramid.tile, where
-        words = (_words(name),) if FIELDS[name][2] > 1 else ()
+        words = (FIELDS[name][2],) if FIELDS[name][2] > 1 else ()
         found = np.empty((*words, max(0, rows.stop - rows.start), max(0, cols.stop - cols.start)), FIELDS[name][0])
         for y in range(rows.start // side, -(-rows.stop // side)):
             for x in range(cols.start // side, -(-cols.stop // side)):
@@ -130,14 +129,9 @@ class Tiles:
         side = self._pyramid.tile
         shape = self._pyramid.posts(level) if name == "heights" else self._pyramid.nodes(level)
         where = slice(row * side, min((row + 1) * side, shape[0])), slice(col * side, min((col + 1) * side, shape[1]))
-        tile = self._arrays.read(name, level, where, slice(0, _words(name)))
+        tile = self._arrays.read(name, level, where)
         size = tuple(s.stop - s.start for s in where)
-        noted = self._checks.of[name, level][: _words(name), row : row + 1, col : col + 1]
+        noted = self._checks.of[name, level][:, row : row + 1, col : col + 1]
         if tile.shape[-2:] != size or not np.array_equal(checksums(tile, side), noted):
             raise MissingTileError(self._arrays.called(name, level, where) + ": is not the tile that was built")
         return tile
-
-
-def _words(name: str) -> int:
-    """The words of an entry that are read."""
-    return RECORD_WORDS if name == "errors" else FIELDS[name][2]

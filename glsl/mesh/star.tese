@@ -1,0 +1,8 @@
+// mesh/star.tese — where the tessellator puts a vertex, and in which patch.
+
+layout(quads, equal_spacing, cw) in;  // as mesh/ring.tese
+
+patch in float v_patch;
+out vec3 v_place;
+
+void main() { v_place = vec3(gl_TessCoord.xy, v_patch); }
