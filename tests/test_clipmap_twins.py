@@ -112,7 +112,7 @@ def test_coarsest_step_is_the_references(ctx, scene):
 
 
 def test_next_step_asks_from_the_coarsest_down(ctx, scene):
-    levels, last, n = class_levels(scene), scene.terrain.all_posts[2:], 300
+    levels, last, n = class_levels(scene), scene.terrain.all_posts[2:], 1500
     camera = cameras(scene.heightmap)["default"]
     scene.select(camera, 0.5)
     finest_ring = scene.levels._rings_of(camera, PATCH)[0].level
@@ -121,17 +121,18 @@ def test_next_step_asks_from_the_coarsest_down(ctx, scene):
     low = RNG.integers(0, 60, (n, 2)) >> side_log2[:, None] << side_log2[:, None]
     nearest_m = 10 ** RNG.uniform(1, 5, n)
     statement = """Projection p = Projection(false, true, b.x, 1.0, b.x, 0.0);
-    bool is_fan = false;
-    int step_log2 = next_step_or_fan(ivec2(a.xy), int(a.z), 0, int(a.w), NO_STEP, p, is_fan);
-    return vec4(step_log2, error_within_m(p), is_fan, 0.0);"""
+    bool is_alone = false;
+    int step_log2 = next_step_or_known(ivec2(a.xy), int(a.z), 0, int(a.w), NO_STEP, p, is_alone);
+    return vec4(step_log2, error_within_m(p), is_alone, 0.0);"""
 
     def bind(kernel):
         scene.levels._bind()
 
     asked = np.column_stack([low, side_log2, coarsest])
-    got = ask(ctx, "rings/leaf.glsl", statement, asked, np.column_stack([nearest_m] * 4), bind=bind)
-    fans = [scene.tables.read_ranges(level)["fan_m"][..., 0] for level in range(1, scene.terrain.top_level + 1)]
-    fans_m = [each.astype("f4") * np.float32(scene.terrain.span_m * 2.0**-14) for each in fans]
+    got = ask(ctx, "rings/leaf.glsl", statement, asked, np.column_stack([nearest_m] * 4), STARS, bind)
+    ranges = [scene.tables.read_ranges(level) for level in range(1, scene.terrain.top_level + 1)]
+    known = [np.stack([each["fan_m"][..., 0], *np.moveaxis(each["stars_m"], -1, 0)]) for each in ranges]
+    known_m = [each.astype("f4") * np.float32(scene.terrain.span_m * 2.0**-14) for each in known]
     twists_m = reference.twists(scene.terrain.filled - np.float32(scene.terrain.base_m))
     few = 0
     for k in range(n):
@@ -143,15 +144,17 @@ def test_next_step_asks_from_the_coarsest_down(ctx, scene):
                 return few_m <= within_m
             return clipmap.is_within(levels, place, tuple(at + (1 << side) for at in place), last, step, within_m)
 
-        def by_fan(step, place=place, side=side, within_m=within_m):
-            return clipmap.fan_m(fans_m, place, side, step) <= within_m
+        def as_known(step, place=place, side=side, within_m=within_m):
+            return clipmap.known_m(known_m, place, side, step) <= within_m
 
         finest = clipmap.finest_step(side, finest_ring)
-        expected = clipmap.next_step(int(coarsest[k]), finest, lambda step: by_cells(step) or by_fan(step))  # noqa: B023
+        expected = clipmap.next_step(int(coarsest[k]), finest, lambda step: by_cells(step) or as_known(step))  # noqa: B023
         assert got[k, 0] == (NEVER_STEP if expected is None else expected)
         assert got[k, 2] == (expected is not None and not by_cells(expected))
         few += expected is not None and expected <= 0 and side <= clipmap.FEW_LOG2
-    assert len(np.unique(got[:, 0])) > 5 and 0 < got[:, 2].mean() < 1 and few > 10
+    assert len(np.unique(got[:, 0])) > 5 and few > 10
+    segments_log2 = side_log2 - got[:, 0]
+    assert [(got[:, 2] * (segments_log2 == k)).any() for k in range(5)] == [False, True, True, True, False]
 
 
 class Watched(ClipmapSelector):
@@ -175,9 +178,10 @@ LOOK = """take_block(Block(ivec2(b.xy), int(b.z), int(b.w), NO_STEP));
     int coarsest = coarsest_step(low, side_log2_at(depth));
     Projection p = project_square(low, side_log2_at(depth));
     bool may = depth == 3 || fits_finer_ring(low, end);
-    bool is_fan = false;
-    int step_log2 = may ? next_step_or_fan(low, side_log2_at(depth), block.ring, coarsest, NO_STEP, p, is_fan) : 48;
-    return vec4(step_log2, is_fan, 0.0, 0.0);"""
+    bool is_alone = false;
+    int step_log2 = may ? next_step_or_known(low, side_log2_at(depth), block.ring, coarsest, NO_STEP, p, is_alone) : 48;
+    return vec4(step_log2, is_alone, 0.0, 0.0);"""
+STARS = {"STARS": 1}
 
 
 @pytest.mark.parametrize("view", ["default", "grazing", "far"])
@@ -188,7 +192,7 @@ def test_squares_are_joined_as_the_reference_joins_them(ctx, scene, view):
     blocks = watched.blocks[: sum(n for _, n in watched.rounds)]
     about = np.column_stack([blocks["origin"], blocks["unit_log2"], blocks["ring"]])
     asked = np.repeat(about, len(places), 0).astype("f4"), np.tile(places, (len(blocks), 1)).astype("f4")
-    steps = ask(ctx, "rings/squares.glsl", LOOK, asked[1], asked[0], bind=lambda kernel: watched._bind())
+    steps = ask(ctx, "rings/squares.glsl", LOOK, asked[1], asked[0], STARS, lambda kernel: watched._bind())
     steps, is_fan = steps[:, :2].reshape(len(blocks), -1, 2).astype(int).transpose(2, 0, 1)
     seen, pairs = set(), set()
     for r, (first, n) in enumerate(watched.rounds):

@@ -132,9 +132,8 @@ def check_stars(terrain, tables):
         table = layout.unpack_nodes(tables.read_nodes(level), terrain.span_m)
         stars = tables.read_ranges(level)["stars_m"].astype(np.float64) * terrain.span_m * 2.0**-14
         expected = reference.turned_errors(terrain.filled, level, void)
-        least = table.cut_max[..., None] * 2.0 ** (-255 / 64)
-        close, whole = np.maximum(expected * HALF * 2.0 ** (1 / 64) + slack, 1.001 * least), np.isfinite(expected)
-        assert (table.turned >= expected)[whole].all() and (table.turned <= close)[whole].all(), level
+        close, whole = expected * HALF + slack + table.cut_max[..., None] * (1.1 / 255), np.isfinite(expected)
+        assert (table.turned >= expected * (1 - 1e-6))[whole].all() and (table.turned <= close)[whole].all(), level
         for k in (2, 3):
             found, span_m = stars[..., k - 2], terrain.span_m * (1 - 1e-6)
             if level <= k:

@@ -148,7 +148,7 @@ def test_nodes_decode_as_the_shader_does(ctx):
     terrain["low_m"], terrain["span_m"] = low_m, span_m
     block, buffer = ctx.buffer(terrain.tobytes()), ctx.buffer(nodes.tobytes())
     floats = [f"{of}.{part}" for of in ("unpack_pair(node[0].max_m)", "texels_rms_m(node[0])") for part in "xy"]
-    shares = ("unpack_shares(node[0].{}, unpack_pair(node[0].max_m).y, OF_WEDGES)[{}]".format(*at) for at in _wedges())
+    shares = ("unpack_shares(node[0].{}, unpack_pair(node[0].max_m).y)[{}]".format(*at) for at in _wedges())
     floats += [f"unpack_pair(node[0].cut_m).{part}" for part in "xy"]
     floats += [f"unpack_range({steps[0]}u | {steps[1]}u << 16).{part}" for part in "xy"] + list(shares)
     declaration = "layout(std430, binding = 0) readonly buffer Nodes { PackedNode node[]; };\n"

@@ -106,7 +106,7 @@ def test_no_cuts_of_a_star_break_its_bound(shape, level):
     found = [ratios(some_map(shape, seed), level, SHARES) for seed in range(6)]
     patches, cells = (np.concatenate(each) for each in zip(*found, strict=True))
     assert max(patches.max(), cells.max()) <= 1 + 1e-9
-    assert patches.max() > 0.9
+    assert patches.max() > 0.85
     assert cells.max(0).min() > 0.8  # in each of the 16 cells
 
 

@@ -7,7 +7,7 @@
 //     │  ╱╲  │                     │  ╱   │   ╲  │        a post has two errors, in the wedge that contains it.
 //    0,2 ──── 2,2                 0,2 ── 1,2 ── 2,2
 //
-// Provides Node, node_at(), quad_errors_m(), fan_errors_m(), Move, CutEdges, cut_edge_m(), cut_edges_of(), cut_edges_m(), cut_errors_m(), Turned, turned_errors_m(); is_square(), twist_m(), crest_m(), kinks_m() for places between posts.
+// Provides Node, node_at(), quad_errors_m(), fan_errors_m(), Move, CutEdges, cut_edge_m(), cut_edges_of(), cut_edges_m(), Turned, cut_errors_m(); is_square(), twist_m(), crest_m(), kinks_m() for places between posts.
 // Python twins: reference.node_errors, reference.cut_errors, reference.turned_errors, reference.twists, reference.crest, reference.kinks
 
 #include "blocks/terrain.glsl"
@@ -150,30 +150,20 @@ vec2 fan_move_m(Node n, CutEdges c, vec2 place, vec2 w) {
     return (1.0 - min(w.x, w.y)) * max(w.y <= w.x ? of_row : vec2(0.0), w.x <= w.y ? of_column : vec2(0.0));
 }
 
+// Bounds above and below of a cell of a star: its diagonal runs to the corner NW, NE, SE or SW, and the two edges that meet there may be cut.
+struct Turned { vec4 above_m, below_m; };
+
 // Bounds above and below with any edges cut, in any triangulation (docs/guarantee.md, section 3): xy of a cell of a patch, zw of a patch of 2 × 2
 // segments, a fan with split edges. With its new vertices on the straight lines, the drawing lies between both diagonals, or is the fan.
 // Vertices of one edge at most take part in a triangle; together they weigh 1 on their edge and 0 on the opposite side, or at the centre.
-vec4 cut_errors_m(Node n, CutEdges c, vec2 place, vec2 quad, float split, vec2 weights) {
+vec4 cut_errors_m(Node n, CutEdges c, vec2 place, vec2 diagonals, float split, vec2 weights, out Turned turned) {
     vec2 t = place * n.per_side, move = fan_move_m(n, c, place, weights);
-    vec4 of_edge = vec4(1.0 - t, t);  // west, north, east, south
-    return vec4(quad.y + largest_of(of_edge * c.above_m), largest_of(of_edge * c.below_m) - quad.x, split + move.x, move.y - split);
-}
-
-// Bounds above and below of a cell of a star (docs/guarantee.md, section 3): its diagonal runs to the corner NW, NE, SE or SW, and the two edges
-// that meet there may be cut. Each edge is a leg of one of both triangles.
-struct Turned { vec4 above_m, below_m; };
-
-vec4 turned_moves_m(vec4 moves, vec4 of_falling, vec4 of_rising) {
-    vec4 f = moves * of_falling, r = moves * of_rising;  // west, north, east, south
-    return vec4(max(f.x, f.y), max(r.y, r.z), max(f.z, f.w), max(r.w, r.x));
-}
-
-Turned turned_errors_m(Node n, CutEdges c, vec2 place, vec2 drawn) {
-    vec2 t = place * n.per_side;
-    vec2 upper = vec2(greaterThanEqual(t, t.yx)), north = vec2(t.x + t.y <= 1.0, t.x + t.y >= 1.0);
-    vec4 of_edge = vec4(1.0 - t, t), of_falling = upper.yxxy, of_rising = north.xxyy;
-    vec4 above = turned_moves_m(of_edge * c.above_m, of_falling, of_rising), below = turned_moves_m(of_edge * c.below_m, of_falling, of_rising);
-    return Turned(above + drawn.xyxy, below - drawn.xyxy);
+    vec4 of_edge = vec4(1.0 - t, t), above = of_edge * c.above_m, below = of_edge * c.below_m;  // west, north, east, south
+    above = max(above, above.yzwx);  // of two edges
+    below = max(below, below.yzwx);
+    turned = Turned(above + diagonals.xyxy, below - diagonals.xyxy);
+    float most = max(diagonals.x, diagonals.y), least = min(diagonals.x, diagonals.y);
+    return vec4(most + max(above.x, above.z), max(below.x, below.z) - least, split + move.x, move.y - split);
 }
 
 // The twist h00 − h10 − h01 + h11 of a cell: 0 if its posts lie in a plane. Differences of similar heights are exact, even

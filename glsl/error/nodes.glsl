@@ -8,7 +8,7 @@
 //   children are within the tolerance if the node was.
 // Errors are half floats in units of span · 2^-14, rounded up: all values of (0, span] are normal numbers.
 // Squared errors are 64-bit fixed point, rounded up: span² is 2^35, so 2^28 posts of the largest error do not overflow.
-// Provides pack_shares(), unpack_shares(), PackedNode, NodeRange, pack_pair(), unpack_pair(), pack_range(), unpack_range(), square_up(), node_index(),
+// Provides pack_shares(), unpack_shares(), pack_parts(), PackedNode, NodeRange, pack_pair(), unpack_pair(), pack_range(), unpack_range(), square_up(), node_index(),
 // texels_rms_m(), posts_rms_m(), mean_is_known(), own_posts(), squares_m2().
 // Python twin: gpu.layout.NODE
 
@@ -21,7 +21,7 @@ struct PackedNode {
     uint cut_m;         // half floats, of a cell of a patch, whatever edges of it are cut: largest error low, root mean square high
     uint rms_m, max_m;  // half floats: quad low, fan high; rms_m may have HAS_VOIDS
     uint whole, split;  // errors of the fan's wedges W, N, E, S, edge whole or split: one byte each, relative to the fan's max_m
-    uint turned;        // errors as a cell of a star, its diagonal to the corner NW, NE, SE, SW: one byte each, relative to cut_m
+    uint turned;        // errors as a cell of a star, its diagonal to the corner NW, NE, SE, SW: one byte each, in parts of cut_m
 };
 
 // What the clipmap reads of a node, beside its summed-area tables.
@@ -44,19 +44,19 @@ uint pack_pair(vec2 e_m) {
     return half_up(e.x) | half_up(e.y) << 16;
 }
 
-#define OF_WEDGES 16.0  // parts of an octave: steps of errors in a byte
-#define OF_STARS 64.0
-
-// Steps below the largest error, rounded so that no error becomes smaller.
-uint pack_shares(vec4 e_m, float most_m, float steps) {
+// Sixteenths of an octave below the largest error, rounded so that no error becomes smaller.
+uint pack_shares(vec4 e_m, float most_m) {
     if (most_m == 0.0) return 0u;
-    uvec4 below = uvec4(clamp(floor(steps * log2(most_m / max(e_m, 1e-6 * most_m)) - 0.01), 0.0, 255.0));
+    uvec4 below = uvec4(clamp(floor(16.0 * log2(most_m / max(e_m, 1e-6 * most_m)) - 0.01), 0.0, 255.0));
     return below.x | below.y << 8 | below.z << 16 | below.w << 24;
 }
 
-vec4 unpack_shares(uint shares, float most_m, float steps) {
-    return most_m * exp2(vec4(uvec4(shares, shares >> 8, shares >> 16, shares >> 24) & 255u) / -steps);
+vec4 unpack_shares(uint shares, float most_m) {
+    return most_m * exp2(vec4(uvec4(shares, shares >> 8, shares >> 16, shares >> 24) & 255u) / -16.0);
 }
+
+// 255ths of the largest error, rounded up.
+uint pack_parts(vec4 e_m, float most_m) { return most_m == 0.0 ? 0u : packUnorm4x8(e_m / most_m + 0.51 / 255.0); }
 
 vec2 unpack_pair(uint pair) { return unpackHalf2x16(pair) * error_unit_m(); }
 

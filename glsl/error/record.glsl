@@ -58,13 +58,13 @@ float star_m(Node n, ivec2 at, int segments_log2) {
     float most_m = 0.0;
     for (ivec2 cell = ivec2(0); cell.y < segments; cell = cell.x + 1 < segments ? cell + ivec2(1, 0) : ivec2(0, cell.y + 1)) {
         PackedNode part = node[node_index(u_which_level - segments_log2, segments * at + cell)];
-        vec4 turned_m = unpack_shares(part.turned, unpack_pair(part.cut_m).x, OF_STARS);
         ivec2 far = cell >> segments_log2 - 1;
         int corner = far.y == 0 ? far.x : 3 - far.x;
         bool is_inner = all(greaterThan(cell, ivec2(0))) && all(lessThan(cell, ivec2(segments - 1)));
-        most_m = max(most_m, is_inner ? min(turned_m[corner], turned_m[corner ^ 2]) : turned_m[corner]);
+        vec4 parts = unpackUnorm4x8(part.turned);
+        most_m = max(most_m, unpack_pair(part.cut_m).x * (is_inner ? min(parts[corner], parts[corner ^ 2]) : parts[corner]));
     }
-    return most_m;
+    return most_m * (1.0 + exp2(-20.0));
 }
 
 void settle_node(ivec2 at, Node n, Worst w) {
@@ -75,9 +75,9 @@ void settle_node(ivec2 at, Node n, Worst w) {
     uint has_voids = w.voids != 0u ? HAS_VOIDS : 0u;
     uint rms = pack_pair(min(rms_m.xy, w.max_m)) | has_voids, cut = pack_pair(vec2(w.cut_m.x, min(rms_m.z, w.cut_m.x)));
     PackedNode settled = PackedNode(cut, nest_fan(rms, parts.rms_m), nest_fan(pack_pair(w.max_m), parts.max_m), 0u, 0u, 0u);
-    settled.whole = pack_shares(w.whole_m, unpack_pair(settled.max_m).y, OF_WEDGES);
-    settled.split = pack_shares(w.split_m, unpack_pair(settled.max_m).y, OF_WEDGES);
-    settled.turned = pack_shares(w.turned_m, unpack_pair(cut).x, OF_STARS);
+    settled.whole = pack_shares(w.whole_m, unpack_pair(settled.max_m).y);
+    settled.split = pack_shares(w.split_m, unpack_pair(settled.max_m).y);
+    settled.turned = pack_parts(w.turned_m, unpack_pair(cut).x);
     int i = node_index(u_which_level, at);
     node[i] = settled;
     range[i] = NodeRange(parts.heights, pack_pair(vec2(w.cut_m.y, min(rms_m.w, w.cut_m.y))), pack_pair(vec2(star_m(n, at, 2), star_m(n, at, 3))));

@@ -35,10 +35,9 @@ PostErrors errors_at(Node n, CutEdges c, ivec2 place) {
     e.height_m = height_m(n.low + place);
     float h = e.height_m - n.base_m;
     int wedge;
-    vec2 weights, diagonals = quad_errors_m(n, vec2(place), h), quad = vec2(min(diagonals.x, diagonals.y), max(diagonals.x, diagonals.y)), fan = fan_errors_m(n, vec2(place), h, wedge, weights);
-    e.drawn = vec4(quad.y, -quad.x, max(fan.x, fan.y), -min(fan.x, fan.y));
-    e.cut = cut_errors_m(n, c, vec2(place), quad, fan.y, weights);
-    e.turned = turned_errors_m(n, c, vec2(place), diagonals);
+    vec2 weights, quad = quad_errors_m(n, vec2(place), h), fan = fan_errors_m(n, vec2(place), h, wedge, weights);
+    e.drawn = vec4(max(quad.x, quad.y), -min(quad.x, quad.y), max(fan.x, fan.y), -min(fan.x, fan.y));
+    e.cut = cut_errors_m(n, c, vec2(place), quad, fan.y, weights, e.turned);
     e.wedge = vec4(fan.x, -fan.x, fan.y, -fan.y);
     e.wedges = 1u << wedge;
     return e;
@@ -77,6 +76,9 @@ void gather_post(inout Worst w, Node n, PostErrors at, ivec2 place) {
 // The largest of them over the cell: docs/guarantee.md, section 1. Within each half they are largest at a post or on the diagonal from a to b.
 vec4 over_halves(vec4 worst, vec4 a, vec4 b, vec4 t) { return max(worst, crest_m(a, b, t)); }
 
+// Errors above and below of the two corners whose diagonal falls, or rises.
+vec4 on_diagonal(Turned e, bool falls) { return falls ? vec4(e.above_m.xz, e.below_m.xz) : vec4(e.above_m.yw, e.below_m.yw); }
+
 // If one triangle covers a cell, its error is largest at a post. This is for a cell that an edge of the mesh crosses: in a square node its diagonal
 // from a to b. In a node that the map's rim cuts off it may cross any cell, between its posts; then the twist adds |t|/4 at most, and the bend kink_m.
 void gather_cell(inout Worst w, Node n, PostErrors a, PostErrors b, PostErrors c, PostErrors d, bool falls, vec2 kink_m) {
@@ -84,15 +86,14 @@ void gather_cell(inout Worst w, Node n, PostErrors a, PostErrors b, PostErrors c
     worst.drawn = max(max(a.drawn, b.drawn), max(c.drawn, d.drawn));
     worst.cut = max(max(a.cut, b.cut), max(c.cut, d.cut));
     worst.wedge = max(max(a.wedge, b.wedge), max(c.wedge, d.wedge));
-    Turned turned = Turned(max(max(a.turned.above_m, b.turned.above_m), max(c.turned.above_m, d.turned.above_m)), max(max(a.turned.below_m, b.turned.below_m), max(c.turned.below_m, d.turned.below_m)));
-    bvec4 crosses = falls ? bvec4(true, false, true, false) : bvec4(false, true, false, true);
     float twist = (a.height_m - c.height_m) - (d.height_m - b.height_m), bend = 0.25 * abs(twist);
     vec4 twists = vec4(twist, -twist, twist, -twist);
     most.drawn = is_square(n) ? over_halves(worst.drawn, a.drawn, b.drawn, twists) : worst.drawn + bend + kink_m.xxyy;
     most.cut = is_square(n) ? over_halves(worst.cut, a.cut, b.cut, twists) : worst.cut + bend + kink_m.xxyy;
     most.wedge = is_square(n) ? over_halves(worst.wedge, a.wedge, b.wedge, twists) : worst.wedge + bend + kink_m.y;
-    most.turned.above_m = mix(turned.above_m, over_halves(turned.above_m, a.turned.above_m, b.turned.above_m, vec4(twist)), crosses);
-    most.turned.below_m = mix(turned.below_m, over_halves(turned.below_m, a.turned.below_m, b.turned.below_m, vec4(-twist)), crosses);
+    vec4 over = crest_m(on_diagonal(a.turned, falls), on_diagonal(b.turned, falls), vec4(twist, twist, -twist, -twist));
+    vec2 of_corners = max(over.xy, over.zw);
+    most.turned = Turned(falls ? vec4(of_corners.x, 0.0, of_corners.y, 0.0) : vec4(0.0, of_corners.x, 0.0, of_corners.y), vec4(0.0));
     most.wedges = a.wedges | b.wedges | c.wedges | d.wedges;
     gather(w, n, most);
     vec4 mean = abs(twist) * 0.10541 + vec4(kink_m, max(kink_m.x, kink_m.y), kink_m.y);

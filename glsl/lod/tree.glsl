@@ -85,7 +85,7 @@ Projection project_node(int level, ivec2 at, float margin) {
     return p;
 }
 
-vec4 wedges_m(PackedNode n, uint shares) { return unpack_shares(shares, unpack_pair(n.max_m).y, OF_WEDGES); }
+vec4 wedges_m(PackedNode n, uint shares) { return unpack_shares(shares, unpack_pair(n.max_m).y); }
 
 // The largest error of a fan with these edges split (bits W, N, E, S).
 float fan_max_m(PackedNode n, uint edges) {

@@ -3,13 +3,9 @@
 
 layout(vertices = 1) out;
 
-flat in int v_number[];
-patch out float v_patch;
-
 void main() {
-    int inside = v_number[0] < 25 ? 2 : 3, a = v_number[0] % 5 + 2, b = v_number[0] / 5 % 5 + 2;
-    float along_a = exp2(float(max(a, inside))), along_b = exp2(float(max(b, inside))), segments = exp2(float(inside));
-    v_patch = float(v_number[0]);
-    gl_TessLevelOuter = float[4](along_a, along_b, along_b, along_a);
-    gl_TessLevelInner = float[2](segments, segments);
+    int inside = gl_PrimitiveID < 25 ? 2 : 3;
+    ivec2 along = max(ivec2(gl_PrimitiveID % 5, gl_PrimitiveID / 5 % 5) + 2, inside);
+    gl_TessLevelOuter = float[4](1 << along.x, 1 << along.y, 1 << along.y, 1 << along.x);
+    gl_TessLevelInner = float[2](1 << inside, 1 << inside);
 }

@@ -2,7 +2,6 @@
 
 layout(quads, equal_spacing, cw) in;  // as mesh/ring.tese
 
-patch in float v_patch;
 out vec3 v_place;
 
-void main() { v_place = vec3(gl_TessCoord.xy, v_patch); }
+void main() { v_place = vec3(gl_TessCoord.xy, gl_PrimitiveID); }

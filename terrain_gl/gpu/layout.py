@@ -93,7 +93,7 @@ def unpack_nodes(records: np.ndarray, span_m: float) -> NodeErrors:
     whole, split = (fan_max[..., None] * 2.0 ** (records[name] / -16.0) for name in ("whole", "split"))
     has_voids = np.signbit(records["rms_m"][..., 0])
     cut_max, cut_rms = np.moveaxis(records["cut_m"].astype(np.float64) * unit_m, -1, 0)
-    turned = cut_max[..., None] * 2.0 ** (records["turned"] / -64.0)
+    turned = cut_max[..., None] * (records["turned"] / 255.0)
     return NodeErrors(quad_max, fan_max, quad_rms, fan_rms, whole, split, has_voids, cut_max, cut_rms, turned)
 
 

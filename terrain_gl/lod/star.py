@@ -12,75 +12,50 @@ import numpy as np
 
 from ..gpu import gl, shaders
 
-SEGMENTS = 4, 8  # of each side of a star
-_PARTS = 64  # of a side: places are counted in these
-_CUTS = 4, 8, 16, 32, 64  # segments that an edge may have
-_PATCHES = [(t, a, b) for t in SEGMENTS for b in _CUTS for a in _CUTS]  # glsl/mesh/star.tesc
+PATCHES = 50  # glsl/mesh/star.tesc: 25 of each kind
+MOST_TRIANGLES = 8192
 
 
 def draws_stars(ctx: moderngl.Context) -> bool:
     """Whether this driver does so, for every number of segments of an edge."""
     if "draws_stars" not in (ctx.extra or {}):
-        expected = [_sorted(star_triangles(t, (max(a, t), max(b, t), max(b, t), max(a, t)))) for t, a, b in _PATCHES]
-        drawn = _drawn(ctx, sum(map(len, expected)))
-        ctx.extra = (ctx.extra or {}) | {"draws_stars": np.array_equal(np.concatenate(expected), drawn)}
+        places, patch = _drawn(ctx)
+        segments = np.where(patch < PATCHES // 2, 4, 8)[:, None, None]
+        ctx.extra = (ctx.extra or {}) | {"draws_stars": are_of_stars(places * segments, segments)}
     return bool(ctx.extra["draws_stars"])
 
 
-def star_triangles(segments: int, edges: tuple[int, int, int, int]) -> np.ndarray:
-    """Triangles of a star: (n, 3, 2) columns and rows in 64ths of a side.
+def are_of_stars(places: np.ndarray, segments: np.ndarray) -> bool:
+    """Whether triangles that cover patches without gaps are those of stars.
+
+    Each must lie in one half of a cell, cut toward the patch's middle. Its vertices must be corners of cells, or lie on
+    the patch's edge.
 
     Parameters
     ----------
+    places
+        (n, 3, 2) columns and rows, in cells from the patch's corner.
     segments
-        Of each side.
-    edges
-        Segments of the edges west, north, east and south: at least as many.
+        Cells along the patch's side: (n, 1, 1) or one number.
     """
-    west, north, east, south = edges
-    quarter_turn = np.array([[0, 1], [-1, 0]])  # (x, y) → (−y, x): north becomes east
-    quarters = (_quarter(segments, along) - _PARTS // 2 for along in (north, east, south, west))
-    turned = [quarter @ np.linalg.matrix_power(quarter_turn, k) for k, quarter in enumerate(quarters)]
-    return np.concatenate(turned) + _PARTS // 2
+    places = np.where(
+        places.mean(1, keepdims=True) > segments / 2, segments - places, places
+    )  # from the nearest corner
+    in_cell = places - np.floor(places.mean(1, keepdims=True))
+    after = in_cell[..., 0] - in_cell[..., 1]
+    in_half = np.all((in_cell >= 0) & (in_cell <= 1), (1, 2)) & (np.all(after >= 0, 1) | np.all(after <= 0, 1))
+    is_known = np.all(in_cell % 1 == 0, 2) | np.any(places == 0, 2)
+    return len(places) > 0 and bool(np.all(in_half) and np.all(is_known))
 
 
-def _quarter(segments: int, along_edge: int) -> np.ndarray:
-    """The triangles between the northern edge and the middle, row after row."""
-    found, cut, middle = [], along_edge // segments, segments // 2
-    for row in range(middle):
-        parts = cut if row == 0 else 1
-        for k in range(row, segments - row):  # triangles with a leg on the row's northern side
-            apex = (k + 1 if k < middle else k, row + 1)
-            found += [[(k + i / parts, row), (k + (i + 1) / parts, row), apex] for i in range(parts)]
-        for k in range(row + 1, segments - row - 1):  # and on its southern side
-            found.append([(k, row + 1), (k + 1, row + 1), (k if k < middle else k + 1, row)])
-    return np.rint(np.array(found) * (_PARTS / segments)).astype(int)
-
-
-def _sorted(triangles: np.ndarray) -> np.ndarray:
-    """Triangles as three numbers each, in an order that depends on their places alone."""
-    vertices = np.sort(triangles[..., 1] * (_PARTS + 1) + triangles[..., 0], 1)
-    return vertices[np.lexsort(vertices.T)]
-
-
-def _drawn(ctx: moderngl.Context, count: int) -> np.ndarray:
-    """What the driver draws, patch after patch; more or fewer than `count` triangles give an empty array."""
-    program = shaders.program(
-        ctx,
-        vertex="mesh/star.vert",
-        tess_control="mesh/star.tesc",
-        tess_evaluation="mesh/star.tese",
-        varyings=["v_place"],
-    )
-    vao, out = ctx.vertex_array(program, []), ctx.buffer(reserve=2 * count * 3 * 12)
-    commands = ctx.buffer(np.array([len(_PATCHES), 1, 0, 0, 0], "u4").tobytes())
+def _drawn(ctx: moderngl.Context) -> tuple[np.ndarray, np.ndarray]:
+    """Triangles in parts of their patch's side, (n, 3, 2), and the patch of each."""
+    stages = {"vertex": "shade/screen.vert", "tess_control": "mesh/star.tesc", "tess_evaluation": "mesh/star.tese"}
+    program = shaders.program(ctx, **stages, varyings=["v_place"])  # type: ignore[arg-type]
+    vao, out = ctx.vertex_array(program, []), ctx.buffer(reserve=MOST_TRIANGLES * 36)
     ctx.patch_vertices = 1
-    try:
-        if gl.capture(ctx, program, vao, out, commands, 1) != count:
-            return np.zeros(0)
-        places = np.frombuffer(out.read(count * 36), "f4").reshape(count, 3, 3)
-    finally:
-        for resource in (commands, vao, out, program):
-            resource.release()
-    triangles, patch = np.rint(places[..., :2] * _PARTS).astype(int), places[:, 0, 2]
-    return np.concatenate([_sorted(triangles[patch == k]) for k in range(len(_PATCHES))])
+    count = gl.capture(ctx, program, vao, out, [(0, PATCHES)])
+    found = np.frombuffer(out.read(count * 36), "f4").reshape(count, 3, 3)
+    for resource in (vao, out, program):
+        resource.release()
+    return np.rint(found[..., :2] * 64) / 64, found[:, 0, 2]

@@ -18,7 +18,7 @@ from .sat import box_sum
 PATCH = 8  # units a side of a block
 MOST_SEGMENTS_LOG2 = 6  # OpenGL's 64
 FINEST = -5  # log2 of the smallest spacing in ring 0: 32 segments between two posts; in other rings 16
-PATCH_COST = 24.0  # cost of a patch in triangles, besides its own triangles
+PATCH_COST = 30.0  # cost of a patch in triangles, besides its own triangles
 LEAST_PARTS = min(4 * (2 + PATCH_COST), 4 * 8 + 2 * PATCH_COST)  # four single cells, or two pairs of 2 × 2 cells
 FEW_LOG2 = 1  # a square of so few cells a side looks at the cells themselves
 ROUNDS = 3  # depth of blocks inside blocks
@@ -109,14 +109,20 @@ def coarsest_step(low: Post, side_log2: int, top_level: int) -> int:
     return min((bits & -bits).bit_length() - 1, top_level)
 
 
-# A patch of 2 × 2 segments over a node of the quadtree is a fan. It has a bound of its own: `cut_errors`.
+# A patch over a node of the quadtree is a fan if it has 2 × 2 segments, and a star if it has 4 × 4 or 8 × 8. These have
+# bounds of their own: `cut_errors`, `star_errors`.
 
 
-def fan_m(fans_m: Sequence[np.ndarray], low: Post, side_log2: int, step_log2: int) -> float:
-    """Largest error of a square of spacing 2^step_log2 as a fan; inf if it is none. `fans_m` begins with level 1."""
-    is_node = (low[0] | low[1]) & (1 << side_log2) - 1 == 0 and min(low) >= 0 and 1 <= side_log2 <= len(fans_m)
-    col, row = (at >> side_log2 for at in low)
-    return float(fans_m[side_log2 - 1][row, col]) if is_node and step_log2 == side_log2 - 1 else np.inf
+def known_m(errors_m: Sequence[np.ndarray], low: Post, side_log2: int, step_log2: int) -> float:
+    """Largest error of a square of spacing 2^step_log2 as a fan or star; inf if it is none.
+
+    For each level from 1 on, `errors_m` has the errors (3, rows, cols) of its nodes with 2, 4 and 8 segments a side.
+    """
+    is_node = (low[0] | low[1]) & (1 << side_log2) - 1 == 0 and min(low) >= 0 and 1 <= side_log2 <= len(errors_m)
+    (col, row), segments_log2 = (at >> side_log2 for at in low), side_log2 - step_log2
+    return (
+        float(errors_m[side_log2 - 1][segments_log2 - 1, row, col]) if is_node and 1 <= segments_log2 <= 3 else np.inf
+    )
 
 
 def finest_step(side_log2: int, ring_level: int) -> int:
@@ -129,9 +135,9 @@ def next_step(coarsest: int, finest: int, holds: Callable[[int], bool]) -> int |
     return next((step for step in range(coarsest, finest - 1, -1) if holds(step)), None)
 
 
-# From the units up:   cost(square) = min(2 T² + 24,  Σ cost of its four parts − 24 for each pair)
+# From the units up:   cost(square) = min(2 T² + 30,  Σ cost of its four parts − 30 for each pair)
 # Two parts side by side with the same spacing become a pair, one patch, unless they are single cells or only hold as
-# fans. If a square costs no more than the cheapest parts, it becomes one leaf.
+# fans or stars. If a square costs no more than the cheapest parts, it becomes one leaf.
 
 
 def cut_block(
@@ -263,7 +269,7 @@ def _beside(leaves: Sequence[Leaf], over: np.ndarray, i: int, side: int) -> set[
     return set(cells[cells >= 0].tolist())
 
 
-# With a budget, the price λ of a triangle decides:   cost(square) = min over T of  E(T) + λ (2 T² + 24)
+# With a budget, the price λ of a triangle decides:   cost(square) = min over T of  E(T) + λ (2 T² + 30)
 # (Everett 1963, "Generalized Lagrange multiplier method"). A higher price gives fewer triangles.
 
 

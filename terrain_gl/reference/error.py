@@ -252,11 +252,7 @@ def turned_errors(heights: np.ndarray, level: int, void: np.ndarray | None = Non
     moves = cut_moves(heights, level)[:, 0, :, :, None, :, None]
     measured, crossed = measured_posts(heights, level, void), crossed_cells(heights.shape, level, void)
     for k, (one, other) in enumerate([(0, 1), (1, 2), (2, 3), (3, 0)]):  # edges in the order of `cut_moves`
-        from_one, from_other = (weights[edge] * moves[edge] for edge in (one, other))
-        move = np.maximum(
-            np.where(weights[one] >= weights[other], from_one, 0),
-            np.where(weights[one] <= weights[other], from_other, 0),
-        )
+        move = np.maximum(weights[one] * moves[one], weights[other] * moves[other])
         rises, row = k % 2, np.arange(side + 1)
         col, cell = (row[::-1], (row[:-1], row[-2::-1])) if rises else (row, (row[:-1], row[:-1]))
         largest = np.zeros((len(y.low), len(x.low)))
