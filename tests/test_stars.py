@@ -1,4 +1,4 @@
-"""A patch of 4 × 4 segments over a node is a star: its diagonals point to its middle, and its bound holds with cuts."""
+"""A patch of 4 × 4 or 8 × 8 segments over a node is a star: diagonals point to its middle; its bound holds with cuts."""
 
 from itertools import pairwise
 
@@ -16,15 +16,15 @@ CORNER = np.array([[0, 0, 1, 1], [0, 0, 1, 1], [3, 3, 2, 2], [3, 3, 2, 2]])  # n
 OUTER = np.pad(np.zeros((2, 2), bool), 1, constant_values=True)
 
 
-def star(low, side, share, rng, turned=True):
+def star(low, side, share, rng, turned=True, n=4):
     """Corners (row, column) of the triangles of a patch, (n, 3, 2).
 
     A share of the posts of the patch's edges are vertices. With `turned` false, all diagonals fall.
     """
-    found, step = [], side // 4
-    for i, j in np.ndindex(4, 4):
+    found, step = [], side // n
+    for i, j in np.ndindex(n, n):
         nw, ne, sw, se = low + step * np.array([(i, j), (i, j + 1), (i + 1, j), (i + 1, j + 1)])
-        falls = not turned or (i < 2) == (j < 2)
+        falls = not turned or (i < n // 2) == (j < n // 2)
         for a, b, c in [(nw, ne, se), (nw, sw, se)] if falls else [(ne, nw, sw), (ne, se, sw)]:  # the right angle is b
             if on_rim(a, b, low, side):
                 found += [(c, *edge) for edge in pairwise(cut(a, b, share, rng))]
@@ -108,6 +108,16 @@ def test_no_cuts_of_a_star_break_its_bound(shape, level):
     assert max(patches.max(), cells.max()) <= 1 + 1e-9
     assert patches.max() > 0.85
     assert cells.max(0).min() > 0.8  # in each of the 16 cells
+
+
+@pytest.mark.parametrize("level", [4, 5])
+def test_no_cuts_of_a_star_of_8_segments_break_its_bound(level):
+    low, side, rng, found = np.zeros(2, int), 1 << level, np.random.default_rng(8), []
+    for seed, share in [(seed, share) for seed in range(4) for share in SHARES]:
+        heights = some_map((side + 1, side + 1), seed)
+        off = distances(heights, low, side, star(low, side, share, rng, n=8))
+        found.append(off.max() / reference.star_errors(heights, level, 3)[0, 0])
+    assert 0.85 < max(found) <= 1 + 1e-9
 
 
 @pytest.mark.parametrize("level", [3, 4, 5])
