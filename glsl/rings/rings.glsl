@@ -1,6 +1,6 @@
 // rings/rings.glsl — a clipmap around the eye, and the patches that it is cut into.
 //   Ring l has cells of 2^l posts. It is a rectangle of blocks of PATCH × PATCH ring cells, and the next finer ring fills its
-//   middle. A ring follows the eye in steps of two of its cells. So its blocks need not be nodes of the error tables' tree.
+//   middle. A ring follows the eye in steps of four of its cells. So its blocks need not be nodes of the error tables' tree.
 //   A block is divided into units of one ring cell. A leaf is a square of 8, 4, 2 or 1 units a side that becomes one patch, or a
 //   pair: two such squares side by side, halves of a larger square, with the same spacing.
 //   If a unit needs more than 64 segments a side, it becomes a block of its own, with units an eighth as large.
