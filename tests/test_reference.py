@@ -32,6 +32,8 @@ WITHOUT = {  # no equation: bookkeeping, declarations, or passes that use the fu
     "lod/tiles.comp",
     "lod/tiles.glsl",
     "mesh/bilinear.tesc",
+    "mesh/star.tesc",
+    "mesh/star.tese",
     "mesh/error.frag",
     "mesh/patch.glsl",
     "mesh/patch.vert",

@@ -1,4 +1,4 @@
-"""A patch of 4 × 4 or 8 × 8 segments over a node is a star: diagonals point to its middle, its bound holds with cuts."""
+"""A patch of 4 × 4 or 8 × 8 segments over a node is a star: diagonals point to its middle; cuts keep its bound."""
 
 from itertools import pairwise
 

@@ -15,6 +15,7 @@ import numpy as np
 from ..gpu import layout, shaders
 from ..gpu.bindings import bind
 from ..lod import ClipmapSelector, QuadtreeSelector, Selection
+from ..lod.star import draws_stars
 
 _CHOICE = np.dtype([("quads", "4f4"), ("fan", "4f4")])
 _ANSWER = np.dtype([("projection", "4f4"), ("range_m", "4f4"), ("choice", _CHOICE, layout.MAX_LEVELS)])
@@ -179,7 +180,9 @@ class Explainer:
         return np.frombuffer(self._answer.read(), _ANSWER)[0]
 
     def _ask_ring(self, surface: ClipmapSelector, corner: tuple[int, int], side_log2: int) -> np.ndarray:
-        self._ring_kernel = self._ring_kernel or shaders.compute(self.ctx, "rings/explain.comp", {"MEAN": 1})
+        if not self._ring_kernel:
+            defines = {"MEAN": 1} | ({"STARS": 1} if draws_stars(self.ctx) else {})
+            self._ring_kernel = shaders.compute(self.ctx, "rings/explain.comp", defines)
         surface.bind()
         surface.tables.bind()
         bind("rings/explain.comp", Answer=self._answer)
