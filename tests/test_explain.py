@@ -35,7 +35,7 @@ def star_error(heights, segments):
 
 
 def test_what_was_chosen_keeps_the_tolerance_and_is_among_the_choices(renderer):
-    renderer.draw(CAMERA, 2.0, cull=False, style=UNLIT)
+    renderer.draw(CAMERA, 1.0, cull=False, style=UNLIT)
     kinds = set()
     for x, y in places(renderer, 150):
         told = renderer.inspector.explain(x, y)
@@ -43,7 +43,7 @@ def test_what_was_chosen_keeps_the_tolerance_and_is_among_the_choices(renderer):
         assert (
             told.corner[0] <= col <= told.corner[0] + told.side and told.corner[1] <= row <= told.corner[1] + told.side
         )
-        assert told.chosen in told.choices and told.chosen.px <= told.tolerance_px == 2.0
+        assert told.chosen in told.choices and told.chosen.px <= told.tolerance_px == 1.0
         assert told.chosen.segments * told.chosen.step in (0, told.side)
         kinds.add(told.chosen.segments)
     assert len(kinds) > 2

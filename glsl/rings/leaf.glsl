@@ -12,7 +12,7 @@ layout(std430, binding = 6) readonly buffer Ranges { NodeRange range[]; };
 
 #define NEVER 1e30
 #ifndef PATCH_COST
-#define PATCH_COST 30.0  // cost of a patch besides its triangles, counted in triangles
+#define PATCH_COST 28.0  // cost of a patch besides its triangles, counted in triangles
 #endif
 
 #ifdef PAGED

@@ -18,7 +18,7 @@ from .sat import box_sum
 PATCH = 8  # units a side of a block
 MOST_SEGMENTS_LOG2 = 6  # OpenGL's 64
 FINEST = -5  # log2 of the smallest spacing in ring 0: 32 segments between two posts; in other rings 16
-PATCH_COST = 30.0  # cost of a patch in triangles, besides its own triangles
+PATCH_COST = 28.0  # cost of a patch in triangles, besides its own triangles
 LEAST_PARTS = min(4 * (2 + PATCH_COST), 4 * 8 + 2 * PATCH_COST)  # four single cells, or two pairs of 2 × 2 cells
 FEW_LOG2 = 1  # a square of so few cells a side looks at the cells themselves
 ROUNDS = 3  # depth of blocks inside blocks
@@ -135,7 +135,7 @@ def next_step(coarsest: int, finest: int, holds: Callable[[int], bool]) -> int |
     return next((step for step in range(coarsest, finest - 1, -1) if holds(step)), None)
 
 
-# From the units up:   cost(square) = min(2 T² + 30,  Σ cost of its four parts − 30 for each pair)
+# From the units up:   cost(square) = min(2 T² + 28,  Σ cost of its four parts − 28 for each pair)
 # Two parts side by side with the same spacing become a pair, one patch, unless they are single cells or only hold as
 # fans or stars. If a square costs no more than the cheapest parts, it becomes one leaf.
 
@@ -269,7 +269,7 @@ def _beside(leaves: Sequence[Leaf], over: np.ndarray, i: int, side: int) -> set[
     return set(cells[cells >= 0].tolist())
 
 
-# With a budget, the price λ of a triangle decides:   cost(square) = min over T of  E(T) + λ (2 T² + 30)
+# With a budget, the price λ of a triangle decides:   cost(square) = min over T of  E(T) + λ (2 T² + 28)
 # (Everett 1963, "Generalized Lagrange multiplier method"). A higher price gives fewer triangles.
 
 
