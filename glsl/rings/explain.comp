@@ -26,7 +26,7 @@ void main() {
     p.sag_m = slack_m(step_log2);
     vec2 cells = cells_m(u_low, u_side_log2, step_log2, few_cells_m(u_low, u_side_log2));
     float max_m = cells.x, rms_m = min(cells.y, max_m);
-    vec2 of_known_m = known_m(u_low, u_side_log2, step_log2);
+    vec2 of_known_m = known_m(node_over(u_low, u_side_log2), u_low, u_side_log2, step_log2);
     max_m = min(max_m, of_known_m.x);
     rms_m = min(min(rms_m, rms_of_node_m(u_low, u_side_log2, of_known_m.y)), max_m);
     choice[k] = vec4(vec2(max_m, rms_m) + p.sag_m, p.outside ? 0.0 : error_px(p, u_metric == METRIC_RMS && has_mean(p) ? rms_m : max_m, max_m), 1.0);

@@ -1,5 +1,5 @@
 // rings/leaf.glsl — a leaf's box in the view, and the largest error in metres that is within the tolerance there.
-// Provides range_of_square_m(), project_square(), error_within_m(), has_mean(), few_cells_m(), cells_m(), rms_of_box_m(), coarsest_step(), slack_m(), known_m(), next_step(), next_step_or_known(), leaf_px().
+// Provides range_of_square_m(), project_square(), error_within_m(), has_mean(), few_cells_m(), cells_m(), rms_of_box_m(), coarsest_step(), slack_m(), node_over(), known_m(), next_step(), next_step_or_known(), leaf_px().
 // Python twins: reference.clipmap.next_step, reference.clipmap.coarsest_step, reference.clipmap.finest_step
 
 #include "rings/rings.glsl"
@@ -130,16 +130,21 @@ float slack_m(int step_log2) { return sag_m(step_log2) + rounding_between_m(); }
 #define MOST_KNOWN_LOG2 1
 #endif
 
-// The largest error of a fan or star and its root mean square; the span if there is no such bound.
-vec2 known_m(ivec2 low, int side_log2, int step_log2) {
-    int segments_log2 = side_log2 - step_log2;
+// The errors of the node that a square is; the span if it is none.
+NodeRange node_over(ivec2 low, int side_log2) {
     bool is_node = side_log2 >= 1 && side_log2 <= u_top_level && all(equal(low & (1 << side_log2) - 1, ivec2(0))) && all(greaterThanEqual(low, ivec2(0)));
-    if (segments_log2 < 1 || segments_log2 > MOST_KNOWN_LOG2 || !is_node) return vec2(u_span_m);
+    uint span = pack_pair(vec2(u_span_m));
+    return is_node ? range[range_index(side_log2, low >> side_log2)] : NodeRange(0u, span, span);
+}
+
+// The largest error of a fan or star and its root mean square; the span if there is no such bound.
+vec2 known_m(NodeRange node, ivec2 low, int side_log2, int step_log2) {
+    int segments_log2 = side_log2 - step_log2;
+    if (segments_log2 < 1 || segments_log2 > MOST_KNOWN_LOG2) return vec2(u_span_m);
 #ifdef PAGED
     bool is_mixed;
     if (resident_level(low, low + (1 << side_log2), step_log2, is_mixed) > step_log2) return vec2(u_span_m);
 #endif
-    NodeRange node = range[range_index(side_log2, low >> side_log2)];
     vec2 stars_m = unpack_pair(node.stars_m);
     return segments_log2 == 1 ? unpack_pair(node.fan_m) : segments_log2 == 2 ? stars_m.xx : stars_m.yy;
 }
@@ -150,8 +155,8 @@ float rms_of_node_m(ivec2 low, int side_log2, float rms_m) {
     return rms_m * sqrt(own_posts(side_log2, low >> side_log2) / (cells.x * cells.y)) * (1.0 + exp2(-18.0));
 }
 
-bool holds_as_known(ivec2 low, int side_log2, int step_log2, Projection p) {
-    vec2 errors_m = known_m(low, side_log2, step_log2);
+bool holds_as_known(NodeRange node, ivec2 low, int side_log2, int step_log2, Projection p) {
+    vec2 errors_m = known_m(node, low, side_log2, step_log2);
     p.sag_m = slack_m(step_log2);
     if (!has_mean(p)) return errors_m.x <= error_within_m(p) - p.sag_m;
     return error_px(p, rms_of_node_m(low, side_log2, errors_m.y), errors_m.x) <= u_tolerance_px * (1.0 - 1e-5);
@@ -186,8 +191,9 @@ int next_step(ivec2 low, int side_log2, int coarsest, int finest, Projection p) 
 // that the tables allow, or NO_STEP.
 int next_step_or_known(ivec2 low, int side_log2, int ring, int coarsest, int known, Projection p, out bool is_alone) {
     int finest = known != NO_STEP ? known + 1 : finest_of(low, side_log2, ring, coarsest), alone = NO_STEP;
-    for (int k = 1; k <= MOST_KNOWN_LOG2 && alone == NO_STEP; k++)
-        if (side_log2 - k >= finest && side_log2 - k <= coarsest && holds_as_known(low, side_log2, side_log2 - k, p)) alone = side_log2 - k;
+    NodeRange node = node_over(low, side_log2);
+    for (int k = MOST_KNOWN_LOG2; k >= 1; k--)
+        if (side_log2 - k >= finest && side_log2 - k <= coarsest && holds_as_known(node, low, side_log2, side_log2 - k, p)) alone = side_log2 - k;
     int step_log2 = next_step(low, side_log2, coarsest, alone != NO_STEP ? alone : finest, p);
     is_alone = alone != NO_STEP && step_log2 == NO_STEP;
     return is_alone ? alone : step_log2 == NO_STEP ? known : step_log2;
@@ -205,7 +211,7 @@ float square_px(ivec2 low, int side_log2, int step_log2, bool is_alone) {
     p.sag_m = slack_m(step_log2);
     vec2 errors_m = cells_m(low, side_log2, step_log2, few_cells_m(low, side_log2));
     if (is_alone) {
-        vec2 of_known_m = known_m(low, side_log2, step_log2);
+        vec2 of_known_m = known_m(node_over(low, side_log2), low, side_log2, step_log2);
         errors_m = min(errors_m, vec2(of_known_m.x, rms_of_node_m(low, side_log2, of_known_m.y)));
     }
     return bound_px(p, errors_m.y, errors_m.x);

@@ -18,7 +18,7 @@ float squares_of_box_m2(ivec2 low, int side_log2, int step_log2) {
     ivec2 from = max(low, ivec2(0)), to = min(end, u_last_post);
     vec2 own = vec2(to - from), asked = vec2((to - 1 >> tile) + 1 - (from >> tile) << tile);
     float sag = sag_m(step_log2);
-    float posts = own.x * own.y, of_fan_m = rms_of_node_m(low, side_log2, known_m(low, side_log2, side_log2 - 1).y);
+    float posts = own.x * own.y, of_fan_m = rms_of_node_m(low, side_log2, known_m(node_over(low, side_log2), low, side_log2, side_log2 - 1).y);
     float few_m = few_parts_m(step_log2, few_cells_m(low, side_log2)).y, of_tables_m2 = squares_m2(low, end, step_log2) * own.x / asked.x * own.y / asked.y;
     float squares = few_m < NEVER ? few_m * few_m * posts : of_tables_m2;
     if (step_log2 == side_log2 - 1) squares = min(squares, 0.5 * (squares + of_fan_m * of_fan_m * posts));
