@@ -248,7 +248,9 @@ def test_signals_leave_no_file_behind(dem, first, second):
         time.sleep(0.002)
         flying.send_signal(getattr(signal, second))
     status = flying.wait(60)
-    assert status == 128 + getattr(signal, first) or (second and status == 128 + getattr(signal, second))
+    # a second signal may also end the process after it has cleaned up; shells report 128 + its number then, too
+    ends = [128 + getattr(signal, name) for name in (first, second) if name]
+    assert status in ends or (second and status == -getattr(signal, second))
     assert b"Traceback" not in flying.stderr.read()
     assert os.listdir() == [dem]
 

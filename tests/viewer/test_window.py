@@ -5,6 +5,7 @@ import os
 import shutil
 import subprocess
 import sys
+import time
 
 import numpy as np
 import pytest
@@ -258,6 +259,13 @@ def test_view_command(screen, tmp_path):
     assert last["map"] == "alpine" and last["triangles"] > 100
 
 
+def is_still(screen):
+    """Whether nothing changes for a second."""
+    before = screen.pixels()
+    time.sleep(1.0)
+    return np.array_equal(screen.pixels(), before)
+
+
 def test_panels_in_a_window(screen, tmp_path):
     pytest.importorskip("imgui_bundle", reason="the extra [gui] is not installed")
     command = ["-m", "terrain_gl", "view", "canyon", "--size", "640x480", "--fresh", "--json", "last.json"]
@@ -271,6 +279,7 @@ def test_panels_in_a_window(screen, tmp_path):
         assert not is_orange(screen.pixels()[knob, 145:160]).any()
         screen.do("mousemove", 150, rows[0] + 6, "click", 1, "mousemove", 500, 300)
         screen.wait(lambda: is_orange(screen.pixels()[knob, 145:160]).any(), "the slider's knob")
+        screen.wait(lambda: is_still(screen), "a picture at rest: in motion the mesh is looser")
         screen.do("key", "Escape")
         assert end_of(process) == (0, "", [])
     last = json.loads((tmp_path / "last.json").read_text())
