@@ -40,7 +40,7 @@ class ErrorTables:
     nodes
         Records `layout.NODE` of all levels from 1 on.
     ranges
-        Records `layout.NODE_RANGE` of these nodes: lowest and highest height, and errors as a patch of 2 × 2 segments.
+        Records `layout.NODE_RANGE` of these nodes: lowest and highest height, and errors as a fan and as stars.
     gains
         For each of these nodes, float32: the squared metres that splitting removes for each triangle it adds.
     counters, squares

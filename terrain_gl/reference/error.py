@@ -225,7 +225,7 @@ def _fan_moves(heights: np.ndarray, level: int) -> np.ndarray:
     return (1 - np.minimum(of_y, of_x)) * most
 
 
-# A patch of 4 × 4 segments is a star: every diagonal points to the middle of the patch. A cell of it has one diagonal,
+# A patch of 4 × 4 or 8 × 8 segments is a star: each diagonal points to its middle. A cell of it has one diagonal,
 # and only the edges that meet in the diagonal's outer end may be cut. Each is a leg of one triangle. In this triangle v
 # is larger for this edge than for the other. So these bound the error of the cell:
 #   e + v · above   and   v · below − e        with the error e, drawn minus true, of the cell with this diagonal

@@ -94,17 +94,16 @@ class Arrays:
         """Write whole shards."""
         self._array(name, level)[(Ellipsis, *where)] = values
 
-    def read(self, name: str, level: int, where: Area, words: slice = slice(None)) -> np.ndarray:
-        """Read an area; `words` selects words of records.
+    def read(self, name: str, level: int, where: Area) -> np.ndarray:
+        """Read an area, with all words of records.
 
         Raises
         ------
         MissingTileError
             A tile of the area was never written, is damaged, or cannot be read.
         """
-        of_words = (words,) if FIELDS[name][2] > 1 else ()
         try:
-            values = np.asarray(self._array(name, level)[(*of_words, *where)])
+            values = np.asarray(self._array(name, level)[(Ellipsis, *where)])
         except (ValueError, OSError, RuntimeError, KeyError) as error:
             reason = "its checksum does not fit" if "checksum" in str(error) else " ".join(str(error).split())[:80]
             raise MissingTileError(f"{self.called(name, level, where)}: {reason}") from None
