@@ -279,12 +279,12 @@ class Bad:
         self._read, self.harm, self._rng = stored.arrays.read, harm, np.random.default_rng(4)
         self._other, self._tile, self.harmed = StoredMap(other).arrays.read, stored.tile, 0
 
-    def __call__(self, name, level, where, words=slice(None)):
+    def __call__(self, name, level, where):
         row, col = (s.start // self._tile for s in where)
         if level > 2 or (row + 2 * col + level) % 3:
-            return self._read(name, level, where, words)
+            return self._read(name, level, where)
         self.harmed += 1
-        return getattr(self, self.harm)(name, level, where, words)
+        return getattr(self, self.harm)(name, level, where)
 
     def delay(self, *at):
         time.sleep(0.05 * self._rng.random())
@@ -303,9 +303,9 @@ class Bad:
         values.view(np.uint8)[..., 0, 3] ^= 1
         return values
 
-    def reorder(self, name, level, where, words):
+    def reorder(self, name, level, where):
         rows = slice(0, where[0].stop - where[0].start)
-        return self._read(name, level, (rows, where[1]), words)
+        return self._read(name, level, (rows, where[1]))
 
     def stale(self, *at):
         return self._other(*at)

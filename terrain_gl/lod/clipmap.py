@@ -33,7 +33,7 @@ from ..rect import Rect
 from ..view import View
 from .rings import PATCH, PATCHES, Ring, patches_for, ring_over, rings_around
 from .selection import INFINITE_PX, METRES, Goal, Selection
-from .star import draws_stars
+from .star import star_defines
 
 SETTLING = 2  # rounds of `settle` that run before their queues are emptied; a frame has at least so many
 ROUNDS = 3  # rounds of `decide`: in each, the blocks have units an eighth as large
@@ -91,7 +91,7 @@ class ClipmapSelector:
         fits = tables.counters.size <= 4 * gl.limits(ctx)["texture_buffer_texels"]
         self._defines = {"MOST_VERTICES": gl.MOST_VERTICES, "THREADS": self._threads}
         self._defines |= {"COUNTERS_IN_TEXTURE": 1} if fits else {}
-        self._defines |= {"STARS": 1} if draws_stars(ctx) else {}
+        self._defines |= star_defines(ctx)
         self._buffers: dict[str, moderngl.Buffer] = {}
         self._reserve(blocks=1024, patches=16384, draws=256)
 

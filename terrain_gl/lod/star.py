@@ -25,6 +25,11 @@ def draws_stars(ctx: moderngl.Context) -> bool:
     return bool(ctx.extra["draws_stars"])
 
 
+def star_defines(ctx: moderngl.Context) -> dict[str, int]:
+    """What ring shaders are told of it."""
+    return {"STARS": 1} if draws_stars(ctx) else {}
+
+
 def are_of_stars(places: np.ndarray, segments: np.ndarray) -> bool:
     """Whether triangles that cover patches without gaps are those of stars.
 

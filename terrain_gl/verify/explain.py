@@ -15,7 +15,7 @@ import numpy as np
 from ..gpu import layout, shaders
 from ..gpu.bindings import bind
 from ..lod import ClipmapSelector, QuadtreeSelector, Selection
-from ..lod.star import draws_stars
+from ..lod.star import star_defines
 
 _CHOICE = np.dtype([("quads", "4f4"), ("fan", "4f4")])
 _ANSWER = np.dtype([("projection", "4f4"), ("range_m", "4f4"), ("choice", _CHOICE, layout.MAX_LEVELS)])
@@ -181,7 +181,7 @@ class Explainer:
 
     def _ask_ring(self, surface: ClipmapSelector, corner: tuple[int, int], side_log2: int) -> np.ndarray:
         if not self._ring_kernel:
-            defines = {"MEAN": 1} | ({"STARS": 1} if draws_stars(self.ctx) else {})
+            defines = {"MEAN": 1} | star_defines(self.ctx)
             self._ring_kernel = shaders.compute(self.ctx, "rings/explain.comp", defines)
         surface.bind()
         surface.tables.bind()
