@@ -77,7 +77,7 @@ def test_with_stars_of_no_error_the_promise_breaks(scene, column, error_px):
 def test_a_driver_that_draws_no_stars_keeps_the_promise_with_more_patches(ctx, scene, monkeypatch):
     camera = cameras(scene.heightmap)["default"]
     with_bounds = scene.select(camera, ERROR_PX).patches
-    monkeypatch.setattr("terrain_gl.lod.clipmap.draws_stars", lambda ctx: False)
+    monkeypatch.setattr("terrain_gl.lod.star.draws_stars", lambda ctx: False)
     other = clipmap_of(ctx, scene.heightmap, (320, 180))
     view = other.select(camera, ERROR_PX)
     assert surface_errors(other, view, camera).max_px <= view.certified_px <= ERROR_PX
