@@ -12,7 +12,7 @@ from terrain_gl import reference
 from terrain_gl.camera import Camera
 from terrain_gl.gpu import layout
 from terrain_gl.heightmap import Heightmap
-from terrain_gl.lod import ClipmapSelector, Goal
+from terrain_gl.lod import ClipmapSelector, Goal, budget
 from terrain_gl.lod.rings import PATCH, PATCHES, rings_around
 from terrain_gl.reference import clipmap
 
@@ -243,29 +243,36 @@ def test_edges_are_the_references(ctx, scene, view):
 def test_cheapest_is_the_references(ctx, seed):
     rng = np.random.default_rng(seed)
     weights = np.sort(10 ** rng.uniform(-3, 6, (50, 7)), 1)[:, ::-1].astype("f4")
-    prices = (10 ** rng.uniform(-4, 4, 50)).astype("f4")
+    prices, sides = (10 ** rng.uniform(-4, 4, 50)).astype("f4"), rng.integers(0, 3, 50)
     buffer = ctx.buffer(weights.tobytes())
-    statement = "int k; vec2 best = cheapest(int(a.x), a.y, k); return vec4(best, k, 0.0);"
+    statement = "int k; vec2 best = cheapest(int(a.x), int(a.z), a.y, k); return vec4(best, k, 0.0);"
 
     def bind(kernel):
         buffer.bind_to_storage_buffer(4)
 
-    got = ask(ctx, "rings/prices.glsl", statement, np.column_stack([np.arange(50), prices, prices, prices]), bind=bind)
-    for row, weight, price in zip(got, weights, prices, strict=True):
-        cost, segments_log2 = clipmap.cheapest(weight.astype("f8"), float(price))
+    got = ask(ctx, "rings/prices.glsl", statement, np.column_stack([np.arange(50), prices, sides, prices]), bind=bind)
+    for row, weight, side, price in zip(got, weights, sides, prices, strict=True):
+        cost, segments_log2 = clipmap.cheapest(weight.astype("f8"), int(side), float(price))
         assert row[0] == pytest.approx(cost, rel=1e-5)
-        assert row[1] == 2 * 4**segments_log2 and row[2] == segments_log2
+        assert row[1] == (4 if (side, segments_log2) == (0, 1) else 2 * 4**segments_log2) and row[2] == segments_log2
     buffer.release()
 
 
+@settings(max_examples=20)
 @given(st.integers(0, 10**6))
-def test_brackets_are_the_hosts(seed):
-    """The price that Python reads back is the one that the brackets end at."""
+def test_brackets_are_the_references(ctx, seed):
     rng = np.random.default_rng(seed)
-    tried = -np.sort(-rng.integers(0, 5000, (3, 32)), 1)
-    low, high, target = -60.0, 60.0, int(rng.integers(1, 5000))
-    for counts in tried:
-        low, high = clipmap.bracket(low, high, counts, target)
-    selector = ClipmapSelector.__new__(ClipmapSelector)
-    selector._tried = type("Words", (), {"read": lambda self: tried.astype("u4").tobytes()})()
-    assert selector._price_found(target) == pytest.approx(2.0**high)
+    tried = -np.sort(-rng.integers(0, 5000, (budget.PASSES, budget.PRICES)), 1)
+    ends, target = (budget.LOWEST_LOG2, budget.HIGHEST_LOG2), int(rng.integers(1, 5000))
+    buffer = ctx.buffer(bytes(4) + tried.astype("u4").tobytes())
+
+    def bind(kernel):
+        kernel["u_target"] = target
+        buffer.bind_to_storage_buffer(7)
+
+    passes = np.arange(budget.PASSES + 1)[:, None] * np.ones(4)
+    got = ask(ctx, "rings/prices.glsl", "return vec4(bracket(int(a.x)), 0.0, 0.0);", passes, bind=bind)
+    for row, counts in zip(got, [*tried, None], strict=True):
+        assert row[:2] == pytest.approx(ends, abs=1e-4)
+        ends = ends if counts is None else clipmap.bracket(*ends, counts, target)
+    buffer.release()

@@ -7,7 +7,7 @@
 //     │  ╱╲  │                     │  ╱   │   ╲  │        a post has two errors, in the wedge that contains it.
 //    0,2 ──── 2,2                 0,2 ── 1,2 ── 2,2
 //
-// Provides Node, node_at(), quad_errors_m(), fan_errors_m(), Move, CutEdges, cut_edge_m(), cut_edges_of(), cut_edges_m(), Turned, cut_errors_m(); is_square(), twist_m(), crest_m(), kinks_m() for places between posts.
+// Provides Node, node_at(), quad_errors_m(), fan_errors_m(), Move, CutEdges, cut_edge_m(), cut_edges_of(), cut_edges_m(), Turned, cut_errors_m(); is_square(), twist_m(), crest_m(), kinks_m() for places between posts; quad_squares_m2().
 // Python twins: reference.node_errors, reference.cut_errors, reference.turned_errors, reference.twists, reference.crest, reference.kinks
 
 #include "blocks/terrain.glsl"
@@ -171,6 +171,17 @@ vec4 cut_errors_m(Node n, CutEdges c, vec2 place, vec2 diagonals, float split, v
 float twist_m(ivec2 cell) {
     ivec2 next = cell + 1;
     return (height_m(cell) - height_m(ivec2(next.x, cell.y))) - (height_m(ivec2(cell.x, next.y)) - height_m(next));
+}
+
+// The sum of a quad's squared errors over its posts and cells, the mean of both diagonals: the driver chooses one.
+float quad_squares_m2(int level, ivec2 at) {
+    Node n = node_at(level, at);
+    float sum = 0.0;
+    for (ivec2 post = n.low; post.y < n.high.y; post = post.x + 1 < n.high.x ? post + ivec2(1, 0) : ivec2(n.low.x, post.y + 1)) {
+        vec2 errors_m = quad_errors_m(n, vec2(post - n.low), height_m(post) - n.base_m);
+        sum += is_hole(post) ? 0.0 : 0.5 * dot(errors_m, errors_m) + twist_m(post) * twist_m(post) / 90.0;
+    }
+    return sum;
 }
 
 // The largest value of a (1 - s) + b s + t s (1 - s), 0 <= s <= 1: errors a and b at both ends of a diagonal, over a truth with the twist t.

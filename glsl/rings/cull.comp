@@ -5,10 +5,6 @@
 
 #include "rings/squares.glsl"
 
-#ifndef THREADS
-#define THREADS 64
-#endif
-
 layout(local_size_x = THREADS) in;
 
 bool has_leaf() {
@@ -23,7 +19,7 @@ void main() {
     take_block(root_block(b));
     b_block[b] = block;
     if (has_leaf()) {
-        list[list_at(2) + int(atomicAdd(b_seen.groups, 1u))] = uint(b);  // a queue that rings/settle.comp does not need yet
+        list[list_at(2) + int(atomicAdd(b_seen.groups, 1u))] = uint(b);
         return;
     }
     for (int id = UNITS * b; id < UNITS * b + UNITS; id++) cell[plane(0) + id] = cell[plane(1) + id] = NOTHING;

@@ -7,10 +7,6 @@
 
 #include "rings/squares.glsl"
 
-#ifndef THREADS
-#define THREADS 64  // threads that the hardware runs at the same time (lod/clipmap.py)
-#endif
-
 layout(local_size_x = THREADS) in;
 
 uniform int u_round;
@@ -63,7 +59,7 @@ uint dealt_group() {
 
 void main() {
     int thread = int(gl_LocalInvocationIndex), b = int(b_round[u_round].count + dealt_group());
-    if (u_round == 0) b = int(list[list_at(2) + b]);  // rings/cull.comp
+    if (u_round == 0) b = seen_block(uint(b));
     take_block(b_block[b]);
 #if defined(MEAN) || defined(PAGED)
     block.known_log2 = NO_STEP;  // parts may have a larger mean, or other pages

@@ -44,13 +44,16 @@ Leaf next_leaf(inout Walk walk, Leaf leaf) {
     return other;
 }
 
+// The spacing that a leaf wants along its edges.
+int edge_step_log2(Leaf leaf) { return is_cell_fan(leaf.size_log2, step_log2_of(leaf.word)) ? 0 : step_log2_of(leaf.word); }
+
 // log2 of the segments of each edge, in gl_TessLevelOuter's order.
 ivec4 edges_log2_of(Leaf leaf) {
-    ivec4 steps_log2 = ivec4(step_log2_of(leaf.word));
+    ivec4 steps_log2 = ivec4(edge_step_log2(leaf));
     for (Walk walk = START; walk.side < 4;) {
         int side = walk.side;
         Leaf other = next_leaf(walk, leaf);
-        if (is_leaf(other.word)) steps_log2[side] = min(steps_log2[side], step_log2_of(other.word));
+        if (is_leaf(other.word)) steps_log2[side] = min(steps_log2[side], edge_step_log2(other));
     }
     return leaf.size_log2.yxyx - steps_log2;
 }

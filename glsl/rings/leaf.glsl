@@ -63,18 +63,25 @@ bool has_mean(Projection p) { return false; }
 #endif
 
 // A tile of the map's own cells has 4 × 4 of them. A smaller square looks at its cells themselves: four times as close a bound, or more.
-#ifndef FEW_LOG2
-#define FEW_LOG2 1
+const int FEW_LOG2 = 1;
+
+// The finest level, from a given one on, at which a whole square is loaded.
+int loaded_level(ivec2 low, int side_log2, int from) {
+#ifdef PAGED
+    bool is_mixed;
+    return resident_level(low, low + (1 << side_log2), from, is_mixed);
+#else
+    return from;
 #endif
+}
+
+// Whether a square has at most 2^most_log2 posts a side, and all of them are loaded.
+bool has_posts(ivec2 low, int side_log2, int most_log2) { return side_log2 <= most_log2 && loaded_level(low, side_log2, 0) == 0; }
 
 // Largest error and root mean square of such a square's cells, two triangles each; NEVER for other squares.
 vec2 few_cells_m(ivec2 low, int side_log2) {
     ivec2 first = max(low, ivec2(0)), end = min(low + (1 << side_log2), u_last_post), cells = end - first;
-    bool are_few = side_log2 <= FEW_LOG2;
-#ifdef PAGED
-    bool is_mixed;
-    are_few = are_few && resident_level(low, low + (1 << side_log2), 0, is_mixed) == 0;
-#endif
+    bool are_few = has_posts(low, side_log2, FEW_LOG2);
     float most_m = 0.0, squares_m2 = 0.0;
     for (ivec2 at = first; are_few && at.y < end.y; at = at.x + 1 < end.x ? at + ivec2(1, 0) : ivec2(first.x, at.y + 1)) {
         float t = is_hole(at) ? 0.0 : twist_m(at);
@@ -101,17 +108,12 @@ int finest_step(int side_log2, int ring) {
 // The coarsest spacing of a square: its corner is on the lattice of that spacing, so its cells are nodes of the tables.
 int coarsest_step(ivec2 low, int side_log2) { return min(findLSB(low.x | low.y | 1 << side_log2), u_top_level); }
 
-#ifdef PAGED
 // Whether finer posts of a square are not loaded yet; `level` is the finest level at which the whole square is loaded.
 bool is_waiting(ivec2 low, int side_log2, out int level) {
-    bool is_mixed;
     int finest = max(side_log2 - MOST_SEGMENTS_LOG2, 0);
-    level = resident_level(low, low + (1 << side_log2), finest, is_mixed);
+    level = loaded_level(low, side_log2, finest);
     return level > finest;
 }
-#else
-bool is_waiting(ivec2 low, int side_log2, out int level) { return false; }
-#endif
 
 // The finest spacing that can reduce the error: finer triangles between the same posts cannot.
 int finest_of(ivec2 low, int side_log2, int ring, int coarsest) {
@@ -141,10 +143,7 @@ NodeRange node_over(ivec2 low, int side_log2) {
 vec2 known_m(NodeRange node, ivec2 low, int side_log2, int step_log2) {
     int segments_log2 = side_log2 - step_log2;
     if (segments_log2 < 1 || segments_log2 > MOST_KNOWN_LOG2) return vec2(u_span_m);
-#ifdef PAGED
-    bool is_mixed;
-    if (resident_level(low, low + (1 << side_log2), step_log2, is_mixed) > step_log2) return vec2(u_span_m);
-#endif
+    if (loaded_level(low, side_log2, step_log2) > step_log2) return vec2(u_span_m);
     vec2 stars_m = unpack_pair(node.stars_m);
     return segments_log2 == 1 ? unpack_pair(node.fan_m) : segments_log2 == 2 ? stars_m.xx : stars_m.yy;
 }

@@ -14,7 +14,7 @@
 #define HIGHEST_LOG2 60.0
 
 layout(std430, binding = 4) buffer Weights { float weight[]; };  // squared pixels: SIZES_LOG2 for each of a block's SQUARES
-layout(std430, binding = 7) buffer Tried { uint tried[]; };      // triangles at each price: PRICES for each pass
+layout(std430, binding = 7) buffer Tried { float s_found; uint tried[]; };  // the price found; triangles at each price: PRICES for each pass
 
 uniform uint u_target;  // triangles
 
@@ -41,11 +41,11 @@ float price_at(int pass_, int k) {
 float price(int pass_) { return exp2(bracket(pass_).y); }
 
 // The least cost of a square drawn as one leaf, and its triangles. Both are 0 where there is nothing to draw.
-vec2 cheapest(int square, float price_, out int segments_log2) {
+vec2 cheapest(int square, int side_log2, float price_, out int segments_log2) {
     vec2 best = vec2(NEVER, 0.0);
     segments_log2 = 0;
     for (int k = 0; k < SIZES_LOG2; k++) {
-        float e = weight[SIZES_LOG2 * square + k], triangles = 2.0 * exp2(2.0 * float(k));
+        float e = weight[SIZES_LOG2 * square + k], triangles = is_cell_fan(ivec2(side_log2), side_log2 - k) ? 4.0 : float(2 << 2 * k);
         if (e < 0.0) return vec2(0.0);
         float cost = e >= NEVER ? NEVER : e + price_ * (triangles + PATCH_COST);
         if (cost < best.x) {

@@ -82,6 +82,10 @@ int side_units_log2(uint word) { return int(word >> 8 & 3u); }  // of each squar
 ivec2 size_units_log2(uint word) { return side_units_log2(word) + ivec2(word >> 10 & 1u, word >> 11 & 1u); }
 bool is_pair(uint word) { return (word & (IS_WIDE | IS_TALL)) != 0u; }
 int step_log2_of(uint word) { return int(word & 63u) - 16; }
+
+// A single cell of the map with two segments a side is a fan of four triangles: the edges of a cell are straight, so they need no vertex in
+// their middle. Where a neighbour is finer, the edge has its vertices, and the fan a triangle for each.
+bool is_cell_fan(ivec2 size_log2, int step_log2) { return size_log2 == ivec2(0) && step_log2 == -1; }
 bool is_leaf(uint word) { return (word & IS_LEAF) != 0u; }
 
 #define WEST 0  // sides, in gl_TessLevelOuter's order

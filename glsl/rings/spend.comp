@@ -12,16 +12,15 @@ shared float s_price;  // computed once: it takes a hundred reads
 
 void weigh(int depth, ivec2 at) {
     int i = square_index(depth, at), segments_log2;
-    vec2 best = cheapest(u_first + i, s_price, segments_log2);
+    vec2 best = cheapest(u_first + i, side_log2_at(depth), s_price, segments_log2);
     s_cost[i] = best.x;
     s_square[i] = uint(side_log2_at(depth) - segments_log2 + 16) | (best == vec2(0.0) ? EMPTY : depth == 3 ? WHOLE : OPEN);
 }
 
 void main() {
-    int unit = int(gl_LocalInvocationIndex), b = int(gl_WorkGroupID.x);
-    take_block(root_block(b));
-    if (unit == 0) b_block[b] = block;
-    if (unit == 0) s_price = price(PASSES);
+    int unit = int(gl_LocalInvocationIndex), b = seen_block(gl_WorkGroupID.x);
+    take_block(b_block[b]);
+    if (unit == 0) s_price = s_found = price(PASSES);
     u_first = SQUARES * b;
     barrier();
     for (int depth = 3; depth >= 0; depth--)

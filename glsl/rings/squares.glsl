@@ -23,6 +23,9 @@ const int FIRST[4] = int[4](0, 1, 5, 21);  // squares of each depth: 8, 4, 2, 1 
 #ifndef MAY_PAIR
 #define MAY_PAIR true
 #endif
+#ifndef THREADS
+#define THREADS 64  // threads that the hardware runs at the same time (lod/clipmap.py)
+#endif
 shared uint s_square[SQUARES];
 shared float s_cost[SQUARES];
 
@@ -47,6 +50,9 @@ Block root_block(int b) {
     ivec2 at = ivec2((b - ring.first_block) % ring.patches.x, (b - ring.first_block) / ring.patches.x);
     return Block(ring.origin + at * (PATCH << ring.level), ring.level, r, NO_STEP);
 }
+
+// A block that may have a leaf: rings/cull.comp lists them in a queue that rings/settle.comp does not need yet.
+int seen_block(uint i) { return int(list[list_at(2) + int(i)]); }
 
 // Whether a square lies beyond the map, or where the finer ring is drawn.
 bool is_nothing(ivec2 low, ivec2 end) {

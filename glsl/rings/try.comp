@@ -13,7 +13,7 @@ vec2 cheaper(vec2 whole, vec2 parts) { return whole.x <= parts.x ? whole : parts
 
 vec2 whole_at(int depth, ivec2 at, float price_) {
     int segments_log2;
-    return cheapest(u_first + square_index(depth, at), price_, segments_log2);
+    return cheapest(u_first + square_index(depth, at), side_log2_at(depth), price_, segments_log2);
 }
 
 vec2 quarter(ivec2 at, float price_) {
@@ -28,8 +28,9 @@ vec2 quarter(ivec2 at, float price_) {
 }
 
 void main() {
-    int k = int(gl_LocalInvocationIndex);
-    u_first = SQUARES * int(gl_WorkGroupID.x);
+    int k = int(gl_LocalInvocationIndex), b = seen_block(gl_WorkGroupID.x);
+    take_block(b_block[b]);
+    u_first = SQUARES * b;
     float price_ = price_at(u_pass, k);
     vec2 parts = vec2(0.0);
     for (int i = 0; i < 4; i++) parts += quarter(ivec2(i & 1, i >> 1), price_);

@@ -31,6 +31,7 @@ from ..gpu import gl, layout, shaders
 from ..gpu.bindings import bind
 from ..rect import Rect
 from ..view import View
+from . import budget
 from .rings import PATCH, PATCHES, Ring, patches_for, ring_over, rings_around
 from .selection import INFINITE_PX, METRES, Goal, Selection
 from .star import star_defines
@@ -45,23 +46,10 @@ _BARRIER = (
     | moderngl.VERTEX_ATTRIB_ARRAY_BARRIER_BIT
     | moderngl.BUFFER_UPDATE_BARRIER_BIT
 )
-PATCH_COST_OF_BUDGET = 4.0  # cost of a patch in triangles; smaller than for a tolerance: docs/allocation.md
-_Variants = dict[str, dict[str, object]]
-_MEAN: _Variants = {"rms": {"MEAN": 1}}
-_BUDGET: _Variants = {"budget": {"PATCH_COST": PATCH_COST_OF_BUDGET}}
-_ASKING: dict[str, _Variants] = {  # passes with other shaders for the metric "rms", or for a budget
-    "decide": _MEAN,
-    "settle": _MEAN,
-    "count": _MEAN,
-    "weigh": _BUDGET,
-    "try": _BUDGET,
-    "spend": _BUDGET,
+_ASKING: dict[str, dict[str, dict[str, object]]] = {  # passes with other shaders for the metric "rms", or for a budget
+    **dict.fromkeys(("decide", "settle", "count"), {"rms": {"MEAN": 1}}),
+    **dict.fromkeys(("weigh", "try", "spend"), {"budget": {"PATCH_COST": budget.PATCH_COST}}),
 }
-PRICES, PASSES = 32, 3  # prices tried at once, and how many times: glsl/rings/prices.glsl
-LOWEST_LOG2, HIGHEST_LOG2 = -60.0, 60.0
-CHEAPEST, DEAREST = 2.0**LOWEST_LOG2, 2.0 ** (HIGHEST_LOG2 - 1)  # give the most triangles, and the fewest
-CLOSE = 0.985  # a mesh with this part of the budget is accepted
-TRIES = 5  # targets that are tried, because a price does not count the triangles along edges
 
 
 class ClipmapSelector:
@@ -82,9 +70,10 @@ class ClipmapSelector:
         self._kernels: dict[tuple[str, str, bool], Any] = {}
         self._variant = "max"
         self._last_stamp = 0
+        self._is_weighed = False
         # a software renderer runs eight threads at a time, and more threads cost more to start
         self._threads = 8 if gl.is_software(ctx) else 64
-        self._tried = ctx.buffer(reserve=4 * PRICES * PASSES)
+        self._tried = ctx.buffer(reserve=4 + 4 * budget.PRICES * budget.PASSES)
         self._weights = ctx.buffer(reserve=4)
         self._rings = ctx.buffer(reserve=layout.RINGS.itemsize)
         self._counters: Any = gl.WordTexture(ctx)
@@ -146,9 +135,7 @@ class ClipmapSelector:
     def _keep(self, rings: list[Ring]) -> Selection:
         """Choose for the tolerance."""
         while True:
-            blocks = self._write_rings(rings)
-            self._bind()
-            self._run("cull", groups=-(-blocks // self._threads))
+            self._begin(rings)
             for r in range(ROUNDS):
                 self._run("decide", _work("round", r) if r else _work("seen"), round=r)
                 if r + 1 < ROUNDS:
@@ -159,52 +146,36 @@ class ClipmapSelector:
                 return selection
 
     def _spend(self, rings: list[Ring], triangles: int) -> Selection:
-        """Choose for a budget.
+        """Choose for a budget."""
+        self._is_weighed = False
+        return budget.spend(triangles, lambda target: self._at_target(rings, target))
 
-        Finer neighbours cut edges, which adds triangles that no price counts. So the target is corrected until the
-        mesh fits.
-        """
-        target, best = triangles, 2
-        for attempt in range(TRIES):
-            selection = self._at_target(rings, target, weigh=attempt == 0)
-            spent, price = selection.triangles, selection.price or 0.0
-            if target == 2 or price >= DEAREST or CLOSE * triangles <= spent <= triangles or price <= CHEAPEST:
-                return selection
-            best = target if spent <= triangles else best
-            target = max(2, int(target * 0.995 * triangles / max(spent, 1)))
-        return self._at_target(rings, best, weigh=False)
-
-    def _at_target(self, rings: list[Ring], target: int, weigh: bool) -> Selection:
+    def _at_target(self, rings: list[Ring], target: int) -> Selection:
         while True:
-            blocks = self._write_rings(rings)
-            self._bind()
-            self._price(blocks, target, weigh)
-            self._run("spend", _work("round"), target=target)
+            blocks = self._begin(rings)
+            self._price(blocks, target)
+            self._run("spend", _work("seen"), target=target)
             self._bind()  # the passes for prices bound other buffers at some of these points
             summary = self._finish()
-            selection = replace(self._selection(summary), price=self._price_found(target))
+            price = float(np.frombuffer(self._tried.read(4), "f4")[0])
+            selection = replace(self._selection(summary), price=price if price > budget.CHEAPEST else 0.0)
             if self._has_room(int(summary["blocks"]), selection):
                 return selection
 
-    def _price(self, blocks: int, target: int, weigh: bool) -> None:
-        """Compute the error of every square, and find the price: each pass counts triangles at many prices at once."""
-        self._weights = gl.at_least(self.ctx, self._weights, 4 * SQUARES * layout.SIZES * blocks)
-        self._tried.write(bytes(self._tried.size))
-        bind("rings/prices.glsl", Weights=self._weights, Tried=self._tried)
-        if weigh:
-            self._run("weigh", _work("round"))
-        for i in range(PASSES):
-            self._run("try", _work("round"), **{"pass": i, "target": target})
+    def _price(self, blocks: int, target: int) -> None:
+        """Compute the error of every square, and find the price: each pass counts triangles at many prices at once.
 
-    def _price_found(self, target: int) -> float:
-        """The price that glsl/rings/prices.glsl finds."""
-        tried = np.frombuffer(self._tried.read(), "u4").reshape(PASSES, PRICES)
-        low, high = LOWEST_LOG2, HIGHEST_LOG2
-        for counts in tried:
-            k = next((k for k in range(PRICES - 1) if counts[k] <= target), PRICES - 1)
-            step = (high - low) / (PRICES - 1)
-            low, high = low + step * max(k - 1, 0), low + step * k
-        return 2.0**high if high > LOWEST_LOG2 else 0.0  # 0: further triangles would gain nothing
+        Neither the errors nor the first pass depend on the target.
+        """
+        self._weights = gl.at_least(self.ctx, self._weights, 4 * SQUARES * layout.SIZES * blocks)
+        bind("rings/prices.glsl", Weights=self._weights, Tried=self._tried)
+        first = 1 if self._is_weighed else 0
+        self._tried.write(bytes(4 * budget.PRICES * (budget.PASSES - first)), offset=4 + 4 * budget.PRICES * first)
+        if not self._is_weighed:
+            self._run("weigh", _work("seen"))
+        for i in range(first, budget.PASSES):
+            self._run("try", _work("seen"), **{"pass": i, "target": target})
+        self._is_weighed = True
 
     def bind(self) -> None:
         """Bind everything that the stages read."""
@@ -242,8 +213,8 @@ class ClipmapSelector:
             needed -= 1
         return rings[:needed]
 
-    def _write_rings(self, rings: list[Ring]) -> int:
-        """Upload the rings; returns the number of their blocks."""
+    def _begin(self, rings: list[Ring]) -> int:
+        """Upload the rings, and list their blocks that are in the picture; returns the number of all blocks."""
         blocks, records = 0, []
         for level, origin, patches in rings:
             records.append((origin, patches, level, blocks, (0, 0)))
@@ -256,6 +227,8 @@ class ClipmapSelector:
         work["round"]["groups"][0] = work["all"]["count"] = blocks
         self._rings.write(block)
         self._buffers["blocks"].write(work)
+        self._bind()
+        self._run("cull", groups=-(-blocks // self._threads))
         return blocks
 
     def _finish(self) -> np.void:

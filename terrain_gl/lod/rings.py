@@ -11,6 +11,7 @@ import math
 from typing import NamedTuple
 
 PATCH = 8  # ring cells along a block's side
+_ACROSS = ((60_000, 48), (20_000, 32), (6_000, 16), (2_000, 8))  # a budget's least triangles, and blocks across
 PATCHES = 8  # blocks across a ring, along the axis with the larger spacing
 
 
@@ -133,4 +134,4 @@ def _covers(ring: Ring, last_post: tuple[int, int]) -> bool:
 
 def patches_for(triangles: int) -> int:
     """Blocks across a ring for a budget: no unit becomes a block there, so many triangles need many units."""
-    return next((across for least, across in ((200_000, 24), (60_000, 16), (16_000, 8)) if triangles >= least), 4)
+    return next((across for least, across in _ACROSS if triangles >= least), 4)

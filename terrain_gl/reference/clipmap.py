@@ -135,6 +135,14 @@ def next_step(coarsest: int, finest: int, holds: Callable[[int], bool]) -> int |
     return next((step for step in range(coarsest, finest - 1, -1) if holds(step)), None)
 
 
+# A single cell of the map with 2 × 2 segments is a fan of four triangles: its edges are straight, so they stay whole.
+
+
+def is_cell_fan(size_log2: tuple[int, int], step_log2: int) -> bool:
+    """Whether a leaf is such a fan; its size and spacing are log2 in posts."""
+    return size_log2 == (0, 0) and step_log2 == -1
+
+
 # From the units up:   cost(square) = min(2 T² + 28,  Σ cost of its four parts − 28 for each pair)
 # Two parts side by side with the same spacing become a pair, one patch, unless they are single cells or only hold as
 # fans or stars. If a square costs no more than the cheapest parts, it becomes one leaf.
@@ -254,7 +262,7 @@ def edge_step_log2(leaves: Sequence[Leaf], over: np.ndarray, i: int, side: int) 
     if larger:
         own = leaves[larger[0]]
         beside = _beside(leaves, over, larger[0], side ^ 2)
-    return min([own.step_log2, *(leaves[k].step_log2 for k in beside)])
+    return min(0 if is_cell_fan(*leaf[1:]) else leaf.step_log2 for leaf in (own, *(leaves[k] for k in beside)))
 
 
 def _beside(leaves: Sequence[Leaf], over: np.ndarray, i: int, side: int) -> set[int]:
@@ -273,9 +281,12 @@ def _beside(leaves: Sequence[Leaf], over: np.ndarray, i: int, side: int) -> set[
 # (Everett 1963, "Generalized Lagrange multiplier method"). A higher price gives fewer triangles.
 
 
-def cheapest(weights: np.ndarray, price: float) -> tuple[float, int]:
+def cheapest(weights: np.ndarray, side_log2: int, price: float) -> tuple[float, int]:
     """Least cost of a square, and log2 of its segments; `weights` are squared pixels for T = 1, 2, 4, ... 64."""
-    costs = weights + price * (2.0 * 4.0 ** np.arange(len(weights)) + PATCH_COST)
+    triangles = 2.0 * 4.0 ** np.arange(len(weights))
+    if side_log2 == 0:
+        triangles[1] = 4.0  # a fan
+    costs = weights + price * (triangles + PATCH_COST)
     best = int(np.argmin(costs))
     return float(costs[best]), best
 

@@ -1,0 +1,123 @@
+"""A budget of triangles: what decides the mesh, and that a budget for every post is worth as much as every post."""
+
+import numpy as np
+import pytest
+from asking import ask
+from clipmaps import clipmap_of, patches_of, surface_errors, triangles_of
+from maps import cameras, rough
+
+from terrain_gl import reference
+from terrain_gl.camera import Camera
+from terrain_gl.files.views import standard_view
+from terrain_gl.gpu import shaders
+from terrain_gl.heightmap import Heightmap
+from terrain_gl.renderer import Renderer
+from terrain_gl.shade import UNLIT
+
+POSTS, SPACING_M = 129, 10.0
+
+
+@pytest.fixture(scope="module")
+def terraces(session_context):
+    """Steps in rough land: most of the error is in a few cells."""
+    heights = rough(POSTS, POSTS, 5, relief=150.0)
+    with session_context as ctx:
+        scene = clipmap_of(ctx, Heightmap(np.floor(heights / 40) * 40 + 0.3 * heights, SPACING_M), (320, 180))
+        yield scene
+        scene.release()
+
+
+def across_the_land():
+    middle = 0.5 * (POSTS - 1) * SPACING_M
+    return Camera((middle, 200.0, 150.0), (middle, middle, 50.0))
+
+
+@pytest.fixture
+def changed(monkeypatch):
+    """A scene of the same map whose shaders differ in one place."""
+
+    def of(scene, old, new):
+        text = shaders._text
+        monkeypatch.setattr(shaders, "_text", lambda lines: text(lines).replace(old, new))
+        return clipmap_of(scene.terrain.ctx, scene.heightmap, scene.size)
+
+    return of
+
+
+def error_px(scene, triangles):
+    return surface_errors(scene, scene.select(across_the_land(), triangles=triangles), across_the_land()).rms_px
+
+
+@pytest.mark.parametrize(
+    "old, new",
+    [
+        pytest.param("FEW_POSTS_LOG2 = 2", "FEW_POSTS_LOG2 = 0", id="tables instead of a square's own posts"),
+        pytest.param(
+            "size_log2 == ivec2(0) && step_log2 == -1", "false", id="eight triangles over a cell instead of four"
+        ),
+    ],
+)
+def test_a_budget_is_worse_without(ctx, terraces, changed, old, new):
+    budgets = (9000, 18000)
+    errors = [error_px(terraces, budget) for budget in budgets]
+    other = changed(terraces, old, new)
+    assert all(error < error_px(other, budget) for error, budget in zip(errors, budgets, strict=True))
+    other.release()
+
+
+def test_a_quads_error_is_the_references(ctx, terraces):
+    heights = terraces.heightmap.heights.astype(float)
+    twists = reference.cell_squares(heights)[0]
+    for level in (1, 2, 3):
+        side, n = 1 << level, (POSTS - 1) >> level
+        falling, rising = reference.quad_errors(heights, level)
+        squares = (0.5 * (falling**2 + rising**2))[:n, :side, :n, :side].sum((1, 3))
+        expected = squares + twists.reshape(n, side, n, side).sum((1, 3))
+        at = np.stack(np.meshgrid(np.arange(n), np.arange(n)), -1).reshape(-1, 2)
+        asked = np.column_stack([at, np.full(len(at), level), np.zeros(len(at))])
+        statement = "return vec4(quad_squares_m2(int(a.z), ivec2(a.xy)), 0.0, 0.0, 0.0);"
+        got = ask(ctx, "error/node_errors.glsl", statement, asked, bind=lambda kernel: terraces.terrain.bind())
+        assert got[:, 0] == pytest.approx(expected.ravel(), rel=1e-4, abs=1e-4)
+
+
+def test_a_fan_over_a_cell_has_four_triangles(ctx, terraces):
+    """And one more for each vertex that a finer neighbour adds."""
+    selection = terraces.select(across_the_land(), triangles=18000, cull=False)
+    patches = patches_of(terraces, selection)
+    fans = (patches.side_log2 == 0) & (patches.step_log2 == -1) & ~patches.pair.any(1)
+    alone = (patches.edges_log2[fans] == 0).all(1)
+    assert alone.sum() > 20 and (~alone).sum() > 5
+    middles = triangles_of(selection)["post"].reshape(-1, 2).astype(float)
+    at_middle = {tuple(place) for place in patches.corner[fans] + 0.5}
+    around = sum(tuple(place) in at_middle for place in middles)
+    assert around == (2 ** patches.edges_log2[fans]).sum()
+
+
+@pytest.mark.parametrize("shape", [(57, 90), (100, 80)])
+@pytest.mark.parametrize("seed", [1, 2])
+def test_a_budget_for_every_post_shows_no_larger_error(shape, seed):
+    """With as many triangles as `full`, each pixel's error is as small in the mean square, and the budget is used."""
+    heightmap = Heightmap(rough(*shape, seed, relief=60.0), 10.0)
+    with Renderer(heightmap, (320, 180)) as renderer:
+        for camera in (
+            Camera.default(heightmap),
+            standard_view(heightmap, "ridge"),
+            standard_view(heightmap, "valley"),
+        ):
+            full, full_px = drawn(renderer, camera, method="full")
+            spent, px = drawn(renderer, camera, triangles=full)
+            assert px <= full_px
+            assert 0.9 * full < spent <= full
+
+
+def drawn(renderer, camera, **options):
+    """Triangles of a mesh, and the root mean square error of what the pixels show."""
+    triangles = renderer.draw(camera, style=UNLIT, **options)["triangles"]
+    return triangles, float(np.sqrt(np.nanmean(np.square(renderer.inspector.error_map()))))
+
+
+def test_every_budget_is_used(ctx, terraces):
+    """Also where many targets of the search have the same price."""
+    camera = cameras(terraces.heightmap)["default"]
+    for budget in np.geomspace(300, 30000, 25).astype(int).tolist():
+        assert 0.9 * budget < terraces.select(camera, triangles=budget).triangles <= budget
