@@ -1,13 +1,18 @@
 """Stars are drawn as their bounds assume, and these bounds decide meshes."""
 
+import math
+
 import numpy as np
 import pytest
 from clipmaps import clipmap_of, patches_of, surface_errors
 from maps import cameras, rough
 from test_stars import star
 
+from terrain_gl.camera import Camera
 from terrain_gl.gpu import gl, layout
 from terrain_gl.heightmap import Heightmap
+from terrain_gl.lod import rings
+from terrain_gl.lod.rings import PATCH
 from terrain_gl.lod.star import are_of_stars, draws_stars
 
 ERROR_PX = 0.5
@@ -93,3 +98,20 @@ def test_stars_keep_the_promise(scene, metric, error):
         view = scene.select(camera, error, metric=metric)
         found = surface_errors(scene, view, camera)
         assert (found.max_px if metric == "max" else found.rms_px) <= view.certified_px <= error
+
+
+def test_rings_step_by_four_cells_so_that_more_squares_are_nodes(scene, monkeypatch):
+    """Only a square on a node has a fan's or a star's bound. With steps of two cells fewer squares are nodes."""
+
+    def chosen():
+        views = [scene.select(Camera((x, x + 100, 420.0), (1280, 2000, 100)), 1.0) for x in np.linspace(900, 1500, 7)]
+        return sum(view.triangles for view in views), sum(view.patches for view in views)
+
+    def start(level, centre, patches):
+        step = 2 << level
+        return step * math.floor((centre - 0.5 * patches * (PATCH << level)) / step + 0.5)
+
+    triangles, patches = chosen()
+    monkeypatch.setattr(rings, "_start_of", start)
+    more_triangles, more_patches = chosen()
+    assert more_triangles > 1.1 * triangles and more_patches > 1.2 * patches

@@ -7,10 +7,10 @@
 
 #include "rings/leaf.glsl"
 
-#define PRICES 32
+#define PRICES 16
 #define PASSES 3
 #define SIZES_LOG2 7      // 1, 2, 4, ... 64 segments
-#define LOWEST_LOG2 -60.0
+#define LOWEST_LOG2 -36.0
 #define HIGHEST_LOG2 60.0
 
 layout(std430, binding = 4) buffer Weights { float weight[]; };  // squared pixels: SIZES_LOG2 for each of a block's SQUARES

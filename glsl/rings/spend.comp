@@ -8,7 +8,7 @@
 
 layout(local_size_x = UNITS) in;
 
-shared float s_price;  // computed once: it takes a hundred reads
+shared float s_price;  // computed once: it takes many reads
 
 void weigh(int depth, ivec2 at) {
     int i = square_index(depth, at), segments_log2;

@@ -11,8 +11,8 @@ from collections.abc import Callable
 from .selection import Selection
 
 PATCH_COST = 1.0  # cost of a patch in triangles; smaller than for a tolerance: docs/allocation.md
-PRICES, PASSES = 32, 3  # prices tried at once, and how many times: glsl/rings/prices.glsl
-LOWEST_LOG2, HIGHEST_LOG2 = -60.0, 60.0
+PRICES, PASSES = 16, 3  # prices tried at once, and how many times: glsl/rings/prices.glsl
+LOWEST_LOG2, HIGHEST_LOG2 = -36.0, 60.0
 CHEAPEST, DEAREST = 2.0**LOWEST_LOG2, 2.0 ** (HIGHEST_LOG2 - 1)  # give the most triangles, and the fewest
 CLOSE = 0.985  # a mesh with this part of the budget is accepted
 UNCUT = 0.85  # the first target, as a part of the budget
