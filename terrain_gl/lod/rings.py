@@ -11,7 +11,8 @@ import math
 from typing import NamedTuple
 
 PATCH = 8  # ring cells along a block's side
-_ACROSS = ((60_000, 48), (20_000, 32), (6_000, 16), (2_000, 8))  # a budget's least triangles, and blocks across
+# least triangles of a budget, and blocks across
+_ACROSS = ((200_000, 64), (60_000, 48), (20_000, 32), (6_000, 16), (2_000, 8))
 PATCHES = 8  # blocks across a ring, along the axis with the larger spacing
 
 
