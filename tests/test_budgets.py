@@ -1,9 +1,13 @@
 """A budget of triangles: what decides the mesh, and that a budget for every post is worth as much as every post."""
 
+from types import SimpleNamespace
+
 import numpy as np
 import pytest
 from asking import ask
 from clipmaps import clipmap_of, patches_of, surface_errors, triangles_of
+from hypothesis import given
+from hypothesis import strategies as st
 from maps import cameras, rough
 
 from terrain_gl import reference
@@ -11,6 +15,7 @@ from terrain_gl.camera import Camera
 from terrain_gl.files.views import standard_view
 from terrain_gl.gpu import shaders
 from terrain_gl.heightmap import Heightmap
+from terrain_gl.lod import budget
 from terrain_gl.renderer import Renderer
 from terrain_gl.shade import UNLIT
 
@@ -59,9 +64,9 @@ def error_px(scene, triangles):
 )
 def test_a_budget_is_worse_without(ctx, terraces, changed, old, new):
     budgets = (9000, 18000)
-    errors = [error_px(terraces, budget) for budget in budgets]
+    errors = [error_px(terraces, each) for each in budgets]
     other = changed(terraces, old, new)
-    assert all(error < error_px(other, budget) for error, budget in zip(errors, budgets, strict=True))
+    assert all(error < error_px(other, each) for error, each in zip(errors, budgets, strict=True))
     other.release()
 
 
@@ -119,5 +124,17 @@ def drawn(renderer, camera, **options):
 def test_every_budget_is_used(ctx, terraces):
     """Also where many targets of the search have the same price."""
     camera = cameras(terraces.heightmap)["default"]
-    for budget in np.geomspace(300, 30000, 25).astype(int).tolist():
-        assert 0.9 * budget < terraces.select(camera, triangles=budget).triangles <= budget
+    for triangles in np.geomspace(300, 30000, 25).astype(int).tolist():
+        assert 0.9 * triangles < terraces.select(camera, triangles=triangles).triangles <= triangles
+
+
+@given(st.integers(100, 10**6), st.floats(1.0, 1.6), st.floats(0.0, 0.04))
+def test_the_search_finds_the_largest_mesh_that_fits(triangles, cut, plateau):
+    """Edges add triangles to the target, and many targets have the same mesh."""
+    step = max(1, int(plateau * triangles))
+
+    def mesh_for(target):
+        return SimpleNamespace(triangles=int(cut * (target // step) * step), price=1.0)
+
+    found = budget.spend(triangles, mesh_for).triangles
+    assert min(budget.CLOSE * triangles, triangles - cut * step - 2) * 0.98 <= found <= triangles

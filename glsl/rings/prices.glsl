@@ -7,7 +7,7 @@
 
 #include "rings/leaf.glsl"
 
-#define PRICES 16
+#define PRICES 24
 #define PASSES 3
 #define SIZES_LOG2 7      // 1, 2, 4, ... 64 segments
 #define LOWEST_LOG2 -36.0

@@ -11,12 +11,12 @@ from collections.abc import Callable
 from .selection import Selection
 
 PATCH_COST = 1.0  # cost of a patch in triangles; smaller than for a tolerance: docs/allocation.md
-PRICES, PASSES = 16, 3  # prices tried at once, and how many times: glsl/rings/prices.glsl
+PRICES, PASSES = 24, 3  # prices tried at once, and how many times: glsl/rings/prices.glsl
 LOWEST_LOG2, HIGHEST_LOG2 = -36.0, 60.0
 CHEAPEST, DEAREST = 2.0**LOWEST_LOG2, 2.0 ** (HIGHEST_LOG2 - 1)  # give the most triangles, and the fewest
 CLOSE = 0.985  # a mesh with this part of the budget is accepted
 UNCUT = 0.85  # the first target, as a part of the budget
-TRIES = 5  # after so many targets the best of them is taken
+TRIES = 6  # after so many targets the best of them is taken
 
 
 def spend(triangles: int, mesh_for: Callable[[int], Selection]) -> Selection:
@@ -29,13 +29,14 @@ def spend(triangles: int, mesh_for: Callable[[int], Selection]) -> Selection:
     mesh_for
         Makes the mesh for a target.
     """
-    target, best, attempt = max(2, int(UNCUT * triangles)), 0, 0
+    target, low, high, attempt = max(2, int(UNCUT * triangles)), 0, 1 << 31, 0  # low fits, high does not
     while True:
         mesh, attempt = mesh_for(target), attempt + 1
         fits, price = mesh.triangles <= triangles, mesh.price or 0.0
         is_close = mesh.triangles >= CLOSE * triangles or price <= CHEAPEST
         if target == 2 or price >= DEAREST or (fits and (is_close or attempt > TRIES)):
             return mesh
-        best = max(best, target) if fits else best
+        low, high = (max(low, target), high) if fits else (low, min(high, target))
         aim = 0.993 if fits else 0.99**attempt  # many targets may have the same price: go further each time
-        target = best if best and attempt >= TRIES else max(2, int(target * aim * triangles / max(mesh.triangles, 1)))
+        guess = int(target * aim * triangles / max(mesh.triangles, 1))
+        target = low if low and attempt >= TRIES else max(2, guess if low < guess < high else (low + high) // 2)
