@@ -70,6 +70,27 @@ def test_a_budget_is_worse_without(ctx, terraces, changed, old, new):
     other.release()
 
 
+def test_rolling_land_is_worse_without_the_bounds_of_fans(ctx, changed):
+    rolling = clipmap_of(ctx, Heightmap(rough(POSTS, POSTS, 5, relief=150.0), SPACING_M), (320, 180))
+    camera, budgets = Camera((640.0, -300.0, 400.0), (640.0, 640.0, 50.0)), (4000, 9000, 12000)
+
+    def errors(scene):
+        views = [scene.select(camera, triangles=each) for each in budgets]
+        return np.array([surface_errors(scene, view, camera).rms_px for view in views])
+
+    with_bounds = errors(rolling)
+    other = changed(rolling, "min(squares, of_fan_m * of_fan_m * posts)", "squares")
+    assert (with_bounds < errors(other)).all()
+    for scene in (rolling, other):
+        scene.release()
+
+
+def test_a_budget_is_worse_with_fewer_blocks_across(ctx, terraces, monkeypatch):
+    error = error_px(terraces, 18000)
+    monkeypatch.setattr("terrain_gl.lod.clipmap.patches_for", lambda triangles: 4)
+    assert error < error_px(terraces, 18000)
+
+
 def test_a_quads_error_is_the_references(ctx, terraces):
     heights = terraces.heightmap.heights.astype(float)
     twists = reference.cell_squares(heights)[0]

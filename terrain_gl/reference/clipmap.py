@@ -283,9 +283,8 @@ def _beside(leaves: Sequence[Leaf], over: np.ndarray, i: int, side: int) -> set[
 
 def cheapest(weights: np.ndarray, side_log2: int, price: float) -> tuple[float, int]:
     """Least cost of a square, and log2 of its segments; `weights` are squared pixels for T = 1, 2, 4, ... 64."""
-    triangles = 2.0 * 4.0 ** np.arange(len(weights))
-    if side_log2 == 0:
-        triangles[1] = 4.0  # a fan
+    sizes = range(len(weights))
+    triangles = np.array([4.0 if is_cell_fan((side_log2, side_log2), side_log2 - k) else 2.0 * 4**k for k in sizes])
     costs = weights + price * (triangles + PATCH_COST)
     best = int(np.argmin(costs))
     return float(costs[best]), best
