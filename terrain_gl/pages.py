@@ -28,7 +28,7 @@ class PagedTerrain(PagePool):
         The number of edits that have changed the map.
     """
 
-    is_marked, has_water, sea_m = False, False, None
+    is_marked, has_water, sea_m, streams = False, False, None, True
     headroom_m = math.inf, math.inf  # an edit that leaves the quantisation range widens it by itself
 
     def __init__(self, ctx: moderngl.Context, heightmap: PagedMap) -> None:

@@ -36,7 +36,11 @@ class Terrain:
         Sizes of the quadtree's levels.
     edits
         The number of edits that have changed the map.
+    streams
+        Whether parts of the map may be missing on the GPU: no.
     """
+
+    streams = False
 
     def __init__(
         self, ctx: moderngl.Context, heightmap: Heightmap, like: Terrain | None = None, least_top: int = 1

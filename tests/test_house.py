@@ -194,7 +194,7 @@ def test_the_line_stays_short():
     files = [path for path in files if path.is_file()]
     count = sum(map(code_lines, files))
     print(f"\n{sum(len(path.read_bytes().splitlines()) for path in files):,} lines, {count:,} of them code")
-    assert 5000 < count <= 7100
+    assert 5000 < count <= 7250
 
 
 # --- What is installed ------------------------------------------------------------------------------------------------

@@ -25,14 +25,15 @@ from typing import Any
 import moderngl
 import numpy as np
 
-from ..camera import Camera, boxes_in_picture
+from ..camera import Camera
 from ..error import ErrorTables
 from ..gpu import gl, layout, shaders
 from ..gpu.bindings import bind
 from ..rect import Rect
 from ..view import View
 from . import budget
-from .rings import PATCH, PATCHES, Ring, patches_for, ring_over, rings_around
+from .land import posts_in_picture, rings_in_picture
+from .rings import PATCH, PATCHES, Ring, patches_for, ring_of_posts, ring_over, rings_around
 from .selection import INFINITE_PX, METRES, Goal, Selection
 from .star import star_defines
 
@@ -69,8 +70,8 @@ class ClipmapSelector:
         self.view = view or View(ctx)
         self._kernels: dict[tuple[str, str, bool], Any] = {}
         self._variant = "max"
-        self._last_stamp = 0
-        self._is_weighed = False
+        self._last_stamp = self._settled = 0
+        self._is_weighed = self._every_post = False
         # a software renderer runs eight threads at a time, and more threads cost more to start
         self._threads = 8 if gl.is_software(ctx) else 64
         self._tried = ctx.buffer(reserve=4 + 4 * budget.PRICES * budget.PASSES)
@@ -99,18 +100,25 @@ class ClipmapSelector:
 
         With a tolerance, the screen error of the surface is at most `goal.tolerance_px`; with the metric "rms", the
         root mean square of that error. With a number of triangles, the mesh has at most so many. Among such meshes
-        of the rings' squares it minimises the sum of squared screen errors, weighted by `reference.post_weights`.
+        of the rings' squares it minimises the sum of squared screen errors, weighted by `reference.post_weights`. If
+        that number pays for the mesh of every post, the result is no worse than that.
         """
         self.view.write(self.terrain, camera, size, near_m, **goal.settings)
         triangles = goal.triangles
         self._variant = "budget" if triangles else goal.metric
+        view = self.terrain.heightmap, camera, size, near_m
 
         def rings(across: int, left_out: int = 0) -> list[Ring]:
             rings = self._rings_of(camera, across, left_out)
-            return self._seen(rings, camera, size, near_m) if goal.cull else rings
+            return rings_in_picture(rings, *view) if goal.cull else rings
 
         if not triangles:
             return self._keep(rings(PATCHES))
+        ring = ring_of_posts(posts_in_picture(*view) if goal.cull else self.terrain.all_posts)
+        if self._may_be_alone(ring, triangles):
+            selection = self._spend([ring], triangles)
+            if selection.triangles <= triangles:
+                return self._spend([ring], triangles, every_post=True) if self._is_worse(ring, triangles) else selection
         for left_out in range(self.terrain.coarsest_ring):  # with all rings, even the fewest triangles may be too many
             selection = self._spend(rings(patches_for(triangles), left_out), triangles)
             if selection.triangles <= triangles:
@@ -145,10 +153,26 @@ class ClipmapSelector:
             if self._has_room(int(summary["blocks"]), selection):
                 return selection
 
-    def _spend(self, rings: list[Ring], triangles: int) -> Selection:
-        """Choose for a budget."""
-        self._is_weighed = False
+    def _spend(self, rings: list[Ring], triangles: int, every_post: bool = False) -> Selection:
+        """Choose for a budget; with `every_post`, no cell of the mesh is coarser than one of the map."""
+        self._is_weighed, self._every_post = False, every_post
         return budget.spend(triangles, lambda target: self._at_target(rings, target))
+
+    def _may_be_alone(self, ring: Ring, triangles: int) -> bool:
+        """Whether a budget pays for about as many cells of the map as the picture has: then one ring is enough."""
+        if self.terrain.streams or not budget.may_have(ring.cells, budget.AROUND, triangles):
+            return False
+        self._begin([ring])
+        seen = np.frombuffer(self._buffers["blocks"].read(4, offset=_work("seen")), "u4")[0]
+        return budget.may_have(_UNITS * int(seen), budget.SEEN, triangles)
+
+    def _is_worse(self, ring: Ring, triangles: int) -> bool:
+        """Whether the mesh that was just chosen is worse than the mesh of every post."""
+        compared = self._buffers["lists"]  # nothing needs the lists now
+        blocks = ring.cells // _UNITS
+        bind("rings/compare.comp", Compared=compared)
+        self._run("compare", groups=blocks, settled=self._settled)
+        return budget.is_worse(np.frombuffer(compared.read(16 * blocks), "4f4"), triangles)
 
     def _at_target(self, rings: list[Ring], target: int) -> Selection:
         while True:
@@ -172,7 +196,7 @@ class ClipmapSelector:
         first = 1 if self._is_weighed else 0
         self._tried.write(bytes(4 * budget.PRICES * (budget.PASSES - first)), offset=4 + 4 * budget.PRICES * first)
         if not self._is_weighed:
-            self._run("weigh", _work("seen"))
+            self._run("weigh", _work("seen"), every_post=self._every_post)
         for i in range(first, budget.PASSES):
             self._run("try", _work("seen"), **{"pass": i, "target": target})
         self._is_weighed = True
@@ -198,20 +222,6 @@ class ClipmapSelector:
         beside_m = math.hypot((post[0] - nearest[0]) * east, (post[1] - nearest[1]) * north)
         away_m = max(beside_m, abs(camera.eye[2] - ground_m))
         return rings_around(post, away_m, last, (east, north), self.terrain.coarsest_ring, across, left_out)
-
-    def _seen(self, rings: list[Ring], camera: Camera, size: tuple[int, int], near_m: float) -> list[Ring]:
-        """The rings up to the first one beyond which no land is in the picture."""
-        heightmap, needed = self.terrain.heightmap, len(rings)
-        last_post = heightmap.cols - 1, heightmap.rows - 1
-        (dx, dy), (low_m, high_m) = heightmap.spacing_m, heightmap.quantised_m
-        while needed > 1:  # land beyond a ring is also beyond all finer ones
-            strips = [each for each in rings[needed - 2].beyond(last_post) if each[0] < each[2] and each[1] < each[3]]
-            low = np.array([(dx * west, dy * (last_post[1] - south), low_m) for west, _, _, south in strips])
-            high = np.array([(dx * east, dy * (last_post[1] - north), high_m) for _, north, east, _ in strips])
-            if strips and boxes_in_picture(camera, size, near_m, low, high).any():
-                break
-            needed -= 1
-        return rings[:needed]
 
     def _begin(self, rings: list[Ring]) -> int:
         """Upload the rings, and list their blocks that are in the picture; returns the number of all blocks."""
@@ -249,7 +259,7 @@ class ClipmapSelector:
             data = self._buffers["summary"].read(layout.RING_SUMMARY.itemsize)
             summary = np.frombuffer(data, layout.RING_SUMMARY)[0]
             if not summary["unsettled"]:
-                self._last_stamp += over
+                self._last_stamp, self._settled = self._last_stamp + over, over
                 return summary
             bind("rings/lists.glsl", Lists=self._buffers["lists"])  # draws and patches took its binding point
 

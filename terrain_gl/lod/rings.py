@@ -10,6 +10,8 @@ from __future__ import annotations
 import math
 from typing import NamedTuple
 
+from ..rect import Rect
+
 PATCH = 8  # ring cells along a block's side
 # least triangles of a budget, and blocks across
 _ACROSS = ((200_000, 64), (60_000, 48), (20_000, 32), (6_000, 16), (2_000, 8))
@@ -39,11 +41,17 @@ class Ring(NamedTuple):
         side = PATCH << self.level
         return self.origin[0] + self.patches[0] * side, self.origin[1] + self.patches[1] * side
 
-    def beyond(self, last_post: tuple[int, int]) -> list[tuple[int, int, int, int]]:
-        """The map outside the ring, as four strips: first column and row, last column and row. Some may be empty."""
+    @property
+    def cells(self) -> int:
+        """Ring cells, including those that the finer ring covers."""
+        return PATCH * PATCH * self.patches[0] * self.patches[1]
+
+    def beyond(self, last_post: tuple[int, int]) -> list[Rect]:
+        """The map outside the ring, as strips of posts."""
         (west, north), (east, south), (last_col, last_row) = self.origin, self.end, last_post
         sides = [(0, 0, west, last_row), (east, 0, last_col, last_row)]
-        return [*sides, (0, 0, last_col, north), (0, south, last_col, last_row)]
+        strips = [*sides, (0, 0, last_col, north), (0, south, last_col, last_row)]
+        return [each for each in strips if each[0] < each[2] and each[1] < each[3]]
 
 
 def rings_around(
@@ -95,6 +103,12 @@ def ring_over(last_post: tuple[int, int], spacing_m: tuple[float, float], top_le
     centre, patches = (0.5 * last_post[0], 0.5 * last_post[1]), _patches_across(spacing_m, across)
     rings = (_on_map(_ring_at(level, centre, patches), last_post) for level in range(top_level + 1))
     return next([ring] for ring in rings if _covers(ring, last_post))
+
+
+def ring_of_posts(posts: Rect) -> Ring:
+    """One ring of the map's own cells, over a rectangle of posts."""
+    west, north = posts[0] // PATCH * PATCH, posts[1] // PATCH * PATCH
+    return Ring(0, (west, north), (max(1, -((west - posts[2]) // PATCH)), max(1, -((north - posts[3]) // PATCH))))
 
 
 def _patches_across(spacing_m: tuple[float, float], across: int) -> tuple[int, int]:
