@@ -12,6 +12,7 @@ from maps import cameras, rough
 
 from terrain_gl import reference
 from terrain_gl.camera import Camera
+from terrain_gl.files.views import standard_view
 from terrain_gl.gpu import shaders
 from terrain_gl.heightmap import Heightmap
 from terrain_gl.lod import budget
@@ -80,6 +81,18 @@ def test_rolling_land_is_worse_without_the_bounds_of_fans(ctx, changed):
     assert (with_bounds < errors(other)).all()
     for scene in (rolling, other):
         scene.release()
+
+
+def test_a_valley_is_worse_if_squares_weigh_as_much_as_their_nearest_point(ctx, terraces, changed):
+    """A square below the eye is mostly far away. Its nearest point has an error of many pixels for a metre."""
+    camera, budgets = standard_view(terraces.heightmap, "valley"), (2000, 6000)
+
+    def errors(scene):
+        return np.array([surface_errors(scene, scene.select(camera, triangles=n), camera).rms_px for n in budgets])
+
+    other = changed(terraces, "/ p.middle_m", "/ p.nearest_m")
+    assert (errors(terraces) < 0.7 * errors(other)).all()
+    other.release()
 
 
 def test_a_budget_is_worse_with_fewer_blocks_across(ctx, terraces, monkeypatch):

@@ -8,7 +8,7 @@ from maps import cameras, rough
 from terrain_gl import Renderer
 from terrain_gl.camera import Camera
 from terrain_gl.files.maps import bundled
-from terrain_gl.gpu import layout
+from terrain_gl.gpu import layout, shaders
 from terrain_gl.gpu.context import create_context
 from terrain_gl.heightmap import Heightmap
 from terrain_gl.lod import ClipmapSelector, Goal, QuadtreeSelector, clipmap
@@ -192,6 +192,22 @@ def test_rings_and_blocks_that_nobody_sees_change_nothing(ctx, scene, monkeypatc
     assert (least < 0.75).all()
     all_.release()
     quick.release()
+
+
+def test_a_budget_weighs_only_blocks_in_the_picture(ctx, scene, monkeypatch):
+    """The others change nothing, and would take as long."""
+    text, camera, found = shaders._text, cameras(scene.heightmap)["grazing"], []
+    for old in ("unchanged", "u_cull == 0 || !project_square"):
+        monkeypatch.setattr(
+            shaders, "_text", lambda lines, old=old: text(lines).replace(old, "true || !project_square")
+        )
+        selector = Counting(scene.tables)
+        selection = selector.select(camera, SIZE, scene.near_m, Goal(triangles=3000))
+        patches = selector.patches.read(layout.RING_PATCH.itemsize * selection.patches)
+        found.append((selector.seen, selection.triangles, patches))
+        selector.release()
+    assert found[0][1:] == found[1][1:]
+    assert found[0][0] < 0.6 * found[1][0]
 
 
 def test_without_cut_edges_the_bound_breaks(ctx):
