@@ -34,5 +34,6 @@ void main() {
     float price_ = price_at(u_pass, k);
     vec2 parts = vec2(0.0);
     for (int i = 0; i < 4; i++) parts += quarter(ivec2(i & 1, i >> 1), price_);
-    atomicAdd(tried[PRICES * u_pass + k], uint(cheaper(whole_at(0, ivec2(0), price_), parts).y));
+    uint triangles = uint(cheaper(whole_at(0, ivec2(0), price_), parts).y);
+    atomicAdd(tried[PRICES * u_pass + k], min(triangles, 0xffffffffu / b_seen.groups));  // so the sum has room
 }
