@@ -12,15 +12,11 @@
 //   So each of the fan's two additional triangles removes (n − 1) t² (1/90 − 1/1440) / 2 = (n − 1) t² / 192.
 //   The mean square of a node's sag is about half the square of its largest value G. A split divides the sag by four, and adds
 //   six triangles. So each removes about n (1 - 1/16) G² / 12 over the n posts of the node.
-// Provides pays(), split_pays(), quad_pays(), cell_fan_pays().   Python twins: reference.post_weights (n), reference.cell_squares (t²)
+// Provides pays(), split_pays(), quad_pays(), cell_fan_pays().   Python twin: reference.cell_squares (t²)
 
 #include "error/node_errors.glsl"
 #include "lod/tree.glsl"
 #include "lod/summary.glsl"
-
-float pixels_across(Projection p) { return u_focal_px / p.middle_m * sqrt(u_spacing_m.x * u_spacing_m.y); }
-
-float post_weight(Projection p) { return max(1.0, pixels_across(p)); }
 
 bool pays(Projection p, float gain_m2) {
     float w = u_focal_px * p.stretch / p.nearest_m;

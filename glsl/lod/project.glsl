@@ -5,8 +5,8 @@
 //   Over a box: the third factor is convex in (x/z, y/z), so it is largest at a corner of the rectangle around the box's
 //   projection. z' is at least the nearest corner's depth minus |δ v_z|. Only points in the picture count, so the rectangle
 //   ends at the picture's edges, and the depth at the near plane. A box holds its posts as they are drawn, with their drop.
-// Provides Box, Projection, project(), error_px().
-// Python twins: reference.project_boxes, reference.error_px; of a point camera.screen_shift_px
+// Provides Box, Projection, project(), error_px(), pixels_across(), post_weight().
+// Python twins: reference.project_boxes, reference.error_px, reference.post_weights; of a point camera.screen_shift_px
 
 #include "blocks/view.glsl"
 
@@ -89,3 +89,8 @@ float metric_px(Projection p, float max_m, float rms_m) {
     if (u_metric == METRIC_METRES) return max_m + p.sag_m;
     return error_px(p, u_metric == METRIC_RMS && p.inside ? rms_m : max_m, max_m);
 }
+
+float pixels_across(Projection p) { return u_focal_px / p.middle_m * sqrt(u_spacing_m.x * u_spacing_m.y); }  // of a cell in the middle of a box
+
+// How often a post counts in a budget: docs/allocation.md, section 3.
+float post_weight(Projection p) { return max(1.0, pixels_across(p)); }

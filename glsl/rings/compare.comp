@@ -4,6 +4,7 @@
 //       t (min(x, y) - x y)   or   t (max(x + y - 1, 0) - x y).
 //   One work group handles one block of a ring of the map's own cells, one thread a cell.
 
+#include "mesh/between.glsl"
 #include "rings/leaf.glsl"
 #include "rings/shapes.glsl"
 
@@ -21,9 +22,8 @@ struct Cover {
 };
 
 Cover cover_of(ivec2 cell, Leaf leaf, int step_log2) {
-    uint word = shape[leaf.id].x;
     int side_log2 = side_log2_of(leaf), segments_log2 = side_log2 - step_log2;
-    ivec4 edges_log2 = ivec4(edge_log2_of(word, WEST), edge_log2_of(word, NORTH), edge_log2_of(word, EAST), edge_log2_of(word, SOUTH));
+    ivec4 edges_log2 = edges_log2_in(shape[leaf.id].x);
     bool is_node = side_log2 >= 1 && coarsest_step(leaf.origin, side_log2) == side_log2;
     bool is_fan = is_node && (segments_log2 == 1 || (segments_log2 == 0 && edges_log2 != ivec4(0)));
     int level = is_fan ? side_log2 : max(step_log2, 1);
@@ -52,13 +52,13 @@ float squared_px_per_m(vec2 from_eye_m, float h_m) {
 vec2 squares_px2(ivec2 cell, Leaf leaf) {
     int step_log2 = step_log2_of(leaf.word);
     Cover cover = cover_of(cell, leaf, step_log2);
-    vec4 h = vec4(height_m(cell), height_m(cell + ivec2(1, 0)), height_m(cell + ivec2(0, 1)), height_m(cell + 1));
     ivec2 places = PLACES + ivec2(equal(cell + 1, u_last_post));  // the last cells have both ends
+    float t = twist_m(cell);
     vec2 sum = vec2(0.0);
     for (int k = 0; k < places.x * places.y; k++) {
-        vec2 at = vec2(k % places.x, k / places.x) / float(PLACES), rows_m = mix(h.xz, h.yw, at.x);
-        float h_m = mix(rows_m.x, rows_m.y, at.y);
-        vec2 bends_m = (h.x - h.y - h.z + h.w) * (vec2(min(at.x, at.y), max(at.x + at.y - 1.0, 0.0)) - at.x * at.y);
+        vec2 at = vec2(k % places.x, k / places.x) / float(PLACES);
+        float h_m = bilinear_m(cell, at);
+        vec2 bends_m = t * (vec2(min(at.x, at.y), max(at.x + at.y - 1.0, 0.0)) - at.x * at.y);
         float every_m2 = 0.5 * dot(bends_m, bends_m), ours_m2 = every_m2 * exp2(4.0 * float(step_log2));
         if (step_log2 > 0) ours_m2 = squared_m2(cover, vec2(cell - cover.n.low) + at, h_m - cover.n.base_m);
         sum += squared_px_per_m(post_from_eye_m(cell) + at * vec2(u_spacing_m.x, -u_spacing_m.y), h_m) * vec2(ours_m2, every_m2);

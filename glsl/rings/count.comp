@@ -51,8 +51,7 @@ void main() {
     Block b = b_block[id / UNITS];
     Leaf leaf = leaf_at(b, id, word);
     int step_log2 = step_log2_of(word), segments_log2 = side_log2_of(leaf) - step_log2;
-    uint edges = shape[id].x;
-    ivec4 steps = leaf.size_log2.yxyx - ivec4(edge_log2_of(edges, WEST), edge_log2_of(edges, NORTH), edge_log2_of(edges, EAST), edge_log2_of(edges, SOUTH));
+    ivec4 steps = leaf.size_log2.yxyx - edges_log2_in(shape[id].x);
     uint px = shape[id].y = floatBitsToUint(leaf_px(leaf));
     atomicAdd(s_offset[segments_log2 * u_most_blocks + id / UNITS], 1u);
     atomicAdd(s_count[segments_log2], 1u);

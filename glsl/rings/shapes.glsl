@@ -21,7 +21,7 @@ layout(std430, binding = 7) buffer Summary {
 };
 
 int segments_log2_of(uint word) { return int(word & 31u) - (int(word >> 5 & 63u) - 16); }
-int edge_log2_of(uint word, int side) { return int(word >> (11 + 3 * side) & 7u); }
+ivec4 edges_log2_in(uint word) { return ivec4(uvec4(word) >> uvec4(11, 14, 17, 20) & 7u); }
 
 uint shape_word(Leaf leaf, ivec4 edges_log2) {
     uint edges = uint(edges_log2[0]) | uint(edges_log2[1]) << 3 | uint(edges_log2[2]) << 6 | uint(edges_log2[3]) << 9;

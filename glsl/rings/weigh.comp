@@ -15,17 +15,18 @@ uniform bool u_every_post;  // no square is coarser than the posts, and single c
 // Two triangles over few posts: a tile of the tables has four such squares, so their own error comes from the posts.
 const int FEW_POSTS_LOG2 = 2;
 
-// What a square knows besides the tables: squared errors with 1 and with 2 segments, and of its cells; NEVER if unknown.
+// What is known of a square besides the tables: squared errors with 1 and with 2 segments, and errors of its cells; NEVER if unknown.
 struct Known {
-    float quad_m2, fan_m2, cells_m2, posts;
+    float quad_m2, fan_m2, posts;
+    vec2 few_m;  // few_cells_m()
 };
 
 Known known_of(ivec2 low, int side_log2) {
     ivec2 own = min(low + (1 << side_log2), u_last_post) - max(low, ivec2(0));
     float posts = float(own.x * own.y), fan_m = rms_of_node_m(low, side_log2, known_m(node_over(low, side_log2), low, side_log2, side_log2 - 1).y);
-    float cells_m = few_cells_m(low, side_log2).y, quad_m2 = NEVER;
+    float quad_m2 = NEVER;
     if (side_log2 > 0 && has_posts(low, side_log2, FEW_POSTS_LOG2) && coarsest_step(low, side_log2) == side_log2) quad_m2 = quad_squares_m2(side_log2, low >> side_log2);
-    return Known(quad_m2, fan_m * fan_m * posts, cells_m < NEVER ? cells_m * cells_m * posts : NEVER, posts);
+    return Known(quad_m2, fan_m * fan_m * posts, posts, few_cells_m(low, side_log2));
 }
 
 // The tables sum whole tiles, which may reach beyond the box: take the box's share of that sum. It is an upper bound for every T.
@@ -33,8 +34,8 @@ float squares_of_box_m2(ivec2 low, int side_log2, int step_log2, Known known) {
     ivec2 end = low + (1 << side_log2), from = max(low, ivec2(0)), to = min(end, u_last_post);
     int tile = max(step_log2, 0) + tile_log2(max(step_log2, 0));
     vec2 asked = vec2((to - 1 >> tile) + 1 - (from >> tile) << tile);
-    float squares = squares_m2(low, end, step_log2) * known.posts / (asked.x * asked.y), sag = sag_m(step_log2);
-    if (step_log2 <= 0 && known.cells_m2 < NEVER) squares = known.cells_m2 * exp2(4.0 * float(step_log2));
+    float few_m = few_parts_m(step_log2, known.few_m).y, sag = sag_m(step_log2);
+    float squares = few_m < NEVER ? few_m * few_m * known.posts : squares_m2(low, end, step_log2) * known.posts / (asked.x * asked.y);
     if (step_log2 == side_log2 - 1) squares = min(squares, known.fan_m2);
     if (step_log2 == side_log2 && step_log2 > 0 && known.quad_m2 < NEVER) squares = known.quad_m2;
     return squares + 0.5 * sag * sag * known.posts;
@@ -55,14 +56,13 @@ void weigh_square(int depth, ivec2 at) {
     s_square[i] = nothing || !allowed ? EMPTY : WHOLE;
     int coarsest = u_every_post ? 0 : coarsest_step(low, side_log2);
     float px_per_m = u_focal_px * p.stretch / p.middle_m;
-    float across = u_focal_px / p.middle_m * sqrt(u_spacing_m.x * u_spacing_m.y);
     Known known = known_of(low, side_log2);
     for (int k = 0; k < SIZES_LOG2; k++) {
         int step_log2 = side_log2 - k;
         float e = NEVER;
         if (nothing) e = -1.0;
         else if (allowed && step_log2 <= coarsest && step_log2 >= finest_step(side_log2, block.ring)) {
-            e = p.outside ? 0.0 : max(1.0, across) * px_per_m * px_per_m * squares_of_box_m2(low, side_log2, step_log2, known);
+            e = p.outside ? 0.0 : post_weight(p) * px_per_m * px_per_m * squares_of_box_m2(low, side_log2, step_log2, known);
         }
         weight[first + k] = e;
     }

@@ -29,6 +29,7 @@ from ..camera import Camera
 from ..error import ErrorTables
 from ..gpu import gl, layout, shaders
 from ..gpu.bindings import bind
+from ..heightmap import Heightmap
 from ..rect import Rect
 from ..view import View
 from . import budget
@@ -114,8 +115,7 @@ class ClipmapSelector:
 
         if not triangles:
             return self._keep(rings(PATCHES))
-        ring = ring_of_posts(posts_in_picture(*view) if goal.cull else self.terrain.all_posts)
-        if self._may_be_alone(ring, triangles):
+        if ring := self._one_ring(view, goal.cull, triangles):
             selection = self._spend([ring], triangles)
             if selection.triangles <= triangles:
                 return self._spend([ring], triangles, every_post=True) if self._is_worse(ring, triangles) else selection
@@ -158,13 +158,18 @@ class ClipmapSelector:
         self._is_weighed, self._every_post = False, every_post
         return budget.spend(triangles, lambda target: self._at_target(rings, target))
 
-    def _may_be_alone(self, ring: Ring, triangles: int) -> bool:
-        """Whether a budget pays for about as many cells of the map as the picture has: then one ring is enough."""
-        if self.terrain.streams or not budget.may_have(ring.cells, budget.AROUND, triangles):
-            return False
+    def _one_ring(
+        self, view: tuple[Heightmap, Camera, tuple[int, int], float], cull: bool, triangles: int
+    ) -> Ring | None:
+        """A ring of the map's cells over the picture, if a budget pays for about as many cells; else None."""
+        if self.terrain.streams:
+            return None
+        ring = ring_of_posts(posts_in_picture(*view) if cull else self.terrain.all_posts)
+        if not budget.may_have(ring.cells, budget.AROUND, triangles):
+            return None
         self._begin([ring])
         seen = np.frombuffer(self._buffers["blocks"].read(4, offset=_work("seen")), "u4")[0]
-        return budget.may_have(_UNITS * int(seen), budget.SEEN, triangles)
+        return ring if budget.may_have(_UNITS * int(seen), budget.SEEN, triangles) else None
 
     def _is_worse(self, ring: Ring, triangles: int) -> bool:
         """Whether the mesh that was just chosen is worse than the mesh of every post."""
