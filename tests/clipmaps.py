@@ -6,7 +6,7 @@ import numpy as np
 from maps import Scene
 
 from terrain_gl.camera import screen_shift_px
-from terrain_gl.gpu import layout
+from terrain_gl.gpu import layout, shaders
 from terrain_gl.mesh import MeshDraw, MeshDraws
 from terrain_gl.reference import bilinear_heights
 
@@ -17,6 +17,12 @@ UNIT = 64  # vertices stand on 64ths of a post
 def clipmap_of(ctx, heightmap, size=(160, 90)):
     """A scene that draws with method sat."""
     return Scene.of(ctx, heightmap, size, "sat")
+
+
+def change_shaders(monkeypatch, old, new):
+    """Shaders that are compiled from now on have another text in one place."""
+    text = shaders._text
+    monkeypatch.setattr(shaders, "_text", lambda lines: text(lines).replace(old, new))
 
 
 VERTEX = np.dtype([("post", "2f4"), ("height_m", "f4")])

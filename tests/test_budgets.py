@@ -5,7 +5,7 @@ from types import SimpleNamespace
 import numpy as np
 import pytest
 from asking import ask
-from clipmaps import clipmap_of, patches_of, surface_errors, triangles_of
+from clipmaps import change_shaders, clipmap_of, patches_of, surface_errors, triangles_of
 from hypothesis import given
 from hypothesis import strategies as st
 from maps import cameras, rough
@@ -13,7 +13,6 @@ from maps import cameras, rough
 from terrain_gl import reference
 from terrain_gl.camera import Camera
 from terrain_gl.files.views import standard_view
-from terrain_gl.gpu import shaders
 from terrain_gl.heightmap import Heightmap
 from terrain_gl.lod import budget
 
@@ -40,8 +39,7 @@ def changed(monkeypatch):
     """A scene of the same map whose shaders differ in one place."""
 
     def of(scene, old, new):
-        text = shaders._text
-        monkeypatch.setattr(shaders, "_text", lambda lines: text(lines).replace(old, new))
+        change_shaders(monkeypatch, old, new)
         return clipmap_of(scene.terrain.ctx, scene.heightmap, scene.size)
 
     return of

@@ -2,13 +2,13 @@
 
 import numpy as np
 import pytest
-from clipmaps import clipmap_of, patches_of, surface_errors
+from clipmaps import change_shaders, clipmap_of, patches_of, surface_errors
 from maps import cameras, rough
 
 from terrain_gl import Renderer
 from terrain_gl.camera import Camera
 from terrain_gl.files.maps import bundled
-from terrain_gl.gpu import layout, shaders
+from terrain_gl.gpu import layout
 from terrain_gl.gpu.context import create_context
 from terrain_gl.heightmap import Heightmap
 from terrain_gl.lod import ClipmapSelector, Goal, QuadtreeSelector, clipmap
@@ -196,11 +196,9 @@ def test_rings_and_blocks_that_nobody_sees_change_nothing(ctx, scene, monkeypatc
 
 def test_a_budget_weighs_only_blocks_in_the_picture(ctx, scene, monkeypatch):
     """The others change nothing, and would take as long."""
-    text, camera, found = shaders._text, cameras(scene.heightmap)["grazing"], []
+    camera, found = cameras(scene.heightmap)["grazing"], []
     for old in ("unchanged", "u_cull == 0 || !project_square"):
-        monkeypatch.setattr(
-            shaders, "_text", lambda lines, old=old: text(lines).replace(old, "true || !project_square")
-        )
+        change_shaders(monkeypatch, old, "true || !project_square")
         selector = Counting(scene.tables)
         selection = selector.select(camera, SIZE, scene.near_m, Goal(triangles=3000))
         patches = selector.patches.read(layout.RING_PATCH.itemsize * selection.patches)

@@ -2,14 +2,13 @@
 
 import numpy as np
 import pytest
-from clipmaps import clipmap_of, surface_errors
+from clipmaps import change_shaders, clipmap_of, surface_errors
 from hypothesis import given, settings
 from hypothesis import strategies as st
 from maps import SIZE, Scene, rough
 
 from terrain_gl.camera import Camera, in_picture
 from terrain_gl.files.views import standard_view
-from terrain_gl.gpu import shaders
 from terrain_gl.heightmap import Heightmap
 from terrain_gl.lod import budget
 from terrain_gl.lod.land import posts_in_picture
@@ -98,6 +97,18 @@ def test_without_the_comparison_it_is_worse(ctx, small, monkeypatch):
     assert small.achieved(small.select(camera, triangles=triangles), camera).rms_px > 1.1 * every.rms_px
 
 
+def test_the_maps_last_posts_take_part(ctx, monkeypatch):
+    """The picture shows two posts of the rim, and no other place that `measure` compares."""
+    camera = Camera((73.7, 62.875, 144.06), (64.92, -50.27, 0.0), fov_deg=20.0)
+    for old, is_good in (("unchanged", True), ("PLACES + ivec2(equal(cell + 1, u_last_post))", False)):
+        change_shaders(monkeypatch, old, "ivec2(PLACES)")
+        scene = clipmap_of(ctx, land(51, 9, 93))
+        triangles, every = every_post_of(ctx, scene, camera)
+        px = scene.achieved(scene.select(camera, triangles=triangles), camera).rms_px
+        assert (px <= every.rms_px * OTHER_DIAGONALS) == is_good
+        scene.release()
+
+
 def test_the_other_mesh_is_that_of_every_post_and_finer_with_more(ctx, small, monkeypatch):
     monkeypatch.setattr(budget, "is_worse", lambda *_: True)
     for camera in views_of(small.heightmap):
@@ -134,10 +145,10 @@ def test_sums_are_those_of_measured_meshes(ctx, monkeypatch, view):
 def test_cut_edges_matter_to_the_sums(ctx, monkeypatch):
     """Two triangles with a cut edge are a fan, which is closer to the truth."""
     heights = rough(57, 90, 5, relief=150.0)
-    text, heightmap = shaders._text, Heightmap(np.floor(heights / 20) * 20 + 0.2 * heights, SPACING_M)
+    heightmap = Heightmap(np.floor(heights / 20) * 20 + 0.2 * heights, SPACING_M)
     camera, off = Camera.default(heightmap), []
     for cut in ("edges_log2 != ivec4(0)", "false"):
-        monkeypatch.setattr(shaders, "_text", lambda lines, cut=cut: text(lines).replace("edges_log2 != ivec4(0)", cut))
+        change_shaders(monkeypatch, "edges_log2 != ivec4(0)", cut)
         scene = clipmap_of(ctx, heightmap, (320, 180))
         (ours, _, _), measured = compared(monkeypatch, scene, camera, 4000)
         off.append(ours / measured - 1)
