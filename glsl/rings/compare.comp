@@ -1,6 +1,6 @@
 // rings/compare.comp — the mesh of a budget, compared with the mesh of every post, which has two triangles in each cell of the map.
 //   The squared errors in pixels are summed over PLACES × PLACES places of each cell, as verify/measure.py does. The driver chooses some
-//   diagonals: there it is the mean of both. In a cell of twist t, two triangles differ from the truth at (x, y) by
+//   diagonals: there the mean of both is taken. In a cell of twist t, two triangles differ from the truth at (x, y) by
 //       t (min(x, y) - x y)   or   t (max(x + y - 1, 0) - x y).
 //   One work group handles one block of a ring of the map's own cells, one thread a cell.
 
@@ -48,7 +48,7 @@ float squared_px_per_m(vec2 from_eye_m, float h_m) {
     return dot(px, px);
 }
 
-// In a cell: of this mesh, and of every post.
+// Sums over a cell: of this mesh, and of every post.
 vec2 squares_px2(ivec2 cell, Leaf leaf) {
     int step_log2 = step_log2_of(leaf.word);
     Cover cover = cover_of(cell, leaf, step_log2);

@@ -35,5 +35,5 @@ void main() {
     vec2 parts = vec2(0.0);
     for (int i = 0; i < 4; i++) parts += quarter(ivec2(i & 1, i >> 1), price_);
     uint triangles = uint(cheaper(whole_at(0, ivec2(0), price_), parts).y);
-    atomicAdd(tried[PRICES * u_pass + k], min(triangles, 0xffffffffu / b_seen.groups));  // so the sum has room
+    atomicAdd(tried[PRICES * u_pass + k], min(triangles, 0xffffffffu / b_seen.groups));  // so the sum stays below 2^32
 }

@@ -22,8 +22,9 @@ CHEAPEST, DEAREST = 2.0**LOWEST_LOG2, 2.0 ** (HIGHEST_LOG2 - 1)  # give the most
 CLOSE = 0.985  # a mesh with this part of the budget is accepted
 UNCUT = 0.85  # the first target, as a part of the budget
 TRIES = 6  # after so many targets the best of them is taken
-# one ring of the map's cells takes the place of all rings, if it has few cells, few of them in blocks in the picture:
-AROUND, SEEN = (3, 4096), (1.25, 1024)  # at most so many for each triangle of the budget, and besides
+# One ring of the map's own cells takes the place of all rings, if it is small enough. It may have so many cells in all,
+# and so many in the picture: a number for each triangle of the budget, and a number besides.
+AROUND, SEEN = (3, 4096), (1.25, 1024)
 MOST_AROUND = 4_000_000  # a dispatch may have 65,535 groups, one for each block
 BETTER = 0.95  # of the squared error of every post: the comparison does not know which diagonals the driver chooses
 

@@ -102,7 +102,7 @@ class ClipmapSelector:
         With a tolerance, the screen error of the surface is at most `goal.tolerance_px`; with the metric "rms", the
         root mean square of that error. With a number of triangles, the mesh has at most so many. Among such meshes
         of the rings' squares it minimises the sum of squared screen errors, weighted by `reference.post_weights`. If
-        that number pays for the mesh of every post, the result is no worse than that.
+        that number pays for the mesh of every post, the result is no worse than that (docs/allocation.md, section 5).
         """
         self.view.write(self.terrain, camera, size, near_m, **goal.settings)
         triangles = goal.triangles

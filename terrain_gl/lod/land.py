@@ -1,4 +1,4 @@
-"""Which land is in the picture, from boxes as high as the map: a few numbers for the CPU, computed before any pass."""
+"""Which land is in the picture. The CPU finds it before any pass, from boxes as high as the map."""
 
 from __future__ import annotations
 
