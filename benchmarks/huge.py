@@ -27,7 +27,7 @@ from typing import Any
 import numpy as np
 
 import terrain_gl as tg
-from terrain_gl.paged_map import Page, PagedMap, PageKey, PostsOnDemand
+from terrain_gl.pages.map import Page, PagedMap, PageKey, PostsOnDemand
 from terrain_gl.terrain import quantisation_range
 
 ROWS, COLS, SPACING_M = 90_000, 200_000, 30.0

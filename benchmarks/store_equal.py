@@ -31,10 +31,10 @@ import terrain_gl as tg
 from terrain_gl.camera import Camera
 from terrain_gl.files.maps import open_map
 from terrain_gl.gpu import layout
-from terrain_gl.page_sums import bytes_of_slot
-from terrain_gl.paged_map import PageKey
+from terrain_gl.pages.map import PageKey
+from terrain_gl.pages.streaming import NO_ROOM
+from terrain_gl.pages.sums import bytes_of_slot
 from terrain_gl.store import StoredMap, build
-from terrain_gl.streaming import NO_ROOM
 
 SIZE, PART, TILE, SHARD = (160, 90), (1000, 900), 32, 256
 STYLES = "lambert", "normals"

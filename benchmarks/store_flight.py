@@ -25,7 +25,7 @@ import numpy as np
 import terrain_gl as tg
 from terrain_gl.files.maps import open_map
 from terrain_gl.film.tour import tour
-from terrain_gl.paged_map import Page, PageKey
+from terrain_gl.pages.map import Page, PageKey
 from terrain_gl.store import StoredMap, build
 
 FPS = 20.0

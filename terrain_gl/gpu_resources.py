@@ -13,12 +13,12 @@ from .gpu.timing import StageTimer
 from .heightmap import Heightmap
 from .lod import QuadtreeSelector, View
 from .methods import Selectors, quadtree
-from .paged_map import PagedMap
-from .pages import PagedTables, PagedTerrain
+from .pages.map import PagedMap
+from .pages.streaming import Streaming
+from .pages.terrain import PagedTables, PagedTerrain
 from .pieces import Piece
 from .shade import Picture
 from .steps import Steps
-from .streaming import Streaming
 from .terrain import Terrain
 
 Size = tuple[int, int]

@@ -37,10 +37,10 @@ from .lod import Selection
 from .methods import Selectors
 from .options import RenderOptions, near_plane_m
 from .overlay import Overlay
+from .pages.streaming import Streaming
 from .pieces import Piece, cut
 from .shade import TILE_PX, Picture
 from .steps import Progress, Steps, drain
-from .streaming import Streaming
 from .terrain import Terrain
 from .verify.inspector import Inspector
 

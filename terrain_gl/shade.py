@@ -25,7 +25,7 @@ from .light.climate import AUTO
 from .light.ground import towards_sun
 from .lod import Selection, View
 from .mesh import MeshDraws
-from .page_light import light_of
+from .pages.light import light_of
 from .pixel_programs import PixelPrograms, Wanted
 from .rect import Rect
 from .steps import Steps, drain

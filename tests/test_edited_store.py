@@ -19,14 +19,14 @@ from terrain_gl.files.views import standard_view
 from terrain_gl.gpu import layout
 from terrain_gl.heightmap import Heightmap
 from terrain_gl.options import RenderOptions
+from terrain_gl.pages.sheet import Sheet
+from terrain_gl.pages.widening import Moves, Scale, errors_m, moves, packed, widened, widened_ranges, widened_stars
 from terrain_gl.renderer import Renderer
-from terrain_gl.sheet import Sheet
 from terrain_gl.steps import drain
 from terrain_gl.terrain import quantisation_range
-from terrain_gl.widening import Moves, Scale, errors_m, moves, packed, widened, widened_ranges, widened_stars
 
 pytest.importorskip("zarr")
-from terrain_gl.edited_map import EditedMap
+from terrain_gl.pages.edited_map import EditedMap
 from terrain_gl.store import build
 from terrain_gl.store.opened import StoredMap
 
@@ -79,7 +79,9 @@ def patches_of(renderer):
 @pytest.fixture
 def alone(monkeypatch):
     """Nothing is loaded while a mesh is chosen."""
-    monkeypatch.setattr("terrain_gl.streaming.Streaming.select", lambda _, choose, camera, goal: (choose(camera), {}))
+    monkeypatch.setattr(
+        "terrain_gl.pages.streaming.Streaming.select", lambda _, choose, camera, goal: (choose(camera), {})
+    )
 
 
 def load_some(renderer, rng):
@@ -210,7 +212,7 @@ def test_right_after_an_edit_the_bound_holds(land, alone, metric, seed):
 
 
 def test_without_wide_records_the_bound_breaks(land, alone, monkeypatch):
-    monkeypatch.setattr("terrain_gl.edited_records.widened", lambda words, *_: words)
+    monkeypatch.setattr("terrain_gl.pages.edited_records.widened", lambda words, *_: words)
     assert max(check_bounds(land, seed, "max", 2) for seed in range(3)) > 1
 
 
@@ -243,7 +245,7 @@ def test_after_a_rebuild_a_store_is_that_of_the_edited_map(land, tmp_path):
 def test_light_follows_an_edit(land, follows, monkeypatch):
     """A wall throws a shadow on tiles that were lit before."""
     if not follows:
-        monkeypatch.setattr("terrain_gl.page_light.PageVisibility.update", lambda *_: None)
+        monkeypatch.setattr("terrain_gl.pages.light.PageVisibility.update", lambda *_: None)
     stored = StoredMap(land[1])
     camera, how = Camera((200, 150, 150), (200.1, 150, 0)), {"style": "shaded", "sun": (90.0, 20.0)}
     edited = EditedMap(stored)
@@ -261,7 +263,7 @@ def test_light_follows_an_edit(land, follows, monkeypatch):
 def test_an_edit_during_a_rebuild_is_not_lost(land):
     heights, path = land
     edited = EditedMap(StoredMap(path))
-    from terrain_gl.rebuilding import Rebuilder
+    from terrain_gl.pages.rebuilding import Rebuilder
 
     rebuilder = Rebuilder()
     edited.write(40, 40, np.full((5, 5), 20, np.float32))
@@ -281,7 +283,9 @@ def test_a_rebuild_that_fails_leaves_wide_bounds_that_hold(land, monkeypatch):
     with Renderer(StoredMap(land[1]), SIZE) as renderer:
         renderer.edit(slice(40, 80), slice(50, 90), 12.0)
         with monkeypatch.context() as torn:
-            torn.setattr("terrain_gl.rebuilding.record_steps", lambda *_: (_ for _ in ()).throw(OSError("no disk")))
+            torn.setattr(
+                "terrain_gl.pages.rebuilding.record_steps", lambda *_: (_ for _ in ()).throw(OSError("no disk"))
+            )
             with pytest.raises(TerrainError, match="bounds stay wide: OSError: no disk"):
                 renderer.rebuild()
             camera = Camera((150, 180, 60), (210, 200, 0), 50)

@@ -6,16 +6,18 @@ import time
 import numpy as np
 import pytest
 
-from terrain_gl import page_light, page_windows, reference
+from terrain_gl import reference
 from terrain_gl.camera import Camera
 from terrain_gl.exceptions import TerrainError
 from terrain_gl.files.views import standard_view
 from terrain_gl.heightmap import Heightmap
 from terrain_gl.light.ground import towards_sun
 from terrain_gl.light.horizon import lattice_direction
-from terrain_gl.page_sweep import PageSweep
-from terrain_gl.page_windows import MARGIN, windows_of
-from terrain_gl.paged_map import PagedMap
+from terrain_gl.pages import light as page_light
+from terrain_gl.pages import windows as page_windows
+from terrain_gl.pages.map import PagedMap
+from terrain_gl.pages.sweep import PageSweep
+from terrain_gl.pages.windows import MARGIN, windows_of
 from terrain_gl.renderer import Renderer
 
 pytest.importorskip("zarr")
@@ -344,7 +346,9 @@ def test_normals_of_coarse_pages_have_no_steps(tmp_path, monkeypatch):
     """On a parabola the slope grows evenly. With boxes smaller than a cell it would jump at every 8th post."""
     x = np.arange(129, dtype=np.float32) - 64
     build(np.broadcast_to(0.005 * x * x, (129, 129)).copy(), tmp_path / "s", tile=16, shard=64, spacing_m=1.0)
-    monkeypatch.setattr("terrain_gl.streaming.Streaming.select", lambda _, choose, camera, goal: (choose(camera), {}))
+    monkeypatch.setattr(
+        "terrain_gl.pages.streaming.Streaming.select", lambda _, choose, camera, goal: (choose(camera), {})
+    )
     with Renderer(StoredMap(tmp_path / "s"), (96, 54)) as renderer:
         assert renderer.terrain.top_level >= 3  # the coarsest pages alone
         above = Camera((64, 64, 120), (64, 64.01, 0), fov_deg=40)

@@ -26,8 +26,8 @@ from terrain_gl.renderer import Renderer
 from terrain_gl.steps import drain
 
 pytest.importorskip("zarr")
-from terrain_gl.page_sums import sums_of
-from terrain_gl.paged_map import above as page_above
+from terrain_gl.pages.map import above as page_above
+from terrain_gl.pages.sums import sums_of
 from terrain_gl.store import build
 from terrain_gl.store.opened import StoredMap
 from terrain_gl.terrain import Terrain, quantisation_range, steps_of
@@ -107,7 +107,9 @@ def check_sides_agree(corners, heights_m):
 @pytest.fixture
 def alone(monkeypatch):
     """Nothing is loaded while a mesh is chosen."""
-    monkeypatch.setattr("terrain_gl.streaming.Streaming.select", lambda _, choose, camera, goal: (choose(camera), {}))
+    monkeypatch.setattr(
+        "terrain_gl.pages.streaming.Streaming.select", lambda _, choose, camera, goal: (choose(camera), {})
+    )
 
 
 # --- What is certified ------------------------------------------------------------------------------------------------

@@ -29,7 +29,7 @@ layout(binding = 1) uniform usampler2D u_marks;  // bits of posts
 #define VOID 1u
 #define WET 2u
 
-#if defined(WINDOW)  // the window around a page (terrain_gl/page_windows.py) takes the place of the map
+#if defined(WINDOW)  // the window around a page (terrain_gl/pages/windows.py) takes the place of the map
 float height_m(ivec2 post) { return texelFetch(u_heights, post, 0).x; }
 #elif defined(PAGED)
 #include "pages/pages.glsl"

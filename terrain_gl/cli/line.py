@@ -11,13 +11,13 @@ from typing import Any
 from ..camera import Camera
 from ..comparison.baselines import Parameters
 from ..comparison.clipmap import Rings
-from ..edited_map import EditedMap
 from ..exceptions import UsageError
 from ..files.maps import SCALES, find_bundled
 from ..files.views import standard_sun, standard_view
 from ..heightmap import Heightmap
 from ..options import RenderOptions
-from ..paged_map import PagedMap
+from ..pages.edited_map import EditedMap
+from ..pages.map import PagedMap
 from . import options, stores
 
 _CAMERA = ("eye", "target", "fov_deg", "up")

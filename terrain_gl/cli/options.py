@@ -23,7 +23,7 @@ from ..heightmap import Heightmap
 from ..light.lighting import check_room
 from ..light.sun import sun_position
 from ..options import OPTIONS, RenderOptions
-from ..paged_map import PagedMap
+from ..pages.map import PagedMap
 from ..readers import How
 from ..readers.values import ENCODINGS
 from ..readers.windows import Reading

@@ -9,7 +9,7 @@ from typing import Any
 from ..exceptions import UsageError
 from ..heightmap import Heightmap
 from ..overlay import Overlay, read_overlay
-from ..paged_map import PagedMap
+from ..pages.map import PagedMap
 
 PICTURES = (".tif", ".tiff", ".png", ".jpg", ".jpeg", ".jp2", ".webp", ".exr", ".vrt")
 

@@ -8,10 +8,10 @@ from collections.abc import Iterator
 from contextlib import contextmanager
 from typing import Any
 
-from ..edited_map import EditedMap
 from ..exceptions import TerrainError, UsageError
 from ..files.edits import read_edits
-from ..paged_map import PagedMap
+from ..pages.edited_map import EditedMap
+from ..pages.map import PagedMap
 from ..renderer import Renderer
 from ..store import StoredMap
 from . import report, values

@@ -16,10 +16,10 @@ from typing import Any, NamedTuple
 import numpy as np
 
 from ..edit import Editor
-from ..edited_map import EditedMap
 from ..exceptions import TerrainError, UsageError
 from ..heightmap import MAX_HEIGHT_M, Heightmap
-from ..paged_map import PagedMap
+from ..pages.edited_map import EditedMap
+from ..pages.map import PagedMap
 from ..place import check_crs
 from ..readers.georeference import Georeference
 from ..readers.raster import has_rasterio

@@ -47,7 +47,7 @@ def windowed_sines(
     Parameters
     ----------
     windows
-        Heights, shifts and parts inside the map: `page_windows.Windows`.
+        Heights, shifts and parts inside the map: `pages.windows.Windows`.
     posts
         (..., 2) columns and rows of the places, in posts of the first window.
     """

@@ -22,7 +22,7 @@ import numpy as np
 
 from .. import __version__
 from ..exceptions import TerrainError
-from ..paged_map import RECORD_WORDS
+from ..pages.map import RECORD_WORDS
 from ..readers.georeference import Georeference, Grid
 from ..readers.raster import Spacing
 from .pyramid import Area, Pyramid

@@ -20,9 +20,9 @@ from typing import Any, NamedTuple
 
 import numpy as np
 
-from ..crop import APRON, Records, records_of
 from ..exceptions import TerrainError
 from ..heightmap import MAX_HEIGHT_M
+from ..pages.crop import APRON, Records, records_of
 from ..readers.raster import Spacing
 from ..readers.windows import Windows
 from .format import FIELDS, Arrays

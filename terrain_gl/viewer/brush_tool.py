@@ -15,7 +15,7 @@ from typing import NamedTuple
 import numpy as np
 
 from ..brush import SHARES, TOOLS, Brush, Sculptor, places
-from ..paged_map import PagedMap
+from ..pages.map import PagedMap
 from ..renderer import Renderer
 from ..steps import Steps
 

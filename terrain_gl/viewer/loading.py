@@ -20,7 +20,7 @@ from ..files.maps import open_map
 from ..files.views import standard_sun, standard_view
 from ..heightmap import Heightmap
 from ..overlay import Overlay
-from ..paged_map import PagedMap
+from ..pages.map import PagedMap
 from ..readers.windows import Reading
 from ..renderer import Renderer
 from ..shade import SUN

@@ -12,7 +12,7 @@ import numpy as np
 from ..files.edits import check_edits_name, edits_of, write_tiles
 from ..files.writers import as_options, format_of, write_heightmap
 from ..heightmap import Heightmap
-from ..paged_map import PagedMap
+from ..pages.map import PagedMap
 from ..readers.raster import has_rasterio
 
 

@@ -10,8 +10,8 @@ from ..files.export import FORMATS
 from ..files.views import VIEWS, straight_down
 from ..methods import BASELINES, REGISTRY
 from ..options import CHOICES
-from ..paged_map import PagedMap
-from ..pages import PagedTerrain
+from ..pages.map import PagedMap
+from ..pages.terrain import PagedTerrain
 from . import tile_map
 from .brush_tool import BrushTool
 from .controller import MODES, Controller

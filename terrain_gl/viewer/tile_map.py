@@ -8,7 +8,7 @@ from itertools import groupby
 
 import numpy as np
 
-from ..pages import PagedTerrain
+from ..pages.terrain import PagedTerrain
 from .controller import Controller
 from .legend import VIRIDIS, Colour, Legend
 from .widgets import Widgets

@@ -10,13 +10,13 @@ from viewers import Ticking, later, seen, set_budget, settle, swift, texts
 
 from terrain_gl.camera import Camera
 from terrain_gl.cli.line import command_line
-from terrain_gl.edited_map import EditedMap
 from terrain_gl.exceptions import TerrainError
 from terrain_gl.files import huge
 from terrain_gl.files.edits import read_edits
 from terrain_gl.files.views import standard_view
 from terrain_gl.heightmap import Heightmap
 from terrain_gl.options import RenderOptions
+from terrain_gl.pages.edited_map import EditedMap
 from terrain_gl.readers.windows import Reading
 from terrain_gl.viewer import painter, tile_map
 from terrain_gl.viewer.app import App

@@ -1,6 +1,6 @@
 """Records of an edited store: those on disk, widened where posts have moved, or computed anew.
 
-moved, each level    how far posts of each node have moved: they widen its record (widening.py)
+moved, each level    how far posts of each node have moved: they widen its record (`pages.widening`)
 errors, ranges       records that were computed anew (rebuilding.py)
 """
 
@@ -8,8 +8,8 @@ from __future__ import annotations
 
 import numpy as np
 
-from .paged_map import RECORD_WORDS, Page
-from .rect import span_of
+from ..rect import span_of
+from .map import RECORD_WORDS, Page
 from .sheet import Area, Sheet
 from .widening import Moves, Scale, rescaled, rescaled_ranges, widened, widened_ranges, widened_stars
 

@@ -10,9 +10,9 @@ import threading
 import time
 from collections.abc import Sequence
 
-from .exceptions import TerrainError
-from .page_sums import Sums, bytes_at_work, sums_of
-from .paged_map import PagedMap, PageKey
+from ..exceptions import TerrainError
+from .map import PagedMap, PageKey
+from .sums import Sums, bytes_at_work, sums_of
 
 THREADS = 8  # several, because a remote disk answers late: some wait while others work
 TRIES = 2

@@ -15,15 +15,15 @@ from typing import Any
 
 import numpy as np
 
-from .camera import Camera
+from ..camera import Camera
+from ..exceptions import TerrainError, UsageError
+from ..lod import Goal, Selection
+from ..steps import Steps
 from .edited_map import EditedMap
-from .exceptions import TerrainError, UsageError
 from .loader import Loader
-from .lod import Goal, Selection
-from .paged_map import PageKey, above, called
-from .pages import PagedTables
+from .map import PageKey, above, called
 from .rebuilding import Rebuilder
-from .steps import Steps
+from .terrain import PagedTables
 from .wanted import Patches
 
 AHEAD_S = 1.0  # how far ahead of its motion a flight looks

@@ -13,14 +13,14 @@ from collections.abc import Iterable
 import moderngl
 import numpy as np
 
-from .exceptions import TerrainError
-from .gpu import gl, layout, shaders
-from .gpu.bindings import bind
-from .page_sums import Sums, bytes_of_slot, counter_words
-from .page_windows import light_bytes, scratch_bytes
-from .paged_map import Boxes, PagedMap, PageKey, above
+from ..exceptions import TerrainError
+from ..gpu import gl, layout, shaders
+from ..gpu.bindings import bind
+from ..terrain import block_of, quantisation_range
+from .map import Boxes, PagedMap, PageKey, above
 from .resident import ResidentHeights
-from .terrain import block_of, quantisation_range
+from .sums import Sums, bytes_of_slot, counter_words
+from .windows import light_bytes, scratch_bytes
 
 ROW = 1024  # words of a row of the page tables' texture
 LIT = 1 << 31  # bit of a page with light: glsl/pages/pages.glsl

@@ -8,15 +8,15 @@ from collections.abc import Iterable
 import moderngl
 import numpy as np
 
+from ..gpu import gl, layout
+from ..gpu.bindings import bind
+from ..rect import Rect
+from ..terrain import quantisation_range
 from .edited_map import EditedMap
-from .gpu import gl, layout
-from .gpu.bindings import bind
-from .page_pool import PagePool
-from .page_sums import Sums, counter_words, sums_of
-from .paged_map import PagedMap, PageKey, above
-from .rect import Rect
+from .map import PagedMap, PageKey, above
+from .pool import PagePool
 from .resident import ResidentHeights
-from .terrain import quantisation_range
+from .sums import Sums, counter_words, sums_of
 
 
 class PagedTerrain(PagePool):

@@ -11,10 +11,10 @@ import threading
 import time
 from typing import NamedTuple
 
+from ..exceptions import TerrainError
 from .crop import APRON, Records, record_steps, release_context
 from .edited_map import EditedMap, Square
-from .exceptions import TerrainError
-from .paged_map import PageKey
+from .map import PageKey
 
 
 class Job(NamedTuple):

@@ -9,7 +9,7 @@ from typing import Any
 
 import numpy as np
 
-from .paged_map import PagedMap, PostsOnDemand
+from .map import PagedMap, PostsOnDemand
 
 
 class ResidentHeights(PostsOnDemand):

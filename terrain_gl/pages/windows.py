@@ -23,10 +23,10 @@ from typing import NamedTuple
 
 import numpy as np
 
-from .exceptions import TerrainError
-from .gpu import layout
-from .paged_map import PagedMap, PageKey
-from .rect import Rect
+from ..exceptions import TerrainError
+from ..gpu import layout
+from ..rect import Rect
+from .map import PagedMap, PageKey
 
 LEAST_APRON = 16  # posts
 BORDER = 1  # texels of the sky around a page's own, so that lookups are bilinear up to its rim

@@ -15,13 +15,13 @@ from typing import Any, NamedTuple
 
 import numpy as np
 
+from ..exceptions import TerrainError
+from ..heightmap import MAX_HEIGHT_M
+from ..rect import Rect, span_of
+from ..terrain import quantisation_range, widened_range
 from .edited_records import EditedRecords
-from .exceptions import TerrainError
-from .heightmap import MAX_HEIGHT_M
-from .paged_map import Page, PagedMap, PageKey, PostsOnDemand
-from .rect import Rect, span_of
+from .map import Page, PagedMap, PageKey, PostsOnDemand
 from .sheet import Area, Sheet
-from .terrain import quantisation_range, widened_range
 from .widening import Scale, moves, touched
 
 

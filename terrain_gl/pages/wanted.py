@@ -6,11 +6,11 @@ from typing import Any
 
 import numpy as np
 
-from .camera import Camera
-from .gpu import layout
-from .lod import Goal, Selection
-from .paged_map import Boxes
-from .pages import PagedTerrain
+from ..camera import Camera
+from ..gpu import layout
+from ..lod import Goal, Selection
+from .map import Boxes
+from .terrain import PagedTerrain
 
 MOST_LEVELS = 3  # most levels that a patch skips at once
 MOST_PAGES = 32  # most pages that a patch requests at once

@@ -11,8 +11,8 @@ from typing import NamedTuple
 
 import numpy as np
 
-from .exceptions import TerrainError
-from .heightmap import Heightmap
+from ..exceptions import TerrainError
+from ..heightmap import Heightmap
 
 PageKey = tuple[int, int, int]  # level, row and column of a page
 RECORD_WORDS = 3  # words of an error record that bounds read: of a cell of a patch, of a fan, and of stars

@@ -6,9 +6,9 @@ from typing import NamedTuple
 
 import numpy as np
 
-from .gpu import layout
-from .paged_map import RECORD_WORDS, Page, PagedMap, PageKey
-from .terrain import quantisation_range, steps_of
+from ..gpu import layout
+from ..terrain import quantisation_range, steps_of
+from .map import RECORD_WORDS, Page, PagedMap, PageKey
 
 
 class Sums(NamedTuple):

@@ -1,6 +1,6 @@
 """Light of a paged map: the sun's horizon and the visible sky of each page, made page by page from its windows.
 
-A thread reads the windows around a page (`page_windows`). Then the GPU sweeps them in 16 azimuths and towards the sun
+A thread reads the windows around a page (`pages.windows`). Then the GPU sweeps them in 16 azimuths and towards the sun
 (glsl/horizon/around.comp), and keeps the results in the page's slot. A page gets its light once; if the sun moves to
 another azimuth, only its own horizon is made again. A page without light is drawn with the light of a coarser page.
 
@@ -17,38 +17,22 @@ from typing import Any, cast
 
 import numpy as np
 
-from .camera import Vector
-from .gpu import gl
-from .gpu.bindings import bind
-from .light.climate import AUTO
-from .light.gaussians import SKY_AXES
-from .light.ground import HeightSums
-from .light.horizon import (
-    FULL,
-    SUN_RADIUS,
-    TEXEL,
-    Visibility,
-    lattice_direction,
-    sun_uniforms,
-)
-from .light.lighting import Lighting, sky_seen
-from .light.moments import Direction
-from .light.sky import SHAPE, Sky
-from .page_sweep import PageSweep
-from .page_windows import (
-    BORDER,
-    Windows,
-    flat_windows,
-    holds,
-    most_windows,
-    side_of,
-    sky_side,
-    windows_of,
-)
-from .paged_map import PageKey
-from .pages import PagedTerrain
-from .rect import Rect
-from .steps import Steps, drain
+from ..camera import Vector
+from ..gpu import gl
+from ..gpu.bindings import bind
+from ..light.climate import AUTO
+from ..light.gaussians import SKY_AXES
+from ..light.ground import HeightSums
+from ..light.horizon import FULL, SUN_RADIUS, TEXEL, Visibility, lattice_direction, sun_uniforms
+from ..light.lighting import Lighting, sky_seen
+from ..light.moments import Direction
+from ..light.sky import SHAPE, Sky
+from ..rect import Rect
+from ..steps import Steps, drain
+from .map import PageKey
+from .sweep import PageSweep
+from .terrain import PagedTerrain
+from .windows import BORDER, Windows, flat_windows, holds, most_windows, side_of, sky_side, windows_of
 
 THREADS = 4
 OF_WINDOWS = 0.05  # part of the memory for tiles that windows may take
