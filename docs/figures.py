@@ -16,7 +16,7 @@ from matplotlib.patches import Ellipse, Polygon, Rectangle
 from matplotlib.ticker import LogLocator
 
 from terrain_gl import reference
-from terrain_gl.reference.clipmap import ring_origin
+from terrain_gl.reference.rings import ring_origin
 
 ROOT = Path(__file__).parent.parent
 FOLDER = Path(__file__).parent / "figures"

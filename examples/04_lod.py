@@ -23,7 +23,7 @@ from terrain_gl.error import ErrorTables
 from terrain_gl.files.maps import bundled
 from terrain_gl.gpu.layout import RING_PATCH
 from terrain_gl.image import write_png
-from terrain_gl.lod import ClipmapSelector, Goal
+from terrain_gl.lod import Goal, RingsSelector
 from terrain_gl.terrain import Terrain
 
 TOLERANCE_PX = 2.0
@@ -35,7 +35,7 @@ known = bundled()[name]
 heightmap = Heightmap.open(known.path, known.spacing_m, known.z_scale, known.z_offset_m)
 
 ctx = create_context()
-selector = ClipmapSelector(ErrorTables(Terrain(ctx, heightmap)))
+selector = RingsSelector(ErrorTables(Terrain(ctx, heightmap)))
 row, col = heightmap.rows // 2, heightmap.cols // 2
 east, north = (0.5 * extent for extent in heightmap.extent_m)
 eye = np.array([east, north, heightmap.heights[row, col] + 3 * heightmap.spacing_m[0]])
@@ -46,7 +46,7 @@ def patches_of(direction):
     camera = Camera(eye, eye + direction, fov_deg=90)
     chosen = selector.select(camera, (720, 720), 0.1 * heightmap.spacing_m[0], Goal(TOLERANCE_PX))
     print(f"{chosen.patches:6} patches, {chosen.triangles:6} triangles, at most {chosen.certified_px:.3f} px off")
-    # A patch is four words: its north-west corner, its shape and its bound (glsl/rings/shapes.glsl).
+    # A patch is four words: its north-west corner, its shape and its bound (glsl/lod/rings/shapes.glsl).
     records = np.frombuffer(selector.patches.read(chosen.patches * RING_PATCH.itemsize), RING_PATCH)
     shape = records["shape"].astype(int)
     pair = np.stack([shape >> 23 & 1, shape >> 24 & 1], -1)  # two squares, side by side

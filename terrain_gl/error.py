@@ -151,9 +151,9 @@ class ErrorTables:
         return np.frombuffer(data, "f4").reshape(sizes.size[::-1])
 
     def bind(self) -> None:
-        """Bind the tables for shaders that read bounds (glsl/lod/patch_bound.glsl)."""
+        """Bind the tables for shaders that read bounds (glsl/lod/quadtree/patch_bound.glsl)."""
         tables = {"Nodes": self.nodes, "Counters": self.counters, "Squares": self.squares, "Ranges": self.ranges}
-        bind("lod/patch_bound.glsl", **tables)
+        bind("lod/quadtree/patch_bound.glsl", **tables)
 
     def release_tables(self) -> None:
         """Release the tables but not the shaders, which other tables use."""

@@ -17,7 +17,7 @@ import numpy as np
 from .exceptions import TerrainError
 from .gpu import gl, shaders
 from .lod import Selection
-from .surface import Surface
+from .lod.surface import Surface
 from .terrain import Terrain
 
 MOST_CAPTURED = 2**31 - 1  # bytes; drivers count them in a signed 32-bit number, and crash if there are more

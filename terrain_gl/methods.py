@@ -12,7 +12,7 @@ from typing import Any, NamedTuple, Protocol, TypeVar
 
 from .camera import Camera
 from .error import ErrorTables
-from .lod import ClipmapSelector, Goal, QuadtreeSelector, Selection, View
+from .lod import Goal, QuadtreeSelector, RingsSelector, Selection, View
 from .rect import Rect
 from .terrain import Terrain
 
@@ -39,7 +39,7 @@ class Method(NamedTuple):
 
 
 REGISTRY = {
-    "sat": Method(CERTIFIED, "methods:clipmap_of_tables", "a clipmap, its detail chosen by summed-area tables"),
+    "sat": Method(CERTIFIED, "methods:rings_of_tables", "a clipmap, its detail chosen by summed-area tables"),
     "clipmap": Method(BASELINE, "comparison.baselines:clipmap", "geometry clipmaps"),
     "tessellated": Method(BASELINE, "comparison.baselines:tessellated", "clipmaps with hardware tessellation"),
     "quadtree": Method(CERTIFIED, "methods:quadtree", "a restricted quadtree: the fewest triangles"),
@@ -128,6 +128,6 @@ def quadtree(selectors: Selectors) -> QuadtreeSelector:
     return QuadtreeSelector(selectors.tables, selectors.view)
 
 
-def clipmap_of_tables(selectors: Selectors) -> ClipmapSelector:
+def rings_of_tables(selectors: Selectors) -> RingsSelector:
     """The clipmap whose detail the summed-area tables decide: method "sat"."""
-    return ClipmapSelector(selectors.tables, selectors.view)
+    return RingsSelector(selectors.tables, selectors.view)

@@ -8,7 +8,7 @@ from terrain_gl.camera import Camera
 from terrain_gl.error import ErrorTables
 from terrain_gl.gpu import layout
 from terrain_gl.heightmap import Heightmap
-from terrain_gl.lod import ClipmapSelector, Goal, QuadtreeSelector
+from terrain_gl.lod import Goal, QuadtreeSelector, RingsSelector
 from terrain_gl.mesh import captured_triangles
 from terrain_gl.terrain import Terrain
 from terrain_gl.verify.measure import Measurement
@@ -197,7 +197,7 @@ class Scene:
     heightmap: Heightmap
     terrain: Terrain
     tables: ErrorTables
-    levels: QuadtreeSelector | ClipmapSelector
+    levels: QuadtreeSelector | RingsSelector
     size: tuple[int, int] = SIZE
     _measurement: Measurement | None = None
 
@@ -205,7 +205,7 @@ class Scene:
     def of(cls, ctx, heightmap, size=SIZE, method="quadtree"):
         terrain = Terrain(ctx, heightmap)
         tables = ErrorTables(terrain)
-        selector = {"sat": ClipmapSelector, "quadtree": QuadtreeSelector}[method]
+        selector = {"sat": RingsSelector, "quadtree": QuadtreeSelector}[method]
         return cls(heightmap, terrain, tables, selector(tables), size)
 
     @property

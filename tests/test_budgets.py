@@ -5,10 +5,10 @@ from types import SimpleNamespace
 import numpy as np
 import pytest
 from asking import ask
-from clipmaps import change_shaders, clipmap_of, patches_of, surface_errors, triangles_of
 from hypothesis import given
 from hypothesis import strategies as st
 from maps import cameras, rough
+from ring_scenes import change_shaders, clipmap_of, patches_of, surface_errors, triangles_of
 
 from terrain_gl import reference
 from terrain_gl.camera import Camera
@@ -96,7 +96,7 @@ def test_a_valley_is_worse_if_squares_weigh_as_much_as_their_nearest_point(ctx, 
 def test_a_budget_is_worse_with_fewer_blocks_across(ctx, terraces, monkeypatch):
     monkeypatch.setattr(budget, "may_have", lambda *_: False)  # rings, also where one of the map's cells would do
     error = error_px(terraces, 18000)
-    monkeypatch.setattr("terrain_gl.lod.clipmap.patches_for", lambda triangles: 4)
+    monkeypatch.setattr("terrain_gl.lod.rings.patches_for", lambda triangles: 4)
     assert error < error_px(terraces, 18000)
 
 

@@ -6,10 +6,10 @@ from dataclasses import replace
 import numpy as np
 import pytest
 from asking import ask
-from clipmaps import clipmap_of
 from hypothesis import given, settings
 from hypothesis import strategies as st
 from maps import MAPS, Scene, cameras, random_camera, random_map, rough
+from ring_scenes import clipmap_of
 from test_measure import check_bound
 from test_selection import BOUND_SLACK, leaves, leaves_of, read_tables
 

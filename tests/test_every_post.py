@@ -2,17 +2,17 @@
 
 import numpy as np
 import pytest
-from clipmaps import change_shaders, clipmap_of, surface_errors
 from hypothesis import given, settings
 from hypothesis import strategies as st
 from maps import SIZE, Scene, rough
+from ring_scenes import change_shaders, clipmap_of, surface_errors
 
 from terrain_gl.camera import Camera, in_picture
 from terrain_gl.files.views import standard_view
 from terrain_gl.heightmap import Heightmap
 from terrain_gl.lod import budget
 from terrain_gl.lod.land import posts_in_picture
-from terrain_gl.lod.rings import ring_of_posts
+from terrain_gl.lod.ring_layout import ring_of_posts
 from terrain_gl.lod.selection import Goal
 from terrain_gl.renderer import Renderer
 from terrain_gl.shade import UNLIT

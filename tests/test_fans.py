@@ -2,8 +2,8 @@
 
 import numpy as np
 import pytest
-from clipmaps import clipmap_of, patches_of, surface_errors
 from maps import cameras, rough
+from ring_scenes import clipmap_of, patches_of, surface_errors
 
 from terrain_gl import reference
 from terrain_gl.gpu import layout

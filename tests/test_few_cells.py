@@ -2,8 +2,8 @@
 
 import numpy as np
 import pytest
-from clipmaps import clipmap_of, patches_of, surface_errors
 from maps import rough
+from ring_scenes import clipmap_of, patches_of, surface_errors
 
 from terrain_gl.camera import Camera
 from terrain_gl.gpu import shaders

@@ -112,7 +112,7 @@ def test_summary_round_trip(ctx):
     expressions += [f"floatBitsToUint(s_{end}[{i}])" for end in ("lower", "upper") for i in (0, 1)]
     expressions += ["s_budget", "s_rounds", "uint(s_side)", "s_asked"]
     assert len(expressions) * 4 == layout.SUMMARY.itemsize
-    source = shaders.source("lod/summary.glsl") + writes(expressions)
+    source = shaders.source("lod/quadtree/summary.glsl") + writes(expressions)
     got = read_back(ctx, source, len(expressions), lambda _: buffer.bind_to_storage_buffer(4))
     assert (got == sent).all()
     assert got[10:12].view("f4").tolist() == [record["worst_px"], record["price"]]
@@ -193,11 +193,11 @@ TWICE = [
     ("sat/lines.glsl", "STRIP", sat.STRIP),
     ("sat/spread.comp", "STRIP", sat.STRIP),
     ("error/coarse.glsl", "FINE_LEVELS", error.FINE_LEVELS),
-    ("lod/draws.comp", "MOST_VERTICES", gl.MOST_VERTICES),
+    ("lod/quadtree/draws.comp", "MOST_VERTICES", gl.MOST_VERTICES),
     ("mesh/bilinear.tesc", "FINER", bilinear.FINER),
     ("mesh/bilinear.tese", "FINER", bilinear.FINER),
-    ("clipmap/ring.vert", "BLOCK", clipmap.BLOCK),
-    ("tessellated/levels.comp", "MOST", tessellated.MOST),
+    ("comparison/clipmap/ring.vert", "BLOCK", clipmap.BLOCK),
+    ("comparison/tessellated/levels.comp", "MOST", tessellated.MOST),
     ("light/lights.glsl", "SKY_LOBES", len(gaussians.SKY_AXES)),
     ("light/lobes.glsl", "LOBE_LAYERS", lobes.LAYERS),
     ("horizon/blocks.glsl", "SUN_LAYERS", horizon.SUN_LAYERS),
@@ -222,7 +222,8 @@ def test_shared_sizes_are_stated_in_python_alone():
             for name in layout.DEFINES:
                 assert f"#define {name} " not in path.read_text(encoding="utf-8"), path
     assert all(
-        f"#define {name} {value}\n" in shaders.source("lod/tiles.comp") for name, value in layout.DEFINES.items()
+        f"#define {name} {value}\n" in shaders.source("lod/quadtree/tiles.comp")
+        for name, value in layout.DEFINES.items()
     )
 
 

@@ -41,7 +41,7 @@ def test_rays_end_where_marching_says(ctx):
         level = np.sqrt(1 - sine * sine)
         rays = np.stack([flat[0] * level, flat[1] * level, sine, 0 * sine], -1)
         places = np.pad(posts, ((0, 0), (0, 2)))
-        answers = ask(ctx, "truth/ground.glsl", RAYS, places, rays, bind=lambda _: terrain.bind())
+        answers = ask(ctx, "comparison/truth/ground.glsl", RAYS, places, rays, bind=lambda _: terrain.bind())
         # beyond 4 posts the shader's steps are longer than the reference's, and may step over a tip
         assert np.mean(answers[:, 0] == expected) > 0.97
     assert np.allclose(answers[:, 1], reference.bilinear_heights(heightmap.heights, *posts.T), atol=1e-2)
@@ -53,7 +53,7 @@ def test_directions_fill_their_lobes(ctx, axis):
     draws = np.pad(np.arange(4096.0)[:, None], ((0, 0), (0, 3)))
 
     def mean_direction(w):
-        return ask(ctx, "truth/random.glsl", DIRECTIONS, [*axis, w], draws)[:, :3].mean(0)
+        return ask(ctx, "comparison/truth/random.glsl", DIRECTIONS, [*axis, w], draws)[:, :3].mean(0)
 
     # means of ω: 2/3 for the cosine; of a uniform disc of radius 0.3, √(1 − r²) over it; coth k − 1/k
     disc = (1 - math.cos(0.3) ** 3) * 2 / 3 / math.sin(0.3) ** 2

@@ -8,9 +8,9 @@ from pathlib import Path
 
 import numpy as np
 import pytest
-from clipmaps import doubled_areas
 from commands import refused, spawn
 from maps import cliff, rough, spike
+from ring_scenes import doubled_areas
 
 from terrain_gl import reference
 from terrain_gl.camera import Camera

@@ -118,7 +118,7 @@ def test_without_agreeing_or_balance_the_reference_is_another(ctx, scene, monkey
     screens = reference.on_screen(scene.heightmap.spacing_m, gpu_tables(scene), view)
     for name, without in (("agree", lambda *args: False), ("balance", lambda splits: False)):
         with monkeypatch.context() as patch:
-            patch.setattr(reference.lod, name, without)
+            patch.setattr(reference.quadtree, name, without)
             assert leaves_of(reference.select(screens, scene.heightmap.heights.shape, 0.5 / BOUND_SLACK)) != got
 
 

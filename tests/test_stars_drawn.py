@@ -4,15 +4,15 @@ import math
 
 import numpy as np
 import pytest
-from clipmaps import clipmap_of, patches_of, surface_errors
 from maps import cameras, rough
+from ring_scenes import clipmap_of, patches_of, surface_errors
 from test_stars import star
 
 from terrain_gl.camera import Camera
 from terrain_gl.gpu import gl, layout
 from terrain_gl.heightmap import Heightmap
-from terrain_gl.lod import rings
-from terrain_gl.lod.rings import PATCH
+from terrain_gl.lod import ring_layout
+from terrain_gl.lod.ring_layout import PATCH
 from terrain_gl.lod.star import are_of_stars, draws_stars
 
 ERROR_PX = 0.5
@@ -112,6 +112,6 @@ def test_rings_step_by_four_cells_so_that_more_squares_are_nodes(scene, monkeypa
         return step * math.floor((centre - 0.5 * patches * (PATCH << level)) / step + 0.5)
 
     triangles, patches = chosen()
-    monkeypatch.setattr(rings, "_start_of", start)
+    monkeypatch.setattr(ring_layout, "_start_of", start)
     more_triangles, more_patches = chosen()
     assert more_triangles > 1.1 * triangles and more_patches > 1.2 * patches

@@ -6,8 +6,8 @@ from pathlib import Path
 
 import numpy as np
 import pytest
-from clipmaps import check_covered_once, clipmap_of, triangles_of
 from maps import MAPS
+from ring_scenes import check_covered_once, clipmap_of, triangles_of
 
 from terrain_gl.camera import Camera
 from terrain_gl.files.views import standard_view

@@ -83,16 +83,16 @@ def test_error_of_a_cell_that_is_cut(ctx):
     twist = RNG.uniform(-50, 50, 40).astype("f4")
     for segments_log2 in range(7):
         statement = f"return vec4(cell_error_m(a.x, {segments_log2}));"
-        got = ask(ctx, "lod/cell.glsl", statement, twist[:, None].repeat(4, 1))[:, 0]
+        got = ask(ctx, "lod/quadtree/cell.glsl", statement, twist[:, None].repeat(4, 1))[:, 0]
         exact = reference.cell_error(twist.astype("f8"), segments_log2)
         assert (got >= exact).all() and got == pytest.approx(exact, rel=2e-6)
 
 
 BLOCKS = {
     "Lights": (LIGHTS, "light/lights.glsl"),
-    "Tessellated": (tessellated.MEASURES, "tessellated/measures.glsl"),
-    "Clipmap": (clipmap.CLIPMAP, "clipmap/ring.vert"),
-    "Rings": (layout.RINGS, "rings/rings.glsl"),
+    "Tessellated": (tessellated.MEASURES, "comparison/tessellated/measures.glsl"),
+    "Clipmap": (clipmap.CLIPMAP, "comparison/clipmap/ring.vert"),
+    "Rings": (layout.RINGS, "lod/rings/rings.glsl"),
 }
 
 
@@ -119,7 +119,7 @@ def test_block_round_trip(ctx, name):
     text = shaders.source(path).split("void main()")[0]
     if path.endswith(".vert"):  # a compute shader has no inputs
         declaration = text[text.index("layout(std140, binding = 4)") :]
-        text = shaders.source("clipmap/pyramid.glsl") + declaration[: declaration.index("};") + 3]
+        text = shaders.source("comparison/clipmap/pyramid.glsl") + declaration[: declaration.index("};") + 3]
 
     def bind(shader):
         assert shader[name].size in (dtype.itemsize, dtype.itemsize - 8, dtype.itemsize - 12)

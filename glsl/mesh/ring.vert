@@ -1,4 +1,4 @@
-// mesh/ring.vert — a patch of the clipmap is one vertex: four words (rings/emit.comp).
+// mesh/ring.vert — a patch of the clipmap is one vertex: four words (lod/rings/emit.comp).
 
 in ivec4 in_patch;
 out ivec4 v_patch;

@@ -2,7 +2,7 @@
 // the clipmap has it in its record. For a square of the quadtree the tables give it. A negative number means: no bound.
 
 #include "shade/detail.glsl"
-#include "lod/patch_bound.glsl"
+#include "lod/quadtree/patch_bound.glsl"
 
 float patch_bound_px(Patch p) {
     if (p.bound_px >= 0.0) return p.bound_px;

@@ -6,7 +6,7 @@
     │   │ │eye│ │   │
     │   │ └───┘ │   │     A ring of level j has a vertex every 2^j posts, `ring` of them a side. Heights come from a
     │   └───────┘   │     filtered pyramid (pyramid.py); towards its border each ring blends into the coarser one
-    └───────────────┘     (glsl/clipmap/ring.vert). Levels much smaller than the eye's height are left out.
+    └───────────────┘     (glsl/comparison/clipmap/ring.vert). Levels much smaller than the eye's height are left out.
 
 The mesh depends on the position of the eye and not on the land, so a clipmap certifies no error. Rings are cut into
 blocks, and blocks outside the picture are left out. Levels below 0 cut the cells of the map into parts. Their heights
@@ -195,7 +195,7 @@ class Clipmap:
         The heights of all levels.
     """
 
-    stages: Mapping[str, str] = MappingProxyType({"vertex": "clipmap/ring.vert"})
+    stages: Mapping[str, str] = MappingProxyType({"vertex": "comparison/clipmap/ring.vert"})
     defines: Mapping[str, object] = MappingProxyType({"BLOCK": BLOCK})
     on_heights = False
     mode = moderngl.TRIANGLES
@@ -221,7 +221,7 @@ class Clipmap:
         """Bind everything that the stages read."""
         self.pyramid.bind()
         self.view.bind()
-        bind("clipmap/ring.vert", Clipmap=self._block)
+        bind("comparison/clipmap/ring.vert", Clipmap=self._block)
 
     def select(self, camera: Camera, size: tuple[int, int], near_m: float, goal: Goal) -> Selection:
         """Choose the blocks for a picture of `size`, by the parameters of the goal or by default ones."""

@@ -92,7 +92,7 @@ def shade_as_printed(picture: Picture, camera: Camera, look: Look, step: int = P
     picture.lighting = Lighting(picture.terrain, picture.sums, step)
     try:
         picture.light(camera, look)
-        picture.colour("prefilter/printed.frag")
+        picture.colour("comparison/prefilter/printed.frag")
     finally:
         picture.lighting.release()
         picture.lighting = ours

@@ -2,7 +2,7 @@
 
 Every pixel is drawn as many small pixels, on the full-resolution mesh. Each of these sees one place, which is lit with
 the true cosine and material. Rays that march the map find how much of the sun's disc and of the sky it sees
-(glsl/truth/light.frag). This is slow: use small pictures.
+(glsl/comparison/truth/light.frag). This is slow: use small pictures.
 """
 
 from __future__ import annotations
@@ -78,7 +78,7 @@ def render_light_truth(
             "run": i,
             "rays": rays_of(fine),
         }
-        light = picture.note("truth/light.frag", 4, "f4", **uniforms)
+        light = picture.note("comparison/truth/light.frag", 4, "f4", **uniforms)
         image[piece.rows, piece.cols] = developed(light, fine, exposure(sky))
         if progress:
             progress((i + 1) / len(parts))

@@ -1,4 +1,4 @@
-"""Other prefilters of normals, to compare ours with; each runs inside our own frame (glsl/prefilter/frame.glsl).
+"""Other prefilters of normals, to compare ours with. Each runs in the frame of glsl/comparison/prefilter/frame.glsl.
 
 point     no prefilter: the normal at the footprint's centre
 mip       mipmaps of normals, normalised after the lookup
@@ -27,7 +27,7 @@ class Mipmaps:
     def __init__(self, picture: Picture) -> None:
         self.ctx, self.terrain = picture.ctx, picture.terrain
         size = self.terrain.heightmap.cols - 1, self.terrain.heightmap.rows - 1
-        self._record = shaders.compute(self.ctx, "prefilter/record.comp")
+        self._record = shaders.compute(self.ctx, "comparison/prefilter/record.comp")
         self._sweep, self._horizon = Sweep(self.terrain), horizon_texture(self.terrain, 1)
         self.textures = [self._texture(size) for _ in range(3)]
 
@@ -36,7 +36,11 @@ class Mipmaps:
         towards = lattice_direction(sun, self.terrain.heightmap.spacing_m)
         self._sweep.run(towards, self._horizon)
         self.terrain.bind()
-        bind("prefilter/record.comp", u_horizons=self._horizon, **dict(zip(_TEXTURES, self.textures, strict=True)))
+        bind(
+            "comparison/prefilter/record.comp",
+            u_horizons=self._horizon,
+            **dict(zip(_TEXTURES, self.textures, strict=True)),
+        )
         gl.write_uniforms(self._record, **sun_uniforms(sun, radius), towards=towards)
         self._record.run(-(-self.textures[0].width // 64), self.textures[0].height)
         self.ctx.memory_barrier(moderngl.TEXTURE_FETCH_BARRIER_BIT | moderngl.TEXTURE_UPDATE_BARRIER_BIT)
@@ -45,7 +49,7 @@ class Mipmaps:
 
     def bind(self) -> None:
         """Bind the mipmaps for the shaders of glsl/prefilter."""
-        bind("prefilter/frame.glsl", **dict(zip(_TEXTURES, self.textures, strict=True)))
+        bind("comparison/prefilter/frame.glsl", **dict(zip(_TEXTURES, self.textures, strict=True)))
 
     def release(self) -> None:
         """Release GPU resources."""
@@ -68,4 +72,4 @@ def shade_as(baseline: str, picture: Picture, mipmaps: Mipmaps, camera: Camera, 
     east, north, up = (float(v) for v in picture.lighting.sky.sun["axis"])
     mipmaps.follow((east, north, up))
     mipmaps.bind()
-    picture.colour(f"prefilter/{baseline}.frag")
+    picture.colour(f"comparison/prefilter/{baseline}.frag")

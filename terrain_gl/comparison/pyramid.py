@@ -28,7 +28,7 @@ _TAPS = 2  # samples that a filter reads on each side
 
 
 class Pyramid:
-    """Levels 1 and above in one texture, read by glsl/clipmap/pyramid.glsl.
+    """Levels 1 and above in one texture, read by glsl/comparison/clipmap/pyramid.glsl.
 
     Parameters
     ----------
@@ -41,7 +41,7 @@ class Pyramid:
     def __init__(self, terrain: Terrain, kind: str = "spline") -> None:
         self.ctx, self.terrain, self.weights = terrain.ctx, terrain, FILTERS[kind]
         self.sizes = [(columns + 1, rows + 1) for (columns, rows), *_ in terrain.levels]
-        self._halve = shaders.compute(self.ctx, "clipmap/halve.comp")
+        self._halve = shaders.compute(self.ctx, "comparison/clipmap/halve.comp")
         self._first = _places(self.sizes)
         width = max(x + size[0] for (x, _), size in zip(self._first[1:], self.sizes[1:], strict=True))
         height = max(y + size[1] for (_, y), size in zip(self._first[1:], self.sizes[1:], strict=True))
@@ -67,7 +67,7 @@ class Pyramid:
         """Follow an edit of the posts of columns x0 to x1 and rows y0 to y1, (x0, y0, x1, y1)."""
         self._ranges, self._errors_m = [], np.zeros(0)
         self.bind()
-        bind("clipmap/halve.comp", u_out=self._texture)
+        bind("comparison/clipmap/halve.comp", u_out=self._texture)
         self._halve["u_weights"] = self.weights
         low, high = np.array(posts[:2]), np.array(posts[2:])
         for level, size in list(enumerate(self.sizes))[1:]:
@@ -80,7 +80,7 @@ class Pyramid:
     def bind(self) -> None:
         """Bind terrain and pyramid for all shaders."""
         self.terrain.bind()
-        bind("clipmap/pyramid.glsl", Pyramid=self._block, u_pyramid=self._texture)
+        bind("comparison/clipmap/pyramid.glsl", Pyramid=self._block, u_pyramid=self._texture)
 
     def read(self) -> list[np.ndarray]:
         """Heights of every level, (rows, cols) float32 metres above the terrain's base."""

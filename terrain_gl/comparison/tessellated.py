@@ -6,7 +6,7 @@
     ├───┼─┼─┼─┼─┼───┤
     │   ├─┼─┼─┼─┤   │     A patch of level j is patch · 2^j posts wide; a ring is `ring` patches a side. An edge between
     ├───┼─┴─┼─┴─┼───┤     two rings has as many segments as both of the finer ones together
-    └───┴───┴───┴───┘     (glsl/tessellated/levels.comp).
+    └───┴───┴───┴───┘     (glsl/comparison/tessellated/levels.comp).
 
 The mesh depends on the view and hardly on the land, so no error is certified.
 """
@@ -31,7 +31,7 @@ from ..terrain import Terrain
 from .clipmap import Ring, rings_of
 from .pyramid import Pyramid
 
-MOST = 32  # segments of an edge, as in glsl/tessellated/levels.comp
+MOST = 32  # segments of an edge, as in glsl/comparison/tessellated/levels.comp
 _PLACE = np.dtype([("at", "2i4"), ("level", "i4"), ("finer", "i4")])
 MEASURES = np.dtype([("middle_m", "3f4"), ("edge", "f4"), ("middle", "2i4"), ("parts", "i4"), ("_", "i4")])
 _BARRIER = (
@@ -118,9 +118,9 @@ class Tessellated:
 
     stages: Mapping[str, str] = MappingProxyType(
         {
-            "vertex": "tessellated/patch.vert",
-            "tess_control": "tessellated/patch.tesc",
-            "tess_evaluation": "tessellated/patch.tese",
+            "vertex": "comparison/tessellated/patch.vert",
+            "tess_control": "comparison/tessellated/patch.tesc",
+            "tess_evaluation": "comparison/tessellated/patch.tese",
         }
     )
     defines: Mapping[str, object] = MappingProxyType({})
@@ -130,7 +130,7 @@ class Tessellated:
 
     def __init__(self, terrain: Terrain, view: View, pyramid: Pyramid) -> None:
         self.ctx, self.terrain, self.view, self.pyramid = terrain.ctx, terrain, view, pyramid
-        self._levels = shaders.compute(self.ctx, "tessellated/levels.comp")
+        self._levels = shaders.compute(self.ctx, "comparison/tessellated/levels.comp")
         self._measures = self.ctx.buffer(reserve=MEASURES.itemsize)
         self._places = self.ctx.buffer(reserve=_PLACE.itemsize)
         self._cuts = self.ctx.buffer(reserve=16)
@@ -151,7 +151,7 @@ class Tessellated:
         """Bind everything that the stages read."""
         self.pyramid.bind()
         self.view.bind()
-        bind("tessellated/measures.glsl", Tessellated=self._measures)
+        bind("comparison/tessellated/measures.glsl", Tessellated=self._measures)
 
     def select(self, camera: Camera, size: tuple[int, int], near_m: float, goal: Goal) -> Selection:
         """Choose and cut the patches for a picture of `size`, by the parameters of the goal or by default ones."""
@@ -226,7 +226,7 @@ class Tessellated:
         self._measures.write(measures.tobytes())
         self._count.write(bytes(4))
         self.bind()
-        bind("tessellated/levels.comp", Places=self._places, Cuts=self._cuts, Count=self._count)
+        bind("comparison/tessellated/levels.comp", Places=self._places, Cuts=self._cuts, Count=self._count)
         self._levels["u_patches"] = patches
         self._levels.run(max(1, -(-patches // 64)))
         self.ctx.memory_barrier(_BARRIER)

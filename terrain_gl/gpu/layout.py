@@ -218,7 +218,7 @@ DEFINES = {
     "MAX_WINDOWS": MAX_WINDOWS,
 }
 
-# glsl/lod/summary.glsl
+# glsl/lod/quadtree/summary.glsl
 SUMMARY = np.dtype(
     [
         ("count", "u4", 8),
@@ -237,7 +237,7 @@ SUMMARY = np.dtype(
     ]
 )
 
-# glsl/rings/rings.glsl
+# glsl/lod/rings/rings.glsl
 RING = np.dtype([("origin", "2i4"), ("patches", "2i4"), ("level", "i4"), ("first_block", "i4"), ("pad", "2i4")])
 RINGS = np.dtype(
     [("rings", "i4"), ("most_blocks", "i4"), ("first_stamp", "u4"), ("pad", "i4"), ("ring", RING, MAX_LEVELS)]
@@ -256,7 +256,7 @@ RING_WORK = np.dtype(
 )
 RING_BLOCK = np.dtype([("origin", "2i4"), ("unit_log2", "i4"), ("ring", "i4"), ("known_log2", "i4"), ("pad", "i4")])
 
-# glsl/rings/shapes.glsl, glsl/mesh/ring.glsl
+# glsl/lod/rings/shapes.glsl, glsl/mesh/ring.glsl
 RING_PATCH = np.dtype([("corner", "2i4"), ("shape", "u4"), ("bound_px", "f4")])
 
 

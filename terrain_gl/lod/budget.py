@@ -1,7 +1,7 @@
 """A budget of triangles for the clipmap: which price a triangle has, and how many triangles the price is asked for.
 
-A price decides each square alone (glsl/rings/prices.glsl). It does not count the triangles that finer neighbours add
-along edges. So it is asked for a smaller number of triangles, the target, which is corrected until the mesh fits.
+A price decides each square alone (glsl/lod/rings/prices.glsl). It does not count the triangles that finer neighbours
+add along edges. So it is asked for a smaller number of triangles, the target, which is corrected until the mesh fits.
 
 A budget may pay for the mesh of every post: two triangles in each cell of the map. Then a mesh that is worse gives way
 to one in which no cell is coarser than a cell of the map.
@@ -16,7 +16,7 @@ import numpy as np
 from .selection import Selection
 
 PATCH_COST = 1.0  # cost of a patch in triangles; smaller than for a tolerance: docs/allocation.md
-PRICES, PASSES = 24, 3  # prices tried at once, and how many times: glsl/rings/prices.glsl
+PRICES, PASSES = 24, 3  # prices tried at once, and how many times: glsl/lod/rings/prices.glsl
 LOWEST_LOG2, HIGHEST_LOG2 = -36.0, 60.0
 CHEAPEST, DEAREST = 2.0**LOWEST_LOG2, 2.0 ** (HIGHEST_LOG2 - 1)  # give the most triangles, and the fewest
 CLOSE = 0.985  # a mesh with this part of the budget is accepted
@@ -40,7 +40,7 @@ def is_worse(compared: np.ndarray, triangles: int) -> bool:
     Parameters
     ----------
     compared
-        (blocks, 4) floats of glsl/rings/compare.comp.
+        (blocks, 4) floats of glsl/lod/rings/compare.comp.
     triangles
         The budget.
     """

@@ -7,7 +7,7 @@ import numpy as np
 from ..camera import Camera, boxes_in_picture
 from ..heightmap import Heightmap
 from ..rect import Rect
-from .rings import Ring
+from .ring_layout import Ring
 
 ACROSS = 32  # boxes along each side of the map
 

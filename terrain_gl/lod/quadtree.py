@@ -11,7 +11,7 @@
     draws     write indirect draw commands
 
 With a budget of triangles instead of a tolerance, refine, balance, tiles and patches run for several prices of a
-triangle. `search` finds the price that gives the budget's number of triangles (glsl/lod/summary.glsl).
+triangle. `search` finds the price that gives the budget's number of triangles (glsl/lod/quadtree/summary.glsl).
 """
 
 from __future__ import annotations
@@ -34,8 +34,8 @@ from .selection import INFINITE_PX, METRES, Goal, Selection
 
 ROUNDS = 16  # the most prices tried for a budget; usually three to five are enough
 AGREEING = 8  # rounds of `agree` before Python checks whether more are needed; usually three to six are enough
-_TRIANGLES, _COUNT, _EMIT = range(3)  # passes of glsl/lod/patches.comp
-_ASKING = 16  # byte offset of the dispatch size of `agree` in the list of tiles (glsl/lod/tiles.glsl)
+_TRIANGLES, _COUNT, _EMIT = range(3)  # passes of glsl/lod/quadtree/patches.comp
+_ASKING = 16  # byte offset of the dispatch size of `agree` in the list of tiles (glsl/lod/quadtree/tiles.glsl)
 # the output of the passes is read as storage, as commands, as vertices, and by Python
 _BARRIER = (
     moderngl.SHADER_STORAGE_BARRIER_BIT
@@ -68,13 +68,15 @@ class QuadtreeSelector:
         self.tables, self.terrain = tables, tables.terrain
         defines = {"MOST_VERTICES": gl.MOST_VERTICES}
         names = ("refine", "balance", "agree", "commit", "again", "tiles", "patches", "search", "offsets", "draws")
-        self._kernels: dict[str, Any] = {name: shaders.compute(ctx, f"lod/{name}.comp", defines) for name in names}
+        self._kernels: dict[str, Any] = {
+            name: shaders.compute(ctx, f"lod/quadtree/{name}.comp", defines) for name in names
+        }
         last = self.terrain.levels[-1]
         self._tiles = last.first_tile + 1
         self.view = view or View(ctx)
         self._own_view = view is None
         self._words = last.first_word + last.words
-        # bits: split, cut west, cut north; then the same three as requests (glsl/lod/tree.glsl)
+        # bits: split, cut west, cut north; then the same three as requests (glsl/lod/quadtree/tree.glsl)
         self._split = ctx.buffer(np.zeros(6 * self._words, "u4").tobytes())
         self._active = ctx.buffer(reserve=_ASKING + 16 + 4 * self._tiles)
         self._offsets = ctx.buffer(reserve=4 * layout.SIZES * self._tiles)
@@ -114,9 +116,9 @@ class QuadtreeSelector:
             summary = self._count_patches()
         selection = self._selection(summary)
         self._make_room(selection)
-        bind("lod/patches.comp", Patches=self.patches)
+        bind("lod/quadtree/patches.comp", Patches=self.patches)
         self._look_at_tiles(_EMIT)
-        bind("lod/draws.comp", Draws=self.draws)
+        bind("lod/quadtree/draws.comp", Draws=self.draws)
         self._run("draws", max(1, -(-selection.draws // layout.GROUP)))
         return selection
 
@@ -153,8 +155,8 @@ class QuadtreeSelector:
         self.bind()
         self.tables.bind()
         lists = {"Active": self._active, "Offsets": self._offsets, "Summary": self._summary}
-        bind("lod/patches.comp", Split=self._split, **lists)
-        bind("lod/refine.comp", Gains=self.tables.gains)
+        bind("lod/quadtree/patches.comp", Split=self._split, **lists)
+        bind("lod/quadtree/refine.comp", Gains=self.tables.gains)
 
     def _search(self) -> None:
         """Grow trees for several prices; when the number of triangles is right, the GPU skips the remaining rounds."""

@@ -1,152 +1,371 @@
-"""Where the rings of the clipmap are: nested rectangles of blocks around the eye.
+"""Level of detail by summed-area tables: a clipmap around the eye. The tables give the spacing of each patch.
 
-Ring l has cells of 2^l posts. A block is 8 × 8 cells. A ring is about square in metres, and `across` blocks wide along
-the axis with the larger spacing. It follows the eye in steps of four of its cells, so the next finer ring ends on
-its lattice (Asirvatham & Hoppe 2005, "Terrain rendering using GPU-based geometry clipmaps").
+    cull     list the blocks that are in the picture                          glsl/lod/rings/cull.comp
+    decide   cut each block into squares and pairs, look up their spacing     glsl/lod/rings/decide.comp, three rounds
+    spawn    make blocks of units that need more than 64 segments a side      after each of these rounds but the last
+    settle   find the segments of edges, split leaves with more than 64       two rounds, or four, ...
+    count    compute each leaf's bound
+    place    compute prefix sums, and write draw commands
+    emit     write the patches
+
+A frame takes eleven dispatches; further rounds of `settle` add more. Only blocks of the rings are visited, never the
+whole map.
+Specification: `reference.rings`.
 """
 
 from __future__ import annotations
 
 import math
-from typing import NamedTuple
+from collections.abc import Mapping
+from dataclasses import replace
+from functools import cache
+from types import MappingProxyType
+from typing import Any
 
+import moderngl
+import numpy as np
+
+from ..camera import Camera
+from ..error import ErrorTables
+from ..gpu import gl, layout, shaders
+from ..gpu.bindings import bind
+from ..heightmap import Heightmap
 from ..rect import Rect
+from ..view import View
+from . import budget
+from .land import posts_in_picture, rings_in_picture
+from .ring_layout import PATCH, PATCHES, Ring, patches_for, ring_of_posts, ring_over, rings_around
+from .selection import INFINITE_PX, METRES, Goal, Selection
+from .star import star_defines
 
-PATCH = 8  # ring cells along a block's side
-# least triangles of a budget, and blocks across
-_ACROSS = ((200_000, 64), (60_000, 48), (20_000, 32), (6_000, 16), (2_000, 8))
-PATCHES = 8  # blocks across a ring, along the axis with the larger spacing
+SETTLING = 2  # rounds of `settle` that run before their queues are emptied; a frame has at least so many
+ROUNDS = 3  # rounds of `decide`: in each, the blocks have units an eighth as large
+SQUARES = 85  # squares of a block: glsl/lod/rings/rings.glsl
+_UNITS = PATCH * PATCH
+_BARRIER = (
+    moderngl.SHADER_STORAGE_BARRIER_BIT
+    | moderngl.COMMAND_BARRIER_BIT
+    | moderngl.VERTEX_ATTRIB_ARRAY_BARRIER_BIT
+    | moderngl.BUFFER_UPDATE_BARRIER_BIT
+)
+_ASKING: dict[str, dict[str, dict[str, object]]] = {  # passes with other shaders for the metric "rms", or for a budget
+    **dict.fromkeys(("decide", "settle", "count"), {"rms": {"MEAN": 1}}),
+    **dict.fromkeys(("weigh", "try", "spend"), {"budget": {"PATCH_COST": budget.PATCH_COST}}),
+}
 
 
-class Ring(NamedTuple):
-    """One ring of the clipmap.
+class RingsSelector:
+    """The passes, and the buffers that they fill: `patches` (records `layout.RING_PATCH`) and `draws`."""
 
-    Attributes
-    ----------
-    level
-        Its cells are 2^level posts wide.
-    origin
-        Column and row of its north-west post; may lie beyond the map.
-    patches
-        Columns and rows of blocks, including those that the finer ring covers. All of them overlap the map.
-    """
+    stages: Mapping[str, str] = MappingProxyType(
+        {"vertex": "mesh/ring.vert", "tess_control": "mesh/ring.tesc", "tess_evaluation": "mesh/ring.tese"}
+    )
+    defines: Mapping[str, object] = MappingProxyType({})
+    on_heights = True
+    mode = moderngl.PATCHES
+    indices = None
 
-    level: int
-    origin: tuple[int, int]
-    patches: tuple[int, int]
+    def __init__(self, tables: ErrorTables, view: View | None = None) -> None:
+        ctx = self.ctx = tables.ctx
+        self.tables, self.terrain = tables, tables.terrain
+        self.view = view or View(ctx)
+        self._kernels: dict[tuple[str, str, bool], Any] = {}
+        self._variant = "max"
+        self._last_stamp = self._settled = 0
+        self._is_weighed = self._every_post = False
+        # a software renderer runs eight threads at a time, and more threads cost more to start
+        self._threads = 8 if gl.is_software(ctx) else 64
+        self._tried = ctx.buffer(reserve=4 + 4 * budget.PRICES * budget.PASSES)
+        self._weights = ctx.buffer(reserve=4)
+        self._rings = ctx.buffer(reserve=layout.RINGS.itemsize)
+        self._counters: Any = gl.WordTexture(ctx)
+        fits = tables.counters.size <= 4 * gl.limits(ctx)["texture_buffer_texels"]
+        self._defines = {"MOST_VERTICES": gl.MOST_VERTICES, "THREADS": self._threads}
+        self._defines |= {"COUNTERS_IN_TEXTURE": 1} if fits else {}
+        self._defines |= star_defines(ctx)
+        self._buffers: dict[str, moderngl.Buffer] = {}
+        self._reserve(blocks=1024, patches=16384, draws=256)
 
     @property
-    def end(self) -> tuple[int, int]:
-        """Column and row of its south-east post."""
-        side = PATCH << self.level
-        return self.origin[0] + self.patches[0] * side, self.origin[1] + self.patches[1] * side
+    def bytes(self) -> int:
+        """GPU memory of the blocks, the patches and the draw commands."""
+        return sum(buffer.size for buffer in self._buffers.values())
 
     @property
-    def cells(self) -> int:
-        """Ring cells, including those that the finer ring covers."""
-        return PATCH * PATCH * self.patches[0] * self.patches[1]
+    def feed(self) -> list[tuple[Any, ...]]:
+        """A patch is one vertex."""
+        return [(self.patches, "4i4", "in_patch")]
 
-    def beyond(self, last_post: tuple[int, int]) -> list[Rect]:
-        """The map outside the ring, as strips of posts."""
-        (west, north), (east, south), (last_col, last_row) = self.origin, self.end, last_post
-        sides = [(0, 0, west, last_row), (east, 0, last_col, last_row)]
-        strips = [*sides, (0, 0, last_col, north), (0, south, last_col, last_row)]
-        return [each for each in strips if each[0] < each[2] and each[1] < each[3]]
+    def select(self, camera: Camera, size: tuple[int, int], near_m: float, goal: Goal) -> Selection:
+        """Choose the patches for a picture of `size` (width, height).
+
+        With a tolerance, the screen error of the surface is at most `goal.tolerance_px`; with the metric "rms", the
+        root mean square of that error. With a number of triangles, the mesh has at most so many. Among such meshes
+        of the rings' squares it minimises the sum of squared screen errors, weighted by `reference.post_weights`. If
+        that number pays for the mesh of every post, the result is no worse than that (docs/allocation.md, section 5).
+        """
+        self.view.write(self.terrain, camera, size, near_m, **goal.settings)
+        triangles = goal.triangles
+        self._variant = "budget" if triangles else goal.metric
+        view = self.terrain.heightmap, camera, size, near_m
+
+        def rings(across: int, left_out: int = 0) -> list[Ring]:
+            rings = self._rings_of(camera, across, left_out)
+            return rings_in_picture(rings, *view) if goal.cull else rings
+
+        if not triangles:
+            return self._keep(rings(PATCHES))
+        if ring := self._one_ring(view, goal.cull, triangles):
+            selection = self._spend([ring], triangles)
+            if selection.triangles <= triangles:
+                return self._spend([ring], triangles, every_post=True) if self._is_worse(ring, triangles) else selection
+        for left_out in range(self.terrain.coarsest_ring):  # with all rings, even the fewest triangles may be too many
+            selection = self._spend(rings(patches_for(triangles), left_out), triangles)
+            if selection.triangles <= triangles:
+                break
+        return selection
+
+    def select_everywhere(self, max_error_m: float) -> Selection:
+        """Choose patches over the whole map whose surface is nowhere further than `max_error_m` from the truth.
+
+        There is no camera. The certified error is in metres, too.
+        """
+        heightmap = self.terrain.heightmap
+        goal = Goal(max_error_m, METRES, cull=False)
+        self.view.write(self.terrain, Camera.default(heightmap), (1, 1), 1.0, **goal.settings)
+        self._variant = METRES
+        last_post = heightmap.cols - 1, heightmap.rows - 1
+        return self._keep(ring_over(last_post, heightmap.spacing_m, self.terrain.coarsest_ring))
+
+    def update(self, posts: Rect) -> None:
+        """Follow an edit: there is nothing to do, because every frame reads the tables again."""
+
+    def _keep(self, rings: list[Ring]) -> Selection:
+        """Choose for the tolerance."""
+        while True:
+            self._begin(rings)
+            for r in range(ROUNDS):
+                self._run("decide", _work("round", r) if r else _work("seen"), round=r)
+                if r + 1 < ROUNDS:
+                    self._run("spawn", round=r)
+            summary = self._finish()
+            selection = self._selection(summary)
+            if self._has_room(int(summary["blocks"]), selection):
+                return selection
+
+    def _spend(self, rings: list[Ring], triangles: int, every_post: bool = False) -> Selection:
+        """Choose for a budget; with `every_post`, no cell of the mesh is coarser than one of the map."""
+        self._is_weighed, self._every_post = False, every_post
+        return budget.spend(triangles, lambda target: self._at_target(rings, target))
+
+    def _one_ring(
+        self, view: tuple[Heightmap, Camera, tuple[int, int], float], cull: bool, triangles: int
+    ) -> Ring | None:
+        """A ring of the map's cells over the picture, if a budget pays for about as many cells; else None."""
+        if self.terrain.streams:
+            return None
+        ring = ring_of_posts(posts_in_picture(*view) if cull else self.terrain.all_posts)
+        if not budget.may_have(ring.cells, budget.AROUND, triangles):
+            return None
+        self._begin([ring])
+        seen = np.frombuffer(self._buffers["blocks"].read(4, offset=_work("seen")), "u4")[0]
+        return ring if budget.may_have(_UNITS * int(seen), budget.SEEN, triangles) else None
+
+    def _is_worse(self, ring: Ring, triangles: int) -> bool:
+        """Whether the mesh that was just chosen is worse than the mesh of every post."""
+        compared = self._buffers["lists"]  # nothing needs the lists now
+        blocks = ring.cells // _UNITS
+        bind("lod/rings/compare.comp", Compared=compared)
+        self._run("compare", groups=blocks, settled=self._settled)
+        return budget.is_worse(np.frombuffer(compared.read(16 * blocks), "4f4"), triangles)
+
+    def _at_target(self, rings: list[Ring], target: int) -> Selection:
+        while True:
+            blocks = self._begin(rings)
+            self._price(blocks, target)
+            self._run("spend", _work("seen"), target=target)
+            self._bind()  # the passes for prices bound other buffers at some of these points
+            summary = self._finish()
+            price = float(np.frombuffer(self._tried.read(4), "f4")[0])
+            selection = replace(self._selection(summary), price=price if price > budget.CHEAPEST else 0.0)
+            if self._has_room(int(summary["blocks"]), selection):
+                return selection
+
+    def _price(self, blocks: int, target: int) -> None:
+        """Compute the error of every square, and find the price: each pass counts triangles at many prices at once.
+
+        Neither the errors nor the first pass depend on the target.
+        """
+        self._weights = gl.at_least(self.ctx, self._weights, 4 * SQUARES * layout.SIZES * blocks)
+        bind("lod/rings/prices.glsl", Weights=self._weights, Tried=self._tried)
+        first = 1 if self._is_weighed else 0
+        self._tried.write(bytes(4 * budget.PRICES * (budget.PASSES - first)), offset=4 + 4 * budget.PRICES * first)
+        if not self._is_weighed:
+            self._run("weigh", _work("seen"), every_post=self._every_post)
+        for i in range(first, budget.PASSES):
+            self._run("try", _work("seen"), **{"pass": i, "target": target})
+        self._is_weighed = True
+
+    def bind(self) -> None:
+        """Bind everything that the stages read."""
+        self.terrain.bind()
+        self.view.bind()
+
+    def release(self) -> None:
+        """Release GPU resources."""
+        own = self._rings, self._counters, self._tried, self._weights
+        for resource in (*own, *self._buffers.values(), *self._kernels.values()):
+            resource.release()
+
+    def _rings_of(self, camera: Camera, across: int, left_out: int = 0) -> list[Ring]:
+        heightmap = self.terrain.heightmap
+        east, north = heightmap.spacing_m
+        last = heightmap.cols - 1, heightmap.rows - 1
+        post = camera.eye[0] / east, last[1] - camera.eye[1] / north
+        nearest = [min(max(at, 0.0), float(end)) for at, end in zip(post, last, strict=True)]
+        ground_m = float(self.terrain.filled[round(nearest[1]), round(nearest[0])])
+        beside_m = math.hypot((post[0] - nearest[0]) * east, (post[1] - nearest[1]) * north)
+        away_m = max(beside_m, abs(camera.eye[2] - ground_m))
+        return rings_around(post, away_m, last, (east, north), self.terrain.coarsest_ring, across, left_out)
+
+    def _begin(self, rings: list[Ring]) -> int:
+        """Upload the rings, and list their blocks that are in the picture; returns the number of all blocks."""
+        blocks, records = 0, []
+        for level, origin, patches in rings:
+            records.append((origin, patches, level, blocks, (0, 0)))
+            blocks += patches[0] * patches[1]
+        if blocks > self._most_blocks:
+            self._has_room(blocks, Selection(self, (), 0, 0, 0, None, 0))
+        block, work = np.zeros((), layout.RINGS), _NO_WORK.copy()
+        block["ring"][: len(rings)] = records
+        block["rings"], block["most_blocks"], block["first_stamp"] = len(rings), self._most_blocks, self._last_stamp + 1
+        work["round"]["groups"][0] = work["all"]["count"] = blocks
+        self._rings.write(block)
+        self._buffers["blocks"].write(work)
+        self._bind()
+        self._run("cull", groups=-(-blocks // self._threads))
+        return blocks
+
+    def _finish(self) -> np.void:
+        """Let neighbours agree on their edges, and turn leaves into patches.
+
+        Returns a record `layout.RING_SUMMARY`. Reading it is the only time that a frame waits for the GPU.
+        """
+        bind("lod/rings/shapes.glsl", Shapes=self._buffers["shapes"])
+        over = 0
+        while True:
+            over = self._settle(over)
+            self._buffers["summary"].write(self._nothing)
+            self._run("count", _work("leaves"), settled=over)
+            bind("lod/rings/place.comp", Draws=self.draws)
+            self._run("place", settled=over, most_draws=self.draws.size // gl.COMMAND_STRIDE)
+            bind("lod/rings/emit.comp", Patches=self.patches)
+            self._run("emit", _work("all"), settled=over, most_patches=self.patches.size // layout.RING_PATCH.itemsize)
+            data = self._buffers["summary"].read(layout.RING_SUMMARY.itemsize)
+            summary = np.frombuffer(data, layout.RING_SUMMARY)[0]
+            if not summary["unsettled"]:
+                self._last_stamp, self._settled = self._last_stamp + over, over
+                return summary
+            bind("lod/rings/lists.glsl", Lists=self._buffers["lists"])  # draws and patches took its binding point
+
+    def _settle(self, over: int) -> int:
+        """Run further rounds of `settle`, from round `over` on; returns how many are done."""
+        if over:
+            self._forget_queues(over)
+        for r in range(over, over + SETTLING):
+            self._run("settle", _work("queue", r % layout.RING_QUEUES), settled=r, budget=self._variant == "budget")
+        return over + SETTLING
+
+    def _forget_queues(self, over: int) -> None:
+        """Empty the queues of past rounds: later rounds use them again."""
+        for r in range(over - SETTLING, over):
+            self._buffers["blocks"].write(_EMPTY, offset=_work("queue", r % layout.RING_QUEUES))
+
+    def _bind(self) -> None:
+        self.bind()
+        self.tables.bind()
+        buffers = self._buffers
+        self.ctx.memory_barrier(moderngl.TEXTURE_FETCH_BARRIER_BIT)  # an edit may have written the counters
+        bind("error/bound.glsl", u_counters=self._counters.of(self.tables.counters))
+        bind("lod/rings/rings.glsl", Rings=self._rings, Blocks=buffers["blocks"], Cells=buffers["cells"])
+        bind("lod/rings/lists.glsl", Lists=buffers["lists"])
+        bind("lod/rings/shapes.glsl", Summary=buffers["summary"])
+
+    def _kernel(self, name: str) -> Any:
+        """A pass, compiled when it is first needed. Passes that read errors have a shader for each metric."""
+        variant = self._variant if name in _ASKING else ""
+        key = name, variant, self.terrain.heightmap.voids > 0
+        if key not in self._kernels:
+            defines = self._defines | _ASKING.get(name, {}).get(variant, {}) | ({} if key[2] else {"NO_VOIDS": 1})
+            self._kernels[key] = shaders.compute(self.ctx, f"lod/rings/{name}.comp", defines)
+        return self._kernels[key]
+
+    def _run(self, name: str, indirect: int | None = None, groups: int = 1, **uniforms: Any) -> None:
+        kernel = self._kernel(name)
+        gl.write_uniforms(kernel, **uniforms)
+        if indirect is None:
+            kernel.run(groups)
+        else:
+            kernel.run_indirect(self._buffers["blocks"], indirect)
+        self.ctx.memory_barrier(_BARRIER)
+
+    def _selection(self, summary: np.void) -> Selection:
+        counts = tuple(summary["count"][: layout.SIZES].tolist())
+        draws = sum(-(-n // _most_in_draw(s)) for s, n in enumerate(counts))
+        most = sum(n * (4 * 4**s + 4 * (64 - 2**s)) for s, n in enumerate(counts))  # as if all were pairs
+        worst_px = float(summary["worst_px"])
+        certified_px = worst_px if worst_px < INFINITE_PX else math.inf
+        return Selection(self, counts, int(summary["triangles"]), most, int(summary["splits"]), certified_px, draws)
+
+    def _has_room(self, blocks: int, selection: Selection) -> bool:
+        """Whether all of it fitted into the buffers; if not, make them larger."""
+        room = self.patches.size // layout.RING_PATCH.itemsize, self.draws.size // gl.COMMAND_STRIDE
+        if blocks <= self._most_blocks and selection.patches <= room[0] and selection.draws <= room[1]:
+            return True
+        most = max(blocks, self._most_blocks), max(selection.patches, room[0]), max(selection.draws, room[1])
+        self._reserve(*(n + n // 2 for n in most))
+        return False
+
+    def _reserve(self, blocks: int, patches: int, draws: int) -> None:
+        sizes = {
+            "blocks": layout.RING_WORK.itemsize + layout.RING_BLOCK.itemsize * blocks,
+            "cells": 2 * 4 * _UNITS * blocks,
+            "lists": 4 * 4 * _UNITS * blocks,
+            "shapes": 8 * _UNITS * blocks,
+            "summary": layout.RING_SUMMARY.itemsize + 4 * layout.SIZES * blocks,
+            "patches": layout.RING_PATCH.itemsize * patches,
+            "draws": gl.COMMAND_STRIDE * draws,
+        }
+        for name, size in sizes.items():
+            if name in self._buffers:
+                self._buffers[name].release()
+            self._buffers[name] = self.ctx.buffer(reserve=size)
+        self._buffers["lists"].write(bytes(sizes["lists"]))  # no stamps yet
+        self._nothing = bytes(sizes["summary"])
+        self.patches, self.draws = self._buffers["patches"], self._buffers["draws"]
+        self._most_blocks = blocks
 
 
-def rings_around(
-    eye_post: tuple[float, float],
-    away_m: float,
-    last_post: tuple[int, int],
-    spacing_m: tuple[float, float],
-    top_level: int,
-    across: int = PATCHES,
-    left_out: int = 0,
-) -> list[Ring]:
-    """Rings around a place, finest first; the last one covers the whole map.
-
-    Parameters
-    ----------
-    eye_post
-        Column and row below the eye. For an eye beside the map, the nearest place on the map is taken.
-    away_m
-        Rough distance from the eye to the ground. Rings that would lie wholly within it are left out.
-    last_post
-        Last column and row of the map.
-    top_level
-        Coarsest level of the error tables, and of the rings.
-    across
-        Blocks across a ring, along the axis with the larger spacing.
-    left_out
-        How many of the finest rings to leave out.
-    """
-    patches = _patches_across(spacing_m, across)
-    centre = min(max(eye_post[0], 0.0), float(last_post[0])), min(max(eye_post[1], 0.0), float(last_post[1]))
-    half_m = 0.5 * across * PATCH * max(spacing_m)
-    finest = min(top_level, max(0, math.floor(math.log2(max(away_m, half_m) / half_m))) + left_out)
-    rings = []
-    for level in range(finest, top_level + 1):
-        rings.append(_on_map(_ring_at(level, centre, patches), last_post))
-        if _covers(rings[-1], last_post):
-            break
-    return rings
+def _no_work() -> np.ndarray:
+    work = np.zeros((), layout.RING_WORK)
+    for name in ("round", "seen", "all", "leaves", "queue"):
+        work[name]["one"] = 1
+    return work
 
 
-def ring_over(last_post: tuple[int, int], spacing_m: tuple[float, float], top_level: int) -> list[Ring]:
-    """One ring over the whole map, for a mesh without an eye.
-
-    A unit becomes a block at most twice, and then has at most 64 segments a side. So the ring needs more units the
-    longer the map is: its finest triangles are then a quarter of a post, or smaller.
-    """
-    reach = PATCH * PATCH * PATCH * 64
-    across = 2 << max(0, math.ceil(math.log2(2 * max(last_post) / reach)))
-    centre, patches = (0.5 * last_post[0], 0.5 * last_post[1]), _patches_across(spacing_m, across)
-    rings = (_on_map(_ring_at(level, centre, patches), last_post) for level in range(top_level + 1))
-    return next([ring] for ring in rings if _covers(ring, last_post))
+_NO_WORK = _no_work()
+_EMPTY = _NO_WORK["all"].tobytes()
 
 
-def ring_of_posts(posts: Rect) -> Ring:
-    """One ring of the map's own cells, over a rectangle of posts."""
-    west, north = posts[0] // PATCH * PATCH, posts[1] // PATCH * PATCH
-    return Ring(0, (west, north), (max(1, -((west - posts[2]) // PATCH)), max(1, -((north - posts[3]) // PATCH))))
+@cache
+def _work(name: str, i: int = 0) -> int:
+    """Byte offset of a dispatch's command in the buffer of blocks."""
+    fields = layout.RING_WORK.fields
+    assert fields
+    return int(fields[name][1]) + i * layout.WORK.itemsize
 
 
-def _patches_across(spacing_m: tuple[float, float], across: int) -> tuple[int, int]:
-    largest = max(spacing_m)
-    east, north = spacing_m
-    return max(across, round(across * largest / east)), max(across, round(across * largest / north))
-
-
-def _ring_at(level: int, centre: tuple[float, float], patches: tuple[int, int]) -> Ring:
-    origin = _start_of(level, centre[0], patches[0]), _start_of(level, centre[1], patches[1])
-    return Ring(level, origin, patches)
-
-
-def _start_of(level: int, centre: float, patches: int) -> int:
-    """Where a ring begins along one axis: about half its width before the centre."""
-    step = 4 << level
-    return step * math.floor((centre - 0.5 * patches * (PATCH << level)) / step + 0.5)
-
-
-def _on_map(ring: Ring, last_post: tuple[int, int]) -> Ring:
-    """The ring without the rows and columns of blocks that lie beyond the map."""
-    (level, (col, row), (cols, rows)), (last_col, last_row) = ring, last_post
-    (col, cols), (row, rows) = _part_on_map(level, col, cols, last_col), _part_on_map(level, row, rows, last_row)
-    return Ring(level, (col, row), (cols, rows))
-
-
-def _part_on_map(level: int, start: int, patches: int, last: int) -> tuple[int, int]:
-    """The same along one axis: the first post, and the number of blocks."""
-    side = PATCH << level
-    first, end = max(0, -start // side), min(patches, -((start - last) // side))
-    return start + side * first, max(1, end - first)
-
-
-def _covers(ring: Ring, last_post: tuple[int, int]) -> bool:
-    (west, north), (east, south) = ring.origin, ring.end
-    return west <= 0 and north <= 0 and east >= last_post[0] and south >= last_post[1]
-
-
-def patches_for(triangles: int) -> int:
-    """Blocks across a ring for a budget: no unit becomes a block there, so many triangles need many units."""
-    return next((across for least, across in _ACROSS if triangles >= least), 4)
+@cache
+def _most_in_draw(size: int) -> int:
+    """Patches of 2^size segments a side in one draw, as glsl/lod/rings/place.comp counts them."""
+    return gl.MOST_VERTICES // ((2**size + 1) * (2 ** (size + 1) + 1) + 4 * (64 - 2**size))

@@ -7,7 +7,7 @@ from typing import Any
 
 import numpy as np
 
-from ..surface import Surface
+from .surface import Surface
 
 METRICS = ("max", "rms")  # what a tolerance in pixels bounds; for a tolerance in metres there is `METRES`
 METRES = "metres"

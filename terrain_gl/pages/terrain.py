@@ -125,7 +125,7 @@ class PagedTables:
     def bind(self) -> None:
         """Bind the tables for shaders that read bounds."""
         tables = {"Nodes": self.nodes, "Counters": self.counters, "Squares": self.squares, "Ranges": self.ranges}
-        bind("lod/patch_bound.glsl", **tables)
+        bind("lod/quadtree/patch_bound.glsl", **tables)
 
     def put(self, key: PageKey, sums: Sums) -> None:
         """Put a page into a free slot; the page above it must be loaded. `PagedTerrain.send` makes it visible."""

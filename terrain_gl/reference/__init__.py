@@ -4,7 +4,7 @@
     sat         summed-area tables, and the sum over a box
     error       the error of each of the `nodes`, also `between` posts; `bound`: of any box; `widening`: after an edit
     project     from metres to pixels; `curvature`: the Earth is round
-    lod         the selection, with `tree` and `patches`; `clipmap`: that of method sat
+    rings       the levels that tables choose (method sat); `quadtree`, with `tree` and `patches`: the other selection
     mesh        the triangles of a patch
     shade       mean height and mean slope under a pixel
     light       lobes of light; `horizon`: what each place sees of sun and sky
@@ -16,18 +16,18 @@ The tests compare the shaders with these functions. They import numpy alone.
 from . import (
     between,
     bound,
-    clipmap,
     curvature,
     error,
     generate,
     heightmap,
     horizon,
     light,
-    lod,
     mesh,
     nodes,
     patches,
     project,
+    quadtree,
+    rings,
     shade,
     tree,
     widening,
@@ -40,11 +40,11 @@ from .generate import *
 from .heightmap import *
 from .horizon import *
 from .light import *
-from .lod import *
 from .mesh import *
 from .nodes import *
 from .patches import *
 from .project import *
+from .quadtree import *
 from .sat import *
 from .shade import *
 from .tree import *

@@ -7,7 +7,7 @@ from __future__ import annotations
 
 import numpy as np
 
-from .lod import Selection
+from .quadtree import Selection
 
 SIZES = 6  # a patch of quads has 2^0 to 2^5 segments a side
 

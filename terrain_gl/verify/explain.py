@@ -1,7 +1,7 @@
 """Why a patch is drawn as it is: its possible levels, with their errors in metres and on the screen.
 
-The errors come from the same tables and the same shader code that choose the level: glsl/lod/explain.comp for the
-quadtree, glsl/rings/explain.comp for the clipmap.
+The errors come from the same tables and the same shader code that choose the level: glsl/lod/rings/explain.comp for
+the rings, glsl/lod/quadtree/explain.comp for the quadtree.
 """
 
 from __future__ import annotations
@@ -14,7 +14,7 @@ import numpy as np
 
 from ..gpu import layout, shaders
 from ..gpu.bindings import bind
-from ..lod import ClipmapSelector, QuadtreeSelector, Selection
+from ..lod import QuadtreeSelector, RingsSelector, Selection
 from ..lod.star import star_defines
 
 _CHOICE = np.dtype([("quads", "4f4"), ("fan", "4f4")])
@@ -103,7 +103,7 @@ class Explainer:
 
         The view must still be that of the selection.
         """
-        if isinstance(selection.surface, ClipmapSelector):
+        if isinstance(selection.surface, RingsSelector):
             return self._explain_ring(selection.surface, selection, post, tolerance_px, metric)
         if not isinstance(selection.surface, QuadtreeSelector):
             return None
@@ -120,7 +120,7 @@ class Explainer:
         choices = _choices(answer, side_log2, fan)
         segments = 0 if fan else 1 << size_log2
         chosen = next((choice for choice in choices if choice.segments == segments), None)
-        if chosen is None:  # a cell that is cut between its posts: lod/explain.comp has no such choice
+        if chosen is None:  # a cell that is cut between its posts: lod/quadtree/explain.comp has no such choice
             return None
         return Explanation(
             corner,
@@ -135,7 +135,7 @@ class Explainer:
 
     def _explain_ring(
         self,
-        surface: ClipmapSelector,
+        surface: RingsSelector,
         selection: Selection,
         post: tuple[float, float],
         tolerance_px: float,
@@ -169,23 +169,23 @@ class Explainer:
         self._answer.release()
 
     def _ask(self, quadtree: QuadtreeSelector, corner: tuple[int, int], side_log2: int, edges: int) -> np.ndarray:
-        self._kernel = self._kernel or shaders.compute(self.ctx, "lod/explain.comp")
+        self._kernel = self._kernel or shaders.compute(self.ctx, "lod/quadtree/explain.comp")
         quadtree.bind()
         quadtree.tables.bind()
-        bind("lod/explain.comp", Choices=self._answer)
+        bind("lod/quadtree/explain.comp", Choices=self._answer)
         self._kernel["u_low"], self._kernel["u_side_log2"] = corner, side_log2
         self._kernel["u_edges"] = edges
         self._kernel.run(1)
         self.ctx.memory_barrier(moderngl.SHADER_STORAGE_BARRIER_BIT | moderngl.BUFFER_UPDATE_BARRIER_BIT)
         return np.frombuffer(self._answer.read(), _ANSWER)[0]
 
-    def _ask_ring(self, surface: ClipmapSelector, corner: tuple[int, int], side_log2: int) -> np.ndarray:
+    def _ask_ring(self, surface: RingsSelector, corner: tuple[int, int], side_log2: int) -> np.ndarray:
         if not self._ring_kernel:
             defines = {"MEAN": 1} | star_defines(self.ctx)
-            self._ring_kernel = shaders.compute(self.ctx, "rings/explain.comp", defines)
+            self._ring_kernel = shaders.compute(self.ctx, "lod/rings/explain.comp", defines)
         surface.bind()
         surface.tables.bind()
-        bind("rings/explain.comp", Answer=self._answer)
+        bind("lod/rings/explain.comp", Answer=self._answer)
         self._ring_kernel["u_low"], self._ring_kernel["u_side_log2"] = corner, side_log2
         self._ring_kernel.run(1)
         self.ctx.memory_barrier(moderngl.SHADER_STORAGE_BARRIER_BIT | moderngl.BUFFER_UPDATE_BARRIER_BIT)

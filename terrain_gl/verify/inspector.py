@@ -14,7 +14,7 @@ from ..frame import DrawnFrame
 from ..gpu.session import in_session, steps_in_session
 from ..gpu_resources import GpuResources
 from ..heightmap import Heightmap
-from ..lod import METRES, ClipmapSelector, Goal, Selection
+from ..lod import METRES, Goal, RingsSelector, Selection
 from ..mesh import captured_triangles
 from ..steps import Steps, drain
 from ..terrain import Terrain
@@ -173,11 +173,11 @@ class Inspector:
         """The mesh of the whole map: by the quadtree, or for a store by the clipmap, which waits for its tiles."""
         if not self.resources.streaming:
             return self.resources.quadtree.select_everywhere(max_error_m), {}
-        clipmap = self.resources.selectors["sat"]
-        assert isinstance(clipmap, ClipmapSelector)
+        rings = self.resources.selectors["sat"]
+        assert isinstance(rings, RingsSelector)
         goal = Goal(max_error_m, METRES, cull=False)
         above = Camera.default(self.resources.terrain.heightmap)
-        return self.resources.streaming.select(lambda _: clipmap.select_everywhere(max_error_m), above, goal)
+        return self.resources.streaming.select(lambda _: rings.select_everywhere(max_error_m), above, goal)
 
     def _post(self, x: float, y: float) -> tuple[float, float]:
         """Column and row of a place in world metres."""

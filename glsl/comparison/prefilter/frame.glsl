@@ -1,0 +1,58 @@
+// comparison/prefilter/frame.glsl — the frame in which other prefilters of normals are compared with ours: footprint, albedo, sky, air and
+// tone mapping are the same. Normal, its spread and the sun's visibility come from their mipmaps.
+//   Mipmaps are square. A long footprint takes several samples along its length, as graphics hardware does (McCormack et
+//   al. 1999, "Feline: fast elliptical lines for anisotropic texture mapping").
+// The includer gives lit_by_baseline(). Provides Mips, mips_over(), sunlit().
+
+#include "shade/samples.glsl"
+#include "light/lit.glsl"
+#include "light/shown.glsl"
+
+layout(binding = 7) uniform sampler2D u_normals;
+layout(binding = 8) uniform sampler2D u_slopes;
+layout(binding = 9) uniform sampler2D u_products;
+
+#define MOST_LOOKS 8
+
+struct Mips {
+    vec3 normal;   // mean of unit normals
+    float sun;     // mean visible share of the sun
+    vec2 slope;    // mean slope; then the covariance: xx, yy, xy
+    vec3 spread;
+};
+
+Mips mips_over(Ground g, float scale) {
+    float long_ = length(g.along), wide = max(g.extent.x * g.extent.y / max(long_, 1e-6), 1e-6);
+    wide = min(wide, long_);
+    int looks = clamp(int(ceil(long_ / wide)), 1, MOST_LOOKS);
+    float level = log2(max(scale * max(wide, long_ / float(looks)), 1.0));
+    vec4 n = vec4(0.0), s = vec4(0.0);
+    float xy = 0.0;
+    for (int i = 0; i < looks; i++) {
+        vec2 at = (g.post + g.along * ((float(i) + 0.5) / float(looks) - 0.5)) / vec2(u_last_post);
+        n += textureLod(u_normals, at, level) / float(looks);
+        s += textureLod(u_slopes, at, level) / float(looks);
+        xy += textureLod(u_products, at, level).x / float(looks);
+    }
+    vec3 spread = vec3(max(s.zw - s.xy * s.xy, 0.0), xy - s.x * s.y);
+    return Mips(n.xyz, n.w, s.xy, spread);
+}
+
+Lit lit_by_baseline(Ground g);
+
+// The light of sun and sky on a footprint with a single normal.
+Lit lit_as_one(Ground g, vec3 normal, float sharpness, float sun_seen) {
+    Lit l;
+    l.lobe = merged_ground(g);
+    l.lobe.normal = normal;
+    l.lobe.r = mean_length(sharpness) * normal;
+    l.unshadowed = max(dot(normal, u_sun.axis), 0.0);
+    l.sun = sun_seen * l.unshadowed;
+    add_sky(l, g);
+    return l;
+}
+
+// Roughness of the cover alone, as the sharpness of a lobe of half-vectors.
+float cover_sharpness(Ground g) { return sharpness_of_roughness(material_of(g.post, g.extent, g.fine).roughness); }
+
+vec3 ground_colour(Ground g, int sample_) { return land_colour(g, outgoing_light(g, lit_by_baseline(g)), g.distance_m); }

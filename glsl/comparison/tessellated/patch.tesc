@@ -1,0 +1,17 @@
+// comparison/tessellated/patch.tesc — pass on the levels that comparison/tessellated/levels.comp computed.
+
+#include "comparison/tessellated/patch.glsl"
+
+layout(vertices = 1) out;
+
+in uvec4 v_cut[];
+patch out uvec4 v_patch;
+
+void main() {
+    v_patch = v_cut[0];
+    Cut c = cut_of(v_patch);
+    ivec2 inner = inner_levels(c);
+    for (int edge = 0; edge < 4; edge++) gl_TessLevelOuter[edge] = float(c.outer[edge]);
+    gl_TessLevelInner[0] = float(inner.x);
+    gl_TessLevelInner[1] = float(inner.y);
+}

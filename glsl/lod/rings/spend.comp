@@ -1,0 +1,30 @@
+// lod/rings/spend.comp — like lod/rings/decide.comp, but for a budget: the price λ of a triangle decides.
+//       cost(square) = min( min over T of ( squared error + λ (2 T² + PATCH_COST) ),  sum of its parts' costs )
+//   One work group handles one block, one thread a unit.   Python twins: reference.rings.cheapest, reference.rings.cut_block
+
+#define MAY_PAIR false  // the long edge of a pair may have more vertices, and a budget is better spent inside
+#include "lod/rings/squares.glsl"
+#include "lod/rings/prices.glsl"
+
+layout(local_size_x = UNITS) in;
+
+shared float s_price;  // computed once: it takes many reads
+
+void weigh(int depth, ivec2 at) {
+    int i = square_index(depth, at), segments_log2;
+    vec2 best = cheapest(u_first + i, side_log2_at(depth), s_price, segments_log2);
+    s_cost[i] = best.x;
+    s_square[i] = uint(side_log2_at(depth) - segments_log2 + 16) | (best == vec2(0.0) ? EMPTY : depth == 3 ? WHOLE : OPEN);
+}
+
+void main() {
+    int unit = int(gl_LocalInvocationIndex), b = seen_block(gl_WorkGroupID.x);
+    take_block(b_block[b]);
+    if (unit == 0) s_price = s_found = price(PASSES);
+    u_first = SQUARES * b;
+    barrier();
+    for (int depth = 3; depth >= 0; depth--)
+        if (unit < 1 << 2 * depth) weigh(depth, square_at(depth, unit));
+    join_all(2, unit, UNITS);
+    write_units(b, unit, UNITS);
+}

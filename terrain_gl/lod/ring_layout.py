@@ -1,0 +1,152 @@
+"""Where the rings of the clipmap are: nested rectangles of blocks around the eye.
+
+Ring l has cells of 2^l posts. A block is 8 × 8 cells. A ring is about square in metres, and `across` blocks wide along
+the axis with the larger spacing. It follows the eye in steps of four of its cells, so the next finer ring ends on
+its lattice (Asirvatham & Hoppe 2005, "Terrain rendering using GPU-based geometry clipmaps").
+"""
+
+from __future__ import annotations
+
+import math
+from typing import NamedTuple
+
+from ..rect import Rect
+
+PATCH = 8  # ring cells along a block's side
+# least triangles of a budget, and blocks across
+_ACROSS = ((200_000, 64), (60_000, 48), (20_000, 32), (6_000, 16), (2_000, 8))
+PATCHES = 8  # blocks across a ring, along the axis with the larger spacing
+
+
+class Ring(NamedTuple):
+    """One ring of the clipmap.
+
+    Attributes
+    ----------
+    level
+        Its cells are 2^level posts wide.
+    origin
+        Column and row of its north-west post; may lie beyond the map.
+    patches
+        Columns and rows of blocks, including those that the finer ring covers. All of them overlap the map.
+    """
+
+    level: int
+    origin: tuple[int, int]
+    patches: tuple[int, int]
+
+    @property
+    def end(self) -> tuple[int, int]:
+        """Column and row of its south-east post."""
+        side = PATCH << self.level
+        return self.origin[0] + self.patches[0] * side, self.origin[1] + self.patches[1] * side
+
+    @property
+    def cells(self) -> int:
+        """Ring cells, including those that the finer ring covers."""
+        return PATCH * PATCH * self.patches[0] * self.patches[1]
+
+    def beyond(self, last_post: tuple[int, int]) -> list[Rect]:
+        """The map outside the ring, as strips of posts."""
+        (west, north), (east, south), (last_col, last_row) = self.origin, self.end, last_post
+        sides = [(0, 0, west, last_row), (east, 0, last_col, last_row)]
+        strips = [*sides, (0, 0, last_col, north), (0, south, last_col, last_row)]
+        return [each for each in strips if each[0] < each[2] and each[1] < each[3]]
+
+
+def rings_around(
+    eye_post: tuple[float, float],
+    away_m: float,
+    last_post: tuple[int, int],
+    spacing_m: tuple[float, float],
+    top_level: int,
+    across: int = PATCHES,
+    left_out: int = 0,
+) -> list[Ring]:
+    """Rings around a place, finest first; the last one covers the whole map.
+
+    Parameters
+    ----------
+    eye_post
+        Column and row below the eye. For an eye beside the map, the nearest place on the map is taken.
+    away_m
+        Rough distance from the eye to the ground. Rings that would lie wholly within it are left out.
+    last_post
+        Last column and row of the map.
+    top_level
+        Coarsest level of the error tables, and of the rings.
+    across
+        Blocks across a ring, along the axis with the larger spacing.
+    left_out
+        How many of the finest rings to leave out.
+    """
+    patches = _patches_across(spacing_m, across)
+    centre = min(max(eye_post[0], 0.0), float(last_post[0])), min(max(eye_post[1], 0.0), float(last_post[1]))
+    half_m = 0.5 * across * PATCH * max(spacing_m)
+    finest = min(top_level, max(0, math.floor(math.log2(max(away_m, half_m) / half_m))) + left_out)
+    rings = []
+    for level in range(finest, top_level + 1):
+        rings.append(_on_map(_ring_at(level, centre, patches), last_post))
+        if _covers(rings[-1], last_post):
+            break
+    return rings
+
+
+def ring_over(last_post: tuple[int, int], spacing_m: tuple[float, float], top_level: int) -> list[Ring]:
+    """One ring over the whole map, for a mesh without an eye.
+
+    A unit becomes a block at most twice, and then has at most 64 segments a side. So the ring needs more units the
+    longer the map is: its finest triangles are then a quarter of a post, or smaller.
+    """
+    reach = PATCH * PATCH * PATCH * 64
+    across = 2 << max(0, math.ceil(math.log2(2 * max(last_post) / reach)))
+    centre, patches = (0.5 * last_post[0], 0.5 * last_post[1]), _patches_across(spacing_m, across)
+    rings = (_on_map(_ring_at(level, centre, patches), last_post) for level in range(top_level + 1))
+    return next([ring] for ring in rings if _covers(ring, last_post))
+
+
+def ring_of_posts(posts: Rect) -> Ring:
+    """One ring of the map's own cells, over a rectangle of posts."""
+    west, north = posts[0] // PATCH * PATCH, posts[1] // PATCH * PATCH
+    return Ring(0, (west, north), (max(1, -((west - posts[2]) // PATCH)), max(1, -((north - posts[3]) // PATCH))))
+
+
+def _patches_across(spacing_m: tuple[float, float], across: int) -> tuple[int, int]:
+    largest = max(spacing_m)
+    east, north = spacing_m
+    return max(across, round(across * largest / east)), max(across, round(across * largest / north))
+
+
+def _ring_at(level: int, centre: tuple[float, float], patches: tuple[int, int]) -> Ring:
+    origin = _start_of(level, centre[0], patches[0]), _start_of(level, centre[1], patches[1])
+    return Ring(level, origin, patches)
+
+
+def _start_of(level: int, centre: float, patches: int) -> int:
+    """Where a ring begins along one axis: about half its width before the centre."""
+    step = 4 << level
+    return step * math.floor((centre - 0.5 * patches * (PATCH << level)) / step + 0.5)
+
+
+def _on_map(ring: Ring, last_post: tuple[int, int]) -> Ring:
+    """The ring without the rows and columns of blocks that lie beyond the map."""
+    (level, (col, row), (cols, rows)), (last_col, last_row) = ring, last_post
+    (col, cols), (row, rows) = _part_on_map(level, col, cols, last_col), _part_on_map(level, row, rows, last_row)
+    return Ring(level, (col, row), (cols, rows))
+
+
+def _part_on_map(level: int, start: int, patches: int, last: int) -> tuple[int, int]:
+    """The same along one axis: the first post, and the number of blocks."""
+    side = PATCH << level
+    first, end = max(0, -start // side), min(patches, -((start - last) // side))
+    return start + side * first, max(1, end - first)
+
+
+def _covers(ring: Ring, last_post: tuple[int, int]) -> bool:
+    (west, north), (east, south) = ring.origin, ring.end
+    return west <= 0 and north <= 0 and east >= last_post[0] and south >= last_post[1]
+
+
+def patches_for(triangles: int) -> int:
+    """Blocks across a ring for a budget: no unit becomes a block there, so many triangles need many units."""
+    return next((across for least, across in _ACROSS if triangles >= least), 4)

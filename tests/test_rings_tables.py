@@ -1,0 +1,324 @@
+"""Method sat is a function of tables and camera: other tables give another mesh, equal tables an equal mesh."""
+
+import numpy as np
+import pytest
+from maps import cameras, rough
+from ring_scenes import change_shaders, clipmap_of, patches_of, surface_errors
+
+from terrain_gl import Renderer
+from terrain_gl.camera import Camera
+from terrain_gl.files.maps import bundled
+from terrain_gl.gpu import layout
+from terrain_gl.gpu.context import create_context
+from terrain_gl.heightmap import Heightmap
+from terrain_gl.lod import Goal, QuadtreeSelector, RingsSelector, rings
+from terrain_gl.options import RenderOptions
+from terrain_gl.verify.measure import Measurement
+
+SIZE = (160, 90)
+
+
+def land():
+    """Rough down to every post: drawn more coarsely it is far off."""
+    noise = np.random.default_rng(1).normal(size=(110, 90))
+    return Heightmap(rough(110, 90, 11) + 6 * noise.astype("f4"), (12.0, 9.0))
+
+
+@pytest.fixture
+def scene(ctx):
+    scene = clipmap_of(ctx, land(), SIZE)
+    yield scene
+    scene.release()
+
+
+def mesh_of(scene, camera, **settings):
+    """The patch records, in order."""
+    settings = settings or {"tolerance_px": 1.0}
+    selection = scene.select(camera, **settings)
+    return scene.levels.patches.read(16 * selection.patches)
+
+
+def options(**settings):
+    return RenderOptions(method="sat", **settings)
+
+
+def fill_with(buffer, words):
+    buffer.write(np.resize(words, buffer.size // 4).astype("u4").tobytes())
+
+
+RANDOM = np.random.default_rng(5).integers(0, 2**32, 4099, dtype="u4")
+SETTINGS = {"counters": {"tolerance_px": 1.0}, "squares": {"tolerance_px": 1.0, "metric": "rms"}}
+
+
+@pytest.mark.parametrize("words", [0, 0xFFFFFFFF, RANDOM], ids=["zeros", "ones", "random"])
+@pytest.mark.parametrize("table", SETTINGS)
+def test_other_sums_give_another_mesh(ctx, scene, table, words):
+    """Random counters say "rough" nearly everywhere, constant ones say that no box has anything in it."""
+    camera, settings = cameras(scene.heightmap)["default"], SETTINGS[table]
+    before = mesh_of(scene, camera, **settings)
+    fill_with(getattr(scene.tables, table), words)
+    assert mesh_of(scene, camera, **settings) != before
+
+
+def test_without_counters_the_bound_breaks(ctx, scene):
+    camera = cameras(scene.heightmap)["default"]
+    kept = scene.select(camera, 1.0)
+    assert surface_errors(scene, kept, camera).max_px <= kept.certified_px <= 1
+    fill_with(scene.tables.counters, 0)
+    broken = scene.select(camera, 1.0)
+    assert surface_errors(scene, broken, camera).max_px > 1
+
+
+def test_without_squares_the_bound_of_the_mean_breaks(ctx, scene):
+    """The maximum is held where a patch is partly in the picture: so the whole map is in it."""
+    east, north = scene.heightmap.extent_m
+    camera = Camera((0.5 * east, -0.2 * north, north), (0.5 * east, 0.5 * north, 0.0), 70.0)
+    kept = scene.select(camera, 0.1, "rms")
+    assert surface_errors(scene, kept, camera).rms_px <= kept.certified_px <= 0.1
+    fill_with(scene.tables.squares, 0)
+    fill_with(scene.tables.counters, 0)
+    broken = scene.select(camera, 0.1, "rms")
+    assert surface_errors(scene, broken, camera).rms_px > 0.1
+
+
+def test_a_budget_asks_the_squares(ctx, scene):
+    camera = cameras(scene.heightmap)["default"]
+    before = mesh_of(scene, camera, triangles=3000)
+    fill_with(scene.tables.counters, RANDOM)
+    assert mesh_of(scene, camera, triangles=3000) != b""
+    fill_with(scene.tables.squares, RANDOM)
+    assert mesh_of(scene, camera, triangles=3000) != before
+
+
+def test_nodes_decide_nothing(ctx, scene):
+    """Node records, gains and blocks are the quadtree's: garbage there changes its mesh, and nothing here."""
+    camera, settings = cameras(scene.heightmap)["default"], [*SETTINGS.values(), {"triangles": 3000}]
+    before = [mesh_of(scene, camera, **each) for each in settings]
+    quadtree = QuadtreeSelector(scene.tables)
+
+    def leaves():
+        selection = quadtree.select(camera, SIZE, scene.near_m, Goal(1.0))
+        return quadtree.patches.read(8 * selection.patches)
+
+    of_nodes = leaves()
+    for table in ("nodes", "gains", "blocks"):
+        fill_with(getattr(scene.tables, table), RANDOM & 0x3FFF3FFF)
+    assert [mesh_of(scene, camera, **each) for each in settings] == before
+    assert leaves() != of_nodes
+    quadtree.release()
+
+
+def test_same_view_same_mesh_in_any_order_and_context(ctx, scene):
+    views = cameras(scene.heightmap)
+    settings = [{"tolerance_px": 0.5}, {"tolerance_px": 2.0, "metric": "rms"}, {"triangles": 2500}]
+    asked = [(view, each) for view in ("default", "grazing", "wide") for each in settings]
+    first = [mesh_of(scene, views[view], **each) for view, each in asked]
+    again = [mesh_of(scene, views[view], **each) for view, each in reversed(asked)][::-1]
+    assert again == first
+    with create_context("egl") as other:
+        fresh = clipmap_of(other, land(), SIZE)
+        assert [mesh_of(fresh, views[view], **each) for view, each in asked] == first
+        fresh.release()
+
+
+class Counted(RingsSelector):
+    """A selector that counts its dispatches."""
+
+    dispatches = 0
+
+    def _run(self, *args, **uniforms):
+        self.dispatches += 1
+        super()._run(*args, **uniforms)
+
+
+class Thorough(RingsSelector):
+    """A selector whose rounds all look at all leaves, not at those alone around which something has changed."""
+
+    def _run(self, name, *args, **uniforms):
+        if name == "settle" and uniforms["settled"]:
+            self._queue_all(uniforms["settled"])
+        super()._run(name, *args, **uniforms)
+
+    def _queue_all(self, over):
+        blocks, lists = self._buffers["blocks"], self._buffers["lists"]
+        work = np.frombuffer(blocks.read(), layout.RING_WORK, 1)[0].copy()
+        words = np.frombuffer(lists.read(), "u4").reshape(4, -1)
+        cells = np.frombuffer(self._buffers["cells"].read(), "u4").reshape(2, -1)[over % 2]
+        leaves, queue = words[0, : work["leaves"]["count"]], work["queue"][over % layout.RING_QUEUES]
+        queued = words[1 + over % 2, : queue["count"]]
+        others = np.setdiff1d(leaves, queued & 0xFFFFFFF)
+        everything = np.concatenate([queued, others | (cells[others] >> 8 & 3) << 28]).astype("u4")
+        queue["count"], queue["groups"] = len(everything), -(-len(everything) // 64)
+        lists.write(everything.tobytes(), offset=words[0].nbytes * (1 + over % 2))
+        blocks.write(work.tobytes())
+
+
+def test_rounds_look_at_all_that_may_change(ctx, scene):
+    thorough, quick = Thorough(scene.tables), RingsSelector(scene.tables)
+    for camera in cameras(scene.heightmap).values():
+        for tolerance in (0.2, 1.0):
+            meshes = []
+            for selector in (thorough, quick):
+                selection = selector.select(camera, SIZE, scene.near_m, Goal(tolerance))
+                meshes.append(selector.patches.read(layout.RING_PATCH.itemsize * selection.patches))
+            assert meshes[0] == meshes[1]
+    thorough.release()
+    quick.release()
+
+
+class Counting(RingsSelector):
+    """A selector that counts the blocks of its rings, and those that it looks at."""
+
+    def _run(self, name, indirect=None, **uniforms):
+        super()._run(name, indirect, **uniforms)
+        if name == "cull":
+            data = self._buffers["blocks"].read(layout.RING_WORK.itemsize)
+            work = np.frombuffer(data, layout.RING_WORK)[0]
+            self.blocks, self.seen = int(work["all"]["count"]), int(work["seen"]["groups"])
+
+
+def test_rings_and_blocks_that_nobody_sees_change_nothing(ctx, scene, monkeypatch):
+    all_, quick, least = Counting(scene.tables), Counting(scene.tables), np.ones(2)
+    in_picture = rings.rings_in_picture
+    for camera in cameras(scene.heightmap).values():
+        meshes = []
+        for selector, leave_out in ((all_, lambda rings, *_: rings), (quick, in_picture)):
+            monkeypatch.setattr(rings, "rings_in_picture", leave_out)
+            selection = selector.select(camera, SIZE, scene.near_m, Goal(0.3))
+            patches = selector.patches.read(layout.RING_PATCH.itemsize * selection.patches)
+            meshes.append((selection.certified_px, selection.triangles, patches))
+        assert meshes[0] == meshes[1]
+        least = np.minimum(least, (quick.blocks / all_.blocks, quick.seen / quick.blocks))
+    assert (least < 0.75).all()
+    all_.release()
+    quick.release()
+
+
+def test_a_budget_weighs_only_blocks_in_the_picture(ctx, scene, monkeypatch):
+    """The others change nothing, and would take as long."""
+    camera, found = cameras(scene.heightmap)["grazing"], []
+    for old in ("unchanged", "u_cull == 0 || !project_square"):
+        change_shaders(monkeypatch, old, "true || !project_square")
+        selector = Counting(scene.tables)
+        selection = selector.select(camera, SIZE, scene.near_m, Goal(triangles=3000))
+        patches = selector.patches.read(layout.RING_PATCH.itemsize * selection.patches)
+        found.append((selector.seen, selection.triangles, patches))
+        selector.release()
+    assert found[0][1:] == found[1][1:]
+    assert found[0][0] < 0.6 * found[1][0]
+
+
+def test_without_cut_edges_the_bound_breaks(ctx):
+    """With the error of cells whose edges are whole, places beside finer patches are further off than certified.
+
+    In the south, every sixteenth row has hills where the others have hollows. The north needs small cells. A cell
+    beside the north has new vertices on the hills, and rises over the hollows.
+    """
+    y, x = np.mgrid[:129, :129]
+    heights = np.where(y % 16 == 0, 2.0, -2.0) * np.sin(np.pi * x / 16) ** 2
+    heights[:64] += 3 * rough(64, 129, 3)
+    scene = clipmap_of(ctx, Heightmap(heights, 10.0), (320, 180))
+    camera, nodes = cameras(scene.heightmap)["default"], scene.tables.nodes
+
+    def achieved():
+        for error in (1.34, 1.4):
+            view = scene.select(camera, error)
+            yield surface_errors(scene, view, camera).max_px / view.certified_px
+
+    assert max(achieved()) <= 1
+    whole = np.frombuffer(nodes.read(), layout.NODE).copy()
+    whole["cut_m"][:, 0] = whole["max_m"][:, 0]
+    nodes.write(whole)
+    for level in range(len(scene.terrain.levels)):
+        scene.tables._update_tables(level, scene.terrain.all_posts)
+    assert max(achieved()) > 1
+    scene.release()
+
+
+def test_flat_land_is_coarser_than_the_cells_of_its_ring(ctx):
+    """A square of eight ring cells has at most four segments a side: rings stand on the lattice of the next level."""
+    scene = clipmap_of(ctx, Heightmap(np.zeros((300, 400)), 10.0), SIZE)
+    patches = patches_of(scene, scene.select(cameras(scene.heightmap)["default"], 1.0))
+    far = patches.step_log2 >= 1
+    assert far.any() and (patches.side_log2 - patches.step_log2)[far].max() <= 2
+    scene.release()
+
+
+def test_pairs_save_patches(ctx, scene):
+    """Each pair is a patch less. Pairs lie along both axes, and are never single cells."""
+    patches = patches_of(scene, scene.select(cameras(scene.heightmap)["default"], 0.3, cull=False))
+    wide, tall = patches.pair.T.astype(bool)
+    assert not (wide & tall).any() and wide.any() and tall.any()
+    assert (wide | tall).sum() > 0.1 * len(wide)
+    assert (patches.side_log2 > patches.step_log2)[wide | tall].all()
+
+
+def test_no_pass_walks_the_map(ctx):
+    """The same land around the eye in larger and larger maps: as many blocks, but for the rings that are added."""
+    small = rough(129, 129, 2)
+    used = []
+    for times in (2, 4, 8):
+        grid = np.tile(np.block([[small, small[:, ::-1]], [small[::-1], small[::-1, ::-1]]])[1:, 1:], (times // 2,) * 2)
+        heightmap = Heightmap(grid, 10.0)
+        east, north = heightmap.extent_m
+        camera = Camera((0.5 * east, 0.5 * north, 200.0), (0.5 * east + 900, 0.5 * north, 0.0), 30.0)
+        selector = Counted(clipmap_of(ctx, heightmap, SIZE).tables)
+        selector.select(camera, SIZE, 1.0, Goal(1.0))
+        rings = selector._rings_of(camera, 8)
+        summary = np.frombuffer(selector._buffers["summary"].read(layout.RING_SUMMARY.itemsize), layout.RING_SUMMARY)[0]
+        roots = sum(ring.patches[0] * ring.patches[1] for ring in rings)
+        used.append((len(rings), roots, int(summary["blocks"]) - roots, selector.dispatches))
+    for (rings, _, parts, _), (more_rings, roots, more_parts, dispatches) in zip(used, used[1:], strict=False):
+        assert more_rings <= rings + 2
+        assert roots <= 64 * more_rings
+        assert more_parts == parts
+        assert dispatches == 11
+
+
+@pytest.fixture(scope="module")
+def alpine():
+    known = bundled()["alpine"]
+    heightmap = Heightmap.open(known.path, known.spacing_m, known.z_scale, known.z_offset_m)
+    with Renderer(heightmap, size=(320, 180)) as renderer:
+        yield renderer
+
+
+def test_most_triangles_come_from_tessellated_patches(alpine):
+    """At least half of them from patches of 4 × 4 segments and more."""
+    frame = alpine.select(bundled()["alpine"].camera, (640, 360), options(max_error_px=1.0))
+    triangles = np.array(frame.selection.counts) * 2 * 4 ** np.arange(7)
+    assert triangles[2:].sum() >= 0.5 * frame.selection.triangles
+
+
+def test_budgets_are_spent_and_never_exceeded(alpine):
+    camera, errors, measurement = bundled()["alpine"].camera, [], Measurement(alpine.terrain)
+    for budget in (2000, 20_000, 200_000):
+        frame = alpine.select(camera, alpine.size, options(triangles=budget))
+        assert 0.95 * budget <= frame.selection.triangles <= budget
+        errors.append(measurement.achieved(frame.selection, camera, alpine.size, frame.near_m).rms_px)
+    measurement.release()
+    assert errors[0] > errors[1] > errors[2]
+    for budget in (10, 300):
+        few = alpine.choose(camera, method="sat", triangles=budget)["triangles"]
+        assert few <= max(budget, fewest(alpine, camera))
+
+
+def fewest(renderer, camera):
+    """Triangles of the coarsest mesh of the rings: a smaller budget cannot be kept."""
+    return renderer.choose(camera, method="sat", triangles=2)["triangles"]
+
+
+def test_an_edit_gives_the_mesh_of_a_fresh_renderer(ctx):
+    heights, camera = rough(90, 75, 6), None
+    edited = heights.copy()
+    edited[30:40, 20:50] += 25
+    meshes = []
+    for start, then in ((heights, edited), (edited, None)):
+        with Renderer(Heightmap(start, 10.0), size=SIZE) as renderer:
+            camera = camera or Camera.default(renderer.heightmap)
+            if then is not None:
+                renderer.choose(camera, 1.0, method="sat")
+                renderer.edit(slice(30, 40), slice(20, 50), then[30:40, 20:50])
+            selection = renderer.select(camera, SIZE, options(max_error_px=1.0)).selection
+            meshes.append(selection.surface.patches.read(16 * selection.patches))
+    assert meshes[0] == meshes[1]
