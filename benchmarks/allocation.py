@@ -16,7 +16,7 @@ import numpy as np
 
 from terrain_gl.cli import options
 from terrain_gl.comparison import pruned
-from terrain_gl.options import near_plane_m
+from terrain_gl.renderer.options import near_plane_m
 
 parser = argparse.ArgumentParser(description=__doc__, formatter_class=argparse.RawDescriptionHelpFormatter)
 options.add_map(parser)

@@ -24,13 +24,13 @@ from dataclasses import asdict
 from pathlib import Path
 
 from terrain_gl import Camera, Heightmap, Renderer
+from terrain_gl.basics.replacing import replacing
 from terrain_gl.comparison import compare, curves
 from terrain_gl.comparison.baselines import PARAMETERS
 from terrain_gl.files.generate import Land, write_land
 from terrain_gl.files.maps import bundled, open_map
 from terrain_gl.files.views import standard_view
 from terrain_gl.gpu.context import create_context
-from terrain_gl.replacing import replacing
 
 OURS = ("sat", "quadtree")
 BASELINES = [method for method in compare.COMPARED if method not in OURS]

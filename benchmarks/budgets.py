@@ -13,7 +13,7 @@ from methods import maps
 
 import terrain_gl as tg
 from terrain_gl.files.views import standard_view
-from terrain_gl.shade import UNLIT
+from terrain_gl.shade.picture import UNLIT
 
 SIZE = (640, 360)
 BUDGETS = (10_000, 50_000, 250_000)

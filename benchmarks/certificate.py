@@ -26,7 +26,7 @@ import numpy as np
 
 import terrain_gl as tg
 from terrain_gl.gpu.context import create_context
-from terrain_gl.shade import UNLIT
+from terrain_gl.shade.picture import UNLIT
 
 sys.path.insert(0, str(Path(__file__).parents[1] / "tests"))
 from maps import MAPS, REAL, cameras, random_camera, random_map  # noqa: E402  the tests' own maps and cameras

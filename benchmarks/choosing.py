@@ -16,8 +16,8 @@ from scale import mirrored
 import terrain_gl as tg
 from terrain_gl.files.maps import bundled
 from terrain_gl.lod import Goal
-from terrain_gl.options import near_plane_m
-from terrain_gl.shade import UNLIT
+from terrain_gl.renderer.options import near_plane_m
+from terrain_gl.shade.picture import UNLIT
 
 SIZE = (1280, 720)
 ABOVE_M, AHEAD_M, BELOW_M = 1500.0, 2500.0, 500.0

@@ -13,8 +13,8 @@ import numpy as np
 from terrain_gl import Camera, Heightmap, Renderer
 from terrain_gl.comparison import pruned
 from terrain_gl.files.maps import bundled, open_map
-from terrain_gl.options import near_plane_m
-from terrain_gl.shade import UNLIT
+from terrain_gl.renderer.options import near_plane_m
+from terrain_gl.shade.picture import UNLIT
 
 SIZE = (1280, 720)
 POSTS = 1025

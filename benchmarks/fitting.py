@@ -17,8 +17,8 @@ from scipy.sparse.linalg import cg
 from terrain_gl.camera import Camera, screen_shift_px
 from terrain_gl.cli import options
 from terrain_gl.mesh import vertex_heights
-from terrain_gl.options import near_plane_m
 from terrain_gl.renderer import Renderer
+from terrain_gl.renderer.options import near_plane_m
 
 
 def posts_in(triangles: np.ndarray) -> tuple[np.ndarray, np.ndarray, np.ndarray]:

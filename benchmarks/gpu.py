@@ -21,9 +21,9 @@ from pathlib import Path
 import numpy as np
 
 import terrain_gl as tg
-from terrain_gl.brush import Brush, Sculptor
 from terrain_gl.files.maps import bundled, open_map
 from terrain_gl.image import read_image
+from terrain_gl.renderer.brush import Brush, Sculptor
 
 FRAMES = 9
 GOLDEN = Path(__file__).parents[1] / "tests" / "golden"

@@ -24,6 +24,7 @@ from pathlib import Path
 import numpy as np
 
 from terrain_gl import Camera, Heightmap, Renderer, reference
+from terrain_gl.basics.replacing import replacing
 from terrain_gl.comparison.light import LIGHT_LABELS, PRINTED, compare_light, shade_as_printed
 from terrain_gl.comparison.light_truth import render_light_truth
 from terrain_gl.comparison.likeness import rmse
@@ -35,8 +36,7 @@ from terrain_gl.light.gaussians import SKY_AXES, SKY_SHARPNESS
 from terrain_gl.light.ground import towards_sun
 from terrain_gl.light.horizon import SUN_RADIUS, TEXEL, SkyVisibility, SunVisibility, Visibility, lattice_direction
 from terrain_gl.light.lighting import Lighting
-from terrain_gl.options import RenderOptions
-from terrain_gl.replacing import replacing
+from terrain_gl.renderer.options import RenderOptions
 from terrain_gl.terrain import Terrain
 
 LANDS = {

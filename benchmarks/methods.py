@@ -17,7 +17,7 @@ from pathlib import Path
 import terrain_gl as tg
 from terrain_gl.files.maps import bundled, open_map
 from terrain_gl.files.views import standard_view
-from terrain_gl.shade import UNLIT
+from terrain_gl.shade.picture import UNLIT
 
 sys.path.insert(0, str(Path(__file__).parents[1] / "tests"))
 from maps import REAL  # noqa: E402  the tests' own maps, and how to open them

@@ -35,7 +35,7 @@ from terrain_gl.film.record import JOURNAL
 LONGEST_S = 240.0  # time limit; a file or a command takes seconds, but the machine may be busy
 READ = """
 import json, os, sys
-from terrain_gl.exceptions import TerrainError
+from terrain_gl.basics.exceptions import TerrainError
 from terrain_gl.film.path import CameraPath
 from terrain_gl.heightmap import Heightmap
 from terrain_gl.light.albedo import read_albedo

@@ -16,11 +16,11 @@ from pathlib import Path
 import numpy as np
 
 import terrain_gl as tg
-from terrain_gl.brush import Brush, Sculptor
 from terrain_gl.camera import Camera
 from terrain_gl.files.generate import Land, generate
 from terrain_gl.gpu.context import create_context
 from terrain_gl.pages.edited_map import EditedMap
+from terrain_gl.renderer.brush import Brush, Sculptor
 from terrain_gl.store import StoredMap, build
 
 SIZE = (640, 360)

@@ -11,25 +11,25 @@ tg.show(terrain)  # a window, or a view in a notebook
 from importlib import import_module
 from typing import TYPE_CHECKING, Any
 
-from .exceptions import TerrainError, UsageError
+from .basics.exceptions import TerrainError, UsageError
 
 if TYPE_CHECKING:
     from .camera import Camera
-    from .frame import Frame
     from .gpu.context import create_context
     from .heightmap import Heightmap
     from .renderer import Renderer
-    from .showing import show
+    from .renderer.frame import Frame
+    from .viewer.showing import show
 
 __version__ = "0.2.0"
 __all__ = ["Camera", "Frame", "Heightmap", "Renderer", "TerrainError", "UsageError", "create_context", "show"]
 _MODULES = {
     "Camera": "camera",
-    "Frame": "frame",
+    "Frame": "renderer.frame",
     "Heightmap": "heightmap",
     "Renderer": "renderer",
     "create_context": "gpu.context",
-    "show": "showing",
+    "show": "viewer.showing",
 }
 
 

@@ -16,10 +16,10 @@ from typing import Any
 import moderngl
 import numpy as np
 
+from .basics.rect import Rect
 from .gpu import gl, layout, shaders
 from .gpu.bindings import bind
 from .gpu.layout import Level
-from .rect import Rect
 from .sat import SummedAreaTables, Table
 from .terrain import Terrain
 

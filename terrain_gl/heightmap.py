@@ -13,15 +13,15 @@ from typing import Any
 import numpy as np
 from numpy.typing import ArrayLike
 
-from terrain_gl.exceptions import TerrainError, UsageError
-from terrain_gl.place import Place
+from terrain_gl.basics.exceptions import TerrainError, UsageError
+from terrain_gl.basics.limits import check_size
+from terrain_gl.basics.rect import span_of
 from terrain_gl.readers import How, Raster, Spacing, open_raster
 from terrain_gl.readers.georeference import Georeference
 from terrain_gl.readers.objects import raster_of
+from terrain_gl.readers.place import Place
 from terrain_gl.readers.plausible import not_of_the_earth, plausible_scale, plausible_spacing
 from terrain_gl.readers.values import ENCODINGS, read_heights
-from terrain_gl.rect import span_of
-from terrain_gl.size_limits import check_size
 
 MIN_SPACING_M, MAX_SPACING_M = 1e-6, 1e6
 RANGE_BLOCK = 64  # posts a side of a block; an edited map keeps the lowest and highest height of each block

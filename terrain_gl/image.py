@@ -12,9 +12,9 @@ from typing import Any
 import numpy as np
 import OpenImageIO as oiio
 
-from .exceptions import TerrainError
-from .inputs import check_input
-from .replacing import make_sure_of_space, replacing
+from .basics.exceptions import TerrainError
+from .basics.inputs import check_input
+from .basics.replacing import make_sure_of_space, replacing
 
 FORMATS = {".png": "uint8", ".jpg": "uint8", ".jpeg": "uint8", ".tif": "uint8", ".tiff": "uint8", ".exr": "float"}
 Rows = Callable[[np.ndarray], None]

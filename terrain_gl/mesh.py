@@ -14,7 +14,7 @@ from typing import Any
 import moderngl
 import numpy as np
 
-from .exceptions import TerrainError
+from .basics.exceptions import TerrainError
 from .gpu import gl, shaders
 from .lod import Selection
 from .lod.surface import Surface

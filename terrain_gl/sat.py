@@ -16,8 +16,8 @@ from typing import Any, NamedTuple, TypeAlias
 import moderngl
 import numpy as np
 
+from .basics.steps import Steps
 from .gpu import gl, shaders
-from .steps import Steps
 
 STRIP = 64  # words that one thread of a GPU adds up
 WHOLE = 2**15  # longer than any line of a map

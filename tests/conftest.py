@@ -9,7 +9,7 @@ from hypothesis import HealthCheck, settings
 from maps import rough
 
 from terrain_gl import cli
-from terrain_gl.exceptions import TerrainError
+from terrain_gl.basics.exceptions import TerrainError
 from terrain_gl.gpu.context import create_context
 from terrain_gl.heightmap import Heightmap
 

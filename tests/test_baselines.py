@@ -18,8 +18,8 @@ from terrain_gl.comparison.tessellated import Edges
 from terrain_gl.error import ErrorTables
 from terrain_gl.lod import Goal, View
 from terrain_gl.mesh import captured_triangles
-from terrain_gl.methods import BASELINES, Selectors
-from terrain_gl.shade import UNLIT
+from terrain_gl.renderer.methods import BASELINES, Selectors
+from terrain_gl.shade.picture import UNLIT
 from terrain_gl.terrain import Terrain
 
 PARAMETER_SETS = [

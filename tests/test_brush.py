@@ -9,10 +9,10 @@ from hypothesis import strategies as st
 from maps import holes, rough
 
 import terrain_gl as tg
-from terrain_gl.brush import TOOLS, Brush, Patch, Sculptor, _means, dab, places
-from terrain_gl.exceptions import UsageError
+from terrain_gl.basics.exceptions import UsageError
 from terrain_gl.heightmap import Heightmap
-from terrain_gl.shade import UNLIT
+from terrain_gl.renderer.brush import TOOLS, Brush, Patch, Sculptor, _means, dab, places
+from terrain_gl.shade.picture import UNLIT
 
 SIZE = (96, 54)
 STROKES = int(os.environ.get("TERRAIN_GL_STROKES", "240"))

@@ -5,8 +5,8 @@ import pytest
 from hypothesis import given
 from hypothesis import strategies as st
 
+from terrain_gl.basics.exceptions import UsageError
 from terrain_gl.camera import Camera, boxes_in_picture, clip_from_eye, screen_shift_px
-from terrain_gl.exceptions import UsageError
 from terrain_gl.heightmap import Heightmap
 
 SIZE = (1280, 720)

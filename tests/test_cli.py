@@ -19,7 +19,7 @@ from terrain_gl.files.export import FORMATS
 from terrain_gl.files.maps import bundled, find_bundled
 from terrain_gl.files.views import standard_view
 from terrain_gl.image import read_image
-from terrain_gl.shade import STYLES
+from terrain_gl.shade.picture import STYLES
 
 COMMANDS = ("info", "shot", "view", "measure", "mesh", "bench", "generate", "fly")
 FRAME_KEYS = {

@@ -13,7 +13,7 @@ import numpy as np
 import OpenImageIO as oiio
 import pytest
 
-from terrain_gl.exceptions import TerrainError
+from terrain_gl.basics.exceptions import TerrainError
 from terrain_gl.film.record import Recorder
 from terrain_gl.image import read_image
 from terrain_gl.light.albedo import MOST_PIXELS, read_albedo

@@ -7,7 +7,7 @@ import sys
 import numpy as np
 import pytest
 
-from terrain_gl.exceptions import TerrainError, UsageError
+from terrain_gl.basics.exceptions import TerrainError, UsageError
 from terrain_gl.gpu.context import backend_name, create_context, probe_backends
 
 FILL = """

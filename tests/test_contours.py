@@ -5,12 +5,12 @@ import pytest
 from asking import ask
 
 from terrain_gl import cli, reference
+from terrain_gl.basics.exceptions import UsageError
 from terrain_gl.camera import Camera
-from terrain_gl.contours import MOST, interval_m
-from terrain_gl.exceptions import UsageError
 from terrain_gl.heightmap import Heightmap
-from terrain_gl.options import RenderOptions
 from terrain_gl.renderer import Renderer
+from terrain_gl.renderer.options import RenderOptions
+from terrain_gl.shade.contours import MOST, interval_m
 
 SIZE = (240, 120)
 PLANE = Heightmap(np.broadcast_to(310.0 + 2.0 * np.arange(241.0), (121, 241)).astype("f4"), 10.0, "plane")

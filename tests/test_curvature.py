@@ -14,18 +14,18 @@ from test_measure import check_bound
 from test_selection import BOUND_SLACK, leaves, leaves_of, read_tables
 
 from terrain_gl import reference
+from terrain_gl.basics.exceptions import UsageError
 from terrain_gl.camera import Camera, boxes_in_picture, screen_shift_px
+from terrain_gl.camera.curvature import bend_per_m, drop_between_m
+from terrain_gl.camera.view import View
 from terrain_gl.comparison.pruned import view_of
-from terrain_gl.curvature import bend_per_m, drop_between_m
-from terrain_gl.exceptions import UsageError
 from terrain_gl.heightmap import Heightmap
 from terrain_gl.mesh import captured_triangles
-from terrain_gl.options import RenderOptions
 from terrain_gl.readers.georeference import Georeference, Grid
 from terrain_gl.renderer import Renderer
-from terrain_gl.surroundings import BLOCK
+from terrain_gl.renderer.options import RenderOptions
+from terrain_gl.shade.surroundings import BLOCK
 from terrain_gl.verify.measure import _parts_in_picture, places_of, truth_m
-from terrain_gl.view import View
 
 EARTH_M = 6378137.0
 PLAIN = Heightmap(0.05 * rough(70, 91, 3), 4000.0)  # 360 km of flat land: flat, its cells would be as large as the map

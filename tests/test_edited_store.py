@@ -12,17 +12,17 @@ from hypothesis import strategies as st
 from maps import rough
 
 from terrain_gl import reference
+from terrain_gl.basics.exceptions import TerrainError, UsageError
+from terrain_gl.basics.steps import drain
 from terrain_gl.camera import Camera
 from terrain_gl.cli.line import command_line
-from terrain_gl.exceptions import TerrainError, UsageError
 from terrain_gl.files.views import standard_view
 from terrain_gl.gpu import layout
 from terrain_gl.heightmap import Heightmap
-from terrain_gl.options import RenderOptions
 from terrain_gl.pages.sheet import Sheet
 from terrain_gl.pages.widening import Moves, Scale, errors_m, moves, packed, widened, widened_ranges, widened_stars
 from terrain_gl.renderer import Renderer
-from terrain_gl.steps import drain
+from terrain_gl.renderer.options import RenderOptions
 from terrain_gl.terrain import quantisation_range
 
 pytest.importorskip("zarr")

@@ -8,8 +8,8 @@ from hypothesis import strategies as st
 from maps import MAPS, Scene, checkerboard, cliff, holes, rough
 
 from terrain_gl import reference
+from terrain_gl.basics.exceptions import TerrainError
 from terrain_gl.error import FINE_LEVELS, ErrorTables
-from terrain_gl.exceptions import TerrainError
 from terrain_gl.gpu import gl, layout, shaders
 from terrain_gl.heightmap import Heightmap
 from terrain_gl.sat import Table

@@ -15,7 +15,7 @@ from terrain_gl.lod.land import posts_in_picture
 from terrain_gl.lod.ring_layout import ring_of_posts
 from terrain_gl.lod.selection import Goal
 from terrain_gl.renderer import Renderer
-from terrain_gl.shade import UNLIT
+from terrain_gl.shade.picture import UNLIT
 from terrain_gl.verify.measure import posts_of
 
 SPACING_M = 10.0

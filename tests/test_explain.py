@@ -10,7 +10,7 @@ from test_stars import drawn, star
 import terrain_gl as tg
 from terrain_gl.camera import screen_shift_px
 from terrain_gl.gpu import layout
-from terrain_gl.shade import UNLIT
+from terrain_gl.shade.picture import UNLIT
 
 SIZE = (320, 200)
 CAMERA = tg.Camera((600.0, -300.0, 260.0), (640.0, 640.0, 0.0))

@@ -12,9 +12,9 @@ from terrain_gl import Camera, Renderer, TerrainError, UsageError
 from terrain_gl.files.export import make_mesh, write_mesh
 from terrain_gl.image import png_bytes
 from terrain_gl.mesh import vertex_heights
-from terrain_gl.place import Place
 from terrain_gl.readers.georeference import Georeference, Grid
-from terrain_gl.shade import UNLIT
+from terrain_gl.readers.place import Place
+from terrain_gl.shade.picture import UNLIT
 
 SMALL = ("odd", "holes", "two", "cliff", "long", "offset")
 VIEW = Camera((1340, 1566, 119), (5380, -50, 19), 100.0)  # of "odd", close above the ground

@@ -15,8 +15,8 @@ import numpy as np
 import pytest
 
 import terrain_gl as tg
+from terrain_gl.basics.exceptions import TerrainError
 from terrain_gl.cli import frames
-from terrain_gl.exceptions import TerrainError
 from terrain_gl.film import parts
 from terrain_gl.film.journal import Journal
 from terrain_gl.film.path import CameraPath, Keyframe

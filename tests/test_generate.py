@@ -11,7 +11,7 @@ import numpy as np
 import pytest
 
 from terrain_gl import cli, reference
-from terrain_gl.exceptions import TerrainError, UsageError
+from terrain_gl.basics.exceptions import TerrainError, UsageError
 from terrain_gl.files import generate
 from terrain_gl.files.generate import RECIPES, Land, bands_of, open_options, write_land
 from terrain_gl.files.writers import FORMATS

@@ -4,7 +4,7 @@ import moderngl
 import numpy as np
 import pytest
 
-from terrain_gl.exceptions import TerrainError
+from terrain_gl.basics.exceptions import TerrainError
 from terrain_gl.gpu import gl
 
 VERTEX = "#version 430 core\nin vec2 in_at; out vec2 v_at; void main() { v_at = in_at; }"

@@ -15,7 +15,7 @@ from terrain_gl.camera import Camera
 from terrain_gl.heightmap import Heightmap
 from terrain_gl.image import difference, read_image, write_png
 from terrain_gl.renderer import Renderer
-from terrain_gl.shade import STYLES
+from terrain_gl.shade.picture import STYLES
 
 GOLDEN = Path(__file__).parent / "golden"
 SIZE = (160, 90)

@@ -9,13 +9,13 @@ import numpy as np
 import pytest
 from hostile import HARMLESS, SECRET, Listener, make_files, vrt
 
-from terrain_gl.exceptions import TerrainError
+from terrain_gl.basics.exceptions import TerrainError
 from terrain_gl.heightmap import Heightmap
 from terrain_gl.readers import files_of
 
 OPEN = """
 import json, sys
-from terrain_gl.exceptions import TerrainError
+from terrain_gl.basics.exceptions import TerrainError
 from terrain_gl.heightmap import Heightmap
 for path in sys.argv[2:]:
     try:

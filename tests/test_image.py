@@ -5,7 +5,7 @@ import os
 import numpy as np
 import pytest
 
-from terrain_gl.exceptions import TerrainError
+from terrain_gl.basics.exceptions import TerrainError
 from terrain_gl.image import (
     FORMATS,
     difference,

@@ -7,7 +7,7 @@ import numpy as np
 import OpenImageIO as oiio
 import pytest
 
-from terrain_gl.exceptions import TerrainError
+from terrain_gl.basics.exceptions import TerrainError
 from terrain_gl.files.generate import Land, write_land
 from terrain_gl.files.writers import write_heightmap
 from terrain_gl.heightmap import Heightmap

@@ -5,8 +5,8 @@ from pathlib import Path
 import numpy as np
 import pytest
 
+from terrain_gl.basics.exceptions import TerrainError
 from terrain_gl.camera import Camera
-from terrain_gl.exceptions import TerrainError
 from terrain_gl.heightmap import Heightmap
 from terrain_gl.image import write_image
 from terrain_gl.light.laid import read_ground

@@ -14,8 +14,8 @@ from terrain_gl.comparison.light_truth import developed, render_light_truth
 from terrain_gl.comparison.likeness import rmse
 from terrain_gl.heightmap import Heightmap
 from terrain_gl.image import srgb_from_linear
-from terrain_gl.options import RenderOptions
 from terrain_gl.renderer import Renderer
+from terrain_gl.renderer.options import RenderOptions
 from terrain_gl.terrain import Terrain
 
 RAYS = "return vec4(sees(a.xy, ground_m(a.xy), b.xyz) ? 1.0 : 0.0, ground_m(a.xy), slope_of_cells(a.xy));"

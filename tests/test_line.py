@@ -9,19 +9,19 @@ from hypothesis import given, settings
 from hypothesis import strategies as st
 
 from terrain_gl import cli
+from terrain_gl.basics.exceptions import UsageError
 from terrain_gl.camera import Camera
 from terrain_gl.cli import options
 from terrain_gl.cli.line import command_line
 from terrain_gl.comparison.clipmap import Rings
 from terrain_gl.comparison.tessellated import Edges
-from terrain_gl.exceptions import UsageError
 from terrain_gl.files.maps import bundled, open_map
 from terrain_gl.files.views import standard_view
 from terrain_gl.film.path import CameraPath, Keyframe
 from terrain_gl.heightmap import Heightmap
 from terrain_gl.image import read_image
-from terrain_gl.options import RenderOptions
 from terrain_gl.renderer import Renderer
+from terrain_gl.renderer.options import RenderOptions
 
 SIZE = (96, 64)
 

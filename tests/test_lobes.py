@@ -18,7 +18,7 @@ from terrain_gl.light.ground import HeightSums
 from terrain_gl.light.lighting import Lighting
 from terrain_gl.light.lobes import Cover, LobeTables
 from terrain_gl.renderer import Renderer
-from terrain_gl.shade import Look
+from terrain_gl.shade.picture import Look
 from terrain_gl.terrain import Terrain
 
 

@@ -5,11 +5,11 @@ import pytest
 from maps import rough
 
 from terrain_gl.camera import Camera
-from terrain_gl.flats import water_posts
 from terrain_gl.heightmap import Heightmap
 from terrain_gl.light.climate import LOOKS, NAMES, climate_of, climates, look_of
 from terrain_gl.readers.georeference import DEGREES, Georeference, Grid
 from terrain_gl.renderer import Renderer
+from terrain_gl.terrain.water import water_posts
 
 SIZE = (160, 90)
 

@@ -8,8 +8,8 @@ from hypothesis import given, settings
 from hypothesis import strategies as st
 from maps import MAPS, Scene, cameras, rough
 
+from terrain_gl.basics.exceptions import TerrainError
 from terrain_gl.camera import Camera
-from terrain_gl.exceptions import TerrainError
 from terrain_gl.heightmap import Heightmap
 from terrain_gl.mesh import MeshDraw, captured_triangles, vertex_heights
 

@@ -13,11 +13,11 @@ import pytest
 import terrain_gl as tg
 from terrain_gl.files.views import standard_sun
 from terrain_gl.image import png_bytes, read_image
-from terrain_gl.shade import STYLES
+from terrain_gl.shade.picture import STYLES
 
 rfb = pytest.importorskip("jupyter_rfb", reason="the extra [notebook] is not installed")
 
-from terrain_gl.notebook import View  # noqa: E402
+from terrain_gl.viewer.notebook import View  # noqa: E402
 
 CAMERA = tg.Camera((640, -200, 400), (640, 640, 100))
 
@@ -264,9 +264,9 @@ def test_bad_arguments(arguments, error):
 
 def test_without_the_extra(monkeypatch):
     monkeypatch.setitem(sys.modules, "jupyter_rfb", None)
-    monkeypatch.delitem(sys.modules, "terrain_gl.notebook")
+    monkeypatch.delitem(sys.modules, "terrain_gl.viewer.notebook")
     with pytest.raises(ImportError, match=r"pip install 'terrain-gl\[notebook\]'"):
-        import terrain_gl.notebook  # noqa: F401
+        import terrain_gl.viewer.notebook  # noqa: F401
 
 
 # the same land of an eighth of the posts a side: its tables and its light are soon made

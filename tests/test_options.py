@@ -7,12 +7,12 @@ from maps import rough
 
 import terrain_gl as tg
 from terrain_gl import cli
+from terrain_gl.basics.exceptions import UsageError
 from terrain_gl.cli import options as cli_options
 from terrain_gl.comparison.clipmap import Rings
 from terrain_gl.comparison.tessellated import Edges
-from terrain_gl.exceptions import UsageError
-from terrain_gl.methods import CERTIFIED, REGISTRY, Method
-from terrain_gl.options import METHODS, OPTIONS, Option, RenderOptions
+from terrain_gl.renderer.methods import CERTIFIED, REGISTRY, Method
+from terrain_gl.renderer.options import METHODS, OPTIONS, Option, RenderOptions
 
 CHOICES = [
     {"max_error_px": 2.0},

@@ -11,9 +11,9 @@ import pytest
 from hostile import vrt
 
 from terrain_gl import cli
-from terrain_gl.exceptions import TerrainError
-from terrain_gl.replacing import replacing
-from terrain_gl.resources import FOLDERS, folder
+from terrain_gl.basics.exceptions import TerrainError
+from terrain_gl.basics.replacing import replacing
+from terrain_gl.basics.resources import FOLDERS, folder
 
 SIZE = ("--size", "64x48")
 

@@ -8,12 +8,12 @@ from commands import refused
 from maps import rough
 
 import terrain_gl as tg
-from terrain_gl import renderer
+from terrain_gl.camera.pieces import cut
 from terrain_gl.cli import shot
 from terrain_gl.files.views import standard_view
 from terrain_gl.image import read_image, write_image
-from terrain_gl.overlay import Overlay, read_overlay
-from terrain_gl.pieces import cut
+from terrain_gl.renderer import renderer
+from terrain_gl.renderer.overlay import Overlay, read_overlay
 
 SIZE = (150, 84)
 SHOT = ("shot", "map.npy", "--size", "150x84", "--spacing", "1")

@@ -5,10 +5,10 @@ import json
 import numpy as np
 import pytest
 
-from terrain_gl.exceptions import TerrainError
+from terrain_gl.basics.exceptions import TerrainError
 from terrain_gl.heightmap import Heightmap
-from terrain_gl.overlay import read_overlay
 from terrain_gl.readers.georeference import DEGREES, Georeference, Grid
+from terrain_gl.renderer.overlay import read_overlay
 
 UTM = "EPSG:32632"
 

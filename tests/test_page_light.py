@@ -7,8 +7,8 @@ import numpy as np
 import pytest
 
 from terrain_gl import reference
+from terrain_gl.basics.exceptions import TerrainError
 from terrain_gl.camera import Camera
-from terrain_gl.exceptions import TerrainError
 from terrain_gl.files.views import standard_view
 from terrain_gl.heightmap import Heightmap
 from terrain_gl.light.ground import towards_sun

@@ -13,17 +13,17 @@ from maps import cliff, rough, spike
 from ring_scenes import doubled_areas
 
 from terrain_gl import reference
+from terrain_gl.basics.exceptions import TerrainError, UsageError
+from terrain_gl.basics.steps import drain
 from terrain_gl.camera import Camera
-from terrain_gl.exceptions import TerrainError, UsageError
 from terrain_gl.files.views import standard_view
 from terrain_gl.film.tour import tour
 from terrain_gl.gpu import layout
 from terrain_gl.heightmap import Heightmap
 from terrain_gl.image import read_image
 from terrain_gl.light.ground import HeightSums
-from terrain_gl.options import RenderOptions
 from terrain_gl.renderer import Renderer
-from terrain_gl.steps import drain
+from terrain_gl.renderer.options import RenderOptions
 
 pytest.importorskip("zarr")
 from terrain_gl.pages.map import above as page_above
@@ -161,7 +161,7 @@ def check_bounds(maps, rounds, views, metrics, **options):
 
 def test_on_a_round_earth_stores_are_drawn_and_certified_as_whole_maps(hills, alone, monkeypatch):
     """A planet of 3 km: the map is 500 m wide, so land at its other side is drawn 50 m lower."""
-    monkeypatch.setattr("terrain_gl.curvature.WGS84", (3000.0, 0.0))
+    monkeypatch.setattr("terrain_gl.camera.curvature.WGS84", (3000.0, 0.0))
     round_ = {"curvature": "on"}
     check_equal(hills, 2, METRICS, **round_)
     check_bounds(hills, 1, 3, METRICS, **round_)

@@ -10,8 +10,8 @@ from hypothesis import assume, given, settings
 from hypothesis import strategies as st
 from maps import MAPS, REAL, SMALL_REAL
 
+from terrain_gl.basics.exceptions import TerrainError, UsageError
 from terrain_gl.camera import Camera
-from terrain_gl.exceptions import TerrainError, UsageError
 from terrain_gl.files.maps import bundled
 from terrain_gl.film import spline
 from terrain_gl.film.path import CameraPath, Keyframe

@@ -7,12 +7,12 @@ from hypothesis import strategies as st
 from maps import rough
 
 import terrain_gl as tg
-from terrain_gl import renderer
+from terrain_gl.basics.exceptions import UsageError
 from terrain_gl.camera import clip_from_eye
-from terrain_gl.exceptions import UsageError
+from terrain_gl.camera.pieces import Piece, cut
 from terrain_gl.image import linear_from_srgb, reduced
-from terrain_gl.pieces import Piece, cut
-from terrain_gl.shade import STYLES
+from terrain_gl.renderer import renderer
+from terrain_gl.shade.picture import STYLES
 
 SIZE = (150, 83)
 # Vertices are snapped to 1/256 of a pixel. Places computed through another matrix differ by a few 1e-4 pixels: one in

@@ -10,8 +10,8 @@ from terrain_gl.gpu import shaders
 from terrain_gl.gpu.bindings import bind
 from terrain_gl.heightmap import Heightmap
 from terrain_gl.light.ground import towards_sun
-from terrain_gl.pixel_programs import KINDS
 from terrain_gl.renderer import Renderer
+from terrain_gl.shade.programs import KINDS
 from terrain_gl.verify.holes import bilinear
 
 SIZE = (160, 90)

@@ -9,8 +9,8 @@ import pytest
 from commands import parse
 
 import terrain_gl as tg
+from terrain_gl.basics.exceptions import TerrainError, UsageError
 from terrain_gl.cli import options
-from terrain_gl.exceptions import TerrainError, UsageError
 from terrain_gl.files.writers import write_heightmap
 from terrain_gl.light.sun import sun_position
 from terrain_gl.viewer.loading import preview, scaled

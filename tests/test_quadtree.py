@@ -10,9 +10,9 @@ from hypothesis import strategies as st
 from maps import MAPS, Scene, cameras, plane, rough, tessellation_ends
 
 from terrain_gl import reference
+from terrain_gl.basics.exceptions import TerrainError
 from terrain_gl.camera import Camera, screen_shift_px
 from terrain_gl.comparison import pruned
-from terrain_gl.exceptions import TerrainError
 from terrain_gl.gpu import layout, shaders
 from terrain_gl.gpu.context import create_context
 from terrain_gl.heightmap import Heightmap

@@ -9,7 +9,7 @@ from contextlib import contextmanager
 import numpy as np
 import pytest
 
-from terrain_gl.exceptions import TerrainError, UsageError
+from terrain_gl.basics.exceptions import TerrainError, UsageError
 from terrain_gl.film import parts, record
 from terrain_gl.film.record import CODECS, Recorder
 from terrain_gl.image import read_image

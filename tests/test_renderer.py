@@ -11,12 +11,12 @@ import pytest
 from maps import rough
 
 import terrain_gl as tg
+from terrain_gl.basics.exceptions import TerrainError, UsageError
+from terrain_gl.basics.steps import drain
 from terrain_gl.comparison.fitting import candidates
-from terrain_gl.exceptions import TerrainError, UsageError
 from terrain_gl.gpu import gl
 from terrain_gl.heightmap import MAX_HEIGHT_M
-from terrain_gl.shade import UNLIT, Look
-from terrain_gl.steps import drain
+from terrain_gl.shade.picture import UNLIT, Look
 
 SIZE = (64, 48)
 
@@ -324,7 +324,9 @@ def test_a_picture_for_which_memory_is_short_leaves_the_one_before(heightmap, mo
     with tg.Renderer(heightmap, SIZE) as r:
         before = r.render(tg.Camera.default(heightmap)).image
         with monkeypatch.context() as short:
-            short.setattr("terrain_gl.shade.depth_texture", lambda *_: (_ for _ in ()).throw(moderngl.Error("none")))
+            short.setattr(
+                "terrain_gl.shade.picture.depth_texture", lambda *_: (_ for _ in ()).throw(moderngl.Error("none"))
+            )
             with pytest.raises(tg.TerrainError, match="a picture of 80x40 needs"):
                 r.resize((80, 40))
         assert r.size == SIZE
@@ -477,7 +479,7 @@ def test_places_and_sky_of_a_picture(heightmap):
 
 
 def test_a_picture_in_portions_is_the_same(heightmap, monkeypatch):
-    monkeypatch.setattr("terrain_gl.pieces.cut.__defaults__", (1, 48))  # a large picture comes in pieces
+    monkeypatch.setattr("terrain_gl.camera.pieces.cut.__defaults__", (1, 48))  # a large picture comes in pieces
     camera = tg.Camera.default(heightmap)
     for how in ({}, {"style": "lod", "wires": True}, {"method": "clipmap", "style": "normals"}):
         with tg.Renderer(heightmap, (150, 101)) as r:

@@ -6,7 +6,7 @@ from hypothesis import given
 from hypothesis import strategies as st
 
 from terrain_gl import reference
-from terrain_gl.exceptions import TerrainError
+from terrain_gl.basics.exceptions import TerrainError
 from terrain_gl.gpu import gl
 from terrain_gl.sat import INT64, STRIP, WHOLE, SummedAreaTables, Table
 

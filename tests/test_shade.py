@@ -6,15 +6,15 @@ import pytest
 from asking import ask
 
 from terrain_gl import reference
+from terrain_gl.basics.exceptions import TerrainError
 from terrain_gl.camera import Camera
 from terrain_gl.error import ErrorTables
-from terrain_gl.exceptions import TerrainError
 from terrain_gl.gpu.context import create_context
 from terrain_gl.gpu.gl import use_default_framebuffer
 from terrain_gl.heightmap import Heightmap
 from terrain_gl.light.ground import HeightSums
 from terrain_gl.lod import Goal, QuadtreeSelector
-from terrain_gl.shade import STYLES, Look, Picture
+from terrain_gl.shade.picture import STYLES, Look, Picture
 from terrain_gl.terrain import Terrain
 
 SIZES = [(2, 2), (3, 5), (37, 64), (130, 71)]

@@ -10,12 +10,13 @@ import pytest
 from maps import rough
 
 import terrain_gl as tg
-from terrain_gl import cli, renderer
+from terrain_gl import cli
+from terrain_gl.camera.pieces import cut
 from terrain_gl.cli import shot
 from terrain_gl.files.views import standard_view
 from terrain_gl.gpu import gl
 from terrain_gl.image import FORMATS, read_image, write_image
-from terrain_gl.pieces import cut
+from terrain_gl.renderer import renderer
 
 SIZE = (150, 83)
 OUTLIERS = 0.002  # as in test_pieces.py: edges that snap to another sample
@@ -109,7 +110,7 @@ def test_a_map_too_large_for_light_is_refused_before_its_tables_are_built(monkey
     def build(*_, **__):
         raise AssertionError("tables are built")
 
-    monkeypatch.setattr("terrain_gl.gpu_resources.ErrorTables", build)
+    monkeypatch.setattr("terrain_gl.renderer.gpu_resources.ErrorTables", build)
     monkeypatch.setattr("terrain_gl.gpu.gl.storage_block_bytes", lambda _: 100_000)  # lobes of 130 x 97 posts: 112,320
     status, out, err = run("shot", "map.npy", "-o", "a.png", "--size", "64x36")
     assert (status, out) == (1, "") and err.count("\n") == 1 and "map.npy: needs light, whose tables of lobes" in err

@@ -7,7 +7,7 @@ import numpy as np
 import pytest
 
 import terrain_gl as tg
-from terrain_gl.exceptions import TerrainError
+from terrain_gl.basics.exceptions import TerrainError
 
 rasterio = pytest.importorskip("rasterio", reason="the [geo] extra is not installed")
 xarray = pytest.importorskip("xarray", reason="xarray is not installed")

@@ -8,7 +8,7 @@ import pytest
 from hypothesis import given
 from hypothesis import strategies as st
 
-from terrain_gl.exceptions import TerrainError, UsageError
+from terrain_gl.basics.exceptions import TerrainError, UsageError
 from terrain_gl.light import atmosphere, sky
 from terrain_gl.light import gaussians as light
 from terrain_gl.light.ground import towards_sun

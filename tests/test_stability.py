@@ -8,7 +8,7 @@ from terrain_gl.heightmap import Heightmap
 from terrain_gl.image import linear_from_srgb
 from terrain_gl.light.atmosphere import LUMINANCE
 from terrain_gl.renderer import Renderer
-from terrain_gl.shade import Look
+from terrain_gl.shade.picture import Look
 
 FRAMES, SIZE, SUN = 60, (48, 27), (250.0, 25.0)
 

@@ -16,8 +16,8 @@ import pytest
 from commands import refused, spawn
 from maps import rough
 
+from terrain_gl.basics.exceptions import TerrainError
 from terrain_gl.error import ErrorTables
-from terrain_gl.exceptions import TerrainError
 from terrain_gl.heightmap import Heightmap
 from terrain_gl.readers.windows import open_windows
 from terrain_gl.terrain import Terrain

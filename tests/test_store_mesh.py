@@ -14,7 +14,7 @@ from terrain_gl.files.views import standard_view
 from terrain_gl.mesh import vertex_heights
 from terrain_gl.reference import bilinear_heights
 from terrain_gl.renderer import Renderer
-from terrain_gl.shade import UNLIT
+from terrain_gl.shade.picture import UNLIT
 
 pytest.importorskip("zarr")
 from terrain_gl.store.opened import StoredMap

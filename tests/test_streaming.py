@@ -9,16 +9,16 @@ import numpy as np
 import pytest
 from maps import rough
 
+from terrain_gl.basics.exceptions import TerrainError
+from terrain_gl.basics.steps import drain
 from terrain_gl.camera import Camera
-from terrain_gl.exceptions import TerrainError
 from terrain_gl.files.views import standard_view
 from terrain_gl.lod import Goal
-from terrain_gl.options import RenderOptions
 from terrain_gl.pages.loader import Loader
 from terrain_gl.pages.streaming import Motion
 from terrain_gl.pages.wanted import Patches
 from terrain_gl.renderer import Renderer
-from terrain_gl.steps import drain
+from terrain_gl.renderer.options import RenderOptions
 
 pytest.importorskip("zarr")
 from terrain_gl.store import build

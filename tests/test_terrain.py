@@ -6,11 +6,11 @@ from hypothesis import given
 from hypothesis import strategies as st
 from maps import MAPS, holes, rough
 
-from terrain_gl.exceptions import TerrainError
-from terrain_gl.filling import fill_voids
+from terrain_gl.basics.exceptions import TerrainError
 from terrain_gl.gpu import layout
 from terrain_gl.heightmap import Heightmap
 from terrain_gl.terrain import Terrain, quantisation_range
+from terrain_gl.terrain.filling import fill_voids
 
 
 def uploaded(terrain):

@@ -6,11 +6,11 @@ from hypothesis import given
 from hypothesis import strategies as st
 from maps import MAPS, rough
 
-from terrain_gl.exceptions import TerrainError, UsageError
-from terrain_gl.filling import fill_voids
+from terrain_gl.basics.exceptions import TerrainError, UsageError
 from terrain_gl.heightmap import Heightmap
 from terrain_gl.mesh import vertex_heights
 from terrain_gl.renderer import Renderer
+from terrain_gl.terrain.filling import fill_voids
 
 CHUNK = 2**16  # triangles at a time
 posts = st.tuples(st.integers(0, 12), st.integers(0, 9))

@@ -5,11 +5,12 @@ import pytest
 from asking import ask
 from test_layout import member, members, read_back, writes
 
-from terrain_gl import reference, terrain
+from terrain_gl import reference
 from terrain_gl.comparison import clipmap, tessellated
 from terrain_gl.gpu import bindings, gl, layout, shaders
 from terrain_gl.light.gaussians import LIGHTS, LOBE
 from terrain_gl.light.horizon import sun_uniforms
+from terrain_gl.terrain import terrain
 
 RNG = np.random.default_rng(2)
 

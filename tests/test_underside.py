@@ -6,8 +6,8 @@ import pytest
 import terrain_gl as tg
 from terrain_gl.camera import Camera
 from terrain_gl.heightmap import Heightmap
-from terrain_gl.methods import METHODS
-from terrain_gl.shade import Picture
+from terrain_gl.renderer.methods import METHODS
+from terrain_gl.shade.picture import Picture
 
 SIZE = (64, 64)
 SPACING_M = 10.0

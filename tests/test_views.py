@@ -11,7 +11,7 @@ from terrain_gl.camera import screen_shift_px
 from terrain_gl.cli import main
 from terrain_gl.files.views import VIEWS, standard_sun, standard_view
 from terrain_gl.image import read_image
-from terrain_gl.shade import UNLIT
+from terrain_gl.shade.picture import UNLIT
 from terrain_gl.verify.holes import bilinear
 from terrain_gl.verify.measure import posts_of
 

@@ -6,12 +6,12 @@ from hypothesis import given, settings
 from hypothesis import strategies as st
 from maps import MAPS, cameras, holes, rough
 
+from terrain_gl.basics.exceptions import UsageError
 from terrain_gl.camera import Camera
-from terrain_gl.exceptions import UsageError
-from terrain_gl.filling import Filling, fill_voids
 from terrain_gl.heightmap import Heightmap
-from terrain_gl.options import RenderOptions
 from terrain_gl.renderer import Renderer
+from terrain_gl.renderer.options import RenderOptions
+from terrain_gl.terrain.filling import Filling, fill_voids
 
 SIZE = (160, 90)
 

@@ -4,7 +4,7 @@ import numpy as np
 import pytest
 from maps import holes, rough
 
-from terrain_gl.exceptions import TerrainError, UsageError
+from terrain_gl.basics.exceptions import TerrainError, UsageError
 from terrain_gl.files import writers
 from terrain_gl.heightmap import Heightmap
 

@@ -14,7 +14,7 @@ from collections.abc import Sequence
 from importlib import import_module
 
 from .. import __version__
-from ..exceptions import TerrainError, UsageError
+from ..basics.exceptions import TerrainError, UsageError
 from . import signals
 from .parsing import Parser, join_negative, unknown, with_command
 from .text import printable

@@ -6,7 +6,7 @@ import argparse
 import os
 from typing import Any
 
-from ..exceptions import UsageError
+from ..basics.exceptions import UsageError
 from ..files import maps
 from ..readers import How
 from ..readers.windows import Reading

@@ -8,12 +8,12 @@ import re
 import textwrap
 from typing import Any
 
+from ..basics.exceptions import UsageError
 from ..comparison import figures
 from ..comparison.compare import FINE, LABELS
 from ..comparison.light import LIGHT_LABELS, compare_light
 from ..comparison.light_truth import FINE as FINE_LIGHT
 from ..comparison.study import SHADING, VERTICES, Study, study
-from ..exceptions import UsageError
 from . import options, report, values
 
 TRIANGLES = 100_000

@@ -10,8 +10,8 @@ from typing import Any
 
 import numpy as np
 
+from ..basics.exceptions import TerrainError, UsageError
 from ..camera import Vector
-from ..exceptions import TerrainError, UsageError
 from ..film import parts
 from ..film.flight import FPS
 from ..film.journal import Journal

@@ -19,9 +19,9 @@ from typing import Any, NamedTuple
 import numpy as np
 
 from .. import __version__
+from ..basics.steps import Steps, drain, portion
 from ..files import maps
 from ..film.path import CameraPath, Pose
-from ..steps import Steps, drain, portion
 from ..store import is_store
 from ..store.scheduling import scheduler
 from . import options

@@ -7,12 +7,12 @@ import os
 from typing import Any
 
 from .. import __version__
-from ..exceptions import TerrainError
+from ..basics.exceptions import TerrainError
 from ..files.maps import bundled
 from ..gpu import gl
 from ..gpu.context import Probe, create_context, probe_backends
 from ..heightmap import Heightmap
-from ..place import Place, degrees
+from ..readers.place import Place, degrees
 from ..store import StoredMap, is_store
 from . import options, report
 

@@ -8,16 +8,16 @@ import os
 import shlex
 from typing import Any
 
+from ..basics.exceptions import UsageError
 from ..camera import Camera
 from ..comparison.baselines import Parameters
 from ..comparison.clipmap import Rings
-from ..exceptions import UsageError
 from ..files.maps import SCALES, find_bundled
 from ..files.views import standard_sun, standard_view
 from ..heightmap import Heightmap
-from ..options import RenderOptions
 from ..pages.edited_map import EditedMap
 from ..pages.map import PagedMap
+from ..renderer.options import RenderOptions
 from . import options, stores
 
 _CAMERA = ("eye", "target", "fov_deg", "up")

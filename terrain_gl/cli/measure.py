@@ -5,7 +5,7 @@ from __future__ import annotations
 import argparse
 from typing import Any
 
-from ..shade import UNLIT
+from ..shade.picture import UNLIT
 from . import options, report, stores
 
 

@@ -8,13 +8,13 @@ from typing import Any
 
 import numpy as np
 
-from ..exceptions import TerrainError, UsageError
+from ..basics.exceptions import TerrainError, UsageError
 from ..files.export import FORMATS, files_beside, make_mesh, mesh_format, write_mesh
 from ..files.mesh_formats import PRINT_MM
 from ..image import png_bytes
-from ..plan import LONGEST_PX, plan
 from ..renderer import Renderer
-from ..shade import UNLIT
+from ..renderer.plan import LONGEST_PX, plan
+from ..shade.picture import UNLIT
 from . import options, report, stores, values
 
 RELIEF_SHARE = 5e-3  # default error of a mesh, as a part of the map's relief

@@ -12,9 +12,10 @@ from typing import Any
 
 import numpy as np
 
-from .. import resources
+from ..basics import resources
+from ..basics.exceptions import TerrainError, UsageError
+from ..basics.steps import drain
 from ..camera import Camera
-from ..exceptions import TerrainError, UsageError
 from ..files import maps
 from ..files.huge import is_huge, sample
 from ..files.maps import BundledMap, bundled
@@ -22,14 +23,13 @@ from ..files.views import VIEWS, depth_below_ground, drawn_near, look_at, stand_
 from ..heightmap import Heightmap
 from ..light.lighting import check_room
 from ..light.sun import sun_position
-from ..options import OPTIONS, RenderOptions
 from ..pages.map import PagedMap
 from ..readers import How
 from ..readers.values import ENCODINGS
 from ..readers.windows import Reading
 from ..renderer import Renderer
-from ..shade import Look
-from ..steps import drain
+from ..renderer.options import OPTIONS, RenderOptions
+from ..shade.picture import Look
 from ..store import is_store
 from . import overlays, report, stores, values
 from .parsing import HelpAll

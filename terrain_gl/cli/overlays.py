@@ -6,10 +6,10 @@ import argparse
 import os
 from typing import Any
 
-from ..exceptions import UsageError
+from ..basics.exceptions import UsageError
 from ..heightmap import Heightmap
-from ..overlay import Overlay, read_overlay
 from ..pages.map import PagedMap
+from ..renderer.overlay import Overlay, read_overlay
 
 PICTURES = (".tif", ".tiff", ".png", ".jpg", ".jpeg", ".jp2", ".webp", ".exr", ".vrt")
 

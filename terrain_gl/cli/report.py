@@ -8,9 +8,9 @@ from collections.abc import Iterator, Mapping, Sequence
 from contextlib import contextmanager
 from typing import Any
 
+from ..basics.replacing import replacing
 from ..files.records import json_text
-from ..methods import BASELINES
-from ..replacing import replacing
+from ..renderer.methods import BASELINES
 from .text import printable
 from .text import shown as shown
 

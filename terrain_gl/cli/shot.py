@@ -9,11 +9,11 @@ from typing import Any
 
 import numpy as np
 
-from ..exceptions import UsageError
+from ..basics.exceptions import UsageError
+from ..basics.steps import drain
+from ..camera.pieces import LARGEST, Piece
 from ..image import FORMATS, Rows, writing_image
-from ..pieces import LARGEST, Piece
 from ..renderer import Renderer
-from ..steps import drain
 from . import options, overlays, report, stores
 
 MOST_PIXELS = 2**32

@@ -8,7 +8,7 @@ from collections.abc import Iterator
 from contextlib import contextmanager
 from typing import Any
 
-from ..exceptions import TerrainError, UsageError
+from ..basics.exceptions import TerrainError, UsageError
 from ..files.edits import read_edits
 from ..pages.edited_map import EditedMap
 from ..pages.map import PagedMap

@@ -7,9 +7,9 @@ import math
 import re
 from datetime import datetime
 
+from ..basics.exceptions import UsageError
 from ..comparison.clipmap import Rings
 from ..comparison.tessellated import Edges
-from ..exceptions import UsageError
 
 FARTHEST_M = 1e9  # larger numbers of metres are refused as mistakes
 

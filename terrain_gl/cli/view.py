@@ -8,9 +8,9 @@ from collections.abc import Callable
 from dataclasses import fields
 from typing import Any
 
-from ..exceptions import UsageError
+from ..basics.exceptions import UsageError
 from ..files.maps import bundled, find_bundled
-from ..options import RenderOptions
+from ..renderer.options import RenderOptions
 from . import options, overlays, report, stores
 from .line import command_line
 

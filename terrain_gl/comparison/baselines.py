@@ -10,10 +10,10 @@ from collections.abc import Callable
 from dataclasses import replace
 from typing import Any
 
+from ..basics.rect import Rect
 from ..camera import Camera
 from ..lod import Goal, Selection
-from ..methods import Selectors
-from ..rect import Rect
+from ..renderer.methods import Selectors
 from .clipmap import Clipmap, Rings
 from .pyramid import Pyramid
 from .tessellated import Edges, Tessellated

@@ -12,9 +12,9 @@ from typing import Any
 
 import numpy as np
 
-from ..brush import Brush, Sculptor
 from ..film.tour import tour
 from ..renderer import Renderer
+from ..renderer.brush import Brush, Sculptor
 
 _IN_THE_MIDDLE = 5  # dabs in the middle of the map; their median is reported
 _IN_A_ROUND = 5  # frames; the first one after the other kind of frames takes longer

@@ -21,11 +21,11 @@ from typing import Any
 import moderngl
 import numpy as np
 
+from ..basics.rect import Rect
 from ..camera import Camera
 from ..gpu import gl
 from ..lod import Goal, QuadtreeSelector, Selection
-from ..methods import Selectors, quadtree
-from ..rect import Rect
+from ..renderer.methods import Selectors, quadtree
 
 FINER = 2  # segments for each segment of a full-resolution patch
 

@@ -24,8 +24,8 @@ from typing import Any, ClassVar, NamedTuple
 import moderngl
 import numpy as np
 
+from ..basics.exceptions import UsageError
 from ..camera import Camera, boxes_in_picture
-from ..exceptions import UsageError
 from ..gpu import gl, layout
 from ..gpu.bindings import bind
 from ..heightmap import Heightmap

@@ -21,12 +21,12 @@ from typing import Any
 
 import numpy as np
 
+from ..basics.steps import Progress, drain
 from ..camera import Camera
-from ..methods import BASELINES
-from ..pieces import Piece
+from ..camera.pieces import Piece
 from ..renderer import Renderer
-from ..shade import UNLIT
-from ..steps import Progress, drain
+from ..renderer.methods import BASELINES
+from ..shade.picture import UNLIT
 from .likeness import difference_of, flip, rmse, skyline
 from .own_surface import shaded_from_mesh
 

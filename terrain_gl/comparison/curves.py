@@ -8,12 +8,12 @@ from typing import Any
 
 import numpy as np
 
+from ..basics.steps import Progress
 from ..camera import Camera, screen_shift_px
 from ..heightmap import Heightmap
-from ..methods import BASELINES
-from ..options import near_plane_m
 from ..renderer import Renderer
-from ..steps import Progress
+from ..renderer.methods import BASELINES
+from ..renderer.options import near_plane_m
 from ..verify.measure import posts_of
 from . import pruned
 from .compare import COMPARED, measured

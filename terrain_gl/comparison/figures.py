@@ -10,8 +10,8 @@ from typing import Any, NamedTuple
 
 import numpy as np
 
-from ..exceptions import TerrainError
-from ..replacing import replacing
+from ..basics.exceptions import TerrainError
+from ..basics.replacing import replacing
 from .compare import LABELS, Comparison, Entry
 from .light import LIGHT_LABELS
 from .study import Study

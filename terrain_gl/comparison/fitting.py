@@ -6,10 +6,10 @@ from typing import Any
 
 import numpy as np
 
+from ..basics.steps import drain
 from ..camera import Camera
-from ..options import near_plane_m
 from ..renderer import Renderer
-from ..steps import drain
+from ..renderer.options import near_plane_m
 from .baselines import Baseline, Parameters
 
 

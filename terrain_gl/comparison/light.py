@@ -10,12 +10,12 @@ from typing import Any
 
 import numpy as np
 
+from ..basics.steps import Progress
 from ..camera import Camera
 from ..light.lighting import Lighting
-from ..options import RenderOptions
 from ..renderer import Renderer
-from ..shade import Look, Picture
-from ..steps import Progress
+from ..renderer.options import RenderOptions
+from ..shade.picture import Look, Picture
 from .compare import Comparison, Entry, Truth, inset_of
 from .light_truth import FINE, render_light_truth
 from .likeness import difference_of, flip, rmse

@@ -14,14 +14,14 @@ from typing import Any
 import numpy as np
 
 from ..camera import Camera
+from ..camera.pieces import cut
 from ..image import srgb_from_linear
 from ..light.atmosphere import LUMINANCE
 from ..light.gaussians import SUN_RADIUS_DEG
 from ..light.lighting import exposure
 from ..light.sky import dome
-from ..options import RenderOptions
-from ..pieces import cut
 from ..renderer import Renderer
+from ..renderer.options import RenderOptions
 
 FINE = 8  # each pixel is lit at FINE × FINE places
 RAYS = 512  # the fewest rays to the sky for a pixel

@@ -18,8 +18,8 @@ from ..camera import Camera
 from ..gpu.layout import PLACES
 from ..light.ground import HeightSums
 from ..light.lighting import Lighting
-from ..options import RenderOptions
 from ..renderer import Renderer
+from ..renderer.options import RenderOptions
 from ..verify.measure import TILE, Measurement, places_of
 
 

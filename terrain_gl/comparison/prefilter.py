@@ -15,7 +15,7 @@ from ..gpu import gl, shaders
 from ..gpu.bindings import bind
 from ..gpu.session import Resource
 from ..light.horizon import SUN_RADIUS, Sweep, horizon_texture, lattice_direction, sun_uniforms
-from ..shade import Look, Picture
+from ..shade.picture import Look, Picture
 
 BASELINES = ("point", "mip", "toksvig", "leadr")
 _TEXTURES = ("u_normals", "u_slopes", "u_products")

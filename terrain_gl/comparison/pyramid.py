@@ -11,9 +11,9 @@ from __future__ import annotations
 import moderngl
 import numpy as np
 
+from ..basics.rect import Rect
 from ..gpu import layout, shaders
 from ..gpu.bindings import bind
-from ..rect import Rect
 from ..terrain import Terrain
 
 # weights of a symmetric filter: centre, first neighbours, second neighbours

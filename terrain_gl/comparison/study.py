@@ -6,9 +6,9 @@ from collections.abc import Sequence
 from dataclasses import dataclass
 from typing import Any, NamedTuple
 
+from ..basics.steps import Progress
 from ..camera import Camera
 from ..renderer import Renderer
-from ..steps import Progress
 from .compare import COMPARED, FINE, Comparison, compare, measured, part
 from .curves import BUDGETS, EQUAL, FEWEST, best_detail, curve, details_of, drawable, fewest, pruned_curve
 

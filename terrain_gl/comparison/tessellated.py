@@ -22,8 +22,8 @@ from typing import Any, ClassVar
 import moderngl
 import numpy as np
 
+from ..basics.exceptions import UsageError
 from ..camera import Camera, boxes_in_picture
-from ..exceptions import UsageError
 from ..gpu import gl, shaders
 from ..gpu.bindings import bind
 from ..lod import Goal, Selection, View

@@ -15,16 +15,15 @@ from typing import Any, NamedTuple
 
 import numpy as np
 
-from ..edit import Editor
-from ..exceptions import TerrainError, UsageError
+from ..basics.exceptions import TerrainError, UsageError
+from ..basics.replacing import replacing
 from ..heightmap import MAX_HEIGHT_M, Heightmap
 from ..pages.edited_map import EditedMap
 from ..pages.map import PagedMap
-from ..place import check_crs
 from ..readers.georeference import Georeference
+from ..readers.place import check_crs
 from ..readers.raster import has_rasterio
 from ..readers.windows import RasterFile, Reading, corner_on
-from ..replacing import replacing
 from .writers import heightmap_file
 
 PATCH, WINDOW = (".npz",), (".tif", ".tiff")
@@ -166,17 +165,6 @@ def read_edits(path: str | os.PathLike[str], heightmap: Heightmap) -> list[Patch
         if (np.abs(patch.heights) > MAX_HEIGHT_M).any():
             raise TerrainError(f"{path}: has heights beyond ±{MAX_HEIGHT_M:g} m")
     return patches
-
-
-def apply_edits(path: str | os.PathLike[str], editor: Editor) -> None:
-    """Apply the edits of a file to the store of a renderer. Exceptions are those of `read_edits` and `Editor.write`."""
-    terrain: Any = editor.resources.terrain
-    before = terrain.heightmap
-    for x, y, heights in read_edits(path, before):
-        editor.write(x, y, heights, settle=False)
-    editor.settle()
-    if isinstance(terrain.heightmap, EditedMap) and not isinstance(before, EditedMap):
-        terrain.heightmap.saved_as = os.path.abspath(path)
 
 
 def _of_window(path: str, heightmap: PagedMap) -> Iterator[Patch]:

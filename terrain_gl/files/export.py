@@ -12,9 +12,9 @@ from pathlib import Path
 
 import numpy as np
 
-from ..exceptions import UsageError
-from ..place import Place
-from ..replacing import replacing
+from ..basics.exceptions import UsageError
+from ..basics.replacing import replacing
+from ..readers.place import Place
 from .mesh_formats import BESIDE, FORMATS, Format, Mesh, parts_of
 
 __all__ = ["FORMATS", "Mesh", "files_beside", "make_mesh", "mesh_format", "write_mesh"]

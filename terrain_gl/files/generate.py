@@ -20,7 +20,7 @@ from typing import Any
 import moderngl
 import numpy as np
 
-from ..exceptions import UsageError
+from ..basics.exceptions import UsageError
 from ..gpu import shaders
 from ..gpu.bindings import bind
 from ..heightmap import Heightmap

@@ -5,11 +5,11 @@ from __future__ import annotations
 import math
 import os
 
-from ..exceptions import TerrainError
+from ..basics.exceptions import TerrainError
+from ..basics.limits import is_too_large, store_command
 from ..heightmap import Heightmap
 from ..readers import open_raster
 from ..readers.windows import RasterFile, Reading
-from ..size_limits import is_too_large, store_command
 
 LONGEST = 1025  # posts along the longer side of a sample
 

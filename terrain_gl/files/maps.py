@@ -9,11 +9,11 @@ from dataclasses import dataclass
 from functools import cache
 from typing import Any
 
+from ..basics.exceptions import TerrainError
+from ..basics.resources import folder
 from ..camera import Camera, Vector
-from ..exceptions import TerrainError
 from ..heightmap import Heightmap
 from ..readers import files_of
-from ..resources import folder
 
 SCALES = ("spacing_m", "z_scale", "z_offset_m")
 

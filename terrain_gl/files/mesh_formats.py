@@ -14,9 +14,9 @@ from typing import Any
 
 import numpy as np
 
-from ..exceptions import TerrainError
+from ..basics.exceptions import TerrainError
 from ..mesh import vertex_heights
-from ..place import Place
+from ..readers.place import Place
 
 CHUNK = 1 << 17  # vertices or faces that are converted to bytes at a time
 GLB_LIMIT = 2**32 - 1

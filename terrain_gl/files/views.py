@@ -14,10 +14,10 @@ from dataclasses import replace
 
 import numpy as np
 
+from ..basics.exceptions import UsageError
 from ..camera import Camera
-from ..exceptions import UsageError
 from ..heightmap import Heightmap
-from ..shade import SUN
+from ..shade.picture import SUN
 
 _BLOCKS = 64  # blocks of posts along a side of the map: a view is searched block by block
 _INSIDE = 1 / 8  # part of the map along each rim where no eye is placed, so that there is land on all sides

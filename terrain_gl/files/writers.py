@@ -15,14 +15,14 @@ from typing import Any
 import numpy as np
 import OpenImageIO as oiio
 
-from ..exceptions import TerrainError, UsageError
+from ..basics.exceptions import TerrainError, UsageError
+from ..basics.replacing import make_sure_of_space, replacing
 from ..heightmap import Heightmap
 from ..image import reason_of
-from ..place import flat_crs
 from ..readers.gdal import closed_environment
 from ..readers.georeference import DEGREES, Georeference
+from ..readers.place import flat_crs
 from ..readers.raster import gdal_failures, has_rasterio, one_line
-from ..replacing import make_sure_of_space, replacing
 
 FORMATS = {".png": "uint16", ".tif": "float", ".tiff": "float", ".exr": "float"}
 MOST_STEPS = 65534  # most steps of a 16-bit file with voids

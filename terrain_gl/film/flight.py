@@ -6,7 +6,7 @@ from collections.abc import Callable, Iterable
 
 import numpy as np
 
-from ..steps import Steps, portion
+from ..basics.steps import Steps, portion
 from .path import Pose
 from .record import Recorder
 

@@ -12,8 +12,8 @@ import os
 from pathlib import Path
 from typing import Any
 
-from ..exceptions import TerrainError
-from ..replacing import replacing
+from ..basics.exceptions import TerrainError
+from ..basics.replacing import replacing
 from . import parts
 from .parts import JOURNAL
 from .record import is_folder, picture_name

@@ -16,7 +16,7 @@ from typing import Any
 
 import numpy as np
 
-from ..exceptions import TerrainError
+from ..basics.exceptions import TerrainError
 
 FRAMES = 60  # of a part: few are lost, and the pictures that begin a part need little more space
 JOURNAL = ".flight"  # in a folder of pictures or parts that is not complete (terrain_gl/film/journal.py)

@@ -15,10 +15,10 @@ from typing import Any, NamedTuple
 
 import numpy as np
 
+from ..basics.exceptions import TerrainError, UsageError
+from ..basics.inputs import check_input
+from ..basics.replacing import replacing
 from ..camera import UP, Camera, Vector
-from ..exceptions import TerrainError, UsageError
-from ..inputs import check_input
-from ..replacing import replacing
 from . import spline
 
 PIECES = 512  # straight pieces between two keyframes; they deviate from the curve by a millionth of its length

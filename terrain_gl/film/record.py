@@ -21,9 +21,9 @@ from typing import Any, NamedTuple
 
 import numpy as np
 
-from ..exceptions import TerrainError, UsageError
+from ..basics.exceptions import TerrainError, UsageError
+from ..basics.replacing import replacing
 from ..image import write_png
-from ..replacing import replacing
 from . import parts
 from .parts import JOURNAL
 

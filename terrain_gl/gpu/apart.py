@@ -13,14 +13,14 @@ import subprocess
 import sys
 from functools import cache
 
-from ..exceptions import TerrainError
+from ..basics.exceptions import TerrainError
 
 _NAMED = ("GALLIUM_DRIVER", "MESA_LOADER_DRIVER_OVERRIDE", "LIBGL_DRIVERS_PATH", "LIBGL_ALWAYS_SOFTWARE", "DISPLAY")
 _DRIVERS = _NAMED[:3]
 _LONGEST_S = 60.0
 _CHILD = """
 import json, sys
-from terrain_gl.exceptions import TerrainError
+from terrain_gl.basics.exceptions import TerrainError
 from terrain_gl.gpu.context import newest
 try:
     with newest(sys.argv[1]) as ctx:

@@ -12,7 +12,7 @@ from typing import Any, NamedTuple
 
 import moderngl
 
-from ..exceptions import TerrainError, UsageError
+from ..basics.exceptions import TerrainError, UsageError
 from .apart import may_crash, try_apart
 from .loaders import OSMesaLoader, WindowLoader, glfw_error, glfw_library
 

@@ -11,7 +11,7 @@ from weakref import WeakKeyDictionary
 
 import moderngl
 
-from ..exceptions import TerrainError
+from ..basics.exceptions import TerrainError
 
 _TRIANGLES = 0x0004
 _UNSIGNED_INT = 0x1405

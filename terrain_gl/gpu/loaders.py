@@ -11,7 +11,7 @@ import warnings
 from collections.abc import Callable
 from typing import Any
 
-from ..exceptions import TerrainError
+from ..basics.exceptions import TerrainError
 
 
 def glfw_library() -> Any:

@@ -15,7 +15,7 @@ from typing import Any, Protocol, TypeVar, cast
 
 import moderngl
 
-from ..exceptions import TerrainError
+from ..basics.exceptions import TerrainError
 
 
 class Resource(Protocol):

@@ -16,8 +16,8 @@ from typing import Any, NamedTuple
 
 import moderngl
 
-from ..exceptions import TerrainError
-from ..resources import folder
+from ..basics.exceptions import TerrainError
+from ..basics.resources import folder
 from .layout import DEFINES
 
 VERSION = "#version 430 core"

@@ -6,9 +6,9 @@ import os
 
 import numpy as np
 
-from ..exceptions import TerrainError
+from ..basics.exceptions import TerrainError
+from ..basics.inputs import check_input
 from ..image import linear_from_srgb
-from ..inputs import check_input
 from ..readers.images import open_oiio
 
 MOST_SIDE = 8192  # texels of the texture that shading samples

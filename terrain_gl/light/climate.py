@@ -11,10 +11,10 @@ from typing import NamedTuple
 
 import numpy as np
 
-from ..exceptions import TerrainError
+from ..basics.exceptions import TerrainError
 from ..heightmap import Heightmap
-from ..place import Place, flat_crs
 from ..readers.georeference import DEGREES
+from ..readers.place import Place, flat_crs
 
 AUTO = "auto"
 _NATURAL, _EARTH, _GREY, _TINT, _VIRIDIS = range(5)  # glsl/shade/cover.glsl

@@ -6,9 +6,9 @@ import math
 
 import moderngl
 
+from ..basics.rect import Rect
 from ..camera import Vector
 from ..gpu.bindings import bind
-from ..rect import Rect
 from ..sat import Table
 from ..terrain import Terrain, steps_per_m
 from .recorded import RecordedTable

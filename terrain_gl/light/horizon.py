@@ -13,13 +13,13 @@ from typing import Any
 import moderngl
 import numpy as np
 
+from ..basics.rect import Rect
+from ..basics.steps import Progress, Steps, drain
 from ..camera import Vector
 from ..gpu import bindings, gl, layout, shaders
 from ..gpu.bindings import bind
 from ..gpu.session import Resource
-from ..rect import Rect
 from ..sat import SummedAreaTables, Table
-from ..steps import Progress, Steps, drain
 from ..terrain import Terrain
 from .gaussians import SUN_RADIUS_DEG
 from .moments import COSINES, SINES, Direction, moment_texels, open_shares, sector_moments

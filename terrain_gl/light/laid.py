@@ -10,8 +10,8 @@ from typing import Any
 
 import numpy as np
 
-from ..exceptions import TerrainError
-from ..inputs import check_input
+from ..basics.exceptions import TerrainError
+from ..basics.inputs import check_input
 from ..readers.gdal import closed_environment, open_local
 from ..readers.georeference import Georeference, Grid
 from ..readers.raster import gdal_failures, has_rasterio, one_line, rows_at_once

@@ -9,14 +9,14 @@ from typing import Any, NamedTuple
 import moderngl
 import numpy as np
 
-from ..exceptions import TerrainError
+from ..basics.exceptions import TerrainError
+from ..basics.rect import Rect
+from ..basics.steps import Steps, drain
 from ..gpu import gl
 from ..gpu.bindings import bind
 from ..heightmap import Heightmap
 from ..readers.georeference import Georeference
-from ..rect import Rect
 from ..sat import Table
-from ..steps import Steps, drain
 from ..terrain import Terrain
 from .atmosphere import LUMINANCE
 from .climate import AUTO, is_of_earth

@@ -10,9 +10,9 @@ from typing import Any
 import moderngl
 import numpy as np
 
+from ..basics.rect import Rect
 from ..gpu import gl
 from ..gpu.bindings import bind
-from ..rect import Rect
 from ..sat import Table
 from ..terrain import Terrain
 from .climate import AUTO, LOOKS, Climate, climates, look_of

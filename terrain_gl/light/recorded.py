@@ -9,9 +9,9 @@ from typing import Any
 import moderngl
 import numpy as np
 
+from ..basics.steps import Steps
 from ..gpu import gl, shaders
 from ..sat import SummedAreaTables, Table
-from ..steps import Steps
 
 PORTION = 2**17  # words of a layer that one step of `RecordedTable.build_steps` records
 

@@ -9,7 +9,7 @@ from functools import cache, cached_property
 
 import numpy as np
 
-from ..exceptions import TerrainError
+from ..basics.exceptions import TerrainError
 from ..image import read_image
 from . import atmosphere
 from .atmosphere import LUMINANCE

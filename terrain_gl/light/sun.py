@@ -5,7 +5,7 @@ from __future__ import annotations
 import math
 from datetime import UTC, datetime
 
-from ..exceptions import UsageError
+from ..basics.exceptions import UsageError
 
 _NOON_2000 = datetime(2000, 1, 1, 12, tzinfo=UTC)
 

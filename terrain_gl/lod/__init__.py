@@ -6,7 +6,7 @@ quadtree   the fewest triangles: error records of single nodes decide (method "q
 surface    what every method hands to those who draw
 """
 
-from ..view import View
+from ..camera.view import View
 from .quadtree import QuadtreeSelector
 from .rings import RingsSelector
 from .selection import METRES, METRICS, Goal, Selection

@@ -4,9 +4,9 @@ from __future__ import annotations
 
 import numpy as np
 
+from ..basics.rect import Rect
 from ..camera import Camera, boxes_in_picture
 from ..heightmap import Heightmap
-from ..rect import Rect
 from .ring_layout import Ring
 
 ACROSS = 32  # boxes along each side of the map

@@ -24,12 +24,12 @@ from typing import Any
 import moderngl
 import numpy as np
 
+from ..basics.rect import Rect
 from ..camera import Camera
+from ..camera.view import View
 from ..error import ErrorTables
 from ..gpu import gl, layout, shaders
 from ..gpu.bindings import bind
-from ..rect import Rect
-from ..view import View
 from .selection import INFINITE_PX, METRES, Goal, Selection
 
 ROUNDS = 16  # the most prices tried for a budget; usually three to five are enough

@@ -10,7 +10,7 @@ from __future__ import annotations
 import math
 from typing import NamedTuple
 
-from ..rect import Rect
+from ..basics.rect import Rect
 
 PATCH = 8  # ring cells along a block's side
 # least triangles of a budget, and blocks across

@@ -25,13 +25,13 @@ from typing import Any
 import moderngl
 import numpy as np
 
+from ..basics.rect import Rect
 from ..camera import Camera
+from ..camera.view import View
 from ..error import ErrorTables
 from ..gpu import gl, layout, shaders
 from ..gpu.bindings import bind
 from ..heightmap import Heightmap
-from ..rect import Rect
-from ..view import View
 from . import budget
 from .land import posts_in_picture, rings_in_picture
 from .ring_layout import PATCH, PATCHES, Ring, patches_for, ring_of_posts, ring_over, rings_around

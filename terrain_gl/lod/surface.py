@@ -12,8 +12,8 @@ from typing import TYPE_CHECKING, Any, Protocol
 import moderngl
 
 if TYPE_CHECKING:
+    from ..camera.view import View
     from ..terrain import Terrain
-    from ..view import View
 
 
 class Surface(Protocol):

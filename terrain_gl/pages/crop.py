@@ -11,11 +11,11 @@ from typing import NamedTuple
 
 import numpy as np
 
+from ..basics.steps import Steps, drain
 from ..error import ErrorTables
 from ..gpu.context import create_context
 from ..heightmap import Heightmap
 from ..readers.raster import Spacing
-from ..steps import Steps, drain
 from ..terrain import Terrain
 
 APRON = 2  # posts that a part has beyond its own: one at the far side of its last nodes, and one more

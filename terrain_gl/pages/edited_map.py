@@ -15,9 +15,9 @@ from typing import Any, NamedTuple
 
 import numpy as np
 
-from ..exceptions import TerrainError
+from ..basics.exceptions import TerrainError
+from ..basics.rect import Rect, span_of
 from ..heightmap import MAX_HEIGHT_M
-from ..rect import Rect, span_of
 from ..terrain import quantisation_range, widened_range
 from .edited_records import EditedRecords
 from .map import Page, PagedMap, PageKey, PostsOnDemand

@@ -8,7 +8,7 @@ from __future__ import annotations
 
 import numpy as np
 
-from ..rect import span_of
+from ..basics.rect import span_of
 from .map import RECORD_WORDS, Page
 from .sheet import Area, Sheet
 from .widening import Moves, Scale, rescaled, rescaled_ranges, widened, widened_ranges, widened_stars

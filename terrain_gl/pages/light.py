@@ -17,6 +17,8 @@ from typing import Any, cast
 
 import numpy as np
 
+from ..basics.rect import Rect
+from ..basics.steps import Steps, drain
 from ..camera import Vector
 from ..gpu import gl
 from ..gpu.bindings import bind
@@ -27,8 +29,6 @@ from ..light.horizon import FULL, SUN_RADIUS, TEXEL, Visibility, lattice_directi
 from ..light.lighting import Lighting, sky_seen
 from ..light.moments import Direction
 from ..light.sky import SHAPE, Sky
-from ..rect import Rect
-from ..steps import Steps, drain
 from .map import PageKey
 from .sweep import PageSweep
 from .terrain import PagedTerrain

@@ -10,7 +10,7 @@ import threading
 import time
 from collections.abc import Sequence
 
-from ..exceptions import TerrainError
+from ..basics.exceptions import TerrainError
 from .map import PagedMap, PageKey
 from .sums import Sums, bytes_at_work, sums_of
 

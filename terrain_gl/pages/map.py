@@ -11,7 +11,7 @@ from typing import NamedTuple
 
 import numpy as np
 
-from ..exceptions import TerrainError
+from ..basics.exceptions import TerrainError
 from ..heightmap import Heightmap
 
 PageKey = tuple[int, int, int]  # level, row and column of a page

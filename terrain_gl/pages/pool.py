@@ -13,7 +13,7 @@ from collections.abc import Iterable
 import moderngl
 import numpy as np
 
-from ..exceptions import TerrainError
+from ..basics.exceptions import TerrainError
 from ..gpu import gl, layout, shaders
 from ..gpu.bindings import bind
 from ..terrain import block_of, quantisation_range

@@ -11,7 +11,7 @@ import threading
 import time
 from typing import NamedTuple
 
-from ..exceptions import TerrainError
+from ..basics.exceptions import TerrainError
 from .crop import APRON, Records, record_steps, release_context
 from .edited_map import EditedMap, Square
 from .map import PageKey

@@ -15,10 +15,10 @@ from typing import Any
 
 import numpy as np
 
+from ..basics.exceptions import TerrainError, UsageError
+from ..basics.steps import Steps
 from ..camera import Camera
-from ..exceptions import TerrainError, UsageError
 from ..lod import Goal, Selection
-from ..steps import Steps
 from .edited_map import EditedMap
 from .loader import Loader
 from .map import PageKey, above, called

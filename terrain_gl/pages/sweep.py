@@ -10,12 +10,12 @@ from typing import Any
 import moderngl
 import numpy as np
 
+from ..basics.steps import Steps
 from ..gpu import gl, layout, shaders
 from ..gpu.bindings import bind
 from ..light.gaussians import SKY_AXES, SKY_SHARPNESS
 from ..light.horizon import AZIMUTHS, BATCH, FULL, TEXEL, lattice_directions
 from ..light.moments import COSINES, SINES, Direction, moment_texels, open_shares, sector_moments
-from ..steps import Steps
 from .terrain import PagedTerrain
 from .windows import BORDER, MARGIN, Windows, hull_bytes, most_windows, scratch_bytes, side_of, sky_side
 

@@ -8,9 +8,9 @@ from collections.abc import Iterable
 import moderngl
 import numpy as np
 
+from ..basics.rect import Rect
 from ..gpu import gl, layout
 from ..gpu.bindings import bind
-from ..rect import Rect
 from ..terrain import quantisation_range
 from .edited_map import EditedMap
 from .map import PagedMap, PageKey, above

@@ -23,9 +23,9 @@ from typing import NamedTuple
 
 import numpy as np
 
-from ..exceptions import TerrainError
+from ..basics.exceptions import TerrainError
+from ..basics.rect import Rect
 from ..gpu import layout
-from ..rect import Rect
 from .map import PagedMap, PageKey
 
 LEAST_APRON = 16  # posts

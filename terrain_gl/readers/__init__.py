@@ -13,8 +13,8 @@ import re
 from functools import partial
 from typing import NamedTuple
 
-from terrain_gl.exceptions import TerrainError
-from terrain_gl.inputs import check_input
+from terrain_gl.basics.exceptions import TerrainError
+from terrain_gl.basics.inputs import check_input
 from terrain_gl.readers.archives import open_gzip, open_zip
 from terrain_gl.readers.arrays import RAW_ENDINGS, SRTM_VOID, open_hgt, open_npy, open_raw
 from terrain_gl.readers.gdal import open_gdal

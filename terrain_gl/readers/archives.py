@@ -12,7 +12,7 @@ from collections.abc import Callable
 from dataclasses import replace
 from typing import IO
 
-from terrain_gl.exceptions import TerrainError
+from terrain_gl.basics.exceptions import TerrainError
 from terrain_gl.readers.raster import Blocks, Raster, one_line
 
 MOST_BYTES = 1 << 32  # most bytes of the unpacked files

@@ -9,7 +9,7 @@ import tokenize
 
 import numpy as np
 
-from terrain_gl.exceptions import TerrainError
+from terrain_gl.basics.exceptions import TerrainError
 from terrain_gl.readers.geodesy import metres_per_degree
 from terrain_gl.readers.georeference import DEGREES, Georeference, Grid
 from terrain_gl.readers.raster import MAX_CHANNELS, Blocks, Raster, Spacing, one_line, rows_at_once

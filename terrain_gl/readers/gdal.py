@@ -17,7 +17,7 @@ from typing import Any
 
 import numpy as np
 
-from terrain_gl.exceptions import TerrainError
+from terrain_gl.basics.exceptions import TerrainError
 from terrain_gl.image import quiet_stderr
 from terrain_gl.readers.description import said_in
 from terrain_gl.readers.georeference import Georeference, Grid, spacing_of, vertical_unit_m

@@ -7,7 +7,7 @@ import os
 import re
 from typing import Any, NamedTuple
 
-from terrain_gl.exceptions import TerrainError
+from terrain_gl.basics.exceptions import TerrainError
 from terrain_gl.readers.geodesy import WGS84, metres_per_degree
 from terrain_gl.readers.raster import Spacing, gdal_failures
 

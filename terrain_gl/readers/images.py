@@ -7,7 +7,7 @@ from typing import Any
 import numpy as np
 import OpenImageIO as oiio
 
-from terrain_gl.exceptions import TerrainError
+from terrain_gl.basics.exceptions import TerrainError
 from terrain_gl.image import quiet_stderr, reason_of
 from terrain_gl.readers.description import said_in
 from terrain_gl.readers.georeference import Georeference, Grid, spacing_of, world_file

@@ -8,7 +8,7 @@ from typing import Any
 
 import numpy as np
 
-from terrain_gl.exceptions import TerrainError
+from terrain_gl.basics.exceptions import TerrainError
 from terrain_gl.readers.gdal import open_dataset
 from terrain_gl.readers.georeference import DEGREES, Georeference, Grid, spacing_of, vertical_unit_m
 from terrain_gl.readers.raster import Blocks, Raster, gdal_failures, has_rasterio

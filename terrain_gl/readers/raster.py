@@ -10,7 +10,7 @@ from typing import Any
 
 import numpy as np
 
-from terrain_gl.exceptions import TerrainError
+from terrain_gl.basics.exceptions import TerrainError
 
 BLOCK_POSTS = 1 << 20
 MAX_CHANNELS = 4

@@ -7,7 +7,7 @@ from collections.abc import Callable
 
 import numpy as np
 
-from terrain_gl.exceptions import TerrainError
+from terrain_gl.basics.exceptions import TerrainError
 from terrain_gl.readers.arrays import SRTM_VOID
 from terrain_gl.readers.raster import Raster
 

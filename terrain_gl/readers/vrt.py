@@ -15,7 +15,7 @@ from xml.etree import ElementTree
 
 import numpy as np
 
-from terrain_gl.exceptions import TerrainError
+from terrain_gl.basics.exceptions import TerrainError
 from terrain_gl.readers.gdal import closed_environment, open_local
 from terrain_gl.readers.georeference import Georeference, Grid, spacing_of, vertical_unit_m
 from terrain_gl.readers.raster import (

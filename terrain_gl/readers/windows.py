@@ -13,7 +13,7 @@ from typing import Any, Protocol
 
 import numpy as np
 
-from terrain_gl.exceptions import TerrainError, UsageError
+from terrain_gl.basics.exceptions import TerrainError, UsageError
 from terrain_gl.readers import How, has_windows, open_raster
 from terrain_gl.readers.gdal import closed_environment, open_local, open_trusted
 from terrain_gl.readers.georeference import Georeference

@@ -14,8 +14,8 @@ from typing import Any
 import numpy as np
 
 from .. import __version__
-from ..exceptions import TerrainError, UsageError
-from ..place import check_crs
+from ..basics.exceptions import TerrainError, UsageError
+from ..readers.place import check_crs
 from ..readers.raster import Spacing
 from ..readers.windows import Mosaic, Reading, Windows, open_windows, windows_of
 from .format import VERSION, Arrays, describe, is_store, read_about, zarr_library

@@ -21,7 +21,7 @@ from typing import Any
 import numpy as np
 
 from .. import __version__
-from ..exceptions import TerrainError
+from ..basics.exceptions import TerrainError
 from ..pages.map import RECORD_WORDS
 from ..readers.georeference import Georeference, Grid
 from ..readers.raster import Spacing

@@ -7,7 +7,7 @@ from typing import Any
 
 import numpy as np
 
-from ..exceptions import TerrainError
+from ..basics.exceptions import TerrainError
 from ..pages.map import RECORD_WORDS, Page, PagedMap, PageKey, PostsOnDemand
 from ..readers.plausible import not_of_the_earth
 from .format import Arrays, georeference_of, pyramid_of, read_about

@@ -16,7 +16,7 @@ from itertools import islice
 from multiprocessing.connection import Connection
 from typing import Any
 
-from ..exceptions import TerrainError
+from ..basics.exceptions import TerrainError
 from ..readers.raster import one_line
 
 CONNECT = "20s"  # longest wait for a scheduler's answer

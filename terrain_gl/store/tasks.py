@@ -20,7 +20,7 @@ from typing import Any, NamedTuple
 
 import numpy as np
 
-from ..exceptions import TerrainError
+from ..basics.exceptions import TerrainError
 from ..heightmap import MAX_HEIGHT_M
 from ..pages.crop import APRON, Records, records_of
 from ..readers.raster import Spacing

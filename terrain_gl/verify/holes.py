@@ -5,7 +5,7 @@ from __future__ import annotations
 import numpy as np
 
 from ..camera import Camera
-from ..curvature import drop_between_m
+from ..camera.curvature import drop_between_m
 from ..heightmap import Heightmap
 
 # offsets up to a pixel from the middle, in steps of an eighth: samples are somewhere in this area

@@ -14,15 +14,15 @@ from typing import NamedTuple
 import moderngl
 import numpy as np
 
+from ..basics.steps import Steps, drain
 from ..camera import Camera, boxes_in_picture, in_picture, shift_px
-from ..curvature import drop_between_m
+from ..camera.curvature import drop_between_m
 from ..gpu import gl
 from ..gpu.bindings import bind
 from ..gpu.layout import PLACES
 from ..heightmap import Heightmap
 from ..lod import Selection
 from ..mesh import MeshDraw, MeshDraws
-from ..steps import Steps, drain
 from ..terrain import Terrain
 from .holes import bilinear
 

@@ -2,6 +2,8 @@
 
 The modules from top to bottom. Each imports only from its own line and the lines below.
 
+showing                        `show`: a window, or a view in a notebook
+notebook                       the view in a notebook; it needs no window
 window, glfw_window            the GLFW window: events in, frames out
 app                            a viewer with panels; sends input to a panel, the camera or a command
 panels, sections, map_section, picture_section  the panels over the picture
@@ -19,7 +21,19 @@ gui, widgets, gui_draw, theme  Dear ImGui
 controller, pose, settings, window_state, frame_budget, frame_stats, canvas, legend, ruler
 """
 
-from .loading import Opened, Opener
-from .window import run
+from importlib import import_module
+from typing import TYPE_CHECKING, Any
+
+if TYPE_CHECKING:
+    from .loading import Opened, Opener
+    from .window import run
 
 __all__ = ["Opened", "Opener", "run"]
+_MODULES = {"Opened": "loading", "Opener": "loading", "run": "window"}
+
+
+def __getattr__(name: str) -> Any:
+    """Import a name when it is first used (PEP 562): a notebook needs no window."""
+    if name not in _MODULES:
+        raise AttributeError(f"module {__name__!r} has no attribute {name!r}")
+    return getattr(import_module(f".{_MODULES[name]}", __name__), name)

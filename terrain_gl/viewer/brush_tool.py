@@ -14,10 +14,10 @@ from typing import NamedTuple
 
 import numpy as np
 
-from ..brush import SHARES, TOOLS, Brush, Sculptor, places
+from ..basics.steps import Steps
 from ..pages.map import PagedMap
 from ..renderer import Renderer
-from ..steps import Steps
+from ..renderer.brush import SHARES, TOOLS, Brush, Sculptor, places
 
 STEP = 2**0.25  # factor of one step of radius or strength
 DAB_S = 0.1  # seconds between two dabs of a brush that is held still

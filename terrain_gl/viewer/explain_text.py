@@ -6,8 +6,8 @@ from typing import Any
 
 import numpy as np
 
-from ..methods import EVERY_POST
-from ..options import RenderOptions
+from ..renderer.methods import EVERY_POST
+from ..renderer.options import RenderOptions
 from ..verify.explain import Choice, Explanation
 from .frame_stats import metres
 

@@ -7,8 +7,8 @@ from typing import Any
 
 import numpy as np
 
-from ..methods import BASELINES, CERTIFIED, METHODS, REGISTRY
-from ..options import RenderOptions
+from ..renderer.methods import BASELINES, CERTIFIED, METHODS, REGISTRY
+from ..renderer.options import RenderOptions
 from ..verify.explain import Explanation
 from .box_sum import BoxSum, box_under
 from .painter import Painter

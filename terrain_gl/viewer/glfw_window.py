@@ -5,7 +5,7 @@ from __future__ import annotations
 import warnings
 from typing import Any
 
-from ..exceptions import TerrainError
+from ..basics.exceptions import TerrainError
 from ..gpu.loaders import glfw_error, glfw_library
 
 _INSTEAD = "to draw a picture without a window: terrain-gl shot MAP -o picture.png"

@@ -7,7 +7,7 @@ from typing import Any
 
 import moderngl
 
-from ..exceptions import TerrainError
+from ..basics.exceptions import TerrainError
 from . import theme
 from .gui_draw import GuiDraw
 from .widgets import Widgets

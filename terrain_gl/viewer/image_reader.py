@@ -6,7 +6,7 @@ import os
 import threading
 from collections.abc import Callable
 
-from ..exceptions import TerrainError
+from ..basics.exceptions import TerrainError
 from ..light.lighting import ground_seen, sky_seen
 from ..readers.georeference import Georeference
 from .settings import Settings

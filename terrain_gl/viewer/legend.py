@@ -4,7 +4,7 @@ from __future__ import annotations
 
 from typing import NamedTuple
 
-from ..options import RenderOptions
+from ..renderer.options import RenderOptions
 
 Colour = tuple[float, float, float]
 

@@ -5,9 +5,9 @@ from __future__ import annotations
 from concurrent.futures import Future, ThreadPoolExecutor, wait
 from typing import Any
 
+from ..basics.steps import Steps
 from ..light.lighting import ground_seen, sky_seen
-from ..shade import Look, Picture
-from ..steps import Steps
+from ..shade.picture import Look, Picture
 from .frame_budget import FrameBudget
 
 

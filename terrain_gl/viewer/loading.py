@@ -13,17 +13,17 @@ from dataclasses import dataclass
 import moderngl
 import numpy as np
 
+from ..basics.exceptions import TerrainError
 from ..camera import Camera
-from ..exceptions import TerrainError
 from ..files.huge import is_huge, sample
 from ..files.maps import open_map
 from ..files.views import standard_sun, standard_view
 from ..heightmap import Heightmap
-from ..overlay import Overlay
 from ..pages.map import PagedMap
 from ..readers.windows import Reading
 from ..renderer import Renderer
-from ..shade import SUN
+from ..renderer.overlay import Overlay
+from ..shade.picture import SUN
 from ..store import StoredMap, is_store
 from .frame_budget import FrameBudget
 

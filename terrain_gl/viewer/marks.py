@@ -7,7 +7,7 @@ import math
 import numpy as np
 
 from ..heightmap import Heightmap
-from ..lines import Line, frustum, on_land, outline, ring
+from ..renderer.lines import Line, frustum, on_land, outline, ring
 from .explainer import Explainer
 from .pointer import Pointer
 from .ruler import Ruler

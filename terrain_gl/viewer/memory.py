@@ -12,9 +12,9 @@ from dataclasses import astuple
 from pathlib import Path
 from typing import Any
 
-from ..exceptions import TerrainError
-from ..options import CHOICES, RenderOptions
-from ..replacing import replacing
+from ..basics.exceptions import TerrainError
+from ..basics.replacing import replacing
+from ..renderer.options import CHOICES, RenderOptions
 from .pose import Pose
 
 MOST_MAPS = 50

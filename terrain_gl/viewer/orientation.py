@@ -6,9 +6,9 @@ import math
 
 import numpy as np
 
-from ..exceptions import TerrainError
+from ..basics.exceptions import TerrainError
 from ..heightmap import Heightmap
-from ..place import degrees
+from ..readers.place import degrees
 from .controller import Controller
 from .frame_stats import metres
 from .pose import hit_ground

@@ -18,9 +18,9 @@ from typing import Any
 
 import moderngl
 
-from ..options import LOOSEST_PX, RenderOptions
+from ..basics.steps import Steps
 from ..renderer import Renderer
-from ..steps import Steps
+from ..renderer.options import LOOSEST_PX, RenderOptions
 from ..verify.measure import Achieved
 from .canvas import Canvas
 from .frame_budget import FULL, FrameBudget, Way

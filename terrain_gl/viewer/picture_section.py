@@ -5,11 +5,11 @@ from __future__ import annotations
 from dataclasses import dataclass
 from datetime import datetime
 
-from ..contours import interval_m
-from ..exceptions import TerrainError
+from ..basics.exceptions import TerrainError
 from ..heightmap import Heightmap
 from ..light.sun import sun_position
-from ..options import CHOICES
+from ..renderer.options import CHOICES
+from ..shade.contours import interval_m
 from .scene import Scene
 from .settings import Settings
 from .viewer import Viewer

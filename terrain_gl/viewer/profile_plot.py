@@ -6,7 +6,7 @@ import math
 
 import numpy as np
 
-from ..contours import interval_m
+from ..shade.contours import interval_m
 from .frame_stats import metres
 from .ruler import Profile
 from .widgets import Widgets

@@ -7,7 +7,7 @@ from typing import NamedTuple
 import numpy as np
 
 from ..heightmap import Heightmap
-from ..lines import leg
+from ..renderer.lines import leg
 from ..verify.holes import ground_m
 
 MOST = 2000  # rough limit of places in a profile

@@ -12,7 +12,9 @@ from typing import Any
 
 import numpy as np
 
-from ..exceptions import TerrainError
+from ..basics.exceptions import TerrainError
+from ..basics.replacing import replacing
+from ..basics.steps import Steps, portion
 from ..files.export import FORMATS, Mesh, make_mesh, write_mesh
 from ..files.records import json_text
 from ..film.flight import FPS, flight_steps
@@ -20,8 +22,6 @@ from ..film.path import CameraPath, Keyframe
 from ..film.path import Pose as PathPose
 from ..film.record import Recorder
 from ..image import write_png
-from ..replacing import replacing
-from ..steps import Steps, portion
 from .filming import Filming, film_suffix
 from .frame_budget import FrameBudget
 from .painter import Painter

@@ -6,12 +6,12 @@ from dataclasses import dataclass, replace
 from typing import Any
 
 from ..camera import Camera, Vector
-from ..contours import interval_m
 from ..heightmap import Heightmap
-from ..options import RenderOptions
 from ..readers.georeference import Georeference
 from ..renderer import Renderer
-from ..shade import UNLIT, Look
+from ..renderer.options import RenderOptions
+from ..shade.contours import interval_m
+from ..shade.picture import UNLIT, Look
 from .controller import Controller
 from .loading import Opened
 from .pose import Pose

@@ -7,8 +7,8 @@ from collections.abc import Callable
 import moderngl
 import numpy as np
 
-from ..exceptions import TerrainError
-from ..steps import Steps
+from ..basics.exceptions import TerrainError
+from ..basics.steps import Steps
 from .brush_tool import BrushTool
 from .frame_budget import FrameBudget
 from .map_writer import MapWriter, suggested_path

@@ -5,13 +5,13 @@ from __future__ import annotations
 from collections.abc import Callable
 from typing import Any, cast
 
-from ..brush import SHARES, TOOLS
 from ..files.export import FORMATS
 from ..files.views import VIEWS, straight_down
-from ..methods import BASELINES, REGISTRY
-from ..options import CHOICES
 from ..pages.map import PagedMap
 from ..pages.terrain import PagedTerrain
+from ..renderer.brush import SHARES, TOOLS
+from ..renderer.methods import BASELINES, REGISTRY
+from ..renderer.options import CHOICES
 from . import tile_map
 from .brush_tool import BrushTool
 from .controller import MODES, Controller

@@ -5,8 +5,8 @@ from __future__ import annotations
 from dataclasses import dataclass, field
 from typing import Any
 
-from ..methods import EVERY_POST
-from ..options import CHOICES, RenderOptions
+from ..renderer.methods import EVERY_POST
+from ..renderer.options import CHOICES, RenderOptions
 
 STEP = 2**0.5  # factor of one step of the tolerance
 TOLERANCES_PX = (2.0**-5, 2.0**8)

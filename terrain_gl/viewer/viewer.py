@@ -10,11 +10,11 @@ from typing import NamedTuple
 
 import moderngl
 
-from ..draped import draped
 from ..gpu.timing import Stopwatch
 from ..light.climate import AUTO
-from ..lines import Line, Lines
 from ..renderer import Renderer
+from ..renderer.draped import draped
+from ..renderer.lines import Line, Lines
 from .brush_tool import BrushTool
 from .explainer import Explainer
 from .file_dialog import FileDialog

@@ -10,8 +10,8 @@ from ..camera import Camera
 from ..files.views import standard_sun, standard_view
 from ..gpu.context import from_glfw_window
 from ..heightmap import Heightmap
-from ..options import RenderOptions
-from ..overlay import Overlay
+from ..renderer.options import RenderOptions
+from ..renderer.overlay import Overlay
 from .app import App
 from .glfw_window import library, open_window
 from .gui import load_imgui

@@ -4,8 +4,8 @@ import pytest
 from viewers import hills, settle, swift
 
 from terrain_gl.camera import Camera
-from terrain_gl.options import RenderOptions
 from terrain_gl.renderer import Renderer
+from terrain_gl.renderer.options import RenderOptions
 from terrain_gl.viewer.app import App
 from terrain_gl.viewer.loading import Opened
 from terrain_gl.viewer.settings import Settings

@@ -5,8 +5,8 @@ import pytest
 from viewers import changed, seen, settle
 
 from terrain_gl.camera import Camera
-from terrain_gl.methods import BASELINES, METHODS
-from terrain_gl.options import RenderOptions
+from terrain_gl.renderer.methods import BASELINES, METHODS
+from terrain_gl.renderer.options import RenderOptions
 from terrain_gl.viewer import explain_text
 from terrain_gl.viewer.box_sum import box_around
 from terrain_gl.viewer.commands import press

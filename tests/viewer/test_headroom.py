@@ -4,7 +4,7 @@ import numpy as np
 import pytest
 from viewers import hills, later, light_is_up_to_date, set_budget, settle, slow, stroke, swift, with_a_stroke
 
-from terrain_gl.exceptions import TerrainError
+from terrain_gl.basics.exceptions import TerrainError
 from terrain_gl.heightmap import Heightmap
 from terrain_gl.renderer import Renderer
 from terrain_gl.viewer.commands import press

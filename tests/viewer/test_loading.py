@@ -6,10 +6,10 @@ import numpy as np
 import pytest
 from viewers import hills, later, set_budget, settle, slow, swift, with_a_stroke
 
+from terrain_gl.basics.exceptions import TerrainError
 from terrain_gl.camera import Camera
-from terrain_gl.exceptions import TerrainError
 from terrain_gl.heightmap import Heightmap
-from terrain_gl.options import RenderOptions
+from terrain_gl.renderer.options import RenderOptions
 from terrain_gl.viewer import map_section
 from terrain_gl.viewer.commands import press
 from terrain_gl.viewer.loading import PREVIEW_POSTS, Opened, file_opener, preview

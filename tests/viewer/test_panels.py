@@ -8,9 +8,9 @@ import numpy as np
 import pytest
 from viewers import changed, hills, later, listen, seen, settle, texts
 
-from terrain_gl.exceptions import TerrainError
+from terrain_gl.basics.exceptions import TerrainError
 from terrain_gl.lod import METRICS
-from terrain_gl.methods import METHODS
+from terrain_gl.renderer.methods import METHODS
 from terrain_gl.viewer import legend, run
 from terrain_gl.viewer.commands import shown_lines
 from terrain_gl.viewer.pose import Pose

@@ -13,8 +13,8 @@ from terrain_gl.cli.line import command_line
 from terrain_gl.files.export import FORMATS
 from terrain_gl.film.path import CameraPath
 from terrain_gl.heightmap import Heightmap
-from terrain_gl.options import RenderOptions
 from terrain_gl.renderer import Renderer
+from terrain_gl.renderer.options import RenderOptions
 from terrain_gl.viewer.commands import press
 from terrain_gl.viewer.saver import SIZES, free_path
 

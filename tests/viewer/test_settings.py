@@ -6,9 +6,9 @@ from importlib.resources import files
 
 import pytest
 
-from terrain_gl.methods import METHODS
-from terrain_gl.options import RenderOptions
-from terrain_gl.shade import STYLES
+from terrain_gl.renderer.methods import METHODS
+from terrain_gl.renderer.options import RenderOptions
+from terrain_gl.shade.picture import STYLES
 from terrain_gl.verify.explain import Choice, Explanation
 from terrain_gl.viewer import explain_text, legend
 from terrain_gl.viewer.commands import GROUPS, shown_lines

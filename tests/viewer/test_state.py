@@ -4,8 +4,8 @@ import pytest
 from viewers import hills
 
 from terrain_gl.camera import Camera
-from terrain_gl.options import RenderOptions
 from terrain_gl.renderer import Renderer
+from terrain_gl.renderer.options import RenderOptions
 from terrain_gl.viewer.commands import press
 from terrain_gl.viewer.controller import Pose
 from terrain_gl.viewer.loading import Opened

@@ -8,16 +8,16 @@ import numpy as np
 import pytest
 from viewers import Ticking, later, seen, set_budget, settle, swift, texts
 
+from terrain_gl.basics.exceptions import TerrainError
 from terrain_gl.camera import Camera
 from terrain_gl.cli.line import command_line
-from terrain_gl.exceptions import TerrainError
 from terrain_gl.files import huge
 from terrain_gl.files.edits import read_edits
 from terrain_gl.files.views import standard_view
 from terrain_gl.heightmap import Heightmap
-from terrain_gl.options import RenderOptions
 from terrain_gl.pages.edited_map import EditedMap
 from terrain_gl.readers.windows import Reading
+from terrain_gl.renderer.options import RenderOptions
 from terrain_gl.viewer import painter, tile_map
 from terrain_gl.viewer.app import App
 from terrain_gl.viewer.frame_budget import FrameBudget
@@ -277,7 +277,7 @@ def raster(tmp_path, monkeypatch):
     profile = {"driver": "GTiff", "height": 300, "width": 400, "count": 1, "dtype": "float32", "crs": "EPSG:32632"}
     with rasterio.open(tmp_path / "huge.tif", "w", transform=transform, **profile) as file:
         file.write((x + 0.5 * y).astype("f4"), 1)
-    monkeypatch.setattr("terrain_gl.size_limits.MAX_SIDE", 350)
+    monkeypatch.setattr("terrain_gl.basics.limits.MAX_SIDE", 350)
     monkeypatch.setattr(huge, "LONGEST", 100)
     monkeypatch.chdir(tmp_path)
     return "huge.tif"

@@ -4,11 +4,11 @@ import numpy as np
 import pytest
 from viewers import changed, hills, later, light_is_up_to_date, seen, set_budget, settle, slow, stroke, with_a_stroke
 
-from terrain_gl.brush import TOOLS, dab, places
 from terrain_gl.camera import Camera
 from terrain_gl.error import ErrorTables
 from terrain_gl.heightmap import Heightmap
 from terrain_gl.renderer import Renderer
+from terrain_gl.renderer.brush import TOOLS, dab, places
 from terrain_gl.terrain import Terrain
 from terrain_gl.viewer.commands import press
 from terrain_gl.viewer.loading import Opened

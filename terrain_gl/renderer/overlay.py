@@ -9,11 +9,11 @@ from typing import Any, NamedTuple
 
 import numpy as np
 
-from .exceptions import TerrainError
-from .heightmap import Heightmap
-from .inputs import check_input
-from .place import flat_crs
-from .readers.georeference import DEGREES
+from ..basics.exceptions import TerrainError
+from ..basics.inputs import check_input
+from ..heightmap import Heightmap
+from ..readers.georeference import DEGREES
+from ..readers.place import flat_crs
 
 MAX_BYTES = 1 << 28  # largest file
 _DEEPEST = 10  # most collections inside each other

@@ -9,18 +9,21 @@ edit inside the range grows with its rectangle. The first edit outside the range
 
 from __future__ import annotations
 
+import os
 from collections.abc import Callable
 from typing import Any
 
 import numpy as np
 
-from .exceptions import TerrainError, UsageError
-from .gpu.session import in_session, steps_in_session
+from ..basics.exceptions import TerrainError, UsageError
+from ..basics.rect import Rect, hull
+from ..basics.steps import Steps, drain
+from ..files.edits import read_edits
+from ..gpu.session import in_session, steps_in_session
+from ..heightmap import real_heights
+from ..pages.edited_map import EditedMap
+from ..terrain import Terrain
 from .gpu_resources import GpuResources
-from .heightmap import real_heights
-from .rect import Rect, hull
-from .steps import Steps, drain
-from .terrain import Terrain
 
 MOST_POSTS = 1 << 24  # most posts of a store that one edit may change
 
@@ -91,6 +94,17 @@ class Editor:
             resources.streaming.follow(more_follow=not settle)
         if settle:
             self.settle()
+
+    @in_session
+    def load(self, path: str | os.PathLike[str]) -> None:
+        """Apply the edits of a file to a store. Exceptions are those of `read_edits` and `write`."""
+        before = self.resources.terrain.heightmap
+        for x, y, heights in read_edits(path, before):
+            self.write(x, y, heights, settle=False)
+        self.settle()
+        after = self.resources.terrain.heightmap
+        if isinstance(after, EditedMap) and not isinstance(before, EditedMap):
+            after.saved_as = os.path.abspath(path)
 
     @in_session
     def settle(self) -> None:

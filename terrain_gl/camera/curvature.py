@@ -11,9 +11,9 @@ import re
 
 import numpy as np
 
+from ..heightmap import Heightmap
+from ..readers.geodesy import WGS84
 from .camera import Camera
-from .heightmap import Heightmap
-from .readers.geodesy import WGS84
 
 MODES = ("auto", "on", "off")
 FROM_M = 50e3  # a map whose longer side is at least this has curvature, if it has a coordinate system

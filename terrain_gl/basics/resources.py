@@ -5,7 +5,7 @@ from __future__ import annotations
 from pathlib import Path
 
 FOLDERS = ("glsl", "heightmaps")
-_PACKAGE = Path(__file__).resolve().parent
+_PACKAGE = Path(__file__).resolve().parents[1]
 
 
 def folder(name: str) -> Path:

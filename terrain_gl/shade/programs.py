@@ -6,8 +6,8 @@ from typing import Any, NamedTuple
 
 import moderngl
 
+from ..gpu import gl, shaders
 from . import surroundings
-from .gpu import gl, shaders
 
 KINDS = {"ANY": 0, "SKY": 1, "NEAR": 2, "MIXED": 3, "OPEN": 4}  # kinds of pixels: glsl/shade/kind.glsl
 

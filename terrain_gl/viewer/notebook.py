@@ -1,6 +1,6 @@
 """The window in a notebook: the same camera, keys and panels, drawn without a display and sent as pictures.
 
-    from terrain_gl.notebook import View
+    from terrain_gl.viewer.notebook import View
     View("alpine")
 
 Without a live front end (in a script, or on a web page) a still picture is shown instead. The extra `[notebook]` is
@@ -26,22 +26,22 @@ except ImportError as error:
         f"{error}: the notebook's view needs the extra [notebook]: pip install 'terrain-gl[notebook]'"
     ) from None
 
-from .camera import Camera
-from .exceptions import UsageError
-from .files.maps import open_map
-from .files.views import standard_sun, standard_view
-from .gpu import gl
-from .gpu.context import create_context
-from .heightmap import Heightmap
-from .image import png_bytes
-from .options import RenderOptions
-from .overlay import Overlay
-from .renderer import Renderer
-from .viewer.app import App
-from .viewer.loading import Opened
-from .viewer.settings import Settings
-from .viewer.viewer import Viewer
-from .viewer.window_state import Size
+from ..basics.exceptions import UsageError
+from ..camera import Camera
+from ..files.maps import open_map
+from ..files.views import standard_sun, standard_view
+from ..gpu import gl
+from ..gpu.context import create_context
+from ..heightmap import Heightmap
+from ..image import png_bytes
+from ..renderer import Renderer
+from ..renderer.options import RenderOptions
+from ..renderer.overlay import Overlay
+from .app import App
+from .loading import Opened
+from .settings import Settings
+from .viewer import Viewer
+from .window_state import Size
 
 NOTCH_PX = 100.0  # pixels that browsers report for one notch of the wheel
 MOST_PX = 8192

@@ -11,10 +11,10 @@ from dataclasses import dataclass
 from functools import lru_cache
 from typing import Any
 
-from .exceptions import TerrainError, UsageError
-from .readers.georeference import DEGREES, Georeference
-from .readers.raster import INSTALL_GEO, Spacing
-from .readers.windows import Placed
+from ..basics.exceptions import TerrainError, UsageError
+from .georeference import DEGREES, Georeference
+from .raster import INSTALL_GEO, Spacing
+from .windows import Placed
 
 Point = tuple[float, float]
 

@@ -5,21 +5,21 @@ from __future__ import annotations
 from contextlib import AbstractContextManager
 from typing import Any, cast
 
-from .error import ErrorTables
-from .exceptions import UsageError
-from .gpu.gl import limits
-from .gpu.session import Session, steps_in_session
-from .gpu.timing import StageTimer
-from .heightmap import Heightmap
-from .lod import QuadtreeSelector, View
+from ..basics.exceptions import UsageError
+from ..basics.steps import Steps
+from ..camera.pieces import Piece
+from ..error import ErrorTables
+from ..gpu.gl import limits
+from ..gpu.session import Session, steps_in_session
+from ..gpu.timing import StageTimer
+from ..heightmap import Heightmap
+from ..lod import QuadtreeSelector, View
+from ..pages.map import PagedMap
+from ..pages.streaming import Streaming
+from ..pages.terrain import PagedTables, PagedTerrain
+from ..shade.picture import Picture
+from ..terrain import Terrain
 from .methods import Selectors, quadtree
-from .pages.map import PagedMap
-from .pages.streaming import Streaming
-from .pages.terrain import PagedTables, PagedTerrain
-from .pieces import Piece
-from .shade import Picture
-from .steps import Steps
-from .terrain import Terrain
 
 Size = tuple[int, int]
 

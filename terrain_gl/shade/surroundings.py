@@ -4,8 +4,8 @@ from __future__ import annotations
 
 from typing import Any
 
-from .camera import Camera
-from .terrain import Terrain
+from ..camera import Camera
+from ..terrain import Terrain
 
 EDGES = ("block", "none")
 NONE, PLAIN, WALLS = 0, 1, 2  # EDGE of the shader: what is drawn; with walls, the plain too

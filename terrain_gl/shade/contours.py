@@ -5,7 +5,7 @@ from __future__ import annotations
 import math
 from typing import Any
 
-from .terrain import Terrain
+from ..terrain import Terrain
 
 MOST = 40  # most lines from the lowest to the highest post
 INDEX_EVERY = 5  # each fifth line is heavy

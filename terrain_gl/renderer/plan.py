@@ -7,7 +7,7 @@ from typing import Any
 
 import numpy as np
 
-from .camera import Camera
+from ..camera import Camera
 from .renderer import Renderer
 
 AWAY = 450.0  # the eye's distance, in multiples of the map's depth; further away, the field of view would be too small

@@ -8,11 +8,11 @@ from typing import Any
 import moderngl
 import numpy as np
 
+from ..gpu import layout
+from ..gpu.bindings import bind
+from ..terrain import Terrain
 from .camera import Camera, clip_from_eye
-from .gpu import layout
-from .gpu.bindings import bind
 from .pieces import Piece
-from .terrain import Terrain
 
 _FIELDS = layout.VIEW.names or ()
 _SETTINGS: dict[str, Any] = {"tolerance_px": 0.0, "metric": 0, "cull": False}

@@ -10,11 +10,11 @@ from collections.abc import Callable
 from importlib import import_module
 from typing import Any, NamedTuple, Protocol, TypeVar
 
-from .camera import Camera
-from .error import ErrorTables
-from .lod import Goal, QuadtreeSelector, RingsSelector, Selection, View
-from .rect import Rect
-from .terrain import Terrain
+from ..basics.rect import Rect
+from ..camera import Camera
+from ..error import ErrorTables
+from ..lod import Goal, QuadtreeSelector, RingsSelector, Selection, View
+from ..terrain import Terrain
 
 CERTIFIED, BASELINE, EXACT = "certified", "baseline", "exact"
 
@@ -39,11 +39,11 @@ class Method(NamedTuple):
 
 
 REGISTRY = {
-    "sat": Method(CERTIFIED, "methods:rings_of_tables", "a clipmap, its detail chosen by summed-area tables"),
+    "sat": Method(CERTIFIED, "renderer.methods:rings_of_tables", "a clipmap, its detail chosen by summed-area tables"),
     "clipmap": Method(BASELINE, "comparison.baselines:clipmap", "geometry clipmaps"),
     "tessellated": Method(BASELINE, "comparison.baselines:tessellated", "clipmaps with hardware tessellation"),
-    "quadtree": Method(CERTIFIED, "methods:quadtree", "a restricted quadtree: the fewest triangles"),
-    "full": Method(EXACT, "methods:quadtree", "every post"),
+    "quadtree": Method(CERTIFIED, "renderer.methods:quadtree", "a restricted quadtree: the fewest triangles"),
+    "full": Method(EXACT, "renderer.methods:quadtree", "every post"),
     "truth": Method(EXACT, "comparison.bilinear:truth", "every post, bilinear in between"),
 }
 METHODS = tuple(REGISTRY)
@@ -102,7 +102,7 @@ class Selectors:
 
     def __getitem__(self, method: str) -> Selector:
         module, function = REGISTRY[method].factory.split(":")
-        selector: Selector = self.shared(getattr(import_module(f".{module}", __package__), function))
+        selector: Selector = self.shared(getattr(import_module(f"..{module}", __package__), function))
         return selector
 
     def shared(self, make: Callable[[Selectors], Made]) -> Made:

@@ -20,8 +20,8 @@ from typing import Any, NamedTuple, Protocol
 
 import numpy as np
 
-from .exceptions import UsageError
-from .heightmap import MAX_HEIGHT_M, Heightmap
+from ..basics.exceptions import UsageError
+from ..heightmap import MAX_HEIGHT_M, Heightmap
 
 TOOLS = ("raise", "lower", "smooth", "flatten", "cliff")
 SHARES = ("smooth", "flatten")  # tools whose strength is a share, not metres

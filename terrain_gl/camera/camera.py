@@ -11,10 +11,10 @@ from typing import TYPE_CHECKING, Any
 import numpy as np
 import pyrr
 
-from .exceptions import UsageError
+from ..basics.exceptions import UsageError
 
 if TYPE_CHECKING:
-    from .heightmap import Heightmap
+    from ..heightmap import Heightmap
 
 Vector = tuple[float, float, float]
 UP = (0.0, 0.0, 1.0)

@@ -4,7 +4,7 @@ from __future__ import annotations
 
 import numpy as np
 
-from .rect import Rect, hull
+from ..basics.rect import Rect, hull
 
 SWEEPS = 6  # relaxation sweeps at each level; more of them make no visible difference
 

@@ -9,13 +9,13 @@ from typing import NamedTuple
 import moderngl
 import numpy as np
 
-from .exceptions import TerrainError, UsageError
+from ..basics.exceptions import TerrainError, UsageError
+from ..basics.rect import Rect
+from ..gpu import gl, layout
+from ..gpu.bindings import bind
+from ..heightmap import MAX_HEIGHT_M, Heightmap
 from .filling import Filling
-from .flats import water_posts
-from .gpu import gl, layout
-from .gpu.bindings import bind
-from .heightmap import MAX_HEIGHT_M, Heightmap
-from .rect import Rect
+from .water import water_posts
 
 VOID, WATER = 1, 2  # marks of posts: glsl/blocks/terrain.glsl
 SEA = 0.1  # if this part of the rim is in water of one height, that water is the sea

@@ -15,17 +15,17 @@ import math
 from dataclasses import dataclass, field, fields, replace
 from typing import Any, NamedTuple, Protocol
 
-from .camera import Camera
-from .curvature import MODES as CURVATURES
-from .curvature import bend_per_m
-from .exceptions import UsageError
-from .heightmap import Heightmap
-from .light.climate import AUTO, LOOKS
-from .light.climate import NAMES as LOOK_NAMES
-from .lod import METRICS, Goal
+from ..basics.exceptions import UsageError
+from ..camera import Camera
+from ..camera.curvature import MODES as CURVATURES
+from ..camera.curvature import bend_per_m
+from ..heightmap import Heightmap
+from ..light.climate import AUTO, LOOKS
+from ..light.climate import NAMES as LOOK_NAMES
+from ..lod import METRICS, Goal
+from ..shade.picture import GRAINS, STYLES, SUN, VOIDS, Look
+from ..shade.surroundings import EDGES
 from .methods import EVERY_POST, METHODS, REGISTRY
-from .shade import GRAINS, STYLES, SUN, VOIDS, Look
-from .surroundings import EDGES
 
 NEAR = 0.1  # default distance of the near plane, in spacings
 
@@ -106,10 +106,10 @@ class RenderOptions:
     metric
         "max" or "rms": what the tolerance bounds, and what is certified.
     method
-        One of `terrain_gl.methods.METHODS`: "sat" (the default) or "quadtree", which are certified; a baseline,
+        One of `renderer.methods.METHODS`: "sat" (the default) or "quadtree", which are certified; a baseline,
         "clipmap" or "tessellated"; "full" for every post in the picture; or "truth", also bilinear between posts.
     style
-        One of `terrain_gl.shade.STYLES`.
+        One of `terrain_gl.shade.picture.STYLES`.
     sun
         Azimuth, clockwise from north, and elevation, in degrees.
     look
@@ -129,7 +129,7 @@ class RenderOptions:
         The coefficient k of refraction: air bends light, so the radius in effect is R / (1 - k). 0.13 is usual on the
         Earth.
     sky, material, water_m
-        See `terrain_gl.shade.Look`: files, and metres.
+        See `terrain_gl.shade.picture.Look`: files, and metres.
     near_m
         Distance of the near plane; by default a tenth of the smaller spacing.
     cull

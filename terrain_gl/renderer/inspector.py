@@ -7,20 +7,20 @@ from typing import Any
 
 import numpy as np
 
+from ..basics.exceptions import TerrainError, UsageError
+from ..basics.steps import Steps, drain
 from ..camera import Camera
-from ..curvature import drop_between_m
-from ..exceptions import TerrainError, UsageError
-from ..frame import DrawnFrame
+from ..camera.curvature import drop_between_m
 from ..gpu.session import in_session, steps_in_session
-from ..gpu_resources import GpuResources
 from ..heightmap import Heightmap
 from ..lod import METRES, Goal, RingsSelector, Selection
 from ..mesh import captured_triangles
-from ..steps import Steps, drain
 from ..terrain import Terrain
-from .explain import Explainer, Explanation
-from .holes import bilinear, count_holes
-from .measure import TILE, Achieved, Measurement
+from ..verify.explain import Explainer, Explanation
+from ..verify.holes import bilinear, count_holes
+from ..verify.measure import TILE, Achieved, Measurement
+from .frame import DrawnFrame
+from .gpu_resources import GpuResources
 
 
 class Inspector:

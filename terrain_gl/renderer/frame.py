@@ -8,11 +8,11 @@ from typing import Any
 
 import numpy as np
 
-from .camera import Camera
-from .curvature import radius_of
-from .image import png_bytes
-from .lod import Selection
-from .mesh import captured_triangles
+from ..camera import Camera
+from ..camera.curvature import radius_of
+from ..image import png_bytes
+from ..lod import Selection
+from ..mesh import captured_triangles
 from .methods import BASELINES
 from .options import RenderOptions
 

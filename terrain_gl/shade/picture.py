@@ -15,20 +15,20 @@ from typing import Any, TypeVar
 import moderngl
 import numpy as np
 
+from ..basics.rect import Rect
+from ..basics.steps import Steps, drain
+from ..camera import Camera
+from ..error import ErrorTables
+from ..gpu import gl
+from ..gpu.bindings import bind
+from ..gpu.textures import depth_texture, from_top
+from ..light.climate import AUTO
+from ..light.ground import towards_sun
+from ..lod import Selection, View
+from ..mesh import MeshDraws
+from ..pages.light import light_of
 from . import contours, surroundings
-from .camera import Camera
-from .error import ErrorTables
-from .gpu import gl
-from .gpu.bindings import bind
-from .gpu.textures import depth_texture, from_top
-from .light.climate import AUTO
-from .light.ground import towards_sun
-from .lod import Selection, View
-from .mesh import MeshDraws
-from .pages.light import light_of
-from .pixel_programs import PixelPrograms, Wanted
-from .rect import Rect
-from .steps import Steps, drain
+from .programs import PixelPrograms, Wanted
 
 SUN = (300.0, 35.0)  # azimuth, clockwise from north, and elevation, in degrees
 _LIT = ("shaded", "visibility", "ambient", "direct", "lobes")  # styles that need light

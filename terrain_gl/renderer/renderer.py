@@ -8,7 +8,7 @@ There is one way to draw, `Renderer.draw_steps`:
     receive   pass on the piece's pixels                                image
 
 `draw` takes all steps at once, `render` also reads the pixels, and `choose` stops after the first. `edit` changes the
-map; `verify.inspector` answers questions about the last frame.
+map; `inspector` answers questions about the last frame.
 """
 
 from __future__ import annotations
@@ -21,28 +21,28 @@ from typing import Any
 import moderngl
 import numpy as np
 
-from .camera import Camera
+from ..basics.exceptions import UsageError
+from ..basics.steps import Progress, Steps, drain
+from ..camera import Camera
+from ..camera.pieces import Piece, cut
+from ..error import ErrorTables
+from ..files.edits import write_edits
+from ..gpu.context import backend_name, create_context
+from ..gpu.session import Session, in_session, steps_in_session
+from ..heightmap import Heightmap
+from ..image import png_bytes, reduced
+from ..lod import Selection
+from ..pages.streaming import Streaming
+from ..shade.picture import TILE_PX, Picture
+from ..terrain import Terrain
 from .draped import OverlayLines
 from .edit import Editor
-from .error import ErrorTables
-from .exceptions import UsageError
-from .files.edits import apply_edits, write_edits
 from .frame import DrawnFrame, Frame
-from .gpu.context import backend_name, create_context
-from .gpu.session import Session, in_session, steps_in_session
 from .gpu_resources import GpuResources
-from .heightmap import Heightmap
-from .image import png_bytes, reduced
-from .lod import Selection
+from .inspector import Inspector
 from .methods import Selectors
 from .options import RenderOptions, near_plane_m
 from .overlay import Overlay
-from .pages.streaming import Streaming
-from .pieces import Piece, cut
-from .shade import TILE_PX, Picture
-from .steps import Progress, Steps, drain
-from .terrain import Terrain
-from .verify.inspector import Inspector
 
 Size = tuple[int, int]
 Receive = Callable[[Piece, np.ndarray], None]
@@ -309,8 +309,8 @@ class Renderer:
         write_edits(path, self.heightmap)
 
     def load_edits(self, path: str | os.PathLike[str]) -> None:
-        """Apply the edits of a file to a store: see `files.edits.apply_edits`."""
-        apply_edits(path, self.editor)
+        """Apply the edits of a file to a store: see `Editor.load`."""
+        self.editor.load(path)
 
     def release(self) -> None:
         """Release GPU resources."""

@@ -6,12 +6,12 @@ import os
 import sys
 from typing import Any
 
-from .camera import Camera
-from .files.maps import find_bundled, open_map
-from .files.views import standard_view
-from .heightmap import Heightmap
-from .overlay import read_overlay
-from .readers import Spacing
+from ..camera import Camera
+from ..files.maps import find_bundled, open_map
+from ..files.views import standard_view
+from ..heightmap import Heightmap
+from ..readers import Spacing
+from ..renderer.overlay import read_overlay
 
 
 def show(
@@ -71,7 +71,7 @@ def show(
         from .notebook import View
 
         return View(heightmap, first, overlays=laid, **options | ({"size": size} if size else {}))
-    from .viewer import run
+    from . import run
 
     return run(heightmap, first, size=size, overlays=laid, **options)
 

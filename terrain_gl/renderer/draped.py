@@ -5,12 +5,12 @@ from __future__ import annotations
 import moderngl
 import numpy as np
 
-from .camera import Camera
-from .heightmap import Heightmap
+from ..camera import Camera
+from ..camera.pieces import Piece
+from ..heightmap import Heightmap
+from ..shade.picture import Picture
 from .lines import Color, Line, Lines, leg, on_land
 from .overlay import Overlay
-from .pieces import Piece
-from .shade import Picture
 
 COLOURS: tuple[Color, ...] = ((255, 70, 50, 255), (60, 200, 255, 255), (255, 220, 60, 255), (200, 130, 255, 255))
 WIDTH_PX = 2.0  # width of a line, in a picture of up to 720 rows

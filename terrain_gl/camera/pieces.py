@@ -17,7 +17,7 @@ from dataclasses import dataclass
 
 import numpy as np
 
-from .exceptions import UsageError
+from ..basics.exceptions import UsageError
 
 LARGEST = 2048  # drawn pixels a side of a piece: 200 MiB of samples
 _EVEN = 2  # pieces begin at even pixels: shaders take differences within quads of 2 × 2 pixels

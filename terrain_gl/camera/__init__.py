@@ -1,0 +1,20 @@
+"""Cameras, and what they see.
+
+camera      eye, target, field of view; from the world to the screen and to pixels of error
+curvature   the Earth is round: far land lies lower
+pieces      a large picture is drawn part by part
+view        the camera of a frame on the GPU
+"""
+
+from .camera import (
+    UP,
+    Camera,
+    Vector,
+    boxes_in_picture,
+    clip_from_eye,
+    in_picture,
+    screen_shift_px,
+    shift_px,
+)
+
+__all__ = ["UP", "Camera", "Vector", "boxes_in_picture", "clip_from_eye", "in_picture", "screen_shift_px", "shift_px"]

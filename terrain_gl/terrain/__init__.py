@@ -1,0 +1,10 @@
+"""A map on the GPU: quantised heights, with voids filled and water flat.
+
+terrain    heights as integers in a range, and the sizes of all levels
+filling    voids are filled smoothly from their rim
+water      which posts are lakes or the sea
+"""
+
+from .terrain import Terrain, block_of, quantisation_range, steps_of, steps_per_m, widened_range
+
+__all__ = ["Terrain", "block_of", "quantisation_range", "steps_of", "steps_per_m", "widened_range"]
