@@ -56,15 +56,18 @@ class ErrorTables:
         ctx = self.ctx = terrain.ctx
         self.terrain = terrain
         self._kernels: dict[tuple[str, int, bool], Any] = {}  # by name, level (2 for all above), handling of voids
-        self._sat8, self._sat64 = SummedAreaTables(ctx, 8), SummedAreaTables(ctx, 64)
+        self._sat8 = SummedAreaTables(ctx, 8)
+        self._sat64 = SummedAreaTables(ctx, 64)
         self._reserve()
         if build:
             self.build()
 
     def _reserve(self) -> None:
         levels = self.terrain.levels
-        last, coarse = levels[-1], levels[FINE_LEVELS + 1 :]
-        nodes, tiles = last.first_node + last.nodes, last.first_count // layout.CLASS_WORDS + 1
+        last = levels[-1]
+        coarse = levels[FINE_LEVELS + 1 :]
+        nodes = last.first_node + last.nodes
+        tiles = last.first_count // layout.CLASS_WORDS + 1
         blocks = levels[FINE_LEVELS].nodes * len(coarse) if coarse else 1
         with ExitStack() as made:  # if memory does not suffice for all of them, release those that were made
 
@@ -216,8 +219,10 @@ class ErrorTables:
             self._sat8.build(self.counters, counts)
             self._sat64.build(self.squares, sums)
             return
-        new_counts, new_sums = Table(*at, layers=layout.CLASS_WORDS), Table(*at)
-        counters, squares = self.ctx.buffer(reserve=4 * new_counts.words), self.ctx.buffer(reserve=8 * new_sums.words)
+        new_counts = Table(*at, layers=layout.CLASS_WORDS)
+        new_sums = Table(*at)
+        counters = self.ctx.buffer(reserve=4 * new_counts.words)
+        squares = self.ctx.buffer(reserve=8 * new_sums.words)
         self._count(j, (x0, y0), at, counters, squares, 0, 0)
         self._sat8.edit(self.counters, counts, counters, new_counts, x0, y0)
         self._sat64.edit(self.squares, sums, squares, new_sums, x0, y0)

@@ -23,7 +23,8 @@ from terrain_gl.readers.place import Place
 from terrain_gl.readers.plausible import not_of_the_earth, plausible_scale, plausible_spacing
 from terrain_gl.readers.values import ENCODINGS, read_heights
 
-MIN_SPACING_M, MAX_SPACING_M = 1e-6, 1e6
+MIN_SPACING_M = 1e-6
+MAX_SPACING_M = 1e6
 RANGE_BLOCK = 64  # posts a side of a block; an edited map keeps the lowest and highest height of each block
 MAX_HEIGHT_M = 1e7  # above it float32 has steps of a metre, and a value is most likely an unknown no-data mark
 
@@ -84,7 +85,8 @@ class Heightmap:
         self.scales = (1.0, 0.0)
         self.notes: tuple[str, ...] = ()
         self.georeference: Georeference | None = None
-        self.assumes_spacing, self.look = False, "auto"
+        self.assumes_spacing = False
+        self.look = "auto"
         self.spacing_m = _spacing(spacing_m)
         self.heights = _as_float32(real_heights(heights, name), name)
         void = ~np.isfinite(self.heights)
@@ -200,16 +202,21 @@ class Heightmap:
         notes = raster.notes if spacing_m is None else ()
         if z_scale is None and z_offset_m is None and encoding == "plain":
             factor, words = plausible_scale(raster, heights, spacing)
-            scales, notes = (scales[0] * factor, scales[1]), notes + words
+            scales = (scales[0] * factor, scales[1])
+            notes = notes + words
             if spacing_m is None and raster.spacing_m is None and not words:
                 chosen_m, words = plausible_spacing(heights)
-                spacing, notes = (chosen_m, chosen_m), notes + words
+                spacing = (chosen_m, chosen_m)
+                notes = notes + words
         heightmap = cls(heights, spacing, raster.name)
         heightmap.assumes_spacing = spacing_m is None and raster.spacing_m is None
         if heightmap.assumes_spacing and raster.georeference is z_scale is z_offset_m is None:
             words = not_of_the_earth(heightmap.range_m)
-            heightmap.of_earth, notes = not words, notes + words
-        heightmap.scales, heightmap.notes, heightmap.georeference = scales, notes, raster.georeference
+            heightmap.of_earth = not words
+            notes = notes + words
+        heightmap.scales = scales
+        heightmap.notes = notes
+        heightmap.georeference = raster.georeference
         return heightmap
 
     def copy(self, heights: np.ndarray | None = None) -> Heightmap:
@@ -309,7 +316,8 @@ class Heightmap:
             self._lows, self._highs = (_of_blocks(of, self.heights) for of in (np.fmin, np.fmax))
         blocks = tuple(slice(s.start // RANGE_BLOCK, -(-s.stop // RANGE_BLOCK)) for s in (rows, cols))
         part = self.heights[tuple(slice(s.start * RANGE_BLOCK, s.stop * RANGE_BLOCK) for s in blocks)]
-        self._lows[blocks], self._highs[blocks] = _of_blocks(np.fmin, part), _of_blocks(np.fmax, part)
+        self._lows[blocks] = _of_blocks(np.fmin, part)
+        self._highs[blocks] = _of_blocks(np.fmax, part)
         self.range_m = float(np.fmin.reduce(self._lows, None)), float(np.fmax.reduce(self._highs, None))
 
 

@@ -187,11 +187,14 @@ def _stored(pixels: np.ndarray, suffix: str) -> np.ndarray:
     """Convert pixels to what the format stores; alpha stays linear."""
     if suffix in _OPAQUE:
         pixels = pixels[..., :3]
-    colour, alpha = pixels[..., :3], pixels[..., 3:]
+    colour = pixels[..., :3]
+    alpha = pixels[..., 3:]
     if FORMATS[suffix] == "float" and pixels.dtype == np.uint8:
-        colour, alpha = linear_from_srgb(colour), alpha / 255
+        colour = linear_from_srgb(colour)
+        alpha = alpha / 255
     elif FORMATS[suffix] == "uint8" and pixels.dtype != np.uint8:
-        colour, alpha = srgb_from_linear(colour), np.round(255 * np.clip(alpha, 0, 1))
+        colour = srgb_from_linear(colour)
+        alpha = np.round(255 * np.clip(alpha, 0, 1))
     return np.ascontiguousarray(np.concatenate([colour, alpha], -1).astype("f4" if suffix == ".exr" else "u1"))
 
 
@@ -227,7 +230,8 @@ def one_line(text: str) -> str:
 @contextmanager
 def quiet_stderr() -> Iterator[None]:
     """Silence libpng, which writes to file descriptor 2: our own message says the same in one line."""
-    saved, null = os.dup(2), os.open(os.devnull, os.O_WRONLY)
+    saved = os.dup(2)
+    null = os.open(os.devnull, os.O_WRONLY)
     try:
         os.dup2(null, 2)
         yield

@@ -49,7 +49,8 @@ class MeshDraw:
         defines: Mapping[str, object] = MappingProxyType({}),
         **stages: str,
     ) -> None:
-        self.ctx, self.surface = surface.ctx, surface
+        self.ctx = surface.ctx
+        self.surface = surface
         made_of: dict[str, Any] = {**surface.stages, **stages, "defines": {"TO": to, **surface.defines, **defines}}
         self.program = shaders.program(self.ctx, **made_of, varyings=varyings)
         self._vao: moderngl.VertexArray | None = None
@@ -83,7 +84,8 @@ class MeshDraw:
             raise TerrainError(f"{selection.triangles:,} triangles are too many to be captured: allow a larger error")
         out = self.ctx.buffer(reserve=size)
         surface = self.surface
-        draws, indexed = (surface.draws, selection.draws), surface.indices is not None
+        draws = (surface.draws, selection.draws)
+        indexed = surface.indices is not None
         try:
             triangles = gl.capture(self.ctx, self.program, self.vao, out, *draws, mode=surface.mode, indexed=indexed)
             return out.read(triangles * 3 * vertex_bytes)
@@ -105,7 +107,9 @@ class MeshDraws:
     """One `MeshDraw` for each surface, made when it is first needed; parameters as there."""
 
     def __init__(self, to: str, defines: Mapping[str, object] = MappingProxyType({}), **stages: str) -> None:
-        self._to, self._defines, self._stages = to, defines, stages
+        self._to = to
+        self._defines = defines
+        self._stages = stages
         self._made: dict[Surface, MeshDraw] = {}
 
     def of(self, surface: Surface) -> MeshDraw:
@@ -123,7 +127,8 @@ class MeshDraws:
 def vertex_heights(heights: np.ndarray, places: np.ndarray) -> np.ndarray:
     """Heights of vertices at (..., 2) columns and rows: the post's height, or bilinear between posts."""
     low = np.floor(places).astype(np.int64)
-    (west, north), (east, south) = np.moveaxis(low, -1, 0), np.moveaxis(np.ceil(places).astype(np.int64), -1, 0)
+    west, north = np.moveaxis(low, -1, 0)
+    east, south = np.moveaxis(np.ceil(places).astype(np.int64), -1, 0)
     s, t = np.moveaxis((places - low).astype(np.float32), -1, 0)
     upper = heights[north, west] * (1 - s) + heights[north, east] * s
     return (upper * (1 - t) + (heights[south, west] * (1 - s) + heights[south, east] * s) * t).astype(np.float32)

@@ -60,7 +60,8 @@ class SummedAreaTables:
     def __init__(self, ctx: moderngl.Context, bits: int = 32, strip: int | None = None) -> None:
         if bits not in _WORD_DTYPES:
             raise ValueError(f"bits: expected 8, 16, 32 or 64, got {bits}")
-        self.ctx, self.bits = ctx, bits
+        self.ctx = ctx
+        self.bits = bits
         self.strip = strip or (WHOLE if gl.is_software(ctx) else STRIP)
         self.word_bytes = max(bits, 32) // 8
         self._has_whole_lines = self.strip == WHOLE and (bits < 64 or INT64 in ctx.extensions)

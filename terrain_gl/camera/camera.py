@@ -19,7 +19,8 @@ if TYPE_CHECKING:
 Vector = tuple[float, float, float]
 UP = (0.0, 0.0, 1.0)
 NORTH = (0.0, 1.0, 0.0)
-NEAREST_M, FARTHEST_M = 1e-9, 1e12  # limits of distances and coordinates: their squares stay normal numbers
+NEAREST_M = 1e-9  # limits of distances and coordinates: their squares stay normal numbers
+FARTHEST_M = 1e12
 
 
 @dataclass(frozen=True)
@@ -68,7 +69,8 @@ class Camera:
 
         It shows the middle half of the map, or nearly all of a narrow map.
         """
-        (east, north), (low, high) = terrain.extent_m, terrain.range_m
+        east, north = terrain.extent_m
+        low, high = terrain.range_m
         yaw_deg = 105.0 if north > 1.5 * east else 15.0
         share = 0.45 if max(east, north) < 3 * min(east, north) else 0.9
         middle = (0.5 * east, 0.5 * north, 0.5 * (low + high))
@@ -190,13 +192,15 @@ def screen_shift_px(
 
 def in_picture(camera: Camera, size: tuple[int, int], at: Sequence[np.ndarray], near_m: float) -> np.ndarray:
     """Whether points are in the picture; `at` holds their coordinates along the camera's axes, in metres."""
-    (x, y, z), (tan_x, tan_y) = at, camera.half_extent(size)
+    x, y, z = at
+    tan_x, tan_y = camera.half_extent(size)
     return (z >= near_m) & (np.abs(x) <= tan_x * z) & (np.abs(y) <= tan_y * z)
 
 
 def shift_px(camera: Camera, size: tuple[int, int], at: Sequence[np.ndarray], rise_m: np.ndarray) -> np.ndarray:
     """How far points in the picture move on the screen when they are moved up: see `screen_shift_px`."""
-    (x, y, z), (right, up, forward) = at, camera.axes[:, 2]
+    x, y, z = at
+    right, up, forward = camera.axes[:, 2]
     moved = z + rise_m * forward
     shift = np.hypot(right - x / z * forward, up - y / z * forward) * np.abs(rise_m)
     return np.where(moved > 0, camera.focal_px(size[1]) * shift / np.where(moved > 0, moved, 1.0), np.inf)
@@ -215,10 +219,12 @@ def boxes_in_picture(
     eye = np.asarray(camera.eye)
     low, high = low - eye, high - eye
     if camera.bend_per_m:
-        farthest, nearest = np.where(-low > high, low, high), np.clip(0.0, low, high)
+        farthest = np.where(-low > high, low, high)
+        nearest = np.clip(0.0, low, high)
         low[:, 2] -= camera.bend_per_m * np.square(farthest[:, :2]).sum(1)
         high[:, 2] -= camera.bend_per_m * np.square(nearest[:, :2]).sum(1)
-    (right, up, forward), (tan_x, tan_y) = camera.axes, camera.half_extent(size)
+    right, up, forward = camera.axes
+    tan_x, tan_y = camera.half_extent(size)
     sides = [side * axis - tan * forward for axis, tan in ((right, tan_x), (up, tan_y)) for side in (1, -1)]
     normals = np.array([*sides, -forward])[:, None]  # of the view's planes, outward; beyond one of them is no picture
     slack = 1e-6 * np.array([1 + tan_x + tan_y] * 4 + [1.0])[:, None, None]  # the GPU places vertices in float32

@@ -54,5 +54,6 @@ def drop_between_m(camera: Camera, heightmap: Heightmap, cols: np.ndarray, rows:
 
 
 def _is_round(heightmap: Heightmap, radius_m: float) -> bool:
-    georeference, longest_m = heightmap.georeference, max(heightmap.extent_m)
+    georeference = heightmap.georeference
+    longest_m = max(heightmap.extent_m)
     return georeference is not None and georeference.crs is not None and FROM_M <= longest_m <= radius_m

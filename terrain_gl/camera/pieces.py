@@ -69,7 +69,9 @@ class Piece:
     @property
     def window(self) -> tuple[tuple[float, float], tuple[float, float]]:
         """Factor and offset from clip coordinates of the whole picture to those of the piece, across and up."""
-        (w, h), (x, y), (part_w, part_h) = self.picture, self.corner, self.size
+        w, h = self.picture
+        x, y = self.corner
+        part_w, part_h = self.size
         return (w / part_w, (w - 2 * x - part_w) / part_w), (h / part_h, (h - 2 * y - part_h) / part_h)
 
     @property

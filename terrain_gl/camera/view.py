@@ -35,8 +35,11 @@ class View:
 
     def write(self, terrain: Terrain, camera: Camera, size: tuple[int, int], near_m: float, **settings: Any) -> None:
         """Write a camera to the block; `settings` are its fields tolerance_px, metric and cull."""
-        (x, y, z), (east, north), bend_per_m = camera.eye, terrain.heightmap.spacing_m, camera.bend_per_m
-        row_zero_north, eye_z_m = (terrain.heightmap.rows - 1) * north, z - terrain.base_m
+        x, y, z = camera.eye
+        east, north = terrain.heightmap.spacing_m
+        bend_per_m = camera.bend_per_m
+        row_zero_north = (terrain.heightmap.rows - 1) * north
+        eye_z_m = z - terrain.base_m
         col, row = _post(x / east), _post((row_zero_north - y) / north)
         right, up, forward = camera.axes.tolist()
         values = {
@@ -55,7 +58,8 @@ class View:
         }
         self._values = _SETTINGS | settings | values
         self.reach_m = near_m * math.hypot(1.0, *camera.half_extent(size))
-        self._clip_from_eye, self._piece = clip_from_eye(camera, size, near_m).tolist(), None
+        self._clip_from_eye = clip_from_eye(camera, size, near_m).tolist()
+        self._piece = None
         self.crop(Piece.whole(size))
 
     @property
@@ -77,7 +81,9 @@ class View:
         """Select the piece of the picture to draw next, with the mesh of the whole picture."""
         if piece == self._piece:
             return
-        (x, y, z, w), values, fine = self._clip_from_eye, self._values, piece.fine
+        x, y, z, w = self._clip_from_eye
+        values = self._values
+        fine = piece.fine
         (wide, right), (high, up) = piece.window
         columns = zip(x, y, z, w, strict=True)
         values["clip_from_eye"] = [v for a, b, c, d in columns for v in (wide * a + right * d, high * b + up * d, c, d)]

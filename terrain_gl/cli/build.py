@@ -63,6 +63,7 @@ def _path(args: argparse.Namespace, name: str) -> str:
 
 def summary(about: dict[str, Any]) -> str:
     """A store in one line."""
-    (low, high), filled = about["range_m"], about["filled_voids"]
+    low, high = about["range_m"]
+    filled = about["filled_voids"]
     voids = f", {filled:,} voids filled with {about['fill_m']:g} m" if filled else ""
     return f"{about['cols']} x {about['rows']} posts, {low:g} to {high:g} m{voids}"

@@ -114,7 +114,8 @@ def about(args: argparse.Namespace, scene: options.Scene) -> dict[str, Any]:
 
 def caption(args: argparse.Namespace, scene: options.Scene) -> list[str]:
     """The figure's caption: map, view, the meaning of the numbers, the command."""
-    heightmap, camera = scene.heightmap, scene.camera
+    heightmap = scene.heightmap
+    camera = scene.camera
     place = [",".join(f"{metres:.0f}" for metres in point) for point in (camera.eye, camera.target)]
     lines = [
         f"{os.path.basename(report.shown(heightmap.name))}: {heightmap.cols} × {heightmap.rows} posts",

@@ -147,7 +147,9 @@ def _summary(frames: Sequence[dict[str, Any]]) -> dict[str, Any]:
 def _text(output: str, about: dict[str, Any]) -> str:
     """The flight in a few lines of text."""
     summary = about["summary"]
-    count, triangles, ms = summary["frames"], summary["triangles"]["median"], summary["ms"]["frame"]
+    count = summary["frames"]
+    triangles = summary["triangles"]["median"]
+    ms = summary["ms"]["frame"]
     error = report.certified(about, summary.get("certified_max_error_px", {}).get("max"))
     if "max_error_px" in summary:
         measured = "max_error_px" if about["metric"] == "max" else "rms_error_px"
@@ -161,7 +163,8 @@ def _text(output: str, about: dict[str, Any]) -> str:
 
 
 def _tell_what_is_left(recorder: Recorder) -> None:
-    left, count = "nothing is written", recorder.frames
+    left = "nothing is written"
+    count = recorder.frames
     if not is_folder(recorder.path):
         count = parts.kept(count) if _has_parts(recorder.path) else 0
     if count:

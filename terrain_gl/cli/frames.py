@@ -64,7 +64,8 @@ class Drawing:
     """A renderer that draws the frames of a flight, each as if it were the only one."""
 
     def __init__(self, args: argparse.Namespace, scene: options.Scene) -> None:
-        self._args, self._view = args, options.view_of(args, scene)
+        self._args = args
+        self._view = options.view_of(args, scene)
         self._renderer = options.make_renderer(args, scene, lit=True)
         if self._renderer.streaming:
             self._renderer.streaming.is_repeatable = True
@@ -95,7 +96,8 @@ class Flight:
 
     def frames(self, first: int, show: Callable[[float], None] | None) -> Generator[Drawn, None, None]:
         """Draw the frames from number `first` on; `show` is called with the progress, 0 to 1."""
-        args, poses = self.args, islice(self.path.poses(self.count), first, None)
+        args = self.args
+        poses = islice(self.path.poses(self.count), first, None)
         if args.workers == 1 and not args.scheduler:
             with contextlib.closing(Drawing(args, self.scene)) as drawing:
                 for number, pose in enumerate(poses, first):

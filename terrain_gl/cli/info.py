@@ -74,9 +74,11 @@ def _lies(place: Place | None) -> dict[str, Any]:
         return {"crs": None, "transform": None, "middle_lonlat": None}
     grid = place.georeference.grid
     try:
-        name, middle = place.name, list(place.middle)
+        name = place.name
+        middle = list(place.middle)
     except TerrainError:
-        name, middle = None, None
+        name = None
+        middle = None
     return {"crs": name, "transform": [grid.c, grid.a, grid.b, grid.f, grid.d, grid.e], "middle_lonlat": middle}
 
 
@@ -104,7 +106,9 @@ def text(probes: list[Probe], found: dict[str, Any]) -> str:
 
 
 def _map_lines(about: dict[str, Any]) -> dict[str, str]:
-    (east, north), (width, depth), (low, high) = about["spacing_m"], about["extent_m"], about["range_m"]
+    east, north = about["spacing_m"]
+    width, depth = about["extent_m"]
+    low, high = about["range_m"]
     lies = degrees(*about["middle_lonlat"]) if about["middle_lonlat"] else "unknown"
     return {
         "map": report.shown(os.path.basename(about["name"])),

@@ -58,14 +58,19 @@ def command_line(
     told = dict(heightmap.opened or {"path": heightmap.name})
     known = find_bundled(path := told.pop("path"))
     if known and all(told[name] in (getattr(known, name), (getattr(known, name),) * 2) for name in SCALES):
-        path, start, sun = known.name, known.camera, known.sun
+        path = known.name
+        start = known.camera
+        sun = known.sun
         told = {name: value for name, value in told.items() if name not in SCALES}
     else:
-        path, start, sun = os.path.abspath(path), standard_view(seen), standard_sun(seen)
+        path = os.path.abspath(path)
+        start = standard_view(seen)
+        sun = standard_sun(seen)
         usual = inspect.signature(Heightmap.open).parameters
         told = {name: value for name, value in told.items() if known or value != usual[name].default}
         if known:  # the line must replace the bundled map's own scales
-            told["spacing_m"], (told["z_scale"], told["z_offset_m"]) = heightmap.spacing_m, heightmap.scales
+            told["spacing_m"] = heightmap.spacing_m
+            told["z_scale"], told["z_offset_m"] = heightmap.scales
     if edited:
         told["edits"] = edited.saved_as
     told |= {name: value for name, value in vars(camera).items() if name in _CAMERA and value != getattr(start, name)}

@@ -91,7 +91,8 @@ def add_camera(command: Any, moving: bool = False) -> None:
         command.set_defaults(view=None, eye=None, target=None, up=None, at=None, stand=None)
     else:
         group.add_argument("--view", choices=tuple(VIEWS), help="a standard view; --eye and --target change it")
-        eye, target = group.add_mutually_exclusive_group(), group.add_mutually_exclusive_group()
+        eye = group.add_mutually_exclusive_group()
+        target = group.add_mutually_exclusive_group()
         eye.add_argument("--eye", type=values.point, metavar="X,Y,Z", help="the camera: metres east, north, up")
         what = "the camera, M metres above the ground (default: 2 posts)"
         eye.add_argument("--from", type=values.lonlat, metavar="LON,LAT[,M]", dest="stand", help=what)
@@ -265,7 +266,8 @@ def camera_options(args: argparse.Namespace) -> dict[str, Any]:
 def _camera(args: argparse.Namespace, heightmap: Heightmap, start: Camera) -> Camera:
     """The camera of a first view, changed by the options."""
     given = camera_options(args)
-    at, stand = given.pop("at", None), given.pop("stand", None)
+    at = given.pop("at", None)
+    stand = given.pop("stand", None)
     camera = replace(start, **given)
     if at:
         camera = look_at(heightmap, replace(start, **given), *at)

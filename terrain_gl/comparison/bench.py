@@ -57,9 +57,12 @@ def strokes(renderer: Renderer, count: int = 20, radius_posts: int = 64) -> dict
     dict
         `radius_posts`, `count`, `ms` (median, most, middle, rebuild) and `ratio` to the rebuild: docs/stats.md.
     """
-    heightmap, finish = renderer.heightmap, renderer.ctx.finish
-    (east, north), (low, high) = heightmap.extent_m, heightmap.range_m
-    rng, sculptor = np.random.default_rng(0), Sculptor(renderer)
+    heightmap = renderer.heightmap
+    finish = renderer.ctx.finish
+    east, north = heightmap.extent_m
+    low, high = heightmap.range_m
+    rng = np.random.default_rng(0)
+    sculptor = Sculptor(renderer)
     places = rng.random((count, 2)) * (east, north)
     renderer.editor.make_headroom(up_m=0.1 * (high - low), down_m=0.1 * (high - low))
     sculptor.dab(
@@ -73,7 +76,8 @@ def strokes(renderer: Renderer, count: int = 20, radius_posts: int = 64) -> dict
     while sculptor.undo():
         pass
     sculptor.end()
-    elsewhere, middle = times[:count], times[count:]
+    elsewhere = times[:count]
+    middle = times[count:]
     ms = {"median": median(elsewhere), "most": max(elsewhere), "middle": median(middle)}
     ratio = {name: value / rebuild_ms for name, value in ms.items()}
     return {"radius_posts": radius_posts, "count": count, "ms": ms | {"rebuild": rebuild_ms}, "ratio": ratio}
@@ -90,7 +94,8 @@ def flight(renderer: Renderer, frames: int = 1000, dab_every: int = 10, **view: 
     dict
         `frames`, `dabs`, `ms` (median, p99_9, most) and `p99_9_to_median`: docs/stats.md.
     """
-    heightmap, sculptor = renderer.heightmap, Sculptor(renderer)
+    heightmap = renderer.heightmap
+    sculptor = Sculptor(renderer)
     relief_m = heightmap.range_m[1] - heightmap.range_m[0]
     renderer.editor.make_headroom(0.1 * relief_m, 0.1 * relief_m)
     poses = list(tour(heightmap).poses(frames))
@@ -174,7 +179,8 @@ def _python_ms(renderer: Renderer, rounds: int, view: dict[str, Any]) -> float:
     The picture is tiny, so that the driver takes little; for Python it is a frame as any other. Rounds of frames with
     and without the profiler alternate, so that both meet the same load of the machine.
     """
-    size, draw = renderer.size, partial(renderer.draw, **view)
+    size = renderer.size
+    draw = partial(renderer.draw, **view)
     renderer.resize(TINY)
     try:
         draw()

@@ -50,7 +50,10 @@ class Bilinear:
     indices = None
 
     def __init__(self, selector: QuadtreeSelector) -> None:
-        self.ctx, self.selector, self.terrain, self.view = selector.ctx, selector, selector.terrain, selector.view
+        self.ctx = selector.ctx
+        self.selector = selector
+        self.terrain = selector.terrain
+        self.view = selector.view
         self.draws = self.ctx.buffer(reserve=gl.COMMAND_STRIDE)
 
     @property

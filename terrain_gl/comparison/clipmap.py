@@ -106,7 +106,8 @@ def rings_of(heightmap: Heightmap, eye: tuple[float, ...], cells: np.ndarray, fi
     last = np.array([heightmap.cols - 1, heightmap.rows - 1])
     at = np.array([0, last[1]]) + np.array([eye[0], -eye[1]]) / heightmap.spacing_m
     top = max(1, int(max(last) - 1).bit_length())
-    rings, hole = [], np.zeros(4, int)
+    rings = []
+    hole = np.zeros(4, int)
     for level in range(min(finest, top), top + 1):
         rim = rim_of(last, level)
         low = 2 * np.round((at / 2**level - cells / 2) / 2).astype(int)
@@ -136,7 +137,8 @@ def blocks_of(ring: Ring) -> np.ndarray:
     │   └─────┘   │
     └─────────────┘
     """
-    (west, north, east, south), (hole_west, hole_north, hole_east, hole_south) = ring.outline, ring.hole
+    west, north, east, south = ring.outline
+    hole_west, hole_north, hole_east, hole_south = ring.hole
     parts = [(west, north, east, south)]
     if hole_west < hole_east:
         parts = [
@@ -147,13 +149,16 @@ def blocks_of(ring: Ring) -> np.ndarray:
         ]
     corners = np.concatenate([_cut(*part) for part in parts])
     blocks = np.zeros(len(corners), _BLOCK)
-    blocks["cells"], blocks["border"], blocks["level"] = corners, ring.border, ring.level
+    blocks["cells"] = corners
+    blocks["border"] = ring.border
+    blocks["level"] = ring.level
     return blocks
 
 
 def _cut(west: int, north: int, east: int, south: int) -> np.ndarray:
     """Blocks (n, 4) of a rectangle: column, row, columns, rows."""
-    (x, width), (y, height) = _spans(west, east), _spans(north, south)
+    x, width = _spans(west, east)
+    y, height = _spans(north, south)
     columns, rows = len(x), len(y)
     return np.stack([np.tile(x, rows), y.repeat(columns), np.tile(width, rows), height.repeat(columns)], -1)
 
@@ -201,7 +206,10 @@ class Clipmap:
     mode = moderngl.TRIANGLES
 
     def __init__(self, terrain: Terrain, view: View, pyramid: Pyramid) -> None:
-        self.ctx, self.terrain, self.view, self.pyramid = terrain.ctx, terrain, view, pyramid
+        self.ctx = terrain.ctx
+        self.terrain = terrain
+        self.view = view
+        self.pyramid = pyramid
         self.indices: moderngl.Buffer = self.ctx.buffer(_grid_indices().tobytes())
         self._block = self.ctx.buffer(reserve=CLIPMAP.itemsize)
         self._blocks = self.ctx.buffer(reserve=_BLOCK.itemsize)
@@ -229,7 +237,8 @@ class Clipmap:
         self.view.write(self.terrain, camera, size, near_m, tolerance_px=goal.tolerance_px, cull=goal.cull)
         chosen, blocks = self._blocks_in(camera, size, near_m, rings, goal.cull)
         self._write(blocks, rings, chosen[-1].level)
-        draws, most = -(-len(blocks) // _DRAW), 2 * BLOCK**2 * len(blocks)
+        draws = -(-len(blocks) // _DRAW)
+        most = 2 * BLOCK**2 * len(blocks)
         return Selection(self, (len(blocks),), self._count(blocks), most, 0, None, draws)
 
     def candidates(
@@ -329,7 +338,9 @@ class Clipmap:
 
     def _boxes(self, blocks: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
         """World boxes around the blocks: smallest and largest corners, (n, 3) metres."""
-        first, last, step = blocks["cells"][:, :2], blocks["cells"][:, :2] + blocks["cells"][:, 2:], blocks["level"]
+        first = blocks["cells"][:, :2]
+        last = blocks["cells"][:, :2] + blocks["cells"][:, 2:]
+        step = blocks["level"]
         ranges = self.pyramid.ranges(first // BLOCK, step + BLOCK.bit_length() - 1)
         side = 2.0 ** step[:, None]
         # a vertex on a border may be moved by one place
@@ -339,7 +350,8 @@ class Clipmap:
         """Upload blocks, draw commands and the sizes of the rings."""
         cells = self._cells(rings.ring)
         described = np.zeros((), CLIPMAP)
-        described["reach"], described["coarsest"] = cells / 2, coarsest
+        described["reach"] = cells / 2
+        described["coarsest"] = coarsest
         described["middle"], described["middle_m"], _ = self.view.eye
         # blending must begin outside the finer ring, which ends half-way
         described["transition"] = np.clip(rings.transition * cells, 0.01, np.maximum(cells / 4 - 1.6, 0.01))

@@ -219,7 +219,8 @@ def _picture(
 ) -> tuple[np.ndarray, np.ndarray, dict[str, Any]]:
     """A supersampled picture, (height, width, 3) uint8, the share of sky in its pixels, and its stats."""
     width, height = renderer.size
-    image, sky = np.empty((height, width, 3), np.uint8), np.empty((height, width), np.float32)
+    image = np.empty((height, width, 3), np.uint8)
+    sky = np.empty((height, width), np.float32)
 
     def receive(piece: Piece, pixels: np.ndarray) -> None:
         image[piece.rows, piece.cols] = pixels[..., :3]

@@ -20,7 +20,8 @@ FORMATS = (".png", ".jpg", ".pdf", ".svg")
 # Okabe, Ito 2008, "Color universal design": colours that people with any colour vision can tell apart
 COLOURS = {"clipmap": "#D55E00", "tessellated": "#E69F00", "sat": "#0072B2", "quadtree": "#009E73", "pruned": "#555555"}
 _MARKERS = {"clipmap": "s", "tessellated": "^", "sat": "o", "quadtree": "D"}
-_WIDTH_IN, _DPI = 16.0, 150
+_WIDTH_IN = 16.0
+_DPI = 150
 _HEAT = "inferno"  # perceptually uniform; black means no error
 _STYLE: Any = {
     "font.family": "serif",
@@ -109,7 +110,9 @@ def figure(
 class _Layout:
     """Positions in inches from the upper left."""
 
-    margin, gap, title = 0.25, 0.12, 0.82
+    margin = 0.25
+    gap = 0.12
+    title = 0.82
 
     def __init__(self, comparison: Comparison, with_curves: bool, lines: int) -> None:
         self.columns = len(comparison.entries) + 1
@@ -131,7 +134,8 @@ class _Layout:
 
     def at(self, sheet: Any, left: float, top: float, width: float, height: float) -> Any:
         """Axes in inches."""
-        tall, wide = self.height_in, _WIDTH_IN
+        tall = self.height_in
+        wide = _WIDTH_IN
         return sheet.add_axes((left / wide, 1 - (top + height) / tall, width / wide, height / tall))
 
     def write(self, sheet: Any, left: float, top: float, text: str, **style: Any) -> None:
@@ -172,7 +176,9 @@ def _picture(axes: Any, pixels: np.ndarray, inset: tuple[slice, slice]) -> None:
 
     axes.imshow(pixels, interpolation="antialiased", aspect="auto")
     rows, cols = inset
-    corner, width, height = (cols.start - 0.5, rows.start - 0.5), cols.stop - cols.start, rows.stop - rows.start
+    corner = (cols.start - 0.5, rows.start - 0.5)
+    width = cols.stop - cols.start
+    height = rows.stop - rows.start
     axes.add_patch(Rectangle(corner, width, height, fill=False, edgecolor="black", linewidth=2.4))
     axes.add_patch(Rectangle(corner, width, height, fill=False, edgecolor="white", linewidth=1.2))
 

@@ -37,7 +37,9 @@ def shaded_from_mesh(renderer: Renderer, camera: Camera, **options: Any) -> Iter
     sums = HeightSums(terrain)
     lighting = Lighting(terrain, sums)
     kept = picture.terrain, picture.sums, picture.lighting
-    picture.terrain, picture.sums, picture.lighting = terrain, sums, lighting
+    picture.terrain = terrain
+    picture.sums = sums
+    picture.lighting = lighting
     try:
         yield
     finally:

@@ -25,10 +25,12 @@ class Mipmaps:
     """Mipmaps of normals, slopes, their products and the sun's visibility, for one sun."""
 
     def __init__(self, picture: Picture) -> None:
-        self.ctx, self.terrain = picture.ctx, picture.terrain
+        self.ctx = picture.ctx
+        self.terrain = picture.terrain
         size = self.terrain.heightmap.cols - 1, self.terrain.heightmap.rows - 1
         self._record = shaders.compute(self.ctx, "comparison/prefilter/record.comp")
-        self._sweep, self._horizon = Sweep(self.terrain), horizon_texture(self.terrain, 1)
+        self._sweep = Sweep(self.terrain)
+        self._horizon = horizon_texture(self.terrain, 1)
         self.textures = [self._texture(size) for _ in range(3)]
 
     def follow(self, sun: tuple[float, float, float], radius: float = SUN_RADIUS) -> None:

@@ -58,7 +58,8 @@ def quads_within(
     by at most one level: one more triangle on each edge with a finer neighbour then closes all cracks.
     """
     view = view_of(camera, size, near_m)
-    scale, seen = _seen_posts(heights, spacing_m, view, void), nodes_in_picture(heights, spacing_m, view)
+    scale = _seen_posts(heights, spacing_m, view, void)
+    seen = nodes_in_picture(heights, spacing_m, view)
     coarse = [np.zeros(seen[0].shape, bool)]
     coarse += [(_worst_px(heights, scale, j) > tolerance_px) & seen[j] for j in range(1, len(seen))]
     plain = unsplit(heights.shape, len(seen) - 1)
@@ -94,7 +95,8 @@ def pruned_quads(
         (rows, cols) weight of each post in the mean and in the minimised sum; 1 by default.
     """
     view = view_of(camera, size, near_m)
-    scale, seen = _seen_posts(heights, spacing_m, view, void), nodes_in_picture(heights, spacing_m, view)
+    scale = _seen_posts(heights, spacing_m, view, void)
+    seen = nodes_in_picture(heights, spacing_m, view)
     scale = scale._replace(px_m=scale.px_m * np.sqrt(weights)) if weights is not None else scale
     squares = [np.zeros(seen[0].shape)] + [_squares_px(heights, scale, j) for j in range(1, len(seen))]
     posts = max(1.0, float(np.sum(scale.seen if weights is None else weights[scale.seen])))
@@ -179,13 +181,15 @@ def nodes_in_picture(heights: np.ndarray, spacing_m: tuple[float, float], view: 
 
 def bands(heights: np.ndarray, level: int, posts: int = 1 << 21) -> list[slice]:
     """Cut a map into bands of whole rows of nodes, about `posts` posts each; neighbours share a row of posts."""
-    last, side = len(heights) - 1, max(1, posts // heights.shape[1] >> level) << level
+    last = len(heights) - 1
+    side = max(1, posts // heights.shape[1] >> level) << level
     return [slice(low, min(low + side, last) + 1) for low in range(0, last, side)]
 
 
 def _prune(squares: list[np.ndarray], seen: list[np.ndarray], price: float) -> tuple[list[np.ndarray], int, float]:
     """The nodes to split, because their best subtrees cost less; triangles and squared error of the best tree."""
-    error, count = squares[0], 2 * seen[0].astype(np.int64)
+    error = squares[0]
+    count = 2 * seen[0].astype(np.int64)
     pays = [np.zeros(seen[0].shape, bool)]
     for level in range(1, len(seen)):
         parts = [sum_children(values, seen[level].shape) for values in (error, count)]

@@ -39,7 +39,9 @@ class Pyramid:
     """
 
     def __init__(self, terrain: Terrain, kind: str = "spline") -> None:
-        self.ctx, self.terrain, self.weights = terrain.ctx, terrain, FILTERS[kind]
+        self.ctx = terrain.ctx
+        self.terrain = terrain
+        self.weights = FILTERS[kind]
         self.sizes = [(columns + 1, rows + 1) for (columns, rows), *_ in terrain.levels]
         self._halve = shaders.compute(self.ctx, "comparison/clipmap/halve.comp")
         self._first = _places(self.sizes)
@@ -65,14 +67,17 @@ class Pyramid:
 
     def update(self, posts: Rect) -> None:
         """Follow an edit of the posts of columns x0 to x1 and rows y0 to y1, (x0, y0, x1, y1)."""
-        self._ranges, self._errors_m = [], np.zeros(0)
+        self._ranges = []
+        self._errors_m = np.zeros(0)
         self.bind()
         bind("comparison/clipmap/halve.comp", u_out=self._texture)
         self._halve["u_weights"] = self.weights
         low, high = np.array(posts[:2]), np.array(posts[2:])
         for level, size in list(enumerate(self.sizes))[1:]:
             low, high = np.maximum(low - _TAPS, 0) // 2, np.minimum((high + _TAPS + 1) // 2 + 1, size)
-            self._halve["u_to"], self._halve["u_first"], self._halve["u_end"] = level, tuple(low), tuple(high)
+            self._halve["u_to"] = level
+            self._halve["u_first"] = tuple(low)
+            self._halve["u_end"] = tuple(high)
             self._halve.run(-(-int(high[0] - low[0]) // 64), int(high[1] - low[1]))
             self.ctx.memory_barrier(_BARRIER)
             high = high - 1
@@ -141,7 +146,8 @@ def halve(heights: np.ndarray, weights: tuple[float, float, float]) -> np.ndarra
 
 def _places(sizes: list[tuple[int, int]]) -> list[tuple[int, int]]:
     """Column and row of each level's first texel: level 1 is on the left, coarser levels in a column to its right."""
-    places, y = [(0, 0), (0, 0)], 0
+    places = [(0, 0), (0, 0)]
+    y = 0
     for _, height in sizes[2:]:
         places.append((sizes[1][0], y))
         y += height
@@ -154,7 +160,8 @@ def _on_triangles(heights: np.ndarray, level: int, posts: np.ndarray, shape: tup
     at = np.minimum(posts >> level, np.array(heights.shape) - 2)
     low, high = at << level, np.minimum(at + 1 << level, last)
     v, u = ((posts - low) / (high - low)).T
-    (y, x), corner = at.T, heights.astype(np.float64)
+    y, x = at.T
+    corner = heights.astype(np.float64)
     a, b, c, d = corner[y, x], corner[y, x + 1], corner[y + 1, x], corner[y + 1, x + 1]
     return np.where(u >= v, a + u * (b - a) + v * (d - b), a + v * (c - a) + u * (d - c))
 

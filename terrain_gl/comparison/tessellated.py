@@ -94,13 +94,15 @@ def places_of(ring: Ring) -> np.ndarray:
 
     Edges are bits: west, north, east, south.
     """
-    (west, north, east, south), hole = ring.outline, ring.hole
+    west, north, east, south = ring.outline
+    hole = ring.hole
     x, y = (v.ravel() for v in np.meshgrid(np.arange(west, east), np.arange(north, south)))
     across, down = (x >= hole[0]) & (x < hole[2]), (y >= hole[1]) & (y < hole[3])
     finer = np.stack([(x == hole[2]) & down, (y == hole[3]) & across, (x == hole[0] - 1) & down])
     finer = np.vstack([finer, [(y == hole[1] - 1) & across]])
     places = np.zeros(len(x), _PLACE)
-    places["at"], places["level"] = np.stack([x, y], -1), ring.level
+    places["at"] = np.stack([x, y], -1)
+    places["level"] = ring.level
     places["finer"] = (finer << np.arange(4)[:, None]).sum(0)
     return places[~(across & down)]
 
@@ -129,7 +131,10 @@ class Tessellated:
     indices = None
 
     def __init__(self, terrain: Terrain, view: View, pyramid: Pyramid) -> None:
-        self.ctx, self.terrain, self.view, self.pyramid = terrain.ctx, terrain, view, pyramid
+        self.ctx = terrain.ctx
+        self.terrain = terrain
+        self.view = view
+        self.pyramid = pyramid
         self._levels = shaders.compute(self.ctx, "comparison/tessellated/levels.comp")
         self._measures = self.ctx.buffer(reserve=MEASURES.itemsize)
         self._places = self.ctx.buffer(reserve=_PLACE.itemsize)
@@ -178,7 +183,9 @@ class Tessellated:
     def _fit(self, camera: Camera, size: tuple[int, int], near_m: float, triangles: int, edges: Edges) -> Edges:
         """The length of edges that gives about `triangles` triangles in the picture."""
         patches = len(self._look(camera, size, near_m, edges))
-        short, long, tried = 1e-3, 1e6, []
+        short = 1e-3
+        long = 1e6
+        tried = []
         for _ in range(_TRIES):
             middle = replace(edges, edge_px=math.sqrt(short * long))
             count = self._cut(patches, middle)
@@ -204,7 +211,8 @@ class Tessellated:
     ) -> np.ndarray:
         """Find the patches in the picture, and upload them and the view."""
         self.view.write(self.terrain, camera, size, near_m, tolerance_px=tolerance_px, cull=cull)
-        cells, finest = np.array([edges.ring, edges.ring]), edges.patch.bit_length() - 1
+        cells = np.array([edges.ring, edges.ring])
+        finest = edges.patch.bit_length() - 1
         rings = rings_of(self.terrain.heightmap, camera.eye, cells, finest)
         places = np.concatenate([places_of(ring) for ring in rings])
         if cull:
@@ -216,7 +224,8 @@ class Tessellated:
 
     def _boxes(self, places: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
         """World boxes around the patches: smallest and largest corners, (n, 3) metres."""
-        low, level = places["at"], places["level"]
+        low = places["at"]
+        level = places["level"]
         return self.terrain.boxes(low << level[:, None], low + 1 << level[:, None], self.pyramid.ranges(low, level))
 
     def _cut(self, patches: int, edges: Edges) -> int:

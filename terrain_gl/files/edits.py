@@ -26,7 +26,8 @@ from ..readers.raster import has_rasterio
 from ..readers.windows import RasterFile, Reading, corner_on
 from .writers import heightmap_file
 
-PATCH, WINDOW = (".npz",), (".tif", ".tiff")
+PATCH = (".npz",)
+WINDOW = (".tif", ".tiff")
 _FORMAT = 1
 Tiles = dict[tuple[int, int], np.ndarray]
 
@@ -115,7 +116,8 @@ def write_tiles(path: str | os.PathLike[str], heightmap: EditedMap, tiles: Tiles
 
 
 def _write_window(path: str | os.PathLike[str], heightmap: EditedMap, tiles: Tiles) -> None:
-    side, place = heightmap.tile, heightmap.georeference
+    side = heightmap.tile
+    place = heightmap.georeference
     assert place is not None
     rows, cols = _hull(tiles, side, (heightmap.rows, heightmap.cols))
     grid = place.grid._replace(c=place.grid.c + cols.start * place.grid.a, f=place.grid.f + rows.start * place.grid.e)
@@ -199,7 +201,8 @@ def _arrays(path: str) -> dict[str, Any]:
             raise ValueError("it is no zip archive")
         with np.load(path) as file:
             found = {name: file[name] for name in ("format", "store", "shape", "tiles", "heights")}
-        heights, tiles = found["heights"], found["tiles"]
+        heights = found["heights"]
+        tiles = found["tiles"]
         fits = heights.ndim == 3 and heights.dtype == np.float32 and tiles.shape == (len(heights), 2)
         if (
             not fits

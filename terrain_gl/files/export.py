@@ -93,7 +93,8 @@ def files_beside(path: str | os.PathLike[str]) -> list[Path]:
     UsageError
         The format has no texture.
     """
-    path, endings = Path(path), {".ply": (".png",), ".obj": (".png", ".mtl"), ".glb": ()}
+    path = Path(path)
+    endings = {".ply": (".png",), ".obj": (".png", ".mtl"), ".glb": ()}
     if path.suffix.lower() not in endings:
         raise UsageError(f"{path}: has no texture: write one of {', '.join(endings)}")
     return [path.with_suffix(ending) for ending in endings[path.suffix.lower()]]

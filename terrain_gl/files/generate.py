@@ -190,9 +190,12 @@ def stored(band: np.ndarray, land: Land, suffix: str) -> np.ndarray:
 
 
 def _set(kernel: Any, land: Land, size: tuple[int, int], first_row: int) -> None:
-    kernel["u_size"], kernel["u_first_row"] = size, first_row
+    kernel["u_size"] = size
+    kernel["u_first_row"] = first_row
     kernel["u_step"] = step_of(land)
-    kernel["u_seed"], kernel["u_cliffs"], kernel["u_octaves"] = land.seed, land.cliffs, land.octaves_made
+    kernel["u_seed"] = land.seed
+    kernel["u_cliffs"] = land.cliffs
+    kernel["u_octaves"] = land.octaves_made
     kernel["u_recipe"] = RECIPES.index(land.recipe)
 
 

@@ -94,7 +94,8 @@ def open_map(name_or_path: str, **options: Any) -> tuple[Heightmap, BundledMap |
     own = {key: getattr(known, key) for key in SCALES} if known else {}
     heightmap = Heightmap.open(known.path if known else name_or_path, **own | given)
     if known:
-        heightmap.name, heightmap.look = known.name, known.look
+        heightmap.name = known.name
+        heightmap.look = known.look
     return heightmap, None if given.keys() & set(SCALES) else known
 
 

@@ -89,7 +89,8 @@ class Mesh:
         """From world metres to coordinates: `crs`, and for each axis coordinate = origin + scale · metres."""
         if self.place is None:
             return None
-        (x, y), (east, north) = self.place.to_map(0.0, 0.0), self.place.to_map(*self.spacing_m)
+        x, y = self.place.to_map(0.0, 0.0)
+        east, north = self.place.to_map(*self.spacing_m)
         scale = [(east - x) / self.spacing_m[0], (north - y) / self.spacing_m[1]]
         return {"crs": self.place.crs, "origin": [x, y], "scale": scale}
 
@@ -98,7 +99,8 @@ class Mesh:
         """The origin as lines of ASCII text, for a comment in a file."""
         if not (origin := self.origin):
             return []
-        (x, y), (across, up) = origin["origin"], origin["scale"]
+        x, y = origin["origin"]
+        across, up = origin["scale"]
         crs = " ".join((origin["crs"] or "unknown").encode("ascii", "replace").decode().split())
         return [f"origin {x:.17g} {y:.17g}", f"scale {across:.17g} {up:.17g}", f"crs {crs}"]
 
@@ -140,12 +142,14 @@ def _ply(mesh: Mesh, name: str) -> Iterator[bytes]:
     yield "\n".join(lines).encode("ascii")
     for part in _parts(len(mesh.posts)):
         vertices = np.empty(part.stop - part.start, _VERTEX)
-        vertices["place"], vertices["normal"] = mesh.world(part), mesh.normals(part)
+        vertices["place"] = mesh.world(part)
+        vertices["normal"] = mesh.normals(part)
         vertices["texture"] = _upwards(mesh.texture_places(part))
         yield vertices.tobytes()
     for part in _parts(len(mesh.faces)):
         faces = np.empty(part.stop - part.start, _FACE)
-        faces["n"], faces["vertices"] = 3, mesh.faces[part]
+        faces["n"] = 3
+        faces["vertices"] = mesh.faces[part]
         yield faces.tobytes()
 
 
@@ -203,7 +207,8 @@ def _lattice(mesh: Mesh, part: slice) -> np.ndarray:
 
 def _lattice_normals(mesh: Mesh, part: slice) -> np.ndarray:
     """(k, 3) normals that become those of the land by the node's scale."""
-    (east, north), (x, y, z) = mesh.spacing_m, mesh.normals(part).T
+    east, north = mesh.spacing_m
+    x, y, z = mesh.normals(part).T
     return _unit(np.stack([east * x, z, -north * y], -1))
 
 
@@ -281,7 +286,8 @@ def _stl(mesh: Mesh, name: str) -> Iterator[bytes]:
     """Binary STL (3D Systems 1989) of a solid in millimetres: the land, walls along its rim, and a level base."""
     mesh = _shared(mesh)
     top = _millimetres(mesh)
-    n, bottom = len(top), top * [1, 1, 0]
+    n = len(top)
+    bottom = top * [1, 1, 0]
     corners = np.concatenate([top, bottom])
     rim = _rim(mesh.faces.astype(np.int64))
     a, b = rim.T

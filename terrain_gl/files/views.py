@@ -27,7 +27,8 @@ _SOLID = 0.9  # least share of posts with data, in a block and its neighbours, f
 _STEEP = 0.12  # relief over extent from which on the sun has its usual height
 _LOWEST_SUN = 15.0  # degrees
 _FEW = 24  # posts a side of a small map, which the first view shows as a whole
-_LEAST_PART, _MOST_PART = 0.3, 0.75  # size of the part that the first view looks at, relative to the map
+_LEAST_PART = 0.3  # size of the part that the first view looks at, relative to the map
+_MOST_PART = 0.75
 _IN_FRAME = 0.62  # share of that part whose corners are certainly in the picture
 _TRIES = 64  # places that are tried until the sight is free
 Post = tuple[int, int]
@@ -45,7 +46,8 @@ def overview(heightmap: Heightmap, fov_deg: float = 45.0) -> Camera:
     The flatter the map, the smaller this part, so that relief is visible. A map of few posts is shown as a whole. For a
     long map, this is `Camera.default`.
     """
-    (east, north), (low_m, high_m) = heightmap.extent_m, heightmap.range_m
+    east, north = heightmap.extent_m
+    low_m, high_m = heightmap.range_m
     if min(heightmap.rows, heightmap.cols) < 3 or max(east, north) > 3 * min(east, north):
         return Camera.default(heightmap, fov_deg)
     if max(heightmap.rows, heightmap.cols) <= _FEW:
@@ -129,7 +131,8 @@ def look_at(heightmap: Heightmap, camera: Camera, lon: float, lat: float, above_
 
 def drawn_near(heightmap: Heightmap, camera: Camera, share: float = 1 / 4) -> Camera:
     """The camera, moved along its line of sight to `share` of the map's longer side from its target, above ground."""
-    target, eye = np.asarray(camera.target, np.float64), np.asarray(camera.eye, np.float64)
+    target = np.asarray(camera.target, np.float64)
+    eye = np.asarray(camera.eye, np.float64)
     back = (eye - target) / max(float(np.linalg.norm(eye - target)), 1e-9)
     x, y, z = target + share * max(heightmap.extent_m) * back
     clear = _ground_m(heightmap, x, y) + 2 * max(heightmap.spacing_m)
@@ -138,7 +141,8 @@ def drawn_near(heightmap: Heightmap, camera: Camera, share: float = 1 / 4) -> Ca
 
 def depth_below_ground(heightmap: Heightmap, camera: Camera) -> float:
     """How far the eye is below all four posts around it, in metres; 0 above them, beside voids and off the map."""
-    (x, y, z), (east, north) = camera.eye, heightmap.spacing_m
+    x, y, z = camera.eye
+    east, north = heightmap.spacing_m
     col, row = math.floor(x / east), heightmap.rows - 2 - math.floor(y / north)
     if not (0 <= col < heightmap.cols - 1 and 0 <= row < heightmap.rows - 1):
         return 0.0
@@ -271,7 +275,8 @@ def _on_map(heightmap: Heightmap, lon: float, lat: float) -> tuple[float, float]
     x, y = place.from_lonlat(lon, lat)
     width, depth = heightmap.extent_m
     if not (0 <= x <= width and 0 <= y <= depth):
-        (west, south), (east, north) = place.to_lonlat(0.0, 0.0), place.to_lonlat(width, depth)
+        west, south = place.to_lonlat(0.0, 0.0)
+        east, north = place.to_lonlat(width, depth)
         raise UsageError(
             f"{heightmap.name}: {lon:g},{lat:g} lies off the map, which reaches from {west:.5g},{south:.5g} to "
             f"{east:.5g},{north:.5g} (longitude, latitude)"
@@ -281,7 +286,8 @@ def _on_map(heightmap: Heightmap, lon: float, lat: float) -> tuple[float, float]
 
 def _ground_m(heightmap: Heightmap, x: float, y: float) -> float:
     """Height of the post nearest to a place, which may be off the map; the map's lowest height for a void."""
-    (east, north), (rows, cols) = heightmap.spacing_m, heightmap.heights.shape
+    east, north = heightmap.spacing_m
+    rows, cols = heightmap.heights.shape
     row, col = rows - 1 - round(y / north), round(x / east)
     height = float(heightmap.heights[min(max(row, 0), rows - 1), min(max(col, 0), cols - 1)])
     return heightmap.range_m[0] if math.isnan(height) else height

@@ -138,7 +138,8 @@ class HeightmapFile:
     def __init__(
         self, beside: Path, path: str | os.PathLike[str], size: tuple[int, int], dtype: str, description: str
     ) -> None:
-        self.path, self.row = path, 0
+        self.path = path
+        self.row = 0
         spec = oiio.ImageSpec(*size, 1, dtype)
         spec.attribute("ImageDescription", description)
         spec.attribute("compression", "zip")
@@ -172,7 +173,9 @@ class GeoTiff:
     def __init__(self, beside: Path, path: str | os.PathLike[str], place: Georeference, description: str) -> None:
         import rasterio
 
-        self.path, self.row, (self.cols, rows) = path, 0, place.size
+        self.path = path
+        self.row = 0
+        self.cols, rows = place.size
         # heights are metres, so we leave out the vertical part of the map's system, which may be in feet
         crs = place.crs if place.crs in (None, DEGREES) else flat_crs(place.crs).to_wkt()
         profile = {"driver": "GTiff", "width": self.cols, "height": rows, "count": 1, "dtype": "float32"}

@@ -97,7 +97,9 @@ def join(av: Any, files: Sequence[Path], to: Path, rate: Fraction, options: dict
                 for packet in part.demux(video=0):
                     if packet.dts is not None:  # the last one is empty
                         ticks = round(number * FRAMES / rate / packet.time_base)
-                        packet.pts, packet.dts, packet.stream = packet.pts + ticks, packet.dts + ticks, stream
+                        packet.pts = packet.pts + ticks
+                        packet.dts = packet.dts + ticks
+                        packet.stream = stream
                         joined.mux(packet)
 
 

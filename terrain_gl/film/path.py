@@ -83,7 +83,8 @@ class CameraPath:
     """
 
     def __init__(self, keyframes: Sequence[Keyframe], closed: bool = False, seconds: float | None = None) -> None:
-        self.keyframes, self.closed = tuple(keyframes), closed
+        self.keyframes = tuple(keyframes)
+        self.closed = closed
         _check(self.keyframes, closed, seconds)
         timed = self.keyframes[0].seconds is not None
         self.seconds = self.keyframes[-1].seconds if timed and not closed else seconds

@@ -43,7 +43,8 @@ class Codec(NamedTuple):
     container_options: dict[str, str] = {}
 
 
-_BT709, _LIMITED = 1, 1  # their numbers in ITU-T H.273
+_BT709 = 1  # their numbers in ITU-T H.273
+_LIMITED = 1
 CODECS = {
     ".mp4": Codec("mp4", "libx264", "yuv420p", {"crf": "18", "preset": "fast"}, {"movflags": "+faststart"}),
     ".gif": Codec("gif", "gif", "pal8"),
@@ -82,7 +83,8 @@ class Recorder:
     """
 
     def __init__(self, path: str | os.PathLike[str], fps: float = 30.0, first: int | None = None) -> None:
-        self.path, self.fps = os.fspath(path), fps
+        self.path = os.fspath(path)
+        self.fps = fps
         if not 0 < fps <= MAX_FPS:
             raise UsageError(f"frames a second must be more than 0 and at most {MAX_FPS:g}, got {fps:g}")
         writing = _pictures(Path(path), first or 0) if is_folder(path) else _film(Path(path), fps, first)
@@ -309,7 +311,9 @@ class _Film:
     """A film that PyAV writes; the first frame sets its size."""
 
     def __init__(self, av: Any, part: Path, codec: Codec, rate: Fraction) -> None:
-        self._av, self._codec, self._rate = av, codec, rate
+        self._av = av
+        self._codec = codec
+        self._rate = rate
         self._file = av.open(os.fspath(part), "w", format=codec.container, container_options=codec.container_options)
         self._stream: Any = None
         self._convert: Callable[[Any], Any] = _h264_pixels if codec.encoder == "libx264" else self._plain_pixels
@@ -321,7 +325,8 @@ class _Film:
         if self._stream is None:
             self._open(image.shape[1], image.shape[0])
         frame = self._av.VideoFrame.from_ndarray(np.ascontiguousarray(image), "rgb24")
-        frame.pts, frame.time_base = number, 1 / self._rate
+        frame.pts = number
+        frame.time_base = 1 / self._rate
         self._file.mux(self._stream.encode(self._convert(frame)))
 
     def finish(self) -> None:
@@ -336,7 +341,9 @@ class _Film:
     def _open(self, width: int, height: int) -> None:
         codec = self._codec
         self._stream = self._file.add_stream(codec.encoder, self._rate, options=dict(codec.encoder_options))
-        self._stream.width, self._stream.height, self._stream.pix_fmt = width, height, codec.pixels
+        self._stream.width = width
+        self._stream.height = height
+        self._stream.pix_fmt = codec.pixels
         context = self._stream.codec_context
         context.time_base = 1 / self._rate
         if codec.encoder == "libx264":
@@ -358,8 +365,10 @@ def _palette_pixels(av: Any, width: int, height: int, time_base: Fraction) -> Ca
     """A conversion to the best 256 colours for each frame, with FFmpeg's filters palettegen and paletteuse."""
     graph = av.filter.Graph()
     frames = graph.add_buffer(width=width, height=height, format="rgb24", time_base=time_base)
-    twice, palette = graph.add("split"), graph.add("palettegen", "stats_mode=single")
-    dithered, out = graph.add("paletteuse", "new=1:dither=bayer:bayer_scale=4"), graph.add("buffersink")
+    twice = graph.add("split")
+    palette = graph.add("palettegen", "stats_mode=single")
+    dithered = graph.add("paletteuse", "new=1:dither=bayer:bayer_scale=4")
+    out = graph.add("buffersink")
     for one, other, port in ((frames, twice, 0), (twice, palette, 0), (palette, dithered, 1), (dithered, out, 0)):
         one.link_to(other, 0, port)
     twice.link_to(dithered, 1, 0)

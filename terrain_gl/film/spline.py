@@ -28,7 +28,8 @@ def centripetal_knots(points: np.ndarray) -> np.ndarray:
 def catmull_rom(four: np.ndarray, knots: np.ndarray, t: np.ndarray, blend: Blend) -> np.ndarray:
     """Values (n, k) at parameters t (n,) between the second and the third of four values (k,) at four knots."""
     t = np.asarray(t)
-    row, reach = list(four), 1
+    row = list(four)
+    reach = 1
     while len(row) > 2:
         row = [blend(row[i], row[i + 1], (t - knots[i]) / (knots[i + reach] - knots[i])) for i in range(len(row) - 1)]
         reach += 1
@@ -88,8 +89,12 @@ def monotone(x: np.ndarray, y: np.ndarray, at: float) -> float:
     At a point between secants of slopes d and e over widths g and h, the curve's slope is their weighted harmonic mean,
     3(g + h) / ((2h + g)/d + (h + 2g)/e). It is at most three times the smaller of d and e, so the cubic never falls.
     """
-    widths, secants = np.diff(x), np.diff(y) / np.diff(x)
-    d, e, g, h = secants[:-1], secants[1:], widths[:-1], widths[1:]
+    widths = np.diff(x)
+    secants = np.diff(y) / np.diff(x)
+    d = secants[:-1]
+    e = secants[1:]
+    g = widths[:-1]
+    h = widths[1:]
     slopes = np.concatenate([secants[:1], 3 * (g + h) / ((2 * h + g) / d + (h + 2 * g) / e), secants[-1:]])
     i = int(np.clip(np.searchsorted(x, at, "right") - 1, 0, len(widths) - 1))
     u = (at - x[i]) / widths[i]

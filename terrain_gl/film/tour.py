@@ -14,7 +14,8 @@ from .path import CameraPath, Keyframe
 KEYFRAMES = 16
 RADIUS = 0.3  # radii of the loop, as a part of the map's width and height
 NEARBY = 0.06  # radius of the ground that a keyframe must stay above, as a part of the map's smaller side
-LOW, HIGH = 0.02, 0.1  # lowest and highest height above that ground, in the same unit
+LOW = 0.02  # lowest and highest height above that ground, in the same unit
+HIGH = 0.1
 AHEAD = 0.6 * math.pi  # the eye looks at the point of the loop that is this angle ahead
 CLEARANCE = 0.01  # smallest height above the surface, in the same unit
 FOV_DEG = 55.0
@@ -58,7 +59,8 @@ def _highest_m(heightmap: Heightmap, x: np.ndarray, y: np.ndarray) -> np.ndarray
     highest = np.full(len(x), -np.inf)
     for down in range(-1, 3):
         for right in range(-1, 3):
-            r, c = row + down, col + right
+            r = row + down
+            c = col + right
             inside = (r >= 0) & (r < heightmap.rows) & (c >= 0) & (c < heightmap.cols)
             post = heightmap.heights[np.where(inside, r, 0), np.where(inside, c, 0)]
             highest = np.fmax(highest, np.where(inside, post, -np.inf))
@@ -84,7 +86,8 @@ def _on_loop(heightmap: Heightmap, angle: float) -> tuple[float, float]:
 def _nearby_m(heightmap: Heightmap, x: float, y: float) -> np.ndarray:
     """Heights of the ground at points around a place, on a sunflower spiral; the mid-range if all of it is void."""
     n = np.arange(400)
-    radius, angle = NEARBY * min(heightmap.extent_m) * np.sqrt(n / len(n)), n * math.pi * (3 - math.sqrt(5))
+    radius = NEARBY * min(heightmap.extent_m) * np.sqrt(n / len(n))
+    angle = n * math.pi * (3 - math.sqrt(5))
     places = np.stack([x + radius * np.cos(angle), y + radius * np.sin(angle)], -1)
     heights = ground_m(heightmap, places)
     heights = heights[np.isfinite(heights)]
@@ -94,5 +97,6 @@ def _nearby_m(heightmap: Heightmap, x: float, y: float) -> np.ndarray:
 def _lifted(keyframe: Keyframe, metres: float) -> Keyframe:
     """The keyframe, moved up, with the same direction of view."""
     camera = keyframe.camera
-    (x, y, z), (u, v, w) = camera.eye, camera.target
+    x, y, z = camera.eye
+    u, v, w = camera.target
     return Keyframe(Camera((x, y, z + metres), (u, v, w + metres), camera.fov_deg))

@@ -15,15 +15,21 @@ from ..basics.exceptions import TerrainError
 
 _TRIANGLES = 0x0004
 _UNSIGNED_INT = 0x1405
-_LOWER_LEFT, _ZERO_TO_ONE = 0x8CA1, 0x935F
+_LOWER_LEFT = 0x8CA1
+_ZERO_TO_ONE = 0x935F
 _QUERY_RESULT = 0x8866
-_PRIMITIVES_GENERATED, _PRIMITIVES_WRITTEN = 0x8C87, 0x8C88
+_PRIMITIVES_GENERATED = 0x8C87
+_PRIMITIVES_WRITTEN = 0x8C88
 _RASTERIZER_DISCARD = 0x8C89
 _FEEDBACK_BUFFER = 0x8C8E
 _INDIRECT_BUFFER = 0x8F3F
-_FRAMEBUFFER, _FRAMEBUFFER_BINDING = 0x8D40, 0x8CA6
-_DEFAULT_WIDTH, _DEFAULT_HEIGHT = 0x9310, 0x9311
-_TEXTURE0, _TEXTURE_BUFFER, _R32UI = 0x84C0, 0x8C2A, 0x8236
+_FRAMEBUFFER = 0x8D40
+_FRAMEBUFFER_BINDING = 0x8CA6
+_DEFAULT_WIDTH = 0x9310
+_DEFAULT_HEIGHT = 0x9311
+_TEXTURE0 = 0x84C0
+_TEXTURE_BUFFER = 0x8C2A
+_R32UI = 0x8236
 SOFTWARE = ("llvmpipe", "softpipe")  # names of Mesa's software renderers
 MOST_VERTICES = 65535  # of tessellation in one draw: Mesa's software renderer counts them in 16 bits
 COMMAND_STRIDE = 20  # bytes between indirect commands, as in moderngl's render_indirect
@@ -272,7 +278,8 @@ def _draw_arrays(ctx: moderngl.Context, draws: Sequence[tuple[int, int]], mode: 
 def _nowhere(ctx: moderngl.Context) -> Iterator[None]:
     """Bind a framebuffer without attachments: drivers need a complete one even if nothing is drawn."""
     bind = function(ctx, "glBindFramebuffer", None, c_uint, c_uint)
-    before, nowhere = c_int(), c_uint()
+    before = c_int()
+    nowhere = c_uint()
     function(ctx, "glGetIntegerv", None, c_uint, POINTER(c_int))(_FRAMEBUFFER_BINDING, byref(before))
     function(ctx, "glGenFramebuffers", None, c_int, POINTER(c_uint))(1, byref(nowhere))
     bind(_FRAMEBUFFER, nowhere)
@@ -288,7 +295,8 @@ def _nowhere(ctx: moderngl.Context) -> Iterator[None]:
 @contextmanager
 def _counter(ctx: moderngl.Context, target: int) -> Iterator[c_uint]:
     """Run a query `target` over the block; the result is set when the block ends."""
-    query, result = c_uint(), c_uint()
+    query = c_uint()
+    result = c_uint()
     function(ctx, "glGenQueries", None, c_int, POINTER(c_uint))(1, byref(query))
     function(ctx, "glBeginQuery", None, c_uint, c_uint)(target, query)
     try:

@@ -14,8 +14,10 @@ GROUP = 64  # threads of a work group that processes words
 COUNT_TILE_LOG2 = 1  # log2 of the side in nodes of a tile that one class counter covers; one more on level 0, the cells
 COUNT_TILE = 1 << COUNT_TILE_LOG2
 CLASSES = 64  # error classes: glsl/error/classes.glsl
-WIDE_CLASSES, NARROW_CLASSES = 4, 56  # the first of them, and those that follow
-NARROW_OCTAVES, LAST_OCTAVES = 0.125, 1.75  # of a narrow class, and of each of the last four
+WIDE_CLASSES = 4  # the first of them, and those that follow
+NARROW_CLASSES = 56
+NARROW_OCTAVES = 0.125  # of a narrow class, and of each of the last four
+LAST_OCTAVES = 1.75
 NARROW_CELLS = 16.0  # narrow classes begin at the width of so many cells of the map
 SKY_TEXEL = 3  # cells a side of a texel of the sky's visibility
 MAX_WINDOWS = 16  # windows around a page of a store, of which each is half as fine as the last
@@ -148,7 +150,8 @@ class Patches(NamedTuple):
 
 def unpack_patches(records: np.ndarray) -> Patches:
     """Decode records `PATCH`, (n,)."""
-    corner, shape = records["corner"].astype(np.int64), records["shape"].astype(np.int64)
+    corner = records["corner"].astype(np.int64)
+    shape = records["shape"].astype(np.int64)
     fan = (shape >> 12 & 1).astype(bool)
     return Patches(corner, shape & 31, shape >> 5 & 7, np.where(fan, shape >> 8 & 15, 0), fan)
 
@@ -281,7 +284,8 @@ def unpack_ring_patches(records: np.ndarray) -> RingPatches:
     shape = records["shape"].astype(np.int64)
     edges = np.stack([shape >> first & 7 for first in (11, 14, 17, 20)], -1)
     pair = np.stack([shape >> bit & 1 for bit in (23, 24)], -1)
-    corner, bound_px = records["corner"].astype(np.int64), records["bound_px"].astype(float)
+    corner = records["corner"].astype(np.int64)
+    bound_px = records["bound_px"].astype(float)
     return RingPatches(corner, shape & 31, pair, (shape >> 5 & 63) - 16, edges, bound_px)
 
 

@@ -37,7 +37,8 @@ class WindowLoader:
     """A loader for the context of a GLFW window."""
 
     def __init__(self, window: Any) -> None:
-        self.window, self.owns_window = window, False
+        self.window = window
+        self.owns_window = False
         self.__enter__()
 
     def load_opengl_function(self, name: str) -> int:

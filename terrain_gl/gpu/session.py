@@ -47,7 +47,8 @@ class Session:
     """
 
     def __init__(self, ctx: moderngl.Context, owned: bool) -> None:
-        self.ctx, self._owned = ctx, owned
+        self.ctx = ctx
+        self._owned = owned
         self.kept: list[Resource] = []
         self._unfinished: list[GeneratorType[Any, None, Any]] = []
         self._released = False

@@ -10,14 +10,18 @@ import numpy as np
 from . import gl
 
 Size = tuple[int, int]
-_TEXTURE_2D, _TEXTURE_2D_MULTISAMPLE = 0x0DE1, 0x9100
-_DEPTH_COMPONENT, _DEPTH_COMPONENT32F, _FLOAT = 0x1902, 0x8CAC, 0x1406
+_TEXTURE_2D = 0x0DE1
+_TEXTURE_2D_MULTISAMPLE = 0x9100
+_DEPTH_COMPONENT = 0x1902
+_DEPTH_COMPONENT32F = 0x8CAC
+_FLOAT = 0x1406
 
 
 def depth_texture(ctx: moderngl.Context, size: Size, samples: int) -> moderngl.Texture:
     """A depth texture of 32-bit floats, which moderngl does not offer."""
     texture = ctx.depth_texture(size, samples=samples)
-    i, u = ctypes.c_int, ctypes.c_uint
+    i = ctypes.c_int
+    u = ctypes.c_uint
     target = _TEXTURE_2D_MULTISAMPLE if samples else _TEXTURE_2D
     gl.function(ctx, "glBindTexture", None, u, u)(target, texture.glo)
     if samples:

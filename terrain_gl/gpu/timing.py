@@ -21,7 +21,10 @@ import moderngl
 from . import gl
 
 FRAME_STAGES = ("lod", "draw", "shade")  # each may come in many steps in one frame
-_TIMESTAMP, _COUNTER_BITS, _RESULT, _RESULT_AVAILABLE = 0x8E28, 0x8864, 0x8866, 0x8867
+_TIMESTAMP = 0x8E28
+_COUNTER_BITS = 0x8864
+_RESULT = 0x8866
+_RESULT_AVAILABLE = 0x8867
 
 
 class _Stage(NamedTuple):

@@ -12,11 +12,14 @@ from functools import cache
 
 import numpy as np
 
-EARTH_KM, TOP_KM = 6360.0, 6460.0
+EARTH_KM = 6360.0
+TOP_KM = 6460.0
 RAYLEIGH = np.array([5.802e-3, 13.558e-3, 33.1e-3])  # scattering per km at sea level: red, green, blue
-MIE_SCATTERING, MIE_EXTINCTION = 3.0e-3, 3.4e-3
+MIE_SCATTERING = 3.0e-3
+MIE_EXTINCTION = 3.4e-3
 OZONE = np.array([0.75e-3, 1.25e-3, 0.085e-3])  # absorption per km at 25 km, the densest layer; it makes dusks blue
-RAYLEIGH_KM, MIE_KM = 8.0, 1.2  # scale heights: density falls to 1/e
+RAYLEIGH_KM = 8.0  # scale heights: density falls to 1/e
+MIE_KM = 1.2
 ASYMMETRY = 0.8  # of haze: g of the Henyey-Greenstein phase function
 GROUND_ALBEDO = np.array([0.16, 0.165, 0.15])
 EYE_KM = 1.0
@@ -49,7 +52,8 @@ def sky_radiance(directions: np.ndarray, sun: np.ndarray, height_km: float = EYE
 def spread(count: int) -> np.ndarray:
     """(count, 3) unit vectors, spread evenly over the sphere by the golden angle."""
     i = np.arange(count) + 0.5
-    z, turn = 1 - 2 * i / count, math.pi * (1 + 5**0.5) * i
+    z = 1 - 2 * i / count
+    turn = math.pi * (1 + 5**0.5) * i
     flat = np.sqrt(1 - z * z)
     return np.stack([flat * np.cos(turn), flat * np.sin(turn), z], -1)
 
@@ -152,7 +156,9 @@ def _lookup(table: np.ndarray, h: np.ndarray, mu: np.ndarray) -> np.ndarray:
     x = np.sqrt(np.clip(h / _HEIGHTS, 0, 1)) * (rows - 1)
     y = (0.5 + 0.5 * np.sign(mu) * np.sqrt(np.abs(mu))) * (cols - 1)
     i, j = np.minimum(x.astype(int), rows - 2), np.minimum(y.astype(int), cols - 2)
-    at, s, t = i * cols + j, x - i, y - j
+    at = i * cols + j
+    s = x - i
+    t = y - j
     a, b, c, d = (np.take(table.reshape(3, -1), at + beside, 1) for beside in (0, 1, cols, cols + 1))
     low, high = a + (b - a) * t, c + (d - c) * t
     return low + (high - low) * s

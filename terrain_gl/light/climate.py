@@ -111,7 +111,8 @@ def climates(heightmap: Heightmap, look: str) -> tuple[Climate, ...]:
 @lru_cache(maxsize=64)
 def _corners(place: Place) -> tuple[tuple[float, float], ...] | None:
     """Longitude and latitude of the posts in the corners, as the climates; None where they are unknown."""
-    (cols, rows), (east, north) = place.georeference.size, place.spacing_m
+    cols, rows = place.georeference.size
+    east, north = place.spacing_m
     at = [(x, y) for y in ((rows - 1) * north, 0.0) for x in (0.0, (cols - 1) * east)]
     try:
         return tuple(place.to_lonlat(x, y) for x, y in at) if _is_earth(place.crs) else None

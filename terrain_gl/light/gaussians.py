@@ -64,7 +64,9 @@ def lobes(axes: np.ndarray, sharpness: np.ndarray, amplitude: np.ndarray) -> np.
     land where it hides the lobe: 0 here.
     """
     made = np.zeros(len(axes), LOBE)
-    made["axis"], made["sharpness"], made["amplitude"] = axes, sharpness, amplitude
+    made["axis"] = axes
+    made["sharpness"] = sharpness
+    made["amplitude"] = amplitude
     rest = np.exp(-np.minimum(2 * np.asarray(sharpness, float), 80))
     made["mean_length"] = (1 + rest) / (1 - rest) - 1 / np.asarray(sharpness, float)
     made["integral"] = 2 * math.pi * (1 - rest) / sharpness
@@ -73,8 +75,10 @@ def lobes(axes: np.ndarray, sharpness: np.ndarray, amplitude: np.ndarray) -> np.
 
 def non_negative_least_squares(A: np.ndarray, b: np.ndarray) -> np.ndarray:
     """The x ≥ 0 that minimises |A x - b| (Lawson and Hanson 1974, "Solving least squares problems", chapter 23)."""
-    normal, right = A.T @ A, A.T @ b
-    x, free = np.zeros(A.shape[1]), np.zeros(A.shape[1], bool)
+    normal = A.T @ A
+    right = A.T @ b
+    x = np.zeros(A.shape[1])
+    free = np.zeros(A.shape[1], bool)
     enough = 1e-10 * max(float(np.abs(right).max()), 1e-300)
     while True:
         gain = np.where(free, -np.inf, right - normal @ x)

@@ -35,7 +35,9 @@ class HeightSums(RecordedTable):
         rows = rows or range(at.height)
         self.terrain.bind()
         bind("shade/quantise.comp", Words=buffer)
-        self._record["u_first"], self._record["u_count"], self._record["u_first_row"] = first, at[:2], rows.start
+        self._record["u_first"] = first
+        self._record["u_count"] = at[:2]
+        self._record["u_first_row"] = rows.start
         self._record["u_steps_per_m"] = steps_per_m(self.terrain.span_m)
         self._record.run(-(-at.width // 64), len(rows))
         self.ctx.memory_barrier(moderngl.SHADER_STORAGE_BARRIER_BIT)

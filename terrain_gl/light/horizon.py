@@ -24,12 +24,14 @@ from ..terrain import Terrain
 from .gaussians import SUN_RADIUS_DEG
 from .moments import COSINES, SINES, Direction, moment_texels, open_shares, sector_moments
 
-AZIMUTHS, BATCH = 16, 4  # number of azimuths: in total, and in one run of fold.comp on large maps
+AZIMUTHS = 16  # number of azimuths: in total, and in one run of fold.comp on large maps
+BATCH = 4
 BATCH_BYTES = 2**26  # the most memory of horizons for one run of all azimuths
 TEXEL = layout.SKY_TEXEL
 PORTION = 2**19  # posts that one step of `Visibility.follow_steps` sweeps
 FOLDED = PORTION // 128  # texels that one step folds
-SUN_LAYERS, SUN_STEPS = 5, 8191  # glsl/horizon/blocks.glsl
+SUN_LAYERS = 5  # glsl/horizon/blocks.glsl
+SUN_STEPS = 8191
 FULL = 4095  # the integer for a share of 1; the sum of 2^20 texels fits into a word
 SUN_RADIUS = math.radians(SUN_RADIUS_DEG)
 HULL_BYTES = 2**26  # the most scratch memory that a sweep takes
@@ -51,7 +53,8 @@ class Sweep:
     """Horizons of all posts towards one azimuth at a time."""
 
     def __init__(self, terrain: Terrain) -> None:
-        self.ctx, self.terrain = terrain.ctx, terrain
+        self.ctx = terrain.ctx
+        self.terrain = terrain
         self._kernel = shaders.compute(self.ctx, "horizon/sweep.comp")
         self._hulls: moderngl.Buffer | None = None  # scratch, from the first run to `rest`: new memory is slow
 
@@ -69,13 +72,15 @@ class Sweep:
         steps, places = (cols, rows) if by_column else (rows, cols)
         slide = -towards[1] if by_column else -towards[0]
         drift = math.ceil(abs(slide) * (steps - 1))
-        first, lines = (-drift if slide > 0 else 0), places + drift
+        first = -drift if slide > 0 else 0
+        lines = places + drift
         at_once = min(lines, max(128, min(posts * lines // places, HULL_BYTES // _HULL_POINT) // steps))
         hulls = self._reserve(_HULL_POINT * steps * at_once)
         for start in range(0, lines, at_once):
             self.terrain.bind()
             bind("horizon/sweep.comp", u_horizon=into, Hulls=hulls)
-            self._kernel["u_towards"], self._kernel["u_layer"] = towards, layer
+            self._kernel["u_towards"] = towards
+            self._kernel["u_layer"] = layer
             self._kernel["u_first_line"] = first + start
             self._kernel["u_lines"] = count = min(at_once, lines - start)
             self._kernel.run(-(-count // 64))
@@ -110,18 +115,23 @@ class SkyVisibility:
     """
 
     def __init__(self, terrain: Terrain, axes: np.ndarray, sharpness: np.ndarray, printed: int = 0) -> None:
-        self.ctx, self.terrain = terrain.ctx, terrain
-        self.axes, self.sharpness = np.asarray(axes, "f8"), np.asarray(sharpness, "f8")
+        self.ctx = terrain.ctx
+        self.terrain = terrain
+        self.axes = np.asarray(axes, "f8")
+        self.sharpness = np.asarray(sharpness, "f8")
         self.table = sky_table(terrain.heightmap.cols, terrain.heightmap.rows, len(self.axes))
         self.directions = lattice_directions(AZIMUTHS)
         is_small = 2 * AZIMUTHS * terrain.heightmap.cols * terrain.heightmap.rows <= BATCH_BYTES
-        self._batch, self._printed = AZIMUTHS if is_small else BATCH, printed
+        self._batch = AZIMUTHS if is_small else BATCH
+        self._printed = printed
         defines = {"LOBES": len(self.axes), "SINES": SINES, "COSINES": COSINES, "BATCH": self._batch, "TEXEL": TEXEL}
         self._fold = shaders.compute(self.ctx, "horizon/fold.comp", defines | {"FULL": f"{FULL}.0", "PRINTED": printed})
-        self._sweep, self._sat = Sweep(terrain), SummedAreaTables(self.ctx, 32)
+        self._sweep = Sweep(terrain)
+        self._sat = SummedAreaTables(self.ctx, 32)
         self._pack = shaders.compute(self.ctx, "horizon/pack.comp", {"LOBES": len(self.axes), "FULL": f"{FULL}.0"})
         self.buffer = gl.reserve(self.ctx, 4 * self.table.words, "tables of the visible sky")
-        self.packed, self.texture = self._texture(), gl.WordTexture(self.ctx)
+        self.packed = self._texture()
+        self.texture = gl.WordTexture(self.ctx)
 
     @property
     def bytes(self) -> int:
@@ -142,7 +152,8 @@ class SkyVisibility:
         """
         size = self._batch
         at_once = max(1, FOLDED * BATCH * posts // PORTION // self.table.width // size)
-        fresh, packed = gl.reserve(self.ctx, self.buffer.size, "tables of the visible sky"), self._texture()
+        fresh = gl.reserve(self.ctx, self.buffer.size, "tables of the visible sky")
+        packed = self._texture()
         moments = sector_moments(self.axes, self.sharpness, self.directions, self.terrain.heightmap.spacing_m)
         if "u_above" in self._fold:
             self._fold["u_above"] = moments[:, SINES // 2, :, 3].sum(0).tolist()
@@ -206,9 +217,11 @@ class SkyVisibility:
         bind("horizon/fold.comp", u_horizons=horizons, **tables)
         if isinstance(axes := self._fold.get("u_axes", None), moderngl.Uniform):
             axes.write(self.axes.astype("f4").tobytes())
-        self._fold["u_texels"], self._fold["u_first_row"] = self.table[:2], row
+        self._fold["u_texels"] = self.table[:2]
+        self._fold["u_first_row"] = row
         self._fold["u_directions"] = directions
-        self._fold["u_batch"], self._fold["u_is_last"] = batch, batch == AZIMUTHS // self._batch - 1
+        self._fold["u_batch"] = batch
+        self._fold["u_is_last"] = batch == AZIMUTHS // self._batch - 1
         self._fold.run(-(-self.table.width // 64), count)
         self.ctx.memory_barrier(_BARRIER)
 
@@ -217,12 +230,14 @@ class SunVisibility:
     """The sun's horizon at every post, and the table of the sunlight that reaches the cells."""
 
     def __init__(self, terrain: Terrain, printed: int = 0) -> None:
-        self.ctx, self.terrain = terrain.ctx, terrain
+        self.ctx = terrain.ctx
+        self.terrain = terrain
         self.table = sun_table(terrain.heightmap.cols, terrain.heightmap.rows)
         self.horizon = horizon_texture(terrain, 1)
         self.buffer = gl.reserve(self.ctx, 4 * self.table.words, "a table of sunlight")
         self.texture = gl.WordTexture(self.ctx)
-        self._sweep, self._sat = Sweep(terrain), SummedAreaTables(self.ctx, 32)
+        self._sweep = Sweep(terrain)
+        self._sat = SummedAreaTables(self.ctx, 32)
         self._sunlit = shaders.compute(self.ctx, "horizon/sunlit.comp", {"PRINTED": printed})
         self.towards: Direction = (1.0, 0.0)
 
@@ -233,7 +248,8 @@ class SunVisibility:
     def build_steps(self, sun: Vector, radius: float = SUN_RADIUS, posts: int = PORTION) -> Steps[None]:
         """Incremental `build`, about `posts` posts a step; yields progress. The old table is used until the end."""
         towards = lattice_direction(sun, self.terrain.heightmap.spacing_m)
-        horizon, buffer = horizon_texture(self.terrain, 1), self.ctx.buffer(reserve=self.buffer.size)
+        horizon = horizon_texture(self.terrain, 1)
+        buffer = self.ctx.buffer(reserve=self.buffer.size)
         step = max(1, posts // (2 * self.terrain.heightmap.cols))
         try:
             for share in self._sweep.run_steps(towards, horizon, 0, posts):
@@ -324,7 +340,8 @@ class Visibility:
         if self._at is None or self._at != (sun, radius) or self._sun_of != edits:
             for share in self.sun.build_steps(sun, radius, posts):
                 yield 0.1 * share
-            self._at, self._sun_of = (sun, radius), edits
+            self._at = (sun, radius)
+            self._sun_of = edits
         edits = self._edits
         if self._sky_of != edits:
             for share in self.sky.build_steps(posts):
@@ -348,7 +365,8 @@ class Visibility:
 
     def bind(self) -> None:
         """Bind the tables for shaders that include horizon/visible.glsl."""
-        sky, sun = self.sky, self.sun
+        sky = self.sky
+        sun = self.sun
         bind(
             "horizon/visible.glsl", Shares=sky.buffer, Sunlit=sun.buffer, u_packed=sky.packed, u_sun_horizon=sun.horizon
         )

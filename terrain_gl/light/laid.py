@@ -74,7 +74,9 @@ def _laid(picture: Any, name: str, onto: Georeference, most_side: int) -> np.nda
     try:
         with closed_environment(), np.errstate(under="ignore"):
             how = _target(picture, name, onto, most_side)
-            cols, rows, n = how["width"], how["height"], how.pop("n")
+            cols = how["width"]
+            rows = how["height"]
+            n = how.pop("n")
             albedo = np.zeros((-(-rows // n), -(-cols // n), 4), "f4")
             bilinear = rasterio.enums.Resampling.bilinear
             with WarpedVRT(picture, resampling=bilinear, add_alpha=not has_mask, **how) as laid:
@@ -98,7 +100,8 @@ def _target(picture: Any, name: str, onto: Georeference, most_side: int) -> dict
     # if only one system is known, it is taken for both
     known = picture.crs or onto.crs or _SAME_PLANE, onto.crs or picture.crs or _SAME_PLANE
     source, target = (rasterio.crs.CRS.from_user_input(crs) for crs in known)
-    grid, (cols, rows) = onto.grid, onto.size
+    grid = onto.grid
+    cols, rows = onto.size
     width, height = cols * grid.a, rows * -grid.e
     west, south, east, north = transform_bounds(source, target, *picture.bounds)
     if not (west < grid.c + width and east > grid.c and south < grid.f and north > grid.f - height):

@@ -81,7 +81,9 @@ class Lighting:
     is_coming = False  # whether there will be more light, without a change of the look
 
     def __init__(self, terrain: Terrain, sums: HeightSums, printed: int = 0) -> None:
-        self.ctx, self.terrain, self.sums = terrain.ctx, terrain, sums
+        self.ctx = terrain.ctx
+        self.terrain = terrain
+        self.sums = sums
         most_words = LAYERS * terrain.heightmap.rows * terrain.heightmap.cols // 4
         self._words = {"WORDS_IN_TEXTURES": 1} if most_words <= gl.limits(self.ctx)["texture_buffer_texels"] else {}
         self._printed = printed
@@ -93,7 +95,8 @@ class Lighting:
         self.sky: Sky | None = None
         self._described: tuple[Sky | None, float, float] = (None, 0.0, 0.0)  # what the block of lights holds
         self._material: Version | None = None
-        self._lobes_wanted, self._lobes_of = 1, 0  # versions of the lobes: the one needed, and the one that exists
+        self._lobes_wanted = 1  # versions of the lobes: the one needed, and the one that exists
+        self._lobes_of = 0
 
     def _visibility(self) -> Visibility:
         return Visibility(self.terrain, SKY_AXES, SKY_SHARPNESS, self._printed)
@@ -144,7 +147,8 @@ class Lighting:
     ) -> Steps[None]:
         """Incremental `follow`, about `posts` posts a step; yields progress from 0 to 1, nothing if all is there."""
         self._lobes_wanted += self.cover.take_look(look)
-        version, place = None if material is None else Version.of(material), self.terrain.heightmap.georeference
+        version = None if material is None else Version.of(material)
+        place = self.terrain.heightmap.georeference
         if version != self._material:
             self.cover.take_picture(None if material is None else ground_seen(material, place))
             self._material = version
@@ -189,9 +193,14 @@ class Lighting:
         water_m = -1e30 if water_m is None else water_m - self.terrain.base_m
         if self._described[0] is self.sky and self._described[1:] == (haze_m, water_m):
             return
-        lights, block = self.sky.lights, np.zeros((), LIGHTS)
-        block["sun"], block["sky"], block["around"] = lights.sun, lights.sky, lights.around
-        block["exposure"], block["haze_m"], block["water_m"] = exposure(self.sky), haze_m, water_m
+        lights = self.sky.lights
+        block = np.zeros((), LIGHTS)
+        block["sun"] = lights.sun
+        block["sky"] = lights.sky
+        block["around"] = lights.around
+        block["exposure"] = exposure(self.sky)
+        block["haze_m"] = haze_m
+        block["water_m"] = water_m
         self.block.write(block.tobytes())
         self._described = self.sky, haze_m, water_m
 

@@ -27,14 +27,16 @@ class Cover:
     """What the ground is covered with: a look of the land, or a picture of the ground."""
 
     def __init__(self, terrain: Terrain) -> None:
-        self.ctx, self.terrain = terrain.ctx, terrain
+        self.ctx = terrain.ctx
+        self.terrain = terrain
         self.look = look_of(terrain.heightmap)
         self.picture: moderngl.Texture | None = None
         self._none = self.ctx.texture((1, 1), 3)
 
     def take_look(self, look: str) -> bool:
         """Colour the land by a look, one of `climate.NAMES`; returns whether this is a change."""
-        before, self.look = self.look, look_of(self.terrain.heightmap) if look == AUTO else look
+        before = self.look
+        self.look = look_of(self.terrain.heightmap) if look == AUTO else look
         return before != self.look
 
     def take_picture(self, albedo: np.ndarray | None) -> None:
@@ -97,7 +99,9 @@ class LobeTables(RecordedTable):
     def __init__(self, terrain: Terrain, sums: HeightSums, cover: Cover, build: bool = True, printed: int = 0) -> None:
         size = lobe_table(terrain.heightmap.cols, terrain.heightmap.rows)
         super().__init__(terrain.ctx, size, "light/record.comp", "tables of lobes", {"PRINTED": printed})
-        self.terrain, self.sums, self.cover = terrain, sums, cover
+        self.terrain = terrain
+        self.sums = sums
+        self.cover = cover
         if build:
             self.build()
 
@@ -118,6 +122,8 @@ class LobeTables(RecordedTable):
         bind("light/record.comp", HeightSums=self.sums.buffer, Values=buffer)
         self.cover.bind()
         gl.write_uniforms(self._record, **self.cover.uniforms)
-        self._record["u_first"], self._record["u_count"], self._record["u_first_row"] = first, at[:2], rows.start
+        self._record["u_first"] = first
+        self._record["u_count"] = at[:2]
+        self._record["u_first_row"] = rows.start
         self._record.run(-(-at.width // 64), len(rows))
         self.ctx.memory_barrier(moderngl.SHADER_STORAGE_BARRIER_BIT)

@@ -6,7 +6,8 @@ import math
 
 import numpy as np
 
-SINES, COSINES = 256, 64  # entries of the tables over the horizon's sine and over n · axis
+SINES = 256  # entries of the tables over the horizon's sine and over n · axis
+COSINES = 64
 Direction = tuple[float, float]
 
 
@@ -24,7 +25,8 @@ def sector_moments(
     azimuth = np.array([math.atan2(-y * spacing_m[1], x * spacing_m[0]) for x, y in directions])
     width = np.diff(np.append(azimuth, azimuth[0])) % (2 * np.pi)  # to the next sector's middle
     begin, end = azimuth - np.roll(width, 1) / 2, azimuth + width / 2
-    across, up = (np.arange(16) + 0.5) / 16, 2
+    across = (np.arange(16) + 0.5) / 16
+    up = 2
     phi = begin[:, None] + (end - begin)[:, None] * across
     z = -1 + (np.arange(SINES * up) + 0.5) * 2 / (SINES * up)
     flat = np.sqrt(1 - z * z)[None, :, None]

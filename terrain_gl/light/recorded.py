@@ -32,7 +32,8 @@ class RecordedTable(ABC):
     def __init__(
         self, ctx: moderngl.Context, table: Table, record: str, name: str, defines: Mapping[str, object] | None = None
     ) -> None:
-        self.ctx, self.table = ctx, table
+        self.ctx = ctx
+        self.table = table
         self._sat = SummedAreaTables(ctx, 32)
         self._record: Any = shaders.compute(ctx, record, dict(defines or {}))
         self.buffer = gl.reserve(ctx, 4 * table.words, name)
@@ -55,7 +56,8 @@ class RecordedTable(ABC):
 
     def build_steps(self) -> Steps[None]:
         """Incremental `build`; yields progress from 0 to 1. The old table stays in use until the end."""
-        fresh, height = gl.reserve(self.ctx, self.buffer.size, "a table that is built again"), self.table.height
+        fresh = gl.reserve(self.ctx, self.buffer.size, "a table that is built again")
+        height = self.table.height
         step = max(1, PORTION // self.table.width)
         try:
             for row in range(0, height, step):

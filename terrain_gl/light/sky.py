@@ -107,7 +107,8 @@ def fit(directions: np.ndarray, weights: np.ndarray, light: np.ndarray) -> tuple
     amplitude = np.zeros((shaded.shape[1], 3))
     for channel, (of, radiance) in enumerate(zip(lit.T, light.T, strict=True)):
         share = of.mean() / np.maximum(of, 1e-3 * of.mean() + 1e-30)[:, None] / 16
-        system, right = [shaded * share, rooted], [of * share[:, 0], radiance * roots[:, 0]]
+        system = [shaded * share, rooted]
+        right = [of * share[:, 0], radiance * roots[:, 0]]
         amplitude[:, channel] = non_negative_least_squares(np.concatenate(system), np.concatenate(right))
     return amplitude, float(np.abs(shaded @ amplitude - lit).max() / max(lit.max(), 1e-30))
 
@@ -129,7 +130,8 @@ def shaded_light(normals: np.ndarray) -> np.ndarray:
 def slopes(count: int, steepest_deg: float = 80.0) -> np.ndarray:
     """(count, 3) normals of ground: slopes spread evenly from 0 to `steepest_deg`, azimuths by the golden angle."""
     i = np.arange(count) + 0.5
-    tilt, turn = np.radians(steepest_deg) * i / count, math.pi * (1 + 5**0.5) * i
+    tilt = np.radians(steepest_deg) * i / count
+    turn = math.pi * (1 + 5**0.5) * i
     return np.stack([np.sin(tilt) * np.sin(turn), np.sin(tilt) * np.cos(turn), np.cos(tilt)], -1)
 
 
@@ -152,7 +154,8 @@ def clear_sky(azimuth_deg: float, elevation_deg: float, sun_radius_deg: float = 
 def black_sky(azimuth_deg: float, elevation_deg: float, sun_radius_deg: float = SUN_RADIUS_DEG) -> Sky:
     """The sky of a body without air: a sun, a black sky, and below the horizon the light of its ground."""
     azimuth, elevation = math.radians(azimuth_deg), math.radians(elevation_deg)
-    flat, up = math.cos(elevation), math.sin(elevation)
+    flat = math.cos(elevation)
+    up = math.sin(elevation)
     irradiance = SUNLIGHT * _part_above_horizon(elevation_deg, sun_radius_deg) * np.ones(3)
     radiance = np.full((*SHAPE, 3), NIGHT)
     radiance[SHAPE[0] // 2 :] += BARE_ALBEDO / np.pi * irradiance * max(up, 0.0)

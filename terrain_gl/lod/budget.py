@@ -16,15 +16,19 @@ import numpy as np
 from .selection import Selection
 
 PATCH_COST = 1.0  # cost of a patch in triangles; smaller than for a tolerance: docs/allocation.md
-PRICES, PASSES = 24, 3  # prices tried at once, and how many times: glsl/lod/rings/prices.glsl
-LOWEST_LOG2, HIGHEST_LOG2 = -36.0, 60.0
-CHEAPEST, DEAREST = 2.0**LOWEST_LOG2, 2.0 ** (HIGHEST_LOG2 - 1)  # give the most triangles, and the fewest
+PRICES = 24  # prices tried at once, and how many times: glsl/lod/rings/prices.glsl
+PASSES = 3
+LOWEST_LOG2 = -36.0
+HIGHEST_LOG2 = 60.0
+CHEAPEST = 2.0**LOWEST_LOG2  # give the most triangles, and the fewest
+DEAREST = 2.0 ** (HIGHEST_LOG2 - 1)
 CLOSE = 0.985  # a mesh with this part of the budget is accepted
 UNCUT = 0.85  # the first target, as a part of the budget
 TRIES = 6  # after so many targets the best of them is taken
 # One ring of the map's own cells takes the place of all rings, if it is small enough. It may have so many cells in all,
 # and so many in the picture: a number for each triangle of the budget, and a number besides.
-AROUND, SEEN = (3, 4096), (1.25, 1024)
+AROUND = (3, 4096)
+SEEN = (1.25, 1024)
 MOST_AROUND = 4_000_000  # a dispatch may have 65,535 groups, one for each block
 BETTER = 0.95  # of the squared error of every post: the comparison does not know which diagonals the driver chooses
 
@@ -58,10 +62,15 @@ def spend(triangles: int, mesh_for: Callable[[int], Selection]) -> Selection:
     mesh_for
         Makes the mesh for a target.
     """
-    target, low, high, attempt = max(2, int(UNCUT * triangles)), 0, 1 << 31, 0  # low fits, high does not
+    target = max(2, int(UNCUT * triangles))  # low fits, high does not
+    low = 0
+    high = 1 << 31
+    attempt = 0
     while True:
-        mesh, attempt = mesh_for(target), attempt + 1
-        fits, price = mesh.triangles <= triangles, mesh.price or 0.0
+        mesh = mesh_for(target)
+        attempt = attempt + 1
+        fits = mesh.triangles <= triangles
+        price = mesh.price or 0.0
         is_close = mesh.triangles >= CLOSE * triangles or price <= CHEAPEST
         if target == 2 or (price >= DEAREST and not fits) or (fits and (is_close or attempt > TRIES)):
             return mesh

@@ -20,7 +20,8 @@ def posts_in_picture(heightmap: Heightmap, camera: Camera, size: tuple[int, int]
     seen = _in_picture(np.hstack([first, last]), heightmap, camera, size, near_m)
     if not seen.any():
         return 0, 0, 1, 1
-    (west, north), (east, south) = first[seen].min(0).tolist(), last[seen].max(0).tolist()
+    west, north = first[seen].min(0).tolist()
+    east, south = last[seen].max(0).tolist()
     return west, north, east, south
 
 
@@ -28,7 +29,8 @@ def rings_in_picture(
     rings: list[Ring], heightmap: Heightmap, camera: Camera, size: tuple[int, int], near_m: float
 ) -> list[Ring]:
     """The rings up to the first one beyond which no land is in the picture."""
-    needed, last_post = len(rings), (heightmap.cols - 1, heightmap.rows - 1)
+    needed = len(rings)
+    last_post = (heightmap.cols - 1, heightmap.rows - 1)
     while needed > 1:  # land beyond a ring is also beyond all finer ones
         strips = rings[needed - 2].beyond(last_post)
         if strips and _in_picture(np.array(strips), heightmap, camera, size, near_m).any():
@@ -41,8 +43,11 @@ def _in_picture(
     posts: np.ndarray, heightmap: Heightmap, camera: Camera, size: tuple[int, int], near_m: float
 ) -> np.ndarray:
     """Whether rectangles of posts, (n, 4) integers, may be in the picture: (n,) bool."""
-    (dx, dy), (low_m, high_m), (west, north, east, south) = heightmap.spacing_m, heightmap.quantised_m, posts.T
-    last, none = heightmap.rows - 1, np.zeros(len(posts))
+    dx, dy = heightmap.spacing_m
+    low_m, high_m = heightmap.quantised_m
+    west, north, east, south = posts.T
+    last = heightmap.rows - 1
+    none = np.zeros(len(posts))
     low = np.stack([dx * west, dy * (last - south), none + low_m], 1)
     high = np.stack([dx * east, dy * (last - north), none + high_m], 1)
     return boxes_in_picture(camera, size, near_m, low, high)

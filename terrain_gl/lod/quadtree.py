@@ -65,7 +65,8 @@ class QuadtreeSelector:
 
     def __init__(self, tables: ErrorTables, view: View | None = None) -> None:
         ctx = self.ctx = tables.ctx
-        self.tables, self.terrain = tables, tables.terrain
+        self.tables = tables
+        self.terrain = tables.terrain
         defines = {"MOST_VERTICES": gl.MOST_VERTICES}
         names = ("refine", "balance", "agree", "commit", "again", "tiles", "patches", "search", "offsets", "draws")
         self._kernels: dict[str, Any] = {
@@ -161,7 +162,8 @@ class QuadtreeSelector:
     def _search(self) -> None:
         """Grow trees for several prices; when the number of triangles is right, the GPU skips the remaining rounds."""
         for step in range(ROUNDS + 1):
-            self._kernels["search"]["u_start"], self._kernels["search"]["u_last"] = step == 0, step == ROUNDS
+            self._kernels["search"]["u_start"] = step == 0
+            self._kernels["search"]["u_last"] = step == ROUNDS
             self._run("search", 1)
             self._grow_tree(skipping=True)
             if step < ROUNDS:
@@ -227,7 +229,8 @@ class QuadtreeSelector:
     def _selection(self, summary: np.void) -> Selection:
         counts = tuple(int(n) for n in summary["count"][: layout.SIZES])
         draws = sum(-(-n // (gl.MOST_VERTICES // (2**s + 1) ** 2)) for s, n in enumerate(counts))
-        triangles, splits = int(summary["triangles"]), int(summary["splits"])
+        triangles = int(summary["triangles"])
+        splits = int(summary["splits"])
         most = sum(n * max(8, 2 * 4**s) for s, n in enumerate(counts))
         price = float(summary["price"]) if summary["budget"] else None
         worst_px = float(summary["worst_px"])

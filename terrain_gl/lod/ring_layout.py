@@ -48,7 +48,9 @@ class Ring(NamedTuple):
 
     def beyond(self, last_post: tuple[int, int]) -> list[Rect]:
         """The map outside the ring, as strips of posts."""
-        (west, north), (east, south), (last_col, last_row) = self.origin, self.end, last_post
+        west, north = self.origin
+        east, south = self.end
+        last_col, last_row = last_post
         sides = [(0, 0, west, last_row), (east, 0, last_col, last_row)]
         strips = [*sides, (0, 0, last_col, north), (0, south, last_col, last_row)]
         return [each for each in strips if each[0] < each[2] and each[1] < each[3]]
@@ -100,7 +102,8 @@ def ring_over(last_post: tuple[int, int], spacing_m: tuple[float, float], top_le
     """
     reach = PATCH * PATCH * PATCH * 64
     across = 2 << max(0, math.ceil(math.log2(2 * max(last_post) / reach)))
-    centre, patches = (0.5 * last_post[0], 0.5 * last_post[1]), _patches_across(spacing_m, across)
+    centre = (0.5 * last_post[0], 0.5 * last_post[1])
+    patches = _patches_across(spacing_m, across)
     rings = (_on_map(_ring_at(level, centre, patches), last_post) for level in range(top_level + 1))
     return next([ring] for ring in rings if _covers(ring, last_post))
 
@@ -130,8 +133,10 @@ def _start_of(level: int, centre: float, patches: int) -> int:
 
 def _on_map(ring: Ring, last_post: tuple[int, int]) -> Ring:
     """The ring without the rows and columns of blocks that lie beyond the map."""
-    (level, (col, row), (cols, rows)), (last_col, last_row) = ring, last_post
-    (col, cols), (row, rows) = _part_on_map(level, col, cols, last_col), _part_on_map(level, row, rows, last_row)
+    (level, (col, row), (cols, rows)) = ring
+    last_col, last_row = last_post
+    col, cols = _part_on_map(level, col, cols, last_col)
+    row, rows = _part_on_map(level, row, rows, last_row)
     return Ring(level, (col, row), (cols, rows))
 
 
@@ -143,7 +148,8 @@ def _part_on_map(level: int, start: int, patches: int, last: int) -> tuple[int, 
 
 
 def _covers(ring: Ring, last_post: tuple[int, int]) -> bool:
-    (west, north), (east, south) = ring.origin, ring.end
+    west, north = ring.origin
+    east, south = ring.end
     return west <= 0 and north <= 0 and east >= last_post[0] and south >= last_post[1]
 
 

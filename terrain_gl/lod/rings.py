@@ -67,7 +67,8 @@ class RingsSelector:
 
     def __init__(self, tables: ErrorTables, view: View | None = None) -> None:
         ctx = self.ctx = tables.ctx
-        self.tables, self.terrain = tables, tables.terrain
+        self.tables = tables
+        self.terrain = tables.terrain
         self.view = view or View(ctx)
         self._kernels: dict[tuple[str, str, bool], Any] = {}
         self._variant = "max"
@@ -155,7 +156,8 @@ class RingsSelector:
 
     def _spend(self, rings: list[Ring], triangles: int, every_post: bool = False) -> Selection:
         """Choose for a budget; with `every_post`, no cell of the mesh is coarser than one of the map."""
-        self._is_weighed, self._every_post = False, every_post
+        self._is_weighed = False
+        self._every_post = every_post
         return budget.spend(triangles, lambda target: self._at_target(rings, target))
 
     def _one_ring(
@@ -230,15 +232,19 @@ class RingsSelector:
 
     def _begin(self, rings: list[Ring]) -> int:
         """Upload the rings, and list their blocks that are in the picture; returns the number of all blocks."""
-        blocks, records = 0, []
+        blocks = 0
+        records = []
         for level, origin, patches in rings:
             records.append((origin, patches, level, blocks, (0, 0)))
             blocks += patches[0] * patches[1]
         if blocks > self._most_blocks:
             self._has_room(blocks, Selection(self, (), 0, 0, 0, None, 0))
-        block, work = np.zeros((), layout.RINGS), _NO_WORK.copy()
+        block = np.zeros((), layout.RINGS)
+        work = _NO_WORK.copy()
         block["ring"][: len(rings)] = records
-        block["rings"], block["most_blocks"], block["first_stamp"] = len(rings), self._most_blocks, self._last_stamp + 1
+        block["rings"] = len(rings)
+        block["most_blocks"] = self._most_blocks
+        block["first_stamp"] = self._last_stamp + 1
         work["round"]["groups"][0] = work["all"]["count"] = blocks
         self._rings.write(block)
         self._buffers["blocks"].write(work)
@@ -264,7 +270,8 @@ class RingsSelector:
             data = self._buffers["summary"].read(layout.RING_SUMMARY.itemsize)
             summary = np.frombuffer(data, layout.RING_SUMMARY)[0]
             if not summary["unsettled"]:
-                self._last_stamp, self._settled = self._last_stamp + over, over
+                self._last_stamp = self._last_stamp + over
+                self._settled = over
                 return summary
             bind("lod/rings/lists.glsl", Lists=self._buffers["lists"])  # draws and patches took its binding point
 
@@ -342,7 +349,8 @@ class RingsSelector:
             self._buffers[name] = self.ctx.buffer(reserve=size)
         self._buffers["lists"].write(bytes(sizes["lists"]))  # no stamps yet
         self._nothing = bytes(sizes["summary"])
-        self.patches, self.draws = self._buffers["patches"], self._buffers["draws"]
+        self.patches = self._buffers["patches"]
+        self.draws = self._buffers["draws"]
         self._most_blocks = blocks
 
 

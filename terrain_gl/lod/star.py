@@ -57,7 +57,8 @@ def _drawn(ctx: moderngl.Context) -> tuple[np.ndarray, np.ndarray]:
     """Triangles in parts of their patch's side, (n, 3, 2), and the patch of each."""
     stages = {"vertex": "shade/screen.vert", "tess_control": "mesh/star.tesc", "tess_evaluation": "mesh/star.tese"}
     program = shaders.program(ctx, **stages, varyings=["v_place"])  # type: ignore[arg-type]
-    vao, out = ctx.vertex_array(program, []), ctx.buffer(reserve=MOST_TRIANGLES * 36)
+    vao = ctx.vertex_array(program, [])
+    out = ctx.buffer(reserve=MOST_TRIANGLES * 36)
     ctx.patch_vertices = 1
     count = gl.capture(ctx, program, vao, out, [(0, PATCHES)])
     found = np.frombuffer(out.read(count * 36), "f4").reshape(count, 3, 3)

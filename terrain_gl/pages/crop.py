@@ -73,7 +73,8 @@ def release_context() -> None:
 
 
 def _records(tables: ErrorTables, level: int) -> Records:
-    nodes, ranges = tables.read_nodes(level), tables.read_ranges(level)
+    nodes = tables.read_nodes(level)
+    ranges = tables.read_ranges(level)
     errors = [nodes["cut_m"], ranges["fan_m"], ranges["stars_m"]]
     return Records(
         np.stack([each.copy().view("<u4")[..., 0] for each in errors]), np.moveaxis(ranges["heights"], -1, 0)

@@ -55,7 +55,8 @@ class EditedMap(PagedMap):
         self.__dict__.update(base.__dict__)
         self.base = base
         self.heights = EditedHeights(self)  # type: ignore[assignment]
-        side, levels = base.tile, range(base.top + 1)
+        side = base.tile
+        levels = range(base.top + 1)
         self._heights = [Sheet(side, np.nan) for _ in levels]
         self._records = EditedRecords(side, base.top, (base.rows - 1, base.cols - 1), _scale(base))
         self._roots: dict[PageKey, Page] = {}
@@ -70,8 +71,11 @@ class EditedMap(PagedMap):
         assert heights is None
         own = copy(self)
         own.heights = EditedHeights(own)  # type: ignore[assignment]
-        own._heights, own._records = [sheet.copy() for sheet in self._heights], self._records.copy()
-        own._roots, own._versions, own.wide = dict(self._roots), dict(self._versions), dict(self.wide)
+        own._heights = [sheet.copy() for sheet in self._heights]
+        own._records = self._records.copy()
+        own._roots = dict(self._roots)
+        own._versions = dict(self._versions)
+        own.wide = dict(self.wide)
         return own
 
     @property
@@ -113,7 +117,9 @@ class EditedMap(PagedMap):
         at = area[0].start + rows.start, area[1].start + cols.start
         self._keep_roots()
         self._widen_range(float(new.min()), float(new.max()))
-        self.edits, self.changes, self.saved_as = self.edits + 1, self.changes + 1, ""
+        self.edits = self.edits + 1
+        self.changes = self.changes + 1
+        self.saved_as = ""
         edits = np.where(stored.view(np.uint32) == new.view(np.uint32), np.float32(np.nan), new)
         for level in range(self.top + 1):
             self._write_level(level, at, old, new, edits)
@@ -263,7 +269,8 @@ class EditedHeights(PostsOnDemand):
     """All posts of an edited map, as an array. A slice or an index reads the tiles that it needs."""
 
     def __init__(self, edited: EditedMap) -> None:
-        self._edited, self.shape = edited, (edited.base.rows, edited.base.cols)
+        self._edited = edited
+        self.shape = (edited.base.rows, edited.base.cols)
 
     def __getitem__(self, index: Any) -> Any:
         """Posts at (rows, columns): two slices, two numbers, or two arrays of numbers."""

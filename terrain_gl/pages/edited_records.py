@@ -30,7 +30,9 @@ class EditedRecords:
     """
 
     def __init__(self, tile: int, top: int, last: tuple[int, int], scale: Scale) -> None:
-        self._last, self._base_scale, self._scale = last, scale, scale
+        self._last = last
+        self._base_scale = scale
+        self._scale = scale
         levels = range(top + 1)
         fills = Moves(*(np.array(fill) for fill in (0.0, 0.0, np.inf, -np.inf)))
         self._moved = [[Sheet(tile, float(fill)) for fill in fills] for _ in levels]  # as `Moves`
@@ -101,7 +103,8 @@ class EditedRecords:
 
     def of(self, page: Page, level: int, area: Area) -> tuple[np.ndarray, np.ndarray]:
         """Records and ranges of the nodes of a page on disk, which are those of an area."""
-        errors, ranges = page.errors, page.ranges
+        errors = page.errors
+        ranges = page.ranges
         if self._scale != self._base_scale:
             errors = rescaled(errors, self._base_scale, self._scale)
             ranges = rescaled_ranges(ranges, self._base_scale, self._scale)

@@ -37,7 +37,8 @@ from .windows import BORDER, Windows, flat_windows, holds, most_windows, side_of
 THREADS = 4
 OF_WINDOWS = 0.05  # part of the memory for tiles that windows may take
 GROUP = 16  # pages that are lit before a window shows them
-LIGHT_S, LIGHTS = 0.004, 0.2  # for the light of pages: seconds of a frame of a flight, or this share of a long one
+LIGHT_S = 0.004  # for the light of pages: seconds of a frame of a flight, or this share of a long one
+LIGHTS = 0.2
 LONGEST_S = 1.0
 WAIT_S = 0.05
 PATIENCE_S = 30.0  # windows without an answer for this long are not waited for
@@ -102,9 +103,12 @@ class PageVisibility:
         """Run all passes for flat land, once, where no page has light yet; a root's slot takes what they make."""
         if self._is_rehearsed or self.terrain.waits:
             return False
-        self._is_rehearsed, self._making = True, None  # a page whose light was begun begins anew
-        self._at, self.sweep = self._at or ((0.0, 0.0, 1.0), SUN_RADIUS), self.sweep or PageSweep(self.terrain)
-        flat, slot = flat_windows(self.terrain.heightmap), self.terrain.slot_of[self.terrain.roots[0]]
+        self._is_rehearsed = True  # a page whose light was begun begins anew
+        self._making = None
+        self._at = self._at or ((0.0, 0.0, 1.0), SUN_RADIUS)
+        self.sweep = self.sweep or PageSweep(self.terrain)
+        flat = flat_windows(self.terrain.heightmap)
+        slot = self.terrain.slot_of[self.terrain.roots[0]]
         self.sweep.send(flat, 0)
         drain(self.sweep.sun_steps(slot, (1.0, 0.0)))
         drain(self.sweep.sky_steps(slot))
@@ -211,7 +215,8 @@ class PageVisibility:
 
     def _light_steps(self, key: PageKey, slot: int, windows: Windows) -> Iterator[float]:
         assert self.sweep
-        towards, is_new = self._towards, key in self._stale or not self.terrain.is_lit(key)
+        towards = self._towards
+        is_new = key in self._stale or not self.terrain.is_lit(key)
         self.sweep.send(windows, key[0])
         yield from self.sweep.sun_steps(slot, towards)
         self._sun_of[key] = towards
@@ -226,7 +231,8 @@ class SumsOfPages:
     bytes = 0
 
     def __init__(self, terrain: PagedTerrain) -> None:
-        self._terrain, self._texture = terrain, gl.WordTexture(terrain.ctx)
+        self._terrain = terrain
+        self._texture = gl.WordTexture(terrain.ctx)
 
     def bind(self) -> None:
         """Bind the sums for shaders that read relief."""

@@ -32,7 +32,8 @@ class Loader:
     """
 
     def __init__(self, heightmap: PagedMap, threads: int = THREADS, patience_s: float = PATIENCE_S) -> None:
-        self._heightmap, self.patience_s = heightmap, patience_s
+        self._heightmap = heightmap
+        self.patience_s = patience_s
         self._most = max(1, int(OF_WORK * heightmap.memory_bytes) // bytes_at_work(heightmap.tile))
         self._threads = min(threads, self._most)
         self._wanted: list[PageKey] = []
@@ -42,7 +43,9 @@ class Loader:
         self._read_as: dict[PageKey, int] = {}  # versions of pages that were read
         self.failed: dict[PageKey, str] = {}
         self._changed = threading.Condition()
-        self._closed, self._running, self._has_news = False, 0, False
+        self._closed = False
+        self._running = 0
+        self._has_news = False
 
     @property
     def is_busy(self) -> bool:
@@ -88,7 +91,9 @@ class Loader:
     def take(self) -> list[tuple[PageKey, Sums]]:
         """The pages that have been read, coarse ones first. The caller uses them or puts them back."""
         with self._changed:
-            ready, self._ready, self._has_news = self._ready, {}, False
+            ready = self._ready
+            self._ready = {}
+            self._has_news = False
             self._changed.notify_all()
         return sorted(ready.items(), key=lambda item: (-item[0][0], item[0]))
 
@@ -109,7 +114,8 @@ class Loader:
         """End the threads; a thread that reads ends when the read returns."""
         with self._changed:
             self._closed = True
-            self._wanted, self._ready = [], {}
+            self._wanted = []
+            self._ready = {}
             self._changed.notify_all()
 
     def _start(self) -> None:
@@ -122,16 +128,19 @@ class Loader:
         for key in [key for key, begun in self._begun.items() if begun < late]:
             del self._begun[key]
             self.failed[key] = f"no answer for {self.patience_s:g} s"
-            self._running, self._has_news = self._running - 1, True
+            self._running = self._running - 1
+            self._has_news = True
 
     def _work(self) -> None:
         while (begun := self._next()) is not None:
             key, version = begun
             try:
-                sums, reason = self._read(key), ""
+                sums = self._read(key)
+                reason = ""
             except Exception as error:  # a thread must report every error
                 words = " ".join(str(error).split())
-                sums, reason = None, words if isinstance(error, TerrainError) else f"{type(error).__name__}: {words}"
+                sums = None
+                reason = words if isinstance(error, TerrainError) else f"{type(error).__name__}: {words}"
             with self._changed:
                 if key not in self._begun:
                     return  # too late: another thread has replaced this one
@@ -142,7 +151,8 @@ class Loader:
                 elif sums is None:
                     self.failed[key] = reason
                 elif key in self._wants and not self._closed:
-                    self._ready[key], self._read_as[key] = sums, version
+                    self._ready[key] = sums
+                    self._read_as[key] = version
                 self._has_news = True
                 self._changed.notify_all()
 

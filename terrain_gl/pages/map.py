@@ -47,7 +47,8 @@ class PostsOnDemand:
         Rows and columns.
     """
 
-    dtype, ndim = np.dtype(np.float32), 2
+    dtype = np.dtype(np.float32)
+    ndim = 2
     shape: tuple[int, int]
 
     @property
@@ -226,7 +227,8 @@ class Numbering:
 
     def _corners(self, boxes: Boxes, level: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
         """Column and row of the first and of the last page over each box."""
-        shift, most = (level + self._log2)[:, None], self.size[level][:, ::-1] - 1
+        shift = (level + self._log2)[:, None]
+        most = self.size[level][:, ::-1] - 1
         first, last = (np.minimum(np.maximum(at, 0) >> shift, most) for at in boxes)
         return first, last
 

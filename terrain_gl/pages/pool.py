@@ -45,13 +45,16 @@ class PagePool:
     """
 
     def __init__(self, ctx: moderngl.Context, heightmap: PagedMap) -> None:
-        self.ctx, self.heightmap = ctx, heightmap
+        self.ctx = ctx
+        self.heightmap = heightmap
         self.base_m, self._low_m, self.span_m = quantisation_range(*heightmap.quantised_m)
-        self.top_level, self.numbering = heightmap.top, heightmap.numbering
+        self.top_level = heightmap.top
+        self.numbering = heightmap.numbering
         self._make_tables()
         self._changed = len(self._words), 0  # first changed row of the tables, and the row after the last one
         self.slots, self.across = self._room()
-        side, across = heightmap.tile + 1, self.across
+        side = heightmap.tile + 1
+        across = self.across
         shaders.define(ctx, PAGED=1, PAGE_LOG2=heightmap.tile.bit_length() - 1, SLOTS_ACROSS=across)
         self.heights = gl.texel_texture(self.ctx, (across * side, across * side), "f4")
         self.height_sums = gl.reserve(self.ctx, 4 * side**2 * self.slots, "a table of heights")
@@ -65,7 +68,8 @@ class PagePool:
         self._free = list(range(self.slots))[::-1]
         self.eye_m: tuple[float, float, float] = (0.0, 0.0, 0.0)
         self.waits = True
-        self._stamps, self._stamp = np.zeros(self.numbering.total, np.int64), 0
+        self._stamps = np.zeros(self.numbering.total, np.int64)
+        self._stamp = 0
         self.filled = ResidentHeights(heightmap, self._finest, self.slots)
 
     @property
@@ -76,7 +80,8 @@ class PagePool:
     @property
     def bytes(self) -> int:
         """GPU memory of heights, their sums, and page tables."""
-        heights, table = self.heights, self.table
+        heights = self.heights
+        table = self.table
         return 4 * (heights.width * heights.height + table.width * table.height) + self.height_sums.size
 
     @property
@@ -104,7 +109,8 @@ class PagePool:
 
     def hide(self) -> None:
         """Hide all pages but the roots, as if they were not loaded; they keep their slots while there is room."""
-        stamps, number = self._stamps, self.numbering.number
+        stamps = self._stamps
+        number = self.numbering.number
         for key in sorted(self.slot_of.keys() - set(self.roots)):  # finest first: a page stays while one below it does
             stamps[number(above(key))] = max(stamps[number(above(key))], stamps[number(key)])
             self._hidden[key] = self.slot_of.pop(key)
@@ -134,9 +140,11 @@ class PagePool:
 
     def _enter(self, key: PageKey, slot: int) -> None:
         """Enter a page into the tables."""
-        level, number = key[0], self.numbering.number(key)
+        level = key[0]
+        number = self.numbering.number(key)
         self.slot_of[key] = slot
-        self._slots_of[number], self._stamps[number] = slot + 1 | (LIT if self._lit[slot] else 0), self._stamp
+        self._slots_of[number] = slot + 1 | (LIT if self._lit[slot] else 0)
+        self._stamps[number] = self._stamp
         part = self._fine_under(key)
         part[part >> 24 >= level] = slot | level << 24
         self._touch(key)
@@ -183,14 +191,16 @@ class PagePool:
     def _width(self, key: PageKey) -> float:
         """Approximate width of a page in the picture, up to a factor."""
         level, row, col = key
-        (east, north), size = self.heightmap.spacing_m, self.heightmap.tile << level
+        east, north = self.heightmap.spacing_m
+        size = self.heightmap.tile << level
         x, y = (col + 0.5) * size * east, (self.heightmap.rows - 1 - (row + 0.5) * size) * north
         away_m = math.dist((x, y, self.base_m), self.eye_m)
         return size * east / max(away_m, 0.5 * size * east)
 
     def spare(self) -> list[PageKey]:
         """Pages that can be removed, the least recently used first; never the roots, nor pages that this view uses."""
-        stamps, roots = {key: int(self._stamps[self.numbering.number(key)]) for key in self.slot_of}, set(self.roots)
+        stamps = {key: int(self._stamps[self.numbering.number(key)]) for key in self.slot_of}
+        roots = set(self.roots)
         for key in sorted(stamps):  # finest first: a page is in use while one below it is
             if key not in roots:
                 stamps[above(key)] = max(stamps[above(key)], stamps[key])
@@ -208,7 +218,8 @@ class PagePool:
         slot = self.slot_of.pop(key)
         self._free.append(slot)
         self._slots_of[self.numbering.number(key)] = 0
-        part, coarser = self._fine_under(key), above(key)
+        part = self._fine_under(key)
+        coarser = above(key)
         part[part == (slot | key[0] << 24)] = self.slot_of[coarser] | coarser[0] << 24
         self._touch(key)
 
@@ -256,9 +267,11 @@ class PagePool:
 
     def _make_tables(self) -> None:
         """The slot of each page, + 1, by its number; then the finest page over each page of level 0."""
-        total, fine = self.numbering.total, int(self.numbering.first[1])
+        total = self.numbering.total
+        fine = int(self.numbering.first[1])
         words = np.zeros(-(-(total + fine) // ROW) * ROW, np.uint32)
-        self._slots_of, finest = words[:total], words[total : total + fine]
+        self._slots_of = words[:total]
+        finest = words[total : total + fine]
         finest[:] = 0xFF000000
         self._finest = finest.reshape(self.numbering.size[0])
         self._words = words.reshape(-1, ROW)
@@ -266,7 +279,8 @@ class PagePool:
     def _touch(self, key: PageKey) -> None:
         """Note that the rows of the tables with a page have changed."""
         level, row, col = key
-        across, first = int(self.numbering.size[0, 1]), self.numbering.total
+        across = int(self.numbering.size[0, 1])
+        first = self.numbering.total
         end = min((row + 1) << level, int(self.numbering.size[0, 0]))
         words = self.numbering.number(key), first + (row << level) * across, first + end * across - 1
         rows = [word // ROW for word in words]
@@ -278,7 +292,9 @@ class PagePool:
 
     def _room(self) -> tuple[int, int]:
         """The number of slots within the limits, and the number of slots in a row of the texture."""
-        heightmap, limits, side = self.heightmap, gl.limits(self.ctx), self.heightmap.tile
+        heightmap = self.heightmap
+        limits = gl.limits(self.ctx)
+        side = self.heightmap.tile
         most = heightmap.gpu_bytes - self._words.nbytes - scratch_bytes(heightmap)
         most = int(most // (bytes_of_slot(side) + light_bytes(side)))
         most = min(most, int(OF_COPIES * heightmap.memory_bytes) // (4 * (side + 1) ** 2))

@@ -60,7 +60,8 @@ class Rebuilder:
         with self._changed:
             if self._job is None and heightmap.wide:
                 square = min(heightmap.wide)
-                self._job, self.failed = Job(heightmap, square, heightmap.wide[square]), ""
+                self._job = Job(heightmap, square, heightmap.wide[square])
+                self.failed = ""
                 self._changed.notify_all()
 
     def wait(self, seconds: float) -> None:
@@ -72,7 +73,8 @@ class Rebuilder:
     def take(self, heightmap: EditedMap) -> list[PageKey]:
         """Note ready records in the map, unless it has changed since; returns the pages that change."""
         with self._changed:
-            found, self._found = self._found, None
+            found = self._found
+            self._found = None
             if found is None:
                 return []
             self._job = None
@@ -100,14 +102,16 @@ class Rebuilder:
                     words = " ".join(str(error).split())
                     reason = words if isinstance(error, TerrainError) else f"{type(error).__name__}: {words}"
                     with self._changed:
-                        self.failed, self._job = reason, None
+                        self.failed = reason
+                        self._job = None
                         self._changed.notify_all()
         finally:
             release_context()
 
     def _computed(self, job: Job) -> tuple[list[Records], tuple[float, float]] | None:
         """The records of a square, and the range that they are made with; None if the thread is to end."""
-        heightmap, range_m = job.heightmap, job.heightmap.quantised_m
+        heightmap = job.heightmap
+        range_m = job.heightmap.quantised_m
         level, row, col = job.square
         sides = ((k << level, n) for k, n in zip((row, col), (heightmap.rows, heightmap.cols), strict=True))
         rows, cols = (slice(first, min(first + (1 << level) + APRON, n)) for first, n in sides)

@@ -27,7 +27,8 @@ class ResidentHeights(PostsOnDemand):
     """
 
     def __init__(self, heightmap: PagedMap, finest: np.ndarray, slots: int) -> None:
-        self.shape, self._finest = (heightmap.rows, heightmap.cols), finest
+        self.shape = (heightmap.rows, heightmap.cols)
+        self._finest = finest
         self._log2 = heightmap.tile.bit_length() - 1
         self.copies = np.empty((slots, heightmap.tile + 1, heightmap.tile + 1), np.float32)
 
@@ -46,7 +47,8 @@ class ResidentHeights(PostsOnDemand):
         posts = np.broadcast_arrays(rows, cols)
         fine = [np.minimum(p >> self._log2, n - 1) for p, n in zip(posts, self._finest.shape, strict=True)]
         word = self._finest[fine[0], fine[1]]
-        level, slot = (word >> 24).astype(np.int64), (word & 0xFFFFFF).astype(np.int64)
+        level = (word >> 24).astype(np.int64)
+        slot = (word & 0xFFFFFF).astype(np.int64)
         places = [
             _between(p, (f >> level) << self._log2 + level, level, n - 1)
             for p, f, n in zip(posts, fine, self.shape, strict=True)

@@ -27,7 +27,9 @@ class Sheet:
     """
 
     def __init__(self, side: int, fill: float, dtype: str = "f4") -> None:
-        self.side, self.fill, self.dtype = side, fill, np.dtype(dtype)
+        self.side = side
+        self.fill = fill
+        self.dtype = np.dtype(dtype)
         self.tiles: dict[tuple[int, int], np.ndarray] = {}
 
     @property

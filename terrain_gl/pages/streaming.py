@@ -28,9 +28,11 @@ from .wanted import Patches
 
 AHEAD_S = 1.0  # how far ahead of its motion a flight looks
 LONGEST_S = 1.0  # longest time between two frames of one motion
-UPLOAD_S, UPLOADS = 0.004, 0.2  # for copying loaded pages to the GPU: seconds of a frame, or this share of a long one
+UPLOAD_S = 0.004  # for copying loaded pages to the GPU: seconds of a frame, or this share of a long one
+UPLOADS = 0.2
 WAIT_S = 0.05
-NO_ROOM, LOADING = "no room (--gpu-memory)", "loading"
+NO_ROOM = "no room (--gpu-memory)"
+LOADING = "loading"
 
 Choose = Callable[[Camera], Selection]
 
@@ -56,7 +58,8 @@ class Streaming:
     """
 
     def __init__(self, tables: PagedTables) -> None:
-        self._tables, self.terrain = tables, tables.terrain
+        self._tables = tables
+        self.terrain = tables.terrain
         self.loader = Loader(self.terrain.heightmap)
         self.is_repeatable = False
         self.progress: Callable[[float], None] | None = None
@@ -65,7 +68,8 @@ class Streaming:
         self.holds_back = False
         self._motion = Motion()
         self._later: list[PageKey] = []  # pages that the view ahead needs, as it was seen last
-        self._is_complete, self._flown_s = False, time.perf_counter()
+        self._is_complete = False
+        self._flown_s = time.perf_counter()
 
     @property
     def waits(self) -> bool:
@@ -143,7 +147,8 @@ class Streaming:
         TerrainError
             A tile cannot be read, or there is no OpenGL for the thread; the bounds stay wide, and hold.
         """
-        heightmap, first = self.terrain.heightmap, 0
+        heightmap = self.terrain.heightmap
+        first = 0
         while isinstance(heightmap, EditedMap) and heightmap.wide:
             first = max(first, len(heightmap.wide))
             self._start_rebuilding(heightmap)
@@ -176,7 +181,8 @@ class Streaming:
     # --- A picture that waits -----------------------------------------------------------------------------------------
 
     def _wait(self, choose: Choose, camera: Camera, goal: Goal) -> tuple[Selection, dict[str, Any]]:
-        terrain, loaded = self.terrain, 0
+        terrain = self.terrain
+        loaded = 0
         terrain.begin()
         (terrain.hide if self.is_repeatable else terrain.show_all)()
         terrain.send()
@@ -210,7 +216,8 @@ class Streaming:
     # --- A flight that never waits ------------------------------------------------------------------------------------
 
     def _fly(self, choose: Choose, camera: Camera, goal: Goal) -> tuple[Selection, dict[str, Any]]:
-        terrain, now_s = self.terrain, time.perf_counter()
+        terrain = self.terrain
+        now_s = time.perf_counter()
         terrain.show_all()
         self._rebuild()
         self._place_ready(max(UPLOAD_S, UPLOADS * min(now_s - self._flown_s, LONGEST_S)))
@@ -238,7 +245,8 @@ class Streaming:
 
     def _place_ready(self, seconds: float = math.inf) -> None:
         """Put loaded pages into the pool, at least one; a page waits until the page above it is in the pool."""
-        end, terrain = time.perf_counter() + seconds, self.terrain
+        end = time.perf_counter() + seconds
+        terrain = self.terrain
         for key, sums in self.loader.take():
             if key in terrain.slot_of:
                 continue
@@ -298,13 +306,17 @@ class Motion:
 
     def ahead(self, camera: Camera, now_s: float) -> Camera | None:
         """The view `AHEAD_S` from now, if the camera continues its motion; None if it does not move."""
-        before, since_s = self.camera, now_s - self.at_s
-        self.camera, self.at_s = camera, now_s
+        before = self.camera
+        since_s = now_s - self.at_s
+        self.camera = camera
+        self.at_s = now_s
         if before is None or before == camera or not 0 < since_s < LONGEST_S:
             return None
         times = AHEAD_S / since_s
-        eye, eye_before = np.asarray(camera.eye), np.asarray(before.eye)
-        look, look_before = _unit(np.subtract(camera.target, eye)), _unit(np.subtract(before.target, eye_before))
+        eye = np.asarray(camera.eye)
+        eye_before = np.asarray(before.eye)
+        look = _unit(np.subtract(camera.target, eye))
+        look_before = _unit(np.subtract(before.target, eye_before))
         eye = eye + times * (eye - eye_before)
         turned = look + np.clip(times * (look - look_before), -1, 1)
         return replace(camera, eye=tuple(eye.tolist()), target=tuple((eye + turned).tolist()), up=None)

@@ -51,9 +51,11 @@ def counter_words(tile: int) -> int:
 
 def sums_of(page: Page, key: PageKey, heightmap: PagedMap) -> Sums:
     """Summed-area tables of a page, as glsl/error/count.comp counts class counters and squared errors."""
-    level, side = key[0], heightmap.tile
+    level = key[0]
+    side = heightmap.tile
     base_m, low_m, span_m = quantisation_range(*heightmap.quantised_m)
-    span, tile = np.float32(span_m), layout.COUNT_TILE * (1 if level else 2)
+    span = np.float32(span_m)
+    tile = layout.COUNT_TILE * (1 if level else 2)
     n = side // tile
     worst, square = _of_cells(page, base_m, span) if level == 0 else _of_records(page, key, heightmap, span)
     per_tile = _padded(worst, side).reshape(n, tile, n, tile).max((1, 3))

@@ -34,9 +34,11 @@ class PageSweep:
     """
 
     def __init__(self, terrain: PagedTerrain) -> None:
-        self.ctx, self.terrain = terrain.ctx, terrain
+        self.ctx = terrain.ctx
+        self.terrain = terrain
         tile = self._tile = terrain.heightmap.tile
-        self._side, across = side_of(tile), terrain.across
+        self._side = side_of(tile)
+        across = terrain.across
         self.sun = self.ctx.texture((across * (tile + 1),) * 2, 1, dtype="nu2")
         self.sky = self.ctx.texture((across * sky_side(tile),) * 2, 4, dtype="u4")
         for texture in (self.sun, self.sky):
@@ -53,14 +55,17 @@ class PageSweep:
 
     def send(self, windows: Windows, level: int) -> None:
         """Copy windows to the GPU; `level` is that of the first one."""
-        count, posts = len(windows.heights), self._side + 1
+        count = len(windows.heights)
+        posts = self._side + 1
         self._heights.write(np.ascontiguousarray(windows.heights), viewport=(0, 0, posts, posts * count))
         block = np.zeros((), layout.TERRAIN)
         spacing = self.terrain.heightmap.spacing_m
-        block["last_post"], block["spacing_m"] = self._side, (spacing[0] * 2**level, spacing[1] * 2**level)
+        block["last_post"] = self._side
+        block["spacing_m"] = (spacing[0] * 2**level, spacing[1] * 2**level)
         self._block.write(block.tobytes())
         shift, within = np.zeros((2, layout.MAX_WINDOWS, 4), "i4")
-        shift[:count, :2], within[:count] = windows.shift, windows.inside
+        shift[:count, :2] = windows.shift
+        within[:count] = windows.inside
         self._around["u_shift"].write(np.ascontiguousarray(shift[:, :2]).tobytes())  # type: ignore[union-attr]
         self._around["u_within"].write(within.tobytes())  # type: ignore[union-attr]
         self._around["u_windows"] = count
@@ -137,7 +142,8 @@ class PageSweep:
         axes.write(SKY_AXES.astype("f4").tobytes())
 
     def _make_scratch(self) -> None:
-        heightmap, posts = self.terrain.heightmap, self._side + 1
+        heightmap = self.terrain.heightmap
+        posts = self._side + 1
         count = most_windows(heightmap)
         self._heights = gl.texel_texture(self.ctx, (posts, posts * count), "f4")
         self._block = self.ctx.buffer(reserve=layout.TERRAIN.itemsize)

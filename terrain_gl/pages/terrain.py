@@ -28,7 +28,10 @@ class PagedTerrain(PagePool):
         The number of edits that have changed the map.
     """
 
-    is_marked, has_water, sea_m, streams = False, False, None, True
+    is_marked = False
+    has_water = False
+    sea_m = None
+    streams = True
     headroom_m = math.inf, math.inf  # an edit that leaves the quantisation range widens it by itself
 
     def __init__(self, ctx: moderngl.Context, heightmap: PagedMap) -> None:
@@ -66,7 +69,8 @@ class PagedTerrain(PagePool):
         changed = own.write(x, y, heights)
         if changed is None:
             return None
-        self.heightmap, self.edits = own, self.edits + 1
+        self.heightmap = own
+        self.edits = self.edits + 1
         if quantisation_range(*own.quantised_m) != (self.base_m, self._low_m, self.span_m):
             self._follow_range()
             return self.all_posts
@@ -106,8 +110,10 @@ class PagedTables:
     """Summed-area tables of each loaded page. They take the place of `ErrorTables` for a paged map."""
 
     def __init__(self, terrain: PagedTerrain) -> None:
-        self.ctx, self.terrain = terrain.ctx, terrain
-        slots, side = terrain.slots, terrain.heightmap.tile
+        self.ctx = terrain.ctx
+        self.terrain = terrain
+        slots = terrain.slots
+        side = terrain.heightmap.tile
         self._words = counter_words(side)
         self.counters = gl.reserve(self.ctx, 4 * self._words * slots, "a table of counters")
         self.squares = gl.reserve(self.ctx, self._words // 2 * slots, "a table of squared errors")

@@ -35,9 +35,12 @@ class Patches:
         records = np.frombuffer(surface.patches.read(size) if size else b"", layout.RING_PATCH)
         patches = layout.unpack_ring_patches(records)
         last = np.array([terrain.heightmap.cols - 1, terrain.heightmap.rows - 1])
-        low, end = np.maximum(patches.corner, 0), np.minimum(patches.corner + patches.size, last)
-        self.boxes, self.bound_px = Boxes(low, end), patches.bound_px
-        self._side_log2, self._step_log2 = patches.side_log2, patches.step_log2
+        low = np.maximum(patches.corner, 0)
+        end = np.minimum(patches.corner + patches.size, last)
+        self.boxes = Boxes(low, end)
+        self.bound_px = patches.bound_px
+        self._side_log2 = patches.side_log2
+        self._step_log2 = patches.step_log2
         self._camera = camera
 
     def use(self) -> None:
@@ -48,7 +51,8 @@ class Patches:
         """Approximate size of the patches in the picture, up to a factor: projected area over distance squared."""
         terrain = self.terrain
         heightmap = terrain.heightmap
-        (east, north), eye = heightmap.spacing_m, np.asarray(self._camera.eye)
+        east, north = heightmap.spacing_m
+        eye = np.asarray(self._camera.eye)
         low, end = self.boxes
         col, row = ((low + end) // 2).T
         away = np.stack([col * east - eye[0], (heightmap.rows - 1 - row) * north - eye[1]])
@@ -82,9 +86,12 @@ class Patches:
 
         The worth of a page is certified pixels times area in the picture, summed over all patches that want it.
         """
-        terrain, numbering = self.terrain, self.terrain.numbering
+        terrain = self.terrain
+        numbering = self.terrain.numbering
         open_, finest = self.open_to(goal)
-        boxes, bound_px, finest = self.boxes.some(open_), np.minimum(self.bound_px[open_], 1e12), finest[open_]
+        boxes = self.boxes.some(open_)
+        bound_px = np.minimum(self.bound_px[open_], 1e12)
+        finest = finest[open_]
         over = np.log2(bound_px / goal.tolerance_px) if goal.tolerance_px else np.zeros(len(bound_px))
         steps = np.minimum(np.clip(np.ceil(over).astype(np.int64), 1, MOST_LEVELS), finest)
         for _ in range(MOST_LEVELS - 1):
@@ -94,6 +101,7 @@ class Patches:
         numbers, which = np.unique(numbers, return_inverse=True)
         worth = np.bincount(which, gain, minlength=len(numbers))
         new = ~terrain.is_there(numbers)
-        numbers, worth = numbers[new], worth[new]
+        numbers = numbers[new]
+        worth = worth[new]
         order = np.argsort(-worth, kind="stable")
         return numbers[order], worth[order]

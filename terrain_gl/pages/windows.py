@@ -74,13 +74,15 @@ def light_bytes(tile: int) -> int:
 
 def scratch_bytes(heightmap: PagedMap) -> int:
     """GPU memory for making the light of one page: its windows, four horizons of window 0, and hulls."""
-    posts, count = side_of(heightmap.tile) + 1, most_windows(heightmap)
+    posts = side_of(heightmap.tile) + 1
+    count = most_windows(heightmap)
     return 4 * posts**2 * count + 8 * posts**2 + hull_bytes(heightmap)
 
 
 def hull_bytes(heightmap: PagedMap) -> int:
     """Hulls of the lines over a page: points times lines."""
-    side, count = side_of(heightmap.tile), most_windows(heightmap)
+    side = side_of(heightmap.tile)
+    count = most_windows(heightmap)
     points = side + 1 + count * (side // 4 + 2)
     return 8 * points * 2 * (heightmap.tile + 2 * MARGIN + 4)
 
@@ -92,7 +94,8 @@ def most_windows(heightmap: PagedMap) -> int:
 
 def window_count(heightmap: PagedMap, level: int) -> int:
     """Windows of a page of a level: the last one holds the whole map, or is of the coarsest level."""
-    count, side = 2, side_of(heightmap.tile)
+    count = 2
+    side = side_of(heightmap.tile)
     while level + count <= heightmap.top and count < layout.MAX_WINDOWS:
         if side << level + count - 1 >= 2 * max(heightmap.rows, heightmap.cols):
             break
@@ -109,7 +112,8 @@ def windows_of(heightmap: PagedMap, key: PageKey) -> Windows:
         A tile of the coarsest window is missing.
     """
     level = key[0]
-    side, first = side_of(heightmap.tile), _first_posts(heightmap, key)
+    side = side_of(heightmap.tile)
+    first = _first_posts(heightmap, key)
     count = len(first)
     heights = np.empty((count, side + 1, side + 1), np.float32)
     inside = np.empty((count, 4), np.int32)
@@ -127,7 +131,8 @@ def windows_of(heightmap: PagedMap, key: PageKey) -> Windows:
 
 def holds(heightmap: PagedMap, key: PageKey, posts: Rect) -> bool:
     """Whether a window of a page holds one of the posts of a rectangle."""
-    side, last = side_of(heightmap.tile), np.array([heightmap.cols - 1, heightmap.rows - 1])
+    side = side_of(heightmap.tile)
+    last = np.array([heightmap.cols - 1, heightmap.rows - 1])
     for k, first in enumerate(_first_posts(heightmap, key), key[0]):
         low = np.minimum(np.maximum(first, 0) << k, last)
         high = np.minimum(np.maximum(first + side, 0) << k, last)
@@ -164,12 +169,14 @@ def _read(
         return _above(heightmap, level - heightmap.top, rows, cols)
     if coarser is None:
         return heightmap.lattice_heights(level, rows, cols)
-    side, missing = heightmap.tile, []
+    side = heightmap.tile
+    missing = []
     found = np.empty((rows.stop - rows.start, cols.stop - cols.start), np.float32)
     for y in range(rows.start // side, (rows.stop - 1) // side + 1):
         for x in range(cols.start // side, (cols.stop - 1) // side + 1):
             top, left = max(rows.start, y * side), max(cols.start, x * side)
-            end, right = min(rows.stop, (y + 1) * side), min(cols.stop, (x + 1) * side)
+            end = min(rows.stop, (y + 1) * side)
+            right = min(cols.stop, (x + 1) * side)
             part = slice(top - rows.start, end - rows.start), slice(left - cols.start, right - cols.start)
             try:
                 found[part] = heightmap.lattice_heights(level, slice(top, end), slice(left, right))

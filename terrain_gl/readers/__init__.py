@@ -24,7 +24,8 @@ from terrain_gl.readers.vrt import open_vrt, sources_of
 
 __all__ = ["SRTM_VOID", "How", "Raster", "Spacing", "files_of", "has_windows", "open_raster"]
 
-_ZIP, _GZIP = b"PK\x03\x04", b"\x1f\x8b"
+_ZIP = b"PK\x03\x04"
+_GZIP = b"\x1f\x8b"
 _VRT = b"<VRTDataset"
 _IMAGE = (b"\x89PNG\r\n\x1a\n", b"\x76\x2f\x31\x01", b"#?RADIANCE", b"#?RGBE")
 _PNM = re.compile(rb"P[1-6Ff]\s")

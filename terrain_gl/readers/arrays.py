@@ -95,5 +95,6 @@ def open_raw(path: str, name: str, size: tuple[int, int] | None) -> Raster:
     each = length // max(1, cols * rows)
     if each not in _RAW_TYPES or each * cols * rows != length:
         raise TerrainError(f"{name}: {length} bytes are not {cols} x {rows} posts of 1, 2 or 4 bytes: give --raw WxH")
-    dtype, shape = np.dtype(_RAW_TYPES[each]), (rows, cols, 1)
+    dtype = np.dtype(_RAW_TYPES[each])
+    shape = (rows, cols, 1)
     return Raster(name, shape, dtype, _npy_blocks(path, dtype, shape, 0, True))

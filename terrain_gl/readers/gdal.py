@@ -58,7 +58,8 @@ OFFLINE = {
 }
 _CACHE = {"GDAL_CACHEMAX": 64}  # MB; the default is a share of the machine's memory
 _HDF5 = b"\x89HDF\r\n\x1a\n"
-_ERDAS, _ERDAS_ELSEWHERE = b"EHFA_HEADER_TAG", b"ExternalRasterDMS"
+_ERDAS = b"EHFA_HEADER_TAG"
+_ERDAS_ELSEWHERE = b"ExternalRasterDMS"
 
 
 def open_gdal(path: str, name: str, trusted: bool = False, band: int | None = None) -> Raster:
@@ -110,7 +111,8 @@ def open_dataset(data: Any, name: str, band: int | None = None) -> Raster:
 
 def _raster(data: Any, name: str, trusted: bool, band: int | None) -> Raster:
     bands = _bands(data, name, band)
-    first, crs = bands[0] - 1, _crs(data)
+    first = bands[0] - 1
+    crs = _crs(data)
     place = Georeference(Grid(*data.transform[:6]), crs, (data.width, data.height))
     spacing_m, notes = spacing_of(place, name)
     unit_m, of_heights = vertical_unit_m(data.units[first], crs)

@@ -11,7 +11,8 @@ from terrain_gl.basics.exceptions import TerrainError
 from terrain_gl.readers.geodesy import WGS84, metres_per_degree
 from terrain_gl.readers.raster import Spacing, gdal_failures
 
-LEAST_STEP, LARGEST_STEP = 1e-9, 1e6  # accepted distances between posts, in any unit
+LEAST_STEP = 1e-9  # accepted distances between posts, in any unit
+LARGEST_STEP = 1e6
 FINEST_DEGREES = 0.1  # without a CRS, a step below this may be degrees
 DEGREES = "EPSG:4326"  # longitude and latitude on WGS 84
 WORLD_FILES = (".wld", ".pgw", ".pngw", ".tfw", ".tifw", ".tiffw", ".jgw", ".bpw", ".exrw", ".hdrw")
@@ -50,7 +51,8 @@ class Georeference(NamedTuple):
 
     def kept(self) -> Georeference | None:
         """The georeference to keep with the map, with the northern row first; None if it has no information."""
-        grid, (cols, rows) = self.grid, self.size
+        grid = self.grid
+        cols, rows = self.size
         if grid.tells_nothing or spacing_of(self, "")[0] is None:
             return None
         if grid.is_south_up:
@@ -60,7 +62,8 @@ class Georeference(NamedTuple):
 
     def resampled(self, cols: int, rows: int) -> Georeference:
         """The georeference for another number of posts over the same land; the outermost posts keep their places."""
-        grid, (across, down) = self.grid, self.size
+        grid = self.grid
+        across, down = self.size
         a, e = grid.a * (across - 1) / (cols - 1), grid.e * (down - 1) / (rows - 1)
         return Georeference(
             grid._replace(a=a, e=e, c=grid.c + (grid.a - a) / 2, f=grid.f + (grid.e - e) / 2), self.crs, (cols, rows)
@@ -119,7 +122,8 @@ def _scaled(steps: Spacing, unit: Spacing) -> Spacing:
 
 
 def _may_be_degrees(place: Georeference) -> bool:
-    grid, (cols, rows) = place.grid, place.size
+    grid = place.grid
+    cols, rows = place.size
     east, south = grid.c + cols * grid.a, grid.f + rows * grid.e
     inside = max(abs(grid.c), abs(east)) <= 360 and max(abs(grid.f), abs(south)) <= 90
     return inside and max(grid.a, abs(grid.e)) <= FINEST_DEGREES

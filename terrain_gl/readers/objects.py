@@ -66,7 +66,8 @@ def lazy_array(array: Any, name: str) -> tuple[Any, Raster]:
     array = array.isel(dict.fromkeys(extra, 0)).transpose(down, across)
     x, y = (_coordinates(array, dim, name) for dim in (across, down))
     if x is not None and x[-1] < x[0]:
-        x, array = x[::-1], array.isel({across: slice(None, None, -1)})
+        x = x[::-1]
+        array = array.isel({across: slice(None, None, -1)})
     grid = _grid(x, y)
     if grid.is_south_up:
         array = array.isel({down: slice(None, None, -1)})

@@ -53,13 +53,15 @@ class Place:
 
     def to_map(self, x: float, y: float) -> Point:
         """The file's coordinates of a place in world metres."""
-        grid, (_, rows) = self.georeference.grid, self.georeference.size
+        grid = self.georeference.grid
+        _, rows = self.georeference.size
         col, row = x / self.spacing_m[0], rows - 1 - y / self.spacing_m[1]
         return grid.a * (col + 0.5) + grid.c, grid.e * (row + 0.5) + grid.f
 
     def from_map(self, easting: float, northing: float) -> Point:
         """World metres of a place in the file's coordinates."""
-        grid, (_, rows) = self.georeference.grid, self.georeference.size
+        grid = self.georeference.grid
+        _, rows = self.georeference.size
         col, row = (easting - grid.c) / grid.a - 0.5, (northing - grid.f) / grid.e - 0.5
         return col * self.spacing_m[0], (rows - 1 - row) * self.spacing_m[1]
 
@@ -80,7 +82,8 @@ class Place:
     @property
     def middle(self) -> Point:
         """Degrees of longitude and latitude of the map's middle. Raises the same errors as `to_lonlat`."""
-        (cols, rows), (east, north) = self.georeference.size, self.spacing_m
+        cols, rows = self.georeference.size
+        east, north = self.spacing_m
         return self.to_lonlat((cols - 1) * east / 2, (rows - 1) * north / 2)
 
     def _turned(self, point: Point, direction: str) -> Point:
@@ -145,7 +148,8 @@ def check_crs(file: Placed, other: Placed) -> None:
     TerrainError
         The file has another coordinate system than the other map, or pyproj is missing.
     """
-    mine, grid = file.georeference, other.georeference
+    mine = file.georeference
+    grid = other.georeference
     if not (mine and grid and mine.crs and grid.crs) or mine.crs == grid.crs:
         return
     here = flat_crs(mine.crs), flat_crs(grid.crs)  # raises an error if pyproj is missing

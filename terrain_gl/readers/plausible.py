@@ -14,7 +14,8 @@ USUAL_RELIEF_M = 3000.0
 USUAL_RELIEF = 0.2  # relief over extent
 USUAL_SLOPE = 0.4  # slope that a tenth of the land exceeds; of seven real maps 0.28 to 0.62
 BOLD_SLOPE = 0.8  # the same in maps of games
-STEEPEST_RELIEF, STEEPEST_SLOPE = 0.5, 3.0  # largest plausible relief over extent, and largest slope of that tenth
+STEEPEST_RELIEF = 0.5  # largest plausible relief over extent, and largest slope of that tenth
+STEEPEST_SLOPE = 3.0
 SPACINGS_M = (10.0, 30.0, 90.0, 270.0, 810.0)  # spacings to choose from; free maps of the Earth have 30 and 90 m
 LEAST_SIDE = 256  # posts a side; for smaller maps we do not guess
 _SAMPLES = 1024  # places a side where the slope is measured
@@ -90,7 +91,9 @@ def steep_slope(heights: np.ndarray, spacing_m: Spacing) -> float:
     """The slope that a tenth of the land exceeds, from one post to the next; 0 for land that is void or flat."""
     step = max(1, -(-max(heights.shape) // _SAMPLES))
     rows, cols = (slice(0, n - 1, step) for n in heights.shape)
-    here, east, south = (heights[rows, cols], heights[rows, 1:][:, cols], heights[1:][rows][:, cols])
+    here = heights[rows, cols]
+    east = heights[rows, 1:][:, cols]
+    south = heights[1:][rows][:, cols]
     with np.errstate(invalid="ignore"):
         slopes = np.hypot((east - here) / spacing_m[0], (south - here) / spacing_m[1])
     known = slopes[np.isfinite(slopes)]

@@ -178,7 +178,8 @@ def _source(element: ElementTree.Element, folder: str, name: str) -> Source:
         raise ValueError("a source without a file")
     path = _inside(_named(filename, folder), folder, name)
     nodata = element.findtext("NODATA") if element.tag == "ComplexSource" else None
-    part, place = _box(element.find("SrcRect")), _box(element.find("DstRect"))
+    part = _box(element.find("SrcRect"))
+    place = _box(element.find("DstRect"))
     return Source(
         path,
         int(element.findtext("SourceBand", "1")),

@@ -115,9 +115,13 @@ class Sliced:
     """An object with `shape` and slices; each window is computed when it is read."""
 
     def __init__(self, name: str, source: Any, raster: Raster) -> None:
-        self.name, self._source, self._raster = name, source, raster
+        self.name = name
+        self._source = source
+        self._raster = raster
         self.shape = raster.shape[:2]
-        self.spacing_m, self.georeference, self.notes = raster.spacing_m, raster.georeference, raster.notes
+        self.spacing_m = raster.spacing_m
+        self.georeference = raster.georeference
+        self.notes = raster.notes
         self.spacing_m = self.spacing_m or getattr(source, "spacing_m", None)
 
     @property
@@ -146,12 +150,15 @@ class RasterFile:
     """
 
     def __init__(self, path: str, reading: Reading) -> None:
-        self.path, self.reading = path, reading
+        self.path = path
+        self.reading = reading
         self.name = os.fsencode(path).decode("utf-8", "replace")
         raster = open_raster(path, reading.how)
         raster.blocks.close()
         self.shape = raster.shape[:2]
-        self.spacing_m, self.georeference, self.notes = raster.spacing_m, raster.georeference, raster.notes
+        self.spacing_m = raster.spacing_m
+        self.georeference = raster.georeference
+        self.notes = raster.notes
         self._raster = raster
         self._by_window = has_windows(path, reading.how)
         self._open = threading.local()
@@ -185,7 +192,8 @@ class RasterFile:
         rows, cols = (slice(*s.indices(n)) for s, n in zip((rows, cols), self.shape, strict=True))
         if not self._by_window:
             return self._whole()[rows, cols]
-        how, data = self.reading.how, self._dataset()
+        how = self.reading.how
+        data = self._dataset()
         south_up = data.transform.e > 0 and not data.transform.is_identity
         window = slice(data.height - rows.stop, data.height - rows.start) if south_up else rows
         bands = list(range(1, data.count + 1)) if how.band is None else [how.band]
@@ -216,7 +224,8 @@ class Mosaic:
     """Files on one grid. Where they overlap, the last one with a height is used."""
 
     def __init__(self, files: Sequence[RasterFile]) -> None:
-        self.files, first = files, files[0]
+        self.files = files
+        first = files[0]
         if first.georeference is None:
             raise TerrainError(f"{first.name}: its place is not known: a mosaic needs files with a georeference")
         places = [corner_on(file, first) for file in files]
@@ -228,7 +237,8 @@ class Mosaic:
         grid = grid._replace(c=grid.c + left * grid.a, f=grid.f + top * grid.e)
         self.georeference = Georeference(grid, first.georeference.crs, (self.shape[1], self.shape[0]))
         self.name = f"{first.name} and {len(files) - 1} more"
-        self.spacing_m, self.notes = first.spacing_m, first.notes
+        self.spacing_m = first.spacing_m
+        self.notes = first.notes
 
     @property
     def identity(self) -> Any:
@@ -271,7 +281,8 @@ def corner_on(file: Placed, first: Placed) -> tuple[int, int]:
         The file is not on that grid.
     """
     assert first.georeference is not None
-    mine, grid = file.georeference and file.georeference.grid, first.georeference.grid
+    mine = file.georeference and file.georeference.grid
+    grid = first.georeference.grid
     if mine is None or abs(mine.a / grid.a - 1) > 1e-6 or abs(mine.e / grid.e - 1) > 1e-6:
         raise TerrainError(f"{file.name}: its posts are not {grid.a:g} apart as in {first.name}: resample it first")
     x, y = (mine.c - grid.c) / grid.a, (mine.f - grid.f) / grid.e

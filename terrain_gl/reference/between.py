@@ -37,7 +37,8 @@ def crossed_cells(shape: tuple[int, ...], level: int, void: np.ndarray | None = 
 
 def kinks(heights: np.ndarray, level: int) -> tuple[np.ndarray, np.ndarray]:
     """Largest bend of each node's diagonals within a cell, metres, (rows, cols) of nodes: as quad, and as fan."""
-    h, (y, x) = heights.astype(np.float64), node_axes(heights.shape, level)
+    h = heights.astype(np.float64)
+    y, x = node_axes(heights.shape, level)
     ends_y, ends_x = ((axis.low, axis.high) for axis in (y, x))
     at = {(i, j): h[np.ix_(rows, cols)] for i, rows in enumerate(ends_y) for j, cols in enumerate(ends_x)}
     quad = _bend(at[0, 0] - at[0, 1] - at[1, 0] + at[1, 1], (y.high - y.low)[:, None], x.high - x.low)
@@ -90,7 +91,8 @@ def over_cells(above: np.ndarray, below: np.ndarray, heights: np.ndarray, level:
 
     `above` and `below` are errors at the posts, drawn minus true and true minus drawn.
     """
-    twist, square = cell_twists(heights, level), _square_nodes(heights.shape, level)[:, None, :, None]
+    twist = cell_twists(heights, level)
+    square = _square_nodes(heights.shape, level)[:, None, :, None]
     row, col = (np.arange(axis.post.shape[1] - 1) for axis in node_axes(heights.shape, level))
     falling = row[:, None, None] == col
     found = []

@@ -6,7 +6,9 @@ import numpy as np
 
 from .sat import box_sum, sat
 
-WIDE, NARROW, LAST = 4, 56, 4  # classes; the narrow ones are an eighth of an octave each
+WIDE = 4  # classes; the narrow ones are an eighth of an octave each
+NARROW = 56
+LAST = 4
 
 # Class c counts the nodes with M > limit(c) = span · 2^−o(c + 1). The function o is linear from 0 at 0 to z at 4, from
 # there to z + 7 at 60, and from there to z + 14 at 64. Most decisions are about errors below the width of 16 cells:

@@ -36,7 +36,8 @@ def drop_range_m(
     """Smallest and largest drop in boxes between world points low and high, (3, ...)."""
     at = eye[:2].reshape(2, *[1] * (low.ndim - 1))
     a, b = low[:2] - at, high[:2] - at
-    nearest, farthest = np.clip(0, a, b), np.maximum(np.abs(a), np.abs(b))
+    nearest = np.clip(0, a, b)
+    farthest = np.maximum(np.abs(a), np.abs(b))
     return bend_per_m * np.square(nearest).sum(0), bend_per_m * np.square(farthest).sum(0)
 
 

@@ -77,7 +77,8 @@ def fan_errors(heights: np.ndarray, level: int) -> tuple[np.ndarray, np.ndarray]
 def _wedges(h: np.ndarray, y: Nodes, x: Nodes) -> tuple[list[np.ndarray], np.ndarray]:
     """Heights in the wedges north and south of the centre, edge whole and split, and the centre's weight."""
     north, weight = _from_middle(y)
-    north, weight = north[:, :, None, None], weight[:, :, None, None]
+    north = north[:, :, None, None]
+    weight = weight[:, :, None, None]
     a, m, b = (np.where(north, at_nodes(h, y.low, c), at_nodes(h, y.high, c)) for c in (x.low, x.mid, x.high))
     before, after = (x.mid - x.low)[:, None], (x.high - x.mid)[:, None]
     at = (x.post - x.mid[:, None]) / np.where(weight < 1, 1 - weight, 1)  # where the ray from the centre meets the edge
@@ -96,7 +97,8 @@ def _from_middle(axis: Nodes) -> tuple[np.ndarray, np.ndarray]:
 def wedges_of_posts(heights: np.ndarray, level: int) -> np.ndarray:
     """The fan wedge that each post lies in: 0 west, 1 north, 2 east, 3 south; (node rows, posts, node cols, posts)."""
     y, x = node_axes(heights.shape, level)
-    (north, weight_y), (west, weight_x) = _from_middle(y), _from_middle(x)
+    north, weight_y = _from_middle(y)
+    west, weight_x = _from_middle(x)
     north_or_south = weight_y[:, :, None, None] <= weight_x
     return np.where(north_or_south, np.where(north[:, :, None, None], 1, 3), np.where(west, 0, 2))
 
@@ -111,8 +113,10 @@ def wedge_errors(heights: np.ndarray, level: int, void: np.ndarray | None = None
     whole, split
         With the wedge's edge whole, and with it split.
     """
-    wedge, measured = wedges_of_posts(heights, level), measured_posts(heights, level, void)
-    crossed, kink = crossed_cells(heights.shape, level, void), kinks(heights, level)[1]
+    wedge = wedges_of_posts(heights, level)
+    measured = measured_posts(heights, level, void)
+    crossed = crossed_cells(heights.shape, level, void)
+    kink = kinks(heights, level)[1]
     found = []
     for errors in fan_errors(heights, level):
         cells = over_cells(errors, -errors, heights, level, kink) * crossed
@@ -151,7 +155,8 @@ def cut_moves(heights: np.ndarray, level: int) -> np.ndarray:
         (4, 3, 2, rows, cols) of nodes, metres: the edges west, north, east, south; the line between the edge's ends,
         from its first end to its middle, and from there to its other end; above, below.
     """
-    h, (y, x) = heights.astype(np.float64), node_axes(heights.shape, level)
+    h = heights.astype(np.float64)
+    y, x = node_axes(heights.shape, level)
     north, south = (_off_lines(h[rows], x) for rows in (y.low, y.high))
     west, east = (_off_lines(h.T[cols], y).transpose(0, 1, 3, 2) for cols in (x.low, x.high))
     return np.stack([west, north, east, south])
@@ -183,7 +188,8 @@ def _over_node(
     """The largest of bounds (above, below, kink), and the sum of squares over own posts and crossed cells."""
     errors = np.maximum.reduce([each for above, below, _ in bounds for each in (above, below)])
     crossed = crossed_cells(heights.shape, level, void)
-    corner, measured = worst_corner(errors), measured_posts(heights, level, void)
+    corner = worst_corner(errors)
+    measured = measured_posts(heights, level, void)
     cells = [over_cells(above, below, heights, level, kink) for above, below, kink in bounds]
     largest = np.maximum((errors * measured).max((1, 3)), (np.maximum.reduce(cells) * crossed).max((1, 3)))
     mean = np.abs(cell_twists(heights, level)) / np.sqrt(90) + bend[:, None, :, None]
@@ -195,7 +201,8 @@ def _cut_at_posts(heights: np.ndarray, level: int) -> list[list[np.ndarray]]:
     """Bounds above and below at each post, (node rows, posts, node cols, posts): cell, cut fan, fan."""
     y, x = node_axes(heights.shape, level)
     t, s = _places(y, x)
-    pair, fan = quad_errors(heights, level), fan_errors(heights, level)
+    pair = quad_errors(heights, level)
+    fan = fan_errors(heights, level)
     weights = np.stack(np.broadcast_arrays(1 - t, 1 - s, t, s, fan[0])[:4])
     above, below = cut_moves(heights, level)[:, 0, :, :, None, :, None].swapaxes(0, 1)
     cell = [np.maximum(*pair) + (weights * above).max(0), -np.minimum(*pair) + (weights * below).max(0)]
@@ -209,14 +216,19 @@ def _fan_moves(heights: np.ndarray, level: int) -> np.ndarray:
     Spokes from the centre to corners and middles part the fan in eight. A post on a spoke takes the larger move of both
     sides. In a node that the map's rim cuts off, spokes run between posts; there one bound serves all eight.
     """
-    moves, (y, x) = cut_moves(heights, level)[:, 1:], node_axes(heights.shape, level)
+    moves = cut_moves(heights, level)[:, 1:]
+    y, x = node_axes(heights.shape, level)
     square = (y.high - y.low == 1 << level)[:, None] & (x.high - x.low == 1 << level)
     moves = np.where(square, moves, moves.max((0, 1)))[:, :, :, :, None, :, None]
     of_y, of_x = (_from_middle(axis)[1] for axis in (y, x))
-    of_y, of_x = of_y[:, :, None, None], of_x[None, None]
+    of_y = of_y[:, :, None, None]
+    of_x = of_x[None, None]
     down, right = ((axis.post - axis.mid[:, None]) for axis in (y, x))
-    down, right = down[:, :, None, None], right[None, None]
-    most, in_row, in_column = np.zeros((2, *np.broadcast_shapes(down.shape, right.shape))), of_y <= of_x, of_x <= of_y
+    down = down[:, :, None, None]
+    right = right[None, None]
+    most = np.zeros((2, *np.broadcast_shapes(down.shape, right.shape)))
+    in_row = of_y <= of_x
+    in_column = of_x <= of_y
     wedges = [(down, -right, in_column), (right, -down, in_row), (down, right, in_column), (right, down, in_row)]
     for side, (along, across, inside) in enumerate(wedges):
         for half, sign in enumerate((-1, 1)):
@@ -243,22 +255,28 @@ def turned_errors(heights: np.ndarray, level: int, void: np.ndarray | None = Non
         (rows, cols, 4) of nodes: the corners north-west, north-east, south-east, south-west. Metres; infinite in nodes
         that the map's rim cuts off.
     """
-    (y, x), side = node_axes(heights.shape, level), 1 << level
+    y, x = node_axes(heights.shape, level)
+    side = 1 << level
     found = np.full((len(y.low), len(x.low), 4), np.inf)
     if side >= min(heights.shape):
         return found
     t, s = _places(y, x)
-    pair, twist, weights = quad_errors(heights, level), cell_twists(heights, level), (1 - t, 1 - s, t, s)
+    pair = quad_errors(heights, level)
+    twist = cell_twists(heights, level)
+    weights = (1 - t, 1 - s, t, s)
     moves = cut_moves(heights, level)[:, 0, :, :, None, :, None]
-    measured, crossed = measured_posts(heights, level, void), crossed_cells(heights.shape, level, void)
+    measured = measured_posts(heights, level, void)
+    crossed = crossed_cells(heights.shape, level, void)
     for k, (one, other) in enumerate([(0, 1), (1, 2), (2, 3), (3, 0)]):  # edges in the order of `cut_moves`
         move = np.maximum(weights[one] * moves[one], weights[other] * moves[other])
-        rises, row = k % 2, np.arange(side + 1)
+        rises = k % 2
+        row = np.arange(side + 1)
         col, cell = (row[::-1], (row[:-1], row[-2::-1])) if rises else (row, (row[:-1], row[:-1]))
         largest = np.zeros((len(y.low), len(x.low)))
         for sign, off in zip((1, -1), move, strict=True):
             errors = sign * pair[rises] + off
-            ends, bend = errors[:, row, :, col], sign * (-1) ** rises * twist[:, cell[0], :, cell[1]]
+            ends = errors[:, row, :, col]
+            bend = sign * (-1) ** rises * twist[:, cell[0], :, cell[1]]
             within = (crest(ends[:-1], ends[1:], bend) * crossed[:, cell[0], :, cell[1]]).max(0)
             largest = np.maximum.reduce([largest, (errors * measured).max((1, 3)), within])
         found[..., k] = largest
@@ -272,7 +290,8 @@ def star_errors(heights: np.ndarray, level: int, segments_log2: int, void: np.nd
     Inner cells have no outer edge, so a bound with cuts at either end of the diagonal holds. Metres, (rows, cols) of
     nodes of a level > segments_log2; infinite in nodes that the map's rim cuts off.
     """
-    turned, (y, x) = turned_errors(heights, level - segments_log2, void), node_axes(heights.shape, level)
+    turned = turned_errors(heights, level - segments_log2, void)
+    y, x = node_axes(heights.shape, level)
     n = 1 << segments_log2
     cells = np.full((n * len(y.low), n * len(x.low), 4), np.inf)
     cells[: turned.shape[0], : turned.shape[1]] = turned
@@ -300,7 +319,8 @@ def node_errors(heights: np.ndarray, level: int, void: np.ndarray | None = None)
 
 def _largest(heights: np.ndarray, level: int, void: np.ndarray | None) -> list[np.ndarray]:
     """Largest error of each node, as quad and as fan."""
-    measured, crossed = measured_posts(heights, level, void), crossed_cells(heights.shape, level, void)
+    measured = measured_posts(heights, level, void)
+    crossed = crossed_cells(heights.shape, level, void)
     found = []
     for pair, kink in zip(_both(heights, level), kinks(heights, level), strict=True):
         cells = over_cells(np.maximum(*pair), -np.minimum(*pair), heights, level, kink) * crossed
@@ -313,12 +333,16 @@ def squared_errors(heights: np.ndarray, level: int, void: np.ndarray | None = No
 
     A root mean square is at most the largest error.
     """
-    own, crossed = _own(heights, level, void), crossed_cells(heights.shape, level, void)
-    twist, posts, found = np.abs(cell_twists(heights, level)), _own(heights, level, None).sum((1, 3)), []
+    own = _own(heights, level, void)
+    crossed = crossed_cells(heights.shape, level, void)
+    twist = np.abs(cell_twists(heights, level))
+    posts = _own(heights, level, None).sum((1, 3))
+    found = []
     for pair, kink, most in zip(
         _both(heights, level), kinks(heights, level), _largest(heights, level, void), strict=True
     ):
-        errors, mean = _worse(pair), twist / np.sqrt(90) + kink[:, None, :, None]
+        errors = _worse(pair)
+        mean = twist / np.sqrt(90) + kink[:, None, :, None]
         between = mean * (2 * worst_corner(errors) + mean) * crossed
         found.append(np.minimum(np.square(errors * own).sum((1, 3)) + between.sum((1, 3)), np.square(most) * posts))
     return found[0], found[1]

@@ -27,13 +27,15 @@ class LandRecipe(NamedTuple):
 
 def land(p: np.ndarray, recipe: LandRecipe) -> np.ndarray:
     """Heights at the points p, 0 to 1 of the relief."""
-    seed, cliffs = recipe.seed, np.full((1, 1), recipe.cliffs, p.dtype)
+    seed = recipe.seed
+    cliffs = np.full((1, 1), recipe.cliffs, p.dtype)
     h, slope = _forms_and_slope(p, recipe, cliffs)
     hillside = smooth_step(0, 1, dot2(slope, slope))
     carving = blend(0.07, 0.13, np.minimum(1, 1.5 * cliffs)) * smooth_step(0, 5, h)
     rough = np.zeros_like(h)
     for k in range(3, recipe.octaves):
-        frequency, wavelength = 5.0 * 2 ** (k - 3), p.dtype.type(0.2) * p.dtype.type(0.5 ** (k - 3))
+        frequency = 5.0 * 2 ** (k - 3)
+        wavelength = p.dtype.type(0.2) * p.dtype.type(0.5 ** (k - 3))
         square = dot2(slope, slope)
         inverse = inverse_sqrt(square + 0.1)
         steep = np.minimum(square * inverse, 4)
@@ -70,7 +72,8 @@ def _forms(p: np.ndarray, recipe: LandRecipe, cliffs: np.ndarray) -> np.ndarray:
 
 
 def _warp(p: np.ndarray, seed: int) -> np.ndarray:
-    q, at = p, 1.07 * p
+    q = p
+    at = 1.07 * p
     for i, reach in enumerate(_WARPS):
         q = q + reach * np.stack([noise(at, seed, 2 * i), noise(at + 0.5, seed, 2 * i + 1)])
         at = 1.4 * finer(at)
@@ -97,7 +100,8 @@ def _branches(q: np.ndarray, recipe: LandRecipe) -> np.ndarray:
 
 
 def _ridges(q: np.ndarray, recipe: LandRecipe) -> np.ndarray:
-    total, held = np.zeros_like(q[0]), np.ones_like(q[0])
+    total = np.zeros_like(q[0])
+    held = np.ones_like(q[0])
     for i, amplitude in enumerate(_AMPLITUDES[: recipe.octaves]):
         crest = 1 - soft_abs(noise(q, recipe.seed, 20 + i), np.full((1, 1), 0.1, q.dtype))
         rise = held * crest * crest
@@ -124,7 +128,8 @@ def strata(
 
 def stripes(p: np.ndarray, across: np.ndarray, seed: int, layer: int) -> np.ndarray:
     """Height and rise, (2, rows, cols), of waves along the unit vectors `across`, from a pivot in each cell around."""
-    home, total = np.floor(p), np.zeros_like(p)
+    home = np.floor(p)
+    total = np.zeros_like(p)
     for j, i in itertools.product((-1, 0, 1), repeat=2):
         cell = home + np.array([i, j], p.dtype)[:, None, None]
         h = _cell_hash(cell, seed, layer)

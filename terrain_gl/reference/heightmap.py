@@ -12,7 +12,8 @@ def bilinear_heights(heights: np.ndarray, x: np.ndarray, y: np.ndarray) -> np.nd
     """Heights at columns x and rows y inside the map."""
     rows, cols = heights.shape
     i, j = np.clip(x.astype(int), 0, cols - 2), np.clip(y.astype(int), 0, rows - 2)
-    f, g = x - i, y - j
+    f = x - i
+    g = y - j
     north = heights[j, i] * (1 - f) + heights[j, i + 1] * f
     south = heights[j + 1, i] * (1 - f) + heights[j + 1, i + 1] * f
     return north * (1 - g) + south * g

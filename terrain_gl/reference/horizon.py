@@ -23,12 +23,16 @@ def horizon_sines(
     towards
         Direction as columns and rows of one step, the larger of them 1 or -1.
     """
-    h, x, y = heights.astype(np.float64), posts[..., 0].astype(np.float64), posts[..., 1].astype(np.float64)
+    h = heights.astype(np.float64)
+    x = posts[..., 0].astype(np.float64)
+    y = posts[..., 1].astype(np.float64)
     last_y, last_x = np.array(h.shape) - 1
-    own, slope = bilinear_heights(h, x, y), np.full(x.shape, -np.inf)
+    own = bilinear_heights(h, x, y)
+    slope = np.full(x.shape, -np.inf)
     step_m = float(np.hypot(towards[0] * spacing_m[0], towards[1] * spacing_m[1]))
     for steps in np.arange(0.25, max(h.shape), 0.25):
-        at_x, at_y = x + steps * towards[0], y + steps * towards[1]
+        at_x = x + steps * towards[0]
+        at_y = y + steps * towards[1]
         inside = (at_x >= 0) & (at_x <= last_x) & (at_y >= 0) & (at_y <= last_y)
         rise = bilinear_heights(h, np.clip(at_x, 0, last_x), np.clip(at_y, 0, last_y)) - own
         slope = np.where(inside, np.maximum(slope, rise / (steps * step_m)), slope)
@@ -55,7 +59,8 @@ def windowed_sines(
     heights = [h.astype(np.float64).T if axis == 0 else h.astype(np.float64) for h in windows[0]]  # (column, place)
     shift, low, high = (np.roll(each, -axis, 1) for each in (windows[1], windows[2][:, :2], windows[2][:, 2:]))
     along, across = posts[..., axis].astype(np.float64), posts[..., 1 - axis].astype(np.float64)
-    side, slope = len(heights[0]) - 1, np.full(along.shape, -np.inf)
+    side = len(heights[0]) - 1
+    slope = np.full(along.shape, -np.inf)
     step_m = float(np.hypot(towards[0] * spacing_m[0], towards[1] * spacing_m[1]))
     on_map = across.clip(low[0, 1], high[0, 1])
     place = np.floor(on_map).astype(int).clip(0, side - 1)
@@ -114,10 +119,14 @@ def skylit(
     """Light from a lobe of the sky for each cell: with the horizons, and with only the cell's own plane as horizon."""
     n = normals_of(heights, spacing_m)
     z = -1 + (np.arange(100) + 0.5) / 50
-    got, of_all, total = np.zeros(n.shape[:2]), np.zeros(n.shape[:2]), 0.0
+    got = np.zeros(n.shape[:2])
+    of_all = np.zeros(n.shape[:2])
+    total = 0.0
     for gaussian, w, seen in _rays(heights, axis, sharpness, spacing_m, z, azimuths):
         cosine = gaussian * np.maximum(n @ w, 0)
-        got, of_all, total = got + cosine * seen, of_all + cosine, total + gaussian
+        got = got + cosine * seen
+        of_all = of_all + cosine
+        total = total + gaussian
     return got / total, of_all / total
 
 
@@ -129,9 +138,11 @@ def visible_shares(
 ) -> np.ndarray:
     """Visible share of a lobe's light above the level horizon at each cell, without a cosine, (rows - 1, cols - 1)."""
     z = (np.arange(100) + 0.5) / 100
-    got, total = np.zeros((heights.shape[0] - 1, heights.shape[1] - 1)), 0.0
+    got = np.zeros((heights.shape[0] - 1, heights.shape[1] - 1))
+    total = 0.0
     for gaussian, _, seen in _rays(heights, axis, sharpness, spacing_m, z, azimuths):
-        got, total = got + gaussian * seen, total + gaussian
+        got = got + gaussian * seen
+        total = total + gaussian
     return got / total
 
 
@@ -144,7 +155,8 @@ def _rays(
     azimuths: int,
 ) -> Iterator[tuple[float, np.ndarray, np.ndarray]]:
     """A lobe's value along each ray, the ray, and the cells whose horizon is below it."""
-    middles, flat = middles_of_cells(heights), np.sqrt(1 - sines * sines)
+    middles = middles_of_cells(heights)
+    flat = np.sqrt(1 - sines * sines)
     for azimuth in (np.arange(azimuths) + 0.5) * 2 * np.pi / azimuths:
         east, north = np.cos(azimuth), np.sin(azimuth)
         step = np.array([east / spacing_m[0], -north / spacing_m[1]])

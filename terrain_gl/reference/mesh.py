@@ -34,7 +34,9 @@ def fan_triangles(
     edges
         (4,) bool: which of the edges west, north, east and south are split.
     """
-    (x0, y0), (x1, y1), (xm, ym) = low, high, middle
+    x0, y0 = low
+    x1, y1 = high
+    xm, ym = middle
     ring = [
         (x0, y0),
         (x0, ym),

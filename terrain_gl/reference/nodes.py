@@ -19,7 +19,8 @@ class Nodes(NamedTuple):
 
 def nodes_along(n: int, level: int) -> Nodes:
     """Cut an axis of n posts into nodes of a level."""
-    side, last = 1 << level, n - 1
+    side = 1 << level
+    last = n - 1
     low = np.arange(0, last, side)
     high = np.minimum(low + side, last)
     post = low[:, None] + np.arange(min(side, last) + 1)

@@ -21,7 +21,8 @@ def blocks(nodes: np.ndarray, n: int) -> np.ndarray:
 
 def join(selection: Selection) -> list[list[np.ndarray]]:
     """Patches of quads: for each level and each s, which squares of 2^s × 2^s quads are one patch, (rows, cols)."""
-    found, cells = [], selection.splits[0].shape
+    found = []
+    cells = selection.splits[0].shape
     for level, (leaves, fans) in enumerate(zip(selection.leaves, selection.fans, strict=True)):
         sizes = [leaves & ~fans]
         for s in range(1, min(SIZES, len(selection.leaves) - level)):

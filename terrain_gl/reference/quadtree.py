@@ -64,10 +64,14 @@ class Selection(NamedTuple):
 def tables_of(heights: np.ndarray, void: np.ndarray | None = None) -> list[Errors]:
     """Error tables of all levels of a map, (rows, cols) metres with voids filled."""
     hole = np.zeros(heights.shape, bool) if void is None else void
-    gains, tables = split_gains(heights, void), [_cells(heights, hole)]
+    gains = split_gains(heights, void)
+    tables = [_cells(heights, hole)]
     for level in range(1, top_level(heights.shape) + 1):
-        found, (y, x), gain = node_errors(heights, level, void), node_axes(heights.shape, level), gains[level - 1]
-        posts, closed = y.own.sum(1)[:, None] * x.own.sum(1), per_node(y, x)
+        found = node_errors(heights, level, void)
+        y, x = node_axes(heights.shape, level)
+        gain = gains[level - 1]
+        posts = y.own.sum(1)[:, None] * x.own.sum(1)
+        closed = per_node(y, x)
         solid_posts = (~hole[closed] & y.own[:, :, None, None] & x.own).sum((1, 3))
         quad, fan = (np.sqrt(square * solid_posts / posts) for square in (found.quad_square, found.fan_square))
         below = tables[-1]
@@ -94,7 +98,8 @@ def tables_of(heights: np.ndarray, void: np.ndarray | None = None) -> list[Error
 def _cells(heights: np.ndarray, hole: np.ndarray) -> Errors:
     """Cells have no error at their posts; their gain is per pixel between the posts and per triangle."""
     quad, fan = cell_squares(heights)
-    none, four = np.zeros(quad.shape), np.zeros((*quad.shape, 4))
+    none = np.zeros(quad.shape)
+    four = np.zeros((*quad.shape, 4))
     solid = ~(hole[1:, 1:] | hole[1:, :-1] | hole[:-1, 1:] | hole[:-1, :-1])
     return Errors(none, none, none, none, four, four, none, none, solid, np.where(solid, (quad - fan) / 2, 0.0))
 
@@ -120,7 +125,8 @@ def _screen(
     )
     least_m, most_m = drop_range_m(low, high, view.eye, view.bend_per_m)
     low[2], high[2] = low[2] - most_m, high[2] - least_m
-    p, sag = project_boxes(view, low, high), largest_sag_m(level, spacing_m, view.bend_per_m)
+    p = project_boxes(view, low, high)
+    sag = largest_sag_m(level, spacing_m, view.bend_per_m)
     each = BoxProjection(*(field[..., None] for field in p))
     quad_rms = np.where(errors.solid, errors.quad_rms, errors.quad_max)
     quad_px = metric_px(view, p, errors.quad_max + sag, quad_rms + sag, metric)
@@ -178,7 +184,8 @@ def select_at_price(tables: list[Errors], screens: list[Screen], shape: tuple[in
     quads = [~(cells > price) | screens[0].outside]
     for level in range(1, len(screens)):
         y, x = node_axes(shape, level)
-        posts, added = y.own.sum(1)[:, None] * x.own.sum(1), 2.0 - _on_rim(shape, level).sum(-1)
+        posts = y.own.sum(1)[:, None] * x.own.sum(1)
+        added = 2.0 - _on_rim(shape, level).sum(-1)
         removed = (np.square(tables[level].quad_rms) - np.square(tables[level].fan_rms)) * posts
         quads.append(~(screens[level].weight * removed > price * added) | (added <= 0))
     return _leaves(splits, cuts, screens, shape, quads)
@@ -206,10 +213,12 @@ def agree(
     asked = False
     edges = [split_edges(splits[level], *cuts[level]) for level in range(len(splits))]
     for level, exists in list(enumerate(existing(splits)))[1:]:
-        s, inner = screens[level], ~_on_rim(shape, level)[..., [1, 0, 1, 0]]
+        s = screens[level]
+        inner = ~_on_rim(shape, level)[..., [1, 0, 1, 0]]
         quad = (s.quad_px <= tolerance_px) & ~edges[level].any(-1)
         leaf = (exists & ~splits[level] & ~s.outside & ~quad)[..., None]
-        own, open_ = edges[level] & inner, np.stack(neighbours(exists), -1) & inner
+        own = edges[level] & inner
+        open_ = np.stack(neighbours(exists), -1) & inner
         lacking = leaf & (s.whole_px > tolerance_px) & ~own
         helpless = leaf & (s.split_px > tolerance_px) & (own | lacking) | lacking & ~open_
         split = helpless.any(-1)
@@ -223,7 +232,8 @@ def agree(
 
 def split_edges(splits: np.ndarray, cut_west: np.ndarray, cut_north: np.ndarray) -> np.ndarray:
     """Edges of each node that are split, (rows, cols, 4): towards a finer neighbour, or by agreement."""
-    cut_east, cut_south = np.pad(cut_west, ((0, 0), (0, 1)))[:, 1:], np.pad(cut_north, ((0, 1), (0, 0)))[1:]
+    cut_east = np.pad(cut_west, ((0, 0), (0, 1)))[:, 1:]
+    cut_south = np.pad(cut_north, ((0, 1), (0, 0)))[1:]
     return np.stack(neighbours(splits), -1) | np.stack([cut_west, cut_north, cut_east, cut_south], -1)
 
 
@@ -242,9 +252,11 @@ def _leaves(
     leaves: list[np.ndarray] = []
     fans: list[np.ndarray] = []
     edges: list[np.ndarray] = []
-    triangles, worst_px = 0, 0.0
+    triangles = 0
+    worst_px = 0.0
     for level, exists in enumerate(existing(splits)):
-        s, rim = screens[level], _on_rim(shape, level)
+        s = screens[level]
+        rim = _on_rim(shape, level)
         edge = split_edges(splits[level], *cuts[level])
         leaf = exists & ~splits[level] & ~s.outside
         fan = leaf & (edge.any(-1) | ~quads[level])

@@ -23,7 +23,8 @@ LEAST_PARTS = min(4 * (2 + PATCH_COST), 4 * 8 + 2 * PATCH_COST)  # four single c
 FEW_LOG2 = 1  # a square of so few cells a side looks at the cells themselves
 ROUNDS = 3  # depth of blocks inside blocks
 _IN_NO_PAIR = -1  # mark of a square that only holds as a fan
-REFINE_FROM, REFINED = 3, 0.5  # units of 2^3 segments or more become blocks, which about halves their cost
+REFINE_FROM = 3  # units of 2^3 segments or more become blocks, which about halves their cost
+REFINED = 0.5
 Post = tuple[int, int]  # column, row
 Square = tuple[int, int, int]  # depth, column, row of a square of a block
 
@@ -84,7 +85,8 @@ def tiles_over(level: Level, j: int, low: Post, end: Post, last: Post) -> tuple[
 def is_within(levels: Sequence[Level], low: Post, end: Post, last: Post, step_log2: int, error_m: float) -> bool:
     """Whether the tables prove that every cell of spacing 2^step_log2 in a box has an error of at most `error_m`."""
     j = max(step_log2, 0)
-    level, allowed_m = levels[j], error_m * 4.0 ** max(-step_log2, 0)
+    level = levels[j]
+    allowed_m = error_m * 4.0 ** max(-step_log2, 0)
     if allowed_m >= level.span_m:
         return True
     below = np.flatnonzero(level.limits_m <= allowed_m)
@@ -119,7 +121,8 @@ def known_m(errors_m: Sequence[np.ndarray], low: Post, side_log2: int, step_log2
     For each level from 1 on, `errors_m` has the errors (3, rows, cols) of its nodes with 2, 4 and 8 segments a side.
     """
     is_node = (low[0] | low[1]) & (1 << side_log2) - 1 == 0 and min(low) >= 0 and 1 <= side_log2 <= len(errors_m)
-    (col, row), segments_log2 = (at >> side_log2 for at in low), side_log2 - step_log2
+    col, row = (at >> side_log2 for at in low)
+    segments_log2 = side_log2 - step_log2
     return (
         float(errors_m[side_log2 - 1][segments_log2 - 1, row, col]) if is_node and 1 <= segments_log2 <= 3 else np.inf
     )
@@ -226,7 +229,8 @@ def _cut(
 def _pairs(own: np.ndarray, unit_log2: int) -> list[tuple[tuple[slice, slice], int]]:
     """Pairs among the four parts of a square's units: where they are, and 1 or 2; along the axis with more of them."""
     half = len(own) // 2
-    size, first = half.bit_length() - 1, [slice(0, half), slice(half, None)]
+    size = half.bit_length() - 1
+    first = [slice(0, half), slice(half, None)]
     wide = [(part, slice(None)) for part in first]
     tall = [(slice(None), part) for part in first]
 
@@ -249,14 +253,16 @@ def leaf_map(leaves: Sequence[Leaf], shape: tuple[int, int]) -> np.ndarray:
     """Index of the leaf over each cell of a map with (rows, cols) posts; −1 where there is none."""
     over = np.full((shape[0] - 1, shape[1] - 1), -1)
     for i, leaf in enumerate(leaves):
-        (x, y), (width, height) = leaf.low, (1 << log2 for log2 in leaf.size_log2)
+        x, y = leaf.low
+        width, height = (1 << log2 for log2 in leaf.size_log2)
         over[max(y, 0) : y + height, max(x, 0) : x + width] = i
     return over
 
 
 def edge_step_log2(leaves: Sequence[Leaf], over: np.ndarray, i: int, side: int) -> int:
     """log2 of the posts between the vertices along a side of leaf i."""
-    own, beside = leaves[i], _beside(leaves, over, i, side)
+    own = leaves[i]
+    beside = _beside(leaves, over, i, side)
     axis = 0 if side in (NORTH, SOUTH) else 1
     larger = [k for k in beside if leaves[k].size_log2[axis] > own.size_log2[axis]]
     if larger:
@@ -267,7 +273,8 @@ def edge_step_log2(leaves: Sequence[Leaf], over: np.ndarray, i: int, side: int) 
 
 def _beside(leaves: Sequence[Leaf], over: np.ndarray, i: int, side: int) -> set[int]:
     """Leaves along a side, just outside it."""
-    (x, y), (width, height) = leaves[i].low, (1 << log2 for log2 in leaves[i].size_log2)
+    x, y = leaves[i].low
+    width, height = (1 << log2 for log2 in leaves[i].size_log2)
     along, rows, cols = slice(max(x, 0), x + width), *over.shape
     row, col = (y - 1 if side == NORTH else y + height), (x - 1 if side == WEST else x + width)
     if side in (NORTH, SOUTH):

@@ -193,7 +193,8 @@ def _means(ground: Patch, shape: tuple[int, int], rows: slice, cols: slice, half
 
 def _box_sums(values: np.ndarray, half: tuple[int, int]) -> np.ndarray:
     sums = np.pad(values.cumsum(0).cumsum(1), ((1, 0), (1, 0)))
-    wide, high = 2 * half[0] + 1, 2 * half[1] + 1
+    wide = 2 * half[0] + 1
+    high = 2 * half[1] + 1
     return sums[high:, wide:] - sums[:-high, wide:] - sums[high:, :-wide] + sums[:-high, :-wide]
 
 

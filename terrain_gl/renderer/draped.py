@@ -32,7 +32,8 @@ class OverlayLines:
         """Draw over a piece. In a picture higher than 720 rows lines are wider, so that they look the same."""
         terrain = picture.terrain
         if self._of[0] is not overlays or self._of[1] != terrain.edits:
-            self._of, self._draped = (overlays, terrain.edits), draped(overlays, terrain.heightmap)
+            self._of = (overlays, terrain.edits)
+            self._draped = draped(overlays, terrain.heightmap)
         self._lines = self._lines or Lines(self.ctx, picture.samples)
         width_px = piece.fine * WIDTH_PX * max(1.0, piece.picture[1] / 720)
         self._lines.draw(picture, eye, picture.target, piece.drawn_size, self._draped, width_px)

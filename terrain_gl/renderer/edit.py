@@ -40,7 +40,8 @@ class Editor:
     """
 
     def __init__(self, resources: GpuResources, forget: Callable[[], None]) -> None:
-        self.session, self.resources = resources.session, resources
+        self.session = resources.session
+        self.resources = resources
         self._forget = forget
         self._unlit: Rect | None = None  # posts edited since the last update of the light
 
@@ -182,7 +183,8 @@ class Editor:
     def _take_steps(self, terrain: Terrain | None) -> Steps[None]:
         """Build tables for the same map with another quantisation range, then use both."""
         mine = self.resources.terrain
-        tables, edits = None, mine.edits
+        tables = None
+        edits = mine.edits
         if terrain is None:
             return
         try:
@@ -207,7 +209,8 @@ class Editor:
     def _follow_new_range(self, moved: bool) -> None:
         """Follow a new quantisation range; `moved`: heights are relative to a new base."""
         self._forget()
-        everything, picture = self.resources.terrain.all_posts, self.resources.picture
+        everything = self.resources.terrain.all_posts
+        picture = self.resources.picture
         if moved:
             self.resources.selectors.update(everything)
         picture.update(everything)

@@ -78,7 +78,8 @@ class DrawnFrame:
 
     def summary(self) -> dict[str, Any]:
         """What was requested and what was chosen, by the keys of docs/stats.md."""
-        selection, options = self.selection, self.options
+        selection = self.selection
+        options = self.options
         return {
             "method": options.method,
             "metric": options.metric,

@@ -98,7 +98,8 @@ class GpuResources:
     @property
     def gpu_bytes(self) -> dict[str, int]:
         """GPU memory in bytes, by content: heights, summed-area tables, error table, shading, and the total."""
-        heightmap, tables = self.terrain.heightmap, self.tables
+        heightmap = self.terrain.heightmap
+        tables = self.tables
         if isinstance(tables, PagedTables):
             paged = {"heights": tables.terrain.bytes, "sat": tables.bytes, "error": 0, "shade": self.picture.bytes}
             return paged | {"total": sum(paged.values()) + self.selectors.bytes}
@@ -113,7 +114,8 @@ class GpuResources:
         if isinstance(heightmap, PagedMap):
             paged: Any = self.session.keep(PagedTerrain(self.session.ctx, heightmap))
             tables = self.session.keep(PagedTables(paged))
-            self.terrain, self.tables = paged, cast(Any, tables)
+            self.terrain = paged
+            self.tables = cast(Any, tables)
             self.streaming = self.session.keep(Streaming(tables))
             return
         self.terrain = self.session.keep(Terrain(self.session.ctx, heightmap))

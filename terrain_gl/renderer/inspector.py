@@ -33,7 +33,8 @@ class Inspector:
     """
 
     def __init__(self, resources: GpuResources) -> None:
-        self.session, self.resources = resources.session, resources
+        self.session = resources.session
+        self.resources = resources
         self.frame: DrawnFrame | None = None
         self._measurement: Measurement | None = None
         self._explainer: Explainer | None = None
@@ -60,9 +61,11 @@ class Inspector:
         moved_px = max(frame.selection.certified_px or 0.0, achieved.max_px)  # the bound may be of another metric
         coverage = self.resources.picture.coverage()
         through = count_holes(coverage, self.heightmap, frame.camera, frame.size, frame.near_m, moved_px)
-        frame.stats["max_error_px"], frame.stats["rms_error_px"] = achieved.max_px, achieved.rms_px
+        frame.stats["max_error_px"] = achieved.max_px
+        frame.stats["rms_error_px"] = achieved.rms_px
         frame.stats["max_error_posts_px"] = achieved.max_posts_px
-        frame.stats["posts_measured"], frame.stats["holes"] = achieved.posts, achieved.uncovered + through
+        frame.stats["posts_measured"] = achieved.posts
+        frame.stats["holes"] = achieved.uncovered + through
         return frame.stats
 
     @steps_in_session
@@ -81,7 +84,8 @@ class Inspector:
 
         These are the errors that `measure` reports, interpolated between the measured places.
         """
-        frame, places = self._drawn(), self.resources.picture.places()
+        frame = self._drawn()
+        places = self.resources.picture.places()
         px = self._measuring().at(places.reshape(-1, 2), frame.selection, frame.camera, frame.size, frame.near_m)
         px = px.reshape(places.shape[:3])
         return np.fmax.reduce(px)
@@ -90,7 +94,8 @@ class Inspector:
     def explain(self, x: float, y: float) -> Explanation | None:
         """Why the patch over a place in world metres was drawn as it was; None where no patch can be explained."""
         frame = self._chosen()
-        view, options = frame.selection.surface.view, frame.options
+        view = frame.selection.surface.view
+        options = frame.options
         self._explainer = self._explainer or self.session.keep(Explainer(self.session.ctx))
         tolerance_px = options.tolerance_px if options.triangles is None else math.inf
         view.move(self.terrain, frame.camera, frame.size, frame.near_m)  # the eye may be elsewhere
@@ -128,7 +133,8 @@ class Inspector:
     def drawn_height_at(self, x: float, y: float) -> float:
         """The drawn height at a place in world metres; NaN where nothing is drawn."""
         triangles, heights_m = self._chosen().triangles
-        corners, post = triangles.astype(np.float64), np.array(self._post(x, y))
+        corners = triangles.astype(np.float64)
+        post = np.array(self._post(x, y))
         a, b, c = corners[:, 0] - post, corners[:, 1] - post, corners[:, 2] - post
         weights = np.stack([_cross(b, c), _cross(c, a), _cross(a, b)], -1)
         inside = np.flatnonzero((weights <= 0).all(1))

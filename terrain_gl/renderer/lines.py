@@ -59,7 +59,9 @@ class Lines:
             self._pieces.release()
             self._reserve(2 * len(pieces))
         self._pieces.write(pieces.tobytes())
-        self._program["u_window_px"], self._program["u_width_px"], self._program["u_hidden"] = size, width_px, hidden
+        self._program["u_window_px"] = size
+        self._program["u_width_px"] = width_px
+        self._program["u_hidden"] = hidden
         picture.view.bind()
         bind("view/lines.frag", u_depth=picture.depth)
         target.use()
@@ -79,7 +81,9 @@ def _pieces(points: np.ndarray, color: Color, camera: Camera) -> np.ndarray:
     from_eye = (camera.lowered(points) - np.asarray(camera.eye)).astype("f4")
     from_eye = from_eye[np.isfinite(from_eye).all(1)]
     pieces = np.zeros(max(0, len(from_eye) - 1), PIECE)
-    pieces["a_m"], pieces["b_m"], pieces["color"] = from_eye[:-1], from_eye[1:], color
+    pieces["a_m"] = from_eye[:-1]
+    pieces["b_m"] = from_eye[1:]
+    pieces["color"] = color
     return pieces
 
 
@@ -103,7 +107,8 @@ def outline(heightmap: Heightmap, corner: tuple[int, int], size: tuple[int, int]
     """The outline of a rectangle of posts on the land: `corner` is a column and a row, `size` columns and rows."""
     n = max(2, min(most, max(size) + 1))
     steps = np.linspace(0, 1, n)
-    zero, one = 0 * steps, 1 + 0 * steps
+    zero = 0 * steps
+    one = 1 + 0 * steps
     sides = (steps, zero), (one, steps), (1 - steps, one), (zero, 1 - steps)
     around = np.concatenate([np.stack(side, -1) for side in sides])
     cols_rows = np.minimum(np.array(corner) + around * size, [heightmap.cols - 1, heightmap.rows - 1])

@@ -16,7 +16,9 @@ from ..error import ErrorTables
 from ..lod import Goal, QuadtreeSelector, RingsSelector, Selection, View
 from ..terrain import Terrain
 
-CERTIFIED, BASELINE, EXACT = "certified", "baseline", "exact"
+CERTIFIED = "certified"
+BASELINE = "baseline"
+EXACT = "exact"
 
 
 class Method(NamedTuple):
@@ -87,7 +89,8 @@ class Selectors:
     """
 
     def __init__(self, tables: ErrorTables, view: View) -> None:
-        self.tables, self.view = tables, view
+        self.tables = tables
+        self.view = view
         self._made: dict[Callable[[Selectors], Any], Any] = {}
 
     @property

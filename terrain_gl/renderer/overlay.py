@@ -127,7 +127,8 @@ def _unpacked(coordinates: Any, nested: int) -> Iterator[np.ndarray]:
 
 def _posts(at: np.ndarray, crs: Any, heightmap: Heightmap) -> np.ndarray:
     """(n, 2) columns and rows of coordinates (n, 2)."""
-    place, (east_m, north_m) = heightmap.place, heightmap.spacing_m
+    place = heightmap.place
+    east_m, north_m = heightmap.spacing_m
     x, y = at[:, 0], at[:, 1]
     if place is None:
         if crs is not None:
@@ -145,7 +146,8 @@ def _to_crs(x: np.ndarray, y: np.ndarray, crs: Any, own: str | None) -> tuple[np
         raise TerrainError("the map has no coordinate system: give it one with gdal_translate -a_srs")
     if crs == own or not len(x):
         return x, y
-    source, target = flat_crs(crs), flat_crs(own)  # raises an error if pyproj is missing
+    source = flat_crs(crs)  # raises an error if pyproj is missing
+    target = flat_crs(own)
     import pyproj
 
     try:

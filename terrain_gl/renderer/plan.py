@@ -30,11 +30,13 @@ def plan(renderer: Renderer, longest_px: int = LONGEST_PX, **look: Any) -> np.nd
         (rows, cols, 3) uint8 sRGB.
     """
     heightmap = renderer.heightmap
-    (east, north), (rows, cols) = heightmap.spacing_m, heightmap.heights.shape
+    east, north = heightmap.spacing_m
+    rows, cols = heightmap.heights.shape
     width, depth = cols * east, rows * north
     px = longest_px / max(width, depth)
     size = max(1, round(px * width)), max(1, round(px * depth))
-    away, level = AWAY * depth, float(np.mean(heightmap.range_m))
+    away = AWAY * depth
+    level = float(np.mean(heightmap.range_m))
     x, y = (cols - 1) * east / 2, (rows - 1) * north / 2
     camera = Camera((x, y, level + away), (x, y, level), math.degrees(2 * math.atan(depth / 2 / away)))
     image = renderer.render(camera, size=size, **look | {"near_m": away / 2, "curvature": "off"}).image

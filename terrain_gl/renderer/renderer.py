@@ -237,7 +237,8 @@ class Renderer:
                     receive(piece, reduced(self.picture.read(), piece.fine))
         self._complete(frame)
         if not size:
-            frame.has_picture, self.inspector.frame = True, frame
+            frame.has_picture = True
+            self.inspector.frame = frame
         return frame.stats
 
     @in_session
@@ -332,7 +333,8 @@ class Renderer:
     def _piece_steps(self, piece: Piece, frame: DrawnFrame, gradual: bool) -> Steps[None]:
         """Draw and shade a piece; yields progress from 0 to 1."""
         self.resources.crop(piece)
-        look, commands = frame.options.shading, 1 if gradual else max(1, frame.selection.draws)
+        look = frame.options.shading
+        commands = 1 if gradual else max(1, frame.selection.draws)
         tile = TILE_PX if gradual else piece.drawn_size
         for share in self.timer.steps("draw", self.picture.see_steps(frame.selection, look, commands)):
             yield 0.3 * share

@@ -113,7 +113,10 @@ class Picture:
     """
 
     def __init__(self, tables: ErrorTables, view: View, size: Size, samples: int = 4) -> None:
-        self.ctx, self.tables, self.terrain, self.view = tables.ctx, tables, tables.terrain, view
+        self.ctx = tables.ctx
+        self.tables = tables
+        self.terrain = tables.terrain
+        self.view = view
         self.samples = max(1, min(samples, self.ctx.max_samples))
         self.sums, self.lighting = light_of(self.terrain)
         self._seeing: dict[tuple[str, bool], MeshDraws] = {}  # by fragment shader, and whether voids are holes
@@ -170,7 +173,8 @@ class Picture:
     def see_steps(self, selection: Selection, look: Look = PLAIN, commands: int = 1) -> Steps[None]:
         """Incremental `see`, `commands` draw commands a step; yields progress from 0 to 1."""
         of_mesh = look.style in _OF_MESH or look.wires
-        mesh, target = self._meshes(look).of(selection.surface), self._detail_target() if of_mesh else self._seen
+        mesh = self._meshes(look).of(selection.surface)
+        target = self._detail_target() if of_mesh else self._seen
         sides = moderngl.NOTHING if self._may_show_underside(look, selection) else moderngl.CULL_FACE
         target.use()
         target.clear(depth=0.0)  # infinitely far away: the sky
@@ -196,7 +200,8 @@ class Picture:
         if look.style in _LIT and not self.lighting.is_there:
             if self.waits_for_light and self.lighting.rehearse():
                 self._colour(look, edge)  # compiles its programs
-            look, edge = replace(look, style="lambert"), surroundings.NONE
+            look = replace(look, style="lambert")
+            edge = surroundings.NONE
         if look.style in _LIT:
             self.lighting.describe(self._haze_m(camera), look.water_m)
         corners = [(x, y) for y in range(0, self.size[1], tile[1]) for x in range(0, self.size[0], tile[0])]
@@ -230,7 +235,8 @@ class Picture:
 
     def _colour(self, look: Look, edge: int) -> None:
         """Colour the pixels inside the scissor, one kind after the other."""
-        style, wanted = f"shade/{look.style}.frag", self._wanted(look, edge)
+        style = f"shade/{look.style}.frag"
+        wanted = self._wanted(look, edge)
         self._listed.write(_NOTHING_LISTED)
         gl.clip_control_zero_to_one(self.ctx)  # the kinds are told apart by a depth test; perhaps no mesh was drawn
         self._bind()
@@ -315,7 +321,8 @@ class Picture:
 
     def _haze_m(self, camera: Camera) -> float:
         """Range of the haze: that of clear air, or more, so that the whole map is visible from the eye."""
-        (east, north), (low, high) = self.terrain.heightmap.extent_m, self.terrain.heightmap.range_m
+        east, north = self.terrain.heightmap.extent_m
+        low, high = self.terrain.heightmap.range_m
         away_m = math.dist(camera.eye, (east / 2, north / 2, (low + high) / 2))
         return max(AIR_M, HAZE * max(math.hypot(east, north), away_m))
 
@@ -349,7 +356,8 @@ class Picture:
             uniforms |= contours.uniforms(self.terrain, look.contour_m, look.water_m)
         if look.style in _LIT:
             uniforms |= self.lighting.uniforms
-        grained, lined = look.style == "shaded" and look.grain == "on", look.contour_m is not None
+        grained = look.style == "shaded" and look.grain == "on"
+        lined = look.contour_m is not None
         return Wanted(self.lighting.defines, uniforms, look.water_m is not None, edge, grained, lined)
 
     def _write_over(self, target: moderngl.Framebuffer, depth_func: str) -> None:

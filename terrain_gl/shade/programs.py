@@ -45,7 +45,8 @@ class PixelPrograms:
     """
 
     def __init__(self, ctx: moderngl.Context, samples: int) -> None:
-        self.ctx, self.samples = ctx, samples
+        self.ctx = ctx
+        self.samples = samples
         self._made: dict[tuple[object, ...], tuple[Any, Any]] = {}
 
     def __len__(self) -> int:

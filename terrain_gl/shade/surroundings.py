@@ -8,14 +8,17 @@ from ..camera import Camera
 from ..terrain import Terrain
 
 EDGES = ("block", "none")
-NONE, PLAIN, WALLS = 0, 1, 2  # EDGE of the shader: what is drawn; with walls, the plain too
+NONE = 0  # EDGE of the shader: what is drawn; with walls, the plain too
+PLAIN = 1
+WALLS = 2
 OF_KIND = {"OPEN": PLAIN, "SKY": WALLS, "NEAR": NONE, "MIXED": WALLS}  # EDGE of the programs of kinds of pixels
 BLOCK = 0.025  # how far the block reaches below the lowest post, as a part of the map's longer side
 
 
 def seen_from(camera: Camera, terrain: Terrain) -> int:
     """`WALLS`, or `PLAIN` for an eye above the map: from there no ray meets a wall."""
-    (x, y), (east, north) = camera.eye[:2], terrain.heightmap.extent_m
+    x, y = camera.eye[:2]
+    east, north = terrain.heightmap.extent_m
     margin_m = 1e-3 * min(terrain.heightmap.spacing_m)
     return PLAIN if margin_m < x < east - margin_m and margin_m < y < north - margin_m else WALLS
 
@@ -30,7 +33,8 @@ def is_above_ground(terrain: Terrain, post: tuple[int, int], up_m: float, reach_
     reach_m
         How far the near plane reaches: from an eye above the ground, a near plane may still be below it.
     """
-    (col, row), heightmap = post, terrain.heightmap
+    col, row = post
+    heightmap = terrain.heightmap
     is_over_map = 0 < col < heightmap.cols - 1 and 0 < row < heightmap.rows - 1
     if not is_over_map or 2 * reach_m > min(heightmap.spacing_m):
         return False
@@ -40,7 +44,8 @@ def is_above_ground(terrain: Terrain, post: tuple[int, int], up_m: float, reach_
 
 def uniforms(terrain: Terrain, water_m: float | None) -> dict[str, Any]:
     """Height of the surroundings: of the sea that the map has or the user gives, else of the foot of the block."""
-    heightmap, base_m = terrain.heightmap, terrain.base_m
+    heightmap = terrain.heightmap
+    base_m = terrain.base_m
     sea_m = water_m if water_m is not None else terrain.sea_m
     plain_m = heightmap.range_m[0] - BLOCK * max(heightmap.extent_m)
     return {"edge_m": (plain_m if sea_m is None else sea_m) - base_m, "edge_is_sea": sea_m is not None}

@@ -115,7 +115,8 @@ def _spacing(spacing_m: float | Spacing | None, windows: Windows) -> Spacing:
 
 def _run(job: Job, journal: Journal, runner: Any, progress: Progress | None) -> dict[str, Any]:
     todo = list(phases(job.pyramid))
-    total, done = sum(map(_cost, todo)), 0.0
+    total = sum(map(_cost, todo))
+    done = 0.0
     for tasks in todo:
         if tasks[0].phase == "errors" and job.range_m is None:
             job = replace(job, range_m=journal.range_m)
@@ -173,7 +174,8 @@ class Journal:
 
     def finish(self) -> dict[str, Any]:
         """Write the store's description, and remove what only the build needed."""
-        job, tasks = self.job, list(self._of_source())
+        job = self.job
+        tasks = list(self._of_source())
         checks = self._checks()
         hashes = "".join(self.results[task]["sha256"] for task in tasks)
         about = describe(

@@ -61,7 +61,8 @@ class Arrays:
     """
 
     def __init__(self, path: str | os.PathLike[str], pyramid: Pyramid) -> None:
-        self.path, self.pyramid = Path(path), pyramid
+        self.path = Path(path)
+        self.pyramid = pyramid
         self._open: dict[str, Any] = {}
 
     def create(self) -> None:
@@ -76,7 +77,8 @@ class Arrays:
     def _create(self, group: Any, name: str, level: int) -> None:
         from zarr.codecs import BloscCodec, Crc32cCodec
 
-        pyramid, (dtype, missing, words) = self.pyramid, FIELDS[name]
+        pyramid = self.pyramid
+        dtype, missing, words = FIELDS[name]
         shape = pyramid.posts(level) if name == "heights" else pyramid.nodes(level)
         shard = pyramid.shard if name == "heights" else pyramid.node_shard(level)
         words_of = (words,) if words > 1 else ()

@@ -39,13 +39,18 @@ class StoredMap(PagedMap):
             raise TerrainError(f"{os.fspath(path)}: its list of checksums is damaged: build it again")
         self.tiles = Tiles(self.arrays, checks, self._most_bytes)
         self.name = os.fspath(path)
-        self.tile, self.top = self.arrays.pyramid.tile, self.arrays.pyramid.top
+        self.tile = self.arrays.pyramid.tile
+        self.top = self.arrays.pyramid.top
         self.spacing_m = about["spacing_m"][0], about["spacing_m"][1]
         self.range_m = self.quantised_m = about["range_m"][0], about["range_m"][1]
         self.georeference = georeference_of(about)
-        self.voids, self.look, self.assumes_spacing = 0, "auto", False
+        self.voids = 0
+        self.look = "auto"
+        self.assumes_spacing = False
         self.of_earth = self.georeference is not None or not not_of_the_earth(self.range_m)
-        self.opened, self.scales, self.notes = None, (1.0, 0.0), ()
+        self.opened = None
+        self.scales = (1.0, 0.0)
+        self.notes = ()
         self.heights = LazyHeights(self.tiles, self.arrays.pyramid)  # type: ignore[assignment]
 
     @classmethod
@@ -59,7 +64,8 @@ class StoredMap(PagedMap):
 
     def limit(self, gpu_bytes: int, memory_bytes: int) -> None:
         """Set how much memory its tiles may take."""
-        self.gpu_bytes, self.memory_bytes = gpu_bytes, memory_bytes
+        self.gpu_bytes = gpu_bytes
+        self.memory_bytes = memory_bytes
         self.tiles.most_bytes = self._most_bytes
 
     @property
@@ -70,7 +76,8 @@ class StoredMap(PagedMap):
     def page(self, key: PageKey) -> Page:
         """Read a page."""
         level, row, col = key
-        side, (rows, cols) = self.tile, self.nodes(level)
+        side = self.tile
+        rows, cols = self.nodes(level)
         ends = min((row + 1) * side, rows), min((col + 1) * side, cols)
         nodes = slice(row * side, ends[0]), slice(col * side, ends[1])
         heights = self.tiles.area("heights", level, (_one_more(nodes[0]), _one_more(nodes[1])))
@@ -93,7 +100,9 @@ class LazyHeights(PostsOnDemand):
     """All posts of a store, as an array. A slice or an index reads the tiles that it needs."""
 
     def __init__(self, tiles: Tiles, pyramid: Pyramid) -> None:
-        self._tiles, self.shape, self._side = tiles, pyramid.posts(0), pyramid.tile
+        self._tiles = tiles
+        self.shape = pyramid.posts(0)
+        self._side = pyramid.tile
 
     def __getitem__(self, index: Any) -> Any:
         """Posts at (rows, columns): two slices, two numbers, or two arrays of numbers."""

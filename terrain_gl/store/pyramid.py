@@ -11,7 +11,8 @@ from typing import NamedTuple
 
 from ..gpu.layout import quadtree
 
-TILE, SHARD = 256, 2048  # posts a side
+TILE = 256  # posts a side
+SHARD = 2048
 Area = tuple[slice, slice]  # rows and columns
 
 

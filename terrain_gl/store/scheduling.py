@@ -153,7 +153,8 @@ def _in_order(
     tasks: Iterable[Any], begin: Callable[[Any], Any], count_workers: Callable[[], int], died: type[Exception]
 ) -> Iterator[Any]:
     """Results in the order of their tasks. Only a few tasks are begun ahead, so results need little memory."""
-    waiting, begun = iter(tasks), deque[Begun]()
+    waiting = iter(tasks)
+    begun = deque[Begun]()
     try:
         while True:
             room = AHEAD * max(1, count_workers()) - len(begun)

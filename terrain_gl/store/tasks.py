@@ -136,7 +136,8 @@ def read_source(job: Job, task: Task) -> dict[str, Any]:
 
 def thin_out(job: Job, task: Task) -> dict[str, Any]:
     """Write a level's heights: every other post of the finer level, and the last one of each row and column."""
-    pyramid, arrays = job.pyramid, job.arrays
+    pyramid = job.pyramid
+    arrays = job.arrays
     where = area(pyramid.posts(task.level), pyramid.shard, (task.row, task.col))
     finer = pyramid.posts(task.level - 1)
     index = [np.minimum(2 * np.arange(s.start, s.stop), n - 1) for s, n in zip(where, finer, strict=True)]
@@ -148,7 +149,9 @@ def thin_out(job: Job, task: Task) -> dict[str, Any]:
 def measure(job: Job, task: Task) -> dict[str, Any]:
     """Write the error records of all nodes over a shard of posts."""
     assert job.range_m is not None
-    pyramid, arrays, at = job.pyramid, job.arrays, (task.row, task.col)
+    pyramid = job.pyramid
+    arrays = job.arrays
+    at = (task.row, task.col)
     heights = arrays.read("heights", 0, area(pyramid.posts(0), pyramid.shard, at, beyond=APRON))
     found = records_of(heights, job.spacing_m, job.range_m, pyramid.top)
     part: dict[str, np.ndarray] = {}

@@ -38,7 +38,9 @@ def arrays_of(pyramid: Pyramid) -> Iterator[tuple[str, int]]:
 def checksums(values: np.ndarray, tile: int) -> np.ndarray:
     """Checksums of the tiles of (..., rows, cols) values: (words, rows, cols) uint32."""
     whole = values.reshape(-1, *values.shape[-2:])
-    words, rows, cols = whole.shape[0], -(-whole.shape[1] // tile), -(-whole.shape[2] // tile)
+    words = whole.shape[0]
+    rows = -(-whole.shape[1] // tile)
+    cols = -(-whole.shape[2] // tile)
     found = np.empty((words, rows, cols), np.uint32)
     for word, row, col in np.ndindex(found.shape):
         part = whole[word, row * tile : (row + 1) * tile, col * tile : (col + 1) * tile]
@@ -84,8 +86,11 @@ class Tiles:
     """
 
     def __init__(self, arrays: Arrays, checks: Checks, most_bytes: int) -> None:
-        self._arrays, self._checks, self._pyramid = arrays, checks, arrays.pyramid
-        self.most_bytes, self.bytes = most_bytes, 0
+        self._arrays = arrays
+        self._checks = checks
+        self._pyramid = arrays.pyramid
+        self.most_bytes = most_bytes
+        self.bytes = 0
         self._kept: OrderedDict[At, np.ndarray] = OrderedDict()
         self._lock = threading.Lock()
 
@@ -97,14 +102,16 @@ class Tiles:
         MissingTileError
             A tile of it is missing or damaged.
         """
-        side, (rows, cols) = self._pyramid.tile, where
+        side = self._pyramid.tile
+        rows, cols = where
         words = (FIELDS[name][2],) if FIELDS[name][2] > 1 else ()
         found = np.empty((*words, max(0, rows.stop - rows.start), max(0, cols.stop - cols.start)), FIELDS[name][0])
         for y in range(rows.start // side, -(-rows.stop // side)):
             for x in range(cols.start // side, -(-cols.stop // side)):
                 tile = self.tile((name, level, y, x))
                 top, left = max(rows.start, y * side), max(cols.start, x * side)
-                end, right = min(rows.stop, y * side + tile.shape[-2]), min(cols.stop, x * side + tile.shape[-1])
+                end = min(rows.stop, y * side + tile.shape[-2])
+                right = min(cols.stop, x * side + tile.shape[-1])
                 part = tile[..., top - y * side : end - y * side, left - x * side : right - x * side]
                 found[..., top - rows.start : end - rows.start, left - cols.start : right - cols.start] = part
         return found

@@ -55,7 +55,8 @@ class Filling:
 
     def _push_again(self, level: int, posts: Rect, above: Rect) -> Rect:
         """Fill a level again around changes in it and above; returns a rectangle with `posts` and all changes."""
-        known, filled = self.known[level], self.filled[level]
+        known = self.known[level]
+        filled = self.filled[level]
         below = 2 * above[0] - 1, 2 * above[1] - 1, 2 * above[2] + 2, 2 * above[3] + 2
         around = _grown(hull(posts, below), SWEEPS, known)
         x0, y0, x1, y1 = around
@@ -63,7 +64,8 @@ class Filling:
         new = _push(known, self.filled[level + 1], around)
         differs = new != old
         old[...] = new
-        at_y, at_x = np.flatnonzero(differs.any(1)) + y0, np.flatnonzero(differs.any(0)) + x0
+        at_y = np.flatnonzero(differs.any(1)) + y0
+        at_x = np.flatnonzero(differs.any(0)) + x0
         if not len(at_y):
             return posts
         return hull(posts, (int(at_x[0]), int(at_y[0]), int(at_x[-1]), int(at_y[-1])))
@@ -94,7 +96,8 @@ def _push(known: np.ndarray, above: np.ndarray, rect: Rect) -> np.ndarray:
     rows, cols = np.flatnonzero(void.any(1)), np.flatnonzero(void.any(0))
     box = np.s_[max(rows[0] - 1, 0) : rows[-1] + 2, max(cols[0] - 1, 0) : cols[-1] + 2]
     filled = part.astype(np.float32)
-    some, hole = filled[box], void[box]
+    some = filled[box]
+    hole = void[box]
     first = y0 + box[0].start, x0 + box[1].start
     some[hole] = _surface(above, first, some.shape)[hole]
     for _ in range(SWEEPS):

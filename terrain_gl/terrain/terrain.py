@@ -17,7 +17,8 @@ from ..heightmap import MAX_HEIGHT_M, Heightmap
 from .filling import Filling
 from .water import water_posts
 
-VOID, WATER = 1, 2  # marks of posts: glsl/blocks/terrain.glsl
+VOID = 1  # marks of posts: glsl/blocks/terrain.glsl
+WATER = 2
 SEA = 0.1  # if this part of the rim is in water of one height, that water is the sea
 STEPS = 65535  # heights are summed as steps of 16 bits
 HEADROOM = 0.5  # headroom for further edits when the quantisation range is widened, as a part of the relief
@@ -45,7 +46,8 @@ class Terrain:
     def __init__(
         self, ctx: moderngl.Context, heightmap: Heightmap, like: Terrain | None = None, least_top: int = 1
     ) -> None:
-        self.ctx, self.heightmap = ctx, heightmap
+        self.ctx = ctx
+        self.heightmap = heightmap
         self.edits = 0
         self._own = False  # whether `heightmap` is a copy of our own, which may be changed
         same = like is not None and like.heightmap.heights is heightmap.heights
@@ -84,7 +86,8 @@ class Terrain:
 
         Infinite if the quantisation range ends at `MAX_HEIGHT_M`, the limit for all heights.
         """
-        (low, high), top_m = self.heightmap.range_m, self._low_m + self.span_m
+        low, high = self.heightmap.range_m
+        top_m = self._low_m + self.span_m
         down_m = low - self._low_m if self._low_m > -MAX_HEIGHT_M else math.inf
         return down_m, top_m - high if top_m < MAX_HEIGHT_M else math.inf
 
@@ -141,7 +144,8 @@ class Terrain:
             return None
         self.edits += 1
         rows, cols = changed
-        has_voids, in_range = self.heightmap.voids > 0, min(self.headroom_m) >= 0
+        has_voids = self.heightmap.voids > 0
+        in_range = min(self.headroom_m) >= 0
         if not in_range:
             self._widen_range()
         if not in_range or has_voids != had_voids:
@@ -168,7 +172,8 @@ class Terrain:
         """
         if not (0 <= up_m < math.inf and 0 <= down_m < math.inf):
             raise UsageError(f"headroom must be 0 or more metres up and down, got {up_m:g} and {down_m:g}")
-        (low, high), held = self.heightmap.range_m, self.heightmap.quantised_m
+        low, high = self.heightmap.range_m
+        held = self.heightmap.quantised_m
         low, high = max(low - down_m, -MAX_HEIGHT_M), min(high + up_m, MAX_HEIGHT_M)  # no edit goes further
         return self.with_range((min(held[0], low), max(held[1], high)))
 
@@ -213,7 +218,9 @@ class Terrain:
             (n, 2) lowest and highest height above the base.
         """
         last = np.array([self.heightmap.cols - 1, self.heightmap.rows - 1])
-        (east, north), high, z = self.heightmap.spacing_m, np.minimum(high, last), heights_m + self.base_m
+        east, north = self.heightmap.spacing_m
+        high = np.minimum(high, last)
+        z = heights_m + self.base_m
         south_west = [low[:, 0] * east, (last[1] - high[:, 1]) * north, z[:, 0]]
         return np.stack(south_west, -1), np.stack([high[:, 0] * east, (last[1] - low[:, 1]) * north, z[:, 1]], -1)
 
@@ -225,7 +232,8 @@ class Terrain:
     def _own_heights(self) -> None:
         """Copy the heights before the first edit, so that the caller's map does not change."""
         if not self._own:
-            self.heightmap, self._own = self.heightmap.copy(), True
+            self.heightmap = self.heightmap.copy()
+            self._own = True
             if self._filling:
                 self._filling.known[0] = self.heightmap.heights
 
@@ -260,7 +268,8 @@ def block_of(heightmap: Heightmap, top_level: int, low_m: float, span_m: float) 
     block["last_post"] = heightmap.cols - 1, heightmap.rows - 1
     block["spacing_m"] = heightmap.spacing_m
     block["top_level"] = top_level
-    block["low_m"], block["span_m"] = low_m, span_m
+    block["low_m"] = low_m
+    block["span_m"] = span_m
     block["class_octaves"] = layout.class_octaves(span_m, heightmap.spacing_m)
     block["has_voids"] = heightmap.voids > 0
     return block
@@ -308,7 +317,8 @@ def widened_range(
     ends_m
         The ends of the range.
     """
-    (low, high), (held_low, held_high) = heights_m, held_m
+    low, high = heights_m
+    held_low, held_high = held_m
     headroom_m = HEADROOM * (max(high, held_high) - min(low, held_low))
     return low - headroom_m if low < ends_m[0] else held_low, high + headroom_m if high > ends_m[1] else held_high
 

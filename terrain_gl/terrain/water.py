@@ -47,12 +47,14 @@ def _of_tiles(of: np.ufunc, heights: np.ndarray, side: int) -> np.ndarray:
 
 def _areas(flat: np.ndarray, level: np.ndarray) -> list[np.ndarray]:
     """Areas of neighbouring tiles at one height: (n, 2) rows and columns each."""
-    areas, seen = [], ~flat
+    areas = []
+    seen = ~flat
     for start in zip(*np.nonzero(flat), strict=True):
         if seen[start]:
             continue
         seen[start] = True
-        area, todo = [], [start]
+        area = []
+        todo = [start]
         while todo:
             row, col = todo.pop()
             area.append((row, col))
@@ -71,9 +73,11 @@ def _holds_water(tiles: np.ndarray, low: np.ndarray, high: np.ndarray) -> bool:
     steps = np.array([[i, j] for i in (-1, 0, 1) for j in (-1, 0, 1)])
     around = np.unique((tiles[:, None] + steps).reshape(-1, 2), axis=0)
     around = around[((around >= 0) & (around < low.shape)).all(1)]
-    lows, highs = low[around[:, 0], around[:, 1]], high[around[:, 0], around[:, 1]]
+    lows = low[around[:, 0], around[:, 1]]
+    highs = high[around[:, 0], around[:, 1]]
     rim = (lows != level) | (highs != level)
-    falls, rises = np.count_nonzero((lows < level) & (highs <= level)), np.count_nonzero(highs > level)
+    falls = np.count_nonzero((lows < level) & (highs <= level))
+    rises = np.count_nonzero(highs > level)
     return bool(rises > 0 and falls <= OUTLET * np.count_nonzero(rim))
 
 

@@ -114,7 +114,8 @@ class Explainer:
         if at is None:
             return None
         corner = int(patches.corner[at, 0]), int(patches.corner[at, 1])
-        fan, size_log2 = bool(patches.fan[at]), int(patches.segments_log2[at])
+        fan = bool(patches.fan[at])
+        size_log2 = int(patches.segments_log2[at])
         side_log2 = int(patches.side[at]).bit_length() - 1
         answer = self._ask(quadtree, corner, side_log2, int(patches.split_edges[at]))
         choices = _choices(answer, side_log2, fan)
@@ -146,7 +147,8 @@ class Explainer:
         at = _over(patches, post)
         if at is None:
             return None
-        side_log2, step_log2 = int(patches.side_log2[at]), int(patches.step_log2[at])
+        side_log2 = int(patches.side_log2[at])
+        step_log2 = int(patches.step_log2[at])
         half = np.minimum((np.asarray(post) - patches.corner[at]) // (1 << side_log2), patches.pair[at])  # of a pair
         col, row = patches.corner[at] + (half.astype(int) << side_log2)
         corner = int(col), int(row)
@@ -173,7 +175,8 @@ class Explainer:
         quadtree.bind()
         quadtree.tables.bind()
         bind("lod/quadtree/explain.comp", Choices=self._answer)
-        self._kernel["u_low"], self._kernel["u_side_log2"] = corner, side_log2
+        self._kernel["u_low"] = corner
+        self._kernel["u_side_log2"] = side_log2
         self._kernel["u_edges"] = edges
         self._kernel.run(1)
         self.ctx.memory_barrier(moderngl.SHADER_STORAGE_BARRIER_BIT | moderngl.BUFFER_UPDATE_BARRIER_BIT)
@@ -186,7 +189,8 @@ class Explainer:
         surface.bind()
         surface.tables.bind()
         bind("lod/rings/explain.comp", Answer=self._answer)
-        self._ring_kernel["u_low"], self._ring_kernel["u_side_log2"] = corner, side_log2
+        self._ring_kernel["u_low"] = corner
+        self._ring_kernel["u_side_log2"] = side_log2
         self._ring_kernel.run(1)
         self.ctx.memory_barrier(moderngl.SHADER_STORAGE_BARRIER_BIT | moderngl.BUFFER_UPDATE_BARRIER_BIT)
         return np.frombuffer(self._answer.read(_RING_ANSWER.itemsize), _RING_ANSWER)[0]

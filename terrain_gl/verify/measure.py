@@ -73,7 +73,8 @@ class Measurement:
     """Draws meshes of a terrain from above; `errors_m` gives metres, `achieved` pixels."""
 
     def __init__(self, terrain: Terrain) -> None:
-        self.terrain, self.ctx = terrain, terrain.ctx
+        self.terrain = terrain
+        self.ctx = terrain.ctx
         self._draws = MeshDraws("ABOVE", geometry="mesh/triangle.geom", fragment="mesh/error.frag")
         cols, rows = (min(PLACES * TILE, n) for n in places_of(terrain.heightmap))
         self._errors = self.ctx.texture((cols, rows), 1, dtype="f4")
@@ -113,7 +114,8 @@ class Measurement:
             for part in self._parts(selection, region, camera, size, near_m):
                 drawn, at_posts = (px[~np.isnan(px)] for px in (part.px, part.at_posts().px))
                 uncovered += int(np.count_nonzero(part.seen)) - len(drawn)
-                places, posts = places + len(drawn), posts + len(at_posts)
+                places = places + len(drawn)
+                posts = posts + len(at_posts)
                 largest = max(largest, float(drawn.max(initial=0.0)))
                 largest_at_posts = max(largest_at_posts, float(at_posts.max(initial=0.0)))
                 total += float(np.square(drawn).sum())
@@ -193,7 +195,9 @@ class Measurement:
         self._nowhere.scissor = (0, 0, width, height)
         bind("mesh/error.frag", u_error_m=self._errors)
         program = draw.program
-        program["u_tile"], program["u_tile_size"], program["u_flip"] = (x, y), (width, height), flip
+        program["u_tile"] = (x, y)
+        program["u_tile_size"] = (width, height)
+        program["u_flip"] = flip
         self.ctx.disable(moderngl.CULL_FACE | moderngl.DEPTH_TEST | moderngl.BLEND)
         draw.draw(selection)
         self.ctx.memory_barrier(moderngl.SHADER_IMAGE_ACCESS_BARRIER_BIT | moderngl.TEXTURE_UPDATE_BARRIER_BIT)
@@ -216,7 +220,8 @@ def _regions_in_picture(
 ) -> Iterator[Region]:
     """The map's four rims, one place wide, and the rest of the map in tiles: those that may be in the picture."""
     cols, rows = places_of(heightmap)
-    (east, north), (low_m, high_m) = _steps_m(heightmap), heightmap.range_m
+    east, north = _steps_m(heightmap)
+    low_m, high_m = heightmap.range_m
     low_m -= 0.25 * camera.bend_per_m * PLACES**2 * (east**2 + north**2)  # between posts: `drop_between_m`
     y, height = np.array(list(_spans(rows, tile))).T
     for x, width in _spans(cols, tile):
@@ -256,7 +261,8 @@ def _parts_in_picture(
     tan_x, tan_y = camera.half_extent(size)
     planes = [(tan_x * forward + right, 0.0), (tan_x * forward - right, 0.0)]
     planes += [(tan_y * forward + up, 0.0), (tan_y * forward - up, 0.0), (forward, near_m)]
-    (east, north), last = _steps_m(heightmap), places_of(heightmap)[1] - 1
+    east, north = _steps_m(heightmap)
+    last = places_of(heightmap)[1] - 1
     heights_m = _drawn_range_m(heightmap, region, camera)
     for top in range(y, y + height, _BAND):
         rows = np.array([top, min(top + _BAND, y + height) - 1])
@@ -342,7 +348,8 @@ def _steps_m(heightmap: Heightmap) -> tuple[float, float]:
 def _from_camera(heightmap: Heightmap, region: Region, camera: Camera) -> list[np.ndarray]:
     """Coordinates of a region's places along the camera's axes: three arrays (h, w), metres from the eye."""
     x, y, width, height = region
-    step, last = _steps_m(heightmap), places_of(heightmap)[1] - 1
+    step = _steps_m(heightmap)
+    last = places_of(heightmap)[1] - 1
     east = (x + np.arange(width)) * step[0] - camera.eye[0]
     north = ((last - y - np.arange(height)) * step[1] - camera.eye[1])[:, None]
     cols, rows = (x + np.arange(width)) / PLACES, (y + np.arange(height))[:, None] / PLACES

@@ -55,7 +55,8 @@ class BoxSum:
 
 def box_around(renderer: Renderer, col: int, row: int, side: int) -> BoxSum:
     """Read the box of at most `side` posts a side around a post from the table on the GPU."""
-    heightmap, sums = renderer.heightmap, renderer.picture.sums
+    heightmap = renderer.heightmap
+    sums = renderer.picture.sums
     x0, y0 = max(0, min(col - side // 2, heightmap.cols - 1)), max(0, min(row - side // 2, heightmap.rows - 1))
     x1, y1 = min(x0 + side, heightmap.cols), min(y0 + side, heightmap.rows)
 

@@ -58,7 +58,8 @@ class BrushTool:
         low, high = heightmap.range_m
         self.tool = TOOLS[0]
         self.radius_m = min(0.04 * min(heightmap.extent_m), 0.1 * self.most_radius_m)
-        self.strength_m, self.share = max(0.02 * (high - low), 1e-3), 0.3
+        self.strength_m = max(0.02 * (high - low), 1e-3)
+        self.share = 0.3
         self.azimuth_deg = 180.0
         self.edits = 0
         self.due: deque[Dab] = deque()
@@ -72,8 +73,12 @@ class BrushTool:
 
     def take_over(self, before: BrushTool, factor: float) -> None:
         """Take the settings of the last map's brush; the new land is `factor` times as high."""
-        self.tool, self.radius_m, self.share, self.edits = before.tool, before.radius_m, before.share, before.edits
-        self.strength_m, self.azimuth_deg = factor * before.strength_m, before.azimuth_deg
+        self.tool = before.tool
+        self.radius_m = before.radius_m
+        self.share = before.share
+        self.edits = before.edits
+        self.strength_m = factor * before.strength_m
+        self.azimuth_deg = before.azimuth_deg
         self._land_before = before.land
 
     @property
@@ -113,7 +118,9 @@ class BrushTool:
 
     def begin(self, place: np.ndarray, now_s: float) -> None:
         """Begin a stroke: the button goes down on the land."""
-        self._last, self._dabbed_s, self._begins = None, float("-inf"), True
+        self._last = None
+        self._dabbed_s = float("-inf")
+        self._begins = True
         self.move(place, now_s)
 
     def move(self, place: np.ndarray, now_s: float) -> None:
@@ -125,7 +132,8 @@ class BrushTool:
         for each in places(start, end, 0.3 * self.radius_m):
             self.due.append(Dab(self.brush, each, self._begins))
             self._begins = False
-        self._last, self._dabbed_s = end, now_s
+        self._last = end
+        self._dabbed_s = now_s
 
     def dab_steps(self) -> Iterator[float]:
         """Do the dabs that are due, as far as there is headroom. Dabs that lie close together are one step."""

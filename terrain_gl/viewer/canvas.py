@@ -48,7 +48,8 @@ class Canvas:
             Where the two sides of a split picture meet, 0 to 1; None for one side.
         """
         program, vao = self._program("view/canvas.frag")
-        program["u_lens"], program["u_divider_px"] = lens, -1.0 if divider is None else divider * self.size[0]
+        program["u_lens"] = lens
+        program["u_divider_px"] = -1.0 if divider is None else divider * self.size[0]
         target.use()
         target.viewport = (0, 0, *self.size)
         self.ctx.enable_only(moderngl.NOTHING)
@@ -59,7 +60,9 @@ class Canvas:
         """Draw the summed-area table of heights into a frame (left, bottom, width, height), a box of posts over it."""
         program, vao = self._program("view/sat.frag")
         sums = renderer.picture.sums
-        program["u_frame_px"], program["u_box"], program["u_size"] = frame, box, sums.table[:2]
+        program["u_frame_px"] = frame
+        program["u_box"] = box
+        program["u_size"] = sums.table[:2]
         bind("view/sat.frag", Sums=sums.buffer)
         target.use()
         target.viewport = frame

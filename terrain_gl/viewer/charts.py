@@ -11,12 +11,15 @@ from .painter import Painter
 from .widgets import Widgets
 
 COLOURS = {"lod": (0.40, 0.70, 1.0, 1.0), "draw": (1.0, 0.80, 0.47, 1.0), "shade": (0.55, 0.85, 0.55, 1.0)}
-SOFT, ACCENT, PAPER = (1.0, 1.0, 1.0, 0.35), (1.0, 0.80, 0.47, 1.0), (1.0, 1.0, 1.0, 0.04)
+SOFT = (1.0, 1.0, 1.0, 0.35)
+ACCENT = (1.0, 0.80, 0.47, 1.0)
+PAPER = (1.0, 1.0, 1.0, 0.04)
 
 
 def show(ui: Widgets, painter: Painter, controller: Controller) -> None:
     """Build the graphs."""
-    frame, records = painter.frame, list(painter.history.records)
+    frame = painter.frame
+    records = list(painter.history.records)
     if not frame.stats:
         return
     timer, sentence = clock(frame.stats)

@@ -154,7 +154,10 @@ class Controller:
 
     def change_mode(self, mode: str) -> None:
         """Fly, orbit around the middle of the picture, or walk on the ground below."""
-        self.mode, self._velocity, self.pivot, self._travel = mode, np.zeros(3), None, None
+        self.mode = mode
+        self._velocity = np.zeros(3)
+        self.pivot = None
+        self._travel = None
         if mode == "orbit":
             self.grab(0.0, 0.0)
         elif mode == "walk":
@@ -230,7 +233,8 @@ class Controller:
         assert self.pivot is not None
         if self.mode == "walk":
             return
-        away, ray = self.pivot - self.eye, np.array([x, y, 1.0]) @ self.axes
+        away = self.pivot - self.eye
+        ray = np.array([x, y, 1.0]) @ self.axes
         farthest = FARTHEST_PAN * float(np.linalg.norm(away))
         # where the ray reaches the pivot's height; above the horizon, as far away as a drag may reach
         reach = away[2] / ray[2] if away[2] * ray[2] > 0 else math.inf
@@ -252,7 +256,8 @@ class Controller:
 
     def travel_to(self, pose: Pose) -> None:
         """Travel to a pose, flying."""
-        self.mode, self.pivot = "fly", None
+        self.mode = "fly"
+        self.pivot = None
         self._travel = self.pose, pose, 0.0
 
     # --- Time ---------------------------------------------------------------------------------------------------------
@@ -314,7 +319,9 @@ class Controller:
 
     def _take(self, pose: Pose) -> None:
         self.eye = np.array(pose.eye)
-        self.azimuth_deg, self.elevation_deg, self.fov_deg = pose.azimuth_deg, pose.elevation_deg, pose.fov_deg
+        self.azimuth_deg = pose.azimuth_deg
+        self.elevation_deg = pose.elevation_deg
+        self.fov_deg = pose.fov_deg
 
     def _turn(self, azimuth_deg: float, elevation_deg: float) -> None:
         self.azimuth_deg = (self.azimuth_deg + azimuth_deg) % 360

@@ -33,8 +33,11 @@ class Explainer:
     """
 
     def __init__(self, scene: Scene, pointer: Pointer, painter: Painter) -> None:
-        self._scene, self._pointer, self._painter = scene, pointer, painter
-        self._settings, self._window = scene.settings, scene.window
+        self._scene = scene
+        self._pointer = pointer
+        self._painter = painter
+        self._settings = scene.settings
+        self._window = scene.window
         self.explanation: Explanation | None = None
         self.place: np.ndarray | None = None
         self.box: BoxSum | None = None
@@ -80,7 +83,8 @@ class Explainer:
             self._window.say("a store is drawn by one method: there is nothing to compare")
             return
         if settings.split:
-            settings.sides, settings.active = [self.unsplit], 0
+            settings.sides = [self.unsplit]
+            settings.active = 0
             self._window.say("one picture again")
             return
         before = settings.options
@@ -125,7 +129,9 @@ class Explainer:
         if self._scene.is_preview:
             self._window.say("this is a preview: patches are explained when the tables are built")
             return
-        renderer, spec, side = self._scene.renderer, self._scene.frame_spec(), self._pointer.side_at(x)
+        renderer = self._scene.renderer
+        spec = self._scene.frame_spec()
+        side = self._pointer.side_at(x)
         self._painter.choose_levels(renderer, spec, side)
         self.explanation = renderer.inspector.explain(float(place[0]), float(place[1]))
         if side:

@@ -47,7 +47,8 @@ class FileDialog:
     """
 
     def __init__(self, window: WindowState, on_choice: Callable[[str], None]) -> None:
-        self._window, self._on_choice = window, on_choice
+        self._window = window
+        self._on_choice = on_choice
         self.has_desktop = False
         self.folder: Path | None = None
         self.entries: list[Entry] | None = None
@@ -73,13 +74,15 @@ class FileDialog:
     def step(self) -> None:
         """Take the answer of the system's dialog, if there is one."""
         if self._system and self._system.ready(0):
-            chosen, self._system = self._system.result(), None
+            chosen = self._system.result()
+            self._system = None
             if chosen:
                 self._take(Path(chosen[0]))
 
     def go(self, folder: Path) -> None:
         """List a folder."""
-        self.folder, self.entries = folder, None
+        self.folder = folder
+        self.entries = None
         self._reading = threading.Thread(target=self._read, args=(folder,), name=f"listing {folder}", daemon=True)
         self._reading.start()
         self._window.refresh()

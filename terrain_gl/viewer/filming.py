@@ -35,7 +35,8 @@ class Filming:
 
     def begin(self) -> None:
         """Begin a flight."""
-        self._views, self.near_m = [], None
+        self._views = []
+        self.near_m = None
 
     def note(self, now_s: float, camera: Camera, sun: Sun, near_m: float | None) -> None:
         """Note the view of a frame. If its time is not later than that of the last view, it replaces that view."""
@@ -48,10 +49,12 @@ class Filming:
 
     def stop(self) -> CameraPath | None:
         """End the flight, and return it as a path; None if it is too short."""
-        views, self._views = self._views or [], None
+        views = self._views or []
+        self._views = None
         if len(views) < 2 or views[-1][0] - views[0][0] < LEAST_S:
             return None
-        begun_s, moving_sun = views[0][0], len({sun for _, _, sun in views}) > 1
+        begun_s = views[0][0]
+        moving_sun = len({sun for _, _, sun in views}) > 1
         return CameraPath(
             [Keyframe(camera, now_s - begun_s, sun if moving_sun else None) for now_s, camera, sun in _thinned(views)]
         )

@@ -51,7 +51,8 @@ WAYS = (
     Way(3, 2, 0.21),
     Way(4, 2, 0.175),
 )
-FULL, COARSEST = WAYS[0], WAYS[-1]
+FULL = WAYS[0]
+COARSEST = WAYS[-1]
 
 
 @dataclass

@@ -152,7 +152,9 @@ class Gui:
     def is_lively(self, now_s: float) -> bool:
         """Whether the panels may soon look different without any event."""
         if self._touched:
-            self._touched, self._lively_until_s, self._frames_due = False, now_s + LIVELY_S, LIVELY_FRAMES
+            self._touched = False
+            self._lively_until_s = now_s + LIVELY_S
+            self._frames_due = LIVELY_FRAMES
         return now_s < self._lively_until_s or self._frames_due > 0
 
     def draw(self, build: Callable[[Widgets], None], target: moderngl.Framebuffer, size: Size, now_s: float) -> None:

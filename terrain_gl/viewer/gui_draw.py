@@ -23,7 +23,8 @@ class GuiDraw:
     """Draws the frames of ImGui's current context; `imgui` is its module."""
 
     def __init__(self, ctx: moderngl.Context, imgui: Any) -> None:
-        self.ctx, self.imgui = ctx, imgui
+        self.ctx = ctx
+        self.imgui = imgui
         self._program = shaders.program(ctx, vertex="view/gui.vert", fragment="view/gui.frag")
         self._textures: dict[int, moderngl.Texture] = {}
         self._make_buffers(_FIRST_BYTES, _FIRST_BYTES)

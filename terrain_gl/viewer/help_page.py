@@ -48,7 +48,8 @@ def _keys(ui: Widgets) -> None:
     if width > WIDTH_EM * ui.em:
         columns = _halves(sizes)
     longest = max(sum(sizes[group] for group in column) for column in columns)
-    spacing, room = imgui.get_style().item_spacing, height / (longest + AROUND_ROWS) - imgui.get_text_line_height()
+    spacing = imgui.get_style().item_spacing
+    room = height / (longest + AROUND_ROWS) - imgui.get_text_line_height()
     imgui.push_style_var(imgui.StyleVar_.item_spacing, (spacing.x, min(max(room, 0.0), spacing.y)))
     _table(ui, lines, columns)
     imgui.pop_style_var()

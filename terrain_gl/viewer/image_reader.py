@@ -23,7 +23,9 @@ class ImageReader:
     """
 
     def __init__(self, settings: Settings, window: WindowState, place_of: Callable[[], Georeference | None]) -> None:
-        self._settings, self._window, self._place_of = settings, window, place_of
+        self._settings = settings
+        self._window = window
+        self._place_of = place_of
         self._thread: threading.Thread | None = None
         self._result: tuple[str, str | None, str] | None = None  # option, path, error
 
@@ -44,7 +46,9 @@ class ImageReader:
         """Use an image that has been read, or show its error."""
         if not self._result:
             return
-        (option, path, error), self._result, self._thread = self._result, None, None
+        option, path, error = self._result
+        self._result = None
+        self._thread = None
         if error:
             self._window.say(error)
         else:

@@ -45,7 +45,9 @@ class LightBuilder:
 
         if not self._budget.run(self._making[1], tell, hurried):
             return False
-        completed, self.share, self.lit = self.share is not None, None, look
+        completed = self.share is not None
+        self.share = None
+        self.lit = look
         return completed
 
     def _steps(self, picture: Picture, look: Look) -> Steps[None]:

@@ -107,7 +107,8 @@ class LoadJob:
     """
 
     def __init__(self, name: str, opener: Opener) -> None:
-        self.name, self._opener = name, opener
+        self.name = name
+        self._opener = opener
         self.opened: Opened | None = None
         self.renderer: Renderer | None = None
         self.error: Exception | None = None
@@ -135,13 +136,16 @@ class LoadJob:
         try:
             self._building = self._building or Renderer(self.opened.heightmap, size, ctx=ctx, build=False)
             if budget.run(self._building.build_steps, self._tell_built):
-                self.renderer, self._building = self._building, None
+                self.renderer = self._building
+                self._building = None
         except (TerrainError, MemoryError) as error:
-            self._building, self.error = None, error
+            self._building = None
+            self.error = error
 
     def take(self) -> Renderer:
         """Hand the renderer over; the caller releases it."""
-        renderer, self.renderer = self.renderer, None
+        renderer = self.renderer
+        self.renderer = None
         assert renderer
         return renderer
 
@@ -212,6 +216,8 @@ def scaled(heightmap: Heightmap, factor: float, progress: Progress | None = None
         scale, offset_m = heightmap.scales
         how = heightmap.opened | {"z_scale": factor * scale, "z_offset_m": factor * offset_m + added_m}
         again = Heightmap.open(**how, progress=progress)
-        again.name, again.spacing_m = heightmap.name, heightmap.spacing_m
-    again.look, again.of_earth = heightmap.look, heightmap.of_earth
+        again.name = heightmap.name
+        again.spacing_m = heightmap.spacing_m
+    again.look = heightmap.look
+    again.of_earth = heightmap.of_earth
     return again

@@ -34,7 +34,9 @@ class MapLoader:
     """
 
     def __init__(self, ctx: moderngl.Context, scene: Scene, budget: FrameBudget) -> None:
-        self._ctx, self._scene, self._budget = ctx, scene, budget
+        self._ctx = ctx
+        self._scene = scene
+        self._budget = budget
         self.job: LoadJob | None = None
         self.refused = ""
         self._plain: Heightmap | None = None  # the map of the scene without exaggeration
@@ -76,7 +78,9 @@ class MapLoader:
         scene = self._scene
         if not self._may_scale():
             return
-        plain, start, ratio = self._plain_map(), scene.controller.start, factor / scene.exaggeration
+        plain = self._plain_map()
+        start = scene.controller.start
+        ratio = factor / scene.exaggeration
         camera = replace(start, eye=raised(start.eye, ratio), target=raised(start.target, ratio))
         opened = replace(scene.opened, camera=camera, sun=scene.settings.options.sun)
 
@@ -84,13 +88,15 @@ class MapLoader:
             return replace(opened, heightmap=scaled(plain, factor, progress))
 
         self.load(f"{scene.heightmap.name} × {factor:.2f}", opener)
-        scene.pending_exaggeration, self._plain = factor, plain
+        scene.pending_exaggeration = factor
+        self._plain = plain
 
     def rescale(self, spacing_m: Pair | None = None, range_m: Pair | None = None) -> None:
         """Begin to load the same posts with other distances between them, or another lowest and highest height."""
         if not self._may_scale():
             return
-        plain, opened = self._plain_map(), self._scene.opened
+        plain = self._plain_map()
+        opened = self._scene.opened
         low_m, high_m = plain.range_m
         if (spacing_m or plain.spacing_m, range_m or plain.range_m) == (plain.spacing_m, plain.range_m):
             return
@@ -122,7 +128,8 @@ class MapLoader:
 
     def map_shown(self, opened: Opened) -> None:
         """Note that a map is now shown, without exaggeration."""
-        self._plain, self.refused = opened.heightmap, ""
+        self._plain = opened.heightmap
+        self.refused = ""
 
     def step(self) -> tuple[Renderer, Opened] | None:
         """Load for a while; returns a map to show now, or a preview of it.
@@ -163,6 +170,8 @@ def _spaced(heightmap: Heightmap, spacing_m: Pair) -> Heightmap:
     """The same posts with other distances between them."""
     spaced = Heightmap(heightmap.heights, spacing_m, heightmap.name)
     spaced.opened = heightmap.opened and heightmap.opened | {"spacing_m": spacing_m}
-    spaced.scales, spaced.georeference, spaced.look = heightmap.scales, heightmap.georeference, heightmap.look
+    spaced.scales = heightmap.scales
+    spaced.georeference = heightmap.georeference
+    spaced.look = heightmap.look
     spaced.of_earth = heightmap.of_earth
     return spaced

@@ -16,7 +16,8 @@ _NUMBER = r"[-−+]?\d*\.?\d+(?:e[-+]?\d+)?"
 
 def map_section(ui: Widgets, viewer: Viewer, press: Callable[[str], None]) -> None:
     """Which map is shown."""
-    opened, shown = viewer.scene.opened, viewer.painter.frame.name
+    opened = viewer.scene.opened
+    shown = viewer.painter.frame.name
     names = [*bundled(), *([] if opened.key in bundled() else [shown])]
     now = opened.key if opened.key in bundled() else shown
     if name := ui.choose("map", now, names, "The maps that come with the program."):
@@ -39,7 +40,8 @@ def map_section(ui: Widgets, viewer: Viewer, press: Callable[[str], None]) -> No
 
 def _scale(ui: Widgets, viewer: Viewer) -> None:
     """Fields for a scale that the file lacks, or gives wrong: the size of the map, and its heights."""
-    heightmap, factor = viewer.scene.heightmap, viewer.scene.exaggeration
+    heightmap = viewer.scene.heightmap
+    factor = viewer.scene.exaggeration
     east, north = heightmap.extent_m
     hint = "Metres east and north, or east alone, between the map's outer posts; with km they are kilometres."
     now = f"{east:.6g} × {north:.6g}"
@@ -61,7 +63,8 @@ def numbers(text: str) -> list[float]:
 
 
 def _set_size(viewer: Viewer, typed: str) -> None:
-    heightmap, sides = viewer.scene.heightmap, numbers(typed)
+    heightmap = viewer.scene.heightmap
+    sides = numbers(typed)
     if not 1 <= len(sides) <= 2 or min(sides) <= 0:
         viewer.window.say(f"map size: expected metres east, or east and north, above 0, got {typed!r}")
         return

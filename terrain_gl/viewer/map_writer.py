@@ -47,7 +47,10 @@ class MapWriter:
             if isinstance(heightmap, PagedMap)
             else self._map(path, heightmap, exaggeration)
         )
-        self.path, self.message, self.done, self.land = path, "", False, land
+        self.path = path
+        self.message = ""
+        self.done = False
+        self.land = land
         self._thread = threading.Thread(target=self._write, args=(write,), name=f"writing {path}")
         self._thread.start()
 
@@ -68,7 +71,8 @@ class MapWriter:
         """A function that writes the edits as they are now, and returns how they are drawn again."""
         check_edits_name(path, heightmap)
         edited = edits_of(heightmap)
-        tiles, edits = edited.edited(), edited.edits
+        tiles = edited.edited()
+        edits = edited.edits
 
         def write() -> str:
             write_tiles(path, edited, tiles)

@@ -15,7 +15,9 @@ from .scene import Scene
 from .sculpting import Sculpting
 from .window_state import Size
 
-_FRUSTUM, _PICKED, _BRUSH = (255, 205, 120, 255), (255, 120, 90, 255), (255, 255, 255, 230)
+_FRUSTUM = (255, 205, 120, 255)
+_PICKED = (255, 120, 90, 255)
+_BRUSH = (255, 255, 255, 230)
 _RULER = (255, 235, 90, 255)
 _CORNER = 0.008  # radius of the ring around a corner of the ruler, as a part of the distance
 Frame = tuple[int, int, int, int]

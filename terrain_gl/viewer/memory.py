@@ -44,7 +44,8 @@ class Memory:
     """
 
     def __init__(self, path: Path | None) -> None:
-        self.path, self.complaint = path, ""
+        self.path = path
+        self.complaint = ""
         self._data: dict[str, Any] = {}
         if path and path.exists():
             self._read(path)

@@ -37,7 +37,10 @@ class Mouse:
         on_click: Callable[[float, float], None],
     ) -> None:
         self._ruler = ruler
-        self._scene, self._pointer, self._sculpting, self._on_click = scene, pointer, sculpting, on_click
+        self._scene = scene
+        self._pointer = pointer
+        self._sculpting = sculpting
+        self._on_click = on_click
         self.drag = ""
         self._button = ""  # the button that drags
         self._pressed_at = (0.0, 0.0)
@@ -57,7 +60,8 @@ class Mouse:
         if self._waits_until_s is None:
             self._waits_until_s = now_s + DOUBLE_S
         elif now_s >= self._waits_until_s:
-            at, self._clicked_at = self._clicked_at, None
+            at = self._clicked_at
+            self._clicked_at = None
             self._on_click(*at)
 
     def press(self, button: str, x: float, y: float) -> None:
@@ -89,7 +93,8 @@ class Mouse:
         """A button comes up. If the mouse has hardly moved since it went down, this is a click."""
         if button != self._button:
             return
-        drag, self.drag = self.drag, ""
+        drag = self.drag
+        self.drag = ""
         if not self._scene.has_map:
             return
         self._scene.controller.release()
@@ -104,7 +109,9 @@ class Mouse:
         if self._ruler.taken:
             self._measure(x, y)
             return
-        first, self._clicked_at, self._waits_until_s = self._clicked_at, None, None
+        first = self._clicked_at
+        self._clicked_at = None
+        self._waits_until_s = None
         if first and math.dist(first, (x, y)) < 2 * CLICK_PX * self._scene.window.scale:
             self._scene.controller.fly_to(*self._pointer.tangents(x, y))
         else:
@@ -113,7 +120,8 @@ class Mouse:
     def _measure(self, x: float, y: float) -> None:
         """Set a corner of the ruler's line, or end the line at its last corner."""
         self._scene.window.refresh()
-        last, self._measured_at = self._measured_at, (x, y)
+        last = self._measured_at
+        self._measured_at = (x, y)
         if self._ruler.corners and math.dist(last, (x, y)) < 2 * CLICK_PX * self._scene.window.scale:
             self._ruler.end()
         elif (place := self._pointer.place_under(x, y)) is not None:
@@ -129,8 +137,11 @@ class Mouse:
         over_panels
             Whether the cursor is over a panel now.
         """
-        settings, window, pointer = self._scene.settings, self._scene.window, self._pointer
-        before, pointer.last = pointer.last or (x, y), (x, y)
+        settings = self._scene.settings
+        window = self._scene.window
+        pointer = self._pointer
+        before = pointer.last or (x, y)
+        pointer.last = (x, y)
         pointer.over_land = None if over_panels else (x, y)
         if not self._scene.has_map:
             return

@@ -251,7 +251,8 @@ class View(RemoteFrameBuffer):  # type: ignore[misc]  # jupyter_rfb has no types
         self.app.wheel(dx, dy, *self._place(event), action)
 
     def _on_key_down(self, event: dict[str, Any]) -> None:
-        key, held = _key_name(event["key"]), set(event["modifiers"])
+        key = _key_name(event["key"])
+        held = set(event["modifiers"])
         names = (("ctrl", {"Control", "Meta"}), ("shift", {"Shift"}))
         command = "+".join([name for name, keys in names if keys & held] + [key])
         self.app.key_down(key, command, moves=not {"Control", "Alt", "Meta"} & held)

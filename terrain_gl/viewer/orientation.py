@@ -48,13 +48,15 @@ def place_lines(heightmap: Heightmap, place: np.ndarray, exaggeration: float = 1
 def arrow(azimuth_deg: float) -> np.ndarray:
     """(3, 2) corners, right and down, of an arrow to the north, for a camera of this azimuth: tip, base."""
     a = math.radians(-azimuth_deg)
-    tip, side = np.array([math.sin(a), -math.cos(a)]), np.array([math.cos(a), math.sin(a)])
+    tip = np.array([math.sin(a), -math.cos(a)])
+    side = np.array([math.cos(a), math.sin(a)])
     return np.stack([0.9 * tip, -0.6 * tip + 0.5 * side, -0.6 * tip - 0.5 * side])
 
 
 def show(ui: Widgets, azimuth_deg: float, bar: tuple[float, float] | None) -> None:
     """Build the arrow to the north, and the scale bar beside it."""
-    imgui, em = ui.imgui, ui.em
+    imgui = ui.imgui
+    em = ui.em
     colour = imgui.color_convert_float4_to_u32(imgui.get_style_color_vec4(imgui.Col_.text))
     draw = imgui.get_window_draw_list()
     left, top = imgui.get_cursor_screen_pos()

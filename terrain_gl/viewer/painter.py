@@ -54,8 +54,10 @@ class Painter:
 
     def __init__(self, ctx: moderngl.Context, budget: FrameBudget) -> None:
         self._budget = budget
-        self.canvas, self.light = Canvas(ctx), LightBuilder(budget)
-        self.history, self.frame = History(), FrameStats("", (0, 0))
+        self.canvas = Canvas(ctx)
+        self.light = LightBuilder(budget)
+        self.history = History()
+        self.frame = FrameStats("", (0, 0))
         self.side_stats: list[dict[str, Any]] = []
         self.drawn: FrameSpec | None = None
         self.has_picture = False
@@ -133,8 +135,10 @@ class Painter:
             Whether the canvas or the stats have changed.
         """
         if spec != self._asked:
-            self._asked, self._asked_s = spec, now_s
-        unlit, fresh = self.light.is_due(spec.lit_look), self.drawn is None
+            self._asked = spec
+            self._asked_s = now_s
+        unlit = self.light.is_due(spec.lit_look)
+        fresh = self.drawn is None
         dark = unlit and not (self.light.lit == spec.lit_look and renderer.picture.lighting.is_there)
         hurried = moving or dark or now_s - self._asked_s < REST_S or self._ripens(renderer, spec, now_s)
         if hurried and spec != self.drawn:
@@ -149,7 +153,8 @@ class Painter:
                 self.forget()
                 changed = True
             elif now_s - self._told_s >= TOLD_S:
-                self._told_s, changed = now_s, True
+                self._told_s = now_s
+                changed = True
         return changed
 
     def _ripens(self, renderer: Renderer, spec: FrameSpec, now_s: float) -> bool:
@@ -180,7 +185,8 @@ class Painter:
 
     def _rest(self, renderer: Renderer, spec: FrameSpec, now_s: float, measure: bool) -> bool:
         """Draw in full size, then measure; returns whether anything has changed."""
-        was_moving, self.frame.fps = self.frame.fps is not None, None
+        was_moving = self.frame.fps is not None
+        self.frame.fps = None
         if self._painting and self._painting[0] != spec:
             self.interrupt()
         if not self._painting and (spec != self.drawn or not self.frame.way.is_full):
@@ -192,7 +198,8 @@ class Painter:
         if self._painting:
             if not self._budget.run(self._painting[1]):
                 return was_moving
-            self._painting, self._drawn_s = None, now_s
+            self._painting = None
+            self._drawn_s = now_s
             return True
         return (measure and self._measure(renderer)) or was_moving
 
@@ -210,8 +217,12 @@ class Painter:
         if self.frame.is_preview:
             stats = [without_bounds(each) for each in stats]
         stats = [in_window_px(each, way.shrink) for each in stats]
-        self.drawn, self.side_stats, self.has_picture = spec, stats, True
-        self.frame.stats, self.frame.way, self.frame.measured_px = stats[0], way, None
+        self.drawn = spec
+        self.side_stats = stats
+        self.has_picture = True
+        self.frame.stats = stats[0]
+        self.frame.way = way
+        self.frame.measured_px = None
         self._unmeasured = not self.frame.is_preview and renderer.streaming is None  # a store's truth is on a disk
         self.history.add(stats[0])
         self._budget.note(sum(map(drawing_ms, stats)), way)
@@ -233,7 +244,8 @@ class Painter:
             return False
         except StopIteration as end:
             achieved: Achieved = end.value
-        self._measuring, self._unmeasured = None, False
+        self._measuring = None
+        self._unmeasured = False
         self.frame.measured_px = {"max": achieved.max_px, "rms": achieved.rms_px}
         if (px := self.frame.achieved_px) is not None:
             self.history.add_measured(px)

@@ -51,7 +51,9 @@ class Panels:
     """
 
     def __init__(self, viewer: Viewer, press: sections.Press) -> None:
-        self._viewer, self._settings, self._press = viewer, viewer.settings, press
+        self._viewer = viewer
+        self._settings = viewer.settings
+        self._press = press
         self._draft = picture_section.PictureDraft()
         self._foot = 0.0  # height in pixels of the part under the sections
         self._status_px = 0.0  # height of the status window, with its margin
@@ -60,7 +62,8 @@ class Panels:
         self.opened = {title: title in _OPEN for title in self._sections}
 
     def _make_sections(self) -> dict[str, Callable[[Widgets], None]]:
-        s, press = self._viewer, self._press
+        s = self._viewer
+        press = self._press
         return {
             "Map": lambda ui: map_section.map_section(ui, s, press),
             "Detail": lambda ui: sections.detail_section(ui, s.settings, s.painter, s.scene),
@@ -111,8 +114,10 @@ class Panels:
         return 0.5 + 0.5 * self._taken(ui, size) / size[0]
 
     def _panel(self, ui: Widgets, size: Size) -> None:
-        imgui, flags = ui.imgui, ui.imgui.WindowFlags_
-        margin, width = MARGIN * ui.scale, self._panel_width(ui, size)
+        imgui = ui.imgui
+        flags = ui.imgui.WindowFlags_
+        margin = MARGIN * ui.scale
+        width = self._panel_width(ui, size)
         imgui.set_next_window_pos((margin, margin))
         imgui.set_next_window_size_constraints((width, 0), (width, size[1] - 2 * margin))
         fixed = flags.no_move | flags.no_resize | flags.always_auto_resize | flags.no_saved_settings | flags.no_nav
@@ -164,7 +169,8 @@ class Panels:
         self._map_px = 0.0
         if not self._shows_panel(ui, size) or not self._viewer.scene.is_visible:
             return
-        scene, pointer = self._viewer.scene, self._viewer.pointer
+        scene = self._viewer.scene
+        pointer = self._viewer.pointer
         anchor = 1 - MARGIN * ui.scale / size[0], (size[1] - self._status_px - MARGIN * ui.scale) / size[1]
         with ui.window("##map", anchor, size, pivot=(1.0, 1.0), takes_mouse=False):
             bar = orientation.scale_bar(scene.controller, size, orientation.longest_px(ui))
@@ -198,7 +204,8 @@ class Panels:
         width = max(right - left - 4 * MARGIN * ui.scale, 8 * ui.em)
         painter = self._viewer.painter
         with ui.window(f"##side {side}", anchor, size, pivot=(1.0 - side, 0.0)), ui.wrapped(width):
-            stats, frame = painter.side_stats[side], painter.frame
+            stats = painter.side_stats[side]
+            frame = painter.frame
             words = frame.way.words(stats["requested_max_error_px"] is not None)
             coarse = f"; in motion {words}" if words else ""
             ui.imgui.text(explain_text.side_line(self._settings.sides[side], stats, frame.is_preview) + coarse)
@@ -217,7 +224,8 @@ class Panels:
         """Why a patch is drawn as it is."""
         imgui = ui.imgui
         accent = imgui.get_style_color_vec4(imgui.Col_.check_mark)
-        scene, place = self._viewer.scene, self._viewer.explainer.place
+        scene = self._viewer.scene
+        place = self._viewer.explainer.place
         if place is not None:
             imgui.text(", ".join(orientation.place_lines(scene.heightmap, place, scene.exaggeration)))
         imgui.text(explain_text.plain(patch))
@@ -243,12 +251,15 @@ class Panels:
 
     def _status(self, ui: Widgets, size: Size, middle: float) -> None:
         """One window at the bottom with everything that is going on: a recording, a message, and long work."""
-        progress, message = self._viewer.progress, self._viewer.window.message
-        recording, note = self._viewer.saver.filming.running, self._viewer.tiles.note
+        progress = self._viewer.progress
+        message = self._viewer.window.message
+        recording = self._viewer.saver.filming.running
+        note = self._viewer.tiles.note
         self._status_px = 0.0
         if not (recording or message or progress or note):
             return
-        anchor, takes_mouse = (middle, 1 - MARGIN * ui.scale / size[1]), bool(progress and progress.can_cancel)
+        anchor = (middle, 1 - MARGIN * ui.scale / size[1])
+        takes_mouse = bool(progress and progress.can_cancel)
         with ui.window("##status", anchor, size, pivot=(0.5, 1.0), takes_mouse=takes_mouse):
             with ui.wrapped(0.9 * (size[0] - self._taken(ui, size))):
                 if recording:
@@ -271,7 +282,8 @@ class Panels:
 
     def _ask_path(self, ui: Widgets) -> None:
         """Ask where to save the map."""
-        imgui, sculpting = ui.imgui, self._viewer.sculpting
+        imgui = ui.imgui
+        sculpting = self._viewer.sculpting
         assert sculpting.save_as is not None
         is_store = self._viewer.scene.is_paged
         imgui.text_disabled(_ENDINGS_OF_EDITS if is_store else "name.png: 16-bit steps   name.tif, name.exr: metres")

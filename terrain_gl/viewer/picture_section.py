@@ -61,7 +61,8 @@ def picture_section(ui: Widgets, viewer: Viewer, draft: PictureDraft) -> None:
 
 
 def _contours(ui: Widgets, viewer: Viewer) -> None:
-    settings, contour_m = viewer.settings, viewer.settings.options.contour_m
+    settings = viewer.settings
+    contour_m = viewer.settings.options.contour_m
     if ui.tick("contour lines", contour_m is not None, "Lines of equal height; each fifth is heavy (Shift C)."):
         settings.toggle_contours()
     elif contour_m is not None:
@@ -131,7 +132,8 @@ def _sun_at(hour: float, latitude_deg: float) -> tuple[float, float]:
 
 
 def _water(ui: Widgets, scene: Scene) -> None:
-    settings, water_m = scene.settings, scene.settings.options.water_m
+    settings = scene.settings
+    water_m = scene.settings.options.water_m
     low, high = scene.heightmap.range_m
     if ui.tick("water", water_m is not None, "Standing water up to a level."):
         settings.change_all(water_m=low + 0.1 * (high - low) if water_m is None else None)

@@ -47,7 +47,8 @@ class Pointer:
 
     def is_on_divider(self, x: float) -> bool:
         """Whether a column of pixels is at the divider of a split picture."""
-        settings, window = self._scene.settings, self._scene.window
+        settings = self._scene.settings
+        window = self._scene.window
         return settings.split and abs(x - settings.divider * window.size[0]) < DIVIDER_PX * window.scale
 
     def tangents(self, x: float, y: float) -> tuple[float, float]:

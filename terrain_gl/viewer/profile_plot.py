@@ -11,7 +11,9 @@ from .frame_stats import metres
 from .ruler import Profile
 from .widgets import Widgets
 
-LINE, LAND, GRID = (1.0, 0.80, 0.47, 1.0), (1.0, 0.80, 0.47, 0.18), (1.0, 1.0, 1.0, 0.14)
+LINE = (1.0, 0.80, 0.47, 1.0)
+LAND = (1.0, 0.80, 0.47, 0.18)
+GRID = (1.0, 1.0, 1.0, 0.14)
 FLATTEST = 0.02  # smallest range of heights that fills the graph, as a part of the length
 _HINT = "Click on the land: each click adds a leg, a double click ends the line. Esc puts the ruler away."
 
@@ -42,20 +44,25 @@ def ticks(low: float, high: float) -> list[float]:
 
 
 def _plot(ui: Widgets, measured: Profile) -> None:
-    imgui, em = ui.imgui, ui.em
+    imgui = ui.imgui
+    em = ui.em
     known = np.isfinite(measured.height_m)
     if not known.any():
         return
     low, high = float(measured.height_m[known].min()), float(measured.height_m[known].max())
     high = max(high, low + FLATTEST * measured.length_m)
-    heights, ways = ticks(low, high), ticks(0.0, measured.length_m)
+    heights = ticks(low, high)
+    ways = ticks(0.0, measured.length_m)
     words = [f"{round(height, 6):,g} m" for height in heights]
     margin = max(imgui.calc_text_size(word)[0] for word in [*words, "0"]) + 0.4 * em
-    across, tall = imgui.get_content_region_avail()[0], 5.0 * em
+    across = imgui.get_content_region_avail()[0]
+    tall = 5.0 * em
     left, top = imgui.get_cursor_screen_pos()
     imgui.invisible_button("profile", (across, tall + 1.2 * em))
     ui.hint("profile", "Height over the way on the map, of the line that you clicked.")
-    x0, y0, width = left + margin, top + 0.5 * em, max(across - margin - 0.5 * em, 1.0)
+    x0 = left + margin
+    y0 = top + 0.5 * em
+    width = max(across - margin - 0.5 * em, 1.0)
     height_px = tall - em
     draw = imgui.get_window_draw_list()
     line, land, grid = (imgui.color_convert_float4_to_u32(colour) for colour in (LINE, LAND, GRID))
@@ -83,6 +90,7 @@ def _plot(ui: Widgets, measured: Profile) -> None:
     there = np.interp(ways_m, measured.along_m, known.astype(float)) > 0.5
     points = [at(float(way), float(height)) for way, height in zip(ways_m, shown, strict=True)]
     for i in np.flatnonzero(there[:-1] & there[1:]):
-        (ax, ay), (bx, by) = points[i], points[i + 1]
+        ax, ay = points[i]
+        bx, by = points[i + 1]
         draw.add_rect_filled((ax, ay), (bx, foot), land)
         draw.add_line((ax, ay), (bx, by), line, 1.5 * ui.scale)

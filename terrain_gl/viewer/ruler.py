@@ -54,10 +54,12 @@ def profile(heightmap: Heightmap, corners: np.ndarray, exaggeration: float = 1.0
     along_m = np.concatenate([[0.0], np.cumsum(np.linalg.norm(np.diff(places, axis=0), axis=1))])
     height_m = ground_m(heightmap, places) / exaggeration
     known = np.isfinite(height_m)  # the length crosses a gap in a straight line
-    rises, runs = np.diff(height_m[known]), np.diff(along_m[known])
+    rises = np.diff(height_m[known])
+    runs = np.diff(along_m[known])
     outside_m = along_m[-1] - runs.sum()
     ground = float(np.hypot(rises, runs).sum() + outside_m)
-    climb, descent = float(rises[rises > 0].sum()), float(-rises[rises < 0].sum())
+    climb = float(rises[rises > 0].sum())
+    descent = float(-rises[rises < 0].sum())
     return Profile(places, along_m, height_m, float(along_m[-1]), ground, climb, descent)
 
 
@@ -85,7 +87,8 @@ class Ruler:
 
     def clear(self) -> None:
         """Forget the line."""
-        self.corners, self._ended = [], False
+        self.corners = []
+        self._ended = False
 
     def add(self, east_m: float, north_m: float) -> None:
         """Set the next corner; after `end`, the first one of a new line."""

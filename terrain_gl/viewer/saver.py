@@ -73,7 +73,10 @@ class Saver:
     """
 
     def __init__(self, scene: Scene, painter: Painter, budget: FrameBudget) -> None:
-        self._scene, self._painter, self._budget, self._window = scene, painter, budget, scene.window
+        self._scene = scene
+        self._painter = painter
+        self._budget = budget
+        self._window = scene.window
         self.size = next(iter(SIZES))
         self.mesh_format = next(iter(FORMATS))
         self.shot: Shot | None = None
@@ -223,7 +226,8 @@ class Saver:
             return
         path = free_path(self._scene.heightmap.name, self.mesh_format)
         self._painter.choose_levels(renderer, self._scene.frame_spec(), 0)
-        triangles, heights = renderer.triangles(), renderer.inspector.drawn_heights()
+        triangles = renderer.triangles()
+        heights = renderer.inspector.drawn_heights()
         if len(triangles):
             heightmap = renderer.heightmap
             mesh = make_mesh(triangles, heights, heightmap.spacing_m, place=heightmap.place)
@@ -262,8 +266,10 @@ class Saver:
         if flight is None:
             self._window.say("the recording was too short for a film")
             return
-        name, spec = self._scene.heightmap.name, self._scene.frame_spec(SIZES[self.size])
-        path, saved = free_path(name, film_suffix()), free_path(name, "-path.json")
+        name = self._scene.heightmap.name
+        spec = self._scene.frame_spec(SIZES[self.size])
+        path = free_path(name, film_suffix())
+        saved = free_path(name, "-path.json")
         if near_m := self.filming.near_m:
             spec = replace(spec, sides=tuple(replace(side, near_m=near_m) for side in spec.sides))
         try:
@@ -321,7 +327,8 @@ class Saver:
         """Copy the command line that draws this view."""
         if not self.line_of:
             return
-        spec, settings = self._scene.frame_spec(SIZES[self.size]), self._scene.settings
+        spec = self._scene.frame_spec(SIZES[self.size])
+        settings = self._scene.settings
         options = replace(settings.options, contour_m=spec.sides[settings.active].contour_m)
         options = replace(options, **of_store(options)) if self._scene.is_paged else options
         try:

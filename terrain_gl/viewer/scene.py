@@ -66,7 +66,8 @@ class Scene:
     controller: Controller
 
     def __init__(self, settings: Settings, window: WindowState) -> None:
-        self.settings, self.window = settings, window
+        self.settings = settings
+        self.window = window
         self.is_preview = False
         self.exaggeration = 1.0
         self.pending_exaggeration: float | None = None
@@ -110,12 +111,15 @@ class Scene:
 
     def replace_renderer(self, renderer: Renderer, is_preview: bool) -> Renderer | None:
         """Show another map from now on; returns the renderer of the last map, if any."""
-        before, self._renderer, self.is_preview = self._renderer, renderer, is_preview
+        before = self._renderer
+        self._renderer = renderer
+        self.is_preview = is_preview
         return before
 
     def enter(self, opened: Opened, bookmarks: dict[int, Pose], last_pose: Pose | None) -> None:
         """Begin with a new map: at its last view in an earlier run, or at its first view."""
-        self.opened, self.exaggeration = opened, 1.0
+        self.opened = opened
+        self.exaggeration = 1.0
         self.controller = Controller(opened.heightmap, opened.camera, bookmarks=bookmarks)
         if last_pose and not opened.camera_given:
             self.controller.pose = last_pose
@@ -127,8 +131,10 @@ class Scene:
         now = Controller(opened.heightmap, opened.camera, before.above_ground, before.bookmarks, before.held)
         now.pose = replace(before.pose, eye=raised(before.pose.eye, factor / self.exaggeration))
         now.change_mode(before.mode)
-        self.opened, self.controller = opened, now
-        self.exaggeration, self.pending_exaggeration = factor, None
+        self.opened = opened
+        self.controller = now
+        self.exaggeration = factor
+        self.pending_exaggeration = None
 
     def frame_spec(self, size: Size | None = None) -> FrameSpec:
         """The picture that should be shown in the window, or the same picture of another size."""

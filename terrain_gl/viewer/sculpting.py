@@ -44,7 +44,10 @@ class Sculpting:
     """
 
     def __init__(self, scene: Scene, pointer: Pointer, budget: FrameBudget, on_edit: Callable[[bool], None]) -> None:
-        self._scene, self._pointer, self._budget, self._on_edit = scene, pointer, budget, on_edit
+        self._scene = scene
+        self._pointer = pointer
+        self._budget = budget
+        self._on_edit = on_edit
         self._window = scene.window
         self.tool: BrushTool | None = None
         self.brushing = self.held = False
@@ -59,9 +62,11 @@ class Sculpting:
     def new_map(self, tool: BrushTool | None, factor: float | None = None) -> None:
         """Sculpt another map from now on; with a factor, the same map that many times as high."""
         self.cancel()
-        before, self.tool = self.tool, tool
+        before = self.tool
+        self.tool = tool
         if not factor:
-            self._saved, self._warned = None, _NO_LAND
+            self._saved = None
+            self._warned = _NO_LAND
         elif before and tool:
             tool.take_over(before, factor)
             if before.strokes[0]:
@@ -118,7 +123,9 @@ class Sculpting:
     def _drop_headroom(self) -> None:
         if self.headroom:
             self.headroom.close()
-        self.headroom, self.share, self._taking = None, 0.0, False
+        self.headroom = None
+        self.share = 0.0
+        self._taking = False
 
     def _make_headroom(self) -> None:
         """Build tables for a while; the brush is taken when they are complete."""

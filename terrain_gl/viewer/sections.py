@@ -158,7 +158,8 @@ def camera_section(ui: Widgets, controller: Controller, press: Press) -> None:
     mode = ui.choose("mode", controller.mode, MODES, "Fly anywhere, orbit the middle, walk at eye height (V).")
     if mode:
         controller.change_mode(mode)
-    extent, form = max(controller.heightmap.extent_m), metres_form(controller.speed_m_s) + "/s"
+    extent = max(controller.heightmap.extent_m)
+    form = metres_form(controller.speed_m_s) + "/s"
     speed = ui.slide(
         "speed",
         controller.speed_m_s,

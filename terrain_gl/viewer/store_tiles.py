@@ -11,7 +11,8 @@ class StoreTiles:
     """The state of the map's tiles, for the window. A map in memory has none."""
 
     def __init__(self, scene: Scene, painter: Painter) -> None:
-        self._scene, self._painter = scene, painter
+        self._scene = scene
+        self._painter = painter
 
     @property
     def are_coming(self) -> bool:

@@ -54,14 +54,18 @@ def load_typeface(imgui: Any) -> None:
 
 def apply(imgui: Any, scale: float) -> None:
     """Set the look of the current context, with `scale` pixels per unit of length."""
-    style, plain = imgui.get_style(), imgui.Style()
+    style = imgui.get_style()
+    plain = imgui.Style()
     for name, units in _ROUNDING.items():
         setattr(style, name, units * scale)
     for name in _SPACING:
         x, y = getattr(plain, name)
         setattr(style, name, (x * scale, y * scale))
-    style.indent_spacing, style.scrollbar_size, style.grab_min_size = 12 * scale, 10 * scale, 10 * scale
+    style.indent_spacing = 12 * scale
+    style.scrollbar_size = 10 * scale
+    style.grab_min_size = 10 * scale
     style.window_border_size = style.popup_border_size = style.frame_border_size = 1.0
-    style.font_size_base, style.font_scale_dpi = FONT_PX, scale
+    style.font_size_base = FONT_PX
+    style.font_scale_dpi = scale
     for name, colour in _COLOURS.items():
         style.set_color_(getattr(imgui.Col_, name), colour)

@@ -46,14 +46,16 @@ def colour_of(level: int, top: int) -> Colour:
 
 def show(ui: Widgets, terrain: PagedTerrain, controller: Controller) -> None:
     """Build the map, and its legend."""
-    imgui, (east, north) = ui.imgui, terrain.heightmap.extent_m
+    imgui = ui.imgui
+    east, north = terrain.heightmap.extent_m
     levels = finest_levels(terrain.levels)
     scale = min(imgui.get_content_region_avail()[0] / east, TALLEST_EM * ui.em / north)
     width, height = east * scale, north * scale
     left, top = imgui.get_cursor_screen_pos()
     imgui.invisible_button("tiles", (width, height))
     ui.hint("tiles", "How fine the tiles of the store are that are loaded, from above, north up.")
-    paper, (rows, cols) = imgui.get_window_draw_list(), levels.shape
+    paper = imgui.get_window_draw_list()
+    rows, cols = levels.shape
     for row, first, end, level in runs(levels):
         corner = round(left + width * first / cols), round(top + height * row / rows)  # whole pixels: no gaps
         other = round(left + width * end / cols), round(top + height * (row + 1) / rows)
@@ -69,7 +71,8 @@ def _camera(ui: Widgets, corner: tuple[float, float], scale: float, north_m: flo
     if not (0 <= x <= controller.heightmap.extent_m[0] and 0 <= y <= north_m):
         return
     at = corner[0] + scale * x, corner[1] + scale * (north_m - y)
-    azimuth, paper = math.radians(controller.azimuth_deg), ui.imgui.get_window_draw_list()
+    azimuth = math.radians(controller.azimuth_deg)
+    paper = ui.imgui.get_window_draw_list()
     colour = ui.imgui.color_convert_float4_to_u32(_CAMERA)
     end = at[0] + 0.7 * ui.em * math.sin(azimuth), at[1] - 0.7 * ui.em * math.cos(azimuth)
     paper.add_line(at, end, colour, 1.5 * ui.scale)

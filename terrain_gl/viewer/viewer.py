@@ -77,8 +77,11 @@ class Viewer:
         memory: Memory | None = None,
         budget: FrameBudget | None = None,
     ) -> None:
-        self.ctx, self.target, self.settings = ctx, target, settings
-        self.memory, self.budget = memory or Memory(None), budget or FrameBudget()
+        self.ctx = ctx
+        self.target = target
+        self.settings = settings
+        self.memory = memory or Memory(None)
+        self.budget = budget or FrameBudget()
         self.window = WindowState(size)
         self.scene = Scene(settings, self.window)
         self.painter = Painter(ctx, self.budget)
@@ -89,7 +92,8 @@ class Viewer:
         self.saver = Saver(self.scene, self.painter, self.budget)
         self.images = ImageReader(settings, self.window, self.scene.georeference)
         self.sculpting = Sculpting(self.scene, self.pointer, self.budget, self._edited)
-        self.ruler, self.files = Ruler(), FileDialog(self.window, self.open)
+        self.ruler = Ruler()
+        self.files = FileDialog(self.window, self.open)
         self.mouse = Mouse(self.scene, self.pointer, self.sculpting, self.ruler, self._clicked)
         self._lines: Lines | None = None
         self._draped: list[Line] | None = None  # the overlays; None if the land has changed
@@ -118,7 +122,8 @@ class Viewer:
 
     def show(self, renderer: Renderer, opened: Opened) -> None:
         """Show a map from now on; the viewer releases its renderer."""
-        scene, factor = self.scene, self.scene.pending_exaggeration
+        scene = self.scene
+        factor = self.scene.pending_exaggeration
         is_preview = renderer.heightmap is not opened.heightmap or bool(opened.offer)
         replaces_preview = scene.has_map and scene.awaits_map
         never_wait(renderer)
@@ -129,7 +134,8 @@ class Viewer:
         self.sculpting.new_map(tool, factor and factor / scene.exaggeration)
         self.saver.map_changed(is_new=True)
         before = scene.replace_renderer(renderer, is_preview)
-        name, posts = Path(opened.heightmap.name).name, (opened.heightmap.cols, opened.heightmap.rows)
+        name = Path(opened.heightmap.name).name
+        posts = (opened.heightmap.cols, opened.heightmap.rows)
         self.painter.new_map(FrameStats(name, posts, is_preview, is_preview and not opened.offer))
         if before:
             before.release()
@@ -305,7 +311,8 @@ class Viewer:
             self.ctx.clear(*_BACKGROUND)
 
     def _move(self) -> None:
-        controller, now_s = self.scene.controller, self.window.now_s
+        controller = self.scene.controller
+        now_s = self.window.now_s
         if not controller.moving:
             self._moved_s = None
             return
@@ -325,7 +332,8 @@ class Viewer:
             self.window.refresh()
 
     def _draw_scene(self) -> None:
-        scene, canvas = self.scene, self.painter.canvas
+        scene = self.scene
+        canvas = self.painter.canvas
         canvas.show(self.target, self._lens, self.settings.divider if self.settings.split else None)
         self.explainer.follow_cursor()
         if self._draped is None:

@@ -39,7 +39,9 @@ class Widgets:
 
     def begin_frame(self) -> None:
         """Forget the controls of the last frame."""
-        self.hints, self.places, self.covered = {}, {}, []
+        self.hints = {}
+        self.places = {}
+        self.covered = []
         self.hovered_hint = ""
 
     @property
@@ -77,7 +79,8 @@ class Widgets:
         takes_mouse
             Whether it takes the clicks on it; else they reach the land behind it.
         """
-        imgui, flags = self.imgui, self.imgui.WindowFlags_
+        imgui = self.imgui
+        flags = self.imgui.WindowFlags_
         imgui.set_next_window_pos((anchor[0] * size[0], anchor[1] * size[1]), imgui.Cond_.always, pivot or anchor)
         imgui.set_next_window_size_constraints((0, 0), (0.96 * size[0], 0.92 * size[1]))
         fixed = flags.no_move | flags.no_resize | flags.always_auto_resize | flags.no_collapse | flags.no_nav
@@ -167,9 +170,11 @@ class Widgets:
 
     def legend(self, shown: Legend) -> None:
         """A ramp of colours, and what it means."""
-        imgui, width = self.imgui, self.imgui.get_content_region_avail()[0]
+        imgui = self.imgui
+        width = self.imgui.get_content_region_avail()[0]
         left, top = imgui.get_cursor_screen_pos()
-        step, bottom = width / (len(shown.ramp) - 1), top + 0.6 * self.em
+        step = width / (len(shown.ramp) - 1)
+        bottom = top + 0.6 * self.em
         colours = [imgui.color_convert_float4_to_u32((*colour, 1.0)) for colour in shown.ramp]
         for i, (a, b) in enumerate(zip(colours, colours[1:], strict=False)):
             corners = (left + i * step, top), (left + (i + 1) * step, bottom)

@@ -30,7 +30,8 @@ class WindowState:
     """
 
     def __init__(self, size: Size, scale: float = 1.0) -> None:
-        self.size, self.scale = size, scale
+        self.size = size
+        self.scale = scale
         self.now_s = 0.0
         self.message = ""
         self.stale = True
@@ -46,7 +47,8 @@ class WindowState:
 
     def say(self, text: str, seconds: float = MESSAGE_S) -> None:
         """Show a message for some seconds."""
-        self.message, self._seconds = text, seconds
+        self.message = text
+        self._seconds = seconds
         self.refresh()
 
     def refresh(self) -> None:
@@ -65,7 +67,8 @@ class WindowState:
     def end_message(self) -> None:
         """Remove the message when its time is over."""
         if self._seconds is not None:
-            self._until_s, self._seconds = self.now_s + self._seconds, None
+            self._until_s = self.now_s + self._seconds
+            self._seconds = None
         if self.message and self.now_s > self._until_s:
             self.message = ""
             self.refresh()
