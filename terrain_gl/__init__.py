@@ -21,7 +21,7 @@ if TYPE_CHECKING:
     from .renderer.frame import Frame
     from .viewer.showing import show
 
-__version__ = "0.2.0"
+__version__ = "0.3.0"
 __all__ = ["Camera", "Frame", "Heightmap", "Renderer", "TerrainError", "UsageError", "create_context", "show"]
 _MODULES = {
     "Camera": "camera",
