@@ -28,7 +28,8 @@ WHEEL = 1.25  # factor of one notch: of the speed, or of the distance to the pla
 HEIGHTS_S = 0.4  # speed of flying: heights above the ground in a second
 LOWEST = 5.0  # height above the ground, in spacings, below which flying gets no slower
 NEARER = 0.3  # part of the distance that is left after flying to a place
-FARTHEST_PAN = 4.0  # a drag reaches at most so many times the distance of the place where it began
+FARTHEST_PAN = 4.0  # a drag reaches at most so many times the distance of its place when it began
+FARTHEST_MAPS = 30.0  # the eye stays so near to the middle of the map, in lengths of its longer side
 FAST = 5.0  # speed factor of Shift
 CLEARANCE = 0.3  # least height above ground, in spacings: three times the distance of the near plane
 EYE_HEIGHT_M = 1.7  # height of a walker's eye; less on maps with a small spacing
@@ -84,6 +85,7 @@ class Controller:
         self._take(pose)
         self._velocity = np.zeros(3)  # m/s; in orbit: azimuth and elevation in °/s, log distance in 1/s
         self.pivot: np.ndarray | None = None
+        self._grabbed_m = 0.0  # distance of the pivot when it was taken
         self._travel: tuple[Pose, Pose, float] | None = None
 
     @property
@@ -192,6 +194,7 @@ class Controller:
         hits = (_ground_at(self, *at) for at in ((x, y), (0.0, 0.0)))
         beyond = self.eye + max(self.heightmap.extent_m) * self.axes[2]
         self.pivot = next((hit for hit in hits if hit is not None), beyond)
+        self._grabbed_m = float(np.linalg.norm(self.pivot - self.eye))
 
     def orbit(self, dx_px: float, dy_px: float) -> None:
         """Swing around the pivot, which keeps its place in the picture."""
@@ -227,7 +230,11 @@ class Controller:
         self.pivot = kept
 
     def pan(self, x: float, y: float) -> None:
-        """Move horizontally until the pivot is seen at a point of the picture; tangents as of `grab`."""
+        """Move horizontally until the pivot is seen at a point of the picture; tangents as of `grab`.
+
+        How far that may be depends on the distance at the start of the drag. The present distance would grow with each
+        event above the horizon.
+        """
         if self.pivot is None:
             self.grab(x, y)
         assert self.pivot is not None
@@ -235,13 +242,11 @@ class Controller:
             return
         away = self.pivot - self.eye
         ray = np.array([x, y, 1.0]) @ self.axes
-        farthest = FARTHEST_PAN * float(np.linalg.norm(away))
         # where the ray reaches the pivot's height; above the horizon, as far away as a drag may reach
         reach = away[2] / ray[2] if away[2] * ray[2] > 0 else math.inf
-        reach = min(reach, farthest / float(np.linalg.norm(ray)))
+        reach = min(reach, FARTHEST_PAN * self._grabbed_m / float(np.linalg.norm(ray)))
         moved = away - reach * ray
-        self.eye = self.eye + [moved[0], moved[1], 0.0]
-        self._stay_above_ground()
+        self._move_to(self.eye + [moved[0], moved[1], 0.0])
 
     def fly_to(self, x: float, y: float) -> bool:
         """Travel to the ground at a point of the picture, and look at it; False if there is only sky."""
@@ -277,8 +282,7 @@ class Controller:
         elif self.mode == "walk":
             self._step_on_ground(self.eye + moved)
         else:
-            self.eye = self.eye + moved
-            self._stay_above_ground()
+            self._move_to(self.eye + moved)
 
     def _ease(self, seconds: float) -> np.ndarray:
         """The integral of the velocity, which approaches the wanted one."""
@@ -332,10 +336,13 @@ class Controller:
         assert self.pivot is not None
         offset = self.axes @ (self.pivot - self.eye)
         self._turn(azimuth_deg, elevation_deg)
-        self.eye = self.pivot - math.exp(-closer) * offset @ self.axes
-        self._stay_above_ground()
+        self._move_to(self.pivot - math.exp(-closer) * offset @ self.axes)
 
-    def _stay_above_ground(self) -> None:
+    def _move_to(self, eye: np.ndarray) -> None:
+        """Go there, but not far away from the map, and not below the ground if the camera stays above it."""
+        middle = np.array([*(0.5 * side for side in self.heightmap.extent_m), self.heightmap.range_m[0]])
+        farthest = np.maximum(FARTHEST_MAPS * max(self.heightmap.extent_m), np.abs(self.eye - middle))
+        self.eye = np.clip(eye, middle - farthest, middle + farthest)
         if self.above_ground:
             lowest = ground_m(self.heightmap, self.eye[:2])[0] + CLEARANCE * min(self.heightmap.spacing_m)
             self.eye[2] = np.fmax(self.eye[2], lowest)

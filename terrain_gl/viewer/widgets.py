@@ -84,8 +84,8 @@ class Widgets:
         imgui.set_next_window_pos((anchor[0] * size[0], anchor[1] * size[1]), imgui.Cond_.always, pivot or anchor)
         imgui.set_next_window_size_constraints((0, 0), (0.96 * size[0], 0.92 * size[1]))
         fixed = flags.no_move | flags.no_resize | flags.always_auto_resize | flags.no_collapse | flags.no_nav
-        if on_close is None:
-            fixed |= flags.no_title_bar
+        if on_close is None:  # it comes by itself, and must not take the focus from a slider that is being dragged
+            fixed |= flags.no_title_bar | flags.no_focus_on_appearing
         if not takes_mouse:
             fixed |= flags.no_inputs
         _, stays_open = imgui.begin(name, True if on_close else None, fixed)

@@ -130,6 +130,35 @@ def test_a_middle_drag_takes_the_land_along(controller, to):
     assert np.linalg.norm(controller.eye - place) < 6 * np.linalg.norm(np.subtract(controller.start.eye, place))
 
 
+def test_a_long_drag_into_the_sky_goes_no_further_than_its_first_event(controller):
+    controller.grab(0.0, 0.0)
+    reach_m = np.linalg.norm(controller.pivot - controller.eye)
+    for up in np.linspace(0.0, 2.0, 200):
+        controller.pan(0.1 * up, up)
+        assert np.linalg.norm((controller.eye - controller.pivot)[:2]) <= 4.001 * reach_m
+
+
+def test_the_eye_stays_near_the_map_whatever_moves_it(controller):
+    farthest_m = 31 * max(controller.heightmap.extent_m)
+    for _ in range(300):
+        controller.approach(0.0, 2.0, -20)
+    assert np.abs(controller.eye).max() < farthest_m
+    controller.held |= {"w", "shift"}
+    for _ in range(300):
+        controller.wheel(5)
+        controller.step(0.25)
+    assert np.abs(controller.eye).max() < farthest_m
+
+
+def test_a_camera_that_is_given_far_away_stays_there():
+    far = Controller(hills(), Camera((1e6, 1e6, 1e6), (640, 640, 100)))
+    far.look(5, 5)
+    assert tuple(far.eye) == (1e6, 1e6, 1e6)
+    far.grab(0.0, 0.0)
+    far.orbit(0.0, 0.0)
+    assert np.allclose(far.eye, 1e6)
+
+
 def test_flying_to_a_place_ends_near_it_and_above_the_ground(controller):
     at = (0.2, -0.1)
     place = hit_ground(controller.heightmap, controller.eye, np.array([*at, 1.0]) @ controller.axes)

@@ -70,6 +70,24 @@ def test_a_slider_is_dragged_and_the_mesh_follows(app):
     assert app.viewer.painter.frame.stats["requested_max_error_px"] == app.viewer.settings.options.max_error_px
 
 
+def test_a_window_that_appears_does_not_end_the_drag_of_a_slider(app):
+    left, top, right, bottom = slider(app, "tolerance")
+    middle = (top + bottom) / 2
+    app.gui.move(left + 0.3 * (right - left), middle)
+    later(app, 0.1)
+    app.gui.button("left", True)
+    later(app, 0.1)
+    first_px = app.viewer.settings.options.max_error_px
+    app.viewer.window.say("computing light and shadow")
+    for _ in range(4):
+        later(app, 0.1)
+    app.gui.move(left + 0.8 * (right - left), middle)
+    for _ in range(2):
+        later(app, 0.1)
+    assert app.viewer.settings.options.max_error_px > 4 * first_px
+    app.gui.button("left", False)
+
+
 def test_a_box_is_ticked_and_a_choice_made(app):
     app.viewer.window.resize((600, 640))
     settle(app)
