@@ -5,7 +5,7 @@
 //   MIXED   an edge passes through the pixel, or the footprint is larger than a cell: means from tables
 //   ANY     a program for all pixels
 // shade/kind.frag finds the kind of each pixel.
-// Provides PIXELS, MAY_BE_FAR.   Python twin: pixel_programs.KINDS
+// Provides PIXELS, MAY_BE_FAR.   Python twin: shade.programs.KINDS
 
 #define ANY 0
 #define SKY 1
