@@ -18,7 +18,6 @@ SHADERS = sorted(
 )
 STAGES = {"sat", "error", "lod", "mesh", "generate", "horizon", "light"}  # folders of the line: each file has a twin
 WITHOUT = {  # no equation: bookkeeping, declarations, or passes that use the functions of another file
-    "error/classes.glsl",
     "horizon/blocks.glsl",
     "light/air.glsl",
     "light/around.glsl",
@@ -31,6 +30,16 @@ WITHOUT = {  # no equation: bookkeeping, declarations, or passes that use the fu
     "lod/quadtree/offsets.comp",
     "lod/quadtree/tiles.comp",
     "lod/quadtree/tiles.glsl",
+    "lod/rings/compare.comp",
+    "lod/rings/count.comp",
+    "lod/rings/emit.comp",
+    "lod/rings/explain.comp",
+    "lod/rings/lists.glsl",
+    "lod/rings/place.comp",
+    "lod/rings/settle.comp",
+    "lod/rings/spawn.comp",
+    "lod/rings/try.comp",
+    "lod/rings/weigh.comp",
     "mesh/bilinear.tesc",
     "mesh/star.tesc",
     "mesh/star.tese",
