@@ -108,7 +108,7 @@ class Heightmap:
         encoding: str = "plain",
         progress: Callable[[float], None] | None = None,
         trusted: bool = False,
-        band: int | None = None,
+        band: int | str | None = None,
         raw: tuple[int, int] | None = None,
     ) -> Heightmap:
         """Read a map from a file: PNG, TIFF, EXR, HDR, NPY, SRTM HGT and, with rasterio, whatever GDAL opens.
@@ -132,8 +132,8 @@ class Heightmap:
         trusted : bool
             Let GDAL open the file with any of its drivers, which may read other files and the network. By default only
             the file itself, its headers beside it and, for a mosaic (.vrt), the files beside and below it are read.
-        band : int, optional
-            The band that holds the heights, from 1, in a file with several bands.
+        band : int or str, optional
+            The band that holds the heights, from 1, or its name, in a file with several bands.
         raw : (int, int), optional
             Columns and rows of a file without a header: 1 or 2 bytes a post, or a 4-byte float.
 
@@ -324,14 +324,14 @@ class Heightmap:
 # --- Checks -----------------------------------------------------------------------------------------------------------
 
 
-def _check_options(z_scale: float | None, z_offset_m: float | None, encoding: str, band: int | None) -> None:
+def _check_options(z_scale: float | None, z_offset_m: float | None, encoding: str, band: int | str | None) -> None:
     if z_scale is not None and (not math.isfinite(z_scale) or z_scale == 0):
         raise UsageError(f"z-scale must be a finite number other than 0, got {z_scale}")
     if z_offset_m is not None and not math.isfinite(z_offset_m):
         raise UsageError(f"z-offset must be a finite number of metres, got {z_offset_m}")
     if encoding not in ENCODINGS:
         raise UsageError(f"encoding must be one of {', '.join(ENCODINGS)}, got {encoding!r}")
-    if band is not None and band < 1:
+    if isinstance(band, int) and band < 1:
         raise UsageError(f"bands are counted from 1, got {band}")
 
 

@@ -50,6 +50,11 @@ def count(text: str) -> int:
     return int(text)
 
 
+def band(text: str) -> int | str:
+    """The number of a band, from 1, or its name."""
+    return count(text) if re.fullmatch(r"[-+.\d]+", text) else text
+
+
 def rings(text: str) -> Rings:
     """A clipmap's ring: a number of vertices."""
     try:

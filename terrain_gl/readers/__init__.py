@@ -19,7 +19,7 @@ from terrain_gl.readers.archives import open_gzip, open_zip
 from terrain_gl.readers.arrays import RAW_ENDINGS, SRTM_VOID, open_hgt, open_npy, open_raw
 from terrain_gl.readers.gdal import open_gdal
 from terrain_gl.readers.images import open_oiio
-from terrain_gl.readers.raster import Raster, Spacing, has_rasterio, one_band
+from terrain_gl.readers.raster import Band, Raster, Spacing, has_rasterio, one_band
 from terrain_gl.readers.vrt import open_vrt, sources_of
 
 __all__ = ["SRTM_VOID", "How", "Raster", "Spacing", "files_of", "has_windows", "open_raster"]
@@ -27,7 +27,8 @@ __all__ = ["SRTM_VOID", "How", "Raster", "Spacing", "files_of", "has_windows", "
 _ZIP = b"PK\x03\x04"
 _GZIP = b"\x1f\x8b"
 _VRT = b"<VRTDataset"
-_IMAGE = (b"\x89PNG\r\n\x1a\n", b"\x76\x2f\x31\x01", b"#?RADIANCE", b"#?RGBE")
+_PNG = b"\x89PNG\r\n\x1a\n"
+_IMAGE = (_PNG, b"\x76\x2f\x31\x01", b"#?RADIANCE", b"#?RGBE")
 _PNM = re.compile(rb"P[1-6Ff]\s")
 
 
@@ -38,14 +39,14 @@ class How(NamedTuple):
     ----------
     trusted : bool
         Let GDAL follow the file to other files and to the network.
-    band : int, optional
-        The band or channel that holds the heights, from 1.
+    band : int or str, optional
+        The band or channel that holds the heights, from 1, or its name.
     raw : (int, int), optional
         Columns and rows of a file without a header.
     """
 
     trusted: bool = False
-    band: int | None = None
+    band: Band | None = None
     raw: tuple[int, int] | None = None
 
 
@@ -133,4 +134,10 @@ def _opens_with_gdal(path: str, head: bytes, how: How) -> bool:
         return False
     is_tiff = head.startswith((b"II*\0", b"MM\0*", b"II+\0", b"MM\0+"))
     is_image = head.startswith(_IMAGE) or bool(_PNM.match(head)) or (is_tiff and not has_rasterio())
+    is_image = is_image and not (head.startswith(_PNG) and has_rasterio() and _has_headers_of_gdal(path))
     return not is_image and (how.trusted or not head.lstrip().startswith(_VRT))
+
+
+def _has_headers_of_gdal(path: str) -> bool:
+    """Whether GDAL's own headers are beside a file: place, scale and no-data value, or a mask."""
+    return any(os.path.isfile(path + ending) for ending in (".aux.xml", ".msk"))

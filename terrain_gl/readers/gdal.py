@@ -10,21 +10,23 @@ import mmap
 import os
 import stat
 import warnings
-from collections.abc import Iterator, Sequence
-from contextlib import AbstractContextManager, contextmanager
+from collections.abc import Callable, Iterator
+from contextlib import AbstractContextManager, contextmanager, nullcontext
 from dataclasses import replace
+from functools import partial
 from typing import Any
 
 import numpy as np
 
 from terrain_gl.basics.exceptions import TerrainError
 from terrain_gl.image import quiet_stderr
+from terrain_gl.readers.bands import Bands, bands_of
 from terrain_gl.readers.description import said_in
 from terrain_gl.readers.georeference import Georeference, Grid, spacing_of, vertical_unit_m
 from terrain_gl.readers.raster import (
     INSTALL_GEO,
-    MAX_CHANNELS,
     TRUST,
+    Band,
     Blocks,
     Raster,
     damaged,
@@ -62,7 +64,7 @@ _ERDAS = b"EHFA_HEADER_TAG"
 _ERDAS_ELSEWHERE = b"ExternalRasterDMS"
 
 
-def open_gdal(path: str, name: str, trusted: bool = False, band: int | None = None) -> Raster:
+def open_gdal(path: str, name: str, trusted: bool = False, band: Band | None = None) -> Raster:
     """Open a raster with its tags: spacing, no-data value, scale, offset and unit of heights.
 
     Parameters
@@ -73,8 +75,8 @@ def open_gdal(path: str, name: str, trusted: bool = False, band: int | None = No
         The file's name in messages.
     trusted : bool
         Let GDAL use all its drivers, which may read other files and the network.
-    band : int, optional
-        The band to read, from 1; by default all, up to four.
+    band : int or str, optional
+        The band to read, from 1 or by its name; by default all, up to four.
 
     Raises
     ------
@@ -87,57 +89,43 @@ def open_gdal(path: str, name: str, trusted: bool = False, band: int | None = No
         )
     try:
         with _environment(trusted):
-            return _raster(open_trusted(path, name) if trusted else open_local(path, name), name, trusted, band)
+            data = open_trusted(path, name) if trusted else open_local(path, name)
+            bands = bands_of(data, name, band)
+            environment = partial(_environment, trusted)
+            blocks = _closed_after(data, _gdal_blocks(data, name, bands, environment))
+            return replace(_raster(data, name, bands, blocks), bands_chosen=band is not None)
     except gdal_failures() as error:
         raise _unreadable(name, error, trusted) from None
 
 
-def open_dataset(data: Any, name: str, band: int | None = None) -> Raster:
+def open_dataset(data: Any, name: str, band: Band | None = None) -> Raster:
     """Read a dataset that the caller has opened with rasterio, and closes later; by default its first band."""
-    raster = _raster(data, name, True, band or 1)
-
-    def blocks() -> Blocks:
-        step = rows_at_once(data.width, unit=data.block_shapes[0][0])
-        for row in range(0, data.height, step):
-            rows = slice(row, min(row + step, data.height))
-            try:
-                yield rows, data.read(band or 1, window=((rows.start, rows.stop), (0, data.width)))[..., None]
-            except gdal_failures() as error:
-                raise damaged(name, one_line(error.__cause__ or error)) from None
-
-    south_up = Grid(*data.transform[:6]).is_south_up
-    return replace(raster, blocks=north_up(blocks(), data.height) if south_up else blocks())
+    bands = bands_of(data, name, band or 1)
+    return _raster(data, name, bands, _gdal_blocks(data, name, bands, nullcontext))
 
 
-def _raster(data: Any, name: str, trusted: bool, band: int | None) -> Raster:
-    bands = _bands(data, name, band)
-    first = bands[0] - 1
+def _raster(data: Any, name: str, bands: Bands, blocks: Blocks) -> Raster:
+    first = bands.heights[0] - 1
     crs = _crs(data)
     place = Georeference(Grid(*data.transform[:6]), crs, (data.width, data.height))
     spacing_m, notes = spacing_of(place, name)
     unit_m, of_heights = vertical_unit_m(data.units[first], crs)
     said = said_in(_description(data))
-    blocks = _gdal_blocks(data, name, trusted, bands)
+    nodata = data.nodatavals[first] if bands.greys is None else None  # of a palette, it is an index
     return Raster(
         name,
-        (data.height, data.width, len(bands)),
+        (data.height, data.width, bands.channels),
         np.dtype(data.dtypes[first]),
         north_up(blocks, data.height) if place.grid.is_south_up else blocks,
-        has_alpha=_has_alpha(data, bands),
-        nodata=data.nodatavals[first] if said.nodata is None else said.nodata,
+        has_alpha=bands.has_opacity,
+        nodata=nodata if said.nodata is None else said.nodata,
         spacing_m=spacing_m or said.spacing_m,
         scale=data.scales[first] * unit_m * said.z_scale,
         offset_m=data.offsets[first] * unit_m + said.z_offset_m,
         notes=notes + of_heights,
-        bands_chosen=band is not None,
+        bands=bands.names,
         georeference=place.kept(),
     )
-
-
-def _has_alpha(data: Any, bands: Sequence[int]) -> bool:
-    import rasterio
-
-    return len(bands) > 1 and data.colorinterp[bands[-1] - 1] == rasterio.enums.ColorInterp.alpha
 
 
 def open_local(path: str, name: str) -> Any:
@@ -227,24 +215,6 @@ def _unreadable(name: str, error: Exception, trusted: bool) -> TerrainError:
     return TerrainError(f"{name}: is not a readable heightmap ({reason}): {advice}")
 
 
-def _bands(data: Any, name: str, band: int | None) -> Sequence[int]:
-    """The bands that are read."""
-    import rasterio
-
-    if data.count == 0:
-        raise TerrainError(f"{name}: holds several layers and no raster of its own: extract one with gdal_translate")
-    if band is not None and band > data.count:
-        raise TerrainError(f"{name}: has {data.count} bands: there is no band {band}")
-    if band is None and data.count > MAX_CHANNELS:
-        raise TerrainError(f"{name}: has {data.count} bands: say which holds the heights with --band")
-    first = (band or 1) - 1
-    if data.dtypes[first].startswith("complex"):
-        raise TerrainError(f"{name}: holds complex numbers: convert it to one real height per post")
-    if data.colorinterp[first] == rasterio.enums.ColorInterp.palette:
-        raise TerrainError(f"{name}: holds palette indices, not heights: convert it to one grey channel")
-    return range(1, data.count + 1) if band is None else (band,)
-
-
 def _description(data: Any) -> str:
     try:
         return str(data.tags().get("TIFFTAG_IMAGEDESCRIPTION", ""))
@@ -260,14 +230,18 @@ def _crs(data: Any) -> Any:
         return None
 
 
-def _gdal_blocks(data: Any, name: str, trusted: bool, bands: Sequence[int]) -> Blocks:
+def _gdal_blocks(data: Any, name: str, bands: Bands, environment: Callable[[], AbstractContextManager[Any]]) -> Blocks:
     step = rows_at_once(data.width, unit=data.block_shapes[0][0])
+    for row in range(0, data.height, step):
+        rows = slice(row, min(row + step, data.height))
+        try:
+            with environment():
+                pixels = bands.read(data, ((rows.start, rows.stop), (0, data.width)))
+        except gdal_failures() as error:
+            raise damaged(name, one_line(error.__cause__ or error)) from None
+        yield rows, pixels
+
+
+def _closed_after(data: Any, blocks: Blocks) -> Blocks:
     with data:
-        for row in range(0, data.height, step):
-            rows = slice(row, min(row + step, data.height))
-            try:
-                with _environment(trusted):
-                    pixels = data.read(list(bands), window=((rows.start, rows.stop), (0, data.width)))
-            except gdal_failures() as error:
-                raise damaged(name, one_line(error.__cause__ or error)) from None
-            yield rows, np.moveaxis(pixels, 0, -1)
+        yield from blocks

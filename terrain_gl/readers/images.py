@@ -49,6 +49,7 @@ def open_oiio(path: str, name: str) -> Raster:
         scale=said.z_scale,
         offset_m=said.z_offset_m,
         notes=notes,
+        bands=tuple(spec.channelnames)[: spec.nchannels - has_alpha],
         georeference=place.kept(),
     )
 

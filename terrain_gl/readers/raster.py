@@ -4,7 +4,7 @@ from __future__ import annotations
 
 import contextlib
 import os
-from collections.abc import Generator
+from collections.abc import Generator, Sequence
 from dataclasses import dataclass, replace
 from typing import Any
 
@@ -17,7 +17,10 @@ MAX_CHANNELS = 4
 INSTALL_GEO = "pip install 'terrain-gl[geo]'"
 TRUST = "if you trust it, let GDAL follow it to other files and the network with --trust"
 
+MOST_LISTED = 12  # bands that a message names
+
 Spacing = tuple[float, float]
+Band = int | str  # a band's number, from 1, or its name
 # An index into rows and columns of the map, and pixels (rows, cols, channels).
 Blocks = Generator[tuple[Any, np.ndarray], None, None]
 
@@ -48,6 +51,8 @@ class Raster:
         Notes for the user on how the file was interpreted.
     bands_chosen : bool
         The blocks have only the requested band.
+    bands : tuple of str
+        What the file calls its channels without opacity; empty if it does not say.
     georeference : Georeference or None
         Where the map lies, north up, if the file gives it.
     """
@@ -63,6 +68,7 @@ class Raster:
     offset_m: float = 0.0
     notes: tuple[str, ...] = ()
     bands_chosen: bool = False
+    bands: tuple[str, ...] = ()
     georeference: Any = None
 
     @property
@@ -78,19 +84,48 @@ def north_up(blocks: Blocks, rows: int) -> Blocks:
             yield slice(rows - where.stop, rows - where.start), pixels[::-1]
 
 
-def one_band(raster: Raster, band: int) -> Raster:
-    """Keep one channel, counted from 1, and the opacity.
+def one_band(raster: Raster, band: Band) -> Raster:
+    """Keep one channel, by its number or its name, and the opacity.
 
     Raises
     ------
     TerrainError
         There is no such channel.
     """
-    if band > raster.colours:
-        raise TerrainError(f"{raster.name}: has {raster.colours} bands: there is no band {band}")
-    keep = [band - 1, raster.shape[2] - 1] if raster.has_alpha else [band - 1]
+    names = raster.bands or ("",) * raster.colours
+    kept = number_of(band, names, raster.name) - 1
+    keep = [kept, raster.shape[2] - 1] if raster.has_alpha else [kept]
     shape = (*raster.shape[:2], len(keep))
-    return replace(raster, shape=shape, blocks=_channels(raster.blocks, keep), bands_chosen=True)
+    blocks = _channels(raster.blocks, keep)
+    return replace(raster, shape=shape, blocks=blocks, bands_chosen=True, bands=(names[kept],))
+
+
+def number_of(band: Band, names: Sequence[str], file: str) -> int:
+    """The number of a band, from 1.
+
+    Parameters
+    ----------
+    names : sequence of str
+        The names of all bands.
+    file : str
+        The file's name in messages.
+
+    Raises
+    ------
+    TerrainError
+        There is no such band.
+    """
+    number = names.index(band) + 1 if band in names else int(band) if str(band).isdecimal() else 0
+    if not 1 <= number <= len(names):
+        raise TerrainError(f"{file}: {listed(names)}: there is no band {band}")
+    return number
+
+
+def listed(names: Sequence[str]) -> str:
+    """Bands in a message: their number, and their names if they have any."""
+    shown = [f"{i}: {name[:40]}" if name else f"{i}" for i, name in enumerate(names[:MOST_LISTED], 1)]
+    words = f" ({', '.join(shown)}{', …' if len(names) > MOST_LISTED else ''})" if any(names) else ""
+    return f"has {len(names)} bands{words}"
 
 
 def _channels(blocks: Blocks, keep: list[int]) -> Blocks:

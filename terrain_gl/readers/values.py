@@ -9,7 +9,7 @@ import numpy as np
 
 from terrain_gl.basics.exceptions import TerrainError
 from terrain_gl.readers.arrays import SRTM_VOID
-from terrain_gl.readers.raster import Raster
+from terrain_gl.readers.raster import Raster, listed
 
 
 def read_heights(
@@ -79,17 +79,18 @@ def _metres(values: np.ndarray, marks: list[float], z_scale: float, z_offset_m: 
 
 
 def _plain(pixels: np.ndarray, raster: Raster) -> np.ndarray:
-    """One channel of values. HDR has no grey: three equal channels of a float image count as one."""
-    grey = pixels[..., 0].astype(np.float64)
-    others = pixels[..., 1 : raster.colours]
+    """One channel of values. Several channels count as one if they are equal: grey that is stored as colour."""
+    colours = pixels[..., : raster.colours]
+    if raster.has_alpha and raster.colours > 1:  # what is transparent may have any colour
+        colours = np.where(pixels[..., -1:] == 0, pixels[..., :1], colours)
+    others = colours[..., 1:]
     first = np.broadcast_to(pixels[..., :1], others.shape)
-    same = raster.dtype.kind == "f" and np.array_equal(others, first, equal_nan=True)
-    if raster.colours > 1 and not same:
-        raise TerrainError(
-            f"{raster.name}: has {raster.colours} colour channels: if they pack heights, give --encoding terrarium "
-            "or mapbox, else convert it to one grey channel"
-        )
-    return grey
+    if not np.array_equal(others, first, equal_nan=raster.dtype.kind == "f"):
+        may_be_packed = raster.colours == 3 and raster.dtype == np.uint8
+        packed = "if they pack heights, give --encoding terrarium or mapbox; else " if may_be_packed else ""
+        names = raster.bands or ("",) * raster.colours
+        raise TerrainError(f"{raster.name}: {listed(names)}: {packed}say which holds the heights, as with --band 1")
+    return pixels[..., 0].astype(np.float64)
 
 
 def _packed(pixels: np.ndarray, raster: Raster) -> np.ndarray:

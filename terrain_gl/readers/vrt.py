@@ -38,14 +38,14 @@ _DTYPES = {
     **{"Byte": "u1", "Int8": "i1", "UInt16": "u2", "Int16": "i2", "UInt32": "u4", "Int32": "i4"},
     **{"UInt64": "u8", "Int64": "i8", "Float32": "f4", "Float64": "f8"},
 }
-_MAP = {"SRS", "GeoTransform", "Metadata", "OverviewList", "BlockXSize", "BlockYSize", "VRTRasterBand"}
+_MAP = {"SRS", "GeoTransform", "Metadata", "OverviewList", "BlockXSize", "BlockYSize", "VRTRasterBand", "MaskBand"}
 _BAND = {
     *("NoDataValue", "HideNoDataValue", "ColorInterp", "Description", "Metadata", "Overview", "Histograms"),
     *("SimpleSource", "ComplexSource", "UnitType", "Offset", "Scale"),
 }
 _SOURCE = {
     *("SourceFilename", "SourceBand", "SourceProperties", "SrcRect", "DstRect"),
-    *("NODATA", "ScaleRatio", "ScaleOffset"),
+    *("NODATA", "ScaleRatio", "ScaleOffset", "UseMaskBand"),
 }
 
 
@@ -59,10 +59,15 @@ class Box(NamedTuple):
 
 
 class Source(NamedTuple):
-    """A part of a file and the part of the map that it covers."""
+    """A part of a file and the part of the map that it covers.
+
+    `is_mask`: the values are the band's mask, 0 where it has no data. `is_masked`: only posts with data are copied.
+    """
 
     path: str
     band: int
+    is_mask: bool
+    is_masked: bool
     part: Box
     place: Box
     nodata: float | None
@@ -117,16 +122,18 @@ def _raster(root: ElementTree.Element, path: str, name: str) -> Raster:
         raise TerrainError(f"{name}: has {len(bands)} bands of {cols} x {rows} posts: expected 1 to {MAX_CHANNELS}")
     dtype = np.dtype(_DTYPES[bands[0].get("dataType", "Byte")])
     nodata = bands[0].findtext("NoDataValue")
-    sources = [_sources(band, path, name) for band in bands]
+    masks = root.findall("MaskBand/VRTRasterBand")
+    sources = [_sources(band, path, name) for band in bands + masks]
     place = _georeference(root, (cols, rows))
     spacing_m, notes = spacing_of(place, name)
     unit_m, of_heights = vertical_unit_m(bands[0].findtext("UnitType"), place.crs)
-    has_alpha = len(bands) > 1 and bands[-1].findtext("ColorInterp") == "Alpha"
+    has_alpha = bool(masks) or (len(bands) > 1 and bands[-1].findtext("ColorInterp") == "Alpha")
     fill = 0.0 if nodata is None else float(nodata)
-    blocks = _blocks((rows, cols), dtype, fill, sources, name)
+    fills = [fill] * len(bands) + [0.0] * len(masks)
+    blocks = _blocks((rows, cols), dtype, fills, sources, name)
     return Raster(
         name,
-        (rows, cols, len(bands)),
+        (rows, cols, len(sources)),
         dtype,
         north_up(blocks, rows) if place.grid.is_south_up else blocks,
         has_alpha,
@@ -178,11 +185,14 @@ def _source(element: ElementTree.Element, folder: str, name: str) -> Source:
         raise ValueError("a source without a file")
     path = _inside(_named(filename, folder), folder, name)
     nodata = element.findtext("NODATA") if element.tag == "ComplexSource" else None
+    band = element.findtext("SourceBand", "1")
     part = _box(element.find("SrcRect"))
     place = _box(element.find("DstRect"))
     return Source(
         path,
-        int(element.findtext("SourceBand", "1")),
+        int(band.removeprefix("mask,")),
+        band.startswith("mask,"),
+        element.findtext("UseMaskBand", "").lower() in ("true", "1"),
         part,
         place,
         None if nodata is None else float(nodata),
@@ -221,13 +231,16 @@ def _box(element: ElementTree.Element | None) -> Box:
 # --- Pixels -----------------------------------------------------------------------------------------------------------
 
 
-def _blocks(shape: tuple[int, int], dtype: np.dtype, fill: float, bands: list[list[Source]], name: str) -> Blocks:
+def _blocks(
+    shape: tuple[int, int], dtype: np.dtype, fills: list[float], bands: list[list[Source]], name: str
+) -> Blocks:
     rows, cols = shape
     step = rows_at_once(cols, unit=256)
     with _Files(name) as files:
         for row in range(0, rows, step):
             block = slice(row, min(row + step, rows))
-            pixels = np.full((block.stop - row, cols, len(bands)), fill, dtype)
+            pixels = np.empty((block.stop - row, cols, len(bands)), dtype)
+            pixels[:] = fills
             for channel, sources in enumerate(bands):
                 for source in sources:
                     _paste(pixels[..., channel], row, source, files)
@@ -241,9 +254,14 @@ def _paste(pixels: np.ndarray, row: int, source: Source, files: _Files) -> None:
     left, right = max(0, round(place.x)), min(pixels.shape[1], round(place.x + place.width))
     if top >= bottom or left >= right:
         return
-    values = files.read(source, Box(left, top, right - left, bottom - top))
+    target = Box(left, top, right - left, bottom - top)
+    values = files.read(source, target, source.is_mask)
+    if source.is_mask:
+        values = values != 0
     scaled = values if (source.ratio, source.offset) == (1, 0) else values * source.ratio + source.offset
     keep = np.ones(values.shape, bool) if source.nodata is None else ~_equal(values, source.nodata)
+    if source.is_masked:
+        keep &= files.read(source, target, of_mask=True) != 0
     with np.errstate(all="ignore"):
         pixels[top - row : bottom - row, left:right][keep] = scaled[keep].astype(pixels.dtype)
 
@@ -268,8 +286,8 @@ class _Files:
         while self._open:
             self._open.popitem()[1].close()
 
-    def read(self, source: Source, target: Box) -> np.ndarray:
-        """(height, width) values for a part of the map that the source covers."""
+    def read(self, source: Source, target: Box, of_mask: bool) -> np.ndarray:
+        """(height, width) values, or mask, for a part of the map that the source covers."""
         import rasterio
 
         across, down = source.part.width / source.place.width, source.part.height / source.place.height
@@ -278,7 +296,8 @@ class _Files:
         window = rasterio.windows.Window(x, y, target.width * across, target.height * down)
         try:
             with closed_environment():
-                return self._dataset(source.path).read(
+                data = self._dataset(source.path)
+                return (data.read_masks if of_mask else data.read)(
                     source.band,
                     window=window,
                     out_shape=(int(target.height), int(target.width)),

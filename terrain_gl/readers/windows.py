@@ -15,6 +15,7 @@ import numpy as np
 
 from terrain_gl.basics.exceptions import TerrainError, UsageError
 from terrain_gl.readers import How, has_windows, open_raster
+from terrain_gl.readers.bands import bands_of
 from terrain_gl.readers.gdal import closed_environment, open_local, open_trusted
 from terrain_gl.readers.georeference import Georeference
 from terrain_gl.readers.objects import is_labelled, lazy_array
@@ -196,14 +197,13 @@ class RasterFile:
         data = self._dataset()
         south_up = data.transform.e > 0 and not data.transform.is_identity
         window = slice(data.height - rows.stop, data.height - rows.start) if south_up else rows
-        bands = list(range(1, data.count + 1)) if how.band is None else [how.band]
         try:
             with closed_environment():
                 area = ((window.start, window.stop), (cols.start, cols.stop))
-                pixels = data.read(bands, window=area, out_shape=(len(bands), *out) if out else None)
+                pixels = bands_of(data, self.name, how.band).read(data, area, out)
         except gdal_failures() as error:
             raise damaged(self.name, one_line(error.__cause__ or error)) from None
-        return np.moveaxis(pixels[:, ::-1] if south_up else pixels, 0, -1)
+        return pixels[::-1] if south_up else pixels
 
     def _dataset(self) -> Any:
         if not hasattr(self._open, "data"):
