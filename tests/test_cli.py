@@ -116,6 +116,32 @@ def test_module_is_the_command():
     assert (done.returncode, done.stdout) == (0, f"terrain-gl {tg.__version__}\n")
 
 
+@pytest.fixture
+def without_gui(tmp_path):
+    """Environment of a process, and of those that it starts, in which the packages of the extra [gui] are missing."""
+    for name in ("glfw", "imgui_bundle"):
+        (tmp_path / f"{name}.py").write_text(f"raise ModuleNotFoundError(\"No module named '{name}'\")\n")
+    return {"PYTHONPATH": str(tmp_path)}
+
+
+@pytest.mark.parametrize(
+    ("words", "made"),
+    [(("shot", "-o", "p.png"), "p.png"), (("mesh", "-o", "m.ply"), "m.ply"), (("measure",), None)],
+    ids=lambda words: words and words[0],
+)
+def test_only_a_window_needs_the_extra_gui(dem, without_gui, words, made):
+    done = spawn(words[0], dem, "--size", "32x24", *words[1:], env=without_gui)
+    assert done.returncode == 0, done.stderr
+    assert made is None or Path(made).stat().st_size
+
+
+@pytest.mark.parametrize("words", [("view",), ("shot", "-o", "p.png", "--backend", "glfw")], ids=["view", "backend"])
+def test_a_window_without_the_extra_gui_gives_one_line(dem, without_gui, words):
+    done = spawn(words[0], dem, *words[1:], env=without_gui)
+    refused(done, 1, "a window needs the extra [gui]", "pip install 'terrain-gl[gui]'")
+    assert not Path("p.png").exists()
+
+
 # --- Maps and views ---------------------------------------------------------------------------------------------------
 
 

@@ -1,8 +1,15 @@
-"""The two errors a user may see: each is one line that says what was wrong and what to do."""
+"""The errors a user may see: each is one line that says what was wrong and what to do."""
 
 
 class TerrainError(Exception):
     """The work could not be done (exit status 1)."""
+
+
+class NotInstalledError(TerrainError):
+    """A package of one of the extras of setup.cfg is missing; the line names the extra."""
+
+    def __init__(self, what: str, extra: str, reason: ImportError) -> None:
+        super().__init__(f"{what} needs the extra [{extra}] ({reason}): pip install 'terrain-gl[{extra}]'")
 
 
 class UsageError(TerrainError):

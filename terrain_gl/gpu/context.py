@@ -12,7 +12,7 @@ from typing import Any, NamedTuple
 
 import moderngl
 
-from ..basics.exceptions import TerrainError, UsageError
+from ..basics.exceptions import NotInstalledError, TerrainError, UsageError
 from .apart import may_crash, try_apart
 from .loaders import OSMesaLoader, WindowLoader, glfw_error, glfw_library
 
@@ -92,6 +92,8 @@ def newest(name: str) -> moderngl.Context:
     for version in _WANTED:
         try:
             return _finish(_BACKENDS[name](version), name)
+        except NotInstalledError as error:
+            raise TerrainError(f"{name}: {error}") from None
         except Exception as error:  # ValueError, OSError, or glcontext's bare Exception
             reason = str(error)
     raise TerrainError(f"{name}: {_too_old(name) or reason + _install(name)}")

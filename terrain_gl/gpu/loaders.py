@@ -11,7 +11,7 @@ import warnings
 from collections.abc import Callable
 from typing import Any
 
-from ..basics.exceptions import TerrainError
+from ..basics.exceptions import NotInstalledError, TerrainError
 
 
 def glfw_library() -> Any:
@@ -19,7 +19,7 @@ def glfw_library() -> Any:
     try:
         import glfw
     except ImportError as error:
-        raise TerrainError(f"{error}; pip install glfw") from None
+        raise NotInstalledError("a window", "gui", error) from None
     with warnings.catch_warnings():  # the glfw module also warns about errors that we raise
         warnings.simplefilter("ignore")
         if not glfw.init():

@@ -33,8 +33,8 @@ class App:
 
     Raises
     ------
-    TerrainError
-        imgui-bundle cannot be imported.
+    NotInstalledError
+        The extra [gui] is not installed.
     """
 
     def __init__(

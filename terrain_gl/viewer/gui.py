@@ -7,7 +7,7 @@ from typing import Any
 
 import moderngl
 
-from ..basics.exceptions import TerrainError
+from ..basics.exceptions import NotInstalledError
 from . import theme
 from .gui_draw import GuiDraw
 from .widgets import Widgets
@@ -39,14 +39,14 @@ def load_imgui() -> Any:
 
     Raises
     ------
-    TerrainError
-        imgui-bundle cannot be imported.
+    NotInstalledError
+        The extra [gui] is not installed.
     """
     try:
         import glfw  # noqa: F401  imgui_bundle has a GLFW of its own, which must not replace this one
         from imgui_bundle import imgui
     except ImportError as error:
-        raise TerrainError(f"no window: {error}; its panels need imgui-bundle: pip install imgui-bundle") from None
+        raise NotInstalledError("a window", "gui", error) from None
     return imgui
 
 
@@ -67,8 +67,8 @@ class Gui:
 
     Raises
     ------
-    TerrainError
-        imgui-bundle cannot be imported.
+    NotInstalledError
+        The extra [gui] is not installed.
     """
 
     def __init__(self, ctx: moderngl.Context, scale: float = 1.0) -> None:

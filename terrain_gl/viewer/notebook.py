@@ -78,7 +78,7 @@ class View(RemoteFrameBuffer):  # type: ignore[misc]  # jupyter_rfb has no types
     Raises
     ------
     TerrainError
-        There is no OpenGL 4.3 or no imgui-bundle, or too little GPU memory.
+        There is no OpenGL 4.3 or no extra [gui], or too little GPU memory.
     UsageError
         An option is outside its range.
     """

@@ -68,7 +68,7 @@ def run(
     Raises
     ------
     TerrainError
-        There is no display, no OpenGL 4.3, too little GPU memory or no imgui-bundle, or the map cannot be read.
+        There is no display, no OpenGL 4.3, too little GPU memory or no extra [gui], or the map cannot be read.
     UsageError
         An option is outside its range.
     """

@@ -240,7 +240,7 @@ def test_the_help_page_fits_a_window_of_usual_size(make_app, size):
 
 def test_without_imgui_bundle_one_line_says_so(monkeypatch):
     monkeypatch.setitem(sys.modules, "imgui_bundle", None)
-    with pytest.raises(TerrainError, match="pip install imgui-bundle") as error:
+    with pytest.raises(TerrainError, match=r"pip install 'terrain-gl\[gui\]'") as error:
         run(hills())
     assert "\n" not in str(error.value)
 
