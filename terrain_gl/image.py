@@ -139,6 +139,8 @@ def read_image(path: str | os.PathLike[str], most_pixels: int = 1 << 28) -> np.n
 def difference(one: np.ndarray, other: np.ndarray) -> np.ndarray:
     """Picture of the difference of two pictures: (height, width, 3) uint8, 8 times the largest difference of a channel.
 
+    The pictures have one type: integers, or floats with a full scale of 1.
+
     Raises
     ------
     ValueError
@@ -146,8 +148,9 @@ def difference(one: np.ndarray, other: np.ndarray) -> np.ndarray:
     """
     if one.shape != other.shape:
         raise ValueError(f"expected pictures of one shape, got {one.shape} and {other.shape}")
-    distance = np.abs(one.astype(np.int16) - other.astype(np.int16)).max(-1, keepdims=True)
-    return np.minimum(8 * distance, 255).astype(np.uint8).repeat(3, -1)
+    full = np.iinfo(one.dtype).max if np.issubdtype(one.dtype, np.integer) else 1
+    distance = np.abs(one.astype(np.float32) - other.astype(np.float32)).max(-1, keepdims=True) * np.float32(255 / full)
+    return np.minimum(8 * distance, 255).round().astype(np.uint8).repeat(3, -1)
 
 
 def linear_from_srgb(encoded: np.ndarray) -> np.ndarray:

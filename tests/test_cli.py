@@ -21,7 +21,7 @@ from terrain_gl.files.views import standard_view
 from terrain_gl.image import read_image
 from terrain_gl.shade.picture import STYLES
 
-COMMANDS = ("info", "shot", "view", "measure", "mesh", "bench", "generate", "fly")
+COMMANDS = ("info", "shot", "view", "measure", "mesh", "bench", "generate", "fly", "diff")
 FRAME_KEYS = {
     "voids",
     *("method", "metric", "triangles", "patches", "splits", "certified_max_error_px", "requested_max_error_px"),
@@ -79,11 +79,11 @@ def test_help_fits_a_screen(run, monkeypatch, command):
     _, short, _ = run(command, "--help")
     status, full, err = run(command, "--help-all")
     lines = sum(-(-max(len(line), 1) // 80) for line in short.splitlines())
-    assert lines <= 40 and (lines >= 24 or command in ("info", "generate")), short
+    assert lines <= 40 and (lines >= 24 or command in ("info", "generate", "diff")), short
     assert (status, err) == (0, "") and "--help-all" in short
     assert set(re.findall("--[a-z-]+", short)) <= set(re.findall("--[a-z-]+", full))
     assert ("-o OUT" in full) == ("-o OUT" in short)
-    if command != "generate":
+    if command not in ("generate", "diff"):
         assert "--nodata V" in full and "--nodata" not in short
     assert re.findall("^example: .*", short, re.MULTILINE) == re.findall("^example: .*", full, re.MULTILINE)
 

@@ -5,8 +5,9 @@ from __future__ import annotations
 import argparse
 from typing import Any
 
+from ..basics.exceptions import TerrainError
 from ..shade.picture import UNLIT
-from . import options, report, stores
+from . import options, report, stores, values
 
 
 def add(commands: Any) -> None:
@@ -19,6 +20,9 @@ def add(commands: Any) -> None:
         description="Draw a view, and compare its mesh with the true surface: at every post in the picture, and at\n"
         "4 x 4 places in each cell.",
         example="measure dem.tif --spacing 30 --max-error 0.5 --json -",
+    )
+    command.add_argument(
+        "--fail-above", type=values.positive, metavar="PX", help="exit status 1 if the achieved error is larger"
     )
     options.add_map(command)
     options.add_rendering(command)
@@ -34,7 +38,18 @@ def run(args: argparse.Namespace) -> int:
         stats = {"map": scene.heightmap.name} | renderer.measure()
     report.write_json(args.json, stats)
     report.say(args.json, text(stats))
+    _check_error(stats, args.fail_above)
     return stores.status_of(stats)
+
+
+def _check_error(stats: dict[str, Any], most_px: float | None) -> None:
+    """Refuse an achieved error, in the metric of the frame, above `most_px`."""
+    error_px = stats["rms_error_px" if stats["metric"] == "rms" else "max_error_px"]
+    if most_px is not None and not error_px <= most_px:
+        raise TerrainError(
+            f"{report.shown(stats['map'])}: the achieved {stats['metric']} error is {error_px:.4g} px, more than"
+            f" --fail-above {most_px:g}: ask for a smaller --max-error"
+        )
 
 
 def text(stats: dict[str, Any]) -> str:

@@ -14,7 +14,7 @@ from ..basics.steps import drain
 from ..camera.pieces import LARGEST, Piece
 from ..image import FORMATS, Rows, writing_image
 from ..renderer import Renderer
-from . import options, overlays, report, stores
+from . import against, options, overlays, report, stores
 
 MOST_PIXELS = 2**32
 
@@ -32,6 +32,7 @@ def add(commands: Any) -> None:
     )
     options.add_map(command)
     options.add_output(command, "picture: .png, or .jpg, .tif, .exr")
+    against.add(command)
     overlays.add(command)
     options.add_rendering(command)
     stores.add_options(command)
@@ -43,16 +44,20 @@ def run(args: argparse.Namespace) -> int:
         raise UsageError(f"{report.shown(args.output)}: a picture's name must end in one of {', '.join(FORMATS)}")
     if args.size[0] * args.size[1] > MOST_PIXELS:
         raise UsageError(f"--size: expected at most {MOST_PIXELS:,} pixels, got {args.size[0]:,} x {args.size[1]:,}")
+    golden = against.golden_of(args)
     overlays.lay_pictures(args)
     scene = options.open_scene(args)
     size = min(args.size[0], LARGEST), min(args.size[1], LARGEST)
     with ExitStack() as picture, options.make_renderer(args, scene, size, lit=True) as renderer:
         write = picture.enter_context(writing_image(args.output, args.size))
-        stats = {"map": scene.heightmap.name} | _draw(renderer, args, scene, write)
-        with report.json_output(args.json, stats):
+        stats = {"map": scene.heightmap.name} | _draw(renderer, args, scene, golden.receive(write) if golden else write)
+        found = golden.compare(renderer, args, scene) if golden else None
+        with report.json_output(args.json, stats | (found.record() if found else {})):
             picture.close()
     report.say(args.json, f"{report.shown(args.output)}: {summary(stats)}")
-    return stores.status_of(stats)
+    if found:
+        report.say(args.json, found.text())
+    return stores.status_of(stats) or (0 if found is None or found.is_within else 1)
 
 
 def _draw(renderer: Renderer, args: argparse.Namespace, scene: options.Scene, write: Rows) -> dict[str, Any]:

@@ -35,6 +35,22 @@ def positive(text: str) -> float:
     return value
 
 
+def not_negative(text: str) -> float:
+    """A number from 0."""
+    value = _numbers(text, "a number from 0", 1)[0]
+    if value < 0:
+        raise _expected("a number from 0", text)
+    return value
+
+
+def share(text: str) -> float:
+    """A number from 0 to 1."""
+    value = _numbers(text, "a number from 0 to 1", 1)[0]
+    if not 0 <= value <= 1:
+        raise _expected("a number from 0 to 1", text)
+    return value
+
+
 def interval(text: str) -> float:
     """Metres above 0, or "auto" (or 0), which is 0."""
     value = 0.0 if text == "auto" else _numbers(text, "metres above 0, or auto", 1)[0]

@@ -39,10 +39,15 @@ def difference_of(one: np.ndarray, other: np.ndarray) -> np.ndarray:
 def flip(truth: np.ndarray, test: np.ndarray) -> float | None:
     """Mean FLIP error of two pictures, (height, width, 3 or 4) uint8 sRGB; None if this OpenImageIO has no FLIP."""
     _check(truth, test)
+    return flip_of_light(linear_from_srgb(truth[..., :3]), linear_from_srgb(test[..., :3]))
+
+
+def flip_of_light(truth: np.ndarray, test: np.ndarray) -> float | None:
+    """`flip` of two pictures of linear light, (height, width, 3) from 0 to 1."""
     if not hasattr(oiio.ImageBufAlgo, "FLIP_diff"):  # since 3.2
         return None
-    light = [np.ascontiguousarray(linear_from_srgb(picture[..., :3]), np.float32) for picture in (truth, test)]
-    error = oiio.ImageBufAlgo.FLIP_diff(oiio.ImageBuf(light[0]), oiio.ImageBuf(light[1]), hdr=0)
+    light = [oiio.ImageBuf(np.ascontiguousarray(picture, np.float32)) for picture in (truth, test)]
+    error = oiio.ImageBufAlgo.FLIP_diff(light[0], light[1], hdr=0)
     return float(np.asarray(error.get_pixels()).mean(dtype=np.float64))
 
 

@@ -29,9 +29,13 @@ def title(patch: Explanation) -> str:
 
 def plain(patch: Explanation) -> str:
     """How accurately it is drawn, without technical terms."""
-    px = patch.chosen.px if patch.bound_px is None else max(patch.bound_px, patch.chosen.px)
     allowed = f"; {patch.tolerance_px:.3g} px allowed" if np.isfinite(patch.tolerance_px) else ""
-    return f"drawn at most {px:.2g} px off{allowed}" if patch.in_picture else "outside the picture"
+    return f"drawn at most {bound_px(patch):.2g} px off{allowed}" if patch.in_picture else "outside the picture"
+
+
+def bound_px(patch: Explanation) -> float:
+    """The bound of the patch on the screen, its cut edges included."""
+    return patch.chosen.px if patch.bound_px is None else max(patch.bound_px, patch.chosen.px)
 
 
 def rows(patch: Explanation) -> list[tuple[str, str, str, str, str]]:
