@@ -8,6 +8,7 @@ from __future__ import annotations
 import math
 import os
 from collections.abc import Callable
+from copy import copy
 from typing import Any
 
 import numpy as np
@@ -66,6 +67,8 @@ class Heightmap:
         Grid and coordinate system; `place` turns them into coordinates.
     look : str
         How the land is coloured by default, one of `light.climate.NAMES`.
+    exaggeration : float
+        How many times higher the relief is drawn; see `exaggerated`.
     of_earth : bool
         False if the file gives no place, and has heights that do not exist on the Earth.
 
@@ -78,6 +81,8 @@ class Heightmap:
     """
 
     of_earth = True
+    exaggeration = 1.0
+    _ground_spacing_m: Spacing | None = None
 
     def __init__(self, heights: ArrayLike, spacing_m: float | Spacing = 1.0, name: str = "array"):
         self.name = name
@@ -222,10 +227,32 @@ class Heightmap:
     def copy(self, heights: np.ndarray | None = None) -> Heightmap:
         """A copy of the map with its own heights, or with `heights` instead, (rows, cols) metres."""
         own = Heightmap(self.heights.copy() if heights is None else heights, self.spacing_m, self.name)
-        for name in ("opened", "scales", "georeference", "look", "assumes_spacing", "of_earth"):
+        kept = "opened", "scales", "georeference", "look", "assumes_spacing", "of_earth"
+        for name in (*kept, "exaggeration", "_ground_spacing_m"):
             setattr(own, name, getattr(self, name))
         own.quantised_m = min(self.quantised_m[0], own.range_m[0]), max(self.quantised_m[1], own.range_m[1])
         return own
+
+    def exaggerated(self, factor: float) -> Heightmap:
+        """The same posts, to be drawn with a relief `factor` times as high as it is.
+
+        Heights stay true. The distances between posts are divided by the factor instead: in perspective, this is the
+        same picture, seen by a camera whose place is divided in the same way (`Camera.over_exaggerated`).
+        """
+        drawn = copy(self)
+        drawn.exaggerate(factor)
+        return drawn
+
+    def exaggerate(self, factor: float) -> None:
+        """Make this map one that `exaggerated` returns."""
+        self._ground_spacing_m = east, north = self.ground_spacing_m
+        self.spacing_m = east / factor, north / factor
+        self.exaggeration = factor
+
+    @property
+    def ground_spacing_m(self) -> Spacing:
+        """Metres between posts, without exaggeration."""
+        return self._ground_spacing_m or self.spacing_m
 
     def write(self, x: int, y: int, heights: ArrayLike) -> tuple[slice, slice] | None:
         """Give posts new heights; the time depends only on their number.

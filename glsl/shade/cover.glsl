@@ -111,25 +111,27 @@ Material earth_land(float steep, float patch_, float hollow) {
     return mixed(Material(colour, 0.9), Material(rock * (1.0 + 0.3 * patch_), 0.75), bare);
 }
 
+uniform float u_exaggeration;  // how many times steeper the relief is drawn than it is: the ground's cover follows true slopes
+
 #define AROUND_POSTS 6  // half side of the box that hollow_of() compares a post with, in posts
 
 // The depth of the nearest post below the mean of the box around it: 1 for slopes of 45 degrees on all sides.
 float hollow_of(vec2 post) {
     ivec2 at = ivec2(round(post));
     float mean_m = box_mean_m(max(at - AROUND_POSTS, 0), min(at + AROUND_POSTS, u_last_post) + 1);
-    return clamp((mean_m - height_m(at)) / (0.5 * float(AROUND_POSTS) * min(u_spacing_m.x, u_spacing_m.y)), -1.0, 1.0);
+    return clamp((mean_m - height_m(at)) / (0.5 * float(AROUND_POSTS) * u_exaggeration * min(u_spacing_m.x, u_spacing_m.y)), -1.0, 1.0);
 }
 
 // Land of a climate: valleys, woods, meadows, scree, rock and snow, one above the other; in a dry climate sand and layers of
 // rock.
 Material natural_land(vec2 post, vec2 extent, Relief fine, float hollow) {
     Climate climate = climate_at(post);
-    float up_m = metres_up(fine.height_m), steep = length(fine.slope), patch_ = patchiness(post, extent);
+    float up_m = metres_up(fine.height_m), steep = length(fine.slope) / u_exaggeration, patch_ = patchiness(post, extent);
     float zone = zone_of(up_m, climate) + 0.10 * patch_ - 0.05 * hollow;
     Material land = Material(vec3(0.0), 0.0);
     if (GREEN) land = added(land, green_land(zone, steep, patch_, hollow), 1.0 - climate.dryness);
     if (ARID) {
-        float thickness_m = steep * max(extent.x * u_spacing_m.x, extent.y * u_spacing_m.y);
+        float thickness_m = length(fine.slope) * max(extent.x * u_spacing_m.x, extent.y * u_spacing_m.y);
         float layer = strata(up_m + 10.0 * patch_, thickness_m);
         land = added(land, Material(arid_albedo(up_m, steep, patch_, layer), 0.85), climate.dryness);
     }
@@ -157,7 +159,7 @@ const vec4 VIRIDES[10] = vec4[10](
     vec4(0.386, 0.566, 0.040, 4000.0), vec4(0.984, 0.799, 0.019, 6000.0));
 
 Material land_of(vec2 post, vec2 extent, Relief fine, float hollow) {
-    if (LOOK == EARTH) return earth_land(length(fine.slope), patchiness(post, extent), hollow);
+    if (LOOK == EARTH) return earth_land(length(fine.slope) / u_exaggeration, patchiness(post, extent), hollow);
     if (LOOK == GREY) return Material(vec3(0.26), 0.9);
     if (LOOK == TINT) return Material(between_stops(TINTS, metres_up(fine.height_m)), 0.95);
     if (LOOK == VIRIDIS) return Material(between_stops(VIRIDES, metres_up(fine.height_m)), 0.95);

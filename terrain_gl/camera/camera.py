@@ -4,7 +4,7 @@ from __future__ import annotations
 
 import math
 from collections.abc import Sequence
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 from functools import cached_property
 from typing import TYPE_CHECKING, Any
 
@@ -118,6 +118,14 @@ class Camera:
         """Largest ``|x/z|`` and ``|y/z|`` in a picture of size (width, height)."""
         tan_y = math.tan(0.5 * math.radians(self.fov_deg))
         return tan_y * size[0] / size[1], tan_y
+
+    def over_exaggerated(self, factor: float) -> Camera:
+        """The camera for a map of `Heightmap.exaggerated`, which sees what this one sees of higher relief.
+
+        All heights, also those of the eye and of the target, are stretched with the relief.
+        """
+        eye, target = ((x / factor, y / factor, z) for x, y, z in (self.eye, self.target))
+        return replace(self, eye=eye, target=target, bend_per_m=factor * self.bend_per_m)
 
     def drop_m(self, x: np.ndarray, y: np.ndarray) -> np.ndarray:
         """How much lower the posts at these world places are drawn: the Earth is round."""

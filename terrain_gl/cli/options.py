@@ -125,12 +125,12 @@ def add_look(command: Any) -> None:
 
 
 def add_option(group: Any, name: str) -> None:
-    """An option as declared in `RenderOptions`. Only choices have a default here."""
+    """An option as declared in `RenderOptions`."""
     option = OPTIONS[name]
     for flag in option.flags:
-        how: dict[str, Any] = {"metavar": flag.metavar}
+        how: dict[str, Any] = {"metavar": flag.metavar, "default": getattr(RenderOptions, name)}
         if option.choices:
-            how = {"choices": option.choices, "default": getattr(RenderOptions, name)}
+            how = {"choices": option.choices, "default": how["default"]}
         elif flag.kind != "file":
             how["type"] = getattr(values, flag.kind)
         group.add_argument(flag.name, dest=name, help=flag.help, **how)
@@ -193,7 +193,7 @@ def open_scene(
         raise UsageError("--time and --latitude go together: give both, or --sun")
     heightmap, known, seen = _opened(args, name, progress)
     args.sun = args.sun or clock_sun(args, heightmap)
-    start = known.camera if known and not args.view else standard_view(seen, args.view or "default")
+    start = known.camera if known and not args.view else _first_view(args, seen)
     camera = _camera(args, heightmap, start)
     if (below_m := depth_below_ground(seen, camera)) > 0:
         print(
@@ -213,7 +213,7 @@ def open_scene_or_sample(
     stores.check_no_edits(args, name)
     few, offer = sample(name, reading)
     print(f"terrain-gl: note: {offer}", file=sys.stderr)
-    camera = _camera(args, few, standard_view(few, args.view or "default"))
+    camera = _camera(args, few, _first_view(args, few))
     return Scene(few, camera, args.sun or clock_sun(args, few) or standard_sun(few)), offer
 
 
@@ -261,6 +261,12 @@ def camera_options(args: argparse.Namespace) -> dict[str, Any]:
     """The camera options that were given, by the names of `Camera`; and the options for places in degrees."""
     given = {"eye": args.eye, "target": args.target, "fov_deg": args.fov, "up": args.up}
     return {key: value for key, value in (given | {"at": args.at, "stand": args.stand}).items() if value is not None}
+
+
+def _first_view(args: argparse.Namespace, heightmap: Heightmap) -> Camera:
+    """A standard view of the relief as it is drawn."""
+    factor = getattr(args, "exaggeration", None) or 1.0
+    return standard_view(heightmap.exaggerated(factor), args.view or "default").over_exaggerated(1 / factor)
 
 
 def _camera(args: argparse.Namespace, heightmap: Heightmap, start: Camera) -> Camera:

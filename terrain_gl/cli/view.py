@@ -55,9 +55,13 @@ def run(args: argparse.Namespace) -> int:
         key = known.name if known else os.path.realpath(name)
         asked = bool(args.view or options.camera_options(args))
         laid = overlays.of(args, scene.heightmap)
-        return viewer.Opened(scene.heightmap, scene.camera, scene.sun, key, asked, laid, offer)
+        return viewer.Opened(
+            scene.heightmap, scene.camera, scene.sun, key, asked, laid, offer, args.exaggeration or 1.0
+        )
 
-    given = {key: value for key, value in options.render_options(args).items() if value is not None and key != "sun"}
+    by_map = "sun", "exaggeration"
+    asked_for = options.render_options(args)
+    given = {key: value for key, value in asked_for.items() if value is not None and key not in by_map}
     title = known.name if known else os.path.basename(name)
     window = {"size": args.size, "backend": args.backend, "fresh": args.fresh, "panel": False if args.plain else None}
     stats = viewer.run(opened, name=title, line_of=command_line, **window, **given)

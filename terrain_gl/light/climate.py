@@ -86,7 +86,7 @@ def look_of(heightmap: Heightmap) -> str:
         return heightmap.look
     if not is_of_earth(heightmap):
         return "grey"
-    if min(heightmap.spacing_m) >= ATLAS_M:
+    if min(heightmap.ground_spacing_m) >= ATLAS_M:
         return "tint"
     return "earth" if heightmap.place is None and heightmap.assumes_spacing else "alpine"
 

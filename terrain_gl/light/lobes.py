@@ -76,6 +76,7 @@ class Cover:
     def uniforms(self) -> dict[str, Any]:
         """Uniforms of glsl/shade/cover.glsl."""
         values = {"climate": list(self.climates), "base_m": self.terrain.base_m, "look": LOOKS[self.look].shader}
+        values["exaggeration"] = self.terrain.heightmap.exaggeration
         return values | {"pictured": self.picture is not None, "marked": self.terrain.is_marked}
 
     def bind(self) -> None:

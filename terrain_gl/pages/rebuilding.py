@@ -115,7 +115,7 @@ class Rebuilder:
         level, row, col = job.square
         sides = ((k << level, n) for k, n in zip((row, col), (heightmap.rows, heightmap.cols), strict=True))
         rows, cols = (slice(first, min(first + (1 << level) + APRON, n)) for first, n in sides)
-        steps = record_steps(heightmap.part(rows, cols), heightmap.spacing_m, range_m, level)
+        steps = record_steps(heightmap.part(rows, cols), heightmap.ground_spacing_m, range_m, level)
         while True:
             try:
                 next(steps)

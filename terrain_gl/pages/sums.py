@@ -59,7 +59,7 @@ def sums_of(page: Page, key: PageKey, heightmap: PagedMap) -> Sums:
     n = side // tile
     worst, square = _of_cells(page, base_m, span) if level == 0 else _of_records(page, key, heightmap, span)
     per_tile = _padded(worst, side).reshape(n, tile, n, tile).max((1, 3))
-    limits = layout.class_limits_m(span_m, heightmap.spacing_m)
+    limits = layout.class_limits_m(span_m, heightmap.ground_spacing_m)
     counts = (per_tile > limits[:, None, None]).astype(np.uint8)
     sums = counts.cumsum(1, dtype=np.uint8).cumsum(2, dtype=np.uint8)
     counters = np.ascontiguousarray(sums.reshape(layout.CLASS_WORDS, 4, n, n).transpose(0, 2, 3, 1))

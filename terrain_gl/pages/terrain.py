@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import math
 from collections.abc import Iterable
+from typing import cast
 
 import moderngl
 import numpy as np
@@ -76,6 +77,14 @@ class PagedTerrain(PagePool):
             return self.all_posts
         rows, cols = changed
         return cols.start, rows.start, cols.stop - 1, rows.stop - 1
+
+    def exaggerate(self, factor: float) -> None:
+        """Draw the relief `factor` times as high: see `Heightmap.exaggerated`."""
+        if self._own is None:
+            self.heightmap = cast(PagedMap, self.heightmap.exaggerated(factor))
+        else:
+            self._own.exaggerate(factor)
+        self.block.write(self._describe().tobytes())
 
     def forget_hidden(self, key: PageKey) -> None:
         """Free the slot of a hidden page."""

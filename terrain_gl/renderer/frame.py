@@ -90,7 +90,7 @@ class DrawnFrame:
             "requested_max_error_px": None if options.method in BASELINES else options.max_error_px,
             "requested_triangles": options.triangles,
             "lambda": selection.price,
-            "curvature_radius_m": radius_of(self.camera.bend_per_m),
+            "curvature_radius_m": radius_of(self.camera.bend_per_m / options.exaggeration),
             "width": self.size[0],
             "height": self.size[1],
         }

@@ -89,6 +89,11 @@ class GpuResources:
             self.resize(piece.drawn_size)
         self.view.crop(piece)
 
+    def exaggerate(self, factor: float) -> None:
+        """Draw the relief `factor` times as high. Only the light is made again."""
+        self.terrain.exaggerate(factor)
+        self.picture.settle(self.terrain.all_posts)
+
     def check_size(self, size: Size) -> None:
         """Raise `UsageError` for a picture size that the GPU cannot draw at once."""
         most = min(limits(self.session.ctx)[name] for name in ("viewport_size", "renderbuffer_size", "texture_size"))

@@ -187,7 +187,7 @@ class Inspector:
 
     def _post(self, x: float, y: float) -> tuple[float, float]:
         """Column and row of a place in world metres."""
-        east, north = self.heightmap.spacing_m
+        east, north = self.heightmap.ground_spacing_m
         return x / east, self.heightmap.rows - 1 - y / north
 
     def _measuring(self) -> Measurement:

@@ -85,6 +85,8 @@ def near_plane_m(heightmap: Heightmap, near_m: float | None = None) -> float:
     return near_m or NEAR * min(heightmap.spacing_m)
 
 
+LEAST_EXAGGERATION = 0.01
+MOST_EXAGGERATION = 100.0
 LOOSEST_PX = 1e6  # tolerances are smaller
 
 
@@ -122,6 +124,10 @@ class RenderOptions:
         "on": near the eye the shading has bumps and specks below the posts' spacing; the mesh has none.
     contour_m
         Metres between contour lines over any style; 0 for an interval that suits the map's relief. By default none.
+    exaggeration
+        How many times higher the relief is drawn, 0.01 to 100. The eye and the target are raised with it. Contour
+        lines, colours, water and all heights that are asked for stay true. The bound in pixels holds for the picture as
+        drawn.
     curvature
         Whether land far away is drawn lower, because the Earth is round: "on", "off", or "auto", which is "on" for maps
         with a coordinate system whose longer side is at least 50 km, and at most the radius of their planet.
@@ -210,6 +216,11 @@ class RenderOptions:
         "picture",
         Flag("--contours", "interval", "contour lines every M metres, or auto; each fifth is heavy", "M"),
     )
+    exaggeration: float = _option(
+        1.0,
+        "picture",
+        Flag("--exaggeration", "positive", "relief F times as high; contours, colours and heights stay true", "F"),
+    )
     curvature: str = _option(
         "auto",
         "picture",
@@ -234,6 +245,10 @@ class RenderOptions:
             raise UsageError(f"sun: expected azimuth and elevation, -90 to 90 degrees, got {self.sun}")
         if self.contour_m is not None and not 0 <= self.contour_m < 1e9:
             raise UsageError(f"contours: expected metres between them, or 0 for auto, got {self.contour_m:g}")
+        if not LEAST_EXAGGERATION <= self.exaggeration <= MOST_EXAGGERATION:
+            raise UsageError(
+                f"exaggeration must be from {LEAST_EXAGGERATION:g} to {MOST_EXAGGERATION:g}, got {self.exaggeration:g}"
+            )
         if self.refraction is not None and not 0 <= self.refraction < 1:
             raise UsageError(f"refraction must be from 0 on and below 1, got {self.refraction:g}")
         if self.water_m is not None and not math.isfinite(self.water_m):
@@ -285,9 +300,14 @@ class RenderOptions:
         )
 
     def seen(self, heightmap: Heightmap, camera: Camera) -> Camera:
-        """The camera that sees the map's ground bent, as the options say."""
+        """The camera that sees the map's ground bent and its relief exaggerated, as the options say.
+
+        `heightmap` is the map without exaggeration.
+        """
         bend = bend_per_m(heightmap, self.curvature, self.refraction or 0.0)
-        return camera if bend == camera.bend_per_m else replace(camera, bend_per_m=bend)  # which forgets its axes
+        if bend != camera.bend_per_m:
+            camera = replace(camera, bend_per_m=bend)  # which forgets its axes
+        return camera if self.exaggeration == 1 else camera.over_exaggerated(self.exaggeration)
 
     @property
     def goal(self) -> Goal:

@@ -112,7 +112,8 @@ class Renderer:
     @property
     def heightmap(self) -> Heightmap:
         """The map as it is now, edits included."""
-        return self.terrain.heightmap
+        drawn = self.terrain.heightmap
+        return drawn if drawn.exaggeration == 1 else drawn.exaggerated(1.0)
 
     @property
     def terrain(self) -> Terrain:
@@ -253,7 +254,9 @@ class Renderer:
     def select(self, camera: Camera, size: Size, options: RenderOptions) -> DrawnFrame:
         """Choose the mesh of a picture of `size`, and set the view; the last frame is lost."""
         self.forget()
-        near_m = near_plane_m(self.heightmap, options.near_m)
+        if options.exaggeration != self.terrain.heightmap.exaggeration:
+            self.resources.exaggerate(options.exaggeration)
+        near_m = near_plane_m(self.heightmap, options.near_m) / options.exaggeration
         camera = options.seen(self.heightmap, camera)
         chosen_for = options.seen(self.heightmap, options.chosen_for) if options.chosen_for else camera
         goal = options.goal

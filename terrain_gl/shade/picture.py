@@ -324,7 +324,8 @@ class Picture:
         east, north = self.terrain.heightmap.extent_m
         low, high = self.terrain.heightmap.range_m
         away_m = math.dist(camera.eye, (east / 2, north / 2, (low + high) / 2))
-        return max(AIR_M, HAZE * max(math.hypot(east, north), away_m))
+        clear_m = AIR_M / self.terrain.heightmap.exaggeration
+        return max(clear_m, HAZE * max(math.hypot(east, north), away_m))
 
     def _detail_target(self) -> moderngl.Framebuffer:
         """The framebuffer with further data for styles that show the mesh; it needs more memory and time."""

@@ -203,6 +203,11 @@ class Terrain:
             setattr(self, name, new)
             setattr(other, name, old)
 
+    def exaggerate(self, factor: float) -> None:
+        """Draw the relief `factor` times as high: see `Heightmap.exaggerated`. Tables of errors stay as they are."""
+        self.heightmap = self.heightmap.exaggerated(factor)
+        self.block.write(self._describe().tobytes())
+
     def bind(self) -> None:
         """Bind the map for all shaders."""
         bind("blocks/terrain.glsl", Terrain=self.block, u_heights=self.heights, u_marks=self.marks)
@@ -270,7 +275,7 @@ def block_of(heightmap: Heightmap, top_level: int, low_m: float, span_m: float) 
     block["top_level"] = top_level
     block["low_m"] = low_m
     block["span_m"] = span_m
-    block["class_octaves"] = layout.class_octaves(span_m, heightmap.spacing_m)
+    block["class_octaves"] = layout.class_octaves(span_m, heightmap.ground_spacing_m)
     block["has_voids"] = heightmap.voids > 0
     return block
 

@@ -47,6 +47,8 @@ class Opened:
         Lines and points to be drawn over it.
     offer
         One line if this is a coarse sample of a raster that needs a store; "" for a map.
+    exaggeration
+        How many times higher the relief is to be shown.
     """
 
     heightmap: Heightmap
@@ -56,6 +58,7 @@ class Opened:
     camera_given: bool = False
     overlays: tuple[Overlay, ...] = ()
     offer: str = ""
+    exaggeration: float = 1.0
 
 
 Progress = Callable[[float], None]

@@ -156,6 +156,8 @@ class Viewer:
             self.settings.change_all(look=self.memory.look(opened.key) or AUTO)
         self._entered = True
         scene.enter(opened, self.memory.bookmarks(opened.key), self.memory.last_pose(opened.key))
+        if opened.exaggeration != 1 and not scene.is_preview:
+            self.exaggerate(opened.exaggeration)
         if opened.heightmap.assumes_spacing:
             name = Path(opened.heightmap.name).name
             hint = "set the spacing under Map, or with --spacing"

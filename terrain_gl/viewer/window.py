@@ -73,11 +73,12 @@ def run(
         An option is outside its range.
     """
     RenderOptions(**options)  # errors come before a window opens
+    factor = options.pop("exaggeration", 1.0)
     load_imgui()
     memory = Memory(None if fresh else state_path())
     settings = Settings([RenderOptions(**memory.options).otherwise(**options)], **memory.panels)
     settings.panel = settings.panel if panel is None else panel
-    opener = _opener(source, camera, options, overlays) if isinstance(source, Heightmap) else source
+    opener = _opener(source, camera, options, overlays, factor) if isinstance(source, Heightmap) else source
     name = name or (source.name if isinstance(source, Heightmap) else "terrain")
     job = LoadJob(name, opener)
     try:
@@ -93,11 +94,15 @@ def run(
 
 
 def _opener(
-    heightmap: Heightmap, camera: Camera | None, options: dict[str, Any], overlays: tuple[Overlay, ...]
+    heightmap: Heightmap,
+    camera: Camera | None,
+    options: dict[str, Any],
+    overlays: tuple[Overlay, ...],
+    exaggeration: float,
 ) -> Opener:
     sun = options.get("sun") or standard_sun(heightmap)
     opened = Opened(heightmap, camera or standard_view(heightmap), sun, key=heightmap.name, camera_given=bool(camera))
-    opened = replace(opened, overlays=overlays)
+    opened = replace(opened, overlays=overlays, exaggeration=exaggeration)
     return lambda progress: opened
 
 
