@@ -130,6 +130,30 @@ def test_the_viewer_keeps_its_own_order():
             assert row[other] >= row[name], f"{name} imports {other}, which stands above it"
 
 
+# --- Lines ------------------------------------------------------------------------------------------------------------
+
+WIDTH = 120
+SHADERS = TESTS.parent / "glsl"
+STILL_WIDE = ("error", "lod/rings", "mesh")  # folders whose lines are not wrapped yet
+ENDINGS = (".comp", ".frag", ".geom", ".glsl", ".tesc", ".tese", ".vert")
+
+
+def shaders():
+    """All files of shaders."""
+    return sorted(path for path in SHADERS.rglob("*") if path.suffix in ENDINGS)
+
+
+def wide(text):
+    return [number for number, line in enumerate(text.splitlines(), 1) if len(line) > WIDTH]
+
+
+def test_no_line_of_a_shader_is_too_wide():
+    assert wide("a" * WIDTH + "\n" + "b" * (WIDTH + 1)) == [2]
+    narrow = (path for path in shaders() if path.parent.relative_to(SHADERS).as_posix() not in STILL_WIDE)
+    found = {path.relative_to(SHADERS).as_posix(): wide(path.read_text(encoding="utf-8")) for path in narrow}
+    assert {path: lines for path, lines in found.items() if lines} == {}
+
+
 # --- What is installed ------------------------------------------------------------------------------------------------
 
 

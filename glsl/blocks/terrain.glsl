@@ -1,5 +1,6 @@
 // blocks/terrain.glsl — the map for every stage: its posts, its quadtree, its heights.
-//   A node of level j covers 2^j × 2^j cells from post (col, row) · 2^j on. Corners beyond the last post are clamped to it.
+//   A node of level j covers 2^j × 2^j cells from post (col, row) · 2^j on.
+//   Corners beyond the last post are clamped to it.
 //   Level 0 has the cells of the map; level u_top_level has one node over the whole map.
 // Python twin: gpu.layout.TERRAIN. Heights are metres above the terrain's base; voids are filled from their rim.
 
@@ -19,7 +20,8 @@ layout(std140, binding = 0) uniform Terrain {
     float u_low_m;         // low end of the quantisation range
     float u_span_m;        // width of the quantisation range
     int u_has_voids;
-    vec4 u_class_octaves;  // where the narrow error classes begin; octaves of a class above them, of a narrow one, of one below
+    // Where the narrow error classes begin; octaves of a class above them, of a narrow one, of one below.
+    vec4 u_class_octaves;
     Level u_level[MAX_LEVELS];
 };
 
@@ -37,7 +39,8 @@ float height_m(ivec2 post) { return texelFetch(u_heights, post, 0).x; }
 float height_m(ivec2 post) { return texelFetch(u_heights, post, 0).x; }
 #endif
 
-// By how much the height of a vertex between posts may be rounded: three interpolations in float32, each of them rounds twice.
+// By how much the height of a vertex between posts may be rounded:
+// three interpolations in float32, each of them rounds twice.
 float rounding_between_m() { return max(abs(u_low_m), abs(u_low_m + u_span_m)) * exp2(-22.0); }
 
 // Mesa's software renderer fetches texels even in branches that are not taken. So maps without voids define NO_VOIDS.

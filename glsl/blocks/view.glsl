@@ -1,10 +1,12 @@
-// blocks/view.glsl — the camera for every stage. Positions are metres east, north and up from the eye: floats are precise
-// near the eye, even if the eye is far from the map's corner.
-//   The Earth is round: at the distance r from the eye, a post is drawn lower by its drop r² / 2R. Between posts the drop is
-//   bilinear, like the heights. Let f and g be the fractions of the way to the next post, east and south. Then the drop is
+// blocks/view.glsl — the camera for every stage. Positions are metres east, north and up from the eye:
+//   floats are precise near the eye, even if the eye is far from the map's corner.
+//   The Earth is round: at the distance r from the eye, a post is drawn lower by its drop r² / 2R.
+//   Between posts the drop is bilinear, like the heights.
+//   Let f and g be the fractions of the way to the next post, east and south. Then the drop is
 //       r² / 2R + f (1 - f) s_x² / 2R + g (1 - g) s_y² / 2R.
-//   So the drop of a cell of the map is a plane, which adds no error. A triangle in a cell of 2^j posts, j ≥ 1, lies below the
-//   drop of the posts under it, by at most the cell's sag:   4^j (s_x² + s_y²) / 8R.       (docs/guarantee.md, section 8)
+//   So the drop of a cell of the map is a plane, which adds no error.
+//   A triangle in a cell of 2^j posts, j ≥ 1, lies below the drop of the posts under it, by at most the cell's sag:
+//     4^j (s_x² + s_y²) / 8R       (docs/guarantee.md, section 8)
 // Python twins: gpu.layout.VIEW; reference.drop_m, reference.largest_sag_m
 
 #include "blocks/terrain.glsl"
@@ -50,7 +52,9 @@ float up_from_eye_m(float h_m) { return (h_m - u_eye_z_m) - u_eye_z_rest_m; }
 float drop_m(vec2 from_eye_m) { return u_bend_per_m * dot(from_eye_m, from_eye_m); }
 
 // The same for a place that is these fractions of the way from its post to the next one.
-float drop_between_m(vec2 from_eye_m, vec2 between) { return drop_m(from_eye_m) + dot(u_bulge_m, between * (1.0 - between)); }
+float drop_between_m(vec2 from_eye_m, vec2 between) {
+    return drop_m(from_eye_m) + dot(u_bulge_m, between * (1.0 - between));
+}
 
 // The largest sag of a triangle in a cell of 2^level posts.
 float sag_m(int level) { return level < 1 ? 0.0 : u_sag_m * exp2(2.0 * float(level)); }

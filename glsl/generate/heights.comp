@@ -1,4 +1,5 @@
-// generate/heights.comp — the posts of a band of rows, one thread for each post. A post's height depends only on its place.
+// generate/heights.comp — the posts of a band of rows, one thread for each post.
+//   A post's height depends only on its place.
 // Python twin: reference.land
 
 #include "generate/land.glsl"

@@ -100,7 +100,8 @@ vec2 rise(vec2 p, float h) {
     return y;
 }
 
-// 0 to 1. Gullies are deep on steep land, and there are none on plains; each octave follows the slope of the one before.
+// 0 to 1. Gullies are deep on steep land, and there are none on plains;
+// each octave follows the slope of the one before.
 float land(vec2 p) {
     precise float h = forms(p), rough = 0.0, wavelength = 0.2, frequency = 5.0;
     precise vec2 slope = rise(p, h);

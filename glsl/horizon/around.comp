@@ -1,6 +1,9 @@
-// horizon/around.comp — the height of the horizon towards a light, at the posts of a page of a store and a few around it.
-//   As in horizon/sweep.comp one thread marches along one line, and keeps the upper convex hull of what it has passed. But a
-//   line begins far outside the page, in the coarsest window (terrain_gl/pages/windows.py), and goes on in finer ones:
+// horizon/around.comp — the height of the horizon towards a light,
+//   at the posts of a page of a store and a few around it.
+//   As in horizon/sweep.comp one thread marches along one line,
+//   and keeps the upper convex hull of what it has passed.
+//   But a line begins far outside the page, in the coarsest window (terrain_gl/pages/windows.py),
+//   and goes on in finer ones:
 //
 //      light ←   ·       ·       ·   ·   ·   · · · · · · · · p p p p p
 //                window 2        window 1    window 0        the page
@@ -39,11 +42,13 @@ int step_at(int window, int column) {
 // Height where a line crosses a column, between two posts; −1e30 outside the map.
 float line_height_m(int line, int window, int column, int step_) {
     int side = u_last_post.x, along = is_backward(u_towards) ? side - column : column;
-    float across = (float(line) + slide(u_towards) * float(step_) - float(on_axes(u_towards, u_shift[window]).y)) / float(1 << window);
+    float across = (float(line) + slide(u_towards) * float(step_) - float(on_axes(u_towards, u_shift[window]).y))
+        / float(1 << window);
     int nearest = int(floor(across + 0.5)), place = int(floor(across));
     ivec2 low = on_axes(u_towards, u_within[window].xy), high = on_axes(u_towards, u_within[window].zw);
     if (nearest < low.y || nearest > high.y || along < low.x || along > high.x) return -1e30;
-    ivec2 here = on_axes(u_towards, ivec2(along, max(place, low.y))), next = on_axes(u_towards, ivec2(along, min(place + 1, high.y)));
+    ivec2 here = on_axes(u_towards, ivec2(along, max(place, low.y)));
+    ivec2 next = on_axes(u_towards, ivec2(along, min(place + 1, high.y)));
     int first_row = window * (side + 1);
     return mix(height_m(here + ivec2(0, first_row)), height_m(next + ivec2(0, first_row)), across - float(place));
 }
@@ -51,7 +56,8 @@ float line_height_m(int line, int window, int column, int step_) {
 void main() {
     int own = int(gl_GlobalInvocationID.x), line = u_first_line + own, points = 0, side = u_last_post.x;
     if (own >= u_lines) return;
-    int first = is_backward(u_towards) ? side - u_core.y : u_core.x, end = is_backward(u_towards) ? side - u_core.x : u_core.y;
+    int first = is_backward(u_towards) ? side - u_core.y : u_core.x;
+    int end = is_backward(u_towards) ? side - u_core.x : u_core.y;
     for (int window = u_windows - 1; window >= 0; window--) {
         int until = window > 0 ? step_at(window - 1, 0) - 1 : end;
         for (int column = 0; column <= side; column++) {
@@ -72,7 +78,8 @@ void main() {
             points++;
             int place = line + base(u_towards, at);
             if (window > 0 || at < first || place < u_core.x || place > u_core.y) continue;
-            float slope = rise / step_m(u_towards), sine = tangent < 0 ? -1.0 : slope * inversesqrt(1.0 + slope * slope);
+            float slope = rise / step_m(u_towards);
+            float sine = tangent < 0 ? -1.0 : slope * inversesqrt(1.0 + slope * slope);
             imageStore(u_horizon, ivec3(post_at(u_towards, at, place), u_layer), vec4(0.5 + 0.5 * sine));
         }
     }

@@ -4,7 +4,10 @@
 #include "blocks/terrain.glsl"
 
 vec3 normal_of_cell(ivec2 cell) {
-    float nw = height_m(cell), ne = height_m(cell + ivec2(1, 0)), sw = height_m(cell + ivec2(0, 1)), se = height_m(cell + 1);
+    float nw = height_m(cell);
+    float ne = height_m(cell + ivec2(1, 0));
+    float sw = height_m(cell + ivec2(0, 1));
+    float se = height_m(cell + 1);
     vec2 slope = 0.5 * vec2(ne - nw + se - sw, nw - sw + ne - se) / u_spacing_m;
     return normalize(vec3(-slope, 1.0));
 }

@@ -1,5 +1,6 @@
 // horizon/disc.glsl — the share of the sun's disc above a horizon.
-//   If the horizon is x radii below the disc's centre, the share is 1/2 + (x √(1 − x²) + asin x) / π: a circular segment.
+//   If the horizon is x radii below the disc's centre, the share is 1/2 + (x √(1 − x²) + asin x) / π:
+//   a circular segment.
 // Provides disc_share().   Python twin: reference.disc_share
 
 uniform float u_sun_elevation;  // radians

@@ -1,12 +1,16 @@
 // horizon/fold.comp — from horizons to visible shares of the sky's lobes. One thread computes one texel.
-//   A cell with normal n gets the light n · M(a, s, l) of lobe l from the sector around azimuth a, over a horizon of sine s:
+//   A cell with normal n gets the light n · M(a, s, l) of lobe l from the sector around azimuth a,
+//   over a horizon of sine s:
 //     M = ∫ SG_l(ω) ω dω / ∫ SG_l dω    the upper integral over the sector's directions above the horizon.
-//   The sum over a is all light of the lobe that the cell gets. If only the ground's own plane hid the sky, it would get C_l(n). So
+//   The sum over a is all light of the lobe that the cell gets.
+//   If only the ground's own plane hid the sky, it would get C_l(n). So
 //     V_l(texel) = Σ over cells Σ over a n · M / Σ over cells C_l(n)
 //   is the mean visibility, weighted by the light that each cell would get without a horizon.
-// The shader runs once for each batch of azimuths. Until the last one, it stores sums as floats in the place of the shares. Sums
-// are rounded after each four azimuths, so that they do not depend on the size of a batch.
-// For comparison only, PRINTED 2 is A.5 without the cosine: V_l = ∫ SG_l V dω / ∫ SG_l dω, both above the level horizon.
+// The shader runs once for each batch of azimuths.
+// Until the last one, it stores sums as floats in the place of the shares.
+// Sums are rounded after each four azimuths, so that they do not depend on the size of a batch.
+// For comparison only, PRINTED 2 is A.5 without the cosine:
+// V_l = ∫ SG_l V dω / ∫ SG_l dω, both above the level horizon.
 // Python twins: reference.skylit, reference.visible_shares
 
 #include "horizon/lines.glsl"
@@ -28,7 +32,8 @@ layout(local_size_x = 64) in;
 layout(r16, binding = 3) readonly uniform image2DArray u_horizons;
 RECORDS_IN(u_horizons)
 layout(std430, binding = 0) buffer Shares { uint share[]; };
-layout(binding = 2) uniform sampler2D u_moments;  // a row for each azimuth and sine: x, y, z of each lobe, four numbers a texel
+// A row for each azimuth and sine: x, y, z of each lobe, four numbers a texel.
+layout(binding = 2) uniform sampler2D u_moments;
 layout(std430, binding = 2) readonly buffer Open { float open_share[]; };  // lobe, cosine
 
 uniform vec2 u_directions[BATCH];

@@ -1,6 +1,7 @@
 // horizon/sweep.comp — the height of the horizon towards a light, at every post. One thread marches along one line.
 //   Only the upper convex hull of the points that a line has passed can be the horizon of the next point (Timonen and
-//   Westerholm 2010, "Scalable height field self-shadowing"). The tangent from the new point to the hull gives the horizon.
+//   Westerholm 2010, "Scalable height field
+//   self-shadowing"). The tangent from the new point to the hull gives the horizon.
 //   All hull points below the tangent are removed for good.
 //
 //      light ←      q₂                        horizon(p) = direction of q₁, because q₂ is lower in the sky than q₁
@@ -8,7 +9,8 @@
 //             ▟███████▙▟██▙  q₀
 //            ███████████████▙▟█▙    p
 //
-//   A point enters the hull once and leaves it once, so the cost of a post does not depend on the distance of its horizon.
+//   A point enters the hull once and leaves it once, so the cost of a post does not depend
+//   on the distance of its horizon.
 //   Python twin: reference.horizon_sines
 
 #include "horizon/lines.glsl"
@@ -16,7 +18,8 @@
 layout(local_size_x = 64) in;
 layout(r16, binding = 0) uniform writeonly image2DArray u_horizon;  // sine of the horizon's height: 0 for −1, 1 for 1
 
-// A point of a hull: its height in metres, as bits, and the hull's next point towards the light, as a step; −1 at its end.
+// A point of a hull: its height in metres, as bits, and the hull's next point towards the light, as a step;
+// −1 at its end.
 layout(std430, binding = 0) buffer Hulls { ivec2 hull[]; };  // one hull for each line of this run: steps × lines
 
 uniform vec2 u_towards;    // see lines.glsl
@@ -30,7 +33,8 @@ float line_height_m(int step_, int place) {
     int beside = place + (aside < 0.0 ? -1 : 1), last = on_axes(u_towards, u_last_post).y;
     bool is_outside = beside < 0 || beside > last;
     if (is_outside) beside = 2 * place - beside;
-    return mix(height_m(post_at(u_towards, step_, place)), height_m(post_at(u_towards, step_, beside)), is_outside ? -abs(aside) : abs(aside));
+    return mix(height_m(post_at(u_towards, step_, place)), height_m(post_at(u_towards, step_, beside)),
+        is_outside ? -abs(aside) : abs(aside));
 }
 
 // The steps in which a line is on the map, and one more on either side.

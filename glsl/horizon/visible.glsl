@@ -1,12 +1,12 @@
 // horizon/visible.glsl — the visible share of each light for a footprint: lookups in the tables of light/horizon.py.
-//   sky_visible     mean of V_l over the footprint, weighted by the cosine                 (A.5, with horizon/fold.comp)
+//   sky_visible     mean of V_l over the footprint, weighted by the cosine    (A.5, with horizon/fold.comp)
 //   sky_visible_near  the same, without sums, for footprints smaller than the smallest box; it returns all
 //                   lobes, and of_lobe() selects one
 //   sun_over        mean of V · ⟨n, sun⟩ over the visible facets: 1 for ground that faces the sun
 //   sun_share       share of the sun's disc that one place sees
 // Footprints are boxes in posts. S is bilinear between texels, as in shade/relief.glsl, so means are continuous. For
-// footprints of less than a few posts the sun's horizon itself is read, bilinear in its angle: the edge of a shadow is then
-// as sharp as the sun allows.
+// footprints of less than a few posts the sun's horizon itself is read, bilinear in its angle:
+// the edge of a shadow is then as sharp as the sun allows.
 // Python twins: reference.sunlit, reference.skylit, reference.box_mean
 
 #include "horizon/lines.glsl"
@@ -77,9 +77,10 @@ uint share_at(int layer, int x, int y) {
         uvec4 first;                                                                              \
         for (int j = 0; j < 4; j++) {                                                             \
             uint west = sum_at(layer, x[0], y[j]);                                                \
-            uvec4 sums = uvec4(0u, sum_at(layer, x[1], y[j]) - west, sum_at(layer, x[2], y[j]) - west, sum_at(layer, x[3], y[j]) - west); \
+            uvec4 sums = uvec4(0u, sum_at(layer, x[1], y[j]), sum_at(layer, x[2], y[j]),          \
+                               sum_at(layer, x[3], y[j])) - uvec4(0u, uvec3(west));               \
             if (j == 0) first = sums;                                                             \
-            vec4 s = vec4(ivec4(sums - first));                                                     \
+            vec4 s = vec4(ivec4(sums - first));                                                   \
             rows[j] = mix(s.z, s.w, fract(c.x)) - s.y * fract(a.x);                               \
         }                                                                                         \
         float total = mix(rows.z, rows.w, fract(c.y)) - rows.y * fract(a.y);                      \
@@ -89,7 +90,8 @@ uint share_at(int layer, int x, int y) {
 BOX_MEAN(mean_sunlit, sunlit_at)
 BOX_MEAN(mean_share, share_at)
 
-// A footprint's box, inside the map and not smaller than `least`; cell (i, j) is between posts (i, j) and (i + 1, j + 1).
+// A footprint's box, inside the map and not smaller than `least`;
+// cell (i, j) is between posts (i, j) and (i + 1, j + 1).
 vec4 box_of(vec2 post, vec2 extent, float least) {
     vec2 half_extent = 0.5 * clamp(extent, least, LARGEST_SUM_POSTS), end = vec2(u_last_post);
     return vec4(clamp(post - half_extent, vec2(0.0), end - 1.0), clamp(post + half_extent, vec2(1.0), end));
@@ -123,8 +125,8 @@ mat4x3 sky_visible_near(vec2 post, vec2 extent) {
 
 float sun_share(vec2 post, vec2 extent) { return disc_share(sine_of(record_near(0, u_sun_towards, post)), 0.0); }
 
-// In the picture, facets of slope s have the weight 1 − lean · (s − s̄): see lean_of(). So the mean of E over the picture is
-// Ē − lean · (mean of E s − Ē s̄).
+// In the picture, facets of slope s have the weight 1 − lean · (s − s̄): see lean_of().
+// So the mean of E over the picture is Ē − lean · (mean of E s − Ē s̄).
 float sun_over(vec2 post, vec2 extent, vec2 lean) {
     vec4 box = 0.5 * box_of(post, extent, 2.0);
     float mean[SUN_LAYERS];

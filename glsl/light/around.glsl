@@ -1,5 +1,7 @@
-// light/around.glsl — the light of the map's surroundings (shade/edge.glsl): its cut sides, the plain, the sea, the sky.
-//   They are lit like open ground: without shadows, by the whole sky. Near its foot the block hides light from the plain.
+// light/around.glsl — the light of the map's surroundings (shade/edge.glsl):
+//   its cut sides, the plain, the sea, the sky.
+//   They are lit like open ground: without shadows, by the whole sky.
+//   Near its foot the block hides light from the plain.
 // Provides sky_colour() where EDGE is not 0.
 
 #include "shade/edge.glsl"
@@ -34,22 +36,28 @@ Material plain_material(vec2 place) {
 
 // Soil and layers of rock, whose thickness depends on the height of the wall.
 vec3 wall_light(vec2 place, float up_m, float depth_m, vec3 towards_eye) {
-    float high_m = max(rim_m_at(place) - u_edge_m, 1e-3), thick_m = 0.25 * u_span_m + 1e-3, footprint = depth_m * 2.0 * u_half_extent.y / float(u_size_px.y);
-    float layer = noise(vec2(up_m / thick_m * 3.0, 7.0), 1.0, vec2(3.0 * footprint / thick_m, 0.0)) + 0.6 * noise(vec2(up_m / thick_m * 9.0, 3.0), 1.0, vec2(9.0 * footprint / thick_m, 0.0));
-    vec3 albedo = LOOK == GREY ? vec3(0.20) : mix(vec3(0.150, 0.120, 0.095), vec3(0.230, 0.195, 0.155), clamp(0.5 + layer, 0.0, 1.0));
+    float high_m = max(rim_m_at(place) - u_edge_m, 1e-3);
+    float thick_m = 0.25 * u_span_m + 1e-3;
+    float footprint = depth_m * 2.0 * u_half_extent.y / float(u_size_px.y);
+    float layer = noise(vec2(up_m / thick_m * 3.0, 7.0), 1.0, vec2(3.0 * footprint / thick_m, 0.0))
+        + 0.6 * noise(vec2(up_m / thick_m * 9.0, 3.0), 1.0, vec2(9.0 * footprint / thick_m, 0.0));
+    vec3 albedo = LOOK == GREY ? vec3(0.20)
+        : mix(vec3(0.150, 0.120, 0.095), vec3(0.230, 0.195, 0.155), clamp(0.5 + layer, 0.0, 1.0));
     float foot = smoothstep(0.0, 0.5, (up_m - u_edge_m) / high_m);
     return open_light(Material(albedo, 0.95), wall_normal(place), towards_eye) * mix(0.55, 1.0, foot);
 }
 
 vec3 plain_light(vec2 at_m, vec3 towards_eye) {
     vec2 low = post_from_eye_m(ivec2(0, u_last_post.y)), high = post_from_eye_m(ivec2(u_last_post.x, 0));
-    float away_m = length(max(max(low - at_m, at_m - high), 0.0)), high_m = max(0.5 * u_span_m, 0.01 * (high.x - low.x));
+    float away_m = length(max(max(low - at_m, at_m - high), 0.0));
+    float high_m = max(0.5 * u_span_m, 0.01 * (high.x - low.x));
     float shaded = u_edge_is_sea ? 0.0 : 0.5 * exp(-away_m / high_m);
     return open_light(plain_material(rim_place(at_m, low)), vec3(0.0, 0.0, 1.0), towards_eye) * (1.0 - shaded);
 }
 
-// The plain of a round Earth ends at the limb. Its distance from the eye is r = √(h / bend), and its slope below the horizontal
-// is 2 √(h · bend), for an eye at the height h. Both are 0 on a flat Earth.
+// The plain of a round Earth ends at the limb.
+// Its distance from the eye is r = √(h / bend), and its slope below the horizontal is 2 √(h · bend),
+// for an eye at the height h. Both are 0 on a flat Earth.
 float limb_root(float factor) { return sqrt(max(-up_from_eye_m(u_edge_m), 0.0) * factor); }
 
 // The sky just above the limb.

@@ -1,7 +1,8 @@
 // light/brdf.glsl — the light that a footprint with merged normals reflects from one light.
-//   Diffuse. The paper replaces max(ω·n, 0) by the lobe 1.170 e^(2.133 (ω·n − 1)) (B.3). That lobe integrates to 3.398, not
-//   π, and lights ground that faces away. We use the merged vector r instead: it is the mean of the normals n of a vMF
-//   distribution. So the mean of max(l·n, 0) over the footprint can be computed directly. With c = r·l and a width w:
+//   Diffuse. The paper replaces max(ω·n, 0) by the lobe 1.170 e^(2.133 (ω·n − 1)) (B.3).
+//   That lobe integrates to 3.398, not π, and lights ground that faces away. We use the merged vector r instead:
+//   it is the mean of the normals n of a vMF distribution.
+//   So the mean of max(l·n, 0) over the footprint can be computed directly. With c = r·l and a width w:
 //
 //       f(c) = max(c, 0) for |c| ≥ w,   (c + w)² / 4w between           ──╱  one normal: w = 0, f = the cosine
 //       w² = 3 |r| (1 − |r|),  w = (1 + √(1 − 4|r|²/3)) / 2 for |r| < 3/4
@@ -10,9 +11,11 @@
 //   If the light is a lobe, it blurs the normals once more: the mean vectors of convolved lobes multiply.
 //
 //   Specular (B.1, B.2). The lobe of half-vectors becomes a lobe of incoming light around the reflected direction, with
-//   sharpness κ/(4 |o·μ|) (Wang et al. 2009, section 4) and integral 1. It is multiplied by Fresnel's factor (Schlick 1994).
+//   sharpness κ/(4 |o·μ|) (Wang et al. 2009, section 4) and integral 1.
+//   It is multiplied by Fresnel's factor (Schlick 1994).
 //   For comparison only: printed_diffuse() is B.3 and B.4, merged by C.1 to C.4, as printed (light/printed.glsl).
-// Provides cosine_mean(), diffuse_of(), printed_diffuse(), reflection_lobe(), specular_of(), schlick(), sharpness_of_roughness().
+// Provides cosine_mean(), diffuse_of(), printed_diffuse(), reflection_lobe(), specular_of(), schlick(),
+// sharpness_of_roughness().
 // Python twins: reference.cosine_mean, reference.printed_diffuse, reference.reflection_lobe
 
 #include "light/vmf.glsl"

@@ -1,6 +1,7 @@
 // light/dome.glsl — the sky in any direction: drawn behind the land, mirrored by water, and scattered by haze.
-//   Columns go south, west, north, east: north is in the middle. Rows go from the nadir, v = −1, to the zenith, v = 1, at
-//   elevations of 90° · v·|v|: they are denser near the horizon.
+//   Columns go south, west, north, east: north is in the middle.
+//   Rows go from the nadir, v = −1, to the zenith, v = 1, at elevations of 90° · v·|v|:
+//   they are denser near the horizon.
 // Provides sky_light(), sun_disc(), sky_blurred().   Python twin: light.sky.dome
 
 #include "light/lights.glsl"

@@ -1,7 +1,8 @@
 // light/lights.glsl — all lights of the map: the sun, the sky's lobes, the surrounding land.
 //   For each lobe of sharpness κ the block also holds the length of its mean vector, coth κ − 1/κ, and the integral of
 //   e^(κ (ω·axis − 1)). Where land hides a lobe of the sky, the land's light replaces it: amplitude `hidden`.
-// Provides u_sun, u_sky[], u_around, light_lobe(), sky_through().   Python twins: light.gaussians.LOBE, light.gaussians.LIGHTS
+// Provides u_sun, u_sky[], u_around, light_lobe(), sky_through().
+// Python twins: light.gaussians.LOBE, light.gaussians.LIGHTS
 
 #include "light/sg.glsl"
 

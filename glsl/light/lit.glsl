@@ -1,7 +1,8 @@
 // light/lit.glsl — outgoing radiance of a footprint (A.6): for each light, its lobe × the footprint's merged lobe × the
 // visible fraction of the light.
-//   Near the eye a footprint is one place, with its own normal and cover. The sun's shadows have edges, so its visibility is
-//   looked up at the place of each sample. Far away, means come from tables. In between, the two are blended.
+//   Near the eye a footprint is one place, with its own normal and cover.
+//   The sun's shadows have edges, so its visibility is looked up at the place of each sample.
+//   Far away, means come from tables. In between, the two are blended.
 // Provides Lit, merged_ground(), lit_ground(), direct_light(), outgoing_light().
 
 #include "shade/footprint.glsl"
@@ -48,8 +49,8 @@ float share_above(Lobe lobe, vec3 normal) {
     return normal_share(A * c * inversesqrt(max(mix(aside, along, c * c), 1e-6)));
 }
 
-// The sky's lobes on white ground, and in rough mirroring ground. A part of the mirror's lobe lies below the horizon or below
-// the ground's plane, and sees land.
+// The sky's lobes on white ground, and in rough mirroring ground.
+// A part of the mirror's lobe lies below the horizon or below the ground's plane, and sees land.
 void add_sky(inout Lit l, Ground g) {
     Lobe mirror = reflection_lobe(l.lobe.r, g.towards_eye);
     float all = 0.0, above = share_above(mirror, normalize(l.lobe.normal));
@@ -61,7 +62,8 @@ void add_sky(inout Lit l, Ground g) {
     if (is_near) near_ = sky_visible_near(g.post, g.extent);
     for (int i = 0; i < SKY_LOBES; i++) {
         Light lobe = u_sky[i];
-        float visible = is_near ? of_lobe(near_, i) : sky_visible(i, g.post, g.extent), width = lobe.integral * lobe.axis.z;
+        float visible = is_near ? of_lobe(near_, i) : sky_visible(i, g.post, g.extent);
+        float width = lobe.integral * lobe.axis.z;
         vec3 light = sky_through(lobe, visible);
         l.ambient += light * (lobe.integral / PI * cosine_of(l.lobe, lobe));
         l.mirrored += sg_inner_product(Lobe(lobe.axis, lobe.sharpness, light), mirror);
@@ -85,8 +87,8 @@ vec2 sun_at(vec2 post, vec2 extent, float grained) {
     return max(dot(normal_of(slope), u_sun.axis), 0.0) * vec2(sun_share(post, extent), 1.0);
 }
 
-// The mean over the parts of the footprint; each covers an equal part of the picture. Near the eye, a part is the place that
-// one sample sees.
+// The mean over the parts of the footprint; each covers an equal part of the picture.
+// Near the eye, a part is the place that one sample sees.
 void add_sun(inout Lit l, Ground g, vec2 lean) {
     float far = HAS_SUMS ? farness(g.extent) : 0.0;
     vec2 near_ = vec2(0.0), far_ = vec2(0.0, cosine_of(l.lobe, u_sun));  // with shadows, and without
@@ -113,10 +115,12 @@ Lit lit_ground(Ground g) {
 // Radiance of white ground in the sun.
 vec3 direct_light(Lit l) { return u_sun.amplitude * (u_sun.integral / PI * l.sun); }
 
-// The lobe of half-vectors at the sun's half-vector (B.1): dω_h / dω_i = 1 / (4 o·h). Warping it would make it too wide here.
+// The lobe of half-vectors at the sun's half-vector (B.1): dω_h / dω_i = 1 / (4 o·h).
+// Warping it would make it too wide here.
 vec3 mirrored_sun(vec3 r, vec3 towards_eye) {
     vec3 h = normalize(towards_eye + u_sun.axis + vec3(0.0, 0.0, 1e-6));
-    return u_sun.amplitude * u_sun.integral * sg_value(vmf_lobe(r, vec3(1.0)), h) / (4.0 * max(dot(h, towards_eye), 0.05));
+    return u_sun.amplitude * u_sun.integral * sg_value(vmf_lobe(r, vec3(1.0)), h)
+        / (4.0 * max(dot(h, towards_eye), 0.05));
 }
 
 // Specular light: that of the sun, and that of the sky from add_sky().

@@ -1,5 +1,6 @@
 // light/lobes.glsl — the ground's lobes: how one place reflects light, and the values that the tables sum.
-//   A texel is a block of 2 × 2 cells. Its values are means over the block, signed, in steps of 2^-15, in words that wrap:
+//   A texel is a block of 2 × 2 cells. Its values are means over the block, signed,
+//   in steps of 2^-15, in words that wrap:
 //     0–2  Y·n   normals weighted by the luminance of the albedo, for diffuse light          n of horizon/cell.glsl
 //     3–5  r     lobes of half-vectors, |r|(κ)·n by their roughness                        (equations C.1, C.3)
 //     6–8  a     albedo: red, green, blue

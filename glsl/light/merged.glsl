@@ -1,6 +1,7 @@
-// light/merged.glsl — means of the ground's lobes over any footprint (C.3), from summed-area tables: see light/lobes.glsl.
-//   S is bilinear between texels, so means are continuous in the footprint. A diagonal footprint is cut along its length into
-//   n boxes; its mean is the average of theirs:
+// light/merged.glsl — means of the ground's lobes over any footprint (C.3), from summed-area tables:
+//   see light/lobes.glsl.
+//   S is bilinear between texels, so means are continuous in the footprint.
+//   A diagonal footprint is cut along its length into n boxes; its mean is the average of theirs:
 //
 //            ┌──┐            u, v: the sides of the pixel on the map. e is the longer half axis of the ellipse with
 //         ┌──┼──┘            covariance u uᵀ + v vᵀ. Each of the n pieces has the covariance
@@ -12,7 +13,8 @@
 #include "light/lobes.glsl"
 
 #ifdef PAGED
-Merged merged_over(vec2 post, vec2 extent, vec2 along, int pieces) { return Merged(vec3(0.0), vec3(0.0), vec3(0.0)); }  // never called: HAS_SUMS
+// Not called: a program for pages has no sums.
+Merged merged_over(vec2 post, vec2 extent, vec2 along, int pieces) { return Merged(vec3(0.0), vec3(0.0), vec3(0.0)); }
 #else
 #define LARGEST_BLOCKS 255.0  // a side of a box: 65,536 blocks of 16 bits are exact
 
@@ -33,14 +35,17 @@ struct LobeBox {
 LobeBox lobe_box(vec2 middle, vec2 extent) {
     ivec2 size = lobe_blocks();
     vec2 half_extent = 0.5 * clamp(extent, vec2(1.0), vec2(LARGEST_BLOCKS));
-    vec2 a = clamp(middle - half_extent, vec2(0.0), vec2(size) - 0.5), c = clamp(middle + half_extent, vec2(0.5), vec2(size));
+    vec2 a = clamp(middle - half_extent, vec2(0.0), vec2(size) - 0.5);
+    vec2 c = clamp(middle + half_extent, vec2(0.5), vec2(size));
     ivec4 next = ivec4(0, 1, 0, 1);  // added to whole numbers: a + 1.0 may round up to one more
     ivec4 x = min(ivec4(a.xx, c.xx) + next, size.x) - 1, y = min(ivec4(a.yy, c.yy) + next, size.y) - 1;
     return LobeBox(x, y * size.x, fract(vec4(a, c)), (c.x - a.x) * (c.y - a.y));
 }
 
 // The sum up to a word; 0 beyond the rim. A mask is faster than a branch.
-int lobe_word(int layer_start, int x, int row) { return int(LOBE_SUM(layer_start + max(row, 0) + max(x, 0))) & ~((x | row) >> 31); }
+int lobe_word(int layer_start, int x, int row) {
+    return int(LOBE_SUM(layer_start + max(row, 0) + max(x, 0))) & ~((x | row) >> 31);
+}
 
 // Differences of wrapped sums are exact as integers; convert them to float afterwards.
 float lobe_mean(int layer, LobeBox b) {
@@ -49,7 +54,8 @@ float lobe_mean(int layer, LobeBox b) {
     vec4 rows;
     for (int j = 0; j < 4; j++) {
         int west = lobe_word(start, b.x[0], b.row[j]);
-        ivec3 sums = ivec3(lobe_word(start, b.x[1], b.row[j]), lobe_word(start, b.x[2], b.row[j]), lobe_word(start, b.x[3], b.row[j])) - west;
+        ivec3 sums = ivec3(lobe_word(start, b.x[1], b.row[j]), lobe_word(start, b.x[2], b.row[j]),
+            lobe_word(start, b.x[3], b.row[j])) - west;
         if (j == 0) first = sums;
         vec3 s = vec3(sums - first);
         rows[j] = mix(s.y, s.z, b.part.z) - s.x * b.part.x;
@@ -66,6 +72,7 @@ Merged merged_over(vec2 post, vec2 extent, vec2 along, int pieces) {
         for (int k = 0; k < LOBE_LAYERS; k++) sum[k] += lobe_mean(k, box) / float(pieces);
     }
     vec3 albedo = max(vec3(sum[6], sum[7], sum[8]), 0.0);
-    return Merged(vec3(sum[0], sum[1], sum[2]) / max(dot(albedo, LUMINANCE), 1e-4), vec3(sum[3], sum[4], sum[5]), albedo);
+    return Merged(vec3(sum[0], sum[1], sum[2]) / max(dot(albedo, LUMINANCE), 1e-4), vec3(sum[3], sum[4], sum[5]),
+        albedo);
 }
 #endif

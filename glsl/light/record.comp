@@ -25,10 +25,12 @@ void main() {
         vec3 normal = normal_of_cell(cell);
         Merged m = merged_at(normal, material_of(middle, vec2(1.5), relief));
         vec3 weighted = dot(m.albedo, LUMINANCE) * m.normal;
-        float values[LOBE_LAYERS] = float[LOBE_LAYERS](weighted.x, weighted.y, weighted.z, m.r.x, m.r.y, m.r.z, m.albedo.x, m.albedo.y, m.albedo.z);
+        float values[LOBE_LAYERS] = float[LOBE_LAYERS](weighted.x, weighted.y, weighted.z, m.r.x, m.r.y, m.r.z,
+            m.albedo.x, m.albedo.y, m.albedo.z);
         for (int k = 0; k < LOBE_LAYERS; k++) sum[k] += values[k];
         cells += 1.0;
     }
     int layer = u_count.x * u_count.y, index = at.y * u_count.x + at.x;
-    for (int k = 0; k < LOBE_LAYERS; k++) value[k * layer + index] = int(round(clamp(sum[k] / cells, -1.0, 1.0) * LOBE_STEPS));
+    for (int k = 0; k < LOBE_LAYERS; k++)
+        value[k * layer + index] = int(round(clamp(sum[k] / cells, -1.0, 1.0) * LOBE_STEPS));
 }

@@ -1,5 +1,5 @@
-// light/shown.glsl — from light to the picture: air, exposure, tone mapping, dithering. The truth and the other prefilters
-// use it, too.
+// light/shown.glsl — from light to the picture: air, exposure, tone mapping, dithering.
+//   The truth and the other prefilters use it, too.
 // Provides land_colour(), sky_colour(), shown().
 
 #include "light/air.glsl"

@@ -1,12 +1,14 @@
 // light/water.glsl — standing water at one height: the land below shows through it, and the sky is mirrored in it.
-//   A ray to land below the level meets the plane of the water first. Ripples that are too small to be seen are a lobe of
-//   half-vectors around the vertical; with distance, larger ripples become part of the lobe, too.
+//   A ray to land below the level meets the plane of the water first.
+//   Ripples that are too small to be seen are a lobe of half-vectors around the vertical;
+//   with distance, larger ripples become part of the lobe, too.
 // Provides is_under_water(), water_light().
 
 #include "light/lit.glsl"
 
 #define RIPPLES 3000.0  // sharpness of the ripples' lobe
-const vec3 ABSORBED = vec3(0.35, 0.075, 0.045), SCATTERED = vec3(0.004, 0.015, 0.018);  // absorbed per metre; scattered, as a share of the light from above
+// Absorbed per metre; scattered, as a share of the light from above.
+const vec3 ABSORBED = vec3(0.35, 0.075, 0.045), SCATTERED = vec3(0.004, 0.015, 0.018);
 
 // How far the eye is above the water, measured where it meets the land: the water has the drop of the land there.
 float above_water_m(Ground g) { return drop_m(g.from_eye_m.xy) - up_from_eye_m(u_water_m); }
@@ -19,12 +21,15 @@ vec3 water_light(Ground g, Lit l, vec3 floor_light, out float surface_m) {
     surface_m = min(down_m / slant, g.distance_m);
     float sun_seen = min(l.sun / max(l.unshadowed, 1e-3), 1.0);
     vec3 from_above = u_sun.amplitude * (u_sun.integral / PI * max(u_sun.axis.z, 0.0) * sun_seen);
-    for (int i = 0; i < SKY_LOBES; i++) from_above += u_sky[i].amplitude * (u_sky[i].integral / PI * max(u_sky[i].mean_length * u_sky[i].axis.z, 0.0));
-    float deep_m = (u_water_m - g.fine.height_m) * (1.0 + 0.75 / sqrt(1.0 - 0.56 * (1.0 - slant * slant)));  // down, and back refracted
+    for (int i = 0; i < SKY_LOBES; i++)
+        from_above += u_sky[i].amplitude * (u_sky[i].integral / PI * max(u_sky[i].mean_length * u_sky[i].axis.z, 0.0));
+    // Down, and back refracted.
+    float deep_m = (u_water_m - g.fine.height_m) * (1.0 + 0.75 / sqrt(1.0 - 0.56 * (1.0 - slant * slant)));
     vec3 through = exp(-ABSORBED * deep_m);
     vec3 below = mix(SCATTERED * from_above, floor_light, through);
     Lobe mirrored = reflection_lobe(mean_length(RIPPLES) * vec3(0.0, 0.0, 1.0), g.towards_eye);
     vec3 glitter = specular_of(light_lobe(u_sun), mirrored) * sun_seen;
-    vec3 mirror = sky_blurred(normalize(vec3(mirrored.axis.xy, max(mirrored.axis.z, 0.01))), mirrored.sharpness) + glitter;
+    vec3 mirror = sky_blurred(normalize(vec3(mirrored.axis.xy, max(mirrored.axis.z, 0.01))), mirrored.sharpness)
+        + glitter;
     return mix(below, mirror, schlick(slant, 0.0));
 }

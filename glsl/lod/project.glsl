@@ -1,10 +1,12 @@
 // lod/project.glsl — from metres of vertical error to pixels, as a bound over a box.
-//   A point has camera coordinates (x, y, z); z is its depth. It moves vertically by δ metres, along v = (v_x, v_y, v_z) in
-//   the camera's axes. On the screen it moves by
+//   A point has camera coordinates (x, y, z); z is its depth.
+//   It moves vertically by δ metres, along v = (v_x, v_y, v_z) in the camera's axes. On the screen it moves by
 //       K |δ| |(v_x − x/z · v_z, v_y − y/z · v_z)| / z',      z' = z + δ v_z,     K the focal length in pixels.
-//   Over a box: the third factor is convex in (x/z, y/z), so it is largest at a corner of the rectangle around the box's
-//   projection. z' is at least the nearest corner's depth minus |δ v_z|. Only points in the picture count, so the rectangle
-//   ends at the picture's edges, and the depth at the near plane. A box holds its posts as they are drawn, with their drop.
+//   Over a box: the third factor is convex in (x/z, y/z),
+//   so it is largest at a corner of the rectangle around the box's projection.
+//   z' is at least the nearest corner's depth minus |δ v_z|.
+//   Only points in the picture count, so the rectangle ends at the picture's edges, and the depth at the near plane.
+//   A box holds its posts as they are drawn, with their drop.
 // Provides Box, Projection, project(), error_px(), pixels_across(), post_weight().
 // Python twins: reference.project_boxes, reference.error_px, reference.post_weights; of a point camera.screen_shift_px
 
@@ -31,15 +33,18 @@ struct Projection {
 Box box_of(ivec2 low_post, ivec2 high_post, vec2 range_m) {
     vec2 a = post_from_eye_m(low_post), b = post_from_eye_m(high_post), low = vec2(a.x, b.y), high = vec2(b.x, a.y);
     vec2 nearest = clamp(vec2(0.0), low, high), farthest = max(abs(low), abs(high));
-    return Box(vec3(low, up_from_eye_m(range_m.x) - drop_m(farthest)), vec3(high, up_from_eye_m(range_m.y) - drop_m(nearest)));
+    return Box(vec3(low, up_from_eye_m(range_m.x) - drop_m(farthest)),
+        vec3(high, up_from_eye_m(range_m.y) - drop_m(nearest)));
 }
 
 vec3 to_camera(vec3 p) { return vec3(dot(u_right.xyz, p), dot(u_up.xyz, p), dot(u_forward.xyz, p)); }
 
 // `margin` ≥ 1 widens the frustum: a box outside a wide frustum is outside a narrow one, in spite of rounding.
 Projection project(Box box, float margin) {
-    if (u_metric == METRIC_METRES) return Projection(false, true, 0.0, 0.0, 0.0, 0.0);  // there is no picture, so nothing is outside
-    vec4 least_beyond = vec4(1e30), most_beyond = vec4(-1e30);  // of the corners, beyond the picture's right, top, left, bottom
+    // There is no picture, so nothing is outside.
+    if (u_metric == METRIC_METRES) return Projection(false, true, 0.0, 0.0, 0.0, 0.0);
+    // Of the corners, beyond the picture's right, top, left, bottom.
+    vec4 least_beyond = vec4(1e30), most_beyond = vec4(-1e30);
     float nearest = 1e30, farthest = -1e30, near = near_m();
     vec2 low = vec2(1e30), high = vec2(-1e30);
     for (int i = 0; i < 8; i++) {
@@ -83,14 +88,15 @@ float error_px(Projection p, float size_m, float max_m) {
     return depth <= 0.0 ? INFINITE_PX : u_focal_px * size_m * p.stretch / depth * BOUND_SLACK;
 }
 
-// Pixels of the active metric for a node or patch with these errors. If only a part of it is visible, its root mean square
-// says nothing about that part. The maximum replaces it then.
+// Pixels of the active metric for a node or patch with these errors.
+// If only a part of it is visible, its root mean square says nothing about that part. The maximum replaces it then.
 float metric_px(Projection p, float max_m, float rms_m) {
     if (u_metric == METRIC_METRES) return max_m + p.sag_m;
     return error_px(p, u_metric == METRIC_RMS && p.inside ? rms_m : max_m, max_m);
 }
 
-float pixels_across(Projection p) { return u_focal_px / p.middle_m * sqrt(u_spacing_m.x * u_spacing_m.y); }  // of a cell in the middle of a box
+// Of a cell in the middle of a box.
+float pixels_across(Projection p) { return u_focal_px / p.middle_m * sqrt(u_spacing_m.x * u_spacing_m.y); }
 
 // How often a post counts in a budget: docs/allocation.md, section 3.
 float post_weight(Projection p) { return max(1.0, pixels_across(p)); }

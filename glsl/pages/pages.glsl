@@ -1,8 +1,11 @@
 // pages/pages.glsl — a map of which only some tiles are on the GPU (docs/stores.md).
-//   A page is a tile of PAGE × PAGE nodes of one level, with the posts at their corners. A loaded page is in a slot of a pool,
-//   and all pages above it are loaded, too. The finest loaded page over a post gives its height: the post's own height if it is
-//   on the lattice of that page, else the bilinear height between four posts of the lattice. So all shaders see the same height.
-//   Page tables: for each level the slot of each page, + 1, and whether it has light; then, for each page of level 0, the finest loaded one over it.
+//   A page is a tile of PAGE × PAGE nodes of one level, with the posts at their corners.
+//   A loaded page is in a slot of a pool, and all pages above it are loaded, too.
+//   The finest loaded page over a post gives its height:
+//   the post's own height if it is on the lattice of that page,
+//   else the bilinear height between four posts of the lattice. So all shaders see the same height.
+//   Page tables: for each level the slot of each page, + 1, and whether it has light;
+//   then, for each page of level 0, the finest loaded one over it.
 // Provides height_m(), finest_over(), first_texel(), PAGE, slot_of(), lit_slot_of(), pages_of(), resident_level().
 
 #define PAGE (1 << PAGE_LOG2)
@@ -16,7 +19,9 @@ ivec2 pages_of(int level) { return (u_level[level].size + PAGE - 1) >> PAGE_LOG2
 
 #define LIT 0x80000000u  // bit of a page with light
 
-uint word_of_page(int level, ivec2 page) { return page_word(u_level[level].first_word + page.y * pages_of(level).x + page.x); }
+uint word_of_page(int level, ivec2 page) {
+    return page_word(u_level[level].first_word + page.y * pages_of(level).x + page.x);
+}
 
 // -1 if the page is not loaded.
 int slot_of(int level, ivec2 page) { return int(word_of_page(level, page) & ~LIT) - 1; }
@@ -40,7 +45,8 @@ float height_m(ivec2 post) {
     int level = int(word >> 24), slot = int(word & 0xffffffu);
     ivec2 first = (fine >> level) << (PAGE_LOG2 + level), at = (post - first) >> level;
     ivec2 low = first + (at << level), high = min(low + (1 << level), u_last_post);
-    bvec2 is_high = bvec2(low.x < high.x && post.x == high.x, low.y < high.y && post.y == high.y);  // the map's last posts
+    // The map's last posts.
+    bvec2 is_high = bvec2(low.x < high.x && post.x == high.x, low.y < high.y && post.y == high.y);
     at += ivec2(is_high);
     if ((post.x == low.x || is_high.x) && (post.y == low.y || is_high.y)) return height_in_slot_m(slot, at);
     vec2 t = vec2(post - low) / vec2(max(high - low, ivec2(1)));
@@ -55,10 +61,12 @@ float height_m(ivec2 post) {
 // First and last page of a level that contain posts of a closed box.
 ivec4 pages_over(ivec2 low, ivec2 end, int level) {
     ivec2 most = pages_of(level) - 1;
-    return ivec4(min(max(low, ivec2(0)) >> PAGE_LOG2 + level, most), min(min(end, u_last_post) >> PAGE_LOG2 + level, most));
+    return ivec4(min(max(low, ivec2(0)) >> PAGE_LOG2 + level, most),
+        min(min(end, u_last_post) >> PAGE_LOG2 + level, most));
 }
 
-// The finest level, from `level` up, whose pages over a closed box are all loaded. `is_mixed`: parts of the box have finer pages.
+// The finest level, from `level` up, whose pages over a closed box are all loaded. `is_mixed`:
+// parts of the box have finer pages.
 int resident_level(ivec2 low, ivec2 end, int level, out bool is_mixed) {
     is_mixed = false;
     for (; level < u_top_level; level++) {

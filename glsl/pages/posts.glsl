@@ -1,6 +1,7 @@
 // pages/posts.glsl — shade/posts.glsl for a map of which only some pages are on the GPU (pages/pages.glsl).
-//   Each page has the summed-area table of its own posts. A post on the border of two pages belongs to the second one; the last
-//   pages have one row or column more. So the parts of a box in all pages add up to the box, exactly: words wrap.
+//   Each page has the summed-area table of its own posts.
+//   A post on the border of two pages belongs to the second one; the last pages have one row or column more.
+//   So the parts of a box in all pages add up to the box, exactly: words wrap.
 // Provides the same.   Python twins: reference.sat, terrain.steps_of
 
 struct Part {
@@ -44,14 +45,18 @@ bool next_part(inout Part part) {
 // Sum over the page's own posts before column x and row y of the lattice.
 uint sum_in(Part part, int x, int y) {
     ivec2 at = clamp(ivec2(x, y) - part.first, ivec2(0), part.count) - 1;
-    return HEIGHT_SUM(part.first_word + max(at.y, 0) * (PAGE + 1) + max(at.x, 0)) & ~uint((at.x | at.y) >> 31);  // a mask is faster than a branch
+    // A mask is faster than a branch.
+    return HEIGHT_SUM(part.first_word + max(at.y, 0) * (PAGE + 1) + max(at.x, 0)) & ~uint((at.x | at.y) >> 31);
 }
 
 // Heights of 4 × 4 posts, as in shade/posts.glsl. They lie in at most 2 × 2 pages.
 mat4 heights_from(int level, ivec2 first) {
-    ivec2 last = last_of(level), low = page_at(level, clamp(first, ivec2(0), last)), high = page_at(level, clamp(first + 3, ivec2(0), last));
-    ivec2 corner[4] = ivec2[4](texel_of(level, low) - (low << PAGE_LOG2), texel_of(level, ivec2(high.x, low.y)) - (ivec2(high.x, low.y) << PAGE_LOG2),
-                               texel_of(level, ivec2(low.x, high.y)) - (ivec2(low.x, high.y) << PAGE_LOG2), texel_of(level, high) - (high << PAGE_LOG2));
+    ivec2 last = last_of(level);
+    ivec2 low = page_at(level, clamp(first, ivec2(0), last));
+    ivec2 high = page_at(level, clamp(first + 3, ivec2(0), last));
+    ivec2 page[4] = ivec2[4](low, ivec2(high.x, low.y), ivec2(low.x, high.y), high);
+    ivec2 corner[4];  // texel of the page, less its first post
+    for (int i = 0; i < 4; i++) corner[i] = texel_of(level, page[i]) - (page[i] << PAGE_LOG2);
     mat4 h;
     for (int y = 0; y < 4; y++)
         for (int x = 0; x < 4; x++) {

@@ -1,8 +1,10 @@
 // pages/relief.glsl — the relief of a map of which only some pages are on the GPU, from the lattices of their levels.
-//   It is that of the finest level whose pages are loaded under the footprint. Where a page beside it is not loaded, that level
-//   fades into the next coarser one:
-//     relief = w₀ R₀ + (1 − w₀) (w₁ R₁ + (1 − w₁) (…)),    w_l = distance to the nearest page that is not loaded, / FADE, 0 to 1
-//   So there are no steps where the level changes. If all pages are loaded, w₀ = 1: the relief is that of the map in memory.
+//   It is that of the finest level whose pages are loaded under the footprint.
+//   Where a page beside it is not loaded, that level fades into the next coarser one:
+//     relief = w₀ R₀ + (1 − w₀) (w₁ R₁ + (1 − w₁) (…))
+//     w_l = distance to the nearest page that is not loaded, / FADE, 0 to 1
+//   So there are no steps where the level changes. If all pages are loaded, w₀ = 1:
+//   the relief is that of the map in memory.
 // Provides relief_of(), slope_of_cells(), rough_slope(), box_mean_m().   Python twin: reference.relief
 
 #define FADE 4.0  // in posts of the level
@@ -22,14 +24,18 @@ vec2 in_lattice(int level, vec2 post) {
 
 // Posts of a step, as a mean around a place.
 vec2 step_around(int level, vec2 post, vec2 extent) {
-    vec2 reach = max(0.5 * extent, posts_of_step(level)), a = max(post - reach, 0.0), b = min(post + reach, vec2(u_last_post));
+    vec2 reach = max(0.5 * extent, posts_of_step(level));
+    vec2 a = max(post - reach, 0.0);
+    vec2 b = min(post + reach, vec2(u_last_post));
     return level == 0 ? vec2(1.0) : (b - a) / (in_lattice(level, b) - in_lattice(level, a));
 }
 
 // w_l: the share of a level in the relief of a box; places and extents are in its steps.
 float share_of(int level, vec2 at, vec2 extent) {
-    vec2 reach = 0.5 * max(min(extent, LARGEST_BOX_POSTS), 2.0) + 1.5, last = vec2(last_of(level));  // posts that are read
-    ivec2 low = page_at(level, ivec2(clamp(at - reach - FADE, vec2(0.0), last))), high = page_at(level, ivec2(clamp(at + reach + FADE, vec2(0.0), last)));
+    // Posts that are read.
+    vec2 reach = 0.5 * max(min(extent, LARGEST_BOX_POSTS), 2.0) + 1.5, last = vec2(last_of(level));
+    ivec2 low = page_at(level, ivec2(clamp(at - reach - FADE, vec2(0.0), last)));
+    ivec2 high = page_at(level, ivec2(clamp(at + reach + FADE, vec2(0.0), last)));
     float share = 1.0;
     for (int y = low.y; y <= high.y; y++)
         for (int x = low.x; x <= high.x; x++) {

@@ -1,7 +1,7 @@
 // pages/visible.glsl — horizon/visible.glsl for a map of which only some pages are on the GPU.
-//   There are no sums. The light of a footprint is that of the page whose posts are as far apart as the footprint is wide; where
-//   it is missing, that of the finest page above it with light. Between two levels both are read and blended, so there is no
-//   edge where the level changes.
+//   There are no sums. The light of a footprint is that of the page whose posts are as far apart
+//   as the footprint is wide; where it is missing, that of the finest page above it with light.
+//   Between two levels both are read and blended, so there is no edge where the level changes.
 // Provides HAS_SUMS, sky_visible_near(), sun_share().   Python twins: reference.disc_share, reference.pack_shares
 
 const bool HAS_SUMS = false;
@@ -73,5 +73,6 @@ mat4x3 sky_visible_near(vec2 post, vec2 extent) {
     LitPage fine = lit_page(post, int(level));
     mat4x3 visible = sky_in(fine);
     float t = level - float(fine.level);
-    return t <= 0.0 || fine.level == u_top_level ? visible : visible * (1.0 - t) + sky_in(lit_page(post, fine.level + 1)) * t;
+    return t <= 0.0 || fine.level == u_top_level ? visible
+        : visible * (1.0 - t) + sky_in(lit_page(post, fine.level + 1)) * t;
 }

@@ -1,14 +1,15 @@
 // sat/lines.glsl — the map as parallel lines of words, cut into strips. Shared by reduce, scan and propagate.
-//   For sums along rows, a line is a row and its words are 1 apart. For sums along columns, a line is a column and its words
-//   are one row apart. One thread owns one strip of one line:
+//   For sums along rows, a line is a row and its words are 1 apart.
+//   For sums along columns, a line is a column and its words are one row apart. One thread owns one strip of one line:
 //
 //            strip 0       strip 1       strip 2
 //   line 0 │ • • • • → │ • • • • → │ • • • →          Neighbouring threads take neighbouring lines. Along columns
 //   line 1 │ • • • • → │ • • • • → │ • • • →          they load neighbouring words; along rows each thread uses
 //   line 2 │ • • • • → │ • • • • → │ • • • →          all words of its own cache lines.
 //
-//   A line that is not longer than a strip takes one pass, sat/propagate.comp. Software renderers, which have few threads, sum
-//   WHOLE_LINES: rows by propagate, mostly four words at a time; columns by sat/columns.comp.
+//   A line that is not longer than a strip takes one pass, sat/propagate.comp.
+//   Software renderers, which have few threads, sum WHOLE_LINES: rows by propagate, mostly four words at a time;
+//   columns by sat/columns.comp.
 //
 // Provides word[], strip_sum[], word_index(), strip_index(), strips().
 // Python twin: reference.sat

@@ -1,5 +1,6 @@
 // sat/word.glsl — words that wrap: the unsigned integers of a table.
-//   32 bits: uint.   64 bits: uvec2, low half first.   16 or 8 bits: two or four independent sums side by side in one uint.
+//   32 bits: uint. 64 bits: uvec2, low half first.
+//   16 or 8 bits: two or four independent sums side by side in one uint.
 //   All wrap modulo 2^bits, and differences of wrapped sums are exact while the true difference is below 2^bits.
 //   Kernels with WHOLE_LINES have uint64_t in place of uvec2. With FOURS, a word is a vector of four.
 // Provides addN(), subN(), word_float(); for kernels that set BITS also WORD, ADD(), SUB(), and FOUR for four words.
@@ -31,8 +32,8 @@ uvec2 sub64(uvec2 a, uvec2 b) {
 uint add16(uint a, uint b) { return ((a + b) & 0xffffu) | ((a & 0xffff0000u) + (b & 0xffff0000u)); }
 uint sub16(uint a, uint b) { return ((a - b) & 0xffffu) | ((a & 0xffff0000u) - (b & 0xffff0000u)); }
 
-// Four sums of 8 bits: the low seven bits of each are added without a carry out; the eighth is an exclusive or (Warren 2002,
-// "Hacker's delight", section 2-18).
+// Four sums of 8 bits: the low seven bits of each are added without a carry out;
+// the eighth is an exclusive or (Warren 2002, "Hacker's delight", section 2-18).
 uint add8(uint a, uint b) { return ((a & 0x7f7f7f7fu) + (b & 0x7f7f7f7fu)) ^ ((a ^ b) & 0x80808080u); }
 uint sub8(uint a, uint b) { return ((a | 0x80808080u) - (b & 0x7f7f7f7fu)) ^ ((a ^ ~b) & 0x80808080u); }
 

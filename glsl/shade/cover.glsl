@@ -1,5 +1,5 @@
-// shade/cover.glsl — the material of the ground, from the map alone: height, slope, hollow or ridge, water; or its colour from
-// a picture of the ground. Colours are diffuse albedos.
+// shade/cover.glsl — the material of the ground, from the map alone: height, slope, hollow or ridge, water;
+//   or its colour from a picture of the ground. Colours are diffuse albedos.
 // Provides Material, material_of(), WATER.
 
 #include "shade/relief.glsl"
@@ -21,8 +21,8 @@ const Material FILLED = Material(vec3(0.20, 0.20, 0.21), 0.95);  // ground witho
 #define TINT 3
 #define VIRIDIS 4
 
-// Macros for a program that serves one map, and leaves out all other code: whether a picture covers the land, the look of the
-// land, whether it is dry.
+// Macros for a program that serves one map, and leaves out all other code:
+// whether a picture covers the land, the look of the land, whether it is dry.
 #ifndef PICTURED
 uniform bool u_pictured;
 uniform int u_look;
@@ -55,9 +55,10 @@ float hashed(ivec2 at) {
     return float(n >> 8) / 16777216.0;
 }
 
-// Value noise with mean 0, averaged over a footprint. The best estimate of the mean over a box of w × h grains is the value in
-// its centre times 1 / (1 + w²/7.4) / (1 + h²/7.4) (least squares). The Gaussian used here is the same for small boxes, and
-// falls to 0 sooner.
+// Value noise with mean 0, averaged over a footprint.
+// The best estimate of the mean over a box of w × h grains is the value
+// in its centre times 1 / (1 + w²/7.4) / (1 + h²/7.4) (least squares).
+// The Gaussian used here is the same for small boxes, and falls to 0 sooner.
 float noise(vec2 post, float grain, vec2 extent) {
     vec2 wide = extent / grain;
     float seen = 1.03 * exp(-0.125 * dot(wide, wide)) - 0.03;  // reaches 0
@@ -75,19 +76,22 @@ float patchiness(vec2 post, vec2 extent) {
            0.3 * noise(post, 1.1, extent) + 0.2 * noise(post, 0.31, extent);
 }
 
-// Layers of rock at the same heights everywhere. Layers that are thin compared with the footprint fade early, because on cliffs
-// the height of its centre is not accurate.
+// Layers of rock at the same heights everywhere.
+// Layers that are thin compared with the footprint fade early,
+// because on cliffs the height of its centre is not accurate.
 float strata(float up_m, float footprint_m) {
     float sum = 0.0;
     for (float thick_m = 145.0; thick_m > 2.0; thick_m /= 2.7)
-        sum += noise(vec2(up_m / thick_m, thick_m), 1.0, vec2(2.83 * footprint_m / thick_m, 0.0)) * min(1.0, 0.5 + thick_m / 40.0);
+        sum += noise(vec2(up_m / thick_m, thick_m), 1.0, vec2(2.83 * footprint_m / thick_m, 0.0))
+            * min(1.0, 0.5 + thick_m / 40.0);
     return sum;
 }
 
 Material green_land(float zone, float steep, float patch_, float hollow) {
     vec3 valley = vec3(0.075, 0.095, 0.032), forest = vec3(0.030, 0.047, 0.020), meadow = vec3(0.105, 0.112, 0.042);
     vec3 heath = vec3(0.150, 0.125, 0.075), scree = vec3(0.215, 0.198, 0.178), rock = vec3(0.150, 0.139, 0.129);
-    float wooded = smoothstep(0.01, 0.08, zone) * (1.0 - smoothstep(0.26, 0.36, zone)) * smoothstep(0.12, 0.40, steep + 0.5 * patch_);
+    float wooded = smoothstep(0.01, 0.08, zone) * (1.0 - smoothstep(0.26, 0.36, zone))
+        * smoothstep(0.12, 0.40, steep + 0.5 * patch_);
     vec3 colour = mix(mix(valley, meadow, smoothstep(0.03, 0.20, zone)), forest, 0.85 * wooded);
     colour = mix(colour, heath, smoothstep(0.30, 0.44, zone));
     colour = mix(colour, scree, smoothstep(0.42, 0.60, zone));
@@ -122,8 +126,8 @@ float hollow_of(vec2 post) {
     return clamp((mean_m - height_m(at)) / (0.5 * float(AROUND_POSTS) * u_exaggeration * min(u_spacing_m.x, u_spacing_m.y)), -1.0, 1.0);
 }
 
-// Land of a climate: valleys, woods, meadows, scree, rock and snow, one above the other; in a dry climate sand and layers of
-// rock.
+// Land of a climate: valleys, woods, meadows, scree, rock and snow, one above the other;
+// in a dry climate sand and layers of rock.
 Material natural_land(vec2 post, vec2 extent, Relief fine, float hollow) {
     Climate climate = climate_at(post);
     float up_m = metres_up(fine.height_m), steep = length(fine.slope) / u_exaggeration, patch_ = patchiness(post, extent);
@@ -136,26 +140,34 @@ Material natural_land(vec2 post, vec2 extent, Relief fine, float hollow) {
         land = added(land, Material(arid_albedo(up_m, steep, patch_, layer), 0.85), climate.dryness);
     }
     land.albedo *= 1.0 + 0.2 * patch_;
-    float snowy = smoothstep(SNOW_STAYS - 0.07, SNOW_STAYS + 0.08, zone + 0.06 * hollow) * (1.0 - smoothstep(0.85, 1.35, steep + 0.3 * patch_));
+    float snowy = smoothstep(SNOW_STAYS - 0.07, SNOW_STAYS + 0.08, zone + 0.06 * hollow)
+        * (1.0 - smoothstep(0.85, 1.35, steep + 0.3 * patch_));
     return mixed(land, SNOW, snowy);
 }
 
 vec3 between_stops(vec4 stops[10], float v) {  // xyz: a colour; w: its position
     for (int i = 1; i < 10; i++)
-        if (v < stops[i].w) return mix(stops[i - 1].rgb, stops[i].rgb, clamp((v - stops[i - 1].w) / (stops[i].w - stops[i - 1].w), 0.0, 1.0));
+        if (v < stops[i].w)
+            return mix(stops[i - 1].rgb, stops[i].rgb,
+                clamp((v - stops[i - 1].w) / (stops[i].w - stops[i - 1].w), 0.0, 1.0));
     return stops[9].rgb;
 }
 
-// Hypsometric tints: the colours of an atlas, at metres above the sea (after Imhof 1982, "Cartographic relief presentation").
+// Hypsometric tints: the colours of an atlas, at metres above the sea
+// (after Imhof 1982, "Cartographic relief presentation").
 const vec4 TINTS[10] = vec4[10](
-    vec4(0.02, 0.05, 0.12, -6000.0), vec4(0.06, 0.14, 0.25, -1000.0), vec4(0.17, 0.29, 0.36, -1.0), vec4(0.10, 0.17, 0.07, 0.0),
-    vec4(0.19, 0.26, 0.12, 250.0), vec4(0.35, 0.35, 0.19, 700.0), vec4(0.34, 0.26, 0.14, 1400.0), vec4(0.25, 0.17, 0.10, 2400.0),
+    vec4(0.02, 0.05, 0.12, -6000.0), vec4(0.06, 0.14, 0.25, -1000.0), vec4(0.17, 0.29, 0.36, -1.0),
+    vec4(0.10, 0.17, 0.07, 0.0),
+    vec4(0.19, 0.26, 0.12, 250.0), vec4(0.35, 0.35, 0.19, 700.0), vec4(0.34, 0.26, 0.14, 1400.0),
+    vec4(0.25, 0.17, 0.10, 2400.0),
     vec4(0.30, 0.28, 0.26, 3600.0), vec4(0.49, 0.49, 0.50, 5500.0));
 
 // Viridis (Smith, van der Walt 2015), linear light, from the sea to high mountains.
 const vec4 VIRIDES[10] = vec4[10](
-    vec4(0.058, 0.000, 0.089, -500.0), vec4(0.065, 0.020, 0.174, 0.0), vec4(0.048, 0.057, 0.243, 250.0), vec4(0.031, 0.106, 0.266, 600.0),
-    vec4(0.020, 0.162, 0.270, 1000.0), vec4(0.014, 0.234, 0.263, 1500.0), vec4(0.020, 0.334, 0.225, 2200.0), vec4(0.112, 0.449, 0.141, 3000.0),
+    vec4(0.058, 0.000, 0.089, -500.0), vec4(0.065, 0.020, 0.174, 0.0), vec4(0.048, 0.057, 0.243, 250.0),
+    vec4(0.031, 0.106, 0.266, 600.0),
+    vec4(0.020, 0.162, 0.270, 1000.0), vec4(0.014, 0.234, 0.263, 1500.0), vec4(0.020, 0.334, 0.225, 2200.0),
+    vec4(0.112, 0.449, 0.141, 3000.0),
     vec4(0.386, 0.566, 0.040, 4000.0), vec4(0.984, 0.799, 0.019, 6000.0));
 
 Material land_of(vec2 post, vec2 extent, Relief fine, float hollow) {
@@ -171,7 +183,8 @@ Material material_of(vec2 post, vec2 extent, Relief fine) {
     vec4 picture = PICTURED ? picture_of(post, extent) : vec4(0.0);
     Material pictured = Material(picture.rgb / max(picture.a, 1e-6), 0.8);
     if (picture.a > 0.999) return pictured;
-    float hollow = hollow_of(post) * smoothstep(0.7, 1.5, max(extent.x, extent.y));  // hollow_of() has steps from post to post
+    // hollow_of() has steps from post to post.
+    float hollow = hollow_of(post) * smoothstep(0.7, 1.5, max(extent.x, extent.y));
     Material land = land_of(post, extent, fine, hollow);
     if (MARKED) {
         vec2 marked = marked_at(post);

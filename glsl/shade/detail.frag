@@ -8,7 +8,8 @@ float error_m(vec2 post, float drawn_m) {
     vec2 t = post - vec2(at);
     float a = height_m(at), b = height_m(at + ivec2(1, 0)), c = height_m(at + ivec2(0, 1)), d = height_m(at + 1);
     float falling = t.x >= t.y ? a + (b - a) * t.x + (d - b) * t.y : a + (c - a) * t.y + (d - c) * t.x;
-    float rising = t.x + t.y <= 1.0 ? a + (b - a) * t.x + (c - a) * t.y : d + (c - d) * (1.0 - t.x) + (b - d) * (1.0 - t.y);
+    float rising = t.x + t.y <= 1.0 ? a + (b - a) * t.x + (c - a) * t.y
+        : d + (c - d) * (1.0 - t.x) + (b - d) * (1.0 - t.y);
     return drawn_m - clamp(drawn_m, min(falling, rising), max(falling, rising));
 }
 
@@ -20,8 +21,10 @@ float error_px(vec3 drawn_m, float d) {
 }
 
 void main() {
-    bool inside = min(min(g_weights.x, g_weights.y), g_weights.z) >= 0.0;  // else the place belongs to the neighbour's fragment
+    // Else the place belongs to the neighbour's fragment.
+    bool inside = min(min(g_weights.x, g_weights.y), g_weights.z) >= 0.0;
     vec2 post = place_in_patch(g_post, patch_of(g_of_patch));
-    float drop = drop_between_m(g_from_eye_m.xy, fract(post)), drawn_m = g_from_eye_m.z + drop + u_eye_z_m + u_eye_z_rest_m;
+    float drop = drop_between_m(g_from_eye_m.xy, fract(post));
+    float drawn_m = g_from_eye_m.z + drop + u_eye_z_m + u_eye_z_rest_m;
     put_detail(inside ? error_px(g_from_eye_m, error_m(post, drawn_m)) : 0.0);
 }

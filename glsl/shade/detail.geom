@@ -1,5 +1,5 @@
-// shade/detail.geom — pass barycentric weights to each fragment. A weight divided by its screen-space gradient is the distance
-// from the opposite edge in pixels.
+// shade/detail.geom — pass barycentric weights to each fragment.
+//   A weight divided by its screen-space gradient is the distance from the opposite edge in pixels.
 
 layout(triangles) in;
 layout(triangle_strip, max_vertices = 3) out;

@@ -1,5 +1,5 @@
-// shade/detail.glsl — the first pass for styles that show the mesh: it stores facts about the mesh at each sample, besides its
-// depth.
+// shade/detail.glsl — the first pass for styles that show the mesh:
+//   it stores facts about the mesh at each sample, besides its depth.
 // Provides put_detail().
 
 #include "shade/place.glsl"
@@ -11,8 +11,8 @@ flat in uvec4 g_of_patch;
 in vec3 g_weights;
 
 layout(location = 0) out vec4 out_drawn;
-// x: 2 + log2 of the posts between vertices, negative for fans; y: triangle's edge, 0 to 1; z: log2 of the segments a side,
-// whole, plus the patch's border, 0 to 1; w: pixels
+// x: 2 + log2 of the posts between vertices, negative for fans; y: triangle's edge, 0 to 1;
+// z: log2 of the segments a side, whole, plus the patch's border, 0 to 1; w: pixels
 
 // Lines are one pixel wide, and fainter on small triangles.
 float edge_line() {

@@ -1,5 +1,6 @@
-// shade/detail_promise.frag — the first pass for style "promise": the certified bound of the whole patch, in pixels. A patch of
-// the clipmap has it in its record. For a square of the quadtree the tables give it. A negative number means: no bound.
+// shade/detail_promise.frag — the first pass for style "promise":
+//   the certified bound of the whole patch, in pixels. A patch of the clipmap has it in its record.
+//   For a square of the quadtree the tables give it. A negative number means: no bound.
 
 #include "shade/detail.glsl"
 #include "lod/quadtree/patch_bound.glsl"

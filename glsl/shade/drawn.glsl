@@ -1,4 +1,5 @@
-// shade/drawn.glsl — shared by the styles that show the mesh: the facts that shade/detail.glsl stored, a plain shade, palettes.
+// shade/drawn.glsl — shared by the styles that show the mesh:
+//   the facts that shade/detail.glsl stored, a plain shade, palettes.
 // Provides Drawn, drawn_at(), clay(), heat().
 
 #include "shade/samples.glsl"

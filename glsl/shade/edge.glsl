@@ -1,9 +1,10 @@
-// shade/edge.glsl — the surroundings of the map. The map is a block of ground, cut off at its rim, on a plain or in a sea that
-// reaches to the horizon. These are no part of the mesh: a formula gives the point where a ray meets them.
+// shade/edge.glsl — the surroundings of the map.
+//   The map is a block of ground, cut off at its rim, on a plain or in a sea that reaches to the horizon.
+//   These are no part of the mesh: a formula gives the point where a ray meets them.
 //
-//        eye ·-._                        rim     a ray that enters the map's rectangle below the rim meets the wall there;
-//                 `-._       ____/‾‾\__ /         one that comes down to the plain before meets the plain
-//   ____________________`-._|__________|_______  u_edge_m
+//        eye ·-._                        rim     a ray that enters the map's rectangle below the rim
+//                 `-._       ____/‾‾\__ /         meets the wall there; one that comes down to the
+//   ____________________`-._|__________|_______  u_edge_m     plain before meets the plain
 //
 // Provides EDGE, wall_normal(), surroundings_at(), wall_depth(), may_meet_wall(), plain_depth(), rim_m_at().
 
@@ -15,14 +16,17 @@
 
 uniform float u_edge_m;  // height of the plain or the sea, above the base of the map's heights
 
-// The view depth t at which a ray meets the plain; negative if it does not. The ray's component along the view is 1. The plain
-// has the drop of the land, so t is the smaller solution of   u_bend_per_m (x² + y²) t² + z t = u_edge_m - eye.
+// The view depth t at which a ray meets the plain; negative if it does not.
+// The ray's component along the view is 1.
+// The plain has the drop of the land, so t is the smaller solution of
+//   u_bend_per_m (x² + y²) t² + z t = u_edge_m - eye.
 float plain_depth(vec3 ray) {
     float down_m = up_from_eye_m(u_edge_m), inside = ray.z * ray.z + 4.0 * drop_m(ray.xy) * down_m;
     return down_m < 0.0 && ray.z < 0.0 && inside >= 0.0 ? 2.0 * down_m / (ray.z - sqrt(inside)) : -1.0;
 }
 
-vec2 rim_place(vec2 at_m, vec2 corner_m) {  // from metres relative to the eye to a place on the map; corner_m is the south-western post
+// From metres relative to the eye to a place on the map; corner_m is the south-western post.
+vec2 rim_place(vec2 at_m, vec2 corner_m) {
     vec2 post = (at_m - corner_m) / u_spacing_m;
     return clamp(vec2(post.x, float(u_last_post.y) - post.y), vec2(0.0), vec2(u_last_post));
 }
@@ -30,10 +34,12 @@ vec2 rim_place(vec2 at_m, vec2 corner_m) {  // from metres relative to the eye t
 float rim_m_at(vec2 place) {
     ivec2 at = min(ivec2(place), u_last_post - 1);
     vec2 t = place - vec2(at);
-    return mix(mix(height_m(at), height_m(at + ivec2(1, 0)), t.x), mix(height_m(at + ivec2(0, 1)), height_m(at + 1), t.x), t.y);
+    return mix(mix(height_m(at), height_m(at + ivec2(1, 0)), t.x),
+        mix(height_m(at + ivec2(0, 1)), height_m(at + 1), t.x), t.y);
 }
 
-// The same for the map's rectangle: where a ray from outside enters it; negative if it does not, or meets the plain before.
+// The same for the map's rectangle: where a ray from outside enters it;
+// negative if it does not, or meets the plain before.
 float entry_depth(vec3 ray) {
     vec2 low = post_from_eye_m(ivec2(0, u_last_post.y)), high = post_from_eye_m(ivec2(u_last_post.x, 0));
     if (all(lessThan(low, vec2(0.0))) && all(greaterThan(high, vec2(0.0)))) return -1.0;
@@ -64,7 +70,8 @@ bool may_meet_wall(vec3 ray) { return EDGE == 2 && enters_below(u_low_m + u_span
 
 vec3 wall_normal(vec2 place) {
     vec2 last = vec2(u_last_post), off = min(place, last - place);
-    return off.x < off.y ? vec3(place.x < 0.5 * last.x ? -1.0 : 1.0, 0.0, 0.0) : vec3(0.0, place.y < 0.5 * last.y ? 1.0 : -1.0, 0.0);
+    return off.x < off.y ? vec3(place.x < 0.5 * last.x ? -1.0 : 1.0, 0.0, 0.0)
+        : vec3(0.0, place.y < 0.5 * last.y ? 1.0 : -1.0, 0.0);
 }
 
 // A number for what a ray meets that meets no land: 0 for nothing, 1 for the plain, others for the four walls.

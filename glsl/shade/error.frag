@@ -1,5 +1,6 @@
-// shade/error.frag — style "error": the error of the surface in pixels, from black, 0, to pale yellow, the tolerance; cyan
-// above it; grey where the map has no data. The bar at the lower left shows the colours from 0 to the tolerance.
+// shade/error.frag — style "error": the error of the surface in pixels, from black, 0,
+//   to pale yellow, the tolerance; cyan above it; grey where the map has no data.
+//   The bar at the lower left shows the colours from 0 to the tolerance.
 
 #include "shade/drawn.glsl"
 #include "shade/marks.glsl"

@@ -1,10 +1,12 @@
 // shade/footprint.glsl — the footprint of a pixel: the part of the map that it sees.
-//   A pixel at view depth z is z/K wide; K is the focal length in drawn pixels. Projected along the view ray onto the plane of
-//   the ground, it is a parallelogram with sides u and v on the map. The box around its ellipse has the half sides
-//   √(u² + v²)/2, in columns and rows. The plane is that of a wider neighbourhood, so the footprint depends on the map and the
-//   camera, and not on the mesh. A diagonal footprint is cut along its length e into pieces, whose boxes have less area.
-//   The places that samples see are on small bumps, and jump when the eye moves. So they are moved along their rays to the mean
-//   ground. For the centre, that is the plane of the whole footprint; for each sample, the plane of its part of the footprint.
+//   A pixel at view depth z is z/K wide; K is the focal length in drawn pixels.
+//   Projected along the view ray onto the plane of the ground, it is a parallelogram with sides u and v on the map.
+//   The box around its ellipse has the half sides √(u² + v²)/2, in columns and rows.
+//   The plane is that of a wider neighbourhood, so the footprint depends on the map and the camera,
+//   and not on the mesh. A diagonal footprint is cut along its length e into pieces, whose boxes have less area.
+//   The places that samples see are on small bumps, and jump when the eye moves.
+//   So they are moved along their rays to the mean ground. For the centre, that is the plane of the whole footprint;
+//   for each sample, the plane of its part of the footprint.
 //   The parts follow the curvature of the ground, and cover equal parts of the picture.
 // Provides Ground, footprint_at(), farness(), farness_from(), is_near(), ground_under(), add_part().
 
@@ -95,7 +97,8 @@ Ground footprint_at(vec2 post) {
     return g;
 }
 
-// The offset from a place to the point where the ray meets the mean ground; 0 near the eye, where the place itself is used.
+// The offset from a place to the point where the ray meets the mean ground;
+// 0 near the eye, where the place itself is used.
 vec2 shift_to_plane(vec2 post, float h_m, vec2 slope, vec3 ray, vec2 extent) {
     vec3 place_m = place_from_eye_m(post, h_m), normal = seen_normal(slope, place_m);
     vec3 aside = ray * (dot(place_m, normal) / min(dot(ray, normal), -GRAZING)) - place_m;

@@ -1,6 +1,7 @@
 // shade/grain.glsl — detail below the posts' spacing: bumps and specks in the shading, without geometry.
-//   Five octaves of value noise, 2 to 89 bumps between two posts. An octave whose bumps are smaller than a pixel's footprint
-//   fades to its mean, which is 0. So near the eye there is grain, and far away the light is the same as without grain.
+//   Five octaves of value noise, 2 to 89 bumps between two posts.
+//   An octave whose bumps are smaller than a pixel's footprint fades to its mean, which is 0.
+//   So near the eye there is grain, and far away the light is the same as without grain.
 //   The noise is a function of the post number, so a map has the same grain at any distance.
 // Provides GRAIN, Grain, grain_of(), grain_strength().
 
@@ -20,7 +21,11 @@ const int BUMPS[5] = int[5](2, 5, 13, 34, 89);  // between two posts
 // Value noise of mean 0 around a place in a cell of the lattice, and its slope in cells.
 vec3 bump(ivec2 at, vec2 t) {
     vec2 u = t * t * t * (t * (t * 6.0 - 15.0) + 10.0), du = 30.0 * t * t * (t * (t - 2.0) + 1.0);
-    float a = hashed(at), b = hashed(at + ivec2(1, 0)), c = hashed(at + ivec2(0, 1)), d = hashed(at + 1), twist = a - b - c + d;
+    float a = hashed(at);
+    float b = hashed(at + ivec2(1, 0));
+    float c = hashed(at + ivec2(0, 1));
+    float d = hashed(at + 1);
+    float twist = a - b - c + d;
     return vec3(du * (vec2(b - a, c - a) + twist * u.yx), a + (b - a) * u.x + (c - a) * u.y + twist * u.x * u.y - 0.5);
 }
 
@@ -32,7 +37,8 @@ Grain grain_of(vec2 post, vec2 extent, float strength) {
         vec2 wide = extent * float(BUMPS[k]), p = fract(post) * float(BUMPS[k]);
         float seen = 1.03 * exp(-0.125 * dot(wide, wide)) - 0.03;  // the same as in noise() of shade/cover.glsl
         if (seen <= 0.0) break;
-        vec3 b = bump(at * BUMPS[k] + ivec2(floor(p)) + 7919 * k, fract(p)) * (seen * strength * (1.0 - 0.12 * float(k)));
+        vec3 b = bump(at * BUMPS[k] + ivec2(floor(p)) + 7919 * k, fract(p))
+            * (seen * strength * (1.0 - 0.12 * float(k)));
         g.slope += vec2(b.x, -b.y);
         g.speck += 1.2 * b.z;
     }

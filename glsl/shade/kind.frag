@@ -22,7 +22,8 @@ int kind_of_pixel() {
     if (land < SAMPLES) return land > 0 ? MIXED : is_open() ? OPEN : SKY;
     Ground g = footprint_at(middle);
     bool is_one = true;
-    for (int i = 0; i < SAMPLES; i++) is_one = is_one && all(lessThanEqual(abs(post_of_sample(i) - middle), 2.0 * g.extent));
+    for (int i = 0; i < SAMPLES; i++)
+        is_one = is_one && all(lessThanEqual(abs(post_of_sample(i) - middle), 2.0 * g.extent));
     return is_one && is_near(g.extent) ? NEAR : MIXED;
 }
 

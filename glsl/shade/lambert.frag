@@ -1,4 +1,5 @@
-// shade/lambert.frag — style "lambert": one normal for each pixel, one light, no shadows. Times of shading are compared with it.
+// shade/lambert.frag — style "lambert": one normal for each pixel, one light, no shadows.
+//   Times of shading are compared with it.
 
 #include "shade/samples.glsl"
 #include "shade/tone.glsl"

@@ -1,5 +1,5 @@
-// shade/lobes.frag — style "lobes": the merged lobe of each footprint's normals. Its direction east, north, up is red, green,
-// blue; the more the normals differ, the greyer.
+// shade/lobes.frag — style "lobes": the merged lobe of each footprint's normals.
+//   Its direction east, north, up is red, green, blue; the more the normals differ, the greyer.
 
 #include "shade/samples.glsl"
 #include "light/lit.glsl"

@@ -1,5 +1,6 @@
-// shade/lod.frag — style "lod": the distance between vertices, from violet (a post or less) over green to yellow (a sixteenth
-// of the map or more). Fans are paler; borders of patches are dark.
+// shade/lod.frag — style "lod": the distance between vertices,
+//   from violet (a post or less) over green to yellow (a sixteenth of the map or more). Fans are paler;
+//   borders of patches are dark.
 
 #include "shade/drawn.glsl"
 

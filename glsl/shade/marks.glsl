@@ -12,7 +12,9 @@ uniform bool u_marked;
 vec2 marked_at(vec2 post) {
     ivec2 first = min(ivec2(post), u_last_post - 1);
     vec2 t = post - vec2(first);
-    uvec4 marks = textureGather(u_marks, vec2(first + 1) / vec2(u_last_post + 1));  // counter-clockwise from the south-west
+    // Counter-clockwise from the south-west.
+    uvec4 marks = textureGather(u_marks, vec2(first + 1) / vec2(u_last_post + 1));
     vec4 weights = vec4((1.0 - t.x) * t.y, t.x * t.y, t.x * (1.0 - t.y), (1.0 - t.x) * (1.0 - t.y));
-    return vec2(dot(weights, vec4(notEqual(marks & VOID, uvec4(0u)))), dot(weights, vec4(notEqual(marks & WET, uvec4(0u)))));
+    return vec2(dot(weights, vec4(notEqual(marks & VOID, uvec4(0u)))),
+        dot(weights, vec4(notEqual(marks & WET, uvec4(0u)))));
 }

@@ -1,4 +1,5 @@
-// shade/normals.frag — style "normals": the normal of each pixel's footprint, x east, y north, z up, as red, green, blue.
+// shade/normals.frag — style "normals": the normal of each pixel's footprint, x east, y north, z up,
+//   as red, green, blue.
 
 #include "shade/samples.glsl"
 

@@ -1,5 +1,6 @@
 // shade/pixel.glsl — main() of a style, for the pixel of a fragment, or (with LISTED) for a pixel of the list.
-//   Pixels with edges are few and scattered. From a list they fill whole groups of threads, so no other pixel waits for them.
+//   Pixels with edges are few and scattered. From a list they fill whole groups of threads,
+//   so no other pixel waits for them.
 // The including file defines colour_of_pixel().
 
 #ifdef LISTED

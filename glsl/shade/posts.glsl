@@ -1,6 +1,7 @@
 // shade/posts.glsl — what shade/relief.glsl reads: the heights of a lattice of posts, and sums of them over boxes.
-//   A map in memory has one lattice, that of level 0, and one summed-area table. Of a store, each level has a lattice, and each
-//   page a table of its own (pages/posts.glsl). So a box lies in one part or in several:
+//   A map in memory has one lattice, that of level 0, and one summed-area table.
+//   Of a store, each level has a lattice, and each page a table of its own (pages/posts.glsl).
+//   So a box lies in one part or in several:
 //     Part part = first_part(level, low, end);
 //     do sum += sum_in(part, x, y); while (next_part(part));
 //   adds up to S(x, y) of a table of the whole lattice, less a number that is the same for all corners of the box.
@@ -8,8 +9,8 @@
 
 #include "blocks/terrain.glsl"
 
-// A storage block, or the same buffer as a texture: software renderers read a texture in a third of the time, but it may hold
-// fewer words.
+// A storage block, or the same buffer as a texture:
+// software renderers read a texture in a third of the time, but it may hold fewer words.
 #ifdef WORDS_IN_TEXTURES
 layout(binding = 10) uniform usamplerBuffer u_height_sums;
 #define HEIGHT_SUM(i) texelFetch(u_height_sums, i).x

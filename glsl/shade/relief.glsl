@@ -1,6 +1,8 @@
-// shade/relief.glsl — mean height and mean slope over a footprint: a box on the map, at any place and of any size, in posts.
-//   Boxes larger than a few posts use the summed-area table of heights. S is bilinear between texels, because a texel is
-//   constant. So the mean is continuous in the box, and nothing flickers when the eye moves.
+// shade/relief.glsl — mean height and mean slope over a footprint:
+//   a box on the map, at any place and of any size, in posts.
+//   Boxes larger than a few posts use the summed-area table of heights.
+//   S is bilinear between texels, because a texel is constant.
+//   So the mean is continuous in the box, and nothing flickers when the eye moves.
 //
 //          a       b       c        mean height   sum(a..c) / area
 //       a  ┌───────┬───────┐        slope         (mean of the eastern half − mean of the western) / distance of
@@ -9,9 +11,10 @@
 //          │  SW   │  SE   │        Exact for planes, at any place.
 //       c  └───────┴───────┘        Each side needs two texels: 6 × 6 words together.
 //
-//   Smaller boxes use cubic B-splines over the heights, with continuous second derivatives. In between, the two are blended.
-//   Functions that end in _on are about the lattice of one level: places, extents and slopes are in its steps. A map in memory
-//   has level 0 alone; of a store, the loaded pages decide (pages/relief.glsl).
+//   Smaller boxes use cubic B-splines over the heights, with continuous second derivatives.
+//   In between, the two are blended.
+//   Functions that end in _on are about the lattice of one level: places, extents and slopes are in its steps.
+//   A map in memory has level 0 alone; of a store, the loaded pages decide (pages/relief.glsl).
 // Provides Relief, relief_of(), slope_of_cells(), rough_slope(), box_mean_m().   Python twin: reference.relief
 
 #include "shade/steps.glsl"
@@ -46,8 +49,8 @@ vec3 sums_of_row(uint sum[36], int row, vec3 part) {
     return mix(vec3(sums[0], sums[2], sums[4]), vec3(sums[1], sums[3], sums[5]), part);
 }
 
-// Texels turn a ramp into a staircase; a box that cuts its steps measures a slope that is a little wrong. The same box on a
-// ramp of slope 1 gives the factor: columns and rows, east minus west and south minus north.
+// Texels turn a ramp into a staircase; a box that cuts its steps measures a slope that is a little wrong.
+// The same box on a ramp of slope 1 gives the factor: columns and rows, east minus west and south minus north.
 vec3 stairs_until(vec3 x, float origin) {
     vec3 n = floor(x) - origin;
     return 0.5 * n * (n - 1.0) + n * fract(x);
@@ -70,7 +73,8 @@ vec2 ramp_mean(vec3 xs, vec3 ys) { return vec2(stairs_mean(xs), stairs_mean(ys))
 Relief relief_of_sums(int level, vec2 post, vec2 extent) {
     ivec2 end = last_of(level) + 1;
     vec2 half_extent = 0.5 * min(extent, LARGEST_BOX_POSTS);
-    vec2 a = clamp(post + 0.5 - half_extent, vec2(0.0), vec2(end)), c = clamp(post + 0.5 + half_extent, vec2(0.0), vec2(end));
+    vec2 a = clamp(post + 0.5 - half_extent, vec2(0.0), vec2(end));
+    vec2 c = clamp(post + 0.5 + half_extent, vec2(0.0), vec2(end));
     vec3 xs = vec3(a.x, 0.5 * (a.x + c.x), c.x), ys = vec3(a.y, 0.5 * (a.y + c.y), c.y);
     int x[6], y[6];
     for (int i = 0; i < 6; i++) {
@@ -100,10 +104,11 @@ vec4 spline_slope(float t) {
     return vec4(-(1.0 - t) * (1.0 - t), t * (3.0 * t - 4.0), 1.0 + t * (2.0 - 3.0 * t), t * t) * 0.5;
 }
 
-// Coarse lattices of a store are sharper without a B-spline: heights are interpolated (Catmull, Rom 1974), and slopes are those
-// of single steps, linear between their middles.
+// Coarse lattices of a store are sharper without a B-spline:
+// heights are interpolated (Catmull, Rom 1974), and slopes are those of single steps, linear between their middles.
 vec4 catmull_rom(float t) {
-    return 0.5 * vec4(((2.0 - t) * t - 1.0) * t, (3.0 * t - 5.0) * t * t + 2.0, ((4.0 - 3.0 * t) * t + 1.0) * t, (t - 1.0) * t * t);
+    return 0.5 * vec4(((2.0 - t) * t - 1.0) * t, (3.0 * t - 5.0) * t * t + 2.0, ((4.0 - 3.0 * t) * t + 1.0) * t,
+        (t - 1.0) * t * t);
 }
 
 vec4 tents(float t) { return max(1.0 - abs(t - vec4(-1.0, 0.0, 1.0, 2.0)), 0.0); }
@@ -115,7 +120,10 @@ vec4 slope_weights_on(int level, float t) { return level == 0 ? spline_slope(t) 
 Relief relief_of_spline(int level, vec2 post) {
     ivec2 at = ivec2(floor(post));
     vec2 t = post - vec2(at);
-    vec4 wx = weights_on(level, t.x), dx = slope_weights_on(level, t.x), wy = weights_on(level, t.y), dy = slope_weights_on(level, t.y);
+    vec4 wx = weights_on(level, t.x);
+    vec4 dx = slope_weights_on(level, t.x);
+    vec4 wy = weights_on(level, t.y);
+    vec4 dy = slope_weights_on(level, t.y);
     mat4 h = heights_from(level, at - 1);
     vec4 rows = wx * h;
     return Relief(dot(rows, wy), vec2(dot(dx * h, wy), -dot(rows, dy)) / u_spacing_m);
@@ -130,8 +138,10 @@ vec2 slope_of_cells_on(int level, vec2 post) {
     ivec2 first = ivec2(floor(post)) - 1;
     bvec2 second = greaterThan(ivec2(p), first);
     mat4 h = heights_from(level, first);
-    vec4 across = one_of_two(0.5 * vec3(1.0 - t.x, 1.0, t.x), second.x), down = one_of_two(0.5 * vec3(1.0 - t.y, 1.0, t.y), second.y);
-    vec4 east = one_of_two(vec3(t.x - 1.0, 1.0 - 2.0 * t.x, t.x), second.x), south = one_of_two(vec3(t.y - 1.0, 1.0 - 2.0 * t.y, t.y), second.y);
+    vec4 across = one_of_two(0.5 * vec3(1.0 - t.x, 1.0, t.x), second.x);
+    vec4 down = one_of_two(0.5 * vec3(1.0 - t.y, 1.0, t.y), second.y);
+    vec4 east = one_of_two(vec3(t.x - 1.0, 1.0 - 2.0 * t.x, t.x), second.x);
+    vec4 south = one_of_two(vec3(t.y - 1.0, 1.0 - 2.0 * t.y, t.y), second.y);
     return vec2(dot(east * h, down), -dot(across * h, south)) / u_spacing_m;
 }
 
@@ -161,7 +171,9 @@ float box_mean_on(int level, ivec2 a, ivec2 b) {
 
 // The relief over a box of whole posts, where the result need not be smooth.
 Relief rough_relief_on(int level, vec2 post, vec2 extent) {
-    ivec2 half_extent = ivec2(max(round(0.5 * min(extent, LARGEST_BOX_POSTS)), 1.0)), m = ivec2(post + 0.5), end = last_of(level) + 1;
+    ivec2 half_extent = ivec2(max(round(0.5 * min(extent, LARGEST_BOX_POSTS)), 1.0));
+    ivec2 m = ivec2(post + 0.5);
+    ivec2 end = last_of(level) + 1;
     ivec2 a = max(m - half_extent, 0), c = min(m + half_extent, end);
     m = clamp(m, a + 1, c - 1);
     uint all_ = 0u;
@@ -169,11 +181,13 @@ Relief rough_relief_on(int level, vec2 post, vec2 extent) {
     Part part = first_part(level, a, c);
     do {
         all_ += box_sum_in(part, a, c);
-        sum += uvec4(box_sum_in(part, a, ivec2(m.x, c.y)), box_sum_in(part, a, ivec2(c.x, m.y)), box_sum_in(part, ivec2(m.x, a.y), c), box_sum_in(part, ivec2(a.x, m.y), c));
+        sum += uvec4(box_sum_in(part, a, ivec2(m.x, c.y)), box_sum_in(part, a, ivec2(c.x, m.y)),
+            box_sum_in(part, ivec2(m.x, a.y), c), box_sum_in(part, ivec2(a.x, m.y), c));
     } while (next_part(part));
     vec2 west_north = vec2(mean_m(sum.x, a, ivec2(m.x, c.y)), mean_m(sum.y, a, ivec2(c.x, m.y)));
     vec2 east_south = vec2(mean_m(sum.z, ivec2(m.x, a.y), c), mean_m(sum.w, ivec2(a.x, m.y), c));
-    vec2 slope = (east_south - west_north) * vec2(2.0, -2.0) / (vec2(c - a) * u_spacing_m), aside = post - 0.5 * vec2(a + c - 1);
+    vec2 slope = (east_south - west_north) * vec2(2.0, -2.0) / (vec2(c - a) * u_spacing_m);
+    vec2 aside = post - 0.5 * vec2(a + c - 1);
     return Relief(mean_m(all_, a, c) + dot(slope, vec2(aside.x, -aside.y) * u_spacing_m), slope);
 }
 

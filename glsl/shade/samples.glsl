@@ -1,5 +1,6 @@
 // shade/samples.glsl — the second pass of a picture: from the places that a pixel's samples see to one colour.
-//   Samples on the same ground are shaded once, around their centre; their number is the weight. The sky fills the rest.
+//   Samples on the same ground are shaded once, around their centre; their number is the weight.
+//   The sky fills the rest.
 //   Most pixels have no edge: their programs (shade/kind.glsl) shade one piece of ground, or the sky.
 // The including file defines ground_colour() and sky_colour(), in display-linear light.
 // Provides pixel_colour(), Ground.
@@ -71,7 +72,9 @@ vec3 around_colour(int samples) {
 }
 
 #if PIXELS == SKY || PIXELS == OPEN
-vec3 pixel_colour() { return EDGE == 0 || PIXELS == OPEN ? sky_colour(view_ray(vec2(0.0))) : around_colour(ALL) / float(SAMPLES); }
+vec3 pixel_colour() {
+    return EDGE == 0 || PIXELS == OPEN ? sky_colour(view_ray(vec2(0.0))) : around_colour(ALL) / float(SAMPLES);
+}
 #elif PIXELS == NEAR
 vec3 pixel_colour() { return drawn_colour(ground_of(ALL), 0); }
 #else

@@ -1,5 +1,5 @@
-// shade/seen.glsl — the result of the first pass: the depth of every sample. Depth and ray give the place on the map that the
-// sample sees.
+// shade/seen.glsl — the result of the first pass: the depth of every sample.
+//   Depth and ray give the place on the map that the sample sees.
 //   depth d = near / z, and 0 for the sky         z: metres along the view
 //   place  = eye + z (forward + x right + y up)    x, y: where the sample is in the picture
 // Provides SAMPLES, SAMPLE_AT, FRAG_COORD, find_hidden(), post_of_sample(), is_sky(), view_ray().

@@ -1,5 +1,6 @@
-// shade/segments.frag — style "segments": the number T of segments along a patch's side, from violet (one quad) over green to
-// yellow (32 × 32). Fans, with two segments, are paler. Borders of patches are dark.
+// shade/segments.frag — style "segments": the number T of segments along a patch's side,
+//   from violet (one quad) over green to yellow (32 × 32). Fans, with two segments, are paler.
+//   Borders of patches are dark.
 
 #include "shade/drawn.glsl"
 

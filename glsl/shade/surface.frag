@@ -6,7 +6,8 @@
 in vec2 v_post;
 flat in uvec4 v_of_patch;
 
-// The place at the centre of the samples that the triangle covers. The place of the pixel's centre may be outside the triangle:
+// The place at the centre of the samples that the triangle covers.
+// The place of the pixel's centre may be outside the triangle:
 // over a void behind a ridge, or, on small, flat triangles in the distance, several cells away.
 vec2 covered_place() {
     int covered = gl_SampleMaskIn[0] & 15;

@@ -1,4 +1,5 @@
-// shade/voids.frag — style "voids": clay, and orange where the map has no data: the surface there is filled from the rim.
+// shade/voids.frag — style "voids": clay, and orange where the map has no data:
+//   the surface there is filled from the rim.
 
 #include "shade/drawn.glsl"
 #include "shade/marks.glsl"

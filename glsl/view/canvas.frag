@@ -13,7 +13,8 @@ void main() {
     if (beyond_px < 0.0) at = u_lens.xy + (at - u_lens.xy) / u_lens.w;
     ivec2 last = textureSize(u_canvas, 0) - 1;
     vec3 colour = texelFetch(u_canvas, clamp(ivec2(floor(at)), ivec2(0), last), 0).rgb;
-    if (u_divider_px >= 0.0) colour = mix(colour, vec3(1.0), 0.85 * clamp(1.5 - abs(gl_FragCoord.x - u_divider_px), 0.0, 1.0));
+    if (u_divider_px >= 0.0)
+        colour = mix(colour, vec3(1.0), 0.85 * clamp(1.5 - abs(gl_FragCoord.x - u_divider_px), 0.0, 1.0));
     if (u_lens.z > 0.0) colour = mix(colour, vec3(1.0, 0.80, 0.47), clamp(2.0 - abs(beyond_px), 0.0, 1.0));
     out_colour = vec4(colour, 1.0);
 }

@@ -1,5 +1,6 @@
 // view/lines.vert — lines over the land: one instance is one segment, drawn as a quad a few pixels wide.
-//   Segments are clipped at the near plane before the projection; else points behind the eye would appear in front of it.
+//   Segments are clipped at the near plane before the projection;
+//   else points behind the eye would appear in front of it.
 // Record: lines.PIECE
 
 #include "blocks/view.glsl"

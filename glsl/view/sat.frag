@@ -1,5 +1,6 @@
-// view/sat.frag — the summed-area table of heights as a picture, north up. Grey levels show S modulo 2^32, from black to white,
-// again and again where it wraps. Marks show the four corners from which a box is read.
+// view/sat.frag — the summed-area table of heights as a picture, north up.
+//   Grey levels show S modulo 2^32, from black to white, again and again where it wraps.
+//   Marks show the four corners from which a box is read.
 
 #include "sat/box.glsl"
 

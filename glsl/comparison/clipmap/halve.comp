@@ -1,4 +1,5 @@
-// comparison/clipmap/halve.comp — a level of the pyramid from the level below: every second sample, after a symmetric filter
+// comparison/clipmap/halve.comp — a level of the pyramid from the level below:
+//   every second sample, after a symmetric filter
 //   g(i) = Σ w_|d| f(2i + d),   d = −2 … 2,   along columns and along rows.
 // If one tap of a pair would lie outside the map, both taps move in. So the filter stays symmetric: it does not change
 // planes, and it does not move the rim.   Python twin: comparison.pyramid.halve

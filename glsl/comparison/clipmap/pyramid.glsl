@@ -1,7 +1,8 @@
-// comparison/clipmap/pyramid.glsl — heights at every level of detail: level 0 is the map, each further level is the level below,
-// filtered and halved (comparison/clipmap/halve.comp).
+// comparison/clipmap/pyramid.glsl — heights at every level of detail:
+//   level 0 is the map, each further level is the level below, filtered and halved (comparison/clipmap/halve.comp).
 //   Sample i of level j is at post min(i · 2^j, last). So the last sample is on the rim for maps of any size.
-//   Level −k cuts each cell of the map into 2^k × 2^k parts: sample i is i / 2^k posts from the first, bilinear between posts.
+//   Level −k cuts each cell of the map into 2^k × 2^k parts:
+//   sample i is i / 2^k posts from the first, bilinear between posts.
 //   Level 1 is the left part of the texture; all others are in a column to its right.
 // Provides sample_m(), last_sample(), place_of_sample().   Python twin: comparison.pyramid.Pyramid
 

@@ -1,9 +1,10 @@
-// comparison/clipmap/ring.vert — a vertex of a ring: Asirvatham and Hoppe 2005, "Terrain Rendering Using GPU-Based Geometry Clipmaps",
-// GPU Gems 2, chapter 2.
+// comparison/clipmap/ring.vert — a vertex of a ring:
+//   Asirvatham and Hoppe 2005, "Terrain Rendering Using GPU-Based Geometry Clipmaps", GPU Gems 2, chapter 2.
 //   z = (1 − α) z_fine + α z_coarse
 //   α = max(α_x, α_y),   α_x = clamp((|x − eye_x| − (reach − w − 1)) / w, 0, 1)
-// where z_coarse is the height of the coarser level's surface at this place. On the ring's border α = 1, and each odd vertex is
-// moved to its even neighbour. So fine and coarse edges are equal, and there is no T-junction:
+// where z_coarse is the height of the coarser level's surface at this place.
+// On the ring's border α = 1, and each odd vertex is moved to its even neighbour.
+// So fine and coarse edges are equal, and there is no T-junction:
 //      │ ╱│ ╱│ ╱│ ╱│        │ ╱│ ╱│ ╱│ ╱│
 //      ┼──┼──┼──┼──┼   →    ┼──┼──┼──┼──┼
 //      │ ╱│ ╱│ ╱│ ╱│        │ ╱   ╲│ ╱   ╲      (two of eight triangles are gone)
@@ -60,8 +61,10 @@ void main() {
     at = on_coarse_edge(at, along, last_sample(in_level));
     ivec2 place = place_of_sample(in_level, at), post = place >> 6;
     vec2 between = vec2(place & 63) / 64.0;
-    float a = alpha(in_level, post, between), h_m = any(along) ? sample_m(in_level + 1, at + 1 >> 1) : sample_m(in_level, at);
+    float a = alpha(in_level, post, between);
+    float h_m = any(along) ? sample_m(in_level + 1, at + 1 >> 1) : sample_m(in_level, at);
     if (a > 0.0 && !any(along)) h_m = mix(h_m, coarser_m(in_level, at), a);
-    ivec2 low = place_of_sample(in_level, in_cells.xy & ~1) >> 6, high = place_of_sample(in_level, in_cells.xy + in_cells.zw) + 63 >> 6;
+    ivec2 low = place_of_sample(in_level, in_cells.xy & ~1) >> 6;
+    ivec2 high = place_of_sample(in_level, in_cells.xy + in_cells.zw) + 63 >> 6;
     put_vertex_between(post, between, h_m, Patch(low, high, float(in_level), false, 0u, -1.0));
 }

@@ -1,7 +1,8 @@
-// comparison/prefilter/frame.glsl — the frame in which other prefilters of normals are compared with ours: footprint, albedo, sky, air and
-// tone mapping are the same. Normal, its spread and the sun's visibility come from their mipmaps.
-//   Mipmaps are square. A long footprint takes several samples along its length, as graphics hardware does (McCormack et
-//   al. 1999, "Feline: fast elliptical lines for anisotropic texture mapping").
+// comparison/prefilter/frame.glsl — the frame in which other prefilters of normals are compared with ours:
+//   footprint, albedo, sky, air and tone mapping are the same.
+//   Normal, its spread and the sun's visibility come from their mipmaps.
+//   Mipmaps are square. A long footprint takes several samples along its length,
+//   as graphics hardware does (McCormack et al. 1999, "Feline: fast elliptical lines for anisotropic texture mapping").
 // The includer gives lit_by_baseline(). Provides Mips, mips_over(), sunlit().
 
 #include "shade/samples.glsl"
@@ -55,4 +56,6 @@ Lit lit_as_one(Ground g, vec3 normal, float sharpness, float sun_seen) {
 // Roughness of the cover alone, as the sharpness of a lobe of half-vectors.
 float cover_sharpness(Ground g) { return sharpness_of_roughness(material_of(g.post, g.extent, g.fine).roughness); }
 
-vec3 ground_colour(Ground g, int sample_) { return land_colour(g, outgoing_light(g, lit_by_baseline(g)), g.distance_m); }
+vec3 ground_colour(Ground g, int sample_) {
+    return land_colour(g, outgoing_light(g, lit_by_baseline(g)), g.distance_m);
+}

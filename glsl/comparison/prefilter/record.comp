@@ -1,5 +1,5 @@
-// comparison/prefilter/record.comp — the values of each cell for the mipmaps of other prefilters: normal, slopes, their squares and
-// product, and the visible share of the sun.
+// comparison/prefilter/record.comp — the values of each cell for the mipmaps of other prefilters:
+//   normal, slopes, their squares and product, and the visible share of the sun.
 
 #include "horizon/lines.glsl"
 #include "horizon/cell.glsl"

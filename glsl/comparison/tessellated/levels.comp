@@ -1,9 +1,13 @@
 // comparison/tessellated/levels.comp — the levels of each patch: every edge is cut by its length on the screen.
-//   An edge's length on the screen is the projected diameter of its bounding sphere, which is the same from all directions:
-//       T = ⌈ K |b − a| / z / edge_px ⌉,   a, b its ends on the ground, z the depth of its middle, K the focal length in pixels
-//   (Cantlay 2011, "DirectX 11 Terrain Tessellation", NVIDIA). No segment is shorter than the spacing of the posts, or than a
-//   whole part of it: see comparison/tessellated/measures.glsl.
-//   Both patches at an edge compute the same number. If the neighbour is finer, each half of the edge is an edge of its own.
+//   An edge's length on the screen is the projected diameter of its bounding sphere,
+//   which is the same from all directions:
+//       T = ⌈ K |b − a| / z / edge_px ⌉
+//   a and b are its ends on the ground, z is the depth of its middle, K the focal length in pixels
+//   (Cantlay 2011, "DirectX 11 Terrain Tessellation", NVIDIA).
+//   No segment is shorter than the spacing of the posts, or than a whole part of it:
+//   see comparison/tessellated/measures.glsl.
+//   Both patches at an edge compute the same number.
+//   If the neighbour is finer, each half of the edge is an edge of its own.
 
 #include "comparison/tessellated/patch.glsl"
 #include "comparison/tessellated/measures.glsl"
@@ -12,7 +16,8 @@
 #define MOST 32  // segments of an edge: two halves make 64, the limit of the hardware
 
 layout(local_size_x = 64) in;
-layout(std430, binding = 0) readonly buffer Places { ivec4 place[]; };  // column and row on the level's lattice, level, finer neighbours
+// Column and row on the level's lattice, level, finer neighbours.
+layout(std430, binding = 0) readonly buffer Places { ivec4 place[]; };
 layout(std430, binding = 1) writeonly buffer Cuts { uvec4 cut[]; };
 layout(std430, binding = 2) buffer Count { uint triangles; };
 
@@ -23,7 +28,8 @@ vec3 ground_from_eye_m(ivec2 post) { return from_middle_m(post, vec2(0.0), heigh
 // The distance from the eye: the depth in the middle of the picture, an upper bound of the depth elsewhere.
 float depth_of(vec3 from_eye) {
     float away = length(from_eye);
-    return max(max(dot(from_eye, u_forward.xyz), away * inversesqrt(1.0 + dot(u_half_extent, u_half_extent))), near_m());
+    float depth_m = max(dot(from_eye, u_forward.xyz), away * inversesqrt(1.0 + dot(u_half_extent, u_half_extent)));
+    return max(depth_m, near_m());
 }
 
 int segments(ivec2 a, ivec2 b) {

@@ -1,7 +1,10 @@
-// comparison/tessellated/patch.glsl — the record of a cut patch, in whole numbers, so that all stages and both sides of an edge agree.
-//   If the neighbour at an edge is finer, the edge consists of two of its edges, and has as many segments as both together.
+// comparison/tessellated/patch.glsl — the record of a cut patch, in whole numbers,
+//   so that all stages and both sides of an edge agree.
+//   If the neighbour at an edge is finer, the edge consists of two of its edges,
+//   and has as many segments as both together.
 //   More segments than posts are a whole multiple of them, so that every post has a vertex.
-// Provides Cut, cut_of(), words_of(), whole_parts(), inner_levels(), triangles_in().   Record: comparison.tessellated.CUT
+// Provides Cut, cut_of(), words_of(), whole_parts(), inner_levels(), triangles_in().
+//   Record: comparison.tessellated.CUT
 
 struct Cut {
     ivec2 low, size;    // north-west post; posts from there to the south-east post
@@ -26,14 +29,16 @@ int whole_parts(int segments, int posts, int most) {
     return segments <= posts ? segments : min((segments + posts - 1) / posts, most / posts) * posts;
 }
 
-// Inner levels: between those of opposite edges. If an edge has more than one segment, the tessellator rounds 1 up to 2.
+// Inner levels: between those of opposite edges.
+// If an edge has more than one segment, the tessellator rounds 1 up to 2.
 ivec2 inner_levels(Cut c) {
     if (c.outer == ivec4(1)) return ivec2(1);
     ivec2 between = (c.outer.yx + c.outer.wz + 1) / 2;
     return max(ivec2(whole_parts(between.x, c.size.x, 64), whole_parts(between.y, c.size.y, 64)), ivec2(2));
 }
 
-// Triangles of the inner rectangle and of the strip along each edge. On posts alone, a strip at the map's rim may have no area.
+// Triangles of the inner rectangle and of the strip along each edge.
+// On posts alone, a strip at the map's rim may have no area.
 int triangles_in(Cut c, bool on_posts) {
     if (c.outer == ivec4(0)) return 0;
     if (c.outer == ivec4(1)) return 2;

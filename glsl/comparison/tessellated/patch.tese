@@ -1,7 +1,9 @@
-// comparison/tessellated/patch.tese — a vertex: the post, or the part of a cell, nearest to the tessellator's coordinate, and the height there.
+// comparison/tessellated/patch.tese — a vertex:
+//   the post, or the part of a cell, nearest to the tessellator's coordinate, and the height there.
 //   Both sides of an edge round the same whole numbers, so there are no cracks.
-//   Heights are filtered over half a segment, so that ground between vertices has an influence. They come from the pyramid's
-//   level λ = log2(segment / 2 spacing), linear between levels: a function of the place and the view, not of the patch.
+//   Heights are filtered over half a segment, so that ground between vertices has an influence.
+//   They come from the pyramid's level λ = log2(segment / 2 spacing), linear between levels:
+//   a function of the place and the view, not of the patch.
 
 #include "comparison/clipmap/pyramid.glsl"
 #include "comparison/tessellated/patch.glsl"
@@ -12,7 +14,8 @@ layout(quads, equal_spacing, cw) in;  // rows count to the south
 
 patch in uvec4 v_patch;
 
-// The end of the k-th of `steps` equal steps along an edge, in 64ths of a post. With no more steps than posts, it is on a post.
+// The end of the k-th of `steps` equal steps along an edge, in 64ths of a post.
+// With no more steps than posts, it is on a post.
 int step_to(int k, int steps, int posts) {
     int whole = u_parts == 1 || steps <= posts ? 64 : 1, n = 64 / whole * posts;
     return (2 * k * n + steps) / (2 * steps) * whole;
@@ -38,7 +41,9 @@ ivec2 place_in(Cut c, vec2 t) {
 
 // The pyramid's level at a place, bilinear between its samples.
 float level_m(int level, ivec2 place) {
-    ivec2 i = min(place >> level + 6, last_sample(level) - 1), low = place_of_sample(level, i), high = place_of_sample(level, i + 1);
+    ivec2 i = min(place >> level + 6, last_sample(level) - 1);
+    ivec2 low = place_of_sample(level, i);
+    ivec2 high = place_of_sample(level, i + 1);
     vec2 t = vec2(place - low) / vec2(high - low);
     float north = mix(sample_m(level, i), sample_m(level, i + ivec2(1, 0)), t.x);
     return mix(north, mix(sample_m(level, i + ivec2(0, 1)), sample_m(level, i + 1), t.x), t.y);
@@ -48,7 +53,8 @@ float filtered_m(ivec2 place) {
     ivec2 post = place >> 6;
     vec2 between = vec2(place & 63) / 64.0;
     float h_m = bilinear_m(post, between);
-    float level = log2(0.5 * u_edge * length(from_middle_m(post, between, h_m)) * inversesqrt(u_spacing_m.x * u_spacing_m.y));
+    float level = log2(0.5 * u_edge * length(from_middle_m(post, between, h_m))
+        * inversesqrt(u_spacing_m.x * u_spacing_m.y));
     level = clamp(level, 0.0, float(u_top_level));
     int below = int(level);
     float finer = below == 0 ? h_m : level_m(below, place);

@@ -1,5 +1,5 @@
-// comparison/truth/light.frag — outgoing radiance by brute force (A.2) of the one place that this pixel sees. Many pixels are averaged to
-// one; nothing is prefiltered, fitted, or read from a table.
+// comparison/truth/light.frag — outgoing radiance by brute force (A.2) of the one place that this pixel sees.
+//   Many pixels are averaged to one; nothing is prefiltered, fitted, or read from a table.
 //   Sun: a disc of its angular size. Sky: the dome, sampled by the cosine. Visibility: rays through the true ground.
 //   Material: Lambert's cosine, and the half-vector lobe that B.1 merges, sampled directly.
 // Where land hides the sky, the land has the same radiance as for the fitted lobes.
@@ -30,10 +30,13 @@ Place place_at(vec2 post) {
     vec2 slope = slope_of_cells(post);
     vec3 from_eye = place_from_eye_m(post, h);
     float distance_m = max(length(from_eye), 1e-6);
-    return Place(post, h, normal_of(slope), -from_eye / distance_m, material_of(post, vec2(0.2), Relief(h, slope)), distance_m);
+    return Place(post, h, normal_of(slope), -from_eye / distance_m, material_of(post, vec2(0.2), Relief(h, slope)),
+        distance_m);
 }
 
-vec3 radiance_from(Place p, vec3 direction) { return sees(p.post, p.height_m, direction) ? sky_light(direction) : u_hidden; }
+vec3 radiance_from(Place p, vec3 direction) {
+    return sees(p.post, p.height_m, direction) ? sky_light(direction) : u_hidden;
+}
 
 vec3 sun_irradiance_at(Place p) {  // on ground that faces the sun
     vec3 towards = in_disc(u_sun.axis, u_sun_disc, vec2(random_unit(), random_unit()));
@@ -50,7 +53,8 @@ vec3 sky_radiance(Place p) {  // of white ground under the sky
 
 vec3 mirrored_radiance(Place p, vec3 sun, float k) {
     vec3 h = normalize(p.towards_eye + u_sun.axis), sum = vec3(0.0);
-    float density = k / (2.0 * PI * (1.0 - exp(-2.0 * k))) * exp(k * (dot(h, p.normal) - 1.0)) / (4.0 * max(dot(h, p.towards_eye), 0.05));
+    float density = k / (2.0 * PI * (1.0 - exp(-2.0 * k))) * exp(k * (dot(h, p.normal) - 1.0))
+        / (4.0 * max(dot(h, p.towards_eye), 0.05));
     vec2 shift = vec2(random_unit(), random_unit());
     for (int i = 0; i < u_rays / 2; i++) {
         vec3 half_ = vmf_weighted(p.normal, k, point_of(i, shift)), direction = reflect(-p.towards_eye, half_);
@@ -60,7 +64,8 @@ vec3 mirrored_radiance(Place p, vec3 sun, float k) {
 }
 
 vec3 outgoing_radiance(Place p) {
-    float k = sharpness_of_roughness(p.material.roughness), f = schlick(dot(p.normal, p.towards_eye), p.material.roughness);
+    float k = sharpness_of_roughness(p.material.roughness);
+    float f = schlick(dot(p.normal, p.towards_eye), p.material.roughness);
     vec3 sun = sun_irradiance_at(p), matt = sun * max(dot(p.normal, u_sun.axis), 0.0) / PI + sky_radiance(p);
     return mix(p.material.albedo * matt, mirrored_radiance(p, sun, k), f);
 }

@@ -1,4 +1,5 @@
-// comparison/truth/random.glsl — points that fill a square evenly, a different set for every pixel; and directions from them.
+// comparison/truth/random.glsl — points that fill a square evenly, a different set for every pixel;
+//   and directions from them.
 // Provides random_points(), point_of(), around(), in_disc(), cosine_weighted(), vmf_weighted().
 
 #ifndef PI
@@ -39,7 +40,8 @@ vec3 in_disc(vec3 axis, float radius, vec2 u) {
     return around(axis, vec3(r * cos(angle), r * sin(angle), sqrt(1.0 - r * r)));
 }
 
-// With the density k / (4π sinh k) e^(k cos) (Jakob 2012, "Numerically stable sampling of the von Mises-Fisher distribution").
+// With the density k / (4π sinh k) e^(k cos)
+// (Jakob 2012, "Numerically stable sampling of the von Mises-Fisher distribution").
 vec3 vmf_weighted(vec3 axis, float k, vec2 u) {
     float w = 1.0 + log(u.x + (1.0 - u.x) * exp(-2.0 * k)) / k, r = sqrt(max(1.0 - w * w, 0.0)), angle = 2.0 * PI * u.y;
     return around(axis, vec3(r * cos(angle), r * sin(angle), w));

@@ -1,7 +1,8 @@
 // lod/quadtree/agree.comp — leaves over tolerance ask to split edges that they share with neighbours.
-//   Each wedge of a fan has its own errors, with its edge whole and with it split. If a wedge is over tolerance with its edge
-//   whole, but not with it split, the leaf asks to split the edge. That costs one triangle here and one in the neighbour of
-//   the same size, instead of a split into four. If no edge helps, or the neighbour is coarser, the leaf asks to be split.
+//   Each wedge of a fan has its own errors, with its edge whole and with it split.
+//   If a wedge is over tolerance with its edge whole, but not with it split, the leaf asks to split the edge.
+//   That costs one triangle here and one in the neighbour of the same size, instead of a split into four.
+//   If no edge helps, or the neighbour is coarser, the leaf asks to be split.
 //
 //        ┌───────┬───────┐          ┌───────┬───────┐         (Each vertex for itself: Lindstrom, Koller, Ribarsky,
 //        │ ╲   ╱ │       │          │ ╲   ╱ │     ╱ │         Hodges, Faust, Turner 1996, "Real-time, continuous level
@@ -9,9 +10,9 @@
 //        │ ╱   ╲ │       │          │ ╱   ╲ │     ╲ │
 //        └───────┴───────┘          └───────┴───────┘
 //
-//   All leaves look at the tree of the last round, and lod/quadtree/commit.comp applies the requests afterwards. So the order of the
-//   threads does not matter. Edges and splits are only added, never removed, so the rounds end. Every leaf is then within the
-//   tolerance with the edges that it has.
+//   All leaves look at the tree of the last round, and lod/quadtree/commit.comp applies the requests afterwards.
+//   So the order of the threads does not matter. Edges and splits are only added, never removed, so the rounds end.
+//   Every leaf is then within the tolerance with the edges that it has.
 // A group of 32 threads processes one tile, each thread one of its rows.
 // Python twin: reference.quadtree.agree
 

@@ -1,4 +1,5 @@
-// lod/quadtree/commit.comp — apply the requests of lod/quadtree/agree.comp, and record whether there were any. One thread for each word.
+// lod/quadtree/commit.comp — apply the requests of lod/quadtree/agree.comp, and record whether there were any.
+//   One thread for each word.
 // Python twin: reference.quadtree.agree
 
 #include "lod/quadtree/tree.glsl"

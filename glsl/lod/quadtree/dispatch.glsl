@@ -1,5 +1,6 @@
-// lod/quadtree/dispatch.glsl — loops that the GPU ends itself: the CPU dispatches all rounds. When a round finds that it was the last,
-// it sets the number of groups of all further rounds to 0. So the GPU never waits for the CPU.
+// lod/quadtree/dispatch.glsl — loops that the GPU ends itself: the CPU dispatches all rounds.
+//   When a round finds that it was the last, it sets the number of groups of all further rounds to 0.
+//   So the GPU never waits for the CPU.
 // Provides dispatch(), is_over().
 
 #include "lod/quadtree/summary.glsl"

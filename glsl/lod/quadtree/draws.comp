@@ -1,5 +1,5 @@
-// lod/quadtree/draws.comp — indirect draw commands for the patches of each size. Tessellation makes at most MOST_VERTICES vertices of
-// the patches of one command.
+// lod/quadtree/draws.comp — indirect draw commands for the patches of each size.
+//   Tessellation makes at most MOST_VERTICES vertices of the patches of one command.
 
 #include "blocks/terrain.glsl"
 #include "lod/quadtree/tiles.glsl"

@@ -1,12 +1,13 @@
-// lod/quadtree/explain.comp — the errors of one square of the map, drawn with 1, 2, 4, ... segments: the choices from which its level
-// was taken. One thread for each level.
+// lod/quadtree/explain.comp — the errors of one square of the map, drawn with 1, 2, 4, ... segments:
+//   the choices from which its level was taken. One thread for each level.
 
 #include "lod/quadtree/patch_bound.glsl"
 
 layout(local_size_x = 16) in;
 
 struct Choice {
-    vec4 quads;  // as quads of this level: largest error and root mean square in metres, pixels, 1; 0 if there is no such choice
+    // As quads of this level: largest error and root mean square in metres, pixels, 1; 0 if there is no such choice.
+    vec4 quads;
     vec4 fan;    // the same as one fan, if the square is a node of this level
 };
 layout(std430, binding = 5) writeonly buffer Choices {
@@ -32,10 +33,12 @@ void main() {
     ivec2 at = u_low >> level;
     choice[level].quads = vec4(0.0);
     choice[level].fan = vec4(0.0);
-    if (size == 0 || is_whole(size, level, at)) choice[level].quads = vec4(square_errors_m(size, level, at) + sag_m(level), quads_px(size, level, at), 1.0);
+    if (size == 0 || is_whole(size, level, at))
+        choice[level].quads = vec4(square_errors_m(size, level, at) + sag_m(level), quads_px(size, level, at), 1.0);
     if (size == 0 && level > 0) {
         PackedNode n = node_of(level, at);
         Projection p = project_node(level, at, 1.0);
-        choice[level].fan = vec4(vec2(fan_max_m(n, u_edges), posts_rms_m(n).y) + p.sag_m, p.outside ? 0.0 : fan_px(p, n, u_edges), 1.0);
+        choice[level].fan = vec4(vec2(fan_max_m(n, u_edges), posts_rms_m(n).y) + p.sag_m,
+            p.outside ? 0.0 : fan_px(p, n, u_edges), 1.0);
     }
 }

@@ -1,8 +1,9 @@
-// lod/quadtree/leaf.glsl — how a leaf is drawn: as a quad (two triangles), or as a fan of 4 to 8 triangles around its centre. An edge of
-// a fan is split if the neighbour is finer.
+// lod/quadtree/leaf.glsl — how a leaf is drawn:
+//   as a quad (two triangles), or as a fan of 4 to 8 triangles around its centre.
+//   An edge of a fan is split if the neighbour is finer.
 //   With a tolerance: a quad, if its error is within the tolerance and no neighbour is finer.
-//   With a budget: a quad, if no neighbour is finer and a fan is not worth its triangles. A cell near the eye may be a fan
-//   around the mean of its posts.
+//   With a budget: a quad, if no neighbour is finer and a fan is not worth its triangles.
+//   A cell near the eye may be a fan around the mean of its posts.
 // Provides finer_neighbours(), split_edges(), fan_triangles(), draws_as_quad().
 // Python twin: reference.select
 
@@ -12,9 +13,11 @@
 // neighbour is finer, or because both nodes agreed to split the edge.
 uvec4 finer_neighbours(int level, int word, int y) {
     uint own = split_word(level, word, y), west = cut_word(CUT_WEST, level, word, y);
+    uint next_own = split_word(level, word + 1, y);
+    uint next_west = cut_word(CUT_WEST, level, word + 1, y);
     return uvec4(own << 1 | split_word(level, word - 1, y) >> 31 | west,
                  split_word(level, word, y - 1) | cut_word(CUT_NORTH, level, word, y),
-                 own >> 1 | split_word(level, word + 1, y) << 31 | west >> 1 | cut_word(CUT_WEST, level, word + 1, y) << 31,
+                 own >> 1 | next_own << 31 | west >> 1 | next_west << 31,
                  split_word(level, word, y + 1) | cut_word(CUT_NORTH, level, word, y + 1));
 }
 

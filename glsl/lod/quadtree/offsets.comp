@@ -1,5 +1,6 @@
-// lod/quadtree/offsets.comp — where each tile's patches begin: each count is replaced by the sum of all counts before it, ordered by
-// size and then by tile. Reduce, scan and propagate as in sat/, in one work group: each thread owns one range of counts.
+// lod/quadtree/offsets.comp — where each tile's patches begin:
+//   each count is replaced by the sum of all counts before it, ordered by size and then by tile.
+//   Reduce, scan and propagate as in sat/, in one work group: each thread owns one range of counts.
 //
 //     3 1 │ 4 1 │ 5 9   →   4, 5, 14   →   0, 4, 9   →   0 3 │ 4 8 │ 9 14
 

@@ -1,5 +1,5 @@
-// lod/quadtree/patch_bound.glsl — the bound of 2^size × 2^size quads of a level, drawn as one patch, in metres and in pixels. One quad
-// and 2 × 2 quads use their records; larger squares use the summed-area tables.
+// lod/quadtree/patch_bound.glsl — the bound of 2^size × 2^size quads of a level, drawn as one patch,
+//   in metres and in pixels. One quad and 2 × 2 quads use their records; larger squares use the summed-area tables.
 // Provides square_errors_m(), is_whole(), quads_px().   `at` is the square's north-west node, a multiple of its side
 // Python twins: reference.bound_max_m, reference.bound_rms_m
 
@@ -11,7 +11,8 @@ vec2 square_errors_m(int size, int level, ivec2 at) {
     if (size > 1) {
         ivec2 low = at << level, end = (at + (1 << size)) << level;
         float max_m = largest_m(low, end, level), side = float(1 << level + size);
-        return vec2(max_m, mean_is_known(node_of(level + size, at >> size)) ? sqrt(squares_m2(low, end, level)) / side : max_m);
+        return vec2(max_m, mean_is_known(node_of(level + size, at >> size)) ? sqrt(squares_m2(low, end, level)) / side
+            : max_m);
     }
     vec2 worst = vec2(0.0);
     for (int i = 0; i < 1 << 2 * size; i++) {

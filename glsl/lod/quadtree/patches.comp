@@ -1,6 +1,8 @@
-// lod/quadtree/patches.comp — from the tree's leaves to patches: quads and fans (lod/quadtree/leaf.glsl); quads are joined to squares
-// (lod/quadtree/squares.glsl). A group of 32 threads processes one tile, each thread one of its rows.
-// The same program runs up to three times, so that all passes decide alike: to count triangles, to count patches, to write them.
+// lod/quadtree/patches.comp — from the tree's leaves to patches: quads and fans (lod/quadtree/leaf.glsl);
+//   quads are joined to squares (lod/quadtree/squares.glsl).
+//   A group of 32 threads processes one tile, each thread one of its rows.
+// The same program runs up to three times, so that all passes decide alike:
+// to count triangles, to count patches, to write them.
 // Python twin: reference.select
 
 #include "lod/quadtree/leaf.glsl"
@@ -17,7 +19,8 @@ layout(std430, binding = 5) writeonly buffer Patches { uvec2 patches[]; };
 
 uniform int u_pass;
 
-shared uint s_fans[SIZES][TILE];  // fans, which count as two segments; and cells of the map that are cut in 2^size parts a side
+// Fans, which count as two segments; and cells of the map that are cut in 2^size parts a side.
+shared uint s_fans[SIZES][TILE];
 shared uint s_tile_triangles, s_tile_splits, s_tile_worst;
 
 int level;

@@ -1,9 +1,9 @@
-// lod/quadtree/search.comp — the next price λ to try, from the number of triangles of the last one. One thread. When λ is found, the
-// remaining dispatches get no groups, so only the GPU waits.
+// lod/quadtree/search.comp — the next price λ to try, from the number of triangles of the last one. One thread.
+//   When λ is found, the remaining dispatches get no groups, so only the GPU waits.
 //   The number of triangles N falls about like λ^-0.6 on any terrain: nearly a straight line with logarithmic axes. The
 //   search is false position between a lower bracket, a λ with too many triangles, and an upper bracket, a λ within the
-//   budget. If one end stays the same twice, its distance from the budget is halved, so that it moves later (the Illinois
-//   method: Dowell, Jarratt 1971).
+//   budget. If one end stays the same twice, its distance from the budget is halved,
+//   so that it moves later (the Illinois method: Dowell, Jarratt 1971).
 //
 //     log N │ ╲ lower bracket
 //           │  ╲╲                       tried next: where the chord meets

@@ -1,7 +1,8 @@
-// lod/quadtree/summary.glsl — the numbers of the view's mesh; with a budget, also the price of a triangle and its search.
-//   With a budget, each node is drawn in the way with the smallest squared screen error, weighted as in lod/quadtree/price.glsl, +
-//   λ · triangles. The price λ is the same for all nodes. Then no mesh with as few triangles has a smaller error (Everett
-//   1963, "Generalized Lagrange multiplier method").
+// lod/quadtree/summary.glsl — the numbers of the view's mesh;
+//   with a budget, also the price of a triangle and its search.
+//   With a budget, each node is drawn in the way with the smallest squared screen error,
+//   weighted as in lod/quadtree/price.glsl, + λ · triangles. The price λ is the same for all nodes.
+//   Then no mesh with as few triangles has a smaller error (Everett 1963, "Generalized Lagrange multiplier method").
 //   lod/quadtree/search.comp finds the λ that gives the budget's number of triangles.
 // Provides the summary, has_budget().   Python twin: gpu.layout.SUMMARY
 
@@ -13,7 +14,8 @@ layout(std430, binding = 4) buffer Summary {
     uint s_splits;
     uint s_worst_px;     // float bits: the largest bound among the patches
     float s_price;       // λ in squared pixels for a triangle; below 0 if a tolerance decides
-    uvec4 s_groups[MAX_LEVELS];  // dispatch sizes for each level of the tree; entry 0 is for the tiles (lod/quadtree/dispatch.glsl)
+    // Dispatch sizes for each level of the tree; entry 0 is for the tiles (lod/quadtree/dispatch.glsl).
+    uvec4 s_groups[MAX_LEVELS];
     uvec4 s_groups_of_words;     // dispatch size of lod/quadtree/commit.comp, for all words of the tree
     vec2 s_lower;        // log2 of a λ with too many triangles, and log2 of their number; x is UNKNOWN at first
     vec2 s_upper;        // the same for a λ within the budget

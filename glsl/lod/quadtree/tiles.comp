@@ -6,7 +6,8 @@
 
 layout(local_size_x = GROUP) in;
 
-// A tile of level j covers exactly one node of level j + log2 TILE. If that node is not split, no node of the tile exists.
+// A tile of level j covers exactly one node of level j + log2 TILE.
+// If that node is not split, no node of the tile exists.
 bool has_nodes(int level, ivec2 tile) {
     int above = level + findMSB(TILE);
     if (above <= u_top_level && !is_split(above, tile)) return false;

@@ -13,7 +13,8 @@ layout(std430, binding = 2) buffer Active {
     uvec4 asking_groups;  // dispatch size of lod/quadtree/agree.comp: the same, or 0 when its rounds are over
     uint active_tile[];
 };
-layout(std430, binding = 3) buffer Offsets { uint offset[]; };  // patches of one size in one tile; then the sum of all before them
+// Patches of one size in one tile; then the sum of all before them.
+layout(std430, binding = 3) buffer Offsets { uint offset[]; };
 
 int tiles_in_all() {
     Level top = u_level[u_top_level];

@@ -1,7 +1,7 @@
-// lod/quadtree/tree.glsl — the quadtree of one view: one bit for each node, set if the node is split. A node exists if its parent is
-// split. It is a leaf if it exists and is not split. Cells, level 0, are never split.
-// Provides split[], is_split(), split_word(), existing_word(), node_of(), project_node(), fan_max_m(), fan_px(), best_fan_px(), quad_px(),
-// ask_for_split(), ask_for_edges().
+// lod/quadtree/tree.glsl — the quadtree of one view: one bit for each node, set if the node is split.
+//   A node exists if its parent is split. It is a leaf if it exists and is not split. Cells, level 0, are never split.
+// Provides split[], is_split(), split_word(), existing_word(), node_of(), project_node(), fan_max_m(), fan_px(),
+// best_fan_px(), quad_px(), ask_for_split(), ask_for_edges().
 // Python twins: reference.tree.existing, reference.quadtree.split_edges
 
 #include "error/nodes.glsl"
@@ -9,7 +9,8 @@
 
 layout(std430, binding = 0) readonly buffer Nodes { PackedNode node[]; };
 layout(std430, binding = 6) readonly buffer Ranges { NodeRange range[]; };
-layout(std430, binding = 1) buffer Split { uint split[]; };  // six parts of equal size: split, CUT_WEST, CUT_NORTH, and the same three as requests
+// Six parts of equal size: split, CUT_WEST, CUT_NORTH, and the same three as requests.
+layout(std430, binding = 1) buffer Split { uint split[]; };
 
 #define CUT_WEST 1   // edges between leaves of the same size that are split
 #define CUT_NORTH 2
