@@ -115,7 +115,8 @@ Material earth_land(float steep, float patch_, float hollow) {
     return mixed(Material(colour, 0.9), Material(rock * (1.0 + 0.3 * patch_), 0.75), bare);
 }
 
-uniform float u_exaggeration;  // how many times steeper the relief is drawn than it is: the ground's cover follows true slopes
+// How many times steeper the relief is drawn than it is: the ground's cover follows true slopes.
+uniform float u_exaggeration;
 
 #define AROUND_POSTS 6  // half side of the box that hollow_of() compares a post with, in posts
 
@@ -123,14 +124,17 @@ uniform float u_exaggeration;  // how many times steeper the relief is drawn tha
 float hollow_of(vec2 post) {
     ivec2 at = ivec2(round(post));
     float mean_m = box_mean_m(max(at - AROUND_POSTS, 0), min(at + AROUND_POSTS, u_last_post) + 1);
-    return clamp((mean_m - height_m(at)) / (0.5 * float(AROUND_POSTS) * u_exaggeration * min(u_spacing_m.x, u_spacing_m.y)), -1.0, 1.0);
+    return clamp((mean_m - height_m(at))
+        / (0.5 * float(AROUND_POSTS) * u_exaggeration * min(u_spacing_m.x, u_spacing_m.y)), -1.0, 1.0);
 }
 
 // Land of a climate: valleys, woods, meadows, scree, rock and snow, one above the other;
 // in a dry climate sand and layers of rock.
 Material natural_land(vec2 post, vec2 extent, Relief fine, float hollow) {
     Climate climate = climate_at(post);
-    float up_m = metres_up(fine.height_m), steep = length(fine.slope) / u_exaggeration, patch_ = patchiness(post, extent);
+    float up_m = metres_up(fine.height_m);
+    float steep = length(fine.slope) / u_exaggeration;
+    float patch_ = patchiness(post, extent);
     float zone = zone_of(up_m, climate) + 0.10 * patch_ - 0.05 * hollow;
     Material land = Material(vec3(0.0), 0.0);
     if (GREEN) land = added(land, green_land(zone, steep, patch_, hollow), 1.0 - climate.dryness);
