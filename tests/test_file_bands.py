@@ -3,7 +3,7 @@
 import numpy as np
 import OpenImageIO as oiio
 import pytest
-from test_kinds import COLS, METRES, ROWS, image, raster
+from test_kinds import COLS, METRES, ROWS, image, raster, terrarium
 
 from terrain_gl.basics.exceptions import TerrainError
 from terrain_gl.files.huge import sample
@@ -215,3 +215,57 @@ def test_layers_of_a_picture_have_the_names_of_its_channels(tmp_path):
     with pytest.raises(TerrainError, match=r"has 2 bands \(1: height, 2: slope\)"):
         Heightmap.open(tmp_path / "a.exr")
     np.testing.assert_array_equal(Heightmap.open(tmp_path / "a.exr", band="height").heights, METRES)
+
+
+@pytest.fixture
+def layered(tmp_path):
+    """A netCDF file with two variables, in the classic format; `one`: with one of them."""
+    netcdf = pytest.importorskip("scipy.io", reason="scipy is not installed")
+
+    def write(path, **layers):
+        with netcdf.netcdf_file(path, "w") as file:
+            for name, n in (("y", ROWS), ("x", COLS)):
+                file.createDimension(name, n)
+                file.createVariable(name, "f8", (name,))[:] = 30.0 * np.arange(n)
+            for name, values in layers.items():
+                file.createVariable(name, "f4", ("y", "x"))[:] = values
+        return path
+
+    return write
+
+
+def test_layers_of_a_file_are_listed_and_opened_by_name(tmp_path, layered):
+    path = layered(tmp_path / "two.nc", height=METRES, age=METRES * 0)
+    with pytest.raises(TerrainError, match="holds the layers height, age: .*--band height"):
+        Heightmap.open(path)
+    terrain = Heightmap.open(path, band="height")
+    np.testing.assert_array_equal(terrain.heights, METRES[::-1])
+    windows = open_windows([path], Reading(How(band="height")))
+    np.testing.assert_array_equal(windows.read(slice(0, 5), slice(0, 7)), METRES[::-1][:5, :7])
+
+
+def test_an_only_layer_needs_no_name(tmp_path, layered):
+    path = layered(tmp_path / "one.nc", height=METRES)
+    for options in ({}, {"band": "height"}, {"band": 1}):
+        np.testing.assert_array_equal(Heightmap.open(path, **options).heights, METRES[::-1])
+
+
+# --- Kinds of pictures ------------------------------------------------------------------------------------------------
+
+
+@pytest.mark.parametrize("ending", ["webp", "gif", "sgi", "tga", "bmp", "jp2"])
+def test_pictures_that_name_no_other_file_need_no_trust(tmp_path, ending):
+    path = tmp_path / f"a.{ending}"
+    drivers = {"bmp": ("BMP", {}), "gif": ("GIF", {}), "jp2": ("JP2OpenJPEG", {"QUALITY": "100", "REVERSIBLE": "YES"})}
+    if ending in drivers:
+        driver, options = drivers[ending]
+        raster(path, BYTES, driver, None, None, **options)
+    else:
+        image(path, np.stack([BYTES] * 3, -1), **({"compression": "lossless:100"} if ending == "webp" else {}))
+    np.testing.assert_array_equal(Heightmap.open(path).heights, BYTES)
+
+
+def test_packed_heights_in_webp(tmp_path):
+    image(tmp_path / "a.webp", terrarium(), compression="lossless:100")
+    heights = Heightmap.open(tmp_path / "a.webp", encoding="terrarium").heights
+    np.testing.assert_allclose(heights, METRES, atol=1 / 256)

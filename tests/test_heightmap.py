@@ -365,7 +365,7 @@ def test_spacing_of_a_map_of_the_moon(tmp_path, rasterio):
 
 
 def test_spacing_of_a_projected_map_in_feet(tmp_path, rasterio):
-    made = write_geotiff(rasterio, tmp_path / "map.tif", posts(), (10, 0, 0, 0, -20, 0), "EPSG:2225")
+    made = write_geotiff(rasterio, tmp_path / "map.tif", posts(), (10, 0, 6.5e6, 0, -20, 2e6), "EPSG:2225")
     assert Heightmap.open(made).spacing_m == pytest.approx((10 * 1200 / 3937, 20 * 1200 / 3937))
 
 

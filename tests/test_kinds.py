@@ -164,7 +164,7 @@ KINDS = {
     "grid.flt": (lambda p: raster(p, driver="EHdr"), 30, RANGE),
     "envi.dat": (lambda p: raster(p, driver="ENVI"), 30, RANGE),
     "saga.sdat": (lambda p: raster(p, driver="SAGA"), 30, RANGE),
-    "moon.tif": (lambda p: raster(p, crs=MOON), 30, RANGE),
+    "moon.tif": (lambda p: raster(p, grid=(30, 0, 0, 0, -30, 465), crs=MOON), 30, RANGE),
     "N46E009.hgt": (lambda p: HGT.tofile(p), np.divide(metres_per_degree(46.5), 60), (500, 500)),
     "world-file.png": (with_world_file, (25, 40), RANGE),
     "grey.png": (lambda p: image(p, U2), 1, RANGE),

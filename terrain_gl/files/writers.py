@@ -20,8 +20,8 @@ from ..basics.replacing import make_sure_of_space, replacing
 from ..heightmap import Heightmap
 from ..image import reason_of
 from ..readers.gdal import closed_environment
+from ..readers.geodesy import flat_crs
 from ..readers.georeference import DEGREES, Georeference
-from ..readers.place import flat_crs
 from ..readers.raster import gdal_failures, has_rasterio, one_line
 
 FORMATS = {".png": "uint16", ".tif": "float", ".tiff": "float", ".exr": "float"}

@@ -13,8 +13,9 @@ import numpy as np
 
 from ..basics.exceptions import TerrainError
 from ..heightmap import Heightmap
+from ..readers.geodesy import flat_crs
 from ..readers.georeference import DEGREES
-from ..readers.place import Place, flat_crs
+from ..readers.place import Place
 
 AUTO = "auto"
 _NATURAL, _EARTH, _GREY, _TINT, _VIRIDIS = range(5)  # glsl/shade/cover.glsl

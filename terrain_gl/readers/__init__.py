@@ -1,9 +1,9 @@
 """Readers: a raster file as blocks of raw pixel values, so that a large map is never in memory twice.
 
 The first bytes of a file decide its kind, not its name (except .hgt files, which have no header). OpenImageIO reads
-PNG, EXR, HDR, PNM and, without rasterio, TIFF. numpy reads .npy and .hgt. rasterio (GDAL) reads TIFF with its tags and
-other local rasters. Mosaics (.vrt) are assembled from these. Opening a map reads that file, its headers beside it and,
-for a mosaic, the files beside and below it; nothing else.
+PNG, EXR, HDR, PNM, WebP, JPEG XL, SGI and, without rasterio, TIFF. numpy reads .npy and .hgt. rasterio (GDAL)
+reads TIFF with its tags and other local rasters. Mosaics (.vrt) are assembled from these. Opening a map reads that
+file, its headers beside it and, for a mosaic, the files beside and below it; nothing else.
 """
 
 from __future__ import annotations
@@ -29,6 +29,7 @@ _GZIP = b"\x1f\x8b"
 _VRT = b"<VRTDataset"
 _PNG = b"\x89PNG\r\n\x1a\n"
 _IMAGE = (_PNG, b"\x76\x2f\x31\x01", b"#?RADIANCE", b"#?RGBE")
+_OTHERS = re.compile(rb"RIFF....WEBP|\xff\x0a|\0\0\0\x0cJXL |\x01\xda[\0\x01][\x01\x02]", re.DOTALL)  # also SGI
 _PNM = re.compile(rb"P[1-6Ff]\s")
 
 
@@ -133,7 +134,9 @@ def _opens_with_gdal(path: str, head: bytes, how: How) -> bool:
     if how.raw or ending in (*RAW_ENDINGS, ".hgt") or head.startswith(b"\x93NUMPY"):
         return False
     is_tiff = head.startswith((b"II*\0", b"MM\0*", b"II+\0", b"MM\0+"))
-    is_image = head.startswith(_IMAGE) or bool(_PNM.match(head)) or (is_tiff and not has_rasterio())
+    is_image = (
+        head.startswith(_IMAGE) or bool(_PNM.match(head) or _OTHERS.match(head)) or (is_tiff and not has_rasterio())
+    )
     is_image = is_image and not (head.startswith(_PNG) and has_rasterio() and _has_headers_of_gdal(path))
     return not is_image and (how.trusted or not head.lstrip().startswith(_VRT))
 

@@ -19,6 +19,7 @@ MOST_BYTES = 1 << 32  # most bytes of the unpacked files
 MAPS = (
     *(".tif", ".tiff", ".png", ".exr", ".hdr", ".npy", ".hgt", ".asc", ".img", ".nc", ".grd", ".bil", ".flt"),
     *(".dem", ".dt0", ".dt1", ".dt2", ".pgm", ".r16", ".raw", ".xyz", ".vrt"),
+    *(".webp", ".gif", ".jxl", ".sgi", ".tga", ".bmp", ".jp2", ".jpg"),
 )
 Opener = Callable[[str], Raster]
 

@@ -8,6 +8,7 @@ from __future__ import annotations
 
 import mmap
 import os
+import re
 import stat
 import warnings
 from collections.abc import Callable, Iterator
@@ -22,9 +23,10 @@ from terrain_gl.basics.exceptions import TerrainError
 from terrain_gl.image import quiet_stderr
 from terrain_gl.readers.bands import Bands, bands_of
 from terrain_gl.readers.description import said_in
-from terrain_gl.readers.georeference import Georeference, Grid, spacing_of, vertical_unit_m
+from terrain_gl.readers.georeference import Georeference, Grid, grid_through, spacing_of, vertical_unit_m
 from terrain_gl.readers.raster import (
     INSTALL_GEO,
+    MOST_LISTED,
     TRUST,
     Band,
     Blocks,
@@ -39,7 +41,7 @@ from terrain_gl.readers.raster import (
 )
 
 DRIVERS = (
-    *("GTiff", "HFA", "netCDF", "JPEG", "BMP", "PNG"),
+    *("GTiff", "HFA", "netCDF", "JPEG", "BMP", "PNG", "GIF", "JP2OpenJPEG", "TGA"),
     *("AAIGrid", "GRASSASCIIGrid", "GSAG", "GSBG", "GS7BG", "NWT_GRD", "ZMap", "XYZ"),
     *("EHdr", "ENVI", "SAGA", "RST", "ROI_PAC", "PCRaster"),
     *("SRTMHGT", "DTED", "USGSDEM", "BT", "Terragen", "Leveller", "RMF"),
@@ -89,10 +91,9 @@ def open_gdal(path: str, name: str, trusted: bool = False, band: Band | None = N
         )
     try:
         with _environment(trusted):
-            data = open_trusted(path, name) if trusted else open_local(path, name)
-            bands = bands_of(data, name, band)
-            environment = partial(_environment, trusted)
-            blocks = _closed_after(data, _gdal_blocks(data, name, bands, environment))
+            data, of_layer = open_layer(path, name, trusted, band)
+            bands = bands_of(data, name, of_layer)
+            blocks = _closed_after(data, _gdal_blocks(data, name, bands, partial(_environment, trusted)))
             return replace(_raster(data, name, bands, blocks), bands_chosen=band is not None)
     except gdal_failures() as error:
         raise _unreadable(name, error, trusted) from None
@@ -106,10 +107,9 @@ def open_dataset(data: Any, name: str, band: Band | None = None) -> Raster:
 
 def _raster(data: Any, name: str, bands: Bands, blocks: Blocks) -> Raster:
     first = bands.heights[0] - 1
-    crs = _crs(data)
-    place = Georeference(Grid(*data.transform[:6]), crs, (data.width, data.height))
+    place, of_place = place_of(data, name)
     spacing_m, notes = spacing_of(place, name)
-    unit_m, of_heights = vertical_unit_m(data.units[first], crs)
+    unit_m, of_heights = vertical_unit_m(data.units[first], place.crs)
     said = said_in(_description(data))
     nodata = data.nodatavals[first] if bands.greys is None else None  # of a palette, it is an index
     return Raster(
@@ -122,10 +122,70 @@ def _raster(data: Any, name: str, bands: Bands, blocks: Blocks) -> Raster:
         spacing_m=spacing_m or said.spacing_m,
         scale=data.scales[first] * unit_m * said.z_scale,
         offset_m=data.offsets[first] * unit_m + said.z_offset_m,
-        notes=notes + of_heights,
+        notes=of_place + notes + of_heights,
         bands=bands.names,
         georeference=place.kept(),
     )
+
+
+def place_of(data: Any, name: str) -> tuple[Georeference, tuple[str, ...]]:
+    """Where a dataset lies, by its transform or by ground control points on a grid; and notes for the user.
+
+    Raises
+    ------
+    TerrainError
+        Ground control points are the only place, and they lie on no grid.
+    """
+    size = data.width, data.height
+    place = Georeference(Grid(*data.transform[:6]), _crs(data), size)
+    if not place.grid.tells_nothing:
+        return place, ()
+    points, crs = data.gcps
+    if points:
+        grid = grid_through([(p.col, p.row) for p in points], [(p.x, p.y) for p in points])
+        if grid is None:
+            on_none = f"is placed by {len(points)} ground control points, which are on no grid of posts"
+            raise TerrainError(f"{name}: {on_none}: make one with gdalwarp {name} north-up.tif")
+        return Georeference(grid, crs, size), ()
+    ways = {"RPC": "-rpc", "GEOLOCATION": "-geoloc"}
+    for way in ways.keys() & set(data.tag_namespaces()):
+        return place, (f"its place is given by {way}: for a grid of posts, gdalwarp {ways[way]} {name} north-up.tif",)
+    return place, ()
+
+
+def open_layer(path: str, name: str, trusted: bool, band: Band | None) -> tuple[Any, Band | None]:
+    """Open a file, or the layer of it that `band` names; also returns the band of that layer.
+
+    Raises
+    ------
+    TerrainError
+        The file has several layers, and none or another one is named; the message lists them. Also as `open_local`.
+    """
+    opener = open_trusted if trusted else open_local
+    data = opener(path, name)
+    if data.count:
+        return data, band
+    layers = {text.rpartition(":")[2]: text for text in data.subdatasets}
+    data.close()
+    if not trusted:  # other names could be read as the name of another file
+        layers = {layer: text for layer, text in layers.items() if re.fullmatch(r"[\w/.+-]+", layer)}
+    if band in layers:
+        return _open_part(layers[str(band)], trusted), None
+    if len(layers) == 1:
+        return _open_part(next(iter(layers.values())), trusted), band
+    if not layers:
+        raise TerrainError(f"{name}: holds no raster: extract one with gdal_translate")
+    shown = ", ".join([*list(layers)[:MOST_LISTED], *(["…"] if len(layers) > MOST_LISTED else [])])
+    raise TerrainError(f"{name}: holds the layers {shown}: name the one with heights, as --band {next(iter(layers))}")
+
+
+def _open_part(text: str, trusted: bool) -> Any:
+    """Open a layer by GDAL's name for it."""
+    import rasterio
+
+    with _environment(trusted), warnings.catch_warnings():
+        warnings.simplefilter("ignore", rasterio.errors.NotGeoreferencedWarning)
+        return rasterio.io.DatasetReader(text, **({} if trusted else {"driver": list(DRIVERS)}), sharing=False)
 
 
 def open_local(path: str, name: str) -> Any:

@@ -1,8 +1,13 @@
-"""Metres per degree on an ellipsoid."""
+"""Metres on the ground: of a degree on an ellipsoid, and of a step in any coordinate system."""
 
 from __future__ import annotations
 
 import math
+from functools import lru_cache
+from typing import Any
+
+from terrain_gl.basics.exceptions import TerrainError
+from terrain_gl.readers.raster import INSTALL_GEO, Spacing
 
 WGS84 = (6378137.0, 298.257223563)
 
@@ -22,3 +27,69 @@ def metres_per_degree(
     east = semi_major_m / math.sqrt(w2) * math.cos(phi)
     north = semi_major_m * (1 - e2) / w2**1.5
     return math.radians(east), math.radians(north)
+
+
+def ground_steps(crs: str, middle: tuple[float, float], steps: Spacing) -> Spacing | None:
+    """Lengths of geodesics over one step of a map, east and north; None if the map has no place there.
+
+    Parameters
+    ----------
+    crs : str
+        A coordinate system as PROJ takes it. The geodesics lie on its own ellipsoid, which may be another planet's.
+    middle : (float, float)
+        Map coordinates of the middle of both steps.
+    steps : (float, float)
+        In map units.
+
+    Raises
+    ------
+    TerrainError
+        pyproj is missing, or knows no such coordinate system.
+    """
+    to_angles, degrees_per_unit, geod = _angles(crs)
+    x, y = middle
+    # shorter steps would be lost in the rounding of coordinates
+    east, north = (max(step, _ROUNDING * max(abs(x), abs(y))) for step in steps)
+    lon, lat = to_angles.transform([x - east / 2, x + east / 2, x, x], [y, y, y - north / 2, y + north / 2])
+    lon, lat = ([angle * degrees_per_unit for angle in angles] for angles in (lon, lat))
+    if not all(map(math.isfinite, lon + lat)):
+        return None
+    _, _, (east_m, north_m) = geod.inv(lon[::2], lat[::2], lon[1::2], lat[1::2])
+    ground = east_m * steps[0] / east, north_m * steps[1] / north
+    return ground if all(math.isfinite(metres) and metres > 0 for metres in ground) else None
+
+
+_ROUNDING = 1e-7
+
+
+@lru_cache(maxsize=16)
+def _angles(crs: str) -> tuple[Any, float, Any]:
+    """The transformer to longitude and latitude of the CRS's own datum, degrees in their unit, and the ellipsoid."""
+    flat = flat_crs(crs)  # raises an error if pyproj is missing
+    import pyproj
+
+    own = flat.geodetic_crs
+    try:
+        to_angles = pyproj.Transformer.from_crs(flat, own, always_xy=True)
+    except (pyproj.exceptions.ProjError, TypeError):
+        raise TerrainError(f"{flat.name} has no longitude and latitude") from None
+    return to_angles, math.degrees(own.axis_info[0].unit_conversion_factor), flat.get_geod()
+
+
+def flat_crs(crs: Any) -> Any:
+    """The pyproj CRS of whatever pyproj takes, without its heights.
+
+    Raises
+    ------
+    TerrainError
+        pyproj is missing, or knows no such coordinate system.
+    """
+    try:
+        import pyproj
+    except ImportError:
+        raise TerrainError(f"coordinate systems need pyproj: {INSTALL_GEO}") from None
+    try:
+        made = pyproj.CRS.from_user_input(crs)
+    except pyproj.exceptions.CRSError:
+        raise TerrainError(f"{' '.join(str(crs).split())[:60]!r} is no coordinate system that PROJ knows") from None
+    return made.sub_crs_list[0] if made.is_compound else made.to_2d()

@@ -5,15 +5,21 @@ from __future__ import annotations
 import math
 import os
 import re
+from collections.abc import Sequence
 from typing import Any, NamedTuple
 
+import numpy as np
+
 from terrain_gl.basics.exceptions import TerrainError
-from terrain_gl.readers.geodesy import WGS84, metres_per_degree
+from terrain_gl.readers.geodesy import WGS84, ground_steps, metres_per_degree
 from terrain_gl.readers.raster import Spacing, gdal_failures
 
 LEAST_STEP = 1e-9  # accepted distances between posts, in any unit
 LARGEST_STEP = 1e6
 FINEST_DEGREES = 0.1  # without a CRS, a step below this may be degrees
+EVEN = 1e-3  # distances below this share of a post are rounding errors
+TRUE_SCALE = 5e-3  # a map whose units are this near to metres on the ground keeps its own round numbers
+MISSES = 0.01  # the same for ground control points, which are often written with few digits
 DEGREES = "EPSG:4326"  # longitude and latitude on WGS 84
 WORLD_FILES = (".wld", ".pgw", ".pngw", ".tfw", ".tifw", ".tiffw", ".jgw", ".bpw", ".exrw", ".hdrw")
 
@@ -51,7 +57,7 @@ class Georeference(NamedTuple):
 
     def kept(self) -> Georeference | None:
         """The georeference to keep with the map, with the northern row first; None if it has no information."""
-        grid = self.grid
+        grid = self.straightened().grid
         cols, rows = self.size
         if grid.tells_nothing or spacing_of(self, "")[0] is None:
             return None
@@ -70,22 +76,32 @@ class Georeference(NamedTuple):
         )
 
     @property
-    def middle_y(self) -> float:
-        """Latitude or northing of the middle row."""
-        return self.grid.f + self.grid.e * self.size[1] / 2
+    def middle(self) -> tuple[float, float]:
+        """Map coordinates of the middle."""
+        cols, rows = self.size
+        return self.grid.c + self.grid.a * cols / 2, self.grid.f + self.grid.e * rows / 2
+
+    def straightened(self) -> Georeference:
+        """The same without a turn that moves no post by more than `EVEN` posts: that is a rounding error."""
+        grid = self.grid
+        cols, rows = self.size
+        if abs(grid.b) * rows <= EVEN * abs(grid.a) and abs(grid.d) * cols <= EVEN * abs(grid.e):
+            grid = grid._replace(b=0.0, d=0.0)
+        return self._replace(grid=grid)
 
 
 def spacing_of(place: Georeference, name: str) -> tuple[Spacing | None, tuple[str, ...]]:
     """Metres between posts, east and north, or None if the file does not give them; and notes for the user.
 
-    Degrees, and the metres of Web Mercator, are converted at the map's middle latitude. Without a usable CRS, the map's
-    own units are read as metres.
+    Degrees, and the units of projections that are not true to scale, are converted in the middle of the map. Without a
+    usable CRS, the map's own units are read as metres.
 
     Raises
     ------
     TerrainError
         The raster is turned or mirrored.
     """
+    place = place.straightened()
     grid = place.grid
     if grid.tells_nothing:
         return None, ()
@@ -102,19 +118,35 @@ def _metres(place: Georeference, steps: Spacing) -> tuple[Spacing, tuple[str, ..
     crs = place.crs
     if crs is None and _may_be_degrees(place):
         note = f"no coordinate system, but {steps[0]:g} between posts: taken as degrees (--spacing)"
-        return _scaled(steps, metres_per_degree(place.middle_y)), (note,)
+        return _scaled(steps, metres_per_degree(place.middle[1])), (note,)
     if crs is None:
         return steps, ()
     if crs.is_geographic:
-        return _scaled(steps, metres_per_degree(place.middle_y, *_ellipsoid(crs))), ()
+        degrees = _degrees_per_unit(crs)
+        metres = metres_per_degree(place.middle[1] * degrees, *_ellipsoid(crs))
+        return _scaled(steps, (metres[0] * degrees, metres[1] * degrees)), ()
     unit = _linear_unit_m(crs)
     if unit is None:
         note = (
             f"no map units in its coordinate system: spacing {steps[0]:g} x {steps[1]:g} counts as metres (--spacing)"
         )
         return steps, (note,)
-    scale = _web_mercator_scale(place) if _is_web_mercator(crs) else (1.0, 1.0)
-    return _scaled(steps, (unit * scale[0], unit * scale[1])), ()
+    return _on_the_ground(place, steps, unit)
+
+
+def _on_the_ground(place: Georeference, steps: Spacing, unit_m: float) -> tuple[Spacing, tuple[str, ...]]:
+    """Metres between posts of a projected map, by geodesics in mid-map if its metres are not metres on the ground."""
+    told = steps[0] * unit_m, steps[1] * unit_m
+    wkt = _wkt(place.crs) or ""
+    try:
+        ground = ground_steps(wkt, place.middle, steps)
+    except TerrainError as error:
+        is_true = "Transverse_Mercator" in wkt or "Transverse Mercator" in wkt  # within 0.1 % in its zone
+        return told, () if is_true else (f"its units count as metres on the ground ({error}) (--spacing)",)
+    if ground is None:
+        return told, ("its middle has no longitude and latitude: its units count as metres on the ground (--spacing)",)
+    is_true = all(abs(g / t - 1) <= TRUE_SCALE for g, t in zip(ground, told, strict=True))
+    return told if is_true else ground, ()
 
 
 def _scaled(steps: Spacing, unit: Spacing) -> Spacing:
@@ -129,26 +161,19 @@ def _may_be_degrees(place: Georeference) -> bool:
     return inside and max(grid.a, abs(grid.e)) <= FINEST_DEGREES
 
 
-def _is_web_mercator(crs: Any) -> bool:
-    try:
-        return bool(re.search("Pseudo.?Mercator|Mercator_Auxiliary_Sphere|Popular Visualisation", crs.to_wkt()))
-    except gdal_failures():
-        return False
-
-
-def _web_mercator_scale(place: Georeference) -> Spacing:
-    """Ground metres for each metre of the map: x = a λ, y = a artanh(sin φ) (Snyder 1987, eqs. 7-1 and 7-2)."""
-    latitude = math.degrees(math.asin(math.tanh(place.middle_y / WGS84[0])))
-    east, north = metres_per_degree(latitude)
-    degree = math.radians(1) * WGS84[0]
-    return east / degree, north / degree * math.cos(math.radians(latitude))
-
-
 def _wkt(crs: Any) -> str | None:
     try:
         return str(crs.to_wkt())
     except gdal_failures():
         return None
+
+
+def _degrees_per_unit(crs: Any) -> float:
+    """Degrees in one unit of a geographic CRS: a few maps are in grads or radians."""
+    try:
+        return math.degrees(crs.units_factor[1])
+    except gdal_failures():
+        return 1.0
 
 
 def _linear_unit_m(crs: Any) -> float | None:
@@ -167,6 +192,19 @@ def _ellipsoid(crs: Any) -> tuple[float, float]:
         return WGS84
     found = re.search(r'SPHEROID\["[^"]*",([\d.]+),([\d.]+)', text)
     return (float(found[1]), float(found[2])) if found else WGS84
+
+
+def grid_through(posts: Sequence[tuple[float, float]], places: Sequence[tuple[float, float]]) -> Grid | None:
+    """The grid that gives columns and rows their places, by least squares; None if it misses one by `MISSES` posts."""
+    columns_rows = np.column_stack([posts, np.ones(len(posts))])
+    if np.linalg.matrix_rank(columns_rows) < 3:
+        return None
+    (a, d), (b, e), (c, f) = np.linalg.lstsq(columns_rows, np.asarray(places), rcond=None)[0]
+    missed = columns_rows @ [(a, d), (b, e), (c, f)] - places
+    if np.abs(missed).max() > MISSES * math.sqrt(abs(a * e - b * d)):
+        return None
+    # least squares leaves rounding errors in numbers that are 0
+    return Georeference(Grid(*map(float, (a, b, c, d, e, f))), None, (1, 1)).straightened().grid
 
 
 # --- Heights ----------------------------------------------------------------------------------------------------------

@@ -1,4 +1,4 @@
-"""Rasters of other libraries: xarray's DataArray, with or without rioxarray, and rasterio's datasets."""
+"""Rasters of other libraries: xarray's DataArray and Dataset, with or without rioxarray, and rasterio's datasets."""
 
 from __future__ import annotations
 
@@ -10,16 +10,15 @@ import numpy as np
 
 from terrain_gl.basics.exceptions import TerrainError
 from terrain_gl.readers.gdal import open_dataset
-from terrain_gl.readers.georeference import DEGREES, Georeference, Grid, spacing_of, vertical_unit_m
+from terrain_gl.readers.georeference import DEGREES, EVEN, Georeference, Grid, spacing_of, vertical_unit_m
 from terrain_gl.readers.raster import Blocks, Raster, gdal_failures, has_rasterio
 
 _ACROSS = ("x", "lon", "longitude", "easting", "projection_x_coordinate")
 _DOWN = ("y", "lat", "latitude", "northing", "projection_y_coordinate")
-_EVEN = 1e-3  # tolerance for evenly spaced coordinates, as a part of a step
 
 
 def raster_of(source: Any, name: str) -> Raster | None:
-    """A DataArray or a rasterio dataset as a raster; None for any other object.
+    """An object of xarray or a rasterio dataset as a raster; None for any other object.
 
     Raises
     ------
@@ -34,7 +33,7 @@ def raster_of(source: Any, name: str) -> Raster | None:
 
 
 def is_labelled(source: Any) -> bool:
-    """Whether this is a DataArray of xarray."""
+    """Whether this is a DataArray or a Dataset of xarray."""
     return _has(source, "dims", "coords", "attrs", "transpose")
 
 
@@ -48,14 +47,43 @@ def _of_array(array: Any, name: str) -> Raster:
     return replace(raster, blocks=_blocks(np.asarray(array.values)))
 
 
+def _only_variable(dataset: Any, name: str) -> Any:
+    """The DataArray of a Dataset's only variable of heights, with the coordinate system that it names.
+
+    Raises
+    ------
+    TerrainError
+        There are several, or none.
+    """
+    layers = {key: array for key, array in dataset.data_vars.items() if _is_layer(array)}
+    if len(layers) != 1:
+        every = ", ".join(map(str, layers or dataset.data_vars)) or "none"
+        raise TerrainError(
+            f"{name}: is a Dataset with the variables {every}: give the one with heights, as dataset['z']"
+        )
+    array = next(iter(layers.values()))
+    mapping = array.attrs.get("grid_mapping", array.encoding.get("grid_mapping"))
+    return array.assign_coords({mapping: dataset[mapping]}) if mapping in dataset.data_vars else array
+
+
+def _is_layer(array: Any) -> bool:
+    across = _dimension(array, _ACROSS)
+    down = _dimension(array, _DOWN)
+    return None not in (across, down) and array.dtype.kind in "iuf"
+
+
 def lazy_array(array: Any, name: str) -> tuple[Any, Raster]:
-    """A DataArray with its rows from north to south, and its description; nothing is computed.
+    """A DataArray, or the only one of a Dataset, with its rows from north to south, and its description.
+
+    Nothing is computed.
 
     Raises
     ------
     TerrainError
         More than two dimensions, or posts that are not evenly spaced.
     """
+    if _has(array, "data_vars"):
+        array = _only_variable(array, name)
     across, down = _dimension(array, _ACROSS), _dimension(array, _DOWN)
     extra = {dim: n for dim, n in zip(array.dims, array.shape, strict=True) if dim not in (across, down)}
     if None in (across, down) or any(n != 1 for n in extra.values()):
@@ -113,9 +141,10 @@ def _coordinates(array: Any, dim: Hashable, name: str) -> np.ndarray | None:
     values = np.asarray(array[dim].values)
     if values.dtype.kind not in "iuf":
         return None
+    rounding = np.spacing(np.abs(values).max()) if values.dtype.kind == "f" else 0.0  # large for float32
     values = values.astype(np.float64)
     steps = np.diff(values)
-    if not np.abs(steps - steps.mean()).max() <= _EVEN * abs(steps.mean()):
+    if not np.abs(steps - steps.mean()).max() <= EVEN * abs(steps.mean()) + float(rounding):
         raise TerrainError(f"{name}: its posts are not evenly spaced along {dim}: resample it first")
     return values
 

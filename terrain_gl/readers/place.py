@@ -12,8 +12,9 @@ from functools import lru_cache
 from typing import Any
 
 from ..basics.exceptions import TerrainError, UsageError
+from .geodesy import flat_crs
 from .georeference import DEGREES, Georeference
-from .raster import INSTALL_GEO, Spacing
+from .raster import Spacing
 from .windows import Placed
 
 Point = tuple[float, float]
@@ -101,25 +102,6 @@ def degrees(lon: float, lat: float) -> str:
     """Longitude and latitude as text: 46.50000° N 7.10000° E."""
     lon = (lon + 180) % 360 - 180
     return f"{abs(lat):.5f}° {'N' if lat >= 0 else 'S'} {abs(lon):.5f}° {'E' if lon >= 0 else 'W'}"
-
-
-def flat_crs(crs: Any) -> Any:
-    """The pyproj CRS of whatever pyproj takes, without its heights.
-
-    Raises
-    ------
-    TerrainError
-        pyproj is missing, or knows no such coordinate system.
-    """
-    try:
-        import pyproj
-    except ImportError:
-        raise TerrainError(f"coordinate systems need pyproj: {INSTALL_GEO}") from None
-    try:
-        made = pyproj.CRS.from_user_input(crs)
-    except pyproj.exceptions.CRSError:
-        raise TerrainError(f"{' '.join(str(crs).split())[:60]!r} is no coordinate system that PROJ knows") from None
-    return made.sub_crs_list[0] if made.is_compound else made.to_2d()
 
 
 @lru_cache(maxsize=16)

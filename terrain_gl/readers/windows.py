@@ -16,14 +16,13 @@ import numpy as np
 from terrain_gl.basics.exceptions import TerrainError, UsageError
 from terrain_gl.readers import How, has_windows, open_raster
 from terrain_gl.readers.bands import bands_of
-from terrain_gl.readers.gdal import closed_environment, open_local, open_trusted
-from terrain_gl.readers.georeference import Georeference
+from terrain_gl.readers.gdal import closed_environment, open_layer, place_of
+from terrain_gl.readers.georeference import EVEN, Georeference
 from terrain_gl.readers.objects import is_labelled, lazy_array
 from terrain_gl.readers.raster import Blocks, Raster, Spacing, damaged, gdal_failures, one_line, utf8
 from terrain_gl.readers.values import heights_of
 
 _ALL = slice(None)
-_EVEN = 1e-3  # how far the files of a mosaic may be off its grid, in posts
 
 
 class Windows(Protocol):
@@ -193,23 +192,23 @@ class RasterFile:
         rows, cols = (slice(*s.indices(n)) for s, n in zip((rows, cols), self.shape, strict=True))
         if not self._by_window:
             return self._whole()[rows, cols]
-        how = self.reading.how
-        data = self._dataset()
-        south_up = data.transform.e > 0 and not data.transform.is_identity
+        data, band = self._layer()
+        south_up = place_of(data, self.name)[0].grid.is_south_up
         window = slice(data.height - rows.stop, data.height - rows.start) if south_up else rows
         try:
             with closed_environment():
                 area = ((window.start, window.stop), (cols.start, cols.stop))
-                pixels = bands_of(data, self.name, how.band).read(data, area, out)
+                pixels = bands_of(data, self.name, band).read(data, area, out)
         except gdal_failures() as error:
             raise damaged(self.name, one_line(error.__cause__ or error)) from None
         return pixels[::-1] if south_up else pixels
 
-    def _dataset(self) -> Any:
-        if not hasattr(self._open, "data"):
-            opened = open_trusted if self.reading.how.trusted else open_local
-            self._open.data = opened(utf8(self.path, self.name), self.name)
-        return self._open.data
+    def _layer(self) -> Any:
+        """The dataset, and the band of it that is read."""
+        if not hasattr(self._open, "layer"):
+            how = self.reading.how
+            self._open.layer = open_layer(utf8(self.path, self.name), self.name, how.trusted, how.band)
+        return self._open.layer
 
     def _whole(self) -> np.ndarray:
         if not hasattr(self._open, "pixels"):
@@ -286,7 +285,7 @@ def corner_on(file: Placed, first: Placed) -> tuple[int, int]:
     if mine is None or abs(mine.a / grid.a - 1) > 1e-6 or abs(mine.e / grid.e - 1) > 1e-6:
         raise TerrainError(f"{file.name}: its posts are not {grid.a:g} apart as in {first.name}: resample it first")
     x, y = (mine.c - grid.c) / grid.a, (mine.f - grid.f) / grid.e
-    if max(abs(x - round(x)), abs(y - round(y))) > _EVEN:
+    if max(abs(x - round(x)), abs(y - round(y))) > EVEN:
         raise TerrainError(f"{file.name}: its posts are not on the grid of {first.name}: resample it first")
     return round(x), round(y)
 

@@ -12,8 +12,8 @@ import numpy as np
 from ..basics.exceptions import TerrainError
 from ..basics.inputs import check_input
 from ..heightmap import Heightmap
+from ..readers.geodesy import flat_crs
 from ..readers.georeference import DEGREES
-from ..readers.place import flat_crs
 
 MAX_BYTES = 1 << 28  # largest file
 _DEEPEST = 10  # most collections inside each other
