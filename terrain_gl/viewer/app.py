@@ -2,6 +2,10 @@
 
 from __future__ import annotations
 
+from collections.abc import Callable
+from functools import wraps
+from typing import Any, TypeVar, cast
+
 import moderngl
 
 from . import commands
@@ -15,9 +19,23 @@ from .settings import Settings
 from .viewer import Viewer
 from .window_state import Size
 
+FAILED_WAIT_S = 0.25  # time until the next frame after one that failed
+ERROR_S = 15.0  # how long the window shows an error
+_Handler = TypeVar("_Handler", bound=Callable[..., Any])
+
+
+def goes_on(handler: _Handler) -> _Handler:
+    """A handler of an event after whose errors the app goes on: the window shows them."""
+
+    @wraps(handler)
+    def handled(app: App, *arguments: Any, **named: Any) -> Any:
+        return app.attempt(handler, app, *arguments, **named)
+
+    return cast(_Handler, handled)
+
 
 class App:
-    """Takes input and draws frames.
+    """Takes input and draws frames. An error in a frame or an event is shown in a line, and the app goes on.
 
     Parameters
     ----------
@@ -30,6 +48,8 @@ class App:
     ----------
     captured
         Whether the mouse looks around without a button; then panels get no events.
+    errors
+        The errors that the window has shown.
 
     Raises
     ------
@@ -52,6 +72,8 @@ class App:
         self.viewer.window.scale = scale
         self.panels = Panels(self.viewer, self.press)
         self.captured = False
+        self.errors: list[Exception] = []
+        self._failed = False  # whether an error came in the last frame
         self._echoes = 0  # frames still to draw after a change: panels find their size in one or two
 
     def close(self) -> None:
@@ -64,27 +86,55 @@ class App:
     @property
     def busy(self) -> bool:
         """Whether the next frame should come at once; else after an event or `wait_s`, whichever is first."""
-        return bool(self._echoes) or self.viewer.busy
+        return not self._failed and (bool(self._echoes) or self.viewer.busy)
 
     @property
     def wait_s(self) -> float:
         """Seconds until a frame may be due without any event."""
+        if self._failed:
+            return FAILED_WAIT_S
         lively = self.gui.is_lively(self.viewer.window.now_s)
         return min(self.viewer.wait_s, 0.05) if lively else self.viewer.wait_s
 
     def frame(self, now_s: float) -> bool:
         """Do one frame at a time in seconds; returns whether the target shows a new picture."""
         window = self.viewer.window
-        stale = self.viewer.step(now_s)
+        self._failed = False
+        stale = self.attempt(self.viewer.step, now_s) is not False
         if not window.is_visible or not (stale or self._echoes or self.gui.is_lively(now_s)):
             return False
         self._echoes = 2 if stale else max(0, self._echoes - 1)
-        self.viewer.draw()
-        self.gui.draw(self.panels.build, self.viewer.target, window.size, now_s)
+        self.attempt(self.viewer.draw)
+        errors = len(self.errors)
+        self.attempt(self.gui.draw, self.panels.build, self.viewer.target, window.size, now_s)
+        if len(self.errors) > errors:
+            self.attempt(self.gui.draw, self.panels.status_alone, self.viewer.target, window.size, now_s)
         return True
+
+    # --- Errors -------------------------------------------------------------------------------------------------------
+
+    def attempt(self, action: Callable[..., Any], *arguments: Any, **named: Any) -> Any:
+        """Do something; an error is shown in a line, and None is returned.
+
+        Raises
+        ------
+        Exception
+            There is no map, and none is coming: nothing is left to go on with.
+        """
+        try:
+            return action(*arguments, **named)
+        except Exception as error:
+            loader = self.viewer.loader
+            if error is loader.fatal or not (self.viewer.scene.has_map or loader.job):
+                raise
+            self._failed = True
+            self.errors.append(error)
+            self.viewer.window.say(self.viewer.recover(error), ERROR_S)
+            return None
 
     # --- The window ---------------------------------------------------------------------------------------------------
 
+    @goes_on
     def resize(self, size: Size, scale: float) -> None:
         """Follow a new size of the target in pixels, or a new scale."""
         self.viewer.window.scale = scale
@@ -92,6 +142,7 @@ class App:
             self.gui.scale = scale
         self.viewer.window.resize(size)
 
+    @goes_on
     def drop(self, path: str, x: float, y: float) -> None:
         """Take a file that the user drops on a field for an image, or on the land."""
         option = IMAGES.get(self.gui.widgets.at(x, y))
@@ -102,12 +153,14 @@ class App:
 
     # --- Keys: named by their place on a US keyboard ------------------------------------------------------------------
 
+    @goes_on
     def press(self, key: str, repeated: bool = False) -> None:
         """Execute the command of a key, such as "ctrl+z"."""
         if key == "escape" and self.gui.close_list():
             return
         commands.press(self.viewer, key, repeated)
 
+    @goes_on
     def key_down(self, key: str, command: str, repeated: bool = False, moves: bool = True) -> None:
         """A key goes down.
 
@@ -131,16 +184,19 @@ class App:
         else:
             self.press(command, repeated)
 
+    @goes_on
     def key_up(self, key: str) -> None:
         """A key comes up."""
         self.gui.key(key, False)
         if self.viewer.scene.has_map:
             self.viewer.scene.controller.let_go(key)
 
+    @goes_on
     def write(self, character: int) -> None:
         """A character is typed."""
         self.gui.write(character)
 
+    @goes_on
     def lose_keyboard(self) -> None:
         """Release all keys: another window has the keyboard now."""
         if self.viewer.scene.has_map:
@@ -148,6 +204,7 @@ class App:
 
     # --- The mouse: pixels count from the upper left ------------------------------------------------------------------
 
+    @goes_on
     def mouse_down(self, button: str, x: float, y: float) -> None:
         """A mouse button goes down."""
         if not self.captured:
@@ -156,12 +213,14 @@ class App:
                 return
         self.viewer.mouse.press(button, x, y)
 
+    @goes_on
     def mouse_up(self, button: str, x: float, y: float) -> None:
         """A mouse button comes up."""
         if not self.captured:
             self.gui.button(button, False)
         self.viewer.mouse.release(button, x, y)
 
+    @goes_on
     def mouse_move(self, x: float, y: float) -> None:
         """The cursor moves."""
         if not self.captured:
@@ -169,6 +228,7 @@ class App:
         over_panels = not self.captured and self.gui.covers(x, y)
         self.viewer.mouse.move(x, y, look=self.captured, over_panels=over_panels)
 
+    @goes_on
     def wheel(self, dx: float, dy: float, x: float, y: float, action: str = "") -> None:
         """The wheel turns; `action`: "zoom" with Ctrl, "speed" with Shift."""
         if not self.captured and self.gui.covers(x, y):

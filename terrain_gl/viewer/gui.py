@@ -76,6 +76,8 @@ class Gui:
         self._context = self._imgui.create_context()
         self._use_context()
         self._imgui.get_io().set_ini_filename(None)
+        self._imgui.get_io().config_error_recovery_enable_assert = False
+        self._imgui.get_io().config_error_recovery_enable_tooltip = False
         theme.load_typeface(self._imgui)
         self._draw = GuiDraw(ctx, self._imgui)
         self.widgets = Widgets(self._imgui)
@@ -158,7 +160,10 @@ class Gui:
         return now_s < self._lively_until_s or self._frames_due > 0
 
     def draw(self, build: Callable[[Widgets], None], target: moderngl.Framebuffer, size: Size, now_s: float) -> None:
-        """Build the controls by `build`, and draw them over the picture in the target."""
+        """Build the controls by `build`, and draw them over the picture in the target.
+
+        If `build` raises an error, nothing is drawn, and the next frame begins afresh.
+        """
         io = self._io(touch=False)
         io.display_size = size
         io.delta_time = min(max(now_s - self._drawn_s, 1e-4), 0.5)
@@ -166,7 +171,14 @@ class Gui:
         self._frames_due -= 1
         self._imgui.new_frame()
         self.widgets.begin_frame()
-        build(self.widgets)
+        began = self._imgui.internal.ErrorRecoveryState()
+        self._imgui.internal.error_recovery_store_state(began)
+        try:
+            build(self.widgets)
+        except BaseException:
+            self._imgui.internal.error_recovery_try_to_recover_state(began)  # close the windows that are open
+            self._imgui.end_frame()
+            raise
         self._imgui.render()
         self._draw.draw(target, size, self._imgui.get_draw_data())
 

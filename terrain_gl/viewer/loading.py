@@ -144,6 +144,9 @@ class LoadJob:
         except (TerrainError, MemoryError) as error:
             self._building = None
             self.error = error
+        except Exception as error:  # steps that have failed cannot go on
+            self._building = None
+            self.error = TerrainError(f"{self.name}: its tables cannot be built ({type(error).__name__}: {error})")
 
     def take(self) -> Renderer:
         """Hand the renderer over; the caller releases it."""

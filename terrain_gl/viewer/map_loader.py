@@ -29,6 +29,8 @@ class MapLoader:
     ----------
     job
         The load in progress; None if there is none.
+    fatal
+        Why there is no map, and no other one to go on with; None as long as there is.
     refused
         The file that was requested last, as long as it is not shown.
     """
@@ -38,6 +40,7 @@ class MapLoader:
         self._scene = scene
         self._budget = budget
         self.job: LoadJob | None = None
+        self.fatal: Exception | None = None
         self.refused = ""
         self._plain: Heightmap | None = None  # the map of the scene without exaggeration
 
@@ -156,6 +159,7 @@ class MapLoader:
     def _fail(self, error: Exception) -> None:
         self._forget_job()
         if not self._scene.has_map or self._scene.awaits_map:
+            self.fatal = error
             raise error
         self._scene.window.say(str(error) or "not enough memory", ERROR_S)
 

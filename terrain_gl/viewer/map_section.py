@@ -22,7 +22,8 @@ def map_section(ui: Widgets, viewer: Viewer, press: Callable[[str], None]) -> No
     now = opened.key if opened.key in bundled() else shown
     if name := ui.choose("map", now, names, "The maps that come with the program."):
         viewer.open(name)
-    recent = {os.path.basename(path): path for path in viewer.memory.recent(opened.key)}
+    lost = (str(path) for path in viewer.lost if path.suffix != ".npz")
+    recent = {os.path.basename(path): path for path in (*lost, *viewer.memory.recent(opened.key))}
     if recent and (name := ui.choose("recent", _RECENT, (_RECENT, *recent), "Files that were shown before.")) in recent:
         viewer.open(recent[name])
     if ui.button("Open a file", "Choose a file from a folder (Ctrl O)."):

@@ -89,6 +89,10 @@ class Memory:
     def panels(self, panels: dict[str, bool]) -> None:
         self._data["panels"] = panels
 
+    def knows(self, key: str) -> bool:
+        """Whether a map was shown before."""
+        return key in self._part("maps")
+
     def bookmarks(self, key: str) -> dict[int, Pose]:
         """The bookmarks of a map by number."""
         stored = self._map(key).get("bookmarks")

@@ -100,6 +100,10 @@ class Panels:
             self._orientation(ui, size)
             self._explanations(ui, size)
 
+    def status_alone(self, ui: Widgets) -> None:
+        """Build the window with messages alone, because the others cannot be built."""
+        self._status(ui, self._viewer.window.size, 0.5)
+
     # --- The panel at the left ----------------------------------------------------------------------------------------
 
     def _panel_width(self, ui: Widgets, size: Size) -> float:

@@ -13,9 +13,11 @@ from .brush_tool import BrushTool
 from .frame_budget import FrameBudget
 from .map_writer import MapWriter, suggested_path
 from .pointer import Pointer
+from .recovery import Recovery
 from .scene import Scene
 
 MESSAGE_S = 10.0
+RESCUE_S = 3.0  # the recovery file is written this time after the last stroke
 _NO_LAND = object()
 
 
@@ -41,6 +43,8 @@ class Sculpting:
         Writes the map to a file; None if nothing is being written.
     save_as
         The path in the dialog that asks where to save; None while there is no dialog.
+    recovery
+        Keeps unsaved land in a file.
     """
 
     def __init__(self, scene: Scene, pointer: Pointer, budget: FrameBudget, on_edit: Callable[[bool], None]) -> None:
@@ -55,6 +59,8 @@ class Sculpting:
         self.share = 0.0
         self.writer: MapWriter | None = None
         self.save_as: str | None = None
+        self.recovery = Recovery()
+        self._edited_s = float("-inf")
         self._taking = False  # the brush is taken when there is headroom
         self._saved: object = None  # the land that is in a file
         self._warned: object = _NO_LAND  # the land when the user was warned that it is not
@@ -65,6 +71,7 @@ class Sculpting:
         before = self.tool
         self.tool = tool
         if not factor:
+            self.recovery.remove()
             self._saved = None
             self._warned = _NO_LAND
         elif before and tool:
@@ -215,6 +222,7 @@ class Sculpting:
         self._edited(settled=True)
 
     def _edited(self, settled: bool) -> None:
+        self._edited_s = self._window.now_s
         self._scene.controller.heightmap = self._scene.heightmap
         self._on_edit(settled)
 
@@ -265,14 +273,26 @@ class Sculpting:
                 self._window.say(str(error))
 
     def step(self) -> None:
-        """Build headroom for a while, and report the outcome of writing."""
+        """Build headroom for a while, report the outcome of writing, and keep the recovery file up to date."""
         self._make_headroom()
+        if not self.unsaved:
+            self.recovery.remove()
+        elif not self.at_work and self._window.now_s - self._edited_s >= RESCUE_S:
+            self.rescue()
         if self.writer and self.writer.message:
             self._window.say(self.writer.message, MESSAGE_S)
             self._saved = self.writer.land if self.writer.done else self._saved
             self.writer = None
 
+    def rescue(self) -> str:
+        """Begin to write unsaved land to the recovery file; returns its path, "" if there is nothing to be written."""
+        if not self.tool or not self.unsaved:
+            return ""
+        self.recovery.write(self._scene.heightmap, self._scene.exaggeration, self.tool.land)
+        return str(self.recovery.path or "")
+
     def join(self) -> None:
         """Wait until the map is written."""
         if self.writer:
             self.writer.join()
+        self.recovery.join()

@@ -10,6 +10,7 @@ from typing import NamedTuple
 
 import moderngl
 
+from ..basics.exceptions import TerrainError
 from ..gpu.timing import Stopwatch
 from ..light.climate import AUTO
 from ..renderer import Renderer
@@ -28,6 +29,7 @@ from .memory import Memory
 from .mouse import Mouse
 from .painter import REST_S, Painter
 from .pointer import Pointer
+from .recovery import note_error
 from .ruler import Ruler
 from .saver import Saver
 from .scene import Scene
@@ -95,6 +97,7 @@ class Viewer:
         self.ruler = Ruler()
         self.files = FileDialog(self.window, self.open)
         self.mouse = Mouse(self.scene, self.pointer, self.sculpting, self.ruler, self._clicked)
+        self.lost: list[Path] = []  # recovery files of windows that ended otherwise than by the user
         self._lines: Lines | None = None
         self._draped: list[Line] | None = None  # the overlays; None if the land has changed
         self._moved_s: float | None = None
@@ -107,6 +110,8 @@ class Viewer:
         self.files.close()
         self.painter.release()
         self.sculpting.join()
+        if self.window.closing:  # the user was asked; at any other end the recovery file stays
+            self.sculpting.recovery.remove()
         self.images.join()
         self._remember_map()
         self.loader.cancel()
@@ -228,6 +233,22 @@ class Viewer:
             return False
         self.window.say("cancelled")
         return True
+
+    def recover(self, error: Exception) -> str:
+        """Drop what was going on when an error came, so that the next frame begins afresh; returns a line about it."""
+        self.painter.forget()
+        self.painter.light.stop()
+        self.mouse.drag = ""
+        words = str(error).split("\n")[0] or "no more is known"
+        line = words if isinstance(error, TerrainError) else f"an error in the program: {type(error).__name__}: {words}"
+        if folder := self.sculpting.recovery.folder:
+            note_error(error, folder)
+        try:
+            self.sculpting.cancel()
+            kept = self.sculpting.rescue()
+        except Exception as another:
+            return f"{line}; the sculpted land is in no recovery file: {another}"
+        return f"{line}; the sculpted land is in {kept}, too" if kept else line
 
     def quit(self) -> None:
         """Close the window, unless edits would be lost; the second call closes it anyway."""

@@ -2,8 +2,10 @@
 
 from __future__ import annotations
 
+import sys
 from collections.abc import Callable
 from dataclasses import replace
+from functools import partial
 from typing import Any
 
 from ..camera import Camera
@@ -17,9 +19,12 @@ from .glfw_window import library, open_window
 from .gui import load_imgui
 from .loading import LoadJob, Opened, Opener
 from .memory import Memory, state_path
+from .recovery import lost_land, offer_of, recovery_folder
 from .settings import Settings
+from .window_state import MESSAGE_S
 
 SIZE = (1280, 720)
+OFFER_S = 20.0  # how long the window says that there is land to be recovered
 
 
 def run(
@@ -128,7 +133,10 @@ class Window:
         viewer.saver.on_copy = lambda text: self._glfw.set_clipboard_string(self._handle, text)
         viewer.saver.line_of = line_of
         viewer.files.has_desktop = True
-        viewer.window.say(memory.complaint or "H shows all keys; drop a file here to open a map")
+        viewer.sculpting.recovery.folder = recovery_folder()
+        viewer.lost = [path for path in lost_land(recovery_folder()) if not memory.knows(str(path))]
+        hint = offer_of(viewer.lost[0]) if viewer.lost else "H shows all keys; drop a file here to open a map"
+        viewer.window.say(memory.complaint or hint, OFFER_S if viewer.lost else MESSAGE_S)
         self._listen()
         try:
             while not viewer.window.closing:
@@ -136,6 +144,10 @@ class Window:
                 if self._glfw.window_should_close(self._handle):
                     self._glfw.set_window_should_close(self._handle, False)
                     viewer.quit()
+        except BaseException:
+            if kept := viewer.sculpting.rescue():
+                sys.stderr.write(f"the sculpted land is in {kept}\n")
+            raise
         finally:
             memory.window = self._glfw.get_window_size(self._handle)
             app.close()
@@ -180,7 +192,7 @@ class Window:
     # --- Events -------------------------------------------------------------------------------------------------------
 
     def _listen(self) -> None:
-        listeners = {
+        listeners: dict[str, Callable[..., Any]] = {
             "framebuffer_size": lambda *_: self._resize(),
             "window_refresh": lambda _: self._refresh(),
             "window_content_scale": lambda *_: self._resize(),
@@ -193,7 +205,8 @@ class Window:
             "char": lambda _, character: self._app.write(character),
         }
         for event, listener in listeners.items():
-            getattr(self._glfw, f"set_{event}_callback")(self._handle, listener)
+            heard = partial(self._app.attempt, listener)
+            getattr(self._glfw, f"set_{event}_callback")(self._handle, heard)
         self._cursor = self._glfw.get_cursor_pos(self._handle)
 
     def _resize(self) -> None:

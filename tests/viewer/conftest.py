@@ -60,8 +60,10 @@ def make_app(ctx, target):
         return made[-1]
 
     yield make
+    errors = [error for app in made for error in app.errors if error not in getattr(app, "expected", [])]
     for app in made:
         app.close()
+    assert not errors, errors[0]
 
 
 @pytest.fixture

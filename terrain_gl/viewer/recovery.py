@@ -1,0 +1,119 @@
+"""Recovery files: sculpted land that is not saved, written while the program runs, for the case that it ends otherwise.
+
+A file is written some seconds after a stroke, and at once after an error. It is removed when the land is saved, and
+when the user leaves without saving. So a file of a process that runs no longer holds land that was lost.
+"""
+
+from __future__ import annotations
+
+import os
+import re
+import traceback
+from pathlib import Path
+
+from ..heightmap import Heightmap
+from ..pages.map import PagedMap
+from .map_writer import MapWriter
+from .memory import state_path
+
+_NAME = re.compile(r".+-(\d+)-\d+\.(tif|npz)")
+
+
+def recovery_folder() -> Path:
+    """The folder of recovery files, beside the file of settings."""
+    return state_path().parent / "recovered"
+
+
+class Recovery:
+    """Keeps one recovery file of the land that is being sculpted.
+
+    Parameters
+    ----------
+    folder
+        Where the file is; None for no recovery files.
+
+    Attributes
+    ----------
+    path
+        The file; None until land is written.
+    """
+
+    def __init__(self, folder: Path | None = None) -> None:
+        self.folder = folder
+        self.path: Path | None = None
+        self._writer: MapWriter | None = None
+
+    def holds(self, land: object) -> bool:
+        """Whether this land is in the file, or is being written to it."""
+        return self._writer is not None and self._writer.land is land and not self._failed
+
+    @property
+    def _failed(self) -> bool:
+        return self._writer is not None and bool(self._writer.message) and not self._writer.done
+
+    def write(self, heightmap: Heightmap, exaggeration: float, land: object) -> None:
+        """Begin to write this land in place of an earlier one, in a thread.
+
+        Raises
+        ------
+        TerrainError
+            A store has no edits.
+        """
+        if self.folder is None or self.holds(land):
+            return
+        self.join()
+        self.folder.mkdir(parents=True, exist_ok=True)
+        if self.path is None:
+            ending = ".npz" if isinstance(heightmap, PagedMap) else ".tif"
+            stem = Path(heightmap.name).stem or "terrain"
+            numbers = range(1, 10**6)
+            names = (f"{stem}-{os.getpid()}-{number}{ending}" for number in numbers)
+            self.path = next(self.folder / name for name in names if not (self.folder / name).exists())
+        self._writer = MapWriter(str(self.path), heightmap, exaggeration, land)
+
+    def join(self) -> None:
+        """Wait until the file is written."""
+        if self._writer:
+            self._writer.join()
+
+    def remove(self) -> None:
+        """Remove the file: its land is saved, undone, or given up by the user."""
+        self.join()
+        if self.path:
+            self.path.unlink(missing_ok=True)
+        self.path = self._writer = None
+
+
+def lost_land(folder: Path) -> list[Path]:
+    """Recovery files of processes that run no longer, the latest first."""
+    found = [path for path in folder.glob("*") if (name := _NAME.fullmatch(path.name)) and not _runs(int(name[1]))]
+    return sorted(found, key=lambda path: path.stat().st_mtime, reverse=True)
+
+
+def offer_of(path: Path) -> str:
+    """How lost land is opened, in a line."""
+    how = "open the store with --edits and this file" if path.suffix == ".npz" else "Map, recent opens it"
+    return f"sculpted land that was not saved is in {path}: {how}"
+
+
+def _runs(pid: int) -> bool:
+    """Whether a process exists."""
+    if os.name != "posix":
+        return pid == os.getpid()
+    try:
+        os.kill(pid, 0)
+    except ProcessLookupError:
+        return False
+    except PermissionError:
+        pass
+    return True
+
+
+def note_error(error: BaseException, folder: Path) -> None:
+    """Write where an error came from to `errors.txt`, for those who mend the program."""
+    try:
+        folder.mkdir(parents=True, exist_ok=True)
+        text = "".join(traceback.format_exception(error))
+        (folder / "errors.txt").write_text(text, "utf-8")
+    except OSError:
+        pass  # the window shows the error itself
