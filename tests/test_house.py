@@ -26,7 +26,7 @@ LAYERS = (
     ("files", "film"),
     ("renderer",),
     ("comparison", "viewer"),
-    ("cli",),
+    ("cli", "pytest_plugin"),
     ("__main__",),
 )
 

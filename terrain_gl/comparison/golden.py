@@ -1,0 +1,187 @@
+"""Golden pictures of maps, for tests: draw a map, and compare it with a picture that was looked at and kept.
+
+`terrain_gl.pytest_plugin` makes one `GoldenPictures` for each test.
+"""
+
+from __future__ import annotations
+
+import os
+import re
+from pathlib import Path
+from typing import Any
+
+import numpy as np
+
+from ..basics.exceptions import TerrainError, UsageError
+from ..camera import Camera
+from ..files.maps import open_map
+from ..files.views import standard_sun, standard_view
+from ..gpu import gl
+from ..gpu.context import create_context
+from ..heightmap import Heightmap
+from ..image import difference, read_image, write_png
+from ..renderer import Renderer
+from ..renderer.frame import Frame
+from .difference import OTHER_DRIVER, Difference, Tolerance, check_alike, differ
+
+FOLDER = "golden"
+
+
+class Software:
+    """The OpenGL context of all tests of a session; on software if the system has it."""
+
+    def __init__(self) -> None:
+        os.environ.setdefault("LIBGL_ALWAYS_SOFTWARE", "1")  # Mesa reads it when the context is made
+        self.ctx = create_context()
+        self.gl_renderer = str(self.ctx.info["GL_RENDERER"])
+        self.is_software = gl.is_software(self.ctx)
+
+    def release(self) -> None:
+        """Release the context."""
+        self.ctx.release()
+
+
+class GoldenPictures:
+    """Compares pictures of one test with golden ones.
+
+    Attributes
+    ----------
+    folder
+        The folder of the test's file. Golden pictures are in its folder `golden`; names of maps are relative to it.
+    name
+        Begins the name of each golden picture.
+    failures
+        Folder for pictures that differ.
+    regenerate
+        Write golden pictures instead of comparing.
+    """
+
+    def __init__(self, software: Software, folder: Path, name: str, failures: Path, regenerate: bool) -> None:
+        self._software = software
+        self.folder = folder
+        self.name = name
+        self.failures = failures
+        self.regenerate = regenerate
+        self._used: set[str] = set()
+
+    def __call__(
+        self,
+        terrain: str | os.PathLike[str] | np.ndarray | Heightmap,
+        camera: Camera | None = None,
+        *,
+        name: str = "",
+        size: tuple[int, int] = (320, 180),
+        spacing_m: float | tuple[float, float] | None = None,
+        tolerance: float = OTHER_DRIVER.steps,
+        share: float = OTHER_DRIVER.share,
+        **options: Any,
+    ) -> Frame:
+        """Draw a map, and compare the picture with the golden one.
+
+        Parameters
+        ----------
+        terrain
+            A file, the name of a bundled map, heights in metres, or a `Heightmap`.
+        camera
+            The view; by default the one of `terrain-gl shot`, which follows the highest and lowest post.
+        name
+            Needed for a second picture in one test.
+        size
+            Width and height in pixels.
+        spacing_m
+            Metres between posts, of a file or of heights.
+        tolerance, share
+            At most `share` of the pixels may differ by more than `tolerance` steps of 255.
+        options
+            Of `Renderer.render`: `max_error_px`, `style`, `sun`, ….
+
+        Returns
+        -------
+        Frame
+            `image` and `stats`, for further assertions.
+
+        Raises
+        ------
+        AssertionError
+            The picture differs, or there is no golden one.
+        """
+        __tracebackhide__ = True  # pytest shows the line of the test
+        heightmap, usual = self._opened(terrain, spacing_m)
+        given = usual | options | ({"camera": camera} if camera else {})
+        with self._software.ctx, Renderer(heightmap, size, ctx=self._software.ctx) as renderer:
+            frame = renderer.render(**given)
+        self.compare(frame.image, name, tolerance, share)
+        return frame
+
+    def compare(
+        self,
+        image: np.ndarray,
+        name: str = "",
+        tolerance: float = OTHER_DRIVER.steps,
+        share: float = OTHER_DRIVER.share,
+    ) -> None:
+        """Compare any picture, (height, width, 3 or 4) uint8, with the golden one; alpha is left out."""
+        __tracebackhide__ = True
+        golden = self.golden(name)
+        image = np.ascontiguousarray(image[..., :3])
+        if self.regenerate:
+            golden.parent.mkdir(exist_ok=True)
+            write_png(golden, image)
+            return
+        if not golden.exists():
+            raise AssertionError(
+                f"there is no golden picture {golden}: run pytest --regenerate-terrain, look at it, and commit it"
+            )
+        expected = read_image(golden)
+        try:
+            check_alike((expected, image), (golden, "the drawn picture"))
+        except TerrainError as error:
+            raise AssertionError(str(error)) from None
+        found = differ(expected, image, Tolerance(tolerance, share), with_flip=False)
+        if not found.is_within:
+            raise AssertionError(self._report(golden, expected, image, found))
+
+    def golden(self, name: str = "") -> Path:
+        """The file of a golden picture; a name is used once in a test."""
+        whole = re.sub(r"[^\w.-]+", "_", f"{self.name}-{name}" if name else self.name).strip("_")
+        if whole in self._used:
+            raise UsageError(f'{whole}: is the second picture of that name in this test: give it a name="…"')
+        self._used.add(whole)
+        return self.folder / FOLDER / f"{whole}.png"
+
+    def _opened(
+        self, terrain: str | os.PathLike[str] | np.ndarray | Heightmap, spacing_m: float | tuple[float, float] | None
+    ) -> tuple[Heightmap, dict[str, Any]]:
+        """The map, and its usual camera and sun."""
+        known = None
+        if isinstance(terrain, Heightmap):
+            heightmap = terrain
+        elif isinstance(terrain, np.ndarray):
+            heightmap = Heightmap(terrain, 1.0 if spacing_m is None else spacing_m)
+        else:
+            beside = self.folder / terrain
+            heightmap, known = open_map(os.fspath(beside if beside.exists() else terrain), spacing_m=spacing_m)
+        if known:
+            return heightmap, {"camera": known.camera, "sun": known.sun}
+        return heightmap, {"camera": standard_view(heightmap), "sun": standard_sun(heightmap)}
+
+    def _report(self, golden: Path, expected: np.ndarray, image: np.ndarray, found: Difference) -> str:
+        """Write the drawn picture and the difference, and say in a few lines what differs."""
+        self.failures.mkdir(parents=True, exist_ok=True)
+        seen = self.failures / golden.name
+        off = self.failures / f"{golden.stem}-difference.png"
+        write_png(seen, image)
+        write_png(off, difference(expected, image))
+        col, row = found.worst
+        return "\n".join(
+            [
+                f"{found.share:.2%} of the pixels differ by more than {found.tolerance.steps:g} of 255 from the golden"
+                f" picture, {found.tolerance.share:.2%} are allowed",
+                f"  golden      {golden}",
+                f"  drawn       {seen}",
+                f"  difference  {off}",
+                f"  most        {found.largest:g} of 255, at column {col}, row {row}",
+                f"  driver      {self._software.gl_renderer}",
+                "  If the change is right: pytest --regenerate-terrain, look at the picture, and commit it.",
+            ]
+        )
