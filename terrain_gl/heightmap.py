@@ -22,6 +22,7 @@ from terrain_gl.readers.georeference import Georeference
 from terrain_gl.readers.objects import raster_of
 from terrain_gl.readers.place import Place
 from terrain_gl.readers.plausible import not_of_the_earth, plausible_scale, plausible_spacing
+from terrain_gl.readers.undeclared import undeclared_voids, without
 from terrain_gl.readers.values import ENCODINGS, read_heights
 
 MIN_SPACING_M = 1e-6
@@ -129,7 +130,9 @@ class Heightmap:
             Metres per unit of value, and the height of value 0; by default from the file's tags, else 1 and 0.
         nodata : float, optional
             A further value that marks voids, besides the file's own. NaN, ±Inf and full transparency always mark voids;
-            −32768 does in .hgt files, and in other signed 16-bit files without a no-data value.
+            −32768 does in .hgt files, and in other signed 16-bit files without a no-data value. By default, values that
+            programs write for voids and that are far from all other heights, such as −9999, mark them, too; a note says
+            so. NaN: only the file's own value marks voids.
         encoding : {"plain", "terrarium", "mapbox"}
             How pixels store heights: in one channel, or packed in the three channels of an 8-bit colour image.
         progress : function, optional
@@ -205,6 +208,10 @@ class Heightmap:
         scales = _first_known(z_scale, raster.scale), _first_known(z_offset_m, raster.offset_m)
         heights = read_heights(raster, scales, nodata, encoding, progress)
         notes = raster.notes if spacing_m is None else ()
+        if nodata is None:
+            marks, words = undeclared_voids(heights, scales)
+            heights = without(heights, marks)
+            notes = notes + words
         if z_scale is None and z_offset_m is None and encoding == "plain":
             factor, words = plausible_scale(raster, heights, spacing)
             scales = (scales[0] * factor, scales[1])

@@ -44,7 +44,8 @@ def run(args: argparse.Namespace) -> int:
     how = How(args.trusted, args.band, args.raw)
     reading = Reading(how, args.z_scale, args.z_offset, args.nodata, args.encoding)
     with report.progress_bar("building") as progress:
-        about = build(paths, args.output, args.spacing, reading, args.fill, args.workers, args.scheduler, progress)
+        how_built = args.fill, args.workers, args.scheduler, progress
+        about = build(paths, args.output, args.spacing, reading, *how_built, tell=options.tell_notes)
     report.write_json(args.json, {"store": args.output} | about)
     report.say(args.json, f"{report.shown(args.output)}: {summary(about)}")
     return 0

@@ -26,7 +26,7 @@ from ..light.sun import sun_position
 from ..pages.map import PagedMap
 from ..readers import How
 from ..readers.values import ENCODINGS
-from ..readers.windows import Reading
+from ..readers.windows import Reading, Windows
 from ..renderer import Renderer
 from ..renderer.options import OPTIONS, RenderOptions
 from ..shade.picture import Look
@@ -68,7 +68,8 @@ def add_map_options(command: Any) -> None:
     group.add_argument("--spacing", type=values.spacing, metavar="M", help="metres between posts, or EAST,NORTH")
     group.add_argument("--z-scale", type=values.number, metavar="F", help="metres per unit of value")
     group.add_argument("--z-offset", type=values.number, metavar="M", help="height of value 0 in metres")
-    group.add_argument("--nodata", type=values.nodata, metavar="V", help="value that marks a void")
+    what = "value that marks a void; none: only the file's own does"
+    group.add_argument("--nodata", type=values.nodata, metavar="V", help=what)
     group.add_argument("--encoding", choices=tuple(ENCODINGS), default="plain", help="how pixels hold heights")
     group.add_argument("--band", type=values.band, metavar="N", help="the band that holds the heights, or its name")
     what = "MAP is bare posts, row after row (.raw and .r16 of a square need no size)"
@@ -213,6 +214,7 @@ def open_scene_or_sample(
     stores.check_no_edits(args, name)
     few, offer = sample(name, reading)
     print(f"terrain-gl: note: {offer}", file=sys.stderr)
+    tell_notes(few)
     camera = _camera(args, few, _first_view(args, few))
     return Scene(few, camera, args.sun or clock_sun(args, few) or standard_sun(few)), offer
 
@@ -292,7 +294,7 @@ def open_map(args: argparse.Namespace, name: str | None = None) -> tuple[Heightm
     return heightmap, known
 
 
-def tell_notes(heightmap: Heightmap) -> None:
+def tell_notes(heightmap: Heightmap | Windows) -> None:
     """Print notes on how a file was interpreted to standard error."""
     for note in heightmap.notes:
         print(f"terrain-gl: note: {report.shown(heightmap.name)}: {note}", file=sys.stderr)

@@ -20,11 +20,11 @@ def number(text: str) -> float:
 
 
 def nodata(text: str) -> float:
-    """Any number, NaN too."""
+    """Any number; "none" is NaN, which no value equals."""
     try:
-        return float(text)
+        return float("nan" if text.lower() == "none" else text)
     except ValueError:
-        raise _expected("a number", text) from None
+        raise _expected("a number, or none", text) from None
 
 
 def positive(text: str) -> float:

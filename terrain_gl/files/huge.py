@@ -32,6 +32,7 @@ def sample(path: str | os.PathLike[str], reading: Reading) -> tuple[Heightmap, s
         Only GDAL can read a part of such a file, and it does not open this one.
     """
     file = RasterFile(os.fspath(path), reading)
+    file.voids_m = file.find_voids()
     rows, cols = file.shape
     size = f"{file.name}: has {cols:,} x {rows:,} posts"
     step = math.ceil(max(rows, cols) / LONGEST)
@@ -40,4 +41,5 @@ def sample(path: str | os.PathLike[str], reading: Reading) -> tuple[Heightmap, s
         raise TerrainError(f"{size}, too many to be held in memory: make a store of it with {store_command(file.name)}")
     east, north = file.spacing_m or (1.0, 1.0)
     few = Heightmap(heights, (east * cols / heights.shape[1], north * rows / heights.shape[0]), file.name)
+    few.notes = file.notes
     return few, f"{size}; this is a coarse sample, without a certified bound. For all posts: {store_command(file.name)}"

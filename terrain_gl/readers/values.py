@@ -60,7 +60,8 @@ def heights_of(
 def _void_marks(raster: Raster, nodata: float | None) -> list[float]:
     """The stored values that mean "no data", rounded to the type of the pixels."""
     own = raster.nodata
-    if own is None and raster.dtype.newbyteorder("=") == np.int16:
+    refused = nodata is not None and np.isnan(nodata)
+    if own is None and not refused and raster.dtype.newbyteorder("=") == np.int16:
         own = SRTM_VOID
     marks = [float(mark) for mark in (own, nodata) if mark is not None]
     with np.errstate(over="ignore"):

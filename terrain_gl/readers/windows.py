@@ -20,9 +20,11 @@ from terrain_gl.readers.gdal import closed_environment, open_layer, place_of
 from terrain_gl.readers.georeference import EVEN, Georeference
 from terrain_gl.readers.objects import is_labelled, lazy_array
 from terrain_gl.readers.raster import Blocks, Raster, Spacing, damaged, gdal_failures, one_line, utf8
+from terrain_gl.readers.undeclared import undeclared_voids, without
 from terrain_gl.readers.values import heights_of
 
 _ALL = slice(None)
+_SAMPLES = 1024  # posts a side where marks of voids are looked for
 
 
 class Windows(Protocol):
@@ -66,13 +68,16 @@ class Reading:
     nodata: float | None = None
     encoding: str = "plain"
 
-    def heights(self, pixels: np.ndarray, raster: Raster) -> np.ndarray:
-        """Pixels (rows, cols, channels) as metres."""
-        scales = (
+    def scales(self, raster: Raster) -> tuple[float, float]:
+        """Metres per unit of a raster's values, and the height of value 0."""
+        return (
             raster.scale if self.z_scale is None else self.z_scale,
             raster.offset_m if self.z_offset_m is None else self.z_offset_m,
         )
-        return heights_of(pixels, raster, scales, self.nodata, self.encoding)
+
+    def heights(self, pixels: np.ndarray, raster: Raster) -> np.ndarray:
+        """Pixels (rows, cols, channels) as metres."""
+        return heights_of(pixels, raster, self.scales(raster), self.nodata, self.encoding)
 
 
 def open_windows(paths: Sequence[str | os.PathLike[str]], reading: Reading | None = None) -> Windows:
@@ -84,6 +89,9 @@ def open_windows(paths: Sequence[str | os.PathLike[str]], reading: Reading | Non
         A file cannot be read, or is not on the grid of the first one.
     """
     files = [RasterFile(os.fspath(path), reading or Reading()) for path in paths]
+    marks = {mark for file in files for mark in file.find_voids()}
+    for file in files:
+        file.voids_m = tuple(sorted(marks))
     if len(files) == 1:
         return files[0]
     return Mosaic(files)
@@ -159,6 +167,7 @@ class RasterFile:
         self.spacing_m = raster.spacing_m
         self.georeference = raster.georeference
         self.notes = raster.notes
+        self.voids_m: tuple[float, ...] = ()
         self._raster = raster
         self._by_window = has_windows(path, reading.how)
         self._open = threading.local()
@@ -171,11 +180,23 @@ class RasterFile:
 
     def read(self, rows: slice, cols: slice) -> np.ndarray:
         """The heights of a window."""
-        return self.reading.heights(self._pixels(rows, cols), self._raster)
+        return without(self.reading.heights(self._pixels(rows, cols), self._raster), self.voids_m)
+
+    def find_voids(self) -> tuple[float, ...]:
+        """Heights that mark voids although the file does not say so, looked for in a sample; adds notes on them."""
+        if self.reading.nodata is not None:
+            return ()
+        few = self.sample((min(self.shape[0], _SAMPLES), min(self.shape[1], _SAMPLES)))
+        heights = self.read(_ALL, _ALL) if few is None else few
+        marks, notes = undeclared_voids(heights, self.reading.scales(self._raster))
+        self.notes = self.notes + notes
+        return marks
 
     def sample(self, size: tuple[int, int]) -> np.ndarray | None:
         """The heights at (rows, cols) posts spread over the whole map; None if GDAL does not read this file."""
-        return self.reading.heights(self._pixels(out=size), self._raster) if self._by_window else None
+        if not self._by_window:
+            return None
+        return without(self.reading.heights(self._pixels(out=size), self._raster), self.voids_m)
 
     def __getstate__(self) -> dict[str, Any]:
         """Everything except open files and generators, which cannot be sent to another process."""
@@ -237,7 +258,7 @@ class Mosaic:
         self.georeference = Georeference(grid, first.georeference.crs, (self.shape[1], self.shape[0]))
         self.name = f"{first.name} and {len(files) - 1} more"
         self.spacing_m = first.spacing_m
-        self.notes = first.notes
+        self.notes = tuple(dict.fromkeys(note for file in files for note in file.notes))
 
     @property
     def identity(self) -> Any:

@@ -38,6 +38,7 @@ def build(
     progress: Progress | None = None,
     tile: int = TILE,
     shard: int = SHARD,
+    tell: Callable[[Windows], None] | None = None,
 ) -> dict[str, Any]:
     """Build a store beside a map of any size. The source is read once, window by window, and does not change.
 
@@ -58,6 +59,8 @@ def build(
         Number of processes of this machine; or the address of a Dask scheduler.
     tile, shard
         Posts a side of a tile, and of the part that one task writes; powers of two.
+    tell
+        Called with the opened source before the work; its `notes` say how it was interpreted.
 
     Returns
     -------
@@ -72,6 +75,8 @@ def build(
     zarr_library()
     path = os.fspath(output)
     windows = _opened(source, reading)
+    if tell:
+        tell(windows)
     if workers > 1 and windows.identity is None and not address:
         raise UsageError("an object in memory is built in this process: leave workers at 1")
     if min(windows.shape) < 2:
