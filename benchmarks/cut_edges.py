@@ -27,7 +27,7 @@ for name in sys.argv[1:] or list(bundled()):
     tables = ErrorTables(terrain)
     for level in range(1, min(LEVELS, terrain.top_level) + 1):
         errors = unpack_nodes(tables.read_nodes(level), terrain.span_m)
-        moves = np.max(reference.cut_moves(terrain.filled, level)[:, 0], (0, 1))
+        moves = np.max(reference.cut_moves(terrain.filled, level), (0, 1))
         rough = errors.quad_max > 0
         whole = errors.quad_max[rough]
         means = [np.exp(np.log(each[rough] / whole).mean()) for each in (errors.cut_max, errors.quad_max + moves)]

@@ -26,8 +26,8 @@ from .terrain import Terrain
 SMALL_LEVELS = 2  # levels of glsl/error/small.comp
 FINE_LEVELS = 5  # one thread computes a node up to this level, or a block of this level in coarser nodes
 PORTION = 2**18  # posts that one step of `ErrorTables.build_steps` visits
-GATHERED_BYTES = 100  # glsl/error/coarse.glsl
-CUT_BYTES = 24  # of each edge
+GATHERED_BYTES = 72  # glsl/error/coarse.glsl
+CUT_BYTES = 8  # of each edge
 _BUFFERS = ("nodes", "ranges", "gains", "counters", "squares", "blocks", "cuts")
 _BARRIER = moderngl.SHADER_STORAGE_BARRIER_BIT
 
@@ -40,7 +40,7 @@ class ErrorTables:
     nodes
         Records `layout.NODE` of all levels from 1 on.
     ranges
-        Records `layout.NODE_RANGE` of these nodes: lowest and highest height, and errors as a fan and as stars.
+        Records `layout.NODE_RANGE` of these nodes: lowest and highest height.
     gains
         For each of these nodes, float32: the squared metres that splitting removes for each triangle it adds.
     counters, squares
@@ -194,7 +194,7 @@ class ErrorTables:
         self._run("cut", (-(-4 * width * height // 64), 1), place)
         self._run("gather", (-(-width * blocks // 8), -(-height * blocks // 8)), place | {"u_posts": posts})
         self._run("join", (-(-width // 8), -(-height * blocks // 8)), place)
-        self._run("settle", (-(-width * height // 64), 1), place)
+        self._run("write", (-(-width * height // 64), 1), place)
         gathering.release()
         moved.release()
 

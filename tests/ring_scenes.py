@@ -65,7 +65,7 @@ def check_covered_once(drawn, heightmap):
 
 
 def patches_of(scene, selection):
-    """Records of the view's patches, decoded: corner, side_log2, pair, step_log2, edges_log2 (n, 4), bound_px."""
+    """Records of the view's patches, decoded: corner, side_log2, step_log2, edges_log2 (n, 4), bound_px."""
     data = scene.levels.patches.read(selection.patches * layout.RING_PATCH.itemsize)
     return layout.unpack_ring_patches(np.frombuffer(data, layout.RING_PATCH))
 

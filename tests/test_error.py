@@ -111,47 +111,22 @@ def check_cut_edges(terrain, tables):
     void = np.isnan(terrain.heightmap.heights)
     for level in range(1, len(terrain.levels)):
         table = layout.unpack_nodes(tables.read_nodes(level), terrain.span_m)
-        fans = tables.read_ranges(level)["fan_m"].astype(np.float64) * terrain.span_m * 2.0**-14
         found, posts = reference.cut_errors(terrain.filled, level, void), own_posts(np.ones(void.shape, bool), level)
-        assert (table.cut_max >= table.quad_max).all() and (fans[..., 0] <= table.cut_max).all(), level
-        for most, rms, largest, squares in (
-            (table.cut_max, table.cut_rms, found.largest, found.squares),
-            (fans[..., 0], fans[..., 1], found.fan_largest, found.fan_squares),
-        ):
-            mean = np.sqrt(squares / posts)
-            assert (most >= largest).all(), level
-            assert (most <= largest * HALF + 4 * ROUNDING * terrain.span_m).all(), level
-            assert (rms >= np.minimum(mean, largest)).all(), level
-            assert (rms <= mean * MEAN_HALF + SQUARE_STEP * terrain.span_m).all(), level
-
-
-def check_stars(terrain, tables):
-    """The errors of cells of stars, and of stars of 4 × 4 and of 8 × 8 segments."""
-    void, slack = np.isnan(terrain.heightmap.heights), 4 * ROUNDING * terrain.span_m
-    for level in range(1, len(terrain.levels)):
-        table = layout.unpack_nodes(tables.read_nodes(level), terrain.span_m)
-        stars = tables.read_ranges(level)["stars_m"].astype(np.float64) * terrain.span_m * 2.0**-14
-        expected = reference.turned_errors(terrain.filled, level, void)
-        close, whole = expected * HALF + slack + table.cut_max[..., None] * (1.1 / 255), np.isfinite(expected)
-        assert (table.turned >= expected * (1 - 1e-6))[whole].all() and (table.turned <= close)[whole].all(), level
-        for k in (2, 3):
-            found, span_m = stars[..., k - 2], terrain.span_m * (1 - 1e-6)
-            if level <= k:
-                assert (found >= span_m).all(), "finer patches have no such bound"
-                continue
-            expected = reference.star_errors(terrain.filled, level, k, void)
-            whole = np.isfinite(expected)
-            assert (found >= np.minimum(expected, span_m)).all(), (level, k)
-            assert not whole.any() or np.mean((found <= 1.02 * expected + slack)[whole]) > 0.97, (level, k)
+        mean = np.sqrt(found.squares / posts)
+        assert (table.cut_max >= table.quad_max).all(), level
+        assert (table.cut_max >= found.largest).all(), level
+        assert (table.cut_max <= found.largest * HALF + 4 * ROUNDING * terrain.span_m).all(), level
+        assert (table.cut_rms >= np.minimum(mean, found.largest)).all(), level
+        assert (table.cut_rms <= mean * MEAN_HALF + SQUARE_STEP * terrain.span_m).all(), level
 
 
 def test_cut_edges_of_coarse_nodes_are_the_references(ctx):
     terrain, tables = built(ctx, Heightmap(rough(150, 203, seed=5), 10.0))
-    moves, first = np.frombuffer(tables.cuts.read(), "f4").reshape(-1, 4, 3, 2), 0
+    moves, first = np.frombuffer(tables.cuts.read(), "f4").reshape(-1, 4, 2), 0
     for level in range(FINE_LEVELS + 1, len(terrain.levels)):
         expected = reference.cut_moves(terrain.filled, level)
-        nodes = expected[0, 0, 0].size
-        expected = expected.reshape(4, 3, 2, nodes).transpose(3, 0, 1, 2)
+        nodes = expected[0, 0].size
+        expected = expected.reshape(4, 2, nodes).transpose(2, 0, 1)
         assert moves[first : first + nodes] == pytest.approx(expected, rel=1e-4, abs=1e-3)
         first += nodes
     assert first == len(moves) > 10 and moves.max() > 1
@@ -160,7 +135,6 @@ def test_cut_edges_of_coarse_nodes_are_the_references(ctx):
 def check_tables(terrain, tables):
     check_wedges(terrain, tables)
     check_cut_edges(terrain, tables)
-    check_stars(terrain, tables)
     span = terrain.span_m
     for level, max_m, rms_m, some_void in expected(terrain):
         table_max, table_rms, void_marks = table_m(tables, level)
@@ -344,7 +318,7 @@ def node_bounds(terrain, level):
         solid = ~(void[1:, 1:] | void[1:, :-1] | void[:-1, 1:] | void[:-1, :-1])
         twist = np.abs(reference.twists(terrain.filled.astype("f8"))) * solid
         return twist / 4, twist**2 / 64, (twist * MEAN_HALF) ** 2 / 64
-    worst, squares = reference.cut_errors(terrain.filled, level, void)[:2]
+    worst, squares = reference.cut_errors(terrain.filled, level, void)
     posts = own_posts(np.ones(void.shape, bool), level)
     rms = np.sqrt(squares / posts)
     most = rms * MEAN_HALF + SQUARE_STEP * terrain.span_m
@@ -522,5 +496,5 @@ def test_work_groups_stay_below_the_limit_on_the_largest_map(ctx, monkeypatch):
         monkeypatch.setattr(scene.tables._sat64, name, lambda *_: None)
     monkeypatch.setattr(scene.terrain.heightmap, "heights", np.broadcast_to(np.float32(0), (16384, 16384)))
     scene.tables.build()
-    assert {name for name, *_ in groups} == {"small", "fine", "cut", "gather", "join", "settle", "count"}
+    assert {name for name, *_ in groups} == {"small", "fine", "cut", "gather", "join", "write", "count"}
     assert max(max(count) for _, *count in groups) <= most

@@ -16,9 +16,7 @@ from ring_scenes import (
 )
 
 from terrain_gl.camera import Camera
-from terrain_gl.gpu import gl, layout
 from terrain_gl.heightmap import Heightmap
-from terrain_gl.lod import Goal, RingsSelector
 
 FINEST = -5  # log2 of the least spacing, one more beyond ring 0: glsl/lod/rings/leaf.glsl
 SIZES = [(2, 2), (2, 3), (3, 2), (5, 9), (2, 49), (49, 2), (33, 33), (34, 51)]
@@ -158,17 +156,3 @@ def test_triangles_touch_new_vertices_of_one_edge_alone(ctx, scene, view):
         assert (new.sum(1) <= 1).all()
         many += int(new.any(1).sum())
     assert many > 20 or scene.heightmap.range_m[1] < 10
-
-
-def test_counters_are_read_alike_from_a_texture_and_from_a_block(ctx, scene, monkeypatch):
-    """Counters that are too many for a texture are read from their storage block."""
-    camera, found = cameras(scene.heightmap)["default"], []
-    for texels in (2**31 - 1, 0):
-        limits = {"texture_buffer_texels": texels}
-        monkeypatch.setattr(gl, "limits", lambda ctx, limits=limits: limits)
-        selector = RingsSelector(scene.tables)
-        selection = selector.select(camera, scene.size, scene.near_m, Goal(0.5))
-        found.append((selection, selector.patches.read(selection.patches * layout.RING_PATCH.itemsize)))
-        assert ("u_counters" in selector._kernel("decide")) == (texels > 0)
-        selector.release()
-    assert found[0] == found[1] and found[0][1]

@@ -244,15 +244,6 @@ def test_flat_land_is_coarser_than_the_cells_of_its_ring(ctx):
     scene.release()
 
 
-def test_pairs_save_patches(ctx, scene):
-    """Each pair is a patch less. Pairs lie along both axes, and are never single cells."""
-    patches = patches_of(scene, scene.select(cameras(scene.heightmap)["default"], 0.3, cull=False))
-    wide, tall = patches.pair.T.astype(bool)
-    assert not (wide & tall).any() and wide.any() and tall.any()
-    assert (wide | tall).sum() > 0.1 * len(wide)
-    assert (patches.side_log2 > patches.step_log2)[wide | tall].all()
-
-
 def test_no_pass_walks_the_map(ctx):
     """The same land around the eye in larger and larger maps: as many blocks, but for the rings that are added."""
     small = rough(129, 129, 2)
@@ -266,7 +257,7 @@ def test_no_pass_walks_the_map(ctx):
         selector.select(camera, SIZE, 1.0, Goal(1.0))
         rings = selector._rings_of(camera, 8)
         summary = np.frombuffer(selector._buffers["summary"].read(layout.RING_SUMMARY.itemsize), layout.RING_SUMMARY)[0]
-        roots = sum(ring.patches[0] * ring.patches[1] for ring in rings)
+        roots = sum(ring.blocks[0] * ring.blocks[1] for ring in rings)
         used.append((len(rings), roots, int(summary["blocks"]) - roots, selector.dispatches))
     for (rings, _, parts, _), (more_rings, roots, more_parts, dispatches) in zip(used, used[1:], strict=False):
         assert more_rings <= rings + 2

@@ -13,7 +13,7 @@ from terrain_gl.camera import Camera
 from terrain_gl.gpu import layout
 from terrain_gl.heightmap import Heightmap
 from terrain_gl.lod import Goal, RingsSelector, budget
-from terrain_gl.lod.ring_layout import PATCH, PATCHES, rings_around
+from terrain_gl.lod.ring_layout import BLOCK_SIDE, BLOCKS_ACROSS, rings_around
 from terrain_gl.reference import rings as twin
 
 RNG = np.random.default_rng(8)
@@ -38,12 +38,12 @@ def test_rings_stand_where_the_reference_puts_them(at, last, spacing_m, away_m):
     top = max(1, (max(last) - 1).bit_length())
     rings = rings_around(at, away_m, last, spacing_m, top)
     eye = tuple(min(max(a, 0), float(end)) for a, end in zip(at, last, strict=True))
-    across = [max(PATCHES, round(PATCHES * max(spacing_m) / s)) for s in spacing_m]
+    across = [max(BLOCKS_ACROSS, round(BLOCKS_ACROSS * max(spacing_m) / s)) for s in spacing_m]
     for ring in rings:
-        origin, side = twin.ring_origin(eye, across, ring.level), PATCH << ring.level
+        origin, side = twin.ring_origin(eye, across, ring.level), BLOCK_SIDE << ring.level
         for i in range(2):
             rows = twin.rows_on_map(origin[i], across[i], ring.level, last[i])
-            assert (ring.origin[i], ring.patches[i]) == (origin[i] + side * rows[0], len(rows))
+            assert (ring.origin[i], ring.blocks[i]) == (origin[i] + side * rows[0], len(rows))
     for finer, ring in zip(rings, rings[1:], strict=False):
         assert ring.level == finer.level + 1
         for i in range(2):
@@ -58,7 +58,7 @@ def test_rings_have_no_more_blocks_than_the_map(ctx):
     scene = clipmap_of(ctx, heightmap, (64, 64))
     camera = Camera((0.15, -3000.0, 2000.0), (0.15, 2000.0, 0.0), 60.0)
     rings = rings_around((15.0, 27.0), 1.0, (29, 53), heightmap.spacing_m, scene.terrain.top_level)
-    assert sum(ring.patches[0] * ring.patches[1] for ring in rings) < 100
+    assert sum(ring.blocks[0] * ring.blocks[1] for ring in rings) < 100
     assert scene.select(camera, 1.0).triangles > 2
     scene.release()
 
@@ -115,24 +115,20 @@ def test_next_step_asks_from_the_coarsest_down(ctx, scene):
     levels, last, n = class_levels(scene), scene.terrain.all_posts[2:], 1500
     camera = cameras(scene.heightmap)["default"]
     scene.select(camera, 0.5)
-    finest_ring = scene.levels._rings_of(camera, PATCH)[0].level
+    finest_ring = scene.levels._rings_of(camera, BLOCKS_ACROSS)[0].level
     side_log2 = RNG.integers(0, 6, n)
     coarsest = np.minimum(RNG.integers(-2, 5, n), side_log2)
     low = RNG.integers(0, 60, (n, 2)) >> side_log2[:, None] << side_log2[:, None]
     nearest_m = 10 ** RNG.uniform(1, 5, n)
     statement = """Projection p = Projection(false, true, b.x, 1.0, b.x, 0.0);
-    bool is_alone = false;
-    int step_log2 = next_step_or_known(ivec2(a.xy), int(a.z), 0, int(a.w), NO_STEP, p, is_alone);
-    return vec4(step_log2, error_within_m(p), is_alone, 0.0);"""
+    int finest = finest_of(ivec2(a.xy), int(a.z), 0, int(a.w));
+    return vec4(next_step(ivec2(a.xy), int(a.z), int(a.w), finest, p), error_within_m(p), 0.0, 0.0);"""
 
     def bind(kernel):
         scene.levels._bind()
 
     asked = np.column_stack([low, side_log2, coarsest])
-    got = ask(ctx, "lod/rings/leaf.glsl", statement, asked, np.column_stack([nearest_m] * 4), STARS, bind)
-    ranges = [scene.tables.read_ranges(level) for level in range(1, scene.terrain.top_level + 1)]
-    known = [np.stack([each["fan_m"][..., 0], *np.moveaxis(each["stars_m"], -1, 0)]) for each in ranges]
-    known_m = [each.astype("f4") * np.float32(scene.terrain.span_m * 2.0**-14) for each in known]
+    got = ask(ctx, "lod/rings/leaf.glsl", statement, asked, np.column_stack([nearest_m] * 4), bind=bind)
     twists_m = reference.twists(scene.terrain.filled - np.float32(scene.terrain.base_m))
     few = 0
     for k in range(n):
@@ -144,24 +140,18 @@ def test_next_step_asks_from_the_coarsest_down(ctx, scene):
                 return few_m <= within_m
             return twin.is_within(levels, place, tuple(at + (1 << side) for at in place), last, step, within_m)
 
-        def as_known(step, place=place, side=side, within_m=within_m):
-            return twin.known_m(known_m, place, side, step) <= within_m
-
         finest = twin.finest_step(side, finest_ring)
-        expected = twin.next_step(int(coarsest[k]), finest, lambda step: by_cells(step) or as_known(step))  # noqa: B023
+        expected = twin.next_step(int(coarsest[k]), finest, by_cells)
         assert got[k, 0] == (NEVER_STEP if expected is None else expected)
-        assert got[k, 2] == (expected is not None and not by_cells(expected))
         few += expected is not None and expected <= 0 and side <= twin.FEW_LOG2
     assert len(np.unique(got[:, 0])) > 5 and few > 10
-    segments_log2 = side_log2 - got[:, 0]
-    assert [(got[:, 2] * (segments_log2 == k)).any() for k in range(5)] == [False, True, True, True, False]
 
 
 class Watched(RingsSelector):
     """A selector that keeps the blocks and the units' words of every round before neighbours change them."""
 
     def _run(self, name, *args, **uniforms):
-        if name == "settle" and uniforms["settled"] == 0:
+        if name == "agree" and uniforms["agreed"] == 0:
             data = self._buffers["blocks"].read()
             work = np.frombuffer(data, layout.RING_WORK, 1)[0]
             self.rounds = [(int(each["count"]), int(each["groups"])) for each in work["round"]]
@@ -170,7 +160,7 @@ class Watched(RingsSelector):
         super()._run(name, *args, **uniforms)
 
 
-NEVER_STEP, ALONE = 47, 48  # NO_STEP of glsl/lod/rings/leaf.glsl; a square that may not be a leaf
+NEVER_STEP, ALONE = 47, 48  # NO_STEP of glsl/lod/rings/rings.glsl; a square that may not be a leaf
 LOOK = """take_block(Block(ivec2(b.xy), int(b.z), int(b.w), NO_STEP));
     int depth = int(a.z);
     ivec2 low = low_of(depth, ivec2(a.xy)), end = low + (1 << side_log2_at(depth));
@@ -178,10 +168,8 @@ LOOK = """take_block(Block(ivec2(b.xy), int(b.z), int(b.w), NO_STEP));
     int coarsest = coarsest_step(low, side_log2_at(depth));
     Projection p = project_square(low, side_log2_at(depth));
     bool may = depth == 3 || fits_finer_ring(low, end);
-    bool is_alone = false;
-    int step_log2 = may ? next_step_or_known(low, side_log2_at(depth), block.ring, coarsest, NO_STEP, p, is_alone) : 48;
-    return vec4(step_log2, is_alone, 0.0, 0.0);"""
-STARS = {"STARS": 1}
+    int finest = finest_of(low, side_log2_at(depth), block.ring, coarsest);
+    return vec4(may ? next_step(low, side_log2_at(depth), coarsest, finest, p) : 48);"""
 
 
 @pytest.mark.parametrize("view", ["default", "grazing", "far"])
@@ -192,30 +180,26 @@ def test_squares_are_joined_as_the_reference_joins_them(ctx, scene, view):
     blocks = watched.blocks[: sum(n for _, n in watched.rounds)]
     about = np.column_stack([blocks["origin"], blocks["unit_log2"], blocks["ring"]])
     asked = np.repeat(about, len(places), 0).astype("f4"), np.tile(places, (len(blocks), 1)).astype("f4")
-    steps = ask(ctx, "lod/rings/squares.glsl", LOOK, asked[1], asked[0], STARS, lambda kernel: watched._bind())
-    steps, is_fan = steps[:, :2].reshape(len(blocks), -1, 2).astype(int).transpose(2, 0, 1)
-    seen, pairs = set(), set()
+    steps = ask(ctx, "lod/rings/squares.glsl", LOOK, asked[1], asked[0], bind=lambda kernel: watched._bind())
+    steps = steps[:, 0].reshape(len(blocks), -1).astype(int)
+    seen = set()
     for r, (first, n) in enumerate(watched.rounds):
         for b in range(first, first + n):
             unit_log2, words, squares = int(blocks["unit_log2"][b]), watched.words[b].astype(int), {}
-            alone = {(d, x, y) for (x, y, d, _), step in zip(places, steps[b], strict=True) if step == ALONE}
-            fans = {(d, x, y) for (x, y, d, _), fan in zip(places, is_fan[b], strict=True) if fan}
             drawn = words != 0
             for (x, y, depth, _), step in zip(places, steps[b], strict=True):
-                side = PATCH >> depth
+                side = BLOCK_SIDE >> depth
                 if drawn[y * side : (y + 1) * side, x * side : (x + 1) * side].any():
                     squares[depth, x, y] = None if step in (NEVER_STEP, ALONE) else int(step)
             can_refine = unit_log2 >= 3 and r < twin.ROUNDS - 1
-            expected = twin.cut_block(squares, unit_log2, can_refine, frozenset(alone), frozenset(fans))
+            expected = twin.cut_block(squares, unit_log2, can_refine)
             block, broken = words >> 31 != 0, words >> 29 & 1 != 0
             got = np.where(broken, -3, np.where(block, -2, np.where(drawn, words >> 8 & 3, -1)))
             assert np.array_equal(got, expected[..., 0])
             leaf = got >= 0
             assert np.array_equal((words & 63)[leaf] - 16, expected[..., 1][leaf])
-            assert np.array_equal((words >> 10 & 3)[leaf], expected[..., 2][leaf])
-            pairs |= set((words >> 10 & 3)[leaf].tolist())
             seen |= set(got.ravel().tolist())
-    assert -1 in seen and len(seen & {0, 1, 2, 3}) > 1 and pairs == {0, 1, 2}
+    assert -1 in seen and len(seen & {0, 1, 2, 3}) > 1
     watched.release()
 
 
@@ -224,17 +208,14 @@ def test_edges_are_the_references(ctx, scene, view):
     selection = scene.select(cameras(scene.heightmap)[view], 0.5, cull=False)
     patches = patches_of(scene, selection)
     leaves = [
-        twin.Leaf(tuple(low.tolist()), tuple(size.tolist()), int(step))
-        for low, size, step in zip(
-            patches.corner, patches.side_log2[:, None] + patches.pair, patches.step_log2, strict=True
-        )
+        twin.Leaf(tuple(low.tolist()), int(side), int(step))
+        for low, side, step in zip(patches.corner, patches.side_log2, patches.step_log2, strict=True)
     ]
     over, unequal = twin.leaf_map(leaves, scene.heightmap.heights.shape), 0
     for i, leaf in enumerate(leaves):
-        sides = [leaf.size_log2[side % 2 == 0] for side in range(4)]  # west, north, east, south
-        expected = [log2 - twin.edge_step_log2(leaves, over, i, side) for side, log2 in enumerate(sides)]
+        expected = [leaf.side_log2 - twin.edge_step_log2(leaves, over, i, side) for side in range(4)]
         assert patches.edges_log2[i].tolist() == expected
-        unequal += expected != [log2 - leaf.step_log2 for log2 in sides]
+        unequal += expected != [leaf.side_log2 - leaf.step_log2] * 4
     assert unequal > 5
 
 

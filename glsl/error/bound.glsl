@@ -13,16 +13,10 @@
 #include "error/classes.glsl"
 #include "sat/box.glsl"
 
-// A storage block, or the same buffer as a texture: see shade/relief.glsl.
-#ifdef COUNTERS_IN_TEXTURE
-layout(binding = 4) uniform usamplerBuffer u_counters;
-#define COUNTER(i) texelFetch(u_counters, int(i)).x
-#else
 layout(std430, binding = 2) readonly buffer Counters { uint counter[]; };
-#define COUNTER(i) counter[i]
-#endif
 layout(std430, binding = 3) readonly buffer Squares { uvec2 square[]; };
 
+#define COUNTER(i) counter[i]
 #define SQUARE(i) square[i]
 
 BOX_SUM(count_sum, uint, COUNTER, sub8)

@@ -7,7 +7,8 @@
 //      ├──┼██┼──┼───┤
 //      └──┴──┴──┴───┘
 //   Positive floats compare like their bits, and sums are integers. So the order of the threads does not matter.
-// Provides Gathered, block_of[], block_index(), cut_edge[], has_moved[], cut_index(), blocks_in_node().
+// Provides Gathered, nothing_gathered(), block_of[], block_index(), cut_edge[], has_moved[], cut_index(),
+// blocks_in_node().
 // Python twins: reference.node_errors, reference.wedge_errors
 
 #include "error/worst.glsl"
@@ -16,19 +17,26 @@
 #define FINE_LEVELS 5
 #endif
 #define BLOCK (1 << FINE_LEVELS)  // posts a side
+#define MAXIMA 11
 
 struct Gathered {
-    uint most[16];      // float bits: quad, fan, cell of a patch, patch of 2 × 2 segments; the fan's wedges with whole edges, and with split edges; cells of a star
-    uint squares[8];    // low and high of the first four: fixed point (error/nodes.glsl)
+    uint most[MAXIMA];  // float bits: quad, fan, cell of a patch; the fan's wedges, edges whole; the same, edges split
+    uint squares[6];    // low and high of the first three: fixed point (error/nodes.glsl)
     uint voids;
 };
 
-const uint[16] NO_ERRORS = uint[16](0u, 0u, 0u, 0u, 0u, 0u, 0u, 0u, 0u, 0u, 0u, 0u, 0u, 0u, 0u, 0u);
-const uint[8] NO_SQUARES = uint[8](0u, 0u, 0u, 0u, 0u, 0u, 0u, 0u);
+Gathered nothing_gathered() {
+    Gathered g;
+    for (int k = 0; k < MAXIMA; k++) g.most[k] = 0u;
+    for (int k = 0; k < 6; k++) g.squares[k] = 0u;
+    g.voids = 0u;
+    return g;
+}
+
 layout(std430, binding = 1) buffer Blocks { Gathered block_of[]; };
 
 layout(std430, binding = 5) buffer Cuts { Move cut_edge[]; };  // four of each coarse node: error/cut.comp
-layout(std430, binding = 6) buffer Moved { uint has_moved[]; };  // whether this update has changed them, for each of its nodes
+layout(std430, binding = 6) buffer Moved { uint has_moved[]; };  // of each node of this update: whether they changed
 
 int cut_index(ivec2 node_) { return 4 * (node_index(u_which_level, node_) - u_level[FINE_LEVELS + 1].first_node); }
 

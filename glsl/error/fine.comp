@@ -15,5 +15,5 @@ void main() {
     for (int y = 0; y <= n.high.y - n.low.y; y++)
         for (int x = 0; x <= n.high.x - n.low.x; x++) gather_post(w, n, errors_at(n, c, ivec2(x, y)), ivec2(x, y));
     gather_cells(w, n, c, ivec2(0), n.high - n.low);
-    settle_node(at, n, w);
+    write_record(at, n, w);
 }

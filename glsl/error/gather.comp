@@ -21,6 +21,22 @@ bool moves(Node n) {
     return false;
 }
 
+Gathered gathered_of(Worst w) {
+    Gathered g;
+    for (int k = 0; k < 3; k++) {
+        g.most[k] = floatBitsToUint(w.max_m[k]);
+        uvec2 sum = square_up(w.squares[k] / u_span_m / u_span_m);
+        g.squares[2 * k] = sum.x;
+        g.squares[2 * k + 1] = sum.y;
+    }
+    for (int k = 0; k < 4; k++) {
+        g.most[3 + k] = floatBitsToUint(w.whole_m[k]);
+        g.most[7 + k] = floatBitsToUint(w.split_m[k]);
+    }
+    g.voids = w.voids;
+    return g;
+}
+
 void main() {
     ivec2 thread = ivec2(gl_GlobalInvocationID.xy), in_node = thread % blocks_in_node();
     ivec2 at = u_first + thread / blocks_in_node(), block = at * blocks_in_node() + in_node;
@@ -32,15 +48,14 @@ void main() {
     bool has_changed = has_moved[(at.y - u_first.y) * u_count.x + at.x - u_first.x] != 0u || moves(n);
     if (!has_changed && !holds(low, min(low + BLOCK, n.high))) return;
     int k = cut_index(at);
-    CutEdges c = cut_edges_of(n, cut_edge[k], cut_edge[k + 1], cut_edge[k + 2], cut_edge[k + 3]);
+    CutEdges c = cut_edges_of(cut_edge[k], cut_edge[k + 1], cut_edge[k + 2], cut_edge[k + 3]);
 
     Worst w = worst_of_nothing();
     for (int y = low.y; y < end.y; y++)
-        for (int x = low.x; x < end.x; x++) gather_post(w, n, errors_at(n, c, ivec2(x, y) - n.low), ivec2(x, y) - n.low);
+        for (int x = low.x; x < end.x; x++) {
+            ivec2 place = ivec2(x, y) - n.low;
+            gather_post(w, n, errors_at(n, c, place), place);
+        }
     gather_cells(w, n, c, low - n.low, min(low + BLOCK, n.high) - n.low);
-    vec4 share = w.squares / u_span_m / u_span_m;
-    uvec4 most = floatBitsToUint(vec4(w.max_m, w.cut_m)), whole = floatBitsToUint(w.whole_m), split = floatBitsToUint(w.split_m), turned = floatBitsToUint(w.turned_m);
-    uvec2 q = square_up(share.x), f = square_up(share.y), c2 = square_up(share.z), f2 = square_up(share.w);
-    uint[16] errors = uint[16](most.x, most.y, most.z, most.w, whole.x, whole.y, whole.z, whole.w, split.x, split.y, split.z, split.w, turned.x, turned.y, turned.z, turned.w);
-    block_of[block_index(block)] = Gathered(errors, uint[8](q.x, q.y, f.x, f.y, c2.x, c2.y, f2.x, f2.y), w.voids);
+    block_of[block_index(block)] = gathered_of(w);
 }

@@ -20,16 +20,17 @@ void main() {
     ivec2 end = min(first + blocks_in_node(), u_level[FINE_LEVELS].size);
     if (first.y >= end.y) return;
 
-    Gathered row = Gathered(NO_ERRORS, NO_SQUARES, 0u);
-    uvec2 sums[4] = uvec2[4](uvec2(0u), uvec2(0u), uvec2(0u), uvec2(0u));
+    Gathered row = nothing_gathered();
+    uvec2 sums[3] = uvec2[3](uvec2(0u), uvec2(0u), uvec2(0u));
     for (int x = first.x; x < end.x; x++) {
         Gathered block = block_of[block_index(ivec2(x, first.y))];
-        for (int k = 0; k < 16; k++) row.most[k] = max(row.most[k], block.most[k]);
+        for (int k = 0; k < MAXIMA; k++) row.most[k] = max(row.most[k], block.most[k]);
         row.voids |= block.voids;
-        for (int k = 0; k < 4; k++) sums[k] = add64(sums[k], uvec2(block.squares[2 * k], block.squares[2 * k + 1]));
+        for (int k = 0; k < 3; k++)
+            sums[k] = add64(sums[k], uvec2(block.squares[2 * k], block.squares[2 * k + 1]));
     }
     int i = node_.y * u_count.x + node_.x;
-    for (int k = 0; k < 16; k++) atomicMax(gathered[i].most[k], row.most[k]);
-    for (int k = 0; k < 4; k++) add_squares(i, 2 * k, sums[k]);
+    for (int k = 0; k < MAXIMA; k++) atomicMax(gathered[i].most[k], row.most[k]);
+    for (int k = 0; k < 3; k++) add_squares(i, 2 * k, sums[k]);
     atomicOr(gathered[i].voids, row.voids);
 }

@@ -7,8 +7,9 @@
 //     │  ╱╲  │                     │  ╱   │   ╲  │        a post has two errors, in the wedge that contains it.
 //    0,2 ──── 2,2                 0,2 ── 1,2 ── 2,2
 //
-// Provides Node, node_at(), quad_errors_m(), fan_errors_m(), Move, CutEdges, cut_edge_m(), cut_edges_of(), cut_edges_m(), Turned, cut_errors_m(); is_square(), twist_m(), crest_m(), kinks_m() for places between posts; quad_squares_m2().
-// Python twins: reference.node_errors, reference.cut_errors, reference.turned_errors, reference.twists, reference.crest, reference.kinks
+// Provides Node, node_at(), is_square(), quad_errors_m(), fan_errors_m(), cut_edges_m(), cut_errors_m(), twist_m(),
+// crest_m(), kinks_m().
+// Python twins: reference.node_errors, reference.cut_errors, reference.twists, reference.crest, reference.kinks
 
 #include "blocks/terrain.glsl"
 
@@ -80,11 +81,11 @@ vec2 wedge_errors_m(Node n, int axis, vec3 edge, float w, float d, float h) {
 #define EAST 2
 #define SOUTH 3
 
-// Drawn minus true height with the edge of the post's wedge whole, and with it split. The smaller one of `w` is the centre's weight.
-vec2 fan_errors_m(Node n, vec2 place, float h, out int wedge, out vec2 w) {
+// Drawn minus true height with the edge of the post's wedge whole, and with it split.
+vec2 fan_errors_m(Node n, vec2 place, float h, out int wedge) {
     vec2 d = place - n.before;
     bvec2 is_low = lessThanEqual(d, vec2(0.0));  // west, north of the centre
-    w = 1.0 + mix(-d * n.per_after, d * n.per_before, is_low);
+    vec2 w = 1.0 + mix(-d * n.per_after, d * n.per_before, is_low);  // the smaller one is the centre's weight
     vec3 west = vec3(n.h[0][0], n.h[1][0], n.h[2][0]), east = vec3(n.h[0][2], n.h[1][2], n.h[2][2]);
     bool is_row = w.y <= w.x;  // the edge runs along a row
     vec3 edge = is_row ? (is_low.y ? n.h[0] : n.h[2]) : (is_low.x ? west : east);
@@ -96,74 +97,48 @@ vec2 fan_errors_m(Node n, vec2 place, float h, out int wedge, out vec2 w) {
 // Whether diagonals run through posts: not if the map's rim cuts the node off.
 bool is_square(Node n) { return n.before == n.after && n.before.x == n.before.y; }
 
-// A finer neighbour cuts an edge: it gets more vertices, which are posts. They lie above and below a straight line by so much at
-// most: the line between the node's corners (of a cell of a patch), or between a corner and the edge's middle (of a fan with split edges).
-struct Move { vec2 whole_m, first_m, second_m; };  // above, below; of the whole edge and of its halves
-struct CutEdges { vec4 above_m, below_m, first_above_m, first_below_m, second_above_m, second_below_m; };  // west, north, east, south
+// A finer neighbour cuts an edge: it gets more vertices, which are posts. They lie above and below the straight line
+// between the edge's ends by at most this.
+struct Move { float above_m, below_m; };
+struct CutEdges { vec4 above_m, below_m; };  // west, north, east, south
 
 Move cut_edge_m(Node n, int side) {
-    int axis = side == WEST || side == EAST ? 1 : 0, first = int(n.before[axis]), posts = first + int(n.after[axis]);
-    ivec2 post = n.low, mid = n.mid, end = n.high;
-    post[1 - axis] = mid[1 - axis] = end[1 - axis] = (side == WEST || side == NORTH ? n.low : n.high)[1 - axis];
-    float from = height_m(post) - n.base_m, middle = height_m(mid) - n.base_m, to = height_m(end) - n.base_m;
-    float rise = (to - from) * n.per_side[axis], before = (middle - from) * n.per_before[axis], after = (to - middle) * n.per_after[axis];
-    Move most = Move(vec2(0.0), vec2(0.0), vec2(0.0));
+    int axis = side == WEST || side == EAST ? 1 : 0;
+    int posts = n.high[axis] - n.low[axis];
+    ivec2 post = n.low;
+    ivec2 end = n.high;
+    post[1 - axis] = end[1 - axis] = (side == WEST || side == NORTH ? n.low : n.high)[1 - axis];
+    float from = height_m(post) - n.base_m;
+    float rise = (height_m(end) - n.base_m - from) * n.per_side[axis];
+    vec2 most = vec2(0.0);
     for (int i = 1; i < posts; i++) {
         post[axis]++;
-        float h = height_m(post) - n.base_m, off = h - from - rise * float(i);
-        float off_half = i < first ? h - from - before * float(i) : h - middle - after * float(i - first);
-        most.whole_m = max(most.whole_m, vec2(off, -off));
-        most.first_m = max(most.first_m, i < first ? vec2(off_half, -off_half) : vec2(0.0));
-        most.second_m = max(most.second_m, i > first ? vec2(off_half, -off_half) : vec2(0.0));
+        float off = height_m(post) - n.base_m - from - rise * float(i);
+        most = max(most, vec2(off, -off));
     }
-    float more = 1.0 + exp2(-20.0);
-    return Move(most.whole_m * more + n.rounding_m, most.first_m * more + n.rounding_m, most.second_m * more + n.rounding_m);
+    most = most * (1.0 + exp2(-20.0)) + n.rounding_m;
+    return Move(most.x, most.y);
+}
+
+CutEdges cut_edges_of(Move west, Move north, Move east, Move south) {
+    return CutEdges(vec4(west.above_m, north.above_m, east.above_m, south.above_m),
+                    vec4(west.below_m, north.below_m, east.below_m, south.below_m));
+}
+
+CutEdges cut_edges_m(Node n) {
+    return cut_edges_of(cut_edge_m(n, WEST), cut_edge_m(n, NORTH), cut_edge_m(n, EAST), cut_edge_m(n, SOUTH));
 }
 
 float largest_of(vec4 v) { return max(max(v.x, v.y), max(v.z, v.w)); }
 
-CutEdges cut_edges_of(Node n, Move west, Move north, Move east, Move south) {
-    mat4x2 whole = mat4x2(west.whole_m, north.whole_m, east.whole_m, south.whole_m);
-    mat4x2 first = mat4x2(west.first_m, north.first_m, east.first_m, south.first_m);
-    mat4x2 second = mat4x2(west.second_m, north.second_m, east.second_m, south.second_m);
-    mat2x4 w = transpose(whole), f = transpose(first), s = transpose(second);
-    if (!is_square(n))  // spokes do not run through posts, so one bound serves all halves
-        for (int i = 0; i < 2; i++) f[i] = s[i] = vec4(largest_of(max(f[i], s[i])));
-    return CutEdges(w[0], w[1], f[0], f[1], s[0], s[1]);
-}
-
-CutEdges cut_edges_m(Node n) {
-    return cut_edges_of(n, cut_edge_m(n, WEST), cut_edge_m(n, NORTH), cut_edge_m(n, EAST), cut_edge_m(n, SOUTH));
-}
-
-// How far cuts move a fan with split edges at a post, above and below. Spokes from the centre to corners and middles part the fan in
-// eight; a post on a spoke takes the larger move of both sides.
-vec2 fan_move_m(Node n, CutEdges c, vec2 place, vec2 w) {
-    vec2 d = place - n.before;
-    bvec2 low = lessThanEqual(d, vec2(0.0)), high = greaterThanEqual(d, vec2(0.0));
-    vec4 row = low.y ? vec4(c.first_above_m.y, c.first_below_m.y, c.second_above_m.y, c.second_below_m.y)
-                     : vec4(c.first_above_m.w, c.first_below_m.w, c.second_above_m.w, c.second_below_m.w);
-    vec4 column = low.x ? vec4(c.first_above_m.x, c.first_below_m.x, c.second_above_m.x, c.second_below_m.x)
-                        : vec4(c.first_above_m.z, c.first_below_m.z, c.second_above_m.z, c.second_below_m.z);
-    vec2 of_row = max(low.x ? row.xy : vec2(0.0), high.x ? row.zw : vec2(0.0));
-    vec2 of_column = max(low.y ? column.xy : vec2(0.0), high.y ? column.zw : vec2(0.0));
-    return (1.0 - min(w.x, w.y)) * max(w.y <= w.x ? of_row : vec2(0.0), w.x <= w.y ? of_column : vec2(0.0));
-}
-
-// Bounds above and below of a cell of a star: its diagonal runs to the corner NW, NE, SE or SW, and the two edges that meet there may be cut.
-struct Turned { vec4 above_m, below_m; };
-
-// Bounds above and below with any edges cut, in any triangulation (docs/guarantee.md, section 3): xy of a cell of a patch, zw of a patch of 2 × 2
-// segments, a fan with split edges. With its new vertices on the straight lines, the drawing lies between both diagonals, or is the fan.
-// Vertices of one edge at most take part in a triangle; together they weigh 1 on their edge and 0 on the opposite side, or at the centre.
-vec4 cut_errors_m(Node n, CutEdges c, vec2 place, vec2 diagonals, float split, vec2 weights, out Turned turned) {
-    vec2 t = place * n.per_side, move = fan_move_m(n, c, place, weights);
-    vec4 of_edge = vec4(1.0 - t, t), above = of_edge * c.above_m, below = of_edge * c.below_m;  // west, north, east, south
-    above = max(above, above.yzwx);  // of two edges
-    below = max(below, below.yzwx);
-    turned = Turned(above + diagonals.xyxy, below - diagonals.xyxy);
-    float most = max(diagonals.x, diagonals.y), least = min(diagonals.x, diagonals.y);
-    return vec4(most + max(above.x, above.z), max(below.x, below.z) - least, split + move.x, move.y - split);
+// How far a cell of a patch lies above and below the truth at most, whatever edges of it are cut (docs/guarantee.md,
+// section 3). With its new vertices on the straight lines, the drawing lies between both diagonals. Only vertices of
+// one cut edge take part in a triangle; together they weigh 1 on their edge and 0 on the opposite side.
+vec2 cut_errors_m(Node n, CutEdges c, vec2 place, vec2 diagonals) {
+    vec2 t = place * n.per_side;
+    vec4 weights = vec4(1.0 - t, t);  // of west, north, east, south
+    return vec2(max(diagonals.x, diagonals.y) + largest_of(weights * c.above_m),
+                largest_of(weights * c.below_m) - min(diagonals.x, diagonals.y));
 }
 
 // The twist h00 − h10 − h01 + h11 of a cell: 0 if its posts lie in a plane. Differences of similar heights are exact, even
@@ -171,17 +146,6 @@ vec4 cut_errors_m(Node n, CutEdges c, vec2 place, vec2 diagonals, float split, v
 float twist_m(ivec2 cell) {
     ivec2 next = cell + 1;
     return (height_m(cell) - height_m(ivec2(next.x, cell.y))) - (height_m(ivec2(cell.x, next.y)) - height_m(next));
-}
-
-// The sum of a quad's squared errors over its posts and cells, the mean of both diagonals: the driver chooses one.
-float quad_squares_m2(int level, ivec2 at) {
-    Node n = node_at(level, at);
-    float sum = 0.0;
-    for (ivec2 post = n.low; post.y < n.high.y; post = post.x + 1 < n.high.x ? post + ivec2(1, 0) : ivec2(n.low.x, post.y + 1)) {
-        vec2 errors_m = quad_errors_m(n, vec2(post - n.low), height_m(post) - n.base_m);
-        sum += is_hole(post) ? 0.0 : 0.5 * dot(errors_m, errors_m) + twist_m(post) * twist_m(post) / 90.0;
-    }
-    return sum;
 }
 
 // The largest value of a (1 - s) + b s + t s (1 - s), 0 <= s <= 1: errors a and b at both ends of a diagonal, over a truth with the twist t.

@@ -8,8 +8,8 @@
 //   children are within the tolerance if the node was.
 // Errors are half floats in units of span · 2^-14, rounded up: all values of (0, span] are normal numbers.
 // Squared errors are 64-bit fixed point, rounded up: span² is 2^35, so 2^28 posts of the largest error do not overflow.
-// Provides pack_shares(), unpack_shares(), pack_parts(), PackedNode, NodeRange, pack_pair(), unpack_pair(), pack_range(), unpack_range(), square_up(), node_index(),
-// texels_rms_m(), posts_rms_m(), mean_is_known(), own_posts(), squares_m2().
+// Provides PackedNode, pack_pair(), unpack_pair(), pack_shares(), unpack_shares(), pack_range(), unpack_range(),
+// square_up(), node_index(), texels_rms_m(), posts_rms_m(), mean_is_known(), own_posts(), squares_m2().
 // Python twin: gpu.layout.NODE
 
 #include "blocks/terrain.glsl"
@@ -18,17 +18,9 @@
 #define HAS_VOIDS 0x8000u
 
 struct PackedNode {
-    uint cut_m;         // half floats, of a cell of a patch, whatever edges of it are cut: largest error low, root mean square high
+    uint cut_m;         // half floats, as a cell of a patch, whatever edges are cut: largest error low, RMS high
     uint rms_m, max_m;  // half floats: quad low, fan high; rms_m may have HAS_VOIDS
     uint whole, split;  // errors of the fan's wedges W, N, E, S, edge whole or split: one byte each, relative to the fan's max_m
-    uint turned;        // errors as a cell of a star, its diagonal to the corner NW, NE, SE, SW: one byte each, in parts of cut_m
-};
-
-// What the clipmap reads of a node, beside its summed-area tables.
-struct NodeRange {
-    uint heights;  // lowest low, highest high: pack_range()
-    uint fan_m;    // half floats, of a patch of 2 × 2 segments over the node, whatever edges are cut: largest error low, root mean square high
-    uint stars_m;  // half floats, largest errors of patches of 4 × 4 (low) and of 8 × 8 segments (high); the span if there is no such bound
 };
 
 float error_unit_m() { return u_span_m * exp2(-14.0); }
@@ -54,9 +46,6 @@ uint pack_shares(vec4 e_m, float most_m) {
 vec4 unpack_shares(uint shares, float most_m) {
     return most_m * exp2(vec4(uvec4(shares, shares >> 8, shares >> 16, shares >> 24) & 255u) / -16.0);
 }
-
-// 255ths of the largest error, rounded up.
-uint pack_parts(vec4 e_m, float most_m) { return most_m == 0.0 ? 0u : packUnorm4x8(e_m / most_m + 0.51 / 255.0); }
 
 vec2 unpack_pair(uint pair) { return unpackHalf2x16(pair) * error_unit_m(); }
 

@@ -1,18 +1,19 @@
 // error/record.glsl — write the record and the gain of a node from its largest errors and its parts.
-// Provides Parts, parts_of_node(), star_m(), settle_node().
-// Python twins: reference.node_errors, reference.turned_errors, reference.star_errors, reference.split_gains
+// Provides Parts, parts_of_node(), write_record().
+// Python twins: reference.node_errors, reference.cut_errors, reference.split_gains
 
 #include "error/worst.glsl"
 #include "error/gain.glsl"
 
 layout(std430, binding = 0) buffer Nodes { PackedNode node[]; };
-layout(std430, binding = 4) buffer Ranges { NodeRange range[]; };
+layout(std430, binding = 4) buffer Ranges { uint range[]; };
 
 #ifndef LEVEL
 #define LEVEL 2  // 1 or 2; 2 also stands for all higher ones
 #endif
 
-// What a node takes over from its parts: their squared errors, their range of heights, their largest errors as fans and their gains.
+// What a node takes over from its parts: their squared errors, their range of heights, their largest errors as fans,
+// and their gains.
 struct Parts { float squares_m2, gain; uint heights, max_m, rms_m; };
 
 uint nest_range(uint a, uint b) { return min(a & 0xffffu, b & 0xffffu) | max(a >> 16, b >> 16) << 16; }
@@ -42,7 +43,7 @@ Parts parts_of_node(Node n, ivec2 at) {
             int i = node_index(u_which_level - 1, ivec2(x, y));
             p.max_m = max(p.max_m, node[i].max_m);
             p.rms_m = nest_fan(p.rms_m, node[i].rms_m);
-            p.heights = nest_range(p.heights, range[i].heights);
+            p.heights = nest_range(p.heights, range[i]);
             p.squares_m2 += squares_m2(node[i], u_which_level - 1, ivec2(x, y)).x;
             p.gain = max(p.gain, gain[i]);
         }
@@ -50,39 +51,24 @@ Parts parts_of_node(Node n, ivec2 at) {
 }
 #endif
 
-// The largest error of a star over the node: a patch of 4 × 4 or 8 × 8 segments, whose diagonals run to its middle. Its cells are finer nodes.
-// Their outer edges may be cut. An inner cell has no outer edge: then the smaller error of both cuts bounds it.
-float star_m(Node n, ivec2 at, int segments_log2) {
-    if (u_which_level <= segments_log2 || !is_square(n)) return u_span_m;
-    int segments = 1 << segments_log2;
-    float most_m = 0.0;
-    for (ivec2 cell = ivec2(0); cell.y < segments; cell = cell.x + 1 < segments ? cell + ivec2(1, 0) : ivec2(0, cell.y + 1)) {
-        PackedNode part = node[node_index(u_which_level - segments_log2, segments * at + cell)];
-        ivec2 far = cell >> segments_log2 - 1;
-        int corner = far.y == 0 ? far.x : 3 - far.x;
-        bool is_inner = all(greaterThan(cell, ivec2(0))) && all(lessThan(cell, ivec2(segments - 1)));
-        vec4 parts = unpackUnorm4x8(part.turned);
-        most_m = max(most_m, unpack_pair(part.cut_m).x * (is_inner ? min(parts[corner], parts[corner ^ 2]) : parts[corner]));
-    }
-    return most_m * (1.0 + exp2(-20.0));
-}
-
-void settle_node(ivec2 at, Node n, Worst w) {
+void write_record(ivec2 at, Node n, Worst w) {
     Parts parts = parts_of_node(n, at);
-    ivec2 own = n.high - n.low + ivec2(equal(n.high, u_last_post)), many = last_part(at) + 1 - 2 * at;
+    ivec2 own = n.high - n.low + ivec2(equal(n.high, u_last_post));
+    ivec2 many = last_part(at) + 1 - 2 * at;
     // a thread adds up to 33 × 33 squares in floats: each addition may lose 2^-24 of the sum
-    vec4 rms_m = sqrt(w.squares / (float(own.x) * float(own.y))) * (1.0 + exp2(-14.0));
-    uint has_voids = w.voids != 0u ? HAS_VOIDS : 0u;
-    uint rms = pack_pair(min(rms_m.xy, w.max_m)) | has_voids, cut = pack_pair(vec2(w.cut_m.x, min(rms_m.z, w.cut_m.x)));
-    PackedNode settled = PackedNode(cut, nest_fan(rms, parts.rms_m), nest_fan(pack_pair(w.max_m), parts.max_m), 0u, 0u, 0u);
-    settled.whole = pack_shares(w.whole_m, unpack_pair(settled.max_m).y);
-    settled.split = pack_shares(w.split_m, unpack_pair(settled.max_m).y);
-    settled.turned = pack_parts(w.turned_m, unpack_pair(cut).x);
+    vec3 rms_m = min(sqrt(w.squares / (float(own.x) * float(own.y))) * (1.0 + exp2(-14.0)), w.max_m);
+    PackedNode own_node;
+    own_node.cut_m = pack_pair(vec2(w.max_m.z, rms_m.z));
+    own_node.rms_m = nest_fan(pack_pair(rms_m.xy) | (w.voids != 0u ? HAS_VOIDS : 0u), parts.rms_m);
+    own_node.max_m = nest_fan(pack_pair(w.max_m.xy), parts.max_m);
+    own_node.whole = pack_shares(w.whole_m, unpack_pair(own_node.max_m).y);
+    own_node.split = pack_shares(w.split_m, unpack_pair(own_node.max_m).y);
     int i = node_index(u_which_level, at);
-    node[i] = settled;
-    range[i] = NodeRange(parts.heights, pack_pair(vec2(w.cut_m.y, min(rms_m.w, w.cut_m.y))), pack_pair(vec2(star_m(n, at, 2), star_m(n, at, 3))));
+    node[i] = own_node;
+    range[i] = parts.heights;
     // computed from the rounded record, so that a gain is always the same
-    vec2 leaf_m2 = squares_m2(settled, u_which_level, at);
-    float fan_triangles = 4.0 - float(n.mid.x == n.high.x) - float(n.mid.y == n.high.y), triangles = 2.0 * float(many.x * many.y);
+    vec2 leaf_m2 = squares_m2(own_node, u_which_level, at);
+    float fan_triangles = 4.0 - float(n.mid.x == n.high.x) - float(n.mid.y == n.high.y);
+    float triangles = 2.0 * float(many.x * many.y);
     gain[i] = max(parts.gain, split_gain(leaf_m2.x, leaf_m2.y, fan_triangles, parts.squares_m2, triangles));
 }

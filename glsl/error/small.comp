@@ -1,6 +1,8 @@
-// error/small.comp — nodes of 2 × 2 or 4 × 4 cells that the map's rim does not cut off. Loops have constant bounds, so compilers unroll them,
-// compute weights, and read each height once. The errors at each post are kept for the four cells around it.
-//   Mesa unrolls a loop of any length only if its variable is the index of an array of as many elements. So the last two loops begin at 0.
+// error/small.comp — nodes of 2 × 2 or 4 × 4 cells that the map's rim does not cut off. Loops have constant bounds, so
+//   compilers unroll them, compute weights, and read each height once. The errors at each post are kept for the four
+//   cells around it.
+//   Mesa unrolls a loop of any length only if its variable is the index of an array of as many elements. So the last
+//   two loops begin at 0.
 // Python twins: reference.node_errors, reference.wedge_errors
 
 #define WHOLE_NODES true
@@ -18,10 +20,15 @@ void main() {
     Worst w = worst_of_nothing();
     PostErrors e[SIDE + 1][SIDE + 1];
     for (int y = 0; y <= SIDE; y++)
-        for (int x = 0; x <= SIDE; x++) gather_post(w, n, e[y][x] = errors_at(n, cuts, ivec2(x, y)), ivec2(x, y));
+        for (int x = 0; x <= SIDE; x++) {
+            e[y][x] = errors_at(n, cuts, ivec2(x, y));
+            gather_post(w, n, e[y][x], ivec2(x, y));
+        }
     for (int x = 0; x <= SIDE; x++)  // cells on the falling diagonal, north-west of posts
-        if (x > 0 && !is_hole(n.low + x - 1)) gather_cell(w, n, e[x - 1][x - 1], e[x][x], e[x - 1][x], e[x][x - 1], true, vec2(0.0));
+        if (x > 0 && !is_hole(n.low + x - 1))
+            gather_cell(w, n, e[x - 1][x - 1], e[x][x], e[x - 1][x], e[x][x - 1], vec2(0.0));
     for (int x = 0, y = SIDE; x <= SIDE; x++, y--)  // on the rising one, south-west of posts
-        if (x > 0 && !is_hole(n.low + ivec2(x - 1, y))) gather_cell(w, n, e[y + 1][x - 1], e[y][x], e[y + 1][x], e[y][x - 1], false, vec2(0.0));
-    settle_node(at, n, w);
+        if (x > 0 && !is_hole(n.low + ivec2(x - 1, y)))
+            gather_cell(w, n, e[y + 1][x - 1], e[y][x], e[y + 1][x], e[y][x - 1], vec2(0.0));
+    write_record(at, n, w);
 }

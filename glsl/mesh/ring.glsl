@@ -8,7 +8,7 @@
 
 struct RingShape {
     ivec2 corner;
-    ivec2 size_log2;  // of its width and height in posts
+    int side_log2;  // of its side in posts
     int step_log2;
     ivec4 edges;  // segments: gl_TessLevelOuter's order
 };
@@ -16,12 +16,11 @@ struct RingShape {
 RingShape ring_shape(ivec4 patch_) {
     uint shape = uint(patch_.z);
     ivec4 edges_log2 = ivec4(shape >> 11, shape >> 14, shape >> 17, shape >> 20) & 7;
-    ivec2 size_log2 = int(shape & 31u) + (ivec2(shape >> 23, shape >> 24) & 1);
-    return RingShape(patch_.xy, size_log2, int(shape >> 5 & 63u) - 16, ivec4(1) << edges_log2);
+    return RingShape(patch_.xy, int(shape & 31u), int(shape >> 5 & 63u) - 16, ivec4(1) << edges_log2);
 }
 
 // In 64ths of a post.
 ivec2 place_of(RingShape s, vec2 tess_coord) {
-    ivec2 place = (s.corner << 6) + (ivec2(round(tess_coord * 64.0)) << s.size_log2);
+    ivec2 place = (s.corner << 6) + (ivec2(round(tess_coord * 64.0)) << s.side_log2);
     return clamp(place, ivec2(0), u_last_post << 6);
 }

@@ -12,9 +12,7 @@ patch out ivec4 v_shape;
 void main() {
     v_shape = v_patch[0];
     RingShape s = ring_shape(v_shape);
-    bool beside = is_beside(s.corner, s.corner + (ivec2(1) << s.size_log2));
+    bool beside = is_beside(s.corner, s.corner + (1 << s.side_log2));
     for (int edge = 0; edge < 4; edge++) gl_TessLevelOuter[edge] = beside ? 0.0 : float(s.edges[edge]);
-    vec2 inside = exp2(vec2(s.size_log2 - s.step_log2));
-    gl_TessLevelInner[0] = inside.x;
-    gl_TessLevelInner[1] = inside.y;
+    gl_TessLevelInner[0] = gl_TessLevelInner[1] = exp2(float(s.side_log2 - s.step_log2));
 }

@@ -68,8 +68,8 @@ def class_limits_m(span_m: float, spacing_m: tuple[float, float]) -> np.ndarray:
 
 # glsl/error/nodes.glsl
 _ERRORS = [("cut_m", "2f2"), ("rms_m", "2f2"), ("max_m", "2f2")]
-NODE = np.dtype([*_ERRORS, ("whole", "4u1"), ("split", "4u1"), ("turned", "4u1")])
-NODE_RANGE = np.dtype([("heights", "2u2"), ("fan_m", "2f2"), ("stars_m", "2f2")])
+NODE = np.dtype([*_ERRORS, ("whole", "4u1"), ("split", "4u1")])
+NODE_RANGE = np.dtype([("heights", "2u2")])  # lowest and highest
 
 
 class NodeErrors(NamedTuple):
@@ -84,7 +84,6 @@ class NodeErrors(NamedTuple):
     has_voids: np.ndarray
     cut_max: np.ndarray  # of a cell of a patch, whatever edges of it are cut
     cut_rms: np.ndarray
-    turned: np.ndarray  # (..., 4) of a cell of a star, its diagonal to the corner north-west, north-east, ...
 
 
 def unpack_nodes(records: np.ndarray, span_m: float) -> NodeErrors:
@@ -95,8 +94,7 @@ def unpack_nodes(records: np.ndarray, span_m: float) -> NodeErrors:
     whole, split = (fan_max[..., None] * 2.0 ** (records[name] / -16.0) for name in ("whole", "split"))
     has_voids = np.signbit(records["rms_m"][..., 0])
     cut_max, cut_rms = np.moveaxis(records["cut_m"].astype(np.float64) * unit_m, -1, 0)
-    turned = cut_max[..., None] * (records["turned"] / 255.0)
-    return NodeErrors(quad_max, fan_max, quad_rms, fan_rms, whole, split, has_voids, cut_max, cut_rms, turned)
+    return NodeErrors(quad_max, fan_max, quad_rms, fan_rms, whole, split, has_voids, cut_max, cut_rms)
 
 
 # glsl/blocks/view.glsl
@@ -241,7 +239,7 @@ SUMMARY = np.dtype(
 )
 
 # glsl/lod/rings/rings.glsl
-RING = np.dtype([("origin", "2i4"), ("patches", "2i4"), ("level", "i4"), ("first_block", "i4"), ("pad", "2i4")])
+RING = np.dtype([("origin", "2i4"), ("blocks", "2i4"), ("level", "i4"), ("first_block", "i4"), ("pad", "2i4")])
 RINGS = np.dtype(
     [("rings", "i4"), ("most_blocks", "i4"), ("first_stamp", "u4"), ("pad", "i4"), ("ring", RING, MAX_LEVELS)]
 )
@@ -267,26 +265,24 @@ class RingPatches(NamedTuple):
     """Decoded ring patch records, one entry a patch."""
 
     corner: np.ndarray  # (n, 2) column and row of the north-west post; may lie beyond the map
-    side_log2: np.ndarray  # log2 of the posts along a side of each of its squares
-    pair: np.ndarray  # (n, 2) 1 where two squares lie side by side, from west to east or from north to south
+    side_log2: np.ndarray  # log2 of the posts along a side
     step_log2: np.ndarray  # log2 of the posts between vertices: negative if cells are cut
     edges_log2: np.ndarray  # (n, 4) log2 of the segments of the west, north, east and south edge
     bound_px: np.ndarray
 
     @property
     def size(self) -> np.ndarray:
-        """Columns and rows of posts that each covers, (n, 2)."""
-        return 1 << self.side_log2[:, None] + self.pair
+        """Columns and rows of posts that each covers, (n, 1)."""
+        return 1 << self.side_log2[:, None]
 
 
 def unpack_ring_patches(records: np.ndarray) -> RingPatches:
     """Decode records `RING_PATCH`, (n,)."""
     shape = records["shape"].astype(np.int64)
     edges = np.stack([shape >> first & 7 for first in (11, 14, 17, 20)], -1)
-    pair = np.stack([shape >> bit & 1 for bit in (23, 24)], -1)
     corner = records["corner"].astype(np.int64)
     bound_px = records["bound_px"].astype(float)
-    return RingPatches(corner, shape & 31, pair, (shape >> 5 & 63) - 16, edges, bound_px)
+    return RingPatches(corner, shape & 31, (shape >> 5 & 63) - 16, edges, bound_px)
 
 
 RING_SUMMARY = np.dtype(
@@ -296,7 +292,7 @@ RING_SUMMARY = np.dtype(
         ("splits", "u4"),
         ("worst_px", "f4"),
         ("blocks", "u4"),
-        ("unsettled", "u4"),
+        ("unagreed", "u4"),
         ("pad", "3u4"),
     ]
 )

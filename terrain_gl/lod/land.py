@@ -4,25 +4,9 @@ from __future__ import annotations
 
 import numpy as np
 
-from ..basics.rect import Rect
 from ..camera import Camera, boxes_in_picture
 from ..heightmap import Heightmap
 from .ring_layout import Ring
-
-ACROSS = 32  # boxes along each side of the map
-
-
-def posts_in_picture(heightmap: Heightmap, camera: Camera, size: tuple[int, int], near_m: float) -> Rect:
-    """A rectangle of posts that holds all land in a picture of `size` (width, height)."""
-    x, y = (np.unique(np.linspace(0, posts - 1, ACROSS + 1).astype(int)) for posts in (heightmap.cols, heightmap.rows))
-    first = np.stack(np.meshgrid(x[:-1], y[:-1]), -1).reshape(-1, 2)
-    last = np.stack(np.meshgrid(x[1:], y[1:]), -1).reshape(-1, 2)
-    seen = _in_picture(np.hstack([first, last]), heightmap, camera, size, near_m)
-    if not seen.any():
-        return 0, 0, 1, 1
-    west, north = first[seen].min(0).tolist()
-    east, south = last[seen].max(0).tolist()
-    return west, north, east, south
 
 
 def rings_in_picture(

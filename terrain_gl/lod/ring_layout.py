@@ -12,10 +12,10 @@ from typing import NamedTuple
 
 from ..basics.rect import Rect
 
-PATCH = 8  # ring cells along a block's side
+BLOCK_SIDE = 8  # ring cells along a block's side
 # least triangles of a budget, and blocks across
 _ACROSS = ((200_000, 64), (60_000, 48), (20_000, 32), (6_000, 16), (2_000, 8))
-PATCHES = 8  # blocks across a ring, along the axis with the larger spacing
+BLOCKS_ACROSS = 8  # blocks across a ring, along the axis with the larger spacing
 
 
 class Ring(NamedTuple):
@@ -27,24 +27,19 @@ class Ring(NamedTuple):
         Its cells are 2^level posts wide.
     origin
         Column and row of its north-west post; may lie beyond the map.
-    patches
+    blocks
         Columns and rows of blocks, including those that the finer ring covers. All of them overlap the map.
     """
 
     level: int
     origin: tuple[int, int]
-    patches: tuple[int, int]
+    blocks: tuple[int, int]
 
     @property
     def end(self) -> tuple[int, int]:
         """Column and row of its south-east post."""
-        side = PATCH << self.level
-        return self.origin[0] + self.patches[0] * side, self.origin[1] + self.patches[1] * side
-
-    @property
-    def cells(self) -> int:
-        """Ring cells, including those that the finer ring covers."""
-        return PATCH * PATCH * self.patches[0] * self.patches[1]
+        side = BLOCK_SIDE << self.level
+        return self.origin[0] + self.blocks[0] * side, self.origin[1] + self.blocks[1] * side
 
     def beyond(self, last_post: tuple[int, int]) -> list[Rect]:
         """The map outside the ring, as strips of posts."""
@@ -62,7 +57,7 @@ def rings_around(
     last_post: tuple[int, int],
     spacing_m: tuple[float, float],
     top_level: int,
-    across: int = PATCHES,
+    across: int = BLOCKS_ACROSS,
     left_out: int = 0,
 ) -> list[Ring]:
     """Rings around a place, finest first; the last one covers the whole map.
@@ -82,13 +77,13 @@ def rings_around(
     left_out
         How many of the finest rings to leave out.
     """
-    patches = _patches_across(spacing_m, across)
+    blocks = _blocks_across(spacing_m, across)
     centre = min(max(eye_post[0], 0.0), float(last_post[0])), min(max(eye_post[1], 0.0), float(last_post[1]))
-    half_m = 0.5 * across * PATCH * max(spacing_m)
+    half_m = 0.5 * across * BLOCK_SIDE * max(spacing_m)
     finest = min(top_level, max(0, math.floor(math.log2(max(away_m, half_m) / half_m))) + left_out)
     rings = []
     for level in range(finest, top_level + 1):
-        rings.append(_on_map(_ring_at(level, centre, patches), last_post))
+        rings.append(_on_map(_ring_at(level, centre, blocks), last_post))
         if _covers(rings[-1], last_post):
             break
     return rings
@@ -100,35 +95,29 @@ def ring_over(last_post: tuple[int, int], spacing_m: tuple[float, float], top_le
     A unit becomes a block at most twice, and then has at most 64 segments a side. So the ring needs more units the
     longer the map is: its finest triangles are then a quarter of a post, or smaller.
     """
-    reach = PATCH * PATCH * PATCH * 64
+    reach = BLOCK_SIDE * BLOCK_SIDE * BLOCK_SIDE * 64
     across = 2 << max(0, math.ceil(math.log2(2 * max(last_post) / reach)))
     centre = (0.5 * last_post[0], 0.5 * last_post[1])
-    patches = _patches_across(spacing_m, across)
-    rings = (_on_map(_ring_at(level, centre, patches), last_post) for level in range(top_level + 1))
+    blocks = _blocks_across(spacing_m, across)
+    rings = (_on_map(_ring_at(level, centre, blocks), last_post) for level in range(top_level + 1))
     return next([ring] for ring in rings if _covers(ring, last_post))
 
 
-def ring_of_posts(posts: Rect) -> Ring:
-    """One ring of the map's own cells, over a rectangle of posts."""
-    west, north = posts[0] // PATCH * PATCH, posts[1] // PATCH * PATCH
-    return Ring(0, (west, north), (max(1, -((west - posts[2]) // PATCH)), max(1, -((north - posts[3]) // PATCH))))
-
-
-def _patches_across(spacing_m: tuple[float, float], across: int) -> tuple[int, int]:
+def _blocks_across(spacing_m: tuple[float, float], across: int) -> tuple[int, int]:
     largest = max(spacing_m)
     east, north = spacing_m
     return max(across, round(across * largest / east)), max(across, round(across * largest / north))
 
 
-def _ring_at(level: int, centre: tuple[float, float], patches: tuple[int, int]) -> Ring:
-    origin = _start_of(level, centre[0], patches[0]), _start_of(level, centre[1], patches[1])
-    return Ring(level, origin, patches)
+def _ring_at(level: int, centre: tuple[float, float], blocks: tuple[int, int]) -> Ring:
+    origin = _start_of(level, centre[0], blocks[0]), _start_of(level, centre[1], blocks[1])
+    return Ring(level, origin, blocks)
 
 
-def _start_of(level: int, centre: float, patches: int) -> int:
+def _start_of(level: int, centre: float, blocks: int) -> int:
     """Where a ring begins along one axis: about half its width before the centre."""
     step = 4 << level
-    return step * math.floor((centre - 0.5 * patches * (PATCH << level)) / step + 0.5)
+    return step * math.floor((centre - 0.5 * blocks * (BLOCK_SIDE << level)) / step + 0.5)
 
 
 def _on_map(ring: Ring, last_post: tuple[int, int]) -> Ring:
@@ -140,10 +129,10 @@ def _on_map(ring: Ring, last_post: tuple[int, int]) -> Ring:
     return Ring(level, (col, row), (cols, rows))
 
 
-def _part_on_map(level: int, start: int, patches: int, last: int) -> tuple[int, int]:
+def _part_on_map(level: int, start: int, blocks: int, last: int) -> tuple[int, int]:
     """The same along one axis: the first post, and the number of blocks."""
-    side = PATCH << level
-    first, end = max(0, -start // side), min(patches, -((start - last) // side))
+    side = BLOCK_SIDE << level
+    first, end = max(0, -start // side), min(blocks, -((start - last) // side))
     return start + side * first, max(1, end - first)
 
 
@@ -153,6 +142,6 @@ def _covers(ring: Ring, last_post: tuple[int, int]) -> bool:
     return west <= 0 and north <= 0 and east >= last_post[0] and south >= last_post[1]
 
 
-def patches_for(triangles: int) -> int:
+def across_for(triangles: int) -> int:
     """Blocks across a ring for a budget: no unit becomes a block there, so many triangles need many units."""
     return next((across for least, across in _ACROSS if triangles >= least), 4)

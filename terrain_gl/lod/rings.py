@@ -1,14 +1,14 @@
 """Level of detail by summed-area tables: a clipmap around the eye. The tables give the spacing of each patch.
 
     cull     list the blocks that are in the picture                          glsl/lod/rings/cull.comp
-    decide   cut each block into squares and pairs, look up their spacing     glsl/lod/rings/decide.comp, three rounds
+    decide   cut each block into squares, look up their spacing               glsl/lod/rings/decide.comp, three rounds
     spawn    make blocks of units that need more than 64 segments a side      after each of these rounds but the last
-    settle   find the segments of edges, split leaves with more than 64       two rounds, or four, ...
+    agree    neighbours agree on edges; split leaves with more than 64        two rounds, or four, ...
     count    compute each leaf's bound
     place    compute prefix sums, and write draw commands
     emit     write the patches
 
-A frame takes eleven dispatches; further rounds of `settle` add more. Only blocks of the rings are visited, never the
+A frame takes eleven dispatches; further rounds of `agree` add more. Only blocks of the rings are visited, never the
 whole map.
 Specification: `reference.rings`.
 """
@@ -31,17 +31,15 @@ from ..camera.view import View
 from ..error import ErrorTables
 from ..gpu import gl, layout, shaders
 from ..gpu.bindings import bind
-from ..heightmap import Heightmap
 from . import budget
-from .land import posts_in_picture, rings_in_picture
-from .ring_layout import PATCH, PATCHES, Ring, patches_for, ring_of_posts, ring_over, rings_around
+from .land import rings_in_picture
+from .ring_layout import BLOCK_SIDE, BLOCKS_ACROSS, Ring, across_for, ring_over, rings_around
 from .selection import INFINITE_PX, METRES, Goal, Selection
-from .star import star_defines
 
-SETTLING = 2  # rounds of `settle` that run before their queues are emptied; a frame has at least so many
+AGREEING = 2  # rounds of `agree` that run before their queues are emptied; a frame has at least so many
 ROUNDS = 3  # rounds of `decide`: in each, the blocks have units an eighth as large
 SQUARES = 85  # squares of a block: glsl/lod/rings/rings.glsl
-_UNITS = PATCH * PATCH
+_UNITS = BLOCK_SIDE * BLOCK_SIDE
 _BARRIER = (
     moderngl.SHADER_STORAGE_BARRIER_BIT
     | moderngl.COMMAND_BARRIER_BIT
@@ -49,7 +47,7 @@ _BARRIER = (
     | moderngl.BUFFER_UPDATE_BARRIER_BIT
 )
 _ASKING: dict[str, dict[str, dict[str, object]]] = {  # passes with other shaders for the metric "rms", or for a budget
-    **dict.fromkeys(("decide", "settle", "count"), {"rms": {"MEAN": 1}}),
+    **dict.fromkeys(("decide", "agree", "count"), {"rms": {"MEAN": 1}}),
     **dict.fromkeys(("weigh", "try", "spend"), {"budget": {"PATCH_COST": budget.PATCH_COST}}),
 }
 
@@ -72,18 +70,14 @@ class RingsSelector:
         self.view = view or View(ctx)
         self._kernels: dict[tuple[str, str, bool], Any] = {}
         self._variant = "max"
-        self._last_stamp = self._settled = 0
-        self._is_weighed = self._every_post = False
+        self._last_stamp = self._agreed = 0
+        self._is_weighed = False
         # a software renderer runs eight threads at a time, and more threads cost more to start
         self._threads = 8 if gl.is_software(ctx) else 64
         self._tried = ctx.buffer(reserve=4 + 4 * budget.PRICES * budget.PASSES)
         self._weights = ctx.buffer(reserve=4)
         self._rings = ctx.buffer(reserve=layout.RINGS.itemsize)
-        self._counters: Any = gl.WordTexture(ctx)
-        fits = tables.counters.size <= 4 * gl.limits(ctx)["texture_buffer_texels"]
         self._defines = {"MOST_VERTICES": gl.MOST_VERTICES, "THREADS": self._threads}
-        self._defines |= {"COUNTERS_IN_TEXTURE": 1} if fits else {}
-        self._defines |= star_defines(ctx)
         self._buffers: dict[str, moderngl.Buffer] = {}
         self._reserve(blocks=1024, patches=16384, draws=256)
 
@@ -102,8 +96,7 @@ class RingsSelector:
 
         With a tolerance, the screen error of the surface is at most `goal.tolerance_px`; with the metric "rms", the
         root mean square of that error. With a number of triangles, the mesh has at most so many. Among such meshes
-        of the rings' squares it minimises the sum of squared screen errors, weighted by `reference.post_weights`. If
-        that number pays for the mesh of every post, the result is no worse than that (docs/allocation.md, section 5).
+        of the rings' squares it minimises the sum of squared screen errors, weighted by `reference.post_weights`.
         """
         self.view.write(self.terrain, camera, size, near_m, **goal.settings)
         triangles = goal.triangles
@@ -115,13 +108,9 @@ class RingsSelector:
             return rings_in_picture(rings, *view) if goal.cull else rings
 
         if not triangles:
-            return self._keep(rings(PATCHES))
-        if ring := self._one_ring(view, goal.cull, triangles):
-            selection = self._spend([ring], triangles)
-            if selection.triangles <= triangles:
-                return self._spend([ring], triangles, every_post=True) if self._is_worse(ring, triangles) else selection
+            return self._keep(rings(BLOCKS_ACROSS))
         for left_out in range(self.terrain.coarsest_ring):  # with all rings, even the fewest triangles may be too many
-            selection = self._spend(rings(patches_for(triangles), left_out), triangles)
+            selection = self._spend(rings(across_for(triangles), left_out), triangles)
             if selection.triangles <= triangles:
                 break
         return selection
@@ -154,32 +143,10 @@ class RingsSelector:
             if self._has_room(int(summary["blocks"]), selection):
                 return selection
 
-    def _spend(self, rings: list[Ring], triangles: int, every_post: bool = False) -> Selection:
-        """Choose for a budget; with `every_post`, no cell of the mesh is coarser than one of the map."""
+    def _spend(self, rings: list[Ring], triangles: int) -> Selection:
+        """Choose for a budget."""
         self._is_weighed = False
-        self._every_post = every_post
         return budget.spend(triangles, lambda target: self._at_target(rings, target))
-
-    def _one_ring(
-        self, view: tuple[Heightmap, Camera, tuple[int, int], float], cull: bool, triangles: int
-    ) -> Ring | None:
-        """A ring of the map's cells over the picture, if a budget pays for about as many cells; else None."""
-        if self.terrain.streams:
-            return None
-        ring = ring_of_posts(posts_in_picture(*view) if cull else self.terrain.all_posts)
-        if not budget.may_have(ring.cells, budget.AROUND, triangles):
-            return None
-        self._begin([ring])
-        seen = np.frombuffer(self._buffers["blocks"].read(4, offset=_work("seen")), "u4")[0]
-        return ring if budget.may_have(_UNITS * int(seen), budget.SEEN, triangles) else None
-
-    def _is_worse(self, ring: Ring, triangles: int) -> bool:
-        """Whether the mesh that was just chosen is worse than the mesh of every post."""
-        compared = self._buffers["lists"]  # nothing needs the lists now
-        blocks = ring.cells // _UNITS
-        bind("lod/rings/compare.comp", Compared=compared)
-        self._run("compare", groups=blocks, settled=self._settled)
-        return budget.is_worse(np.frombuffer(compared.read(16 * blocks), "4f4"), triangles)
 
     def _at_target(self, rings: list[Ring], target: int) -> Selection:
         while True:
@@ -203,7 +170,7 @@ class RingsSelector:
         first = 1 if self._is_weighed else 0
         self._tried.write(bytes(4 * budget.PRICES * (budget.PASSES - first)), offset=4 + 4 * budget.PRICES * first)
         if not self._is_weighed:
-            self._run("weigh", _work("seen"), every_post=self._every_post)
+            self._run("weigh", _work("seen"))
         for i in range(first, budget.PASSES):
             self._run("try", _work("seen"), **{"pass": i, "target": target})
         self._is_weighed = True
@@ -215,7 +182,7 @@ class RingsSelector:
 
     def release(self) -> None:
         """Release GPU resources."""
-        own = self._rings, self._counters, self._tried, self._weights
+        own = self._rings, self._tried, self._weights
         for resource in (*own, *self._buffers.values(), *self._kernels.values()):
             resource.release()
 
@@ -234,9 +201,9 @@ class RingsSelector:
         """Upload the rings, and list their blocks that are in the picture; returns the number of all blocks."""
         blocks = 0
         records = []
-        for level, origin, patches in rings:
-            records.append((origin, patches, level, blocks, (0, 0)))
-            blocks += patches[0] * patches[1]
+        for level, origin, across in rings:
+            records.append((origin, across, level, blocks, (0, 0)))
+            blocks += across[0] * across[1]
         if blocks > self._most_blocks:
             self._has_room(blocks, Selection(self, (), 0, 0, 0, None, 0))
         block = np.zeros((), layout.RINGS)
@@ -260,40 +227,38 @@ class RingsSelector:
         bind("lod/rings/shapes.glsl", Shapes=self._buffers["shapes"])
         over = 0
         while True:
-            over = self._settle(over)
+            over = self._agree(over)
             self._buffers["summary"].write(self._nothing)
-            self._run("count", _work("leaves"), settled=over)
+            self._run("count", _work("leaves"), agreed=over)
             bind("lod/rings/place.comp", Draws=self.draws)
-            self._run("place", settled=over, most_draws=self.draws.size // gl.COMMAND_STRIDE)
+            self._run("place", agreed=over, most_draws=self.draws.size // gl.COMMAND_STRIDE)
             bind("lod/rings/emit.comp", Patches=self.patches)
-            self._run("emit", _work("all"), settled=over, most_patches=self.patches.size // layout.RING_PATCH.itemsize)
+            self._run("emit", _work("all"), agreed=over, most_patches=self.patches.size // layout.RING_PATCH.itemsize)
             data = self._buffers["summary"].read(layout.RING_SUMMARY.itemsize)
             summary = np.frombuffer(data, layout.RING_SUMMARY)[0]
-            if not summary["unsettled"]:
+            if not summary["unagreed"]:
                 self._last_stamp = self._last_stamp + over
-                self._settled = over
+                self._agreed = over
                 return summary
             bind("lod/rings/lists.glsl", Lists=self._buffers["lists"])  # draws and patches took its binding point
 
-    def _settle(self, over: int) -> int:
-        """Run further rounds of `settle`, from round `over` on; returns how many are done."""
+    def _agree(self, over: int) -> int:
+        """Run further rounds of `agree`, from round `over` on; returns how many are done."""
         if over:
             self._forget_queues(over)
-        for r in range(over, over + SETTLING):
-            self._run("settle", _work("queue", r % layout.RING_QUEUES), settled=r, budget=self._variant == "budget")
-        return over + SETTLING
+        for r in range(over, over + AGREEING):
+            self._run("agree", _work("queue", r % layout.RING_QUEUES), agreed=r, budget=self._variant == "budget")
+        return over + AGREEING
 
     def _forget_queues(self, over: int) -> None:
         """Empty the queues of past rounds: later rounds use them again."""
-        for r in range(over - SETTLING, over):
+        for r in range(over - AGREEING, over):
             self._buffers["blocks"].write(_EMPTY, offset=_work("queue", r % layout.RING_QUEUES))
 
     def _bind(self) -> None:
         self.bind()
         self.tables.bind()
         buffers = self._buffers
-        self.ctx.memory_barrier(moderngl.TEXTURE_FETCH_BARRIER_BIT)  # an edit may have written the counters
-        bind("error/bound.glsl", u_counters=self._counters.of(self.tables.counters))
         bind("lod/rings/rings.glsl", Rings=self._rings, Blocks=buffers["blocks"], Cells=buffers["cells"])
         bind("lod/rings/lists.glsl", Lists=buffers["lists"])
         bind("lod/rings/shapes.glsl", Summary=buffers["summary"])
@@ -319,7 +284,7 @@ class RingsSelector:
     def _selection(self, summary: np.void) -> Selection:
         counts = tuple(summary["count"][: layout.SIZES].tolist())
         draws = sum(-(-n // _most_in_draw(s)) for s, n in enumerate(counts))
-        most = sum(n * (4 * 4**s + 4 * (64 - 2**s)) for s, n in enumerate(counts))  # as if all were pairs
+        most = sum(n * (2 * 4**s + 4 * (64 - 2**s)) for s, n in enumerate(counts))  # as if all edges were cut
         worst_px = float(summary["worst_px"])
         certified_px = worst_px if worst_px < INFINITE_PX else math.inf
         return Selection(self, counts, int(summary["triangles"]), most, int(summary["splits"]), certified_px, draws)
@@ -376,4 +341,4 @@ def _work(name: str, i: int = 0) -> int:
 @cache
 def _most_in_draw(size: int) -> int:
     """Patches of 2^size segments a side in one draw, as glsl/lod/rings/place.comp counts them."""
-    return gl.MOST_VERTICES // ((2**size + 1) * (2 ** (size + 1) + 1) + 4 * (64 - 2**size))
+    return gl.MOST_VERTICES // ((2**size + 1) ** 2 + 4 * (64 - 2**size))

@@ -25,7 +25,7 @@ _of_thread = threading.local()
 class Records(NamedTuple):
     """Error records and height ranges of the nodes of one level."""
 
-    errors: np.ndarray  # (3, rows, cols) uint32: as cells of a patch, as fans and as stars
+    errors: np.ndarray  # (1, rows, cols) uint32: as cells of a patch
     ranges: np.ndarray  # (2, rows, cols) uint16
 
 
@@ -75,10 +75,8 @@ def release_context() -> None:
 def _records(tables: ErrorTables, level: int) -> Records:
     nodes = tables.read_nodes(level)
     ranges = tables.read_ranges(level)
-    errors = [nodes["cut_m"], ranges["fan_m"], ranges["stars_m"]]
-    return Records(
-        np.stack([each.copy().view("<u4")[..., 0] for each in errors]), np.moveaxis(ranges["heights"], -1, 0)
-    )
+    words = nodes["cut_m"].copy().view("<u4")[..., 0]
+    return Records(words[None], np.moveaxis(ranges["heights"], -1, 0))
 
 
 def _blank_tables() -> ErrorTables:

@@ -11,7 +11,7 @@ import numpy as np
 from ..basics.rect import span_of
 from .map import RECORD_WORDS, Page
 from .sheet import Area, Sheet
-from .widening import Moves, Scale, rescaled, rescaled_ranges, widened, widened_ranges, widened_stars
+from .widening import Moves, Scale, rescaled, rescaled_ranges, widened, widened_ranges
 
 UNKNOWN = 0xFFFFFFFF  # no record
 
@@ -74,7 +74,7 @@ class EditedRecords:
         Parameters
         ----------
         errors
-            (`RECORD_WORDS`, rows, cols) uint32: first words of the records.
+            (`RECORD_WORDS`, rows, cols) uint32: words of the records.
         ranges
             (2, rows, cols) uint16.
 
@@ -116,8 +116,7 @@ class EditedRecords:
         found = [values for sheet in self._moved[level] if (values := sheet.get(area)) is not None]
         if len(found) == len(Moves._fields):
             moved = Moves(*found)
-            wide = widened(errors[:-1], moved, self._squares(level, area), level, self._scale)
-            errors = np.concatenate([wide, widened_stars(errors[-1:], moved, self._scale)])
+            errors = widened(errors, moved, self._squares(level, area), level, self._scale)
             ranges = widened_ranges(ranges, moved, self._scale)
         return errors, ranges
 

@@ -15,7 +15,7 @@ from ..basics.exceptions import TerrainError
 from ..heightmap import Heightmap
 
 PageKey = tuple[int, int, int]  # level, row and column of a page
-RECORD_WORDS = 3  # words of an error record that bounds read: of a cell of a patch, of a fan, and of stars
+RECORD_WORDS = 1  # words of an error record that bounds read: of a node as a cell of a patch
 COARSE_POSTS = 1 << 20  # most posts of the coarse map from which a first view is chosen
 
 
@@ -27,8 +27,7 @@ class Page(NamedTuple):
     heights
         (rows + 1, cols + 1) float32 metres at the corners of its nodes.
     errors
-        (3, rows, cols) uint32: errors of the nodes as cells of a patch, as fans and as stars, as in `layout.NODE` and
-        `layout.NODE_RANGE`; empty for level 0.
+        (1, rows, cols) uint32: errors of the nodes as cells of a patch, `cut_m` of `layout.NODE`; empty for level 0.
     ranges
         (2, rows, cols) uint16: lowest and highest height of the nodes; empty for level 0.
     """

@@ -8,7 +8,7 @@ import numpy as np
 
 from ..gpu import layout
 from ..terrain import quantisation_range, steps_of
-from .map import RECORD_WORDS, Page, PagedMap, PageKey
+from .map import Page, PagedMap, PageKey
 
 
 class Sums(NamedTuple):
@@ -23,7 +23,7 @@ class Sums(NamedTuple):
     counters, squares
         Summed-area tables of class counters and squared errors.
     ranges
-        (side, side, 3) uint32: records `layout.NODE_RANGE` of the nodes; None for level 0.
+        (side, side) uint32: records `layout.NODE_RANGE` of the nodes; None for level 0.
     """
 
     heights: np.ndarray
@@ -69,15 +69,8 @@ def sums_of(page: Page, key: PageKey, heightmap: PagedMap) -> Sums:
     above = heights - np.float32(base_m)
     steps = steps_of(above, low_m - base_m, span_m)
     height_sums = steps.cumsum(0, dtype=np.uint32).cumsum(1, dtype=np.uint32)
-    return Sums(heights, height_sums, counters, squares, _ranges(page, side) if level else None)
-
-
-def _ranges(page: Page, side: int) -> np.ndarray:
-    words = np.zeros((side, side, RECORD_WORDS), np.uint32)
-    rows, cols = page.ranges.shape[1:]
-    words[:rows, :cols, 0] = page.ranges[0] | page.ranges[1].astype(np.uint32) << 16
-    words[:rows, :cols, 1:] = np.moveaxis(page.errors[1:], 0, -1)
-    return words
+    ranges = page.ranges[0] | page.ranges[1].astype(np.uint32) << 16
+    return Sums(heights, height_sums, counters, squares, _padded(ranges, side) if level else None)
 
 
 def _of_cells(page: Page, base_m: float, span: np.float32) -> tuple[np.ndarray, np.ndarray]:

@@ -1,7 +1,7 @@
 """Wider bounds for nodes with edited posts: valid at once, before their records are computed anew.
 
-Let all posts of a closed node change by at most t metres, and its possible vertices by at most v: the posts of its four
-edges, and its middle. Every mesh in the node then moves by at most v, because each of its places is a weighted mean of
+Let all posts of a closed node change by at most t metres, and its possible vertices, the posts of its four edges, by at
+most v. Every mesh in the node then moves by at most v, because each of its places is a weighted mean of
 vertices. The truth moves by at most t. So the largest error grows by at most s = t + v.
 
     max' = max + s        rms'² = (rms + 5/2 s)² + 2^(1−level) max t, and at most max'²
@@ -69,12 +69,10 @@ def moves(old: np.ndarray, new: np.ndarray, at: tuple[int, int], level: int, las
     along_row = _of(np.maximum, _lines(moved, edges_y, 0), cols, 1)
     along_col = _of(np.maximum, _lines(moved, edges_x, 1), rows, 0)
     vertices = np.maximum.reduce([along_row[:-1], along_row[1:], along_col[:, :-1], along_col[:, 1:]])
-    middles = [_middles(span, at[i], old.shape[i], level, last[i]) for i, span in enumerate(spans)]
-    middle = _lines(_lines(moved, middles[0], 0), middles[1], 1)
     changed = moved > 0
     return Moves(
         _of(np.maximum, _of(np.maximum, moved, rows, 0), cols, 1),
-        np.maximum(vertices, middle),
+        vertices,
         _of(np.minimum, _of(np.minimum, np.where(changed, new, np.inf), rows, 0), cols, 1),
         _of(np.maximum, _of(np.maximum, np.where(changed, new, -np.inf), rows, 0), cols, 1),
     )
@@ -99,14 +97,6 @@ def widened(words: np.ndarray, moved: Moves, square: np.ndarray, level: int, sca
     return np.where(more > 0, found, words)
 
 
-def widened_stars(words: np.ndarray, moved: Moves, scale: Scale) -> np.ndarray:
-    """Words of stars: two largest errors. Their inner vertices may be any posts of the node."""
-    more = 2.0 * ROUNDED * np.asarray(moved.truth, np.float64)
-    small, large = (np.minimum(most + more, scale.span_m) for most in errors_m(words, scale))
-    found = packed(small, large, scale)
-    return np.where(more > 0, found, words)
-
-
 def widened_ranges(ranges: np.ndarray, moved: Moves, scale: Scale) -> np.ndarray:
     """Ranges (2, rows, cols) of nodes that hold their new heights, too."""
     low, high = _steps(moved.low, np.floor, -0.1, scale), _steps(moved.high, np.ceil, 0.1, scale)
@@ -125,7 +115,7 @@ def rescaled_ranges(ranges: np.ndarray, old: Scale, new: Scale) -> np.ndarray:
 
 
 def errors_m(words: np.ndarray, scale: Scale) -> tuple[np.ndarray, np.ndarray]:
-    """The two errors of a word, in metres: the largest and the root mean square, or those of two stars."""
+    """The two errors of a word, in metres: the largest and the root mean square."""
     halves = words & 0xFFFF, words >> 16
     most, rms = (half.astype(np.uint16).view(np.float16).astype(np.float64) for half in halves)
     return most * scale.span_m * UNIT, rms * scale.span_m * UNIT
@@ -167,10 +157,6 @@ def _of(function: np.ufunc, values: np.ndarray, parts: list[slice], axis: int) -
 
 def _edges(span: Span, first: int, count: int, level: int, last: int) -> np.ndarray:
     return _known(np.minimum(np.arange(span[0], span[1] + 1) << level, last) - first, count)
-
-
-def _middles(span: Span, first: int, count: int, level: int, last: int) -> np.ndarray:
-    return _known(np.minimum((np.arange(*span) << level) + (1 << level - 1), last) - first, count)
 
 
 def _known(at: np.ndarray, count: int) -> np.ndarray:

@@ -11,7 +11,7 @@ from typing import NamedTuple
 
 import numpy as np
 
-from .between import cell_twists, crest, crossed_cells, kinks, measured_posts, of_corners, over_cells, worst_corner
+from .between import cell_twists, crossed_cells, kinks, measured_posts, of_corners, over_cells, worst_corner
 from .bound import cell_squares
 from .nodes import Nodes, at_nodes, node_axes, per_node, top_level
 
@@ -126,180 +126,68 @@ def wedge_errors(heights: np.ndarray, level: int, void: np.ndarray | None = None
     return found[0], found[1]
 
 
-# A finer neighbour cuts an edge: it gets more vertices. They are posts. They lie between −below and above off a
-# straight line. Only vertices of one cut edge take part in a triangle; their weights at a place sum to v: 1 on their
-# edge, 0 on the opposite side (of a fan: 0 at the centre). So these bound the error of every triangulation:
-#   a cell of a patch       highest diagonal − h + v · above   and   h − lowest diagonal + v · below,  for each edge,
-#                           with the line between the cell's corners
-#   a patch of 2 × 2        fan with split edges − h + v · above   and   h − this fan + v · below,
-#   segments, i.e. a fan    with the lines between a corner and the middle of its edge
-# A patch of one cell is a fan whose edges are whole or cut: the larger error of the fan and of both bounds. All are
-# linear where the drawing is: between posts they are like errors.
+# A finer neighbour cuts an edge: it gets more vertices, which are posts. They lie between −below and above off the line
+# between the edge's ends. Only vertices of one cut edge take part in a triangle. Their weights at a place sum to v: 1
+# on their edge, 0 on the opposite side. So these bound the error of every triangulation, for each edge:
+#   highest diagonal − h + v · above   and   h − lowest diagonal + v · below
+# Both are linear where the drawing is: between posts they are like errors.
 
 
 class CutErrors(NamedTuple):
-    """Errors of each node whatever edges are cut, (rows, cols) of nodes: metres, and sums over own posts in m²."""
+    """Errors of each node as a cell of a patch, whatever edges are cut, (rows, cols) of nodes."""
 
-    largest: np.ndarray  # as a cell of a patch, or a patch of one cell
-    squares: np.ndarray
-    fan_largest: np.ndarray  # as a patch of 2 × 2 segments
-    fan_squares: np.ndarray
+    largest: np.ndarray  # metres
+    squares: np.ndarray  # sums over own posts in m²
 
 
 def cut_moves(heights: np.ndarray, level: int) -> np.ndarray:
-    """How far the posts of each node's edges lie above, and below, straight lines.
+    """How far the posts of each node's edges lie above, and below, the straight line between the edge's ends.
 
     Returns
     -------
     array
-        (4, 3, 2, rows, cols) of nodes, metres: the edges west, north, east, south; the line between the edge's ends,
-        from its first end to its middle, and from there to its other end; above, below.
+        (4, 2, rows, cols) of nodes, metres: the edges west, north, east, south; above, below.
     """
     h = heights.astype(np.float64)
     y, x = node_axes(heights.shape, level)
     north, south = (_off_lines(h[rows], x) for rows in (y.low, y.high))
-    west, east = (_off_lines(h.T[cols], y).transpose(0, 1, 3, 2) for cols in (x.low, x.high))
+    west, east = (_off_lines(h.T[cols], y).transpose(0, 2, 1) for cols in (x.low, x.high))
     return np.stack([west, north, east, south])
 
 
 def _off_lines(lines: np.ndarray, axis: Nodes) -> np.ndarray:
-    """Of lines of posts (n, posts): (3, 2, n, nodes)."""
-    found = []
-    for low, high in ((axis.low, axis.high), (axis.low, axis.mid), (axis.mid, axis.high)):
-        share = (axis.post - low[:, None]) / np.maximum(high - low, 1)[:, None]
-        off = lines[:, axis.post] - lines[:, low, None] - (lines[:, high] - lines[:, low])[..., None] * share
-        off = np.where((share >= 0) & (share <= 1) & (high > low)[:, None], off, 0.0)
-        found.append([off.max(-1), -off.min(-1)])
-    return np.array(found)
+    """Of lines of posts (n, posts): above and below, (2, n, nodes)."""
+    share = (axis.post - axis.low[:, None]) / (axis.high - axis.low)[:, None]
+    rise = lines[:, axis.high] - lines[:, axis.low]
+    off = lines[:, axis.post] - lines[:, axis.low, None] - rise[..., None] * share
+    return np.array([off.max(-1), -off.min(-1)])
 
 
 def cut_errors(heights: np.ndarray, level: int, void: np.ndarray | None = None) -> CutErrors:
     """Errors of each node of a level ≥ 1 in any triangulation, whatever edges are cut."""
-    cell, fan, drawn = _cut_at_posts(heights, level)
-    of_quad, of_fan = kinks(heights, level)
-    bounds = [(*cell, of_quad), (*fan, of_fan), (*drawn, of_fan)]
-    largest, squares = _over_node(heights, level, void, bounds, np.maximum(of_quad, of_fan))
-    return CutErrors(largest, squares, *_over_node(heights, level, void, bounds[1:2], of_fan))
+    y, x = node_axes(heights.shape, level)
+    t, s = _places(y, x)
+    pair = quad_errors(heights, level)
+    weights = np.stack(np.broadcast_arrays(1 - t, 1 - s, t, s, pair[0])[:4])
+    move_up, move_down = cut_moves(heights, level)[:, :, :, None, :, None].swapaxes(0, 1)
+    above = np.maximum(*pair) + (weights * move_up).max(0)
+    below = -np.minimum(*pair) + (weights * move_down).max(0)
+    return CutErrors(*_over_node(heights, level, void, above, below))
 
 
 def _over_node(
-    heights: np.ndarray, level: int, void: np.ndarray | None, bounds: list[tuple[np.ndarray, ...]], bend: np.ndarray
+    heights: np.ndarray, level: int, void: np.ndarray | None, above: np.ndarray, below: np.ndarray
 ) -> tuple[np.ndarray, np.ndarray]:
-    """The largest of bounds (above, below, kink), and the sum of squares over own posts and crossed cells."""
-    errors = np.maximum.reduce([each for above, below, _ in bounds for each in (above, below)])
+    """The largest of two bounds, and the sum of squares over own posts and crossed cells."""
+    kink = kinks(heights, level)[0]
+    errors = np.maximum(above, below)
     crossed = crossed_cells(heights.shape, level, void)
-    corner = worst_corner(errors)
     measured = measured_posts(heights, level, void)
-    cells = [over_cells(above, below, heights, level, kink) for above, below, kink in bounds]
-    largest = np.maximum((errors * measured).max((1, 3)), (np.maximum.reduce(cells) * crossed).max((1, 3)))
-    mean = np.abs(cell_twists(heights, level)) / np.sqrt(90) + bend[:, None, :, None]
-    between = (mean * (2 * corner + mean) * crossed).sum((1, 3))
+    cells = over_cells(above, below, heights, level, kink)
+    largest = np.maximum((errors * measured).max((1, 3)), (cells * crossed).max((1, 3)))
+    mean = np.abs(cell_twists(heights, level)) / np.sqrt(90) + kink[:, None, :, None]
+    between = (mean * (2 * worst_corner(errors) + mean) * crossed).sum((1, 3))
     return largest, np.square(errors * _own(heights, level, void)).sum((1, 3)) + between
-
-
-def _cut_at_posts(heights: np.ndarray, level: int) -> list[list[np.ndarray]]:
-    """Bounds above and below at each post, (node rows, posts, node cols, posts): cell, cut fan, fan."""
-    y, x = node_axes(heights.shape, level)
-    t, s = _places(y, x)
-    pair = quad_errors(heights, level)
-    fan = fan_errors(heights, level)
-    weights = np.stack(np.broadcast_arrays(1 - t, 1 - s, t, s, fan[0])[:4])
-    above, below = cut_moves(heights, level)[:, 0, :, :, None, :, None].swapaxes(0, 1)
-    cell = [np.maximum(*pair) + (weights * above).max(0), -np.minimum(*pair) + (weights * below).max(0)]
-    move = _fan_moves(heights, level)
-    return [cell, [fan[1] + move[0], move[1] - fan[1]], [np.maximum(*fan), -np.minimum(*fan)]]
-
-
-def _fan_moves(heights: np.ndarray, level: int) -> np.ndarray:
-    """How far cuts move a fan with split edges at each post: above, below, (2, node rows, posts, node cols, posts).
-
-    Spokes from the centre to corners and middles part the fan in eight. A post on a spoke takes the larger move of both
-    sides. In a node that the map's rim cuts off, spokes run between posts; there one bound serves all eight.
-    """
-    moves = cut_moves(heights, level)[:, 1:]
-    y, x = node_axes(heights.shape, level)
-    square = (y.high - y.low == 1 << level)[:, None] & (x.high - x.low == 1 << level)
-    moves = np.where(square, moves, moves.max((0, 1)))[:, :, :, :, None, :, None]
-    of_y, of_x = (_from_middle(axis)[1] for axis in (y, x))
-    of_y = of_y[:, :, None, None]
-    of_x = of_x[None, None]
-    down, right = ((axis.post - axis.mid[:, None]) for axis in (y, x))
-    down = down[:, :, None, None]
-    right = right[None, None]
-    most = np.zeros((2, *np.broadcast_shapes(down.shape, right.shape)))
-    in_row = of_y <= of_x
-    in_column = of_x <= of_y
-    wedges = [(down, -right, in_column), (right, -down, in_row), (down, right, in_column), (right, down, in_row)]
-    for side, (along, across, inside) in enumerate(wedges):
-        for half, sign in enumerate((-1, 1)):
-            within = inside & (across >= 0) & (sign * along >= 0)
-            most = np.where(within, np.maximum(most, moves[side, half]), most)
-    return (1 - np.minimum(of_y, of_x)) * most
-
-
-# A patch of 4 × 4 or 8 × 8 segments is a star: each diagonal points to its middle. A cell of it has one diagonal,
-# and only the edges that meet in the diagonal's outer end may be cut. Each is a leg of one triangle. In this triangle v
-# is larger for this edge than for the other. So these bound the error of the cell:
-#   e + v · above   and   v · below − e        with the error e, drawn minus true, of the cell with this diagonal
-# Both are linear in each triangle: largest at a post, or on the diagonal.
-
-
-def turned_errors(heights: np.ndarray, level: int, void: np.ndarray | None = None) -> np.ndarray:
-    """Largest error of each node of a level ≥ 1 as one cell whose diagonal ends in one corner.
-
-    Both edges that meet in this corner may be cut.
-
-    Returns
-    -------
-    array
-        (rows, cols, 4) of nodes: the corners north-west, north-east, south-east, south-west. Metres; infinite in nodes
-        that the map's rim cuts off.
-    """
-    y, x = node_axes(heights.shape, level)
-    side = 1 << level
-    found = np.full((len(y.low), len(x.low), 4), np.inf)
-    if side >= min(heights.shape):
-        return found
-    t, s = _places(y, x)
-    pair = quad_errors(heights, level)
-    twist = cell_twists(heights, level)
-    weights = (1 - t, 1 - s, t, s)
-    moves = cut_moves(heights, level)[:, 0, :, :, None, :, None]
-    measured = measured_posts(heights, level, void)
-    crossed = crossed_cells(heights.shape, level, void)
-    for k, (one, other) in enumerate([(0, 1), (1, 2), (2, 3), (3, 0)]):  # edges in the order of `cut_moves`
-        move = np.maximum(weights[one] * moves[one], weights[other] * moves[other])
-        rises = k % 2
-        row = np.arange(side + 1)
-        col, cell = (row[::-1], (row[:-1], row[-2::-1])) if rises else (row, (row[:-1], row[:-1]))
-        largest = np.zeros((len(y.low), len(x.low)))
-        for sign, off in zip((1, -1), move, strict=True):
-            errors = sign * pair[rises] + off
-            ends = errors[:, row, :, col]
-            bend = sign * (-1) ** rises * twist[:, cell[0], :, cell[1]]
-            within = (crest(ends[:-1], ends[1:], bend) * crossed[:, cell[0], :, cell[1]]).max(0)
-            largest = np.maximum.reduce([largest, (errors * measured).max((1, 3)), within])
-        found[..., k] = largest
-    whole = (y.high - y.low == side)[:, None] & (x.high - x.low == side)
-    return np.where(whole[..., None], found, np.inf)
-
-
-def star_errors(heights: np.ndarray, level: int, segments_log2: int, void: np.ndarray | None = None) -> np.ndarray:
-    """Largest error of each node as a patch of 2^segments_log2 segments a side, whatever outer edges are cut.
-
-    Inner cells have no outer edge, so a bound with cuts at either end of the diagonal holds. Metres, (rows, cols) of
-    nodes of a level > segments_log2; infinite in nodes that the map's rim cuts off.
-    """
-    turned = turned_errors(heights, level - segments_log2, void)
-    y, x = node_axes(heights.shape, level)
-    n = 1 << segments_log2
-    cells = np.full((n * len(y.low), n * len(x.low), 4), np.inf)
-    cells[: turned.shape[0], : turned.shape[1]] = turned
-    cells = cells.reshape(len(y.low), n, len(x.low), n, 4)
-    corner = np.kron([[0, 1], [3, 2]], np.ones((n // 2, n // 2), int))[None, :, None, :, None]
-    outer, inner = (np.take_along_axis(cells, at, -1)[..., 0] for at in (corner, (corner + 2) % 4))
-    outer[:, 1:-1, :, 1:-1] = np.minimum(outer, inner)[:, 1:-1, :, 1:-1]
-    return outer.max((1, 3))
 
 
 # M = max e over the closed node,   Σ e² over the node's own posts,   e the worse of both ways to draw it.

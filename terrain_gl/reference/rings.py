@@ -2,7 +2,7 @@
 
 rings    nested rectangles around the eye; ring l has cells of 2^l posts
 blocks   8 × 8 units of one ring cell; a unit that needs more than 64 segments a side is a block itself
-leaves   squares of 8, 4, 2 or 1 units: each is drawn as a patch of T × T segments; two of them may make a pair
+leaves   squares of 8, 4, 2 or 1 units: each is drawn as a patch of T × T segments, T ≥ 2
 edges    two leaves that meet take the finer spacing along their common edge
 """
 
@@ -15,14 +15,13 @@ import numpy as np
 
 from .sat import box_sum
 
-PATCH = 8  # units a side of a block
+BLOCK_SIDE = 8  # units a side of a block
 MOST_SEGMENTS_LOG2 = 6  # OpenGL's 64
 FINEST = -5  # log2 of the smallest spacing in ring 0: 32 segments between two posts; in other rings 16
-PATCH_COST = 28.0  # cost of a patch in triangles, besides its own triangles
-LEAST_PARTS = min(4 * (2 + PATCH_COST), 4 * 8 + 2 * PATCH_COST)  # four single cells, or two pairs of 2 × 2 cells
+PATCH_COST = 14.0  # cost of a patch in triangles, besides its own triangles
+LEAST_PARTS = 4 * (8 + PATCH_COST)  # four squares of 2 × 2 segments
 FEW_LOG2 = 1  # a square of so few cells a side looks at the cells themselves
 ROUNDS = 3  # depth of blocks inside blocks
-_IN_NO_PAIR = -1  # mark of a square that only holds as a fan
 REFINE_FROM = 3  # units of 2^3 segments or more become blocks, which about halves their cost
 REFINED = 0.5
 Post = tuple[int, int]  # column, row
@@ -30,10 +29,10 @@ Square = tuple[int, int, int]  # depth, column, row of a square of a block
 
 
 class Leaf(NamedTuple):
-    """A patch: its north-west post, log2 of its width and height, and of its spacing, in posts."""
+    """A patch: its north-west post, log2 of its side, and of its spacing, in posts."""
 
     low: Post
-    size_log2: tuple[int, int]
+    side_log2: int
     step_log2: int
 
 
@@ -41,19 +40,20 @@ class Leaf(NamedTuple):
 #   origin = 4 · 2^l · ⌊(eye − n · 8 · 2^l / 2) / (4 · 2^l) + 1/2⌋
 
 
-def ring_origin(eye: tuple[float, float], patches: tuple[int, int], level: int) -> Post:
+def ring_origin(eye: tuple[float, float], blocks: tuple[int, int], level: int) -> Post:
     """First column and row of a ring around a place on the map, given in posts."""
     step = 4 << level
     col, row = (
-        step * int(np.floor((at - 0.5 * n * (PATCH << level)) / step + 0.5)) for at, n in zip(eye, patches, strict=True)
+        step * int(np.floor((at - 0.5 * n * (BLOCK_SIDE << level)) / step + 0.5))
+        for at, n in zip(eye, blocks, strict=True)
     )
     return col, row
 
 
-def rows_on_map(origin: int, patches: int, level: int, last: int) -> range:
+def rows_on_map(origin: int, blocks: int, level: int, last: int) -> range:
     """The rows (or columns) of a ring's blocks that overlap the map, whose posts are 0 to `last`."""
-    side = PATCH << level
-    meet = [i for i in range(patches) if origin + side * i < last and origin + side * (i + 1) > 0]
+    side = BLOCK_SIDE << level
+    meet = [i for i in range(blocks) if origin + side * i < last and origin + side * (i + 1) > 0]
     return range(meet[0], meet[-1] + 1)
 
 
@@ -106,26 +106,9 @@ def few_cells_m(twists_m: np.ndarray, low: Post, side_log2: int, step_log2: int)
 
 
 def coarsest_step(low: Post, side_log2: int, top_level: int) -> int:
-    """log2 of the coarsest spacing of a square: its corner is on the lattice of that spacing."""
+    """log2 of the coarsest spacing of a square: two segments a side or more, and its corner is on the lattice."""
     bits = low[0] | low[1] | 1 << side_log2
-    return min((bits & -bits).bit_length() - 1, top_level)
-
-
-# A patch over a node of the quadtree is a fan if it has 2 × 2 segments, and a star if it has 4 × 4 or 8 × 8. These have
-# bounds of their own: `cut_errors`, `star_errors`.
-
-
-def known_m(errors_m: Sequence[np.ndarray], low: Post, side_log2: int, step_log2: int) -> float:
-    """Largest error of a square of spacing 2^step_log2 as a fan or star; inf if it is none.
-
-    For each level from 1 on, `errors_m` has the errors (3, rows, cols) of its nodes with 2, 4 and 8 segments a side.
-    """
-    is_node = (low[0] | low[1]) & (1 << side_log2) - 1 == 0 and min(low) >= 0 and 1 <= side_log2 <= len(errors_m)
-    col, row = (at >> side_log2 for at in low)
-    segments_log2 = side_log2 - step_log2
-    return (
-        float(errors_m[side_log2 - 1][segments_log2 - 1, row, col]) if is_node and 1 <= segments_log2 <= 3 else np.inf
-    )
+    return min((bits & -bits).bit_length() - 1, top_level, side_log2 - 1)
 
 
 def finest_step(side_log2: int, ring_level: int) -> int:
@@ -141,23 +124,16 @@ def next_step(coarsest: int, finest: int, holds: Callable[[int], bool]) -> int |
 # A single cell of the map with 2 × 2 segments is a fan of four triangles: its edges are straight, so they stay whole.
 
 
-def is_cell_fan(size_log2: tuple[int, int], step_log2: int) -> bool:
-    """Whether a leaf is such a fan; its size and spacing are log2 in posts."""
-    return size_log2 == (0, 0) and step_log2 == -1
+def is_cell_fan(side_log2: int, step_log2: int) -> bool:
+    """Whether a leaf is such a fan; its side and spacing are log2 in posts."""
+    return side_log2 == 0 and step_log2 == -1
 
 
-# From the units up:   cost(square) = min(2 T² + 28,  Σ cost of its four parts − 28 for each pair)
-# Two parts side by side with the same spacing become a pair, one patch, unless they are single cells or only hold as
-# fans or stars. If a square costs no more than the cheapest parts, it becomes one leaf.
+# From the units up:   cost(square) = min(2 T² + 14,  Σ cost of its four parts)
+# If a square costs no more than the cheapest parts, it becomes one leaf.
 
 
-def cut_block(
-    steps: dict[Square, int | None],
-    unit_log2: int,
-    can_refine: bool,
-    alone: frozenset[Square] = frozenset(),
-    fans: frozenset[Square] = frozenset(),
-) -> np.ndarray:
+def cut_block(steps: dict[Square, int | None], unit_log2: int, can_refine: bool) -> np.ndarray:
     """Cut a block into leaves.
 
     Parameters
@@ -169,78 +145,42 @@ def cut_block(
         Posts along a unit, log2.
     can_refine
         Whether units may become blocks.
-    alone
-        Squares that touch the finer ring and are not on its lattice: their parts make no pairs.
-    fans
-        Squares whose spacing is within the tolerance only as a fan: they are in no pair.
 
     Returns
     -------
     leaves
-        (8, 8, 3) for each unit, row after row: log2 of its square's units a side, and of its spacing; 1 if the square
-        is one of a pair from west to east, 2 from north to south, 0 if it is none. The first number is −1 if there is
-        nothing to draw, −2 if the unit becomes a block, −3 if no spacing is within the tolerance.
+        (8, 8, 2) for each unit, row after row: log2 of its square's units a side, and of its spacing. The first number
+        is −1 if there is nothing to draw, −2 if the unit becomes a block, −3 if no spacing is within the tolerance.
     """
-    leaves = np.zeros((PATCH, PATCH, 3), int)
-    _cut(steps, unit_log2, can_refine, alone, fans, (0, 0, 0), leaves)
-    leaves[leaves[..., 2] == _IN_NO_PAIR, 2] = 0
+    leaves = np.zeros((BLOCK_SIDE, BLOCK_SIDE, 2), int)
+    _cut(steps, unit_log2, can_refine, (0, 0, 0), leaves)
     return leaves
 
 
 def _cut(
-    steps: dict[Square, int | None],
-    unit_log2: int,
-    can_refine: bool,
-    alone: frozenset[Square],
-    fans: frozenset[Square],
-    square: Square,
-    leaves: np.ndarray,
+    steps: dict[Square, int | None], unit_log2: int, can_refine: bool, square: Square, leaves: np.ndarray
 ) -> float:
     """Cost of a square in triangles; its units are written to `leaves`."""
     depth, x, y = square
-    side = PATCH >> depth
+    side = BLOCK_SIDE >> depth
     own = leaves[y * side : (y + 1) * side, x * side : (x + 1) * side]
     if square not in steps:
-        own[...] = -1, 0, 0
+        own[...] = -1, 0
         return 0.0
     step = steps[square]
     segments_log2 = unit_log2 + 3 - depth - step if step is not None else 0
     whole = np.inf if step is None else 2.0 * 4.0**segments_log2 + PATCH_COST
-    leaf = 3 - depth, step, _IN_NO_PAIR if square in fans else 0
     if depth == 3:
         refine = can_refine and (step is None or segments_log2 >= REFINE_FROM)
-        own[...] = (-2, 0, 0) if refine else (-3, 0, 0) if step is None else leaf
+        own[...] = (-2, 0) if refine else (-3, 0) if step is None else (0, step)
         return whole * (REFINED if refine else 1.0)
-    if whole <= LEAST_PARTS:
-        own[...] = leaf
-        return whole
-    at = [(depth + 1, 2 * x + k % 2, 2 * y + k // 2) for k in range(4)]
-    parts = sum(_cut(steps, unit_log2, can_refine, alone, fans, part, leaves) for part in at)
-    pairs = [] if square in alone else _pairs(own, unit_log2)
-    parts -= PATCH_COST * len(pairs)
-    if step is not None and whole <= parts:
-        own[...] = leaf
-        return whole
-    for pair, flag in pairs:
-        own[pair][..., 2] = flag
-    return parts
-
-
-def _pairs(own: np.ndarray, unit_log2: int) -> list[tuple[tuple[slice, slice], int]]:
-    """Pairs among the four parts of a square's units: where they are, and 1 or 2; along the axis with more of them."""
-    half = len(own) // 2
-    size = half.bit_length() - 1
-    first = [slice(0, half), slice(half, None)]
-    wide = [(part, slice(None)) for part in first]
-    tall = [(slice(None), part) for part in first]
-
-    def is_pair(units: np.ndarray) -> bool:
-        step = units[0, 0, 1]
-        same = (units == (size, step, 0)).all()
-        return bool(same) and 0 < unit_log2 + size - step < MOST_SEGMENTS_LOG2
-
-    found = [[(at, flag) for at in ways if is_pair(own[at])] for ways, flag in ((wide, 1), (tall, 2))]
-    return found[0] if len(found[0]) >= len(found[1]) else found[1]
+    if whole > LEAST_PARTS:
+        at = [(depth + 1, 2 * x + k % 2, 2 * y + k // 2) for k in range(4)]
+        parts = sum(_cut(steps, unit_log2, can_refine, part, leaves) for part in at)
+        if step is None or parts < whole:
+            return parts
+    own[...] = 3 - depth, step
+    return whole
 
 
 # Where leaves of different sizes meet, the longer side is the edge. Its spacing is the finest among all leaves along
@@ -254,8 +194,8 @@ def leaf_map(leaves: Sequence[Leaf], shape: tuple[int, int]) -> np.ndarray:
     over = np.full((shape[0] - 1, shape[1] - 1), -1)
     for i, leaf in enumerate(leaves):
         x, y = leaf.low
-        width, height = (1 << log2 for log2 in leaf.size_log2)
-        over[max(y, 0) : y + height, max(x, 0) : x + width] = i
+        side = 1 << leaf.side_log2
+        over[max(y, 0) : y + side, max(x, 0) : x + side] = i
     return over
 
 
@@ -263,8 +203,7 @@ def edge_step_log2(leaves: Sequence[Leaf], over: np.ndarray, i: int, side: int) 
     """log2 of the posts between the vertices along a side of leaf i."""
     own = leaves[i]
     beside = _beside(leaves, over, i, side)
-    axis = 0 if side in (NORTH, SOUTH) else 1
-    larger = [k for k in beside if leaves[k].size_log2[axis] > own.size_log2[axis]]
+    larger = [k for k in beside if leaves[k].side_log2 > own.side_log2]
     if larger:
         own = leaves[larger[0]]
         beside = _beside(leaves, over, larger[0], side ^ 2)
@@ -274,24 +213,25 @@ def edge_step_log2(leaves: Sequence[Leaf], over: np.ndarray, i: int, side: int) 
 def _beside(leaves: Sequence[Leaf], over: np.ndarray, i: int, side: int) -> set[int]:
     """Leaves along a side, just outside it."""
     x, y = leaves[i].low
-    width, height = (1 << log2 for log2 in leaves[i].size_log2)
-    along, rows, cols = slice(max(x, 0), x + width), *over.shape
-    row, col = (y - 1 if side == NORTH else y + height), (x - 1 if side == WEST else x + width)
+    posts = 1 << leaves[i].side_log2
+    rows, cols = over.shape
     if side in (NORTH, SOUTH):
-        cells = over[row, along] if 0 <= row < rows else np.empty(0, int)
+        row = y - 1 if side == NORTH else y + posts
+        cells = over[row, max(x, 0) : x + posts] if 0 <= row < rows else np.empty(0, int)
     else:
-        cells = over[max(y, 0) : y + height, col] if 0 <= col < cols else np.empty(0, int)
+        col = x - 1 if side == WEST else x + posts
+        cells = over[max(y, 0) : y + posts, col] if 0 <= col < cols else np.empty(0, int)
     return set(cells[cells >= 0].tolist())
 
 
-# With a budget, the price λ of a triangle decides:   cost(square) = min over T of  E(T) + λ (2 T² + 28)
+# With a budget, the price λ of a triangle decides:   cost(square) = min over T of  E(T) + λ (2 T² + 14)
 # (Everett 1963, "Generalized Lagrange multiplier method"). A higher price gives fewer triangles.
 
 
 def cheapest(weights: np.ndarray, side_log2: int, price: float) -> tuple[float, int]:
     """Least cost of a square, and log2 of its segments; `weights` are squared pixels for T = 1, 2, 4, ... 64."""
     sizes = range(len(weights))
-    triangles = np.array([4.0 if is_cell_fan((side_log2, side_log2), side_log2 - k) else 2.0 * 4**k for k in sizes])
+    triangles = np.array([4.0 if is_cell_fan(side_log2, side_log2 - k) else 2.0 * 4**k for k in sizes])
     costs = weights + price * (triangles + PATCH_COST)
     best = int(np.argmin(costs))
     return float(costs[best]), best

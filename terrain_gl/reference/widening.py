@@ -8,7 +8,7 @@ from .nodes import nodes_along
 
 
 def node_moves(moved: np.ndarray, level: int) -> tuple[np.ndarray, np.ndarray]:
-    """How far any post of each node has moved, and any possible vertex: posts of its edges, and its middle.
+    """How far any post of each node has moved, and any possible vertex, a post of its edges.
 
     Parameters
     ----------
@@ -21,7 +21,7 @@ def node_moves(moved: np.ndarray, level: int) -> tuple[np.ndarray, np.ndarray]:
         node = np.abs(moved[rows.low[i] : rows.high[i] + 1, cols.low[j] : cols.high[j] + 1])
         edges = node[0].max(), node[-1].max(), node[:, 0].max(), node[:, -1].max()
         truth[i, j] = node.max()
-        vertices[i, j] = max(*edges, abs(moved[rows.mid[i], cols.mid[j]]))
+        vertices[i, j] = max(edges)
     return truth, vertices
 
 

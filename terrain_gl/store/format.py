@@ -1,12 +1,12 @@
 """A store on disk: a Zarr v3 group with one array for each level and field.
 
     heights/l   float32 metres, every 2^l-th post                                  (rows, cols)
-    errors/l    the five words of each node's error record, levels ≥ 1             (5, rows, cols)
+    errors/l    the error of each node as a cell of a patch, levels ≥ 1            (1, rows, cols)
     ranges/l    lowest and highest height of each node, levels ≥ 1                 (2, rows, cols)
 
     checks      a checksum of each tile of all these arrays (store/tiles.py)           (n)
 
-Records are those of glsl/error/nodes.glsl, bit for bit. A tile that was never written, or whose checksum does not fit,
+Errors are `cut_m` of glsl/error/nodes.glsl, bit for bit. A tile that was never written, or whose checksum does not fit,
 is missing.
 """
 
@@ -28,7 +28,7 @@ from ..readers.raster import Spacing
 from .pyramid import Area, Pyramid
 
 INSTALL = "pip install 'terrain-gl[store]'"
-VERSION = 4
+VERSION = 5
 _KEY = "terrain_gl"
 _RAW = "https://raw.githubusercontent.com/zarr-conventions/multiscales/refs/tags/v0.1/schema.json"
 _CONVENTION = {

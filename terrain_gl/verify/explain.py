@@ -15,7 +15,6 @@ import numpy as np
 from ..gpu import layout, shaders
 from ..gpu.bindings import bind
 from ..lod import QuadtreeSelector, RingsSelector, Selection
-from ..lod.star import star_defines
 
 _CHOICE = np.dtype([("quads", "4f4"), ("fan", "4f4")])
 _ANSWER = np.dtype([("projection", "4f4"), ("range_m", "4f4"), ("choice", _CHOICE, layout.MAX_LEVELS)])
@@ -149,8 +148,7 @@ class Explainer:
             return None
         side_log2 = int(patches.side_log2[at])
         step_log2 = int(patches.step_log2[at])
-        half = np.minimum((np.asarray(post) - patches.corner[at]) // (1 << side_log2), patches.pair[at])  # of a pair
-        col, row = patches.corner[at] + (half.astype(int) << side_log2)
+        col, row = patches.corner[at]
         corner = int(col), int(row)
         answer = self._ask_ring(surface, corner, side_log2)
         choices = tuple(
@@ -184,8 +182,7 @@ class Explainer:
 
     def _ask_ring(self, surface: RingsSelector, corner: tuple[int, int], side_log2: int) -> np.ndarray:
         if not self._ring_kernel:
-            defines = {"MEAN": 1} | star_defines(self.ctx)
-            self._ring_kernel = shaders.compute(self.ctx, "lod/rings/explain.comp", defines)
+            self._ring_kernel = shaders.compute(self.ctx, "lod/rings/explain.comp", {"MEAN": 1})
         surface.bind()
         surface.tables.bind()
         bind("lod/rings/explain.comp", Answer=self._answer)

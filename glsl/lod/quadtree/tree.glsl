@@ -8,7 +8,7 @@
 #include "lod/project.glsl"
 
 layout(std430, binding = 0) readonly buffer Nodes { PackedNode node[]; };
-layout(std430, binding = 6) readonly buffer Ranges { NodeRange range[]; };
+layout(std430, binding = 6) readonly buffer Ranges { uint range[]; };
 // Six parts of equal size: split, CUT_WEST, CUT_NORTH, and the same three as requests.
 layout(std430, binding = 1) buffer Split { uint split[]; };
 
@@ -74,7 +74,7 @@ void ask_for_edges(int level, ivec2 at, uint edges) {
 
 PackedNode node_of(int level, ivec2 at) { return node[node_index(level, at)]; }
 
-vec2 range_of(int level, ivec2 at) { return unpack_range(range[node_index(level, at)].heights); }
+vec2 range_of(int level, ivec2 at) { return unpack_range(range[node_index(level, at)]); }
 
 // Cells have no record; their parent's range contains them.
 Projection project_node(int level, ivec2 at, float margin) {

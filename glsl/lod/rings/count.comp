@@ -15,43 +15,29 @@ int segments_on_map(int from, int last, int side_log2, int step_log2) {
 
 int edge_segments(Leaf leaf, int side, int step_log2) {
     int axis = axis_of(side);
-    return segments_on_map(leaf.origin[axis], u_last_post[axis], leaf.size_log2[axis], step_log2);
-}
-
-// A single cell with a cut edge is a fan: a triangle for every segment of its edges. Where the map ends before the fan's
-// middle, the middle is on the rim, and that edge has none.
-int triangles_of_fan(Leaf leaf, ivec4 edge_steps_log2) {
-    ivec2 mid = leaf.origin + (ivec2(1) << leaf.size_log2 - 1);
-    int triangles = 0;
-    for (int side = 0; side < 4; side++) {
-        int across = 1 - axis_of(side);
-        bool is_flat = is_far(side) ? mid[across] >= u_last_post[across] : mid[across] <= 0;
-        triangles += is_flat ? 0 : edge_segments(leaf, side, edge_steps_log2[side]);
-    }
-    return triangles;
+    return segments_on_map(leaf.origin[axis], u_last_post[axis], leaf.side_log2, step_log2);
 }
 
 // Triangles with an area: every cell has two, and each additional segment of an edge makes one more.
 int triangles_of(Leaf leaf, int step_log2, ivec4 edge_steps_log2) {
-    bool is_cut = any(lessThan(edge_steps_log2, ivec4(step_log2))), is_cell = side_log2_of(leaf) == step_log2;
-    if (is_cut && is_cell && step_log2 > 0) return triangles_of_fan(leaf, edge_steps_log2);
     ivec2 cells = ivec2(edge_segments(leaf, NORTH, step_log2), edge_segments(leaf, WEST, step_log2));
     int triangles = 2 * cells.x * cells.y;
     for (int side = 0; side < 4; side++)
         triangles += edge_segments(leaf, side, edge_steps_log2[side]) - cells[axis_of(side)];
-    return is_cut && is_cell ? triangles + 2 : triangles;
+    return triangles;
 }
 
 void main() {
     uint i = gl_GlobalInvocationID.x;
     if (i >= b_leaves.count) return;
     int id = int(list[i]);
-    uint word = cell[plane(u_settled) + id];
+    uint word = cell[plane(u_agreed) + id];
     if (!is_leaf(word)) return;
     Block b = b_block[id / UNITS];
     Leaf leaf = leaf_at(b, id, word);
-    int step_log2 = step_log2_of(word), segments_log2 = side_log2_of(leaf) - step_log2;
-    ivec4 steps = leaf.size_log2.yxyx - edges_log2_in(shape[id].x);
+    int step_log2 = step_log2_of(word);
+    int segments_log2 = leaf.side_log2 - step_log2;
+    ivec4 steps = leaf.side_log2 - edges_log2_in(shape[id].x);
     uint px = shape[id].y = floatBitsToUint(leaf_px(leaf));
     atomicAdd(s_offset[segments_log2 * u_most_blocks + id / UNITS], 1u);
     atomicAdd(s_count[segments_log2], 1u);

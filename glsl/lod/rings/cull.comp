@@ -8,7 +8,7 @@
 layout(local_size_x = THREADS) in;
 
 bool has_leaf() {
-    ivec2 end = block.origin + (PATCH << block.unit_log2);
+    ivec2 end = block.origin + (BLOCK_SIDE << block.unit_log2);
     if (is_nothing(block.origin, end)) return false;
     return u_cull == 0 || !project_square(block.origin, side_log2_at(0)).outside;
 }

@@ -1,8 +1,8 @@
 // lod/rings/decide.comp — decides into which squares a block is cut, and how many segments each has.
 //   For each square, the summed-area tables give the coarsest spacing whose error in this square is within the tolerance. From
 //   the units up, four parts are joined wherever the whole square costs no more than they do:
-//       cost(square) = min( 2 T² + PATCH_COST,  sum of its parts' costs − PATCH_COST for each pair )        T segments a side
-//   Four single cells, or two pairs of 2 × 2 cells, are the cheapest parts. If a square costs no more, its parts are not tried.
+//       cost(square) = min( 2 T² + PATCH_COST,  sum of its parts' costs )        T segments a side
+//   The cheapest four parts have two segments a side. If a square costs no more than they do, its parts are not tried.
 //   One work group handles one block; its THREADS share the squares.   Python twin: reference.rings.cut_block
 
 #include "lod/rings/squares.glsl"
@@ -14,34 +14,41 @@ uniform int u_round;
 // A unit of 2^REFINE_FROM segments or more becomes a block. Its cost is then about REFINED times what it was.
 #define REFINE_FROM 3
 #define REFINED 0.5
-#define LEAST_PARTS min(4.0 * (2.0 + PATCH_COST), 4.0 * 8.0 + 2.0 * PATCH_COST)
+#define LEAST_PARTS (4.0 * (8.0 + PATCH_COST))
 
 shared int s_asking[SQUARES];  // squares in fours, each four by its first one
 shared int s_asked;
 
 uint look(int depth, ivec2 at, out float cost) {
-    int side_log2 = side_log2_at(depth), step_log2 = NO_STEP;
-    ivec2 low = low_of(depth, at), end = low + (1 << side_log2);
+    int side_log2 = side_log2_at(depth);
+    ivec2 low = low_of(depth, at);
+    ivec2 end = low + (1 << side_log2);
     cost = 0.0;
     if (is_nothing(low, end)) return EMPTY;
     Projection p = project_square(low, side_log2);
     if (p.outside && u_cull != 0) return EMPTY;
     int coarsest = coarsest_step(low, side_log2);
-    if (depth == 0 && block.known_log2 != NO_STEP) coarsest = block.known_log2;  // the round before asked the same of this square
-    bool is_alone = false;
-    if (depth == 3 || fits_finer_ring(low, end)) step_log2 = next_step_or_known(low, side_log2, block.ring, coarsest, block.known_log2, p, is_alone);
+    if (depth == 0 && block.known_log2 != NO_STEP) coarsest = block.known_log2;  // the round before asked the same square
+    int finest = block.known_log2 != NO_STEP ? block.known_log2 + 1 : finest_of(low, side_log2, block.ring, coarsest);
+    int step_log2 = NO_STEP;
+    if (depth == 3 || fits_finer_ring(low, end)) {
+        step_log2 = next_step(low, side_log2, coarsest, finest, p);
+        if (step_log2 == NO_STEP) step_log2 = block.known_log2;
+    }
     bool is_held = step_log2 != NO_STEP;
     cost = is_held ? 2.0 * exp2(2.0 * float(side_log2 - step_log2)) + PATCH_COST : NEVER;
     int level;
-    bool refine = depth == 3 && block.unit_log2 >= 3 && u_round < 2 && (is_held ? side_log2 - step_log2 >= REFINE_FROM : !is_waiting(low, side_log2, level));
+    bool may_refine = depth == 3 && block.unit_log2 >= 3 && u_round < 2;
+    bool refine = may_refine && (is_held ? side_log2 - step_log2 >= REFINE_FROM : !is_waiting(low, side_log2, level));
     if (refine) cost *= REFINED;
-    if (refine && is_alone) step_log2 = NO_STEP;  // its parts need not hold
-    return (is_alone ? ALONE : 0u) | uint(step_log2 + 16) | (refine ? REFINE : cost <= LEAST_PARTS || (depth == 3 && is_held) ? WHOLE : OPEN);
+    uint state = refine ? REFINE : cost <= LEAST_PARTS || (depth == 3 && is_held) ? WHOLE : OPEN;
+    return uint(step_log2 + 16) | state;
 }
 
 // Looks at square k of four parts.
 void ask(int first, int k) {
-    int depth = first < FIRST[1] ? 0 : first < FIRST[2] ? 1 : first < FIRST[3] ? 2 : 3, i = first + (k & 1) + (k >> 1 << depth);
+    int depth = first < FIRST[1] ? 0 : first < FIRST[2] ? 1 : first < FIRST[3] ? 2 : 3;
+    int i = first + (k & 1) + (k >> 1 << depth);
     ivec2 at = square_at(depth, i - FIRST[depth]);
     uint square = look(depth, at, s_cost[i]);
     s_square[i] = square;
@@ -49,16 +56,8 @@ void ask(int first, int k) {
     s_asking[atomicAdd(s_asked, 1)] = square_index(depth + 1, 2 * at);
 }
 
-// A software renderer gives each core one range of the groups. Blocks near the eye have more work. So they are dealt to two ranges in turn,
-// three times: then eight ranges have equal parts.
-uint dealt_group() {
-    uint k = gl_WorkGroupID.x, first_half = gl_NumWorkGroups.x + 1u >> 1;
-    for (int i = 0; i < 3; i++) k = k < first_half ? 2u * k : 2u * (k - first_half) + 1u;
-    return k;
-}
-
 void main() {
-    int thread = int(gl_LocalInvocationIndex), b = int(b_round[u_round].count + dealt_group());
+    int thread = int(gl_LocalInvocationIndex), b = int(b_round[u_round].count + gl_WorkGroupID.x);
     if (u_round == 0) b = seen_block(uint(b));
     take_block(b_block[b]);
 #if defined(MEAN) || defined(PAGED)
@@ -69,8 +68,9 @@ void main() {
     s_asked = 1;
     barrier();
     int deepest = -1;
-    for (int begin = -1, end = 4; begin < end; deepest++) {  // begin with depths 0 and 1 together: more threads have work
-        for (int i = begin + thread; i < end; i += THREADS) ask(i < 0 ? 0 : s_asking[i >> 2], max(i, 0) & 3);
+    for (int begin = -1, end = 4; begin < end; deepest++) {  // depths 0 and 1 together: more threads have work
+        for (int i = begin + thread; i < end; i += THREADS)
+            ask(i < 0 ? 0 : s_asking[i >> 2], max(i, 0) & 3);
         barrier();
         begin = end;
         end = 4 * s_asked;
@@ -78,5 +78,6 @@ void main() {
     }
     join_all(deepest, thread, THREADS);
     write_units(b, thread, THREADS);
-    if (thread == 0 && s_refined > 0u) atomicAdd(b_round[u_round + 1].groups, s_refined);  // lod/rings/spawn.comp makes these blocks
+    // lod/rings/spawn.comp makes these blocks
+    if (thread == 0 && s_refined > 0u) atomicAdd(b_round[u_round + 1].groups, s_refined);
 }

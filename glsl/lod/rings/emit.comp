@@ -18,7 +18,7 @@ void main() {
     int b = int(gl_GlobalInvocationID.x);
     if (b >= blocks_in_all()) return;
     Block block = b_block[b];
-    int first = plane(u_settled) + UNITS * b;
+    int first = plane(u_agreed) + UNITS * b;
     for (int unit = 0; unit < UNITS; unit++) {
         uint word = cell[first + unit];
         if (!is_leaf(word) || !begins_leaf(unit_at(unit), word)) continue;

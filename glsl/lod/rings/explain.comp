@@ -20,14 +20,12 @@ void main() {
         projection = vec4(p.nearest_m, p.stretch, p.inside, p.outside);
         range_m = vec4(range_of_square_m(u_low, u_side_log2), 0.0, 0.0);
     }
-    bool known = step_log2 <= u_top_level && step_log2 >= FINEST && all(equal(u_low & (1 << max(step_log2, 0)) - 1, ivec2(0)));
+    bool is_known = step_log2 <= coarsest_step(u_low, u_side_log2) && step_log2 >= FINEST;
     choice[k] = vec4(0.0);
-    if (!known) return;
+    if (!is_known) return;
     p.sag_m = slack_m(step_log2);
-    vec2 cells = cells_m(u_low, u_side_log2, step_log2, few_cells_m(u_low, u_side_log2));
-    float max_m = cells.x, rms_m = min(cells.y, max_m);
-    vec2 of_known_m = known_m(node_over(u_low, u_side_log2), u_low, u_side_log2, step_log2);
-    max_m = min(max_m, of_known_m.x);
-    rms_m = min(min(rms_m, rms_of_node_m(u_low, u_side_log2, of_known_m.y)), max_m);
-    choice[k] = vec4(vec2(max_m, rms_m) + p.sag_m, p.outside ? 0.0 : error_px(p, u_metric == METRIC_RMS && has_mean(p) ? rms_m : max_m, max_m), 1.0);
+    vec2 errors_m = cells_m(u_low, u_side_log2, step_log2, few_cells_m(u_low, u_side_log2));
+    float rms_m = min(errors_m.y, errors_m.x);
+    float px = error_px(p, u_metric == METRIC_RMS && has_mean(p) ? rms_m : errors_m.x, errors_m.x);
+    choice[k] = vec4(vec2(errors_m.x, rms_m) + p.sag_m, p.outside ? 0.0 : px, 1.0);
 }

@@ -1,6 +1,6 @@
 // lod/rings/lists.glsl — lists of leaves without gaps, so that all threads of a group have work.
 //   A leaf's number is that of the unit at its north-west corner. One list holds every leaf once. Each round of
-//   lod/rings/settle.comp has a list of its own, its queue.
+//   lod/rings/agree.comp has a list of its own, its queue.
 // Provides append_leaf(), append_leaves(), append_to_queue(), queued(), LEAF_GROUP.
 
 #include "lod/rings/rings.glsl"
@@ -34,7 +34,7 @@ void append_to_queue(int round_, int id, uint word) {
     uint stamp = u_first_stamp + uint(round_);
     if (atomicMax(list[list_at(3) + id], stamp) == stamp) return;
     uint k = atomicAdd(b_queue[round_ & 7].count, 1u);
-    list[list_at(1 + (round_ & 1)) + k] = uint(id) | (word >> 8 & 15u) << 28;
+    list[list_at(1 + (round_ & 1)) + k] = uint(id) | (word >> 8 & 3u) << 28;
     atomicMax(b_queue[round_ & 7].groups, k / uint(LEAF_GROUP) + 1u);
 }
 

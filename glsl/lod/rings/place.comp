@@ -1,6 +1,7 @@
-// lod/rings/place.comp — where each block's patches go in the list. Each count is replaced by the sum of all counts before it: sizes
-// in order, and blocks in order within a size. Then come the draw commands: tessellation makes at most MOST_VERTICES vertices of
-// each. One work group does it all, by reduce, scan and propagate as in sat/; each thread owns one range of counts.
+// lod/rings/place.comp — where each block's patches go in the list. Each count is replaced by the sum of all counts
+// before it: sizes in order, and blocks in order within a size. Then come the draw commands: tessellation makes at most
+// MOST_VERTICES vertices of each. One work group does it all, by reduce, scan and propagate as in sat/; each thread owns
+// one range of counts.
 
 #include "lod/rings/shapes.glsl"
 #include "lod/scan.glsl"
@@ -18,10 +19,10 @@ layout(std430, binding = 5) writeonly buffer Draws { DrawArrays draws[]; };
 
 uniform int u_most_draws;
 
-// Patches that fit into one draw. A pair has (2 T + 1) (T + 1) vertices, and each edge may be cut into 64 segments.
+// Patches that fit into one draw. A patch has (T + 1)² vertices, and each edge may be cut into 64 segments.
 uint most_in_draw(int size) {
     uint side = (1u << size) + 1u;
-    return uint(MOST_VERTICES) / (side * (2u * side - 1u) + 4u * uint(64 - (1 << size)));
+    return uint(MOST_VERTICES) / (side * side + 4u * uint(64 - (1 << size)));
 }
 
 void write_draws(int thread) {
@@ -51,6 +52,6 @@ void main() {
     write_draws(thread);
     if (thread > 0) return;
     b_all.groups = uint(blocks + BLOCK_GROUP - 1) / uint(BLOCK_GROUP);
-    s_unsettled = b_queue[u_settled & 7].count;
+    s_unagreed = b_queue[u_agreed & 7].count;
     s_blocks = b_all.count;
 }

@@ -45,7 +45,7 @@ vec2 cheapest(int square, int side_log2, float price_, out int segments_log2) {
     vec2 best = vec2(NEVER, 0.0);
     segments_log2 = 0;
     for (int k = 0; k < SIZES_LOG2; k++) {
-        float e = weight[SIZES_LOG2 * square + k], triangles = is_cell_fan(ivec2(side_log2), side_log2 - k) ? 4.0 : float(2 << 2 * k);
+        float e = weight[SIZES_LOG2 * square + k], triangles = is_cell_fan(side_log2, side_log2 - k) ? 4.0 : float(2 << 2 * k);
         if (e < 0.0) return vec2(0.0);
         if (price_ * triangles > best.x) break;  // even without an error, more triangles would cost more
         float cost = e >= NEVER ? NEVER : e + price_ * (triangles + PATCH_COST);

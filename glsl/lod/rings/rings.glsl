@@ -1,8 +1,7 @@
 // lod/rings/rings.glsl — a clipmap around the eye, and the patches that it is cut into.
-//   Ring l has cells of 2^l posts. It is a rectangle of blocks of PATCH × PATCH ring cells, and the next finer ring fills its
+//   Ring l has cells of 2^l posts. It is a rectangle of blocks of BLOCK_SIDE × BLOCK_SIDE ring cells, and the next finer ring fills its
 //   middle. A ring follows the eye in steps of four of its cells. So its blocks need not be nodes of the error tables' tree.
-//   A block is divided into units of one ring cell. A leaf is a square of 8, 4, 2 or 1 units a side that becomes one patch, or a
-//   pair: two such squares side by side, halves of a larger square, with the same spacing.
+//   A block is divided into units of one ring cell. A leaf is a square of 8, 4, 2 or 1 units a side. It becomes one patch.
 //   If a unit needs more than 64 segments a side, it becomes a block of its own, with units an eighth as large.
 //
 //        block, 8 × 8 units                 a ring of blocks, and the finer ring in its middle
@@ -13,11 +12,12 @@
 //       ├───┬───┼───┴─┴─┤                        ├────┼─┴─┴─┴─┴─┼────┤
 //       │   │   │       │
 //
-// Provides the rings, blocks and leaves of a view, leaf_at() and leaf_over().   Python twins: gpu.layout.RINGS, reference.rings.ring_origin
+// Provides the rings, blocks and leaves of a view, leaf_at() and leaf_over().
+// Python twins: gpu.layout.RINGS, reference.rings.ring_origin
 
 #include "blocks/view.glsl"
 
-#define PATCH 8           // ring cells along a block's side; UNITS and SQUARES follow from it
+#define BLOCK_SIDE 8      // units along a block's side; UNITS and SQUARES follow from it
 #define UNITS 64          // units of a block
 #define SQUARES 85        // squares of 8, 4, 2 and 1 units in a block: 1 + 4 + 16 + 64
 #define MOST_SEGMENTS_LOG2 6  // OpenGL's 64
@@ -25,7 +25,7 @@
 
 struct Ring {
     ivec2 origin;   // post of the north-west corner
-    ivec2 patches;  // columns and rows of blocks
+    ivec2 blocks;  // columns and rows of blocks
     int level;      // l
     int first_block;
 };
@@ -56,36 +56,32 @@ layout(std430, binding = 0) buffer Blocks {
     Work b_seen;      // blocks of the rings that may have a leaf: lod/rings/cull.comp; only `groups` is used
     Work b_all;       // blocks of all rounds; `count` may exceed u_most_blocks: then the view is chosen again
     Work b_leaves;    // all leaves: lod/rings/count.comp
-    Work b_queue[8];  // leaves that round r of lod/rings/settle.comp handles, at index r modulo 8
+    Work b_queue[8];  // leaves that round r of lod/rings/agree.comp handles, at index r modulo 8
     Block b_block[];
 };
-// A word for each unit of each block: leaf, block, or nothing. There are two planes. Round r of lod/rings/settle.comp reads plane
-// r modulo 2 and writes the other. They differ only where the round before changed something.
+// A word for each unit of each block: leaf, block, or nothing. There are two planes. Round r of lod/rings/agree.comp
+// reads plane r modulo 2 and writes the other. They differ only where the round before changed something.
 layout(std430, binding = 1) buffer Cells { uint cell[]; };
 
-uniform int u_settled;  // finished rounds of lod/rings/settle.comp
+uniform int u_agreed;  // finished rounds of lod/rings/agree.comp
 
 int plane(int round_) { return (round_ & 1) * UNITS * u_most_blocks; }
 int blocks_in_all() { return min(int(b_all.count), u_most_blocks); }
 
-// A leaf's word: log2 of its side in units, log2 of the posts between its vertices. IS_WIDE, IS_TALL: a pair of squares from
-// west to east, or from north to south. IS_BROKEN: the tables prove no bound within the tolerance.
+// A leaf's word: log2 of its side in units, and log2 of the posts between its vertices.
+// IS_BROKEN: the tables prove no bound within the tolerance.
 #define NOTHING 0u
 #define IS_BLOCK 0x80000000u
 #define IS_LEAF 0x40000000u
 #define IS_BROKEN 0x20000000u
-#define IS_WIDE 0x400u
-#define IS_TALL 0x800u
 
 uint leaf_word(int side_log2, int step_log2) { return IS_LEAF | uint(side_log2) << 8 | uint(step_log2 + 16); }
-int side_units_log2(uint word) { return int(word >> 8 & 3u); }  // of each square
-ivec2 size_units_log2(uint word) { return side_units_log2(word) + ivec2(word >> 10 & 1u, word >> 11 & 1u); }
-bool is_pair(uint word) { return (word & (IS_WIDE | IS_TALL)) != 0u; }
+int side_units_log2(uint word) { return int(word >> 8 & 3u); }
 int step_log2_of(uint word) { return int(word & 63u) - 16; }
 
-// A single cell of the map with two segments a side is a fan of four triangles: the edges of a cell are straight, so they need no vertex in
-// their middle. Where a neighbour is finer, the edge has its vertices, and the fan a triangle for each.
-bool is_cell_fan(ivec2 size_log2, int step_log2) { return size_log2 == ivec2(0) && step_log2 == -1; }
+// A single cell of the map with two segments a side is a fan of four triangles: the edges of a cell are straight, so
+// they need no vertex in their middle. Where a neighbour is finer, the edge has its vertices.
+bool is_cell_fan(int side_log2, int step_log2) { return side_log2 == 0 && step_log2 == -1; }
 bool is_leaf(uint word) { return (word & IS_LEAF) != 0u; }
 
 #define WEST 0  // sides, in gl_TessLevelOuter's order
@@ -99,7 +95,7 @@ bool is_far(int side) { return side == EAST || side == SOUTH; }         // the s
 ivec2 unit_at(int unit) { return ivec2(unit & 7, unit >> 3); }
 
 // The post where a ring ends.
-ivec2 ring_end(Ring ring) { return ring.origin + ring.patches * (PATCH << ring.level); }
+ivec2 ring_end(Ring ring) { return ring.origin + ring.blocks * (BLOCK_SIDE << ring.level); }
 
 bool is_within(ivec2 post, ivec2 low, ivec2 end) {
     return all(greaterThanEqual(post, low)) && all(lessThan(post, end));
@@ -109,21 +105,20 @@ bool is_within(ivec2 post, ivec2 low, ivec2 end) {
 struct Leaf {
     uint word;
     ivec2 origin;
-    ivec2 size_log2;  // log2 of its width and height in posts
+    int side_log2;  // log2 of its side in posts
     int id;         // number of the unit at its north-west corner: each block has UNITS numbers
 };
 
-const Leaf NO_LEAF = Leaf(NOTHING, ivec2(-1 << 28), ivec2(0), -1);
-
-int side_log2_of(Leaf leaf) { return min(leaf.size_log2.x, leaf.size_log2.y); }  // of each square
+const Leaf NO_LEAF = Leaf(NOTHING, ivec2(-1 << 28), 0, -1);
 
 Leaf leaf_at(Block b, int id, uint word) {
-    return Leaf(word, b.origin + (unit_at(id % UNITS) << b.unit_log2), b.unit_log2 + size_units_log2(word), id);
+    return Leaf(word, b.origin + (unit_at(id % UNITS) << b.unit_log2), b.unit_log2 + side_units_log2(word), id);
 }
 
-bool begins_leaf(ivec2 unit, uint word) { return all(equal(unit & (ivec2(1) << size_units_log2(word)) - 1, ivec2(0))); }
+bool begins_leaf(ivec2 unit, uint word) { return all(equal(unit & (1 << side_units_log2(word)) - 1, ivec2(0))); }
 
-// Where leaf_over() looks: the ring of a leaf, the next finer one and the next coarser one. All of the leaf's neighbours lie there.
+// Where leaf_over() looks: the ring of a leaf, the next finer one and the next coarser one. All of the leaf's neighbours
+// lie there.
 Ring near_finer, near_own, near_coarser;
 
 void look_around_in(int ring) {
@@ -140,9 +135,13 @@ Leaf leaf_over(ivec2 post) {
     if (is_in(near_own, post)) ring = near_own;
     if (is_in(near_finer, post)) ring = near_finer;
     if (!is_in(ring, post)) return NO_LEAF;
-    ivec2 in_ring = post - ring.origin, at = in_ring >> (ring.level + 3);
-    int block = ring.first_block + at.y * ring.patches.x + at.x, unit_log2 = ring.level, now = plane(u_settled);
-    ivec2 in_block = in_ring - (at << (ring.level + 3)), unit = in_block >> unit_log2;
+    ivec2 in_ring = post - ring.origin;
+    ivec2 at = in_ring >> (ring.level + 3);
+    int block = ring.first_block + at.y * ring.blocks.x + at.x;
+    int unit_log2 = ring.level;
+    int now = plane(u_agreed);
+    ivec2 in_block = in_ring - (at << (ring.level + 3));
+    ivec2 unit = in_block >> unit_log2;
     uint word = cell[now + UNITS * block + unit.y * 8 + unit.x];
     while ((word & IS_BLOCK) != 0u) {
         in_block -= unit << unit_log2;
@@ -151,7 +150,8 @@ Leaf leaf_over(ivec2 post) {
         block = int(word & ~IS_BLOCK);
         word = cell[now + UNITS * block + unit.y * 8 + unit.x];
     }
-    ivec2 units_log2 = size_units_log2(word);
+    int units_log2 = side_units_log2(word);
     ivec2 corner = unit >> units_log2 << units_log2;
-    return Leaf(word, post - in_block + (corner << unit_log2), unit_log2 + units_log2, UNITS * block + corner.y * 8 + corner.x);
+    int id = UNITS * block + corner.y * 8 + corner.x;
+    return Leaf(word, post - in_block + (corner << unit_log2), unit_log2 + units_log2, id);
 }

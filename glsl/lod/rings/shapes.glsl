@@ -1,7 +1,6 @@
 // lod/rings/shapes.glsl — the patches of a view, from its leaves.
-//   shape   bits 0-4   log2 of the side of each square in posts      5-10  log2 of the posts between vertices, + 16
+//   shape   bits 0-4   log2 of the side in posts      5-10  log2 of the posts between vertices, + 16
 //               11-22  log2 of the segments of each edge, 3 bits each: gl_TessLevelOuter's order
-//               23     a pair from west to east                      24    a pair from north to south
 // Provides shapes, and the numbers of the view's mesh.   Python twins: gpu.layout.RING_PATCH, gpu.layout.RING_SUMMARY
 
 #include "lod/rings/rings.glsl"
@@ -15,9 +14,9 @@ layout(std430, binding = 7) buffer Summary {
     uint s_splits;      // leaves smaller than their block
     uint s_worst_px;    // the largest bound among the patches, as the bits of a float
     uint s_blocks;      // blocks that the view needs room for
-    uint s_unsettled;   // leaves that are queued for a further round of lod/rings/settle.comp
+    uint s_unagreed;   // leaves that are queued for a further round of lod/rings/agree.comp
     uint s_pad[3];
-    uint s_offset[];    // patches of each size in each block; lod/rings/place.comp replaces them by the number of patches before
+    uint s_offset[];    // patches of each size in each block; lod/rings/place.comp puts the number of patches before
 };
 
 int segments_log2_of(uint word) { return int(word & 31u) - (int(word >> 5 & 63u) - 16); }
@@ -25,5 +24,5 @@ ivec4 edges_log2_in(uint word) { return ivec4(uvec4(word) >> uvec4(11, 14, 17, 2
 
 uint shape_word(Leaf leaf, ivec4 edges_log2) {
     uint edges = uint(edges_log2[0]) | uint(edges_log2[1]) << 3 | uint(edges_log2[2]) << 6 | uint(edges_log2[3]) << 9;
-    return uint(side_log2_of(leaf)) | (leaf.word & 63u) << 5 | edges << 11 | (leaf.word >> 10 & 3u) << 23;
+    return uint(leaf.side_log2) | (leaf.word & 63u) << 5 | edges << 11;
 }

@@ -2,7 +2,6 @@
 //       cost(square) = min( min over T of ( squared error + λ (2 T² + PATCH_COST) ),  sum of its parts' costs )
 //   One work group handles one block, one thread a unit.   Python twins: reference.rings.cheapest, reference.rings.cut_block
 
-#define MAY_PAIR false  // the long edge of a pair may have more vertices, and a budget is better spent inside
 #include "lod/rings/squares.glsl"
 #include "lod/rings/prices.glsl"
 

@@ -1,8 +1,8 @@
 // lod/rings/squares.glsl — the squares of a block, and which of them become leaves.
 //   Depth d has 2^d × 2^d squares of 8 >> d units a side. One work group handles one block. First each square gets a cost of
-//   its own. Then, from the units up, four parts are joined wherever the whole square costs no more than they do. Of parts that
-//   remain, two with the same spacing become a pair.
-// Provides block, root_block(), square_index(), low_of(), is_nothing(), fits_finer_ring(), join_all(), word_of_unit(), write_units().
+//   its own. Then, from the units up, four parts are joined wherever the whole square costs no more than they do.
+// Provides block, root_block(), square_index(), low_of(), is_nothing(), fits_finer_ring(), join_all(), word_of_unit(),
+// write_units().
 // Python twin: reference.rings.cut_block
 
 #include "lod/rings/leaf.glsl"
@@ -10,19 +10,12 @@
 
 const int FIRST[4] = int[4](0, 1, 5, 21);  // squares of each depth: 8, 4, 2, 1 units a side
 
-// A square's word: log2 of the spacing of its vertices, + 16, and one of these states. WHOLE: it is drawn as one leaf. OPEN: its
-// parts decide. REFINE: a unit that becomes a block. WIDE, WIDE << 1: its northern, southern parts are a pair. TALL, TALL << 1: its
-// western, eastern ones. ALONE, beside another state: it is within the tolerance only as a fan or a star, so in no pair.
+// A square's word: log2 of the spacing of its vertices, + 16, and one of these states. WHOLE: it is drawn as one leaf.
+// OPEN: its parts decide. REFINE: a unit that becomes a block.
 #define EMPTY 0x100u
 #define WHOLE 0x200u
 #define OPEN 0x400u
 #define REFINE 0x800u
-#define WIDE 0x1000u
-#define TALL 0x4000u
-#define ALONE 0x10000u
-#ifndef MAY_PAIR
-#define MAY_PAIR true
-#endif
 #ifndef THREADS
 #define THREADS 64  // threads that the hardware runs at the same time (lod/rings.py)
 #endif
@@ -47,11 +40,11 @@ Block root_block(int b) {
     int r = 0;
     while (r + 1 < u_rings && b >= u_ring[r + 1].first_block) r++;
     Ring ring = u_ring[r];
-    ivec2 at = ivec2((b - ring.first_block) % ring.patches.x, (b - ring.first_block) / ring.patches.x);
-    return Block(ring.origin + at * (PATCH << ring.level), ring.level, r, NO_STEP);
+    ivec2 at = ivec2((b - ring.first_block) % ring.blocks.x, (b - ring.first_block) / ring.blocks.x);
+    return Block(ring.origin + at * (BLOCK_SIDE << ring.level), ring.level, r, NO_STEP);
 }
 
-// A block that may have a leaf: lod/rings/cull.comp lists them in a queue that lod/rings/settle.comp does not need yet.
+// A block that may have a leaf: lod/rings/cull.comp lists them in a queue that lod/rings/agree.comp does not need yet.
 int seen_block(uint i) { return int(list[list_at(2) + int(i)]); }
 
 // Whether a square lies beyond the map, or where the finer ring is drawn.
@@ -60,42 +53,27 @@ bool is_nothing(ivec2 low, ivec2 end) {
     return block.ring > 0 && all(greaterThanEqual(low, finer_ring.origin)) && all(lessThanEqual(end, ring_end(finer_ring)));
 }
 
-// Whether a square may be one leaf beside the finer ring. Of two leaves that meet, one must have the whole common edge. So a
-// square that touches the finer ring must stand on the lattice of that ring's squares; if not, its parts make no pairs.
+// Whether a square may be one leaf beside the finer ring. Of two leaves that meet, one must have the whole common edge.
+// So a square that touches the finer ring must stand on the lattice of that ring's squares.
 bool fits_finer_ring(ivec2 low, ivec2 end) {
     if (block.ring == 0) return true;
-    ivec2 finer = finer_ring.origin, finer_end = ring_end(finer_ring), side = min(end - low, ivec2(PATCH << finer_ring.level));
+    ivec2 finer = finer_ring.origin;
+    ivec2 finer_end = ring_end(finer_ring);
+    ivec2 side = min(end - low, ivec2(BLOCK_SIDE << finer_ring.level));
     if (any(greaterThan(low, finer_end)) || any(lessThan(end, finer))) return true;
     bool overlaps = all(lessThan(low, finer_end)) && all(greaterThan(end, finer));
     return !overlaps && all(equal(low - finer & side - 1, ivec2(0)));
 }
 
-// Whether two parts of a square become one leaf, a pair: they have the same spacing. Single cells do not: the tessellator would add
-// a vertex between them.
-bool is_pairing(uint a, uint b, int side_log2) {
-    int segments_log2 = side_log2 - (int(a & 63u) - 16);
-    return (a & b & WHOLE) != 0u && ((a | b) & ALONE) == 0u && ((a ^ b) & 63u) == 0u && segments_log2 > 0 && segments_log2 < MOST_SEGMENTS_LOG2;
-}
-
-// The pairs that the four parts of a square make, along the axis with more of them.
-uint pairs_of(uvec4 part, int side_log2) {
-    bool north = is_pairing(part.x, part.y, side_log2), south = is_pairing(part.z, part.w, side_log2);
-    bool west = is_pairing(part.x, part.z, side_log2), east = is_pairing(part.y, part.w, side_log2);
-    bool is_wide = int(north) + int(south) >= int(west) + int(east);
-    return is_wide ? (north ? WIDE : 0u) | (south ? WIDE << 1 : 0u) : (west ? TALL : 0u) | (east ? TALL << 1 : 0u);
-}
-
 void join_parts(int depth, ivec2 at) {
-    int i = square_index(depth, at), first = square_index(depth + 1, 2 * at), below = first + (2 << depth);
-    uint square = s_square[i];
-    if ((square & OPEN) == 0u) return;
-    ivec2 low = low_of(depth, at);
-    uint pairs = pairs_of(uvec4(s_square[first], s_square[first + 1], s_square[below], s_square[below + 1]), side_log2_at(depth + 1));
-    if (!MAY_PAIR || !fits_finer_ring(low, low + (1 << side_log2_at(depth)))) pairs = 0u;
-    float parts = s_cost[first] + s_cost[first + 1] + s_cost[below] + s_cost[below + 1] - PATCH_COST * float(bitCount(pairs));  // a pair is one patch
+    int i = square_index(depth, at);
+    if ((s_square[i] & OPEN) == 0u) return;
+    int first = square_index(depth + 1, 2 * at);
+    int below = first + (2 << depth);
+    float parts = s_cost[first] + s_cost[first + 1] + s_cost[below] + s_cost[below + 1];
     bool is_whole = s_cost[i] <= parts && s_cost[i] < NEVER;
-    s_square[i] = square | (is_whole ? WHOLE : pairs);
-    s_cost[i] = is_whole ? s_cost[i] : min(parts, 1e20);
+    if (is_whole) s_square[i] |= WHOLE;
+    else s_cost[i] = min(parts, 1e20);
 }
 
 // Joins squares from the given depth up; no deeper square has parts.
@@ -109,17 +87,13 @@ void join_all(int deepest, int thread, int threads) {
 
 // The word of a unit: that of the largest WHOLE square which contains it.
 uint word_of_unit(ivec2 at) {
-    uint square = 0u;
     for (int depth = 0; depth <= 3; depth++) {
-        uint whole = square;
-        ivec2 part = at >> (3 - depth) & 1;
-        square = s_square[square_index(depth, at >> (3 - depth))];
+        uint square = s_square[square_index(depth, at >> (3 - depth))];
         if ((square & EMPTY) != 0u) return NOTHING;
-        if ((square & REFINE) != 0u) return IS_BLOCK | square & 63u;  // lod/rings/spawn.comp replaces the spacing by the block's number
-        uint pair = (whole & WIDE << part.y) != 0u ? IS_WIDE : (whole & TALL << part.x) != 0u ? IS_TALL : 0u;
-        if ((square & WHOLE) != 0u) return leaf_word(3 - depth, int(square & 63u) - 16) | pair;
+        if ((square & REFINE) != 0u) return IS_BLOCK | square & 63u;  // lod/rings/spawn.comp puts in the block's number
+        if ((square & WHOLE) != 0u) return leaf_word(3 - depth, int(square & 63u) - 16);
     }
-    return leaf_word(0, finest_of(low_of(3, at), block.unit_log2, block.ring, block.unit_log2)) | IS_BROKEN;
+    return leaf_word(0, finest_of(low_of(3, at), block.unit_log2, block.ring, block.unit_log2 - 1)) | IS_BROKEN;
 }
 
 shared uint s_leaf[UNITS];      // units where the block's leaves begin
