@@ -38,7 +38,7 @@ def test_what_was_chosen_keeps_the_tolerance_and_is_among_the_choices(renderer):
         assert told.chosen in told.choices and told.chosen.px <= told.tolerance_px == 1.0
         assert told.chosen.segments * told.chosen.step in (0, told.side)
         kinds.add(told.chosen.segments)
-    assert len(kinds) > 2
+    assert len(kinds) > 1
 
 
 @pytest.mark.parametrize("method", ["sat", "quadtree"])

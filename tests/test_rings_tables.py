@@ -135,8 +135,8 @@ class Thorough(RingsSelector):
     """A selector whose rounds all look at all leaves, not at those alone around which something has changed."""
 
     def _run(self, name, *args, **uniforms):
-        if name == "settle" and uniforms["settled"]:
-            self._queue_all(uniforms["settled"])
+        if name == "agree" and uniforms["agreed"]:
+            self._queue_all(uniforms["agreed"])
         super()._run(name, *args, **uniforms)
 
     def _queue_all(self, over):

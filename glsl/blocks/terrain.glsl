@@ -1,8 +1,9 @@
 // blocks/terrain.glsl — the map for every stage: its posts, its quadtree, its heights.
-//   A node of level j covers 2^j × 2^j cells from post (col, row) · 2^j on.
-//   Corners beyond the last post are clamped to it.
-//   Level 0 has the cells of the map; level u_top_level has one node over the whole map.
-// Python twin: gpu.layout.TERRAIN. Heights are metres above the terrain's base; voids are filled from their rim.
+//   A node of level j covers 2^j × 2^j cells from post (col, row) · 2^j on. Corners beyond the last post are clamped to
+//   it. Level 0 has the cells of the map; level u_top_level has one node over the whole map.
+//   Heights are metres above the terrain's base; voids are filled from their rim.
+// Provides height_m(), is_hole(), twist_m(), node_index(), pack_range(), unpack_range(), class_limit_m(),
+// class_of_octave(), tile_log2().   Python twins: gpu.layout.TERRAIN, reference.twists, reference.class_limits
 
 struct Level {
     ivec2 size;         // nodes, columns and rows
@@ -20,7 +21,7 @@ layout(std140, binding = 0) uniform Terrain {
     float u_low_m;         // low end of the quantisation range
     float u_span_m;        // width of the quantisation range
     int u_has_voids;
-    // Where the narrow error classes begin; octaves of a class above them, of a narrow one, of one below.
+    // where the narrow classes begin; octaves of a class above them, of a narrow one, of one below
     vec4 u_class_octaves;
     Level u_level[MAX_LEVELS];
 };
@@ -31,16 +32,20 @@ layout(binding = 1) uniform usampler2D u_marks;  // bits of posts
 #define VOID 1u
 #define WET 2u
 
-#if defined(WINDOW)  // the window around a page (terrain_gl/pages/windows.py) takes the place of the map
+int node_index(int level, ivec2 at) { return u_level[level].first_node + at.y * u_level[level].size.x + at.x; }
+
+float height_m(ivec2 post);
+
+// If only some pages of the map are loaded, pages/terrain.glsl has these. With WINDOW, the window around a page
+// (terrain_gl/pages/windows.py) takes the place of the map.
+#if defined(WINDOW) || !defined(PAGED)
 float height_m(ivec2 post) { return texelFetch(u_heights, post, 0).x; }
-#elif defined(PAGED)
-#include "pages/pages.glsl"
-#else
-float height_m(ivec2 post) { return texelFetch(u_heights, post, 0).x; }
+int range_index(int level, ivec2 at) { return node_index(level, at); }
+int loaded_level(ivec2 low, ivec2 end, int from) { return from; }
 #endif
 
-// By how much the height of a vertex between posts may be rounded:
-// three interpolations in float32, each of them rounds twice.
+// By how much the height of a vertex between posts may be rounded: three interpolations in float32, each of them rounds
+// twice.
 float rounding_between_m() { return max(abs(u_low_m), abs(u_low_m + u_span_m)) * exp2(-22.0); }
 
 // Mesa's software renderer fetches texels even in branches that are not taken. So maps without voids define NO_VOIDS.
@@ -56,3 +61,46 @@ bool is_hole(ivec2 cell) {
     ivec2 next = min(cell + 1, u_last_post);
     return is_void(cell) || is_void(next) || is_void(ivec2(next.x, cell.y)) || is_void(ivec2(cell.x, next.y));
 }
+
+// The twist h00 − h10 − h01 + h11 of a cell: 0 if its posts lie in a plane. Differences of similar heights are exact,
+// even if the heights are large (Sterbenz 1974, "Floating-point computation").
+float twist_m(ivec2 cell) {
+    ivec2 next = cell + 1;
+    return (height_m(cell) - height_m(ivec2(next.x, cell.y))) - (height_m(ivec2(cell.x, next.y)) - height_m(next));
+}
+
+// Lowest and highest height of a node: 16-bit steps of the span above its low end, lowest in the low half.
+uint pack_range(vec2 low_high_m) {
+    vec2 steps = (low_high_m - u_low_m) / u_span_m * 65535.0;
+    uvec2 outward = uvec2(clamp(vec2(floor(steps.x - 0.1), ceil(steps.y + 0.1)), 0.0, 65535.0));
+    return outward.x | outward.y << 16;
+}
+
+vec2 unpack_range(uint range) {
+    return vec2(range & 0xffffu, range >> 16) / 65535.0 * u_span_m + u_low_m;
+}
+
+// --- Error classes: docs/guarantee.md, section 3 ---
+//   Class 0 has the largest limit. Limits go down from the span. There are WIDE_CLASSES down to u_class_octaves.x
+//   octaves below it, then NARROW_CLASSES of an eighth of an octave each, then wide ones again.
+
+float class_limit_m(int c) {
+    float above = min(float(c) + 1.0, float(WIDE_CLASSES));
+    float rest = float(c) + 1.0 - above;
+    float narrow = min(rest, float(NARROW_CLASSES));
+    vec3 octaves = vec3(above, narrow, rest - narrow) * u_class_octaves.yzw;
+    return u_span_m * exp2(-(octaves.x + octaves.y + octaves.z));
+}
+
+// The inverse: the number, with a fraction, of the class whose limit is so many octaves below the span.
+float class_of_octave(float octave) {
+    float above = min(octave, u_class_octaves.x);
+    float rest = octave - above;
+    float narrow = min(rest, float(NARROW_CLASSES) * u_class_octaves.z);
+    vec3 k = vec3(above, narrow, rest - narrow) / u_class_octaves.yzw;
+    return k.x + k.y + k.z - 1.0;
+}
+
+// log2 of a tile's side in nodes. Level 0, the cells of the map, has more nodes than all other levels together, and
+// larger tiles.
+int tile_log2(int level) { return level == 0 ? COUNT_TILE_LOG2 + 1 : COUNT_TILE_LOG2; }

@@ -1,16 +1,16 @@
 // error/bound.glsl — the bound of any rectangle of cells, from summed-area tables, in four fetches.
-//   Maximum: if the count of class c over the rectangle is zero, no tile of it is above this class (integral histogram, Porikli
-//   2005, "Integral histogram: a fast way to extract histograms in Cartesian spaces").
+//   Maximum: if the count of class c over the rectangle is zero, no tile of it is above this class (integral histogram,
+//   Porikli 2005, "Integral histogram: a fast way to extract histograms in Cartesian spaces").
 //   Sum of squares: the box sum itself, exact.
 //   The entries are for tiles of 2^tile_log2() nodes a side. A rectangle is widened to whole tiles.
-//   Counters have 8 bits, four classes in a word. They are exact for boxes of up to 255 tiles. A larger rectangle is looked
-//   up in parts of 15 × 15 tiles.
-//   For a spacing 2^j below 1, a cell of the map is cut into n × n parts, n = 2^-j. Its error is |t|/(4 n²), where t is its twist.
-//   So the table of level 0 is used with n² times the tolerance.
-// Provides is_within_m(), largest_m(), squares_m2().   Python twins: reference.bound_max_m, reference.class_tables, reference.box_sum
+//   Counters have 8 bits, four classes in a word. They are exact for boxes of up to 255 tiles. A larger rectangle is
+//   looked up in parts of 15 × 15 tiles.
+//   For a spacing 2^j below 1, a cell of the map is cut into n × n parts, n = 2^-j. Its error is |t|/(4 n²), where t is
+//   its twist. So the table of level 0 is used with n² times the tolerance.
+// Provides is_within_m(), largest_m(), squares_m2().
+// Python twins: reference.bound_max_m, reference.class_tables, reference.box_sum
 
 #include "blocks/terrain.glsl"
-#include "error/classes.glsl"
 #include "sat/box.glsl"
 
 layout(std430, binding = 2) readonly buffer Counters { uint counter[]; };
@@ -38,7 +38,8 @@ int class_within(float error_m) {
     return c < CLASSES ? c : -1;
 }
 
-// A large rectangle is looked up in parts, row by row. The loops here are not nested: software renderers run one loop much faster.
+// A large rectangle is looked up in parts, row by row. The loops here are not nested: software renderers run one loop
+// much faster.
 ivec2 next_part(ivec2 at, ivec4 tiles) { return at.x + 15 < tiles.z ? at + ivec2(15, 0) : ivec2(tiles.x, at.y + 15); }
 
 bool none_above(Table counts, ivec4 tiles, int c) {
@@ -49,9 +50,7 @@ bool none_above(Table counts, ivec4 tiles, int c) {
     return true;
 }
 
-#ifdef PAGED
-#include "pages/bound.glsl"
-#else
+#ifndef PAGED  // else pages/bound.glsl has these
 // Whether the error of every cell of spacing 2^step_log2 in a rectangle of posts is at most error_m.
 bool is_within_m(ivec2 low, ivec2 end, int step_log2, float error_m) {
     int c = class_within(step_log2 < 0 ? error_m * exp2(-2.0 * float(step_log2)) : error_m);
@@ -66,7 +65,8 @@ float largest_m(ivec2 low, ivec2 end, int step_log2) {
     Table counts;
     ivec4 tiles = tiles_over(low, end, max(step_log2, 0), counts);
     int sure = -1, beyond = CLASSES / 4, layer = beyond / 2;  // layers of four classes
-    uint four = 1u, here = 0u;                                // of the layer `beyond`; of this layer, as far as it is known
+    // of the layer `beyond`; of this layer, as far as it is known
+    uint four = 1u, here = 0u;
     for (ivec2 at = tiles.xy; beyond - sure > 1;) {
         here |= count_sum(counts, layer, at, min(at + 15, tiles.zw));
         at = next_part(at, tiles);
@@ -79,7 +79,8 @@ float largest_m(ivec2 low, ivec2 end, int step_log2) {
         at = tiles.xy;
     }
     sure = 4 * beyond - 1 + findLSB(four) / 8;  // the last class before the first byte that is not 0
-    float error_m = sure < 0 ? u_span_m : class_limit_m(sure) * (1.0 + exp2(-18.0));  // exp2() may round differently here
+    // exp2() may round differently here
+    float error_m = sure < 0 ? u_span_m : class_limit_m(sure) * (1.0 + exp2(-18.0));
     return step_log2 < 0 ? error_m * exp2(2.0 * float(step_log2)) : error_m;
 }
 

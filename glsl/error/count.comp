@@ -1,10 +1,9 @@
-// error/count.comp — the values that a level's summed-area tables sum: for each tile and class, 1 if the tile's error is
+// error/count.comp — the values that a level's summed-area tables sum: for each tile and class, 1 if the tile's error
+//   is
 // above the class's limit; and the squared error of each tile. One thread computes one tile.
 // Python twins: reference.class_tables, reference.square_table
 
 #include "error/nodes.glsl"
-#include "error/node_errors.glsl"
-#include "error/classes.glsl"
 
 layout(local_size_x = 8, local_size_y = 8) in;
 layout(std430, binding = 0) readonly buffer Nodes { PackedNode node[]; };
@@ -17,8 +16,9 @@ uniform int u_first_square;
 uniform ivec2 u_first;  // first tile; then columns and rows of tiles
 uniform ivec2 u_count;
 
-// Largest error of a node as a cell of a patch, whatever edges of it are cut, and the sum of its squared errors in units of span². A cell of the map, level 0, has
-// errors only between its posts: at most |t|/4, and |t|/8 in the root mean square (t is its twist).
+// Largest error of a node as a cell of a patch, whatever edges of it are cut, and the sum of its squared errors in
+// units of span². A cell of the map, level 0, has errors only between its posts: at most |t|/4, and |t|/8 in the root
+// mean square (t is its twist).
 float node_max_m(ivec2 at) {
     if (u_which_level == 0) return is_hole(at) ? 0.0 : 0.25 * abs(twist_m(at)) * (1.0 + exp2(-20.0));
     return unpack_pair(node[node_index(u_which_level, at)].cut_m).x;

@@ -1,6 +1,6 @@
 // error/gain.glsl — the gain of splitting a node: the squared error that each added triangle removes, in m².
-//   A leaf is a quad with 2 triangles and squared error Q, or a fan with 4 triangles and squared error F. Its children are
-//   quads with squared error P and R triangles together. With the price λ of a triangle, a node costs
+//   A leaf is a quad with 2 triangles and squared error Q, or a fan with 4 triangles and squared error F. Its children
+//   are quads with squared error P and R triangles together. With the price λ of a triangle, a node costs
 //   squared error + λ · triangles. So
 //       the fan costs less than the quad       if λ < (Q − F) / (4 − 2),
 //       the children cost less than the quad   if λ < (Q − P) / (R − 2),

@@ -2,14 +2,16 @@
 //
 //    quad, either diagonal        fan around the centre, each edge whole or split
 //    0,0 ──── 2,0                 0,0 ── 1,0 ── 2,0
-//     │ ╲  ╱ │                     │  ╲   │   ╱  │        OpenGL does not say which diagonal a quad gets, so its error is
-//     │  ╲╱  │                    0,1 ── 1,1 ── 2,1       the larger of both. Each edge of a fan may be whole or split:
-//     │  ╱╲  │                     │  ╱   │   ╲  │        a post has two errors, in the wedge that contains it.
+//     │ ╲  ╱ │                     │  ╲   │   ╱  │
+//     │  ╲╱  │                    0,1 ── 1,1 ── 2,1
+//     │  ╱╲  │                     │  ╱   │   ╲  │
 //    0,2 ──── 2,2                 0,2 ── 1,2 ── 2,2
 //
-// Provides Node, node_at(), is_square(), quad_errors_m(), fan_errors_m(), cut_edges_m(), cut_errors_m(), twist_m(),
+//   OpenGL does not say which diagonal a quad gets, so its error is the larger of both. Each edge of a fan may be whole
+//   or split: a post has two errors, in the wedge that contains it.
+// Provides Node, node_at(), is_square(), quad_errors_m(), fan_errors_m(), cut_edges_m(), cut_errors_m(),
 // crest_m(), kinks_m().
-// Python twins: reference.node_errors, reference.cut_errors, reference.twists, reference.crest, reference.kinks
+// Python twins: reference.node_errors, reference.cut_errors, reference.crest, reference.kinks
 
 #include "blocks/terrain.glsl"
 
@@ -50,7 +52,8 @@ Node node_at(int level, ivec2 at) {
     return n;
 }
 
-// The functions below select numbers by the triangle of a post, and have no branches, so that neighbouring threads do not diverge.
+// The functions below select numbers by the triangle of a post, and have no branches, so that neighbouring threads do
+// not diverge.
 
 // Drawn minus true height with the falling and with the rising diagonal. A place is in posts from the node's corner.
 vec2 quad_errors_m(Node n, vec2 place, float h) {
@@ -64,8 +67,8 @@ vec2 quad_errors_m(Node n, vec2 place, float h) {
     return vec2(by_falling, by_rising) - h;
 }
 
-// Height in the wedge between the centre and one edge; w is the centre's weight. a, m and b are the heights at one end, the
-// middle and the other end of the edge; d is the distance of the post from the middle, in posts along the edge.
+// Height in the wedge between the centre and one edge; w is the centre's weight. a, m and b are the heights at one end,
+// the middle and the other end of the edge; d is the distance of the post from the middle, in posts along the edge.
 vec2 wedge_errors_m(Node n, int axis, vec3 edge, float w, float d, float h) {
     float a = edge[0], m = edge[1], b = edge[2], v = 1.0 - w, above = w * n.h[1][1] - h;
     float u = v * n.before[axis] + d;
@@ -141,26 +144,21 @@ vec2 cut_errors_m(Node n, CutEdges c, vec2 place, vec2 diagonals) {
                 largest_of(weights * c.below_m) - min(diagonals.x, diagonals.y));
 }
 
-// The twist h00 − h10 − h01 + h11 of a cell: 0 if its posts lie in a plane. Differences of similar heights are exact, even
-// if the heights are large (Sterbenz 1974, "Floating-point computation").
-float twist_m(ivec2 cell) {
-    ivec2 next = cell + 1;
-    return (height_m(cell) - height_m(ivec2(next.x, cell.y))) - (height_m(ivec2(cell.x, next.y)) - height_m(next));
-}
-
-// The largest value of a (1 - s) + b s + t s (1 - s), 0 <= s <= 1: errors a and b at both ends of a diagonal, over a truth with the twist t.
+// The largest value of a (1 - s) + b s + t s (1 - s), 0 <= s <= 1: errors a and b at both ends of a diagonal, over a
+// truth with the twist t.
 vec4 crest_m(vec4 a, vec4 b, vec4 t) {
     vec4 d = abs(a - b), inside = 0.5 * (a + b) + 0.25 * t + d * d / (4.0 * max(t, 1e-30));
     return mix(max(a, b), inside, greaterThan(t, d));
 }
 
-// A bound of the bend of two triangles along the diagonal of a rectangle of w × h cells with the twist τ: their planes differ
-// by |τ| |x/w − y/h|, so by at most |τ| min(1/w + 1/h, 1) inside one cell that the diagonal crosses.
+// A bound of the bend of two triangles along the diagonal of a rectangle of w × h cells with the twist τ: their planes
+// differ by |τ| |x/w − y/h|, so by at most |τ| min(1/w + 1/h, 1) inside one cell that the diagonal crosses.
 float bend_m(float tau, vec2 cells) {
     return any(lessThan(cells, vec2(0.5))) ? 0.0 : abs(tau) * min(1.0 / cells.x + 1.0 / cells.y, 1.0);
 }
 
-// The same for a node as a quad, and as a fan: in each quarter between centre and corner, with both edges whole or split.
+// The same for a node as a quad, and as a fan: in each quarter between centre and corner, with both edges whole or
+// split.
 vec2 kinks_m(Node n) {
     vec2 kink = vec2(bend_m(n.h[0][0] - n.h[0][2] - n.h[2][0] + n.h[2][2], n.before + n.after), 0.0);
     for (int y = 0; y <= 2; y += 2)

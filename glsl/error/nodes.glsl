@@ -1,26 +1,28 @@
-// error/nodes.glsl — records of the error table: for each node the largest error and the root mean square, as quad and as fan.
-//   max_m: the largest error inside the node, edges included.   rms_m: the root mean square over the node's own posts. Posts
-//   of the north and west edges are its own; those of the south and east edges belong to the neighbours. So any set of nodes
+// error/nodes.glsl — records of the error table: for each node the largest error and the root mean square, as quad and
+//   as fan.
+//   max_m: the largest error inside the node, edges included.   rms_m: the root mean square over the node's own posts.
+//   Posts of the north and west edges are its own; those of the south and east edges belong to the neighbours. So any
+//   set of nodes
 //   that covers the map counts every post once.
 //   Voids have no error. If a node has voids, the mean over its remaining posts is larger than rms_m; the sign of rms_m
-//   marks such nodes.
-//   The error of a fan is never below the errors of the node's children. So if a neighbour forces a node to split, its
-//   children are within the tolerance if the node was.
+//   marks such nodes. The error of a fan is never below the errors of the node's children. So if a neighbour forces a
+//   node to split, its children are within the tolerance if the node was.
 // Errors are half floats in units of span · 2^-14, rounded up: all values of (0, span] are normal numbers.
 // Squared errors are 64-bit fixed point, rounded up: span² is 2^35, so 2^28 posts of the largest error do not overflow.
-// Provides PackedNode, pack_pair(), unpack_pair(), pack_shares(), unpack_shares(), pack_range(), unpack_range(),
-// square_up(), node_index(), texels_rms_m(), posts_rms_m(), mean_is_known(), own_posts(), squares_m2().
+// Provides PackedNode, pack_pair(), unpack_pair(), pack_shares(), unpack_shares(), square_up(),
+// texels_rms_m(), posts_rms_m(), mean_is_known(), own_posts(), squares_m2().
 // Python twin: gpu.layout.NODE
 
 #include "blocks/terrain.glsl"
-#include "sat/word.glsl"
+#include "sat/bits.glsl"
 
 #define HAS_VOIDS 0x8000u
 
 struct PackedNode {
     uint cut_m;         // half floats, as a cell of a patch, whatever edges are cut: largest error low, RMS high
     uint rms_m, max_m;  // half floats: quad low, fan high; rms_m may have HAS_VOIDS
-    uint whole, split;  // errors of the fan's wedges W, N, E, S, edge whole or split: one byte each, relative to the fan's max_m
+    // errors of the fan's wedges W, N, E, S, edge whole or split: one byte each, relative to the fan's max_m
+    uint whole, split;
 };
 
 float error_unit_m() { return u_span_m * exp2(-14.0); }
@@ -49,24 +51,11 @@ vec4 unpack_shares(uint shares, float most_m) {
 
 vec2 unpack_pair(uint pair) { return unpackHalf2x16(pair) * error_unit_m(); }
 
-// Lowest and highest height of a node: 16-bit steps of the span above its low end, lowest in the low half.
-uint pack_range(vec2 low_high_m) {
-    vec2 steps = (low_high_m - u_low_m) / u_span_m * 65535.0;
-    uvec2 outward = uvec2(clamp(vec2(floor(steps.x - 0.1), ceil(steps.y + 0.1)), 0.0, 65535.0));
-    return outward.x | outward.y << 16;
-}
-
-vec2 unpack_range(uint range) {
-    return vec2(range & 0xffffu, range >> 16) / 65535.0 * u_span_m + u_low_m;
-}
-
 // `share` is a squared error, or a sum of some, in units of span².
 uvec2 square_up(float share) {
     float s = share * 8.0 * (1.0 + exp2(-18.0)), high = floor(s);
     return share == 0.0 ? uvec2(0u) : add64(uvec2(uint((s - high) * 4294967296.0), uint(high)), uvec2(1u, 0u));
 }
-
-int node_index(int level, ivec2 at) { return u_level[level].first_node + at.y * u_level[level].size.x + at.x; }
 
 bool mean_is_known(PackedNode n) { return (n.rms_m & HAS_VOIDS) == 0u; }
 

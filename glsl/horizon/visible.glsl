@@ -27,9 +27,7 @@ float of_lobe(mat4x3 visible, int l) {
     return l % 3 == 0 ? three.x : l % 3 == 1 ? three.y : three.z;
 }
 
-#ifdef PAGED
-#include "pages/visible.glsl"
-#else
+#ifndef PAGED  // else pages/visible.glsl has these
 const bool HAS_SUMS = true;
 
 #ifdef WORDS_IN_TEXTURES

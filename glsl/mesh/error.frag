@@ -1,8 +1,9 @@
 // mesh/error.frag — the error of the drawn triangle at one place, in metres: positive if it is above the truth.
-//   Each pixel is one place: a cell has PLACES × PLACES places, posts included. Vertices are on 64ths of a post. In this
-//   unit all coordinates and areas are integers below 2^53, so they are exact in double precision.
-//   The triangle is drawn with the drop of its corners, and the truth has the drop of the place (blocks/view.glsl). A plane
-//   that is added to both changes nothing. So the drops may be those of an eye at the place itself, where they are small.
+//   Each pixel is one place: a cell has PLACES × PLACES places, posts included. Vertices are on 64ths of a post. In
+//   this unit all coordinates and areas are integers below 2^53, so they are exact in double precision.
+//   The triangle is drawn with the drop of its corners, and the truth has the drop of the place (blocks/view.glsl). A
+//   plane that is added to both changes nothing. So the drops may be those of an eye at the place itself, where they
+//   are small.
 
 #undef TO
 #define TO ABOVE  // this shader is only used from above
@@ -43,9 +44,14 @@ void main() {
     pixel = ivec2(u_flip.x != 0 ? u_tile_size.x - 1 - pixel.x : pixel.x,
                   u_flip.y != 0 ? u_tile_size.y - 1 - pixel.y : pixel.y);
     ivec2 place = u_tile + pixel;
-    dvec2 at = dvec2(place * (64 / PLACES)), a = dvec2(64.0 * v_a.xy), b = dvec2(64.0 * v_b.xy), c = dvec2(64.0 * v_c.xy);
+    dvec2 at = dvec2(place * (64 / PLACES));
+    dvec2 a = dvec2(64.0 * v_a.xy);
+    dvec2 b = dvec2(64.0 * v_b.xy);
+    dvec2 c = dvec2(64.0 * v_c.xy);
     double wa = doubled_area(at, b, c), wb = doubled_area(a, at, c), wc = doubled_area(a, b, at);
-    double a_m = double(v_a.z) - drop_near_m(a, at), b_m = double(v_b.z) - drop_near_m(b, at), c_m = double(v_c.z) - drop_near_m(c, at);
+    double a_m = double(v_a.z) - drop_near_m(a, at);
+    double b_m = double(v_b.z) - drop_near_m(b, at);
+    double c_m = double(v_c.z) - drop_near_m(c, at);
     double drawn_m = (wa * a_m + wb * b_m + wc * c_m) / (wa + wb + wc);
     imageStore(u_error_m, pixel, vec4(float(drawn_m - (truth_m(place) - drop_near_m(at, at)))));
 }

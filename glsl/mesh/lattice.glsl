@@ -1,7 +1,8 @@
 // mesh/lattice.glsl — the positions of a patch's vertices: on posts, or on equal parts of a cell.
 //   in_patch.x   column and row of the north-west corner's post, 16 bits each
 //   in_patch.y   bits 0-4 log2 of the 64ths of a post between vertices, 5-7 log2 of the segments a side,
-//                8-11 split edges (west, north, east, south), 12 fan: edges have one segment, or two where they are split
+//                8-11 split edges (west, north, east, south), 12 fan: edges have one segment, or two where they are
+//                split
 // Both sides of an edge round to the same integers, so they have the same vertices, bit for bit.
 // Provides Lattice, lattice_of(), words_of(), side_of(), place_at().   Python twin: gpu.layout.PATCH
 

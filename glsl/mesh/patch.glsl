@@ -10,11 +10,15 @@ struct Patch {
 };
 
 uvec4 words_of(Patch p) {
-    return uvec4(uint(p.low.x) | uint(p.low.y) << 16, uint(p.high.x) | uint(p.high.y) << 16, floatBitsToUint(p.step_log2),
+    return uvec4(uint(p.low.x) | uint(p.low.y) << 16,
+                 uint(p.high.x) | uint(p.high.y) << 16,
+                 floatBitsToUint(p.step_log2),
                  uint(p.fan) | p.split_edges << 1 | packHalf2x16(vec2(0.0, min(p.bound_px, 6e4))));
 }
 
 Patch patch_of(uvec4 words) {
-    return Patch(ivec2(words.x & 0xffffu, words.x >> 16), ivec2(words.y & 0xffffu, words.y >> 16), uintBitsToFloat(words.z),
+    return Patch(ivec2(words.x & 0xffffu, words.x >> 16),
+                 ivec2(words.y & 0xffffu, words.y >> 16),
+                 uintBitsToFloat(words.z),
                  (words.w & 1u) != 0u, words.w >> 1 & 15u, unpackHalf2x16(words.w).y);
 }

@@ -1,7 +1,8 @@
 // mesh/ring.glsl — the positions of a patch's vertices in the clipmap: on posts, or between them.
 //   Tessellation levels are powers of two up to 64, so a vertex is on a 64th of the patch's side. Both sides of an edge
 //   round to the same integers, so their vertices are equal, bit for bit.
-//   in_patch.xy  post of the north-west corner        .z  its shape (lod/rings/shapes.glsl)        .w  its bound in pixels, float
+//   in_patch.xy  post of the north-west corner        .z  its shape (lod/rings/shapes.glsl)        .w  its bound in
+//   pixels, float
 // Provides RingShape, ring_shape(), place_of().   Python twin: gpu.layout.RING_PATCH
 
 #include "blocks/terrain.glsl"

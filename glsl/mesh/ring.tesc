@@ -1,4 +1,5 @@
-// mesh/ring.tesc — the tessellation levels of a patch of the clipmap, from its record: inside, its own; at each edge, those of
+// mesh/ring.tesc — the tessellation levels of a patch of the clipmap, from its record: inside, its own; at each edge,
+//   those of
 // the finer side.
 
 #include "mesh/ring.glsl"

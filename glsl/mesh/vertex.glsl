@@ -11,12 +11,16 @@ out vec2 v_post;         // column and row on the map
 out vec3 v_from_eye_m;   // east, north, up
 flat out uvec4 v_of_patch;
 
-// Rasterisers round vertices to 1/256 of a pixel, but some compute depth from the vertices before. Then a triangle that is seen edge-on
-// may have a depth far outside that of its corners, even below 0, and loses its sample. So vertices are rounded here already.
+// Rasterisers round vertices to 1/256 of a pixel, but some compute depth from the vertices before. Then a triangle that
+// is seen edge-on may have a depth far outside that of its corners, even below 0, and loses its sample. So vertices are
+// rounded here already.
 #ifdef AS_COMPUTED
 #define on_subpixel(clip) (clip)
 #else
-vec4 on_subpixel(vec4 clip) { return clip.w > 0.0 ? vec4(round(clip.xy / clip.w * 128.0 * u_piece_px.xy) / 128.0 / u_piece_px.xy * clip.w, clip.zw) : clip; }
+vec4 on_subpixel(vec4 clip) {
+    if (clip.w <= 0.0) return clip;
+    return vec4(round(clip.xy / clip.w * 128.0 * u_piece_px.xy) / 128.0 / u_piece_px.xy * clip.w, clip.zw);
+}
 #endif
 
 // A vertex that is a part of a cell east and south of its post.

@@ -4,6 +4,7 @@
 //   All sums are exact modulo 2^bits, so the result equals a rebuilt table, bit for bit.
 // Python twin: reference.sat
 
+#include "sat/word.glsl"
 #include "sat/box.glsl"
 
 layout(local_size_x = 64) in;

@@ -1,6 +1,7 @@
 // sat/query.comp — the sums over a list of boxes, one thread for each box.
 // Python twin: reference.box_sum
 
+#include "sat/word.glsl"
 #include "sat/box.glsl"
 
 layout(local_size_x = 64) in;

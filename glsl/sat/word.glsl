@@ -1,10 +1,6 @@
-// sat/word.glsl — words that wrap: the unsigned integers of a table.
-//   32 bits: uint. 64 bits: uvec2, low half first.
-//   16 or 8 bits: two or four independent sums side by side in one uint.
-//   All wrap modulo 2^bits, and differences of wrapped sums are exact while the true difference is below 2^bits.
+// sat/word.glsl — the word of a table, for kernels that set BITS.
 //   Kernels with WHOLE_LINES have uint64_t in place of uvec2. With FOURS, a word is a vector of four.
-// Provides addN(), subN(), word_float(); for kernels that set BITS also WORD, ADD(), SUB(), and FOUR for four words.
-// Python twin: reference.sat
+// Provides WORD, ADD(), SUB(), and FOUR for four words.   Python twin: reference.sat
 
 #ifndef BITS
 #define BITS 32
@@ -13,37 +9,7 @@
 #extension GL_ARB_gpu_shader_int64 : require
 #endif
 
-uint add32(uint a, uint b) { return a + b; }
-uint sub32(uint a, uint b) { return a - b; }
-
-uvec2 add64(uvec2 a, uvec2 b) {
-    uint carry;
-    uint low = uaddCarry(a.x, b.x, carry);
-    return uvec2(low, a.y + b.y + carry);
-}
-
-uvec2 sub64(uvec2 a, uvec2 b) {
-    uint borrow;
-    uint low = usubBorrow(a.x, b.x, borrow);
-    return uvec2(low, a.y - b.y - borrow);
-}
-
-// Low and high half are added separately, so that no carry goes from one to the other.
-uint add16(uint a, uint b) { return ((a + b) & 0xffffu) | ((a & 0xffff0000u) + (b & 0xffff0000u)); }
-uint sub16(uint a, uint b) { return ((a - b) & 0xffffu) | ((a & 0xffff0000u) - (b & 0xffff0000u)); }
-
-// Four sums of 8 bits: the low seven bits of each are added without a carry out;
-// the eighth is an exclusive or (Warren 2002, "Hacker's delight", section 2-18).
-uint add8(uint a, uint b) { return ((a & 0x7f7f7f7fu) + (b & 0x7f7f7f7fu)) ^ ((a ^ b) & 0x80808080u); }
-uint sub8(uint a, uint b) { return ((a | 0x80808080u) - (b & 0x7f7f7f7fu)) ^ ((a ^ ~b) & 0x80808080u); }
-
-// Four words at once.
-uvec4 add32(uvec4 a, uvec4 b) { return a + b; }
-uvec4 add16(uvec4 a, uvec4 b) { return ((a + b) & 0xffffu) | ((a & 0xffff0000u) + (b & 0xffff0000u)); }
-uvec4 add8(uvec4 a, uvec4 b) { return ((a & 0x7f7f7f7fu) + (b & 0x7f7f7f7fu)) ^ ((a ^ b) & 0x80808080u); }
-
-float word_float(uint a) { return float(a); }
-float word_float(uvec2 a) { return float(a.y) * 4294967296.0 + float(a.x); }
+#include "sat/bits.glsl"
 
 #if BITS == 64 && defined(WHOLE_LINES)
 #define WORD uint64_t

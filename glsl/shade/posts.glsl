@@ -19,9 +19,7 @@ layout(std430, binding = 0) readonly buffer HeightSums { uint height_sum[]; };
 #define HEIGHT_SUM(i) height_sum[i]
 #endif
 
-#ifdef PAGED
-#include "pages/posts.glsl"
-#else
+#ifndef PAGED  // else pages/posts.glsl has these
 struct Part { int level; };
 
 ivec2 last_of(int level) { return u_last_post; }

@@ -191,9 +191,7 @@ Relief rough_relief_on(int level, vec2 post, vec2 extent) {
     return Relief(mean_m(all_, a, c) + dot(slope, vec2(aside.x, -aside.y) * u_spacing_m), slope);
 }
 
-#ifdef PAGED
-#include "pages/relief.glsl"
-#else
+#ifndef PAGED  // else pages/relief.glsl has these
 Relief relief_of(vec2 post, vec2 extent) { return relief_on(0, post, extent); }
 
 vec2 slope_of_cells(vec2 post) { return slope_of_cells_on(0, post); }

@@ -240,7 +240,7 @@ class RingsSelector:
                 self._last_stamp = self._last_stamp + over
                 self._agreed = over
                 return summary
-            bind("lod/rings/lists.glsl", Lists=self._buffers["lists"])  # draws and patches took its binding point
+            bind("lod/rings/rings.glsl", Lists=self._buffers["lists"])  # draws and patches took its binding point
 
     def _agree(self, over: int) -> int:
         """Run further rounds of `agree`, from round `over` on; returns how many are done."""
@@ -260,7 +260,7 @@ class RingsSelector:
         self.tables.bind()
         buffers = self._buffers
         bind("lod/rings/rings.glsl", Rings=self._rings, Blocks=buffers["blocks"], Cells=buffers["cells"])
-        bind("lod/rings/lists.glsl", Lists=buffers["lists"])
+        bind("lod/rings/rings.glsl", Lists=buffers["lists"])
         bind("lod/rings/shapes.glsl", Summary=buffers["summary"])
 
     def _kernel(self, name: str) -> Any:

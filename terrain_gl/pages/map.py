@@ -1,6 +1,6 @@
 """Maps that are read page by page, and the numbers of pages.
 
-A page is a tile of nodes of one level, with the posts at their corners (glsl/pages/pages.glsl). Its number counts the
+A page is a tile of nodes of one level, with the posts at their corners (glsl/pages/terrain.glsl). Its number counts the
 pages of level 0, row after row, then those of level 1, and so on.
 """
 

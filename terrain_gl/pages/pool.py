@@ -23,7 +23,7 @@ from .sums import Sums, bytes_of_slot, counter_words
 from .windows import light_bytes, scratch_bytes
 
 ROW = 1024  # words of a row of the page tables' texture
-LIT = 1 << 31  # bit of a page with light: glsl/pages/pages.glsl
+LIT = 1 << 31  # bit of a page with light: glsl/pages/terrain.glsl
 OF_COPIES = 0.5  # part of the memory for tiles that holds the heights of loaded pages
 
 
@@ -257,7 +257,7 @@ class PagePool:
     def bind(self) -> None:
         """Bind the map for all shaders."""
         bind("blocks/terrain.glsl", Terrain=self.block, u_heights=self.heights, u_marks=self.marks)
-        bind("pages/pages.glsl", u_pages=self.table)
+        bind("pages/terrain.glsl", u_pages=self.table)
 
     def release(self) -> None:
         """Release GPU resources."""

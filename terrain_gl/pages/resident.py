@@ -1,6 +1,6 @@
 """The heights of the loaded pages, as they are drawn at each post. Nothing here waits for a disk.
 
-Numpy twin of `height_m` in glsl/pages/pages.glsl.
+Numpy twin of `height_m` in glsl/pages/terrain.glsl.
 """
 
 from __future__ import annotations

@@ -1,18 +1,37 @@
 // lod/rings/agree.comp — a round of neighbours: leaves next to finer ones.
-//   A finer neighbour cuts the common edge. The bound of a leaf holds whatever edges are cut (error/node_errors.glsl), so
-//   most leaves stay as they are. But an edge has at most 64 segments: a leaf that would need more is split in four.
+//   A finer neighbour cuts the common edge. The bound of a leaf holds whatever edges are cut (error/node_errors.glsl),
+//   so most leaves stay as they are. But an edge has at most 64 segments: a leaf that would need more is split in four.
 //   All threads look at the leaves as the round before left them, so their order does not matter. Leaves only ever grow
 //   finer, so the rounds come to an end. The first round looks at all leaves, the next ones at those that have changed
 //   and at those along their edges. So each leaf's last round notes its final edges.   One thread handles one leaf.
 
 #include "lod/rings/leaf.glsl"
-#include "lod/rings/lists.glsl"
 #include "lod/rings/edges.glsl"
 #include "lod/rings/shapes.glsl"
 
 layout(local_size_x = LEAF_GROUP) in;
 
 uniform bool u_budget;  // no tolerance: parts keep the spacing of the whole
+
+void append_leaf(int id) {
+    uint k = atomicAdd(b_leaves.count, 1u);
+    list[k] = uint(id);
+    atomicMax(b_leaves.groups, k / uint(LEAF_GROUP) + 1u);
+}
+
+// Queue a leaf for a round, at most once. The leaf may be split before the round begins. So the queue says which square
+// the leaf covers now: the shape of its word, from `id` on.
+void append_to_queue(int round_, int id, uint word) {
+    uint stamp = u_first_stamp + uint(round_);
+    if (atomicMax(list[list_at(3) + id], stamp) == stamp) return;
+    uint k = atomicAdd(b_queue[round_ & 7].count, 1u);
+    list[list_at(1 + (round_ & 1)) + k] = uint(id) | (word >> 8 & 3u) << 28;
+    atomicMax(b_queue[round_ & 7].groups, k / uint(LEAF_GROUP) + 1u);
+}
+
+uint queued(int round_, uint k) { return list[(round_ > 0 ? list_at(1 + (round_ & 1)) : 0) + k]; }
+int queued_id(uint entry) { return int(entry & 0xfffffffu); }
+uint queued_shape(uint entry) { return entry >> 28 << 8; }  // as the word of a leaf has it
 
 // Unit i of a square of units, as an offset from its first one.
 int unit_in(int units_log2, int i) { return (i >> units_log2) * 8 + (i & (1 << units_log2) - 1); }

@@ -2,7 +2,6 @@
 // One thread handles one leaf.
 
 #include "lod/rings/leaf.glsl"
-#include "lod/rings/lists.glsl"
 #include "lod/rings/shapes.glsl"
 
 layout(local_size_x = LEAF_GROUP) in;

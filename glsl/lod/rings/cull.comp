@@ -1,6 +1,6 @@
-// lod/rings/cull.comp — finds the blocks of the rings that lod/rings/decide.comp looks at. One thread handles one block.
-//   A block that is outside the picture, beyond the map or wholly under the finer ring has no leaf: its units become NOTHING
-//   here. So land that nobody sees costs one projection for each block, however large the map is.
+// lod/rings/cull.comp — finds the blocks of the rings that lod/rings/decide.comp looks at. One thread handles one
+//   block. A block that is outside the picture, beyond the map or wholly under the finer ring has no leaf: its units
+//   become NOTHING here. So land that nobody sees costs one projection for each block, however large the map is.
 // Python twin: reference.rings.cut_block
 
 #include "lod/rings/squares.glsl"

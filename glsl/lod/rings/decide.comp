@@ -1,6 +1,6 @@
 // lod/rings/decide.comp — decides into which squares a block is cut, and how many segments each has.
-//   For each square, the summed-area tables give the coarsest spacing whose error in this square is within the tolerance. From
-//   the units up, four parts are joined wherever the whole square costs no more than they do:
+//   For each square, the summed-area tables give the coarsest spacing whose error in this square is within the
+//   tolerance. From the units up, four parts are joined wherever the whole square costs no more than they do:
 //       cost(square) = min( 2 T² + PATCH_COST,  sum of its parts' costs )        T segments a side
 //   The cheapest four parts have two segments a side. If a square costs no more than they do, its parts are not tried.
 //   One work group handles one block; its THREADS share the squares.   Python twin: reference.rings.cut_block
@@ -28,7 +28,8 @@ uint look(int depth, ivec2 at, out float cost) {
     Projection p = project_square(low, side_log2);
     if (p.outside && u_cull != 0) return EMPTY;
     int coarsest = coarsest_step(low, side_log2);
-    if (depth == 0 && block.known_log2 != NO_STEP) coarsest = block.known_log2;  // the round before asked the same square
+    // the round before asked the same square
+    if (depth == 0 && block.known_log2 != NO_STEP) coarsest = block.known_log2;
     int finest = block.known_log2 != NO_STEP ? block.known_log2 + 1 : finest_of(low, side_log2, block.ring, coarsest);
     int step_log2 = NO_STEP;
     if (depth == 3 || fits_finer_ring(low, end)) {
@@ -78,6 +79,5 @@ void main() {
     }
     join_all(deepest, thread, THREADS);
     write_units(b, thread, THREADS);
-    // lod/rings/spawn.comp makes these blocks
     if (thread == 0 && s_refined > 0u) atomicAdd(b_round[u_round + 1].groups, s_refined);
 }

@@ -1,11 +1,58 @@
 // lod/rings/edges.glsl — the leaves on both sides of an edge compute the same spacing for it.
 //   Where leaves of different sizes meet, the longer side is the edge. Its spacing is the finest among all leaves along
 //   it, on both sides. So both sides have the same vertices.
-//   A walk visits all leaves along the four edges of a leaf. It is one loop with one look-up: software renderers execute
-//   every branch, and every loop at least once.
-// Provides Walk, START, next_leaf(), edges_log2_of().   Python twin: reference.rings.edge_step_log2
+//   A walk visits all leaves along the four edges of a leaf. It is one loop with one look-up: software renderers
+//   execute every branch, and every loop at least once.
+// Provides look_around_in(), leaf_over(), Walk, START, next_leaf(), edges_log2_of().
+// Python twin: reference.rings.edge_step_log2
 
 #include "lod/rings/rings.glsl"
+
+const Leaf NO_LEAF = Leaf(NOTHING, ivec2(-1 << 28), 0, -1);
+
+
+bool is_within(ivec2 post, ivec2 low, ivec2 end) {
+    return all(greaterThanEqual(post, low)) && all(lessThan(post, end));
+}
+
+// Where leaf_over() looks: the ring of a leaf, the next finer one and the next coarser one. All of the leaf's
+// neighbours lie there.
+Ring near_finer, near_own, near_coarser;
+
+void look_around_in(int ring) {
+    near_finer = u_ring[max(ring - 1, 0)];
+    near_own = u_ring[ring];
+    near_coarser = u_ring[min(ring + 1, u_rings - 1)];
+}
+
+bool is_in(Ring ring, ivec2 post) { return is_within(post, ring.origin, ring_end(ring)); }
+
+// The leaf that covers the cell south-east of a post.
+Leaf leaf_over(ivec2 post) {
+    Ring ring = near_coarser;
+    if (is_in(near_own, post)) ring = near_own;
+    if (is_in(near_finer, post)) ring = near_finer;
+    if (!is_in(ring, post)) return NO_LEAF;
+    ivec2 in_ring = post - ring.origin;
+    ivec2 at = in_ring >> (ring.level + 3);
+    int block = ring.first_block + at.y * ring.blocks.x + at.x;
+    int unit_log2 = ring.level;
+    int now = plane(u_agreed);
+    ivec2 in_block = in_ring - (at << (ring.level + 3));
+    ivec2 unit = in_block >> unit_log2;
+    uint word = cell[now + UNITS * block + unit.y * 8 + unit.x];
+    while ((word & IS_BLOCK) != 0u) {
+        in_block -= unit << unit_log2;
+        unit_log2 -= 3;
+        unit = in_block >> unit_log2;
+        block = int(word & ~IS_BLOCK);
+        word = cell[now + UNITS * block + unit.y * 8 + unit.x];
+    }
+    int units_log2 = side_units_log2(word);
+    ivec2 corner = unit >> units_log2 << units_log2;
+    int id = UNITS * block + corner.y * 8 + corner.x;
+    return Leaf(word, post - in_block + (corner << unit_log2), unit_log2 + units_log2, id);
+}
 
 struct Walk {
     int side;     // where the next leaf meets the leaf; 4 at the end

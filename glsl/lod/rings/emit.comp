@@ -1,4 +1,5 @@
-// lod/rings/emit.comp — writes a patch for each leaf, at the place that lod/rings/place.comp computed. So the same view always gives
+// lod/rings/emit.comp — writes a patch for each leaf, at the place that lod/rings/place.comp computed. So the same view
+//   always gives
 // the same list. One thread handles one block.
 
 #include "lod/rings/shapes.glsl"
@@ -23,8 +24,9 @@ void main() {
         uint word = cell[first + unit];
         if (!is_leaf(word) || !begins_leaf(unit_at(unit), word)) continue;
         uvec2 mine = shape[UNITS * b + unit];
+        ivec2 corner = block.origin + (unit_at(unit) << block.unit_log2);
         uint place = s_offset[segments_log2_of(mine.x) * u_most_blocks + b]++;
         if (place < uint(u_most_patches))  // without room, the view is chosen again with larger buffers
-            patches[place] = RingPatch(block.origin + (unit_at(unit) << block.unit_log2), mine.x, uintBitsToFloat(mine.y));
+            patches[place] = RingPatch(corner, mine.x, uintBitsToFloat(mine.y));
     }
 }

@@ -1,4 +1,5 @@
-// lod/rings/explain.comp — what the tables say about a patch of the clipmap: its error with T = 1, 2, 4, ... 64 segments a side.
+// lod/rings/explain.comp — what the tables say about a patch of the clipmap: its error with T = 1, 2, 4, ... 64
+//   segments a side.
 // One thread for each T.
 
 #include "lod/rings/leaf.glsl"
@@ -7,7 +8,8 @@ layout(local_size_x = SIZES) in;
 layout(std430, binding = 4) writeonly buffer Answer {
     vec4 projection;     // least depth in metres, stretch, whether wholly in the picture, whether wholly outside
     vec4 range_m;        // lowest and highest height
-    vec4 choice[SIZES];  // largest error in metres, RMS error in metres, bound in pixels, 1; all 0 without tables for the spacing
+    // largest error in metres, RMS error in metres, bound in pixels, 1; all 0 without tables for the spacing
+    vec4 choice[SIZES];
 };
 
 uniform ivec2 u_low;      // post of the patch's north-west corner

@@ -5,27 +5,13 @@
 
 #include "lod/rings/rings.glsl"
 #include "error/bound.glsl"
-#include "error/node_errors.glsl"
 #include "lod/project.glsl"
-#include "error/nodes.glsl"
 
 layout(std430, binding = 6) readonly buffer Ranges { uint range[]; };
 
 #define NEVER 1e30
 #ifndef PATCH_COST
 #define PATCH_COST 14.0  // cost of a patch besides its triangles, counted in triangles
-#endif
-
-#ifdef PAGED
-// The index of a node's range. If its page is not loaded: that of the nearest node above it whose page is loaded.
-int range_index(int level, ivec2 at) {
-    int slot = slot_of(level, at >> PAGE_LOG2);
-    while (slot < 0) slot = slot_of(++level, (at >>= 1) >> PAGE_LOG2);
-    ivec2 in_page = at & PAGE - 1;
-    return (slot * PAGE + in_page.y) * PAGE + in_page.x;
-}
-#else
-int range_index(int level, ivec2 at) { return node_index(level, at); }
 #endif
 
 // Lowest and highest height of a square at any place: the square consists of nodes, as large as possible.
@@ -63,23 +49,13 @@ bool has_mean(Projection p) { return p.inside && u_has_voids == 0; }
 bool has_mean(Projection p) { return false; }
 #endif
 
-// A tile of the map's own cells has 4 × 4 of them. A square of at most 2 × 2 looks at its cells themselves: a bound that
-// is four times as close, or more.
+// A tile of the map's own cells has 4 × 4 of them. A square of at most 2 × 2 looks at its cells themselves: a bound
+// that is four times as close, or more.
 const int FEW_LOG2 = 1;
-
-// The finest level, from a given one on, at which a whole square is loaded.
-int loaded_level(ivec2 low, int side_log2, int from) {
-#ifdef PAGED
-    bool is_mixed;
-    return resident_level(low, low + (1 << side_log2), from, is_mixed);
-#else
-    return from;
-#endif
-}
 
 // Largest error and root mean square of the cells of such a square, two triangles each; NEVER for other squares.
 vec2 few_cells_m(ivec2 low, int side_log2) {
-    if (side_log2 > FEW_LOG2 || loaded_level(low, side_log2, 0) > 0) return vec2(NEVER);
+    if (side_log2 > FEW_LOG2 || loaded_level(low, low + (1 << side_log2), 0) > 0) return vec2(NEVER);
     ivec2 first = max(low, ivec2(0));
     ivec2 end = min(low + (1 << side_log2), u_last_post);
     ivec2 cells = max(end - first, ivec2(0));
@@ -105,8 +81,8 @@ vec2 cells_m(ivec2 low, int side_log2, int step_log2, vec2 few_m) {
     return vec2(largest_m(low, end, step_log2), rms_of_box_m(low, end, step_log2));
 }
 
-// A unit of 1 post has neighbours of at most 2 posts in ring 0, and of 4 posts in other rings. These neighbours cannot be
-// split, and an edge has at most 64 segments: along a side of 4 posts that is 16 between two posts.
+// A unit of 1 post has neighbours of at most 2 posts in ring 0, and of 4 posts in other rings. These neighbours cannot
+// be split, and an edge has at most 64 segments: along a side of 4 posts that is 16 between two posts.
 int finest_step(int side_log2, int ring) {
     return max(side_log2 - MOST_SEGMENTS_LOG2, u_ring[ring].level == 0 ? FINEST : FINEST + 1);
 }
@@ -120,7 +96,7 @@ int coarsest_step(ivec2 low, int side_log2) {
 // Whether finer posts of a square are not loaded yet; `level` is the finest level at which the whole square is loaded.
 bool is_waiting(ivec2 low, int side_log2, out int level) {
     int finest = max(side_log2 - MOST_SEGMENTS_LOG2, 0);
-    level = loaded_level(low, side_log2, finest);
+    level = loaded_level(low, low + (1 << side_log2), finest);
     return level > finest;
 }
 
@@ -130,7 +106,8 @@ int finest_of(ivec2 low, int side_log2, int ring, int coarsest) {
     return is_waiting(low, side_log2, level) ? max(finest, min(level, coarsest)) : finest;
 }
 
-// What the tables do not know: the Earth's curvature, and the rounding of vertices between posts, which neighbours may have.
+// What the tables do not know: the Earth's curvature, and the rounding of vertices between posts, which neighbours may
+// have.
 float slack_m(int step_log2) { return sag_m(step_log2) + rounding_between_m(); }
 
 // Whether the cells of a square are within the tolerance.

@@ -1,7 +1,7 @@
 // lod/rings/place.comp — where each block's patches go in the list. Each count is replaced by the sum of all counts
 // before it: sizes in order, and blocks in order within a size. Then come the draw commands: tessellation makes at most
-// MOST_VERTICES vertices of each. One work group does it all, by reduce, scan and propagate as in sat/; each thread owns
-// one range of counts.
+// MOST_VERTICES vertices of each. One work group does it all, by reduce, scan and propagate as in sat/; each thread
+// owns one range of counts.
 
 #include "lod/rings/shapes.glsl"
 #include "lod/scan.glsl"
@@ -34,7 +34,8 @@ void write_draws(int thread) {
                 draws[draw] = DrawArrays(min(most, s_count[size] - begin), 1u, first + begin, 0u, 0u);
         first += s_count[size];
     }
-    for (uint i = draw + uint(thread); i < uint(u_most_draws); i += uint(SCANNERS)) draws[i] = DrawArrays(0u, 0u, 0u, 0u, 0u);
+    for (uint i = draw + uint(thread); i < uint(u_most_draws); i += uint(SCANNERS))
+        draws[i] = DrawArrays(0u, 0u, 0u, 0u, 0u);
 }
 
 void main() {

@@ -1,7 +1,9 @@
-// lod/rings/prices.glsl — the price λ of a triangle at which a mesh fits the budget. For a price, each patch p takes the T with the
+// lod/rings/prices.glsl — the price λ of a triangle at which a mesh fits the budget. For a price, each patch p takes
+//   the T with the
 //   least   w² E(p, T) + λ (2 T² + PATCH_COST).
-//   Everett 1963, "Generalized Lagrange multiplier method": no other mesh of these patches with as few triangles has a smaller
-//   sum of errors. A higher price gives fewer triangles. A pass tries PRICES prices at once: all blocks count the triangles of
+//   Everett 1963, "Generalized Lagrange multiplier method": no other mesh of these patches with as few triangles has a
+//   smaller sum of errors. A higher price gives fewer triangles. A pass tries PRICES prices at once: all blocks count
+//   the triangles of
 //   each. The next pass tries prices between the last one with too many triangles and the first one that fits.
 // Provides price(), cheapest().   Python twins: reference.rings.cheapest, reference.rings.bracket
 
@@ -13,8 +15,10 @@
 #define LOWEST_LOG2 -36.0
 #define HIGHEST_LOG2 60.0
 
-layout(std430, binding = 4) buffer Weights { float weight[]; };  // squared pixels: SIZES_LOG2 for each of a block's SQUARES
-layout(std430, binding = 7) buffer Tried { float s_found; uint tried[]; };  // the price found; triangles at each price: PRICES for each pass
+// squared pixels: SIZES_LOG2 for each of a block's SQUARES
+layout(std430, binding = 4) buffer Weights { float weight[]; };
+// the price found; triangles at each price: PRICES for each pass
+layout(std430, binding = 7) buffer Tried { float s_found; uint tried[]; };
 
 uniform uint u_target;  // triangles
 
@@ -45,7 +49,8 @@ vec2 cheapest(int square, int side_log2, float price_, out int segments_log2) {
     vec2 best = vec2(NEVER, 0.0);
     segments_log2 = 0;
     for (int k = 0; k < SIZES_LOG2; k++) {
-        float e = weight[SIZES_LOG2 * square + k], triangles = is_cell_fan(side_log2, side_log2 - k) ? 4.0 : float(2 << 2 * k);
+        float e = weight[SIZES_LOG2 * square + k];
+        float triangles = is_cell_fan(side_log2, side_log2 - k) ? 4.0 : float(2 << 2 * k);
         if (e < 0.0) return vec2(0.0);
         if (price_ * triangles > best.x) break;  // even without an error, more triangles would cost more
         float cost = e >= NEVER ? NEVER : e + price_ * (triangles + PATCH_COST);

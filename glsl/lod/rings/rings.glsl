@@ -1,8 +1,9 @@
 // lod/rings/rings.glsl — a clipmap around the eye, and the patches that it is cut into.
-//   Ring l has cells of 2^l posts. It is a rectangle of blocks of BLOCK_SIDE × BLOCK_SIDE ring cells, and the next finer ring fills its
-//   middle. A ring follows the eye in steps of four of its cells. So its blocks need not be nodes of the error tables' tree.
-//   A block is divided into units of one ring cell. A leaf is a square of 8, 4, 2 or 1 units a side. It becomes one patch.
-//   If a unit needs more than 64 segments a side, it becomes a block of its own, with units an eighth as large.
+//   Ring l has cells of 2^l posts. It is a rectangle of blocks of BLOCK_SIDE × BLOCK_SIDE ring cells, and the next
+//   finer ring fills its middle. A ring follows the eye in steps of four of its cells. So its blocks need not be nodes
+//   of the error tables' tree.
+//   A block is divided into units of one ring cell. A leaf is a square of 8, 4, 2 or 1 units a side. It becomes one
+//   patch. If a unit needs more than 64 segments a side, it becomes a block of its own, with units an eighth as large.
 //
 //        block, 8 × 8 units                 a ring of blocks, and the finer ring in its middle
 //       ┌───────┬───┬───┐                        ┌────┬────┬────┬────┐
@@ -10,9 +11,8 @@
 //       │  4×4  ├───┼─┬─┤                        ├────┼─┬─┬┴┬─┬─┼────┤
 //       │       │   ├─┼─┤                        │    ├─┼─┼─┼─┼─┤    │
 //       ├───┬───┼───┴─┴─┤                        ├────┼─┴─┴─┴─┴─┼────┤
-//       │   │   │       │
 //
-// Provides the rings, blocks and leaves of a view, leaf_at() and leaf_over().
+// Provides the rings, blocks and leaves of a view, leaf_at(), and the list of leaves.
 // Python twins: gpu.layout.RINGS, reference.rings.ring_origin
 
 #include "blocks/view.glsl"
@@ -25,7 +25,7 @@
 
 struct Ring {
     ivec2 origin;   // post of the north-west corner
-    ivec2 blocks;  // columns and rows of blocks
+    ivec2 blocks;   // columns and rows of blocks
     int level;      // l
     int first_block;
 };
@@ -33,7 +33,7 @@ struct Ring {
 layout(std140, binding = 2) uniform Rings {
     int u_rings;        // finest first
     int u_most_blocks;  // blocks that the buffers have room for
-    uint u_first_stamp; // stamp of this view's first round: lod/rings/lists.glsl
+    uint u_first_stamp; // stamp of this view's first round
     Ring u_ring[MAX_LEVELS];
 };
 
@@ -45,14 +45,13 @@ struct Block {
 };
 
 #define NO_STEP 47  // its code in a unit's word is 63
-
 struct Work {
     uint groups, one_y, one_z;  // the command of an indirect dispatch
     uint count;                 // leaves or blocks that the dispatch handles
 };
 
 layout(std430, binding = 0) buffer Blocks {
-    Work b_round[3];  // blocks of each round of lod/rings/decide.comp; here `count` is the number of blocks of earlier rounds
+    Work b_round[3];  // blocks of each round of lod/rings/decide.comp; `count`: blocks of earlier rounds
     Work b_seen;      // blocks of the rings that may have a leaf: lod/rings/cull.comp; only `groups` is used
     Work b_all;       // blocks of all rounds; `count` may exceed u_most_blocks: then the view is chosen again
     Work b_leaves;    // all leaves: lod/rings/count.comp
@@ -97,10 +96,6 @@ ivec2 unit_at(int unit) { return ivec2(unit & 7, unit >> 3); }
 // The post where a ring ends.
 ivec2 ring_end(Ring ring) { return ring.origin + ring.blocks * (BLOCK_SIDE << ring.level); }
 
-bool is_within(ivec2 post, ivec2 low, ivec2 end) {
-    return all(greaterThanEqual(post, low)) && all(lessThan(post, end));
-}
-
 // A leaf and its place.
 struct Leaf {
     uint word;
@@ -109,49 +104,29 @@ struct Leaf {
     int id;         // number of the unit at its north-west corner: each block has UNITS numbers
 };
 
-const Leaf NO_LEAF = Leaf(NOTHING, ivec2(-1 << 28), 0, -1);
-
 Leaf leaf_at(Block b, int id, uint word) {
     return Leaf(word, b.origin + (unit_at(id % UNITS) << b.unit_log2), b.unit_log2 + side_units_log2(word), id);
 }
 
 bool begins_leaf(ivec2 unit, uint word) { return all(equal(unit & (1 << side_units_log2(word)) - 1, ivec2(0))); }
 
-// Where leaf_over() looks: the ring of a leaf, the next finer one and the next coarser one. All of the leaf's neighbours
-// lie there.
-Ring near_finer, near_own, near_coarser;
+// --- Lists of leaves without gaps, so that all threads of a group have work ---
+//   A leaf's number is that of the unit at its north-west corner. One list holds every leaf once. Each round of
+//   lod/rings/agree.comp has a list of its own, its queue.
 
-void look_around_in(int ring) {
-    near_finer = u_ring[max(ring - 1, 0)];
-    near_own = u_ring[ring];
-    near_coarser = u_ring[min(ring + 1, u_rings - 1)];
-}
+#define LEAF_GROUP 64  // leaves that one work group handles
 
-bool is_in(Ring ring, ivec2 post) { return is_within(post, ring.origin, ring_end(ring)); }
+// Four parts of UNITS * u_most_blocks words: all leaves; the queue of even rounds; that of odd rounds; a stamp for each
+// leaf, which tells the last round that it was queued for. All stamps of earlier views are lower than u_first_stamp.
+layout(std430, binding = 5) buffer Lists { uint list[]; };
 
-// The leaf that covers the cell south-east of a post.
-Leaf leaf_over(ivec2 post) {
-    Ring ring = near_coarser;
-    if (is_in(near_own, post)) ring = near_own;
-    if (is_in(near_finer, post)) ring = near_finer;
-    if (!is_in(ring, post)) return NO_LEAF;
-    ivec2 in_ring = post - ring.origin;
-    ivec2 at = in_ring >> (ring.level + 3);
-    int block = ring.first_block + at.y * ring.blocks.x + at.x;
-    int unit_log2 = ring.level;
-    int now = plane(u_agreed);
-    ivec2 in_block = in_ring - (at << (ring.level + 3));
-    ivec2 unit = in_block >> unit_log2;
-    uint word = cell[now + UNITS * block + unit.y * 8 + unit.x];
-    while ((word & IS_BLOCK) != 0u) {
-        in_block -= unit << unit_log2;
-        unit_log2 -= 3;
-        unit = in_block >> unit_log2;
-        block = int(word & ~IS_BLOCK);
-        word = cell[now + UNITS * block + unit.y * 8 + unit.x];
-    }
-    int units_log2 = side_units_log2(word);
-    ivec2 corner = unit >> units_log2 << units_log2;
-    int id = UNITS * block + corner.y * 8 + corner.x;
-    return Leaf(word, post - in_block + (corner << unit_log2), unit_log2 + units_log2, id);
+int list_at(int which) { return which * UNITS * u_most_blocks; }
+
+// Append n leaves before round 0, whose queue is this list; returns the place of the first one.
+uint append_leaves(uint n) {
+    uint k = atomicAdd(b_leaves.count, n), groups = (k + n + uint(LEAF_GROUP - 1)) / uint(LEAF_GROUP);
+    atomicMax(b_leaves.groups, groups);
+    atomicMax(b_queue[0].groups, groups);
+    atomicAdd(b_queue[0].count, n);
+    return k;
 }

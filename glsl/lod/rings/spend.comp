@@ -1,6 +1,7 @@
 // lod/rings/spend.comp — like lod/rings/decide.comp, but for a budget: the price λ of a triangle decides.
 //       cost(square) = min( min over T of ( squared error + λ (2 T² + PATCH_COST) ),  sum of its parts' costs )
-//   One work group handles one block, one thread a unit.   Python twins: reference.rings.cheapest, reference.rings.cut_block
+//   One work group handles one block, one thread a unit.   Python twins: reference.rings.cheapest,
+//   reference.rings.cut_block
 
 #include "lod/rings/squares.glsl"
 #include "lod/rings/prices.glsl"
@@ -13,7 +14,8 @@ void weigh(int depth, ivec2 at) {
     int i = square_index(depth, at), segments_log2;
     vec2 best = cheapest(u_first + i, side_log2_at(depth), s_price, segments_log2);
     s_cost[i] = best.x;
-    s_square[i] = uint(side_log2_at(depth) - segments_log2 + 16) | (best == vec2(0.0) ? EMPTY : depth == 3 ? WHOLE : OPEN);
+    uint state = best == vec2(0.0) ? EMPTY : depth == 3 ? WHOLE : OPEN;
+    s_square[i] = uint(side_log2_at(depth) - segments_log2 + 16) | state;
 }
 
 void main() {

@@ -1,12 +1,12 @@
 // lod/rings/squares.glsl — the squares of a block, and which of them become leaves.
-//   Depth d has 2^d × 2^d squares of 8 >> d units a side. One work group handles one block. First each square gets a cost of
-//   its own. Then, from the units up, four parts are joined wherever the whole square costs no more than they do.
+//   Depth d has 2^d × 2^d squares of 8 >> d units a side. One work group handles one block. First each square gets a
+//   cost of its own. Then, from the units up, four parts are joined wherever the whole square costs no more than they
+//   do.
 // Provides block, root_block(), square_index(), low_of(), is_nothing(), fits_finer_ring(), join_all(), word_of_unit(),
 // write_units().
 // Python twin: reference.rings.cut_block
 
 #include "lod/rings/leaf.glsl"
-#include "lod/rings/lists.glsl"
 
 const int FIRST[4] = int[4](0, 1, 5, 21);  // squares of each depth: 8, 4, 2, 1 units a side
 
@@ -50,7 +50,8 @@ int seen_block(uint i) { return int(list[list_at(2) + int(i)]); }
 // Whether a square lies beyond the map, or where the finer ring is drawn.
 bool is_nothing(ivec2 low, ivec2 end) {
     if (any(greaterThanEqual(low, u_last_post)) || any(lessThanEqual(end, ivec2(0)))) return true;
-    return block.ring > 0 && all(greaterThanEqual(low, finer_ring.origin)) && all(lessThanEqual(end, ring_end(finer_ring)));
+    if (block.ring == 0) return false;
+    return all(greaterThanEqual(low, finer_ring.origin)) && all(lessThanEqual(end, ring_end(finer_ring)));
 }
 
 // Whether a square may be one leaf beside the finer ring. Of two leaves that meet, one must have the whole common edge.

@@ -1,6 +1,8 @@
-// lod/rings/weigh.comp — the error of every square of a block with 1, 2, 4, ... 64 segments a side, in squared pixels, from
+// lod/rings/weigh.comp — the error of every square of a block with 1, 2, 4, ... 64 segments a side, in squared pixels,
+//   from
 // the exact sums of the tables.
-//   E(p, T) is the box sum of squared errors; an error of one metre makes w pixels in the middle of the square. A post counts n
+//   E(p, T) is the box sum of squared errors; an error of one metre makes w pixels in the middle of the square. A post
+//   counts n
 //   times, where n is the width of a cell in pixels, or 1 if that is larger: n = max(1, K √(s_x s_y) / z).
 //   The mean square of the sag over a cell is about half the square of its largest value.
 //   One work group handles one block, one thread one of its units.
@@ -43,7 +45,8 @@ void weigh_square(int depth, ivec2 at) {
         bool has_step = step_log2 <= coarsest && step_log2 >= finest_step(side_log2, block.ring);
         float e = nothing ? -1.0 : NEVER;
         if (!nothing && allowed && has_step) {
-            e = p.outside ? 0.0 : post_weight(p) * px_per_m * px_per_m * squares_of_box_m2(low, side_log2, step_log2, few_m);
+            float sum_m2 = p.outside ? 0.0 : squares_of_box_m2(low, side_log2, step_log2, few_m);
+            e = post_weight(p) * px_per_m * px_per_m * sum_m2;
         }
         weight[first + k] = e;
     }

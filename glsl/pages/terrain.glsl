@@ -1,13 +1,14 @@
-// pages/pages.glsl — a map of which only some tiles are on the GPU (docs/stores.md).
-//   A page is a tile of PAGE × PAGE nodes of one level, with the posts at their corners.
-//   A loaded page is in a slot of a pool, and all pages above it are loaded, too.
-//   The finest loaded page over a post gives its height:
-//   the post's own height if it is on the lattice of that page,
-//   else the bilinear height between four posts of the lattice. So all shaders see the same height.
-//   Page tables: for each level the slot of each page, + 1, and whether it has light;
-//   then, for each page of level 0, the finest loaded one over it.
-// Provides height_m(), finest_over(), first_texel(), PAGE, slot_of(), lit_slot_of(), pages_of(), resident_level().
+// pages/terrain.glsl — a map of which only some tiles are on the GPU (docs/stores.md).
+//   A page is a tile of PAGE × PAGE nodes of one level, with the posts at their corners. A loaded page is in a slot of
+//   a pool, and all pages above it are loaded, too. The finest loaded page over a post gives its height: the post's own
+//   height if it is
+//   on the lattice of that page, else the bilinear height between four posts of the lattice. So all shaders see the
+//   same height. Page tables: for each level the slot of each page, + 1, and whether it has light; then, for each page
+//   of level 0, the finest loaded one over it.
+// Provides height_m(), range_index(), loaded_level(), finest_over(), first_texel(), PAGE, slot_of(), lit_slot_of(),
+// pages_of(), resident_level().
 
+#ifndef WINDOW
 #define PAGE (1 << PAGE_LOG2)
 #define PAGE_ROW 1024  // words of a row of the tables' texture
 
@@ -45,7 +46,7 @@ float height_m(ivec2 post) {
     int level = int(word >> 24), slot = int(word & 0xffffffu);
     ivec2 first = (fine >> level) << (PAGE_LOG2 + level), at = (post - first) >> level;
     ivec2 low = first + (at << level), high = min(low + (1 << level), u_last_post);
-    // The map's last posts.
+    // the map's last posts
     bvec2 is_high = bvec2(low.x < high.x && post.x == high.x, low.y < high.y && post.y == high.y);
     at += ivec2(is_high);
     if ((post.x == low.x || is_high.x) && (post.y == low.y || is_high.y)) return height_in_slot_m(slot, at);
@@ -61,12 +62,12 @@ float height_m(ivec2 post) {
 // First and last page of a level that contain posts of a closed box.
 ivec4 pages_over(ivec2 low, ivec2 end, int level) {
     ivec2 most = pages_of(level) - 1;
-    return ivec4(min(max(low, ivec2(0)) >> PAGE_LOG2 + level, most),
-        min(min(end, u_last_post) >> PAGE_LOG2 + level, most));
+    int side_log2 = PAGE_LOG2 + level;
+    return ivec4(min(max(low, ivec2(0)) >> side_log2, most), min(min(end, u_last_post) >> side_log2, most));
 }
 
-// The finest level, from `level` up, whose pages over a closed box are all loaded. `is_mixed`:
-// parts of the box have finer pages.
+// The finest level, from `level` up, whose pages over a closed box are all loaded. `is_mixed`: parts of the box have
+// finer pages.
 int resident_level(ivec2 low, ivec2 end, int level, out bool is_mixed) {
     is_mixed = false;
     for (; level < u_top_level; level++) {
@@ -84,3 +85,21 @@ int resident_level(ivec2 low, ivec2 end, int level, out bool is_mixed) {
     is_mixed = is_mixed || any(notEqual(pages.xy, pages.zw));
     return level;
 }
+
+// The finest level, from a given one on, at which a whole box is loaded.
+int loaded_level(ivec2 low, ivec2 end, int from) {
+    bool is_mixed;
+    return resident_level(low, end, from, is_mixed);
+}
+
+// The index of a node's range. If its page is not loaded: that of the nearest node above it whose page is loaded.
+int range_index(int level, ivec2 at) {
+    int slot = slot_of(level, at >> PAGE_LOG2);
+    while (slot < 0) {
+        at >>= 1;
+        slot = slot_of(++level, at >> PAGE_LOG2);
+    }
+    ivec2 in_page = at & PAGE - 1;
+    return (slot * PAGE + in_page.y) * PAGE + in_page.x;
+}
+#endif
