@@ -2,6 +2,7 @@
 
 import ast
 import configparser
+import re
 import subprocess
 import sys
 from functools import cache
@@ -134,7 +135,6 @@ def test_the_viewer_keeps_its_own_order():
 
 WIDTH = 120
 SHADERS = TESTS.parent / "glsl"
-STILL_WIDE = ("error", "lod/rings", "mesh")  # folders whose lines are not wrapped yet
 ENDINGS = (".comp", ".frag", ".geom", ".glsl", ".tesc", ".tese", ".vert")
 
 
@@ -149,8 +149,7 @@ def wide(text):
 
 def test_no_line_of_a_shader_is_too_wide():
     assert wide("a" * WIDTH + "\n" + "b" * (WIDTH + 1)) == [2]
-    narrow = (path for path in shaders() if path.parent.relative_to(SHADERS).as_posix() not in STILL_WIDE)
-    found = {path.relative_to(SHADERS).as_posix(): wide(path.read_text(encoding="utf-8")) for path in narrow}
+    found = {path.relative_to(SHADERS).as_posix(): wide(path.read_text(encoding="utf-8")) for path in shaders()}
     assert {path: lines for path, lines in found.items() if lines} == {}
 
 
@@ -185,3 +184,22 @@ def test_types_and_shaders_are_installed_with_the_code(tmp_path):
     for name, folder in installed_folders().items():
         files = {path.name for path in folder.iterdir() if path.is_file() and path.suffix != ".pyc"}
         assert {f"{name.replace('.', '/')}/{file}" for file in files} <= built
+
+
+# --- How much a reader opens for one decision -------------------------------------------------------------------------
+
+
+def read_for(path):
+    """A shader and all files that it includes, with their numbers of lines."""
+    found, waiting = {}, [path]
+    while waiting:
+        text = (SHADERS / waiting[-1]).read_text(encoding="utf-8")
+        found[waiting.pop()] = text.count("\n")
+        waiting += [each for each in re.findall(r'#include\s+"([^"]+)"', text) if each not in found]
+    return found
+
+
+def test_the_level_of_a_patch_is_decided_in_few_files():
+    found = read_for("lod/rings/decide.comp")
+    assert "error/bound.glsl" in found, "the tables decide"
+    assert len(found) <= 10 and sum(found.values()) <= 900, found

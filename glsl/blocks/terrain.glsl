@@ -2,7 +2,7 @@
 //   A node of level j covers 2^j × 2^j cells from post (col, row) · 2^j on. Corners beyond the last post are clamped to
 //   it. Level 0 has the cells of the map; level u_top_level has one node over the whole map.
 //   Heights are metres above the terrain's base; voids are filled from their rim.
-// Provides height_m(), is_hole(), twist_m(), node_index(), pack_range(), unpack_range(), class_limit_m(),
+// Provides height_m(), is_hole(), twist_m(), node_index(), unpack_range(), class_limit_m(),
 // class_of_octave(), tile_log2().   Python twins: gpu.layout.TERRAIN, reference.twists, reference.class_limits
 
 struct Level {
@@ -69,13 +69,7 @@ float twist_m(ivec2 cell) {
     return (height_m(cell) - height_m(ivec2(next.x, cell.y))) - (height_m(ivec2(cell.x, next.y)) - height_m(next));
 }
 
-// Lowest and highest height of a node: 16-bit steps of the span above its low end, lowest in the low half.
-uint pack_range(vec2 low_high_m) {
-    vec2 steps = (low_high_m - u_low_m) / u_span_m * 65535.0;
-    uvec2 outward = uvec2(clamp(vec2(floor(steps.x - 0.1), ceil(steps.y + 0.1)), 0.0, 65535.0));
-    return outward.x | outward.y << 16;
-}
-
+// Lowest and highest height of a node, from a word of pack_range() (error/nodes.glsl).
 vec2 unpack_range(uint range) {
     return vec2(range & 0xffffu, range >> 16) / 65535.0 * u_span_m + u_low_m;
 }
@@ -101,6 +95,5 @@ float class_of_octave(float octave) {
     return k.x + k.y + k.z - 1.0;
 }
 
-// log2 of a tile's side in nodes. Level 0, the cells of the map, has more nodes than all other levels together, and
-// larger tiles.
+// log2 of a tile's side in nodes. Level 0 has more nodes than all other levels together, and larger tiles.
 int tile_log2(int level) { return level == 0 ? COUNT_TILE_LOG2 + 1 : COUNT_TILE_LOG2; }

@@ -9,7 +9,7 @@
 //   node to split, its children are within the tolerance if the node was.
 // Errors are half floats in units of span · 2^-14, rounded up: all values of (0, span] are normal numbers.
 // Squared errors are 64-bit fixed point, rounded up: span² is 2^35, so 2^28 posts of the largest error do not overflow.
-// Provides PackedNode, pack_pair(), unpack_pair(), pack_shares(), unpack_shares(), square_up(),
+// Provides PackedNode, pack_pair(), unpack_pair(), pack_shares(), unpack_shares(), pack_range(), square_up(),
 // texels_rms_m(), posts_rms_m(), mean_is_known(), own_posts(), squares_m2().
 // Python twin: gpu.layout.NODE
 
@@ -50,6 +50,13 @@ vec4 unpack_shares(uint shares, float most_m) {
 }
 
 vec2 unpack_pair(uint pair) { return unpackHalf2x16(pair) * error_unit_m(); }
+
+// Lowest and highest height of a node: 16-bit steps of the span above its low end, lowest in the low half.
+uint pack_range(vec2 low_high_m) {
+    vec2 steps = (low_high_m - u_low_m) / u_span_m * 65535.0;
+    uvec2 outward = uvec2(clamp(vec2(floor(steps.x - 0.1), ceil(steps.y + 0.1)), 0.0, 65535.0));
+    return outward.x | outward.y << 16;
+}
 
 // `share` is a squared error, or a sum of some, in units of span².
 uvec2 square_up(float share) {

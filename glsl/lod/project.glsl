@@ -2,11 +2,9 @@
 //   A point has camera coordinates (x, y, z); z is its depth.
 //   It moves vertically by δ metres, along v = (v_x, v_y, v_z) in the camera's axes. On the screen it moves by
 //       K |δ| |(v_x − x/z · v_z, v_y − y/z · v_z)| / z',      z' = z + δ v_z,     K the focal length in pixels.
-//   Over a box: the third factor is convex in (x/z, y/z),
-//   so it is largest at a corner of the rectangle around the box's projection.
+//   Over a box: the third factor is convex in (x/z, y/z), so it is largest at a corner of the box's projection.
 //   z' is at least the nearest corner's depth minus |δ v_z|.
 //   Only points in the picture count, so the rectangle ends at the picture's edges, and the depth at the near plane.
-//   A box holds its posts as they are drawn, with their drop.
 // Provides Box, Projection, project(), error_px(), pixels_across(), post_weight().
 // Python twins: reference.project_boxes, reference.error_px, reference.post_weights; of a point camera.screen_shift_px
 

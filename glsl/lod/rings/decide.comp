@@ -2,7 +2,7 @@
 //   For each square, the summed-area tables give the coarsest spacing whose error in this square is within the
 //   tolerance. From the units up, four parts are joined wherever the whole square costs no more than they do:
 //       cost(square) = min( 2 T² + PATCH_COST,  sum of its parts' costs )        T segments a side
-//   The cheapest four parts have two segments a side. If a square costs no more than they do, its parts are not tried.
+//   The cheapest four parts have two segments a side. If a square costs no more, its parts are not tried.
 //   One work group handles one block; its THREADS share the squares.   Python twin: reference.rings.cut_block
 
 #include "lod/rings/squares.glsl"
