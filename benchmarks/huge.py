@@ -159,7 +159,7 @@ class Endless(PagedMap):
         posts = [slice(at, at + n + 1) for n, at in zip(count, first, strict=True)]
         heights = self.lattice_heights(level, posts[0], posts[1])
         if level == 0:
-            return Page(heights, np.zeros((2, 0, 0), np.uint32), np.zeros((2, 0, 0), np.uint16))
+            return Page(heights, np.zeros((0, 0), np.uint32), np.zeros((2, 0, 0), np.uint16))
         rows, cols = ((at + np.arange(n)) << level for n, at in zip(count, first, strict=True))
         return Page(heights, self._errors(level, rows, cols), self._ranges(level, rows, cols))
 
@@ -177,7 +177,7 @@ class Endless(PagedMap):
         error = np.maximum(self.land.error_m(level, rows, cols) / unit_m, 2.0**-14)
         half = error.astype(np.float16)
         half = np.where(half < error, np.nextafter(half, np.float16(np.inf)), half).view(np.uint16)
-        return np.stack(2 * [half.astype(np.uint32) * 0x10001])
+        return half.astype(np.uint32) * np.uint32(0x10001)
 
     def _ranges(self, level: int, rows: np.ndarray, cols: np.ndarray) -> np.ndarray:
         """Lowest and highest heights in steps of the quantisation range, rounded outwards."""

@@ -403,7 +403,7 @@ def test_the_records_of_the_endless_land_hold():
             assert (
                 endless.heights[row * n : row * n + n + 1 : n, col * n : col * n + n + 1 : 2] == posts[::n, ::2]
             ).all()
-            largest_m = float(np.uint16(page.errors[0, y, x] & 0xFFFF).view(np.float16)) * span_m * 2.0**-14
+            largest_m = float(np.uint16(page.errors[y, x] & 0xFFFF).view(np.float16)) * span_m * 2.0**-14
             found_m = max(off_two_triangles(posts))
             assert found_m <= largest_m
             tightest = min(tightest, largest_m / found_m)

@@ -25,7 +25,7 @@ _of_thread = threading.local()
 class Records(NamedTuple):
     """Error records and height ranges of the nodes of one level."""
 
-    errors: np.ndarray  # (1, rows, cols) uint32: as cells of a patch
+    errors: np.ndarray  # (rows, cols) uint32: as cells of a patch
     ranges: np.ndarray  # (2, rows, cols) uint16
 
 
@@ -76,7 +76,7 @@ def _records(tables: ErrorTables, level: int) -> Records:
     nodes = tables.read_nodes(level)
     ranges = tables.read_ranges(level)
     words = nodes["cut_m"].copy().view("<u4")[..., 0]
-    return Records(words[None], np.moveaxis(ranges["heights"], -1, 0))
+    return Records(words, np.moveaxis(ranges["heights"], -1, 0))
 
 
 def _blank_tables() -> ErrorTables:

@@ -220,7 +220,7 @@ class EditedMap(PagedMap):
         for level, (errors, ranges) in enumerate(levels, 1):
             area = self._inside(square, level)
             rows, cols = (s.stop - s.start for s in area)
-            if nodes := self._records.note_exact(level, area, errors[:, :rows, :cols], ranges[:, :rows, :cols]):
+            if nodes := self._records.note_exact(level, area, errors[:rows, :cols], ranges[:, :rows, :cols]):
                 keys += self._pages_of(nodes, level)
         self._versions.update(dict.fromkeys(keys, self.changes))
         for other in [each for each in self.wide if each.level <= square.level]:

@@ -9,7 +9,7 @@ from __future__ import annotations
 import numpy as np
 
 from ..basics.rect import span_of
-from .map import RECORD_WORDS, Page
+from .map import Page
 from .sheet import Area, Sheet
 from .widening import Moves, Scale, rescaled, rescaled_ranges, widened, widened_ranges
 
@@ -36,7 +36,7 @@ class EditedRecords:
         levels = range(top + 1)
         fills = Moves(*(np.array(fill) for fill in (0.0, 0.0, np.inf, -np.inf)))
         self._moved = [[Sheet(tile, float(fill)) for fill in fills] for _ in levels]  # as `Moves`
-        self._errors = [[Sheet(tile, UNKNOWN, "u4") for _ in range(RECORD_WORDS)] for _ in levels]
+        self._errors = [Sheet(tile, UNKNOWN, "u4") for _ in levels]
         self._ranges = [Sheet(tile, 0, "u4") for _ in levels]
 
     def copy(self) -> EditedRecords:
@@ -44,14 +44,14 @@ class EditedRecords:
         own = EditedRecords(self._ranges[0].side, len(self._ranges) - 1, self._last, self._base_scale)
         own._scale = self._scale
         own._moved = [[sheet.copy() for sheet in sheets] for sheets in self._moved]
-        own._errors = [[sheet.copy() for sheet in sheets] for sheets in self._errors]
+        own._errors = [sheet.copy() for sheet in self._errors]
         own._ranges = [sheet.copy() for sheet in self._ranges]
         return own
 
     @property
     def bytes(self) -> int:
         """Memory."""
-        return sum(sheet.bytes for sheets in (*self._moved, *self._errors, self._ranges) for sheet in sheets)
+        return sum(sheet.bytes for sheets in (*self._moved, self._errors, self._ranges) for sheet in sheets)
 
     def move(self, level: int, nodes: Area, moved: Moves) -> None:
         """Widen the records of nodes whose posts have moved, again and again if need be."""
@@ -60,7 +60,7 @@ class EditedRecords:
 
     def rescale(self, scale: Scale) -> None:
         """Convert everything to another quantisation range."""
-        for sheet in sum(self._errors, []):
+        for sheet in self._errors:
             for at, words in sheet.tiles.items():
                 sheet.tiles[at] = np.where(words == UNKNOWN, words, rescaled(words, self._scale, scale))
         for ranges in self._ranges:
@@ -74,7 +74,7 @@ class EditedRecords:
         Parameters
         ----------
         errors
-            (`RECORD_WORDS`, rows, cols) uint32: words of the records.
+            (rows, cols) uint32: words of the records.
         ranges
             (2, rows, cols) uint16.
 
@@ -89,8 +89,7 @@ class EditedRecords:
         wide = np.greater(truth, 0)
         rows, cols = (span_of(np.asarray(wide.any(axis))) for axis in (1, 0))
         mine = _shifted(area[0], rows), _shifted(area[1], cols)
-        for sheet, words in zip(self._errors[level], errors, strict=True):
-            sheet.put(mine, words[rows, cols])
+        self._errors[level].put(mine, errors[rows, cols])
         self._ranges[level].put(mine, _packed(ranges[:, rows, cols]))
         for sheet in self._moved[level]:
             sheet.clear(mine)
@@ -108,11 +107,11 @@ class EditedRecords:
         if self._scale != self._base_scale:
             errors = rescaled(errors, self._base_scale, self._scale)
             ranges = rescaled_ranges(ranges, self._base_scale, self._scale)
-        exact = [words for sheet in self._errors[level] if (words := sheet.get(area)) is not None]
+        exact = self._errors[level].get(area)
         packed = self._ranges[level].get(area)
-        if packed is not None:
-            errors = np.where(exact[0] == UNKNOWN, errors, exact)
-            ranges = np.where(exact[0] == UNKNOWN, ranges, _unpacked(packed))
+        if exact is not None and packed is not None:
+            errors = np.where(exact == UNKNOWN, errors, exact)
+            ranges = np.where(exact == UNKNOWN, ranges, _unpacked(packed))
         found = [values for sheet in self._moved[level] if (values := sheet.get(area)) is not None]
         if len(found) == len(Moves._fields):
             moved = Moves(*found)

@@ -15,7 +15,6 @@ from ..basics.exceptions import TerrainError
 from ..heightmap import Heightmap
 
 PageKey = tuple[int, int, int]  # level, row and column of a page
-RECORD_WORDS = 1  # words of an error record that bounds read: of a node as a cell of a patch
 COARSE_POSTS = 1 << 20  # most posts of the coarse map from which a first view is chosen
 
 
@@ -27,7 +26,7 @@ class Page(NamedTuple):
     heights
         (rows + 1, cols + 1) float32 metres at the corners of its nodes.
     errors
-        (1, rows, cols) uint32: errors of the nodes as cells of a patch, `cut_m` of `layout.NODE`; empty for level 0.
+        (rows, cols) uint32: errors of the nodes as cells of a patch, `cut_m` of `layout.NODE`; empty for level 0.
     ranges
         (2, rows, cols) uint16: lowest and highest height of the nodes; empty for level 0.
     """

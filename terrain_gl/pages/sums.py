@@ -85,7 +85,7 @@ def _of_records(page: Page, key: PageKey, heightmap: PagedMap, span: np.float32)
     """The same for cells of patches, from the records of their nodes."""
     level, row, col = key
     unit = span * np.float32(2.0**-14)
-    halves = page.errors[0] & 0xFFFF, page.errors[0] >> 16
+    halves = page.errors & 0xFFFF, page.errors >> 16
     most, rms = (words.astype(np.uint16).view(np.float16).astype(np.float32) * unit for words in halves)
     posts = []
     for first, n, last in ((row, most.shape[0], heightmap.rows - 1), (col, most.shape[1], heightmap.cols - 1)):

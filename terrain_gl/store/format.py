@@ -1,7 +1,7 @@
 """A store on disk: a Zarr v3 group with one array for each level and field.
 
     heights/l   float32 metres, every 2^l-th post                                  (rows, cols)
-    errors/l    the error of each node as a cell of a patch, levels ≥ 1            (1, rows, cols)
+    errors/l    the error of each node as a cell of a patch, levels ≥ 1            (rows, cols)
     ranges/l    lowest and highest height of each node, levels ≥ 1                 (2, rows, cols)
 
     checks      a checksum of each tile of all these arrays (store/tiles.py)           (n)
@@ -22,7 +22,6 @@ import numpy as np
 
 from .. import __version__
 from ..basics.exceptions import TerrainError
-from ..pages.map import RECORD_WORDS
 from ..readers.georeference import Georeference, Grid
 from ..readers.raster import Spacing
 from .pyramid import Area, Pyramid
@@ -40,7 +39,7 @@ _CONVENTION = {
 }
 FIELDS: dict[str, tuple[str, Any, int]] = {  # type, value of entries that were never written, words of an entry
     "heights": ("float32", np.nan, 1),
-    "errors": ("uint32", 0xFFFFFFFF, RECORD_WORDS),
+    "errors": ("uint32", 0xFFFFFFFF, 1),
     "ranges": ("uint16", 0xFFFF, 2),
 }
 

@@ -8,7 +8,7 @@ from typing import Any
 import numpy as np
 
 from ..basics.exceptions import TerrainError
-from ..pages.map import RECORD_WORDS, Page, PagedMap, PageKey, PostsOnDemand
+from ..pages.map import Page, PagedMap, PageKey, PostsOnDemand
 from ..readers.plausible import not_of_the_earth
 from .format import Arrays, georeference_of, pyramid_of, read_about
 from .pyramid import Pyramid
@@ -82,7 +82,7 @@ class StoredMap(PagedMap):
         nodes = slice(row * side, ends[0]), slice(col * side, ends[1])
         heights = self.tiles.area("heights", level, (_one_more(nodes[0]), _one_more(nodes[1])))
         if level == 0:
-            return Page(heights, np.zeros((RECORD_WORDS, 0, 0), np.uint32), np.zeros((2, 0, 0), np.uint16))
+            return Page(heights, np.zeros((0, 0), np.uint32), np.zeros((2, 0, 0), np.uint16))
         errors = self.tiles.area("errors", level, nodes)
         return Page(heights, errors, self.tiles.area("ranges", level, nodes))
 

@@ -25,7 +25,7 @@ from ..heightmap import MAX_HEIGHT_M
 from ..pages.crop import APRON, Records, records_of
 from ..readers.raster import Spacing
 from ..readers.windows import Windows
-from .format import FIELDS, Arrays
+from .format import Arrays
 from .pyramid import Area, Pyramid, area, areas
 from .tiles import checksums
 
@@ -159,7 +159,7 @@ def measure(job: Job, task: Task) -> dict[str, Any]:
     for level, records in enumerate(found, 1):
         where = _nodes_over(pyramid, level, at)
         rows, cols = (s.stop - s.start for s in where)
-        mine = Records(records.errors[:, :rows, :cols], records.ranges[:, :rows, :cols])
+        mine = Records(records.errors[:rows, :cols], records.ranges[:, :rows, :cols])
         for name, values in mine._asdict().items():
             if level <= pyramid.fine:
                 noted["checks"] += job.write(name, level, where, values)["checks"]
@@ -176,14 +176,14 @@ def gather(job: Job, task: Task) -> dict[str, Any]:
     where = area(pyramid.nodes(task.level), pyramid.shard, (task.row, task.col))
     side = pyramid.shard >> task.level  # nodes of a part
     rows, cols = (s.stop - s.start for s in where)
-    whole = Records(np.zeros((FIELDS["errors"][2], rows, cols), np.uint32), np.zeros((2, rows, cols), np.uint16))
+    whole = Records(np.zeros((rows, cols), np.uint32), np.zeros((2, rows, cols), np.uint16))
     for row in range(where[0].start // side, -(-where[0].stop // side)):
         for col in range(where[1].start // side, -(-where[1].stop // side)):
             y, x = row * side - where[0].start, col * side - where[1].start
             with np.load(job.parts / f"{row}.{col}.npz") as part:
                 for name, values in whole._asdict().items():
                     mine = part[f"{name}{task.level}"]
-                    values[:, y : y + mine.shape[1], x : x + mine.shape[2]] = mine
+                    values[..., y : y + mine.shape[-2], x : x + mine.shape[-1]] = mine
     written = [job.write(name, task.level, where, values)["checks"] for name, values in whole._asdict().items()]
     return {"checks": sum(written, [])}
 

@@ -95,7 +95,7 @@ class Tiles:
         self._lock = threading.Lock()
 
     def area(self, name: str, level: int, where: Area) -> np.ndarray:
-        """Values of an area, (rows, cols); of records (words, rows, cols), those words that bounds read.
+        """Values of an area, (rows, cols); of ranges (2, rows, cols).
 
         Raises
         ------
