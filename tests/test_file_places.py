@@ -9,6 +9,7 @@ from test_kinds import COLS, METRES, ROWS, raster
 from terrain_gl.basics.exceptions import TerrainError
 from terrain_gl.heightmap import Heightmap
 from terrain_gl.readers.windows import open_windows
+from terrain_gl.renderer.overlay import read_overlay
 
 rasterio = pytest.importorskip("rasterio", reason="the [geo] extra is not installed")
 pyproj = pytest.importorskip("pyproj", reason="the [geo] extra is not installed")
@@ -185,3 +186,89 @@ def test_coordinates_may_be_rounded_to_float32(dataset):
     bent[20:] += 1 / 3600
     with pytest.raises(TerrainError, match="not evenly spaced along lon"):
         Heightmap.of(few.assign_coords(lon=bent))
+
+
+# --- Longitudes are the same modulo 360 degrees -----------------------------------------------------------------------
+
+# a map's CRS, middle in its units, and step; its middle is at 75° west, and 60° north or 0
+TURNS = {
+    "degrees to the east": ("EPSG:4326", 285.0, 60.0, 1e-3),
+    "degrees to the west": ("EPSG:4326", -435.0, 60.0, 1e-3),
+    "other degrees": ("EPSG:4269", 285.0, 60.0, 1e-3),
+    "web mercator": ("EPSG:3857", 285 * 111319.4907932736, 8399737.89, 60),
+    "moon": (f"+proj=eqc +R={SPHERES['moon']} +units=m", math.radians(285) * 1737400, math.radians(60) * 1737400, 60),
+}
+
+
+@pytest.mark.parametrize("name", TURNS)
+@pytest.mark.parametrize("lon", [-75.0, 285.0])
+def test_a_place_is_found_by_any_of_its_longitudes(tmp_path, name, lon):
+    crs, x, y, step = TURNS[name]
+    raster(tmp_path / "a.tif", grid=(step, 0, x - step * COLS / 2, 0, -step, y + step * ROWS / 2), crs=crs)
+    terrain = Heightmap.open(tmp_path / "a.tif")
+    middle = np.array(terrain.extent_m) / 2
+    assert terrain.place.from_lonlat(lon, 60.0) == pytest.approx(middle, abs=0.02 * middle.max())
+    feature = {"type": "LineString", "coordinates": [[lon, 60.0], [lon + 0.001, 60.001]]}
+    points = {"type": "MultiPoint", "coordinates": [[lon - 360, 60.0], [lon, 60.0], [lon + 150, 0.0]]}
+    laid = read_overlay({"type": "GeometryCollection", "geometries": [feature, points]}, terrain)
+    for post in (laid.lines[0][0], laid.points[0], laid.points[1]):
+        assert post == pytest.approx((COLS / 2 - 0.5, ROWS / 2 - 0.5), abs=0.5)
+
+
+def test_a_line_over_the_seam_stays_in_one_piece(tmp_path):
+    """From 179 to -179 is two degrees, and no line around the Earth."""
+    raster(tmp_path / "a.tif", grid=(0.1, 0, 178, 0, -0.1, 1.5), crs="EPSG:4326")
+    terrain = Heightmap.open(tmp_path / "a.tif")
+    over = {"type": "LineString", "coordinates": [[179, 0], [-179, 0]]}
+    far = {"type": "LineString", "coordinates": [[-0.5, 0], [0.5, 0]]}  # where the map's own turn begins anew
+    laid = read_overlay({"type": "GeometryCollection", "geometries": [over, far]}, terrain)
+    for line, length in zip(laid.lines, (20, 10), strict=True):
+        assert abs(line[1, 0] - line[0, 0]) == pytest.approx(length)
+    assert laid.lines[0][0, 0] == pytest.approx(9.5)
+
+
+def test_projections_that_are_no_cylinder_have_no_turn(tmp_path):
+    raster(tmp_path / "a.tif")
+    place = Heightmap.open(tmp_path / "a.tif").place
+    far = np.array([5e5, 4e7])
+    np.testing.assert_array_equal(place.nearest_turn(far), far)
+
+
+def test_a_picture_of_the_ground_is_found_by_any_of_its_longitudes(tmp_path):
+    from terrain_gl.light.laid import read_ground
+
+    grid = (0.001, 0, 285, 0, -0.001, 46)
+    raster(tmp_path / "a.tif", grid=grid, crs="EPSG:4326")
+    terrain = Heightmap.open(tmp_path / "a.tif")
+    colours = np.full((3, ROWS, COLS), 200, "u1")
+    for west in (285, -75):
+        raster(tmp_path / "p.tif", colours, grid=(0.001, 0, west, 0, -0.001, 46), crs="EPSG:4326")
+        albedo = read_ground(str(tmp_path / "p.tif"), terrain.georeference)
+        assert (albedo[..., 3] == 1).all()
+
+
+# --- Mosaics ----------------------------------------------------------------------------------------------------------
+
+
+def tiles(folder, systems):
+    for i, crs in enumerate(systems):
+        raster(folder / f"{i}.tif", grid=(60, 0, 1e6 + 60 * COLS * i, 0, -60, 8.4e6), crs=crs)
+    return [folder / f"{i}.tif" for i in range(len(systems))]
+
+
+@pytest.mark.parametrize("systems", [(None, "EPSG:3395"), ("EPSG:3395", None), (None, "EPSG:3395", None)])
+def test_one_file_names_the_coordinate_system_of_a_mosaic(tmp_path, systems):
+    windows = open_windows(tiles(tmp_path, systems))
+    alone = Heightmap.open(tmp_path / f"{systems.index('EPSG:3395')}.tif")
+    assert windows.georeference.crs == alone.georeference.crs and windows.spacing_m == alone.spacing_m < (40, 40)
+    assert windows.georeference.grid.c == 1e6 and windows.shape == (ROWS, COLS * len(systems))
+    silent, teller = systems.index(None), systems.index("EPSG:3395")
+    assert f"{silent}.tif names no coordinate system: that of " in windows.notes[0]
+    assert f"{teller}.tif counts for all files" in windows.notes[0] and len(windows.notes) == 1
+
+
+@pytest.mark.parametrize("systems", [("EPSG:3395", "EPSG:32632"), (None, "EPSG:3395", "EPSG:3857")])
+def test_several_coordinate_systems_are_refused_by_two_names(tmp_path, systems):
+    other = len(systems) - 1
+    with pytest.raises(TerrainError, match=rf"{other}\.tif: has another coordinate system than .*{other - 1}\.tif"):
+        open_windows(tiles(tmp_path, systems))

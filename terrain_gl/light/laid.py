@@ -14,6 +14,7 @@ from ..basics.exceptions import TerrainError
 from ..basics.inputs import check_input
 from ..readers.gdal import closed_environment, open_local
 from ..readers.georeference import Georeference, Grid
+from ..readers.place import Place
 from ..readers.raster import gdal_failures, has_rasterio, one_line, rows_at_once
 from .albedo import MOST_SIDE, added_to, linear_albedo, mean_of, read_albedo
 
@@ -104,6 +105,8 @@ def _target(picture: Any, name: str, onto: Georeference, most_side: int) -> dict
     cols, rows = onto.size
     width, height = cols * grid.a, rows * -grid.e
     west, south, east, north = transform_bounds(source, target, *picture.bounds)
+    middle = (west + east) / 2  # longitudes are the same modulo 360 degrees
+    grid = grid._replace(c=grid.c + middle - float(Place(onto, (1.0, 1.0)).nearest_turn(np.array([middle]))[0]))
     if not (west < grid.c + width and east > grid.c and south < grid.f and north > grid.f - height):
         raise TerrainError(f"{name}: lies off the map: choose another picture")
     pixels = width / (east - west) * picture.width, height / (north - south) * picture.height

@@ -6,7 +6,7 @@ import math
 import os
 import re
 from collections.abc import Sequence
-from typing import Any, NamedTuple
+from typing import Any, NamedTuple, Protocol
 
 import numpy as np
 
@@ -88,6 +88,18 @@ class Georeference(NamedTuple):
         if abs(grid.b) * rows <= EVEN * abs(grid.a) and abs(grid.d) * cols <= EVEN * abs(grid.e):
             grid = grid._replace(b=0.0, d=0.0)
         return self._replace(grid=grid)
+
+
+class Placed(Protocol):
+    """A map with a name and a place."""
+
+    @property
+    def name(self) -> str:
+        """Its name in messages."""
+
+    @property
+    def georeference(self) -> Georeference | None:
+        """Where it lies."""
 
 
 def spacing_of(place: Georeference, name: str) -> tuple[Spacing | None, tuple[str, ...]]:

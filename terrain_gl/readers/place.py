@@ -11,11 +11,12 @@ from dataclasses import dataclass
 from functools import lru_cache
 from typing import Any
 
+import numpy as np
+
 from ..basics.exceptions import TerrainError, UsageError
 from .geodesy import flat_crs
-from .georeference import DEGREES, Georeference
+from .georeference import DEGREES, Georeference, Placed
 from .raster import Spacing
-from .windows import Placed
 
 Point = tuple[float, float]
 
@@ -66,6 +67,28 @@ class Place:
         col, row = (easting - grid.c) / grid.a - 0.5, (northing - grid.f) / grid.e - 0.5
         return col * self.spacing_m[0], (rows - 1 - row) * self.spacing_m[1]
 
+    def nearest_turn(self, eastings: np.ndarray, is_line: bool = False) -> np.ndarray:
+        """The same places, by the turn of the Earth that is nearest to the map.
+
+        Longitudes are the same modulo 360 degrees, so a map from 280 to 290 and a place at -75 meet. A line stays in
+        one piece, although it may cross the meridian at which its coordinates begin anew.
+        """
+        turn = self._turn
+        if turn is None or not len(eastings):
+            return eastings
+        middle = self.georeference.middle[0]
+        if not is_line:
+            return eastings + turn * np.round((middle - eastings) / turn)
+        line = np.unwrap(eastings, period=turn)
+        return line + turn * np.round((middle - (line.min() + line.max()) / 2) / turn)
+
+    @property
+    def _turn(self) -> float | None:
+        """360 degrees in map units, in systems where a turn of the Earth is a shift to the east; else None."""
+        if self.crs == DEGREES:
+            return 360.0
+        return _turn_of(self.crs) if self.crs else None
+
     def to_lonlat(self, x: float, y: float) -> Point:
         """Degrees of longitude and latitude of a place in world metres.
 
@@ -78,7 +101,8 @@ class Place:
 
     def from_lonlat(self, lon: float, lat: float) -> Point:
         """World metres of a place in degrees of longitude and latitude. Raises the same errors as `to_lonlat`."""
-        return self.from_map(*self._turned((lon, lat), "INVERSE"))
+        easting, northing = self._turned((lon, lat), "INVERSE")
+        return self.from_map(float(self.nearest_turn(np.array([easting]))[0]), northing)
 
     @property
     def middle(self) -> Point:
@@ -92,7 +116,7 @@ class Place:
             raise UsageError("the map has no coordinate system: give it one with gdal_translate -a_srs")
         if self.crs == DEGREES:
             return point
-        x, y = _to_degrees(self.crs).transform(*point, direction=direction)
+        x, y = to_degrees(self.crs).transform(*point, direction=direction)
         if not (math.isfinite(x) and math.isfinite(y)):
             raise UsageError(f"{point[0]:g}, {point[1]:g} has no place in {self.name}")
         return x, y
@@ -105,7 +129,7 @@ def degrees(lon: float, lat: float) -> str:
 
 
 @lru_cache(maxsize=16)
-def _to_degrees(crs: str) -> Any:
+def to_degrees(crs: str) -> Any:
     """The transformer to longitude and latitude: on WGS 84, or on the ellipsoid of another planet."""
     flat = flat_crs(crs)  # raises an error if pyproj is missing
     import pyproj
@@ -118,6 +142,21 @@ def _to_degrees(crs: str) -> Any:
         return pyproj.Transformer.from_crs(flat, flat.geodetic_crs, always_xy=True)
     except (pyproj.exceptions.ProjError, TypeError):
         raise TerrainError(f"{flat.name} has no longitude and latitude") from None
+
+
+@lru_cache(maxsize=16)
+def _turn_of(crs: str) -> float | None:
+    """360 degrees in units of a CRS: of degrees, or of a cylindrical projection, whose meridians are parallel lines."""
+    flat = flat_crs(crs)  # raises an error if pyproj is missing
+    if flat.is_geographic:
+        return 2 * math.pi / float(flat.axis_info[0].unit_conversion_factor)
+    to_map = to_degrees(crs)
+    x, y = to_map.transform([-60.0, 30.0, 120.0, 30.0], [10.0, 10.0, 10.0, 50.0], direction="INVERSE")
+    if not all(map(math.isfinite, x + y)):
+        return None
+    is_cylindrical = abs(x[3] - x[1]) < 1e-3 and max(y[:3]) - min(y[:3]) < 1e-3
+    # one of both quarters of a turn may cross the meridian at which the system begins anew
+    return 4 * min(abs(x[1] - x[0]), abs(x[2] - x[1])) if is_cylindrical else None
 
 
 def check_crs(file: Placed, other: Placed) -> None:

@@ -17,8 +17,9 @@ from terrain_gl.basics.exceptions import TerrainError, UsageError
 from terrain_gl.readers import How, has_windows, open_raster
 from terrain_gl.readers.bands import bands_of
 from terrain_gl.readers.gdal import closed_environment, open_layer, place_of
-from terrain_gl.readers.georeference import EVEN, Georeference
+from terrain_gl.readers.georeference import EVEN, Georeference, Placed
 from terrain_gl.readers.objects import is_labelled, lazy_array
+from terrain_gl.readers.place import check_crs
 from terrain_gl.readers.raster import Blocks, Raster, Spacing, damaged, gdal_failures, one_line, utf8
 from terrain_gl.readers.undeclared import undeclared_voids, without
 from terrain_gl.readers.values import heights_of
@@ -240,14 +241,27 @@ class RasterFile:
         return self._open.pixels
 
 
+def _teller(files: Sequence[RasterFile]) -> RasterFile:
+    """The first file that names a coordinate system, which counts for all; without one, the first file."""
+    return next((file for file in files if file.georeference and file.georeference.crs), files[0])
+
+
 class Mosaic:
-    """Files on one grid. Where they overlap, the last one with a height is used."""
+    """Files on one grid. Where they overlap, the last one with a height is used.
+
+    Raises
+    ------
+    TerrainError
+        The files lie on several grids, or have several coordinate systems.
+    """
 
     def __init__(self, files: Sequence[RasterFile]) -> None:
         self.files = files
-        first = files[0]
+        first = _teller(files)
         if first.georeference is None:
             raise TerrainError(f"{first.name}: its place is not known: a mosaic needs files with a georeference")
+        for file in files:
+            check_crs(file, first)
         places = [corner_on(file, first) for file in files]
         left, top = (min(place[i] for place in places) for i in (0, 1))
         self._corners = [(x - left, y - top) for x, y in places]
@@ -256,9 +270,13 @@ class Mosaic:
         grid = first.georeference.grid
         grid = grid._replace(c=grid.c + left * grid.a, f=grid.f + top * grid.e)
         self.georeference = Georeference(grid, first.georeference.crs, (self.shape[1], self.shape[0]))
-        self.name = f"{first.name} and {len(files) - 1} more"
+        self.name = f"{files[0].name} and {len(files) - 1} more"
         self.spacing_m = first.spacing_m
-        self.notes = tuple(dict.fromkeys(note for file in files for note in file.notes))
+        silent = [file.name for file in files if file.georeference and not file.georeference.crs]
+        notes = [note for file in files for note in file.notes]
+        if silent and first.georeference.crs:
+            notes.append(f"{silent[0]} names no coordinate system: that of {first.name} counts for all files")
+        self.notes = tuple(dict.fromkeys(notes))
 
     @property
     def identity(self) -> Any:
@@ -278,18 +296,6 @@ class Mosaic:
             ]
             np.copyto(heights[at], part, where=~np.isnan(part))
         return heights
-
-
-class Placed(Protocol):
-    """A map with a name and a place."""
-
-    @property
-    def name(self) -> str:
-        """Its name in messages."""
-
-    @property
-    def georeference(self) -> Georeference | None:
-        """Where it lies."""
 
 
 def corner_on(file: Placed, first: Placed) -> tuple[int, int]:

@@ -14,6 +14,7 @@ from ..basics.inputs import check_input
 from ..heightmap import Heightmap
 from ..readers.geodesy import flat_crs
 from ..readers.georeference import DEGREES
+from ..readers.place import to_degrees
 
 MAX_BYTES = 1 << 28  # largest file
 _DEEPEST = 10  # most collections inside each other
@@ -55,8 +56,8 @@ def read_overlay(source: Any, heightmap: Heightmap) -> Overlay:
         lines = [shape for shape in shapes if shape.ndim == 2 and len(shape) > 1]
         points = [shape[None] if shape.ndim == 1 else shape for shape in shapes if shape.ndim == 1 or len(shape) == 1]
         return Overlay(
-            tuple(_posts(line, crs, heightmap) for line in lines),
-            _posts(np.concatenate([*points, np.zeros((0, 2))]), crs, heightmap),
+            tuple(_posts(line, crs, heightmap, is_line=True) for line in lines),
+            _posts(np.concatenate([*points, np.zeros((0, 2))]), crs, heightmap, is_line=False),
         )
     except (KeyError, TypeError, ValueError, IndexError, AttributeError) as error:
         raise TerrainError(f"{name}: is no GeoJSON of lines and points: {_reason(error)}") from None
@@ -125,8 +126,8 @@ def _unpacked(coordinates: Any, nested: int) -> Iterator[np.ndarray]:
         yield shape
 
 
-def _posts(at: np.ndarray, crs: Any, heightmap: Heightmap) -> np.ndarray:
-    """(n, 2) columns and rows of coordinates (n, 2)."""
+def _posts(at: np.ndarray, crs: Any, heightmap: Heightmap, is_line: bool) -> np.ndarray:
+    """(n, 2) columns and rows of coordinates (n, 2) of a line, or of points."""
     place = heightmap.place
     east_m, north_m = heightmap.spacing_m
     x, y = at[:, 0], at[:, 1]
@@ -135,6 +136,7 @@ def _posts(at: np.ndarray, crs: Any, heightmap: Heightmap) -> np.ndarray:
             raise TerrainError("the map does not say where it lies: give coordinates in metres from its corner")
     elif crs is not None:
         x, y = _to_crs(x, y, crs, place.crs)
+        x = place.nearest_turn(x, is_line)
     if place is not None:
         x, y = place.from_map(x, y)  # type: ignore[arg-type, assignment]  # arrays, too
     return np.stack([x / east_m, heightmap.rows - 1 - y / north_m], -1)
@@ -151,7 +153,10 @@ def _to_crs(x: np.ndarray, y: np.ndarray, crs: Any, own: str | None) -> tuple[np
     import pyproj
 
     try:
-        turned = pyproj.Transformer.from_crs(source, target, always_xy=True).transform(x, y)
+        if crs == DEGREES:  # of another planet, too
+            turned = to_degrees(own).transform(x, y, direction="INVERSE")
+        else:
+            turned = pyproj.Transformer.from_crs(source, target, always_xy=True).transform(x, y)
     except pyproj.exceptions.ProjError as error:
         raise TerrainError(f"cannot be converted to map coordinates: {' '.join(str(error).split())[:80]}") from None
     if not np.isfinite(turned).all():

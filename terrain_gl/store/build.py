@@ -15,9 +15,8 @@ import numpy as np
 
 from .. import __version__
 from ..basics.exceptions import TerrainError, UsageError
-from ..readers.place import check_crs
 from ..readers.raster import Spacing
-from ..readers.windows import Mosaic, Reading, Windows, open_windows, windows_of
+from ..readers.windows import Reading, Windows, open_windows, windows_of
 from .format import VERSION, Arrays, describe, is_store, read_about, zarr_library
 from .pyramid import SHARD, TILE, Pyramid
 from .scheduling import scheduler
@@ -101,15 +100,8 @@ def _opened(source: Any, reading: Reading | None) -> Windows:
     if isinstance(source, str | os.PathLike):
         return open_windows([source], reading)
     if isinstance(source, Sequence) and source and isinstance(source[0], str | os.PathLike):
-        return _on_one_place(open_windows(source, reading))
+        return open_windows(source, reading)
     return windows_of(source, str(getattr(source, "name", None) or type(source).__name__))
-
-
-def _on_one_place(windows: Windows) -> Windows:
-    """The files of a mosaic, which have one coordinate system."""
-    for file in windows.files if isinstance(windows, Mosaic) else ():
-        check_crs(file, windows)
-    return windows
 
 
 def _spacing(spacing_m: float | Spacing | None, windows: Windows) -> Spacing:
