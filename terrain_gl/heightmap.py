@@ -18,6 +18,7 @@ from terrain_gl.basics.exceptions import TerrainError, UsageError
 from terrain_gl.basics.limits import check_size
 from terrain_gl.basics.rect import span_of
 from terrain_gl.readers import How, Raster, Spacing, open_raster
+from terrain_gl.readers.arrays import ORDERS
 from terrain_gl.readers.georeference import Georeference
 from terrain_gl.readers.objects import raster_of
 from terrain_gl.readers.place import Place
@@ -116,6 +117,7 @@ class Heightmap:
         trusted: bool = False,
         band: int | str | None = None,
         raw: tuple[int, int] | None = None,
+        byte_order: str | None = None,
     ) -> Heightmap:
         """Read a map from a file: PNG, TIFF, EXR, HDR, NPY, SRTM HGT and, with rasterio, whatever GDAL opens.
 
@@ -144,6 +146,8 @@ class Heightmap:
             The band that holds the heights, from 1, or its name, in a file with several bands.
         raw : (int, int), optional
             Columns and rows of a file without a header: 1 or 2 bytes a post, or a 4-byte float.
+        byte_order : {"little", "big"}, optional
+            Of the numbers in such a file; by default the one with smoother land, and a note if that is big.
 
         Raises
         ------
@@ -152,11 +156,11 @@ class Heightmap:
         UsageError
             An option is outside its range.
         """
-        _check_options(z_scale, z_offset_m, encoding, band)
-        raster = open_raster(path, How(trusted, band, raw))
+        _check_options(z_scale, z_offset_m, encoding, band, byte_order)
+        raster = open_raster(path, How(trusted, band, raw, byte_order))
         heightmap = cls._of_raster(raster, spacing_m, z_scale, z_offset_m, nodata, encoding, progress)
         told: dict[str, Any] = {"spacing_m": spacing_m, "z_scale": z_scale, "z_offset_m": z_offset_m, "nodata": nodata}
-        told |= {"encoding": encoding, "trusted": trusted, "band": band, "raw": raw}
+        told |= {"encoding": encoding, "trusted": trusted, "band": band, "raw": raw, "byte_order": byte_order}
         heightmap.opened = {"path": os.fspath(path)} | told
         return heightmap
 
@@ -207,7 +211,7 @@ class Heightmap:
         spacing = _spacing(_first_known(spacing_m, raster.spacing_m, 1.0))
         scales = _first_known(z_scale, raster.scale), _first_known(z_offset_m, raster.offset_m)
         heights = read_heights(raster, scales, nodata, encoding, progress)
-        notes = raster.notes if spacing_m is None else ()
+        notes = tuple(note for note in raster.notes if spacing_m is None or "--spacing" not in note)
         if nodata is None:
             marks, words = undeclared_voids(heights, scales)
             heights = without(heights, marks)
@@ -358,7 +362,9 @@ class Heightmap:
 # --- Checks -----------------------------------------------------------------------------------------------------------
 
 
-def _check_options(z_scale: float | None, z_offset_m: float | None, encoding: str, band: int | str | None) -> None:
+def _check_options(
+    z_scale: float | None, z_offset_m: float | None, encoding: str, band: int | str | None, byte_order: str | None
+) -> None:
     if z_scale is not None and (not math.isfinite(z_scale) or z_scale == 0):
         raise UsageError(f"z-scale must be a finite number other than 0, got {z_scale}")
     if z_offset_m is not None and not math.isfinite(z_offset_m):
@@ -367,6 +373,8 @@ def _check_options(z_scale: float | None, z_offset_m: float | None, encoding: st
         raise UsageError(f"encoding must be one of {', '.join(ENCODINGS)}, got {encoding!r}")
     if isinstance(band, int) and band < 1:
         raise UsageError(f"bands are counted from 1, got {band}")
+    if byte_order is not None and byte_order not in ORDERS:
+        raise UsageError(f"byte order must be one of {', '.join(ORDERS)}, got {byte_order!r}")
 
 
 def real_heights(heights: ArrayLike, name: str) -> np.ndarray:

@@ -41,7 +41,7 @@ def run(args: argparse.Namespace) -> int:
     paths = [_path(args, name) for name in args.map]
     if os.path.realpath(args.output) in {os.path.realpath(path) for path in paths}:
         raise UsageError(f"{args.output}: is also an input: name another folder")
-    how = How(args.trusted, args.band, args.raw)
+    how = How(args.trusted, args.band, args.raw, args.byte_order)
     reading = Reading(how, args.z_scale, args.z_offset, args.nodata, args.encoding)
     with report.progress_bar("building") as progress:
         how_built = args.fill, args.workers, args.scheduler, progress

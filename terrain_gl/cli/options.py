@@ -25,6 +25,7 @@ from ..light.lighting import check_room
 from ..light.sun import sun_position
 from ..pages.map import PagedMap
 from ..readers import How
+from ..readers.arrays import ORDERS
 from ..readers.values import ENCODINGS
 from ..readers.windows import Reading, Windows
 from ..renderer import Renderer
@@ -74,6 +75,8 @@ def add_map_options(command: Any) -> None:
     group.add_argument("--band", type=values.band, metavar="N", help="the band that holds the heights, or its name")
     what = "MAP is bare posts, row after row (.raw and .r16 of a square need no size)"
     group.add_argument("--raw", type=values.size, metavar="WxH", help=what)
+    what = "of bare posts: which end of a number comes first (default: by the smoother land)"
+    group.add_argument("--byte-order", choices=tuple(ORDERS), help=what)
     what = "let GDAL follow MAP to other files and to the network: only for maps that you trust"
     group.add_argument("--trust", action="store_true", dest="trusted", help=what)
 
@@ -208,7 +211,9 @@ def open_scene_or_sample(
     args: argparse.Namespace, name: str, progress: Callable[[float], None] | None = None
 ) -> tuple[Scene, str]:
     """Open the scene. If a raster is too large for memory: a coarse sample of it, and a line that offers a store."""
-    reading = Reading(How(args.trusted, args.band, args.raw), args.z_scale, args.z_offset, args.nodata, args.encoding)
+    reading = Reading(
+        How(args.trusted, args.band, args.raw, args.byte_order), args.z_scale, args.z_offset, args.nodata, args.encoding
+    )
     if not is_huge(name, reading):
         return open_scene(args, name, progress), ""
     stores.check_no_edits(args, name)
@@ -309,6 +314,7 @@ def map_options(args: argparse.Namespace) -> dict[str, Any]:
         "trusted": args.trusted,
         "band": args.band,
         "raw": args.raw,
+        "byte_order": args.byte_order,
     }
 
 

@@ -44,11 +44,14 @@ class How(NamedTuple):
         The band or channel that holds the heights, from 1, or its name.
     raw : (int, int), optional
         Columns and rows of a file without a header.
+    byte_order : {"little", "big"}, optional
+        Of the numbers in a file without a header; by default the one with smoother land.
     """
 
     trusted: bool = False
     band: Band | None = None
     raw: tuple[int, int] | None = None
+    byte_order: str | None = None
 
 
 def open_raster(path: str | os.PathLike[str], how: How = How()) -> Raster:  # noqa: B008  immutable
@@ -116,7 +119,7 @@ def _first_bytes(path: str, name: str) -> bytes:
 def _opened(path: str, name: str, head: bytes, how: How) -> Raster:
     ending = os.path.splitext(path)[1].lower()
     if how.raw or ending in RAW_ENDINGS:
-        return open_raw(path, name, how.raw)
+        return open_raw(path, name, how.raw, how.byte_order)
     if ending == ".hgt":
         return open_hgt(path, name)
     if head.startswith(b"\x93NUMPY"):

@@ -76,16 +76,21 @@ def _hgt_place(path: str, side: int) -> tuple[Spacing | None, Georeference | Non
 
 
 RAW_ENDINGS = (".raw", ".r16", ".r32")
-_RAW_TYPES = {1: "u1", 2: "<u2", 4: "<f4"}
+ORDERS = {"little": "<", "big": ">"}  # of the bytes of a number
+_RAW_TYPES = {1: "u1", 2: "u2", 4: "f4"}
+_SMOOTHER = 0.5  # the big end comes first if neighbours then differ by at most this share
+_SAMPLE_BYTES = 1 << 22
 
 
-def open_raw(path: str, name: str, size: tuple[int, int] | None) -> Raster:
+def open_raw(path: str, name: str, size: tuple[int, int] | None, byte_order: str | None = None) -> Raster:
     """A file without a header, row after row, as game engines write it: 8 or 16 bits unsigned, or 32-bit floats.
 
     Parameters
     ----------
     size : (int, int), optional
         Columns and rows; by default a square of 16-bit posts, or of floats for .r32.
+    byte_order : {"little", "big"}, optional
+        By default little, or big with a note if the land is much smoother with it.
     """
     length = os.path.getsize(path)
     if size is None:
@@ -95,6 +100,32 @@ def open_raw(path: str, name: str, size: tuple[int, int] | None) -> Raster:
     each = length // max(1, cols * rows)
     if each not in _RAW_TYPES or each * cols * rows != length:
         raise TerrainError(f"{name}: {length} bytes are not {cols} x {rows} posts of 1, 2 or 4 bytes: give --raw WxH")
-    dtype = np.dtype(_RAW_TYPES[each])
+    notes: tuple[str, ...] = ()
+    if byte_order is None:
+        byte_order = "big" if each > 1 and _is_big_endian(path, each, cols) else "little"
+        if byte_order == "big":
+            notes = ("its land is smooth with the big end of numbers first: --byte-order little is the other way",)
+    dtype = np.dtype(ORDERS[byte_order] + _RAW_TYPES[each])
     shape = (rows, cols, 1)
-    return Raster(name, shape, dtype, _npy_blocks(path, dtype, shape, 0, True))
+    return Raster(name, shape, dtype, _npy_blocks(path, dtype, shape, 0, True), notes=notes)
+
+
+def _is_big_endian(path: str, each: int, cols: int) -> bool:
+    """Whether land is much smoother in this byte order: in the other one, neighbours differ at random."""
+    rows = max(1, _SAMPLE_BYTES // (each * cols))
+    with open(path, "rb") as file:
+        file.seek(max(0, os.path.getsize(path) // each // cols - rows) // 2 * each * cols)
+        content = file.read(rows * cols * each)
+    big, little = (_roughness(np.frombuffer(content, f"{order}i{each}").reshape(-1, cols), each) for order in "><")
+    return big < _SMOOTHER * little
+
+
+def _roughness(bits: np.ndarray, each: int) -> float:
+    """Mean difference of neighbours along rows, as a share of the range; floats are compared by their order."""
+    order = bits.astype(np.int64)
+    if each == 2:
+        order &= 0xFFFF
+    else:  # a negative float is lower if its other bits are higher
+        order = np.where(order < 0, -(order & 0x7FFFFFFF), order)
+    low, high = order.min(), order.max()
+    return float(np.abs(np.diff(order, axis=1)).mean() / (high - low)) if high > low and order.shape[1] > 1 else 0.0
