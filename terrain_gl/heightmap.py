@@ -84,6 +84,7 @@ class Heightmap:
 
     of_earth = True
     exaggeration = 1.0
+    is_store = False  # whether it is read page by page: `pages.map.PagedMap`
     _ground_spacing_m: Spacing | None = None
 
     def __init__(self, heights: ArrayLike, spacing_m: float | Spacing = 1.0, name: str = "array"):
@@ -234,6 +235,10 @@ class Heightmap:
         heightmap.notes = notes
         heightmap.georeference = raster.georeference
         return heightmap
+
+    def coarse(self) -> Heightmap:
+        """A map that is quick to read as a whole, for choosing a view: this one, or a coarse level of a store."""
+        return self
 
     def copy(self, heights: np.ndarray | None = None) -> Heightmap:
         """A copy of the map with its own heights, or with `heights` instead, (rows, cols) metres."""

@@ -16,7 +16,6 @@ from ..files.maps import SCALES, find_bundled
 from ..files.views import standard_sun, standard_view
 from ..heightmap import Heightmap
 from ..pages.edited_map import EditedMap
-from ..pages.map import PagedMap
 from ..renderer.options import RenderOptions
 from . import options, stores
 
@@ -49,9 +48,9 @@ def command_line(
     UsageError
         The map was not opened from a file, or was edited since.
     """
-    if heightmap.opened is None and not isinstance(heightmap, PagedMap):
+    if heightmap.opened is None and not heightmap.is_store:
         raise UsageError(f"{heightmap.name} differs from its file: save it, and open that file")
-    seen = heightmap.coarse() if isinstance(heightmap, PagedMap) else heightmap
+    seen = heightmap.coarse()
     edited = heightmap if isinstance(heightmap, EditedMap) and heightmap.is_edited else None
     if edited and not edited.saved_as:
         raise UsageError(f"{heightmap.name} has edits that are in no file: save them first")

@@ -23,7 +23,6 @@ from ..files.views import VIEWS, depth_below_ground, drawn_near, look_at, stand_
 from ..heightmap import Heightmap
 from ..light.lighting import check_room
 from ..light.sun import sun_position
-from ..pages.map import PagedMap
 from ..readers import How
 from ..readers.arrays import ORDERS
 from ..readers.values import ENCODINGS
@@ -325,7 +324,7 @@ def make_renderer(
     laid = overlays.of(args, scene.heightmap) if hasattr(args, "overlay") else ()
     renderer = Renderer(scene.heightmap, size or args.size, args.backend, build=False)
     try:
-        if lit and Look(args.style).is_lit and not isinstance(scene.heightmap, PagedMap):
+        if lit and Look(args.style).is_lit and not scene.heightmap.is_store:
             check_room(renderer.ctx, scene.heightmap)
         drain(renderer.build_steps)
         stores.rebuild(renderer)

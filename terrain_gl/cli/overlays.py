@@ -8,7 +8,6 @@ from typing import Any
 
 from ..basics.exceptions import UsageError
 from ..heightmap import Heightmap
-from ..pages.map import PagedMap
 from ..renderer.overlay import Overlay, read_overlay
 
 PICTURES = (".tif", ".tiff", ".png", ".jpg", ".jpeg", ".jp2", ".webp", ".exr", ".vrt")
@@ -45,6 +44,6 @@ def of(args: argparse.Namespace, heightmap: Heightmap) -> tuple[Overlay, ...]:
     UsageError
         The map is a store.
     """
-    if args.overlay and isinstance(heightmap, PagedMap):
+    if args.overlay and heightmap.is_store:
         raise UsageError("--overlay: lines and points cannot be drawn over a store yet")
     return tuple(read_overlay(path, heightmap) for path in args.overlay)

@@ -56,7 +56,7 @@ def edits_of(heightmap: Heightmap) -> EditedMap:
     UsageError
         It is no store, or has no edits.
     """
-    if not isinstance(heightmap, PagedMap):
+    if not heightmap.is_store:
         raise UsageError(f"{heightmap.name}: is no store: save the whole map")
     if not isinstance(heightmap, EditedMap) or not heightmap.is_edited:
         raise UsageError(f"{heightmap.name}: has no edits to save")
@@ -156,13 +156,14 @@ def read_edits(path: str | os.PathLike[str], heightmap: Heightmap) -> list[Patch
     TerrainError
         The file cannot be read, or belongs to another store.
     """
-    if not isinstance(heightmap, PagedMap):
+    if not heightmap.is_store:
         raise UsageError(f"{path}: edits are for a store, and {heightmap.name} is none")
     check_edits_name(path, heightmap)
     if not os.path.isfile(path):
         raise TerrainError(f"{path}: there is no such file")
     read = _of_window if Path(path).suffix.lower() in WINDOW else _of_tiles
-    patches = list(read(os.fspath(path), heightmap))
+    store: Any = heightmap
+    patches = list(read(os.fspath(path), store))
     for patch in patches:  # all of them, before the first is applied
         if (np.abs(patch.heights) > MAX_HEIGHT_M).any():
             raise TerrainError(f"{path}: has heights beyond ±{MAX_HEIGHT_M:g} m")

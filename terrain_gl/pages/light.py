@@ -249,7 +249,7 @@ class SumsOfPages:
 
 def light_of(terrain: Any) -> tuple[HeightSums, Lighting]:
     """The sums of heights and the light of a map."""
-    if isinstance(terrain, PagedTerrain):
+    if terrain.streams:
         paged = cast(HeightSums, SumsOfPages(terrain))
         return paged, PagedLighting(terrain, paged)
     sums = HeightSums(terrain)

@@ -73,6 +73,8 @@ class PagedMap(Heightmap):
         GPU memory for pages, and memory for tiles in this process, at most.
     """
 
+    is_store = True
+
     tile: int
     top: int
     gpu_bytes: int = 512 << 20

@@ -15,7 +15,6 @@ from typing import NamedTuple
 import numpy as np
 
 from ..basics.steps import Steps
-from ..pages.map import PagedMap
 from ..renderer import Renderer
 from ..renderer.brush import SHARES, TOOLS, Brush, Sculptor, places
 
@@ -85,7 +84,7 @@ class BrushTool:
     def most_radius_m(self) -> float:
         """The largest radius; a dab on a store reads all posts under it."""
         heightmap = self.renderer.heightmap
-        posts_m = MOST_POSTS * min(heightmap.spacing_m) if isinstance(heightmap, PagedMap) else math.inf
+        posts_m = MOST_POSTS * min(heightmap.spacing_m) if heightmap.is_store else math.inf
         return min(max(heightmap.extent_m), posts_m)
 
     # --- Settings -----------------------------------------------------------------------------------------------------

@@ -19,7 +19,6 @@ from ..files.huge import is_huge, sample
 from ..files.maps import open_map
 from ..files.views import standard_sun, standard_view
 from ..heightmap import Heightmap
-from ..pages.map import PagedMap
 from ..readers.windows import Reading
 from ..renderer import Renderer
 from ..renderer.overlay import Overlay
@@ -190,7 +189,7 @@ class LoadJob:
 
 def preview(heightmap: Heightmap) -> Heightmap | None:
     """A coarse sample of a large map, to be shown while its tables are built; None if the map is small."""
-    if max(heightmap.rows, heightmap.cols) <= 4 * PREVIEW_POSTS or isinstance(heightmap, PagedMap):
+    if max(heightmap.rows, heightmap.cols) <= 4 * PREVIEW_POSTS or heightmap.is_store:
         return None
     rows, cols = (_sample(n) for n in (heightmap.rows, heightmap.cols))
     east, north = heightmap.extent_m

@@ -12,7 +12,6 @@ import numpy as np
 from ..files.edits import check_edits_name, edits_of, write_tiles
 from ..files.writers import as_options, format_of, write_heightmap
 from ..heightmap import Heightmap
-from ..pages.map import PagedMap
 from ..readers.raster import has_rasterio
 
 
@@ -42,11 +41,7 @@ class MapWriter:
     """
 
     def __init__(self, path: str, heightmap: Heightmap, exaggeration: float = 1.0, land: object = None) -> None:
-        write = (
-            self._edits(path, heightmap)
-            if isinstance(heightmap, PagedMap)
-            else self._map(path, heightmap, exaggeration)
-        )
+        write = self._edits(path, heightmap) if heightmap.is_store else self._map(path, heightmap, exaggeration)
         self.path = path
         self.message = ""
         self.done = False
@@ -67,7 +62,7 @@ class MapWriter:
         return lambda: as_options(write_heightmap(path, plain))
 
     @staticmethod
-    def _edits(path: str, heightmap: PagedMap) -> Callable[[], str]:
+    def _edits(path: str, heightmap: Heightmap) -> Callable[[], str]:
         """A function that writes the edits as they are now, and returns how they are drawn again."""
         check_edits_name(path, heightmap)
         edited = edits_of(heightmap)
@@ -97,7 +92,7 @@ def suggested_path(heightmap: Heightmap) -> str:
     """A file name in the working directory that is free."""
     stem = Path(heightmap.name).stem or "terrain"
     is_window = heightmap.georeference is not None and has_rasterio()
-    ending = ".npz" if isinstance(heightmap, PagedMap) and not is_window else ".tif"
+    ending = ".npz" if heightmap.is_store and not is_window else ".tif"
     number = 1
     while Path(name := f"{stem}-edited-{number}{ending}").exists():
         number += 1

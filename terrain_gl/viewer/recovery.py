@@ -12,7 +12,6 @@ import traceback
 from pathlib import Path
 
 from ..heightmap import Heightmap
-from ..pages.map import PagedMap
 from .map_writer import MapWriter
 from .memory import state_path
 
@@ -64,7 +63,7 @@ class Recovery:
         self.join()
         self.folder.mkdir(parents=True, exist_ok=True)
         if self.path is None:
-            ending = ".npz" if isinstance(heightmap, PagedMap) else ".tif"
+            ending = ".npz" if heightmap.is_store else ".tif"
             stem = Path(heightmap.name).stem or "terrain"
             numbers = range(1, 10**6)
             names = (f"{stem}-{os.getpid()}-{number}{ending}" for number in numbers)

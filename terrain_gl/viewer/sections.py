@@ -7,7 +7,6 @@ from typing import Any, cast
 
 from ..files.export import FORMATS
 from ..files.views import VIEWS, straight_down
-from ..pages.map import PagedMap
 from ..pages.terrain import PagedTerrain
 from ..renderer.brush import SHARES, TOOLS
 from ..renderer.methods import BASELINES, REGISTRY
@@ -153,8 +152,7 @@ def camera_section(ui: Widgets, controller: Controller, press: Press) -> None:
     names = ("fly to a view", *PRESETS)
     if (name := ui.choose("view", names[0], names, "Standard views of the map; the camera travels there.")) in PRESETS:
         seen = controller.heightmap
-        seen = seen.coarse() if isinstance(seen, PagedMap) else seen
-        controller.travel_to(Pose.of(PRESETS[name](seen, controller.fov_deg)))
+        controller.travel_to(Pose.of(PRESETS[name](seen.coarse(), controller.fov_deg)))
     mode = ui.choose("mode", controller.mode, MODES, "Fly anywhere, orbit the middle, walk at eye height (V).")
     if mode:
         controller.change_mode(mode)
