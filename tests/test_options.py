@@ -67,7 +67,7 @@ def test_the_command_line_is_made_from_the_declaration(monkeypatch, capsys):
 
 def test_every_method_is_a_line_of_the_registry(monkeypatch):
     """Another method takes one line; without that line it is unknown."""
-    mine = Method(CERTIFIED, "methods:quadtree", "mine")
+    mine = Method(CERTIFIED, "renderer.methods:quadtree", "mine")
     with tg.Renderer(tg.Heightmap(rough(33, 40), 10.0), (32, 24)) as renderer:
         with pytest.raises(KeyError):
             renderer.selectors["mine"]

@@ -128,12 +128,12 @@ def add_look(command: Any) -> None:
 
 
 def add_option(group: Any, name: str) -> None:
-    """An option as declared in `RenderOptions`."""
+    """An option as declared in `RenderOptions`. Only choices have a default here."""
     option = OPTIONS[name]
     for flag in option.flags:
-        how: dict[str, Any] = {"metavar": flag.metavar, "default": getattr(RenderOptions, name)}
+        how: dict[str, Any] = {"metavar": flag.metavar}
         if option.choices:
-            how = {"choices": option.choices, "default": how["default"]}
+            how = {"choices": option.choices, "default": getattr(RenderOptions, name)}
         elif flag.kind != "file":
             how["type"] = getattr(values, flag.kind)
         group.add_argument(flag.name, dest=name, help=flag.help, **how)
