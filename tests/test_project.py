@@ -5,7 +5,7 @@ import pytest
 from hypothesis import given, settings
 from hypothesis import strategies as st
 from maps import MAPS, cameras
-from test_lod import ASK, INFINITE_PX, projection, random_boxes, random_posts, random_view
+from test_quadtree import ASK, INFINITE_PX, projection, random_boxes, random_posts, random_view
 
 from terrain_gl import reference
 from terrain_gl.camera import screen_shift_px

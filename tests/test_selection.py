@@ -3,7 +3,7 @@
 import numpy as np
 import pytest
 from maps import MAPS, Scene, cameras
-from test_lod import patches_of
+from test_quadtree import patches_of
 
 from terrain_gl import reference
 from terrain_gl.comparison.pruned import view_of
