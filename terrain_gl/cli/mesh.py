@@ -63,8 +63,7 @@ def run(args: argparse.Namespace) -> int:
         triangles, heights, stats = _of_view(renderer, args, scene) if _has_view(args) else _of_map(renderer, args)
         if not len(triangles):
             raise TerrainError(f"{scene.heightmap.name}: no triangles in this view: turn the camera or drop --cull")
-        factor = args.exaggeration or 1.0
-        heights = heights if factor == 1 else heights * np.float32(factor)
+        heights = heights if args.exaggeration == 1 else heights * np.float32(args.exaggeration)
         mesh = make_mesh(triangles, heights, scene.heightmap.spacing_m, args.weld, scene.heightmap.place)
     mesh = replace(mesh, texture=texture, print_mm=args.print_mm)
     about = {"map": scene.heightmap.name} | stats | {"vertices": len(mesh.posts)}

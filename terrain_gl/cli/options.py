@@ -128,12 +128,13 @@ def add_look(command: Any) -> None:
 
 
 def add_option(group: Any, name: str) -> None:
-    """An option as declared in `RenderOptions`. Only choices have a default here."""
+    """An option as declared in `RenderOptions`. The sun has no default here: a bundled map brings its own."""
     option = OPTIONS[name]
+    default = None if name == "sun" else getattr(RenderOptions, name)
     for flag in option.flags:
-        how: dict[str, Any] = {"metavar": flag.metavar}
+        how: dict[str, Any] = {"metavar": flag.metavar, "default": default}
         if option.choices:
-            how = {"choices": option.choices, "default": getattr(RenderOptions, name)}
+            how = {"choices": option.choices, "default": default}
         elif flag.kind != "file":
             how["type"] = getattr(values, flag.kind)
         group.add_argument(flag.name, dest=name, help=flag.help, **how)
