@@ -16,4 +16,8 @@ vec3 sky_colour(vec3 direction) { return tone_mapped(u_exposure * (sky_light(dir
 // Dither by up to half a step of 8 bits, so that the sky and smooth land show no bands.
 float dither() { return (hashed(ivec2(picture_px(FRAG_COORD))) - 0.5) / 255.0; }
 
+#ifdef EXACT
+vec4 shown(vec3 linear) { return vec4(linear, 1.0); }
+#else
 vec4 shown(vec3 linear) { return vec4(srgb_encoded(linear) + dither(), 1.0); }
+#endif

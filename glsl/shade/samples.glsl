@@ -71,6 +71,13 @@ vec3 around_colour(int samples) {
     return sum;
 }
 
+// The part of the samples that see ground.
+float ground_share() {
+    int count = 0;
+    for (int i = 0; i < SAMPLES; i++) count += is_sky(post_of_sample(i)) ? 0 : 1;
+    return float(count) / float(SAMPLES);
+}
+
 #if PIXELS == SKY || PIXELS == OPEN
 vec3 pixel_colour() {
     return EDGE == 0 || PIXELS == OPEN ? sky_colour(view_ray(vec2(0.0))) : around_colour(ALL) / float(SAMPLES);

@@ -1,7 +1,13 @@
 // shade/tone.glsl — from light to the screen: tone mapping, and the sRGB curve (IEC 61966-2-1).
+// With EXACT, for pictures of floats, both leave the light as it is.
 // Provides tone_mapped(), srgb_encoded().   Python twin: image.srgb_from_linear
 
 #include "blocks/colour.glsl"
+
+#ifdef EXACT
+vec3 tone_mapped(vec3 light) { return light; }
+vec3 srgb_encoded(vec3 linear) { return linear; }
+#else
 
 #define WHITE 2.2  // the luminance that is displayed as white
 
@@ -18,3 +24,5 @@ vec3 srgb_encoded(vec3 linear) {
     vec3 c = clamp(linear, 0.0, 1.0);
     return mix(12.92 * c, 1.055 * pow(c, vec3(1.0 / 2.4)) - 0.055, greaterThan(c, vec3(0.0031308)));
 }
+
+#endif

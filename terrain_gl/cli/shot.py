@@ -63,17 +63,20 @@ def run(args: argparse.Namespace) -> int:
 def _draw(renderer: Renderer, args: argparse.Namespace, scene: options.Scene, write: Rows) -> dict[str, Any]:
     """Draw pieces of one mesh, and write each row of pieces; returns the stats of the whole picture."""
     width = args.size[0]
-    rows = np.empty((0, width, 4), np.uint8)
+    exact = FORMATS[os.path.splitext(args.output)[1].lower()] == "float"
+    rows = np.empty((0, width, 4))
 
     def receive(piece: Piece, pixels: np.ndarray) -> None:
         nonlocal rows
         if piece.corner[0] == 0:
-            rows = np.empty((piece.size[1], width, 4), np.uint8)
+            rows = np.empty((piece.size[1], width, 4), pixels.dtype)
         rows[:, piece.cols] = pixels
         if piece.cols.stop == width:
             write(rows)
 
-    steps = renderer.draw_steps(size=args.size, receive=receive, gradual=False, **options.view_of(args, scene))
+    steps = renderer.draw_steps(
+        size=args.size, receive=receive, gradual=False, exact=exact, **options.view_of(args, scene)
+    )
     with stores.loading(renderer):
         next(steps)
     with report.progress_bar("drawing") as progress:

@@ -26,7 +26,7 @@ class Frame:
     Attributes
     ----------
     image
-        (height, width, 4) uint8 sRGB, first row on top.
+        (height, width, 4) uint8 sRGB, first row on top; float32 if it was asked for as `exact`.
     stats
         Triangles, patches, certified error, times in milliseconds, GPU bytes: see docs/stats.md.
     """

@@ -171,7 +171,8 @@ class Renderer:
         options
             The other fields of `RenderOptions`, by name. Also `size`, width and height in pixels, for a picture of any
             size: one larger than the GPU can draw at once comes in pieces of one mesh. It cannot be measured
-            afterwards. With `fine`, each pixel is the mean light of fine × fine pixels.
+            afterwards. With `fine`, each pixel is the mean light of fine × fine pixels. With `exact`, the picture has
+            float32 pixels: see `Picture.exact`.
 
         Raises
         ------
@@ -181,16 +182,21 @@ class Renderer:
         return drain(self.render_steps(camera, max_error_px, gradual=False, **options), progress)
 
     def render_steps(
-        self, camera: Camera, max_error_px: float | None = None, size: Size | None = None, **options: Any
+        self,
+        camera: Camera,
+        max_error_px: float | None = None,
+        size: Size | None = None,
+        exact: bool = False,
+        **options: Any,
     ) -> Steps[Frame]:
         """Incremental `render`; yields progress from 0 to 1. Arguments as for `draw_steps`."""
         width, height = size or self.size
-        image = np.empty((height, width, 4), np.uint8)
+        image = np.empty((height, width, 4), np.float32 if exact else np.uint8)
 
         def receive(piece: Piece, pixels: np.ndarray) -> None:
             image[piece.rows, piece.cols] = pixels
 
-        stats = yield from self.draw_steps(camera, max_error_px, size, receive=receive, **options)
+        stats = yield from self.draw_steps(camera, max_error_px, size, receive=receive, exact=exact, **options)
         return Frame(image, stats)
 
     def draw(self, camera: Camera, max_error_px: float | None = None, **options: Any) -> dict[str, Any]:
@@ -206,6 +212,7 @@ class Renderer:
         fine: int = 1,
         receive: Receive | None = None,
         gradual: bool = True,
+        exact: bool = False,
         **options: Any,
     ) -> Steps[dict[str, Any]]:
         """Incremental `draw`; yields progress from 0 to 1 and returns the stats. Draw nothing else in between.
@@ -216,6 +223,8 @@ class Renderer:
             As for `render`. With a size, the picture comes in pieces.
         receive
             Called with each piece of the picture and its pixels, (height, width, 4) uint8 sRGB, from the top row down.
+        exact
+            Pixels are float32: see `Picture.exact`. Overlays are not in them.
         gradual
             Take small steps. Otherwise each of the two passes over a piece is one step, which is faster.
         options
@@ -226,6 +235,8 @@ class Renderer:
         UsageError
             An argument outside its range.
         """
+        if exact and fine > 1:
+            raise UsageError("exact pixels are not reduced: leave fine out")
         chosen = RenderOptions(max_error_px, **options)
         pieces = cut(size, fine) if size else [Piece.whole(self.size)]
         with self.timer.frame(gradual):
@@ -235,7 +246,7 @@ class Renderer:
                 for share in self._piece_steps(piece, frame, gradual):
                     yield (done + share) / len(pieces)
                 if receive:
-                    receive(piece, reduced(self.picture.read(), piece.fine))
+                    receive(piece, self.picture.exact() if exact else reduced(self.picture.read(), piece.fine))
         self._complete(frame)
         if not size:
             frame.has_picture = True

@@ -22,6 +22,7 @@ from ..error import ErrorTables
 from ..gpu import gl
 from ..gpu.bindings import bind
 from ..gpu.textures import depth_texture, from_top
+from ..image import linear_from_srgb
 from ..light.climate import AUTO
 from ..light.ground import towards_sun
 from ..lod import Selection, View
@@ -34,6 +35,7 @@ SUN = (300.0, 35.0)  # azimuth, clockwise from north, and elevation, in degrees
 _LIT = ("shaded", "visibility", "ambient", "direct", "lobes")  # styles that need light
 _OF_MESH = ("wireframe", "lod", "segments", "promise", "error")  # styles that show the mesh
 STYLES = (*_LIT, "lambert", *_OF_MESH, "normals", "voids", "depth")
+_EXACT = (*_LIT, "lambert", "normals", "depth")  # styles of light, or of numbers: `Picture.exact`
 GRAINS = ("on", "off")
 VOIDS = ("fill", "hole")  # how posts without data are drawn
 UNLIT = "depth"  # the cheapest style, when only the mesh matters
@@ -122,6 +124,7 @@ class Picture:
         self._seeing: dict[tuple[str, bool], MeshDraws] = {}  # by fragment shader, and whether voids are holes
         self.programs = PixelPrograms(self.ctx, self.samples)
         self._targets: list[Any] = []
+        self._shaded: tuple[Look, int] = (PLAIN, surroundings.NONE)  # the last look, and the surroundings in it
         self.resize(size)
 
     waits_for_light = True
@@ -204,6 +207,7 @@ class Picture:
             edge = surroundings.NONE
         if look.style in _LIT:
             self.lighting.describe(self._haze_m(camera), look.water_m)
+        self._shaded = look, edge
         corners = [(x, y) for y in range(0, self.size[1], tile[1]) for x in range(0, self.size[0], tile[0])]
         for done, corner in enumerate(corners, 1):
             self._scissor(*corner, *tile)
@@ -266,6 +270,34 @@ class Picture:
     def read(self) -> np.ndarray:
         """(height, width, 4) uint8 sRGB, first row on top."""
         return from_top(self._picture.read(alignment=1), "u1", self.size, 4)
+
+    def exact(self) -> np.ndarray:
+        """(height, width, 4) float32, first row on top: the last picture, coloured again without an end at white.
+
+        Colours are linear light times the exposure; alpha is 1. In the style "normals" they are unit vectors east,
+        north, up; in "depth", metres along the view. In the sky of both, alpha is 0; normals are 0 there, and depths
+        infinite. Lines that were drawn over the picture are not in it. Styles that are diagrams have the colours of the
+        screen.
+        """
+        look, edge = self._shaded
+        if look.style not in _EXACT:
+            shown = self.read()
+            return np.concatenate([linear_from_srgb(shown[..., :3]), shown[..., 3:] / 255], -1).astype("f4")
+        wanted = self._wanted(look, edge)._replace(exact=True)
+        wanted.uniforms["exaggeration"] = self.terrain.heightmap.exaggeration
+        texture = self.ctx.texture(self.size, 4, dtype="f4")
+        target = self.ctx.framebuffer([texture])
+        self._bind()
+        if look.style in _LIT:
+            self.lighting.bind()
+        target.use()
+        self.ctx.disable(moderngl.DEPTH_TEST)
+        self.programs.of(f"shade/{look.style}.frag", "ANY", wanted)[1].render(vertices=3)
+        colours = from_top(texture.read(alignment=1), "f4", self.size, 4)
+        self._screen.use()
+        target.release()
+        texture.release()
+        return colours
 
     @property
     def target(self) -> moderngl.Framebuffer:

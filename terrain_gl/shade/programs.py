@@ -25,6 +25,8 @@ class Wanted(NamedTuple):
         Whether there is a level of water, grain, and contour lines.
     edge
         The surroundings: `surroundings.NONE`, `PLAIN` or `WALLS`.
+    exact
+        Colours are linear light, or the data of the styles "normals" and "depth", for a target of floats.
     """
 
     light: dict[str, object]
@@ -33,6 +35,7 @@ class Wanted(NamedTuple):
     edge: int = surroundings.NONE
     grained: bool = False
     contours: bool = False
+    exact: bool = False
 
 
 class PixelPrograms:
@@ -78,6 +81,7 @@ class PixelPrograms:
     def _compiled(self, fragment: str, kind: str, wanted: Wanted) -> tuple[Any, Any]:
         defines: dict[str, object] = {"SAMPLES": self.samples, "WATER_LEVEL": wanted.wet, "PIXELS": KINDS[kind]}
         defines |= {"EDGE": wanted.edge, "GRAIN": wanted.grained, "CONTOURS": wanted.contours, **wanted.light}
+        defines |= {"EXACT": 1} if wanted.exact else {}
         if kind == "MIXED":
             return shaders.compute(self.ctx, fragment, defines | {"LISTED": 1}), None
         program = shaders.program(self.ctx, vertex="shade/screen.vert", fragment=fragment, defines=defines)
