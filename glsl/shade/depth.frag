@@ -1,6 +1,7 @@
 // shade/depth.frag — style "depth": white at the eye, half as bright where the view depth is a quarter of the map's
 // diagonal, black infinitely far away.
-//   With EXACT, for pictures of floats: the mean view depth of the samples on the ground, in metres; in the sky infinity, and alpha 0.
+//   With EXACT, for pictures of floats: the mean view depth of the samples on the ground, in metres.
+//   In the sky it is infinite, and alpha is 0.
 
 #include "shade/samples.glsl"
 
