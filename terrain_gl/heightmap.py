@@ -399,6 +399,27 @@ def real_heights(heights: ArrayLike, name: str) -> np.ndarray:
     return np.ma.filled(values.astype(np.float64), np.nan) if isinstance(values, np.ma.MaskedArray) else values
 
 
+def ground_m(heightmap: Heightmap, places: np.ndarray) -> np.ndarray:
+    """Heights at world places (..., 2); NaN over voids and outside the map."""
+    east, north = np.atleast_2d(places).T / np.array(heightmap.spacing_m)[:, None]
+    return bilinear(heightmap.heights, east, heightmap.rows - 1 - north)
+
+
+def bilinear(heights: np.ndarray, x: np.ndarray, y: np.ndarray) -> np.ndarray:
+    """Heights at fractional columns x and rows y, in float64; NaN beside void posts and outside the map."""
+    rows, cols = heights.shape
+    outside = ~((x >= 0) & (x <= cols - 1) & (y >= 0) & (y <= rows - 1))
+    col = np.clip(np.floor(np.where(outside, 0, x)), 0, cols - 2).astype(int)
+    row = np.clip(np.floor(np.where(outside, 0, y)), 0, rows - 2).astype(int)
+    u, v = x - col, y - row
+
+    def share(east: int, south: int) -> np.ndarray:
+        weight = (u if east else 1 - u) * (v if south else 1 - v)
+        return np.where(weight == 0, 0.0, weight * heights[row + south, col + east])  # 0 · NaN would be NaN
+
+    return np.where(outside, np.nan, share(0, 0) + share(1, 0) + share(0, 1) + share(1, 1))
+
+
 def _as_float32(heights: np.ndarray, name: str) -> np.ndarray:
     if heights.ndim != 2:
         raise TerrainError(f"{name}: expected heights of shape (rows, cols), got {heights.shape}")

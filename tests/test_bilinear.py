@@ -6,8 +6,8 @@ from maps import MAPS, cameras, rough
 
 import terrain_gl as tg
 from terrain_gl.comparison.bilinear import FINER, _commands
+from terrain_gl.heightmap import bilinear
 from terrain_gl.shade.picture import UNLIT
-from terrain_gl.verify.holes import bilinear
 
 AT = -0.125, -0.375  # of the first sample, from the middle of its pixel: right, up
 

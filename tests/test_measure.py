@@ -22,10 +22,10 @@ from maps import (
 
 import terrain_gl as tg
 from terrain_gl.camera import Camera, screen_shift_px
-from terrain_gl.heightmap import Heightmap
+from terrain_gl.heightmap import Heightmap, bilinear
 from terrain_gl.mesh import vertex_heights
 from terrain_gl.shade.picture import UNLIT
-from terrain_gl.verify.holes import bilinear, count_holes
+from terrain_gl.verify.holes import count_holes
 from terrain_gl.verify.measure import PLACES, _parts_in_picture, _regions_in_picture, places_of, truth_m
 
 ASKED_PX = (0.5, 2.0)

@@ -16,8 +16,7 @@ from terrain_gl.files.maps import bundled
 from terrain_gl.film import spline
 from terrain_gl.film.path import CameraPath, Keyframe
 from terrain_gl.film.tour import above_surface_m, clearance_m, tour
-from terrain_gl.heightmap import Heightmap
-from terrain_gl.verify.holes import ground_m
+from terrain_gl.heightmap import Heightmap, ground_m
 
 metres = st.integers(-10_000, 10_000).map(lambda decimetres: decimetres / 10)
 places = st.tuples(metres, metres, metres)

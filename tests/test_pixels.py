@@ -8,11 +8,10 @@ from terrain_gl import reference
 from terrain_gl.camera import Camera
 from terrain_gl.gpu import shaders
 from terrain_gl.gpu.bindings import bind
-from terrain_gl.heightmap import Heightmap
+from terrain_gl.heightmap import Heightmap, bilinear
 from terrain_gl.light.ground import towards_sun
 from terrain_gl.renderer import Renderer
 from terrain_gl.shade.programs import KINDS
-from terrain_gl.verify.holes import bilinear
 
 SIZE = (160, 90)
 SUN = (300.0, 30.0)

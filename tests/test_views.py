@@ -10,9 +10,9 @@ import terrain_gl as tg
 from terrain_gl.camera import screen_shift_px
 from terrain_gl.cli import main
 from terrain_gl.files.views import VIEWS, standard_sun, standard_view
+from terrain_gl.heightmap import bilinear
 from terrain_gl.image import read_image
 from terrain_gl.shade.picture import UNLIT
-from terrain_gl.verify.holes import bilinear
 from terrain_gl.verify.measure import posts_of
 
 SIZE = (96, 54)

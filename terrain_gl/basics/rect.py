@@ -1,4 +1,4 @@
-"""Rectangles of posts: what an edit changed, and what must be computed again."""
+"""Rectangles of posts: what an edit changed, and what must be computed again; the nodes of a level over posts."""
 
 from __future__ import annotations
 
@@ -10,6 +10,11 @@ Rect = tuple[int, int, int, int]  # first column and row, last column and row: a
 def hull(a: Rect, b: Rect) -> Rect:
     """The smallest rectangle that holds two."""
     return min(a[0], b[0]), min(a[1], b[1]), max(a[2], b[2]), max(a[3], b[3])
+
+
+def nodes_along(posts: int, level: int) -> int:
+    """Nodes of a level along an axis with `posts` posts; a node is 2^level cells wide, the last one may pass the map."""
+    return -(-(posts - 1) >> level)
 
 
 def span_of(flags: np.ndarray, first: int = 0) -> slice:

@@ -18,8 +18,7 @@ from ..film.journal import Journal
 from ..film.path import CameraPath
 from ..film.record import CODECS, Recorder, is_folder
 from ..film.tour import FOV_DEG, tour
-from ..heightmap import Heightmap
-from ..verify.holes import ground_m
+from ..heightmap import Heightmap, ground_m
 from . import frames, options, overlays, report, stores, values
 
 SECONDS = 12.0

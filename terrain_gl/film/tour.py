@@ -7,8 +7,7 @@ import math
 import numpy as np
 
 from ..camera import Camera
-from ..heightmap import Heightmap
-from ..verify.holes import ground_m
+from ..heightmap import Heightmap, ground_m
 from .path import CameraPath, Keyframe
 
 KEYFRAMES = 16

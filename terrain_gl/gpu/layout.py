@@ -7,6 +7,8 @@ from typing import NamedTuple
 
 import numpy as np
 
+from ..basics.rect import nodes_along
+
 MAX_LEVELS = 15  # a map of 16384 posts a side has levels 0 to 14
 TILE = 32  # nodes a side of the tile that one work group turns into patches; a row is one word with a bit for each node
 SIZES = 7  # patches have 2^0 to 2^6 segments a side
@@ -194,7 +196,7 @@ def quadtree(cols: int, rows: int, least_top: int = 1) -> list[Level]:
     levels: list[Level] = []
     node = word = tile = count = 0
     for j in range(top + 1):
-        size = (-(-(cols - 1) >> j), -(-(rows - 1) >> j))
+        size = (nodes_along(cols, j), nodes_along(rows, j))
         tiles = (-(-size[0] // TILE), -(-size[1] // TILE))
         levels.append(Level(size, node, word, tiles, tile, count))
         tile += tiles[0] * tiles[1]

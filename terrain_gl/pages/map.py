@@ -12,6 +12,7 @@ from typing import NamedTuple
 import numpy as np
 
 from ..basics.exceptions import TerrainError
+from ..basics.rect import nodes_along
 from ..heightmap import Heightmap
 
 PageKey = tuple[int, int, int]  # level, row and column of a page
@@ -154,7 +155,7 @@ class PagedMap(Heightmap):
 
     def nodes(self, level: int) -> tuple[int, int]:
         """Rows and columns of a level's nodes."""
-        return -(-(self.rows - 1) >> level), -(-(self.cols - 1) >> level)
+        return nodes_along(self.rows, level), nodes_along(self.cols, level)
 
     def pages(self, level: int) -> tuple[int, int]:
         """Rows and columns of a level's pages."""

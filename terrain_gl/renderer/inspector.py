@@ -12,12 +12,12 @@ from ..basics.steps import Steps, drain
 from ..camera import Camera
 from ..camera.curvature import drop_between_m
 from ..gpu.session import in_session, steps_in_session
-from ..heightmap import Heightmap
+from ..heightmap import Heightmap, bilinear
 from ..lod import METRES, Goal, RingsSelector, Selection
 from ..mesh import captured_triangles
 from ..terrain import Terrain
 from ..verify.explain import Explainer, Explanation
-from ..verify.holes import bilinear, count_holes
+from ..verify.holes import count_holes
 from ..verify.measure import TILE, Achieved, Measurement
 from .frame import DrawnFrame
 from .gpu_resources import GpuResources

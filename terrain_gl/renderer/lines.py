@@ -11,9 +11,8 @@ import numpy as np
 from ..camera import Camera
 from ..gpu import shaders
 from ..gpu.bindings import bind
-from ..heightmap import Heightmap
+from ..heightmap import Heightmap, ground_m
 from ..shade.picture import Picture
-from ..verify.holes import ground_m
 
 PIECE = np.dtype([("a_m", "3f4"), ("b_m", "3f4"), ("color", "4u1")])  # glsl/view/lines.vert
 FEW = 8192  # pieces that the first buffer has room for

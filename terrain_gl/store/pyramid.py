@@ -9,6 +9,7 @@ from __future__ import annotations
 from collections.abc import Iterator
 from typing import NamedTuple
 
+from ..basics.rect import nodes_along
 from ..gpu.layout import quadtree
 
 TILE = 256  # posts a side
@@ -46,11 +47,12 @@ class Pyramid(NamedTuple):
 
     def posts(self, level: int) -> tuple[int, int]:
         """Rows and columns of a level's lattice."""
-        return -(-(self.rows - 1) >> level) + 1, -(-(self.cols - 1) >> level) + 1
+        rows, cols = self.nodes(level)
+        return rows + 1, cols + 1
 
     def nodes(self, level: int) -> tuple[int, int]:
         """Rows and columns of a level's nodes."""
-        return -(-(self.rows - 1) >> level), -(-(self.cols - 1) >> level)
+        return nodes_along(self.rows, level), nodes_along(self.cols, level)
 
     def node_shard(self, level: int) -> int:
         """Nodes along a side of a shard of error records."""

@@ -6,7 +6,7 @@ import numpy as np
 
 from ..camera import Camera
 from ..camera.curvature import drop_between_m
-from ..heightmap import Heightmap
+from ..heightmap import Heightmap, bilinear
 
 # offsets up to a pixel from the middle, in steps of an eighth: samples are somewhere in this area
 _AROUND = sorted(((i / 8, j / 8) for i in range(-8, 9) for j in range(-8, 9)), key=lambda at: np.hypot(*at))
@@ -108,24 +108,3 @@ def _edges_crossed(
     points = np.concatenate(crossed or [np.zeros((0, 3))])
     on_map = ((points[:, 1:] >= 0) & (points[:, 1:] <= last_post)).all(1) & (points[:, 0] > near_m)
     return tuple(points[on_map][np.argsort(points[on_map, 0])].T)
-
-
-def ground_m(heightmap: Heightmap, places: np.ndarray) -> np.ndarray:
-    """Heights at world places (..., 2); NaN over voids and outside the map."""
-    east, north = np.atleast_2d(places).T / np.array(heightmap.spacing_m)[:, None]
-    return bilinear(heightmap.heights, east, heightmap.rows - 1 - north)
-
-
-def bilinear(heights: np.ndarray, x: np.ndarray, y: np.ndarray) -> np.ndarray:
-    """Heights at fractional columns x and rows y, in float64; NaN beside void posts and outside the map."""
-    rows, cols = heights.shape
-    outside = ~((x >= 0) & (x <= cols - 1) & (y >= 0) & (y <= rows - 1))
-    col = np.clip(np.floor(np.where(outside, 0, x)), 0, cols - 2).astype(int)
-    row = np.clip(np.floor(np.where(outside, 0, y)), 0, rows - 2).astype(int)
-    u, v = x - col, y - row
-
-    def share(east: int, south: int) -> np.ndarray:
-        weight = (u if east else 1 - u) * (v if south else 1 - v)
-        return np.where(weight == 0, 0.0, weight * heights[row + south, col + east])  # 0 · NaN would be NaN
-
-    return np.where(outside, np.nan, share(0, 0) + share(1, 0) + share(0, 1) + share(1, 1))

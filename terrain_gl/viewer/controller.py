@@ -13,8 +13,7 @@ from dataclasses import dataclass, field, replace
 import numpy as np
 
 from ..camera import Camera
-from ..heightmap import Heightmap
-from ..verify.holes import ground_m
+from ..heightmap import Heightmap, ground_m
 from .pose import Pose, hit_ground, not_too_steep, on_map, vector
 
 MODES = ("fly", "orbit", "walk")

@@ -8,8 +8,7 @@ from dataclasses import astuple, dataclass
 import numpy as np
 
 from ..camera import Camera, Vector
-from ..heightmap import Heightmap
-from ..verify.holes import ground_m
+from ..heightmap import Heightmap, ground_m
 
 STEEPEST_DEG = 89.9
 

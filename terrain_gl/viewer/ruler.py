@@ -6,9 +6,8 @@ from typing import NamedTuple
 
 import numpy as np
 
-from ..heightmap import Heightmap
+from ..heightmap import Heightmap, ground_m
 from ..renderer.lines import leg
-from ..verify.holes import ground_m
 
 MOST = 2000  # rough limit of places in a profile
 

@@ -7,8 +7,7 @@ import pytest
 from viewers import hills
 
 from terrain_gl.camera import Camera
-from terrain_gl.heightmap import Heightmap
-from terrain_gl.verify.holes import ground_m
+from terrain_gl.heightmap import Heightmap, ground_m
 from terrain_gl.viewer.controller import CLEARANCE, FAST, TRAVEL_S, WHEEL, Controller, Pose, hit_ground
 from terrain_gl.viewer.pose import on_map
 

@@ -7,12 +7,11 @@ import pytest
 from viewers import changed, hills, seen, settle, with_a_stroke
 
 from terrain_gl.camera import Camera
-from terrain_gl.heightmap import Heightmap
+from terrain_gl.heightmap import Heightmap, ground_m
 from terrain_gl.renderer import Renderer
 from terrain_gl.renderer.draped import draped
 from terrain_gl.renderer.lines import FEW
 from terrain_gl.renderer.overlay import Overlay
-from terrain_gl.verify.holes import ground_m
 from terrain_gl.viewer.loading import Opened
 
 ACROSS = Overlay((np.array([[4.0, 100.0], [124.0, 70.0]]),), np.array([[60.0, 60.0], [-500.0, 3.0]]))
