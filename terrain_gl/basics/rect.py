@@ -13,7 +13,7 @@ def hull(a: Rect, b: Rect) -> Rect:
 
 
 def nodes_along(posts: int, level: int) -> int:
-    """Nodes of a level along an axis with `posts` posts; a node is 2^level cells wide, the last one may pass the map."""
+    """Nodes of a level along an axis with `posts` posts. A node is 2^level cells wide; the last may pass the map."""
     return -(-(posts - 1) >> level)
 
 

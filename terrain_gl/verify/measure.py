@@ -20,11 +20,10 @@ from ..camera.curvature import drop_between_m
 from ..gpu import gl
 from ..gpu.bindings import bind
 from ..gpu.layout import PLACES
-from ..heightmap import Heightmap
+from ..heightmap import Heightmap, bilinear
 from ..lod import Selection
 from ..mesh import MeshDraw, MeshDraws
 from ..terrain import Terrain
-from .holes import bilinear
 
 TILE = 512  # posts a side of the region that one step measures
 _BAND = 32  # rows of places that are projected together
