@@ -7,7 +7,7 @@ answers: four fetches tell whether any cell in a box is off by more than the eye
 The real method does more. This file simplifies it:
 
 - The truth is the heights at the posts. Between the posts there is no bound, and no vertex.
-- A patch has at least 2 segments a side. There are no pairs, and no closer bounds for fans and stars.
+- A patch near the eye asks the tables, too, not the few cells that it has.
 - A patch has at most 32 segments a side. If a far unit needs more, the certified error is above the tolerance.
 - Every box is as high as the whole map. A metre is as many pixels everywhere as in the picture's worst corner.
 - The CPU reads the number of patches and divides them into draws. The Earth is flat, and the light is simple.
@@ -89,19 +89,23 @@ layout(std430, binding = 0) buffer Sums { uint S[]; };
 layout(binding = 0) uniform sampler2D u_heights;
 float post(int col, int row) { return texelFetch(u_heights, min(ivec2(col, row), LAST), 0).r; }
 ivec2 cells_of(int j) { return (LAST - 1 >> j) + 1; }  // columns and rows
-int sum_at(int j, int c, int x, int y) { return FIRST_SUM[j] + (c * (cells_of(j).y + 1) + y) * (cells_of(j).x + 1) + x; }
+int sum_at(int j, int c, int x, int y) {
+    return FIRST_SUM[j] + (c * (cells_of(j).y + 1) + y) * (cells_of(j).x + 1) + x;
+}
 float limit_m(int c) { return 2.0 * SPAN_M * exp2(-0.5 * float(c)); }  // of class c; no error is above class 0
 uint cells_above(ivec2 low, int side, int j, int c) {
     ivec2 a = max(low, 0) >> j, b = (min(low + side, LAST) - 1 >> j) + 1;
     if (any(lessThanEqual(b, a))) return 0u;  // beyond the map
-    return S[sum_at(j, c, b.x, b.y)] - S[sum_at(j, c, b.x, a.y)] - S[sum_at(j, c, a.x, b.y)] + S[sum_at(j, c, a.x, a.y)];
+    uint south = S[sum_at(j, c, b.x, b.y)] - S[sum_at(j, c, a.x, b.y)];
+    uint north = S[sum_at(j, c, b.x, a.y)] - S[sum_at(j, c, a.x, a.y)];
+    return south - north;
 }
 """
 
 # A cell of level j is two triangles. OpenGL does not say which diagonal they share: we take the worse one, at every
 # post of the closed cell. With the twist t = a - b - c + d of its corners, they are  t min(x (1-y), y (1-x))  above and
 # t min(x y, (1-x) (1-y))  below the bilinear surface. A finer neighbour cuts an edge of the cell: its new vertices are
-# at most `cut` off the straight edge, and move the surface by at most w times that: w falls from 1 to 0 at the far side.
+# at most `cut` off the straight edge, and move the surface by at most w times that: w is 1 there, 0 at the far side.
 ERRORS = """
 layout(local_size_x = 8, local_size_y = 8) in;
 uniform int u_j;
@@ -170,7 +174,7 @@ float depth_of(ivec2 low, int side) {  // the smallest depth of a box, FAR if it
 # squares become one where that costs no more. A patch costs its triangles, and 28 more.
 LEAVES = """
 uniform ivec2 u_origin[RINGS];  // north-west posts; the finest ring is the first
-layout(std430, binding = 1) buffer Leaves { int leaves[]; };  // a word for each unit of each ring: log2 of side and step
+layout(std430, binding = 1) buffer Leaves { int leaves[]; };  // a word for each unit: log2 of side and step
 struct Leaf { ivec2 low; int side_log2, step_log2, ring; };   // posts
 int unit_at(int ring, ivec2 at) { return (ring * UNITS + at.y) * UNITS + at.x; }
 Leaf leaf_over(ivec2 post) {  // the largest leaf that covers the cell south-east of a post
@@ -179,7 +183,8 @@ Leaf leaf_over(ivec2 post) {  // the largest leaf that covers the cell south-eas
         for (int size = 3; size >= 0 && at == (at & UNITS - 1); size--) {
             ivec2 corner = at >> size << size;
             int word = leaves[unit_at(ring, corner)], side_log2 = word >> 8;
-            if (side_log2 == ring + 1 + size) return Leaf(u_origin[ring] + (corner << ring + 1), side_log2, word & 255, ring);
+            ivec2 low = u_origin[ring] + (corner << ring + 1);
+            if (side_log2 == ring + 1 + size) return Leaf(low, side_log2, word & 255, ring);
         }
     }
     return Leaf(post, 0, 24, RINGS);  // beyond all rings
@@ -189,7 +194,8 @@ DECIDE = """
 layout(local_size_x = 8, local_size_y = 8) in;  // a block
 shared float s_cost[8][8];
 bool holds(ivec2 low, int side, int j) {
-    int c = max(int(ceil(2.0 * log2(2.0 * SPAN_M / error_within_m(depth_of(low, side))))), 0);  // the class of that error
+    float allowed_m = error_within_m(depth_of(low, side));
+    int c = max(int(ceil(2.0 * log2(2.0 * SPAN_M / allowed_m))), 0);  // the class of that error
     return j <= 0 || c < CLASSES && cells_above(low, side, j, c) == 0u;
 }
 void main() {
