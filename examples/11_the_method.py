@@ -18,6 +18,7 @@ Run: ``python 11_the_method.py`` for a window, ``python 11_the_method.py PICTURE
 import argparse
 import json
 import struct
+import sys
 import zlib
 from pathlib import Path
 from typing import NamedTuple
@@ -45,7 +46,8 @@ class Map(NamedTuple):
 
 def open_map(name):
     """Open a map of `heightmaps/maps.json`."""
-    folder = Path(__file__).resolve().parent.parent / "heightmaps"
+    here = globals().get("__file__", sys.argv[0])  # a gallery runs the text without a file
+    folder = Path(here).resolve().parent.parent / "heightmaps"
     known = json.loads((folder / "maps.json").read_text())[name]
     heights = np.float32(known["z_offset_m"]) + np.float32(known["z_scale"]) * read_png(folder / known["file"])
     return Map(heights, known["spacing_m"], known["look"], *(known["view"][k] for k in ("eye", "target", "fov")))
