@@ -426,6 +426,7 @@ class Terrain:
         self.ctx.enable_only(moderngl.NOTHING)
         self.sky.render(moderngl.TRIANGLES, 3)
         self.ctx.enable_only(moderngl.DEPTH_TEST)
+        self.ctx.depth_func = "<"
         self.ctx.wireframe = shows_levels
         with self.ctx.query(primitives=True) as query:
             self.draw_patches(self.land, count)

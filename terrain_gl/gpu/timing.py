@@ -46,6 +46,8 @@ class Stopwatch:
         self.depth = depth
         self._make = gl.function(ctx, "glGenQueries", None, c_int, POINTER(c_uint))
         self._mark = gl.function(ctx, "glQueryCounter", None, c_uint, c_uint)
+        self._flush = gl.function(ctx, "glFlush", None)
+        self._is_software = gl.is_software(ctx)
         self._is_there = gl.function(ctx, "glGetQueryObjectiv", None, c_uint, c_uint, POINTER(c_int))
         self._value = gl.function(ctx, "glGetQueryObjectui64v", None, c_uint, c_uint, POINTER(c_uint64))
         self._delete = gl.function(ctx, "glDeleteQueries", None, c_int, POINTER(c_uint))
@@ -103,6 +105,8 @@ class Stopwatch:
             self._spare += made
         query = self._spare.pop()
         self._mark(query, _TIMESTAMP)
+        if self._is_software:  # Mesa keeps marks among triangles that wait; compute shaders would overtake them
+            self._flush()
         return query
 
     def _finished(self, stages: list[_Stage]) -> bool:

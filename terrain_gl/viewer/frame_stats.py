@@ -71,9 +71,9 @@ def without_bounds(stats: dict[str, Any]) -> dict[str, Any]:
 
 
 def in_window_px(stats: dict[str, Any], shrink: int) -> dict[str, Any]:
-    """The stats of a picture that is shown `shrink` times as large: its bound in pixels of the window."""
-    bound_px = stats["certified_max_error_px"]
-    return stats if bound_px is None else stats | {"certified_max_error_px": shrink * bound_px}
+    """The stats of a picture that is shown `shrink` times as large: bound and tolerance in pixels of the window."""
+    in_px = {key: stats[key] for key in ("certified_max_error_px", "requested_max_error_px")}
+    return stats | {key: None if px is None else shrink * px for key, px in in_px.items()}
 
 
 def drawing_ms(stats: dict[str, Any]) -> float:
