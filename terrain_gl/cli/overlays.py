@@ -15,7 +15,7 @@ PICTURES = (".tif", ".tiff", ".png", ".jpg", ".jpeg", ".jp2", ".webp", ".exr", "
 
 def add(command: Any) -> None:
     """Declare `--overlay`."""
-    what = "draw over the land: lines and points of a GeoJSON file, or a picture of the ground; may be repeated"
+    what = "over the land: lines and points (GeoJSON, GPX, KML, KMZ, TCX), or a picture of the ground; may be repeated"
     command.add_argument("--overlay", metavar="FILE", action="append", default=[], help=what)
 
 

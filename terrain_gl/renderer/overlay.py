@@ -1,4 +1,4 @@
-"""Lines and points to be drawn over a map, from GeoJSON or from objects of geopandas and shapely."""
+"""Lines and points to be drawn over a map, from GeoJSON, tracks of GPS devices, or objects of geopandas and shapely."""
 
 from __future__ import annotations
 
@@ -15,6 +15,7 @@ from ..heightmap import Heightmap
 from ..readers.geodesy import flat_crs
 from ..readers.georeference import DEGREES
 from ..readers.place import to_degrees
+from . import tracks
 
 MAX_BYTES = 1 << 28  # largest file
 _DEEPEST = 10  # most collections inside each other
@@ -41,9 +42,10 @@ def read_overlay(source: Any, heightmap: Heightmap) -> Overlay:
     Parameters
     ----------
     source
-        The path of a GeoJSON file, a GeoJSON mapping, or any object with `__geo_interface__`, such as a GeoDataFrame or
-        a geometry of shapely. GeoJSON is in degrees (RFC 7946), unless it has a member "crs". Objects are in their
-        `crs`; without one, in the map's own coordinates; if the map has none, in metres from its south-west post.
+        The path of a GeoJSON, GPX, KML, KMZ or TCX file, a GeoJSON mapping, or any object with `__geo_interface__`,
+        such as a GeoDataFrame or a geometry of shapely. GeoJSON is in degrees (RFC 7946), unless it has a member "crs".
+        Objects are in their `crs`; without one, in the map's own coordinates; if the map has none, in metres from its
+        south-west post.
 
     Raises
     ------
@@ -60,7 +62,7 @@ def read_overlay(source: Any, heightmap: Heightmap) -> Overlay:
             _posts(np.concatenate([*points, np.zeros((0, 2))]), crs, heightmap, is_line=False),
         )
     except (KeyError, TypeError, ValueError, IndexError, AttributeError) as error:
-        raise TerrainError(f"{name}: is no GeoJSON of lines and points: {_reason(error)}") from None
+        raise TerrainError(f"{name}: has no lines and points that can be read: {_reason(error)}") from None
     except TerrainError as error:
         raise TerrainError(f"{name}: {error}") from None
 
@@ -74,13 +76,8 @@ def _loaded(source: Any) -> tuple[str, Any, Any]:
     """Name, GeoJSON and coordinate system of a source; None for the map's coordinate system."""
     if isinstance(source, str | os.PathLike):
         name = os.fspath(source)
-        check_input(name, "name a GeoJSON file", MAX_BYTES)
-        try:
-            with open(name, encoding="utf-8") as file:
-                content = json.load(file)
-        except (ValueError, RecursionError, OSError) as error:
-            raise TerrainError(f"{name}: is no GeoJSON: {' '.join(str(error).split())[:80]}") from None
-        return name, content, _crs_of(content)
+        check_input(name, "name a GeoJSON, GPX, KML or TCX file", MAX_BYTES)
+        return name, *_read(name)
     if isinstance(source, Mapping):
         return "overlay", source, _crs_of(source)
     if hasattr(source, "__geo_interface__"):
@@ -88,6 +85,28 @@ def _loaded(source: Any) -> tuple[str, Any, Any]:
     raise TerrainError(
         f"overlay: expected a GeoJSON file or an object with __geo_interface__, got {type(source).__name__}"
     )
+
+
+def _read(name: str) -> tuple[Any, Any]:
+    """GeoJSON and coordinate system of a file."""
+    try:
+        with open(name, "rb") as file:
+            text = file.read()
+    except OSError as error:
+        raise TerrainError(f"{name}: cannot be read: {error.strerror}") from None
+    try:
+        if tracks.is_zip(text):
+            text = tracks.unpacked(text, MAX_BYTES)
+        if tracks.is_xml(text[:64]):
+            return tracks.features_of(text), DEGREES
+    except (ValueError, RecursionError) as error:
+        raise TerrainError(f"{name}: {' '.join(str(error).split())[:110]}") from None
+    try:
+        content = json.loads(text)
+    except (ValueError, RecursionError) as error:
+        words = " ".join(str(error).split())[:80]
+        raise TerrainError(f"{name}: is no GeoJSON, and no {tracks.FORMATS}: {words}") from None
+    return content, _crs_of(content)
 
 
 def _crs_of(content: Any) -> Any:
