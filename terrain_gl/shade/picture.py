@@ -32,9 +32,10 @@ from . import contours, surroundings
 from .programs import PixelPrograms, Wanted
 
 SUN = (300.0, 35.0)  # azimuth, clockwise from north, and elevation, in degrees
-_LIT = ("shaded", "visibility", "ambient", "direct", "lobes")  # styles that need light
+_OF_LIGHT = ("visibility", "ambient", "direct", "lobes")  # styles that show parts of the light
+_LIT = ("shaded", *_OF_LIGHT)  # styles that need light
 _OF_MESH = ("wireframe", "lod", "segments", "promise", "error")  # styles that show the mesh
-STYLES = (*_LIT, "lambert", *_OF_MESH, "normals", "voids", "depth")
+STYLES = ("shaded", "lambert", *_OF_MESH, "normals", "voids", "depth", *_OF_LIGHT)
 _EXACT = (*_LIT, "lambert", "normals", "depth")  # styles of light, or of numbers: `Picture.exact`
 GRAINS = ("on", "off")
 VOIDS = ("fill", "hole")  # how posts without data are drawn

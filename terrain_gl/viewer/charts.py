@@ -29,7 +29,7 @@ def show(ui: Widgets, painter: Painter, controller: Controller) -> None:
     _title(ui, "Triangles", f"{frame.stats['triangles']:,} in {frame.stats['patches']:,} patches")
     _line(ui, [record.triangles for record in records], SOFT)
     ui.hint("triangles", "Triangles of the last frames.")
-    _title(ui, "Error", _error_words(frame))
+    _title(ui, "Error", error_words(frame))
     _errors(ui, records)
     ui.hint("error", "Line: the certified bound in pixels. Dots: the achieved error, measured at rest.")
     above = frame.height_m
@@ -43,7 +43,8 @@ def _frame_words(frame: FrameStats, timer: str) -> str:
     return f"{seconds(drawing_ms(frame.stats))} {timer}, {', '.join(filter(None, words))}"
 
 
-def _error_words(frame: FrameStats) -> str:
+def error_words(frame: FrameStats) -> str:
+    """The achieved error and the bound, as far as they are known."""
     if frame.is_preview:
         return "preview: nothing certified"
     if "complete" in frame.stats:  # of a store, whose truth is on a disk

@@ -34,11 +34,11 @@ class Command(NamedTuple):
 
 
 def press(viewer: Viewer, key: str, repeated: bool = False) -> None:
-    """Execute the command of a key; `repeated`: the key is held. Without a visible map, only Esc does anything."""
+    """Execute the command of a key; `repeated`: the key is held. Without a visible map, only Esc and Ctrl Q work."""
     command = BY_KEY.get(key)
     if not command or not command.act or (repeated and not command.repeats):
         return
-    if viewer.scene.is_visible or key == "escape":
+    if viewer.scene.is_visible or key in ("escape", "ctrl+q"):
         command.act(viewer)
         viewer.window.refresh()
 
@@ -87,7 +87,7 @@ def _toggle_help(viewer: Viewer) -> None:
 
 
 def _escape(viewer: Viewer) -> None:
-    """Cancel one piece of work; if there is none, close one thing that is open; else quit."""
+    """Cancel one piece of work; if there is none, close one thing that is open; else ask whether to quit."""
     if viewer.cancel():
         return
     if viewer.files.close():
@@ -103,7 +103,7 @@ def _escape(viewer: Viewer) -> None:
     elif viewer.explainer.explanation:
         viewer.explainer.explanation = None
     elif not viewer.explainer.close_one():
-        viewer.quit()
+        viewer.ask_quit()
 
 
 def _bookmarks() -> list[Command]:
@@ -188,7 +188,8 @@ GROUPS: dict[str, list[Command]] = {
     "Window": [
         Command("I", "show or hide the panel", ("i",), _toggle_panel),
         Command("H  F1", "show or hide this help", ("h", "f1"), _toggle_help),
-        Command("Esc", "cancel, close, or quit", ("escape",), _escape),
+        Command("Esc", "cancel, or close what is open; twice: quit", ("escape",), _escape),
+        Command("Ctrl Q", "quit", ("ctrl+q",), lambda s: s.quit()),
     ],
 }
 

@@ -23,6 +23,8 @@ INFERNO = (
     (0.988, 0.998, 0.645),
 )
 
+VISIBLE = ((0.0, 0.0, 0.0), (0.0, 0.0, 1.0), (0.93, 0.93, 1.0), (0.93, 0.93, 0.0))
+
 COLOURS = {  # what the colours of the land show, by style
     "shaded": "light",
     "lod": "levels: spacing of vertices",
@@ -49,5 +51,8 @@ def legend(options: RenderOptions) -> Legend | None:
         "lod": Legend(VIRIDIS, "every post, or closer", "1/16 of the map", borders),
         "segments": Legend(VIRIDIS, "one quad", "32 × 32", borders),
         "promise": Legend(INFERNO, "0", most, "Grey: no bound. Cyan: over the tolerance."),
+        "visibility": Legend(
+            VISIBLE, "neither", "sun alone", "Blue: share of the sky. Yellow: of the sun. White: both."
+        ),
         "error": Legend(INFERNO, "0", most, "Cyan: over the tolerance. Grey: no data."),
     }.get(options.style)

@@ -20,7 +20,7 @@ from .pose import Pose
 MOST_MAPS = 50
 MOST_RECENT = 8
 _PANELS = ("panel",)
-_REMEMBERED = ("max_error_px", "triangles", "metric", "method", "style")
+_REMEMBERED = ("max_error_px", "metric", "method", "style")  # a number of triangles suits one map alone
 
 
 def state_path() -> Path:

@@ -16,11 +16,13 @@ from . import (
     profile_plot,
     sections,
 )
+from .legend import COLOURS, legend
 from .viewer import Progress, Viewer
 from .widgets import Widgets
 from .window_state import Size
 
 PANEL_EM = 22.0  # width of the panel, in heights of the typeface
+LEGEND_EM = 18.0  # width of the legend that is shown without the panel
 MARGIN = 10.0  # around the panel, in units of length
 _ENDINGS_OF_EDITS = "name.tif: a window of the map   name.npz: for this store alone"
 _RECORDING = (1.0, 0.45, 0.40, 1.0)
@@ -67,7 +69,7 @@ class Panels:
         return {
             "Map": lambda ui: map_section.map_section(ui, s, press),
             "Detail": lambda ui: sections.detail_section(ui, s.settings, s.painter, s.scene),
-            "Understand": lambda ui: sections.understand_section(ui, s.scene, press),
+            "Understand": lambda ui: sections.understand_section(ui, s.scene, s.sculpting.brushing, press),
             "Sculpt": lambda ui: sections.sculpt_section(ui, s.scene, s.sculpting, press),
             "Picture": lambda ui: picture_section.picture_section(ui, s, self._draft),
             "Camera": lambda ui: sections.camera_section(ui, s.scene.controller, press),
@@ -99,6 +101,8 @@ class Panels:
         elif self._viewer.scene.has_map:
             self._orientation(ui, size)
             self._explanations(ui, size)
+            if not self._shows_panel(ui, size):
+                self._legend_alone(ui, size)
 
     def status_alone(self, ui: Widgets) -> None:
         """Build the window with messages alone, because the others cannot be built."""
@@ -185,6 +189,20 @@ class Panels:
             ):
                 ui.imgui.text_disabled(line)
             self._map_px = ui.imgui.get_window_size()[1] + MARGIN * ui.scale
+
+    def _legend_alone(self, ui: Widgets, size: Size) -> None:
+        """What the colours mean, with numbers, at the lower left while the panel is hidden: for a projector."""
+        scene = self._viewer.scene
+        shown = None if self._settings.split or scene.is_preview else legend(self._settings.options)
+        if shown is None or not scene.is_visible:
+            return
+        anchor = MARGIN * ui.scale / size[0], (size[1] - self._status_px - MARGIN * ui.scale) / size[1]
+        with ui.window("##legend", anchor, size, pivot=(0.0, 1.0), takes_mouse=False):
+            frame = self._viewer.painter.frame
+            ui.imgui.text(COLOURS.get(self._settings.options.style, self._settings.options.style))
+            ui.imgui.dummy((LEGEND_EM * ui.em, 0.0))
+            ui.legend(shown)
+            ui.imgui.text(f"{frame.stats.get('triangles', 0):,} triangles, {charts.error_words(frame)}")
 
     # --- Explanations at the right ------------------------------------------------------------------------------------
 

@@ -62,7 +62,7 @@ def detail_section(ui: Widgets, settings: Settings, painter: Painter, scene: Sce
         settings.change(**given)
 
 
-def understand_section(ui: Widgets, scene: Scene, press: Press) -> None:
+def understand_section(ui: Widgets, scene: Scene, sculpts: bool, press: Press) -> None:
     """How detail is chosen."""
     settings = scene.settings
     style = settings.options.style
@@ -89,7 +89,8 @@ def understand_section(ui: Widgets, scene: Scene, press: Press) -> None:
     if settings.sums:
         side = ui.slide("box", settings.box, 2, 256, "Posts along a side of the box under the cursor.", "%.0f posts")
         settings.box = settings.box if side is None else round(side)
-    ui.imgui.text_disabled("Click on the land to see why it is drawn so.")
+    sentence = "A click sculpts; B puts the brush away." if sculpts else "Click on the land to see why it is drawn so."
+    ui.imgui.text_disabled(sentence)
 
 
 def sculpt_section(ui: Widgets, scene: Scene, sculpting: Sculpting, press: Press) -> None:

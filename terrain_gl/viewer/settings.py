@@ -60,6 +60,10 @@ class Settings:
         """Change options of all sides."""
         self.sides = [side.otherwise(**changes) for side in self.sides]
 
+    def forget_budgets(self) -> None:
+        """Draw within a tolerance again: a number of triangles suits one map."""
+        self.sides = [side.otherwise(max_error_px=1.0) if side.triangles else side for side in self.sides]
+
     def toggle_contours(self) -> None:
         """Draw contour lines at an interval that suits the map, or none."""
         self.change_all(contour_m=0.0 if self.options.contour_m is None else None)

@@ -39,6 +39,7 @@ from .store_tiles import StoreTiles, never_wait
 from .window_state import Size, WindowState
 
 HINT_S = 10.0
+QUIT_S = 5.0  # Esc closes the window if it is pressed again within this time
 _LONGEST_S = 0.25  # most seconds that the camera moves in one frame, even after a longer frame
 _BACKGROUND = (0.16, 0.19, 0.23)
 _NO_LENS = (0.0, 0.0, 0.0, 1.0)
@@ -101,6 +102,7 @@ class Viewer:
         self._lines: Lines | None = None
         self._draped: list[Line] | None = None  # the overlays; None if the land has changed
         self._moved_s: float | None = None
+        self._asked_until_s = float("-inf")
         self._entered = False  # whether there was a map
 
     def close(self) -> None:
@@ -159,6 +161,8 @@ class Viewer:
         self.ruler.clear()
         if self._entered or self.settings.options.look == AUTO:  # a look that the user gave applies to the first map
             self.settings.change_all(look=self.memory.look(opened.key) or AUTO)
+        if self._entered:
+            self.settings.forget_budgets()
         self._entered = True
         scene.enter(opened, self.memory.bookmarks(opened.key), self.memory.last_pose(opened.key))
         if opened.exaggeration != 1 and not scene.is_preview:
@@ -249,6 +253,15 @@ class Viewer:
         except Exception as another:
             return f"{line}; the sculpted land is in no recovery file: {another}"
         return f"{line}; the sculpted land is in {kept}, too" if kept else line
+
+    def ask_quit(self) -> None:
+        """Close the window at the second request within some seconds: one Esc too many must not close it."""
+        again = self.window.now_s < self._asked_until_s
+        self._asked_until_s = self.window.now_s + QUIT_S
+        if again:
+            self.quit()
+        else:
+            self.window.say("Esc again closes the window", QUIT_S)
 
     def quit(self) -> None:
         """Close the window, unless edits would be lost; the second call closes it anyway."""

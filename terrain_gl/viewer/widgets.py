@@ -117,7 +117,20 @@ class Widgets:
         self.places[label] = (*self.imgui.get_item_rect_min(), *self.imgui.get_item_rect_max())
         if self.imgui.is_item_hovered(self.imgui.HoveredFlags_.allow_when_disabled):
             self.hovered_hint = text
-        self.imgui.set_item_tooltip(text.replace("%", "%%"))
+        if self.imgui.is_item_hovered(self.imgui.HoveredFlags_.for_tooltip):
+            self._tooltip(text)
+
+    def _tooltip(self, text: str) -> None:
+        """Text beside the window of the last control: over it, it would cover the next control."""
+        imgui = self.imgui
+        right = imgui.get_window_pos()[0] + imgui.get_window_size()[0]
+        width, _ = imgui.get_io().display_size
+        if right + 12 * self.em < width:
+            imgui.set_next_window_pos((right + 0.5 * self.em, imgui.get_item_rect_min()[1]))
+        imgui.begin_tooltip()
+        with self.wrapped(min(28 * self.em, max(width - right - 2 * self.em, 12 * self.em))):
+            imgui.text(text)
+        imgui.end_tooltip()
 
     def choose(self, label: str, value: str, choices: Sequence[str], hint: str) -> str | None:
         """One of several; returns what was chosen, if anything."""

@@ -158,7 +158,7 @@ def test_edits_are_not_lost_without_a_warning(viewer, tmp_path, monkeypatch):
     monkeypatch.chdir(tmp_path)
     with_a_stroke(viewer)
     press(viewer, "escape")
-    press(viewer, "escape")
+    press(viewer, "ctrl+q")
     assert not viewer.window.closing and "not saved" in viewer.window.message
     viewer.open("alpine")  # asked again
     assert viewer.loader.job
@@ -178,7 +178,7 @@ def test_edits_are_not_lost_without_a_warning(viewer, tmp_path, monkeypatch):
     later(viewer)
     assert str(tmp_path) in viewer.window.message and not viewer.sculpting.unsaved
     press(viewer, "escape")
-    press(viewer, "escape")
+    press(viewer, "ctrl+q")
     assert viewer.window.closing
 
 

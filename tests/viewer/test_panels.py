@@ -140,6 +140,14 @@ def test_esc_closes_a_list_and_nothing_else(app):
     app.press("escape")
     settle(app)
     assert not app.viewer.window.closing and not app.gui.covers(890, 600)
+
+
+def test_one_esc_too_many_does_not_quit(app):
+    app.press("escape")
+    assert not app.viewer.window.closing and "Esc again" in texts(app)
+    later(app, 10.0)  # the message ends: so does the question
+    app.press("escape")
+    assert not app.viewer.window.closing
     app.press("escape")
     assert app.viewer.window.closing
 

@@ -4,8 +4,12 @@ import math
 import re
 from importlib.resources import files
 
+import numpy as np
 import pytest
 
+from terrain_gl.camera import Camera
+from terrain_gl.heightmap import Heightmap
+from terrain_gl.renderer import Renderer
 from terrain_gl.renderer.methods import METHODS
 from terrain_gl.renderer.options import RenderOptions
 from terrain_gl.shade.picture import STYLES
@@ -89,7 +93,14 @@ def test_legends_show_the_colours_of_the_shaders():
     assert set(legend.COLOURS) <= set(STYLES)
     for style in STYLES:
         shown = legend.legend(RenderOptions(2.0, style=style))
-        assert (shown is not None) == (style in ("lod", "segments", "promise", "error"))
+        assert (shown is not None) == (style in ("lod", "segments", "promise", "error", "visibility"))
+
+
+def test_open_land_has_the_colour_that_the_legend_of_visibility_gives_to_both(ctx):
+    with Renderer(Heightmap(np.zeros((17, 17)), 10.0), (32, 24), ctx=ctx) as renderer:
+        frame = renderer.render(Camera((80.0, 80.0, 200.0), (80.0, 81.0, 0.0)), style="visibility")
+    both = legend.VISIBLE[2]
+    assert np.abs(frame.image[12, 16, :3] / 255 - both).max() < 0.01
 
 
 def test_every_patch_is_explained_in_words():

@@ -149,7 +149,7 @@ def test_window(screen, tmp_path):
             lambda: screen.pixels()[panel].mean() < 100 < screen.pixels()[land].mean(), "a dark panel beside the land"
         )
 
-        screen.do("key", "Escape")
+        screen.do("key", "Escape", "key", "Escape")
         assert end_of(process) == CLEAN
 
 
@@ -219,7 +219,7 @@ def test_a_run_with_real_events(screen, tmp_path):
         (tmp_path / "drop").write_text("")
         does(lambda s: s["name"] == "dropped.npy" and not s["busy"])
         screen.do("search", "--sync", "--name", "dropped.npy")
-        screen.do("key", "Escape")
+        screen.do("key", "ctrl+q")
         assert end_of(process) == CLEAN
     assert list(tmp_path.glob("hills-001*"))  # the film, or a folder of pictures
 
@@ -241,7 +241,7 @@ def test_a_file_from_a_file_manager(screen, tmp_path):
         assert drop(screen.environment["DISPLAY"], (200, 150), [tmp_path / "broken.tif"])
         screen.wait(lambda: "broken.tif" in json.loads(state.read_text())["message"], "a line about what is no map")
         assert json.loads(state.read_text())["name"] == dropped.name
-        screen.do("search", "--sync", "--name", "dropped", "windowfocus", "key", "Escape")
+        screen.do("search", "--sync", "--name", "dropped", "windowfocus", "key", "ctrl+q")
         assert end_of(process) == CLEAN
 
 
@@ -253,7 +253,7 @@ def test_view_command(screen, tmp_path):
         assert not has_panel(screen)
         screen.do("search", "--sync", "--name", "terrain-gl", "windowfocus", "key", "i")
         screen.wait(lambda: has_panel(screen), "the panel")
-        screen.do("key", "Escape")
+        screen.do("key", "ctrl+q")
         assert end_of(process) == (0, "", [])
     last = json.loads((tmp_path / "last.json").read_text())
     assert last["map"] == "alpine" and last["triangles"] > 100
@@ -280,7 +280,7 @@ def test_panels_in_a_window(screen, tmp_path):
         screen.do("mousemove", 150, rows[0] + 6, "click", 1, "mousemove", 500, 300)
         screen.wait(lambda: is_orange(screen.pixels()[knob, 145:160]).any(), "the slider's knob")
         screen.wait(lambda: is_still(screen), "a picture at rest: in motion the mesh is looser")
-        screen.do("key", "Escape")
+        screen.do("key", "ctrl+q")
         assert end_of(process) == (0, "", [])
     last = json.loads((tmp_path / "last.json").read_text())
     assert last["requested_max_error_px"] > 3 and last["certified_max_error_px"] <= last["requested_max_error_px"]
