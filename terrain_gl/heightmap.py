@@ -9,6 +9,7 @@ import math
 import os
 from collections.abc import Callable
 from copy import copy
+from functools import partial
 from typing import Any
 
 import numpy as np
@@ -22,7 +23,7 @@ from terrain_gl.readers.arrays import ORDERS
 from terrain_gl.readers.georeference import Georeference
 from terrain_gl.readers.objects import raster_of
 from terrain_gl.readers.place import Place
-from terrain_gl.readers.plausible import not_of_the_earth, plausible_scale, plausible_spacing
+from terrain_gl.readers.plausible import guess, not_of_the_earth, sample_of
 from terrain_gl.readers.undeclared import undeclared_voids, without
 from terrain_gl.readers.values import ENCODINGS, read_heights
 
@@ -72,7 +73,7 @@ class Heightmap:
     exaggeration : float
         How many times higher the relief is drawn; see `exaggerated`.
     of_earth : bool
-        False if the file gives no place, and has heights that do not exist on the Earth.
+        False if the map has no place, and heights that do not exist on the Earth, unless the caller has scaled them.
 
     Raises
     ------
@@ -82,7 +83,6 @@ class Heightmap:
         Values that are not real numbers, or a spacing that is not positive.
     """
 
-    of_earth = True
     exaggeration = 1.0
     is_store = False  # whether it is read page by page: `pages.map.PagedMap`
     _ground_spacing_m: Spacing | None = None
@@ -102,6 +102,7 @@ class Heightmap:
         self._mark_voids(void)
         self.range_m = self._checked(np.fmin.reduce(self.heights, None), np.fmax.reduce(self.heights, None))
         self.quantised_m = self.range_m
+        self.of_earth = not not_of_the_earth(self.range_m)
         self._lows: np.ndarray | None = None  # lowest heights of blocks of RANGE_BLOCK posts a side
         self._highs: np.ndarray | None = None
 
@@ -217,20 +218,21 @@ class Heightmap:
             marks, words = undeclared_voids(heights, scales)
             heights = without(heights, marks)
             notes = notes + words
-        if z_scale is None and z_offset_m is None and encoding == "plain":
-            factor, words = plausible_scale(raster, heights, spacing)
-            scales = (scales[0] * factor, scales[1])
-            notes = notes + words
-            if spacing_m is None and raster.spacing_m is None and not words:
-                chosen_m, words = plausible_spacing(heights)
-                spacing = (chosen_m, chosen_m)
-                notes = notes + words
+        is_told = z_scale is not None or z_offset_m is not None
+        if not is_told and encoding == "plain":
+            known_m = None if spacing_m is None and raster.spacing_m is None else spacing
+            whole = partial(sample_of, lambda rows, cols: heights[rows, cols], heights.shape, rows)
+            guessed = guess(raster, whole, known_m)
+            spacing = guessed.spacing_m
+            if guessed.scale != 1:  # rounded once
+                np.multiply(heights, guessed.scale, out=heights, dtype=np.float64, casting="same_kind")
+            scales = (scales[0] * guessed.scale, scales[1])
+            notes = notes + guessed.notes
         heightmap = cls(heights, spacing, raster.name)
         heightmap.assumes_spacing = spacing_m is None and raster.spacing_m is None
-        if heightmap.assumes_spacing and raster.georeference is z_scale is z_offset_m is None:
-            words = not_of_the_earth(heightmap.range_m)
-            heightmap.of_earth = not words
-            notes = notes + words
+        heightmap.of_earth = heightmap.of_earth or is_told or raster.georeference is not None
+        if not heightmap.of_earth:
+            notes = notes + not_of_the_earth(heightmap.range_m)
         heightmap.scales = scales
         heightmap.notes = notes
         heightmap.georeference = raster.georeference

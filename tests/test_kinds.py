@@ -283,7 +283,8 @@ def test_heights_that_no_land_has_are_not_of_the_earth(tmp_path):
     image(tmp_path / "a.png", ramp.astype("u2"))
     terrain = Heightmap.open(tmp_path / "a.png")
     assert not terrain.of_earth and not terrain.copy().of_earth and "drawn in grey" in terrain.notes[-1]
-    for told in ({"z_scale": 1.0}, {"spacing_m": 30.0}, {"z_offset_m": -10000.0}):
+    assert not Heightmap.open(tmp_path / "a.png", spacing_m=30.0).of_earth  # this says nothing about heights
+    for told in ({"z_scale": 1.0}, {"z_offset_m": -10000.0}):
         assert Heightmap.open(tmp_path / "a.png", **told).of_earth
 
 

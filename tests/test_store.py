@@ -19,7 +19,8 @@ from maps import rough
 from terrain_gl.basics.exceptions import TerrainError
 from terrain_gl.error import ErrorTables
 from terrain_gl.heightmap import Heightmap
-from terrain_gl.readers.windows import open_windows
+from terrain_gl.light.climate import look_of
+from terrain_gl.readers.windows import Reading, open_windows
 from terrain_gl.terrain import Terrain
 
 pytest.importorskip("zarr")
@@ -132,10 +133,48 @@ class Ramp:
         return rows[:, None] * cols
 
 
-def test_heights_that_no_land_on_the_earth_has_are_told_from_others(tmp_path):
+RAMP = np.linspace(0, 1, 300 * 280).reshape(300, 280)
+WAVES = np.add.outer(np.sin(np.arange(300) / 9), np.cos(np.arange(280) / 11))
+ALIKE = {  # values of a file without a scale, and options
+    "land": (RAMP * 140, {}),
+    "too steep": (WAVES * 40, {}),
+    "too high": (RAMP * 4000, {}),
+    "not metres": ((RAMP * 65535).astype("u2"), {}),
+    "not metres, but spaced": ((RAMP * 65535).astype("u2"), {"spacing_m": 30.0}),
+    "moon": (RAMP * 19_000 - 9_000, {"spacing_m": 100.0}),
+    "moon, scaled": (RAMP * 19_000 - 9_000, {"spacing_m": 100.0, "z_scale": 1.0}),
+}
+
+
+@pytest.mark.parametrize("kind", ALIKE)
+def test_a_file_and_its_store_have_the_same_spacing_and_look(tmp_path, kind):
+    values, told = ALIKE[kind]
+    np.save(tmp_path / "a.npy", values if values.dtype == np.uint16 else values.astype(np.float32))
+    mine = Heightmap.open(tmp_path / "a.npy", **told)
+    reading = Reading(z_scale=told.get("z_scale"))
+    build(tmp_path / "a.npy", tmp_path / "s", told.get("spacing_m"), reading, tile=64, shard=256)
+    stored = StoredMap(tmp_path / "s")
+    for name in ("spacing_m", "range_m", "assumes_spacing", "of_earth"):
+        assert getattr(stored, name) == getattr(mine, name), name
+    assert look_of(stored) == look_of(mine)
+    np.testing.assert_array_equal(stored.part(slice(0, 300), slice(0, 280)), mine.heights)
+
+
+def test_an_array_and_its_store_have_the_same_look(tmp_path):
     for name, lift_m in (("earth", 0), ("moon", 12_000)):
-        build(rough(40, 50) + np.float32(lift_m), tmp_path / name, **SMALL)
-        assert StoredMap(tmp_path / name).of_earth == (name == "earth")
+        heights = rough(40, 50) + np.float32(lift_m)
+        build(heights, tmp_path / name, spacing_m=30.0, **SMALL)
+        stored = StoredMap(tmp_path / name)
+        assert stored.of_earth == Heightmap(heights).of_earth == (name == "earth")
+        assert look_of(stored) == look_of(Heightmap(heights, 30.0))
+
+
+def test_other_options_make_another_store(tmp_path):
+    np.save(tmp_path / "a.npy", rough(40, 50))
+    build(tmp_path / "a.npy", tmp_path / "s", reading=Reading(nodata=np.nan), **SMALL)
+    build(tmp_path / "a.npy", tmp_path / "s", reading=Reading(nodata=np.nan), **SMALL)
+    with pytest.raises(TerrainError, match="another map"):
+        build(tmp_path / "a.npy", tmp_path / "s", reading=Reading(z_scale=2.0), **SMALL)
 
 
 def test_an_object_with_an_identity_is_read_by_other_processes(tmp_path):

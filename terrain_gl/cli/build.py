@@ -38,22 +38,23 @@ def add(commands: Any) -> None:
 def run(args: argparse.Namespace) -> int:
     """Run the command."""
     options.check_writable(args.json)
-    paths = [_path(args, name) for name in args.map]
+    known = [None if os.path.exists(name) else maps.find_bundled(name) for name in args.map]
+    paths = [_path(args, name, one) for name, one in zip(args.map, known, strict=True)]
+    look = known[0].look if len(known) == 1 and known[0] else "auto"
     if os.path.realpath(args.output) in {os.path.realpath(path) for path in paths}:
         raise UsageError(f"{args.output}: is also an input: name another folder")
     how = How(args.trusted, args.band, args.raw, args.byte_order)
     reading = Reading(how, args.z_scale, args.z_offset, args.nodata, args.encoding)
     with report.progress_bar("building") as progress:
         how_built = args.fill, args.workers, args.scheduler, progress
-        about = build(paths, args.output, args.spacing, reading, *how_built, tell=options.tell_notes)
+        about = build(paths, args.output, args.spacing, reading, *how_built, tell=options.tell_notes, look=look)
     report.write_json(args.json, {"store": args.output} | about)
     report.say(args.json, f"{report.shown(args.output)}: {summary(about)}")
     return 0
 
 
-def _path(args: argparse.Namespace, name: str) -> str:
+def _path(args: argparse.Namespace, name: str, known: maps.BundledMap | None) -> str:
     """The file of a map; a bundled one brings its scales."""
-    known = None if os.path.exists(name) else maps.find_bundled(name)
     if known is None:
         return name
     for option, own in (("spacing", known.spacing_m), ("z_scale", known.z_scale), ("z_offset", known.z_offset_m)):

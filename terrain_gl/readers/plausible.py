@@ -3,6 +3,8 @@
 from __future__ import annotations
 
 import math
+from collections.abc import Callable
+from typing import NamedTuple
 
 import numpy as np
 
@@ -21,39 +23,108 @@ LEAST_SIDE = 256  # posts a side; for smaller maps we do not guess
 _SAMPLES = 1024  # places a side where the slope is measured
 
 
-def plausible_scale(raster: Raster, heights: np.ndarray, spacing_m: Spacing) -> tuple[float, tuple[str, ...]]:
-    """Scale heights in place if they cannot be metres: whole numbers that fill 16 bits, as game engines write them.
+class Guess(NamedTuple):
+    """What is chosen where a file says nothing.
 
-    The relief becomes a fifth of the longer side, at most 3000 m, and less if a tenth of the land would be steeper than
-    `BOLD_SLOPE`.
+    Attributes
+    ----------
+    scale
+        Metres per unit of value; 1 if the values may be metres.
+    spacing_m
+        Metres between posts.
+    notes
+        Notes for the user on the choices.
+    """
+
+    scale: float
+    spacing_m: Spacing
+    notes: tuple[str, ...]
+
+
+class Sample(NamedTuple):
+    """What a guess is made from.
+
+    Attributes
+    ----------
+    shape
+        Rows and columns of the map.
+    low, high
+        Lowest and highest height of all posts.
+    here, east, south
+        Heights of posts spread over the map, and of their neighbours; NaN where void.
+    """
+
+    shape: tuple[int, int]
+    low: float
+    high: float
+    here: np.ndarray
+    east: np.ndarray
+    south: np.ndarray
+
+
+def sample_of(read: Callable[[slice, slice], np.ndarray], shape: tuple[int, int], strip: int) -> Sample:
+    """Sample a map that is read in strips of so many rows; the result does not depend on their number."""
+    rows, cols = shape
+    step = max(1, -(-max(shape) // _SAMPLES))
+    across = slice(0, cols - 1, step)
+    down = np.arange(0, rows - 1, step)
+    lows: list[float] = []
+    highs: list[float] = []
+    found: list[tuple[np.ndarray, ...]] = []
+    for first in range(0, rows, strip):
+        part = read(slice(first, min(first + strip + 1, rows)), slice(0, cols))
+        lows.append(float(np.fmin.reduce(part, None)))
+        highs.append(float(np.fmax.reduce(part, None)))
+        mine = down[(down >= first) & (down < first + strip)] - first
+        found.append((part[mine][:, across], part[mine, 1:][:, across], part[mine + 1][:, across]))
+    ends = float(np.fmin.reduce(lows)), float(np.fmax.reduce(highs))
+    return Sample(shape, *ends, *(np.concatenate(each) for each in zip(*found, strict=True)))
+
+
+def guess(raster: Raster, sample: Callable[[], Sample], spacing_m: Spacing | None) -> Guess:
+    """Guess the scale of a file without one, and the spacing if it is None.
 
     Parameters
     ----------
-    heights : numpy.ndarray, float32, shape (rows, cols)
-        The values as they are stored, NaN where void.
-    spacing_m : (east, north)
-        Metres between posts.
+    sample
+        Samples the values as they are stored; only called if a guess may be needed.
+    """
+    known_m = spacing_m or (1.0, 1.0)
+    scale = 1.0
+    notes: tuple[str, ...] = ()
+    is_bare = raster.dtype.newbyteorder("=") == np.uint16 and (raster.scale, raster.offset_m) == (1.0, 0.0)
+    seen = sample() if is_bare or spacing_m is None else None
+    if seen and is_bare:
+        scale, notes = plausible_scale(seen, known_m)
+    if seen and spacing_m is None and not notes:
+        chosen_m, notes = plausible_spacing(seen)
+        known_m = chosen_m, chosen_m
+    return Guess(scale, known_m, notes)
+
+
+def plausible_scale(sample: Sample, spacing_m: Spacing) -> tuple[float, tuple[str, ...]]:
+    """Metres per unit of whole numbers that fill 16 bits, as game engines write them: they cannot be metres.
+
+    The relief becomes a fifth of the longer side, at most 3000 m, and less if a tenth of the land would be steeper than
+    `BOLD_SLOPE`.
 
     Returns
     -------
     (float, tuple of str)
         Metres per unit, and a note on the choice; 1 and no note if the values may be metres.
     """
-    if raster.dtype.newbyteorder("=") != np.uint16 or (raster.scale, raster.offset_m) != (1.0, 0.0):
-        return 1.0, ()
-    low, high = float(np.fmin.reduce(heights, None)), float(np.fmax.reduce(heights, None))
+    low, high = sample.low, sample.high
     if not high - low > HIGHEST_RELIEF_M:
         return 1.0, ()
-    extent_m = max((n - 1) * step for n, step in zip(heights.shape, spacing_m[::-1], strict=True))
+    extent_m = max((n - 1) * step for n, step in zip(sample.shape, spacing_m[::-1], strict=True))
     scale = min(USUAL_RELIEF * extent_m, USUAL_RELIEF_M) / (high - low)
-    steep = steep_slope(heights, spacing_m)
+    steep = steep_slope(sample, spacing_m)
     scale = _one_digit(min(scale, BOLD_SLOPE / steep) if steep > 0 else scale)
-    np.multiply(heights, scale, out=heights, dtype=np.float64, casting="same_kind")  # rounded once
     cannot = f"values {low:g} to {high:g} over {extent_m / 1000:.3g} km cannot be metres"
     return scale, (f"{cannot}: --z-scale {scale:g} is chosen; give --z-scale and --spacing",)
 
 
-def plausible_spacing(heights: np.ndarray) -> tuple[float, tuple[str, ...]]:
+def plausible_spacing(sample: Sample) -> tuple[float, tuple[str, ...]]:
     """The spacing if none is given: 1 m, or more if the land would be too steep for that.
 
     Returns
@@ -61,11 +132,11 @@ def plausible_spacing(heights: np.ndarray) -> tuple[float, tuple[str, ...]]:
     (float, tuple of str)
         The spacing, and a note on the choice; 1 and no note if that may be right.
     """
-    side = max(heights.shape) - 1
-    low, high = float(np.fmin.reduce(heights, None)), float(np.fmax.reduce(heights, None))
+    side = max(sample.shape) - 1
+    low, high = sample.low, sample.high
     if side < LEAST_SIDE - 1 or not 0 < high - low <= HIGHEST_RELIEF_M:
         return 1.0, ()
-    steep = steep_slope(heights, (1.0, 1.0))
+    steep = steep_slope(sample, (1.0, 1.0))
     if high - low <= STEEPEST_RELIEF * side and steep <= STEEPEST_SLOPE:
         return 1.0, ()
     usual_m = max(steep / USUAL_SLOPE, SPACINGS_M[0])
@@ -87,15 +158,12 @@ def not_of_the_earth(range_m: tuple[float, float]) -> tuple[str, ...]:
     return (f"{heights}: drawn in grey, without air; give --z-scale, or --look",)
 
 
-def steep_slope(heights: np.ndarray, spacing_m: Spacing) -> float:
+def steep_slope(sample: Sample, spacing_m: Spacing) -> float:
     """The slope that a tenth of the land exceeds, from one post to the next; 0 for land that is void or flat."""
-    step = max(1, -(-max(heights.shape) // _SAMPLES))
-    rows, cols = (slice(0, n - 1, step) for n in heights.shape)
-    here = heights[rows, cols]
-    east = heights[rows, 1:][:, cols]
-    south = heights[1:][rows][:, cols]
     with np.errstate(invalid="ignore"):
-        slopes = np.hypot((east - here) / spacing_m[0], (south - here) / spacing_m[1])
+        east = (sample.east - sample.here) / spacing_m[0]
+        south = (sample.south - sample.here) / spacing_m[1]
+        slopes = np.hypot(east, south)
     known = slopes[np.isfinite(slopes)]
     return float(np.percentile(known, 90)) if known.size else 0.0
 

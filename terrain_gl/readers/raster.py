@@ -25,6 +25,12 @@ Band = int | str  # a band's number, from 1, or its name
 Blocks = Generator[tuple[Any, np.ndarray], None, None]
 
 
+def both(spacing_m: float | Spacing) -> Spacing:
+    """The spacing east and north."""
+    east, north = spacing_m if isinstance(spacing_m, tuple | list) else (spacing_m, spacing_m)
+    return float(east), float(north)
+
+
 @dataclass
 class Raster:
     """An open raster file; its pixels come in blocks.

@@ -8,7 +8,8 @@ from __future__ import annotations
 import os
 import threading
 from collections.abc import Sequence
-from dataclasses import dataclass, field, fields
+from dataclasses import asdict, dataclass, field, fields, replace
+from functools import partial
 from typing import Any, Protocol
 
 import numpy as np
@@ -20,12 +21,15 @@ from terrain_gl.readers.gdal import closed_environment, open_layer, place_of
 from terrain_gl.readers.georeference import EVEN, Georeference, Placed
 from terrain_gl.readers.objects import is_labelled, lazy_array
 from terrain_gl.readers.place import check_crs
-from terrain_gl.readers.raster import Blocks, Raster, Spacing, damaged, gdal_failures, one_line, utf8
+from terrain_gl.readers.plausible import guess, sample_of
+from terrain_gl.readers.raster import Blocks, Raster, Spacing, both, damaged, gdal_failures, one_line, utf8
 from terrain_gl.readers.undeclared import undeclared_voids, without
 from terrain_gl.readers.values import heights_of
 
 _ALL = slice(None)
 _SAMPLES = 1024  # posts a side where marks of voids are looked for
+_STRIP_POSTS = 1 << 22  # posts that are read at once for a guess
+_LEAST_STRIP = 16  # rows
 
 
 class Windows(Protocol):
@@ -52,8 +56,16 @@ class Windows(Protocol):
         """Notes for the user on how the source was interpreted."""
 
     @property
+    def assumes_spacing(self) -> bool:
+        """Whether the source gives no spacing."""
+
+    @property
+    def is_told(self) -> bool:
+        """Whether the caller has scaled the heights."""
+
+    @property
     def identity(self) -> Any:
-        """JSON that identifies the source: names, sizes and times of files; None for an object without identity."""
+        """JSON that identifies the source: names, sizes and times of files, and how they are read; None if unknown."""
 
     def read(self, rows: slice, cols: slice) -> np.ndarray:
         """The heights of a window that lies on the map."""
@@ -76,13 +88,31 @@ class Reading:
             raster.offset_m if self.z_offset_m is None else self.z_offset_m,
         )
 
+    @property
+    def is_told(self) -> bool:
+        """Whether the caller has scaled the heights."""
+        return self.z_scale is not None or self.z_offset_m is not None
+
+    @property
+    def told(self) -> dict[str, str]:
+        """The values that are not the defaults, as text."""
+        given, usual = asdict(self), asdict(Reading())
+        return {name: repr(value) for name, value in given.items() if value != usual[name]}
+
     def heights(self, pixels: np.ndarray, raster: Raster) -> np.ndarray:
         """Pixels (rows, cols, channels) as metres."""
         return heights_of(pixels, raster, self.scales(raster), self.nodata, self.encoding)
 
 
-def open_windows(paths: Sequence[str | os.PathLike[str]], reading: Reading | None = None) -> Windows:
-    """Open a file, or several files as one mosaic.
+def open_windows(
+    paths: Sequence[str | os.PathLike[str]], reading: Reading | None = None, spacing_m: float | Spacing | None = None
+) -> Windows:
+    """Open a file, or several files as one mosaic. What one file does not say is guessed, as by `Heightmap.open`.
+
+    Parameters
+    ----------
+    spacing_m
+        Metres between posts, if the caller knows them better than the file.
 
     Raises
     ------
@@ -94,6 +124,7 @@ def open_windows(paths: Sequence[str | os.PathLike[str]], reading: Reading | Non
     for file in files:
         file.voids_m = tuple(sorted(marks))
     if len(files) == 1:
+        files[0].guess(spacing_m)
         return files[0]
     return Mosaic(files)
 
@@ -132,6 +163,9 @@ class Sliced:
         self.georeference = raster.georeference
         self.notes = raster.notes
         self.spacing_m = self.spacing_m or getattr(source, "spacing_m", None)
+        self.assumes_spacing = self.spacing_m is None
+
+    is_told = False
 
     @property
     def identity(self) -> Any:
@@ -168,6 +202,9 @@ class RasterFile:
         self.spacing_m = raster.spacing_m
         self.georeference = raster.georeference
         self.notes = raster.notes
+        self.assumes_spacing = raster.spacing_m is None
+        self.is_told = reading.is_told
+        self._told = reading.told
         self.voids_m: tuple[float, ...] = ()
         self._raster = raster
         self._by_window = has_windows(path, reading.how)
@@ -175,9 +212,9 @@ class RasterFile:
 
     @property
     def identity(self) -> Any:
-        """The file's name, its size, and when it was last written."""
+        """The file's name, its size, when it was last written, and how it is read."""
         status = os.stat(self.path)
-        return [os.path.basename(self.path), status.st_size, status.st_mtime_ns]
+        return [os.path.basename(self.path), status.st_size, status.st_mtime_ns, self._told]
 
     def read(self, rows: slice, cols: slice) -> np.ndarray:
         """The heights of a window."""
@@ -192,6 +229,18 @@ class RasterFile:
         marks, notes = undeclared_voids(heights, self.reading.scales(self._raster))
         self.notes = self.notes + notes
         return marks
+
+    def guess(self, spacing_m: float | Spacing | None = None) -> None:
+        """Guess a scale if the values cannot be metres, and a spacing if none is known; adds notes on them."""
+        if self.reading.is_told or self.reading.encoding != "plain":
+            return
+        known_m = self.spacing_m if spacing_m is None else both(spacing_m)
+        strip = max(_LEAST_STRIP, _STRIP_POSTS // self.shape[1])
+        found = guess(self._raster, partial(sample_of, self.read, self.shape, strip), known_m)
+        if found.scale != 1:
+            self.reading = replace(self.reading, z_scale=found.scale, z_offset_m=0.0)
+        self.spacing_m = found.spacing_m
+        self.notes = self.notes + found.notes
 
     def sample(self, size: tuple[int, int]) -> np.ndarray | None:
         """The heights at (rows, cols) posts spread over the whole map; None if GDAL does not read this file."""
@@ -272,6 +321,8 @@ class Mosaic:
         self.georeference = Georeference(grid, first.georeference.crs, (self.shape[1], self.shape[0]))
         self.name = f"{files[0].name} and {len(files) - 1} more"
         self.spacing_m = first.spacing_m
+        self.assumes_spacing = False
+        self.is_told = first.is_told
         silent = [file.name for file in files if file.georeference and not file.georeference.crs]
         notes = [note for file in files for note in file.notes]
         if silent and first.georeference.crs:

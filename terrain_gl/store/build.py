@@ -15,7 +15,8 @@ import numpy as np
 
 from .. import __version__
 from ..basics.exceptions import TerrainError, UsageError
-from ..readers.raster import Spacing
+from ..readers.plausible import not_of_the_earth
+from ..readers.raster import Spacing, both
 from ..readers.windows import Reading, Windows, open_windows, windows_of
 from .format import VERSION, Arrays, describe, is_store, read_about, zarr_library
 from .pyramid import SHARD, TILE, Pyramid
@@ -38,6 +39,7 @@ def build(
     tile: int = TILE,
     shard: int = SHARD,
     tell: Callable[[Windows], None] | None = None,
+    look: str = "auto",
 ) -> dict[str, Any]:
     """Build a store beside a map of any size. The source is read once, window by window, and does not change.
 
@@ -60,6 +62,8 @@ def build(
         Posts a side of a tile, and of the part that one task writes; powers of two.
     tell
         Called with the opened source before the work; its `notes` say how it was interpreted.
+    look
+        How the land is coloured by default: `Heightmap.look`.
 
     Returns
     -------
@@ -73,7 +77,7 @@ def build(
     """
     zarr_library()
     path = os.fspath(output)
-    windows = _opened(source, reading)
+    windows = _opened(source, reading, spacing_m)
     if tell:
         tell(windows)
     if workers > 1 and windows.identity is None and not address:
@@ -84,8 +88,9 @@ def build(
         )
     if tile & tile - 1 or shard & shard - 1 or not 8 <= tile <= shard:
         raise UsageError(f"tile and shard must be powers of two, 8 ≤ tile ≤ shard, got {tile} and {shard}")
-    spacing = _spacing(spacing_m, windows)
-    job = Job(path, Pyramid(*windows.shape, tile, shard), windows, spacing, fill_m)
+    spacing = both(spacing_m if spacing_m is not None else windows.spacing_m or 1.0)
+    assumes_spacing = spacing_m is None and windows.assumes_spacing
+    job = Job(path, Pyramid(*windows.shape, tile, shard), windows, spacing, fill_m, look, assumes_spacing)
     journal = Journal(job)
     if journal.is_finished:
         return read_about(path)
@@ -96,18 +101,12 @@ def build(
         runner.close()
 
 
-def _opened(source: Any, reading: Reading | None) -> Windows:
+def _opened(source: Any, reading: Reading | None, spacing_m: float | Spacing | None) -> Windows:
     if isinstance(source, str | os.PathLike):
-        return open_windows([source], reading)
+        return open_windows([source], reading, spacing_m)
     if isinstance(source, Sequence) and source and isinstance(source[0], str | os.PathLike):
-        return open_windows(source, reading)
+        return open_windows(source, reading, spacing_m)
     return windows_of(source, str(getattr(source, "name", None) or type(source).__name__))
-
-
-def _spacing(spacing_m: float | Spacing | None, windows: Windows) -> Spacing:
-    chosen: Any = spacing_m if spacing_m is not None else windows.spacing_m or 1.0
-    east, north = chosen if isinstance(chosen, tuple | list) else (chosen, chosen)
-    return float(east), float(north)
 
 
 def _run(job: Job, journal: Journal, runner: Any, progress: Progress | None) -> dict[str, Any]:
@@ -150,6 +149,8 @@ class Journal:
             **job.pyramid._asdict(),
             "spacing_m": list(job.spacing_m),
             "fill_m": job.fill_m,
+            "look": job.look,
+            "assumes_spacing": job.assumes_spacing,
         }
         self._identity = json.loads(json.dumps(identity))
         if is_store(job.path) and not self.folder.is_dir():
@@ -178,7 +179,12 @@ class Journal:
         about = describe(
             job.pyramid, os.path.basename(job.source.name), job.spacing_m, self.range_m, job.source.georeference
         )
+        source = job.source
+        is_of_earth = source.is_told or source.georeference is not None or not not_of_the_earth(self.range_m)
         about |= {
+            "look": job.look,
+            "assumes_spacing": job.assumes_spacing,
+            "of_earth": is_of_earth,
             "filled_voids": sum(self.results[task]["voids"] for task in tasks),
             "fill_m": job.fill_m,
             "source": job.source.identity,
@@ -208,7 +214,7 @@ class Journal:
         about = read_about(self.job.path)
         same = all(
             json.loads(json.dumps(about.get(key))) == self._identity[key]
-            for key in (*Pyramid._fields, "spacing_m", "fill_m", "source")
+            for key in (*Pyramid._fields, "spacing_m", "fill_m", "look", "assumes_spacing", "source")
         )
         if not same or self.job.source.identity is None:
             raise TerrainError(

@@ -9,7 +9,6 @@ import numpy as np
 
 from ..basics.exceptions import TerrainError
 from ..pages.map import Page, PagedMap, PageKey, PostsOnDemand
-from ..readers.plausible import not_of_the_earth
 from .format import Arrays, georeference_of, pyramid_of, read_about
 from .pyramid import Pyramid
 from .tiles import Checks, Tiles
@@ -45,9 +44,9 @@ class StoredMap(PagedMap):
         self.range_m = self.quantised_m = about["range_m"][0], about["range_m"][1]
         self.georeference = georeference_of(about)
         self.voids = 0
-        self.look = "auto"
-        self.assumes_spacing = False
-        self.of_earth = self.georeference is not None or not not_of_the_earth(self.range_m)
+        self.look = about["look"]
+        self.assumes_spacing = about["assumes_spacing"]
+        self.of_earth = about["of_earth"]
         self.opened = None
         self.scales = (1.0, 0.0)
         self.notes = ()

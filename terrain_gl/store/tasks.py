@@ -52,6 +52,8 @@ class Job:
         The store's folder.
     fill_m
         The height of void posts; None to refuse them.
+    look, assumes_spacing
+        Attributes of the map: `Heightmap`.
     range_m
         Lowest and highest height; None until all heights are read.
     """
@@ -61,6 +63,8 @@ class Job:
     source: Windows
     spacing_m: Spacing
     fill_m: float | None
+    look: str = "auto"
+    assumes_spacing: bool = False
     range_m: tuple[float, float] | None = None
 
     @property
