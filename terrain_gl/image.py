@@ -105,8 +105,13 @@ def write_png(path: str | os.PathLike[str], pixels: np.ndarray) -> None:
 
 def png_bytes(pixels: np.ndarray) -> bytes:
     """A picture as the bytes of a PNG file; see `write_image`."""
+    return file_bytes(pixels, ".png")
+
+
+def file_bytes(pixels: np.ndarray, ending: str) -> bytes:
+    """A picture as the bytes of a file with an ending of `FORMATS`; see `write_image`."""
     with tempfile.TemporaryDirectory() as folder:
-        write_image(file := Path(folder) / "picture.png", pixels)
+        write_image(file := Path(folder) / f"picture{ending}", pixels)
         return file.read_bytes()
 
 

@@ -42,10 +42,10 @@ def high_pipe():
 class Page:
     """One page. `requests` has all that it asked for, `complaints` what its console says is wrong."""
 
-    def __init__(self, folder):
+    def __init__(self, folder, *flags):
         asked, self._ask = high_pipe()
         self._told, tells = high_pipe()
-        words = [*apart(), CHROMIUM, f"--user-data-dir={folder}", *FLAGS, "about:blank"]
+        words = [*apart(), CHROMIUM, f"--user-data-dir={folder}", *FLAGS, *flags, "about:blank"]
         plumbing = f'exec 3<&{asked} 4>&{tells} {asked}<&- {tells}>&-; exec "$@"'  # DevTools' pipe is 3 and 4
         self._process = subprocess.Popen(
             ["bash", "-c", plumbing, "bash", *words],

@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import argparse
 from dataclasses import replace
+from pathlib import Path
 from typing import Any
 
 import numpy as np
@@ -11,7 +12,7 @@ import numpy as np
 from ..basics.exceptions import TerrainError, UsageError
 from ..files.export import FORMATS, files_beside, make_mesh, mesh_format, write_mesh
 from ..files.mesh_formats import PRINT_MM
-from ..image import png_bytes
+from ..image import file_bytes
 from ..renderer import Renderer
 from ..renderer.plan import LONGEST_PX, plan
 from ..shade.picture import UNLIT
@@ -28,17 +29,18 @@ def add(commands: Any) -> None:
         commands,
         "mesh",
         run,
-        help="the map as triangles: a .ply, .glb, .obj or .stl file",
+        help="the map as triangles: a .ply, .glb, .obj or .stl file, or an .html page",
         description="Write the triangles that the GPU draws, in metres: x east, y north, z up (.glb: y up). The\n"
         "whole map, within an error in metres; or, with a camera or an error in pixels, the mesh\n"
-        "of a view. .stl is a solid with a base, for a printer.",
+        "of a view. .stl is a solid with a base, for a printer; .html is a page that shows the land\n"
+        "in any browser, without a network.",
         example="mesh dem.tif --spacing 30 -o dem.glb --max-error-m 5 --texture",
     )
     options.add_map(command)
     options.add_output(command, f"mesh, {', '.join(FORMATS)}")
     what = f"largest error of height (default: {100 * RELIEF_SHARE:g} %% of the relief)"
     command.add_argument("--max-error-m", type=values.positive, metavar="M", help=what)
-    what = f"the look from above, N pixels long (default: {LONGEST_PX})"
+    what = f"the look from above, N pixels long (default: {LONGEST_PX}); a page always has it"
     command.add_argument("--texture", type=values.count, metavar="N", nargs="?", const=LONGEST_PX, help=what)
     what = "share vertices (default), or three for each triangle"
     command.add_argument("--weld", action=argparse.BooleanOptionalAction, default=True, help=what)
@@ -53,23 +55,27 @@ def add(commands: Any) -> None:
 def run(args: argparse.Namespace) -> int:
     """Run the command."""
     mesh_format(args.output)
+    is_page = Path(args.output).suffix.lower() == ".html"
+    if is_page:
+        args.texture = args.texture or LONGEST_PX
     if args.max_error_m and (args.triangles or args.max_error_px):
         raise UsageError("--max-error-m is for the whole map, not for a view: leave out --triangles and --max-error")
     if args.texture:
         options.check_writable(*map(str, files_beside(args.output)))
     scene = options.open_scene(args)
     with options.make_renderer(args, scene) as renderer, stores.loading(renderer):
-        texture = _texture(renderer, args, scene) if args.texture else None
+        texture = file_bytes(_texture(renderer, args, scene), ".jpg" if is_page else ".png") if args.texture else None
         triangles, heights, stats = _of_view(renderer, args, scene) if _has_view(args) else _of_map(renderer, args)
         if not len(triangles):
             raise TerrainError(f"{scene.heightmap.name}: no triangles in this view: turn the camera or drop --cull")
         heights = heights if args.exaggeration == 1 else heights * np.float32(args.exaggeration)
         mesh = make_mesh(triangles, heights, scene.heightmap.spacing_m, args.weld, scene.heightmap.place)
-    mesh = replace(mesh, texture=texture, print_mm=args.print_mm)
+    within_m = stats.get("certified_max_error_m")
+    mesh = replace(mesh, texture=texture, within_m=within_m, print_mm=args.print_mm)
     about = {"map": scene.heightmap.name} | stats | {"vertices": len(mesh.posts)}
     with report.json_output(args.json, about), report.progress_bar("writing") as progress:
         write_mesh(args.output, mesh, progress)
-    within = f", within {stats['certified_max_error_m']:.3g} m" if "certified_max_error_m" in stats else ""
+    within = "" if within_m is None else f", within {within_m:.3g} m"
     counts = f"{len(mesh.faces):,} triangles, {len(mesh.posts):,} vertices"
     report.say(args.json, f"{report.shown(args.output)}: {counts}{within}")
     return stores.status_of(about)
@@ -98,7 +104,7 @@ def _of_map(renderer: Renderer, args: argparse.Namespace) -> tuple[np.ndarray, n
     return triangles, renderer.terrain.filled, stats
 
 
-def _texture(renderer: Renderer, args: argparse.Namespace, scene: options.Scene) -> bytes:
+def _texture(renderer: Renderer, args: argparse.Namespace, scene: options.Scene) -> np.ndarray:
     own = ("camera", "method", "max_error_px", "triangles", "parameters", "metric", "cull", "near_m")
     look = {key: value for key, value in options.view_of(args, scene).items() if key not in own}
-    return png_bytes(plan(renderer, args.texture, **look))
+    return plan(renderer, args.texture, **look)

@@ -1,7 +1,7 @@
-"""Triangle meshes for files: indexed vertices with normals and texture coordinates, written as PLY, glTF, OBJ or STL.
+"""Triangle meshes for files: indexed vertices with normals and texture places, as PLY, glTF, OBJ, STL or HTML.
 
 Vertices are posts of the map, or middles of its cells, so every position is exact. The formats are in
-`files/mesh_formats.py`.
+`files/mesh_formats.py` and `files/page.py`.
 """
 
 from __future__ import annotations
@@ -15,9 +15,13 @@ import numpy as np
 from ..basics.exceptions import UsageError
 from ..basics.replacing import replacing
 from ..readers.place import Place
-from .mesh_formats import BESIDE, FORMATS, Format, Mesh, parts_of
+from .mesh_formats import BESIDE, Format, Mesh, parts_of
+from .mesh_formats import FORMATS as OF_FILES
+from .page import land_page
 
 __all__ = ["FORMATS", "Mesh", "files_beside", "make_mesh", "mesh_format", "write_mesh"]
+
+FORMATS: dict[str, Format] = {**OF_FILES, ".html": land_page}
 
 
 def make_mesh(
@@ -50,7 +54,7 @@ def make_mesh(
 def write_mesh(path: str | os.PathLike[str], mesh: Mesh, progress: Callable[[float], None] | None = None) -> None:
     """Write a mesh; the ending of the name, one of `FORMATS`, is its format. The file appears only when it is complete.
 
-    The texture is inside a .glb file; beside a .ply or .obj it is a file of its own, `files_beside`.
+    The texture is inside a .glb or .html file; beside a .ply or .obj it is a file of its own, `files_beside`.
 
     Parameters
     ----------
@@ -94,7 +98,7 @@ def files_beside(path: str | os.PathLike[str]) -> list[Path]:
         The format has no texture.
     """
     path = Path(path)
-    endings = {".ply": (".png",), ".obj": (".png", ".mtl"), ".glb": ()}
+    endings = {".ply": (".png",), ".obj": (".png", ".mtl"), ".glb": (), ".html": ()}
     if path.suffix.lower() not in endings:
         raise UsageError(f"{path}: has no texture: write one of {', '.join(endings)}")
     return [path.with_suffix(ending) for ending in endings[path.suffix.lower()]]

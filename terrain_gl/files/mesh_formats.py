@@ -44,7 +44,10 @@ class Mesh:
     place
         Where the map lies; it is recorded in the file.
     texture
-        A PNG file: the map seen from straight above, up to the outer edges of the outermost posts' cells.
+        A PNG file, for a page a JPEG file: the map seen from straight above, up to the outer edges of the outermost
+        posts' cells.
+    within_m
+        Certified largest error of height; None if there is none, as for the mesh of a view.
     print_mm
         Longer side of the map in a format for printing.
     """
@@ -55,6 +58,7 @@ class Mesh:
     spacing_m: tuple[float, float]
     place: Place | None = None
     texture: bytes | None = None
+    within_m: float | None = None
     print_mm: float = PRINT_MM
 
     def world(self, part: slice) -> np.ndarray:
@@ -110,7 +114,7 @@ Format = Callable[[Mesh, str], Iterator[bytes]]
 
 def parts_of(ending: str, mesh: Mesh) -> int:
     """The number of pieces of a file, without its header."""
-    passes = {".glb": 3, ".stl": 0}.get(ending, 1)
+    passes = {".glb": 3, ".stl": 0, ".html": 0}.get(ending, 1)
     return passes * _chunks(len(mesh.posts)) + _chunks(len(mesh.faces))
 
 
@@ -284,12 +288,12 @@ def _materials(mesh: Mesh) -> dict[str, object]:
 
 def _stl(mesh: Mesh, name: str) -> Iterator[bytes]:
     """Binary STL (3D Systems 1989) of a solid in millimetres: the land, walls along its rim, and a level base."""
-    mesh = _shared(mesh)
+    mesh = shared(mesh)
     top = _millimetres(mesh)
     n = len(top)
     bottom = top * [1, 1, 0]
     corners = np.concatenate([top, bottom])
-    rim = _rim(mesh.faces.astype(np.int64))
+    rim = rim_of(mesh.faces.astype(np.int64))
     a, b = rim.T
     walls = np.concatenate([np.stack([a, a + n, b + n], -1), np.stack([a, b + n, b], -1)])
     faces = np.concatenate([mesh.faces.astype(np.int64), walls, mesh.faces[:, ::-1].astype(np.int64) + n])
@@ -302,7 +306,7 @@ def _stl(mesh: Mesh, name: str) -> Iterator[bytes]:
         yield triangles.tobytes()
 
 
-def _shared(mesh: Mesh) -> Mesh:
+def shared(mesh: Mesh) -> Mesh:
     """The mesh with shared vertices: only one at each place."""
     posts, number = np.unique(mesh.posts, axis=0, return_inverse=True)
     return replace(mesh, posts=posts, faces=number.reshape(-1)[mesh.faces].astype("u4"))
@@ -316,7 +320,7 @@ def _millimetres(mesh: Mesh) -> np.ndarray:
     return (world * scale + [0, 0, BASE * mesh.print_mm]).astype("f4")
 
 
-def _rim(faces: np.ndarray) -> np.ndarray:
+def rim_of(faces: np.ndarray) -> np.ndarray:
     """(k, 2) edges that belong to only one face, in the direction of that face."""
     edges = faces[:, [[0, 1], [1, 2], [2, 0]]].reshape(-1, 2)
     n = int(faces.max()) + 1
