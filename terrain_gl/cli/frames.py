@@ -30,8 +30,18 @@ OF_FLIGHT = (
     *("method", "metric", "requested_max_error_px", "width", "height"),
     *("gl_renderer", "backend", "gpu_bytes"),
 )
-OF_FRAME = ("triangles", "patches", "splits", "certified_max_error_px", "complete", "tiles_missing", "tiles_wide", "ms")
-MEASURED = ("max_error_px", "rms_error_px", "max_error_posts_px", "posts_measured", "holes")
+OF_FRAME = (
+    "triangles",
+    "patches",
+    "patches_hidden",
+    "splits",
+    "certified_max_error_px",
+    "complete",
+    "tiles_missing",
+    "tiles_wide",
+    "ms",
+)
+MEASURED = ("max_error_px", "rms_error_px", "max_error_posts_px", "posts_measured", "land_measured", "holes")
 _READ = ("map", "path", "sky", "material", "edits")  # options that name files to read
 _NO_PIXELS = ("output", "json", "run", "command_line", "workers", "scheduler", "memory")  # options of no picture
 _of_thread = threading.local()

@@ -63,6 +63,7 @@ def text(stats: dict[str, Any]) -> str:
         "certified": "nothing" if certified is None else f"{certified:.4g} px",
         "achieved": f"max {stats['max_error_px']:.4g} px, rms {stats['rms_error_px']:.4g} px",
         "over": f"{stats['posts_measured']:,} posts in the picture, and 4 x 4 places in each cell",
+        "land": f"{stats['land_measured']:.1%} of the land in the picture; the rest is hidden",
         "posts alone": f"max {stats['max_error_posts_px']:.4g} px",
         "holes": f"{stats['holes']}",
     }

@@ -295,6 +295,8 @@ RING_SUMMARY = np.dtype(
         ("worst_px", "f4"),
         ("blocks", "u4"),
         ("unagreed", "u4"),
-        ("pad", "3u4"),
+        ("farthest_px", "f4"),
+        ("hidden", "u4"),
+        ("written", "u4"),
     ]
 )

@@ -1,4 +1,4 @@
-"""Which land is in the picture. The CPU finds it before any pass, from boxes as high as the map."""
+"""Which land is in the picture, and whether from above. The CPU finds it before any pass."""
 
 from __future__ import annotations
 
@@ -6,7 +6,10 @@ import numpy as np
 
 from ..camera import Camera, boxes_in_picture
 from ..heightmap import Heightmap
+from ..terrain import Terrain
 from .ring_layout import Ring
+
+ROUGH_PX = 64.0  # a mesh with larger errors may be above an eye that is above the ground
 
 
 def rings_in_picture(
@@ -35,3 +38,22 @@ def _in_picture(
     low = np.stack([dx * west, dy * (last - south), none + low_m], 1)
     high = np.stack([dx * east, dy * (last - north), none + high_m], 1)
     return boxes_in_picture(camera, size, near_m, low, high)
+
+
+def is_above_ground(terrain: Terrain, post: tuple[int, int], up_m: float, reach_m: float) -> bool:
+    """Whether the eye is over the map, and all that is within `reach_m` of it is above the ground.
+
+    Parameters
+    ----------
+    post, up_m
+        Column and row of the post nearest to the eye, and the eye's metres above the base.
+    reach_m
+        How far the near plane reaches: from an eye above the ground, a near plane may still be below it.
+    """
+    col, row = post
+    heightmap = terrain.heightmap
+    is_over_map = 0 < col < heightmap.cols - 1 and 0 < row < heightmap.rows - 1
+    if not is_over_map or 2 * reach_m > min(heightmap.spacing_m):
+        return False
+    highest_m = terrain.filled[row - 1 : row + 2, col - 1 : col + 2].max() - terrain.base_m
+    return bool(up_m - reach_m > highest_m)

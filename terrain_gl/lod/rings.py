@@ -4,11 +4,12 @@
     decide   cut each block into squares, look up their spacing               glsl/lod/rings/decide.comp, three rounds
     spawn    make blocks of units that need more than 64 segments a side      after each of these rounds but the last
     agree    neighbours agree on edges; split leaves with more than 64        two rounds, or four, ...
-    count    compute each leaf's bound
+    horizon  find the horizon around the eye                                  glsl/lod/rings/horizon.comp
+    count    leave out hidden leaves, compute the bounds of the others        glsl/lod/rings/hidden.glsl
     place    compute prefix sums, and write draw commands
     emit     write the patches
 
-A frame takes eleven dispatches; further rounds of `agree` add more. Only blocks of the rings are visited, never the
+A frame takes twelve dispatches; further rounds of `agree` add more. Only blocks of the rings are visited, never the
 whole map.
 Specification: `reference.rings`.
 """
@@ -32,6 +33,7 @@ from ..error import ErrorTables
 from ..gpu import gl, layout, shaders
 from ..gpu.bindings import bind
 from . import budget
+from .hiding import NO_HIDING, SECTORS, Horizon, hiding, ridge_before
 from .land import rings_in_picture
 from .ring_layout import BLOCK_SIDE, BLOCKS_ACROSS, Ring, across_for, ring_over, rings_around
 from .selection import INFINITE_PX, METRES, Goal, Selection
@@ -45,6 +47,7 @@ _BARRIER = (
     | moderngl.COMMAND_BARRIER_BIT
     | moderngl.VERTEX_ATTRIB_ARRAY_BARRIER_BIT
     | moderngl.BUFFER_UPDATE_BARRIER_BIT
+    | moderngl.TEXTURE_FETCH_BARRIER_BIT
 )
 _ASKING: dict[str, dict[str, dict[str, object]]] = {  # passes with other shaders for the metric "rms", or for a budget
     **dict.fromkeys(("decide", "agree", "count"), {"rms": {"MEAN": 1}}),
@@ -77,14 +80,16 @@ class RingsSelector:
         self._tried = ctx.buffer(reserve=4 + 4 * budget.PRICES * budget.PASSES)
         self._weights = ctx.buffer(reserve=4)
         self._rings = ctx.buffer(reserve=layout.RINGS.itemsize)
-        self._defines = {"MOST_VERTICES": gl.MOST_VERTICES, "THREADS": self._threads}
+        self._defines = {"MOST_VERTICES": gl.MOST_VERTICES, "THREADS": self._threads, "SECTORS": SECTORS}
+        self._horizon = Horizon(ctx)
+        self._hiding = NO_HIDING
         self._buffers: dict[str, moderngl.Buffer] = {}
         self._reserve(blocks=1024, patches=16384, draws=256)
 
     @property
     def bytes(self) -> int:
         """GPU memory of the blocks, the patches and the draw commands."""
-        return sum(buffer.size for buffer in self._buffers.values())
+        return self._horizon.bytes + sum(buffer.size for buffer in self._buffers.values())
 
     @property
     def feed(self) -> list[tuple[Any, ...]]:
@@ -101,6 +106,7 @@ class RingsSelector:
         self.view.write(self.terrain, camera, size, near_m, **goal.settings)
         triangles = goal.triangles
         self._variant = "budget" if triangles else goal.metric
+        self._hiding = hiding(self.terrain, self.view, camera, size, goal)
         view = self.terrain.heightmap, camera, size, near_m
 
         def rings(across: int, left_out: int = 0) -> list[Ring]:
@@ -124,6 +130,7 @@ class RingsSelector:
         goal = Goal(max_error_m, METRES, cull=False)
         self.view.write(self.terrain, Camera.default(heightmap), (1, 1), 1.0, **goal.settings)
         self._variant = METRES
+        self._hiding = NO_HIDING
         last_post = heightmap.cols - 1, heightmap.rows - 1
         return self._keep(ring_over(last_post, heightmap.spacing_m, self.terrain.coarsest_ring))
 
@@ -175,6 +182,17 @@ class RingsSelector:
             self._run("try", _work("seen"), **{"pass": i, "target": target})
         self._is_weighed = True
 
+    def chosen(self, selection: Selection) -> layout.RingPatches:
+        """The patches of the last selection: the drawn ones, then the hidden ones."""
+        size = (selection.patches + selection.hidden) * layout.RING_PATCH.itemsize
+        return layout.unpack_ring_patches(np.frombuffer(self.patches.read(size) if size else b"", layout.RING_PATCH))
+
+    def ridge_before(self, x: float, y: float) -> tuple[float, float]:
+        """The ridge that hides a place of the last selection; both in world metres."""
+        camera = self._hiding.camera
+        assert camera
+        return ridge_before(self._horizon.read(), self.terrain.heightmap, camera, x, y)
+
     def bind(self) -> None:
         """Bind everything that the stages read."""
         self.terrain.bind()
@@ -182,7 +200,7 @@ class RingsSelector:
 
     def release(self) -> None:
         """Release GPU resources."""
-        own = self._rings, self._tried, self._weights
+        own = self._rings, self._tried, self._weights, self._horizon
         for resource in (*own, *self._buffers.values(), *self._kernels.values()):
             resource.release()
 
@@ -219,24 +237,39 @@ class RingsSelector:
         self._run("cull", groups=-(-blocks // self._threads))
         return blocks
 
+    def _look_around(self) -> None:
+        """Find the horizon around the eye, if hidden land is left out."""
+        hiding = self._hiding
+        if hiding.sectors:
+            self._horizon.reserve(hiding.uniforms["shells"])
+            bind("lod/rings/horizon.comp", u_out=self._horizon.texture)
+            self._run("horizon", groups=-(-hiding.sectors // self._threads), **hiding.uniforms)
+        bind("lod/rings/hidden.glsl", u_horizon=self._horizon.texture)
+
     def _finish(self) -> np.void:
         """Let neighbours agree on their edges, and turn leaves into patches.
 
         Returns a record `layout.RING_SUMMARY`. Reading it is the only time that a frame waits for the GPU.
         """
+        self._look_around()
         bind("lod/rings/shapes.glsl", Shapes=self._buffers["shapes"])
         over = 0
+        has_agreed = False
         while True:
-            over = self._agree(over)
+            if not has_agreed:
+                over = self._agree(over)
             self._buffers["summary"].write(self._nothing)
-            self._run("count", _work("leaves"), agreed=over)
+            self._run("count", _work("leaves"), agreed=over, **self._hiding.uniforms)
             bind("lod/rings/place.comp", Draws=self.draws)
             self._run("place", agreed=over, most_draws=self.draws.size // gl.COMMAND_STRIDE)
             bind("lod/rings/emit.comp", Patches=self.patches)
             self._run("emit", _work("all"), agreed=over, most_patches=self.patches.size // layout.RING_PATCH.itemsize)
             data = self._buffers["summary"].read(layout.RING_SUMMARY.itemsize)
             summary = np.frombuffer(data, layout.RING_SUMMARY)[0]
-            if not summary["unagreed"]:
+            has_agreed = not summary["unagreed"]
+            if float(summary["farthest_px"]) > self._hiding.farthest_px > 0:
+                self._hiding = NO_HIDING  # it relied on smaller errors
+            elif has_agreed:
                 self._last_stamp = self._last_stamp + over
                 self._agreed = over
                 return summary
@@ -287,14 +320,31 @@ class RingsSelector:
         most = sum(n * (2 * 4**s + 4 * (64 - 2**s)) for s, n in enumerate(counts))  # as if all edges were cut
         worst_px = float(summary["worst_px"])
         certified_px = worst_px if worst_px < INFINITE_PX else math.inf
-        return Selection(self, counts, int(summary["triangles"]), most, int(summary["splits"]), certified_px, draws)
+        return Selection(
+            self,
+            counts,
+            int(summary["triangles"]),
+            most,
+            int(summary["splits"]),
+            certified_px,
+            draws,
+            hidden=int(summary["hidden"]),
+        )
 
     def _has_room(self, blocks: int, selection: Selection) -> bool:
         """Whether all of it fitted into the buffers; if not, make them larger."""
         room = self.patches.size // layout.RING_PATCH.itemsize, self.draws.size // gl.COMMAND_STRIDE
-        if blocks <= self._most_blocks and selection.patches <= room[0] and selection.draws <= room[1]:
+        if (
+            blocks <= self._most_blocks
+            and selection.patches + selection.hidden <= room[0]
+            and selection.draws <= room[1]
+        ):
             return True
-        most = max(blocks, self._most_blocks), max(selection.patches, room[0]), max(selection.draws, room[1])
+        most = (
+            max(blocks, self._most_blocks),
+            max(selection.patches + selection.hidden, room[0]),
+            max(selection.draws, room[1]),
+        )
         self._reserve(*(n + n // 2 for n in most))
         return False
 

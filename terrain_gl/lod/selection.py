@@ -28,6 +28,10 @@ class Goal:
         Leave out patches outside the picture.
     triangles
         Instead of a tolerance: the largest number of triangles, at least 2.
+    hides
+        Leave out land that is hidden behind other land, if patches outside the picture are left out, too.
+    has_holes
+        Nothing is drawn over posts without data.
     parameters
         Instead of both: the parameters of a baseline. Other methods have none.
     """
@@ -37,6 +41,8 @@ class Goal:
     cull: bool = True
     triangles: int | None = None
     parameters: Any = None
+    hides: bool = False
+    has_holes: bool = False
 
     @property
     def settings(self) -> dict[str, Any]:
@@ -68,6 +74,9 @@ class Selection:
         Indirect commands in the surface's `draws`.
     price
         With a budget: the squared pixels of error that one more triangle would have to remove; 0 if none can.
+    hidden
+        Patches that were chosen but are hidden: their records follow those of the drawn ones in the surface's
+        `patches`.
     """
 
     surface: Surface = field(compare=False)
@@ -78,6 +87,7 @@ class Selection:
     certified_px: float | None
     draws: int
     price: float | None = None
+    hidden: int = 0
 
     @property
     def patches(self) -> int:

@@ -7,7 +7,6 @@ from typing import Any
 import numpy as np
 
 from ..camera import Camera
-from ..gpu import layout
 from ..lod import Goal, Selection
 from .map import Boxes
 from .terrain import PagedTerrain
@@ -18,7 +17,7 @@ FLAT = 0.05  # least slope of a sight line for the area of a patch, because hill
 
 
 class Patches:
-    """The patches of a selection.
+    """The patches of a selection, hidden ones included.
 
     Attributes
     ----------
@@ -31,9 +30,7 @@ class Patches:
     def __init__(self, terrain: PagedTerrain, selection: Selection, camera: Camera) -> None:
         self.terrain = terrain
         surface: Any = selection.surface
-        size = selection.patches * layout.RING_PATCH.itemsize
-        records = np.frombuffer(surface.patches.read(size) if size else b"", layout.RING_PATCH)
-        patches = layout.unpack_ring_patches(records)
+        patches = surface.chosen(selection)  # with hidden ones: their edges are those of patches that are drawn
         last = np.array([terrain.heightmap.cols - 1, terrain.heightmap.rows - 1])
         low = np.maximum(patches.corner, 0)
         end = np.minimum(patches.corner + patches.size, last)

@@ -4,6 +4,7 @@
     sat         summed-area tables, and the sum over a box
     error       the error of each of the `nodes`, also `between` posts; `bound`: of any box; `widening`: after an edit
     project     from metres to pixels; `curvature`: the Earth is round
+    hidden      the horizon around the eye, and what is below it
     rings       the levels that tables choose (method sat); `quadtree`, with `tree` and `patches`: the other selection
     mesh        the triangles of a patch
     shade       mean height and mean slope under a pixel
@@ -20,6 +21,7 @@ from . import (
     error,
     generate,
     heightmap,
+    hidden,
     horizon,
     light,
     mesh,
@@ -38,6 +40,7 @@ from .curvature import *
 from .error import *
 from .generate import *
 from .heightmap import *
+from .hidden import *
 from .horizon import *
 from .light import *
 from .mesh import *

@@ -86,6 +86,7 @@ class DrawnFrame:
             "triangles": selection.triangles,
             "patches": selection.patches,
             "splits": selection.splits,
+            "patches_hidden": selection.hidden,
             "certified_max_error_px": selection.certified_px,
             "requested_max_error_px": None if options.method in BASELINES else options.max_error_px,
             "requested_triangles": options.triangles,

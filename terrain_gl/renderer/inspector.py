@@ -51,10 +51,11 @@ class Inspector:
 
     @in_session
     def measure(self) -> dict[str, Any]:
-        """The last frame's stats with its achieved error: its mesh is compared with the whole surface in the picture.
+        """The last frame's stats with its achieved error: its mesh is compared with the surface in the picture.
 
         Adds `max_error_px` and `rms_error_px` over 4 × 4 places a cell, `max_error_posts_px` over posts alone,
-        `posts_measured`, and `holes`: the pixels and places where the sky shows through.
+        `posts_measured`, `land_measured`, the share of the land in the picture that is drawn and so measured, and
+        `holes`: the pixels and places where the sky shows through.
         """
         frame = self._drawn()
         achieved = drain(self.measure_steps())
@@ -65,6 +66,7 @@ class Inspector:
         frame.stats["rms_error_px"] = achieved.rms_px
         frame.stats["max_error_posts_px"] = achieved.max_posts_px
         frame.stats["posts_measured"] = achieved.posts
+        frame.stats["land_measured"] = achieved.share
         frame.stats["holes"] = achieved.uncovered + through
         return frame.stats
 

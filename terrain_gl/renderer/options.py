@@ -140,6 +140,9 @@ class RenderOptions:
         Distance of the near plane; by default a tenth of the smaller spacing.
     cull
         Leave out patches outside the picture.
+    occlusion
+        "on" leaves out land that is hidden behind other land; the picture is the same: docs/hidden.md. Only method
+        "sat" with a tolerance does so, and only if `cull`.
     wires
         Draw the triangles' edges on top of the style.
     chosen_for
@@ -233,6 +236,12 @@ class RenderOptions:
     near_m: float | None = _option(
         None, "technical", Flag("--near", "positive", "near plane (default: 0.1 spacings)", "M")
     )
+    occlusion: str = _option(
+        "on",
+        "detail",
+        Flag("--occlusion", "choice", "on: no triangles for hidden land; the picture is the same"),
+        choices=("on", "off"),
+    )
     cull: bool = _option(True, "")
     wires: bool = _option(False, "")
     chosen_for: Camera | None = _option(None, "")
@@ -312,7 +321,8 @@ class RenderOptions:
     @property
     def goal(self) -> Goal:
         """The options of the level of detail."""
-        return Goal(self.tolerance_px, self.metric, self.cull, self.triangles, self.parameters)
+        first = self.tolerance_px, self.metric, self.cull, self.triangles, self.parameters
+        return Goal(*first, hides=self.occlusion == "on", has_holes=self.voids == "hole")
 
     @property
     def tolerance_px(self) -> float:

@@ -26,6 +26,7 @@ from ..image import linear_from_srgb
 from ..light.climate import AUTO
 from ..light.ground import towards_sun
 from ..lod import Selection, View
+from ..lod.land import ROUGH_PX, is_above_ground
 from ..mesh import MeshDraws
 from ..pages.light import light_of
 from . import contours, surroundings
@@ -42,7 +43,6 @@ VOIDS = ("fill", "hole")  # how posts without data are drawn
 UNLIT = "depth"  # the cheapest style, when only the mesh matters
 TILE_PX = (256, 64)  # pixels that one step of `shade_steps` shades
 AIR_M = 70e3  # distance over which clear air absorbs all but 1/e of the light
-ROUGH_PX = 64.0  # a mesh with larger errors may be above an eye that is above the ground
 HAZE = 2.0  # the same for haze over a map too large for clear air, in diagonals of the map
 _NOTHING_LISTED = np.array([0, 1, 1, 0], "u4").tobytes()  # the head of `Listed` in glsl/shade/seen.glsl
 Size = tuple[int, int]
@@ -369,7 +369,7 @@ class Picture:
 
     def _may_show_underside(self, look: Look, selection: Selection) -> bool:
         """Whether a pixel may show the land from below: through a hole, or from an eye that is not above the mesh."""
-        is_above = surroundings.is_above_ground(self.terrain, self.view.eye[0], self.view.eye[2], self.view.reach_m)
+        is_above = is_above_ground(self.terrain, self.view.eye[0], self.view.eye[2], self.view.reach_m)
         return self._has_holes(look) or not is_above or (selection.certified_px or 0.0) > ROUGH_PX
 
     def _fill(self, target: moderngl.Framebuffer, fragment: str, kind: str = "ANY", **uniforms: Any) -> None:

@@ -23,25 +23,6 @@ def seen_from(camera: Camera, terrain: Terrain) -> int:
     return PLAIN if margin_m < x < east - margin_m and margin_m < y < north - margin_m else WALLS
 
 
-def is_above_ground(terrain: Terrain, post: tuple[int, int], up_m: float, reach_m: float) -> bool:
-    """Whether the eye is over the map, and all that is within `reach_m` of it is above the ground.
-
-    Parameters
-    ----------
-    post, up_m
-        Column and row of the post nearest to the eye, and the eye's metres above the base.
-    reach_m
-        How far the near plane reaches: from an eye above the ground, a near plane may still be below it.
-    """
-    col, row = post
-    heightmap = terrain.heightmap
-    is_over_map = 0 < col < heightmap.cols - 1 and 0 < row < heightmap.rows - 1
-    if not is_over_map or 2 * reach_m > min(heightmap.spacing_m):
-        return False
-    highest_m = terrain.filled[row - 1 : row + 2, col - 1 : col + 2].max() - terrain.base_m
-    return bool(up_m - reach_m > highest_m)
-
-
 def uniforms(terrain: Terrain, water_m: float | None) -> dict[str, Any]:
     """Height of the surroundings: of the sea that the map has or the user gives, else of the foot of the block."""
     heightmap = terrain.heightmap

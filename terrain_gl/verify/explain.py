@@ -70,6 +70,8 @@ class Explanation:
         The requested tolerance and its metric.
     bound_px
         The bound of the patch together with its cut edges; None if its record has none.
+    hidden_by
+        If the patch is hidden and so not drawn: the ridge in front of it, x and y in world metres.
     """
 
     corner: tuple[int, int]
@@ -84,6 +86,7 @@ class Explanation:
     tolerance_px: float
     metric: str
     bound_px: float | None = None
+    hidden_by: tuple[float, float] | None = None
 
 
 class Explainer:
@@ -141,8 +144,7 @@ class Explainer:
         tolerance_px: float,
         metric: str,
     ) -> Explanation | None:
-        data = surface.patches.read(selection.patches * layout.RING_PATCH.itemsize) if selection.patches else b""
-        patches = layout.unpack_ring_patches(np.frombuffer(data, layout.RING_PATCH))
+        patches = surface.chosen(selection)
         at = _over(patches, post)
         if at is None:
             return None
@@ -159,7 +161,8 @@ class Explainer:
         chosen = next(choice for choice in choices if choice.segments == 1 << side_log2 - step_log2)
         seen = _seen(answer, surface.view.focal_px)
         bound_px = float(patches.bound_px[at])
-        return Explanation(corner, 1 << side_log2, step_log2, chosen, choices, *seen, tolerance_px, metric, bound_px)
+        about = corner, 1 << side_log2, step_log2, chosen, choices, *seen, tolerance_px, metric, bound_px
+        return Explanation(*about, _ridge(surface, post) if at >= selection.patches else None)
 
     def release(self) -> None:
         """Release GPU resources."""
@@ -198,6 +201,15 @@ def _over(patches: layout.Patches | layout.RingPatches, post: tuple[float, float
     offset = np.asarray(post) - patches.corner
     found = np.flatnonzero(((offset >= 0) & (offset <= patches.size)).all(1))
     return int(found[0]) if len(found) else None
+
+
+def _ridge(surface: RingsSelector, post: tuple[float, float]) -> tuple[float, float]:
+    """World metres of the ridge that hides a column and row."""
+    heightmap = surface.terrain.heightmap
+    east, north = heightmap.spacing_m
+    x, y = surface.ridge_before(post[0] * east, (heightmap.rows - 1 - post[1]) * north)
+    true_east, true_north = heightmap.ground_spacing_m  # those of a map whose relief is exaggerated are smaller
+    return x * true_east / east, y * true_north / north
 
 
 def _seen(answer: np.ndarray, focal_px: float) -> tuple[tuple[float, float], float, float, bool]:

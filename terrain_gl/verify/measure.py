@@ -21,7 +21,7 @@ from ..gpu import gl
 from ..gpu.bindings import bind
 from ..gpu.layout import PLACES
 from ..heightmap import Heightmap, bilinear
-from ..lod import Selection
+from ..lod import RingsSelector, Selection
 from ..mesh import MeshDraw, MeshDraws
 from ..terrain import Terrain
 
@@ -44,7 +44,9 @@ class Achieved:
     posts
         Posts measured.
     uncovered
-        Places in the picture that no triangle covers: 0 for a mesh without holes.
+        Places in the picture that no triangle covers, hidden land aside: 0 for a mesh without holes.
+    share
+        Of the places in the picture, how many are drawn: 1 unless hidden land is left out.
     """
 
     max_px: float
@@ -52,6 +54,7 @@ class Achieved:
     max_posts_px: float
     posts: int
     uncovered: int
+    share: float = 1.0
 
 
 class _Part(NamedTuple):
@@ -107,12 +110,15 @@ class Measurement:
     ) -> Steps[Achieved]:
         """Incremental `achieved`, in regions of at most `tile` posts a side; yields progress from 0 to 1."""
         largest = largest_at_posts = total = 0.0
-        places = posts = uncovered = 0
+        places = posts = uncovered = seen = 0
+        hidden = _hidden_boxes(selection)
         regions = list(_regions_in_picture(self.terrain.heightmap, PLACES * min(tile, TILE), camera, size, near_m))
         for done, region in enumerate(regions, 1):
             for part in self._parts(selection, region, camera, size, near_m):
                 drawn, at_posts = (px[~np.isnan(px)] for px in (part.px, part.at_posts().px))
-                uncovered += int(np.count_nonzero(part.seen)) - len(drawn)
+                seen += int(np.count_nonzero(part.seen))
+                undrawn = part.seen & np.isnan(part.px)
+                uncovered += int(np.count_nonzero(undrawn & ~_inside(hidden, part.region)))
                 places = places + len(drawn)
                 posts = posts + len(at_posts)
                 largest = max(largest, float(drawn.max(initial=0.0)))
@@ -120,7 +126,7 @@ class Measurement:
                 total += float(np.square(drawn).sum())
             yield done / len(regions)
         rms_px = float(np.sqrt(total / places)) if places else 0.0
-        return Achieved(largest, rms_px, largest_at_posts, posts, uncovered)
+        return Achieved(largest, rms_px, largest_at_posts, posts, uncovered, places / seen if seen else 1.0)
 
     def at(
         self, places: np.ndarray, selection: Selection, camera: Camera, size: tuple[int, int], near_m: float
@@ -207,6 +213,25 @@ class Measurement:
         x, y, width, height = region
         cols, rows = places_of(self.terrain.heightmap)
         return x == 0 or y == 0 or x + width == cols or y + height == rows
+
+
+def _hidden_boxes(selection: Selection) -> np.ndarray:
+    """Hidden patches of a selection: (n, 4) first and last places, columns and rows."""
+    if not selection.hidden or not isinstance(selection.surface, RingsSelector):
+        return np.empty((0, 4), int)
+    patches = selection.surface.chosen(selection)
+    first = patches.corner[selection.patches :]
+    return PLACES * np.hstack([first, first + patches.size[selection.patches :]])
+
+
+def _inside(boxes: np.ndarray, region: Region) -> np.ndarray:
+    """(h, w) places of a region that lie in one of the closed boxes."""
+    x, y, width, height = region
+    inside = np.zeros((height, width), bool)
+    near = (boxes[:, 0] < x + width) & (boxes[:, 1] < y + height) & (boxes[:, 2] >= x) & (boxes[:, 3] >= y)
+    for x0, y0, x1, y1 in np.maximum(boxes[near] - [x, y, x, y], 0).tolist():
+        inside[y0 : y1 + 1, x0 : x1 + 1] = True
+    return inside
 
 
 def places_of(heightmap: Heightmap) -> tuple[int, int]:

@@ -29,6 +29,8 @@ def title(patch: Explanation) -> str:
 
 def plain(patch: Explanation) -> str:
     """How accurately it is drawn, without technical terms."""
+    if patch.hidden_by:
+        return f"hidden by the ridge at {_place(patch.hidden_by)}, so not drawn"
     allowed = f"; {patch.tolerance_px:.3g} px allowed" if np.isfinite(patch.tolerance_px) else ""
     return f"drawn at most {bound_px(patch):.2g} px off{allowed}" if patch.in_picture else "outside the picture"
 
@@ -53,6 +55,11 @@ def reasons(patch: Explanation) -> list[str]:
     error = metres(_error_m(patch, patch.chosen))
     if not patch.in_picture:
         return ["The patch is outside the view that the levels were chosen for. So its error does not matter."]
+    if patch.hidden_by:
+        return [
+            f"The ridge at {_place(patch.hidden_by)} hides the whole patch from the eye. So no triangle is drawn.",
+            "Its level was chosen all the same, because it decides how its neighbours' edges are cut.",
+        ]
     if patch.chosen.max_m == 0:
         return ["The triangles are the true surface. So the error is zero."]
     what = "The largest error of its surface" if patch.metric == "max" else "The RMS error of its surface"
@@ -67,6 +74,11 @@ def reasons(patch: Explanation) -> list[str]:
         f"{what} is at most {error} (from the tables), so at most {patch.chosen.px:.3g} px. {limit}",
         *_edges(patch),
     ]
+
+
+def _place(place: tuple[float, float]) -> str:
+    """A place in world metres."""
+    return f"x {place[0]:,.0f} m, y {place[1]:,.0f} m"
 
 
 def _edges(patch: Explanation) -> list[str]:

@@ -1,7 +1,8 @@
-// lod/rings/count.comp — each leaf's bound, the number of patches of each size, and the largest bound.
+// lod/rings/count.comp — each leaf's bound, and whether it is hidden. Of the others, the number of patches of each
+// size, and the largest bound.
 // One thread handles one leaf.
 
-#include "lod/rings/leaf.glsl"
+#include "lod/rings/hidden.glsl"
 #include "lod/rings/shapes.glsl"
 
 layout(local_size_x = LEAF_GROUP) in;
@@ -26,6 +27,19 @@ int triangles_of(Leaf leaf, int step_log2, ivec4 edge_steps_log2) {
     return triangles;
 }
 
+// What the tables certify of a leaf, in the metric asked for: pixels, or metres over the whole map. Then the same for
+// its farthest point.
+vec2 leaf_px(Leaf leaf) {
+    int step_log2 = step_log2_of(leaf.word);
+    Projection p = project_square(leaf.origin, leaf.side_log2);
+    p.sag_m = slack_m(step_log2);
+    vec2 errors_m = cells_m(leaf.origin, leaf.side_log2, step_log2, few_cells_m(leaf.origin, leaf.side_log2));
+    if (u_metric == METRIC_METRES) return vec2(errors_m.x + p.sag_m);
+    float most_px = error_px(p, errors_m.x, errors_m.x);
+    float asked_px = has_mean(p) ? error_px(p, min(errors_m.y, errors_m.x), errors_m.x) : most_px;
+    return p.outside ? vec2(0.0) : vec2(asked_px, most_px);
+}
+
 void main() {
     uint i = gl_GlobalInvocationID.x;
     if (i >= b_leaves.count) return;
@@ -37,10 +51,17 @@ void main() {
     int step_log2 = step_log2_of(word);
     int segments_log2 = leaf.side_log2 - step_log2;
     ivec4 steps = leaf.side_log2 - edges_log2_in(shape[id].x);
-    uint px = shape[id].y = floatBitsToUint(leaf_px(leaf));
+    uvec2 px = floatBitsToUint(leaf_px(leaf));
+    bool hidden = is_hidden(box_of_square(leaf.origin, leaf.side_log2));
+    shape[id].y = px.x | (hidden ? HIDDEN : 0u);
+    if (hidden) {
+        atomicAdd(s_hidden, 1u);
+        return;
+    }
     atomicAdd(s_offset[segments_log2 * u_most_blocks + id / UNITS], 1u);
     atomicAdd(s_count[segments_log2], 1u);
     atomicAdd(s_triangles, uint(triangles_of(leaf, step_log2, steps)));
     atomicAdd(s_splits, side_units_log2(word) < 3 ? 1u : 0u);
-    atomicMax(s_worst_px, px);
+    atomicMax(s_worst_px, px.x);
+    atomicMax(s_farthest_px, px.y);
 }

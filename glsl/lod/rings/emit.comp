@@ -1,6 +1,6 @@
-// lod/rings/emit.comp — writes a patch for each leaf, at the place that lod/rings/place.comp computed. So the same view
-//   always gives
-// the same list. One thread handles one block.
+// lod/rings/emit.comp — writes a patch for each leaf, at the place that lod/rings/place.comp computed. So the same
+// view always gives the same list. One thread handles one block.
+// What is hidden comes after all patches: measurements and explanations need it, but nothing draws it.
 
 #include "lod/rings/shapes.glsl"
 
@@ -15,6 +15,17 @@ layout(std430, binding = 5) writeonly buffer Patches { RingPatch patches[]; };
 
 uniform int u_most_patches;
 
+void write_patch(uint place, RingPatch patch_) {
+    // without room, the view is chosen again with larger buffers
+    if (place < uint(u_most_patches)) patches[place] = patch_;
+}
+
+void write_hidden(ivec2 corner, uvec2 mine) {
+    uint place = atomicAdd(s_written, 1u);
+    for (int size = 0; size < SIZES; size++) place += s_count[size];
+    write_patch(place, RingPatch(corner, mine.x, uintBitsToFloat(mine.y ^ HIDDEN)));
+}
+
 void main() {
     int b = int(gl_GlobalInvocationID.x);
     if (b >= blocks_in_all()) return;
@@ -25,8 +36,11 @@ void main() {
         if (!is_leaf(word) || !begins_leaf(unit_at(unit), word)) continue;
         uvec2 mine = shape[UNITS * b + unit];
         ivec2 corner = block.origin + (unit_at(unit) << block.unit_log2);
+        if ((mine.y & HIDDEN) != 0u) {
+            write_hidden(corner, mine);
+            continue;
+        }
         uint place = s_offset[segments_log2_of(mine.x) * u_most_blocks + b]++;
-        if (place < uint(u_most_patches))  // without room, the view is chosen again with larger buffers
-            patches[place] = RingPatch(corner, mine.x, uintBitsToFloat(mine.y));
+        write_patch(place, RingPatch(corner, mine.x, uintBitsToFloat(mine.y)));
     }
 }

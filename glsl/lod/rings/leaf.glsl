@@ -1,6 +1,6 @@
 // lod/rings/leaf.glsl — a leaf's box in the view, and the largest error in metres that is within the tolerance there.
-// Provides range_of_square_m(), project_square(), error_within_m(), has_mean(), few_cells_m(), cells_m(),
-// coarsest_step(), finest_of(), slack_m(), next_step(), leaf_px().
+// Provides range_of_square_m(), box_of_square(), project_square(), error_within_m(), has_mean(), few_cells_m(),
+// cells_m(), coarsest_step(), finest_of(), slack_m(), next_step().
 // Python twins: reference.rings.next_step, reference.rings.coarsest_step, reference.rings.finest_step
 
 #include "lod/rings/rings.glsl"
@@ -27,10 +27,11 @@ vec2 range_of_square_m(ivec2 low, int side_log2) {
     return range_m;
 }
 
-Projection project_square(ivec2 low, int side_log2) {
-    ivec2 end = min(low + (1 << side_log2), u_last_post);
-    return project(box_of(max(low, ivec2(0)), end, range_of_square_m(low, side_log2)), 1.0);
+Box box_of_square(ivec2 low, int side_log2) {
+    return box_of(max(low, ivec2(0)), min(low + (1 << side_log2), u_last_post), range_of_square_m(low, side_log2));
 }
+
+Projection project_square(ivec2 low, int side_log2) { return project(box_of_square(low, side_log2), 1.0); }
 
 // The largest error in metres that is at most the tolerance in pixels: error_px() solved for the error.
 float error_within_m(Projection p) {
@@ -106,8 +107,7 @@ int finest_of(ivec2 low, int side_log2, int ring, int coarsest) {
     return is_waiting(low, side_log2, level) ? max(finest, min(level, coarsest)) : finest;
 }
 
-// What the tables do not know: the Earth's curvature, and the rounding of vertices between posts, which neighbours may
-// have.
+// What the tables do not know: the Earth's curvature, and the rounding of vertices between posts.
 float slack_m(int step_log2) { return sag_m(step_log2) + rounding_between_m(); }
 
 // Whether the cells of a square are within the tolerance.
@@ -130,15 +130,4 @@ int next_step(ivec2 low, int side_log2, int coarsest, int finest, Projection p) 
     for (int step_log2 = coarsest; step_log2 >= finest; step_log2--)
         if (holds(low, side_log2, step_log2, few_m, p, within_m)) return step_log2;
     return NO_STEP;
-}
-
-// What the tables certify of a leaf, in the metric asked for: pixels, or metres over the whole map.
-float leaf_px(Leaf leaf) {
-    int step_log2 = step_log2_of(leaf.word);
-    Projection p = project_square(leaf.origin, leaf.side_log2);
-    if (p.outside) return 0.0;
-    p.sag_m = slack_m(step_log2);
-    vec2 errors_m = cells_m(leaf.origin, leaf.side_log2, step_log2, few_cells_m(leaf.origin, leaf.side_log2));
-    if (u_metric == METRIC_METRES) return errors_m.x + p.sag_m;
-    return error_px(p, has_mean(p) ? min(errors_m.y, errors_m.x) : errors_m.x, errors_m.x);
 }

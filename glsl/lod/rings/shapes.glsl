@@ -14,10 +14,14 @@ layout(std430, binding = 7) buffer Summary {
     uint s_splits;      // leaves smaller than their block
     uint s_worst_px;    // the largest bound among the patches, as the bits of a float
     uint s_blocks;      // blocks that the view needs room for
-    uint s_unagreed;   // leaves that are queued for a further round of lod/rings/agree.comp
-    uint s_pad[3];
+    uint s_unagreed;    // leaves that are queued for a further round of lod/rings/agree.comp
+    uint s_farthest_px; // the largest bound of a point, whatever the metric, as the bits of a float
+    uint s_hidden;      // leaves that are hidden: lod/rings/hidden.glsl
+    uint s_written;     // of these, records that lod/rings/emit.comp has written
     uint s_offset[];    // patches of each size in each block; lod/rings/place.comp puts the number of patches before
 };
+
+#define HIDDEN 0x80000000u  // in the bits of a hidden leaf's bound: the sign
 
 int segments_log2_of(uint word) { return int(word & 31u) - (int(word >> 5 & 63u) - 16); }
 ivec4 edges_log2_in(uint word) { return ivec4(uvec4(word) >> uvec4(11, 14, 17, 20) & 7u); }

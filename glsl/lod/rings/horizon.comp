@@ -1,0 +1,48 @@
+// lod/rings/horizon.comp — the horizon around the eye. One thread handles one sector, and goes outward.
+//   At each shell it crosses its sector on a chord. All sight lines of the sector pass over this chord. So the lowest
+//   height around it blocks all of them alike. Nodes of the map about as large as the chord is long give that height.
+// Python twin: reference.horizon_around
+
+#include "lod/rings/hidden.glsl"
+
+#ifndef THREADS
+#define THREADS 64  // threads that the hardware runs at the same time (lod/rings.py)
+#endif
+layout(local_size_x = THREADS) in;
+layout(r32f, binding = 0) uniform writeonly image2D u_out;
+
+// Lowest height of a box of posts, at most two nodes a side.
+float lowest_of_box_m(vec2 low, vec2 high) {
+    vec2 size = high - low;
+    int level = clamp(int(ceil(log2(max(max(size.x, size.y), 2.0)))), 1, u_top_level);
+    ivec2 last = u_level[level].size - 1, first = min(ivec2(low) >> level, last), end = min(ivec2(high) >> level, last);
+    float lowest_m = NEVER;
+    for (ivec2 at = first; at.y <= end.y;) {
+        lowest_m = min(lowest_m, unpack_range(range[range_index(level, at)]).x);
+        at = at.x < end.x ? at + ivec2(1, 0) : ivec2(first.x, at.y + 1);
+    }
+    return lowest_m;
+}
+
+vec2 post_under(vec2 from_eye_m) {
+    return vec2(u_eye_post) + vec2(1.0, -1.0) * (from_eye_m + u_eye_offset_m) / u_spacing_m;
+}
+
+void main() {
+    int sector = u_sectors.x + int(gl_GlobalInvocationID.x);
+    if (sector >= u_sectors.y) return;
+    vec2 a = sector_direction(sector), b = sector_direction(sector + 1);
+    float middle = 0.5 * length(a + b) * (1.0 - 1e-6);  // the chord's smallest distance, over its largest
+    float slope = -NEVER;
+    vec2 most = vec2(u_last_post);
+    for (int k = 0; k < u_shells; k++) {
+        float r_m = shell_radius_m(k);
+        vec2 p = post_under(r_m * a), q = post_under(r_m * b), margin = 0.01 + 1e-6 * (abs(p) + abs(q));
+        vec2 low = min(p, q) - margin, high = max(p, q) + margin;
+        bool is_on_map = k > 0 && all(greaterThanEqual(low, vec2(0.0))) && all(lessThanEqual(high, most));
+        float lowest_m = is_on_map ? lowest_of_box_m(low, high) : -NEVER;
+        float up_m = up_from_eye_m(lowest_m) - u_bend_per_m * r_m * r_m - 0.25 * (u_bulge_m.x + u_bulge_m.y);
+        if (is_on_map) slope = max(slope, up_m / (up_m > 0.0 ? r_m : r_m * middle));
+        imageStore(u_out, ivec2(sector, k), vec4(slope));
+    }
+}

@@ -1,0 +1,158 @@
+"""The horizon around the eye, by which hidden land is left out before its level of detail is chosen: docs/hidden.md.
+
+    horizon   the horizon of each sector around the eye, shell by shell       glsl/lod/rings/horizon.comp
+    hidden    is a box below the horizon in front of it?                      glsl/lod/rings/hidden.glsl
+
+Specification: `reference.hidden`.
+"""
+
+from __future__ import annotations
+
+import itertools
+import math
+from typing import Any, NamedTuple
+
+import moderngl
+import numpy as np
+
+from ..camera import Camera
+from ..camera.view import View
+from ..heightmap import Heightmap
+from ..terrain import Terrain
+from .land import ROUGH_PX, is_above_ground
+from .selection import Goal
+
+SECTORS = 1024  # all around the eye
+SHELLS_PER_DOUBLING = 45.0  # as glsl/lod/rings/hidden.glsl has them
+SHELL_SPACINGS = 64.0
+SNAP_PX = 1 / 32  # the rasteriser moves a vertex to a 256th of a pixel
+FARTHEST = {"max": 1.0, "rms": 8.0}  # how far the surface may be drawn off, over the tolerance
+_NOTHING: dict[str, Any] = {"sectors": (0, 0), "shells": 0, "slope_margin": 0.0}
+
+
+class Hiding(NamedTuple):
+    """Uniforms of the shaders, and what they rely on.
+
+    Attributes
+    ----------
+    uniforms
+        Of glsl/lod/rings/hidden.glsl.
+    farthest_px
+        No visible point of the surface may be drawn further from its true position; 0 if nothing is hidden.
+    camera
+        The camera that the horizon is for.
+    """
+
+    uniforms: dict[str, Any]
+    farthest_px: float
+    camera: Camera | None = None
+
+    @property
+    def sectors(self) -> int:
+        """Sectors that need a horizon."""
+        first, end = self.uniforms["sectors"]
+        return int(end - first)
+
+
+NO_HIDING = Hiding(_NOTHING, 0.0)
+
+
+class Horizon:
+    """The texture that holds the horizon: a column for each sector, a row for each shell."""
+
+    def __init__(self, ctx: moderngl.Context) -> None:
+        self.ctx = ctx
+        self.texture = self._made(1)
+
+    @property
+    def bytes(self) -> int:
+        """GPU memory."""
+        return 4 * self.texture.width * self.texture.height
+
+    def reserve(self, shells: int) -> None:
+        """Make room for so many shells."""
+        if shells > self.texture.height:
+            self.texture.release()
+            self.texture = self._made(shells + shells // 4)
+
+    def read(self) -> np.ndarray:
+        """(sectors, shells) float32."""
+        return np.frombuffer(self.texture.read(), "f4").reshape(-1, SECTORS).T
+
+    def release(self) -> None:
+        """Release GPU resources."""
+        self.texture.release()
+
+    def _made(self, shells: int) -> moderngl.Texture:
+        return self.ctx.texture((SECTORS, shells), 1, dtype="f4")
+
+
+def hiding(terrain: Terrain, view: View, camera: Camera, size: tuple[int, int], goal: Goal) -> Hiding:
+    """What the shaders need to find hidden land; nothing is hidden from an eye that may see the land from below.
+
+    A budget hides nothing: its mesh depends on all the land in the picture.
+    """
+    heightmap = terrain.heightmap
+    farthest_px = FARTHEST.get(goal.metric, math.inf) * goal.tolerance_px
+    if not goal.hides or not goal.cull or goal.triangles or not 0 < farthest_px <= ROUGH_PX:
+        return NO_HIDING
+    if goal.has_holes and heightmap.voids:  # a sight line may pass through a hole, and under a ridge
+        return NO_HIDING
+    focal_px = camera.focal_px(size[1])
+    half = camera.half_extent(size)
+    # how far a surface may be drawn too high at the near plane, over the plane's distance (glsl/lod/project.glsl)
+    drawn_off = farthest_px / (focal_px * min(1.0, math.hypot(*half)))
+    if not is_above_ground(terrain, view.eye[0], view.eye[2], view.reach_m * (1.0 + drawn_off)):
+        return NO_HIDING
+    uniforms = {
+        "sectors": sectors_in_picture(camera, size),
+        "shells": shells_over(heightmap, camera),
+        "slope_margin": (farthest_px + SNAP_PX) / focal_px,
+    }
+    return Hiding(uniforms, farthest_px, camera)
+
+
+def sectors_in_picture(camera: Camera, size: tuple[int, int]) -> tuple[int, int]:
+    """The first sector that a picture shows, and the end; all of them if it shows the point below or above the eye."""
+    right, up, forward = camera.axes
+    tan_x, tan_y = camera.half_extent(size)
+    if abs(right[2]) <= tan_x * abs(forward[2]) and abs(up[2]) <= tan_y * abs(forward[2]):
+        return 0, SECTORS
+    rays = [forward + x * tan_x * right + y * tan_y * up for x, y in itertools.product((-1, 1), repeat=2)]
+    seen = [sector_of(forward[:2], ray[:2]) for ray in rays]
+    if max(seen) - min(seen) > SECTORS / 2:  # around the sectors' beginning
+        return 0, SECTORS
+    return max(0, math.floor(min(seen)) - 1), min(SECTORS, math.floor(max(seen)) + 2)
+
+
+def sector_of(forward: np.ndarray, towards: np.ndarray) -> float:
+    """The sector of a direction on the map, a fraction: sector_of() of glsl/lod/rings/hidden.glsl."""
+    level = math.hypot(*forward)
+    x, y = forward / level if level > 1e-6 else (1.0, 0.0)
+    along, left = x * towards[0] + y * towards[1], x * towards[1] - y * towards[0]
+    t = left / (abs(along) + abs(left))
+    return float((2 + t if along >= 0 else 4 - t if left >= 0 else -t) * SECTORS / 4)
+
+
+def shells_over(heightmap: Heightmap, camera: Camera) -> int:
+    """Shells up to the map's farthest corner."""
+    east, north = heightmap.extent_m
+    far_m = math.hypot(max(camera.eye[0], east - camera.eye[0]), max(camera.eye[1], north - camera.eye[1]))
+    unit_m = SHELL_SPACINGS * min(heightmap.spacing_m)
+    return math.ceil(SHELLS_PER_DOUBLING * math.log2(1 + far_m / unit_m)) + 1
+
+
+def ridge_before(horizon: np.ndarray, heightmap: Heightmap, camera: Camera, x: float, y: float) -> tuple[float, float]:
+    """The land that rises highest in front of a place, as the eye sees it: world metres, to about a shell.
+
+    Parameters
+    ----------
+    horizon
+        (sectors, shells) of `Horizon.read`.
+    """
+    away = np.array([x, y]) - camera.eye[:2]
+    unit_m = SHELL_SPACINGS * min(heightmap.spacing_m)
+    shells = 1 + int(SHELLS_PER_DOUBLING * math.log2(1 + math.hypot(*away) / unit_m))
+    slopes = horizon[min(int(sector_of(camera.axes[2][:2], away)), SECTORS - 1), :shells]
+    r_m = unit_m * (2 ** (int(np.argmax(slopes)) / SHELLS_PER_DOUBLING) - 1)
+    return camera.eye[0] + r_m * away[0] / math.hypot(*away), camera.eye[1] + r_m * away[1] / math.hypot(*away)

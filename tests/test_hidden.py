@@ -1,0 +1,254 @@
+"""Hidden land: a horizon around the eye leaves patches out, and the picture is the same to the bit."""
+
+from dataclasses import replace
+
+import numpy as np
+import pytest
+from maps import random_camera, random_map, rough
+from ring_scenes import change_shaders
+
+import terrain_gl as tg
+from terrain_gl import reference
+from terrain_gl.lod import hiding, rings
+from terrain_gl.shade.picture import UNLIT
+from terrain_gl.verify import measure
+
+SIZE = (96, 64)
+SPACING_M = 10.0
+
+
+def ridges(rows, cols, seed, relief=500.0):
+    """Mountains with smooth slopes: rough land of eight posts, bilinear in between, and a little of its own noise."""
+    coarse = rough(rows // 8 + 2, cols // 8 + 2, seed, relief).astype("f8")
+    y, x = np.indices((rows, cols)) / 8
+    return (reference.bilinear_heights(coarse, x, y) + rough(rows, cols, seed, 0.01 * relief)).astype("f4")
+
+
+def waves(n=129, noise=6.0):
+    """Ridges from west to east, 320 m apart and 300 m high; valleys at y = 160 m, 480 m, ..."""
+    y = SPACING_M * np.arange(n)[::-1, None]
+    return (150 * (1 + np.cos(2 * np.pi * y / 320)) + rough(n, n, 3, noise)).astype("f4")
+
+
+def in_a_valley(heights):
+    """An eye 20 m above the southern valley of `waves`; it looks north."""
+    return tg.Camera((640.0, 170.0, float(heights[109:115, 62:67].max()) + 20), (640.0, 640.0, 180.0), 70.0)
+
+
+def standing(rng, heightmap):
+    """A camera above the ground, looking about level, half of them rolled."""
+    (east, north), step = heightmap.extent_m, max(heightmap.spacing_m)
+    col, row = rng.integers(2, heightmap.cols - 2), rng.integers(2, heightmap.rows - 2)
+    around = heightmap.heights[row - 2 : row + 3, col - 2 : col + 3]
+    ground = np.nanmax(around) if np.isfinite(around).any() else np.nanmax(heightmap.heights)
+    z = ground + step * 10 ** rng.uniform(-0.5, 1)
+    x, y = (col + rng.uniform(-0.4, 0.4)) * heightmap.spacing_m[0], (heightmap.rows - 1 - row) * heightmap.spacing_m[1]
+    target = rng.uniform(0, east), rng.uniform(0, north), z + rng.normal() * 0.2 * step * heightmap.cols
+    up = tuple(rng.normal(size=3)) if rng.random() < 0.5 else None
+    return tg.Camera((x, y, float(z)), target, float(rng.uniform(10, 120)), up)
+
+
+def both(renderer, camera, max_error_px=1.0, **options):
+    """Frames with occlusion and without."""
+    options = {"style": UNLIT} | options
+    return [renderer.render(camera, max_error_px, occlusion=each, **options) for each in ("on", "off")]
+
+
+@pytest.fixture(scope="module")
+def valley():
+    """A renderer, and a camera in a valley."""
+    heights = waves()
+    with tg.Renderer(tg.Heightmap(heights, SPACING_M), SIZE) as renderer:
+        yield renderer, in_a_valley(heights)
+
+
+def test_the_picture_is_the_same_to_the_bit(ctx):
+    """Eyes above the ground, beside the map and below it; both metrics; voids filled or cut out; a round Earth."""
+    rng = np.random.default_rng(1)
+    hidden = 0
+    lands = tg.Heightmap(waves(), SPACING_M), tg.Heightmap(ridges(90, 129, 2), (10.0, 13.0)), random_map(rng, 60, 80)
+    for i, heightmap in enumerate(lands):
+        with tg.Renderer(heightmap, SIZE, ctx=ctx) as renderer:
+            for k in range(9):
+                camera = random_camera(rng, heightmap) if k == 8 else standing(rng, heightmap)
+                look = {"metric": ("max", "rms")[k % 2], "voids": ("fill", "hole")[k % 3 == 2]}
+                camera = replace(camera, bend_per_m=0.1 / max(heightmap.extent_m) if k % 4 == 3 else 0.0)
+                on, off = both(renderer, camera, float(10 ** rng.uniform(-0.5, 0.7)), **look)
+                np.testing.assert_array_equal(on.image, off.image, f"map {i}, view {k}")
+                patches = on.stats["patches"] + on.stats["patches_hidden"]
+                assert patches == off.stats["patches"] and off.stats["patches_hidden"] == 0
+                hidden += on.stats["patches_hidden"] > 0
+    assert hidden > 5
+
+
+def test_it_matters_and_nothing_is_missing(valley):
+    renderer, camera = valley
+    on, off = both(renderer, camera)
+    np.testing.assert_array_equal(on.image, off.image)
+    assert on.stats["triangles"] < 0.5 * off.stats["triangles"]
+    renderer.render(camera, style=UNLIT)
+    told = renderer.measure()
+    assert told["holes"] == 0 and 0 < told["land_measured"] < 1
+    assert told["max_error_px"] <= told["certified_max_error_px"] <= 1
+
+
+def test_a_horizon_that_is_too_high_shows_missing_land(ctx, valley, monkeypatch):
+    renderer, _ = valley
+    camera = tg.Camera((640.0, 170.0, 420.0), (640.0, 900.0, 100.0), 70.0)
+    whole = renderer.render(camera, occlusion="off", style=UNLIT).image
+    change_shaders(monkeypatch, "return slope + (u_slope_margin", "return slope - 0.4 + (u_slope_margin")
+    with tg.Renderer(renderer.heightmap, SIZE, ctx=ctx) as poisoned:
+        image = poisoned.render(camera, style=UNLIT).image
+    assert (image != whole).any(-1).mean() > 0.01
+
+
+def test_measuring_knows_hidden_land_from_a_hole(valley, monkeypatch):
+    renderer, camera = valley
+    renderer.render(camera, style=UNLIT)
+    monkeypatch.setattr(measure, "_hidden_boxes", lambda _: np.empty((0, 4), int))
+    assert renderer.measure()["holes"] > 0
+
+
+def test_the_surface_as_drawn_hides_not_the_truth(ctx, monkeypatch):
+    """A wall that the tolerance lets vanish hides nothing, though the true wall would."""
+    heights = np.zeros((129, 129), "f4")
+    heights[73:80] = 20.0  # no row of the lattice of eight posts
+    camera = tg.Camera((640.0, 60.0, 12.0), (640.0, 640.0, 12.0), 50.0)
+    with tg.Renderer(tg.Heightmap(heights, SPACING_M), SIZE, ctx=ctx) as renderer:
+        on, off = both(renderer, camera, 8.0)
+        np.testing.assert_array_equal(on.image, off.image)
+        assert renderer.choose(camera, 0.5)["patches_hidden"] > 0
+        monkeypatch.setattr(hiding, "SNAP_PX", -8.0)  # takes the tolerance away again
+        assert (renderer.render(camera, 8.0, style=UNLIT).image != off.image).any()
+
+
+def test_errors_larger_than_the_horizon_relies_on_hide_nothing(valley, monkeypatch):
+    renderer, camera = valley
+    assert renderer.choose(camera, metric="rms")["patches_hidden"] > 0
+    monkeypatch.setitem(hiding.FARTHEST, "rms", 0.01)
+    assert renderer.choose(camera, metric="rms")["patches_hidden"] == 0
+
+
+def test_an_eye_that_may_see_land_from_below_hides_nothing(valley):
+    renderer, camera = valley
+    x, y, z = camera.eye
+    below = replace(camera, eye=(x, y, z - 200))
+    beside = replace(camera, eye=(-100.0, y, z))
+    for each in (below, beside):
+        assert renderer.choose(each)["patches_hidden"] == 0
+    assert renderer.choose(camera, cull=False)["patches_hidden"] == 0
+    assert renderer.choose(camera, triangles=2000)["patches_hidden"] == 0
+
+
+def test_holes_hide_nothing(ctx):
+    heights = waves()
+    camera = in_a_valley(heights)
+    heights[30, 60] = np.nan
+    with tg.Renderer(tg.Heightmap(heights, SPACING_M), SIZE, ctx=ctx) as renderer:
+        hidden = [renderer.choose(camera, voids=each)["patches_hidden"] for each in ("fill", "hole")]
+    assert hidden[0] > 0 and hidden[1] == 0
+
+
+def test_an_edit_moves_the_horizon(ctx):
+    """A wall comes and goes in front of the eye."""
+    heightmap = tg.Heightmap(rough(97, 97, 4, 20.0), SPACING_M)
+    camera = tg.Camera((480.0, 200.0, 40.0), (480.0, 900.0, 20.0), 60.0)
+    with tg.Renderer(heightmap, SIZE, ctx=ctx) as renderer:
+        before = heightmap.heights[56:62].copy()
+        first = renderer.choose(camera)["patches_hidden"]
+        renderer.edit(slice(56, 62), slice(0, 97), np.full((6, 97), 150.0))
+        on, off = both(renderer, camera)
+        renderer.edit(slice(56, 62), slice(0, 97), before)
+        assert renderer.choose(camera)["patches_hidden"] == first
+    np.testing.assert_array_equal(on.image, off.image)
+    assert on.stats["patches_hidden"] > first + 20
+
+
+def test_a_hidden_place_names_the_ridge(ctx):
+    """A straight wall across the view: the ridge lies on it."""
+    heights = np.zeros((97, 97), "f4")
+    heights[60:63] = 100.0
+    heights += rough(97, 97, 1, 4.0)
+    camera = tg.Camera((480.0, 100.0, 40.0), (480.0, 900.0, 40.0), 60.0)
+    with tg.Renderer(tg.Heightmap(heights, SPACING_M), SIZE, ctx=ctx) as renderer:
+        renderer.choose(camera)
+        hidden, seen = renderer.inspector.explain(500.0, 600.0), renderer.inspector.explain(500.0, 200.0)
+    x, y = hidden.hidden_by
+    assert 10 * (96 - 63) <= y <= 10 * (96 - 59) and x == pytest.approx(480 + 20 * (y - 100) / 500)
+    assert seen.hidden_by is None
+
+
+def exact_slopes(heightmap, camera, towards, radii):
+    """The largest slope of the true surface along a direction, up to each radius; the drop included."""
+    h, (east, north) = heightmap.heights.astype("f8"), heightmap.spacing_m
+    r = np.sort(np.concatenate([np.arange(0.05, radii[-1], 0.1 * min(east, north)), radii[1:]]))
+    x, y = (camera.eye[0] + r * towards[0]) / east, heightmap.rows - 1 - (camera.eye[1] + r * towards[1]) / north
+    on_map = (x >= 0) & (y >= 0) & (x <= heightmap.cols - 1) & (y <= heightmap.rows - 1)
+    r, x, y = r[on_map], x[on_map], y[on_map]
+    slopes = (reference.bilinear_heights(h, x, y) - camera.bend_per_m * r**2 - camera.eye[2]) / r
+    return np.array([slopes[r <= radius].max(initial=-np.inf) for radius in radii])
+
+
+@pytest.mark.parametrize("bend", [0.0, 1e-4])
+def test_the_horizon_is_a_lower_bound_and_close_to_the_reference(ctx, bend):
+    heightmap = tg.Heightmap(ridges(65, 65, 7), SPACING_M)
+    camera = replace(standing(np.random.default_rng(4), heightmap), bend_per_m=bend)
+    with tg.Renderer(heightmap, SIZE, ctx=ctx) as renderer:
+        selector = renderer.selectors["sat"]
+        selector.select(camera, SIZE, 1.0, rings.Goal(1.0, hides=True))
+        uniforms = selector._hiding.uniforms
+        drawn = selector._horizon.read()[:, : uniforms["shells"]]
+    first, end = uniforms["sectors"]
+    assert end - first > 50
+    ahead = camera.axes[2][:2] / np.linalg.norm(camera.axes[2][:2])
+    radii = reference.shell_radii_m(uniforms["shells"], heightmap.spacing_m)
+    sectors = np.arange(first, end)
+    inside = reference.sector_directions(ahead, sectors + 0.37)
+    exact = np.array([exact_slopes(heightmap, camera, each, radii) for each in inside[::7]])
+    found = drawn[first:end][::7]
+    known = found > -1e29
+    assert known.mean() > 0.3 and (found[known] <= exact[known] + 1e-3).all()
+    args = heightmap.heights, heightmap.spacing_m, np.array(camera.eye), ahead, uniforms["shells"], bend
+    ideal = reference.horizon_around(*args)[first:end][::7]
+    both_known = known & np.isfinite(ideal)
+    assert np.median((ideal - found)[both_known]) < 0.2  # the shader takes the lowest of larger squares
+    assert (found[both_known] <= ideal[both_known] + 1e-3).all()
+
+
+def test_sectors_are_the_references():
+    rng = np.random.default_rng(0)
+    for _ in range(50):
+        angle = rng.uniform(0, 2 * np.pi)
+        ahead, towards = np.array([np.cos(angle), np.sin(angle)]), rng.normal(size=2)
+        sector = reference.sectors_of(ahead, towards)
+        assert hiding.sector_of(ahead, towards) == pytest.approx(sector)
+        back = reference.sector_directions(ahead, sector)
+        np.testing.assert_allclose(back, towards / np.linalg.norm(towards), atol=1e-12)
+
+
+def test_a_box_is_hidden_exactly_where_the_reference_says(ctx, valley):
+    """Each patch, by the horizon of the GPU; but for those at the picture's rim: other sectors have no horizon."""
+    renderer, camera = valley
+    renderer.draw(camera, 0.1)
+    frame = renderer.inspector.frame
+    selector, heightmap = frame.selection.surface, renderer.heightmap
+    patches = selector.chosen(frame.selection)
+    uniforms = selector._hiding.uniforms
+    horizon = selector._horizon.read()[:, : uniforms["shells"]].astype("f8")
+    first, end = uniforms["sectors"]
+    ahead = camera.axes[2][:2] / np.linalg.norm(camera.axes[2][:2])
+    agree = 0
+    compared = 0
+    for i, (corner, size) in enumerate(zip(patches.corner, patches.size, strict=True)):
+        (x0, y0), (x1, y1) = np.maximum(corner, 0), np.minimum(corner + size, 128)
+        block = heightmap.heights[y0 : y1 + 1, x0 : x1 + 1]
+        low = np.array([x0 * SPACING_M, (128 - y1) * SPACING_M, block.min()]) - camera.eye
+        high = np.array([x1 * SPACING_M, (128 - y0) * SPACING_M, block.max()]) - camera.eye
+        corners = np.array([(x, y) for x in (low[0], high[0]) for y in (low[1], high[1])])
+        seen = reference.sectors_of(ahead, corners)
+        if seen.min() < first or seen.max() >= end:
+            continue
+        hidden = reference.is_hidden(horizon, heightmap.spacing_m, ahead, low, high, uniforms["slope_margin"])
+        agree += hidden == (i >= frame.selection.patches)
+        compared += 1
+    assert compared > 40 and agree > 0.97 * compared
