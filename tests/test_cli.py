@@ -37,9 +37,12 @@ FRAME_KEYS = {
         "requested_triangles",
         "lambda",
         "curvature_radius_m",
+        "patches_hidden",
     ),
 }
-MEASURED_KEYS = FRAME_KEYS | {"max_error_px", "rms_error_px", "max_error_posts_px", "posts_measured", "holes"}
+MEASURED_KEYS = FRAME_KEYS | {
+    *("max_error_px", "rms_error_px", "max_error_posts_px", "posts_measured", "land_measured", "holes")
+}
 BYTES_KEYS = {"heights", "sat", "error", "shade", "total"}
 
 

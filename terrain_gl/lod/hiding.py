@@ -58,22 +58,16 @@ NO_HIDING = Hiding(_NOTHING, 0.0)
 
 
 class Horizon:
-    """The texture that holds the horizon: a column for each sector, a row for each shell."""
+    """The texture that holds the horizon: a column for each sector, a row for each shell around an eye over the map."""
 
-    def __init__(self, ctx: moderngl.Context) -> None:
-        self.ctx = ctx
-        self.texture = self._made(1)
+    def __init__(self, ctx: moderngl.Context, heightmap: Heightmap) -> None:
+        shells = shells_within(heightmap, math.hypot(*heightmap.extent_m))
+        self.texture = ctx.texture((SECTORS, shells), 1, dtype="f4")
 
     @property
     def bytes(self) -> int:
         """GPU memory."""
         return 4 * self.texture.width * self.texture.height
-
-    def reserve(self, shells: int) -> None:
-        """Make room for so many shells."""
-        if shells > self.texture.height:
-            self.texture.release()
-            self.texture = self._made(shells + shells // 4)
 
     def read(self) -> np.ndarray:
         """(sectors, shells) float32."""
@@ -82,9 +76,6 @@ class Horizon:
     def release(self) -> None:
         """Release GPU resources."""
         self.texture.release()
-
-    def _made(self, shells: int) -> moderngl.Texture:
-        return self.ctx.texture((SECTORS, shells), 1, dtype="f4")
 
 
 def hiding(terrain: Terrain, view: View, camera: Camera, size: tuple[int, int], goal: Goal) -> Hiding:
@@ -137,7 +128,12 @@ def sector_of(forward: np.ndarray, towards: np.ndarray) -> float:
 def shells_over(heightmap: Heightmap, camera: Camera) -> int:
     """Shells up to the map's farthest corner."""
     east, north = heightmap.extent_m
-    far_m = math.hypot(max(camera.eye[0], east - camera.eye[0]), max(camera.eye[1], north - camera.eye[1]))
+    x, y, _ = camera.eye
+    return shells_within(heightmap, math.hypot(max(x, east - x), max(y, north - y)))
+
+
+def shells_within(heightmap: Heightmap, far_m: float) -> int:
+    """Shells up to a distance."""
     unit_m = SHELL_SPACINGS * min(heightmap.spacing_m)
     return math.ceil(SHELLS_PER_DOUBLING * math.log2(1 + far_m / unit_m)) + 1
 

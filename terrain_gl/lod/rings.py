@@ -81,7 +81,7 @@ class RingsSelector:
         self._weights = ctx.buffer(reserve=4)
         self._rings = ctx.buffer(reserve=layout.RINGS.itemsize)
         self._defines = {"MOST_VERTICES": gl.MOST_VERTICES, "THREADS": self._threads, "SECTORS": SECTORS}
-        self._horizon = Horizon(ctx)
+        self._horizon = Horizon(ctx, self.terrain.heightmap)
         self._hiding = NO_HIDING
         self._buffers: dict[str, moderngl.Buffer] = {}
         self._reserve(blocks=1024, patches=16384, draws=256)
@@ -241,7 +241,6 @@ class RingsSelector:
         """Find the horizon around the eye, if hidden land is left out."""
         hiding = self._hiding
         if hiding.sectors:
-            self._horizon.reserve(hiding.uniforms["shells"])
             bind("lod/rings/horizon.comp", u_out=self._horizon.texture)
             self._run("horizon", groups=-(-hiding.sectors // self._threads), **hiding.uniforms)
         bind("lod/rings/hidden.glsl", u_horizon=self._horizon.texture)
