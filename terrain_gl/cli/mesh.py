@@ -69,7 +69,11 @@ def run(args: argparse.Namespace) -> int:
         if not len(triangles):
             raise TerrainError(f"{scene.heightmap.name}: no triangles in this view: turn the camera or drop --cull")
         heights = heights if args.exaggeration == 1 else heights * np.float32(args.exaggeration)
-        mesh = make_mesh(triangles, heights, scene.heightmap.spacing_m, args.weld, scene.heightmap.place)
+        heightmap = renderer.heightmap
+        void = np.isnan(heightmap.heights) if args.voids == "hole" and heightmap.voids else None
+        mesh = make_mesh(triangles, heights, heightmap.spacing_m, args.weld, heightmap.place, void)
+    if not len(mesh.faces):
+        raise TerrainError(f"{heightmap.name}: no triangles without voids: drop --voids hole")
     within_m = stats.get("certified_max_error_m")
     mesh = replace(mesh, texture=texture, within_m=within_m, print_mm=args.print_mm)
     about = {"map": scene.heightmap.name} | stats | {"vertices": len(mesh.posts)}

@@ -14,7 +14,9 @@ import numpy as np
 
 from ..basics.exceptions import UsageError
 from ..basics.replacing import replacing
+from ..mesh import vertex_heights
 from ..readers.place import Place
+from .cutting import cut_voids
 from .mesh_formats import BESIDE, Format, Mesh, parts_of
 from .mesh_formats import FORMATS as OF_FILES
 from .page import land_page
@@ -30,6 +32,7 @@ def make_mesh(
     spacing_m: tuple[float, float],
     weld: bool = True,
     place: Place | None = None,
+    void: np.ndarray | None = None,
 ) -> Mesh:
     """Mesh of captured triangles. With `weld`, triangles share vertices; without, each has three of its own.
 
@@ -41,14 +44,23 @@ def make_mesh(
         (rows, cols) float32 metres. Voids must be filled, because vertices may be on them.
     place
         Where the map lies; it is recorded in the file.
+    void
+        (rows, cols) bool: posts whose cells are left out. See `files.cutting`.
     """
     posts = triangles.reshape(-1, 2)
-    if not weld:
+    if not weld and void is None:
         return Mesh(posts, np.arange(len(posts), dtype="u4").reshape(-1, 3), heights, spacing_m, place)
     places = np.rint(64 * posts).astype(np.int64)  # vertices are on 64ths between posts
     used, number = np.unique(places[:, 1] << 32 | places[:, 0], return_inverse=True)
     shared = np.stack([used & 0xFFFFFFFF, used >> 32], -1) / 64
-    return Mesh(shared, number.astype("u4").reshape(-1, 3), heights, spacing_m, place)
+    faces = number.astype("u4").reshape(-1, 3)
+    if void is None:
+        return Mesh(shared, faces, heights, spacing_m, place)
+    cut = cut_voids(shared, faces, vertex_heights(heights, shared), void)
+    left = cut.faces.reshape(-1)
+    used, number = np.unique(left, return_inverse=True) if weld else (left, np.arange(len(left)))
+    faces = number.astype("u4").reshape(-1, 3)
+    return Mesh(cut.posts[used], faces, heights, spacing_m, place, vertices_m=cut.heights_m[used])
 
 
 def write_mesh(path: str | os.PathLike[str], mesh: Mesh, progress: Callable[[float], None] | None = None) -> None:

@@ -50,6 +50,8 @@ class Mesh:
         Certified largest error of height; None if there is none, as for the mesh of a view.
     print_mm
         Longer side of the map in a format for printing.
+    vertices_m
+        (n,) heights of the vertices, if they are not those of the map at their places.
     """
 
     posts: np.ndarray
@@ -60,12 +62,17 @@ class Mesh:
     texture: bytes | None = None
     within_m: float | None = None
     print_mm: float = PRINT_MM
+    vertices_m: np.ndarray | None = None
+
+    def tops_m(self, part: slice) -> np.ndarray:
+        """(k,) heights of some vertices."""
+        return vertex_heights(self.heights, self.posts[part]) if self.vertices_m is None else self.vertices_m[part]
 
     def world(self, part: slice) -> np.ndarray:
         """(k, 3) float64 world metres of some vertices."""
         col, row = self.posts[part].T
         north = (self.heights.shape[0] - 1 - row) * self.spacing_m[1]
-        heights = vertex_heights(self.heights, self.posts[part]).astype(np.float64)
+        heights = self.tops_m(part).astype(np.float64)
         return np.stack([col * np.float64(self.spacing_m[0]), north, heights], -1)
 
     def slopes(self, part: slice) -> np.ndarray:
@@ -206,7 +213,7 @@ def _glb(mesh: Mesh, name: str) -> Iterator[bytes]:
 def _lattice(mesh: Mesh, part: slice) -> np.ndarray:
     """(k, 3) float32 column, height and row: whole numbers and heights, so that nothing is rounded."""
     col, row = mesh.posts[part].T
-    return np.stack([col, vertex_heights(mesh.heights, mesh.posts[part]), row], -1).astype("<f4")
+    return np.stack([col, mesh.tops_m(part), row], -1).astype("<f4")
 
 
 def _lattice_normals(mesh: Mesh, part: slice) -> np.ndarray:
@@ -308,8 +315,9 @@ def _stl(mesh: Mesh, name: str) -> Iterator[bytes]:
 
 def shared(mesh: Mesh) -> Mesh:
     """The mesh with shared vertices: only one at each place."""
-    posts, number = np.unique(mesh.posts, axis=0, return_inverse=True)
-    return replace(mesh, posts=posts, faces=number.reshape(-1)[mesh.faces].astype("u4"))
+    posts, first, number = np.unique(mesh.posts, axis=0, return_index=True, return_inverse=True)
+    vertices_m = None if mesh.vertices_m is None else mesh.vertices_m[first]
+    return replace(mesh, posts=posts, faces=number.reshape(-1)[mesh.faces].astype("u4"), vertices_m=vertices_m)
 
 
 def _millimetres(mesh: Mesh) -> np.ndarray:
