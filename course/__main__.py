@@ -13,7 +13,7 @@ import subprocess
 import sys
 from pathlib import Path
 
-from .checking import EXACT, HERE, Lesson, check, lesson, lessons
+from .checking import EXACT, HERE, SECONDS, SEED, Lesson, check, lesson, lessons, points_text
 from .remote import StudentError
 
 PICTURE = "check_{number:02d}.png"
@@ -44,12 +44,17 @@ def _parser() -> argparse.ArgumentParser:
     one = commands.add_parser("check", help="check what you wrote for a lesson")
     one.add_argument("lesson", type=int, help="its number")
     one.add_argument("file", type=Path, nargs="?", help="your file; left out: the one in the lesson's folder")
-    one.add_argument("--seed", type=int, default=1, help="other maps, sizes and voids")
+    one.add_argument("--seed", type=int, default=_own_seed(), help="other maps, sizes and voids")
     one.add_argument("-o", "--picture", type=Path, help="where to draw the largest difference (check_NN.png)")
     one.set_defaults(run=_check)
     if (HERE / "solutions").is_dir():
         _lecturers(commands)
     return parser
+
+
+def _own_seed() -> int:
+    """The seed of this copy of the course."""
+    return int(SEED.read_text(encoding="utf-8")) if SEED.is_file() else 1
 
 
 def _lecturers(commands: argparse._SubParsersAction[argparse.ArgumentParser]) -> None:
@@ -58,12 +63,16 @@ def _lecturers(commands: argparse._SubParsersAction[argparse.ArgumentParser]) ->
     many.add_argument("-o", "--output", type=Path, required=True, help="the table of points, CSV")
     many.add_argument("--lessons", default="", help="numbers with commas; left out: all")
     many.add_argument("--seed", type=int, help="left out: a random one, which the table records")
-    many.add_argument("--seconds", type=float, default=60.0, help="time for a student's lesson")
+    many.add_argument("--seconds", type=float, default=SECONDS, help="time for a task")
+    many.add_argument("--feedback", type=Path, help="a folder for one page to each student")
     many.add_argument("--jobs", type=int, default=max(1, (os.cpu_count() or 2) // 2), help="students at once")
     many.add_argument("--trust", action="store_true", help="grade although the sandbox is incomplete on this system")
     many.set_defaults(run=_grade)
-    tree = commands.add_parser("strip", help="copy the course without solutions, for students")
+    tree = commands.add_parser("strip", help="copy the project without the course's solutions, for students")
     tree.add_argument("folder", type=Path, help="a new folder")
+    tree.add_argument(
+        "--seed", type=int, default=1, help="chooses the maps of its checks: one for each student, or all"
+    )
     tree.set_defaults(run=_strip)
     blanks = commands.add_parser("blanks", help="write every lesson's blanks again from its solution")
     blanks.set_defaults(run=_blanks)
@@ -85,17 +94,17 @@ def _check(options: argparse.Namespace) -> int:
     if not file.is_file():
         raise UsageError(f"{file}: no such file")
     print(f"Lesson {found.number}: {found.title}")
-    worst, points = [], 0.0
+    worst, points, not_run, printed = [], 0.0, 0.0, ""
     for outcome in check(found, file, options.seed):
-        points += outcome.points
+        points, not_run = points + outcome.points, not_run + outcome.not_run
         print(f"  {outcome.verdict:7}  {outcome.task.title}")
-        for finding in outcome.findings:
-            if finding.text:
-                print(f"         {finding.what}: {finding.text}")
-        if outcome.printed:
-            print("         your code printed:", *outcome.printed.splitlines()[:20], sep="\n         | ")
+        for line in outcome.lines:
+            print(f"         {line}")
+        if outcome.printed not in ("", printed):
+            printed = outcome.printed
+            print("         your code printed:", *printed.splitlines()[:20], sep="\n         | ")
         worst += [finding for finding in outcome.findings if finding.verdict != EXACT]
-    print(f"{points:g} of {found.points} points")
+    print(f"{points_text(points, not_run)} of {found.points} points")
     picture = options.picture or Path(PICTURE.format(number=found.number))
     if worst:
         from .picture import draw
@@ -106,7 +115,7 @@ def _check(options: argparse.Namespace) -> int:
 
 
 def _grade(options: argparse.Namespace) -> int:
-    from .grading import grade, open_walls, submissions, write_table
+    from .grading import grade, open_walls, submissions, write_feedback, write_table
 
     if not options.folder.is_dir():
         raise UsageError(f"{options.folder}: no such folder")
@@ -114,6 +123,8 @@ def _grade(options: argparse.Namespace) -> int:
         raise UsageError(f"{options.folder}: it has no folders; each student has one")
     if not options.output.parent.is_dir():
         raise UsageError(f"{options.output.parent}: no such folder")
+    if options.feedback is not None and options.feedback.exists():
+        raise UsageError(f"{options.feedback}: exists already")
     try:
         missing = open_walls()
     except StudentError as error:  # its Python may lie where no wall lets it be read, such as a link to another folder
@@ -126,9 +137,15 @@ def _grade(options: argparse.Namespace) -> int:
         raise UsageError(f"--lessons {options.lessons}: expected numbers with commas, as 2,3,6") from None
     chosen = [_lesson(number) for number in numbers] or [_lesson(int(path.name[:2])) for path in lessons()]
     seed = secrets.randbelow(2**31) if options.seed is None else options.seed
-    rows = grade(options.folder, chosen, seed, options.seconds, options.jobs, lambda name: print(name, flush=True))
-    write_table(rows, chosen, seed, options.output)
-    print(f"wrote {options.output}: {len(rows)} students, {len(chosen)} lessons, seed {seed}")
+    found = grade(options.folder, chosen, seed, options.seconds, options.jobs, lambda name: print(name, flush=True))
+    write_table(found, chosen, seed, options.output)
+    print(f"wrote {options.output}: {len(found)} students, {len(chosen)} lessons, seed {seed}")
+    if options.feedback is not None:
+        write_feedback(found, options.feedback)
+        print(f"wrote {options.feedback}: a page for each student")
+    why = sorted({why for student in found.values() for each in student for why in each.why_not_run})
+    if why:
+        print(f"some tasks were not run, and count neither way: {'; '.join(why)}")
     return 0
 
 
@@ -137,7 +154,7 @@ def _strip(options: argparse.Namespace) -> int:
 
     if options.folder.exists():
         raise UsageError(f"{options.folder}: exists already")
-    students_tree(options.folder)
+    students_tree(options.folder, options.seed)
     print(f"wrote {options.folder}")
     return 0
 

@@ -26,6 +26,10 @@ from .remote import BlankError, Student, StudentError
 HERE = Path(__file__).parent
 LESSONS = HERE / "lessons"
 EXACT, CLOSE, NOT_RUN, WRONG, BLANK = ORDER = ("exact", "close", "not run", "wrong", "blank")
+SECONDS = 20.0  # for a task
+SAID = 6  # lines that a task says
+SEED = HERE / "seed"  # the number that chooses the maps of this copy's checks; without the file, 1
+BLANKS = HERE / "blanks"  # the students' files as they were handed out; only in the students' tree
 ROUNDING = 1e-9  # relative to the largest expected value: room for a few million roundings of float64
 
 
@@ -63,6 +67,21 @@ class Outcome:
         """All points for exact, half of them for close."""
         return self.task.points * {EXACT: 1.0, CLOSE: 0.5}.get(self.verdict, 0.0)
 
+    @property
+    def not_run(self) -> float:
+        """Points of a task that this machine could not run: neither given nor taken."""
+        return self.task.points if self.verdict == NOT_RUN else 0.0
+
+    @property
+    def lines(self) -> list[str]:
+        """What is to say; the same text once."""
+        said: dict[str, list[str]] = {}
+        for finding in self.findings:
+            if finding.text:
+                said.setdefault(finding.text, []).append(finding.what)
+        found = [f"{_joined(names, self.task.title)}{text}" for text, names in said.items()]
+        return found if len(found) <= SAID else [*found[: SAID - 1], f"and {len(found) - SAID + 1} more"]
+
 
 @dataclass
 class Lesson:
@@ -78,6 +97,27 @@ class Lesson:
     def points(self) -> int:
         """Points of all tasks."""
         return sum(task.points for task in self.tasks)
+
+    @property
+    def original(self) -> str:
+        """The student's file as it was handed out."""
+        if (BLANKS / self.folder.name).is_file():
+            return (BLANKS / self.folder.name).read_text(encoding="utf-8")
+        from .solving import blank, solution
+
+        return blank(solution(self.folder).read_text(encoding="utf-8"))
+
+
+def points_text(points: float, not_run: float) -> str:
+    """Points, and those of tasks that could not run."""
+    return f"{points:g}" if not not_run else f"{points:g} + {not_run:g} not run" if points else f"{not_run:g} not run"
+
+
+def _joined(names: list[str], title: str) -> str:
+    """The cases that say one thing, unless it is the whole task."""
+    if names[0] == title:
+        return ""
+    return f"{names[0]}, and {len(names) - 1} more: " if len(names) > 1 else f"{names[0]}: "
 
 
 def task(title: str, points: int = 1) -> Callable[[Callable[..., Iterator[Finding]]], Task]:
@@ -111,17 +151,27 @@ def load(path: Path) -> ModuleType:
     return module
 
 
-def check(found: Lesson, file: Path, seed: int, seconds: float = 60.0, walled: bool = False) -> Iterator[Outcome]:
-    """Check a student's file task by task. The maps, sizes and voids follow from the seed."""
-    student = Student(file, seconds, walled)
+def check(found: Lesson, file: Path, seed: int, seconds: float = SECONDS, walled: bool = False) -> Iterator[Outcome]:
+    """Check a student's file task by task. The maps, sizes and voids follow from the seed.
+
+    Each task has `seconds`, so one without end does not cost the others theirs. A file that cannot be loaded is tried
+    once.
+    """
+    student = Student(file, seconds, walled, found.original)
     try:
+        hindrance = ""
+        try:
+            student.call("")
+        except StudentError as error:
+            hindrance = str(error)
         for index, each in enumerate(found.tasks):
-            if student.seconds_left <= 0:
-                yield Outcome(each, WRONG, [Finding(each.title, WRONG, "the time limit is over")])
+            if hindrance:
+                yield Outcome(each, WRONG, [Finding(each.title, WRONG, hindrance)], student.printed)
                 continue
             if student.ended:
                 student.close()
-                student = Student(file, student.seconds_left, walled)
+                student = Student(file, seconds, walled, found.original)
+            student.allow(seconds)
             yield outcome_of(each, student, np.random.default_rng([seed, found.number, index]))
     finally:
         student.close()
@@ -133,8 +183,8 @@ def outcome_of(each: Task, student: Student, rng: np.random.Generator) -> Outcom
     try:
         for finding in each.run(student, rng):
             findings.append(finding)
-    except BlankError:
-        findings.append(Finding(each.title, BLANK, "not written yet"))
+    except BlankError as error:
+        findings.append(Finding(each.title, BLANK, str(error)))
     except StudentError as error:
         findings.append(Finding(each.title, WRONG, str(error)))
     except (TypeError, ValueError, IndexError, KeyError, AttributeError, OverflowError) as error:
@@ -146,7 +196,9 @@ def outcome_of(each: Task, student: Student, rng: np.random.Generator) -> Outcom
 # --- Findings ---------------------------------------------------------------------------------------------------------
 
 
-def compare(what: str, got: Any, want: Any, close: float = 0.0, axes: tuple[str, ...] = ()) -> Finding:
+def compare(
+    what: str, got: Any, want: Any, close: float = 0.0, axes: tuple[str, ...] = (), rounding: float = ROUNDING
+) -> Finding:
     """Compare numbers.
 
     Parameters
@@ -155,6 +207,8 @@ def compare(what: str, got: Any, want: Any, close: float = 0.0, axes: tuple[str,
         Largest difference that counts as close; 0: only exact counts.
     axes
         Names of the indices, to say where the largest difference is.
+    rounding
+        Difference that still counts as exact, relative to the largest expected value; 0 where nothing is rounded.
     """
     want = np.asarray(want)
     found, problem = _numbers(got, want.shape)
@@ -170,7 +224,7 @@ def compare(what: str, got: Any, want: Any, close: float = 0.0, axes: tuple[str,
     at = np.unravel_index(int(np.argmax(difference)), difference.shape)
     largest, size = float(difference[at]), float(np.nanmax(np.abs(want[np.isfinite(want)]), initial=0.0))
     whole = want.dtype.kind in "biu"
-    verdict = EXACT if not whole and largest <= ROUNDING * size else CLOSE if largest <= close else WRONG
+    verdict = EXACT if not whole and largest <= rounding * size else CLOSE if largest <= close else WRONG
     where = ", ".join(f"{name} {i}" for name, i in zip(axes or ["index"] * len(at), at, strict=False))
     text = f"largest difference {largest:.3g}" + (f" at {where}" if where else "")
     if verdict != EXACT:
@@ -178,13 +232,16 @@ def compare(what: str, got: Any, want: Any, close: float = 0.0, axes: tuple[str,
     return Finding(what, verdict, text, found, want)
 
 
-def at_least(what: str, got: Any, floor: Any, axes: tuple[str, ...] = ()) -> Finding:
-    """Check that numbers are not below others, except for rounding: a bound and the errors that it bounds."""
+def at_least(what: str, got: Any, floor: Any, axes: tuple[str, ...] = (), rounding: float = ROUNDING) -> Finding:
+    """Check that numbers are not below others: a bound and the errors that it bounds.
+
+    `rounding` is as in `compare`. Where a bound is only selected, not computed, it is 0.
+    """
     floor = np.asarray(floor, float)
     found, problem = _numbers(got, floor.shape)
     if found is None:
         return Finding(what, WRONG, problem, want=floor)
-    slack = ROUNDING * np.max(np.abs(floor[np.isfinite(floor)]), initial=0.0)
+    slack = rounding * np.max(np.abs(floor[np.isfinite(floor)]), initial=0.0)
     short = np.where(np.isnan(found), np.inf, floor - found)
     if short.size == 0 or not (short > slack).any():
         return Finding(what, EXACT, "", found, floor)

@@ -1,4 +1,4 @@
-"""Grade folders of submissions: each file runs in a sandbox, with hidden seeds; the result is a table of points."""
+"""Grade folders of submissions: each file runs in a sandbox, with hidden seeds. Results: a table, and feedback."""
 
 from __future__ import annotations
 
@@ -8,9 +8,10 @@ import stat
 import tempfile
 from collections.abc import Callable
 from concurrent.futures import ThreadPoolExecutor
+from dataclasses import dataclass
 from pathlib import Path
 
-from .checking import HERE, WRONG, Lesson, check
+from .checking import HERE, NOT_RUN, WRONG, Lesson, Outcome, check, points_text
 from .remote import Student
 
 LARGEST = 1 << 20  # bytes of a student's file
@@ -45,45 +46,102 @@ def handed_in(student: Path, lesson: Lesson) -> Path | str:
     return "not handed in"
 
 
-def grade_lesson(student: Path, lesson: Lesson, seed: int, seconds: float) -> tuple[float, str]:
-    """Points of a student in a lesson, and a note on problems other than a wrong answer."""
+@dataclass
+class Graded:
+    """One lesson of a student."""
+
+    lesson: Lesson
+    outcomes: list[Outcome]
+    problem: str = ""  # why there is nothing to grade
+
+    @property
+    def points(self) -> float:
+        """Points of the tasks that are right."""
+        return sum(outcome.points for outcome in self.outcomes)
+
+    @property
+    def not_run(self) -> float:
+        """Points of the tasks that this machine could not run."""
+        return sum(outcome.not_run for outcome in self.outcomes)
+
+    @property
+    def why_not_run(self) -> list[str]:
+        """What this machine lacks."""
+        return [f.text for outcome in self.outcomes for f in outcome.findings if f.verdict == NOT_RUN]
+
+    @property
+    def note(self) -> str:
+        """A problem other than a wrong answer."""
+        wrong = [outcome for outcome in self.outcomes if outcome.verdict == WRONG]
+        texts = [f.text for each in wrong for f in each.findings if any(reason in f.text for reason in NOTED)]
+        tasks = [outcome.task.title.split()[0] for outcome in self.outcomes if outcome.not_run]
+        not_run = f"{', '.join(tasks)} not run" if tasks else ""
+        return ", ".join(part for part in (self.problem, *texts[:1], not_run) if part)
+
+
+def grade_lesson(student: Path, lesson: Lesson, seed: int, seconds: float) -> Graded:
+    """Grade a student's file of a lesson."""
     file = handed_in(student, lesson)
     if isinstance(file, str):
-        return 0.0, file
-    points, notes = 0.0, []
-    for outcome in check(lesson, file, seed, seconds, walled=True):
-        points += outcome.points
-        if outcome.verdict == WRONG:
-            notes += [f.text for f in outcome.findings if any(reason in f.text for reason in NOTED)]
-    return points, notes[0] if notes else ""
+        return Graded(lesson, [], file)
+    return Graded(lesson, list(check(lesson, file, seed, seconds, walled=True)))
 
 
 def grade(
     folder: Path, lessons: list[Lesson], seed: int, seconds: float, jobs: int, told: Callable[[str], None]
-) -> list[dict[str, str]]:
-    """One row for each student: points of each lesson, their sum, and notes."""
+) -> dict[str, list[Graded]]:
+    """All lessons of all students, by name."""
 
-    def row(student: Path) -> dict[str, str]:
+    def row(student: Path) -> tuple[str, list[Graded]]:
         graded = [grade_lesson(student, lesson, seed, seconds) for lesson in lessons]
+        for outcome in (outcome for each in graded for outcome in each.outcomes):
+            for finding in outcome.findings:
+                finding.got = finding.want = None  # a class's arrays would fill the memory
         told(student.name)
-        points = {f"lesson {lesson.number}": f"{got:g}" for lesson, (got, _) in zip(lessons, graded, strict=True)}
-        notes = "; ".join(f"{lesson.number}: {note}" for lesson, (_, note) in zip(lessons, graded, strict=True) if note)
-        return {"student": student.name, **points, "sum": f"{sum(got for got, _ in graded):g}", "notes": notes}
+        return student.name, graded
 
     with ThreadPoolExecutor(jobs) as pool:
-        return list(pool.map(row, submissions(folder)))
+        return dict(pool.map(row, submissions(folder)))
 
 
-def write_table(rows: list[dict[str, str]], lessons: list[Lesson], seed: int, path: Path) -> None:
+def write_table(students: dict[str, list[Graded]], lessons: list[Lesson], seed: int, path: Path) -> None:
     """Write the table as CSV, complete or not at all. Its first row has the most points, and the seed."""
     most = {f"lesson {lesson.number}": str(lesson.points) for lesson in lessons}
-    first = {"student": "(most)", **most, "sum": str(sum(lesson.points for lesson in lessons)), "notes": f"seed {seed}"}
+    total = str(sum(lesson.points for lesson in lessons))
+    first = {"student": "(most)", **most, "sum": total, "not run": "", "notes": f"seed {seed}"}
+    rows = [
+        {
+            "student": name,
+            **{f"lesson {each.lesson.number}": points_text(each.points, each.not_run) for each in graded},
+            "sum": f"{sum(each.points for each in graded):g}",
+            "not run": f"{sum(each.not_run for each in graded):g}",
+            "notes": "; ".join(f"{each.lesson.number}: {each.note}" for each in graded if each.note),
+        }
+        for name, graded in students.items()
+    ]
     beside = path.with_name(f".{path.name}.part")
     with open(beside, "w", newline="", encoding="utf-8") as file:
         table = csv.DictWriter(file, list(first))
         table.writeheader()
         table.writerows([first, *({key: _harmless(value) for key, value in row.items()} for row in rows)])
     beside.replace(path)
+
+
+def write_feedback(students: dict[str, list[Graded]], folder: Path) -> None:
+    """Write one text for each student: every task with its verdict, its points, and what is wrong."""
+    folder.mkdir()
+    for name, graded in students.items():
+        points, not_run = (sum(values) for values in zip(*((g.points, g.not_run) for g in graded), strict=True))
+        text = [name, f"{points_text(points, not_run)} of {sum(g.lesson.points for g in graded)} points", ""]
+        for each in graded:
+            own = each.problem or f"{points_text(each.points, each.not_run)} of {each.lesson.points} points"
+            text.append(f"Lesson {each.lesson.number}: {each.lesson.title}. {own}")
+            for outcome in each.outcomes:
+                got = points_text(outcome.points, outcome.not_run)
+                text.append(f"  {outcome.verdict:7}  {outcome.task.title}: {got} of {outcome.task.points}")
+                text += [f"           {line}" for line in outcome.lines]
+            text.append("")
+        (folder / f"{name}.txt").write_text("\n".join(text), encoding="utf-8")
 
 
 def _harmless(text: str) -> str:

@@ -19,6 +19,7 @@ from typing import Any
 from .box import walls, wire
 
 WORKER = Path(__file__).parent / "box" / "worker.py"
+ORIGINAL = "handed_out.py"  # as in worker.py
 PRINTED = 4000  # characters of a student's own prints that are shown
 
 
@@ -41,14 +42,23 @@ class Student:
         Time for all calls together.
     walled
         Deny the code files, network and other processes, as far as the system can.
+    original
+        The file as it was handed out: a function that is still the same is blank.
+    ours
+        The file is the course's own: its errors have no line.
     """
 
-    def __init__(self, file: Path, seconds: float = 60.0, walled: bool = False) -> None:
-        self._left, self._over, self._broken, self._told = seconds, False, False, 0
+    def __init__(
+        self, file: Path, seconds: float = 60.0, walled: bool = False, original: str = "", ours: bool = False
+    ) -> None:
+        self._left, self._over, self._broken, self._told, self._ours = seconds, False, False, 0, ours
+        self.original, self.source = original, "" if ours else file.read_text("utf-8", "replace")
         self._folder = Path(tempfile.mkdtemp(prefix="course-"))
         copy = self._folder / file.name
         shutil.copyfile(file, copy)
-        words = [sys.executable, "-I", "-B", "-u", str(WORKER), str(copy), "walled" if walled else "open"]
+        (self._folder / ORIGINAL).write_text(original, encoding="utf-8")
+        kind = "ours" if ours else "walled" if walled else "open"
+        words = [sys.executable, "-I", "-B", "-u", str(WORKER), str(copy), kind]
         self._process = subprocess.Popen(
             walls.command(words, self._folder) if walled else words,
             stdin=subprocess.PIPE,
@@ -66,17 +76,22 @@ class Student:
 
     def call(self, name: str, *args: Any, **kwargs: Any) -> Any:
         """Call a function and return its value; StudentError says why there is none."""
+        return self.call_with({}, name, *args, **kwargs)
+
+    def call_with(self, replaced: dict[str, str], name: str, *args: Any, **kwargs: Any) -> Any:
+        """Call a function while others of the file are replaced by expressions; "" only loads the file."""
+        who = "the shaders" if self._ours else f"{name}()" if name else "the file"
         start, alarm = time.monotonic(), threading.Timer(max(self._left, 0.0), self._end)
         alarm.start()
         try:
-            answer = self._ask(wire.pack((name, args, kwargs)))
+            answer = self._ask(wire.pack((name, args, kwargs, replaced)))
         except (OSError, EOFError):
             self._broken = True
             why = "the time limit is over" if self._over else "the process ended (memory, processor time or exit)"
-            raise StudentError(f"{name}(): {why}") from None
+            raise StudentError(f"{who}: {why}") from None
         except (ValueError, KeyError, TypeError) as error:
             self._broken = True  # the rest of the pipe cannot be assigned to a request
-            raise StudentError(f"{name}(): the answer cannot be read: {error}") from None
+            raise StudentError(f"{who}: the answer cannot be read: {error}") from None
         finally:
             alarm.cancel()
             self._left -= time.monotonic() - start
@@ -117,10 +132,9 @@ class Student:
         """Whether the process has ended."""
         return self._broken or self._process.poll() is not None
 
-    @property
-    def seconds_left(self) -> float:
-        """Time that is left for further calls."""
-        return self._left
+    def allow(self, seconds: float) -> None:
+        """Set the time for all further calls together."""
+        self._left = seconds
 
     def close(self) -> None:
         """End the process and remove its folder."""

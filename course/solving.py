@@ -15,10 +15,19 @@ import tomllib
 from pathlib import Path
 from typing import NamedTuple
 
-from .checking import HERE, LESSONS, lessons
+from .checking import BLANKS, HERE, LESSONS, SEED, lessons
 
 SOLUTIONS = HERE / "solutions"
-APART = ("solutions", "lecturer", "__pycache__", "grading.py", "solving.py")  # not in the students' tree
+# The students' tree: what of the top folder is in it, and what is nowhere in it.
+HANDED_OUT = (
+    *("README.md", "CHANGELOG.md", "CONTRIBUTING.md", "LICENSE", "Dockerfile", "pyproject.toml", "setup.cfg"),
+    *("terrain_gl", "glsl", "heightmaps", "examples", "docs", "tests", "course"),
+)
+APART = (
+    *("solutions", "LECTURERS.md", "grading.py", "solving.py", "courses.py", "test_course*.py", "blanks"),
+    *("*.egg-info", "__pycache__", ".*"),
+)
+_LECTURERS = re.compile(r"^<!-- lecturers -->\n.*?^<!-- end -->\n", re.MULTILINE | re.DOTALL)
 _PYTHON = re.compile(r"^([ \t]*)# solution\n.*?^[ \t]*# end\n", re.MULTILINE | re.DOTALL)
 _SHADER = re.compile(r"^([ \t]*)// solution\n.*?^[ \t]*// end\n", re.MULTILINE | re.DOTALL)
 
@@ -29,6 +38,7 @@ class Wrong(NamedTuple):
     name: str
     why: str
     text: str
+    task: str  # the number of the task that is changed, such as 3.2
 
 
 def solution(folder: Path) -> Path:
@@ -59,7 +69,8 @@ def wrong_answers(folder: Path) -> list[Wrong]:
             raise ValueError(
                 f"{folder.name}/wrong.toml: [{name}]: its old text occurs {text.count(old)} times, not once"
             )
-        found.append(Wrong(name, entry["why"], text.replace(old, new)))
+        before = re.findall(r"\b\d+\.\d\b(?= [A-Z])", text[: text.index(old)])  # as functions' first lines have them
+        found.append(Wrong(name, entry["why"], text.replace(old, new), before[-1] if before else ""))
     return found
 
 
@@ -75,10 +86,29 @@ def write_blanks() -> list[Path]:
     return changed
 
 
-def students_tree(out: Path) -> None:
-    """Copy the course without the solutions, with fresh blanks, to a new folder."""
-    shutil.copytree(HERE, out / HERE.name, ignore=shutil.ignore_patterns(*APART))
+def students_tree(out: Path, seed: int = 1) -> None:
+    """Write what students get: this repository without solutions and lecturers' parts, with fresh blanks.
+
+    They install it and read every file that a page names. `seed` chooses the maps of their checks.
+    """
+    shutil.copytree(HERE.parent, out, ignore=_left_out)
+    for path in out.rglob("*.md"):
+        text = path.read_text(encoding="utf-8")
+        if _LECTURERS.search(text):
+            path.write_text(_LECTURERS.sub("", text), encoding="utf-8")
+    course = out / HERE.name
+    (course / SEED.name).write_text(f"{seed}\n", encoding="utf-8")
+    (course / BLANKS.name).mkdir()
     for folder in lessons():
         source = solution(folder)
-        target = out / HERE.name / LESSONS.name / folder.name / f"student{source.suffix}"
-        target.write_text(blank(source.read_text(encoding="utf-8")), encoding="utf-8")
+        text = blank(source.read_text(encoding="utf-8"))
+        (course / LESSONS.name / folder.name / f"student{source.suffix}").write_text(text, encoding="utf-8")
+        (course / BLANKS.name / folder.name).write_text(text, encoding="utf-8")
+
+
+def _left_out(folder: str, names: list[str]) -> set[str]:
+    """Names of a folder that students do not get."""
+    top = Path(folder) == HERE.parent
+    kept = {name for name in names if not top or name in HANDED_OUT}
+    hidden = shutil.ignore_patterns(*APART)(folder, names)
+    return set(names) - kept | hidden

@@ -5,6 +5,7 @@ Build: python -m sphinx -W --keep-going -c docs . build/site
 
 import base64
 import os
+import re
 import subprocess
 import sys
 from pathlib import Path
@@ -19,7 +20,7 @@ root_doc = "docs/index"
 extensions = ["myst_parser", "sphinx.ext.autodoc", "sphinx.ext.napoleon", "sphinx-mathjax-offline"]
 extensions += ["sphinx_gallery.gen_gallery"]
 include_patterns = ["docs/**", "course/**", "*.md", "examples/README.md", "glsl/README.md", "heightmaps/README.md"]
-exclude_patterns = ["course/solutions/**", "**/__pycache__/**"]
+exclude_patterns = ["course/solutions/**", "course/LECTURERS.md", "**/__pycache__/**"]
 myst_enable_extensions = ["dollarmath", "amsmath"]
 myst_heading_anchors = 3
 html_theme = "furo"
@@ -71,8 +72,14 @@ def add_widgets(app, pagename, templatename, context, doctree):
             app.add_js_file(name, loading_method="defer")
 
 
+def leave_out_the_lecturers_part(app, docname, source):
+    """What is between these two comments is for lecturers; the site is for everybody."""
+    source[0] = re.sub(r"^<!-- lecturers -->\n.*?^<!-- end -->\n", "", source[0], flags=re.MULTILINE | re.DOTALL)
+
+
 def setup(app):
     """Make figures and the map before the pages that show them."""
+    app.connect("source-read", leave_out_the_lecturers_part)
     app.connect("builder-inited", draw_figures)
     app.connect("builder-inited", write_map)
     app.connect("html-page-context", add_widgets)

@@ -18,9 +18,10 @@ NUMBERS = [int(folder.name[:2]) for folder in checking.lessons()]
 class Local:
     """An answer that runs here, with the same messages as in a process of its own."""
 
-    seconds_left, printed = 60.0, ""
+    printed = ""
 
-    def __init__(self, text):
+    def __init__(self, text, original=""):
+        self.source, self.original = text, original
         self._names = {"__name__": "student"}
         exec(compile(text, "answer", "exec"), self._names)
 
@@ -30,26 +31,33 @@ class Local:
         return lambda *args, **kwargs: self.call(name, *args, **kwargs)
 
     def call(self, name, *args, **kwargs):
+        return self.call_with({}, name, *args, **kwargs)
+
+    def call_with(self, replaced, name, *args, **kwargs):
         args, kwargs = wire.unpack(wire.pack((args, kwargs))[8:])
+        kept = {other: self._names.get(other) for other in replaced}
         try:
+            self._names.update({other: eval(text, {}) for other, text in replaced.items()})
             value = self._names[name](*args, **kwargs)
         except NotImplementedError as error:
             raise BlankError(str(error)) from error
         except Exception as error:
             raise StudentError(f"{type(error).__name__}: {error}") from error
+        finally:
+            self._names.update(kept)
         return wire.unpack(wire.pack(value)[8:])
 
 
 def answer(text, lesson):
     """An answer to a lesson."""
-    return Local(text)
+    return Local(text, lesson.original)
 
 
-def outcomes(number, text, seed=1, until=()):
-    """Outcomes of an answer's tasks, up to the first with one of the verdicts."""
+def outcomes(number, text, seed=1, until=(), first=""):
+    """Outcomes of an answer's tasks, up to the first with one of the verdicts; the task `first` comes first."""
     lesson = checking.lesson(number)
     found = []
-    for index, task in enumerate(lesson.tasks):
+    for index, task in sorted(enumerate(lesson.tasks), key=lambda pair: not pair[1].title.startswith(f"{first} ")):
         rng = np.random.default_rng([seed, number, index])
         found.append(checking.outcome_of(task, answer(text, lesson), rng))
         if found[-1].verdict in until:

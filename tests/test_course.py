@@ -4,6 +4,7 @@ import os
 import re
 import subprocess
 import sys
+import time
 
 import courses
 import numpy as np
@@ -46,16 +47,17 @@ def test_solutions_are_exact_on_hidden_seeds(number, seed):
 
 @pytest.mark.parametrize("number, name", WRONG)
 def test_wrong_answers_are_rejected(number, name):
-    answers = {wrong.name: wrong for wrong in solving.wrong_answers(checking.lesson(number).folder)}
-    found = outcomes(number, answers[name].text, seed=5, until=(checking.WRONG,))
+    wrong = next(each for each in solving.wrong_answers(checking.lesson(number).folder) if each.name == name)
+    found = outcomes(number, wrong.text, seed=5, until=(checking.WRONG,), first=wrong.task)
     skip_without_opengl(found)
-    assert found[-1].verdict == checking.WRONG, answers[name].why
+    assert found[-1].verdict == checking.WRONG, wrong.why
     assert not any("SyntaxError" in text or "NameError" in text for _, text in told(found))
 
 
 @pytest.mark.parametrize("number", NUMBERS)
 def test_every_check_has_five_wrong_answers_on_file(number):
     assert sum(n == number for n, _ in WRONG) >= 5
+    assert all(wrong.task for wrong in solving.wrong_answers(checking.lesson(number).folder))
 
 
 @pytest.mark.parametrize("number", NUMBERS)
@@ -78,6 +80,22 @@ def test_a_page_counts_the_tasks_as_the_check_does(number):
     assert [f"{number}.{item}" for item in items] == [task.title.split()[0] for task in lesson.tasks]
 
 
+def test_every_task_belongs_to_an_outcome():
+    page = (ROOT / "course" / "OUTCOMES.md").read_text(encoding="utf-8")
+    rows = re.findall(r"^\|[^|]*\|[^|]*\|([\d., ]+)\|", page, re.MULTILINE)
+    tasks = [number for row in rows for number in row.strip().split(", ")]
+    wanted = [task.title.split()[0] for number in NUMBERS for task in checking.lesson(number).tasks]
+    assert sorted(tasks) == sorted(wanted)
+
+
+def test_there_are_thirty_oral_questions_with_answers_about_all_lessons():
+    text = (solving.SOLUTIONS / "oral.md").read_text(encoding="utf-8")
+    parts = re.split(r"^### ", text, flags=re.MULTILINE)[1:]
+    heads = [re.match(r"(\d+)\. \(Lesson (\d+)\) .*[?.]\n\n(.+)", part, re.DOTALL) for part in parts]
+    assert [int(head[1]) for head in heads] == list(range(1, 31))
+    assert {int(head[2]) for head in heads} == set(NUMBERS) and all(len(head[3]) > 100 for head in heads)
+
+
 def test_the_reference_imports_with_numpy_alone():
     blocked = "moderngl", "glfw", "OpenImageIO", "pyrr", "imgui_bundle", "matplotlib", "rasterio"
     code = f"""
@@ -96,13 +114,23 @@ print(sorted(loaded & set({blocked}) - {{n for n in {blocked} if sys.modules.get
 
 
 def test_the_students_tree_has_no_solutions_and_checks(tmp_path):
-    solving.students_tree(tmp_path / "tree")
-    names = {path.name for path in (tmp_path / "tree").rglob("*")}
-    assert not names & {"solutions", "solution.py", "wrong.toml", "grading.py"}
+    tree = tmp_path / "tree"
+    solving.students_tree(tree, seed=7)
+    names = {path.name for path in tree.rglob("*")}
+    assert not names & {"solutions", "solution.py", "wrong.toml", "oral.md", "grading.py", "LECTURERS.md", ".git"}
+    assert names >= {"setup.cfg", "pyproject.toml", "LICENSE", "rings.py", "place.comp", "alpine.png"}
+    pages = {path: path.read_text(encoding="utf-8") for path in tree.rglob("*.md")}
+    links = [(path, link) for path, text in pages.items() for link in re.findall(r"\]\(([^)#\s]+)[^)]*\)", text)]
+    here = [(path, link) for path, link in links if "://" not in link]
+    assert len(here) > 200 and [each for each in here if not (each[0].parent / each[1]).exists()] == []
+    assert "grade submissions" not in "".join(pages.values())
     number = NUMBERS[0]
     command = [sys.executable, "-m", "course", "check", str(number)]
     done = subprocess.run(command, cwd=tmp_path / "tree", capture_output=True, text=True)
     assert done.returncode == 1 and "blank" in done.stdout and "0 of " in done.stdout, done.stderr
+    code = "from course import __main__, checking; print(__main__._own_seed(), checking.lesson(3).original[:9])"
+    done = subprocess.run([sys.executable, "-c", code], cwd=tree, capture_output=True, text=True)
+    assert done.stdout == '7 """Lesson\n', done.stderr
 
 
 def test_check_draws_the_difference(tmp_path):
@@ -145,6 +173,9 @@ def test_findings():
     assert "at post 1" in compare("", [1.0, 2.1], want, axes=("post",)).text
     for bad in ([1.0], [1.0, float("nan")], "text", None, [[1.0], [1.0, 2.0]], [1.0, float("inf")]):
         assert compare("", bad, want, close=1.0).verdict == checking.WRONG, bad
+    assert compare("", [1.0, 2.0 + 1e-12], want, rounding=0).verdict == checking.WRONG
+    assert checking.at_least("", [1.0, 2.0 - 1e-12], want).verdict == checking.EXACT
+    assert checking.at_least("", [1.0, 2.0 - 1e-12], want, rounding=0).verdict == checking.WRONG
     assert compare("", [1, 3], [1, 2], close=0).verdict == checking.WRONG
     assert checking.at_least("", [1.0, 1.9], want).verdict == checking.WRONG
     assert checking.at_most("", [1.0, 2.1], want).verdict == checking.WRONG
@@ -165,7 +196,7 @@ def test_messages_carry_values_and_refuse_objects():
 def test_the_site_has_every_page():
     index = (ROOT / "docs" / "index.md").read_text(encoding="utf-8")
     pages = [path for path in (ROOT / "docs").glob("*.md") if path.name != "index.md"]
-    pages += (ROOT / "course").glob("*.md")
+    pages += set((ROOT / "course").glob("*.md")) - {ROOT / "course" / "LECTURERS.md"}
     pages += [folder / "page.md" for folder in checking.lessons()]
     listed = {(ROOT / "docs" / f"{line}.md").resolve() for line in re.findall(r"^[\w./]+$", index, re.MULTILINE)}
     assert {path.resolve() for path in pages} <= listed
@@ -180,10 +211,91 @@ def test_the_index_and_the_course_name_each_lesson(number):
     assert (folder / "figure.png").read_bytes().startswith(b"\x89PNG")
 
 
+def checked(tmp_path, number, text, seconds=20.0):
+    """Outcomes of a file that runs in a process of its own."""
+    (tmp_path / "student.py").write_text(text, encoding="utf-8")
+    return list(checking.check(checking.lesson(number), tmp_path / "student.py", 3, seconds))
+
+
+def test_a_loop_without_end_costs_its_own_task_alone(tmp_path):
+    text = solved(4).replace("    return (errors[:, None] <= limits).sum(1) - 1", "    while True: pass")
+    found = checked(tmp_path, 4, text, seconds=3.0)
+    assert [outcome.verdict for outcome in found] == ["exact", "wrong", "exact", "exact", "exact"], told(found)
+    assert found[1].lines == ["class_of(): the time limit is over"]
+
+
+def test_a_file_without_end_is_waited_for_once(tmp_path):
+    start = time.monotonic()
+    found = checked(tmp_path, 4, "while True: pass\n", seconds=1.0)
+    assert {tuple(outcome.lines) for outcome in found} == {("the file: the time limit is over",)}
+    assert time.monotonic() - start < 4.0 < len(found)
+
+
+@pytest.mark.parametrize("number", [3, 8])
+def test_comments_that_are_left_do_not_make_an_answer_blank(number):
+    """A blank is what is still as it was handed out, whatever comments stand there."""
+    right = solving.solution(checking.lesson(number).folder).read_text(encoding="utf-8")
+    found = outcomes(number, solving.clean(re.sub("// solution", "// write this\n// solution", right)))
+    skip_without_opengl(found)
+    assert {outcome.verdict for outcome in found} == {checking.EXACT}, told(found)
+    blanks = re.sub("// write this", "// I do not know", solving.blank(right))
+    assert {outcome.verdict for outcome in outcomes(number, blanks)} == {checking.BLANK}
+
+
+def test_a_blank_is_told_from_a_line_that_was_left(tmp_path):
+    blank = solving.blank(solving.solution(checking.lesson(2).folder).read_text(encoding="utf-8"))
+    line = "    raise NotImplementedError"
+    found = checked(tmp_path, 2, blank.replace(line, f"    # later\n{line}").replace(line, f"    eye = 1\n{line}", 1))
+    at = next(i for i, text in enumerate((tmp_path / "student.py").read_text().splitlines(), 1) if line in text)
+    assert [outcome.verdict for outcome in found] == [checking.WRONG, checking.BLANK, checking.BLANK]
+    assert found[0].lines == [f"line {at} still raises NotImplementedError: delete it"]
+    assert found[1].lines == ["tolerance_m() is not written yet"]
+
+
+@pytest.mark.parametrize(
+    "number, name, old",
+    [
+        (3, "propagate", "        sum += word"),
+        (8, "evaluation", "    v_place = vec3"),
+        (8, "control", "    bool drawn ="),
+    ],
+)
+def test_a_compile_error_names_its_shader_and_the_line_of_the_file(tmp_path, number, name, old):
+    text = solved(number).replace(old, f"    nothing = 3;\n{old}")
+    found = [outcome for outcome in checked(tmp_path, number, text) if outcome.verdict != checking.EXACT]
+    skip_without_opengl(found)
+    line = text.splitlines().index("    nothing = 3;") + 1
+    for outcome in found:
+        assert len(outcome.lines) == 1 and outcome.lines[0].startswith(f"the shader {name}: line {line}"), outcome.lines
+
+
+def test_what_could_not_run_has_no_points_and_loses_none(monkeypatch):
+    monkeypatch.setattr("course.shaders.missing", lambda: "no OpenGL here")
+    *rest, last = outcomes(3, solved(3))
+    assert (last.verdict, last.points, last.not_run) == (checking.NOT_RUN, 0, 4)
+    assert {outcome.not_run for outcome in rest} == {0}
+    texts = [checking.points_text(*points) for points in ((11, 4), (0, 10), (7.5, 0))]
+    assert texts == ["11 + 4 not run", "10 not run", "7.5"]
+
+
+def test_the_same_text_is_said_once_and_long_lists_are_cut():
+    task = checking.Task("1.1", 1, iter)
+    same = [checking.Finding(f"case {i}", checking.WRONG, "too large") for i in range(9)]
+    assert checking.Outcome(task, checking.WRONG, same).lines == ["case 0, and 8 more: too large"]
+    unlike = [checking.Finding(f"case {i}", checking.WRONG, f"off by {i}") for i in range(9)]
+    assert checking.Outcome(task, checking.WRONG, unlike).lines[-2:] == ["case 4: off by 4", "and 4 more"]
+
+
+def test_what_a_student_writes_cannot_be_imported(tmp_path):
+    found = checked(tmp_path, 2, "import numpy\nfrom terrain_gl import reference\n")
+    assert found[0].lines == [
+        "line 2: ImportError: a check runs without terrain_gl: write it yourself, and look it up afterwards"
+    ]
+
+
 def test_a_task_whose_process_ends_does_not_end_the_next(tmp_path):
     text = solved(2).replace("def shift_px(", "def shift_px(*a):\n    import os\n    os._exit(0)\n\n\ndef unused(")
-    (tmp_path / "student.py").write_text("print('hello')\n" + text)
-    found = list(checking.check(checking.lesson(2), tmp_path / "student.py", 3))
+    found = checked(tmp_path, 2, "print('hello')\n" + text)
     assert [outcome.verdict for outcome in found] == [checking.WRONG, checking.EXACT, checking.EXACT]
     assert [outcome.printed for outcome in found] == ["hello\n", "hello\n", ""]
 

@@ -59,6 +59,7 @@ def graded(tmp_path_factory):
     hand_in(folder, "right", solved(2))
     wrong = {wrong.name: wrong.text for wrong in solving.wrong_answers(LESSON.folder)}
     hand_in(folder, "wrong", wrong["distance"])
+    hand_in(folder, "loops_once", f"{solved(2)}\n\ndef bound_px(*a):\n    while True: pass\n")
     for name, text in MALICIOUS.items():
         hand_in(folder, name, text if isinstance(text, bytes) else f"OUTSIDE = {str(outside)!r}\n{text}")
     (folder / "nothing").mkdir()
@@ -68,7 +69,7 @@ def graded(tmp_path_factory):
     command = [sys.executable, "-m", "course", "grade", str(folder), "-o", str(root / "points.csv"), "--lessons", "2"]
     start = time.monotonic()
     done = subprocess.run(
-        [*command, "--seed", "4", "--seconds", "3", "--jobs", "2"],
+        [*command, "--seed", "4", "--seconds", "3", "--jobs", "2", "--feedback", str(root / "feedback")],
         cwd=ROOT,
         env=os.environ | {"TMPDIR": str(root / "scratch")},
         capture_output=True,
@@ -79,6 +80,7 @@ def graded(tmp_path_factory):
     assert done.returncode == 0, done.stderr
     with open(root / "points.csv", newline="") as file:
         rows = {row["student"]: row for row in csv.DictReader(file)}
+    assert "a page for each student" in done.stdout
     return rows, time.monotonic() - start, outside, folder
 
 
@@ -91,7 +93,7 @@ def test_every_student_has_a_row(graded):
 
 def test_points_follow_the_answers(graded):
     rows, _, _, _ = graded
-    assert rows["blank"]["sum"] == "0" and rows["wrong"]["sum"] == "7"
+    assert rows["blank"]["sum"] == "0" and rows["wrong"]["sum"] == "7" and rows["loops_once"]["sum"] == "6"
     assert rows["nothing"]["notes"] == "2: not handed in" and rows["link"]["notes"] == "2: not a plain file"
 
 
@@ -155,8 +157,33 @@ def test_a_python_that_no_wall_lets_run_is_one_line(tmp_path, monkeypatch, capsy
     assert capsys.readouterr().err.endswith("the process ended\n") and not (tmp_path / "p.csv").exists()
 
 
+def test_every_student_has_a_page_with_every_task(graded):
+    pages = {path.stem: path.read_text() for path in (graded[2].parent / "feedback").iterdir()}
+    assert set(pages) == set(graded[0]) - {"(most)"}
+    assert pages["right"].splitlines()[1] == "10 of 10 points" and pages["right"].count("exact") == 3
+    assert "not handed in" in pages["nothing"] and "bound_px() is not written yet" in pages["blank"]
+    assert "bound_px(): the time limit is over" in pages["loops_once"] and "largest difference" in pages["wrong"]
+    assert max(map(len, pages.values())) < 4000
+
+
+def test_without_opengl_a_right_answer_loses_nothing_silently(tmp_path, monkeypatch):
+    monkeypatch.setattr("course.shaders.missing", lambda: "this machine has no OpenGL 4.3")
+    for number in (3, 8):
+        path = tmp_path / "class" / "anna" / checking.lesson(number).folder.name / "student.py"
+        path.parent.mkdir(parents=True)
+        path.write_text(solved(number))
+    lessons = [checking.lesson(3), checking.lesson(8)]
+    found = grading.grade(tmp_path / "class", lessons, 5, 20.0, 1, lambda name: None)
+    grading.write_table(found, lessons, 5, tmp_path / "p.csv")
+    row = list(csv.DictReader((tmp_path / "p.csv").read_text().splitlines()))[1]
+    assert (row["lesson 3"], row["lesson 8"]) == ("11 + 4 not run", "10 not run")
+    assert (row["sum"], row["not run"], row["notes"]) == ("11", "14", "3: 3.6 not run; 8: 8.1, 8.2, 8.3 not run")
+    grading.write_feedback(found, tmp_path / "feedback")
+    text = (tmp_path / "feedback" / "anna.txt").read_text()
+    assert "11 + 14 not run of 25 points" in text and text.count("this machine has no OpenGL 4.3") == 4
+
+
 def test_no_cell_is_a_formula(tmp_path):
-    rows = [{"student": "=HYPERLINK(1)", "lesson 2": "-1", "sum": "0", "notes": ""}]
-    grading.write_table(rows, [LESSON], 1, tmp_path / "p.csv")
-    assert "'=HYPERLINK(1)" in (tmp_path / "p.csv").read_text() and ",-1," in (tmp_path / "p.csv").read_text()
-    assert (tmp_path / "p.csv").read_text().splitlines()[-1].endswith(",0,")
+    grading.write_table({"=HYPERLINK(1)": []}, [LESSON], 1, tmp_path / "p.csv")
+    assert (tmp_path / "p.csv").read_text().splitlines()[-1].startswith("'=HYPERLINK(1),")
+    assert grading._harmless("-1") == "-1"

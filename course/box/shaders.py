@@ -9,6 +9,8 @@ from typing import Any
 import moderngl
 import numpy as np
 
+PAST = 256  # words behind a buffer's last one, to see whether a shader writes there
+
 
 @cache
 def context() -> moderngl.Context:
@@ -19,6 +21,12 @@ def context() -> moderngl.Context:
     return moderngl.create_context(standalone=True, require=430)
 
 
+def _said(error: Exception) -> str:
+    """What a compiler says, in one line."""
+    lines = [line.strip() for line in str(error).splitlines() if line.strip() and "====" not in line]
+    return "; ".join(line for line in lines if not line.endswith("_shader") and "Compiler failed" not in line)
+
+
 def renderer() -> str:
     """Name of the driver."""
     return str(context().info["GL_RENDERER"])
@@ -27,11 +35,16 @@ def renderer() -> str:
 def prefix_table(texts: dict[str, str], values: np.ndarray) -> np.ndarray:
     """Summed-area table of (rows, cols) uint32 by the shaders reduce, scan and propagate."""
     ctx, (rows, cols) = context(), values.shape
-    shaders = {name: ctx.compute_shader(text.strip()) for name, text in texts.items()}
-    words = ctx.buffer(np.append(values.ravel(), np.full(256, 999, np.uint32)).tobytes())
+    shaders = {}
+    for name, text in texts.items():
+        try:
+            shaders[name] = ctx.compute_shader(text.strip())
+        except moderngl.Error as error:
+            raise ValueError(f"{name}: {_said(error)}") from None
+    words = ctx.buffer(np.append(values.ravel(), np.full(PAST, 999, np.uint32)).tobytes())
     for lines, length, line_step, word_step in ((rows, cols, cols, 1), (cols, rows, 1, cols)):
         strips = -(-length // 64)
-        sums = ctx.buffer(np.full(lines * strips, 77, np.uint32).tobytes())
+        sums = ctx.buffer(np.full(lines * strips + PAST, 77, np.uint32).tobytes())
         words.bind_to_storage_buffer(0)
         sums.bind_to_storage_buffer(1)
         for name in ("reduce", "scan", "propagate"):
@@ -41,6 +54,8 @@ def prefix_table(texts: dict[str, str], values: np.ndarray) -> np.ndarray:
                     shaders[name][uniform] = value
             shaders[name].run(-(-lines // 64), 1 if name == "scan" else strips)
             ctx.memory_barrier()
+            if (np.frombuffer(sums.read(), np.uint32)[lines * strips :] != 77).any():
+                raise ValueError(f"the shader {name} writes past the end of the strips' sums: has it a line?")
     found = np.frombuffer(words.read(), np.uint32)
     if (found[rows * cols :] != 999).any():
         raise ValueError("a shader writes past the end of the table")
@@ -127,12 +142,16 @@ def _draw(
 ) -> None:
     """Draw patches into nothing; the shaders write to a buffer."""
     ctx = context()
-    program = ctx.program(
-        vertex_shader=VERTEX.strip(),
-        tess_control_shader=control.strip(),
-        tess_evaluation_shader=evaluation.strip(),
-        geometry_shader=geometry.strip() if geometry else None,
-    )
+    try:
+        program = ctx.program(
+            vertex_shader=VERTEX.strip(),
+            tess_control_shader=control.strip(),
+            tess_evaluation_shader=evaluation.strip(),
+            geometry_shader=geometry.strip() if geometry else None,
+        )
+    except moderngl.Error as error:
+        name = next((name for name in ("control", "evaluation") if f"tess_{name}_shader" in str(error)), "shaders")
+        raise ValueError(f"{name}: {_said(error)}") from None
     data = {"in_square": (squares, "4i"), "in_edges": (edges, "4i"), "in_inner": (inner, "1i")}
     content = [
         (ctx.buffer(np.ascontiguousarray(values, np.int32).tobytes()), kind, name)

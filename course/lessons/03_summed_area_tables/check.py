@@ -1,11 +1,14 @@
 """Check of lesson 3: whole numbers, so every answer is exact or wrong."""
 
+import time
+
 import numpy as np
 
 from course.checking import compare, holds, task
 from course.shaders import prefix_sums
 
 TITLE = "Summed-area tables"
+OTHER_STRIPS = 16, 7
 
 
 def words(rng, rows, cols):
@@ -17,6 +20,14 @@ def words(rng, rows, cols):
 def sizes(rng):
     """Sizes around the strips: shorter, a whole one, one more, and any."""
     return [(3, 10), (5, 64), (4, 65), (7, int(rng.integers(200, 400)))]
+
+
+def running(values, before, strip):
+    """The running sums of strips that go on from what stands before them."""
+    want = np.empty(values.shape, np.uint32)
+    for i in range(values.shape[1]):
+        want[:, i] = values[:, i] + (want[:, i - 1] if i % strip else before[:, i // strip])
+    return want
 
 
 def true_table(values):
@@ -31,6 +42,10 @@ def reduce(student, rng):
         values = words(rng, rows, n)
         want = np.add.reduceat(values, np.arange(0, n, 64), axis=1)
         yield compare(f"rows of {n}", student.reduce(values), want, axes=("row", "strip"))
+    for strip in OTHER_STRIPS:
+        values = words(rng, 3, 50)
+        want = np.add.reduceat(values, np.arange(0, 50, strip), axis=1)
+        yield compare(f"strips of {strip}", student.reduce(values, strip), want, axes=("row", "strip"))
     values = rng.integers(0, 2**32, (3, 150), dtype=np.uint32)
     want = np.add.reduceat(values.astype(object), np.arange(0, 150, 64), axis=1) % 2**32
     yield compare("sums that wrap", student.reduce(values), want.astype(np.uint32), axes=("row", "strip"))
@@ -51,10 +66,20 @@ def propagate(student, rng):
     for rows, n in sizes(rng):
         values = words(rng, rows, n)
         before = rng.integers(0, 2**32, (rows, -(-n // 64)), dtype=np.uint32)
-        want = np.empty((rows, n), np.uint32)
-        for i in range(n):
-            want[:, i] = values[:, i] + (want[:, i - 1] if i % 64 else before[:, i // 64])
+        want = running(values, before, 64)
         yield compare(f"rows of {n}", student.propagate(values, before), want, axes=("row", "column"))
+    for strip in OTHER_STRIPS:
+        values, before = words(rng, 3, 50), rng.integers(0, 2**32, (3, -(-50 // strip)), dtype=np.uint32)
+        want = running(values, before, strip)
+        yield compare(f"strips of {strip}", student.propagate(values, before, strip), want, axes=("row", "column"))
+
+
+# In place of a student's function: the right shape, and nothing in it.
+NOTHING = {
+    "reduce": "lambda values, strip=64: values[:, ::strip] * 0",
+    "scan": "lambda sums: sums * 0",
+    "propagate": "lambda values, before, strip=64: values * 0",
+}
 
 
 @task("3.4 the table", points=2)
@@ -67,6 +92,11 @@ def sat(student, rng):
     yield compare(
         "every entry, modulo 2^32", table, (true_table(values) % 2**32).astype(np.uint32), axes=("row", "column")
     )
+    values = words(rng, 70, 130)
+    for name, ours in NOTHING.items():
+        changed = student.call_with({name: ours}, "sat", values)
+        used = not np.array_equal(changed, student.sat(values))
+        yield holds(f"with your {name}()", used, f"the table is the same without your {name}()")
 
 
 @task("3.5 boxes", points=3)
@@ -85,6 +115,23 @@ def boxes(student, rng):
     x0, y0, x1, y1 = asked.T
     want = (padded[y1, x1] + padded[y0, x0] - padded[y0, x1] - padded[y1, x0]).astype(np.uint32)
     yield compare("3000 boxes", student.box_sums(table, asked), want, axes=("box",))
+    corner = np.zeros((500, 2), int)
+    small, large = (np.concatenate([corner, corner + side], 1) for side in (1, 1500))
+    slow = grows_with_the_box(student, rng.integers(0, 2**32, (1500, 1500), dtype=np.uint32), small, large)
+    yield holds(
+        "large boxes", not slow, "boxes of 1500 x 1500 posts take far longer than single posts: fetch four words"
+    )
+
+
+def grows_with_the_box(student, table, small, large):
+    """Whether large boxes take five times as long as small ones, three times in a row: machines are busy."""
+
+    def seconds(asked):
+        start = time.monotonic()
+        student.box_sums(table, asked)
+        return time.monotonic() - start
+
+    return all(seconds(large) > 5 * seconds(small) + 0.05 for _ in range(3))
 
 
 @task("3.6 the same on the GPU", points=4)
@@ -92,5 +139,5 @@ def shaders(student, rng):
     """The student's shaders over rows, then columns."""
     texts = student.shaders()
     yield from prefix_sums(
-        texts, [words(rng, 70, 64), words(rng, int(rng.integers(65, 200)), int(rng.integers(65, 300)))]
+        student, texts, [words(rng, 70, 64), words(rng, int(rng.integers(65, 200)), int(rng.integers(65, 300)))]
     )

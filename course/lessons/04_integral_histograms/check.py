@@ -17,8 +17,21 @@ def errors_of(rng):
     errors *= 0.9 * SPAN_M / errors.max() * 0.1
     limits = LIMITS_M
     errors[rng.random(errors.shape) < 0.02] = limits[20]
+    errors[rng.random(errors.shape) < 0.02] = just_above(limits[22])
     errors[40, 5:261] = 450.0
     return errors, limits
+
+
+def just_above(limits):
+    """The next larger numbers: errors that are not within these limits."""
+    return np.nextafter(limits, np.inf)
+
+
+def many_errors():
+    """256 × 256 cells with a large error: counters of 16 bits call them none. And a box that holds them, and others."""
+    errors = np.zeros((260, 270))
+    errors[2:258, 3:259] = 450.0
+    return errors, np.array([(3, 2, 259, 258), (0, 0, 270, 260), (3, 2, 4, 3), (0, 0, 2, 2)])
 
 
 def boxes_of(rng, shape, count=500):
@@ -47,19 +60,24 @@ def class_limits(student, rng):
     for per_octave in (1, 2, 3, 4):
         span_m = float(rng.uniform(10, 1000))
         want = [span_m * 0.5 ** ((c + 1) / per_octave) for c in range(20)]
-        yield compare(f"{per_octave} an octave", student.class_limits(span_m, 20, per_octave), want, axes=("class",))
+        got = student.class_limits(span_m, 20, per_octave)
+        yield compare(f"{per_octave} an octave", got, want, axes=("class",), rounding=1e-14)
 
 
 @task("4.2 the class of an error", points=2)
 def class_of(student, rng):
     """Rounded up: the limit of its class is never below an error."""
     limits = LIMITS_M
-    errors = np.concatenate([SPAN_M * 2.0 ** -rng.uniform(0, 14, 400), limits, [0.0, SPAN_M]])
+    errors = np.concatenate([SPAN_M * 2.0 ** -rng.uniform(0, 14, 400), limits, just_above(limits), [0.0, SPAN_M]])
     want = [sum(e <= limit for limit in limits) - 1 for e in errors]
     got = student.class_of(errors, limits)
     yield compare("classes", got, want, axes=("error",))
     yield at_least(
-        "limits are not below errors", np.append(SPAN_M, limits)[np.clip(got, -1, CLASSES - 1) + 1], errors, ("error",)
+        "limits are not below errors",
+        np.append(SPAN_M, limits)[np.clip(got, -1, CLASSES - 1) + 1],
+        errors,
+        ("error",),
+        rounding=0,
     )
 
 
@@ -70,6 +88,10 @@ def class_tables(student, rng):
     above = errors > limits[:, None, None]
     want = np.pad(above.astype(np.int64).cumsum(1).cumsum(2), ((0, 0), (1, 0), (1, 0)))
     yield compare("counts", student.class_tables(errors, limits), want, axes=("class", "row", "column"))
+    errors, _ = many_errors()
+    want = np.pad((errors > 400.0).astype(np.int64).cumsum(0).cumsum(1), ((1, 0), (1, 0)))[None]
+    got = student.class_tables(errors, np.array([400.0]))
+    yield compare("counts above 65,536", got, want, axes=("class", "row", "column"))
 
 
 @task("4.4 the bound of a box", points=3)
@@ -80,8 +102,13 @@ def bound(student, rng):
     tables = student.class_tables(errors, limits)
     got = student.bound(tables, limits, SPAN_M, boxes)
     worst = true_maximum(errors, boxes)
-    yield at_least("500 boxes: not below the largest error", got, worst, ("box",))
-    yield compare("500 boxes: the limit of the class", got, rounded_up(worst, limits), axes=("box",))
+    yield at_least("500 boxes: not below the largest error", got, worst, ("box",), rounding=0)
+    yield compare("500 boxes: the limit of the class", got, rounded_up(worst, limits), axes=("box",), rounding=0)
+    errors, boxes = many_errors()
+    got = student.bound(student.class_tables(errors, LIMITS_M[:3]), LIMITS_M[:3], SPAN_M, boxes)
+    worst = true_maximum(errors, boxes)
+    yield at_least("65,536 cells above", got, worst, ("box",), rounding=0)
+    yield compare("65,536 cells above: the limit of the class", got, rounded_up(worst, LIMITS_M[:3]), axes=("box",))
 
 
 @task("4.5 tiles", points=3)
@@ -94,14 +121,19 @@ def tiles(student, rng):
             [errors[y * tile : (y + 1) * tile, x * tile : (x + 1) * tile].max() for x in range(cols)]
             for y in range(rows)
         ]
-        yield compare(f"tiles of {tile}", student.tile_errors(errors, tile), want, axes=("row", "column"))
+        largest = student.tile_errors(errors, tile)
+        yield compare(f"tiles of {tile}", largest, want, axes=("row", "column"), rounding=0)
         boxes = boxes_of(rng, errors.shape)
         got = np.asarray(student.tile_boxes(boxes, tile))
         asked = np.clip(got, 0, [cols, rows, cols, rows]) if got.shape == boxes.shape else boxes
         narrow = np.array([[max(x1, x0 + 1), max(y1, y0 + 1)] for x0, y0, x1, y1 in asked])
         inside = true_maximum(np.array(want), np.concatenate([asked[:, :2], narrow], 1))
         yield at_least(
-            f"tiles of {tile}: the widened box holds the largest error", inside, true_maximum(errors, boxes), ("box",)
+            f"tiles of {tile}: the widened box holds the largest error",
+            inside,
+            true_maximum(errors, boxes),
+            ("box",),
+            rounding=0,
         )
         tight = [[x0 // tile, y0 // tile, (x1 - 1) // tile + 1, (y1 - 1) // tile + 1] for x0, y0, x1, y1 in boxes]
         yield compare(f"tiles of {tile}: boxes", got, tight, axes=("box", "side"))

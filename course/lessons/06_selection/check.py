@@ -97,6 +97,8 @@ def step(student, rng):
     got, want, worst, allowed = [], [], [], []
     for _ in range(300):
         level, tolerance_m = int(rng.integers(1, 5)), float(2.0 ** rng.uniform(-1, 7))
+        if rng.random() < 0.3:  # a limit itself is within the tolerance
+            tolerance_m = float(limits[rng.integers(5, 35)])
         x, y = (rng.integers(0, 128 >> level, 2) << level).tolist()
         held = [0]
         for j in range(1, level + 1):
@@ -130,8 +132,10 @@ def refine(student, rng):
     """Only nodes that exist are split."""
     errors, tolerances = quadtree(rng)
     loose = [e * rng.uniform(0.2, 1, e.shape) for e in errors]  # not nested: a child can be worse than its parent
-    for name, each in (("nested errors", errors), ("errors that are not nested", loose)):
-        for tolerance in tolerances:
+    whole = [*loose[:-1], np.zeros((1, 1))]  # the root is good, its children are not: nothing is split
+    names = "nested errors", "errors that are not nested", "a root within tolerance"
+    for name, each in zip(names, (errors, loose, whole), strict=True):
+        for tolerance in (*tolerances, float(errors[3].flat[5]), 1e9):  # one is a node's error itself
             want = reference.unsplit((65, 65), 6)
             reference.grow(want, [level > tolerance for level in each])
             yield compare(

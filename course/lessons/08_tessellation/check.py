@@ -4,8 +4,7 @@ import numpy as np
 
 from course.checking import compare, holds, task
 from course.land import land
-from course.remote import Student
-from course.shaders import RUNNER, SECONDS, ready
+from course.shaders import ready, runner
 from terrain_gl import reference
 
 TITLE = "Tessellation hardware"
@@ -16,7 +15,7 @@ NAMES = {"control", "evaluation"}
 def control(student, rng):
     """Edges in their places; what is not drawn has none."""
     texts = student.shaders()
-    hindrance = ready({"control": texts["control"]}, {"control"})
+    hindrance = ready(student, texts, {"control"})
     if hindrance is not None:
         yield hindrance
         return
@@ -25,17 +24,17 @@ def control(student, rng):
     edges, inner = rng.integers(1, 33, (n, 4)).astype(np.int32), rng.integers(2, 33, n).astype(np.int32)
     north, east, south, west = edges.T
     want = np.column_stack([west, north, east, south, inner, inner]) * squares[:, 3:]
-    with Student(RUNNER, SECONDS) as runner:
-        got = runner.levels(texts["control"], squares, edges, inner)
+    with runner(student, texts) as found:
+        got = found.levels(texts["control"], squares, edges, inner)
     yield compare("outer and inner levels", got.astype(int), want, axes=("patch", "level"))
 
 
-def lattice(squares, inner, size):
-    """Posts of patches with the same segments everywhere."""
+def lattice(squares, inner, shape):
+    """Posts of patches with the same segments everywhere, on a map of (rows, cols)."""
     found = set()
     for (x, y, side, _), n in zip(squares.tolist(), inner.tolist(), strict=True):
         at = np.arange(n + 1) * (side // n)
-        found |= {(min(x + i, size - 1), min(y + j, size - 1)) for i in at.tolist() for j in at.tolist()}
+        found |= {(min(x + i, shape[1] - 1), min(y + j, shape[0] - 1)) for i in at.tolist() for j in at.tolist()}
     return np.array(sorted(found))
 
 
@@ -43,27 +42,33 @@ def lattice(squares, inner, size):
 def evaluation(student, rng):
     """Every vertex on its post, for all numbers of segments; triangles the right way round; the map's end."""
     texts = student.shaders()
-    hindrance = ready({"evaluation": texts["evaluation"]}, {"evaluation"})
+    hindrance = ready(student, texts, {"evaluation"})
     if hindrance is not None:
         yield hindrance
         return
-    with Student(RUNNER, SECONDS) as runner:
+    with runner(student, texts) as found:
         for segments in (2, 3, 5, 6, 7, 11, 13, 24, 31):
             side = segments * int(rng.integers(1, 4))
-            size = 2 * side + (1 if segments % 2 else -side // 3)  # odd ones fit; the others pass the map's end
-            heights = land(rng, size, size).astype(np.float32)
-            squares = np.array([(x, y, side, 1) for y in (0, side) for x in (0, side)], np.int32)
-            inner = np.full(4, segments, np.int32)
-            got = runner.mesh(None, texts["evaluation"], heights, squares, np.ones((4, 4), np.int32), inner)
+            past = -1 if segments % 2 else side // 3  # odd ones fit; the others pass the map's end
+            shape = (side - past, 2 * side - past)[:: -1 if segments % 3 else 1]  # wide and high maps
+            heights = land(rng, *shape).astype(np.float32)
+            squares = np.array(
+                [(x, y, side, 1) for y in range(0, shape[0] - 1, side) for x in range(0, shape[1] - 1, side)], np.int32
+            )
+            inner = np.full(len(squares), segments, np.int32)
+            ones = np.ones((len(squares), 4), np.int32)
+            got = found.mesh(None, texts["evaluation"], heights, squares, ones, inner)
             name = f"{segments} segments"
             vertices = np.unique(got.reshape(-1, 3), axis=0) if len(got) else np.zeros((0, 3))
-            want = lattice(squares, inner, size)
+            want = lattice(squares, inner, shape)
             want = np.column_stack([want, heights[want[:, 1], want[:, 0]]])
             yield compare(f"{name}: column, row and height of the vertices", vertices, want, axes=("vertex", "number"))
             areas = reference.areas(got[..., :2].astype(float))
             turned = int((areas < 0).sum())
             yield holds(f"{name}: turned", turned == 0, f"{turned} triangles are clockwise seen from above")
-            yield compare(f"{name}: the area in cells", float(np.abs(areas).sum()), float((size - 1) ** 2))
+            yield compare(
+                f"{name}: the area in cells", float(np.abs(areas).sum()), float((shape[0] - 1) * (shape[1] - 1))
+            )
 
 
 def blocks(rng, segments):
@@ -86,16 +91,16 @@ def blocks(rng, segments):
 def both(student, rng):
     """Patches of unlike size: every edge inside is shared by two triangles."""
     texts = student.shaders()
-    hindrance = ready(texts, NAMES)
+    hindrance = ready(student, texts, NAMES)
     if hindrance is not None:
         yield hindrance
         return
-    with Student(RUNNER, SECONDS) as runner:
+    with runner(student, texts) as found:
         for segments in (3, 4, 5, 7):
             squares, edges, size = blocks(rng, segments)
             heights = land(rng, size, size).astype(np.float32)
             inner = np.full(len(squares), segments, np.int32)
-            got = runner.mesh(texts["control"], texts["evaluation"], heights, squares, edges, inner)
+            got = found.mesh(texts["control"], texts["evaluation"], heights, squares, edges, inner)
             name = f"{segments} segments"
             yield compare(
                 f"{name}: the area in cells",
