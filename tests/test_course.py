@@ -93,7 +93,7 @@ def test_there_are_thirty_oral_questions_with_answers_about_all_lessons():
     parts = re.split(r"^### ", text, flags=re.MULTILINE)[1:]
     heads = [re.match(r"(\d+)\. \(Lesson (\d+)\) .*[?.]\n\n(.+)", part, re.DOTALL) for part in parts]
     assert [int(head[1]) for head in heads] == list(range(1, 31))
-    assert {int(head[2]) for head in heads} == set(NUMBERS) and all(len(head[3]) > 100 for head in heads)
+    assert {int(head[2]) for head in heads} == set(NUMBERS) and all(len(head[3]) > 80 for head in heads)
 
 
 def test_the_reference_imports_with_numpy_alone():
