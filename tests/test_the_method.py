@@ -28,7 +28,15 @@ _specification = importlib.util.spec_from_file_location("the_method", FILE)
 method = importlib.util.module_from_spec(_specification)
 _specification.loader.exec_module(method)
 
-_PLACE = "in vec4 v_place; out vec4 out_place; void main() { out_place = v_place; }"
+_PLACE = "in vec3 v_place; out vec4 out_place; void main() { out_place = vec4(v_place, 1.0); }"
+_EDGES = """
+layout(local_size_x = 1) in;
+layout(std430, binding = 4) buffer Edges { ivec4 edges_log2[]; };
+void main() {
+    int i = int(gl_GlobalInvocationID.x);
+    for (int side = 0; side < 4; side++) edges_log2[i][side] = edge_log2(patches[i], side);
+}
+"""
 _FROM_ABOVE = "gl_Position = vec4((vec2(at) + 0.5) / vec2(LAST + 1) * 2.0 - 1.0, 0.0, 1.0); }"
 
 
@@ -42,18 +50,22 @@ def of_heights(heights, spacing_m=1.0):
     north, east = (spacing_m * (n - 1) for n in heights.shape)
     eye = 0.45 * east, 0.1 * north, float(heights.max()) + 0.1 * north + 8.0
     target = 0.6 * east, 0.7 * north, float(heights.mean())
-    return method.Map(heights.astype("f4"), spacing_m, "alpine", eye, target, 50.0)
+    return method.Map(heights.astype("f4"), spacing_m, eye, target, 50.0)
 
 
 def drawn_m(terrain, count):
     """Heights of the mesh at all posts; NaN where nothing is drawn. An orthographic view from above."""
     evaluation = method.EVALUATION[: method.EVALUATION.rindex("gl_Position")] + _FROM_ABOVE
-    array = terrain.program(method.VERTEX, _PLACE, method.CONTROL, evaluation)
+    texts = method.VERTEX, _PLACE, method.CONTROL, evaluation
+    vertex, fragment, control, evaluation = (terrain.head + text for text in texts)
+    array = terrain.ctx.vertex_array(terrain.ctx.program(vertex, fragment, None, control, evaluation), [])
     target = terrain.ctx.framebuffer(terrain.ctx.texture(terrain.heights.size, 4, dtype="f4"))
     target.use()
     target.clear(*[np.nan] * 4)
     terrain.ctx.enable_only(moderngl.NOTHING)
-    terrain.draw_patches(array, count)
+    terrain.ctx.patch_vertices = 1
+    for first in range(0, count, method.PATCHES_PER_DRAW):
+        array.render(moderngl.PATCHES, min(method.PATCHES_PER_DRAW, count - first), first=first)
     places = np.frombuffer(target.read(components=4, dtype="f4"), "f4").reshape(*terrain.map.heights.shape, 4)
     return places[..., 2].astype(float)
 
@@ -61,8 +73,8 @@ def drawn_m(terrain, count):
 def compare(terrain, count, view):
     """Largest distance of a post from its place in pixels, and the posts in the picture, off the rim, not drawn."""
     map_ = terrain.map
-    axes, tan = np.reshape(view["u_axes"], (3, 3)).T, view["u_tan"]
-    seen_from = View(np.array(view["u_eye"]), axes, SIZE[1] / 2 / tan[1], tan, NEAR_M)
+    axes, tan = view[1:4, :3].T.astype(float), view[4, :2].astype(float)
+    seen_from = View(view[0, :3].astype(float), axes, SIZE[1] / 2 / tan[1], tan, NEAR_M)
     scale = screen_scale(seen_from, world_m(map_.heights.astype(float), (map_.spacing_m, map_.spacing_m)))
     drawn = drawn_m(terrain, count)
     covered = np.isfinite(drawn)
@@ -153,13 +165,19 @@ def test_views_at_random(ctx):
 
 def edges_of(terrain, count):
     """Pairs of posts that the patches' edges join, each as often as it is drawn."""
-    patches = np.frombuffer(terrain.buffers[2].read(), np.int32)[4:].reshape(-1, 8)[:count]
+    patches = np.frombuffer(terrain.buffers[2].read(), np.int32)[2:].reshape(-1, 4)[:count]
+    functions = method.CONTROL[method.CONTROL.index("Patch beside") : method.CONTROL.index("void main")]
+    edges = terrain.ctx.buffer(reserve=16 * count)
+    edges.bind_to_storage_buffer(4)
+    terrain.ctx.compute_shader(terrain.head + functions + _EDGES).run(count)
+    terrain.ctx.memory_barrier()
+    edges_log2 = np.frombuffer(edges.read(), np.int32).reshape(count, 4)
     found = Counter()
     last = np.array(terrain.map.heights.shape[::-1]) - 1
-    for x, y, side_log2, _, *edges_log2 in patches.tolist():
+    for (x, y, side_log2, _), sides_log2 in zip(patches.tolist(), edges_log2.tolist(), strict=True):
         side = 1 << side_log2
         starts = ((x, y), (x, y), (x + side, y), (x, y + side))
-        for start, way, log2 in zip(starts, ((0, 1), (1, 0)) * 2, edges_log2, strict=True):
+        for start, way, log2 in zip(starts, ((0, 1), (1, 0)) * 2, sides_log2, strict=True):
             along = np.arange((1 << log2) + 1) * (side >> log2)
             posts = [tuple(post) for post in np.minimum(np.array(start) + along[:, None] * way, last).tolist()]
             found.update(pair for pair in zip(posts, posts[1:], strict=False) if pair[0] != pair[1])
@@ -182,21 +200,21 @@ def test_both_sides_of_an_edge_have_the_same_vertices(ctx, alpine, name):
             assert times == 2 or not beside.all()
 
 
-def test_no_sky_within_the_land(ctx, alpine):
+def test_no_sky_within_the_land(ctx, alpine, monkeypatch):
     """Seen from high above, every pixel in the middle of the map is land."""
     rows, cols = (alpine.spacing_m * (n - 1) for n in alpine.heights.shape)
-    eye = np.array([0.5 * cols, 0.5 * rows, 9000.0])
     terrain = method.Terrain(ctx, alpine)
+    for colour in ("HAZE", "BLUE"):
+        monkeypatch.setattr(method, colour, np.array([1.0, 0.0, 1.0]))
     target = ctx.simple_framebuffer(SIZE, 3)
-    marked = (255, 0, 255)
     ctx.depth_func = ">="  # of another program in the context
+    view = method.look((0.5 * cols, 0.5 * rows, 9000.0), (0.05, 0.1, -1.0), 40, SIZE)
     for tolerance_px in (0.7, 3.0, 12.0):
-        view = method.look(eye, (0.05, 0.1, -1.0), 40, SIZE)
         terrain.draw(target, view, tolerance_px)
-        target.clear(1.0, 0.0, 1.0)
-        terrain.draw_patches(terrain.land, terrain.select(view, tolerance_px)[1])
         pixels = np.frombuffer(target.read(), np.uint8).reshape(-1, 3)
-        assert not (pixels == marked).all(1).any()
+        assert not (pixels == (255, 0, 255)).all(1).any()
+    terrain.draw(target, method.look((0.5 * cols, 0.5 * rows, 9000.0), (0.05, 0.1, 1.0), 40, SIZE), 1.0)
+    assert (np.frombuffer(target.read(), np.uint8).reshape(-1, 3) == (255, 0, 255)).all()
 
 
 def test_the_table_decides(ctx, alpine):
@@ -213,11 +231,12 @@ def test_the_table_decides(ctx, alpine):
 def test_its_levels_need_the_cut_edges(ctx):
     """Without the posts of cut edges the errors of cells are smaller."""
     found = []
-    for old in ("off_m + max(max(moves_m.x, moves_m.y), max(moves_m.z, moves_m.w))", None):
+    for old in ("off_m + cut_m", None):
         terrain = method.Terrain(ctx, of_heights(rough(200, 200, 1)))
-        kernel = terrain.kernel(method.ERRORS.replace(old, "off_m") if old else method.ERRORS)
+        kernel = ctx.compute_shader(terrain.head + (method.ERRORS.replace(old, "off_m") if old else method.ERRORS))
         terrain.buffers[0].clear()
-        terrain.run(kernel, {"u_j": 2}, 7, 7)
+        kernel.run(13, 13, method.TOP)
+        ctx.memory_barrier()
         found.append(np.frombuffer(terrain.buffers[0].read(), "u4").astype(int))  # 1 where a cell is above a class
     without, whole = found
     assert (whole >= without).all() and whole.sum() > 1.02 * without.sum()
