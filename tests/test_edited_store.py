@@ -18,9 +18,10 @@ from terrain_gl.camera import Camera
 from terrain_gl.cli.line import command_line
 from terrain_gl.files.views import standard_view
 from terrain_gl.gpu import layout
+from terrain_gl.gpu.packing import pack_pair
 from terrain_gl.heightmap import Heightmap
 from terrain_gl.pages.sheet import Sheet
-from terrain_gl.pages.widening import Moves, Scale, errors_m, moves, packed, widened, widened_ranges
+from terrain_gl.pages.widening import Moves, Scale, errors_m, moves, widened, widened_ranges
 from terrain_gl.renderer import Renderer
 from terrain_gl.renderer.options import RenderOptions
 from terrain_gl.terrain import quantisation_range
@@ -147,7 +148,7 @@ def test_moves_are_those_of_the_specification(seed):
 def test_wide_records_are_those_of_the_specification_rounded_up():
     rng, scale = np.random.default_rng(0), Scale(-32.0, 96.0)
     most = rng.uniform(0, 30, (9, 11))
-    words = packed(most, most * rng.random(most.shape), scale)
+    words = pack_pair((most, most * rng.random(most.shape)), scale.span_m)
     truth = np.where(rng.random(most.shape) < 0.5, rng.uniform(0, 5, most.shape), 0).astype(np.float32)
     vertices = truth * rng.random(most.shape).astype(np.float32)
     moved = Moves(truth, vertices, np.where(truth > 0, -20.0, np.inf), np.where(truth > 0, 33.0, -np.inf))

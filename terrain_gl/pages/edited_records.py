@@ -9,6 +9,7 @@ from __future__ import annotations
 import numpy as np
 
 from ..basics.rect import span_of
+from ..gpu.packing import pack_16, unpack_16
 from .map import Page
 from .sheet import Area, Sheet
 from .widening import Moves, Scale, rescaled, rescaled_ranges, widened, widened_ranges
@@ -65,7 +66,7 @@ class EditedRecords:
                 sheet.tiles[at] = np.where(words == UNKNOWN, words, rescaled(words, self._scale, scale))
         for ranges in self._ranges:
             for at, words in ranges.tiles.items():
-                ranges.tiles[at] = _packed(rescaled_ranges(_unpacked(words), self._scale, scale))
+                ranges.tiles[at] = pack_16(*rescaled_ranges(unpack_16(words), self._scale, scale))
         self._scale = scale
 
     def note_exact(self, level: int, area: Area, errors: np.ndarray, ranges: np.ndarray) -> Area | None:
@@ -90,7 +91,7 @@ class EditedRecords:
         rows, cols = (span_of(np.asarray(wide.any(axis))) for axis in (1, 0))
         mine = _shifted(area[0], rows), _shifted(area[1], cols)
         self._errors[level].put(mine, errors[rows, cols])
-        self._ranges[level].put(mine, _packed(ranges[:, rows, cols]))
+        self._ranges[level].put(mine, pack_16(*ranges[:, rows, cols]))
         for sheet in self._moved[level]:
             sheet.clear(mine)
         return mine
@@ -111,7 +112,7 @@ class EditedRecords:
         packed = self._ranges[level].get(area)
         if exact is not None and packed is not None:
             errors = np.where(exact == UNKNOWN, errors, exact)
-            ranges = np.where(exact == UNKNOWN, ranges, _unpacked(packed))
+            ranges = np.where(exact == UNKNOWN, ranges, unpack_16(packed))
         found = [values for sheet in self._moved[level] if (values := sheet.get(area)) is not None]
         if len(found) == len(Moves._fields):
             moved = Moves(*found)
@@ -129,11 +130,3 @@ class EditedRecords:
 
 def _shifted(whole: slice, part: slice) -> slice:
     return slice(whole.start + part.start, whole.start + part.stop)
-
-
-def _packed(ranges: np.ndarray) -> np.ndarray:
-    return ranges[0] | ranges[1].astype(np.uint32) << np.uint32(16)
-
-
-def _unpacked(words: np.ndarray) -> np.ndarray:
-    return np.stack([words & np.uint32(0xFFFF), words >> np.uint32(16)]).astype(np.uint16)

@@ -7,6 +7,7 @@ from typing import NamedTuple
 import numpy as np
 
 from ..gpu import layout
+from ..gpu.packing import ERROR_UNIT, pack_16, square_up, unpack_pair
 from ..terrain import quantisation_range, steps_of
 from .map import Page, PagedMap, PageKey
 
@@ -63,13 +64,13 @@ def sums_of(page: Page, key: PageKey, heightmap: PagedMap) -> Sums:
     counts = (per_tile > limits[:, None, None]).astype(np.uint8)
     sums = counts.cumsum(1, dtype=np.uint8).cumsum(2, dtype=np.uint8)
     counters = np.ascontiguousarray(sums.reshape(layout.CLASS_WORDS, 4, n, n).transpose(0, 2, 3, 1))
-    squares = _padded(_square_up(square), side).reshape(n, tile, n, tile).sum((1, 3), dtype=np.uint64)
+    squares = _padded(square_up(square), side).reshape(n, tile, n, tile).sum((1, 3), dtype=np.uint64)
     squares = squares.cumsum(0, dtype=np.uint64).cumsum(1, dtype=np.uint64)
     heights = np.pad(page.heights, [(0, side + 1 - n) for n in page.heights.shape], mode="edge").astype(np.float32)
     above = heights - np.float32(base_m)
     steps = steps_of(above, low_m - base_m, span_m)
     height_sums = steps.cumsum(0, dtype=np.uint32).cumsum(1, dtype=np.uint32)
-    ranges = page.ranges[0] | page.ranges[1].astype(np.uint32) << 16
+    ranges = pack_16(*page.ranges)
     return Sums(heights, height_sums, counters, squares, _padded(ranges, side) if level else None)
 
 
@@ -84,9 +85,7 @@ def _of_cells(page: Page, base_m: float, span: np.float32) -> tuple[np.ndarray, 
 def _of_records(page: Page, key: PageKey, heightmap: PagedMap, span: np.float32) -> tuple[np.ndarray, np.ndarray]:
     """The same for cells of patches, from the records of their nodes."""
     level, row, col = key
-    unit = span * np.float32(2.0**-14)
-    halves = page.errors & 0xFFFF, page.errors >> 16
-    most, rms = (words.astype(np.uint16).view(np.float16).astype(np.float32) * unit for words in halves)
+    most, rms = unpack_pair(page.errors).astype(np.float32) * (span * np.float32(ERROR_UNIT))
     posts = []
     for first, n, last in ((row, most.shape[0], heightmap.rows - 1), (col, most.shape[1], heightmap.cols - 1)):
         low = (first * heightmap.tile + np.arange(n)) << level
@@ -94,14 +93,6 @@ def _of_records(page: Page, key: PageKey, heightmap: PagedMap, span: np.float32)
         posts.append((high - low + (high == last)).astype(np.float32))
     share = rms / span
     return most, share * share * (posts[0][:, None] * posts[1])
-
-
-def _square_up(share: np.ndarray) -> np.ndarray:
-    """Units of span² in 64-bit fixed point, rounded up: glsl/error/nodes.glsl."""
-    s = share * np.float32(8) * np.float32(1 + 2.0**-18)
-    high = np.floor(s)
-    fixed = ((s - high) * np.float32(2.0**32)).astype(np.uint64) + (high.astype(np.uint64) << np.uint64(32))
-    return np.where(share == 0, np.uint64(0), fixed + np.uint64(1))
 
 
 def _padded(values: np.ndarray, side: int) -> np.ndarray:

@@ -15,8 +15,9 @@ from typing import NamedTuple
 
 import numpy as np
 
+from ..gpu.packing import ERROR_UNIT, STEPS, pack_pair, pack_range, unpack_pair
+
 ROUNDED = 1 + 2.0**-15  # for rounding errors of float32, which grow with the relief
-UNIT = 2.0**-14  # of an error in a record, as a part of the span: glsl/error/nodes.glsl
 
 
 class Scale(NamedTuple):
@@ -93,51 +94,31 @@ def widened(words: np.ndarray, moved: Moves, square: np.ndarray, level: int, sca
     more = truth + vertices
     wide = np.minimum(most + more, scale.span_m)
     mean = np.sqrt((rms + 2.5 * more) ** 2 + 2.0 ** (1 - level) * most * truth)
-    found = packed(wide, np.where(square, np.minimum(mean, wide), wide), scale)
+    found = pack_pair((wide, np.where(square, np.minimum(mean, wide), wide)), scale.span_m)
     return np.where(more > 0, found, words)
 
 
 def widened_ranges(ranges: np.ndarray, moved: Moves, scale: Scale) -> np.ndarray:
     """Ranges (2, rows, cols) of nodes that hold their new heights, too."""
-    low, high = _steps(moved.low, np.floor, -0.1, scale), _steps(moved.high, np.ceil, 0.1, scale)
-    return np.stack([np.minimum(ranges[0], low), np.maximum(ranges[1], high)]).astype(np.uint16)
+    low, high = pack_range(moved.low, moved.high, *scale)
+    return np.stack([np.minimum(ranges[0], low), np.maximum(ranges[1], high)])
 
 
 def rescaled(words: np.ndarray, old: Scale, new: Scale) -> np.ndarray:
     """First words of records in another quantisation range, rounded up."""
-    return packed(*errors_m(words, old), new)
+    return pack_pair(errors_m(words, old), new.span_m)
 
 
 def rescaled_ranges(ranges: np.ndarray, old: Scale, new: Scale) -> np.ndarray:
     """Ranges (2, rows, cols) in another quantisation range, rounded outwards."""
-    low, high = ranges / 65535.0 * old.span_m + old.low_m
-    return np.stack([_steps(low, np.floor, -0.1, new), _steps(high, np.ceil, 0.1, new)]).astype(np.uint16)
+    low, high = ranges / STEPS * old.span_m + old.low_m
+    return pack_range(low, high, *new)
 
 
 def errors_m(words: np.ndarray, scale: Scale) -> tuple[np.ndarray, np.ndarray]:
     """The two errors of a word, in metres: the largest and the root mean square."""
-    halves = words & 0xFFFF, words >> 16
-    most, rms = (half.astype(np.uint16).view(np.float16).astype(np.float64) for half in halves)
-    return most * scale.span_m * UNIT, rms * scale.span_m * UNIT
-
-
-def packed(most_m: np.ndarray, rms_m: np.ndarray, scale: Scale) -> np.ndarray:
-    """First words of records, rounded up: `pack_pair` in glsl/error/nodes.glsl."""
-    most, rms = (_half_up(np.asarray(m) / (scale.span_m * UNIT)) for m in (most_m, rms_m))
-    return most | rms << np.uint32(16)
-
-
-def _half_up(values: np.ndarray) -> np.ndarray:
-    values = np.where(values > 0, np.maximum(values * (1 + 2.0**-22), UNIT), 0.0)
-    halves = values.astype(np.float16)
-    bits = halves.view(np.uint16)
-    return np.where(halves.astype(np.float64) < values, bits + 1, bits).astype(np.uint32)
-
-
-def _steps(heights_m: np.ndarray, outwards: np.ufunc, by: float, scale: Scale) -> np.ndarray:
-    """Heights in 16-bit steps of a range: `pack_range` in glsl/error/nodes.glsl."""
-    steps = (np.clip(heights_m, -1e9, 1e9) - scale.low_m) / scale.span_m * 65535.0
-    return np.clip(outwards(steps + by), 0, 65535)
+    most, rms = unpack_pair(words).astype(np.float64) * scale.span_m * ERROR_UNIT
+    return most, rms
 
 
 # --- Along one axis ---------------------------------------------------------------------------------------------------
