@@ -18,7 +18,7 @@ import numpy as np
 
 from terrain_gl import Camera, Heightmap, Renderer
 from terrain_gl.comparison.clipmap import Rings
-from terrain_gl.comparison.fitting import candidates
+from terrain_gl.comparison.curves import details_of
 from terrain_gl.files.maps import bundled
 from terrain_gl.image import write_png
 
@@ -42,10 +42,10 @@ with Renderer(terrain, size=(1280, 720)) as renderer:
     print(f"{achieved['triangles']:7,} triangles, {achieved['rms_error_px']:.3f} px rms: {rings}")
 
     # The same number of triangles in other rings: few levels of wide ones, or many levels of narrow ones.
-    for each in candidates(renderer, eye, "clipmap", 50_000):
-        renderer.draw(eye, method="clipmap", parameters=each, style="normals")  # only the mesh is measured
+    for each in details_of(renderer, eye, "clipmap", 50_000):
+        renderer.draw(eye, method="clipmap", style="normals", **each)  # only the mesh is measured
         achieved = renderer.measure()
-        print(f"{achieved['triangles']:7,} triangles, {achieved['rms_error_px']:.3f} px rms: {each}")
+        print(f"{achieved['triangles']:7,} triangles, {achieved['rms_error_px']:.3f} px rms: {each['parameters']}")
 
     # And with the triangles of example 8, placed where they help most.
     renderer.draw(eye, triangles=50_000, style="normals")

@@ -12,11 +12,11 @@ from test_mesh import check_watertight
 import terrain_gl as tg
 from terrain_gl.comparison.baselines import PARAMETERS
 from terrain_gl.comparison.clipmap import BLOCK, Rings, blocks_of, rings_of
-from terrain_gl.comparison.fitting import best_parameters
+from terrain_gl.comparison.curves import detail_of
 from terrain_gl.comparison.pyramid import FILTERS, Pyramid, halve
 from terrain_gl.comparison.tessellated import Edges
 from terrain_gl.error import ErrorTables
-from terrain_gl.lod import Goal, View
+from terrain_gl.lod import Goal, ViewBlock
 from terrain_gl.mesh import captured_triangles
 from terrain_gl.renderer.methods import BASELINES, Selectors
 from terrain_gl.shade.picture import UNLIT
@@ -33,7 +33,7 @@ class Scene:
 
     def __init__(self, ctx, heightmap, size=SIZE):
         self.heightmap, self.size = heightmap, size
-        self.terrain, self.view = Terrain(ctx, heightmap), View(ctx)
+        self.terrain, self.view = Terrain(ctx, heightmap), ViewBlock(ctx)
         self.tables = ErrorTables(self.terrain, build=False)  # no baseline reads the tables
         self.selectors = Selectors(self.tables, self.view)
 
@@ -275,8 +275,8 @@ def test_best_parameters_are_no_worse_than_the_first(ctx, method):
     camera = cameras(renderer.heightmap)["default"]
     renderer.draw(camera, method=method, triangles=10000, style=UNLIT)
     first = renderer.measure()["rms_error_px"]
-    best = best_parameters(renderer, camera, method, 10000)
-    stats = renderer.draw(camera, method=method, parameters=best, style=UNLIT)
+    best = detail_of(renderer, camera, method, 10000)
+    stats = renderer.draw(camera, method=method, style=UNLIT, **best)
     assert stats["triangles"] == pytest.approx(10000, rel=0.02)
     assert renderer.measure()["rms_error_px"] <= first
     renderer.release()

@@ -32,8 +32,8 @@ def test_places_read_from_the_source_are_the_drivers(ctx, path):
 
 def test_images_say_whether_shaders_read_and_write_them():
     place = bindings.places("horizon/sweep.comp")["u_horizon"]
-    assert place == bindings.Place("image", 0, False, True)
-    assert bindings.places("sat/query.comp")["Boxes"] == bindings.Place("storage block", 1, True, False)
+    assert place == bindings.Binding("image", 0, False, True)
+    assert bindings.places("sat/query.comp")["Boxes"] == bindings.Binding("storage block", 1, True, False)
 
 
 def test_a_macro_for_the_type_is_a_sampler_still():

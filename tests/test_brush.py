@@ -10,8 +10,9 @@ from maps import holes, rough
 
 import terrain_gl as tg
 from terrain_gl.basics.exceptions import UsageError
+from terrain_gl.basics.rect import Edit
 from terrain_gl.heightmap import Heightmap
-from terrain_gl.renderer.brush import TOOLS, Brush, Patch, Sculptor, _means, dab, places
+from terrain_gl.renderer.brush import TOOLS, Brush, Sculptor, _means, dab, places
 from terrain_gl.shade.picture import UNLIT
 
 SIZE = (96, 54)
@@ -100,7 +101,7 @@ def test_means_are_those_of_the_known_heights_around(rows, cols, across, along, 
     heights[np.random.default_rng(seed).random(heights.shape) < 0.2] = np.nan
     heights[0, 0] = 1000.0
     whole = slice(0, rows), slice(0, cols)
-    means = _means(Patch(*whole, heights), heights.shape, *whole, (across, along))
+    means = _means(Edit(0, 0, heights), heights.shape, *whole, (across, along))
     for y in range(rows):
         for x in range(cols):
             box = heights[max(0, y - along) : y + along + 1, max(0, x - across) : x + across + 1].astype("f8")

@@ -17,7 +17,7 @@ from terrain_gl.comparison.clipmap import Rings
 from terrain_gl.comparison.compare import (
     COMPARED,
     Comparison,
-    Entry,
+    MethodResult,
     Truth,
     best_pictured,
     entry_of,
@@ -109,7 +109,7 @@ def test_more_triangles_than_a_method_can_draw_are_asked_of_none(ctx, triangles)
 
 def test_a_line_names_the_methods_with_other_numbers_of_triangles():
     entries = [
-        Entry(method, {"triangles": n}, None, None)
+        MethodResult(method, {"triangles": n}, None, None)
         for method, n in zip(COMPARED, (2884, 3003, 3000, 3180), strict=True)
     ]
     found = Study(Comparison(None, {}, entries, None), triangles=3000)

@@ -17,7 +17,7 @@ from terrain_gl import reference
 from terrain_gl.basics.exceptions import UsageError
 from terrain_gl.camera import Camera, boxes_in_picture, screen_shift_px
 from terrain_gl.camera.curvature import bend_per_m, drop_between_m
-from terrain_gl.camera.view import View
+from terrain_gl.camera.view import ViewBlock
 from terrain_gl.comparison.pruned import view_of
 from terrain_gl.heightmap import Heightmap
 from terrain_gl.mesh import captured_triangles
@@ -68,7 +68,7 @@ def test_no_triangle_in_a_cell_sags_more_than_its_bound(level, seed):
 
 def test_the_shaders_drop_and_sag_are_the_references(ctx):
     heightmap, camera = Heightmap(rough(9, 12), (300.0, 410.0)), over_plain(bend=1e-6)
-    scene, view = Scene.of(ctx, heightmap), View(ctx)
+    scene, view = Scene.of(ctx, heightmap), ViewBlock(ctx)
     view.write(scene.terrain, camera, (64, 36), 1.0)
 
     def bind(kernel):
@@ -236,7 +236,7 @@ def test_the_horizon_of_a_plain_is_where_geometry_puts_it(refraction):
 
 def test_rays_meet_the_plain_around_the_map_where_it_is(ctx):
     """Beyond the horizon they meet nothing."""
-    scene, view, camera = Scene.of(ctx, PLAIN), View(ctx), over_plain(bend=1e-6)
+    scene, view, camera = Scene.of(ctx, PLAIN), ViewBlock(ctx), over_plain(bend=1e-6)
     view.write(scene.terrain, camera, (64, 36), 1.0)
     rays = np.c_[np.random.default_rng(2).normal(size=(200, 2)), np.linspace(-0.6, 0.1, 200)]
 

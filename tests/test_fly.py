@@ -18,7 +18,7 @@ import terrain_gl as tg
 from terrain_gl.basics.exceptions import TerrainError
 from terrain_gl.cli import frames
 from terrain_gl.film import parts
-from terrain_gl.film.journal import Journal
+from terrain_gl.film.journal import FlightJournal
 from terrain_gl.film.path import CameraPath, Keyframe
 from terrain_gl.film.record import JOURNAL, Recorder
 from terrain_gl.film.tour import tour
@@ -262,14 +262,14 @@ def test_a_journal_that_was_cut_off_is_refused_in_one_line(undisturbed, run, mon
 def test_a_journal_is_whole_while_it_is_begun_again(tmp_path, monkeypatch):
     """As if killed in the moment before the new file replaces the old one."""
     (tmp_path / "frame-00001.png").write_bytes(b"")
-    journal = Journal(tmp_path, "flight")
+    journal = FlightJournal(tmp_path, "flight")
     journal.begin()
     journal.add("first")
     with monkeypatch.context() as patch:
         patch.setattr("os.replace", lambda *_: (_ for _ in ()).throw(KeyboardInterrupt))
         with pytest.raises(KeyboardInterrupt):
-            Journal(tmp_path, "flight").begin()
-    assert Journal(tmp_path, "flight").done == ["first"]
+            FlightJournal(tmp_path, "flight").begin()
+    assert FlightJournal(tmp_path, "flight").done == ["first"]
 
 
 def test_a_folder_that_lacks_only_its_numbers_is_continued(undisturbed, run, monkeypatch):

@@ -203,3 +203,45 @@ def test_the_level_of_a_patch_is_decided_in_few_files():
     found = read_for("lod/rings/decide.comp")
     assert "error/bound.glsl" in found, "the tables decide"
     assert len(found) <= 10 and sum(found.values()) <= 900, found
+
+
+# --- One meaning a word -----------------------------------------------------------------------------------------------
+
+
+def repeated(classes):
+    """Names that two classes have; `classes` are pairs of module and name."""
+    owners = {}
+    for module, name in classes:
+        owners.setdefault(name, []).append(module)
+    return {name: modules for name, modules in owners.items() if len(modules) > 1}
+
+
+def test_each_class_has_a_name_of_its_own():
+    assert repeated([("lod", "Ring"), ("sat", "Table"), ("comparison", "Ring")]) == {"Ring": ["lod", "comparison"]}
+    trees = {name: ast.parse(path.read_text(encoding="utf-8")) for name, path in modules().items()}
+    found = [
+        (name, node.name) for name, tree in trees.items() for node in ast.walk(tree) if isinstance(node, ast.ClassDef)
+    ]
+    assert repeated(found) == {}
+
+
+def is_defined(name):
+    """Whether the package has a module, or a class or value in one, of a name such as `layout.Level`."""
+    *owner, last = name.split(".")
+    path = ".".join(owner)
+    for module, file in modules().items():
+        if module == name or module.endswith(f".{name}"):
+            return True
+        text = file.read_text(encoding="utf-8")
+        inside = module == path or module.endswith(f".{path}") or re.search(rf"class {path or last}\b", text)
+        if inside and re.search(rf"\b{last}\b", text):
+            return True
+    return False
+
+
+def test_what_the_glossary_names_is_there():
+    assert is_defined("layout.Level") and not is_defined("layout.Nonsense") and not is_defined("nonsense")
+    rows = (TESTS.parent / "docs" / "glossary.md").read_text(encoding="utf-8").splitlines()
+    named = {name for row in rows if row.startswith("| ") for name in re.findall(r"`([^`]+)`", row.split(" | ")[-1])}
+    missing = {name for name in named if not (is_defined(name) or (TESTS.parent / name).exists())}
+    assert missing == set() and len(named) > 30

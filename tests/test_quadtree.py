@@ -16,7 +16,7 @@ from terrain_gl.comparison import pruned
 from terrain_gl.gpu import layout, shaders
 from terrain_gl.gpu.context import create_context
 from terrain_gl.heightmap import Heightmap
-from terrain_gl.lod import View, quadtree
+from terrain_gl.lod import ViewBlock, quadtree
 
 ASK = np.dtype([("posts", "4i4"), ("range_m", "2f4"), ("error_m", "f4"), ("unused", "f4")])
 ASK_PROJECTION = """
@@ -41,7 +41,7 @@ def projection(session_context):
     """Results of glsl/lod/project.glsl, (pixels, outside, inside), for boxes of posts on any grid, from any camera."""
     with session_context as ctx:
         shader = ctx.compute_shader(shaders.source("lod/project.glsl") + ASK_PROJECTION)
-        view, block = View(ctx), ctx.buffer(reserve=layout.TERRAIN.itemsize)
+        view, block = ViewBlock(ctx), ctx.buffer(reserve=layout.TERRAIN.itemsize)
 
     def ask(asked, grid, camera, size, near_m):
         terrain = np.zeros((), layout.TERRAIN)

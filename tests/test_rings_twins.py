@@ -71,7 +71,7 @@ def class_levels(scene):
         cols, rows = level.counts
         part = words[level.first_count :][: layout.CLASS_WORDS * cols * rows].reshape(-1, rows, cols)
         classes = [(four >> 8 * k & 255).astype("u1") for four in part for k in range(4)]
-        levels.append(twin.Level(classes, level.count_tile, scene.terrain.span_m, limits_m))
+        levels.append(twin.ClassTables(classes, level.count_tile, scene.terrain.span_m, limits_m))
     return levels
 
 

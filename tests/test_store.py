@@ -25,7 +25,7 @@ from terrain_gl.terrain import Terrain
 
 pytest.importorskip("zarr")
 from terrain_gl.store import MissingTileError, StoredMap, build, scheduling
-from terrain_gl.store.build import Journal
+from terrain_gl.store.build import BuildJournal
 from terrain_gl.store.format import Arrays, pyramid_of, read_about
 
 SMALL = {"tile": 16, "shard": 64}
@@ -319,7 +319,7 @@ def test_a_build_that_was_cut_off_leaves_nothing_behind(undisturbed, monkeypatch
         return written
 
     monkeypatch.setattr(Arrays, "write", counted(Arrays.write))
-    monkeypatch.setattr(Journal, "add", counted(Journal.add))
+    monkeypatch.setattr(BuildJournal, "add", counted(BuildJournal.add))
     monkeypatch.setattr(shutil, "rmtree", counted(shutil.rmtree))
     runs = 0
     while runs < 100:

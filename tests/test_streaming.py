@@ -16,7 +16,7 @@ from terrain_gl.files.views import standard_view
 from terrain_gl.lod import Goal
 from terrain_gl.pages.loader import Loader
 from terrain_gl.pages.streaming import Motion
-from terrain_gl.pages.wanted import Patches
+from terrain_gl.pages.wanted import DrawnPatches
 from terrain_gl.renderer import Renderer
 from terrain_gl.renderer.options import RenderOptions
 
@@ -112,7 +112,7 @@ def test_what_patches_ask_for_is_what_loops_find(hills):
             renderer.tables.load(keys)
             renderer.streaming.select = lambda choose, camera, goal: (choose(camera), {})
             selection = renderer.select(camera, SIZE, RenderOptions(0.5)).selection
-            patches = Patches(terrain, selection, camera)
+            patches = DrawnPatches(terrain, selection, camera)
             numbers, worth = patches.wanted(Goal(0.5))
             expected = wanted_by_loops(terrain, patches, 0.5)
             assert expected

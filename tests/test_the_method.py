@@ -17,7 +17,7 @@ from terrain_gl import Camera, Heightmap, Renderer
 from terrain_gl.files.maps import bundled
 from terrain_gl.image import read_image
 from terrain_gl.reference.heightmap import world_m
-from terrain_gl.reference.project import View, screen_scale, shift_px
+from terrain_gl.reference.project import Pinhole, screen_scale, shift_px
 
 FILE = Path(__file__).parent.parent / "examples" / "11_the_method.py"
 SIZE = (640, 360)
@@ -74,7 +74,7 @@ def compare(terrain, count, view):
     """Largest distance of a post from its place in pixels, and the posts in the picture, off the rim, not drawn."""
     map_ = terrain.map
     axes, tan = view[1:4, :3].T.astype(float), view[4, :2].astype(float)
-    seen_from = View(view[0, :3].astype(float), axes, SIZE[1] / 2 / tan[1], tan, NEAR_M)
+    seen_from = Pinhole(view[0, :3].astype(float), axes, SIZE[1] / 2 / tan[1], tan, NEAR_M)
     scale = screen_scale(seen_from, world_m(map_.heights.astype(float), (map_.spacing_m, map_.spacing_m)))
     drawn = drawn_m(terrain, count)
     covered = np.isfinite(drawn)
@@ -165,7 +165,7 @@ def test_views_at_random(ctx):
 
 def edges_of(terrain, count):
     """Pairs of posts that the patches' edges join, each as often as it is drawn."""
-    patches = np.frombuffer(terrain.buffers[2].read(), np.int32)[2:].reshape(-1, 4)[:count]
+    patches = np.frombuffer(terrain.buffers[2].read(), np.int32)[2 : 2 + 4 * count].reshape(-1, 4)
     functions = method.CONTROL[method.CONTROL.index("Patch beside") : method.CONTROL.index("void main")]
     edges = terrain.ctx.buffer(reserve=16 * count)
     edges.bind_to_storage_buffer(4)

@@ -10,14 +10,13 @@ from terrain_gl.comparison import clipmap, tessellated
 from terrain_gl.gpu import bindings, gl, layout, shaders
 from terrain_gl.light.gaussians import LIGHTS, LOBE
 from terrain_gl.light.horizon import sun_uniforms
-from terrain_gl.terrain import terrain
 
 RNG = np.random.default_rng(2)
 
 
 def test_marks_of_posts_are_the_terrains(ctx):
     """Shares of voids and of water, bilinear between four posts."""
-    marks = np.array([[0, terrain.VOID], [terrain.WATER, terrain.VOID | terrain.WATER]], "u1")
+    marks = np.array([[0, layout.VOID], [layout.WET, layout.VOID | layout.WET]], "u1")
     texture, block = ctx.texture((2, 2), 1, marks.tobytes(), dtype="u1", alignment=1), np.zeros((), layout.TERRAIN)
     block["last_post"], block["has_voids"] = 1, 1
     buffer, at = ctx.buffer(block.tobytes()), RNG.uniform(0, 1, (50, 2))

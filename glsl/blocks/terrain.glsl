@@ -27,10 +27,7 @@ layout(std140, binding = 0) uniform Terrain {
 };
 
 layout(binding = 0) uniform sampler2D u_heights;
-layout(binding = 1) uniform usampler2D u_marks;  // bits of posts
-
-#define VOID 1u
-#define WET 2u
+layout(binding = 1) uniform usampler2D u_marks;  // VOID and WET
 
 int node_index(int level, ivec2 at) { return u_level[level].first_node + at.y * u_level[level].size.x + at.x; }
 
@@ -52,7 +49,7 @@ float rounding_between_m() { return max(abs(u_low_m), abs(u_low_m + u_span_m)) *
 #ifdef NO_VOIDS
 bool is_void(ivec2 post) { return false; }
 #else
-bool is_void(ivec2 post) { return u_has_voids != 0 && (texelFetch(u_marks, post, 0).x & VOID) != 0u; }
+bool is_void(ivec2 post) { return u_has_voids != 0 && (texelFetch(u_marks, post, 0).x & uint(VOID)) != 0u; }
 #endif
 
 // A full-resolution cell with a void corner is a hole.

@@ -14,8 +14,7 @@
 //   sharpness κ/(4 |o·μ|) (Wang et al. 2009, section 4) and integral 1.
 //   It is multiplied by Fresnel's factor (Schlick 1994).
 //   For comparison only: printed_diffuse() is B.3 and B.4, merged by C.1 to C.4, as printed (light/printed.glsl).
-// Provides cosine_mean(), diffuse_of(), printed_diffuse(), reflection_lobe(), specular_of(), schlick(),
-// sharpness_of_roughness().
+// Provides cosine_mean(), printed_diffuse(), reflection_lobe(), specular_of(), schlick(), sharpness_of_roughness().
 // Python twins: reference.cosine_mean, reference.printed_diffuse, reference.reflection_lobe
 
 #include "light/vmf.glsl"
@@ -27,12 +26,6 @@ float cosine_mean(float c, float r) {
     float w = r < 0.75 ? 0.5 + 0.5 * sqrt(1.0 - 4.0 / 3.0 * r * r) : sqrt(3.0 * r * max(1.0 - r, 0.0));
     if (abs(c) >= w) return max(c, 0.0);
     return (c + w) * (c + w) / (4.0 * w);
-}
-
-// Diffuse radiance of white ground with mean normal r under the light g, whose mean vector has length A.
-vec3 diffuse_of(Lobe g, float A, vec3 r) {
-    float blurred = min(length(r), 1.0) * A;
-    return g.amplitude * (sg_integral(g.sharpness) / PI * cosine_mean(A * dot(r, g.axis), blurred));
 }
 
 #define DIFFUSE_SHARPNESS 2.133

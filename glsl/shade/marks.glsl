@@ -1,5 +1,5 @@
 // shade/marks.glsl — marks of posts: voids that are filled, and water.
-// Provides MARKED, marked_at().   The bits are terrain.VOID and terrain.WATER
+// Provides MARKED, marked_at().   The bits are layout.VOID and layout.WET
 
 #include "blocks/terrain.glsl"
 
@@ -15,6 +15,6 @@ vec2 marked_at(vec2 post) {
     // Counter-clockwise from the south-west.
     uvec4 marks = textureGather(u_marks, vec2(first + 1) / vec2(u_last_post + 1));
     vec4 weights = vec4((1.0 - t.x) * t.y, t.x * t.y, t.x * (1.0 - t.y), (1.0 - t.x) * (1.0 - t.y));
-    return vec2(dot(weights, vec4(notEqual(marks & VOID, uvec4(0u)))),
-        dot(weights, vec4(notEqual(marks & WET, uvec4(0u)))));
+    return vec2(dot(weights, vec4(notEqual(marks & uint(VOID), uvec4(0u)))),
+        dot(weights, vec4(notEqual(marks & uint(WET), uvec4(0u)))));
 }

@@ -2,6 +2,8 @@
 
 from __future__ import annotations
 
+from typing import NamedTuple
+
 import numpy as np
 
 Rect = tuple[int, int, int, int]  # first column and row, last column and row: all four belong to it
@@ -10,6 +12,46 @@ Rect = tuple[int, int, int, int]  # first column and row, last column and row: a
 def hull(a: Rect, b: Rect) -> Rect:
     """The smallest rectangle that holds two."""
     return min(a[0], b[0]), min(a[1], b[1]), max(a[2], b[2]), max(a[3], b[3])
+
+
+def slices_hull(a: slice, b: slice) -> slice:
+    """The smallest slice that holds two."""
+    return slice(min(a.start, b.start), max(a.stop, b.stop))
+
+
+def within(part: slice, whole: slice) -> slice:
+    """A part of a slice, counted from the beginning of the whole."""
+    return slice(part.start - whole.start, part.stop - whole.start)
+
+
+class Edit(NamedTuple):
+    """New heights of a rectangle of posts.
+
+    Attributes
+    ----------
+    x, y
+        Column and row of the first post.
+    heights
+        (rows, cols) float32 metres; NaN for voids, or in a store for posts without an edit.
+    """
+
+    x: int
+    y: int
+    heights: np.ndarray
+
+    @property
+    def rows(self) -> slice:
+        """Rows of posts."""
+        return slice(self.y, self.y + self.heights.shape[0])
+
+    @property
+    def cols(self) -> slice:
+        """Columns of posts."""
+        return slice(self.x, self.x + self.heights.shape[1])
+
+    def part(self, rows: slice, cols: slice) -> np.ndarray:
+        """The heights of a rectangle inside it: a view, to be changed in place."""
+        return self.heights[within(rows, self.rows), within(cols, self.cols)]
 
 
 def nodes_along(posts: int, level: int) -> int:

@@ -18,7 +18,7 @@ _FIELDS = layout.VIEW.names or ()
 _SETTINGS: dict[str, Any] = {"tolerance_px": 0.0, "metric": 0, "cull": False}
 
 
-class View:
+class ViewBlock:
     """The `View` block of glsl/blocks/view.glsl, in a buffer.
 
     Attributes

@@ -97,7 +97,7 @@ class Golden:
 
         return keep
 
-    def compare(self, renderer: Renderer, args: argparse.Namespace, scene: options.Scene) -> Verdict:
+    def compare(self, renderer: Renderer, args: argparse.Namespace, scene: options.CommandScene) -> Verdict:
         """Compare the whole picture; beyond the tolerance, write the difference and find the patch."""
         pictures = self._pixels, np.concatenate(self._rows)
         check_alike(pictures, (self.name, args.output))
@@ -110,7 +110,7 @@ class Golden:
 
 
 def _patch_at(
-    renderer: Renderer, args: argparse.Namespace, scene: options.Scene, pixel: tuple[int, int]
+    renderer: Renderer, args: argparse.Namespace, scene: options.CommandScene, pixel: tuple[int, int]
 ) -> Explanation | None:
     """The patch under a pixel; None for the sky, for baselines, and in a picture that is drawn in pieces."""
     if max(args.size) > LARGEST:

@@ -99,20 +99,20 @@ def run(args: argparse.Namespace) -> int:
     return 0
 
 
-def look(args: argparse.Namespace, scene: options.Scene) -> dict[str, Any]:
+def look(args: argparse.Namespace, scene: options.CommandScene) -> dict[str, Any]:
     """The options that all methods share, by the names of `RenderOptions`."""
     own = ("method", "triangles", "max_error_px")
     return {key: value for key, value in options.view_of(args, scene).items() if key not in (*own, "camera")}
 
 
-def about(args: argparse.Namespace, scene: options.Scene) -> dict[str, Any]:
+def about(args: argparse.Namespace, scene: options.CommandScene) -> dict[str, Any]:
     """Map, view and command, for JSON."""
     camera = scene.camera
     view = {"eye": list(camera.eye), "target": list(camera.target), "fov_deg": camera.fov_deg}
     return {"map": scene.heightmap.name, "command": args.command_line, "supersample": args.supersample, "view": view}
 
 
-def caption(args: argparse.Namespace, scene: options.Scene) -> list[str]:
+def caption(args: argparse.Namespace, scene: options.CommandScene) -> list[str]:
     """The figure's caption: map, view, the meaning of the numbers, the command."""
     heightmap = scene.heightmap
     camera = scene.camera

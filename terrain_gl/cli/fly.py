@@ -14,7 +14,7 @@ from ..basics.exceptions import TerrainError, UsageError
 from ..camera import Vector
 from ..film import parts
 from ..film.flight import FPS
-from ..film.journal import Journal
+from ..film.journal import FlightJournal
 from ..film.path import CameraPath
 from ..film.record import CODECS, Recorder, is_folder
 from ..film.tour import FOV_DEG, tour
@@ -54,7 +54,7 @@ def run(args: argparse.Namespace) -> int:
     output = args.output
     overlays.lay_pictures(args)
     can_continue = is_folder(output) or _has_parts(output)
-    journal = Journal(output, frames.identity(args)) if can_continue else None
+    journal = FlightJournal(output, frames.identity(args)) if can_continue else None
     if is_folder(output):
         args.output = None  # the checks that follow are for files
     with Recorder(output, args.fps, len(journal.done) if journal else None) as recorder:
@@ -69,7 +69,7 @@ def run(args: argparse.Namespace) -> int:
 
 
 def _record(
-    recorder: Recorder, journal: Journal | None, args: argparse.Namespace
+    recorder: Recorder, journal: FlightJournal | None, args: argparse.Namespace
 ) -> tuple[dict[str, Any], dict[str, Any]]:
     """Draw and record all frames; returns the numbers of the flight, and the first frame that lacks tiles, if any."""
     scene = options.open_scene(args)
@@ -96,7 +96,7 @@ def _count(seconds: float, fps: float) -> int:
 
 
 def _fly(
-    flight: frames.Flight, recorder: Recorder, journal: Journal | None
+    flight: frames.Flight, recorder: Recorder, journal: FlightJournal | None
 ) -> tuple[list[dict[str, Any]], dict[str, Any]]:
     """Draw and record the frames that are not there yet; returns the numbers of each frame, and those of all frames."""
     numbers: list[dict[str, Any]] = []

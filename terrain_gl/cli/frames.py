@@ -21,7 +21,7 @@ import numpy as np
 from .. import __version__
 from ..basics.steps import Steps, drain, portion
 from ..files import maps
-from ..film.path import CameraPath, Pose
+from ..film.path import CameraPath, FlightFrame
 from ..store import is_store
 from ..store.scheduling import scheduler
 from . import options
@@ -63,7 +63,7 @@ class Drawn(NamedTuple):
     about: dict[str, Any]
 
 
-class Job(NamedTuple):
+class FlightJob(NamedTuple):
     """What the workers of a flight share; `key` belongs to one run."""
 
     key: str
@@ -73,14 +73,14 @@ class Job(NamedTuple):
 class Drawing:
     """A renderer that draws the frames of a flight, each as if it were the only one."""
 
-    def __init__(self, args: argparse.Namespace, scene: options.Scene) -> None:
+    def __init__(self, args: argparse.Namespace, scene: options.CommandScene) -> None:
         self._args = args
         self._view = options.view_of(args, scene)
         self._renderer = options.make_renderer(args, scene, lit=True)
         if self._renderer.streaming:
             self._renderer.streaming.is_repeatable = True
 
-    def steps(self, pose: Pose) -> Steps[Drawn]:
+    def steps(self, pose: FlightFrame) -> Steps[Drawn]:
         """Draw a frame in steps."""
         args = self._args
         of_path = {"camera": pose.camera} | ({"sun": pose.sun} if pose.sun and not args.sun else {})
@@ -100,7 +100,7 @@ class Flight:
     """`count` frames along a path."""
 
     args: argparse.Namespace
-    scene: options.Scene
+    scene: options.CommandScene
     path: CameraPath
     count: int
 
@@ -120,7 +120,7 @@ class Flight:
                     show((number + 1) / self.count)
 
 
-def draw(job: Job, pose: Pose) -> Drawn:
+def draw(job: FlightJob, pose: FlightFrame) -> Drawn:
     """Draw one frame, in a worker. Its thread keeps the map and the renderer until another flight comes."""
     if getattr(_of_thread, "key", None) != job.key:
         if hasattr(_of_thread, "drawing"):
@@ -133,14 +133,14 @@ def draw(job: Job, pose: Pose) -> Drawn:
     return frame._replace(image=np.ascontiguousarray(frame.image))
 
 
-def _job(args: argparse.Namespace) -> Job:
+def _job(args: argparse.Namespace) -> FlightJob:
     """The options for workers: no outputs, and files by their whole names."""
     sent = argparse.Namespace(**vars(args) | {"output": None, "json": None, "run": None})
     for name in _READ:
         if (path := getattr(sent, name)) and os.path.exists(path):
             setattr(sent, name, os.path.abspath(path))
     sent.overlay = [os.path.abspath(path) for path in args.overlay]
-    return Job(uuid.uuid4().hex, sent)
+    return FlightJob(uuid.uuid4().hex, sent)
 
 
 def identity(args: argparse.Namespace) -> Any:

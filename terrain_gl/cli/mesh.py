@@ -91,7 +91,7 @@ def _has_view(args: argparse.Namespace) -> bool:
 
 
 def _of_view(
-    renderer: Renderer, args: argparse.Namespace, scene: options.Scene
+    renderer: Renderer, args: argparse.Namespace, scene: options.CommandScene
 ) -> tuple[np.ndarray, np.ndarray, dict[str, Any]]:
     asked = options.view_of(args, scene) | {"style": UNLIT}
     if not renderer.streaming:
@@ -108,7 +108,7 @@ def _of_map(renderer: Renderer, args: argparse.Namespace) -> tuple[np.ndarray, n
     return triangles, renderer.terrain.filled, stats
 
 
-def _texture(renderer: Renderer, args: argparse.Namespace, scene: options.Scene) -> np.ndarray:
+def _texture(renderer: Renderer, args: argparse.Namespace, scene: options.CommandScene) -> np.ndarray:
     own = ("camera", "method", "max_error_px", "triangles", "parameters", "metric", "cull", "near_m")
     look = {key: value for key, value in options.view_of(args, scene).items() if key not in own}
     return plan(renderer, args.texture, **look)

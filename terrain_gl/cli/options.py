@@ -26,7 +26,7 @@ from ..light.sun import sun_position
 from ..readers import How
 from ..readers.arrays import ORDERS
 from ..readers.values import ENCODINGS
-from ..readers.windows import Reading, Windows
+from ..readers.windows import Reading, WindowedRaster
 from ..renderer import Renderer
 from ..renderer.options import OPTIONS, RenderOptions
 from ..shade.picture import Look
@@ -38,7 +38,7 @@ EXCLUSIVE = ("max_error_px", "triangles", "parameters")  # at most one of them c
 
 
 @dataclass(frozen=True)
-class Scene:
+class CommandScene:
     """The map, the camera and the sun that the options describe."""
 
     heightmap: Heightmap
@@ -186,7 +186,7 @@ def add_json(command: Any) -> None:
 
 def open_scene(
     args: argparse.Namespace, name: str | None = None, progress: Callable[[float], None] | None = None
-) -> Scene:
+) -> CommandScene:
     """Open the map, by file or bundled name, and choose camera and sun by the options.
 
     A bundled map brings default scales, view and sun. The defaults of other maps are those of `views`.
@@ -204,12 +204,12 @@ def open_scene(
             f"terrain-gl: note: the eye is {below_m:.3g} m under the ground: give --eye more height",
             file=sys.stderr,
         )
-    return Scene(heightmap, camera, args.sun or (known.sun if known else standard_sun(seen)))
+    return CommandScene(heightmap, camera, args.sun or (known.sun if known else standard_sun(seen)))
 
 
 def open_scene_or_sample(
     args: argparse.Namespace, name: str, progress: Callable[[float], None] | None = None
-) -> tuple[Scene, str]:
+) -> tuple[CommandScene, str]:
     """Open the scene. If a raster is too large for memory: a coarse sample of it, and a line that offers a store."""
     reading = Reading(
         How(args.trusted, args.band, args.raw, args.byte_order), args.z_scale, args.z_offset, args.nodata, args.encoding
@@ -221,7 +221,7 @@ def open_scene_or_sample(
     print(f"terrain-gl: note: {offer}", file=sys.stderr)
     tell_notes(few)
     camera = _camera(args, few, _first_view(args, few))
-    return Scene(few, camera, args.sun or clock_sun(args, few) or standard_sun(few)), offer
+    return CommandScene(few, camera, args.sun or clock_sun(args, few) or standard_sun(few)), offer
 
 
 def _opened(
@@ -299,7 +299,7 @@ def open_map(args: argparse.Namespace, name: str | None = None) -> tuple[Heightm
     return heightmap, known
 
 
-def tell_notes(heightmap: Heightmap | Windows) -> None:
+def tell_notes(heightmap: Heightmap | WindowedRaster) -> None:
     """Print notes on how a file was interpreted to standard error."""
     for note in heightmap.notes:
         print(f"terrain-gl: note: {report.shown(heightmap.name)}: {note}", file=sys.stderr)
@@ -319,7 +319,7 @@ def map_options(args: argparse.Namespace) -> dict[str, Any]:
 
 
 def make_renderer(
-    args: argparse.Namespace, scene: Scene, size: tuple[int, int] | None = None, lit: bool = False
+    args: argparse.Namespace, scene: CommandScene, size: tuple[int, int] | None = None, lit: bool = False
 ) -> Renderer:
     """A renderer for the scene, with its overlays; if its pictures are to be `lit`, there must be room for light."""
     laid = overlays.of(args, scene.heightmap) if hasattr(args, "overlay") else ()
@@ -336,7 +336,7 @@ def make_renderer(
     return renderer
 
 
-def view_of(args: argparse.Namespace, scene: Scene) -> dict[str, Any]:
+def view_of(args: argparse.Namespace, scene: CommandScene) -> dict[str, Any]:
     """Keyword arguments of `Renderer.render`: the fields of `RenderOptions` that the command line gave."""
     return render_options(args) | {"camera": scene.camera, "sun": scene.sun}
 

@@ -60,7 +60,7 @@ def run(args: argparse.Namespace) -> int:
     return stores.status_of(stats) or (0 if found is None or found.is_within else 1)
 
 
-def _draw(renderer: Renderer, args: argparse.Namespace, scene: options.Scene, write: Rows) -> dict[str, Any]:
+def _draw(renderer: Renderer, args: argparse.Namespace, scene: options.CommandScene, write: Rows) -> dict[str, Any]:
     """Draw pieces of one mesh, and write each row of pieces; returns the stats of the whole picture."""
     width = args.size[0]
     exact = FORMATS[os.path.splitext(args.output)[1].lower()] == "float"

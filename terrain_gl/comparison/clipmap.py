@@ -29,7 +29,7 @@ from ..camera import Camera, boxes_in_picture
 from ..gpu import gl, layout
 from ..gpu.bindings import bind
 from ..heightmap import Heightmap
-from ..lod import Goal, Selection, View
+from ..lod import Goal, Selection, ViewBlock
 from ..terrain import Terrain
 from .pyramid import Pyramid
 
@@ -79,7 +79,7 @@ class Rings:
             raise UsageError(f"transition must be from 0 to 0.25 of a ring's side, got {self.transition:g}")
 
 
-class Ring(NamedTuple):
+class ClipmapRing(NamedTuple):
     """One level's part of the mesh: rectangles (west, north, east, south) of vertices on the level's lattice.
 
     Attributes
@@ -98,7 +98,7 @@ class Ring(NamedTuple):
     border: np.ndarray
 
 
-def rings_of(heightmap: Heightmap, eye: tuple[float, ...], cells: np.ndarray, finest: int) -> list[Ring]:
+def rings_of(heightmap: Heightmap, eye: tuple[float, ...], cells: np.ndarray, finest: int) -> list[ClipmapRing]:
     """The rings around an eye, from level `finest` up; `cells` is a ring's size, even numbers of columns and rows.
 
     The last ring is the first that covers the whole map.
@@ -117,7 +117,7 @@ def rings_of(heightmap: Heightmap, eye: tuple[float, ...], cells: np.ndarray, fi
         outline = np.concatenate([np.clip(low, 0, rim), np.clip(high, 0, rim)])
         if (outline[:2] < outline[2:]).all():
             border = np.where(np.concatenate([low > 0, high < rim]), outline, -1)
-            rings.append(Ring(level, outline, hole, border))
+            rings.append(ClipmapRing(level, outline, hole, border))
             hole = np.concatenate([outline[:2] // 2, (outline[2:] + 1) // 2])
         if (low <= 0).all() and (high >= rim).all():
             break
@@ -129,7 +129,7 @@ def rim_of(last: np.ndarray, level: int) -> np.ndarray:
     return -(-last // 2**level) if level >= 0 else last * 2**-level
 
 
-def blocks_of(ring: Ring) -> np.ndarray:
+def blocks_of(ring: ClipmapRing) -> np.ndarray:
     """The ring's blocks, (n,) records of north-west vertex and size. Cuts are along every `BLOCK`-th lattice line.
 
     ┌─────────────┐
@@ -205,7 +205,7 @@ class Clipmap:
     on_heights = False
     mode = moderngl.TRIANGLES
 
-    def __init__(self, terrain: Terrain, view: View, pyramid: Pyramid) -> None:
+    def __init__(self, terrain: Terrain, view: ViewBlock, pyramid: Pyramid) -> None:
         self.ctx = terrain.ctx
         self.terrain = terrain
         self.view = view
@@ -310,7 +310,7 @@ class Clipmap:
 
     def _blocks_in(
         self, camera: Camera, size: tuple[int, int], near_m: float, rings: Rings, cull: bool
-    ) -> tuple[list[Ring], np.ndarray]:
+    ) -> tuple[list[ClipmapRing], np.ndarray]:
         finest = self._finest(camera, rings.ring) if rings.finest is None else rings.finest
         chosen = rings_of(self.terrain.heightmap, camera.eye, self._cells(rings.ring), finest)
         blocks = np.concatenate([blocks_of(each) for each in chosen])

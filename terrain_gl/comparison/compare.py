@@ -63,7 +63,7 @@ class Truth:
 
 
 @dataclass
-class Entry:
+class MethodResult:
     """One method's results.
 
     Attributes
@@ -99,7 +99,7 @@ class Comparison:
 
     truth: np.ndarray
     stats: dict[str, Any]
-    entries: list[Entry]
+    entries: list[MethodResult]
     inset: tuple[slice, slice]
 
 
@@ -158,7 +158,7 @@ def entry_of(
     pictured: dict[str, Any] | None = None,
     from_mesh: bool = False,
     **options: Any,
-) -> Entry:
+) -> MethodResult:
     """Draw and measure one method; `options` are fields of `RenderOptions`, replaced by `pictured` for its picture."""
     times = [renderer.render(camera, method=method, **options).stats["ms"] for _ in range(_FRAMES)]
     stats = dict(renderer.measure())
@@ -168,7 +168,7 @@ def entry_of(
     image, likeness = likeness_of(renderer, camera, truth, fine, progress, from_mesh, method=method, **shown)
     if options.get("parameters"):
         stats |= {"parameters": asdict(options["parameters"]), "picture_parameters": asdict(shown["parameters"])}
-    return Entry(method, stats | likeness, image, error_px)
+    return MethodResult(method, stats | likeness, image, error_px)
 
 
 def best_pictured(

@@ -8,7 +8,7 @@ from typing import Any
 
 import numpy as np
 
-from ..basics.steps import Progress
+from ..basics.steps import Progress, drain
 from ..camera import Camera, screen_shift_px
 from ..heightmap import Heightmap
 from ..renderer import Renderer
@@ -16,8 +16,8 @@ from ..renderer.methods import BASELINES
 from ..renderer.options import near_plane_m
 from ..verify.measure import posts_of
 from . import pruned
+from .baselines import Baseline
 from .compare import COMPARED, measured
-from .fitting import best_of, candidates
 
 BUDGETS = (1 / 16, 1 / 8, 1 / 4, 1 / 2, 1, 2, 4)  # the curves' points, as parts of the requested number of triangles
 EQUAL = 0.02  # numbers of triangles count as equal up to this relative difference
@@ -39,10 +39,17 @@ def detail_of(
 def best_detail(
     renderer: Renderer, camera: Camera, method: str, tried: list[dict[str, Any]], **options: Any
 ) -> dict[str, Any]:
-    """Those of the options `tried` with the smallest RMS screen error."""
+    """Those of the options `tried` with the smallest RMS screen error. The renderer forgets its last frame."""
     if len(tried) == 1:
         return tried[0]
-    return {"parameters": best_of(renderer, camera, method, [each["parameters"] for each in tried], **options)}
+    errors = [_rms_px(renderer, camera, method=method, **each, **options) for each in tried]
+    renderer.forget()
+    return tried[int(np.argmin(errors))]
+
+
+def _rms_px(renderer: Renderer, camera: Camera, **options: Any) -> float:
+    renderer.choose(camera, **options)
+    return drain(renderer.inspector.measure_steps()).rms_px
 
 
 def drawable(renderer: Renderer, camera: Camera, triangles: int, **options: Any) -> int:
@@ -162,8 +169,15 @@ def details_of(
     near_m: float | None = None,
     between: bool = True,
 ) -> list[dict[str, Any]]:
-    """All options with which a method draws `triangles` triangles; `between` as for `detail_of`."""
+    """All options with which a method draws `triangles` triangles, the best guess first; `between` as for `detail_of`.
+
+    The renderer forgets its last frame.
+    """
     if method not in BASELINES:
         return [{"triangles": triangles}]
-    found = candidates(renderer, camera, method, triangles, near_m, between)
+    renderer.forget()
+    baseline = renderer.selectors[method]
+    assert isinstance(baseline, Baseline)
+    near_m = near_plane_m(renderer.heightmap, near_m)
+    found = baseline.candidates(camera, renderer.size, near_m, triangles, between)
     return [{"parameters": parameters} for parameters in found]

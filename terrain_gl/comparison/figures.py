@@ -12,7 +12,7 @@ import numpy as np
 
 from ..basics.exceptions import TerrainError
 from ..basics.replacing import replacing
-from .compare import LABELS, Comparison, Entry
+from .compare import LABELS, Comparison, MethodResult
 from .light import LIGHT_LABELS
 from .study import Study
 
@@ -46,18 +46,18 @@ class Words(NamedTuple):
 
     labels: Mapping[str, str]
     truth: Callable[[Comparison], str]
-    entry: Callable[[Entry], str]
+    entry: Callable[[MethodResult], str]
     heat: str
 
 
-def _counts(entry: Entry) -> str:
+def _counts(entry: MethodResult) -> str:
     stats = entry.stats
     return (
         f"{stats['triangles']:,} triangles\n{stats['rms_error_px']:.3f} px RMS, {stats['max_error_px']:.2f} px at most"
     )
 
 
-def _flip(entry: Entry) -> str:
+def _flip(entry: MethodResult) -> str:
     return "FLIP unknown" if entry.stats["flip"] is None else f"FLIP {entry.stats['flip']:.4f}"
 
 

@@ -16,7 +16,7 @@ from ..light.lighting import Lighting
 from ..renderer import Renderer
 from ..renderer.options import RenderOptions
 from ..shade.picture import Look, Picture
-from .compare import Comparison, Entry, Truth, inset_of
+from .compare import Comparison, MethodResult, Truth, inset_of
 from .light_truth import FINE, render_light_truth
 from .likeness import difference_of, flip, rmse
 from .prefilter import BASELINES, Mipmaps, shade_as
@@ -98,6 +98,6 @@ def shade_as_printed(picture: Picture, camera: Camera, look: Look, step: int = P
         picture.lighting = ours
 
 
-def _entry(name: str, truth: np.ndarray, image: np.ndarray) -> Entry:
+def _entry(name: str, truth: np.ndarray, image: np.ndarray) -> MethodResult:
     stats = {"method": name, "image_rmse": rmse(truth, image), "flip": flip(truth, image)}
-    return Entry(name, stats, image, difference_of(truth, image))
+    return MethodResult(name, stats, image, difference_of(truth, image))

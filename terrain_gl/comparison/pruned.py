@@ -17,7 +17,7 @@ from ..camera import Camera
 from ..reference.error import quad_errors, sum_children
 from ..reference.heightmap import world_m
 from ..reference.nodes import node_axes, per_node, top_level
-from ..reference.project import ScreenScale, View, screen_scale, shift_px, to_camera
+from ..reference.project import Pinhole, ScreenScale, screen_scale, shift_px, to_camera
 from ..reference.tree import balance, existing, grow, neighbours, unsplit
 
 
@@ -36,10 +36,10 @@ class Allocation(NamedTuple):
     rms_px: np.ndarray
 
 
-def view_of(camera: Camera, size: tuple[int, int], near_m: float) -> View:
-    """A camera and its picture as a `View` of the reference."""
+def view_of(camera: Camera, size: tuple[int, int], near_m: float) -> Pinhole:
+    """A camera and its picture as a `Pinhole` of the reference."""
     extent = camera.half_extent(size)
-    return View(np.asarray(camera.eye), camera.axes, camera.focal_px(size[1]), extent, near_m, camera.bend_per_m)
+    return Pinhole(np.asarray(camera.eye), camera.axes, camera.focal_px(size[1]), extent, near_m, camera.bend_per_m)
 
 
 def quads_within(
@@ -125,7 +125,7 @@ def _restricted(coarse: list[np.ndarray]) -> list[np.ndarray]:
 
 
 def _seen_posts(
-    heights: np.ndarray, spacing_m: tuple[float, float], view: View, void: np.ndarray | None
+    heights: np.ndarray, spacing_m: tuple[float, float], view: Pinhole, void: np.ndarray | None
 ) -> ScreenScale:
     scale = screen_scale(view, world_m(heights, spacing_m))
     return scale if void is None else scale._replace(seen=scale.seen & ~void)
@@ -158,7 +158,7 @@ def _squares_px(heights: np.ndarray, scale: ScreenScale, level: int) -> np.ndarr
     return np.concatenate(found)
 
 
-def nodes_in_picture(heights: np.ndarray, spacing_m: tuple[float, float], view: View) -> list[np.ndarray]:
+def nodes_in_picture(heights: np.ndarray, spacing_m: tuple[float, float], view: Pinhole) -> list[np.ndarray]:
     """For each level, the nodes whose box is not entirely outside one side of the frustum."""
     north = np.arange(len(heights))[::-1] * spacing_m[1]
     tan_x, tan_y = view.half_extent

@@ -25,7 +25,7 @@ _NUMBERS = (  # label, key of an entry's stats, format
 )
 
 
-class Line(NamedTuple):
+class TableRow(NamedTuple):
     """A line of a table: one text for each method, and which of them is best."""
 
     label: str
@@ -33,7 +33,7 @@ class Line(NamedTuple):
     best: list[bool]
 
     @classmethod
-    def of(cls, label: str, values: Sequence[Any], style: str, compared: bool = True) -> Line:
+    def of(cls, label: str, values: Sequence[Any], style: str, compared: bool = True) -> TableRow:
         """Make a line from numbers, None for a missing one; the smallest is the best."""
         least = min((value for value in values if value is not None), default=None)
         cells = ["–" if value is None else format(value, style) for value in values]
@@ -75,18 +75,18 @@ class Study:
         off = {entry.method: entry.stats["triangles"] / self.triangles - 1 for entry in self.comparison.entries}
         return {method: share for method, share in off.items() if abs(share) > EQUAL}
 
-    def table(self) -> list[Line]:
+    def table(self) -> list[TableRow]:
         """The numbers as a table."""
         entries = self.comparison.entries
         lines = []
         for label, key, style in _NUMBERS:
             values = [entry.stats[key] for entry in entries]
-            lines.append(Line.of(label, values, style, compared=key != "triangles"))
+            lines.append(TableRow.of(label, values, style, compared=key != "triangles"))
         if self.needed:
             needed = [self.needed[entry.method] for entry in entries]
             counts = [stats["triangles"] if stats else None for stats in needed]
             of_all = " RMS" if entries[0].stats["metric"] == "rms" else ""
-            lines.append(Line.of(f"triangles to be within {self.max_error_px:g} px{of_all}", counts, ",d"))
+            lines.append(TableRow.of(f"triangles to be within {self.max_error_px:g} px{of_all}", counts, ",d"))
         return lines
 
     def record(self) -> dict[str, Any]:

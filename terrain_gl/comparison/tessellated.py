@@ -26,9 +26,9 @@ from ..basics.exceptions import UsageError
 from ..camera import Camera, boxes_in_picture
 from ..gpu import gl, shaders
 from ..gpu.bindings import bind
-from ..lod import Goal, Selection, View
+from ..lod import Goal, Selection, ViewBlock
 from ..terrain import Terrain
-from .clipmap import Ring, rings_of
+from .clipmap import ClipmapRing, rings_of
 from .pyramid import Pyramid
 
 MOST = 32  # segments of an edge, as in glsl/comparison/tessellated/levels.comp
@@ -89,7 +89,7 @@ def _patches_in_draw(edges: Edges) -> int:
     return gl.MOST_VERTICES // ((inner - 1) ** 2 + 4 * 2 * MOST)
 
 
-def places_of(ring: Ring) -> np.ndarray:
+def places_of(ring: ClipmapRing) -> np.ndarray:
     """The ring's patches, (n,) records: place on its lattice, and edges where the neighbour is finer.
 
     Edges are bits: west, north, east, south.
@@ -130,7 +130,7 @@ class Tessellated:
     mode = moderngl.PATCHES
     indices = None
 
-    def __init__(self, terrain: Terrain, view: View, pyramid: Pyramid) -> None:
+    def __init__(self, terrain: Terrain, view: ViewBlock, pyramid: Pyramid) -> None:
         self.ctx = terrain.ctx
         self.terrain = terrain
         self.view = view

@@ -11,11 +11,12 @@ import os
 import zipfile
 from collections.abc import Iterator
 from pathlib import Path
-from typing import Any, NamedTuple
+from typing import Any
 
 import numpy as np
 
 from ..basics.exceptions import TerrainError, UsageError
+from ..basics.rect import Edit
 from ..basics.replacing import replacing
 from ..heightmap import MAX_HEIGHT_M, Heightmap
 from ..pages.edited_map import EditedMap
@@ -30,22 +31,6 @@ PATCH = (".npz",)
 WINDOW = (".tif", ".tiff")
 _FORMAT = 1
 Tiles = dict[tuple[int, int], np.ndarray]
-
-
-class Patch(NamedTuple):
-    """New heights of a rectangle of posts.
-
-    Attributes
-    ----------
-    x, y
-        Column and row of the first post.
-    heights
-        (rows, cols) float32 metres; NaN for posts without an edit.
-    """
-
-    x: int
-    y: int
-    heights: np.ndarray
 
 
 def edits_of(heightmap: Heightmap) -> EditedMap:
@@ -146,7 +131,7 @@ def _hull(tiles: Tiles, side: int, shape: tuple[int, int]) -> tuple[slice, slice
     return found[0], found[1]
 
 
-def read_edits(path: str | os.PathLike[str], heightmap: Heightmap) -> list[Patch]:
+def read_edits(path: str | os.PathLike[str], heightmap: Heightmap) -> list[Edit]:
     """Read a file of edits for a store.
 
     Raises
@@ -163,14 +148,14 @@ def read_edits(path: str | os.PathLike[str], heightmap: Heightmap) -> list[Patch
         raise TerrainError(f"{path}: there is no such file")
     read = _of_window if Path(path).suffix.lower() in WINDOW else _of_tiles
     store: Any = heightmap
-    patches = list(read(os.fspath(path), store))
-    for patch in patches:  # all of them, before the first is applied
-        if (np.abs(patch.heights) > MAX_HEIGHT_M).any():
+    edits = list(read(os.fspath(path), store))
+    for edit in edits:  # all of them, before the first is applied
+        if (np.abs(edit.heights) > MAX_HEIGHT_M).any():
             raise TerrainError(f"{path}: has heights beyond ±{MAX_HEIGHT_M:g} m")
-    return patches
+    return edits
 
 
-def _of_window(path: str, heightmap: PagedMap) -> Iterator[Patch]:
+def _of_window(path: str, heightmap: PagedMap) -> Iterator[Edit]:
     """The edits of a GeoTIFF, a band of a tile's height after the other."""
     file = RasterFile(path, Reading())
     x, y = corner_on(file, heightmap)
@@ -179,10 +164,10 @@ def _of_window(path: str, heightmap: PagedMap) -> Iterator[Patch]:
     if x < 0 or y < 0 or x + cols > heightmap.cols or y + rows > heightmap.rows:
         raise TerrainError(f"{path}: reaches beyond {heightmap.name}: it belongs to another map")
     for first in range(0, rows, heightmap.tile):
-        yield Patch(x, y + first, file.read(slice(first, min(first + heightmap.tile, rows)), slice(0, cols)))
+        yield Edit(x, y + first, file.read(slice(first, min(first + heightmap.tile, rows)), slice(0, cols)))
 
 
-def _of_tiles(path: str, heightmap: PagedMap) -> Iterator[Patch]:
+def _of_tiles(path: str, heightmap: PagedMap) -> Iterator[Edit]:
     found = _arrays(path)
     shape = heightmap.rows, heightmap.cols
     if str(found["store"]) != heightmap.identity or found["shape"].tolist() != list(shape):
@@ -192,7 +177,7 @@ def _of_tiles(path: str, heightmap: PagedMap) -> Iterator[Patch]:
         y, x = row * side, col * side
         if not (0 <= y < shape[0] and 0 <= x < shape[1]):
             raise TerrainError(f"{path}: is damaged: a tile lies beyond the map")
-        yield Patch(x, y, heights[: shape[0] - y, : shape[1] - x])
+        yield Edit(x, y, heights[: shape[0] - y, : shape[1] - x])
 
 
 def _arrays(path: str) -> dict[str, Any]:

@@ -7,14 +7,16 @@ from collections.abc import Callable, Iterable
 import numpy as np
 
 from ..basics.steps import Steps, portion
-from .path import Pose
+from .path import FlightFrame
 from .record import Recorder
 
 FPS = 30.0  # default frames a second
-Draw = Callable[[Pose], Steps[np.ndarray]]
+Draw = Callable[[FlightFrame], Steps[np.ndarray]]
 
 
-def flight_steps(poses: Iterable[Pose], count: int, draw: Draw, recorder: Recorder, wait: bool = True) -> Steps[None]:
+def flight_steps(
+    poses: Iterable[FlightFrame], count: int, draw: Draw, recorder: Recorder, wait: bool = True
+) -> Steps[None]:
     """Draw and record a flight; yields progress from 0 to 1. The caller closes the recorder.
 
     Parameters

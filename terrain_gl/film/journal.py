@@ -19,7 +19,7 @@ from .parts import JOURNAL
 from .record import is_folder, picture_name
 
 
-class Journal:
+class FlightJournal:
     """The journal of a flight.
 
     Parameters

@@ -48,7 +48,7 @@ class Keyframe:
     sun: tuple[float, float] | None = None
 
 
-class Pose(NamedTuple):
+class FlightFrame(NamedTuple):
     """The camera of one frame, and the sun if the keyframes have one."""
 
     camera: Camera
@@ -132,7 +132,7 @@ class CameraPath:
         """(n,) the time of each keyframe, as a part of the flight's duration, 0 to 1."""
         return (self._clock / self._clock[-1])[: len(self.keyframes)]
 
-    def at(self, part: float) -> Pose:
+    def at(self, part: float) -> FlightFrame:
         """The view at a time, given as a part of the flight's duration, 0 to 1."""
         pace = spline.monotone(self._clock, self._paces[::PIECES], part * self._clock[-1])
         legs = np.interp(pace, self._paces, np.arange(len(self._paces)) / PIECES)
@@ -143,9 +143,9 @@ class CameraPath:
         eye = np.array([np.interp(pace, self._paces, axis) for axis in self.eyes.T])
         camera = _camera(eye, spline.axes_from_quaternion(turn), float(np.exp(zoom[0])), self._level)
         sun = float(azimuth[0]) % 360, float(np.clip(elevation[0], -90, 90))
-        return Pose(camera, sun if self.keyframes[0].sun else None)
+        return FlightFrame(camera, sun if self.keyframes[0].sun else None)
 
-    def poses(self, count: int) -> Iterator[Pose]:
+    def poses(self, count: int) -> Iterator[FlightFrame]:
         """Yield `count` views at equal time steps.
 
         On an open path they run from the first keyframe to the last. On a closed path they end one step before the

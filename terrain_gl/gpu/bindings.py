@@ -27,7 +27,7 @@ _DECLARATION = re.compile(
 )
 
 
-class Place(NamedTuple):
+class Binding(NamedTuple):
     """The binding of a resource in a shader."""
 
     kind: str  # "uniform block", "storage block", "sampler" or "image"
@@ -37,18 +37,18 @@ class Place(NamedTuple):
 
 
 @cache
-def places(path: str) -> dict[str, Place]:
+def places(path: str) -> dict[str, Binding]:
     """Read all declarations in the shader `path` and in what it includes, by name."""
     return {match["name"]: _place(match) for match in _DECLARATION.finditer(shaders.source(path))}
 
 
-def _place(match: re.Match[str]) -> Place:
+def _place(match: re.Match[str]) -> Binding:
     words = (match["before"] + match["after"]).split()
     block = match["end"] == "{"
     kind = f"{'storage' if match['storage'] == 'buffer' else 'uniform'} block" if block else "sampler"
     if any("image" in word for word in words):
         kind = "image"
-    return Place(kind, int(match["number"]), "writeonly" not in words, "readonly" not in words)
+    return Binding(kind, int(match["number"]), "writeonly" not in words, "readonly" not in words)
 
 
 def bind(path: str, **resources: Any) -> None:

@@ -8,6 +8,7 @@ from typing import NamedTuple
 import numpy as np
 
 from ..basics.rect import nodes_along
+from .packing import ERROR_UNIT
 
 MAX_LEVELS = 15  # a map of 16384 posts a side has levels 0 to 14
 TILE = 32  # nodes a side of the tile that one work group turns into patches; a row is one word with a bit for each node
@@ -24,6 +25,8 @@ NARROW_CELLS = 16.0  # narrow classes begin at the width of so many cells of the
 SKY_TEXEL = 3  # cells a side of a texel of the sky's visibility
 MAX_WINDOWS = 16  # windows around a page of a store, of which each is half as fine as the last
 PLACES = 4  # places along a side of a cell that `verify.measure` compares
+VOID = 1  # bits of a post's mark
+WET = 2
 CLASS_WORDS = CLASSES // 4  # words for a tile's counters, 8 bits each
 
 # glsl/blocks/terrain.glsl
@@ -74,7 +77,7 @@ NODE = np.dtype([*_ERRORS, ("whole", "4u1"), ("split", "4u1")])
 NODE_RANGE = np.dtype([("heights", "2u2")])  # lowest and highest
 
 
-class NodeErrors(NamedTuple):
+class NodeRecords(NamedTuple):
     """Decoded node records, in metres; arrays of the records' shape."""
 
     quad_max: np.ndarray
@@ -88,15 +91,15 @@ class NodeErrors(NamedTuple):
     cut_rms: np.ndarray
 
 
-def unpack_nodes(records: np.ndarray, span_m: float) -> NodeErrors:
+def unpack_nodes(records: np.ndarray, span_m: float) -> NodeRecords:
     """Decode records `NODE` of a terrain with the block's `span_m`."""
-    unit_m = span_m * 2.0**-14
+    unit_m = span_m * ERROR_UNIT
     quad_max, fan_max = np.moveaxis(records["max_m"].astype(np.float64) * unit_m, -1, 0)
     quad_rms, fan_rms = np.moveaxis(np.abs(records["rms_m"].astype(np.float64)) * unit_m, -1, 0)
     whole, split = (fan_max[..., None] * 2.0 ** (records[name] / -16.0) for name in ("whole", "split"))
     has_voids = np.signbit(records["rms_m"][..., 0])
     cut_max, cut_rms = np.moveaxis(records["cut_m"].astype(np.float64) * unit_m, -1, 0)
-    return NodeErrors(quad_max, fan_max, quad_rms, fan_rms, whole, split, has_voids, cut_max, cut_rms)
+    return NodeRecords(quad_max, fan_max, quad_rms, fan_rms, whole, split, has_voids, cut_max, cut_rms)
 
 
 # glsl/blocks/view.glsl
@@ -219,6 +222,8 @@ DEFINES = {
     "NARROW_CLASSES": NARROW_CLASSES,
     "PLACES": PLACES,
     "MAX_WINDOWS": MAX_WINDOWS,
+    "VOID": VOID,
+    "WET": WET,
 }
 
 # glsl/lod/quadtree/summary.glsl

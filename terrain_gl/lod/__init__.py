@@ -6,9 +6,9 @@ quadtree   the fewest triangles: error records of single nodes decide (method "q
 surface    what every method hands to those who draw
 """
 
-from ..camera.view import View
+from ..camera.view import ViewBlock
 from .quadtree import QuadtreeSelector
 from .rings import RingsSelector
 from .selection import METRES, METRICS, Goal, Selection
 
-__all__ = ["METRES", "METRICS", "RingsSelector", "Goal", "QuadtreeSelector", "Selection", "View"]
+__all__ = ["METRES", "METRICS", "RingsSelector", "Goal", "QuadtreeSelector", "Selection", "ViewBlock"]

@@ -16,7 +16,7 @@ import moderngl
 import numpy as np
 
 from ..camera import Camera
-from ..camera.view import View
+from ..camera.view import ViewBlock
 from ..heightmap import Heightmap
 from ..terrain import Terrain
 from .land import ROUGH_PX, is_above_ground
@@ -78,7 +78,7 @@ class Horizon:
         self.texture.release()
 
 
-def hiding(terrain: Terrain, view: View, camera: Camera, size: tuple[int, int], goal: Goal) -> Hiding:
+def hiding(terrain: Terrain, view: ViewBlock, camera: Camera, size: tuple[int, int], goal: Goal) -> Hiding:
     """What the shaders need to find hidden land; nothing is hidden from an eye that may see the land from below.
 
     A budget hides nothing: its mesh depends on all the land in the picture.

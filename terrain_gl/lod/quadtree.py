@@ -26,7 +26,7 @@ import numpy as np
 
 from ..basics.rect import Rect
 from ..camera import Camera
-from ..camera.view import View
+from ..camera.view import ViewBlock
 from ..error import ErrorTables
 from ..gpu import gl, layout, shaders
 from ..gpu.bindings import bind
@@ -63,7 +63,7 @@ class QuadtreeSelector:
     mode = moderngl.PATCHES
     indices = None
 
-    def __init__(self, tables: ErrorTables, view: View | None = None) -> None:
+    def __init__(self, tables: ErrorTables, view: ViewBlock | None = None) -> None:
         ctx = self.ctx = tables.ctx
         self.tables = tables
         self.terrain = tables.terrain
@@ -74,7 +74,7 @@ class QuadtreeSelector:
         }
         last = self.terrain.levels[-1]
         self._tiles = last.first_tile + 1
-        self.view = view or View(ctx)
+        self.view = view or ViewBlock(ctx)
         self._own_view = view is None
         self._words = last.first_word + last.words
         # bits: split, cut west, cut north; then the same three as requests (glsl/lod/quadtree/tree.glsl)

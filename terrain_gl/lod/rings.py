@@ -28,7 +28,7 @@ import numpy as np
 
 from ..basics.rect import Rect
 from ..camera import Camera
-from ..camera.view import View
+from ..camera.view import ViewBlock
 from ..error import ErrorTables
 from ..gpu import gl, layout, shaders
 from ..gpu.bindings import bind
@@ -66,14 +66,14 @@ class RingsSelector:
     mode = moderngl.PATCHES
     indices = None
 
-    def __init__(self, tables: ErrorTables, view: View | None = None) -> None:
+    def __init__(self, tables: ErrorTables, view: ViewBlock | None = None) -> None:
         ctx = self.ctx = tables.ctx
         self.tables = tables
         self.terrain = tables.terrain
-        self.view = view or View(ctx)
+        self.view = view or ViewBlock(ctx)
         self._kernels: dict[tuple[str, str, bool], Any] = {}
         self._variant = "max"
-        self._last_stamp = self._agreed = 0
+        self._last_stamp = 0
         self._is_weighed = False
         # a software renderer runs eight threads at a time, and more threads cost more to start
         self._threads = 8 if gl.is_software(ctx) else 64
@@ -270,7 +270,6 @@ class RingsSelector:
                 self._hiding = NO_HIDING  # it relied on smaller errors
             elif has_agreed:
                 self._last_stamp = self._last_stamp + over
-                self._agreed = over
                 return summary
             bind("lod/rings/rings.glsl", Lists=self._buffers["lists"])  # draws and patches took its binding point
 

@@ -12,7 +12,7 @@ from typing import TYPE_CHECKING, Any, Protocol
 import moderngl
 
 if TYPE_CHECKING:
-    from ..camera.view import View
+    from ..camera.view import ViewBlock
     from ..terrain import Terrain
 
 
@@ -42,7 +42,7 @@ class Surface(Protocol):
 
     ctx: moderngl.Context
     terrain: Terrain
-    view: View
+    view: ViewBlock
     stages: Mapping[str, str]
     defines: Mapping[str, object]
     on_heights: bool

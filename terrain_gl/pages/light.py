@@ -32,7 +32,7 @@ from ..light.sky import SHAPE, Sky
 from .map import PageKey
 from .sweep import PageSweep
 from .terrain import PagedTerrain
-from .windows import BORDER, Windows, flat_windows, holds, most_windows, side_of, sky_side, windows_of
+from .windows import BORDER, PageWindows, flat_windows, holds, most_windows, side_of, sky_side, windows_of
 
 THREADS = 4
 OF_WINDOWS = 0.05  # part of the memory for tiles that windows may take
@@ -59,7 +59,7 @@ class PageVisibility:
         self._at: tuple[Vector, float] | None = None
         self._sun_of: dict[PageKey, Direction] = {}
         self._threads = ThreadPoolExecutor(THREADS, "windows")
-        self._reading: dict[PageKey, tuple[Future[Windows], float]] = {}
+        self._reading: dict[PageKey, tuple[Future[PageWindows], float]] = {}
         self._failed: set[PageKey] = set()
         self._stale: set[PageKey] = set()  # pages whose light is that of the map before an edit
         self._making: tuple[PageKey, int, Iterator[float]] | None = None
@@ -213,7 +213,7 @@ class PageVisibility:
     def _bytes_of_windows(self) -> int:
         return 4 * (side_of(self.terrain.heightmap.tile) + 1) ** 2 * most_windows(self.terrain.heightmap)
 
-    def _light_steps(self, key: PageKey, slot: int, windows: Windows) -> Iterator[float]:
+    def _light_steps(self, key: PageKey, slot: int, windows: PageWindows) -> Iterator[float]:
         assert self.sweep
         towards = self._towards
         is_new = key in self._stale or not self.terrain.is_lit(key)

@@ -17,7 +17,7 @@ from .edited_map import EditedMap, Square
 from .map import PageKey
 
 
-class Job(NamedTuple):
+class Rebuild(NamedTuple):
     """A square, the map that it is in, and the last edit that touched it."""
 
     heightmap: EditedMap
@@ -36,8 +36,8 @@ class Rebuilder:
 
     def __init__(self) -> None:
         self.failed = ""
-        self._job: Job | None = None
-        self._found: tuple[Job, list[Records], tuple[float, float]] | None = None
+        self._job: Rebuild | None = None
+        self._found: tuple[Rebuild, list[Records], tuple[float, float]] | None = None
         self._changed = threading.Condition()
         self._closed = False
         self._thread = threading.Thread(target=self._work, name="rebuilding records", daemon=True)
@@ -60,7 +60,7 @@ class Rebuilder:
         with self._changed:
             if self._job is None and heightmap.wide:
                 square = min(heightmap.wide)
-                self._job = Job(heightmap, square, heightmap.wide[square])
+                self._job = Rebuild(heightmap, square, heightmap.wide[square])
                 self.failed = ""
                 self._changed.notify_all()
 
@@ -108,7 +108,7 @@ class Rebuilder:
         finally:
             release_context()
 
-    def _computed(self, job: Job) -> tuple[list[Records], tuple[float, float]] | None:
+    def _computed(self, job: Rebuild) -> tuple[list[Records], tuple[float, float]] | None:
         """The records of a square, and the range that they are made with; None if the thread is to end."""
         heightmap = job.heightmap
         range_m = job.heightmap.quantised_m
@@ -126,7 +126,7 @@ class Rebuilder:
                 return None
             time.sleep(0)  # other threads go first
 
-    def _next(self) -> Job | None:
+    def _next(self) -> Rebuild | None:
         with self._changed:
             while not self._closed and (self._job is None or self._found is not None):
                 self._changed.wait()

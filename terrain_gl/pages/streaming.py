@@ -24,7 +24,7 @@ from .loader import Loader
 from .map import PageKey, above, called
 from .rebuilding import Rebuilder
 from .terrain import PagedTables
-from .wanted import Patches
+from .wanted import DrawnPatches
 
 AHEAD_S = 1.0  # how far ahead of its motion a flight looks
 LONGEST_S = 1.0  # longest time between two frames of one motion
@@ -188,7 +188,7 @@ class Streaming:
         terrain.send()
         while True:
             selection = choose(camera)
-            patches = Patches(terrain, selection, camera)
+            patches = DrawnPatches(terrain, selection, camera)
             patches.use()
             wanted = self._keys(patches, goal)
             missing = self._with_those_above(wanted)
@@ -228,12 +228,12 @@ class Streaming:
         if ahead is None:
             self._later = []
         elif self._is_complete:  # before the view's own mesh, which must be the last one because it is drawn
-            patches = Patches(terrain, choose(ahead), ahead)
+            patches = DrawnPatches(terrain, choose(ahead), ahead)
             patches.use()
             self._later = self._keys(patches, goal)
         later = self._with_those_above(key for key in self._later if key not in terrain.slot_of)
         selection = choose(camera)
-        patches = Patches(terrain, selection, camera)
+        patches = DrawnPatches(terrain, selection, camera)
         patches.use()
         wanted = self._keys(patches, goal)
         room = terrain.free + len(terrain.spare())
@@ -256,7 +256,7 @@ class Streaming:
                 continue
             self._tables.put(key, sums)
 
-    def _keys(self, patches: Patches, goal: Goal) -> list[PageKey]:
+    def _keys(self, patches: DrawnPatches, goal: Goal) -> list[PageKey]:
         """Pages that patches need, the most useful first."""
         return [self.terrain.numbering.key(number) for number in patches.wanted(goal)[0].tolist()]
 
@@ -282,7 +282,7 @@ class Streaming:
         return ""
 
     def _told(
-        self, patches: Patches, goal: Goal, wanted: list[PageKey], reason: str, coming: set[PageKey] | None = None
+        self, patches: DrawnPatches, goal: Goal, wanted: list[PageKey], reason: str, coming: set[PageKey] | None = None
     ) -> dict[str, Any]:
         def why(key: PageKey) -> str:
             return self._has_failed(key) or (reason if coming is None or key in coming else NO_ROOM)

@@ -17,7 +17,7 @@ from ..light.gaussians import SKY_AXES, SKY_SHARPNESS
 from ..light.horizon import AZIMUTHS, BATCH, FULL, TEXEL, lattice_directions
 from ..light.moments import COSINES, SINES, Direction, moment_texels, open_shares, sector_moments
 from .terrain import PagedTerrain
-from .windows import BORDER, MARGIN, Windows, hull_bytes, most_windows, scratch_bytes, side_of, sky_side
+from .windows import BORDER, MARGIN, PageWindows, hull_bytes, most_windows, scratch_bytes, side_of, sky_side
 
 _BARRIER = moderngl.SHADER_STORAGE_BARRIER_BIT | moderngl.SHADER_IMAGE_ACCESS_BARRIER_BIT
 
@@ -53,7 +53,7 @@ class PageSweep:
         pools = 2 * self.sun.width * self.sun.height + 16 * self.sky.width * self.sky.height
         return pools + scratch_bytes(self.terrain.heightmap)
 
-    def send(self, windows: Windows, level: int) -> None:
+    def send(self, windows: PageWindows, level: int) -> None:
         """Copy windows to the GPU; `level` is that of the first one."""
         count = len(windows.heights)
         posts = self._side + 1

@@ -16,7 +16,7 @@ MOST_PAGES = 32  # most pages that a patch requests at once
 FLAT = 0.05  # least slope of a sight line for the area of a patch, because hills face the eye
 
 
-class Patches:
+class DrawnPatches:
     """The patches of a selection, hidden ones included.
 
     Attributes

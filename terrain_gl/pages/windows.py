@@ -34,7 +34,7 @@ BORDER = 1  # texels of the sky around a page's own, so that lookups are bilinea
 MARGIN = 2 * layout.SKY_TEXEL + 1  # posts around a page whose horizons the texels of its border need
 
 
-class Windows(NamedTuple):
+class PageWindows(NamedTuple):
     """Windows around a page.
 
     Attributes
@@ -52,9 +52,9 @@ class Windows(NamedTuple):
     shift: np.ndarray
     inside: np.ndarray
 
-    def coarser(self) -> Windows:
+    def coarser(self) -> PageWindows:
         """Windows from the next one on."""
-        return Windows(self.heights[1:], (self.shift[1:] - self.shift[1]) >> 1, self.inside[1:])
+        return PageWindows(self.heights[1:], (self.shift[1:] - self.shift[1]) >> 1, self.inside[1:])
 
 
 def side_of(tile: int) -> int:
@@ -103,7 +103,7 @@ def window_count(heightmap: PagedMap, level: int) -> int:
     return count
 
 
-def windows_of(heightmap: PagedMap, key: PageKey) -> Windows:
+def windows_of(heightmap: PagedMap, key: PageKey) -> PageWindows:
     """Read the windows around a page. Where a tile is missing, the next coarser window takes its place.
 
     Raises
@@ -126,7 +126,7 @@ def windows_of(heightmap: PagedMap, key: PageKey) -> Windows:
         around = [(low[i], side - high[i]) for i in (1, 0)]
         heights[k] = np.pad(part, around, mode="edge")
     shift = np.array([(first[k] << k) - first[0] for k in range(count)], np.int32)
-    return Windows(heights, shift, inside)
+    return PageWindows(heights, shift, inside)
 
 
 def holds(heightmap: PagedMap, key: PageKey, posts: Rect) -> bool:
@@ -151,11 +151,11 @@ def _first_posts(heightmap: PagedMap, key: PageKey) -> list[np.ndarray]:
     return [(middle >> k) - half for k in range(window_count(heightmap, level))]
 
 
-def flat_windows(heightmap: PagedMap) -> Windows:
+def flat_windows(heightmap: PagedMap) -> PageWindows:
     """Two windows of level ground: the least that a page has."""
     side = side_of(heightmap.tile)
     inside = np.array([[0, 0, side, side]] * 2, np.int32)
-    return Windows(
+    return PageWindows(
         np.zeros((2, side + 1, side + 1), np.float32), np.array([[0, 0], [-side // 2] * 2], np.int32), inside
     )
 

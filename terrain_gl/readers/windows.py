@@ -32,7 +32,7 @@ _STRIP_POSTS = 1 << 22  # posts that are read at once for a guess
 _LEAST_STRIP = 16  # rows
 
 
-class Windows(Protocol):
+class WindowedRaster(Protocol):
     """A map that is read window by window."""
 
     @property
@@ -106,7 +106,7 @@ class Reading:
 
 def open_windows(
     paths: Sequence[str | os.PathLike[str]], reading: Reading | None = None, spacing_m: float | Spacing | None = None
-) -> Windows:
+) -> WindowedRaster:
     """Open a file, or several files as one mosaic. What one file does not say is guessed, as by `Heightmap.open`.
 
     Parameters
@@ -129,7 +129,7 @@ def open_windows(
     return Mosaic(files)
 
 
-def windows_of(source: Any, name: str) -> Windows:
+def windows_of(source: Any, name: str) -> WindowedRaster:
     """A DataArray of xarray, or any 2-D object with `shape` and slices: of numpy, Dask, Zarr, h5py, or your own."""
     if is_labelled(source):
         array, raster = lazy_array(source, name)

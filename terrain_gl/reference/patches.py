@@ -7,7 +7,7 @@ from __future__ import annotations
 
 import numpy as np
 
-from .quadtree import Selection
+from .quadtree import Leaves
 
 SIZES = 6  # a patch of quads has 2^0 to 2^5 segments a side
 
@@ -19,7 +19,7 @@ def blocks(nodes: np.ndarray, n: int) -> np.ndarray:
     return parts.transpose(0, 2, 1, 3).reshape(rows, cols, n * n)
 
 
-def join(selection: Selection) -> list[list[np.ndarray]]:
+def join(selection: Leaves) -> list[list[np.ndarray]]:
     """Patches of quads: for each level and each s, which squares of 2^s × 2^s quads are one patch, (rows, cols)."""
     found = []
     cells = selection.splits[0].shape

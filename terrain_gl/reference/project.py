@@ -14,7 +14,7 @@ import numpy as np
 from .heightmap import world_m
 
 
-class View(NamedTuple):
+class Pinhole(NamedTuple):
     """A pinhole camera and its picture."""
 
     eye: np.ndarray  # (3,) world metres
@@ -34,7 +34,7 @@ class ScreenScale(NamedTuple):
     seen: np.ndarray  # whether the point is in the picture
 
 
-def to_camera(view: View, points: np.ndarray) -> np.ndarray:
+def to_camera(view: Pinhole, points: np.ndarray) -> np.ndarray:
     """World metres (3, ...) to the camera's axes: right, up, depth."""
     return np.tensordot(view.axes, points - view.eye.reshape(3, *[1] * (points.ndim - 1)), 1)
 
@@ -43,7 +43,7 @@ def to_camera(view: View, points: np.ndarray) -> np.ndarray:
 #   K |δ| |(v_x − x/z v_z,  v_y − y/z v_z)| / z',   z' = z + δ v_z
 
 
-def screen_scale(view: View, points: np.ndarray) -> ScreenScale:
+def screen_scale(view: Pinhole, points: np.ndarray) -> ScreenScale:
     """Factors of the screen shift at world points (3, ...)."""
     x, y, z = to_camera(view, points)
     tan_x, tan_y = view.half_extent
@@ -62,7 +62,7 @@ def shift_px(scale: ScreenScale, rise_m: np.ndarray) -> np.ndarray:
 # n = max(1, K √(s_x s_y) / z)
 
 
-def post_weights(heights: np.ndarray, spacing_m: tuple[float, float], view: View) -> np.ndarray:
+def post_weights(heights: np.ndarray, spacing_m: tuple[float, float], view: Pinhole) -> np.ndarray:
     """Weight of each post in a budget of triangles, (rows, cols).
 
     It is the width of a cell in pixels, seen from above, and at least 1.
@@ -85,7 +85,7 @@ class BoxProjection(NamedTuple):
 # largest at a corner. Depth is smallest at a corner of the box. Both are clipped at the picture's edges and near plane.
 
 
-def project_boxes(view: View, low: np.ndarray, high: np.ndarray) -> BoxProjection:
+def project_boxes(view: Pinhole, low: np.ndarray, high: np.ndarray) -> BoxProjection:
     """Project the boxes between the world points low and high, (3, ...)."""
     ends = itertools.product(*zip(low, high, strict=True))
     x, y, z = to_camera(view, np.stack([np.stack(np.broadcast_arrays(*corner)) for corner in ends], 1))
@@ -114,7 +114,7 @@ def _largest_factor(ratio: np.ndarray, cut: np.ndarray, tan: float, v: float, v_
 # An error δ ≤ M of any point in the box makes at most   K |δ| stretch / (nearest − M |v_z|)   pixels
 
 
-def error_px(view: View, p: BoxProjection, size_m: np.ndarray, max_m: np.ndarray) -> np.ndarray:
+def error_px(view: Pinhole, p: BoxProjection, size_m: np.ndarray, max_m: np.ndarray) -> np.ndarray:
     """Bound in pixels of an error of `size_m` metres where none is above `max_m`; infinite if it reaches the eye."""
     depth_m = p.nearest_m - max_m * abs(view.axes[2, 2])
     bound = view.focal_px * size_m * p.stretch / np.where(depth_m > 0, depth_m, 1.0)

@@ -19,7 +19,7 @@ from .bound import cell_squares
 from .curvature import drop_range_m, largest_sag_m, sag_gain_m2
 from .error import max_children, node_errors, split_gains, wedge_errors
 from .nodes import node_axes, per_node, top_level
-from .project import BoxProjection, View, error_px, project_boxes
+from .project import BoxProjection, Pinhole, error_px, project_boxes
 from .tree import balance, children_of, existing, grow, neighbours, unsplit
 
 
@@ -50,7 +50,7 @@ class Screen(NamedTuple):
     sag_gain: np.ndarray  # squared error of the sag that a split removes for each triangle it adds, m²
 
 
-class Selection(NamedTuple):
+class Leaves(NamedTuple):
     """The leaves of a view, for each level."""
 
     splits: list[np.ndarray]
@@ -105,7 +105,7 @@ def _cells(heights: np.ndarray, hole: np.ndarray) -> Errors:
 
 
 def on_screen(
-    spacing_m: tuple[float, float], tables: list[Errors], view: View | None, metric: str = "max"
+    spacing_m: tuple[float, float], tables: list[Errors], view: Pinhole | None, metric: str = "max"
 ) -> list[Screen]:
     """Project the tables of all levels; metric "max" or "rms" in pixels, or "metres" without a view."""
     shape = tuple(n + 1 for n in tables[0].solid.shape)
@@ -113,7 +113,12 @@ def on_screen(
 
 
 def _screen(
-    shape: tuple[int, ...], spacing_m: tuple[float, float], errors: Errors, level: int, view: View | None, metric: str
+    shape: tuple[int, ...],
+    spacing_m: tuple[float, float],
+    errors: Errors,
+    level: int,
+    view: Pinhole | None,
+    metric: str,
 ) -> Screen:
     if view is None:
         one = np.ones(errors.solid.shape)
@@ -144,13 +149,13 @@ def _screen(
 # If a node is partly outside the picture, its RMS says nothing about the visible part. We use the maximum instead.
 
 
-def metric_px(view: View, p: BoxProjection, max_m: np.ndarray, rms_m: np.ndarray, metric: str) -> np.ndarray:
+def metric_px(view: Pinhole, p: BoxProjection, max_m: np.ndarray, rms_m: np.ndarray, metric: str) -> np.ndarray:
     """Bound in pixels in the metric; 0 for boxes outside the picture."""
     size_m = np.where(p.inside, rms_m, max_m) if metric == "rms" else max_m
     return np.where(p.outside, 0.0, error_px(view, p, size_m, max_m))
 
 
-def select(screens: list[Screen], shape: tuple[int, ...], tolerance_px: float, metric: str = "max") -> Selection:
+def select(screens: list[Screen], shape: tuple[int, ...], tolerance_px: float, metric: str = "max") -> Leaves:
     """Select the leaves for a tolerance, over a map of (rows, cols) posts."""
     splits = unsplit(shape, len(screens) - 1)
     cuts = [(np.zeros_like(level), np.zeros_like(level)) for level in splits]
@@ -171,7 +176,7 @@ def _least_px(s: Screen, metric: str) -> np.ndarray:
 # At a price of λ px² a triangle: split where n w² gain > λ; draw a fan where n w² (Q − F) / (added triangles) > λ
 
 
-def select_at_price(tables: list[Errors], screens: list[Screen], shape: tuple[int, ...], price: float) -> Selection:
+def select_at_price(tables: list[Errors], screens: list[Screen], shape: tuple[int, ...], price: float) -> Leaves:
     """Select the leaves that minimise Σ weight · error² + price · triangles."""
     splits = unsplit(shape, len(screens) - 1)
     cuts = [(np.zeros_like(level), np.zeros_like(level)) for level in splits]
@@ -248,7 +253,7 @@ def _on_rim(shape: tuple[int, ...], level: int) -> np.ndarray:
 
 def _leaves(
     splits: list[np.ndarray], cuts: Cuts, screens: list[Screen], shape: tuple[int, ...], quads: list[np.ndarray]
-) -> Selection:
+) -> Leaves:
     leaves: list[np.ndarray] = []
     fans: list[np.ndarray] = []
     edges: list[np.ndarray] = []
@@ -266,4 +271,4 @@ def _leaves(
         triangles += 2 * int((leaf & ~fan).sum()) + int((4 + edge.sum(-1) - rim.sum(-1))[fan].sum())
         for found, value in ((leaves, leaf), (fans, fan), (edges, edge)):
             found.append(value)
-    return Selection(splits, leaves, fans, edges, triangles, worst_px)
+    return Leaves(splits, leaves, fans, edges, triangles, worst_px)

@@ -60,7 +60,7 @@ def rows_on_map(origin: int, blocks: int, level: int, last: int) -> range:
 # A tile of nodes is one entry of a level's tables, tile · 2^j posts wide. A box is widened to whole tiles.
 
 
-class Level(NamedTuple):
+class ClassTables(NamedTuple):
     """Class tables of one level j: cells of 2^j × 2^j posts."""
 
     classes: Sequence[np.ndarray]  # summed-area tables, (rows, cols) of tiles
@@ -69,7 +69,7 @@ class Level(NamedTuple):
     limits_m: np.ndarray  # of the classes
 
 
-def tiles_over(level: Level, j: int, low: Post, end: Post, last: Post) -> tuple[Post, Post]:
+def tiles_over(level: ClassTables, j: int, low: Post, end: Post, last: Post) -> tuple[Post, Post]:
     """First tile, and the one after the last, of the cells from post `low` to post `end`; `last` is the map's."""
     side = level.tile << j
     rows, cols = level.classes[0].shape
@@ -82,7 +82,7 @@ def tiles_over(level: Level, j: int, low: Post, end: Post, last: Post) -> tuple[
 # a cell of the map is cut into n × n parts, n = 2^−j, which divides its error by n².
 
 
-def is_within(levels: Sequence[Level], low: Post, end: Post, last: Post, step_log2: int, error_m: float) -> bool:
+def is_within(levels: Sequence[ClassTables], low: Post, end: Post, last: Post, step_log2: int, error_m: float) -> bool:
     """Whether the tables prove that every cell of spacing 2^step_log2 in a box has an error of at most `error_m`."""
     j = max(step_log2, 0)
     level = levels[j]

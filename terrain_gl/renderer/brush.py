@@ -21,6 +21,7 @@ from typing import Any, NamedTuple, Protocol
 import numpy as np
 
 from ..basics.exceptions import UsageError
+from ..basics.rect import Edit, slices_hull, within
 from ..heightmap import MAX_HEIGHT_M, Heightmap
 
 TOOLS = ("raise", "lower", "smooth", "flatten", "cliff")
@@ -74,19 +75,7 @@ class Brush:
             raise UsageError(f"falloff must be from 0 to 1, got {self.falloff:g}")
 
 
-class Patch(NamedTuple):
-    """New heights of a rectangle of posts."""
-
-    rows: slice
-    cols: slice
-    heights: np.ndarray
-
-    def part(self, rows: slice, cols: slice) -> np.ndarray:
-        """The heights of a rectangle inside it: a view, to be changed in place."""
-        return self.heights[_within(rows, self.rows), _within(cols, self.cols)]
-
-
-def dab(heightmap: Heightmap, brush: Brush, x_m: float, y_m: float) -> Patch | None:
+def dab(heightmap: Heightmap, brush: Brush, x_m: float, y_m: float) -> Edit | None:
     """New heights after one dab of a brush at a place in world metres; None if no post lies under it.
 
     Voids stay voids. Heights are clipped to `MAX_HEIGHT_M`.
@@ -94,19 +83,22 @@ def dab(heightmap: Heightmap, brush: Brush, x_m: float, y_m: float) -> Patch | N
     return dabs(heightmap, brush, [(x_m, y_m)])
 
 
-def dabs(heightmap: Heightmap, brush: Brush, middles_m: Sequence[tuple[float, float]]) -> Patch | None:
+def dabs(heightmap: Heightmap, brush: Brush, middles_m: Sequence[tuple[float, float]]) -> Edit | None:
     """New heights after dabs at several places, one on top of the other: see `dab`."""
     reach = brush.radius_m / np.array(heightmap.spacing_m)
     touched = [each for x_m, y_m in middles_m if (each := _touched(heightmap, reach, x_m, y_m))]
     if not touched:
         return None
-    rows, cols = reduce(_hull, (each.rows for each in touched)), reduce(_hull, (each.cols for each in touched))
+    rows, cols = (
+        reduce(slices_hull, (each.rows for each in touched)),
+        reduce(slices_hull, (each.cols for each in touched)),
+    )
     half = _around(reach)
     around = _grown(rows, half[1], heightmap.rows), _grown(cols, half[0], heightmap.cols)
-    ground = Patch(*around, heightmap.part(*around).copy())
+    ground = Edit(around[1].start, around[0].start, heightmap.part(*around).copy())
     for each in touched:
         _press(ground, heightmap, brush, half, each)
-    return Patch(rows, cols, ground.part(rows, cols).copy())
+    return Edit(cols.start, rows.start, ground.part(rows, cols).copy())
 
 
 class _Touched(NamedTuple):
@@ -127,7 +119,7 @@ def _touched(heightmap: Heightmap, reach: np.ndarray, x_m: float, y_m: float) ->
     return _Touched(rows, cols, at)
 
 
-def _press(ground: Patch, heightmap: Heightmap, brush: Brush, half: tuple[int, int], touched: _Touched) -> None:
+def _press(ground: Edit, heightmap: Heightmap, brush: Brush, half: tuple[int, int], touched: _Touched) -> None:
     """Apply a brush to the ground, in place; `half` are the half sides of the box to smooth over."""
     rows, cols, at = touched
     spacing = heightmap.spacing_m
@@ -177,7 +169,7 @@ def _around(reach: np.ndarray) -> tuple[int, int]:
     return int(half[0]), int(half[1])
 
 
-def _means(ground: Patch, shape: tuple[int, int], rows: slice, cols: slice, half: tuple[int, int]) -> np.ndarray:
+def _means(ground: Edit, shape: tuple[int, int], rows: slice, cols: slice, half: tuple[int, int]) -> np.ndarray:
     """Mean of the known heights in the box around each post. With summed-area tables, large boxes cost no more time."""
     y = np.arange(rows.start - half[1], rows.stop + half[1])
     x = np.arange(cols.start - half[0], cols.stop + half[0])
@@ -276,16 +268,16 @@ class Sculptor:
         """End the stroke and update the light. Dabs, undo and redo do not update it."""
         self.surface.settle()
 
-    def dab(self, brush: Brush, x_m: float, y_m: float) -> Patch | None:
+    def dab(self, brush: Brush, x_m: float, y_m: float) -> Edit | None:
         """Apply a brush at a place in world metres; returns the new heights, or None if no post lies under it."""
         return self.dabs(brush, [(x_m, y_m)])
 
-    def dabs(self, brush: Brush, middles_m: Sequence[tuple[float, float]]) -> Patch | None:
+    def dabs(self, brush: Brush, middles_m: Sequence[tuple[float, float]]) -> Edit | None:
         """Apply a brush at several places in one edit, which is faster if they lie close together."""
-        patch = dabs(self.surface.heightmap, brush, middles_m)
-        if patch:
-            self.paint(*patch)
-        return patch
+        edit = dabs(self.surface.heightmap, brush, middles_m)
+        if edit:
+            self.paint(edit.rows, edit.cols, edit.heights)
+        return edit
 
     def paint(self, rows: slice, cols: slice, heights: np.ndarray) -> None:
         """Give a rectangle of posts new heights, as part of the stroke."""
@@ -326,23 +318,15 @@ class Sculptor:
             stroke.append(change)
 
     def _joined(self, old: _Change, new: _Change) -> _Change | None:
-        rows, cols = _hull(old.rows, new.rows), _hull(old.cols, new.cols)
+        rows, cols = slices_hull(old.rows, new.rows), slices_hull(old.cols, new.cols)
         after = self.surface.heightmap.part(rows, cols)
         if 2 * after.nbytes > old.bytes + new.bytes:
             return None
         before = after.copy()
         for change in (new, old):  # where both overlap, keep the older heights as those before the stroke
-            before[_within(change.rows, rows), _within(change.cols, cols)] = change.before
+            before[within(change.rows, rows), within(change.cols, cols)] = change.before
         return _Change(rows, cols, before, after.copy())
-
-
-def _hull(a: slice, b: slice) -> slice:
-    return slice(min(a.start, b.start), max(a.stop, b.stop))
 
 
 def _grown(part: slice, by: int, end: int) -> slice:
     return slice(max(0, part.start - by), min(end, part.stop + by))
-
-
-def _within(part: slice, whole: slice) -> slice:
-    return slice(part.start - whole.start, part.stop - whole.start)

@@ -72,13 +72,17 @@ class Editor:
             Heights out of range, or voids alone; the map is then unchanged.
         """
         new = real_heights(heights, "edit")
-        shape = self.resources.terrain.heightmap.heights.shape
-        y, x = _chosen(shape[0], rows, "rows"), _chosen(shape[1], cols, "cols")
-        if not (len(y) and len(x)):
+        heightmap = self.resources.terrain.heightmap
+        y, x = _span(heightmap.rows, rows, "rows"), _span(heightmap.cols, cols, "cols")
+        if y.start == y.stop or x.start == x.stop:
             return
+        try:
+            new = np.broadcast_to(new, (y.stop - y.start, x.stop - x.start))
+        except ValueError as error:
+            raise UsageError(f"edit: {error}") from None
         if self.resources.streaming:
-            _check_for_store(y, x, new)
-        self.write(int(x.min()), int(y.min()), self._patch(y, x, new), settle)
+            _check_for_store(new)
+        self.write(x.start, y.start, new, settle)
 
     @in_session
     def write(self, x: int, y: int, heights: np.ndarray, settle: bool = True) -> None:
@@ -216,34 +220,28 @@ class Editor:
         picture.update(everything)
         picture.settle(everything, moved=moved)
 
-    def _patch(self, y: np.ndarray, x: np.ndarray, new: np.ndarray) -> np.ndarray:
-        """The heights of the smallest rectangle that holds rows y and columns x, with the new ones in place."""
-        patch = self.resources.terrain.heightmap.part(slice(y.min(), y.max() + 1), slice(x.min(), x.max() + 1))
-        patch = patch.astype(np.result_type(patch, new))
-        try:
-            patch[np.ix_(y - y.min(), x - x.min())] = new
-        except ValueError as error:
-            raise UsageError(f"edit: {error}") from None
-        return patch
-
     def _check_unedited(self, edits: int) -> None:
         if self.resources.terrain.edits != edits:  # a part of the new tables would hold the old heights
             raise TerrainError("the map was edited while headroom was made for edits: begin again")
 
 
-def _check_for_store(y: np.ndarray, x: np.ndarray, new: np.ndarray) -> None:
+def _check_for_store(new: np.ndarray) -> None:
     if not np.isfinite(new).all():
         raise UsageError("edit: a store has no voids: give every post a height")
-    if (posts := int(np.ptp(y) + 1) * int(np.ptp(x) + 1)) > MOST_POSTS:
-        raise UsageError(f"edit: at most {MOST_POSTS:,} posts of a store at once, got {posts:,}: edit it in parts")
+    if new.size > MOST_POSTS:
+        raise UsageError(f"edit: at most {MOST_POSTS:,} posts of a store at once, got {new.size:,}: edit it in parts")
 
 
-def _chosen(n: int, which: Any, name: str) -> np.ndarray:
-    """Indices of the posts that a slice or a number selects among n."""
+def _span(n: int, which: Any, name: str) -> slice:
+    """The posts from `start` to `stop` that a slice or a number selects among n."""
     try:
-        chosen = np.atleast_1d(np.arange(n)[which])
+        posts = range(n)[which]
     except (IndexError, TypeError, ValueError):
-        chosen = None
-    if chosen is None or chosen.ndim > 1:
-        raise UsageError(f"edit: {name} must be a slice, or numbers from {-n} to {n - 1}, got {which!r}")
-    return chosen
+        posts = None
+    if isinstance(posts, int):
+        posts = range(posts, posts + 1)
+    if posts is None or posts.step != 1 or isinstance(which, bool):
+        raise UsageError(
+            f"edit: {name} must be a slice without a step, or a number from {-n} to {n - 1}, got {which!r}"
+        )
+    return slice(posts.start, max(posts.start, posts.stop))

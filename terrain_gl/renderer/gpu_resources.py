@@ -13,7 +13,7 @@ from ..gpu.gl import limits
 from ..gpu.session import Session, steps_in_session
 from ..gpu.timing import StageTimer
 from ..heightmap import Heightmap
-from ..lod import QuadtreeSelector, View
+from ..lod import QuadtreeSelector, ViewBlock
 from ..pages.map import PagedMap
 from ..pages.streaming import Streaming
 from ..pages.terrain import PagedTables, PagedTerrain
@@ -39,7 +39,7 @@ class GpuResources:
 
     terrain: Terrain
     tables: ErrorTables
-    view: View
+    view: ViewBlock
     selectors: Selectors
     picture: Picture
     streaming: Streaming | None = None
@@ -63,7 +63,7 @@ class GpuResources:
             self.check_size(size)
             with self._memory_for_map(heightmap):
                 yield from self._table_steps(heightmap)
-                self.view = self.session.keep(View(self.session.ctx))
+                self.view = self.session.keep(ViewBlock(self.session.ctx))
                 self.selectors = self.session.keep(Selectors(self.tables, self.view))
                 yield 0.85
             with self._memory_for_picture(size), self.timer.stage("sat"):

@@ -16,7 +16,7 @@ from ..heightmap import Heightmap, bilinear
 from ..lod import METRES, Goal, RingsSelector, Selection
 from ..mesh import captured_triangles
 from ..terrain import Terrain
-from ..verify.explain import Explainer, Explanation
+from ..verify.explain import Explanation, PatchExplainer
 from ..verify.holes import count_holes
 from ..verify.measure import TILE, Achieved, Measurement
 from .frame import DrawnFrame
@@ -37,7 +37,7 @@ class Inspector:
         self.resources = resources
         self.frame: DrawnFrame | None = None
         self._measurement: Measurement | None = None
-        self._explainer: Explainer | None = None
+        self._explainer: PatchExplainer | None = None
 
     @property
     def terrain(self) -> Terrain:
@@ -98,7 +98,7 @@ class Inspector:
         frame = self._chosen()
         view = frame.selection.surface.view
         options = frame.options
-        self._explainer = self._explainer or self.session.keep(Explainer(self.session.ctx))
+        self._explainer = self._explainer or self.session.keep(PatchExplainer(self.session.ctx))
         tolerance_px = options.tolerance_px if options.triangles is None else math.inf
         view.move(self.terrain, frame.camera, frame.size, frame.near_m)  # the eye may be elsewhere
         try:

@@ -13,7 +13,7 @@ from typing import Any, NamedTuple, Protocol, TypeVar
 from ..basics.rect import Rect
 from ..camera import Camera
 from ..error import ErrorTables
-from ..lod import Goal, QuadtreeSelector, RingsSelector, Selection, View
+from ..lod import Goal, QuadtreeSelector, RingsSelector, Selection, ViewBlock
 from ..terrain import Terrain
 
 CERTIFIED = "certified"
@@ -88,7 +88,7 @@ class Selectors:
         The `View` block that all selectors write.
     """
 
-    def __init__(self, tables: ErrorTables, view: View) -> None:
+    def __init__(self, tables: ErrorTables, view: ViewBlock) -> None:
         self.tables = tables
         self.view = view
         self._made: dict[Callable[[Selectors], Any], Any] = {}

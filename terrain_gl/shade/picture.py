@@ -25,7 +25,7 @@ from ..gpu.textures import depth_texture, from_top
 from ..image import linear_from_srgb
 from ..light.climate import AUTO
 from ..light.ground import towards_sun
-from ..lod import Selection, View
+from ..lod import Selection, ViewBlock
 from ..lod.land import ROUGH_PX, is_above_ground
 from ..mesh import MeshDraws
 from ..pages.light import light_of
@@ -115,7 +115,7 @@ class Picture:
         Samples a pixel; the driver may take fewer.
     """
 
-    def __init__(self, tables: ErrorTables, view: View, size: Size, samples: int = 4) -> None:
+    def __init__(self, tables: ErrorTables, view: ViewBlock, size: Size, samples: int = 4) -> None:
         self.ctx = tables.ctx
         self.tables = tables
         self.terrain = tables.terrain

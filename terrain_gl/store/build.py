@@ -17,11 +17,11 @@ from .. import __version__
 from ..basics.exceptions import TerrainError, UsageError
 from ..readers.plausible import not_of_the_earth
 from ..readers.raster import Spacing, both
-from ..readers.windows import Reading, Windows, open_windows, windows_of
+from ..readers.windows import Reading, WindowedRaster, open_windows, windows_of
 from .format import VERSION, Arrays, describe, is_store, read_about, zarr_library
-from .pyramid import SHARD, TILE, Pyramid
+from .pyramid import SHARD, TILE, StoreSizes
 from .scheduling import scheduler
-from .tasks import WORK, Job, Task, perform, phases
+from .tasks import WORK, BuildJob, Task, perform, phases
 from .tiles import Checks
 
 Progress = Callable[[float], None]
@@ -38,7 +38,7 @@ def build(
     progress: Progress | None = None,
     tile: int = TILE,
     shard: int = SHARD,
-    tell: Callable[[Windows], None] | None = None,
+    tell: Callable[[WindowedRaster], None] | None = None,
     look: str = "auto",
 ) -> dict[str, Any]:
     """Build a store beside a map of any size. The source is read once, window by window, and does not change.
@@ -90,8 +90,8 @@ def build(
         raise UsageError(f"tile and shard must be powers of two, 8 ≤ tile ≤ shard, got {tile} and {shard}")
     spacing = both(spacing_m if spacing_m is not None else windows.spacing_m or 1.0)
     assumes_spacing = spacing_m is None and windows.assumes_spacing
-    job = Job(path, Pyramid(*windows.shape, tile, shard), windows, spacing, fill_m, look, assumes_spacing)
-    journal = Journal(job)
+    job = BuildJob(path, StoreSizes(*windows.shape, tile, shard), windows, spacing, fill_m, look, assumes_spacing)
+    journal = BuildJournal(job)
     if journal.is_finished:
         return read_about(path)
     runner = scheduler(workers, address)
@@ -101,7 +101,7 @@ def build(
         runner.close()
 
 
-def _opened(source: Any, reading: Reading | None, spacing_m: float | Spacing | None) -> Windows:
+def _opened(source: Any, reading: Reading | None, spacing_m: float | Spacing | None) -> WindowedRaster:
     if isinstance(source, str | os.PathLike):
         return open_windows([source], reading, spacing_m)
     if isinstance(source, Sequence) and source and isinstance(source[0], str | os.PathLike):
@@ -109,7 +109,7 @@ def _opened(source: Any, reading: Reading | None, spacing_m: float | Spacing | N
     return windows_of(source, str(getattr(source, "name", None) or type(source).__name__))
 
 
-def _run(job: Job, journal: Journal, runner: Any, progress: Progress | None) -> dict[str, Any]:
+def _run(job: BuildJob, journal: BuildJournal, runner: Any, progress: Progress | None) -> dict[str, Any]:
     todo = list(phases(job.pyramid))
     total = sum(map(_cost, todo))
     done = 0.0
@@ -133,10 +133,10 @@ def _cost(tasks: list[Task]) -> float:
     return weight * len(tasks)
 
 
-class Journal:
+class BuildJournal:
     """The finished tasks of a build: one line each, written after the task's shards."""
 
-    def __init__(self, job: Job) -> None:
+    def __init__(self, job: BuildJob) -> None:
         self.job = job
         self.folder = Path(job.path) / WORK
         self._built = self.folder.with_name(".built")
@@ -214,7 +214,7 @@ class Journal:
         about = read_about(self.job.path)
         same = all(
             json.loads(json.dumps(about.get(key))) == self._identity[key]
-            for key in (*Pyramid._fields, "spacing_m", "fill_m", "look", "assumes_spacing", "source")
+            for key in (*StoreSizes._fields, "spacing_m", "fill_m", "look", "assumes_spacing", "source")
         )
         if not same or self.job.source.identity is None:
             raise TerrainError(

@@ -24,7 +24,7 @@ from .. import __version__
 from ..basics.exceptions import TerrainError
 from ..readers.georeference import Georeference, Grid
 from ..readers.raster import Spacing
-from .pyramid import Area, Pyramid
+from .pyramid import Area, StoreSizes
 
 INSTALL = "pip install 'terrain-gl[store]'"
 VERSION = 6
@@ -59,7 +59,7 @@ class Arrays:
         Sizes.
     """
 
-    def __init__(self, path: str | os.PathLike[str], pyramid: Pyramid) -> None:
+    def __init__(self, path: str | os.PathLike[str], pyramid: StoreSizes) -> None:
         self.path = Path(path)
         self.pyramid = pyramid
         self._open: dict[str, Any] = {}
@@ -191,7 +191,7 @@ def read_about(path: str | os.PathLike[str]) -> dict[str, Any]:
 
 
 def describe(
-    pyramid: Pyramid,
+    pyramid: StoreSizes,
     name: str,
     spacing_m: Spacing,
     range_m: tuple[float, float],
@@ -208,9 +208,9 @@ def describe(
     }
 
 
-def pyramid_of(about: dict[str, Any]) -> Pyramid:
+def pyramid_of(about: dict[str, Any]) -> StoreSizes:
     """The sizes of a store."""
-    return Pyramid(*(int(about[name]) for name in Pyramid._fields))
+    return StoreSizes(*(int(about[name]) for name in StoreSizes._fields))
 
 
 def georeference_of(about: dict[str, Any]) -> Georeference | None:

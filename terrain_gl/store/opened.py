@@ -10,7 +10,7 @@ import numpy as np
 from ..basics.exceptions import TerrainError
 from ..pages.map import Page, PagedMap, PageKey, PostsOnDemand
 from .format import Arrays, georeference_of, pyramid_of, read_about
-from .pyramid import Pyramid
+from .pyramid import StoreSizes
 from .tiles import Checks, Tiles
 
 OF_TILES = 0.25  # part of the memory for tiles that holds the most recently read ones
@@ -98,7 +98,7 @@ def _one_more(nodes: slice) -> slice:
 class LazyHeights(PostsOnDemand):
     """All posts of a store, as an array. A slice or an index reads the tiles that it needs."""
 
-    def __init__(self, tiles: Tiles, pyramid: Pyramid) -> None:
+    def __init__(self, tiles: Tiles, pyramid: StoreSizes) -> None:
         self._tiles = tiles
         self.shape = pyramid.posts(0)
         self._side = pyramid.tile

@@ -17,7 +17,7 @@ SHARD = 2048
 Area = tuple[slice, slice]  # rows and columns
 
 
-class Pyramid(NamedTuple):
+class StoreSizes(NamedTuple):
     """Sizes of the arrays of a store.
 
     Attributes

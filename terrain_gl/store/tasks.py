@@ -24,9 +24,9 @@ from ..basics.exceptions import TerrainError
 from ..heightmap import MAX_HEIGHT_M
 from ..pages.crop import APRON, Records, records_of
 from ..readers.raster import Spacing
-from ..readers.windows import Windows
+from ..readers.windows import WindowedRaster
 from .format import Arrays
-from .pyramid import Area, Pyramid, area, areas
+from .pyramid import Area, StoreSizes, area, areas
 from .tiles import checksums
 
 WORK = ".build"  # folder of a build that is not finished
@@ -43,7 +43,7 @@ class Task(NamedTuple):
 
 
 @dataclass(frozen=True)
-class Job:
+class BuildJob:
     """What all tasks of a build share.
 
     Attributes
@@ -59,8 +59,8 @@ class Job:
     """
 
     path: str
-    pyramid: Pyramid
-    source: Windows
+    pyramid: StoreSizes
+    source: WindowedRaster
     spacing_m: Spacing
     fill_m: float | None
     look: str = "auto"
@@ -84,7 +84,7 @@ class Job:
         return Path(self.path) / WORK / "parts"
 
 
-def phases(pyramid: Pyramid) -> Iterator[list[Task]]:
+def phases(pyramid: StoreSizes) -> Iterator[list[Task]]:
     """All tasks, phase by phase; the tasks of a phase do not depend on each other."""
     for level in range(pyramid.top + 1):
         yield [Task("heights", level, *at) for at in areas(pyramid.posts(level), pyramid.shard)]
@@ -93,7 +93,7 @@ def phases(pyramid: Pyramid) -> Iterator[list[Task]]:
         yield [Task("errors", level, *at) for at in areas(pyramid.nodes(level), pyramid.shard)]
 
 
-def perform(job: Job, task: Task) -> dict[str, Any]:
+def perform(job: BuildJob, task: Task) -> dict[str, Any]:
     """Do one task; returns what the build must know about its result.
 
     Raises
@@ -114,7 +114,7 @@ def perform(job: Job, task: Task) -> dict[str, Any]:
         raise TerrainError(f"{job.path}: {reason}: make room, and run the same command again to go on") from None
 
 
-def read_source(job: Job, task: Task) -> dict[str, Any]:
+def read_source(job: BuildJob, task: Task) -> dict[str, Any]:
     """Write a window of the source; returns its range, its number of voids, and the hash of its heights."""
     pyramid = job.pyramid
     where = area(pyramid.posts(0), pyramid.shard, (task.row, task.col))
@@ -138,7 +138,7 @@ def read_source(job: Job, task: Task) -> dict[str, Any]:
     return {"range_m": [low, high], "voids": voids, "sha256": hashlib.sha256(heights.tobytes()).hexdigest()} | noted
 
 
-def thin_out(job: Job, task: Task) -> dict[str, Any]:
+def thin_out(job: BuildJob, task: Task) -> dict[str, Any]:
     """Write a level's heights: every other post of the finer level, and the last one of each row and column."""
     pyramid = job.pyramid
     arrays = job.arrays
@@ -150,7 +150,7 @@ def thin_out(job: Job, task: Task) -> dict[str, Any]:
     return job.write("heights", task.level, where, heights[np.ix_(index[0] - rows.start, index[1] - cols.start)])
 
 
-def measure(job: Job, task: Task) -> dict[str, Any]:
+def measure(job: BuildJob, task: Task) -> dict[str, Any]:
     """Write the error records of all nodes over a shard of posts."""
     assert job.range_m is not None
     pyramid = job.pyramid
@@ -174,7 +174,7 @@ def measure(job: Job, task: Task) -> dict[str, Any]:
     return noted
 
 
-def gather(job: Job, task: Task) -> dict[str, Any]:
+def gather(job: BuildJob, task: Task) -> dict[str, Any]:
     """Write a shard of a coarse level, from the files of the shards of posts under it."""
     pyramid = job.pyramid
     where = area(pyramid.nodes(task.level), pyramid.shard, (task.row, task.col))
@@ -192,7 +192,7 @@ def gather(job: Job, task: Task) -> dict[str, Any]:
     return {"checks": sum(written, [])}
 
 
-def _nodes_over(pyramid: Pyramid, level: int, at: tuple[int, int]) -> Area:
+def _nodes_over(pyramid: StoreSizes, level: int, at: tuple[int, int]) -> Area:
     """The nodes of a level over a shard of posts."""
     return area(pyramid.nodes(level), pyramid.shard >> level, at)
 

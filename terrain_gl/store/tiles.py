@@ -16,19 +16,19 @@ from collections.abc import Iterator
 import numpy as np
 
 from .format import FIELDS, Arrays, MissingTileError
-from .pyramid import Area, Pyramid
+from .pyramid import Area, StoreSizes
 
 At = tuple[str, int, int, int]  # field, level, row and column of a tile
 
 
-def shape_of(pyramid: Pyramid, name: str, level: int) -> tuple[int, int, int]:
+def shape_of(pyramid: StoreSizes, name: str, level: int) -> tuple[int, int, int]:
     """Words, rows and columns of the tiles of an array."""
     posts = pyramid.posts(level) if name == "heights" else pyramid.nodes(level)
     rows, cols = (-(-n // pyramid.tile) for n in posts)
     return FIELDS[name][2], rows, cols
 
 
-def arrays_of(pyramid: Pyramid) -> Iterator[tuple[str, int]]:
+def arrays_of(pyramid: StoreSizes) -> Iterator[tuple[str, int]]:
     """Field and level of all arrays."""
     for level in range(pyramid.top + 1):
         for name in FIELDS if level else ("heights",):
@@ -57,7 +57,7 @@ class Checks:
         (words, rows, cols) uint32 of each field and level.
     """
 
-    def __init__(self, pyramid: Pyramid, values: np.ndarray | None = None) -> None:
+    def __init__(self, pyramid: StoreSizes, values: np.ndarray | None = None) -> None:
         shapes = {at: shape_of(pyramid, *at) for at in arrays_of(pyramid)}
         ends = np.cumsum([np.prod(shape) for shape in shapes.values()])
         self.values = np.zeros(ends[-1], np.uint32) if values is None else np.ascontiguousarray(values, np.uint32)

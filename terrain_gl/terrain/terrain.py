@@ -13,14 +13,12 @@ from ..basics.exceptions import TerrainError, UsageError
 from ..basics.rect import Rect
 from ..gpu import gl, layout
 from ..gpu.bindings import bind
+from ..gpu.packing import STEPS
 from ..heightmap import MAX_HEIGHT_M, Heightmap
 from .filling import Filling
 from .water import water_posts
 
-VOID = 1  # marks of posts: glsl/blocks/terrain.glsl
-WATER = 2
 SEA = 0.1  # if this part of the rim is in water of one height, that water is the sea
-STEPS = 65535  # heights are summed as steps of 16 bits
 HEADROOM = 0.5  # headroom for further edits when the quantisation range is widened, as a part of the relief
 
 
@@ -255,9 +253,9 @@ class Terrain:
         self.heights.write(np.ascontiguousarray(heights), viewport=viewport)
         if self.is_marked:
             known = self.heightmap.heights[part]
-            marks = np.where(np.isnan(known), VOID, 0).astype("u1")
+            marks = np.where(np.isnan(known), layout.VOID, 0).astype("u1")
             if self._water:
-                marks[self._water.stands(part, known)] |= WATER
+                marks[self._water.stands(part, known)] |= layout.WET
             self.marks.write(marks, viewport=viewport, alignment=1)
 
     def _describe(self) -> np.ndarray:

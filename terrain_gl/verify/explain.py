@@ -89,7 +89,7 @@ class Explanation:
     hidden_by: tuple[float, float] | None = None
 
 
-class Explainer:
+class PatchExplainer:
     """Explains patches of the last selection."""
 
     def __init__(self, ctx: moderngl.Context) -> None:

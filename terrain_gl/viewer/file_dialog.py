@@ -21,7 +21,7 @@ MOST = 2000  # most lines of a list
 _HELPERS = ("zenity", "matedialog", "qarma", "kdialog")  # programs that portable-file-dialogs starts on Linux
 
 
-class Entry(NamedTuple):
+class FileEntry(NamedTuple):
     """A line of the list."""
 
     name: str
@@ -51,7 +51,7 @@ class FileDialog:
         self._on_choice = on_choice
         self.has_desktop = False
         self.folder: Path | None = None
-        self.entries: list[Entry] | None = None
+        self.entries: list[FileEntry] | None = None
         self._last = Path.cwd()
         self._system: Any = None
         self._reading: threading.Thread | None = None
@@ -87,7 +87,7 @@ class FileDialog:
         self._reading.start()
         self._window.refresh()
 
-    def choose(self, entry: Entry) -> None:
+    def choose(self, entry: FileEntry) -> None:
         """Go into a folder of the list, or take a file."""
         assert self.folder
         path = self.folder.parent if entry.name == ".." else self.folder / entry.name
@@ -123,21 +123,21 @@ class FileDialog:
             self._window.refresh()
 
 
-def maps_in(folder: Path) -> tuple[list[Entry], str]:
+def maps_in(folder: Path) -> tuple[list[FileEntry], str]:
     """The parent, the folders and the maps of a folder by name; and a line about a problem, "" if there is none."""
-    found: list[Entry] = []
+    found: list[FileEntry] = []
     words = ""
     try:
         with os.scandir(folder) as entries:
             for entry in entries:
                 if not entry.name.startswith(".") and (_is_folder(entry) or entry.name.lower().endswith(ENDINGS)):
-                    found.append(Entry(entry.name, _is_folder(entry)))
+                    found.append(FileEntry(entry.name, _is_folder(entry)))
     except OSError as error:
         words = f"{folder}: {error.strerror}"
     found.sort(key=lambda entry: (not entry.is_folder, entry.name.lower()))
     if len(found) > MOST:
         words = f"{folder}: the first {MOST:,} of {len(found):,} are shown; type a path under Map"
-    return [Entry("..", True), *found[:MOST]], words
+    return [FileEntry("..", True), *found[:MOST]], words
 
 
 def _is_folder(entry: os.DirEntry[str]) -> bool:

@@ -19,7 +19,7 @@ from ..files.export import FORMATS, Mesh, make_mesh, write_mesh
 from ..files.records import json_text
 from ..film.flight import FPS, flight_steps
 from ..film.path import CameraPath, Keyframe
-from ..film.path import Pose as PathPose
+from ..film.path import FlightFrame as PathPose
 from ..film.record import Recorder
 from ..image import write_png
 from .filming import Filming, film_suffix

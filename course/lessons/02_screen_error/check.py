@@ -77,7 +77,7 @@ def bound(student, rng):
     """No sampled point moves farther, and the bound is as tight as the corners allow."""
     axes, focal_px, extent = view(rng)
     v, bounds, worst, reference_px = axes[:, 2], [], [], []
-    picture = reference.View(np.zeros(3), axes, focal_px, extent, 1.0)
+    picture = reference.Pinhole(np.zeros(3), axes, focal_px, extent, 1.0)
     while len(bounds) < 60:
         middle = axes.T @ (points(rng, extent, 5)[:, 4] * rng.uniform(0.3, 1))
         size = rng.uniform(0.02, 0.3, 3) * np.linalg.norm(middle)
