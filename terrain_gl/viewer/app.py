@@ -13,7 +13,7 @@ from .controller import MOVE_KEYS
 from .frame_budget import FrameBudget
 from .gui import Gui
 from .memory import Memory
-from .panels import Panels
+from .panels import Panels, taken_px
 from .picture_section import IMAGES
 from .settings import Settings
 from .viewer import Viewer
@@ -69,7 +69,7 @@ class App:
     ) -> None:
         self.gui = Gui(ctx, scale)
         self.viewer = Viewer(ctx, target, size, settings, memory, budget)
-        self.viewer.window.scale = scale
+        self._fit(size, scale)
         self.panels = Panels(self.viewer, self.press)
         self.captured = False
         self.errors: list[Exception] = []
@@ -137,10 +137,15 @@ class App:
     @goes_on
     def resize(self, size: Size, scale: float) -> None:
         """Follow a new size of the target in pixels, or a new scale."""
-        self.viewer.window.scale = scale
         if scale != self.gui.scale:
             self.gui.scale = scale
+        self._fit(size, scale)
         self.viewer.window.resize(size)
+
+    def _fit(self, size: Size, scale: float) -> None:
+        window = self.viewer.window
+        window.scale = scale
+        window.panel_px = taken_px(size, scale)
 
     @goes_on
     def drop(self, path: str, x: float, y: float) -> None:

@@ -111,7 +111,8 @@ class MapLoader:
                 rescaled = scaled(plain, factor, progress, range_m[0] - factor * low_m)
             if spacing_m:
                 rescaled = _spaced(rescaled, spacing_m)
-            return replace(opened, heightmap=rescaled, camera=standard_view(rescaled), camera_given=True)
+            camera = self._scene.beside_panel(standard_view(rescaled))
+            return replace(opened, heightmap=rescaled, camera=camera, camera_given=True)
 
         self.load(plain.name, opener)
 

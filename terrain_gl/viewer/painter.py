@@ -177,7 +177,7 @@ class Painter:
         _resize(renderer, (max(1, spec.size[0] // way.shrink), max(1, spec.size[1] // way.shrink)))
         stats = []
         for side in _last_first(spec):
-            stats.append(renderer.draw(spec.camera, **vars(_loosened(spec.sides[side], way.looser))))
+            stats.append(renderer.draw(spec.camera, **vars(_hurried(spec.sides[side], way))))
             self.canvas.compose(renderer, spec.size, *spec.part(side))
         self._note(spec, stats[::-1], way, renderer)
         self.frame.fps = self._smoothed_fps(now_s - self._drawn_s)
@@ -257,11 +257,15 @@ def _last_first(spec: FrameSpec) -> range:
     return range(len(spec.sides) - 1, -1, -1)
 
 
-def _loosened(side: RenderOptions, factor: int) -> RenderOptions:
-    """The same side with a multiple of its tolerance, if it has one."""
-    if side.max_error_px is None:
+def _hurried(side: RenderOptions, way: Way) -> RenderOptions:
+    """The same side as it is drawn in motion: with a multiple of its tolerance.
+
+    A number of triangles is found in many tries, so a tolerance takes its place.
+    """
+    if way.is_full:
         return side
-    return replace(side, max_error_px=min(factor * side.max_error_px, math.nextafter(LOOSEST_PX, 0.0)))
+    tolerance_px = way.looser * (side.max_error_px or 1.0)
+    return replace(side, triangles=None, max_error_px=min(tolerance_px, math.nextafter(LOOSEST_PX, 0.0)))
 
 
 def _resize(renderer: Renderer, size: Size) -> None:

@@ -17,6 +17,7 @@ from . import (
     sections,
 )
 from .legend import COLOURS, legend
+from .theme import FONT_PX
 from .viewer import Progress, Viewer
 from .widgets import Widgets
 from .window_state import Size
@@ -36,6 +37,16 @@ _ABOUT = {
     "Save": "Pictures, films, meshes and paths.",
 }
 _OPEN = ("Detail", "Understand")  # sections that are open at first
+
+
+def panel_px(size: Size, scale: float) -> float:
+    """Width of the panel in a window of `size`, with `scale` pixels per unit of length."""
+    return min(PANEL_EM * FONT_PX * scale, 0.45 * size[0])
+
+
+def taken_px(size: Size, scale: float) -> float:
+    """Columns of pixels that the panel takes, with its margins."""
+    return panel_px(size, scale) + 2 * MARGIN * scale
 
 
 class Panels:
@@ -72,7 +83,7 @@ class Panels:
             "Understand": lambda ui: sections.understand_section(ui, s.scene, s.sculpting.brushing, press),
             "Sculpt": lambda ui: sections.sculpt_section(ui, s.scene, s.sculpting, press),
             "Picture": lambda ui: picture_section.picture_section(ui, s, self._draft),
-            "Camera": lambda ui: sections.camera_section(ui, s.scene.controller, press),
+            "Camera": lambda ui: sections.camera_section(ui, s.scene, press),
             "Save": lambda ui: sections.save_section(ui, s.saver, s.scene.controller, press),
         }
 
@@ -110,12 +121,9 @@ class Panels:
 
     # --- The panel at the left ----------------------------------------------------------------------------------------
 
-    def _panel_width(self, ui: Widgets, size: Size) -> float:
-        return min(PANEL_EM * ui.em, 0.45 * size[0])
-
     def _taken(self, ui: Widgets, size: Size) -> float:
         """Columns of pixels that the panel takes, with its margins."""
-        return self._panel_width(ui, size) + 2 * MARGIN * ui.scale if self._shows_panel(ui, size) else 0.0
+        return taken_px(size, ui.scale) if self._shows_panel(ui, size) else 0.0
 
     def _free_middle(self, ui: Widgets, size: Size) -> float:
         """The middle of what the panel leaves free, from 0 at the left edge to 1."""
@@ -125,7 +133,7 @@ class Panels:
         imgui = ui.imgui
         flags = ui.imgui.WindowFlags_
         margin = MARGIN * ui.scale
-        width = self._panel_width(ui, size)
+        width = panel_px(size, ui.scale)
         imgui.set_next_window_pos((margin, margin))
         imgui.set_next_window_size_constraints((width, 0), (width, size[1] - 2 * margin))
         fixed = flags.no_move | flags.no_resize | flags.always_auto_resize | flags.no_saved_settings | flags.no_nav

@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 import math
-from dataclasses import astuple, dataclass
+from dataclasses import astuple, dataclass, replace
 
 import numpy as np
 
@@ -44,6 +44,22 @@ class Pose:
         """The camera with this pose."""
         x, y, z = np.asarray(self.eye) + self.axes[2]
         return Camera(self.eye, (x, y, z), self.fov_deg)
+
+    def beside(self, px: float, height: int) -> Pose:
+        """The pose turned to the left, so that the middle of the picture is seen `px` further right on the same row.
+
+        `height` is that of the picture in pixels. A view that is almost straight down stays as it is.
+        """
+        right = px * math.tan(math.radians(0.5 * self.fov_deg)) / (0.5 * max(1, height))
+        up = math.sin(math.radians(self.elevation_deg)) * math.hypot(1.0, right)
+        if abs(up) > math.sin(math.radians(STEEPEST_DEG)):
+            return self
+        turn = math.atan2(right, math.sqrt(1 - up * up))
+        return replace(
+            self,
+            azimuth_deg=(self.azimuth_deg - math.degrees(turn)) % 360,
+            elevation_deg=math.degrees(math.asin(up)),
+        )
 
     def towards(self, other: Pose, share: float) -> Pose:
         """A pose on the way to another, `share` 0 to 1; the camera turns the short way."""

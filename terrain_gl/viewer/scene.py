@@ -120,10 +120,17 @@ class Scene:
         """Begin with a new map: at its last view in an earlier run, or at its first view."""
         self.opened = opened
         self.exaggeration = 1.0
-        self.controller = Controller(opened.heightmap, opened.camera, bookmarks=bookmarks)
+        start = opened.camera if opened.camera_given else self.beside_panel(opened.camera)
+        self.controller = Controller(opened.heightmap, start, bookmarks=bookmarks)
         if last_pose and not opened.camera_given:
             self.controller.pose = last_pose
         self.settings.change_all(sun=opened.sun)
+
+    def beside_panel(self, camera: Camera) -> Camera:
+        """The camera, turned so that what it looks at is in the middle of what the panel leaves free."""
+        if not (self.settings.panel and self.window.panel_px):
+            return camera
+        return Pose.of(camera).beside(0.5 * self.window.panel_px, self.window.size[1]).camera
 
     def enter_exaggerated(self, opened: Opened, factor: float) -> None:
         """Continue with the same map, its heights multiplied by `factor`; the eye keeps its place over the land."""

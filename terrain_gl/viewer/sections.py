@@ -148,12 +148,13 @@ def metres_form(metres: float) -> str:
     return "%.0f m" if metres >= 100 else "%.3g m"
 
 
-def camera_section(ui: Widgets, controller: Controller, press: Press) -> None:
+def camera_section(ui: Widgets, scene: Scene, press: Press) -> None:
     """How the camera moves."""
+    controller = scene.controller
     names = ("fly to a view", *PRESETS)
     if (name := ui.choose("view", names[0], names, "Standard views of the map; the camera travels there.")) in PRESETS:
         seen = controller.heightmap
-        controller.travel_to(Pose.of(PRESETS[name](seen.coarse(), controller.fov_deg)))
+        controller.travel_to(Pose.of(scene.beside_panel(PRESETS[name](seen.coarse(), controller.fov_deg))))
     mode = ui.choose("mode", controller.mode, MODES, "Fly anywhere, orbit the middle, walk at eye height (V).")
     if mode:
         controller.change_mode(mode)

@@ -17,6 +17,8 @@ class WindowState:
         Width and height in pixels; 0 while the window is minimised.
     scale
         Pixels per unit of length: more than 1 on fine screens.
+    panel_px
+        Columns of pixels at the left that the panel takes while it is shown.
     now_s
         Time of the present frame, in seconds.
     message
@@ -32,6 +34,7 @@ class WindowState:
     def __init__(self, size: Size, scale: float = 1.0) -> None:
         self.size = size
         self.scale = scale
+        self.panel_px = 0.0
         self.now_s = 0.0
         self.message = ""
         self.stale = True

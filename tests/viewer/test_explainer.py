@@ -2,7 +2,7 @@
 
 import numpy as np
 import pytest
-from viewers import changed, seen, settle
+from viewers import changed, later, seen, set_budget, settle, slow, swift
 
 from terrain_gl.camera import Camera
 from terrain_gl.renderer.methods import BASELINES, METHODS
@@ -99,7 +99,11 @@ def test_a_split_begins_with_equal_triangles_and_error_colours(viewer):
     viewer.settings.change(max_error_px=0.5)
     settle(viewer)
     before, count = viewer.settings.options, viewer.painter.frame.stats["triangles"]
+    set_budget(viewer, slow())
     press(viewer, "t")
+    assert later(viewer, 0.05)  # at once, before the number of triangles is found in many tries
+    assert [stats["requested_triangles"] for stats in viewer.painter.side_stats] == [None, None]
+    set_budget(viewer, swift())
     settle(viewer)
     left, right = viewer.settings.sides
     assert (left.method, right.method, left.style, right.style) == ("sat", BASELINES[0], "error", "error")

@@ -45,6 +45,21 @@ def test_panels_stand_at_the_left_and_leave_the_middle_free(app):
     assert app.gui.covers(100, 100) is False
 
 
+def test_the_first_view_looks_at_its_subject_beside_the_panel(app):
+    viewer = app.viewer
+    controller, (width, height) = viewer.scene.controller, viewer.window.size
+    middle = 0.5 * (viewer.window.panel_px + width)
+    assert slider(app, "tolerance")[2] < viewer.window.panel_px < middle - 250
+    subject = viewer.pointer.place_under(middle, 0.5 * height)
+    assert controller.start != viewer.scene.opened.camera and controller.start.eye == viewer.scene.opened.camera.eye
+    controller.pose = Pose.of(viewer.scene.opened.camera)
+    assert subject == pytest.approx(viewer.pointer.place_under(0.5 * width, 0.5 * height), abs=1.0)
+    viewer.settings.panel = False
+    assert viewer.scene.beside_panel(viewer.scene.opened.camera) == viewer.scene.opened.camera
+    down = Pose((0.0, 0.0, 100.0), 20.0, -89.9, 45.0)
+    assert down.beside(300.0, 640) == down
+
+
 def test_panels_of_two_apps_know_nothing_of_each_other(app, make_app):
     other = make_app()
     assert changed(seen(other), seen(app)) < 0.05  # the graphs of times differ
