@@ -1,6 +1,6 @@
 """Grade a class of forty, a quarter each blank, wrong, right and malicious, for the numbers in course/LECTURERS.md.
 
-Every student hands in all twelve lessons. A malicious one loops without end, deletes what it finds, prints a gigabyte,
+Every student hands in all lessons. A malicious one loops without end, deletes what it finds, prints a gigabyte,
 takes all memory, or starts processes, in every lesson. The table must have all points for the right answers and none
 for blank and malicious ones; what lies beside the folder of submissions must still be there, and nothing may be left.
 
@@ -68,7 +68,7 @@ def main(folder: str, students: str = "40", seconds: str = "60") -> None:
 
 
 def hand_in(student: Path, number: int, outside: Path) -> None:
-    """One student's twelve lessons."""
+    """One student's lessons."""
     kind = KINDS[number % len(KINDS)]
     for folder in checking.lessons():
         text = solving.solution(folder).read_text(encoding="utf-8")

@@ -47,6 +47,45 @@ def test_lesson_4_tables_of_maxima_are_exact():
     assert (rivals.of_one_size(tables, 3, squares) == true).all() and rivals.largest(tables, squares)[1] <= 4
 
 
+def test_lesson_6_compares_at_equal_error():
+    """The true error of right triangles, at the posts."""
+    figure, rng = checking.load(LESSONS[6] / "figure.py"), np.random.default_rng(8)
+    heights = figure.spike(figure.land(rng, 65, 65), rng)
+    errors = figure.truth.true_rtin(heights)
+    for tolerance_m, said in ((30.0, "890 of them"), (20.0, "973, and 27.1 metres off")):
+        found = figure.triangles(errors, tolerance_m)
+        worst = max(farthest(np.array(each[:3]), heights) for each in found)
+        assert said in page(6) and said.startswith(str(len(found))) and f"{worst:.1f}" in page(6)
+    leaves = figure.tree(figure.truth.node_errors(heights), 30.0)
+    assert f"{len(leaves)} leaves, which is {2 * len(leaves)} triangles" in page(6)
+
+
+def farthest(corners, heights):
+    """The largest distance of a triangle's posts from the land."""
+    (x0, y0), (x1, y1) = corners.min(0).astype(int), corners.max(0).astype(int)
+    y, x = np.mgrid[y0 : y1 + 1, x0 : x1 + 1].reshape(2, -1)
+    shares = np.linalg.solve(np.vstack([corners.T, np.ones(3)]), np.stack([x, y, np.ones(len(x))]))
+    inside = (shares > -1e-9).all(0)
+    z = heights[corners[:, 1].astype(int), corners[:, 0].astype(int)] @ shares
+    return np.abs(z - heights[y, x])[inside].max()
+
+
+def test_lesson_13_compares_at_equal_tolerance():
+    figure = checking.load(LESSONS[13] / "figure.py")
+    errors = figure.cell_errors(figure.land(np.random.default_rng(8), 257, 257))
+    plain, steered, tree = figure.plain(), figure.steered(errors), figure.quadtree(errors)
+    over, ratio = figure.worst(plain, errors)
+    assert f"{over} of its {len(plain)} squares are over tolerance, the worst one by a factor of {ratio:.1f}" in page(
+        13
+    )
+    assert figure.worst(steered, errors)[0] == figure.worst(tree, errors)[0] == 0
+    few, many = figure.triangles(tree), figure.triangles(steered)
+    assert f"the quadtree has fewer triangles, {few} against {many:,}" in page(13) and few == 8 * len(tree)
+    assert f"fewer patches, {len(steered)} against {len(tree)}" in page(13)
+    assert f"it is {many + 14 * len(steered):,} against {few + 14 * len(tree):,}" in page(13)
+    assert f"rings have {figure.triangles(plain)} triangles" in page(13)
+
+
 def test_lesson_8_floats_are_exact_for_powers_of_two():
     assert "The divisors of 60 that are powers of two are 1, 2 and 4." in page(8)
     divisors = [n for n in range(1, 61) if 60 % n == 0]

@@ -1,4 +1,4 @@
-"""Figure of lesson 6: a clipmap, a balanced quadtree and right triangles for the same land."""
+"""Figure of lesson 6: a balanced quadtree and right triangles for the same land."""
 
 import sys
 from pathlib import Path
@@ -18,21 +18,6 @@ truth = load(Path(__file__).parent / "check.py")
 def squares(boxes):
     """Outlines of squares x, y, side."""
     return [[(x, y), (x + s, y), (x + s, y + s), (x, y + s), (x, y)] for x, y, s in boxes]
-
-
-def rings(eye, cells, levels, size):
-    """Squares of a clipmap, x, y, side."""
-    found = []
-    hole = (0, 0, 0, 0)
-    for level in range(levels):
-        side, step = 1 << level, 2 << level
-        x0, y0 = (step * int(np.floor((at - 0.5 * cells * side) / step + 0.5)) for at in eye)
-        for y in range(y0, y0 + cells * side, side):
-            for x in range(x0, x0 + cells * side, side):
-                if not (hole[0] <= x < hole[2] and hole[1] <= y < hole[3]):
-                    found.append((x, y, side))
-        hole = (x0, y0, x0 + cells * side, y0 + cells * side)
-    return found
 
 
 def tree(errors, tolerance):
@@ -65,15 +50,14 @@ def triangles(errors, tolerance):
 
 
 def main(path):
-    """Draw the three."""
+    """Draw both."""
     rng = np.random.default_rng(8)
     heights = spike(land(rng, 65, 65), rng)
     tolerance = 30.0
     right = triangles(truth.true_rtin(heights), tolerance)
-    leaves, ring = tree(truth.node_errors(heights), tolerance), rings((30.3, 27.9), 12, 4, 65)
-    figure, axes = plt.subplots(1, 3, figsize=(13, 4.6), constrained_layout=True)
+    leaves = tree(truth.node_errors(heights), tolerance)
+    figure, axes = plt.subplots(1, 2, figsize=(9, 4.8), constrained_layout=True)
     shown = (
-        (f"clipmap: rings around the eye, {len(ring)} squares", squares(ring)),
         (f"quadtree, balanced: {len(leaves)} leaves", squares(leaves)),
         (f"right triangles (RTIN): {len(right)} triangles", right),
     )
@@ -81,7 +65,6 @@ def main(path):
         ax.imshow(heights, cmap="gist_earth", extent=(0, 64, 64, 0), alpha=0.75)
         ax.add_collection(LineCollection(lines, colors="k", linewidths=0.5))
         ax.set(title=title, xlim=(0, 64), ylim=(64, 0), xticks=[], yticks=[])
-    axes[0].plot(30.3, 27.9, "r+", markersize=12)
     figure.savefig(path, dpi=90)
 
 
