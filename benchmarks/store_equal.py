@@ -116,7 +116,7 @@ def patches_of(renderer: tg.Renderer) -> bytes:
     renderer.session.enter()
     frame: Any = renderer.inspector.frame
     selection = frame.selection
-    return bytes(selection.surface.patches.read(selection.patches * layout.RING_PATCH.itemsize))
+    return bytes(selection.surface.patches.read(selection.patches * layout.PATCH.itemsize))
 
 
 def same_picture(one: tg.Renderer, other: tg.Renderer, view: dict[str, Any]) -> bool:

@@ -21,7 +21,6 @@ import numpy as np
 from terrain_gl import Camera, Heightmap, create_context
 from terrain_gl.error import ErrorTables
 from terrain_gl.files.maps import bundled
-from terrain_gl.gpu.layout import RING_PATCH
 from terrain_gl.image import write_png
 from terrain_gl.lod import Goal, RingsSelector
 from terrain_gl.terrain import Terrain
@@ -42,25 +41,22 @@ eye = np.array([east, north, heightmap.heights[row, col] + 3 * heightmap.spacing
 
 
 def patches_of(direction):
-    """Corners as column and row (n, 2), width and height in posts (n, 2), and levels of the patches of a view."""
+    """Corners as column and row (n, 2), sides in posts (n,), and levels of the patches of a view."""
     camera = Camera(eye, eye + direction, fov_deg=90)
     chosen = selector.select(camera, (720, 720), 0.1 * heightmap.spacing_m[0], Goal(TOLERANCE_PX))
     print(f"{chosen.patches:6} patches, {chosen.triangles:6} triangles, at most {chosen.certified_px:.3f} px off")
-    # A patch is four words: its north-west corner, its shape and its bound (glsl/lod/rings/shapes.glsl).
-    records = np.frombuffer(selector.patches.read(chosen.patches * RING_PATCH.itemsize), RING_PATCH)
-    shape = records["shape"].astype(int)
-    pair = np.stack([shape >> 23 & 1, shape >> 24 & 1], -1)  # two squares, side by side
-    return records["corner"], 1 << (shape & 31)[:, None] + pair, (shape >> 5 & 63) - 16
+    patches = selector.chosen(chosen)
+    return patches.corner, 1 << patches.side_log2, patches.step_log2
 
 
 def paint(direction):
     """(rows, cols, 3): the view's patches, outlined, in the colours of their levels."""
     seen = np.zeros((heightmap.rows, heightmap.cols, 3))
-    for (x, y), (width, height), level in zip(*patches_of(direction), strict=True):
+    for (x, y), side, level in zip(*patches_of(direction), strict=True):
         low_x, low_y = max(x, 0), max(y, 0)  # a ring may reach beyond the map
-        seen[low_y : y + height, low_x : x + width] = COLOURS[np.clip(level, 0, len(COLOURS) - 1)]
-        seen[low_y, low_x : x + width] *= 0.8
-        seen[low_y : y + height, low_x] *= 0.8
+        seen[low_y : y + side, low_x : x + side] = COLOURS[np.clip(level, 0, len(COLOURS) - 1)]
+        seen[low_y, low_x : x + side] *= 0.8
+        seen[low_y : y + side, low_x] *= 0.8
     return seen
 
 

@@ -1,7 +1,7 @@
 """The mesh: the patches of a selection become triangles, in a picture or in a buffer.
 
 A patch is one vertex. The control shader sets the tessellation levels; the evaluation shader puts vertices on posts,
-and between posts where cells are cut (glsl/mesh/ring.tese, glsl/mesh/patch.tese). The shaders of every method end in
+and between posts where cells are cut (glsl/mesh/patch.tese). The shaders of every method end in
 put_vertex() (glsl/mesh/vertex.glsl).
 """
 

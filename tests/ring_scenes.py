@@ -66,8 +66,8 @@ def check_covered_once(drawn, heightmap):
 
 def patches_of(scene, selection):
     """Records of the view's patches, decoded: corner, side_log2, step_log2, edges_log2 (n, 4), bound_px."""
-    data = scene.levels.patches.read(selection.patches * layout.RING_PATCH.itemsize)
-    return layout.unpack_ring_patches(np.frombuffer(data, layout.RING_PATCH))
+    data = scene.levels.patches.read(selection.patches * layout.PATCH.itemsize)
+    return layout.unpack_patches(np.frombuffer(data, layout.PATCH))
 
 
 CORNER = np.dtype([("post", "2f4"), ("low", "2u2"), ("high", "2u2"), ("step_log2", "f4"), ("shape", "u4")])

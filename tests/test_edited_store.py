@@ -74,7 +74,7 @@ def random_view(rng, z_m=60.0):
 def patches_of(renderer):
     renderer.session.enter()
     selection = renderer.inspector.frame.selection
-    return selection.surface.patches.read(selection.patches * layout.RING_PATCH.itemsize)
+    return selection.surface.patches.read(selection.patches * layout.PATCH.itemsize)
 
 
 @pytest.fixture

@@ -118,22 +118,20 @@ def test_summary_round_trip(ctx):
 
 
 def test_patch_round_trip(ctx):
-    shape = 19 | 5 << 5 | 0b0110 << 8 | 1 << 12
-    patch = np.array([((0xABC, 0xFFF0), shape)], layout.PATCH)
-    x, y = patch.view("u4")
-    lattice = f"lattice_of(uvec2({x}u, {y}u))"
-    names = ("corner.x", "corner.y", "step_log2", "segments", "split_edges", "fan")
-    expressions = [f"uint({lattice}.{name})" for name in names]
-    expressions += [f"words_of({lattice}).{part}" for part in "xy"]
-    got = read_back(ctx, shaders.source("mesh/lattice.glsl") + writes(expressions), 8, lambda _: None)
-    assert got.tolist() == [0xABC, 0xFFF0, 19, 32, 0b0110, 1, x, y]
-    fields = layout.unpack_patches(patch)
-    assert [*fields.corner[0], fields.step_log2, fields.segments_log2, fields.split_edges, fields.fan] == [
-        *got[:3],
-        5,
-        *got[4:6],
-    ]
-    assert fields.side == [1 << 18]  # of 64ths of a post: 2^19 · 32
+    edges = [0, 6, 1, 2]
+    word = f"(shape_word(11, -5, ivec4{tuple(edges)}) | IS_FAN)"
+    of_shape = f"shape_of(ivec4(-8, 0x3ff0, {word}, 0))"
+    names = ("corner.x", "corner.y", "side_log2", "step_log2", *(f"edges_log2[{i}]" for i in range(4)), "fan")
+    expressions = [word, f"split_edges_of({of_shape})", *(f"uint({of_shape}.{name})" for name in names)]
+    shape, split_edges, *got = read_back(
+        ctx, shaders.source("mesh/shape.glsl") + writes(expressions), len(expressions), lambda _: None
+    ).tolist()
+    assert np.array(got, "u4").view("i4").tolist() == [-8, 0x3FF0, 11, -5, *edges, 1]
+    record = np.array([((-8, 0x3FF0), shape, 0.5)], layout.PATCH)
+    p = layout.unpack_patches(record)
+    assert [*p.corner[0], *p.side_log2, *p.step_log2, *p.edges_log2[0], *p.fan] == [-8, 0x3FF0, 11, -5, *edges, 1]
+    assert p.split_edges == split_edges == 0b1110
+    assert p.size.tolist() == [[1 << 11]] and p.bound_px == 0.5
 
 
 def test_nodes_decode_as_the_shader_does(ctx):

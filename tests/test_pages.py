@@ -76,7 +76,7 @@ def choose(renderer, camera, **options):
 def patches_of(renderer):
     renderer.session.enter()
     selection = renderer.inspector.frame.selection
-    return selection.surface.patches.read(selection.patches * layout.RING_PATCH.itemsize)
+    return selection.surface.patches.read(selection.patches * layout.PATCH.itemsize)
 
 
 def load(renderer, keys):

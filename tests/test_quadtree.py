@@ -165,9 +165,9 @@ def patches_of(scene, selection):
     return SimpleNamespace(
         col=p.corner[:, 0],
         row=p.corner[:, 1],
-        step=1 << p.step_log2 >> 6,  # 0 in a cell that is cut
-        side=p.side,
-        segments=1 << p.segments_log2,
+        step=np.exp2(p.step_log2).astype(int),  # 0 in a cell that is cut
+        side=p.size[:, 0],
+        segments=1 << p.side_log2 - p.step_log2,
         edges=p.split_edges,
         fan=p.fan,
     )

@@ -160,7 +160,7 @@ def test_rounds_look_at_all_that_may_change(ctx, scene):
             meshes = []
             for selector in (thorough, quick):
                 selection = selector.select(camera, SIZE, scene.near_m, Goal(tolerance))
-                meshes.append(selector.patches.read(layout.RING_PATCH.itemsize * selection.patches))
+                meshes.append(selector.patches.read(layout.PATCH.itemsize * selection.patches))
             assert meshes[0] == meshes[1]
     thorough.release()
     quick.release()
@@ -185,7 +185,7 @@ def test_rings_and_blocks_that_nobody_sees_change_nothing(ctx, scene, monkeypatc
         for selector, leave_out in ((all_, lambda rings, *_: rings), (quick, in_picture)):
             monkeypatch.setattr(rings, "rings_in_picture", leave_out)
             selection = selector.select(camera, SIZE, scene.near_m, Goal(0.3))
-            patches = selector.patches.read(layout.RING_PATCH.itemsize * selection.patches)
+            patches = selector.patches.read(layout.PATCH.itemsize * selection.patches)
             meshes.append((selection.certified_px, selection.triangles, patches))
         assert meshes[0] == meshes[1]
         least = np.minimum(least, (quick.blocks / all_.blocks, quick.seen / quick.blocks))
@@ -201,7 +201,7 @@ def test_a_budget_weighs_only_blocks_in_the_picture(ctx, scene, monkeypatch):
         change_shaders(monkeypatch, old, "true || !project_square")
         selector = Counting(scene.tables)
         selection = selector.select(camera, SIZE, scene.near_m, Goal(triangles=3000))
-        patches = selector.patches.read(layout.RING_PATCH.itemsize * selection.patches)
+        patches = selector.patches.read(layout.PATCH.itemsize * selection.patches)
         found.append((selector.seen, selection.triangles, patches))
         selector.release()
     assert found[0][1:] == found[1][1:]

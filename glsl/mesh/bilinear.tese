@@ -3,7 +3,7 @@
 // From above and in a capture vertices are on posts: a vertex between posts falls on the post before it.
 // Python twin: verify.holes.bilinear
 
-#include "mesh/lattice.glsl"
+#include "mesh/shape.glsl"
 #include "mesh/between.glsl"
 #include "mesh/vertex.glsl"
 
@@ -14,13 +14,13 @@
 // rows count to the south, so the tessellator's plane is mirrored
 layout(quads, equal_spacing, cw) in;
 
-patch in uvec2 v_shape;
+patch in ivec4 v_shape;
 
 void main() {
-    Lattice l = lattice_of(v_shape);
-    ivec2 steps = ivec2(round(gl_TessCoord.xy * float(FINER * l.segments)));
-    ivec2 post = min(l.corner + steps / FINER, u_last_post);
-    Patch p = Patch(l.corner, l.corner + l.segments, 0.0, false, 0u, -1.0);
+    Shape s = shape_of(v_shape);
+    ivec2 steps = ivec2(round(gl_TessCoord.xy * float(FINER << s.side_log2)));
+    ivec2 post = min(s.corner + steps / FINER, u_last_post);
+    Patch p = Patch(s.corner, end_of(s), 0.0, false, 0u, -1.0);
 #if TO == PICTURE
     vec2 between = vec2(steps % FINER) / float(FINER) * vec2(lessThan(post, u_last_post));
     put_vertex_between(post, between, bilinear_m(post, between), p);

@@ -1,6 +1,6 @@
-// mesh/patch.vert — a patch is one vertex: two words (mesh/lattice.glsl).
+// mesh/patch.vert — a patch is one vertex: four words (mesh/shape.glsl).
 
-in uvec2 in_patch;
-out uvec2 v_patch;
+in ivec4 in_patch;
+out ivec4 v_patch;
 
 void main() { v_patch = in_patch; }

@@ -127,36 +127,38 @@ VIEW = np.dtype(
     ]
 )
 
-# glsl/mesh/lattice.glsl
-PATCH = np.dtype([("corner", "2u2"), ("shape", "u4")])
+# glsl/mesh/shape.glsl
+PATCH = np.dtype([("corner", "2i4"), ("shape", "u4"), ("bound_px", "f4")])
 
 
 class Patches(NamedTuple):
     """Decoded patch records, one entry a patch."""
 
-    corner: np.ndarray  # (n, 2) column and row of the north-west post
-    step_log2: np.ndarray  # log2 of the 64ths of a post between vertices
-    segments_log2: np.ndarray  # log2 of the segments a side
-    split_edges: np.ndarray  # split edges of a fan, bits 0 to 3: west, north, east, south
-    fan: np.ndarray
-
-    @property
-    def side(self) -> np.ndarray:
-        """Posts along a side."""
-        return 1 << (self.step_log2 + self.segments_log2 - 6)
+    corner: np.ndarray  # (n, 2) column and row of the north-west post; may lie beyond the map
+    side_log2: np.ndarray  # log2 of the posts along a side
+    step_log2: np.ndarray  # log2 of the posts between vertices: negative if cells are cut
+    edges_log2: np.ndarray  # (n, 4) log2 of the segments of the west, north, east and south edge
+    fan: np.ndarray  # whether a leaf of the quadtree is one fan
+    bound_px: np.ndarray  # negative without a bound
 
     @property
     def size(self) -> np.ndarray:
         """Columns and rows of posts that each covers, (n, 1)."""
-        return self.side[:, None]
+        return 1 << self.side_log2[:, None]
+
+    @property
+    def split_edges(self) -> np.ndarray:
+        """Split edges of fans, bits 0 to 3: west, north, east, south."""
+        return np.where(self.fan, (np.minimum(self.edges_log2, 1) << np.arange(4)).sum(1), 0)
 
 
 def unpack_patches(records: np.ndarray) -> Patches:
     """Decode records `PATCH`, (n,)."""
-    corner = records["corner"].astype(np.int64)
     shape = records["shape"].astype(np.int64)
-    fan = (shape >> 12 & 1).astype(bool)
-    return Patches(corner, shape & 31, shape >> 5 & 7, np.where(fan, shape >> 8 & 15, 0), fan)
+    edges = np.stack([shape >> first & 7 for first in (11, 14, 17, 20)], -1)
+    corner = records["corner"].astype(np.int64)
+    fan = (shape >> 23 & 1).astype(bool)
+    return Patches(corner, shape & 31, (shape >> 5 & 63) - 16, edges, fan, records["bound_px"].astype(float))
 
 
 class Level(NamedTuple):
@@ -264,34 +266,7 @@ RING_WORK = np.dtype(
 )
 RING_BLOCK = np.dtype([("origin", "2i4"), ("unit_log2", "i4"), ("ring", "i4"), ("known_log2", "i4"), ("pad", "i4")])
 
-# glsl/lod/rings/shapes.glsl, glsl/mesh/ring.glsl
-RING_PATCH = np.dtype([("corner", "2i4"), ("shape", "u4"), ("bound_px", "f4")])
-
-
-class RingPatches(NamedTuple):
-    """Decoded ring patch records, one entry a patch."""
-
-    corner: np.ndarray  # (n, 2) column and row of the north-west post; may lie beyond the map
-    side_log2: np.ndarray  # log2 of the posts along a side
-    step_log2: np.ndarray  # log2 of the posts between vertices: negative if cells are cut
-    edges_log2: np.ndarray  # (n, 4) log2 of the segments of the west, north, east and south edge
-    bound_px: np.ndarray
-
-    @property
-    def size(self) -> np.ndarray:
-        """Columns and rows of posts that each covers, (n, 1)."""
-        return 1 << self.side_log2[:, None]
-
-
-def unpack_ring_patches(records: np.ndarray) -> RingPatches:
-    """Decode records `RING_PATCH`, (n,)."""
-    shape = records["shape"].astype(np.int64)
-    edges = np.stack([shape >> first & 7 for first in (11, 14, 17, 20)], -1)
-    corner = records["corner"].astype(np.int64)
-    bound_px = records["bound_px"].astype(float)
-    return RingPatches(corner, shape & 31, (shape >> 5 & 63) - 16, edges, bound_px)
-
-
+# glsl/lod/rings/shapes.glsl
 RING_SUMMARY = np.dtype(
     [
         ("count", "u4", 8),

@@ -56,7 +56,7 @@ def linear_albedo(pixels: np.ndarray, name: str) -> np.ndarray:
 
 
 def added_to(sums: np.ndarray, first: int, n: int, colour: np.ndarray) -> None:
-    """Add rows of pixels, from row `first` on, to the sums of squares of n × n pixels."""
+    """Add rows of pixels, from row `first` on, to the sums over boxes of n × n pixels."""
     across = np.add.reduceat(colour, np.arange(0, colour.shape[1], n), 1)
     np.add.at(sums, (first + np.arange(len(colour))) // n, across)
 

@@ -17,8 +17,6 @@ triangle. `search` finds the price that gives the budget's number of triangles (
 from __future__ import annotations
 
 import math
-from collections.abc import Mapping
-from types import MappingProxyType
 from typing import Any
 
 import moderngl
@@ -30,6 +28,7 @@ from ..camera.view import ViewBlock
 from ..error import ErrorTables
 from ..gpu import gl, layout, shaders
 from ..gpu.bindings import bind
+from .patches import OfPatches
 from .selection import INFINITE_PX, METRES, Goal, Selection
 
 ROUNDS = 16  # the most prices tried for a budget; usually three to five are enough
@@ -52,16 +51,8 @@ def _offset(name: str) -> int:
     return int(fields[name][1])
 
 
-class QuadtreeSelector:
+class QuadtreeSelector(OfPatches):
     """The passes, and the buffers that they fill: `patches` (records `layout.PATCH`) and `draws`."""
-
-    stages: Mapping[str, str] = MappingProxyType(
-        {"vertex": "mesh/patch.vert", "tess_control": "mesh/patch.tesc", "tess_evaluation": "mesh/patch.tese"}
-    )
-    defines: Mapping[str, object] = MappingProxyType({})
-    on_heights = True
-    mode = moderngl.PATCHES
-    indices = None
 
     def __init__(self, tables: ErrorTables, view: ViewBlock | None = None) -> None:
         ctx = self.ctx = tables.ctx
@@ -130,16 +121,6 @@ class QuadtreeSelector:
         """
         anywhere = Camera.default(self.terrain.heightmap)
         return self.select(anywhere, (1, 1), 1.0, Goal(max_error_m, METRES, cull=False))
-
-    @property
-    def feed(self) -> list[tuple[Any, ...]]:
-        """A patch is one vertex."""
-        return [(self.patches, "2u4", "in_patch")]
-
-    def bind(self) -> None:
-        """Bind everything that the stages read."""
-        self.terrain.bind()
-        self.view.bind()
 
     def update(self, posts: Rect) -> None:
         """Follow an edit: there is nothing to do, every selection reads the error tables again."""

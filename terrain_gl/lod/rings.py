@@ -17,10 +17,8 @@ Specification: `reference.rings`.
 from __future__ import annotations
 
 import math
-from collections.abc import Mapping
 from dataclasses import replace
 from functools import cache
-from types import MappingProxyType
 from typing import Any
 
 import moderngl
@@ -35,6 +33,7 @@ from ..gpu.bindings import bind
 from . import budget
 from .hiding import NO_HIDING, SECTORS, Horizon, hiding, ridge_before
 from .land import rings_in_picture
+from .patches import OfPatches
 from .ring_layout import BLOCK_SIDE, BLOCKS_ACROSS, Ring, across_for, ring_over, rings_around
 from .selection import INFINITE_PX, METRES, Goal, Selection
 
@@ -55,16 +54,8 @@ _ASKING: dict[str, dict[str, dict[str, object]]] = {  # passes with other shader
 }
 
 
-class RingsSelector:
-    """The passes, and the buffers that they fill: `patches` (records `layout.RING_PATCH`) and `draws`."""
-
-    stages: Mapping[str, str] = MappingProxyType(
-        {"vertex": "mesh/ring.vert", "tess_control": "mesh/ring.tesc", "tess_evaluation": "mesh/ring.tese"}
-    )
-    defines: Mapping[str, object] = MappingProxyType({})
-    on_heights = True
-    mode = moderngl.PATCHES
-    indices = None
+class RingsSelector(OfPatches):
+    """The passes, and the buffers that they fill: `patches` (records `layout.PATCH`) and `draws`."""
 
     def __init__(self, tables: ErrorTables, view: ViewBlock | None = None) -> None:
         ctx = self.ctx = tables.ctx
@@ -90,11 +81,6 @@ class RingsSelector:
     def bytes(self) -> int:
         """GPU memory of the blocks, the patches and the draw commands."""
         return self._horizon.bytes + sum(buffer.size for buffer in self._buffers.values())
-
-    @property
-    def feed(self) -> list[tuple[Any, ...]]:
-        """A patch is one vertex."""
-        return [(self.patches, "4i4", "in_patch")]
 
     def select(self, camera: Camera, size: tuple[int, int], near_m: float, goal: Goal) -> Selection:
         """Choose the patches for a picture of `size` (width, height).
@@ -182,21 +168,11 @@ class RingsSelector:
             self._run("try", _work("seen"), **{"pass": i, "target": target})
         self._is_weighed = True
 
-    def chosen(self, selection: Selection) -> layout.RingPatches:
-        """The patches of the last selection: the drawn ones, then the hidden ones."""
-        size = (selection.patches + selection.hidden) * layout.RING_PATCH.itemsize
-        return layout.unpack_ring_patches(np.frombuffer(self.patches.read(size) if size else b"", layout.RING_PATCH))
-
     def ridge_before(self, x: float, y: float) -> tuple[float, float]:
         """The ridge that hides a place of the last selection; both in world metres."""
         camera = self._hiding.camera
         assert camera
         return ridge_before(self._horizon.read(), self.terrain.heightmap, camera, x, y)
-
-    def bind(self) -> None:
-        """Bind everything that the stages read."""
-        self.terrain.bind()
-        self.view.bind()
 
     def release(self) -> None:
         """Release GPU resources."""
@@ -262,7 +238,7 @@ class RingsSelector:
             bind("lod/rings/place.comp", Draws=self.draws)
             self._run("place", agreed=over, most_draws=self.draws.size // gl.COMMAND_STRIDE)
             bind("lod/rings/emit.comp", Patches=self.patches)
-            self._run("emit", _work("all"), agreed=over, most_patches=self.patches.size // layout.RING_PATCH.itemsize)
+            self._run("emit", _work("all"), agreed=over, most_patches=self.patches.size // layout.PATCH.itemsize)
             data = self._buffers["summary"].read(layout.RING_SUMMARY.itemsize)
             summary = np.frombuffer(data, layout.RING_SUMMARY)[0]
             has_agreed = not summary["unagreed"]
@@ -331,7 +307,7 @@ class RingsSelector:
 
     def _has_room(self, blocks: int, selection: Selection) -> bool:
         """Whether all of it fitted into the buffers; if not, make them larger."""
-        room = self.patches.size // layout.RING_PATCH.itemsize, self.draws.size // gl.COMMAND_STRIDE
+        room = self.patches.size // layout.PATCH.itemsize, self.draws.size // gl.COMMAND_STRIDE
         if (
             blocks <= self._most_blocks
             and selection.patches + selection.hidden <= room[0]
@@ -353,7 +329,7 @@ class RingsSelector:
             "lists": 4 * 4 * _UNITS * blocks,
             "shapes": 8 * _UNITS * blocks,
             "summary": layout.RING_SUMMARY.itemsize + 4 * layout.SIZES * blocks,
-            "patches": layout.RING_PATCH.itemsize * patches,
+            "patches": layout.PATCH.itemsize * patches,
             "draws": gl.COMMAND_STRIDE * draws,
         }
         for name, size in sizes.items():

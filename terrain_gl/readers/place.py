@@ -146,7 +146,10 @@ def to_degrees(crs: str) -> Any:
 
 @lru_cache(maxsize=16)
 def _turn_of(crs: str) -> float | None:
-    """360 degrees in units of a CRS: of degrees, or of a cylindrical projection, whose meridians are parallel lines."""
+    """A full turn around the Earth in units of a coordinate system; None where east and west do not repeat.
+
+    They repeat in degrees, and in cylindrical projections, whose meridians are parallel lines.
+    """
     flat = flat_crs(crs)  # raises an error if pyproj is missing
     if flat.is_geographic:
         return 2 * math.pi / float(flat.axis_info[0].unit_conversion_factor)

@@ -110,15 +110,14 @@ class PatchExplainer:
         if not isinstance(selection.surface, QuadtreeSelector):
             return None
         quadtree = selection.surface
-        data = quadtree.patches.read(selection.patches * layout.PATCH.itemsize) if selection.patches else b""
-        patches = layout.unpack_patches(np.frombuffer(data, layout.PATCH))
+        patches = quadtree.chosen(selection)
         at = _over(patches, post)
         if at is None:
             return None
         corner = int(patches.corner[at, 0]), int(patches.corner[at, 1])
         fan = bool(patches.fan[at])
-        size_log2 = int(patches.segments_log2[at])
-        side_log2 = int(patches.side[at]).bit_length() - 1
+        side_log2 = int(patches.side_log2[at])
+        size_log2 = side_log2 - int(patches.step_log2[at])
         answer = self._ask(quadtree, corner, side_log2, int(patches.split_edges[at]))
         choices = _choices(answer, side_log2, fan)
         segments = 0 if fan else 1 << size_log2
@@ -196,7 +195,7 @@ class PatchExplainer:
         return np.frombuffer(self._answer.read(_RING_ANSWER.itemsize), _RING_ANSWER)[0]
 
 
-def _over(patches: layout.Patches | layout.RingPatches, post: tuple[float, float]) -> int | None:
+def _over(patches: layout.Patches, post: tuple[float, float]) -> int | None:
     """Index of the first patch that holds a place."""
     offset = np.asarray(post) - patches.corner
     found = np.flatnonzero(((offset >= 0) & (offset <= patches.size)).all(1))

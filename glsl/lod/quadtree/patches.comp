@@ -7,11 +7,11 @@
 
 #include "lod/quadtree/leaf.glsl"
 #include "lod/quadtree/squares.glsl"
-#include "mesh/lattice.glsl"
+#include "mesh/shape.glsl"
 #include "lod/quadtree/cell.glsl"
 
 layout(local_size_x = TILE) in;
-layout(std430, binding = 5) writeonly buffer Patches { uvec2 patches[]; };
+layout(std430, binding = 5) writeonly buffer Patches { ivec4 patches[]; };
 
 #define TRIANGLES 0  // count triangles, for the search
 #define COUNT 1      // count the patches of each tile
@@ -96,9 +96,11 @@ void write_row(int tile, int s) {
         int column = findLSB(left);
         ivec2 at = first + ivec2(column, row), corner = at << level;
         bool fan = (s_fans[s][row] >> column & 1u) != 0u;
-        uint edges = !fan ? 15u : level == 0 ? 0u : split_edges(finer, level, at);
-        int step_log2 = 6 + level - (fan ? s : 0);  // in 64ths of a post
-        patches[place++] = words_of(Lattice(corner, step_log2, 1 << s, edges, fan));
+        int side_log2 = fan ? level : level + s;
+        uint split_ = level > 0 ? split_edges(finer, level, at) : 0u;  // edges of a cell that is cut are whole
+        ivec4 edges_log2 = fan ? ivec4(uvec4(split_) >> uvec4(0, 1, 2, 3) & 1u) : ivec4(s);
+        uint word = shape_word(side_log2, side_log2 - s, edges_log2) | (fan ? IS_FAN : 0u);
+        patches[place++] = ivec4(corner, word, floatBitsToInt(-1.0));
     }
 }
 

@@ -112,7 +112,7 @@ void main() {
     look_around_in(b.ring);
     ivec4 edges_log2 = edges_log2_of(leaf);
     bool can_split = side_units_log2(word) > 0 || b.unit_log2 >= 3;
-    shape[id].x = shape_word(leaf, min(edges_log2, MOST_SEGMENTS_LOG2));
+    shape[id].x = shape_word(leaf.side_log2, step_log2_of(leaf.word), min(edges_log2, MOST_SEGMENTS_LOG2));
     if (can_split && any(greaterThan(edges_log2, ivec4(MOST_SEGMENTS_LOG2)))) {
         queue_around(leaf);
         split(leaf, b);

@@ -1,9 +1,8 @@
 // lod/rings/shapes.glsl — the patches of a view, from its leaves.
-//   shape   bits 0-4   log2 of the side in posts      5-10  log2 of the posts between vertices, + 16
-//               11-22  log2 of the segments of each edge, 3 bits each: gl_TessLevelOuter's order
-// Provides shapes, and the numbers of the view's mesh.   Python twins: gpu.layout.RING_PATCH, gpu.layout.RING_SUMMARY
+// Provides shapes, and the numbers of the view's mesh.   Python twin: gpu.layout.RING_SUMMARY
 
 #include "lod/rings/rings.glsl"
+#include "mesh/shape.glsl"
 
 #define BLOCK_GROUP 64  // blocks that one work group of lod/rings/emit.comp handles
 
@@ -22,11 +21,3 @@ layout(std430, binding = 7) buffer Summary {
 };
 
 #define HIDDEN 0x80000000u  // in the bits of a hidden leaf's bound: the sign
-
-int segments_log2_of(uint word) { return int(word & 31u) - (int(word >> 5 & 63u) - 16); }
-ivec4 edges_log2_in(uint word) { return ivec4(uvec4(word) >> uvec4(11, 14, 17, 20) & 7u); }
-
-uint shape_word(Leaf leaf, ivec4 edges_log2) {
-    uint edges = uint(edges_log2[0]) | uint(edges_log2[1]) << 3 | uint(edges_log2[2]) << 6 | uint(edges_log2[3]) << 9;
-    return uint(leaf.side_log2) | (leaf.word & 63u) << 5 | edges << 11;
-}

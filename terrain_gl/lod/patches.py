@@ -1,0 +1,52 @@
+"""What rings and quadtree share: one record a patch, and the shaders that make triangles of it."""
+
+from __future__ import annotations
+
+from collections.abc import Mapping
+from types import MappingProxyType
+from typing import Any
+
+import moderngl
+import numpy as np
+
+from ..camera.view import ViewBlock
+from ..gpu import layout
+from ..terrain import Terrain
+from .selection import Selection
+
+
+class OfPatches:
+    """A `surface.Surface` of patches.
+
+    Attributes
+    ----------
+    patches
+        Records `layout.PATCH`.
+    """
+
+    stages: Mapping[str, str] = MappingProxyType(
+        {"vertex": "mesh/patch.vert", "tess_control": "mesh/patch.tesc", "tess_evaluation": "mesh/patch.tese"}
+    )
+    defines: Mapping[str, object] = MappingProxyType({})
+    on_heights = True
+    mode = moderngl.PATCHES
+    indices = None
+
+    terrain: Terrain
+    view: ViewBlock
+    patches: moderngl.Buffer
+
+    @property
+    def feed(self) -> list[tuple[Any, ...]]:
+        """A patch is one vertex."""
+        return [(self.patches, "4i4", "in_patch")]
+
+    def chosen(self, selection: Selection) -> layout.Patches:
+        """The patches of the last selection: the drawn ones, then the hidden ones."""
+        size = (selection.patches + selection.hidden) * layout.PATCH.itemsize
+        return layout.unpack_patches(np.frombuffer(self.patches.read(size) if size else b"", layout.PATCH))
+
+    def bind(self) -> None:
+        """Bind everything that the stages read."""
+        self.terrain.bind()
+        self.view.bind()
