@@ -21,7 +21,7 @@ from terrain_gl.files.views import standard_view
 from terrain_gl.image import read_image
 from terrain_gl.shade.picture import STYLES
 
-COMMANDS = ("info", "shot", "view", "measure", "mesh", "bench", "generate", "fly", "diff")
+COMMANDS = ("info", "shot", "view", "measure", "mesh", "bench", "generate", "fly", "diff", "cache")
 FRAME_KEYS = {
     "voids",
     *("method", "metric", "triangles", "patches", "splits", "certified_max_error_px", "requested_max_error_px"),

@@ -561,7 +561,7 @@ def test_a_window_in_another_coordinate_system_is_refused(placed, crs, fits):
 def test_edits_are_checked(land):
     with Renderer(StoredMap(land[1]), SIZE) as renderer:
         for rows, heights, error in (
-            (3, np.nan, "has no voids"),
+            (3, np.nan, "voids of a store"),
             (3, 2e7, "beyond"),
             (3, 1j, "real heights"),
             (900, 1.0, "rows must be"),

@@ -24,6 +24,7 @@ from terrain_gl.image import read_image
 from terrain_gl.light.ground import HeightSums
 from terrain_gl.renderer import Renderer
 from terrain_gl.renderer.options import RenderOptions
+from terrain_gl.renderer.overlay import Overlay
 
 pytest.importorskip("zarr")
 from terrain_gl.pages.map import above as page_above
@@ -183,6 +184,21 @@ def test_with_all_pages_pictures_are_those_of_the_whole_map(hills, style):
         load(other, all_pages(other.heightmap))
         found = [renderer.render(camera, 1.0, style=style, contour_m=5.0).image for renderer in (one, other)]
     np.testing.assert_array_equal(*found)
+
+
+def test_lines_lie_on_the_land_of_a_store_as_in_memory(hills):
+    whole, path = hills
+    camera = standard_view(whole, "default")
+    line = np.stack([np.linspace(3, whole.cols - 5, 40), np.linspace(whole.rows - 9, 4, 40)], -1)
+    found = []
+    with Renderer(whole, SIZE) as one, Renderer(StoredMap(path), SIZE) as other:
+        load(other, all_pages(other.heightmap))
+        bare = one.render(camera, 1.0, style="lambert").image
+        for renderer in (one, other):
+            renderer.overlays = (Overlay((line,), line[::9] + 6),)
+            found.append(renderer.render(camera, 1.0, style="lambert").image)
+    np.testing.assert_array_equal(*found)
+    assert (found[0] != bare).any(-1).sum() > 50
 
 
 def test_without_the_sums_of_its_pages_a_picture_is_another(hills):

@@ -2,7 +2,7 @@
 //   A node of level j covers 2^j × 2^j cells from post (col, row) · 2^j on. Corners beyond the last post are clamped to
 //   it. Level 0 has the cells of the map; level u_top_level has one node over the whole map.
 //   Heights are metres above the terrain's base; voids are filled from their rim.
-// Provides height_m(), is_hole(), twist_m(), node_index(), unpack_range(), class_limit_m(),
+// Provides height_m(), marks_at(), is_hole(), twist_m(), node_index(), unpack_range(), class_limit_m(),
 // class_of_octave(), tile_log2().   Python twins: gpu.layout.TERRAIN, reference.twists, reference.class_limits
 
 struct Level {
@@ -27,7 +27,7 @@ layout(std140, binding = 0) uniform Terrain {
 };
 
 layout(binding = 0) uniform sampler2D u_heights;
-layout(binding = 1) uniform usampler2D u_marks;  // VOID and WET
+layout(binding = 1) uniform usampler2D u_marks;  // VOID and WET; of pages also HOLE and HOLED
 
 int node_index(int level, ivec2 at) { return u_level[level].first_node + at.y * u_level[level].size.x + at.x; }
 
@@ -39,6 +39,9 @@ float height_m(ivec2 post);
 float height_m(ivec2 post) { return texelFetch(u_heights, post, 0).x; }
 int range_index(int level, ivec2 at) { return node_index(level, at); }
 int loaded_level(ivec2 low, ivec2 end, int from) { return from; }
+uint marks_at(ivec2 post) { return texelFetch(u_marks, post, 0).x; }
+#else
+uint marks_at(ivec2 post);
 #endif
 
 // By how much the height of a vertex between posts may be rounded: three interpolations in float32, each of them rounds
@@ -48,16 +51,21 @@ float rounding_between_m() { return max(abs(u_low_m), abs(u_low_m + u_span_m)) *
 // Mesa's software renderer fetches texels even in branches that are not taken. So maps without voids define NO_VOIDS.
 #ifdef NO_VOIDS
 bool is_void(ivec2 post) { return false; }
+bool is_hole(ivec2 cell) { return false; }
 #else
-bool is_void(ivec2 post) { return u_has_voids != 0 && (texelFetch(u_marks, post, 0).x & uint(VOID)) != 0u; }
-#endif
+bool is_void(ivec2 post) { return u_has_voids != 0 && (marks_at(post) & uint(VOID)) != 0u; }
 
 // A full-resolution cell with a void corner is a hole.
 bool is_hole(ivec2 cell) {
     if (u_has_voids == 0) return false;
+#if defined(WINDOW) || !defined(PAGED)
     ivec2 next = min(cell + 1, u_last_post);
     return is_void(cell) || is_void(next) || is_void(ivec2(next.x, cell.y)) || is_void(ivec2(cell.x, next.y));
+#else
+    return (marks_at(cell) & uint(HOLE)) != 0u;
+#endif
 }
+#endif
 
 // The twist h00 − h10 − h01 + h11 of a cell: 0 if its posts lie in a plane. Differences of similar heights are exact,
 // even if the heights are large (Sterbenz 1974, "Floating-point computation").

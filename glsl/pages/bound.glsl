@@ -7,7 +7,8 @@
 //     - Across pages. A cell in page A may have corners in page B. With A's heights there, its error would be at most
 //     M_A; these
 //       heights differ from B's by at most M_A + M_B. So its error is at most 2 M_A + M_B ≤ 3 max M.
-//       (docs/stores.md)
+//       (docs/stores.md) Records say nothing of voids: if a node has a void post, there is no bound until all pages are
+//       loaded.
 // Provides is_within_m(), largest_m(), squares_m2().   Python twins: reference.bound_max_m, reference.class_tables,
 // reference.box_sum
 
@@ -49,10 +50,25 @@ float largest_of_level_m(ivec2 low, ivec2 end, int level) {
     return sure < 0 ? u_span_m : class_limit_m(sure) * (1.0 + exp2(-18.0));
 }
 
+// Whether a node of the box has a hole; all pages of the level are loaded over it.
+bool has_holes(ivec2 low, ivec2 end, int level) {
+#ifndef NO_VOIDS
+    if (u_has_voids == 0) return false;
+    ivec4 nodes = nodes_over(low, end, level);
+    for (int y = nodes.y; y <= nodes.w; y++)
+        for (int x = nodes.x; x <= nodes.z; x++) {
+            ivec2 texel = first_texel(slot_of(level, ivec2(x, y) >> PAGE_LOG2)) + (ivec2(x, y) & PAGE - 1);
+            if ((texelFetch(u_marks, texel, 0).x & uint(HOLED)) != 0u) return true;
+        }
+#endif
+    return false;
+}
+
 // The bound for a box whose pages are not all loaded at its spacing; `level` is the finest level that is.
 float largest_of_coarse_m(ivec2 low, ivec2 end, int from, int level, bool is_mixed) {
     float worst_m = largest_of_level_m(low, end, level);
     if (!is_mixed) return worst_m;
+    if (has_holes(low, end, level)) return u_span_m;
     for (int finer = from; finer < level; finer++) worst_m = max(worst_m, largest_of_level_m(low, end, finer));
     return min(3.0 * worst_m, u_span_m);
 }

@@ -5,7 +5,8 @@
 //   on the lattice of that page, else the bilinear height between four posts of the lattice. So all shaders see the
 //   same height. Page tables: for each level the slot of each page, + 1, and whether it has light; then, for each page
 //   of level 0, the finest loaded one over it.
-// Provides height_m(), range_index(), loaded_level(), finest_over(), first_texel(), PAGE, slot_of(), lit_slot_of(),
+// Provides height_m(), marks_at(), range_index(), loaded_level(), finest_over(), first_texel(), PAGE, slot_of(),
+// lit_slot_of(),
 // pages_of(), resident_level().
 
 #ifndef WINDOW
@@ -57,6 +58,16 @@ float height_m(ivec2 post) {
     float north = mix(height_in_slot_m(slot, at), height_in_slot_m(slot, ivec2(next.x, at.y)), t.x);
     float south = mix(height_in_slot_m(slot, ivec2(at.x, next.y)), height_in_slot_m(slot, next), t.x);
     return mix(north, south, t.y);
+}
+
+// The marks of a post; where its page is not loaded, those of the post before it on the lattice that is. So a node of a
+// coarser page is a hole only if all its cells are.
+uint marks_at(ivec2 post) {
+    ivec2 fine = min(post >> PAGE_LOG2, pages_of(0) - 1);
+    uint word = finest_over(fine);
+    int level = int(word >> 24), slot = int(word & 0xffffffu);
+    ivec2 first = (fine >> level) << (PAGE_LOG2 + level);
+    return texelFetch(u_marks, first_texel(slot) + (post - first >> level), 0).x;
 }
 
 // First and last page of a level that contain posts of a closed box.

@@ -8,10 +8,8 @@ from typing import Any
 
 from ..basics.exceptions import UsageError
 from ..files import maps
-from ..readers import How
-from ..readers.windows import Reading
 from ..store import build
-from . import options, report, values
+from . import options, report, stores, values
 
 
 def add(commands: Any) -> None:
@@ -29,7 +27,7 @@ def add(commands: Any) -> None:
     command.add_argument("-o", "--output", metavar="STORE", required=True, help="the folder to write")
     options.add_map_options(command)
     group = command.add_argument_group("build")
-    what = "the height of void posts; without it a map with voids is refused"
+    what = "give void posts this height, to be land; without it they stay voids"
     group.add_argument("--fill", type=values.number, metavar="M", help=what)
     options.add_workers(group)
     options.add_json(command)
@@ -43,8 +41,7 @@ def run(args: argparse.Namespace) -> int:
     look = known[0].look if len(known) == 1 and known[0] else "auto"
     if os.path.realpath(args.output) in {os.path.realpath(path) for path in paths}:
         raise UsageError(f"{args.output}: is also an input: name another folder")
-    how = How(args.trusted, args.band, args.raw, args.byte_order)
-    reading = Reading(how, args.z_scale, args.z_offset, args.nodata, args.encoding)
+    reading = stores.reading_of(args)
     with report.progress_bar("building") as progress:
         how_built = args.fill, args.workers, args.scheduler, progress
         about = build(paths, args.output, args.spacing, reading, *how_built, tell=options.tell_notes, look=look)
@@ -68,4 +65,5 @@ def summary(about: dict[str, Any]) -> str:
     low, high = about["range_m"]
     filled = about["filled_voids"]
     voids = f", {filled:,} voids filled with {about['fill_m']:g} m" if filled else ""
+    voids += f", {about['voids']:,} posts without data" if about["voids"] else ""
     return f"{about['cols']} x {about['rows']} posts, {low:g} to {high:g} m{voids}"

@@ -10,8 +10,10 @@ from typing import Any
 import numpy as np
 
 from ..basics.exceptions import TerrainError, UsageError
+from ..basics.limits import is_too_large
 from ..files.export import FORMATS, files_beside, make_mesh, mesh_format, write_mesh
 from ..files.mesh_formats import PRINT_MM
+from ..heightmap import Heightmap
 from ..image import file_bytes
 from ..renderer import Renderer
 from ..renderer.plan import LONGEST_PX, plan
@@ -48,6 +50,7 @@ def add(commands: Any) -> None:
     command.add_argument("--print-mm", type=values.positive, metavar="MM", default=PRINT_MM, help=what)
     command.add_argument("--cull", action="store_true", help="of a view: leave out patches outside the picture")
     stores.add_options(command)
+    command.set_defaults(prefers_memory=True)  # the quadtree, which stores do not have, needs the fewest triangles
     options.add_rendering(command)
     command.set_defaults(method=_METHOD)
 
@@ -70,7 +73,7 @@ def run(args: argparse.Namespace) -> int:
             raise TerrainError(f"{scene.heightmap.name}: no triangles in this view: turn the camera or drop --cull")
         heights = heights if args.exaggeration == 1 else heights * np.float32(args.exaggeration)
         heightmap = renderer.heightmap
-        void = np.isnan(heightmap.heights) if args.voids == "hole" and heightmap.voids else None
+        void = _voids(heightmap) if args.voids == "hole" and heightmap.voids else None
         mesh = make_mesh(triangles, heights, heightmap.spacing_m, args.weld, heightmap.place, void)
     if not len(mesh.faces):
         raise TerrainError(f"{heightmap.name}: no triangles without voids: drop --voids hole")
@@ -83,6 +86,13 @@ def run(args: argparse.Namespace) -> int:
     counts = f"{len(mesh.faces):,} triangles, {len(mesh.posts):,} vertices"
     report.say(args.json, f"{report.shown(args.output)}: {counts}{within}")
     return stores.status_of(about)
+
+
+def _voids(heightmap: Heightmap) -> np.ndarray:
+    """(rows, cols) bool, the posts without data."""
+    if is_too_large(heightmap.rows, heightmap.cols):
+        raise UsageError(f"{heightmap.name}: has too many posts to cut its voids out of a mesh: drop --voids hole")
+    return np.isnan(heightmap.heights[:, :])
 
 
 def _has_view(args: argparse.Namespace) -> bool:

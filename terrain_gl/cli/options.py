@@ -23,14 +23,13 @@ from ..files.views import VIEWS, depth_below_ground, drawn_near, look_at, stand_
 from ..heightmap import Heightmap
 from ..light.lighting import check_room
 from ..light.sun import sun_position
-from ..readers import How
 from ..readers.arrays import ORDERS
 from ..readers.values import ENCODINGS
-from ..readers.windows import Reading, WindowedRaster
+from ..readers.windows import WindowedRaster
 from ..renderer import Renderer
 from ..renderer.options import OPTIONS, RenderOptions
 from ..shade.picture import Look
-from ..store import is_store
+from ..store import cache, is_store
 from . import overlays, report, stores, values
 from .parsing import HelpAll
 
@@ -210,11 +209,9 @@ def open_scene(
 def open_scene_or_sample(
     args: argparse.Namespace, name: str, progress: Callable[[float], None] | None = None
 ) -> tuple[CommandScene, str]:
-    """Open the scene. If a raster is too large for memory: a coarse sample of it, and a line that offers a store."""
-    reading = Reading(
-        How(args.trusted, args.band, args.raw, args.byte_order), args.z_scale, args.z_offset, args.nodata, args.encoding
-    )
-    if not is_huge(name, reading):
+    """Open the scene. Of a raster too large for memory, if no store is to be made: a coarse sample, and an offer."""
+    reading = stores.reading_of(args)
+    if not is_huge(name, reading) or (not args.no_cache and cache.is_possible()):
         return open_scene(args, name, progress), ""
     stores.check_no_edits(args, name)
     few, offer = sample(name, reading)
@@ -229,9 +226,12 @@ def _opened(
 ) -> tuple[Heightmap, BundledMap | None, Heightmap]:
     """The map; its record if it is a bundled one; and a map from which a view is chosen."""
     if is_store(name):
-        stored = stores.opened(args, name, map_options(args))
-        return stored, None, stored.coarse()
+        given = stores.opened(args, name, map_options(args))
+        return given, None, given.coarse()
     stores.check_no_edits(args, name)
+    if stored := stores.of_raster(args, name, map_options(args), progress):
+        tell_notes(stored)
+        return stored, None, stored.coarse()
     heightmap, known = maps.open_map(name, **map_options(args), progress=progress)
     tell_notes(heightmap)
     return heightmap, known, heightmap

@@ -41,9 +41,5 @@ def of(args: argparse.Namespace, heightmap: Heightmap) -> tuple[Overlay, ...]:
     ------
     TerrainError
         A file has none, or its coordinates cannot be converted to the map's.
-    UsageError
-        The map is a store.
     """
-    if args.overlay and heightmap.is_store:
-        raise UsageError("--overlay: lines and points cannot be drawn over a store yet")
     return tuple(read_overlay(path, heightmap) for path in args.overlay)

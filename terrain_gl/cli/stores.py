@@ -1,20 +1,31 @@
-"""Commands whose map may be a store: their options, a progress bar while tiles come, and the exit status."""
+"""Commands whose map may be a store: their options, a progress bar while tiles come, and the exit status.
+
+A large raster is drawn from a store, too, which is made at first use (`store.cache`).
+"""
 
 from __future__ import annotations
 
 import argparse
+import os
 import sys
-from collections.abc import Iterator
-from contextlib import contextmanager
+from collections.abc import Callable, Iterator
+from contextlib import contextmanager, nullcontext
 from typing import Any
 
 from ..basics.exceptions import TerrainError, UsageError
+from ..basics.limits import is_too_large
 from ..files.edits import read_edits
+from ..files.huge import posts_of
 from ..pages.edited_map import EditedMap
 from ..pages.map import PagedMap
+from ..readers import How
+from ..readers.windows import Reading
 from ..renderer import Renderer
-from ..store import StoredMap
+from ..store import StoredMap, cache
 from . import report, values
+
+PAYS_POSTS = 4096 * 4096  # a raster with fewer posts is drawn from memory sooner than from its store: docs/stores.md
+FEWEST_TRIANGLES = 10_000  # a view of a store may need more than a smaller budget
 
 
 def add_options(command: Any) -> None:
@@ -26,6 +37,9 @@ def add_options(command: Any) -> None:
     group.add_argument("--memory", type=values.count, metavar="MIB", default=512, help=what)
     what = "edits of a store to draw, .tif or .npz"
     group.add_argument("--edits", metavar="FILE", help=what)
+    what = "of a large raster: hold it in memory, and keep no store of it (see terrain-gl cache)"
+    group.add_argument("--no-cache", action="store_true", help=what)
+    command.set_defaults(prefers_memory=False)
 
 
 def opened(args: argparse.Namespace, name: str, of_map: dict[str, Any]) -> PagedMap:
@@ -53,6 +67,66 @@ def opened(args: argparse.Namespace, name: str, of_map: dict[str, Any]) -> Paged
     return edited
 
 
+def of_raster(
+    args: argparse.Namespace, name: str, of_map: dict[str, Any], show: Callable[[float], None] | None = None
+) -> StoredMap | None:
+    """The store of a large raster, made at first use; None if the raster is to be held in memory.
+
+    Parameters
+    ----------
+    of_map
+        Options for the map's values, as of `Heightmap.open`.
+    show
+        Called with the progress of a build; None for a bar on standard error.
+    """
+    if not hasattr(args, "no_cache") or not os.path.isfile(name):
+        return None
+    reading = reading_of(args)
+    rows, cols = posts_of(name, reading)
+    fits = not is_too_large(rows, cols)
+    if args.no_cache or (fits and (rows * cols < PAYS_POSTS or args.prefers_memory)):
+        return None
+    size = f"{report.shown(name)}: {cols:,} x {rows:,} posts"
+    lacks = _lacks(args)
+    if lacks and fits:
+        _note(f"{size} in memory, because of {lacks}")
+        return None
+    try:
+        is_there = cache.has(name, reading, args.spacing)
+        where = f"in {cache.folder()}; --no-cache holds it in memory" if fits else f"in {cache.folder()}"
+        _note(f"{size}, drawn from a store {'' if is_there else 'that is made once, '}{where}")
+        with report.progress_bar("building") if show is None else nullcontext(show) as progress:
+            stored = cache.stored(name, reading, args.spacing, progress)
+    except TerrainError as error:
+        if not fits:
+            raise
+        _note(f"{error}; {report.shown(name)} is held in memory instead")
+        return None
+    stored.limit(args.gpu_memory << 20, args.memory << 20)
+    stored.opened = {"path": name} | of_map
+    return stored
+
+
+def reading_of(args: argparse.Namespace) -> Reading:
+    """How the values of a map's file are converted to metres."""
+    how = How(args.trusted, args.band, args.raw, args.byte_order)
+    return Reading(how, args.z_scale, args.z_offset, args.nodata, args.encoding)
+
+
+def _lacks(args: argparse.Namespace) -> str:
+    """An option that was given and that stores do not have; "" if there is none."""
+    if getattr(args, "method", None) not in (None, "sat"):
+        return f"--method {args.method}"
+    if getattr(args, "style", None) in ("error", "lobes"):
+        return f"--style {args.style}"
+    few = getattr(args, "triangles", None)
+    return f"--triangles {few}" if few and few < FEWEST_TRIANGLES else ""
+
+
+def _note(text: str) -> None:
+    print(f"terrain-gl: note: {text}", file=sys.stderr)
+
+
 def check_no_edits(args: argparse.Namespace, name: str) -> None:
     """Refuse --edits for a map that is no store."""
     if getattr(args, "edits", None) is not None:
@@ -67,7 +141,7 @@ def rebuild(renderer: Renderer) -> None:
         with report.progress_bar("measuring edits") as progress:
             renderer.rebuild(progress)
     except TerrainError as error:
-        print(f"terrain-gl: note: {error}", file=sys.stderr)
+        _note(str(error))
 
 
 @contextmanager

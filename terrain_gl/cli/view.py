@@ -33,6 +33,7 @@ def add(commands: Any) -> None:
     options.add_map(command, optional=True)
     options.add_rendering(command)
     stores.add_options(command)
+    command.set_defaults(prefers_memory=True)  # the window does more with a map in memory: docs/stores.md
     command.add_argument("--fresh", action="store_true", help="ignore the settings of earlier windows")
     command.add_argument("--plain", action="store_true", help="hide the panel at first; the key I shows it")
     overlays.add(command)

@@ -16,11 +16,14 @@ LONGEST = 1025  # posts along the longer side of a sample
 
 def is_huge(path: str | os.PathLike[str], reading: Reading) -> bool:
     """Whether a file has more posts than a map in memory may have; False if the path is not a file."""
-    if not os.path.isfile(path):
-        return False
+    return os.path.isfile(path) and is_too_large(*posts_of(path, reading))
+
+
+def posts_of(path: str | os.PathLike[str], reading: Reading) -> tuple[int, int]:
+    """Rows and columns of a file."""
     raster = open_raster(path, reading.how)
     raster.blocks.close()
-    return is_too_large(*raster.shape[:2])
+    return raster.shape[:2]
 
 
 def sample(path: str | os.PathLike[str], reading: Reading) -> tuple[Heightmap, str]:

@@ -1,5 +1,6 @@
 """Pages: everything about maps that are not wholly on the GPU.
 
+marks                                  voids, water and holes, as bits of posts and nodes
 map                                    a map that is read page by page: numbers of pages, memory
 edited_map, edited_records, widening   new heights over those on disk, and bounds that hold at once
 crop, rebuilding                       exact records of edited nodes, computed anew in a thread

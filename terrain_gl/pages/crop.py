@@ -29,13 +29,23 @@ class Records(NamedTuple):
     ranges: np.ndarray  # (2, rows, cols) uint16
 
 
-def records_of(heights: np.ndarray, spacing_m: Spacing, range_m: tuple[float, float], levels: int) -> list[Records]:
+def records_of(
+    heights: np.ndarray,
+    spacing_m: Spacing,
+    range_m: tuple[float, float],
+    levels: int,
+    void: np.ndarray | None = None,
+) -> list[Records]:
     """Records of a part of a map: see `record_steps`."""
-    return drain(record_steps(heights, spacing_m, range_m, levels))
+    return drain(record_steps(heights, spacing_m, range_m, levels, void))
 
 
 def record_steps(
-    heights: np.ndarray, spacing_m: Spacing, range_m: tuple[float, float], levels: int
+    heights: np.ndarray,
+    spacing_m: Spacing,
+    range_m: tuple[float, float],
+    levels: int,
+    void: np.ndarray | None = None,
 ) -> Steps[list[Records]]:
     """Records of levels 1 to `levels` for all nodes over these posts; yields progress from 0 to 1.
 
@@ -44,14 +54,19 @@ def record_steps(
     Parameters
     ----------
     heights
-        (rows, cols) float32 metres without voids; the first post is a corner of all levels' nodes.
+        (rows, cols) float32 metres, voids filled; the first post is a corner of all levels' nodes.
     range_m
         Lowest and highest height of the whole map.
+    void
+        (rows, cols) bool, the posts that are voids; None if none is.
     """
     blank = _blank_tables()
     part = Heightmap(heights, spacing_m, "a part of the map")
     part.quantised_m = range_m
-    terrain = Terrain(blank.ctx, part, like=blank.terrain, least_top=levels)
+    if void is not None and void.any():
+        part.heights = np.where(void, np.float32(np.nan), heights)
+        part.voids = int(np.count_nonzero(void))
+    terrain = Terrain(blank.ctx, part, blank.terrain, levels, filled=heights)
     try:
         tables = blank.beside(terrain)
         try:

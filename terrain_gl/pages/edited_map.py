@@ -17,6 +17,7 @@ import numpy as np
 
 from ..basics.exceptions import TerrainError
 from ..basics.rect import Rect, span_of
+from ..gpu.layout import VOID, WET
 from ..heightmap import MAX_HEIGHT_M
 from ..terrain import quantisation_range, widened_range
 from .edited_records import EditedRecords
@@ -105,12 +106,17 @@ class EditedMap(PagedMap):
             unchanged.
         """
         area = slice(y, y + heights.shape[0]), slice(x, x + heights.shape[1])
-        stored = self.base.part(*area)
+        stored = self.base.lattice_heights(0, *area)
         old = self._patched(stored, 0, area)
         new = np.where(np.isnan(heights), old, heights).astype(np.float32)
         changed = old.view(np.uint32) != new.view(np.uint32)
         if not changed.any():
             return None
+        marks = self.base.lattice_marks(0, *area)
+        if marks is not None and (marks[changed] & VOID).any():
+            raise TerrainError(
+                f"{self.name}: an edit gives heights to voids, which a store keeps: build it again with them"
+            )
         self._check(new)
         rows, cols = (span_of(changed.any(axis)) for axis in (1, 0))
         stored, old, new = (each[rows, cols] for each in (stored, old, new))
@@ -251,14 +257,25 @@ class EditedMap(PagedMap):
         )
         posts = slice(rows.start, rows.stop + 1), slice(cols.start, cols.stop + 1)
         heights = self._patched(page.heights, level, posts)
+        marks = None if page.marks is None else self._dried(page.marks, level, posts)
         if level == 0:
-            return page._replace(heights=heights)
+            return page._replace(heights=heights, marks=marks)
         errors, ranges = self._records.of(page, level, (rows, cols))
-        return Page(heights, errors, ranges)
+        return Page(heights, errors, ranges, marks)
 
     def lattice_heights(self, level: int, rows: slice, cols: slice) -> np.ndarray:
         """Heights of posts of a level's lattice, with edits."""
         return self._patched(self.base.lattice_heights(level, rows, cols), level, (rows, cols))
+
+    def lattice_marks(self, level: int, rows: slice, cols: slice) -> np.ndarray | None:
+        """Marks of posts of a level's lattice, with edits."""
+        marks = self.base.lattice_marks(level, rows, cols)
+        return None if marks is None else self._dried(marks, level, (rows, cols))
+
+    def _dried(self, marks: np.ndarray, level: int, posts: Area) -> np.ndarray:
+        """Marks without water where an edit has moved it. Voids stay."""
+        patch = self._heights[level].get(posts)
+        return marks if patch is None else np.where(np.isnan(patch), marks, marks & ~np.uint8(WET))
 
     def _patched(self, heights: np.ndarray, level: int, posts: Area) -> np.ndarray:
         patch = self._heights[level].get(posts)
@@ -278,7 +295,7 @@ class EditedHeights(PostsOnDemand):
         if isinstance(rows, slice) and isinstance(cols, slice):
             (y, end, down), (x, right, across) = (s.indices(n) for s, n in zip((rows, cols), self.shape, strict=True))
             if down > 0 and across > 0:
-                return self._edited.lattice_heights(0, slice(y, max(y, end)), slice(x, max(x, right)))[::down, ::across]
+                return self._edited.part(slice(y, max(y, end)), slice(x, max(x, right)))[::down, ::across]
             rows, cols = np.arange(y, end, down)[:, None], np.arange(x, right, across)
         found = np.array(self._edited.base.heights[rows, cols])
         row, col = np.broadcast_arrays(rows, cols)

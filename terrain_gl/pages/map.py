@@ -7,13 +7,14 @@ pages of level 0, row after row, then those of level 1, and so on.
 from __future__ import annotations
 
 from functools import cached_property
-from typing import NamedTuple
+from typing import Any, NamedTuple
 
 import numpy as np
 
 from ..basics.exceptions import TerrainError
 from ..basics.rect import nodes_along
 from ..heightmap import Heightmap
+from .marks import known
 
 PageKey = tuple[int, int, int]  # level, row and column of a page
 COARSE_POSTS = 1 << 20  # most posts of the coarse map from which a first view is chosen
@@ -30,11 +31,14 @@ class Page(NamedTuple):
         (rows, cols) uint32: errors of the nodes as cells of a patch, `cut_m` of `layout.NODE`; empty for level 0.
     ranges
         (2, rows, cols) uint16: lowest and highest height of the nodes; empty for level 0.
+    marks
+        (rows + 1, cols + 1) uint8: marks of its posts and nodes; None for a map without.
     """
 
     heights: np.ndarray
     errors: np.ndarray
     ranges: np.ndarray
+    marks: np.ndarray | None = None
 
 
 class PostsOnDemand:
@@ -60,6 +64,25 @@ class PostsOnDemand:
         """Bytes that all posts would take in memory."""
         return 4 * self.size
 
+    def __getitem__(self, index: Any) -> Any:
+        """Posts at (rows, columns)."""
+        raise NotImplementedError
+
+    def __mul__(self, factor: float) -> PostsOnDemand:
+        return Exaggerated(self, factor)
+
+
+class Exaggerated(PostsOnDemand):
+    """The posts of another array, times a factor."""
+
+    def __init__(self, posts: PostsOnDemand, factor: float) -> None:
+        self.shape = posts.shape
+        self._posts = posts
+        self._factor = np.float32(factor)
+
+    def __getitem__(self, index: Any) -> Any:
+        return self._posts[index] * self._factor
+
 
 class PagedMap(Heightmap):
     """A map that is read page by page.
@@ -70,11 +93,17 @@ class PagedMap(Heightmap):
         Nodes a side of a page, a power of two.
     top
         The coarsest level.
+    is_marked
+        Whether its pages have marks.
+    sea_m
+        Height of the sea that continues beyond the map; None if the map has no sea.
     gpu_bytes, memory_bytes
         GPU memory for pages, and memory for tiles in this process, at most.
     """
 
     is_store = True
+    is_marked = False
+    sea_m: float | None = None
 
     tile: int
     top: int
@@ -92,7 +121,7 @@ class PagedMap(Heightmap):
         raise NotImplementedError
 
     def lattice_heights(self, level: int, rows: slice, cols: slice) -> np.ndarray:
-        """Heights of posts of a level's lattice, (rows, cols) float32 metres; several threads may read.
+        """Heights of posts of a level's lattice, (rows, cols) float32 metres, voids filled; several threads may read.
 
         Raises
         ------
@@ -112,9 +141,13 @@ class PagedMap(Heightmap):
                 found[top : top + part.shape[0], left : left + part.shape[1]] = part
         return found
 
+    def lattice_marks(self, level: int, rows: slice, cols: slice) -> np.ndarray | None:
+        """Marks of posts of a level's lattice, (rows, cols) uint8; None for a map without."""
+        return None
+
     def part(self, rows: slice, cols: slice) -> np.ndarray:
-        """The true heights of a rectangle of posts, (rows, cols) float32 metres; may wait for a disk."""
-        return self.lattice_heights(0, rows, cols)
+        """The true heights of a rectangle of posts, (rows, cols) metres, NaN where void; may wait for a disk."""
+        return known(self.lattice_heights(0, rows, cols), self.lattice_marks(0, rows, cols))
 
     def version(self, key: PageKey) -> int:
         """The number of the last change of a page; 0 without any."""
@@ -139,7 +172,8 @@ class PagedMap(Heightmap):
         while True:
             rows, cols = self.posts(level)
             try:
-                heights = self.lattice_heights(level, slice(0, rows), slice(0, cols))
+                all_posts = slice(0, rows), slice(0, cols)
+                heights = known(self.lattice_heights(level, *all_posts), self.lattice_marks(level, *all_posts))
                 break
             except TerrainError:  # a coarser level serves as well
                 if level == self.top:

@@ -36,10 +36,12 @@ class PagePool:
         Pages that the pool has room for, and slots in a row of its textures.
     slot_of
         The slot of each loaded page that is not hidden.
-    filled
-        The heights of the loaded pages.
+    filled, known
+        The heights of the loaded pages; `known` is NaN where void.
     eye_m
         The eye of the present view.
+    rim_focal_px
+        The focal length in pixels if rims of holes are to be as sharp as a pixel; 0 if voids are filled.
     waits
         Whether a picture waits for all that it needs.
     """
@@ -58,7 +60,9 @@ class PagePool:
         shaders.define(ctx, PAGED=1, PAGE_LOG2=heightmap.tile.bit_length() - 1, SLOTS_ACROSS=across)
         self.heights = gl.texel_texture(self.ctx, (across * side, across * side), "f4")
         self.height_sums = gl.reserve(self.ctx, 4 * side**2 * self.slots, "a table of heights")
-        self.marks = gl.texel_texture(self.ctx, (1, 1), "u1")
+        self.is_marked = heightmap.is_marked
+        self.marks = gl.texel_texture(self.ctx, (across * side, across * side) if self.is_marked else (1, 1), "u1")
+        self._mixed: set[int] = set()  # slots of pages that have nodes with holes and land
         self.slot_of: dict[PageKey, int] = {}
         self._hidden: dict[PageKey, int] = {}
         self._lit = np.zeros(self.slots, bool)
@@ -67,10 +71,12 @@ class PagePool:
         self.block = ctx.buffer(self._describe().tobytes())
         self._free = list(range(self.slots))[::-1]
         self.eye_m: tuple[float, float, float] = (0.0, 0.0, 0.0)
+        self.rim_focal_px = 0.0
         self.waits = True
         self._stamps = np.zeros(self.numbering.total, np.int64)
         self._stamp = 0
         self.filled = ResidentHeights(heightmap, self._finest, self.slots)
+        self.known = self.filled.known() if heightmap.voids else self.filled
 
     @property
     def coarsest_ring(self) -> int:
@@ -82,7 +88,8 @@ class PagePool:
         """GPU memory of heights, their sums, and page tables."""
         heights = self.heights
         table = self.table
-        return 4 * (heights.width * heights.height + table.width * table.height) + self.height_sums.size
+        marks = self.marks.width * self.marks.height
+        return 4 * (heights.width * heights.height + table.width * table.height) + self.height_sums.size + marks
 
     @property
     def roots(self) -> list[PageKey]:
@@ -106,6 +113,11 @@ class PagePool:
         self.heights.write(sums.heights - np.float32(self.base_m), viewport=(*corner, side, side))
         self.height_sums.write(sums.height_sums, offset=4 * side**2 * slot)
         self.filled.copies[slot] = sums.heights
+        if sums.marks is not None:
+            self.marks.write(sums.marks, viewport=(*corner, side, side), alignment=1)
+            if self.known.marks is not None:
+                self.known.marks[slot] = sums.marks
+            (self._mixed.add if sums.is_mixed else self._mixed.discard)(slot)
 
     def hide(self) -> None:
         """Hide all pages but the roots, as if they were not loaded; they keep their slots while there is room."""
@@ -241,6 +253,11 @@ class PagePool:
         """Whether pages are in the pool, by their numbers."""
         return self._slots_of[numbers] > 0
 
+    def is_mixed(self, numbers: np.ndarray) -> np.ndarray:
+        """Whether loaded pages have nodes with holes and land, by their numbers."""
+        slots = (self._slots_of[numbers] & np.uint32(LIT - 1)).astype(np.int64) - 1
+        return np.isin(slots, np.fromiter(self._mixed, np.int64))
+
     def resident_level(self, boxes: Boxes, level: np.ndarray) -> np.ndarray:
         """The finest level, from `level` up, whose pages over a box are all loaded."""
         found = level.copy()
@@ -296,8 +313,9 @@ class PagePool:
         limits = gl.limits(self.ctx)
         side = self.heightmap.tile
         most = heightmap.gpu_bytes - self._words.nbytes - scratch_bytes(heightmap)
-        most = int(most // (bytes_of_slot(side) + light_bytes(side)))
-        most = min(most, int(OF_COPIES * heightmap.memory_bytes) // (4 * (side + 1) ** 2))
+        most = int(most // (bytes_of_slot(side, heightmap.is_marked) + light_bytes(side)))
+        copy = (5 if heightmap.is_marked else 4) * (side + 1) ** 2
+        most = min(most, int(OF_COPIES * heightmap.memory_bytes) // copy)
         most = min(most, gl.storage_block_bytes(self.ctx) // (4 * max(counter_words(side), (side + 1) ** 2)))
         across = min(math.isqrt(max(most, 0)), limits["texture_size"] // (side + 1))
         slots = across**2

@@ -12,6 +12,7 @@ import time
 from typing import NamedTuple
 
 from ..basics.exceptions import TerrainError
+from ..gpu.layout import VOID
 from .crop import APRON, Records, record_steps, release_context
 from .edited_map import EditedMap, Square
 from .map import PageKey
@@ -115,7 +116,10 @@ class Rebuilder:
         level, row, col = job.square
         sides = ((k << level, n) for k, n in zip((row, col), (heightmap.rows, heightmap.cols), strict=True))
         rows, cols = (slice(first, min(first + (1 << level) + APRON, n)) for first, n in sides)
-        steps = record_steps(heightmap.part(rows, cols), heightmap.ground_spacing_m, range_m, level)
+        heights = heightmap.lattice_heights(0, rows, cols)
+        marks = heightmap.lattice_marks(0, rows, cols)
+        void = None if marks is None else (marks & VOID) > 0
+        steps = record_steps(heights, heightmap.ground_spacing_m, range_m, level, void)
         while True:
             try:
                 next(steps)

@@ -5,11 +5,13 @@ Numpy twin of `height_m` in glsl/pages/terrain.glsl.
 
 from __future__ import annotations
 
+from copy import copy
 from typing import Any
 
 import numpy as np
 
 from .map import PagedMap, PostsOnDemand
+from .marks import known
 
 
 class ResidentHeights(PostsOnDemand):
@@ -24,13 +26,23 @@ class ResidentHeights(PostsOnDemand):
     ----------
     copies
         (slots, side + 1, side + 1) float32 metres: the heights in each slot.
+    marks
+        (slots, side + 1, side + 1) uint8: the marks of the same posts, if the heights of voids are NaN.
     """
+
+    marks: np.ndarray | None = None
 
     def __init__(self, heightmap: PagedMap, finest: np.ndarray, slots: int) -> None:
         self.shape = (heightmap.rows, heightmap.cols)
         self._finest = finest
         self._log2 = heightmap.tile.bit_length() - 1
         self.copies = np.empty((slots, heightmap.tile + 1, heightmap.tile + 1), np.float32)
+
+    def known(self) -> ResidentHeights:
+        """The same heights, but NaN where void. Its `marks` must be written with `copies`."""
+        other = copy(self)
+        other.marks = np.zeros(self.copies.shape, np.uint8)
+        return other
 
     def __getitem__(self, index: Any) -> Any:
         """Posts at (rows, columns): slices, numbers, or arrays of numbers; numbers count from the beginning."""
@@ -54,9 +66,12 @@ class ResidentHeights(PostsOnDemand):
             for p, f, n in zip(posts, fine, self.shape, strict=True)
         ]
         (y, down, v), (x, right, u) = places
-        north = _mix(self.copies[slot, y, x], self.copies[slot, y, right], u)
-        south = _mix(self.copies[slot, down, x], self.copies[slot, down, right], u)
+        north = _mix(self._copied(slot, y, x), self._copied(slot, y, right), u)
+        south = _mix(self._copied(slot, down, x), self._copied(slot, down, right), u)
         return _mix(north, south, v)
+
+    def _copied(self, *at: np.ndarray) -> np.ndarray:
+        return known(self.copies[at], None if self.marks is None else self.marks[at])
 
 
 def _between(

@@ -10,6 +10,7 @@ from ..gpu import layout
 from ..gpu.packing import ERROR_UNIT, pack_16, square_up, unpack_pair
 from ..terrain import quantisation_range, steps_of
 from .map import Page, PagedMap, PageKey
+from .marks import is_mixed
 
 
 class Sums(NamedTuple):
@@ -25,6 +26,10 @@ class Sums(NamedTuple):
         Summed-area tables of class counters and squared errors.
     ranges
         (side, side) uint32: records `layout.NODE_RANGE` of the nodes; None for level 0.
+    marks
+        (side + 1, side + 1) uint8: marks of posts and nodes; None for a map without.
+    is_mixed
+        Whether a node has holes and land.
     """
 
     heights: np.ndarray
@@ -32,12 +37,14 @@ class Sums(NamedTuple):
     counters: np.ndarray
     squares: np.ndarray
     ranges: np.ndarray | None
+    marks: np.ndarray | None = None
+    is_mixed: bool = False
 
 
-def bytes_of_slot(tile: int) -> int:
+def bytes_of_slot(tile: int, is_marked: bool = False) -> int:
     """GPU memory of a slot."""
     words = counter_words(tile)
-    return 8 * (tile + 1) ** 2 + 4 * words + words // 2 + layout.NODE_RANGE.itemsize * tile**2
+    return (9 if is_marked else 8) * (tile + 1) ** 2 + 4 * words + words // 2 + layout.NODE_RANGE.itemsize * tile**2
 
 
 def bytes_at_work(tile: int) -> int:
@@ -71,7 +78,10 @@ def sums_of(page: Page, key: PageKey, heightmap: PagedMap) -> Sums:
     steps = steps_of(above, low_m - base_m, span_m)
     height_sums = steps.cumsum(0, dtype=np.uint32).cumsum(1, dtype=np.uint32)
     ranges = pack_16(*page.ranges)
-    return Sums(heights, height_sums, counters, squares, _padded(ranges, side) if level else None)
+    sums = Sums(heights, height_sums, counters, squares, _padded(ranges, side) if level else None)
+    if page.marks is None:
+        return sums
+    return sums._replace(marks=_padded(page.marks, side + 1), is_mixed=is_mixed(page.marks))
 
 
 def _of_cells(page: Page, base_m: float, span: np.float32) -> tuple[np.ndarray, np.ndarray]:
@@ -79,7 +89,11 @@ def _of_cells(page: Page, base_m: float, span: np.float32) -> tuple[np.ndarray, 
     h = page.heights - np.float32(base_m)
     twist = (h[:-1, :-1] - h[:-1, 1:]) - (h[1:, :-1] - h[1:, 1:])
     t = twist / span
-    return np.float32(0.25) * np.abs(twist) * np.float32(1 + 2.0**-20), t * t / np.float32(64)
+    errors = np.float32(0.25) * np.abs(twist) * np.float32(1 + 2.0**-20), t * t / np.float32(64)
+    if page.marks is None:
+        return errors
+    is_hole = (page.marks[:-1, :-1] & layout.HOLE) > 0
+    return np.where(is_hole, np.float32(0), errors[0]), np.where(is_hole, np.float32(0), errors[1])
 
 
 def _of_records(page: Page, key: PageKey, heightmap: PagedMap, span: np.float32) -> tuple[np.ndarray, np.ndarray]:
@@ -96,4 +110,5 @@ def _of_records(page: Page, key: PageKey, heightmap: PagedMap, span: np.float32)
 
 
 def _padded(values: np.ndarray, side: int) -> np.ndarray:
+    """Values with 0 outside the page."""
     return np.pad(values, [(0, side - n) for n in values.shape])

@@ -29,9 +29,6 @@ class PagedTerrain(PagePool):
         The number of edits that have changed the map.
     """
 
-    is_marked = False
-    has_water = False
-    sea_m = None
     streams = True
     headroom_m = math.inf, math.inf  # an edit that leaves the quantisation range widens it by itself
 
@@ -44,6 +41,11 @@ class PagedTerrain(PagePool):
     def all_posts(self) -> Rect:
         """The rectangle of all posts."""
         return 0, 0, self.heightmap.cols - 1, self.heightmap.rows - 1
+
+    @property
+    def sea_m(self) -> float | None:
+        """Height of the sea that continues beyond the map; None if the map has no sea."""
+        return self.heightmap.sea_m
 
     @property
     def own(self) -> EditedMap:

@@ -69,6 +69,22 @@ class DrawnPatches:
         budget = (self._step_log2 <= finest) & (self.bound_px > 0)
         return (budget if goal.triangles else self.bound_px > goal.tolerance_px) & (finest > 0), finest
 
+    def on_rims(self, finest: np.ndarray) -> np.ndarray:
+        """Which patches have a rim of a void that would be drawn sharper with finer pages than the loaded ones.
+
+        A node of a coarse page is a hole only if all its cells are. So pages with other nodes over voids are too coarse
+        while a node is wider than a pixel.
+        """
+        terrain = self.terrain
+        found = np.zeros(len(finest), bool)
+        if not terrain.rim_focal_px or not len(finest):
+            return found
+        box, numbers = terrain.numbering.over(self.boxes, finest)
+        found[box[terrain.is_mixed(numbers)]] = True
+        nodes = np.prod(self.boxes.end - self.boxes.low, 1) / 4.0**finest
+        width_px = terrain.rim_focal_px * np.sqrt(self.areas() / np.maximum(nodes, 1e-9))
+        return found & (finest > 0) & (width_px > 1)
+
     def within(self, goal: Goal) -> float:
         """Approximate share of the picture whose patches are within the tolerance; it includes hidden patches.
 
@@ -79,15 +95,16 @@ class DrawnPatches:
         return float(areas[good].sum() / max(areas.sum(), 1e-300)) if len(areas) else 1.0
 
     def wanted(self, goal: Goal) -> tuple[np.ndarray, np.ndarray]:
-        """Numbers of pages that would make patches finer (`open_to`), the most useful first, and their worth.
+        """Numbers of pages that would make patches finer (`open_to`, `on_rims`), the most useful first; their worth.
 
         The worth of a page is certified pixels times area in the picture, summed over all patches that want it.
         """
         terrain = self.terrain
         numbering = self.terrain.numbering
         open_, finest = self.open_to(goal)
+        open_ = open_ | self.on_rims(finest)
         boxes = self.boxes.some(open_)
-        bound_px = np.minimum(self.bound_px[open_], 1e12)
+        bound_px = np.clip(self.bound_px[open_], 1e-6, 1e12)
         finest = finest[open_]
         over = np.log2(bound_px / goal.tolerance_px) if goal.tolerance_px else np.zeros(len(bound_px))
         steps = np.minimum(np.clip(np.ceil(over).astype(np.int64), 1, MOST_LEVELS), finest)

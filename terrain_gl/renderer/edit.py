@@ -49,7 +49,7 @@ class Editor:
     def edit(self, rows: slice | int, cols: slice | int, heights: Any, settle: bool = True) -> None:
         """Give a rectangle of posts new heights, NaN for voids; all tables become the same as after a rebuild.
 
-        A store has no voids, and its bounds are wide until `rebuild_steps` (docs/stores.md).
+        The voids of a store do not change, and its bounds are wide until `rebuild_steps` (docs/stores.md).
 
         The time grows with the rectangle, and with the part of the map south-east of it, where sums change. If heights
         leave the quantisation range, everything is rebuilt: see `make_headroom`.
@@ -227,7 +227,7 @@ class Editor:
 
 def _check_for_store(new: np.ndarray) -> None:
     if not np.isfinite(new).all():
-        raise UsageError("edit: a store has no voids: give every post a height")
+        raise UsageError("edit: the voids of a store do not change: give every post a height")
     if new.size > MOST_POSTS:
         raise UsageError(f"edit: at most {MOST_POSTS:,} posts of a store at once, got {new.size:,}: edit it in parts")
 

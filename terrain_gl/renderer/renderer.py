@@ -282,6 +282,8 @@ class Renderer:
                 return selector.select(camera, size, near_m, goal)
 
             loading = self.streaming
+            if loading:
+                loading.terrain.rim_focal_px = chosen_for.focal_px(size[1]) if options.voids == "hole" else 0.0
             selection, loaded = loading.select(choose, chosen_for, goal) if loading else (choose(chosen_for), {})
         if options.chosen_for:
             self.resources.view.move(self.terrain, camera, size, near_m)

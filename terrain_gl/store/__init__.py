@@ -3,7 +3,9 @@
 pyramid                     sizes of levels, arrays and shards
 format                      the arrays on disk, and the store's description
 opened                      a store as a map to draw
+job, voids, water           the state of a build; voids filled and water found, shard by shard
 tasks, scheduling, build    from a source to a store, in parallel and resumable
+cache                       stores of large rasters, made at first use
 """
 
 from .build import build

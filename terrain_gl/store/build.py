@@ -18,10 +18,12 @@ from ..basics.exceptions import TerrainError, UsageError
 from ..readers.plausible import not_of_the_earth
 from ..readers.raster import Spacing, both
 from ..readers.windows import Reading, WindowedRaster, open_windows, windows_of
+from . import water
 from .format import VERSION, Arrays, describe, is_store, read_about, zarr_library
+from .job import WORK, BuildJob, Task
 from .pyramid import SHARD, TILE, StoreSizes
 from .scheduling import scheduler
-from .tasks import WORK, BuildJob, Task, perform, phases
+from .tasks import of_all, of_source, perform, phases
 from .tiles import Checks
 
 Progress = Callable[[float], None]
@@ -55,7 +57,7 @@ def build(
     reading
         How values of files are converted to metres.
     fill_m
-        The height that void posts get; without it a map with voids is refused.
+        A height that void posts get, to be land; without it they stay voids, and the store knows them.
     workers, address
         Number of processes of this machine; or the address of a Dask scheduler.
     tile, shard
@@ -73,7 +75,7 @@ def build(
     Raises
     ------
     TerrainError
-        The source cannot be read or has voids, the folder holds something else, or the disk is full.
+        The source cannot be read, the folder holds something else, or the disk is full.
     """
     zarr_library()
     path = os.fspath(output)
@@ -110,12 +112,12 @@ def _opened(source: Any, reading: Reading | None, spacing_m: float | Spacing | N
 
 
 def _run(job: BuildJob, journal: BuildJournal, runner: Any, progress: Progress | None) -> dict[str, Any]:
-    todo = list(phases(job.pyramid))
-    total = sum(map(_cost, todo))
+    first = of_source(job.pyramid)
     done = 0.0
-    for tasks in todo:
-        if tasks[0].phase == "errors" and job.range_m is None:
-            job = replace(job, range_m=journal.range_m)
+    total = sum(map(_cost, (first, *phases(job.pyramid, (), False))))
+
+    def work(tasks: list[Task]) -> None:
+        nonlocal done
         left = [task for task in tasks if task not in journal.results]
         each = _cost(tasks) / len(tasks)
         done += each * (len(tasks) - len(left))
@@ -124,6 +126,17 @@ def _run(job: BuildJob, journal: BuildJournal, runner: Any, progress: Progress |
             done += each
             if progress:
                 progress(done / total)
+
+    work(first)
+    job = replace(job, range_m=journal.range_m, voids=journal.voids)
+    work(of_all(job.pyramid))
+    job = replace(job, has_water=journal.has_water)
+    todo = list(phases(job.pyramid, journal.with_voids, job.is_marked))
+    total = sum(map(_cost, (first, *todo)))
+    if job.is_marked:
+        job.arrays.create(is_marked=True)
+    for tasks in todo:
+        work(tasks)
     return journal.finish()
 
 
@@ -161,8 +174,32 @@ class BuildJournal:
     @property
     def range_m(self) -> tuple[float, float]:
         """Lowest and highest height of the map."""
-        ranges = [self.results[task]["range_m"] for task in self._of_source()]
+        ranges = [found["range_m"] for found in self._of_source() if found["range_m"]]
+        if not ranges:
+            name = self.job.source.name
+            raise TerrainError(f"{name}: every post is void (no-data, NaN or Inf): check the no-data value")
         return min(low for low, _ in ranges), max(high for _, high in ranges)
+
+    @property
+    def voids(self) -> int:
+        """Posts without data."""
+        return sum(found["voids"] for found in self._of_source())
+
+    @property
+    def has_water(self) -> bool:
+        """Whether the map's own heights have water."""
+        return any(self.results[task]["has_water"] for task in of_all(self.job.pyramid))
+
+    @property
+    def sea_m(self) -> float | None:
+        """The height of the sea."""
+        found = [each for result in self.results.values() for each in result.get("water_on_rim", ())]
+        return water.sea(self.job.pyramid, found)
+
+    @property
+    def with_voids(self) -> list[Task]:
+        """The tasks of the first phase that found voids."""
+        return [task for task in of_source(self.job.pyramid) if self.results[task]["voids"]]
 
     def add(self, task: Task, result: dict[str, Any]) -> None:
         """Note a finished task."""
@@ -173,9 +210,12 @@ class BuildJournal:
     def finish(self) -> dict[str, Any]:
         """Write the store's description, and remove what only the build needed."""
         job = self.job
-        tasks = list(self._of_source())
         checks = self._checks()
-        hashes = "".join(self.results[task]["sha256"] for task in tasks)
+        shards = of_source(job.pyramid)
+        filled = [task._replace(phase="voids", level=3) for task in shards]
+        hashes = "".join(
+            self.results.get(last, self.results[first])["sha256"] for first, last in zip(shards, filled, strict=True)
+        )
         about = describe(
             job.pyramid, os.path.basename(job.source.name), job.spacing_m, self.range_m, job.source.georeference
         )
@@ -185,7 +225,11 @@ class BuildJournal:
             "look": job.look,
             "assumes_spacing": job.assumes_spacing,
             "of_earth": is_of_earth,
-            "filled_voids": sum(self.results[task]["voids"] for task in tasks),
+            "notes": list(source.notes),
+            "voids": self.voids,
+            "has_water": self.has_water,
+            "sea_m": self.sea_m,
+            "filled_voids": sum(found["filled"] for found in self._of_source()),
             "fill_m": job.fill_m,
             "source": job.source.identity,
             "sha256": hashlib.sha256(hashes.encode()).hexdigest(),
@@ -201,14 +245,14 @@ class BuildJournal:
         return read_about(job.path)
 
     def _checks(self) -> Checks:
-        checks = Checks(self.job.pyramid)
+        checks = Checks(self.job.pyramid, self.voids > 0 or self.has_water)
         for result in self.results.values():
             for name, level, row, col, noted in result["checks"]:
                 checks.note(name, level, (slice(row, None), slice(col, None)), np.array(noted), self.job.pyramid.tile)
         return checks
 
-    def _of_source(self) -> Iterator[Task]:
-        return (task for tasks in phases(self.job.pyramid) for task in tasks if task[:2] == ("heights", 0))
+    def _of_source(self) -> Iterator[dict[str, Any]]:
+        return (self.results[task] for task in of_source(self.job.pyramid))
 
     def _check_finished(self) -> None:
         about = read_about(self.job.path)

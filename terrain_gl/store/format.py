@@ -3,6 +3,7 @@
     heights/l   float32 metres, every 2^l-th post                                  (rows, cols)
     errors/l    the error of each node as a cell of a patch, levels ≥ 1            (rows, cols)
     ranges/l    lowest and highest height of each node, levels ≥ 1                 (2, rows, cols)
+    marks/l     bits of posts and nodes (pages/marks.py); only if the map has any  (rows, cols)
 
     checks      a checksum of each tile of all these arrays (store/tiles.py)           (n)
 
@@ -15,6 +16,7 @@ from __future__ import annotations
 import json
 import os
 import warnings
+from collections.abc import Iterator
 from pathlib import Path
 from typing import Any
 
@@ -41,7 +43,24 @@ FIELDS: dict[str, tuple[str, Any, int]] = {  # type, value of entries that were 
     "heights": ("float32", np.nan, 1),
     "errors": ("uint32", 0xFFFFFFFF, 1),
     "ranges": ("uint16", 0xFFFF, 2),
+    "marks": ("uint8", 0, 1),
 }
+_OF_POSTS = ("heights", "marks")  # the other fields are of nodes
+_TOLD_MISSING = ("heights", "errors")  # fields whose entries say if they were never written
+
+
+def fields_of(level: int, is_marked: bool) -> Iterator[str]:
+    """The fields that a level has."""
+    yield "heights"
+    if is_marked:
+        yield "marks"
+    if level:
+        yield from ("errors", "ranges")
+
+
+def shape_of(pyramid: StoreSizes, name: str, level: int) -> tuple[int, int]:
+    """Rows and columns of an array."""
+    return pyramid.posts(level) if name in _OF_POSTS else pyramid.nodes(level)
 
 
 class MissingTileError(TerrainError):
@@ -64,12 +83,12 @@ class Arrays:
         self.pyramid = pyramid
         self._open: dict[str, Any] = {}
 
-    def create(self) -> None:
+    def create(self, is_marked: bool = False) -> None:
         """Make the group and its arrays, all empty; arrays that exist already stay as they are."""
         zarr = zarr_library()
         group = zarr.open_group(str(self.path), mode="a", zarr_format=3)
         for level in range(self.pyramid.top + 1):
-            for name in FIELDS if level else ("heights",):
+            for name in fields_of(level, is_marked):
                 if f"{name}/{level}" not in group:
                     self._create(group, name, level)
 
@@ -78,8 +97,8 @@ class Arrays:
 
         pyramid = self.pyramid
         dtype, missing, words = FIELDS[name]
-        shape = pyramid.posts(level) if name == "heights" else pyramid.nodes(level)
-        shard = pyramid.shard if name == "heights" else pyramid.node_shard(level)
+        shape = shape_of(pyramid, name, level)
+        shard = pyramid.shard if name in _OF_POSTS else pyramid.node_shard(level)
         words_of = (words,) if words > 1 else ()
         group.create_array(
             f"{name}/{level}",
@@ -109,7 +128,7 @@ class Arrays:
             reason = "its checksum does not fit" if "checksum" in str(error) else " ".join(str(error).split())[:80]
             raise MissingTileError(f"{self.called(name, level, where)}: {reason}") from None
         known = ~np.isnan(values) if name == "heights" else values != FIELDS[name][1]
-        if name != "ranges" and not known.all():
+        if name in _TOLD_MISSING and not known.all():
             raise MissingTileError(f"{self.called(name, level, where)}: was never written")
         return values
 

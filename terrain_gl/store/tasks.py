@@ -1,6 +1,12 @@
 """The tasks of a build: each writes whole shards, and depends only on finished phases.
 
-    heights 0     read a window of the source, check it, write it
+    heights 0     read a window of the source, check it, write it; its voids go to a file of their own
+    water 0       find the water of the whole map (water.py)
+    voids 0       halve the known heights of a shard a few times       }
+    voids 1       fill the coarsest of these levels, of the whole map  }  only if the map has voids (voids.py)
+    voids 2       fill a shard with voids, from the coarsest level on  }
+    voids 3       write the filled shard                               }
+    marks l       bits of posts and nodes, if the map has voids or water
     heights l     every other post of level l − 1
     errors 0      records of all nodes over one shard of posts; those of coarse levels go to a file of their own
     errors l      a shard of a coarse level, from these files
@@ -12,81 +18,52 @@ from __future__ import annotations
 
 import errno
 import hashlib
-import os
-from collections.abc import Iterator
-from dataclasses import dataclass
-from pathlib import Path
-from typing import Any, NamedTuple
+from collections.abc import Callable, Iterable, Iterator
+from typing import Any
 
 import numpy as np
 
 from ..basics.exceptions import TerrainError
+from ..gpu.layout import VOID
 from ..heightmap import MAX_HEIGHT_M
 from ..pages.crop import APRON, Records, records_of
-from ..readers.raster import Spacing
-from ..readers.windows import WindowedRaster
-from .format import Arrays
+from ..pages.marks import coarser, marks_of_cells
+from . import voids, water
+from .job import BuildJob, Task, write_part
 from .pyramid import Area, StoreSizes, area, areas
-from .tiles import checksums
 
-WORK = ".build"  # folder of a build that is not finished
 _FULL = (errno.ENOSPC, errno.EDQUOT, errno.EFBIG)
 
 
-class Task(NamedTuple):
-    """One task: a phase, its level, row and column of the shard."""
-
-    phase: str
-    level: int
-    row: int
-    col: int
+def of_source(pyramid: StoreSizes) -> list[Task]:
+    """The first phase: all heights are read."""
+    return [Task("heights", 0, *at) for at in areas(pyramid.posts(0), pyramid.shard)]
 
 
-@dataclass(frozen=True)
-class BuildJob:
-    """What all tasks of a build share.
+def of_all(pyramid: StoreSizes) -> list[Task]:
+    """The second phase: what is known when all heights are read."""
+    return [Task("water", 0, 0, 0)]
 
-    Attributes
+
+def phases(pyramid: StoreSizes, with_voids: Iterable[Task], is_marked: bool) -> Iterator[list[Task]]:
+    """All further tasks, phase by phase; the tasks of a phase do not depend on each other.
+
+    Parameters
     ----------
-    path
-        The store's folder.
-    fill_m
-        The height of void posts; None to refuse them.
-    look, assumes_spacing
-        Attributes of the map: `Heightmap`.
-    range_m
-        Lowest and highest height; None until all heights are read.
+    with_voids
+        The tasks of the first phase that found voids.
+    is_marked
+        Whether the store has marks.
     """
-
-    path: str
-    pyramid: StoreSizes
-    source: WindowedRaster
-    spacing_m: Spacing
-    fill_m: float | None
-    look: str = "auto"
-    assumes_spacing: bool = False
-    range_m: tuple[float, float] | None = None
-
-    @property
-    def arrays(self) -> Arrays:
-        """The store's arrays."""
-        return Arrays(self.path, self.pyramid)
-
-    def write(self, name: str, level: int, where: Area, values: np.ndarray) -> dict[str, Any]:
-        """Write whole shards; returns what is noted of their tiles: field, level, first row and column, checksums."""
-        self.arrays.write(name, level, where, values)
-        noted = checksums(values, self.pyramid.tile).tolist()
-        return {"checks": [[name, level, where[0].start, where[1].start, noted]]}
-
-    @property
-    def parts(self) -> Path:
-        """Folder of the coarse records of each shard of posts."""
-        return Path(self.path) / WORK / "parts"
-
-
-def phases(pyramid: StoreSizes) -> Iterator[list[Task]]:
-    """All tasks, phase by phase; the tasks of a phase do not depend on each other."""
-    for level in range(pyramid.top + 1):
+    if void := [task._replace(phase="voids", level=2) for task in with_voids]:
+        yield [task._replace(phase="voids") for task in of_source(pyramid)]
+        yield [Task("voids", 1, 0, 0)]
+        yield void
+        yield [task._replace(level=3) for task in void]
+    if is_marked:
+        for level in range(pyramid.top + 1):
+            yield [Task("marks", level, *at) for at in areas(pyramid.posts(level), pyramid.shard)]
+    for level in range(1, pyramid.top + 1):
         yield [Task("heights", level, *at) for at in areas(pyramid.posts(level), pyramid.shard)]
     yield [Task("errors", 0, *at) for at in areas(pyramid.nodes(0), pyramid.shard)]
     for level in range(pyramid.fine + 1, pyramid.top + 1):
@@ -99,43 +76,53 @@ def perform(job: BuildJob, task: Task) -> dict[str, Any]:
     Raises
     ------
     TerrainError
-        The source cannot be read, has voids, or the disk is full.
+        The source cannot be read, or the disk is full.
     """
-    doing = {
-        ("heights", False): read_source,
-        ("heights", True): thin_out,
-        ("errors", False): measure,
-        ("errors", True): gather,
+    doing: dict[tuple[str, int], Callable[[BuildJob, Task], dict[str, Any]]] = {
+        ("heights", 0): read_source,
+        ("heights", 1): thin_out,
+        ("water", 0): water.find,
+        ("voids", 0): voids.halve,
+        ("voids", 1): voids.fill_coarsest,
+        ("voids", 2): voids.fill,
+        ("voids", 3): voids.replace,
+        ("marks", 0): mark,
+        ("marks", 1): mark_coarser,
+        ("errors", 0): measure,
+        ("errors", 1): gather,
     }
+    kind = task.level if task.phase == "voids" else min(task.level, 1)
     try:
-        return doing[task.phase, task.level > 0](job, task)
+        return doing[task.phase, kind](job, task)
     except OSError as error:
         reason = "the disk is full" if error.errno in _FULL else f"cannot write ({error.strerror or error})"
         raise TerrainError(f"{job.path}: {reason}: make room, and run the same command again to go on") from None
 
 
 def read_source(job: BuildJob, task: Task) -> dict[str, Any]:
-    """Write a window of the source; returns its range, its number of voids, and the hash of its heights."""
+    """Write a window of the source; returns its range, its numbers of voids and of filled posts, and a hash."""
     pyramid = job.pyramid
     where = area(pyramid.posts(0), pyramid.shard, (task.row, task.col))
     heights = np.ascontiguousarray(job.source.read(*where), np.float32)
     void = np.isnan(heights)
-    voids = int(np.count_nonzero(void))
-    if voids and job.fill_m is None:
-        row, col = (first.start + int(at) for first, at in zip(where, np.argwhere(void)[0], strict=True))
+    count = int(np.count_nonzero(void))
+    filled = count if job.fill_m is not None else 0
+    known = heights[~void]
+    heights[void] = 0.0 if job.fill_m is None else job.fill_m  # 0: until the shard is filled
+    ends = [float(known.min()), float(known.max())] if known.size else []
+    ends += [float(heights[void][0])] if filled else []
+    if max(map(abs, ends), default=0.0) > MAX_HEIGHT_M:
         raise TerrainError(
-            f"{job.source.name}: has voids, as at row {row}, column {col}: fill them first, "
-            "or give all of them one height with --fill"
-        )
-    heights[void] = job.fill_m
-    low, high = float(heights.min()), float(heights.max())
-    if max(-low, high) > MAX_HEIGHT_M:
-        raise TerrainError(
-            f"{job.source.name}: heights run from {low:.9g} to {high:.9g} m, beyond ±{MAX_HEIGHT_M:g}: "
+            f"{job.source.name}: heights run from {min(ends):.9g} to {max(ends):.9g} m, beyond ±{MAX_HEIGHT_M:g}: "
             "name the no-data value (--nodata) or scale them (--z-scale)"
         )
+    if count > filled:
+        voids.note(job, task, void)
     noted = job.write("heights", 0, where, heights)
-    return {"range_m": [low, high], "voids": voids, "sha256": hashlib.sha256(heights.tobytes()).hexdigest()} | noted
+    water.note(job, task, np.where(void, np.float32(np.nan), heights) if count > filled else heights)
+    range_m = [min(ends), max(ends)] if ends else None
+    found = {"range_m": range_m, "voids": count - filled, "filled": filled}
+    return found | {"sha256": hashlib.sha256(heights.tobytes()).hexdigest()} | noted
 
 
 def thin_out(job: BuildJob, task: Task) -> dict[str, Any]:
@@ -150,14 +137,43 @@ def thin_out(job: BuildJob, task: Task) -> dict[str, Any]:
     return job.write("heights", task.level, where, heights[np.ix_(index[0] - rows.start, index[1] - cols.start)])
 
 
+def mark(job: BuildJob, task: Task) -> dict[str, Any]:
+    """Write the marks of the posts of a shard, and of the cells that begin there."""
+    pyramid = job.pyramid
+    at = (task.row, task.col)
+    where = area(pyramid.posts(0), pyramid.shard, at)
+    beyond = area(pyramid.posts(0), pyramid.shard, at, beyond=1)
+    void = voids.of_area(job, beyond)
+    heights = np.where(void, np.float32(np.nan), job.arrays.read("heights", 0, beyond))
+    wet = water.at(job, beyond, heights)
+    marks = marks_of_cells(void, wet)
+    rows, cols = (s.stop - s.start for s in where)
+    noted = job.write("marks", 0, where, np.ascontiguousarray(marks[:rows, :cols]))
+    rim = [] if wet is None else water.on_rim(pyramid, where, np.where(wet, heights, np.nan)[:rows, :cols])
+    return {"water_on_rim": rim} | noted
+
+
+def mark_coarser(job: BuildJob, task: Task) -> dict[str, Any]:
+    """Write a level's marks, from those of the finer level."""
+    pyramid = job.pyramid
+    where = area(pyramid.posts(task.level), pyramid.shard, (task.row, task.col))
+    finer = pyramid.posts(task.level - 1)
+    index = [np.minimum(2 * np.arange(s.start, s.stop), n - 1) for s, n in zip(where, finer, strict=True)]
+    rows, cols = (slice(int(i[0]), min(int(i[-1]) + 2, n)) for i, n in zip(index, finer, strict=True))
+    marks = job.arrays.read("marks", task.level - 1, (rows, cols))
+    last = finer[0] - 1 - rows.start, finer[1] - 1 - cols.start
+    return job.write("marks", task.level, where, coarser(marks, index[0] - rows.start, index[1] - cols.start, last))
+
+
 def measure(job: BuildJob, task: Task) -> dict[str, Any]:
     """Write the error records of all nodes over a shard of posts."""
     assert job.range_m is not None
     pyramid = job.pyramid
     arrays = job.arrays
     at = (task.row, task.col)
-    heights = arrays.read("heights", 0, area(pyramid.posts(0), pyramid.shard, at, beyond=APRON))
-    found = records_of(heights, job.spacing_m, job.range_m, pyramid.top)
+    posts = area(pyramid.posts(0), pyramid.shard, at, beyond=APRON)
+    void = (arrays.read("marks", 0, posts) & VOID) > 0 if job.is_marked else None
+    found = records_of(arrays.read("heights", 0, posts), job.spacing_m, job.range_m, pyramid.top, void)
     part: dict[str, np.ndarray] = {}
     noted: dict[str, Any] = {"checks": []}
     for level, records in enumerate(found, 1):
@@ -170,7 +186,7 @@ def measure(job: BuildJob, task: Task) -> dict[str, Any]:
             else:
                 part[f"{name}{level}"] = values
     if part:
-        _write_part(job.parts / f"{task.row}.{task.col}.npz", part)
+        write_part(job.parts / f"{task.row}.{task.col}.npz", part)
     return noted
 
 
@@ -195,11 +211,3 @@ def gather(job: BuildJob, task: Task) -> dict[str, Any]:
 def _nodes_over(pyramid: StoreSizes, level: int, at: tuple[int, int]) -> Area:
     """The nodes of a level over a shard of posts."""
     return area(pyramid.nodes(level), pyramid.shard >> level, at)
-
-
-def _write_part(path: Path, values: dict[str, np.ndarray]) -> None:
-    path.parent.mkdir(parents=True, exist_ok=True)
-    beside = path.with_suffix(".partial")
-    with open(beside, "wb") as file:
-        np.savez(file, **values)  # type: ignore[arg-type]
-    os.replace(beside, path)

@@ -15,23 +15,22 @@ from collections.abc import Iterator
 
 import numpy as np
 
-from .format import FIELDS, Arrays, MissingTileError
+from .format import FIELDS, Arrays, MissingTileError, fields_of, shape_of
 from .pyramid import Area, StoreSizes
 
 At = tuple[str, int, int, int]  # field, level, row and column of a tile
 
 
-def shape_of(pyramid: StoreSizes, name: str, level: int) -> tuple[int, int, int]:
+def tiles_of(pyramid: StoreSizes, name: str, level: int) -> tuple[int, int, int]:
     """Words, rows and columns of the tiles of an array."""
-    posts = pyramid.posts(level) if name == "heights" else pyramid.nodes(level)
-    rows, cols = (-(-n // pyramid.tile) for n in posts)
+    rows, cols = (-(-n // pyramid.tile) for n in shape_of(pyramid, name, level))
     return FIELDS[name][2], rows, cols
 
 
-def arrays_of(pyramid: StoreSizes) -> Iterator[tuple[str, int]]:
+def arrays_of(pyramid: StoreSizes, is_marked: bool) -> Iterator[tuple[str, int]]:
     """Field and level of all arrays."""
     for level in range(pyramid.top + 1):
-        for name in FIELDS if level else ("heights",):
+        for name in fields_of(level, is_marked):
             yield name, level
 
 
@@ -57,8 +56,8 @@ class Checks:
         (words, rows, cols) uint32 of each field and level.
     """
 
-    def __init__(self, pyramid: StoreSizes, values: np.ndarray | None = None) -> None:
-        shapes = {at: shape_of(pyramid, *at) for at in arrays_of(pyramid)}
+    def __init__(self, pyramid: StoreSizes, is_marked: bool, values: np.ndarray | None = None) -> None:
+        shapes = {at: tiles_of(pyramid, *at) for at in arrays_of(pyramid, is_marked)}
         ends = np.cumsum([np.prod(shape) for shape in shapes.values()])
         self.values = np.zeros(ends[-1], np.uint32) if values is None else np.ascontiguousarray(values, np.uint32)
         parts = np.split(self.values, ends[:-1])
@@ -134,7 +133,7 @@ class Tiles:
     def _read(self, at: At) -> np.ndarray:
         name, level, row, col = at
         side = self._pyramid.tile
-        shape = self._pyramid.posts(level) if name == "heights" else self._pyramid.nodes(level)
+        shape = shape_of(self._pyramid, name, level)
         where = slice(row * side, min((row + 1) * side, shape[0])), slice(col * side, min((col + 1) * side, shape[1]))
         tile = self._arrays.read(name, level, where)
         size = tuple(s.stop - s.start for s in where)

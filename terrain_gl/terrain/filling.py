@@ -35,17 +35,17 @@ class Filling:
     def __init__(self, heights: np.ndarray) -> None:
         self.known = [heights]
         while self.known[-1].size > 1:
-            self.known.append(_pull(self.known[-1]))
+            self.known.append(pull(self.known[-1]))
         self.filled = [self.known[-1]]
         for known in self.known[-2::-1]:
-            self.filled.insert(0, _push(known, self.filled[0], _all_of(known)))
+            self.filled.insert(0, push(known, self.filled[0], _all_of(known)))
 
     def update(self, posts: Rect) -> Rect:
         """Follow new heights in a rectangle (x0, y0, x1, y1); returns the rectangle in which `filled` changes."""
         rects = [posts]
         for below, known in zip(self.known, self.known[1:], strict=False):
             x0, y0, x1, y1 = (i // 2 for i in rects[-1])
-            known[y0 : y1 + 1, x0 : x1 + 1] = _pull(below[2 * y0 : 2 * y1 + 2, 2 * x0 : 2 * x1 + 2])
+            known[y0 : y1 + 1, x0 : x1 + 1] = pull(below[2 * y0 : 2 * y1 + 2, 2 * x0 : 2 * x1 + 2])
             rects.append((x0, y0, x1, y1))
         self.filled[-1] = self.known[-1]
         changed = rects[-1]
@@ -61,7 +61,7 @@ class Filling:
         around = _grown(hull(posts, below), SWEEPS, known)
         x0, y0, x1, y1 = around
         old = filled[y0 : y1 + 1, x0 : x1 + 1]
-        new = _push(known, self.filled[level + 1], around)
+        new = push(known, self.filled[level + 1], around)
         differs = new != old
         old[...] = new
         at_y = np.flatnonzero(differs.any(1)) + y0
@@ -81,11 +81,12 @@ def _grown(rect: Rect, by: int, within: np.ndarray) -> Rect:
     return max(x0 - by, 0), max(y0 - by, 0), min(x1 + by, within.shape[1] - 1), min(y1 + by, within.shape[0] - 1)
 
 
-def _push(known: np.ndarray, above: np.ndarray, rect: Rect) -> np.ndarray:
+def push(known: np.ndarray, above: np.ndarray, rect: Rect) -> np.ndarray:
     """Fill the voids of a rectangle of a level from the level above, and relax them.
 
     The result is the same as if the whole level were filled. A sweep reads one post on each side. So we also fill
-    `SWEEPS` posts around the rectangle, and leave them out of the result.
+    `SWEEPS` posts around the rectangle, and leave them out of the result. `known` may be a window of a level if `above`
+    is the window of the level above with half its first post, and has the posts over the rectangle so grown.
     """
     x0, y0, x1, y1 = _grown(rect, SWEEPS, known)
     part = known[y0 : y1 + 1, x0 : x1 + 1]
@@ -119,7 +120,7 @@ def _surface(above: np.ndarray, first: tuple[int, int], shape: tuple[int, ...]) 
     return values
 
 
-def _pull(heights: np.ndarray) -> np.ndarray:
+def pull(heights: np.ndarray) -> np.ndarray:
     """Halve a map: the mean of the known heights in each block of 2 × 2 posts."""
     rows, cols = heights.shape
     padded = np.pad(heights, ((0, rows % 2), (0, cols % 2)), constant_values=np.nan)

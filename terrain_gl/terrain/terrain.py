@@ -25,6 +25,15 @@ HEADROOM = 0.5  # headroom for further edits when the quantisation range is wide
 class Terrain:
     """A heightmap's textures and its `Terrain` block (glsl/blocks/terrain.glsl).
 
+    Parameters
+    ----------
+    like
+        A terrain of the same posts: water and filled voids are taken from it.
+    least_top
+        The least level of the one node over the map.
+    filled
+        The heights with voids filled, (rows, cols); None to fill them here. A part of a map has those of the whole map.
+
     Attributes
     ----------
     base_m
@@ -42,7 +51,12 @@ class Terrain:
     streams = False
 
     def __init__(
-        self, ctx: moderngl.Context, heightmap: Heightmap, like: Terrain | None = None, least_top: int = 1
+        self,
+        ctx: moderngl.Context,
+        heightmap: Heightmap,
+        like: Terrain | None = None,
+        least_top: int = 1,
+        filled: np.ndarray | None = None,
     ) -> None:
         self.ctx = ctx
         self.heightmap = heightmap
@@ -50,6 +64,7 @@ class Terrain:
         self._own = False  # whether `heightmap` is a copy of our own, which may be changed
         same = like is not None and like.heightmap.heights is heightmap.heights
         self._filling: Filling | None = like._filling if like and same else None
+        self._filled = filled
         self._water: Water | None = like._water if like else Water.of(heightmap.heights)
         size = (heightmap.cols, heightmap.rows)
         most = gl.limits(ctx)["texture_size"]
@@ -107,6 +122,8 @@ class Terrain:
     @property
     def filled(self) -> np.ndarray:
         """(rows, cols) float32 heights with voids filled from their rim."""
+        if self._filled is not None:
+            return self._filled
         return self._filling.filled[0] if self._filling else self.heightmap.heights
 
     def upload(self) -> None:
@@ -116,7 +133,7 @@ class Terrain:
 
     def _send(self) -> None:
         has_voids = self.heightmap.voids > 0
-        if has_voids and not self._filling:
+        if has_voids and not self._filling and self._filled is None:
             self._filling = Filling(self.heightmap.heights)
         self.base_m, self._low_m, self.span_m = quantisation_range(*self.heightmap.quantised_m)
         self._write(self.all_posts)
@@ -292,13 +309,26 @@ class Water(NamedTuple):
         if posts is None:
             return None
         rim = _rim_of(posts)
-        levels, counts = np.unique(_rim_of(heights)[rim], return_counts=True)
-        is_sea = counts.size > 0 and counts.max() >= SEA * len(rim)
-        return cls(posts, np.unique(heights[posts]), float(levels[counts.argmax()]) if is_sea else None)
+        return cls(posts, np.unique(heights[posts]), sea_of(_rim_of(heights)[rim], len(rim)))
 
     def stands(self, part: tuple[slice, slice], heights: np.ndarray) -> np.ndarray:
         """Which posts of a part of the map are in water now."""
         return self.posts[part] & np.isin(heights, self.levels_m)
+
+
+def sea_of(heights: np.ndarray, rim: int) -> float | None:
+    """The height of the sea; None without.
+
+    Parameters
+    ----------
+    heights
+        Of the posts of the map's rim that are in water.
+    rim
+        Number of all posts of the rim.
+    """
+    levels, counts = np.unique(heights, return_counts=True)
+    is_sea = counts.size > 0 and counts.max() >= SEA * rim
+    return float(levels[counts.argmax()]) if is_sea else None
 
 
 def _rim_of(values: np.ndarray) -> np.ndarray:

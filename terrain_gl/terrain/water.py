@@ -23,19 +23,34 @@ def water_posts(heights: np.ndarray) -> np.ndarray | None:
     heights
         (rows, cols) float32 metres, NaN where void.
     """
-    side = max(LEAST_SIDE, max(heights.shape) // MOST_TILES)
-    rows, cols = (n // side for n in heights.shape)
-    if rows < 2 or cols < 2:
+    side = tile_side(heights.shape)
+    if min(heights.shape) < 2 * side:
         return None
-    low, high = (_of_tiles(of, heights, side) for of in (np.minimum, np.maximum))
+    found = water_tiles(*(_of_tiles(of, heights, side) for of in (np.minimum, np.maximum)))
+    return None if found is None else posts_at(found, heights, side)
+
+
+def tile_side(shape: tuple[int, ...]) -> int:
+    """Posts along a side of a tile of a map."""
+    return max(LEAST_SIDE, max(shape) // MOST_TILES)
+
+
+def water_tiles(low: np.ndarray, high: np.ndarray) -> np.ndarray | None:
+    """(rows, cols) float32, the height of the water in each tile, NaN without; None if there is no water.
+
+    Parameters
+    ----------
+    low, high
+        Lowest and highest height of each whole tile; NaN for a tile with a void post.
+    """
     flat = low == high
     if flat.sum() < LEAST_OF_SEA:
         return None
-    found = np.full((rows, cols), np.nan, np.float32)
+    found = np.full(low.shape, np.nan, np.float32)
     for tiles in _areas(flat, low):
         if len(tiles) >= (LEAST_TILES if low[tuple(tiles[0])] else LEAST_OF_SEA) and _holds_water(tiles, low, high):
             found[tiles[:, 0], tiles[:, 1]] = low[tuple(tiles[0])]
-    return _posts_of(found, heights, side) if np.isfinite(found).any() else None
+    return found if np.isfinite(found).any() else None
 
 
 def _of_tiles(of: np.ufunc, heights: np.ndarray, side: int) -> np.ndarray:
@@ -81,12 +96,20 @@ def _holds_water(tiles: np.ndarray, low: np.ndarray, high: np.ndarray) -> bool:
     return bool(rises > 0 and falls <= OUTLET * np.count_nonzero(rim))
 
 
-def _posts_of(found: np.ndarray, heights: np.ndarray, side: int) -> np.ndarray:
-    """Posts at the height of the water in their own tile, or in a tile beside it."""
-    rows, cols = heights.shape
+def posts_at(found: np.ndarray, heights: np.ndarray, side: int, first: tuple[int, int] = (0, 0)) -> np.ndarray:
+    """Posts at the height of the water in their own tile, or in a tile beside it.
+
+    Parameters
+    ----------
+    found
+        The water of all tiles.
+    heights
+        The posts of the map, or a part of them from row and column `first` on.
+    """
+    rows, cols = (np.arange(start, start + n) for start, n in zip(first, heights.shape, strict=True))
     padded = np.pad(found, 1, constant_values=np.nan)
-    tile_row = np.minimum(np.arange(rows) // side, found.shape[0] - 1) + 1
-    tile_col = np.minimum(np.arange(cols) // side, found.shape[1] - 1) + 1
+    tile_row = np.minimum(rows // side, found.shape[0] - 1) + 1
+    tile_col = np.minimum(cols // side, found.shape[1] - 1) + 1
     water = np.zeros(heights.shape, bool)
     for i in (-1, 0, 1):
         for j in (-1, 0, 1):

@@ -9,7 +9,7 @@ from __future__ import annotations
 
 from collections.abc import Iterator
 from dataclasses import dataclass
-from typing import NamedTuple
+from typing import Any, NamedTuple
 
 import moderngl
 import numpy as np
@@ -178,13 +178,13 @@ class Measurement:
             self._truth.release()
 
     def _write_truth(self, draw: MeshDraw, region: Region) -> None:
-        """Upload the true heights under a region; those of a paged map are not all on the GPU."""
+        """Upload the true heights under a region, voids filled; those of a paged map are not all on the GPU."""
         assert self._truth
-        heightmap = self.terrain.heightmap
+        heightmap: Any = self.terrain.heightmap
         x, y = region[0] // PLACES, region[1] // PLACES
-        posts = heightmap.heights[y : y + self._truth.height, x : x + self._truth.width] - np.float32(
-            self.terrain.base_m
-        )
+        rows = slice(y, min(y + self._truth.height, heightmap.rows))
+        cols = slice(x, min(x + self._truth.width, heightmap.cols))
+        posts = heightmap.lattice_heights(0, rows, cols) - np.float32(self.terrain.base_m)
         self._truth.write(np.ascontiguousarray(posts), viewport=(0, 0, posts.shape[1], posts.shape[0]))
         bind("mesh/error.frag", u_truth=self._truth)
         draw.program["u_truth_first"] = x, y

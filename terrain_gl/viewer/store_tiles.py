@@ -71,4 +71,4 @@ def never_wait(renderer: Renderer) -> None:
     """Let a window's renderer, and all readers of its map's heights, use the loaded tiles without waiting."""
     if renderer.streaming:
         renderer.streaming.waits = False
-        renderer.heightmap.heights = renderer.terrain.filled
+        renderer.heightmap.heights = renderer.streaming.terrain.known  # type: ignore[assignment]

@@ -1,0 +1,199 @@
+"""Stores of large rasters that are made when a raster is first drawn, in the user's cache folder.
+
+    $XDG_CACHE_HOME/terrain-gl/stores/KEY/map.zarr      by default under ~/.cache (XDG Base Directory Specification 0.8)
+                                      KEY/source.json   the raster; its time is that of the last use
+                                      KEY.lock          held by all that use the store
+                                      limit.json        bytes of all stores, at most
+
+KEY is a hash of the raster's files, with sizes and times, of the options that it is read with, and of the version. If
+the stores take more than the limit, those whose last use is longest ago are removed, but none that is in use.
+"""
+
+from __future__ import annotations
+
+import contextlib
+import fcntl
+import hashlib
+import json
+import os
+import shutil
+from collections.abc import Callable, Iterator
+from pathlib import Path
+from typing import Any, NamedTuple
+
+from .. import __version__
+from ..basics.exceptions import TerrainError
+from ..basics.replacing import replacing
+from ..readers import files_of
+from ..readers.raster import Spacing
+from ..readers.windows import Reading
+from .build import build
+from .format import VERSION, zarr_library
+from .opened import StoredMap
+
+MOST_BYTES = 10 << 30
+_STORE = "map.zarr"
+_SOURCE = "source.json"
+_LIMIT = "limit.json"
+_in_use: list[int] = []  # locks that this process holds until it ends
+
+
+class CachedStore(NamedTuple):
+    """A store in the cache."""
+
+    key: str
+    source: str
+    bytes: int
+    used_s: float
+    is_finished: bool
+
+
+def folder() -> Path:
+    """The folder of all stores, which need not exist."""
+    base = os.environ.get("XDG_CACHE_HOME") or os.path.join(os.path.expanduser("~"), ".cache")
+    return Path(base) / "terrain-gl" / "stores"
+
+
+def key_of(path: str, reading: Reading, spacing_m: float | Spacing | None) -> str:
+    """The key of a raster that is read with these options."""
+    files = [[name, (status := os.stat(name)).st_size, status.st_mtime_ns] for name in files_of(path)]
+    told = [VERSION, __version__, files, reading.told, repr(spacing_m)]
+    return hashlib.sha256(json.dumps(told, sort_keys=True).encode()).hexdigest()[:16]
+
+
+def is_possible() -> bool:
+    """Whether stores can be made."""
+    try:
+        zarr_library()
+    except TerrainError:
+        return False
+    return True
+
+
+def has(path: str, reading: Reading, spacing_m: float | Spacing | None) -> bool:
+    """Whether the store of a raster is finished."""
+    return _is_finished(folder() / key_of(path, reading, spacing_m))
+
+
+def stored(
+    path: str,
+    reading: Reading,
+    spacing_m: float | Spacing | None = None,
+    progress: Callable[[float], None] | None = None,
+) -> StoredMap:
+    """The store of a raster, which is built at first use. Other processes keep it while this one lives.
+
+    Raises
+    ------
+    TerrainError
+        The raster cannot be read, zarr is missing, or the disk is full.
+    """
+    zarr_library()
+    key = key_of(path, reading, spacing_m)
+    place = folder() / key
+    _make(place)
+    lock = os.open(f"{place}.lock", os.O_RDWR | os.O_CREAT, 0o666)
+    try:
+        fcntl.flock(lock, fcntl.LOCK_SH)
+        if not _is_finished(place):
+            fcntl.flock(lock, fcntl.LOCK_EX)  # another process may have finished it meanwhile
+            _make(place)
+            _write(place / _SOURCE, {"source": os.path.abspath(path)})
+            build(path, place / _STORE, spacing_m, reading, progress=progress)
+            fcntl.flock(lock, fcntl.LOCK_SH)
+        os.utime(place / _SOURCE)
+        opened = StoredMap(place / _STORE)
+    except BaseException:
+        os.close(lock)
+        raise
+    _in_use.append(lock)
+    shrink()
+    opened.name = path
+    return opened
+
+
+def entries() -> list[CachedStore]:
+    """All stores, the one that was used last first."""
+    found = []
+    for place in folder().glob("*/"):
+        source = place / _SOURCE
+        with contextlib.suppress(OSError, ValueError):
+            about = json.loads(source.read_text("utf-8"))
+            used_s = source.stat().st_mtime
+            found.append(CachedStore(place.name, about["source"], _bytes_of(place), used_s, _is_finished(place)))
+    return sorted(found, key=lambda entry: -entry.used_s)
+
+
+def remove(entry: CachedStore) -> bool:
+    """Remove a store; False if another process uses it."""
+    place = folder() / entry.key
+    with _alone(place) as is_alone:
+        if is_alone:
+            shutil.rmtree(place, ignore_errors=True)
+        return is_alone
+
+
+def shrink(most_bytes: int | None = None) -> None:
+    """Remove stores until the others take at most so many bytes, by default `limit()`."""
+    most = limit() if most_bytes is None else most_bytes
+    kept = entries()
+    total = sum(entry.bytes for entry in kept)
+    while total > most and kept:
+        oldest = kept.pop()
+        total -= oldest.bytes if remove(oldest) else 0
+
+
+def limit() -> int:
+    """Bytes of all stores, at most."""
+    try:
+        return int(json.loads((folder() / _LIMIT).read_text("utf-8"))["bytes"])
+    except (OSError, ValueError, KeyError, TypeError):
+        return MOST_BYTES
+
+
+def set_limit(most_bytes: int) -> None:
+    """Set the limit, and remove stores beyond it."""
+    _make(folder())
+    _write(folder() / _LIMIT, {"bytes": most_bytes})
+    shrink()
+
+
+def _is_finished(place: Path) -> bool:
+    return (place / _STORE / "zarr.json").is_file() and not (place / _STORE / ".build").is_dir()
+
+
+def _make(place: Path) -> None:
+    try:
+        place.mkdir(parents=True, exist_ok=True)
+    except OSError as error:
+        raise TerrainError(f"{place}: cannot be made: {error.strerror or error}") from None
+
+
+def _write(path: Path, value: dict[str, Any]) -> None:
+    with replacing(os.fspath(path)) as part, open(part, "w", encoding="utf-8") as file:
+        json.dump(value, file)
+
+
+def _bytes_of(place: Path) -> int:
+    total = 0
+    for file in place.rglob("*"):
+        with contextlib.suppress(OSError):
+            total += file.stat().st_size
+    return total
+
+
+@contextlib.contextmanager
+def _alone(place: Path) -> Iterator[bool]:
+    """Lock a store, if nobody uses it."""
+    try:
+        lock = os.open(f"{place}.lock", os.O_RDWR | os.O_CREAT, 0o666)
+    except OSError:
+        yield False
+        return
+    try:
+        fcntl.flock(lock, fcntl.LOCK_EX | fcntl.LOCK_NB)
+        yield True
+    except BlockingIOError:
+        yield False
+    finally:
+        os.close(lock)

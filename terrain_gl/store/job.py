@@ -1,0 +1,89 @@
+"""What all tasks of a build share, and the files that they leave for each other."""
+
+from __future__ import annotations
+
+import os
+from dataclasses import dataclass
+from pathlib import Path
+from typing import Any, NamedTuple
+
+import numpy as np
+
+from ..readers.raster import Spacing
+from ..readers.windows import WindowedRaster
+from .format import Arrays
+from .pyramid import Area, StoreSizes
+from .tiles import checksums
+
+WORK = ".build"  # folder of a build that is not finished
+
+
+class Task(NamedTuple):
+    """One task: a phase, its level, row and column of the shard."""
+
+    phase: str
+    level: int
+    row: int
+    col: int
+
+
+@dataclass(frozen=True)
+class BuildJob:
+    """What all tasks of a build share.
+
+    Attributes
+    ----------
+    path
+        The store's folder.
+    fill_m
+        The height of void posts, which are land then; None if they stay voids.
+    look, assumes_spacing
+        Attributes of the map: `Heightmap`.
+    range_m
+        Lowest and highest height; None until all heights are read.
+    voids
+        The number of voids; None until all heights are read.
+    has_water
+        Whether the map's own heights have water.
+    """
+
+    path: str
+    pyramid: StoreSizes
+    source: WindowedRaster
+    spacing_m: Spacing
+    fill_m: float | None
+    look: str = "auto"
+    assumes_spacing: bool = False
+    range_m: tuple[float, float] | None = None
+    voids: int | None = None
+    has_water: bool = False
+
+    @property
+    def is_marked(self) -> bool:
+        """Whether the store has marks."""
+        return bool(self.voids) or self.has_water
+
+    @property
+    def arrays(self) -> Arrays:
+        """The store's arrays."""
+        return Arrays(self.path, self.pyramid)
+
+    def write(self, name: str, level: int, where: Area, values: np.ndarray) -> dict[str, Any]:
+        """Write whole shards; returns what is noted of their tiles: field, level, first row and column, checksums."""
+        self.arrays.write(name, level, where, values)
+        noted = checksums(values, self.pyramid.tile).tolist()
+        return {"checks": [[name, level, where[0].start, where[1].start, noted]]}
+
+    @property
+    def parts(self) -> Path:
+        """Folder of the coarse records of each shard of posts."""
+        return Path(self.path) / WORK / "parts"
+
+
+def write_part(path: Path, values: dict[str, np.ndarray]) -> None:
+    """Write a file for other tasks, as a whole or not at all."""
+    path.parent.mkdir(parents=True, exist_ok=True)
+    beside = path.with_suffix(".partial")
+    with open(beside, "wb") as file:
+        np.savez(file, **values)  # type: ignore[arg-type]
+    os.replace(beside, path)

@@ -1,0 +1,148 @@
+"""Voids of a source, filled as those of a map in memory are (`terrain.filling`), bit for bit, shard by shard.
+
+halve            known heights of a shard, on levels that are half as large each: means of 2 × 2 posts
+fill_coarsest    the coarsest of these levels, of the whole map: a shard has `SIDE` posts a side there
+fill             a shard, from the coarsest level down: each level needs `AROUND` filled posts around the shard,
+                 and twice as many known ones
+replace          write the filled shard, when no other one reads it any more
+"""
+
+from __future__ import annotations
+
+import hashlib
+import os
+from pathlib import Path
+from typing import Any
+
+import numpy as np
+
+from ..terrain.filling import SWEEPS, Filling, pull, push
+from .job import BuildJob, Task, write_part
+from .pyramid import Area, StoreSizes, area
+
+SIDE = 32
+AROUND = 16
+assert AROUND >= SWEEPS + 2 and SIDE >= 2 * AROUND  # neighbours have all that a shard needs
+
+
+def note(job: BuildJob, task: Task, void: np.ndarray) -> None:
+    """Note the voids of a shard."""
+    bits = {"bits": np.packbits(void), "shape": np.array(void.shape)}
+    write_part(job.parts / f"void.{task.row}.{task.col}.npz", bits)
+
+
+def of_area(job: BuildJob, where: Area) -> np.ndarray:
+    """(rows, cols) bool, the voids of an area of posts."""
+    rows, cols = where
+    found = np.zeros((rows.stop - rows.start, cols.stop - cols.start), bool)
+    for at, mine, part in _shards_over(where, job.pyramid.shard):
+        path = job.parts / f"void.{at[0]}.{at[1]}.npz"
+        if path.is_file():
+            with np.load(path) as file:
+                shape = file["shape"]
+                void = np.unpackbits(file["bits"], count=int(shape.prod())).reshape(shape)
+            found[part] = void[mine]
+    return found
+
+
+def halve(job: BuildJob, task: Task) -> dict[str, Any]:
+    """Note the known heights of a shard on all levels up to the coarsest."""
+    known = _known(job, area(job.pyramid.posts(0), job.pyramid.shard, (task.row, task.col)))
+    levels = {}
+    for level in range(1, _coarsest(job.pyramid) + 1):
+        known = levels[f"level{level}"] = pull(known)
+    write_part(job.parts / f"known.{task.row}.{task.col}.npz", levels)
+    return {"checks": []}
+
+
+def fill_coarsest(job: BuildJob, task: Task) -> dict[str, Any]:
+    """Fill the coarsest level of the whole map."""
+    level = _coarsest(job.pyramid)
+    rows, cols = _size(job.pyramid, level)
+    filled = Filling(_known(job, (slice(0, rows), slice(0, cols)), level)).filled[0]
+    path = job.parts / "filled.npy"
+    beside = path.with_suffix(".partial")
+    with open(beside, "wb") as file:
+        np.save(file, filled)
+    os.replace(beside, path)
+    return {"checks": []}
+
+
+def fill(job: BuildJob, task: Task) -> dict[str, Any]:
+    """Fill the heights of a shard with voids."""
+    pyramid = job.pyramid
+    at = (task.row, task.col)
+    level = _coarsest(pyramid)
+    around = _around(pyramid, level, at, AROUND if level else 0)
+    filled = np.load(job.parts / "filled.npy", mmap_mode="r")[around]
+    while level:
+        level -= 1
+        known = _around(pyramid, level, at, 2 * AROUND)
+        around = _around(pyramid, level, at, AROUND if level else 0)
+        (y0, y1), (x0, x1) = ((s.start - k.start, s.stop - k.start - 1) for s, k in zip(around, known, strict=True))
+        filled = push(_known(job, known, level), filled, (x0, y0, x1, y1))
+    write_part(_filled(job, task), {"heights": filled})
+    return {"checks": []}
+
+
+def replace(job: BuildJob, task: Task) -> dict[str, Any]:
+    """Write the filled heights of a shard; returns the hash of its heights and voids."""
+    where = area(job.pyramid.posts(0), job.pyramid.shard, (task.row, task.col))
+    with np.load(_filled(job, task)) as part:
+        heights = np.ascontiguousarray(part["heights"])
+    void = np.packbits(of_area(job, where))
+    noted = job.write("heights", 0, where, heights)
+    return {"sha256": hashlib.sha256(heights.tobytes() + void.tobytes()).hexdigest()} | noted
+
+
+def _filled(job: BuildJob, task: Task) -> Path:
+    return job.parts / f"filled.{task.row}.{task.col}.npz"
+
+
+def _coarsest(pyramid: StoreSizes) -> int:
+    return max(0, (pyramid.shard // SIDE).bit_length() - 1)
+
+
+def _size(pyramid: StoreSizes, level: int) -> tuple[int, int]:
+    """Rows and columns of a level of halved heights."""
+    return -(-pyramid.rows >> level), -(-pyramid.cols >> level)
+
+
+def _around(pyramid: StoreSizes, level: int, at: tuple[int, int], posts: int) -> Area:
+    """A shard on a level of halved heights, with posts around it, cut at the map's rim."""
+    side = pyramid.shard >> level
+    rows, cols = (
+        slice(max(k * side - posts, 0), min((k + 1) * side + posts, n))
+        for k, n in zip(at, _size(pyramid, level), strict=True)
+    )
+    return rows, cols
+
+
+def _known(job: BuildJob, where: Area, level: int = 0) -> np.ndarray:
+    """Known heights of an area of a level, NaN where void."""
+    if level == 0:
+        heights = job.arrays.read("heights", 0, where)
+        heights[of_area(job, where)] = np.nan
+        return heights
+    rows, cols = where
+    found = np.empty((rows.stop - rows.start, cols.stop - cols.start), np.float32)
+    for at, mine, part in _shards_over(where, job.pyramid.shard >> level):
+        with np.load(job.parts / f"known.{at[0]}.{at[1]}.npz") as file:
+            found[part] = file[f"level{level}"][mine]
+    return found
+
+
+def _shards_over(where: Area, side: int) -> list[tuple[tuple[int, int], Area, Area]]:
+    """Each shard over an area: its row and column, the area's part in it, and its part in the area."""
+    found = []
+    rows, cols = where
+    for row in range(rows.start // side, -(-rows.stop // side)):
+        for col in range(cols.start // side, -(-cols.stop // side)):
+            both = [
+                slice(max(s.start, k * side), min(s.stop, (k + 1) * side))
+                for s, k in zip(where, (row, col), strict=True)
+            ]
+            inside = [slice(b.start - k * side, b.stop - k * side) for b, k in zip(both, (row, col), strict=True)]
+            part = [slice(b.start - s.start, b.stop - s.start) for b, s in zip(both, where, strict=True)]
+            found.append(((row, col), (inside[0], inside[1]), (part[0], part[1])))
+    return found

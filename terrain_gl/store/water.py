@@ -1,0 +1,93 @@
+"""Water in a source's own heights, found as in a map in memory (`terrain.water`), post for post.
+
+note    lowest and highest height of a shard's part of each tile
+find    which tiles are water, of the whole map
+at      which posts of an area are water
+"""
+
+from __future__ import annotations
+
+import os
+from typing import Any
+
+import numpy as np
+
+from ..terrain import sea_of
+from ..terrain.water import posts_at, tile_side, water_tiles
+from .job import BuildJob, Task, write_part
+from .pyramid import Area, StoreSizes, area, areas
+
+
+def note(job: BuildJob, task: Task, heights: np.ndarray) -> None:
+    """Note the tiles of a shard of heights, NaN where void."""
+    pyramid = job.pyramid
+    where = area(pyramid.posts(0), pyramid.shard, (task.row, task.col))
+    ends: dict[str, np.ndarray] = {}
+    for name, of in (("low", np.minimum), ("high", np.maximum)):
+        found = heights
+        for axis in (0, 1):
+            found = of.reduceat(found, _starts(pyramid, where[axis]), axis)
+        ends[name] = found
+    write_part(_path(job, task.row, task.col), ends)
+
+
+def find(job: BuildJob, task: Task) -> dict[str, Any]:
+    """Note which tiles are water."""
+    pyramid = job.pyramid
+    side = _side(pyramid)
+    shape = tuple(-(-n // side) for n in pyramid.posts(0))  # with tiles that are cut by the rim
+    low, high = np.full(shape, np.inf, np.float32), np.full(shape, -np.inf, np.float32)
+    for row, col in areas(pyramid.posts(0), pyramid.shard):
+        rows, cols = (s.start // side for s in area(pyramid.posts(0), pyramid.shard, (row, col)))
+        with np.load(_path(job, row, col)) as part:
+            mine = np.s_[rows : rows + part["low"].shape[0], cols : cols + part["low"].shape[1]]
+            low[mine] = np.minimum(low[mine], part["low"])
+            high[mine] = np.maximum(high[mine], part["high"])
+    whole = np.s_[: pyramid.rows // side, : pyramid.cols // side]
+    found = None if min(pyramid.posts(0)) < 2 * side else water_tiles(low[whole], high[whole])
+    if found is not None:
+        beside = _found(job) + ".partial"
+        with open(beside, "wb") as file:
+            np.save(file, found)
+        os.replace(beside, _found(job))
+    return {"has_water": found is not None, "checks": []}
+
+
+def at(job: BuildJob, where: Area, heights: np.ndarray) -> np.ndarray | None:
+    """(rows, cols) bool, the posts in water among the heights of an area, NaN where void; None without water."""
+    if not job.has_water:
+        return None
+    return posts_at(np.load(_found(job)), heights, _side(job.pyramid), (where[0].start, where[1].start))
+
+
+def on_rim(pyramid: StoreSizes, where: Area, heights: np.ndarray) -> list[tuple[float, int]]:
+    """The heights of water on the map's rim in an area, and how many posts have each; NaN for other posts."""
+    rows, cols = (np.arange(s.start, s.stop) for s in where)
+    rim = np.isin(rows, (0, pyramid.rows - 1))[:, None] | np.isin(cols, (0, pyramid.cols - 1))
+    levels, counts = np.unique(heights[rim & np.isfinite(heights)], return_counts=True)
+    return list(zip(levels.tolist(), counts.tolist(), strict=True))
+
+
+def sea(pyramid: StoreSizes, found: list[tuple[float, int]]) -> float | None:
+    """The height of the sea, from what `on_rim` finds; None without."""
+    heights = np.repeat([level for level, _ in found], [count for _, count in found])
+    return sea_of(heights, 2 * pyramid.cols + 2 * (pyramid.rows - 2))
+
+
+def _side(pyramid: StoreSizes) -> int:
+    return tile_side((pyramid.rows, pyramid.cols))
+
+
+def _starts(pyramid: StoreSizes, posts: slice) -> np.ndarray:
+    """Where tiles begin among posts along an axis; the first one may have begun before."""
+    side = _side(pyramid)
+    inside = np.arange(-(-posts.start // side) * side, posts.stop, side) - posts.start
+    return np.unique(np.concatenate([[0], inside]))
+
+
+def _path(job: BuildJob, row: int, col: int) -> Any:
+    return job.parts / f"tiles.{row}.{col}.npz"
+
+
+def _found(job: BuildJob) -> str:
+    return os.fspath(job.parts / "water.npy")
