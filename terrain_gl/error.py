@@ -153,6 +153,20 @@ class ErrorTables:
         data = self.gains.read(4 * sizes.nodes, offset=4 * sizes.first_node)
         return np.frombuffer(data, "f4").reshape(sizes.size[::-1])
 
+    def read_counts(self, level: int, error_class: int, tiles: Rect) -> np.ndarray:
+        """The table of one class at the corners of a rectangle of tiles, borders included, modulo 256.
+
+        `tiles` are the first column and row, then the column and row after the last: (y1 − y0 + 1, x1 − x0 + 1) uint8.
+        """
+        columns, rows = self.terrain.levels[level].counts
+        x0, y0, x1, y1 = tiles
+        first = self.terrain.levels[level].first_count + (error_class // 4 * rows + max(y0 - 1, 0)) * columns
+        lines = y1 - max(y0 - 1, 0)
+        words = np.frombuffer(self.counters.read(4 * columns * lines, offset=4 * first), "u4").reshape(lines, columns)
+        counts = (words >> 8 * (error_class % 4)).astype(np.uint8)
+        whole = np.pad(counts, ((int(y0 == 0), 0), (1, 0)))
+        return whole[:, x0 : x1 + 1]
+
     def bind(self) -> None:
         """Bind the tables for shaders that read bounds (glsl/lod/quadtree/patch_bound.glsl)."""
         tables = {"Nodes": self.nodes, "Counters": self.counters, "Squares": self.squares, "Ranges": self.ranges}

@@ -85,6 +85,34 @@ def test_the_explanation_asks_the_tables(renderer):
     assert [each.max_m for each in after.choices] != [each.max_m for each in before.choices]
 
 
+def test_a_look_up_of_four_fetches_decides_whether_a_level_is_enough(renderer):
+    renderer.draw(CAMERA, 1.0, cull=False, style=UNLIT)
+    heights = renderer.heightmap.heights.astype(np.float64)
+    seen = set()
+    for x, y in places(renderer, 60):
+        told = renderer.inspector.explain(x, y)
+        for choice in told.choices:
+            if not (lookup := choice.lookup) or not told.in_picture:
+                continue
+            a, b, c, d = lookup.corners
+            x0, y0, x1, y1 = lookup.tiles
+            assert lookup.count > 255 or ((d - c) - (b - a)) % 256 == lookup.above
+            assert (choice.px <= 1.0) == (lookup.above == 0)
+            counts = renderer.inspector.error_counts(lookup, lookup.tiles).astype(int)
+            assert (*counts[0, [0, -1]], *counts[-1, [0, -1]]) == lookup.corners
+            if choice.step < 1:
+                continue
+            is_above = np.diff(np.diff(counts, axis=0), axis=1) % 256 > 0
+            assert is_above.sum() == lookup.above
+            side = (2 if lookup.level else 4) << lookup.level
+            for row, col in np.ndindex(is_above.shape):
+                part = heights[(y0 + row) * side :, (x0 + col) * side :][: side + 1, : side + 1]
+                if part.shape == (side + 1, side + 1):  # else the map's rim cuts the tile off
+                    assert is_above[row, col] or true_error(part, int(choice.step)) <= lookup.limit_m * (1 + 1e-5)
+            seen.add(lookup.above > 0)
+    assert seen == {True, False}
+
+
 def true_error(part, step):
     """Largest distance of a part's posts from its cells of `step` posts, drawn along the worse diagonal."""
     n = len(part) - 1

@@ -8,6 +8,7 @@ from typing import Any
 import numpy as np
 
 from ..basics.exceptions import TerrainError, UsageError
+from ..basics.rect import Rect
 from ..basics.steps import Steps, drain
 from ..camera import Camera
 from ..camera.curvature import drop_between_m
@@ -16,7 +17,7 @@ from ..heightmap import Heightmap, bilinear
 from ..lod import METRES, Goal, RingsSelector, Selection
 from ..mesh import captured_triangles
 from ..terrain import Terrain
-from ..verify.explain import Explanation, PatchExplainer
+from ..verify.explain import Explanation, Lookup, PatchExplainer
 from ..verify.holes import count_holes
 from ..verify.measure import TILE, Achieved, Measurement
 from .frame import DrawnFrame
@@ -105,6 +106,11 @@ class Inspector:
             return self._explainer.explain(frame.selection, self._post(x, y), tolerance_px, options.metric)
         finally:
             view.move(self.terrain, frame.eye, frame.size, frame.near_m)
+
+    @in_session
+    def error_counts(self, lookup: Lookup, tiles: Rect) -> np.ndarray:
+        """The table of error counts that a look-up of `explain` reads: at the corners of a rectangle of tiles."""
+        return self.resources.tables.read_counts(lookup.level, lookup.error_class, tiles)
 
     @in_session
     def triangles(self) -> np.ndarray:

@@ -18,7 +18,43 @@ from ..lod import QuadtreeSelector, RingsSelector, Selection
 
 _CHOICE = np.dtype([("quads", "4f4"), ("fan", "4f4")])
 _ANSWER = np.dtype([("projection", "4f4"), ("range_m", "4f4"), ("choice", _CHOICE, layout.MAX_LEVELS)])
-_RING_ANSWER = np.dtype([("projection", "4f4"), ("range_m", "4f4"), ("choice", "4f4", layout.SIZES)])
+_LOOKUP = np.dtype(
+    [("tiles", "4i4"), ("corners", "4u4"), ("class", "i4"), ("level", "i4"), ("above", "i4"), ("limit_m", "f4")]
+)
+_RING_ANSWER = np.dtype(
+    [("projection", "4f4"), ("range_m", "4f4"), ("choice", "4f4", layout.SIZES), ("lookup", _LOOKUP, layout.SIZES)]
+)
+
+
+@dataclass(frozen=True)
+class Lookup:
+    """How a table of error counts answers whether a square is within the tolerance: four fetches.
+
+    Attributes
+    ----------
+    level, error_class
+        The table: of quads of 2^level posts a side, and of this class of errors.
+    limit_m
+        The error of the class in metres: the largest class that is within the tolerance.
+    tiles
+        The box: first column and row, then the column and row after the last. A tile is 2 × 2 quads, or 4 × 4 cells.
+    corners
+        The table at the box's corners, modulo 256: north-west, north-east, south-west, south-east.
+    above
+        Tiles of the box with an error above the limit; 0 if these quads suffice.
+    """
+
+    level: int
+    error_class: int
+    limit_m: float
+    tiles: tuple[int, int, int, int]
+    corners: tuple[int, int, int, int]
+    above: int
+
+    @property
+    def count(self) -> int:
+        """Tiles in the box."""
+        return (self.tiles[2] - self.tiles[0]) * (self.tiles[3] - self.tiles[1])
 
 
 @dataclass(frozen=True)
@@ -35,6 +71,8 @@ class Choice:
         Bounds of the error in metres of height: the largest, and the root mean square.
     px
         Bound of the error on the screen, in the requested metric.
+    lookup
+        How the tables decide whether it is enough; None if they do not, as for a quadtree or a store.
     """
 
     segments: int
@@ -42,6 +80,7 @@ class Choice:
     max_m: float
     rms_m: float
     px: float
+    lookup: Lookup | None = None
 
 
 @dataclass(frozen=True)
@@ -72,6 +111,8 @@ class Explanation:
         The bound of the patch together with its cut edges; None if its record has none.
     hidden_by
         If the patch is hidden and so not drawn: the ridge in front of it, x and y in world metres.
+    joined
+        How four patches of this size would be drawn as one with vertices twice as far apart; None if this is not known.
     """
 
     corner: tuple[int, int]
@@ -87,6 +128,7 @@ class Explanation:
     metric: str
     bound_px: float | None = None
     hidden_by: tuple[float, float] | None = None
+    joined: Choice | None = None
 
 
 class PatchExplainer:
@@ -96,7 +138,7 @@ class PatchExplainer:
         self.ctx = ctx
         self._kernel: Any = None
         self._ring_kernel: Any = None
-        self._answer = self.ctx.buffer(reserve=_ANSWER.itemsize)
+        self._answer = self.ctx.buffer(reserve=max(_ANSWER.itemsize, _RING_ANSWER.itemsize))
 
     def explain(
         self, selection: Selection, post: tuple[float, float], tolerance_px: float, metric: str
@@ -152,16 +194,15 @@ class PatchExplainer:
         col, row = patches.corner[at]
         corner = int(col), int(row)
         answer = self._ask_ring(surface, corner, side_log2)
-        choices = tuple(
-            Choice(1 << k, 2.0 ** (side_log2 - k), *(float(v) for v in each[:3]))
-            for k, each in enumerate(answer["choice"])
-            if each[3]
-        )
+        choices = _ring_choices(answer, side_log2)
         chosen = next(choice for choice in choices if choice.segments == 1 << side_log2 - step_log2)
         seen = _seen(answer, surface.view.focal_px)
         bound_px = float(patches.bound_px[at])
+        around = corner[0] & -2 << side_log2, corner[1] & -2 << side_log2
+        four = self._ask_ring(surface, around, side_log2 + 1)
+        joined = next((each for each in _ring_choices(four, side_log2 + 1) if each.step == 2 * chosen.step), None)
         about = corner, 1 << side_log2, step_log2, chosen, choices, *seen, tolerance_px, metric, bound_px
-        return Explanation(*about, _ridge(surface, post) if at >= selection.patches else None)
+        return Explanation(*about, _ridge(surface, post) if at >= selection.patches else None, joined)
 
     def release(self) -> None:
         """Release GPU resources."""
@@ -180,7 +221,7 @@ class PatchExplainer:
         self._kernel["u_edges"] = edges
         self._kernel.run(1)
         self.ctx.memory_barrier(moderngl.SHADER_STORAGE_BARRIER_BIT | moderngl.BUFFER_UPDATE_BARRIER_BIT)
-        return np.frombuffer(self._answer.read(), _ANSWER)[0]
+        return np.frombuffer(self._answer.read(_ANSWER.itemsize), _ANSWER)[0]
 
     def _ask_ring(self, surface: RingsSelector, corner: tuple[int, int], side_log2: int) -> np.ndarray:
         if not self._ring_kernel:
@@ -218,6 +259,30 @@ def _seen(answer: np.ndarray, focal_px: float) -> tuple[tuple[float, float], flo
     return (low_m, high_m), nearest_m, focal_px * stretch / nearest_m, not answer["projection"][3]
 
 
+def _choice(segments: int, step: float, errors: np.ndarray, lookup: Lookup | None = None) -> Choice:
+    max_m, rms_m, px = (float(v) for v in errors[:3])
+    return Choice(segments, step, max_m, rms_m, px, lookup)
+
+
+def _ring_choices(answer: np.ndarray, side_log2: int) -> tuple[Choice, ...]:
+    """The choices for a square of the clipmap, coarsest first."""
+    return tuple(
+        _choice(1 << k, 2.0 ** (side_log2 - k), each, _lookup(answer["lookup"][k]))
+        for k, each in enumerate(answer["choice"])
+        if each[3]
+    )
+
+
+def _lookup(found: np.void) -> Lookup | None:
+    """The look-up of one choice, from its record."""
+    if found["class"] < 0:
+        return None
+    x0, y0, x1, y1 = (int(v) for v in found["tiles"])
+    a, b, c, d = (int(v) for v in found["corners"])
+    place = int(found["level"]), int(found["class"]), float(found["limit_m"])
+    return Lookup(*place, (x0, y0, x1, y1), (a, b, c, d), int(found["above"]))
+
+
 def _choices(answer: np.ndarray, side_log2: int, fan: bool) -> tuple[Choice, ...]:
     """The choices, coarsest first: two triangles, the fan, 2 × 2 quads, 4 × 4 quads, up to every post."""
     found = []
@@ -229,5 +294,5 @@ def _choices(answer: np.ndarray, side_log2: int, fan: bool) -> tuple[Choice, ...
             ways.append((0, 1 << (level - 1), choice["fan"]))
         elif size == 0 and fan:
             ways.append((0, 1, choice["quads"]))
-        found += [Choice(segments, step, *(float(v) for v in e[:3])) for segments, step, e in ways if e[3]]
+        found += [_choice(segments, step, errors) for segments, step, errors in ways if errors[3]]
     return tuple(found)

@@ -16,7 +16,7 @@ map_loader, image_reader       load maps, read sky and ground images
 painter                        draws the picture, in motion and at rest
 pointer, scene                 where the mouse points; the map and the camera
 loading, light_builder         tables and light, made in steps
-recovery, brush_tool, map_writer, filming, file_dialog, box_sum, explain_text, memory
+recovery, brush_tool, map_writer, filming, file_dialog, box_sum, error_box, explain_text, memory
 gui, widgets, gui_draw, theme  Dear ImGui
 controller, pose, settings, window_state, frame_budget, frame_stats, canvas, legend, ruler
 """

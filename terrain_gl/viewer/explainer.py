@@ -10,7 +10,9 @@ import numpy as np
 from ..renderer.methods import BASELINES, CERTIFIED, METHODS, REGISTRY
 from ..renderer.options import RenderOptions
 from ..verify.explain import Explanation
+from . import error_box
 from .box_sum import BoxSum, box_under
+from .error_box import ErrorBox
 from .painter import Painter
 from .pointer import Pointer
 from .scene import Scene
@@ -26,6 +28,8 @@ class Explainer:
     ----------
     explanation
         Explanation of the patch that was clicked; None if there is none.
+    error_box
+        Its box in the table of error counts; None if no table decided its level.
     place
         Where it was clicked last, in world metres; None for the sky.
     box
@@ -39,6 +43,7 @@ class Explainer:
         self._settings = scene.settings
         self._window = scene.window
         self.explanation: Explanation | None = None
+        self.error_box: ErrorBox | None = None
         self.place: np.ndarray | None = None
         self.box: BoxSum | None = None
         self._split_from: tuple[RenderOptions, RenderOptions] | None = (
@@ -134,6 +139,7 @@ class Explainer:
         side = self._pointer.side_at(x)
         self._painter.choose_levels(renderer, spec, side)
         self.explanation = renderer.inspector.explain(float(place[0]), float(place[1]))
+        self.error_box = error_box.read(renderer, self.explanation) if self.explanation else None
         if side:
             self._painter.choose_levels(renderer, spec, 0)
         if self.explanation is None:

@@ -7,6 +7,7 @@ from collections.abc import Callable
 from ..verify.explain import Explanation
 from . import (
     charts,
+    error_box,
     explain_text,
     file_list,
     help_page,
@@ -260,6 +261,10 @@ class Panels:
             imgui.text(", ".join(orientation.place_lines(scene.heightmap, place, scene.exaggeration)))
         imgui.text(explain_text.plain(patch))
         imgui.text_colored(accent, explain_text.title(patch))
+        if box := self._viewer.explainer.error_box:
+            error_box.show(ui, box)
+            for line in error_box.lines(patch):
+                imgui.text(line)
         if imgui.begin_table("choices", len(explain_text.HEADINGS), imgui.TableFlags_.sizing_fixed_fit):
             for heading in explain_text.HEADINGS:
                 imgui.table_next_column()
