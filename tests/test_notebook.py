@@ -3,6 +3,7 @@
 import asyncio
 import base64
 import os
+import re
 import sys
 import time
 from pathlib import Path
@@ -17,6 +18,7 @@ from terrain_gl.shade.picture import STYLES
 
 rfb = pytest.importorskip("jupyter_rfb", reason="the extra [notebook] is not installed")
 
+from terrain_gl.viewer import notebook  # noqa: E402
 from terrain_gl.viewer.notebook import View  # noqa: E402
 
 CAMERA = tg.Camera((640, -200, 400), (640, 640, 100))
@@ -231,12 +233,25 @@ def test_panels():
     view.close()
 
 
-def test_a_still_picture_stands_beside_the_widget(view):
+def test_a_still_picture_is_an_output_of_its_own_until_a_browser_is_live(view, monkeypatch):
+    shown = []
+
+    class Handle:
+        def update(self, data, raw):
+            shown.append(data)
+
+    monkeypatch.setattr(notebook, "display", lambda data, raw, display_id: shown.append(data) or Handle())
     data = view._repr_mimebundle_()
     data = data[0] if isinstance(data, tuple) else data
-    assert "application/vnd.jupyter.widget-view+json" in data
-    Path("still.png").write_bytes(base64.b64decode(data["image/png"]))
+    assert "application/vnd.jupyter.widget-view+json" in data and "image/png" not in data
+    Path("still.png").write_bytes(base64.b64decode(shown[0]["image/png"]))
     assert np.array_equal(read_image("still.png"), view.picture())
+    browser = Browser(view)
+    browser.event("resize", width=160, height=90, ratio=1.0)
+    assert len(shown) == 2 and shown[1]["text/html"].startswith("<details>")
+    assert shown[0]["image/png"] in shown[1]["text/html"]
+    view._repr_mimebundle_()
+    assert len(shown) == 2, "a live widget needs no still picture"
 
 
 def test_frames_show_themselves():
@@ -302,3 +317,16 @@ def test_the_example_runs_without_a_front_end(monkeypatch):
         assert pixels.shape[:2] == (360, 640) and pixels[..., :3].std() > 10
     told = "".join(output.text for output in outputs if output.output_type == "stream")
     assert told.count("asked") == 3 and "Traceback" not in told
+    assert _pictures_of_page(notebook) == [each.replace("\n", "") for each in pictures], (
+        "a page that nbconvert makes has the same pictures"
+    )
+
+
+def _pictures_of_page(notebook):
+    """The pictures in a notebook's page, as `jupyter nbconvert --to html` makes it."""
+    nbconvert = pytest.importorskip("nbconvert", reason="nbconvert is not installed")
+    try:
+        html, _ = nbconvert.HTMLExporter().from_notebook_node(notebook)
+    except ValueError as error:
+        pytest.skip(f"nbconvert does not find its templates: {error}")
+    return re.findall(r'<img[^>]* src="data:image/png;base64,([^"]*)"', html.replace("\n", ""))

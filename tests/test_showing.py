@@ -8,6 +8,8 @@ import pytest
 
 import terrain_gl as tg
 from terrain_gl.basics.exceptions import TerrainError
+from terrain_gl.image import write_image
+from terrain_gl.viewer.advice import in_python
 
 rasterio = pytest.importorskip("rasterio", reason="the [geo] extra is not installed")
 xarray = pytest.importorskip("xarray", reason="xarray is not installed")
@@ -137,3 +139,40 @@ def test_a_notebook_gets_a_view(dem, shown, monkeypatch):
         assert not shown and view.picture().shape == (80, 120, 3) and view.picture().std() > 10
     finally:
         view.close()
+
+
+@pytest.mark.parametrize(
+    ("told", "expected"),
+    [
+        ("give --spacing, or --z-scale", "give spacing_m, or z_scale"),
+        ("--z-scale 0.005 is chosen; give --look", "z_scale=0.005 is chosen; give look"),
+        ("give --nodata -9999", "give nodata=-9999"),
+        ("give --nodata none", "give nodata=nan"),
+        (
+            "give --encoding terrarium or mapbox; as with --band 1",
+            'give encoding="terrarium" or mapbox; as with band=1',
+        ),
+        ("and the network with --trust", "and the network with trusted=True"),
+        ("use a smaller map, or --style lambert", 'use a smaller map, or style="lambert"'),
+        ("counts as metres (--spacing)", "counts as metres (spacing_m)"),
+        ("terrain-gl --version, --gpu-memory", "terrain-gl --version, --gpu-memory"),
+    ],
+)
+def test_messages_name_arguments_of_python(told, expected):
+    assert in_python(told) == expected
+
+
+def test_show_takes_the_arguments_of_files_and_names_them(folder, monkeypatch, capsys):
+    seen = []
+    monkeypatch.setattr("terrain_gl.viewer.run", lambda heightmap, *_, **__: seen.append(heightmap))
+    heights = hill()
+    heights[0, :3] = -77
+    np.save("dem.npy", heights)
+    tg.show("dem.npy", nodata=-77, spacing_m=30)
+    assert seen[0].voids == 3 and seen[0].spacing_m == (30.0, 30.0)
+    with pytest.raises(tg.UsageError, match="nodata: only for a path"):
+        tg.show(heights, nodata=-77)
+    write_image("rgb.png", np.random.default_rng(0).integers(0, 255, (9, 9, 3), np.uint8))
+    with pytest.raises(TerrainError, match='encoding="terrarium"') as error:
+        tg.show("rgb.png")
+    assert "--" not in str(error.value)

@@ -3,7 +3,8 @@
     from terrain_gl.viewer.notebook import View
     View("alpine")
 
-Without a live front end (in a script, or on a web page) a still picture is shown instead. The extra `[notebook]` is
+Without a live front end (in a script, or on a web page) a still picture is shown instead. It is an output of its own:
+programs that make pages from notebooks show only the widget of an output that has one. The extra `[notebook]` is
 needed: jupyter_rfb (https://jupyter-rfb.readthedocs.io) sends pictures to the browser and receives its events.
 """
 
@@ -21,6 +22,7 @@ import moderngl
 import numpy as np
 
 try:
+    from IPython.display import DisplayHandle, display
     from jupyter_rfb import RemoteFrameBuffer
 except ImportError as error:
     raise ImportError(
@@ -106,7 +108,8 @@ class View(RemoteFrameBuffer):  # type: ignore[misc]  # jupyter_rfb has no types
         super().__init__(css_width=f"{size[0]}px", css_height=f"{size[1]}px")
         self._started_s = time.monotonic()
         self._timer: asyncio.TimerHandle | None = None
-        self._welcomed = False
+        self._welcomed = False  # whether a front end is live
+        self._still: tuple[str, DisplayHandle | None] | None = None  # its PNG, and where it stands
         self._ratio = 1.0  # pixels of the picture for one pixel of the page
         self.ctx = create_context(backend)
         with self.ctx:
@@ -179,12 +182,22 @@ class View(RemoteFrameBuffer):  # type: ignore[misc]  # jupyter_rfb has no types
             self.request_draw()
 
     def _repr_mimebundle_(self, **kwargs: Any) -> Any:
-        """The widget, and a still picture for front ends without widgets."""
-        result = super()._repr_mimebundle_(**kwargs)
-        data = result[0] if isinstance(result, tuple) else result
-        if data is not None and not self._closed:
-            data["image/png"] = base64.b64encode(png_bytes(self.picture())).decode("ascii")
-        return result
+        """The widget; before it, the still picture, until a front end is live."""
+        if not self._closed and not self._welcomed:
+            picture = base64.b64encode(png_bytes(self.picture())).decode("ascii")
+            data = {"image/png": picture, "text/plain": repr(self)}
+            self._still = picture, display(data, raw=True, display_id=True)  # type: ignore[no-untyped-call]
+        return super()._repr_mimebundle_(**kwargs)
+
+    def _fold_still(self) -> None:
+        """Fold the still picture away: a page that is made from the notebook still has it."""
+        if self._still:
+            picture, shown = self._still
+            image = f'<img src="data:image/png;base64,{picture}">'
+            if shown:
+                folded = {"text/html": f"<details><summary>still picture</summary>{image}</details>", "text/plain": ""}
+                shown.update(folded, raw=True)  # type: ignore[no-untyped-call]
+            self._still = None
 
     def _request_next(self) -> None:
         """Ask for the next frame, now or later."""
@@ -235,6 +248,7 @@ class View(RemoteFrameBuffer):  # type: ignore[misc]  # jupyter_rfb has no types
         self.app.resize((width, height), max(1.0, self._ratio))
         if not self._welcomed:
             self._welcomed = True
+            self._fold_still()
             self.viewer.window.say("click here: W A S D fly, H shows all keys")
 
     def _on_pointer_down(self, event: dict[str, Any]) -> None:

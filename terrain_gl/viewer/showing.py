@@ -6,12 +6,14 @@ import os
 import sys
 from typing import Any
 
+from ..basics.exceptions import TerrainError, UsageError
 from ..camera import Camera
 from ..files.maps import find_bundled, open_map
 from ..files.views import standard_view
 from ..heightmap import Heightmap
 from ..readers import Spacing
 from ..renderer.overlay import read_overlay
+from .advice import OF_FILES, in_python
 
 
 def show(
@@ -41,7 +43,7 @@ def show(
         `overlay.read_overlay`.
     options
         Fields of `RenderOptions` by name: how the map is drawn at first. `material`, a picture of the ground with
-        coordinates, is placed by them.
+        coordinates, is placed by them. Of a path also arguments of `Heightmap.open`, such as `nodata`.
 
     Returns
     -------
@@ -51,7 +53,7 @@ def show(
     Raises
     ------
     TerrainError
-        The map cannot be read, or there is no display, or no OpenGL 4.3.
+        The map cannot be read, or there is no display, or no OpenGL 4.3. Messages name the arguments of Python.
     UsageError
         An option is outside its range.
 
@@ -60,7 +62,24 @@ def show(
     >>> import terrain_gl, rioxarray
     >>> terrain_gl.show(rioxarray.open_rasterio("dem.tif"))  # doctest: +SKIP
     """
-    heightmap = _opened(source, spacing_m)
+    try:
+        return _show(source, camera, spacing_m, size, overlays, options)
+    except (TerrainError, UsageError) as error:
+        raise type(error)(in_python(str(error))) from None
+
+
+def _show(
+    source: Any,
+    camera: Camera | None,
+    spacing_m: float | Spacing | None,
+    size: tuple[int, int] | None,
+    overlays: Any,
+    options: dict[str, Any],
+) -> Any:
+    of_file = {name: options.pop(name) for name in OF_FILES.values() if name in options}
+    heightmap = _opened(source, {"spacing_m": spacing_m} | of_file)
+    for note in heightmap.notes:
+        print(f"terrain-gl: note: {in_python(note)}", file=sys.stderr)
     known = find_bundled(os.fspath(source)) if isinstance(source, str | os.PathLike) else None
     first = camera or (known.camera if known else standard_view(heightmap))
     if known:
@@ -76,10 +95,12 @@ def show(
     return run(heightmap, first, size=size, overlays=laid, **options)
 
 
-def _opened(source: Any, spacing_m: float | Spacing | None) -> Heightmap:
+def _opened(source: Any, of_file: dict[str, Any]) -> Heightmap:
     if isinstance(source, str | os.PathLike):
-        return open_map(os.fspath(source), spacing_m=spacing_m)[0]
-    return Heightmap.of(source, spacing_m)
+        return open_map(os.fspath(source), **of_file)[0]
+    if len(of_file) > 1:
+        raise UsageError(f"{', '.join(set(of_file) - {'spacing_m'})}: only for a path, not for {type(source).__name__}")
+    return Heightmap.of(source, **of_file)
 
 
 def _in_notebook() -> bool:

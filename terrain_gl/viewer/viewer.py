@@ -169,7 +169,7 @@ class Viewer:
             self.exaggerate(opened.exaggeration)
         if opened.heightmap.assumes_spacing:
             name = Path(opened.heightmap.name).name
-            hint = "set the spacing under Map, or with --spacing"
+            hint = "set the spacing under Map"
             assumed = f"{opened.heightmap.spacing_m[0]:g} m is assumed"
             self.window.say(f"{name} gives no distance between its posts, {assumed}: {hint}", HINT_S)
 
