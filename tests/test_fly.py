@@ -276,7 +276,7 @@ def test_a_folder_that_lacks_only_its_numbers_is_continued(undisturbed, run, mon
     words, expected, numbers = undisturbed
     words = (*words, "-o", "f", "--json", "n.json")
     with monkeypatch.context() as patch:
-        patch.setattr("terrain_gl.film.journal.Journal.end", lambda _: None)
+        patch.setattr("terrain_gl.film.journal.FlightJournal.end", lambda _: None)
         assert run(*words)[0] == 0
     drawn = interrupt(monkeypatch, 0)
     assert run(*words)[0] == 0

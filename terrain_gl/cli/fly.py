@@ -19,7 +19,7 @@ from ..film.path import CameraPath
 from ..film.record import CODECS, Recorder, is_folder
 from ..film.tour import FOV_DEG, tour
 from ..heightmap import Heightmap, ground_m
-from . import frames, options, overlays, report, stores, values
+from . import effects, frames, options, overlays, report, stores, values
 
 SECONDS = 12.0
 MAX_FRAMES = 1_000_000
@@ -73,6 +73,7 @@ def _record(
 ) -> tuple[dict[str, Any], dict[str, Any]]:
     """Draw and record all frames; returns the numbers of the flight, and the first frame that lacks tiles, if any."""
     scene = options.open_scene(args)
+    effects.tell(args, scene)
     fov_deg = scene.camera.fov_deg if args.path or args.fov else FOV_DEG
     path = CameraPath.open(args.path, fov_deg) if args.path else tour(scene.heightmap, fov_deg)
     seconds = args.seconds or path.seconds or SECONDS
@@ -80,6 +81,10 @@ def _record(
     numbers, shared = _fly(flight, recorder, journal)
     about = {"map": scene.heightmap.name, "seconds": seconds, "fps": args.fps, "length_m": path.length_m}
     about |= _places(scene.heightmap, [frame["eye"] for frame in numbers]) | {"summary": _summary(numbers)} | shared
+    about["frames_without_land"] = sum(not frame.get("sees_land", True) for frame in numbers)
+    if args.overlay:
+        samples = np.sum([frame["overlay_samples"] for frame in numbers], 0)
+        overlays.tell_unseen(args, scene.heightmap, overlays.of(args, scene.heightmap, silent=True), samples.tolist())
     with report.json_output(args.json, about | {"frames": numbers}):
         recorder.close()
     if journal:
@@ -158,6 +163,8 @@ def _text(output: str, about: dict[str, Any]) -> str:
     for key, where in (("frames_outside", "outside the map"), ("frames_under_ground", "under ground")):
         if about[key]:
             text += f"\nnote: in {about[key]:,} frames the eye is {where}"
+    if about["frames_without_land"]:
+        text += f"\nnote: {about['frames_without_land']:,} frames show no land"
     return text
 
 

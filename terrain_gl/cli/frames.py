@@ -39,6 +39,7 @@ OF_FRAME = (
     "complete",
     "tiles_missing",
     "tiles_wide",
+    "overlay_samples",
     "ms",
 )
 MEASURED = ("max_error_px", "rms_error_px", "max_error_posts_px", "posts_measured", "land_measured", "holes")
@@ -88,6 +89,7 @@ class Drawing:
         stats = self._renderer.measure() if args.measure else frame.stats
         keys = OF_FRAME + (MEASURED if args.measure else ())
         numbers = {"eye": pose.camera.eye} | {key: stats[key] for key in keys if key in stats}
+        numbers["sees_land"] = self._renderer.picture.sees_land()
         return Drawn(frame.image[..., :3], numbers, {key: stats[key] for key in OF_FLIGHT})
 
     def close(self) -> None:

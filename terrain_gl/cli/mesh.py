@@ -42,7 +42,7 @@ def add(commands: Any) -> None:
     options.add_output(command, f"mesh, {', '.join(FORMATS)}")
     what = f"largest error of height (default: {100 * RELIEF_SHARE:g} %% of the relief)"
     command.add_argument("--max-error-m", type=values.positive, metavar="M", help=what)
-    what = f"the look from above, N pixels long (default: {LONGEST_PX}); a page always has it"
+    what = f"the look from above, N pixels long (default: {LONGEST_PX})"
     command.add_argument("--texture", type=values.count, metavar="N", nargs="?", const=LONGEST_PX, help=what)
     what = "share vertices (default), or three for each triangle"
     command.add_argument("--weld", action=argparse.BooleanOptionalAction, default=True, help=what)

@@ -4,7 +4,6 @@ from __future__ import annotations
 
 import argparse
 import os
-import sys
 from collections.abc import Callable
 from dataclasses import dataclass, fields, replace
 from pathlib import Path
@@ -15,7 +14,7 @@ import numpy as np
 from ..basics import resources
 from ..basics.exceptions import TerrainError, UsageError
 from ..basics.steps import drain
-from ..camera import Camera
+from ..camera import Camera, Vector
 from ..files import maps
 from ..files.huge import is_huge, sample
 from ..files.maps import BundledMap, bundled
@@ -91,6 +90,7 @@ def add_camera(command: Any, moving: bool = False) -> None:
     group = command.add_argument_group("camera")
     if moving:
         command.set_defaults(view=None, eye=None, target=None, up=None, at=None, stand=None)
+        command.set_defaults(coordinates="metres")
     else:
         group.add_argument("--view", choices=tuple(VIEWS), help="a standard view; --eye and --target change it")
         eye = group.add_mutually_exclusive_group()
@@ -101,6 +101,8 @@ def add_camera(command: Any, moving: bool = False) -> None:
         target.add_argument("--target", type=values.point, metavar="X,Y,Z", help="the point in mid-picture")
         what = "as --target; without an eye, seen from nearby"
         target.add_argument("--at", type=values.lonlat, metavar="LON,LAT[,M]", help=what)
+        what = "of --eye and --target: metres from the south-west post, or coordinates of the map's own system"
+        group.add_argument("--coordinates", choices=("metres", "map"), default="metres", help=what)
         group.add_argument("--up", type=values.point, metavar="X,Y,Z", help="up in the picture (default: 0,0,1)")
     group.add_argument("--fov", type=values.number, metavar="DEG", help="vertical field of view")
     group.add_argument(
@@ -199,10 +201,7 @@ def open_scene(
     start = known.camera if known and not args.view else _first_view(args, seen)
     camera = _camera(args, heightmap, start)
     if (below_m := depth_below_ground(seen, camera)) > 0:
-        print(
-            f"terrain-gl: note: the eye is {below_m:.3g} m under the ground: give --eye more height",
-            file=sys.stderr,
-        )
+        report.note(f"the eye is {below_m:.3g} m under the ground: give --eye more height")
     return CommandScene(heightmap, camera, args.sun or (known.sun if known else standard_sun(seen)))
 
 
@@ -215,7 +214,7 @@ def open_scene_or_sample(
         return open_scene(args, name, progress), ""
     stores.check_no_edits(args, name)
     few, offer = sample(name, reading)
-    print(f"terrain-gl: note: {offer}", file=sys.stderr)
+    report.note(offer)
     tell_notes(few)
     camera = _camera(args, few, _first_view(args, few))
     return CommandScene(few, camera, args.sun or clock_sun(args, few) or standard_sun(few)), offer
@@ -279,6 +278,8 @@ def _first_view(args: argparse.Namespace, heightmap: Heightmap) -> Camera:
 def _camera(args: argparse.Namespace, heightmap: Heightmap, start: Camera) -> Camera:
     """The camera of a first view, changed by the options."""
     given = camera_options(args)
+    if args.coordinates == "map":
+        given |= {name: _in_metres(heightmap, given[name]) for name in ("eye", "target") if name in given}
     at = given.pop("at", None)
     stand = given.pop("stand", None)
     camera = replace(start, **given)
@@ -292,6 +293,15 @@ def _camera(args: argparse.Namespace, heightmap: Heightmap, start: Camera) -> Ca
     return camera
 
 
+def _in_metres(heightmap: Heightmap, point: Vector) -> Vector:
+    """A point of the map's own coordinates, and metres of height, in world metres."""
+    place = heightmap.place
+    if place is None:
+        raise UsageError("--coordinates map: the map does not say where it lies")
+    x, y = place.from_map(float(place.nearest_turn(np.array([point[0]]))[0]), point[1])
+    return x, y, point[2]
+
+
 def open_map(args: argparse.Namespace, name: str | None = None) -> tuple[Heightmap, BundledMap | None]:
     """The map; and its `BundledMap`, if it is a bundled map whose scales no option changes."""
     heightmap, known = maps.open_map(args.map if name is None else name, **map_options(args))
@@ -302,7 +312,7 @@ def open_map(args: argparse.Namespace, name: str | None = None) -> tuple[Heightm
 def tell_notes(heightmap: Heightmap | WindowedRaster) -> None:
     """Print notes on how a file was interpreted to standard error."""
     for note in heightmap.notes:
-        print(f"terrain-gl: note: {report.shown(heightmap.name)}: {note}", file=sys.stderr)
+        report.note(f"{report.shown(heightmap.name)}: {note}")
 
 
 def map_options(args: argparse.Namespace) -> dict[str, Any]:

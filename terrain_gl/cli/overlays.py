@@ -8,7 +8,9 @@ from typing import Any
 
 from ..basics.exceptions import UsageError
 from ..heightmap import Heightmap
+from ..renderer.draped import is_on_map
 from ..renderer.overlay import Overlay, read_overlay
+from . import report
 
 PICTURES = (".tif", ".tiff", ".png", ".jpg", ".jpeg", ".jp2", ".webp", ".exr", ".vrt")
 
@@ -34,12 +36,24 @@ def lay_pictures(args: argparse.Namespace) -> None:
     args.material = pictures[0] if pictures else args.material
 
 
-def of(args: argparse.Namespace, heightmap: Heightmap) -> tuple[Overlay, ...]:
-    """The lines and points of `--overlay`.
+def of(args: argparse.Namespace, heightmap: Heightmap, silent: bool = False) -> tuple[Overlay, ...]:
+    """The lines and points of `--overlay`; unless `silent`, a note names those off the map.
 
     Raises
     ------
     TerrainError
         A file has none, or its coordinates cannot be converted to the map's.
     """
-    return tuple(read_overlay(path, heightmap) for path in args.overlay)
+    laid = tuple(read_overlay(path, heightmap) for path in args.overlay)
+    for path, overlay in zip(args.overlay, laid, strict=True):
+        if not silent and not is_on_map(overlay, heightmap):
+            has = "lies off the map" if overlay.lines or len(overlay.points) else "has no lines and no points"
+            report.note(f"{report.shown(path)}: {has}, so nothing of it is drawn")
+    return laid
+
+
+def tell_unseen(args: argparse.Namespace, heightmap: Heightmap, laid: tuple[Overlay, ...], samples: list[int]) -> None:
+    """Say which overlays on the map are not in the pictures, by their number of samples there."""
+    for path, overlay, count in zip(args.overlay, laid, samples, strict=True):
+        if not count and is_on_map(overlay, heightmap):
+            report.note(f"{report.shown(path)}: nothing of it is in the picture: turn the camera to it")

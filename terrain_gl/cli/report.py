@@ -41,6 +41,11 @@ def say(json_path: str | None, text: str) -> None:
         print("\n".join(map(printable, text.split("\n"))))
 
 
+def note(text: str) -> None:
+    """Print a note to standard error."""
+    print(f"terrain-gl: note: {text}", file=sys.stderr)
+
+
 def table(rows: Sequence[Sequence[str]]) -> str:
     """A text table: the first column is aligned left, the others right."""
     widths = [max(len(cell) for cell in column) for column in zip(*rows, strict=True)]

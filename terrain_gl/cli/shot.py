@@ -14,7 +14,7 @@ from ..basics.steps import drain
 from ..camera.pieces import LARGEST, Piece
 from ..image import FORMATS, Rows, writing_image
 from ..renderer import Renderer
-from . import against, options, overlays, report, stores
+from . import against, effects, options, overlays, report, stores
 
 MOST_PIXELS = 2**32
 
@@ -47,6 +47,7 @@ def run(args: argparse.Namespace) -> int:
     golden = against.golden_of(args)
     overlays.lay_pictures(args)
     scene = options.open_scene(args)
+    effects.tell(args, scene)
     size = min(args.size[0], LARGEST), min(args.size[1], LARGEST)
     with ExitStack() as picture, options.make_renderer(args, scene, size, lit=True) as renderer:
         write = picture.enter_context(writing_image(args.output, args.size))
@@ -65,9 +66,11 @@ def _draw(renderer: Renderer, args: argparse.Namespace, scene: options.CommandSc
     width = args.size[0]
     exact = FORMATS[os.path.splitext(args.output)[1].lower()] == "float"
     rows = np.empty((0, width, 4))
+    sees_land = False
 
     def receive(piece: Piece, pixels: np.ndarray) -> None:
-        nonlocal rows
+        nonlocal rows, sees_land
+        sees_land = sees_land or renderer.picture.sees_land()
         if piece.corner[0] == 0:
             rows = np.empty((piece.size[1], width, 4), pixels.dtype)
         rows[:, piece.cols] = pixels
@@ -80,7 +83,15 @@ def _draw(renderer: Renderer, args: argparse.Namespace, scene: options.CommandSc
     with stores.loading(renderer):
         next(steps)
     with report.progress_bar("drawing") as progress:
-        return drain(steps, progress)
+        stats = drain(steps, progress)
+    if not sees_land:
+        effects.tell_no_land(args, scene.heightmap, scene.camera)
+    if renderer.overlays:
+        if exact:
+            report.note("--overlay: lines and points are not in a picture of floats")
+        else:
+            overlays.tell_unseen(args, scene.heightmap, renderer.overlays, stats["overlay_samples"])
+    return stats
 
 
 def summary(stats: dict[str, Any]) -> str:

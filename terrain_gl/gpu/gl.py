@@ -18,6 +18,7 @@ _UNSIGNED_INT = 0x1405
 _LOWER_LEFT = 0x8CA1
 _ZERO_TO_ONE = 0x935F
 _QUERY_RESULT = 0x8866
+_SAMPLES_PASSED = 0x8914
 _PRIMITIVES_GENERATED = 0x8C87
 _PRIMITIVES_WRITTEN = 0x8C88
 _RASTERIZER_DISCARD = 0x8C89
@@ -290,6 +291,13 @@ def _nowhere(ctx: moderngl.Context) -> Iterator[None]:
     finally:
         bind(_FRAMEBUFFER, before.value)
         function(ctx, "glDeleteFramebuffers", None, c_int, POINTER(c_uint))(1, byref(nowhere))
+
+
+@contextmanager
+def fragments_drawn(ctx: moderngl.Context) -> Iterator[c_uint]:
+    """Count the samples that the block draws; the result is set when the block ends."""
+    with _counter(ctx, _SAMPLES_PASSED) as drawn:
+        yield drawn
 
 
 @contextmanager

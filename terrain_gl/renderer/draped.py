@@ -7,6 +7,7 @@ import numpy as np
 
 from ..camera import Camera
 from ..camera.pieces import Piece
+from ..gpu import gl
 from ..heightmap import Heightmap
 from ..shade.picture import Picture
 from .lines import Color, Line, Lines, leg, on_land
@@ -20,23 +21,37 @@ _TURN = np.linspace(0, 2 * np.pi, 13)
 
 
 class OverlayLines:
-    """Draws overlays over pictures."""
+    """Draws overlays over pictures.
+
+    Attributes
+    ----------
+    drawn
+        For each overlay, the samples that it has drawn since `begin`.
+    """
 
     def __init__(self, ctx: moderngl.Context) -> None:
         self.ctx = ctx
         self._lines: Lines | None = None
         self._of: tuple[tuple[Overlay, ...], int] = (), 0  # overlays and edits that `_draped` was made for
-        self._draped: list[Line] = []
+        self._draped: list[list[Line]] = []
+        self.drawn: list[int] = []
+
+    def begin(self, overlays: tuple[Overlay, ...]) -> None:
+        """Count anew what is drawn."""
+        self.drawn = [0] * len(overlays)
 
     def draw(self, overlays: tuple[Overlay, ...], picture: Picture, eye: Camera, piece: Piece) -> None:
         """Draw over a piece. In a picture higher than 720 rows lines are wider, so that they look the same."""
         terrain = picture.terrain
         if self._of[0] is not overlays or self._of[1] != terrain.edits:
             self._of = (overlays, terrain.edits)
-            self._draped = draped(overlays, terrain.heightmap)
+            self._draped = [_lines_of(each, i, terrain.heightmap) for i, each in enumerate(overlays)]
         self._lines = self._lines or Lines(self.ctx, picture.samples)
         width_px = piece.fine * WIDTH_PX * max(1.0, piece.picture[1] / 720)
-        self._lines.draw(picture, eye, picture.target, piece.drawn_size, self._draped, width_px)
+        for i, lines in enumerate(self._draped):
+            with gl.fragments_drawn(self.ctx) as drawn:
+                self._lines.draw(picture, eye, picture.target, piece.drawn_size, lines, width_px)
+            self.drawn[i] += drawn.value
 
     def release(self) -> None:
         """Release GPU resources."""
@@ -46,14 +61,22 @@ class OverlayLines:
 
 def draped(overlays: tuple[Overlay, ...], heightmap: Heightmap) -> list[Line]:
     """The overlays as polylines in world metres, each overlay in a colour of its own."""
-    lines: list[Line] = []
+    return [line for i, overlay in enumerate(overlays) for line in _lines_of(overlay, i, heightmap)]
+
+
+def is_on_map(overlay: Overlay, heightmap: Heightmap) -> bool:
+    """Whether any part of an overlay may be on the map."""
+    legs = (np.stack(leg) for line in overlay.lines for leg in zip(line, line[1:], strict=False))
+    return any(_is_near(each, heightmap) for each in (*overlay.points[:, None], *legs))
+
+
+def _lines_of(overlay: Overlay, number: int, heightmap: Heightmap) -> list[Line]:
+    """An overlay's polylines in the colour of its number."""
     radius = RING_POSTS * max(heightmap.cols, heightmap.rows)
-    for i, overlay in enumerate(overlays):
-        around = radius * np.stack([np.cos(_TURN), np.sin(_TURN)], -1)
-        rings = [point + around for point in overlay.points if _is_near(point[None], heightmap)]
-        for line in (*overlay.lines, *rings):
-            lines += [(run, COLOURS[i % len(COLOURS)]) for run in _runs(line, heightmap)]
-    return lines
+    around = radius * np.stack([np.cos(_TURN), np.sin(_TURN)], -1)
+    rings = [point + around for point in overlay.points if _is_near(point[None], heightmap)]
+    colour = COLOURS[number % len(COLOURS)]
+    return [(run, colour) for line in (*overlay.lines, *rings) for run in _runs(line, heightmap)]
 
 
 def _is_near(posts: np.ndarray, heightmap: Heightmap) -> bool:

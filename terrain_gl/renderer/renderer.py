@@ -239,6 +239,7 @@ class Renderer:
             raise UsageError("exact pixels are not reduced: leave fine out")
         chosen = RenderOptions(max_error_px, **options)
         pieces = cut(size, fine) if size else [Piece.whole(self.size)]
+        self._laid.begin(self.overlays)
         with self.timer.frame(gradual):
             frame = self.select(camera, pieces[0].picture, chosen)
             yield 0.0
@@ -365,4 +366,6 @@ class Renderer:
             frame.loaded["tiles_unlit"] = self.picture.lighting.missing
         times = {"ms": dict(self.timer.ms), "ms_clock": self.timer.clock, "voids": self.heightmap.voids}
         frame.stats = frame.summary() | frame.loaded | self._gl | times | {"gpu_bytes": self.resources.gpu_bytes}
+        if self.overlays:
+            frame.stats["overlay_samples"] = self._laid.drawn
         return frame

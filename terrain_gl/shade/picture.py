@@ -318,6 +318,10 @@ class Picture:
         """(height, width) float32, first row on top: the share of sky in each pixel, 0 to 1."""
         return 1 - self.note("shade/coverage.frag", 1, "u1")[..., 0] / np.float32(self.samples)
 
+    def sees_land(self) -> bool:
+        """Whether any sample of the last picture sees the map."""
+        return bool((self.sky_share() < 1).any())
+
     def places(self) -> np.ndarray:
         """(samples, height, width, 2) float32, first row on top: column and row of the map; negative for the sky."""
         return np.stack([self.note("shade/places.frag", 2, "f4", sample=i) for i in range(self.samples)])

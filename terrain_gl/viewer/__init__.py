@@ -18,7 +18,7 @@ pointer, scene                 where the mouse points; the map and the camera
 loading, light_builder         tables and light, made in steps
 recovery, brush_tool, map_writer, filming, file_dialog, box_sum, error_box, explain_text, memory
 gui, widgets, gui_draw, theme  Dear ImGui
-controller, pose, settings, window_state, frame_budget, frame_stats, canvas, legend, ruler
+advice, controller, pose, settings, window_state, frame_budget, frame_stats, canvas, legend, ruler
 """
 
 from importlib import import_module

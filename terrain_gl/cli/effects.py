@@ -1,0 +1,82 @@
+"""What a picture does not show, although it was asked for: options without effect, and pictures without land."""
+
+from __future__ import annotations
+
+import argparse
+import math
+from collections.abc import Iterator
+
+from ..camera import Camera
+from ..camera.curvature import bend_per_m
+from ..heightmap import Heightmap
+from ..light.climate import AUTO
+from ..shade.contours import interval_m
+from ..shade.picture import Look
+from . import report
+from .options import CommandScene
+
+_OF_LIGHT = {"sky": None, "material": None, "look": AUTO, "water_m": None}  # options of lit styles, and their defaults
+
+_NEAR = 5.0  # longer sides of the map
+
+
+def tell(args: argparse.Namespace, scene: CommandScene) -> None:
+    """Print a note for each option that does not change the picture."""
+    for text in _without_effect(args, scene):
+        report.note(text)
+
+
+def _without_effect(args: argparse.Namespace, scene: CommandScene) -> Iterator[str]:
+    heightmap = scene.heightmap
+    low_m, high_m = heightmap.range_m
+    if not Look(args.style).is_lit:
+        names = {"water_m": "water"}
+        given = [f"--{names.get(name, name)}" for name, usual in _OF_LIGHT.items() if getattr(args, name) != usual]
+        if given:
+            yield f"{', '.join(given)}: without effect in the style {args.style}"
+    elif args.water_m is not None and args.water_m <= low_m:
+        yield f"--water {args.water_m:g}: without effect, because the lowest height is {low_m:g} m"
+    if Look(args.style).is_lit and scene.sun[1] < 0 and not args.sky:
+        yield f"the sun is {-scene.sun[1]:.3g} degrees under the horizon: the picture is of the night"
+    if args.contour_m is not None and not _lines_between(low_m, high_m, args.contour_m):
+        every = args.contour_m or interval_m(low_m, high_m)
+        yield f"--contours: no line, because no multiple of {every:g} m lies between {low_m:g} and {high_m:g} m"
+    if args.voids == "hole" and not heightmap.voids:
+        yield "--voids hole: without effect, because the map has no voids"
+    if args.exaggeration not in (None, 1.0) and low_m == high_m:
+        yield "--exaggeration: without effect, because all heights are equal"
+    if args.refraction and not bend_per_m(heightmap, args.curvature, args.refraction):
+        yield "--refraction: without effect, because the map is drawn flat: give --curvature on"
+    if args.longitude is not None and (args.time is None or args.time.tzinfo is None):
+        yield "--longitude: without effect, because no --time with a zone is given"
+
+
+def _lines_between(low_m: float, high_m: float, asked_m: float) -> int:
+    """How many contour lines there are; each lies a little above its height, so none is at the highest post."""
+    every = asked_m or interval_m(low_m, high_m)
+    return math.ceil(high_m / every) - math.ceil(low_m / every)
+
+
+def tell_no_land(args: argparse.Namespace, heightmap: Heightmap, camera: Camera) -> None:
+    """Say that no land is in the picture, and how far the eye is from the map."""
+    east, north = heightmap.extent_m
+    x, y, _ = camera.eye
+    away_m = math.hypot(max(-x, 0, x - east), max(-y, 0, y - north))
+    where = (
+        f"the eye is {_length(away_m)} from the map" if away_m else "the eye is over the map, and looks away from it"
+    )
+    report.note(f"no land is in the picture: {where}{_advice(args, heightmap, camera)}")
+
+
+def _advice(args: argparse.Namespace, heightmap: Heightmap, camera: Camera) -> str:
+    """How to name a place on the map; an eye near it by the map's own coordinates was probably meant so."""
+    east, north = heightmap.extent_m
+    if heightmap.place and getattr(args, "coordinates", None) == "metres":
+        x, y = heightmap.place.from_map(*camera.eye[:2])
+        if math.hypot(max(-x, 0, x - east), max(-y, 0, y - north)) <= _NEAR * max(east, north):
+            return "; for --eye and --target in coordinates of the map, add --coordinates map"
+    return f"; --eye and --target count metres from its south-west post, and it reaches to {east:.6g},{north:.6g}"
+
+
+def _length(metres: float) -> str:
+    return f"{metres / 1000:,.3g} km" if metres >= 1000 else f"{metres:.3g} m"
