@@ -74,7 +74,7 @@ def _lecturers(commands: argparse._SubParsersAction[argparse.ArgumentParser]) ->
         "--seed", type=int, default=1, help="chooses the maps of its checks: one for each student, or all"
     )
     tree.set_defaults(run=_strip)
-    blanks = commands.add_parser("blanks", help="write every lesson's blanks again from its solution")
+    blanks = commands.add_parser("blanks", help="write every lesson's blanks, and its task in the real code, again")
     blanks.set_defaults(run=_blanks)
     figures = commands.add_parser("figures", help="draw every lesson's figure again")
     figures.set_defaults(run=_figures)
@@ -160,9 +160,10 @@ def _strip(options: argparse.Namespace) -> int:
 
 
 def _blanks(options: argparse.Namespace) -> int:
+    from .real import write_tasks
     from .solving import write_blanks
 
-    for path in write_blanks():
+    for path in [*write_blanks(), *write_tasks(lessons())]:
         print(f"wrote {path}")
     return 0
 

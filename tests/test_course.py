@@ -117,7 +117,16 @@ def test_the_students_tree_has_no_solutions_and_checks(tmp_path):
     tree = tmp_path / "tree"
     solving.students_tree(tree, seed=7)
     names = {path.name for path in tree.rglob("*")}
-    assert not names & {"solutions", "solution.py", "wrong.toml", "oral.md", "grading.py", "LECTURERS.md", ".git"}
+    assert not names & {
+        "solutions",
+        "solution.py",
+        "wrong.toml",
+        "real.toml",
+        "oral.md",
+        "grading.py",
+        "LECTURERS.md",
+        ".git",
+    }
     assert names >= {"setup.cfg", "pyproject.toml", "LICENSE", "rings.py", "place.comp", "alpine.png"}
     pages = {path: path.read_text(encoding="utf-8") for path in tree.rglob("*.md")}
     links = [(path, link) for path, text in pages.items() for link in re.findall(r"\]\(([^)#\s]+)[^)]*\)", text)]
