@@ -17,6 +17,7 @@ from .checking import EXACT, HERE, SECONDS, SEED, Lesson, check, lesson, lessons
 from .remote import StudentError
 
 PICTURE = "check_{number:02d}.png"
+GROWN = "picture_{number:02d}.png"
 
 
 class UsageError(Exception):
@@ -47,6 +48,16 @@ def _parser() -> argparse.ArgumentParser:
     one.add_argument("--seed", type=int, default=_own_seed(), help="other maps, sizes and voids")
     one.add_argument("-o", "--picture", type=Path, help="where to draw the largest difference (check_NN.png)")
     one.set_defaults(run=_check)
+    grow = commands.add_parser("picture", help="draw land with your own functions, up to a lesson")
+    grow.add_argument("lesson", type=int, help="its number")
+    grow.add_argument(
+        "--fill", action="store_true", help="take the course's functions where you have none, if you were given them"
+    )
+    grow.add_argument("-o", "--picture", type=Path, help="the picture (picture_NN.png)")
+    grow.add_argument(
+        "--file", type=Path, default=Path("my_terrain.py"), help="the program that is written (my_terrain.py)"
+    )
+    grow.set_defaults(run=_picture)
     if (HERE / "solutions").is_dir():
         _lecturers(commands)
     return parser
@@ -73,7 +84,10 @@ def _lecturers(commands: argparse._SubParsersAction[argparse.ArgumentParser]) ->
     tree.add_argument(
         "--seed", type=int, default=1, help="chooses the maps of its checks: one for each student, or all"
     )
+    tree.add_argument("--solved", default="", help="lessons whose solutions are added for `picture --fill`, as 1,2")
     tree.set_defaults(run=_strip)
+    pictures = commands.add_parser("pictures", help="draw every lesson's picture of a right solution again")
+    pictures.set_defaults(run=_pictures)
     blanks = commands.add_parser("blanks", help="write every lesson's blanks, and its task in the real code, again")
     blanks.set_defaults(run=_blanks)
     figures = commands.add_parser("figures", help="draw every lesson's figure again")
@@ -114,6 +128,23 @@ def _check(options: argparse.Namespace) -> int:
     return 1 if worst else 0
 
 
+def _picture(options: argparse.Namespace) -> int:
+    from .grow import ORDER, GrowError, picture
+
+    found = _lesson(options.lesson)
+    if found.number not in ORDER:
+        raise UsageError(
+            f"lesson {found.number} adds nothing to the picture; those that do: {', '.join(map(str, ORDER))}"
+        )
+    out = options.picture or Path(GROWN.format(number=found.number))
+    try:
+        said = picture(found.number, options.fill, out, options.file)
+    except GrowError as error:
+        raise UsageError(str(error)) from None
+    print(f"{options.file} drew {out}: {said}. Left yours, right that of a right solution")
+    return 0
+
+
 def _grade(options: argparse.Namespace) -> int:
     from .grading import grade, open_walls, submissions, write_feedback, write_table
 
@@ -131,11 +162,9 @@ def _grade(options: argparse.Namespace) -> int:
         raise UsageError(f"no code runs behind the walls with {sys.executable}: {error}") from None
     if missing and not options.trust:
         raise UsageError(f"on this system a student's code {', '.join(missing)}; use the container, or --trust")
-    try:
-        numbers = [int(part) for part in options.lessons.split(",") if part]
-    except ValueError:
-        raise UsageError(f"--lessons {options.lessons}: expected numbers with commas, as 2,3,6") from None
-    chosen = [_lesson(number) for number in numbers] or [_lesson(int(path.name[:2])) for path in lessons()]
+    chosen = [_lesson(number) for number in _numbers(options.lessons)] or [
+        _lesson(int(path.name[:2])) for path in lessons()
+    ]
     seed = secrets.randbelow(2**31) if options.seed is None else options.seed
     found = grade(options.folder, chosen, seed, options.seconds, options.jobs, lambda name: print(name, flush=True))
     write_table(found, chosen, seed, options.output)
@@ -149,12 +178,19 @@ def _grade(options: argparse.Namespace) -> int:
     return 0
 
 
+def _numbers(text: str) -> list[int]:
+    try:
+        return [int(part) for part in text.split(",") if part]
+    except ValueError:
+        raise UsageError(f"{text}: expected numbers of lessons with commas, as 2,3,6") from None
+
+
 def _strip(options: argparse.Namespace) -> int:
     from .solving import students_tree
 
     if options.folder.exists():
         raise UsageError(f"{options.folder}: exists already")
-    students_tree(options.folder, options.seed)
+    students_tree(options.folder, options.seed, [_lesson(number).folder for number in _numbers(options.solved)])
     print(f"wrote {options.folder}")
     return 0
 
@@ -165,6 +201,14 @@ def _blanks(options: argparse.Namespace) -> int:
 
     for path in [*write_blanks(), *write_tasks(lessons())]:
         print(f"wrote {path}")
+    return 0
+
+
+def _pictures(options: argparse.Namespace) -> int:
+    from .grow import ORDER, draw_right
+
+    for number in ORDER:
+        print(f"lesson {number}: {draw_right(number)}")
     return 0
 
 

@@ -12,6 +12,7 @@ from __future__ import annotations
 import re
 import shutil
 import tomllib
+from collections.abc import Sequence
 from pathlib import Path
 from typing import NamedTuple
 
@@ -86,10 +87,11 @@ def write_blanks() -> list[Path]:
     return changed
 
 
-def students_tree(out: Path, seed: int = 1) -> None:
+def students_tree(out: Path, seed: int = 1, solved: Sequence[Path] = ()) -> None:
     """Write what students get: this repository without solutions and lecturers' parts, with fresh blanks.
 
-    They install it and read every file that a page names. `seed` chooses the maps of their checks.
+    They install it and read every file that a page names. `seed` chooses the maps of their checks. The solutions of
+    lessons in `solved` are there for `picture --fill`.
     """
     shutil.copytree(HERE.parent, out, ignore=_left_out)
     for path in out.rglob("*.md"):
@@ -99,6 +101,10 @@ def students_tree(out: Path, seed: int = 1) -> None:
     course = out / HERE.name
     (course / SEED.name).write_text(f"{seed}\n", encoding="utf-8")
     (course / BLANKS.name).mkdir()
+    for folder in solved:
+        (course / "solved").mkdir(exist_ok=True)
+        text = clean(solution(folder).read_text(encoding="utf-8"))
+        (course / "solved" / folder.name).write_text(text, encoding="utf-8")
     for folder in lessons():
         source = solution(folder)
         text = blank(source.read_text(encoding="utf-8"))

@@ -1,0 +1,180 @@
+"""my_terrain.py: one renderer that grows with the lessons, made of the student's functions and a frame.
+
+    frame       the camera, a mesh of all posts, a flat light, and OpenGL that draws triangles
+    lesson k    the student's functions that its stage uses, and the stage: it takes the place of a part of the frame
+
+A later definition takes the place of an earlier one, as always in Python.
+"""
+
+from __future__ import annotations
+
+import ast
+import shutil
+import subprocess
+import sys
+import tempfile
+from pathlib import Path
+from typing import NamedTuple
+
+import numpy as np
+
+from .checking import HERE, Lesson, lesson
+
+PARTS = HERE / "growing"
+SOLVED = HERE / "solved"  # solutions that a lecturer has added to the students' tree
+ORDER = tuple(sorted((int(path.stem[-2:]) for path in PARTS.glob("stage_*.py")), key=lambda n: 6.5 if n == 13 else n))
+MAP = HERE.parent / "heightmaps" / "alpine.png"
+
+
+class GrowError(Exception):
+    """The file cannot grow: one line."""
+
+
+def grown(last: int, fill: bool) -> str:
+    """The text of my_terrain.py up to a lesson: of every name the last definition, and only what main() uses.
+
+    `fill` takes the course's functions where the student has none.
+    """
+    frame, end = _part("frame"), _part("end").replace("LESSON", f"{last:02d}")
+    head, pieces = frame[: frame.index("\n\n\n")], _pieces(frame, "frame")  # imports and constants come first
+    stages = {number: _part(f"stage_{number:02d}") for number in ORDER[: ORDER.index(last) + 1]}
+    for number, stage in stages.items():
+        found = lesson(number)
+        title = f"Lesson {number}: {found.title}"
+        own = _functions(found, "\n".join(stages.values()), fill)
+        pieces = {**pieces, **_pieces("\n".join(own), title), **_pieces(stage, title)}
+    main = _pieces(end, "end")
+    used, todo = set(), _names(main["main"].part) | {f"paint_{last:02d}"}
+    while todo:
+        name = todo.pop()
+        if name in pieces and name not in used:
+            used.add(name)
+            todo |= _names(pieces[name].part)
+    text, title = [head], "frame"
+    for name, piece in pieces.items():
+        if name in used and piece.title != title:
+            title = piece.title
+            text.append(f"# --- {title} {'-' * (100 - len(title))}")
+        if name in used and piece.text not in head:
+            text.append(piece.text)
+    return "\n\n\n".join([*text, end]) + "\n"
+
+
+class Piece(NamedTuple):
+    """A function or a constant."""
+
+    title: str
+    part: ast.stmt
+    text: str
+
+
+def _pieces(text: str, title: str) -> dict[str, Piece]:
+    """Functions and constants of a text by name."""
+    return {name: Piece(title, part, ast.get_source_segment(text, part) or "") for name, part in _top(text).items()}
+
+
+def picture(last: int, fill: bool, out: Path, file: Path, beside: bool = True) -> str:
+    """Write my_terrain.py, run it, and put a right one's picture beside its own; returns what it prints."""
+    try:
+        from matplotlib import pyplot as plt
+    except ImportError:
+        raise GrowError("a picture needs matplotlib: pip install -e '.[compare]'") from None
+    file.write_text(grown(last, fill), encoding="utf-8")
+    done = subprocess.run([sys.executable, str(file), str(MAP), str(out)], capture_output=True, text=True)
+    if done.returncode:
+        raise GrowError(f"{file}: {(done.stderr.strip() or 'it has failed').splitlines()[-1]}")
+    expected = lesson(last).folder / "picture.png"
+    if beside and expected.is_file():
+        own, right = (plt.imread(path)[..., :3] for path in (out, expected))
+        plt.imsave(out, np.concatenate([own, np.ones((len(own), 8, 3)), right], 1))
+    return done.stdout.strip()
+
+
+def draw_right(last: int) -> str:
+    """Draw the picture of a right solution, which stands beside a student's."""
+    with tempfile.TemporaryDirectory() as folder:
+        out = Path(folder) / "picture.png"
+        said = picture(last, True, out, Path(folder) / "my_terrain.py", beside=False)
+        shutil.copyfile(out, lesson(last).folder / "picture.png")
+    return said
+
+
+def _part(name: str) -> str:
+    return (PARTS / f"{name}.py").read_text(encoding="utf-8").strip()
+
+
+def _functions(found: Lesson, stages: str, fill: bool) -> list[str]:
+    """The student's functions that stages use, and what these use, without their long texts."""
+    source = _student(found)
+    own, blank = _top(source), _top(found.original)
+    given = _solved(found) if fill else ""
+    texts = {name: _short(source, part) for name, part in own.items()}
+    needed, todo = set(), {name for piece in _top(stages).values() for name in _names(piece)} & set(own)
+    while todo:
+        name = todo.pop()
+        if _is_blank(own[name]) and ast.dump(own[name]) == ast.dump(blank.get(name, ast.Pass())):
+            if not given:
+                told = f"lesson {found.number}: {name} is not written yet"
+                raise GrowError(f"{told}; --fill takes the course's, if your copy has it")
+            own[name] = _top(given)[name]
+            texts[name] = _short(given, own[name])
+        needed.add(name)
+        todo |= (_names(own[name]) & set(own)) - needed
+    return [text for name, text in texts.items() if name in needed]
+
+
+def _student(found: Lesson) -> str:
+    path = found.folder / found.file
+    if not path.is_file():
+        raise GrowError(f"{path}: no such file")
+    return path.read_text(encoding="utf-8")
+
+
+def _solved(found: Lesson) -> str:
+    if (SOLVED / found.folder.name).is_file():
+        return (SOLVED / found.folder.name).read_text(encoding="utf-8")
+    try:
+        from .solving import clean, solution
+    except ImportError:
+        raise GrowError(f"lesson {found.number}: your copy of the course has no solution of it") from None
+    return clean(solution(found.folder).read_text(encoding="utf-8"))
+
+
+def _top(text: str) -> dict[str, ast.stmt]:
+    """Functions and constants of a module."""
+    try:
+        body = ast.parse(text).body
+    except SyntaxError as error:
+        raise GrowError(f"line {error.lineno}: {error.msg}") from None
+    functions = {part.name: part for part in body if isinstance(part, ast.FunctionDef)}
+    values = {
+        target.id: part
+        for part in body
+        if isinstance(part, ast.Assign)
+        for each in part.targets
+        for target in ast.walk(each)
+        if isinstance(target, ast.Name)
+    }
+    return {**values, **functions}
+
+
+def _names(part: ast.AST) -> set[str]:
+    """Names that a part uses and does not bind itself."""
+    names = [each for each in ast.walk(part) if isinstance(each, ast.Name)]
+    bound = {each.id for each in names if isinstance(each.ctx, ast.Store)}
+    return {each.id for each in names} - bound - {each.arg for each in ast.walk(part) if isinstance(each, ast.arg)}
+
+
+def _is_blank(part: ast.stmt) -> bool:
+    text = ast.unparse(part)
+    return "raise NotImplementedError" in text or "// write this" in text
+
+
+def _short(source: str, part: ast.stmt) -> str:
+    """A function's text with the first line of its documentation; anything else as it stands."""
+    lines = source.splitlines()[part.lineno - 1 : part.end_lineno]
+    told = ast.get_docstring(part) if isinstance(part, ast.FunctionDef) else None
+    if told and isinstance(part, ast.FunctionDef):
+        first, last = part.body[0].lineno - part.lineno, (part.body[0].end_lineno or 0) - part.lineno
+        lines[first : last + 1] = [f'    """{told.splitlines()[0]}"""']
+    return "\n".join(lines)

@@ -1,0 +1,18 @@
+# Lesson 9: a budget. The best quadtree with at most so many triangles, repaired along its edges.
+
+TRIANGLES = 4000
+
+
+def mesh(heights):
+    """Posts and triangles of the leaves, two each."""
+    allowed, squares = tolerance(heights), [np.zeros((128, 128))]
+    for j in range(1, 8):
+        n = 1 << j
+        nearest = allowed[:-1, :-1].reshape(128 >> j, n, 128 >> j, n).min((1, 3))
+        squares.append((quad_errors(heights, j) / nearest) ** 2 * 4**j)
+    exists, parts = np.ones((1, 1), bool), []
+    for j, split in reversed(list(enumerate(budget(squares, TRIANGLES)))):
+        parts += [grid(x << j, y << j, 1 << j, 1 << j, 1 << j) for y, x in np.argwhere(exists & ~split).tolist()]
+        exists = split.repeat(2, 0).repeat(2, 1)
+    posts, triangles = together(parts)
+    return posts, repair(places_of(heights, posts), triangles)

@@ -1,0 +1,81 @@
+"""my_terrain.py grows: it is made of the student's functions, and draws land."""
+
+import ast
+import re
+
+import pytest
+from courses import NUMBERS, checking, solved, solving
+
+from course import __main__, grow
+from course.shaders import missing
+
+WITHOUT = {12}  # lessons that add nothing
+
+
+@pytest.fixture
+def students(monkeypatch):
+    """Answers by lesson in place of the files in the lessons' folders."""
+    texts = {}
+    own = grow._student
+    monkeypatch.setattr(grow, "_student", lambda found: texts.get(found.number) or own(found))
+    return texts
+
+
+def test_every_lesson_but_one_has_a_stage_and_its_page_says_so():
+    assert set(grow.ORDER) == set(NUMBERS) - WITHOUT
+    for number in grow.ORDER:
+        folder = checking.lesson(number).folder
+        page = (folder / "page.md").read_text(encoding="utf-8")
+        assert f"python -m course picture {number}" in page and "(picture.png)" in page
+        assert (folder / "picture.png").read_bytes().startswith(b"\x89PNG")
+
+
+@pytest.mark.parametrize("number", grow.ORDER)
+def test_the_program_is_made_of_the_students_functions(number, students):
+    students.update({n: solved(n) for n in grow.ORDER})
+    text = grow.grown(number, fill=False)
+    names = {part.name for part in ast.parse(text).body if isinstance(part, ast.FunctionDef)}
+    own = set(re.findall(r"^def (\w+)", students[number], re.MULTILINE))
+    assert names & own and "NotImplementedError" not in text
+    assert len(text.splitlines()) < 480
+
+
+def test_it_grows_to_about_three_hundred_lines():
+    lines = [len(grow.grown(number, fill=True).splitlines()) for number in grow.ORDER]
+    assert lines[0] < 200 and 280 < lines[-1] < 400
+
+
+def test_what_is_not_written_is_one_line_or_filled(students):
+    blank = solving.blank(solving.solution(checking.lesson(5).folder).read_text(encoding="utf-8"))
+    students.update({n: solved(n) for n in grow.ORDER} | {5: blank})
+    with pytest.raises(grow.GrowError, match=r"lesson 5: quad_errors is not written yet; --fill"):
+        grow.grown(5, fill=False)
+    assert "def quad_errors" in grow.grown(5, fill=True)
+    assert "def quad_errors" not in grow.grown(4, fill=False)
+
+
+def test_the_last_one_draws_alpine_within_an_error(tmp_path, capsys):
+    """It starts a process with OpenGL and draws 4000 triangles: that takes a few seconds."""
+    if missing():
+        pytest.skip(missing())
+    out = tmp_path / "p.png"
+    assert __main__.main(["picture", "11", "--fill", "-o", str(out), "--file", str(tmp_path / "my_terrain.py")]) == 0
+    said = capsys.readouterr().out
+    triangles, error_px = re.search(r"(\d+) triangles, at most ([\d.]+) px off", said).groups()
+    assert 2000 < int(triangles) < 6000 and float(error_px) < 10 and out.read_bytes().startswith(b"\x89PNG")
+
+
+def test_wrong_use_of_picture_is_one_line(tmp_path, monkeypatch, capsys):
+    monkeypatch.chdir(tmp_path)
+    assert __main__.main(["picture", "12"]) == 2
+    assert __main__.main(["picture", "3"]) == 2  # the lessons' own files are blank
+    told = capsys.readouterr().err.splitlines()
+    assert len(told) == 2 and "adds nothing" in told[0] and "not written yet" in told[1]
+    assert not list(tmp_path.iterdir())
+
+
+def test_solutions_are_in_the_students_tree_on_request(tmp_path):
+    solving.students_tree(tmp_path / "tree", solved=[checking.lesson(1).folder])
+    found = list((tmp_path / "tree" / "course" / "solved").iterdir())
+    assert [path.name for path in found] == [checking.lesson(1).folder.name]
+    assert found[0].read_text(encoding="utf-8") == solved(1)
