@@ -13,6 +13,7 @@ import shutil
 import subprocess
 import sys
 import tempfile
+from functools import cache
 from pathlib import Path
 from typing import NamedTuple
 
@@ -24,6 +25,9 @@ PARTS = HERE / "growing"
 SOLVED = HERE / "solved"  # solutions that a lecturer has added to the students' tree
 ORDER = tuple(sorted((int(path.stem[-2:]) for path in PARTS.glob("stage_*.py")), key=lambda n: 6.5 if n == 13 else n))
 MAP = HERE.parent / "heightmaps" / "alpine.png"
+
+
+_lesson = cache(lesson)  # loading a check takes longer than reading a file
 
 
 class GrowError(Exception):
@@ -39,7 +43,7 @@ def grown(last: int, fill: bool) -> str:
     head, pieces = frame[: frame.index("\n\n\n")], _pieces(frame, "frame")  # imports and constants come first
     stages = {number: _part(f"stage_{number:02d}") for number in ORDER[: ORDER.index(last) + 1]}
     for number, stage in stages.items():
-        found = lesson(number)
+        found = _lesson(number)
         title = f"Lesson {number}: {found.title}"
         own = _functions(found, "\n".join(stages.values()), fill)
         pieces = {**pieces, **_pieces("\n".join(own), title), **_pieces(stage, title)}

@@ -7,6 +7,7 @@ real = pytest.importorskip("course.real")
 CHANGED = [number for number in NUMBERS if number >= 3]
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize("number", CHANGED)
 def test_a_changed_line_breaks_the_tests_that_are_named_and_no_other_of_them(tmp_path, number):
     """Each runs in a process of its own, with a copy of the code: that is why it takes more than a second."""

@@ -89,7 +89,7 @@ def within(student, rng):
         last = (cols * tile, rows * tile)
         low = tuple(int(rng.integers(1 - side, n)) for n in last)
         end = tuple(at + side for at in low)
-        level = rings.Level([table[1:, 1:] for table in tables], tile, 400.0, LIMITS)
+        level = rings.ClassTables([table[1:, 1:] for table in tables], tile, 400.0, LIMITS)
         (x0, y0), (x1, y1) = rings.tiles_over(level, 0, low, end, last)
         true = errors[y0:y1, x0:x1].max()
         error_m = float(true * rng.choice([0.9, 1.0, 1.01, 1.1, 1.3])) if i % 5 else float(rng.choice(LIMITS[8:40]))
