@@ -212,7 +212,8 @@ class Scene:
     def near_m(self):
         return 0.1 * min(self.heightmap.spacing_m)
 
-    def select(self, camera, tolerance_px=1.0, metric="max", cull=True, triangles=None):
+    def select(self, camera, tolerance_px=1.0, metric=None, cull=True, triangles=None):
+        metric = metric or ("rms" if triangles else "max")  # as `RenderOptions` has it
         return self.levels.select(camera, self.size, self.near_m, Goal(tolerance_px, metric, cull, triangles))
 
     def triangles(self, selection):

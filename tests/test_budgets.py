@@ -1,18 +1,19 @@
-"""A budget of triangles: what decides the mesh. Budgets for every post: test_every_post.py."""
+"""A budget of triangles: what decides the mesh."""
 
+import math
 from types import SimpleNamespace
 
 import numpy as np
 import pytest
 from hypothesis import given
 from hypothesis import strategies as st
-from maps import cameras, rough
+from maps import Scene, cameras, rough
 from ring_scenes import change_shaders, clipmap_of, patches_of, surface_errors, triangles_of
 
 from terrain_gl.camera import Camera
 from terrain_gl.files.views import standard_view
 from terrain_gl.heightmap import Heightmap
-from terrain_gl.lod import budget
+from terrain_gl.lod import Goal, budget
 
 POSTS, SPACING_M = 129, 10.0
 
@@ -109,3 +110,53 @@ def test_the_search_finds_the_largest_mesh_that_fits(triangles, cut, plateau):
 
     found = budget.spend(triangles, mesh_for).triangles
     assert min(budget.CLOSE * triangles, triangles - cut * step - 2) * 0.98 <= found <= triangles
+
+
+# --- The metric "max": the smallest tolerance -------------------------------------------------------------------------
+
+
+@pytest.mark.parametrize("method", ["sat", "quadtree"])
+def test_the_smallest_tolerance_that_fits(ctx, terraces, method):
+    """A slightly smaller tolerance takes too many triangles; the least squares have a larger error somewhere."""
+    scene = Scene.of(ctx, terraces.heightmap, terraces.size, method)
+    for camera in (across_the_land(), standard_view(scene.heightmap, "high")):
+        for triangles in (1500, 12000):
+            mesh = scene.select(camera, triangles=triangles, metric="max")
+            assert mesh.triangles <= triangles
+            assert scene.achieved(mesh, camera).max_px <= mesh.certified_px
+            assert scene.select(camera, 0.9 * mesh.certified_px).triangles > triangles
+            assert mesh.certified_px < scene.select(camera, triangles=triangles, metric="rms").certified_px
+    scene.release()
+
+
+def test_if_no_tolerance_fits_the_mesh_is_that_of_least_squares(ctx, terraces):
+    """It leaves out the finest rings."""
+    camera = standard_view(terraces.heightmap, "valley")
+    coarsest = terraces.select(camera, 1e6).triangles
+    assert coarsest > 40
+    few = terraces.select(camera, triangles=coarsest // 2, metric="max")
+    assert few.triangles <= coarsest // 2 and few.price is not None
+
+
+@given(st.integers(100, 10**6), st.floats(-1.5, -0.4), st.floats(0.0, 0.3))
+def test_the_search_for_a_tolerance(triangles, slope, plateau):
+    """Triangles fall with the tolerance, in steps. The mesh fits, and a tolerance a little smaller does not."""
+    tried = []
+
+    def meshes(log2_px):
+        step = 2.0 ** (math.floor((math.log2(50_000) + slope * log2_px) / max(plateau, 1e-6)) * max(plateau, 1e-6))
+        return SimpleNamespace(triangles=min(int(step), 10**7))
+
+    def select(goal):
+        tried.append(goal.tolerance_px)
+        assert goal.triangles is None
+        return meshes(math.log2(goal.tolerance_px))
+
+    found = budget.smallest_tolerance(Goal(metric="max", triangles=triangles), select).triangles
+    at = math.log2(tried[-1])
+    assert found == meshes(at).triangles <= triangles and len(tried) < 25
+    assert (
+        found >= budget.CLOSE * triangles
+        or at <= budget.FINEST_PX_LOG2
+        or (meshes(at - budget.SURE_LOG2).triangles > triangles)
+    )

@@ -38,6 +38,7 @@ FRAME_KEYS = {
         "lambda",
         "curvature_radius_m",
         "patches_hidden",
+        "certified_metric",
     ),
 }
 MEASURED_KEYS = FRAME_KEYS | {

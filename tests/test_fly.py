@@ -9,6 +9,7 @@ import subprocess
 import sys
 import time
 from fractions import Fraction
+from itertools import pairwise
 from pathlib import Path
 
 import numpy as np
@@ -94,6 +95,10 @@ def test_measured(run):
         assert 0 < frame["max_error_px"] <= frame["certified_max_error_px"] <= about["requested_max_error_px"] == 2
         assert frame["posts_measured"] > 0
     assert about["summary"]["max_error_px"]["max"] == max(frame["max_error_px"] for frame in about["frames"])
+    bounds = [frame["certified_max_error_px"] for frame in about["frames"]]
+    assert [frame["certified_jump_px"] for frame in about["frames"][1:]] == [a + b for a, b in pairwise(bounds)]
+    assert about["summary"]["certified_jump_px"]["max"] <= 2 * max(bounds)
+    assert "jumps of at most" in run("fly", "dem.npy", "-o", "g/", *SMALL)[1]
 
 
 def test_the_path_gives_time_and_sun_unless_options_do(run):

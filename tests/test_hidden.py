@@ -164,6 +164,33 @@ def test_an_edit_moves_the_horizon(ctx):
     assert on.stats["patches_hidden"] > first + 20
 
 
+def test_a_store_hides_land_with_any_of_its_pages(tmp_path, monkeypatch):
+    """The picture is the same to the bit, with a relief that is drawn higher, too."""
+    pytest.importorskip("zarr", reason="zarr, of the extra [store], is not installed")
+    from terrain_gl.store import build
+    from terrain_gl.store.opened import StoredMap
+
+    heights = waves()
+    build(heights, tmp_path / "s", tile=16, shard=64, spacing_m=SPACING_M)
+    camera = in_a_valley(heights)
+    with tg.Renderer(StoredMap(tmp_path / "s"), SIZE) as renderer:
+        for exaggeration in (1.0, 2.0):
+            on, off = both(renderer, camera, exaggeration=exaggeration)
+            np.testing.assert_array_equal(on.image, off.image)
+            assert on.stats["complete"] and on.stats["patches_hidden"] > 0
+    monkeypatch.setattr(
+        "terrain_gl.pages.streaming.Streaming.select", lambda _, choose, camera, goal: (choose(camera), {})
+    )
+    rng = np.random.default_rng(5)
+    with tg.Renderer(StoredMap(tmp_path / "s"), SIZE) as renderer:
+        for _ in range(4):
+            level = int(rng.integers(0, renderer.heightmap.top))
+            rows, cols = renderer.heightmap.pages(level)
+            renderer.tables.load([(level, int(rng.integers(rows)), int(rng.integers(cols)))])
+            on, off = both(renderer, camera, 20.0)
+            np.testing.assert_array_equal(on.image, off.image)
+
+
 def test_a_hidden_place_names_the_ridge(ctx):
     """A straight wall across the view: the ridge lies on it."""
     heights = np.zeros((97, 97), "f4")

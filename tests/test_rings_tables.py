@@ -200,7 +200,7 @@ def test_a_budget_weighs_only_blocks_in_the_picture(ctx, scene, monkeypatch):
     for old in ("unchanged", "u_cull == 0 || !project_square"):
         change_shaders(monkeypatch, old, "true || !project_square")
         selector = Counting(scene.tables)
-        selection = selector.select(camera, SIZE, scene.near_m, Goal(triangles=3000))
+        selection = selector.select(camera, SIZE, scene.near_m, Goal(metric="rms", triangles=3000))
         patches = selector.patches.read(layout.PATCH.itemsize * selection.patches)
         found.append((selector.seen, selection.triangles, patches))
         selector.release()

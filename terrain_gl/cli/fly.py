@@ -6,6 +6,7 @@ import argparse
 import contextlib
 import sys
 from collections.abc import Sequence
+from itertools import pairwise
 from typing import Any
 
 import numpy as np
@@ -79,6 +80,7 @@ def _record(
     seconds = args.seconds or path.seconds or SECONDS
     flight = frames.Flight(args, scene, path, _count(seconds, args.fps))
     numbers, shared = _fly(flight, recorder, journal)
+    _tell_jumps(numbers, shared)
     about = {"map": scene.heightmap.name, "seconds": seconds, "fps": args.fps, "length_m": path.length_m}
     about |= _places(scene.heightmap, [frame["eye"] for frame in numbers]) | {"summary": _summary(numbers)} | shared
     about["frames_without_land"] = sum(not frame.get("sees_land", True) for frame in numbers)
@@ -120,6 +122,14 @@ def _fly(
     return numbers, shared
 
 
+def _tell_jumps(numbers: list[dict[str, Any]], shared: dict[str, Any]) -> None:
+    """Note in each frame but the first how far a point may have jumped on the screen: docs/guarantee.md, section 10."""
+    for before, frame in pairwise(numbers):
+        both = [each["certified_max_error_px"] for each in (before, frame)]
+        is_of_points = shared["certified_metric"] == "max" and None not in both
+        frame["certified_jump_px"] = sum(both) if is_of_points else None
+
+
 def _places(heightmap: Heightmap, way: Sequence[Vector]) -> dict[str, int]:
     """How many frames are outside the map, and how many under its surface."""
     eyes = np.array(way)
@@ -135,9 +145,12 @@ def _places(heightmap: Heightmap, way: Sequence[Vector]) -> dict[str, int]:
 def _summary(frames: Sequence[dict[str, Any]]) -> dict[str, Any]:
     """Summary of all frames: median and maximum; for times, median and 99.9th percentile."""
     summary: dict[str, Any] = {"frames": len(frames)}
-    for key in ("triangles", "patches", "certified_max_error_px", "max_error_px", "rms_error_px"):
-        if frames[0].get(key) is not None:
-            values = [frame[key] for frame in frames]
+    for key in (
+        *("triangles", "patches", "certified_max_error_px", "certified_jump_px"),
+        *("max_error_px", "rms_error_px"),
+    ):
+        values = [frame[key] for frame in frames if frame.get(key) is not None]
+        if values:
             summary[key] = {"median": float(np.median(values)), "max": max(values)}
     if "holes" in frames[0]:
         summary["holes"] = sum(frame["holes"] for frame in frames)
@@ -156,8 +169,10 @@ def _text(output: str, about: dict[str, Any]) -> str:
     ms = summary["ms"]["frame"]
     error = report.certified(about, summary.get("certified_max_error_px", {}).get("max"))
     if "max_error_px" in summary:
-        measured = "max_error_px" if about["metric"] == "max" else "rms_error_px"
+        measured = "max_error_px" if about["certified_metric"] == "max" else "rms_error_px"
         error += f", measured {summary[measured]['max']:.3g} px, {summary['holes']} holes"
+    if "certified_jump_px" in summary:
+        error += f", jumps of at most {summary['certified_jump_px']['max']:.3g} px"
     text = f"{output}: {count:,} frames of {about['width']}x{about['height']}, {triangles:,.0f} triangles, {error}, "
     text += f"{ms['median']:.0f} ms a frame, {ms['p999']:.0f} ms the slowest"
     for key, where in (("frames_outside", "outside the map"), ("frames_under_ground", "under ground")):

@@ -27,7 +27,7 @@ from ..store.scheduling import scheduler
 from . import options
 
 OF_FLIGHT = (
-    *("method", "metric", "requested_max_error_px", "width", "height"),
+    *("method", "metric", "certified_metric", "requested_max_error_px", "width", "height"),
     *("gl_renderer", "backend", "gpu_bytes"),
 )
 OF_FRAME = (

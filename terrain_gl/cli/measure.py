@@ -44,10 +44,11 @@ def run(args: argparse.Namespace) -> int:
 
 def _check_error(stats: dict[str, Any], most_px: float | None) -> None:
     """Refuse an achieved error, in the metric of the frame, above `most_px`."""
-    error_px = stats["rms_error_px" if stats["metric"] == "rms" else "max_error_px"]
+    metric = stats["certified_metric"]
+    error_px = stats[f"{metric}_error_px"]
     if most_px is not None and not error_px <= most_px:
         raise TerrainError(
-            f"{report.shown(stats['map'])}: the achieved {stats['metric']} error is {error_px:.4g} px, more than"
+            f"{report.shown(stats['map'])}: the achieved {metric} error is {error_px:.4g} px, more than"
             f" --fail-above {most_px:g}: ask for a smaller --max-error"
         )
 

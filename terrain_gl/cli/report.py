@@ -64,18 +64,21 @@ def facts(values: Mapping[str, str]) -> str:
 
 
 def asked(stats: Mapping[str, Any]) -> str:
-    """The tolerance or the budget of a frame; for a budget also the value of one more triangle."""
+    """The tolerance or the budget of a frame; for a budget also what it minimises."""
     if stats["method"] in BASELINES:
         return f"{stats['requested_triangles']:,} triangles" if stats["requested_triangles"] else "its parameters"
     if not stats["requested_triangles"]:
         return f"{stats['metric']} error {stats['requested_max_error_px']:g} px"
-    price = f"worth {stats['lambda']:.3g} px² each" if stats["lambda"] else "more than this view needs"
-    return f"{stats['requested_triangles']:,} triangles, {price}"
+    if stats["metric"] == "max":
+        why = "for the smallest largest error"
+    else:
+        why = f"worth {stats['lambda']:.3g} px² each" if stats["lambda"] else "more than this view needs"
+    return f"{stats['requested_triangles']:,} triangles, {why}"
 
 
 def certified(stats: Mapping[str, Any], px: float | None) -> str:
     """The certified error of one or more frames in words; baselines certify nothing."""
-    return "nothing certified" if px is None else f"{stats['metric']} error at most {px:.3g} px"
+    return "nothing certified" if px is None else f"{stats['certified_metric']} error at most {px:.3g} px"
 
 
 def mebibytes(n: int) -> str:

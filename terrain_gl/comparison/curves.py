@@ -121,7 +121,7 @@ def fewest(
         Whether baselines may have vertices between posts.
     """
 
-    error = f"{options.get('metric', 'max')}_error_px"
+    error = f"{options.get('metric') or 'max'}_error_px"
 
     def holds(triangles: float) -> dict[str, Any] | None:
         for detail in details_of(renderer, camera, method, round(triangles), options.get("near_m"), between):

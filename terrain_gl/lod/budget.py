@@ -1,4 +1,7 @@
-"""A budget of triangles for the clipmap: which price a triangle has, and how many triangles the price is asked for.
+"""A budget of triangles: the mesh that uses them best.
+
+metric "max"   the smallest tolerance whose mesh fits: `smallest_tolerance`, for both certified methods
+metric "rms"   the least squares, by a price for a triangle: `spend`, for the clipmap
 
 A price decides each square alone (glsl/lod/rings/prices.glsl). It does not count the triangles that finer neighbours
 add along edges. So it is asked for a smaller number of triangles, the target, which is corrected until the mesh fits.
@@ -6,9 +9,11 @@ add along edges. So it is asked for a smaller number of triangles, the target, w
 
 from __future__ import annotations
 
+import math
 from collections.abc import Callable
+from dataclasses import replace
 
-from .selection import Selection
+from .selection import Goal, Selection
 
 PATCH_COST = 1.0  # cost of a patch in triangles; smaller than for a tolerance: docs/allocation.md
 PRICES = 24  # prices tried at once, and how many times: glsl/lod/rings/prices.glsl
@@ -20,6 +25,9 @@ DEAREST = 2.0 ** (HIGHEST_LOG2 - 1)
 CLOSE = 0.985  # a mesh with this part of the budget is accepted
 UNCUT = 0.85  # the first target, as a part of the budget
 TRIES = 6  # after so many targets the best of them is taken
+FINEST_PX_LOG2 = -8.0  # tolerances that are tried for the metric "max"
+COARSEST_PX_LOG2 = 20.0
+SURE_LOG2 = 1 / 64  # the tolerance is found to about one per cent
 
 
 def spend(triangles: int, mesh_for: Callable[[int], Selection]) -> Selection:
@@ -48,3 +56,36 @@ def spend(triangles: int, mesh_for: Callable[[int], Selection]) -> Selection:
         aim = 0.993 if fits else 0.99**attempt  # many targets may have the same price: go further each time
         guess = int(target * aim * triangles / max(mesh.triangles, 1))
         target = low if low and attempt >= TRIES else max(2, guess if low < guess < high else (low + high) // 2)
+
+
+def smallest_tolerance(goal: Goal, select: Callable[[Goal], Selection]) -> Selection:
+    """The mesh of the smallest tolerance, among the largest errors, that has at most `goal.triangles`.
+
+    The number of triangles falls when the tolerance rises; with logarithmic axes the curve is nearly a straight line.
+    So each step tries the tolerance where the chord between two known meshes meets the budget. If the coarsest mesh
+    has too many triangles, the result is the mesh of least squares, which may leave out the finest rings.
+    """
+    assert goal.triangles
+    aim = math.log2(goal.triangles)
+    too_fine: tuple[float, float] | None = None  # log2 of a tolerance, and of the triangles of its mesh
+    fits: tuple[float, float] | None = None
+    at = 0.0
+    while True:
+        mesh = select(replace(goal, tolerance_px=2.0**at, triangles=None))
+        tried = at, math.log2(max(mesh.triangles, 1))
+        is_sure = too_fine is not None and at - too_fine[0] <= SURE_LOG2
+        if tried[1] > aim:
+            if at >= COARSEST_PX_LOG2:
+                return select(replace(goal, metric="rms"))
+            too_fine = tried
+        elif is_sure or mesh.triangles >= CLOSE * goal.triangles or at <= FINEST_PX_LOG2:
+            return mesh
+        else:
+            fits = tried
+        if too_fine is None or fits is None:
+            at = min(at + 3.0, COARSEST_PX_LOG2) if fits is None else max(at - 3.0, FINEST_PX_LOG2)
+        elif fits[0] - too_fine[0] <= SURE_LOG2:
+            at = fits[0]  # once more: the buffers hold the mesh that was tried last
+        else:
+            share = (too_fine[1] - aim) / (too_fine[1] - fits[1])
+            at = too_fine[0] + min(max(share, 0.1), 0.9) * (fits[0] - too_fine[0])

@@ -10,7 +10,7 @@
     offsets   prefix sums of the counts: where each tile's patches begin
     draws     write indirect draw commands
 
-With a budget of triangles instead of a tolerance, refine, balance, tiles and patches run for several prices of a
+With a budget of triangles for the least squares, refine, balance, tiles and patches run for several prices of a
 triangle. `search` finds the price that gives the budget's number of triangles (glsl/lod/quadtree/summary.glsl).
 """
 
@@ -28,6 +28,7 @@ from ..camera.view import ViewBlock
 from ..error import ErrorTables
 from ..gpu import gl, layout, shaders
 from ..gpu.bindings import bind
+from . import budget
 from .patches import OfPatches
 from .selection import INFINITE_PX, METRES, Goal, Selection
 
@@ -89,10 +90,13 @@ class QuadtreeSelector(OfPatches):
         With a tolerance, the screen error of the surface is at most `goal.tolerance_px`; with the metric "rms", the
         root mean square of that error. With a tolerance of 0, every cell in the picture is drawn at full resolution.
 
-        With a number of triangles, the mesh has at most so many. It minimises the sum of the squared screen errors of
-        all posts in the picture, weighted by `reference.post_weights`. Cells close to the eye become fans if that
-        lowers the error between posts (`reference.cell_squares`).
+        With a number of triangles, the mesh has at most so many. With the metric "max" it is the mesh of the smallest
+        tolerance. With "rms" it minimises the sum of the squared screen errors of all posts in the picture, weighted
+        by `reference.post_weights`. Cells close to the eye become fans if that lowers the error between posts
+        (`reference.cell_squares`).
         """
+        if goal.triangles and goal.metric == "max":
+            return budget.smallest_tolerance(goal, lambda each: self.select(camera, size, near_m, each))
         self.view.write(self.terrain, camera, size, near_m, **goal.settings)
         self._bind()
         self._summary.write(np.float32(0 if goal.triangles else -1).tobytes(), offset=_offset("price"))

@@ -49,7 +49,8 @@ _BARRIER = (
     | moderngl.TEXTURE_FETCH_BARRIER_BIT
 )
 _ASKING: dict[str, dict[str, dict[str, object]]] = {  # passes with other shaders for the metric "rms", or for a budget
-    **dict.fromkeys(("decide", "agree", "count"), {"rms": {"MEAN": 1}}),
+    **dict.fromkeys(("agree", "count"), {"rms": {"MEAN": 1}}),
+    "decide": {"rms": {"MEAN": 1}, "few": {"PATCH_COST": budget.PATCH_COST}},
     **dict.fromkeys(("weigh", "try", "spend"), {"budget": {"PATCH_COST": budget.PATCH_COST}}),
 }
 
@@ -86,12 +87,23 @@ class RingsSelector(OfPatches):
         """Choose the patches for a picture of `size` (width, height).
 
         With a tolerance, the screen error of the surface is at most `goal.tolerance_px`; with the metric "rms", the
-        root mean square of that error. With a number of triangles, the mesh has at most so many. Among such meshes
-        of the rings' squares it minimises the sum of squared screen errors, weighted by `reference.post_weights`.
+        root mean square of that error. With a number of triangles, the mesh has at most so many. With the metric
+        "max" it is the mesh of the smallest tolerance; with "rms", among the meshes of the rings' squares, it
+        minimises the sum of squared screen errors, weighted by `reference.post_weights`.
         """
+        if goal.triangles and goal.metric == "max":
+            return budget.smallest_tolerance(
+                goal, lambda each: self._choose(camera, size, near_m, each, goal.triangles)
+            )
+        return self._choose(camera, size, near_m, goal)
+
+    def _choose(
+        self, camera: Camera, size: tuple[int, int], near_m: float, goal: Goal, few: int | None = None
+    ) -> Selection:
+        """Choose for a tolerance, or for the least squares; for a tolerance with `few` triangles, patches cost less."""
         self.view.write(self.terrain, camera, size, near_m, **goal.settings)
         triangles = goal.triangles
-        self._variant = "budget" if triangles else goal.metric
+        self._variant = "budget" if triangles else "few" if few else goal.metric
         self._hiding = hiding(self.terrain, self.view, camera, size, goal)
         view = self.terrain.heightmap, camera, size, near_m
 
@@ -100,7 +112,7 @@ class RingsSelector(OfPatches):
             return rings_in_picture(rings, *view) if goal.cull else rings
 
         if not triangles:
-            return self._keep(rings(BLOCKS_ACROSS))
+            return self._keep(rings(across_for(few) if few else BLOCKS_ACROSS))
         for left_out in range(self.terrain.coarsest_ring):  # with all rings, even the fewest triangles may be too many
             selection = self._spend(rings(across_for(triangles), left_out), triangles)
             if selection.triangles <= triangles:
@@ -272,7 +284,7 @@ class RingsSelector(OfPatches):
 
     def _kernel(self, name: str) -> Any:
         """A pass, compiled when it is first needed. Passes that read errors have a shader for each metric."""
-        variant = self._variant if name in _ASKING else ""
+        variant = self._variant if self._variant in _ASKING.get(name, {}) else ""
         key = name, variant, self.terrain.heightmap.voids > 0
         if key not in self._kernels:
             defines = self._defines | _ASKING.get(name, {}).get(variant, {}) | ({} if key[2] else {"NO_VOIDS": 1})

@@ -9,7 +9,7 @@ import numpy as np
 
 from .surface import Surface
 
-METRICS = ("max", "rms")  # what a tolerance in pixels bounds; for a tolerance in metres there is `METRES`
+METRICS = ("max", "rms")  # what a tolerance in pixels bounds, and a budget minimises; in metres there is `METRES`
 METRES = "metres"
 INFINITE_PX = 9e29  # errors above this are infinite: a little less than in glsl/lod/project.glsl
 
@@ -23,7 +23,7 @@ class Goal:
     tolerance_px
         The largest screen error, or root mean square, in pixels; in metres with `METRES`. 0 asks for every post.
     metric
-        What the tolerance bounds: one of `METRICS`, or `METRES`.
+        What the tolerance bounds, or the budget minimises: one of `METRICS`, or `METRES`.
     cull
         Leave out patches outside the picture.
     triangles
@@ -47,7 +47,7 @@ class Goal:
     @property
     def settings(self) -> dict[str, Any]:
         """The fields of the `View` block that decide the level of detail."""
-        metric = (*METRICS, METRES).index(self.metric)
+        metric = (*METRICS, METRES).index("max" if self.triangles else self.metric)  # of a budget, max is certified
         return {"tolerance_px": _float_below(self.tolerance_px), "metric": metric, "cull": self.cull}
 
 
@@ -73,7 +73,7 @@ class Selection:
     draws
         Indirect commands in the surface's `draws`.
     price
-        With a budget: the squared pixels of error that one more triangle would have to remove; 0 if none can.
+        With a budget of least squares: the squared pixels that one more triangle would have to remove; 0 if none can.
     hidden
         Patches that were chosen but are hidden: their records follow those of the drawn ones in the surface's
         `patches`.

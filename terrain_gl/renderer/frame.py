@@ -83,6 +83,7 @@ class DrawnFrame:
         return {
             "method": options.method,
             "metric": options.metric,
+            "certified_metric": options.certified_metric,
             "triangles": selection.triangles,
             "patches": selection.patches,
             "splits": selection.splits,

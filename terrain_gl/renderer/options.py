@@ -101,12 +101,13 @@ class RenderOptions:
         the surface. It bounds the largest error (metric "max") or the root mean square ("rms"). By default 1, unless
         `triangles` is given. Baselines certify nothing, and ignore it.
     triangles
-        Instead of a tolerance: the largest number of triangles, from 2 on. They are used where they reduce the sum of
-        the squared screen errors most. Each post is weighted by the width of a cell in pixels, at least 1.
+        Instead of a tolerance: the largest number of triangles, from 2 on. With the metric "max" the mesh is that of
+        the smallest tolerance. With "rms" the triangles are used where they reduce the sum of the squared screen errors
+        most. Each post is weighted by the width of a cell in pixels, at least 1.
     parameters
         Level of detail of a baseline: `clipmap.Rings` or `tessellated.Edges`. By default it follows from `triangles`.
     metric
-        "max" or "rms": what the tolerance bounds, and what is certified.
+        "max" or "rms": what the tolerance bounds, or the budget minimises. By default "max"; of a budget, "rms".
     method
         One of `renderer.methods.METHODS`: "sat" (the default) or "quadtree", which are certified; a baseline,
         "clipmap" or "tessellated"; "full" for every post in the picture; or "truth", also bilinear between posts.
@@ -169,7 +170,10 @@ class RenderOptions:
         Flag("--edge", "edges", "tessellated: length of edges (default: 8)", "PX"),
     )
     metric: str = _option(
-        "max", "detail", Flag("--metric", "choice", "largest error, or root mean square"), choices=METRICS
+        "",
+        "detail",
+        Flag("--metric", "choice", "max: largest error (default); rms: root mean square (default of --triangles)"),
+        choices=METRICS,
     )
     method: str = _option(
         "sat",
@@ -247,6 +251,8 @@ class RenderOptions:
     chosen_for: Camera | None = _option(None, "")
 
     def __post_init__(self) -> None:
+        if not self.metric:
+            object.__setattr__(self, "metric", self._usual_metric)
         self._check_detail()
         if self.near_m is not None and not 0 < self.near_m < 1e9:
             raise UsageError(f"near plane must be more than 0 and less than 1e9 metres away, got {self.near_m:g}")
@@ -298,7 +304,19 @@ class RenderOptions:
             dropped = {"triangles": None}
         if method != self.method:
             dropped["parameters"] = None
+        if self.metric == self._usual_metric:
+            dropped["metric"] = ""
         return replace(self, **dropped | changes)
+
+    @property
+    def _usual_metric(self) -> str:
+        """The default of the metric."""
+        return "rms" if self.triangles else "max"
+
+    @property
+    def certified_metric(self) -> str:
+        """What the certificate bounds: of a budget, always the largest error."""
+        return "max" if self.triangles else self.metric
 
     @property
     def shading(self) -> Look:

@@ -31,7 +31,7 @@ def show(ui: Widgets, painter: Painter, controller: Controller) -> None:
     ui.hint("triangles", "Triangles of the last frames.")
     _title(ui, "Error", error_words(frame))
     _errors(ui, records)
-    ui.hint("error", "Line: the certified bound in pixels. Dots: the achieved error, measured at rest.")
+    ui.hint("error", _error_hint(painter.history.largest_jump_px))
     above = frame.height_m
     height = f"{metres(above)} above ground" if above == above else "no ground below"
     _title(ui, controller.mode.capitalize(), f"{height}, {metres(frame.speed_m_s)}/s")
@@ -53,6 +53,12 @@ def error_words(frame: FrameStats) -> str:
     achieved = "…" if frame.achieved_px is None else f"{frame.achieved_px:.3f} px"
     bound = "no bound" if frame.certified_px is None else f"bound {frame.certified_px:.3f} px"
     return f"achieved {achieved}, {bound}"
+
+
+def _error_hint(jump_px: float | None) -> str:
+    hint = "Line: the certified bound in pixels. Dots: the achieved error, measured at rest."
+    jumps = "" if jump_px is None else f" From one frame to the next, no point jumps by more than {jump_px:.3g} px."
+    return hint + jumps
 
 
 def _title(ui: Widgets, name: str, value: str) -> None:

@@ -153,7 +153,7 @@ GROUPS: dict[str, list[Command]] = {
         Command("Shift C", "contour lines, or none", ("shift+c",), lambda s: s.settings.toggle_contours()),
         Command("+ -", "change the tolerance by a factor of √2", PLUS, lambda s: s.settings.loosen(1), True),
         Command("", "", ("-",), lambda s: s.settings.loosen(-1), True),
-        Command("M", "metric: what the tolerance bounds", ("m",), lambda s: _cycle(s, "metric")),
+        Command("M", "metric: what is bounded, or minimised", ("m",), lambda s: _cycle(s, "metric")),
         Command("F", "method: how detail is chosen", ("f",), lambda s: _cycle(s, "method")),
     ],
     "Understand": [

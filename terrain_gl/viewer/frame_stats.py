@@ -5,6 +5,7 @@ from __future__ import annotations
 import math
 from collections import deque
 from dataclasses import dataclass, field
+from itertools import pairwise
 from typing import Any
 
 from ..gpu import gl
@@ -58,11 +59,10 @@ class FrameStats:
 
     @property
     def achieved_px(self) -> float | None:
-        """The achieved error in the metric of the bound; for a budget that is the largest error."""
+        """The achieved error in the metric of the bound."""
         if not self.measured_px:
             return None
-        of_largest = self.stats.get("requested_triangles") and self.certified_px is not None
-        return self.measured_px["max" if of_largest else self.stats["metric"]]
+        return self.measured_px[self.stats["certified_metric"]]
 
 
 def without_bounds(stats: dict[str, Any]) -> dict[str, Any]:
@@ -105,12 +105,16 @@ def seconds(ms: float) -> str:
 
 @dataclass
 class Record:
-    """One frame in the graphs; `bound_px` is None or 0 if nothing is certified."""
+    """One frame in the graphs; `bound_px` is None or 0 if nothing is certified.
+
+    `point_px` is that bound if it holds for every point, not only for the mean; else None.
+    """
 
     ms: dict[str, float]
     triangles: int
     bound_px: float | None
     measured_px: float | None = None
+    point_px: float | None = None
 
 
 @dataclass
@@ -124,7 +128,14 @@ class History:
         ms = {stage: stats["ms"].get(stage, 0.0) for stage in STAGES}
         bound_px = stats["certified_max_error_px"]
         drawable = bound_px is not None and math.isfinite(bound_px)  # a budget may have no finite bound
-        self.records.append(Record(ms, stats["triangles"], bound_px if drawable else 0.0))
+        point_px = bound_px if drawable and stats["certified_metric"] == "max" else None
+        self.records.append(Record(ms, stats["triangles"], bound_px if drawable else 0.0, point_px=point_px))
+
+    @property
+    def largest_jump_px(self) -> float | None:
+        """How far a point may have jumped between two frames in the graphs: docs/guarantee.md; None if unknown."""
+        bounds = [(before.point_px, after.point_px) for before, after in pairwise(self.records)]
+        return max((a + b for a, b in bounds if a is not None and b is not None), default=None)
 
     def add_measured(self, px: float) -> None:
         """Note the achieved error of the last frame."""

@@ -29,8 +29,13 @@ TOLERANCE_HINTS = {
     "rms": "The root mean square of the surface's errors on the screen (+ and -).",
 }
 BASELINE_HINT = "The error that this method aims at; it has no certified bound (+ and -)."
-BUDGET_HINT = "At most so many triangles, where they reduce the error most. Changing the tolerance ends it."
-METRIC_HINT = "What the tolerance bounds (M): the largest error of the surface, or the root mean square of all errors."
+BUDGET_HINTS = {
+    "max": "At most so many triangles, for the smallest largest error. Changing the tolerance ends it.",
+    "rms": "At most so many triangles, for the least squared errors. Changing the tolerance ends it.",
+}
+METRIC_HINT = (
+    "What the tolerance bounds, or the budget minimises (M): the largest error, or the root mean square of all errors."
+)
 SAVE_MAP = "Save the map", "As 16-bit PNG, float TIFF or EXR: the ending of the name decides (Ctrl S)."
 SAVE_EDITS = "Save the edits", "As GeoTIFF, or as .npz: the store stays as it is (Ctrl S)."
 PRESETS = {"first": VIEWS["default"], "above": straight_down} | {n: view for n, view in VIEWS.items() if n != "default"}
@@ -54,7 +59,7 @@ def detail_section(ui: Widgets, settings: Settings, painter: Painter, scene: Sce
     else:
         triangles = options.triangles or stats.get("triangles", 1)
         form = "at most %.0f" if options.triangles else "%.0f"
-        budget = ui.slide("triangles", triangles, *BUDGETS, BUDGET_HINT, form, True)
+        budget = ui.slide("triangles", triangles, *BUDGETS, BUDGET_HINTS[options.metric], form, True)
         changes["triangles"] = None if budget is None else round(budget)
         changes["method"] = ui.choose("method", options.method, CHOICES["method"], _method_hint(options.method))
     given = {name: value for name, value in changes.items() if value is not None}

@@ -186,7 +186,7 @@ def test_after_random_events_tables_and_bound_hold(viewer, seed, tmp_path, monke
     renderer, measured = viewer.scene.renderer, viewer.painter.frame.measured_px
     assert light_is_up_to_date(viewer) and not viewer.sculpting.at_work
     if measured and viewer.painter.frame.certified_px is not None:
-        assert measured[viewer.painter.frame.stats["metric"]] <= viewer.painter.frame.certified_px
+        assert measured[viewer.painter.frame.stats["certified_metric"]] <= viewer.painter.frame.certified_px
     rebuilt = Heightmap(renderer.heightmap.heights, renderer.heightmap.spacing_m)
     rebuilt.quantised_m = renderer.heightmap.quantised_m
     built = ErrorTables(Terrain(viewer.ctx, rebuilt))
