@@ -1,8 +1,9 @@
 """Measurements that need a GPU, in about ten minutes; they are written to docs/gpu.md.
 
 They are: both certified methods at 1080p and 4k (`lod`, `draw`, `shade`), summed-area and error tables of 4096² posts,
-a dab of the brush, and the difference of the golden pictures from those of this machine. The script also runs with
-software OpenGL: `--small` takes pictures of 320 × 180 and a map of 513² posts.
+a dab of the brush, the difference of the golden pictures from those of this machine, and the checks of the drivers: the
+self-test, certificates of random views, and tests of the stages. The script also runs with software OpenGL: `--small`
+takes pictures of 320 × 180, a map of 513² posts, and few checks.
 
 Run: python benchmarks/gpu.py [--small] [-o docs/gpu.md]
 """
@@ -13,6 +14,7 @@ import argparse
 import datetime
 import platform
 import statistics
+import subprocess
 import sys
 import time
 from collections.abc import Callable
@@ -22,11 +24,15 @@ import numpy as np
 
 import terrain_gl as tg
 from terrain_gl.files.maps import bundled, open_map
+from terrain_gl.gpu.context import create_context
+from terrain_gl.gpu.selftest import faults
 from terrain_gl.image import read_image
 from terrain_gl.renderer.brush import Brush, Sculptor
 
 FRAMES = 9
-GOLDEN = Path(__file__).parents[1] / "tests" / "golden"
+ROOT = Path(__file__).parents[1]
+GOLDEN = ROOT / "tests" / "golden"
+STAGES = ["selftest", "sat", "few_cells", "mesh", "precision", "rings_tables", "rings_twins"]
 
 
 def milliseconds(work: Callable[[], object], renderer: tg.Renderer, runs: int = FRAMES) -> float:
@@ -93,6 +99,23 @@ def golden() -> list[str]:
     return lines
 
 
+def checks(small: bool) -> list[str]:
+    """What every driver is asked: the self-test, random views, and tests of the stages (see benchmarks/drivers.py)."""
+    with create_context() as ctx:
+        times = []
+        for _ in range(3):
+            started = time.perf_counter()
+            wrong = list(faults(ctx))
+            times.append(1e3 * (time.perf_counter() - started))
+    lines = [f"- self-test: {', '.join(wrong) or 'passed'}, {times[0]:.0f} ms at first, then {times[-1]:.1f} ms"]
+    views = ["benchmarks/certificate.py", "--random", "10" if small else "300"]
+    files = [f"tests/test_{name}.py" for name in (["selftest"] if small else STAGES)]
+    for command in (views, ["-m", "pytest", "-q", "-p", "no:cacheprovider", *files]):
+        done = subprocess.run([sys.executable, *command], cwd=ROOT, capture_output=True, text=True, check=False)
+        lines.append(f"- `python {' '.join(command)}`: {(done.stdout.strip() or done.stderr.strip()).splitlines()[-1]}")
+    return lines
+
+
 def main() -> None:
     """Measure, and write the page."""
     parser = argparse.ArgumentParser(description=__doc__.split("\n")[0])
@@ -109,7 +132,9 @@ def main() -> None:
     print("tables", file=sys.stderr)
     page += ["", "## Once a map, and an edit", "", *tables(513 if args.small else 4096)]
     print("golden pictures", file=sys.stderr)
-    page += ["", "## Golden pictures, levels of 255", "", *golden(), ""]
+    page += ["", "## Golden pictures, levels of 255", "", *golden()]
+    print("checks", file=sys.stderr)
+    page += ["", "## Checks", "", *checks(args.small), ""]
     Path(args.output).write_text("\n".join(page), encoding="utf-8")
 
 

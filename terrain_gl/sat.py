@@ -62,7 +62,7 @@ class SummedAreaTables:
             raise ValueError(f"bits: expected 8, 16, 32 or 64, got {bits}")
         self.ctx = ctx
         self.bits = bits
-        self.strip = strip or (WHOLE if gl.is_software(ctx) else STRIP)
+        self.strip = strip or (WHOLE if gl.wants_few_groups(ctx) else STRIP)
         self.word_bytes = max(bits, 32) // 8
         self._has_whole_lines = self.strip == WHOLE and (bits < 64 or INT64 in ctx.extensions)
         self._kernels: dict[str, Any] = {}

@@ -5,6 +5,7 @@ from pathlib import Path
 
 import numpy as np
 import pytest
+from drivers import DRIVERS, environment
 from hypothesis import HealthCheck, settings
 from maps import rough
 
@@ -22,6 +23,15 @@ settings.load_profile("terrain")
 
 def pytest_addoption(parser):
     parser.addoption("--regenerate", action="store_true", help="write reference pictures anew instead of comparing")
+    parser.addoption("--driver", choices=DRIVERS, help="run the shaders in another way")
+
+
+def pytest_configure(config):
+    """Select the driver: Mesa reads these variables when the first context is made."""
+    try:
+        os.environ.update(environment(config.getoption("--driver")))
+    except LookupError as error:
+        pytest.exit(str(error), returncode=4)
 
 
 @pytest.fixture
@@ -30,12 +40,15 @@ def regenerate(request):
 
 
 @pytest.fixture(scope="session")
-def session_context():
+def session_context(request):
     """EGL, or OSMesa where there is no EGL."""
     try:
-        return create_context("egl")
+        context = create_context("egl")
     except TerrainError:
-        return create_context("osmesa")
+        context = create_context("osmesa")
+    asked, used = request.config.getoption("--driver"), context.info["GL_RENDERER"]
+    assert not asked or used.startswith("zink" if asked == "zink" else "llvmpipe"), f"{used} draws, not {asked}"
+    return context
 
 
 @pytest.fixture

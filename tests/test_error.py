@@ -9,7 +9,7 @@ from maps import MAPS, Scene, checkerboard, cliff, holes, rough
 
 from terrain_gl import reference
 from terrain_gl.basics.exceptions import TerrainError
-from terrain_gl.error import FINE_LEVELS, ErrorTables
+from terrain_gl.error import _BUFFERS, FINE_LEVELS, ErrorTables
 from terrain_gl.gpu import gl, layout, shaders
 from terrain_gl.heightmap import Heightmap
 from terrain_gl.sat import Table
@@ -379,7 +379,10 @@ def own_posts(solid, level):
 
 
 def all_bytes(tables):
-    return tuple(buffer.read() for buffer in tables._buffers)
+    """Bytes of all tables. A small map has no coarse levels: nothing writes its blocks and edges, nor reads them."""
+    has_coarse = len(tables.terrain.levels) > FINE_LEVELS + 1
+    written = [name for name in _BUFFERS if has_coarse or name not in ("blocks", "cuts")]
+    return tuple(getattr(tables, name).read() for name in written)
 
 
 def edited(heights, rect, seed, kind):

@@ -6,6 +6,7 @@ from types import SimpleNamespace
 
 import numpy as np
 import pytest
+from drivers import must_be_one_driver
 from hypothesis import given, settings
 from hypothesis import strategies as st
 from maps import MAPS, Scene, cameras, plane, rough, tessellation_ends
@@ -235,6 +236,7 @@ def test_egl_and_osmesa_give_the_same_bytes(ctx):
         other = create_context("osmesa")
     except TerrainError as error:
         pytest.skip(str(error))
+    must_be_one_driver(ctx, other)
     heightmap = MAPS["odd"]()
     views = cameras(heightmap).values()
 

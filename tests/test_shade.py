@@ -4,6 +4,7 @@ import moderngl
 import numpy as np
 import pytest
 from asking import ask
+from drivers import must_be_one_driver
 
 from terrain_gl import reference
 from terrain_gl.basics.exceptions import TerrainError
@@ -340,11 +341,12 @@ def test_error_style_stays_below_the_tolerance(scene):
 def test_egl_and_osmesa_give_the_same_bytes():
     heightmap = Heightmap(hills(129, 100), spacing_m=30.0)
     pictures = []
-    for backend in ("egl", "osmesa"):
-        try:
-            context = create_context(backend)
-        except TerrainError as error:
-            pytest.skip(str(error))
+    try:
+        contexts = [create_context(backend) for backend in ("egl", "osmesa")]
+    except TerrainError as error:
+        pytest.skip(str(error))
+    must_be_one_driver(*contexts)
+    for context in contexts:
         with context:
             s = Scene(context, heightmap)
             pictures.append([s.draw(Camera.default(heightmap), style=style) for style in STYLES])

@@ -11,6 +11,7 @@ from typing import Any
 from ..files.generate import RECIPES, Land, open_options, shot_command, write_land
 from ..files.writers import FORMATS, format_of
 from ..gpu.context import backend_name, create_context
+from ..gpu.selftest import check_driver
 from . import options, report, values
 
 
@@ -66,6 +67,7 @@ def make(land: Land, path: str, backend: str) -> dict[str, Any]:
     """Make the land in a new context and write it; returns its description."""
     ctx = create_context(backend)
     with ctx, report.progress_bar("generating") as progress:
+        check_driver(ctx)
         started = time.perf_counter()
         range_m = write_land(ctx, land, path, progress)
         ms = 1e3 * (time.perf_counter() - started)

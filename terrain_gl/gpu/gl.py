@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import ctypes
+import os
 from collections.abc import Callable, Iterator, Sequence
 from contextlib import contextmanager
 from ctypes import POINTER, byref, c_int, c_int64, c_uint, c_void_p
@@ -32,6 +33,7 @@ _TEXTURE0 = 0x84C0
 _TEXTURE_BUFFER = 0x8C2A
 _R32UI = 0x8236
 SOFTWARE = ("llvmpipe", "softpipe")  # names of Mesa's software renderers
+CODE_FOR = "TERRAIN_GL_CODE_FOR"  # environment: "gpu" tests on a processor what GPUs run
 MOST_VERTICES = 65535  # of tessellation in one draw: Mesa's software renderer counts them in 16 bits
 COMMAND_STRIDE = 20  # bytes between indirect commands, as in moderngl's render_indirect
 
@@ -61,6 +63,11 @@ def function(ctx: moderngl.Context, name: str, result: Any, *arguments: Any) -> 
 def is_software(ctx: moderngl.Context) -> bool:
     """Whether the processor draws. It has few cores, and every work group takes time to start."""
     return str(ctx.info["GL_RENDERER"]).startswith(SOFTWARE)
+
+
+def wants_few_groups(ctx: moderngl.Context) -> bool:
+    """Whether kernels are divided for a processor; `CODE_FOR=gpu` in the environment divides them as for a GPU."""
+    return is_software(ctx) and os.environ.get(CODE_FOR) != "gpu"
 
 
 def has(program: Any, name: str) -> bool:

@@ -68,7 +68,7 @@ class RingsSelector(OfPatches):
         self._last_stamp = 0
         self._is_weighed = False
         # a software renderer runs eight threads at a time, and more threads cost more to start
-        self._threads = 8 if gl.is_software(ctx) else 64
+        self._threads = 8 if gl.wants_few_groups(ctx) else 64
         self._tried = ctx.buffer(reserve=4 + 4 * budget.PRICES * budget.PASSES)
         self._weights = ctx.buffer(reserve=4)
         self._rings = ctx.buffer(reserve=layout.RINGS.itemsize)

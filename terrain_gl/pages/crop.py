@@ -14,6 +14,7 @@ import numpy as np
 from ..basics.steps import Steps, drain
 from ..error import ErrorTables
 from ..gpu.context import create_context
+from ..gpu.selftest import check_driver
 from ..heightmap import Heightmap
 from ..readers.raster import Spacing
 from ..terrain import Terrain
@@ -98,6 +99,7 @@ def _blank_tables() -> ErrorTables:
     """Tables in this thread's own context; the tables of all parts share their shaders."""
     if not hasattr(_of_thread, "tables"):
         ctx = create_context("auto")
+        check_driver(ctx)
         _of_thread.tables = ErrorTables(Terrain(ctx, Heightmap(np.zeros((3, 3), np.float32))), build=False)
     tables: ErrorTables = _of_thread.tables
     tables.ctx.__enter__()  # type: ignore[no-untyped-call]

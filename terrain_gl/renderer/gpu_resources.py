@@ -10,6 +10,7 @@ from ..basics.steps import Steps
 from ..camera.pieces import Piece
 from ..error import ErrorTables
 from ..gpu.gl import limits
+from ..gpu.selftest import check_driver
 from ..gpu.session import Session, steps_in_session
 from ..gpu.timing import StageTimer
 from ..heightmap import Heightmap
@@ -55,11 +56,12 @@ class GpuResources:
         Raises
         ------
         TerrainError
-            Too little GPU memory.
+            Too little GPU memory, or a driver that computes wrongly.
         UsageError
             A size of no pixels, or beyond what the GPU can draw.
         """
         try:
+            check_driver(self.session.ctx)
             self.check_size(size)
             with self._memory_for_map(heightmap):
                 yield from self._table_steps(heightmap)

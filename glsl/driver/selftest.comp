@@ -1,0 +1,20 @@
+// driver/selftest.comp — what a driver computes, for terrain_gl/gpu/selftest.py to compare with the CPU: sums, products
+//   and sums of products that differ if a driver does not round to nearest, or fuses what is precise; then quotients,
+//   powers of two and square roots.
+
+layout(local_size_x = 64) in;
+layout(std430, binding = 0) readonly buffer Operands { vec4 operand[]; };
+layout(std430, binding = 1) writeonly buffer Results { float result[]; };
+
+void main() {
+    uint i = gl_GlobalInvocationID.x;
+    if (i >= uint(operand.length())) return;
+    vec4 o = operand[i];
+    precise float sum = o.x + o.y, product = o.x * o.y, both = o.x * o.y + o.z;
+    result[6u * i] = sum;
+    result[6u * i + 1u] = product;
+    result[6u * i + 2u] = both;
+    result[6u * i + 3u] = o.x / o.w;
+    result[6u * i + 4u] = exp2(-o.w);
+    result[6u * i + 5u] = sqrt(o.w);
+}

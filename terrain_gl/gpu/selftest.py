@@ -1,0 +1,117 @@
+"""Find a driver that computes wrongly before the first picture, and say what to do.
+
+A certificate is only as good as the arithmetic under it. So each driver has to pass, once in a process: summed-area
+tables of several sizes, made by the same kernels with other bounds of their loops; rounding to nearest; products and
+sums that `precise` keeps apart; quotients, square roots and powers of two as close as the bounds assume
+(docs/precision.md, section 3).
+"""
+
+from __future__ import annotations
+
+from collections.abc import Iterator
+
+import moderngl
+import numpy as np
+
+from ..basics.exceptions import TerrainError
+from . import gl, shaders
+from .bindings import bind
+
+KERNEL = "driver/selftest.comp"
+PHASES = ("reduce", "scan", "propagate")  # of prefix sums: glsl/sat
+STRIP = 4  # words that one thread of a phase adds up
+SIZES = ((64, 64), (300, 1), (1, 300))  # columns and rows: for the last, zink takes the loop bound of the first
+OPERANDS = 256
+QUOTIENT = 3 * 2.0**-23  # largest relative error: GLSL allows 2.5 units in the last place
+POWER = 2.0**-19  # class limits are compared with a slack of 2^-18
+ROOT = 2.0**-20
+
+_passed: set[tuple[str, str]] = set()
+
+
+def check_driver(ctx: moderngl.Context) -> None:
+    """Compare what the current context's driver computes with the CPU.
+
+    Raises
+    ------
+    TerrainError
+        The driver computes something wrongly; one line says what, and what to do.
+    """
+    driver = ctx.info["GL_RENDERER"], ctx.info["GL_VERSION"]
+    if driver in _passed:
+        return
+    wrong = next(faults(ctx), None)
+    if wrong:
+        raise TerrainError(f"{driver[0]}: {wrong}; {_advice(driver[0])}")
+    _passed.add(driver)
+
+
+def faults(ctx: moderngl.Context) -> Iterator[str]:
+    """Compute on the GPU and on the CPU; yields what is wrong, in a few words."""
+    yield from _wrong_tables(ctx)
+    yield from _wrong_operations(ctx)
+
+
+def _advice(renderer: str) -> str:
+    if renderer.startswith("zink"):  # of Mesa 22.3; without inlined uniforms it is right
+        return "set ZINK_INLINE_UNIFORMS=0"
+    return "update the graphics driver, or draw with software OpenGL: LIBGL_ALWAYS_SOFTWARE=1"
+
+
+def _wrong_tables(ctx: moderngl.Context) -> Iterator[str]:
+    kernels = [shaders.compute(ctx, f"sat/{phase}.comp", {"BITS": 32, "STRIP": STRIP}) for phase in PHASES]
+    for columns, rows in SIZES:
+        values = np.random.default_rng(columns).integers(0, 1000, (rows, columns)).astype("u4")
+        words = ctx.buffer(values.tobytes())
+        sums = ctx.buffer(reserve=words.size)
+        bind("sat/lines.glsl", Words=words, StripSums=sums)
+        _sum_lines(ctx, kernels, lines=rows, length=columns, line_step=columns, word_step=1)
+        _sum_lines(ctx, kernels, lines=columns, length=rows, line_step=1, word_step=columns)
+        table = np.frombuffer(words.read(), "u4").reshape(rows, columns)
+        words.release()
+        sums.release()
+        if (table != values.cumsum(0).cumsum(1)).any():
+            yield "this driver sums up wrongly, in loops whose bounds change"
+            break
+    for kernel in kernels:
+        kernel.release()
+
+
+def _sum_lines(ctx: moderngl.Context, kernels: list[moderngl.ComputeShader], **lines: int) -> None:
+    """Reduce, scan, propagate along parallel lines of words; a line of one strip needs no sums of strips."""
+    strips = -(-lines["length"] // STRIP)
+    for kernel, groups in list(zip(kernels, (strips, 1, strips), strict=True))[0 if strips > 1 else 2 :]:
+        gl.write_uniforms(kernel, first=0, **lines)
+        kernel.run(-(-lines["lines"] // 64), groups)
+        ctx.memory_barrier(moderngl.SHADER_STORAGE_BARRIER_BIT | moderngl.BUFFER_UPDATE_BARRIER_BIT)
+
+
+def _operands() -> np.ndarray:
+    """Operands x, y, z, w: z is almost −x y, so that x y + z shows whether x y was rounded. w is in [1/8, 16]."""
+    rng = np.random.default_rng(1)
+    x, y = (rng.uniform(1, 2, (2, OPERANDS)) * 2.0 ** rng.integers(-3, 4, (2, OPERANDS))).astype("f4")
+    return np.stack([x, y, -x * y, np.exp2(rng.uniform(-3, 4, OPERANDS)).astype("f4")], -1)
+
+
+def _wrong_operations(ctx: moderngl.Context) -> Iterator[str]:
+    operands = _operands()
+    kernel = shaders.compute(ctx, KERNEL)
+    given = ctx.buffer(operands.tobytes())
+    results = ctx.buffer(reserve=OPERANDS * 6 * 4)
+    bind(KERNEL, Operands=given, Results=results)
+    kernel.run(OPERANDS // 64)
+    ctx.memory_barrier(moderngl.BUFFER_UPDATE_BARRIER_BIT)
+    got = np.frombuffer(results.read(), "f4").reshape(-1, 6)
+    for resource in (kernel, given, results):
+        resource.release()
+    x, y, z, w = operands.T
+    if (got[:, :2] != np.stack([x + y, x * y], -1)).any():
+        yield "this driver does not round to the nearest float"
+    if (got[:, 2] != x * y + z).any():
+        yield "this driver fuses a product and a sum that are declared precise"
+    exact = np.stack([x / w.astype("f8"), np.exp2(-w.astype("f8")), np.sqrt(w.astype("f8"))], -1)
+    off = np.abs(got[:, 3:] / exact - 1).max(0)
+    limits = {"quotients": QUOTIENT, "powers of two": POWER, "square roots": ROOT}
+    for (name, most), error in zip(limits.items(), off, strict=True):
+        if not error <= most:
+            yield f"this driver computes {name} with a relative error of {error:.1e}, more than {most:.1e}"

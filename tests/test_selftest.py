@@ -1,0 +1,99 @@
+"""A driver that computes wrongly is refused at the start, in one line that says what to do."""
+
+import os
+import subprocess
+import sys
+from types import SimpleNamespace
+
+import numpy as np
+import pytest
+from drivers import environment
+
+from terrain_gl.basics.exceptions import TerrainError
+from terrain_gl.gpu import selftest, shaders
+
+WRONG = {  # what a driver might do: in the kernel's text, and what is said
+    "an old loop bound": ("strip < strips()", "strip < min(strips(), 16u)", "loops whose bounds change"),
+    "floats cut off": (
+        "sum = o.x + o.y",
+        "sum = uintBitsToFloat(floatBitsToUint(o.x + o.y) & ~1u)",
+        "round to the nearest float",
+    ),
+    "a fused sum": (
+        "both = o.x * o.y + o.z",
+        "both = float(double(o.x) * double(o.y) + double(o.z))",
+        "declared precise",
+    ),
+    "a coarse quotient": ("o.x / o.w", "o.x * 1.00001 / o.w", "computes quotients"),
+    "a coarse power": ("exp2(-o.w)", "exp2(-o.w) * 1.00001", "computes powers of two"),
+    "no root": ("sqrt(o.w)", "0.0 / (o.w - o.w)", "computes square roots"),
+}
+
+
+@pytest.fixture
+def poisoned(monkeypatch):
+    """Give a function that changes the kernel as a wrong driver would; no driver counts as tried."""
+    monkeypatch.setattr(selftest, "_passed", set())
+
+    def poison(old, new):
+        changed = []
+
+        def compute(ctx, path, defines=None):
+            text = shaders.source(path, defines or {})
+            changed.extend([path] if old in text else [])
+            return ctx.compute_shader(text.replace(old, new))
+
+        monkeypatch.setattr(selftest, "shaders", SimpleNamespace(compute=compute))
+        return changed
+
+    return poison
+
+
+def test_this_driver_passes(ctx, poisoned):
+    assert not list(selftest.faults(ctx))
+    selftest.check_driver(ctx)
+
+
+@pytest.mark.parametrize("wrong", WRONG)
+def test_a_wrong_driver_is_refused(ctx, poisoned, wrong):
+    old, new, said = WRONG[wrong]
+    changed = poisoned(old, new)
+    with pytest.raises(TerrainError) as refused:
+        selftest.check_driver(ctx)
+    assert changed
+    line = str(refused.value)
+    assert said in line and "\n" not in line and line.startswith(ctx.info["GL_RENDERER"])
+    assert "ZINK_INLINE_UNIFORMS=0" in line or "LIBGL_ALWAYS_SOFTWARE=1" in line
+
+
+def test_a_driver_is_tried_once(ctx, poisoned, monkeypatch):
+    selftest.check_driver(ctx)
+    monkeypatch.setattr(selftest, "faults", lambda ctx: pytest.fail("tried again"))
+    selftest.check_driver(ctx)
+
+
+@pytest.mark.parametrize("command", ["shot", "generate"])
+def test_commands_end_with_one_line(poisoned, run, folder, command):
+    poisoned(*WRONG["an old loop bound"][:2])
+    np.save("hill.npy", np.outer(*[np.hanning(9)] * 2).astype("f4"))
+    words = ["shot", "hill.npy", "-o", "p.png"] if command == "shot" else ["generate", "land.png", "--size", "33"]
+    status, out, error = run(*words)
+    assert status == 1 and not out
+    assert error.count("\n") == 1 and "loops whose bounds change" in error
+    assert {path.name for path in folder.iterdir()} == {"hill.npy"}
+
+
+@pytest.mark.parametrize("cure", ["0", "1"])
+def test_zink_is_refused_without_its_cure(tmp_path, cure):
+    """Mesa 22.3: a kernel with inlined uniforms keeps the loop bound of an earlier run."""
+    try:
+        variables = environment("zink") | {"ZINK_INLINE_UNIFORMS": cure}
+    except LookupError as error:
+        pytest.skip(str(error))
+    command = [sys.executable, "-m", "terrain_gl", "generate", "land.png", "--size", "33"]
+    done = subprocess.run(command, env=os.environ | variables, cwd=tmp_path, capture_output=True, text=True)
+    if cure == "0":
+        assert done.returncode == 0, done.stderr
+        return
+    lines = [line for line in done.stderr.splitlines() if "XDG_RUNTIME_DIR" not in line]  # that one is zink's
+    assert done.returncode == 1 and len(lines) == 1 and "set ZINK_INLINE_UNIFORMS=0" in lines[0], done.stderr
