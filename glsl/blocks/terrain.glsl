@@ -68,10 +68,13 @@ bool is_hole(ivec2 cell) {
 #endif
 
 // The twist h00 − h10 − h01 + h11 of a cell: 0 if its posts lie in a plane. Differences of similar heights are exact,
-// even if the heights are large (Sterbenz 1974, "Floating-point computation").
+// even if the heights are large (Sterbenz 1974, "Floating-point computation"). So no compiler may take another order.
 float twist_m(ivec2 cell) {
     ivec2 next = cell + 1;
-    return (height_m(cell) - height_m(ivec2(next.x, cell.y))) - (height_m(ivec2(cell.x, next.y)) - height_m(next));
+    float a = height_m(cell), b = height_m(ivec2(next.x, cell.y));
+    float c = height_m(ivec2(cell.x, next.y)), d = height_m(next);
+    precise float t = (a - b) - (c - d);
+    return t;
 }
 
 // Lowest and highest height of a node, from a word of pack_range() (error/nodes.glsl).

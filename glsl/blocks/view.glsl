@@ -46,7 +46,11 @@ vec2 post_from_eye_m(ivec2 post) {
 // Reversed depth: distance of the near plane / view depth.
 float near_m() { return u_clip_from_eye[3].z; }
 
-float up_from_eye_m(float h_m) { return (h_m - u_eye_z_m) - u_eye_z_rest_m; }
+// The eye's height in two floats is subtracted in this order: their sum is no float.
+float up_from_eye_m(float h_m) {
+    precise float up_m = (h_m - u_eye_z_m) - u_eye_z_rest_m;
+    return up_m;
+}
 
 // How much lower a post at this place is drawn.
 float drop_m(vec2 from_eye_m) { return u_bend_per_m * dot(from_eye_m, from_eye_m); }

@@ -86,7 +86,7 @@ void gather_cell(inout Worst w, Node n, PostErrors a, PostErrors b, PostErrors c
     worst.drawn = max(max(a.drawn, b.drawn), max(c.drawn, d.drawn));
     worst.cut = max(max(a.cut, b.cut), max(c.cut, d.cut));
     worst.wedge = max(max(a.wedge, b.wedge), max(c.wedge, d.wedge));
-    float twist = (a.height_m - c.height_m) - (d.height_m - b.height_m);
+    precise float twist = (a.height_m - c.height_m) - (d.height_m - b.height_m);
     float bend = 0.25 * abs(twist);
     PostErrors most = worst;
     most.drawn += bend + kink_m.xxyy;

@@ -46,7 +46,7 @@ Projection project(Box box, float margin) {
     float nearest = 1e30, farthest = -1e30, near = near_m();
     vec2 low = vec2(1e30), high = vec2(-1e30);
     for (int i = 0; i < 8; i++) {
-        vec3 p = mix(box.low, box.high, vec3(i & 1, i >> 1 & 1, i >> 2));
+        vec3 p = mix(box.low, box.high, bvec3(i & 1, i & 2, i & 4));  // selects; with numbers it would compute
         vec3 q = to_camera(p);
         float slack = COORDINATE_SLACK * margin * (abs(p.x) + abs(p.y) + abs(p.z));
         vec4 beyond = vec4(q.xy, -q.xy) - (u_half_extent * q.z).xyxy, slack_beyond = slack * (1.0 + u_half_extent.xyxy);

@@ -1,0 +1,441 @@
+"""Proofs by machine of the sentences in docs/guarantee.md and docs/precision.md, from the text of the shaders.
+
+Gappa proves bounds of rounding errors, and z3 that integers are exact. Each theorem is tried a second time with a
+worse constant in the text, and must fail then.
+"""
+
+import operator
+import re
+import shutil
+
+import numpy as np
+import pytest
+from gappa import FUSED, UNIT, Gappa, Number, Roundings, constant
+from rounding import CLIP_ROUNDINGS
+from shader_text import Evaluator, body, macros, parse, source
+
+needs_gappa = pytest.mark.skipif(not shutil.which("gappa"), reason="Gappa is not installed: apt install gappa")
+
+
+def within(found, bound):
+    """The goal that a number is as far from the exact one as `bound` at most."""
+    return f"{found.held} - {found.exact} in [{constant(-bound)},{constant(bound)}]"
+
+
+class Floats:
+    """Float32 of numpy, for the evaluator."""
+
+    precise = False
+    _OPERATORS = {"<": operator.lt, "&": operator.and_, "|": operator.or_, "<<": operator.lshift, "==": operator.eq}
+    _OPERATORS |= {"+": operator.add, "-": operator.sub, "*": operator.mul, "/": operator.truediv}
+
+    def number(self, text):
+        return int(text.rstrip("u"), 0) if text.rstrip("u").isalnum() else np.float32(text)
+
+    def binary(self, name, a, b):
+        return self._OPERATORS[name](a, b)
+
+    def unary(self, name, a):
+        return -a
+
+    def choose(self, condition, yes, no):
+        return np.where(condition, yes, no)
+
+    def call(self, name, arguments):
+        functions = {"exp2": np.exp2, "max": np.maximum, "floor": np.floor, "abs": np.abs, "log2": np.log2}
+        return functions[name](*arguments)
+
+
+def of_text(text, expression, **known):
+    """A constant expression of a shader as a float."""
+    return float(Evaluator(text, Floats(), **known).value(parse(expression), {}))
+
+
+# --- Heights between posts: guarantee.md, section 7 -------------------------------------------------------------------
+
+
+def between_is_proved(text, mode="ne", fused="", first=0, end=16):
+    """The height between posts up to 1 is off by rounding_between_m() at most, in a part of a cell, in sixteenths."""
+    numbers = Gappa(mode, fused)
+    heights = iter([numbers.float_(-1, 1) for _ in range(4)])
+    t = [numbers.grid(first / 16, end / 16, -6) for _ in range(2)]
+    ignored = {"u_last_post": [], "ivec2": lambda *a: [], "min": lambda *a: [0, 0]}
+    evaluator = Evaluator(text, numbers, height_m=lambda post: next(heights), **ignored)
+    found = evaluator.call("bilinear_m", [numbers.number("0")] * 2, t)
+    expression = body(text, "rounding_between_m")[1][0].removeprefix("return ")
+    bound = of_text(text, expression, u_low_m=np.float32(0), u_span_m=np.float32(1))
+    means = [f"{name} in [-1,1]" for name in numbers.means]  # of heights, with weights that add up to 1
+    pieces = ", ".join(f"{number.held} in {end - first}" for number in t)
+    return numbers.proves(within(found, bound), *means, split=f"$ {pieces};")
+
+
+@needs_gappa
+@pytest.mark.parametrize("fused", FUSED)
+def test_heights_between_posts_are_as_close_as_the_bound_says(fused):
+    """Posts up to 1 suffice, as all heights may be scaled by a power of two; for others see `counted`."""
+    assert between_is_proved(source("mesh/between.glsl"), fused=fused)
+
+
+@needs_gappa
+def test_the_bound_between_posts_is_close():
+    """Half of it is not proved, nor the bound itself if floats are cut off, or if compilers may take a + t (b - a)."""
+    text = source("mesh/between.glsl")
+    assert between_is_proved(text, first=15)
+    assert not between_is_proved(text.replace("exp2(-22.0)", "exp2(-23.0)"), first=15)
+    assert not between_is_proved(text, "zr", first=15)
+    assert not between_is_proved(text.replace("a * (1.0 - t) + b * t", "a + t * (b - a)"), first=15)
+
+
+def counted(text, name, *arguments, **known):
+    """The most roundings that any product in a function's result passes, for operands of any size."""
+    return Evaluator(text, Roundings(), **known).call(name, *arguments)
+
+
+def test_a_height_between_posts_is_rounded_four_times():
+    """Each of both interpolations rounds twice: 4 times 2^-24 is the bound. 1 - t is exact for 64ths of a cell."""
+    text = source("mesh/between.glsl").replace("(1.0 - t)", "rest(t)")
+    known = {"height_m": lambda post: 0, "rest": lambda t: 0, "u_last_post": [0, 0], "ivec2": lambda *a: [0, 0]}
+    known["min"] = lambda *a: [0, 0]
+    bound = of_text(text, "exp2(-22.0)")
+    assert counted(text, "bilinear_m", [0, 0], [0, 0], **known) * UNIT == bound
+
+
+# --- Clip coordinates, boxes: precision.md, sections 1 and 3; guarantee.md, section 2 ---------------------------------
+
+
+def position(text, numbers, posts, spacing_m, offset_m, heights_m):
+    """East, north and up from the eye; `heights_m`: of the vertex, of the eye, and what the eye's float loses."""
+    height, eye, rest = heights_m
+    view = {"u_eye_post": [numbers.whole()] * 2, "u_spacing_m": spacing_m, "u_eye_offset_m": offset_m}
+    evaluator = Evaluator(text, numbers, u_eye_z_m=eye, u_eye_z_rest_m=rest, **view)
+    return [*evaluator.call("post_from_eye_m", posts), evaluator.call("up_from_eye_m", height)]
+
+
+def dot(numbers, a, b):
+    return Evaluator("", numbers).called("dot", [a, b])
+
+
+def clip_is_proved(text, roundings, mode="ne", fused="", reach=1024):
+    """A row of a matrix with entries up to 1, times a vertex up to `reach` posts away: at most so many roundings."""
+    numbers = Gappa(mode, fused)
+    posts = [numbers.grid(-reach, reach, 0) for _ in range(2)]
+    heights = numbers.float_(-reach, reach), numbers.float_(-reach, reach), numbers.float_(-UNIT, UNIT)
+    place = position(
+        text, numbers, posts, [numbers.real(0.5, 1)] * 2, [numbers.real(-0.5, 0.5) for _ in range(2)], heights
+    )
+    clip = dot(numbers, [numbers.real(-1, 1) for _ in range(3)], place)
+    clip = Number(numbers.rounded(clip), clip.exact)
+    return numbers.proves(within(clip, roundings * UNIT * (2 * (reach + 1) + 2 * reach)))
+
+
+@needs_gappa
+@pytest.mark.parametrize("fused", FUSED)
+def test_clip_coordinates_are_as_close_as_the_bound_says(fused):
+    assert clip_is_proved(source("blocks/view.glsl"), CLIP_ROUNDINGS, fused=fused)
+
+
+@needs_gappa
+def test_positions_relative_to_the_eye_are_needed():
+    """With the eye subtracted last, from positions in the map, the same bound is not proved."""
+    text = source("blocks/view.glsl")
+    worse = text.replace("(h_m - u_eye_z_m) - u_eye_z_rest_m", "(h_m + 65536.0) - (u_eye_z_m + 65536.0)")
+    assert worse != text and not clip_is_proved(worse, CLIP_ROUNDINGS)
+
+
+def test_a_clip_coordinate_is_rounded_eight_times():
+    """Of any size: 3 roundings of a position, 5 of a matrix product; the ninth covers products of errors."""
+    whole = Roundings.WHOLE
+    place = position(source("blocks/view.glsl"), Roundings(), [whole, whole], [1, 1], [1, 1], (0, 0, 0))
+    assert max(place) == 3
+    assert dot(Roundings(), [1, 1, 1], place) + 1 == CLIP_ROUNDINGS - 1  # and the matrix' last column
+
+
+def slack_suffices(text):
+    """Whether project() adds enough to the coordinates of a box's corners.
+
+    A corner x = d s - o has 3 roundings. The eye is half a post or less from its post, so |d s| + |o| <= 3 |x| for
+    every other post: at most 9 of |x|. to_camera() adds those of a sum of three products with rounded axes.
+    """
+    axes = {f"u_{name}": [1, 1, 1] for name in ("right", "up", "forward")}
+    numbers = Roundings()
+    coordinates = Evaluator(text, numbers, **axes)
+    added = max(coordinates.call("to_camera", [0, 0, 0]))
+    return (9 + added) * UNIT * (1 + 2.0**-19) <= float(macros(text)["COORDINATE_SLACK"]) * (1 - 8 * UNIT)
+
+
+def test_boxes_are_widened_by_more_than_rounding():
+    text = source("lod/project.glsl")
+    assert slack_suffices(text)
+    assert not slack_suffices(text.replace("COORDINATE_SLACK 1e-6", "COORDINATE_SLACK 5e-7"))
+    assert "mix(box.low, box.high, bvec3(" in text, "corners must be selected, not computed"
+
+
+# --- The error table: never rounded down. guarantee.md, section 1 -----------------------------------------------------
+
+
+def declared(text, function, name):
+    """The expression that a function declares a variable with."""
+    return next(part.split(" = ", 1)[1] for part in body(text, function)[1] if f" {name} = " in f" {part}")
+
+
+def pair_is_proved(text, quotient=UNIT, least=0.0):
+    """What unpack_pair() gives is at least 1 + `least` times the error, if half_up() rounds up."""
+    numbers = Gappa()
+    error = numbers.float_(1, 2)  # with any span: scaled by a power of two
+    unit = numbers.float_(2.0**-20, 2.0**-19)
+    evaluator = Evaluator(text, numbers, error_unit_m=lambda: unit)
+    divide = numbers.binary
+
+    def binary(name, a, b):
+        if name != "/":
+            return divide(name, a, b)
+        exact = numbers.define(f"{a.exact} / {b.exact}")
+        held = numbers.define(f"rnd(quotient{exact})")
+        numbers.given.append(f"{held} -/ {exact} in [{constant(-quotient)},{constant(quotient)}]")
+        return Number(held, exact)
+
+    numbers.binary = binary
+    held = evaluator.value(parse(declared(text, "pack_pair", "e")), {"e_m": error})
+    returned = body(text, "unpack_pair")[1][0].removeprefix("return ")
+    evaluator.known["unpackHalf2x16"] = lambda pair: Number(numbers.rounded(held), held.exact)
+    found = evaluator.value(parse(returned), {"pair": None})
+    raised = of_text(text, declared(text, "pack_pair", "e"), e_m=np.float32(1), error_unit_m=lambda: np.float32(1))
+    lost = np.nextafter((1 + least) / raised - 1, 1)  # of what the factor adds
+    return numbers.proves(f"{numbers.rounded(found)} -/ {found.exact} in [{constant(lost)}, 1]")
+
+
+@needs_gappa
+def test_errors_in_the_table_are_not_rounded_down():
+    """With correct division. With one that is off by 2.5 units, as GLSL allows, 2^-21 may be lost: see BOUND_SLACK."""
+    text = source("error/nodes.glsl")
+    assert pair_is_proved(text)
+    assert not pair_is_proved(text.replace("exp2(-22.0)", "exp2(-23.0)"))
+    assert pair_is_proved(text, quotient=5 * UNIT, least=-(2.0**-21))
+    assert 1 + 2.0**-10 > float(macros(source("lod/project.glsl"))["BOUND_SLACK"]) > (1 + 2.0**-18)
+
+
+def half_up_is_right(text, pack):
+    """half_up() of two million floats around 1, and of ends of the range, is at least the float, and close to it."""
+    known = {"packHalf2x16": lambda v: pack(v[0]).view("u2").astype("u4"), "vec2": lambda *a: list(a)}
+    known["unpackHalf2x16"] = lambda h: [np.asarray(h).astype("u2").view("f2").astype("f4")]
+    evaluator = Evaluator(text, Floats(), **known)
+    floats = np.arange(0x3F700000, 0x3F900000, dtype="u4").view("f4")
+    ends = np.float32([2.0**-30, 2.0**-14, np.nextafter(np.float32(2.0**-14), np.float32(1)), 16383, 16384])
+    for x in (floats, ends):
+        found = np.asarray(evaluator.call("half_up", x)).astype("u2").view("f2").astype("f4")
+        if not ((found >= x) & (found <= np.maximum(x * np.float32(1 + 2.0**-10), np.float32(2.0**-14)))).all():
+            return False
+    return True
+
+
+def to_nearest(x):
+    return x.astype("f2")
+
+
+def cut_off(x):
+    return (x.view("u4") & np.uint32(0xFFFFE000)).view("f4").astype("f2")
+
+
+@pytest.mark.parametrize("pack", [to_nearest, cut_off])
+def test_half_floats_are_rounded_up(pack):
+    """However packHalf2x16() rounds, which GLSL leaves open."""
+    text = source("error/nodes.glsl")
+    assert half_up_is_right(text, pack)
+    assert not half_up_is_right(text.replace("h + 1u : h", "h : h"), pack)
+
+
+def shares_are_right(text):
+    """The errors of wedges, packed as sixteenths of an octave, are not below the errors; log2() as GLSL allows."""
+    rng = np.random.default_rng(2)
+    most = np.float32(10 ** rng.uniform(-3, 4, 100000))
+    error = most * np.float32(2.0) ** np.float32(rng.integers(-255, 1, len(most)) / 16)  # where floor() takes a step
+    error = np.minimum(error * np.float32(1 + 2.0**-23) ** rng.integers(-8, 9, len(most)).astype("f4"), most)
+    numbers = Floats()
+    expression = declared(text, "pack_shares", "below").removeprefix("uvec4(").removesuffix(")")
+    known = {"clamp": lambda x, low, high: np.clip(x, low, high)}
+    for off in (-3, 3):  # units in the last place that log2() may be off
+        numbers.call = lambda name, a, off=off: (
+            np.log2(*a) * np.float32(1 + off * 2.0**-23) if name == "log2" else Floats.call(numbers, name, a)
+        )
+        below = Evaluator(text, numbers, **known).value(parse(expression), {"e_m": error, "most_m": most})
+        held = most.astype("f8") * 2.0 ** (below.astype("f8") / -16)
+        if (held * np.where(below > 0, 1 - 2.0**-19, 1) < error).any():  # what exp2() may lose
+            return False
+    return True
+
+
+def test_shares_are_not_rounded_down():
+    text = source("error/nodes.glsl")
+    assert shares_are_right(text)
+    assert not shares_are_right(text.replace("- 0.01)", "- 0.0)"))
+
+
+def squares_are_right(text):
+    """square_up() gives at least 8 times a share, in units of 2^-32, and little more."""
+    rng = np.random.default_rng(3)
+    share = np.float32(2.0 ** rng.uniform(-60, 27, 200000))
+    known = {"uvec2": lambda *a: list(a), "add64": lambda a, b: (a, b), "uint": np.uint64}
+    s = declared(text, "square_up", "s").split(", high")[0]
+    of = Evaluator(text, Floats(), **known)
+    scaled = of.value(parse(s), {"share": share})
+    high = np.floor(scaled)
+    words = of.value(parse("uvec2(uint((s - high) * 4294967296.0), uint(high))"), {"s": scaled, "high": high})
+    assert "uvec2(uint((s - high) * 4294967296.0), uint(high)), uvec2(1u, 0u)" in text
+    found = words[1].astype("f8") * 2.0**32 + words[0].astype("f8") + 1
+    exact = share.astype("f8") * 8 * 2.0**32
+    return bool(((found >= exact) & (found <= exact * (1 + 2.0**-17) + 1)).all())
+
+
+def test_squares_are_not_rounded_down():
+    text = source("error/nodes.glsl")
+    assert squares_are_right(text)
+    assert not squares_are_right(text.replace("(1.0 + exp2(-18.0)), high", "(1.0 - exp2(-22.0)), high"))
+
+
+# --- Integers: guarantee.md, sections 3 to 5 --------------------------------------------------------------------------
+
+
+class Words:
+    """z3's words of 32 bits, for the evaluator."""
+
+    precise = False
+
+    def __init__(self, z3):
+        self.z3 = z3
+        shifts = {"<<": operator.lshift, ">>": z3.LShR}
+        self._operators = Floats._OPERATORS | shifts | {"^": operator.xor}
+
+    def number(self, text):
+        return self.z3.BitVecVal(int(float(text)) if re.search("[.e]", text) else int(text.rstrip("u"), 0), 32)
+
+    def binary(self, name, a, b):
+        return self._operators[name](a, b)
+
+    def unary(self, name, a):
+        return ~a if name == "~" else -a
+
+    def call(self, name, arguments):
+        raise NotImplementedError(name)
+
+
+@pytest.fixture(scope="module")
+def z3():
+    return pytest.importorskip("z3", reason="z3 is not installed: pip install z3-solver")
+
+
+def always(z3, claim):
+    """Whether a claim holds for all words."""
+    solver = z3.Solver()
+    solver.add(z3.Not(claim))
+    return solver.check() == z3.unsat
+
+
+def is_lanewise(z3, text, name, bits, operation):
+    """Whether a function of packed words works on each lane alone, modulo 2^bits."""
+    a, b = z3.BitVecs("a b", 32)
+    found = Evaluator(text, Words(z3)).call(name, a, b)
+
+    def lane(word, first):
+        return z3.Extract(first + bits - 1, first, word)
+
+    lanes = range(0, 32, bits)
+    return always(z3, z3.And([lane(found, i) == operation(lane(a, i), lane(b, i)) for i in lanes]))
+
+
+@pytest.mark.parametrize("bits", [8, 16])
+def test_packed_counters_wrap_each_for_itself(z3, bits):
+    text = source("sat/bits.glsl")
+    text = text[: text.index("uvec4 add32")]  # the same functions of four words follow
+    for name, operation in (("add", operator.add), ("sub", operator.sub)):
+        assert is_lanewise(z3, text, f"{name}{bits}", bits, operation)
+    worse = text.replace("0x7f7f7f7fu", "0x7f7f7fffu").replace("0xffffu", "0x1ffffu")
+    assert not is_lanewise(z3, worse, f"sub{bits}", bits, operator.sub)
+
+
+def test_differences_of_wrapped_sums_are_exact(z3):
+    """box = (D - C) - (B - A) modulo 256 is the count in a box, if that is below 256, however the sums wrapped."""
+    a, left, top, box = z3.BitVecs("a left top box", 8)
+    text = source("sat/box.glsl")
+    expression = "sub(sub(D, C), sub(B, A))"
+    assert f"return {expression};" in text
+    corners = {"A": a, "B": a + top, "C": a + left, "D": a + left + top + box}  # sums over rectangles from the corner
+    numbers = Words(z3)
+    for words, right in ((expression, True), ("sub(sub(D, C), sub(A, B))", False)):
+        found = Evaluator(text, numbers, sub=operator.sub).value(parse(words), corners)
+        assert always(z3, found == box) == right
+
+
+def test_a_shape_keeps_all_its_numbers(z3):
+    """shape_word() of lod/rings/shapes.glsl and ring_shape() of mesh/ring.glsl agree."""
+    side, step, *edges = z3.BitVecs("side step west north east south", 32)
+    limits = [z3.ULT(side, 32), step >= -16, step < 48, *(z3.ULT(edge, 8) for edge in edges)]
+    writer = source("lod/rings/shapes.glsl")
+    leaf = {"side_log2": side, "word": step + 16}
+    written = Evaluator(writer, Words(z3)).call("shape_word", leaf, edges)
+
+    def same(reader):
+        lanes = {"ivec2": None, "RingShape": lambda *parts: parts}
+        read = Evaluator(reader, Words(z3), **lanes).call("ring_shape", [0, 0, written, 0])
+        ends = z3.And([a == 1 << b for a, b in zip(read[3], edges, strict=True)])
+        return always(z3, z3.Implies(z3.And(limits), z3.And(read[1] == side, read[2] == step, ends)))
+
+    reader = source("mesh/ring.glsl")
+    assert same(reader)
+    assert not same(reader.replace("shape >> 14", "shape >> 13"))
+
+
+def edge_places(text, corner, side_log2, segments_log2, u_last_post=1 << 30):
+    """Places of the vertices along a side, as mesh/ring.glsl computes them, in 64ths of a post."""
+    numbers = Integers()
+    tess = np.arange(2**segments_log2 + 1, dtype="f4") / np.float32(2**segments_log2)
+    known = {"ivec2": lambda a: a, "u_last_post": u_last_post, "clamp": lambda x, low, high: np.clip(x, low, high)}
+    shape = {"corner": corner, "side_log2": side_log2}
+    return Evaluator(text, numbers, **known).call("place_of", shape, tess)
+
+
+class Integers(Floats):
+    """Numpy's integers and floats."""
+
+    def call(self, name, arguments):
+        return np.round(*arguments).astype("i8") if name == "round" else super().call(name, arguments)
+
+
+def sides_meet(text):
+    """Both sides of every edge have the same vertices: a long square, and the shorter ones beside it."""
+    for long_log2 in (1, 2, 5, 8, 11):
+        for short_log2 in range(max(0, long_log2 - 6), long_log2 + 1):
+            for step_log2 in range(max(long_log2 - 6, short_log2 - 6, -5), short_log2 + 1):
+                corner = 5 << long_log2
+                long = edge_places(text, corner, long_log2, long_log2 - step_log2)
+                corners = range(corner, corner + (1 << long_log2), 1 << short_log2)
+                short = [edge_places(text, c, short_log2, short_log2 - step_log2) for c in corners]
+                if set(np.concatenate(short).tolist()) != set(long.tolist()):
+                    return False
+    return True
+
+
+def test_both_sides_of_an_edge_have_the_same_vertices():
+    text = source("mesh/ring.glsl")
+    assert sides_meet(text)
+    assert not sides_meet(text.replace("tess_coord * 64.0", "tess_coord * 32.0"))
+
+
+def test_squares_stand_on_the_lattice_of_their_spacing(z3):
+    """coarsest_step(): the square's corner is a post of the level, so its cells are nodes of the tables."""
+    x, y, side, step = z3.BitVecs("x y side step", 32)
+    text = source("lod/rings/leaf.glsl")
+    returned = body(text, "coarsest_step")[1][0]
+    inner = returned[returned.index("findLSB(") + len("findLSB(") : returned.index(")")]
+    numbers = Words(z3)
+    low = [x, y]
+
+    def on_lattice(expression):
+        bits = Evaluator(text, numbers).value(parse(expression), {"low": low, "side_log2": side})
+        one = z3.BitVecVal(1, 32)
+        mask = (one << step) - 1
+        divides = (bits & mask) == 0  # step is at most findLSB(bits)
+        given = z3.And(z3.ULT(side, 31), z3.ULT(step, 32), divides)
+        return always(z3, z3.Implies(given, z3.And(x & mask == 0, y & mask == 0, (one << side) & mask == 0)))
+
+    assert on_lattice(inner)
+    assert not on_lattice(inner.replace("low.x | low.y", "low.x"))
