@@ -71,9 +71,8 @@ bool is_hole(ivec2 cell) {
 // even if the heights are large (Sterbenz 1974, "Floating-point computation"). So no compiler may take another order.
 float twist_m(ivec2 cell) {
     ivec2 next = cell + 1;
-    float a = height_m(cell), b = height_m(ivec2(next.x, cell.y));
-    float c = height_m(ivec2(cell.x, next.y)), d = height_m(next);
-    precise float t = (a - b) - (c - d);
+    precise float north_m = height_m(cell) - height_m(ivec2(next.x, cell.y));
+    precise float t = north_m - (height_m(ivec2(cell.x, next.y)) - height_m(next));
     return t;
 }
 
