@@ -54,6 +54,7 @@ def framed(picture, meshed, numbers, font):
 
 
 def main(film=Path(__file__).parent / "first-film.webp"):
+    """Draw all frames; write the film and their numbers."""
     land = tg.Heightmap.open(Path(os.environ["TERRAIN_GL_DEM"]) / MAP)
     font = ImageFont.load_default(15)
     frames, table = [], []
