@@ -225,7 +225,7 @@ class RasterFile:
         if self.reading.nodata is not None:
             return ()
         few = self.sample((min(self.shape[0], _SAMPLES), min(self.shape[1], _SAMPLES)))
-        heights = self.read(_ALL, _ALL) if few is None else few
+        heights = self._in_strips() if few is None else few
         marks, notes = undeclared_voids(heights, self.reading.scales(self._raster))
         self.notes = self.notes + notes
         return marks
@@ -235,12 +235,24 @@ class RasterFile:
         if self.reading.is_told or self.reading.encoding != "plain":
             return
         known_m = self.spacing_m if spacing_m is None else both(spacing_m)
-        strip = max(_LEAST_STRIP, _STRIP_POSTS // self.shape[1])
-        found = guess(self._raster, partial(sample_of, self.read, self.shape, strip), known_m)
+        found = guess(self._raster, partial(sample_of, self.read, self.shape, self._strip), known_m)
         if found.scale != 1:
             self.reading = replace(self.reading, z_scale=found.scale, z_offset_m=0.0)
         self.spacing_m = found.spacing_m
         self.notes = self.notes + found.notes
+
+    @property
+    def _strip(self) -> int:
+        """Rows that are read at once; values of more rows, in float64, would take more memory than the map."""
+        return max(_LEAST_STRIP, _STRIP_POSTS // self.shape[1])
+
+    def _in_strips(self) -> np.ndarray:
+        """All heights."""
+        heights = np.empty(self.shape, np.float32)
+        for first in range(0, self.shape[0], self._strip):
+            rows = slice(first, min(first + self._strip, self.shape[0]))
+            heights[rows] = self.read(rows, _ALL)
+        return heights
 
     def sample(self, size: tuple[int, int]) -> np.ndarray | None:
         """The heights at (rows, cols) posts spread over the whole map; None if GDAL does not read this file."""
