@@ -117,8 +117,8 @@ def _lacks(args: argparse.Namespace) -> str:
     """An option that was given and that stores do not have; "" if there is none."""
     if getattr(args, "method", None) not in (None, "sat"):
         return f"--method {args.method}"
-    if getattr(args, "style", None) in ("error", "lobes"):
-        return f"--style {args.style}"
+    if getattr(args, "style", None) == "error":
+        return "--style error"
     few = getattr(args, "triangles", None)
     return f"--triangles {few}" if few and few < FEWEST_TRIANGLES else ""
 
