@@ -63,7 +63,7 @@ def test_a_wrong_driver_is_refused(ctx, poisoned, wrong):
     assert changed
     line = str(refused.value)
     assert said in line and "\n" not in line and line.startswith(ctx.info["GL_RENDERER"])
-    assert "ZINK_INLINE_UNIFORMS=0" in line or "LIBGL_ALWAYS_SOFTWARE=1" in line
+    assert "LIBGL_ALWAYS_SOFTWARE=1" in line
 
 
 def test_a_driver_is_tried_once(ctx, poisoned, monkeypatch):
@@ -85,7 +85,7 @@ def test_commands_end_with_one_line(poisoned, run, folder, command):
 
 @pytest.mark.parametrize("cure", ["0", "1"])
 def test_zink_is_refused_without_its_cure(tmp_path, cure):
-    """Mesa 22.3: a kernel with inlined uniforms keeps the loop bound of an earlier run."""
+    """Mesa 22.3: a kernel with inlined uniforms keeps the loop bound of an earlier run, in some processes."""
     try:
         variables = environment("zink") | {"ZINK_INLINE_UNIFORMS": cure}
     except LookupError as error:
