@@ -10,13 +10,24 @@ from ..camera import Camera
 from ..camera.curvature import bend_per_m
 from ..heightmap import Heightmap
 from ..light.climate import AUTO
+from ..light.lighting import ramp_seen
+from ..light.ramps import AUTO as RAMP_AUTO
+from ..light.ramps import NAMES as RAMPS
+from ..light.ramps import Values
 from ..shade.contours import interval_m
 from ..shade.picture import Look
 from . import report
 from .options import CommandScene
 
-_OF_LIGHT = {"sky": None, "material": None, "look": AUTO, "water_m": None}  # options of lit styles, and their defaults
-
+# options of lit styles, and their defaults
+_OF_LIGHT = {
+    "sky": None,
+    "material": None,
+    "drape": None,
+    "look": AUTO,
+    "water_m": None,
+}
+_FEW_M = 300.0  # heights in a smaller range have nearly one colour of viridis, which shows 6000 m
 _NEAR = 5.0  # longer sides of the map
 
 
@@ -24,6 +35,9 @@ def tell(args: argparse.Namespace, scene: CommandScene) -> None:
     """Print a note for each option that does not change the picture."""
     for text in _without_effect(args, scene):
         report.note(text)
+    if args.drape and Look(args.style).is_lit:
+        ramp = ramp_seen(Values(args.drape, args.ramp, args.ramp_range), scene.heightmap.georeference)
+        report.note(f"{report.shown(args.drape)}: ramp {ramp.name} from {ramp.low:.6g} to {ramp.high:.6g}")
 
 
 def _without_effect(args: argparse.Namespace, scene: CommandScene) -> Iterator[str]:
@@ -38,6 +52,13 @@ def _without_effect(args: argparse.Namespace, scene: CommandScene) -> Iterator[s
         yield f"--water {args.water_m:g}: without effect, because the lowest height is {low_m:g} m"
     if Look(args.style).is_lit and scene.sun[1] < 0 and not args.sky:
         yield f"the sun is {-scene.sun[1]:.3g} degrees under the horizon: the picture is of the night"
+    if args.ramp_range and not args.drape and args.look not in RAMPS:
+        yield "--range: without effect, because there is no ramp: give --drape, or --look viridis or diverging"
+    if args.ramp != RAMP_AUTO and not args.drape:
+        yield "--ramp: without effect, because there are no values: give --drape, or --look viridis or diverging"
+    if args.look == "viridis" and not args.ramp_range and high_m - low_m < _FEW_M:
+        advice = f"give --range={low_m:.6g},{high_m:.6g}, or --look diverging"
+        yield f"--look viridis shows 0 to 6000 m, so this map has nearly one colour: {advice}"
     if args.contour_m is not None and not _lines_between(low_m, high_m, args.contour_m):
         every = args.contour_m or interval_m(low_m, high_m)
         yield f"--contours: no line, because no multiple of {every:g} m lies between {low_m:g} and {high_m:g} m"

@@ -43,7 +43,7 @@ OF_FRAME = (
     "ms",
 )
 MEASURED = ("max_error_px", "rms_error_px", "max_error_posts_px", "posts_measured", "land_measured", "holes")
-_READ = ("map", "path", "sky", "material", "edits")  # options that name files to read
+_READ = ("map", "path", "sky", "material", "drape", "edits")  # options that name files to read
 _NO_PIXELS = ("output", "json", "run", "command_line", "workers", "scheduler", "memory")  # options of no picture
 _of_thread = threading.local()
 

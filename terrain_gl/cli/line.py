@@ -20,7 +20,7 @@ from ..renderer.options import RenderOptions
 from . import options, stores
 
 _CAMERA = ("eye", "target", "fov_deg", "up")
-_FILES = ("sky", "material", "edits")
+_FILES = ("sky", "material", "drape", "edits")
 _NAMES = {"spacing_m": "spacing", "z_offset_m": "z_offset", "fov_deg": "fov"}  # options with names of their own
 
 

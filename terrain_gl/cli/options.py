@@ -241,7 +241,7 @@ def check_outputs(args: argparse.Namespace, source: str | None) -> None:
     outputs = getattr(args, "output", None), getattr(args, "json", None)
     check_writable(*outputs)
     written = {os.path.realpath(path) for path in outputs if path}
-    others = [path for name in ("path", "sky", "material", "edits") if (path := getattr(args, name, None))]
+    others = [path for name in ("path", "sky", "material", "drape", "edits") if (path := getattr(args, name, None))]
     others += getattr(args, "overlay", [])
     for read in (*(maps.files_read(source) if source else ()), *others):
         if os.path.realpath(read) in written:

@@ -8,6 +8,7 @@ from typing import Any
 
 from ..basics.exceptions import UsageError
 from ..heightmap import Heightmap
+from ..light.laid import holds_values
 from ..renderer.draped import is_on_map
 from ..renderer.overlay import Overlay, read_overlay
 from . import report
@@ -17,7 +18,7 @@ PICTURES = (".tif", ".tiff", ".png", ".jpg", ".jpeg", ".jp2", ".webp", ".exr", "
 
 def add(command: Any) -> None:
     """Declare `--overlay`."""
-    what = "over the land: lines and points (GeoJSON, GPX, KML, KMZ, TCX), or a picture of the ground; may be repeated"
+    what = "over the land: lines and points (GeoJSON, GPX, KML, KMZ, TCX), or a picture or values; repeatable"
     command.add_argument("--overlay", metavar="FILE", action="append", default=[], help=what)
 
 
@@ -30,10 +31,16 @@ def lay_pictures(args: argparse.Namespace) -> None:
         There is more than one picture, `--material` included.
     """
     pictures = [path for path in args.overlay if os.path.splitext(path)[1].lower() in PICTURES]
-    if len(pictures) + (args.material is not None) > 1:
-        raise UsageError("--overlay: at most one picture of the ground, and not together with --material")
+    if len(pictures) + (args.material is not None) + (args.drape is not None) > 1:
+        raise UsageError("--overlay: at most one picture of the ground, and not together with --material or --drape")
     args.overlay = [path for path in args.overlay if path not in pictures]
-    args.material = pictures[0] if pictures else args.material
+    if pictures and holds_values(pictures[0]):
+        args.drape = pictures[0]
+    elif pictures:
+        args.material = pictures[0]
+    elif args.material and holds_values(args.material):
+        what = "holds numbers, not colours: they count as light, and are clipped to 0 to 1"
+        report.note(f"{report.shown(args.material)}: {what}; for a ramp of colours give --drape instead of --material")
 
 
 def of(args: argparse.Namespace, heightmap: Heightmap, silent: bool = False) -> tuple[Overlay, ...]:

@@ -99,6 +99,14 @@ def point(text: str) -> tuple[float, float, float]:
     return x, y, z
 
 
+def span(text: str) -> tuple[float, float]:
+    """LO,HI, the lower one first."""
+    low, high = _numbers(text, "numbers LO,HI", 2)
+    if not low < high:
+        raise _expected("numbers LO,HI, the lower one first", text)
+    return low, high
+
+
 def lonlat(text: str) -> tuple[float, ...]:
     """LON,LAT in degrees, or with metres above the ground LON,LAT,M."""
     what = "degrees LON,LAT, or LON,LAT,M with metres above the ground"

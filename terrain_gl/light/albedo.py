@@ -61,7 +61,7 @@ def added_to(sums: np.ndarray, first: int, n: int, colour: np.ndarray) -> None:
     np.add.at(sums, (first + np.arange(len(colour))) // n, across)
 
 
-def mean_of(sums: np.ndarray, rows: int, cols: int, n: int) -> np.ndarray:
+def mean_of(sums: np.ndarray, rows: int, cols: int, n: int, dtype: str = "f2") -> np.ndarray:
     """Divide by the number of pixels in each square; squares at the far edges have fewer."""
     high, wide = (np.minimum(n, size - np.arange(0, size, n)).astype("f4") for size in (rows, cols))
-    return (sums / (high[:, None] * wide)[..., None]).astype("f2")
+    return (sums / (high[:, None] * wide)[..., None]).astype(dtype)

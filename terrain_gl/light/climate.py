@@ -18,7 +18,7 @@ from ..readers.georeference import DEGREES
 from ..readers.place import Place
 
 AUTO = "auto"
-_NATURAL, _EARTH, _GREY, _TINT, _VIRIDIS = range(5)  # glsl/shade/cover.glsl
+_NATURAL, _EARTH, _GREY, _TINT, _VIRIDIS, RAMP = range(6)  # glsl/shade/cover.glsl
 _EARTH_M = 6.3e6, 6.4e6  # semi-major axes
 ATLAS_M = 1000.0  # with posts at least this far apart, the colours are those of an atlas: woods are too small
 LATITUDE_DEG = 46.0  # used if the latitude is not known: that of the Alps
@@ -76,7 +76,8 @@ LOOKS = {
     "earth": Kind(_EARTH, None, "soil and rock, by steepness alone"),
     "grey": Kind(_GREY, None, "a hillshade"),
     "tint": Kind(_TINT, None, "an atlas' colours of heights"),
-    "viridis": Kind(_VIRIDIS, None, "a colour map of heights, 0 to 6000 m"),
+    "viridis": Kind(_VIRIDIS, None, "a colour map of heights, 0 to 6000 m, or --range"),
+    "diverging": Kind(RAMP, None, "red below 0, blue above"),
 }
 NAMES = (AUTO, *LOOKS)
 

@@ -4,9 +4,9 @@ from __future__ import annotations
 
 import math
 import os
-from collections.abc import Iterator
+from collections.abc import Callable, Iterator
 from contextlib import contextmanager
-from typing import Any
+from typing import Any, NamedTuple
 
 import numpy as np
 
@@ -14,9 +14,11 @@ from ..basics.exceptions import TerrainError
 from ..basics.inputs import check_input
 from ..readers.gdal import closed_environment, open_local
 from ..readers.georeference import Georeference, Grid
+from ..readers.images import open_oiio
 from ..readers.place import Place
 from ..readers.raster import gdal_failures, has_rasterio, one_line, rows_at_once
 from .albedo import MOST_SIDE, added_to, linear_albedo, mean_of, read_albedo
+from .ramps import Ramp, Range, ramp_for
 
 _SAME_PLANE = "EPSG:3857"  # taken for both systems if neither is known; any other would give the same result
 
@@ -50,6 +52,92 @@ def read_ground(path: str, onto: Georeference | None = None, most_side: int = MO
     return read_albedo(path, most_side)
 
 
+class Draped(NamedTuple):
+    """Values on the ground.
+
+    Attributes
+    ----------
+    values
+        (rows, cols) float32.
+    covered
+        (rows, cols) float32, the share of a texel that has values.
+    """
+
+    values: np.ndarray
+    covered: np.ndarray
+
+    def ramp(self, name: str, asked: Range | None) -> Ramp:
+        """A ramp for the values: see `ramp_for`."""
+        there = self.values[self.covered > 0]
+        return ramp_for(float(there.min()), float(there.max()), name, asked)
+
+    def coloured(self, ramp: Ramp) -> np.ndarray:
+        """(rows, cols, 4) half floats, as `read_ground` returns them."""
+        colours = ramp.colours(self.values) * self.covered[..., None]
+        return np.concatenate([colours, self.covered[..., None]], -1).astype("f2")
+
+
+def read_values(path: str, onto: Georeference | None = None, most_side: int = MOST_SIDE) -> Draped:
+    """Values of a raster of one band, placed as `read_ground` places pictures; NaN and no-data values are left out.
+
+    Raises
+    ------
+    TerrainError
+        Not a readable raster of one band, or without any value; or it lies off the map.
+    """
+    check_input(path, "name a raster")
+    name = os.fsencode(path).decode("utf-8", "replace")
+    sums = None
+    if onto is not None and has_rasterio():
+        with _placed(path, name) as raster:
+            if raster is not None:
+                if raster.count != 1:
+                    raise TerrainError(f"{name}: has {raster.count} bands, but values need one: use --material")
+                sums = _resampled(raster, name, onto, most_side, 1, _weighted)
+    if sums is None:
+        sums = _whole(path, name, most_side)
+    covered = sums[..., 1]
+    if not covered.any():
+        raise TerrainError(f"{name}: has no values on the map")
+    return Draped(sums[..., 0] / np.maximum(covered, 1e-6), covered)
+
+
+def _weighted(pixels: np.ndarray, covered: np.ndarray) -> np.ndarray:
+    """(rows, cols, 2) float32 values times their coverage, and the coverage."""
+    values = pixels[..., :1].astype("f4")
+    covered = covered * np.isfinite(values)
+    return np.concatenate([np.where(covered > 0, values, 0) * covered, covered], -1)
+
+
+def _whole(path: str, name: str, most_side: int) -> np.ndarray:
+    """Sums of values of a raster that covers the map from edge to edge."""
+    raster = open_oiio(path, name)
+    rows, cols, _ = raster.shape
+    if raster.colours != 1:
+        raise TerrainError(f"{name}: has {raster.colours} channels, but values need one: use --material")
+    n = -(-max(rows, cols) // most_side)
+    sums = np.zeros((-(-rows // n), -(-cols // n), 2), "f4")
+    for where, pixels in raster.blocks:
+        there = np.ones_like(pixels[..., :1], "f4") if raster.nodata is None else pixels[..., :1] != raster.nodata
+        added_to(sums, where.start, n, _weighted(pixels, np.asarray(there, "f4")))
+    return mean_of(sums, rows, cols, n, "f4")
+
+
+def holds_values(path: str) -> bool:
+    """Whether a file holds one band of floats or signed integers, so numbers and no colours."""
+    name = os.fsencode(path).decode("utf-8", "replace")
+    try:
+        check_input(path, "name a picture")
+        if has_rasterio():
+            with _placed(path, name) as raster:
+                if raster is not None:
+                    return raster.count == 1 and np.dtype(raster.dtypes[0]).kind in "fi"
+        raster = open_oiio(path, name)
+        return bool(raster.colours == 1 and np.dtype(raster.dtype).kind in "fi")
+    except TerrainError:  # whoever reads the file says what is wrong
+        return False
+
+
 @contextmanager
 def _placed(path: str, name: str) -> Iterator[Any]:
     """Yield the rasterio dataset of a picture with coordinates; None for other pictures."""
@@ -66,29 +154,46 @@ def _placed(path: str, name: str) -> Iterator[Any]:
 def _laid(picture: Any, name: str, onto: Georeference, most_side: int) -> np.ndarray:
     """(rows, cols, 4) of a picture, resampled to the map, read a few rows at a time."""
     import rasterio
-    from rasterio.vrt import WarpedVRT
 
     if rasterio.enums.ColorInterp.palette in picture.colorinterp:
         raise TerrainError(f"{name}: holds palette indices: turn it into colours with gdal_translate -expand rgb")
+
+    def weighted(pixels: np.ndarray, covered: np.ndarray) -> np.ndarray:
+        colour = np.broadcast_to(linear_albedo(pixels, name) * covered, (*covered.shape[:2], 3))
+        return np.concatenate([colour, covered], -1)
+
+    bands = 3 if picture.count >= 3 else 1
+    return _resampled(picture, name, onto, most_side, bands, weighted).astype("f2")
+
+
+def _resampled(
+    picture: Any, name: str, onto: Georeference, most_side: int, bands: int, weighted: Callable[..., np.ndarray]
+) -> np.ndarray:
+    """Means over texels of what `weighted` makes of pixels and of the share of them that is covered."""
+    import rasterio
+    from rasterio.vrt import WarpedVRT
+
     has_mask = picture.nodata is not None or rasterio.enums.ColorInterp.alpha in picture.colorinterp
-    bands = [1, 2, 3] if picture.count >= 3 else [1]
     try:
         with closed_environment(), np.errstate(under="ignore"):
             how = _target(picture, name, onto, most_side)
             cols = how["width"]
             rows = how["height"]
             n = how.pop("n")
-            albedo = np.zeros((-(-rows // n), -(-cols // n), 4), "f4")
+            sums: np.ndarray | None = None
             bilinear = rasterio.enums.Resampling.bilinear
             with WarpedVRT(picture, resampling=bilinear, add_alpha=not has_mask, **how) as laid:
                 step = rows_at_once(cols)
                 for first in range(0, rows, step):
                     window = (first, min(first + step, rows)), (0, cols)
                     covered = laid.dataset_mask(window=window)[..., None].astype("f4") / 255
-                    pixels = np.moveaxis(laid.read(bands, window=window), 0, -1)
-                    colour = np.broadcast_to(linear_albedo(pixels, name) * covered, (*covered.shape[:2], 3))
-                    added_to(albedo, first, n, np.concatenate([colour, covered], -1))
-            return mean_of(albedo, rows, cols, n)
+                    pixels = np.moveaxis(laid.read([*range(1, bands + 1)], window=window), 0, -1)
+                    part = weighted(pixels, covered)
+                    if sums is None:
+                        sums = np.zeros((-(-rows // n), -(-cols // n), part.shape[-1]), "f4")
+                    added_to(sums, first, n, part)
+            assert sums is not None
+            return mean_of(sums, rows, cols, n, "f4")
     except gdal_failures() as error:
         raise TerrainError(f"{name}: cannot be resampled to the map ({one_line(error.__cause__ or error)})") from None
 

@@ -23,8 +23,9 @@ from .climate import AUTO, is_of_earth
 from .gaussians import LIGHTS, SKY_AXES, SKY_SHARPNESS
 from .ground import HeightSums
 from .horizon import PORTION, Visibility, sky_table, sun_table
-from .laid import read_ground
+from .laid import Draped, read_ground, read_values
 from .lobes import LAYERS, Cover, LobeTables, lobe_table
+from .ramps import Ramp, Values, path_of
 from .sky import Sky, black_sky, clear_sky, read_sky
 
 # Displayed brightness of a surface in full light: the log mean of the bundled default view becomes 0.18, mid-grey.
@@ -94,7 +95,7 @@ class Lighting:
         self.dome: moderngl.Texture | None = None
         self.sky: Sky | None = None
         self._described: tuple[Sky | None, float, float] = (None, 0.0, 0.0)  # what the block of lights holds
-        self._material: Version | None = None
+        self._material: tuple[Version, str | Values] | None = None
         self._lobes_wanted = 1  # versions of the lobes: the one needed, and the one that exists
         self._lobes_of = 0
 
@@ -131,7 +132,11 @@ class Lighting:
             self.lobes.update(posts)
 
     def follow(
-        self, sun: tuple[float, float], sky: str | None = None, material: str | None = None, look: str = AUTO
+        self,
+        sun: tuple[float, float],
+        sky: str | None = None,
+        material: str | Values | None = None,
+        look: str | Ramp = AUTO,
     ) -> None:
         """Make the missing light for a sun (azimuth, elevation), a sky's file, a picture of the ground and a look."""
         heightmap = self.terrain.heightmap
@@ -141,13 +146,13 @@ class Lighting:
         self,
         sun: tuple[float, float],
         sky: str | None = None,
-        material: str | None = None,
-        look: str = AUTO,
+        material: str | Values | None = None,
+        look: str | Ramp = AUTO,
         posts: int = PORTION,
     ) -> Steps[None]:
         """Incremental `follow`, about `posts` posts a step; yields progress from 0 to 1, nothing if all is there."""
         self._lobes_wanted += self.cover.take_look(look)
-        version = None if material is None else Version.of(material)
+        version = None if material is None else (Version.of(path_of(material)), material)
         place = self.terrain.heightmap.georeference
         if version != self._material:
             self.cover.take_picture(None if material is None else ground_seen(material, place))
@@ -256,9 +261,22 @@ def sky_seen(sun: tuple[float, float], path: str | None, has_air: bool = True) -
     return _computed_sky(round(float(sun[0]), 6), round(float(sun[1]), 6), has_air)
 
 
-def ground_seen(path: str, onto: Georeference | None = None) -> np.ndarray:
+def ground_seen(ground: str | Values, onto: Georeference | None = None) -> np.ndarray:
     """A picture of the ground as linear albedo, in half floats: see `read_ground`. Needs no OpenGL."""
-    return _ground_of(Version.of(path), onto)
+    if isinstance(ground, Values):
+        values = _values_of(Version.of(ground.path), onto)
+        return values.coloured(values.ramp(ground.ramp, ground.range))
+    return _ground_of(Version.of(ground), onto)
+
+
+def ramp_seen(ground: Values, onto: Georeference | None = None) -> Ramp:
+    """The ramp that colours values on the ground, with the range that it shows."""
+    return _values_of(Version.of(ground.path), onto).ramp(ground.ramp, ground.range)
+
+
+@lru_cache(maxsize=1)
+def _values_of(file: Version, onto: Georeference | None) -> Draped:
+    return read_values(file.path, onto)
 
 
 @lru_cache(maxsize=1)

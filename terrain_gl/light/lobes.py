@@ -15,8 +15,9 @@ from ..gpu import gl
 from ..gpu.bindings import bind
 from ..sat import Table
 from ..terrain import Terrain
-from .climate import AUTO, LOOKS, Climate, climates, look_of
+from .climate import AUTO, LOOKS, RAMP, Climate, climates, look_of
 from .ground import HeightSums
+from .ramps import Ramp, ramp_for
 from .recorded import RecordedTable
 
 LAYERS = 9
@@ -30,14 +31,24 @@ class Cover:
         self.ctx = terrain.ctx
         self.terrain = terrain
         self.look = look_of(terrain.heightmap)
+        self.ramp: Ramp | None = None
         self.picture: moderngl.Texture | None = None
         self._none = self.ctx.texture((1, 1), 3)
 
-    def take_look(self, look: str) -> bool:
-        """Colour the land by a look, one of `climate.NAMES`; returns whether this is a change."""
-        before = self.look
-        self.look = look_of(self.terrain.heightmap) if look == AUTO else look
-        return before != self.look
+    def take_look(self, look: str | Ramp) -> bool:
+        """Colour the land by a look, one of `climate.NAMES`, or by a ramp; returns whether this is a change."""
+        before = self.look, self.ramp
+        self.look = look.name if isinstance(look, Ramp) else look
+        self.look = look_of(self.terrain.heightmap) if self.look == AUTO else self.look
+        self.ramp = look if isinstance(look, Ramp) else None
+        if self.ramp is None and self._shader == RAMP:
+            self.ramp = ramp_for(*self.terrain.heightmap.range_m, self.look)
+        return before != (self.look, self.ramp)
+
+    @property
+    def _shader(self) -> int:
+        """The number of the look in glsl/shade/cover.glsl."""
+        return RAMP if self.ramp else LOOKS[self.look].shader
 
     def take_picture(self, albedo: np.ndarray | None) -> None:
         """Use a picture of linear albedo, north up, over the whole map; None: the map's own cover.
@@ -70,12 +81,14 @@ class Cover:
         dry = [each.dryness for each in self.climates]
         known = {"PICTURED": self.picture is not None, "MARKED": self.terrain.is_marked}
         known |= {"GREEN": min(dry) < 1, "ARID": max(dry) > 0}
-        return {"LOOK": LOOKS[self.look].shader} | {name: str(is_so).lower() for name, is_so in known.items()}
+        return {"LOOK": self._shader} | {name: str(is_so).lower() for name, is_so in known.items()}
 
     @property
     def uniforms(self) -> dict[str, Any]:
         """Uniforms of glsl/shade/cover.glsl."""
-        values = {"climate": list(self.climates), "base_m": self.terrain.base_m, "look": LOOKS[self.look].shader}
+        values = {"climate": list(self.climates), "base_m": self.terrain.base_m, "look": self._shader}
+        if self.ramp:
+            values["ramp"] = self.ramp.stops
         values["exaggeration"] = self.terrain.heightmap.exaggeration
         return values | {"pictured": self.picture is not None, "marked": self.terrain.is_marked}
 

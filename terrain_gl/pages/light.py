@@ -28,6 +28,7 @@ from ..light.ground import HeightSums
 from ..light.horizon import FULL, SUN_RADIUS, TEXEL, Visibility, lattice_direction, sun_uniforms
 from ..light.lighting import Lighting, sky_seen
 from ..light.moments import Direction
+from ..light.ramps import Ramp, Values
 from ..light.sky import SHAPE, Sky
 from .map import PageKey
 from .sweep import PageSweep
@@ -281,7 +282,11 @@ class PagedLighting(Lighting):
         return self._is_late or self._pages.is_coming
 
     def follow(
-        self, sun: tuple[float, float], sky: str | None = None, material: str | None = None, look: str = AUTO
+        self,
+        sun: tuple[float, float],
+        sky: str | None = None,
+        material: str | Values | None = None,
+        look: str | Ramp = AUTO,
     ) -> None:
         """Make the missing light; if pictures do not wait, as much as a frame allows."""
         now_s = time.perf_counter()

@@ -22,6 +22,9 @@ from ..camera.curvature import bend_per_m
 from ..heightmap import Heightmap
 from ..light.climate import AUTO, LOOKS
 from ..light.climate import NAMES as LOOK_NAMES
+from ..light.ramps import AUTO as RAMP_AUTO
+from ..light.ramps import NAMES as RAMPS
+from ..light.ramps import Values
 from ..lod import METRICS, Goal
 from ..shade.picture import GRAINS, STYLES, SUN, VOIDS, Look
 from ..shade.surroundings import EDGES
@@ -137,6 +140,9 @@ class RenderOptions:
         Earth.
     sky, material, water_m
         See `terrain_gl.shade.picture.Look`: files, and metres.
+    drape, ramp, ramp_range
+        A raster of values that colours the ground instead of `material`; one of `light.ramps.NAMES`; and the values at
+        its ends, by default those of the raster. The looks "viridis" and "diverging" also take `ramp_range`, in metres.
     near_m
         Distance of the near plane; by default a tenth of the smaller spacing.
     cull
@@ -198,6 +204,18 @@ class RenderOptions:
     )
     material: str | None = _option(
         None, "picture", Flag("--material", "file", "colour of the ground: a picture of the map, north up", "FILE")
+    )
+    drape: str | None = _option(
+        None, "picture", Flag("--drape", "file", "values over the land, in the colours of --ramp: a raster", "FILE")
+    )
+    ramp: str = _option(
+        RAMP_AUTO,
+        "picture",
+        Flag("--ramp", "choice", "of --drape; auto: diverging for values on both sides of 0, else viridis"),
+        choices=RAMPS,
+    )
+    ramp_range: tuple[float, float] | None = _option(
+        None, "picture", Flag("--range", "span", "values at the ends of the ramp of --drape, or of --look", "LO,HI")
     )
     water_m: float | None = _option(None, "picture", Flag("--water", "number", "height of standing water", "M"))
     voids: str = _option(
@@ -266,6 +284,10 @@ class RenderOptions:
             )
         if self.refraction is not None and not 0 <= self.refraction < 1:
             raise UsageError(f"refraction must be from 0 on and below 1, got {self.refraction:g}")
+        if self.drape and self.material:
+            raise UsageError("drape and material: give only one of them, both colour the ground")
+        if self.ramp_range is not None and not self.ramp_range[0] < self.ramp_range[1]:
+            raise UsageError(f"range: expected two numbers, the lower one first, got {self.ramp_range}")
         if self.water_m is not None and not math.isfinite(self.water_m):
             raise UsageError(f"water must have a finite height in metres, got {self.water_m:g}")
         for name, known in CHOICES.items():
@@ -321,9 +343,15 @@ class RenderOptions:
     @property
     def shading(self) -> Look:
         """The options of shading."""
-        first = self.style, self.sun, self.sky, self.material, self.water_m, self.wires
+        ground = Values(self.drape, self.ramp, self.ramp_range) if self.drape else self.material
         return Look(
-            *first, land=self.look, voids=self.voids, edge=self.edge, grain=self.grain, contour_m=self.contour_m
+            *(self.style, self.sun, self.sky, ground, self.water_m, self.wires),
+            land=self.look,
+            voids=self.voids,
+            edge=self.edge,
+            grain=self.grain,
+            contour_m=self.contour_m,
+            ramp_range=self.ramp_range,
         )
 
     def seen(self, heightmap: Heightmap, camera: Camera) -> Camera:

@@ -25,6 +25,8 @@ from ..gpu.textures import depth_texture, from_top
 from ..image import linear_from_srgb
 from ..light.climate import AUTO
 from ..light.ground import towards_sun
+from ..light.ramps import NAMES as RAMPS
+from ..light.ramps import Ramp, Range, Values, ramp_for
 from ..lod import Selection, ViewBlock
 from ..lod.land import ROUGH_PX, is_above_ground
 from ..mesh import MeshDraws
@@ -62,7 +64,7 @@ class Look:
     sky
         File of a sky, an equirectangular picture of light; by default the clear sky of that sun. See `sky.read_sky`.
     material
-        File of a picture of the ground, north up; by default heights and slopes decide the cover.
+        File of a picture of the ground, north up, or values with a ramp; by default heights and slopes decide.
     water_m
         Height of standing water in metres; none by default.
     wires
@@ -77,12 +79,14 @@ class Look:
         Whether the style "shaded" shows grain below the posts' spacing, one of `GRAINS`.
     contour_m
         Metres between contour lines over any style; 0 for an interval that suits the relief, None for no lines.
+    ramp_range
+        Heights at the ends of the ramp, for looks that are ramps; None for those of the look.
     """
 
     style: str = "shaded"
     sun: tuple[float, float] = SUN
     sky: str | None = None
-    material: str | None = None
+    material: str | Values | None = None
     water_m: float | None = None
     wires: bool = False
     land: str = AUTO
@@ -90,6 +94,13 @@ class Look:
     edge: str = "block"
     grain: str = "on"
     contour_m: float | None = None
+    ramp_range: Range | None = None
+
+    @property
+    def cover(self) -> str | Ramp:
+        """The look of the land, or its ramp."""
+        is_ramp = self.land in RAMPS and self.ramp_range is not None
+        return ramp_for(*self.ramp_range, self.land, self.ramp_range) if is_ramp and self.ramp_range else self.land
 
     @property
     def is_lit(self) -> bool:
@@ -198,7 +209,7 @@ class Picture:
     def shade_steps(self, camera: Camera, look: Look = PLAIN, tile: Size = TILE_PX) -> Steps[None]:
         """Incremental `shade`, one tile (width, height) a step; yields progress from 0 to 1."""
         if look.style in _LIT and self.waits_for_light:
-            self.lighting.follow(look.sun, look.sky, look.material, look.land)
+            self.lighting.follow(look.sun, look.sky, look.material, look.cover)
         around = look.style == "shaded" and look.edge != "none"
         edge = surroundings.seen_from(camera, self.terrain) if around else surroundings.NONE
         if look.style in _LIT and not self.lighting.is_there:
@@ -261,7 +272,7 @@ class Picture:
 
     def light(self, camera: Camera, look: Look = PLAIN) -> None:
         """Make the light of a look, if it is missing."""
-        self.lighting.follow(look.sun, look.sky, look.material, look.land)
+        self.lighting.follow(look.sun, look.sky, look.material, look.cover)
         self.lighting.describe(self._haze_m(camera), look.water_m)
 
     def colour(self, fragment: str, **uniforms: Any) -> None:
@@ -308,7 +319,7 @@ class Picture:
     def light_steps(self, look: Look) -> Steps[None]:
         """Incremental `light`; yields progress from 0 to 1, or nothing if the light is there."""
         if look.style in _LIT:
-            yield from self.lighting.follow_steps(look.sun, look.sky, look.material, look.land)
+            yield from self.lighting.follow_steps(look.sun, look.sky, look.material, look.cover)
 
     def coverage(self) -> np.ndarray:
         """(height, width) bool, first row on top: whether the surface covers all samples of the pixel."""

@@ -40,7 +40,11 @@ class FrameSpec:
     def lit_look(self) -> Look:
         """The look that light is made for: only the options that light depends on."""
         lit = next((side.shading for side in self.sides if side.shading.is_lit), None)
-        return Look(sun=lit.sun, sky=lit.sky, material=lit.material, land=lit.land) if lit else Look(UNLIT)
+        return (
+            Look(sun=lit.sun, sky=lit.sky, material=lit.material, land=lit.land, ramp_range=lit.ramp_range)
+            if lit
+            else Look(UNLIT)
+        )
 
 
 class Scene:

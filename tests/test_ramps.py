@@ -1,0 +1,112 @@
+"""Ramps of colours: values on the ground, and heights, over a range that a line names."""
+
+import numpy as np
+import pytest
+
+import terrain_gl as tg
+from terrain_gl.basics.exceptions import TerrainError
+from terrain_gl.image import read_image
+from terrain_gl.light.laid import holds_values, read_values
+from terrain_gl.light.ramps import NAMES, STOPS, Ramp, ramp_for
+
+SHOT = ("shot", "dem.tif", "--size", "64x36", "--grain", "off", "-o")
+
+
+@pytest.fixture
+def placed(folder):
+    """A gentle hill, and a difference of −7 m in its west, +3 m in its east, without a value in between."""
+    rasterio = pytest.importorskip("rasterio", reason="the extra [geo] is not installed")
+    how = {"driver": "GTiff", "height": 41, "width": 41, "count": 1, "dtype": "float32", "crs": "EPSG:32632"}
+    how |= {"transform": rasterio.Affine(10, 0, 500_000, 0, -10, 5_000_000)}
+    y, x = np.mgrid[0:41, 0:41]
+    with rasterio.open("dem.tif", "w", **how) as out:
+        out.write((100 + 20 * np.exp(-((x - 20) ** 2 + (y - 20) ** 2) / 90)).astype("f4"), 1)
+    change = np.where(x < 16, -7, np.where(x > 24, 3, np.nan)).astype("f4")
+    change[:, 24] = -9999
+    with rasterio.open("change.tif", "w", nodata=-9999, **how) as out:
+        out.write(change, 1)
+    np.save("change.npy", change)
+    return tg.Heightmap.open("dem.tif")
+
+
+@pytest.mark.parametrize(
+    ("low", "high", "name", "asked", "expected"),
+    [
+        (-11.99, 8.99, "auto", None, ("diverging", -12, 12)),
+        (3.02, 8.99, "auto", None, ("viridis", 3, 9)),
+        (-5, -1, "auto", None, ("viridis", -5, -1)),
+        (-5, 1, "viridis", None, ("viridis", -5, 1)),
+        (-5, 1, "auto", (-2, 2), ("diverging", -2, 2)),
+        (-5, 1, "auto", (0, 2), ("viridis", 0, 2)),
+        (0, 0, "auto", None, ("viridis", 0, 1e-6)),
+    ],
+)
+def test_the_ramp_and_its_range_follow_the_values(low, high, name, asked, expected):
+    ramp = ramp_for(low, high, name, asked)
+    assert ramp.name == expected[0] and ramp[1:] == pytest.approx(expected[1:], abs=1e-6)
+
+
+@pytest.mark.parametrize("name", set(NAMES) - {"auto"})
+def test_stops_for_the_shader_are_the_ramp(name):
+    ramp = Ramp(name, -3.0, 5.0)
+    assert len(ramp.stops) == STOPS
+    colours, values = np.array(ramp.stops)[:, :3], np.array(ramp.stops)[:, 3]
+    assert values[0] == -3 and values[-1] == 5 and (np.diff(values) >= 0).all()
+    between = np.linspace(-3, 5, 41)
+    shader = np.stack([np.interp(between, values, colours[:, i]) for i in range(3)], -1)
+    assert ramp.colours(between) == pytest.approx(shader, abs=1e-5)
+    assert np.array_equal(ramp.colours(np.array([-9.0, 99.0])), ramp.colours(np.array([-3.0, 5.0])))
+
+
+def test_a_diverging_ramp_is_white_at_its_middle():
+    red, white, blue = Ramp("diverging", -1.0, 1.0).colours(np.array([-1.0, 0.0, 1.0]))
+    assert np.ptp(white) < 1e-3 and white.min() > 0.9 and red[0] > 3 * red[2] and blue[2] > 3 * blue[0]
+
+
+def test_values_are_placed_and_gaps_are_not_covered(placed):
+    draped = read_values("change.tif", placed.georeference)
+    assert draped.covered.shape == (41, 41)
+    assert draped.values[:, :15] == pytest.approx(-7) and draped.values[:, 26:] == pytest.approx(3)
+    assert (draped.covered[:, 18:23] == 0).all() and (draped.covered[:, :15] == 1).all()
+    assert draped.ramp("auto", None) == ("diverging", -7, 7)
+    assert holds_values("change.tif") and not holds_values("missing.tif")
+
+
+def test_a_file_without_values_is_refused(placed):
+    rasterio = pytest.importorskip("rasterio", reason="the extra [geo] is not installed")
+    with rasterio.open("change.tif") as data:
+        how = data.profile
+    with rasterio.open("none.tif", "w", **how) as out:
+        out.write(np.full((41, 41), np.nan, "f4"), 1)
+    with pytest.raises(TerrainError, match=r"none\.tif: has no values on the map"):
+        read_values("none.tif", placed.georeference)
+
+
+def test_pictures_show_the_ramp_and_say_its_range(placed, run):
+    down = ("--eye", "200,200,600", "--target", "200,200,100", "--fov", "30")
+    code, _, told = run(*SHOT, "a.png", *down, "--overlay", "change.tif")
+    assert code == 0 and told == "terrain-gl: note: change.tif: ramp diverging from -7 to 7\n"
+    picture = read_image("a.png").astype(int)
+    west, east = picture[10:26, 20:24].mean((0, 1)), picture[10:26, 40:44].mean((0, 1))
+    assert west[0] > west[2] + 40 and east[2] > east[0] + 20
+    code, _, told = run(*SHOT, "b.png", *down, "--drape", "change.tif", "--range=-1,1", "--ramp", "viridis")
+    assert code == 0 and "ramp viridis from -1 to 1" in told
+    assert (np.abs(read_image("b.png").astype(int) - picture).max(-1) > 40).mean() > 0.3
+    code, _, told = run(*SHOT, "c.png", *down, "--material", "change.tif")
+    assert code == 0 and "clipped to 0 to 1" in told and "--drape" in told
+
+
+def test_heights_take_a_range(placed, run):
+    code, _, told = run(*SHOT, "a.png", "--look", "viridis")
+    assert code == 0 and "nearly one colour: give --range=100" in told
+    assert run(*SHOT, "b.png", "--look", "viridis", "--range", "100,120")[::2] == (0, "")
+    assert run(*SHOT, "c.png", "--look", "diverging", "--range", "100,120")[::2] == (0, "")
+    plain, ranged, diverging = (read_image(f"{name}.png").astype(int) for name in "abc")
+    assert (np.abs(ranged - plain).max(-1) > 40).mean() > 0.1 and (np.abs(diverging - ranged).max(-1) > 40).mean() > 0.1
+
+
+def test_a_range_without_a_ramp_is_told_and_a_wrong_one_refused(placed, run):
+    code, _, told = run(*SHOT, "a.png", "--range", "1,2", "--style", "shaded", "--look", "grey")
+    assert code == 0 and "--range: without effect" in told
+    assert run(*SHOT, "a.png", "--range", "2,1")[0] == 2
+    assert run(*SHOT, "a.png", "--drape", "change.tif", "--material", "change.tif")[0] == 2
