@@ -83,11 +83,11 @@ def test_help_fits_a_screen(run, monkeypatch, command):
     _, short, _ = run(command, "--help")
     status, full, err = run(command, "--help-all")
     lines = sum(-(-max(len(line), 1) // 80) for line in short.splitlines())
-    assert lines <= 40 and (lines >= 24 or command in ("info", "generate", "diff")), short
+    assert lines <= 40 and (lines >= 24 or command in ("info", "generate", "diff", "cache")), short
     assert (status, err) == (0, "") and "--help-all" in short
     assert set(re.findall("--[a-z-]+", short)) <= set(re.findall("--[a-z-]+", full))
     assert ("-o OUT" in full) == ("-o OUT" in short)
-    if command not in ("generate", "diff"):
+    if command not in ("generate", "diff", "cache"):
         assert "--nodata V" in full and "--nodata" not in short
     assert re.findall("^example: .*", short, re.MULTILINE) == re.findall("^example: .*", full, re.MULTILINE)
 

@@ -47,7 +47,7 @@ def over(heightmap, row, col, up_m=6000.0, origin=(0, 0)):
     return Camera((x, y, up_m), (x, y, 0.0), 15.0)
 
 
-@pytest.mark.parametrize("look", NAMES)
+@pytest.mark.parametrize("look", sorted(set(NAMES) - {"diverging"}))  # which is as far on both sides of 0 as the map
 def test_a_part_of_a_map_has_the_colours_of_the_whole(ctx, whole_and_part, look):
     """A part keeps the land's colours, though its range of heights differs. The grain of its colours may move."""
     whole, part = (renderer.heightmap for renderer in whole_and_part)

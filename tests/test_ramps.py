@@ -92,7 +92,7 @@ def test_pictures_show_the_ramp_and_say_its_range(placed, run):
     code, _, told = run(*SHOT, "b.png", *down, "--drape", "change.tif", "--range=-1,1", "--ramp", "viridis")
     assert code == 0 and "ramp viridis from -1 to 1" in told
     assert (np.abs(read_image("b.png").astype(int) - picture).max(-1) > 40).mean() > 0.3
-    code, _, told = run(*SHOT, "c.png", *down, "--material", "change.tif")
+    code, _, told = run(*SHOT, "c.png", *down, "--material", "dem.tif")
     assert code == 0 and "clipped to 0 to 1" in told and "--drape" in told
 
 

@@ -12,7 +12,7 @@ from ..heightmap import Heightmap
 from ..light.climate import AUTO
 from ..light.lighting import ramp_seen
 from ..light.ramps import AUTO as RAMP_AUTO
-from ..light.ramps import NAMES as RAMPS
+from ..light.ramps import LOOKS as RAMPS
 from ..light.ramps import Values
 from ..shade.contours import interval_m
 from ..shade.picture import Look

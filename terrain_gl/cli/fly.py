@@ -20,7 +20,7 @@ from ..film.path import CameraPath
 from ..film.record import CODECS, Recorder, is_folder
 from ..film.tour import FOV_DEG, tour
 from ..heightmap import Heightmap, ground_m
-from . import effects, frames, options, overlays, report, stores, values
+from . import effects, frames, furniture, options, overlays, report, stores, values
 
 SECONDS = 12.0
 MAX_FRAMES = 1_000_000
@@ -46,6 +46,7 @@ def add(commands: Any) -> None:
     group.add_argument("--measure", action="store_true", help="measure the error of every frame, too")
     options.add_workers(group)
     overlays.add(command)
+    furniture.add(command)
     options.add_rendering(command, moving=True)
     stores.add_options(command)
 

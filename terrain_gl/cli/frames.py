@@ -21,10 +21,11 @@ import numpy as np
 from .. import __version__
 from ..basics.steps import Steps, drain, portion
 from ..files import maps
+from ..files.furniture import stamp
 from ..film.path import CameraPath, FlightFrame
 from ..store import is_store
 from ..store.scheduling import scheduler
-from . import options
+from . import furniture, options
 
 OF_FLIGHT = (
     *("method", "metric", "certified_metric", "requested_max_error_px", "width", "height"),
@@ -77,6 +78,7 @@ class Drawing:
     def __init__(self, args: argparse.Namespace, scene: options.CommandScene) -> None:
         self._args = args
         self._view = options.view_of(args, scene)
+        self._heightmap = scene.heightmap
         self._renderer = options.make_renderer(args, scene, lit=True)
         if self._renderer.streaming:
             self._renderer.streaming.is_repeatable = True
@@ -89,8 +91,10 @@ class Drawing:
         stats = self._renderer.measure() if args.measure else frame.stats
         keys = OF_FRAME + (MEASURED if args.measure else ())
         numbers = {"eye": pose.camera.eye} | {key: stats[key] for key in keys if key in stats}
+        image = frame.image[..., :3]
+        stamp(image, 0, furniture.of(args, self._heightmap, pose.camera))
         numbers["sees_land"] = self._renderer.picture.sees_land()
-        return Drawn(frame.image[..., :3], numbers, {key: stats[key] for key in OF_FLIGHT})
+        return Drawn(image, numbers, {key: stats[key] for key in OF_FLIGHT})
 
     def close(self) -> None:
         """Release GPU resources."""

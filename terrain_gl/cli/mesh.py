@@ -34,9 +34,8 @@ def add(commands: Any) -> None:
         help="the map as triangles: a .ply, .glb, .obj or .stl file, or an .html page",
         description="Write the triangles that the GPU draws, in metres: x east, y north, z up (.glb: y up). The\n"
         "whole map, within an error in metres; or, with a camera or an error in pixels, the mesh\n"
-        "of a view. .stl is a solid with a base, for a printer; .html is a page that shows the land\n"
-        "in any browser, without a network.",
-        example="mesh dem.tif --spacing 30 -o dem.glb --max-error-m 5 --texture",
+        "of a view. .stl is a solid for a printer, .html a page.",
+        example="mesh dem.tif -o dem.glb --max-error-m 5 --texture",
     )
     options.add_map(command)
     options.add_output(command, f"mesh, {', '.join(FORMATS)}")

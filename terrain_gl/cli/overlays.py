@@ -18,7 +18,7 @@ PICTURES = (".tif", ".tiff", ".png", ".jpg", ".jpeg", ".jp2", ".webp", ".exr", "
 
 def add(command: Any) -> None:
     """Declare `--overlay`."""
-    what = "over the land: lines and points (GeoJSON, GPX, KML, KMZ, TCX), or a picture or values; repeatable"
+    what = "over the land: GeoJSON, GPX, KML, a picture or values"
     command.add_argument("--overlay", metavar="FILE", action="append", default=[], help=what)
 
 

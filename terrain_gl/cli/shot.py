@@ -12,9 +12,10 @@ import numpy as np
 from ..basics.exceptions import UsageError
 from ..basics.steps import drain
 from ..camera.pieces import LARGEST, Piece
+from ..files.furniture import stamp
 from ..image import FORMATS, Rows, writing_image
 from ..renderer import Renderer
-from . import against, effects, options, overlays, report, stores
+from . import against, effects, furniture, options, overlays, report, stores
 
 MOST_PIXELS = 2**32
 
@@ -34,6 +35,7 @@ def add(commands: Any) -> None:
     options.add_output(command, "picture: .png, or .jpg, .tif, .exr")
     against.add(command)
     overlays.add(command)
+    furniture.add(command)
     options.add_rendering(command)
     stores.add_options(command)
 
@@ -67,6 +69,7 @@ def _draw(renderer: Renderer, args: argparse.Namespace, scene: options.CommandSc
     exact = FORMATS[os.path.splitext(args.output)[1].lower()] == "float"
     rows = np.empty((0, width, 4))
     sees_land = False
+    stamps = [] if exact else furniture.of(args, scene.heightmap, scene.camera)
 
     def receive(piece: Piece, pixels: np.ndarray) -> None:
         nonlocal rows, sees_land
@@ -75,6 +78,7 @@ def _draw(renderer: Renderer, args: argparse.Namespace, scene: options.CommandSc
             rows = np.empty((piece.size[1], width, 4), pixels.dtype)
         rows[:, piece.cols] = pixels
         if piece.cols.stop == width:
+            stamp(rows, piece.rows.start, stamps)
             write(rows)
 
     steps = renderer.draw_steps(
@@ -86,6 +90,8 @@ def _draw(renderer: Renderer, args: argparse.Namespace, scene: options.CommandSc
         stats = drain(steps, progress)
     if not sees_land:
         effects.tell_no_land(args, scene.heightmap, scene.camera)
+    if exact and args.furniture:
+        report.note("--furniture: is not in a picture of floats")
     if renderer.overlays:
         if exact:
             report.note("--overlay: lines and points are not in a picture of floats")

@@ -37,7 +37,7 @@ def add_options(command: Any) -> None:
     group.add_argument("--memory", type=values.count, metavar="MIB", default=512, help=what)
     what = "edits of a store to draw, .tif or .npz"
     group.add_argument("--edits", metavar="FILE", help=what)
-    what = "of a large raster: hold it in memory, and keep no store of it (see terrain-gl cache)"
+    what = "hold a large raster in memory, keep no store"
     group.add_argument("--no-cache", action="store_true", help=what)
     command.set_defaults(prefers_memory=False)
 

@@ -22,6 +22,7 @@ _SRGB = {
     "grey": "101010 f0f0f0",
 }
 NAMES = (AUTO, *_SRGB)
+LOOKS = ("viridis", "diverging")  # looks of the land that are ramps of heights
 Range = tuple[float, float]
 
 

@@ -25,7 +25,7 @@ from ..gpu.textures import depth_texture, from_top
 from ..image import linear_from_srgb
 from ..light.climate import AUTO
 from ..light.ground import towards_sun
-from ..light.ramps import NAMES as RAMPS
+from ..light.ramps import LOOKS as RAMPS
 from ..light.ramps import Ramp, Range, Values, ramp_for
 from ..lod import Selection, ViewBlock
 from ..lod.land import ROUGH_PX, is_above_ground

@@ -1,0 +1,168 @@
+"""What a map needs in print: title, north arrow, scale bar and legend, drawn over the rows of a picture."""
+
+from __future__ import annotations
+
+import math
+from typing import NamedTuple
+
+import numpy as np
+import OpenImageIO as oiio
+
+from ..basics.exceptions import TerrainError
+from ..camera import Camera
+from ..light.ramps import Ramp
+
+_INK = np.array([255, 255, 255], np.float32)
+_PAPER = np.array([20, 24, 28], np.float32)
+_OPACITY = 0.6  # of the panels under the ink
+_PART = 0.2  # the longest scale bar, as a part of the picture's width
+_FINE = 4  # subsamples a side of a pixel of the arrow
+
+
+class Stamp(NamedTuple):
+    """Pixels (height, width, 4) float32, colours 0 to 255 and opacity 0 to 1, with their first column and row."""
+
+    left: int
+    top: int
+    pixels: np.ndarray
+
+
+def furniture(
+    size: tuple[int, int], camera: Camera, title: str, ramp: Ramp | None = None, unit: str = ""
+) -> list[Stamp]:
+    """The furniture of a picture.
+
+    Parameters
+    ----------
+    size
+        Width and height of the picture in pixels. Furniture grows with the height, from 720 rows on.
+    camera
+        The view: the scale is that of its target's distance.
+    title
+        Its words; "" for none.
+    ramp, unit
+        The legend's colours, and the unit of its numbers.
+
+    Raises
+    ------
+    TerrainError
+        There is no font.
+    """
+    px = max(9, round(16 * max(1.0, size[1] / 720)))
+    gap = px
+    stamps = []
+    if title:
+        stamps.append(_panel(_line(title, round(1.3 * px)), (gap, gap), px))
+    arrow = _panel(_arrow(camera, px), (0, gap), px)
+    stamps.append(arrow._replace(left=size[0] - gap - arrow.pixels.shape[1]))
+    bar = _panel(_scale_bar(size, camera, px), (gap, 0), px)
+    stamps.append(bar._replace(top=size[1] - gap - bar.pixels.shape[0]))
+    if ramp:
+        legend = _panel(_legend(ramp, unit, px), (0, 0), px)
+        height, width = legend.pixels.shape[:2]
+        stamps.append(legend._replace(left=size[0] - gap - width, top=size[1] - gap - height))
+    return stamps
+
+
+def stamp(rows: np.ndarray, first: int, stamps: list[Stamp]) -> None:
+    """Draw stamps over rows (n, width, 3 or 4) of uint8; `first` is the picture's number of the first of them."""
+    for each in stamps:
+        height, width = each.pixels.shape[:2]
+        left, right = max(each.left, 0), min(each.left + width, rows.shape[1])
+        top, bottom = max(each.top, first), min(each.top + height, first + len(rows))
+        if left >= right or top >= bottom:
+            continue
+        part = each.pixels[top - each.top : bottom - each.top, left - each.left : right - each.left]
+        under = rows[top - first : bottom - first, left:right, :3]
+        opacity = part[..., 3:]
+        under[:] = np.rint(under * (1 - opacity) + part[..., :3] * opacity)
+
+
+def metres_of(size: tuple[int, int], camera: Camera) -> tuple[float, float]:
+    """The length of the scale bar, 1, 2 or 5 times a power of ten, in metres at the target, and in pixels."""
+    m_per_px = math.dist(camera.eye, camera.target) / camera.focal_px(size[1])
+    most = _PART * size[0] * m_per_px
+    power = 10.0 ** math.floor(math.log10(most))
+    length = next(digit * power for digit in (5, 2, 1) if digit * power <= most * (1 + 1e-9))
+    return length, length / m_per_px
+
+
+def north_of(camera: Camera) -> tuple[float, float]:
+    """Where north is at the target: a unit vector to the right and up in the picture; (0, 0) along the view."""
+    right, up, _ = camera.axes
+    length = math.hypot(right[1], up[1])
+    return (right[1] / length, up[1] / length) if length > 1e-6 else (0.0, 0.0)
+
+
+def _panel(ink: np.ndarray, at: tuple[int, int], px: int) -> Stamp:
+    """Ink (height, width, 4) on a panel with a margin."""
+    margin = px // 2
+    over = np.pad(ink, ((margin, margin), (margin, margin), (0, 0)))
+    opacity = over[..., 3:] + _OPACITY * (1 - over[..., 3:])
+    colours = (over[..., :3] * over[..., 3:] + _PAPER * _OPACITY * (1 - over[..., 3:])) / opacity
+    return Stamp(*at, np.concatenate([colours, opacity], -1))
+
+
+def _ink(opacity: np.ndarray) -> np.ndarray:
+    """(height, width, 4) white of an opacity (height, width)."""
+    return np.concatenate([np.broadcast_to(_INK, (*opacity.shape, 3)), opacity[..., None]], -1).astype("f4")
+
+
+def _line(words: str, px: int) -> np.ndarray:
+    """A line of text."""
+    box = oiio.ImageBufAlgo.text_size(words, px)
+    height, width = round(1.25 * px), max(1, box.xend - box.xbegin)
+    image = oiio.ImageBuf(oiio.ImageSpec(width, height, 1, "float"))
+    if not box.defined or not oiio.ImageBufAlgo.render_text(image, -box.xbegin, px, words, px, "", (1.0,)):
+        reason = " ".join(image.geterror().split())
+        raise TerrainError(
+            f"furniture needs a font ({reason or 'none is found'}): install one, such as fonts-dejavu-core"
+        )
+    return _ink(np.clip(np.asarray(image.get_pixels(oiio.FLOAT))[..., 0], 0, 1))
+
+
+def _stacked(parts: list[np.ndarray], gap: int) -> np.ndarray:
+    """Parts one below the other, in the middle."""
+    width = max(part.shape[1] for part in parts)
+    rows = []
+    for part in parts:
+        left = (width - part.shape[1]) // 2
+        rows.append(np.pad(part, ((0, gap), (left, width - part.shape[1] - left), (0, 0))))
+    return np.concatenate(rows)[:-gap]
+
+
+def _arrow(camera: Camera, px: int) -> np.ndarray:
+    """An arrow to the north at the target, and the letter N."""
+    side = 3 * px
+    towards = np.array(north_of(camera)) * [1, -1]  # rows count down
+    at = (np.indices((side * _FINE, side * _FINE))[::-1] + 0.5).reshape(2, -1).T / _FINE - side / 2
+    along, across = at @ towards, at @ np.array([-towards[1], towards[0]])
+    head = (along <= 0.5 * side) & (np.abs(across) <= 0.5 * (0.5 * side - along)) & (along >= -0.05 * side)
+    shaft = (np.abs(across) <= 0.07 * side) & (along >= -0.45 * side) & (along < 0)
+    inside = (head | shaft) & bool(towards.any())
+    opacity = inside.reshape(side, _FINE, side, _FINE).mean((1, 3))
+    return _stacked([_ink(opacity), _line("N", px)], px // 4)
+
+
+def _scale_bar(size: tuple[int, int], camera: Camera, px: int) -> np.ndarray:
+    metres, long = metres_of(size, camera)
+    bar = np.zeros((max(3, px // 2), max(2, round(long))))
+    bar[-max(1, px // 8) :] = 1
+    bar[:, : max(1, px // 8)] = bar[:, -max(1, px // 8) :] = 1
+    words = f"{metres / 1000:g} km" if metres >= 1000 else f"{metres:g} m"
+    return _stacked([_line(f"{words} in mid-picture", px), _ink(bar)], px // 4)
+
+
+def _legend(ramp: Ramp, unit: str, px: int) -> np.ndarray:
+    """A bar of the ramp's colours, and the numbers at its ends and in its middle."""
+    width = 14 * px
+    bar = np.ones((px, width, 4), np.float32)
+    linear = ramp.colours(np.linspace(ramp.low, ramp.high, width))
+    bar[..., :3] = 255 * np.where(linear <= 0.0031308, 12.92 * linear, 1.055 * linear ** (1 / 2.4) - 0.055)
+    numbers = np.zeros((round(1.25 * px), width + 4 * px, 4), np.float32)
+    for share, value in ((0.0, ramp.low), (0.5, (ramp.low + ramp.high) / 2), (1.0, ramp.high)):
+        text = _line(f"{value:.4g}{' ' + unit if unit else ''}", px)
+        left = round(2 * px + share * width - text.shape[1] / 2)
+        left = min(max(left, 0), numbers.shape[1] - text.shape[1])
+        numbers[:, left : left + text.shape[1]] = text
+    return _stacked([bar, numbers], px // 4)
