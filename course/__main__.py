@@ -129,19 +129,16 @@ def _check(options: argparse.Namespace) -> int:
 
 
 def _picture(options: argparse.Namespace) -> int:
-    from .grow import ORDER, GrowError, picture
+    from .grow import GrowError, picture
 
     found = _lesson(options.lesson)
-    if found.number not in ORDER:
-        raise UsageError(
-            f"lesson {found.number} adds nothing to the picture; those that do: {', '.join(map(str, ORDER))}"
-        )
     out = options.picture or Path(GROWN.format(number=found.number))
     try:
         said = picture(found.number, options.fill, out, options.file)
     except GrowError as error:
         raise UsageError(str(error)) from None
-    print(f"{options.file} drew {out}: {said}. Left yours, right that of a right solution")
+    print(said)
+    print(f"{options.file} drew {out}: left yours, right that of a right solution")
     return 0
 
 

@@ -48,7 +48,7 @@ def grown(last: int, fill: bool) -> str:
         own = _functions(found, "\n".join(stages.values()), fill)
         pieces = {**pieces, **_pieces("\n".join(own), title), **_pieces(stage, title)}
     main = _pieces(end, "end")
-    used, todo = set(), _names(main["main"].part) | {f"paint_{last:02d}"}
+    used, todo = set(), _names(main["main"].part) | {f"paint_{last:02d}", f"report_{last:02d}"}
     while todo:
         name = todo.pop()
         if name in pieces and name not in used:
