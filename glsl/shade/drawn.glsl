@@ -1,6 +1,6 @@
 // shade/drawn.glsl — shared by the styles that show the mesh:
 //   the facts that shade/detail.glsl stored, a plain shade, palettes.
-// Provides Drawn, drawn_at(), clay(), heat().
+// Provides Drawn, drawn_at(), clay(), viridis(), inferno(), error_colour().
 
 #include "shade/samples.glsl"
 #include "shade/tone.glsl"
@@ -8,6 +8,7 @@
 layout(binding = 3) uniform PER_SAMPLE u_drawn;
 
 uniform vec3 u_sun;
+uniform float u_error_scale_px;  // the error at the end of the colours; 0: the tolerance
 
 struct Drawn {
     float step_log2;
@@ -45,4 +46,13 @@ vec3 viridis(float t) {
 vec3 inferno(float t) {
     return between(vec3(0.001, 0.000, 0.014), vec3(0.342, 0.062, 0.429), vec3(0.736, 0.216, 0.330),
                    vec3(0.978, 0.558, 0.035), vec3(0.988, 0.998, 0.645), t);
+}
+
+// Errors from 0 to the tolerance; or to the end of a given scale, where the square root makes small errors visible.
+vec3 error_colour(float px) {
+    float tolerance_px = u_tolerance_px > 0.0 ? u_tolerance_px : 1.0;
+    bool is_given = u_error_scale_px > 0.0;
+    float share = px / (is_given ? u_error_scale_px : tolerance_px);
+    if (share > 1.001) return vec3(0.0, 0.9, 1.0);
+    return inferno(0.08 + 0.92 * (is_given ? sqrt(share) : share));
 }

@@ -1,19 +1,15 @@
 // shade/error.frag — style "error": the error of the surface in pixels, from black, 0,
-//   to pale yellow, the tolerance; cyan above it; grey where the map has no data.
-//   The bar at the lower left shows the colours from 0 to the tolerance.
+//   to pale yellow, the end of the scale; cyan above it; grey where the map has no data.
+//   The bar at the lower left shows the colours from 0 to that end.
 
 #include "shade/drawn.glsl"
 #include "shade/marks.glsl"
-
-float tolerance_px() { return u_tolerance_px > 0.0 ? u_tolerance_px : 1.0; }
 
 vec3 ground_colour(Ground g, int sample_) {
     if (MARKED && is_hole(min(ivec2(g.post), u_last_post - 1))) return vec3(0.5) * clay(g);
     float worst_px = 0.0;
     for (int i = 0; i < SAMPLES; i++) worst_px = max(worst_px, is_sky(post_of_sample(i)) ? 0.0 : drawn_at(i).px);
-    float share = worst_px / tolerance_px();
-    if (share > 1.001) return vec3(0.0, 0.9, 1.0);
-    return inferno(0.08 + 0.92 * share) * (0.65 + 0.35 * clay(g));
+    return error_colour(worst_px) * (0.65 + 0.35 * clay(g));
 }
 
 vec3 sky_colour(vec3 direction) { return vec3(0.60); }

@@ -1,12 +1,11 @@
 // shade/promise.frag — style "promise": the certified bound of each patch in pixels, from black, 0, to pale yellow, the
-// tolerance; cyan above it. Patches without a bound are grey.
+// end of the scale; cyan above it. Patches without a bound are grey.
 
 #include "shade/drawn.glsl"
 
 vec3 ground_colour(Ground g, int sample_) {
     Drawn d = drawn_at(sample_);
-    float share = d.px / (u_tolerance_px > 0.0 ? u_tolerance_px : 1.0);
-    vec3 tint = d.px < 0.0 ? vec3(0.5) : share > 1.001 ? vec3(0.0, 0.9, 1.0) : inferno(0.08 + 0.92 * share);
+    vec3 tint = d.px < 0.0 ? vec3(0.5) : error_colour(d.px);
     return tint * (0.65 + 0.35 * clay(g)) * (1.0 - 0.5 * d.border);
 }
 

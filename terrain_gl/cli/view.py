@@ -11,7 +11,7 @@ from typing import Any
 from ..basics.exceptions import UsageError
 from ..files.maps import bundled, find_bundled
 from ..renderer.options import RenderOptions
-from . import options, overlays, report, stores
+from . import options, overlays, report, stores, values
 from .line import command_line
 
 BACKENDS = ("auto", "egl", "glfw")
@@ -36,6 +36,10 @@ def add(commands: Any) -> None:
     command.set_defaults(prefers_memory=True)  # the window does more with a map in memory: docs/stores.md
     command.add_argument("--fresh", action="store_true", help="ignore the settings of earlier windows")
     command.add_argument("--plain", action="store_true", help="hide the panel at first; the key I shows it")
+    what = "type and panels F times as large; Ctrl + and - change it"
+    command.add_argument("--ui-scale", type=values.positive, metavar="F", help=what)
+    what = "a lecture of twelve stations, or that of a JSON file; Space and arrows go on and back"
+    command.add_argument("--lecture", nargs="?", const="", metavar="FILE", help=what)
     overlays.add(command)
     lasting = [action.dest for action in command._actions if action.dest in REMEMBERED]
     command.set_defaults(**dict.fromkeys(lasting))
@@ -65,6 +69,7 @@ def run(args: argparse.Namespace) -> int:
     given = {key: value for key, value in asked_for.items() if value is not None and key not in by_map}
     title = known.name if known else os.path.basename(name)
     window = {"size": args.size, "backend": args.backend, "fresh": args.fresh, "panel": False if args.plain else None}
+    window |= {"ui_scale": args.ui_scale, "lecture": args.lecture}
     stats = viewer.run(opened, name=title, line_of=command_line, **window, **given)
     report.write_json(args.json, {"map": name} | stats)
     return 0

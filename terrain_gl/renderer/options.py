@@ -128,6 +128,9 @@ class RenderOptions:
         "on": near the eye the shading has bumps and specks below the posts' spacing; the mesh has none.
     contour_m
         Metres between contour lines over any style; 0 for an interval that suits the map's relief. By default none.
+    error_scale_px
+        Styles "error" and "promise": the error at the end of the colours, which then grow by its square root, so that
+        small errors are visible. By default the tolerance, and even steps.
     exaggeration
         How many times higher the relief is drawn, 0.01 to 100. The eye and the target are raised with it. Contour
         lines, colours, water and all heights that are asked for stay true. The bound in pixels holds for the picture as
@@ -241,6 +244,11 @@ class RenderOptions:
         "picture",
         Flag("--contours", "interval", "contour lines every M metres, or auto; each fifth is heavy", "M"),
     )
+    error_scale_px: float | None = _option(
+        None,
+        "picture",
+        Flag("--error-scale", "positive", "styles error and promise: the error at the end of the colours", "PX"),
+    )
     exaggeration: float = _option(
         1.0,
         "picture",
@@ -282,6 +290,8 @@ class RenderOptions:
             raise UsageError(
                 f"exaggeration must be from {LEAST_EXAGGERATION:g} to {MOST_EXAGGERATION:g}, got {self.exaggeration:g}"
             )
+        if self.error_scale_px is not None and not 0 < self.error_scale_px < LOOSEST_PX:
+            raise UsageError(f"error scale: expected more than 0 pixels, got {self.error_scale_px:g}")
         if self.refraction is not None and not 0 <= self.refraction < 1:
             raise UsageError(f"refraction must be from 0 on and below 1, got {self.refraction:g}")
         if self.drape and self.material:
@@ -352,6 +362,7 @@ class RenderOptions:
             grain=self.grain,
             contour_m=self.contour_m,
             ramp_range=self.ramp_range,
+            error_scale_px=self.error_scale_px,
         )
 
     def seen(self, heightmap: Heightmap, camera: Camera) -> Camera:

@@ -81,6 +81,8 @@ class Look:
         Metres between contour lines over any style; 0 for an interval that suits the relief, None for no lines.
     ramp_range
         Heights at the ends of the ramp, for looks that are ramps; None for those of the look.
+    error_scale_px
+        The error at the end of the colours of "error" and "promise"; by default the tolerance.
     """
 
     style: str = "shaded"
@@ -95,6 +97,7 @@ class Look:
     grain: str = "on"
     contour_m: float | None = None
     ramp_range: Range | None = None
+    error_scale_px: float | None = None
 
     @property
     def cover(self) -> str | Ramp:
@@ -401,6 +404,7 @@ class Picture:
     def _wanted(self, look: Look, edge: int) -> Wanted:
         """What the programs that colour a look have in common."""
         uniforms = {"sun": towards_sun(*look.sun)} | surroundings.uniforms(self.terrain, look.water_m)
+        uniforms["error_scale_px"] = look.error_scale_px or 0.0
         if look.contour_m is not None:
             uniforms |= contours.uniforms(self.terrain, look.contour_m, look.water_m)
         if look.style in _LIT:

@@ -11,12 +11,14 @@ charts, file_list, help_page, orientation, profile_plot, tile_map  graphs, keys,
 commands                       every key and what it does
 viewer                         connects the parts below, frame by frame; knows neither window nor panels
 mouse, marks                   clicks and drags; lines over the land
+lecture                        stations with a state of the window, and their texts
+memory, state                  what is remembered; a whole state as JSON
 sculpting, saver, explainer, store_tiles  the brush; files; how detail is chosen; what is missing
 map_loader, image_reader       load maps, read sky and ground images
 painter                        draws the picture, in motion and at rest
 pointer, scene                 where the mouse points; the map and the camera
 loading, light_builder         tables and light, made in steps
-recovery, brush_tool, map_writer, filming, file_dialog, box_sum, error_box, explain_text, memory
+recovery, brush_tool, map_writer, filming, file_dialog, box_sum, error_box, explain_text
 gui, widgets, gui_draw, theme  Dear ImGui
 advice, controller, pose, settings, window_state, frame_budget, frame_stats, canvas, legend, ruler
 """

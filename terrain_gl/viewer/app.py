@@ -13,7 +13,7 @@ from .controller import MOVE_KEYS
 from .frame_budget import FrameBudget
 from .gui import Gui
 from .memory import Memory
-from .panels import Panels, taken_px
+from .panels import Panels, scale_of, taken_px
 from .picture_section import IMAGES
 from .settings import Settings
 from .viewer import Viewer
@@ -42,7 +42,7 @@ class App:
     ctx, target, size, settings, memory, budget
         As `Viewer` takes them.
     scale
-        Pixels per unit of length: more than 1 on fine screens.
+        Pixels of the screen per unit of length: more than 1 on fine screens.
 
     Attributes
     ----------
@@ -67,9 +67,11 @@ class App:
         scale: float = 1.0,
         budget: FrameBudget | None = None,
     ) -> None:
+        self._screen = scale
+        scale = scale_of(size, scale, settings.ui_scale)
         self.gui = Gui(ctx, scale)
         self.viewer = Viewer(ctx, target, size, settings, memory, budget)
-        self._fit(size, scale)
+        self._fit(size)
         self.panels = Panels(self.viewer, self.press)
         self.captured = False
         self.errors: list[Exception] = []
@@ -100,6 +102,7 @@ class App:
         """Do one frame at a time in seconds; returns whether the target shows a new picture."""
         window = self.viewer.window
         self._failed = False
+        self._fit(window.size)
         stale = self.attempt(self.viewer.step, now_s) is not False
         if not window.is_visible or not (stale or self._echoes or self.gui.is_lively(now_s)):
             return False
@@ -137,13 +140,17 @@ class App:
     @goes_on
     def resize(self, size: Size, scale: float) -> None:
         """Follow a new size of the target in pixels, or a new scale."""
-        if scale != self.gui.scale:
-            self.gui.scale = scale
-        self._fit(size, scale)
+        self._screen = scale
+        self._fit(size)
         self.viewer.window.resize(size)
 
-    def _fit(self, size: Size, scale: float) -> None:
+    def _fit(self, size: Size) -> None:
+        """Fit the sizes of type and panels to a size of the window, and to the user's factor."""
+        scale = scale_of(size, self._screen, self.viewer.settings.ui_scale)
         window = self.viewer.window
+        if scale != self.gui.scale:
+            self.gui.scale = scale
+            window.refresh()
         window.scale = scale
         window.panel_px = taken_px(size, scale)
 
@@ -180,6 +187,8 @@ class App:
         """
         self.gui.key(key, True)
         if self.gui.takes_text:
+            return
+        if self.viewer.lecture and command == key and self.viewer.lecture.press(key):
             return
         if moves and key in MOVE_KEYS:
             if self.viewer.scene.has_map and not repeated:

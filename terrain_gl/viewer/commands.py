@@ -102,6 +102,8 @@ def _escape(viewer: Viewer) -> None:
         viewer.ruler.toggle()
     elif viewer.explainer.explanation:
         viewer.explainer.explanation = None
+    elif viewer.lecture and viewer.lecture.station:
+        viewer.lecture.end()
     elif not viewer.explainer.close_one():
         viewer.ask_quit()
 
@@ -110,11 +112,11 @@ def _bookmarks() -> list[Command]:
     """Nine bookmarks; the help page shows one line for all."""
 
     def go_to(viewer: Viewer, n: int) -> None:
-        if not viewer.scene.controller.go_to(n):
+        if not viewer.go_to(n):
             viewer.window.say(f"bookmark {n} is not set: Ctrl {n} sets it")
 
     def set_here(viewer: Viewer, n: int) -> None:
-        viewer.scene.controller.set_bookmark(n)
+        viewer.set_bookmark(n)
         viewer.window.say(f"bookmark {n} is set here")
 
     def goes(n: int) -> Command:
@@ -128,6 +130,7 @@ def _bookmarks() -> list[Command]:
 
 PLUS = "+", "=", "shift+=", "shift++"  # the plus sign is on different keys of different keyboards
 
+CTRL_PLUS = "ctrl++", "ctrl+=", "ctrl+shift+=", "ctrl+shift++"
 GROUPS: dict[str, list[Command]] = {
     "Move": [
         Command("W A S D", "forward, left, back, right"),
@@ -187,6 +190,8 @@ GROUPS: dict[str, list[Command]] = {
     ],
     "Window": [
         Command("I", "show or hide the panel", ("i",), _toggle_panel),
+        Command("Ctrl + -", "larger or smaller type and panels", CTRL_PLUS, lambda s: s.settings.enlarge(1), True),
+        Command("", "", ("ctrl+-",), lambda s: s.settings.enlarge(-1), True),
         Command("H  F1", "show or hide this help", ("h", "f1"), _toggle_help),
         Command("Esc", "cancel, or close what is open; twice: quit", ("escape",), _escape),
         Command("Ctrl Q", "quit", ("ctrl+q",), lambda s: s.quit()),

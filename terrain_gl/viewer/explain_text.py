@@ -89,14 +89,17 @@ def _edges(patch: Explanation) -> list[str]:
     ]
 
 
-def side_line(options: RenderOptions, stats: dict[str, Any], is_preview: bool = False) -> str:
-    """A line about a side of a split picture: what the user requested, the triangles, and the bound."""
+def side_line(
+    options: RenderOptions, stats: dict[str, Any], is_preview: bool = False, measured_px: dict[str, float] | None = None
+) -> str:
+    """A line about a side of a split picture: what the user requested, triangles, bound and achieved error."""
     tolerance = f"{options.max_error_px:.3g} px {options.metric}" if options.max_error_px else ""
     budget = f"{options.triangles:,} triangles" if options.triangles else tolerance
     asked = "every post" if options.method in EVERY_POST else f"{options.method}, {budget}"
     bound_px = stats.get("certified_max_error_px")
-    bound = "preview" if is_preview else "no bound" if bound_px is None else f"at most {bound_px:.3g} px"
-    return f"{asked}: {stats['triangles']:,} triangles, {bound}"
+    bound = "preview" if is_preview else "no bound" if bound_px is None else f"bound {bound_px:.3g} px"
+    found = "" if not measured_px else f", achieved {measured_px['max']:.3g} px (RMS {measured_px['rms']:.2g} px)"
+    return f"{asked}: {stats['triangles']:,} triangles, {bound}{found}"
 
 
 def _name(choice: Choice) -> str:

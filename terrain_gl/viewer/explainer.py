@@ -16,7 +16,7 @@ from .error_box import ErrorBox
 from .painter import Painter
 from .pointer import Pointer
 from .scene import Scene
-from .settings import BUDGETS
+from .settings import BUDGETS, COMPARED, SCALE_PX
 
 LENS = 6.0  # magnification
 
@@ -93,12 +93,21 @@ class Explainer:
             self._window.say("one picture again")
             return
         before = settings.options
-        least, most = BUDGETS
+        least, _ = BUDGETS
         drawn = self._painter.frame.stats.get("triangles", least)
-        left = before.otherwise(triangles=min(max(drawn, least), most), style="error")
+        triangles = min(max(drawn, least), COMPARED)
+        left = before.otherwise(triangles=triangles, style="error", error_scale_px=SCALE_PX)
+        width = max(1, self._window.size[0])
+        settings.divider = 0.5 + 0.5 * (self._window.panel_px / width if settings.panel else 0.0)  # of the free part
         settings.sides = [left, left.otherwise(method=BASELINES[0] if left.method not in BASELINES else METHODS[0])]
         self._split_from = before, left
-        self._window.say("equal triangles on both sides; controls change the side under the cursor; drag the divider")
+        self._window.say("as many triangles on both sides, and one scale of errors; drag the divider; T ends this")
+
+    def take_sides(self, sides: list[RenderOptions]) -> None:
+        """Show these sides, one or two, from now on."""
+        self._settings.sides = sides
+        self._settings.active = 0
+        self._split_from = None
 
     @property
     def unsplit(self) -> RenderOptions:
@@ -108,7 +117,8 @@ class Explainer:
             return now
         before, split = self._split_from
         back: dict[str, Any] = {"style": before.style} if now.style == split.style else {}
-        detail = ("triangles", "max_error_px", "method", "parameters")
+        back["error_scale_px"] = before.error_scale_px
+        detail = ("triangles", "max_error_px", "metric", "method", "parameters")
         if all(getattr(now, name) == getattr(split, name) for name in detail):
             back |= {name: getattr(before, name) for name in detail}
         return replace(now, **back)

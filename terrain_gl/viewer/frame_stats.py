@@ -60,9 +60,12 @@ class FrameStats:
     @property
     def achieved_px(self) -> float | None:
         """The achieved error in the metric of the bound."""
-        if not self.measured_px:
-            return None
-        return self.measured_px[self.stats["certified_metric"]]
+        return achieved_px(self.stats, self.measured_px)
+
+
+def achieved_px(stats: dict[str, Any], measured_px: dict[str, float] | None) -> float | None:
+    """The achieved error in the metric of the bound; None if it is not measured yet."""
+    return measured_px[stats["certified_metric"]] if measured_px else None
 
 
 def without_bounds(stats: dict[str, Any]) -> dict[str, Any]:

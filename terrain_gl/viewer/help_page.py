@@ -6,7 +6,7 @@ from .commands import GROUPS, shown_lines
 from .widgets import Widgets
 
 AROUND_ROWS = 6  # rows of text that title, tabs and margins of the page take
-WIDTH_EM = 48.0  # width of two columns, in heights of the typeface
+WIDTH_EM = 54.0  # width of two columns, in heights of the typeface
 ABOUT = (
     "The program draws terrain with few triangles. It keeps a certified bound: on the screen, no point of the surface"
     " is drawn further from its true place than the tolerance.",
@@ -45,7 +45,7 @@ def _keys(ui: Widgets) -> None:
     columns = [list(GROUPS)]
     sizes = {group: sum(line[0] == group for line in lines) + 2 for group in GROUPS}
     width, height = imgui.get_io().display_size
-    if width > WIDTH_EM * ui.em:
+    if 0.96 * width > WIDTH_EM * ui.em:
         columns = _halves(sizes)
     longest = max(sum(sizes[group] for group in column) for column in columns)
     spacing = imgui.get_style().item_spacing

@@ -35,24 +35,28 @@ COLOURS = {  # what the colours of the land show, by style
 
 
 class Legend(NamedTuple):
-    """A ramp of colours, what its ends mean, and a note on other colours."""
+    """A ramp of colours, what its ends and its middle mean, and a note on other colours."""
 
     ramp: tuple[Colour, ...]
     least: str
     most: str
     note: str
+    middle: str = ""
 
 
 def legend(options: RenderOptions) -> Legend | None:
     """The legend of a style; None if its colours need none."""
-    most = f"{options.tolerance_px or 1.0:.3g} px"
+    end_px = options.error_scale_px or options.tolerance_px or 1.0
+    most = f"{end_px:.3g} px"
+    over = f"Cyan: over {most}." if options.error_scale_px else "Cyan: over the tolerance."
+    between = f"{end_px / 4:.3g} px" if options.error_scale_px else ""
     borders = "Borders of patches are dark." + " Fans are paler." * (options.method == "quadtree")
     return {
         "lod": Legend(VIRIDIS, "every post, or closer", "1/16 of the map", borders),
         "segments": Legend(VIRIDIS, "one quad", "32 × 32", borders),
-        "promise": Legend(INFERNO, "0", most, "Grey: no bound. Cyan: over the tolerance."),
+        "promise": Legend(INFERNO, "0", most, f"Grey: no bound. {over}", between),
         "visibility": Legend(
             VISIBLE, "neither", "sun alone", "Blue: share of the sky. Yellow: of the sun. White: both."
         ),
-        "error": Legend(INFERNO, "0", most, "Cyan: over the tolerance. Grey: no data."),
+        "error": Legend(INFERNO, "0", most, f"{over} Grey: no data.", between),
     }.get(options.style)

@@ -16,17 +16,13 @@ from ..basics.exceptions import TerrainError
 from ..basics.replacing import replacing
 from ..renderer.options import CHOICES, RenderOptions
 from .pose import Pose
+from .settings import UI_SCALES
+from .state import checked
 
 MOST_MAPS = 50
 MOST_RECENT = 8
 _PANELS = ("panel",)
 _REMEMBERED = ("max_error_px", "metric", "method", "style")  # a number of triangles suits one map alone
-
-
-def state_path() -> Path:
-    """Path of the file."""
-    folder = os.environ.get("XDG_STATE_HOME") or os.path.join(os.path.expanduser("~"), ".local", "state")
-    return Path(folder) / "terrain-gl" / "view.json"
 
 
 class Memory:
@@ -89,6 +85,18 @@ class Memory:
     def panels(self, panels: dict[str, bool]) -> None:
         self._data["panels"] = panels
 
+    @property
+    def ui_scale(self) -> float:
+        """Factor of the sizes of type and panels, as the last run left it."""
+        stored = self._data.get("ui_scale")
+        if isinstance(stored, int | float) and UI_SCALES[0] <= stored <= UI_SCALES[1]:
+            return float(stored)
+        return 1.0
+
+    @ui_scale.setter
+    def ui_scale(self, scale: float) -> None:
+        self._data["ui_scale"] = scale
+
     def knows(self, key: str) -> bool:
         """Whether a map was shown before."""
         return key in self._part("maps")
@@ -99,6 +107,17 @@ class Memory:
         poses = {n: _pose(stored.get(str(n))) for n in range(1, 10)} if isinstance(stored, dict) else {}
         return {n: pose for n, pose in poses.items() if pose}
 
+    def states(self, key: str) -> dict[int, dict[str, Any]]:
+        """What the bookmarks of a map show, by number, as `state.state_of` gives it."""
+        stored: Any = self._map(key).get("states")
+        found = {}
+        for n in range(1, 10):
+            try:
+                found[n] = checked(stored[str(n)], "bookmark")
+            except (TerrainError, TypeError, KeyError):
+                continue
+        return found
+
     def last_pose(self, key: str) -> Pose | None:
         """The last view of a map."""
         return _pose(self._map(key).get("pose"))
@@ -108,12 +127,19 @@ class Memory:
         stored = self._map(key).get("look")
         return stored if stored in CHOICES["look"] else None
 
-    def note_map(self, key: str, pose: Pose, bookmarks: dict[int, Pose], look: str) -> None:
+    def note_map(
+        self,
+        key: str,
+        pose: Pose,
+        bookmarks: dict[int, Pose],
+        look: str,
+        states: dict[int, dict[str, Any]] | None = None,
+    ) -> None:
         """Note the views and the look of a map; only the latest maps are remembered."""
         maps = self._part("maps")
         maps.pop(key, None)
         views = {"pose": _flat(pose), "bookmarks": {str(n): _flat(p) for n, p in bookmarks.items()}}
-        maps[key] = views | {"look": look}
+        maps[key] = views | {"look": look, "states": {str(n): state for n, state in (states or {}).items()}}
         self._data["maps"] = dict(list(maps.items())[-MOST_MAPS:])
 
     def recent(self, besides: str = "") -> list[str]:

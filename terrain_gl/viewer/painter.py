@@ -44,6 +44,8 @@ class Painter:
         Numbers of the last picture.
     history, side_stats
         Numbers of the pictures before, and of each side of the last picture.
+    side_measured
+        The achieved error of each side by metric; none until all sides are measured.
     light
         Makes the light.
     drawn
@@ -59,13 +61,14 @@ class Painter:
         self.history = History()
         self.frame = FrameStats("", (0, 0))
         self.side_stats: list[dict[str, Any]] = []
+        self.side_measured: list[dict[str, float]] = []
         self.drawn: FrameSpec | None = None
         self.has_picture = False
         self._asked: FrameSpec | None = None
         self._asked_s = self._drawn_s = self._told_s = float("-inf")
         self._unripe_s: float | None = None  # since when tiles in the picture get light
         self._painting: tuple[FrameSpec, Steps[None]] | None = None
-        self._measuring: Steps[Achieved] | None = None
+        self._measuring: Steps[list[Achieved]] | None = None
         self._unmeasured = False
 
     # --- Changes from outside -----------------------------------------------------------------------------------------
@@ -201,7 +204,7 @@ class Painter:
             self._painting = None
             self._drawn_s = now_s
             return True
-        return (measure and self._measure(renderer)) or was_moving
+        return (measure and self._measure(renderer, spec)) or was_moving
 
     def _draw_steps(self, renderer: Renderer, spec: FrameSpec) -> Steps[None]:
         """Draw all sides in full size; yields progress from 0 to 1 for each side."""
@@ -223,6 +226,7 @@ class Painter:
         self.frame.stats = stats[0]
         self.frame.way = way
         self.frame.measured_px = None
+        self.side_measured = []
         self._unmeasured = not self.frame.is_preview and renderer.streaming is None  # a store's truth is on a disk
         self.history.add(stats[0])
         self._budget.note(sum(map(drawing_ms, stats)), way)
@@ -233,23 +237,34 @@ class Painter:
             return fps
         return 1 / seconds if not fps else 0.9 * fps + 0.1 / seconds
 
-    def _measure(self, renderer: Renderer) -> bool:
+    def _measure(self, renderer: Renderer, spec: FrameSpec) -> bool:
         """Measure one block of posts; returns whether the measurement is complete now."""
         if not self._unmeasured:
             return False
         if not self._measuring:
-            self._measuring = renderer.inspector.measure_steps(MEASURED_POSTS)
+            self._measuring = _measure_steps(renderer, spec)
         try:
             next(self._measuring)
             return False
         except StopIteration as end:
-            achieved: Achieved = end.value
+            achieved: list[Achieved] = end.value
         self._measuring = None
         self._unmeasured = False
-        self.frame.measured_px = {"max": achieved.max_px, "rms": achieved.rms_px}
+        self.side_measured = [{"max": each.max_px, "rms": each.rms_px} for each in achieved]
+        self.frame.measured_px = self.side_measured[0]
         if (px := self.frame.achieved_px) is not None:
             self.history.add_measured(px)
         return True
+
+
+def _measure_steps(renderer: Renderer, spec: FrameSpec) -> Steps[list[Achieved]]:
+    """Measure each side; yields progress from 0 to 1 for each. The first side is measured last, and stays chosen."""
+    achieved = []
+    for side in _last_first(spec):
+        if len(spec.sides) > 1:
+            renderer.choose(spec.camera, **vars(spec.sides[side]))
+        achieved.append((yield from renderer.inspector.measure_steps(MEASURED_POSTS)))
+    return achieved[::-1]
 
 
 def _last_first(spec: FrameSpec) -> range:

@@ -25,6 +25,9 @@ from .window_state import Size
 
 PANEL_EM = 22.0  # width of the panel, in heights of the typeface
 LEGEND_EM = 18.0  # width of the legend that is shown without the panel
+FULL_HD = 1080  # rows of pixels of a window from which on type grows with it
+LARGE = 1.5  # size of the type of a lecture, relative to that of the panels
+NARROW_EM = 11.0  # a side of a split picture needs more for its legend
 MARGIN = 10.0  # around the panel, in units of length
 _ENDINGS_OF_EDITS = "name.tif: a window of the map   name.npz: for this store alone"
 _RECORDING = (1.0, 0.45, 0.40, 1.0)
@@ -43,6 +46,15 @@ _OPEN = ("Detail", "Understand")  # sections that are open at first
 def panel_px(size: Size, scale: float) -> float:
     """Width of the panel in a window of `size`, with `scale` pixels per unit of length."""
     return min(PANEL_EM * FONT_PX * scale, 0.45 * size[0])
+
+
+def scale_of(size: Size, screen: float, wanted: float) -> float:
+    """Pixels per unit of length: what the user wants, on a fine screen or in a very large window more.
+
+    Type grows only as far as the panel takes less than half of the window.
+    """
+    natural = max(screen, size[1] / FULL_HD, 1.0)
+    return min(natural * wanted, max(0.45 * size[0] / (PANEL_EM * FONT_PX), min(1.0, wanted)))
 
 
 def taken_px(size: Size, scale: float) -> float:
@@ -71,6 +83,7 @@ class Panels:
         self._draft = picture_section.PictureDraft()
         self._foot = 0.0  # height in pixels of the part under the sections
         self._status_px = 0.0  # height of the status window, with its margin
+        self._lecture_px = 0.0  # the same of the window with a station of a lecture
         self._map_px = 0.0  # the same of the window with north and scale
         self._sections = self._make_sections()
         self.opened = {title: title in _OPEN for title in self._sections}
@@ -99,6 +112,7 @@ class Panels:
         if self._shows_panel(ui, size):
             self._panel(ui, size)
         middle = self._free_middle(ui, size)
+        self._lecture(ui, size)
         self._status(ui, size, middle)
         if self._settings.help:
             above = size[0], round(size[1] - self._status_px)
@@ -233,13 +247,20 @@ class Panels:
         right = self._viewer.sums_frame[0] if side and self._settings.sums else end * size[0]
         left = begin * size[0] + (0.0 if side else self._taken(ui, size))
         width = max(right - left - 4 * MARGIN * ui.scale, 8 * ui.em)
+        if side and right - begin * size[0] < 10 * ui.em:  # the summed-area table takes its place
+            return
         painter = self._viewer.painter
         with ui.window(f"##side {side}", anchor, size, pivot=(1.0 - side, 0.0)), ui.wrapped(width):
             stats = painter.side_stats[side]
             frame = painter.frame
             words = frame.way.words(stats["requested_max_error_px"] is not None)
             coarse = f"; in motion {words}" if words else ""
-            ui.imgui.text(explain_text.side_line(self._settings.sides[side], stats, frame.is_preview) + coarse)
+            options = self._settings.sides[side]
+            measured = painter.side_measured[side] if painter.side_measured else None
+            ui.imgui.text(explain_text.side_line(options, stats, frame.is_preview, measured) + coarse)
+            if (shown := legend(options)) and not frame.is_preview and width > NARROW_EM * ui.em:
+                ui.imgui.dummy((min(width, LEGEND_EM * ui.em), 0.0))
+                ui.legend(shown)
 
     def _sums(self, ui: Widgets, size: Size) -> None:
         """The numbers of the summed-area table."""
@@ -282,6 +303,33 @@ class Panels:
                 imgui.text(sentence)
             imgui.text_disabled("Click elsewhere to explain another patch; Esc closes this.")
 
+    # --- A lecture, at the bottom -------------------------------------------------------------------------------------
+
+    def _lecture(self, ui: Widgets, size: Size) -> None:
+        """The station of a lecture in large type: its sentences and its question."""
+        self._lecture_px = 0.0
+        lecture = self._viewer.lecture
+        if not (lecture and lecture.station and self._viewer.scene.has_map) or self._settings.help:
+            return
+        imgui = ui.imgui
+        accent = imgui.get_style_color_vec4(imgui.Col_.check_mark)
+        sentences, question = lecture.texts()
+        width = size[0] - 2 * MARGIN * ui.scale
+        anchor = 0.5, 1 - MARGIN * ui.scale / size[1]
+        with ui.window("##lecture", anchor, size, pivot=(0.5, 1.0), takes_mouse=False):
+            imgui.dummy((0.94 * width, 0.0))
+            imgui.text_disabled(f"{lecture.station.name}   {(lecture.number or 0) + 1} of {len(lecture.stations)}")
+            imgui.push_font(None, LARGE * FONT_PX)
+            with ui.wrapped(0.94 * width):
+                for sentence in sentences:
+                    imgui.text(sentence)
+                imgui.push_style_color(imgui.Col_.text, accent)
+                imgui.text(question)
+                imgui.pop_style_color()
+            imgui.pop_font()
+            imgui.text_disabled("Space or right arrow: next   left arrow: back   Esc ends the lecture")
+            self._lecture_px = imgui.get_window_size()[1] + MARGIN * ui.scale
+
     # --- Messages, progress and questions -----------------------------------------------------------------------------
 
     def _status(self, ui: Widgets, size: Size, middle: float) -> None:
@@ -290,10 +338,10 @@ class Panels:
         message = self._viewer.window.message
         recording = self._viewer.saver.filming.running
         note = self._viewer.tiles.note
-        self._status_px = 0.0
+        self._status_px = self._lecture_px
         if not (recording or message or progress or note):
             return
-        anchor = (middle, 1 - MARGIN * ui.scale / size[1])
+        anchor = (middle, 1 - (MARGIN * ui.scale + self._lecture_px) / size[1])
         takes_mouse = bool(progress and progress.can_cancel)
         with ui.window("##status", anchor, size, pivot=(0.5, 1.0), takes_mouse=takes_mouse):
             with ui.wrapped(0.9 * (size[0] - self._taken(ui, size))):
@@ -305,7 +353,7 @@ class Panels:
                     ui.imgui.text(note)
             if progress:
                 self._progress(ui, progress)
-            self._status_px = ui.imgui.get_window_size()[1] + MARGIN * ui.scale
+            self._status_px += ui.imgui.get_window_size()[1] + MARGIN * ui.scale
 
     def _progress(self, ui: Widgets, progress: Progress) -> None:
         if self._viewer.loader.job and self._viewer.scene.is_preview:

@@ -13,9 +13,14 @@ from pathlib import Path
 
 from ..heightmap import Heightmap
 from .map_writer import MapWriter
-from .memory import state_path
 
 _NAME = re.compile(r".+-(\d+)-\d+\.(tif|npz)")
+
+
+def state_path() -> Path:
+    """Path of the file."""
+    folder = os.environ.get("XDG_STATE_HOME") or os.path.join(os.path.expanduser("~"), ".local", "state")
+    return Path(folder) / "terrain-gl" / "view.json"
 
 
 def recovery_folder() -> Path:

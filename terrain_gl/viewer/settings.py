@@ -11,6 +11,10 @@ from ..renderer.options import CHOICES, RenderOptions
 STEP = 2**0.5  # factor of one step of the tolerance
 TOLERANCES_PX = (2.0**-5, 2.0**8)
 BUDGETS = (100, 10_000_000)  # fewest and most triangles
+UI_STEP = 2**0.25  # factor of one step of the sizes of type and panels
+UI_SCALES = (0.5, 4.0)
+COMPARED = 100_000  # triangles on each side of a split picture at first, at most: few enough that errors are visible
+SCALE_PX = 20.0  # the error at the end of the colours on both sides
 
 
 @dataclass
@@ -31,6 +35,8 @@ class Settings:
         Whether the summed-area table is shown; posts along a side of the box that is read from it.
     panel, help
         Whether the panel and the help page are shown.
+    ui_scale
+        Factor of the sizes of type and panels.
     """
 
     sides: list[RenderOptions] = field(default_factory=lambda: [RenderOptions()])
@@ -41,6 +47,7 @@ class Settings:
     box: int = 64
     panel: bool = True
     help: bool = False
+    ui_scale: float = 1.0
 
     @property
     def options(self) -> RenderOptions:
@@ -67,6 +74,11 @@ class Settings:
     def toggle_contours(self) -> None:
         """Draw contour lines at an interval that suits the map, or none."""
         self.change_all(contour_m=0.0 if self.options.contour_m is None else None)
+
+    def enlarge(self, steps: int) -> None:
+        """Make type and panels larger by some steps, or smaller; at most to the ends of the range."""
+        least, most = UI_SCALES
+        self.ui_scale = min(max(self.ui_scale * UI_STEP**steps, least), most)
 
     def cycle(self, option: str, step: int = 1) -> str:
         """Take the next choice of an option of `RenderOptions`, and return it."""

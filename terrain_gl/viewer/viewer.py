@@ -6,7 +6,7 @@ It knows neither a window system nor panels (app.py). The time of a frame is an 
 from __future__ import annotations
 
 from pathlib import Path
-from typing import NamedTuple
+from typing import Any, NamedTuple
 
 import moderngl
 
@@ -22,6 +22,7 @@ from .file_dialog import FileDialog
 from .frame_budget import FrameBudget
 from .frame_stats import FrameStats
 from .image_reader import ImageReader
+from .lecture import Lecture
 from .loading import Opened
 from .map_loader import MapLoader
 from .marks import Frame, lines_on_land, sums_frame
@@ -35,6 +36,7 @@ from .saver import Saver
 from .scene import Scene
 from .sculpting import Sculpting
 from .settings import Settings
+from .state import apply, state_of
 from .store_tiles import StoreTiles, never_wait
 from .window_state import Size, WindowState
 
@@ -98,6 +100,8 @@ class Viewer:
         self.ruler = Ruler()
         self.files = FileDialog(self.window, self.open)
         self.mouse = Mouse(self.scene, self.pointer, self.sculpting, self.ruler, self._clicked)
+        self.lecture: Lecture | None = None
+        self.states: dict[int, dict[str, Any]] = {}  # of bookmarks, by number
         self.lost: list[Path] = []  # recovery files of windows that ended otherwise than by the user
         self._lines: Lines | None = None
         self._draped: list[Line] | None = None  # the overlays; None if the land has changed
@@ -108,6 +112,8 @@ class Viewer:
     def close(self) -> None:
         """Release resources, end all threads, and remember what the next run needs."""
         self.sculpting.cancel()
+        if self.lecture:
+            self.lecture.end()
         self.saver.release()
         self.files.close()
         self.painter.release()
@@ -122,6 +128,7 @@ class Viewer:
         if self._lines:
             self._lines.release()
         self.memory.options = self.explainer.unsplit
+        self.memory.ui_scale = self.settings.ui_scale
         self.memory.panels = {"panel": self.settings.panel}
         self.memory.save()
 
@@ -151,6 +158,8 @@ class Viewer:
         renderer.picture.waits_for_light = False
         renderer.timer.queries = Stopwatch.works(self.ctx)
         self.explainer.forget()
+        if self.lecture and not is_preview:
+            self.lecture.begin()
 
     def _enter(self, opened: Opened) -> None:
         scene = self.scene
@@ -158,6 +167,7 @@ class Viewer:
             scene.enter_exaggerated(opened, scene.pending_exaggeration)
             return
         self.loader.map_shown(opened)
+        self.states = self.memory.states(opened.key)
         self.ruler.clear()
         if self._entered or self.settings.options.look == AUTO:  # a look that the user gave applies to the first map
             self.settings.change_all(look=self.memory.look(opened.key) or AUTO)
@@ -182,7 +192,7 @@ class Viewer:
         if self.scene.has_map:
             controller = self.scene.controller
             look = self.settings.options.look
-            self.memory.note_map(self.scene.opened.key, controller.pose, controller.bookmarks, look)
+            self.memory.note_map(self.scene.opened.key, controller.pose, controller.bookmarks, look, self.states)
 
     def open(self, name: str) -> None:
         """Load a bundled map or a file, unless edits would be lost."""
@@ -224,6 +234,18 @@ class Viewer:
     def _clicked(self, x: float, y: float) -> None:
         if not self.saver.shot:  # otherwise the renderer is drawing another picture
             self.explainer.explain(x, y)
+
+    def set_bookmark(self, number: int) -> None:
+        """Set a bookmark at this place: camera, style, method, tolerance, split, frozen levels."""
+        self.scene.controller.set_bookmark(number)
+        self.states[number] = state_of(self.scene)
+
+    def go_to(self, number: int) -> bool:
+        """Travel to a bookmark, and show what it shows; False if it is not set."""
+        if number in self.states:
+            apply(self.scene, self.explainer, self.states[number])
+            return True
+        return self.scene.controller.go_to(number)
 
     def cancel(self) -> bool:
         """Cancel one piece of long work; returns whether there was any."""
@@ -332,6 +354,8 @@ class Viewer:
         if self.scene.has_map and not self.saver.step():
             self._move()
             self._paint()
+            if self.lecture:
+                self.lecture.step(self.settled)
         return self.window.stale
 
     def draw(self) -> None:

@@ -193,7 +193,12 @@ class Widgets:
             corners = (left + i * step, top), (left + (i + 1) * step, bottom)
             imgui.get_window_draw_list().add_rect_filled_multi_color(*corners, a, b, b, a)
         imgui.dummy((width, 0.6 * self.em))
+        imgui.push_text_wrap_pos(-1.0)  # these words have their places: they do not wrap
         imgui.text(shown.least)
+        if shown.middle:
+            imgui.same_line(left - imgui.get_window_pos()[0] + (width - imgui.calc_text_size(shown.middle)[0]) / 2)
+            imgui.text(shown.middle)
         imgui.same_line(left - imgui.get_window_pos()[0] + width - imgui.calc_text_size(shown.most)[0])
         imgui.text(shown.most)
+        imgui.pop_text_wrap_pos()
         imgui.text_disabled(shown.note)

@@ -8,6 +8,7 @@ from dataclasses import replace
 from functools import partial
 from typing import Any
 
+from ..basics.exceptions import UsageError
 from ..camera import Camera
 from ..files.views import standard_sun, standard_view
 from ..gpu.context import from_glfw_window
@@ -17,10 +18,11 @@ from ..renderer.overlay import Overlay
 from .app import App
 from .glfw_window import library, open_window
 from .gui import load_imgui
+from .lecture import Lecture, Station, read_lecture
 from .loading import LoadJob, Opened, Opener
-from .memory import Memory, state_path
-from .recovery import lost_land, offer_of, recovery_folder
-from .settings import Settings
+from .memory import Memory
+from .recovery import lost_land, offer_of, recovery_folder, state_path
+from .settings import UI_SCALES, Settings
 from .window_state import MESSAGE_S
 
 SIZE = (1280, 720)
@@ -36,6 +38,8 @@ def run(
     backend: str = "auto",
     fresh: bool = False,
     panel: bool | None = None,
+    ui_scale: float | None = None,
+    lecture: str | None = None,
     line_of: Callable[..., str] | None = None,
     overlays: tuple[Overlay, ...] = (),
     **options: Any,
@@ -58,6 +62,10 @@ def run(
         Ignore the settings of earlier runs.
     panel
         Whether the panel is shown at first; by default as in the last run.
+    ui_scale
+        Factor of the sizes of type and panels, 0.5 to 4; by default as in the last run.
+    lecture
+        A file of stations to go through by Space and arrows, or "" for the one that comes with the package.
     line_of
         Returns the command line of a view, from heightmap, camera, size and options.
     overlays
@@ -83,7 +91,11 @@ def run(
     memory = Memory(None if fresh else state_path())
     settings = Settings([RenderOptions(**memory.options).otherwise(**options)], **memory.panels)
     settings.panel = settings.panel if panel is None else panel
+    settings.ui_scale = memory.ui_scale if ui_scale is None else ui_scale
+    if not UI_SCALES[0] <= settings.ui_scale <= UI_SCALES[1]:
+        raise UsageError(f"ui scale: expected {UI_SCALES[0]:g} to {UI_SCALES[1]:g}, got {settings.ui_scale:g}")
     opener = _opener(source, camera, options, overlays, factor) if isinstance(source, Heightmap) else source
+    stations = None if lecture is None else read_lecture(lecture or None)
     name = name or (source.name if isinstance(source, Heightmap) else "terrain")
     job = LoadJob(name, opener)
     try:
@@ -93,7 +105,7 @@ def run(
         job.join()
         raise
     try:
-        return window.show(job, settings, memory, line_of)
+        return window.show(job, settings, memory, line_of, stations)
     finally:
         window.close()
 
@@ -123,12 +135,19 @@ class Window:
         self._title = name
 
     def show(
-        self, job: LoadJob, settings: Settings, memory: Memory, line_of: Callable[..., str] | None = None
+        self,
+        job: LoadJob,
+        settings: Settings,
+        memory: Memory,
+        line_of: Callable[..., str] | None = None,
+        stations: list[Station] | None = None,
     ) -> dict[str, Any]:
         """Draw frames until the user closes the window; returns the stats of the last one."""
         app = self._app = App(self.ctx, self.ctx.screen, self._size_px, settings, memory, self._scale)
         viewer = app.viewer
         viewer.loader.start(job)
+        if stations:
+            viewer.lecture = Lecture(stations, viewer.scene, viewer.painter, viewer.explainer)
         viewer.window.capture_mouse = self._capture_mouse
         viewer.saver.on_copy = lambda text: self._glfw.set_clipboard_string(self._handle, text)
         viewer.saver.line_of = line_of
@@ -267,6 +286,9 @@ def _key_name(glfw: Any, key: int) -> str:
         glfw.KEY_LEFT_CONTROL: "ctrl",
         glfw.KEY_RIGHT_CONTROL: "ctrl",
         glfw.KEY_TAB: "tab",
+        glfw.KEY_SPACE: "space",
+        glfw.KEY_PAGE_UP: "page up",
+        glfw.KEY_PAGE_DOWN: "page down",
         glfw.KEY_HOME: "home",
         glfw.KEY_END: "end",
         glfw.KEY_ESCAPE: "escape",

@@ -11,6 +11,7 @@ from terrain_gl.viewer import explain_text
 from terrain_gl.viewer.box_sum import box_around
 from terrain_gl.viewer.commands import press
 from terrain_gl.viewer.controller import Pose
+from terrain_gl.viewer.settings import SCALE_PX
 
 
 def test_a_click_explains_the_patch_and_a_drag_does_not(viewer):
@@ -108,7 +109,12 @@ def test_a_split_begins_with_equal_triangles_and_error_colours(viewer):
     left, right = viewer.settings.sides
     assert (left.method, right.method, left.style, right.style) == ("sat", BASELINES[0], "error", "error")
     drawn = [stats["triangles"] for stats in viewer.painter.side_stats]
-    assert left.triangles == right.triangles == count and all(0.7 * count <= n <= 1.1 * count for n in drawn)
+    assert left.triangles == right.triangles == count and abs(drawn[0] - drawn[1]) <= 0.02 * count
+    assert left.error_scale_px == right.error_scale_px == SCALE_PX
+    renderer, camera = viewer.scene.renderer, viewer.scene.controller.camera
+    for side, found in zip((right, left), viewer.painter.side_measured[::-1], strict=True):
+        renderer.draw(camera, **vars(side))
+        assert found["max"] == pytest.approx(renderer.measure()["max_error_px"], rel=1e-9)
     assert viewer.explainer.unsplit == before
     viewer.settings.change(style="lod")
     press(viewer, "t")

@@ -13,7 +13,9 @@ from terrain_gl.lod import METRICS
 from terrain_gl.renderer.methods import METHODS
 from terrain_gl.viewer import legend, run
 from terrain_gl.viewer.commands import shown_lines
+from terrain_gl.viewer.panels import scale_of
 from terrain_gl.viewer.pose import Pose
+from terrain_gl.viewer.settings import UI_SCALES, UI_STEP
 
 
 def drag(app, start, end):
@@ -214,10 +216,21 @@ def test_exaggeration_raises_the_land_and_the_bound_holds(app):
 
 def test_panels_are_larger_on_a_fine_screen(app):
     before = slider(app, "tolerance")
-    app.gui.scale = 1.5
+    app.press("ctrl+=")
     settle(app)
     after = slider(app, "tolerance")
-    assert (after[3] - after[1]) == pytest.approx(1.5 * (before[3] - before[1]), rel=0.1)
+    assert (after[3] - after[1]) == pytest.approx(UI_STEP * (before[3] - before[1]), rel=0.1)
+    for _ in range(20):
+        app.press("ctrl++")
+    settle(app)
+    largest = slider(app, "tolerance")
+    assert (
+        largest[2] - largest[0] > after[2] - after[0] and app.viewer.window.panel_px < 0.5 * app.viewer.window.size[0]
+    )
+    app.press("ctrl+-")
+    assert app.viewer.settings.ui_scale < UI_SCALES[1]
+    assert scale_of((3840, 2160), 1.0, 1.0) == 2.0 and scale_of((1280, 720), 1.5, 1.0) == 1.5
+    assert scale_of((800, 500), 1.0, 1.0) == 1.0
 
 
 def test_the_help_page_has_every_key(app):

@@ -6,7 +6,9 @@ from importlib.resources import files
 
 import numpy as np
 import pytest
+from viewers import hills
 
+from terrain_gl.basics.exceptions import UsageError
 from terrain_gl.camera import Camera
 from terrain_gl.heightmap import Heightmap
 from terrain_gl.renderer import Renderer
@@ -94,6 +96,25 @@ def test_legends_show_the_colours_of_the_shaders():
     for style in STYLES:
         shown = legend.legend(RenderOptions(2.0, style=style))
         assert (shown is not None) == (style in ("lod", "segments", "promise", "error", "visibility"))
+
+
+def test_an_error_scale_has_one_end_for_all_tolerances_and_a_root(ctx):
+    """A quarter of the scale is half of the colours; the tolerance changes nothing."""
+    for options in ({"max_error_px": 2.0}, {"triangles": 500}):
+        shown = legend.legend(RenderOptions(style="error", error_scale_px=20.0, **options))
+        assert (shown.most, shown.middle, shown.note[:17]) == ("20 px", "5 px", "Cyan: over 20 px.")
+    with Renderer(hills(65), (96, 64), ctx=ctx) as renderer:
+        camera = Camera((320.0, -200.0, 400.0), (320.0, 320.0, 100.0))
+
+        def colours(**options):
+            return renderer.render(camera, style="error", **options).image[..., :3].astype(int)
+
+        mesh = {"max_error_px": 4.0}
+        plain, wide, wider = (colours(**mesh, error_scale_px=px) for px in (None, 4.0, 16.0))
+        assert (wide.sum(-1) >= plain.sum(-1) - 2).mean() > 0.9 and wide.sum() > 1.02 * plain.sum()  # the root
+        assert wider.sum() < wide.sum()
+    with pytest.raises(UsageError, match="error scale"):
+        RenderOptions(error_scale_px=0.0)
 
 
 def test_open_land_has_the_colour_that_the_legend_of_visibility_gives_to_both(ctx):

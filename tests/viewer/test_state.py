@@ -9,7 +9,8 @@ from terrain_gl.renderer.options import RenderOptions
 from terrain_gl.viewer.commands import press
 from terrain_gl.viewer.controller import Pose
 from terrain_gl.viewer.loading import Opened
-from terrain_gl.viewer.memory import Memory, state_path
+from terrain_gl.viewer.memory import Memory
+from terrain_gl.viewer.recovery import state_path
 from terrain_gl.viewer.settings import Settings
 from terrain_gl.viewer.viewer import Viewer
 

@@ -1,6 +1,6 @@
 """Draw the pictures of docs/viewer.md: each mode of the window, without a window.
 
-python benchmarks/viewer_pictures.py [FOLDER]
+python docs/viewer_pictures.py [FOLDER]
 """
 
 from __future__ import annotations
@@ -10,13 +10,17 @@ from collections.abc import Callable
 from pathlib import Path
 
 import numpy as np
-from windowless import open_app, opened
 
 from terrain_gl.camera import Camera
+from terrain_gl.files.maps import open_map
+from terrain_gl.gpu.context import create_context
 from terrain_gl.image import write_image
 from terrain_gl.renderer import Renderer
 from terrain_gl.viewer.app import App
 from terrain_gl.viewer.controller import Pose
+from terrain_gl.viewer.lecture import Lecture, read_lecture
+from terrain_gl.viewer.loading import Opened
+from terrain_gl.viewer.settings import Settings
 
 SIZE = (1000, 562)
 MAP = "canyon"
@@ -34,9 +38,13 @@ def main(folder: str = "docs") -> None:
 
 
 def first_app() -> App:
-    """An app with the map."""
-    app, land = open_app(SIZE), opened(MAP)
-    app.viewer.show(Renderer(land.heightmap, (64, 64), ctx=app.viewer.ctx), land)
+    """An app with the map, in a framebuffer of its own."""
+    ctx = create_context()
+    app = App(ctx, ctx.framebuffer([ctx.texture(SIZE, 4)]), SIZE, Settings())
+    heightmap, known = open_map(MAP)
+    assert known
+    land = Opened(heightmap, known.camera, known.sun, known.name)
+    app.viewer.show(Renderer(heightmap, (64, 64), ctx=ctx), land)
     return app
 
 
@@ -67,18 +75,18 @@ def first(app: App) -> None:
 
 
 def patch(app: App) -> None:
-    """A click, with the mesh over the picture; the quadtree explains its patches."""
-    app.viewer.settings.change(method="quadtree")
+    """A click: the look-up that decides the level of a patch, with the mesh over the picture."""
+    app.viewer.settings.change(max_error_px=2.0)
     app.press("n")
     settle(app)
-    app.viewer.explainer.explain(560, 430)
+    app.viewer.explainer.explain(480, 440)
 
 
 def split(app: App) -> None:
     """The split picture as it begins: equal triangles on both sides, and their errors, under the magnifying glass."""
     app.press("escape")
     app.press("n")
-    app.viewer.settings.change(method="sat", max_error_px=4.0)
+    app.viewer.settings.change(max_error_px=4.0)
     settle(app)
     app.press("t")
     app.viewer.settings.divider = 0.62
@@ -154,6 +162,16 @@ def open_sections(app: App, *titles: str) -> None:
     app.panels.opened = {title: title in titles for title in app.panels.opened}
 
 
+def lecture(app: App) -> None:
+    """The second station of the lecture."""
+    app.press("escape")
+    app.press("shift+c")
+    viewer = app.viewer
+    viewer.lecture = Lecture(read_lecture(), viewer.scene, viewer.painter, viewer.explainer)
+    viewer.lecture.begin()
+    viewer.lecture.go(1)
+
+
 SCENES: dict[str, Callable[[App], None]] = {
     "first": first,
     "patch": patch,
@@ -164,6 +182,7 @@ SCENES: dict[str, Callable[[App], None]] = {
     "light": light,
     "sculpt": sculpt,
     "ruler": ruler,
+    "lecture": lecture,
 }
 
 

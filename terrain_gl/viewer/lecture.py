@@ -1,0 +1,179 @@
+"""A lecture: stations with a state of the window, sentences in large type and a question. lecture.json is the first.
+
+Sentences may name numbers of the picture, such as {triangles}; the window fills them in, so that they are true.
+"""
+
+from __future__ import annotations
+
+import json
+from dataclasses import dataclass, replace
+from importlib.resources import files
+from pathlib import Path
+from typing import Any
+
+from ..basics.exceptions import UsageError
+from .explainer import Explainer
+from .frame_stats import achieved_px
+from .painter import Painter
+from .scene import Scene
+from .settings import Settings
+from .state import apply, checked
+
+NEXT = "space", "right", "page down"
+BACK = "left", "page up"
+UNKNOWN = "…"  # a number that is not measured yet
+_NUMBERS = ("posts", "every", "triangles", "patches", "percent", "bound", "achieved")
+_NAMES = (*_NUMBERS, *(f"{name}_right" for name in _NUMBERS[2:]))
+
+
+@dataclass(frozen=True)
+class Station:
+    """A station of a lecture.
+
+    Attributes
+    ----------
+    name, says, asks
+        Its title, its sentences, and its question.
+    state
+        What the window shows: `state.apply`.
+    click
+        The place whose patch is explained, as shares of the window from the upper left; None for none.
+    """
+
+    name: str
+    says: tuple[str, ...]
+    asks: str
+    state: dict[str, Any]
+    click: tuple[float, float] | None
+
+
+def read_lecture(path: str | None = None) -> list[Station]:
+    """The stations of a file; by default those that come with the package.
+
+    Raises
+    ------
+    UsageError
+        The file is no lecture; the line says which station is wrong.
+    """
+    try:
+        text = Path(path).read_text("utf-8") if path else files(__package__).joinpath("lecture.json").read_text("utf-8")
+        stations = json.loads(text)["stations"]
+        return [_station(entry, f"{path or 'lecture.json'}, station {i}") for i, entry in enumerate(stations, 1)]
+    except OSError as error:
+        raise UsageError(f"{path}: {error.strerror}") from None
+    except (ValueError, KeyError, TypeError, IndexError, AttributeError) as error:
+        raise UsageError(f'{path}: no lecture, expected {{"stations": [...]}} ({error})') from None
+
+
+def _station(entry: dict[str, Any], where: str) -> Station:
+    rest = {key: value for key, value in entry.items() if key not in ("name", "says", "asks", "click")}
+    says = tuple(map(str, entry["says"]))
+    for sentence in (*says, entry["asks"]):
+        try:
+            sentence.format_map(dict.fromkeys(_NAMES, ""))
+        except (KeyError, ValueError, IndexError) as error:
+            raise UsageError(f"{where}: numbers are {', '.join(_NAMES)}; got {error}") from None
+    click = entry.get("click")
+    at = (float(click[0]), float(click[1])) if click else None
+    return Station(str(entry["name"]), says, str(entry["asks"]), checked(rest, where), at)
+
+
+class Lecture:
+    """Shows the stations one after the other.
+
+    Attributes
+    ----------
+    number
+        Which station is shown, from 0 on; None before the map is there.
+    """
+
+    def __init__(self, stations: list[Station], scene: Scene, painter: Painter, explainer: Explainer) -> None:
+        self.stations = stations
+        self.number: int | None = None
+        self._scene = scene
+        self._painter = painter
+        self._explainer = explainer
+        self._before: Settings | None = None  # the user's own choices
+        self._click: tuple[float, float] | None = None  # a patch to be explained when the picture is there
+
+    @property
+    def station(self) -> Station | None:
+        """The station that is shown."""
+        return None if self.number is None else self.stations[self.number]
+
+    def begin(self) -> None:
+        """Show the first station, or after another map the same station again."""
+        settings = self._scene.settings
+        if self._before is None:
+            self._before = replace(settings, sides=list(settings.sides))
+        settings.panel = settings.help = False
+        settings.lens = 0.0
+        self._show(self.number or 0, travels=False)
+
+    def go(self, steps: int) -> None:
+        """Go on by some stations, or back."""
+        if self.number is not None:
+            self._show(min(max(self.number + steps, 0), len(self.stations) - 1), travels=True)
+
+    def press(self, key: str) -> bool:
+        """Whether a key is one of the lecture's; then it goes on or back."""
+        if self.number is None or key not in (*NEXT, *BACK):
+            return False
+        self.go(1 if key in NEXT else -1)
+        return True
+
+    def end(self) -> None:
+        """Put the user's own choices back; the camera stays."""
+        self.number = None
+        self._scene.frozen = None
+        self._explainer.explanation = None
+        if before := self._before:
+            self._explainer.take_sides(before.sides)
+            settings = self._scene.settings
+            settings.panel, settings.divider, settings.sums = before.panel, before.divider, before.sums
+        self._before = None
+
+    def step(self, settled: bool) -> None:
+        """Explain the patch of the station when the picture is complete."""
+        if settled and self._click and not self._scene.controller.moving:
+            width, height = self._scene.window.size
+            x, y = self._click
+            self._click = None
+            self._explainer.explain(x * width, y * height)
+
+    def texts(self) -> tuple[list[str], str]:
+        """The sentences and the question, with the numbers of the picture."""
+        station = self.station
+        assert station
+        numbers = self._numbers()
+        return [sentence.format_map(numbers) for sentence in station.says], station.asks.format_map(numbers)
+
+    def _show(self, number: int, travels: bool) -> None:
+        self.number = number
+        self._explainer.explanation = None
+        self._click = self.stations[number].click
+        apply(self._scene, self._explainer, self.stations[number].state, travels)
+        self._scene.window.refresh()
+
+    def _numbers(self) -> dict[str, str]:
+        """The numbers of the last full picture; unknown while another one is drawn."""
+        columns, rows = self._painter.frame.posts
+        every = 2 * (columns - 1) * (rows - 1)
+        numbers = dict.fromkeys(_NAMES, UNKNOWN) | {"posts": f"{columns * rows:,}", "every": f"{every:,}"}
+        if self._painter.drawn is None or not self._painter.frame.way.is_full:
+            return numbers
+        for end, i in (("", 0), ("_right", 1)):
+            if i >= len(self._painter.side_stats):
+                break
+            stats = self._painter.side_stats[i]
+            bound_px = stats.get("certified_max_error_px")
+            measured = self._painter.side_measured[i] if i < len(self._painter.side_measured) else None
+            error_px = achieved_px(stats, measured)
+            numbers |= {
+                f"triangles{end}": f"{stats['triangles']:,}",
+                f"patches{end}": f"{stats['patches']:,}",
+                f"percent{end}": f"{100 * stats['triangles'] / every:.2g} %",
+                f"bound{end}": "no bound" if bound_px is None else f"{bound_px:.3g} px",
+                f"achieved{end}": UNKNOWN if error_px is None else f"{error_px:.3g} px",
+            }
+        return numbers

@@ -1,0 +1,100 @@
+"""Lectures: stations, their numbers, and states of the window as JSON."""
+
+import json
+from dataclasses import replace
+
+import pytest
+from viewers import settle, texts
+
+from terrain_gl.basics.exceptions import UsageError
+from terrain_gl.viewer import state
+from terrain_gl.viewer.lecture import UNKNOWN, Lecture, read_lecture
+from terrain_gl.viewer.memory import Memory
+
+
+def begin(app, stations=None):
+    viewer = app.viewer
+    viewer.lecture = Lecture(stations or read_lecture(), viewer.scene, viewer.painter, viewer.explainer)
+    viewer.lecture.begin()
+    settle(app)
+
+
+def test_the_lecture_has_twelve_stations_with_true_numbers(app):
+    before = replace(app.viewer.settings, sides=list(app.viewer.settings.sides))
+    app.viewer.window.resize((480, 300))
+    begin(app)
+    stations = app.viewer.lecture.stations
+    assert len(stations) == 12
+    for number, station in enumerate(stations):
+        settle(app)
+        told, shown = " ".join([*app.viewer.lecture.texts()[0], app.viewer.lecture.texts()[1]]), texts(app)
+        assert app.viewer.lecture.number == number and station.asks.endswith("?")
+        assert UNKNOWN not in told and told.split(". ")[0] in shown.replace("\n", " ")
+        for stats, name in zip(app.viewer.painter.side_stats, ("{triangles}", "{triangles_right}"), strict=False):
+            assert name not in "".join(station.says) or f"{stats['triangles']:,}" in told
+        measured = app.viewer.painter.side_measured[0]["max"]
+        assert "{achieved}" not in "".join(station.says) or f"{measured:.3g} px" in told
+        assert bool(app.viewer.explainer.explanation) == bool(station.click)
+        app.key_down("space", "space")
+    assert app.viewer.lecture.number == 11
+    app.key_down("left", "left")
+    assert app.viewer.lecture.number == 10 and not app.viewer.scene.controller.held
+    app.press("escape")
+    assert app.viewer.lecture.station is None and app.viewer.settings == before
+    app.key_down("left", "left")
+    assert "left" in app.viewer.scene.controller.held
+
+
+@pytest.mark.parametrize(
+    ("station", "words"),
+    [
+        ({"says": ["{triangels}"]}, "triangels"),
+        ({"sides": [{"styl": "lod"}]}, "styl"),
+        ({"sides": [{"style": "lodd"}]}, "lodd"),
+        ({"view": "nowhere"}, "nowhere"),
+        ({"frozen": {"eye": [0, 0]}}, "values"),
+        ({"sides": []}, "sides"),
+        ({"camera": 1}, "camera"),
+    ],
+)
+def test_a_wrong_station_is_named_in_one_line(tmp_path, station, words):
+    path = tmp_path / "mine.json"
+    good = {"name": "one", "says": [], "asks": "?"}
+    path.write_text(json.dumps({"stations": [good, good | station]}))
+    with pytest.raises(UsageError, match=f"mine.json, station 2: .*{words}") as told:
+        read_lecture(str(path))
+    assert "\n" not in str(told.value)
+
+
+def test_a_file_that_is_no_lecture_is_named(tmp_path):
+    for text in ("", "[]", "{}", '{"stations": [1]}'):
+        (tmp_path / "mine.json").write_text(text)
+        with pytest.raises(UsageError, match="mine.json: no lecture"):
+            read_lecture(str(tmp_path / "mine.json"))
+    with pytest.raises(UsageError, match="gone.json"):
+        read_lecture(str(tmp_path / "gone.json"))
+
+
+def test_a_bookmark_keeps_the_whole_state(app, tmp_path):
+    viewer = app.viewer
+    viewer.settings.change(style="lod", max_error_px=3.0)
+    app.press("l")
+    app.press("ctrl+2")
+    kept = json.loads(json.dumps(state.state_of(viewer.scene)))
+    pose, sides = viewer.scene.controller.pose, list(viewer.settings.sides)
+    app.press("l")
+    viewer.settings.change_all(style="lambert", max_error_px=1.0)
+    app.press("t")
+    viewer.scene.controller.pose = replace(pose, azimuth_deg=123.0)
+    app.press("2")
+    settle(app)
+    there = viewer.scene.controller.pose
+    assert viewer.settings.sides == sides and viewer.scene.frozen
+    assert (*there.eye, there.azimuth_deg) == pytest.approx((*pose.eye, pose.azimuth_deg))
+    memory = Memory(tmp_path / "view.json")
+    memory.note_map("hills", pose, viewer.scene.controller.bookmarks, "auto", viewer.states)
+    memory.save()
+    assert Memory(tmp_path / "view.json").states("hills") == {2: kept}
+    damaged = (tmp_path / "view.json").read_text().replace('"lod"', '"none"')
+    (tmp_path / "view.json").write_text(damaged)
+    assert Memory(tmp_path / "view.json").states("hills") == {}
