@@ -130,8 +130,3 @@ def test_wrong_overlays_end_in_one_line(folder, run):
     ):
         refused(run(*SHOT, *words), 2)
     assert sorted(path.name for path in folder.iterdir()) == ["ground.png", "map.npy", "way.json"]
-
-
-def test_a_store_takes_no_lines_yet(run):
-    assert run("build", "map.npy", "-o", "store", "--spacing", "1")[0] == 0
-    refused(run("shot", "store", "-o", "a.png", "--size", "64x36", "--overlay", "way.json"), 2, "store")
