@@ -147,12 +147,14 @@ LACKING = {"GALLIUM_DRIVER": "d3d12"}  # as WSL sets it
 
 def test_a_driver_that_mesa_lacks_ends_no_command():
     """OSMesa ends the process in that case, so it is tried in another process first."""
+    if os.environ.get("MESA_LOADER_DRIVER_OVERRIDE"):
+        pytest.skip("MESA_LOADER_DRIVER_OVERRIDE already names another driver")
     alone = "from terrain_gl.gpu.context import newest; newest('osmesa')"
     ended = subprocess.run([sys.executable, "-c", alone], env=os.environ | LACKING, capture_output=True)
     if ended.returncode >= 0:
         pytest.skip(f"no driver ends the process here: {ended.stderr[-200:]!r}")
     told = run(TELL.format(backend="osmesa"), **LACKING)
-    assert "its driver ends the process (SIG" in told and "GALLIUM_DRIVER=d3d12" in told and "unset it" in told
+    assert "its driver ends the process (SIG" in told and "GALLIUM_DRIVER=d3d12: unset it" in told
     for words, status in ((("info",), 0), (("shot", "alpine", "-o", os.devnull + ".png"), 1)):
         command = [sys.executable, "-m", "terrain_gl", *words]
         done = subprocess.run(command, env=os.environ | LACKING, capture_output=True, text=True)
