@@ -199,6 +199,7 @@ def test_view_hands_its_options_on(dem, run, monkeypatch):
     assert opened.camera_given
     assert callable(named.pop("line_of"))
     window = {"size": (96, 64), "name": "dem.npy", "backend": "auto", "fresh": True, "panel": None}
+    window |= {"ui_scale": None, "lecture": None}
     assert named == window | {"max_error_px": 3, "style": "lod"}
     assert run("view")[0] == 0
     (opener,), named = calls[1]
@@ -211,6 +212,8 @@ def test_view_hands_its_options_on(dem, run, monkeypatch):
         "backend": "auto",
         "fresh": False,
         "panel": None,
+        "ui_scale": None,
+        "lecture": None,
     }  # the other values as they were last time
 
 
