@@ -310,7 +310,7 @@ def _map():
 
 
 def test_other_commands_name_the_command_that_builds(raster, run):
-    status, _, err = run("shot", raster, "-o", "p.png")
+    status, _, err = run("bench", raster)
     assert status == 1 and err.count("\n") == 1 and "terrain-gl build huge.tif -o huge.zarr" in err
 
 
