@@ -2,7 +2,7 @@
 
 Run: TERRAIN_GL_DEM=FOLDER python docs/first_film.py [FILM.webp]
 
-The folder has mt_rainier_90m.tif; docs/maps.md has its source. The numbers of all frames are in first_film.json.
+The folder has mt_rainier_90m.tif; docs/maps.md has its source. The numbers of all frames are in first-film.json.
 """
 
 import json

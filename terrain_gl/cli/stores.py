@@ -89,18 +89,18 @@ def of_raster(
     size = f"{report.shown(name)}: {cols:,} x {rows:,} posts"
     lacks = _lacks(args)
     if lacks and fits:
-        _note(f"{size} in memory, because of {lacks}")
+        report.note(f"{size} in memory, because of {lacks}")
         return None
     try:
         is_there = cache.has(name, reading, args.spacing)
         where = f"in {cache.folder()}; --no-cache holds it in memory" if fits else f"in {cache.folder()}"
-        _note(f"{size}, drawn from a store {'' if is_there else 'that is made once, '}{where}")
+        report.note(f"{size}, drawn from a store {'' if is_there else 'that is made once, '}{where}")
         with report.progress_bar("building") if show is None else nullcontext(show) as progress:
             stored = cache.stored(name, reading, args.spacing, progress)
     except TerrainError as error:
         if not fits:
             raise
-        _note(f"{error}; {report.shown(name)} is held in memory instead")
+        report.note(f"{error}; {report.shown(name)} is held in memory instead")
         return None
     stored.limit(args.gpu_memory << 20, args.memory << 20)
     stored.opened = {"path": name} | of_map
@@ -123,10 +123,6 @@ def _lacks(args: argparse.Namespace) -> str:
     return f"--triangles {few}" if few and few < FEWEST_TRIANGLES else ""
 
 
-def _note(text: str) -> None:
-    print(f"terrain-gl: note: {text}", file=sys.stderr)
-
-
 def check_no_edits(args: argparse.Namespace, name: str) -> None:
     """Refuse --edits for a map that is no store."""
     if getattr(args, "edits", None) is not None:
@@ -141,7 +137,7 @@ def rebuild(renderer: Renderer) -> None:
         with report.progress_bar("measuring edits") as progress:
             renderer.rebuild(progress)
     except TerrainError as error:
-        _note(str(error))
+        report.note(str(error))
 
 
 @contextmanager

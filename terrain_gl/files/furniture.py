@@ -10,6 +10,7 @@ import OpenImageIO as oiio
 
 from ..basics.exceptions import TerrainError
 from ..camera import Camera
+from ..image import srgb_from_linear
 from ..light.ramps import Ramp
 
 _INK = np.array([255, 255, 255], np.float32)
@@ -157,8 +158,7 @@ def _legend(ramp: Ramp, unit: str, px: int) -> np.ndarray:
     """A bar of the ramp's colours, and the numbers at its ends and in its middle."""
     width = 14 * px
     bar = np.ones((px, width, 4), np.float32)
-    linear = ramp.colours(np.linspace(ramp.low, ramp.high, width))
-    bar[..., :3] = 255 * np.where(linear <= 0.0031308, 12.92 * linear, 1.055 * linear ** (1 / 2.4) - 0.055)
+    bar[..., :3] = srgb_from_linear(ramp.colours(np.linspace(ramp.low, ramp.high, width)))
     numbers = np.zeros((round(1.25 * px), width + 4 * px, 4), np.float32)
     for share, value in ((0.0, ramp.low), (0.5, (ramp.low + ramp.high) / 2), (1.0, ramp.high)):
         text = _line(f"{value:.4g}{' ' + unit if unit else ''}", px)

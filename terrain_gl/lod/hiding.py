@@ -1,4 +1,4 @@
-"""The horizon around the eye, by which hidden land is left out before its level of detail is chosen: docs/hidden.md.
+"""The horizon around the eye, by which patches of hidden land are found and not drawn: docs/hidden.md.
 
     horizon   the horizon of each sector around the eye, shell by shell       glsl/lod/rings/horizon.comp
     hidden    is a box below the horizon in front of it?                      glsl/lod/rings/hidden.glsl

@@ -1,9 +1,9 @@
 """Marks of a paged map: what its posts and nodes are besides their heights and errors.
 
     VOID    post without data; its height is filled from the rim of the voids
-    WET   post in water
+    WET     post in water
     HOLE    node of holes alone; a cell with a void corner is a hole
-    HOLED    node with a hole
+    HOLED   node with a hole
 
 A node has its marks at its first post. Posts of the last row and column begin no node.
 """

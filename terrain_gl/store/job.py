@@ -80,10 +80,13 @@ class BuildJob:
         return Path(self.path) / WORK / "parts"
 
 
-def write_part(path: Path, values: dict[str, np.ndarray]) -> None:
-    """Write a file for other tasks, as a whole or not at all."""
+def write_part(path: Path, values: np.ndarray | dict[str, np.ndarray]) -> None:
+    """Write a file for other tasks, one array or several with names, as a whole or not at all."""
     path.parent.mkdir(parents=True, exist_ok=True)
     beside = path.with_suffix(".partial")
     with open(beside, "wb") as file:
-        np.savez(file, **values)  # type: ignore[arg-type]
+        if isinstance(values, dict):
+            np.savez(file, **values)  # type: ignore[arg-type]
+        else:
+            np.save(file, values)
     os.replace(beside, path)

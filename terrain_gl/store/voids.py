@@ -10,7 +10,6 @@ replace          write the filled shard, when no other one reads it any more
 from __future__ import annotations
 
 import hashlib
-import os
 from pathlib import Path
 from typing import Any
 
@@ -60,11 +59,7 @@ def fill_coarsest(job: BuildJob, task: Task) -> dict[str, Any]:
     level = _coarsest(job.pyramid)
     rows, cols = _size(job.pyramid, level)
     filled = Filling(_known(job, (slice(0, rows), slice(0, cols)), level)).filled[0]
-    path = job.parts / "filled.npy"
-    beside = path.with_suffix(".partial")
-    with open(beside, "wb") as file:
-        np.save(file, filled)
-    os.replace(beside, path)
+    write_part(job.parts / "filled.npy", filled)
     return {"checks": []}
 
 

@@ -7,7 +7,7 @@ at      which posts of an area are water
 
 from __future__ import annotations
 
-import os
+from pathlib import Path
 from typing import Any
 
 import numpy as np
@@ -46,10 +46,7 @@ def find(job: BuildJob, task: Task) -> dict[str, Any]:
     whole = np.s_[: pyramid.rows // side, : pyramid.cols // side]
     found = None if min(pyramid.posts(0)) < 2 * side else water_tiles(low[whole], high[whole])
     if found is not None:
-        beside = _found(job) + ".partial"
-        with open(beside, "wb") as file:
-            np.save(file, found)
-        os.replace(beside, _found(job))
+        write_part(_found(job), found)
     return {"has_water": found is not None, "checks": []}
 
 
@@ -85,9 +82,9 @@ def _starts(pyramid: StoreSizes, posts: slice) -> np.ndarray:
     return np.unique(np.concatenate([[0], inside]))
 
 
-def _path(job: BuildJob, row: int, col: int) -> Any:
+def _path(job: BuildJob, row: int, col: int) -> Path:
     return job.parts / f"tiles.{row}.{col}.npz"
 
 
-def _found(job: BuildJob) -> str:
-    return os.fspath(job.parts / "water.npy")
+def _found(job: BuildJob) -> Path:
+    return job.parts / "water.npy"
