@@ -157,7 +157,7 @@ def test_equal_channels_and_grey_palettes_are_one_channel(tmp_path, name):
     terrain = Heightmap.open(tmp_path / name, z_scale=1)
     unit = 256 if name == "words.png" else 1
     np.testing.assert_array_equal(terrain.heights, BYTES.astype("f4") * unit)
-    windows = open_windows([tmp_path / name])
+    windows = open_windows([tmp_path / name], Reading(z_scale=1.0))
     np.testing.assert_array_equal(windows.read(slice(2, 9), slice(3, 20)), terrain.heights[2:9, 3:20])
 
 

@@ -37,7 +37,7 @@ def test_the_order_that_the_user_gives_counts(tmp_path, run, order):
     terrain = Heightmap.open(path, byte_order=order, **SCALES)
     np.testing.assert_array_equal(terrain.heights, wanted)
     assert terrain.notes == () and terrain.opened["byte_order"] == order
-    windows = open_windows([path], Reading(How(byte_order=order), nodata=float("nan")))
+    windows = open_windows([path], Reading(How(byte_order=order), z_scale=1.0, nodata=float("nan")))
     np.testing.assert_array_equal(windows.read(slice(0, 48), slice(0, 48)), wanted)
     code, out, err = run("info", str(path), "--spacing", "30", "--z-scale", "1", "--byte-order", order)
     assert code == 0 and err == "" and f"{wanted.min()} to {wanted.max()} m" in out

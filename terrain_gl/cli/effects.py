@@ -14,10 +14,11 @@ from ..light.lighting import ramp_seen
 from ..light.ramps import AUTO as RAMP_AUTO
 from ..light.ramps import LOOKS as RAMPS
 from ..light.ramps import Values
+from ..renderer.options import RenderOptions
 from ..shade.contours import interval_m
 from ..shade.picture import Look
 from . import report
-from .options import CommandScene
+from .options import CommandScene, render_options
 
 # options of lit styles, and their defaults
 _OF_LIGHT = {
@@ -32,7 +33,8 @@ _NEAR = 5.0  # longer sides of the map
 
 
 def tell(args: argparse.Namespace, scene: CommandScene) -> None:
-    """Print a note for each option that does not change the picture."""
+    """Print a note for each option that does not change the picture; a wrong value is refused first."""
+    RenderOptions(**{name: value for name, value in render_options(args).items() if value is not None})
     for text in _without_effect(args, scene):
         report.note(text)
     if args.drape and Look(args.style).is_lit:
