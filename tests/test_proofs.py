@@ -303,7 +303,7 @@ class Words:
     def __init__(self, z3):
         self.z3 = z3
         shifts = {"<<": operator.lshift, ">>": z3.LShR}
-        self._operators = Floats._OPERATORS | shifts | {"^": operator.xor}
+        self._operators = Floats._OPERATORS | shifts | {"^": operator.xor, "!=": operator.ne}
 
     def number(self, text):
         return self.z3.BitVecVal(int(float(text)) if re.search("[.e]", text) else int(text.rstrip("u"), 0), 32)
@@ -366,26 +366,25 @@ def test_differences_of_wrapped_sums_are_exact(z3):
 
 
 def test_a_shape_keeps_all_its_numbers(z3):
-    """shape_word() of lod/rings/shapes.glsl and ring_shape() of mesh/ring.glsl agree."""
+    """shape_of() of mesh/shape.glsl reads what shape_word() has written."""
     side, step, *edges = z3.BitVecs("side step west north east south", 32)
     limits = [z3.ULT(side, 32), step >= -16, step < 48, *(z3.ULT(edge, 8) for edge in edges)]
-    writer = source("lod/rings/shapes.glsl")
-    leaf = {"side_log2": side, "word": step + 16}
-    written = Evaluator(writer, Words(z3)).call("shape_word", leaf, edges)
+    text = source("mesh/shape.glsl")
+    written = Evaluator(text, Words(z3)).call("shape_word", side, step, edges)
 
     def same(reader):
-        lanes = {"ivec2": None, "RingShape": lambda *parts: parts}
-        read = Evaluator(reader, Words(z3), **lanes).call("ring_shape", [0, 0, written, 0])
-        ends = z3.And([a == 1 << b for a, b in zip(read[3], edges, strict=True)])
-        return always(z3, z3.Implies(z3.And(limits), z3.And(read[1] == side, read[2] == step, ends)))
+        known = {"Shape": lambda *parts: parts, "IS_FAN": z3.BitVecVal(1 << 23, 32)}
+        read = Evaluator(reader, Words(z3), **known).call("shape_of", [0, 0, written, 0])
+        ends = z3.And([a == b for a, b in zip(read[3], edges, strict=True)])
+        return always(z3, z3.Implies(z3.And(limits), z3.And(read[1] == side, read[2] == step, ends, z3.Not(read[4]))))
 
-    reader = source("mesh/ring.glsl")
-    assert same(reader)
-    assert not same(reader.replace("shape >> 14", "shape >> 13"))
+    assert "#define IS_FAN (1u << 23)" in text
+    assert same(text)
+    assert not same(text.replace("uvec4(11, 14, 17, 20)", "uvec4(11, 13, 17, 20)"))
 
 
 def edge_places(text, corner, side_log2, segments_log2, u_last_post=1 << 30):
-    """Places of the vertices along a side, as mesh/ring.glsl computes them, in 64ths of a post."""
+    """Places of the vertices along a side, as mesh/shape.glsl computes them, in 64ths of a post."""
     numbers = Integers()
     tess = np.arange(2**segments_log2 + 1, dtype="f4") / np.float32(2**segments_log2)
     known = {"ivec2": lambda a: a, "u_last_post": u_last_post, "clamp": lambda x, low, high: np.clip(x, low, high)}
@@ -415,7 +414,7 @@ def sides_meet(text):
 
 
 def test_both_sides_of_an_edge_have_the_same_vertices():
-    text = source("mesh/ring.glsl")
+    text = source("mesh/shape.glsl")
     assert sides_meet(text)
     assert not sides_meet(text.replace("tess_coord * 64.0", "tess_coord * 32.0"))
 

@@ -8,6 +8,7 @@ from collections.abc import Iterator
 
 from ..camera import Camera
 from ..camera.curvature import bend_per_m
+from ..files.views import depth_below_ground
 from ..heightmap import Heightmap
 from ..light.climate import AUTO
 from ..light.lighting import ramp_seen
@@ -81,7 +82,9 @@ def _lines_between(low_m: float, high_m: float, asked_m: float) -> int:
 
 
 def tell_no_land(args: argparse.Namespace, heightmap: Heightmap, camera: Camera) -> None:
-    """Say that no land is in the picture, and how far the eye is from the map."""
+    """Say that no land is in the picture, and how far the eye is from the map; not if the eye is under the ground."""
+    if depth_below_ground(heightmap.coarse(), camera) > 0:  # that is told already
+        return
     east, north = heightmap.extent_m
     x, y, _ = camera.eye
     away_m = math.hypot(max(-x, 0, x - east), max(-y, 0, y - north))
