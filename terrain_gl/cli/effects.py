@@ -6,6 +6,7 @@ import argparse
 import math
 from collections.abc import Iterator
 
+from ..basics.words import metres
 from ..camera import Camera
 from ..camera.curvature import bend_per_m
 from ..files.views import depth_below_ground
@@ -88,9 +89,7 @@ def tell_no_land(args: argparse.Namespace, heightmap: Heightmap, camera: Camera)
     east, north = heightmap.extent_m
     x, y, _ = camera.eye
     away_m = math.hypot(max(-x, 0, x - east), max(-y, 0, y - north))
-    where = (
-        f"the eye is {_length(away_m)} from the map" if away_m else "the eye is over the map, and looks away from it"
-    )
+    where = f"the eye is {metres(away_m)} from the map" if away_m else "the eye is over the map, and looks away from it"
     report.note(f"no land is in the picture: {where}{_advice(args, heightmap, camera)}")
 
 
@@ -102,7 +101,3 @@ def _advice(args: argparse.Namespace, heightmap: Heightmap, camera: Camera) -> s
         if math.hypot(max(-x, 0, x - east), max(-y, 0, y - north)) <= _NEAR * max(east, north):
             return "; for --eye and --target in coordinates of the map, add --coordinates map"
     return f"; --eye and --target count metres from its south-west post, and it reaches to {east:.6g},{north:.6g}"
-
-
-def _length(metres: float) -> str:
-    return f"{metres / 1000:,.3g} km" if metres >= 1000 else f"{metres:.3g} m"

@@ -21,6 +21,7 @@ from typing import Any
 
 import numpy as np
 
+from ..basics.boxes import box_sums
 from ..basics.steps import Progress, drain
 from ..camera import Camera
 from ..camera.pieces import Piece
@@ -236,16 +237,9 @@ def inset_of(truth: Truth, images: Sequence[np.ndarray]) -> tuple[slice, slice]:
     """The part where the pictures differ most from the truth, with some of the skyline if there is one."""
     height, width = (max(1, round(_INSET * side)) for side in truth.sky.shape)
     squares = sum((np.square(difference_of(truth.image, image)) for image in images), np.zeros(truth.sky.shape))
-    off = _box_means(squares, height, width)
-    share = _box_means(truth.sky, height, width)
+    off = box_sums(squares, height, width)
+    share = box_sums(truth.sky, height, width) / (height * width)
     fits = (share >= _SKY_IN_INSET[0]) & (share <= _SKY_IN_INSET[1])
     best = np.argmax(np.where(fits, off, -1.0) if fits.any() else off)
     row, col = int(best) // off.shape[1], int(best) % off.shape[1]
     return slice(row, row + height), slice(col, col + width)
-
-
-def _box_means(values: np.ndarray, height: int, width: int) -> np.ndarray:
-    """Mean over every box of a size in the picture, by its first row and column."""
-    sums = np.pad(values.astype(np.float64).cumsum(0).cumsum(1), ((1, 0), (1, 0)))
-    east, west = sums[:, width:], sums[:, :-width]
-    return (east[height:] - east[:-height] - west[height:] + west[:-height]) / (height * width)

@@ -20,6 +20,7 @@ from typing import Any, NamedTuple, Protocol
 
 import numpy as np
 
+from ..basics.boxes import box_sums
 from ..basics.exceptions import UsageError
 from ..basics.rect import Edit, slices_hull, within
 from ..heightmap import MAX_HEIGHT_M, Heightmap
@@ -178,16 +179,10 @@ def _means(ground: Edit, shape: tuple[int, int], rows: slice, cols: slice, half:
     part = ground.heights[posts].astype(np.float64)
     known = inside & np.isfinite(part)
     base = float(part[known].mean()) if known.any() else 0.0  # sums of small numbers lose fewer digits
-    totals = _box_sums(np.where(known, part - base, 0.0), half)
-    counts = _box_sums(known.astype(np.float64), half)
+    size = (2 * half[1] + 1, 2 * half[0] + 1)
+    totals = box_sums(np.where(known, part - base, 0.0), *size)
+    counts = box_sums(known, *size)
     return base + totals / np.maximum(counts, 1.0)
-
-
-def _box_sums(values: np.ndarray, half: tuple[int, int]) -> np.ndarray:
-    sums = np.pad(values.cumsum(0).cumsum(1), ((1, 0), (1, 0)))
-    wide = 2 * half[0] + 1
-    high = 2 * half[1] + 1
-    return sums[high:, wide:] - sums[:-high, wide:] - sums[high:, :-wide] + sums[:-high, :-wide]
 
 
 # --- Strokes ----------------------------------------------------------------------------------------------------------

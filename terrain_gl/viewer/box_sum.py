@@ -6,9 +6,9 @@ from dataclasses import dataclass
 
 import numpy as np
 
+from ..basics.words import metres
 from ..renderer import Renderer
 from ..terrain import quantisation_range
-from .frame_stats import metres
 
 
 @dataclass(frozen=True)

@@ -5,8 +5,9 @@ from __future__ import annotations
 from collections.abc import Iterator
 from typing import Any
 
+from ..basics.words import metres
 from .controller import Controller
-from .frame_stats import FRAMES, STAGES, FrameStats, Record, clock, drawing_ms, metres, seconds
+from .frame_stats import FRAMES, STAGES, FrameStats, Record, clock, drawing_ms, seconds
 from .painter import Painter
 from .widgets import Widgets
 

@@ -6,9 +6,9 @@ from dataclasses import dataclass
 
 import numpy as np
 
+from ..basics.words import metres
 from ..renderer import Renderer
 from ..verify.explain import Choice, Explanation, Lookup
-from .frame_stats import metres
 from .widgets import Widgets
 
 AROUND = 0.5  # tiles around the box that are shown, relative to its side

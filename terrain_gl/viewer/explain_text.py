@@ -6,10 +6,10 @@ from typing import Any
 
 import numpy as np
 
+from ..basics.words import metres
 from ..renderer.methods import EVERY_POST
 from ..renderer.options import RenderOptions
 from ..verify.explain import Choice, Explanation
-from .frame_stats import metres
 
 HEADINGS = ("drawn as", "posts apart", "error", "on screen", "")
 

@@ -94,13 +94,6 @@ def clock(stats: dict[str, Any]) -> tuple[str, str]:
     return "GPU", "by the GPU's own clock (timer queries)"
 
 
-def metres(value: float) -> str:
-    """Three digits or so: 0.85 m, 12.4 m, 870 m, 5.2 km."""
-    if abs(value) >= 10000:
-        return f"{value / 1000:,.1f} km"
-    return f"{value:,.0f} m" if abs(value) >= 100 else f"{value:.3g} m"
-
-
 def seconds(ms: float) -> str:
     """Three digits or so, in milliseconds or seconds."""
     return f"{ms:.3g} ms" if ms < 999 else f"{ms / 1000:.1f} s"

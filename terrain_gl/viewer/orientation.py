@@ -7,10 +7,10 @@ import math
 import numpy as np
 
 from ..basics.exceptions import TerrainError
+from ..basics.words import metres
 from ..heightmap import Heightmap
 from ..readers.place import degrees
 from .controller import Controller
-from .frame_stats import metres
 from .pose import hit_ground
 from .widgets import Widgets
 from .window_state import Size

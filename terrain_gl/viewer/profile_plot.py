@@ -6,8 +6,8 @@ import math
 
 import numpy as np
 
+from ..basics.words import metres
 from ..shade.contours import interval_m
-from .frame_stats import metres
 from .ruler import Profile
 from .widgets import Widgets
 

@@ -9,6 +9,7 @@ import pytest
 from viewers import hills
 
 from terrain_gl.basics.exceptions import UsageError
+from terrain_gl.basics.words import metres
 from terrain_gl.camera import Camera
 from terrain_gl.heightmap import Heightmap
 from terrain_gl.renderer import Renderer
@@ -19,7 +20,7 @@ from terrain_gl.verify.explain import Choice, Explanation
 from terrain_gl.viewer import explain_text, legend
 from terrain_gl.viewer.commands import GROUPS, shown_lines
 from terrain_gl.viewer.controller import MOVE_KEYS
-from terrain_gl.viewer.frame_stats import FrameStats, clock, metres, without_bounds
+from terrain_gl.viewer.frame_stats import FrameStats, clock, without_bounds
 from terrain_gl.viewer.settings import STEP, Settings
 
 
