@@ -18,7 +18,7 @@ from pathlib import Path
 ROOT = Path(__file__).parent.parent
 sys.path.insert(0, str(ROOT))
 
-from course import checking, solving  # noqa: E402
+from course import folders, solving  # noqa: E402
 
 KINDS = ("blank", "wrong", "right", "malicious")
 MALICE = {
@@ -70,7 +70,7 @@ def main(folder: str, students: str = "40", seconds: str = "60") -> None:
 def hand_in(student: Path, number: int, outside: Path) -> None:
     """One student's lessons."""
     kind = KINDS[number % len(KINDS)]
-    for folder in checking.lessons():
+    for folder in folders.lessons():
         text = solving.solution(folder).read_text(encoding="utf-8")
         if kind == "blank":
             text = solving.blank(text)

@@ -13,7 +13,8 @@ import subprocess
 import sys
 from pathlib import Path
 
-from .checking import EXACT, HERE, SECONDS, SEED, Lesson, check, lesson, lessons, points_text
+from .checking import EXACT, SECONDS, Lesson, check, lesson, points_text
+from .folders import HERE, SEED, lessons
 from .remote import StudentError
 
 PICTURE = "check_{number:02d}.png"

@@ -21,15 +21,12 @@ from typing import Any
 
 import numpy as np
 
+from .folders import BLANKS, lessons
 from .remote import BlankError, Student, StudentError
 
-HERE = Path(__file__).parent
-LESSONS = HERE / "lessons"
 EXACT, CLOSE, NOT_RUN, WRONG, BLANK = ORDER = ("exact", "close", "not run", "wrong", "blank")
 SECONDS = 20.0  # for a task
 SAID = 6  # lines that a task says
-SEED = HERE / "seed"  # the number that chooses the maps of this copy's checks; without the file, 1
-BLANKS = HERE / "blanks"  # the students' files as they were handed out; only in the students' tree
 ROUNDING = 1e-9  # relative to the largest expected value: room for a few million roundings of float64
 
 
@@ -123,11 +120,6 @@ def _joined(names: list[str], title: str) -> str:
 def task(title: str, points: int = 1) -> Callable[[Callable[..., Iterator[Finding]]], Task]:
     """Declare a task of a check."""
     return lambda run: Task(title, points, run)
-
-
-def lessons() -> list[Path]:
-    """Folders of all lessons, in their order."""
-    return sorted(path.parent for path in LESSONS.glob("*/check.py"))
 
 
 def lesson(number: int) -> Lesson:

@@ -11,7 +11,8 @@ from concurrent.futures import ThreadPoolExecutor
 from dataclasses import dataclass
 from pathlib import Path
 
-from .checking import HERE, NOT_RUN, WRONG, Lesson, Outcome, check, points_text
+from .checking import NOT_RUN, WRONG, Lesson, Outcome, check, points_text
+from .folders import HERE
 from .remote import Student
 
 LARGEST = 1 << 20  # bytes of a student's file

@@ -19,7 +19,8 @@ from typing import NamedTuple
 
 import numpy as np
 
-from .checking import HERE, Lesson, lesson
+from .checking import Lesson, lesson
+from .folders import HERE
 
 PARTS = HERE / "growing"
 SOLVED = HERE / "solved"  # solutions that a lecturer has added to the students' tree

@@ -11,7 +11,7 @@ import tomllib
 from pathlib import Path
 from typing import NamedTuple
 
-from .checking import HERE
+from .folders import HERE
 from .solving import SOLUTIONS
 
 ROOT = HERE.parent

@@ -10,7 +10,8 @@ from typing import Any
 
 import numpy as np
 
-from .checking import BLANK, HERE, NOT_RUN, SECONDS, WRONG, Finding, compare
+from .checking import BLANK, NOT_RUN, SECONDS, WRONG, Finding, compare
+from .folders import HERE
 from .remote import Student, StudentError
 
 RUNNER = HERE / "box" / "shaders.py"

@@ -16,7 +16,7 @@ from collections.abc import Sequence
 from pathlib import Path
 from typing import NamedTuple
 
-from .checking import BLANKS, HERE, LESSONS, SEED, lessons
+from .folders import BLANKS, HERE, LESSONS, SEED, lessons
 
 SOLUTIONS = HERE / "solutions"
 # The students' tree: what of the top folder is in it, and what is nowhere in it.

@@ -12,6 +12,7 @@ from importlib import import_module
 from typing import TYPE_CHECKING, Any
 
 from .basics.exceptions import TerrainError, UsageError
+from .basics.version import __version__
 
 if TYPE_CHECKING:
     from .camera import Camera
@@ -21,8 +22,17 @@ if TYPE_CHECKING:
     from .renderer.frame import Frame
     from .viewer.showing import show
 
-__version__ = "0.3.0"
-__all__ = ["Camera", "Frame", "Heightmap", "Renderer", "TerrainError", "UsageError", "create_context", "show"]
+__all__ = [
+    "Camera",
+    "Frame",
+    "Heightmap",
+    "Renderer",
+    "TerrainError",
+    "UsageError",
+    "__version__",
+    "create_context",
+    "show",
+]
 _MODULES = {
     "Camera": "camera",
     "Frame": "renderer.frame",

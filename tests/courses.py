@@ -8,11 +8,11 @@ import numpy as np
 ROOT = Path(__file__).parent.parent
 sys.path.insert(0, str(ROOT))  # the course is not installed as a package
 
-from course import checking, solving  # noqa: E402
+from course import checking, folders, solving  # noqa: E402
 from course.box import wire  # noqa: E402
 from course.remote import BlankError, StudentError  # noqa: E402
 
-NUMBERS = [int(folder.name[:2]) for folder in checking.lessons()]
+NUMBERS = [int(folder.name[:2]) for folder in folders.lessons()]
 
 
 class Local:

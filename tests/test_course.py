@@ -9,7 +9,7 @@ import time
 import courses
 import numpy as np
 import pytest
-from courses import NUMBERS, ROOT, checking, outcomes, solved, solving, told
+from courses import NUMBERS, ROOT, checking, folders, outcomes, solved, solving, told
 
 from course.shaders import missing
 
@@ -102,8 +102,8 @@ def test_the_reference_imports_with_numpy_alone():
 import sys
 sys.modules.update(dict.fromkeys({blocked}))
 import terrain_gl.reference
-from course import checking
-for folder in checking.lessons():
+from course import checking, folders
+for folder in folders.lessons():
     if checking.load(folder / "check.py").__dict__.get("NEEDS") != "OpenGL":
         checking.lesson(int(folder.name[:2]))
 loaded = {{name.split(".")[0] for name in sys.modules}}
@@ -206,7 +206,7 @@ def test_the_site_has_every_page():
     index = (ROOT / "docs" / "index.md").read_text(encoding="utf-8")
     pages = [path for path in (ROOT / "docs").glob("*.md") if path.name != "index.md"]
     pages += set((ROOT / "course").glob("*.md")) - {ROOT / "course" / "LECTURERS.md"}
-    pages += [folder / "page.md" for folder in checking.lessons()]
+    pages += [folder / "page.md" for folder in folders.lessons()]
     listed = {(ROOT / "docs" / f"{line}.md").resolve() for line in re.findall(r"^[\w./]+$", index, re.MULTILINE)}
     assert {path.resolve() for path in pages} <= listed
     gallery = (ROOT / "docs" / "examples" / "index.md").resolve()  # made by the build

@@ -2,9 +2,9 @@
 
 import numpy as np
 import pytest
-from courses import checking
+from courses import checking, folders
 
-LESSONS = {int(folder.name[:2]): folder for folder in checking.lessons()}
+LESSONS = {int(folder.name[:2]): folder for folder in folders.lessons()}
 
 
 def page(number):

@@ -13,8 +13,8 @@ import sys
 from collections.abc import Sequence
 from importlib import import_module
 
-from .. import __version__
 from ..basics.exceptions import TerrainError, UsageError
+from ..basics.version import __version__
 from . import signals
 from .parsing import Parser, join_negative, unknown, with_command
 from .text import printable

@@ -18,8 +18,8 @@ from typing import Any, NamedTuple
 
 import numpy as np
 
-from .. import __version__
 from ..basics.steps import Steps, drain, portion
+from ..basics.version import __version__
 from ..files import maps
 from ..files.furniture import stamp
 from ..film.path import CameraPath, FlightFrame

@@ -6,8 +6,8 @@ import argparse
 import os
 from typing import Any
 
-from .. import __version__
 from ..basics.exceptions import TerrainError
+from ..basics.version import __version__
 from ..files.maps import bundled
 from ..gpu import gl
 from ..gpu.context import Probe, create_context, probe_backends

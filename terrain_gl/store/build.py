@@ -13,8 +13,8 @@ from typing import Any
 
 import numpy as np
 
-from .. import __version__
 from ..basics.exceptions import TerrainError, UsageError
+from ..basics.version import __version__
 from ..readers.plausible import not_of_the_earth
 from ..readers.raster import Spacing, both
 from ..readers.windows import Reading, WindowedRaster, open_windows, windows_of

@@ -21,9 +21,9 @@ from collections.abc import Callable, Iterator
 from pathlib import Path
 from typing import Any, NamedTuple
 
-from .. import __version__
 from ..basics.exceptions import TerrainError
 from ..basics.replacing import replacing
+from ..basics.version import __version__
 from ..readers import files_of
 from ..readers.raster import Spacing
 from ..readers.windows import Reading

@@ -22,8 +22,8 @@ from typing import Any
 
 import numpy as np
 
-from .. import __version__
 from ..basics.exceptions import TerrainError
+from ..basics.version import __version__
 from ..readers.georeference import Georeference, Grid
 from ..readers.raster import Spacing
 from .pyramid import Area, StoreSizes
