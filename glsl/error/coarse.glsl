@@ -1,6 +1,5 @@
 // error/coarse.glsl — large nodes are computed in two steps: one thread for each block of posts, then all blocks of a
-//   node
-// together.
+//   node together.
 //   The results of blocks are kept for every coarse level, so an edit only recomputes the blocks that it touches.
 //   The picture shows a node of 4 × 4 blocks. The last block of a row or column, or the last one on the map, also has
 //   the posts of the node's far edge:

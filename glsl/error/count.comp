@@ -1,6 +1,5 @@
 // error/count.comp — the values that a level's summed-area tables sum: for each tile and class, 1 if the tile's error
-//   is
-// above the class's limit; and the squared error of each tile. One thread computes one tile.
+//   is above the class's limit; and the squared error of each tile. One thread computes one tile.
 // Python twins: reference.class_tables, reference.square_table
 
 #include "error/nodes.glsl"

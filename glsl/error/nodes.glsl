@@ -2,8 +2,7 @@
 //   as fan.
 //   max_m: the largest error inside the node, edges included.   rms_m: the root mean square over the node's own posts.
 //   Posts of the north and west edges are its own; those of the south and east edges belong to the neighbours. So any
-//   set of nodes
-//   that covers the map counts every post once.
+//   set of nodes that covers the map counts every post once.
 //   Voids have no error. If a node has voids, the mean over its remaining posts is larger than rms_m; the sign of rms_m
 //   marks such nodes. The error of a fan is never below the errors of the node's children. So if a neighbour forces a
 //   node to split, its children are within the tolerance if the node was.

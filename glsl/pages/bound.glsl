@@ -2,13 +2,11 @@
 //   Each page has its own tables. If all pages over a closed box are loaded at its spacing, the bound is that of the
 //   whole map's tables. Elsewhere the heights are bilinear between the posts of a coarser page, of level l > j:
 //     - Inside one page. Bilinear heights lie between both diagonals of the page's cells, and so does every mesh
-//     through
-//       them. So its error is at most M_l, however fine its triangles are.
+//       through them. So its error is at most M_l, however fine its triangles are.
 //     - Across pages. A cell in page A may have corners in page B. With A's heights there, its error would be at most
-//     M_A; these
-//       heights differ from B's by at most M_A + M_B. So its error is at most 2 M_A + M_B ≤ 3 max M.
-//       (docs/stores.md) Records say nothing of voids: if a node has a void post, there is no bound until all pages are
-//       loaded.
+//       M_A; these heights differ from B's by at most M_A + M_B. So its error is at most 2 M_A + M_B ≤ 3 max M.
+//       Records say nothing of holes: a node with a hole has no such bound until all pages over the box are loaded.
+//   The proof: docs/stores.md.
 // Provides is_within_m(), largest_m(), squares_m2().   Python twins: reference.bound_max_m, reference.class_tables,
 // reference.box_sum
 

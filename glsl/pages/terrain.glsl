@@ -1,13 +1,11 @@
 // pages/terrain.glsl — a map of which only some tiles are on the GPU (docs/stores.md).
 //   A page is a tile of PAGE × PAGE nodes of one level, with the posts at their corners. A loaded page is in a slot of
-//   a pool, and all pages above it are loaded, too. The finest loaded page over a post gives its height: the post's own
-//   height if it is
-//   on the lattice of that page, else the bilinear height between four posts of the lattice. So all shaders see the
-//   same height. Page tables: for each level the slot of each page, + 1, and whether it has light; then, for each page
-//   of level 0, the finest loaded one over it.
+//   a pool, and all pages above it are loaded, too. The finest loaded page over a post gives its height: the post's
+//   own height if it is on the lattice of that page, else the bilinear height between four posts of the lattice. So
+//   all shaders see the same height. Page tables: for each level the slot of each page, + 1, and whether it has
+//   light; then, for each page of level 0, the finest loaded one over it.
 // Provides height_m(), marks_at(), range_index(), loaded_level(), finest_over(), first_texel(), PAGE, slot_of(),
-// lit_slot_of(),
-// pages_of(), resident_level().
+// lit_slot_of(), pages_of(), resident_level().
 
 #ifndef WINDOW
 #define PAGE (1 << PAGE_LOG2)

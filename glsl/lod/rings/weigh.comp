@@ -1,9 +1,8 @@
-// lod/rings/weigh.comp — the error of every square of a block with 1, 2, 4, ... 64 segments a side, in squared pixels,
-//   from
-// the exact sums of the tables.
-//   E(p, T) is the box sum of squared errors; an error of one metre makes w pixels in the middle of the square. A post
-//   counts n
-//   times, where n is the width of a cell in pixels, or 1 if that is larger: n = max(1, K √(s_x s_y) / z).
+// lod/rings/weigh.comp — the error of every square of a block with 1, 2, 4, ... 64 segments a side, in squared
+//   pixels, from the exact sums of the tables.
+//   E(p, T) is the box sum of squared errors; an error of one metre makes w pixels in the middle of the square. A
+//   post counts n times, where n is the width of a cell in pixels, or 1 if that is larger: n = max(1, K √(s_x s_y) /
+//   z).
 //   The mean square of the sag over a cell is about half the square of its largest value.
 //   One work group handles one block, one thread one of its units.
 
