@@ -99,7 +99,9 @@ def test_colours_stand_at_true_heights():
     def middle(heights, exaggeration):
         with Renderer(Heightmap(heights, 30.0), SIZE) as renderer:
             camera = Camera((900.0, 900.0, 30000.0), (900.0, 900.0, 0.0), 2.0, up=(0, 1, 0))
-            frame = renderer.render(camera, look="viridis", grain="off", exaggeration=exaggeration)
+            frame = renderer.render(
+                camera, look="viridis", ramp_range=(0.0, 3000.0), grain="off", exaggeration=exaggeration
+            )
         return frame.image[40:60, 70:90, :3].astype(int).mean((0, 1))
 
     flat = np.full((61, 61), 700, "f4")

@@ -92,17 +92,33 @@ def test_pictures_show_the_ramp_and_say_its_range(placed, run):
     code, _, told = run(*SHOT, "b.png", *down, "--drape", "change.tif", "--range=-1,1", "--ramp", "viridis")
     assert code == 0 and "ramp viridis from -1 to 1" in told
     assert (np.abs(read_image("b.png").astype(int) - picture).max(-1) > 40).mean() > 0.3
-    code, _, told = run(*SHOT, "c.png", *down, "--material", "dem.tif")
-    assert code == 0 and "clipped to 0 to 1" in told and "--drape" in told
+    code, _, told = run(*SHOT, "c.png", *down, "--material", "change.tif")
+    assert code == 0 and "change.tif: holds values, not colours: they are shown as by --drape" in told
+    assert (read_image("c.png") == picture).all()
 
 
 def test_heights_take_a_range(placed, run):
-    code, _, told = run(*SHOT, "a.png", "--look", "viridis")
-    assert code == 0 and "nearly one colour: give --range=100" in told
+    assert run(*SHOT, "a.png", "--look", "viridis", "--range", "0,6000")[::2] == (0, "")
     assert run(*SHOT, "b.png", "--look", "viridis", "--range", "100,120")[::2] == (0, "")
     assert run(*SHOT, "c.png", "--look", "diverging", "--range", "100,120")[::2] == (0, "")
     plain, ranged, diverging = (read_image(f"{name}.png").astype(int) for name in "abc")
     assert (np.abs(ranged - plain).max(-1) > 40).mean() > 0.1 and (np.abs(diverging - ranged).max(-1) > 40).mean() > 0.1
+    code, _, told = run(*SHOT, "d.png", "--look", "viridis")
+    assert code == 0 and told.startswith("terrain-gl: note: --look viridis: from 100 to ") and "diverging" not in told
+    assert (np.abs(read_image("d.png").astype(int) - plain).max(-1) > 40).mean() > 0.1
+
+
+def test_albedo_of_one_band_stays_light(placed, run):
+    rasterio = pytest.importorskip("rasterio", reason="the extra [geo] is not installed")
+    with rasterio.open("change.tif") as file:
+        profile = file.profile
+    for name, most in (("light.tif", 1.0), ("metres.tif", 1.1)):
+        with rasterio.open(name, "w", **profile) as out:
+            out.write(np.full((1, 41, 41), np.linspace(0.1, most, 41), "f4"))
+    assert run(*SHOT, "a.png", "--material", "light.tif")[::2] == (0, "")
+    assert run(*SHOT, "b.png", "--material", "metres.tif")[2].endswith("metres.tif: ramp viridis from 0.1 to 1.1\n")
+    grey, coloured = (read_image(name)[20:30, 20:40, :3].astype(int) for name in ("a.png", "b.png"))
+    assert np.ptp(grey, axis=-1).mean() + 30 < np.ptp(coloured, axis=-1).mean()
 
 
 def test_a_range_without_a_ramp_is_told_and_a_wrong_one_refused(placed, run):

@@ -19,8 +19,7 @@ const Material FILLED = Material(vec3(0.20, 0.20, 0.21), 0.95);  // ground witho
 #define EARTH 1
 #define GREY 2
 #define TINT 3
-#define VIRIDIS 4
-#define RAMP 5
+#define RAMP 4
 
 // Macros for a program that serves one map, and leaves out all other code:
 // whether a picture covers the land, the look of the land, whether it is dry.
@@ -167,21 +166,12 @@ const vec4 TINTS[10] = vec4[10](
     vec4(0.25, 0.17, 0.10, 2400.0),
     vec4(0.30, 0.28, 0.26, 3600.0), vec4(0.49, 0.49, 0.50, 5500.0));
 
-// Viridis (Smith, van der Walt 2015), linear light, from the sea to high mountains.
-const vec4 VIRIDES[10] = vec4[10](
-    vec4(0.058, 0.000, 0.089, -500.0), vec4(0.065, 0.020, 0.174, 0.0), vec4(0.048, 0.057, 0.243, 250.0),
-    vec4(0.031, 0.106, 0.266, 600.0),
-    vec4(0.020, 0.162, 0.270, 1000.0), vec4(0.014, 0.234, 0.263, 1500.0), vec4(0.020, 0.334, 0.225, 2200.0),
-    vec4(0.112, 0.449, 0.141, 3000.0),
-    vec4(0.386, 0.566, 0.040, 4000.0), vec4(0.984, 0.799, 0.019, 6000.0));
-
 uniform vec4 u_ramp[10];  // a ramp of colours by height: light.ramps.Ramp.stops
 
 Material land_of(vec2 post, vec2 extent, Relief fine, float hollow) {
     if (LOOK == EARTH) return earth_land(length(fine.slope) / u_exaggeration, patchiness(post, extent), hollow);
     if (LOOK == GREY) return Material(vec3(0.26), 0.9);
     if (LOOK == TINT) return Material(between_stops(TINTS, metres_up(fine.height_m)), 0.95);
-    if (LOOK == VIRIDIS) return Material(between_stops(VIRIDES, metres_up(fine.height_m)), 0.95);
     if (LOOK == RAMP) return Material(between_stops(u_ramp, metres_up(fine.height_m)), 0.95);
     return natural_land(post, extent, fine, hollow);
 }
@@ -196,7 +186,7 @@ Material material_of(vec2 post, vec2 extent, Relief fine) {
     Material land = land_of(post, extent, fine, hollow);
     if (MARKED) {
         vec2 marked = marked_at(post);
-        if (LOOK != GREY && LOOK != VIRIDIS && LOOK != RAMP) land = mixed(land, WATER, smoothstep(0.3, 0.7, marked.y));
+        if (LOOK != GREY && LOOK != RAMP) land = mixed(land, WATER, smoothstep(0.3, 0.7, marked.y));
         land = mixed(land, FILLED, smoothstep(0.0, 1.0, marked.x));
     }
     return mixed(land, pictured, picture.a);

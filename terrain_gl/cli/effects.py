@@ -15,7 +15,7 @@ from ..light.climate import AUTO
 from ..light.lighting import ramp_seen
 from ..light.ramps import AUTO as RAMP_AUTO
 from ..light.ramps import LOOKS as RAMPS
-from ..light.ramps import Values
+from ..light.ramps import Values, ramp_for
 from ..renderer.options import RenderOptions
 from ..shade.contours import interval_m
 from ..shade.picture import Look
@@ -30,7 +30,6 @@ _OF_LIGHT = {
     "look": AUTO,
     "water_m": None,
 }
-_FEW_M = 300.0  # heights in a smaller range have nearly one colour of viridis, which shows 6000 m
 _NEAR = 5.0  # longer sides of the map
 
 
@@ -42,6 +41,15 @@ def tell(args: argparse.Namespace, scene: CommandScene) -> None:
     if args.drape and Look(args.style).is_lit:
         ramp = ramp_seen(Values(args.drape, args.ramp, args.ramp_range), scene.heightmap.georeference)
         report.note(f"{report.shown(args.drape)}: ramp {ramp.name} from {ramp.low:.6g} to {ramp.high:.6g}")
+    elif args.look in RAMPS and Look(args.style).is_lit and not args.ramp_range:
+        report.note(_heights_seen(args.look, *scene.heightmap.range_m))
+
+
+def _heights_seen(look: str, low_m: float, high_m: float) -> str:
+    """The heights that a look shows which is a ramp."""
+    ramp = ramp_for(low_m, high_m, look)
+    advice = "; --look diverging is white at 0" if look == "viridis" and low_m < 0 < high_m else ""
+    return f"--look {look}: from {ramp.low:.6g} to {ramp.high:.6g} m{advice}"
 
 
 def _without_effect(args: argparse.Namespace, scene: CommandScene) -> Iterator[str]:
@@ -60,9 +68,6 @@ def _without_effect(args: argparse.Namespace, scene: CommandScene) -> Iterator[s
         yield "--range: without effect, because there is no ramp: give --drape, or --look viridis or diverging"
     if args.ramp != RAMP_AUTO and not args.drape:
         yield "--ramp: without effect, because there are no values: give --drape, or --look viridis or diverging"
-    if args.look == "viridis" and not args.ramp_range and high_m - low_m < _FEW_M:
-        advice = f"give --range={low_m:.6g},{high_m:.6g}, or --look diverging"
-        yield f"--look viridis shows 0 to 6000 m, so this map has nearly one colour: {advice}"
     if args.contour_m is not None and not _lines_between(low_m, high_m, args.contour_m):
         every = args.contour_m or interval_m(low_m, high_m)
         yield f"--contours: no line, because no multiple of {every:g} m lies between {low_m:g} and {high_m:g} m"

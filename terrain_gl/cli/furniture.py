@@ -37,6 +37,6 @@ def _ramp(args: argparse.Namespace, heightmap: Heightmap) -> tuple[Ramp | None, 
         return None, ""
     if args.drape:
         return ramp_seen(Values(args.drape, args.ramp, args.ramp_range), heightmap.georeference), ""
-    if args.look in RAMPS and (args.ramp_range or args.look == "diverging"):
+    if args.look in RAMPS:
         return ramp_for(*heightmap.range_m, args.look, args.ramp_range), "m"
     return None, ""

@@ -8,7 +8,7 @@ from typing import Any
 
 from ..basics.exceptions import UsageError
 from ..heightmap import Heightmap
-from ..light.laid import holds_values
+from ..light.laid import holds_values, is_albedo
 from ..renderer.draped import is_on_map
 from ..renderer.overlay import Overlay, read_overlay
 from . import report
@@ -38,9 +38,9 @@ def lay_pictures(args: argparse.Namespace) -> None:
         args.drape = pictures[0]
     elif pictures:
         args.material = pictures[0]
-    elif args.material and holds_values(args.material):
-        what = "holds numbers, not colours: they count as light, and are clipped to 0 to 1"
-        report.note(f"{report.shown(args.material)}: {what}; for a ramp of colours give --drape instead of --material")
+    elif args.material and holds_values(args.material) and not is_albedo(args.material):
+        report.note(f"{report.shown(args.material)}: holds values, not colours: they are shown as by --drape")
+        args.drape, args.material = args.material, None
 
 
 def of(args: argparse.Namespace, heightmap: Heightmap, silent: bool = False) -> tuple[Overlay, ...]:

@@ -1,7 +1,8 @@
 """Looks of the land, by name; and the climate of a place: its tree line, its snow line, and how dry it is.
 
-Colours depend on metres above the sea and on the place on the Earth, never on the map's own range of heights. So a part
-of a map has the same colours as in the whole map, and edits elsewhere do not change them.
+Colours depend on metres above the sea and on the place on the Earth, not on the map's own range of heights. So a part
+of a map has the same colours as in the whole map, and edits elsewhere do not change them. Ramps alone show the map's
+range, unless they are given another one.
 """
 
 from __future__ import annotations
@@ -18,7 +19,7 @@ from ..readers.georeference import DEGREES
 from ..readers.place import Place
 
 AUTO = "auto"
-_NATURAL, _EARTH, _GREY, _TINT, _VIRIDIS, RAMP = range(6)  # glsl/shade/cover.glsl
+_NATURAL, _EARTH, _GREY, _TINT, RAMP = range(5)  # glsl/shade/cover.glsl
 _EARTH_M = 6.3e6, 6.4e6  # semi-major axes
 ATLAS_M = 1000.0  # with posts at least this far apart, the colours are those of an atlas: woods are too small
 LATITUDE_DEG = 46.0  # used if the latitude is not known: that of the Alps
@@ -76,8 +77,8 @@ LOOKS = {
     "earth": Kind(_EARTH, None, "soil and rock, by steepness alone"),
     "grey": Kind(_GREY, None, "a hillshade"),
     "tint": Kind(_TINT, None, "an atlas' colours of heights"),
-    "viridis": Kind(_VIRIDIS, None, "a colour map of heights, 0 to 6000 m, or --range"),
-    "diverging": Kind(RAMP, None, "red below 0, blue above"),
+    "viridis": Kind(RAMP, None, "a colour map of heights, over those of the map, or --range"),
+    "diverging": Kind(RAMP, None, "red below 0, blue above, or --range"),
 }
 NAMES = (AUTO, *LOOKS)
 

@@ -138,6 +138,13 @@ def holds_values(path: str) -> bool:
         return False
 
 
+def is_albedo(path: str) -> bool:
+    """Whether all values of a raster of one band are from 0 to 1, so they may be the share of light that returns."""
+    draped = read_values(path)
+    there = draped.values[draped.covered > 0]
+    return bool(there.min() >= 0 and there.max() <= 1)
+
+
 @contextmanager
 def _placed(path: str, name: str) -> Iterator[Any]:
     """Yield the rasterio dataset of a picture with coordinates; None for other pictures."""
