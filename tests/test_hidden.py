@@ -96,7 +96,7 @@ def test_a_horizon_that_is_too_high_shows_missing_land(ctx, valley, monkeypatch)
     renderer, _ = valley
     camera = tg.Camera((640.0, 170.0, 420.0), (640.0, 900.0, 100.0), 70.0)
     whole = renderer.render(camera, occlusion="off", style=UNLIT).image
-    change_shaders(monkeypatch, "return slope + (u_slope_margin", "return slope - 0.4 + (u_slope_margin")
+    change_shaders(monkeypatch, "? (slope + tan_off)", "? -0.4 + (slope + tan_off)")
     with tg.Renderer(renderer.heightmap, SIZE, ctx=ctx) as poisoned:
         image = poisoned.render(camera, style=UNLIT).image
     assert (image != whole).any(-1).mean() > 0.01
@@ -253,6 +253,28 @@ def test_sectors_are_the_references():
         np.testing.assert_allclose(back, towards / np.linalg.norm(towards), atol=1e-12)
 
 
+def test_a_sight_line_is_blocked_only_if_the_ridge_is_further_off_than_promised():
+    """A ridge that would just block a sight line appears more than E pixels above it, wherever the camera looks."""
+    rng = np.random.default_rng(11)
+    closest = np.inf
+    for _ in range(3000):
+        camera = tg.Camera((0.0, 0.0, 0.0), tuple(rng.normal(size=3)), 60.0, tuple(rng.normal(size=3)))
+        focal_px = camera.focal_px(480)
+        error_px = float(10 ** rng.uniform(-1, 1.6))
+        line = camera.axes[2] + rng.uniform(-0.7, 0.7) * camera.axes[0] + rng.uniform(-0.6, 0.6) * camera.axes[1]
+        slope = line[2] / np.hypot(*line[:2])
+        ridge = np.append(
+            line[:2] / np.hypot(*line[:2]),
+            reference.horizon_needed(slope, reference.angle_off(error_px, focal_px)),
+        )
+        depths = camera.axes[2] @ line, camera.axes[2] @ ridge
+        if not np.isfinite(ridge[2]) or min(depths) <= 0:
+            continue
+        places = [focal_px * (camera.axes[:2] @ point) / z for point, z in zip((line, ridge), depths, strict=True)]
+        closest = min(closest, np.linalg.norm(places[0] - places[1]) / error_px)
+    assert 1 - 1e-9 <= closest < 1.01
+
+
 def test_a_box_is_hidden_exactly_where_the_reference_says(ctx, valley):
     """Each patch, by the horizon of the GPU; but for those at the picture's rim: other sectors have no horizon."""
     renderer, camera = valley
@@ -275,7 +297,7 @@ def test_a_box_is_hidden_exactly_where_the_reference_says(ctx, valley):
         seen = reference.sectors_of(ahead, corners)
         if seen.min() < first or seen.max() >= end:
             continue
-        hidden = reference.is_hidden(horizon, heightmap.spacing_m, ahead, low, high, uniforms["slope_margin"])
+        hidden = reference.is_hidden(horizon, heightmap.spacing_m, ahead, low, high, np.arctan(uniforms["tan_off"]))
         agree += hidden == (i >= frame.selection.patches)
         compared += 1
     assert compared > 40 and agree > 0.97 * compared

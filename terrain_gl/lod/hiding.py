@@ -27,7 +27,7 @@ SHELLS_PER_DOUBLING = 45.0  # as glsl/lod/rings/hidden.glsl has them
 SHELL_SPACINGS = 64.0
 SNAP_PX = 1 / 32  # the rasteriser moves a vertex to a 256th of a pixel
 FARTHEST = {"max": 1.0, "rms": 8.0}  # how far the surface may be drawn off, over the tolerance
-_NOTHING: dict[str, Any] = {"sectors": (0, 0), "shells": 0, "slope_margin": 0.0}
+_NOTHING: dict[str, Any] = {"sectors": (0, 0), "shells": 0, "tan_off": 0.0}
 
 
 class Hiding(NamedTuple):
@@ -81,7 +81,7 @@ class Horizon:
 def hiding(terrain: Terrain, view: ViewBlock, camera: Camera, size: tuple[int, int], goal: Goal) -> Hiding:
     """What the shaders need to find hidden land; nothing is hidden from an eye that may see the land from below.
 
-    A budget hides nothing: its mesh depends on all the land in the picture.
+    A budget of least squares hides nothing: its mesh depends on all the land in the picture.
     """
     heightmap = terrain.heightmap
     farthest_px = FARTHEST.get(goal.metric, math.inf) * goal.tolerance_px
@@ -98,7 +98,7 @@ def hiding(terrain: Terrain, view: ViewBlock, camera: Camera, size: tuple[int, i
     uniforms = {
         "sectors": sectors_in_picture(camera, size),
         "shells": shells_over(heightmap, camera),
-        "slope_margin": (farthest_px + SNAP_PX) / focal_px,
+        "tan_off": math.tan(2 * math.atan((farthest_px + SNAP_PX) / (2 * focal_px))),
     }
     return Hiding(uniforms, farthest_px, camera)
 

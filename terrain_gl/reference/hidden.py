@@ -2,6 +2,8 @@
 
 from __future__ import annotations
 
+import math
+
 import numpy as np
 
 SECTORS = 1024
@@ -66,13 +68,20 @@ def horizon_around(
     return np.maximum.accumulate(slopes, 1)
 
 
-# The surface is drawn at most E pixels off. On a sight line of slope s, E pixels are at most E (1 + s²) / K as a slope
-# (docs/hidden.md). The slope that the horizon must exceed is convex in s, so the ends of an interval decide.
+# The surface is drawn at most E pixels off. Seen from the eye, that is an angle of at most
+#     φ = 2 arctan(E / 2K)                                                                          (docs/hidden.md)
+# tan(arctan s + φ) grows with s, so the highest sight line of a box decides.
 
 
-def horizon_needed(slope: np.ndarray, margin: float) -> np.ndarray:
-    """What the horizon must exceed to block sight lines of a slope; margin = E / K."""
-    return slope + margin * (1 + np.square(slope))
+def angle_off(error_px: float, focal_px: float) -> float:
+    """The largest angle, in radians, between two points of a picture that are so many pixels apart."""
+    return 2 * math.atan(error_px / (2 * focal_px))
+
+
+def horizon_needed(slope: float, off: float) -> float:
+    """What the horizon must exceed to block sight lines of a slope; off = φ, in radians."""
+    steeper = math.atan(slope) + off
+    return math.tan(steeper) if steeper < math.pi / 2 else math.inf
 
 
 def is_hidden(
@@ -81,15 +90,15 @@ def is_hidden(
     ahead: np.ndarray,
     low: np.ndarray,
     high: np.ndarray,
-    margin: float,
+    off: float,
 ) -> bool:
-    """Whether the box from low to high, (3,) metres from the eye, is behind the horizon."""
+    """Whether the box from low to high, (3,) metres from the eye, is behind the horizon; off = φ, in radians."""
     nearest, farthest = np.clip(0, low[:2], high[:2]), np.maximum(np.abs(low[:2]), np.abs(high[:2]))
     near, far = np.linalg.norm(nearest), np.linalg.norm(farthest)
     corners = np.array([(x, y) for x in (low[0], high[0]) for y in (low[1], high[1])])
     if near == 0 or np.ptp(seen := sectors_of(ahead, corners)) > SECTORS / 2:
         return False
     k = np.searchsorted(shell_radii_m(horizon.shape[1], spacing_m), near, "right") - 1
-    slopes = np.array([low[2] / (far if low[2] > 0 else near), high[2] / (near if high[2] > 0 else far)])
+    highest = high[2] / (near if high[2] > 0 else far)
     between = horizon[int(seen.min()) : int(seen.max()) + 1, k]
-    return bool(between.min() > horizon_needed(slopes, margin).max())
+    return bool(between.min() > horizon_needed(highest, off))

@@ -2,10 +2,10 @@
 //   The plane around the eye is cut into SECTORS wedges. Shell k has the radius
 //       r_k = 64 s (2^(k / 45) - 1),      s the smaller spacing: steps of about s near the eye, of r_k / 65 far away.
 //   horizon(i, k) is the largest slope, (height - eye) / distance, of land that the whole sector i meets up to shell k.
-//   Heights are lower bounds of the map. The surface is drawn at most E pixels off. On a sight line of slope s, that is
-//       at most (E / K) (1 + s²) as a slope,      K the focal length in pixels                     (docs/hidden.md)
-//   So a sight line of slope s to a place beyond shell k is blocked if s + (E / K) (1 + s²) < horizon(i, k).
-//   A box is hidden if this holds for its highest and its lowest slope, in all sectors that it spans.
+//   Heights are lower bounds of the map. The surface is drawn at most E pixels off, so the eye sees it off by an angle
+//   of at most φ = 2 arctan(E / 2K), K the focal length in pixels (docs/hidden.md). So a sight line to a place beyond
+//   shell k is blocked if it is more than φ below the horizon. A box is hidden if this holds for its highest sight line,
+//   in all sectors that it spans.
 // Provides SECTORS, sector_direction(), shell_radius_m(), is_hidden().
 // Python twins: reference.sectors_of, reference.sector_directions, reference.is_hidden
 
@@ -15,7 +15,7 @@ layout(binding = 11) uniform sampler2D u_horizon;  // column: sector; row: shell
 
 uniform ivec2 u_sectors;       // the first sector that the picture shows, and the end; equal if nothing is to be hidden
 uniform int u_shells;
-uniform float u_slope_margin;  // E / K: lod/hiding.py
+uniform float u_tan_off;        // tan φ: lod/hiding.py
 
 #ifndef SECTORS
 #define SECTORS 1024  // lod/hiding.py
@@ -54,8 +54,11 @@ vec2 sector_direction(int sector) {
     return vec2(p.x * f.x - p.y * f.y, p.x * f.y + p.y * f.x);
 }
 
-// What the horizon must exceed to block a sight line of this slope.
-float horizon_needed(float slope) { return slope + (u_slope_margin + SLOPE_SLACK) * (1.0 + slope * slope); }
+// What the horizon must exceed to block a sight line of this slope: the slope of a line that is φ steeper.
+float horizon_needed(float slope) {
+    float tan_off = u_tan_off + SLOPE_SLACK, level = 1.0 - slope * tan_off;
+    return level > 0.0 ? (slope + tan_off) / level : NEVER;
+}
 
 // The first and the last sector of a box, as fractions.
 vec2 sectors_of(Box box) {
@@ -71,8 +74,7 @@ bool is_hidden(Box box) {
     if (u_sectors.x >= u_sectors.y || near <= 0.0) return false;
     vec2 span = sectors_of(box);
     if (span.y - span.x > 0.5 * float(SECTORS)) return false;  // it lies behind the camera, where the sectors begin
-    float lowest = box.low.z / (box.low.z > 0.0 ? far : near), highest = box.high.z / (box.high.z > 0.0 ? near : far);
-    float needed = max(horizon_needed(lowest), horizon_needed(highest));
+    float needed = horizon_needed(box.high.z / (box.high.z > 0.0 ? near : far));
     int i = max(int(floor(span.x - 1e-3)), u_sectors.x), end = min(int(floor(span.y + 1e-3)) + 1, u_sectors.y);
     int k = shell_within(near);
     bool hidden = k >= 0 && i < end;
