@@ -4,8 +4,8 @@
 //   horizon(i, k) is the largest slope, (height - eye) / distance, of land that the whole sector i meets up to shell k.
 //   Heights are lower bounds of the map. The surface is drawn at most E pixels off, so the eye sees it off by an angle
 //   of at most φ = 2 arctan(E / 2K), K the focal length in pixels (docs/hidden.md). So a sight line to a place beyond
-//   shell k is blocked if it is more than φ below the horizon. A box is hidden if this holds for its highest sight line,
-//   in all sectors that it spans.
+//   shell k is blocked if it is more than φ below the horizon. A box is hidden if this holds for its highest sight
+//   line, in all sectors that it spans.
 // Provides SECTORS, sector_direction(), shell_radius_m(), is_hidden().
 // Python twins: reference.sectors_of, reference.sector_directions, reference.is_hidden
 
