@@ -113,7 +113,7 @@ class SummedAreaTables:
         questions = self.ctx.buffer(corners.tobytes())
         answers = self.ctx.buffer(reserve=len(corners) * self.word_bytes)
         blocks = {"Words": buffer, "Boxes": questions, "Sums": answers}
-        place = {"first": table.first, "size": table[:2], "layer": layer}
+        place = {"boxes": len(corners), "first": table.first, "size": table[:2], "layer": layer}
         self._run("query", blocks, (len(corners), 1, 1), GROUP, place)
         sums = self._words(answers.read()).reshape(len(corners), -1)
         questions.release()

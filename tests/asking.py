@@ -8,10 +8,11 @@ _KERNEL = """
 layout(local_size_x = 64) in;
 layout(std430, binding = 14) readonly buffer Questions { vec4 question[]; };
 layout(std430, binding = 15) writeonly buffer Answers { vec4 answer[]; };
+uniform uint u_questions;
 vec4 answer_to(vec4 a, vec4 b) { STATEMENTS }
 void main() {
     uint i = gl_GlobalInvocationID.x;
-    if (i < uint(answer.length())) answer[i] = answer_to(question[2 * i], question[2 * i + 1]);
+    if (i < u_questions) answer[i] = answer_to(question[2 * i], question[2 * i + 1]);
 }
 """
 
@@ -25,6 +26,7 @@ def ask(ctx, path, statements, a, b=0.0, defines=None, bind=lambda kernel: None)
     pairs = np.stack(np.broadcast_arrays(a, np.asarray(b, "f4")), 1)
     kernel = ctx.compute_shader(shaders.source(path, defines or {}) + _KERNEL.replace("STATEMENTS", statements))
     questions, answers = ctx.buffer(pairs.tobytes()), ctx.buffer(reserve=16 * len(pairs))
+    kernel["u_questions"] = len(pairs)
     bind(kernel)
     questions.bind_to_storage_buffer(14)
     answers.bind_to_storage_buffer(15)

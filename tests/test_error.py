@@ -273,9 +273,10 @@ layout(local_size_x = 64) in;
 struct Box_ { ivec4 posts; ivec4 level; };  // column and row of the first and of the last post; step_log2
 layout(std430, binding = 4) readonly buffer Boxes { Box_ asked[]; };
 layout(std430, binding = 5) writeonly buffer Answers { vec4 answer[]; };
+uniform uint u_asked;
 void main() {
     uint i = gl_GlobalInvocationID.x;
-    if (i >= uint(asked.length())) return;
+    if (i >= u_asked) return;
     ivec4 posts = asked[i].posts;
     int j = asked[i].level.x;
     float worst_m = largest_m(posts.xy, posts.zw, j);
@@ -296,6 +297,7 @@ def ask_bounds(ctx, tables, boxes):
     tables.bind()
     asked.bind_to_storage_buffer(4)
     answers.bind_to_storage_buffer(5)
+    shader["u_asked"] = len(boxes)
     shader.run(-(-len(boxes) // 64))
     return np.frombuffer(answers.read(), "f4").reshape(-1, 4).astype("f8")
 

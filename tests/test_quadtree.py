@@ -26,9 +26,10 @@ layout(local_size_x = 64) in;
 struct Ask { ivec4 posts; vec2 range_m; float error_m, unused; };
 layout(std430, binding = 0) readonly buffer Asked { Ask asked[]; };
 layout(std430, binding = 1) writeonly buffer Answers { vec4 answer[]; };
+uniform uint u_asked;
 void main() {
     uint i = gl_GlobalInvocationID.x;
-    if (i >= uint(asked.length())) return;
+    if (i >= u_asked) return;
     Ask a = asked[i];
     Projection p = project(box_of(a.posts.xy, a.posts.zw, a.range_m), 1.0);
     answer[i] = vec4(error_px(p, a.error_m, a.error_m), p.outside, p.inside, 0.0);
@@ -55,6 +56,7 @@ def projection(session_context):
         view.bind()
         questions.bind_to_storage_buffer(0)
         answers.bind_to_storage_buffer(1)
+        shader["u_asked"] = len(asked)
         shader.run(-(-len(asked) // 64))
         found = np.frombuffer(answers.read(), "f4").reshape(-1, 4).astype("f8")
         questions.release()

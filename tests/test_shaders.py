@@ -140,3 +140,15 @@ def test_reference_compiler_refuses_what_is_wrong():
         pytest.skip("glslangValidator is not installed (Debian: glslang-tools)")
     text = shaders.source("sat/query.comp").replace("uint", "unit")
     assert subprocess.run([compiler, "--stdin", "-S", "comp"], input=text, capture_output=True, text=True).returncode
+
+
+def test_kernels_are_told_how_long_a_buffer_is():
+    """Zink 22.3 answers length() with another block's length where a kernel declares a block that it does not use."""
+    of_blocks = re.compile(r"buffer \w+ \{[^}]*?(\w+)\[\];")
+    asking = [
+        path
+        for path in ENTRIES
+        for name in of_blocks.findall(shaders.source(path))
+        if f"{name}.length()" in shaders.source(path)
+    ]
+    assert not asking

@@ -8,7 +8,6 @@ layout(std430, binding = 1) writeonly buffer Results { float result[]; };
 
 void main() {
     uint i = gl_GlobalInvocationID.x;
-    if (i >= uint(operand.length())) return;
     vec4 o = operand[i];
     precise float sum = o.x + o.y, product = o.x * o.y, both = o.x * o.y + o.z;
     result[6u * i] = sum;
