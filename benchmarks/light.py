@@ -108,7 +108,7 @@ def visibility(kept: Kept) -> None:
 
 
 def visibility_of(heightmap):
-    """Mean slope; errors for two suns and for the sky, cell by cell and as means over the sky's texels."""
+    """The mean slope; then errors: two of the sun, and two of the sky, by cell and by texel of the sky."""
     h, spacing = heightmap.heights, heightmap.spacing_m
     terrain = Terrain(create_context(), heightmap)
     sky, sun = SkyVisibility(terrain, SKY_AXES, SKY_SHARPNESS), SunVisibility(terrain)

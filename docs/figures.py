@@ -214,7 +214,7 @@ def strip(ax):
 
 
 def price():
-    """Trees as points. A price is the slope of a line, and its tree is the first point that the line touches."""
+    """Trees as points. A price is the slope of a line; the first point that the line touches is its tree."""
     rng = np.random.default_rng(4)
     n = rng.uniform(2, 60, 260)
     error = 600 / (n + 9) - 6 + rng.gamma(1.6, 4.5, len(n))

@@ -252,7 +252,7 @@ class Heightmap:
         return own
 
     def exaggerated(self, factor: float) -> Heightmap:
-        """The same posts, to be drawn with a relief `factor` times as high as it is.
+        """The same posts; the relief is drawn `factor` times as high.
 
         Heights stay true. The distances between posts are divided by the factor instead: in perspective, this is the
         same picture, seen by a camera whose place is divided in the same way (`Camera.over_exaggerated`).

@@ -8,7 +8,7 @@
 //    0,2 ──── 2,2                 0,2 ── 1,2 ── 2,2
 //
 //   OpenGL does not say which diagonal a quad gets, so its error is the larger of both. Each edge of a fan may be whole
-//   or split: a post has two errors, in the wedge that contains it.
+//   or split. So a post has two errors, one for each state of its wedge's edge.
 // Provides Node, node_at(), is_square(), quad_errors_m(), fan_errors_m(), cut_edges_m(), cut_errors_m(),
 // crest_m(), kinks_m().
 // Python twins: reference.node_errors, reference.cut_errors, reference.crest, reference.kinks

@@ -145,7 +145,7 @@ def compare(
 def truth_of(
     renderer: Renderer, camera: Camera, fine: int = FINE, progress: Progress | None = None, **options: Any
 ) -> Truth:
-    """Draw every post; each pixel is drawn as fine × fine pixels."""
+    """Draw every post, with each pixel drawn as fine × fine pixels."""
     return Truth(*_picture(renderer, camera, fine, progress, method="truth", **options))
 
 

@@ -1,7 +1,7 @@
 """Level of detail: a pure function from tables and camera to patches.
 
 rings      a clipmap around the eye: summed-area tables decide how finely each patch is tessellated (method "sat")
-quadtree   the fewest triangles: error records of single nodes decide (method "quadtree")
+quadtree   fewer triangles in most views: error records of single nodes decide (method "quadtree")
 
 patches    what both share: one record a patch, and its shaders
 surface    what every method hands to those who draw

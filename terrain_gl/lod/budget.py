@@ -31,7 +31,7 @@ SURE_LOG2 = 1 / 64  # the tolerance is found to about one per cent
 
 
 def spend(triangles: int, mesh_for: Callable[[int], Selection]) -> Selection:
-    """A mesh with at most `triangles`, and nearly so many if they gain anything.
+    """A mesh with at most `triangles`, and close to it if more triangles make the error smaller.
 
     Parameters
     ----------

@@ -82,7 +82,7 @@ class Streaming:
 
     @property
     def has_news(self) -> bool:
-        """Whether pages have been read that the last view lacked."""
+        """Whether pages that the last view lacked have been read since."""
         has_records = self.rebuilder is not None and self.rebuilder.has_ready
         return has_records or (not self._is_complete and self.loader.has_ready)
 

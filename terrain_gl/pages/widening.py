@@ -80,7 +80,7 @@ def moves(old: np.ndarray, new: np.ndarray, at: tuple[int, int], level: int, las
 
 
 def widened(words: np.ndarray, moved: Moves, square: np.ndarray, level: int, scale: Scale) -> np.ndarray:
-    """First words of records that bound the errors after edits; those of nodes without an edit stay as they are.
+    """First words of the nodes' records, widened so that they bound the errors after edits. Other nodes keep theirs.
 
     Parameters
     ----------

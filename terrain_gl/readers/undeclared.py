@@ -60,7 +60,7 @@ def is_usual(value: float, scales: tuple[float, float]) -> bool:
 
 
 def _at_end(heights: np.ndarray, scales: tuple[float, float], is_low: bool) -> list[float]:
-    """Usual marks at one end, outermost first."""
+    """Usual no-data values among the lowest or the highest heights, the most extreme first."""
     found: list[float] = []
     while heights.size and len(found) < MOST_MARKS:
         end = float(heights.min() if is_low else heights.max())

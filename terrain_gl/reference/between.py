@@ -61,7 +61,7 @@ def _bend(twist: np.ndarray, rows: np.ndarray, cols: np.ndarray) -> np.ndarray:
 
 
 def _square_nodes(shape: tuple[int, ...], level: int) -> np.ndarray:
-    """Nodes that the map's rim does not cut off, (rows, cols) of nodes."""
+    """(rows, cols) of nodes: whether the map's rim leaves a node whole."""
     rows, cols = (axis.high - axis.low == 1 << level for axis in node_axes(shape, level))
     return rows[:, None] & cols
 

@@ -8,7 +8,7 @@ from .nodes import nodes_along
 
 
 def node_moves(moved: np.ndarray, level: int) -> tuple[np.ndarray, np.ndarray]:
-    """How far any post of each node has moved, and any possible vertex, a post of its edges.
+    """For each node: how far any of its posts has moved, and any post of its edges (a possible vertex).
 
     Parameters
     ----------

@@ -54,7 +54,7 @@ class BoxSum:
 
 
 def box_around(renderer: Renderer, col: int, row: int, side: int) -> BoxSum:
-    """Read the box of at most `side` posts a side around a post from the table on the GPU."""
+    """Look up the box around a post, at most `side` posts a side, in the GPU's table."""
     heightmap = renderer.heightmap
     sums = renderer.picture.sums
     x0, y0 = max(0, min(col - side // 2, heightmap.cols - 1)), max(0, min(row - side // 2, heightmap.rows - 1))

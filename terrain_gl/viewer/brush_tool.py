@@ -144,7 +144,7 @@ class BrushTool:
             yield 0.0
 
     def end(self) -> None:
-        """End the stroke; light may follow now."""
+        """End the stroke; light may be computed anew now."""
         self._last = None
         self._sculptor.end()
 

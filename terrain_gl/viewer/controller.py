@@ -241,7 +241,7 @@ class Controller:
             return
         away = self.pivot - self.eye
         ray = np.array([x, y, 1.0]) @ self.axes
-        # where the ray reaches the pivot's height; above the horizon, as far away as a drag may reach
+        # where the ray reaches the pivot's height; a ray above the horizon never does: the longest drag then
         reach = away[2] / ray[2] if away[2] * ray[2] > 0 else math.inf
         reach = min(reach, FARTHEST_PAN * self._grabbed_m / float(np.linalg.norm(ray)))
         moved = away - reach * ray

@@ -111,7 +111,7 @@ class Lecture:
         self._show(self.number or 0, travels=False)
 
     def go(self, steps: int) -> None:
-        """Go on by some stations, or back."""
+        """Go `steps` stations forward; backward if it is negative."""
         if self.number is not None:
             self._show(min(max(self.number + steps, 0), len(self.stations) - 1), travels=True)
 

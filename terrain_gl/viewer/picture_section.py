@@ -92,7 +92,7 @@ def _exaggeration(ui: Widgets, viewer: Viewer, draft: PictureDraft) -> None:
 
 
 def latitude_of(heightmap: Heightmap) -> float:
-    """Degrees of latitude that the time of day is for."""
+    """Latitude in degrees, for the time of day."""
     try:
         known = heightmap.place and heightmap.place.crs and heightmap.place.middle
     except TerrainError:  # pyproj is missing

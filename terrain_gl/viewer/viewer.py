@@ -333,7 +333,7 @@ class Viewer:
         return Progress(self.tiles.text, self.tiles.share, False) if self.tiles.are_coming else None
 
     def frame(self, now_s: float) -> bool:
-        """Do one frame at a time in seconds; returns whether the target shows a new picture."""
+        """Do one frame, `now_s` seconds after the start; returns whether the target shows a new picture."""
         if not self.step(now_s):
             return False
         self.draw()

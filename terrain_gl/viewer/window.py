@@ -232,7 +232,7 @@ class Window:
         self._app.resize(self._size_px, self._scale)
 
     def _refresh(self) -> None:
-        """Draw a frame now: while a window is being resized, some systems call nothing else."""
+        """Draw a frame now. While a window is being resized, some systems call only this function."""
         self._resize()
         self._frame()
 

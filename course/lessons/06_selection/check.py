@@ -114,7 +114,7 @@ def rtin_errors(student, rng):
 
 @task("6.4 the mesh of right triangles", points=3)
 def rtin_mesh(student, rng):
-    """The map is covered once, no vertex stands on another's edge, and there are no more triangles than needed."""
+    """The map is covered once, no vertex is inside another's edge, and there are no more triangles than needed."""
     heights = rtin_map(rng)
     errors = true_rtin(heights)
     inner = errors[1:-1, 1:-1]
