@@ -1,9 +1,9 @@
 """Error tables: the error of every node against the full-resolution truth, in metres. They do not depend on the view.
 
-For each node of the quadtree: the largest error of its posts and the root mean square, drawn as two triangles or as a
-fan (glsl/error/node_errors.glsl), and what splitting the node gains (glsl/error/gain.glsl). Over the nodes: summed-area
-tables of class counters and of squared errors. They bound the error of any rectangle of nodes in four fetches
-(glsl/error/bound.glsl). Specification: `reference.node_errors`, `reference.split_gains`.
+The record of a node has its largest error and its root mean square, both for two triangles and for a fan
+(glsl/error/node_errors.glsl). Each node also has the gain of splitting it (glsl/error/gain.glsl). Summed-area tables of
+class counters and of squared errors bound the error of any rectangle of nodes in four fetches (glsl/error/bound.glsl).
+Specification: `reference.node_errors`, `reference.split_gains`.
 """
 
 from __future__ import annotations
@@ -113,14 +113,14 @@ class ErrorTables:
             yield 0.9 + 0.1 * j / last
 
     def update(self, posts: Rect) -> None:
-        """Follow an edit of the posts of columns x0 to x1 and rows y0 to y1, (x0, y0, x1, y1)."""
+        """Follow an edit: recompute what depends on posts of columns x0 to x1 and rows y0 to y1, (x0, y0, x1, y1)."""
         for j in range(1, len(self.terrain.levels)):
             self._update_nodes(j, _touched(self.terrain.levels[j], posts, j), posts)
         for j in range(len(self.terrain.levels)):
             self._update_tables(j, posts)
 
     def beside(self, terrain: Terrain) -> ErrorTables:
-        """Tables for another terrain of the same size, not built yet, to `take` later."""
+        """Empty tables for another terrain of the same size. Build them, then exchange them by `take`."""
         other = copy(self)
         other.terrain = terrain
         other._reserve()

@@ -1,7 +1,7 @@
 """The mesh: the patches of a selection become triangles, in a picture or in a buffer.
 
-A patch is one vertex. The control shader sets the tessellation levels; the evaluation shader puts vertices on posts,
-and between posts where cells are cut (glsl/mesh/patch.tese). The shaders of every method end in
+A patch is drawn as one vertex. The control shader sets the tessellation levels. The evaluation shader puts vertices on
+posts, and between posts where cells are cut (glsl/mesh/patch.tese). The shaders of every method end with a call of
 put_vertex() (glsl/mesh/vertex.glsl).
 """
 
@@ -75,7 +75,7 @@ class MeshDraw:
             self.vao.render_indirect(self.surface.draws, self.surface.mode, count=end - first, first=first)
 
     def capture(self, selection: Selection, vertex_bytes: int) -> bytes:
-        """Record the triangles that the GPU makes, three vertices each."""
+        """The triangles that the GPU makes, as bytes: three vertices each."""
         if not selection.draws:
             return b""
         self._bind()
@@ -104,7 +104,7 @@ class MeshDraw:
 
 
 class MeshDraws:
-    """One `MeshDraw` for each surface, made when it is first needed; parameters as there."""
+    """One `MeshDraw` for each surface, made when it is first needed. Parameters are those of `MeshDraw`."""
 
     def __init__(self, to: str, defines: Mapping[str, object] = MappingProxyType({}), **stages: str) -> None:
         self._to = to
@@ -125,7 +125,7 @@ class MeshDraws:
 
 
 def vertex_heights(heights: np.ndarray, places: np.ndarray) -> np.ndarray:
-    """Heights of vertices at (..., 2) columns and rows: the post's height, or bilinear between posts."""
+    """Heights of vertices at (..., 2) columns and rows: on a post its height, between posts bilinear."""
     low = np.floor(places).astype(np.int64)
     west, north = np.moveaxis(low, -1, 0)
     east, south = np.moveaxis(np.ceil(places).astype(np.int64), -1, 0)
@@ -153,15 +153,15 @@ def captured_triangles(selection: Selection) -> tuple[np.ndarray, np.ndarray]:
     Returns
     -------
     posts
-        (n, 3, 2) float32 columns and rows of their corners, in whole 64ths of a post: whole on posts, fractions where
-        cells are cut (see `vertex_heights`).
+        (n, 3, 2) float32 columns and rows of the triangles' corners. They are multiples of 1/64: whole numbers on
+        posts, fractions where cells are cut (see `vertex_heights`).
     heights_m
         (n, 3) float32 metres above the terrain's base.
 
     Raises
     ------
     TerrainError
-        The GPU drew a vertex at a wrong height, with a method whose vertices have the heights of the map.
+        The method's vertices have the heights of the map, but the GPU drew one at another height.
     """
     surface = selection.surface
     draw = MeshDraw(surface, "CAPTURE", varyings=("v_vertex",))

@@ -80,7 +80,7 @@ class SummedAreaTables:
         self._sum_lines(buffer, table, lines=width, length=height, line_step=1, word_step=width)
 
     def build_steps(self, buffer: moderngl.Buffer, table: Table) -> Steps[None]:
-        """Incremental `build`, a layer a step; yields progress from 0 to 1."""
+        """Incremental `build`, one layer in each step; yields progress from 0 to 1."""
         for layer in range(table.layers):
             self.build(buffer, table._replace(layers=1, first=table.first + layer * table.width * table.height))
             yield (layer + 1) / table.layers
@@ -108,7 +108,7 @@ class SummedAreaTables:
         self._run("spread", blocks, (table.width - x, strips, table.layers), GROUP, place)
 
     def box_sums(self, buffer: moderngl.Buffer, table: Table, boxes: np.ndarray, layer: int = 0) -> np.ndarray:
-        """Sums over boxes (n, 4), each x0, y0, x1, y1, end excluded: (n,) words; (n, 32 / bits) below 32 bits."""
+        """Sums over boxes (n, 4), each x0, y0, x1, y1, ends excluded: (n,) words; with 16 or 8 bits (n, 32 / bits)."""
         corners = np.ascontiguousarray(boxes, "<i4")
         questions = self.ctx.buffer(corners.tobytes())
         answers = self.ctx.buffer(reserve=len(corners) * self.word_bytes)
@@ -121,7 +121,7 @@ class SummedAreaTables:
         return sums if self.bits < 32 else sums[:, 0]
 
     def read(self, buffer: moderngl.Buffer, table: Table) -> np.ndarray:
-        """Words of a table, (layers, height, width), and a last axis of 2 for 16 bits, of 4 for 8."""
+        """Words of a table, (layers, height, width). With 16 bits there is a last axis of 2, with 8 bits of 4."""
         data = buffer.read(table.words * self.word_bytes, offset=table.first * self.word_bytes)
         shape = (table.layers, table.height, table.width)
         return self._words(data).reshape(shape + (32 // self.bits,) if self.bits < 32 else shape)
@@ -140,7 +140,7 @@ class SummedAreaTables:
         return np.frombuffer(data, _WORD_DTYPES[self.bits])
 
     def _sum_lines(self, buffer: moderngl.Buffer, table: Table, **lines: int) -> None:
-        """Reduce, scan, propagate along parallel lines of words; a line that is one strip needs no sums of strips."""
+        """Reduce, scan and propagate along parallel lines of words. Lines of a single strip need only propagate."""
         strips = -(-lines["length"] // self.strip)
         sums = self.ctx.buffer(reserve=lines["lines"] * strips * table.layers * self.word_bytes)
         blocks = {"Words": buffer, "StripSums": sums}
@@ -150,7 +150,7 @@ class SummedAreaTables:
         sums.release()
 
     def _sum_columns(self, buffer: moderngl.Buffer, table: Table) -> None:
-        """Walk down bands of whole columns; a run ends before llvmpipe would end its loops."""
+        """Sum whole columns, band by band, in runs that are shorter than llvmpipe's limit of a loop."""
         words = 4 if table.width % 4 == table.first % 4 == 0 else 1
         width, height = table.width // words, table.height
         band = -(-width // (SIDE * BANDS)) * SIDE
@@ -172,7 +172,7 @@ class SummedAreaTables:
         self.ctx.memory_barrier(moderngl.SHADER_STORAGE_BARRIER_BIT | moderngl.BUFFER_UPDATE_BARRIER_BIT)
 
     def _kernel(self, name: str) -> Any:
-        """A kernel, by its file and macros; it is compiled when it is first needed."""
+        """The kernel of a file, compiled at its first use."""
         if name not in self._kernels:
             file, *macros = name.split()
             defines = {"BITS": self.bits, "STRIP": self.strip, **dict.fromkeys(macros, 1)}

@@ -11,7 +11,7 @@ bool holds(ivec2 low, ivec2 high) {
     return all(lessThanEqual(low, u_posts.zw)) && all(greaterThanEqual(high, u_posts.xy));
 }
 
-// Whether a post at a vertex of the node has changed: then the errors of all its posts have.
+// Whether a vertex of the node has changed: then the errors of all posts of the node have changed, too.
 bool moves(Node n) {
     for (int i = 0; i < 9; i++) {
         ivec2 post = ivec2(i % 3 == 0 ? n.low.x : i % 3 == 1 ? n.mid.x : n.high.x,

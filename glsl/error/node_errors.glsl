@@ -100,8 +100,8 @@ vec2 fan_errors_m(Node n, vec2 place, float h, out int wedge) {
 // Whether diagonals run through posts: not if the map's rim cuts the node off.
 bool is_square(Node n) { return n.before == n.after && n.before.x == n.before.y; }
 
-// A finer neighbour cuts an edge: it gets more vertices, which are posts. They lie above and below the straight line
-// between the edge's ends by at most this.
+// A finer neighbour cuts an edge: the edge gets more vertices, which are posts. Move has the largest distances by which
+// they lie above and below the straight line between the edge's ends.
 struct Move { float above_m, below_m; };
 struct CutEdges { vec4 above_m, below_m; };  // west, north, east, south
 
@@ -134,9 +134,9 @@ CutEdges cut_edges_m(Node n) {
 
 float largest_of(vec4 v) { return max(max(v.x, v.y), max(v.z, v.w)); }
 
-// How far a cell of a patch lies above and below the truth at most, whatever edges of it are cut (docs/guarantee.md,
-// section 3). With its new vertices on the straight lines, the drawing lies between both diagonals. Only vertices of
-// one cut edge take part in a triangle; together they weigh 1 on their edge and 0 on the opposite side.
+// The largest distances of a cell of a patch above and below the truth, whatever edges are cut (docs/guarantee.md,
+// section 3). If the new vertices are on the straight lines, the drawn surface lies between the two diagonals. In each
+// triangle, only vertices of one cut edge take part. Their weights sum to 1 on that edge, to 0 on the opposite side.
 vec2 cut_errors_m(Node n, CutEdges c, vec2 place, vec2 diagonals) {
     vec2 t = place * n.per_side;
     vec4 weights = vec4(1.0 - t, t);  // of west, north, east, south
@@ -157,8 +157,8 @@ float bend_m(float tau, vec2 cells) {
     return any(lessThan(cells, vec2(0.5))) ? 0.0 : abs(tau) * min(1.0 / cells.x + 1.0 / cells.y, 1.0);
 }
 
-// The same for a node as a quad, and as a fan: in each quarter between centre and corner, with both edges whole or
-// split.
+// bend_m() of a node as a quad, and as a fan. In a fan, each quarter between the centre and a corner counts, with both
+// of its edges whole, and with both split.
 vec2 kinks_m(Node n) {
     vec2 kink = vec2(bend_m(n.h[0][0] - n.h[0][2] - n.h[2][0] + n.h[2][2], n.before + n.after), 0.0);
     for (int y = 0; y <= 2; y += 2)

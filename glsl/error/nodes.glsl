@@ -4,8 +4,8 @@
 //   Posts of the north and west edges are its own; those of the south and east edges belong to the neighbours. So any
 //   set of nodes that covers the map counts every post once.
 //   Voids have no error. If a node has voids, the mean over its remaining posts is larger than rms_m; the sign of rms_m
-//   marks such nodes. The error of a fan is never below the errors of the node's children. So if a node is
-//   within the tolerance and a neighbour forces it to split, its children are within it, too.
+//   marks such nodes. The stored error of a fan is never below the errors of the node's children. So if a node within
+//   the tolerance must be split because of a neighbour, its children are within the tolerance, too.
 // Errors are half floats in units of span · 2^-14, rounded up: all values of (0, span] are normal numbers.
 // Squared errors are 64-bit fixed point, rounded up: span² is 2^35, so 2^28 posts of the largest error do not overflow.
 // Provides PackedNode, pack_pair(), unpack_pair(), pack_shares(), unpack_shares(), pack_range(), square_up(),
@@ -65,7 +65,7 @@ uvec2 square_up(float share) {
 
 bool mean_is_known(PackedNode n) { return (n.rms_m & HAS_VOIDS) == 0u; }
 
-// For quad and fan: the root mean square with voids as posts without error, and a bound of that without voids.
+// Root mean squares of quad and fan. Voids count as posts without error.
 vec2 texels_rms_m(PackedNode n) { return unpack_pair(n.rms_m & ~HAS_VOIDS); }
 
 vec2 posts_rms_m(PackedNode n) { return mean_is_known(n) ? texels_rms_m(n) : unpack_pair(n.max_m); }

@@ -12,13 +12,12 @@ layout(std430, binding = 4) buffer Ranges { uint range[]; };
 #define LEVEL 2  // 1 or 2; 2 also stands for all higher ones
 #endif
 
-// What a node takes over from its parts: their squared errors, their range of heights, their largest errors as fans,
-// and their gains.
+// Values of a node's parts that go into its own record: squared errors, range of heights, errors as fans, gains.
 struct Parts { float squares_m2, gain; uint heights, max_m, rms_m; };
 
 uint nest_range(uint a, uint b) { return min(a & 0xffffu, b & 0xffffu) | max(a >> 16, b >> 16) << 16; }
 
-// Positive half floats compare like integers. The fan's is the high one.
+// Positive half floats compare like integers. The fan's value is in the high half.
 uint nest_fan(uint own, uint parts) { return (own & 0xffffu) | max(own >> 16, parts >> 16) << 16; }
 
 ivec2 last_part(ivec2 at) { return min(2 * at + 1, u_level[u_which_level - 1].size - 1); }

@@ -46,7 +46,7 @@ PostErrors errors_at(Node n, CutEdges c, ivec2 place) {
 vec2 larger(vec4 e) { return max(e.xz, e.yw); }
 vec3 largest(vec4 drawn, vec2 cut) { return vec3(larger(drawn), max(cut.x, cut.y)); }
 
-// More by what floats may have lost.
+// Errors, raised by a bound of the rounding errors.
 vec4 raised(Node n, vec4 e) { return e * (1.0 + exp2(-20.0)) + n.rounding_m; }
 
 // Returns the errors as a quad, as a fan, and as a cell of a patch.

@@ -6,7 +6,7 @@
 //   z' is at least the nearest corner's depth minus |δ v_z|.
 //   Only points in the picture count, so the rectangle ends at the picture's edges, and the depth at the near plane.
 // Provides Box, Projection, project(), error_px(), pixels_across(), post_weight().
-// Python twins: reference.project_boxes, reference.error_px, reference.post_weights; of a point camera.screen_shift_px
+// Python twins: reference.project_boxes, reference.error_px, reference.post_weights; for a point camera.screen_shift_px
 
 #include "blocks/view.glsl"
 
@@ -41,12 +41,12 @@ vec3 to_camera(vec3 p) { return vec3(dot(u_right.xyz, p), dot(u_up.xyz, p), dot(
 Projection project(Box box, float margin) {
     // There is no picture, so nothing is outside.
     if (u_metric == METRIC_METRES) return Projection(false, true, 0.0, 0.0, 0.0, 0.0);
-    // Of the corners, beyond the picture's right, top, left, bottom.
+    // How far the corners lie beyond the picture's right, top, left and bottom: the least and the most of them.
     vec4 least_beyond = vec4(1e30), most_beyond = vec4(-1e30);
     float nearest = 1e30, farthest = -1e30, near = near_m();
     vec2 low = vec2(1e30), high = vec2(-1e30);
     for (int i = 0; i < 8; i++) {
-        vec3 p = mix(box.low, box.high, bvec3(i & 1, i & 2, i & 4));  // selects; with numbers it would compute
+        vec3 p = mix(box.low, box.high, bvec3(i & 1, i & 2, i & 4));  // with bvec3, mix() selects and does not round
         vec3 q = to_camera(p);
         float slack = COORDINATE_SLACK * margin * (abs(p.x) + abs(p.y) + abs(p.z));
         vec4 beyond = vec4(q.xy, -q.xy) - (u_half_extent * q.z).xyxy, slack_beyond = slack * (1.0 + u_half_extent.xyxy);
@@ -93,8 +93,8 @@ float metric_px(Projection p, float max_m, float rms_m) {
     return error_px(p, u_metric == METRIC_RMS && p.inside ? rms_m : max_m, max_m);
 }
 
-// Of a cell in the middle of a box.
+// Width in pixels of a cell in the middle of a box.
 float pixels_across(Projection p) { return u_focal_px / p.middle_m * sqrt(u_spacing_m.x * u_spacing_m.y); }
 
-// How often a post counts in a budget: docs/allocation.md, section 3.
+// Weight of a post in a budget: docs/allocation.md, section 3.
 float post_weight(Projection p) { return max(1.0, pixels_across(p)); }

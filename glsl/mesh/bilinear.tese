@@ -1,6 +1,6 @@
 // mesh/bilinear.tese — a vertex of the true surface: on a post, or between posts at the bilinear height
 //     h = (1 - s)(1 - t) a + s (1 - t) b + (1 - s) t c + s t d
-// From above and in a capture vertices are on posts: a vertex between posts falls on the post before it.
+// From above and in a capture, vertices are on posts only: a vertex between posts moves to the post before it.
 // Python twin: verify.holes.bilinear
 
 #include "mesh/shape.glsl"
@@ -11,7 +11,7 @@
 #define FINER 2
 #endif
 
-// rows count to the south, so the tessellator's plane is mirrored
+// rows count southward, so the tessellator's plane is mirrored on the map
 layout(quads, equal_spacing, cw) in;
 
 patch in ivec4 v_shape;

@@ -1,9 +1,9 @@
 // mesh/error.frag — the error of the drawn triangle at one place, in metres: positive if it is above the truth.
 //   Each pixel is one place: a cell has PLACES × PLACES places, posts included. Vertices are on 64ths of a post. In
 //   this unit all coordinates and areas are integers below 2^53, so they are exact in double precision.
-//   The triangle is drawn with the drop of its corners, and the truth has the drop of the place (blocks/view.glsl). A
-//   plane that is added to both changes nothing. So the drops may be those of an eye at the place itself, where they
-//   are small.
+//   The triangle is drawn with the drops of its corners, and the truth has the drop of the place (blocks/view.glsl). A
+//   plane that is added to both does not change their difference. So we may take the drops for an eye at the place
+//   itself, where they are small.
 
 #undef TO
 #define TO ABOVE  // this shader is only used from above
@@ -18,7 +18,7 @@ double doubled_area(dvec2 a, dvec2 b, dvec2 c) { return (b.x - a.x) * (c.y - a.y
 // For a paged map, the truth is uploaded window by window.
 #ifdef PAGED
 layout(binding = 13) uniform sampler2D u_truth;
-uniform ivec2 u_truth_first;  // its first post
+uniform ivec2 u_truth_first;  // first post of the window
 float true_m(ivec2 post) { return texelFetch(u_truth, post - u_truth_first, 0).x; }
 #else
 float true_m(ivec2 post) { return height_m(post); }
@@ -33,7 +33,7 @@ double truth_m(ivec2 place) {
     return mix(north, south, t.y);
 }
 
-// The drop at a vertex, or at another place, less that at an eye above `at`; in 64ths of a post.
+// The drop of a vertex, for an eye above `at`. Both places are in 64ths of a post.
 double drop_near_m(dvec2 vertex, dvec2 at) {
     dvec2 away = (vertex - at) / 64.0 * dvec2(u_spacing_m), between = fract(vertex / 64.0);
     return double(u_bend_per_m) * dot(away, away) + dot(dvec2(u_bulge_m), between * (1.0 - between));

@@ -1,5 +1,7 @@
-// mesh/patch.tesc — the tessellation levels of a patch, from its record: inside, its own; at each edge, those of the
-//   finer side. Inner level 2 is one vertex, the centre of a fan. From above, patches outside the picture are dropped.
+// mesh/patch.tesc — the tessellation levels of a patch, from its record. The inner level is that of the patch; each
+//   edge
+//   has the level of its finer side. Inner level 2 gives one inner vertex, the centre of a fan. In views from above,
+//   patches outside the picture are dropped.
 // Python twins: reference.patch_triangles, reference.fan_triangles
 
 #include "mesh/shape.glsl"

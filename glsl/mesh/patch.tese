@@ -5,7 +5,7 @@
 #include "mesh/between.glsl"
 #include "mesh/vertex.glsl"
 
-// rows count to the south, so the plane of tessellation is seen from below
+// rows count southward, so the tessellator's plane is mirrored on the map
 layout(quads, equal_spacing, cw) in;
 
 patch in ivec4 v_shape;

@@ -1,4 +1,4 @@
-// mesh/patch.vert — a patch is one vertex: four words (mesh/shape.glsl).
+// mesh/patch.vert — passes on a patch, which is one vertex of four words (mesh/shape.glsl).
 
 in ivec4 in_patch;
 out ivec4 v_patch;

@@ -36,13 +36,13 @@ Shape shape_of(ivec4 patch_) {
 
 ivec2 end_of(Shape s) { return s.corner + (1 << s.side_log2); }
 
-// Of a fan: bits W, N, E, S.
+// Split edges of a fan: bits W, N, E, S.
 uint split_edges_of(Shape s) {
     ivec4 split_ = s.fan ? min(s.edges_log2, 1) : ivec4(0);
     return uint(split_[0] | split_[1] << 1 | split_[2] << 2 | split_[3] << 3);
 }
 
-// In 64ths of a post.
+// Place of a vertex, in 64ths of a post.
 ivec2 place_of(Shape s, vec2 tess_coord) {
     ivec2 place = (s.corner << 6) + (ivec2(round(tess_coord * 64.0)) << s.side_log2);
     return clamp(place, ivec2(0), u_last_post << 6);

@@ -1,4 +1,4 @@
-// mesh/vertex.glsl — output of a vertex whose post and height are known: see mesh/to.glsl.
+// mesh/vertex.glsl — writes a vertex whose post and height are known to the destination that mesh/to.glsl names.
 // Provides put_vertex(), the last line of every method's last geometry stage; for pictures also put_vertex_between().
 
 #include "mesh/patch.glsl"
@@ -11,9 +11,9 @@ out vec2 v_post;         // column and row on the map
 out vec3 v_from_eye_m;   // east, north, up
 flat out uvec4 v_of_patch;
 
-// Rasterisers round vertices to 1/256 of a pixel, but some compute depth from the vertices before. Then a triangle that
-// is seen edge-on may have a depth far outside that of its corners, even below 0, and loses its sample. So vertices are
-// rounded here already.
+// Rasterisers round vertices to 1/256 of a pixel, but some compute depth from the unrounded vertices. Then a triangle
+// that is seen edge-on may get a depth far outside the depths of its corners, even below 0, and its sample is lost. So
+// we round vertices here already.
 #ifdef AS_COMPUTED
 #define on_subpixel(clip) (clip)
 #else

@@ -3,8 +3,8 @@
 rings      a clipmap around the eye: summed-area tables decide how finely each patch is tessellated (method "sat")
 quadtree   fewer triangles in most views: error records of single nodes decide (method "quadtree")
 
-patches    what both share: one record a patch, and its shaders
-surface    what every method hands to those who draw
+patches    shared by both: one record for each patch, and the shaders that draw it
+surface    the interface between a method and the code that draws, measures or exports its mesh
 """
 
 from ..camera.view import ViewBlock

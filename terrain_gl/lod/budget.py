@@ -3,8 +3,9 @@
 metric "max"   the smallest tolerance whose mesh fits: `smallest_tolerance`, for both certified methods
 metric "rms"   the least squares, by a price for a triangle: `spend`, for the clipmap
 
-A price decides each square alone (glsl/lod/rings/prices.glsl). It does not count the triangles that finer neighbours
-add along edges. So it is asked for a smaller number of triangles, the target, which is corrected until the mesh fits.
+A price decides about each square alone (glsl/lod/rings/prices.glsl). The triangles that finer neighbours add along
+edges are not counted. So the search for a price gets a target, which is smaller than the budget. The target is
+corrected until the mesh fits.
 """
 
 from __future__ import annotations
@@ -22,9 +23,9 @@ LOWEST_LOG2 = -36.0
 HIGHEST_LOG2 = 60.0
 CHEAPEST = 2.0**LOWEST_LOG2  # give the most triangles, and the fewest
 DEAREST = 2.0 ** (HIGHEST_LOG2 - 1)
-CLOSE = 0.985  # a mesh with this part of the budget is accepted
+CLOSE = 0.985  # a mesh with at least this part of the budget is accepted
 UNCUT = 0.85  # the first target, as a part of the budget
-TRIES = 6  # after so many targets the best of them is taken
+TRIES = 6  # after so many targets, the best mesh that fits is taken
 FINEST_PX_LOG2 = -8.0  # tolerances that are tried for the metric "max"
 COARSEST_PX_LOG2 = 20.0
 SURE_LOG2 = 1 / 64  # the tolerance is found to about one per cent

@@ -1,4 +1,4 @@
-"""The horizon around the eye, by which patches of hidden land are found and not drawn: docs/hidden.md.
+"""The horizon around the eye. With it, hidden patches are found, and left out of the picture: docs/hidden.md.
 
     horizon   the horizon of each sector around the eye, shell by shell       glsl/lod/rings/horizon.comp
     hidden    is a box below the horizon in front of it?                      glsl/lod/rings/hidden.glsl
@@ -26,21 +26,22 @@ SECTORS = 1024  # all around the eye
 SHELLS_PER_DOUBLING = 45.0  # as glsl/lod/rings/hidden.glsl has them
 SHELL_SPACINGS = 64.0
 SNAP_PX = 1 / 32  # the rasteriser moves a vertex to a 256th of a pixel
-FARTHEST = {"max": 1.0, "rms": 8.0}  # how far the surface may be drawn off, over the tolerance
+FARTHEST = {"max": 1.0, "rms": 8.0}  # largest screen error of the drawn surface, as a multiple of the tolerance
 _NOTHING: dict[str, Any] = {"sectors": (0, 0), "shells": 0, "tan_off": 0.0}
 
 
 class Hiding(NamedTuple):
-    """Uniforms of the shaders, and what they rely on.
+    """Uniforms of the shaders that hide land, and the error up to which they are right.
 
     Attributes
     ----------
     uniforms
-        Of glsl/lod/rings/hidden.glsl.
+        Values for glsl/lod/rings/hidden.glsl.
     farthest_px
-        No visible point of the surface may be drawn further from its true position; 0 if nothing is hidden.
+        The uniforms are right if no visible point is drawn further than this from its true position. 0 if nothing is
+        hidden.
     camera
-        The camera that the horizon is for.
+        The camera at the centre of the horizon.
     """
 
     uniforms: dict[str, Any]
@@ -49,7 +50,7 @@ class Hiding(NamedTuple):
 
     @property
     def sectors(self) -> int:
-        """Sectors that need a horizon."""
+        """Number of sectors that need a horizon."""
         first, end = self.uniforms["sectors"]
         return int(end - first)
 
@@ -66,11 +67,11 @@ class Horizon:
 
     @property
     def bytes(self) -> int:
-        """GPU memory."""
+        """GPU memory of the texture."""
         return 4 * self.texture.width * self.texture.height
 
     def read(self) -> np.ndarray:
-        """(sectors, shells) float32."""
+        """Slopes of the horizon, (sectors, shells) float32."""
         return np.frombuffer(self.texture.read(), "f4").reshape(-1, SECTORS).T
 
     def release(self) -> None:
@@ -79,19 +80,21 @@ class Horizon:
 
 
 def hiding(terrain: Terrain, view: ViewBlock, camera: Camera, size: tuple[int, int], goal: Goal) -> Hiding:
-    """What the shaders need to find hidden land; nothing is hidden from an eye that may see the land from below.
+    """The uniforms with which the shaders find hidden land; `NO_HIDING` where the proof does not hold.
 
-    A budget of least squares hides nothing: its mesh depends on all the land in the picture.
+    Nothing is hidden if the eye may see the land from below. A budget of least squares hides nothing either: its mesh
+    depends on all the land in the picture.
     """
     heightmap = terrain.heightmap
     farthest_px = FARTHEST.get(goal.metric, math.inf) * goal.tolerance_px
     if not goal.hides or not goal.cull or goal.triangles or not 0 < farthest_px <= ROUGH_PX:
         return NO_HIDING
-    if goal.has_holes and heightmap.voids:  # a sight line may pass through a hole, and under a ridge
+    if goal.has_holes and heightmap.voids:  # a sight line may pass through a hole and then under a ridge
         return NO_HIDING
     focal_px = camera.focal_px(size[1])
     half = camera.half_extent(size)
-    # how far a surface may be drawn too high at the near plane, over the plane's distance (glsl/lod/project.glsl)
+    # at the near plane, the surface may be drawn this much too high, as a part of the plane's distance
+    # (lod/project.glsl)
     drawn_off = farthest_px / (focal_px * min(1.0, math.hypot(*half)))
     if not is_above_ground(terrain, view.eye[0], view.eye[2], view.reach_m * (1.0 + drawn_off)):
         return NO_HIDING
@@ -104,20 +107,20 @@ def hiding(terrain: Terrain, view: ViewBlock, camera: Camera, size: tuple[int, i
 
 
 def sectors_in_picture(camera: Camera, size: tuple[int, int]) -> tuple[int, int]:
-    """The first sector that a picture shows, and the end; all of them if it shows the point below or above the eye."""
+    """The first sector in a picture, and the one after the last; all if the picture shows straight down or up."""
     right, up, forward = camera.axes
     tan_x, tan_y = camera.half_extent(size)
     if abs(right[2]) <= tan_x * abs(forward[2]) and abs(up[2]) <= tan_y * abs(forward[2]):
         return 0, SECTORS
     rays = [forward + x * tan_x * right + y * tan_y * up for x, y in itertools.product((-1, 1), repeat=2)]
     seen = [sector_of(forward[:2], ray[:2]) for ray in rays]
-    if max(seen) - min(seen) > SECTORS / 2:  # around the sectors' beginning
+    if max(seen) - min(seen) > SECTORS / 2:  # the picture includes the direction where sectors begin
         return 0, SECTORS
     return max(0, math.floor(min(seen)) - 1), min(SECTORS, math.floor(max(seen)) + 2)
 
 
 def sector_of(forward: np.ndarray, towards: np.ndarray) -> float:
-    """The sector of a direction on the map, a fraction: sector_of() of glsl/lod/rings/hidden.glsl."""
+    """Sector number of a horizontal direction, with a fraction: twin of sector_of() of glsl/lod/rings/hidden.glsl."""
     level = math.hypot(*forward)
     x, y = forward / level if level > 1e-6 else (1.0, 0.0)
     along, left = x * towards[0] + y * towards[1], x * towards[1] - y * towards[0]
@@ -126,20 +129,20 @@ def sector_of(forward: np.ndarray, towards: np.ndarray) -> float:
 
 
 def shells_over(heightmap: Heightmap, camera: Camera) -> int:
-    """Shells up to the map's farthest corner."""
+    """Number of shells up to the map's farthest corner."""
     east, north = heightmap.extent_m
     x, y, _ = camera.eye
     return shells_within(heightmap, math.hypot(max(x, east - x), max(y, north - y)))
 
 
 def shells_within(heightmap: Heightmap, far_m: float) -> int:
-    """Shells up to a distance."""
+    """Number of shells up to a distance."""
     unit_m = SHELL_SPACINGS * min(heightmap.spacing_m)
     return math.ceil(SHELLS_PER_DOUBLING * math.log2(1 + far_m / unit_m)) + 1
 
 
 def ridge_before(horizon: np.ndarray, heightmap: Heightmap, camera: Camera, x: float, y: float) -> tuple[float, float]:
-    """The land that rises highest in front of a place, as the eye sees it: world metres, to about a shell.
+    """World (x, y) of the land that rises highest in front of a place, as seen from the eye; exact to about a shell.
 
     Parameters
     ----------

@@ -1,4 +1,4 @@
-"""Which land is in the picture, and whether from above. The CPU finds it before any pass."""
+"""Which rings are in the picture, and whether the eye is above the ground. The CPU decides this before any pass."""
 
 from __future__ import annotations
 
@@ -15,7 +15,7 @@ ROUGH_PX = 64.0  # a mesh with larger errors may be above an eye that is above t
 def rings_in_picture(
     rings: list[Ring], heightmap: Heightmap, camera: Camera, size: tuple[int, int], near_m: float
 ) -> list[Ring]:
-    """The rings up to the first one beyond which no land is in the picture."""
+    """The finest rings that together contain all land in the picture."""
     needed = len(rings)
     last_post = (heightmap.cols - 1, heightmap.rows - 1)
     while needed > 1:  # land beyond a ring is also beyond all finer ones
@@ -29,7 +29,7 @@ def rings_in_picture(
 def _in_picture(
     posts: np.ndarray, heightmap: Heightmap, camera: Camera, size: tuple[int, int], near_m: float
 ) -> np.ndarray:
-    """Whether rectangles of posts, (n, 4) integers, may be in the picture: (n,) bool."""
+    """For each of n rectangles of posts, (n, 4) integers: whether it may be in the picture, (n,) bool."""
     dx, dy = heightmap.spacing_m
     low_m, high_m = heightmap.quantised_m
     west, north, east, south = posts.T
@@ -41,14 +41,14 @@ def _in_picture(
 
 
 def is_above_ground(terrain: Terrain, post: tuple[int, int], up_m: float, reach_m: float) -> bool:
-    """Whether the eye is over the map, and all that is within `reach_m` of it is above the ground.
+    """Whether the eye is over the map, and every point within `reach_m` of it is above the ground.
 
     Parameters
     ----------
     post, up_m
-        Column and row of the post nearest to the eye, and the eye's metres above the base.
+        Column and row of the post nearest to the eye, and the eye's height in metres above the terrain's base.
     reach_m
-        How far the near plane reaches: from an eye above the ground, a near plane may still be below it.
+        Distance of the near plane's corners. The near plane may cut the ground although the eye is above it.
     """
     col, row = post
     heightmap = terrain.heightmap

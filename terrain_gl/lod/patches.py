@@ -1,4 +1,4 @@
-"""What rings and quadtree share: one record a patch, and the shaders that make triangles of it."""
+"""Shared by rings and quadtree: one record for each patch, and the shaders that turn it into triangles."""
 
 from __future__ import annotations
 
@@ -38,7 +38,7 @@ class OfPatches:
 
     @property
     def feed(self) -> list[tuple[Any, ...]]:
-        """A patch is one vertex."""
+        """The vertex buffer: each patch is one vertex."""
         return [(self.patches, "4i4", "in_patch")]
 
     def chosen(self, selection: Selection) -> layout.Patches:

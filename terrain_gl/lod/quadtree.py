@@ -127,7 +127,7 @@ class QuadtreeSelector(OfPatches):
         return self.select(anywhere, (1, 1), 1.0, Goal(max_error_m, METRES, cull=False))
 
     def update(self, posts: Rect) -> None:
-        """Follow an edit: there is nothing to do, every selection reads the error tables again."""
+        """Follow an edit. There is nothing to do, because every selection reads the error tables again."""
 
     def release(self) -> None:
         """Release GPU resources."""
@@ -200,7 +200,7 @@ class QuadtreeSelector(OfPatches):
             self._run("tiles", -(-self._tiles // layout.GROUP))
 
     def _count_patches(self) -> np.void:
-        """Count the patches of the listed tiles: a record `layout.SUMMARY`, the only data that a frame waits for."""
+        """Count the patches of the listed tiles; returns a `layout.SUMMARY`, the only data that a frame waits for."""
         self._look_at_tiles(_COUNT)
         self._run("offsets", 1)
         return np.frombuffer(self._summary.read(layout.SUMMARY.itemsize), layout.SUMMARY)[0]
@@ -231,7 +231,7 @@ class QuadtreeSelector(OfPatches):
         self.ctx.memory_barrier(_BARRIER)
 
     def _run_as_told(self, name: str, groups: str, i: int = 0) -> None:
-        """Run a pass with the number of groups in the summary, which is 0 if its loop has ended."""
+        """Run a pass with as many groups as the summary says: 0 if the loop of the pass has ended."""
         self._kernels[name].run_indirect(self._summary, _offset(groups) + 16 * i)
         self.ctx.memory_barrier(_BARRIER)
 

@@ -37,12 +37,12 @@ class Ring(NamedTuple):
 
     @property
     def end(self) -> tuple[int, int]:
-        """Column and row of its south-east post."""
+        """Column and row of the ring's south-east post."""
         side = BLOCK_SIDE << self.level
         return self.origin[0] + self.blocks[0] * side, self.origin[1] + self.blocks[1] * side
 
     def beyond(self, last_post: tuple[int, int]) -> list[Rect]:
-        """The map outside the ring, as strips of posts."""
+        """The part of the map outside the ring, as rectangles of posts."""
         west, north = self.origin
         east, south = self.end
         last_col, last_row = last_post
@@ -92,8 +92,8 @@ def rings_around(
 def ring_over(last_post: tuple[int, int], spacing_m: tuple[float, float], top_level: int) -> list[Ring]:
     """One ring over the whole map, for a mesh without an eye.
 
-    A unit becomes a block at most twice, and then has at most 64 segments a side. So the ring needs more units the
-    longer the map is: its finest triangles are then a quarter of a post, or smaller.
+    A unit can become a block twice, and the last units have at most 64 segments a side. So a longer map needs more
+    units. With them, the finest triangles are a quarter of a post wide, or smaller.
     """
     reach = BLOCK_SIDE * BLOCK_SIDE * BLOCK_SIDE * 64
     across = 2 << max(0, math.ceil(math.log2(2 * max(last_post) / reach)))
@@ -130,7 +130,7 @@ def _on_map(ring: Ring, last_post: tuple[int, int]) -> Ring:
 
 
 def _part_on_map(level: int, start: int, blocks: int, last: int) -> tuple[int, int]:
-    """The same along one axis: the first post, and the number of blocks."""
+    """`_on_map` along one axis: the first post, and the number of blocks."""
     side = BLOCK_SIDE << level
     first, end = max(0, -start // side), min(blocks, -((start - last) // side))
     return start + side * first, max(1, end - first)
@@ -143,5 +143,5 @@ def _covers(ring: Ring, last_post: tuple[int, int]) -> bool:
 
 
 def across_for(triangles: int) -> int:
-    """Blocks across a ring for a budget: no unit becomes a block there, so many triangles need many units."""
+    """Blocks across a ring for a budget. No unit becomes a block there, so many triangles need many units."""
     return next((across for least, across in _ACROSS if triangles >= least), 4)

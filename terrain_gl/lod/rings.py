@@ -37,7 +37,7 @@ from .patches import OfPatches
 from .ring_layout import BLOCK_SIDE, BLOCKS_ACROSS, Ring, across_for, ring_over, rings_around
 from .selection import INFINITE_PX, METRES, Goal, Selection
 
-AGREEING = 2  # rounds of `agree` that run before their queues are emptied; a frame has at least so many
+AGREEING = 2  # rounds of `agree` that run at once; only then Python checks whether leaves are still queued
 ROUNDS = 3  # rounds of `decide`: in each, the blocks have units an eighth as large
 SQUARES = 85  # squares of a block: glsl/lod/rings/rings.glsl
 _UNITS = BLOCK_SIDE * BLOCK_SIDE
@@ -48,7 +48,7 @@ _BARRIER = (
     | moderngl.BUFFER_UPDATE_BARRIER_BIT
     | moderngl.TEXTURE_FETCH_BARRIER_BIT
 )
-_ASKING: dict[str, dict[str, dict[str, object]]] = {  # passes with other shaders for the metric "rms", or for a budget
+_ASKING: dict[str, dict[str, dict[str, object]]] = {  # defines of passes that differ between metrics and budgets
     **dict.fromkeys(("agree", "count"), {"rms": {"MEAN": 1}}),
     "decide": {"rms": {"MEAN": 1}, "few": {"PATCH_COST": budget.PATCH_COST}},
     **dict.fromkeys(("weigh", "try", "spend"), {"budget": {"PATCH_COST": budget.PATCH_COST}}),
@@ -100,7 +100,7 @@ class RingsSelector(OfPatches):
     def _choose(
         self, camera: Camera, size: tuple[int, int], near_m: float, goal: Goal, few: int | None = None
     ) -> Selection:
-        """Choose for a tolerance, or for the least squares; for a tolerance with `few` triangles, patches cost less."""
+        """Choose for a tolerance, or for least squares. With `few`, a tolerance for that budget, patches cost less."""
         self.view.write(self.terrain, camera, size, near_m, **goal.settings)
         triangles = goal.triangles
         self._variant = "budget" if triangles else "few" if few else goal.metric
@@ -113,7 +113,7 @@ class RingsSelector(OfPatches):
 
         if not triangles:
             return self._keep(rings(across_for(few) if few else BLOCKS_ACROSS))
-        for left_out in range(self.terrain.coarsest_ring):  # with all rings, even the fewest triangles may be too many
+        for left_out in range(self.terrain.coarsest_ring):  # all rings together may need more triangles than allowed
             selection = self._spend(rings(across_for(triangles), left_out), triangles)
             if selection.triangles <= triangles:
                 break
@@ -136,7 +136,7 @@ class RingsSelector(OfPatches):
         """Follow an edit: there is nothing to do, because every frame reads the tables again."""
 
     def _keep(self, rings: list[Ring]) -> Selection:
-        """Choose for the tolerance."""
+        """Choose patches for the tolerance."""
         while True:
             self._begin(rings)
             for r in range(ROUNDS):
@@ -149,7 +149,7 @@ class RingsSelector(OfPatches):
                 return selection
 
     def _spend(self, rings: list[Ring], triangles: int) -> Selection:
-        """Choose for a budget."""
+        """Choose patches for a budget of least squares."""
         self._is_weighed = False
         return budget.spend(triangles, lambda target: self._at_target(rings, target))
 
@@ -181,7 +181,7 @@ class RingsSelector(OfPatches):
         self._is_weighed = True
 
     def ridge_before(self, x: float, y: float) -> tuple[float, float]:
-        """The ridge that hides a place of the last selection; both in world metres."""
+        """World (x, y) of the ridge that hides a place (x, y), for the last selection."""
         camera = self._hiding.camera
         assert camera
         return ridge_before(self._horizon.read(), self.terrain.heightmap, camera, x, y)
@@ -255,7 +255,7 @@ class RingsSelector(OfPatches):
             summary = np.frombuffer(data, layout.RING_SUMMARY)[0]
             has_agreed = not summary["unagreed"]
             if float(summary["farthest_px"]) > self._hiding.farthest_px > 0:
-                self._hiding = NO_HIDING  # it relied on smaller errors
+                self._hiding = NO_HIDING  # the horizon is only right for smaller errors: run again without it
             elif has_agreed:
                 self._last_stamp = self._last_stamp + over
                 return summary
@@ -283,7 +283,7 @@ class RingsSelector(OfPatches):
         bind("lod/rings/shapes.glsl", Summary=buffers["summary"])
 
     def _kernel(self, name: str) -> Any:
-        """A pass, compiled when it is first needed. Passes that read errors have a shader for each metric."""
+        """The shader of a pass, compiled at its first use. Passes that read errors have one for each metric."""
         variant = self._variant if self._variant in _ASKING.get(name, {}) else ""
         key = name, variant, self.terrain.heightmap.voids > 0
         if key not in self._kernels:
@@ -318,7 +318,7 @@ class RingsSelector(OfPatches):
         )
 
     def _has_room(self, blocks: int, selection: Selection) -> bool:
-        """Whether all of it fitted into the buffers; if not, make them larger."""
+        """Whether blocks, patches and draws fitted into the buffers; if not, make the buffers larger."""
         room = self.patches.size // layout.PATCH.itemsize, self.draws.size // gl.COMMAND_STRIDE
         if (
             blocks <= self._most_blocks

@@ -9,9 +9,9 @@ import numpy as np
 
 from .surface import Surface
 
-METRICS = ("max", "rms")  # what a tolerance in pixels bounds, and a budget minimises; in metres there is `METRES`
+METRICS = ("max", "rms")  # what a tolerance in pixels bounds, or a budget minimises; tolerances in metres: `METRES`
 METRES = "metres"
-INFINITE_PX = 9e29  # errors above this are infinite: a little less than in glsl/lod/project.glsl
+INFINITE_PX = 9e29  # errors above this are infinite; a little below INFINITE_PX of glsl/lod/project.glsl
 
 
 @dataclass(frozen=True)
@@ -29,11 +29,11 @@ class Goal:
     triangles
         Instead of a tolerance: the largest number of triangles, at least 2.
     hides
-        Leave out land that is hidden behind other land, if patches outside the picture are left out, too.
+        Leave out land that is hidden behind other land. It has an effect only with `cull`.
     has_holes
         Nothing is drawn over posts without data.
     parameters
-        Instead of both: the parameters of a baseline. Other methods have none.
+        Parameters of a baseline, instead of tolerance and triangles. Other methods have none.
     """
 
     tolerance_px: float = 0.0
@@ -47,7 +47,7 @@ class Goal:
     @property
     def settings(self) -> dict[str, Any]:
         """The fields of the `View` block that decide the level of detail."""
-        metric = (*METRICS, METRES).index("max" if self.triangles else self.metric)  # of a budget, max is certified
+        metric = (*METRICS, METRES).index("max" if self.triangles else self.metric)  # budgets are certified in "max"
         return {"tolerance_px": _float_below(self.tolerance_px), "metric": metric, "cull": self.cull}
 
 
@@ -71,12 +71,12 @@ class Selection:
         The bound of the screen error over all patches, in the requested metric; in metres with `METRES`; None if
         nothing is certified.
     draws
-        Indirect commands in the surface's `draws`.
+        Number of indirect commands in the surface's buffer `draws`.
     price
         With a budget of least squares: the squared pixels that one more triangle would have to remove; 0 if none can.
     hidden
-        Patches that were chosen but are hidden: their records follow those of the drawn ones in the surface's
-        `patches`.
+        Number of patches that were chosen but are hidden. In the surface's `patches`, their records follow those of
+        the drawn patches.
     """
 
     surface: Surface = field(compare=False)

@@ -2,10 +2,10 @@
 
     heightmap   the truth: posts, and the surface between them
     sat         summed-area tables, and the sum over a box
-    error       the error of each of the `nodes`, also `between` posts; `bound`: of any box; `widening`: after an edit
+    error       the error of each node (`nodes`), also `between` posts, of any box (`bound`), after an edit (`widening`)
     project     from metres to pixels; `curvature`: the Earth is round
-    hidden      the horizon around the eye, and what is below it
-    rings       the levels that tables choose (method sat); `quadtree`, with `tree` and `patches`: the other selection
+    hidden      the horizon around the eye, and the land below it
+    rings       the selection of method sat; `quadtree`, with `tree` and `patches`: that of method quadtree
     mesh        the triangles of a patch
     shade       mean height and mean slope under a pixel
     light       lobes of light; `horizon`: what each place sees of sun and sky

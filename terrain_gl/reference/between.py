@@ -8,7 +8,7 @@ from .bound import twists
 from .nodes import node_axes, per_node
 
 # In a cell that one triangle covers, the error is largest at a post. A diagonal of a square node may cross a cell with
-# the corners a, b, c, d and the twist t = a − b − c + d. On the way from a to d, drawn minus true is
+# the corners a, b, c, d and the twist t = a − b − c + d. On the way from a to d, drawn minus true height is
 #   e_a (1 − s) + e_d s + t s (1 − s)        with the errors e_a and e_d at both posts, and 0 ≤ s ≤ 1
 # (from b to c: −t). Within each half of the cell it is largest at a post or on the diagonal.
 # In a node that the map's rim cuts off, diagonals do not run through posts, and may cross any cell. The planes of a
@@ -61,7 +61,7 @@ def _bend(twist: np.ndarray, rows: np.ndarray, cols: np.ndarray) -> np.ndarray:
 
 
 def _square_nodes(shape: tuple[int, ...], level: int) -> np.ndarray:
-    """(rows, cols) of nodes: whether the map's rim leaves a node whole."""
+    """For each node whether it lies wholly on the map, (rows, cols) of nodes."""
     rows, cols = (axis.high - axis.low == 1 << level for axis in node_axes(shape, level))
     return rows[:, None] & cols
 
@@ -106,6 +106,6 @@ def over_cells(above: np.ndarray, below: np.ndarray, heights: np.ndarray, level:
 
 
 def measured_posts(heights: np.ndarray, level: int, void: np.ndarray | None) -> np.ndarray:
-    """Which posts of each node are no voids, (node rows, posts, node cols, posts)."""
+    """Posts of each node that have data, (node rows, posts, node cols, posts) bool."""
     seen = np.ones(heights.shape, bool) if void is None else ~void
     return seen[per_node(*node_axes(heights.shape, level))]

@@ -46,5 +46,5 @@ def drop_range_m(
 
 
 def sag_gain_m2(sag_m: float, posts: np.ndarray) -> np.ndarray:
-    """Squared error of the sag that each triangle of a split removes, over the posts of nodes."""
+    """Part of the sag's squared error that each triangle of a split removes, summed over the posts of a node."""
     return posts * sag_m**2 * 15 / 192

@@ -1,4 +1,4 @@
-"""error: how far the triangles of each quadtree node are from the heights.
+"""error: the distance between the triangles of each quadtree node and the truth.
 
 A node of level j covers 2^j × 2^j cells of the map. Past the map's last post its corners are clamped to that post. A
 node is drawn as a quad (two triangles) or as a fan (triangles around its centre). The errors bound the whole surface,
@@ -126,11 +126,12 @@ def wedge_errors(heights: np.ndarray, level: int, void: np.ndarray | None = None
     return found[0], found[1]
 
 
-# A finer neighbour cuts an edge: it gets more vertices, which are posts. They lie between −below and above off the line
-# between the edge's ends. Only vertices of one cut edge take part in a triangle. Their weights at a place sum to v: 1
-# on their edge, 0 on the opposite side. So these bound the error of every triangulation, for each edge:
+# A finer neighbour cuts an edge: the edge gets more vertices, which are posts. They lie at most `above` above and
+# `below` below the line between the edge's ends. In each triangle, only vertices of one cut edge take part. Their
+# weights at a place sum to v, which is 1 on their edge and 0 on the opposite side. So for each edge, every
+# triangulation is bounded by
 #   highest diagonal − h + v · above   and   h − lowest diagonal + v · below
-# Both are linear where the drawing is: between posts they are like errors.
+# Both bounds are linear where the drawn surface is linear. So between posts we treat them like errors.
 
 
 class CutErrors(NamedTuple):
@@ -156,7 +157,7 @@ def cut_moves(heights: np.ndarray, level: int) -> np.ndarray:
 
 
 def _off_lines(lines: np.ndarray, axis: Nodes) -> np.ndarray:
-    """Of lines of posts (n, posts): above and below, (2, n, nodes)."""
+    """Largest distances above and below for edges along lines of posts (n, posts): (2, n, nodes)."""
     share = (axis.post - axis.low[:, None]) / (axis.high - axis.low)[:, None]
     rise = lines[:, axis.high] - lines[:, axis.low]
     off = lines[:, axis.post] - lines[:, axis.low, None] - rise[..., None] * share
@@ -190,7 +191,7 @@ def _over_node(
     return largest, np.square(errors * _own(heights, level, void)).sum((1, 3)) + between
 
 
-# M = max e over the closed node,   Σ e² over the node's own posts,   e the worse of both ways to draw it.
+# M = max e over the closed node,   Σ e² over the node's own posts,   e the larger error of the two ways to draw it.
 # Each crossed cell adds m (2 worst + m) to Σ e².
 
 
@@ -246,19 +247,20 @@ def _worse(pair: tuple[np.ndarray, np.ndarray]) -> np.ndarray:
 
 
 def _own(heights: np.ndarray, level: int, void: np.ndarray | None) -> np.ndarray:
-    """Which posts are each node's own and no voids: (node rows, posts, node cols, posts)."""
+    """Posts that are a node's own and have data: (node rows, posts, node cols, posts) bool."""
     y, x = node_axes(heights.shape, level)
     return measured_posts(heights, level, void) & y.own[:, :, None, None] & x.own
 
 
-# A split replaces a leaf by its parts. At a price of λ a triangle, a leaf costs Σ e² + λ · triangles. It pays below
+# A split replaces a leaf by its parts. At a price of λ a triangle, a leaf costs Σ e² + λ · triangles. A split pays
+# below
 #   λ = (Σ e² of the leaf − Σ e² of its parts) / (triangles added)
 
 
 def split_gains(heights: np.ndarray, void: np.ndarray | None = None) -> list[np.ndarray]:
     """Squared error that a split removes for each triangle that it adds, m², for each level from 1 on.
 
-    Gains are nested: never below the gains of the node's children. Mean squares of fans are nested too.
+    Gains are nested: a node's gain is never below the gains of its children. Mean squares of fans are nested, too.
     """
     gains: list[np.ndarray] = []
     holes = np.zeros(heights.shape, bool) if void is None else void
@@ -282,7 +284,7 @@ def split_gains(heights: np.ndarray, void: np.ndarray | None = None) -> list[np.
 def _split_gain(
     quad: np.ndarray, fan: np.ndarray, fan_triangles: np.ndarray, parts: np.ndarray, triangles: np.ndarray
 ) -> np.ndarray:
-    """Price below which the parts are cheaper than both kinds of leaf."""
+    """Price below which the parts cost less than the node as a quad and as a fan."""
     for_quad = (quad - parts) / np.maximum(triangles - 2, 1)
     fan_pays = (quad - fan) / np.maximum(fan_triangles - 2, 1)
     for_fan = (fan - parts) / np.maximum(triangles - fan_triangles, 1)

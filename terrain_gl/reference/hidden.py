@@ -1,4 +1,4 @@
-"""lod: what is hidden. A horizon around the eye, from lower bounds of the map (Lloyd & Egbert 2002)."""
+"""lod: hidden land, found with a horizon around the eye from lower bounds of the map (Lloyd & Egbert 2002)."""
 
 from __future__ import annotations
 
@@ -79,7 +79,7 @@ def angle_off(error_px: float, focal_px: float) -> float:
 
 
 def horizon_needed(slope: float, off: float) -> float:
-    """What the horizon must exceed to block sight lines of a slope; off = φ, in radians."""
+    """Slope that the horizon must exceed to block sight lines of a slope; off = φ, in radians."""
     steeper = math.atan(slope) + off
     return math.tan(steeper) if steeper < math.pi / 2 else math.inf
 

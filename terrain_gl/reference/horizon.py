@@ -93,7 +93,7 @@ def disc_share(elevation: np.ndarray, horizon: np.ndarray, radius: float) -> np.
 
 
 def middles_of_cells(heights: np.ndarray) -> np.ndarray:
-    """Column and row of the middle of each cell, (rows - 1, cols - 1, 2)."""
+    """Columns and rows of the middles of cells, (rows - 1, cols - 1, 2)."""
     y, x = np.indices((heights.shape[0] - 1, heights.shape[1] - 1)) + 0.5
     return np.stack([x, y], -1)
 

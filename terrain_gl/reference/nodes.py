@@ -13,8 +13,8 @@ class Nodes(NamedTuple):
     low: np.ndarray  # (nodes,)
     mid: np.ndarray  # (nodes,)
     high: np.ndarray  # (nodes,)
-    post: np.ndarray  # (nodes, up to 2^level + 1), the map's last post repeated where the map ends first
-    own: np.ndarray  # like `post`: False for a node's last post, which is its neighbour's, and for repeated posts
+    post: np.ndarray  # (nodes, at most 2^level + 1); past the map's last post, that post is repeated
+    own: np.ndarray  # same shape; False for a node's last post, which belongs to its neighbour, and for repeated posts
 
 
 def nodes_along(n: int, level: int) -> Nodes:
@@ -34,7 +34,7 @@ def node_axes(shape: tuple[int, ...], level: int) -> tuple[Nodes, Nodes]:
 
 
 def per_node(y: Nodes, x: Nodes) -> tuple[np.ndarray, np.ndarray]:
-    """Index that spreads an array of posts to (node rows, posts, node cols, posts)."""
+    """Index by which an array of posts becomes one of nodes, (node rows, posts, node cols, posts)."""
     return y.post[:, :, None, None], x.post[None, None]
 
 

@@ -1,4 +1,4 @@
-"""lod, continued: quads that fill a square become one patch.
+"""lod, continued: quads that together fill a square become one patch.
 
 A square of 2^s × 2^s quads of one level, s from 1 to 5, becomes a patch of T = 2^s segments a side.
 """

@@ -39,7 +39,7 @@ class Errors(NamedTuple):
 
 
 class Screen(NamedTuple):
-    """The same on the screen: pixels in the requested metric."""
+    """The errors of a level's nodes on the screen: pixels in the requested metric."""
 
     outside: np.ndarray  # not in the picture
     quad_px: np.ndarray
@@ -96,7 +96,7 @@ def tables_of(heights: np.ndarray, void: np.ndarray | None = None) -> list[Error
 
 
 def _cells(heights: np.ndarray, hole: np.ndarray) -> Errors:
-    """Cells have no error at their posts; their gain is per pixel between the posts and per triangle."""
+    """Level 0: cells have no error at their posts. Their gain is for one pixel between posts and one triangle."""
     quad, fan = cell_squares(heights)
     none = np.zeros(quad.shape)
     four = np.zeros((*quad.shape, 4))
@@ -168,7 +168,7 @@ def select(screens: list[Screen], shape: tuple[int, ...], tolerance_px: float, m
 
 
 def _least_px(s: Screen, metric: str) -> np.ndarray:
-    """Bound of the best way to draw a node. For the RMS only fans count: theirs is nested, that of quads is not."""
+    """Bound of the best way to draw a node. For "rms" that is the fan's: it is nested, and the quad's is not."""
     fan_px = np.minimum(s.whole_px, s.split_px).max(-1)
     return fan_px if metric == "rms" else np.minimum(fan_px, s.quad_px)
 

@@ -1,4 +1,4 @@
-"""lod of method sat: a clipmap around the eye; the summed-area tables say how coarse each patch may be.
+"""lod of method sat: a clipmap around the eye. The summed-area tables decide how coarse each patch may be.
 
 rings    nested rectangles around the eye; ring l has cells of 2^l posts
 blocks   8 × 8 units of one ring cell; a unit that needs more than 64 segments a side is a block itself
@@ -20,7 +20,7 @@ MOST_SEGMENTS_LOG2 = 6  # OpenGL's 64
 FINEST = -5  # log2 of the smallest spacing in ring 0: 32 segments between two posts; in other rings 16
 PATCH_COST = 14.0  # cost of a patch in triangles, besides its own triangles
 LEAST_PARTS = 4 * (8 + PATCH_COST)  # four squares of 2 × 2 segments
-FEW_LOG2 = 1  # a square of so few cells a side looks at the cells themselves
+FEW_LOG2 = 1  # for squares of at most 2^FEW_LOG2 cells a side, the cells themselves are read
 ROUNDS = 3  # depth of blocks inside blocks
 REFINE_FROM = 3  # units of 2^3 segments or more become blocks, which about halves their cost
 REFINED = 0.5
@@ -36,7 +36,8 @@ class Leaf(NamedTuple):
     step_log2: int
 
 
-# Ring l is n blocks of 8 · 2^l posts wide. It begins at each fourth place of its lattice, its middle nearest the eye:
+# Ring l is n blocks wide, and a block is 8 · 2^l posts wide. Its origin is on every fourth place of its lattice. Of
+# these, we take the one for which the ring's middle is nearest to the eye:
 #   origin = 4 · 2^l · ⌊(eye − n · 8 · 2^l / 2) / (4 · 2^l) + 1/2⌋
 
 
@@ -93,8 +94,8 @@ def is_within(levels: Sequence[ClassTables], low: Post, end: Post, last: Post, s
     return len(below) > 0 and box_sum(level.classes[below[0]], *tiles_over(level, j, low, end, last)) == 0
 
 
-# A tile of the map's own cells has 4 × 4 of them. A square of at most 2 × 2 looks at its cells themselves, which is
-# closer: |t| / 4, and |t| / (4 n²) in n × n parts.
+# A tile of level 0 has 4 × 4 cells of the map. For a square of at most 2 × 2 cells, we read the cells themselves, which
+# gives a tighter bound: |t| / 4, and |t| / (4 n²) in n × n parts.
 
 
 def few_cells_m(twists_m: np.ndarray, low: Post, side_log2: int, step_log2: int) -> float:
@@ -130,7 +131,7 @@ def is_cell_fan(side_log2: int, step_log2: int) -> bool:
 
 
 # From the units up:   cost(square) = min(2 T² + 14,  Σ cost of its four parts)
-# If a square costs no more than the cheapest parts, it becomes one leaf.
+# Four parts cost at least LEAST_PARTS. If a square costs no more than that, it becomes one leaf.
 
 
 def cut_block(steps: dict[Square, int | None], unit_log2: int, can_refine: bool) -> np.ndarray:
@@ -160,7 +161,7 @@ def cut_block(steps: dict[Square, int | None], unit_log2: int, can_refine: bool)
 def _cut(
     steps: dict[Square, int | None], unit_log2: int, can_refine: bool, square: Square, leaves: np.ndarray
 ) -> float:
-    """Cost of a square in triangles; its units are written to `leaves`."""
+    """Cost of a square in triangles; writes the words of its units to `leaves`."""
     depth, x, y = square
     side = BLOCK_SIDE >> depth
     own = leaves[y * side : (y + 1) * side, x * side : (x + 1) * side]
@@ -238,7 +239,7 @@ def cheapest(weights: np.ndarray, side_log2: int, price: float) -> tuple[float, 
 
 
 def bracket(low: float, high: float, counts: np.ndarray, target: int) -> tuple[float, float]:
-    """log2 of the next lowest and highest price: the last tried price with too many triangles, the first that fits."""
+    """log2 of the next lowest and highest price: the last one with too many triangles, and the first that fits."""
     k = int(np.argmax(counts <= target)) if (counts <= target).any() else len(counts) - 1
     prices = np.linspace(low, high, len(counts))
     return float(prices[max(k - 1, 0)]), float(prices[k])

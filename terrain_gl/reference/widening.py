@@ -1,4 +1,4 @@
-"""widening: bounds of nodes whose posts have moved, before their errors are computed anew."""
+"""error, continued: bounds of nodes whose posts have moved. They hold until the errors are computed anew."""
 
 from __future__ import annotations
 
@@ -8,7 +8,7 @@ from .nodes import nodes_along
 
 
 def node_moves(moved: np.ndarray, level: int) -> tuple[np.ndarray, np.ndarray]:
-    """For each node: how far any of its posts has moved, and any post of its edges (a possible vertex).
+    """For each node, the largest move of its posts, and the largest move of posts on its edges (possible vertices).
 
     Parameters
     ----------

@@ -4,7 +4,7 @@
 //   That costs one triangle here and one in the neighbour of the same size, instead of a split into four.
 //   If no edge helps, or the neighbour is coarser, the leaf asks to be split.
 //
-//        ┌───────┬───────┐          ┌───────┬───────┐         (Each vertex for itself: Lindstrom, Koller, Ribarsky,
+//        ┌───────┬───────┐          ┌───────┬───────┐         (Each vertex on its own: Lindstrom, Koller, Ribarsky,
 //        │ ╲   ╱ │       │          │ ╲   ╱ │     ╱ │         Hodges, Faust, Turner 1996, "Real-time, continuous level
 //        │   ╳   │       │    →     │   ╳───┼───╳   │         of detail rendering of height fields".)
 //        │ ╱   ╲ │       │          │ ╱   ╲ │     ╲ │

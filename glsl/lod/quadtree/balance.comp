@@ -18,7 +18,7 @@ void split_parents(int word, int row, uint bits) {
     atomicOr(split[word_index(u_which_level + 1, word, row)], bits);
 }
 
-// From 32 bits to 16: one bit for each pair.
+// The even bits, 0, 2, 4, ..., packed into the lower 16.
 uint pairs(uint bits) {
     bits &= 0x55555555u;
     bits = (bits | bits >> 1) & 0x33333333u;

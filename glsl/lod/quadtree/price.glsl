@@ -4,7 +4,7 @@
 //   for them w is close to the value everywhere in the node.
 //   Large nodes are split a little early, but they are hardly ever leaves.
 //   Near the eye a post covers many pixels; far away many posts share a pixel.
-//   A post has the weight of the width of a cell in pixels, but at least 1:
+//   The weight of a post is the width of a cell in pixels, but at least 1:
 //       n = max(1, K/z √(s_x s_y)),   s the spacing, z the depth of the node's centre, K the focal length in pixels.
 //   One of these n is the post itself; n − 1 are places between posts, where the truth is bilinear.
 //   A cell with corners a, b, c, d and the twist t = a − b − c + d has the mean squared error

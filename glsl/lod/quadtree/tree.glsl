@@ -95,7 +95,7 @@ float fan_max_m(PackedNode n, uint edges) {
     return max(max(e.x, e.y), max(e.z, e.w));
 }
 
-// The table has one mean for the whole fan, which bounds it with any edges.
+// The record has one mean for the whole fan. It is a bound whatever edges are split.
 float fan_px(Projection p, PackedNode n, uint edges) {
     if (u_metric == METRIC_RMS) return metric_px(p, unpack_pair(n.max_m).y, posts_rms_m(n).y);
     float max_m = fan_max_m(n, edges);

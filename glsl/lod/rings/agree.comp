@@ -1,9 +1,9 @@
-// lod/rings/agree.comp — a round of neighbours: leaves next to finer ones.
+// lod/rings/agree.comp — one round in which neighbours agree on the vertices of their common edges.
 //   A finer neighbour cuts the common edge. The bound of a leaf holds whatever edges are cut (error/node_errors.glsl),
 //   so most leaves stay as they are. But an edge has at most 64 segments: a leaf that would need more is split in four.
-//   All threads look at the leaves as the round before left them, so their order does not matter. Leaves only ever grow
+//   All threads look at the leaves as the round before left them, so their order does not matter. Leaves only become
 //   finer, so the rounds come to an end. The first round looks at all leaves, the next ones at those that have changed
-//   and at those along their edges. So each leaf's last round notes its final edges.   One thread handles one leaf.
+//   and at those along their edges. So the last round of each leaf stores its final edges. One thread handles one leaf.
 
 #include "lod/rings/leaf.glsl"
 #include "lod/rings/edges.glsl"
@@ -11,7 +11,7 @@
 
 layout(local_size_x = LEAF_GROUP) in;
 
-uniform bool u_budget;  // no tolerance: parts keep the spacing of the whole
+uniform bool u_budget;  // a budget has no tolerance: parts keep the spacing of the whole
 
 void append_leaf(int id) {
     uint k = atomicAdd(b_leaves.count, 1u);
@@ -19,8 +19,8 @@ void append_leaf(int id) {
     atomicMax(b_leaves.groups, k / uint(LEAF_GROUP) + 1u);
 }
 
-// Queue a leaf for a round, at most once. The leaf may be split before the round begins. So the queue says which square
-// the leaf covers now: the shape of its word, from `id` on.
+// Queue a leaf for a round, at most once. The leaf may be split before the round begins. So the entry also has the size
+// of the square that the leaf covers now; `id` is the square's first unit.
 void append_to_queue(int round_, int id, uint word) {
     uint stamp = u_first_stamp + uint(round_);
     if (atomicMax(list[list_at(3) + id], stamp) == stamp) return;
@@ -58,7 +58,7 @@ void write_part(int id, Leaf whole, int part_units_log2, ivec2 low, int ring, Pr
 int units_for_parts(Leaf leaf, Block b) {
     if (side_units_log2(leaf.word) > 0) return leaf.id;
     int child = int(atomicAdd(b_all.count, 1u));
-    if (child >= u_most_blocks) return -1;  // the view is chosen again with more
+    if (child >= u_most_blocks) return -1;  // the view is chosen again with more room
     b_block[child] = Block(leaf.origin, b.unit_log2 - 3, b.ring, NO_STEP);
     write_units(leaf.id, 0, IS_BLOCK | uint(child));
     append_to_queue(u_agreed + 1, leaf.id, leaf.word);

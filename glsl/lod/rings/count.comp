@@ -1,13 +1,12 @@
-// lod/rings/count.comp — each leaf's bound, and whether it is hidden. Of the others, the number of patches of each
-// size, and the largest bound.
-// One thread handles one leaf.
+// lod/rings/count.comp — computes each leaf's bound, and whether the leaf is hidden. Counts the patches that are not
+//   hidden by size, and finds their largest bound. One thread handles one leaf.
 
 #include "lod/rings/hidden.glsl"
 #include "lod/rings/shapes.glsl"
 
 layout(local_size_x = LEAF_GROUP) in;
 
-// Segments of a leaf along an axis that are on the map, for a spacing.
+// Number of segments along one axis of a leaf that are on the map, for a spacing.
 int segments_on_map(int from, int last, int side_log2, int step_log2) {
     int posts = clamp(last - from, 0, 1 << side_log2) - max(0, -from);
     return step_log2 >= 0 ? posts + (1 << step_log2) - 1 >> step_log2 : posts << -step_log2;
@@ -27,8 +26,8 @@ int triangles_of(Leaf leaf, int step_log2, ivec4 edge_steps_log2) {
     return triangles;
 }
 
-// What the tables certify of a leaf, in the metric asked for: pixels, or metres over the whole map. Then the same for
-// its farthest point.
+// The bound that the tables certify for a leaf in the requested metric, then the bound of its farthest point: in
+// pixels, or in metres if the mesh is for the whole map.
 vec2 leaf_px(Leaf leaf) {
     int step_log2 = step_log2_of(leaf.word);
     Projection p = project_square(leaf.origin, leaf.side_log2);

@@ -2,7 +2,7 @@
 //   For each square, the summed-area tables give the coarsest spacing whose error in this square is within the
 //   tolerance. From the units up, four parts are joined wherever the whole square costs no more than they do:
 //       cost(square) = min( 2 T² + PATCH_COST,  sum of its parts' costs )        T segments a side
-//   The cheapest four parts have two segments a side. If a square costs no more, its parts are not tried.
+//   Four parts cost least with two segments a side each. If a square costs no more than that, its parts are not tried.
 //   One work group handles one block; its THREADS share the squares.   Python twin: reference.rings.cut_block
 
 #include "lod/rings/squares.glsl"
@@ -16,7 +16,7 @@ uniform int u_round;
 #define REFINED 0.5
 #define LEAST_PARTS (4.0 * (8.0 + PATCH_COST))
 
-shared int s_asking[SQUARES];  // squares in fours, each four by its first one
+shared int s_asking[SQUARES];  // squares to look at next: an entry is the first of four parts
 shared int s_asked;
 
 uint look(int depth, ivec2 at, out float cost) {
@@ -28,7 +28,7 @@ uint look(int depth, ivec2 at, out float cost) {
     Projection p = project_square(low, side_log2);
     if (p.outside && u_cull != 0) return EMPTY;
     int coarsest = coarsest_step(low, side_log2);
-    // the round before asked the same square
+    // the round before has found a spacing for the same square
     if (depth == 0 && block.known_log2 != NO_STEP) coarsest = block.known_log2;
     int finest = block.known_log2 != NO_STEP ? block.known_log2 + 1 : finest_of(low, side_log2, block.ring, coarsest);
     int step_log2 = NO_STEP;
@@ -62,7 +62,7 @@ void main() {
     if (u_round == 0) b = seen_block(uint(b));
     take_block(b_block[b]);
 #if defined(MEAN) || defined(PAGED)
-    block.known_log2 = NO_STEP;  // parts may have a larger mean, or other pages
+    block.known_log2 = NO_STEP;  // not known for parts: their mean may be larger, or their pages may differ
 #endif
     for (int i = FIRST[2] + thread; i < FIRST[3]; i += THREADS) s_square[i] = 0u;
     s_asking[0] = FIRST[1];

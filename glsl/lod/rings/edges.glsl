@@ -93,7 +93,7 @@ Leaf next_leaf(inout Walk walk, Leaf leaf) {
     return other;
 }
 
-// The spacing that a leaf wants along its edges.
+// The spacing that a leaf itself needs along its edges.
 int edge_step_log2(Leaf leaf) {
     int step_log2 = step_log2_of(leaf.word);
     return is_cell_fan(leaf.side_log2, step_log2) ? 0 : step_log2;

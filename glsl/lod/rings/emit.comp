@@ -1,6 +1,6 @@
 // lod/rings/emit.comp — writes a patch for each leaf, at the place that lod/rings/place.comp computed. So the same
 // view always gives the same list. One thread handles one block.
-// What is hidden comes after all patches: measurements and explanations need it, but nothing draws it.
+// The records of hidden leaves come after all patches: measurements and explanations read them, but nothing draws them.
 
 #include "lod/rings/shapes.glsl"
 

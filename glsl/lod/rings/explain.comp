@@ -1,7 +1,8 @@
 // lod/rings/explain.comp — what the tables say about a patch of the clipmap: its error with T = 1, 2, 4, ... 64
 //   segments a side.
-//   Besides, the look-up that decides whether T is enough: how many tiles of the patch are above the largest class of
-//   errors that is within the tolerance there (error/bound.glsl). Squares of 2 × 2 posts or fewer look at their cells.
+//   Also the look-up that decides whether T is enough: how many tiles of the patch are above the largest class of
+//   errors that is within the tolerance there (error/bound.glsl). For squares of 2 × 2 posts or fewer, the cells
+//   themselves are read instead.
 // One thread for each T.
 
 #include "lod/rings/leaf.glsl"
@@ -10,7 +11,7 @@ layout(local_size_x = SIZES) in;
 
 struct Lookup {
     ivec4 tiles;    // columns and rows from, to; to is outside
-    uvec4 corner;   // the table there, modulo 256: north-west, north-east, south-west, south-east
+    uvec4 corner;   // entries at the box's corners, modulo 256: north-west, north-east, south-west, south-east
     int class_;     // -1: no look-up
     int level;      // of the table
     int above;      // tiles above the class
@@ -33,7 +34,7 @@ Lookup lookup_of(Projection p, int step_log2) { return Lookup(ivec4(0), uvec4(0)
 #else
 Lookup lookup_of(Projection p, int step_log2) {
     Lookup l = Lookup(ivec4(0), uvec4(0), -1, max(step_log2, 0), 0, 0.0);
-    float smaller = step_log2 < 0 ? exp2(2.0 * float(step_log2)) : 1.0;  // than the error of a cell of the map
+    float smaller = step_log2 < 0 ? exp2(2.0 * float(step_log2)) : 1.0;  // share of a map cell's error in its parts
     float allowed_m = (error_within_m(p) - slack_m(step_log2)) / smaller;
     if (allowed_m <= 0.0 || p.outside || (step_log2 <= 0 && u_side_log2 <= FEW_LOG2)) return l;
     l.class_ = max(class_within(allowed_m), -1);

@@ -33,14 +33,14 @@ int shell_within(float r_m) {
     return min(shell_radius_m(k) > r_m ? k - 1 : k, u_shells - 1);
 }
 
-// Where the camera looks, on the map.
+// Horizontal direction in which the camera looks.
 vec2 ahead() {
     float level = length(u_forward.xy);
     return level > 1e-6 ? u_forward.xy / level : vec2(1.0, 0.0);
 }
 
 // Sectors are counted from behind the camera to its right, ahead, its left, and back. Angles are measured along a
-// square around the eye: that takes no trigonometric functions, whose precision differs between drivers.
+// square around the eye, without trigonometric functions: their precision differs between drivers.
 float sector_of(vec2 from_eye_m) {
     vec2 f = ahead(), p = vec2(dot(f, from_eye_m), f.x * from_eye_m.y - f.y * from_eye_m.x);
     float t = p.y / (abs(p.x) + abs(p.y));

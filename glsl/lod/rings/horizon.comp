@@ -1,6 +1,6 @@
 // lod/rings/horizon.comp — the horizon around the eye. One thread handles one sector, and goes outward.
-//   At each shell it crosses its sector on a chord. All sight lines of the sector pass over this chord. So the lowest
-//   height around it blocks all of them alike. Nodes of the map about as large as the chord is long give that height.
+//   A chord crosses the sector at each shell. All sight lines of the sector pass over this chord. So the lowest height
+//   around the chord blocks all of them alike. It is read from nodes that are about as large as the chord is long.
 // Python twin: reference.horizon_around
 
 #include "lod/rings/hidden.glsl"

@@ -14,7 +14,7 @@ layout(std430, binding = 6) readonly buffer Ranges { uint range[]; };
 #define PATCH_COST 14.0  // cost of a patch besides its triangles, counted in triangles
 #endif
 
-// Lowest and highest height of a square at any place: the square consists of nodes, as large as possible.
+// Lowest and highest height of a square. The square need not be a node: we read the largest nodes that it consists of.
 vec2 range_of_square_m(ivec2 low, int side_log2) {
     int level = clamp(findLSB(low.x | low.y | 1 << side_log2), 1, u_top_level);
     ivec2 first = max(low, ivec2(0)) >> level, end = (min(low + (1 << side_log2), u_last_post) - 1 >> level) + 1;
@@ -50,8 +50,8 @@ bool has_mean(Projection p) { return p.inside && u_has_voids == 0; }
 bool has_mean(Projection p) { return false; }
 #endif
 
-// A tile of the map's own cells has 4 × 4 of them. A square of at most 2 × 2 looks at its cells themselves: a bound
-// that is four times as close, or more.
+// A tile of level 0 has 4 × 4 cells of the map. For a square of at most 2 × 2 cells, we read the cells themselves: this
+// bound is for a quarter of the tile's cells, or fewer.
 const int FEW_LOG2 = 1;
 
 // Largest error and root mean square of the cells of such a square, two triangles each; NEVER for other squares.
@@ -74,8 +74,8 @@ float rms_of_box_m(ivec2 low, ivec2 end, int step_log2) {
     return sqrt(squares_m2(low, end, step_log2) / (cells.x * cells.y)) * (1.0 + exp2(-18.0));
 }
 
-// Largest error and root mean square of a square's cells: from the tables, or of a few cells themselves. Below the
-// spacing of the posts, each cell of the map is cut into parts.
+// Largest error and root mean square of a square's cells: from the tables, or from the cells themselves if they are
+// few. For spacings below that of the posts, each cell of the map is cut into parts.
 vec2 cells_m(ivec2 low, int side_log2, int step_log2, vec2 few_m) {
     if (step_log2 <= 0 && few_m.x < NEVER) return few_m * exp2(2.0 * float(step_log2));
     ivec2 end = low + (1 << side_log2);
@@ -107,7 +107,7 @@ int finest_of(ivec2 low, int side_log2, int ring, int coarsest) {
     return is_waiting(low, side_log2, level) ? max(finest, min(level, coarsest)) : finest;
 }
 
-// What the tables do not know: the Earth's curvature, and the rounding of vertices between posts.
+// Errors that the tables do not include: the Earth's curvature, and the rounding of vertices between posts.
 float slack_m(int step_log2) { return sag_m(step_log2) + rounding_between_m(); }
 
 // Whether the cells of a square are within the tolerance.

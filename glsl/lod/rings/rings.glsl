@@ -41,7 +41,7 @@ struct Block {
     ivec2 origin;
     int unit_log2;  // posts a side of a unit
     int ring;       // index of the ring that it lies in
-    int known_log2; // log2 of a spacing that the tables allow in all of it, or NO_STEP
+    int known_log2; // log2 of a spacing that the tables allow in the whole block, or NO_STEP
 };
 
 #define NO_STEP 47  // its code in a unit's word is 63
@@ -122,7 +122,7 @@ layout(std430, binding = 5) buffer Lists { uint list[]; };
 
 int list_at(int which) { return which * UNITS * u_most_blocks; }
 
-// Append n leaves before round 0, whose queue is this list; returns the place of the first one.
+// Append n leaves to the list of all leaves, which is also the queue of round 0; returns the place of the first one.
 uint append_leaves(uint n) {
     uint k = atomicAdd(b_leaves.count, n), groups = (k + n + uint(LEAF_GROUP - 1)) / uint(LEAF_GROUP);
     atomicMax(b_leaves.groups, groups);

@@ -6,7 +6,7 @@
 
 #define BLOCK_GROUP 64  // blocks that one work group of lod/rings/emit.comp handles
 
-layout(std430, binding = 4) buffer Shapes { uvec2 shape[]; };  // at a leaf's number: its shape, and its bound in pixels
+layout(std430, binding = 4) buffer Shapes { uvec2 shape[]; };  // for each leaf number: shape, bound in pixels
 layout(std430, binding = 7) buffer Summary {
     uint s_count[8];    // patches of each size
     uint s_triangles;
@@ -16,8 +16,8 @@ layout(std430, binding = 7) buffer Summary {
     uint s_unagreed;    // leaves that are queued for a further round of lod/rings/agree.comp
     uint s_farthest_px; // the largest bound of a point, whatever the metric, as the bits of a float
     uint s_hidden;      // leaves that are hidden: lod/rings/hidden.glsl
-    uint s_written;     // of these, records that lod/rings/emit.comp has written
-    uint s_offset[];    // patches of each size in each block; lod/rings/place.comp puts the number of patches before
+    uint s_written;     // records of hidden leaves that lod/rings/emit.comp has written
+    uint s_offset[];    // patches of each size in each block; then, by lod/rings/place.comp, the sum of all before them
 };
 
-#define HIDDEN 0x80000000u  // in the bits of a hidden leaf's bound: the sign
+#define HIDDEN 0x80000000u  // the sign bit of a leaf's bound marks the leaf as hidden

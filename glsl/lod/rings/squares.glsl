@@ -53,8 +53,8 @@ bool is_nothing(ivec2 low, ivec2 end) {
     return all(greaterThanEqual(low, finer_ring.origin)) && all(lessThanEqual(end, ring_end(finer_ring)));
 }
 
-// Whether a square may be one leaf beside the finer ring. Of two leaves that meet, one must have the whole common edge.
-// So a square that touches the finer ring must stand on the lattice of that ring's squares.
+// Whether a square may be one leaf beside the finer ring. The common edge of two leaves must be a whole side of one of
+// them. So a square that touches the finer ring must lie on the lattice of that ring's squares.
 bool fits_finer_ring(ivec2 low, ivec2 end) {
     if (block.ring == 0) return true;
     ivec2 finer = finer_ring.origin;

@@ -1,8 +1,7 @@
 // lod/rings/weigh.comp — the error of every square of a block with 1, 2, 4, ... 64 segments a side, in squared
 //   pixels, from the exact sums of the tables.
-//   E(p, T) is the box sum of squared errors; an error of one metre makes w pixels in the middle of the square. A
-//   post counts n times, where n is the width of a cell in pixels, or 1 if that is larger: n = max(1, K √(s_x s_y) /
-//   z).
+//   E(p, T) is the box sum of squared errors. An error of one metre makes w pixels in the middle of the square.
+//   The weight of a post is n, the width of a cell in pixels, but at least 1: n = max(1, K √(s_x s_y) / z).
 //   The mean square of the sag over a cell is about half the square of its largest value.
 //   One work group handles one block, one thread one of its units.
 
@@ -11,7 +10,7 @@
 
 layout(local_size_x = UNITS) in;
 
-// The tables sum whole tiles, which may reach beyond the box: take the box's share of that sum.
+// The tables sum whole tiles, which may reach beyond the box. So the sum is scaled by the box's share of their posts.
 float squares_of_box_m2(ivec2 low, int side_log2, int step_log2, vec2 few_m) {
     ivec2 end = low + (1 << side_log2);
     ivec2 from = max(low, ivec2(0));
