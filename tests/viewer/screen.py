@@ -6,6 +6,7 @@ import re
 import subprocess
 import sys
 import time
+from pathlib import Path
 
 import numpy as np
 
@@ -45,6 +46,12 @@ class Screen:
         words = ["xdotool", *map(str, words)]
         subprocess.run(words, env=self.environment, check=True, stdout=subprocess.DEVNULL, timeout=120)
 
+    def is_at_rest(self, process):
+        """Whether nothing changes for a second, and the process has done nothing: on a busy machine work takes long."""
+        before, worked_s = self.pixels(), _work_s(process)
+        time.sleep(1.0)
+        return _work_s(process) - worked_s < 0.03 and np.array_equal(self.pixels(), before)
+
     @contextlib.contextmanager
     def running(self, *arguments, cwd):
         """A Python process with these arguments on this screen; it is killed if it is still alive at the end."""
@@ -71,6 +78,12 @@ class Screen:
                 return
             time.sleep(0.05)
         raise AssertionError(f"waited {seconds} s for {what}")
+
+
+def _work_s(process):
+    """Seconds of processor time that a process has taken."""
+    fields = Path(f"/proc/{process.pid}/stat").read_text().rpartition(")")[2].split()
+    return (int(fields[11]) + int(fields[12])) / os.sysconf("SC_CLK_TCK")
 
 
 def end_of(process):
