@@ -73,7 +73,7 @@ class Heightmap:
     exaggeration : float
         How many times higher the relief is drawn; see `exaggerated`.
     of_earth : bool
-        False if the map has no place, and heights that do not exist on the Earth, unless the caller has scaled them.
+        False if the heights do not exist on the Earth, no place on the Earth is known, and the caller gave no scale.
 
     Raises
     ------
@@ -134,9 +134,9 @@ class Heightmap:
             Metres per unit of value, and the height of value 0; by default from the file's tags, else 1 and 0.
         nodata : float, optional
             A further value that marks voids, besides the file's own. NaN, ±Inf and full transparency always mark voids;
-            −32768 does in .hgt files, and in other signed 16-bit files without a no-data value. By default, values that
-            programs write for voids and that are far from all other heights, such as −9999, mark them, too; a note says
-            so. NaN: only the file's own value marks voids.
+            −32768 marks them in .hgt files, and in other signed 16-bit files without a no-data value. By default, some
+            values that programs write for voids, such as −9999, also mark voids if they are far from all other heights;
+            a note says so. With NaN, only the file's own value marks voids.
         encoding : {"plain", "terrarium", "mapbox"}
             How pixels store heights: in one channel, or packed in the three channels of an 8-bit colour image.
         progress : function, optional
@@ -149,7 +149,8 @@ class Heightmap:
         raw : (int, int), optional
             Columns and rows of a file without a header: 1 or 2 bytes a post, or a 4-byte float.
         byte_order : {"little", "big"}, optional
-            Of the numbers in such a file; by default the one with smoother land, and a note if that is big.
+            Byte order of the numbers in such a file. By default the order that gives smoother land; if that is "big", a
+            note says so.
 
         Raises
         ------
@@ -207,7 +208,7 @@ class Heightmap:
         encoding: str,
         progress: Callable[[float], None] | None,
     ) -> Heightmap:
-        """Read all posts of a raster; arguments as of `open`."""
+        """Read all posts of a raster; for the arguments see `open`."""
         rows, cols, _ = raster.shape
         check_size(rows, cols, raster.name)
         spacing = _spacing(_first_known(spacing_m, raster.spacing_m, 1.0))
@@ -252,24 +253,24 @@ class Heightmap:
         return own
 
     def exaggerated(self, factor: float) -> Heightmap:
-        """The same posts; the relief is drawn `factor` times as high.
+        """A map with the same posts whose relief is drawn `factor` times as high.
 
-        Heights stay true. The distances between posts are divided by the factor instead: in perspective, this is the
-        same picture, seen by a camera whose place is divided in the same way (`Camera.over_exaggerated`).
+        Heights stay true. Instead, the distances between posts are divided by the factor. In perspective, this gives
+        the same picture if the camera's position is scaled in the same way (`Camera.over_exaggerated`).
         """
         drawn = copy(self)
         drawn.exaggerate(factor)
         return drawn
 
     def exaggerate(self, factor: float) -> None:
-        """Make this map one that `exaggerated` returns."""
+        """Change this map in place into the one that `exaggerated` returns."""
         self._ground_spacing_m = east, north = self.ground_spacing_m
         self.spacing_m = east / factor, north / factor
         self.exaggeration = factor
 
     @property
     def ground_spacing_m(self) -> Spacing:
-        """Metres between posts, without exaggeration."""
+        """Metres between posts, without the effect of exaggeration."""
         return self._ground_spacing_m or self.spacing_m
 
     def write(self, x: int, y: int, heights: ArrayLike) -> tuple[slice, slice] | None:

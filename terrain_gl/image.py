@@ -59,7 +59,8 @@ def writing_image(path: str | os.PathLike[str], size: tuple[int, int], channels:
     Returns
     -------
     Rows
-        A function that writes the next rows, (n, width, channels). The file appears when the block ends with all rows.
+        A function that writes the next rows, (n, width, channels). When the block ends and all rows are written, the
+        file appears.
 
     Raises
     ------
@@ -121,7 +122,7 @@ def read_image(path: str | os.PathLike[str], most_pixels: int = 1 << 28) -> np.n
     Raises
     ------
     TerrainError
-        Not a whole picture, or one of more than `most_pixels`.
+        The file is not a complete picture, or has more than `most_pixels` pixels.
     """
     check_input(path, "name a picture")
     as_it_is = oiio.ImageSpec()
@@ -237,7 +238,7 @@ def one_line(text: str) -> str:
 
 @contextmanager
 def quiet_stderr() -> Iterator[None]:
-    """Silence libpng, which writes to file descriptor 2: our own message says the same in one line."""
+    """Silence libpng, which writes to file descriptor 2. Our own message says the same in one line."""
     saved = os.dup(2)
     null = os.open(os.devnull, os.O_WRONLY)
     try:

@@ -2,13 +2,13 @@
 //   Each page has the summed-area table of its own posts.
 //   A post on the border of two pages belongs to the second one; the last pages have one row or column more.
 //   So the parts of a box in all pages add up to the box, exactly: words wrap.
-// Provides the same.   Python twins: reference.sat, terrain.steps_of
+// Provides the functions of shade/posts.glsl.   Python twins: reference.sat, terrain.steps_of
 
 struct Part {
     int level;
-    ivec4 pages;   // first and last page under the box
+    ivec4 pages;   // first and last page over the box
     ivec2 page;
-    ivec2 first;   // first post of the page, and how many are its own
+    ivec2 first;   // first post of the page; then the number of posts that are its own
     ivec2 count;
     int first_word;
 };
@@ -55,7 +55,7 @@ mat4 heights_from(int level, ivec2 first) {
     ivec2 low = page_at(level, clamp(first, ivec2(0), last));
     ivec2 high = page_at(level, clamp(first + 3, ivec2(0), last));
     ivec2 page[4] = ivec2[4](low, ivec2(high.x, low.y), ivec2(low.x, high.y), high);
-    ivec2 corner[4];  // texel of the page, less its first post
+    ivec2 corner[4];  // first texel of each page minus its first post
     for (int i = 0; i < 4; i++) corner[i] = texel_of(level, page[i]) - (page[i] << PAGE_LOG2);
     mat4 h;
     for (int y = 0; y < 4; y++)

@@ -1,6 +1,6 @@
 // pages/relief.glsl — the relief of a map of which only some pages are on the GPU, from the lattices of their levels.
-//   It is that of the finest level whose pages are loaded under the footprint.
-//   Where a page beside it is not loaded, that level fades into the next coarser one:
+//   We take the finest level whose pages are loaded over the footprint.
+//   Near a page that is not loaded, this level fades into the next coarser one:
 //     relief = w₀ R₀ + (1 − w₀) (w₁ R₁ + (1 − w₁) (…))
 //     w_l = distance to the nearest page that is not loaded, / FADE, 0 to 1
 //   So there are no steps where the level changes. If all pages are loaded, w₀ = 1:
@@ -9,7 +9,7 @@
 
 #define FADE 4.0  // in posts of the level
 
-#define MEAN 0  // what is asked for
+#define MEAN 0  // kinds of relief
 #define CELLS 1
 #define ROUGH 2
 
@@ -22,7 +22,7 @@ vec2 in_lattice(int level, vec2 post) {
     return level == 0 ? post : min(post / posts_of_step(level), whole) + rest;
 }
 
-// Posts of a step, as a mean around a place.
+// Width of a step in posts: a mean over the box around a place.
 vec2 step_around(int level, vec2 post, vec2 extent) {
     vec2 reach = max(0.5 * extent, posts_of_step(level));
     vec2 a = max(post - reach, 0.0);

@@ -23,10 +23,10 @@ uint word_of_page(int level, ivec2 page) {
     return page_word(u_level[level].first_word + page.y * pages_of(level).x + page.x);
 }
 
-// -1 if the page is not loaded.
+// The slot of a page; -1 if the page is not loaded.
 int slot_of(int level, ivec2 page) { return int(word_of_page(level, page) & ~LIT) - 1; }
 
-// -1 if the page is not loaded, or has no light yet.
+// The slot of a page with light; -1 if the page is not loaded, or has no light yet.
 int lit_slot_of(int level, ivec2 page) {
     uint word = word_of_page(level, page);
     return (word & LIT) != 0u ? int(word & ~LIT) - 1 : -1;
@@ -58,8 +58,8 @@ float height_m(ivec2 post) {
     return mix(north, south, t.y);
 }
 
-// The marks of a post; where its page is not loaded, those of the post before it on the lattice that is. So a node of a
-// coarser page is a hole only if all its cells are.
+// The marks of a post. If its page is not loaded, the marks of the post before it on the lattice of the finest loaded
+// page. So a node of a coarser page is drawn as a hole only if all its cells are holes.
 uint marks_at(ivec2 post) {
     ivec2 fine = min(post >> PAGE_LOG2, pages_of(0) - 1);
     uint word = finest_over(fine);
@@ -101,7 +101,7 @@ int loaded_level(ivec2 low, ivec2 end, int from) {
     return resident_level(low, end, from, is_mixed);
 }
 
-// The index of a node's range. If its page is not loaded: that of the nearest node above it whose page is loaded.
+// The index of a node's range. If its page is not loaded: the index of the nearest node above whose page is loaded.
 int range_index(int level, ivec2 at) {
     int slot = slot_of(level, at >> PAGE_LOG2);
     while (slot < 0) {

@@ -1,7 +1,7 @@
 // pages/visible.glsl — horizon/visible.glsl for a map of which only some pages are on the GPU.
-//   There are no sums. The light of a footprint is that of the page whose posts are as far apart
-//   as the footprint is wide; where it is missing, that of the finest page above it with light.
-//   Between two levels both are read and blended, so there is no edge where the level changes.
+//   There are no sums. A footprint takes its light from the level whose spacing is as wide as the footprint.
+//   If the page there has no light, the finest page above it with light is taken. Between two levels, both are read
+//   and blended, so there is no edge where the level changes.
 // Provides HAS_SUMS, sky_visible_near(), sun_share().   Python twins: reference.disc_share, reference.pack_shares
 
 const bool HAS_SUMS = false;
@@ -9,7 +9,7 @@ float sky_visible(int lobe, vec2 post, vec2 extent) { return 0.0; }  // these tw
 float sun_over(vec2 post, vec2 extent, vec2 lean) { return 0.0; }
 
 layout(r16, binding = 0) readonly uniform image2D u_sun_horizon;
-layout(rgba32ui, binding = 1) readonly uniform uimage2D u_packed;  // each page has a border
+layout(rgba32ui, binding = 1) readonly uniform uimage2D u_packed;  // texels of all pages, each page with a border
 
 #ifndef SKY_SIDE
 #define SKY_SIDE 5    // texels a side of a page, with the border
@@ -67,7 +67,7 @@ mat4x3 sky_in(LitPage p) {
     return north * (1.0 - t.y) + south * t.y;
 }
 
-// Texels are several posts wide, so a level changes later than for the sun.
+// A texel is several posts wide. So finer levels are taken than for the sun.
 mat4x3 sky_visible_near(vec2 post, vec2 extent) {
     float level = level_of(extent / SKY_POSTS);
     LitPage fine = lit_page(post, int(level));

@@ -6,7 +6,7 @@ class TerrainError(Exception):
 
 
 class NotInstalledError(TerrainError):
-    """A package of one of the extras of setup.cfg is missing; the line names the extra."""
+    """An optional package is not installed. The message names the extra of setup.cfg that installs it."""
 
     def __init__(self, what: str, extra: str, reason: ImportError) -> None:
         super().__init__(f"{what} needs the extra [{extra}] ({reason}): pip install 'terrain-gl[{extra}]'")

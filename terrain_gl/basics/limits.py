@@ -1,4 +1,4 @@
-"""How large a map may be that is held in memory, and what to do with a larger one."""
+"""The largest map that can be held in memory, and the command for larger ones."""
 
 from __future__ import annotations
 

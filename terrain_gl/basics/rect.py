@@ -1,4 +1,4 @@
-"""Rectangles of posts: what an edit changed, and what must be computed again; the nodes of a level over posts."""
+"""Rectangles of posts: the posts that an edit changed or that must be computed again, and the nodes over them."""
 
 from __future__ import annotations
 
@@ -10,17 +10,17 @@ Rect = tuple[int, int, int, int]  # first column and row, last column and row: a
 
 
 def hull(a: Rect, b: Rect) -> Rect:
-    """The smallest rectangle that holds two."""
+    """The smallest rectangle that contains both."""
     return min(a[0], b[0]), min(a[1], b[1]), max(a[2], b[2]), max(a[3], b[3])
 
 
 def slices_hull(a: slice, b: slice) -> slice:
-    """The smallest slice that holds two."""
+    """The smallest slice that contains both."""
     return slice(min(a.start, b.start), max(a.stop, b.stop))
 
 
 def within(part: slice, whole: slice) -> slice:
-    """A part of a slice, counted from the beginning of the whole."""
+    """The slice `part`, counted from the beginning of the slice `whole`."""
     return slice(part.start - whole.start, part.stop - whole.start)
 
 
@@ -50,12 +50,12 @@ class Edit(NamedTuple):
         return slice(self.x, self.x + self.heights.shape[1])
 
     def part(self, rows: slice, cols: slice) -> np.ndarray:
-        """The heights of a rectangle inside it: a view, to be changed in place."""
+        """The heights of a rectangle inside the edit. They are a view, so changes go into the edit."""
         return self.heights[within(rows, self.rows), within(cols, self.cols)]
 
 
 def nodes_along(posts: int, level: int) -> int:
-    """Nodes of a level along an axis with `posts` posts. A node is 2^level cells wide; the last may pass the map."""
+    """Number of nodes along an axis of `posts` posts. A node is 2^level cells wide; the last may end beyond the map."""
     return -(-(posts - 1) >> level)
 
 

@@ -69,7 +69,7 @@ def check_name(path: str | os.PathLike[str]) -> None:
 
 
 def make_sure_of_space(to: Path, pixel_bytes: int) -> None:
-    """Check for space by writing as many bytes: on a full disk, libpng reports nothing and libjpeg ends the process."""
+    """Check for space by writing as many bytes. On a full disk libpng reports nothing, and libjpeg ends the process."""
     left = pixel_bytes + pixel_bytes // 8 + 65536
     if left > shutil.disk_usage(to.parent).free:
         raise OSError(errno.ENOSPC, os.strerror(errno.ENOSPC))

@@ -15,7 +15,7 @@ Progress = Callable[[float], None]
 
 
 def portion(steps: Steps[Result], number: int, count: int) -> Steps[Result]:
-    """The same steps, as part `number` (from 0) of `count` equal parts of some work."""
+    """The same steps, with progress scaled: they are part `number` (from 0) of `count` equal parts of some work."""
     while True:
         try:
             share = next(steps)

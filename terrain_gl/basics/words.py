@@ -1,10 +1,10 @@
-"""Numbers in words for people."""
+"""Numbers as text for users."""
 
 from __future__ import annotations
 
 
 def metres(value: float) -> str:
-    """A length with three digits or so: 0.85 m, 12.4 m, 870 m, 5.2 km."""
+    """A length as text, with about three digits: 0.85 m, 12.4 m, 870 m, 5.2 km."""
     if abs(value) >= 10000:
         return f"{value / 1000:,.1f} km"
     return f"{value:,.0f} m" if abs(value) >= 100 else f"{value:.3g} m"

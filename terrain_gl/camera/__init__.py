@@ -1,6 +1,6 @@
-"""Cameras, and what they see.
+"""Cameras, and the projection of the map to their pictures.
 
-camera      eye, target, field of view; from the world to the screen and to pixels of error
+camera      eye, target and field of view; positions and errors on the screen
 curvature   the Earth is round: far land lies lower
 pieces      a large picture is drawn part by part
 view        the camera of a frame on the GPU

@@ -36,8 +36,8 @@ class Camera:
     up
         The direction that points up in the picture; by default z, and north when the camera looks straight down or up.
     bend_per_m
-        How the ground is bent: at the distance r it is drawn ``bend_per_m · r²`` lower. `Renderer` sets it, from the
-        options `curvature` and `refraction`.
+        Curvature of the ground: at the distance r it is drawn ``bend_per_m · r²`` lower. `Renderer` sets this value
+        from the options `curvature` and `refraction`.
 
     Raises
     ------
@@ -65,7 +65,7 @@ class Camera:
 
     @classmethod
     def default(cls, terrain: Heightmap, fov_deg: float = 45.0) -> Camera:
-        """A view over the middle of the map, from the south; from the west if the map is long from south to north.
+        """A view over the middle of the map, from the south, or from the west if the map is long from south to north.
 
         It shows the middle half of the map, or nearly all of a narrow map.
         """
@@ -78,7 +78,7 @@ class Camera:
 
     @classmethod
     def over(cls, middle: Vector, size_m: Vector, fov_deg: float = 45.0, yaw_deg: float = 15.0) -> Camera:
-        """A view down on a box, which fills a picture of 16:9.
+        """A view from above in which a box fills a picture of 16:9.
 
         Parameters
         ----------
@@ -120,7 +120,7 @@ class Camera:
         return tan_y * size[0] / size[1], tan_y
 
     def over_exaggerated(self, factor: float) -> Camera:
-        """The camera for a map of `Heightmap.exaggerated`, which sees what this one sees of higher relief.
+        """The camera that gives, for a map of `Heightmap.exaggerated`, the picture of this camera with higher relief.
 
         All heights, also those of the eye and of the target, are stretched with the relief.
         """
@@ -128,7 +128,7 @@ class Camera:
         return replace(self, eye=eye, target=target, bend_per_m=factor * self.bend_per_m)
 
     def drop_m(self, x: np.ndarray, y: np.ndarray) -> np.ndarray:
-        """How much lower the posts at these world places are drawn: the Earth is round."""
+        """How much lower posts at these world places are drawn, because the Earth is round."""
         return self.bend_per_m * (np.square(x - self.eye[0]) + np.square(y - self.eye[1]))
 
     def lowered(self, points: np.ndarray) -> np.ndarray:
@@ -177,7 +177,7 @@ def _cross(a: Any, b: Any) -> Vector:
 def screen_shift_px(
     camera: Camera, size: tuple[int, int], points: np.ndarray, rise_m: np.ndarray, near_m: float
 ) -> tuple[np.ndarray, np.ndarray]:
-    """How far points move on the screen when they are moved up, by an exact formula in float64.
+    """Distance in pixels by which points move on the screen when they are moved up; exact formula in float64.
 
     Parameters
     ----------
@@ -206,7 +206,7 @@ def in_picture(camera: Camera, size: tuple[int, int], at: Sequence[np.ndarray], 
 
 
 def shift_px(camera: Camera, size: tuple[int, int], at: Sequence[np.ndarray], rise_m: np.ndarray) -> np.ndarray:
-    """How far points in the picture move on the screen when they are moved up: see `screen_shift_px`."""
+    """Distance in pixels by which points in the picture move when they are moved up: see `screen_shift_px`."""
     x, y, z = at
     right, up, forward = camera.axes[:, 2]
     moved = z + rise_m * forward
@@ -234,7 +234,7 @@ def boxes_in_picture(
     right, up, forward = camera.axes
     tan_x, tan_y = camera.half_extent(size)
     sides = [side * axis - tan * forward for axis, tan in ((right, tan_x), (up, tan_y)) for side in (1, -1)]
-    normals = np.array([*sides, -forward])[:, None]  # of the view's planes, outward; beyond one of them is no picture
+    normals = np.array([*sides, -forward])[:, None]  # outward normals of the view's planes
     slack = 1e-6 * np.array([1 + tan_x + tan_y] * 4 + [1.0])[:, None, None]  # the GPU places vertices in float32
     least = np.minimum(*(normals * side - slack * np.abs(side) for side in (low, high))).sum(-1)  # of all corners
     return ~(least > [[0.0]] * 4 + [[-near_m]]).any(0)

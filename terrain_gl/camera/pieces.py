@@ -1,7 +1,7 @@
-"""Pieces: a picture of any size is drawn part by part, each part through a window of the same view.
+"""Pieces: a picture of any size is drawn part by part. Each part is a rectangle of the same view.
 
-The mesh is chosen once, for the whole picture. For each piece the projection is cropped, and the shaders get the place
-of its pixels in the picture (glsl/blocks/view.glsl). With `fine` > 1 each pixel is drawn as fine × fine pixels.
+The mesh is chosen once, for the whole picture. For each piece, the projection is cropped, and the shaders get the place
+of its pixels in the picture (glsl/blocks/view.glsl). With `fine` > 1, each pixel is drawn as fine × fine pixels.
 
     whole picture                piece             x' = x · W/w + (W − 2·x₀ − w)/w, and y' in the same way:
     ┌──────────────┐                               the window, x₀ to x₀ + w of W pixels, becomes −1 to 1

@@ -29,8 +29,8 @@ class ViewBlock:
 
     def __init__(self, ctx: moderngl.Context) -> None:
         self.block = ctx.buffer(reserve=layout.VIEW.itemsize)
-        self._values: dict[str, Any] = {}  # of the block, by field
-        self._clip_from_eye: list[list[float]] = []  # of the whole picture, row by row
+        self._values: dict[str, Any] = {}  # the block's fields, by name
+        self._clip_from_eye: list[list[float]] = []  # projection of the whole picture, row by row
         self._piece: Piece | None = None  # what the buffer holds
 
     def write(self, terrain: Terrain, camera: Camera, size: tuple[int, int], near_m: float, **settings: Any) -> None:
@@ -73,7 +73,7 @@ class ViewBlock:
         return float(self._values["focal_px"])
 
     def move(self, terrain: Terrain, camera: Camera, size: tuple[int, int], near_m: float) -> None:
-        """Look from another camera at the mesh that was chosen for the last one."""
+        """Look from another camera at the mesh that was chosen for the last camera."""
         settings = {name: self._values[name] for name in ("tolerance_px", "metric", "cull")}
         self.write(terrain, camera, size, near_m, **settings)
 
@@ -103,5 +103,5 @@ class ViewBlock:
 
 
 def _post(at: float) -> int:
-    """The nearest post; an eye far beyond the map has one within the range of 32-bit numbers."""
+    """Column or row of the nearest post. For an eye far beyond the map, it is clamped to 32-bit numbers."""
     return min(max(round(at), -(2**30)), 2**30)

@@ -1,4 +1,4 @@
-"""Error records of a part of a map, bit for bit those of the whole map's tables.
+"""Error records of a part of a map, bit for bit equal to those of the whole map's tables.
 
 A record depends on the posts of its closed node, on whether these are the map's last ones, and on the map's
 quantisation range. So a part of the map gets one post more than its last nodes need, and the range of the whole.
@@ -96,7 +96,7 @@ def _records(tables: ErrorTables, level: int) -> Records:
 
 
 def _blank_tables() -> ErrorTables:
-    """Tables in this thread's own context; the tables of all parts share their shaders."""
+    """Empty tables in this thread's own context. The tables of all parts share their shaders."""
     if not hasattr(_of_thread, "tables"):
         ctx = create_context("auto")
         check_driver(ctx)

@@ -3,7 +3,7 @@
     heights, each level    the edited posts of the level's lattice; NaN elsewhere, also where an edit was undone
     records                of nodes: wide at once, exact when they are computed anew (edited_records.py)
 
-Each page has a version, which grows with every change: so a page that a thread read before an edit is recognised.
+Each page has a version, which grows with every change. By it we know whether a thread read a page before an edit.
 One thread edits; any thread may read.
 """
 
@@ -27,7 +27,7 @@ from .widening import Scale, moves, touched
 
 
 class Square(NamedTuple):
-    """A node of a level; its record and those of all nodes inside it are computed anew together."""
+    """A node whose record is computed anew together with those of all nodes inside it."""
 
     level: int
     row: int
@@ -45,7 +45,7 @@ class EditedMap(PagedMap):
     Attributes
     ----------
     edits, changes
-        The number of edits; and that of all changes, of records as well.
+        The number of edits; the number of all changes, which include new records.
     saved_as
         The file that holds all edits; "" if there is none.
     wide
@@ -97,7 +97,7 @@ class EditedMap(PagedMap):
     # --- Editing ------------------------------------------------------------------------------------------------------
 
     def write(self, x: int, y: int, heights: Any) -> tuple[slice, slice] | None:
-        """As `Heightmap.write`, but NaN leaves a post as it is. Records of nodes around are wide from now on.
+        """As `Heightmap.write`, but NaN leaves a post as it is. Records of the nodes there are wide from now on.
 
         Raises
         ------
@@ -158,7 +158,7 @@ class EditedMap(PagedMap):
             self._versions[key] = self.changes
 
     def _keep_roots(self) -> None:
-        """Read the coarsest pages before the first edit: whatever the disk does later, there is a bound everywhere."""
+        """Read the coarsest pages before the first edit. They give a bound everywhere, even if the disk fails later."""
         rows, cols = self.pages(self.top)
         for key in ((self.top, row, col) for row in range(rows) for col in range(cols)):
             if key not in self._roots:
@@ -200,7 +200,7 @@ class EditedMap(PagedMap):
         return max(self._epoch, self._versions.get(key, 0))
 
     def is_wide(self, key: PageKey) -> bool:
-        """Whether bounds of a page are wider than they will be when its records are computed anew."""
+        """Whether bounds of a page are wide: they will be smaller when its records are computed anew."""
         level, row, col = key
         area = slice(row * self.tile, (row + 1) * self.tile), slice(col * self.tile, (col + 1) * self.tile)
         return level > 0 and self._records.is_wide(level, area)
@@ -217,9 +217,9 @@ class EditedMap(PagedMap):
     # --- Records that were computed anew ------------------------------------------------------------------------------
 
     def take(self, square: Square, levels: Iterable[tuple[np.ndarray, np.ndarray]]) -> list[PageKey]:
-        """Note the records and ranges of all nodes inside a square; returns the pages that change.
+        """Store new records and ranges of all nodes inside a square; returns the pages that change.
 
-        They are made by the present heights, level by level from 1.
+        They are those of the present heights, one pair for each level from 1 on.
         """
         keys: list[PageKey] = []
         self.changes += 1
@@ -273,7 +273,7 @@ class EditedMap(PagedMap):
         return None if marks is None else self._dried(marks, level, (rows, cols))
 
     def _dried(self, marks: np.ndarray, level: int, posts: Area) -> np.ndarray:
-        """Marks without water where an edit has moved it. Voids stay."""
+        """Marks, without water at posts that an edit has moved. Voids stay."""
         patch = self._heights[level].get(posts)
         return marks if patch is None else np.where(np.isnan(patch), marks, marks & ~np.uint8(WET))
 
@@ -314,7 +314,7 @@ def _scale(heightmap: PagedMap) -> Scale:
 
 
 def _lattice(first: int, count: int, level: int, last: int) -> tuple[slice, np.ndarray]:
-    """Lattice posts of a level inside an edit, along one axis; and their places in the edit."""
+    """Along one axis, the posts of a level's lattice inside an edit, and their places in the edit."""
     start, stop = -(-first >> level), ((first + count - 1) >> level) + 1
     if first + count - 1 == last:
         stop = -(-last >> level) + 1

@@ -41,7 +41,7 @@ class EditedRecords:
         self._ranges = [Sheet(tile, 0, "u4") for _ in levels]
 
     def copy(self) -> EditedRecords:
-        """Records of their own, with the same content."""
+        """A copy that changes on its own."""
         own = EditedRecords(self._ranges[0].side, len(self._ranges) - 1, self._last, self._base_scale)
         own._scale = self._scale
         own._moved = [[sheet.copy() for sheet in sheets] for sheets in self._moved]
@@ -51,11 +51,11 @@ class EditedRecords:
 
     @property
     def bytes(self) -> int:
-        """Memory."""
+        """Memory in bytes."""
         return sum(sheet.bytes for sheets in (*self._moved, self._errors, self._ranges) for sheet in sheets)
 
     def move(self, level: int, nodes: Area, moved: Moves) -> None:
-        """Widen the records of nodes whose posts have moved, again and again if need be."""
+        """Widen the records of nodes whose posts have moved. Moves of several edits add up."""
         for sheet, values, by in zip(self._moved[level], moved, (np.add, np.add, np.minimum, np.maximum), strict=True):
             sheet.put(nodes, values, by)
 
@@ -70,7 +70,7 @@ class EditedRecords:
         self._scale = scale
 
     def note_exact(self, level: int, area: Area, errors: np.ndarray, ranges: np.ndarray) -> Area | None:
-        """Note the records of all nodes of an area, made by the present heights.
+        """Store exact records of all nodes of an area, computed from the present heights.
 
         Parameters
         ----------
@@ -102,7 +102,7 @@ class EditedRecords:
         return truth is not None and bool(np.any(truth > 0))
 
     def of(self, page: Page, level: int, area: Area) -> tuple[np.ndarray, np.ndarray]:
-        """Records and ranges of the nodes of a page on disk, which are those of an area."""
+        """Records and ranges of a page's nodes with all edits; `area` is the rows and columns of these nodes."""
         errors = page.errors
         ranges = page.ranges
         if self._scale != self._base_scale:
@@ -121,7 +121,7 @@ class EditedRecords:
         return errors, ranges
 
     def _squares(self, level: int, area: Area) -> np.ndarray:
-        """Which nodes the map's rim leaves whole."""
+        """Which nodes of an area lie wholly on the map."""
         rows, cols = (
             (np.arange(s.start, s.stop) + 1) << level <= last for s, last in zip(area, self._last, strict=True)
         )

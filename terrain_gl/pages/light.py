@@ -36,9 +36,9 @@ from .terrain import PagedTerrain
 from .windows import BORDER, PageWindows, flat_windows, holds, most_windows, side_of, sky_side, windows_of
 
 THREADS = 4
-OF_WINDOWS = 0.05  # part of the memory for tiles that windows may take
-GROUP = 16  # pages that are lit before a window shows them
-LIGHT_S = 0.004  # for the light of pages: seconds of a frame of a flight, or this share of a long one
+OF_WINDOWS = 0.05  # part of the memory for tiles that windows around pages may take
+GROUP = 16  # in the demo's window: pages that get light before the next frame shows them
+LIGHT_S = 0.004  # time for the light of pages in a frame of a flight: these seconds, or this share of a long frame
 LIGHTS = 0.2
 LONGEST_S = 1.0
 WAIT_S = 0.05
@@ -51,7 +51,7 @@ class PageVisibility:
     Attributes
     ----------
     is_idle
-        Whether the last step had nothing to do but wait for a disk.
+        Whether the last step could do nothing, because it waits for a disk.
     """
 
     def __init__(self, terrain: PagedTerrain) -> None:
@@ -84,7 +84,7 @@ class PageVisibility:
         return self._at is not None and all(map(self.terrain.is_lit, self.terrain.roots))
 
     def follow_steps(self, sun: Vector, radius: float = SUN_RADIUS, posts: int = 0) -> Steps[None]:
-        """Make the light of pages in use for this sun: of all, or of a group of them if pictures do not wait."""
+        """Make the light of the pages in use for this sun. If pictures do not wait: the light of a group of them."""
         self._at = sun, radius
         self.sweep = self.sweep or PageSweep(self.terrain)
         left = self._left()
@@ -101,10 +101,13 @@ class PageVisibility:
             self.terrain.send()
 
     def rehearse(self) -> bool:
-        """Run all passes for flat land, once, where no page has light yet; a root's slot takes what they make."""
+        """Run all passes once for flat land, so that drivers compile them before a flight needs them.
+
+        The result goes into a root's slot, which gets its real light later.
+        """
         if self._is_rehearsed or self.terrain.waits:
             return False
-        self._is_rehearsed = True  # a page whose light was begun begins anew
+        self._is_rehearsed = True  # if the light of a page was begun, it begins anew
         self._making = None
         self._at = self._at or ((0.0, 0.0, 1.0), SUN_RADIUS)
         self.sweep = self.sweep or PageSweep(self.terrain)
@@ -117,12 +120,12 @@ class PageVisibility:
 
     @property
     def missing(self) -> int:
-        """Number of pages of the present view without their own light."""
+        """Number of pages of the present view that have no light of their own."""
         return sum(not self._has_light(key) for key in self.terrain.in_use())
 
     @property
     def is_coming(self) -> bool:
-        """Whether light is missing that can still be made."""
+        """Whether missing light can still be made."""
         return bool(self._left())
 
     @property
@@ -159,7 +162,7 @@ class PageVisibility:
         return lattice_direction(self._at[0], self.terrain.heightmap.spacing_m)
 
     def _left(self) -> list[PageKey]:
-        """Pages in use without their light, the most wanted first."""
+        """Pages in use that have no light yet, the most wanted first."""
         return [key for key in self.terrain.in_use() if key not in self._failed and not self._has_light(key)]
 
     def _has_light(self, key: PageKey) -> bool:
@@ -168,7 +171,7 @@ class PageVisibility:
         return self._sun_of.get(key) == self._towards
 
     def _step(self, left: list[PageKey]) -> bool:
-        """Take a step towards the light of the first page whose windows are read; returns whether there was one."""
+        """Do a step of the light of the first page whose windows are read; returns whether there is such a page."""
         if self._making is None or self.terrain.slot_of.get(self._making[0]) != self._making[1]:
             self._making = self._begin(left)
         if self._making is None:
@@ -182,7 +185,7 @@ class PageVisibility:
         return True
 
     def _begin(self, left: list[PageKey]) -> tuple[PageKey, int, Iterator[float]] | None:
-        """Begin the light of a page whose windows are read, the most wanted first; wait a moment if there is none."""
+        """Begin the light of the most wanted page whose windows are read. If there is none, wait a moment."""
         coming = self._ask(left)
         wait([self._reading[key][0] for key in coming], WAIT_S if self.terrain.waits else 0.002, FIRST_COMPLETED)
         done = next((key for key in coming if self._reading[key][0].done()), None)
@@ -199,7 +202,7 @@ class PageVisibility:
         return done, slot, self._light_steps(done, slot, windows)
 
     def _ask(self, left: list[PageKey]) -> list[PageKey]:
-        """Let threads read the windows of the first pages, and of no others; returns these pages."""
+        """Let threads read the windows of the first pages only, as memory allows; returns these pages."""
         most = max(1, int(OF_WINDOWS * self.terrain.heightmap.memory_bytes) // self._bytes_of_windows)
         coming = left[:most]
         for key in [key for key in self._reading if key not in coming]:
@@ -241,7 +244,7 @@ class SumsOfPages:
         bind("shade/posts.glsl", HeightSums=sums, u_height_sums=self._texture.of(sums))
 
     def update(self, posts: Rect) -> None:
-        """Follow an edit: the pages have done it."""
+        """Follow an edit. There is nothing to do: the pages have new sums already."""
 
     def release(self) -> None:
         """Release GPU resources."""
@@ -273,12 +276,12 @@ class PagedLighting(Lighting):
 
     @property
     def missing(self) -> int:  # type: ignore[override]
-        """Pages of the present view without their own light of the sky that was asked for."""
+        """Number of pages of the present view that have no light of their own from the requested sky."""
         return len(self._terrain.in_use()) if self._is_late else self._pages.missing
 
     @property
     def is_coming(self) -> bool:  # type: ignore[override]
-        """Whether light is missing that can still be made."""
+        """Whether missing light can still be made."""
         return self._is_late or self._pages.is_coming
 
     def follow(
@@ -288,7 +291,7 @@ class PagedLighting(Lighting):
         material: str | Values | None = None,
         look: str | Ramp = AUTO,
     ) -> None:
-        """Make the missing light; if pictures do not wait, as much as a frame allows."""
+        """Make the missing light. If pictures do not wait: as much of it as the time of a frame allows."""
         now_s = time.perf_counter()
         end_s = now_s + max(LIGHT_S, LIGHTS * min(now_s - self._flown_s, LONGEST_S))
         steps = self.follow_steps(sun, sky, material, look)
@@ -301,7 +304,7 @@ class PagedLighting(Lighting):
         self._flown_s = time.perf_counter()
 
     def rehearse(self) -> bool:
-        """Make the light of flat land, once; under a black sky if there is none yet."""
+        """Run all passes once for flat land, under a black sky if there is none yet; returns whether they ran."""
         if not self._pages.rehearse():
             return False
         if not self.dome:
@@ -325,7 +328,7 @@ class PagedLighting(Lighting):
         return cast(Visibility, PageVisibility(self._terrain))
 
     def _sky_of(self, sun: tuple[float, float], path: str | None) -> Sky | None:
-        """The sky. A flight does not wait for it: until it is ready, the last one is used."""
+        """The sky. A flight does not wait for it: until it is ready, the last sky is used."""
         self._is_late = False
         if self._terrain.waits:
             return super()._sky_of(sun, path)

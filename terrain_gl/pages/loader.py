@@ -98,7 +98,7 @@ class Loader:
         return sorted(ready.items(), key=lambda item: (-item[0][0], item[0]))
 
     def put_back(self, key: PageKey, sums: Sums, is_news: bool) -> None:
-        """Return a page for the next `take`; `is_news`: whether the next frame can place it at once."""
+        """Give a page back for the next `take`. `is_news`: the next frame can put it into the pool at once."""
         with self._changed:
             self._ready[key] = sums
             self._has_news = self._has_news or is_news
@@ -111,7 +111,7 @@ class Loader:
             self._give_up()
 
     def release(self) -> None:
-        """End the threads; a thread that reads ends when the read returns."""
+        """End the threads. A thread that is reading ends after that read."""
         with self._changed:
             self._closed = True
             self._wanted = []
@@ -123,7 +123,7 @@ class Loader:
         threading.Thread(target=self._work, name="reading pages", daemon=True).start()
 
     def _give_up(self) -> None:
-        """Count pages without an answer as missing; new threads replace those that wait for them."""
+        """Count pages without an answer as missing. New threads replace the threads that wait for these pages."""
         late = time.monotonic() - self.patience_s
         for key in [key for key, begun in self._begun.items() if begun < late]:
             del self._begun[key]

@@ -32,7 +32,7 @@ class Page(NamedTuple):
     ranges
         (2, rows, cols) uint16: lowest and highest height of the nodes; empty for level 0.
     marks
-        (rows + 1, cols + 1) uint8: marks of its posts and nodes; None for a map without.
+        (rows + 1, cols + 1) uint8: marks of its posts and nodes; None for a map without marks.
     """
 
     heights: np.ndarray
@@ -42,7 +42,7 @@ class Page(NamedTuple):
 
 
 class PostsOnDemand:
-    """All posts of a map as an array, whose elements are found when they are read.
+    """All posts of a map as an array. Its elements are not in memory; they are computed or loaded when they are read.
 
     Attributes
     ----------
@@ -56,12 +56,12 @@ class PostsOnDemand:
 
     @property
     def size(self) -> int:
-        """Posts."""
+        """Number of posts."""
         return self.shape[0] * self.shape[1]
 
     @property
     def nbytes(self) -> int:
-        """Bytes that all posts would take in memory."""
+        """Bytes that all posts together would take in memory."""
         return 4 * self.size
 
     def __getitem__(self, index: Any) -> Any:
@@ -98,7 +98,7 @@ class PagedMap(Heightmap):
     sea_m
         Height of the sea that continues beyond the map; None if the map has no sea.
     gpu_bytes, memory_bytes
-        GPU memory for pages, and memory for tiles in this process, at most.
+        Limits of the GPU memory for pages, and of this process's memory for tiles.
     """
 
     is_store = True
@@ -116,7 +116,7 @@ class PagedMap(Heightmap):
         Raises
         ------
         TerrainError
-            It is missing or damaged; the message says which one, and why.
+            The page is missing or damaged; the message says which one, and why.
         """
         raise NotImplementedError
 
@@ -142,15 +142,15 @@ class PagedMap(Heightmap):
         return found
 
     def lattice_marks(self, level: int, rows: slice, cols: slice) -> np.ndarray | None:
-        """Marks of posts of a level's lattice, (rows, cols) uint8; None for a map without."""
+        """Marks of posts of a level's lattice, (rows, cols) uint8; None for a map without marks."""
         return None
 
     def part(self, rows: slice, cols: slice) -> np.ndarray:
-        """The true heights of a rectangle of posts, (rows, cols) metres, NaN where void; may wait for a disk."""
+        """The true heights of a rectangle of posts, (rows, cols) metres, NaN where void. It may wait for a disk."""
         return known(self.lattice_heights(0, rows, cols), self.lattice_marks(0, rows, cols))
 
     def version(self, key: PageKey) -> int:
-        """The number of the last change of a page; 0 without any."""
+        """The number of the last change of a page; 0 if it was never changed."""
         return 0
 
     @property
@@ -203,13 +203,13 @@ class PagedMap(Heightmap):
 
 
 class Boxes(NamedTuple):
-    """Closed boxes of posts, one entry each."""
+    """Closed boxes of posts, one row for each box."""
 
     low: np.ndarray  # (n, 2) column and row
     end: np.ndarray
 
     def some(self, which: np.ndarray) -> Boxes:
-        """Some of them."""
+        """The selected boxes."""
         return Boxes(self.low[which], self.end[which])
 
 
@@ -231,7 +231,7 @@ class Numbering:
 
     @property
     def total(self) -> int:
-        """Pages of all levels."""
+        """Number of pages of all levels."""
         return int(self.first[-1])
 
     def number(self, key: PageKey) -> int:
@@ -240,13 +240,13 @@ class Numbering:
         return int(self.first[level] + row * self.size[level, 1] + col)
 
     def key(self, number: int) -> PageKey:
-        """The page of a number."""
+        """The page with a number: the inverse of `number`."""
         level = int(np.searchsorted(self.first, number, "right")) - 1
         row, col = divmod(int(number - self.first[level]), int(self.size[level, 1]))
         return level, row, col
 
     def over(self, boxes: Boxes, level: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
-        """All pages over each box at its level: the index of the box, and the number of the page."""
+        """All pages over each box at its level, as pairs: the index of the box, the number of the page."""
         first, last = self._corners(boxes, level)
         (cols, rows) = (last - first + 1).T
         count = rows * cols
@@ -269,12 +269,12 @@ class Numbering:
 
 
 def called(key: PageKey) -> str:
-    """A page in words."""
+    """The name of a page in messages."""
     level, row, col = key
     return f"level {level}, row {row}, column {col}"
 
 
 def above(key: PageKey) -> PageKey:
-    """The page of the next coarser level over a page."""
+    """The page of the next coarser level that covers a page."""
     level, row, col = key
     return level + 1, row // 2, col // 2

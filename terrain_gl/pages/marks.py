@@ -1,9 +1,9 @@
-"""Marks of a paged map: what its posts and nodes are besides their heights and errors.
+"""Marks of a paged map: bits that say which posts are voids or water, and which nodes are or have holes.
 
     VOID    post without data; its height is filled from the rim of the voids
     WET     post in water
-    HOLE    node of holes alone; a cell with a void corner is a hole
-    HOLED   node with a hole
+    HOLE    node all of whose cells are holes; a cell with a void corner is a hole
+    HOLED   node with at least one hole
 
 A node has its marks at its first post. Posts of the last row and column begin no node.
 """
@@ -58,5 +58,5 @@ def known(heights: np.ndarray, marks: np.ndarray | None) -> np.ndarray:
 
 
 def is_mixed(marks: np.ndarray) -> bool:
-    """Whether a node has holes and land."""
+    """Whether any node has both holes and land."""
     return bool(((marks & (HOLE | HOLED)) == HOLED).any())

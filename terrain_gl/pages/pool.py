@@ -1,7 +1,7 @@
-"""Pages of a map on the GPU, in a fixed pool of slots, and the tables that say where each page is.
+"""Pages of a map on the GPU, in a fixed pool of slots, and the page tables, which give the slot of each page.
 
 Pages of the coarsest level are always loaded, so that every place has a height and a bound
-(glsl/pages/bound.glsl). A page is put into the pool after the page above it, of the next coarser level.
+(glsl/pages/bound.glsl). The page above a page, of the next coarser level, is put into the pool first.
 Nothing here waits for a disk.
 """
 
@@ -23,7 +23,7 @@ from .sums import Sums, bytes_of_slot, counter_words
 from .windows import light_bytes, scratch_bytes
 
 ROW = 1024  # words of a row of the page tables' texture
-LIT = 1 << 31  # bit of a page with light: glsl/pages/terrain.glsl
+LIT = 1 << 31  # bit of a page that has light: glsl/pages/terrain.glsl
 OF_COPIES = 0.5  # part of the memory for tiles that holds the heights of loaded pages
 
 
@@ -100,7 +100,7 @@ class PagePool:
     # --- Pages come and go --------------------------------------------------------------------------------------------
 
     def place(self, key: PageKey, sums: Sums) -> int:
-        """Put a page's heights and their sums into a free slot; returns the slot. `send` makes the page visible."""
+        """Put a page's heights and their sums into a free slot; returns the slot. Shaders see the page after `send`."""
         slot = self._free_slot(key)
         self._write(slot, sums)
         self._lit[slot] = False
@@ -120,10 +120,10 @@ class PagePool:
             (self._mixed.add if sums.is_mixed else self._mixed.discard)(slot)
 
     def hide(self) -> None:
-        """Hide all pages but the roots, as if they were not loaded; they keep their slots while there is room."""
+        """Treat all pages except the roots as not loaded. They keep their slots as long as there is room."""
         stamps = self._stamps
         number = self.numbering.number
-        for key in sorted(self.slot_of.keys() - set(self.roots)):  # finest first: a page stays while one below it does
+        for key in sorted(self.slot_of.keys() - set(self.roots)):  # finest first: they pass on their last use
             stamps[number(above(key))] = max(stamps[number(above(key))], stamps[number(key)])
             self._hidden[key] = self.slot_of.pop(key)
             self._slots_of[self.numbering.number(key)] = 0
@@ -132,7 +132,7 @@ class PagePool:
             self._fine_under(root)[...] = self.slot_of[root] | root[0] << 24
 
     def show(self, keys: Iterable[PageKey]) -> None:
-        """End the hiding of pages; a page comes after the page above it, or is removed if that one is gone."""
+        """Show hidden pages again. `keys` has coarse pages first. A page is removed if the page above it is gone."""
         for key in keys:
             if key in self._hidden and above(key) in self.slot_of:
                 self._enter(key, self._hidden.pop(key))
@@ -140,11 +140,11 @@ class PagePool:
                 self._free.append(self._hidden.pop(key))
 
     def show_all(self) -> None:
-        """End the hiding of all pages."""
+        """Show all hidden pages again."""
         self.show(sorted(self._hidden, reverse=True))
 
     def _free_slot(self, key: PageKey) -> int:
-        """A slot without a page, or else that of the hidden page whose last use is longest ago."""
+        """An empty slot; if there is none, the slot of the least recently used hidden page."""
         if self._free and key not in self._hidden:
             return self._free.pop()
         old = min(self._hidden, key=lambda other: (other != key, self._stamps[self.numbering.number(other)], other))
@@ -163,15 +163,15 @@ class PagePool:
 
     @property
     def free(self) -> int:
-        """Number of slots without a page that is shown."""
+        """Number of slots that are empty or hold a hidden page."""
         return len(self._free) + len(self._hidden)
 
     def begin(self) -> None:
-        """Begin a view: from now on `make_room` frees only slots of pages that are not used again."""
+        """Begin a view. From now on, `make_room` keeps the pages that `use` and `hold` name."""
         self._stamp += 1
 
     def use(self, boxes: Boxes, level: np.ndarray) -> None:
-        """Note that a view needs the pages over boxes, each at its level, and all those above them."""
+        """Note that a view needs the pages over boxes, each at its level, and all pages above them."""
         self._stamps[np.unique(self.numbering.over(boxes, level)[1])] = self._stamp
 
     def hold(self, key: PageKey) -> None:
@@ -179,7 +179,7 @@ class PagePool:
         self._stamps[self.numbering.number(key)] = self._stamp
 
     def light(self, key: PageKey) -> None:
-        """Note that a loaded page has light. `send` makes it visible."""
+        """Note that a loaded page has light. Shaders see it after `send`."""
         number = self.numbering.number(key)
         self._slots_of[number] |= np.uint32(LIT)
         self._lit[self.slot_of[key]] = True
@@ -191,7 +191,7 @@ class PagePool:
         return bool(self._slots_of[self.numbering.number(key)] & np.uint32(LIT))
 
     def in_use(self) -> list[PageKey]:
-        """Loaded pages that the present view uses, and those above them; the largest in the picture first."""
+        """Loaded pages that the present view uses, and the pages above them; the largest in the picture first."""
         used = set(self.roots)
         for key in self.slot_of:
             if self._stamps[self.numbering.number(key)] >= self._stamp:
@@ -210,17 +210,17 @@ class PagePool:
         return size * east / max(away_m, 0.5 * size * east)
 
     def spare(self) -> list[PageKey]:
-        """Pages that can be removed, the least recently used first; never the roots, nor pages that this view uses."""
+        """Pages that can be removed, the least recently used first. Roots and pages of this view cannot."""
         stamps = {key: int(self._stamps[self.numbering.number(key)]) for key in self.slot_of}
         roots = set(self.roots)
-        for key in sorted(stamps):  # finest first: a page is in use while one below it is
+        for key in sorted(stamps):  # finest first: a page is in use if one below it is
             if key not in roots:
                 stamps[above(key)] = max(stamps[above(key)], stamps[key])
         old = (key for key, stamp in stamps.items() if stamp < self._stamp and key not in roots)
         return sorted(old, key=lambda key: (stamps[key], key))
 
     def make_room(self, pages: int) -> int:
-        """Free slots until there are `pages` of them, or no page can be removed; returns the number of free slots."""
+        """Free slots until `pages` of them are free, or no page can be removed; returns the number of free slots."""
         if pages > self.free:
             for key in self.spare()[: pages - self.free]:
                 self._remove(key)
@@ -242,7 +242,7 @@ class PagePool:
             self.table.write(np.ascontiguousarray(self._words[first:end]), viewport=(0, first, ROW, end - first))
         self._changed = len(self._words), 0
 
-    # --- What is there ------------------------------------------------------------------------------------------------
+    # --- Which pages are loaded ---------------------------------------------------------------------------------------
 
     @property
     def levels(self) -> np.ndarray:
@@ -283,7 +283,7 @@ class PagePool:
             resource.release()
 
     def _make_tables(self) -> None:
-        """The slot of each page, + 1, by its number; then the finest page over each page of level 0."""
+        """Make the words of the tables: for each page its slot + 1; then the finest page over each of level 0."""
         total = self.numbering.total
         fine = int(self.numbering.first[1])
         words = np.zeros(-(-(total + fine) // ROW) * ROW, np.uint32)
@@ -294,7 +294,7 @@ class PagePool:
         self._words = words.reshape(-1, ROW)
 
     def _touch(self, key: PageKey) -> None:
-        """Note that the rows of the tables with a page have changed."""
+        """Note that the table rows that describe a page have changed."""
         level, row, col = key
         across = int(self.numbering.size[0, 1])
         first = self.numbering.total

@@ -27,7 +27,7 @@ class Rebuild(NamedTuple):
 
 
 class Rebuilder:
-    """The thread.
+    """A thread that computes records of edited nodes.
 
     Attributes
     ----------
@@ -46,7 +46,7 @@ class Rebuilder:
 
     @property
     def is_busy(self) -> bool:
-        """Whether a square is being computed, or waits to be taken."""
+        """Whether a square is being computed, or its records wait for `take`."""
         with self._changed:
             return self._job is not None
 
@@ -72,7 +72,7 @@ class Rebuilder:
                 self._changed.wait(seconds)
 
     def take(self, heightmap: EditedMap) -> list[PageKey]:
-        """Note ready records in the map, unless it has changed since; returns the pages that change."""
+        """Store ready records in the map, unless their square was edited meanwhile; returns the pages that change."""
         with self._changed:
             found = self._found
             self._found = None
@@ -85,7 +85,7 @@ class Rebuilder:
         return heightmap.take(square, levels)
 
     def release(self) -> None:
-        """End the thread, after the step that it is at."""
+        """End the thread after its present step."""
         with self._changed:
             self._closed = True
             self._changed.notify_all()
@@ -110,7 +110,7 @@ class Rebuilder:
             release_context()
 
     def _computed(self, job: Rebuild) -> tuple[list[Records], tuple[float, float]] | None:
-        """The records of a square, and the range that they are made with; None if the thread is to end."""
+        """The records of a square, and the quantisation range they are in; None if the thread must end."""
         heightmap = job.heightmap
         range_m = job.heightmap.quantised_m
         level, row, col = job.square

@@ -20,14 +20,14 @@ class ResidentHeights(PostsOnDemand):
     Parameters
     ----------
     finest
-        For each page of level 0, the finest loaded page over it: its slot, and its level << 24.
+        For each page of level 0, the finest loaded page over it, as slot + (level << 24).
 
     Attributes
     ----------
     copies
         (slots, side + 1, side + 1) float32 metres: the heights in each slot.
     marks
-        (slots, side + 1, side + 1) uint8: the marks of the same posts, if the heights of voids are NaN.
+        (slots, side + 1, side + 1) uint8: the marks of the same posts. Only for `known`, whose voids are NaN.
     """
 
     marks: np.ndarray | None = None
@@ -39,13 +39,13 @@ class ResidentHeights(PostsOnDemand):
         self.copies = np.empty((slots, heightmap.tile + 1, heightmap.tile + 1), np.float32)
 
     def known(self) -> ResidentHeights:
-        """The same heights, but NaN where void. Its `marks` must be written with `copies`."""
+        """The same heights, but NaN where void. Whoever writes `copies` must also write the `marks` of the result."""
         other = copy(self)
         other.marks = np.zeros(self.copies.shape, np.uint8)
         return other
 
     def __getitem__(self, index: Any) -> Any:
-        """Posts at (rows, columns): slices, numbers, or arrays of numbers; numbers count from the beginning."""
+        """Posts at (rows, columns): slices, numbers, or arrays of numbers; negative numbers are not supported."""
         rows, cols = (
             np.arange(*each.indices(n)) if isinstance(each, slice) else each
             for each, n in zip(index, self.shape, strict=True)
@@ -77,7 +77,7 @@ class ResidentHeights(PostsOnDemand):
 def _between(
     post: np.ndarray, first: np.ndarray, level: np.ndarray, last: int
 ) -> tuple[np.ndarray, np.ndarray, np.ndarray]:
-    """Along one axis: the lattice places at and after each post, and the post's fraction of the way between them."""
+    """Along one axis, for each post: the lattice places before and after it, and its fraction of the way between."""
     at = (post - first) >> level
     low = first + (at << level)
     high = np.minimum(low + (1 << level), last)

@@ -1,4 +1,4 @@
-"""Sheets: large arrays of which only some tiles are in memory. Everywhere else they have one value."""
+"""Sheets: large arrays of which only some tiles are in memory. All other entries have one value."""
 
 from __future__ import annotations
 
@@ -11,7 +11,7 @@ Combine = Callable[[np.ndarray, np.ndarray], np.ndarray]  # of old and new entri
 
 
 class Sheet:
-    """A 2-D array in tiles, which appear when something is written.
+    """A 2-D array in tiles. A tile takes memory only when something is written in it.
 
     Parameters
     ----------
@@ -38,7 +38,7 @@ class Sheet:
         return len(self.tiles) * self.side**2 * self.dtype.itemsize
 
     def copy(self) -> Sheet:
-        """A sheet of its own with the same entries."""
+        """A copy that changes on its own."""
         other = Sheet(self.side, self.fill, self.dtype.str)
         other.tiles = {at: tile.copy() for at, tile in self.tiles.items()}
         return other
@@ -54,7 +54,7 @@ class Sheet:
         return found
 
     def put(self, area: Area, values: np.ndarray, by: Combine | None = None) -> None:
-        """Write the entries of an area; with `by`, the result of a function of the old and the new entries."""
+        """Write the entries of an area. With `by`, write `by(old, new)` instead."""
         for at, within, part in self._parts(area):
             if at not in self.tiles:
                 self.tiles[at] = np.full((self.side, self.side), self.fill, self.dtype)
@@ -62,20 +62,20 @@ class Sheet:
             tile[within] = by(tile[within], values[part]) if by else values[part]
 
     def clear(self, area: Area) -> None:
-        """Forget the entries of an area; tiles without other entries leave the memory."""
+        """Reset the entries of an area, and free tiles that then have no others."""
         for at, within, _ in self._parts(area):
             if at in self.tiles:
                 self.tiles[at][within] = self.fill
         self.forget_empty(area)
 
     def forget_empty(self, area: Area) -> None:
-        """Let tiles of an area leave the memory if they have no entries."""
+        """Free those tiles of an area that have no entries."""
         for at, _, _ in self._parts(area):
             if at in self.tiles and np.array_equal(self.tiles[at], np.full_like(self.tiles[at], self.fill), True):
                 del self.tiles[at]
 
     def _parts(self, area: Area) -> Iterator[tuple[tuple[int, int], Area, Area]]:
-        """Each tile that meets an area: its row and column, the part inside the tile, and the part of the area."""
+        """For each tile that meets an area: its row and column, and their common part, in the tile and in the area."""
         rows, cols = (list(_cuts(s, self.side)) for s in area)
         for row, down, y in rows:
             for col, across, x in cols:

@@ -1,8 +1,8 @@
-"""Keep the pages on the GPU that a view needs: choose a mesh, and load finer pages under its patches over tolerance.
+"""Load the pages that a view needs: choose a mesh, then load finer pages under its patches over tolerance.
 
-If a picture waits, its mesh is chosen again until no patch needs another page. A flight never waits: pages arrive
-meanwhile, first those of the present view, then those of the view a moment ahead. The certificate holds at every
-moment: where a page is missing, the records of a coarser page bound the error.
+If a picture waits, its mesh is chosen again until no patch needs another page. A flight never waits: pages arrive while
+it goes on, first those of the present view, then those of the view a moment ahead. The certificate holds at any time:
+where a page is missing, the records of a coarser page bound the error.
 """
 
 from __future__ import annotations
@@ -28,7 +28,7 @@ from .wanted import DrawnPatches
 
 AHEAD_S = 1.0  # how far ahead of its motion a flight looks
 LONGEST_S = 1.0  # longest time between two frames of one motion
-UPLOAD_S = 0.004  # for copying loaded pages to the GPU: seconds of a frame, or this share of a long one
+UPLOAD_S = 0.004  # time for copying pages to the GPU in a frame: these seconds, or this share of a long frame
 UPLOADS = 0.2
 WAIT_S = 0.05
 NO_ROOM = "no room (--gpu-memory)"
@@ -43,18 +43,19 @@ class Streaming:
     Attributes
     ----------
     waits
-        Whether pictures wait until all pages are there that can be. If not, call `select` for each frame of a flight.
+        Whether pictures wait until all pages that can be loaded are loaded. If not, call `select` for each frame of a
+        flight.
     is_repeatable
-        Whether a view that waits starts from the coarsest pages, whatever is loaded. Then its picture is the same after
-        any earlier views. Else finer pages of earlier views stay, and normals are taken from them.
+        Whether a view that waits starts from the coarsest pages. Then its picture does not depend on earlier views.
+        Else finer pages of earlier views stay, and normals are taken from them.
     progress
-        Called with the share that is loaded, 0 to 1, while `select` waits; None for nobody.
+        A function that gets the share that is loaded, 0 to 1, while `select` waits; None if nobody wants it.
     clock
         Tells the time of a frame in seconds.
     rebuilder
         Computes the records of edited nodes anew; None before the first time.
     holds_back
-        Whether a flight does not begin to rebuild, because more edits follow at once.
+        Whether rebuilding waits, because more edits follow at once.
     """
 
     def __init__(self, tables: PagedTables) -> None:
@@ -73,7 +74,7 @@ class Streaming:
 
     @property
     def waits(self) -> bool:
-        """Whether `select` waits until all pages are there that can be."""
+        """Whether `select` waits until all pages that can be loaded are loaded."""
         return self.terrain.waits
 
     @waits.setter
@@ -82,7 +83,7 @@ class Streaming:
 
     @property
     def has_news(self) -> bool:
-        """Whether pages that the last view lacked have been read since."""
+        """Whether another frame would change: a missing page has been read, or new records are ready."""
         has_records = self.rebuilder is not None and self.rebuilder.has_ready
         return has_records or (not self._is_complete and self.loader.has_ready)
 
@@ -116,7 +117,7 @@ class Streaming:
     # --- Edits --------------------------------------------------------------------------------------------------------
 
     def follow(self, more_follow: bool = False) -> None:
-        """Follow an edit: what threads have read before does not count. `more_follow`: more edits come at once."""
+        """Follow an edit: drop what threads have read of pages that it changed. `more_follow`: more edits come soon."""
         self.holds_back = more_follow
         self.loader.follow(self.terrain.heightmap)
         if self.rebuilder:
@@ -129,13 +130,13 @@ class Streaming:
 
     @property
     def is_wide(self) -> bool:
-        """Whether bounds anywhere on the map are wider than they will be after `rebuild_steps`."""
+        """Whether any bounds of the map are wide: `rebuild_steps` would make them smaller."""
         heightmap = self.terrain.heightmap
         return isinstance(heightmap, EditedMap) and bool(heightmap.wide)
 
     @property
     def wide(self) -> int:
-        """Tiles of the present view whose bounds are wider than they will be after `rebuild_steps`."""
+        """Number of tiles of the present view whose bounds are wide: `rebuild_steps` would make them smaller."""
         heightmap = self.terrain.heightmap
         return sum(map(heightmap.is_wide, self.terrain.in_use())) if isinstance(heightmap, EditedMap) else 0
 
@@ -145,7 +146,7 @@ class Streaming:
         Raises
         ------
         TerrainError
-            A tile cannot be read, or there is no OpenGL for the thread; the bounds stay wide, and hold.
+            A tile cannot be read, or there is no OpenGL for the thread. The bounds stay wide, but they still hold.
         """
         heightmap = self.terrain.heightmap
         first = 0
@@ -164,13 +165,13 @@ class Streaming:
         self.rebuilder.want(heightmap)
 
     def _take_rebuilt(self, heightmap: EditedMap) -> None:
-        """Note records that are ready, and replace the pages that hold them."""
+        """Store records that are ready in the map, and replace the pages that hold them."""
         if self.rebuilder and (keys := self.rebuilder.take(heightmap)):
             self._tables.renew(keys)
             self.loader.follow(heightmap)
 
     def _rebuild(self) -> None:
-        """Let records be computed while a flight goes on."""
+        """Compute records in the background while a flight goes on."""
         heightmap = self.terrain.heightmap
         if not isinstance(heightmap, EditedMap):
             return
@@ -199,7 +200,7 @@ class Streaming:
             loaded += len(batch)
 
     def _load(self, batch: list[PageKey], loaded: int) -> None:
-        """Load these pages, each after the page above it, and wait for all of them; some may fail."""
+        """Load these pages, coarse ones first, and wait until each is loaded or has failed."""
         self.terrain.show(batch)
         self.loader.want([key for key in batch if key not in self.terrain.slot_of])
         left = set(batch) - self.terrain.slot_of.keys()
@@ -227,7 +228,7 @@ class Streaming:
         ahead = self._motion.ahead(camera, self.clock())
         if ahead is None:
             self._later = []
-        elif self._is_complete:  # before the view's own mesh, which must be the last one because it is drawn
+        elif self._is_complete:  # the view's own mesh is chosen last, because that one is drawn
             patches = DrawnPatches(terrain, choose(ahead), ahead)
             patches.use()
             self._later = self._keys(patches, goal)
@@ -244,7 +245,7 @@ class Streaming:
     # --- Both ---------------------------------------------------------------------------------------------------------
 
     def _place_ready(self, seconds: float = math.inf) -> None:
-        """Put loaded pages into the pool, at least one; a page waits until the page above it is in the pool."""
+        """Put loaded pages into the pool, at least one. A page waits until the page above it is in the pool."""
         end = time.perf_counter() + seconds
         terrain = self.terrain
         for key, sums in self.loader.take():
@@ -261,7 +262,7 @@ class Streaming:
         return [self.terrain.numbering.key(number) for number in patches.wanted(goal)[0].tolist()]
 
     def _with_those_above(self, wanted: Iterable[PageKey]) -> list[PageKey]:
-        """Pages that can be loaded; missing pages above a page come before it."""
+        """The wanted pages that can be loaded. Before each page come the missing pages above it."""
         found: dict[PageKey, None] = {}
         for key in wanted:
             if self._has_failed(key):

@@ -19,7 +19,7 @@ class Sums(NamedTuple):
     Attributes
     ----------
     heights
-        (side + 1, side + 1) float32 metres; outside the page, its rim is repeated.
+        (side + 1, side + 1) float32 metres; outside the map, the page's rim is repeated.
     height_sums
         (side + 1, side + 1) uint32: summed-area table of the heights in steps; it wraps.
     counters, squares
@@ -27,9 +27,9 @@ class Sums(NamedTuple):
     ranges
         (side, side) uint32: records `layout.NODE_RANGE` of the nodes; None for level 0.
     marks
-        (side + 1, side + 1) uint8: marks of posts and nodes; None for a map without.
+        (side + 1, side + 1) uint8: marks of posts and nodes; None for a map without marks.
     is_mixed
-        Whether a node has holes and land.
+        Whether any node has both holes and land.
     """
 
     heights: np.ndarray
@@ -85,7 +85,7 @@ def sums_of(page: Page, key: PageKey, heightmap: PagedMap) -> Sums:
 
 
 def _of_cells(page: Page, base_m: float, span: np.float32) -> tuple[np.ndarray, np.ndarray]:
-    """Largest error in metres, and squared error in units of span², of cells of the map: by their twist."""
+    """For cells of the map: largest error in metres, and squared error in units of span², both from the twist."""
     h = page.heights - np.float32(base_m)
     twist = (h[:-1, :-1] - h[:-1, 1:]) - (h[1:, :-1] - h[1:, 1:])
     t = twist / span
@@ -97,7 +97,7 @@ def _of_cells(page: Page, base_m: float, span: np.float32) -> tuple[np.ndarray, 
 
 
 def _of_records(page: Page, key: PageKey, heightmap: PagedMap, span: np.float32) -> tuple[np.ndarray, np.ndarray]:
-    """The same for cells of patches, from the records of their nodes."""
+    """For cells of patches: the same two errors, from the records of their nodes."""
     level, row, col = key
     most, rms = unpack_pair(page.errors).astype(np.float32) * (span * np.float32(ERROR_UNIT))
     posts = []

@@ -23,7 +23,7 @@ _BARRIER = moderngl.SHADER_STORAGE_BARRIER_BIT | moderngl.SHADER_IMAGE_ACCESS_BA
 
 
 class PageSweep:
-    """Makes the light of one page after the other, into pools with a place for each slot.
+    """Makes the light of one page after another, in pools that have a place for each slot.
 
     Attributes
     ----------

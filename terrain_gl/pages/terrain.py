@@ -30,7 +30,7 @@ class PagedTerrain(PagePool):
     """
 
     streams = True
-    headroom_m = math.inf, math.inf  # an edit that leaves the quantisation range widens it by itself
+    headroom_m = math.inf, math.inf  # no limit: an edit beyond the quantisation range widens that range
 
     def __init__(self, ctx: moderngl.Context, heightmap: PagedMap) -> None:
         super().__init__(ctx, heightmap)
@@ -49,7 +49,7 @@ class PagedTerrain(PagePool):
 
     @property
     def own(self) -> EditedMap:
-        """The map with the edits of this terrain; from the first edit on it takes the place of the caller's."""
+        """The map with the edits of this terrain. From the first edit on, it replaces the caller's map."""
         if self._own is None:
             heightmap = self.heightmap
             self._own = heightmap.copy() if isinstance(heightmap, EditedMap) else EditedMap(heightmap)
@@ -100,7 +100,7 @@ class PagedTerrain(PagePool):
         return slot
 
     def drop(self, key: PageKey) -> None:
-        """Remove a loaded page, and all finer ones under it; not a root."""
+        """Remove a loaded page that is not a root, and all finer pages under it."""
         level, row, col = key
         for other in sorted(self.slot_of):  # finest first
             more = level - other[0]
@@ -108,7 +108,7 @@ class PagedTerrain(PagePool):
                 self._remove(other)
 
     def _follow_range(self) -> None:
-        """Follow a new quantisation range: the tables of all pages are in units of it."""
+        """Follow a new quantisation range. The tables of all pages are in units of it, so they must be made again."""
         self.base_m, self._low_m, self.span_m = quantisation_range(*self.heightmap.quantised_m)
         self.block.write(self._describe().tobytes())
         for key in list(self._hidden):
@@ -145,16 +145,16 @@ class PagedTables:
         bind("lod/quadtree/patch_bound.glsl", **tables)
 
     def put(self, key: PageKey, sums: Sums) -> None:
-        """Put a page into a free slot; the page above it must be loaded. `PagedTerrain.send` makes it visible."""
+        """Put a page into a free slot. The page above it must be loaded. Shaders see it after `PagedTerrain.send`."""
         self._write(self.terrain.place(key, sums), sums)
 
     def update(self, rect: Rect) -> None:
-        """Follow a change of posts, or of the records of nodes over them: replace the loaded pages over a rectangle."""
+        """Follow a change of posts or of the records of their nodes: replace the loaded pages over a rectangle."""
         own = self.terrain.own
         self.renew(key for level in range(self.terrain.top_level, -1, -1) for key in own.pages_over(rect, level))
 
     def renew(self, keys: Iterable[PageKey]) -> None:
-        """Read pages again that are loaded; those that cannot be read any more are removed."""
+        """Read loaded pages again, and remove those that can no longer be read."""
         for key in keys:
             self.terrain.forget_hidden(key)
             if key in self.terrain.slot_of:
@@ -176,7 +176,7 @@ class PagedTables:
             self.ranges.write(sums.ranges, offset=sums.ranges.nbytes * slot)
 
     def load(self, keys: Iterable[PageKey]) -> int:
-        """Read pages in this thread, those above them first; returns how many were read. They are visible at once.
+        """Read pages in this thread, the pages above them first; returns how many were read. Shaders see them at once.
 
         Raises
         ------

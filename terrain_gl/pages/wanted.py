@@ -1,4 +1,4 @@
-"""The pages that a mesh needs, and those that it uses: numpy over the patches that the GPU chose."""
+"""The pages that a mesh uses, and the pages that would make it better: numpy over the patches of the GPU."""
 
 from __future__ import annotations
 
@@ -13,7 +13,7 @@ from .terrain import PagedTerrain
 
 MOST_LEVELS = 3  # most levels that a patch skips at once
 MOST_PAGES = 32  # most pages that a patch requests at once
-FLAT = 0.05  # least slope of a sight line for the area of a patch, because hills face the eye
+FLAT = 0.05  # least slope of a sight line in the area of a patch: even then, some hills face the eye
 
 
 class DrawnPatches:
@@ -22,9 +22,9 @@ class DrawnPatches:
     Attributes
     ----------
     boxes
-        Their posts, on the map.
+        The posts of each patch, cut off at the map's rim.
     bound_px
-        Their certified errors.
+        The certified error of each patch.
     """
 
     def __init__(self, terrain: PagedTerrain, selection: Selection, camera: Camera) -> None:
@@ -41,7 +41,7 @@ class DrawnPatches:
         self._camera = camera
 
     def use(self) -> None:
-        """Note the pages that the patches use, each at its spacing."""
+        """Tell the pool which pages the patches use, each patch at its spacing."""
         self.terrain.use(self.boxes, np.clip(self._step_log2, 0, self.terrain.top_level))
 
     def areas(self) -> np.ndarray:
@@ -60,20 +60,20 @@ class DrawnPatches:
         return np.prod(end - low, 1) * east * north * np.maximum(up, FLAT * distance) / distance**3
 
     def open_to(self, goal: Goal) -> tuple[np.ndarray, np.ndarray]:
-        """Which patches may profit from finer pages, and the finest level that is loaded under each patch.
+        """Which patches may become better with finer pages, and the finest level that is loaded under each patch.
 
-        With a tolerance: patches over it. With a budget: patches whose spacing is as fine as their pages allow; those
-        with finer pages had the choice. If all posts are loaded, finer pages cannot help.
+        With a tolerance: patches over tolerance. With a budget: patches whose spacing is as fine as their pages allow.
+        Other patches could have been finer already. If all posts are loaded, finer pages cannot help.
         """
         finest = self.terrain.resident_level(self.boxes, np.clip(self._side_log2 - 6, 0, self.terrain.top_level))
         budget = (self._step_log2 <= finest) & (self.bound_px > 0)
         return (budget if goal.triangles else self.bound_px > goal.tolerance_px) & (finest > 0), finest
 
     def on_rims(self, finest: np.ndarray) -> np.ndarray:
-        """Which patches have a rim of a void that would be drawn sharper with finer pages than the loaded ones.
+        """Which patches have a rim of a void that finer pages would draw more sharply.
 
-        A node of a coarse page is a hole only if all its cells are. So pages with other nodes over voids are too coarse
-        while a node is wider than a pixel.
+        A node of a coarse page is drawn as a hole only if all its cells are holes. So a page that has a node with both
+        holes and land is too coarse if that node is wider than a pixel.
         """
         terrain = self.terrain
         found = np.zeros(len(finest), bool)
@@ -88,14 +88,14 @@ class DrawnPatches:
     def within(self, goal: Goal) -> float:
         """Approximate share of the picture whose patches are within the tolerance; it includes hidden patches.
 
-        With a budget: whose patches want no finer pages.
+        With a budget: the share whose patches need no finer pages.
         """
         areas = self.areas()
         good = ~self.open_to(goal)[0] if goal.triangles else self.bound_px <= goal.tolerance_px
         return float(areas[good].sum() / max(areas.sum(), 1e-300)) if len(areas) else 1.0
 
     def wanted(self, goal: Goal) -> tuple[np.ndarray, np.ndarray]:
-        """Numbers of pages that would make patches finer (`open_to`, `on_rims`), the most useful first; their worth.
+        """Numbers of the pages that would make patches better (`open_to`, `on_rims`), and their worth; largest first.
 
         The worth of a page is certified pixels times area in the picture, summed over all patches that want it.
         """

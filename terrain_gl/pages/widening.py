@@ -1,4 +1,4 @@
-"""Wider bounds for nodes with edited posts: valid at once, before their records are computed anew.
+"""Wider bounds for nodes with edited posts. They are valid at once, until the records are computed anew.
 
 Let all posts of a closed node change by at most t metres, and its possible vertices, the posts of its four edges, by at
 most v. Every mesh in the node then moves by at most v, because each of its places is a weighted mean of
@@ -17,7 +17,7 @@ import numpy as np
 
 from ..gpu.packing import ERROR_UNIT, STEPS, pack_pair, pack_range, unpack_pair
 
-ROUNDED = 1 + 2.0**-15  # for rounding errors of float32, which grow with the relief
+ROUNDED = 1 + 2.0**-15  # factor that covers rounding errors of float32
 
 
 class Scale(NamedTuple):
@@ -33,7 +33,7 @@ class Moves(NamedTuple):
     Attributes
     ----------
     truth, vertices
-        Metres that any post of the node has moved, and any possible vertex.
+        The largest move in metres of the node's posts, and of its possible vertices.
     low, high
         The lowest and highest new height; inf and −inf without one.
     """
@@ -48,13 +48,13 @@ Span = tuple[int, int]  # first node and the one after the last
 
 
 def touched(first: int, end: int, level: int, last: int) -> Span:
-    """The closed nodes, along one axis, that hold one of the posts from `first` up to `end`; `last`: of the map."""
+    """Closed nodes that have posts from `first` up to `end`, along one axis; `last` is the map's last post."""
     nodes = -(-last >> level)
     return max(0, first - 1) >> level, min((end - 1) >> level, nodes - 1) + 1
 
 
 def moves(old: np.ndarray, new: np.ndarray, at: tuple[int, int], level: int, last: tuple[int, int]) -> Moves:
-    """How far the nodes of a level move that an edit touches.
+    """How far an edit moves the posts of each node that it touches, for one level.
 
     Parameters
     ----------
@@ -87,7 +87,7 @@ def widened(words: np.ndarray, moved: Moves, square: np.ndarray, level: int, sca
     words
         (rows, cols) uint32: largest error in the low half, root mean square in the high half.
     square
-        Whether the map's rim leaves a node whole.
+        (rows, cols) bool: whether a node lies wholly on the map.
     """
     most, rms = errors_m(words, scale)
     truth, vertices = (np.asarray(m, np.float64) * ROUNDED for m in (moved.truth, moved.vertices))
@@ -99,7 +99,7 @@ def widened(words: np.ndarray, moved: Moves, square: np.ndarray, level: int, sca
 
 
 def widened_ranges(ranges: np.ndarray, moved: Moves, scale: Scale) -> np.ndarray:
-    """Ranges (2, rows, cols) of nodes that hold their new heights, too."""
+    """Ranges (2, rows, cols) of nodes, widened so that they contain the new heights."""
     low, high = pack_range(moved.low, moved.high, *scale)
     return np.stack([np.minimum(ranges[0], low), np.maximum(ranges[1], high)])
 
@@ -125,7 +125,7 @@ def errors_m(words: np.ndarray, scale: Scale) -> tuple[np.ndarray, np.ndarray]:
 
 
 def _inside(node: int, first: int, level: int, last: int) -> slice:
-    """The posts of a closed node, counted from the edit's first post."""
+    """The posts of a closed node that are in the edit, counted from the edit's first post."""
     low = node << level
     return slice(max(low - first, 0), max(min(low + (1 << level), last) + 1 - first, 0))
 
@@ -141,11 +141,11 @@ def _edges(span: Span, first: int, count: int, level: int, last: int) -> np.ndar
 
 
 def _known(at: np.ndarray, count: int) -> np.ndarray:
-    """Places inside the edit; −1 for others."""
+    """Places inside the edit; −1 for places outside."""
     return np.where((at >= 0) & (at < count), at, -1)
 
 
 def _lines(moved: np.ndarray, at: np.ndarray, axis: int) -> np.ndarray:
-    """The lines at some places; 0 at −1."""
+    """The lines of posts at some places; zeros for the place −1."""
     lines = np.take(moved, at, axis)
     return np.where(at.reshape([-1 if i == axis else 1 for i in (0, 1)]) < 0, 0.0, lines)

@@ -11,8 +11,8 @@ page. So far mountains cost little, and are as exact as their distance needs. Al
           │   └───────┘   │
           └───────────────┘
 
-They are a function of the map alone: it does not matter which pages are loaded. The sun's horizon begins with window 0,
-that of the sky with window 1: the sky's light is soft, and this takes a quarter of the time.
+Windows are a function of the map alone: it does not matter which pages are loaded. The sun's horizon begins with window
+0. The sky's begins with window 1, because its light is soft; this takes a quarter of the time.
 """
 
 from __future__ import annotations
@@ -29,7 +29,7 @@ from ..gpu import layout
 from .map import PagedMap, PageKey
 
 LEAST_APRON = 16  # posts
-BORDER = 1  # texels of the sky around a page's own, so that lookups are bilinear up to its rim
+BORDER = 1  # texels of the sky around a page: with them, lookups are bilinear up to its rim
 
 MARGIN = 2 * layout.SKY_TEXEL + 1  # posts around a page whose horizons the texels of its border need
 
@@ -53,17 +53,17 @@ class PageWindows(NamedTuple):
     inside: np.ndarray
 
     def coarser(self) -> PageWindows:
-        """Windows from the next one on."""
+        """The windows without the first one."""
         return PageWindows(self.heights[1:], (self.shift[1:] - self.shift[1]) >> 1, self.inside[1:])
 
 
 def side_of(tile: int) -> int:
-    """Cells a side of a window."""
+    """Cells along a side of a window."""
     return tile + 2 * max(LEAST_APRON, tile // 4)
 
 
 def sky_side(tile: int) -> int:
-    """Texels of the sky a side of a page, with the border: each has 3 × 3 cells of window 1."""
+    """Texels of the sky along a side of a page, with the border. Each texel has 3 × 3 cells of window 1."""
     return -(-(tile // 2) // layout.SKY_TEXEL) + 2 * BORDER
 
 
@@ -80,7 +80,7 @@ def scratch_bytes(heightmap: PagedMap) -> int:
 
 
 def hull_bytes(heightmap: PagedMap) -> int:
-    """Hulls of the lines over a page: points times lines."""
+    """GPU memory for the hulls of the lines over a page: points times lines."""
     side = side_of(heightmap.tile)
     count = most_windows(heightmap)
     points = side + 1 + count * (side // 4 + 2)
@@ -88,12 +88,12 @@ def hull_bytes(heightmap: PagedMap) -> int:
 
 
 def most_windows(heightmap: PagedMap) -> int:
-    """Windows of the pages that have the most."""
+    """The largest number of windows that a page of this map has."""
     return max(window_count(heightmap, level) for level in range(heightmap.top + 1))
 
 
 def window_count(heightmap: PagedMap, level: int) -> int:
-    """Windows of a page of a level: the last one holds the whole map, or is of the coarsest level."""
+    """Number of windows of a page of a level. The last one contains the whole map, or is of the coarsest level."""
     count = 2
     side = side_of(heightmap.tile)
     while level + count <= heightmap.top and count < layout.MAX_WINDOWS:
@@ -130,7 +130,7 @@ def windows_of(heightmap: PagedMap, key: PageKey) -> PageWindows:
 
 
 def holds(heightmap: PagedMap, key: PageKey, posts: Rect) -> bool:
-    """Whether a window of a page holds one of the posts of a rectangle."""
+    """Whether any window of a page contains a post of a rectangle."""
     side = side_of(heightmap.tile)
     last = np.array([heightmap.cols - 1, heightmap.rows - 1])
     for k, first in enumerate(_first_posts(heightmap, key), key[0]):
@@ -152,7 +152,7 @@ def _first_posts(heightmap: PagedMap, key: PageKey) -> list[np.ndarray]:
 
 
 def flat_windows(heightmap: PagedMap) -> PageWindows:
-    """Two windows of level ground: the least that a page has."""
+    """Two windows of flat ground: a page has at least two."""
     side = side_of(heightmap.tile)
     inside = np.array([[0, 0, side, side]] * 2, np.int32)
     return PageWindows(
@@ -163,7 +163,7 @@ def flat_windows(heightmap: PagedMap) -> PageWindows:
 def _read(
     heightmap: PagedMap, level: int, low: np.ndarray, high: np.ndarray, coarser: Callable[[], np.ndarray] | None
 ) -> np.ndarray:
-    """Posts from `low` to `high`, columns and rows; those of missing tiles are taken from what `coarser` returns."""
+    """Heights of posts from `low` to `high`, columns and rows. For missing tiles, `coarser` gives the heights."""
     rows, cols = (slice(int(low[i]), int(high[i]) + 1) for i in (1, 0))
     if level > heightmap.top:
         return _above(heightmap, level - heightmap.top, rows, cols)
@@ -208,6 +208,6 @@ def _finer(
 
 
 def _halves(low: int, high: int, first: int) -> tuple[np.ndarray, np.ndarray]:
-    """Places in the coarser window at or before each post, and the shares of the way to the next place."""
+    """For each post, the place in the coarser window at or before it, and its fraction of the way to the next."""
     post = np.arange(low, high + 1)
     return (post >> 1) - first, (0.5 * (post & 1)).astype(np.float32)

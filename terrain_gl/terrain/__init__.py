@@ -1,4 +1,4 @@
-"""A map on the GPU: quantised heights, with voids filled and water flat.
+"""A map on the GPU: quantised heights with voids filled, and marks of voids and water.
 
 terrain    heights as integers in a range, and the sizes of all levels
 filling    voids are filled smoothly from their rim
