@@ -14,6 +14,7 @@ ROOT = Path(__file__).parent.parent
 sys.path[:0] = [str(ROOT), str(ROOT / "docs")]
 
 from pictures import Arguments, Scraper  # noqa: E402
+from projector import with_link, write_projector_pages  # noqa: E402
 
 project, author = "terrain-gl", "The terrain-gl authors"
 root_doc = "docs/index"
@@ -26,6 +27,7 @@ myst_heading_anchors = 3
 html_theme = "furo"
 html_title = "terrain-gl"
 html_static_path, html_css_files = ["_static"], ["course.css"]
+templates_path = ["_templates"]
 html_copy_source = False
 html_show_copyright = False
 autodoc_typehints = "description"
@@ -65,6 +67,25 @@ def write_map(app):
     )
 
 
+def cut_projector_pages(app):
+    """Cut each lesson's projector page out of its page."""
+    write_projector_pages(ROOT / "course" / "lessons")
+
+
+def link_projector_page(app, docname, source):
+    """Lead from a lesson's page to its projector page, which is there on the site alone."""
+    if re.fullmatch(r"course/lessons/\w+/page", docname):
+        source[0] = with_link(source[0])
+
+
+def show_on_projector(app, pagename, templatename, context, doctree):
+    """A projector page has no side bars, and keys that turn its slides."""
+    if not pagename.endswith("/projector"):
+        return None
+    app.add_js_file("projector.js", loading_method="defer")
+    return "projector.html"
+
+
 def add_widgets(app, pagename, templatename, context, doctree):
     """Pages with a widget load its code."""
     if 'class="widget"' in context.get("body", ""):
@@ -80,6 +101,9 @@ def leave_out_the_lecturers_part(app, docname, source):
 def setup(app):
     """Make figures and the map before the pages that show them."""
     app.connect("source-read", leave_out_the_lecturers_part)
+    app.connect("source-read", link_projector_page)
     app.connect("builder-inited", draw_figures)
     app.connect("builder-inited", write_map)
+    app.connect("builder-inited", cut_projector_pages)
     app.connect("html-page-context", add_widgets)
+    app.connect("html-page-context", show_on_projector)

@@ -22,6 +22,8 @@ FLAGS = [
 FLAGS += ["--disable-background-networking", "--disable-component-update", "--host-resolver-rules=MAP * ~NOTFOUND"]
 FLAGS += ["--remote-debugging-pipe", "--window-size=1280,1100"]
 SECONDS = 60.0  # for an answer
+KEY_CODES = {"Tab": 9, "Enter": 13, "PageUp": 33, "PageDown": 34, "End": 35, "Home": 36}
+KEY_CODES |= {"ArrowLeft": 37, "ArrowUp": 38, "ArrowRight": 39, "ArrowDown": 40}
 
 
 def apart():
@@ -119,6 +121,14 @@ class Page:
         kinds = ["mousePressed", *["mouseMoved"] * (len(places) - 1), "mouseReleased"]
         for kind, (x, y) in zip(kinds, [*places, places[-1]], strict=True):
             self.ask("Input.dispatchMouseEvent", type=kind, x=x, y=y, button="left", buttons=1, clickCount=1)
+
+    def press(self, keys):
+        """Press a key and let it go: its name in the browser or its letter, after Shift or Control, as "Shift Tab"."""
+        *held, key = keys.split(" ") if keys != " " else [keys]
+        event = {"key": key, "windowsVirtualKeyCode": KEY_CODES.get(key, ord(key[0].upper()))}
+        event["modifiers"] = sum({"Control": 2, "Shift": 8}[name] for name in held)
+        self.ask("Input.dispatchKeyEvent", type="keyDown", **event, **({"text": key} if len(key) == 1 else {}))
+        self.ask("Input.dispatchKeyEvent", type="keyUp", **event)
 
     def picture(self, path):
         """Write what the window shows as PNG."""

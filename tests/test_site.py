@@ -82,6 +82,29 @@ def test_checksums_of_maps(page, folder):
             assert hashlib.sha256((folder / name).read_bytes()).hexdigest().startswith(checksum), name
 
 
+@pytest.fixture(scope="module")
+def projector():
+    """The module that cuts projector pages."""
+    return load(DOCS / "projector.py")
+
+
+def test_a_projector_page_is_cut_out_of_each_lesson(projector):
+    pages = sorted((ROOT / "course" / "lessons").glob("*/page.md"))
+    assert len(pages) == 13
+    for path in pages:
+        page = path.read_text(encoding="utf-8")
+        cut = projector.projector_page(page)
+        title, *slides = re.split(r"^##? ", cut, flags=re.MULTILINE)[1:]
+        assert page.startswith(f"# {title.strip()}") and slides[0].startswith("A prediction\n")
+        assert cut.count("](figure.png)") == 1 and cut.count('class="widget"') == page.count('class="widget"')
+        own = [line for line in cut.splitlines() if line and line not in page.splitlines()]
+        headings = {"---", "orphan: true", "## The figure", "## Try it"} | {
+            f"## {slide.splitlines()[0]}" for slide in slides
+        }
+        assert set(own) <= headings, "a projector page says nothing of its own"
+        assert "[Projector page](projector.md)" in projector.with_link(page)
+
+
 def build(folder):
     """Build a site of one example with the gallery's own scraper; return the picture's bytes."""
     (folder / "conf.py").write_text(

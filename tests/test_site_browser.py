@@ -125,6 +125,47 @@ def test_links_within_the_site_lead_somewhere(looks):
     assert not lost
 
 
+# Of each slide: how much is cut, the smallest letters, and the heights of its pictures.
+SLIDES = """(async () => {
+    if (document.querySelector(".math")) await MathJax.startup.promise;
+    await Promise.all([...document.images].map((one) => one.decode()));
+    return [...document.querySelectorAll("main.projector > section > section")].map((slide) => {
+        const bottom = Math.max(...[...slide.children].map((part) => part.getBoundingClientRect().bottom));
+        const top = slide.querySelector("h2").getBoundingClientRect().top, box = slide.getBoundingClientRect();
+        const words = [...slide.querySelectorAll("p, li, blockquote")].filter((one) => one.textContent.trim());
+        const wide = slide.scrollWidth - innerWidth;
+        return {
+            cut: Math.max(bottom - box.bottom, box.top + 40 - top, wide, box.height - innerHeight),
+            letters: Math.min(...words.map((one) => parseFloat(getComputedStyle(one).fontSize)), 99),
+            pictures: [...slide.querySelectorAll("img, canvas")].map((one) => one.getBoundingClientRect().height),
+        };
+    });
+})()"""
+
+
+@pytest.fixture
+def projected(page):
+    """The page, in a window of a projector's size."""
+    page.ask("Emulation.setDeviceMetricsOverride", width=1280, height=720, deviceScaleFactor=1, mobile=False)
+    yield page
+    page.ask("Emulation.clearDeviceMetricsOverride")
+
+
+@pytest.mark.parametrize("folder", sorted(path.name for path in LESSONS.iterdir()))
+def test_nothing_of_a_projector_page_is_cut_and_keys_turn_its_slides(projected, folder):
+    projected.open((LESSONS / folder / "projector.html").as_uri())
+    slides = projected.value(SLIDES)
+    assert len(slides) >= 2 and sum(len(slide["pictures"]) for slide in slides) >= 1
+    for slide in slides:
+        assert slide["cut"] <= 0 and slide["letters"] >= 26 and min(slide["pictures"], default=720) > 250, slides
+    at = 0
+    for key, step in [("PageDown", 1), ("ArrowRight", 1), ("PageUp", -1), (" ", 1), ("ArrowLeft", -1)]:
+        projected.press(key)
+        at = min(max(at + step, 0), len(slides) - 1)
+        assert projected.value("scrollY") == 720 * at, key
+        taken(projected, f"projector-{folder}-{at}")
+
+
 class Widget:
     """A widget of a lesson's page, in the middle of the window."""
 
@@ -168,6 +209,14 @@ class Widget:
         """The canvas' pixels, as text."""
         return self.value("element.querySelector('canvas').toDataURL()")
 
+    def error(self):
+        """The rms error that the widget tells."""
+        return float(self.told().split("rms error ")[1].split()[0])
+
+    def focus(self, selector, index=0):
+        """Give a part the keys."""
+        self.value(f"element.querySelectorAll('{selector}')[{index}].focus()")
+
     def told(self):
         """What the widget says below its canvas."""
         return self.value("element.querySelector('pre').textContent")
@@ -203,14 +252,14 @@ def test_sliders_of_tolerance_and_budget_change_the_mesh(widget):
     for share in (0.05, 0.3, 0.6, 0.95):
         tolerance = 2 ** budget.slide(0, share)
         assert budget.told().startswith(f"tolerance {tolerance:.2f}: {budget.said('triangles')} triangles, rms error")
-        assert float(budget.told().split("rms error ")[1].split()[0]) <= tolerance
+        assert budget.error() <= tolerance
         counts.append(budget.said("triangles"))
     assert all(finer > coarser for finer, coarser in pairwise(counts))
     drawings, errors = set(), []
     for share in (0.1, 0.4, 0.7, 0.9):
         most = 2 ** budget.slide(1, share)
         assert most / 2 < budget.said("triangles") <= most
-        errors.append(float(budget.told().split("rms error ")[1].split()[0]))
+        errors.append(budget.error())
         drawings.add(budget.drawn())
     taken(budget.page, "widget-budget")
     assert len(drawings) == 4 and all(coarser > finer for coarser, finer in pairwise(errors))
@@ -231,5 +280,105 @@ def test_the_eye_is_dragged_and_frozen(widget):
     taken(frozen.page, "widget-frozen")
     assert json.loads(f"[{frozen.value('element.dataset.eye')}]") == pytest.approx([60, 70], abs=1)
     assert frozen.said("leaves") == leaves[-1] and frozen.drawn() != before
+    left, top, width, height = frozen.box("input[type=radio]", 1)
+    frozen.page.drag((left + width / 2, top + height / 2))
+    flat = frozen.drawn()
+    frozen.drag((300, 200), (400, 220))
+    assert frozen.drawn() != flat and frozen.said("leaves") == leaves[-1]  # the land turns, its levels stay
+    assert json.loads(f"[{frozen.value('element.dataset.eye')}]") == pytest.approx([60, 70], abs=1)
+    left, top, width, height = frozen.box("input[type=checkbox]")
     frozen.page.drag((left + width / 2, top + height / 2))
     assert frozen.said("leaves") != leaves[-1]
+
+
+def test_both_ways_are_compared_within_one_tolerance(widget):
+    """Rings get all the triangles that the tolerance takes; so do the quadtree's leaves."""
+    frozen = widget("06_selection", "frozen")
+    for share in (0.2, 0.5, 0.9):
+        factor = 2 ** frozen.slide(0, share)
+        assert f"{factor:.3f} × distance" in frozen.value("element.textContent")
+        rings, tree = json.loads(f"[{frozen.value('element.dataset.worst')}]")
+        assert 0.4 < rings <= 1 and 0.7 < tree <= 1
+        assert f"{2 * frozen.said('rings')} triangles" in frozen.told()
+        assert 2 * frozen.said("leaves") < frozen.said("rings")
+
+
+def test_the_other_way_is_told_at_equal_error(widget):
+    budget = widget("09_budgets", "budget")
+    budget.slide(0, 0.5)
+    triangles, same, error = budget.said("triangles"), budget.said("same"), budget.error()
+    budget.slide(1, (np.log2(same) - 3) / 12)
+    assert budget.said("triangles") == pytest.approx(same, rel=0.1) and budget.error() == pytest.approx(error, rel=0.1)
+    assert budget.said("same") == pytest.approx(triangles, rel=0.2) and same < triangles
+
+
+def test_every_widget_is_used_by_keys_alone(widget):
+    """Tab reaches each part in turn, each has a name, and arrow keys work it."""
+    for folder, name, parts in (
+        ("03_summed_area_tables", "sums", 1),
+        ("09_budgets", "budget", 2),
+        ("06_selection", "frozen", 4),
+    ):
+        found = widget(folder, name)
+        found.value("element.previousElementSibling.tabIndex = -1, element.previousElementSibling.focus()")
+        for _ in range(parts):
+            found.page.press("Tab")
+            assert found.value("element.contains(document.activeElement)")
+            named = (
+                "const one = document.activeElement; return one.ariaLabel || one.closest('label').textContent.trim()"
+            )
+            assert found.value(f"(() => {{ {named} }})()")
+            assert found.value("getComputedStyle(document.activeElement).outlineStyle") == "solid"
+        found.page.press("Tab")
+        assert not found.value("element.contains(document.activeElement)")
+
+
+def test_arrow_keys_move_the_box_and_change_its_size(widget):
+    sums = widget("03_summed_area_tables", "sums")
+    posts = np.frombuffer(base64.b64decode(sums.value("MAP.base64")), "u1").reshape(257, 257).astype(int)
+    sums.focus("canvas")
+    x0, y0, x1, y1 = json.loads(f"[{sums.value('element.dataset.box')}]")
+    keys = [("ArrowRight", [1, 0, 1, 0]), ("ArrowUp", [0, -1, 0, -1]), ("Shift ArrowDown", [0, 16, 0, 16])]
+    keys += [("Control ArrowLeft", [0, 0, -1, 0]), ("Control ArrowDown", [0, 0, 0, 1])]
+    box = np.array([x0, y0, x1, y1])
+    for key, change in keys:
+        sums.page.press(key)
+        box += change
+        assert json.loads(f"[{sums.value('element.dataset.box')}]") == box.tolist(), key
+        assert sums.said("sum") == posts[box[1] : box[3], box[0] : box[2]].sum() * 257
+    for _ in range(20):
+        sums.page.press("Shift ArrowLeft")  # the map's rim keeps the box whole
+    assert json.loads(f"[{sums.value('element.dataset.box')}]") == (box - [box[0], 0, box[0], 0]).tolist()
+
+
+def test_arrow_keys_work_the_sliders_and_show_which_is_active(widget):
+    budget = widget("09_budgets", "budget")
+    for index, name in ((1, "budget"), (0, "tolerance")):
+        budget.focus("input[type=range]", index)
+        before = budget.said("triangles")
+        budget.page.press("ArrowRight")
+        assert budget.value("element.dataset.active") == name and budget.said("triangles") != before
+        shadows = "[...element.querySelectorAll('label')].map((one) => getComputedStyle(one).boxShadow !== 'none')"
+        assert budget.value(shadows) == [index == 0, index == 1]
+        assert budget.value(f"element.querySelectorAll('output')[{1 - index}].textContent") == " not active"
+
+
+def test_arrow_keys_move_the_eye_and_turn_the_frozen_land(widget):
+    frozen = widget("06_selection", "frozen")
+    frozen.focus("canvas")
+    for key, eye in (("ArrowLeft", [129, 120]), ("Shift ArrowUp", [129, 104]), ("Shift ArrowRight", [145, 104])):
+        frozen.page.press(key)
+        assert json.loads(f"[{frozen.value('element.dataset.eye')}]") == eye
+    leaves = frozen.said("leaves")
+    frozen.focus("input[type=checkbox]")
+    frozen.page.press(" ")
+    frozen.focus("input[type=radio]")
+    frozen.page.press("ArrowDown")
+    frozen.focus("canvas")
+    drawings = {frozen.drawn()}
+    for key in ("ArrowLeft", "ArrowDown", "Shift ArrowRight"):
+        frozen.page.press(key)
+        drawings.add(frozen.drawn())
+    taken(frozen.page, "widget-frozen-3d")
+    assert len(drawings) == 4 and frozen.said("leaves") == leaves
+    assert json.loads(f"[{frozen.value('element.dataset.eye')}]") == [145, 104]
