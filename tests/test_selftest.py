@@ -10,7 +10,7 @@ import pytest
 from drivers import environment
 
 from terrain_gl.basics.exceptions import TerrainError
-from terrain_gl.gpu import selftest, shaders
+from terrain_gl.gpu import pattern, selftest, shaders
 
 WRONG = {  # what a driver might do: in the kernel's text, and what is said
     "an old loop bound": ("strip < strips()", "strip < min(strips(), 16u)", "loops whose bounds change"),
@@ -27,6 +27,9 @@ WRONG = {  # what a driver might do: in the kernel's text, and what is said
     "a coarse quotient": ("o.x / o.w", "o.x * 1.00001 / o.w", "computes quotients"),
     "a coarse power": ("exp2(-o.w)", "exp2(-o.w) * 1.00001", "computes powers of two"),
     "no root": ("sqrt(o.w)", "0.0 / (o.w - o.w)", "computes square roots"),
+    "fewer segments": ("= v_inside[0].x", "= max(2.0, 0.5 * v_inside[0].x)", "another number of triangles"),
+    "uneven segments": ("gl_TessCoord.xy", "gl_TessCoord.xy * gl_TessCoord.xy", "other vertices on its edges"),
+    "mirrored patches": ("equal_spacing, ccw", "equal_spacing, cw", "do not cover it once"),
 }
 
 
@@ -43,7 +46,15 @@ def poisoned(monkeypatch):
             changed.extend([path] if old in text else [])
             return ctx.compute_shader(text.replace(old, new))
 
+        def program(ctx, varyings, **paths):
+            texts = {f"{stage}_shader": shaders.source(path) for stage, path in paths.items()}
+            changed.extend(path for stage, path in paths.items() if old in texts[f"{stage}_shader"])
+            return ctx.program(
+                **{stage: text.replace(old, new) for stage, text in texts.items()}, varyings=tuple(varyings)
+            )
+
         monkeypatch.setattr(selftest, "shaders", SimpleNamespace(compute=compute))
+        monkeypatch.setattr(pattern, "shaders", SimpleNamespace(program=program))
         return changed
 
     return poison
@@ -64,6 +75,28 @@ def test_a_wrong_driver_is_refused(ctx, poisoned, wrong):
     line = str(refused.value)
     assert said in line and "\n" not in line and line.startswith(ctx.info["GL_RENDERER"])
     assert "LIBGL_ALWAYS_SOFTWARE=1" in line
+
+
+CENTRE = (32, 32)
+FLIPPED = {  # levels, the ends of an edge between two triangles, and what is wrong with the other diagonal of both
+    "leave a cell": ((2, 2, 2, 2, 2), (CENTRE, (32, 0))),
+    "between two cut edges": ((4, 4, 2, 2, 2), (CENTRE, (0, 0))),
+    "do not reach the centre": ((1, 1, 1, 1, 2), (CENTRE, (0, 0))),
+}
+
+
+@pytest.mark.parametrize("said", FLIPPED)
+def test_triangles_that_the_bounds_do_not_cover_are_found(ctx, said):
+    levels, edge = FLIPPED[said]
+    *edges, inside = levels
+    triangles = pattern._captured(ctx, (levels,))[..., :2]
+    assert not list(pattern.faults_of(triangles, edges, inside))
+    on_edge = (triangles[:, :, None] == edge).all(-1)  # triangle, corner, end
+    first, second = np.flatnonzero(on_edge.any(1).all(1))
+    corners = {i: triangles[i][~on_edge[i].any(1)][0] for i in (first, second)}
+    for i, other, end in ((first, second, 0), (second, first, 1)):
+        triangles[i][on_edge[i][:, end]] = corners[other]
+    assert any(said in fault for fault in pattern.faults_of(triangles, edges, inside))
 
 
 def test_a_driver_is_tried_once(ctx, poisoned, monkeypatch):

@@ -3,7 +3,7 @@
 A certificate is only as good as the arithmetic under it. So each driver has to pass, once in a process: summed-area
 tables of several sizes, made by the same kernels with other bounds of their loops; rounding to nearest; products and
 sums that `precise` keeps apart; quotients, square roots and powers of two as close as the bounds assume
-(docs/precision.md, section 3).
+(docs/precision.md, section 3); the triangles of tessellated patches (`pattern`).
 """
 
 from __future__ import annotations
@@ -17,6 +17,7 @@ import numpy as np
 from ..basics.exceptions import TerrainError
 from . import gl, shaders
 from .bindings import bind
+from .pattern import wrong_pattern
 
 KERNEL = "driver/selftest.comp"
 PHASES = ("reduce", "scan", "propagate")  # of prefix sums: glsl/sat
@@ -63,6 +64,7 @@ def faults(ctx: moderngl.Context) -> Iterator[str]:
     """Compute on the GPU and on the CPU; yields what is wrong, in a few words."""
     yield from _wrong_tables(ctx)
     yield from _wrong_operations(ctx)
+    yield from wrong_pattern(ctx)
 
 
 def _wrong_tables(ctx: moderngl.Context) -> Iterator[str]:
