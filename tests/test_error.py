@@ -6,6 +6,7 @@ import pytest
 from hypothesis import given, settings
 from hypothesis import strategies as st
 from maps import MAPS, Scene, checkerboard, cliff, holes, rough
+from ring_scenes import change_shaders
 
 from terrain_gl import reference
 from terrain_gl.basics.exceptions import TerrainError
@@ -118,6 +119,23 @@ def check_cut_edges(terrain, tables):
         assert (table.cut_max <= found.largest * HALF + 4 * ROUNDING * terrain.span_m).all(), level
         assert (table.cut_rms >= np.minimum(mean, found.largest)).all(), level
         assert (table.cut_rms <= mean * MEAN_HALF + SQUARE_STEP * terrain.span_m).all(), level
+
+
+@pytest.mark.parametrize("alone", [False, True], ids=["", "a post alone"])
+@pytest.mark.parametrize("has_rule", [True, False], ids=["", "every post in every node"])
+def test_the_error_of_a_rim_beside_voids_is_that_of_the_land(ctx, monkeypatch, alone, has_rule):
+    """The west node has no cell with data: the steps on its edge are an error of the east node alone."""
+    if not has_rule:
+        change_shaders(monkeypatch, "own || meets_data(n, place)", "true")
+    heights = np.zeros((5, 9))
+    heights[:, :4] = np.nan
+    heights[1, 4] = 60
+    if alone:
+        heights[2, 1] = 40
+    terrain, tables = built(ctx, Heightmap(heights, 10.0))
+    west, east = layout.unpack_nodes(tables.read_nodes(2), terrain.span_m).cut_max[0]
+    assert east > 30
+    assert (west > 10) == (alone or not has_rule)
 
 
 def test_cut_edges_of_coarse_nodes_are_the_references(ctx):

@@ -46,7 +46,7 @@ void main() {
     ivec2 low = block * BLOCK, end = min(low + BLOCK, n.high);
     end += ivec2(equal(end, n.high));  // the far edge
     bool has_changed = has_moved[(at.y - u_first.y) * u_count.x + at.x - u_first.x] != 0u || moves(n);
-    if (!has_changed && !holds(low, min(low + BLOCK, n.high))) return;
+    if (!has_changed && !holds(low - 1, min(low + BLOCK, n.high))) return;  // a void makes holes of the cells around it
     int k = cut_index(at);
     CutEdges c = cut_edges_of(cut_edge[k], cut_edge[k + 1], cut_edge[k + 2], cut_edge[k + 3]);
 

@@ -49,15 +49,15 @@ vec3 largest(vec4 drawn, vec2 cut) { return vec3(larger(drawn), max(cut.x, cut.y
 // Errors, raised by a bound of the rounding errors.
 vec4 raised(Node n, vec4 e) { return e * (1.0 + exp2(-20.0)) + n.rounding_m; }
 
-// Returns the errors as a quad, as a fan, and as a cell of a patch.
-vec3 gather(inout Worst w, Node n, PostErrors e) {
-    vec3 most = raised(n, vec4(largest(e.drawn, e.cut), 0.0)).xyz;
+// The errors as a quad, as a fan, and as a cell of a patch.
+vec3 most_m(Node n, PostErrors e) { return raised(n, vec4(largest(e.drawn, e.cut), 0.0)).xyz; }
+
+void gather(inout Worst w, Node n, PostErrors e) {
     vec4 wedge = raised(n, larger(e.wedge).xxyy);
     bvec4 within = notEqual(e.wedges & uvec4(1u, 2u, 4u, 8u), uvec4(0u));
-    w.max_m = max(w.max_m, most);
+    w.max_m = max(w.max_m, most_m(n, e));
     w.whole_m = mix(w.whole_m, max(w.whole_m, wedge.xxxx), within);
     w.split_m = mix(w.split_m, max(w.split_m, wedge.zzzz), within);
-    return most;
 }
 
 // Posts on the south and east edges belong to the neighbours, except on the map's rim.
@@ -65,12 +65,29 @@ bool is_own(Node n, ivec2 place) {
     return all(lessThan(place, n.high - n.low + ivec2(equal(n.high, u_last_post))));
 }
 
+// Whether a cell of the node with data meets a post. If not, the node draws no land there. Of a post of its own it has
+// the error all the same: a post may stand alone among voids. Other posts belong to the land of its neighbours.
+#ifdef NO_VOIDS
+bool meets_data(Node n, ivec2 place) { return true; }
+#else
+bool meets_data(Node n, ivec2 place) {
+    for (int i = 0; i < 4; i++) {
+        ivec2 cell = place - ivec2(i & 1, i >> 1);
+        bool is_in_node = all(greaterThanEqual(cell, ivec2(0))) && all(lessThan(n.low + cell, n.high));
+        if (is_in_node && !is_hole(n.low + cell)) return true;
+    }
+    return false;
+}
+#endif
+
 void gather_post(inout Worst w, Node n, PostErrors at, ivec2 place) {
     bool is_filled = is_void(n.low + place);
     w.voids |= uint(is_filled);
     if (is_filled) return;
-    vec3 e = gather(w, n, at);
-    if (is_own(n, place)) w.squares += e * e;
+    vec3 e = most_m(n, at);
+    bool own = is_own(n, place);
+    if (own) w.squares += e * e;
+    if (own || meets_data(n, place)) gather(w, n, at);
 }
 
 // The largest error over a cell of the map is at a post, or on its diagonal from a to b: docs/guarantee.md, section 1.

@@ -26,13 +26,10 @@ def crest(a: np.ndarray, b: np.ndarray, t: np.ndarray) -> np.ndarray:
 
 def crossed_cells(shape: tuple[int, ...], level: int, void: np.ndarray | None = None) -> np.ndarray:
     """Cells of each node that an edge of the mesh may cross, without holes: (node rows, cells, node cols, cells)."""
-    y, x = node_axes(shape, level)
-    row, col = (np.arange(axis.post.shape[1] - 1) for axis in (y, x))
+    row, col = (np.arange(axis.post.shape[1] - 1) for axis in node_axes(shape, level))
     diagonal = (row[:, None, None] == col) | (row[:, None, None] + col == (1 << level) - 1)
     square = _square_nodes(shape, level)[:, None, :, None]
-    of_node = (np.diff(y.post) > 0)[:, :, None, None] & (np.diff(x.post) > 0)
-    corners = of_corners(measured_posts(np.zeros(shape), level, void))
-    return of_node & (diagonal | ~square) & np.logical_and.reduce(corners)
+    return cells_with_data(shape, level, void) & (diagonal | ~square)
 
 
 def kinks(heights: np.ndarray, level: int) -> tuple[np.ndarray, np.ndarray]:
@@ -105,7 +102,30 @@ def over_cells(above: np.ndarray, below: np.ndarray, heights: np.ndarray, level:
     return np.maximum(*found)
 
 
-def measured_posts(heights: np.ndarray, level: int, void: np.ndarray | None) -> np.ndarray:
-    """Posts of each node that have data, (node rows, posts, node cols, posts) bool."""
-    seen = np.ones(heights.shape, bool) if void is None else ~void
-    return seen[per_node(*node_axes(heights.shape, level))]
+def posts_with_data(shape: tuple[int, ...], level: int, void: np.ndarray | None) -> np.ndarray:
+    """Which posts of each node are no voids, (node rows, posts, node cols, posts)."""
+    seen = np.ones(shape, bool) if void is None else ~void
+    return seen[per_node(*node_axes(shape, level))]
+
+
+# A node draws land only over its cells with data. At a post that none of them meets, the land is its neighbours', and
+# so is the error. A post may also stand alone among voids: then the node that owns it has its error.
+
+
+def cells_with_data(shape: tuple[int, ...], level: int, void: np.ndarray | None) -> np.ndarray:
+    """Which cells of each node have data at their four posts, (node rows, cells, node cols, cells)."""
+    y, x = node_axes(shape, level)
+    of_node = (np.diff(y.post) > 0)[:, :, None, None] & (np.diff(x.post) > 0)
+    return of_node & np.logical_and.reduce(of_corners(posts_with_data(shape, level, void)))
+
+
+def measured_posts(shape: tuple[int, ...], level: int, void: np.ndarray | None) -> np.ndarray:
+    """Which posts meet one of the node's cells with data, or are its own: (node rows, posts, node cols, posts)."""
+    cells = np.pad(cells_with_data(shape, level, void), [(0, 0), (1, 1), (0, 0), (1, 1)])
+    return np.logical_or.reduce(of_corners(cells)) | own_posts(shape, level, void)
+
+
+def own_posts(shape: tuple[int, ...], level: int, void: np.ndarray | None) -> np.ndarray:
+    """Which posts are each node's own and no voids: (node rows, posts, node cols, posts)."""
+    y, x = node_axes(shape, level)
+    return posts_with_data(shape, level, void) & y.own[:, :, None, None] & x.own

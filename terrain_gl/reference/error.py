@@ -11,7 +11,7 @@ from typing import NamedTuple
 
 import numpy as np
 
-from .between import cell_twists, crossed_cells, kinks, measured_posts, of_corners, over_cells, worst_corner
+from .between import cell_twists, crossed_cells, kinks, measured_posts, of_corners, over_cells, own_posts, worst_corner
 from .bound import cell_squares
 from .nodes import Nodes, at_nodes, node_axes, per_node, top_level
 
@@ -114,7 +114,7 @@ def wedge_errors(heights: np.ndarray, level: int, void: np.ndarray | None = None
         With the wedge's edge whole, and with it split.
     """
     wedge = wedges_of_posts(heights, level)
-    measured = measured_posts(heights, level, void)
+    measured = measured_posts(heights.shape, level, void)
     crossed = crossed_cells(heights.shape, level, void)
     kink = kinks(heights, level)[1]
     found = []
@@ -183,12 +183,12 @@ def _over_node(
     kink = kinks(heights, level)[0]
     errors = np.maximum(above, below)
     crossed = crossed_cells(heights.shape, level, void)
-    measured = measured_posts(heights, level, void)
+    measured = measured_posts(heights.shape, level, void)
     cells = over_cells(above, below, heights, level, kink)
     largest = np.maximum((errors * measured).max((1, 3)), (cells * crossed).max((1, 3)))
     mean = np.abs(cell_twists(heights, level)) / np.sqrt(90) + kink[:, None, :, None]
     between = (mean * (2 * worst_corner(errors) + mean) * crossed).sum((1, 3))
-    return largest, np.square(errors * _own(heights, level, void)).sum((1, 3)) + between
+    return largest, np.square(errors * own_posts(heights.shape, level, void)).sum((1, 3)) + between
 
 
 # M = max e over the closed node,   Σ e² over the node's own posts,   e the larger error of the two ways to draw it.
@@ -201,14 +201,14 @@ def node_errors(heights: np.ndarray, level: int, void: np.ndarray | None = None)
     Fan maxima here are those of the level alone. The GPU's table is nested: the maximum of these and the children's.
     """
     quad_max, fan_max = _largest(heights, level, void)
-    posts = np.maximum(_own(heights, level, void).sum((1, 3)), 1)
+    posts = np.maximum(own_posts(heights.shape, level, void).sum((1, 3)), 1)
     quad, fan = (sums / posts for sums in squared_errors(heights, level, void))
     return NodeErrors(quad_max, fan_max, quad, fan)
 
 
 def _largest(heights: np.ndarray, level: int, void: np.ndarray | None) -> list[np.ndarray]:
     """Largest error of each node, as quad and as fan."""
-    measured = measured_posts(heights, level, void)
+    measured = measured_posts(heights.shape, level, void)
     crossed = crossed_cells(heights.shape, level, void)
     found = []
     for pair, kink in zip(_both(heights, level), kinks(heights, level), strict=True):
@@ -222,10 +222,10 @@ def squared_errors(heights: np.ndarray, level: int, void: np.ndarray | None = No
 
     A root mean square is at most the largest error.
     """
-    own = _own(heights, level, void)
+    own = own_posts(heights.shape, level, void)
     crossed = crossed_cells(heights.shape, level, void)
     twist = np.abs(cell_twists(heights, level))
-    posts = _own(heights, level, None).sum((1, 3))
+    posts = own_posts(heights.shape, level, None).sum((1, 3))
     found = []
     for pair, kink, most in zip(
         _both(heights, level), kinks(heights, level), _largest(heights, level, void), strict=True
@@ -244,12 +244,6 @@ def _both(heights: np.ndarray, level: int) -> list[tuple[np.ndarray, np.ndarray]
 
 def _worse(pair: tuple[np.ndarray, np.ndarray]) -> np.ndarray:
     return np.maximum(*map(np.abs, pair))
-
-
-def _own(heights: np.ndarray, level: int, void: np.ndarray | None) -> np.ndarray:
-    """Posts that are a node's own and have data: (node rows, posts, node cols, posts) bool."""
-    y, x = node_axes(heights.shape, level)
-    return measured_posts(heights, level, void) & y.own[:, :, None, None] & x.own
 
 
 # A split replaces a leaf by its parts. At a price of λ a triangle, a leaf costs Σ e² + λ · triangles. A split pays

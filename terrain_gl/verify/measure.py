@@ -115,10 +115,11 @@ class Measurement:
         regions = list(_regions_in_picture(self.terrain.heightmap, PLACES * min(tile, TILE), camera, size, near_m))
         for done, region in enumerate(regions, 1):
             for part in self._parts(selection, region, camera, size, near_m):
-                drawn, at_posts = (px[~np.isnan(px)] for px in (part.px, part.at_posts().px))
+                behind = _inside(hidden, part.region)  # with the rims that hidden patches share with drawn ones
+                uncovered += int(np.count_nonzero(part.seen & np.isnan(part.px) & ~behind))
                 seen += int(np.count_nonzero(part.seen))
-                undrawn = part.seen & np.isnan(part.px)
-                uncovered += int(np.count_nonzero(undrawn & ~_inside(hidden, part.region)))
+                part.px[behind] = np.nan
+                drawn, at_posts = (px[~np.isnan(px)] for px in (part.px, part.at_posts().px))
                 places = places + len(drawn)
                 posts = posts + len(at_posts)
                 largest = max(largest, float(drawn.max(initial=0.0)))
